@@ -1,0 +1,1 @@
+//! Parametric body models: the procedural arm and hand, skinning, motion.

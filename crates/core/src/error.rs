@@ -1,0 +1,40 @@
+//! What can be wrong with data before any of it is used.
+
+use crate::{Micros, SensorSize};
+
+/// An event or a plane that breaks a rule of this crate.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum CoreError {
+    /// An event lies outside its sensor.
+    #[error("event {index} at ({x}, {y}) lies outside the {sensor} sensor")]
+    OutsideSensor {
+        /// Position in the stream.
+        index: usize,
+        /// Column.
+        x: u16,
+        /// Row.
+        y: u16,
+        /// The sensor.
+        sensor: SensorSize,
+    },
+    /// An event is earlier than the one before it.
+    #[error("event {index} at {t} is earlier than the one before it, at {previous}")]
+    OutOfOrder {
+        /// Position in the stream.
+        index: usize,
+        /// Its time.
+        t: Micros,
+        /// The time before.
+        previous: Micros,
+    },
+    /// The data of a plane does not match its size.
+    #[error("{width}x{height} needs {} values, got {got}", width * height)]
+    PlaneSize {
+        /// Columns.
+        width: usize,
+        /// Rows.
+        height: usize,
+        /// Values given.
+        got: usize,
+    },
+}

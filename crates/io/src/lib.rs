@@ -1,0 +1,1 @@
+//! Event and label files, opened by content.

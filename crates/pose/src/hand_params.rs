@@ -1,0 +1,65 @@
+//! The 12 numbers that describe a right hand.
+
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+/// How many numbers a [`HandParams`] is.
+pub const PARAMETERS: usize = 12;
+
+/// The 21 evaluated points of a hand, in their published order.
+pub const EVALUATION_JOINTS: [&str; 21] = [
+    "wrist", "thumb_tip", "index_tip", "middle_tip", "ring_tip", "pinky_tip", "index1", "index2",
+    "index3", "middle1", "middle2", "middle3", "pinky1", "pinky2", "pinky3", "ring1", "ring2",
+    "ring3", "thumb1", "thumb2", "thumb3",
+];
+
+/// Pose of a right hand in the world: what the `.meta` file stores and the network predicts.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct HandParams {
+    /// First six coefficients of the articulation basis, dimensionless, about -2 to 2.
+    pub articulation: [f32; 6],
+    /// Position of the wrist joint in metres.
+    pub translation_m: Vec3,
+    /// Rotation of the wrist joint as an axis times an angle in radians, angle in [0, π].
+    pub rotation: Vec3,
+}
+
+impl HandParams {
+    /// Reads the published order: articulation, translation, rotation.
+    pub fn from_array(values: [f32; PARAMETERS]) -> Self {
+        let [a, b, c, d, e, f, x, y, z, rx, ry, rz] = values;
+        Self {
+            articulation: [a, b, c, d, e, f],
+            translation_m: Vec3::new(x, y, z),
+            rotation: Vec3::new(rx, ry, rz),
+        }
+    }
+
+    /// The published order: articulation, translation, rotation.
+    pub fn to_array(self) -> [f32; PARAMETERS] {
+        let [a, b, c, d, e, f] = self.articulation;
+        let (t, r) = (self.translation_m, self.rotation);
+        [a, b, c, d, e, f, t.x, t.y, t.z, r.x, r.y, r.z]
+    }
+
+    /// As [`Self::from_array`], from the doubles of a `.meta` file.
+    pub fn from_f64(values: [f64; PARAMETERS]) -> Self {
+        Self::from_array(values.map(|v| v as f32))
+    }
+
+    /// As [`Self::to_array`], for a `.meta` file.
+    pub fn to_f64(self) -> [f64; PARAMETERS] {
+        self.to_array().map(f64::from)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_published_order_is_kept() {
+        let values: [f32; PARAMETERS] = std::array::from_fn(|i| i as f32 * 0.1);
+        assert_eq!(HandParams::from_array(values).to_array(), values);
+    }
+}

@@ -1,0 +1,8 @@
+//! Poses, the filters that smooth them over time, and the metrics that judge them. No Burn.
+//!
+//! * [`HandParams`]: the 12 numbers EventHands regresses.
+//! * [`EVALUATION_JOINTS`]: the 21 points of the hand that are evaluated, in their published order.
+
+mod hand_params;
+
+pub use hand_params::{EVALUATION_JOINTS, HandParams, PARAMETERS};

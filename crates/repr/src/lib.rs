@@ -1,0 +1,1 @@
+//! Events to dense planes: LNES and its relatives.

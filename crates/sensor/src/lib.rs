@@ -1,0 +1,1 @@
+//! The event camera as a chain of physical stages.

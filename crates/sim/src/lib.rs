@@ -1,0 +1,1 @@
+//! Scenes, tile rasteriser, randomisation and labelled recordings.

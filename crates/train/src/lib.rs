@@ -1,0 +1,1 @@
+//! Data sets, batches, training, evaluation and checkpoints.
