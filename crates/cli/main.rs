@@ -1,1 +1,27 @@
-fn main() {}
+//! `evpose`: pose estimation from event cameras, on the command line.
+
+mod args;
+mod commands;
+mod machine;
+mod progress;
+mod report;
+mod run_info;
+
+use std::process::ExitCode;
+
+use clap::Parser as _;
+
+fn main() -> ExitCode {
+    match commands::run(args::Args::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            say_error(&format!("evpose: {error:#}"));
+            ExitCode::FAILURE
+        }
+    }
+}
+
+#[expect(clippy::print_stderr, reason = "the one place where errors reach the user")]
+fn say_error(message: &str) {
+    eprintln!("{message}");
+}

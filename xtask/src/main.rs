@@ -1,1 +1,143 @@
-fn main() {}
+//! The project's checks, the same on a laptop and in CI.
+//!
+//! `cargo xtask ci` runs what every change must pass; `cargo xtask slow` the checks that need the
+//! optional devices built. The last line is the total of all tests.
+
+use std::io::{BufRead, BufReader};
+use std::process::{Command, ExitCode, Stdio};
+use std::time::Instant;
+
+use anyhow::{Context, Result, bail};
+
+/// Why each step is there stands beside it.
+const CI: &[Step] = &[
+    Step { why: "one style", args: &["fmt", "--all", "--check"], env: &[] },
+    Step {
+        why: "lints, tests and benches included",
+        args: &["clippy", "--workspace", "--all-targets", "--quiet", "--", "-D", "warnings"],
+        env: &[],
+    },
+    Step {
+        why: "documentation complete, its links alive",
+        args: &["doc", "--workspace", "--no-deps", "--quiet"],
+        env: &[("RUSTDOCFLAGS", "-D warnings")],
+    },
+    Step { why: "tests", args: &["test", "--workspace", "--no-fail-fast"], env: &[] },
+];
+
+const SLOW: &[Step] = &[
+    Step {
+        why: "ndarray and flex agree on the hand network",
+        args: &["test", "--release", "--package", "evpose-nn", "--features", "ndarray"],
+        env: &[],
+    },
+    Step { why: "wgpu compiles", args: &["check", "--features", "wgpu"], env: &[] },
+    Step { why: "cuda compiles", args: &["check", "--features", "cuda"], env: &[] },
+];
+
+const USAGE: &str = "usage: cargo xtask ci|slow
+
+  ci    formatting, lints, documentation, all tests (what CI runs)
+  slow  the ndarray agreement test; wgpu and cuda compile";
+
+struct Step {
+    why: &'static str,
+    args: &'static [&'static str],
+    env: &'static [(&'static str, &'static str)],
+}
+
+/// Tests seen in the output of `cargo test`.
+#[derive(Default)]
+struct Totals {
+    passed: u64,
+    failed: u64,
+    ignored: u64,
+}
+
+impl Totals {
+    /// Adds a line like `test result: ok. 3 passed; 0 failed; 1 ignored; …`.
+    fn add(&mut self, line: &str) {
+        let Some((_, counts)) = line.split_once("test result: ") else { return };
+        let words: Vec<&str> = counts.split([' ', ';', '.']).filter(|w| !w.is_empty()).collect();
+        for pair in words.windows(2) {
+            let Ok(count) = pair[0].parse::<u64>() else { continue };
+            match pair[1] {
+                "passed" => self.passed += count,
+                "failed" => self.failed += count,
+                "ignored" => self.ignored += count,
+                _ => {}
+            }
+        }
+    }
+}
+
+fn main() -> ExitCode {
+    let steps = match std::env::args().nth(1).as_deref() {
+        Some("ci") => CI,
+        Some("slow") => SLOW,
+        _ => {
+            say(USAGE);
+            return ExitCode::from(2);
+        }
+    };
+    let mut totals = Totals::default();
+    let mut failures = Vec::new();
+    for step in steps {
+        if let Err(error) = run(step, &mut totals) {
+            say(&format!("FAILED: {error:#}"));
+            failures.push(step.args.join(" "));
+        }
+    }
+    for failure in &failures {
+        say(&format!("failed: cargo {failure}"));
+    }
+    // A step that failed before it ran a test still counts as a failure.
+    let failed = totals.failed.max(failures.len() as u64);
+    say(&format!("{} passed, {failed} failed, {} skipped", totals.passed, totals.ignored));
+    if failures.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+/// Runs one step, passing its output on and counting the tests in it.
+fn run(step: &Step, totals: &mut Totals) -> Result<()> {
+    say(&format!("== {} (cargo {})", step.why, step.args.join(" ")));
+    let started = Instant::now();
+    let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".into());
+    let mut child = Command::new(cargo)
+        .args(step.args)
+        .envs(step.env.iter().copied())
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .spawn()
+        .context("starting cargo")?;
+    let output = child.stdout.take().context("cargo's output")?;
+    for line in BufReader::new(output).lines() {
+        let line = line.context("reading cargo's output")?;
+        totals.add(&line);
+        say(&line);
+    }
+    let status = child.wait()?;
+    say(&format!("== {:.0} s", started.elapsed().as_secs_f64()));
+    if !status.success() {
+        bail!("cargo {} ended with {status}", step.args.join(" "));
+    }
+    Ok(())
+}
+
+#[expect(clippy::print_stdout, reason = "a command-line tool")]
+fn say(line: &str) {
+    println!("{line}");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn totals_add_up_over_test_binaries() {
+        let mut totals = Totals::default();
+        totals.add("test result: ok. 3 passed; 0 failed; 1 ignored; 0 measured; 0 filtered out");
+        totals.add("test result: FAILED. 2 passed; 4 failed; 0 ignored; 0 measured");
+        totals.add("running 5 tests");
+        assert_eq!((totals.passed, totals.failed, totals.ignored), (5, 4, 1));
+    }
+}

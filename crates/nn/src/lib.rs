@@ -1,1 +1,2 @@
 //! Networks, losses and weight files.
+pub mod resnet;

@@ -8,9 +8,27 @@ pub const PARAMETERS: usize = 12;
 
 /// The 21 evaluated points of a hand, in their published order.
 pub const EVALUATION_JOINTS: [&str; 21] = [
-    "wrist", "thumb_tip", "index_tip", "middle_tip", "ring_tip", "pinky_tip", "index1", "index2",
-    "index3", "middle1", "middle2", "middle3", "pinky1", "pinky2", "pinky3", "ring1", "ring2",
-    "ring3", "thumb1", "thumb2", "thumb3",
+    "wrist",
+    "thumb_tip",
+    "index_tip",
+    "middle_tip",
+    "ring_tip",
+    "pinky_tip",
+    "index1",
+    "index2",
+    "index3",
+    "middle1",
+    "middle2",
+    "middle3",
+    "pinky1",
+    "pinky2",
+    "pinky3",
+    "ring1",
+    "ring2",
+    "ring3",
+    "thumb1",
+    "thumb2",
+    "thumb3",
 ];
 
 /// Pose of a right hand in the world: what the `.meta` file stores and the network predicts.

@@ -2,7 +2,13 @@
 //!
 //! * [`HandParams`]: the 12 numbers EventHands regresses.
 //! * [`EVALUATION_JOINTS`]: the 21 points of the hand that are evaluated, in their published order.
+//! * [`filter`]: smoothing over time.
+//! * [`rotation`]: axis-angle vectors, matrices, distances.
 
+mod error;
+pub mod filter;
 mod hand_params;
+pub mod rotation;
 
+pub use error::PoseError;
 pub use hand_params::{EVALUATION_JOINTS, HandParams, PARAMETERS};

@@ -1,0 +1,210 @@
+//! What can be typed.
+
+use std::path::PathBuf;
+
+use clap::{Parser, Subcommand};
+use evpose_nn::DeviceKind;
+
+/// Pose estimation from event cameras: simulate, train, evaluate, infer.
+#[derive(Debug, Parser)]
+#[command(
+    name = "evpose",
+    version,
+    arg_required_else_help = true,
+    after_help = "Start with:\n  evpose demo\n\nThen, step by step:\n  \
+        evpose simulate quick --out data/train\n  \
+        evpose simulate quick --out data/test --seed 2 --held-out\n  \
+        evpose train quick --data data/train --out runs/hand\n  \
+        evpose eval --checkpoint runs/hand --data data/test\n  \
+        evpose infer --checkpoint runs/hand --events data/test/sequence-0000.evc --out poses.csv"
+)]
+pub(crate) struct Args {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+/// What can be done.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Simulate, train, evaluate and report: everything on the embedded default, in minutes
+    Demo(DemoArgs),
+    /// Record a simulated hand in front of an event camera (.evc and .meta files)
+    Simulate(SimulateArgs),
+    /// Train the hand network on simulated sequences
+    Train(TrainArgs),
+    /// Judge a checkpoint on sequences with known poses
+    Eval(EvalArgs),
+    /// Poses of a recording, one every millisecond
+    Infer(InferArgs),
+    /// Measure speed
+    #[command(subcommand)]
+    Bench(BenchCommand),
+    /// Say what is in a file of events or labels
+    Info(InfoArgs),
+}
+
+/// A config and changes to it.
+#[derive(Debug, clap::Args)]
+pub(crate) struct ConfigArgs {
+    /// A TOML file, or an embedded config: `quick`, `eventhands`
+    pub(crate) config: String,
+    /// Change one field, for example --set training.steps=500 (may be repeated)
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub(crate) overrides: Vec<String>,
+}
+
+/// Where to compute.
+#[derive(Debug, Clone, Copy, clap::Args)]
+pub(crate) struct DeviceArgs {
+    /// flex (CPU), ndarray, wgpu or cuda; all but flex need the Cargo feature of that name
+    #[arg(long, default_value = "flex")]
+    pub(crate) device: DeviceKind,
+    /// CPU threads; all cores by default
+    #[arg(long)]
+    pub(crate) threads: Option<usize>,
+}
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  evpose demo --out runs/first")]
+pub(crate) struct DemoArgs {
+    /// Directory for data, checkpoints and report [default: a fresh one below runs/]
+    #[arg(long)]
+    pub(crate) out: Option<PathBuf>,
+    /// A TOML file, or an embedded config
+    #[arg(long, default_value = "quick")]
+    pub(crate) config: String,
+    /// Change one field, for example --set training.steps=500 (may be repeated)
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub(crate) overrides: Vec<String>,
+    /// Milliseconds between the poses that are evaluated
+    #[arg(long, default_value_t = 5)]
+    pub(crate) stride_ms: u32,
+    #[command(flatten)]
+    pub(crate) device: DeviceArgs,
+}
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  evpose simulate quick --out data/train\n  \
+    evpose simulate eventhands --out data/one --sequences 1 --seconds 10 --seed 7")]
+pub(crate) struct SimulateArgs {
+    #[command(flatten)]
+    pub(crate) config: ConfigArgs,
+    /// Directory to write the sequences into
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+    /// Length of each sequence in seconds, instead of the config's
+    #[arg(long)]
+    pub(crate) seconds: Option<f64>,
+    /// Number of sequences, instead of the config's
+    #[arg(long)]
+    pub(crate) sequences: Option<usize>,
+    /// Seed, instead of the config's
+    #[arg(long)]
+    pub(crate) seed: Option<u64>,
+    /// Record the held-out set: its number and length of sequences, and seeds of its own
+    #[arg(long)]
+    pub(crate) held_out: bool,
+    /// CPU threads; all cores by default. The bytes written do not depend on it
+    #[arg(long)]
+    pub(crate) threads: Option<usize>,
+}
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  evpose train quick --data data/train --out runs/hand\n  \
+    evpose train quick --data data/train --out runs/hand --resume")]
+pub(crate) struct TrainArgs {
+    #[command(flatten)]
+    pub(crate) config: ConfigArgs,
+    /// Directory of sequences from `evpose simulate`
+    #[arg(long)]
+    pub(crate) data: PathBuf,
+    /// Directory of the run
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+    /// Continue an interrupted run from its newest checkpoint
+    #[arg(long)]
+    pub(crate) resume: bool,
+    /// Plain lines instead of the dashboard, even on a terminal
+    #[arg(long)]
+    pub(crate) plain: bool,
+    #[command(flatten)]
+    pub(crate) device: DeviceArgs,
+}
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  \
+    evpose eval --checkpoint runs/hand --data data/test --json metrics.json")]
+pub(crate) struct EvalArgs {
+    /// A run directory, or a .bpk file with its .toml beside it
+    #[arg(long)]
+    pub(crate) checkpoint: PathBuf,
+    /// Directory of sequences the network has not seen
+    #[arg(long)]
+    pub(crate) data: PathBuf,
+    /// Where to write the numbers
+    #[arg(long)]
+    pub(crate) json: Option<PathBuf>,
+    /// Milliseconds between the poses that are evaluated
+    #[arg(long, default_value_t = 1)]
+    pub(crate) stride_ms: u32,
+    #[command(flatten)]
+    pub(crate) device: DeviceArgs,
+}
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  evpose infer --checkpoint runs/hand \
+    --events hand.evc --out poses.csv --joints joints.csv")]
+pub(crate) struct InferArgs {
+    /// A run directory, or a .bpk file with its .toml beside it
+    #[arg(long)]
+    pub(crate) checkpoint: PathBuf,
+    /// Recording: .evc, .npz or text
+    #[arg(long)]
+    pub(crate) events: PathBuf,
+    /// Time and the 12 parameters, a line every millisecond
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+    /// Time and the 21 evaluated joints in pixels and in metres
+    #[arg(long)]
+    pub(crate) joints: Option<PathBuf>,
+    /// Write the network's poses as they are, without the Kalman filter
+    #[arg(long)]
+    pub(crate) unfiltered: bool,
+    #[command(flatten)]
+    pub(crate) device: DeviceArgs,
+}
+
+/// What can be measured.
+#[derive(Debug, Subcommand)]
+pub(crate) enum BenchCommand {
+    /// Latency of the hand network on one window at a time
+    Infer(BenchInferArgs),
+}
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  evpose bench infer\n  \
+    evpose bench infer --config quick --json bench.json")]
+pub(crate) struct BenchInferArgs {
+    /// A TOML file, or an embedded config: its network and image size are measured
+    #[arg(long, default_value = "eventhands")]
+    pub(crate) config: String,
+    /// Measured runs, after a tenth as many to warm up
+    #[arg(long, default_value_t = 100)]
+    pub(crate) runs: usize,
+    /// Windows per run
+    #[arg(long, default_value_t = 1)]
+    pub(crate) batch: usize,
+    /// Where to write the numbers
+    #[arg(long)]
+    pub(crate) json: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) device: DeviceArgs,
+}
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  evpose info data/train/sequence-0000.evc")]
+pub(crate) struct InfoArgs {
+    /// Files: .evc, .meta, .npz or text; recognised by content
+    #[arg(required = true)]
+    pub(crate) files: Vec<PathBuf>,
+}

@@ -1,0 +1,22 @@
+//! What the user sees while waiting. Progress goes to standard error, results to standard output.
+
+use std::fmt::Display;
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+/// A bar over `total` units that are called `unit`; silent where standard error is no terminal.
+pub(crate) fn bar(what: &str, total: u64, unit: &str) -> ProgressBar {
+    let template = format!(
+        "{{prefix:>12}} [{{bar:34}}] {{human_pos}}/{{human_len}} {unit}  {{per_sec}}  {{eta}} left"
+    );
+    // The template is ours and valid; the default bar is a fair stand-in if it ever is not.
+    let style = ProgressStyle::with_template(&template)
+        .map_or_else(|_| ProgressStyle::default_bar(), |style| style.progress_chars("=> "));
+    ProgressBar::new(total).with_style(style).with_prefix(what.to_owned())
+}
+
+/// A line of result.
+#[expect(clippy::print_stdout, reason = "a command-line tool")]
+pub(crate) fn say(line: impl Display) {
+    println!("{line}");
+}

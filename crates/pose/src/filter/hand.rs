@@ -1,0 +1,184 @@
+//! The Kalman filter on the 12 numbers of a hand.
+//!
+//! The rotation is filtered as an axis-angle vector. The canonical vector (angle in [0, π]) jumps
+//! by 2π where the hand turns through π, and a filter would sweep through all angles between. So
+//! each measured vector is replaced by its equivalent nearest to the filter's estimate, which may
+//! then grow past π; outputs are canonical again.
+//!
+//! # Model
+//! Axis-angle vectors degenerate again at 2π. An estimate beyond 3π/2 is therefore rewritten as the
+//! same rotation `v' = v·(θ − 2π)/θ`, with `θ = |v|`. Its velocity follows exactly: the part along
+//! the axis stays, the part across it is scaled by `(θ − 2π)/θ`. The covariance is left alone.
+//!
+//! # Source
+//! EventHands filters the canonical vectors as they are: [`HandFilterConfig::parity`].
+
+use std::f64::consts::{PI, TAU};
+
+use evpose_core::Micros;
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+use super::{ConstantVelocityKalman, KalmanConfig, NoiseSetting, TemporalFilter};
+use crate::rotation::{canonical_axis_angle, nearest_axis_angle};
+use crate::{HandParams, PARAMETERS, PoseError};
+
+/// Where the rotation begins among the 12 numbers.
+const ROTATION: usize = 9;
+
+/// Settings of a [`HandFilter`].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct HandFilterConfig {
+    /// The filter of each number.
+    pub kalman: KalmanConfig,
+    /// Whether the rotation is followed through π.
+    pub unwrap_rotation: bool,
+}
+
+impl HandFilterConfig {
+    /// What the published programs do, number for number.
+    pub fn parity(setting: NoiseSetting) -> Self {
+        Self { kalman: KalmanConfig::parity(setting), unwrap_rotation: false }
+    }
+}
+
+impl Default for HandFilterConfig {
+    fn default() -> Self {
+        Self { kalman: KalmanConfig::default(), unwrap_rotation: true }
+    }
+}
+
+/// A temporal filter of hand poses.
+#[derive(Debug, Clone)]
+pub struct HandFilter {
+    kalman: ConstantVelocityKalman,
+    unwrap_rotation: bool,
+}
+
+impl HandFilter {
+    /// A filter that has seen nothing yet.
+    ///
+    /// # Errors
+    /// If a variance is not positive and finite.
+    pub fn new(config: &HandFilterConfig) -> Result<Self, PoseError> {
+        Ok(Self {
+            kalman: ConstantVelocityKalman::new(config.kalman, PARAMETERS)?,
+            unwrap_rotation: config.unwrap_rotation,
+        })
+    }
+
+    /// The estimate for time `t` from the measurement of time `t` and all before.
+    pub fn update(&mut self, t: Micros, measured: &HandParams) -> HandParams {
+        let mut z = *measured;
+        if self.unwrap_rotation {
+            z.rotation = nearest_axis_angle(z.rotation, self.rotation().as_vec3());
+        }
+        let mut out = [0.0; PARAMETERS];
+        self.kalman.update(t, &z.to_array(), &mut out);
+        let mut estimate = HandParams::from_array(out);
+        if self.unwrap_rotation {
+            self.rewrite_rotation();
+            estimate.rotation = canonical_axis_angle(estimate.rotation);
+        }
+        estimate
+    }
+
+    /// Forgets every measurement.
+    pub fn reset(&mut self) {
+        self.kalman.reset();
+    }
+
+    /// The estimated rotation as the filter holds it, zero before the first measurement.
+    fn rotation(&self) -> DVec3 {
+        let mut numbers = self.kalman.positions().skip(ROTATION);
+        DVec3::from_array(std::array::from_fn(|_| numbers.next().unwrap_or(0.0)))
+    }
+
+    /// Brings the held rotation back well inside 2π, and its velocity with it.
+    fn rewrite_rotation(&mut self) {
+        let vector = self.rotation();
+        let angle_rad = vector.length();
+        if angle_rad <= 1.5 * PI {
+            return;
+        }
+        let axis = vector / angle_rad;
+        let scale = (angle_rad - TAU) / angle_rad;
+        let tracks = &mut self.kalman.tracks_mut()[ROTATION..];
+        let velocity: DVec3 = DVec3::from_array(std::array::from_fn(|i| tracks[i].velocity));
+        let along = axis * velocity.dot(axis);
+        let rewritten = along + (velocity - along) * scale;
+        for (i, track) in tracks.iter_mut().enumerate() {
+            track.position = vector[i] * scale;
+            track.velocity = rewritten[i];
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::rotation::geodesic_rad;
+
+    fn with_rotation(rotation: Vec3) -> HandParams {
+        HandParams { rotation, ..HandParams::default() }
+    }
+
+    /// The largest error in radians after half a second of turning at 4 rad/s about a fixed axis.
+    fn worst_error_rad(config: &HandFilterConfig, from_rad: f32) -> f32 {
+        let axis = Vec3::new(0.36, -0.48, 0.8);
+        let mut filter = HandFilter::new(config).expect("valid settings");
+        (0..4_000)
+            .map(|k| {
+                let truth = axis * (from_rad + 0.004 * k as f32);
+                let measured = with_rotation(canonical_axis_angle(truth));
+                let estimate = filter.update(Micros(k * 1_000), &measured);
+                assert!(estimate.rotation.length() < 3.2 || !config.unwrap_rotation);
+                if k < 1_000 { 0.0 } else { geodesic_rad(truth, estimate.rotation) }
+            })
+            .fold(0.0, f32::max)
+    }
+
+    #[test]
+    fn a_steady_turn_is_followed_through_many_half_turns() {
+        assert!(worst_error_rad(&HandFilterConfig::default(), -1.0) < 1e-3);
+    }
+
+    #[test]
+    fn without_unwrapping_the_filter_tears_at_a_half_turn() {
+        let torn = HandFilterConfig { unwrap_rotation: false, ..HandFilterConfig::default() };
+        assert!(worst_error_rad(&torn, -1.0) > 1.0);
+    }
+
+    /// A rotation whose vector runs around 3π/2 and whose axis moves: the rewriting must not show.
+    #[test]
+    fn rewriting_the_rotation_leaves_no_trace() {
+        let truth = |k: i64| {
+            let s = k as f32 * 1e-3;
+            Vec3::new((0.8 * s).cos(), (0.8 * s).sin(), 0.3).normalize() * (4.4 + 0.5 * s)
+        };
+        let mut filter = HandFilter::new(&HandFilterConfig::default()).expect("valid settings");
+        for k in 0..2_000 {
+            let estimate = filter.update(Micros(k * 1_000), &with_rotation(truth(k)));
+            let error_rad = geodesic_rad(truth(k), estimate.rotation);
+            assert!(k < 500 || error_rad < 0.01, "{k}: {error_rad}");
+        }
+    }
+
+    #[test]
+    fn parity_keeps_the_12_numbers_apart_and_uncanonical() {
+        let setting = NoiseSetting::Regular;
+        let mut hand = HandFilter::new(&HandFilterConfig::parity(setting)).expect("valid settings");
+        let mut plain = ConstantVelocityKalman::new(KalmanConfig::parity(setting), PARAMETERS)
+            .expect("valid settings");
+        for k in 0..20 {
+            let z: [f32; PARAMETERS] = std::array::from_fn(|i| ((k * 5 + i * 3) % 11) as f32 - 5.0);
+            let mut out = [0.0; PARAMETERS];
+            plain.update(Micros(0), &z, &mut out);
+            let estimate = hand.update(Micros(0), &HandParams::from_array(z));
+            assert_eq!(estimate.to_array(), out);
+        }
+    }
+}

@@ -1,0 +1,395 @@
+//! A Kalman filter whose values move at constant velocity, each independent of the others.
+//!
+//! # Model
+//! Per value, the state is position and velocity. Between measurements `dt` apart:
+//!
+//! ```text
+//!   F = [1 dt]      Q = σ² · [dt⁴/4  dt³/2]      predict  x = F x,  P = F P Fᵀ + Q
+//!       [0  1]               [dt³/2  dt²  ]
+//!   H = [1  0],  S = P₁₁ + R,  K = (P₁₁, P₁₂)/S  update   x += K (z − x₁)
+//!                                                         P = (I − KH) P (I − KH)ᵀ + K R Kᵀ
+//! ```
+//!
+//! The update of `P` is Joseph's, which stays positive under rounding. `P` does not depend on the
+//! measurements, so all values share one.
+//!
+//! The filter starts with `P = diag(R, √(σ²R))`: a position as uncertain as one measurement, and a
+//! velocity that crosses this uncertainty within the filter's own time constant. The published
+//! program starts with `P = I`.
+//!
+//! # Source
+//! EventHands supplement, Eq. 4 to 6. What the default changes, and why: [`super::KalmanConfig`].
+
+use evpose_core::Micros;
+
+use super::config::PUBLISHED_STEP_S;
+use super::{InitialState, KalmanConfig, TemporalFilter, TimeStep};
+use crate::PoseError;
+
+/// Position and velocity of one value.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(super) struct Track {
+    pub(super) position: f64,
+    pub(super) velocity: f64,
+}
+
+/// The symmetric 2x2 covariance of a track.
+#[derive(Debug, Clone, Copy)]
+struct Covariance {
+    position: f64,
+    cross: f64,
+    velocity: f64,
+}
+
+impl Covariance {
+    fn initial(config: &KalmanConfig) -> Self {
+        let [position, velocity] = match config.time_step {
+            TimeStep::Elapsed => [
+                config.measurement_variance,
+                (config.acceleration_variance * config.measurement_variance).sqrt(),
+            ],
+            TimeStep::PublishedFrame => [1.0, 1.0],
+        };
+        Self { position, cross: 0.0, velocity }
+    }
+
+    /// `F P Fᵀ + Q` for a motion over `step` and a noise over `noise_step`.
+    fn predicted(self, step: f64, noise_step: f64, acceleration_variance: f64) -> Self {
+        let (h, s) = (noise_step, acceleration_variance);
+        Self {
+            position: self.position
+                + step * (2.0 * self.cross + step * self.velocity)
+                + s * h.powi(4) / 4.0,
+            cross: self.cross + step * self.velocity + s * h.powi(3) / 2.0,
+            velocity: self.velocity + s * h * h,
+        }
+    }
+
+    /// Gain on position and velocity, and the covariance after a measurement of variance `r`.
+    fn updated(self, r: f64) -> ([f64; 2], Self) {
+        let innovation = self.position + r;
+        let [k, l] = [self.position / innovation, self.cross / innovation];
+        let rest = 1.0 - k;
+        let after = Self {
+            position: rest * rest * self.position + r * k * k,
+            cross: rest * (self.cross - l * self.position) + r * k * l,
+            velocity: self.velocity - 2.0 * l * self.cross + l * l * (self.position + r),
+        };
+        ([k, l], after)
+    }
+}
+
+/// A constant-velocity Kalman filter over a vector of independent values.
+///
+/// Time that runs backwards means that the stream started again, and so does the filter.
+#[derive(Debug, Clone)]
+pub struct ConstantVelocityKalman {
+    config: KalmanConfig,
+    tracks: Vec<Track>,
+    covariance: Covariance,
+    /// Time of the last measurement, once there was one.
+    last: Option<Micros>,
+}
+
+impl ConstantVelocityKalman {
+    /// A filter over `values` independent values.
+    ///
+    /// # Errors
+    /// If a variance is not positive and finite.
+    pub fn new(config: KalmanConfig, values: usize) -> Result<Self, PoseError> {
+        config.validate()?;
+        let covariance = Covariance::initial(&config);
+        Ok(Self { config, tracks: vec![Track::default(); values], covariance, last: None })
+    }
+
+    /// The estimated values, in full precision.
+    pub fn positions(&self) -> impl ExactSizeIterator<Item = f64> + '_ {
+        self.tracks.iter().map(|track| track.position)
+    }
+
+    /// Their velocities, in units per second; per frame with [`TimeStep::PublishedFrame`].
+    pub fn velocities(&self) -> impl ExactSizeIterator<Item = f64> + '_ {
+        self.tracks.iter().map(|track| track.velocity)
+    }
+
+    pub(super) fn tracks_mut(&mut self) -> &mut [Track] {
+        &mut self.tracks
+    }
+
+    /// Moves the state to time `t`.
+    fn predict(&mut self, last: Micros, t: Micros) {
+        let (step, noise_step) = match self.config.time_step {
+            TimeStep::Elapsed => ((t - last).as_seconds(), (t - last).as_seconds()),
+            TimeStep::PublishedFrame => (1.0, PUBLISHED_STEP_S),
+        };
+        for track in &mut self.tracks {
+            track.position += step * track.velocity;
+        }
+        self.covariance =
+            self.covariance.predicted(step, noise_step, self.config.acceleration_variance);
+    }
+
+    /// Corrects the state by a measurement.
+    fn correct(&mut self, z: &[f32]) {
+        let ([k, l], covariance) = self.covariance.updated(self.config.measurement_variance);
+        self.covariance = covariance;
+        for (track, &z) in self.tracks.iter_mut().zip(z) {
+            let innovation = f64::from(z) - track.position;
+            track.position += k * innovation;
+            track.velocity += l * innovation;
+        }
+    }
+
+    /// Begins with the first measurement, which `out` already holds.
+    fn start(&mut self, t: Micros, z: &[f32], out: &mut [f32]) {
+        let value = |i: usize| z.get(i).copied().map_or(0.0, f64::from);
+        match self.config.initial_state {
+            InitialState::FirstMeasurement => {
+                for (i, track) in self.tracks.iter_mut().enumerate() {
+                    *track = Track { position: value(i), velocity: 0.0 };
+                }
+            }
+            InitialState::Concatenated => {
+                for (i, track) in self.tracks.iter_mut().enumerate() {
+                    *track = Track { position: value(2 * i), velocity: value(2 * i + 1) };
+                }
+            }
+            InitialState::Zero => {
+                self.predict(t, t);
+                self.correct(z);
+                self.write(out);
+            }
+        }
+    }
+
+    fn write(&self, out: &mut [f32]) {
+        for (out, track) in out.iter_mut().zip(&self.tracks) {
+            *out = track.position as f32;
+        }
+    }
+}
+
+impl TemporalFilter for ConstantVelocityKalman {
+    fn update(&mut self, t: Micros, z: &[f32], out: &mut [f32]) {
+        assert_eq!(z.len(), self.tracks.len(), "the filter was made for another length");
+        assert_eq!(out.len(), self.tracks.len(), "the filter was made for another length");
+        let measured = z.iter().all(|v| v.is_finite());
+        if self.last.is_some_and(|last| t < last) {
+            self.reset();
+        }
+        let Some(last) = self.last else {
+            out.copy_from_slice(z);
+            if measured {
+                self.start(t, z, out);
+                self.last = Some(t);
+            }
+            return;
+        };
+        self.predict(last, t);
+        if measured {
+            self.correct(z);
+        }
+        self.last = Some(t);
+        self.write(out);
+    }
+
+    fn reset(&mut self) {
+        self.tracks.fill(Track::default());
+        self.covariance = Covariance::initial(&self.config);
+        self.last = None;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::NoiseSetting;
+    use super::*;
+
+    const MS: Micros = Micros::MILLISECOND;
+
+    fn filter(config: KalmanConfig, values: usize) -> ConstantVelocityKalman {
+        ConstantVelocityKalman::new(config, values).expect("valid settings")
+    }
+
+    /// A sequence without structure whose numbers are exact in binary.
+    fn wild(k: usize, i: usize) -> f32 {
+        (((k * k + 7 * i * k + 3 * i) % 64) as f32 - 32.0) / 16.0
+    }
+
+    /// Runs 200 steps of `wild` and compares the state after some of them.
+    fn compare(setting: NoiseSetting, golden: &[(usize, usize, f64)]) {
+        let mut kalman = filter(KalmanConfig::parity(setting), 12);
+        let mut out = [0.0; 12];
+        for k in 0..200 {
+            let z: [f32; 12] = std::array::from_fn(|i| wild(k, i));
+            kalman.update(Micros(k as i64), &z, &mut out);
+            for &(_, i, want) in golden.iter().filter(|&&(at, ..)| at == k) {
+                assert!((f64::from(out[i]) - want).abs() < 1e-6, "step {k}, output {i}");
+                if k > 0 || setting == NoiseSetting::LiveFast {
+                    let ours = kalman.positions().nth(i).expect("12 values");
+                    assert!((ours - want).abs() < 1e-9, "step {k}, value {i}: {ours}, not {want}");
+                }
+            }
+        }
+    }
+
+    // The golden numbers below are (step, value, estimate) of filterpy 1.4.5's KalmanFilter with 24
+    // states, interleaved positions and velocities, F, Q and R as published, and `wild` measured.
+
+    #[test]
+    fn parity_offline_is_the_published_program() {
+        compare(
+            NoiseSetting::Regular,
+            &[
+                (0, 5, -1.0625),
+                (1, 0, -3.276_785_714_285_709_5),
+                (1, 5, 0.294_642_857_142_860_31),
+                (1, 11, 0.267_857_142_857_145_24),
+                (2, 3, -0.309_426_209_443_891_32),
+                (5, 0, -1.670_833_085_427_433_1),
+                (5, 7, 0.686_666_642_417_696_59),
+                (20, 2, 0.660_120_044_269_320_47),
+                (20, 11, -0.452_338_661_403_166_48),
+                (100, 1, 0.071_678_055_555_701_614),
+                (199, 0, -0.633_524_364_795_467_37),
+                (199, 6, 0.173_506_728_591_191_31),
+            ],
+        );
+    }
+
+    #[test]
+    fn parity_live_is_the_published_program() {
+        compare(
+            NoiseSetting::LiveFast,
+            &[
+                (0, 0, -1.000_000_000_000_018_9),
+                (0, 11, 0.031_250_000_000_000_59),
+                (1, 4, -0.069_078_907_488_983_265),
+                (10, 3, 0.497_056_136_534_177_85),
+                (60, 8, -0.371_132_962_588_226_26),
+                (199, 11, 0.144_199_749_888_455_05),
+            ],
+        );
+    }
+
+    /// Golden as above, with 2 states, steps of 1, 3 and 2 ms in turn, and the initial P of ours.
+    #[test]
+    fn uneven_steps_are_those_of_a_general_kalman_filter() {
+        let golden = [
+            (1, -0.749_951_388_127_543_25, 0.097_227_182_170_099_527),
+            (2, -0.018_923_907_859_862_088, 0.818_557_160_820_665_25),
+            (7, -0.251_164_744_242_011_63, -0.183_143_277_471_529_25),
+            (30, -0.158_759_135_324_148_79, -1.723_091_458_217_516_3),
+            (199, -0.017_423_288_292_663_826, -0.209_943_942_070_243),
+        ];
+        let mut kalman = filter(KalmanConfig::default(), 1);
+        let mut t = Micros(0);
+        for k in 0..200 {
+            t = t + if k == 0 { Micros(0) } else { Micros([2_000, 1_000, 3_000][k % 3]) };
+            kalman.update(t, &[wild(k, 3)], &mut [0.0]);
+            for &(_, position, velocity) in golden.iter().filter(|&&(at, ..)| at == k) {
+                let [x, v] = [kalman.positions().next(), kalman.velocities().next()]
+                    .map(|value| value.expect("one value"));
+                assert!((x - position).abs() < 1e-9, "step {k}: {x}, not {position}");
+                assert!((v - velocity).abs() < 1e-9, "step {k}: {v}, not {velocity}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_constant_stays_constant() {
+        let mut kalman = filter(KalmanConfig::default(), 2);
+        let mut out = [0.0; 2];
+        for k in 0..500 {
+            kalman.update(Micros(k * 1_000), &[0.5, -1.25], &mut out);
+            assert_eq!(out, [0.5, -1.25]);
+        }
+    }
+
+    #[test]
+    fn a_straight_motion_is_followed_without_lag() {
+        let mut kalman = filter(KalmanConfig::default(), 1);
+        let (velocity, mut out) = (0.7, [0.0]);
+        for k in 0..3_000 {
+            let t = Micros(k * 1_000);
+            kalman.update(t, &[(velocity * t.as_seconds()) as f32], &mut out);
+        }
+        assert!((f64::from(out[0]) - velocity * 2.999).abs() < 1e-5, "{out:?}");
+        let estimated = kalman.velocities().next().expect("one value");
+        assert!((estimated - velocity).abs() < 1e-4, "{estimated}");
+    }
+
+    /// Kalata's closed form, over three orders of magnitude of the step.
+    #[test]
+    fn the_steady_gain_is_that_of_the_tracking_index() {
+        let config = KalmanConfig::default();
+        for dt_us in [100, 1_000, 10_000, 100_000] {
+            let dt_s = Micros(dt_us).as_seconds();
+            let lambda2 = config.acceleration_variance * dt_s.powi(4) / config.measurement_variance;
+            let lambda = lambda2.sqrt();
+            let root = (lambda2 + 8.0 * lambda).sqrt();
+            let alpha = ((lambda + 4.0) * root - lambda2 - 8.0 * lambda) / 8.0;
+            let mut kalman = filter(config, 1);
+            let mut t = Micros(0);
+            for _ in 0..20_000 {
+                kalman.update(t, &[0.0], &mut [0.0]);
+                t = t + Micros(dt_us);
+            }
+            let before = kalman.positions().next().expect("one value");
+            kalman.update(t, &[1.0], &mut [0.0]);
+            let gain = kalman.positions().next().expect("one value") - before;
+            assert!((gain - alpha).abs() < 1e-9, "{dt_us} µs: {gain}, not {alpha}");
+        }
+    }
+
+    /// A sine at the cutoff loses 3 dB at any rate of measurements, and parity at 1 kHz as well.
+    #[test]
+    fn the_cutoff_is_where_a_sine_loses_three_decibels() {
+        let config = KalmanConfig::default();
+        let parity = KalmanConfig::parity(NoiseSetting::Regular);
+        for (config, dt) in [(config, MS), (config, Micros(4_000)), (parity, MS)] {
+            let period_s = 1.0 / config.cutoff_hz();
+            let mut kalman = filter(config, 1);
+            let mut power = 0.0;
+            let steps = (40.0 * period_s / dt.as_seconds()) as i64;
+            for k in 0..steps {
+                let t = Micros(k * dt.0);
+                let phase = std::f64::consts::TAU * t.as_seconds() / period_s;
+                kalman.update(t, &[phase.sin() as f32], &mut [0.0]);
+                if k >= steps / 2 {
+                    power += kalman.positions().map(|x| x * x).sum::<f64>();
+                }
+            }
+            let gain = 2.0 * power / (steps - steps / 2) as f64;
+            assert!((gain - 0.5).abs() < 0.03, "{dt}: {gain}");
+        }
+    }
+
+    #[test]
+    fn a_missing_measurement_is_bridged_by_the_prediction() {
+        let mut kalman = filter(KalmanConfig::default(), 1);
+        let mut out = [0.0];
+        for k in 0..2_000_i64 {
+            let z = if (1_900..1_950).contains(&k) { f32::NAN } else { k as f32 * 0.01 };
+            kalman.update(Micros(k * 1_000), &[z], &mut out);
+            if k > 1_500 {
+                assert!((out[0] - k as f32 * 0.01).abs() < 1e-2, "{k}: {out:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_stream_that_starts_again_is_filtered_as_a_new_one() {
+        let run = |kalman: &mut ConstantVelocityKalman| -> Vec<f64> {
+            (0..50)
+                .flat_map(|k| {
+                    kalman.update(Micros(k * 1_000), &[wild(k as usize, 1)], &mut [0.0]);
+                    kalman.positions().collect::<Vec<_>>()
+                })
+                .collect()
+        };
+        let mut kalman = filter(KalmanConfig::default(), 1);
+        let first = run(&mut kalman);
+        assert_eq!(first, run(&mut kalman));
+    }
+}

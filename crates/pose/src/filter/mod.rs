@@ -1,0 +1,29 @@
+//! Filters that smooth poses over time, one measurement at a time and without looking ahead.
+//!
+//! * [`ConstantVelocityKalman`]: any number of independent values, each with a velocity.
+//! * [`HandFilter`]: the same on the 12 numbers of a hand, without tearing its rotation at π.
+
+mod config;
+mod hand;
+mod kalman;
+
+pub use config::{InitialState, KalmanConfig, NoiseSetting, TimeStep};
+pub use hand::{HandFilter, HandFilterConfig};
+pub use kalman::ConstantVelocityKalman;
+
+use evpose_core::Micros;
+
+/// A causal filter over vectors of a fixed length.
+pub trait TemporalFilter {
+    /// Takes the measurement `z` of time `t` and writes the estimate for the same time to `out`.
+    ///
+    /// A measurement that is not finite counts as missing: the estimate is then the prediction, or
+    /// the measurement itself where there was none before.
+    ///
+    /// # Panics
+    /// If `z` or `out` has another length than the filter was made for.
+    fn update(&mut self, t: Micros, z: &[f32], out: &mut [f32]);
+
+    /// Forgets every measurement.
+    fn reset(&mut self);
+}

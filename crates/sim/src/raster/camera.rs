@@ -1,0 +1,125 @@
+//! The camera as the rasteriser needs it: a projection in pixels and a near plane.
+
+use evpose_core::{LookAt, Pinhole, SensorSize};
+use glam::{Mat4, Vec3, Vec4};
+
+/// A pinhole camera somewhere in the world.
+///
+/// World and camera space are in metres; camera space is OpenGL's (x right, y up, looking along
+/// -z); image positions are in pixels from the top-left corner, y down, pixel centres at
+/// half-integers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Camera {
+    sensor: SensorSize,
+    pinhole: Pinhole,
+    camera_from_world: Mat4,
+    near_m: f32,
+}
+
+impl Camera {
+    /// A camera that stands at `placement` and sees nothing nearer than `near_m`.
+    pub fn new(sensor: SensorSize, pinhole: Pinhole, placement: &LookAt, near_m: f32) -> Self {
+        Self { sensor, pinhole, camera_from_world: placement.camera_from_world(), near_m }
+    }
+
+    /// Size of the image.
+    pub fn sensor(&self) -> SensorSize {
+        self.sensor
+    }
+
+    /// The rigid transform from world to camera space.
+    pub fn camera_from_world(&self) -> Mat4 {
+        self.camera_from_world
+    }
+
+    /// Focal length and principal point.
+    pub fn pinhole(&self) -> Pinhole {
+        self.pinhole
+    }
+
+    /// Distance of the near plane in metres.
+    pub fn near_m(&self) -> f32 {
+        self.near_m
+    }
+
+    /// Image position in pixels of a point in the world, if it lies in front of the camera.
+    pub fn image_from_world(&self, point_m: Vec3) -> Option<glam::Vec2> {
+        self.pinhole.image_from_camera(self.camera_from_world.transform_point3(point_m))
+    }
+
+    /// The homogeneous projection of the world: `(x·d, y·d, unused, d)` with the image position
+    /// `(x, y)` in pixels and the depth `d` in metres along the optical axis.
+    pub(super) fn homogeneous_image_from_world(&self) -> Mat4 {
+        let (focal, principal) = (self.pinhole.focal_px, self.pinhole.principal_px);
+        let homogeneous_image_from_camera = Mat4::from_cols(
+            Vec4::new(focal, 0.0, 0.0, 0.0),
+            Vec4::new(0.0, -focal, 0.0, 0.0),
+            Vec4::new(-principal.x, -principal.y, 0.0, -1.0),
+            Vec4::ZERO,
+        );
+        homogeneous_image_from_camera * self.camera_from_world
+    }
+
+    /// OpenGL's clip coordinates of the world, not divided by w, as the published motion uses them
+    /// to find out that the hand leaves the image.
+    ///
+    /// # Source
+    /// EventHands simulator: perspective with near 0.1 m and far 10 m.
+    pub fn clip_from_world(&self, far_m: f32) -> Mat4 {
+        let (width, height) = (f32::from(self.sensor.width), f32::from(self.sensor.height));
+        let (near, focal) = (self.near_m, self.pinhole.focal_px);
+        let clip_from_camera = Mat4::from_cols(
+            Vec4::new(2.0 * focal / width, 0.0, 0.0, 0.0),
+            Vec4::new(0.0, 2.0 * focal / height, 0.0, 0.0),
+            Vec4::new(0.0, 0.0, -(far_m + near) / (far_m - near), -1.0),
+            Vec4::new(0.0, 0.0, -2.0 * far_m * near / (far_m - near), 0.0),
+        );
+        clip_from_camera * self.camera_from_world
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+
+    use super::*;
+
+    fn published() -> Camera {
+        let sensor = SensorSize::DAVIS240C;
+        let placement = LookAt {
+            eye_m: Vec3::new(-0.45, -0.05, 0.4),
+            centre_m: Vec3::new(-0.65, -0.05, 0.0),
+            up: Vec3::Y,
+        };
+        Camera::new(sensor, Pinhole::from_vertical_fov(sensor, 45.0), &placement, 0.1)
+    }
+
+    #[test]
+    fn both_projections_agree_with_the_pinhole() {
+        let camera = published();
+        for point in [Vec3::new(-0.6, 0.02, 0.01), Vec3::new(-0.8, -0.2, -0.1)] {
+            let image = camera.image_from_world(point).unwrap();
+            let h = camera.homogeneous_image_from_world() * point.extend(1.0);
+            assert!((h.truncate().truncate() / h.w - image).length() < 1e-3);
+            let clip = camera.clip_from_world(10.0) * point.extend(1.0);
+            let x = (clip.x / clip.w + 1.0) * 120.0;
+            let y = (1.0 - clip.y / clip.w) * 90.0;
+            assert!((glam::Vec2::new(x, y) - image).length() < 1e-3);
+        }
+    }
+
+    #[test]
+    fn the_clip_matrix_is_the_published_one() {
+        let camera = published();
+        let clip_from_camera = camera.clip_from_world(10.0) * camera.camera_from_world().inverse();
+        for (col, row, want) in [
+            (0, 0, 1.810_660_2),
+            (1, 1, 2.414_213_6),
+            (2, 2, -1.020_202),
+            (3, 2, -0.202_020_2),
+            (2, 3, -1.0),
+        ] {
+            assert!((clip_from_camera.col(col)[row] - want).abs() < 1e-5, "({row}, {col})");
+        }
+    }
+}

@@ -1,0 +1,26 @@
+//! A deterministic rasteriser for one core: which surface each pixel sees, and where on it.
+//!
+//! Two passes. [`Raster::draw`] finds for every pixel the nearest face and the position on it
+//! ([`Fragment`]); shading then touches each covered pixel once, for luminance or for colour. Only
+//! the rectangle around the mesh is cleared and visited, so that a frame costs as much as the hand
+//! is large. Many sequences are simulated at once, one core each, so a frame is single-threaded.
+//!
+//! # Model
+//! Coordinates are snapped to 1/256 pixel and edge functions are exact integers; pixel centres lie
+//! at half-integers, and a centre on an edge belongs to the triangle that has it as a top or left
+//! edge. A pixel on an edge shared by two triangles is therefore drawn exactly once. Depth is
+//! compared as 1/d, which is linear in the image.
+
+mod camera;
+mod clip;
+mod coverage;
+mod fragment;
+mod mesh;
+mod project;
+
+pub use camera::Camera;
+pub use fragment::{Fragment, PixelRect, Raster};
+pub use mesh::{Mesh, is_closed};
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,209 @@
+//! What the visibility pass promises, against closed forms.
+
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use evpose_core::{LookAt, Pinhole, Plane, SensorSize};
+use glam::{Vec2, Vec3};
+use proptest::prelude::*;
+
+use super::coverage::{Triangle, Viewport};
+use super::project::ScreenVertex;
+use super::{Camera, Fragment, PixelRect, Raster, is_closed};
+use crate::shapes::Shape;
+
+const SENSOR: SensorSize = SensorSize { width: 64, height: 48 };
+
+/// At the origin, looking along -z.
+fn camera(near_m: f32) -> Camera {
+    let placement = LookAt { eye_m: Vec3::ZERO, centre_m: Vec3::NEG_Z, up: Vec3::Y };
+    Camera::new(SENSOR, Pinhole::from_vertical_fov(SENSOR, 45.0), &placement, near_m)
+}
+
+/// The point of the plane through `point_m` with normal `normal` that the centre of a pixel sees.
+fn seen_point(x: usize, y: usize, point_m: Vec3, normal: Vec3) -> Vec3 {
+    let pinhole = camera(0.1).pinhole();
+    let offset = Vec2::new(x as f32 + 0.5, y as f32 + 0.5) - pinhole.principal_px;
+    let ray = Vec3::new(offset.x, -offset.y, -pinhole.focal_px);
+    ray * (point_m.dot(normal) / ray.dot(normal))
+}
+
+fn position(shape: &Shape, fragment: &Fragment) -> Vec3 {
+    let [a, b, c] = shape.faces[fragment.face as usize].map(|i| shape.vertices_m[i as usize]);
+    let [second, third] = fragment.barycentric;
+    a * (1.0 - second - third) + b * second + c * third
+}
+
+fn fill(corners: [(i32, i32); 3]) -> Vec<bool> {
+    let mut fragments = Plane::for_sensor(SENSOR, Fragment::NONE);
+    let corners = corners.map(|(x, y)| ScreenVertex { x, y, inverse_depth: 1.0 });
+    let mut viewport = Viewport::new(&mut fragments, PixelRect::whole(SENSOR));
+    if let Some(triangle) = Triangle::new(corners, false) {
+        viewport.fill(&triangle, 0, |b| b);
+    }
+    fragments.data().iter().map(Fragment::is_covered).collect()
+}
+
+/// Positions that often fall on pixel centres and on each other's rows and columns.
+fn corner() -> impl Strategy<Value = (i32, i32)> {
+    let coordinate = |pixels: i32| {
+        prop_oneof![(0..pixels).prop_map(|p| p * 256 + 128), -2_000..pixels * 256 + 2_000]
+    };
+    (coordinate(64), coordinate(48))
+}
+
+proptest! {
+    #[test]
+    fn triangles_around_a_point_cover_each_pixel_of_their_union_exactly_once(
+        centre in corner(), ring in prop::collection::vec(corner(), 3..7),
+    ) {
+        // Sorted by direction, the ring is a star-shaped polygon wherever no two neighbours are
+        // half a turn or more apart.
+        let mut ring = ring;
+        let angle = |p: &(i32, i32)| f64::from(p.1 - centre.1).atan2(f64::from(p.0 - centre.0));
+        ring.sort_by(|a, b| angle(a).total_cmp(&angle(b)));
+        ring.dedup_by(|a, b| angle(a) == angle(b));
+        let n = ring.len();
+        let convex = (0..n).all(|i| {
+            let turn = angle(&ring[(i + 1) % n]) - angle(&ring[i]);
+            turn.rem_euclid(std::f64::consts::TAU) < std::f64::consts::PI - 1e-9
+        });
+        prop_assume!(n >= 3 && convex && !ring.contains(&centre));
+        let mut times = vec![0; SENSOR.pixels()];
+        for i in 0..n {
+            for (count, covered) in
+                times.iter_mut().zip(fill([centre, ring[i], ring[(i + 1) % n]]))
+            {
+                *count += i32::from(covered);
+            }
+        }
+        prop_assert!(times.iter().all(|&count| count <= 1));
+        // The centre of the star lies inside, so a pixel centred there is covered.
+        if let (px, 128) = (centre.0.div_euclid(256), centre.0.rem_euclid(256))
+            && let (py, 128) = (centre.1.div_euclid(256), centre.1.rem_euclid(256))
+            && (0..64).contains(&px) && (0..48).contains(&py)
+        {
+            prop_assert_eq!(times[py as usize * 64 + px as usize], 1);
+        }
+    }
+
+    #[test]
+    fn the_order_of_the_corners_does_not_change_the_pixels(
+        a in corner(), b in corner(), c in corner(),
+    ) {
+        let once = fill([a, b, c]);
+        prop_assert_eq!(&once, &fill([b, c, a]));
+        prop_assert_eq!(&once, &fill([c, b, a]));
+    }
+}
+
+#[test]
+fn a_rectangle_with_corners_on_pixel_centres_owns_its_top_and_left_only() {
+    let centre = |pixel: i32| pixel * 256 + 128;
+    let (left, right, top, bottom) = (centre(3), centre(9), centre(2), centre(7));
+    let upper = fill([(left, top), (right, top), (left, bottom)]);
+    let lower = fill([(right, top), (right, bottom), (left, bottom)]);
+    for y in 0..48 {
+        for x in 0..64 {
+            let times = u8::from(upper[y * 64 + x]) + u8::from(lower[y * 64 + x]);
+            let inside = (3..9).contains(&x) && (2..7).contains(&y);
+            assert_eq!(times, u8::from(inside), "({x}, {y})");
+        }
+    }
+}
+
+#[test]
+fn the_nearer_surface_is_seen_whatever_is_drawn_first() {
+    let near = Shape::quad(Vec3::new(-0.2, -0.2, -1.0), Vec3::X * 0.2, Vec3::Y * 0.4);
+    let far = Shape::quad(Vec3::new(-0.2, -0.2, -2.0), Vec3::X * 0.4, Vec3::Y * 0.4);
+    for order in [[&near, &far], [&far, &near]] {
+        let mut both = order[0].clone();
+        let first = both.vertices_m.len() as u32;
+        both.vertices_m.extend(&order[1].vertices_m);
+        both.faces.extend(order[1].faces.iter().map(|f| f.map(|i| i + first)));
+        let mut raster = Raster::new(SENSOR);
+        raster.draw(&camera(0.1), &both.mesh(), false);
+        // Right of the axis only the far one is there.
+        assert!((raster.fragments().at(30, 24).inverse_depth - 1.0).abs() < 1e-6);
+        assert!((raster.fragments().at(33, 24).inverse_depth - 0.5).abs() < 1e-6);
+    }
+}
+
+#[test]
+fn positions_on_a_slanted_plane_are_perspective_correct() {
+    let shape =
+        Shape::quad(Vec3::new(-1.0, -0.8, -1.0), Vec3::new(3.0, 0.0, -4.0), Vec3::new(0.0, 2.0, -0.5));
+    let mut raster = Raster::new(SENSOR);
+    raster.draw(&camera(0.1), &shape.mesh(), false);
+    let mut covered = 0;
+    for y in 0..48 {
+        for x in 0..64 {
+            let fragment = raster.fragments().at(x, y);
+            if fragment.is_covered() {
+                covered += 1;
+                let got = position(&shape, fragment);
+                let want = seen_point(x, y, shape.vertices_m[0], shape.normals[0]);
+                // Corners are snapped to 1/256 pixel: half of that at 5 m is 0.2 mm seen face on.
+                assert!((got - want).length() < 4e-3, "({x}, {y}): {got} for {want}");
+                assert!((fragment.inverse_depth + 1.0 / want.z).abs() < 2e-3);
+            }
+        }
+    }
+    assert!(covered > 500, "{covered}");
+}
+
+#[test]
+fn a_face_through_the_near_plane_shows_its_front_part_without_distortion() {
+    // A floor from behind the camera to far ahead.
+    let shape = Shape::quad(Vec3::new(-9.0, -0.3, 5.0), Vec3::X * 18.0, Vec3::NEG_Z * 30.0);
+    let mut raster = Raster::new(SENSOR);
+    raster.draw(&camera(0.1), &shape.mesh(), true);
+    for y in 0..48 {
+        for x in 0..64 {
+            let fragment = raster.fragments().at(x, y);
+            let want = seen_point(x, y, shape.vertices_m[0], Vec3::Y);
+            let visible = y > 24 && want.z > -24.5 && want.x.abs() < 8.9;
+            if visible {
+                assert!(fragment.is_covered(), "({x}, {y})");
+                let got = position(&shape, fragment);
+                assert!((got - want).length() < 1e-2 * want.length(), "{got} for {want}");
+            } else if y < 24 {
+                assert!(!fragment.is_covered(), "sky at ({x}, {y})");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_mesh_behind_the_camera_covers_nothing() {
+    let shape = Shape::sphere(Vec3::Z, 0.3, 8);
+    let mut raster = Raster::new(SENSOR);
+    raster.draw(&camera(0.1), &shape.mesh(), true);
+    assert!(raster.fragments().data().iter().all(|f| !f.is_covered()));
+}
+
+#[test]
+fn skipping_faces_that_look_away_changes_nothing_for_a_closed_mesh() {
+    let shape = Shape::sphere(Vec3::new(0.05, 0.1, -1.0), 0.31, 24);
+    assert!(is_closed(&shape.faces));
+    let (mut all, mut front) = (Raster::new(SENSOR), Raster::new(SENSOR));
+    all.draw(&camera(0.1), &shape.mesh(), false);
+    front.draw(&camera(0.1), &shape.mesh(), true);
+    assert_eq!(all.fragments(), front.fragments());
+}
+
+#[test]
+fn a_new_frame_forgets_the_last_one() {
+    let mut raster = Raster::new(SENSOR);
+    raster.draw(&camera(0.1), &Shape::sphere(Vec3::new(-0.2, 0.0, -1.0), 0.1, 12).mesh(), true);
+    let second = Shape::sphere(Vec3::new(0.2, 0.1, -1.0), 0.08, 12);
+    let rect = raster.draw(&camera(0.1), &second.mesh(), true);
+    let mut fresh = Raster::new(SENSOR);
+    fresh.draw(&camera(0.1), &second.mesh(), true);
+    assert_eq!(raster.fragments(), fresh.fragments());
+    for y in 0..48 {
+        for x in 0..64 {
+            let inside = (rect.left..rect.right).contains(&x) && (rect.top..rect.bottom).contains(&y);
+            assert!(inside || !raster.fragments().at(x, y).is_covered());
+        }
+    }
+}

@@ -1,0 +1,62 @@
+//! From radiance to the picture the events are made from.
+
+use glam::Vec3A;
+use serde::{Deserialize, Serialize};
+
+/// Weights of red, green and blue in the luminance of the published event generator.
+const LUMINANCE_WEIGHTS: Vec3A = Vec3A::new(0.2, 0.7, 0.1);
+
+/// Luminance of a linear colour.
+///
+/// # Source
+/// EventHands simulator: `0.2 R + 0.7 G + 0.1 B`.
+#[inline]
+pub fn luminance(rgb: Vec3A) -> f32 {
+    rgb.dot(LUMINANCE_WEIGHTS)
+}
+
+/// What the frame buffer keeps of a colour before its luminance is taken.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FrameResponse {
+    /// Everything: radiance above reference white stays.
+    Linear,
+    /// Each channel clipped at reference white, as the published frame buffer does; its eight bits
+    /// are left to the sensor's quantisation.
+    #[default]
+    Clipped,
+    /// Each channel clipped and rounded to eight bits, as the published frame buffer.
+    Rgb8,
+}
+
+impl FrameResponse {
+    /// The colour that is kept.
+    #[inline]
+    pub fn apply(self, rgb: Vec3A) -> Vec3A {
+        match self {
+            Self::Linear => rgb,
+            Self::Clipped => rgb.min(Vec3A::ONE),
+            Self::Rgb8 => (rgb.min(Vec3A::ONE) * 255.0 + 0.5).trunc() * (1.0 / 255.0),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn white_has_luminance_one_and_channels_their_weights() {
+        assert!((luminance(Vec3A::ONE) - 1.0).abs() < 1e-6);
+        assert!((luminance(Vec3A::new(0.0, 0.5, 0.0)) - 0.35).abs() < 1e-6);
+    }
+
+    #[test]
+    fn eight_bits_keep_256_values_and_clip() {
+        let kept = FrameResponse::Rgb8.apply(Vec3A::new(1.3, 0.5, 0.001));
+        let want = Vec3A::new(1.0, 128.0 / 255.0, 0.0);
+        assert!((kept - want).length() < 1e-6);
+        assert_eq!(FrameResponse::Linear.apply(Vec3A::splat(1.3)), Vec3A::splat(1.3));
+        assert_eq!(FrameResponse::Clipped.apply(Vec3A::splat(1.3)), Vec3A::ONE);
+    }
+}

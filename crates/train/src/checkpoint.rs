@@ -1,0 +1,101 @@
+//! Training checkpoints that are whole or absent.
+//!
+//! A checkpoint is three files: weights, optimiser state and learning-rate schedule. Each is written
+//! under a temporary name and renamed, and a checkpoint counts only once all three are there, so a
+//! run killed at any instant resumes from the newest complete one.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use burn_train::checkpoint::{Checkpoint, Checkpointer, CheckpointerError};
+
+use crate::TrainError;
+
+/// The parts of a checkpoint, in the order Burn hands them over.
+const PARTS: [&str; 3] = ["model", "optimizer", "schedule"];
+
+/// Writes one part of each checkpoint atomically.
+#[derive(Debug, Clone)]
+pub(crate) struct AtomicCheckpointer {
+    directory: PathBuf,
+    part: &'static str,
+}
+
+impl AtomicCheckpointer {
+    /// One checkpointer for each part, storing below `directory`.
+    pub(crate) fn parts(directory: &Path) -> [Self; 3] {
+        PARTS.map(|part| Self { directory: directory.to_path_buf(), part })
+    }
+
+    fn path(&self, interval: usize) -> PathBuf {
+        part_path(&self.directory, self.part, interval)
+    }
+}
+
+impl<R: Checkpoint> Checkpointer<R> for AtomicCheckpointer {
+    fn save(&self, interval: usize, record: R) -> Result<(), CheckpointerError> {
+        let bytes = record.checkpoint_into_bytes().map_err(CheckpointerError::Record)?;
+        evpose_core::atomic_write(self.path(interval), &bytes).map_err(CheckpointerError::IOError)
+    }
+
+    fn delete(&self, interval: usize) -> Result<(), CheckpointerError> {
+        match fs::remove_file(self.path(interval)) {
+            Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+                Err(CheckpointerError::IOError(error))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn restore(&self, interval: usize) -> Result<R, CheckpointerError> {
+        R::load(self.path(interval))
+    }
+}
+
+fn part_path(directory: &Path, part: &str, interval: usize) -> PathBuf {
+    directory.join(format!("{part}-{interval}.bpk"))
+}
+
+/// Weights of the checkpoint written after validation interval `interval`.
+pub(crate) fn weights_path(directory: &Path, interval: usize) -> PathBuf {
+    part_path(directory, PARTS[0], interval)
+}
+
+/// The newest checkpoint below `directory` of which every part is there.
+///
+/// # Errors
+/// If the directory exists but cannot be read.
+pub fn newest_checkpoint(directory: &Path) -> Result<Option<usize>, TrainError> {
+    if !directory.exists() {
+        return Ok(None);
+    }
+    let listing = fs::read_dir(directory)
+        .map_err(|source| TrainError::Io { path: directory.to_path_buf(), source })?;
+    let newest = listing
+        .filter_map(|entry| {
+            let name = entry.ok()?.file_name().into_string().ok()?;
+            name.strip_prefix("model-")?.strip_suffix(".bpk")?.parse().ok()
+        })
+        .filter(|&interval| PARTS.iter().all(|part| part_path(directory, part, interval).exists()))
+        .max();
+    Ok(newest)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use super::*;
+
+    #[test]
+    fn an_incomplete_checkpoint_does_not_count() {
+        let directory = tempfile::tempdir().unwrap();
+        let touch = |part, i| fs::write(part_path(directory.path(), part, i), b"x").unwrap();
+        assert_eq!(newest_checkpoint(directory.path()).unwrap(), None);
+        PARTS.iter().for_each(|part| touch(part, 3));
+        touch(PARTS[0], 4);
+        touch(PARTS[1], 4);
+        assert_eq!(newest_checkpoint(directory.path()).unwrap(), Some(3));
+        touch(PARTS[2], 4);
+        assert_eq!(newest_checkpoint(directory.path()).unwrap(), Some(4));
+    }
+}

@@ -1,0 +1,252 @@
+//! The file that describes a hand experiment from the scene to the metric.
+
+use std::path::Path;
+
+use evpose_nn::{HandLoss, HandNetworkConfig};
+use evpose_repr::{Augmentation, ChannelOrder};
+use evpose_sim::SimulationConfig;
+use serde::{Deserialize, Serialize};
+
+use crate::TrainError;
+
+/// Everything about a hand experiment. `Default` is the published setting.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct HandConfig {
+    /// From which every random number of the experiment follows.
+    pub seed: u64,
+    /// Scene, motion and camera, and how much to record of them.
+    pub simulation: SimulationConfig,
+    /// What the network sees of the events.
+    pub representation: RepresentationConfig,
+    /// How training windows are varied.
+    pub augmentation: Augmentation,
+    /// Layers.
+    pub network: HandNetworkConfig,
+    /// What training minimises.
+    pub loss: HandLoss,
+    /// Optimiser and duration.
+    pub training: TrainingConfig,
+    /// Held-out data.
+    pub evaluation: EvaluationConfig,
+}
+
+/// What the network sees of the events.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RepresentationConfig {
+    /// A name from the registry of representations.
+    pub name: String,
+    /// Length of the window at evaluation, in milliseconds. Training varies it.
+    pub window_ms: u32,
+    /// Which polarity is channel 0.
+    pub channel_order: ChannelOrder,
+}
+
+/// Optimiser and duration.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct TrainingConfig {
+    /// Windows per optimiser step.
+    pub batch_size: usize,
+    /// Of Adam, constant.
+    pub learning_rate: f64,
+    /// Optimiser steps in all.
+    pub steps: u64,
+    /// Optimiser steps between validations, each of which writes a checkpoint.
+    pub steps_per_validation: u64,
+    /// How much of the start of every sequence is kept for validation, in seconds.
+    pub validation_s: f64,
+    /// Windows drawn from it at each validation, at most.
+    pub validation_samples: u64,
+}
+
+/// Held-out data.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct EvaluationConfig {
+    /// How many sequences.
+    pub sequences: usize,
+    /// Length of each, in seconds.
+    pub seconds: f64,
+}
+
+impl Default for HandConfig {
+    fn default() -> Self {
+        Self {
+            seed: 1,
+            simulation: SimulationConfig::default(),
+            representation: RepresentationConfig::default(),
+            augmentation: Augmentation::default(),
+            network: HandNetworkConfig::default(),
+            loss: HandLoss::default(),
+            training: TrainingConfig::default(),
+            evaluation: EvaluationConfig::default(),
+        }
+    }
+}
+
+impl Default for RepresentationConfig {
+    fn default() -> Self {
+        Self { name: "lnes".to_owned(), window_ms: 100, channel_order: ChannelOrder::OffFirst }
+    }
+}
+
+impl Default for TrainingConfig {
+    fn default() -> Self {
+        Self {
+            batch_size: 64,
+            learning_rate: 1e-3,
+            // Not published; one pass over the 159 million published training windows.
+            steps: 2_484_375,
+            steps_per_validation: 15_000,
+            validation_s: 250.0,
+            validation_samples: 20_000,
+        }
+    }
+}
+
+impl Default for EvaluationConfig {
+    fn default() -> Self {
+        Self { sequences: 1, seconds: 1200.0 }
+    }
+}
+
+impl HandConfig {
+    /// Reads a TOML file and checks it. `overrides` are `dotted.key=value` as on the command line.
+    ///
+    /// # Errors
+    /// If the file cannot be read, has unknown or wrongly typed fields, or values that make no
+    /// sense; the error names the field.
+    pub fn load(path: &Path, overrides: &[String]) -> Result<Self, TrainError> {
+        let text = std::fs::read_to_string(path)
+            .map_err(|source| TrainError::Io { path: path.to_path_buf(), source })?;
+        Self::parse(&text, overrides).map_err(|error| match error {
+            TrainError::Config { message, .. } => {
+                TrainError::Config { path: path.to_path_buf(), message }
+            }
+            other => other,
+        })
+    }
+
+    /// As [`Self::load`], from text.
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    pub fn parse(text: &str, overrides: &[String]) -> Result<Self, TrainError> {
+        let problem = |message: String| TrainError::Config { path: "config".into(), message };
+        let config: Self = if overrides.is_empty() {
+            // Straight from the text, so that errors can point at lines.
+            toml::from_str(text).map_err(|error| problem(error.to_string()))?
+        } else {
+            let mut table: toml::Table =
+                toml::from_str(text).map_err(|error| problem(error.to_string()))?;
+            for assignment in overrides {
+                set(&mut table, assignment).map_err(problem)?;
+            }
+            table.try_into().map_err(|error: toml::de::Error| problem(error.to_string()))?
+        };
+        config.validate()?;
+        Ok(config)
+    }
+
+    /// The whole config as TOML, defaults included.
+    ///
+    /// # Errors
+    /// If a value cannot be written as TOML.
+    pub fn to_toml(&self) -> Result<String, TrainError> {
+        toml::to_string_pretty(self).map_err(|error| TrainError::Config {
+            path: "config".into(),
+            message: error.to_string(),
+        })
+    }
+
+    /// Checks what types cannot.
+    ///
+    /// # Errors
+    /// The first field that makes no sense.
+    pub fn validate(&self) -> Result<(), TrainError> {
+        let fail = |field, message: &str| {
+            Err(TrainError::Field { field, message: message.to_owned() })
+        };
+        self.simulation.validate()?;
+        if self.representation.window_ms == 0 {
+            return fail("representation.window_ms", "must be at least 1");
+        }
+        if evpose_repr::by_name(&self.representation.name).is_none() {
+            return Err(TrainError::Field {
+                field: "representation.name",
+                message: format!(
+                    "{:?} is none of {}",
+                    self.representation.name,
+                    evpose_repr::names().join(", ")
+                ),
+            });
+        }
+        if self.training.batch_size == 0 {
+            return fail("training.batch_size", "must be at least 1");
+        }
+        if self.training.steps == 0 || self.training.steps_per_validation == 0 {
+            return fail("training.steps", "steps and steps_per_validation must be at least 1");
+        }
+        if !(self.training.learning_rate > 0.0 && self.training.learning_rate.is_finite()) {
+            return fail("training.learning_rate", "must be a positive number");
+        }
+        if self.training.validation_s >= self.simulation.seconds {
+            return fail(
+                "training.validation_s",
+                "leaves nothing to train on: must be shorter than simulation.seconds",
+            );
+        }
+        Ok(())
+    }
+}
+
+/// Applies `dotted.key=value` to a table; the value is TOML, or else a bare string.
+fn set(table: &mut toml::Table, assignment: &str) -> Result<(), String> {
+    let (key, value) = assignment
+        .split_once('=')
+        .ok_or_else(|| format!("--set {assignment}: write it as key=value"))?;
+    let value = value.trim();
+    let parsed: toml::Value = toml::from_str::<toml::Table>(&format!("value = {value}"))
+        .ok()
+        .and_then(|mut t| t.remove("value"))
+        .unwrap_or_else(|| toml::Value::String(value.to_owned()));
+    let (path, last) = key.trim().rsplit_once('.').unwrap_or(("", key.trim()));
+    let mut inner = table;
+    for part in path.split('.').filter(|part| !part.is_empty()) {
+        inner = inner
+            .entry(part)
+            .or_insert_with(|| toml::Value::Table(toml::Table::new()))
+            .as_table_mut()
+            .ok_or_else(|| format!("--set {assignment}: `{part}` is not a section"))?;
+    }
+    inner.insert(last.to_owned(), parsed);
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use super::*;
+
+    #[test]
+    fn an_override_changes_one_field() {
+        let overrides = ["training.steps=7".to_owned(), "representation.name=eoi".to_owned()];
+        let config = HandConfig::parse("seed = 4", &overrides).unwrap();
+        assert_eq!((config.seed, config.training.steps), (4, 7));
+        assert_eq!(config.representation.name, "eoi");
+    }
+
+    #[test]
+    fn an_unknown_field_is_named() {
+        let error = HandConfig::parse("[training]\nstepz = 3", &[]).unwrap_err().to_string();
+        assert!(error.contains("stepz"), "{error}");
+    }
+
+    #[test]
+    fn what_was_written_is_read_back() {
+        let config = HandConfig::default();
+        assert_eq!(HandConfig::parse(&config.to_toml().unwrap(), &[]).unwrap(), config);
+    }
+}

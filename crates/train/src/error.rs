@@ -1,0 +1,67 @@
+//! What can go wrong between a config and a trained network.
+
+use std::path::PathBuf;
+
+/// A training or evaluation that cannot go on.
+#[derive(Debug, thiserror::Error)]
+pub enum TrainError {
+    /// A file cannot be read or written.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file or directory.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A config that cannot be read.
+    #[error("{}: {message}", path.display())]
+    Config {
+        /// The file.
+        path: PathBuf,
+        /// Which field, and what would be right.
+        message: String,
+    },
+    /// A config whose values contradict each other or the data.
+    #[error("config field `{field}`: {message}")]
+    Field {
+        /// Dotted name of the field.
+        field: &'static str,
+        /// What is wrong and what would be right.
+        message: String,
+    },
+    /// Event or label files.
+    #[error(transparent)]
+    Data(#[from] evpose_io::IoError),
+    /// Simulation.
+    #[error(transparent)]
+    Simulation(#[from] evpose_sim::SimError),
+    /// Networks and weight files.
+    #[error(transparent)]
+    Network(#[from] evpose_nn::NnError),
+    /// The loss is no longer a number.
+    #[error(
+        "the loss became {loss} at step {step}; training stopped. The last good checkpoint is {}. \
+         Lower `training.learning_rate` or look at the data around that step, then --resume",
+        checkpoint.as_ref().map_or("none: no validation was reached yet".to_owned(),
+            |path| path.display().to_string())
+    )]
+    Diverged {
+        /// The value seen.
+        loss: f64,
+        /// Optimiser step, counted from the start of the run.
+        step: u64,
+        /// Weights saved last.
+        checkpoint: Option<PathBuf>,
+    },
+    /// Burn stopped for another reason.
+    #[error("training stopped: {0}")]
+    Stopped(String),
+    /// Resuming into a directory of another run.
+    #[error("{}: cannot resume, {message}", path.display())]
+    Resume {
+        /// The run directory.
+        path: PathBuf,
+        /// Why not.
+        message: String,
+    },
+}

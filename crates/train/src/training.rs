@@ -1,0 +1,224 @@
+//! A training run in its directory: started, interrupted, resumed, finished.
+
+use std::fs;
+use std::io::stdout;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use burn::module::Module;
+use burn::optim::AdamConfig;
+use burn::tensor::Device;
+use burn_train::renderer::{MetricsRenderer, default_renderer};
+use burn_train::{Interrupter, Learner, SupervisedTraining};
+use evpose_core::seed_for;
+use evpose_nn::HandRegressor;
+
+use crate::checkpoint::{AtomicCheckpointer, newest_checkpoint, weights_path};
+use crate::config::HandConfig;
+use crate::dataset::HandDataset;
+use crate::hand_task::{Guard, HandLearner};
+use crate::history::History;
+use crate::loader::HandLoader;
+use crate::metric::{FIELDS, FieldMetric};
+use crate::plain_renderer::PlainRenderer;
+use crate::retention::{LastTwoAndBest, best_interval};
+use crate::{Checkpoint, TrainError};
+
+/// PyTorch's default; Burn's is 1e-5.
+const ADAM_EPSILON: f32 = 1e-8;
+
+/// How to run, as opposed to what.
+#[derive(Debug, Clone)]
+pub struct TrainOptions {
+    /// Where to compute.
+    pub device: Device,
+    /// Continue from the newest complete checkpoint of the directory.
+    pub resume: bool,
+    /// Plain lines even on a terminal.
+    pub plain: bool,
+}
+
+/// What a run came to.
+#[derive(Debug)]
+pub struct TrainSummary {
+    /// The final network.
+    pub network: HandRegressor,
+    /// Its checkpoint.
+    pub checkpoint: PathBuf,
+    /// Training windows seen by this process per second, validation included.
+    pub samples_per_second: f64,
+    /// Training windows seen by this process.
+    pub samples: u64,
+    /// Time this process trained.
+    pub elapsed: Duration,
+}
+
+/// Where a run keeps its things.
+struct RunDir<'a>(&'a Path);
+
+impl RunDir<'_> {
+    fn config(&self) -> PathBuf {
+        self.0.join("config.toml")
+    }
+    fn history(&self) -> PathBuf {
+        self.0.join("metrics.jsonl")
+    }
+    fn checkpoints(&self) -> PathBuf {
+        self.0.join("checkpoint")
+    }
+}
+
+/// A freshly initialised network; the seed decides every weight.
+pub fn untrained(config: &HandConfig, device: &Device) -> Result<HandRegressor, TrainError> {
+    let seed = seed_for(config.seed, "weights", 0);
+    Ok(config.network.init(seed, device)?)
+}
+
+/// Trains the hand network of `config` on the sequences in `data` and leaves everything in `run`:
+/// `config.toml`, `metrics.jsonl`, `checkpoint/`, and the final `model.bpk` with `model.toml`.
+///
+/// # Errors
+/// If the data or the directory cannot be used, if `run` holds another run, or if the loss stops
+/// being a number; checkpoints written before stay.
+pub fn train_hand(
+    config: &HandConfig,
+    data: &Path,
+    run: &Path,
+    options: &TrainOptions,
+) -> Result<TrainSummary, TrainError> {
+    let dir = RunDir(run);
+    let from = prepare(config, &dir, options.resume)?;
+    let training = &config.training;
+    let intervals = training.steps.div_ceil(training.steps_per_validation) as usize;
+
+    let (train, valid) = HandDataset::open(data, config)?.split(training.validation_s)?;
+    let device = options.device.clone().autodiff();
+    let span = (from + 1, training.steps, training.steps_per_validation);
+    let loader =
+        HandLoader::training(Arc::new(train), training.batch_size, span, device.clone());
+    let validation = HandLoader::validation(
+        Arc::new(valid),
+        training.batch_size,
+        training.validation_samples,
+        options.device.clone(),
+    );
+
+    let history = History::resume(&dir.history(), from)?;
+    let interrupter = Interrupter::new();
+    let guard = Guard::new(interrupter.clone());
+    let network = untrained(config, &device)?;
+    let learner = Learner::new(
+        HandLearner::new(network, config.loss.clone(), guard.clone()),
+        AdamConfig::new().with_epsilon(ADAM_EPSILON).init(),
+        training.learning_rate,
+    );
+
+    let [weights, optimizer, schedule] = AtomicCheckpointer::parts(&dir.checkpoints());
+    let mut supervised = SupervisedTraining::new(run, Arc::new(loader), Arc::new(validation))
+        .num_epochs(intervals)
+        .with_interrupter(interrupter.clone())
+        .with_metric_logger(history.clone())
+        .with_checkpointing_strategy(LastTwoAndBest::new(history.clone()))
+        .with_custom_checkpointers(weights, optimizer, schedule)
+        .with_application_logger(None)
+        .renderer(renderer(&interrupter, options.plain));
+    for field in FIELDS {
+        supervised = supervised
+            .metric_train_numeric(FieldMetric::new(field))
+            .metric_valid_numeric(FieldMetric::new(field));
+    }
+    if from > 0 {
+        supervised = supervised.checkpoint(from);
+    }
+
+    let started = Instant::now();
+    let result = supervised.launch(learner);
+    let elapsed = started.elapsed();
+    drop(result.renderer);
+    history.flush()?;
+    if let Some(divergence) = guard.divergence() {
+        let checkpoint =
+            newest_checkpoint(&dir.checkpoints())?.map(|i| weights_path(&dir.checkpoints(), i));
+        return Err(TrainError::Diverged {
+            loss: divergence.loss,
+            step: divergence.step,
+            checkpoint,
+        });
+    }
+    if let Some(error) = result.error {
+        return Err(TrainError::Stopped(error.to_string()));
+    }
+    if let Some(interruption) = result.interrupted {
+        let reason = interruption.reason.unwrap_or_else(|| "interrupted".to_owned());
+        return Err(TrainError::Stopped(format!(
+            "{reason}; continue with --resume from the last checkpoint"
+        )));
+    }
+
+    let network = result.model.network;
+    let checkpoint = Checkpoint::save(run, config, &network)?;
+    save_best(config, &dir, &history, &options.device)?;
+    let already = (from as u64 * training.steps_per_validation).min(training.steps);
+    let samples = (training.steps - already) * training.batch_size as u64;
+    Ok(TrainSummary {
+        network,
+        checkpoint,
+        samples_per_second: samples as f64 / elapsed.as_secs_f64(),
+        samples,
+        elapsed,
+    })
+}
+
+/// Makes the directory ready and tells which validation interval to continue after, 0 for none.
+fn prepare(config: &HandConfig, dir: &RunDir<'_>, resume: bool) -> Result<usize, TrainError> {
+    let refuse = |message: &str| {
+        Err(TrainError::Resume { path: dir.0.to_path_buf(), message: message.to_owned() })
+    };
+    let newest = newest_checkpoint(&dir.checkpoints())?;
+    if resume && dir.config().exists() {
+        if HandConfig::load(&dir.config(), &[])? != *config {
+            return refuse(
+                "its config.toml differs from the one given; give the same, or another --out",
+            );
+        }
+    } else if newest.is_some() {
+        return refuse("it already holds checkpoints; add --resume, or choose another --out");
+    }
+    fs::create_dir_all(dir.checkpoints())
+        .map_err(|source| TrainError::Io { path: dir.checkpoints(), source })?;
+    evpose_core::atomic_write(dir.config(), config.to_toml()?.as_bytes())
+        .map_err(|source| TrainError::Io { path: dir.config(), source })?;
+    Ok(if resume { newest.unwrap_or(0) } else { 0 })
+}
+
+/// Burn's dashboard on a terminal, plain lines elsewhere.
+fn renderer(interrupter: &Interrupter, plain: bool) -> Box<dyn MetricsRenderer> {
+    use std::io::IsTerminal as _;
+    if !plain && cfg!(feature = "tui") && stdout().is_terminal() {
+        default_renderer(interrupter.clone(), None)
+    } else {
+        Box::new(PlainRenderer::new(stdout()))
+    }
+}
+
+/// Saves the weights of the best validation beside the final ones, as a checkpoint of its own.
+fn save_best(
+    config: &HandConfig,
+    dir: &RunDir<'_>,
+    history: &History,
+    device: &Device,
+) -> Result<(), TrainError> {
+    let Some(best) = best_interval(&history.validation_losses()) else { return Ok(()) };
+    let path = weights_path(&dir.checkpoints(), best);
+    if !path.exists() {
+        return Ok(());
+    }
+    let guard = Guard::new(Interrupter::new());
+    let mut learner = HandLearner::new(untrained(config, device)?, config.loss.clone(), guard);
+    let record = burn::store::ModuleRecord::load(&path)
+        .map_err(|error| TrainError::Stopped(format!("{}: {error}", path.display())))?;
+    learner = learner.load_record(record);
+    Checkpoint::save(&dir.0.join("best"), config, &learner.network)?;
+    Ok(())
+}
