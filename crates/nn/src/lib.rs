@@ -1,2 +1,27 @@
 //! Networks, losses and weight files.
-pub mod resnet;
+//!
+//! * [`DeviceKind`]: what the arithmetic runs on, chosen by name at run time.
+//! * [`HandRegressorConfig`], [`HandRegressor`]: the EventHands network, events to 12 numbers.
+//! * [`Backbone`], [`BACKBONES`]: what can stand inside it, by name.
+//! * [`HandLoss`]: what it is trained on.
+//! * [`weights`]: our checkpoints and PyTorch's.
+//!
+//! Two rules hold everywhere. Initial weights depend on a seed and on each parameter's name, never
+//! on threads or on the order of construction. And the weights of a network are addressed by path
+//! ([`parameters`]), so that a file with one parameter too few or too many is an error.
+
+mod backbone;
+mod conv_norm;
+mod device;
+mod error;
+mod hand_regressor;
+mod init;
+mod loss;
+pub mod parameters;
+pub mod weights;
+
+pub use backbone::{BACKBONES, Backbone, BackboneEntry, MobileNetV2, ResNet};
+pub use device::DeviceKind;
+pub use error::NnError;
+pub use hand_regressor::{HandRegressor, HandRegressorConfig};
+pub use loss::{HandLoss, HandLossConfig, HandLossParts};

@@ -1,6 +1,6 @@
-//! What can be wrong with the settings and the data of filters and metrics.
+//! What can be wrong with the settings of filters and the use of metrics.
 
-/// A setting or a set of scores that cannot be used.
+/// A setting or a comparison that makes no sense.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum PoseError {
     /// A setting lies outside its range.
@@ -12,14 +12,6 @@ pub enum PoseError {
         value: f64,
         /// What it may be.
         rule: &'static str,
-    },
-    /// Nothing was measured, so there is no score.
-    #[error("no measurement of {what} in {sequences} sequences")]
-    NothingMeasured {
-        /// The quantity.
-        what: &'static str,
-        /// Sequences looked at.
-        sequences: usize,
     },
     /// Two methods can only be compared on the same sequences.
     #[error("{left} sequences cannot be compared with {right}")]

@@ -3,11 +3,13 @@
 //! * [`HandParams`]: the 12 numbers EventHands regresses.
 //! * [`EVALUATION_JOINTS`]: the 21 points of the hand that are evaluated, in their published order.
 //! * [`filter`]: smoothing over time.
+//! * [`metric`]: errors, curves under which areas are taken, and intervals.
 //! * [`rotation`]: axis-angle vectors, matrices, distances.
 
 mod error;
 pub mod filter;
 mod hand_params;
+pub mod metric;
 pub mod rotation;
 
 pub use error::PoseError;

@@ -1,1 +1,77 @@
 //! The event camera as a chain of physical stages.
+//!
+//! A [`SensorConfig`] lists effects; [`SensorModel`] places them in the order of the signal;
+//! a [`SensorRun`] turns luminance into events:
+//!
+//! ```text
+//! luminance (linear, relative to white)
+//!   OPTICS         lens
+//!   PHOTODIODE     irradiance to photocurrent
+//!   PHOTORECEPTOR  photocurrent to log voltage
+//!   DETECTOR       log voltage to requests, at exact times
+//!   BACKGROUND     requests without a cause in the light
+//!   READOUT        requests to events
+//!   CLOCK          times to timestamps
+//! events
+//! ```
+//!
+//! ```
+//! use evpose_core::{Micros, Plane, SensorSize};
+//! use evpose_sensor::{SensorConfig, SensorModel};
+//!
+//! let model = SensorModel::from_config(&SensorConfig::preset("ideal")?)?;
+//! let size = SensorSize { width: 4, height: 3 };
+//! let mut run = model.start(size, 1);
+//! run.expose(&Plane::for_sensor(size, 0.2), Micros(0))?;
+//! let events = run.expose(&Plane::for_sensor(size, 0.3), Micros(1_000))?;
+//! // ln(0.301 / 0.201) = 0.40: two thresholds of 0.2 in each of twelve pixels.
+//! assert_eq!(events.len(), 24);
+//! # Ok::<(), evpose_sensor::SensorError>(())
+//! ```
+//!
+//! # A new effect
+//! is one file in the folder of its domain, with its formula, its source, its tests and its
+//! [`StageSpec`], and one line in the registry, [`STAGES`]. Configurations, tables and the laws
+//! that hold for all stages then know it.
+//!
+//! # Time
+//! Exposures and events are stamped in whole microseconds; between them all times are `f64`
+//! seconds.
+
+mod background;
+mod chain_table;
+mod clock;
+mod config;
+mod detector;
+mod error;
+mod front;
+mod model;
+mod natural_log;
+mod optics;
+mod photodiode;
+mod photoreceptor;
+mod preset;
+mod readout;
+mod registry;
+mod request;
+mod run;
+mod settings;
+mod spec;
+mod stage;
+
+pub use background::BackgroundStage;
+pub use chain_table::{ChainRow, ChainTable};
+pub use clock::ClockStage;
+pub use config::{EffectConfig, SensorConfig, Value};
+pub use detector::ChangeDetector;
+pub use error::SensorError;
+pub use model::SensorModel;
+pub use photoreceptor::Photoreceptor;
+pub use preset::{PRESETS, Preset};
+pub use readout::Readout;
+pub use registry::STAGES;
+pub use request::Request;
+pub use run::SensorRun;
+pub use settings::Settings;
+pub use spec::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+pub use stage::{Block, PixelStage, PlaneStage, Stage, State, Tick};

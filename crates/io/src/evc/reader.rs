@@ -79,7 +79,7 @@ impl EvcReader {
     /// As [`EvcReader::open`].
     pub fn open_inferring_sensor(path: impl AsRef<Path>) -> Result<Self, IoError> {
         let mut reader = Self::open_with(path, SensorSize { width: u16::MAX, height: 256 })?;
-        reader.sensor = reader.extent();
+        reader.sensor = if reader.events() > 0 { reader.extent() } else { SensorSize::DAVIS240C };
         Ok(reader)
     }
 
@@ -209,23 +209,24 @@ impl EvcReader {
         if frames.is_empty() {
             return Ok(());
         }
-        let (from, skip) = self.index_entry(frames.start / INDEX_STEP, frames.start % INDEX_STEP);
-        let (last, keep) = self.index_entry(frames.end / INDEX_STEP, frames.end % INDEX_STEP);
-        let (to, _) = self.index_entry(frames.end.div_ceil(INDEX_STEP), 0);
+        let from = self.indexed_offset(frames.start / INDEX_STEP);
+        let last = self.indexed_offset(frames.end / INDEX_STEP);
+        let to = self.indexed_offset(frames.end.div_ceil(INDEX_STEP));
         window.bytes.resize((to - from) as usize, 0);
         self.read_at(&mut window.bytes, from)?;
-        if let Err((record, _)) = tally(&window.bytes, self.sensor) {
-            return Err(self.fault(from + (record * RECORD) as u64, EvcFault::Changed));
-        }
-        let changed = || self.fault(from, EvcFault::Changed);
-        let start = marker_offset(&window.bytes, skip).ok_or_else(changed)?;
-        let end = if keep == 0 {
-            (last - from) as usize
-        } else {
-            let tail = (last - from) as usize;
-            tail + marker_offset(&window.bytes[tail..], keep).unwrap_or(window.bytes.len() - tail)
+        let tail = (last - from) as usize;
+        let start = marker_offset(&window.bytes, frames.start % INDEX_STEP).unwrap_or(tail);
+        let end = match frames.end % INDEX_STEP {
+            0 => tail,
+            rest => marker_offset(&window.bytes[tail..], rest)
+                .map_or(window.bytes.len(), |after_tail| tail + after_tail),
         };
-        window.inside = start..end.max(start);
+        let inside = start..end.max(start);
+        match tally(&window.bytes[inside.clone()], self.sensor) {
+            Ok(tally) if tally.markers == frames.end - frames.start => {}
+            _ => return Err(self.fault(from, EvcFault::Changed)),
+        }
+        window.inside = inside;
         window.frames = frames;
         Ok(())
     }
@@ -254,18 +255,18 @@ impl EvcReader {
         }
     }
 
-    /// Byte offset of an entry of the index, the end of the file after the last, and `rest`.
-    fn index_entry(&self, entry: u64, rest: u64) -> (u64, u64) {
-        (self.index.get(entry as usize).copied().unwrap_or(self.length), rest)
+    /// Byte offset of an entry of the index; the end of the frames after the last.
+    fn indexed_offset(&self, entry: u64) -> u64 {
+        self.index.get(entry as usize).copied().unwrap_or(self.length)
     }
 
     fn frame_offset(&self, frame: u64) -> Result<u64, IoError> {
-        let (from, skip) = self.index_entry(frame / INDEX_STEP, frame % INDEX_STEP);
-        let (to, _) = self.index_entry(frame / INDEX_STEP + 1, 0);
+        let from = self.indexed_offset(frame / INDEX_STEP);
+        let to = self.indexed_offset(frame / INDEX_STEP + 1);
         let mut bytes = vec![0; (to - from) as usize];
         self.read_at(&mut bytes, from)?;
-        let at = marker_offset(&bytes, skip).ok_or_else(|| self.fault(from, EvcFault::Changed))?;
-        Ok(from + at as u64)
+        let at = marker_offset(&bytes, frame % INDEX_STEP);
+        Ok(from + at.ok_or_else(|| self.fault(from, EvcFault::Changed))? as u64)
     }
 
     fn read_at(&self, bytes: &mut [u8], offset: u64) -> Result<(), IoError> {

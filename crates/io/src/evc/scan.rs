@@ -41,7 +41,10 @@ impl fmt::Display for EvcFault {
         match *self {
             Self::Empty => f.write_str("the file is empty"),
             Self::NoMarker { polarity } => {
-                write!(f, "the first record is no frame marker: its polarity is {polarity}, not 255")
+                write!(
+                    f,
+                    "the first record is no frame marker: its polarity is {polarity}, not 255"
+                )
             }
             Self::Polarity(p) => write!(f, "polarity {p} is none of 0, 1, 255"),
             Self::OutsideSensor { x, y, sensor } => {

@@ -59,8 +59,9 @@ impl EvcWriter {
                 Ok(row) if self.sensor.contains(x, y) => self.frame.push((x, row, polarity)),
                 _ => {
                     let (frame, sensor) = (self.frames, self.sensor);
-                    let reason =
-                        format!("frame {frame}: event at ({x}, {y}) is outside the {sensor} sensor");
+                    let reason = format!(
+                        "frame {frame}: event at ({x}, {y}) is outside the {sensor} sensor"
+                    );
                     return Err(IoError::unwritable(&self.path, reason));
                 }
             }

@@ -40,6 +40,8 @@ use crate::PoseError;
 
 /// The step of the published process noise, seconds.
 pub(super) const PUBLISHED_STEP_S: f64 = 1e-3;
+/// Its inverse, which keeps the converted settings round numbers.
+const PUBLISHED_RATE_HZ: f64 = 1e3;
 
 /// Noise settings of the published program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -111,7 +113,7 @@ impl KalmanConfig {
     pub fn new(setting: NoiseSetting) -> Self {
         let (published, measurement_variance) = setting.published();
         Self {
-            acceleration_variance: published / (PUBLISHED_STEP_S * PUBLISHED_STEP_S),
+            acceleration_variance: published * PUBLISHED_RATE_HZ * PUBLISHED_RATE_HZ,
             measurement_variance,
             time_step: TimeStep::Elapsed,
             initial_state: InitialState::FirstMeasurement,
@@ -140,7 +142,7 @@ impl KalmanConfig {
         let acceleration_variance = match self.time_step {
             TimeStep::Elapsed => self.acceleration_variance,
             TimeStep::PublishedFrame => {
-                self.acceleration_variance / (PUBLISHED_STEP_S * PUBLISHED_STEP_S)
+                self.acceleration_variance * PUBLISHED_RATE_HZ * PUBLISHED_RATE_HZ
             }
         };
         let omega_rad_per_s = (acceleration_variance / self.measurement_variance).powf(0.25);
@@ -184,6 +186,18 @@ mod tests {
             let theirs = KalmanConfig::parity(setting).cutoff_hz();
             assert!((ours - theirs).abs() < 1e-9 * hz, "{setting:?}: {ours} and {theirs}");
         }
+    }
+
+    #[test]
+    fn the_consistent_settings_are_round_numbers() {
+        let variances = [
+            NoiseSetting::Regular,
+            NoiseSetting::Fast,
+            NoiseSetting::LiveFast,
+            NoiseSetting::LiveSlow,
+        ]
+        .map(|setting| KalmanConfig::new(setting).acceleration_variance);
+        assert_eq!(variances, [1e5, 3e6, 3e5, 3e4]);
     }
 
     #[test]

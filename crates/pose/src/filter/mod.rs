@@ -4,6 +4,8 @@
 //! * [`HandFilter`]: the same on the 12 numbers of a hand, without tearing its rotation at π.
 
 mod config;
+#[cfg(test)]
+mod golden;
 mod hand;
 mod kalman;
 

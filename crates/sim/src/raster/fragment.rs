@@ -112,14 +112,16 @@ impl Raster {
         }
         let cull = closed && extent.wholly_in_front;
         let mut viewport = Viewport::new(&mut self.fragments, PixelRect::whole(sensor));
-        for (face, indices) in mesh.faces.iter().enumerate() {
-            let corners = indices.map(|i| self.screen[i as usize]);
+        for (face, &[a, b, c]) in mesh.faces.iter().enumerate() {
+            // Spelled out: `indices.map` would not be inlined.
+            let (a, b, c) = (a as usize, b as usize, c as usize);
+            let corners = [self.screen[a], self.screen[b], self.screen[c]];
             if extent.wholly_in_front || corners.iter().all(|c| c.inverse_depth > 0.0) {
                 if let Some(triangle) = Triangle::new(corners, cull) {
                     viewport.fill(&triangle, face as u32, |barycentric| barycentric);
                 }
             } else if corners.iter().any(|c| c.inverse_depth > 0.0) {
-                let corners_m = indices.map(|i| mesh.vertices_m[i as usize]);
+                let corners_m = [mesh.vertices_m[a], mesh.vertices_m[b], mesh.vertices_m[c]];
                 clip_to_near_plane(camera, corners_m, |corners, face_from_part| {
                     if let Some(triangle) = Triangle::new(corners, false) {
                         viewport.fill(&triangle, face as u32, face_from_part);

@@ -97,7 +97,8 @@ impl Scene {
     /// The colour of a covered pixel: normal and texture coordinates interpolated, then lit.
     #[inline]
     fn shade(&self, mesh: &Mesh<'_>, fragment: &Fragment) -> Vec3A {
-        let [a, b, c] = mesh.faces[fragment.face as usize].map(|i| i as usize);
+        let [a, b, c] = mesh.faces[fragment.face as usize];
+        let (a, b, c) = (a as usize, b as usize, c as usize);
         let [second, third] = fragment.barycentric;
         let first = 1.0 - second - third;
         let normal = Vec3A::from(mesh.normals[a]) * first

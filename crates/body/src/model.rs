@@ -1,0 +1,153 @@
+//! What a linear-blend-skinned model of the SMPL family is, wherever it comes from.
+
+use glam::{Vec2, Vec3};
+
+use crate::normals::area_weighted_normals;
+
+/// A body, or part of one, that shape and pose coefficients deform. Right hand first of interest.
+///
+/// # Model
+/// SMPL: `vertices = template + Σ βᵢ·shape directionᵢ`, `joints = offsets + regressor·vertices`,
+/// then skinning with the joints' rigid transforms ([`Self::pose`]).
+///
+/// # Source
+/// Loper et al., *SMPL* (SIGGRAPH Asia 2015); Romero et al., *Embodied Hands* (2017) for the hands.
+#[derive(Debug, Clone)]
+pub struct BodyModel {
+    /// Vertices of the mean shape in the rest pose, in metres.
+    pub template_m: Vec<Vec3>,
+    /// Displacement of every vertex per unit of every shape coefficient, in metres.
+    pub shape_directions_m: Vec<Vec<Vec3>>,
+    /// Displacement of every vertex per unit of every entry of `R − I` of joints 1.., row by row, in
+    /// metres. Empty: the model has no pose correctives.
+    pub pose_directions_m: Vec<Vec<Vec3>>,
+    /// Sparse row of every joint: joints are weighted sums of vertices.
+    pub joint_regressor: Vec<Vec<(u32, f32)>>,
+    /// What is added to the weighted sums, in metres: the joints no vertex is drawn around. Zero in
+    /// SMPL-family files.
+    pub joint_offsets_m: Vec<Vec3>,
+    /// The joint each joint hangs on; a parent comes before its children.
+    pub parents: Vec<Option<usize>>,
+    /// What moves each vertex.
+    pub skin: Vec<SkinWeights>,
+    /// Triangles, counterclockwise from outside.
+    pub faces: Vec<[u32; 3]>,
+    /// Texture coordinates of each vertex; [`crate::texture_layout`] for the procedural arm.
+    pub uvs: Vec<Vec2>,
+    /// Articulation of the left hand.
+    pub left_hand: HandBasis,
+    /// Articulation of the right hand.
+    pub right_hand: HandBasis,
+    /// The right wrist.
+    pub wrist: usize,
+    /// Vertices at the tips of the right thumb, index, middle, ring and pinky.
+    pub fingertips: [u32; 5],
+}
+
+/// The joints that move a vertex, strongest first, and by how much.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SkinWeights {
+    /// Joints; those of weight zero mean nothing.
+    pub joints: [u8; 4],
+    /// Weights, descending, with sum one.
+    pub weights: [f32; 4],
+}
+
+impl SkinWeights {
+    /// The four strongest of `weights`, scaled to sum one.
+    ///
+    /// # Panics
+    /// If none is positive.
+    pub fn strongest(weights: impl IntoIterator<Item = (usize, f32)>) -> Self {
+        let mut sorted: Vec<(usize, f32)> =
+            weights.into_iter().filter(|&(_, weight)| weight > 1e-4).collect();
+        sorted.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+        sorted.truncate(4);
+        let total: f32 = sorted.iter().map(|&(_, weight)| weight).sum();
+        assert!(total > 0.0, "a vertex no joint moves");
+        let mut skin = Self { joints: [0; 4], weights: [0.0; 4] };
+        for (slot, (joint, weight)) in sorted.into_iter().enumerate() {
+            skin.joints[slot] = joint as u8;
+            skin.weights[slot] = weight / total;
+        }
+        skin
+    }
+
+    /// Joints and weights other than zero.
+    pub fn iter(&self) -> impl Iterator<Item = (usize, f32)> + '_ {
+        self.joints
+            .iter()
+            .zip(&self.weights)
+            .map(|(&joint, &weight)| (usize::from(joint), weight))
+            .take_while(|&(_, weight)| weight > 0.0)
+    }
+}
+
+/// Coefficients of a hand's articulation to axis-angles of its 15 joints.
+///
+/// `angles = mean + Σ coefficientᵢ · componentᵢ`, 45 numbers in radians: index, middle, pinky, ring,
+/// thumb; three joints each.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HandBasis {
+    /// The first of its 15 joints.
+    pub first_joint: usize,
+    /// Angles of coefficients zero.
+    pub mean: [f32; 45],
+    /// One component a row.
+    pub components: Box<[[f32; 45]; 45]>,
+}
+
+impl HandBasis {
+    /// Axis-angle of the `joint`-th of the 15 joints; coefficients that are missing are zero.
+    pub fn rotation(&self, joint: usize, coefficients: &[f32]) -> Vec3 {
+        Vec3::from_array(std::array::from_fn(|axis| {
+            let entry = 3 * joint + axis;
+            let rows = self.components.iter().zip(coefficients);
+            self.mean[entry] + rows.map(|(row, coefficient)| row[entry] * coefficient).sum::<f32>()
+        }))
+    }
+}
+
+/// One person: a model with its shape coefficients applied, in the rest pose.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ShapedBody {
+    /// Vertices in metres.
+    pub vertices_m: Vec<Vec3>,
+    /// Outward unit normals.
+    pub normals: Vec<Vec3>,
+    /// Joints in metres.
+    pub joints_m: Vec<Vec3>,
+}
+
+impl BodyModel {
+    /// The model with shape coefficients `betas`; those that are missing are zero.
+    ///
+    /// # Panics
+    /// If there are more than the model has shape directions.
+    pub fn shaped(&self, betas: &[f32]) -> ShapedBody {
+        assert!(
+            betas.len() <= self.shape_directions_m.len(),
+            "{} shape coefficients for a model of {}",
+            betas.len(),
+            self.shape_directions_m.len()
+        );
+        let mut vertices_m = self.template_m.clone();
+        for (direction_m, &beta) in self.shape_directions_m.iter().zip(betas) {
+            for (vertex_m, &offset_m) in vertices_m.iter_mut().zip(direction_m) {
+                *vertex_m += offset_m * beta;
+            }
+        }
+        let joints_m = self
+            .joint_regressor
+            .iter()
+            .zip(&self.joint_offsets_m)
+            .map(|(row, &offset_m)| {
+                row.iter().fold(offset_m, |sum, &(vertex, weight)| {
+                    sum + vertices_m[vertex as usize] * weight
+                })
+            })
+            .collect();
+        let normals = area_weighted_normals(&vertices_m, &self.faces);
+        ShapedBody { vertices_m, normals, joints_m }
+    }
+}

@@ -1,0 +1,73 @@
+//! The pose of a body and how the published generator's 78 numbers describe it.
+
+use evpose_pose::HandParams;
+use glam::Vec3;
+
+use crate::skeleton::{BODY_JOINTS, LEFT_HAND, RIGHT_HAND};
+use crate::{BodyModel, HandBasis};
+
+/// How many numbers the generator draws: 22 axis-angles of the body, 6 articulation coefficients of
+/// the left hand, 6 of the right.
+pub const GENERATOR_NUMBERS: usize = 78;
+
+/// Articulation coefficients of one hand.
+pub(crate) const ARTICULATION: usize = 6;
+
+/// First of the generator's coefficients of the left hand.
+const LEFT_COEFFICIENTS: usize = 3 * BODY_JOINTS;
+/// First of the generator's coefficients of the right hand.
+pub(crate) const RIGHT_COEFFICIENTS: usize = LEFT_COEFFICIENTS + ARTICULATION;
+
+/// Constant part of the published distribution, with the elbow's twist on its positive side: the
+/// body a predicted hand is shown on.
+const PLAYBACK: [(usize, f32); 4] = [(44, 0.2), (53, 0.1), (57, 1.4), (59, 0.5)];
+
+/// Rotations of all joints and a displacement of the whole.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BodyPose {
+    /// Axis-angle of every joint relative to its parent, in radians.
+    pub joints: Vec<Vec3>,
+    /// Displacement in metres.
+    pub translation_m: Vec3,
+}
+
+impl BodyPose {
+    /// The rest pose of `model`, flat hands included.
+    pub fn rest(model: &BodyModel) -> Self {
+        Self { joints: vec![Vec3::ZERO; model.parents.len()], translation_m: Vec3::ZERO }
+    }
+
+    /// The pose of the generator's 78 numbers. The hands' mean poses are added.
+    pub fn from_generator(
+        model: &BodyModel,
+        numbers: &[f32; GENERATOR_NUMBERS],
+        translation_m: Vec3,
+    ) -> Self {
+        let mut pose = Self::rest(model);
+        for (joint, angles) in pose.joints.iter_mut().zip(numbers[..LEFT_COEFFICIENTS].chunks(3)) {
+            *joint = Vec3::from_slice(angles);
+        }
+        pose.set_hand(&model.left_hand, &numbers[LEFT_COEFFICIENTS..RIGHT_COEFFICIENTS]);
+        pose.set_hand(&model.right_hand, &numbers[RIGHT_COEFFICIENTS..]);
+        pose.translation_m = translation_m;
+        pose
+    }
+
+    /// The pose a predicted hand is shown in, before its wrist is brought to where it was predicted.
+    pub fn for_playback(model: &BodyModel, hand: &HandParams) -> Self {
+        let mut numbers = [0.0; GENERATOR_NUMBERS];
+        for (entry, value) in PLAYBACK {
+            numbers[entry] = value;
+        }
+        numbers[RIGHT_COEFFICIENTS..].copy_from_slice(&hand.articulation);
+        Self::from_generator(model, &numbers, Vec3::ZERO)
+    }
+
+    /// Articulates one hand.
+    pub fn set_hand(&mut self, basis: &HandBasis, coefficients: &[f32]) {
+        let hand = &mut self.joints[basis.first_joint..];
+        for (k, joint) in hand.iter_mut().take(RIGHT_HAND - LEFT_HAND).enumerate() {
+            *joint = basis.rotation(k, coefficients);
+        }
+    }
+}

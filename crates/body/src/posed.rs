@@ -1,0 +1,45 @@
+//! A posed body and what is read from it: the 12 numbers of the hand and its 21 points.
+
+use evpose_pose::rotation::axis_angle_from_matrix;
+use evpose_pose::{EVALUATION_JOINTS, HandParams};
+use glam::{Affine3A, Vec3};
+
+use crate::BodyModel;
+use crate::skeleton::HAND_JOINTS;
+
+/// A body in a pose, in world coordinates. Reused from pose to pose, it allocates once.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct PosedBody {
+    /// Vertices in metres.
+    pub vertices_m: Vec<Vec3>,
+    /// Outward unit normals.
+    pub normals: Vec<Vec3>,
+    /// `world_from_joint` of every joint.
+    pub joints: Vec<Affine3A>,
+}
+
+impl PosedBody {
+    /// The points that are evaluated, in the order of [`EVALUATION_JOINTS`], in metres.
+    pub fn evaluation_points(&self, model: &BodyModel) -> [Vec3; EVALUATION_JOINTS.len()] {
+        let tips = 1 + model.fingertips.len();
+        let origin = |joint: usize| Vec3::from(self.joints[joint].translation);
+        std::array::from_fn(|point| match point {
+            0 => origin(model.wrist),
+            _ if point < tips => self.vertices_m[model.fingertips[point - 1] as usize],
+            _ => origin(model.right_hand.first_joint + point - tips),
+        })
+    }
+
+    /// Position and rotation of the wrist, with the `articulation` the hand was posed with.
+    pub fn hand_params(&self, model: &BodyModel, articulation: [f32; 6]) -> HandParams {
+        let wrist = &self.joints[model.wrist];
+        HandParams {
+            articulation,
+            translation_m: wrist.translation.into(),
+            rotation: axis_angle_from_matrix(wrist.matrix3.into()),
+        }
+    }
+}
+
+// The wrist, five tips and the joints of one hand.
+const _: () = assert!(EVALUATION_JOINTS.len() == 1 + 5 + HAND_JOINTS);

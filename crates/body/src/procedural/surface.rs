@@ -1,0 +1,62 @@
+//! The mesh of the arm: polygonised, evened out, drawn back onto the surface, cut into triangles.
+
+use glam::Vec3;
+
+use super::polygonise::{QuadMesh, polygonise};
+
+/// How often vertices are evened out.
+const ROUNDS: usize = 12;
+/// How far a vertex moves towards the mean of its neighbours in a round.
+const STEP: f32 = 0.5;
+/// Step of the numerical gradient of the distance.
+const PROBE_M: f32 = 1e-4;
+
+/// Vertices and outward-facing triangles of the surface where `distance` is zero.
+pub(super) fn surface(distance: impl Fn(Vec3) -> f32) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+    let QuadMesh { mut vertices_m, quads } = polygonise(&distance);
+    let neighbours = neighbours(vertices_m.len(), &quads);
+    for _ in 0..ROUNDS {
+        vertices_m = neighbours
+            .iter()
+            .zip(&vertices_m)
+            .map(|(around, &vertex_m)| {
+                let mean_m = around.iter().map(|&i| vertices_m[i as usize]).sum::<Vec3>()
+                    / around.len() as f32;
+                onto_surface(&distance, vertex_m.lerp(mean_m, STEP))
+            })
+            .collect();
+    }
+    let faces = quads.iter().flat_map(|&quad| triangles(&vertices_m, quad)).collect();
+    (vertices_m, faces)
+}
+
+/// One Newton step towards the zero of `distance` along its gradient.
+fn onto_surface(distance: impl Fn(Vec3) -> f32, point_m: Vec3) -> Vec3 {
+    let here_m = distance(point_m);
+    let gradient = Vec3::from_array(
+        Vec3::AXES.map(|axis| (distance(point_m + axis * PROBE_M) - here_m) / PROBE_M),
+    );
+    // A distance that blends has a gradient near one; a much smaller one is a ridge to stay off.
+    point_m - gradient * (here_m / gradient.length_squared().max(0.25))
+}
+
+/// The vertices that share an edge with each vertex, in ascending order.
+fn neighbours(vertices: usize, quads: &[[u32; 4]]) -> Vec<Vec<u32>> {
+    let mut around = vec![Vec::new(); vertices];
+    for quad in quads {
+        for k in 0..4 {
+            around[quad[k] as usize].extend([quad[(k + 1) % 4], quad[(k + 3) % 4]]);
+        }
+    }
+    for list in &mut around {
+        list.sort_unstable();
+        list.dedup();
+    }
+    around
+}
+
+/// Cuts a quadrilateral along its shorter diagonal.
+fn triangles(vertices_m: &[Vec3], [a, b, c, d]: [u32; 4]) -> [[u32; 3]; 2] {
+    let length_sq = |i: u32, j: u32| vertices_m[i as usize].distance_squared(vertices_m[j as usize]);
+    if length_sq(a, c) <= length_sq(b, d) { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] }
+}

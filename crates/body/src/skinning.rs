@@ -1,0 +1,129 @@
+//! From a shape and a pose to vertices in the world.
+//!
+//! # Model
+//! Linear blend skinning: joint transforms are chained from the root, `Gᵢ = G_parent·[Rᵢ | Jᵢ − J_parent]`,
+//! `Aᵢ = Gᵢ·T(−Jᵢ)`, and a vertex moves by `Σ wⱼ·Aⱼ`. Normals turn by the 3x3 part of the same sum,
+//! as published, which is exact for rigid parts only.
+//!
+//! # Source
+//! Loper et al., *SMPL* (SIGGRAPH Asia 2015), Eq. 2-4, 6-9.
+
+use evpose_pose::HandParams;
+use evpose_pose::rotation::matrix_from_axis_angle;
+use glam::{Affine3A, Mat3, Mat3A, Vec3, Vec3A};
+
+use crate::normals::area_weighted_normals;
+use crate::{BodyModel, BodyPose, PosedBody, ShapedBody};
+
+impl BodyModel {
+    /// Poses `shaped`; `out` is overwritten.
+    pub fn pose(&self, shaped: &ShapedBody, pose: &BodyPose, out: &mut PosedBody) {
+        self.pose_joints(shaped, pose, out);
+        self.skin_surface(shaped, pose, out);
+    }
+
+    /// The hand placed so that its wrist frame is the one of `params`; the arm hangs on it as in
+    /// the published player.
+    ///
+    /// The whole body moves by `T(position)·R(rotation)·(T(wrist)·R(wrist))⁻¹`.
+    pub fn pose_hand(&self, shaped: &ShapedBody, params: &HandParams, out: &mut PosedBody) {
+        let pose = BodyPose::for_playback(self, params);
+        self.pose_joints(shaped, &pose, out);
+        let predicted = Affine3A::from_mat3_translation(
+            matrix_from_axis_angle(params.rotation),
+            params.translation_m,
+        );
+        let world_from_body = predicted * out.joints[self.wrist].inverse();
+        for joint in &mut out.joints {
+            *joint = world_from_body * *joint;
+        }
+        // Exactly, not up to the rounding of an inverse.
+        out.joints[self.wrist] = predicted;
+        self.skin_surface(shaped, &pose, out);
+    }
+
+    /// Transforms of the joints only: all that following the wrist takes.
+    pub fn pose_joints(&self, shaped: &ShapedBody, pose: &BodyPose, out: &mut PosedBody) {
+        out.joints.clear();
+        for (joint, (&parent, &rest_m)) in self.parents.iter().zip(&shaped.joints_m).enumerate() {
+            let rotation = pose.joints[joint];
+            // Most joints of the body rest.
+            let matrix = if rotation == Vec3::ZERO {
+                Mat3::IDENTITY
+            } else {
+                matrix_from_axis_angle(rotation)
+            };
+            let transform = match parent {
+                None => Affine3A::from_mat3_translation(matrix, rest_m + pose.translation_m),
+                Some(parent) => {
+                    let offset_m = rest_m - shaped.joints_m[parent];
+                    out.joints[parent] * Affine3A::from_mat3_translation(matrix, offset_m)
+                }
+            };
+            out.joints.push(transform);
+        }
+    }
+
+    /// Moves the surface with the joints already in `out`.
+    fn skin_surface(&self, shaped: &ShapedBody, pose: &BodyPose, out: &mut PosedBody) {
+        let world_from_rest: Vec<Affine3A> = out
+            .joints
+            .iter()
+            .zip(&shaped.joints_m)
+            .map(|(joint, &rest_m)| *joint * Affine3A::from_translation(-rest_m))
+            .collect();
+        let PosedBody { vertices_m, normals, .. } = out;
+        if self.pose_directions_m.is_empty() {
+            self.skin(&world_from_rest, &shaped.vertices_m, &shaped.normals, vertices_m, normals);
+        } else {
+            let corrected_m = self.with_pose_correctives(&shaped.vertices_m, pose);
+            let rest_normals = area_weighted_normals(&corrected_m, &self.faces);
+            self.skin(&world_from_rest, &corrected_m, &rest_normals, vertices_m, normals);
+        }
+    }
+
+    /// Blends the transforms of every vertex and applies them.
+    fn skin(
+        &self,
+        world_from_rest: &[Affine3A],
+        rest_m: &[Vec3],
+        rest_normals: &[Vec3],
+        vertices_m: &mut Vec<Vec3>,
+        normals: &mut Vec<Vec3>,
+    ) {
+        vertices_m.resize(rest_m.len(), Vec3::ZERO);
+        normals.resize(rest_m.len(), Vec3::ZERO);
+        let rest = rest_m.iter().zip(rest_normals);
+        let posed = vertices_m.iter_mut().zip(normals.iter_mut());
+        for ((skin, (&vertex_m, &normal)), (posed_m, posed_normal)) in
+            self.skin.iter().zip(rest).zip(posed)
+        {
+            let mut matrix = Mat3A::ZERO;
+            let mut translation = Vec3A::ZERO;
+            for (joint, weight) in skin.iter() {
+                let transform = &world_from_rest[joint];
+                matrix += transform.matrix3 * weight;
+                translation += transform.translation * weight;
+            }
+            *posed_m = (matrix * Vec3A::from(vertex_m) + translation).into();
+            *posed_normal = (matrix * Vec3A::from(normal)).normalize_or_zero().into();
+        }
+    }
+
+    /// Vertices with the displacements that the rotations of joints 1.. bring.
+    fn with_pose_correctives(&self, shaped_m: &[Vec3], pose: &BodyPose) -> Vec<Vec3> {
+        let mut vertices_m = shaped_m.to_vec();
+        let feature = pose.joints.iter().skip(1).flat_map(|&rotation| {
+            // Row by row: the transpose of glam's columns.
+            (matrix_from_axis_angle(rotation) - Mat3::IDENTITY).transpose().to_cols_array()
+        });
+        for (direction_m, value) in self.pose_directions_m.iter().zip(feature) {
+            if value != 0.0 {
+                for (vertex_m, &offset_m) in vertices_m.iter_mut().zip(direction_m) {
+                    *vertex_m += offset_m * value;
+                }
+            }
+        }
+        vertices_m
+    }
+}

@@ -1,0 +1,65 @@
+//! A convolution without bias and the batch normalisation behind it, of which every backbone is
+//! built.
+
+use burn::module::{Initializer, Module};
+use burn::nn::conv::{Conv2d, Conv2dConfig};
+use burn::nn::{BatchNorm, BatchNormConfig, PaddingConfig2d};
+use burn::tensor::{Device, Tensor};
+
+/// Shape of a [`ConvNorm`]: a square kernel that keeps the image size, up to its stride.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ConvNormConfig {
+    pub(crate) channels_in: usize,
+    pub(crate) channels_out: usize,
+    /// Odd.
+    pub(crate) kernel: usize,
+    pub(crate) stride: usize,
+    pub(crate) groups: usize,
+}
+
+/// `norm(conv(x))`.
+#[derive(Module, Debug)]
+pub(crate) struct ConvNorm {
+    /// Weight of shape `[channels_out, channels_in / groups, kernel, kernel]`.
+    pub(crate) conv: Conv2d,
+    /// All tensors of shape `[channels_out]`.
+    pub(crate) norm: BatchNorm,
+}
+
+impl ConvNormConfig {
+    /// A `kernel` x `kernel` convolution that mixes all channels.
+    pub(crate) fn new(channels_in: usize, channels_out: usize, kernel: usize) -> Self {
+        Self { channels_in, channels_out, kernel, stride: 1, groups: 1 }
+    }
+
+    pub(crate) fn with_stride(self, stride: usize) -> Self {
+        Self { stride, ..self }
+    }
+
+    pub(crate) fn with_groups(self, groups: usize) -> Self {
+        Self { groups, ..self }
+    }
+
+    /// Weights are zero until [`crate::parameters::fill`] gives them values.
+    pub(crate) fn init(self, device: &Device) -> ConvNorm {
+        let Self { channels_in, channels_out, kernel, stride, groups } = self;
+        let pad = kernel / 2;
+        let conv = Conv2dConfig::new([channels_in, channels_out], [kernel, kernel])
+            .with_stride([stride, stride])
+            .with_padding(PaddingConfig2d::Explicit(pad, pad, pad, pad))
+            .with_groups(groups)
+            .with_bias(false)
+            .with_initializer(Initializer::Zeros)
+            .init(device);
+        ConvNorm { conv, norm: BatchNormConfig::new(channels_out).init(device) }
+    }
+}
+
+impl ConvNorm {
+    /// # Shapes
+    /// - input: `[batch, channels_in, height, width]`
+    /// - output: `[batch, channels_out, ceil(height / stride), ceil(width / stride)]`
+    pub(crate) fn forward(&self, input: Tensor<4>) -> Tensor<4> {
+        self.norm.forward(self.conv.forward(input))
+    }
+}

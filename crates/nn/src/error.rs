@@ -1,0 +1,129 @@
+//! What can go wrong with a device, a configuration or a weight file.
+
+use std::path::PathBuf;
+
+/// Errors of this crate.
+#[derive(Debug, thiserror::Error)]
+pub enum NnError {
+    /// No device has this name.
+    #[error("no device is called `{name}`: choose one of flex, ndarray, wgpu, cuda")]
+    UnknownDevice {
+        /// The name given.
+        name: String,
+    },
+    /// The device exists but was not compiled in.
+    #[error("this build has no {device} device: rebuild with `--features {device}`")]
+    DeviceNotBuilt {
+        /// The device, which is also the name of its Cargo feature.
+        device: &'static str,
+    },
+    /// No backbone has this name.
+    #[error("no backbone is called `{name}`: choose one of {known}")]
+    UnknownBackbone {
+        /// The name given.
+        name: String,
+        /// The names there are.
+        known: String,
+    },
+    /// A network this wide cannot be built.
+    #[error("`width` must give every layer at least one channel, at most 8 times the published width; got {width}")]
+    Width {
+        /// The width given, relative to the published network.
+        width: f32,
+    },
+    /// A file could not be read or written at all.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// A file is not a weight file of the expected kind, or is damaged.
+    #[error("{}: not a readable {format} file: {reason}", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// What it was taken for.
+        format: &'static str,
+        /// What the reader said.
+        reason: String,
+    },
+    /// A weight file does not say which network it belongs to.
+    #[error("{}: the weights carry no description of their network: {reason}", path.display())]
+    Card {
+        /// The file.
+        path: PathBuf,
+        /// What is missing or malformed.
+        reason: String,
+    },
+    /// The parameters in a file are not those of the network.
+    #[error("{}: these are not the weights of this network: {mismatch}", path.display())]
+    Mismatch {
+        /// The file.
+        path: PathBuf,
+        /// Which parameters differ.
+        mismatch: Mismatch,
+    },
+}
+
+/// How the parameters of a file differ from those of a network, each list sorted by name.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Mismatch {
+    /// Parameters of the network that the file lacks.
+    pub missing: Vec<String>,
+    /// Parameters of the file that the network lacks.
+    pub unexpected: Vec<String>,
+    /// Parameters of another shape: name, shape in the network, shape in the file.
+    pub reshaped: Vec<(String, Vec<usize>, Vec<usize>)>,
+}
+
+impl Mismatch {
+    /// Whether nothing differs.
+    pub fn is_empty(&self) -> bool {
+        self.missing.is_empty() && self.unexpected.is_empty() && self.reshaped.is_empty()
+    }
+}
+
+impl std::fmt::Display for Mismatch {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let mut parts = Vec::new();
+        if !self.missing.is_empty() {
+            parts.push(format!("missing {}", listed(&self.missing)));
+        }
+        if !self.unexpected.is_empty() {
+            parts.push(format!("unexpected {}", listed(&self.unexpected)));
+        }
+        if !self.reshaped.is_empty() {
+            let shapes = self.reshaped.iter();
+            let shapes: Vec<_> =
+                shapes.map(|(name, ours, file)| format!("{name} {file:?} for {ours:?}")).collect();
+            parts.push(format!("of another shape {}", listed(&shapes)));
+        }
+        f.write_str(&parts.join("; "))
+    }
+}
+
+/// The count and the first few names: a wrong network differs in all of its hundred.
+fn listed(names: &[String]) -> String {
+    const SHOWN: usize = 5;
+    let rest = names.len().saturating_sub(SHOWN);
+    let shown = names[..names.len() - rest].join(", ");
+    let more = if rest > 0 { format!(" and {rest} more") } else { String::new() };
+    format!("{} ({shown}{more})", names.len())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_mismatch_is_counted_and_cut() {
+        let missing = (0..7).map(|i| format!("p{i}")).collect();
+        let mismatch = Mismatch { missing, unexpected: vec!["q".into()], ..Mismatch::default() };
+        assert_eq!(
+            mismatch.to_string(),
+            "missing 7 (p0, p1, p2, p3, p4 and 2 more); unexpected 1 (q)"
+        );
+    }
+}

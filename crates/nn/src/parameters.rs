@@ -1,0 +1,197 @@
+//! The weights of a module by path: to list, to read, and to fill them.
+//!
+//! A path joins field names and positions with dots, `backbone.stages.0.1.first.conv.weight`; the
+//! names of enum variants are left out. Trained parameters and the running statistics of batch
+//! normalisation are treated alike.
+
+use burn::module::{Module, ModuleMapper, ModuleVisitor, Param, ParamId};
+use burn::tensor::{Tensor, TensorData};
+
+/// One tensor of a module.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Slot {
+    /// Where it is.
+    pub path: String,
+    /// The layer that holds it: `Conv2d`, `BatchNorm`, `Linear`.
+    pub layer: String,
+    /// Its shape.
+    pub shape: Vec<usize>,
+}
+
+impl Slot {
+    /// The last part of the path: `weight`, `bias`, `gamma`, `beta`, `running_mean`, `running_var`.
+    pub fn name(&self) -> &str {
+        self.path.rsplit('.').next().unwrap_or_default()
+    }
+
+    /// Whether this is the weight of a fully connected layer, `[inputs, outputs]` here and
+    /// `[outputs, inputs]` in PyTorch.
+    pub fn is_linear_weight(&self) -> bool {
+        self.layer == "Linear" && self.name() == "weight"
+    }
+}
+
+/// Every tensor of `module` in the order of its fields.
+pub fn slots<M: Module>(module: &M) -> Vec<Slot> {
+    let mut list = List { position: Position::default(), found: Vec::new() };
+    module.visit(&mut list);
+    list.found
+}
+
+/// Every tensor of `module` with its values in row-major order.
+///
+/// Running statistics are those of the last training step: Burn keeps the newest update of each
+/// thread aside until the next forward pass, and a plain visit would miss it.
+pub fn read<M: Module>(module: &M) -> Vec<(Slot, Vec<f32>)> {
+    let mut read = Read { position: Position::default(), found: Vec::new() };
+    module.valid().visit(&mut read);
+    read.found
+}
+
+/// Gives every tensor of `module` the values of `source`, in row-major order.
+///
+/// Each parameter's id becomes a hash of its path: an optimiser's state, which is kept by id,
+/// then fits a network built or loaded anew.
+///
+/// # Panics
+/// If `source` returns another number of values than the slot holds.
+pub fn fill<M: Module>(module: M, source: impl FnMut(&Slot) -> Vec<f32>) -> M {
+    module.map(&mut Fill { position: Position::default(), source })
+}
+
+/// Where a traversal stands.
+#[derive(Default)]
+struct Position {
+    names: Vec<String>,
+    layers: Vec<String>,
+}
+
+impl Position {
+    fn enter(&mut self, name: &str, container: &str) {
+        self.layers.push(container.trim_start_matches("Struct:").to_owned());
+        self.names.push(if is_enum(container) { String::new() } else { name.to_owned() });
+    }
+
+    fn exit(&mut self) {
+        self.layers.pop();
+        self.names.pop();
+    }
+
+    fn slot(&self, shape: &[usize]) -> Slot {
+        let names: Vec<_> = self.names.iter().map(String::as_str).filter(|n| !n.is_empty()).collect();
+        Slot {
+            path: names.join("."),
+            layer: self.layers.last().cloned().unwrap_or_default(),
+            shape: shape.to_vec(),
+        }
+    }
+}
+
+fn is_enum(container: &str) -> bool {
+    container.starts_with("Enum:")
+}
+
+/// FNV-1a.
+fn id_of(path: &str) -> ParamId {
+    let hash = path.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
+    });
+    ParamId::from(hash)
+}
+
+struct List {
+    position: Position,
+    found: Vec<Slot>,
+}
+
+impl ModuleVisitor for List {
+    fn enter_module(&mut self, name: &str, container: &str) {
+        self.position.enter(name, container);
+    }
+
+    fn exit_module(&mut self, _name: &str, _container: &str) {
+        self.position.exit();
+    }
+
+    fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
+        self.found.push(self.position.slot(&param.lazy_shape()));
+    }
+}
+
+struct Read {
+    position: Position,
+    found: Vec<(Slot, Vec<f32>)>,
+}
+
+impl ModuleVisitor for Read {
+    fn enter_module(&mut self, name: &str, container: &str) {
+        self.position.enter(name, container);
+    }
+
+    fn exit_module(&mut self, _name: &str, _container: &str) {
+        self.position.exit();
+    }
+
+    fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
+        let tensor = param.val();
+        let slot = self.position.slot(&tensor.dims());
+        self.found.push((slot, tensor.into_data().iter::<f32>().collect()));
+    }
+}
+
+struct Fill<F> {
+    position: Position,
+    source: F,
+}
+
+impl<F: FnMut(&Slot) -> Vec<f32>> ModuleMapper for Fill<F> {
+    fn enter_module(&mut self, name: &str, container: &str) {
+        self.position.enter(name, container);
+    }
+
+    fn exit_module(&mut self, _name: &str, _container: &str) {
+        self.position.exit();
+    }
+
+    fn map_float<const D: usize>(&mut self, param: Param<Tensor<D>>) -> Param<Tensor<D>> {
+        let (_, old, mapper) = param.consume();
+        let slot = self.position.slot(&old.dims());
+        let values = (self.source)(&slot);
+        let data = TensorData::new(values, old.dims());
+        let new = Tensor::from_data(data, &old.device()).set_require_grad(old.is_require_grad());
+        Param::from_mapped_value(id_of(&slot.path), new, mapper)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use burn::nn::{Linear, LinearConfig};
+    use burn::tensor::Device;
+
+    fn linear() -> Linear {
+        LinearConfig::new(3, 2).init(&Device::flex())
+    }
+
+    #[test]
+    fn what_was_filled_in_is_read_back() {
+        let filled = fill(linear(), |slot| {
+            let first = if slot.is_linear_weight() { 0 } else { 10 };
+            (first..first + slot.shape.iter().product::<usize>()).map(|i| i as f32).collect()
+        });
+        let read = read(&filled);
+        assert_eq!(read[0].0.path, "weight");
+        assert_eq!(read[0].0.layer, "Linear");
+        assert_eq!(read[0].1, [0., 1., 2., 3., 4., 5.]);
+        assert_eq!(read[1].1, [10., 11.]);
+        assert_eq!(slots(&filled), read.into_iter().map(|(slot, _)| slot).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn two_networks_of_one_layout_share_their_ids() {
+        let zeros = |slot: &Slot| vec![0.0; slot.shape.iter().product()];
+        let (one, two) = (fill(linear(), zeros), fill(linear(), zeros));
+        assert_eq!(one.weight.id, two.weight.id);
+        assert!(Some(one.weight.id) != one.bias.map(|bias| bias.id));
+    }
+}

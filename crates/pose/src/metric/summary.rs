@@ -1,0 +1,218 @@
+//! Scores of one sequence, of all sequences, and the table made of them.
+
+use serde::{Deserialize, Serialize};
+
+use super::{
+    BootstrapConfig, HandError, HandPoints, Interval, Pck, Totals, mean_interval,
+    palm_errors_percent, ratio_interval, root_aligned_errors_mm,
+};
+use crate::{HandParams, PoseError};
+
+/// What a method scored on one sequence.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct SequenceScores {
+    /// Distances between wrists, in millimetres.
+    pub translation_mm: Totals,
+    /// Angles between wrists, in degrees.
+    pub rotation_deg: Totals,
+    /// Root mean square differences of the articulation.
+    pub articulation: Totals,
+    /// Errors of 20 points relative to the wrist, in millimetres.
+    pub pck_3d: Pck,
+    /// Errors of 7 points in the image, in percent of the palm.
+    pub pck_2d: Pck,
+}
+
+impl SequenceScores {
+    /// Scores the 12 numbers of one frame.
+    pub fn push_parameters(&mut self, predicted: &HandParams, truth: &HandParams) {
+        let error = HandError::between(predicted, truth);
+        self.translation_mm.push(error.translation_mm);
+        self.rotation_deg.push(error.rotation_deg);
+        self.articulation.push(error.articulation);
+    }
+
+    /// Scores the points of one frame.
+    pub fn push_points(&mut self, predicted: &HandPoints, truth: &HandPoints) {
+        for error_mm in root_aligned_errors_mm(&predicted.world_m, &truth.world_m) {
+            self.pck_3d.push(error_mm);
+        }
+        for error_percent in palm_errors_percent(&predicted.image_px, &truth.image_px) {
+            self.pck_2d.push(error_percent);
+        }
+    }
+}
+
+/// What a method scored on every sequence, in their order.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct HandEvaluation {
+    /// One per sequence.
+    pub sequences: Vec<SequenceScores>,
+}
+
+impl HandEvaluation {
+    /// Means with intervals.
+    pub fn summary(&self, config: &BootstrapConfig) -> HandSummary {
+        let mean = |totals: fn(&SequenceScores) -> Totals| {
+            mean_interval(&self.sequences.iter().map(totals).collect::<Vec<_>>(), config)
+        };
+        HandSummary {
+            sequences: self.sequences.len(),
+            frames: self.sequences.iter().map(|s| s.translation_mm.count).sum(),
+            translation_mm: mean(|s| s.translation_mm),
+            rotation_deg: mean(|s| s.rotation_deg),
+            articulation: mean(|s| s.articulation),
+            auc_3d: mean(|s| s.pck_3d.totals()),
+            auc_2d: mean(|s| s.pck_2d.totals()),
+        }
+    }
+
+    /// Mean errors over those of a baseline on the same sequences: below 1 is better than it.
+    ///
+    /// # Errors
+    /// If the baseline was judged on another number of sequences.
+    pub fn ratios_to(
+        &self,
+        baseline: &Self,
+        config: &BootstrapConfig,
+    ) -> Result<HandRatios, PoseError> {
+        let (left, right) = (self.sequences.len(), baseline.sequences.len());
+        if left != right {
+            return Err(PoseError::Unpaired { left, right });
+        }
+        let ratio = |totals: fn(&SequenceScores) -> Totals| {
+            let pairs = self.sequences.iter().zip(&baseline.sequences);
+            let pairs: Vec<_> =
+                pairs.map(|(ours, theirs)| (totals(ours), totals(theirs))).collect();
+            ratio_interval(&pairs, config)
+        };
+        Ok(HandRatios {
+            translation: ratio(|s| s.translation_mm),
+            rotation: ratio(|s| s.rotation_deg),
+            articulation: ratio(|s| s.articulation),
+        })
+    }
+
+    /// The curves over all sequences.
+    pub fn curves(&self) -> PckCurves {
+        let pooled = |pck: fn(&SequenceScores) -> &Pck| {
+            let mut all = Pck::new();
+            self.sequences.iter().for_each(|s| all.merge(pck(s)));
+            all.curve()
+        };
+        PckCurves { pck_3d: pooled(|s| &s.pck_3d), pck_2d: pooled(|s| &s.pck_2d) }
+    }
+}
+
+/// A line of the table: means over all frames, with 95% intervals. None where nothing was measured.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct HandSummary {
+    /// How many sequences there were.
+    pub sequences: usize,
+    /// How many frames in all.
+    pub frames: u64,
+    /// Distance between wrists, in millimetres.
+    pub translation_mm: Option<Interval>,
+    /// Angle between wrists, in degrees.
+    pub rotation_deg: Option<Interval>,
+    /// Root mean square difference of the articulation.
+    pub articulation: Option<Interval>,
+    /// Area under the 3D curve, 0 to 100 mm: larger is better.
+    pub auc_3d: Option<Interval>,
+    /// Area under the 2D curve, 0 to 100% of the palm: larger is better.
+    pub auc_2d: Option<Interval>,
+}
+
+/// Mean errors of one method over those of another, paired by sequence.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct HandRatios {
+    /// Of the translation errors.
+    pub translation: Option<Interval>,
+    /// Of the rotation errors.
+    pub rotation: Option<Interval>,
+    /// Of the articulation errors.
+    pub articulation: Option<Interval>,
+}
+
+/// Shares of correct points at the thresholds 0, 0.1, …, 99.9; empty where nothing was measured.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PckCurves {
+    /// Thresholds in millimetres.
+    pub pck_3d: Vec<f64>,
+    /// Thresholds in percent of the palm.
+    pub pck_2d: Vec<f64>,
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{Vec2, Vec3};
+
+    use super::*;
+
+    /// Three sequences whose predictions are off by `scale` centimetres, radians, coefficients.
+    fn evaluation(scale: f32) -> HandEvaluation {
+        let points = |offset: f32| HandPoints {
+            world_m: std::array::from_fn(|i| {
+                Vec3::X * (i as f32 + if i > 0 { offset } else { 0.0 })
+            }),
+            image_px: std::array::from_fn(|i| Some(Vec2::new(i as f32, offset))),
+        };
+        let sequences = (1..=3).map(|n| {
+            let error = 0.1 * scale * n as f32;
+            let predicted = HandParams {
+                articulation: [error; 6],
+                translation_m: Vec3::Y * (0.01 * error),
+                rotation: Vec3::Z * error,
+            };
+            let mut scores = SequenceScores::default();
+            for _ in 0..10 {
+                scores.push_parameters(&predicted, &HandParams::default());
+                scores.push_points(&points(0.01 * error), &points(0.0));
+            }
+            scores
+        });
+        HandEvaluation { sequences: sequences.collect() }
+    }
+
+    #[test]
+    fn the_summary_holds_the_means_of_what_was_pushed() {
+        let summary = evaluation(1.0).summary(&BootstrapConfig::default());
+        let near = |interval: Option<Interval>, want: f64| {
+            let estimate = interval.expect("measured").estimate;
+            assert!((estimate - want).abs() < 1e-3, "{estimate}, not {want}");
+        };
+        assert_eq!((summary.sequences, summary.frames), (3, 30));
+        near(summary.translation_mm, 2.0);
+        near(summary.rotation_deg, 0.2f64.to_degrees());
+        near(summary.articulation, 0.2);
+        // Errors of 1, 2 and 3 mm.
+        near(summary.auc_3d, 0.979);
+    }
+
+    #[test]
+    fn half_the_error_is_half_the_ratio_with_a_narrow_interval() {
+        let config = BootstrapConfig::default();
+        let ratios = evaluation(0.5).ratios_to(&evaluation(1.0), &config).expect("paired");
+        for interval in [ratios.translation, ratios.rotation, ratios.articulation] {
+            let Some(Interval { estimate, low: Some(low), high: Some(high) }) = interval else {
+                panic!("{interval:?}");
+            };
+            assert!([estimate, low, high].iter().all(|r| (r - 0.5).abs() < 1e-6), "{interval:?}");
+        }
+    }
+
+    #[test]
+    fn methods_on_different_sequences_are_not_compared() {
+        let mut short = evaluation(1.0);
+        short.sequences.pop();
+        let error = short.ratios_to(&evaluation(1.0), &BootstrapConfig::default());
+        assert_eq!(error, Err(PoseError::Unpaired { left: 2, right: 3 }));
+    }
+
+    #[test]
+    fn nothing_measured_is_said_as_such() {
+        let empty = HandEvaluation::default();
+        assert_eq!(empty.summary(&BootstrapConfig::default()).auc_3d, None);
+        assert!(empty.curves().pck_2d.is_empty());
+    }
+}

@@ -1,0 +1,167 @@
+//! A sensor as written down: a list of effects with their parameters.
+//!
+//! ```toml
+//! [[effect]]
+//! name = "level_crossing"
+//! threshold_on = 0.2
+//! threshold_off = 0.25
+//! ```
+//!
+//! The registry places an effect in its domain; within a domain the order of the list counts. A
+//! parameter that is left out takes its neutral value.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::SensorError;
+
+/// A list of effects, unchecked until [`SensorModel::from_config`](crate::SensorModel::from_config).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SensorConfig {
+    /// The effects, in the order in which the signal meets them within a domain.
+    #[serde(rename = "effect", default)]
+    pub effects: Vec<EffectConfig>,
+}
+
+/// One effect and its parameters.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct EffectConfig {
+    /// The name of a registered stage.
+    pub name: String,
+    /// Its parameters; what the stage does not know is refused when the chain is built.
+    #[serde(flatten)]
+    pub params: BTreeMap<String, Value>,
+}
+
+/// The value of one parameter.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged, expecting = "expected a number or a word in quotes")]
+pub enum Value {
+    /// A physical quantity, in the unit of its [`ParamSpec`](crate::ParamSpec).
+    Number(f64),
+    /// One of the words of a [`ChoiceSpec`](crate::ChoiceSpec).
+    Word(String),
+}
+
+impl From<f64> for Value {
+    fn from(number: f64) -> Self {
+        Self::Number(number)
+    }
+}
+
+impl From<&str> for Value {
+    fn from(word: &str) -> Self {
+        Self::Word(word.to_owned())
+    }
+}
+
+impl EffectConfig {
+    /// An effect with all parameters left out.
+    pub fn new(name: &str) -> Self {
+        Self { name: name.to_owned(), params: BTreeMap::new() }
+    }
+
+    /// The same with one parameter set.
+    #[must_use]
+    pub fn with(mut self, key: &str, value: impl Into<Value>) -> Self {
+        self.params.insert(key.to_owned(), value.into());
+        self
+    }
+}
+
+impl SensorConfig {
+    /// Reads the TOML form.
+    ///
+    /// # Errors
+    /// If the text is not a list of effects. Names and parameters are checked when the chain is
+    /// built.
+    pub fn from_toml(text: &str) -> Result<Self, SensorError> {
+        Ok(toml::from_str(text)?)
+    }
+
+    /// Writes the TOML form, which reads back equal.
+    pub fn to_toml(&self) -> String {
+        // Serialising strings, numbers and lists of tables has no case that fails.
+        toml::to_string(self).unwrap_or_default()
+    }
+
+    /// The effect called `name`, if it is listed.
+    pub fn effect(&self, name: &str) -> Option<&EffectConfig> {
+        self.effects.iter().find(|effect| effect.name == name)
+    }
+
+    /// Changes one parameter of a listed effect.
+    ///
+    /// # Errors
+    /// If the effect is not listed.
+    pub fn set(
+        &mut self,
+        effect: &str,
+        key: &str,
+        value: impl Into<Value>,
+    ) -> Result<(), SensorError> {
+        let Some(found) = self.effects.iter_mut().find(|listed| listed.name == effect) else {
+            return Err(SensorError::EffectNotListed {
+                effect: effect.to_owned(),
+                listed: self.effects.iter().map(|listed| listed.name.clone()).collect(),
+            });
+        };
+        found.params.insert(key.to_owned(), value.into());
+        Ok(())
+    }
+}
+
+impl Default for SensorConfig {
+    /// The ideal sensor, equal to the preset `ideal`.
+    fn default() -> Self {
+        Self {
+            effects: vec![
+                EffectConfig::new("logarithmic").with("dark_offset", 1e-3),
+                EffectConfig::new("level_crossing")
+                    .with("threshold_on", 0.2)
+                    .with("threshold_off", 0.2),
+                EffectConfig::new("ideal_readout"),
+            ],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use super::*;
+
+    #[test]
+    fn whole_numbers_infinities_and_words_are_read() {
+        let config = SensorConfig::from_toml(
+            "[[effect]]\nname = \"quantisation\"\nlevels = 255\n\
+             [[effect]]\nname = \"a\"\nb = inf\nc = \"cold\"\n",
+        )
+        .unwrap();
+        assert_eq!(config.effects[0], EffectConfig::new("quantisation").with("levels", 255.0));
+        let other = EffectConfig::new("a").with("b", f64::INFINITY).with("c", "cold");
+        assert_eq!(config.effects[1], other);
+        assert_eq!(SensorConfig::from_toml(&config.to_toml()).unwrap(), config);
+    }
+
+    #[test]
+    fn what_is_no_effect_is_refused() {
+        for text in ["effects = []", "[[effect]]\nlevels = 3", "[[effect]]\nname = 'a'\nb = [1]"] {
+            assert!(matches!(SensorConfig::from_toml(text), Err(SensorError::Toml(_))), "{text}");
+        }
+    }
+
+    #[test]
+    fn only_a_listed_effect_can_be_changed() {
+        let mut config = SensorConfig::default();
+        config.set("level_crossing", "threshold_on", 0.3).unwrap();
+        let changed = config.effect("level_crossing").unwrap();
+        assert_eq!(changed.params["threshold_on"], Value::Number(0.3));
+        assert!(matches!(
+            config.set("uniform_noise", "on_hz", 1.0),
+            Err(SensorError::EffectNotListed { .. })
+        ));
+    }
+}

@@ -1,0 +1,113 @@
+//! What can be wrong with a chain or with what is shown to it.
+
+use evpose_core::{CoreError, Micros, SensorSize};
+
+/// A configuration that describes no sensor, or an exposure that a sensor cannot take.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SensorError {
+    /// The text is not a list of effects.
+    #[error("not a list of effects: {0}")]
+    Toml(#[from] toml::de::Error),
+    /// No preset has this name.
+    #[error("unknown sensor preset `{name}`; there are: {}", allowed.join(", "))]
+    UnknownPreset {
+        /// The name asked for.
+        name: String,
+        /// The names there are.
+        allowed: Vec<&'static str>,
+    },
+    /// No stage has this name.
+    #[error("unknown effect `{effect}`; there are: {}", allowed.join(", "))]
+    UnknownEffect {
+        /// The name in the configuration.
+        effect: String,
+        /// The names there are.
+        allowed: Vec<&'static str>,
+    },
+    /// The list does not hold the effect that was to be changed.
+    #[error("the list has no effect `{effect}`; it has: {}", listed.join(", "))]
+    EffectNotListed {
+        /// The effect asked for.
+        effect: String,
+        /// The effects of the list.
+        listed: Vec<String>,
+    },
+    /// An effect is listed more than once.
+    #[error("effect `{effect}` is listed twice; one entry holds all its parameters")]
+    DuplicateEffect {
+        /// The effect.
+        effect: &'static str,
+    },
+    /// Two effects claim a place that holds exactly one.
+    #[error("`{first}` and `{second}` are both a {place}, of which a sensor has one")]
+    PlaceTaken {
+        /// What there is exactly one of.
+        place: &'static str,
+        /// The effect listed first.
+        first: &'static str,
+        /// The effect listed second.
+        second: &'static str,
+    },
+    /// The effect has no such parameter.
+    #[error("effect `{effect}` has no `{key}`; it takes: {}", allowed.join(", "))]
+    UnknownKey {
+        /// The effect.
+        effect: &'static str,
+        /// The key in the configuration.
+        key: String,
+        /// The keys it takes.
+        allowed: Vec<&'static str>,
+    },
+    /// A parameter without a neutral value is missing.
+    #[error("effect `{effect}` needs `{key}`: {expected}")]
+    MissingKey {
+        /// The effect.
+        effect: &'static str,
+        /// The parameter.
+        key: &'static str,
+        /// The values it takes.
+        expected: String,
+    },
+    /// A parameter has a value that it cannot take.
+    #[error("effect `{effect}`: `{key}` = {value}, expected {expected}")]
+    BadValue {
+        /// The effect.
+        effect: &'static str,
+        /// The parameter.
+        key: &'static str,
+        /// The value in the configuration.
+        value: String,
+        /// The values it takes.
+        expected: String,
+    },
+    /// A run can take new parameters, not another chain.
+    #[error("a run of `{running}` cannot become `{given}`: only parameters can be retuned")]
+    OtherChain {
+        /// The stages of the run.
+        running: String,
+        /// The stages of the model given.
+        given: String,
+    },
+    /// The luminance plane does not have the size of the sensor.
+    #[error("a {width}x{height} plane was shown to a {sensor} sensor")]
+    PlaneSize {
+        /// Columns of the plane.
+        width: usize,
+        /// Rows of the plane.
+        height: usize,
+        /// The sensor.
+        sensor: SensorSize,
+    },
+    /// Exposures must follow each other in time.
+    #[error("an exposure at {t} does not come after the one at {previous}")]
+    NotLater {
+        /// The time of the exposure.
+        t: Micros,
+        /// The time of the one before.
+        previous: Micros,
+    },
+    /// The chain made events that are no stream: a fault of a stage.
+    #[error("a stage made faulty events: {0}")]
+    FaultyEvents(#[from] CoreError),
+}

@@ -1,0 +1,233 @@
+//! A sensor: its stages in the order of the signal, ready to run.
+
+use std::sync::Arc;
+
+use evpose_core::SensorSize;
+
+use crate::background::BackgroundStage;
+use crate::chain_table::{ChainRow, ChainTable};
+use crate::clock::ClockStage;
+use crate::detector::ChangeDetector;
+use crate::photoreceptor::Photoreceptor;
+use crate::readout::{self, Readout};
+use crate::stage::{PixelStage, PlaneStage};
+use crate::{
+    Domain, EffectConfig, STAGES, SensorConfig, SensorError, SensorRun, Settings, Stage, StageSpec,
+};
+
+/// The chain of stages that a [`SensorConfig`] describes. Cheap to clone.
+#[derive(Debug, Clone)]
+pub struct SensorModel {
+    chain: Arc<Chain>,
+    table: ChainTable,
+    block_pixels: usize,
+}
+
+/// Pixels that go through the chain together: their signals, 16 KiB, stay in the first-level cache
+/// from one stage to the next.
+const BLOCK_PIXELS: usize = 2048;
+
+/// Stages without the neutral ones.
+#[derive(Debug)]
+pub(crate) struct Chain {
+    /// From luminance to requests. The detector is the last.
+    pub(crate) front: Vec<Link<FrontStage>>,
+    pub(crate) background: Vec<Link<Box<dyn BackgroundStage>>>,
+    pub(crate) readout: Link<Box<dyn Readout>>,
+    pub(crate) clock: Vec<Link<Box<dyn ClockStage>>>,
+}
+
+/// A stage and the name that keys its noise.
+#[derive(Debug)]
+pub(crate) struct Link<S> {
+    pub(crate) name: &'static str,
+    pub(crate) stage: S,
+}
+
+/// What acts on the signals of pixels.
+#[derive(Debug)]
+pub(crate) enum FrontStage {
+    /// On light, in front of the photoreceptor law.
+    LightPixel(Box<dyn PixelStage>),
+    LightPlane(Box<dyn PlaneStage>),
+    Photoreceptor(Box<dyn Photoreceptor>),
+    /// On voltage, behind it.
+    VoltagePixel(Box<dyn PixelStage>),
+    VoltagePlane(Box<dyn PlaneStage>),
+    Detector(Box<dyn ChangeDetector>),
+}
+
+impl FrontStage {
+    /// Whether the stage needs all pixels at once.
+    pub(crate) fn is_plane(&self) -> bool {
+        matches!(self, Self::LightPlane(_) | Self::VoltagePlane(_))
+    }
+
+    pub(crate) fn state_planes(&self) -> usize {
+        match self {
+            Self::LightPixel(stage) | Self::VoltagePixel(stage) => stage.state_planes(),
+            Self::LightPlane(stage) | Self::VoltagePlane(stage) => stage.state_planes(),
+            Self::Photoreceptor(_) => 0,
+            Self::Detector(stage) => stage.state_planes(),
+        }
+    }
+}
+
+impl Chain {
+    /// Voltage of a pixel without light.
+    pub(crate) fn dark_v(&self) -> f32 {
+        let mut dark_v = [0.0];
+        for link in &self.front {
+            if let FrontStage::Photoreceptor(stage) = &link.stage {
+                stage.respond(&[0.0], &mut dark_v);
+            }
+        }
+        dark_v[0]
+    }
+
+    /// Stage names, which tell whether two chains differ in more than parameters.
+    pub(crate) fn names(&self) -> Vec<&'static str> {
+        let front = self.front.iter().map(|link| link.name);
+        let background = self.background.iter().map(|link| link.name);
+        let clock = self.clock.iter().map(|link| link.name);
+        front.chain(background).chain([self.readout.name]).chain(clock).collect()
+    }
+}
+
+/// An effect of the configuration with its stage.
+struct Built {
+    spec: &'static StageSpec,
+    settings: Settings,
+    stage: Stage,
+}
+
+impl SensorModel {
+    /// Builds the chain of a configuration from the stages of this crate.
+    ///
+    /// A sensor needs a photoreceptor law, a change detector and a readout. Those that the
+    /// configuration leaves out are the ideal ones of [`SensorConfig::default`], so that an empty
+    /// configuration is the ideal sensor.
+    ///
+    /// # Errors
+    /// Unknown, repeated and contradicting effects; unknown, missing and impossible parameters.
+    pub fn from_config(config: &SensorConfig) -> Result<Self, SensorError> {
+        Self::from_config_in(STAGES, config)
+    }
+
+    /// The same with a registry of the caller's: [`STAGES`] and own stages.
+    ///
+    /// # Errors
+    /// As [`SensorModel::from_config`].
+    pub fn from_config_in(
+        registry: &[&'static StageSpec],
+        config: &SensorConfig,
+    ) -> Result<Self, SensorError> {
+        let mut built: Vec<Built> = Vec::new();
+        for effect in &config.effects {
+            let next = Built::new(registry, effect)?;
+            next.check_beside(&built)?;
+            built.push(next);
+        }
+        for effect in &SensorConfig::default().effects {
+            let ideal = Built::new(STAGES, effect)?;
+            if built.iter().all(|other| other.stage.place() != ideal.stage.place()) {
+                built.push(ideal);
+            }
+        }
+        // The sort is stable: within a domain the order of the list stays. Only the photoreceptor
+        // law goes in front of all else in its domain.
+        built.sort_by_key(|b| (b.spec.domain, !matches!(b.stage, Stage::Photoreceptor(_))));
+        let rows = built.iter().map(|b| ChainRow::new(b.spec, &b.settings, !b.stage.is_neutral()));
+        let table = ChainTable { rows: rows.collect() };
+        Ok(Self { chain: Arc::new(Chain::from(built)), table, block_pixels: BLOCK_PIXELS })
+    }
+
+    /// The same model with another number of pixels per block. Events do not depend on it, only
+    /// speed does.
+    #[must_use]
+    pub fn with_block_pixels(self, block_pixels: usize) -> Self {
+        Self { block_pixels: block_pixels.max(1), ..self }
+    }
+
+    /// A sensor of `size` pixels that has seen nothing yet. Equal seeds give equal events.
+    pub fn start(&self, size: SensorSize, seed: u64) -> SensorRun {
+        SensorRun::new(Arc::clone(&self.chain), size, seed, self.block_pixels)
+    }
+
+    /// The chain as a table.
+    pub fn describe(&self) -> &ChainTable {
+        &self.table
+    }
+
+    pub(crate) fn chain(&self) -> &Arc<Chain> {
+        &self.chain
+    }
+}
+
+impl Built {
+    fn new(registry: &[&'static StageSpec], effect: &EffectConfig) -> Result<Self, SensorError> {
+        let spec = registry.iter().find(|spec| spec.name == effect.name).ok_or_else(|| {
+            SensorError::UnknownEffect {
+                effect: effect.name.clone(),
+                allowed: registry.iter().map(|spec| spec.name).collect(),
+            }
+        })?;
+        let settings = Settings::resolve(spec, effect)?;
+        let stage = (spec.build)(&settings)?;
+        Ok(Self { spec, settings, stage })
+    }
+
+    fn check_beside(&self, others: &[Self]) -> Result<(), SensorError> {
+        for other in others {
+            if other.spec.name == self.spec.name {
+                return Err(SensorError::DuplicateEffect { effect: self.spec.name });
+            }
+            if let Some(place) = self.stage.place()
+                && other.stage.place() == Some(place)
+            {
+                let (first, second) = (other.spec.name, self.spec.name);
+                return Err(SensorError::PlaceTaken { place, first, second });
+            }
+        }
+        Ok(())
+    }
+}
+
+impl From<Vec<Built>> for Chain {
+    /// Sorts stages, which come in the order of the signal, by what they act on.
+    fn from(built: Vec<Built>) -> Self {
+        let ideal: Box<dyn Readout> = Box::new(readout::ideal::Ideal);
+        let mut chain = Self {
+            front: Vec::new(),
+            background: Vec::new(),
+            readout: Link { name: readout::ideal::SPEC.name, stage: ideal },
+            clock: Vec::new(),
+        };
+        for Built { spec, stage, .. } in built.into_iter().filter(|b| !b.stage.is_neutral()) {
+            let name = spec.name;
+            let in_light = spec.domain < Domain::Photoreceptor;
+            let front = match stage {
+                Stage::Pixel(stage) if in_light => FrontStage::LightPixel(stage),
+                Stage::Pixel(stage) => FrontStage::VoltagePixel(stage),
+                Stage::Plane(stage) if in_light => FrontStage::LightPlane(stage),
+                Stage::Plane(stage) => FrontStage::VoltagePlane(stage),
+                Stage::Photoreceptor(stage) => FrontStage::Photoreceptor(stage),
+                Stage::Detector(stage) => FrontStage::Detector(stage),
+                Stage::Background(stage) => {
+                    chain.background.push(Link { name, stage });
+                    continue;
+                }
+                Stage::Readout(stage) => {
+                    chain.readout = Link { name, stage };
+                    continue;
+                }
+                Stage::Clock(stage) => {
+                    chain.clock.push(Link { name, stage });
+                    continue;
+                }
+            };
+            chain.front.push(Link { name, stage: front });
+        }
+        chain
+    }
+}

@@ -1,0 +1,3 @@
+//! Irradiance to photocurrent, both relative to what a white surface gives.
+
+pub(crate) mod quantisation;

@@ -1,0 +1,75 @@
+//! The logarithmic photoreceptor.
+//!
+//! # Model
+//! `V = ln(I + dark_offset)`, with `I` and the offset relative to the photocurrent of white. The
+//! offset is the photodiode's dark current, or the constant that simulators add to keep the
+//! logarithm finite: contrast fades where the light is not much above it.
+//!
+//! # Source
+//! Lichtsteiner et al. 2008, section III-A, for the logarithm; EventHands' supplement takes
+//! `ln(255 Y + 1)`, an offset of one code value.
+
+use super::Photoreceptor;
+use crate::natural_log::ln;
+use crate::stage::Stage;
+use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+
+const DARK_OFFSET: ParamSpec = ParamSpec {
+    name: "dark_offset",
+    unit: "white",
+    range: (1e-6, 1.0),
+    scale: Scale::Log,
+    prior: Prior::Typical(1e-4, 1e-2),
+    neutral: None,
+    doc: "current without light, relative to the photocurrent of white",
+};
+
+/// The registry entry.
+pub(crate) static SPEC: StageSpec = StageSpec {
+    name: "logarithmic",
+    domain: Domain::Photoreceptor,
+    summary: "voltage is the logarithm of photocurrent plus dark current",
+    formula: "V = ln(I + dark_offset)",
+    params: &[DARK_OFFSET],
+    choices: &[],
+    source: Citation {
+        key: "Lichtsteiner et al. 2008",
+        text: "P. Lichtsteiner, C. Posch, T. Delbruck: A 128x128 120 dB 15 us Latency Asynchronous \
+               Temporal Contrast Vision Sensor, IEEE JSSC 43(2), 2008",
+    },
+    build: |settings| {
+        let dark_offset = settings.number(&DARK_OFFSET) as f32;
+        Ok(Stage::Photoreceptor(Box::new(Logarithmic { dark_offset })))
+    },
+};
+
+/// `ln(I + dark_offset)`.
+#[derive(Debug)]
+struct Logarithmic {
+    dark_offset: f32,
+}
+
+impl Photoreceptor for Logarithmic {
+    fn respond(&self, photocurrent: &[f32], voltage: &mut [f32]) {
+        for (v, i) in voltage.iter_mut().zip(photocurrent) {
+            *v = ln(i + self.dark_offset);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn voltages_are_those_of_eventhands_up_to_a_constant() {
+        let codes: Vec<f32> = (0..=255u8).map(f32::from).collect();
+        let light: Vec<f32> = codes.iter().map(|code| code / 255.0).collect();
+        let mut voltage = vec![0.0; 256];
+        Logarithmic { dark_offset: 1.0 / 255.0 }.respond(&light, &mut voltage);
+        for (code, v) in codes.iter().zip(&voltage) {
+            let published = f64::from(code + 1.0).ln();
+            assert!((f64::from(*v) + 255f64.ln() - published).abs() < 2e-6, "{code}");
+        }
+    }
+}

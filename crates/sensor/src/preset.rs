@@ -1,0 +1,60 @@
+//! The sensors that come with the program. Each file says where its numbers come from.
+
+use crate::{SensorConfig, SensorError};
+
+/// A sensor by name, with its configuration as it is in `configs/sensor/`.
+#[derive(Debug, Clone, Copy)]
+pub struct Preset {
+    /// The name, as given on the command line.
+    pub name: &'static str,
+    /// The TOML file, comments included.
+    pub toml: &'static str,
+}
+
+/// All presets.
+pub static PRESETS: &[Preset] = &[
+    Preset { name: "ideal", toml: include_str!("../../../configs/sensor/ideal.toml") },
+    Preset { name: "eventhands", toml: include_str!("../../../configs/sensor/eventhands.toml") },
+];
+
+impl SensorConfig {
+    /// The preset called `name`.
+    ///
+    /// # Errors
+    /// If there is none.
+    pub fn preset(name: &str) -> Result<Self, SensorError> {
+        let preset = PRESETS.iter().find(|preset| preset.name == name).ok_or_else(|| {
+            SensorError::UnknownPreset {
+                name: name.to_owned(),
+                allowed: PRESETS.iter().map(|preset| preset.name).collect(),
+            }
+        })?;
+        Self::from_toml(preset.toml)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use super::*;
+    use crate::SensorModel;
+
+    #[test]
+    fn every_preset_is_a_sensor() {
+        for preset in PRESETS {
+            SensorModel::from_config(&SensorConfig::preset(preset.name).unwrap())
+                .unwrap_or_else(|error| panic!("{}: {error}", preset.name));
+        }
+    }
+
+    #[test]
+    fn the_default_is_the_ideal_preset() {
+        assert_eq!(SensorConfig::preset("ideal").unwrap(), SensorConfig::default());
+    }
+
+    #[test]
+    fn an_unknown_preset_names_the_known_ones() {
+        let error = SensorConfig::preset("davis").unwrap_err().to_string();
+        assert_eq!(error, "unknown sensor preset `davis`; there are: ideal, eventhands");
+    }
+}

@@ -1,0 +1,38 @@
+//! A bus without limit: every request is served when it is made.
+//!
+//! # Model
+//! `t_served = t_request`.
+//!
+//! # Source
+//! The limit of an arbiter without load. A real one serves some 12 million events per second on a
+//! DAVIS346 (Brandli et al. 2014 describe the family).
+
+use super::Readout;
+use crate::stage::Stage;
+use crate::{Citation, Domain, Request, StageSpec};
+
+/// The registry entry.
+pub(crate) static SPEC: StageSpec = StageSpec {
+    name: "ideal_readout",
+    domain: Domain::Readout,
+    summary: "every request is served when it is made",
+    formula: "t_served = t_request",
+    params: &[],
+    choices: &[],
+    source: Citation {
+        key: "Brandli et al. 2014",
+        text: "C. Brandli, R. Berner, M. Yang, S.-C. Liu, T. Delbruck: A 240x180 130 dB 3 us Latency \
+               Global Shutter Spatiotemporal Vision Sensor, IEEE JSSC 49(10), 2014",
+    },
+    build: |_| Ok(Stage::Readout(Box::new(Ideal))),
+};
+
+/// No queue.
+#[derive(Debug)]
+pub(crate) struct Ideal;
+
+impl Readout for Ideal {
+    fn acknowledge(&self, request: &Request, _state: &mut [f64]) -> f64 {
+        request.t_s
+    }
+}

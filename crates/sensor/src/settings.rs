@@ -1,0 +1,109 @@
+//! The parameters of one effect, checked against its [`StageSpec`] and complete.
+
+use crate::{ChoiceSpec, EffectConfig, ParamSpec, SensorError, StageSpec, Value};
+
+/// A value for every parameter and choice of one stage.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    numbers: Vec<(&'static ParamSpec, f64)>,
+    words: Vec<(&'static ChoiceSpec, &'static str)>,
+}
+
+impl Settings {
+    /// Checks `effect` and fills in what it leaves out: neutral values, first choices.
+    ///
+    /// # Errors
+    /// Keys that the stage does not have, values that they cannot take, and a missing parameter
+    /// that has no neutral value.
+    pub fn resolve(spec: &'static StageSpec, effect: &EffectConfig) -> Result<Self, SensorError> {
+        let allowed = spec.keys();
+        if let Some(key) = effect.params.keys().find(|key| !allowed.contains(&key.as_str())) {
+            return Err(SensorError::UnknownKey { effect: spec.name, key: key.clone(), allowed });
+        }
+        let mut settings = Self { numbers: Vec::new(), words: Vec::new() };
+        for param in spec.params {
+            let number = resolve_number(spec, param, effect.params.get(param.name))?;
+            settings.numbers.push((param, number));
+        }
+        for choice in spec.choices {
+            let word = resolve_word(spec, choice, effect.params.get(choice.name))?;
+            settings.words.push((choice, word));
+        }
+        Ok(settings)
+    }
+
+    /// The value of `param`.
+    ///
+    /// # Panics
+    /// If the stage does not list `param` in its spec: a fault of the stage, not of its user.
+    pub fn number(&self, param: &ParamSpec) -> f64 {
+        let found = self.numbers.iter().find(|(known, _)| known.name == param.name);
+        found.map_or_else(|| panic!("`{}` is not in the stage's spec", param.name), |&(_, v)| v)
+    }
+
+    /// The word chosen for `choice`.
+    ///
+    /// # Panics
+    /// If the stage does not list `choice` in its spec: a fault of the stage, not of its user.
+    pub fn word(&self, choice: &ChoiceSpec) -> &'static str {
+        let found = self.words.iter().find(|(known, _)| known.name == choice.name);
+        found.map_or_else(|| panic!("`{}` is not in the stage's spec", choice.name), |&(_, w)| w)
+    }
+
+    /// All parameters in the order of the spec.
+    pub fn numbers(&self) -> &[(&'static ParamSpec, f64)] {
+        &self.numbers
+    }
+
+    /// All choices in the order of the spec.
+    pub fn words(&self) -> &[(&'static ChoiceSpec, &'static str)] {
+        &self.words
+    }
+}
+
+fn resolve_number(
+    spec: &StageSpec,
+    param: &'static ParamSpec,
+    given: Option<&Value>,
+) -> Result<f64, SensorError> {
+    let bad = |value: String| SensorError::BadValue {
+        effect: spec.name,
+        key: param.name,
+        value,
+        expected: param.expected(),
+    };
+    match (given, param.neutral) {
+        (Some(&Value::Number(number)), _) if param.allows(number) => Ok(number),
+        (Some(Value::Number(number)), _) => Err(bad(number.to_string())),
+        (Some(Value::Word(word)), _) => Err(bad(format!("{word:?}"))),
+        (None, Some(neutral)) => Ok(neutral),
+        (None, None) => Err(SensorError::MissingKey {
+            effect: spec.name,
+            key: param.name,
+            expected: param.expected(),
+        }),
+    }
+}
+
+fn resolve_word(
+    spec: &StageSpec,
+    choice: &'static ChoiceSpec,
+    given: Option<&Value>,
+) -> Result<&'static str, SensorError> {
+    let value = match given {
+        None => return Ok(choice.allowed[0]),
+        Some(Value::Word(word)) => {
+            if let Some(known) = choice.allowed.iter().find(|known| *known == word) {
+                return Ok(known);
+            }
+            format!("{word:?}")
+        }
+        Some(Value::Number(number)) => number.to_string(),
+    };
+    Err(SensorError::BadValue {
+        effect: spec.name,
+        key: choice.name,
+        value,
+        expected: format!("one of {:?}", choice.allowed),
+    })
+}

@@ -1,0 +1,153 @@
+//! What a stage is: configuration that acts on signals, with its state kept elsewhere.
+//!
+//! A stage never changes: all that does is in planes owned by the
+//! [`SensorRun`](crate::SensorRun). A run can therefore be cut in blocks of any size, saved and
+//! looked into, and one model can serve many runs.
+
+use std::fmt::Debug;
+use std::ops::Range;
+
+use evpose_core::{SensorSize, StageNoise};
+
+use crate::background::BackgroundStage;
+use crate::clock::ClockStage;
+use crate::detector::ChangeDetector;
+use crate::photoreceptor::Photoreceptor;
+use crate::readout::Readout;
+
+/// The interval between two exposures. Times in seconds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tick {
+    /// The time of the exposure before.
+    pub start_s: f64,
+    /// The time of this exposure.
+    pub end_s: f64,
+    /// Which exposure this is. The first, number 0, has `start_s == end_s`.
+    pub index: u64,
+}
+
+impl Tick {
+    /// Length of the interval; zero at the first exposure.
+    pub fn dt_s(&self) -> f64 {
+        self.end_s - self.start_s
+    }
+}
+
+/// What a stage sees of some consecutive pixels.
+#[derive(Debug)]
+pub struct Block<'a> {
+    /// Which pixels, row by row from the top left.
+    pub pixels: Range<usize>,
+    /// Photocurrent relative to white, for the stages behind the photoreceptor; empty in front of
+    /// it, where `signal` is the light itself.
+    pub photocurrent: &'a [f32],
+    /// Luminance, irradiance or photocurrent (relative to white) in front of the photoreceptor,
+    /// log voltage (units of ln) behind it.
+    pub signal: &'a mut [f32],
+    /// The stage's own memory of these pixels.
+    pub state: State<'a>,
+}
+
+/// The state planes of one stage, as far as they belong to a block.
+#[derive(Debug)]
+pub struct State<'a> {
+    planes: &'a mut [Vec<f32>],
+    pixels: Range<usize>,
+}
+
+impl<'a> State<'a> {
+    pub(crate) fn new(planes: &'a mut [Vec<f32>], pixels: Range<usize>) -> Self {
+        Self { planes, pixels }
+    }
+
+    /// The `N` planes that the stage asked for in `state_planes`.
+    ///
+    /// # Panics
+    /// If it asked for another number.
+    pub fn planes<const N: usize>(&mut self) -> [&mut [f32]; N] {
+        assert_eq!(self.planes.len(), N, "the number of planes given by `state_planes`");
+        let mut planes = self.planes.iter_mut();
+        std::array::from_fn(|_| match planes.next() {
+            Some(plane) => &mut plane[self.pixels.clone()],
+            None => &mut [],
+        })
+    }
+}
+
+/// A stage that treats every pixel by itself, so that the chain may run it block by block.
+pub trait PixelStage: Send + Sync + Debug {
+    /// Whether the parameters make the stage the identity; the chain then leaves it out.
+    fn is_neutral(&self) -> bool;
+
+    /// How many `f32` values a pixel keeps between exposures, the same for all parameters.
+    fn state_planes(&self) -> usize {
+        0
+    }
+
+    /// Fills the state just before the first step; the signal is the one that step will see.
+    fn init(&self, _block: &mut Block<'_>, _noise: StageNoise) {}
+
+    /// Takes the signal from the stage before and leaves it for the stage behind.
+    fn step(&self, tick: &Tick, block: &mut Block<'_>, noise: StageNoise);
+}
+
+/// A stage in which pixels see each other: the chain runs it on the whole plane.
+pub trait PlaneStage: Send + Sync + Debug {
+    /// Whether the parameters make the stage the identity; the chain then leaves it out.
+    fn is_neutral(&self) -> bool;
+
+    /// How many planes of `f32` it keeps between exposures or needs to work, the same for all
+    /// parameters.
+    fn state_planes(&self) -> usize {
+        0
+    }
+
+    /// Fills the state just before the first step; the signal is the one that step will see.
+    fn init(&self, _size: SensorSize, _plane: &mut Block<'_>, _noise: StageNoise) {}
+
+    /// Takes the signal from the stage before and leaves it for the stage behind. The block holds
+    /// all pixels.
+    fn step(&self, tick: &Tick, size: SensorSize, plane: &mut Block<'_>, noise: StageNoise);
+}
+
+/// A stage of any kind, as the registry builds it.
+#[derive(Debug)]
+pub enum Stage {
+    /// Acts on the signal of one pixel: optics, photodiode or photoreceptor.
+    Pixel(Box<dyn PixelStage>),
+    /// Acts on the signal of the whole plane: optics, photodiode or photoreceptor.
+    Plane(Box<dyn PlaneStage>),
+    /// Turns photocurrent into log voltage. A sensor has one.
+    Photoreceptor(Box<dyn Photoreceptor>),
+    /// Turns log voltage into requests. A sensor has one.
+    Detector(Box<dyn ChangeDetector>),
+    /// Adds requests.
+    Background(Box<dyn BackgroundStage>),
+    /// Serves requests. A sensor has one.
+    Readout(Box<dyn Readout>),
+    /// Moves events in time.
+    Clock(Box<dyn ClockStage>),
+}
+
+impl Stage {
+    /// Whether the chain may leave the stage out.
+    pub fn is_neutral(&self) -> bool {
+        match self {
+            Self::Pixel(stage) => stage.is_neutral(),
+            Self::Plane(stage) => stage.is_neutral(),
+            Self::Background(stage) => stage.is_neutral(),
+            Self::Clock(stage) => stage.is_neutral(),
+            Self::Photoreceptor(_) | Self::Detector(_) | Self::Readout(_) => false,
+        }
+    }
+
+    /// What the stage is, if a sensor has exactly one of it.
+    pub fn place(&self) -> Option<&'static str> {
+        match self {
+            Self::Photoreceptor(_) => Some("photoreceptor law"),
+            Self::Detector(_) => Some("change detector"),
+            Self::Readout(_) => Some("readout"),
+            Self::Pixel(_) | Self::Plane(_) | Self::Background(_) | Self::Clock(_) => None,
+        }
+    }
+}

@@ -1,0 +1,304 @@
+//! Recorded sequences as training samples and as evaluation windows.
+
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use evpose_core::{CounterRng, SensorSize};
+use evpose_io::{EvcReader, EvcWindow, MetaReader};
+use evpose_pose::{HandParams, PARAMETERS};
+use evpose_repr::{Augmentation, FrameSurface, WindowSpec};
+use evpose_sim::SequenceInfo;
+
+use crate::TrainError;
+use crate::config::HandConfig;
+use crate::order::SampleOrder;
+
+/// Why a sample could not be read.
+pub(crate) type SampleError = evpose_io::IoError;
+
+/// A window of events and the pose at its end.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sample {
+    /// `[2, height, width]`, row by row.
+    pub surface: Vec<f32>,
+    /// The 12 parameters.
+    pub pose: [f32; PARAMETERS],
+}
+
+/// One recording with its labels.
+#[derive(Debug)]
+pub struct HandSequence {
+    name: String,
+    events: EvcReader,
+    labels: MetaReader,
+    info: SequenceInfo,
+    frames: u64,
+}
+
+impl HandSequence {
+    /// Opens `stem.evc`, `stem.meta` and, where there is one, `stem.toml`.
+    ///
+    /// # Errors
+    /// If a file cannot be read or is damaged.
+    fn open(stem: &Path, config: &HandConfig) -> Result<Self, TrainError> {
+        let name = stem.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let info = SequenceInfo::beside(stem)?
+            .unwrap_or_else(|| SequenceInfo::foreign(config.simulation.sensor()));
+        let events = EvcReader::open_with(stem.with_extension("evc"), info.sensor)?;
+        let labels = MetaReader::open(stem.with_extension("meta"))?;
+        let frames = events.frames().min(labels.records());
+        Ok(Self { name, events, labels, info, frames })
+    }
+
+    /// Name of its files without extension.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Size of the sensor it was recorded with.
+    pub fn sensor(&self) -> SensorSize {
+        self.info.sensor
+    }
+
+    /// Frames of 1 ms that have both events and a label.
+    pub fn frames(&self) -> u64 {
+        self.frames
+    }
+
+    /// The pose at the end of a frame.
+    ///
+    /// # Errors
+    /// If the label cannot be read.
+    pub fn pose(&self, frame: u64) -> Result<HandParams, TrainError> {
+        Ok(self.labels.read_hand(frame)?)
+    }
+
+    /// Which stretch of constant shape, texture and background a frame belongs to.
+    pub fn episode_of(&self, frame: u64) -> usize {
+        self.info.episode_of(frame)
+    }
+
+    /// Shape of the hand in an episode; empty where it is not known.
+    pub fn betas(&self, episode: usize) -> &[f32] {
+        self.info.betas(episode)
+    }
+}
+
+/// Sequences of a directory, or a part of each of them.
+#[derive(Debug, Clone)]
+pub struct HandDataset {
+    sequences: Arc<Vec<HandSequence>>,
+    /// The frames of each sequence that are samples.
+    parts: Vec<Range<u64>>,
+    /// `starts[i]` samples come before those of sequence `i`.
+    starts: Vec<u64>,
+    order: SampleOrder,
+    spec: WindowSpec,
+    augmentation: Augmentation,
+    window_frames: u32,
+    seed: u64,
+    sensor: SensorSize,
+}
+
+impl HandDataset {
+    /// Opens every sequence (`*.evc` with `*.meta`) of `directory`, in the order of their names.
+    ///
+    /// # Errors
+    /// If there is none, one is damaged, or their sensors differ from each other or the config.
+    pub fn open(directory: &Path, config: &HandConfig) -> Result<Self, TrainError> {
+        let io = |source| TrainError::Io { path: directory.to_path_buf(), source };
+        let mut stems: Vec<PathBuf> = Vec::new();
+        for entry in std::fs::read_dir(directory).map_err(io)? {
+            let path = entry.map_err(io)?.path();
+            if path.extension().is_some_and(|extension| extension == "evc") {
+                stems.push(path.with_extension(""));
+            }
+        }
+        stems.sort();
+        let no_data = |message: String| TrainError::Config { path: directory.into(), message };
+        if stems.is_empty() {
+            return Err(no_data(
+                "no .evc files here: record some with `evpose simulate CONFIG --out DIR`".into(),
+            ));
+        }
+        let sequences: Vec<HandSequence> =
+            stems.iter().map(|stem| HandSequence::open(stem, config)).collect::<Result<_, _>>()?;
+        let sensor = config.simulation.sensor();
+        if let Some(other) = sequences.iter().find(|sequence| sequence.sensor() != sensor) {
+            return Err(no_data(format!(
+                "{} was recorded at {}, but the config says {sensor} \
+                 (simulation.sensor and simulation.image_scale)",
+                other.name,
+                other.sensor()
+            )));
+        }
+        let parts = sequences.iter().map(|sequence| 0..sequence.frames).collect();
+        Self::of(Arc::new(sequences), parts, config, sensor)
+    }
+
+    fn of(
+        sequences: Arc<Vec<HandSequence>>,
+        parts: Vec<Range<u64>>,
+        config: &HandConfig,
+        sensor: SensorSize,
+    ) -> Result<Self, TrainError> {
+        let mut starts = vec![0];
+        for part in &parts {
+            starts.push(starts[starts.len() - 1] + part.end.saturating_sub(part.start));
+        }
+        let samples = starts[starts.len() - 1];
+        if samples == 0 {
+            return Err(TrainError::Field {
+                field: "training.validation_s",
+                message: "leaves no frames in one of the two parts of the data".into(),
+            });
+        }
+        let surface = FrameSurface::by_name(&config.representation.name).ok_or_else(|| {
+            TrainError::Field {
+                field: "representation.name",
+                message: format!("{:?} is not a representation", config.representation.name),
+            }
+        })?;
+        Ok(Self {
+            sequences,
+            parts,
+            starts,
+            order: SampleOrder::new(samples, config.seed),
+            spec: WindowSpec { surface, sensor, order: config.representation.channel_order },
+            augmentation: config.augmentation.clone(),
+            window_frames: config.representation.window_ms,
+            seed: config.seed,
+            sensor,
+        })
+    }
+
+    /// Splits off the first `validation_s` seconds of every sequence: (training, validation).
+    ///
+    /// # Errors
+    /// If one of the two would be empty.
+    pub fn split(self, validation_s: f64, config: &HandConfig) -> Result<(Self, Self), TrainError> {
+        let cut = (validation_s * 1e3).round() as u64;
+        let part = |make: fn(u64, u64) -> Range<u64>| {
+            let parts = self.sequences.iter().map(|s| make(cut.min(s.frames), s.frames)).collect();
+            Self::of(Arc::clone(&self.sequences), parts, config, self.sensor)
+        };
+        Ok((part(|cut, frames| cut..frames)?, part(|cut, _| 0..cut)?))
+    }
+
+    /// All sequences, whole.
+    pub fn sequences(&self) -> &[HandSequence] {
+        &self.sequences
+    }
+
+    /// Number of samples: one for each frame.
+    pub fn len(&self) -> u64 {
+        self.starts[self.starts.len() - 1]
+    }
+
+    /// Never: an empty data set is an error at [`Self::open`].
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// `(height, width)` of the surfaces.
+    pub fn image_size(&self) -> (usize, usize) {
+        (usize::from(self.sensor.height), usize::from(self.sensor.width))
+    }
+
+    /// The sequence and frame of sample `index`.
+    fn locate(&self, index: u64) -> (&HandSequence, u64) {
+        let sequence = self.starts.partition_point(|&start| start <= index) - 1;
+        (&self.sequences[sequence], self.parts[sequence].start + index - self.starts[sequence])
+    }
+
+    /// The sample at position `position` of the endless shuffled sequence of training samples,
+    /// augmented; a pure function of the seed and the position.
+    pub(crate) fn training_sample(&self, position: u64) -> Result<Sample, SampleError> {
+        let (sequence, frame) = self.locate(self.order.at(position));
+        let mut rng = CounterRng::new(self.seed, "augmentation", position);
+        let window = self.augmentation.window_frames(&mut rng);
+        let mut surface = self.window(sequence, frame, window)?;
+        self.augmentation.swap_channels(&mut rng, &mut surface);
+        self.labelled(sequence, frame, surface)
+    }
+
+    /// Sample `index` in order of recording, not augmented.
+    pub(crate) fn plain_sample(&self, index: u64) -> Result<Sample, SampleError> {
+        let (sequence, frame) = self.locate(index);
+        let surface = self.window(sequence, frame, self.window_frames)?;
+        self.labelled(sequence, frame, surface)
+    }
+
+    fn labelled(
+        &self,
+        sequence: &HandSequence,
+        frame: u64,
+        surface: Vec<f32>,
+    ) -> Result<Sample, SampleError> {
+        Ok(Sample { surface, pose: sequence.labels.read_hand(frame)?.to_array() })
+    }
+
+    /// The surface of the `length` frames that end with `frame`. Frames before the start of the
+    /// recording count as frames without events.
+    fn window(
+        &self,
+        sequence: &HandSequence,
+        frame: u64,
+        length: u32,
+    ) -> Result<Vec<f32>, SampleError> {
+        let first = (frame + 1).saturating_sub(u64::from(length));
+        let mut events = EvcWindow::new();
+        sequence.events.read_frames(first..frame + 1, &mut events)?;
+        let mut surface = vec![0.0; 2 * self.sensor.pixels()];
+        let missing = length - (frame + 1 - first) as u32;
+        // A redraw of the scene makes a burst that no motion explains: what is before it is void.
+        let last_redraw = sequence.info.last_redraw(first..frame + 1);
+        let valid_from = last_redraw.map_or(0, |redraw| (redraw - first) as u32 + 1);
+        let events = events
+            .events()
+            .filter(|event| event.frame >= valid_from)
+            .map(|event| (event.frame + missing, event.x, event.y, event.polarity));
+        self.spec.fill(length, events, &mut surface);
+        Ok(surface)
+    }
+
+    /// The surfaces of the evaluation windows that end with each of `frames`, one after another.
+    pub(crate) fn windows_ending_at(
+        &self,
+        sequence: &HandSequence,
+        frames: &[u64],
+        out: &mut Vec<f32>,
+    ) -> Result<(), SampleError> {
+        use rayon::prelude::*;
+        let surfaces: Vec<Vec<f32>> = frames
+            .par_iter()
+            .map(|&frame| self.window(sequence, frame, self.window_frames))
+            .collect::<Result<_, _>>()?;
+        out.clear();
+        surfaces.iter().for_each(|surface| out.extend_from_slice(surface));
+        Ok(())
+    }
+
+    /// The surface of the evaluation window that ends with `frame`, for pictures.
+    ///
+    /// # Errors
+    /// If the events cannot be read.
+    pub fn surface(&self, sequence: &HandSequence, frame: u64) -> Result<Vec<f32>, TrainError> {
+        Ok(self.window(sequence, frame, self.window_frames)?)
+    }
+
+    /// The labels of at most `samples` samples, spread evenly.
+    ///
+    /// # Errors
+    /// If a label cannot be read.
+    pub fn poses(&self, samples: u64) -> Result<Vec<HandParams>, TrainError> {
+        let samples = samples.min(self.len());
+        (0..samples)
+            .map(|i| {
+                let (sequence, frame) = self.locate(i * self.len() / samples);
+                sequence.pose(frame)
+            })
+            .collect()
+    }
+}
