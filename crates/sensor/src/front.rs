@@ -92,7 +92,7 @@ impl Front {
         let held = self.held(pixels);
         let mut repaired = 0u32;
         for (light, &y) in self.light[held].iter_mut().zip(luminance) {
-            let is_light = (y >= 0.0) & (y < f32::INFINITY);
+            let is_light = (0.0..f32::INFINITY).contains(&y);
             repaired += u32::from(!is_light);
             *light = if is_light { y } else { 0.0 };
         }

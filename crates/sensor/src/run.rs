@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use evpose_core::{Event, EventStream, Micros, Plane, Polarity, SensorSize, StageNoise, seed_for};
+use evpose_core::{Event, EventStream, Micros, Plane, Polarity, SensorSize, StageNoise};
 
 use crate::front::Front;
 use crate::model::Chain;

@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use evpose_nn::{HandLoss, HandNetworkConfig};
-use evpose_repr::{Augmentation, ChannelOrder};
+use evpose_pose::filter::HandFilterConfig;
+use evpose_pose::metric::BootstrapConfig;
+use evpose_repr::{Augmentation, ChannelOrder, FrameSurface};
 use evpose_sim::SimulationConfig;
 use serde::{Deserialize, Serialize};
 
@@ -27,6 +29,8 @@ pub struct HandConfig {
     pub loss: HandLoss,
     /// Optimiser and duration.
     pub training: TrainingConfig,
+    /// How predictions are smoothed.
+    pub filter: HandFilterConfig,
     /// Held-out data.
     pub evaluation: EvaluationConfig,
 }
@@ -69,6 +73,8 @@ pub struct EvaluationConfig {
     pub sequences: usize,
     /// Length of each, in seconds.
     pub seconds: f64,
+    /// How intervals are found.
+    pub bootstrap: BootstrapConfig,
 }
 
 impl Default for HandConfig {
@@ -81,6 +87,7 @@ impl Default for HandConfig {
             network: HandNetworkConfig::default(),
             loss: HandLoss::default(),
             training: TrainingConfig::default(),
+            filter: HandFilterConfig::default(),
             evaluation: EvaluationConfig::default(),
         }
     }
@@ -89,6 +96,20 @@ impl Default for HandConfig {
 impl Default for RepresentationConfig {
     fn default() -> Self {
         Self { name: "lnes".to_owned(), window_ms: 100, channel_order: ChannelOrder::OffFirst }
+    }
+}
+
+impl RepresentationConfig {
+    /// The representation of that name.
+    ///
+    /// # Errors
+    /// If there is none; the error lists those there are.
+    pub fn resolve(&self) -> Result<&'static dyn FrameSurface, TrainError> {
+        let spec = evpose_repr::by_name(&self.name).ok_or_else(|| TrainError::Field {
+            field: "representation.name",
+            message: format!("{:?} is none of {}", self.name, evpose_repr::names().join(", ")),
+        })?;
+        Ok(spec.surface)
     }
 }
 
@@ -108,7 +129,7 @@ impl Default for TrainingConfig {
 
 impl Default for EvaluationConfig {
     fn default() -> Self {
-        Self { sequences: 1, seconds: 1200.0 }
+        Self { sequences: 1, seconds: 1200.0, bootstrap: BootstrapConfig::default() }
     }
 }
 
@@ -173,16 +194,7 @@ impl HandConfig {
         if self.representation.window_ms == 0 {
             return fail("representation.window_ms", "must be at least 1");
         }
-        if evpose_repr::by_name(&self.representation.name).is_none() {
-            return Err(TrainError::Field {
-                field: "representation.name",
-                message: format!(
-                    "{:?} is none of {}",
-                    self.representation.name,
-                    evpose_repr::names().join(", ")
-                ),
-            });
-        }
+        self.representation.resolve()?;
         if self.training.batch_size == 0 {
             return fail("training.batch_size", "must be at least 1");
         }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use evpose_core::{CounterRng, SensorSize};
 use evpose_io::{EvcReader, EvcWindow, MetaReader};
 use evpose_pose::{HandParams, PARAMETERS};
-use evpose_repr::{Augmentation, FrameSurface, WindowSpec};
+use evpose_repr::{Augmentation, FrameEvent, WindowSpec};
 use evpose_sim::SequenceInfo;
 
 use crate::TrainError;
@@ -154,12 +154,7 @@ impl HandDataset {
                 message: "leaves no frames in one of the two parts of the data".into(),
             });
         }
-        let surface = FrameSurface::by_name(&config.representation.name).ok_or_else(|| {
-            TrainError::Field {
-                field: "representation.name",
-                message: format!("{:?} is not a representation", config.representation.name),
-            }
-        })?;
+        let surface = config.representation.resolve()?;
         Ok(Self {
             sequences,
             parts,
@@ -258,7 +253,12 @@ impl HandDataset {
         let events = events
             .events()
             .filter(|event| event.frame >= valid_from)
-            .map(|event| (event.frame + missing, event.x, event.y, event.polarity));
+            .map(|event| FrameEvent {
+                frame: event.frame + missing,
+                x: event.x,
+                y: event.y,
+                polarity: event.polarity,
+            });
         self.spec.fill(length, events, &mut surface);
         Ok(surface)
     }

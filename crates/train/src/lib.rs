@@ -1,1 +1,30 @@
-//! Data sets, batches, training, evaluation and checkpoints.
+//! From recordings to a trained and judged network.
+//!
+//! * [`HandConfig`]: the file that describes an experiment.
+//! * [`HandDataset`]: recordings as samples and windows.
+//! * [`train_hand`]: a run in its directory, resumable to the bit.
+//! * [`Predictor`], [`evaluate`]: networks and baselines on sequences with known poses.
+
+mod checkpoint;
+mod config;
+mod dataset;
+mod error;
+mod evaluation;
+mod hand_task;
+mod history;
+mod loader;
+mod metric;
+mod order;
+mod plain_renderer;
+mod predictor;
+mod retention;
+mod training;
+
+pub use checkpoint::newest_checkpoint;
+pub use config::{EvaluationConfig, HandConfig, RepresentationConfig, TrainingConfig};
+pub use dataset::{HandDataset, HandSequence, Sample};
+pub use error::TrainError;
+pub use evaluation::{Evaluated, Method, Stage, Track, evaluate, poses_to_judge};
+pub use history::{HistoryLine, Part, read_history, validation_losses};
+pub use predictor::{ConstantPose, NetworkPredictor, Predictor};
+pub use training::{TrainOptions, TrainSummary, train_hand, untrained};

@@ -71,9 +71,10 @@ impl ChangeDetector for LevelCrossing {
             let count = ((to - level) / threshold).floor();
             for k in 1..=count as u32 {
                 let crossed = level + f64::from(k) * threshold;
-                // A level already behind at the start of the step (after a new, lower threshold)
-                // is answered at once; `max` also settles 0/0, where nothing has moved.
-                let fraction = ((crossed - from) / (to - from)).max(0.0).min(1.0);
+                // A level already behind at the start of the step, after a new threshold, is
+                // answered at once, and so is 0/0.
+                let way = (crossed - from) / (to - from);
+                let fraction = if way > 0.0 { way.min(1.0) } else { 0.0 };
                 out.push(Request {
                     t_s: tick.start_s + tick.dt_s() * fraction,
                     pixel: (first + index) as u32,

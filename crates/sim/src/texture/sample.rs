@@ -3,86 +3,62 @@
 use evpose_core::Plane;
 use glam::{Vec2, Vec3A};
 
-/// Code value of full intensity.
-const WHITE: f32 = 255.0;
-
-/// Eight bits a channel, as every image file. Rows go downwards from v = 0.
+/// An image of colours, mostly in [0, 1]. Rows go downwards from v = 0.
 ///
-/// The values are plain numbers: whether they are linear or gamma-encoded is the user's to know.
-#[derive(Debug, Clone, PartialEq, Eq)]
+/// Whether the values are linear or gamma-encoded is the user's to know.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Texture {
-    width: usize,
-    height: usize,
-    /// Red, green, blue and padding, so that a texel is one load.
-    texels: Vec<[u8; 4]>,
+    image: Plane<Vec3A>,
 }
 
 impl Texture {
-    /// Rounds an image in [0, 1] to eight bits.
-    ///
-    /// # Panics
-    /// If the image is empty.
-    pub fn from_plane(image: &Plane<Vec3A>) -> Self {
-        assert!(!image.data().is_empty(), "a texture without texels");
-        let texels = image
-            .data()
-            .iter()
-            .map(|rgb| {
-                let code = (*rgb * WHITE + 0.5).clamp(Vec3A::ZERO, Vec3A::splat(WHITE));
-                [code.x as u8, code.y as u8, code.z as u8, 0]
-            })
-            .collect();
-        Self { width: image.width(), height: image.height(), texels }
+    /// Takes an image, unless it is empty.
+    pub fn new(image: Plane<Vec3A>) -> Option<Self> {
+        (!image.data().is_empty()).then_some(Self { image })
     }
 
     /// Takes eight-bit texels, row by row; `None` unless there are `width * height` of them.
     pub fn from_rgb8(width: usize, height: usize, rgb: &[u8]) -> Option<Self> {
         let (texels, rest) = rgb.as_chunks::<3>();
-        let fits = rest.is_empty() && !texels.is_empty() && texels.len() == width * height;
-        fits.then(|| Self {
-            width,
-            height,
-            texels: texels.iter().map(|&[r, g, b]| [r, g, b, 0]).collect(),
-        })
+        let colours = texels.iter().map(|&code| Vec3A::from_array(code.map(f32::from)) / 255.0);
+        let image = Plane::from_vec(width, height, colours.collect()).ok()?;
+        if rest.is_empty() { Self::new(image) } else { None }
     }
 
-    /// Columns.
-    pub fn width(&self) -> usize {
-        self.width
+    /// The texels.
+    pub fn image(&self) -> &Plane<Vec3A> {
+        &self.image
     }
 
-    /// Rows.
-    pub fn height(&self) -> usize {
-        self.height
-    }
-
-    /// The colour at `uv`, in [0, 1], interpolated between the centres of four texels.
+    /// The colour at `uv`, interpolated between the centres of four texels; the image repeats with
+    /// period 1.
     #[inline]
     pub fn sample(&self, uv: Vec2) -> Vec3A {
-        let (left, right, fx) = neighbours(uv.x, self.width);
-        let (above, below, fy) = neighbours(uv.y, self.height);
-        let texel = |x: usize, y: usize| {
-            let [r, g, b, _] = self.texels[y * self.width + x];
-            Vec3A::new(f32::from(r), f32::from(g), f32::from(b))
-        };
-        let top = texel(left, above).lerp(texel(right, above), fx);
-        let bottom = texel(left, below).lerp(texel(right, below), fx);
-        top.lerp(bottom, fy) * (1.0 / WHITE)
+        let (left, right, fx) = neighbours(uv.x, self.image.width());
+        let (above, below, fy) = neighbours(uv.y, self.image.height());
+        let (above, below) = (self.image.row(above), self.image.row(below));
+        let top = above[left] + (above[right] - above[left]) * fx;
+        let bottom = below[left] + (below[right] - below[left]) * fx;
+        top + (bottom - top) * fy
     }
 }
 
-/// The two texels around a coordinate, and the weight of the second. The coordinate repeats with
-/// period 1; texel centres lie at half-integers.
+/// The two texels around a coordinate, and the weight of the second. Texel centres lie at
+/// half-integers.
 #[inline]
 fn neighbours(coordinate: f32, texels: usize) -> (usize, usize, f32) {
-    let position = coordinate * texels as f32 - 0.5;
-    let truncated = position as i32;
-    let floor = truncated - i32::from(truncated as f32 > position);
-    let weight = position - floor as f32;
-    let n = texels as i32;
-    // Almost every sample lies inside; the division is for the others.
-    let wrap = |i: i32| if (0..n).contains(&i) { i } else { i.rem_euclid(n) } as usize;
-    (wrap(floor), wrap(floor.saturating_add(1)), weight)
+    let n = texels as f32;
+    // `floor` by hand: without SSE4.1 it is a call.
+    let truncated = coordinate as i32;
+    let whole = truncated - i32::from(truncated as f32 > coordinate);
+    // Shifted by one texel, so that the position is not negative and truncation is `floor`.
+    let position = (coordinate - whole as f32) * n + 0.5;
+    let second = position as usize;
+    let weight = position - second as f32;
+    let last = texels - 1;
+    let left = if second == 0 || second > last + 1 { last } else { second - 1 };
+    let right = if second > last { 0 } else { second };
+    (left, right, weight)
 }
 
 #[cfg(test)]
@@ -117,6 +93,7 @@ mod tests {
     #[test]
     fn the_wrong_number_of_texels_is_refused() {
         assert_eq!(Texture::from_rgb8(2, 2, &[0; 9]), None);
+        assert_eq!(Texture::from_rgb8(1, 1, &[0; 4]), None);
         assert_eq!(Texture::from_rgb8(0, 0, &[]), None);
     }
 }

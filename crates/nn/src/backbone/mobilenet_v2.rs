@@ -1,0 +1,205 @@
+//! MobileNetV2: inverted residuals of depthwise convolutions, layout and weights as torchvision's.
+//!
+//! torchvision's dropout of 0.2 before the head is left out: a regressor's output would be scaled
+//! differently in training, and Burn draws dropout from one generator for all threads, which
+//! would end the reproducibility of training.
+//!
+//! # Source
+//! Sandler et al.: *MobileNetV2: Inverted Residuals and Linear Bottlenecks*, CVPR 2018, Table 2.
+
+use burn::module::{Initializer, Module};
+use burn::nn::pool::{AdaptiveAvgPool2d, AdaptiveAvgPool2dConfig};
+use burn::nn::{Linear, LinearConfig};
+use burn::tensor::{Device, Tensor};
+
+use crate::conv_norm::{ConvNorm, ConvNormConfig};
+use crate::init::Law;
+use crate::parameters::Slot;
+
+/// Table 2: expansion of the hidden channels, output channels, blocks, stride of the first block.
+const STAGES: [(usize, f32, usize, usize); 7] = [
+    (1, 16.0, 1, 1),
+    (6, 24.0, 2, 2),
+    (6, 32.0, 3, 2),
+    (6, 64.0, 4, 2),
+    (6, 96.0, 3, 1),
+    (6, 160.0, 3, 2),
+    (6, 320.0, 1, 1),
+];
+/// Channels of the first convolution.
+const STEM_CHANNELS: f32 = 32.0;
+/// Channels of the last convolution, which narrower networks keep.
+const HEAD_CHANNELS: f32 = 1280.0;
+
+/// Shape of a MobileNetV2.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct MobileNetV2Config {
+    /// Multiplier of all channel counts, 1 as published.
+    width: f32,
+    /// Numbers predicted.
+    outputs: usize,
+}
+
+/// A network of inverted residuals.
+#[derive(Module, Debug)]
+pub struct MobileNetV2 {
+    stem: ConvNorm,
+    blocks: Vec<InvertedResidual>,
+    last: ConvNorm,
+    mean: AdaptiveAvgPool2d,
+    head: Linear,
+}
+
+/// Expand with 1x1, filter each channel with 3x3, project with 1x1; the input is added where the
+/// shape allows.
+#[derive(Module, Debug)]
+struct InvertedResidual {
+    /// Missing where the expansion is 1.
+    expand: Option<ConvNorm>,
+    depthwise: ConvNorm,
+    project: ConvNorm,
+    residual: bool,
+}
+
+impl MobileNetV2Config {
+    pub(super) fn new(width: f32, outputs: usize) -> Self {
+        Self { width, outputs }
+    }
+
+    /// The network with all weights zero.
+    pub(super) fn init(self, device: &Device) -> MobileNetV2 {
+        let stem = multiple_of_eight(STEM_CHANNELS * self.width);
+        let last = multiple_of_eight(HEAD_CHANNELS * self.width.max(1.0));
+        let mut blocks = Vec::new();
+        let mut channels = stem;
+        for (expansion, base, count, stride) in STAGES {
+            let output = multiple_of_eight(base * self.width);
+            for block in 0..count {
+                let stride = if block == 0 { stride } else { 1 };
+                blocks.push(InvertedResidual::new(channels, output, stride, expansion, device));
+                channels = output;
+            }
+        }
+        MobileNetV2 {
+            stem: ConvNormConfig::new(3, stem, 3).with_stride(2).init(device),
+            blocks,
+            last: ConvNormConfig::new(channels, last, 1).init(device),
+            mean: AdaptiveAvgPool2dConfig::new([1, 1]).init(),
+            head: LinearConfig::new(last, self.outputs)
+                .with_initializer(Initializer::Zeros)
+                .init(device),
+        }
+    }
+}
+
+impl MobileNetV2 {
+    /// # Shapes
+    /// - input: `[batch, 3, height, width]`
+    /// - output: `[batch, outputs]`
+    pub fn forward(&self, input: Tensor<4>) -> Tensor<2> {
+        let mut x = relu6(self.stem.forward(input));
+        for block in &self.blocks {
+            x = block.forward(x);
+        }
+        let x = relu6(self.last.forward(x));
+        self.head.forward(self.mean.forward(x).flatten(1, 3))
+    }
+}
+
+impl InvertedResidual {
+    fn new(
+        channels_in: usize,
+        channels_out: usize,
+        stride: usize,
+        expansion: usize,
+        device: &Device,
+    ) -> Self {
+        let hidden = channels_in * expansion;
+        Self {
+            expand: (expansion != 1)
+                .then(|| ConvNormConfig::new(channels_in, hidden, 1).init(device)),
+            depthwise: ConvNormConfig::new(hidden, hidden, 3)
+                .with_stride(stride)
+                .with_groups(hidden)
+                .init(device),
+            project: ConvNormConfig::new(hidden, channels_out, 1).init(device),
+            residual: stride == 1 && channels_in == channels_out,
+        }
+    }
+
+    /// # Shapes
+    /// - input: `[batch, channels_in, height, width]`
+    /// - output: `[batch, channels_out, ceil(height / stride), ceil(width / stride)]`
+    fn forward(&self, input: Tensor<4>) -> Tensor<4> {
+        let x = match &self.expand {
+            Some(expand) => relu6(expand.forward(input.clone())),
+            None => input.clone(),
+        };
+        let x = self.project.forward(relu6(self.depthwise.forward(x)));
+        if self.residual { x + input } else { x }
+    }
+}
+
+fn relu6(x: Tensor<4>) -> Tensor<4> {
+    x.clamp(0.0, 6.0)
+}
+
+/// The multiple of 8 nearest to `channels`, at least 8 and never more than a tenth below.
+fn multiple_of_eight(channels: f32) -> usize {
+    let nearest = (((channels + 4.0) / 8.0).floor() * 8.0).max(8.0);
+    if nearest < 0.9 * channels { nearest as usize + 8 } else { nearest as usize }
+}
+
+/// As torchvision initialises: Kaiming for convolutions, a narrow normal for the head.
+pub(super) fn initial(slot: &Slot) -> Law {
+    match slot.layer.as_str() {
+        "Conv2d" => Law::kaiming_fan_out(&slot.shape),
+        "BatchNorm" => Law::batch_norm(slot.name()),
+        _ if slot.is_linear_weight() => Law::Normal { deviation: 0.01 },
+        _ => Law::Constant(0.0),
+    }
+}
+
+/// `blocks.3.depthwise.conv.x` is `features.4.conv.1.0.x`.
+pub(super) fn torchvision_path(path: &str) -> String {
+    let parts: Vec<&str> = path.split('.').collect();
+    let inner = |kind: &str| if kind == "conv" { 0 } else { 1 };
+    match *parts.as_slice() {
+        ["stem", kind, name] => format!("features.0.{}.{name}", inner(kind)),
+        ["last", kind, name] => format!("features.18.{}.{name}", inner(kind)),
+        ["head", name] => format!("classifier.1.{name}"),
+        ["blocks", index, part, kind, name] => {
+            let feature = index.parse::<usize>().map_or(0, |index| index + 1);
+            // The first block does not expand: its parts stand one position earlier.
+            let expanded = usize::from(feature > 1);
+            let part = match part {
+                "expand" => format!("0.{}", inner(kind)),
+                "depthwise" => format!("{expanded}.{}", inner(kind)),
+                _ => format!("{}", 1 + expanded + inner(kind)),
+            };
+            format!("features.{feature}.conv.{part}.{name}")
+        }
+        _ => path.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn channels_are_rounded_as_published() {
+        // torchvision's `_make_divisible` at multipliers 0.35, 0.5, 0.75 and 1.4.
+        assert_eq!([0.35, 0.5, 0.75, 1.4].map(|w| multiple_of_eight(24.0 * w)), [8, 16, 24, 32]);
+        assert_eq!([0.35, 0.5, 0.75, 1.4].map(|w| multiple_of_eight(32.0 * w)), [16, 16, 24, 48]);
+    }
+
+    #[test]
+    fn parts_of_a_block_stand_where_torchvision_puts_them() {
+        let name = |path| torchvision_path(path);
+        assert_eq!(name("blocks.0.depthwise.conv.weight"), "features.1.conv.0.0.weight");
+        assert_eq!(name("blocks.0.project.norm.gamma"), "features.1.conv.2.gamma");
+        assert_eq!(name("blocks.16.expand.norm.beta"), "features.17.conv.0.1.beta");
+        assert_eq!(name("blocks.16.project.conv.weight"), "features.17.conv.2.weight");
+    }
+}

@@ -1,0 +1,152 @@
+//! Residual networks of basic blocks: ResNet-18 and ResNet-34, layout and weights as torchvision's.
+//!
+//! # Source
+//! He, Zhang, Ren, Sun: *Deep Residual Learning for Image Recognition*, CVPR 2016, Table 1.
+
+use burn::module::{Initializer, Module};
+use burn::nn::pool::{AdaptiveAvgPool2d, AdaptiveAvgPool2dConfig, MaxPool2d, MaxPool2dConfig};
+use burn::nn::{Linear, LinearConfig, PaddingConfig2d};
+use burn::tensor::activation::relu;
+use burn::tensor::{Device, Tensor};
+
+use super::stem::stride_two_seven;
+use crate::conv_norm::{ConvNorm, ConvNormConfig};
+use crate::init::Law;
+use crate::parameters::Slot;
+
+/// Channels of the first stage as published.
+const PUBLISHED_CHANNELS: f32 = 64.0;
+
+/// Shape of a residual network.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct ResNetConfig {
+    /// Basic blocks in each of the four stages.
+    blocks: [usize; 4],
+    /// Channels of the first stage; the others have 2, 4 and 8 times as many.
+    channels: usize,
+    /// Numbers predicted.
+    outputs: usize,
+}
+
+/// A residual network of basic blocks.
+#[derive(Module, Debug)]
+pub struct ResNet {
+    stem: ConvNorm,
+    pool: MaxPool2d,
+    stages: Vec<Vec<BasicBlock>>,
+    mean: AdaptiveAvgPool2d,
+    head: Linear,
+}
+
+/// Two 3x3 convolutions around which the input is added.
+#[derive(Module, Debug)]
+struct BasicBlock {
+    first: ConvNorm,
+    second: ConvNorm,
+    /// A 1x1 convolution where the block changes the size; nothing elsewhere.
+    shortcut: Option<ConvNorm>,
+}
+
+impl ResNetConfig {
+    /// A network `width` times as wide as published.
+    pub(super) fn new(blocks: [usize; 4], width: f32, outputs: usize) -> Self {
+        Self { blocks, channels: (PUBLISHED_CHANNELS * width).round().max(1.0) as usize, outputs }
+    }
+
+    /// The network with all weights zero.
+    pub(super) fn init(self, device: &Device) -> ResNet {
+        let stage = |index: usize| {
+            let channels = self.channels << index;
+            let first = match index {
+                0 => BasicBlock::new(channels, channels, 1, device),
+                _ => BasicBlock::new(channels / 2, channels, 2, device),
+            };
+            let rest = 1..self.blocks[index];
+            let rest = rest.map(|_| BasicBlock::new(channels, channels, 1, device));
+            std::iter::once(first).chain(rest).collect()
+        };
+        ResNet {
+            stem: ConvNormConfig::new(3, self.channels, 7).with_stride(2).init(device),
+            pool: MaxPool2dConfig::new([3, 3])
+                .with_strides([2, 2])
+                .with_padding(PaddingConfig2d::Explicit(1, 1, 1, 1))
+                .init(),
+            stages: (0..4).map(stage).collect(),
+            mean: AdaptiveAvgPool2dConfig::new([1, 1]).init(),
+            head: LinearConfig::new(self.channels * 8, self.outputs)
+                .with_initializer(Initializer::Zeros)
+                .init(device),
+        }
+    }
+}
+
+impl ResNet {
+    /// # Shapes
+    /// - input: `[batch, 3, height, width]`
+    /// - output: `[batch, outputs]`
+    pub fn forward(&self, input: Tensor<4>) -> Tensor<2> {
+        let x = self.stem.norm.forward(stride_two_seven(&self.stem.conv, input));
+        let mut x = self.pool.forward(relu(x));
+        for block in self.stages.iter().flatten() {
+            x = block.forward(x);
+        }
+        self.head.forward(self.mean.forward(x).flatten(1, 3))
+    }
+}
+
+impl BasicBlock {
+    fn new(channels_in: usize, channels_out: usize, stride: usize, device: &Device) -> Self {
+        let conv = |channels_in, kernel| ConvNormConfig::new(channels_in, channels_out, kernel);
+        Self {
+            first: conv(channels_in, 3).with_stride(stride).init(device),
+            second: conv(channels_out, 3).init(device),
+            shortcut: (channels_in != channels_out)
+                .then(|| conv(channels_in, 1).with_stride(stride).init(device)),
+        }
+    }
+
+    /// # Shapes
+    /// - input: `[batch, channels_in, height, width]`
+    /// - output: `[batch, channels_out, ceil(height / stride), ceil(width / stride)]`
+    fn forward(&self, input: Tensor<4>) -> Tensor<4> {
+        let x = self.second.forward(relu(self.first.forward(input.clone())));
+        let shortcut = match &self.shortcut {
+            Some(shortcut) => shortcut.forward(input),
+            None => input,
+        };
+        relu(x + shortcut)
+    }
+}
+
+/// As torchvision initialises: Kaiming for convolutions, PyTorch's default for the head.
+pub(super) fn initial(slot: &Slot) -> Law {
+    match slot.layer.as_str() {
+        "Conv2d" => Law::kaiming_fan_out(&slot.shape),
+        "BatchNorm" => Law::batch_norm(slot.name()),
+        // Weight [inputs, outputs]; the bias draws from the weight's range.
+        _ => Law::torch_default(slot.fan_in),
+    }
+}
+
+/// `stages.0.1.first.conv.x` is `layer1.1.conv1.x`.
+pub(super) fn torchvision_path(path: &str) -> String {
+    let parts: Vec<&str> = path.split('.').collect();
+    match *parts.as_slice() {
+        ["stem", "conv", name] => format!("conv1.{name}"),
+        ["stem", "norm", name] => format!("bn1.{name}"),
+        ["stages", stage, block, half, kind, name] => {
+            let stage = stage.parse::<usize>().map_or(0, |index| index + 1);
+            let layer = match (half, kind) {
+                ("first", "conv") => "conv1",
+                ("first", _) => "bn1",
+                ("second", "conv") => "conv2",
+                ("second", _) => "bn2",
+                (_, "conv") => "downsample.0",
+                _ => "downsample.1",
+            };
+            format!("layer{stage}.{block}.{layer}.{name}")
+        }
+        ["head", name] => format!("fc.{name}"),
+        _ => path.to_owned(),
+    }
+}

@@ -1,0 +1,315 @@
+//! Laws that hold for every stage of the registry, present and future.
+
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use evpose_core::{Event, Micros, Plane, SensorSize, StageNoise};
+use evpose_sensor::{
+    Block, Citation, Domain, EffectConfig, PixelStage, Prior, STAGES, SensorConfig, SensorError,
+    SensorModel, Stage, StageSpec, Tick, Value,
+};
+use proptest::prelude::*;
+
+const SIZE: SensorSize = SensorSize { width: 27, height: 17 };
+const STEPS: u64 = 12;
+
+/// A stage with state and noise of its own, which the registry need not have: each pixel's voltage
+/// wanders.
+static WANDER: StageSpec = StageSpec {
+    name: "wander",
+    domain: Domain::Photoreceptor,
+    summary: "voltage takes a random walk",
+    formula: "V = V + W(t)",
+    params: &[],
+    choices: &[],
+    source: Citation { key: "test", text: "test" },
+    build: |_| Ok(Stage::Pixel(Box::new(Wander))),
+};
+
+#[derive(Debug)]
+struct Wander;
+
+impl PixelStage for Wander {
+    fn is_neutral(&self) -> bool {
+        false
+    }
+
+    fn state_planes(&self) -> usize {
+        1
+    }
+
+    fn init(&self, block: &mut Block<'_>, _noise: StageNoise) {
+        let [walk] = block.state.planes();
+        walk.fill(0.0);
+    }
+
+    fn step(&self, _tick: &Tick, block: &mut Block<'_>, noise: StageNoise) {
+        let [walk] = block.state.planes();
+        for ((pixel, v), w) in block.pixels.clone().zip(block.signal.iter_mut()).zip(walk) {
+            *w += 0.15 * noise.normal(pixel, 0);
+            *v += *w;
+        }
+    }
+}
+
+fn registry() -> Vec<&'static StageSpec> {
+    STAGES.iter().copied().chain([&WANDER]).collect()
+}
+
+/// A stage with every parameter somewhere in its typical range.
+fn typical(spec: &StageSpec, fraction: f64) -> EffectConfig {
+    let mut effect = EffectConfig::new(spec.name);
+    for param in spec.params {
+        let interval = match param.prior {
+            Prior::Typical(low, high) => (low, high),
+            Prior::Fixed => param.range,
+        };
+        effect = effect.with(param.name, param.between(interval, fraction));
+    }
+    for choice in spec.choices {
+        let index = (fraction * choice.allowed.len() as f64) as usize;
+        effect = effect.with(choice.name, choice.allowed[index.min(choice.allowed.len() - 1)]);
+    }
+    effect
+}
+
+/// Bright and dark waves that run over the sensor at about three thresholds per step.
+fn moving(step: u64) -> Plane<f32> {
+    let mut plane = Plane::for_sensor(SIZE, 0.0);
+    for (i, y) in plane.data_mut().iter_mut().enumerate() {
+        let phase = i as f32 * 0.37 + step as f32 * 0.6;
+        *y = 0.02 + 0.5 * (1.0 + phase.sin());
+    }
+    plane
+}
+
+fn still(_step: u64) -> Plane<f32> {
+    moving(0)
+}
+
+fn events_of(model: &SensorModel, scene: fn(u64) -> Plane<f32>, seed: u64) -> Vec<Vec<Event>> {
+    let mut run = model.start(SIZE, seed);
+    // Not a whole number of any clock's counts.
+    let time = |step: u64| Micros(step as i64 * 1_130);
+    (0..STEPS).map(|k| run.expose(&scene(k), time(k)).unwrap().iter().collect()).collect()
+}
+
+fn model_of(effects: &[EffectConfig]) -> SensorModel {
+    let config = SensorConfig { effects: effects.to_vec() };
+    SensorModel::from_config_in(&registry(), &config).unwrap()
+}
+
+fn noisy() -> EffectConfig {
+    EffectConfig::new("uniform_noise").with("on_hz", 30.0).with("off_hz", 20.0)
+}
+
+/// Whether a sensor has exactly one of this stage, so that it cannot be left out.
+fn holds_a_place(spec: &'static StageSpec) -> bool {
+    let config = SensorConfig { effects: vec![typical(spec, 0.5)] };
+    let table = SensorModel::from_config(&config).unwrap();
+    table.describe().rows.len() == 3
+}
+
+#[test]
+fn names_are_unique_and_everything_is_documented() {
+    for (i, spec) in STAGES.iter().enumerate() {
+        assert!(STAGES[..i].iter().all(|other| other.name != spec.name), "{}", spec.name);
+        assert!(!spec.summary.is_empty() && !spec.formula.is_empty(), "{}", spec.name);
+        assert!(!spec.source.text.is_empty(), "{}", spec.name);
+        let mut keys = spec.keys();
+        keys.sort_unstable();
+        assert!(keys.windows(2).all(|pair| pair[0] != pair[1]), "{}", spec.name);
+        assert!(!keys.contains(&"name"), "{}: `name` is the effect's own key", spec.name);
+        for param in spec.params {
+            assert!(!param.doc.is_empty(), "{}.{}", spec.name, param.name);
+            if let Prior::Typical(low, high) = param.prior {
+                assert!(param.allows(low) && param.allows(high), "{}.{}", spec.name, param.name);
+            }
+        }
+        for choice in spec.choices {
+            assert!(choice.allowed.len() > 1 && !choice.doc.is_empty(), "{}", spec.name);
+        }
+    }
+}
+
+#[test]
+fn stages_are_listed_in_the_order_of_the_signal() {
+    assert!(STAGES.is_sorted_by_key(|spec| spec.domain));
+}
+
+#[test]
+fn an_empty_chain_is_the_ideal_sensor() {
+    let ideal = SensorModel::from_config(&SensorConfig::preset("ideal").unwrap()).unwrap();
+    assert_eq!(events_of(&model_of(&[]), moving, 1), events_of(&ideal, moving, 1));
+}
+
+#[test]
+fn keys_that_a_stage_does_not_have_are_refused() {
+    for spec in STAGES {
+        let config = SensorConfig { effects: vec![typical(spec, 0.5).with("strength", 1.0)] };
+        let error = SensorModel::from_config(&config).unwrap_err();
+        let SensorError::UnknownKey { effect, key, allowed } = error else {
+            panic!("{error}");
+        };
+        assert_eq!((effect, key.as_str(), allowed), (spec.name, "strength", spec.keys()));
+    }
+}
+
+#[test]
+fn values_outside_the_range_are_refused() {
+    for spec in STAGES {
+        for param in spec.params {
+            for value in [-1.0, param.range.1 * 1.01, f64::NAN] {
+                let effect = typical(spec, 0.5).with(param.name, value);
+                let refused = SensorModel::from_config(&SensorConfig { effects: vec![effect] });
+                let bad =
+                    matches!(refused, Err(SensorError::BadValue { key, .. }) if key == param.name);
+                assert!(bad, "{}.{} = {value}", spec.name, param.name);
+            }
+        }
+        for choice in spec.choices {
+            let effect = typical(spec, 0.5).with(choice.name, "otherwise");
+            let refused = SensorModel::from_config(&SensorConfig { effects: vec![effect] });
+            assert!(matches!(refused, Err(SensorError::BadValue { .. })), "{}", spec.name);
+        }
+    }
+}
+
+#[test]
+fn what_has_no_neutral_value_must_be_given() {
+    for spec in STAGES {
+        for param in spec.params.iter().filter(|param| param.neutral.is_none()) {
+            let mut effect = typical(spec, 0.5);
+            effect.params.remove(param.name);
+            let refused = SensorModel::from_config(&SensorConfig { effects: vec![effect] });
+            let missing =
+                matches!(refused, Err(SensorError::MissingKey { key, .. }) if key == param.name);
+            assert!(missing, "{}.{}", spec.name, param.name);
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    #[test]
+    fn a_neutral_stage_is_as_good_as_none(fraction in 0.0..1.0, seed: u64) {
+        let base = [noisy(), EffectConfig::new("wander")];
+        let without = events_of(&model_of(&base), moving, seed);
+        for spec in STAGES.iter().filter(|spec| !holds_a_place(spec)) {
+            let mut effect = typical(spec, fraction);
+            for param in spec.params {
+                if let Some(neutral) = param.neutral {
+                    effect = effect.with(param.name, neutral);
+                }
+            }
+            let others = base.iter().filter(|other| other.name != spec.name).cloned();
+            let with: Vec<EffectConfig> = others.clone().chain([effect]).collect();
+            let model = model_of(&with);
+            let row = model.describe().rows.iter().find(|row| row.stage == spec.name);
+            prop_assert!(row.is_some_and(|row| !row.is_active), "{}", spec.name);
+            if spec.name == "uniform_noise" {
+                let without = events_of(&model_of(&others.collect::<Vec<_>>()), moving, seed);
+                prop_assert_eq!(&events_of(&model, moving, seed), &without, "{}", spec.name);
+            } else {
+                prop_assert_eq!(&events_of(&model, moving, seed), &without, "{}", spec.name);
+            }
+        }
+    }
+
+    #[test]
+    fn the_seed_decides_every_event(fraction in 0.0..1.0, seed: u64) {
+        for spec in registry() {
+            let model = model_of(&[typical(spec, fraction)]);
+            prop_assert_eq!(
+                events_of(&model, moving, seed), events_of(&model, moving, seed), "{}", spec.name
+            );
+        }
+    }
+
+    #[test]
+    fn the_size_of_blocks_does_not_matter(fraction in 0.0..1.0, seed: u64) {
+        for spec in registry() {
+            let mut effects = vec![typical(spec, fraction)];
+            for other in [noisy(), EffectConfig::new("wander")] {
+                if other.name != spec.name {
+                    effects.push(other);
+                }
+            }
+            let model = model_of(&effects);
+            let expected = events_of(&model, moving, seed);
+            for block in [1, 16, 333, 8192] {
+                let events = events_of(&model.clone().with_block_pixels(block), moving, seed);
+                prop_assert_eq!(&events, &expected, "{} by {}", spec.name, block);
+            }
+        }
+    }
+
+    /// On a still scene all events are noise: a new stage may delay them, but none may come, go or
+    /// change its pixel.
+    #[test]
+    fn a_new_stage_leaves_the_noise_of_the_others_unmoved(fraction in 0.0..1.0, seed: u64) {
+        let noise_of = |effects: &[EffectConfig]| {
+            let events = events_of(&model_of(effects), still, seed).concat();
+            events.iter().map(|e| (e.x, e.y, e.polarity)).collect::<Vec<_>>()
+        };
+        let mut expected = noise_of(&[noisy()]);
+        expected.sort_unstable_by_key(|&(x, y, p)| (y, x, p.is_on()));
+        prop_assert!(!expected.is_empty());
+        for spec in registry() {
+            if matches!(spec.name, "uniform_noise" | "wander") || spec.domain == Domain::Clock {
+                continue;
+            }
+            // A cold start is no noise.
+            let mut effect = typical(spec, fraction);
+            effect.params.remove("start");
+            let mut found = noise_of(&[effect, noisy()]);
+            found.sort_unstable_by_key(|&(x, y, p)| (y, x, p.is_on()));
+            prop_assert_eq!(&found, &expected, "{}", spec.name);
+        }
+    }
+
+    /// Noise that joins the signal takes nothing from it, and the walk of the voltages stays.
+    #[test]
+    fn taking_the_noise_away_leaves_the_signal(seed: u64) {
+        let wander = EffectConfig::new("wander");
+        let signal = events_of(&model_of(&[wander.clone()]), moving, seed).concat();
+        let both = events_of(&model_of(&[wander, noisy()]), moving, seed).concat();
+        let mut left = both.iter();
+        prop_assert!(both.len() > signal.len());
+        prop_assert!(signal.iter().all(|event| left.any(|other| other == event)));
+    }
+
+    #[test]
+    fn events_come_in_order_from_inside_the_sensor(fraction in 0.0..1.0, seed: u64) {
+        for spec in registry() {
+            let model = model_of(&[noisy(), typical(spec, fraction)][usize::from(spec.name == "uniform_noise")..]);
+            let mut previous = Micros(-1);
+            for (step, events) in events_of(&model, moving, seed).iter().enumerate() {
+                let now = Micros(step as i64 * 1_130);
+                let key = |e: &Event| (e.t, e.y, e.x);
+                prop_assert!(events.is_sorted_by_key(key), "{}", spec.name);
+                for event in events {
+                    prop_assert!(previous < event.t && event.t <= now, "{}: {event:?}", spec.name);
+                    prop_assert!(SIZE.contains(event.x, event.y));
+                }
+                previous = now;
+            }
+        }
+    }
+
+    #[test]
+    fn a_configuration_reads_back_as_it_was_written(
+        fraction in 0.0..1.0, chosen in prop::collection::vec(any::<bool>(), STAGES.len()),
+    ) {
+        let listed = STAGES.iter().zip(chosen).filter(|(_, chosen)| *chosen);
+        let config = SensorConfig { effects: listed.map(|(s, _)| typical(s, fraction)).collect() };
+        prop_assert_eq!(SensorConfig::from_toml(&config.to_toml()).unwrap(), config);
+    }
+
+    #[test]
+    fn values_survive_toml_bit_by_bit(value in prop::num::f64::NORMAL) {
+        let config = SensorConfig { effects: vec![EffectConfig::new("a").with("b", value)] };
+        let read = SensorConfig::from_toml(&config.to_toml()).unwrap();
+        prop_assert_eq!(&read.effects[0].params["b"], &Value::Number(value));
+    }
+}
