@@ -16,7 +16,7 @@ use evpose_nn::DeviceKind;
         evpose simulate quick --out data/test --seed 2 --held-out\n  \
         evpose train quick --data data/train --out runs/hand\n  \
         evpose eval --checkpoint runs/hand --data data/test\n  \
-        evpose infer --checkpoint runs/hand --events data/test/sequence-0000.evc --out poses.csv"
+        evpose infer --checkpoint runs/hand --events data/test/0000.evc --out poses.csv"
 )]
 pub(crate) struct Args {
     #[command(subcommand)]
@@ -202,7 +202,7 @@ pub(crate) struct BenchInferArgs {
 }
 
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example:\n  evpose info data/train/sequence-0000.evc")]
+#[command(after_help = "Example:\n  evpose info data/train/0000.evc")]
 pub(crate) struct InfoArgs {
     /// Files: .evc, .meta, .npz or text; recognised by content
     #[arg(required = true)]

@@ -1,1 +1,8 @@
+//! The binary as a user runs it.
 
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+mod cli;
+mod demo;
+mod harness;
+mod resume;

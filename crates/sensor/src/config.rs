@@ -83,8 +83,7 @@ impl SensorConfig {
 
     /// Writes the TOML form, which reads back equal.
     pub fn to_toml(&self) -> String {
-        // Serialising strings, numbers and lists of tables has no case that fails.
-        toml::to_string(self).unwrap_or_default()
+        toml::to_string(self).expect("strings, numbers and tables have a TOML form")
     }
 
     /// The effect called `name`, if it is listed.

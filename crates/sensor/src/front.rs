@@ -90,13 +90,21 @@ impl Front {
     /// Copies luminance; what cannot be light becomes darkness.
     fn sense(&mut self, luminance: &[f32], pixels: &Range<usize>) {
         let held = self.held(pixels);
-        let mut repaired = 0u32;
-        for (light, &y) in self.light[held].iter_mut().zip(luminance) {
-            let is_light = (0.0..f32::INFINITY).contains(&y);
-            repaired += u32::from(!is_light);
-            *light = if is_light { y } else { 0.0 };
+        let light = &mut self.light[held];
+        let mut is_faulty = false;
+        for (light, &y) in light.iter_mut().zip(luminance) {
+            // Not a number stays one, and differs from itself.
+            *light = y.clamp(0.0, f32::MAX);
+            is_faulty |= *light != y;
         }
-        self.repaired += u64::from(repaired);
+        if is_faulty {
+            for (light, y) in light.iter_mut().zip(luminance) {
+                if !(0.0..=f32::MAX).contains(y) {
+                    *light = 0.0;
+                    self.repaired += 1;
+                }
+            }
+        }
     }
 
     fn step_stage(

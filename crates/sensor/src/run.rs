@@ -50,9 +50,10 @@ impl SensorRun {
 
     /// Shows the sensor a luminance plane, linear and relative to white (1.0), at time `t`.
     ///
-    /// Gives the events since the exposure before, in order of time and at equal times row by row
-    /// from the top left. At the first exposure the sensor settles. Luminance that is negative or
-    /// not finite is taken as darkness and counted in [`SensorRun::repaired_pixels`].
+    /// Gives the events later than the exposure before and not later than this one, in order of
+    /// time and at equal times row by row from the top left. At the first exposure the sensor
+    /// settles. Luminance that is negative or not finite is taken as darkness and counted in
+    /// [`SensorRun::repaired_pixels`].
     ///
     /// # Errors
     /// A plane that does not fit the sensor, or a time that is not later than the one before; the
@@ -78,7 +79,10 @@ impl SensorRun {
             let noise = StageNoise::new(self.seed, link.name, tick.index);
             link.stage.step(&tick, &mut self.requests, noise);
         }
+        // What happens at the very start of a step comes behind what was delivered up to there.
+        let earliest = self.last.map_or(t, |(_, previous)| previous + Micros(1));
         self.last = Some((tick.index, t));
+        self.stamp(earliest);
         self.deliver(t)?;
         Ok(&self.events)
     }
@@ -123,22 +127,31 @@ impl SensorRun {
         }
     }
 
-    /// Stamps what was served and hands out all that lies before `now`.
-    fn deliver(&mut self, now: Micros) -> Result<(), SensorError> {
+    /// Puts what was served behind the events that wait, in order of timestamps.
+    fn stamp(&mut self, earliest: Micros) {
         self.pending.extend(self.requests.iter().map(|request| Stamped {
-            t: clock::stamp(request.t_s),
+            t: clock::stamp(request.t_s).max(earliest),
             pixel: request.pixel,
             polarity: request.polarity,
         }));
-        let order = |event: &Stamped| (event.t, event.pixel);
-        if !self.pending.is_sorted_by_key(order) {
-            // Stable: events of one pixel at one time keep their order.
-            self.pending.sort_by_key(order);
+        // Requests came in order of time, which only a clock or a late event can have changed.
+        if !self.pending.is_sorted_by_key(|event| event.t) {
+            self.pending.sort_by_key(|event| event.t);
         }
+        // Events of one pixel at one time keep their order.
+        for same_time in self.pending.chunk_by_mut(|a, b| a.t == b.t) {
+            if !same_time.is_sorted_by_key(|event| event.pixel) {
+                same_time.sort_by_key(|event| event.pixel);
+            }
+        }
+    }
+
+    /// Hands out what is due by `now`.
+    fn deliver(&mut self, now: Micros) -> Result<(), SensorError> {
         let due = self.pending.partition_point(|event| event.t <= now);
+        let width = u32::from(self.size.width);
         self.events.clear();
         for Stamped { t, pixel, polarity } in self.pending.drain(..due) {
-            let width = u32::from(self.size.width);
             let (x, y) = ((pixel % width) as u16, (pixel / width) as u16);
             self.events.push(Event { t, x, y, polarity })?;
         }

@@ -94,8 +94,7 @@ fn a_still_scene_makes_no_events() {
 #[test]
 fn counts_are_those_of_eventhands() {
     let (_, mut run) = eventhands();
-    let mut step = 0;
-    for (code, count, polarity) in [
+    for (step, (code, count, polarity)) in [
         (3.0, 2, Polarity::On),   // cold memory 0, d = 1.386: 2, memory 1.0
         (3.0, 0, Polarity::On),   // d = 0.386
         (10.0, 2, Polarity::On),  // d = 1.398: 2, memory 2.0
@@ -104,12 +103,15 @@ fn counts_are_those_of_eventhands() {
         (0.0, 11, Polarity::Off), // d = -5.5: 11, memory 0.0
         (1.0, 1, Polarity::On),   // d = 0.693: 1, memory 0.5
         (0.0, 0, Polarity::On),   // d = -0.5: not strictly below
-    ] {
-        let events = expose(&mut run, code / 255.0, step * 1_000);
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let t = Micros(step as i64 * 1_000);
+        let events = expose(&mut run, code / 255.0, t.0);
         assert_eq!(events.len(), count, "code {code}");
-        let same = |e: &Event| e.polarity == polarity && e.t == Micros(step * 1_000);
+        let same = |e: &Event| e.polarity == polarity && e.t == t;
         assert!(events.iter().all(same), "code {code}");
-        step += 1;
     }
 }
 

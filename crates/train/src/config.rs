@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use evpose_nn::{HandLoss, HandNetworkConfig};
+use evpose_nn::{HandLossConfig, HandRegressorConfig};
 use evpose_pose::filter::HandFilterConfig;
 use evpose_pose::metric::BootstrapConfig;
 use evpose_repr::{Augmentation, ChannelOrder, FrameSurface};
@@ -24,9 +24,9 @@ pub struct HandConfig {
     /// How training windows are varied.
     pub augmentation: Augmentation,
     /// Layers.
-    pub network: HandNetworkConfig,
+    pub network: HandRegressorConfig,
     /// What training minimises.
-    pub loss: HandLoss,
+    pub loss: HandLossConfig,
     /// Optimiser and duration.
     pub training: TrainingConfig,
     /// How predictions are smoothed.
@@ -84,8 +84,8 @@ impl Default for HandConfig {
             simulation: SimulationConfig::default(),
             representation: RepresentationConfig::default(),
             augmentation: Augmentation::default(),
-            network: HandNetworkConfig::default(),
-            loss: HandLoss::default(),
+            network: HandRegressorConfig::default(),
+            loss: HandLossConfig::default(),
             training: TrainingConfig::default(),
             filter: HandFilterConfig::default(),
             evaluation: EvaluationConfig::default(),

@@ -43,11 +43,12 @@ impl HandSequence {
     /// If a file cannot be read or is damaged.
     fn open(stem: &Path, config: &HandConfig) -> Result<Self, TrainError> {
         let name = stem.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let info = SequenceInfo::beside(stem)?
-            .unwrap_or_else(|| SequenceInfo::foreign(config.simulation.sensor()));
-        let events = EvcReader::open_with(stem.with_extension("evc"), info.sensor)?;
+        let info = SequenceInfo::beside(stem)?;
+        let sensor = info.as_ref().map_or(config.simulation.image_size(), |info| info.sensor);
+        let events = EvcReader::open_with(stem.with_extension("evc"), sensor)?;
         let labels = MetaReader::open(stem.with_extension("meta"))?;
         let frames = events.frames().min(labels.records());
+        let info = info.unwrap_or_else(|| SequenceInfo::foreign(sensor, frames));
         Ok(Self { name, events, labels, info, frames })
     }
 
@@ -124,11 +125,11 @@ impl HandDataset {
         }
         let sequences: Vec<HandSequence> =
             stems.iter().map(|stem| HandSequence::open(stem, config)).collect::<Result<_, _>>()?;
-        let sensor = config.simulation.sensor();
+        let sensor = config.simulation.image_size();
         if let Some(other) = sequences.iter().find(|sequence| sequence.sensor() != sensor) {
             return Err(no_data(format!(
                 "{} was recorded at {}, but the config says {sensor} \
-                 (simulation.sensor and simulation.image_scale)",
+                 (simulation.sensor_size and simulation.image_scale)",
                 other.name,
                 other.sensor()
             )));

@@ -32,6 +32,9 @@ pub enum TrainError {
     /// Event or label files.
     #[error(transparent)]
     Data(#[from] evpose_io::IoError),
+    /// Filters and metrics.
+    #[error(transparent)]
+    Pose(#[from] evpose_pose::PoseError),
     /// Simulation.
     #[error(transparent)]
     Simulation(#[from] evpose_sim::SimError),

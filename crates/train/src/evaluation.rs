@@ -5,7 +5,7 @@ use evpose_core::Micros;
 use evpose_pose::HandParams;
 use evpose_pose::filter::HandFilter;
 use evpose_pose::metric::{HandEvaluation, HandPoints, SequenceScores};
-use evpose_sim::CameraConfig;
+use evpose_sim::raster::Camera;
 
 use crate::TrainError;
 use crate::config::HandConfig;
@@ -70,7 +70,7 @@ pub struct Evaluated {
 pub struct Stage {
     body: BodyModel,
     neutral: ShapedBody,
-    camera: CameraConfig,
+    camera: Camera,
 }
 
 impl Stage {
@@ -78,19 +78,21 @@ impl Stage {
     pub fn new(config: &HandConfig) -> Self {
         let body = BodyModel::procedural_arm();
         let neutral = body.shaped(&[]);
-        Self { body, neutral, camera: config.simulation.camera.clone() }
+        Self { body, neutral, camera: config.simulation.camera() }
     }
 
-    /// The evaluated points of a hand of shape `betas` on a sensor of the sequence's size.
-    pub fn points(&self, pose: &HandParams, betas: Option<&[f32]>, sequence: &HandSequence) -> HandPoints {
-        let shaped = betas.map(|betas| self.body.shaped(betas));
-        self.points_of(pose, shaped.as_ref().unwrap_or(&self.neutral), sequence)
+    /// The evaluated points of a hand of shape `betas` (empty: the neutral one).
+    pub fn points(&self, pose: &HandParams, betas: &[f32]) -> HandPoints {
+        if betas.is_empty() {
+            self.points_of(pose, &self.neutral)
+        } else {
+            self.points_of(pose, &self.body.shaped(betas))
+        }
     }
 
-    fn points_of(&self, pose: &HandParams, body: &ShapedBody, sequence: &HandSequence) -> HandPoints {
+    fn points_of(&self, pose: &HandParams, body: &ShapedBody) -> HandPoints {
         let world_m = self.body.hand_points(body, pose);
-        let view = self.camera.view(sequence.sensor());
-        HandPoints { world_m, image_px: world_m.map(|point| view.image_from_world(point)) }
+        HandPoints { world_m, image_px: world_m.map(|p| self.camera.image_from_world(p)) }
     }
 }
 
@@ -183,7 +185,7 @@ fn true_points(
             episode = Some(now);
             shaped = stage.body.shaped(sequence.betas(now));
         }
-        points.push(stage.points_of(&sequence.pose(frame)?, &shaped, sequence));
+        points.push(stage.points_of(&sequence.pose(frame)?, &shaped));
     }
     Ok(points)
 }
@@ -197,7 +199,7 @@ fn judge(
     let mut scores = SequenceScores::default();
     for ((&frame, pose), truth) in track.frames.iter().zip(&track.poses).zip(truth) {
         scores.push_parameters(pose, &sequence.pose(frame)?);
-        scores.push_points(&stage.points_of(pose, &stage.neutral, sequence), truth);
+        scores.push_points(&stage.points_of(pose, &stage.neutral), truth);
     }
     Ok(scores)
 }

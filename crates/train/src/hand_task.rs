@@ -74,14 +74,14 @@ impl HandLearner {
 }
 
 fn scalars(parts: &HandLossParts, batch_size: usize) -> StepScalars {
-    let read = |tensor: &Tensor<1>| tensor.clone().into_scalar::<f32>().into();
+    let read = |tensor: &Tensor<1>| f64::from(tensor.clone().into_scalar::<f32>());
     let rms = |mean_square: f64, components: f64| (components * mean_square).sqrt();
     StepScalars {
         batch_size,
-        loss: read(&parts.loss),
+        loss: read(&parts.total),
         articulation: rms(read(&parts.articulation), 1.0),
-        translation_mm: 1e3 * rms(read(&parts.translation), 3.0),
-        rotation_deg: rms(read(&parts.rotation), 3.0).to_degrees(),
+        translation_mm: 1e3 * rms(read(&parts.translation_m2), 3.0),
+        rotation_deg: rms(read(&parts.rotation_rad2), 3.0).to_degrees(),
     }
 }
 

@@ -18,6 +18,7 @@ mod order;
 mod plain_renderer;
 mod predictor;
 mod retention;
+mod saved;
 mod training;
 
 pub use checkpoint::newest_checkpoint;
@@ -27,4 +28,5 @@ pub use error::TrainError;
 pub use evaluation::{Evaluated, Method, Stage, Track, evaluate, poses_to_judge};
 pub use history::{HistoryLine, Part, read_history, validation_losses};
 pub use predictor::{ConstantPose, NetworkPredictor, Predictor};
+pub use saved::Checkpoint;
 pub use training::{TrainOptions, TrainSummary, train_hand, untrained};

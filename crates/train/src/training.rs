@@ -8,11 +8,14 @@ use std::time::{Duration, Instant};
 
 use burn::module::Module;
 use burn::optim::AdamConfig;
+use burn::store::ModuleRecord;
 use burn::tensor::Device;
 use burn_train::renderer::{MetricsRenderer, default_renderer};
 use burn_train::{Interrupter, Learner, SupervisedTraining};
 use evpose_core::seed_for;
-use evpose_nn::HandRegressor;
+use evpose_pose::HandParams;
+use evpose_pose::metric::MeanPose;
+use evpose_nn::{HandLoss, HandRegressor};
 
 use crate::checkpoint::{AtomicCheckpointer, newest_checkpoint, weights_path};
 use crate::config::HandConfig;
@@ -23,10 +26,14 @@ use crate::loader::HandLoader;
 use crate::metric::{FIELDS, FieldMetric};
 use crate::plain_renderer::PlainRenderer;
 use crate::retention::{LastTwoAndBest, best_interval};
-use crate::{Checkpoint, TrainError};
+use crate::saved::{BEST, Checkpoint, LAST};
+use crate::TrainError;
 
 /// PyTorch's default; Burn's is 1e-5.
 const ADAM_EPSILON: f32 = 1e-8;
+
+/// Poses averaged for the mean pose, at most; spread evenly over the training data.
+const MEAN_POSE_SAMPLES: u64 = 200_000;
 
 /// How to run, as opposed to what.
 #[derive(Debug, Clone)]
@@ -42,10 +49,10 @@ pub struct TrainOptions {
 /// What a run came to.
 #[derive(Debug)]
 pub struct TrainSummary {
-    /// The final network.
-    pub network: HandRegressor,
-    /// Its checkpoint.
-    pub checkpoint: PathBuf,
+    /// The network of the best validation, with what it was trained on.
+    pub best: Checkpoint,
+    /// Its file.
+    pub path: PathBuf,
     /// Training windows seen by this process per second, validation included.
     pub samples_per_second: f64,
     /// Training windows seen by this process.
@@ -76,7 +83,7 @@ pub fn untrained(config: &HandConfig, device: &Device) -> Result<HandRegressor, 
 }
 
 /// Trains the hand network of `config` on the sequences in `data` and leaves everything in `run`:
-/// `config.toml`, `metrics.jsonl`, `checkpoint/`, and the final `model.bpk` with `model.toml`.
+/// `config.toml`, `metrics.jsonl`, `checkpoint/`, and the networks `best.bpk` and `last.bpk`.
 ///
 /// # Errors
 /// If the data or the directory cannot be used, if `run` holds another run, or if the loss stops
@@ -92,7 +99,8 @@ pub fn train_hand(
     let training = &config.training;
     let intervals = training.steps.div_ceil(training.steps_per_validation) as usize;
 
-    let (train, valid) = HandDataset::open(data, config)?.split(training.validation_s)?;
+    let (train, valid) = HandDataset::open(data, config)?.split(training.validation_s, config)?;
+    let mean_pose = mean_pose(&train)?;
     let device = options.device.clone().autodiff();
     let span = (from + 1, training.steps, training.steps_per_validation);
     let loader =
@@ -109,7 +117,7 @@ pub fn train_hand(
     let guard = Guard::new(interrupter.clone());
     let network = untrained(config, &device)?;
     let learner = Learner::new(
-        HandLearner::new(network, config.loss.clone(), guard.clone()),
+        HandLearner::new(network, HandLoss::new(config.loss), guard.clone()),
         AdamConfig::new().with_epsilon(ADAM_EPSILON).init(),
         training.learning_rate,
     );
@@ -156,18 +164,32 @@ pub fn train_hand(
         )));
     }
 
-    let network = result.model.network;
-    let checkpoint = Checkpoint::save(run, config, &network)?;
-    save_best(config, &dir, &history, &options.device)?;
+    let mut last = Checkpoint {
+        config: config.clone(),
+        network: result.model.network,
+        mean_pose: Some(mean_pose),
+    };
+    last.save(&run.join(LAST))?;
+    if let Some(best) = best_interval(&history.validation_losses()) {
+        last.network = restore(config, &weights_path(&dir.checkpoints(), best), &options.device)?;
+    }
+    last.save(&run.join(BEST))?;
     let already = (from as u64 * training.steps_per_validation).min(training.steps);
     let samples = (training.steps - already) * training.batch_size as u64;
     Ok(TrainSummary {
-        network,
-        checkpoint,
+        best: last,
+        path: run.join(BEST),
         samples_per_second: samples as f64 / elapsed.as_secs_f64(),
         samples,
         elapsed,
     })
+}
+
+/// The mean of the training poses: the predictor to beat.
+fn mean_pose(train: &HandDataset) -> Result<HandParams, TrainError> {
+    let mut mean = MeanPose::default();
+    train.poses(MEAN_POSE_SAMPLES)?.iter().for_each(|pose| mean.push(pose));
+    mean.mean().ok_or_else(|| TrainError::Stopped("the training poses have no mean".to_owned()))
 }
 
 /// Makes the directory ready and tells which validation interval to continue after, 0 for none.
@@ -202,23 +224,15 @@ fn renderer(interrupter: &Interrupter, plain: bool) -> Box<dyn MetricsRenderer> 
     }
 }
 
-/// Saves the weights of the best validation beside the final ones, as a checkpoint of its own.
-fn save_best(
+/// The network of a training checkpoint.
+fn restore(
     config: &HandConfig,
-    dir: &RunDir<'_>,
-    history: &History,
+    path: &Path,
     device: &Device,
-) -> Result<(), TrainError> {
-    let Some(best) = best_interval(&history.validation_losses()) else { return Ok(()) };
-    let path = weights_path(&dir.checkpoints(), best);
-    if !path.exists() {
-        return Ok(());
-    }
+) -> Result<HandRegressor, TrainError> {
     let guard = Guard::new(Interrupter::new());
-    let mut learner = HandLearner::new(untrained(config, device)?, config.loss.clone(), guard);
-    let record = burn::store::ModuleRecord::load(&path)
+    let learner = HandLearner::new(untrained(config, device)?, HandLoss::new(config.loss), guard);
+    let record = ModuleRecord::load(path)
         .map_err(|error| TrainError::Stopped(format!("{}: {error}", path.display())))?;
-    learner = learner.load_record(record);
-    Checkpoint::save(&dir.0.join("best"), config, &learner.network)?;
-    Ok(())
+    Ok(learner.load_record(record).network)
 }

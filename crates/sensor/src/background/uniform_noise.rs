@@ -12,7 +12,7 @@
 //! along a line; drawing the gaps between its events costs one number per event.
 //!
 //! # Source
-//! EventHands (Rudnev et al. 2021), supplement section 4: 5.5e-5 ON and 2.2e-6 OFF per pixel and
+//! EventHands (Rudnev et al. 2021), supplement: 5.5e-5 ON and 2.2e-6 OFF per pixel and
 //! millisecond.
 
 use evpose_core::{Polarity, SensorSize, StageNoise};
@@ -51,7 +51,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     source: Citation {
         key: "Rudnev et al. 2021",
         text: "V. Rudnev et al.: EventHands: Real-Time Neural 3D Hand Pose Estimation from an Event \
-               Stream, ICCV 2021, supplement section 4",
+               Stream, ICCV 2021, supplement",
     },
     build: |settings| {
         Ok(Stage::Background(Box::new(UniformNoise {

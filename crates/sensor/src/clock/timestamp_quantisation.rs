@@ -4,7 +4,7 @@
 //! `t ← ⌈t / q⌉ q`.
 //!
 //! # Source
-//! Lichtsteiner et al. 2008, section III-D: events are stamped by a counter off the chip.
+//! Lichtsteiner et al. 2008: events are stamped by a counter off the chip.
 
 use evpose_core::StageNoise;
 

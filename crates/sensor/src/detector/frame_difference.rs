@@ -6,7 +6,7 @@
 //! otherwise nothing. All events carry the time of the exposure.
 //!
 //! # Source
-//! EventHands (Rudnev et al. 2021), supplement section 4, and the published simulator, whose
+//! EventHands (Rudnev et al. 2021), supplement, and the published simulator, whose
 //! memory starts at the voltage of darkness (`start = "cold"`), so that its first frame bursts.
 
 use evpose_core::{Polarity, StageNoise};
@@ -32,7 +32,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     source: Citation {
         key: "Rudnev et al. 2021",
         text: "V. Rudnev et al.: EventHands: Real-Time Neural 3D Hand Pose Estimation from an Event \
-               Stream, ICCV 2021, supplement section 4",
+               Stream, ICCV 2021, supplement",
     },
     build: |settings| {
         Ok(Stage::Detector(Box::new(FrameDifference {
@@ -76,8 +76,9 @@ impl ChangeDetector for FrameDifference {
             let d = voltage - *memory;
             let (polarity, threshold) =
                 if d > 0.0 { (Polarity::On, on) } else { (Polarity::Off, off) };
-            let count = (d.abs() / threshold).floor().max(1.0);
-            *memory += (count * threshold).copysign(d);
+            // Truncation is the floor of a positive number, without a call.
+            let count = ((d.abs() / threshold) as u32).max(1);
+            *memory += (count as f32 * threshold).copysign(d);
             let request = Request { t_s: tick.end_s, pixel: (first + index) as u32, polarity };
             out.extend(std::iter::repeat_n(request, count as usize));
         });

@@ -6,7 +6,7 @@
 //! that level. A monotone change `ΔV` of a pixel at rest gives `⌊|ΔV| / C⌋` events.
 //!
 //! # Source
-//! Rebecq et al. 2018 (ESIM), section 3.
+//! Rebecq et al. 2018 (ESIM).
 
 use evpose_core::{Polarity, StageNoise};
 
@@ -68,8 +68,9 @@ impl ChangeDetector for LevelCrossing {
             } else {
                 (Polarity::Off, -self.threshold_off)
             };
-            let count = ((to - level) / threshold).floor();
-            for k in 1..=count as u32 {
+            // Truncation is the floor of a positive number, without a call.
+            let count = ((to - level) / threshold) as u32;
+            for k in 1..=count {
                 let crossed = level + f64::from(k) * threshold;
                 // A level already behind at the start of the step, after a new threshold, is
                 // answered at once, and so is 0/0.
@@ -81,7 +82,7 @@ impl ChangeDetector for LevelCrossing {
                     polarity,
                 });
             }
-            *memory = (level + count * threshold) as f32;
+            *memory = (level + f64::from(count) * threshold) as f32;
         });
         before.copy_from_slice(block.signal);
     }

@@ -35,7 +35,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     source: Citation {
         key: "Rudnev et al. 2021",
         text: "V. Rudnev et al.: EventHands: Real-Time Neural 3D Hand Pose Estimation from an Event \
-               Stream, ICCV 2021, supplement section 4",
+               Stream, ICCV 2021, supplement",
     },
     build: |settings| Ok(Stage::Pixel(Box::new(Quantisation::new(settings.number(&LEVELS))))),
 };

@@ -6,7 +6,7 @@
 //! logarithm finite: contrast fades where the light is not much above it.
 //!
 //! # Source
-//! Lichtsteiner et al. 2008, section III-A, for the logarithm; EventHands' supplement takes
+//! Lichtsteiner et al. 2008 for the logarithm; EventHands' supplement takes
 //! `ln(255 Y + 1)`, an offset of one code value.
 
 use super::Photoreceptor;

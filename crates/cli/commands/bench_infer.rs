@@ -1,0 +1,136 @@
+//! `evpose bench infer`: how long one prediction takes.
+
+use std::time::Instant;
+
+use anyhow::{Context, Result};
+use burn::tensor::{Tensor, TensorData};
+use evpose_core::{CounterRng, atomic_write};
+use evpose_train::untrained;
+use serde::Serialize;
+
+use super::{config_source, device};
+use crate::args::BenchInferArgs;
+use crate::machine::Machine;
+use crate::progress::say;
+use crate::run_info::COMMIT;
+
+/// What a benchmark measured and where.
+#[derive(Debug, Serialize)]
+struct Report {
+    network: String,
+    width: usize,
+    parameters: usize,
+    input: [usize; 4],
+    device: String,
+    machine: Machine,
+    commit: &'static str,
+    runs: usize,
+    p50_ms: f64,
+    p95_ms: f64,
+    p99_ms: f64,
+    mean_ms: f64,
+    min_ms: f64,
+    windows_per_second: f64,
+    /// Modified z-scores above 3.5 (Iglewicz and Hoaglin 1993): signs of a busy machine.
+    outliers: usize,
+}
+
+pub(crate) fn run(args: &BenchInferArgs) -> Result<()> {
+    let config = config_source::load(&args.config, &[])?;
+    let target = device(&args.device)?;
+    let network = untrained(&config, &target)?;
+    let sensor = config.simulation.image_size();
+    let input = [args.batch, 2, usize::from(sensor.height), usize::from(sensor.width)];
+    let mut rng = CounterRng::new(config.seed, "bench", 0);
+    let values: Vec<f32> = (0..input.iter().product()).map(|_| rng.unit()).collect();
+
+    let once = || -> Result<f64> {
+        let surfaces = Tensor::<4>::from_data(TensorData::new(values.clone(), input), &target);
+        let started = Instant::now();
+        // Reading the result back makes a device that works in the background finish.
+        let poses = network.forward(surfaces).into_data();
+        let elapsed_ms = started.elapsed().as_secs_f64() * 1e3;
+        poses.to_vec::<f32>().ok().context("reading the network's output")?;
+        Ok(elapsed_ms)
+    };
+    for _ in 0..args.runs.div_ceil(10) {
+        once()?;
+    }
+    let mut times_ms = (0..args.runs.max(1)).map(|_| once()).collect::<Result<Vec<_>>>()?;
+    times_ms.sort_by(f64::total_cmp);
+
+    let mean_ms = times_ms.iter().sum::<f64>() / times_ms.len() as f64;
+    let report = Report {
+        network: config.network.backbone.clone(),
+        width: config.network.width,
+        parameters: burn::module::Module::num_params(&network),
+        input,
+        device: args.device.device.name().to_owned(),
+        machine: Machine::this(),
+        commit: COMMIT,
+        runs: times_ms.len(),
+        p50_ms: quantile(&times_ms, 0.50),
+        p95_ms: quantile(&times_ms, 0.95),
+        p99_ms: quantile(&times_ms, 0.99),
+        mean_ms,
+        min_ms: times_ms[0],
+        windows_per_second: args.batch as f64 * 1e3 / mean_ms,
+        outliers: outliers(&times_ms),
+    };
+    say(format!("machine   {}", report.machine));
+    say(format!(
+        "network   {} of width {}, {} parameters, input {:?}, on {}",
+        report.network, report.width, report.parameters, report.input, report.device
+    ));
+    say(format!(
+        "latency   p50 {:.2} ms  p95 {:.2} ms  p99 {:.2} ms  ({} runs, mean {:.2}, min {:.2})",
+        report.p50_ms, report.p95_ms, report.p99_ms, report.runs, report.mean_ms, report.min_ms
+    ));
+    say(format!("through   {:.1} windows/s", report.windows_per_second));
+    if report.outliers * 10 > report.runs {
+        say(format!(
+            "warning   {} of {} runs were outliers: the machine was busy, measure again",
+            report.outliers, report.runs
+        ));
+    }
+    if let Some(path) = &args.json {
+        let text = serde_json::to_string_pretty(&report)? + "\n";
+        atomic_write(path, text.as_bytes())
+            .with_context(|| format!("writing {}", path.display()))?;
+    }
+    Ok(())
+}
+
+/// The value below which a share `q` of sorted values lies (nearest rank).
+fn quantile(sorted: &[f64], q: f64) -> f64 {
+    let rank = (q * sorted.len() as f64).ceil() as usize;
+    sorted[rank.clamp(1, sorted.len()) - 1]
+}
+
+fn outliers(sorted: &[f64]) -> usize {
+    let median = quantile(sorted, 0.5);
+    let mut deviations: Vec<f64> = sorted.iter().map(|t| (t - median).abs()).collect();
+    deviations.sort_by(f64::total_cmp);
+    let spread = quantile(&deviations, 0.5).max(1e-9);
+    sorted.iter().filter(|t| 0.6745 * (*t - median).abs() / spread > 3.5).count()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_are_nearest_ranks() {
+        let values: Vec<f64> = (1..=100).map(f64::from).collect();
+        assert_eq!([0.5, 0.95, 0.99, 1.0].map(|q| quantile(&values, q)), [50.0, 95.0, 99.0, 100.0]);
+        assert_eq!(quantile(&[7.0], 0.99), 7.0);
+    }
+
+    #[test]
+    fn a_slow_run_is_an_outlier() {
+        let mut values: Vec<f64> = (0..50).map(|i| 10.0 + 0.01 * f64::from(i)).collect();
+        assert_eq!(outliers(&values), 0);
+        values.push(30.0);
+        assert_eq!(outliers(&values), 1);
+    }
+}

@@ -1,0 +1,118 @@
+//! `evpose demo`: the whole pipeline on the embedded default.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use anyhow::{Context, Result, bail};
+use evpose_train::{HandDataset, TrainOptions, read_history, train_hand};
+use serde_json::json;
+
+use super::{config_source, device, held_out, simulate};
+use crate::args::DemoArgs;
+use crate::machine::Machine;
+use crate::progress::say;
+use crate::report::{self, Material};
+use crate::run_info;
+
+/// Where demos go when nothing else is said.
+const RUNS: &str = "runs";
+
+pub(crate) fn run(args: &DemoArgs) -> Result<()> {
+    let started = Instant::now();
+    let device = device(&args.device)?;
+    let config = config_source::load(&args.config, &args.overrides)?;
+    let out = match &args.out {
+        Some(out) if out.read_dir().is_ok_and(|mut entries| entries.next().is_some()) => {
+            bail!("{} is not empty: choose another --out", out.display())
+        }
+        Some(out) => out.clone(),
+        None => fresh(Path::new(RUNS)),
+    };
+    let machine = Machine::this();
+    say(format!("machine: {machine}"));
+    say(format!("output:  {}", out.display()));
+    run_info::write(&out, config.seed, Some(&config))?;
+
+    let (train_dir, test_dir) = (out.join("data/train"), out.join("data/held-out"));
+    say("1/4 simulating training sequences");
+    let recorded = simulate::record(&config, &train_dir, "training")?;
+    say(format!("    {recorded}"));
+    let test_config = simulate::held_out(&config);
+    let test_recorded = simulate::record(&test_config, &test_dir, "held-out")?;
+    say(format!("    held out: {test_recorded}"));
+
+    say(format!(
+        "2/4 training {} of width {} for {} steps of {}",
+        config.network.backbone,
+        config.network.width,
+        config.training.steps,
+        config.training.batch_size
+    ));
+    let run = out.join("train");
+    // Plain lines: a dashboard would wait for a key at the end.
+    let options = TrainOptions { device: device.clone(), resume: false, plain: true };
+    let summary = train_hand(&config, &train_dir, &run, &options)?;
+
+    say("3/4 evaluating on sequences the network never saw");
+    let data = HandDataset::open(&test_dir, &config)?;
+    let mean = summary.best.mean_pose.context("the training poses have no mean")?;
+    let network = summary.best.network;
+    let mut judged = held_out::judge(&config, &data, network, mean, &device, args.stride_ms)?;
+    judged.metrics.measured = json!({
+        "simulated_steps_per_second": recorded.steps_per_second(),
+        "trained_samples": summary.samples,
+        "trained_samples_per_second": summary.samples_per_second,
+        "training_s": summary.elapsed.as_secs_f64(),
+    })
+    .as_object()
+    .cloned()
+    .unwrap_or_default();
+
+    say("4/4 writing the report");
+    let facts = [
+        format!("machine: {machine}"),
+        format!("commit: {}", run_info::COMMIT),
+        format!("seed: {}", config.seed),
+        format!("training data: {recorded}"),
+        format!("held-out data: {test_recorded}"),
+        format!(
+            "training: {} samples in {:.0} s, {:.0} samples/s on {}",
+            summary.samples,
+            summary.elapsed.as_secs_f64(),
+            summary.samples_per_second,
+            args.device.device.name()
+        ),
+        format!("evaluation: a pose every {} ms", args.stride_ms),
+        format!("time until this report: {:.0} s", started.elapsed().as_secs_f64()),
+    ];
+    let history = read_history(&run.join("metrics.jsonl"))?;
+    let material = Material {
+        config: &config,
+        held_out: &data,
+        judged: &judged,
+        history: &history,
+        facts: &facts,
+    };
+    report::write(&out, &material)?;
+    let total_s = started.elapsed().as_secs_f64();
+    judged.metrics.measured.insert("demo_s".to_owned(), json!(total_s));
+    judged.metrics.write(&out.join("metrics.json"))?;
+
+    say("");
+    held_out::print(&config, &judged);
+    say("");
+    say(format!("done in {:.1} minutes; checkpoint: {}", total_s / 60.0, summary.path.display()));
+    say(format!("metrics: {}", out.join("metrics.json").display()));
+    say(format!("picture: {}", out.join("picture.png").display()));
+    say(format!("report:  {}", out.join("report.html").display()));
+    Ok(())
+}
+
+/// The first of `runs/demo`, `runs/demo-2`, … that does not exist.
+fn fresh(runs: &Path) -> PathBuf {
+    let first = runs.join("demo");
+    if !first.exists() {
+        return first;
+    }
+    (2..).map(|n| runs.join(format!("demo-{n}"))).find(|dir| !dir.exists()).unwrap_or(first)
+}

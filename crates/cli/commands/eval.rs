@@ -1,0 +1,34 @@
+//! `evpose eval`.
+
+use anyhow::{Context, Result};
+use evpose_pose::metric::MeanPose;
+use evpose_train::{Checkpoint, HandDataset};
+
+use super::{device, held_out};
+use crate::args::EvalArgs;
+use crate::progress::say;
+
+pub(crate) fn run(args: &EvalArgs) -> Result<()> {
+    let device = device(&args.device)?;
+    let checkpoint = Checkpoint::load(&args.checkpoint, &device)?;
+    let config = checkpoint.config;
+    let data = HandDataset::open(&args.data, &config)?;
+    // The checkpoint knows the mean of what it was trained on; foreign weights do not, and are
+    // held against the mean of the very data they are judged on, which is harder to beat.
+    let mean = match checkpoint.mean_pose {
+        Some(mean) => mean,
+        None => {
+            let mut mean = MeanPose::default();
+            data.poses(100_000)?.iter().for_each(|pose| mean.push(pose));
+            mean.mean().context("no poses to average")?
+        }
+    };
+    let judged =
+        held_out::judge(&config, &data, checkpoint.network, mean, &device, args.stride_ms)?;
+    held_out::print(&config, &judged);
+    if let Some(path) = &args.json {
+        judged.metrics.write(path)?;
+        say(format!("written to {}", path.display()));
+    }
+    Ok(())
+}

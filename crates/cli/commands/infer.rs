@@ -1,0 +1,145 @@
+//! `evpose infer`.
+
+use std::fmt::Write as _;
+
+use anyhow::{Context, Result, bail};
+use evpose_core::{EventStream, Micros, TimeWindow, atomic_write};
+use evpose_pose::filter::HandFilter;
+use evpose_pose::metric::HandPoints;
+use evpose_pose::{EVALUATION_JOINTS, HandParams};
+use evpose_repr::{Representation as _, Sliding};
+use evpose_train::{Checkpoint, HandConfig, NetworkPredictor, Predictor as _, Stage};
+
+use super::device;
+use crate::args::InferArgs;
+use crate::progress::{bar, say};
+
+/// Windows predicted at once.
+const BATCH: usize = 64;
+
+/// Column names of the 12 parameters.
+const PARAMETER_NAMES: [&str; 12] = [
+    "articulation_1",
+    "articulation_2",
+    "articulation_3",
+    "articulation_4",
+    "articulation_5",
+    "articulation_6",
+    "translation_x_m",
+    "translation_y_m",
+    "translation_z_m",
+    "rotation_x_rad",
+    "rotation_y_rad",
+    "rotation_z_rad",
+];
+
+pub(crate) fn run(args: &InferArgs) -> Result<()> {
+    let device = device(&args.device)?;
+    let checkpoint = Checkpoint::load(&args.checkpoint, &device)?;
+    let config = checkpoint.config;
+    let recording = evpose_io::open_with(&args.events, Some(config.simulation.image_size()))?;
+    if recording.rejected.total() > 0 {
+        say(format!(
+            "warning: {}: left out {} events outside the sensor and {} out of order",
+            args.events.display(),
+            recording.rejected.outside_sensor,
+            recording.rejected.out_of_order
+        ));
+    }
+    let events = recording.stream;
+    if events.sensor() != config.simulation.image_size() {
+        bail!(
+            "{}: recorded at {}, but the network was trained for {}",
+            args.events.display(),
+            events.sensor(),
+            config.simulation.image_size()
+        );
+    }
+    let mut predictor = NetworkPredictor::new(checkpoint.network, device);
+    let poses = predict(&config, &events, &mut predictor, !args.unfiltered)?;
+
+    let mut csv = format!("t_us,{}\n", PARAMETER_NAMES.join(","));
+    for (t, pose) in &poses {
+        let values: Vec<String> = pose.to_array().iter().map(f32::to_string).collect();
+        let _ = writeln!(csv, "{},{}", t.0, values.join(","));
+    }
+    atomic_write(&args.out, csv.as_bytes())
+        .with_context(|| format!("writing {}", args.out.display()))?;
+    say(format!("{} poses: {}", poses.len(), args.out.display()));
+
+    if let Some(path) = &args.joints {
+        let stage = Stage::new(&config);
+        let mut csv = joints_header();
+        for (t, pose) in &poses {
+            let _ = write!(csv, "{}", t.0);
+            joints_line(&mut csv, &stage.points(pose, &[]));
+        }
+        atomic_write(path, csv.as_bytes()).with_context(|| format!("writing {}", path.display()))?;
+        say(format!("joints: {}", path.display()));
+    }
+    Ok(())
+}
+
+/// A pose for every whole millisecond from the first full window on (from the first event's
+/// millisecond where the recording is shorter), at the time the window ends.
+fn predict(
+    config: &HandConfig,
+    events: &EventStream,
+    predictor: &mut NetworkPredictor,
+    filtered: bool,
+) -> Result<Vec<(Micros, HandParams)>> {
+    let (Some(&first), Some(&last)) = (events.t().first(), events.t().last()) else {
+        return Ok(Vec::new());
+    };
+    let sensor = events.sensor();
+    let length = Micros(i64::from(config.representation.window_ms) * 1000);
+    let start_ms = first.0.div_euclid(1000);
+    let end_ms = last.0.div_euclid(1000) + 1;
+    let start_ms = (start_ms + i64::from(config.representation.window_ms)).min(end_ms);
+    let times: Vec<Micros> = (start_ms..=end_ms).map(|ms| Micros(ms * 1000)).collect();
+
+    let surface = config.representation.resolve()?;
+    let mut window = Sliding::new(surface, sensor, config.representation.channel_order, length);
+    let mut filter = HandFilter::new(&config.filter)?;
+    let size = (usize::from(sensor.height), usize::from(sensor.width));
+    let mut surfaces = vec![0.0; BATCH * 2 * sensor.pixels()];
+    let mut poses = Vec::with_capacity(times.len());
+    let mut pushed = Micros(i64::MIN);
+    let progress = bar("inferring", times.len() as u64, "poses");
+    for chunk in times.chunks(BATCH) {
+        let planes = surfaces.chunks_exact_mut(2 * sensor.pixels());
+        for (&now, planes) in chunk.iter().zip(planes) {
+            window.push_window(events, TimeWindow { start: pushed, end: now });
+            pushed = now;
+            window.advance(now);
+            window.render(planes);
+        }
+        let used = &surfaces[..chunk.len() * 2 * sensor.pixels()];
+        for (&t, pose) in chunk.iter().zip(predictor.predict(used, size)?) {
+            poses.push((t, if filtered { filter.update(t, &pose) } else { pose }));
+        }
+        progress.inc(chunk.len() as u64);
+    }
+    progress.finish_and_clear();
+    Ok(poses)
+}
+
+fn joints_header() -> String {
+    let mut header = "t_us".to_owned();
+    for joint in EVALUATION_JOINTS {
+        let _ = write!(header, ",{joint}_u_px,{joint}_v_px,{joint}_x_m,{joint}_y_m,{joint}_z_m");
+    }
+    header + "\n"
+}
+
+/// Pixels are empty where a joint lies behind the camera.
+fn joints_line(csv: &mut String, points: &HandPoints) {
+    for (image, world) in points.image_px.iter().zip(&points.world_m) {
+        let _ = match image {
+            Some(p) => write!(csv, ",{},{}", p.x, p.y),
+            None => write!(csv, ",,"),
+        };
+        let _ = write!(csv, ",{},{},{}", world.x, world.y, world.z);
+    }
+    csv.push('\n');
+}

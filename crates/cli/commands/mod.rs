@@ -1,0 +1,45 @@
+//! One file per command.
+
+mod bench_infer;
+mod config_source;
+mod demo;
+mod eval;
+pub(crate) mod held_out;
+mod infer;
+mod info;
+mod simulate;
+mod train;
+
+use anyhow::{Context, Result};
+
+use crate::args::{Args, BenchCommand, Command, DeviceArgs};
+
+/// Does what was typed.
+pub(crate) fn run(args: Args) -> Result<()> {
+    match args.command {
+        Command::Demo(args) => demo::run(&args),
+        Command::Simulate(args) => simulate::run(&args),
+        Command::Train(args) => train::run(&args),
+        Command::Eval(args) => eval::run(&args),
+        Command::Infer(args) => infer::run(&args),
+        Command::Bench(BenchCommand::Infer(args)) => bench_infer::run(&args),
+        Command::Info(args) => info::run(&args),
+    }
+}
+
+/// Sets the number of CPU threads for everything that follows.
+fn use_threads(threads: Option<usize>) -> Result<()> {
+    if let Some(threads) = threads {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build_global()
+            .context("setting the number of threads")?;
+    }
+    Ok(())
+}
+
+/// The device that was asked for, with its threads.
+fn device(args: &DeviceArgs) -> Result<burn::tensor::Device> {
+    use_threads(args.threads)?;
+    Ok(args.device.resolve()?)
+}

@@ -1,0 +1,25 @@
+//! `evpose train`.
+
+use anyhow::Result;
+use evpose_train::{TrainOptions, train_hand};
+
+use super::{config_source, device};
+use crate::args::TrainArgs;
+use crate::progress::say;
+use crate::run_info;
+
+pub(crate) fn run(args: &TrainArgs) -> Result<()> {
+    let config = config_source::load(&args.config.config, &args.config.overrides)?;
+    let options =
+        TrainOptions { device: device(&args.device)?, resume: args.resume, plain: args.plain };
+    let summary = train_hand(&config, &args.data, &args.out, &options)?;
+    run_info::write(&args.out, config.seed, None)?;
+    say(format!(
+        "{} samples in {:.0} s, {:.0} samples/s",
+        summary.samples,
+        summary.elapsed.as_secs_f64(),
+        summary.samples_per_second
+    ));
+    say(format!("checkpoint: {}", summary.path.display()));
+    Ok(())
+}

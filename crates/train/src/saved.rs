@@ -1,0 +1,95 @@
+//! Finished networks on disk, with everything needed to use them.
+
+use std::path::Path;
+
+use burn::tensor::Device;
+use evpose_nn::HandRegressor;
+use evpose_nn::weights::{self, InputConfig, ModelCard};
+use evpose_pose::HandParams;
+
+use crate::TrainError;
+use crate::config::HandConfig;
+
+/// The network of the lowest validation loss, in a run directory.
+pub(crate) const BEST: &str = "best.bpk";
+/// The network after the last step.
+pub(crate) const LAST: &str = "last.bpk";
+
+/// Keys of the model card's provenance.
+const CONFIG: &str = "config";
+const MEAN_POSE: &str = "mean_pose";
+
+/// A network together with the experiment it came from.
+#[derive(Debug)]
+pub struct Checkpoint {
+    /// The experiment; the published setting for weights from elsewhere.
+    pub config: HandConfig,
+    /// The network.
+    pub network: HandRegressor,
+    /// Mean of the poses it was trained on; not known for weights from elsewhere.
+    pub mean_pose: Option<HandParams>,
+}
+
+impl Checkpoint {
+    /// Writes one self-describing file.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn save(&self, path: &Path) -> Result<(), TrainError> {
+        let sensor = self.config.simulation.image_size();
+        let mut card = ModelCard {
+            network: self.config.network.clone(),
+            input: InputConfig {
+                representation: self.config.representation.name.clone(),
+                window_us: u64::from(self.config.representation.window_ms) * 1000,
+                channel_order: self.config.representation.channel_order.name().to_owned(),
+                width_px: sensor.width.into(),
+                height_px: sensor.height.into(),
+            },
+            ..ModelCard::default()
+        };
+        card.provenance.insert(CONFIG.to_owned(), self.config.to_toml()?);
+        if let Some(mean) = self.mean_pose {
+            let numbers: Vec<String> = mean.to_array().iter().map(f32::to_string).collect();
+            card.provenance.insert(MEAN_POSE.to_owned(), numbers.join(" "));
+        }
+        Ok(weights::save(path, &self.network, &card)?)
+    }
+
+    /// Reads a run directory (its best network), a `.bpk` file, or PyTorch weights of the published
+    /// network (`.pth`, `.ckpt`).
+    ///
+    /// # Errors
+    /// If there is no network at `path`, or it is damaged or of another shape than it says.
+    pub fn load(path: &Path, device: &Device) -> Result<Self, TrainError> {
+        if path.is_dir() {
+            let best = path.join(BEST);
+            if !best.exists() {
+                return Err(TrainError::Config {
+                    path: path.to_path_buf(),
+                    message: format!(
+                        "no {BEST} here: a run writes it when it ends; finish it with \
+                         `evpose train … --resume`, or give a .bpk, .pth or .ckpt file"
+                    ),
+                });
+            }
+            return Self::load(&best, device);
+        }
+        let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+        if extension == "pth" || extension == "ckpt" || extension == "pt" {
+            let config = HandConfig::default();
+            let network = weights::load_pytorch(path, &config.network, device)?;
+            return Ok(Self { config, network, mean_pose: None });
+        }
+        let (network, card) = weights::load(path, device)?;
+        let config = match card.provenance.get(CONFIG) {
+            Some(text) => HandConfig::parse(text, &[])?,
+            None => HandConfig { network: card.network, ..HandConfig::default() },
+        };
+        let mean_pose = card.provenance.get(MEAN_POSE).and_then(|text| {
+            let numbers: Vec<f32> = text.split(' ').filter_map(|n| n.parse().ok()).collect();
+            Some(HandParams::from_array(numbers.try_into().ok()?))
+        });
+        Ok(Self { config, network, mean_pose })
+    }
+}

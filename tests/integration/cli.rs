@@ -1,0 +1,67 @@
+//! What the user reads, and what bad input does.
+
+use crate::harness::{Sandbox, bytes, tiny};
+
+#[test]
+fn help_says_where_to_start() {
+    let sandbox = Sandbox::new();
+    insta::assert_snapshot!("help", sandbox.ok(&["--help"]));
+}
+
+#[test]
+fn every_command_has_an_example() {
+    let sandbox = Sandbox::new();
+    for command in ["demo", "simulate", "train", "eval", "infer", "info"] {
+        let help = sandbox.ok(&[command, "--help"]);
+        assert!(help.contains(&format!("evpose {command}")), "{command}:\n{help}");
+    }
+}
+
+#[test]
+fn a_device_that_was_not_built_in_names_its_feature() {
+    if cfg!(feature = "wgpu") {
+        return;
+    }
+    let sandbox = Sandbox::new();
+    let message = sandbox.fails(&["bench", "infer", "--device", "wgpu"]);
+    assert!(message.contains("--features wgpu"), "{message}");
+}
+
+#[test]
+fn a_wrong_field_in_a_config_is_named() {
+    let sandbox = Sandbox::new();
+    std::fs::write(sandbox.path("mine.toml"), "[training]\nstepz = 3\n").unwrap();
+    let message = sandbox.fails(&["simulate", "mine.toml", "--out", "x"]);
+    assert!(message.contains("mine.toml") && message.contains("stepz"), "{message}");
+    assert!(!sandbox.path("x").exists());
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bytes_on_any_number_of_threads() {
+    let sandbox = Sandbox::new();
+    for (out, threads) in [("one", "1"), ("two", "2")] {
+        sandbox.ok(&tiny(&["simulate", "quick", "--out", out, "--threads", threads]));
+    }
+    for name in ["0000.evc", "0000.meta", "0001.evc", "0001.meta", "0001.toml", "config.toml"] {
+        let (one, two) = (sandbox.path("one").join(name), sandbox.path("two").join(name));
+        assert!(bytes(&one) == bytes(&two), "{name} differs");
+    }
+    sandbox.ok(&tiny(&["simulate", "quick", "--out", "other", "--seed", "9"]));
+    assert!(bytes(&sandbox.path("one/0000.evc")) != bytes(&sandbox.path("other/0000.evc")));
+}
+
+#[test]
+fn info_describes_a_recording_and_refuses_a_damaged_one() {
+    let sandbox = Sandbox::new();
+    sandbox.ok(&tiny(&["simulate", "quick", "--out", "data"]));
+    let info = sandbox.ok(&["info", "data/0000.evc"]);
+    assert!(info.contains("evc"), "{info}");
+    let mut damaged = bytes(&sandbox.path("data/0000.evc"));
+    damaged[403] = 7; // a polarity that does not exist
+    std::fs::write(sandbox.path("damaged.evc"), &damaged).unwrap();
+    let message = sandbox.fails(&["info", "damaged.evc"]);
+    assert!(message.contains("damaged.evc") && message.contains("byte 40"), "{message}");
+    let train = tiny(&["train", "quick", "--data", ".", "--out", "run"]);
+    let message = sandbox.fails(&train);
+    assert!(message.contains("damaged"), "{message}");
+}

@@ -1,0 +1,60 @@
+//! The main job, small.
+
+use crate::harness::{Sandbox, bytes, tiny};
+
+#[test]
+fn the_demo_ends_with_metrics_and_a_report_and_its_checkpoint_can_be_used() {
+    let sandbox = Sandbox::new();
+    let output = sandbox.ok(&tiny(&["demo", "--out", "demo", "--stride-ms", "10"]));
+    assert!(output.trim_end().ends_with("report.html"), "{output}");
+
+    let metrics: serde_json::Value =
+        serde_json::from_slice(&bytes(&sandbox.path("demo/metrics.json"))).unwrap();
+    for method in ["mean_pose", "untrained", "trained", "trained_kalman"] {
+        for number in ["translation_mm", "rotation_deg", "articulation", "auc_3d", "auc_2d"] {
+            let interval = &metrics["held_out"][method][number];
+            let part = |name: &str| interval[name].as_f64().unwrap_or(f64::NAN);
+            let (low, estimate, high) = (part("low"), part("estimate"), part("high"));
+            assert!(low <= estimate && estimate <= high, "{method}.{number}: {interval}");
+        }
+    }
+    let report = String::from_utf8(bytes(&sandbox.path("demo/report.html"))).unwrap();
+    for part in ["<svg", "data:image/gif", "data:image/png", "trained_kalman", "</html>"] {
+        assert!(report.contains(part), "the report lacks {part}");
+    }
+    assert!(!report.contains("http://") || report.contains("www.w3.org"), "nothing from elsewhere");
+    assert!(!report.contains("<script src") && !report.contains("<link"), "self-contained");
+    for file in ["config.toml", "run.toml", "picture.png", "train/metrics.jsonl", "train/best.bpk"] {
+        assert!(sandbox.path("demo").join(file).exists(), "{file} is missing");
+    }
+
+    let checkpoint = ["--checkpoint", "demo/train"];
+    let table = sandbox.ok(
+        &[&["eval", "--data", "demo/data/held-out", "--stride-ms", "10"], &checkpoint[..]].concat(),
+    );
+    assert!(table.contains("trained_kalman"), "{table}");
+    // The same numbers as the demo's own.
+    let trained = &metrics["held_out"]["trained"]["translation_mm"]["estimate"];
+    assert!(table.contains(&format!("{:.1}", trained.as_f64().unwrap())), "{trained} not in\n{table}");
+
+    sandbox.ok(
+        &[
+            &["infer", "--events", "demo/data/held-out/0000.evc", "--out", "poses.csv"],
+            &["--joints", "joints.csv"],
+            &checkpoint[..],
+        ]
+        .concat(),
+    );
+    let poses = String::from_utf8(bytes(&sandbox.path("poses.csv"))).unwrap();
+    let joints = String::from_utf8(bytes(&sandbox.path("joints.csv"))).unwrap();
+    let columns = |text: &str| text.lines().map(|l| l.split(',').count()).collect::<Vec<_>>();
+    assert!(columns(&poses).iter().all(|&n| n == 13), "time and 12 parameters");
+    assert!(columns(&joints).iter().all(|&n| n == 1 + 21 * 5), "time and 21 joints");
+    let times: Vec<i64> = poses
+        .lines()
+        .skip(1)
+        .map(|line| line.split(',').next().unwrap().parse().unwrap())
+        .collect();
+    assert!(times.len() >= 99, "{} poses of 200 ms", times.len());
+    assert!(times.windows(2).all(|pair| pair[1] - pair[0] == 1000), "one a millisecond");
+}

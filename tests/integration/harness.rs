@@ -1,0 +1,74 @@
+//! Runs the real binary in a fresh directory.
+
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+
+/// Changes that make the quick config small enough for a test: seconds instead of minutes.
+pub(crate) const TINY: &[&str] = &[
+    "simulation.image_scale=0.15",
+    "simulation.sequences=2",
+    "simulation.seconds=0.4",
+    "network.width=0.0625",
+    "training.batch_size=4",
+    "training.steps=12",
+    "training.steps_per_validation=3",
+    "training.validation_s=0.05",
+    "training.validation_samples=8",
+    "evaluation.sequences=2",
+    "evaluation.seconds=0.2",
+    "evaluation.bootstrap.resamples=50",
+];
+
+/// A directory that is gone when the test ends.
+pub(crate) struct Sandbox {
+    dir: tempfile::TempDir,
+}
+
+impl Sandbox {
+    pub(crate) fn new() -> Self {
+        Self { dir: tempfile::tempdir().unwrap() }
+    }
+
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
+        self.dir.path().join(name)
+    }
+
+    /// `evpose` with these arguments, not yet started.
+    pub(crate) fn evpose(&self, args: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_evpose"));
+        command.current_dir(self.dir.path()).args(args).stdin(Stdio::null());
+        command
+    }
+
+    /// Runs to the end and wants success; returns standard output.
+    pub(crate) fn ok(&self, args: &[&str]) -> String {
+        let output = self.evpose(args).output().unwrap();
+        assert!(output.status.success(), "evpose {}:\n{}", args.join(" "), stderr(&output));
+        String::from_utf8(output.stdout).unwrap()
+    }
+
+    /// Runs to the end and wants failure; returns standard error.
+    pub(crate) fn fails(&self, args: &[&str]) -> String {
+        let output = self.evpose(args).output().unwrap();
+        assert!(!output.status.success(), "evpose {} succeeded", args.join(" "));
+        stderr(&output)
+    }
+
+    pub(crate) fn start(&self, args: &[&str]) -> Child {
+        self.evpose(args).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
+    }
+}
+
+/// A command with the tiny config's changes.
+pub(crate) fn tiny<'a>(args: &[&'a str]) -> Vec<&'a str> {
+    args.iter().copied().chain(TINY.iter().flat_map(|change| ["--set", change])).collect()
+}
+
+pub(crate) fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// The bytes of a file.
+pub(crate) fn bytes(path: &Path) -> Vec<u8> {
+    std::fs::read(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
