@@ -1,6 +1,29 @@
 //! Parametric body models: the procedural arm and hand, skinning, motion.
+//!
+//! * [`BodyModel`]: a linear-blend-skinned body of the SMPL family; [`BodyModel::procedural_arm`] is
+//!   made in code, model files will come to the same type.
+//! * [`ShapedBody`], [`BodyPose`], [`PosedBody`]: one person, one pose, and the two together.
+//! * [`motion`]: the published random motion.
+//! * [`skeleton`], [`texture_layout`]: numbering of joints, what lies where on the skin.
+//!
+//! World coordinates are the model's: x to the body's left, y up, z forward, in metres.
+//!
+//! ```
+//! use evpose_body::{BodyModel, BodyPose, PosedBody, motion::{BezierMotion, MotionConfig}};
+//!
+//! let model = BodyModel::procedural_arm();
+//! let person = model.shaped(&[0.5, -1.0]);
+//! let mut motion = BezierMotion::new(MotionConfig::default(), 7, 1000);
+//! let mut body = PosedBody::default();
+//! let target = *motion.step();
+//! let pose = BodyPose::from_generator(&model, &target.numbers, target.translation_m);
+//! model.pose(&person, &pose, &mut body);
+//! let label = body.hand_params(&model, target.articulation());
+//! assert_eq!(label.translation_m, body.evaluation_points(&model)[0]);
+//! ```
 
 mod model;
+pub mod motion;
 mod normals;
 mod pose;
 mod posed;
@@ -9,6 +32,7 @@ pub mod skeleton;
 mod skinning;
 pub mod texture_layout;
 
+pub use evpose_pose::rotation;
 pub use model::{BodyModel, HandBasis, ShapedBody, SkinWeights};
 pub use pose::{BodyPose, GENERATOR_NUMBERS};
 pub use posed::PosedBody;

@@ -4,7 +4,7 @@ use glam::{Vec2, Vec3};
 
 use crate::normals::area_weighted_normals;
 
-/// A body, or part of one, that shape and pose coefficients deform. Right hand first of interest.
+/// A body, or part of one, that shape and pose coefficients deform.
 ///
 /// # Model
 /// SMPL: `vertices = template + Σ βᵢ·shape directionᵢ`, `joints = offsets + regressor·vertices`,

@@ -30,8 +30,28 @@ pub const HAND_JOINTS: usize = 15;
 const BODY_PARENTS: [Option<usize>; BODY_JOINTS] = {
     let p = Some::<usize>;
     [
-        None, p(0), p(0), p(0), p(1), p(2), p(3), p(4), p(5), p(6), p(7), p(8), p(9), p(9), p(9),
-        p(12), p(13), p(14), p(16), p(17), p(18), p(19),
+        None,
+        p(0),
+        p(0),
+        p(0),
+        p(1),
+        p(2),
+        p(3),
+        p(4),
+        p(5),
+        p(6),
+        p(7),
+        p(8),
+        p(9),
+        p(9),
+        p(9),
+        p(12),
+        p(13),
+        p(14),
+        p(16),
+        p(17),
+        p(18),
+        p(19),
     ]
 };
 
@@ -40,8 +60,11 @@ pub fn parents() -> [Option<usize>; JOINTS] {
     std::array::from_fn(|joint| match joint {
         0..LEFT_HAND => BODY_PARENTS[joint],
         _ => {
-            let (wrist, first) =
-                if joint < RIGHT_HAND { (LEFT_WRIST, LEFT_HAND) } else { (RIGHT_WRIST, RIGHT_HAND) };
+            let (wrist, first) = if joint < RIGHT_HAND {
+                (LEFT_WRIST, LEFT_HAND)
+            } else {
+                (RIGHT_WRIST, RIGHT_HAND)
+            };
             Some(if (joint - first) % 3 == 0 { wrist } else { joint - 1 })
         }
     })

@@ -7,7 +7,7 @@ use evpose_core::{EventStream, Micros, TimeWindow, atomic_write};
 use evpose_pose::filter::HandFilter;
 use evpose_pose::metric::HandPoints;
 use evpose_pose::{EVALUATION_JOINTS, HandParams};
-use evpose_repr::{Representation as _, Sliding};
+use evpose_repr::{StreamWindow, representation_called};
 use evpose_train::{Checkpoint, HandConfig, NetworkPredictor, Predictor as _, Stage};
 
 use super::device;
@@ -80,8 +80,9 @@ pub(crate) fn run(args: &InferArgs) -> Result<()> {
     Ok(())
 }
 
-/// A pose for every whole millisecond from the first full window on (from the first event's
-/// millisecond where the recording is shorter), at the time the window ends.
+/// A pose for every millisecond from the end of the first full window on; only the last one where
+/// the recording is shorter. The pose at `k` ms is that of the events before `k + 1` ms, as in
+/// training.
 fn predict(
     config: &HandConfig,
     events: &EventStream,
@@ -92,30 +93,35 @@ fn predict(
         return Ok(Vec::new());
     };
     let sensor = events.sensor();
-    let length = Micros(i64::from(config.representation.window_ms) * 1000);
-    let start_ms = first.0.div_euclid(1000);
-    let end_ms = last.0.div_euclid(1000) + 1;
-    let start_ms = (start_ms + i64::from(config.representation.window_ms)).min(end_ms);
-    let times: Vec<Micros> = (start_ms..=end_ms).map(|ms| Micros(ms * 1000)).collect();
+    let window_ms = i64::from(config.representation.window_ms);
+    let last_ms = last.0.div_euclid(1000);
+    let first_ms = (first.0.div_euclid(1000) + window_ms).min(last_ms);
+    let times_ms: Vec<i64> = (first_ms..=last_ms).collect();
 
-    let surface = config.representation.resolve()?;
-    let mut window = Sliding::new(surface, sensor, config.representation.channel_order, length);
+    let order = config.representation.channel_order;
+    let window = StreamWindow::new(sensor, Micros(window_ms * 1000), order)?;
+    let mut surface = (representation_called(&config.representation.name)?.start)(window);
     let mut filter = HandFilter::new(&config.filter)?;
     let size = (usize::from(sensor.height), usize::from(sensor.width));
     let mut surfaces = vec![0.0; BATCH * 2 * sensor.pixels()];
-    let mut poses = Vec::with_capacity(times.len());
+    let mut poses = Vec::with_capacity(times_ms.len());
     let mut pushed = Micros(i64::MIN);
-    let progress = bar("inferring", times.len() as u64, "poses");
-    for chunk in times.chunks(BATCH) {
+    let progress = bar("inferring", times_ms.len() as u64, "poses");
+    for chunk in times_ms.chunks(BATCH) {
         let planes = surfaces.chunks_exact_mut(2 * sensor.pixels());
-        for (&now, planes) in chunk.iter().zip(planes) {
-            window.push_window(events, TimeWindow { start: pushed, end: now });
-            pushed = now;
-            window.advance(now);
-            window.render(planes);
+        for (&ms, planes) in chunk.iter().zip(planes) {
+            let end = Micros((ms + 1) * 1000);
+            surface.push(&events.slice(TimeWindow { start: pushed, end }));
+            pushed = end;
+            surface.advance(end - Micros(1));
+            let (own, copy) = planes.split_at_mut(surface.channels() * sensor.pixels());
+            surface.render(own);
+            // The network has two input channels: a representation of one fills both.
+            copy.copy_from_slice(&own[..copy.len()]);
         }
         let used = &surfaces[..chunk.len() * 2 * sensor.pixels()];
-        for (&t, pose) in chunk.iter().zip(predictor.predict(used, size)?) {
+        for (&ms, pose) in chunk.iter().zip(predictor.predict(used, size)?) {
+            let t = Micros(ms * 1000);
             poses.push((t, if filtered { filter.update(t, &pose) } else { pose }));
         }
         progress.inc(chunk.len() as u64);

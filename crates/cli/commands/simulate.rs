@@ -1,7 +1,6 @@
 //! `evpose simulate`.
 
 use std::path::Path;
-use std::time::Instant;
 
 use anyhow::{Result, bail};
 use evpose_sim::{Simulation, record_all};
@@ -47,14 +46,13 @@ pub(crate) fn record(config: &HandConfig, dir: &Path, what: &str) -> Result<Reco
     let simulation = Simulation::new(&config.simulation, config.seed)?;
     let steps = config.simulation.sequences as u64 * config.simulation.frames();
     let progress = bar(what, steps, "steps");
-    let started = Instant::now();
-    let sequences = record_all(&simulation, dir, &|steps| progress.inc(steps))?;
+    let run = record_all(&simulation, dir, &|steps| progress.inc(steps))?;
     progress.finish_and_clear();
     Ok(Recorded {
-        sequences: sequences.len(),
+        sequences: run.sequences.len(),
         steps,
-        events: sequences.iter().map(|sequence| sequence.events).sum(),
-        elapsed_s: started.elapsed().as_secs_f64(),
+        events: run.sequences.iter().map(|sequence| sequence.events).sum(),
+        elapsed_s: run.elapsed.as_secs_f64(),
     })
 }
 

@@ -121,6 +121,18 @@ impl EventStream {
         })
     }
 
+    /// The events inside `window` as a stream of their own.
+    pub fn slice(&self, window: TimeWindow) -> Self {
+        let range = self.range(window);
+        Self {
+            sensor: self.sensor,
+            t: self.t[range.clone()].to_vec(),
+            x: self.x[range.clone()].to_vec(),
+            y: self.y[range.clone()].to_vec(),
+            polarity: self.polarity[range].to_vec(),
+        }
+    }
+
     /// Indices of the events inside `window`.
     pub fn range(&self, window: TimeWindow) -> std::ops::Range<usize> {
         let start = self.t.partition_point(|&t| t < window.start);
@@ -212,6 +224,7 @@ mod tests {
             let range = stream.range(window);
             prop_assert_eq!(range.len(), inside);
             prop_assert!(stream.t()[range].iter().all(|&t| window.contains(t)));
+            prop_assert_eq!(stream.slice(window).len(), inside);
         }
 
         #[test]

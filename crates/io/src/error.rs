@@ -7,6 +7,9 @@ use evpose_core::SensorSize;
 
 use crate::evc::EvcFault;
 use crate::meta::MetaFault;
+use crate::npz::NpzFault;
+use crate::open::FORMATS;
+use crate::text::TextFault;
 
 /// A file that cannot be read or written as asked.
 ///
@@ -53,6 +56,72 @@ pub enum IoError {
         fault: MetaFault,
         /// Whole records before it.
         records: u64,
+    },
+    /// A NumPy archive whose directory, at its end, cannot be read.
+    #[error("{}: byte {byte}: {reason} (0 arrays readable before it)", path.display())]
+    NotAnArchive {
+        /// The file.
+        path: PathBuf,
+        /// The end of the file, where the directory should be.
+        byte: u64,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A NumPy archive without all the arrays of a recording.
+    #[error(
+        "{}: no array {} (found: {})", path.display(), missing.join(", "), found.join(", ")
+    )]
+    MissingArrays {
+        /// The file.
+        path: PathBuf,
+        /// What it lacks.
+        missing: Vec<&'static str>,
+        /// What it has.
+        found: Vec<String>,
+    },
+    /// An array of a NumPy archive does not hold what it should.
+    #[error(
+        "{}: array `{array}` at byte {byte}: {fault} ({values} of its values readable before it)",
+        path.display()
+    )]
+    Npz {
+        /// The file.
+        path: PathBuf,
+        /// The array.
+        array: &'static str,
+        /// Where its data begin in the file.
+        byte: u64,
+        /// What is wrong with it.
+        fault: NpzFault,
+        /// Values before the fault.
+        values: usize,
+    },
+    /// A line of a text recording cannot be read.
+    #[error(
+        "{}: line {line}, byte {byte}: {fault} ({events} events readable before it)",
+        path.display()
+    )]
+    Text {
+        /// The file.
+        path: PathBuf,
+        /// The line, counted from 1.
+        line: u64,
+        /// Offset of its first byte.
+        byte: u64,
+        /// What is wrong with it.
+        fault: TextFault,
+        /// Events before it.
+        events: usize,
+    },
+    /// A file whose content fits no format.
+    #[error(
+        "{}: byte 0: the content is of no known format ({})",
+        path.display(),
+        FORMATS.iter().map(|format| format.name).collect::<Vec<_>>().join(", ")
+    )]
+    UnknownFormat {
+        /// The file.
+        path: PathBuf,
     },
     /// Frames were asked for that the file does not have.
     #[error("{}: frames {start}..{end} of {available}", path.display())]

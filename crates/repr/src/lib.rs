@@ -1,75 +1,35 @@
-//! Events to dense planes: LNES and the representations it was compared with.
+//! Events to dense planes.
 //!
-//! Two forms of the same definitions:
-//! * [`FrameSurface`]: from 1 ms frames, as recordings in `.evc` files come; what training uses.
-//! * [`Representation`]: streaming, in continuous time; what a live pipeline uses.
+//! * [`Representation`]: planes of a stream as it arrives; [`Lnes`], [`Eoi`], [`Eci`], [`EciS`].
+//! * [`FrameWindow`], [`FrameEvent`]: the same planes of a window of 1 ms frames at once, as training
+//!   reads them; [`fill_lnes`], [`fill_eoi`], [`fill_eci`], [`fill_eci_s`].
+//! * [`REPRESENTATIONS`]: all of them by name.
+//! * [`ChannelOrder`]: which polarity comes first, explicit everywhere.
+//! * [`WindowAugmentation`]: what varies from one training sample to the next.
+//! * [`Transitions`]: the frames in which a simulated scene jumps.
 //!
-//! [`REPRESENTATIONS`] is the registry: adding one is a file and a line.
+//! Planes are `[channels][height][width]`, row by row from the top.
 
 mod augment;
 mod channel;
-mod eci;
-mod eoi;
+mod clock;
+mod count;
+mod error;
 mod frame;
+mod last_times;
 mod lnes;
-mod streaming;
+mod occurrence;
+mod registry;
+mod representation;
+mod transition;
 
-pub use augment::Augmentation;
+pub use augment::{WindowAugmentation, WindowDraw};
 pub use channel::ChannelOrder;
-pub use frame::{FrameEvent, FrameSurface, WindowSpec};
-pub use streaming::{Representation, Sliding};
-
-/// One representation under the name configs use.
-#[derive(Debug, Clone, Copy)]
-pub struct Spec {
-    /// Name in configs.
-    pub name: &'static str,
-    /// What it shows, in a line.
-    pub summary: &'static str,
-    /// How events become pixels.
-    pub surface: &'static dyn FrameSurface,
-}
-
-/// Every representation there is.
-pub const REPRESENTATIONS: &[Spec] = &[
-    Spec {
-        name: "lnes",
-        summary: "locally normalised event surface: how recent the last event of each polarity is",
-        surface: &lnes::Lnes,
-    },
-    Spec {
-        name: "eoi",
-        summary: "event occurrence image: whether there was an event of each polarity",
-        surface: &eoi::Eoi,
-    },
-    Spec {
-        name: "eci",
-        summary: "event count image: events of each polarity",
-        surface: &eci::Eci { both: false, once_per_frame: false },
-    },
-    Spec {
-        name: "eci-s",
-        summary: "single-channel event count image: events of both polarities, in both channels",
-        surface: &eci::Eci { both: true, once_per_frame: false },
-    },
-    Spec {
-        name: "eci-parity",
-        summary: "ECI as EventHands' code: at most one event a pixel, polarity and millisecond",
-        surface: &eci::Eci { both: false, once_per_frame: true },
-    },
-    Spec {
-        name: "eci-s-parity",
-        summary: "ECI-S as EventHands' code: at most one event a pixel, polarity and millisecond",
-        surface: &eci::Eci { both: true, once_per_frame: true },
-    },
-];
-
-/// The representation called `name`.
-pub fn by_name(name: &str) -> Option<&'static Spec> {
-    REPRESENTATIONS.iter().find(|spec| spec.name == name)
-}
-
-/// All names, in the order of the registry.
-pub fn names() -> Vec<&'static str> {
-    REPRESENTATIONS.iter().map(|spec| spec.name).collect()
-}
+pub use count::{Counting, Eci, EciS, fill_eci, fill_eci_s};
+pub use error::ReprError;
+pub use frame::{FrameEvent, FrameWindow};
+pub use lnes::{Lnes, fill_lnes};
+pub use occurrence::{Eoi, fill_eoi};
+pub use registry::{REPRESENTATIONS, RepresentationSpec, representation_called};
+pub use representation::{Representation, StreamWindow};
+pub use transition::Transitions;

@@ -1,46 +1,79 @@
-//! LNES: how recent the last event of each pixel and polarity is.
+//! LNES, the locally normalised event surface: how recently each pixel fired.
 //!
 //! # Model
-//! `LNES(x, y, p) = (t − t_start) / (t_end − t_start)` of the last event at `(x, y)` with polarity
-//! `p`, 0 where there was none.
+//! Per pixel and polarity, with `t_last` the time of its latest event in a window of length `T`
+//! that ends now: `LNES = (t_last - (t_now - T)) / T`, 0 for the oldest event and 1 for one that
+//! happens now; 0 where there was none.
+//!
+//! The windowed form counts in frames: an event of frame `i` of `W` gives `i / W`, so that the
+//! oldest frame is invisible and the newest is `(W - 1) / W`. With the events of frame `k` at
+//! `k` ms, the two are bitwise equal when the stream is rendered one frame after the newest, at
+//! `t_now = (n + 1)` ms for the window that ends with frame `n`; at `n` ms the stream gives
+//! `(i + 1) / W`.
 //!
 //! # Source
-//! Rudnev et al., *EventHands*, ICCV 2021, Sec. 4.
+//! Rudnev et al., *EventHands*, ICCV 2021, Sec. 3; supplement, Sec. 1.2.
 
-use crate::frame::{FrameSurface, Write};
+use evpose_core::{EventStream, Micros};
 
-/// Locally normalised event surface.
-#[derive(Debug)]
-pub(crate) struct Lnes;
+use crate::last_times::LastTimes;
+use crate::{FrameEvent, FrameWindow, Representation, StreamWindow};
 
-impl FrameSurface for Lnes {
-    fn write(&self, planes: &mut [f32], event: Write) {
-        planes[event.pixel] = event.age;
+/// The LNES of a stream, in continuous time.
+#[derive(Debug, Clone)]
+pub struct Lnes {
+    last_times: LastTimes,
+}
+
+impl Lnes {
+    /// A surface without events.
+    pub fn new(window: StreamWindow) -> Self {
+        Self { last_times: LastTimes::new(window) }
+    }
+}
+
+impl Representation for Lnes {
+    fn channels(&self) -> usize {
+        2
+    }
+
+    fn push(&mut self, events: &EventStream) {
+        self.last_times.push(events);
+    }
+
+    fn advance(&mut self, t: Micros) {
+        self.last_times.advance(t);
+    }
+
+    fn render(&self, out: &mut [f32]) {
+        self.last_times.render(out, |left_us, length_us| left_us as f32 / length_us as f32);
+    }
+
+    fn reset(&mut self) {
+        self.last_times.reset();
+    }
+}
+
+/// Fills `out`, `[2][height][width]`, with the LNES of a window of frames.
+///
+/// `events` ascend in `frame`; inside a frame their order does not matter.
+///
+/// # Panics
+/// If `out` has another length or an event lies outside the sensor.
+pub fn fill_lnes(
+    window: &FrameWindow,
+    events: impl IntoIterator<Item = FrameEvent>,
+    out: &mut [f32],
+) {
+    let planes = window.planes::<2>(out);
+    let frames = window.frames as f32;
+    for event in events {
+        if window.shows(event.frame) {
+            // Later frames overwrite earlier ones: the last event wins.
+            planes.values[planes.index(event)] = event.frame as f32 / frames;
+        }
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use evpose_core::Polarity;
-
-    use crate::frame::tests::{event, planes};
-
-    #[test]
-    fn the_last_event_wins_and_ages_are_shares_of_the_window() {
-        let planes = planes(
-            "lnes",
-            &[
-                event(1, 0, 0, Polarity::On),
-                event(3, 0, 0, Polarity::On),
-                event(2, 1, 0, Polarity::On),
-            ],
-        );
-        assert_eq!(planes[6..], [0.75, 0.5, 0.0, 0.0, 0.0, 0.0]);
-        assert_eq!(planes[..6], [0.0; 6]);
-    }
-
-    #[test]
-    fn the_oldest_frame_is_invisible_as_published() {
-        assert_eq!(planes("lnes", &[event(0, 0, 0, Polarity::On)]), [0.0; 12]);
-    }
-}
+mod tests;

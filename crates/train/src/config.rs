@@ -5,7 +5,7 @@ use std::path::Path;
 use evpose_nn::{HandLossConfig, HandRegressorConfig};
 use evpose_pose::filter::HandFilterConfig;
 use evpose_pose::metric::BootstrapConfig;
-use evpose_repr::{Augmentation, ChannelOrder, FrameSurface};
+use evpose_repr::{ChannelOrder, WindowAugmentation, representation_called};
 use evpose_sim::SimulationConfig;
 use serde::{Deserialize, Serialize};
 
@@ -22,7 +22,7 @@ pub struct HandConfig {
     /// What the network sees of the events.
     pub representation: RepresentationConfig,
     /// How training windows are varied.
-    pub augmentation: Augmentation,
+    pub augmentation: WindowAugmentation,
     /// Layers.
     pub network: HandRegressorConfig,
     /// What training minimises.
@@ -83,7 +83,7 @@ impl Default for HandConfig {
             seed: 1,
             simulation: SimulationConfig::default(),
             representation: RepresentationConfig::default(),
-            augmentation: Augmentation::default(),
+            augmentation: WindowAugmentation::default(),
             network: HandRegressorConfig::default(),
             loss: HandLossConfig::default(),
             training: TrainingConfig::default(),
@@ -96,20 +96,6 @@ impl Default for HandConfig {
 impl Default for RepresentationConfig {
     fn default() -> Self {
         Self { name: "lnes".to_owned(), window_ms: 100, channel_order: ChannelOrder::OffFirst }
-    }
-}
-
-impl RepresentationConfig {
-    /// The representation of that name.
-    ///
-    /// # Errors
-    /// If there is none; the error lists those there are.
-    pub fn resolve(&self) -> Result<&'static dyn FrameSurface, TrainError> {
-        let spec = evpose_repr::by_name(&self.name).ok_or_else(|| TrainError::Field {
-            field: "representation.name",
-            message: format!("{:?} is none of {}", self.name, evpose_repr::names().join(", ")),
-        })?;
-        Ok(spec.surface)
     }
 }
 
@@ -194,7 +180,7 @@ impl HandConfig {
         if self.representation.window_ms == 0 {
             return fail("representation.window_ms", "must be at least 1");
         }
-        self.representation.resolve()?;
+        representation_called(&self.representation.name)?;
         if self.training.batch_size == 0 {
             return fail("training.batch_size", "must be at least 1");
         }

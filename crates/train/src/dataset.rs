@@ -4,15 +4,18 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use evpose_core::{CounterRng, SensorSize};
+use evpose_core::SensorSize;
 use evpose_io::{EvcReader, EvcWindow, MetaReader};
 use evpose_pose::{HandParams, PARAMETERS};
-use evpose_repr::{Augmentation, FrameEvent, WindowSpec};
+use evpose_repr::{ChannelOrder, FrameEvent, FrameWindow, RepresentationSpec, WindowAugmentation, representation_called};
 use evpose_sim::SequenceInfo;
 
 use crate::TrainError;
 use crate::config::HandConfig;
 use crate::order::SampleOrder;
+
+/// Input channels of the network.
+const CHANNELS: usize = 2;
 
 /// Why a sample could not be read.
 pub(crate) type SampleError = evpose_io::IoError;
@@ -95,8 +98,9 @@ pub struct HandDataset {
     /// `starts[i]` samples come before those of sequence `i`.
     starts: Vec<u64>,
     order: SampleOrder,
-    spec: WindowSpec,
-    augmentation: Augmentation,
+    representation: &'static RepresentationSpec,
+    channel_order: ChannelOrder,
+    augmentation: WindowAugmentation,
     window_frames: u32,
     seed: u64,
     sensor: SensorSize,
@@ -155,14 +159,14 @@ impl HandDataset {
                 message: "leaves no frames in one of the two parts of the data".into(),
             });
         }
-        let surface = config.representation.resolve()?;
         Ok(Self {
             sequences,
             parts,
             starts,
             order: SampleOrder::new(samples, config.seed),
-            spec: WindowSpec { surface, sensor, order: config.representation.channel_order },
-            augmentation: config.augmentation.clone(),
+            representation: representation_called(&config.representation.name)?,
+            channel_order: config.representation.channel_order,
+            augmentation: config.augmentation,
             window_frames: config.representation.window_ms,
             seed: config.seed,
             sensor,
@@ -212,10 +216,9 @@ impl HandDataset {
     /// augmented; a pure function of the seed and the position.
     pub(crate) fn training_sample(&self, position: u64) -> Result<Sample, SampleError> {
         let (sequence, frame) = self.locate(self.order.at(position));
-        let mut rng = CounterRng::new(self.seed, "augmentation", position);
-        let window = self.augmentation.window_frames(&mut rng);
-        let mut surface = self.window(sequence, frame, window)?;
-        self.augmentation.swap_channels(&mut rng, &mut surface);
+        let draw = self.augmentation.draw(self.seed, position);
+        let mut surface = self.window(sequence, frame, draw.frames)?;
+        draw.swap_channels(&mut surface, CHANNELS);
         self.labelled(sequence, frame, surface)
     }
 
@@ -246,21 +249,28 @@ impl HandDataset {
         let first = (frame + 1).saturating_sub(u64::from(length));
         let mut events = EvcWindow::new();
         sequence.events.read_frames(first..frame + 1, &mut events)?;
-        let mut surface = vec![0.0; 2 * self.sensor.pixels()];
         let missing = length - (frame + 1 - first) as u32;
-        // A redraw of the scene makes a burst that no motion explains: what is before it is void.
-        let last_redraw = sequence.info.last_redraw(first..frame + 1);
-        let valid_from = last_redraw.map_or(0, |redraw| (redraw - first) as u32 + 1);
-        let events = events
+        let events: Vec<FrameEvent> = events
             .events()
-            .filter(|event| event.frame >= valid_from)
             .map(|event| FrameEvent {
                 frame: event.frame + missing,
                 x: event.x,
                 y: event.y,
                 polarity: event.polarity,
-            });
-        self.spec.fill(length, events, &mut surface);
+            })
+            .collect();
+        let mut window = FrameWindow::new(self.sensor, length, self.channel_order);
+        // A redraw of the scene makes a burst that no motion explains: it hides itself and all
+        // that was before.
+        if let Some(redraw) = sequence.info.last_redraw(first..frame + 1) {
+            window.visible_from = missing + (redraw - first) as u32 + 1;
+        }
+        let mut surface = vec![0.0; self.representation.channels * self.sensor.pixels()];
+        (self.representation.fill)(&window, &events, &mut surface);
+        // The network has two input channels: a representation of one fills both.
+        if self.representation.channels == 1 {
+            surface.extend_from_within(..);
+        }
         Ok(surface)
     }
 

@@ -32,6 +32,9 @@ pub enum TrainError {
     /// Event or label files.
     #[error(transparent)]
     Data(#[from] evpose_io::IoError),
+    /// Representations.
+    #[error(transparent)]
+    Representation(#[from] evpose_repr::ReprError),
     /// Filters and metrics.
     #[error(transparent)]
     Pose(#[from] evpose_pose::PoseError),

@@ -1,6 +1,6 @@
 //! How good predictors are on sequences with known poses.
 
-use evpose_body::{BodyModel, ShapedBody};
+use evpose_body::{BodyModel, PosedBody, ShapedBody};
 use evpose_core::Micros;
 use evpose_pose::HandParams;
 use evpose_pose::filter::HandFilter;
@@ -91,7 +91,9 @@ impl Stage {
     }
 
     fn points_of(&self, pose: &HandParams, body: &ShapedBody) -> HandPoints {
-        let world_m = self.body.hand_points(body, pose);
+        let mut posed = PosedBody::default();
+        self.body.pose_hand(body, pose, &mut posed);
+        let world_m = posed.evaluation_points(&self.body);
         HandPoints { world_m, image_px: world_m.map(|p| self.camera.image_from_world(p)) }
     }
 }

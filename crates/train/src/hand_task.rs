@@ -28,10 +28,16 @@ pub(crate) struct Divergence {
 }
 
 /// Stops a training whose loss is no longer a number, before anything of it is saved.
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 pub(crate) struct Guard {
     interrupter: Interrupter,
     seen: Arc<Mutex<Option<Divergence>>>,
+}
+
+impl std::fmt::Debug for Guard {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Guard").field("seen", &self.seen).finish_non_exhaustive()
+    }
 }
 
 impl Guard {

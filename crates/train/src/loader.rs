@@ -127,7 +127,7 @@ impl Iterator for Batches<'_> {
         let start = self.next;
         self.next = (start + self.loader.batch_size as u64).min(self.end);
         let batch = self.loader.batch(start..self.next);
-        Some(batch.map_err(|error| DatasetError::Other(error.to_string())))
+        Some(batch.map_err(DatasetError::new))
     }
 }
 

@@ -8,14 +8,15 @@ use crate::TrainError;
 
 /// Turns windows of events into poses: a network, a constant, later a compiled engine.
 pub trait Predictor {
-    /// Poses of `surfaces`, which holds whole windows of `[2, height, width]`, one after another.
+    /// Poses of `surfaces`, which holds whole windows of `[2, height, width]`, one after another;
+    /// `image_size` is `(height, width)`.
     ///
     /// # Errors
     /// If the computation fails or yields something that is not a number.
     fn predict(
         &mut self,
         surfaces: &[f32],
-        (height, width): (usize, usize),
+        image_size: (usize, usize),
     ) -> Result<Vec<HandParams>, TrainError>;
 }
 
@@ -42,10 +43,7 @@ impl Predictor for NetworkPredictor {
         let count = surfaces.len() / (2 * height * width);
         let shape = [count, 2, height, width];
         let input = Tensor::<4>::from_data(TensorData::new(surfaces.to_vec(), shape), &self.device);
-        let output = self.network.forward(input).into_data();
-        let values: Vec<f32> = output
-            .to_vec()
-            .map_err(|error| TrainError::Stopped(format!("reading the network's output: {error}")))?;
+        let values: Vec<f32> = self.network.forward(input).into_data().iter().collect();
         if let Some(value) = values.iter().find(|value| !value.is_finite()) {
             return Err(TrainError::Stopped(format!(
                 "the network predicted {value}: the checkpoint is damaged or diverged"

@@ -6,6 +6,7 @@ use burn::tensor::Device;
 use evpose_nn::HandRegressor;
 use evpose_nn::weights::{self, InputConfig, ModelCard};
 use evpose_pose::HandParams;
+use evpose_repr::ChannelOrder;
 
 use crate::TrainError;
 use crate::config::HandConfig;
@@ -42,7 +43,10 @@ impl Checkpoint {
             input: InputConfig {
                 representation: self.config.representation.name.clone(),
                 window_us: u64::from(self.config.representation.window_ms) * 1000,
-                channel_order: self.config.representation.channel_order.name().to_owned(),
+                channel_order: match self.config.representation.channel_order {
+                    ChannelOrder::OnFirst => "on_first".to_owned(),
+                    ChannelOrder::OffFirst => "off_first".to_owned(),
+                },
                 width_px: sensor.width.into(),
                 height_px: sensor.height.into(),
             },

@@ -58,9 +58,9 @@ const SYNERGIES: [Synergy; 6] = [
     },
     // The thumb comes in front of the palm.
     Synergy {
-        length_rad: 0.45,
-        flexion: [[0.0; 3], [0.0; 3], [0.0; 3], [0.0; 3], [1.0, 0.35, 0.2]],
-        spread: [0.0, 0.0, 0.0, 0.0, -0.35],
+        length_rad: 0.36,
+        flexion: [[0.0; 3], [0.0; 3], [0.0; 3], [0.0; 3], [1.0, 0.45, 0.3]],
+        spread: [0.0, 0.0, 0.0, 0.0, -0.2],
     },
     // Fingers spread, the thumb with them.
     Synergy {
@@ -83,7 +83,13 @@ const SYNERGIES: [Synergy; 6] = [
     // Thumb and index meet at their tips.
     Synergy {
         length_rad: 0.5,
-        flexion: [[0.9, 0.3, -0.2], [0.3, 0.0, 0.0], [-0.4, 0.0, 0.0], [-0.2, 0.0, 0.0], [0.3, 0.7, 0.5]],
+        flexion: [
+            [0.9, 0.3, -0.2],
+            [0.3, 0.0, 0.0],
+            [-0.4, 0.0, 0.0],
+            [-0.2, 0.0, 0.0],
+            [0.3, 0.7, 0.5],
+        ],
         spread: [0.0; DIGITS],
     },
 ];
@@ -94,7 +100,7 @@ const REST_FLEXION_RAD: [[f32; 3]; DIGITS] = [
     [0.34, 0.54, 0.30],
     [0.38, 0.50, 0.32],
     [0.38, 0.56, 0.32],
-    [0.18, 0.16, 0.22],
+    [0.26, 0.16, 0.22],
 ];
 /// A hand at rest holds its fingers closer than the T-pose does.
 const REST_SPREAD_RAD: [f32; DIGITS] = [-0.05, 0.0, 0.09, 0.04, -0.10];
@@ -124,9 +130,8 @@ pub(super) fn right_hand(digits: &[Digit; DIGITS]) -> HandBasis {
 
 /// The mirror image of a right hand: rotations about x stay, those about y and z turn round.
 pub(super) fn mirrored(right: &HandBasis) -> HandBasis {
-    let mirror = |row: &[f32; ANGLES]| {
-        std::array::from_fn(|k| if k % 3 == 0 { row[k] } else { -row[k] })
-    };
+    let mirror =
+        |row: &[f32; ANGLES]| std::array::from_fn(|k| if k % 3 == 0 { row[k] } else { -row[k] });
     let mut components = right.components.clone();
     for row in components.iter_mut() {
         *row = mirror(row);
@@ -135,7 +140,11 @@ pub(super) fn mirrored(right: &HandBasis) -> HandBasis {
 }
 
 /// The 45 angles of a hand with these flexions and spreads.
-fn angles(digits: &[Digit; DIGITS], flexion: &[[f32; 3]; DIGITS], spread: &[f32; DIGITS]) -> [f32; ANGLES] {
+fn angles(
+    digits: &[Digit; DIGITS],
+    flexion: &[[f32; 3]; DIGITS],
+    spread: &[f32; DIGITS],
+) -> [f32; ANGLES] {
     let mut angles = [0.0; ANGLES];
     for (k, digit) in digits.iter().enumerate() {
         for joint in 0..3 {
@@ -166,7 +175,8 @@ fn orthogonal_part(
     rows: &[[f32; ANGLES]],
     length_rad: f32,
 ) -> Option<[f32; ANGLES]> {
-    let dot = |a: &[f64; ANGLES], b: &[f64; ANGLES]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let dot =
+        |a: &[f64; ANGLES], b: &[f64; ANGLES]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let mut part = candidate.map(f64::from);
     // Twice: once leaves rounding behind.
     for row in rows.iter().chain(rows) {

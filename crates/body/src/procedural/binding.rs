@@ -10,9 +10,7 @@
 use glam::Vec3;
 
 use crate::SkinWeights;
-use crate::skeleton::{
-    JOINTS, RIGHT_COLLAR, RIGHT_ELBOW, RIGHT_HAND, RIGHT_SHOULDER, RIGHT_WRIST,
-};
+use crate::skeleton::{JOINTS, RIGHT_COLLAR, RIGHT_ELBOW, RIGHT_HAND, RIGHT_SHOULDER, RIGHT_WRIST};
 use crate::texture_layout as layout;
 
 use super::anatomy::Anatomy;
@@ -73,7 +71,8 @@ fn bind_point(point_m: Vec3, anatomy: &Anatomy, digits: &[Digit; DIGITS]) -> Bin
     let mut passed = 1.0;
     for k in 1..trunk.len() {
         let before = (trunk[k] - trunk[k - 1]).normalize();
-        let after = if k + 1 < trunk.len() { (trunk[k + 1] - trunk[k]).normalize() } else { Vec3::NEG_X };
+        let after =
+            if k + 1 < trunk.len() { (trunk[k + 1] - trunk[k]).normalize() } else { Vec3::NEG_X };
         let beyond = handover(point_m, trunk[k], before + after, TRUNK_HANDOVER_M[k - 1]);
         shares[trunk_joints[k - 1]] = passed * (1.0 - beyond);
         passed *= beyond;
@@ -111,8 +110,7 @@ fn bind_point(point_m: Vec3, anatomy: &Anatomy, digits: &[Digit; DIGITS]) -> Bin
 
 /// How much of a point each digit may have; the shares have sum one.
 fn digit_shares(point_m: Vec3, anatomy: &Anatomy) -> [f32; DIGITS] {
-    let distances_m: [f32; DIGITS] =
-        std::array::from_fn(|k| anatomy.digit_distance(k, point_m));
+    let distances_m: [f32; DIGITS] = std::array::from_fn(|k| anatomy.digit_distance(k, point_m));
     let nearest_m = distances_m[..THUMB].iter().copied().fold(f32::INFINITY, f32::min);
     // In the palm, far from all fingers, the transition is wide.
     let band_m = DIGIT_HANDOVER_M + 0.6 * nearest_m.max(0.0);

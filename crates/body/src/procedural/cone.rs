@@ -63,20 +63,31 @@ impl Cone {
     }
 }
 
-/// Parts that blend into each other over a length.
+/// Cones end to end, each starting where the one before ends with the same radius.
+pub(super) type Strand = Vec<Cone>;
+
+/// A strand through `points_m` with `radii_m` there.
+pub(super) fn strand<const N: usize>(points_m: [Vec3; N], radii_m: [f32; N]) -> Strand {
+    (1..N).map(|k| Cone::new(points_m[k - 1], points_m[k], [radii_m[k - 1], radii_m[k]])).collect()
+}
+
+/// Strands that blend into each other over a length.
+///
+/// Within a strand the plain minimum is continuous; blending would swell it at every joint.
 #[derive(Debug, Clone)]
 pub(super) struct Blend {
-    pub(super) cones: Vec<Cone>,
+    pub(super) strands: Vec<Strand>,
     pub(super) blend_m: f32,
 }
 
 impl Blend {
     /// Signed distance to the smooth union, negative inside.
     pub(super) fn distance(&self, point_m: Vec3) -> f32 {
-        self.cones
-            .iter()
-            .map(|cone| cone.distance(point_m))
-            .fold(f32::INFINITY, |union, d| smooth_min(union, d, self.blend_m))
+        self.strands.iter().fold(f32::INFINITY, |union, strand| {
+            let nearest =
+                strand.iter().map(|cone| cone.distance(point_m)).fold(f32::INFINITY, f32::min);
+            smooth_min(union, nearest, self.blend_m)
+        })
     }
 }
 

@@ -14,17 +14,16 @@ mod polygonise;
 mod proportions;
 mod regressor;
 mod surface;
-
+#[cfg(test)]
+mod tests;
 
 use std::f32::consts::PI;
 
 use glam::{Vec2, Vec3};
 
-use crate::normals::area_weighted_normals;
-use crate::skeleton::{
-    JOINTS, RIGHT_ELBOW, RIGHT_HAND, RIGHT_SHOULDER, RIGHT_WRIST, parents,
-};
 use crate::BodyModel;
+use crate::normals::area_weighted_normals;
+use crate::skeleton::{JOINTS, RIGHT_ELBOW, RIGHT_HAND, RIGHT_SHOULDER, RIGHT_WRIST, parents};
 
 use anatomy::Anatomy;
 use binding::Binding;
@@ -65,13 +64,9 @@ impl BodyModel {
 }
 
 /// Rows and offsets of all joints: those inside the surface follow it, the others stay.
-fn joint_rows(
-    vertices_m: &[Vec3],
-    joints_m: &[Vec3; JOINTS],
-) -> (Vec<Vec<(u32, f32)>>, Vec<Vec3>) {
-    let drawn = |joint: usize| {
-        matches!(joint, RIGHT_SHOULDER | RIGHT_ELBOW | RIGHT_WRIST | RIGHT_HAND..)
-    };
+fn joint_rows(vertices_m: &[Vec3], joints_m: &[Vec3; JOINTS]) -> (Vec<Vec<(u32, f32)>>, Vec<Vec3>) {
+    let drawn =
+        |joint: usize| matches!(joint, RIGHT_SHOULDER | RIGHT_ELBOW | RIGHT_WRIST | RIGHT_HAND..);
     joints_m
         .iter()
         .enumerate()
@@ -102,9 +97,10 @@ fn fingertips(vertices_m: &[Vec3], digits: &[Digit; DIGITS]) -> [u32; 5] {
     const RING: usize = 3;
     [THUMB, INDEX, MIDDLE, RING, PINKY].map(|digit| {
         let tip_m = digits[digit].points_m[3];
-        let nearest = vertices_m.iter().enumerate().min_by(|a, b| {
-            a.1.distance_squared(tip_m).total_cmp(&b.1.distance_squared(tip_m))
-        });
+        let nearest = vertices_m
+            .iter()
+            .enumerate()
+            .min_by(|a, b| a.1.distance_squared(tip_m).total_cmp(&b.1.distance_squared(tip_m)));
         nearest.map_or(0, |(vertex, _)| vertex as u32)
     })
 }

@@ -71,7 +71,11 @@ fn growth(shape: usize, bone: Bone) -> Growth {
 }
 
 /// The joint a bone hangs on, with its directions: along, through, across.
-fn bone_of_joint(joint: usize, joints_m: &[Vec3; JOINTS], digits: &[Digit; DIGITS]) -> Option<(Bone, [Vec3; 3])> {
+fn bone_of_joint(
+    joint: usize,
+    joints_m: &[Vec3; JOINTS],
+    digits: &[Digit; DIGITS],
+) -> Option<(Bone, [Vec3; 3])> {
     let frame = |along: Vec3, dorsal: Vec3| {
         let across = along.cross(dorsal).normalize();
         [along, across.cross(along), across]
@@ -97,8 +101,7 @@ pub(super) fn shape_directions(
     joints_m: &[Vec3; JOINTS],
     digits: &[Digit; DIGITS],
 ) -> Vec<Vec<Vec3>> {
-    let bones: Vec<_> =
-        (0..JOINTS).map(|joint| bone_of_joint(joint, joints_m, digits)).collect();
+    let bones: Vec<_> = (0..JOINTS).map(|joint| bone_of_joint(joint, joints_m, digits)).collect();
     let parents = parents();
     (0..SHAPES)
         .map(|shape| {
@@ -106,7 +109,10 @@ pub(super) fn shape_directions(
             let grown = |joint: usize, from_joint_m: Vec3| {
                 bones[joint].map_or(Vec3::ZERO, |(bone, axes)| {
                     let growth = growth(shape, bone);
-                    axes.iter().zip(growth).map(|(&axis, g)| axis * (g * from_joint_m.dot(axis))).sum()
+                    axes.iter()
+                        .zip(growth)
+                        .map(|(&axis, g)| axis * (g * from_joint_m.dot(axis)))
+                        .sum()
                 })
             };
             let mut moved_m = [Vec3::ZERO; JOINTS];

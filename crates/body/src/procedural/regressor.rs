@@ -17,9 +17,8 @@ pub(super) fn regressor_row(vertices_m: &[Vec3], joint_m: Vec3) -> Vec<(u32, f32
         .enumerate()
         .map(|(i, &vertex_m)| (i as u32, vertex_m - joint_m))
         .collect();
-    nearest.sort_by(|a, b| {
-        a.1.length_squared().total_cmp(&b.1.length_squared()).then(a.0.cmp(&b.0))
-    });
+    nearest
+        .sort_by(|a, b| a.1.length_squared().total_cmp(&b.1.length_squared()).then(a.0.cmp(&b.0)));
     nearest.truncate(NEAREST);
 
     let sum: Vec3 = nearest.iter().map(|&(_, offset)| offset).sum();

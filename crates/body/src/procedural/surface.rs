@@ -1,5 +1,7 @@
 //! The mesh of the arm: polygonised, evened out, drawn back onto the surface, cut into triangles.
 
+use std::collections::BTreeSet;
+
 use glam::Vec3;
 
 use super::polygonise::{QuadMesh, polygonise};
@@ -26,7 +28,7 @@ pub(super) fn surface(distance: impl Fn(Vec3) -> f32) -> (Vec<Vec3>, Vec<[u32; 3
             })
             .collect();
     }
-    let faces = quads.iter().flat_map(|&quad| triangles(&vertices_m, quad)).collect();
+    let faces = triangles(&vertices_m, &quads);
     (vertices_m, faces)
 }
 
@@ -55,8 +57,24 @@ fn neighbours(vertices: usize, quads: &[[u32; 4]]) -> Vec<Vec<u32>> {
     around
 }
 
-/// Cuts a quadrilateral along its shorter diagonal.
-fn triangles(vertices_m: &[Vec3], [a, b, c, d]: [u32; 4]) -> [[u32; 3]; 2] {
-    let length_sq = |i: u32, j: u32| vertices_m[i as usize].distance_squared(vertices_m[j as usize]);
-    if length_sq(a, c) <= length_sq(b, d) { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] }
+/// Cuts quadrilaterals along their shorter diagonals.
+///
+/// Where the surface is pinched the shorter diagonal can be an edge already; cutting along the
+/// other one keeps every edge between two faces.
+fn triangles(vertices_m: &[Vec3], quads: &[[u32; 4]]) -> Vec<[u32; 3]> {
+    let edge = |i: u32, j: u32| (i.min(j), i.max(j));
+    let length_sq =
+        |i: u32, j: u32| vertices_m[i as usize].distance_squared(vertices_m[j as usize]);
+    let mut edges: BTreeSet<(u32, u32)> =
+        quads.iter().flat_map(|quad| (0..4).map(|k| edge(quad[k], quad[(k + 1) % 4]))).collect();
+    quads
+        .iter()
+        .flat_map(|&[a, b, c, d]| {
+            let shorter_first = length_sq(a, c) <= length_sq(b, d);
+            let taken = |i, j| edges.contains(&edge(i, j));
+            let along_ac = if shorter_first { !taken(a, c) } else { taken(b, d) };
+            edges.insert(if along_ac { edge(a, c) } else { edge(b, d) });
+            if along_ac { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] }
+        })
+        .collect()
 }

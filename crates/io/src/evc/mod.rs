@@ -20,11 +20,13 @@
 //! # Source
 //! Rudnev et al., *EventHands*, ICCV 2021, supplement, Sec. 4.3.
 
+mod format;
 mod reader;
 mod scan;
 mod window;
 mod writer;
 
+pub(crate) use format::FORMAT;
 pub use reader::EvcReader;
 pub use scan::EvcFault;
 pub use window::{EvcEvent, EvcWindow};

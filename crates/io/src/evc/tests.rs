@@ -143,6 +143,9 @@ fn a_stream_survives_the_file_up_to_the_millisecond_and_the_order_inside_it() {
     let (_directory, path) = file(&[]);
     let mut writer = EvcWriter::create(&path, SENSOR).unwrap();
     assert!(matches!(writer.stream(&stream, Micros(5_001)), Err(IoError::Unwritable { .. })));
+    let since_1970 =
+        EventStream::from_events(SENSOR, [event(1_700_000_000_000_000, 1, 1)]).unwrap();
+    assert!(matches!(writer.stream(&since_1970, Micros(0)), Err(IoError::Unwritable { .. })));
     writer.stream(&stream, Micros(5_000)).unwrap();
     writer.finish().unwrap();
     let reader = EvcReader::open_with(&path, SENSOR).unwrap();

@@ -9,6 +9,10 @@ use evpose_core::{AtomicFile, EventStream, Micros, Polarity, SensorSize};
 use super::{FRAME, MARKER, encode};
 use crate::IoError;
 
+/// Ten days of frames. Later events are more likely to count from 1970 than from the start of the
+/// recording, and would fill the disk with empty frames.
+const MOST_FRAMES: i64 = 10 * 24 * 3_600_000;
+
 /// Writes an `.evc` file, which appears under its name on [`EvcWriter::finish`].
 #[derive(Debug)]
 pub struct EvcWriter {
@@ -84,21 +88,22 @@ impl EvcWriter {
     /// frame `t / 1 ms` after those written so far. Frames without events are written too.
     ///
     /// # Errors
-    /// If an event is earlier than `origin` or lies outside the sensor, or the disk is full.
+    /// If an event is earlier than `origin` or more than ten days later, lies outside the sensor, or
+    /// the disk is full.
     pub fn stream(&mut self, events: &EventStream, origin: Micros) -> Result<(), IoError> {
-        let columns = events.x().iter().zip(events.y()).zip(events.polarity());
-        let mut rest = events.t().iter().zip(columns).peekable();
-        if let Some(&(&first, _)) = rest.peek()
-            && first < origin
+        let frame_of = |t: Micros| t.0.saturating_sub(origin.0).div_euclid(FRAME.0);
+        if let (Some(&first), Some(&last)) = (events.t().first(), events.t().last())
+            && (first < origin || frame_of(last) > MOST_FRAMES)
         {
-            let reason = format!("an event at {first} is earlier than the origin, {origin}");
+            let reason =
+                format!("events at {first} to {last} do not start at {origin}, or last for days");
             return Err(IoError::unwritable(&self.path, reason));
         }
+        let columns = events.x().iter().zip(events.y()).zip(events.polarity());
+        let mut rest = events.t().iter().zip(columns).peekable();
         let mut frame = 0;
         while rest.peek().is_some() {
-            let inside = std::iter::from_fn(|| {
-                rest.next_if(|&(&t, _)| (t.0 - origin.0).div_euclid(FRAME.0) <= frame)
-            });
+            let inside = std::iter::from_fn(|| rest.next_if(|&(&t, _)| frame_of(t) <= frame));
             self.frame_of(inside.map(|(_, ((&x, &y), &polarity))| (x, y, polarity)))?;
             frame += 1;
         }

@@ -59,23 +59,6 @@ impl Camera {
         );
         homogeneous_image_from_camera * self.camera_from_world
     }
-
-    /// OpenGL's clip coordinates of the world, not divided by w, as the published motion uses them
-    /// to find out that the hand leaves the image.
-    ///
-    /// # Source
-    /// EventHands simulator: perspective with near 0.1 m and far 10 m.
-    pub fn clip_from_world(&self, far_m: f32) -> Mat4 {
-        let (width, height) = (f32::from(self.sensor.width), f32::from(self.sensor.height));
-        let (near, focal) = (self.near_m, self.pinhole.focal_px);
-        let clip_from_camera = Mat4::from_cols(
-            Vec4::new(2.0 * focal / width, 0.0, 0.0, 0.0),
-            Vec4::new(0.0, 2.0 * focal / height, 0.0, 0.0),
-            Vec4::new(0.0, 0.0, -(far_m + near) / (far_m - near), -1.0),
-            Vec4::new(0.0, 0.0, -2.0 * far_m * near / (far_m - near), 0.0),
-        );
-        clip_from_camera * self.camera_from_world
-    }
 }
 
 #[cfg(test)]
@@ -95,31 +78,12 @@ mod tests {
     }
 
     #[test]
-    fn both_projections_agree_with_the_pinhole() {
+    fn the_homogeneous_projection_agrees_with_the_pinhole() {
         let camera = published();
         for point in [Vec3::new(-0.6, 0.02, 0.01), Vec3::new(-0.8, -0.2, -0.1)] {
             let image = camera.image_from_world(point).unwrap();
             let h = camera.homogeneous_image_from_world() * point.extend(1.0);
             assert!((h.truncate().truncate() / h.w - image).length() < 1e-3);
-            let clip = camera.clip_from_world(10.0) * point.extend(1.0);
-            let x = (clip.x / clip.w + 1.0) * 120.0;
-            let y = (1.0 - clip.y / clip.w) * 90.0;
-            assert!((glam::Vec2::new(x, y) - image).length() < 1e-3);
-        }
-    }
-
-    #[test]
-    fn the_clip_matrix_is_the_published_one() {
-        let camera = published();
-        let clip_from_camera = camera.clip_from_world(10.0) * camera.camera_from_world().inverse();
-        for (col, row, want) in [
-            (0, 0, 1.810_660_2),
-            (1, 1, 2.414_213_6),
-            (2, 2, -1.020_202),
-            (3, 2, -0.202_020_2),
-            (2, 3, -1.0),
-        ] {
-            assert!((clip_from_camera.col(col)[row] - want).abs() < 1e-5, "({row}, {col})");
         }
     }
 }

@@ -1,7 +1,12 @@
-//! Images that surfaces and backgrounds are painted with: sampled, made up from a seed, or read
-//! from a folder.
+//! Images that surfaces and backgrounds are painted with: made up from a seed, or read from files.
 
+pub mod background;
+mod canvas;
 mod noise;
+mod pool;
 mod sample;
+mod skin;
 
+pub use pool::PicturePool;
 pub use sample::Texture;
+pub use skin::{SkinCoefficients, paint_skin};

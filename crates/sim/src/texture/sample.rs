@@ -12,9 +12,13 @@ pub struct Texture {
 }
 
 impl Texture {
-    /// Takes an image, unless it is empty.
-    pub fn new(image: Plane<Vec3A>) -> Option<Self> {
-        (!image.data().is_empty()).then_some(Self { image })
+    /// Takes an image.
+    ///
+    /// # Panics
+    /// If it is empty.
+    pub fn from_plane(image: Plane<Vec3A>) -> Self {
+        assert!(!image.data().is_empty(), "a texture without texels");
+        Self { image }
     }
 
     /// Takes eight-bit texels, row by row; `None` unless there are `width * height` of them.
@@ -22,7 +26,7 @@ impl Texture {
         let (texels, rest) = rgb.as_chunks::<3>();
         let colours = texels.iter().map(|&code| Vec3A::from_array(code.map(f32::from)) / 255.0);
         let image = Plane::from_vec(width, height, colours.collect()).ok()?;
-        if rest.is_empty() { Self::new(image) } else { None }
+        (rest.is_empty() && width * height > 0).then(|| Self::from_plane(image))
     }
 
     /// The texels.

@@ -8,6 +8,9 @@
 //! # Source
 //! Loper et al., *SMPL* (SIGGRAPH Asia 2015), Eq. 2-4, 6-9.
 
+#[cfg(test)]
+mod tests;
+
 use evpose_pose::HandParams;
 use evpose_pose::rotation::matrix_from_axis_angle;
 use glam::{Affine3A, Mat3, Mat3A, Vec3, Vec3A};

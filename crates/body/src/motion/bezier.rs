@@ -1,0 +1,247 @@
+//! Smooth motion between random targets, step by step.
+//!
+//! # Model
+//! Every second a new quadratic Bezier curve begins at the present pose, with two random targets as
+//! its other control points; position is continuous, velocity is not. When the wrist leaves the
+//! view a new curve begins at once, and again whenever the curve does not bring it nearer; the clock
+//! runs on. All 78 numbers and the displacement follow the curve one by one, axis-angles included.
+//!
+//! # Source
+//! EventHands, released simulator. There a wrist outside gets a new curve every step, so that it
+//! trembles back towards the mean of all targets, and motion begins in the T-pose, above the image.
+//! [`MotionConfig::parity`] does the same.
+
+use evpose_core::CounterRng;
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+use super::{Target, Variant, ViewTest};
+
+/// How often [`BezierMotion::begin_in_view`] draws; one in four targets of the program is in view.
+const BEGINNINGS: u64 = 64;
+
+/// How the arm moves.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct MotionConfig {
+    /// Where targets come from.
+    pub variant: Variant,
+    /// Follow the quirks of the released program: the beginning in the T-pose, a new curve every
+    /// step while the wrist is outside. Its view test is [`ViewTest::new`]'s `parity`.
+    pub parity: bool,
+}
+
+/// A random motion: the same for the same seed, whatever else runs.
+#[derive(Debug, Clone)]
+pub struct BezierMotion {
+    config: MotionConfig,
+    seed: u64,
+    steps_per_curve: u32,
+    /// Steps since the beginning.
+    steps: u64,
+    /// Steps since the curve began.
+    on_curve: u32,
+    /// Curves begun.
+    curves: u64,
+    curve: [Target; 3],
+    present: Target,
+    /// How far outside the view the wrist was, a step ago.
+    last_excess: f32,
+}
+
+impl BezierMotion {
+    /// A motion of `step_hz` steps a second.
+    ///
+    /// # Panics
+    /// If `step_hz` is zero.
+    pub fn new(config: MotionConfig, seed: u64, step_hz: u32) -> Self {
+        assert!(step_hz > 0, "a motion needs steps");
+        let start = if config.parity {
+            Target::REST
+        } else {
+            Target::draw(config.variant, &mut CounterRng::new(seed, "motion start", 0))
+        };
+        Self {
+            config,
+            seed,
+            steps_per_curve: step_hz,
+            steps: 0,
+            on_curve: 0,
+            curves: 0,
+            curve: [start; 3],
+            present: start,
+            last_excess: 0.0,
+        }
+    }
+
+    /// Draws where to begin again until `view` keeps the wrist there, a few dozen times at most.
+    ///
+    /// `wrist_m` finds the wrist of a pose. Does nothing once under way, or with
+    /// [`MotionConfig::parity`].
+    pub fn begin_in_view(&mut self, view: &ViewTest, mut wrist_m: impl FnMut(&Target) -> Vec3) {
+        if self.steps > 0 || self.config.parity {
+            return;
+        }
+        for attempt in 1..=BEGINNINGS {
+            if view.keeps(wrist_m(&self.present)) {
+                return;
+            }
+            let mut rng = CounterRng::new(self.seed, "motion start", attempt);
+            self.present = Target::draw(self.config.variant, &mut rng);
+        }
+    }
+
+    /// Advances by one step and returns the pose there.
+    pub fn step(&mut self) -> &Target {
+        if self.steps.is_multiple_of(u64::from(self.steps_per_curve)) {
+            self.retarget();
+        }
+        self.steps += 1;
+        self.on_curve += 1;
+        let b = self.on_curve as f32 / self.steps_per_curve as f32;
+        self.present = Target::bezier(&self.curve, b);
+        &self.present
+    }
+
+    /// Begins a new curve at the present pose.
+    pub fn retarget(&mut self) {
+        let mut rng = CounterRng::new(self.seed, "motion target", self.curves);
+        let [middle, end] = [(); 2].map(|()| Target::draw(self.config.variant, &mut rng));
+        self.curve = [self.present, middle, end];
+        self.on_curve = 0;
+        self.curves += 1;
+    }
+
+    /// Begins a new curve if the wrist of the present pose lies outside `view` and does not come
+    /// back; says whether it did. To be called once a step.
+    pub fn call_back(&mut self, view: &ViewTest, wrist_m: Vec3) -> bool {
+        let excess = view.excess(wrist_m);
+        let comes_back = excess < self.last_excess && !self.config.parity;
+        self.last_excess = excess.max(0.0);
+        let called = excess > 0.0 && !comes_back;
+        if called {
+            self.retarget();
+        }
+        called
+    }
+
+    /// The pose of the last step.
+    pub fn present(&self) -> &Target {
+        &self.present
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use evpose_core::{LookAt, Pinhole, SensorSize};
+    use glam::Vec2;
+
+    use super::*;
+    use crate::{BodyModel, BodyPose, PosedBody};
+
+    fn motion(seed: u64) -> BezierMotion {
+        BezierMotion::new(MotionConfig::default(), seed, 1000)
+    }
+
+    fn path(mut motion: BezierMotion, steps: usize) -> Vec<Target> {
+        (0..steps).map(|_| *motion.step()).collect()
+    }
+
+    fn distance(a: &Target, b: &Target) -> f32 {
+        let numbers = a.numbers.iter().zip(b.numbers).map(|(a, b)| (a - b).abs());
+        numbers.fold(a.translation_m.distance(b.translation_m), f32::max)
+    }
+
+    /// The fastest number spans 4 within a curve of degree two: at most 2·4 a second.
+    #[test]
+    fn motion_is_continuous_across_curves() {
+        for pair in path(motion(4), 5_000).windows(2) {
+            assert!(distance(&pair[0], &pair[1]) <= 8.1e-3);
+        }
+    }
+
+    #[test]
+    fn a_curve_takes_a_second_and_ends_at_its_target() {
+        let mut motion = motion(5);
+        for _ in 0..1000 {
+            motion.step();
+        }
+        assert_eq!(motion.curves, 1);
+        assert_eq!(motion.present, motion.curve[2]);
+        motion.step();
+        assert_eq!(motion.curves, 2);
+    }
+
+    #[test]
+    fn a_retarget_leaves_the_pose_and_the_clock_alone() {
+        let mut motion = motion(6);
+        for _ in 0..300 {
+            motion.step();
+        }
+        let before = motion.present;
+        motion.retarget();
+        assert_eq!(motion.present, before);
+        assert!(distance(motion.step(), &before) <= 8.1e-3);
+        for _ in 301..1000 {
+            motion.step();
+        }
+        assert_eq!(motion.curves, 2);
+        motion.step();
+        assert_eq!(motion.curves, 3, "the next curve begins at the full second");
+    }
+
+    #[test]
+    fn the_seed_decides_and_nothing_else() {
+        assert_eq!(path(motion(7), 1_500), path(motion(7), 1_500));
+        assert_ne!(path(motion(7), 10), path(motion(8), 10));
+    }
+
+    #[test]
+    fn the_published_program_begins_in_the_t_pose() {
+        let config = MotionConfig { parity: true, ..MotionConfig::default() };
+        let mut motion = BezierMotion::new(config, 9, 1000);
+        assert_eq!(*motion.present(), Target::REST);
+        // One step on, the curve has left by at most 2·0.001 of the way to its middle.
+        assert!(distance(motion.step(), &Target::REST) < 2.1e-3 * 2.0);
+    }
+
+    /// Follows the wrist of the procedural arm before the published camera.
+    fn wrist_in_image(seed: u64, steps: usize) -> (usize, usize) {
+        let model = BodyModel::procedural_arm();
+        let person = model.shaped(&[]);
+        let sensor = SensorSize::DAVIS240C;
+        let camera = Pinhole::from_vertical_fov(sensor, 45.0);
+        let look_at = LookAt {
+            eye_m: Vec3::new(-0.45, -0.05, 0.4),
+            centre_m: Vec3::new(-0.65, -0.05, 0.0),
+            up: Vec3::Y,
+        };
+        let view = ViewTest::new(&look_at, &camera, sensor, false);
+        let mut body = PosedBody::default();
+        let mut wrist_m = |target: &Target| {
+            let pose = BodyPose::from_generator(&model, &target.numbers, target.translation_m);
+            model.pose_joints(&person, &pose, &mut body);
+            Vec3::from(body.joints[model.wrist].translation)
+        };
+        let mut motion = motion(seed);
+        motion.begin_in_view(&view, &mut wrist_m);
+        let (mut inside, mut called) = (0, 0);
+        for _ in 0..steps {
+            let at_m = wrist_m(motion.step());
+            called += usize::from(motion.call_back(&view, at_m));
+            let in_camera_m = look_at.camera_from_world().transform_point3(at_m);
+            let pixel = camera.image_from_camera(in_camera_m);
+            inside += usize::from(pixel.is_some_and(|pixel| {
+                pixel.cmpge(Vec2::ZERO).all() && pixel.cmplt(Vec2::new(240.0, 180.0)).all()
+            }));
+        }
+        (inside, called)
+    }
+
+    #[test]
+    fn the_wrist_stays_in_the_image_without_trembling() {
+        let (inside, called) = wrist_in_image(11, 20_000);
+        assert!(inside > 19_600, "{inside} of 20000 steps in the image");
+        assert!(called < 200, "called back {called} times in 20 s");
+    }
+}

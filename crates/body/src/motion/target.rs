@@ -1,0 +1,210 @@
+//! Random target poses.
+//!
+//! # Model
+//! `θ = ξ·gain + offset` for each of the generator's 78 numbers, ξ uniform and independent: small for
+//! the 66 angles of the body and the left hand's coefficients, U(-2, 2) for the right hand's. Gains
+//! pick out the arm: elbow (entries 57 to 59) and wrist (63 to 65), radians.
+//!
+//! # Source
+//! EventHands, supplement Sec. 4.4, and its released simulator, which differ; see [`Variant`].
+
+use evpose_core::CounterRng;
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+use crate::pose::{GENERATOR_NUMBERS, RIGHT_COEFFICIENTS};
+
+/// Rotation of the pelvis about z.
+const PELVIS_Z: usize = 2;
+/// Rotation of the right collar about z: lowers the arm.
+const COLLAR_Z: usize = 44;
+/// Rotation of the right shoulder about z.
+const SHOULDER_Z: usize = 53;
+/// Twist of the right elbow, about the forearm.
+const ELBOW_X: usize = 57;
+/// Bend of the right elbow.
+const ELBOW_Y: usize = 58;
+/// Rotation of the right elbow about z.
+const ELBOW_Z: usize = 59;
+/// First of the three angles of the right wrist.
+const WRIST_X: usize = 63;
+
+/// Half-width of the right hand's coefficients.
+const ARTICULATION_RANGE: f32 = 2.0;
+/// Half-width of all other draws in the program.
+const PROGRAM_RANGE: f32 = 0.02;
+/// Half-width of all other draws in the paper.
+const PAPER_RANGE: f32 = 0.2;
+/// The forearm is never near its middle twist: this much is added on one side or the other.
+const TWIST_OFFSET: f32 = 1.4;
+
+/// Which published distribution targets follow.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Variant {
+    /// The released program, which made the released data. The arm comes from the side; draws are
+    /// U(-0.02, 0.02), and the twist of 1.4 rad goes against the sign of what was drawn.
+    #[default]
+    Code,
+    /// The text: draws are U(-0.2, 0.2), and the sign of the twist is a draw of its own. Taken by the
+    /// word, it turns elbow and wrist by up to 20 and 8 rad.
+    Paper,
+    /// The text's second data set, with the arm from the bottom of the image and the elbow not bent.
+    /// With the draws of the program, as those of the text cannot be meant.
+    Bottom,
+}
+
+/// A pose of the generator: what a motion starts from, aims at and returns.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Target {
+    /// The 78 numbers, see [`crate::BodyPose::from_generator`].
+    pub numbers: [f32; GENERATOR_NUMBERS],
+    /// Displacement of the body in metres.
+    pub translation_m: Vec3,
+}
+
+impl Target {
+    /// The T-pose with resting hands where the model stands.
+    pub const REST: Self = Self { numbers: [0.0; GENERATOR_NUMBERS], translation_m: Vec3::ZERO };
+
+    /// A random pose.
+    pub fn draw(variant: Variant, rng: &mut CounterRng) -> Self {
+        let range = if variant == Variant::Paper { PAPER_RANGE } else { PROGRAM_RANGE };
+        let mut numbers = std::array::from_fn(|entry| {
+            let range = if entry < RIGHT_COEFFICIENTS { range } else { ARTICULATION_RANGE };
+            rng.uniform(-range, range)
+        });
+        numbers[ELBOW_X] *= 100.0;
+        numbers[ELBOW_Z] *= 10.0;
+        if variant != Variant::Bottom {
+            numbers[ELBOW_Y] *= 40.0;
+        }
+        for angle in &mut numbers[WRIST_X..WRIST_X + 3] {
+            *angle *= 40.0;
+        }
+
+        let twist_is_negative = match variant {
+            Variant::Code => numbers[ELBOW_X] > 0.0,
+            Variant::Paper | Variant::Bottom => rng.chance(0.5),
+        };
+        numbers[ELBOW_X] += if twist_is_negative { -TWIST_OFFSET } else { TWIST_OFFSET };
+        numbers[COLLAR_Z] += 0.2;
+        numbers[SHOULDER_Z] += 0.1;
+        numbers[ELBOW_Z] += 0.5;
+        if variant == Variant::Bottom {
+            numbers[PELVIS_Z] -= 2.3;
+            numbers[ELBOW_X] -= 3.8;
+        }
+
+        let mut between = |low: [f32; 3], high: [f32; 3]| {
+            Vec3::from_array(std::array::from_fn(|axis| rng.uniform(low[axis], high[axis])))
+        };
+        let translation_m = match variant {
+            Variant::Code | Variant::Paper => between([-0.3, -0.3, -0.09], [0.3, 0.3, 0.09]),
+            Variant::Bottom => between([-1.5, -0.52, -0.09], [-0.9, 0.08, 0.09]),
+        };
+        Self { numbers, translation_m }
+    }
+
+    /// The point at `b` in [0, 1] of the quadratic Bezier curve over three poses, number by number.
+    pub fn bezier([start, middle, end]: &[Self; 3], b: f32) -> Self {
+        let [p, q, r] = [(1.0 - b) * (1.0 - b), 2.0 * b * (1.0 - b), b * b];
+        Self {
+            numbers: std::array::from_fn(|i| {
+                p * start.numbers[i] + q * middle.numbers[i] + r * end.numbers[i]
+            }),
+            translation_m: p * start.translation_m
+                + q * middle.translation_m
+                + r * end.translation_m,
+        }
+    }
+
+    /// Articulation coefficients of the right hand.
+    pub fn articulation(&self) -> [f32; 6] {
+        std::array::from_fn(|k| self.numbers[RIGHT_COEFFICIENTS + k])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Smallest and largest value of every number over many draws.
+    fn ranges(variant: Variant) -> [[f32; 2]; GENERATOR_NUMBERS] {
+        let mut ranges = [[f32::INFINITY, f32::NEG_INFINITY]; GENERATOR_NUMBERS];
+        for k in 0..20_000 {
+            let target = Target::draw(variant, &mut CounterRng::new(1, "target", k));
+            for ([low, high], value) in ranges.iter_mut().zip(target.numbers) {
+                *low = low.min(value);
+                *high = high.max(value);
+            }
+        }
+        ranges
+    }
+
+    fn assert_fills([low, high]: [f32; 2], [want_low, want_high]: [f32; 2]) {
+        let slack = 0.01 * (want_high - want_low);
+        assert!(low >= want_low - 1e-5 && low < want_low + slack, "{low} for {want_low}");
+        assert!(high <= want_high + 1e-5 && high > want_high - slack, "{high} for {want_high}");
+    }
+
+    #[test]
+    fn the_program_fills_the_published_ranges() {
+        let ranges = ranges(Variant::Code);
+        assert_fills(ranges[0], [-0.02, 0.02]);
+        assert_fills(ranges[COLLAR_Z], [0.18, 0.22]);
+        assert_fills(ranges[SHOULDER_Z], [0.08, 0.12]);
+        assert_fills(ranges[ELBOW_X], [-1.4, 1.4]);
+        assert_fills(ranges[ELBOW_Y], [-0.8, 0.8]);
+        assert_fills(ranges[ELBOW_Z], [0.3, 0.7]);
+        for entry in [63, 64, 65] {
+            assert_fills(ranges[entry], [-0.8, 0.8]);
+        }
+        assert_fills(ranges[71], [-0.02, 0.02]);
+        assert_fills(ranges[72], [-2.0, 2.0]);
+        assert_fills(ranges[77], [-2.0, 2.0]);
+    }
+
+    /// Entry 57 is -1.4 plus a positive draw, or +1.4 plus a negative one, of at most 2: both halves
+    /// overlap in [-0.6, 0.6], where values are twice as frequent.
+    #[test]
+    fn the_twist_of_the_program_goes_against_its_draw() {
+        let n = 20_000;
+        let draws = (0..n).map(|k| {
+            Target::draw(Variant::Code, &mut CounterRng::new(2, "target", k)).numbers[ELBOW_X]
+        });
+        let inside = draws.filter(|twist| twist.abs() < 0.6).count() as f32 / n as f32;
+        assert!((inside - 0.6).abs() < 0.02, "{inside}");
+    }
+
+    #[test]
+    fn the_paper_turns_the_elbow_by_twenty_radians() {
+        let ranges = ranges(Variant::Paper);
+        assert_fills(ranges[ELBOW_X], [-21.4, 21.4]);
+        assert_fills(ranges[ELBOW_Z], [-1.5, 2.5]);
+        assert_fills(ranges[63], [-8.0, 8.0]);
+    }
+
+    #[test]
+    fn the_bottom_set_turns_the_body_and_leaves_the_elbow_straight() {
+        let ranges = ranges(Variant::Bottom);
+        assert_fills(ranges[PELVIS_Z], [-2.32, -2.28]);
+        assert_fills(ranges[ELBOW_Y], [-0.02, 0.02]);
+        assert_fills(ranges[ELBOW_X], [-7.2, -0.4]);
+        let target = Target::draw(Variant::Bottom, &mut CounterRng::new(1, "target", 0));
+        assert!((-1.5..=-0.9).contains(&target.translation_m.x));
+    }
+
+    #[test]
+    fn a_curve_begins_and_ends_at_its_ends_and_leaves_towards_the_middle() {
+        let points =
+            [0, 1, 2].map(|k| Target::draw(Variant::Code, &mut CounterRng::new(3, "t", k)));
+        assert_eq!(Target::bezier(&points, 0.0), points[0]);
+        assert_eq!(Target::bezier(&points, 1.0), points[2]);
+        let half = Target::bezier(&points, 0.5).numbers[70];
+        let want = 0.25 * points[0].numbers[70]
+            + 0.5 * points[1].numbers[70]
+            + 0.25 * points[2].numbers[70];
+        assert!((half - want).abs() < 1e-7);
+    }
+}

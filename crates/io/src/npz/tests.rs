@@ -1,0 +1,168 @@
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use std::fs;
+use std::io::Write;
+use std::path::PathBuf;
+
+use evpose_core::{Event, EventStream, Micros, Polarity, Rejected, SensorSize};
+use proptest::prelude::*;
+use tempfile::TempDir;
+use zip::write::{SimpleFileOptions, ZipWriter};
+
+use super::*;
+use crate::{IoError, SensorOrigin};
+
+const SENSOR: SensorSize = SensorSize { width: 300, height: 20 };
+
+fn file(bytes: &[u8]) -> (TempDir, PathBuf) {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("hand.npz");
+    fs::write(&path, bytes).unwrap();
+    (directory, path)
+}
+
+/// An array as NumPy writes it: type, shape, bytes.
+type Array<'a> = (&'a str, &'a str, &'a str, Vec<u8>);
+
+/// An archive as `numpy.savez_compressed` writes it.
+fn archive(arrays: &[Array<'_>]) -> Vec<u8> {
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    let mut zip = ZipWriter::new(&mut bytes);
+    for (name, descr, shape, data) in arrays {
+        zip.start_file(format!("{name}.npy"), SimpleFileOptions::default()).unwrap();
+        let header = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}");
+        zip.write_all(b"\x93NUMPY\x01\x00\x76\x00").unwrap();
+        zip.write_all(format!("{header:<117}\n").as_bytes()).unwrap();
+        zip.write_all(data).unwrap();
+    }
+    zip.finish().unwrap();
+    bytes.into_inner()
+}
+
+fn three_events<'a>() -> Vec<Array<'a>> {
+    vec![
+        ("t", "<i8", "(3,)", [5i64, 7, 7].iter().flat_map(|t| t.to_le_bytes()).collect()),
+        ("x", "<i2", "(3,)", vec![1, 0, 2, 0, 3, 0]),
+        ("y", "<u2", "(3,)", vec![4, 0, 5, 0, 6, 0]),
+        ("p", "|b1", "(3,)", vec![1, 0, 1]),
+        ("width", "<i8", "()", 240i64.to_le_bytes().to_vec()),
+        ("height", "<i4", "(1,)", 180i32.to_le_bytes().to_vec()),
+    ]
+}
+
+fn fault_of(arrays: &[Array<'_>]) -> (&'static str, NpzFault, usize) {
+    let (_directory, path) = file(&archive(arrays));
+    match read(&path).unwrap_err() {
+        IoError::Npz { array, fault, values, .. } => (array, fault, values),
+        other => panic!("{other}"),
+    }
+}
+
+#[test]
+fn the_types_numpy_writes_are_read() {
+    let (_directory, path) = file(&archive(&three_events()));
+    let recording = read(&path).unwrap();
+    let event = |t, x, y, on| Event { t: Micros(t), x, y, polarity: Polarity::from_on(on) };
+    let want = [event(5, 1, 4, true), event(7, 2, 5, false), event(7, 3, 6, true)];
+    assert_eq!(recording.stream, EventStream::from_events(SensorSize::DAVIS240C, want).unwrap());
+    assert_eq!(recording.sensor_origin, SensorOrigin::Stated);
+    assert_eq!(recording.rejected, Rejected::default());
+}
+
+#[test]
+fn events_outside_the_sensor_and_out_of_order_are_counted() {
+    let mut arrays = three_events();
+    arrays[0].3 = [5i64, 7, 6].iter().flat_map(|t| t.to_le_bytes()).collect();
+    arrays[1].3 = vec![0xff, 0xff, 2, 0, 3, 0];
+    let (_directory, path) = file(&archive(&arrays));
+    let recording = read(&path).unwrap();
+    assert_eq!(recording.stream.len(), 1);
+    assert_eq!(recording.rejected, Rejected { outside_sensor: 1, out_of_order: 1 });
+}
+
+#[test]
+fn missing_arrays_are_named() {
+    let mut arrays = three_events();
+    arrays.remove(4);
+    arrays.remove(0);
+    let (_directory, path) = file(&archive(&arrays));
+    assert_eq!(
+        read(&path).unwrap_err().to_string(),
+        format!("{}: no array t, width (found: height, p, x, y)", path.display())
+    );
+}
+
+#[test]
+fn a_polarity_other_than_0_and_1_is_refused() {
+    let mut arrays = three_events();
+    arrays[3] = ("p", "|i1", "(3,)", vec![1, 0xff, 1]);
+    assert_eq!(fault_of(&arrays), ("p", NpzFault::Value(-1), 1));
+}
+
+#[test]
+fn columns_of_other_types_shapes_and_lengths_are_refused() {
+    let mut arrays = three_events();
+    arrays[0].1 = "<f8";
+    assert_eq!(fault_of(&arrays), ("t", NpzFault::Type("'<f8'".to_owned()), 0));
+    let mut arrays = three_events();
+    arrays[1].2 = "(1, 3)";
+    assert_eq!(fault_of(&arrays), ("x", NpzFault::Shape, 0));
+    let mut arrays = three_events();
+    arrays[3] = ("p", "|u1", "(2,)", vec![1, 0]);
+    assert_eq!(fault_of(&arrays), ("p", NpzFault::Length { got: 2, of: 3 }, 2));
+}
+
+#[test]
+fn a_header_that_claims_more_than_there_is_allocates_nothing() {
+    let mut arrays = three_events();
+    arrays[0].2 = "(9000000000000000000,)";
+    let (array, fault, values) = fault_of(&arrays);
+    assert!(matches!((array, fault, values), ("t", NpzFault::Unreadable(_), 3)));
+    arrays[0].2 = "(9999999999, 9999999999, 9999999999)";
+    assert_eq!(fault_of(&arrays).1, NpzFault::Shape);
+}
+
+#[test]
+fn an_archive_cut_at_any_byte_is_a_typed_error() {
+    let bytes = archive(&three_events());
+    let (_directory, path) = file(&bytes);
+    for cut in (0..bytes.len()).rev() {
+        fs::File::options().write(true).open(&path).unwrap().set_len(cut as u64).unwrap();
+        let error = read(&path).unwrap_err();
+        assert!(matches!(error, IoError::NotAnArchive { byte, .. } if byte == cut as u64), "{cut}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn a_stream_survives_the_archive(
+        mut times in prop::collection::vec(any::<i64>(), 0..40), seed in any::<u16>(),
+    ) {
+        times.sort_unstable();
+        let events = times.iter().zip(seed..).map(|(&t, n)| Event {
+            t: Micros(t), x: n % 300, y: n % 20, polarity: Polarity::from_on(n % 3 == 0),
+        });
+        let stream = EventStream::from_events(SENSOR, events)?;
+        let (_directory, path) = file(&[]);
+        write(&path, &stream).unwrap();
+        prop_assert_eq!(read(&path).unwrap().stream, stream);
+    }
+}
+
+/// A change may go unseen in a date or an unused size; the events are then unharmed.
+#[test]
+fn a_changed_bit_is_an_error_or_does_no_harm() {
+    let bytes = archive(&three_events());
+    let (_directory, path) = file(&bytes);
+    let clean = read(&path).unwrap();
+    for at in 0..bytes.len() {
+        let mut changed = bytes.clone();
+        changed[at] ^= 1 << (at % 8);
+        fs::write(&path, changed).unwrap();
+        if let Ok(recording) = read(&path) {
+            assert_eq!(recording, clean, "byte {at}");
+        }
+    }
+}

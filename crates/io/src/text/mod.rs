@@ -1,0 +1,31 @@
+//! Events as lines of text, `t x y p`, as the data sets of the Robotics and Perception Group.
+//!
+//! * The first line may be `width height`; without it the sensor is the smallest that holds every
+//!   event, and the recording says so.
+//! * Times are **seconds** where the first event's time has a `.` or an exponent
+//!   (`0.003811 96 133 0`), integer **microseconds** otherwise (`3811 96 133 0`). The first event
+//!   decides for the file.
+//! * `p` is 1 for ON and 0 for OFF. What follows a `#` is a comment; empty lines are skipped.
+
+mod line;
+mod reader;
+mod writer;
+
+pub use line::TextFault;
+pub use reader::read;
+pub use writer::write;
+
+use crate::Format;
+
+/// The registry's entry.
+pub(crate) const FORMAT: Format = Format {
+    name: "text",
+    summary: "lines of t x y p, t in seconds or microseconds",
+    probe: reader::probe,
+    read: |path, sensor| read(path, sensor),
+    write,
+    info: crate::info::of_stream,
+};
+
+#[cfg(test)]
+mod tests;

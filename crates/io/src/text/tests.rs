@@ -1,0 +1,128 @@
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use std::fs;
+use std::path::PathBuf;
+
+use evpose_core::{Event, EventStream, Micros, Polarity, Rejected, SensorSize};
+use proptest::prelude::*;
+use tempfile::TempDir;
+
+use super::*;
+use crate::{IoError, SensorOrigin};
+
+const SENSOR: SensorSize = SensorSize { width: 240, height: 180 };
+
+fn file(text: impl AsRef<[u8]>) -> (TempDir, PathBuf) {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("events.txt");
+    fs::write(&path, text).unwrap();
+    (directory, path)
+}
+
+fn event(t: i64, x: u16, y: u16, on: bool) -> Event {
+    Event { t: Micros(t), x, y, polarity: Polarity::from_on(on) }
+}
+
+#[test]
+fn seconds_and_microseconds_are_told_apart_by_the_first_event() {
+    let want = EventStream::from_events(
+        SENSOR,
+        [event(3811, 96, 133, false), event(4_000_000, 1, 2, true)],
+    )
+    .unwrap();
+    for text in [
+        "240 180\n0.003811 96 133 0\n4 1 2 1\n",
+        "# rpg\n\n240 180 # DAVIS\r\n3.811e-3 96 133 0\r\n4.0 1 2 1",
+        "240 180\n3811 96 133 0\n4000000 1 2 1\n",
+    ] {
+        let (_directory, path) = file(text);
+        let recording = read(&path, None).unwrap();
+        assert_eq!(recording.stream, want, "{text}");
+        assert_eq!(recording.sensor_origin, SensorOrigin::Stated);
+    }
+    let (_directory, path) = file("240 180\n3811 96 133 0\n4.0 1 2 1\n");
+    assert!(matches!(read(&path, None), Err(IoError::Text { line: 3, byte: 22, events: 1, .. })));
+}
+
+#[test]
+fn without_a_size_the_sensor_is_given_or_the_smallest_that_holds_the_events() {
+    let (_directory, path) = file("1 96 133 0\n2 97 12 1\n");
+    let recording = read(&path, None).unwrap();
+    assert_eq!(recording.stream.sensor(), SensorSize { width: 98, height: 134 });
+    assert_eq!(recording.sensor_origin, SensorOrigin::Inferred);
+    let recording = read(&path, Some(SENSOR)).unwrap();
+    assert_eq!((recording.stream.sensor(), recording.sensor_origin), (SENSOR, SensorOrigin::Given));
+}
+
+#[test]
+fn events_outside_the_sensor_and_out_of_order_are_counted() {
+    let (_directory, path) = file("240 180\n5 240 0 1\n6 1 1 1\n5 1 1 1\n7 -1 1 1\n7 1 99999 1\n");
+    let recording = read(&path, None).unwrap();
+    assert_eq!(recording.stream.len(), 1);
+    assert_eq!(recording.rejected, Rejected { outside_sensor: 3, out_of_order: 1 });
+}
+
+#[test]
+fn a_faulty_line_is_named_with_its_byte() {
+    let cases = [
+        ("9 1 2 1\n8 1 2", "line 2, byte 8: 3 fields instead of t x y p"),
+        ("9 1 2 1\n8 1 2 1 1\n", "line 2, byte 8: 5 fields instead of t x y p"),
+        ("9 1 2 1\n9 1 2 2\n", "line 2, byte 8: `2` is no polarity, 0 or 1"),
+        ("9 1 2 1\n9 1.5 2 1\n", "line 2, byte 8: `1.5` is no column"),
+        ("9 1 2 1\n240 180\n", "line 2, byte 8: 2 fields instead of t x y p"),
+    ];
+    for (text, want) in cases {
+        let (_directory, path) = file(text);
+        let message = read(&path, None).unwrap_err().to_string();
+        assert_eq!(message, format!("{}: {want} (1 events readable before it)", path.display()));
+    }
+    for nonsense in ["nan 1 2 1", "1e300 1 2 1", "0 180\n", "99999999999999999999 1 2 1"] {
+        let (_directory, path) = file(nonsense);
+        assert!(matches!(read(&path, None), Err(IoError::Text { line: 1, .. })), "{nonsense}");
+    }
+}
+
+#[test]
+fn a_line_without_end_does_not_fill_the_memory() {
+    let (_directory, path) = file("1 ".repeat(100_000));
+    let error = read(&path, None).unwrap_err();
+    assert!(matches!(error, IoError::Text { line: 1, fault: TextFault::TooLong, .. }), "{error}");
+}
+
+#[test]
+fn a_file_cut_at_any_byte_gives_an_error_or_the_exact_prefix() {
+    let text = "240 180\n3811 96 133 0\n4000 97 5 1\n4001 1 1 0\n";
+    let (_directory, path) = file(text);
+    let whole = read(&path, None).unwrap().stream;
+    for cut in 8..text.len() {
+        fs::write(&path, &text[..cut]).unwrap();
+        match read(&path, None) {
+            Ok(prefix) => assert!(prefix.stream.iter().eq(whole.iter().take(prefix.stream.len()))),
+            Err(error) => {
+                assert!(matches!(error, IoError::Text { fault: TextFault::Fields(_), .. }));
+            }
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn a_stream_survives_the_file(
+        mut times in prop::collection::vec(any::<i64>(), 0..40), seed in any::<u8>(),
+    ) {
+        times.sort_unstable();
+        let events = times.iter().map(|&t| event(t, seed.into(), 7, t % 3 == 0));
+        let stream = EventStream::from_events(SensorSize { width: 256, height: 8 }, events)?;
+        let (_directory, path) = file("");
+        write(&path, &stream).unwrap();
+        prop_assert_eq!(read(&path, None).unwrap().stream, stream);
+    }
+
+    #[test]
+    fn random_bytes_never_panic(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
+        let (_directory, path) = file(bytes);
+        let _ = read(&path, None);
+    }
+}

@@ -1,0 +1,96 @@
+//! When each pixel last fired, per polarity.
+
+use evpose_core::{EventStream, Micros};
+
+use crate::StreamWindow;
+use crate::clock::Clock;
+
+/// The state of every representation that depends on the latest event of a pixel only.
+///
+/// Times are kept in 32 bits after an origin that moves on every 18 minutes: planes of 64-bit times
+/// take several times as long to render.
+#[derive(Debug, Clone)]
+pub(crate) struct LastTimes {
+    window: StreamWindow,
+    /// `[2][height][width]`, microseconds after the origin; [`NEVER`] where there was no event, or
+    /// none that any window still shows.
+    last_us: Vec<i32>,
+    origin: Option<Micros>,
+    clock: Clock,
+}
+
+/// Further back from the origin than the longest window.
+const NEVER: i32 = -(1 << 30);
+/// The origin moves when times get further from it, so that a difference from [`NEVER`] fits.
+const FURTHEST_US: i64 = (1 << 30) - 1;
+
+impl LastTimes {
+    pub(crate) fn new(window: StreamWindow) -> Self {
+        let last_us = vec![NEVER; 2 * window.sensor.pixels()];
+        Self { window, last_us, origin: None, clock: Clock::default() }
+    }
+
+    pub(crate) fn push(&mut self, events: &EventStream) {
+        self.window.check(events);
+        if events.t().first().is_some_and(|&first| self.clock.jumps_back(first)) {
+            self.reset();
+        }
+        let columns = events.t().iter().zip(events.x()).zip(events.y()).zip(events.polarity());
+        for (((&t, &x), &y), &polarity) in columns {
+            let t_us = self.since_origin(t);
+            let channel = self.window.order.channel(polarity);
+            self.last_us[self.window.index(x, y, channel)] = t_us;
+        }
+        if let Some(&last) = events.t().last() {
+            self.clock.see(last);
+        }
+    }
+
+    pub(crate) fn advance(&mut self, t: Micros) {
+        self.since_origin(t);
+        self.clock.advance(t);
+    }
+
+    pub(crate) fn reset(&mut self) {
+        self.last_us.fill(NEVER);
+        self.origin = None;
+        self.clock = Clock::default();
+    }
+
+    /// Writes `value(left, length)` for every pixel, where `left` is the time in microseconds until
+    /// its latest event leaves the window of `length`: `length` for an event that happens now, 0
+    /// where the window shows none.
+    pub(crate) fn render(&self, out: &mut [f32], value: impl Fn(i32, i32) -> f32) {
+        assert_eq!(out.len(), self.last_us.len(), "planes of another size");
+        let length_us = self.window.length_us;
+        let now_us = match (self.clock.now, self.origin) {
+            // At most `FURTHEST_US`: the origin has been moved.
+            (Some(now), Some(origin)) => now.0.saturating_sub(origin.0) as i32,
+            _ => 0,
+        };
+        for (out, &last_us) in out.iter_mut().zip(&self.last_us) {
+            let left_us = length_us - (now_us - last_us).min(length_us);
+            *out = value(left_us, length_us);
+        }
+    }
+
+    /// A time after the origin, which moves there if the time is too far from it.
+    fn since_origin(&mut self, t: Micros) -> i32 {
+        let origin = *self.origin.get_or_insert(t);
+        let after_us = t.0.saturating_sub(origin.0);
+        if after_us > FURTHEST_US {
+            self.move_origin(t, after_us);
+            return 0;
+        }
+        after_us.max(NEVER.into()) as i32
+    }
+
+    #[cold]
+    fn move_origin(&mut self, to: Micros, by_us: i64) {
+        for last_us in &mut self.last_us {
+            // What falls behind `NEVER` is in no window.
+            *last_us = i64::from(*last_us).saturating_sub(by_us).max(NEVER.into()) as i32;
+        }
+        self.origin = Some(to);
+    }
+}

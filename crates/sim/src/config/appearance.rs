@@ -1,0 +1,115 @@
+//! Lights, backgrounds and skin as written down.
+
+use std::path::PathBuf;
+
+use evpose_core::CounterRng;
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+use crate::scene::{DirectionalLight, Lighting};
+
+/// Two lights whose directions are drawn anew every episode.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct LightConfig {
+    /// Linear RGB of the first light.
+    pub first: Vec3,
+    /// Linear RGB of the second light.
+    pub second: Vec3,
+    /// Each channel of each light is multiplied by a number drawn from this range.
+    pub jitter: [f32; 2],
+    /// Linear RGB of the light from everywhere.
+    pub ambient: Vec3,
+    /// Factor on all light.
+    pub gain: f32,
+    /// Draw directions and jitter; otherwise the published resting lights.
+    pub random: bool,
+}
+
+impl Default for LightConfig {
+    fn default() -> Self {
+        Self {
+            first: Vec3::new(1.0, 0.7, 0.5),
+            second: Vec3::new(0.15, 0.21, 0.3),
+            jitter: [0.9, 1.1],
+            ambient: Vec3::new(0.05, 0.05, 0.1),
+            gain: 1.4,
+            random: true,
+        }
+    }
+}
+
+impl LightConfig {
+    /// Draws the lights of one episode.
+    pub fn draw(&self, rng: &mut CounterRng) -> Lighting {
+        let resting = [Vec3::new(-1.0, 1.0, 1.0), Vec3::new(1.0, 1.0, -1.0)];
+        let [first, second] = [(self.first, resting[0]), (self.second, resting[1])].map(
+            |(colour, resting)| {
+                let (direction, factor) = if self.random {
+                    let [low, high] = self.jitter;
+                    let mut factor = || rng.uniform(low, high);
+                    let factor = Vec3::new(factor(), factor(), factor());
+                    (unit_sphere(rng), factor)
+                } else {
+                    (resting, Vec3::ONE)
+                };
+                DirectionalLight {
+                    direction: direction.normalize_or(Vec3::Y).into(),
+                    colour: (colour * factor).into(),
+                }
+            },
+        );
+        Lighting { lights: [first, second], ambient: self.ambient.into(), gain: self.gain }
+    }
+}
+
+/// A direction, all equally likely: a standard normal vector has none it prefers.
+fn unit_sphere(rng: &mut CounterRng) -> Vec3 {
+    Vec3::new(rng.normal(), rng.normal(), rng.normal())
+}
+
+/// Pictures behind the hand.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct BackgroundConfig {
+    /// Where they come from.
+    pub source: BackgroundSource,
+    /// How much larger than the image a picture is drawn.
+    pub scale: f32,
+    /// The picture is shifted by up to this much of its sides.
+    pub offset: f32,
+    /// Exponent that makes the picture linear.
+    pub gamma: f32,
+}
+
+impl Default for BackgroundConfig {
+    fn default() -> Self {
+        Self { source: BackgroundSource::Procedural(9), scale: 1.3, offset: 0.1, gamma: 2.2 }
+    }
+}
+
+/// The pool from which each episode takes one picture.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum BackgroundSource {
+    /// `{ procedural = 9 }`: so many made-up pictures. Another seed makes up others.
+    Procedural(usize),
+    /// `{ folder = "…" }`: the `.png` and `.jpg` files of a folder, in order of name.
+    Folder(PathBuf),
+}
+
+/// Skin of the hand, made up.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SkinConfig {
+    /// Texels along each side.
+    pub texels: usize,
+    /// Standard deviation of the coefficients that tell people apart.
+    pub variation_sd: f32,
+}
+
+impl Default for SkinConfig {
+    fn default() -> Self {
+        Self { texels: 512, variation_sd: 2.0 }
+    }
+}

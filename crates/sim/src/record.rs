@@ -1,0 +1,118 @@
+//! Sequences written to files, labelled.
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use evpose_io::{EvcWriter, MetaWriter};
+use rayon::prelude::*;
+
+use crate::{EpisodeInfo, SequenceInfo, SimError, Simulation, Simulator};
+
+/// Frames between two reports of progress.
+const REPORT_EVERY: u64 = 64;
+
+/// A sequence on disk.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Recorded {
+    /// Its events.
+    pub events_path: PathBuf,
+    /// Its labels.
+    pub labels_path: PathBuf,
+    /// Steps.
+    pub frames: u64,
+    /// Events in all steps.
+    pub events: u64,
+}
+
+/// All sequences of a run on disk.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RecordedRun {
+    /// The sequences in order.
+    pub sequences: Vec<Recorded>,
+    /// How long it took.
+    pub elapsed: Duration,
+}
+
+impl RecordedRun {
+    /// Steps of all sequences per second it took.
+    pub fn steps_per_second(&self) -> f64 {
+        let steps: u64 = self.sequences.iter().map(|sequence| sequence.frames).sum();
+        steps as f64 / self.elapsed.as_secs_f64()
+    }
+}
+
+/// Simulates `frames` steps into `STEM.evc`, `STEM.meta` and `STEM.toml` (a [`SequenceInfo`]), which
+/// appear when they are complete.
+///
+/// `progress` is told how many frames were simulated since it was last called.
+///
+/// # Errors
+/// If a file cannot be written, or as [`Simulator::advance`].
+pub fn record(
+    simulator: &mut Simulator,
+    frames: u64,
+    stem: impl AsRef<Path>,
+    progress: &(dyn Fn(u64) + Sync),
+) -> Result<Recorded, SimError> {
+    let stem = stem.as_ref();
+    let (events_path, labels_path) = (with_ending(stem, "evc"), with_ending(stem, "meta"));
+    let mut events = EvcWriter::create(&events_path, simulator.camera().sensor())?;
+    let mut labels = MetaWriter::create_for_hands(&labels_path)?;
+    let mut unreported = 0;
+    let mut info = SequenceInfo { sensor: simulator.camera().sensor(), episodes: Vec::new() };
+    for _ in 0..frames {
+        let step = simulator.advance()?;
+        if info.episodes.len() as u64 == step.episode.index {
+            info.episodes.push(EpisodeInfo {
+                first_frame: step.frame,
+                betas: step.episode.betas.clone(),
+                threshold_offset: step.episode.threshold_offset,
+            });
+        }
+        labels.hand(&step.label)?;
+        events.frame(step.events)?;
+        unreported += 1;
+        if unreported == REPORT_EVERY {
+            progress(unreported);
+            unreported = 0;
+        }
+    }
+    progress(unreported);
+    let count = events.events();
+    // Events last: whoever sees them finds what belongs to them.
+    info.write(stem)?;
+    labels.finish()?;
+    events.finish()?;
+    Ok(Recorded { events_path, labels_path, frames, events: count })
+}
+
+/// Simulates all sequences of a run into `DIRECTORY/0000.evc`, `DIRECTORY/0000.meta`, …, one
+/// sequence a thread. The bytes do not depend on the number of threads.
+///
+/// # Errors
+/// The first that [`record`] meets.
+pub fn record_all(
+    simulation: &Simulation,
+    directory: impl AsRef<Path>,
+    progress: &(dyn Fn(u64) + Sync),
+) -> Result<RecordedRun, SimError> {
+    let start = Instant::now();
+    let (config, directory) = (simulation.config(), directory.as_ref());
+    let sequences = (0..config.sequences)
+        .into_par_iter()
+        .with_max_len(1)
+        .map(|index| {
+            let mut simulator = simulation.sequence(index as u64)?;
+            record(&mut simulator, config.frames(), directory.join(format!("{index:04}")), progress)
+        })
+        .collect::<Result<_, SimError>>()?;
+    Ok(RecordedRun { sequences, elapsed: start.elapsed() })
+}
+
+/// Appends an ending; a dot in the name is not taken for one.
+fn with_ending(stem: &Path, ending: &str) -> PathBuf {
+    let mut name = stem.as_os_str().to_os_string();
+    name.push(".");
+    name.push(ending);
+    PathBuf::from(name)
+}

@@ -1,0 +1,105 @@
+//! Made-up pictures to put behind a hand: cluttered, with strong edges, of seven kinds.
+//!
+//! They take the place of the nine photographs of the published simulator. Their values are
+//! gamma-encoded like a photograph's.
+
+mod bricks;
+mod clouds;
+mod foliage;
+mod room;
+mod shelves;
+mod stripes;
+mod text;
+
+use evpose_core::CounterRng;
+
+use super::Texture;
+use super::noise::fractal_noise;
+
+/// Texels of a made-up picture, twice the published sensor's pixels along each side.
+const SIZE: (usize, usize) = (480, 360);
+
+/// A kind of picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// Walls, a window, furniture.
+    Room,
+    /// Book spines on shelves.
+    Shelves,
+    /// Bricks or tiles.
+    Bricks,
+    /// Leaves.
+    Foliage,
+    /// Lines of something like text on sheets.
+    Text,
+    /// Stripes over gradients.
+    Stripes,
+    /// Clouds of noise, contoured.
+    Clouds,
+}
+
+impl Kind {
+    /// All kinds, in the order in which a pool goes through them.
+    pub const ALL: [Self; 7] = [
+        Self::Room,
+        Self::Shelves,
+        Self::Bricks,
+        Self::Foliage,
+        Self::Text,
+        Self::Stripes,
+        Self::Clouds,
+    ];
+}
+
+/// Paints picture number `index` of the pool of `seed`; neighbours in the pool differ in kind.
+pub fn paint_background(seed: u64, index: usize) -> Texture {
+    paint(Kind::ALL[index % Kind::ALL.len()], &mut CounterRng::new(seed, "background", index as u64))
+}
+
+/// Paints one picture of a kind.
+fn paint(kind: Kind, rng: &mut CounterRng) -> Texture {
+    let mut canvas = match kind {
+        Kind::Room => room::paint(SIZE, rng),
+        Kind::Shelves => shelves::paint(SIZE, rng),
+        Kind::Bricks => bricks::paint(SIZE, rng),
+        Kind::Foliage => foliage::paint(SIZE, rng),
+        Kind::Text => text::paint(SIZE, rng),
+        Kind::Stripes => stripes::paint(SIZE, rng),
+        Kind::Clouds => clouds::paint(SIZE, rng),
+    };
+    // Uneven light and a little grain.
+    canvas.modulate(&fractal_noise(SIZE, (2, 2), 3, 0.5, rng), 0.35);
+    canvas.modulate(&fractal_noise(SIZE, (120, 90), 2, 0.8, rng), 0.12);
+    Texture::from_plane(canvas.finish())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::luminance;
+
+    #[test]
+    fn every_kind_has_edges_that_a_hand_crossing_them_shows() {
+        for (index, kind) in Kind::ALL.into_iter().enumerate() {
+            let picture = paint_background(5, index);
+            let (mut strong, mut count) = (0, 0);
+            for y in 0..picture.image().height() {
+                let row = picture.image().row(y);
+                for pair in row.windows(9) {
+                    let log = |rgb| (luminance(rgb).max(0.0).powf(2.2) + 1.0 / 255.0).ln();
+                    strong += usize::from((log(pair[0]) - log(pair[8])).abs() > 0.5);
+                    count += 1;
+                }
+            }
+            let share = strong as f32 / count as f32;
+            assert!(share > 0.05, "{kind:?}: {share}");
+        }
+    }
+
+    #[test]
+    fn seeds_and_places_in_the_pool_change_the_picture() {
+        assert_eq!(paint_background(1, 2), paint_background(1, 2));
+        assert_ne!(paint_background(1, 2), paint_background(2, 2));
+        assert_ne!(paint_background(1, 2), paint_background(1, 2 + Kind::ALL.len()));
+    }
+}

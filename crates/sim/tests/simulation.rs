@@ -1,0 +1,214 @@
+//! What a simulation promises to those who train on it.
+
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use evpose_body::PosedBody;
+use evpose_core::{Micros, SensorSize};
+use evpose_io::{EvcReader, MetaReader};
+use evpose_sensor::SensorConfig;
+use evpose_sim::config::SensorChoice;
+use evpose_sim::{Simulation, SimulationConfig, Simulator, record_all};
+
+/// A small picture, so that tests are quick.
+fn small() -> SimulationConfig {
+    let mut config = SimulationConfig { image_scale: 0.25, ..SimulationConfig::default() };
+    config.skin.texels = 64;
+    config
+}
+
+/// The ideal sensor: no noise.
+fn without_noise(mut config: SimulationConfig) -> SimulationConfig {
+    let mut sensor = SensorConfig::preset("eventhands").unwrap();
+    sensor.effects.retain(|effect| effect.name != "uniform_noise");
+    config.sensor = SensorChoice::Chain(sensor);
+    config
+}
+
+fn bytes_of(directory: &Path) -> Vec<(String, Vec<u8>)> {
+    let mut files: Vec<_> = std::fs::read_dir(directory)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .map(|path| {
+            (path.file_name().unwrap().to_string_lossy().into_owned(), std::fs::read(path).unwrap())
+        })
+        .collect();
+    files.sort();
+    files
+}
+
+#[test]
+fn the_bytes_do_not_depend_on_the_number_of_threads() {
+    let config = SimulationConfig { sequences: 3, seconds: 0.15, ..small() };
+    let runs = [1, 2].map(|threads| {
+        let directory = tempfile::tempdir().unwrap();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let simulation = Simulation::new(&config, 7).unwrap();
+        let progress = AtomicU64::new(0);
+        let count = |frames| {
+            progress.fetch_add(frames, Ordering::Relaxed);
+        };
+        let run = pool.install(|| record_all(&simulation, directory.path(), &count)).unwrap();
+        assert_eq!(progress.into_inner(), 3 * 150);
+        assert!(run.steps_per_second() > 0.0);
+        bytes_of(directory.path())
+    });
+    assert!(runs[0] == runs[1]);
+    for ending in ["evc", "meta"] {
+        let [a, b] = ["0000", "0002"].map(|name| {
+            runs[0].iter().find(|(file, _)| *file == format!("{name}.{ending}")).unwrap()
+        });
+        assert_ne!(a.1, b.1, "sequences differ");
+    }
+}
+
+#[test]
+fn files_hold_the_events_and_the_label_of_each_frame() {
+    let config = SimulationConfig { sequences: 1, seconds: 0.1, ..small() };
+    let directory = tempfile::tempdir().unwrap();
+    let simulation = Simulation::new(&config, 3).unwrap();
+    let run = record_all(&simulation, directory.path(), &|_| {}).unwrap();
+    let recorded = &run.sequences[0];
+    let events = EvcReader::open_with(&recorded.events_path, config.image_size()).unwrap();
+    let labels = MetaReader::open(&recorded.labels_path).unwrap();
+    assert_eq!((events.frames(), labels.records(), recorded.frames), (100, 100, 100));
+    let mut simulator = simulation.sequence(0).unwrap();
+    let mut total = 0;
+    for frame in 0..100 {
+        let step = simulator.advance().unwrap();
+        assert_eq!((step.frame, step.t), (frame, Micros(frame as i64 * 1_000)));
+        total += step.events.len() as u64;
+        assert_eq!(labels.read_hand(frame).unwrap(), step.label, "frame {frame}");
+    }
+    assert_eq!(recorded.events, total);
+}
+
+#[test]
+fn the_label_puts_the_hand_where_it_was_seen() {
+    let simulation = Simulation::new(&small(), 11).unwrap();
+    let mut simulator = simulation.sequence(0).unwrap();
+    let body = simulation.body();
+    let mut predicted = PosedBody::default();
+    for _ in 0..300 {
+        let step = simulator.advance().unwrap();
+        if step.frame % 100 == 0 {
+            let shaped = body.shaped(&step.episode.betas);
+            body.pose_hand(&shaped, &step.label, &mut predicted);
+            for (got, want) in predicted.evaluation_points(body).iter().zip(step.points_m) {
+                assert!(got.distance(want) < 1e-4, "{got} for {want}");
+            }
+        }
+    }
+}
+
+#[test]
+fn episodes_change_person_and_surroundings_at_their_frames_and_not_the_motion() {
+    let short = SimulationConfig { episode_s: 0.02, ..small() };
+    let mut changing = Simulator::new(&short, 5).unwrap();
+    let mut staying = Simulator::new(&small(), 5).unwrap();
+    let mut last: Option<(Vec<f32>, [f32; 6])> = None;
+    for frame in 0..65 {
+        let step = changing.advance().unwrap();
+        let (betas, articulation) = (step.episode.betas.clone(), step.label.articulation);
+        assert_eq!(step.episode.index, frame / 20);
+        if let Some((last_betas, last_articulation)) = last.replace((betas.clone(), articulation)) {
+            assert_eq!(last_betas == betas, frame % 20 != 0, "frame {frame}");
+            // A curve of degree two spans the range of 4 at no more than 8 a second.
+            for (now, before) in articulation.iter().zip(last_articulation) {
+                assert!((now - before).abs() <= 8.1e-3);
+            }
+        }
+        let same = staying.advance().unwrap();
+        assert_eq!(frame < 20, step.luminance == same.luminance, "frame {frame}");
+    }
+}
+
+#[test]
+fn a_static_scene_emits_noise_only_and_at_its_rate() {
+    use evpose_core::Plane;
+    use evpose_sensor::SensorModel;
+
+    // The backdrop of a simulation, the hand being out of the picture.
+    let size = SensorSize::DAVIS240C;
+    let mut away = SimulationConfig::default();
+    away.camera.eye_m.x += 50.0;
+    away.camera.centre_m.x += 50.0;
+    let mut simulator = Simulator::new(&away, 2).unwrap();
+    let mut counts = [0_u64; 2];
+    let frames = 500;
+    let mut first: Option<Plane<f32>> = None;
+    for _ in 0..frames {
+        let step = simulator.advance().unwrap();
+        let still = first.get_or_insert_with(|| step.luminance.clone());
+        assert!(still == step.luminance);
+        if step.frame > 0 {
+            for event in step.events.iter() {
+                counts[usize::from(event.polarity.is_on())] += 1;
+            }
+        }
+    }
+    let seconds = (frames - 1) as f64 * 1e-3;
+    let expected = [2.2e-3, 55e-3].map(|hz| hz * size.pixels() as f64 * seconds);
+    for (count, mean) in counts.into_iter().zip(expected) {
+        let error = (count as f64 - mean).abs();
+        assert!(error < 4.5 * mean.sqrt() + 1.0, "{counts:?} for {expected:?}");
+    }
+    // The same without the noise is silent.
+    let sensor = without_noise(away.clone()).sensor.resolve().unwrap();
+    let mut quiet = SensorModel::from_config(&sensor).unwrap().start(size, 0);
+    let still = first.unwrap();
+    quiet.expose(&still, Micros(0)).unwrap();
+    // The published memory starts at zero and catches up in whole thresholds, so it is there after
+    // one exposure.
+    for frame in 1..20 {
+        assert!(quiet.expose(&still, Micros(frame * 1_000)).unwrap().is_empty());
+    }
+}
+
+#[test]
+fn events_appear_where_the_hand_moves() {
+    let mut simulator = Simulator::new(&without_noise(small()), 4).unwrap();
+    let mut before = None;
+    let (mut changed, mut elsewhere) = (0, 0);
+    for _ in 0..300 {
+        let step = simulator.advance().unwrap();
+        if let Some(before) = before.replace(step.luminance.clone()) {
+            for event in step.events.iter() {
+                let (x, y) = (usize::from(event.x), usize::from(event.y));
+                if before.at(x, y) == step.luminance.at(x, y) {
+                    elsewhere += 1;
+                } else {
+                    changed += 1;
+                }
+            }
+        }
+    }
+    assert_eq!(elsewhere, 0);
+    assert!(changed > 200, "{changed}");
+}
+
+#[test]
+fn other_seeds_give_other_people_pictures_and_motions() {
+    let steps = [1, 2].map(|seed| {
+        let mut simulator = Simulator::new(&small(), seed).unwrap();
+        let step = simulator.advance().unwrap();
+        (step.label, step.episode.betas.clone(), step.luminance.clone())
+    });
+    let [a, b] = &steps;
+    assert!(a.0 != b.0 && a.1 != b.1 && a.2 != b.2);
+}
+
+#[test]
+fn the_picture_in_colour_has_the_luminance_the_sensor_saw() {
+    let mut simulator = Simulator::new(&small(), 9).unwrap();
+    for _ in 0..50 {
+        simulator.advance().unwrap();
+    }
+    let luminance = simulator.advance().unwrap().luminance.clone();
+    let picture = simulator.picture();
+    for (rgb, seen) in picture.data().iter().zip(luminance.data()) {
+        assert_eq!(evpose_sim::scene::luminance(*rgb), *seen);
+    }
+}
