@@ -64,8 +64,7 @@ impl Episode {
                 ),
                 gamma: config.backgrounds.gamma,
             },
-            threshold_offset: config.threshold_sd
-                * f64::from(part("episode threshold").normal()),
+            threshold_offset: config.threshold_sd * f64::from(part("episode threshold").normal()),
         }
     }
 }
@@ -95,8 +94,7 @@ mod tests {
     #[test]
     fn draws_have_the_published_distributions() {
         let config = SimulationConfig::default();
-        let episodes: Vec<_> =
-            (0..4_000).map(|i| Episode::draw(&config, 10, 9, 3, i)).collect();
+        let episodes: Vec<_> = (0..4_000).map(|i| Episode::draw(&config, 10, 9, 3, i)).collect();
         let n = episodes.len() as f64;
         let betas = episodes.iter().flat_map(|e| &e.betas);
         assert!(betas.clone().all(|b| (-2.0..=2.0).contains(b)));

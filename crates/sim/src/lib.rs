@@ -1,5 +1,29 @@
-//! A hand before an event camera: scenes, a tile-free rasteriser, randomisation and labelled
-//! recordings.
+//! A hand before an event camera, simulated and labelled.
+//!
+//! * [`SimulationConfig`]: everything but the seed; the default is the published setting.
+//! * [`Simulation`]: a run, with what its sequences share; [`Simulator`]: one sequence, step by
+//!   step.
+//! * [`record`], [`record_all`]: sequences as `.evc` and `.meta` files, with a [`SequenceInfo`] beside
+//!   them.
+//! * [`raster`], [`scene`], [`texture`]: the pictures the sensor sees.
+//!
+//! One step is: pose, picture, label, exposure, events. The label of frame k is the pose at its
+//! end; its events happened since the end of frame k - 1. Sequences run in parallel, each on one
+//! thread, and follow from the seed and their number alone.
+//!
+//! ```
+//! use evpose_sim::{SimulationConfig, Simulator};
+//!
+//! let config = SimulationConfig { image_scale: 0.5, ..SimulationConfig::default() };
+//! let mut simulator = Simulator::new(&config, 1)?;
+//! for _ in 0..10 {
+//!     let step = simulator.advance()?;
+//!     assert_eq!(step.luminance.width(), 120);
+//!     assert!(step.label.translation_m.is_finite());
+//! }
+//! # Ok::<(), evpose_sim::SimError>(())
+//! ```
+
 pub mod config;
 mod episode;
 mod error;

@@ -8,6 +8,9 @@ use rayon::prelude::*;
 
 use crate::{EpisodeInfo, SequenceInfo, SimError, Simulation, Simulator};
 
+/// Steps per second of an `.evc` file.
+const EVC_STEP_HZ: u32 = 1_000;
+
 /// Frames between two reports of progress.
 const REPORT_EVERY: u64 = 64;
 
@@ -47,13 +50,19 @@ impl RecordedRun {
 /// `progress` is told how many frames were simulated since it was last called.
 ///
 /// # Errors
-/// If a file cannot be written, or as [`Simulator::advance`].
+/// If the steps are not those of the format or a file cannot be written, or as
+/// [`Simulator::advance`].
 pub fn record(
     simulator: &mut Simulator,
     frames: u64,
     stem: impl AsRef<Path>,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<Recorded, SimError> {
+    let step_hz = simulator.config().step_hz;
+    if step_hz != EVC_STEP_HZ {
+        let reason = "an .evc file has 1000 steps a second";
+        return Err(SimError::Config { field: "step_hz", value: step_hz.to_string(), reason });
+    }
     let stem = stem.as_ref();
     let (events_path, labels_path) = (with_ending(stem, "evc"), with_ending(stem, "meta"));
     let mut events = EvcWriter::create(&events_path, simulator.camera().sensor())?;

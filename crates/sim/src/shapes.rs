@@ -38,10 +38,7 @@ impl Shape {
                 );
                 shape.vertices_m.push(centre_m + radius_m * normal);
                 shape.normals.push(normal);
-                shape.uvs.push(Vec2::new(
-                    step as f32 / around as f32,
-                    band as f32 / bands as f32,
-                ));
+                shape.uvs.push(Vec2::new(step as f32 / around as f32, band as f32 / bands as f32));
             }
         }
         let at = |band: usize, step: usize| {

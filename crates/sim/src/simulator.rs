@@ -79,8 +79,7 @@ impl Simulator {
         let seed = seed_for(shared.seed, "sequence", index);
         let config = &shared.config;
         let camera = config.camera();
-        let motion =
-            BezierMotion::new(config.motion, seed_for(seed, "motion", 0), config.step_hz);
+        let motion = BezierMotion::new(config.motion, seed_for(seed, "motion", 0), config.step_hz);
         let view = ViewTest::new(
             &config.camera.placement(),
             &camera.pinhole(),
@@ -143,6 +142,11 @@ impl Simulator {
     /// The camera.
     pub fn camera(&self) -> &Camera {
         &self.camera
+    }
+
+    /// The configuration of the run.
+    pub fn config(&self) -> &SimulationConfig {
+        &self.shared.config
     }
 
     /// The body that is simulated.

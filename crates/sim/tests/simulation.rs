@@ -10,7 +10,7 @@ use evpose_core::{Micros, SensorSize};
 use evpose_io::{EvcReader, MetaReader};
 use evpose_sensor::SensorConfig;
 use evpose_sim::config::SensorChoice;
-use evpose_sim::{Simulation, SimulationConfig, Simulator, record_all};
+use evpose_sim::{Simulation, SimulationConfig, Simulator, record, record_all};
 
 /// A small picture, so that tests are quick.
 fn small() -> SimulationConfig {
@@ -93,7 +93,7 @@ fn the_label_puts_the_hand_where_it_was_seen() {
     let mut predicted = PosedBody::default();
     for _ in 0..300 {
         let step = simulator.advance().unwrap();
-        if step.frame % 100 == 0 {
+        if step.frame.is_multiple_of(100) {
             let shaped = body.shaped(&step.episode.betas);
             body.pose_hand(&shaped, &step.label, &mut predicted);
             for (got, want) in predicted.evaluation_points(body).iter().zip(step.points_m) {
@@ -156,7 +156,7 @@ fn a_static_scene_emits_noise_only_and_at_its_rate() {
         assert!(error < 4.5 * mean.sqrt() + 1.0, "{counts:?} for {expected:?}");
     }
     // The same without the noise is silent.
-    let sensor = without_noise(away.clone()).sensor.resolve().unwrap();
+    let sensor = without_noise(away).sensor.resolve().unwrap();
     let mut quiet = SensorModel::from_config(&sensor).unwrap().start(size, 0);
     let still = first.unwrap();
     quiet.expose(&still, Micros(0)).unwrap();
@@ -211,4 +211,17 @@ fn the_picture_in_colour_has_the_luminance_the_sensor_saw() {
     for (rgb, seen) in picture.data().iter().zip(luminance.data()) {
         assert_eq!(evpose_sim::scene::luminance(*rgb), *seen);
     }
+}
+
+#[test]
+fn steps_that_the_file_format_does_not_have_are_refused() {
+    let config = SimulationConfig { step_hz: 2_000, ..small() };
+    let mut simulator = Simulator::new(&config, 1).unwrap();
+    assert_eq!(simulator.advance().unwrap().t, Micros(0));
+    assert_eq!(simulator.advance().unwrap().t, Micros(500));
+    let directory = tempfile::tempdir().unwrap();
+    let refused = record(&mut simulator, 5, directory.path().join("fast"), &|_| {});
+    let message = refused.unwrap_err().to_string();
+    assert_eq!(message, "simulation.step_hz = 2000: an .evc file has 1000 steps a second");
+    assert!(bytes_of(directory.path()).is_empty());
 }

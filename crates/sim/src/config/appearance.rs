@@ -43,8 +43,8 @@ impl LightConfig {
     /// Draws the lights of one episode.
     pub fn draw(&self, rng: &mut CounterRng) -> Lighting {
         let resting = [Vec3::new(-1.0, 1.0, 1.0), Vec3::new(1.0, 1.0, -1.0)];
-        let [first, second] = [(self.first, resting[0]), (self.second, resting[1])].map(
-            |(colour, resting)| {
+        let [first, second] =
+            [(self.first, resting[0]), (self.second, resting[1])].map(|(colour, resting)| {
                 let (direction, factor) = if self.random {
                     let [low, high] = self.jitter;
                     let mut factor = || rng.uniform(low, high);
@@ -57,8 +57,7 @@ impl LightConfig {
                     direction: direction.normalize_or(Vec3::Y).into(),
                     colour: (colour * factor).into(),
                 }
-            },
-        );
+            });
         Lighting { lights: [first, second], ambient: self.ambient.into(), gain: self.gain }
     }
 }

@@ -21,13 +21,18 @@ impl SimulationConfig {
     }
 
     fn check_times(&self) -> Result<(), SimError> {
-        check("sequences", self.sequences, self.sequences > 0, "must be at least 1")?;
+        check("sequences", &self.sequences, self.sequences > 0, "must be at least 1")?;
         check_positive("seconds", self.seconds)?;
         let whole = self.step_hz > 0 && 1_000_000 % self.step_hz == 0;
-        check("step_hz", self.step_hz, whole, "must divide a million: steps are whole microseconds")?;
+        check(
+            "step_hz",
+            &self.step_hz,
+            whole,
+            "must divide a million: steps are whole microseconds",
+        )?;
         check_positive("episode_s", self.episode_s)?;
-        check("seconds", self.seconds, self.frames() > 0, "must be at least one step")?;
-        check("episode_s", self.episode_s, self.episode_frames() > 0, "must be at least one step")
+        check("seconds", &self.seconds, self.frames() > 0, "must be at least one step")?;
+        check("episode_s", &self.episode_s, self.episode_frames() > 0, "must be at least one step")
     }
 
     fn check_image(&self) -> Result<(), SimError> {
@@ -36,7 +41,7 @@ impl SimulationConfig {
         let fits = |side: f32| (1.0..=LARGEST_SIDE_PX).contains(&(side * self.image_scale).round());
         check(
             "image_scale",
-            format!("{} of {}", self.image_scale, self.sensor_size),
+            &format!("{} of {}", self.image_scale, self.sensor_size),
             sides.into_iter().all(fits),
             "the image must have 1 to 4096 pixels along each side",
         )?;
@@ -44,7 +49,7 @@ impl SimulationConfig {
         let fov_deg = camera.vertical_fov_deg;
         check(
             "camera.vertical_fov_deg",
-            fov_deg,
+            &fov_deg,
             0.0 < fov_deg && fov_deg < 180.0,
             "must lie between 0 and 180",
         )?;
@@ -52,7 +57,7 @@ impl SimulationConfig {
         let across = (camera.centre_m - camera.eye_m).cross(camera.up).length();
         check(
             "camera.up",
-            camera.up,
+            &camera.up,
             across.is_finite() && across > 1e-6,
             "must not be parallel to the line from eye_m to centre_m, which must differ",
         )
@@ -67,32 +72,32 @@ impl SimulationConfig {
             ("lights.ambient", lights.ambient),
         ] {
             let lit = colour.is_finite() && colour.min_element() >= 0.0;
-            check(field, colour, lit, "must be three numbers from 0")?;
+            check(field, &colour, lit, "must be three numbers from 0")?;
         }
         check_from("lights.gain", f64::from(lights.gain), 0.0)?;
         let [low, high] = lights.jitter;
         check(
             "lights.jitter",
-            format!("[{low}, {high}]"),
+            &format!("[{low}, {high}]"),
             0.0 <= low && low <= high && high.is_finite(),
             "must be a range of numbers from 0, the lower one first",
         )?;
         let backgrounds = &self.backgrounds;
         if let BackgroundSource::Procedural(count) = backgrounds.source {
-            check("backgrounds.source.procedural", count, count > 0, "must be at least 1")?;
+            check("backgrounds.source.procedural", &count, count > 0, "must be at least 1")?;
         }
         check_positive("backgrounds.scale", f64::from(backgrounds.scale))?;
         check_from("backgrounds.offset", f64::from(backgrounds.offset), 0.0)?;
         check_positive("backgrounds.gamma", f64::from(backgrounds.gamma))?;
         let texels = self.skin.texels;
-        check("skin.texels", texels, (1..=8_192).contains(&texels), "must be 1 to 8192")?;
+        check("skin.texels", &texels, (1..=8_192).contains(&texels), "must be 1 to 8192")?;
         check_from("skin.variation_sd", f64::from(self.skin.variation_sd), 0.0)
     }
 }
 
 fn check(
     field: &'static str,
-    value: impl ToString,
+    value: &impl ToString,
     holds: bool,
     reason: &'static str,
 ) -> Result<(), SimError> {
@@ -100,11 +105,11 @@ fn check(
 }
 
 fn check_positive(field: &'static str, value: f64) -> Result<(), SimError> {
-    check(field, value, value > 0.0 && value.is_finite(), "must be greater than 0")
+    check(field, &value, value > 0.0 && value.is_finite(), "must be greater than 0")
 }
 
 fn check_from(field: &'static str, value: f64, least: f64) -> Result<(), SimError> {
-    check(field, value, value >= least && value.is_finite(), "must be at least 0")
+    check(field, &value, value >= least && value.is_finite(), "must be at least 0")
 }
 
 #[cfg(test)]

@@ -51,6 +51,9 @@ pub(super) fn clip_to_near_plane(
                 + corners[2].1 * third;
             [b.y, b.z]
         };
-        emit(corners.map(|(position, _)| ScreenVertex::from_homogeneous(position)), &face_from_part);
+        emit(
+            corners.map(|(position, _)| ScreenVertex::from_homogeneous(position)),
+            &face_from_part,
+        );
     }
 }

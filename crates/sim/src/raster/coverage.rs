@@ -85,12 +85,10 @@ impl<'a> Viewport<'a> {
         let mut row_a = start(b, c);
         let mut row_b = start(c, a);
         let mut row_c = start(a, b);
-        let step_x = |from: ScreenVertex, to: ScreenVertex| {
-            -i64::from(to.y - from.y) * i64::from(SUBPIXEL)
-        };
-        let step_y = |from: ScreenVertex, to: ScreenVertex| {
-            i64::from(to.x - from.x) * i64::from(SUBPIXEL)
-        };
+        let step_x =
+            |from: ScreenVertex, to: ScreenVertex| -i64::from(to.y - from.y) * i64::from(SUBPIXEL);
+        let step_y =
+            |from: ScreenVertex, to: ScreenVertex| i64::from(to.x - from.x) * i64::from(SUBPIXEL);
         let (xa, xb, xc) = (step_x(b, c), step_x(c, a), step_x(a, b));
         let (ya, yb, yc) = (step_y(b, c), step_y(c, a), step_y(a, b));
         let slope_b = b.inverse_depth - a.inverse_depth;
@@ -101,8 +99,7 @@ impl<'a> Viewport<'a> {
                 if (ea | eb | ec) >= 0 {
                     let linear_b = eb as f32 * triangle.inverse_area;
                     let linear_c = ec as f32 * triangle.inverse_area;
-                    let inverse_depth =
-                        a.inverse_depth + linear_b * slope_b + linear_c * slope_c;
+                    let inverse_depth = a.inverse_depth + linear_b * slope_b + linear_c * slope_c;
                     if inverse_depth > fragment.inverse_depth {
                         let depth = 1.0 / inverse_depth;
                         let second = linear_b * b.inverse_depth * depth;

@@ -23,6 +23,7 @@ pub(super) struct ScreenVertex {
 }
 
 /// Nearest integer, halves upwards, without a call into the mathematics library.
+#[inline]
 fn nearest(value: f32) -> i32 {
     let shifted = value + 0.5;
     let truncated = shifted as i32;
@@ -31,6 +32,7 @@ fn nearest(value: f32) -> i32 {
 
 impl ScreenVertex {
     /// From homogeneous image coordinates `(x·d, y·d, _, d)` with `d > 0`.
+    #[inline]
     pub(super) fn from_homogeneous(position: glam::Vec4) -> Self {
         let inverse_depth = 1.0 / position.w;
         let snap = |numerator: f32| {
@@ -53,31 +55,32 @@ pub(super) struct Extent {
 pub(super) fn project(camera: &Camera, vertices_m: &[Vec3], out: &mut Vec<ScreenVertex>) -> Extent {
     let homogeneous_image_from_world: Mat4 = camera.homogeneous_image_from_world();
     let near_m = camera.near_m();
-    let (mut left, mut top, mut right, mut bottom) = (i32::MAX, i32::MAX, i32::MIN, i32::MIN);
+    let (mut left, mut top, mut right, mut bottom) = (FARTHEST, FARTHEST, -FARTHEST, -FARTHEST);
     let mut wholly_in_front = true;
     out.clear();
     out.extend(vertices_m.iter().map(|&vertex_m| {
         let position = homogeneous_image_from_world * vertex_m.extend(1.0);
-        // Written so that a depth that is not a number counts as hidden.
-        if !(position.w >= near_m) {
+        // A depth that is not a number counts as hidden.
+        if position.w >= near_m {
+            let vertex = ScreenVertex::from_homogeneous(position);
+            left = left.min(vertex.x);
+            right = right.max(vertex.x);
+            top = top.min(vertex.y);
+            bottom = bottom.max(vertex.y);
+            vertex
+        } else {
             wholly_in_front = false;
-            return ScreenVertex::default();
+            ScreenVertex::default()
         }
-        let vertex = ScreenVertex::from_homogeneous(position);
-        left = left.min(vertex.x);
-        right = right.max(vertex.x);
-        top = top.min(vertex.y);
-        bottom = bottom.max(vertex.y);
-        vertex
     }));
     let whole = PixelRect::whole(camera.sensor());
-    let rect = if wholly_in_front && left <= right {
+    let rect = if wholly_in_front {
         PixelRect::of_centres(left, top, right, bottom, whole)
-    } else if wholly_in_front {
-        PixelRect::EMPTY
     } else {
         whole
     };
+    // Beside the image the limits cross: there is nothing to clear or to restore.
+    let rect = if rect.is_empty() { PixelRect::EMPTY } else { rect };
     Extent { rect, wholly_in_front }
 }
 

@@ -138,8 +138,11 @@ fn the_nearer_surface_is_seen_whatever_is_drawn_first() {
 
 #[test]
 fn positions_on_a_slanted_plane_are_perspective_correct() {
-    let shape =
-        Shape::quad(Vec3::new(-1.0, -0.8, -1.0), Vec3::new(3.0, 0.0, -4.0), Vec3::new(0.0, 2.0, -0.5));
+    let shape = Shape::quad(
+        Vec3::new(-1.0, -0.8, -1.0),
+        Vec3::new(3.0, 0.0, -4.0),
+        Vec3::new(0.0, 2.0, -0.5),
+    );
     let mut raster = Raster::new(SENSOR);
     raster.draw(&camera(0.1), &shape.mesh(), false);
     let mut covered = 0;
@@ -210,7 +213,8 @@ fn a_new_frame_forgets_the_last_one() {
     assert_eq!(raster.fragments(), fresh.fragments());
     for y in 0..48 {
         for x in 0..64 {
-            let inside = (rect.left..rect.right).contains(&x) && (rect.top..rect.bottom).contains(&y);
+            let inside =
+                (rect.left..rect.right).contains(&x) && (rect.top..rect.bottom).contains(&y);
             assert!(inside || !raster.fragments().at(x, y).is_covered());
         }
     }

@@ -9,8 +9,9 @@ use crate::texture::Texture;
 /// How a background picture fills the image.
 ///
 /// # Model
-/// An image position t in [0, 1]², y downwards, sees the picture at `(t - 0.5) / scale + 0.5 + offset`,
-/// repeated beyond its borders; the colour found is raised to `gamma`, which makes it linear.
+/// An image position t in [0, 1]², y downwards, sees the picture at
+/// `(t - 0.5) / scale + 0.5 + offset`, repeated beyond its borders; the colour found is raised to
+/// `gamma`, which makes it linear.
 ///
 /// # Source
 /// EventHands simulator: scale 1.3, offset uniform in [-0.1, 0.1]², gamma 2.2.

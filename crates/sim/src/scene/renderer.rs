@@ -95,7 +95,7 @@ impl Renderer {
 
 impl Scene {
     /// The colour of a covered pixel: normal and texture coordinates interpolated, then lit.
-    #[inline]
+    #[inline(always)]
     fn shade(&self, mesh: &Mesh<'_>, fragment: &Fragment) -> Vec3A {
         let [a, b, c] = mesh.faces[fragment.face as usize];
         let (a, b, c) = (a as usize, b as usize, c as usize);
@@ -108,5 +108,92 @@ impl Scene {
         let albedo = self.skin.sample(uv);
         let normal = normal.normalize_or_zero();
         self.response.apply(self.lighting.radiance(normal, albedo))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+
+    use evpose_core::{LookAt, Pinhole, SensorSize};
+    use glam::Vec3;
+
+    use super::*;
+    use crate::scene::DirectionalLight;
+    use crate::shapes::Shape;
+
+    const SENSOR: SensorSize = SensorSize { width: 96, height: 72 };
+    const BEHIND: f32 = 0.3;
+
+    /// At the origin, looking along -z at something white, lit from the upper right.
+    fn renderer(response: FrameResponse) -> Renderer {
+        let placement = LookAt { eye_m: Vec3::ZERO, centre_m: Vec3::NEG_Z, up: Vec3::Y };
+        let pinhole = Pinhole::from_vertical_fov(SENSOR, 45.0);
+        let light = DirectionalLight { direction: Vec3A::new(0.6, 0.8, 0.0), colour: Vec3A::ONE };
+        let dark = DirectionalLight { colour: Vec3A::ZERO, ..light };
+        let scene = Scene {
+            camera: Camera::new(SENSOR, pinhole, &placement, 0.1),
+            lighting: Lighting { lights: [light, dark], ambient: Vec3A::splat(0.05), gain: 1.4 },
+            skin: Texture::from_rgb8(1, 1, &[255; 3]).unwrap(),
+            backdrop: Backdrop::uniform(SENSOR, Vec3A::splat(BEHIND)),
+            response,
+        };
+        Renderer::new(scene, true)
+    }
+
+    #[test]
+    fn a_sphere_is_shaded_by_lambert_and_has_no_holes() {
+        let (centre_m, radius_m) = (Vec3::new(0.1, -0.05, -1.0), 0.3);
+        let sphere = Shape::sphere(centre_m, radius_m, 64);
+        let mut renderer = renderer(FrameResponse::Linear);
+        let pinhole = renderer.scene().camera.pinhole();
+        let seen = renderer.render(&sphere.mesh()).clone();
+        let mut covered = 0;
+        for y in 0..seen.height() {
+            for x in 0..seen.width() {
+                let offset = Vec2::new(x as f32 + 0.5, y as f32 + 0.5) - pinhole.principal_px;
+                let ray = Vec3::new(offset.x, -offset.y, -pinhole.focal_px).normalize();
+                let along = ray.dot(centre_m);
+                let miss_m = (centre_m - ray * along).length();
+                if miss_m < 0.97 * radius_m {
+                    let hit = ray * (along - (radius_m.powi(2) - miss_m.powi(2)).sqrt());
+                    let normal = (hit - centre_m) / radius_m;
+                    let want = 1.4 * (normal.dot(Vec3::new(0.6, 0.8, 0.0)).max(0.0) + 0.05);
+                    assert!((seen.at(x, y) - want).abs() < 0.03, "({x}, {y})");
+                    covered += 1;
+                } else if miss_m > radius_m {
+                    assert!((seen.at(x, y) - BEHIND).abs() < 1e-6, "({x}, {y})");
+                }
+            }
+        }
+        assert!(covered > 1_000, "{covered}");
+    }
+
+    #[test]
+    fn what_is_brighter_than_white_is_clipped_unless_all_is_kept() {
+        // At its brightest 1.4 · (1 + 0.05), where the sphere faces the light.
+        let sphere = Shape::sphere(Vec3::NEG_Z, 0.3, 32);
+        let brightest = |response| {
+            let mut renderer = renderer(response);
+            renderer.render(&sphere.mesh()).data().iter().copied().fold(0.0, f32::max)
+        };
+        assert!((1.3..1.471).contains(&brightest(FrameResponse::Linear)));
+        assert!((brightest(FrameResponse::Clipped) - 1.0).abs() < 1e-6);
+        assert!((brightest(FrameResponse::Rgb8) - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_hand_that_left_leaves_the_backdrop_as_it_was() {
+        let mut renderer = renderer(FrameResponse::Clipped);
+        let covers = |mesh: &Mesh<'_>, renderer: &mut Renderer| {
+            renderer.render(mesh).data().iter().any(|&y| (y - BEHIND).abs() > 1e-6)
+        };
+        let here = Shape::sphere(Vec3::NEG_Z, 0.2, 12);
+        for away in [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z] {
+            assert!(covers(&here.mesh(), &mut renderer));
+            let gone = Shape::sphere(Vec3::NEG_Z + 9.0 * away, 0.2, 12);
+            assert!(!covers(&gone.mesh(), &mut renderer), "{away}");
+        }
+        assert!(!covers(&Shape::default().mesh(), &mut renderer), "nothing at all");
     }
 }

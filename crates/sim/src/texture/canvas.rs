@@ -87,12 +87,8 @@ impl Canvas {
         mut brush: impl FnMut(Vec2, Vec3A) -> Vec3A,
     ) {
         let (reach, turn) = (radii.max_element(), Vec2::from_angle(-angle_rad));
-        let area = Rect::new(
-            centre.x - reach,
-            centre.y - reach,
-            centre.x + reach,
-            centre.y + reach,
-        );
+        let area =
+            Rect::new(centre.x - reach, centre.y - reach, centre.x + reach, centre.y + reach);
         self.paint(area, |position, old| {
             let inside = turn.rotate(position - centre) / radii;
             if inside.length_squared() <= 1.0 { brush(inside, old) } else { old }

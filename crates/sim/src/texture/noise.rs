@@ -2,9 +2,9 @@
 
 use evpose_core::{CounterRng, Plane};
 
-/// A sum of value noise over octaves: `octaves` grids, each twice as fine and `persistence` times as
-/// strong as the one before, the coarsest with `cells` columns and rows. Values average 0 and stay
-/// in [-1, 1]; the field repeats at its borders.
+/// A sum of value noise over octaves: `octaves` grids, each twice as fine and `persistence` times
+/// as strong as the one before, the coarsest with `columns` and `rows`. Values average 0 and stay in
+/// [-1, 1]; the field repeats at its borders.
 pub(super) fn fractal_noise(
     (width, height): (usize, usize),
     (columns, rows): (usize, usize),
@@ -38,8 +38,7 @@ fn add_octave(
     amplitude: f32,
     rng: &mut CounterRng,
 ) {
-    let grid: Vec<f32> =
-        (0..columns * rows).map(|_| rng.uniform(-amplitude, amplitude)).collect();
+    let grid: Vec<f32> = (0..columns * rows).map(|_| rng.uniform(-amplitude, amplitude)).collect();
     let across: Vec<_> = (0..field.width()).map(|x| between(x, field.width(), columns)).collect();
     let mut line = vec![0.0; columns];
     for y in 0..field.height() {

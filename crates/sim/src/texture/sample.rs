@@ -1,50 +1,72 @@
 //! An RGB image with linear filtering that repeats beyond its borders.
 
 use evpose_core::Plane;
-use glam::{Vec2, Vec3A};
+use glam::{Vec2, Vec3A, Vec4};
 
-/// An image of colours, mostly in [0, 1]. Rows go downwards from v = 0.
+/// Code value of full intensity.
+const WHITE: f32 = 255.0;
+
+/// An image of eight bits a channel, as the published textures and every photograph; small enough
+/// to stay in the cache. Rows go downwards from v = 0.
 ///
 /// Whether the values are linear or gamma-encoded is the user's to know.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Texture {
-    image: Plane<Vec3A>,
+    /// Red, green, blue and nothing, so that a texel is one load.
+    codes: Plane<[u8; 4]>,
 }
 
 impl Texture {
-    /// Takes an image.
+    /// Rounds an image in [0, 1] to eight bits.
     ///
     /// # Panics
     /// If it is empty.
-    pub fn from_plane(image: Plane<Vec3A>) -> Self {
+    pub fn from_plane(image: &Plane<Vec3A>) -> Self {
         assert!(!image.data().is_empty(), "a texture without texels");
-        Self { image }
+        let mut codes = Plane::filled(image.width(), image.height(), [0; 4]);
+        for (code, rgb) in codes.data_mut().iter_mut().zip(image.data()) {
+            // A cast to `u8` stops at its ends.
+            let [r, g, b] = (*rgb * WHITE + 0.5).to_array().map(|c| c as u8);
+            *code = [r, g, b, 0];
+        }
+        Self { codes }
     }
 
     /// Takes eight-bit texels, row by row; `None` unless there are `width * height` of them.
     pub fn from_rgb8(width: usize, height: usize, rgb: &[u8]) -> Option<Self> {
         let (texels, rest) = rgb.as_chunks::<3>();
-        let colours = texels.iter().map(|&code| Vec3A::from_array(code.map(f32::from)) / 255.0);
-        let image = Plane::from_vec(width, height, colours.collect()).ok()?;
-        (rest.is_empty() && width * height > 0).then(|| Self::from_plane(image))
+        let codes = texels.iter().map(|&[r, g, b]| [r, g, b, 0]).collect();
+        let codes = Plane::from_vec(width, height, codes).ok()?;
+        (rest.is_empty() && width * height > 0).then_some(Self { codes })
     }
 
-    /// The texels.
-    pub fn image(&self) -> &Plane<Vec3A> {
-        &self.image
+    /// Columns.
+    pub fn width(&self) -> usize {
+        self.codes.width()
     }
 
-    /// The colour at `uv`, interpolated between the centres of four texels; the image repeats with
-    /// period 1.
+    /// Rows.
+    pub fn height(&self) -> usize {
+        self.codes.height()
+    }
+
+    /// The colour at `uv`, in [0, 1], interpolated between the centres of four texels; the image
+    /// repeats with period 1.
     #[inline]
     pub fn sample(&self, uv: Vec2) -> Vec3A {
-        let (left, right, fx) = neighbours(uv.x, self.image.width());
-        let (above, below, fy) = neighbours(uv.y, self.image.height());
-        let (above, below) = (self.image.row(above), self.image.row(below));
-        let top = above[left] + (above[right] - above[left]) * fx;
-        let bottom = below[left] + (below[right] - below[left]) * fx;
-        top + (bottom - top) * fy
+        let (left, right, fx) = neighbours(uv.x, self.codes.width());
+        let (above, below, fy) = neighbours(uv.y, self.codes.height());
+        let (above, below) = (self.codes.row(above), self.codes.row(below));
+        let top = decode(above[left]).lerp(decode(above[right]), fx);
+        let bottom = decode(below[left]).lerp(decode(below[right]), fx);
+        Vec3A::from_vec4(top.lerp(bottom, fy) * (1.0 / WHITE))
     }
+}
+
+/// Four channels at once: as quick as one.
+#[inline]
+fn decode([r, g, b, a]: [u8; 4]) -> Vec4 {
+    Vec4::new(f32::from(r), f32::from(g), f32::from(b), f32::from(a))
 }
 
 /// The two texels around a coordinate, and the weight of the second. Texel centres lie at

@@ -53,7 +53,10 @@ impl Kind {
 
 /// Paints picture number `index` of the pool of `seed`; neighbours in the pool differ in kind.
 pub fn paint_background(seed: u64, index: usize) -> Texture {
-    paint(Kind::ALL[index % Kind::ALL.len()], &mut CounterRng::new(seed, "background", index as u64))
+    paint(
+        Kind::ALL[index % Kind::ALL.len()],
+        &mut CounterRng::new(seed, "background", index as u64),
+    )
 }
 
 /// Paints one picture of a kind.
@@ -70,11 +73,13 @@ fn paint(kind: Kind, rng: &mut CounterRng) -> Texture {
     // Uneven light and a little grain.
     canvas.modulate(&fractal_noise(SIZE, (2, 2), 3, 0.5, rng), 0.35);
     canvas.modulate(&fractal_noise(SIZE, (120, 90), 2, 0.8, rng), 0.12);
-    Texture::from_plane(canvas.finish())
+    Texture::from_plane(&canvas.finish())
 }
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec2;
+
     use super::*;
     use crate::scene::luminance;
 
@@ -83,11 +88,14 @@ mod tests {
         for (index, kind) in Kind::ALL.into_iter().enumerate() {
             let picture = paint_background(5, index);
             let (mut strong, mut count) = (0, 0);
-            for y in 0..picture.image().height() {
-                let row = picture.image().row(y);
-                for pair in row.windows(9) {
-                    let log = |rgb| (luminance(rgb).max(0.0).powf(2.2) + 1.0 / 255.0).ln();
-                    strong += usize::from((log(pair[0]) - log(pair[8])).abs() > 0.5);
+            let (width, height) = (picture.width() as f32, picture.height() as f32);
+            let log = |x: usize, y: usize| {
+                let uv = Vec2::new((x as f32 + 0.5) / width, (y as f32 + 0.5) / height);
+                (luminance(picture.sample(uv)).powf(2.2) + 1.0 / 255.0).ln()
+            };
+            for y in 0..picture.height() {
+                for x in 0..picture.width() - 8 {
+                    strong += usize::from((log(x, y) - log(x + 8, y)).abs() > 0.5);
                     count += 1;
                 }
             }

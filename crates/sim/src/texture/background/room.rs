@@ -15,8 +15,12 @@ pub(super) fn paint((width, height): (usize, usize), rng: &mut CounterRng) -> Ca
     let skirting = floor;
     for _ in 0..3 {
         let (left, top) = (rng.uniform(-0.1, 0.9) * w, rng.uniform(0.0, 0.35) * h);
-        let frame =
-            Rect::new(left, top, left + rng.uniform(0.12, 0.3) * w, top + rng.uniform(0.15, 0.4) * h);
+        let frame = Rect::new(
+            left,
+            top,
+            left + rng.uniform(0.12, 0.3) * w,
+            top + rng.uniform(0.15, 0.4) * h,
+        );
         picture(&mut canvas, frame, rng);
     }
     for _ in 0..9 {
