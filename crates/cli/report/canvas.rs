@@ -44,16 +44,6 @@ impl Canvas {
         Self { image, scale }
     }
 
-    /// A rendered frame of display RGB in 0 to 1.
-    pub(crate) fn photograph(frame: &Plane<[f32; 3]>, scale: u32) -> Self {
-        let (width, height) = (frame.width() as u32 * scale, frame.height() as u32 * scale);
-        let image = RgbImage::from_fn(width, height, |x, y| {
-            let linear = frame.at((x / scale) as usize, (y / scale) as usize);
-            Rgb(linear.map(|v| (v.clamp(0.0, 1.0).powf(1.0 / 2.2) * 255.0).round() as u8))
-        });
-        Self { image, scale }
-    }
-
     /// Draws the 21 evaluated points (pixels of the sensor, 0 at its top-left corner) as a hand.
     pub(crate) fn hand(&mut self, points_px: &[Vec2; 21], colour: Rgb<u8>) {
         let radius = 0.5 * self.scale as f32;

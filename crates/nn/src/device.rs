@@ -93,10 +93,7 @@ mod tests {
     #[test]
     fn an_unknown_device_names_the_known_ones() {
         let error = "tpu".parse::<DeviceKind>().unwrap_err().to_string();
-        assert_eq!(
-            error,
-            "no device is called `tpu`: choose one of flex, ndarray, wgpu, cuda"
-        );
+        assert_eq!(error, "no device is called `tpu`: choose one of flex, ndarray, wgpu, cuda");
     }
 
     #[cfg(not(feature = "wgpu"))]

@@ -26,7 +26,9 @@ pub enum NnError {
         known: String,
     },
     /// A network this wide cannot be built.
-    #[error("`width` must give every layer at least one channel, at most 8 times the published width; got {width}")]
+    #[error(
+        "`width` must give every layer at least one channel, at most 8 times the published width; got {width}"
+    )]
     Width {
         /// The width given, relative to the published network.
         width: f32,

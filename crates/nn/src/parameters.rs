@@ -24,6 +24,11 @@ impl Slot {
         self.path.rsplit('.').next().unwrap_or_default()
     }
 
+    /// Whether training changes it by gradients; running statistics it does not.
+    pub fn is_trained(&self) -> bool {
+        !self.name().starts_with("running_")
+    }
+
     /// Whether this is the weight of a fully connected layer, `[inputs, outputs]` here and
     /// `[outputs, inputs]` in PyTorch.
     pub fn is_linear_weight(&self) -> bool {
@@ -36,6 +41,12 @@ pub fn slots<M: Module>(module: &M) -> Vec<Slot> {
     let mut list = List { position: Position::default(), found: Vec::new() };
     module.visit(&mut list);
     list.found
+}
+
+/// How many numbers training changes by gradients: what papers call the parameter count.
+pub fn trained_count<M: Module>(module: &M) -> usize {
+    let trained = slots(module).into_iter().filter(Slot::is_trained);
+    trained.map(|slot| slot.shape.iter().product::<usize>()).sum()
 }
 
 /// Every tensor of `module` with its values in row-major order.
@@ -78,7 +89,8 @@ impl Position {
     }
 
     fn slot(&self, shape: &[usize]) -> Slot {
-        let names: Vec<_> = self.names.iter().map(String::as_str).filter(|n| !n.is_empty()).collect();
+        let names: Vec<_> =
+            self.names.iter().map(String::as_str).filter(|n| !n.is_empty()).collect();
         Slot {
             path: names.join("."),
             layer: self.layers.last().cloned().unwrap_or_default(),

@@ -11,7 +11,7 @@ use crate::metric::StepScalars;
 
 /// Windows of events and the poses at their ends.
 #[derive(Debug, Clone)]
-pub struct HandBatch {
+pub(crate) struct HandBatch {
     /// Surfaces, `[batch, 2, height, width]`.
     pub surfaces: Tensor<4>,
     /// The 12 parameters, `[batch, 12]`.

@@ -11,7 +11,7 @@ use burn_train::metric::{
 
 /// What a batch came to. Plain numbers: the divergence check has read them already.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct StepScalars {
+pub(crate) struct StepScalars {
     /// Samples in the batch.
     pub batch_size: usize,
     /// The published loss L (not its logarithm), dimensionless.
@@ -32,7 +32,7 @@ impl ItemLazy for StepScalars {
 
 /// One field of [`StepScalars`] as a metric.
 #[derive(Clone, Copy)]
-pub struct Field {
+pub(crate) struct Field {
     /// Its name in the log and on screen.
     pub name: &'static str,
     /// Its unit, empty where it has none.
@@ -41,7 +41,7 @@ pub struct Field {
 }
 
 /// The registry: everything logged per step. The first is what checkpoints are ranked by.
-pub const FIELDS: [Field; 4] = [
+pub(crate) const FIELDS: [Field; 4] = [
     Field { name: "loss", unit: "", get: |s| s.loss },
     Field { name: "articulation", unit: "", get: |s| s.articulation },
     Field { name: "translation", unit: "mm", get: |s| s.translation_mm },
@@ -50,14 +50,14 @@ pub const FIELDS: [Field; 4] = [
 
 /// A running mean of one [`Field`], as Burn wants it.
 #[derive(Clone)]
-pub struct FieldMetric {
+pub(crate) struct FieldMetric {
     field: Field,
     state: NumericMetricState,
 }
 
 impl FieldMetric {
     /// The metric of `field`.
-    pub fn new(field: Field) -> Self {
+    pub(crate) fn new(field: Field) -> Self {
         Self { field, state: NumericMetricState::default() }
     }
 

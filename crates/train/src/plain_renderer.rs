@@ -16,7 +16,7 @@ use burn_train::renderer::{
 const EVERY: Duration = Duration::from_secs(5);
 
 /// Writes a line every few seconds and one after each validation.
-pub struct PlainRenderer<W> {
+pub(crate) struct PlainRenderer<W> {
     out: Mutex<W>,
     names: Vec<(MetricId, String)>,
     intervals: usize,
@@ -32,7 +32,7 @@ pub struct PlainRenderer<W> {
 
 impl<W: Write + Send> PlainRenderer<W> {
     /// Writes to `out`.
-    pub fn new(out: W) -> Self {
+    pub(crate) fn new(out: W) -> Self {
         let now = Instant::now();
         Self {
             out: Mutex::new(out),

@@ -23,7 +23,9 @@ pub struct BackboneEntry {
     pub name: &'static str,
     /// One line for lists.
     pub about: &'static str,
+    /// From the relative width, the number of outputs and the device.
     build: fn(f32, usize, &Device) -> Backbone,
+    /// The relative width at which the smallest layer has one channel.
     narrowest: f32,
 }
 
@@ -96,10 +98,10 @@ impl Backbone {
         }
     }
 
-    /// What a tensor starts from. `slot` is relative to the network the backbone stands in.
+    /// What a tensor of the backbone starts from.
     pub(crate) fn initial(&self, slot: &Slot) -> Law {
         match self {
-            Self::ResNet(_) => resnet::initial(slot),
+            Self::ResNet(network) => network.initial(slot),
             Self::MobileNetV2(_) => mobilenet_v2::initial(slot),
         }
     }

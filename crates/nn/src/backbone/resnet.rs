@@ -92,6 +92,15 @@ impl ResNet {
         }
         self.head.forward(self.mean.forward(x).flatten(1, 3))
     }
+
+    /// As torchvision initialises: Kaiming for convolutions, PyTorch's default for the head.
+    pub(super) fn initial(&self, slot: &Slot) -> Law {
+        match slot.layer.as_str() {
+            "Conv2d" => Law::kaiming_fan_out(&slot.shape),
+            "BatchNorm" => Law::batch_norm(slot.name()),
+            _ => Law::torch_default(self.head.weight.dims()[0]),
+        }
+    }
 }
 
 impl BasicBlock {
@@ -115,16 +124,6 @@ impl BasicBlock {
             None => input,
         };
         relu(x + shortcut)
-    }
-}
-
-/// As torchvision initialises: Kaiming for convolutions, PyTorch's default for the head.
-pub(super) fn initial(slot: &Slot) -> Law {
-    match slot.layer.as_str() {
-        "Conv2d" => Law::kaiming_fan_out(&slot.shape),
-        "BatchNorm" => Law::batch_norm(slot.name()),
-        // Weight [inputs, outputs]; the bias draws from the weight's range.
-        _ => Law::torch_default(slot.fan_in),
     }
 }
 

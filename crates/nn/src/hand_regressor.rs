@@ -1,0 +1,209 @@
+//! The EventHands network: two channels of events to the twelve numbers of a hand.
+
+use burn::module::{Initializer, Module};
+use burn::nn::PaddingConfig2d;
+use burn::nn::conv::{Conv2d, Conv2dConfig};
+use burn::tensor::{Device, Tensor};
+use evpose_pose::PARAMETERS;
+use serde::{Deserialize, Serialize};
+
+use crate::init::{Law, seeded};
+use crate::parameters::Slot;
+use crate::{Backbone, NnError};
+
+/// Channels of an event image: negative and positive.
+const EVENT_CHANNELS: usize = 2;
+/// Channels the backbones were designed for.
+const IMAGE_CHANNELS: usize = 3;
+const KERNEL: usize = 3;
+
+/// Shape of a [`HandRegressor`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct HandRegressorConfig {
+    /// A name of [`BACKBONES`](crate::BACKBONES).
+    pub backbone: String,
+    /// Channels relative to the published backbone: 0.25 gives ResNet-18 stages of 16, 32, 64 and
+    /// 128 channels.
+    pub width: f32,
+}
+
+impl Default for HandRegressorConfig {
+    /// The published network.
+    fn default() -> Self {
+        Self { backbone: "resnet18".to_owned(), width: 1.0 }
+    }
+}
+
+/// A convolution from 2 to 3 channels, without activation, in front of an image backbone.
+///
+/// # Source
+/// Rudnev et al.: *EventHands: Real-Time Neural 3D Hand Pose Estimation from an Event Stream*,
+/// ICCV 2021. With ResNet-18 it has 11,182,725 parameters.
+#[derive(Module, Debug)]
+pub struct HandRegressor {
+    /// Weight of shape `[3, 2, 3, 3]`, bias of shape `[3]`.
+    conv1: Conv2d,
+    backbone: Backbone,
+    #[module(skip)]
+    config: HandRegressorConfig,
+}
+
+impl HandRegressorConfig {
+    /// The network with first weights drawn from `seed`, as torchvision draws them.
+    ///
+    /// # Errors
+    /// [`NnError::UnknownBackbone`] and [`NnError::Width`].
+    pub fn init(&self, seed: u64, device: &Device) -> Result<HandRegressor, NnError> {
+        let network = self.zeros(device)?;
+        let backbone = network.backbone.clone();
+        Ok(seeded(network, seed, |slot| match slot.path.strip_prefix("backbone.") {
+            Some(_) => backbone.initial(slot),
+            None => Law::torch_default(EVENT_CHANNELS * KERNEL * KERNEL),
+        }))
+    }
+
+    /// The network with all weights zero.
+    pub(crate) fn zeros(&self, device: &Device) -> Result<HandRegressor, NnError> {
+        let conv1 = Conv2dConfig::new([EVENT_CHANNELS, IMAGE_CHANNELS], [KERNEL, KERNEL])
+            .with_padding(PaddingConfig2d::Explicit(1, 1, 1, 1))
+            .with_initializer(Initializer::Zeros)
+            .init(device);
+        let backbone = Backbone::build(&self.backbone, self.width, PARAMETERS, device)?;
+        Ok(HandRegressor { conv1, backbone, config: self.clone() })
+    }
+}
+
+impl HandRegressor {
+    /// The twelve numbers in their published order: see
+    /// [`HandParams::from_array`](evpose_pose::HandParams::from_array).
+    ///
+    /// # Shapes
+    /// - events: `[batch, 2, height, width]`, values in [0, 1]
+    /// - output: `[batch, 12]`
+    pub fn forward(&self, events: Tensor<4>) -> Tensor<2> {
+        self.backbone.forward(self.conv1.forward(events))
+    }
+
+    /// What it was built from.
+    pub fn config(&self) -> &HandRegressorConfig {
+        &self.config
+    }
+
+    /// What the published PyTorch checkpoints call the tensor in `slot`.
+    pub(crate) fn pytorch_name(&self, slot: &Slot) -> String {
+        let path = match slot.path.strip_prefix("backbone.") {
+            Some(path) => format!("rn.{}", self.backbone.torchvision_path(path)),
+            None => slot.path.clone(),
+        };
+        match path.rsplit_once('.') {
+            Some((layer, "gamma")) => format!("{layer}.weight"),
+            Some((layer, "beta")) => format!("{layer}.bias"),
+            _ => path,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use super::*;
+    use crate::parameters::{read, slots, trained_count};
+
+    fn config(backbone: &str, width: f32) -> HandRegressorConfig {
+        HandRegressorConfig { backbone: backbone.to_owned(), width }
+    }
+
+    #[test]
+    fn the_published_network_has_11_182_725_parameters() {
+        let network = HandRegressorConfig::default().zeros(&Device::flex()).unwrap();
+        assert_eq!(trained_count(&network), 11_182_725);
+    }
+
+    /// A section per backbone: `[name] count parameters`, then `name shape` of every tensor.
+    const TORCHVISION: &str = include_str!("../tests/data/torchvision_names.txt");
+
+    #[test]
+    fn names_shapes_and_counts_are_those_of_torchvision() {
+        let sections =
+            TORCHVISION.split('[').skip(1).map(|section| section.split_once('\n').unwrap());
+        let mut seen = 0;
+        for (title, tensors) in sections {
+            let (name, count) = title.split_once("] ").unwrap();
+            let network = config(name, 1.0).zeros(&Device::flex()).unwrap();
+            assert_eq!(format!("{} parameters", trained_count(&network)), count, "{name}");
+            let ours: Vec<_> = slots(&network)
+                .into_iter()
+                .map(|mut slot| {
+                    if slot.is_linear_weight() {
+                        slot.shape.reverse();
+                    }
+                    let shape: Vec<_> = slot.shape.iter().map(usize::to_string).collect();
+                    format!("{} {}", network.pytorch_name(&slot), shape.join("x"))
+                })
+                .collect();
+            assert_eq!(ours, tensors.lines().collect::<Vec<_>>(), "{name}");
+            seen += 1;
+        }
+        assert_eq!(seen, crate::BACKBONES.len());
+    }
+
+    #[test]
+    fn a_seed_gives_the_same_weights_in_any_thread() {
+        let weights = |seed| read(&config("resnet18", 0.0625).init(seed, &Device::flex()).unwrap());
+        let here = weights(7);
+        let there: Vec<_> = std::thread::scope(|scope| {
+            let threads = [(); 4].map(|()| scope.spawn(|| weights(7)));
+            threads.into_iter().map(|thread| thread.join().unwrap()).collect()
+        });
+        assert!(there.iter().all(|weights| *weights == here));
+        assert!(weights(8) != here);
+    }
+
+    #[test]
+    fn first_weights_have_the_spread_of_torchvision() {
+        let network = config("resnet18", 1.0).init(3, &Device::flex()).unwrap();
+        for (slot, values) in read(&network) {
+            let square: f64 = values.iter().map(|&v| f64::from(v).powi(2)).sum();
+            let deviation = (square / values.len() as f64).sqrt();
+            let expected = match (slot.layer.as_str(), slot.shape.as_slice()) {
+                ("Conv2d", [3, ..]) => (1.0 / 18.0 / 3.0f64).sqrt(),
+                ("Conv2d", [out, _, ky, kx]) => (2.0 / (out * ky * kx) as f64).sqrt(),
+                ("Linear", _) => (1.0 / 512.0 / 3.0f64).sqrt(),
+                (_, _) => {
+                    let one = matches!(slot.name(), "gamma" | "running_var");
+                    assert!(values.iter().all(|&v| v == f32::from(one)), "{}", slot.path);
+                    continue;
+                }
+            };
+            // Six standard errors of a deviation.
+            let tolerance = 6.0 / (2.0 * values.len() as f64).sqrt();
+            assert!((deviation / expected - 1.0).abs() < tolerance, "{}", slot.path);
+        }
+    }
+
+    #[test]
+    fn every_backbone_gives_twelve_finite_numbers_at_odd_sizes() {
+        let device = Device::flex();
+        for entry in crate::BACKBONES {
+            let network = config(entry.name, 0.1).init(1, &device).unwrap();
+            let output = network.forward(Tensor::ones([2, 2, 45, 63], &device));
+            assert_eq!(output.dims(), [2, 12]);
+            assert!(output.into_data().iter::<f32>().all(f32::is_finite), "{}", entry.name);
+        }
+    }
+
+    #[test]
+    fn unknown_backbones_and_impossible_widths_are_refused() {
+        let error = |backbone, width| {
+            config(backbone, width).zeros(&Device::flex()).map(|_| ()).unwrap_err().to_string()
+        };
+        assert_eq!(
+            error("vgg", 1.0),
+            "no backbone is called `vgg`: choose one of resnet18, resnet34, mobilenet_v2"
+        );
+        for width in [0.0, -1.0, f32::NAN, 1e9] {
+            assert!(error("resnet18", width).starts_with("`width` must"), "{width}");
+        }
+    }
+}

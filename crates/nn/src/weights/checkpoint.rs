@@ -1,0 +1,181 @@
+//! Our own weight files: Burn's container (`.bpk`) with a [`ModelCard`] in its metadata.
+//!
+//! The same weights give the same bytes: tensors are in the order of the network's fields and
+//! carry no ids.
+
+use std::path::Path;
+
+use burn::tensor::{Bytes, DType, Device, TensorData};
+use burn_store::burn_pack::{Reader, Tensor as PackTensor, Writer};
+use evpose_core::atomic_write;
+
+use super::ModelCard;
+use super::strict::{Layout, Stored, fill_strictly};
+use crate::parameters::read;
+use crate::{HandRegressor, NnError};
+
+const FORMAT: &str = "burnpack";
+/// Key of the card among the container's metadata.
+const CARD_KEY: &str = "evpose.model";
+
+/// Writes `network` to `path`, whole or not at all.
+///
+/// The card's `network` is replaced by the network's own configuration.
+///
+/// # Errors
+/// [`NnError::Io`] if the file cannot be written.
+pub fn save(path: &Path, network: &HandRegressor, card: &ModelCard) -> Result<(), NnError> {
+    let card = ModelCard { network: network.config().clone(), ..card.clone() };
+    let card = toml::to_string(&card)
+        .map_err(|error| NnError::Card { path: path.to_owned(), reason: error.to_string() })?;
+    let tensors = read(network).into_iter().map(|(slot, values)| {
+        let bytes = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+        PackTensor::new(slot.path, DType::F32, slot.shape, None, Bytes::from_bytes_vec(bytes))
+    });
+    let bytes = Writer::new(tensors.collect())
+        .with_metadata(CARD_KEY, &card)
+        .into_bytes()
+        .map_err(|error| unreadable(path, &error))?;
+    atomic_write(path, &bytes).map_err(|source| NnError::Io { path: path.to_owned(), source })
+}
+
+/// Reads a network and its card from `path`.
+///
+/// # Errors
+/// [`NnError::Io`], [`NnError::Unreadable`] for a damaged file, [`NnError::Card`] for a container
+/// without a card, [`NnError::Mismatch`] for weights of another network than the card says.
+pub fn load(path: &Path, device: &Device) -> Result<(HandRegressor, ModelCard), NnError> {
+    let bytes =
+        std::fs::read(path).map_err(|source| NnError::Io { path: path.to_owned(), source })?;
+    let reader = Reader::from_bytes(Bytes::from_bytes_vec(bytes))
+        .map_err(|error| unreadable(path, &error))?;
+    let without_card = |reason: String| NnError::Card { path: path.to_owned(), reason };
+    let card = reader.metadata().get(CARD_KEY);
+    let card = card.ok_or_else(|| without_card(format!("no `{CARD_KEY}` entry")))?;
+    let card: ModelCard = toml::from_str(card).map_err(|error| without_card(error.to_string()))?;
+    let network = card.network.zeros(device)?;
+    let tensors = reader.into_tensors().map_err(|error| unreadable(path, &error))?;
+    let file = tensors.into_iter().map(|tensor| (tensor.name.clone(), stored(tensor))).collect();
+    Ok((fill_strictly(network, &Native, file, path, FORMAT)?, card))
+}
+
+/// Names, shapes and order as in memory.
+struct Native;
+
+impl Layout for Native {}
+
+fn stored(tensor: PackTensor) -> Stored {
+    let shape = tensor.shape.to_vec();
+    let read = move || {
+        let (_, dtype, shape, _, bytes) = tensor.into_parts().map_err(|error| error.to_string())?;
+        if dtype != DType::F32 {
+            return Err(format!("{dtype:?} values where F32 are written"));
+        }
+        Ok(TensorData::from_bytes(bytes, shape, dtype).iter::<f32>().collect())
+    };
+    Stored { shape, read: Box::new(read) }
+}
+
+fn unreadable(path: &Path, reason: &impl ToString) -> NnError {
+    NnError::Unreadable { path: path.to_owned(), format: FORMAT, reason: reason.to_string() }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use super::*;
+    use crate::HandRegressorConfig;
+    use crate::weights::InputConfig;
+    use burn::tensor::Tensor;
+
+    fn network(seed: u64, device: &Device) -> HandRegressor {
+        let config = HandRegressorConfig { backbone: "resnet18".into(), width: 0.0625 };
+        config.init(seed, device).unwrap()
+    }
+
+    fn images(device: &Device) -> Tensor<4> {
+        let values: Vec<f32> = (0..2 * 2 * 24 * 32).map(|i| (i % 7) as f32 / 7.0).collect();
+        Tensor::from_data(TensorData::new(values, [2, 2, 24, 32]), device)
+    }
+
+    fn outputs(network: &HandRegressor) -> Vec<f32> {
+        network.forward(images(&Device::flex())).into_data().iter().collect()
+    }
+
+    #[test]
+    fn a_checkpoint_describes_itself_and_gives_the_same_outputs() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("hand.bpk");
+        let input = InputConfig { width_px: 32, height_px: 24, ..InputConfig::default() };
+        let provenance = [("seed".to_owned(), "5".to_owned())].into();
+        let saved = network(5, &Device::flex());
+        let card = ModelCard { input, provenance, ..ModelCard::default() };
+        save(&path, &saved, &card).unwrap();
+        let (loaded, read) = load(&path, &Device::flex()).unwrap();
+        assert_eq!(read, ModelCard { network: saved.config().clone(), ..card });
+        assert_eq!(outputs(&loaded), outputs(&saved));
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn the_same_weights_give_the_same_bytes() {
+        let folder = tempfile::tempdir().unwrap();
+        let bytes = |name: &str| {
+            let path = folder.path().join(name);
+            save(&path, &network(5, &Device::flex()), &ModelCard::default()).unwrap();
+            std::fs::read(path).unwrap()
+        };
+        assert!(bytes("a.bpk") == bytes("b.bpk"));
+    }
+
+    #[test]
+    fn the_last_training_step_is_in_the_saved_statistics() {
+        use burn::module::Module;
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("hand.bpk");
+        let device = Device::flex().autodiff();
+        let trained = network(5, &device);
+        let before = outputs(&trained.valid());
+        trained.forward(images(&device));
+        save(&path, &trained, &ModelCard::default()).unwrap();
+        let (loaded, _) = load(&path, &Device::flex()).unwrap();
+        assert!(outputs(&loaded) != before);
+        assert_eq!(outputs(&loaded), outputs(&trained.valid()));
+    }
+
+    #[test]
+    fn no_cut_of_a_checkpoint_loads_or_panics() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("hand.bpk");
+        save(&path, &network(5, &Device::flex()), &ModelCard::default()).unwrap();
+        let whole = std::fs::read(&path).unwrap();
+        let step = whole.len() / 40;
+        for length in (0..whole.len()).step_by(step).chain([whole.len() - 1]) {
+            std::fs::write(&path, &whole[..length]).unwrap();
+            let error = load(&path, &Device::flex()).map(|_| ()).unwrap_err();
+            assert!(matches!(error, NnError::Unreadable { .. }), "{length}: {error}");
+        }
+    }
+
+    #[test]
+    fn weights_of_another_network_than_the_card_says_are_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("hand.bpk");
+        let tensor = |name: &str, count: usize| {
+            let bytes = Bytes::from_bytes_vec(vec![0; 4 * count]);
+            PackTensor::new(name.into(), DType::F32, vec![count], None, bytes)
+        };
+        let card = ModelCard {
+            network: network(1, &Device::flex()).config().clone(),
+            ..ModelCard::default()
+        };
+        let tensors = vec![tensor("conv1.bias", 4), tensor("strange", 1)];
+        let writer = Writer::new(tensors).with_metadata(CARD_KEY, &toml::to_string(&card).unwrap());
+        std::fs::write(&path, &*writer.into_bytes().unwrap()).unwrap();
+        let error = load(&path, &Device::flex()).map(|_| ()).unwrap_err();
+        let NnError::Mismatch { mismatch, .. } = &error else { panic!("{error}") };
+        assert_eq!(mismatch.unexpected, ["strange"]);
+        assert_eq!(mismatch.reshaped, [("conv1.bias".into(), vec![3], vec![4])]);
+        assert!(mismatch.missing.contains(&"conv1.weight".to_owned()));
+    }
+}

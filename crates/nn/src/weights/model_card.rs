@@ -1,0 +1,49 @@
+//! What a weight file says about itself.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::HandRegressorConfig;
+
+/// The network a weight file holds and the images it was made for, kept inside the file as TOML.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ModelCard {
+    /// The network.
+    pub network: HandRegressorConfig,
+    /// What it is shown.
+    pub input: InputConfig,
+    /// Where the weights come from, for people: configuration, seed, steps, commit.
+    #[serde(default)]
+    pub provenance: BTreeMap<String, String>,
+}
+
+/// The event images a network was trained on.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct InputConfig {
+    /// Name of the representation.
+    pub representation: String,
+    /// Length of its window in microseconds.
+    pub window_us: u64,
+    /// `off_first` or `on_first`.
+    pub channel_order: String,
+    /// Columns of the image shown to the network, which may be a reduced one.
+    pub width_px: usize,
+    /// Rows of it.
+    pub height_px: usize,
+}
+
+impl Default for InputConfig {
+    /// The published input: LNES of 100 ms on a DAVIS240C.
+    fn default() -> Self {
+        Self {
+            representation: "lnes".to_owned(),
+            window_us: 100_000,
+            channel_order: "off_first".to_owned(),
+            width_px: 240,
+            height_px: 180,
+        }
+    }
+}

@@ -1,0 +1,106 @@
+//! The two containers of `torch.save`: a pickle that describes tensors, and their numbers.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::io::{Cursor, Read};
+
+use zip::ZipArchive;
+
+use super::pickle::{Node, Pickle};
+use super::view::element_sizes;
+
+/// Begins a zip archive.
+const ZIP_MAGIC: &[u8] = b"PK\x03\x04";
+/// The integer that is the first pickle of a file of PyTorch 1.5 and earlier, little-endian.
+const LEGACY_MAGIC: [u8; 10] = [0x6c, 0xfc, 0x9c, 0x46, 0xf9, 0x20, 0x6a, 0xa8, 0x50, 0x19];
+
+/// Numbers would have to be swapped; nobody has such a file.
+const BIG_ENDIAN: &str = "written on a big-endian machine";
+
+/// A file of `torch.save` with the numbers of its tensors beside it.
+pub(super) struct Container {
+    /// What was saved, with persistent ids where numbers belong.
+    pub(super) pickle: Pickle,
+    storages: BTreeMap<String, Vec<u8>>,
+}
+
+impl Container {
+    /// Reads either container.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub(super) fn read(bytes: Vec<u8>) -> Result<Self, String> {
+        if bytes.starts_with(ZIP_MAGIC) { Self::zip(bytes) } else { Self::legacy(&bytes) }
+    }
+
+    /// `NAME/data.pkl` and, for each storage, `NAME/data/KEY`.
+    fn zip(bytes: Vec<u8>) -> Result<Self, String> {
+        // torch.save does not compress: entries larger than their archive are a bomb.
+        let mut budget = bytes.len() as u64;
+        let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|error| error.to_string())?;
+        let names = archive.file_names().map(|name| name.map(Cow::into_owned));
+        let names: Vec<String> =
+            names.collect::<Result<_, _>>().map_err(|error| error.to_string())?;
+        let mut read = |name: &str| -> Result<Vec<u8>, String> {
+            let entry = archive.by_name(name).map_err(|error| format!("{name}: {error}"))?;
+            let mut content = Vec::new();
+            let read = entry.take(budget + 1).read_to_end(&mut content);
+            let read = read.map_err(|error| format!("{name}: {error}"))? as u64;
+            let rest = budget.checked_sub(read);
+            budget = rest.ok_or_else(|| format!("{name} unpacks to more than the archive"))?;
+            Ok(content)
+        };
+        let root = names.iter().find_map(|name| name.strip_suffix("data.pkl"));
+        let root = root.ok_or("a zip archive without data.pkl")?.to_owned();
+        let order = format!("{root}byteorder");
+        if names.contains(&order) && read(&order)? != b"little" {
+            return Err(BIG_ENDIAN.to_owned());
+        }
+        let pickle = Pickle::read(&read(&format!("{root}data.pkl"))?, 0)?;
+        let prefix = format!("{root}data/");
+        let mut storages = BTreeMap::new();
+        for name in &names {
+            if let Some(key) = name.strip_prefix(&prefix) {
+                storages.insert(key.to_owned(), read(name)?);
+            }
+        }
+        Ok(Self { pickle, storages })
+    }
+
+    /// Five pickles (a magic number, the protocol, the machine, the object, the storage keys), then
+    /// for each key a count and that many numbers.
+    fn legacy(bytes: &[u8]) -> Result<Self, String> {
+        let magic = Pickle::read(bytes, 0).map_err(|error| format!("no PyTorch file: {error}"))?;
+        if !matches!(magic.node(magic.root()), Node::LongInt(magic) if *magic == LEGACY_MAGIC) {
+            return Err("a pickle that torch.save did not write".to_owned());
+        }
+        let protocol = Pickle::read(bytes, magic.end)?;
+        let machine = Pickle::read(bytes, protocol.end)?;
+        let order = machine.get(machine.root(), "little_endian");
+        if order.is_some_and(|order| *machine.node(order) != Node::Bool(true)) {
+            return Err(BIG_ENDIAN.to_owned());
+        }
+        let pickle = Pickle::read(bytes, machine.end)?;
+        let keys = Pickle::read(bytes, pickle.end)?;
+        let sizes = element_sizes(&pickle);
+        let mut storages = BTreeMap::new();
+        let mut at = keys.end;
+        for &key in keys.sequence(keys.root()).ok_or("no list of storages")? {
+            let key = keys.text(key).ok_or("a storage without a name")?;
+            let size = sizes.get(key).ok_or_else(|| format!("storage {key} of unknown type"))?;
+            let cut = || format!("the file ends at byte {} in storage {key}", bytes.len());
+            let (head, rest) = bytes[at..].split_first_chunk().ok_or_else(cut)?;
+            let length = usize::try_from(i64::from_le_bytes(*head)).ok();
+            let length = length.and_then(|count| count.checked_mul(*size)).ok_or_else(cut)?;
+            let content = rest.get(..length).ok_or_else(cut)?;
+            storages.insert(key.to_owned(), content.to_vec());
+            at += head.len() + length;
+        }
+        Ok(Self { pickle, storages })
+    }
+
+    /// The bytes of a storage.
+    pub(super) fn storage(&self, key: &str) -> Option<&[u8]> {
+        self.storages.get(key).map(Vec::as_slice)
+    }
+}

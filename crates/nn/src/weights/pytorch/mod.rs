@@ -1,0 +1,95 @@
+//! Weights of the published PyTorch network: `.pth` files and Lightning's `.ckpt`.
+//!
+//! Both containers are read: the zip archive of PyTorch 1.6 and later, and the bare pickles of
+//! earlier versions, in which the published checkpoints are written. Nothing in a pickle is
+//! executed, and whatever else a checkpoint holds beside the weights is passed over. The weights
+//! may stand at the top or, as Lightning puts them, under `state_dict`.
+
+mod container;
+mod machine;
+mod pickle;
+mod view;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::rc::Rc;
+
+use burn::tensor::Device;
+
+use super::strict::{Layout, Stored, fill_strictly};
+use crate::parameters::Slot;
+use crate::{HandRegressor, HandRegressorConfig, NnError};
+use container::Container;
+use view::View;
+
+const FORMAT: &str = "PyTorch";
+/// Where Lightning keeps the weights among its other state.
+const LIGHTNING_KEY: &str = "state_dict";
+/// Training steps seen by a batch normalisation, which only PyTorch counts.
+const STEP_COUNT: &str = ".num_batches_tracked";
+
+/// Reads the weights of a network of shape `config` from a PyTorch file.
+///
+/// # Errors
+/// [`NnError::Io`] if the file cannot be read, [`NnError::Unreadable`] if it is damaged or of another
+/// kind, [`NnError::Mismatch`] for weights of another network, and those of
+/// [`HandRegressorConfig::init`].
+pub fn load_pytorch(
+    path: &Path,
+    config: &HandRegressorConfig,
+    device: &Device,
+) -> Result<HandRegressor, NnError> {
+    let network = config.zeros(device)?;
+    let layout = PyTorch { network: network.clone() };
+    let bytes =
+        std::fs::read(path).map_err(|source| NnError::Io { path: path.to_owned(), source })?;
+    let container = Container::read(bytes).map_err(|reason| NnError::Unreadable {
+        path: path.to_owned(),
+        format: FORMAT,
+        reason,
+    })?;
+    fill_strictly(network, &layout, state_dict(container), path, FORMAT)
+}
+
+/// The tensors of the state dictionary by name, those that are no weights left out.
+fn state_dict(container: Container) -> BTreeMap<String, Stored> {
+    let container = Rc::new(container);
+    let pickle = &container.pickle;
+    let weights = pickle.get(pickle.root(), LIGHTNING_KEY).unwrap_or(pickle.root());
+    let tensors = pickle.entries(weights).iter().filter_map(|&(name, tensor)| {
+        let name = pickle.text(name).filter(|name| !name.ends_with(STEP_COUNT))?;
+        let (view, container) = (View::of(pickle, tensor)?, Rc::clone(&container));
+        let shape = view.shape.clone();
+        let read = move || view.values(&container);
+        Some((name.to_owned(), Stored { shape, read: Box::new(read) }))
+    });
+    tensors.collect()
+}
+
+/// torchvision's names; weights of fully connected layers as `[outputs, inputs]`.
+struct PyTorch {
+    network: HandRegressor,
+}
+
+impl Layout for PyTorch {
+    fn name(&self, slot: &Slot) -> String {
+        self.network.pytorch_name(slot)
+    }
+
+    fn shape(&self, slot: &Slot) -> Vec<usize> {
+        let mut shape = slot.shape.clone();
+        if slot.is_linear_weight() {
+            shape.reverse();
+        }
+        shape
+    }
+
+    fn adopt(&self, slot: &Slot, values: Vec<f32>) -> Vec<f32> {
+        match *slot.shape.as_slice() {
+            [inputs, outputs] if slot.is_linear_weight() => (0..inputs)
+                .flat_map(|input| values[input..].iter().step_by(inputs).take(outputs).copied())
+                .collect(),
+            _ => values,
+        }
+    }
+}

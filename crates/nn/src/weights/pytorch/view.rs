@@ -1,0 +1,179 @@
+//! Tensors as a pickle describes them: a shape and strides over a storage.
+
+use std::collections::BTreeMap;
+
+use burn::tensor::{Bytes, DType, TensorData};
+
+use super::container::Container;
+use super::pickle::{Id, Node, Pickle};
+
+/// The storage classes of `torch`: bytes of an element, and its type where a weight can have it.
+const STORAGES: [(&str, usize, Option<DType>); 12] = [
+    ("FloatStorage", 4, Some(DType::F32)),
+    ("DoubleStorage", 8, Some(DType::F64)),
+    ("HalfStorage", 2, Some(DType::F16)),
+    ("BFloat16Storage", 2, Some(DType::BF16)),
+    ("LongStorage", 8, None),
+    ("IntStorage", 4, None),
+    ("ShortStorage", 2, None),
+    ("CharStorage", 1, None),
+    ("ByteStorage", 1, None),
+    ("BoolStorage", 1, None),
+    ("ComplexFloatStorage", 8, None),
+    ("ComplexDoubleStorage", 16, None),
+];
+
+/// A tensor: a view of a storage.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct View {
+    /// Its storage's name in the container.
+    storage: String,
+    size: usize,
+    dtype: Option<DType>,
+    /// In elements, as the strides.
+    offset: usize,
+    pub(super) shape: Vec<usize>,
+    strides: Vec<usize>,
+}
+
+impl View {
+    /// The tensor or parameter at `id`, if it is one.
+    ///
+    /// # Model
+    /// `torch._utils._rebuild_tensor_v2(storage, offset, shape, strides, ...)`, for a parameter
+    /// inside `torch._utils._rebuild_parameter(tensor, ...)`.
+    pub(super) fn of(pickle: &Pickle, id: Id) -> Option<Self> {
+        let (function, arguments) = call(pickle, id)?;
+        let (function, arguments) = match (function, arguments) {
+            ("_rebuild_parameter", &[tensor, ..]) => call(pickle, tensor)?,
+            other => other,
+        };
+        let ("_rebuild_tensor_v2", &[storage, offset, shape, strides, ..]) = (function, arguments)
+        else {
+            return None;
+        };
+        let (storage, size, dtype) = storage_of(pickle, pickle.node(storage))?;
+        let (offset, shape) = (pickle.size(offset)?, pickle.sizes(shape)?);
+        let strides = pickle.sizes(strides)?;
+        (shape.len() == strides.len()).then(|| Self {
+            storage: storage.to_owned(),
+            size,
+            dtype,
+            offset,
+            shape,
+            strides,
+        })
+    }
+
+    /// Its numbers in row-major order.
+    ///
+    /// # Errors
+    /// If they are no floats, or lie outside of their storage.
+    pub(super) fn values(&self, container: &Container) -> Result<Vec<f32>, String> {
+        let dtype = self.dtype.ok_or("its numbers are no floats")?;
+        let storage = container.storage(&self.storage);
+        let storage = storage.ok_or_else(|| format!("storage {} is missing", self.storage))?;
+        let bytes = if self.is_contiguous() { self.slice(storage) } else { self.gather(storage) };
+        let bytes = bytes.ok_or_else(|| format!("it lies outside of storage {}", self.storage))?;
+        let data = TensorData::from_bytes(Bytes::from_bytes_vec(bytes), self.shape.clone(), dtype);
+        Ok(data.iter::<f32>().collect())
+    }
+
+    fn count(&self) -> Option<usize> {
+        self.shape.iter().try_fold(1usize, |count, &length| count.checked_mul(length))
+    }
+
+    fn is_contiguous(&self) -> bool {
+        let mut expected = Some(1usize);
+        self.shape.iter().zip(&self.strides).rev().all(|(&length, &stride)| {
+            let here = length <= 1 || expected == Some(stride);
+            expected = expected.and_then(|stride| stride.checked_mul(length));
+            here
+        })
+    }
+
+    fn slice(&self, storage: &[u8]) -> Option<Vec<u8>> {
+        let start = self.offset.checked_mul(self.size)?;
+        let length = self.count()?.checked_mul(self.size)?;
+        Some(storage.get(start..)?.get(..length)?.to_vec())
+    }
+
+    fn gather(&self, storage: &[u8]) -> Option<Vec<u8>> {
+        let mut gathered = Vec::new();
+        let mut position = vec![0; self.shape.len()];
+        for _ in 0..self.count()? {
+            let mut index = self.offset;
+            for (&at, &stride) in position.iter().zip(&self.strides) {
+                index = index.checked_add(stride.checked_mul(at)?)?;
+            }
+            let start = index.checked_mul(self.size)?;
+            gathered.extend_from_slice(storage.get(start..)?.get(..self.size)?);
+            for (at, &length) in position.iter_mut().zip(&self.shape).rev() {
+                *at = (*at + 1) % length;
+                if *at != 0 {
+                    break;
+                }
+            }
+        }
+        Some(gathered)
+    }
+}
+
+/// Bytes of an element for every storage that a pickle mentions.
+pub(super) fn element_sizes(pickle: &Pickle) -> BTreeMap<&str, usize> {
+    let storages = pickle.nodes().iter().filter_map(|node| storage_of(pickle, node));
+    storages.map(|(key, size, _)| (key, size)).collect()
+}
+
+/// The function of `torch._utils` that is called at `id`, and its arguments.
+fn call(pickle: &Pickle, id: Id) -> Option<(&str, &[Id])> {
+    let Node::Call { callable, arguments, .. } = pickle.node(id) else { return None };
+    let Node::Global { module, name } = pickle.node(*callable) else { return None };
+    (module == "torch._utils").then_some((name, pickle.sequence(*arguments)?))
+}
+
+/// The key and element of a persistent id `("storage", class, key, device, length, ...)`.
+fn storage_of<'a>(pickle: &'a Pickle, node: &Node) -> Option<(&'a str, usize, Option<DType>)> {
+    let Node::Persistent(id) = node else { return None };
+    let &[_, class, key, ..] = pickle.sequence(*id)? else { return None };
+    let Node::Global { name: class, .. } = pickle.node(class) else { return None };
+    let (_, size, dtype) = STORAGES.into_iter().find(|(name, ..)| name == class)?;
+    Some((pickle.text(key)?, size, dtype))
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use super::*;
+
+    fn view(shape: &[usize], strides: &[usize], offset: usize) -> View {
+        View {
+            storage: "0".to_owned(),
+            size: 1,
+            dtype: None,
+            offset,
+            shape: shape.to_vec(),
+            strides: strides.to_vec(),
+        }
+    }
+
+    #[test]
+    fn a_transposed_view_is_gathered_row_by_row() {
+        let storage = [0, 1, 2, 3, 4, 5, 6];
+        let transposed = view(&[3, 2], &[1, 3], 1);
+        assert!(!transposed.is_contiguous());
+        assert_eq!(transposed.gather(&storage).unwrap(), [1, 4, 2, 5, 3, 6]);
+        let plain = view(&[2, 3], &[3, 1], 1);
+        assert!(plain.is_contiguous());
+        assert_eq!(plain.slice(&storage), plain.gather(&storage));
+    }
+
+    #[test]
+    fn views_beyond_their_storage_are_refused() {
+        let storage = [0; 6];
+        assert_eq!(view(&[7], &[1], 0).slice(&storage), None);
+        assert_eq!(view(&[2, 2], &[1, 5], 0).gather(&storage), None);
+        assert_eq!(view(&[usize::MAX, 2], &[2, 1], 0).slice(&storage), None);
+        assert_eq!(view(&[2], &[usize::MAX], 2).gather(&storage), None);
+    }
+}

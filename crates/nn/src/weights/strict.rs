@@ -1,0 +1,83 @@
+//! Filling a network from the tensors of a file, all of them and nothing else.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use crate::error::Mismatch;
+use crate::parameters::{Slot, fill, slots};
+use crate::{HandRegressor, NnError};
+
+/// A tensor of a file, its values not yet read.
+pub(super) struct Stored {
+    /// Its shape in the file.
+    pub(super) shape: Vec<usize>,
+    /// Reads its values in row-major order, or says why not.
+    pub(super) read: Box<dyn FnOnce() -> Result<Vec<f32>, String>>,
+}
+
+/// How a file format writes a network down. The defaults are our own.
+pub(super) trait Layout {
+    /// What it calls a tensor.
+    fn name(&self, slot: &Slot) -> String {
+        slot.path.clone()
+    }
+
+    /// Which shape it gives it.
+    fn shape(&self, slot: &Slot) -> Vec<usize> {
+        slot.shape.clone()
+    }
+
+    /// Its values, put into the order of the network.
+    fn adopt(&self, _slot: &Slot, values: Vec<f32>) -> Vec<f32> {
+        values
+    }
+}
+
+/// Gives every tensor of `network` its values in `file`.
+///
+/// # Errors
+/// [`NnError::Mismatch`] if the tensors are not the network's, [`NnError::Unreadable`] if one cannot be
+/// read.
+pub(super) fn fill_strictly(
+    network: HandRegressor,
+    layout: &impl Layout,
+    mut file: BTreeMap<String, Stored>,
+    path: &Path,
+    format: &'static str,
+) -> Result<HandRegressor, NnError> {
+    let mut mismatch = Mismatch::default();
+    let mut matched = Vec::new();
+    for slot in slots(&network) {
+        let (name, shape) = (layout.name(&slot), layout.shape(&slot));
+        match file.remove(&name) {
+            None => mismatch.missing.push(name),
+            Some(stored) if stored.shape != shape => {
+                mismatch.reshaped.push((name, shape, stored.shape));
+            }
+            Some(stored) => matched.push((slot, name, stored)),
+        }
+    }
+    mismatch.unexpected = file.into_keys().collect();
+    mismatch.missing.sort();
+    mismatch.reshaped.sort();
+    if !mismatch.is_empty() {
+        return Err(NnError::Mismatch { path: path.to_owned(), mismatch });
+    }
+
+    let mut values = BTreeMap::new();
+    for (slot, name, stored) in matched {
+        let count: usize = slot.shape.iter().product();
+        let read = (stored.read)().and_then(|read| match read.len() {
+            length if length == count => Ok(layout.adopt(&slot, read)),
+            length => Err(format!("{length} values for {count}")),
+        });
+        let read = read.map_err(|reason| NnError::Unreadable {
+            path: path.to_owned(),
+            format,
+            reason: format!("{name}: {reason}"),
+        })?;
+        values.insert(slot.path, read);
+    }
+    // Every slot was matched and counted above.
+    Ok(fill(network, |slot| values.remove(&slot.path).unwrap_or_default()))
+}

@@ -1,0 +1,87 @@
+//! Numbers that PyTorch gave, and the closed forms they were computed from; see `tests/data/README.md`.
+
+#![allow(clippy::unwrap_used, dead_code, reason = "tests, each of which uses a part")]
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use burn::tensor::{Device, Tensor, TensorData};
+use evpose_nn::HandRegressorConfig;
+use serde::Deserialize;
+
+/// `golden.json`.
+#[derive(Deserialize)]
+pub(crate) struct Golden {
+    /// Outputs of the checkpoints by image size.
+    pub(crate) checkpoint: BTreeMap<String, Vec<f32>>,
+    /// Outputs of the bare `state_dict`.
+    pub(crate) state_dict: Vec<f32>,
+    /// Outputs of networks with closed-form weights, by backbone.
+    pub(crate) formula: BTreeMap<String, Vec<f32>>,
+    /// The loss of `targets(5) / 2 + 0.01` for `targets(5)`.
+    pub(crate) loss: LossGolden,
+    /// Four steps of Adam from the checkpoint.
+    pub(crate) training: TrainingGolden,
+}
+
+#[derive(Deserialize)]
+pub(crate) struct LossGolden {
+    pub(crate) total: f32,
+    pub(crate) objective: f32,
+    pub(crate) articulation: f32,
+    pub(crate) translation_m2: f32,
+    pub(crate) depth_m2: f32,
+    pub(crate) rotation_rad2: f32,
+    pub(crate) gradient: Vec<f32>,
+}
+
+#[derive(Deserialize)]
+pub(crate) struct TrainingGolden {
+    pub(crate) objective: Vec<f32>,
+    pub(crate) bn1_running_mean: Vec<f32>,
+}
+
+pub(crate) fn golden() -> Golden {
+    serde_json::from_slice(&std::fs::read(data("golden.json")).unwrap()).unwrap()
+}
+
+pub(crate) fn data(name: &str) -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name)
+}
+
+/// The network of the committed checkpoints.
+pub(crate) fn small() -> HandRegressorConfig {
+    HandRegressorConfig { backbone: "resnet18".to_owned(), width: 0.0625 }
+}
+
+/// `count` numbers in [0, 1): the fraction of `43758.5453 sin(12.9898 i + 78.233 stream)`.
+pub(crate) fn hashed(count: usize, stream: usize) -> Vec<f64> {
+    let value = |i: usize| (12.9898 * i as f64 + 78.233 * stream as f64).sin() * 43758.5453;
+    (0..count).map(|i| value(i) - value(i).floor()).collect()
+}
+
+/// Half of the pixels zero, the others between 0.5 and 1.
+pub(crate) fn images(batch: usize, height: usize, width: usize, device: &Device) -> Tensor<4> {
+    let shape = [batch, 2, height, width];
+    let values = hashed(shape.iter().product(), 1000).into_iter();
+    let values = values.map(|u| if u > 0.5 { u as f32 } else { 0.0 }).collect();
+    Tensor::from_data(TensorData::new(values, shape), device)
+}
+
+/// Uniform within 0.5, translations within 0.05.
+pub(crate) fn targets(batch: usize, device: &Device) -> Tensor<2> {
+    let values = hashed(batch * 12, 2000).into_iter().enumerate();
+    let scale = |i: usize| if (6..9).contains(&(i % 12)) { 0.1 } else { 1.0 };
+    let values = values.map(|(i, u)| ((u - 0.5) * scale(i)) as f32).collect();
+    Tensor::from_data(TensorData::new(values, [batch, 12]), device)
+}
+
+/// The largest difference.
+pub(crate) fn worst(ours: &[f32], theirs: &[f32]) -> f32 {
+    assert_eq!(ours.len(), theirs.len());
+    ours.iter().zip(theirs).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
+}
+
+pub(crate) fn values<const D: usize>(tensor: Tensor<D>) -> Vec<f32> {
+    tensor.into_data().iter().collect()
+}

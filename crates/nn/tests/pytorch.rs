@@ -1,0 +1,174 @@
+//! Agreement with PyTorch: imported weights, every backbone, the loss, a few training steps.
+
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+mod golden;
+
+use burn::module::Module;
+use burn::optim::{AdamConfig, GradientsParams};
+use burn::tensor::Device;
+use evpose_nn::parameters::{Slot, fill, read};
+use evpose_nn::weights::load_pytorch;
+use evpose_nn::{HandLoss, HandRegressorConfig, NnError};
+use golden::{data, golden, hashed, images, small, targets, values, worst};
+
+const TOLERANCE: f32 = 1e-4;
+
+#[test]
+fn both_containers_give_the_outputs_of_pytorch() {
+    let device = Device::flex();
+    for container in ["small_zip.ckpt", "small_legacy.ckpt"] {
+        let network = load_pytorch(&data(container), &small(), &device).unwrap();
+        for (size, expected) in golden().checkpoint {
+            let (height, width) = size.split_once('x').unwrap();
+            let (height, width) = (height.parse().unwrap(), width.parse().unwrap());
+            let batch = expected.len() / 12;
+            let outputs = values(network.forward(images(batch, height, width, &device)));
+            let worst = worst(&outputs, &expected);
+            assert!(worst < TOLERANCE, "{container} {size}: {worst}");
+        }
+    }
+}
+
+#[test]
+fn a_bare_state_dict_is_read_like_a_checkpoint() {
+    let device = Device::flex();
+    let config = HandRegressorConfig { width: 1.0 / 64.0, ..small() };
+    let network = load_pytorch(&data("tiny_state_dict.pth"), &config, &device).unwrap();
+    let outputs = values(network.forward(images(2, 36, 48, &device)));
+    assert!(worst(&outputs, &golden().state_dict) < TOLERANCE);
+}
+
+#[test]
+fn every_backbone_computes_what_torchvision_computes() {
+    let device = Device::flex();
+    for (backbone, width) in [("resnet18", 0.25), ("resnet34", 0.125), ("mobilenet_v2", 1.0)] {
+        let config = HandRegressorConfig { backbone: backbone.to_owned(), width };
+        let mut position = 0;
+        let network = fill(config.init(0, &device).unwrap(), |slot| {
+            position += 1;
+            closed_form(slot, position - 1)
+        });
+        let outputs = values(network.forward(images(2, 45, 60, &device)));
+        let worst = worst(&outputs, &golden().formula[backbone]);
+        assert!(worst < TOLERANCE, "{backbone}: {worst}");
+    }
+}
+
+/// The values of the tensor at `position` in PyTorch's order of tensors.
+fn closed_form(slot: &Slot, position: usize) -> Vec<f32> {
+    let count = slot.shape.iter().product();
+    let centred = hashed(count, position).into_iter().map(|u| u - 0.5);
+    let affine = |offset: f64, scale: f64| {
+        centred.clone().map(|u| (offset + scale * u) as f32).collect::<Vec<_>>()
+    };
+    match (slot.name(), slot.shape.as_slice()) {
+        ("weight", &[_, channels, ky, kx]) => {
+            affine(0.0, 12f64.sqrt() * (2.0 / (channels * ky * kx) as f64).sqrt())
+        }
+        ("weight", &[inputs, outputs]) => {
+            let rows = affine(0.0, 0.2);
+            (0..count).map(|i| rows[i % outputs * inputs + i / outputs]).collect()
+        }
+        ("running_var", _) => affine(1.0, 0.5),
+        ("gamma", _) => affine(0.6, 0.5),
+        _ => affine(0.0, 0.2),
+    }
+}
+
+#[test]
+fn the_loss_and_its_gradient_are_those_of_pytorch() {
+    let device = Device::flex().autodiff();
+    let expected = golden().loss;
+    let target = targets(5, &device);
+    let prediction = (target.clone() * 0.5 + 0.01).detach().require_grad();
+    let parts = HandLoss::default().forward(prediction.clone(), target);
+    let gradients = parts.objective.backward();
+    let gradient = values(prediction.grad(&gradients).unwrap());
+    let relative = |ours: burn::tensor::Tensor<1>, theirs: f32| {
+        let ours = ours.into_scalar::<f32>();
+        assert!((ours / theirs - 1.0).abs() < 1e-5, "{ours} {theirs}");
+    };
+    relative(parts.total, expected.total);
+    relative(parts.objective, expected.objective);
+    relative(parts.articulation, expected.articulation);
+    relative(parts.translation_m2, expected.translation_m2);
+    relative(parts.depth_m2, expected.depth_m2);
+    relative(parts.rotation_rad2, expected.rotation_rad2);
+    assert!(worst(&gradient, &expected.gradient) < 1e-5);
+}
+
+#[test]
+fn four_steps_of_adam_lower_the_loss_as_in_pytorch() {
+    let device = Device::flex().autodiff();
+    let expected = golden().training;
+    let mut network = load_pytorch(&data("small_zip.ckpt"), &small(), &device).unwrap();
+    // PyTorch's epsilon; Burn's default is a thousand times larger.
+    let mut adam = AdamConfig::new().with_epsilon(1e-8).init();
+    let mut objectives = Vec::new();
+    for _ in 0..4 {
+        let outputs = network.forward(images(8, 36, 48, &device));
+        let loss = HandLoss::default().forward(outputs, targets(8, &device)).objective;
+        objectives.push(loss.clone().into_scalar::<f32>());
+        let gradients = GradientsParams::from_grads(loss.backward(), &network);
+        network = adam.step(1e-3, network, gradients);
+    }
+    // The first steps of Adam follow the sign of each gradient: rounding near zero shows.
+    let worst_objective = worst(&objectives, &expected.objective);
+    assert!(worst_objective < 1e-3, "{objectives:?} for {:?}", expected.objective);
+    let mean = read(&network.valid());
+    let mean = mean.iter().find(|(slot, _)| slot.path == "backbone.stem.norm.running_mean");
+    assert!(worst(&mean.unwrap().1, &expected.bn1_running_mean) < 1e-3);
+}
+
+#[test]
+fn weights_of_another_network_are_named() {
+    let wide = HandRegressorConfig { width: 0.125, ..small() };
+    let error = load_pytorch(&data("small_zip.ckpt"), &wide, &Device::flex()).unwrap_err();
+    let NnError::Mismatch { mismatch, .. } = &error else { panic!("{error}") };
+    let fc = ("rn.fc.weight".to_owned(), vec![12, 64], vec![12, 32]);
+    assert!(mismatch.reshaped.contains(&fc), "{error}");
+
+    let deep = HandRegressorConfig { backbone: "resnet34".to_owned(), ..small() };
+    let error = load_pytorch(&data("small_zip.ckpt"), &deep, &Device::flex()).unwrap_err();
+    let NnError::Mismatch { mismatch, .. } = &error else { panic!("{error}") };
+    assert!(mismatch.missing.contains(&"rn.layer3.5.bn2.running_var".to_owned()), "{error}");
+    assert!(mismatch.unexpected.is_empty(), "{error}");
+
+    let other = HandRegressorConfig { backbone: "mobilenet_v2".to_owned(), ..small() };
+    let error = load_pytorch(&data("small_zip.ckpt"), &other, &Device::flex()).unwrap_err();
+    let NnError::Mismatch { mismatch, .. } = &error else { panic!("{error}") };
+    assert!(mismatch.unexpected.contains(&"rn.conv1.weight".to_owned()), "{error}");
+}
+
+#[test]
+fn damaged_and_foreign_files_are_errors() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("weights.ckpt");
+    let load = || load_pytorch(&path, &small(), &Device::flex()).map(|_| ()).unwrap_err();
+    assert!(matches!(load(), NnError::Io { .. }));
+    for foreign in [&b""[..], b"GIF89a", b"\x80\x02}q\x00.", b"PK\x03\x04", &[0x80; 4096]] {
+        std::fs::write(&path, foreign).unwrap();
+        assert!(matches!(load(), NnError::Unreadable { .. } | NnError::Mismatch { .. }));
+    }
+    for container in ["small_zip.ckpt", "small_legacy.ckpt"] {
+        let whole = std::fs::read(data(container)).unwrap();
+        for length in (0..whole.len()).step_by(whole.len() / 40).chain([whole.len() - 1]) {
+            std::fs::write(&path, &whole[..length]).unwrap();
+            let error = load();
+            assert!(matches!(error, NnError::Unreadable { .. }), "{container} {length}: {error}");
+        }
+        // Damage inside never panics. A zip archive has checksums: nothing wrong is ever loaded.
+        let intact = read(&load_pytorch(&data(container), &small(), &Device::flex()).unwrap());
+        for offset in (0..whole.len()).step_by(whole.len() / 60) {
+            let mut damaged = whole.clone();
+            let end = (offset + 16).min(damaged.len());
+            damaged[offset..end].fill(0xff);
+            std::fs::write(&path, &damaged).unwrap();
+            if let Ok(loaded) = load_pytorch(&path, &small(), &Device::flex()) {
+                let zip = container == "small_zip.ckpt";
+                assert!(!zip || read(&loaded) == intact, "{container} {offset}");
+            }
+        }
+    }
+}
