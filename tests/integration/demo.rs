@@ -24,27 +24,31 @@ fn the_demo_ends_with_metrics_and_a_report_and_its_checkpoint_can_be_used() {
     }
     assert!(!report.contains("http://") || report.contains("www.w3.org"), "nothing from elsewhere");
     assert!(!report.contains("<script src") && !report.contains("<link"), "self-contained");
-    for file in ["config.toml", "run.toml", "picture.png", "train/metrics.jsonl", "train/best.bpk"] {
+    for file in ["config.toml", "run.toml", "picture.png", "train/metrics.jsonl", "train/best.bpk"]
+    {
         assert!(sandbox.path("demo").join(file).exists(), "{file} is missing");
     }
 
     let checkpoint = ["--checkpoint", "demo/train"];
-    let table = sandbox.ok(
-        &[&["eval", "--data", "demo/data/held-out", "--stride-ms", "10"], &checkpoint[..]].concat(),
-    );
+    let table = sandbox.ok(&[
+        &["eval", "--data", "demo/data/held-out", "--stride-ms", "10"],
+        &checkpoint[..],
+    ]
+    .concat());
     assert!(table.contains("trained_kalman"), "{table}");
     // The same numbers as the demo's own.
     let trained = &metrics["held_out"]["trained"]["translation_mm"]["estimate"];
-    assert!(table.contains(&format!("{:.1}", trained.as_f64().unwrap())), "{trained} not in\n{table}");
-
-    sandbox.ok(
-        &[
-            &["infer", "--events", "demo/data/held-out/0000.evc", "--out", "poses.csv"],
-            &["--joints", "joints.csv"],
-            &checkpoint[..],
-        ]
-        .concat(),
+    assert!(
+        table.contains(&format!("{:.1}", trained.as_f64().unwrap())),
+        "{trained} not in\n{table}"
     );
+
+    sandbox.ok(&[
+        &["infer", "--events", "demo/data/held-out/0000.evc", "--out", "poses.csv"],
+        &["--joints", "joints.csv"],
+        &checkpoint[..],
+    ]
+    .concat());
     let poses = String::from_utf8(bytes(&sandbox.path("poses.csv"))).unwrap();
     let joints = String::from_utf8(bytes(&sandbox.path("joints.csv"))).unwrap();
     let columns = |text: &str| text.lines().map(|l| l.split(',').count()).collect::<Vec<_>>();

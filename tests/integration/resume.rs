@@ -35,7 +35,13 @@ fn a_killed_run_resumes_to_the_bit() {
     assert!(!sandbox.path("killed/last.bpk").exists(), "the kills came too late to test anything");
     sandbox.ok(&arguments);
 
-    for file in ["metrics.jsonl", "last.bpk", "best.bpk", "checkpoint/model-4.bpk", "checkpoint/optimizer-4.bpk"] {
+    for file in [
+        "metrics.jsonl",
+        "last.bpk",
+        "best.bpk",
+        "checkpoint/model-4.bpk",
+        "checkpoint/optimizer-4.bpk",
+    ] {
         let (whole, killed) = (sandbox.path("whole").join(file), sandbox.path("killed").join(file));
         assert!(bytes(&whole) == bytes(&killed), "{file} differs after resuming");
     }

@@ -73,7 +73,8 @@ mod tests {
             "training.steps_per_validation",
             "training.validation_samples",
         ];
-        let (quick, published) = (fields(&load("quick", &[])?)?, fields(&load("eventhands", &[])?)?);
+        let (quick, published) =
+            (fields(&load("quick", &[])?)?, fields(&load("eventhands", &[])?)?);
         assert_eq!(quick.len(), published.len(), "a field is missing in one of the two");
         for ((key, value), (published_key, published_value)) in quick.iter().zip(&published) {
             assert_eq!(key, published_key);

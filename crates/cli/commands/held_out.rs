@@ -60,8 +60,7 @@ pub(crate) fn judge(
         Method { name: "trained", predictor: &mut trained, filtered: Some("trained_kalman") },
     ];
     let progress = bar("evaluating", poses_to_judge(data, stride_ms), "poses");
-    let methods =
-        evaluate(config, data, &mut methods, stride_ms, &mut |done| progress.inc(done))?;
+    let methods = evaluate(config, data, &mut methods, stride_ms, &mut |done| progress.inc(done))?;
     progress.finish_and_clear();
 
     let bootstrap = &config.evaluation.bootstrap;

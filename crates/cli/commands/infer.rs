@@ -74,7 +74,8 @@ pub(crate) fn run(args: &InferArgs) -> Result<()> {
             let _ = write!(csv, "{}", t.0);
             joints_line(&mut csv, &stage.points(pose, &[]));
         }
-        atomic_write(path, csv.as_bytes()).with_context(|| format!("writing {}", path.display()))?;
+        atomic_write(path, csv.as_bytes())
+            .with_context(|| format!("writing {}", path.display()))?;
         say(format!("joints: {}", path.display()));
     }
     Ok(())

@@ -6,11 +6,26 @@ use image::{Rgb, RgbImage};
 
 /// Bones between the 21 evaluated points, as pairs of indices in their published order.
 const BONES: [(usize, usize); 20] = [
-    (0, 18), (18, 19), (19, 20), (20, 1), // thumb
-    (0, 6), (6, 7), (7, 8), (8, 2), // index
-    (0, 9), (9, 10), (10, 11), (11, 3), // middle
-    (0, 15), (15, 16), (16, 17), (17, 4), // ring
-    (0, 12), (12, 13), (13, 14), (14, 5), // pinky
+    (0, 18),
+    (18, 19),
+    (19, 20),
+    (20, 1), // thumb
+    (0, 6),
+    (6, 7),
+    (7, 8),
+    (8, 2), // index
+    (0, 9),
+    (9, 10),
+    (10, 11),
+    (11, 3), // middle
+    (0, 15),
+    (15, 16),
+    (16, 17),
+    (17, 4), // ring
+    (0, 12),
+    (12, 13),
+    (13, 14),
+    (14, 5), // pinky
 ];
 
 /// Colour of the true hand.

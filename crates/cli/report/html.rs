@@ -36,11 +36,8 @@ pub(crate) fn escape(text: &str) -> String {
 
 impl Page {
     pub(crate) fn new(title: &str, subtitle: &str) -> Self {
-        let body = format!(
-            "<h1>{}</h1>\n<p class=\"soft\">{}</p>\n",
-            escape(title),
-            escape(subtitle)
-        );
+        let body =
+            format!("<h1>{}</h1>\n<p class=\"soft\">{}</p>\n", escape(title), escape(subtitle));
         Self { title: title.to_owned(), body }
     }
 

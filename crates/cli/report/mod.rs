@@ -144,15 +144,17 @@ fn learning_curves(material: &Material<'_>) -> Result<Vec<String>> {
         let intervals = material.history.iter().map(|line| line.interval).max().unwrap_or(0);
         (1..=intervals)
             .filter_map(|interval| {
-                let lines = material.history.iter().filter(|line| {
-                    line.part == Part::Valid && line.interval == interval
-                });
+                let lines = material
+                    .history
+                    .iter()
+                    .filter(|line| line.part == Part::Valid && line.interval == interval);
                 let (mut sum, mut samples) = (0.0, 0);
                 for line in lines {
                     sum += line.values.get(name)? * line.samples as f64;
                     samples += line.samples;
                 }
-                let steps = (interval as f64 * per_interval).min(material.config.training.steps as f64);
+                let steps =
+                    (interval as f64 * per_interval).min(material.config.training.steps as f64);
                 (samples > 0).then(|| (steps * batch, sum / samples as f64))
             })
             .collect()
@@ -187,7 +189,8 @@ fn strip(material: &Material<'_>) -> Result<RgbImage> {
     let sequences = material.held_out.sequences();
     let pictures: Vec<RgbImage> = (0..STRIP)
         .map(|i| {
-            let sequence = i * sequences.len() / STRIP.min(sequences.len().max(1)) % sequences.len();
+            let sequence =
+                i * sequences.len() / STRIP.min(sequences.len().max(1)) % sequences.len();
             let track = &shown.tracks[sequence];
             // Spread over the sequence, away from its ends.
             let at = (track.frames.len() * (2 * (i % 5) + 1)) / 10;

@@ -60,9 +60,10 @@ macro_rules! draw {
 /// Draws `curves` and returns the SVG.
 pub(crate) fn lines(axes: &Axes<'_>, curves: &[Curve]) -> Result<String> {
     let finite = || {
-        curves.iter().flat_map(|c| &c.points).filter(|(x, y)| {
-            x.is_finite() && y.is_finite() && (!axes.log_y || *y > 0.0)
-        })
+        curves
+            .iter()
+            .flat_map(|c| &c.points)
+            .filter(|(x, y)| x.is_finite() && y.is_finite() && (!axes.log_y || *y > 0.0))
     };
     let (mut x, mut y) = ((f64::MAX, f64::MIN), (f64::MAX, f64::MIN));
     for &(px, py) in finite() {
@@ -105,8 +106,7 @@ mod tests {
 
     #[test]
     fn a_plot_names_its_axes_and_curves() -> Result<()> {
-        let axes =
-            Axes { title: "Title", x: "threshold", y: "share", log_y: false, y_range: None };
+        let axes = Axes { title: "Title", x: "threshold", y: "share", log_y: false, y_range: None };
         let curve = Curve {
             label: "trained".into(),
             colour: PALETTE[0],

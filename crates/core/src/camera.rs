@@ -32,8 +32,7 @@ impl Pinhole {
     pub fn image_from_camera(&self, point_m: Vec3) -> Option<Vec2> {
         let depth_m = -point_m.z;
         (depth_m > 0.0).then(|| {
-            self.principal_px
-                + Vec2::new(point_m.x, -point_m.y) * (self.focal_px / depth_m)
+            self.principal_px + Vec2::new(point_m.x, -point_m.y) * (self.focal_px / depth_m)
         })
     }
 }
@@ -88,7 +87,10 @@ mod tests {
     #[test]
     fn a_point_on_the_axis_lands_on_the_principal_point() {
         let camera = Pinhole::from_vertical_fov(SensorSize::DAVIS240C, 45.0);
-        assert_eq!(camera.image_from_camera(Vec3::new(0.0, 0.0, -1.0)), Some(Vec2::new(120.0, 90.0)));
+        assert_eq!(
+            camera.image_from_camera(Vec3::new(0.0, 0.0, -1.0)),
+            Some(Vec2::new(120.0, 90.0))
+        );
         assert_eq!(camera.image_from_camera(Vec3::new(0.0, 0.0, 1.0)), None);
     }
 }

@@ -173,9 +173,8 @@ impl HandConfig {
     /// # Errors
     /// The first field that makes no sense.
     pub fn validate(&self) -> Result<(), TrainError> {
-        let fail = |field, message: &str| {
-            Err(TrainError::Field { field, message: message.to_owned() })
-        };
+        let fail =
+            |field, message: &str| Err(TrainError::Field { field, message: message.to_owned() });
         self.simulation.validate()?;
         if self.representation.window_ms == 0 {
             return fail("representation.window_ms", "must be at least 1");

@@ -7,7 +7,10 @@ use std::sync::Arc;
 use evpose_core::SensorSize;
 use evpose_io::{EvcReader, EvcWindow, MetaReader};
 use evpose_pose::{HandParams, PARAMETERS};
-use evpose_repr::{ChannelOrder, FrameEvent, FrameWindow, RepresentationSpec, WindowAugmentation, representation_called};
+use evpose_repr::{
+    ChannelOrder, FrameEvent, FrameWindow, RepresentationSpec, WindowAugmentation,
+    representation_called,
+};
 use evpose_sim::SequenceInfo;
 
 use crate::TrainError;
@@ -174,16 +177,18 @@ impl HandDataset {
     }
 
     /// Splits off the first `validation_s` seconds of every sequence: (training, validation).
+    /// Validation begins with the first full window, so that all of its windows are alike.
     ///
     /// # Errors
     /// If one of the two would be empty.
     pub fn split(self, validation_s: f64, config: &HandConfig) -> Result<(Self, Self), TrainError> {
-        let cut = (validation_s * 1e3).round() as u64;
-        let part = |make: fn(u64, u64) -> Range<u64>| {
-            let parts = self.sequences.iter().map(|s| make(cut.min(s.frames), s.frames)).collect();
+        let cut = |s: &HandSequence| ((validation_s * 1e3).round() as u64).min(s.frames);
+        let first = u64::from(self.window_frames) - 1;
+        let part = |make: &dyn Fn(&HandSequence) -> Range<u64>| {
+            let parts = self.sequences.iter().map(make).collect();
             Self::of(Arc::clone(&self.sequences), parts, config, self.sensor)
         };
-        Ok((part(|cut, frames| cut..frames)?, part(|cut, _| 0..cut)?))
+        Ok((part(&|s| cut(s)..s.frames)?, part(&|s| first.min(cut(s))..cut(s))?))
     }
 
     /// All sequences, whole.

@@ -139,9 +139,8 @@ impl<W: Write + Send> TrainingProgressLogger for PlainRenderer<W> {
 
     fn end(&mut self) {}
 
-    fn log_event_training(&mut self, event: String) {
-        self.line(&event);
-    }
+    /// Burn announces every iteration here, which the lines above already tell.
+    fn log_event_training(&mut self, _: String) {}
 }
 
 impl<W: Write + Send> EvaluationProgressLogger for PlainRenderer<W> {

@@ -13,10 +13,11 @@ use burn::tensor::Device;
 use burn_train::renderer::{MetricsRenderer, default_renderer};
 use burn_train::{Interrupter, Learner, SupervisedTraining};
 use evpose_core::seed_for;
+use evpose_nn::{HandLoss, HandRegressor};
 use evpose_pose::HandParams;
 use evpose_pose::metric::MeanPose;
-use evpose_nn::{HandLoss, HandRegressor};
 
+use crate::TrainError;
 use crate::checkpoint::{AtomicCheckpointer, newest_checkpoint, weights_path};
 use crate::config::HandConfig;
 use crate::dataset::HandDataset;
@@ -27,7 +28,6 @@ use crate::metric::{FIELDS, FieldMetric};
 use crate::plain_renderer::PlainRenderer;
 use crate::retention::{LastTwoAndBest, best_interval};
 use crate::saved::{BEST, Checkpoint, LAST};
-use crate::TrainError;
 
 /// PyTorch's default; Burn's is 1e-5.
 const ADAM_EPSILON: f32 = 1e-8;
@@ -103,8 +103,7 @@ pub fn train_hand(
     let mean_pose = mean_pose(&train)?;
     let device = options.device.clone().autodiff();
     let span = (from + 1, training.steps, training.steps_per_validation);
-    let loader =
-        HandLoader::training(Arc::new(train), training.batch_size, span, device.clone());
+    let loader = HandLoader::training(Arc::new(train), training.batch_size, span, device.clone());
     let validation = HandLoader::validation(
         Arc::new(valid),
         training.batch_size,
@@ -225,11 +224,7 @@ fn renderer(interrupter: &Interrupter, plain: bool) -> Box<dyn MetricsRenderer> 
 }
 
 /// The network of a training checkpoint.
-fn restore(
-    config: &HandConfig,
-    path: &Path,
-    device: &Device,
-) -> Result<HandRegressor, TrainError> {
+fn restore(config: &HandConfig, path: &Path, device: &Device) -> Result<HandRegressor, TrainError> {
     let guard = Guard::new(Interrupter::new());
     let learner = HandLearner::new(untrained(config, device)?, HandLoss::new(config.loss), guard);
     let record = ModuleRecord::load(path)
