@@ -61,7 +61,7 @@ impl Canvas {
 
     /// Draws the 21 evaluated points (pixels of the sensor, 0 at its top-left corner) as a hand.
     pub(crate) fn hand(&mut self, points_px: &[Vec2; 21], colour: Rgb<u8>) {
-        let radius = 0.5 * self.scale as f32;
+        let radius = 0.35 * self.scale as f32;
         for (a, b) in BONES {
             self.line(points_px[a], points_px[b], radius, colour);
         }

@@ -200,13 +200,23 @@ fn strip(material: &Material<'_>) -> Result<RgbImage> {
     Ok(contact_sheet(&pictures, 4))
 }
 
-/// The start of the first held-out sequence, at half speed.
+/// The sequence whose wrist error is the median: neither the best nor the worst.
+fn median_sequence(shown: &Evaluated) -> usize {
+    let error_mm =
+        |&i: &usize| shown.evaluation.sequences[i].translation_mm.mean().unwrap_or(f64::INFINITY);
+    let mut order: Vec<usize> = (0..shown.evaluation.sequences.len()).collect();
+    order.sort_by(|a, b| error_mm(a).total_cmp(&error_mm(b)));
+    order[order.len() / 2]
+}
+
+/// The start of a held-out sequence of median error, at half speed.
 fn animation(material: &Material<'_>) -> Result<Vec<u8>> {
     use image::codecs::gif::{GifEncoder, Repeat};
     let stage = Stage::new(material.config);
     let shown = shown(material.judged)?;
-    let sequence = &material.held_out.sequences()[0];
-    let track = &shown.tracks[0];
+    let index = median_sequence(shown);
+    let sequence = &material.held_out.sequences()[index];
+    let track = &shown.tracks[index];
     let mut gif = Vec::new();
     {
         let mut encoder = GifEncoder::new_with_speed(&mut gif, 20);

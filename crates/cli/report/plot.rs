@@ -25,7 +25,7 @@ pub(crate) struct Axes<'a> {
 pub(crate) const PALETTE: [(u8, u8, u8); 6] =
     [(0, 114, 178), (213, 94, 0), (0, 158, 115), (204, 121, 167), (120, 120, 120), (86, 180, 233)];
 
-const SIZE: (u32, u32) = (560, 340);
+const SIZE: (u32, u32) = (550, 330);
 const FONT: &str = "system-ui, sans-serif";
 
 /// Mesh, curves and legend of a chart, whatever its axes.
