@@ -29,26 +29,24 @@ fn the_demo_ends_with_metrics_and_a_report_and_its_checkpoint_can_be_used() {
         assert!(sandbox.path("demo").join(file).exists(), "{file} is missing");
     }
 
-    let checkpoint = ["--checkpoint", "demo/train"];
-    let table = sandbox.ok(&[
-        &["eval", "--data", "demo/data/held-out", "--stride-ms", "10"],
-        &checkpoint[..],
-    ]
-    .concat());
+    let use_checkpoint =
+        |args: &[&str]| sandbox.ok(&[args, &["--checkpoint", "demo/train"]].concat());
+    let table = use_checkpoint(&["eval", "--data", "demo/data/held-out", "--stride-ms", "10"]);
     assert!(table.contains("trained_kalman"), "{table}");
     // The same numbers as the demo's own.
-    let trained = &metrics["held_out"]["trained"]["translation_mm"]["estimate"];
-    assert!(
-        table.contains(&format!("{:.1}", trained.as_f64().unwrap())),
-        "{trained} not in\n{table}"
-    );
+    let trained = metrics["held_out"]["trained"]["translation_mm"]["estimate"].as_f64().unwrap();
+    assert!(table.contains(&format!("{trained:.1}")), "{trained} not in\n{table}");
 
-    sandbox.ok(&[
-        &["infer", "--events", "demo/data/held-out/0000.evc", "--out", "poses.csv"],
-        &["--joints", "joints.csv"],
-        &checkpoint[..],
-    ]
-    .concat());
+    let recording = "demo/data/held-out/0000.evc";
+    use_checkpoint(&[
+        "infer",
+        "--events",
+        recording,
+        "--out",
+        "poses.csv",
+        "--joints",
+        "joints.csv",
+    ]);
     let poses = String::from_utf8(bytes(&sandbox.path("poses.csv"))).unwrap();
     let joints = String::from_utf8(bytes(&sandbox.path("joints.csv"))).unwrap();
     let columns = |text: &str| text.lines().map(|l| l.split(',').count()).collect::<Vec<_>>();

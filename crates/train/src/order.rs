@@ -72,7 +72,7 @@ mod tests {
 
     #[test]
     fn passes_and_seeds_differ() {
-        let pass = |seed, pass| -> Vec<u64> {
+        let pass = |seed, pass: u64| -> Vec<u64> {
             let order = SampleOrder::new(1000, seed);
             (0..1000).map(|i| order.at(pass * 1000 + i)).collect()
         };
