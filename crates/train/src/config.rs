@@ -189,6 +189,12 @@ impl HandConfig {
         if !(self.training.learning_rate > 0.0 && self.training.learning_rate.is_finite()) {
             return fail("training.learning_rate", "must be a positive number");
         }
+        if self.training.validation_s * 1e3 < f64::from(self.representation.window_ms) {
+            return fail(
+                "training.validation_s",
+                "holds no whole window: must be at least representation.window_ms",
+            );
+        }
         if self.training.validation_s >= self.simulation.seconds {
             return fail(
                 "training.validation_s",

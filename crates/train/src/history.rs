@@ -46,14 +46,23 @@ pub struct HistoryLine {
 /// # Errors
 /// If the file cannot be read or a line before the last is not one of ours.
 pub fn read_history(path: &Path) -> Result<Vec<HistoryLine>, TrainError> {
+    let text = read_text(path)?;
+    Ok(parse(path, &text)?.into_iter().map(|(_, line)| line).collect())
+}
+
+fn read_text(path: &Path) -> Result<String, TrainError> {
     if !path.exists() {
-        return Ok(Vec::new());
+        return Ok(String::new());
     }
-    let text = fs::read_to_string(path).map_err(|source| io_error(path, source))?;
+    fs::read_to_string(path).map_err(|source| io_error(path, source))
+}
+
+/// Every line as it stands and as it reads.
+fn parse<'a>(path: &Path, text: &'a str) -> Result<Vec<(&'a str, HistoryLine)>, TrainError> {
     let mut lines = Vec::new();
     for (number, line) in text.lines().enumerate() {
         match serde_json::from_str(line) {
-            Ok(line) => lines.push(line),
+            Ok(parsed) => lines.push((line, parsed)),
             Err(_) if !text.ends_with('\n') && number + 1 == text.lines().count() => {}
             Err(error) => {
                 return Err(TrainError::Config {
@@ -95,13 +104,18 @@ struct Shared {
 impl History {
     /// Opens `path` and keeps the lines up to and including `interval`, the one resumed from.
     pub(crate) fn resume(path: &Path, interval: usize) -> Result<Self, TrainError> {
-        let mut lines = read_history(path)?;
-        lines.retain(|line| line.interval <= interval);
-        let mut text = String::new();
-        for line in &lines {
-            text += &to_json(line);
+        let text = read_text(path)?;
+        let mut lines = Vec::new();
+        let mut kept = String::new();
+        for (raw, line) in parse(path, &text)? {
+            if line.interval <= interval {
+                // As it stands: a number printed, read and printed again may differ in its last digit.
+                kept += raw;
+                kept.push('\n');
+                lines.push(line);
+            }
         }
-        evpose_core::atomic_write(path, text.as_bytes()).map_err(|e| io_error(path, e))?;
+        evpose_core::atomic_write(path, kept.as_bytes()).map_err(|e| io_error(path, e))?;
         let file = File::options().append(true).open(path).map_err(|e| io_error(path, e))?;
         let shared = Shared {
             lines,
