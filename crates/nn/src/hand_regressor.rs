@@ -8,6 +8,7 @@ use evpose_pose::PARAMETERS;
 use serde::{Deserialize, Serialize};
 
 use crate::init::{Law, seeded};
+use crate::ops;
 use crate::parameters::Slot;
 use crate::{Backbone, NnError};
 
@@ -82,7 +83,7 @@ impl HandRegressor {
     /// - events: `[batch, 2, height, width]`, values in [0, 1]
     /// - output: `[batch, 12]`
     pub fn forward(&self, events: Tensor<4>) -> Tensor<2> {
-        self.backbone.forward(self.conv1.forward(events))
+        self.backbone.forward(ops::conv2d(&self.conv1, events))
     }
 
     /// What it was built from.

@@ -4,6 +4,7 @@
 //! * [`HandRegressorConfig`], [`HandRegressor`]: the EventHands network, events to 12 numbers.
 //! * [`Backbone`], [`BACKBONES`]: what can stand inside it, by name.
 //! * [`HandLoss`]: what it is trained on.
+//! * [`set_training_kernels`]: the arithmetic of training on the CPU, ours or Burn's.
 //! * [`weights`]: our checkpoints and PyTorch's.
 //!
 //! Two rules hold everywhere. Initial weights depend on a seed and on each parameter's name, never
@@ -17,6 +18,7 @@ mod error;
 mod hand_regressor;
 mod init;
 mod loss;
+mod ops;
 pub mod parameters;
 pub mod weights;
 
@@ -25,3 +27,4 @@ pub use device::DeviceKind;
 pub use error::NnError;
 pub use hand_regressor::{HandRegressor, HandRegressorConfig};
 pub use loss::{HandLoss, HandLossConfig, HandLossParts};
+pub use ops::set_training_kernels;

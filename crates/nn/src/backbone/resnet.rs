@@ -12,6 +12,7 @@ use burn::tensor::{Device, Tensor};
 use super::stem::stride_two_seven;
 use crate::conv_norm::{ConvNorm, ConvNormConfig};
 use crate::init::Law;
+use crate::ops;
 use crate::parameters::Slot;
 
 /// Channels of the first stage as published.
@@ -85,8 +86,9 @@ impl ResNet {
     /// - input: `[batch, 3, height, width]`
     /// - output: `[batch, outputs]`
     pub fn forward(&self, input: Tensor<4>) -> Tensor<2> {
-        let x = self.stem.norm.forward(stride_two_seven(&self.stem.conv, input));
-        let mut x = self.pool.forward(relu(x));
+        let x = stride_two_seven(&self.stem.conv, input);
+        let x = ops::batch_norm(&self.stem.norm, x, true);
+        let mut x = ops::max_pool(&self.pool, x);
         for block in self.stages.iter().flatten() {
             x = block.forward(x);
         }
@@ -118,7 +120,7 @@ impl BasicBlock {
     /// - input: `[batch, channels_in, height, width]`
     /// - output: `[batch, channels_out, ceil(height / stride), ceil(width / stride)]`
     fn forward(&self, input: Tensor<4>) -> Tensor<4> {
-        let x = self.second.forward(relu(self.first.forward(input.clone())));
+        let x = self.second.forward(self.first.forward_relu(input.clone()));
         let shortcut = match &self.shortcut {
             Some(shortcut) => shortcut.forward(input),
             None => input,

@@ -1,0 +1,19 @@
+//! The operations that training spends its time on, for the CPU, on plain slices.
+//!
+//! * [`conv2d`]: convolution, its gradients by input and by weight.
+//! * [`batch_norm`]: normalisation by the statistics of the batch, with or without a ReLU behind.
+//! * [`max_pool`]: 3x3 max-pooling of stride 2.
+//! * [`matmul`](matmul()): the matrix product below them.
+//!
+//! Images are `f32`, row-major `[batch, channels, height, width]`. Work is cut into pieces that
+//! depend on the shapes alone and partial sums are added in a fixed order, so that results are
+//! equal to the bit whatever the number of threads. Shapes are the caller's responsibility: a
+//! slice of the wrong length panics.
+
+pub mod batch_norm;
+pub mod conv2d;
+mod im2col;
+mod matmul;
+pub mod max_pool;
+
+pub use matmul::{Matrix, matmul};

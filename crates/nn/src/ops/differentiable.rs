@@ -1,0 +1,201 @@
+//! The gradients of the operations in [`backend`](super::backend).
+
+use std::sync::Arc;
+
+use burn::backend::autodiff::NodeId;
+use burn::backend::autodiff::checkpoint::base::Checkpointer;
+use burn::backend::autodiff::checkpoint::strategy::CheckpointStrategy;
+use burn::backend::autodiff::grads::Gradients;
+use burn::backend::autodiff::ops::{Backward, Ops, OpsKind};
+use burn::backend::tensor::FloatTensor;
+use burn::backend::{Autodiff, Flex, TensorMetadata};
+use burn::tensor::Shape;
+use evpose_kernels::batch_norm::Statistics;
+use evpose_kernels::max_pool;
+
+use super::backend::{
+    TrainingOps, batch_norm, conv_shape, convolution, norm_shape, pool, tensor, values,
+};
+
+impl<C: CheckpointStrategy> TrainingOps for Autodiff<Flex, C> {
+    fn training_conv2d(
+        input: FloatTensor<Self>,
+        weight: FloatTensor<Self>,
+        stride: usize,
+        padding: usize,
+    ) -> FloatTensor<Self> {
+        let nodes = [input.node(), weight.node()];
+        match Convolution.prepare::<C>(nodes).compute_bound().stateful() {
+            OpsKind::Tracked(mut prep) => {
+                let inputs = [prep.checkpoint(&input), prep.checkpoint(&weight)];
+                let [input, weight] = [input, weight].map(FloatTensor::<Self>::into_primitive);
+                let output = convolution(input, weight, None, stride, padding);
+                prep.finish(ConvolutionState { inputs, stride, padding }, output)
+            }
+            OpsKind::UnTracked(prep) => {
+                let [input, weight] = [input, weight].map(FloatTensor::<Self>::into_primitive);
+                prep.finish(convolution(input, weight, None, stride, padding))
+            }
+        }
+    }
+
+    fn training_conv2d_biased(
+        input: FloatTensor<Self>,
+        weight: FloatTensor<Self>,
+        bias: FloatTensor<Self>,
+        stride: usize,
+        padding: usize,
+    ) -> FloatTensor<Self> {
+        let nodes = [input.node(), weight.node(), bias.node()];
+        match Convolution.prepare::<C>(nodes).compute_bound().stateful() {
+            OpsKind::Tracked(mut prep) => {
+                let inputs = [prep.checkpoint(&input), prep.checkpoint(&weight)];
+                let [input, weight, bias] =
+                    [input, weight, bias].map(FloatTensor::<Self>::into_primitive);
+                let output = convolution(input, weight, Some(bias), stride, padding);
+                prep.finish(ConvolutionState { inputs, stride, padding }, output)
+            }
+            OpsKind::UnTracked(prep) => {
+                let [input, weight, bias] =
+                    [input, weight, bias].map(FloatTensor::<Self>::into_primitive);
+                prep.finish(convolution(input, weight, Some(bias), stride, padding))
+            }
+        }
+    }
+
+    fn training_batch_norm(
+        input: FloatTensor<Self>,
+        gamma: FloatTensor<Self>,
+        beta: FloatTensor<Self>,
+        epsilon: f32,
+        relu: bool,
+    ) -> (FloatTensor<Self>, FloatTensor<Self>, FloatTensor<Self>) {
+        let channels = gamma.shape();
+        let nodes = [input.node(), gamma.node(), beta.node()];
+        let (output, statistics) =
+            match Normalisation.prepare::<C>(nodes).compute_bound().stateful() {
+                OpsKind::Tracked(mut prep) => {
+                    let inputs = [&input, &gamma, &beta].map(|input| prep.checkpoint(input));
+                    let [input, gamma, beta] =
+                        [input, gamma, beta].map(FloatTensor::<Self>::into_primitive);
+                    let (output, statistics) = batch_norm(input, gamma, beta, epsilon, relu);
+                    let shared = Arc::new(statistics.clone());
+                    let state = NormalisationState { inputs, statistics: shared, epsilon, relu };
+                    (prep.finish(state, output), statistics)
+                }
+                OpsKind::UnTracked(prep) => {
+                    let [input, gamma, beta] =
+                        [input, gamma, beta].map(FloatTensor::<Self>::into_primitive);
+                    let (output, statistics) = batch_norm(input, gamma, beta, epsilon, relu);
+                    (prep.finish(output), statistics)
+                }
+            };
+        let Statistics { mean, variance } = statistics;
+        let [mean, variance] =
+            [mean, variance].map(|it| FloatTensor::<Self>::new(tensor(it, channels.clone())));
+        (output, mean, variance)
+    }
+
+    fn training_max_pool(input: FloatTensor<Self>) -> FloatTensor<Self> {
+        let shape = input.shape();
+        match Pooling.prepare::<C>([input.node()]).compute_bound().stateful() {
+            OpsKind::Tracked(prep) => {
+                let (output, taps) = pool(input.into_primitive());
+                prep.finish((shape, Arc::new(taps)), output)
+            }
+            OpsKind::UnTracked(prep) => prep.finish(pool(input.into_primitive()).0),
+        }
+    }
+}
+
+#[derive(Debug)]
+struct Convolution;
+
+#[derive(Debug, Clone)]
+struct ConvolutionState {
+    /// Input and weight.
+    inputs: [NodeId; 2],
+    stride: usize,
+    padding: usize,
+}
+
+/// Of input, weight and, with three parents, bias.
+impl<const N: usize> Backward<Flex, N> for Convolution {
+    type State = ConvolutionState;
+
+    fn backward(self, ops: Ops<Self::State, N>, grads: &mut Gradients, kept: &mut Checkpointer) {
+        let ConvolutionState { inputs, stride, padding } = ops.state;
+        let gradient = grads.consume::<Flex>(&ops.node).to_contiguous();
+        let [input, weight] =
+            inputs.map(|id| kept.retrieve_node_output::<FloatTensor<Flex>>(id).to_contiguous());
+        let conv = conv_shape(&input, &weight, stride, padding);
+        for (index, parent) in ops.parents.iter().enumerate() {
+            let Some(parent) = parent else { continue };
+            let gradient = values(&gradient);
+            let of_parent = match index {
+                0 => tensor(conv.backward_input(values(&weight), gradient), input.shape()),
+                1 => tensor(conv.backward_weight(values(&input), gradient), weight.shape()),
+                _ => tensor(conv.backward_bias(gradient), Shape::from([conv.channels_out])),
+            };
+            grads.register::<Flex>(parent.id, of_parent);
+        }
+    }
+}
+
+#[derive(Debug)]
+struct Normalisation;
+
+#[derive(Debug, Clone)]
+struct NormalisationState {
+    /// Input, gamma and beta.
+    inputs: [NodeId; 3],
+    statistics: Arc<Statistics>,
+    epsilon: f32,
+    relu: bool,
+}
+
+impl Backward<Flex, 3> for Normalisation {
+    type State = NormalisationState;
+
+    fn backward(self, ops: Ops<Self::State, 3>, grads: &mut Gradients, kept: &mut Checkpointer) {
+        let NormalisationState { inputs, statistics, epsilon, relu } = ops.state;
+        let gradient = grads.consume::<Flex>(&ops.node).to_contiguous();
+        let [input, gamma, beta] =
+            inputs.map(|id| kept.retrieve_node_output::<FloatTensor<Flex>>(id).to_contiguous());
+        let gradients = norm_shape(&input, epsilon, relu).backward(
+            values(&input),
+            values(&gamma),
+            values(&beta),
+            &statistics,
+            values(&gradient),
+        );
+        let of_parents = [
+            (gradients.input, input.shape()),
+            (gradients.gamma, gamma.shape()),
+            (gradients.beta, beta.shape()),
+        ];
+        for (parent, (values, shape)) in ops.parents.iter().zip(of_parents) {
+            if let Some(parent) = parent {
+                grads.register::<Flex>(parent.id, tensor(values, shape));
+            }
+        }
+    }
+}
+
+#[derive(Debug)]
+struct Pooling;
+
+impl Backward<Flex, 1> for Pooling {
+    /// Shape of the input, and which tap was the largest.
+    type State = (Shape, Arc<Vec<u8>>);
+
+    fn backward(self, ops: Ops<Self::State, 1>, grads: &mut Gradients, _: &mut Checkpointer) {
+        let (shape, taps) = ops.state;
+        let gradient = grads.consume::<Flex>(&ops.node).to_contiguous();
+        if let [Some(parent)] = &ops.parents {
+            let [_, _, height, width] = shape.dims();
+            let input = max_pool::backward(values(&gradient), &taps, [height, width]);
+            grads.register::<Flex>(parent.id, tensor(input, shape));
+        }
+    }
+}

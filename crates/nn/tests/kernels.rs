@@ -1,0 +1,63 @@
+//! Training with our own kernels against training with Burn's.
+//!
+//! One test: the switch between them holds for the whole process.
+
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+mod golden;
+
+use burn::module::{Module, ModuleVisitor, Param};
+use burn::tensor::{Device, Gradients, Tensor};
+use evpose_nn::parameters::read;
+use evpose_nn::{HandLoss, HandRegressorConfig, set_training_kernels};
+use golden::{images, targets};
+
+struct Flattened<'a> {
+    gradients: &'a Gradients,
+    found: Vec<Vec<f32>>,
+}
+
+impl ModuleVisitor for Flattened<'_> {
+    fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
+        if let Some(gradient) = param.val().grad(self.gradients) {
+            self.found.push(gradient.into_data().iter::<f32>().collect());
+        }
+    }
+}
+
+/// Output, gradients of all parameters, and the running statistics afterwards.
+fn step(backbone: &str, ours: bool) -> [Vec<Vec<f32>>; 3] {
+    set_training_kernels(ours);
+    let device = Device::flex().autodiff();
+    let config = HandRegressorConfig { backbone: backbone.to_owned(), width: 0.125 };
+    let network = config.init(3, &device).unwrap();
+    let outputs = network.forward(images(6, 45, 60, &device));
+    let values = outputs.clone().into_data().iter::<f32>().collect();
+    let loss = HandLoss::default().forward(outputs, targets(6, &device)).objective;
+    let gradients = loss.backward();
+    let mut flattened = Flattened { gradients: &gradients, found: Vec::new() };
+    network.visit(&mut flattened);
+    let state = read(&network).into_iter().map(|(_, values)| values).collect();
+    [vec![values], flattened.found, state]
+}
+
+#[test]
+fn our_kernels_train_as_burns_do() {
+    for backbone in ["resnet18", "mobilenet_v2"] {
+        let (ours, burns) = (step(backbone, true), step(backbone, false));
+        for (what, (ours, burns)) in
+            ["output", "gradient", "state"].iter().zip(ours.iter().zip(&burns))
+        {
+            assert!(!ours.is_empty() && ours.len() == burns.len());
+            for (index, (ours, burns)) in ours.iter().zip(burns).enumerate() {
+                assert_eq!(ours.len(), burns.len());
+                let size = burns.iter().fold(1e-3_f32, |size, value| size.max(value.abs()));
+                let pairs = ours.iter().zip(burns);
+                let error = pairs.fold(0.0_f32, |error, (a, b)| error.max((a - b).abs()));
+                assert!(error <= 1e-4 * size, "{backbone} {what} {index}: {error} of {size}");
+            }
+        }
+    }
+    let twice = [step("resnet18", true), step("resnet18", true)];
+    assert!(twice[0] == twice[1]);
+}
