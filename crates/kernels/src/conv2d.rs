@@ -8,7 +8,7 @@
 
 use rayon::prelude::*;
 
-use crate::im2col::{Columns, col2im, im2col};
+use crate::im2col::{Columns, Scratch, col2im, im2col, resized};
 use crate::matmul::{Matrix, matmul};
 
 /// Columns below which images are taken together.
@@ -99,7 +99,8 @@ impl Conv2d {
             .zip(input.par_chunks(group * self.image_in()))
             .for_each_init(Scratch::default, |scratch, (output, images)| {
                 let count = output.len() / self.image_out();
-                let patches = self.patches(images, count, &mut scratch.patches);
+                let patches =
+                    self.patches(images, count, &mut scratch.patches, &mut scratch.planes);
                 if count == 1 {
                     matmul(output, weight, patches, false);
                 } else {
@@ -142,7 +143,13 @@ impl Conv2d {
                 let patches = resized(&mut scratch.patches, taps * width);
                 matmul(patches, weight, gradient, false);
                 for (index, image) in images.chunks_exact_mut(self.image_in()).enumerate() {
-                    col2im(self, patches, image, Columns { width, start: index * pixels_out });
+                    col2im(
+                        self,
+                        patches,
+                        &mut scratch.planes,
+                        image,
+                        Columns { width, start: index * pixels_out },
+                    );
                 }
             });
         input
@@ -166,7 +173,8 @@ impl Conv2d {
                 let images = images.chunks(group * self.image_in());
                 for (images, gradient) in images.zip(gradient.chunks(group * self.image_out())) {
                     let count = gradient.len() / self.image_out();
-                    let patches = self.patches(images, count, &mut scratch.patches);
+                    let patches =
+                        self.patches(images, count, &mut scratch.patches, &mut scratch.planes);
                     let gradient = self.joined(gradient, count, &mut scratch.pixels);
                     matmul(&mut partial, gradient, patches.transposed(), true);
                 }
@@ -194,6 +202,7 @@ impl Conv2d {
         images: &'a [f32],
         count: usize,
         scratch: &'a mut Vec<f32>,
+        planes: &mut Vec<f32>,
     ) -> Matrix<'a> {
         let width = count * self.pixels_out();
         if count == 1 && self.is_pointwise() {
@@ -201,7 +210,13 @@ impl Conv2d {
         }
         let matrix = resized(scratch, self.taps() * width);
         for (index, image) in images.chunks_exact(self.image_in()).enumerate() {
-            im2col(self, image, matrix, Columns { width, start: index * self.pixels_out() });
+            im2col(
+                self,
+                image,
+                planes,
+                matrix,
+                Columns { width, start: index * self.pixels_out() },
+            );
         }
         Matrix::new(matrix, self.taps(), width)
     }
@@ -229,19 +244,4 @@ impl Conv2d {
             channel.copy_from_slice(&joined[at..at + pixels]);
         }
     }
-}
-
-/// Buffers of one piece of work, kept for the next.
-#[derive(Default)]
-struct Scratch {
-    patches: Vec<f32>,
-    pixels: Vec<f32>,
-}
-
-/// The first `length` elements of a buffer that is made longer where it is too short.
-fn resized(buffer: &mut Vec<f32>, length: usize) -> &mut [f32] {
-    if buffer.len() < length {
-        buffer.resize(length, 0.0);
-    }
-    &mut buffer[..length]
 }

@@ -41,6 +41,10 @@ fn step(backbone: &str, ours: bool) -> [Vec<Vec<f32>>; 3] {
     [vec![values], flattened.found, state]
 }
 
+fn size(values: &[f32]) -> f32 {
+    values.iter().fold(0.0, |size, value| size.max(value.abs()))
+}
+
 #[test]
 fn our_kernels_train_as_burns_do() {
     for backbone in ["resnet18", "mobilenet_v2"] {
@@ -49,12 +53,14 @@ fn our_kernels_train_as_burns_do() {
             ["output", "gradient", "state"].iter().zip(ours.iter().zip(&burns))
         {
             assert!(!ours.is_empty() && ours.len() == burns.len());
+            let largest = size(&burns.concat());
             for (index, (ours, burns)) in ours.iter().zip(burns).enumerate() {
                 assert_eq!(ours.len(), burns.len());
-                let size = burns.iter().fold(1e-3_f32, |size, value| size.max(value.abs()));
-                let pairs = ours.iter().zip(burns);
-                let error = pairs.fold(0.0_f32, |error, (a, b)| error.max((a - b).abs()));
-                assert!(error <= 1e-4 * size, "{backbone} {what} {index}: {error} of {size}");
+                let differences: Vec<f32> = ours.iter().zip(burns).map(|(a, b)| a - b).collect();
+                // In front of a normalisation some gradients are zero but for rounding.
+                let tolerance = (1e-4 * size(burns)).max(1e-7 * largest);
+                let error = size(&differences);
+                assert!(error <= tolerance, "{backbone} {what} {index}: {error}");
             }
         }
     }

@@ -57,7 +57,7 @@ impl TrainingOps for Flex {
         stride: usize,
         padding: usize,
     ) -> FloatTensor<Self> {
-        convolution(input, weight, None, stride, padding)
+        convolution(&input, &weight, None, stride, padding)
     }
 
     fn training_conv2d_biased(
@@ -67,7 +67,7 @@ impl TrainingOps for Flex {
         stride: usize,
         padding: usize,
     ) -> FloatTensor<Self> {
-        convolution(input, weight, Some(bias), stride, padding)
+        convolution(&input, &weight, Some(&bias), stride, padding)
     }
 
     fn training_batch_norm(
@@ -78,28 +78,28 @@ impl TrainingOps for Flex {
         relu: bool,
     ) -> (FloatTensor<Self>, FloatTensor<Self>, FloatTensor<Self>) {
         let channels = gamma.shape();
-        let (output, statistics) = batch_norm(input, gamma, beta, epsilon, relu);
+        let (output, statistics) = batch_norm([&input, &gamma, &beta], epsilon, relu);
         let Statistics { mean, variance } = statistics;
         (output, tensor(mean, channels.clone()), tensor(variance, channels))
     }
 
     fn training_max_pool(input: FloatTensor<Self>) -> FloatTensor<Self> {
-        pool(input).0
+        pool(&input).0
     }
 }
 
-/// A convolution with what its gradients need: its shape.
+/// A convolution.
 pub(super) fn convolution(
-    input: FloatTensor<Flex>,
-    weight: FloatTensor<Flex>,
-    bias: Option<FloatTensor<Flex>>,
+    input: &FloatTensor<Flex>,
+    weight: &FloatTensor<Flex>,
+    bias: Option<&FloatTensor<Flex>>,
     stride: usize,
     padding: usize,
 ) -> FloatTensor<Flex> {
-    let conv = conv_shape(&input, &weight, stride, padding);
+    let conv = conv_shape(input, weight, stride, padding);
     let [rows, columns] = conv.output();
     let (input, weight) = (input.to_contiguous(), weight.to_contiguous());
-    let bias = bias.map(|bias| bias.to_contiguous());
+    let bias = bias.map(FloatTensor::<Flex>::to_contiguous);
     let output = conv.forward(values(&input), values(&weight), bias.as_ref().map(values));
     tensor(output, Shape::from([conv.batch, conv.channels_out, rows, columns]))
 }
@@ -117,16 +117,14 @@ pub(super) fn conv_shape(
     Conv2d { batch, channels_in, height, width, channels_out, kernel, stride, padding }
 }
 
-/// A batch normalisation with the statistics that its gradients need.
+/// A batch normalisation of input, gamma and beta, with the statistics that its gradients need.
 pub(super) fn batch_norm(
-    input: FloatTensor<Flex>,
-    gamma: FloatTensor<Flex>,
-    beta: FloatTensor<Flex>,
+    inputs: [&FloatTensor<Flex>; 3],
     epsilon: f32,
     relu: bool,
 ) -> (FloatTensor<Flex>, Statistics) {
+    let [input, gamma, beta] = inputs.map(FloatTensor::<Flex>::to_contiguous);
     let norm = norm_shape(&input, epsilon, relu);
-    let [input, gamma, beta] = [input, gamma, beta].map(|tensor| tensor.to_contiguous());
     let (output, statistics) = norm.forward(values(&input), values(&gamma), values(&beta));
     (tensor(output, input.shape()), statistics)
 }
@@ -138,7 +136,7 @@ pub(super) fn norm_shape(input: &FloatTensor<Flex>, epsilon: f32, relu: bool) ->
 }
 
 /// A max-pooling with the taps that its gradient needs.
-pub(super) fn pool(input: FloatTensor<Flex>) -> (FloatTensor<Flex>, Vec<u8>) {
+pub(super) fn pool(input: &FloatTensor<Flex>) -> (FloatTensor<Flex>, Vec<u8>) {
     let [batch, channels, height, width] = input.shape().dims();
     let (output, taps) = max_pool::forward(values(&input.to_contiguous()), [height, width]);
     let [rows, columns] = max_pool::output([height, width]);

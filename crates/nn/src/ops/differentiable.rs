@@ -25,17 +25,13 @@ impl<C: CheckpointStrategy> TrainingOps for Autodiff<Flex, C> {
         padding: usize,
     ) -> FloatTensor<Self> {
         let nodes = [input.node(), weight.node()];
+        let output = convolution(input.primitive(), weight.primitive(), None, stride, padding);
         match Convolution.prepare::<C>(nodes).compute_bound().stateful() {
             OpsKind::Tracked(mut prep) => {
                 let inputs = [prep.checkpoint(&input), prep.checkpoint(&weight)];
-                let [input, weight] = [input, weight].map(FloatTensor::<Self>::into_primitive);
-                let output = convolution(input, weight, None, stride, padding);
                 prep.finish(ConvolutionState { inputs, stride, padding }, output)
             }
-            OpsKind::UnTracked(prep) => {
-                let [input, weight] = [input, weight].map(FloatTensor::<Self>::into_primitive);
-                prep.finish(convolution(input, weight, None, stride, padding))
-            }
+            OpsKind::UnTracked(prep) => prep.finish(output),
         }
     }
 
@@ -47,19 +43,14 @@ impl<C: CheckpointStrategy> TrainingOps for Autodiff<Flex, C> {
         padding: usize,
     ) -> FloatTensor<Self> {
         let nodes = [input.node(), weight.node(), bias.node()];
+        let [x, w, b] = [&input, &weight, &bias].map(FloatTensor::<Self>::primitive);
+        let output = convolution(x, w, Some(b), stride, padding);
         match Convolution.prepare::<C>(nodes).compute_bound().stateful() {
             OpsKind::Tracked(mut prep) => {
                 let inputs = [prep.checkpoint(&input), prep.checkpoint(&weight)];
-                let [input, weight, bias] =
-                    [input, weight, bias].map(FloatTensor::<Self>::into_primitive);
-                let output = convolution(input, weight, Some(bias), stride, padding);
                 prep.finish(ConvolutionState { inputs, stride, padding }, output)
             }
-            OpsKind::UnTracked(prep) => {
-                let [input, weight, bias] =
-                    [input, weight, bias].map(FloatTensor::<Self>::into_primitive);
-                prep.finish(convolution(input, weight, Some(bias), stride, padding))
-            }
+            OpsKind::UnTracked(prep) => prep.finish(output),
         }
     }
 
@@ -71,25 +62,18 @@ impl<C: CheckpointStrategy> TrainingOps for Autodiff<Flex, C> {
         relu: bool,
     ) -> (FloatTensor<Self>, FloatTensor<Self>, FloatTensor<Self>) {
         let channels = gamma.shape();
-        let nodes = [input.node(), gamma.node(), beta.node()];
-        let (output, statistics) =
-            match Normalisation.prepare::<C>(nodes).compute_bound().stateful() {
-                OpsKind::Tracked(mut prep) => {
-                    let inputs = [&input, &gamma, &beta].map(|input| prep.checkpoint(input));
-                    let [input, gamma, beta] =
-                        [input, gamma, beta].map(FloatTensor::<Self>::into_primitive);
-                    let (output, statistics) = batch_norm(input, gamma, beta, epsilon, relu);
-                    let shared = Arc::new(statistics.clone());
-                    let state = NormalisationState { inputs, statistics: shared, epsilon, relu };
-                    (prep.finish(state, output), statistics)
-                }
-                OpsKind::UnTracked(prep) => {
-                    let [input, gamma, beta] =
-                        [input, gamma, beta].map(FloatTensor::<Self>::into_primitive);
-                    let (output, statistics) = batch_norm(input, gamma, beta, epsilon, relu);
-                    (prep.finish(output), statistics)
-                }
-            };
+        let parents = [&input, &gamma, &beta];
+        let nodes = parents.map(FloatTensor::<Self>::node);
+        let primitives = parents.map(FloatTensor::<Self>::primitive);
+        let (output, statistics) = batch_norm(primitives, epsilon, relu);
+        let output = match Normalisation.prepare::<C>(nodes).compute_bound().stateful() {
+            OpsKind::Tracked(mut prep) => {
+                let inputs = parents.map(|parent| prep.checkpoint(parent));
+                let statistics = Arc::new(statistics.clone());
+                prep.finish(NormalisationState { inputs, statistics, epsilon, relu }, output)
+            }
+            OpsKind::UnTracked(prep) => prep.finish(output),
+        };
         let Statistics { mean, variance } = statistics;
         let [mean, variance] =
             [mean, variance].map(|it| FloatTensor::<Self>::new(tensor(it, channels.clone())));
@@ -97,13 +81,10 @@ impl<C: CheckpointStrategy> TrainingOps for Autodiff<Flex, C> {
     }
 
     fn training_max_pool(input: FloatTensor<Self>) -> FloatTensor<Self> {
-        let shape = input.shape();
+        let (output, taps) = pool(input.primitive());
         match Pooling.prepare::<C>([input.node()]).compute_bound().stateful() {
-            OpsKind::Tracked(prep) => {
-                let (output, taps) = pool(input.into_primitive());
-                prep.finish((shape, Arc::new(taps)), output)
-            }
-            OpsKind::UnTracked(prep) => prep.finish(pool(input.into_primitive()).0),
+            OpsKind::Tracked(prep) => prep.finish((input.shape(), Arc::new(taps)), output),
+            OpsKind::UnTracked(prep) => prep.finish(output),
         }
     }
 }
