@@ -1,7 +1,7 @@
 //! A convolution without bias and the batch normalisation behind it, of which every backbone is
 //! built.
 
-use burn::module::{Initializer, Module};
+use burn::module::{Initializer, Module, RunningState};
 use burn::nn::conv::{Conv2d, Conv2dConfig};
 use burn::nn::{BatchNorm, BatchNormConfig, PaddingConfig2d};
 use burn::tensor::{Device, Tensor};
@@ -18,6 +18,10 @@ pub(crate) struct ConvNormConfig {
     pub(crate) stride: usize,
     pub(crate) groups: usize,
 }
+
+/// Ids of the running statistics of every layer.
+const MEAN: u64 = 1;
+const VARIANCE: u64 = 2;
 
 /// `norm(conv(x))`.
 #[derive(Module, Debug)]
@@ -53,7 +57,12 @@ impl ConvNormConfig {
             .with_bias(false)
             .with_initializer(Initializer::Zeros)
             .init(device);
-        ConvNorm { conv, norm: BatchNormConfig::new(channels_out).init(device) }
+        let mut norm = BatchNormConfig::new(channels_out).init(device);
+        // Burn draws the ids of running statistics at random and never changes them afterwards.
+        // No optimiser asks for them; fixed ones make checkpoints the same bytes in every run.
+        norm.running_mean = RunningState::with_id(MEAN.into(), norm.running_mean.value());
+        norm.running_var = RunningState::with_id(VARIANCE.into(), norm.running_var.value());
+        ConvNorm { conv, norm }
     }
 }
 

@@ -7,6 +7,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use burn::tensor::Bytes;
+use burn_pack::{Reader, Writer};
 use burn_train::checkpoint::{Checkpoint, Checkpointer, CheckpointerError};
 
 use crate::TrainError;
@@ -35,6 +37,7 @@ impl AtomicCheckpointer {
 impl<R: Checkpoint> Checkpointer<R> for AtomicCheckpointer {
     fn save(&self, interval: usize, record: R) -> Result<(), CheckpointerError> {
         let bytes = record.checkpoint_into_bytes().map_err(CheckpointerError::Record)?;
+        let bytes = in_order(bytes).map_err(|error| CheckpointerError::Record(error.into()))?;
         evpose_core::atomic_write(self.path(interval), &bytes).map_err(CheckpointerError::IOError)
     }
 
@@ -50,6 +53,19 @@ impl<R: Checkpoint> Checkpointer<R> for AtomicCheckpointer {
     fn restore(&self, interval: usize) -> Result<R, CheckpointerError> {
         R::load(self.path(interval))
     }
+}
+
+/// The same file with its tensors in the order of their names: Burn writes those of the optimiser
+/// in the order of a hash map, another in every run.
+fn in_order(bytes: Bytes) -> Result<Bytes, burn_pack::Error> {
+    let reader = Reader::from_bytes(bytes)?;
+    let (metadata, scalars) = (reader.metadata().clone(), reader.scalars().clone());
+    let mut tensors = reader.into_tensors()?;
+    tensors.sort_by(|a, b| a.name.cmp(&b.name));
+    let writer = metadata
+        .iter()
+        .fold(Writer::new(tensors), |writer, (key, value)| writer.with_metadata(key, value));
+    scalars.into_iter().fold(writer, |writer, (key, value)| writer.with_scalar(&key, value)).into_bytes()
 }
 
 fn part_path(directory: &Path, part: &str, interval: usize) -> PathBuf {
