@@ -79,7 +79,8 @@ impl Simulator {
         let seed = seed_for(shared.seed, "sequence", index);
         let config = &shared.config;
         let camera = config.camera();
-        let motion = BezierMotion::new(config.motion, seed_for(seed, "motion", 0), config.step_hz);
+        let mut motion =
+            BezierMotion::new(config.motion, seed_for(seed, "motion", 0), config.step_hz);
         let view = ViewTest::new(
             &config.camera.placement(),
             &camera.pinhole(),
@@ -87,20 +88,17 @@ impl Simulator {
             config.motion.parity,
         );
         let surroundings = Surroundings::new(&shared, camera, seed, 0);
+        let mut posed = PosedBody::default();
+        motion.settle(&view, |target| {
+            let pose =
+                BodyPose::from_generator(&shared.body, &target.numbers, target.translation_m);
+            shared.body.pose_joints(&surroundings.shaped, &pose, &mut posed);
+            posed.joints[shared.body.wrist].translation.into()
+        });
         let sensor = shared
             .sensor_model(surroundings.episode.threshold_offset)?
             .start(camera.sensor(), seed_for(seed, "sensor", 0));
-        Ok(Self {
-            shared,
-            seed,
-            camera,
-            motion,
-            view,
-            posed: PosedBody::default(),
-            sensor,
-            surroundings,
-            next: 0,
-        })
+        Ok(Self { shared, seed, camera, motion, view, posed, sensor, surroundings, next: 0 })
     }
 
     /// Simulates one step.

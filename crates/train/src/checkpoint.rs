@@ -65,7 +65,10 @@ fn in_order(bytes: Bytes) -> Result<Bytes, burn_pack::Error> {
     let writer = metadata
         .iter()
         .fold(Writer::new(tensors), |writer, (key, value)| writer.with_metadata(key, value));
-    scalars.into_iter().fold(writer, |writer, (key, value)| writer.with_scalar(&key, value)).into_bytes()
+    scalars
+        .into_iter()
+        .fold(writer, |writer, (key, value)| writer.with_scalar(&key, value))
+        .into_bytes()
 }
 
 fn part_path(directory: &Path, part: &str, interval: usize) -> PathBuf {

@@ -9,7 +9,8 @@
 //! # Source
 //! EventHands, released simulator. There a wrist outside gets a new curve every step, so that it
 //! trembles back towards the mean of all targets, and motion begins in the T-pose, above the image.
-//! [`MotionConfig::parity`] does the same.
+//! [`MotionConfig::parity`] does the same. Its sequences last eleven hours, so that the beginning is
+//! nothing; ours may last seconds, so that they begin in the middle: see [`BezierMotion::settle`].
 
 use evpose_core::CounterRng;
 use glam::Vec3;
@@ -17,8 +18,9 @@ use serde::{Deserialize, Serialize};
 
 use super::{Target, Variant, ViewTest};
 
-/// How often [`BezierMotion::begin_in_view`] draws; one in four targets of the program is in view.
-const BEGINNINGS: u64 = 64;
+/// Curves before a recording. Three targets of four lie outside the view; after this many curves
+/// the arm has come back, and its poses are spread like those of an endless motion.
+const SETTLING_CURVES: u32 = 4;
 
 /// How the arm moves.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -74,20 +76,19 @@ impl BezierMotion {
         }
     }
 
-    /// Draws where to begin again until `view` keeps the wrist there, a few dozen times at most.
+    /// Moves on, unrecorded, to a random moment of the fifth curve: recordings then begin with
+    /// poses like all others. Does nothing with [`MotionConfig::parity`].
     ///
-    /// `wrist_m` finds the wrist of a pose. Does nothing once under way, or with
-    /// [`MotionConfig::parity`].
-    pub fn begin_in_view(&mut self, view: &ViewTest, mut wrist_m: impl FnMut(&Target) -> Vec3) {
-        if self.steps > 0 || self.config.parity {
+    /// `wrist_m` finds the wrist of a pose.
+    pub fn settle(&mut self, view: &ViewTest, mut wrist_m: impl FnMut(&Target) -> Vec3) {
+        if self.config.parity {
             return;
         }
-        for attempt in 1..=BEGINNINGS {
-            if view.keeps(wrist_m(&self.present)) {
-                return;
-            }
-            let mut rng = CounterRng::new(self.seed, "motion start", attempt);
-            self.present = Target::draw(self.config.variant, &mut rng);
+        let mut rng = CounterRng::new(self.seed, "motion phase", 0);
+        let phase = rng.below(self.steps_per_curve as usize) as u32;
+        for _ in 0..SETTLING_CURVES * self.steps_per_curve + phase {
+            let at_m = wrist_m(self.step());
+            self.call_back(view, at_m);
         }
     }
 
@@ -224,7 +225,7 @@ mod tests {
             Vec3::from(body.joints[model.wrist].translation)
         };
         let mut motion = motion(seed);
-        motion.begin_in_view(&view, &mut wrist_m);
+        motion.settle(&view, &mut wrist_m);
         let (mut inside, mut called) = (0, 0);
         for _ in 0..steps {
             let at_m = wrist_m(motion.step());
@@ -243,5 +244,11 @@ mod tests {
         let (inside, called) = wrist_in_image(11, 20_000);
         assert!(inside > 19_600, "{inside} of 20000 steps in the image");
         assert!(called < 200, "called back {called} times in 20 s");
+    }
+    /// Without settling, three of four would begin outside.
+    #[test]
+    fn recordings_begin_with_the_wrist_in_the_image() {
+        let begun = (0..40).map(|seed| wrist_in_image(seed, 1).0).sum::<usize>();
+        assert!(begun >= 37, "{begun} of 40");
     }
 }
