@@ -7,7 +7,7 @@
 use std::time::Instant;
 
 use evpose_core::{Micros, Plane, SensorSize};
-use evpose_sensor::{SensorConfig, SensorError, SensorModel};
+use evpose_sensor::{EffectConfig, SensorConfig, SensorError, SensorModel};
 
 const SIZE: SensorSize = SensorSize::DAVIS240C;
 const FRAMES: usize = 64;
@@ -33,8 +33,31 @@ fn frame(index: usize) -> Plane<f32> {
     plane
 }
 
-fn clean() -> SensorConfig {
-    SensorConfig::default()
+fn with(effects: &[EffectConfig]) -> SensorConfig {
+    let mut config = SensorConfig::default();
+    config.effects.extend_from_slice(effects);
+    config
+}
+
+fn mismatch() -> EffectConfig {
+    EffectConfig::new("threshold_mismatch").with("sigma", 0.02)
+}
+
+fn lowpass() -> EffectConfig {
+    EffectConfig::new("photoreceptor_lowpass").with("cutoff_hz", 300.0).with("dark_light", 0.08)
+}
+
+fn leak() -> EffectConfig {
+    EffectConfig::new("leak_on").with("rate_hz", 0.1).with("spread_decades", 0.1)
+}
+
+fn shot() -> EffectConfig {
+    let shot = EffectConfig::new("shot_noise_poisson").with("rate_hz", 5.0);
+    shot.with("spread_decades", 0.1).with("light_slope", 0.75)
+}
+
+fn refractory() -> EffectConfig {
+    EffectConfig::new("refractory").with("period_us", 500.0)
 }
 
 fn bench(name: &str, config: &SensorConfig, seconds: f64) -> Result<(), SensorError> {
@@ -75,7 +98,14 @@ fn bench(name: &str, config: &SensorConfig, seconds: f64) -> Result<(), SensorEr
 
 fn main() -> Result<(), SensorError> {
     let seconds = std::env::args().nth(1).and_then(|text| text.parse().ok()).unwrap_or(2.0);
-    bench("ideal", &clean(), seconds)?;
+    bench("ideal", &with(&[]), seconds)?;
+    bench("thresholds, mismatch", &with(&[mismatch()]), seconds)?;
+    bench("+ low-pass", &with(&[mismatch(), lowpass()]), seconds)?;
+    bench("+ leak", &with(&[mismatch(), leak()]), seconds)?;
+    bench("+ shot noise", &with(&[mismatch(), shot()]), seconds)?;
+    bench("+ refractory", &with(&[mismatch(), refractory()]), seconds)?;
+    let all = [mismatch(), lowpass(), leak(), shot(), refractory()];
+    bench("all of them", &with(&all), seconds)?;
     bench("eventhands", &SensorConfig::preset("eventhands")?, seconds)?;
     Ok(())
 }

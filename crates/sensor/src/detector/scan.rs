@@ -1,0 +1,155 @@
+//! The first half of a step: which pixels may have something to say.
+
+use std::ops::Range;
+
+use evpose_core::StageNoise;
+
+use super::PixelArray;
+use crate::model::Chain;
+use crate::stage::Tick;
+use crate::wide::wide;
+
+/// Pixels looked at together. A few cache lines: wide enough for any vector unit, small enough
+/// that one event does not send many quiet pixels down the slow path.
+const LANES: usize = 16;
+
+/// Light of white in the code values of detectors that see light.
+const WHITE_CODE: f32 = 255.0;
+
+impl PixelArray {
+    /// Starts the scan of a step, which goes through all blocks in order.
+    pub(crate) fn begin_scan(&mut self) {
+        self.awake.clear();
+        self.accepted.clear();
+        self.next_hit = 0;
+    }
+
+    /// Looks at a block of pixels: its light, and its voltage, to which leaks are added.
+    pub(crate) fn scan(
+        &mut self,
+        chain: &Chain,
+        tick: &Tick,
+        pixels: &Range<usize>,
+        light: &[f32],
+        voltage: &mut [f32],
+    ) {
+        let detector = &*chain.detector.stage;
+        if detector.sees_light() {
+            for (v, i) in voltage.iter_mut().zip(light) {
+                *v = WHITE_CODE * i;
+            }
+        }
+        if tick.index == 0 {
+            self.settle(chain, tick, pixels.start, voltage);
+        }
+        if !self.leaked.is_empty() {
+            self.seep(chain, tick, pixels, light, voltage);
+        }
+        if detector.sees_light() {
+            self.awake.extend(pixels.start as u32..pixels.end as u32);
+        } else {
+            self.find_awake(tick, pixels, voltage);
+        }
+        self.accept(chain, tick, pixels, light);
+    }
+
+    fn seep(
+        &mut self,
+        chain: &Chain,
+        tick: &Tick,
+        pixels: &Range<usize>,
+        light: &[f32],
+        voltage: &mut [f32],
+    ) {
+        let seeped = &mut self.seeped[pixels.clone()];
+        let dt_s = tick.dt_s() as f32;
+        match self.photo_leak_per_s.get(pixels.clone()) {
+            Some(rates) => wide(|| {
+                for ((seeped, rate), i) in seeped.iter_mut().zip(rates).zip(light) {
+                    *seeped = rate * i * dt_s;
+                }
+            }),
+            None => seeped.fill(0.0),
+        }
+        let steady = self.leak_per_s.get(pixels.clone()).unwrap_or_default();
+        for (link, memory) in chain.terms.iter().zip(&self.terms) {
+            if link.stage.seeps() {
+                let noise = StageNoise::at_tick(memory.noise_key, tick.index);
+                link.stage.seep(tick, pixels, steady, seeped, noise);
+            }
+        }
+        let leaked = &mut self.leaked[pixels.clone()];
+        wide(|| {
+            for ((v, leaked), seeped) in voltage.iter_mut().zip(leaked).zip(seeped) {
+                *leaked += *seeped;
+                *v += *leaked;
+            }
+        });
+    }
+
+    fn find_awake(&mut self, tick: &Tick, pixels: &Range<usize>, voltage: &[f32]) {
+        let on = &self.wake_on[pixels.clone()];
+        let off = &self.wake_off[pixels.clone()];
+        let first = pixels.start as u32;
+        let awake = &mut self.awake;
+        match self.leak_per_s.get(pixels.clone()) {
+            Some(leak) => {
+                let age_s = (tick.end_s - self.anchor_s) as f32;
+                wide(|| find(first, voltage, on, off, awake, |k, v| v + leak[k] * age_s));
+            }
+            None => wide(|| find(first, voltage, on, off, awake, |_, v| v)),
+        }
+    }
+
+    /// Keeps the hits of a block that take place, at the light there is.
+    fn accept(&mut self, chain: &Chain, tick: &Tick, pixels: &Range<usize>, light: &[f32]) {
+        while let Some(hit) = self.hits.get(self.next_hit)
+            && (hit.pixel as usize) < pixels.end
+        {
+            self.next_hit += 1;
+            let is_now = hit.t_s > tick.start_s && hit.t_s <= tick.end_s;
+            let pixel = hit.pixel as usize;
+            if is_now && !self.traits[pixel].is_dead {
+                let term = &chain.terms[usize::from(hit.term)].stage;
+                if hit.chance <= term.acceptance(light[pixel - pixels.start]) {
+                    self.accepted.push(*hit);
+                }
+            }
+        }
+    }
+}
+
+/// Appends the pixels whose `x` lies at or beyond one of their levels, skipping quiet ones many at
+/// a time.
+#[inline(always)]
+fn find(
+    first: u32,
+    voltage: &[f32],
+    on: &[f32],
+    off: &[f32],
+    awake: &mut Vec<u32>,
+    x: impl Fn(usize, f32) -> f32,
+) {
+    let (voltage_lanes, _) = voltage.as_chunks::<LANES>();
+    let (on_lanes, _) = on.as_chunks::<LANES>();
+    let (off_lanes, _) = off.as_chunks::<LANES>();
+    for (lane, ((v, on), off)) in voltage_lanes.iter().zip(on_lanes).zip(off_lanes).enumerate() {
+        let start = lane * LANES;
+        // No early exit: a loop without branches is what becomes vector instructions.
+        let mut beyond = 0u32;
+        for k in 0..LANES {
+            let x = x(start + k, v[k]);
+            beyond |= u32::from((x >= on[k]) | (x <= off[k])) << k;
+        }
+        while beyond != 0 {
+            awake.push(first + start as u32 + beyond.trailing_zeros());
+            beyond &= beyond - 1;
+        }
+    }
+    for k in voltage_lanes.len() * LANES..voltage.len() {
+        let x = x(k, voltage[k]);
+        if (x >= on[k]) | (x <= off[k]) {
+            awake.push(first + k as u32);
+        }
+    }
+}
