@@ -1,6 +1,6 @@
 //! Time of a sensor chain per pixel and step, on one core, from frames in memory.
 //!
-//! `cargo run --release -p evpose-sensor --example bench_sensor [seconds]`
+//! `cargo run --release -p evpose-sensor --example bench_sensor [seconds] [part of a name]`
 
 #![allow(clippy::print_stdout, reason = "the output of a program")]
 
@@ -20,7 +20,7 @@ fn frame(index: usize) -> Plane<f32> {
     // Back and forth, so that the sequence can be repeated without a jump.
     let half = FRAMES / 2;
     let way = if index < half { index } else { FRAMES - index } as f32;
-    let (cx, cy) = (60.0 + 1.2 * way, 70.0 + 0.5 * way);
+    let (cx, cy) = (70.0 + 0.8 * way, 75.0 + 0.35 * way);
     for (i, y) in plane.data_mut().iter_mut().enumerate() {
         let (px, py) = ((i % width) as f32, (i / width) as f32);
         let ground = 0.25 + 0.1 * (0.11 * px).sin() * (0.07 * py).cos();
@@ -97,15 +97,22 @@ fn bench(name: &str, config: &SensorConfig, seconds: f64) -> Result<(), SensorEr
 }
 
 fn main() -> Result<(), SensorError> {
+    let only = std::env::args().nth(2);
     let seconds = std::env::args().nth(1).and_then(|text| text.parse().ok()).unwrap_or(2.0);
-    bench("ideal", &with(&[]), seconds)?;
-    bench("thresholds, mismatch", &with(&[mismatch()]), seconds)?;
-    bench("+ low-pass", &with(&[mismatch(), lowpass()]), seconds)?;
-    bench("+ leak", &with(&[mismatch(), leak()]), seconds)?;
-    bench("+ shot noise", &with(&[mismatch(), shot()]), seconds)?;
-    bench("+ refractory", &with(&[mismatch(), refractory()]), seconds)?;
     let all = [mismatch(), lowpass(), leak(), shot(), refractory()];
-    bench("all of them", &with(&all), seconds)?;
-    bench("eventhands", &SensorConfig::preset("eventhands")?, seconds)?;
+    for (name, config) in [
+        ("ideal", with(&[])),
+        ("thresholds, mismatch", with(&[mismatch()])),
+        ("+ low-pass", with(&[mismatch(), lowpass()])),
+        ("+ leak", with(&[mismatch(), leak()])),
+        ("+ shot noise", with(&[mismatch(), shot()])),
+        ("+ refractory", with(&[mismatch(), refractory()])),
+        ("all of them", with(&all)),
+        ("eventhands", SensorConfig::preset("eventhands")?),
+    ] {
+        if only.as_ref().is_none_or(|only| name.contains(only.as_str())) {
+            bench(name, &config, seconds)?;
+        }
+    }
     Ok(())
 }

@@ -148,7 +148,7 @@ impl Front {
     fn sense(&mut self, luminance: &[f32], pixels: &Range<usize>) {
         let held = self.held(pixels);
         let light = &mut self.light[held];
-        let is_faulty = wide(|| {
+        let is_faulty = wide(#[inline(always)] || {
             let mut is_faulty = false;
             for (light, &y) in light.iter_mut().zip(luminance) {
                 // Not a number stays one, and differs from itself.

@@ -37,8 +37,9 @@ pub(crate) struct Chain {
     pub(crate) front: Vec<Link<FrontStage>>,
     pub(crate) detector: Link<Box<dyn ChangeDetector>>,
     pub(crate) terms: Vec<Link<Box<dyn PixelTerm>>>,
-    /// Whether any term changes what an event leaves behind, or what holds until the next one.
-    pub(crate) has_resets: bool,
+    /// Which terms change what an event leaves behind.
+    pub(crate) resetting: Vec<usize>,
+    /// Whether any term changes what holds until the next event.
     pub(crate) has_renewals: bool,
     pub(crate) steps_while_deaf: bool,
     pub(crate) background: Vec<Link<Box<dyn BackgroundStage>>>,
@@ -93,6 +94,11 @@ impl Chain {
             law.respond(&[0.0], &mut dark_v);
         }
         dark_v[0]
+    }
+
+    /// Whether pixels can be deaf for a while.
+    pub(crate) fn has_pauses(&self) -> bool {
+        !self.resetting.is_empty() || !self.readout.stage.is_immediate()
     }
 
     /// The shortest time in which a stage answers, in seconds.
@@ -232,7 +238,7 @@ impl From<Vec<Built>> for Chain {
             front: Vec::new(),
             detector: Link { name: level_crossing::SPEC.name, stage: level_crossing::ideal() },
             terms: Vec::new(),
-            has_resets: false,
+            resetting: Vec::new(),
             has_renewals: false,
             steps_while_deaf: false,
             background: Vec::new(),
@@ -257,7 +263,9 @@ impl From<Vec<Built>> for Chain {
                     continue;
                 }
                 Stage::Term(stage) => {
-                    chain.has_resets |= stage.resets();
+                    if stage.resets() {
+                        chain.resetting.push(chain.terms.len());
+                    }
                     chain.has_renewals |= stage.renews();
                     chain.steps_while_deaf |= stage.steps_while_deaf();
                     chain.terms.push(Link { name, stage });

@@ -193,7 +193,8 @@ impl SensorRun {
         self.front.step(chain, tick, light, &mut seen_by);
         let (before, after) = self.front.voltages();
         let noise = StageNoise::at_tick(self.detector_key, tick.index);
-        let step = Step { chain, tick, before, after, noise };
+        let per_s = 1.0 / tick.dt_s();
+        let step = Step { chain, tick, before, after, per_s, noise };
         if feeds_back {
             let now = |r: &&Request| r.t_s > tick.start_s && r.t_s <= tick.end_s;
             let background: Vec<Request> = self.background.iter().filter(now).copied().collect();
@@ -207,7 +208,7 @@ impl SensorRun {
             self.array.resolve(step, &mut self.requests);
         }
         for tap in self.taps.iter_mut().filter(|tap| tap.stage() == chain.detector.name) {
-            tap.push(tick.end_s, self.array.residual(tick, tap.pixel(), after));
+            tap.push(tick.end_s, self.array.residual(step, tap.pixel()));
         }
         self.front.turn_over();
     }

@@ -98,7 +98,9 @@ impl PixelTerm for HotPixels {
 
     /// Hot pixels and their rates, two by two.
     fn table(&self, traits: &[PixelTraits], noise: StageNoise) -> Vec<f64> {
-        let hot = (0..traits.len()).filter(|&pixel| noise.uniform(pixel, 0) <= self.fraction);
+        let is_hot =
+            |&pixel: &usize| !traits[pixel].is_dead && noise.uniform(pixel, 0) <= self.fraction;
+        let hot = (0..traits.len()).filter(is_hot);
         hot.flat_map(|pixel| {
             let draw = f64::from(noise.normal(pixel, 1));
             let rate = self.median_hz * (std::f64::consts::LN_10 * self.spread_decades * draw).exp();

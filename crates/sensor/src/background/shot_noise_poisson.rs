@@ -91,7 +91,7 @@ const GAPS: usize = 0;
 const CHANCES: usize = 1;
 
 /// Pixels per entry of the coarse table, which is then small enough to stay in the cache.
-const COARSE: usize = 64;
+const COARSE: usize = 16;
 
 /// Lengths on the line: ON and OFF of a pixel, side by side.
 fn lengths(weights: [f64; 2]) -> f64 {
@@ -112,6 +112,10 @@ impl PixelTerm for ShotNoisePoisson {
         let (mean_on, mean_off) = (mean(|t| t.threshold_on), mean(|t| t.threshold_off));
         let mut table = Vec::new();
         for (pixel, own) in traits.iter().enumerate() {
+            if own.is_dead {
+                table.extend([0.0, 0.0]);
+                continue;
+            }
             let draw = f64::from(noise.normal(pixel, 0));
             let rate = (std::f64::consts::LN_10 * self.spread_decades * draw).exp();
             let of = |mean: f64, own: f32| {
@@ -161,6 +165,9 @@ impl PixelTerm for ShotNoisePoisson {
                 pixel += 1;
             }
             let [on, off] = pairs[pixel];
+            if on + off <= 0.0 {
+                continue;
+            }
             let (polarity, share) = if rest < on {
                 (Polarity::On, rest / on)
             } else {

@@ -11,8 +11,9 @@
 
 use evpose_core::{SensorSize, StageNoise, seed_for};
 
-use super::pixel::{Cell, PixelStep, PixelTraits};
+use super::pixel::{Cell, Pause, PixelStep, PixelTraits};
 use super::queue::Queue;
+use super::resolve::Step;
 use super::term::Hit;
 use crate::model::Chain;
 use crate::stage::Tick;
@@ -31,6 +32,8 @@ pub(crate) struct PixelArray {
     pub(super) size: SensorSize,
     pub(super) traits: Vec<PixelTraits>,
     pub(super) cells: Vec<Cell>,
+    /// Empty where pixels never pause.
+    pub(super) pauses: Vec<Pause>,
     /// A pixel may have an ON event where `x` is not below this, and an OFF event where it is not
     /// above that.
     pub(super) wake_on: Vec<f32>,
@@ -72,6 +75,7 @@ impl PixelArray {
             size,
             traits: Vec::with_capacity(pixels),
             cells: Vec::new(),
+            pauses: Vec::new(),
             wake_on: vec![f32::INFINITY; pixels],
             wake_off: vec![f32::NEG_INFINITY; pixels],
             leak_per_s: Vec::new(),
@@ -89,6 +93,9 @@ impl PixelArray {
         array.make_pattern(chain);
         array.cells = array.traits.iter().map(Cell::new).collect();
         array.renew_all(chain);
+        if chain.has_pauses() {
+            array.pauses = vec![Pause::NONE; pixels];
+        }
         array
     }
 
@@ -121,16 +128,16 @@ impl PixelArray {
 
     /// What holds until the next event, for every pixel, and the planes that follow from it.
     fn renew_all(&mut self, chain: &Chain) {
+        let leaks = self.traits.iter().any(|t| t.leak_hz > 0.0);
+        self.leak_per_s.clear();
         for pixel in 0..self.cells.len() {
             let traits = self.renewed(chain, pixel, None);
             self.cells[pixel].take(&traits);
+            if leaks {
+                self.leak_per_s.push(traits.leak_per_s());
+            }
         }
         let pixels = self.size.pixels();
-        let leaks = self.traits.iter().any(|t| t.leak_hz > 0.0);
-        self.leak_per_s.clear();
-        if leaks {
-            self.leak_per_s.extend(self.cells.iter().map(|cell| cell.leak_per_s));
-        }
         self.photo_leak_per_s.clear();
         if self.traits.iter().any(|t| t.photo_leak_hz > 0.0) {
             let rates = self.traits.iter().map(|t| t.photo_leak_hz * t.threshold_on);
@@ -188,9 +195,11 @@ impl PixelArray {
     /// Sets the levels at which a pixel wakes after `end_s`.
     pub(super) fn arm(&mut self, pixel: usize, end_s: f64, steps_while_deaf: bool) {
         let cell = &self.cells[pixel];
-        let is_deaf = cell.free_s > end_s && !steps_while_deaf;
         // What is due in a later step needs a look in every step until then.
-        let is_due = is_deaf || cell.waits || cell.follows_until_s > end_s;
+        let is_due = self.pauses.get(pixel).is_some_and(|pause| {
+            let is_deaf = pause.free_s > end_s && !steps_while_deaf;
+            is_deaf || pause.free_s == f64::INFINITY || pause.follows_until_s > end_s
+        });
         let (on, off) = if is_due {
             (f32::NEG_INFINITY, f32::INFINITY)
         } else {
@@ -217,7 +226,8 @@ impl PixelArray {
             return;
         }
         for (pixel, cell) in self.cells.iter_mut().enumerate() {
-            let mut shift = f64::from(cell.leak_per_s) * age_s;
+            let steady = self.leak_per_s.get(pixel).map_or(0.0, |&leak| f64::from(leak));
+            let mut shift = steady * age_s;
             if let Some(leaked) = self.leaked.get_mut(pixel) {
                 shift += f64::from(*leaked);
                 before[pixel] -= *leaked;
@@ -250,15 +260,11 @@ impl PixelArray {
     }
 
     /// A pixel as the detector sees it in a step.
-    pub(super) fn step_of(
-        &self,
-        tick: &Tick,
-        pixel: usize,
-        before: &[f32],
-        after: &[f32],
-    ) -> PixelStep {
+    #[inline]
+    pub(super) fn step_of(&self, step: Step<'_>, pixel: usize) -> PixelStep {
+        let Step { tick, before, after, per_s, .. } = step;
         let cell = &self.cells[pixel];
-        let leak = f64::from(cell.leak_per_s);
+        let leak = self.leak_per_s.get(pixel).map_or(0.0, |&leak| f64::from(leak));
         PixelStep {
             start_s: tick.start_s,
             end_s: tick.end_s,
@@ -269,12 +275,13 @@ impl PixelArray {
             threshold_off: f64::from(cell.threshold_off),
             pixel: pixel as u32,
             count: cell.count,
+            per_s,
         }
     }
 
     /// How far a pixel is from its memory at the end of a step; dead ones have none.
-    pub(crate) fn residual(&self, tick: &Tick, pixel: usize, after: &[f32]) -> f32 {
-        let seen = self.step_of(tick, pixel, after, after);
+    pub(crate) fn residual(&self, step: Step<'_>, pixel: usize) -> f32 {
+        let seen = self.step_of(step, pixel);
         (seen.to - seen.memory) as f32
     }
 

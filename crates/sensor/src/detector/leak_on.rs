@@ -147,7 +147,7 @@ impl PixelTerm for LeakOn {
         noise: StageNoise,
     ) {
         let scale = self.frame_jitter * tick.dt_s() as f32;
-        wide(|| {
+        wide(#[inline(always)] || {
             for_each_normal(noise, pixels, |k, draw| leaked[k] -= scale * leak_per_s[k] * draw);
         });
     }

@@ -99,6 +99,7 @@ mod tests {
             threshold_off: 0.5,
             pixel: 0,
             count: 0,
+            per_s: 0.5,
         };
         let (mut events, mut now) = (Vec::new(), step.start_s);
         while let Some(change) = detector.next(&step, now, StageNoise::new(0, SPEC.name, 1)) {

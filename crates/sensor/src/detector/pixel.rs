@@ -27,9 +27,15 @@ impl PixelTraits {
     pub(crate) fn alike(threshold_on: f32, threshold_off: f32) -> Self {
         Self { threshold_on, threshold_off, leak_hz: 0.0, photo_leak_hz: 0.0, is_dead: false }
     }
+
+    /// The steady leak in ln per second.
+    pub(crate) fn leak_per_s(&self) -> f32 {
+        self.leak_hz * self.threshold_on
+    }
 }
 
-/// What a pixel remembers. Only pixels with something to say are touched: 40 bytes, together.
+/// What a pixel remembers. Only pixels with something to say are touched, one here and one there:
+/// what they need lies together.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Cell {
     /// The level compared with, as it was at the array's anchor time.
@@ -37,41 +43,37 @@ pub(crate) struct Cell {
     /// Thresholds in force.
     pub(crate) threshold_on: f32,
     pub(crate) threshold_off: f32,
-    /// Leak in ln per second.
-    pub(crate) leak_per_s: f32,
-    /// Deaf before this time.
-    pub(crate) free_s: f64,
-    /// The memory is what the voltage will be then; minus infinity where nothing is due.
-    pub(crate) follows_until_s: f64,
     /// Events so far, which number the draws of this pixel.
     pub(crate) count: u32,
-    /// Whether a request of this pixel is with the readout.
-    pub(crate) waits: bool,
 }
 
 impl Cell {
     pub(crate) fn new(traits: &PixelTraits) -> Self {
-        let mut cell = Self {
-            memory: 0.0,
-            threshold_on: 0.0,
-            threshold_off: 0.0,
-            leak_per_s: 0.0,
-            free_s: f64::NEG_INFINITY,
-            follows_until_s: f64::NEG_INFINITY,
-            count: 0,
-            waits: false,
-        };
+        let mut cell = Self { memory: 0.0, threshold_on: 0.0, threshold_off: 0.0, count: 0 };
         cell.take(traits);
         cell
     }
 
-    /// Thresholds and leak as these traits have them.
+    /// Thresholds as these traits have them.
     pub(crate) fn take(&mut self, traits: &PixelTraits) {
         let dead = |threshold| if traits.is_dead { f32::INFINITY } else { threshold };
         self.threshold_on = dead(traits.threshold_on);
         self.threshold_off = dead(traits.threshold_off);
-        self.leak_per_s = traits.leak_hz * traits.threshold_on;
     }
+}
+
+/// When a pixel is not itself.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Pause {
+    /// Deaf before this time; for ever while it waits for the readout.
+    pub(crate) free_s: f64,
+    /// The memory is what the voltage will be then; minus infinity where nothing is due.
+    pub(crate) follows_until_s: f64,
+}
+
+impl Pause {
+    pub(crate) const NONE: Self =
+        Self { free_s: f64::NEG_INFINITY, follows_until_s: f64::NEG_INFINITY };
 }
 
 /// A pixel in one step, as a detector sees it.
@@ -95,16 +97,20 @@ pub struct PixelStep {
     pub pixel: u32,
     /// How many events it has had.
     pub count: u32,
+    /// Parts of the step per second: one over its length.
+    pub per_s: f64,
 }
 
 impl PixelStep {
     /// What is compared, at a time within the step.
     pub fn at(&self, t_s: f64) -> f64 {
-        let dt_s = self.end_s - self.start_s;
-        if t_s >= self.end_s || dt_s <= 0.0 {
+        if t_s >= self.end_s {
             return self.to;
         }
-        self.from + (self.to - self.from) * ((t_s - self.start_s) / dt_s)
+        if t_s <= self.start_s {
+            return self.from;
+        }
+        self.from + (self.to - self.from) * ((t_s - self.start_s) * self.per_s)
     }
 
     /// The level one threshold away.

@@ -73,7 +73,7 @@ impl PixelArray {
             for hit in hits {
                 self.queue.push(hit.t_s, hit.pixel, Entry::Hit(*hit));
             }
-            if !self.cells[pixel].waits {
+            if !self.waits(pixel) {
                 self.expect_change(step, pixel, step.tick.start_s);
             }
         });
@@ -99,11 +99,11 @@ impl PixelArray {
         service: &mut Service<'_>,
         out: &mut Vec<Request>,
     ) {
-        let cell = &self.cells[pixel];
+        let (cell, waits) = (&self.cells[pixel], self.waits(pixel));
         let firing = match entry {
-            Entry::Change { firing, count } if count == cell.count && !cell.waits => firing,
-            Entry::Hit(hit) if !cell.waits && hit.t_s >= cell.free_s => {
-                let seen = self.step_of(step.tick, pixel, step.before, step.after);
+            Entry::Change { firing, count } if count == cell.count && !waits => firing,
+            Entry::Hit(hit) if hit.t_s >= self.pauses[pixel].free_s => {
+                let seen = self.step_of(step, pixel);
                 let memory = seen.at(hit.t_s);
                 Firing { t_s: hit.t_s, polarity: hit.polarity, origin: hit.origin, memory }
             }
@@ -115,15 +115,15 @@ impl PixelArray {
             }
             Entry::Served(request) => {
                 out.push(request);
-                self.cells[pixel].waits = false;
-                let seen = self.step_of(step.tick, pixel, step.before, step.after);
+                self.pauses[pixel].free_s = f64::NEG_INFINITY;
+                let seen = self.step_of(step, pixel);
                 let Request { t_s, polarity, origin, .. } = request;
                 self.go_on(step, pixel, Firing { t_s, polarity, origin, memory: seen.at(t_s) });
                 return;
             }
             Entry::Change { .. } | Entry::Hit(_) => return,
         };
-        if firing.t_s < cell.free_s {
+        if firing.t_s < self.pauses[pixel].free_s {
             // Deaf, but stepping: the event is lost.
             self.cells[pixel].memory = firing.memory as f32;
             self.expect_change(step, pixel, firing.t_s);
@@ -138,10 +138,15 @@ impl PixelArray {
                 self.go_on(step, pixel, firing);
             }
             Some(t_s) => {
-                self.cells[pixel].waits = true;
+                self.pauses[pixel].free_s = f64::INFINITY;
                 self.serve_or_wait(step, Request { t_s, ..request });
             }
         }
+    }
+
+    /// Whether a request of this pixel is with the readout.
+    fn waits(&self, pixel: usize) -> bool {
+        self.pauses[pixel].free_s == f64::INFINITY
     }
 
     /// A pixel is served in this step or in a later one.
@@ -155,13 +160,13 @@ impl PixelArray {
 
     /// Resets a pixel and looks for its next change.
     fn go_on(&mut self, step: Step<'_>, pixel: usize, firing: Firing) {
-        let mut seen = self.step_of(step.tick, pixel, step.before, step.after);
+        let mut seen = self.step_of(step, pixel);
         self.reset(step, &mut seen, &firing);
         self.expect_change(step, pixel, firing.t_s);
     }
 
     fn expect_change(&mut self, step: Step<'_>, pixel: usize, now_s: f64) {
-        let mut seen = self.step_of(step.tick, pixel, step.before, step.after);
+        let mut seen = self.step_of(step, pixel);
         let Some(from_s) = self.listens_from(step, pixel, &mut seen, now_s) else { return };
         if let Some(firing) = self.next_firing(step, &mut seen, from_s, &mut &[][..]) {
             let count = seen.count;

@@ -2,7 +2,7 @@
 
 use evpose_core::{Polarity, StageNoise};
 
-use super::pixel::{Cell, PixelStep};
+use super::pixel::{Pause, PixelStep};
 use super::term::Hit;
 use super::{Change, PixelArray, Reset};
 use crate::model::Chain;
@@ -17,9 +17,14 @@ pub(crate) struct Step<'a> {
     /// What pixels compared at the end of the step before, and at the end of this one.
     pub(crate) before: &'a [f32],
     pub(crate) after: &'a [f32],
+    /// One over the length of the step.
+    pub(crate) per_s: f64,
     /// Noise of the detector.
     pub(crate) noise: StageNoise,
 }
+
+/// Pixels looked up together.
+const BATCH: usize = 64;
 
 /// An event about to happen.
 #[derive(Debug, Clone, Copy)]
@@ -43,9 +48,16 @@ impl PixelArray {
                 self.resolve_frame(step, pixel, hits, spread, out);
             });
         } else {
+            // What pixels remember lies apart: asking for many at once lets the memory answer
+            // while the processor goes on asking.
+            let mut batch = Vec::with_capacity(BATCH);
             for_each_pixel(&awake, &accepted, |pixel, hits| {
-                self.resolve_pixel(step, pixel, hits, out);
+                batch.push((self.step_of(step, pixel), hits));
+                if batch.len() == BATCH {
+                    batch.drain(..).for_each(|(seen, hits)| self.resolve_pixel(step, seen, hits, out));
+                }
             });
+            batch.drain(..).for_each(|(seen, hits)| self.resolve_pixel(step, seen, hits, out));
         }
         self.awake = awake;
         self.accepted = accepted;
@@ -55,16 +67,15 @@ impl PixelArray {
     fn resolve_pixel(
         &mut self,
         step: Step<'_>,
-        pixel: usize,
+        mut seen: PixelStep,
         mut hits: &[Hit],
         out: &mut Vec<Request>,
     ) {
-        let mut seen = self.step_of(step.tick, pixel, step.before, step.after);
+        let pixel = seen.pixel as usize;
         let mut now_s = step.tick.start_s;
         while let Some(from_s) = self.listens_from(step, pixel, &mut seen, now_s) {
             let Some(firing) = self.next_firing(step, &mut seen, from_s, &mut hits) else { break };
-            let is_deaf = firing.t_s < self.cells[pixel].free_s;
-            if is_deaf {
+            if step.chain.steps_while_deaf && firing.t_s < self.pauses[pixel].free_s {
                 self.step_silently(pixel, &mut seen, firing.memory);
             } else {
                 out.push(request(pixel, &firing));
@@ -84,19 +95,21 @@ impl PixelArray {
         seen: &mut PixelStep,
         now_s: f64,
     ) -> Option<f64> {
-        let cell = &mut self.cells[pixel];
         let mut from_s = now_s;
-        if cell.follows_until_s > f64::NEG_INFINITY {
-            from_s = from_s.max(cell.follows_until_s);
-            if from_s > step.tick.end_s {
-                return None;
+        if let Some(pause) = self.pauses.get_mut(pixel) {
+            if pause.follows_until_s > f64::NEG_INFINITY {
+                from_s = from_s.max(pause.follows_until_s);
+                if from_s > step.tick.end_s {
+                    return None;
+                }
+                let cell = &mut self.cells[pixel];
+                cell.memory = seen.at(pause.follows_until_s) as f32;
+                pause.follows_until_s = f64::NEG_INFINITY;
+                seen.memory = f64::from(cell.memory);
             }
-            cell.memory = seen.at(cell.follows_until_s) as f32;
-            cell.follows_until_s = f64::NEG_INFINITY;
-            seen.memory = f64::from(cell.memory);
-        }
-        if !step.chain.steps_while_deaf {
-            from_s = from_s.max(cell.free_s);
+            if !step.chain.steps_while_deaf {
+                from_s = from_s.max(pause.free_s);
+            }
         }
         (from_s <= step.tick.end_s).then_some(from_s)
     }
@@ -110,11 +123,10 @@ impl PixelArray {
         from_s: f64,
         hits: &mut &[Hit],
     ) -> Option<Firing> {
-        let free_s = self.cells[seen.pixel as usize].free_s.max(from_s);
-        while let [hit, rest @ ..] = hits
-            && hit.t_s < free_s
-        {
-            *hits = rest;
+        if !hits.is_empty() {
+            let pause = self.pauses.get(seen.pixel as usize).unwrap_or(&Pause::NONE);
+            let free_s = pause.free_s.max(from_s);
+            *hits = &hits[hits.iter().take_while(|hit| hit.t_s < free_s).count()..];
         }
         let change = step.chain.detector.stage.next(seen, from_s, step.noise);
         if let [hit, rest @ ..] = hits
@@ -140,9 +152,9 @@ impl PixelArray {
     #[inline]
     fn origin(&self, seen: &PixelStep, polarity: Polarity) -> Origin {
         let pixel = seen.pixel as usize;
+        let steady = self.leak_per_s.get(pixel).map_or(0.0, |&leak| f64::from(leak));
         let seeped = self.seeped.get(pixel).map_or(0.0, |&s| f64::from(s));
-        let steady = f64::from(self.cells[pixel].leak_per_s) * (seen.end_s - seen.start_s);
-        let leak = steady + seeped;
+        let leak = steady * (seen.end_s - seen.start_s) + seeped;
         if polarity.is_on() && leak > 0.0 && 2.0 * leak > seen.to - seen.from {
             Origin::Leak
         } else {
@@ -159,10 +171,11 @@ impl PixelArray {
     #[inline]
     pub(super) fn reset(&mut self, step: Step<'_>, seen: &mut PixelStep, firing: &Firing) {
         let Firing { t_s, polarity, memory, .. } = *firing;
-        let cell = &mut self.cells[seen.pixel as usize];
+        let pixel = seen.pixel as usize;
+        let cell = &mut self.cells[pixel];
         cell.count += 1;
         cell.memory = memory as f32;
-        if step.chain.has_resets {
+        if !step.chain.resetting.is_empty() {
             let threshold = match polarity {
                 Polarity::On => seen.threshold_on,
                 Polarity::Off => seen.threshold_off,
@@ -172,17 +185,15 @@ impl PixelArray {
                 polarity,
                 threshold,
                 memory,
-                free_s: cell.free_s,
+                free_s: self.pauses[pixel].free_s,
                 follows_until_s: f64::NEG_INFINITY,
             };
-            for link in &step.chain.terms {
-                if link.stage.resets() {
-                    link.stage.reset(&mut reset);
-                }
+            for &term in &step.chain.resetting {
+                step.chain.terms[term].stage.reset(&mut reset);
             }
             cell.memory = reset.memory as f32;
-            cell.free_s = reset.free_s;
-            cell.follows_until_s = reset.follows_until_s;
+            let Reset { free_s, follows_until_s, .. } = reset;
+            self.pauses[pixel] = Pause { free_s, follows_until_s };
         }
         seen.memory = f64::from(cell.memory);
         seen.count = cell.count;
@@ -196,20 +207,19 @@ impl PixelArray {
         let pixel = seen.pixel as usize;
         let traits = self.renewed(step.chain, pixel, Some(last));
         let cell = &mut self.cells[pixel];
-        let Cell { leak_per_s: old, .. } = *cell;
         cell.take(&traits);
-        let shift = f64::from(cell.leak_per_s - old) * (t_s - self.anchor_s);
-        cell.memory = (f64::from(cell.memory) + shift) as f32;
         if let Some(leak) = self.leak_per_s.get_mut(pixel) {
-            *leak = cell.leak_per_s;
+            let shift = f64::from(traits.leak_per_s() - *leak) * (t_s - self.anchor_s);
+            cell.memory = (f64::from(cell.memory) + shift) as f32;
+            *leak = traits.leak_per_s();
         }
-        *seen = self.step_of(step.tick, pixel, step.before, step.after);
+        *seen = self.step_of(step, pixel);
     }
 
     /// The largest number of events that any pixel has in this step, at least one.
     fn largest_count(&self, step: Step<'_>, awake: &[u32]) -> u32 {
         let counts = awake.iter().map(|&pixel| {
-            let seen = self.step_of(step.tick, pixel as usize, step.before, step.after);
+            let seen = self.step_of(step, pixel as usize);
             let change = step.chain.detector.stage.next(&seen, seen.start_s, step.noise);
             change.map_or(0, |change| change.count)
         });
@@ -226,7 +236,7 @@ impl PixelArray {
         out: &mut Vec<Request>,
     ) {
         let Step { chain, tick, .. } = step;
-        let mut seen = self.step_of(tick, pixel, step.before, step.after);
+        let mut seen = self.step_of(step, pixel);
         let end_s = tick.end_s;
         let is_blind = self.listens_from(step, pixel, &mut seen, tick.start_s).is_none();
         let change = chain.detector.stage.next(&seen, tick.start_s, step.noise);
@@ -241,7 +251,7 @@ impl PixelArray {
                     n => tick.start_s + f64::from(k + 1) / f64::from(n) * tick.dt_s(),
                 };
                 // As published, an event at the very end of the deaf time is lost.
-                if t_s <= self.cells[pixel].free_s {
+                if self.pauses.get(pixel).is_some_and(|pause| t_s <= pause.free_s) {
                     if chain.steps_while_deaf {
                         kept += 1;
                     }
@@ -272,18 +282,18 @@ pub(super) fn request(pixel: usize, firing: &Firing) -> Request {
 }
 
 /// Calls `each(pixel, hits)` for every pixel that is awake or hit, in order.
-pub(super) fn for_each_pixel(
+pub(super) fn for_each_pixel<'h>(
     mut awake: &[u32],
-    mut hits: &[Hit],
-    mut each: impl FnMut(usize, &[Hit]),
+    mut hits: &'h [Hit],
+    mut each: impl FnMut(usize, &'h [Hit]),
 ) {
     loop {
+        if hits.is_empty() {
+            awake.iter().for_each(|&pixel| each(pixel as usize, &[]));
+            return;
+        }
         let pixel = match (awake, hits) {
-            ([], []) => return,
-            ([pixel, rest @ ..], []) => {
-                awake = rest;
-                *pixel
-            }
+            (_, []) => return,
             ([], [hit, ..]) => hit.pixel,
             ([pixel, rest @ ..], [hit, ..]) => {
                 if *pixel <= hit.pixel {

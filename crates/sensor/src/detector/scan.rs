@@ -64,7 +64,7 @@ impl PixelArray {
         let seeped = &mut self.seeped[pixels.clone()];
         let dt_s = tick.dt_s() as f32;
         match self.photo_leak_per_s.get(pixels.clone()) {
-            Some(rates) => wide(|| {
+            Some(rates) => wide(#[inline(always)] || {
                 for ((seeped, rate), i) in seeped.iter_mut().zip(rates).zip(light) {
                     *seeped = rate * i * dt_s;
                 }
@@ -79,7 +79,7 @@ impl PixelArray {
             }
         }
         let leaked = &mut self.leaked[pixels.clone()];
-        wide(|| {
+        wide(#[inline(always)] || {
             for ((v, leaked), seeped) in voltage.iter_mut().zip(leaked).zip(seeped) {
                 *leaked += *seeped;
                 *v += *leaked;
@@ -95,9 +95,16 @@ impl PixelArray {
         match self.leak_per_s.get(pixels.clone()) {
             Some(leak) => {
                 let age_s = (tick.end_s - self.anchor_s) as f32;
-                wide(|| find(first, voltage, on, off, awake, |k, v| v + leak[k] * age_s));
+                wide(
+                    #[inline(always)]
+                    || find(first, [voltage, on, off, leak], |v, leak| v + leak * age_s, awake),
+                );
             }
-            None => wide(|| find(first, voltage, on, off, awake, |_, v| v)),
+            // Without a leak its place is taken by what is at hand.
+            None => wide(
+                #[inline(always)]
+                || find(first, [voltage, on, off, voltage], |v, _| v, awake),
+            ),
         }
     }
 
@@ -109,7 +116,7 @@ impl PixelArray {
             self.next_hit += 1;
             let is_now = hit.t_s > tick.start_s && hit.t_s <= tick.end_s;
             let pixel = hit.pixel as usize;
-            if is_now && !self.traits[pixel].is_dead {
+            if is_now {
                 let term = &chain.terms[usize::from(hit.term)].stage;
                 if hit.chance <= term.acceptance(light[pixel - pixels.start]) {
                     self.accepted.push(*hit);
@@ -119,37 +126,42 @@ impl PixelArray {
     }
 }
 
-/// Appends the pixels whose `x` lies at or beyond one of their levels, skipping quiet ones many at
-/// a time.
+/// Appends the pixels whose `x`, of voltage and leak, lies at or beyond one of their levels,
+/// skipping quiet ones many at a time.
 #[inline(always)]
 fn find(
     first: u32,
-    voltage: &[f32],
-    on: &[f32],
-    off: &[f32],
+    planes: [&[f32]; 4],
+    x: impl Fn(f32, f32) -> f32,
     awake: &mut Vec<u32>,
-    x: impl Fn(usize, f32) -> f32,
 ) {
-    let (voltage_lanes, _) = voltage.as_chunks::<LANES>();
-    let (on_lanes, _) = on.as_chunks::<LANES>();
-    let (off_lanes, _) = off.as_chunks::<LANES>();
-    for (lane, ((v, on), off)) in voltage_lanes.iter().zip(on_lanes).zip(off_lanes).enumerate() {
-        let start = lane * LANES;
+    let beyond = |v: f32, on: f32, off: f32, leak: f32| {
+        let x = x(v, leak);
+        (x >= on) | (x <= off)
+    };
+    let [(voltage, v_rest), (on, on_rest), (off, off_rest), (leak, leak_rest)] =
+        planes.map(|plane| plane.as_chunks::<LANES>());
+    for (lane, (((v, on), off), leak)) in voltage.iter().zip(on).zip(off).zip(leak).enumerate() {
         // No early exit: a loop without branches is what becomes vector instructions.
-        let mut beyond = 0u32;
+        let mut any = 0;
         for k in 0..LANES {
-            let x = x(start + k, v[k]);
-            beyond |= u32::from((x >= on[k]) | (x <= off[k])) << k;
+            any |= u32::from(beyond(v[k], on[k], off[k], leak[k]));
         }
-        while beyond != 0 {
-            awake.push(first + start as u32 + beyond.trailing_zeros());
-            beyond &= beyond - 1;
+        if any != 0 {
+            let start = first + (lane * LANES) as u32;
+            // Every pixel is written down and kept or not: who wakes is hard to predict.
+            let (mut found, mut count) = ([0; LANES], 0);
+            for k in 0..LANES {
+                found[count % LANES] = start + k as u32;
+                count += usize::from(beyond(v[k], on[k], off[k], leak[k]));
+            }
+            awake.extend_from_slice(&found[..count.min(LANES)]);
         }
     }
-    for k in voltage_lanes.len() * LANES..voltage.len() {
-        let x = x(k, voltage[k]);
-        if (x >= on[k]) | (x <= off[k]) {
-            awake.push(first + k as u32);
+    let start = first + (voltage.len() * LANES) as u32;
+    for k in 0..v_rest.len() {
+        if beyond(v_rest[k], on_rest[k], off_rest[k], leak_rest[k]) {
+            awake.push(start + k as u32);
         }
     }
 }

@@ -77,7 +77,7 @@ pub trait PixelTerm: Send + Sync + Debug {
     }
 
     /// Appends what pixels do by themselves in this exposure, in order of pixels and, for one
-    /// pixel, of time.
+    /// pixel, of time. Dead ones do nothing.
     fn strike(
         &self,
         _tick: &Tick,

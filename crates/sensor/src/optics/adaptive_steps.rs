@@ -86,7 +86,7 @@ impl Divider {
             return 1;
         }
         let dark = dark_light(chain);
-        let largest = wide(|| {
+        let largest = wide(#[inline(always)] || {
             self.before.iter().zip(luminance).fold(0.0f32, |largest, (before, now)| {
                 let change = (ln(at_least_none(*now) + dark) - ln(at_least_none(*before) + dark)).abs();
                 if change > largest { change } else { largest }
@@ -109,7 +109,7 @@ impl Divider {
         }
         let (dark, share) = (dark_light(chain), part as f32 / parts as f32);
         light.resize(now.len(), 0.0);
-        wide(|| {
+        wide(#[inline(always)] || {
             for ((light, before), now) in light.iter_mut().zip(&self.before).zip(now) {
                 let from = at_least_none(*before) + dark;
                 let change = ln(at_least_none(*now) + dark) - ln(from);

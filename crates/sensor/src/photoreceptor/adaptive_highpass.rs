@@ -93,7 +93,7 @@ impl PixelStage for AdaptiveHighpass {
         let signal = &mut *block.signal;
         if self.is_sinh {
             let left = 1.0 + exp_m1(-STEEPNESS * a);
-            wide(|| {
+            wide(#[inline(always)] || {
                 for ((v, y), x) in signal.iter_mut().zip(output).zip(input) {
                     let moved = *y + (*v - *x);
                     *x = *v;
@@ -106,7 +106,7 @@ impl PixelStage for AdaptiveHighpass {
             });
         } else {
             let pole = Pole::of(a);
-            wide(|| {
+            wide(#[inline(always)] || {
                 for ((v, y), x) in signal.iter_mut().zip(output).zip(input) {
                     *y = pole.high(*y, *x, *v);
                     (*x, *v) = (*v, *y);

@@ -55,7 +55,7 @@ struct LinLog {
 
 impl Photoreceptor for LinLog {
     fn respond(&self, photocurrent: &[f32], voltage: &mut [f32]) {
-        wide(|| {
+        wide(#[inline(always)] || {
             for (v, i) in voltage.iter_mut().zip(photocurrent) {
                 let x = WHITE_CODE * i;
                 // The logarithm is kept from what it does not know, then chosen or not.

@@ -52,7 +52,7 @@ struct Logarithmic {
 
 impl Photoreceptor for Logarithmic {
     fn respond(&self, photocurrent: &[f32], voltage: &mut [f32]) {
-        wide(|| {
+        wide(#[inline(always)] || {
             for (v, i) in voltage.iter_mut().zip(photocurrent) {
                 *v = ln(i + self.dark_offset);
             }

@@ -116,7 +116,7 @@ impl PixelStage for PhotoreceptorLowpass {
         let signal = &mut *block.signal;
         if !self.depends_on_light && !self.is_euler {
             let pole = Pole::of(turns);
-            wide(|| {
+            wide(#[inline(always)] || {
                 for ((v, y), x) in signal.iter_mut().zip(output).zip(input) {
                     *y = pole.low(*y, *x, *v);
                     (*x, *v) = (*v, *y);
@@ -131,7 +131,7 @@ impl PixelStage for PhotoreceptorLowpass {
         };
         let light = block.photocurrent;
         if self.is_euler {
-            wide(|| {
+            wide(#[inline(always)] || {
                 for ((v, y), i) in signal.iter_mut().zip(output).zip(light) {
                     let a = scale * i + base;
                     let share = if a < 1.0 { a } else { 1.0 };
@@ -141,7 +141,7 @@ impl PixelStage for PhotoreceptorLowpass {
             });
             return;
         }
-        wide(|| {
+        wide(#[inline(always)] || {
             for (((v, y), x), i) in signal.iter_mut().zip(output).zip(input).zip(light) {
                 *y = Pole::of(scale * i + base).low(*y, *x, *v);
                 (*x, *v) = (*v, *y);
