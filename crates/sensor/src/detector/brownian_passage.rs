@@ -212,8 +212,8 @@ mod tests {
         assert!((probability_up(1.0, 1e-3, 0.7, 1.3) - 1.0).abs() < 1e-12);
         assert!(probability_up(-1.0, 1e-3, 0.7, 1.3) < 1e-12);
         // The published form, where it does not overflow.
-        let (mu, s, a, b) = (3e-7, 5e-4, 0.8, 1.2);
-        let published = ((2.0 * mu * b / s / s as f64).exp() - 1.0)
+        let (mu, s, a, b) = (3e-7, 5e-4f64, 0.8, 1.2);
+        let published = ((2.0 * mu * b / s / s).exp() - 1.0)
             / ((2.0 * mu * b / s / s).exp() - (-2.0 * mu * a / s / s).exp());
         assert!((probability_up(mu, s, a, b) - published).abs() < 1e-9);
     }
