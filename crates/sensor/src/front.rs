@@ -127,13 +127,7 @@ impl Front {
         }
     }
 
-    fn tap(
-        &self,
-        link: &Link<FrontStage>,
-        tick: &Tick,
-        pixels: &Range<usize>,
-        taps: &mut [Tap],
-    ) {
+    fn tap(&self, link: &Link<FrontStage>, tick: &Tick, pixels: &Range<usize>, taps: &mut [Tap]) {
         for tap in taps.iter_mut().filter(|tap| tap.is_at(link.name, pixels)) {
             let value = if link.stage.is_in_light() {
                 self.light[self.held(pixels)][tap.pixel() - pixels.start]
@@ -148,15 +142,18 @@ impl Front {
     fn sense(&mut self, luminance: &[f32], pixels: &Range<usize>) {
         let held = self.held(pixels);
         let light = &mut self.light[held];
-        let is_faulty = wide(#[inline(always)] || {
-            let mut is_faulty = false;
-            for (light, &y) in light.iter_mut().zip(luminance) {
-                // Not a number stays one, and differs from itself.
-                *light = y.clamp(0.0, f32::MAX);
-                is_faulty |= *light != y;
-            }
-            is_faulty
-        });
+        let is_faulty = wide(
+            #[inline(always)]
+            || {
+                let mut is_faulty = false;
+                for (light, &y) in light.iter_mut().zip(luminance) {
+                    // Not a number stays one, and differs from itself.
+                    *light = y.clamp(0.0, f32::MAX);
+                    is_faulty |= *light != y;
+                }
+                is_faulty
+            },
+        );
         if is_faulty {
             for (light, y) in light.iter_mut().zip(luminance) {
                 if !(0.0..=f32::MAX).contains(y) {

@@ -11,8 +11,8 @@ use evpose_core::{SensorSize, StageNoise};
 
 use crate::background::BackgroundStage;
 use crate::clock::ClockStage;
-use crate::optics::adaptive_steps::AdaptiveSteps;
 use crate::detector::{ChangeDetector, PixelTerm};
+use crate::optics::adaptive_steps::AdaptiveSteps;
 use crate::photoreceptor::Photoreceptor;
 use crate::readout::Readout;
 

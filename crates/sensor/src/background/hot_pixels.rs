@@ -103,7 +103,8 @@ impl PixelTerm for HotPixels {
         let hot = (0..traits.len()).filter(is_hot);
         hot.flat_map(|pixel| {
             let draw = f64::from(noise.normal(pixel, 1));
-            let rate = self.median_hz * (std::f64::consts::LN_10 * self.spread_decades * draw).exp();
+            let rate =
+                self.median_hz * (std::f64::consts::LN_10 * self.spread_decades * draw).exp();
             [pixel as f64, rate]
         })
         .collect()

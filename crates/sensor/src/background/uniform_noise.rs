@@ -19,9 +19,7 @@ use evpose_core::{Polarity, SensorSize, StageNoise};
 
 use super::{BackgroundStage, exponential, uniform};
 use crate::stage::{Stage, Tick};
-use crate::{
-    ChoiceSpec, Citation, Domain, Origin, ParamSpec, Prior, Request, Scale, StageSpec,
-};
+use crate::{ChoiceSpec, Citation, Domain, Origin, ParamSpec, Prior, Request, Scale, StageSpec};
 
 const ON: ParamSpec = ParamSpec {
     name: "on_hz",

@@ -50,13 +50,7 @@ impl ClockStage for FrameGrid {
         self.pull <= 0.0
     }
 
-    fn step(
-        &self,
-        tick: &Tick,
-        events: &mut Vec<Request>,
-        _state: &mut [f64],
-        _noise: StageNoise,
-    ) {
+    fn step(&self, tick: &Tick, events: &mut Vec<Request>, _state: &mut [f64], _noise: StageNoise) {
         for event in events {
             event.t_s += self.pull * (tick.end_s - event.t_s).max(0.0);
         }

@@ -53,13 +53,7 @@ impl ClockStage for TimestampJitter {
         self.sigma_s <= 0.0
     }
 
-    fn step(
-        &self,
-        _tick: &Tick,
-        events: &mut Vec<Request>,
-        _state: &mut [f64],
-        noise: StageNoise,
-    ) {
+    fn step(&self, _tick: &Tick, events: &mut Vec<Request>, _state: &mut [f64], noise: StageNoise) {
         // A draw is that of a pixel at a time, so that an event keeps it whatever others come and
         // go; those of one pixel at one time, side by side in the list, are counted.
         let (mut last, mut repeat) = ((u32::MAX, 0), 0);
@@ -104,8 +98,7 @@ mod tests {
 
     #[test]
     fn events_of_one_pixel_at_one_time_part() {
-        let event =
-            Request { t_s: 0.5, pixel: 3, polarity: Polarity::On, origin: Origin::Signal };
+        let event = Request { t_s: 0.5, pixel: 3, polarity: Polarity::On, origin: Origin::Signal };
         let mut events = vec![event; 5];
         let tick = Tick { start_s: 0.0, end_s: 1.0, index: 1 };
         let noise = StageNoise::new(2, SPEC.name, 1);

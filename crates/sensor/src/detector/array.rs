@@ -67,10 +67,10 @@ pub(super) struct TermMemory {
 impl PixelArray {
     pub(crate) fn new(chain: &Chain, size: SensorSize, seed: u64) -> Self {
         let pixels = size.pixels();
-        let terms = chain.terms.iter().map(|link| TermMemory {
-            noise_key: seed_for(seed, link.name, 0),
-            table: Vec::new(),
-        });
+        let terms = chain
+            .terms
+            .iter()
+            .map(|link| TermMemory { noise_key: seed_for(seed, link.name, 0), table: Vec::new() });
         let mut array = Self {
             size,
             traits: Vec::with_capacity(pixels),
@@ -143,8 +143,8 @@ impl PixelArray {
             let rates = self.traits.iter().map(|t| t.photo_leak_hz * t.threshold_on);
             self.photo_leak_per_s.extend(rates);
         }
-        let seeps = !self.photo_leak_per_s.is_empty()
-            || chain.terms.iter().any(|link| link.stage.seeps());
+        let seeps =
+            !self.photo_leak_per_s.is_empty() || chain.terms.iter().any(|link| link.stage.seeps());
         let seeping = if seeps { pixels } else { 0 };
         self.leaked.resize(seeping, 0.0);
         self.seeped.resize(seeping, 0.0);
@@ -246,17 +246,14 @@ impl PixelArray {
         if tick.dt_s() <= 0.0 {
             return;
         }
-        let mut sources = 0;
         for (index, (link, memory)) in chain.terms.iter().zip(&self.terms).enumerate() {
             let noise = StageNoise::at_tick(memory.noise_key, tick.index);
             let first = self.hits.len();
             link.stage.strike(tick, self.size, &memory.table, noise, &mut self.hits);
             self.hits[first..].iter_mut().for_each(|hit| hit.term = index as u8);
-            sources += usize::from(self.hits.len() > first);
         }
-        if sources > 1 {
-            self.hits.sort_by(|a, b| a.pixel.cmp(&b.pixel).then(a.t_s.total_cmp(&b.t_s)));
-        }
+        // Hits come in long runs in order, of which a stable sort makes use.
+        self.hits.sort_by(|a, b| a.pixel.cmp(&b.pixel).then(a.t_s.total_cmp(&b.t_s)));
     }
 
     /// A pixel as the detector sees it in a step.

@@ -105,7 +105,8 @@ impl ChangeDetector for BrownianPassage {
     }
 
     fn next(&self, pixel: &PixelStep, from_s: f64, noise: StageNoise) -> Option<Change> {
-        let (step_us, left_us) = ((pixel.end_s - pixel.start_s) * 1e6, (pixel.end_s - from_s) * 1e6);
+        let (step_us, left_us) =
+            ((pixel.end_s - pixel.start_s) * 1e6, (pixel.end_s - from_s) * 1e6);
         if step_us <= 0.0 || left_us <= 0.0 || !pixel.threshold_on.is_finite() {
             return None;
         }
@@ -113,7 +114,8 @@ impl ChangeDetector for BrownianPassage {
         let light = 0.5 * (pixel.from + pixel.to);
         let drift = k1 * (pixel.to - pixel.from) / step_us / (light + k2) + k4 + k5 * light;
         let spread = k3 * light.sqrt() / (light + k2) + k6;
-        let mut draws = Draws { noise, pixel: pixel.pixel as usize, next: pixel.count.wrapping_mul(DRAWS) };
+        let mut draws =
+            Draws { noise, pixel: pixel.pixel as usize, next: pixel.count.wrapping_mul(DRAWS) };
         let residual = pixel.memory.clamp(-0.999_999, 0.999_999);
         let (up, down) = (1.0 - residual, 1.0 + residual);
         let is_on = draws.uniform() <= probability_up(drift, spread, up, down);

@@ -147,8 +147,11 @@ impl PixelTerm for LeakOn {
         noise: StageNoise,
     ) {
         let scale = self.frame_jitter * tick.dt_s() as f32;
-        wide(#[inline(always)] || {
-            for_each_normal(noise, pixels, |k, draw| leaked[k] -= scale * leak_per_s[k] * draw);
-        });
+        wide(
+            #[inline(always)]
+            || {
+                for_each_normal(noise, pixels, |k, draw| leaked[k] -= scale * leak_per_s[k] * draw);
+            },
+        );
     }
 }

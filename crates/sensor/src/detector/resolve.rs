@@ -54,7 +54,9 @@ impl PixelArray {
             for_each_pixel(&awake, &accepted, |pixel, hits| {
                 batch.push((self.step_of(step, pixel), hits));
                 if batch.len() == BATCH {
-                    batch.drain(..).for_each(|(seen, hits)| self.resolve_pixel(step, seen, hits, out));
+                    batch
+                        .drain(..)
+                        .for_each(|(seen, hits)| self.resolve_pixel(step, seen, hits, out));
                 }
             });
             batch.drain(..).for_each(|(seen, hits)| self.resolve_pixel(step, seen, hits, out));

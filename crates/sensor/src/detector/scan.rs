@@ -64,11 +64,14 @@ impl PixelArray {
         let seeped = &mut self.seeped[pixels.clone()];
         let dt_s = tick.dt_s() as f32;
         match self.photo_leak_per_s.get(pixels.clone()) {
-            Some(rates) => wide(#[inline(always)] || {
-                for ((seeped, rate), i) in seeped.iter_mut().zip(rates).zip(light) {
-                    *seeped = rate * i * dt_s;
-                }
-            }),
+            Some(rates) => wide(
+                #[inline(always)]
+                || {
+                    for ((seeped, rate), i) in seeped.iter_mut().zip(rates).zip(light) {
+                        *seeped = rate * i * dt_s;
+                    }
+                },
+            ),
             None => seeped.fill(0.0),
         }
         let steady = self.leak_per_s.get(pixels.clone()).unwrap_or_default();
@@ -79,12 +82,15 @@ impl PixelArray {
             }
         }
         let leaked = &mut self.leaked[pixels.clone()];
-        wide(#[inline(always)] || {
-            for ((v, leaked), seeped) in voltage.iter_mut().zip(leaked).zip(seeped) {
-                *leaked += *seeped;
-                *v += *leaked;
-            }
-        });
+        wide(
+            #[inline(always)]
+            || {
+                for ((v, leaked), seeped) in voltage.iter_mut().zip(leaked).zip(seeped) {
+                    *leaked += *seeped;
+                    *v += *leaked;
+                }
+            },
+        );
     }
 
     fn find_awake(&mut self, tick: &Tick, pixels: &Range<usize>, voltage: &[f32]) {
@@ -129,12 +135,7 @@ impl PixelArray {
 /// Appends the pixels whose `x`, of voltage and leak, lies at or beyond one of their levels,
 /// skipping quiet ones many at a time.
 #[inline(always)]
-fn find(
-    first: u32,
-    planes: [&[f32]; 4],
-    x: impl Fn(f32, f32) -> f32,
-    awake: &mut Vec<u32>,
-) {
+fn find(first: u32, planes: [&[f32]; 4], x: impl Fn(f32, f32) -> f32, awake: &mut Vec<u32>) {
     let beyond = |v: f32, on: f32, off: f32, leak: f32| {
         let x = x(v, leak);
         (x >= on) | (x <= off)

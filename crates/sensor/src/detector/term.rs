@@ -76,8 +76,8 @@ pub trait PixelTerm: Send + Sync + Debug {
         Vec::new()
     }
 
-    /// Appends what pixels do by themselves in this exposure, in order of pixels and, for one
-    /// pixel, of time. Dead ones do nothing.
+    /// Appends what pixels do by themselves in this exposure, best in order of pixels and, for one
+    /// pixel, of time: the array puts them in order. Dead pixels do nothing.
     fn strike(
         &self,
         _tick: &Tick,

@@ -95,7 +95,8 @@ mod tests {
                 (f64::from(traits.threshold_on) - 0.3, f64::from(traits.threshold_off) - 0.25)
             })
             .collect();
-        let mean = |f: &dyn Fn(&(f64, f64)) -> f64| deviations.iter().map(f).sum::<f64>() / n as f64;
+        let mean =
+            |f: &dyn Fn(&(f64, f64)) -> f64| deviations.iter().map(f).sum::<f64>() / n as f64;
         let bound = 4.0 / (n as f64).sqrt();
         assert!(mean(&|d| d.0).abs() < 0.03 * bound && mean(&|d| d.1).abs() < 0.03 * bound);
         for variance in [mean(&|d| d.0 * d.0), mean(&|d| d.1 * d.1)] {

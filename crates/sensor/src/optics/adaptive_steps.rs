@@ -86,12 +86,16 @@ impl Divider {
             return 1;
         }
         let dark = dark_light(chain);
-        let largest = wide(#[inline(always)] || {
-            self.before.iter().zip(luminance).fold(0.0f32, |largest, (before, now)| {
-                let change = (ln(at_least_none(*now) + dark) - ln(at_least_none(*before) + dark)).abs();
-                if change > largest { change } else { largest }
-            })
-        });
+        let largest = wide(
+            #[inline(always)]
+            || {
+                self.before.iter().zip(luminance).fold(0.0f32, |largest, (before, now)| {
+                    let change =
+                        (ln(at_least_none(*now) + dark) - ln(at_least_none(*before) + dark)).abs();
+                    if change > largest { change } else { largest }
+                })
+            },
+        );
         let [on, off] = chain.detector.stage.thresholds();
         let for_light = f64::from(largest) / f64::from(0.5 * on.min(off));
         let for_time = chain.time_constant_s().map_or(0.0, |tau_s| tick.dt_s() / tau_s);
@@ -109,13 +113,16 @@ impl Divider {
         }
         let (dark, share) = (dark_light(chain), part as f32 / parts as f32);
         light.resize(now.len(), 0.0);
-        wide(#[inline(always)] || {
-            for ((light, before), now) in light.iter_mut().zip(&self.before).zip(now) {
-                let from = at_least_none(*before) + dark;
-                let change = ln(at_least_none(*now) + dark) - ln(from);
-                *light = at_least_none(from * (1.0 + exp_m1(share * change)) - dark);
-            }
-        });
+        wide(
+            #[inline(always)]
+            || {
+                for ((light, before), now) in light.iter_mut().zip(&self.before).zip(now) {
+                    let from = at_least_none(*before) + dark;
+                    let change = ln(at_least_none(*now) + dark) - ln(from);
+                    *light = at_least_none(from * (1.0 + exp_m1(share * change)) - dark);
+                }
+            },
+        );
         light
     }
 

@@ -68,12 +68,15 @@ impl PixelStage for ExposureBlur {
 
     fn step(&self, _tick: &Tick, block: &mut Block<'_>, _noise: StageNoise) {
         let [before] = block.state.planes();
-        wide(#[inline(always)] || {
-            for (y, before) in block.signal.iter_mut().zip(before) {
-                let now = *y;
-                *y = now - self.half * (now - *before);
-                *before = now;
-            }
-        });
+        wide(
+            #[inline(always)]
+            || {
+                for (y, before) in block.signal.iter_mut().zip(before) {
+                    let now = *y;
+                    *y = now - self.half * (now - *before);
+                    *before = now;
+                }
+            },
+        );
     }
 }

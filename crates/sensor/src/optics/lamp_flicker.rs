@@ -92,6 +92,9 @@ impl PixelStage for LampFlicker {
             (true, false) => -1.0,
         };
         let factor = (1.0 + self.depth * wave) as f32;
-        wide(#[inline(always)] || block.signal.iter_mut().for_each(|y| *y *= factor));
+        wide(
+            #[inline(always)]
+            || block.signal.iter_mut().for_each(|y| *y *= factor),
+        );
     }
 }

@@ -101,7 +101,8 @@ impl PlaneStage for LensDistortion {
         let [columns, rows, _] = plane.state.planes();
         let (right, bottom) = (f64::from(size.width) - 1.0, f64::from(size.height) - 1.0);
         for (i, (column, row)) in columns.iter_mut().zip(rows).enumerate() {
-            let (x, y) = ((i % usize::from(size.width)) as f64, (i / usize::from(size.width)) as f64);
+            let (x, y) =
+                ((i % usize::from(size.width)) as f64, (i / usize::from(size.width)) as f64);
             let source = self.source((x - 0.5 * right, y - 0.5 * bottom));
             *column = (source.0 + 0.5 * right).clamp(0.0, right) as f32;
             *row = (source.1 + 0.5 * bottom).clamp(0.0, bottom) as f32;

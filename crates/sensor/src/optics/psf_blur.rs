@@ -36,7 +36,9 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         key: "Born and Wolf 1999",
         text: "M. Born, E. Wolf: Principles of Optics, 7th ed., section 8.5, 1999",
     },
-    build: |settings| Ok(Stage::Plane(Box::new(PsfBlur { spread: Gaussian::new(settings.number(&SIGMA)) }))),
+    build: |settings| {
+        Ok(Stage::Plane(Box::new(PsfBlur { spread: Gaussian::new(settings.number(&SIGMA)) })))
+    },
 };
 
 /// Convolution with a Gaussian.
@@ -77,7 +79,12 @@ mod tests {
             state: State::new(&mut state, 0..SIZE.pixels()),
         };
         let tick = Tick { start_s: 0.0, end_s: 0.0, index: 0 };
-        PsfBlur { spread: Gaussian::new(sigma_px) }.step(&tick, SIZE, &mut block, StageNoise::new(0, "psf_blur", 0));
+        PsfBlur { spread: Gaussian::new(sigma_px) }.step(
+            &tick,
+            SIZE,
+            &mut block,
+            StageNoise::new(0, "psf_blur", 0),
+        );
         image
     }
 

@@ -57,6 +57,9 @@ impl PlaneStage for VeilingGlare {
         let mean = plane.signal.iter().map(|&y| f64::from(y)).sum::<f64>() / count;
         let veil = (f64::from(self.fraction) * mean) as f32;
         let kept = 1.0 - self.fraction;
-        wide(#[inline(always)] || plane.signal.iter_mut().for_each(|y| *y = kept * *y + veil));
+        wide(
+            #[inline(always)]
+            || plane.signal.iter_mut().for_each(|y| *y = kept * *y + veil),
+        );
     }
 }

@@ -73,6 +73,9 @@ impl PlaneStage for Vignetting {
 
     fn step(&self, _tick: &Tick, _size: SensorSize, plane: &mut Block<'_>, _noise: StageNoise) {
         let [gains] = plane.state.planes();
-        wide(#[inline(always)] || plane.signal.iter_mut().zip(gains).for_each(|(y, gain)| *y *= *gain));
+        wide(
+            #[inline(always)]
+            || plane.signal.iter_mut().zip(gains).for_each(|(y, gain)| *y *= *gain),
+        );
     }
 }

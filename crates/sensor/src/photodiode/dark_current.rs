@@ -54,6 +54,9 @@ impl PixelStage for DarkCurrent {
     }
 
     fn step(&self, _tick: &Tick, block: &mut Block<'_>, _noise: StageNoise) {
-        wide(#[inline(always)] || block.signal.iter_mut().for_each(|i| *i += self.current));
+        wide(
+            #[inline(always)]
+            || block.signal.iter_mut().for_each(|i| *i += self.current),
+        );
     }
 }

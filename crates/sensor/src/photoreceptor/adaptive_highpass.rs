@@ -93,25 +93,31 @@ impl PixelStage for AdaptiveHighpass {
         let signal = &mut *block.signal;
         if self.is_sinh {
             let left = 1.0 + exp_m1(-STEEPNESS * a);
-            wide(#[inline(always)] || {
-                for ((v, y), x) in signal.iter_mut().zip(output).zip(input) {
-                    let moved = *y + (*v - *x);
-                    *x = *v;
-                    // tanh(k V / 2) falls exponentially.
-                    let e = exp_m1(STEEPNESS * moved);
-                    let tanh = left * e / (e + 2.0);
-                    *y = ln((1.0 + tanh) / (1.0 - tanh)) / STEEPNESS;
-                    *v = *y;
-                }
-            });
+            wide(
+                #[inline(always)]
+                || {
+                    for ((v, y), x) in signal.iter_mut().zip(output).zip(input) {
+                        let moved = *y + (*v - *x);
+                        *x = *v;
+                        // tanh(k V / 2) falls exponentially.
+                        let e = exp_m1(STEEPNESS * moved);
+                        let tanh = left * e / (e + 2.0);
+                        *y = ln((1.0 + tanh) / (1.0 - tanh)) / STEEPNESS;
+                        *v = *y;
+                    }
+                },
+            );
         } else {
             let pole = Pole::of(a);
-            wide(#[inline(always)] || {
-                for ((v, y), x) in signal.iter_mut().zip(output).zip(input) {
-                    *y = pole.high(*y, *x, *v);
-                    (*x, *v) = (*v, *y);
-                }
-            });
+            wide(
+                #[inline(always)]
+                || {
+                    for ((v, y), x) in signal.iter_mut().zip(output).zip(input) {
+                        *y = pole.high(*y, *x, *v);
+                        (*x, *v) = (*v, *y);
+                    }
+                },
+            );
         }
     }
 }

@@ -77,10 +77,13 @@ impl PlaneStage for LateralCoupling {
         let [surround, work] = plane.state.planes();
         surround.copy_from_slice(plane.signal);
         self.surround.blur(size, surround, work);
-        wide(#[inline(always)] || {
-            for (v, s) in plane.signal.iter_mut().zip(surround) {
-                *v -= self.coupling * (*v - *s);
-            }
-        });
+        wide(
+            #[inline(always)]
+            || {
+                for (v, s) in plane.signal.iter_mut().zip(surround) {
+                    *v -= self.coupling * (*v - *s);
+                }
+            },
+        );
     }
 }

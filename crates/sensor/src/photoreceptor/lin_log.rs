@@ -55,14 +55,17 @@ struct LinLog {
 
 impl Photoreceptor for LinLog {
     fn respond(&self, photocurrent: &[f32], voltage: &mut [f32]) {
-        wide(#[inline(always)] || {
-            for (v, i) in voltage.iter_mut().zip(photocurrent) {
-                let x = WHITE_CODE * i;
-                // The logarithm is kept from what it does not know, then chosen or not.
-                let log = ln(if x > 1.0 { x } else { 1.0 });
-                *v = if x <= self.knee { x * self.slope } else { log };
-            }
-        });
+        wide(
+            #[inline(always)]
+            || {
+                for (v, i) in voltage.iter_mut().zip(photocurrent) {
+                    let x = WHITE_CODE * i;
+                    // The logarithm is kept from what it does not know, then chosen or not.
+                    let log = ln(if x > 1.0 { x } else { 1.0 });
+                    *v = if x <= self.knee { x * self.slope } else { log };
+                }
+            },
+        );
     }
 
     fn dark_light(&self) -> f32 {

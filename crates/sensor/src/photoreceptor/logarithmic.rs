@@ -52,11 +52,14 @@ struct Logarithmic {
 
 impl Photoreceptor for Logarithmic {
     fn respond(&self, photocurrent: &[f32], voltage: &mut [f32]) {
-        wide(#[inline(always)] || {
-            for (v, i) in voltage.iter_mut().zip(photocurrent) {
-                *v = ln(i + self.dark_offset);
-            }
-        });
+        wide(
+            #[inline(always)]
+            || {
+                for (v, i) in voltage.iter_mut().zip(photocurrent) {
+                    *v = ln(i + self.dark_offset);
+                }
+            },
+        );
     }
 
     fn dark_light(&self) -> f32 {

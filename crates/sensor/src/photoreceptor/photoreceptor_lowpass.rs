@@ -116,36 +116,42 @@ impl PixelStage for PhotoreceptorLowpass {
         let signal = &mut *block.signal;
         if !self.depends_on_light && !self.is_euler {
             let pole = Pole::of(turns);
-            wide(#[inline(always)] || {
-                for ((v, y), x) in signal.iter_mut().zip(output).zip(input) {
-                    *y = pole.low(*y, *x, *v);
-                    (*x, *v) = (*v, *y);
-                }
-            });
+            wide(
+                #[inline(always)]
+                || {
+                    for ((v, y), x) in signal.iter_mut().zip(output).zip(input) {
+                        *y = pole.low(*y, *x, *v);
+                        (*x, *v) = (*v, *y);
+                    }
+                },
+            );
             return;
         }
-        let (scale, base) = if self.depends_on_light {
-            (turns, turns * self.dark_light)
-        } else {
-            (0.0, turns)
-        };
+        let (scale, base) =
+            if self.depends_on_light { (turns, turns * self.dark_light) } else { (0.0, turns) };
         let light = block.photocurrent;
         if self.is_euler {
-            wide(#[inline(always)] || {
-                for ((v, y), i) in signal.iter_mut().zip(output).zip(light) {
-                    let a = scale * i + base;
-                    let share = if a < 1.0 { a } else { 1.0 };
-                    *y = (1.0 - share) * *y + share * *v;
-                    *v = *y;
-                }
-            });
+            wide(
+                #[inline(always)]
+                || {
+                    for ((v, y), i) in signal.iter_mut().zip(output).zip(light) {
+                        let a = scale * i + base;
+                        let share = if a < 1.0 { a } else { 1.0 };
+                        *y = (1.0 - share) * *y + share * *v;
+                        *v = *y;
+                    }
+                },
+            );
             return;
         }
-        wide(#[inline(always)] || {
-            for (((v, y), x), i) in signal.iter_mut().zip(output).zip(input).zip(light) {
-                *y = Pole::of(scale * i + base).low(*y, *x, *v);
-                (*x, *v) = (*v, *y);
-            }
-        });
+        wide(
+            #[inline(always)]
+            || {
+                for (((v, y), x), i) in signal.iter_mut().zip(output).zip(input).zip(light) {
+                    *y = Pole::of(scale * i + base).low(*y, *x, *v);
+                    (*x, *v) = (*v, *y);
+                }
+            },
+        );
     }
 }

@@ -101,14 +101,17 @@ impl PixelStage for PhotoreceptorNoise {
         let n = now.len().min(signal.len()).min(light.len());
         let (now, signal, light) = (&mut now[..n], &mut signal[..n], &light[..n]);
         let pixels = block.pixels.start..block.pixels.start + n;
-        wide(#[inline(always)] || {
-            for_each_normal(noise, &pixels, |k, draw| {
-                let a = turns * (light[k] + self.dark_light);
-                let left = 1.0 + exp_m1(-a);
-                let fresh = (-exp_m1(-2.0 * a)).sqrt();
-                now[k] = left * now[k] + self.sigma * fresh * draw;
-                signal[k] += now[k];
-            });
-        });
+        wide(
+            #[inline(always)]
+            || {
+                for_each_normal(noise, &pixels, |k, draw| {
+                    let a = turns * (light[k] + self.dark_light);
+                    let left = 1.0 + exp_m1(-a);
+                    let fresh = (-exp_m1(-2.0 * a)).sqrt();
+                    now[k] = left * now[k] + self.sigma * fresh * draw;
+                    signal[k] += now[k];
+                });
+            },
+        );
     }
 }

@@ -75,11 +75,14 @@ impl PixelStage for SourceFollower {
     fn step(&self, tick: &Tick, block: &mut Block<'_>, _noise: StageNoise) {
         let [output, input] = block.state.planes();
         let pole = Pole::of((TAU * self.cutoff_hz * tick.dt_s()) as f32);
-        wide(#[inline(always)] || {
-            for ((v, y), x) in block.signal.iter_mut().zip(output).zip(input) {
-                *y = pole.low(*y, *x, *v);
-                (*x, *v) = (*v, *y);
-            }
-        });
+        wide(
+            #[inline(always)]
+            || {
+                for ((v, y), x) in block.signal.iter_mut().zip(output).zip(input) {
+                    *y = pole.low(*y, *x, *v);
+                    (*x, *v) = (*v, *y);
+                }
+            },
+        );
     }
 }

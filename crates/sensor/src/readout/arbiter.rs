@@ -18,7 +18,7 @@ use crate::{Citation, Domain, ParamSpec, Prior, Request, Scale, StageSpec};
 const RATE: ParamSpec = ParamSpec {
     name: "rate_hz",
     unit: "Hz",
-    range: (1e3, 1e10),
+    range: (1.0, 1e10),
     scale: Scale::Log,
     prior: Prior::Typical(1e6, 1.65e8),
     neutral: None,

@@ -93,13 +93,7 @@ impl ClockStage for EventRateControl {
         2
     }
 
-    fn step(
-        &self,
-        _tick: &Tick,
-        events: &mut Vec<Request>,
-        state: &mut [f64],
-        noise: StageNoise,
-    ) {
+    fn step(&self, _tick: &Tick, events: &mut Vec<Request>, state: &mut [f64], noise: StageNoise) {
         let [window, passed] = state else { return };
         let mut kept = Vec::with_capacity(events.len());
         for group in events.chunk_by(|a, b| self.window(a.t_s) == self.window(b.t_s)) {
