@@ -1,5 +1,7 @@
 //! Events without a cause in the light, against closed forms.
 
+#![allow(clippy::unwrap_used, reason = "tests")]
+
 mod support;
 
 use evpose_core::Event;
@@ -14,7 +16,7 @@ fn still(effects: &[evpose_sensor::EffectConfig], level: f64, steps: i64) -> Vec
 fn shot_noise_falls_with_light_and_has_both_signs() {
     let shot = effect("shot_noise_poisson").with("rate_hz", 4.0).with("light_slope", 0.75);
     for level in [0.0, 0.4, 1.0] {
-        let events = still(&[shot.clone()], level, 1_000);
+        let events = still(std::slice::from_ref(&shot), level, 1_000);
         let expected = 4.0 * (1.0 - 0.75 * level) * 1_200.0;
         assert_poisson(events.len(), expected);
         assert_poisson(events.iter().filter(|e| e.polarity.is_on()).count(), expected / 2.0);

@@ -1,5 +1,7 @@
 //! Effects on how pixels detect changes, against closed forms.
 
+#![allow(clippy::unwrap_used, reason = "tests")]
+
 mod support;
 
 use evpose_core::Polarity;
@@ -61,7 +63,7 @@ fn a_leak_does_not_depend_on_the_length_of_steps_nor_fade_over_minutes() {
 #[test]
 fn intervals_and_rates_of_a_leak_scatter_as_asked() {
     let leak = effect("leak_on").with("rate_hz", 50.0).with("jitter", 0.2);
-    let mut run = sensor(&[leak.clone()], size(8, 8), 5);
+    let mut run = sensor(std::slice::from_ref(&leak), size(8, 8), 5);
     let events = record(&mut run, 1_000, 1_000, |_, _, _| 0.3);
     let times = times_by_pixel(&events, run.size());
     let all: Vec<f64> = times.iter().flat_map(|t| intervals(t)).collect();
@@ -255,7 +257,7 @@ fn labels_tell_signal_leak_shot_and_hot() {
 #[test]
 fn counts_of_a_frame_are_spread_by_the_busiest_pixel() {
     let count = effect("frame_count").with("threshold_on", 0.2).with("threshold_off", 0.2);
-    let mut run = sensor(&[count.clone()], size(3, 1), 1);
+    let mut run = sensor(std::slice::from_ref(&count), size(3, 1), 1);
     // Rises of 0.71, 0.31 and -0.45: three, one and two events, N = 3.
     let change = [0.71, 0.31, -0.45];
     let scene = |x: usize, _, t: f64| light(-2.0 + if t > 0.0 { change[x] } else { 0.0 });
@@ -285,7 +287,7 @@ fn brownian_passages_have_the_mean_rates_of_their_drift() {
     let k = [("k1", 5.265), ("k2", 20.0), ("k3", 1e-4), ("k4", 1e-7), ("k5", 5e-9), ("k6", 1e-5)];
     let voltmeter =
         k.iter().fold(effect("brownian_passage"), |e, (key, value)| e.with(key, *value));
-    let mut run = sensor(&[voltmeter.clone()], size(20, 20), 4);
+    let mut run = sensor(std::slice::from_ref(&voltmeter), size(20, 20), 4);
     // At rest: the leak of 1e-7 + 5e-9 * 127.5 per microsecond is 0.7375 per second, and half a
     // threshold is on its way at the end.
     let events = record(&mut run, 16_000, 1_000, |_, _, _| 0.5);

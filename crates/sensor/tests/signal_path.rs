@@ -1,5 +1,7 @@
 //! Optics, photodiode and photoreceptor, against closed forms.
 
+#![allow(clippy::unwrap_used, reason = "tests")]
+
 mod support;
 
 use evpose_core::{Micros, Plane};
@@ -134,13 +136,13 @@ fn what_stays_is_forgotten_and_ramps_saturate() {
     let high = effect("adaptive_highpass").with("tau_s", 0.02);
     let stage = "adaptive_highpass";
     let step = |_, _, t: f64| light(if t > 0.0 { -1.0 } else { -1.3 });
-    let found = tapped(&[high.clone()], stage, AT, ONE, (50, 1_000), step);
+    let found = tapped(std::slice::from_ref(&high), stage, AT, ONE, (50, 1_000), step);
     assert_near(found[0], 0.0, 1e-9);
     for pair in found[1..].windows(2) {
         assert_near(pair[1], pair[0] * (-0.05f64).exp(), 2e-6);
     }
     let ramp = |_, _, t: f64| light(-3.0 + 10.0 * t);
-    let found = tapped(&[high.clone()], stage, AT, ONE, (200, 1_000), ramp);
+    let found = tapped(std::slice::from_ref(&high), stage, AT, ONE, (200, 1_000), ramp);
     assert_near(found[200], 10.0 * 0.02, 1e-4);
     // Behind an edge come events of the other sign.
     let mut run = sensor(&[high], size(1, 1), 1);
@@ -172,7 +174,7 @@ fn a_hyperbolic_decay_is_that_of_its_equation() {
 fn photoreceptor_noise_has_its_variance_and_its_correlation_time() {
     let noise = effect("photoreceptor_noise").with("sigma", 0.1).with("cutoff_hz", 50.0);
     let stage = "photoreceptor_noise";
-    let found = tapped(&[noise.clone()], stage, AT, ONE, (60_000, 1_000), |_, _, _| 0.5);
+    let found = tapped(&[noise], stage, AT, ONE, (60_000, 1_000), |_, _, _| 0.5);
     let level = (0.5f64 + DARK).ln();
     let deviations: Vec<f64> = found.iter().map(|v| v - level).collect();
     assert_near(deviation(&deviations), 0.1, 0.004);
@@ -230,7 +232,14 @@ fn neighbours_pull_or_push() {
         let lateral = effect("lateral_coupling").with("coupling", coupling).with("radius_px", 2.0);
         (0..32)
             .map(|x| {
-                tapped(&[lateral.clone()], "lateral_coupling", (x, 2), (32, 5), (0, 1), edge)[0]
+                tapped(
+                    std::slice::from_ref(&lateral),
+                    "lateral_coupling",
+                    (x, 2),
+                    (32, 5),
+                    (0, 1),
+                    edge,
+                )[0]
             })
             .collect()
     };
@@ -250,7 +259,7 @@ fn neighbours_pull_or_push() {
 #[test]
 fn a_lamp_makes_as_many_events_as_its_swing_has_thresholds() {
     let lamp = effect("lamp_flicker").with("frequency_hz", 100.0).with("depth", 0.3);
-    let mut run = sensor(&[lamp.clone()], size(1, 1), 1);
+    let mut run = sensor(std::slice::from_ref(&lamp), size(1, 1), 1);
     // Whole periods of forty steps.
     let events = record(&mut run, 4_000, 250, |_, _, _| 0.4);
     // Levels lie a threshold apart, counted from the mean: so many above it and so many below.
@@ -284,7 +293,14 @@ fn glare_fills_the_dark() {
 fn corners_get_the_fourth_power_of_the_cosine_and_lose_no_events() {
     let vignetting = effect("vignetting").with("corner_deg", 30.0);
     let at = |pixel| {
-        tapped(&[vignetting.clone()], "vignetting", pixel, (11, 7), (0, 1), |_, _, _| 0.5)[0]
+        tapped(
+            std::slice::from_ref(&vignetting),
+            "vignetting",
+            pixel,
+            (11, 7),
+            (0, 1),
+            |_, _, _| 0.5,
+        )[0]
     };
     assert_near(at((5, 3)), 0.5, 1e-6);
     assert_near(at((0, 0)), 0.5 * (30f64.to_radians().cos()).powi(4), 1e-6);
@@ -308,7 +324,9 @@ fn distortion_moves_points_by_the_cube_of_their_distance() {
     };
     let (mut sum, mut moment) = (0.0, 0.0);
     for x in 55..81u16 {
-        let value = tapped(&[lens.clone()], "lens_distortion", (x, 20), (81, 41), (0, 1), spot)[0];
+        let value =
+            tapped(std::slice::from_ref(&lens), "lens_distortion", (x, 20), (81, 41), (0, 1), spot)
+                [0];
         sum += value;
         moment += value * f64::from(x);
     }

@@ -177,6 +177,8 @@ impl PixelArray {
         let cell = &mut self.cells[pixel];
         cell.count += 1;
         cell.memory = memory as f32;
+        // Within a step the level keeps its precision: rounding at every event would add up.
+        seen.memory = memory;
         if !step.chain.resetting.is_empty() {
             let threshold = match polarity {
                 Polarity::On => seen.threshold_on,
@@ -194,10 +196,10 @@ impl PixelArray {
                 step.chain.terms[term].stage.reset(&mut reset);
             }
             cell.memory = reset.memory as f32;
+            seen.memory = reset.memory;
             let Reset { free_s, follows_until_s, .. } = reset;
             self.pauses[pixel] = Pause { free_s, follows_until_s };
         }
-        seen.memory = f64::from(cell.memory);
         seen.count = cell.count;
         if step.chain.has_renewals {
             self.renew(step, seen, t_s, polarity);
