@@ -39,6 +39,13 @@ fn with(effects: &[EffectConfig]) -> SensorConfig {
     config
 }
 
+/// Thresholds that nothing reaches: what pixels cost without events.
+fn quiet() -> SensorConfig {
+    let crossing = EffectConfig::new("level_crossing");
+    let effects = vec![crossing.with("threshold_on", 5.0).with("threshold_off", 5.0)];
+    SensorConfig { effects }
+}
+
 fn mismatch() -> EffectConfig {
     EffectConfig::new("threshold_mismatch").with("sigma", 0.02)
 }
@@ -102,6 +109,7 @@ fn main() -> Result<(), SensorError> {
     let all = [mismatch(), lowpass(), leak(), shot(), refractory()];
     for (name, config) in [
         ("ideal", with(&[])),
+        ("no events", quiet()),
         ("thresholds, mismatch", with(&[mismatch()])),
         ("+ low-pass", with(&[mismatch(), lowpass()])),
         ("+ leak", with(&[mismatch(), leak()])),

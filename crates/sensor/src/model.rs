@@ -42,6 +42,8 @@ pub(crate) struct Chain {
     /// Whether any term changes what holds until the next event.
     pub(crate) has_renewals: bool,
     pub(crate) steps_while_deaf: bool,
+    /// Whether events happen where a level is reached, and nowhere else.
+    pub(crate) crosses_levels: bool,
     pub(crate) background: Vec<Link<Box<dyn BackgroundStage>>>,
     pub(crate) readout: Link<Box<dyn Readout>>,
     pub(crate) clock: Vec<Link<Box<dyn ClockStage>>>,
@@ -241,6 +243,7 @@ impl From<Vec<Built>> for Chain {
             resetting: Vec::new(),
             has_renewals: false,
             steps_while_deaf: false,
+            crosses_levels: true,
             background: Vec::new(),
             readout: Link { name: readout::ideal::SPEC.name, stage: ideal },
             clock: Vec::new(),
@@ -255,6 +258,7 @@ impl From<Vec<Built>> for Chain {
                 Stage::Plane(stage) => FrontStage::VoltagePlane(stage),
                 Stage::Photoreceptor(stage) => FrontStage::Photoreceptor(stage),
                 Stage::Detector(stage) => {
+                    chain.crosses_levels = stage.crosses_levels();
                     chain.detector = Link { name, stage };
                     continue;
                 }

@@ -12,7 +12,7 @@
 use evpose_core::{Polarity, SensorSize, StageNoise};
 
 use super::exponential;
-use crate::detector::{Hit, PixelTerm, PixelTraits};
+use crate::detector::{Hit, PixelTerm, PixelTraits, Table};
 use crate::stage::{Stage, Tick};
 use crate::{Citation, Domain, Origin, ParamSpec, Prior, Scale, StageSpec};
 
@@ -97,28 +97,28 @@ impl PixelTerm for HotPixels {
     }
 
     /// Hot pixels and their rates, two by two.
-    fn table(&self, traits: &[PixelTraits], noise: StageNoise) -> Vec<f64> {
+    fn table(&self, traits: &[PixelTraits], noise: StageNoise) -> Table {
         let is_hot =
             |&pixel: &usize| !traits[pixel].is_dead && noise.uniform(pixel, 0) <= self.fraction;
         let hot = (0..traits.len()).filter(is_hot);
-        hot.flat_map(|pixel| {
+        let pairs = hot.flat_map(|pixel| {
             let draw = f64::from(noise.normal(pixel, 1));
             let rate =
                 self.median_hz * (std::f64::consts::LN_10 * self.spread_decades * draw).exp();
             [pixel as f64, rate]
-        })
-        .collect()
+        });
+        Table { sums: pairs.collect(), values: Vec::new() }
     }
 
     fn strike(
         &self,
         tick: &Tick,
         _size: SensorSize,
-        table: &[f64],
+        table: &Table,
         noise: StageNoise,
         hits: &mut Vec<Hit>,
     ) {
-        let (pairs, _) = table.as_chunks::<2>();
+        let (pairs, _) = table.sums.as_chunks::<2>();
         for &[pixel, rate_hz] in pairs {
             let mut t_s = tick.start_s;
             for draw in 0..POLARITIES {

@@ -14,7 +14,7 @@
 use evpose_core::{Polarity, SensorSize, StageNoise};
 
 use super::{exponential, uniform};
-use crate::detector::{Hit, PixelTerm, PixelTraits};
+use crate::detector::{Hit, PixelTerm, PixelTraits, Table};
 use crate::stage::{Stage, Tick};
 use crate::{ChoiceSpec, Citation, Domain, Origin, ParamSpec, Prior, Scale, StageSpec};
 
@@ -90,47 +90,48 @@ struct ShotNoisePoisson {
 const GAPS: usize = 0;
 const CHANCES: usize = 1;
 
-/// Pixels per entry of the coarse table, which is then small enough to stay in the cache.
-const COARSE: usize = 16;
+/// The largest part of a step by which a hit comes before its end: it lies within the step.
+const LAST_SHARE: f32 = 1.0 - f32::EPSILON;
 
-/// Lengths on the line: ON and OFF of a pixel, side by side.
-fn lengths(weights: [f64; 2]) -> f64 {
-    weights[0] + weights[1]
-}
+/// Pixels per group, whose ends are compared all at once.
+const GROUP: usize = 16;
 
 impl PixelTerm for ShotNoisePoisson {
     fn is_neutral(&self) -> bool {
         self.rate_hz <= 0.0
     }
 
-    /// ON and OFF weights of every pixel, two by two, and behind them where on the line each
-    /// group of pixels begins; at last its length.
-    fn table(&self, traits: &[PixelTraits], noise: StageNoise) -> Vec<f64> {
+    /// On the line: where each group of pixels begins, and at last its length. Per pixel: where it
+    /// ends in its group, and how long its ON part is.
+    fn table(&self, traits: &[PixelTraits], noise: StageNoise) -> Table {
         let mean = |threshold: fn(&PixelTraits) -> f32| {
             traits.iter().map(|t| f64::from(threshold(t))).sum::<f64>() / traits.len() as f64
         };
         let (mean_on, mean_off) = (mean(|t| t.threshold_on), mean(|t| t.threshold_off));
-        let mut table = Vec::new();
-        for (pixel, own) in traits.iter().enumerate() {
+        let lengths = traits.iter().enumerate().map(|(pixel, own)| {
             if own.is_dead {
-                table.extend([0.0, 0.0]);
-                continue;
+                return [0.0, 0.0];
             }
             let draw = f64::from(noise.normal(pixel, 0));
             let rate = (std::f64::consts::LN_10 * self.spread_decades * draw).exp();
             let of = |mean: f64, own: f32| {
                 if self.is_inverse { rate * mean / f64::from(own) } else { rate }
             };
-            table.extend([of(mean_on, own.threshold_on), of(mean_off, own.threshold_off)]);
+            [of(mean_on, own.threshold_on), of(mean_off, own.threshold_off)]
+        });
+        let lengths: Vec<[f64; 2]> = lengths.collect();
+        let (mut start, mut table) = (0.0, Table::default());
+        for group in lengths.chunks(GROUP) {
+            table.sums.push(start);
+            let mut end = 0.0;
+            for [on, off] in group {
+                end += on + off;
+                table.values.push(end as f32);
+            }
+            start += end;
         }
-        let mut sum = 0.0;
-        let mut starts = Vec::new();
-        for group in table.chunks(2 * COARSE) {
-            starts.push(sum);
-            sum += group.iter().sum::<f64>();
-        }
-        starts.push(sum);
-        table.extend(starts);
+        table.sums.push(start);
+        table.values.extend(lengths.iter().map(|[on, _]| *on as f32));
         table
     }
 
@@ -138,44 +139,38 @@ impl PixelTerm for ShotNoisePoisson {
         &self,
         tick: &Tick,
         size: SensorSize,
-        table: &[f64],
+        table: &Table,
         noise: StageNoise,
         hits: &mut Vec<Hit>,
     ) {
-        let (weights, starts) = table.split_at((2 * size.pixels()).min(table.len()));
+        let pixels = size.pixels();
+        let (starts, (ends, on_parts)) = (&table.sums, table.values.split_at(pixels));
         let mean = 0.5 * self.rate_hz * tick.dt_s();
-        let (pairs, _) = weights.as_chunks::<2>();
-        let Some(&end) = starts.last() else { return };
         let (mut position, mut group) = (0.0, 0);
         for draw in 0.. {
             position += exponential(noise, GAPS, draw) / mean;
-            if position >= end {
-                return;
-            }
             while starts[group + 1] <= position {
                 group += 1;
+                if group + 1 == starts.len() {
+                    return;
+                }
             }
-            let mut rest = position - starts[group];
-            let first = group * COARSE;
-            let last = (first + COARSE).min(pairs.len()) - 1;
-            let mut pixel = first;
-            // Rounding of sums can leave a rest behind the last pixel of the group.
-            while pixel < last && rest >= lengths(pairs[pixel]) {
-                rest -= lengths(pairs[pixel]);
-                pixel += 1;
-            }
-            let [on, off] = pairs[pixel];
-            if on + off <= 0.0 {
-                continue;
-            }
-            let (polarity, share) = if rest < on {
-                (Polarity::On, rest / on)
+            let rest = (position - starts[group]) as f32;
+            let first = group * GROUP;
+            let group_ends = &ends[first..(first + GROUP).min(pixels)];
+            let index = group_ends.iter().map(|&end| usize::from(end <= rest)).sum::<usize>();
+            // Rounding can put a hit behind the last pixel of its group.
+            let Some(&end) = group_ends.get(index) else { continue };
+            let begin = if index == 0 { 0.0 } else { group_ends[index - 1] };
+            let on = on_parts[first + index];
+            let (polarity, share) = if rest - begin < on {
+                (Polarity::On, (rest - begin) / on)
             } else {
-                (Polarity::Off, ((rest - on) / off).min(1.0))
+                (Polarity::Off, (rest - begin - on) / (end - begin - on))
             };
             hits.push(Hit {
-                t_s: tick.end_s - tick.dt_s() * share.min(1.0 - f64::EPSILON),
-                pixel: pixel as u32,
+                t_s: tick.end_s - tick.dt_s() * f64::from(share.clamp(0.0, LAST_SHARE)),
+                pixel: (first + index) as u32,
                 polarity,
                 origin: Origin::Shot,
                 chance: uniform(noise, CHANCES, draw) as f32,

@@ -14,7 +14,7 @@ use evpose_core::{SensorSize, StageNoise, seed_for};
 use super::pixel::{Cell, Pause, PixelStep, PixelTraits};
 use super::queue::Queue;
 use super::resolve::Step;
-use super::term::Hit;
+use super::term::{Hit, Table};
 use crate::model::Chain;
 use crate::stage::Tick;
 
@@ -61,16 +61,16 @@ pub(crate) struct PixelArray {
 #[derive(Debug)]
 pub(super) struct TermMemory {
     pub(super) noise_key: u64,
-    pub(super) table: Vec<f64>,
+    pub(super) table: Table,
 }
 
 impl PixelArray {
     pub(crate) fn new(chain: &Chain, size: SensorSize, seed: u64) -> Self {
         let pixels = size.pixels();
-        let terms = chain
-            .terms
-            .iter()
-            .map(|link| TermMemory { noise_key: seed_for(seed, link.name, 0), table: Vec::new() });
+        let terms = chain.terms.iter().map(|link| TermMemory {
+            noise_key: seed_for(seed, link.name, 0),
+            table: Table::default(),
+        });
         let mut array = Self {
             size,
             traits: Vec::with_capacity(pixels),
@@ -193,6 +193,7 @@ impl PixelArray {
     }
 
     /// Sets the levels at which a pixel wakes after `end_s`.
+    #[inline(always)]
     pub(super) fn arm(&mut self, pixel: usize, end_s: f64, steps_while_deaf: bool) {
         let cell = &self.cells[pixel];
         // What is due in a later step needs a look in every step until then.
@@ -257,7 +258,7 @@ impl PixelArray {
     }
 
     /// A pixel as the detector sees it in a step.
-    #[inline]
+    #[inline(always)]
     pub(super) fn step_of(&self, step: Step<'_>, pixel: usize) -> PixelStep {
         let Step { tick, before, after, per_s, .. } = step;
         let cell = &self.cells[pixel];

@@ -49,37 +49,40 @@ impl ChangeDetector for LevelCrossing {
         self.thresholds
     }
 
+    fn crosses_levels(&self) -> bool {
+        true
+    }
+
     fn waits_for_readout(&self) -> bool {
         true
     }
 
-    #[inline]
     fn next(&self, pixel: &PixelStep, from_s: f64, _noise: StageNoise) -> Option<Change> {
-        let now = pixel.at(from_s);
-        let change = |polarity, t_s| {
-            let memory = pixel.level(polarity);
-            Some(Change { t_s, polarity, count: 1, memory })
-        };
-        let (on, off) = (pixel.level(Polarity::On), pixel.level(Polarity::Off));
-        // A level already behind, after a new threshold or a deaf time, is answered at once.
-        if now >= on {
-            return change(Polarity::On, from_s);
-        }
-        if now <= off {
-            return change(Polarity::Off, from_s);
-        }
-        // Levels are compared, not times: rounding a time must not lose the last event of a step.
-        let (polarity, level) = if pixel.to >= on {
-            (Polarity::On, on)
-        } else if pixel.to <= off {
-            (Polarity::Off, off)
-        } else {
-            return None;
-        };
-        let way = (level - pixel.from) / (pixel.to - pixel.from);
-        let t_s = pixel.start_s + (pixel.end_s - pixel.start_s) * way;
-        change(polarity, t_s.clamp(from_s, pixel.end_s))
+        next_level(pixel, from_s)
     }
+}
+
+/// The next level that a pixel reaches, not before `from_s`. The array asks this function itself:
+/// it is most of what a sensor does behind its front.
+#[inline(always)]
+pub(super) fn next_level(pixel: &PixelStep, from_s: f64) -> Option<Change> {
+    let now = pixel.at(from_s);
+    let (on, off) = (pixel.level(Polarity::On), pixel.level(Polarity::Off));
+    let (highest, lowest) = (now.max(pixel.to), now.min(pixel.to));
+    let (polarity, level) = if highest >= on && (now >= on || now > off) {
+        (Polarity::On, on)
+    } else if lowest <= off {
+        (Polarity::Off, off)
+    } else {
+        return None;
+    };
+    // A level already behind, after a new threshold or a deaf time, is answered at once. Levels
+    // are compared, not times: rounding a time must not lose the last event of a step.
+    let is_behind = if polarity.is_on() { now >= on } else { now <= off };
+    let way = (level - pixel.from) / (pixel.to - pixel.from);
+    let t_s = pixel.start_s + (pixel.end_s - pixel.start_s) * way;
+    let t_s = if is_behind { from_s } else { t_s.max(from_s).min(pixel.end_s) };
+    Some(Change { t_s, polarity, count: 1, memory: level })
 }
 
 #[cfg(test)]

@@ -32,7 +32,7 @@ pub(crate) mod threshold_temporal_noise;
 
 pub(crate) use array::PixelArray;
 pub use pixel::{PixelStep, PixelTraits};
-pub use term::{Hit, PixelTerm, Reset};
+pub use term::{Hit, PixelTerm, Reset, Table};
 
 /// Compares the voltage of a pixel with the one it remembers.
 pub trait ChangeDetector: Send + Sync + Debug {
@@ -52,6 +52,12 @@ pub trait ChangeDetector: Send + Sync + Debug {
 
     /// Whether it compares frames: it is asked once a step, and answers for the end of it.
     fn compares_frames(&self) -> bool {
+        false
+    }
+
+    /// Whether a pixel has events exactly where it is a threshold away from its memory, so that
+    /// the array need not ask where it stays within.
+    fn crosses_levels(&self) -> bool {
         false
     }
 

@@ -9,7 +9,7 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use super::PixelArray;
-use super::resolve::{Firing, Step, for_each_pixel, request};
+use super::resolve::{Firing, Step, Subject, for_each_pixel};
 use super::term::Hit;
 use crate::Request;
 use crate::readout::Service;
@@ -74,7 +74,8 @@ impl PixelArray {
                 self.queue.push(hit.t_s, hit.pixel, Entry::Hit(*hit));
             }
             if !self.waits(pixel) {
-                self.expect_change(step, pixel, step.tick.start_s);
+                let mut subject = self.take_out(step, pixel);
+                self.expect_change(step, &mut subject, step.tick.start_s);
             }
         });
         for request in background {
@@ -99,13 +100,12 @@ impl PixelArray {
         service: &mut Service<'_>,
         out: &mut Vec<Request>,
     ) {
-        let (cell, waits) = (&self.cells[pixel], self.waits(pixel));
+        let mut subject = self.take_out(step, pixel);
+        let (count_now, waits) = (subject.seen.count, self.waits(pixel));
         let firing = match entry {
-            Entry::Change { firing, count } if count == cell.count && !waits => firing,
-            Entry::Hit(hit) if hit.t_s >= self.pauses[pixel].free_s => {
-                let seen = self.step_of(step, pixel);
-                let memory = seen.at(hit.t_s);
-                Firing { t_s: hit.t_s, polarity: hit.polarity, origin: hit.origin, memory }
+            Entry::Change { firing, count } if count == count_now && !waits => firing,
+            Entry::Hit(Hit { t_s, polarity, origin, .. }) if t_s >= subject.pause.free_s => {
+                Firing { t_s, polarity, origin, memory: subject.seen.at(t_s) }
             }
             Entry::Background(request) => {
                 if let Some(t_s) = service.acknowledge(&request) {
@@ -115,27 +115,27 @@ impl PixelArray {
             }
             Entry::Served(request) => {
                 out.push(request);
-                self.pauses[pixel].free_s = f64::NEG_INFINITY;
-                let seen = self.step_of(step, pixel);
+                subject.pause.free_s = f64::NEG_INFINITY;
                 let Request { t_s, polarity, origin, .. } = request;
-                self.go_on(step, pixel, Firing { t_s, polarity, origin, memory: seen.at(t_s) });
+                let firing = Firing { t_s, polarity, origin, memory: subject.seen.at(t_s) };
+                self.go_on(step, &mut subject, &firing);
                 return;
             }
             Entry::Change { .. } | Entry::Hit(_) => return,
         };
-        if firing.t_s < self.pauses[pixel].free_s {
+        if firing.t_s < subject.pause.free_s {
             // Deaf, but stepping: the event is lost.
-            self.cells[pixel].memory = firing.memory as f32;
-            self.expect_change(step, pixel, firing.t_s);
+            subject.seen.memory = firing.memory;
+            self.expect_change(step, &mut subject, firing.t_s);
             return;
         }
-        let request = request(pixel, &firing);
+        let request = firing.request(pixel as u32);
         match service.acknowledge(&request) {
             // Served in the very moment, or dropped behind the pixel, which does not know.
-            None => self.go_on(step, pixel, firing),
+            None => self.go_on(step, &mut subject, &firing),
             Some(t_s) if t_s <= firing.t_s => {
                 out.push(request);
-                self.go_on(step, pixel, firing);
+                self.go_on(step, &mut subject, &firing);
             }
             Some(t_s) => {
                 self.pauses[pixel].free_s = f64::INFINITY;
@@ -159,18 +159,18 @@ impl PixelArray {
     }
 
     /// Resets a pixel and looks for its next change.
-    fn go_on(&mut self, step: Step<'_>, pixel: usize, firing: Firing) {
-        let mut seen = self.step_of(step, pixel);
-        self.reset(step, &mut seen, &firing);
-        self.expect_change(step, pixel, firing.t_s);
+    fn go_on(&mut self, step: Step<'_>, subject: &mut Subject, firing: &Firing) {
+        self.reset(step, subject, firing);
+        self.expect_change(step, subject, firing.t_s);
     }
 
-    fn expect_change(&mut self, step: Step<'_>, pixel: usize, now_s: f64) {
-        let mut seen = self.step_of(step, pixel);
-        let Some(from_s) = self.listens_from(step, pixel, &mut seen, now_s) else { return };
-        if let Some(firing) = self.next_firing(step, &mut seen, from_s, &mut &[][..]) {
-            let count = seen.count;
-            self.queue.push(firing.t_s, pixel as u32, Entry::Change { firing, count });
+    fn expect_change(&mut self, step: Step<'_>, subject: &mut Subject, now_s: f64) {
+        if let Some(from_s) = subject.listens_from(step, now_s)
+            && let Some(firing) = subject.next_firing(step, from_s, &mut &[][..])
+        {
+            let (pixel, count) = (subject.seen.pixel, subject.seen.count);
+            self.queue.push(firing.t_s, pixel, Entry::Change { firing, count });
         }
+        self.put_back(step, subject);
     }
 }

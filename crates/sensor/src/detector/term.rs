@@ -72,8 +72,8 @@ pub trait PixelTerm: Send + Sync + Debug {
     }
 
     /// What [`PixelTerm::strike`] wants to have at hand, made once of all pixels.
-    fn table(&self, _traits: &[PixelTraits], _noise: StageNoise) -> Vec<f64> {
-        Vec::new()
+    fn table(&self, _traits: &[PixelTraits], _noise: StageNoise) -> Table {
+        Table::default()
     }
 
     /// Appends what pixels do by themselves in this exposure, best in order of pixels and, for one
@@ -82,7 +82,7 @@ pub trait PixelTerm: Send + Sync + Debug {
         &self,
         _tick: &Tick,
         _size: SensorSize,
-        _table: &[f64],
+        _table: &Table,
         _noise: StageNoise,
         _hits: &mut Vec<Hit>,
     ) {
@@ -92,6 +92,15 @@ pub trait PixelTerm: Send + Sync + Debug {
     fn acceptance(&self, _light: f32) -> f32 {
         1.0
     }
+}
+
+/// What a term works out once for all its pixels: two lists, of which it says what they are.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Table {
+    /// Numbers to be added up.
+    pub sums: Vec<f64>,
+    /// Numbers per pixel.
+    pub values: Vec<f32>,
 }
 
 /// An event that a pixel makes by itself. Its memory then is its voltage.

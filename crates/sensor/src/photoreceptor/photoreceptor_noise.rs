@@ -12,7 +12,7 @@ use std::f64::consts::TAU;
 
 use evpose_core::StageNoise;
 
-use crate::exponential::exp_m1;
+use crate::exponential::decay;
 use crate::gaussian::for_each_normal;
 use crate::stage::{Block, PixelStage, Stage, Tick};
 use crate::wide::wide;
@@ -106,8 +106,8 @@ impl PixelStage for PhotoreceptorNoise {
             || {
                 for_each_normal(noise, &pixels, |k, draw| {
                     let a = turns * (light[k] + self.dark_light);
-                    let left = 1.0 + exp_m1(-a);
-                    let fresh = (-exp_m1(-2.0 * a)).sqrt();
+                    let left = 1.0 - decay(a);
+                    let fresh = decay(2.0 * a).sqrt();
                     now[k] = left * now[k] + self.sigma * fresh * draw;
                     signal[k] += now[k];
                 });

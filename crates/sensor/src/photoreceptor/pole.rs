@@ -5,7 +5,7 @@
 //! `y1 = x1 + (y0 - x0) e^-a - (x1 - x0) (1 - e^-a) / a`. For inputs that are not lines the error
 //! falls with the square of the step.
 
-use crate::exponential::exp_m1;
+use crate::exponential::decay;
 
 /// What a step is to a pole.
 #[derive(Debug, Clone, Copy)]
@@ -22,7 +22,7 @@ impl Pole {
     pub(super) fn of(a: f32) -> Self {
         // A step of no length leaves all, and keeps the quotient finite.
         let a = if a > 1e-20 { a } else { 1e-20 };
-        let gone = -exp_m1(-a);
+        let gone = decay(a);
         Self { left: 1.0 - gone, mean_left: gone / a }
     }
 
