@@ -69,16 +69,25 @@ impl Delivery {
         earliest: Micros,
         now: Micros,
     ) -> Result<(), SensorError> {
-        self.pending.extend(requests.iter().map(|request| Stamped {
-            t: stamp(request.t_s).max(earliest),
-            pixel: request.pixel,
-            polarity: request.polarity,
-            origin: request.origin,
+        // Requests mostly come pixel by pixel, and a stable sort by time then leaves nothing to do.
+        let mut is_by_pixel = self.pending.is_empty();
+        let mut previous = 0;
+        self.pending.extend(requests.iter().map(|request| {
+            is_by_pixel &= request.pixel >= previous;
+            previous = request.pixel;
+            Stamped {
+                t: stamp(request.t_s).max(earliest),
+                pixel: request.pixel,
+                polarity: request.polarity,
+                origin: request.origin,
+            }
         }));
         self.sort();
-        for same_time in self.pending.chunk_by_mut(|a, b| a.t == b.t) {
-            if !same_time.is_sorted_by_key(|event| event.pixel) {
-                same_time.sort_by_key(|event| event.pixel);
+        if !is_by_pixel {
+            for same_time in self.pending.chunk_by_mut(|a, b| a.t == b.t) {
+                if !same_time.is_sorted_by_key(|event| event.pixel) {
+                    same_time.sort_by_key(|event| event.pixel);
+                }
             }
         }
         let due = self.pending.partition_point(|event| event.t <= now);
@@ -119,8 +128,8 @@ impl Delivery {
             sum += *start;
             *start = sum;
         }
-        self.sorted.clear();
-        self.sorted.extend_from_slice(&self.pending);
+        // Every place is written to; what is there before does not matter.
+        self.sorted.resize(self.pending.len(), self.pending[0]);
         for event in &self.pending {
             let place = &mut self.starts[(event.t.0 - low) as usize];
             self.sorted[*place as usize] = *event;

@@ -26,6 +26,7 @@ pub(crate) mod refractory;
 pub(crate) mod reset_overshoot;
 pub(crate) mod resolve;
 pub(crate) mod scan;
+mod straight;
 pub(crate) mod term;
 pub(crate) mod threshold_mismatch;
 pub(crate) mod threshold_temporal_noise;

@@ -57,24 +57,30 @@ impl PixelArray {
         // What pixels remember lies apart: asking for many at once lets the memory answer while
         // the processor goes on asking.
         let mut batch = Vec::with_capacity(BATCH);
-        let mut work = |array: &mut Self, batch: &mut Vec<(Subject, &[Hit])>| {
-            for (subject, hits) in batch.iter_mut() {
-                if is_frame {
-                    array.resolve_frame(step, subject, hits, spread, out);
-                } else {
-                    array.resolve_exactly(step, subject, hits, out);
+        let work =
+            |array: &mut Self, batch: &mut Vec<(Subject, &[Hit])>, out: &mut Vec<Request>| {
+                for (subject, hits) in batch.iter_mut() {
+                    if is_frame {
+                        array.resolve_frame(step, subject, hits, spread, out);
+                    } else {
+                        array.resolve_exactly(step, subject, hits, out);
+                    }
+                    array.put_back(step, subject);
                 }
-                array.put_back(step, subject);
-            }
-            batch.clear();
-        };
+                batch.clear();
+            };
+        let chain = step.chain;
+        let is_straight = chain.crosses_levels && chain.resetting.is_empty() && !chain.has_renewals;
         for_each_pixel(&awake, &accepted, |pixel, hits| {
+            if is_straight && hits.is_empty() && self.resolve_straight(step, pixel as u32, out) {
+                return;
+            }
             batch.push((self.take_out(step, pixel), hits));
             if batch.len() == BATCH {
-                work(self, &mut batch);
+                work(self, &mut batch, out);
             }
         });
-        work(self, &mut batch);
+        work(self, &mut batch, out);
         self.awake = awake;
         self.accepted = accepted;
     }

@@ -13,6 +13,17 @@ use crate::wide::wide;
 /// that one event does not send many quiet pixels down the slow path.
 const LANES: usize = 16;
 
+/// The bit of each lane.
+const BITS: [u32; LANES] = {
+    let mut bits = [0; LANES];
+    let mut k = 0;
+    while k < LANES {
+        bits[k] = 1 << k;
+        k += 1;
+    }
+    bits
+};
+
 /// Light of white in the code values of detectors that see light.
 const WHITE_CODE: f32 = 255.0;
 
@@ -150,13 +161,15 @@ fn find(first: u32, planes: [&[f32]; 4], x: impl Fn(f32, f32) -> f32, awake: &mu
         }
         if any != 0 {
             let start = first + (lane * LANES) as u32;
-            // Every pixel is written down and kept or not: who wakes is hard to predict.
-            let (mut found, mut count) = ([0; LANES], 0);
+            // A sum of powers of two is a vector operation as well.
+            let mut bits = 0;
             for k in 0..LANES {
-                found[count % LANES] = start + k as u32;
-                count += usize::from(beyond(v[k], on[k], off[k], leak[k]));
+                bits |= if beyond(v[k], on[k], off[k], leak[k]) { BITS[k] } else { 0 };
             }
-            awake.extend_from_slice(&found[..count.min(LANES)]);
+            while bits != 0 {
+                awake.push(start + bits.trailing_zeros());
+                bits &= bits - 1;
+            }
         }
     }
     let start = first + (voltage.len() * LANES) as u32;
