@@ -69,7 +69,9 @@ pub use background::BackgroundStage;
 pub use chain_table::{ChainRow, ChainTable};
 pub use clock::ClockStage;
 pub use config::{EffectConfig, SensorConfig, Value};
-pub use detector::{Change, ChangeDetector, Hit, PixelStep, PixelTerm, PixelTraits, Reset, Table};
+pub use detector::{
+    Change, ChangeDetector, Hit, PixelStep, PixelTerm, PixelTraits, Recovery, Table,
+};
 pub use error::SensorError;
 pub use model::SensorModel;
 pub use optics::adaptive_steps::AdaptiveSteps;

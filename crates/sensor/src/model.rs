@@ -8,7 +8,7 @@ use crate::background::BackgroundStage;
 use crate::chain_table::{ChainRow, ChainTable};
 use crate::clock::ClockStage;
 use crate::detector::level_crossing;
-use crate::detector::{ChangeDetector, PixelTerm};
+use crate::detector::{ChangeDetector, PixelTerm, Recovery};
 use crate::optics::adaptive_steps::AdaptiveSteps;
 use crate::photoreceptor::Photoreceptor;
 use crate::readout::{self, Readout};
@@ -37,8 +37,8 @@ pub(crate) struct Chain {
     pub(crate) front: Vec<Link<FrontStage>>,
     pub(crate) detector: Link<Box<dyn ChangeDetector>>,
     pub(crate) terms: Vec<Link<Box<dyn PixelTerm>>>,
-    /// Which terms change what an event leaves behind.
-    pub(crate) resetting: Vec<usize>,
+    /// What an event leaves behind.
+    pub(crate) recovery: Recovery,
     /// Whether any term changes what holds until the next event.
     pub(crate) has_renewals: bool,
     pub(crate) steps_while_deaf: bool,
@@ -98,9 +98,14 @@ impl Chain {
         dark_v[0]
     }
 
+    /// Whether nothing acts on a pixel but its light, steady leaks and the recovery from events.
+    pub(crate) fn goes_straight(&self) -> bool {
+        self.crosses_levels && !self.has_renewals && !self.steps_while_deaf
+    }
+
     /// Whether pixels can be deaf for a while.
     pub(crate) fn has_pauses(&self) -> bool {
-        !self.resetting.is_empty() || !self.readout.stage.is_immediate()
+        self.recovery.pauses() || !self.readout.stage.is_immediate()
     }
 
     /// The shortest time in which a stage answers, in seconds.
@@ -240,7 +245,7 @@ impl From<Vec<Built>> for Chain {
             front: Vec::new(),
             detector: Link { name: level_crossing::SPEC.name, stage: level_crossing::ideal() },
             terms: Vec::new(),
-            resetting: Vec::new(),
+            recovery: Recovery::NONE,
             has_renewals: false,
             steps_while_deaf: false,
             crosses_levels: true,
@@ -267,9 +272,7 @@ impl From<Vec<Built>> for Chain {
                     continue;
                 }
                 Stage::Term(stage) => {
-                    if stage.resets() {
-                        chain.resetting.push(chain.terms.len());
-                    }
+                    chain.recovery = chain.recovery.and(stage.recovery());
                     chain.has_renewals |= stage.renews();
                     chain.steps_while_deaf |= stage.steps_while_deaf();
                     chain.terms.push(Link { name, stage });

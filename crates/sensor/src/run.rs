@@ -171,6 +171,11 @@ impl SensorRun {
         &self.taps
     }
 
+    #[cfg(test)]
+    pub(crate) fn array_mut(&mut self) -> &mut PixelArray {
+        &mut self.array
+    }
+
     fn next_tick(&self, luminance: &Plane<f32>, t: Micros) -> Result<Tick, SensorError> {
         let (width, height) = (luminance.width(), luminance.height());
         if (width, height) != (usize::from(self.size.width), usize::from(self.size.height)) {

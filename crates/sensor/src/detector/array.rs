@@ -56,6 +56,8 @@ pub(crate) struct PixelArray {
     pub(super) awake: Vec<u32>,
     pub(super) accepted: Vec<Hit>,
     pub(super) queue: Queue,
+    /// Cleared by tests that look at the long way.
+    pub(crate) may_go_straight: bool,
 }
 
 #[derive(Debug)]
@@ -89,6 +91,7 @@ impl PixelArray {
             awake: Vec::new(),
             accepted: Vec::new(),
             queue: Queue::default(),
+            may_go_straight: true,
         };
         array.make_pattern(chain);
         array.cells = array.traits.iter().map(Cell::new).collect();

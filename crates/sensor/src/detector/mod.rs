@@ -33,7 +33,7 @@ pub(crate) mod threshold_temporal_noise;
 
 pub(crate) use array::PixelArray;
 pub use pixel::{PixelStep, PixelTraits};
-pub use term::{Hit, PixelTerm, Reset, Table};
+pub use term::{Hit, PixelTerm, Recovery, Table};
 
 /// Compares the voltage of a pixel with the one it remembers.
 pub trait ChangeDetector: Send + Sync + Debug {

@@ -7,6 +7,8 @@
 
 use evpose_core::Polarity;
 
+use super::Recovery;
+
 /// The fixed pattern: what is different from pixel to pixel, for good.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PixelTraits {
@@ -74,6 +76,13 @@ pub(crate) struct Pause {
 impl Pause {
     pub(crate) const NONE: Self =
         Self { free_s: f64::NEG_INFINITY, follows_until_s: f64::NEG_INFINITY };
+
+    /// What an event at `t_s` is followed by.
+    #[inline(always)]
+    pub(crate) fn after(t_s: f64, recovery: &Recovery) -> Self {
+        let until = |s: f64| if s > 0.0 { t_s + s } else { f64::NEG_INFINITY };
+        Self { free_s: until(recovery.deaf_s), follows_until_s: until(recovery.follows_s) }
+    }
 }
 
 /// A pixel in one step, as a detector sees it.

@@ -11,7 +11,7 @@
 //! Lichtsteiner et al. 2008 for the circuit; Rebecq et al. 2018 (ESIM) for `drop`; Hu et al. 2021
 //! (v2e) for `defer`, which with frames means until the next one.
 
-use super::{PixelTerm, Reset};
+use super::{PixelTerm, Recovery};
 use crate::stage::Stage;
 use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
 
@@ -66,16 +66,9 @@ impl PixelTerm for Refractory {
         self.period_s <= 0.0
     }
 
-    fn resets(&self) -> bool {
-        true
-    }
-
-    fn reset(&self, reset: &mut Reset) {
-        let end_s = reset.t_s + self.period_s;
-        reset.free_s = reset.free_s.max(end_s);
-        if self.holds {
-            reset.follows_until_s = reset.follows_until_s.max(end_s);
-        }
+    fn recovery(&self) -> Recovery {
+        let follows_s = if self.holds { self.period_s } else { 0.0 };
+        Recovery { deaf_s: self.period_s, follows_s, ..Recovery::NONE }
     }
 
     fn steps_while_deaf(&self) -> bool {

@@ -8,7 +8,7 @@
 //! # Source
 //! Lichtsteiner et al. 2008 on charge injection at reset.
 
-use super::{PixelTerm, Reset};
+use super::{PixelTerm, Recovery};
 use crate::stage::Stage;
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
 
@@ -65,17 +65,8 @@ impl PixelTerm for ResetOvershoot {
         self.delay_s <= 0.0 && self.fraction == 0.0
     }
 
-    fn resets(&self) -> bool {
-        true
-    }
-
-    fn reset(&self, reset: &mut Reset) {
-        let back = self.fraction * reset.threshold;
-        reset.memory -= if reset.polarity.is_on() { back } else { -back };
-        if self.delay_s > 0.0 {
-            let end_s = reset.t_s + self.delay_s;
-            reset.free_s = reset.free_s.max(end_s);
-            reset.follows_until_s = reset.follows_until_s.max(end_s);
-        }
+    fn recovery(&self) -> Recovery {
+        let Self { delay_s, fraction } = *self;
+        Recovery { deaf_s: delay_s, follows_s: delay_s, short_fraction: fraction }
     }
 }

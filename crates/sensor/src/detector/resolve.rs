@@ -5,7 +5,7 @@ use evpose_core::{Polarity, StageNoise};
 use super::level_crossing::next_level;
 use super::pixel::{Pause, PixelStep};
 use super::term::Hit;
-use super::{Change, PixelArray, Reset};
+use super::{Change, PixelArray};
 use crate::model::Chain;
 use crate::stage::Tick;
 use crate::{Origin, Request};
@@ -69,8 +69,7 @@ impl PixelArray {
                 }
                 batch.clear();
             };
-        let chain = step.chain;
-        let is_straight = chain.crosses_levels && chain.resetting.is_empty() && !chain.has_renewals;
+        let is_straight = step.chain.goes_straight() && self.may_go_straight;
         for_each_pixel(&awake, &accepted, |pixel, hits| {
             if is_straight && hits.is_empty() && self.resolve_straight(step, pixel as u32, out) {
                 return;
@@ -136,27 +135,13 @@ impl PixelArray {
     pub(super) fn reset(&mut self, step: Step<'_>, subject: &mut Subject, firing: &Firing) {
         let Firing { t_s, polarity, memory, .. } = *firing;
         subject.seen.count = subject.seen.count.wrapping_add(1);
-        subject.seen.memory = memory;
-        if !step.chain.resetting.is_empty() {
-            let threshold = match polarity {
-                Polarity::On => subject.seen.threshold_on,
-                Polarity::Off => subject.seen.threshold_off,
-            };
-            let mut reset = Reset {
-                t_s,
-                polarity,
-                threshold,
-                memory,
-                free_s: subject.pause.free_s,
-                follows_until_s: f64::NEG_INFINITY,
-            };
-            for &term in &step.chain.resetting {
-                step.chain.terms[term].stage.reset(&mut reset);
-            }
-            subject.seen.memory = reset.memory;
-            let Reset { free_s, follows_until_s, .. } = reset;
-            subject.pause = Pause { free_s, follows_until_s };
-        }
+        let recovery = &step.chain.recovery;
+        let threshold = match polarity {
+            Polarity::On => subject.seen.threshold_on,
+            Polarity::Off => -subject.seen.threshold_off,
+        };
+        subject.seen.memory = memory - recovery.short_fraction * threshold;
+        subject.pause = Pause::after(t_s, recovery);
         if step.chain.has_renewals {
             self.renew(step, subject, t_s, polarity);
         }

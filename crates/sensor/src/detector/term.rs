@@ -41,13 +41,10 @@ pub trait PixelTerm: Send + Sync + Debug {
     ) {
     }
 
-    /// Whether [`PixelTerm::reset`] does anything.
-    fn resets(&self) -> bool {
-        false
+    /// What an event of a pixel leaves behind, on top of the level that was crossed.
+    fn recovery(&self) -> Recovery {
+        Recovery::NONE
     }
-
-    /// Changes what an event leaves behind.
-    fn reset(&self, _reset: &mut Reset) {}
 
     /// Whether the memory goes on stepping in a deaf time, so that events in it are lost.
     fn steps_while_deaf(&self) -> bool {
@@ -122,17 +119,31 @@ pub struct Hit {
 
 /// What an event leaves behind.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Reset {
-    /// When the event was served, in seconds.
-    pub t_s: f64,
-    /// What kind of event.
-    pub polarity: Polarity,
-    /// The threshold that was crossed, ln.
-    pub threshold: f64,
-    /// The level to be remembered.
-    pub memory: f64,
-    /// Deaf before this time, in seconds.
-    pub free_s: f64,
-    /// The memory is what the voltage will be then; minus infinity if it is `memory`.
-    pub follows_until_s: f64,
+pub struct Recovery {
+    /// How long the pixel is deaf, in seconds.
+    pub deaf_s: f64,
+    /// How long its memory follows the voltage, in seconds.
+    pub follows_s: f64,
+    /// The part of the threshold by which the memory falls short of the level crossed.
+    pub short_fraction: f64,
+}
+
+impl Recovery {
+    /// The memory is the level, at once.
+    pub const NONE: Self = Self { deaf_s: 0.0, follows_s: 0.0, short_fraction: 0.0 };
+
+    /// Both: the longer times, and the parts together.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        Self {
+            deaf_s: self.deaf_s.max(other.deaf_s),
+            follows_s: self.follows_s.max(other.follows_s),
+            short_fraction: self.short_fraction + other.short_fraction,
+        }
+    }
+
+    /// Whether pixels pause.
+    pub(crate) fn pauses(&self) -> bool {
+        self.deaf_s > 0.0 || self.follows_s > 0.0
+    }
 }
