@@ -117,6 +117,9 @@ fn main() -> Result<(), SensorError> {
         ("+ refractory", with(&[mismatch(), refractory()])),
         ("all of them", with(&all)),
         ("eventhands", SensorConfig::preset("eventhands")?),
+        ("v2e-clean", SensorConfig::preset("v2e-clean")?),
+        ("v2e-noisy", SensorConfig::preset("v2e-noisy")?),
+        ("davis346", SensorConfig::preset("davis346")?),
     ] {
         if only.as_ref().is_none_or(|only| name.contains(only.as_str())) {
             bench(name, &config, seconds)?;
