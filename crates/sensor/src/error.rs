@@ -89,6 +89,24 @@ pub enum SensorError {
         /// The stages of the model given.
         given: String,
     },
+    /// No stage of the chain with this name has a signal to look at.
+    #[error("the chain has no signal behind `{stage}`; there is one behind: {}", known.join(", "))]
+    NoSignal {
+        /// The name asked for.
+        stage: String,
+        /// The stages that have one.
+        known: Vec<&'static str>,
+    },
+    /// The sensor has no such pixel.
+    #[error("pixel ({x}, {y}) is not on a {sensor} sensor")]
+    OutsideSensor {
+        /// Column.
+        x: u16,
+        /// Row.
+        y: u16,
+        /// The sensor.
+        sensor: SensorSize,
+    },
     /// The luminance plane does not have the size of the sensor.
     #[error("a {width}x{height} plane was shown to a {sensor} sensor")]
     PlaneSize {

@@ -1,23 +1,27 @@
-//! Runs the stages between luminance and requests, block by block where pixels do not see each
-//! other.
+//! Runs the stages between luminance and voltage, block by block where pixels do not see each
+//! other, and shows every block to the pixels while it is in the cache.
 
 use std::ops::Range;
 
 use evpose_core::{SensorSize, StageNoise, seed_for};
 
-use crate::Request;
+use crate::detector::PixelArray;
 use crate::model::{Chain, FrontStage, Link};
 use crate::stage::{Block, State, Tick};
+use crate::tap::Tap;
+use crate::wide::wide;
 
 /// Signals, states and noise keys of one run.
 #[derive(Debug)]
 pub(crate) struct Front {
     size: SensorSize,
     block_pixels: usize,
-    /// Light and voltage of the block in work; of all pixels where a stage needs the whole plane.
+    /// Light of the block in work; of all pixels where a stage needs the whole plane.
     light: Vec<f32>,
+    holds_all_light: bool,
+    /// Voltage of all pixels, at this step and at the one before.
     voltage: Vec<f32>,
-    holds_whole_plane: bool,
+    before: Vec<f32>,
     memory: Vec<StageMemory>,
     repaired: u64,
 }
@@ -29,21 +33,29 @@ struct StageMemory {
     noise_key: u64,
 }
 
+/// What a step is shown to on its way.
+#[derive(Debug)]
+pub(crate) struct Witnesses<'a> {
+    pub(crate) array: &'a mut PixelArray,
+    pub(crate) taps: &'a mut [Tap],
+}
+
 impl Front {
     pub(crate) fn new(chain: &Chain, size: SensorSize, seed: u64, block_pixels: usize) -> Self {
-        let holds_whole_plane = chain.front.iter().any(|link| link.stage.is_plane());
+        let holds_all_light = chain.front.iter().any(|link| link.stage.is_plane());
         let pixels = size.pixels();
-        let held = if holds_whole_plane { pixels } else { block_pixels.min(pixels) };
+        let held = if holds_all_light { pixels } else { block_pixels.min(pixels) };
         let memory = chain.front.iter().map(|link| StageMemory {
             planes: vec![vec![0.0; pixels]; link.stage.state_planes()],
             noise_key: seed_for(seed, link.name, 0),
         });
         Self {
             size,
-            block_pixels,
+            block_pixels: block_pixels.max(1),
             light: vec![0.0; held],
-            voltage: vec![0.0; held],
-            holds_whole_plane,
+            holds_all_light,
+            voltage: vec![0.0; pixels],
+            before: vec![0.0; pixels],
             memory: memory.collect(),
             repaired: 0,
         }
@@ -54,49 +66,94 @@ impl Front {
         self.repaired
     }
 
-    /// Takes one exposure through the chain and appends the requests it causes.
+    /// Voltages at the end of the step before.
+    pub(crate) fn before_mut(&mut self) -> &mut [f32] {
+        &mut self.before
+    }
+
+    /// Voltages at the end of the step before and of this one.
+    pub(crate) fn voltages(&self) -> (&[f32], &[f32]) {
+        (&self.before, &self.voltage)
+    }
+
+    /// Makes this step the one before.
+    pub(crate) fn turn_over(&mut self) {
+        std::mem::swap(&mut self.before, &mut self.voltage);
+    }
+
+    /// Takes one exposure through the chain.
     pub(crate) fn step(
         &mut self,
         chain: &Chain,
         tick: &Tick,
         luminance: &[f32],
-        requests: &mut Vec<Request>,
+        seen_by: &mut Witnesses<'_>,
     ) {
         let all = self.size.pixels();
         let mut first_stage = 0;
         // A stage that needs the whole plane is a pass of its own; what lies between two such
         // stages goes through together, block by block.
         for pass in chain.front.chunk_by(|a, b| !a.stage.is_plane() && !b.stage.is_plane()) {
-            let block = if pass[0].stage.is_plane() { all } else { self.block_pixels };
+            let is_plane = pass[0].stage.is_plane();
+            let is_last = first_stage + pass.len() == chain.front.len();
+            let block = if is_plane { all } else { self.block_pixels };
             for start in (0..all).step_by(block.max(1)) {
                 let pixels = start..(start + block).min(all);
                 if first_stage == 0 {
                     self.sense(&luminance[pixels.clone()], &pixels);
                 }
                 for (offset, link) in pass.iter().enumerate() {
-                    let stage = first_stage + offset;
-                    self.step_stage(chain, stage, link, tick, pixels.clone(), requests);
+                    self.step_stage(first_stage + offset, link, tick, &pixels);
+                    self.tap(link, tick, &pixels, seen_by.taps);
+                }
+                if is_last {
+                    self.show(chain, tick, &pixels, seen_by.array);
                 }
             }
             first_stage += pass.len();
         }
     }
 
-    /// Where in `light` and `voltage` these pixels are.
+    /// Where in `light` these pixels are.
     fn held(&self, pixels: &Range<usize>) -> Range<usize> {
-        if self.holds_whole_plane { pixels.clone() } else { 0..pixels.len() }
+        if self.holds_all_light { pixels.clone() } else { 0..pixels.len() }
+    }
+
+    fn show(&mut self, chain: &Chain, tick: &Tick, pixels: &Range<usize>, array: &mut PixelArray) {
+        let light = &self.light[self.held(pixels)];
+        array.scan(chain, tick, pixels, light, &mut self.voltage[pixels.clone()]);
+        if tick.index == 0 {
+            self.before[pixels.clone()].copy_from_slice(&self.voltage[pixels.clone()]);
+        }
+    }
+
+    fn tap(&self, link: &Link<FrontStage>, tick: &Tick, pixels: &Range<usize>, taps: &mut [Tap]) {
+        for tap in taps.iter_mut().filter(|tap| tap.is_at(link.name, pixels)) {
+            let value = if link.stage.is_in_light() {
+                self.light[self.held(pixels)][tap.pixel() - pixels.start]
+            } else {
+                self.voltage[tap.pixel()]
+            };
+            tap.push(tick.end_s, value);
+        }
     }
 
     /// Copies luminance; what cannot be light becomes darkness.
     fn sense(&mut self, luminance: &[f32], pixels: &Range<usize>) {
         let held = self.held(pixels);
         let light = &mut self.light[held];
-        let mut is_faulty = false;
-        for (light, &y) in light.iter_mut().zip(luminance) {
-            // Not a number stays one, and differs from itself.
-            *light = y.clamp(0.0, f32::MAX);
-            is_faulty |= *light != y;
-        }
+        let is_faulty = wide(
+            #[inline(always)]
+            || {
+                let mut is_faulty = false;
+                for (light, &y) in light.iter_mut().zip(luminance) {
+                    // Not a number stays one, and differs from itself.
+                    *light = y.clamp(0.0, f32::MAX);
+                    is_faulty |= *light != y;
+                }
+                is_faulty
+            },
+        );
         if is_faulty {
             for (light, y) in light.iter_mut().zip(luminance) {
                 if !(0.0..=f32::MAX).contains(y) {
@@ -109,15 +166,13 @@ impl Front {
 
     fn step_stage(
         &mut self,
-        chain: &Chain,
         index: usize,
         link: &Link<FrontStage>,
         tick: &Tick,
-        pixels: Range<usize>,
-        requests: &mut Vec<Request>,
+        pixels: &Range<usize>,
     ) {
-        let held = self.held(&pixels);
-        let (light, voltage) = (&mut self.light[held.clone()], &mut self.voltage[held]);
+        let held = self.held(pixels);
+        let (light, voltage) = (&mut self.light[held], &mut self.voltage[pixels.clone()]);
         let memory = &mut self.memory[index];
         let noise = StageNoise::at_tick(memory.noise_key, tick.index);
         let state = State::new(&mut memory.planes, pixels.clone());
@@ -126,7 +181,7 @@ impl Front {
             FrontStage::LightPixel(_) | FrontStage::LightPlane(_) => (&[], light),
             _ => (light, voltage),
         };
-        let block = &mut Block { pixels, photocurrent, signal, state };
+        let block = &mut Block { pixels: pixels.clone(), photocurrent, signal, state };
         let is_first = tick.index == 0;
         match &link.stage {
             FrontStage::Photoreceptor(_) => {}
@@ -141,12 +196,6 @@ impl Front {
                     stage.init(self.size, block, noise);
                 }
                 stage.step(tick, self.size, block, noise);
-            }
-            FrontStage::Detector(stage) => {
-                if is_first {
-                    stage.init(block, chain.dark_v(), noise);
-                }
-                stage.step(tick, block, noise, requests);
             }
         }
     }

@@ -39,12 +39,16 @@
 //! seconds.
 
 mod background;
+mod blur;
 mod chain_table;
 mod clock;
 mod config;
+mod delivery;
 mod detector;
 mod error;
+mod exponential;
 mod front;
+mod gaussian;
 mod model;
 mod natural_log;
 mod optics;
@@ -58,20 +62,26 @@ mod run;
 mod settings;
 mod spec;
 mod stage;
+mod tap;
+mod wide;
 
 pub use background::BackgroundStage;
 pub use chain_table::{ChainRow, ChainTable};
 pub use clock::ClockStage;
 pub use config::{EffectConfig, SensorConfig, Value};
-pub use detector::ChangeDetector;
+pub use detector::{
+    Change, ChangeDetector, Hit, PixelStep, PixelTerm, PixelTraits, Recovery, Table,
+};
 pub use error::SensorError;
 pub use model::SensorModel;
+pub use optics::adaptive_steps::AdaptiveSteps;
 pub use photoreceptor::Photoreceptor;
 pub use preset::{PRESETS, Preset};
 pub use readout::Readout;
 pub use registry::STAGES;
-pub use request::Request;
+pub use request::{Origin, Request};
 pub use run::SensorRun;
 pub use settings::Settings;
 pub use spec::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
 pub use stage::{Block, PixelStage, PlaneStage, Stage, State, Tick};
+pub use tap::Tap;

@@ -7,7 +7,9 @@ use evpose_core::SensorSize;
 use crate::background::BackgroundStage;
 use crate::chain_table::{ChainRow, ChainTable};
 use crate::clock::ClockStage;
-use crate::detector::ChangeDetector;
+use crate::detector::level_crossing;
+use crate::detector::{ChangeDetector, PixelTerm, Recovery};
+use crate::optics::adaptive_steps::AdaptiveSteps;
 use crate::photoreceptor::Photoreceptor;
 use crate::readout::{self, Readout};
 use crate::stage::{PixelStage, PlaneStage};
@@ -30,8 +32,18 @@ const BLOCK_PIXELS: usize = 2048;
 /// Stages without the neutral ones.
 #[derive(Debug)]
 pub(crate) struct Chain {
-    /// From luminance to requests. The detector is the last.
+    pub(crate) steps: Option<AdaptiveSteps>,
+    /// From luminance to log voltage.
     pub(crate) front: Vec<Link<FrontStage>>,
+    pub(crate) detector: Link<Box<dyn ChangeDetector>>,
+    pub(crate) terms: Vec<Link<Box<dyn PixelTerm>>>,
+    /// What an event leaves behind.
+    pub(crate) recovery: Recovery,
+    /// Whether any term changes what holds until the next event.
+    pub(crate) has_renewals: bool,
+    pub(crate) steps_while_deaf: bool,
+    /// Whether events happen where a level is reached, and nowhere else.
+    pub(crate) crosses_levels: bool,
     pub(crate) background: Vec<Link<Box<dyn BackgroundStage>>>,
     pub(crate) readout: Link<Box<dyn Readout>>,
     pub(crate) clock: Vec<Link<Box<dyn ClockStage>>>,
@@ -54,7 +66,6 @@ pub(crate) enum FrontStage {
     /// On voltage, behind it.
     VoltagePixel(Box<dyn PixelStage>),
     VoltagePlane(Box<dyn PlaneStage>),
-    Detector(Box<dyn ChangeDetector>),
 }
 
 impl FrontStage {
@@ -63,12 +74,16 @@ impl FrontStage {
         matches!(self, Self::LightPlane(_) | Self::VoltagePlane(_))
     }
 
+    /// Whether its signal is light rather than voltage.
+    pub(crate) fn is_in_light(&self) -> bool {
+        matches!(self, Self::LightPixel(_) | Self::LightPlane(_))
+    }
+
     pub(crate) fn state_planes(&self) -> usize {
         match self {
             Self::LightPixel(stage) | Self::VoltagePixel(stage) => stage.state_planes(),
             Self::LightPlane(stage) | Self::VoltagePlane(stage) => stage.state_planes(),
             Self::Photoreceptor(_) => 0,
-            Self::Detector(stage) => stage.state_planes(),
         }
     }
 }
@@ -77,20 +92,48 @@ impl Chain {
     /// Voltage of a pixel without light.
     pub(crate) fn dark_v(&self) -> f32 {
         let mut dark_v = [0.0];
-        for link in &self.front {
-            if let FrontStage::Photoreceptor(stage) = &link.stage {
-                stage.respond(&[0.0], &mut dark_v);
-            }
+        if let Some(law) = self.photoreceptor() {
+            law.respond(&[0.0], &mut dark_v);
         }
         dark_v[0]
     }
 
+    /// Whether nothing acts on a pixel but its light, steady leaks and the recovery from events.
+    pub(crate) fn goes_straight(&self) -> bool {
+        self.crosses_levels && !self.has_renewals && !self.steps_while_deaf
+    }
+
+    /// Whether pixels can be deaf for a while.
+    pub(crate) fn has_pauses(&self) -> bool {
+        self.recovery.pauses() || !self.readout.stage.is_immediate()
+    }
+
+    /// The shortest time in which a stage answers, in seconds.
+    pub(crate) fn time_constant_s(&self) -> Option<f64> {
+        let stages = self.front.iter().filter_map(|link| match &link.stage {
+            FrontStage::LightPixel(stage) | FrontStage::VoltagePixel(stage) => {
+                stage.time_constant_s()
+            }
+            _ => None,
+        });
+        stages.min_by(f64::total_cmp)
+    }
+
+    /// The law that turns light into voltage.
+    pub(crate) fn photoreceptor(&self) -> Option<&dyn Photoreceptor> {
+        self.front.iter().find_map(|link| match &link.stage {
+            FrontStage::Photoreceptor(stage) => Some(&**stage),
+            _ => None,
+        })
+    }
+
     /// Stage names, which tell whether two chains differ in more than parameters.
     pub(crate) fn names(&self) -> Vec<&'static str> {
-        let front = self.front.iter().map(|link| link.name);
+        let front = self.front.iter().map(|link| link.name).chain([self.detector.name]);
+        let terms = self.terms.iter().map(|link| link.name);
         let background = self.background.iter().map(|link| link.name);
         let clock = self.clock.iter().map(|link| link.name);
-        front.chain(background).chain([self.readout.name]).chain(clock).collect()
+        front.chain(terms).chain(background).chain([self.readout.name]).chain(clock).collect()
     }
 }
 
@@ -198,7 +241,14 @@ impl From<Vec<Built>> for Chain {
     fn from(built: Vec<Built>) -> Self {
         let ideal: Box<dyn Readout> = Box::new(readout::ideal::Ideal);
         let mut chain = Self {
+            steps: None,
             front: Vec::new(),
+            detector: Link { name: level_crossing::SPEC.name, stage: level_crossing::ideal() },
+            terms: Vec::new(),
+            recovery: Recovery::NONE,
+            has_renewals: false,
+            steps_while_deaf: false,
+            crosses_levels: true,
             background: Vec::new(),
             readout: Link { name: readout::ideal::SPEC.name, stage: ideal },
             clock: Vec::new(),
@@ -212,7 +262,22 @@ impl From<Vec<Built>> for Chain {
                 Stage::Plane(stage) if in_light => FrontStage::LightPlane(stage),
                 Stage::Plane(stage) => FrontStage::VoltagePlane(stage),
                 Stage::Photoreceptor(stage) => FrontStage::Photoreceptor(stage),
-                Stage::Detector(stage) => FrontStage::Detector(stage),
+                Stage::Detector(stage) => {
+                    chain.crosses_levels = stage.crosses_levels();
+                    chain.detector = Link { name, stage };
+                    continue;
+                }
+                Stage::Steps(steps) => {
+                    chain.steps = Some(steps);
+                    continue;
+                }
+                Stage::Term(stage) => {
+                    chain.recovery = chain.recovery.and(stage.recovery());
+                    chain.has_renewals |= stage.renews();
+                    chain.steps_while_deaf |= stage.steps_while_deaf();
+                    chain.terms.push(Link { name, stage });
+                    continue;
+                }
                 Stage::Background(stage) => {
                     chain.background.push(Link { name, stage });
                     continue;

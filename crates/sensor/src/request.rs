@@ -2,6 +2,19 @@
 
 use evpose_core::Polarity;
 
+/// What made a pixel speak.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Origin {
+    /// A change of light, or of what the circuit takes for one.
+    Signal,
+    /// Charge that leaked off the memory.
+    Leak,
+    /// Shot noise, or noise without a cause.
+    Shot,
+    /// A hot pixel.
+    Hot,
+}
+
 /// A pixel that has something to say. Becomes an event when the readout serves it and the clock
 /// stamps it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -12,17 +25,22 @@ pub struct Request {
     pub pixel: u32,
     /// Direction of the change.
     pub polarity: Polarity,
+    /// Why.
+    pub origin: Origin,
 }
 
 impl Request {
     /// Time and pixel in one number, which compares without a branch.
-    fn order(&self) -> u128 {
-        // The order of IEEE 754 numbers as that of integers: the sign is flipped, and behind a
-        // set one all other bits as well.
-        let bits = self.t_s.to_bits();
-        let flipped = bits ^ (((bits as i64 >> 63) as u64) | (1 << 63));
-        (u128::from(flipped) << 32) | u128::from(self.pixel)
+    pub(crate) fn order(&self) -> u128 {
+        (u128::from(time_order(self.t_s)) << 32) | u128::from(self.pixel)
     }
+}
+
+/// The order of IEEE 754 numbers as that of integers: the sign is flipped, and behind a set one
+/// all other bits as well.
+pub(crate) fn time_order(t_s: f64) -> u64 {
+    let bits = t_s.to_bits();
+    bits ^ (((bits as i64 >> 63) as u64) | (1 << 63))
 }
 
 /// Puts requests in order of time and, at equal times, of pixels. Requests of one pixel at one
@@ -40,7 +58,8 @@ mod tests {
 
     #[test]
     fn requests_are_sorted_by_time_and_then_by_pixel() {
-        let request = |t_s, pixel| Request { t_s, pixel, polarity: Polarity::On };
+        let request =
+            |t_s, pixel| Request { t_s, pixel, polarity: Polarity::On, origin: Origin::Signal };
         let sorted = [
             request(-2.0, 3),
             request(-1.0, 9),

@@ -2,12 +2,18 @@
 
 use std::sync::Arc;
 
-use evpose_core::{Event, EventStream, Micros, Plane, Polarity, SensorSize, StageNoise};
+use evpose_core::{EventStream, Micros, Plane, SensorSize, StageNoise, seed_for};
 
-use crate::front::Front;
+use crate::delivery::Delivery;
+use crate::detector::PixelArray;
+use crate::detector::resolve::Step;
+use crate::front::{Front, Witnesses};
 use crate::model::Chain;
+use crate::optics::adaptive_steps::Divider;
+use crate::readout::Service;
 use crate::stage::Tick;
-use crate::{Request, SensorError, SensorModel, clock, request};
+use crate::tap::Tap;
+use crate::{Origin, Request, SensorError, SensorModel, request};
 
 /// A sensor between two exposures, with all state and memory to work in.
 #[derive(Debug)]
@@ -15,36 +21,38 @@ pub struct SensorRun {
     chain: Arc<Chain>,
     size: SensorSize,
     seed: u64,
+    detector_key: u64,
+    divider: Divider,
     front: Front,
+    array: PixelArray,
     readout_state: Vec<f64>,
+    clock_states: Vec<Vec<f64>>,
     /// Number and time of the exposure before.
     last: Option<(u64, Micros)>,
     requests: Vec<Request>,
-    /// Events stamped later than the exposure that caused them.
-    pending: Vec<Stamped>,
-    events: EventStream,
-}
-
-/// An event that waits for its turn.
-#[derive(Debug, Clone, Copy)]
-struct Stamped {
-    t: Micros,
-    pixel: u32,
-    polarity: Polarity,
+    background: Vec<Request>,
+    taps: Vec<Tap>,
+    delivery: Delivery,
 }
 
 impl SensorRun {
     pub(crate) fn new(chain: Arc<Chain>, size: SensorSize, seed: u64, block_pixels: usize) -> Self {
+        let clocks = chain.clock.iter().map(|link| vec![0.0; link.stage.state_len()]);
         Self {
+            detector_key: seed_for(seed, chain.detector.name, 0),
+            divider: Divider::new(&chain),
             front: Front::new(&chain, size, seed, block_pixels),
+            array: PixelArray::new(&chain, size, seed),
             readout_state: vec![0.0; chain.readout.stage.state_len()],
+            clock_states: clocks.collect(),
             chain,
             size,
             seed,
             last: None,
             requests: Vec::new(),
-            pending: Vec::new(),
-            events: EventStream::empty(size),
+            background: Vec::new(),
+            taps: Vec::new(),
+            delivery: Delivery::new(size),
         }
     }
 
@@ -66,25 +74,37 @@ impl SensorRun {
         let tick = self.next_tick(luminance, t)?;
         let chain = Arc::clone(&self.chain);
         self.requests.clear();
-        self.front.step(&chain, &tick, luminance.data(), &mut self.requests);
-        for link in &chain.background {
-            let noise = StageNoise::new(self.seed, link.name, tick.index);
-            link.stage.step(&tick, self.size, &mut self.requests, noise);
+        self.array.keep_anchor(self.front.before_mut(), tick.start_s);
+        self.array.strike(&chain, &tick);
+        let feeds_back =
+            !chain.readout.stage.is_immediate() && chain.detector.stage.waits_for_readout();
+        self.background.clear();
+        if feeds_back {
+            // Noise takes its place in the queue.
+            self.add_background(&chain, &tick, true);
         }
-        request::sort(&mut self.requests);
-        for request in &mut self.requests {
-            request.t_s = chain.readout.stage.acknowledge(request, &mut self.readout_state);
+        let parts = self.divider.parts(&chain, &tick, luminance.data());
+        for part in 0..parts {
+            let step = tick.part(part, parts);
+            if parts == 1 {
+                self.step(&chain, &step, luminance.data(), feeds_back);
+            } else {
+                let light = self.divider.light(&chain, luminance.data(), part + 1, parts);
+                self.step(&chain, &step, &light, feeds_back);
+                self.divider.give_back(light);
+            }
         }
-        for link in &chain.clock {
-            let noise = StageNoise::new(self.seed, link.name, tick.index);
-            link.stage.step(&tick, &mut self.requests, noise);
+        self.divider.keep(luminance.data());
+        if !feeds_back {
+            self.add_background(&chain, &tick, false);
+            self.serve(&chain);
         }
+        self.run_clocks(&chain, &tick);
         // What happens at the very start of a step comes behind what was delivered up to there.
-        let earliest = self.last.map_or(t, |(_, previous)| previous + Micros(1));
+        let earliest = self.last.map_or(t, |(_, previous)| earliest_stamp(&chain, previous));
         self.last = Some((tick.index, t));
-        self.stamp(earliest);
-        self.deliver(t)?;
-        Ok(&self.events)
+        self.delivery.deliver(&self.requests, earliest, t)?;
+        Ok(self.delivery.events())
     }
 
     /// Goes on with the parameters of `model`: the same chain, its state kept. EventHands draws new
@@ -99,6 +119,12 @@ impl SensorRun {
             return Err(SensorError::OtherChain { running, given });
         }
         self.chain = Arc::clone(model.chain());
+        self.divider.retune(&self.chain);
+        if let Some((_, t)) = self.last {
+            self.array.retune(&self.chain, self.front.before_mut(), t.as_seconds());
+        } else {
+            self.array = PixelArray::new(&self.chain, self.size, self.seed);
+        }
         Ok(())
     }
 
@@ -110,6 +136,44 @@ impl SensorRun {
     /// Luminance values so far that were negative or not finite, and were taken as darkness.
     pub fn repaired_pixels(&self) -> u64 {
         self.front.repaired()
+    }
+
+    /// From now on keeps why each event happened, or no longer does. Events are the same.
+    pub fn label_origins(&mut self, is_labelled: bool) {
+        self.delivery.label(is_labelled);
+    }
+
+    /// Why each event of the last exposure happened, if that is kept.
+    pub fn origins(&self) -> Option<&[Origin]> {
+        self.delivery.origins()
+    }
+
+    /// From now on records the signal of pixel (x, y) behind a stage of the chain, step by step.
+    ///
+    /// # Errors
+    /// If the chain has no such stage with a signal, or the sensor no such pixel.
+    pub fn tap(&mut self, stage: &str, (x, y): (u16, u16)) -> Result<(), SensorError> {
+        let front = self.chain.front.iter().map(|link| link.name);
+        let known: Vec<&'static str> = front.chain([self.chain.detector.name]).collect();
+        let Some(&name) = known.iter().find(|name| **name == stage) else {
+            return Err(SensorError::NoSignal { stage: stage.to_owned(), known });
+        };
+        if !self.size.contains(x, y) {
+            return Err(SensorError::OutsideSensor { x, y, sensor: self.size });
+        }
+        let pixel = usize::from(y) * usize::from(self.size.width) + usize::from(x);
+        self.taps.push(Tap::new(name, pixel));
+        Ok(())
+    }
+
+    /// What the taps have recorded, in the order in which they were set.
+    pub fn taps(&self) -> &[Tap] {
+        &self.taps
+    }
+
+    #[cfg(test)]
+    pub(crate) fn array_mut(&mut self) -> &mut PixelArray {
+        &mut self.array
     }
 
     fn next_tick(&self, luminance: &Plane<f32>, t: Micros) -> Result<Tick, SensorError> {
@@ -127,34 +191,79 @@ impl SensorRun {
         }
     }
 
-    /// Puts what was served behind the events that wait, in order of timestamps.
-    fn stamp(&mut self, earliest: Micros) {
-        self.pending.extend(self.requests.iter().map(|request| Stamped {
-            t: clock::stamp(request.t_s).max(earliest),
-            pixel: request.pixel,
-            polarity: request.polarity,
-        }));
-        // Requests came in order of time, which only a clock or a late event can have changed.
-        if !self.pending.is_sorted_by_key(|event| event.t) {
-            self.pending.sort_by_key(|event| event.t);
+    /// From light to requests, or to events where the readout makes pixels wait.
+    fn step(&mut self, chain: &Chain, tick: &Tick, light: &[f32], feeds_back: bool) {
+        self.array.begin_scan();
+        let mut seen_by = Witnesses { array: &mut self.array, taps: &mut self.taps };
+        self.front.step(chain, tick, light, &mut seen_by);
+        let (before, after) = self.front.voltages();
+        let noise = StageNoise::at_tick(self.detector_key, tick.index);
+        let per_s = 1.0 / tick.dt_s();
+        let step = Step { chain, tick, before, after, per_s, noise };
+        if feeds_back {
+            let now = |r: &&Request| r.t_s > tick.start_s && r.t_s <= tick.end_s;
+            let background: Vec<Request> = self.background.iter().filter(now).copied().collect();
+            let mut service = Service {
+                readout: &*chain.readout.stage,
+                size: self.size,
+                state: &mut self.readout_state,
+            };
+            self.array.resolve_served(step, &background, &mut service, &mut self.requests);
+        } else {
+            self.array.resolve(step, &mut self.requests);
         }
-        // Events of one pixel at one time keep their order.
-        for same_time in self.pending.chunk_by_mut(|a, b| a.t == b.t) {
-            if !same_time.is_sorted_by_key(|event| event.pixel) {
-                same_time.sort_by_key(|event| event.pixel);
-            }
+        for tap in self.taps.iter_mut().filter(|tap| tap.stage() == chain.detector.name) {
+            tap.push(tick.end_s, self.array.residual(step, tap.pixel()));
+        }
+        self.front.turn_over();
+    }
+
+    /// Lets the background act on the requests, or makes requests of its own to be queued.
+    fn add_background(&mut self, chain: &Chain, tick: &Tick, is_queued: bool) {
+        let requests = if is_queued { &mut self.background } else { &mut self.requests };
+        for link in &chain.background {
+            let noise = StageNoise::new(self.seed, link.name, tick.index);
+            link.stage.step(tick, self.size, requests, noise);
+        }
+        if !chain.background.is_empty() {
+            requests.retain(|request| !self.array.is_dead(request.pixel));
         }
     }
 
-    /// Hands out what is due by `now`.
-    fn deliver(&mut self, now: Micros) -> Result<(), SensorError> {
-        let due = self.pending.partition_point(|event| event.t <= now);
-        let width = u32::from(self.size.width);
-        self.events.clear();
-        for Stamped { t, pixel, polarity } in self.pending.drain(..due) {
-            let (x, y) = ((pixel % width) as u16, (pixel / width) as u16);
-            self.events.push(Event { t, x, y, polarity })?;
+    /// A readout that pixels do not wait for delays events, or loses them.
+    fn serve(&mut self, chain: &Chain) {
+        let readout = &*chain.readout.stage;
+        if readout.is_immediate() {
+            return;
         }
-        Ok(())
+        request::sort(&mut self.requests);
+        let mut service = Service { readout, size: self.size, state: &mut self.readout_state };
+        self.requests.retain_mut(|request| match service.acknowledge(request) {
+            Some(t_s) => {
+                request.t_s = t_s;
+                true
+            }
+            None => false,
+        });
     }
+
+    fn run_clocks(&mut self, chain: &Chain, tick: &Tick) {
+        for (link, state) in chain.clock.iter().zip(&mut self.clock_states) {
+            if link.stage.needs_order() {
+                request::sort(&mut self.requests);
+            }
+            let noise = StageNoise::new(self.seed, link.name, tick.index);
+            link.stage.step(tick, &mut self.requests, state, noise);
+        }
+    }
+}
+
+/// The first stamp that an event behind an exposure at `previous` can have: the microsecond after
+/// it, or less on a clock that is behind.
+fn earliest_stamp(chain: &Chain, previous: Micros) -> Micros {
+    let mut shown_s = previous.as_seconds();
+    for link in &chain.clock {
+        shown_s = link.stage.shows(shown_s);
+    }
+    previous.min(crate::clock::stamp(shown_s)) + Micros(1)
 }

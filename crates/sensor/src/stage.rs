@@ -11,9 +11,14 @@ use evpose_core::{SensorSize, StageNoise};
 
 use crate::background::BackgroundStage;
 use crate::clock::ClockStage;
-use crate::detector::ChangeDetector;
+use crate::detector::{ChangeDetector, PixelTerm};
+use crate::optics::adaptive_steps::AdaptiveSteps;
 use crate::photoreceptor::Photoreceptor;
 use crate::readout::Readout;
+
+/// Where the number of a part is in that of a tick: a run of one exposure per microsecond reaches
+/// this bit after twelve days.
+const PART_SHIFT: u32 = 40;
 
 /// The interval between two exposures. Times in seconds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,6 +35,16 @@ impl Tick {
     /// Length of the interval; zero at the first exposure.
     pub fn dt_s(&self) -> f64 {
         self.end_s - self.start_s
+    }
+
+    /// One of `parts` equal parts, with a number, hence noise, of its own.
+    pub(crate) fn part(&self, part: u32, parts: u32) -> Self {
+        if parts == 1 {
+            return *self;
+        }
+        let at = |k: u32| self.start_s + self.dt_s() * (f64::from(k) / f64::from(parts));
+        let end_s = if part + 1 == parts { self.end_s } else { at(part + 1) };
+        Self { start_s: at(part), end_s, index: self.index + (u64::from(part) << PART_SHIFT) }
     }
 }
 
@@ -79,6 +94,12 @@ pub trait PixelStage: Send + Sync + Debug {
     /// Whether the parameters make the stage the identity; the chain then leaves it out.
     fn is_neutral(&self) -> bool;
 
+    /// The shortest time in which the stage answers to light of white, in seconds, if it takes
+    /// time at all: a chain that divides its steps keeps them shorter.
+    fn time_constant_s(&self) -> Option<f64> {
+        None
+    }
+
     /// How many `f32` values a pixel keeps between exposures, the same for all parameters.
     fn state_planes(&self) -> usize {
         0
@@ -121,8 +142,12 @@ pub enum Stage {
     Photoreceptor(Box<dyn Photoreceptor>),
     /// Turns log voltage into requests. A sensor has one.
     Detector(Box<dyn ChangeDetector>),
+    /// Changes how pixels detect changes.
+    Term(Box<dyn PixelTerm>),
     /// Adds requests.
     Background(Box<dyn BackgroundStage>),
+    /// Divides steps. A sensor has one.
+    Steps(AdaptiveSteps),
     /// Serves requests. A sensor has one.
     Readout(Box<dyn Readout>),
     /// Moves events in time.
@@ -135,7 +160,9 @@ impl Stage {
         match self {
             Self::Pixel(stage) => stage.is_neutral(),
             Self::Plane(stage) => stage.is_neutral(),
+            Self::Term(stage) => stage.is_neutral(),
             Self::Background(stage) => stage.is_neutral(),
+            Self::Steps(steps) => steps.is_neutral(),
             Self::Clock(stage) => stage.is_neutral(),
             Self::Photoreceptor(_) | Self::Detector(_) | Self::Readout(_) => false,
         }
@@ -147,7 +174,12 @@ impl Stage {
             Self::Photoreceptor(_) => Some("photoreceptor law"),
             Self::Detector(_) => Some("change detector"),
             Self::Readout(_) => Some("readout"),
-            Self::Pixel(_) | Self::Plane(_) | Self::Background(_) | Self::Clock(_) => None,
+            Self::Pixel(_)
+            | Self::Plane(_)
+            | Self::Term(_)
+            | Self::Background(_)
+            | Self::Steps(_)
+            | Self::Clock(_) => None,
         }
     }
 }

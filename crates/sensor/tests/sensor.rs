@@ -189,7 +189,9 @@ fn contradicting_effects_are_refused_by_name() {
         with(&[crossing, crossing]),
         "effect `level_crossing` is listed twice; one entry holds all its parameters"
     );
-    assert!(with(&["name = 'lens'"]).starts_with("unknown effect `lens`; there are: psf_blur"));
+    assert!(
+        with(&["name = 'lens'"]).starts_with("unknown effect `lens`; there are: adaptive_steps")
+    );
     assert_eq!(
         with(&["name = 'quantisation'\nlevels = 'many'"]),
         "effect `quantisation`: `levels` = \"many\", expected a number in 1..=65535 steps or inf (no effect)"

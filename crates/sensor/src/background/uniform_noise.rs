@@ -17,9 +17,9 @@
 
 use evpose_core::{Polarity, SensorSize, StageNoise};
 
-use super::BackgroundStage;
+use super::{BackgroundStage, exponential, uniform};
 use crate::stage::{Stage, Tick};
-use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Request, Scale, StageSpec};
+use crate::{ChoiceSpec, Citation, Domain, Origin, ParamSpec, Prior, Request, Scale, StageSpec};
 
 const ON: ParamSpec = ParamSpec {
     name: "on_hz",
@@ -115,7 +115,8 @@ fn add(
             return;
         }
         let t_s = tick.end_s - tick.dt_s() * position.fract();
-        requests.push(Request { t_s, pixel: position as u32, polarity });
+        let pixel = position as u32;
+        requests.push(Request { t_s, pixel, polarity, origin: Origin::Shot });
     }
 }
 
@@ -139,22 +140,13 @@ impl UniformNoise {
             }
             let is_on = uniform(noise, POLARITIES, draw) * rate_hz <= self.on_hz;
             let polarity = Polarity::from_on(is_on);
-            hits.push(Request { t_s: tick.end_s, pixel: next as u32, polarity });
+            let origin = Origin::Shot;
+            hits.push(Request { t_s: tick.end_s, pixel: next as u32, polarity, origin });
             next += 1.0;
         }
         requests.retain(|r| hits.binary_search_by_key(&r.pixel, |hit| hit.pixel).is_err());
         requests.append(&mut hits);
     }
-}
-
-/// Uniform in (0, 1], 53 bits: rare events need more than the 24 of a pixel's draw.
-fn uniform(noise: StageNoise, sequence: usize, draw: u32) -> f64 {
-    ((noise.bits(sequence, draw) >> 11) + 1) as f64 / (1u64 << 53) as f64
-}
-
-/// Exponential with mean one.
-fn exponential(noise: StageNoise, sequence: usize, draw: u32) -> f64 {
-    -uniform(noise, sequence, draw).ln()
 }
 
 #[cfg(test)]
@@ -233,7 +225,8 @@ mod tests {
     #[test]
     fn replaced_signal_is_gone_and_the_rest_stays() {
         let tick = Tick { start_s: 0.0, end_s: 1e-3, index: 1 };
-        let signal = |pixel| Request { t_s: 1e-3, pixel, polarity: Polarity::Off };
+        let (polarity, origin) = (Polarity::Off, Origin::Signal);
+        let signal = |pixel| Request { t_s: 1e-3, pixel, polarity, origin };
         let mut requests: Vec<Request> =
             (0..SIZE.pixels() as u32).flat_map(|pixel| [signal(pixel), signal(pixel)]).collect();
         let stage = UniformNoise { on_hz: 10.0, off_hz: 0.0, replaces_signal: true };

@@ -7,6 +7,10 @@ use evpose_core::{Micros, StageNoise};
 use crate::Request;
 use crate::stage::Tick;
 
+pub(crate) mod clock_offset_drift;
+pub(crate) mod frame_grid;
+pub(crate) mod pixel_latency;
+pub(crate) mod timestamp_jitter;
 pub(crate) mod timestamp_quantisation;
 
 /// Moves events in time.
@@ -14,17 +18,41 @@ pub trait ClockStage: Send + Sync + Debug {
     /// Whether the parameters make the stage the identity; the chain then leaves it out.
     fn is_neutral(&self) -> bool;
 
-    /// Changes the times of the events served in `tick`. None may come before `tick.start_s`;
-    /// those moved behind `tick.end_s` are delivered with the exposure that they precede.
-    fn step(&self, tick: &Tick, events: &mut Vec<Request>, noise: StageNoise);
+    /// Whether the stage must see events in order of time; they come in any order otherwise.
+    fn needs_order(&self) -> bool {
+        false
+    }
+
+    /// How many `f64` values it keeps between exposures; they start at zero.
+    fn state_len(&self) -> usize {
+        0
+    }
+
+    /// What the clock shows at `t_s`, as far as that is the same for all events: a clock that runs
+    /// slow shows times before those of the last exposure.
+    fn shows(&self, t_s: f64) -> f64 {
+        t_s
+    }
+
+    /// Changes the times of the events served in `tick`, or takes some away. Those moved behind
+    /// `tick.end_s` are delivered with the exposure that they precede; none is stamped before what
+    /// the clock showed at the start of the tick.
+    fn step(&self, tick: &Tick, events: &mut Vec<Request>, state: &mut [f64], noise: StageNoise);
 }
 
 /// A billionth of a second that `f64` seconds may be off without reaching the next count.
 const GRACE_US: f64 = 1e-3;
 
 /// The first multiple of `period_us` that is not before `t_s`, in microseconds.
-fn next_count_us(t_s: f64, period_us: f64) -> f64 {
-    ((t_s * 1e6 - GRACE_US) / period_us).ceil() * period_us
+pub(crate) fn next_count_us(t_s: f64, period_us: f64) -> f64 {
+    ceil((t_s * 1e6 - GRACE_US) / period_us) * period_us
+}
+
+/// The least whole number not below `x`. Baseline processors have no instruction for it, and the
+/// library call costs as much as all else about a stamp; times are well within an `i64`.
+fn ceil(x: f64) -> f64 {
+    let whole = x as i64 as f64;
+    if whole < x { whole + 1.0 } else { whole }
 }
 
 /// The first whole microsecond that is not before `t_s`: no stamp precedes its event, and events

@@ -52,7 +52,13 @@ impl ClockStage for TimestampQuantisation {
         Some(self.period_us) == PERIOD.neutral
     }
 
-    fn step(&self, _tick: &Tick, events: &mut Vec<Request>, _noise: StageNoise) {
+    fn step(
+        &self,
+        _tick: &Tick,
+        events: &mut Vec<Request>,
+        _state: &mut [f64],
+        _noise: StageNoise,
+    ) {
         for event in events {
             event.t_s = next_count_us(event.t_s, self.period_us) * 1e-6;
         }
@@ -64,6 +70,7 @@ mod tests {
     use evpose_core::Polarity;
 
     use super::*;
+    use crate::Origin;
     use crate::clock::stamp;
 
     #[test]
@@ -71,9 +78,10 @@ mod tests {
         let clock = TimestampQuantisation { period_us: 250.0 };
         let tick = Tick { start_s: 0.0, end_s: 1e-3, index: 1 };
         for (t_us, expected_us) in [(0, 0), (1, 250), (249, 250), (250, 250), (251, 500)] {
-            let event = Request { t_s: f64::from(t_us) * 1e-6, pixel: 0, polarity: Polarity::On };
+            let (t_s, polarity, origin) = (f64::from(t_us) * 1e-6, Polarity::On, Origin::Signal);
+            let event = Request { t_s, pixel: 0, polarity, origin };
             let mut events = vec![event];
-            clock.step(&tick, &mut events, StageNoise::new(0, SPEC.name, 1));
+            clock.step(&tick, &mut events, &mut [], StageNoise::new(0, SPEC.name, 1));
             assert_eq!(stamp(events[0].t_s).0, expected_us, "{t_us}");
         }
     }

@@ -11,9 +11,9 @@
 
 use evpose_core::{Polarity, StageNoise};
 
-use super::{ChangeDetector, THRESHOLD_OFF, THRESHOLD_ON, for_each_beyond};
-use crate::stage::{Block, Stage, Tick};
-use crate::{ChoiceSpec, Citation, Domain, Request, StageSpec};
+use super::{Change, ChangeDetector, PixelStep, THRESHOLD_OFF, THRESHOLD_ON};
+use crate::stage::Stage;
+use crate::{ChoiceSpec, Citation, Domain, StageSpec};
 
 const START: ChoiceSpec = ChoiceSpec {
     name: "start",
@@ -36,8 +36,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
     build: |settings| {
         Ok(Stage::Detector(Box::new(FrameDifference {
-            threshold_on: settings.number(&THRESHOLD_ON) as f32,
-            threshold_off: settings.number(&THRESHOLD_OFF) as f32,
+            thresholds: [&THRESHOLD_ON, &THRESHOLD_OFF].map(|p| settings.number(p) as f32),
             starts_cold: settings.word(&START) == "cold",
         })))
     },
@@ -46,75 +45,71 @@ pub(crate) static SPEC: StageSpec = StageSpec {
 /// Thresholds in units of ln.
 #[derive(Debug)]
 struct FrameDifference {
-    threshold_on: f32,
-    threshold_off: f32,
+    thresholds: [f32; 2],
     starts_cold: bool,
 }
 
 impl ChangeDetector for FrameDifference {
-    /// The memory.
-    fn state_planes(&self) -> usize {
-        1
+    fn thresholds(&self) -> [f32; 2] {
+        self.thresholds
     }
 
-    fn init(&self, block: &mut Block<'_>, dark_v: f32, _noise: StageNoise) {
-        let [memory] = block.state.planes();
-        if self.starts_cold {
-            memory.fill(dark_v);
-        } else {
-            memory.copy_from_slice(block.signal);
-        }
+    fn compares_frames(&self) -> bool {
+        true
     }
 
-    fn step(&self, tick: &Tick, block: &mut Block<'_>, _noise: StageNoise, out: &mut Vec<Request>) {
-        let (on, off) = (self.threshold_on, self.threshold_off);
-        let [memory] = block.state.planes();
-        let first = block.pixels.start;
+    fn starts_cold(&self) -> bool {
+        self.starts_cold
+    }
+
+    /// In single precision, as published: the bits of a recording depend on it.
+    fn next(&self, pixel: &PixelStep, _from_s: f64, _noise: StageNoise) -> Option<Change> {
+        let (memory, voltage) = (pixel.memory as f32, pixel.to as f32);
+        let (on, off) = (pixel.threshold_on as f32, pixel.threshold_off as f32);
+        let d = voltage - memory;
         // Strict on both sides, as published: a change of exactly one threshold is no event.
-        let beyond = |d: f32| (d > on) | (d < -off);
-        for_each_beyond(block.signal, memory, beyond, |index, voltage, memory| {
-            let d = voltage - *memory;
-            let (polarity, threshold) =
-                if d > 0.0 { (Polarity::On, on) } else { (Polarity::Off, off) };
-            // Truncation is the floor of a positive number, without a call.
-            let count = ((d.abs() / threshold) as u32).max(1);
-            *memory += (count as f32 * threshold).copysign(d);
-            let request = Request { t_s: tick.end_s, pixel: (first + index) as u32, polarity };
-            out.extend(std::iter::repeat_n(request, count as usize));
-        });
+        let (polarity, threshold) = if d > on {
+            (Polarity::On, on)
+        } else if d < -off {
+            (Polarity::Off, off)
+        } else {
+            return None;
+        };
+        // Truncation is the floor of a positive number, without a call.
+        let count = ((d.abs() / threshold) as u32).max(1);
+        let memory = f64::from(memory + (count as f32 * threshold).copysign(d));
+        Some(Change { t_s: pixel.end_s, polarity, count, memory })
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::stage::State;
 
-    const TICK: Tick = Tick { start_s: 0.002, end_s: 0.003, index: 3 };
-
-    /// Requests and new memory of one pixel that remembers `memory` and sees `voltage`.
-    fn seen(threshold: f32, memory: f32, mut voltage: f32) -> (Vec<Request>, f32) {
-        let detector = FrameDifference {
+    /// Count, polarity and new memory of one pixel that remembers `memory` and sees `voltage`.
+    fn seen(threshold: f64, memory: f64, voltage: f64) -> Option<(u32, Polarity, f64)> {
+        let detector = FrameDifference { thresholds: [threshold as f32; 2], starts_cold: false };
+        let step = PixelStep {
+            start_s: 0.002,
+            end_s: 0.003,
+            from: memory,
+            to: voltage,
+            memory,
             threshold_on: threshold,
             threshold_off: threshold,
-            starts_cold: false,
+            pixel: 0,
+            count: 0,
+            per_s: 1e3,
         };
-        let mut planes = [vec![memory]];
-        let mut block = Block {
-            pixels: 0..1,
-            photocurrent: &[],
-            signal: std::slice::from_mut(&mut voltage),
-            state: State::new(&mut planes, 0..1),
-        };
-        let mut out = Vec::new();
-        detector.step(&TICK, &mut block, StageNoise::new(0, "frame_difference", 3), &mut out);
-        (out, planes[0][0])
+        let change = detector.next(&step, 0.002, StageNoise::new(0, SPEC.name, 3))?;
+        assert_eq!(change.t_s, 0.003);
+        Some((change.count, change.polarity, change.memory))
     }
 
     #[test]
     fn a_change_of_exactly_one_threshold_is_no_event() {
-        assert_eq!(seen(0.5, 1.0, 1.5), (vec![], 1.0));
-        assert_eq!(seen(0.5, 1.0, 0.5), (vec![], 1.0));
+        assert_eq!(seen(0.5, 1.0, 1.5), None);
+        assert_eq!(seen(0.5, 1.0, 0.5), None);
     }
 
     #[test]
@@ -127,9 +122,7 @@ mod tests {
             (0.49, 1, Polarity::Off, 0.5),
             (-0.6, 3, Polarity::Off, -0.5),
         ] {
-            let (requests, remembered) = seen(0.5, 1.0, voltage);
-            assert_eq!(requests, vec![Request { t_s: 0.003, pixel: 0, polarity }; count]);
-            assert_eq!(remembered, memory, "{voltage}");
+            assert_eq!(seen(0.5, 1.0, voltage), Some((count, polarity, memory)), "{voltage}");
         }
     }
 }

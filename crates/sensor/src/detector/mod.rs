@@ -1,27 +1,95 @@
 //! Log voltage to requests: which pixels have seen a change, and when.
+//!
+//! A sensor has one change detector, which knows a single pixel between two exposures, and any
+//! number of [pixel terms](PixelTerm), which say how pixels differ, what they do by themselves and
+//! what an event leaves behind. The [array](mod@array) keeps the pixels, finds those that may have
+//! something to say, and asks only them.
 
 use std::fmt::Debug;
 
-use evpose_core::StageNoise;
+use evpose_core::{Polarity, StageNoise};
 
-use crate::stage::{Block, Tick};
-use crate::{ParamSpec, Prior, Request, Scale};
+use crate::{ParamSpec, Prior, Scale};
 
+pub(crate) mod array;
+pub(crate) mod brownian_passage;
+pub(crate) mod dead_pixels;
+pub(crate) mod frame_count;
 pub(crate) mod frame_difference;
+pub(crate) mod hysteresis;
+pub(crate) mod leak_on;
 pub(crate) mod level_crossing;
+pub(crate) mod parasitic_photo_leak;
+pub(crate) mod pixel;
+pub(crate) mod queue;
+pub(crate) mod refractory;
+pub(crate) mod reset_overshoot;
+pub(crate) mod resolve;
+pub(crate) mod scan;
+mod straight;
+pub(crate) mod term;
+pub(crate) mod threshold_mismatch;
+pub(crate) mod threshold_temporal_noise;
+
+pub(crate) use array::PixelArray;
+pub use pixel::{PixelStep, PixelTraits};
+pub use term::{Hit, PixelTerm, Recovery, Table};
 
 /// Compares the voltage of a pixel with the one it remembers.
 pub trait ChangeDetector: Send + Sync + Debug {
-    /// How many `f32` values a pixel keeps between exposures, the same for all parameters.
-    fn state_planes(&self) -> usize;
+    /// The nominal thresholds in units of ln: ON, OFF.
+    fn thresholds(&self) -> [f32; 2];
 
-    /// Fills the state just before the first step. `dark_v` is the voltage of a pixel without
-    /// light, in units of ln.
-    fn init(&self, block: &mut Block<'_>, dark_v: f32, noise: StageNoise);
+    /// Whether the memory starts at the voltage of darkness rather than at the first exposure.
+    fn starts_cold(&self) -> bool {
+        false
+    }
 
-    /// Appends the requests of `tick`, pixel by pixel in the order of the block, those of one pixel
-    /// in order of time.
-    fn step(&self, tick: &Tick, block: &mut Block<'_>, noise: StageNoise, out: &mut Vec<Request>);
+    /// Whether it compares light, in code values of 0 to 255, rather than log voltage, and decides
+    /// at random: every pixel is then asked at every step.
+    fn sees_light(&self) -> bool {
+        false
+    }
+
+    /// Whether it compares frames: it is asked once a step, and answers for the end of it.
+    fn compares_frames(&self) -> bool {
+        false
+    }
+
+    /// Whether a pixel has events exactly where it is a threshold away from its memory, so that
+    /// the array need not ask where it stays within.
+    fn crosses_levels(&self) -> bool {
+        false
+    }
+
+    /// Whether a pixel that waits for a slow readout is blind until it is served. Otherwise the
+    /// readout only delays events.
+    fn waits_for_readout(&self) -> bool {
+        false
+    }
+
+    /// Whether the events of one answer are spread over the step, at as many even times as the
+    /// busiest pixel has events.
+    fn spreads(&self) -> bool {
+        false
+    }
+
+    /// What a pixel does next, not before `from_s`: the next event, or a burst; nothing if the
+    /// step ends without one. The array remembers what the answer says and asks again.
+    fn next(&self, pixel: &PixelStep, from_s: f64, noise: StageNoise) -> Option<Change>;
+}
+
+/// What a detector has seen in one pixel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Change {
+    /// When.
+    pub t_s: f64,
+    /// Which way.
+    pub polarity: Polarity,
+    /// How many events at once. With none, only the memory changes.
+    pub count: u32,
+    /// The level to be remembered.
+    pub memory: f64,
 }
 
 const THRESHOLD_ON: ParamSpec = ParamSpec {
@@ -39,33 +107,3 @@ const THRESHOLD_OFF: ParamSpec = ParamSpec {
     doc: "fall of log voltage that makes an OFF event",
     ..THRESHOLD_ON
 };
-
-/// Pixels looked at together. A few cache lines: wide enough for any vector unit, small enough
-/// that one event does not send many quiet pixels down the slow path.
-const LANES: usize = 16;
-
-/// Calls `fire(index, voltage, memory)` for the pixels whose voltage lies beyond their memory,
-/// skipping quiet ones many at a time.
-fn for_each_beyond(
-    signal: &[f32],
-    memory: &mut [f32],
-    beyond: impl Fn(f32) -> bool,
-    mut fire: impl FnMut(usize, f32, &mut f32),
-) {
-    let (signal_lanes, signal_rest) = signal.as_chunks::<LANES>();
-    let (memory_lanes, memory_rest) = memory.as_chunks_mut::<LANES>();
-    let mut each = |first: usize, signal: &[f32], memory: &mut [f32]| {
-        for (k, (v, m)) in signal.iter().zip(memory).enumerate() {
-            if beyond(v - *m) {
-                fire(first + k, *v, m);
-            }
-        }
-    };
-    for (lane, (v, m)) in signal_lanes.iter().zip(memory_lanes).enumerate() {
-        // No early exit: a loop without branches is what becomes vector instructions.
-        if v.iter().zip(m.iter()).fold(false, |any, (v, m)| any | beyond(v - m)) {
-            each(lane * LANES, v, m);
-        }
-    }
-    each(signal_lanes.len() * LANES, signal_rest, memory_rest);
-}

@@ -10,6 +10,7 @@
 
 use evpose_core::{SensorSize, StageNoise};
 
+use crate::blur::Gaussian;
 use crate::stage::{Block, PlaneStage, Stage, Tick};
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
 
@@ -35,54 +36,20 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         key: "Born and Wolf 1999",
         text: "M. Born, E. Wolf: Principles of Optics, 7th ed., section 8.5, 1999",
     },
-    build: |settings| Ok(Stage::Plane(Box::new(PsfBlur::new(settings.number(&SIGMA))))),
+    build: |settings| {
+        Ok(Stage::Plane(Box::new(PsfBlur { spread: Gaussian::new(settings.number(&SIGMA)) })))
+    },
 };
 
 /// Convolution with a Gaussian.
 #[derive(Debug)]
 struct PsfBlur {
-    /// Weights at distances 0, 1, 2, … pixels; both sides together sum to one.
-    weights: Vec<f32>,
-}
-
-impl PsfBlur {
-    fn new(sigma_px: f64) -> Self {
-        let radius = (3.0 * sigma_px).ceil() as usize;
-        let raw: Vec<f64> =
-            (0..=radius).map(|k| (-0.5 * (k as f64 / sigma_px).powi(2)).exp()).collect();
-        let sum = 2.0 * raw.iter().skip(1).sum::<f64>() + 1.0;
-        // A vanishing width leaves 0/0 at the centre, whose weight is one by definition.
-        let centre = std::iter::once(1.0 / sum);
-        let sides = raw.iter().skip(1).map(|w| w / sum);
-        Self { weights: centre.chain(sides).map(|w| w as f32).collect() }
-    }
-
-    /// Convolves lines of `length` values `stride` apart; line `i` begins at `first(i)`.
-    fn along(&self, source: &[f32], target: &mut [f32], line: Line) {
-        let last = line.length - 1;
-        for first in line.starts {
-            for k in 0..line.length {
-                let at = |position: usize| source[first + position * line.stride];
-                let mut sum = self.weights[0] * at(k);
-                for (distance, weight) in self.weights.iter().enumerate().skip(1) {
-                    sum += weight * (at(k.saturating_sub(distance)) + at((k + distance).min(last)));
-                }
-                target[first + k * line.stride] = sum;
-            }
-        }
-    }
-}
-
-/// The rows or the columns of an image.
-struct Line {
-    starts: std::iter::StepBy<std::ops::Range<usize>>,
-    stride: usize,
-    length: usize,
+    spread: Gaussian,
 }
 
 impl PlaneStage for PsfBlur {
     fn is_neutral(&self) -> bool {
-        self.weights.len() == 1
+        self.spread.is_point()
     }
 
     /// One plane to work in: the image after its rows are done.
@@ -91,12 +58,8 @@ impl PlaneStage for PsfBlur {
     }
 
     fn step(&self, _tick: &Tick, size: SensorSize, plane: &mut Block<'_>, _noise: StageNoise) {
-        let (width, height) = (usize::from(size.width), usize::from(size.height));
         let [work] = plane.state.planes();
-        let rows = Line { starts: (0..width * height).step_by(width), stride: 1, length: width };
-        let columns = Line { starts: (0..width).step_by(1), stride: width, length: height };
-        self.along(plane.signal, work, rows);
-        self.along(work, plane.signal, columns);
+        self.spread.blur(size, plane.signal, work);
     }
 }
 
@@ -116,7 +79,12 @@ mod tests {
             state: State::new(&mut state, 0..SIZE.pixels()),
         };
         let tick = Tick { start_s: 0.0, end_s: 0.0, index: 0 };
-        PsfBlur::new(sigma_px).step(&tick, SIZE, &mut block, StageNoise::new(0, "psf_blur", 0));
+        PsfBlur { spread: Gaussian::new(sigma_px) }.step(
+            &tick,
+            SIZE,
+            &mut block,
+            StageNoise::new(0, "psf_blur", 0),
+        );
         image
     }
 

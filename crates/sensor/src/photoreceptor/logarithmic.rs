@@ -12,6 +12,7 @@
 use super::Photoreceptor;
 use crate::natural_log::ln;
 use crate::stage::Stage;
+use crate::wide::wide;
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
 
 const DARK_OFFSET: ParamSpec = ParamSpec {
@@ -51,9 +52,18 @@ struct Logarithmic {
 
 impl Photoreceptor for Logarithmic {
     fn respond(&self, photocurrent: &[f32], voltage: &mut [f32]) {
-        for (v, i) in voltage.iter_mut().zip(photocurrent) {
-            *v = ln(i + self.dark_offset);
-        }
+        wide(
+            #[inline(always)]
+            || {
+                for (v, i) in voltage.iter_mut().zip(photocurrent) {
+                    *v = ln(i + self.dark_offset);
+                }
+            },
+        );
+    }
+
+    fn dark_light(&self) -> f32 {
+        self.dark_offset
     }
 }
 

@@ -7,6 +7,8 @@
 //! The limit of an arbiter without load. A real one serves some 12 million events per second on a
 //! DAVIS346 (Brandli et al. 2014 describe the family).
 
+use evpose_core::SensorSize;
+
 use super::Readout;
 use crate::stage::Stage;
 use crate::{Citation, Domain, Request, StageSpec};
@@ -32,7 +34,11 @@ pub(crate) static SPEC: StageSpec = StageSpec {
 pub(crate) struct Ideal;
 
 impl Readout for Ideal {
-    fn acknowledge(&self, request: &Request, _state: &mut [f64]) -> f64 {
-        request.t_s
+    fn is_immediate(&self) -> bool {
+        true
+    }
+
+    fn acknowledge(&self, request: &Request, _size: SensorSize, _state: &mut [f64]) -> Option<f64> {
+        Some(request.t_s)
     }
 }

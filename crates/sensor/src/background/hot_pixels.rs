@@ -1,0 +1,141 @@
+//! A few pixels speak all the time.
+//!
+//! # Model
+//! Each pixel is hot with probability `fraction`, for good, and then has events at Poisson times
+//! of rate `median_hz 10^(spread_decades N)`, a part `on_share` of them ON. An event takes the
+//! memory to the voltage there is.
+//!
+//! # Source
+//! Background activity of recordings: a small part of the pixels holds most of it (Khodamoradi and
+//! Kastner 2018 filter it).
+
+use evpose_core::{Polarity, SensorSize, StageNoise};
+
+use super::exponential;
+use crate::detector::{Hit, PixelTerm, PixelTraits, Table};
+use crate::stage::{Stage, Tick};
+use crate::{Citation, Domain, Origin, ParamSpec, Prior, Scale, StageSpec};
+
+const FRACTION: ParamSpec = ParamSpec {
+    name: "fraction",
+    unit: "",
+    range: (1e-6, 0.5),
+    scale: Scale::Log,
+    prior: Prior::Typical(1e-4, 1e-2),
+    neutral: Some(0.0),
+    doc: "part of the pixels that are hot",
+};
+
+const MEDIAN: ParamSpec = ParamSpec {
+    name: "median_hz",
+    unit: "Hz",
+    range: (0.1, 1e5),
+    scale: Scale::Log,
+    prior: Prior::Typical(1.0, 5000.0),
+    neutral: None,
+    doc: "events of a hot pixel per second, the median",
+};
+
+const SPREAD: ParamSpec = ParamSpec {
+    name: "spread_decades",
+    unit: "decades",
+    range: (0.01, 2.0),
+    scale: Scale::Log,
+    prior: Prior::Typical(0.2, 1.0),
+    neutral: Some(0.0),
+    doc: "standard deviation of the logarithm of the rate over hot pixels",
+};
+
+const ON_SHARE: ParamSpec = ParamSpec {
+    name: "on_share",
+    unit: "",
+    range: (0.0, 1.0),
+    scale: Scale::Linear,
+    prior: Prior::Typical(0.3, 1.0),
+    neutral: None,
+    doc: "part of their events that are ON",
+};
+
+/// The registry entry.
+pub(crate) static SPEC: StageSpec = StageSpec {
+    name: "hot_pixels",
+    domain: Domain::Background,
+    summary: "a few pixels speak all the time",
+    formula: "Poisson(median_hz 10^(spread_decades N(x, y)) dt) where U(x, y) < fraction",
+    params: &[FRACTION, MEDIAN, SPREAD, ON_SHARE],
+    choices: &[],
+    source: Citation {
+        key: "Khodamoradi and Kastner 2018",
+        text: "A. Khodamoradi, R. Kastner: O(N)-Space Spatiotemporal Filter for Reducing Noise in \
+               Neuromorphic Vision Sensors, IEEE TETC 9(1), 2021",
+    },
+    build: |settings| {
+        Ok(Stage::Term(Box::new(HotPixels {
+            fraction: settings.number(&FRACTION) as f32,
+            median_hz: settings.number(&MEDIAN),
+            spread_decades: settings.number(&SPREAD),
+            on_share: settings.number(&ON_SHARE) as f32,
+        })))
+    },
+};
+
+/// Pixels that never rest.
+#[derive(Debug)]
+struct HotPixels {
+    fraction: f32,
+    median_hz: f64,
+    spread_decades: f64,
+    on_share: f32,
+}
+
+/// Draws of polarities have numbers of their own.
+const POLARITIES: u32 = 1 << 31;
+
+impl PixelTerm for HotPixels {
+    fn is_neutral(&self) -> bool {
+        self.fraction <= 0.0
+    }
+
+    /// Hot pixels and their rates, two by two.
+    fn table(&self, traits: &[PixelTraits], noise: StageNoise) -> Table {
+        let is_hot =
+            |&pixel: &usize| !traits[pixel].is_dead && noise.uniform(pixel, 0) <= self.fraction;
+        let hot = (0..traits.len()).filter(is_hot);
+        let pairs = hot.flat_map(|pixel| {
+            let draw = f64::from(noise.normal(pixel, 1));
+            let rate =
+                self.median_hz * (std::f64::consts::LN_10 * self.spread_decades * draw).exp();
+            [pixel as f64, rate]
+        });
+        Table { sums: pairs.collect(), values: Vec::new() }
+    }
+
+    fn strike(
+        &self,
+        tick: &Tick,
+        _size: SensorSize,
+        table: &Table,
+        noise: StageNoise,
+        hits: &mut Vec<Hit>,
+    ) {
+        let (pairs, _) = table.sums.as_chunks::<2>();
+        for &[pixel, rate_hz] in pairs {
+            let mut t_s = tick.start_s;
+            for draw in 0..POLARITIES {
+                t_s += exponential(noise, pixel as usize, draw) / rate_hz;
+                if t_s > tick.end_s {
+                    break;
+                }
+                let is_on = noise.uniform(pixel as usize, POLARITIES | draw) <= self.on_share;
+                hits.push(Hit {
+                    t_s,
+                    pixel: pixel as u32,
+                    polarity: Polarity::from_on(is_on),
+                    origin: Origin::Hot,
+                    chance: 0.0,
+                    term: 0,
+                });
+            }
+        }
+    }
+}

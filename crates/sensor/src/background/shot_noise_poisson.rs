@@ -1,0 +1,185 @@
+//! Shot noise, as events: a Poisson process per pixel that is strongest in the dark.
+//!
+//! # Model
+//! `R / 2 (1 - light_slope I)` ON and as many OFF events per second, `R = rate_hz
+//! 10^(spread_decades N)` fixed per pixel; with `threshold = "inverse"` also in proportion to the
+//! mean threshold over the pixel's own. An event takes the memory to the voltage there is.
+//!
+//! Nothing is drawn per pixel: along a line on which every pixel holds a length in proportion to
+//! its rate, the gaps between events are exponential. Light then takes some away.
+//!
+//! # Source
+//! Hu et al. 2021 (v2e): `light_slope` 0.75.
+
+use evpose_core::{Polarity, SensorSize, StageNoise};
+
+use super::{exponential, uniform};
+use crate::detector::{Hit, PixelTerm, PixelTraits, Table};
+use crate::stage::{Stage, Tick};
+use crate::{ChoiceSpec, Citation, Domain, Origin, ParamSpec, Prior, Scale, StageSpec};
+
+const RATE: ParamSpec = ParamSpec {
+    name: "rate_hz",
+    unit: "Hz",
+    range: (1e-5, 1e3),
+    scale: Scale::Log,
+    prior: Prior::Typical(0.01, 10.0),
+    neutral: Some(0.0),
+    doc: "noise events of a dark pixel per second, both polarities together",
+};
+
+const SPREAD: ParamSpec = ParamSpec {
+    name: "spread_decades",
+    unit: "decades",
+    range: (0.001, 1.0),
+    scale: Scale::Log,
+    prior: Prior::Typical(0.1, 0.25),
+    neutral: Some(0.0),
+    doc: "standard deviation of the logarithm of the rate over the pixels",
+};
+
+const LIGHT_SLOPE: ParamSpec = ParamSpec {
+    name: "light_slope",
+    unit: "/white",
+    range: (0.01, 1.0),
+    scale: Scale::Linear,
+    prior: Prior::Typical(0.5, 0.9),
+    neutral: Some(0.0),
+    doc: "part of the rate that the light of white takes away",
+};
+
+const THRESHOLD: ChoiceSpec = ChoiceSpec {
+    name: "threshold",
+    allowed: &["ignored", "inverse"],
+    doc: "whether pixels of low threshold are noisier",
+};
+
+/// The registry entry.
+pub(crate) static SPEC: StageSpec = StageSpec {
+    name: "shot_noise_poisson",
+    domain: Domain::Background,
+    summary: "noise events of both polarities, most in the dark, that reset their pixel",
+    formula: "ON, OFF ~ Poisson(rate_hz 10^(spread_decades N(x, y)) (1 - light_slope I) dt / 2)",
+    params: &[RATE, SPREAD, LIGHT_SLOPE],
+    choices: &[THRESHOLD],
+    source: Citation {
+        key: "Hu et al. 2021",
+        text: "Y. Hu, S.-C. Liu, T. Delbruck: v2e: From Video Frames to Realistic DVS Events, CVPR \
+               Workshops 2021",
+    },
+    build: |settings| {
+        Ok(Stage::Term(Box::new(ShotNoisePoisson {
+            rate_hz: settings.number(&RATE),
+            spread_decades: settings.number(&SPREAD),
+            light_slope: settings.number(&LIGHT_SLOPE) as f32,
+            is_inverse: settings.word(&THRESHOLD) == "inverse",
+        })))
+    },
+};
+
+/// Rates per pixel.
+#[derive(Debug)]
+struct ShotNoisePoisson {
+    rate_hz: f64,
+    spread_decades: f64,
+    light_slope: f32,
+    is_inverse: bool,
+}
+
+/// The sequences of draws of one tick. They take the place of a pixel in [`StageNoise`].
+const GAPS: usize = 0;
+const CHANCES: usize = 1;
+
+/// The largest part of a step by which a hit comes before its end: it lies within the step.
+const LAST_SHARE: f32 = 1.0 - f32::EPSILON;
+
+/// Pixels per group, whose ends are compared all at once.
+const GROUP: usize = 16;
+
+impl PixelTerm for ShotNoisePoisson {
+    fn is_neutral(&self) -> bool {
+        self.rate_hz <= 0.0
+    }
+
+    /// On the line: where each group of pixels begins, and at last its length. Per pixel: where it
+    /// ends in its group, and how long its ON part is.
+    fn table(&self, traits: &[PixelTraits], noise: StageNoise) -> Table {
+        let mean = |threshold: fn(&PixelTraits) -> f32| {
+            traits.iter().map(|t| f64::from(threshold(t))).sum::<f64>() / traits.len() as f64
+        };
+        let (mean_on, mean_off) = (mean(|t| t.threshold_on), mean(|t| t.threshold_off));
+        let lengths = traits.iter().enumerate().map(|(pixel, own)| {
+            if own.is_dead {
+                return [0.0, 0.0];
+            }
+            let draw = f64::from(noise.normal(pixel, 0));
+            let rate = (std::f64::consts::LN_10 * self.spread_decades * draw).exp();
+            let of = |mean: f64, own: f32| {
+                if self.is_inverse { rate * mean / f64::from(own) } else { rate }
+            };
+            [of(mean_on, own.threshold_on), of(mean_off, own.threshold_off)]
+        });
+        let lengths: Vec<[f64; 2]> = lengths.collect();
+        let (mut start, mut table) = (0.0, Table::default());
+        for group in lengths.chunks(GROUP) {
+            table.sums.push(start);
+            let mut end = 0.0;
+            for [on, off] in group {
+                end += on + off;
+                table.values.push(end as f32);
+            }
+            start += end;
+        }
+        table.sums.push(start);
+        table.values.extend(lengths.iter().map(|[on, _]| *on as f32));
+        table
+    }
+
+    fn strike(
+        &self,
+        tick: &Tick,
+        size: SensorSize,
+        table: &Table,
+        noise: StageNoise,
+        hits: &mut Vec<Hit>,
+    ) {
+        let pixels = size.pixels();
+        let (starts, (ends, on_parts)) = (&table.sums, table.values.split_at(pixels));
+        let mean = 0.5 * self.rate_hz * tick.dt_s();
+        let (mut position, mut group) = (0.0, 0);
+        for draw in 0.. {
+            position += exponential(noise, GAPS, draw) / mean;
+            while starts[group + 1] <= position {
+                group += 1;
+                if group + 1 == starts.len() {
+                    return;
+                }
+            }
+            let rest = (position - starts[group]) as f32;
+            let first = group * GROUP;
+            let group_ends = &ends[first..(first + GROUP).min(pixels)];
+            let index = group_ends.iter().map(|&end| usize::from(end <= rest)).sum::<usize>();
+            // Rounding can put a hit behind the last pixel of its group.
+            let Some(&end) = group_ends.get(index) else { continue };
+            let begin = if index == 0 { 0.0 } else { group_ends[index - 1] };
+            let on = on_parts[first + index];
+            let (polarity, share) = if rest - begin < on {
+                (Polarity::On, (rest - begin) / on)
+            } else {
+                (Polarity::Off, (rest - begin - on) / (end - begin - on))
+            };
+            hits.push(Hit {
+                t_s: tick.end_s - tick.dt_s() * f64::from(share.clamp(0.0, LAST_SHARE)),
+                pixel: (first + index) as u32,
+                polarity,
+                origin: Origin::Shot,
+                chance: uniform(noise, CHANCES, draw) as f32,
+                term: 0,
+            });
+        }
+    }
+
+    fn acceptance(&self, light: f32) -> f32 {
+        1.0 - self.light_slope * light
+    }
+}

@@ -1,0 +1,83 @@
+//! The camera's clock is not that of the scene: it starts at another time and runs at another rate.
+//!
+//! # Model
+//! `t ← t (1 + drift_ppm 1e-6) + offset_us`.
+//!
+//! # Source
+//! Two free-running quartz clocks differ by tens of parts per million (Allan 1987).
+
+use evpose_core::StageNoise;
+
+use super::ClockStage;
+use crate::stage::{Stage, Tick};
+use crate::{Citation, Domain, ParamSpec, Prior, Request, Scale, StageSpec};
+
+const OFFSET: ParamSpec = ParamSpec {
+    name: "offset_us",
+    unit: "us",
+    range: (-1e6, 1e6),
+    scale: Scale::Linear,
+    prior: Prior::Typical(-1e4, 1e4),
+    neutral: Some(0.0),
+    doc: "what the clock shows at time zero",
+};
+
+const DRIFT: ParamSpec = ParamSpec {
+    name: "drift_ppm",
+    unit: "ppm",
+    range: (-1e4, 1e4),
+    scale: Scale::Linear,
+    prior: Prior::Typical(-100.0, 100.0),
+    neutral: Some(0.0),
+    doc: "how much too fast the clock runs, in millionths",
+};
+
+/// The registry entry.
+pub(crate) static SPEC: StageSpec = StageSpec {
+    name: "clock_offset_drift",
+    domain: Domain::Clock,
+    summary: "stamps are those of a clock with another start and another rate",
+    formula: "t = t (1 + drift_ppm 1e-6) + offset_us",
+    params: &[OFFSET, DRIFT],
+    choices: &[],
+    source: Citation {
+        key: "Allan 1987",
+        text: "D. W. Allan: Time and Frequency Characterization, Estimation, and Prediction of \
+               Precision Clocks and Oscillators, IEEE TUFFC 34(6), 1987",
+    },
+    build: |settings| {
+        Ok(Stage::Clock(Box::new(ClockOffsetDrift {
+            offset_s: settings.number(&OFFSET) * 1e-6,
+            drift: settings.number(&DRIFT) * 1e-6,
+        })))
+    },
+};
+
+/// A line.
+#[derive(Debug)]
+struct ClockOffsetDrift {
+    offset_s: f64,
+    drift: f64,
+}
+
+impl ClockStage for ClockOffsetDrift {
+    fn is_neutral(&self) -> bool {
+        self.offset_s == 0.0 && self.drift == 0.0
+    }
+
+    fn shows(&self, t_s: f64) -> f64 {
+        t_s + t_s * self.drift + self.offset_s
+    }
+
+    fn step(
+        &self,
+        _tick: &Tick,
+        events: &mut Vec<Request>,
+        _state: &mut [f64],
+        _noise: StageNoise,
+    ) {
+        for event in events {
+            event.t_s = self.shows(event.t_s);
+        }
+    }
+}

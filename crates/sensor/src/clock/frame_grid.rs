@@ -1,0 +1,58 @@
+//! Events happen at exposures only: the grid of a simulation that steps from frame to frame.
+//!
+//! # Model
+//! `t ← t + pull (t_exposure - t)`, with the exposure behind the event: at `pull = 1` all events of
+//! a step carry the time of its end.
+//!
+//! # Source
+//! EventHands (Rudnev et al. 2021) stamps all events of a frame in this way.
+
+use evpose_core::StageNoise;
+
+use super::ClockStage;
+use crate::stage::{Stage, Tick};
+use crate::{Citation, Domain, ParamSpec, Prior, Request, Scale, StageSpec};
+
+const PULL: ParamSpec = ParamSpec {
+    name: "pull",
+    unit: "",
+    range: (0.0, 1.0),
+    scale: Scale::Linear,
+    prior: Prior::Fixed,
+    neutral: Some(0.0),
+    doc: "how far events move to the exposure: 1 puts all of them there",
+};
+
+/// The registry entry.
+pub(crate) static SPEC: StageSpec = StageSpec {
+    name: "frame_grid",
+    domain: Domain::Clock,
+    summary: "events carry the time of the exposure behind them",
+    formula: "t = t + pull (t_exposure - t)",
+    params: &[PULL],
+    choices: &[],
+    source: Citation {
+        key: "Rudnev et al. 2021",
+        text: "V. Rudnev et al.: EventHands: Real-Time Neural 3D Hand Pose Estimation from an Event \
+               Stream, ICCV 2021, supplement",
+    },
+    build: |settings| Ok(Stage::Clock(Box::new(FrameGrid { pull: settings.number(&PULL) }))),
+};
+
+/// A pull to the end of the step.
+#[derive(Debug)]
+struct FrameGrid {
+    pull: f64,
+}
+
+impl ClockStage for FrameGrid {
+    fn is_neutral(&self) -> bool {
+        self.pull <= 0.0
+    }
+
+    fn step(&self, tick: &Tick, events: &mut Vec<Request>, _state: &mut [f64], _noise: StageNoise) {
+        for event in events {
+            event.t_s += self.pull * (tick.end_s - event.t_s).max(0.0);
+        }
+    }
+}

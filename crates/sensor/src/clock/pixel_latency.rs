@@ -1,0 +1,67 @@
+//! Every event is stamped a fixed time after it happened.
+//!
+//! # Model
+//! `t ← t + delay_us`. The part of a camera's latency that depends on light is that of its
+//! filters, not of this stage.
+//!
+//! # Source
+//! Lichtsteiner et al. 2008: 15 us at 1 klux.
+
+use evpose_core::StageNoise;
+
+use super::ClockStage;
+use crate::stage::{Stage, Tick};
+use crate::{Citation, Domain, ParamSpec, Prior, Request, Scale, StageSpec};
+
+const DELAY: ParamSpec = ParamSpec {
+    name: "delay_us",
+    unit: "us",
+    range: (1.0, 1e6),
+    scale: Scale::Log,
+    prior: Prior::Typical(10.0, 5000.0),
+    neutral: Some(0.0),
+    doc: "time from an event to its stamp",
+};
+
+/// The registry entry.
+pub(crate) static SPEC: StageSpec = StageSpec {
+    name: "pixel_latency",
+    domain: Domain::Clock,
+    summary: "events are stamped a fixed time late",
+    formula: "t = t + delay_us",
+    params: &[DELAY],
+    choices: &[],
+    source: Citation {
+        key: "Lichtsteiner et al. 2008",
+        text: "P. Lichtsteiner, C. Posch, T. Delbruck: A 128x128 120 dB 15 us Latency Asynchronous \
+               Temporal Contrast Vision Sensor, IEEE JSSC 43(2), 2008",
+    },
+    build: |settings| {
+        let delay_s = settings.number(&DELAY) * 1e-6;
+        Ok(Stage::Clock(Box::new(PixelLatency { delay_s })))
+    },
+};
+
+/// A constant.
+#[derive(Debug)]
+struct PixelLatency {
+    delay_s: f64,
+}
+
+impl ClockStage for PixelLatency {
+    fn is_neutral(&self) -> bool {
+        self.delay_s <= 0.0
+    }
+
+    fn step(
+        &self,
+        _tick: &Tick,
+        events: &mut Vec<Request>,
+        _state: &mut [f64],
+        _noise: StageNoise,
+    ) {
+        for event in events {
+            event.t_s += self.delay_s;
+        }
+    }
+}

@@ -1,0 +1,111 @@
+//! Stamps scatter, whatever made the event.
+//!
+//! # Model
+//! `t ← t + sigma_us N`. No stamp comes before what was delivered already: events at the very
+//! start of a step move to later times only.
+//!
+//! # Source
+//! Joubert et al. 2021 (IEBCS): jitter of the latency, 10 us in their example.
+
+use evpose_core::StageNoise;
+
+use super::ClockStage;
+use crate::stage::{Stage, Tick};
+use crate::{Citation, Domain, ParamSpec, Prior, Request, Scale, StageSpec};
+
+const SIGMA: ParamSpec = ParamSpec {
+    name: "sigma_us",
+    unit: "us",
+    range: (0.1, 1e5),
+    scale: Scale::Log,
+    prior: Prior::Typical(1.0, 500.0),
+    neutral: Some(0.0),
+    doc: "standard deviation of stamps",
+};
+
+/// The registry entry.
+pub(crate) static SPEC: StageSpec = StageSpec {
+    name: "timestamp_jitter",
+    domain: Domain::Clock,
+    summary: "stamps scatter about the times of their events",
+    formula: "t = t + sigma_us N",
+    params: &[SIGMA],
+    choices: &[],
+    source: Citation {
+        key: "Joubert et al. 2021",
+        text: "D. Joubert et al.: Event Camera Simulator Improvements via Characterized Parameters, \
+               Frontiers in Neuroscience 15, 2021",
+    },
+    build: |settings| {
+        let sigma_s = settings.number(&SIGMA) * 1e-6;
+        Ok(Stage::Clock(Box::new(TimestampJitter { sigma_s })))
+    },
+};
+
+/// Normal scatter.
+#[derive(Debug)]
+struct TimestampJitter {
+    sigma_s: f64,
+}
+
+impl ClockStage for TimestampJitter {
+    fn is_neutral(&self) -> bool {
+        self.sigma_s <= 0.0
+    }
+
+    fn step(&self, _tick: &Tick, events: &mut Vec<Request>, _state: &mut [f64], noise: StageNoise) {
+        // A draw is that of a pixel at a time, so that an event keeps it whatever others come and
+        // go; those of one pixel at one time, side by side in the list, are counted.
+        let (mut last, mut repeat) = ((u32::MAX, 0), 0);
+        for event in events {
+            let key = (event.pixel, event.t_s.to_bits());
+            repeat = if key == last { repeat + 1 } else { 0 };
+            last = key;
+            let draw = (key.1 ^ (key.1 >> 32)) as u32 & 0x0fff_ffff;
+            let normal = noise.normal(event.pixel as usize, draw.wrapping_add(repeat << 16));
+            event.t_s += self.sigma_s * f64::from(normal);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use evpose_core::Polarity;
+
+    use super::*;
+    use crate::Origin;
+
+    #[test]
+    fn stamps_have_the_scatter_asked_for() {
+        let n = 50_000;
+        let at = |pixel| Request {
+            t_s: 0.5 + f64::from(pixel % 7) * 1e-5,
+            pixel,
+            polarity: Polarity::On,
+            origin: Origin::Signal,
+        };
+        let before: Vec<Request> = (0..n).map(at).collect();
+        let mut events = before.clone();
+        let tick = Tick { start_s: 0.0, end_s: 1.0, index: 1 };
+        let noise = StageNoise::new(2, SPEC.name, 1);
+        TimestampJitter { sigma_s: 1e-5 }.step(&tick, &mut events, &mut [], noise);
+        let moved = || events.iter().zip(&before).map(|(a, b)| (a.t_s - b.t_s) * 1e5);
+        let mean = moved().sum::<f64>() / f64::from(n);
+        let variance = moved().map(|d| d * d).sum::<f64>() / f64::from(n);
+        assert!(mean.abs() < 4.0 / f64::from(n).sqrt(), "{mean}");
+        assert!((variance - 1.0).abs() < 4.0 * (2.0 / f64::from(n)).sqrt(), "{variance}");
+    }
+
+    #[test]
+    fn events_of_one_pixel_at_one_time_part() {
+        let event = Request { t_s: 0.5, pixel: 3, polarity: Polarity::On, origin: Origin::Signal };
+        let mut events = vec![event; 5];
+        let tick = Tick { start_s: 0.0, end_s: 1.0, index: 1 };
+        let noise = StageNoise::new(2, SPEC.name, 1);
+        TimestampJitter { sigma_s: 1e-5 }.step(&tick, &mut events, &mut [], noise);
+        let mut times: Vec<f64> = events.iter().map(|e| e.t_s).collect();
+        times.sort_by(f64::total_cmp);
+        times.dedup();
+        assert_eq!(times.len(), 5);
+    }
+}

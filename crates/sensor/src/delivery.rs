@@ -1,0 +1,182 @@
+//! From served requests to a stream: stamps, order, and what waits for its turn.
+
+use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
+
+use crate::clock::stamp;
+use crate::{Origin, Request, SensorError};
+
+/// An event with its stamp.
+#[derive(Debug, Clone, Copy)]
+struct Stamped {
+    t: Micros,
+    pixel: u32,
+    polarity: Polarity,
+    origin: Origin,
+}
+
+/// Events on their way out.
+#[derive(Debug)]
+pub(crate) struct Delivery {
+    /// Events stamped later than the exposure that caused them, and room to sort in.
+    pending: Vec<Stamped>,
+    sorted: Vec<Stamped>,
+    starts: Vec<u32>,
+    events: EventStream,
+    origins: Option<Vec<Origin>>,
+    width: u64,
+    /// `2^40 / width`, rounded up: a division by the width for any pixel number of a sensor.
+    reciprocal: u64,
+}
+
+/// Times are counted rather than compared where they span no more than this per event.
+const SPAN_PER_EVENT: usize = 16;
+
+/// Bits of the fraction of `reciprocal`.
+const SHIFT: u32 = 40;
+
+impl Delivery {
+    pub(crate) fn new(size: SensorSize) -> Self {
+        let width = u64::from(size.width).max(1);
+        Self {
+            pending: Vec::new(),
+            sorted: Vec::new(),
+            starts: Vec::new(),
+            events: EventStream::empty(size),
+            origins: None,
+            width,
+            reciprocal: (1u64 << SHIFT).div_ceil(width),
+        }
+    }
+
+    /// Whether the next deliveries say why each event happened.
+    pub(crate) fn label(&mut self, is_labelled: bool) {
+        self.origins = is_labelled.then(Vec::new);
+    }
+
+    pub(crate) fn events(&self) -> &EventStream {
+        &self.events
+    }
+
+    pub(crate) fn origins(&self) -> Option<&[Origin]> {
+        self.origins.as_deref()
+    }
+
+    /// Stamps `requests`, none before `earliest`, and hands out what is due by `now`: in order of
+    /// time, and at equal times of pixels. Events of one pixel at one time keep their order.
+    pub(crate) fn deliver(
+        &mut self,
+        requests: &[Request],
+        earliest: Micros,
+        now: Micros,
+    ) -> Result<(), SensorError> {
+        // Requests mostly come pixel by pixel, and a stable sort by time then leaves nothing to do.
+        let mut is_by_pixel = self.pending.is_empty();
+        let mut previous = 0;
+        self.pending.extend(requests.iter().map(|request| {
+            is_by_pixel &= request.pixel >= previous;
+            previous = request.pixel;
+            Stamped {
+                t: stamp(request.t_s).max(earliest),
+                pixel: request.pixel,
+                polarity: request.polarity,
+                origin: request.origin,
+            }
+        }));
+        self.sort();
+        if !is_by_pixel {
+            for same_time in self.pending.chunk_by_mut(|a, b| a.t == b.t) {
+                if !same_time.is_sorted_by_key(|event| event.pixel) {
+                    same_time.sort_by_key(|event| event.pixel);
+                }
+            }
+        }
+        let due = self.pending.partition_point(|event| event.t <= now);
+        self.events.clear();
+        if let Some(origins) = &mut self.origins {
+            origins.clear();
+            origins.extend(self.pending[..due].iter().map(|event| event.origin));
+        }
+        for &Stamped { t, pixel, polarity, .. } in &self.pending[..due] {
+            let row = (u64::from(pixel) * self.reciprocal) >> SHIFT;
+            let (x, y) = ((u64::from(pixel) - row * self.width) as u16, row as u16);
+            self.events.push(Event { t, x, y, polarity })?;
+        }
+        self.pending.drain(..due);
+        Ok(())
+    }
+
+    /// Puts what is pending in order of time. Requests come pixel by pixel: events of a step lie
+    /// in few microseconds, and counting how many lie in each is faster than comparing.
+    fn sort(&mut self) {
+        if self.pending.is_sorted_by_key(|event| event.t) {
+            return;
+        }
+        let times = self.pending.iter().map(|event| event.t.0);
+        let (low, high) = times.fold((i64::MAX, i64::MIN), |(l, h), t| (l.min(t), h.max(t)));
+        let span = (high - low) as usize + 1;
+        if span > SPAN_PER_EVENT * self.pending.len() {
+            self.pending.sort_by_key(|event| event.t);
+            return;
+        }
+        self.starts.clear();
+        self.starts.resize(span + 1, 0);
+        for event in &self.pending {
+            self.starts[(event.t.0 - low) as usize + 1] += 1;
+        }
+        let mut sum = 0;
+        for start in &mut self.starts {
+            sum += *start;
+            *start = sum;
+        }
+        // Every place is written to; what is there before does not matter.
+        self.sorted.resize(self.pending.len(), self.pending[0]);
+        for event in &self.pending {
+            let place = &mut self.starts[(event.t.0 - low) as usize];
+            self.sorted[*place as usize] = *event;
+            *place += 1;
+        }
+        std::mem::swap(&mut self.pending, &mut self.sorted);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use super::*;
+
+    #[test]
+    fn counting_and_comparing_give_the_same_order() {
+        let size = SensorSize { width: 7, height: 9 };
+        let request = |k: u64, spread: u64| {
+            let hash = k.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 20;
+            let t_s = (hash % spread) as f64 * 1e-6;
+            let polarity = Polarity::from_on(hash & 1 == 1);
+            Request { t_s, pixel: (hash % 63) as u32, polarity, origin: Origin::Signal }
+        };
+        for spread in [1, 50, 1_000, 1_000_000] {
+            let requests: Vec<Request> = (0..500).map(|k| request(k, spread)).collect();
+            let mut delivery = Delivery::new(size);
+            delivery.deliver(&requests, Micros(0), Micros(spread as i64)).unwrap();
+            let mut expected = requests;
+            expected.sort_by_key(|r| (stamp(r.t_s), r.pixel));
+            let found: Vec<_> = delivery.events().iter().collect();
+            assert_eq!(found.len(), expected.len());
+            for (event, r) in found.iter().zip(&expected) {
+                let pixel = u32::from(event.y) * 7 + u32::from(event.x);
+                assert_eq!((event.t, pixel, event.polarity), (stamp(r.t_s), r.pixel, r.polarity));
+            }
+        }
+    }
+
+    #[test]
+    fn rows_and_columns_are_those_of_a_division() {
+        for width in [1u16, 2, 3, 240, 346, 1280, 65_535] {
+            let delivery = Delivery::new(SensorSize { width, height: 65_535 });
+            let last = u64::from(width) * 65_535 - 1;
+            for pixel in (0..=last).step_by(last as usize / 5_000 + 1).chain([last]) {
+                let row = (pixel * delivery.reciprocal) >> SHIFT;
+                assert!(row == pixel / u64::from(width) || pixel >= 1 << 24, "{pixel} / {width}");
+            }
+        }
+    }
+}

@@ -1,0 +1,57 @@
+//! Some pixels never speak.
+//!
+//! # Model
+//! Each pixel is dead with probability `fraction`, for good: it has no events, nor noise.
+//!
+//! # Source
+//! A fixed mask, as recordings show it.
+
+use evpose_core::StageNoise;
+
+use super::{PixelTerm, PixelTraits};
+use crate::stage::Stage;
+use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+
+const FRACTION: ParamSpec = ParamSpec {
+    name: "fraction",
+    unit: "",
+    range: (1e-6, 0.5),
+    scale: Scale::Log,
+    prior: Prior::Typical(1e-5, 1e-3),
+    neutral: Some(0.0),
+    doc: "part of the pixels that are dead",
+};
+
+/// The registry entry.
+pub(crate) static SPEC: StageSpec = StageSpec {
+    name: "dead_pixels",
+    domain: Domain::Detector,
+    summary: "some pixels never speak",
+    formula: "no events where U(x, y) < fraction",
+    params: &[FRACTION],
+    choices: &[],
+    source: Citation {
+        key: "Gallego et al. 2022",
+        text: "G. Gallego et al.: Event-Based Vision: A Survey, IEEE TPAMI 44(1), 2022",
+    },
+    build: |settings| {
+        let fraction = settings.number(&FRACTION) as f32;
+        Ok(Stage::Term(Box::new(DeadPixels { fraction })))
+    },
+};
+
+/// A mask.
+#[derive(Debug)]
+struct DeadPixels {
+    fraction: f32,
+}
+
+impl PixelTerm for DeadPixels {
+    fn is_neutral(&self) -> bool {
+        self.fraction <= 0.0
+    }
+
+    fn pattern(&self, pixel: usize, traits: &mut PixelTraits, noise: StageNoise) {
+        traits.is_dead |= noise.uniform(pixel, 0) <= self.fraction;
+    }
+}

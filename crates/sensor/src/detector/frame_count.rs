@@ -1,0 +1,68 @@
+//! The change detector of v2e: whole thresholds between a frame and the memory, spread in time.
+//!
+//! # Model
+//! With `d = V - M`: `n = ⌊d / C_on⌋` ON or `n = ⌊-d / C_off⌋` OFF events, `M += ± n C`. With `N`
+//! the largest count of any pixel in this step, event `i = 0 .. n - 1` of a pixel is at
+//! `t_start + (i + 1) dt / N`: a pixel with few events has them early.
+//!
+//! # Source
+//! Hu, Liu, Delbruck 2021 (v2e) and its published emulator.
+
+use evpose_core::{Polarity, StageNoise};
+
+use super::{Change, ChangeDetector, PixelStep, THRESHOLD_OFF, THRESHOLD_ON};
+use crate::stage::Stage;
+use crate::{Citation, Domain, StageSpec};
+
+/// The registry entry.
+pub(crate) static SPEC: StageSpec = StageSpec {
+    name: "frame_count",
+    domain: Domain::Detector,
+    summary: "whole thresholds between a frame and the memory, spread evenly over the step",
+    formula: "n = floor(|V - M| / threshold); M += n threshold; t = start + (i + 1) dt / max n",
+    params: &[THRESHOLD_ON, THRESHOLD_OFF],
+    choices: &[],
+    source: Citation {
+        key: "Hu et al. 2021",
+        text: "Y. Hu, S.-C. Liu, T. Delbruck: v2e: From Video Frames to Realistic DVS Events, CVPR \
+               Workshops 2021",
+    },
+    build: |settings| {
+        Ok(Stage::Detector(Box::new(FrameCount {
+            thresholds: [&THRESHOLD_ON, &THRESHOLD_OFF].map(|p| settings.number(p) as f32),
+        })))
+    },
+};
+
+/// Thresholds in units of ln.
+#[derive(Debug)]
+struct FrameCount {
+    thresholds: [f32; 2],
+}
+
+impl ChangeDetector for FrameCount {
+    fn thresholds(&self) -> [f32; 2] {
+        self.thresholds
+    }
+
+    fn compares_frames(&self) -> bool {
+        true
+    }
+
+    fn spreads(&self) -> bool {
+        true
+    }
+
+    fn next(&self, pixel: &PixelStep, _from_s: f64, _noise: StageNoise) -> Option<Change> {
+        let d = pixel.to - pixel.memory;
+        let (polarity, threshold) = if d > 0.0 {
+            (Polarity::On, pixel.threshold_on)
+        } else {
+            (Polarity::Off, pixel.threshold_off)
+        };
+        // Truncation is the floor of a positive number; a dead pixel has an infinite threshold.
+        let count = (d.abs() / threshold) as u32;
+        let memory = pixel.memory + (f64::from(count) * threshold).copysign(d);
+        (count > 0).then_some(Change { t_s: pixel.end_s, polarity, count, memory })
+    }
+}

@@ -1,0 +1,75 @@
+//! A pixel is slower to take back what it said: the threshold of the other sign is larger.
+//!
+//! # Model
+//! After an ON event `C_off ← C_off (1 + fraction)` until the next event, and after an OFF event
+//! the same for `C_on`. Noise about a level then makes fewer pairs of ON and OFF.
+//!
+//! # Source
+//! Hysteresis of comparators; a bias of the Prophesee sensors (Finateu et al. 2020) tells the two
+//! thresholds apart in the same way.
+
+use evpose_core::{Polarity, StageNoise};
+
+use super::{PixelTerm, PixelTraits};
+use crate::stage::Stage;
+use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+
+const FRACTION: ParamSpec = ParamSpec {
+    name: "fraction",
+    unit: "",
+    range: (0.001, 5.0),
+    scale: Scale::Log,
+    prior: Prior::Typical(0.01, 0.5),
+    neutral: Some(0.0),
+    doc: "how much larger the threshold of the other sign is, as a part of it",
+};
+
+/// The registry entry.
+pub(crate) static SPEC: StageSpec = StageSpec {
+    name: "hysteresis",
+    domain: Domain::Detector,
+    summary: "after an event the threshold of the other sign is larger",
+    formula: "C_other = C_other (1 + fraction) until the next event",
+    params: &[FRACTION],
+    choices: &[],
+    source: Citation {
+        key: "Finateu et al. 2020",
+        text: "T. Finateu et al.: A 1280x720 Back-Illuminated Stacked Temporal Contrast Event-Based \
+               Vision Sensor, ISSCC 2020",
+    },
+    build: |settings| {
+        let factor = 1.0 + settings.number(&FRACTION) as f32;
+        Ok(Stage::Term(Box::new(Hysteresis { factor })))
+    },
+};
+
+/// One larger threshold.
+#[derive(Debug)]
+struct Hysteresis {
+    factor: f32,
+}
+
+impl PixelTerm for Hysteresis {
+    fn is_neutral(&self) -> bool {
+        self.factor <= 1.0
+    }
+
+    fn renews(&self) -> bool {
+        true
+    }
+
+    fn renew(
+        &self,
+        _pixel: usize,
+        _count: u32,
+        last: Option<Polarity>,
+        traits: &mut PixelTraits,
+        _noise: StageNoise,
+    ) {
+        match last {
+            Some(Polarity::On) => traits.threshold_off *= self.factor,
+            Some(Polarity::Off) => traits.threshold_on *= self.factor,
+            None => {}
+        }
+    }
+}

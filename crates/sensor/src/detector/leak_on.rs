@@ -1,0 +1,157 @@
+//! Charge leaks off the memory: ON events without a change of light.
+//!
+//! # Model
+//! `dM/dt = -rho C_on`: a pixel at rest has an ON event every `1 / rho`, with a phase of its own.
+//! `rho = rate_hz 10^(spread_decades N)` is fixed per pixel; each interval is longer or shorter by
+//! `jitter N`. The leak acts on moving pixels as well, exactly within every step.
+//!
+//! `frame_jitter` is the form of v2e: in each step all that leaks is larger by `frame_jitter N`.
+//!
+//! # Source
+//! Nozaki and Delbruck 2017; Hu et al. 2021 (v2e) for the spread and the jitter of steps.
+
+use std::ops::Range;
+
+use evpose_core::{Polarity, StageNoise};
+
+use super::{PixelTerm, PixelTraits};
+use crate::gaussian::for_each_normal;
+use crate::stage::{Stage, Tick};
+use crate::wide::wide;
+use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+
+const RATE: ParamSpec = ParamSpec {
+    name: "rate_hz",
+    unit: "Hz",
+    range: (1e-4, 1e3),
+    scale: Scale::Log,
+    prior: Prior::Typical(0.01, 1.0),
+    neutral: Some(0.0),
+    doc: "ON events of a resting pixel per second",
+};
+
+const SPREAD: ParamSpec = ParamSpec {
+    name: "spread_decades",
+    unit: "decades",
+    range: (0.001, 1.0),
+    scale: Scale::Log,
+    prior: Prior::Typical(0.1, 0.25),
+    neutral: Some(0.0),
+    doc: "standard deviation of the logarithm of the rate over the pixels",
+};
+
+const JITTER: ParamSpec = ParamSpec {
+    name: "jitter",
+    unit: "",
+    range: (0.001, 0.5),
+    scale: Scale::Log,
+    prior: Prior::Typical(0.1, 0.3),
+    neutral: Some(0.0),
+    doc: "standard deviation of the intervals of one pixel, as a part of their mean",
+};
+
+const FRAME_JITTER: ParamSpec = ParamSpec {
+    name: "frame_jitter",
+    unit: "",
+    range: (0.001, 10.0),
+    scale: Scale::Log,
+    prior: Prior::Fixed,
+    neutral: Some(0.0),
+    doc: "standard deviation of what leaks in one step, as a part of its mean",
+};
+
+const PHASE: ChoiceSpec = ChoiceSpec {
+    name: "phase",
+    allowed: &["random", "aligned"],
+    doc: "whether pixels start somewhere in their intervals or all at the beginning",
+};
+
+/// The registry entry.
+pub(crate) static SPEC: StageSpec = StageSpec {
+    name: "leak_on",
+    domain: Domain::Detector,
+    summary: "charge leaks off the memory and makes regular ON events",
+    formula: "dM/dt = -rate_hz 10^(spread_decades N(x, y)) C_on",
+    params: &[RATE, SPREAD, JITTER, FRAME_JITTER],
+    choices: &[PHASE],
+    source: Citation {
+        key: "Nozaki and Delbruck 2017",
+        text: "Y. Nozaki, T. Delbruck: Temperature and Parasitic Photocurrent Effects in Dynamic \
+               Vision Sensors, IEEE TED 64(8), 2017",
+    },
+    build: |settings| {
+        Ok(Stage::Term(Box::new(LeakOn {
+            rate_hz: settings.number(&RATE) as f32,
+            spread_decades: settings.number(&SPREAD) as f32,
+            jitter: settings.number(&JITTER) as f32,
+            frame_jitter: settings.number(&FRAME_JITTER) as f32,
+            is_random: settings.word(&PHASE) == "random",
+        })))
+    },
+};
+
+/// An interval is at least this part of the mean one.
+const SHORTEST: f32 = 0.05;
+
+/// A leak per pixel.
+#[derive(Debug)]
+struct LeakOn {
+    rate_hz: f32,
+    spread_decades: f32,
+    jitter: f32,
+    frame_jitter: f32,
+    is_random: bool,
+}
+
+impl PixelTerm for LeakOn {
+    fn is_neutral(&self) -> bool {
+        self.rate_hz <= 0.0
+    }
+
+    fn pattern(&self, pixel: usize, traits: &mut PixelTraits, noise: StageNoise) {
+        let spread = (std::f32::consts::LN_10 * self.spread_decades * noise.normal(pixel, 0)).exp();
+        traits.leak_hz += self.rate_hz * spread;
+    }
+
+    fn first_phase(&self, pixel: usize, noise: StageNoise) -> f32 {
+        // Draws 0 and 1 are in the normal one.
+        if self.is_random { 1.0 - noise.uniform(pixel, 2) } else { 0.0 }
+    }
+
+    fn renews(&self) -> bool {
+        self.jitter > 0.0
+    }
+
+    fn renew(
+        &self,
+        pixel: usize,
+        count: u32,
+        _last: Option<Polarity>,
+        traits: &mut PixelTraits,
+        noise: StageNoise,
+    ) {
+        let interval = 1.0 + self.jitter * noise.normal(pixel, count & 0x3fff_ffff);
+        traits.leak_hz /= interval.max(SHORTEST);
+    }
+
+    fn seeps(&self) -> bool {
+        self.frame_jitter > 0.0
+    }
+
+    fn seep(
+        &self,
+        tick: &Tick,
+        pixels: &Range<usize>,
+        leak_per_s: &[f32],
+        leaked: &mut [f32],
+        noise: StageNoise,
+    ) {
+        let scale = self.frame_jitter * tick.dt_s() as f32;
+        wide(
+            #[inline(always)]
+            || {
+                for_each_normal(noise, pixels, |k, draw| leaked[k] -= scale * leak_per_s[k] * draw);
+            },
+        );
+    }
+}

@@ -1,0 +1,58 @@
+//! Light makes the memory leak: stray photons reach the junction that holds it.
+//!
+//! # Model
+//! `dM/dt = -hz_per_white I C_on`, on top of any leak in the dark.
+//!
+//! # Source
+//! Nozaki and Delbruck 2017: at high light, leak events grow with illumination.
+
+use evpose_core::StageNoise;
+
+use super::{PixelTerm, PixelTraits};
+use crate::stage::Stage;
+use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+
+const RATE: ParamSpec = ParamSpec {
+    name: "hz_per_white",
+    unit: "Hz",
+    range: (1e-4, 1e3),
+    scale: Scale::Log,
+    prior: Prior::Typical(0.01, 1.0),
+    neutral: Some(0.0),
+    doc: "ON events of a resting pixel per second at the light of white",
+};
+
+/// The registry entry.
+pub(crate) static SPEC: StageSpec = StageSpec {
+    name: "parasitic_photo_leak",
+    domain: Domain::Detector,
+    summary: "light makes the memory leak, in proportion",
+    formula: "dM/dt = -hz_per_white I C_on",
+    params: &[RATE],
+    choices: &[],
+    source: Citation {
+        key: "Nozaki and Delbruck 2017",
+        text: "Y. Nozaki, T. Delbruck: Temperature and Parasitic Photocurrent Effects in Dynamic \
+               Vision Sensors, IEEE TED 64(8), 2017",
+    },
+    build: |settings| {
+        let hz_per_white = settings.number(&RATE) as f32;
+        Ok(Stage::Term(Box::new(ParasiticPhotoLeak { hz_per_white })))
+    },
+};
+
+/// A leak in proportion to light.
+#[derive(Debug)]
+struct ParasiticPhotoLeak {
+    hz_per_white: f32,
+}
+
+impl PixelTerm for ParasiticPhotoLeak {
+    fn is_neutral(&self) -> bool {
+        self.hz_per_white <= 0.0
+    }
+
+    fn pattern(&self, _pixel: usize, traits: &mut PixelTraits, _noise: StageNoise) {
+        traits.photo_leak_hz += self.hz_per_white;
+    }
+}

@@ -1,0 +1,132 @@
+//! One pixel of the array: how it differs from others, what it remembers, and its step.
+//!
+//! # Model
+//! A detector compares `x(t) = V(t) + leaked(t)` with a level `M`: taking charge off the memory is
+//! the same as adding it to the voltage, and leaves the memory alone until there is an event. In a
+//! step `x` is a straight line, leak included.
+
+use evpose_core::Polarity;
+
+use super::Recovery;
+
+/// The fixed pattern: what is different from pixel to pixel, for good.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PixelTraits {
+    /// Rise that makes an ON event, ln.
+    pub threshold_on: f32,
+    /// Fall that makes an OFF event, ln.
+    pub threshold_off: f32,
+    /// ON events per second without light or change.
+    pub leak_hz: f32,
+    /// The same per light of white.
+    pub photo_leak_hz: f32,
+    /// Whether the pixel never speaks.
+    pub is_dead: bool,
+}
+
+impl PixelTraits {
+    /// A pixel like all others.
+    pub(crate) fn alike(threshold_on: f32, threshold_off: f32) -> Self {
+        Self { threshold_on, threshold_off, leak_hz: 0.0, photo_leak_hz: 0.0, is_dead: false }
+    }
+
+    /// The steady leak in ln per second.
+    pub(crate) fn leak_per_s(&self) -> f32 {
+        self.leak_hz * self.threshold_on
+    }
+}
+
+/// What a pixel remembers. Only pixels with something to say are touched, one here and one there:
+/// what they need lies together.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Cell {
+    /// The level compared with, as it was at the array's anchor time.
+    pub(crate) memory: f32,
+    /// Thresholds in force.
+    pub(crate) threshold_on: f32,
+    pub(crate) threshold_off: f32,
+    /// Events so far, which number the draws of this pixel.
+    pub(crate) count: u32,
+}
+
+impl Cell {
+    pub(crate) fn new(traits: &PixelTraits) -> Self {
+        let mut cell = Self { memory: 0.0, threshold_on: 0.0, threshold_off: 0.0, count: 0 };
+        cell.take(traits);
+        cell
+    }
+
+    /// Thresholds as these traits have them.
+    pub(crate) fn take(&mut self, traits: &PixelTraits) {
+        let dead = |threshold| if traits.is_dead { f32::INFINITY } else { threshold };
+        self.threshold_on = dead(traits.threshold_on);
+        self.threshold_off = dead(traits.threshold_off);
+    }
+}
+
+/// When a pixel is not itself.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Pause {
+    /// Deaf before this time; for ever while it waits for the readout.
+    pub(crate) free_s: f64,
+    /// The memory is what the voltage will be then; minus infinity where nothing is due.
+    pub(crate) follows_until_s: f64,
+}
+
+impl Pause {
+    pub(crate) const NONE: Self =
+        Self { free_s: f64::NEG_INFINITY, follows_until_s: f64::NEG_INFINITY };
+
+    /// What an event at `t_s` is followed by.
+    #[inline(always)]
+    pub(crate) fn after(t_s: f64, recovery: &Recovery) -> Self {
+        let until = |s: f64| if s > 0.0 { t_s + s } else { f64::NEG_INFINITY };
+        Self { free_s: until(recovery.deaf_s), follows_until_s: until(recovery.follows_s) }
+    }
+}
+
+/// A pixel in one step, as a detector sees it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PixelStep {
+    /// The start of the step, in seconds.
+    pub start_s: f64,
+    /// Its end.
+    pub end_s: f64,
+    /// What is compared, at the start: log voltage and leak, or light.
+    pub from: f64,
+    /// The same at the end.
+    pub to: f64,
+    /// The level compared with.
+    pub memory: f64,
+    /// Threshold in force, ln.
+    pub threshold_on: f64,
+    /// Threshold in force, ln.
+    pub threshold_off: f64,
+    /// Which pixel, row by row.
+    pub pixel: u32,
+    /// How many events it has had.
+    pub count: u32,
+    /// Parts of the step per second: one over its length.
+    pub per_s: f64,
+}
+
+impl PixelStep {
+    /// What is compared, at a time within the step.
+    pub fn at(&self, t_s: f64) -> f64 {
+        if t_s >= self.end_s {
+            return self.to;
+        }
+        if t_s <= self.start_s {
+            return self.from;
+        }
+        self.from + (self.to - self.from) * ((t_s - self.start_s) * self.per_s)
+    }
+
+    /// The level one threshold away.
+    pub fn level(&self, polarity: Polarity) -> f64 {
+        match polarity {
+            Polarity::On => self.memory + self.threshold_on,
+            Polarity::Off => self.memory - self.threshold_off,
+        }
+    }
+}

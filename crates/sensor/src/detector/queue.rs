@@ -1,0 +1,176 @@
+//! The second half of a step behind a readout that makes pixels wait.
+//!
+//! # Model
+//! A pixel that has crossed a threshold asks the readout and is blind until it is served, at
+//! `t_served`; its memory is then `V(t_served)`: what has changed while it waited is lost. All
+//! pixels share the readout, so that all their requests are taken in order of time.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use super::PixelArray;
+use super::resolve::{Firing, Step, Subject, for_each_pixel};
+use super::term::Hit;
+use crate::Request;
+use crate::readout::Service;
+use crate::request::time_order;
+
+/// What is due, the earliest first.
+#[derive(Debug, Default)]
+pub(crate) struct Queue {
+    due: BinaryHeap<Reverse<Due>>,
+    entries: Vec<Entry>,
+    /// Served in a later step.
+    waiting: Vec<Request>,
+}
+
+/// A time, the pixel at equal times, and the entry.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Due {
+    time: u64,
+    pixel: u32,
+    entry: u32,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Entry {
+    /// A pixel reaches a threshold, unless it has had another event since it had `count`.
+    Change { firing: Firing, count: u32 },
+    /// A pixel is struck by noise.
+    Hit(Hit),
+    /// A request that no pixel knows of.
+    Background(Request),
+    /// The readout comes to a pixel that waits.
+    Served(Request),
+}
+
+impl Queue {
+    fn push(&mut self, t_s: f64, pixel: u32, entry: Entry) {
+        let due = Due { time: time_order(t_s), pixel, entry: self.entries.len() as u32 };
+        self.entries.push(entry);
+        self.due.push(Reverse(due));
+    }
+}
+
+impl PixelArray {
+    /// Takes every pixel that woke through the step and appends events in the order in which they
+    /// are served, `background` among them.
+    pub(crate) fn resolve_served(
+        &mut self,
+        step: Step<'_>,
+        background: &[Request],
+        service: &mut Service<'_>,
+        out: &mut Vec<Request>,
+    ) {
+        let awake = std::mem::take(&mut self.awake);
+        let accepted = std::mem::take(&mut self.accepted);
+        self.queue.due.clear();
+        self.queue.entries.clear();
+        for served in std::mem::take(&mut self.queue.waiting) {
+            self.serve_or_wait(step, served);
+        }
+        for_each_pixel(&awake, &accepted, |pixel, hits| {
+            for hit in hits {
+                self.queue.push(hit.t_s, hit.pixel, Entry::Hit(*hit));
+            }
+            if !self.waits(pixel) {
+                let mut subject = self.take_out(step, pixel);
+                self.expect_change(step, &mut subject, step.tick.start_s);
+            }
+        });
+        for request in background {
+            self.queue.push(request.t_s, request.pixel, Entry::Background(*request));
+        }
+        while let Some(Reverse(due)) = self.queue.due.pop() {
+            let entry = self.queue.entries[due.entry as usize];
+            self.take(step, due.pixel as usize, entry, service, out);
+        }
+        for pixel in awake.iter().copied().chain(accepted.iter().map(|hit| hit.pixel)) {
+            self.arm(pixel as usize, step.tick.end_s, step.chain.steps_while_deaf);
+        }
+        self.awake = awake;
+        self.accepted = accepted;
+    }
+
+    fn take(
+        &mut self,
+        step: Step<'_>,
+        pixel: usize,
+        entry: Entry,
+        service: &mut Service<'_>,
+        out: &mut Vec<Request>,
+    ) {
+        let mut subject = self.take_out(step, pixel);
+        let (count_now, waits) = (subject.seen.count, self.waits(pixel));
+        let firing = match entry {
+            Entry::Change { firing, count } if count == count_now && !waits => firing,
+            Entry::Hit(Hit { t_s, polarity, origin, .. }) if t_s >= subject.pause.free_s => {
+                Firing { t_s, polarity, origin, memory: subject.seen.at(t_s) }
+            }
+            Entry::Background(request) => {
+                if let Some(t_s) = service.acknowledge(&request) {
+                    out.push(Request { t_s, ..request });
+                }
+                return;
+            }
+            Entry::Served(request) => {
+                out.push(request);
+                subject.pause.free_s = f64::NEG_INFINITY;
+                let Request { t_s, polarity, origin, .. } = request;
+                let firing = Firing { t_s, polarity, origin, memory: subject.seen.at(t_s) };
+                self.go_on(step, &mut subject, &firing);
+                return;
+            }
+            Entry::Change { .. } | Entry::Hit(_) => return,
+        };
+        if firing.t_s < subject.pause.free_s {
+            // Deaf, but stepping: the event is lost.
+            subject.seen.memory = firing.memory;
+            self.expect_change(step, &mut subject, firing.t_s);
+            return;
+        }
+        let request = firing.request(pixel as u32);
+        match service.acknowledge(&request) {
+            // Served in the very moment, or dropped behind the pixel, which does not know.
+            None => self.go_on(step, &mut subject, &firing),
+            Some(t_s) if t_s <= firing.t_s => {
+                out.push(request);
+                self.go_on(step, &mut subject, &firing);
+            }
+            Some(t_s) => {
+                self.pauses[pixel].free_s = f64::INFINITY;
+                self.serve_or_wait(step, Request { t_s, ..request });
+            }
+        }
+    }
+
+    /// Whether a request of this pixel is with the readout.
+    fn waits(&self, pixel: usize) -> bool {
+        self.pauses[pixel].free_s == f64::INFINITY
+    }
+
+    /// A pixel is served in this step or in a later one.
+    fn serve_or_wait(&mut self, step: Step<'_>, served: Request) {
+        if served.t_s <= step.tick.end_s {
+            self.queue.push(served.t_s, served.pixel, Entry::Served(served));
+        } else {
+            self.queue.waiting.push(served);
+        }
+    }
+
+    /// Resets a pixel and looks for its next change.
+    fn go_on(&mut self, step: Step<'_>, subject: &mut Subject, firing: &Firing) {
+        self.reset(step, subject, firing);
+        self.expect_change(step, subject, firing.t_s);
+    }
+
+    fn expect_change(&mut self, step: Step<'_>, subject: &mut Subject, now_s: f64) {
+        if let Some(from_s) = subject.listens_from(step, now_s)
+            && let Some(firing) = subject.next_firing(step, from_s, &mut &[][..])
+        {
+            let (pixel, count) = (subject.seen.pixel, subject.seen.count);
+            self.queue.push(firing.t_s, pixel, Entry::Change { firing, count });
+        }
+        self.put_back(step, subject);
+    }
+}

@@ -1,0 +1,77 @@
+//! A pixel is deaf for a while behind each event.
+//!
+//! # Model
+//! Events of a pixel are at least `period_us` apart. In between
+//! - `hold`: the reset switch stays closed, and the memory is the voltage at the end: what changed
+//!   in the meantime is lost;
+//! - `defer`: the memory stays, and an event that is due comes at the end: late, not lost;
+//! - `drop`: the memory goes on stepping, and its events are lost: ESIM's form.
+//!
+//! # Source
+//! Lichtsteiner et al. 2008 for the circuit; Rebecq et al. 2018 (ESIM) for `drop`; Hu et al. 2021
+//! (v2e) for `defer`, which with frames means until the next one.
+
+use super::{PixelTerm, Recovery};
+use crate::stage::Stage;
+use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+
+const PERIOD: ParamSpec = ParamSpec {
+    name: "period_us",
+    unit: "us",
+    range: (1.0, 1e6),
+    scale: Scale::Log,
+    prior: Prior::Typical(10.0, 4e4),
+    neutral: Some(0.0),
+    doc: "the shortest time between two events of a pixel",
+};
+
+const MODE: ChoiceSpec = ChoiceSpec {
+    name: "mode",
+    allowed: &["hold", "defer", "drop"],
+    doc: "whether the memory follows the voltage, waits, or goes on without saying so",
+};
+
+/// The registry entry.
+pub(crate) static SPEC: StageSpec = StageSpec {
+    name: "refractory",
+    domain: Domain::Detector,
+    summary: "a pixel is deaf for a while behind each event",
+    formula: "no event before t + period_us; hold: M = V(t + period_us)",
+    params: &[PERIOD],
+    choices: &[MODE],
+    source: Citation {
+        key: "Lichtsteiner et al. 2008",
+        text: "P. Lichtsteiner, C. Posch, T. Delbruck: A 128x128 120 dB 15 us Latency Asynchronous \
+               Temporal Contrast Vision Sensor, IEEE JSSC 43(2), 2008",
+    },
+    build: |settings| {
+        Ok(Stage::Term(Box::new(Refractory {
+            period_s: settings.number(&PERIOD) * 1e-6,
+            holds: settings.word(&MODE) == "hold",
+            drops: settings.word(&MODE) == "drop",
+        })))
+    },
+};
+
+/// A deaf time.
+#[derive(Debug)]
+struct Refractory {
+    period_s: f64,
+    holds: bool,
+    drops: bool,
+}
+
+impl PixelTerm for Refractory {
+    fn is_neutral(&self) -> bool {
+        self.period_s <= 0.0
+    }
+
+    fn recovery(&self) -> Recovery {
+        let follows_s = if self.holds { self.period_s } else { 0.0 };
+        Recovery { deaf_s: self.period_s, follows_s, ..Recovery::NONE }
+    }
+
+    fn steps_while_deaf(&self) -> bool {
+        self.drops
+    }
+}

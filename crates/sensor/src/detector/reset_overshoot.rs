@@ -1,0 +1,72 @@
+//! A reset does not end where the event was: the memory takes a little time, or goes a little far.
+//!
+//! # Model
+//! `M = V(t + delay_us)`: what changes while the switch is closed is lost. Without delay,
+//! `M = M ± C (1 - fraction)`: the switch injects charge that takes back a part of the step, or adds
+//! to it where the fraction is negative.
+//!
+//! # Source
+//! Lichtsteiner et al. 2008 on charge injection at reset.
+
+use super::{PixelTerm, Recovery};
+use crate::stage::Stage;
+use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+
+const DELAY: ParamSpec = ParamSpec {
+    name: "delay_us",
+    unit: "us",
+    range: (0.1, 1e4),
+    scale: Scale::Log,
+    prior: Prior::Typical(1.0, 100.0),
+    neutral: Some(0.0),
+    doc: "how long the reset switch stays closed",
+};
+
+const FRACTION: ParamSpec = ParamSpec {
+    name: "fraction",
+    unit: "",
+    range: (-0.9, 0.9),
+    scale: Scale::Linear,
+    prior: Prior::Typical(-0.2, 0.2),
+    neutral: Some(0.0),
+    doc: "part of the step that the reset takes back",
+};
+
+/// The registry entry.
+pub(crate) static SPEC: StageSpec = StageSpec {
+    name: "reset_overshoot",
+    domain: Domain::Detector,
+    summary: "after an event the memory is not exactly at the level crossed",
+    formula: "M = V(t + delay_us), or M +- C (1 - fraction)",
+    params: &[DELAY, FRACTION],
+    choices: &[],
+    source: Citation {
+        key: "Lichtsteiner et al. 2008",
+        text: "P. Lichtsteiner, C. Posch, T. Delbruck: A 128x128 120 dB 15 us Latency Asynchronous \
+               Temporal Contrast Vision Sensor, IEEE JSSC 43(2), 2008",
+    },
+    build: |settings| {
+        Ok(Stage::Term(Box::new(ResetOvershoot {
+            delay_s: settings.number(&DELAY) * 1e-6,
+            fraction: settings.number(&FRACTION),
+        })))
+    },
+};
+
+/// A memory that misses its level.
+#[derive(Debug)]
+struct ResetOvershoot {
+    delay_s: f64,
+    fraction: f64,
+}
+
+impl PixelTerm for ResetOvershoot {
+    fn is_neutral(&self) -> bool {
+        self.delay_s <= 0.0 && self.fraction == 0.0
+    }
+
+    fn recovery(&self) -> Recovery {
+        let Self { delay_s, fraction } = *self;
+        Recovery { deaf_s: delay_s, follows_s: delay_s, short_fraction: fraction }
+    }
+}

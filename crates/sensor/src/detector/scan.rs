@@ -1,0 +1,181 @@
+//! The first half of a step: which pixels may have something to say.
+
+use std::ops::Range;
+
+use evpose_core::StageNoise;
+
+use super::PixelArray;
+use crate::model::Chain;
+use crate::stage::Tick;
+use crate::wide::wide;
+
+/// Pixels looked at together. A few cache lines: wide enough for any vector unit, small enough
+/// that one event does not send many quiet pixels down the slow path.
+const LANES: usize = 16;
+
+/// The bit of each lane.
+const BITS: [u32; LANES] = {
+    let mut bits = [0; LANES];
+    let mut k = 0;
+    while k < LANES {
+        bits[k] = 1 << k;
+        k += 1;
+    }
+    bits
+};
+
+/// Light of white in the code values of detectors that see light.
+const WHITE_CODE: f32 = 255.0;
+
+impl PixelArray {
+    /// Starts the scan of a step, which goes through all blocks in order.
+    pub(crate) fn begin_scan(&mut self) {
+        self.awake.clear();
+        self.accepted.clear();
+        self.next_hit = 0;
+    }
+
+    /// Looks at a block of pixels: its light, and its voltage, to which leaks are added.
+    pub(crate) fn scan(
+        &mut self,
+        chain: &Chain,
+        tick: &Tick,
+        pixels: &Range<usize>,
+        light: &[f32],
+        voltage: &mut [f32],
+    ) {
+        let detector = &*chain.detector.stage;
+        if detector.sees_light() {
+            for (v, i) in voltage.iter_mut().zip(light) {
+                *v = WHITE_CODE * i;
+            }
+        }
+        if tick.index == 0 {
+            self.settle(chain, tick, pixels.start, voltage);
+        }
+        if !self.leaked.is_empty() {
+            self.seep(chain, tick, pixels, light, voltage);
+        }
+        if detector.sees_light() {
+            self.awake.extend(pixels.start as u32..pixels.end as u32);
+        } else {
+            self.find_awake(tick, pixels, voltage);
+        }
+        self.accept(chain, tick, pixels, light);
+    }
+
+    fn seep(
+        &mut self,
+        chain: &Chain,
+        tick: &Tick,
+        pixels: &Range<usize>,
+        light: &[f32],
+        voltage: &mut [f32],
+    ) {
+        let seeped = &mut self.seeped[pixels.clone()];
+        let dt_s = tick.dt_s() as f32;
+        match self.photo_leak_per_s.get(pixels.clone()) {
+            Some(rates) => wide(
+                #[inline(always)]
+                || {
+                    for ((seeped, rate), i) in seeped.iter_mut().zip(rates).zip(light) {
+                        *seeped = rate * i * dt_s;
+                    }
+                },
+            ),
+            None => seeped.fill(0.0),
+        }
+        let steady = self.leak_per_s.get(pixels.clone()).unwrap_or_default();
+        for (link, memory) in chain.terms.iter().zip(&self.terms) {
+            if link.stage.seeps() {
+                let noise = StageNoise::at_tick(memory.noise_key, tick.index);
+                link.stage.seep(tick, pixels, steady, seeped, noise);
+            }
+        }
+        let leaked = &mut self.leaked[pixels.clone()];
+        wide(
+            #[inline(always)]
+            || {
+                for ((v, leaked), seeped) in voltage.iter_mut().zip(leaked).zip(seeped) {
+                    *leaked += *seeped;
+                    *v += *leaked;
+                }
+            },
+        );
+    }
+
+    fn find_awake(&mut self, tick: &Tick, pixels: &Range<usize>, voltage: &[f32]) {
+        let on = &self.wake_on[pixels.clone()];
+        let off = &self.wake_off[pixels.clone()];
+        let first = pixels.start as u32;
+        let awake = &mut self.awake;
+        match self.leak_per_s.get(pixels.clone()) {
+            Some(leak) => {
+                let age_s = (tick.end_s - self.anchor_s) as f32;
+                wide(
+                    #[inline(always)]
+                    || find(first, [voltage, on, off, leak], |v, leak| v + leak * age_s, awake),
+                );
+            }
+            // Without a leak its place is taken by what is at hand.
+            None => wide(
+                #[inline(always)]
+                || find(first, [voltage, on, off, voltage], |v, _| v, awake),
+            ),
+        }
+    }
+
+    /// Keeps the hits of a block that take place, at the light there is.
+    fn accept(&mut self, chain: &Chain, tick: &Tick, pixels: &Range<usize>, light: &[f32]) {
+        while let Some(hit) = self.hits.get(self.next_hit)
+            && (hit.pixel as usize) < pixels.end
+        {
+            self.next_hit += 1;
+            let is_now = hit.t_s > tick.start_s && hit.t_s <= tick.end_s;
+            let pixel = hit.pixel as usize;
+            if is_now {
+                let term = &chain.terms[usize::from(hit.term)].stage;
+                if hit.chance <= term.acceptance(light[pixel - pixels.start]) {
+                    self.accepted.push(*hit);
+                }
+            }
+        }
+    }
+}
+
+/// Appends the pixels whose `x`, of voltage and leak, lies at or beyond one of their levels,
+/// skipping quiet ones many at a time.
+#[inline(always)]
+fn find(first: u32, planes: [&[f32]; 4], x: impl Fn(f32, f32) -> f32, awake: &mut Vec<u32>) {
+    let beyond = |v: f32, on: f32, off: f32, leak: f32| {
+        let x = x(v, leak);
+        (x >= on) | (x <= off)
+    };
+    let [(voltage, v_rest), (on, on_rest), (off, off_rest), (leak, leak_rest)] =
+        planes.map(|plane| plane.as_chunks::<LANES>());
+    for (lane, (((v, on), off), leak)) in voltage.iter().zip(on).zip(off).zip(leak).enumerate() {
+        // No early exit: a loop without branches is what becomes vector instructions.
+        let mut any = 0;
+        for k in 0..LANES {
+            any |= u32::from(beyond(v[k], on[k], off[k], leak[k]));
+        }
+        if any != 0 {
+            let start = first + (lane * LANES) as u32;
+            // A sum of powers of two is a vector operation as well.
+            let mut bits = 0;
+            for k in 0..LANES {
+                bits |= if beyond(v[k], on[k], off[k], leak[k]) { BITS[k] } else { 0 };
+            }
+            while bits != 0 {
+                awake.push(start + bits.trailing_zeros());
+                bits &= bits - 1;
+            }
+        }
+    }
+    let start = first + (voltage.len() * LANES) as u32;
+    for k in 0..v_rest.len() {
+        if beyond(v_rest[k], on_rest[k], off_rest[k], leak_rest[k]) {
+            awake.push(start + k as u32);
+        }
+    }
+}

@@ -1,0 +1,134 @@
+//! The short way through a step: a pixel on which nothing acts but the levels that it crosses.
+//!
+//! # Model
+//! That of [`level_crossing`](super::level_crossing), operation by operation, so that a pixel has
+//! the same events to the last bit whichever way it goes.
+
+use evpose_core::Polarity;
+
+use super::PixelArray;
+use super::pixel::{Cell, Pause};
+use super::resolve::Step;
+use crate::{Origin, Request};
+
+impl PixelArray {
+    /// Takes a pixel through the step, unless it is beyond a level from the start: false then, and
+    /// nothing is done.
+    #[inline(always)]
+    pub(super) fn resolve_straight(
+        &mut self,
+        step: Step<'_>,
+        pixel: u32,
+        out: &mut Vec<Request>,
+    ) -> bool {
+        let index = pixel as usize;
+        let (start_s, end_s) = (step.tick.start_s, step.tick.end_s);
+        let leak = self.leak_per_s.get(index).map_or(0.0, |&leak| f64::from(leak));
+        let from = f64::from(step.before[index]) + leak * (start_s - self.anchor_s);
+        let to = f64::from(step.after[index]) + leak * (end_s - self.anchor_s);
+        let change = to - from;
+        let at = |t_s: f64| match () {
+            () if t_s >= end_s => to,
+            () if t_s <= start_s => from,
+            () => from + change * ((t_s - start_s) * step.per_s),
+        };
+        let Cell { memory, threshold_on, threshold_off, .. } = self.cells[index];
+        let mut memory = f64::from(memory);
+        let mut pause = self.pauses.get(index).copied().unwrap_or(Pause::NONE);
+        let mut now_s = start_s.max(pause.follows_until_s);
+        if pause.follows_until_s > f64::NEG_INFINITY && now_s <= end_s {
+            memory = at(pause.follows_until_s);
+            pause.follows_until_s = f64::NEG_INFINITY;
+        }
+        now_s = now_s.max(pause.free_s);
+        let (on, off) = (f64::from(threshold_on), f64::from(threshold_off));
+        let now = at(now_s);
+        if now_s <= end_s && (now >= memory + on || now <= memory - off) {
+            return false;
+        }
+        // On a line all events of a step have one sign.
+        let polarity = Polarity::from_on(change > 0.0);
+        let (threshold, sign) = if change > 0.0 { (on, 1.0) } else { (-off, -1.0) };
+        let drained = leak * (end_s - start_s) + self.seeped.get(index).map_or(0.0, |&s| s.into());
+        let is_leak = drained > 0.0 && 2.0 * drained > change && change > 0.0;
+        let origin = if is_leak { Origin::Leak } else { Origin::Signal };
+        let recovery = &step.chain.recovery;
+        let mut count = 0u32;
+        while now_s <= end_s {
+            let level = memory + threshold;
+            if (to - level) * sign < 0.0 {
+                break;
+            }
+            let way = (level - from) / change;
+            let t_s = (start_s + (end_s - start_s) * way).max(now_s).min(end_s);
+            out.push(Request { t_s, pixel, polarity, origin });
+            count += 1;
+            memory = level - recovery.short_fraction * threshold;
+            pause = Pause::after(t_s, recovery);
+            now_s = t_s.max(pause.follows_until_s);
+            if pause.follows_until_s > f64::NEG_INFINITY && now_s <= end_s {
+                memory = at(pause.follows_until_s);
+                pause.follows_until_s = f64::NEG_INFINITY;
+            }
+            now_s = now_s.max(pause.free_s);
+        }
+        let cell = &mut self.cells[index];
+        cell.memory = memory as f32;
+        cell.count = cell.count.wrapping_add(count);
+        if let Some(kept) = self.pauses.get_mut(index) {
+            *kept = pause;
+        }
+        self.arm(index, end_s, false);
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use evpose_core::{Event, Micros, Plane, SensorSize};
+    use proptest::prelude::*;
+
+    use crate::{EffectConfig, SensorConfig, SensorModel};
+
+    const SIZE: SensorSize = SensorSize { width: 40, height: 5 };
+
+    fn events(effects: &[EffectConfig], speed: f32, goes_straight: bool) -> Vec<Event> {
+        let config = SensorConfig { effects: effects.to_vec() };
+        let mut run = SensorModel::from_config(&config).unwrap().start(SIZE, 3);
+        run.array_mut().may_go_straight = goes_straight;
+        let mut all = Vec::new();
+        for step in 0..30 {
+            let mut plane = Plane::for_sensor(SIZE, 0.0);
+            for (i, y) in plane.data_mut().iter_mut().enumerate() {
+                *y = 0.02 + 0.4 * (1.0 + (i as f32 * 0.21 + speed * step as f32).sin());
+            }
+            all.extend(run.expose(&plane, Micros(step * 1_000)).unwrap().iter());
+        }
+        all
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(48))]
+
+        #[test]
+        fn both_ways_give_the_same_events(
+            speed in -1.0..1.0f32, leak in any::<bool>(), deaf_us in 0..4_000u32,
+            mode in prop::sample::select(vec!["hold", "defer"]), fraction in -0.3..0.3f64,
+        ) {
+            let mut effects = vec![EffectConfig::new("threshold_mismatch").with("sigma", 0.02)];
+            if leak {
+                effects.push(EffectConfig::new("leak_on").with("rate_hz", 20.0));
+            }
+            if deaf_us > 1_000 {
+                let deaf = EffectConfig::new("refractory").with("mode", mode);
+                effects.push(deaf.with("period_us", f64::from(deaf_us - 1_000)));
+            } else if deaf_us > 500 {
+                effects.push(EffectConfig::new("reset_overshoot").with("fraction", fraction));
+            }
+            let short = events(&effects, speed, true);
+            prop_assert!(short.len() > 10 || speed.abs() < 0.1);
+            prop_assert_eq!(short, events(&effects, speed, false));
+        }
+    }
+}

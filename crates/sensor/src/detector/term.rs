@@ -1,0 +1,149 @@
+//! Pixel terms: one effect each on how a pixel detects changes.
+
+use std::fmt::Debug;
+use std::ops::Range;
+
+use evpose_core::{Polarity, SensorSize, StageNoise};
+
+use super::PixelTraits;
+use crate::Origin;
+use crate::stage::Tick;
+
+/// An effect on pixels, beside the change detector. Every method has an empty default: a term
+/// gives those that it is about.
+pub trait PixelTerm: Send + Sync + Debug {
+    /// Whether the parameters make the term the identity; the chain then leaves it out.
+    fn is_neutral(&self) -> bool;
+
+    /// Changes what sets a pixel apart, for good. The noise is the same at every call.
+    fn pattern(&self, _pixel: usize, _traits: &mut PixelTraits, _noise: StageNoise) {}
+
+    /// How far the memory of a pixel is from its first voltage, in thresholds to be passed to an
+    /// ON event: between 0 and 1.
+    fn first_phase(&self, _pixel: usize, _noise: StageNoise) -> f32 {
+        0.0
+    }
+
+    /// Whether [`PixelTerm::renew`] does anything.
+    fn renews(&self) -> bool {
+        false
+    }
+
+    /// Changes what holds until the next event of a pixel that has had `count`, the last of them
+    /// `last`. `traits` is the fixed pattern, as far as terms before this one have left it.
+    fn renew(
+        &self,
+        _pixel: usize,
+        _count: u32,
+        _last: Option<Polarity>,
+        _traits: &mut PixelTraits,
+        _noise: StageNoise,
+    ) {
+    }
+
+    /// What an event of a pixel leaves behind, on top of the level that was crossed.
+    fn recovery(&self) -> Recovery {
+        Recovery::NONE
+    }
+
+    /// Whether the memory goes on stepping in a deaf time, so that events in it are lost.
+    fn steps_while_deaf(&self) -> bool {
+        false
+    }
+
+    /// Whether [`PixelTerm::seep`] does anything.
+    fn seeps(&self) -> bool {
+        false
+    }
+
+    /// Adds what leaks off the memories of some pixels in this tick, in ln, beyond the steady
+    /// `leak_per_s` of each.
+    fn seep(
+        &self,
+        _tick: &Tick,
+        _pixels: &Range<usize>,
+        _leak_per_s: &[f32],
+        _leaked: &mut [f32],
+        _noise: StageNoise,
+    ) {
+    }
+
+    /// What [`PixelTerm::strike`] wants to have at hand, made once of all pixels.
+    fn table(&self, _traits: &[PixelTraits], _noise: StageNoise) -> Table {
+        Table::default()
+    }
+
+    /// Appends what pixels do by themselves in this exposure, best in order of pixels and, for one
+    /// pixel, of time: the array puts them in order. Dead pixels do nothing.
+    fn strike(
+        &self,
+        _tick: &Tick,
+        _size: SensorSize,
+        _table: &Table,
+        _noise: StageNoise,
+        _hits: &mut Vec<Hit>,
+    ) {
+    }
+
+    /// The probability that a hit takes place at this light.
+    fn acceptance(&self, _light: f32) -> f32 {
+        1.0
+    }
+}
+
+/// What a term works out once for all its pixels: two lists, of which it says what they are.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Table {
+    /// Numbers to be added up.
+    pub sums: Vec<f64>,
+    /// Numbers per pixel.
+    pub values: Vec<f32>,
+}
+
+/// An event that a pixel makes by itself. Its memory then is its voltage.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hit {
+    /// When, in seconds.
+    pub t_s: f64,
+    /// Which pixel.
+    pub pixel: u32,
+    /// What kind of event.
+    pub polarity: Polarity,
+    /// Why.
+    pub origin: Origin,
+    /// Uniform in (0, 1]: the hit takes place if it is not above the acceptance.
+    pub chance: f32,
+    /// Which term it comes from; filled in by the array.
+    pub term: u8,
+}
+
+/// What an event leaves behind.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Recovery {
+    /// How long the pixel is deaf, in seconds.
+    pub deaf_s: f64,
+    /// How long its memory follows the voltage, in seconds.
+    pub follows_s: f64,
+    /// The part of the threshold by which the memory falls short of the level crossed.
+    pub short_fraction: f64,
+}
+
+impl Recovery {
+    /// The memory is the level, at once.
+    pub const NONE: Self = Self { deaf_s: 0.0, follows_s: 0.0, short_fraction: 0.0 };
+
+    /// Both: the longer times, and the parts together.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        Self {
+            deaf_s: self.deaf_s.max(other.deaf_s),
+            follows_s: self.follows_s.max(other.follows_s),
+            short_fraction: self.short_fraction + other.short_fraction,
+        }
+    }
+
+    /// Whether pixels pause.
+    pub(crate) fn pauses(&self) -> bool {
+        self.deaf_s > 0.0 || self.follows_s > 0.0
+    }
+}

@@ -1,0 +1,82 @@
+//! Frames that were exposed for a while: what moved is blurred along its way.
+//!
+//! Not a property of a pixel, which has no shutter, but of frames that a camera took or a renderer
+//! integrated.
+//!
+//! # Model
+//! The mean of the light over the last `fraction` of the step, in which it runs in a line:
+//! `I ← I - fraction / 2 (I - I_before)`.
+//!
+//! # Source
+//! Hu et al. 2021 (v2e) on motion blur of source frames.
+
+use evpose_core::StageNoise;
+
+use crate::stage::{Block, PixelStage, Stage, Tick};
+use crate::wide::wide;
+use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+
+const FRACTION: ParamSpec = ParamSpec {
+    name: "fraction",
+    unit: "",
+    range: (0.001, 1.0),
+    scale: Scale::Linear,
+    prior: Prior::Typical(0.1, 1.0),
+    neutral: Some(0.0),
+    doc: "part of the time between frames in which the shutter is open",
+};
+
+/// The registry entry.
+pub(crate) static SPEC: StageSpec = StageSpec {
+    name: "exposure_blur",
+    domain: Domain::Optics,
+    summary: "frames are means over the time in which a shutter was open",
+    formula: "I = I - fraction / 2 (I - I_before)",
+    params: &[FRACTION],
+    choices: &[],
+    source: Citation {
+        key: "Hu et al. 2021",
+        text: "Y. Hu, S.-C. Liu, T. Delbruck: v2e: From Video Frames to Realistic DVS Events, CVPR \
+               Workshops 2021",
+    },
+    build: |settings| {
+        let half = 0.5 * settings.number(&FRACTION) as f32;
+        Ok(Stage::Pixel(Box::new(ExposureBlur { half })))
+    },
+};
+
+/// A mean over the end of a step.
+#[derive(Debug)]
+struct ExposureBlur {
+    half: f32,
+}
+
+impl PixelStage for ExposureBlur {
+    fn is_neutral(&self) -> bool {
+        self.half <= 0.0
+    }
+
+    /// The light of the exposure before.
+    fn state_planes(&self) -> usize {
+        1
+    }
+
+    fn init(&self, block: &mut Block<'_>, _noise: StageNoise) {
+        let [before] = block.state.planes();
+        before.copy_from_slice(block.signal);
+    }
+
+    fn step(&self, _tick: &Tick, block: &mut Block<'_>, _noise: StageNoise) {
+        let [before] = block.state.planes();
+        wide(
+            #[inline(always)]
+            || {
+                for (y, before) in block.signal.iter_mut().zip(before) {
+                    let now = *y;
+                    *y = now - self.half * (now - *before);
+                    *before = now;
+                }
+            },
+        );
+    }
+}

@@ -1,0 +1,100 @@
+//! Lamps flicker, and all they light with them.
+//!
+//! # Model
+//! `I ← I (1 + depth w(f t + phase))`, with `w` a sine, or +1 in the first half of a period and -1
+//! in the second. A step sees the lamp at its exposure.
+//!
+//! # Source
+//! IEEE 1789-2015: 100 or 120 Hz from the mains, up to kilohertz from pulsed LEDs.
+
+use std::f64::consts::TAU;
+
+use evpose_core::StageNoise;
+
+use crate::stage::{Block, PixelStage, Stage, Tick};
+use crate::wide::wide;
+use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+
+const FREQUENCY: ParamSpec = ParamSpec {
+    name: "frequency_hz",
+    unit: "Hz",
+    range: (0.1, 1e5),
+    scale: Scale::Log,
+    prior: Prior::Typical(50.0, 1000.0),
+    neutral: None,
+    doc: "periods per second: twice the mains frequency",
+};
+
+const DEPTH: ParamSpec = ParamSpec {
+    name: "depth",
+    unit: "",
+    range: (0.001, 1.0),
+    scale: Scale::Log,
+    prior: Prior::Typical(0.02, 0.5),
+    neutral: Some(0.0),
+    doc: "amplitude as a part of the mean",
+};
+
+const PHASE: ParamSpec = ParamSpec {
+    name: "phase_turns",
+    unit: "turns",
+    range: (0.0, 1.0),
+    scale: Scale::Linear,
+    prior: Prior::Fixed,
+    neutral: Some(0.0),
+    doc: "where in its period the lamp is at time zero",
+};
+
+const WAVE: ChoiceSpec =
+    ChoiceSpec { name: "wave", allowed: &["sine", "square"], doc: "mains or pulsed" };
+
+/// The registry entry.
+pub(crate) static SPEC: StageSpec = StageSpec {
+    name: "lamp_flicker",
+    domain: Domain::Optics,
+    summary: "the light of the scene varies periodically",
+    formula: "I = I (1 + depth sin(2 pi (frequency_hz t + phase_turns)))",
+    params: &[FREQUENCY, DEPTH, PHASE],
+    choices: &[WAVE],
+    source: Citation {
+        key: "IEEE 1789-2015",
+        text: "IEEE Recommended Practices for Modulating Current in High-Brightness LEDs, 2015",
+    },
+    build: |settings| {
+        Ok(Stage::Pixel(Box::new(LampFlicker {
+            frequency_hz: settings.number(&FREQUENCY),
+            depth: settings.number(&DEPTH),
+            phase_turns: settings.number(&PHASE),
+            is_square: settings.word(&WAVE) == "square",
+        })))
+    },
+};
+
+/// A periodic factor.
+#[derive(Debug)]
+struct LampFlicker {
+    frequency_hz: f64,
+    depth: f64,
+    phase_turns: f64,
+    is_square: bool,
+}
+
+impl PixelStage for LampFlicker {
+    fn is_neutral(&self) -> bool {
+        self.depth <= 0.0
+    }
+
+    fn step(&self, tick: &Tick, block: &mut Block<'_>, _noise: StageNoise) {
+        let turn = (self.frequency_hz * tick.end_s + self.phase_turns).rem_euclid(1.0);
+        let wave = match (self.is_square, turn < 0.5) {
+            (false, _) => (TAU * turn).sin(),
+            (true, true) => 1.0,
+            (true, false) => -1.0,
+        };
+        let factor = (1.0 + self.depth * wave) as f32;
+        wide(
+            #[inline(always)]
+            || block.signal.iter_mut().for_each(|y| *y *= factor),
+        );
+    }
+}

@@ -1,0 +1,65 @@
+//! Light that goes astray in the lens veils the whole image.
+//!
+//! # Model
+//! `I ← (1 - g) I + g ⟨I⟩`, with the mean over the image: contrast is lost where it is dark.
+//!
+//! # Source
+//! ISO 9358:1994, veiling glare index.
+
+use evpose_core::{SensorSize, StageNoise};
+
+use crate::stage::{Block, PlaneStage, Stage, Tick};
+use crate::wide::wide;
+use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+
+const FRACTION: ParamSpec = ParamSpec {
+    name: "fraction",
+    unit: "",
+    range: (1e-4, 1.0),
+    scale: Scale::Log,
+    prior: Prior::Typical(0.01, 0.1),
+    neutral: Some(0.0),
+    doc: "part of the light that goes everywhere",
+};
+
+/// The registry entry.
+pub(crate) static SPEC: StageSpec = StageSpec {
+    name: "veiling_glare",
+    domain: Domain::Optics,
+    summary: "a part of the light is spread evenly over the image",
+    formula: "I = (1 - fraction) I + fraction mean(I)",
+    params: &[FRACTION],
+    choices: &[],
+    source: Citation {
+        key: "ISO 9358:1994",
+        text: "ISO 9358: Optics and optical instruments, Veiling glare of image forming systems, \
+               1994",
+    },
+    build: |settings| {
+        let fraction = settings.number(&FRACTION) as f32;
+        Ok(Stage::Plane(Box::new(VeilingGlare { fraction })))
+    },
+};
+
+/// An even veil.
+#[derive(Debug)]
+struct VeilingGlare {
+    fraction: f32,
+}
+
+impl PlaneStage for VeilingGlare {
+    fn is_neutral(&self) -> bool {
+        self.fraction <= 0.0
+    }
+
+    fn step(&self, _tick: &Tick, _size: SensorSize, plane: &mut Block<'_>, _noise: StageNoise) {
+        let count = plane.signal.len().max(1) as f64;
+        let mean = plane.signal.iter().map(|&y| f64::from(y)).sum::<f64>() / count;
+        let veil = (f64::from(self.fraction) * mean) as f32;
+        let kept = 1.0 - self.fraction;
+        wide(
+            #[inline(always)]
+            || plane.signal.iter_mut().for_each(|y| *y = kept * *y + veil),
+        );
+    }
+}

@@ -1,0 +1,62 @@
+//! A photodiode conducts a little without light.
+//!
+//! # Model
+//! `I ← I + current`, relative to the photocurrent of white: counts fall below a knee of
+//! brightness, both polarities alike, at any speed.
+//!
+//! # Source
+//! Nozaki and Delbruck 2017.
+
+use evpose_core::StageNoise;
+
+use crate::stage::{Block, PixelStage, Stage, Tick};
+use crate::wide::wide;
+use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+
+const CURRENT: ParamSpec = ParamSpec {
+    name: "current",
+    unit: "white",
+    range: (1e-7, 1.0),
+    scale: Scale::Log,
+    prior: Prior::Typical(1e-4, 1e-2),
+    neutral: Some(0.0),
+    doc: "current without light, relative to the photocurrent of white",
+};
+
+/// The registry entry.
+pub(crate) static SPEC: StageSpec = StageSpec {
+    name: "dark_current",
+    domain: Domain::Photodiode,
+    summary: "a constant is added to the photocurrent",
+    formula: "I = I + current",
+    params: &[CURRENT],
+    choices: &[],
+    source: Citation {
+        key: "Nozaki and Delbruck 2017",
+        text: "Y. Nozaki, T. Delbruck: Temperature and Parasitic Photocurrent Effects in Dynamic \
+               Vision Sensors, IEEE TED 64(8), 2017",
+    },
+    build: |settings| {
+        let current = settings.number(&CURRENT) as f32;
+        Ok(Stage::Pixel(Box::new(DarkCurrent { current })))
+    },
+};
+
+/// A constant.
+#[derive(Debug)]
+struct DarkCurrent {
+    current: f32,
+}
+
+impl PixelStage for DarkCurrent {
+    fn is_neutral(&self) -> bool {
+        self.current <= 0.0
+    }
+
+    fn step(&self, _tick: &Tick, block: &mut Block<'_>, _noise: StageNoise) {
+        wide(
+            #[inline(always)]
+            || block.signal.iter_mut().for_each(|i| *i += self.current),
+        );
+    }
+}

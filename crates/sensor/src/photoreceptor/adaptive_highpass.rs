@@ -1,0 +1,123 @@
+//! A pixel that adapts: what stays is forgotten.
+//!
+//! # Model
+//! `linear`: `dV/dt = dV_in/dt - V / tau_s`, exact for inputs that run in a line within a step.
+//! `sinh`: `dV/dt = dV_in/dt - sinh(0.7 V) / tau_s`: large deviations are forgotten faster. The
+//! input's change of a step comes first, then the decay, which is exact.
+//! Slow edges lose events, and behind a fast one comes a rebound of the other polarity.
+//!
+//! # Source
+//! Delbruck, Graca, Paluch 2021 and v2e's SCIDVS for `sinh`; the high-pass bias of the IMX636 for
+//! `linear`.
+
+use evpose_core::StageNoise;
+
+use super::pole::Pole;
+use crate::exponential::exp_m1;
+use crate::natural_log::ln;
+use crate::stage::{Block, PixelStage, Stage, Tick};
+use crate::wide::wide;
+use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+
+const TAU_S: ParamSpec = ParamSpec {
+    name: "tau_s",
+    unit: "s",
+    range: (1e-4, 1e4),
+    scale: Scale::Log,
+    prior: Prior::Typical(5e-3, 10.0),
+    neutral: Some(f64::INFINITY),
+    doc: "time in which a deviation is forgotten",
+};
+
+const LAW: ChoiceSpec = ChoiceSpec {
+    name: "law",
+    allowed: &["linear", "sinh"],
+    doc: "whether large deviations are forgotten faster",
+};
+
+/// The registry entry.
+pub(crate) static SPEC: StageSpec = StageSpec {
+    name: "adaptive_highpass",
+    domain: Domain::Photoreceptor,
+    summary: "voltage forgets what stays",
+    formula: "dV/dt = dV_in/dt - V / tau_s, or - sinh(0.7 V) / tau_s",
+    params: &[TAU_S],
+    choices: &[LAW],
+    source: Citation {
+        key: "Delbruck et al. 2021",
+        text: "T. Delbruck, R. Graca, M. Paluch: Feedback Control of Event Cameras, CVPR Workshops \
+               2021",
+    },
+    build: |settings| {
+        Ok(Stage::Pixel(Box::new(AdaptiveHighpass {
+            tau_s: settings.number(&TAU_S),
+            is_sinh: settings.word(&LAW) == "sinh",
+        })))
+    },
+};
+
+/// Slope of the argument of the hyperbolic sine, from v2e.
+const STEEPNESS: f32 = 0.7;
+
+/// A memory that fades.
+#[derive(Debug)]
+struct AdaptiveHighpass {
+    tau_s: f64,
+    is_sinh: bool,
+}
+
+impl PixelStage for AdaptiveHighpass {
+    fn is_neutral(&self) -> bool {
+        self.tau_s.is_infinite()
+    }
+
+    fn time_constant_s(&self) -> Option<f64> {
+        Some(self.tau_s)
+    }
+
+    /// Output and input at the end of the step before.
+    fn state_planes(&self) -> usize {
+        2
+    }
+
+    /// The pixel has adapted to what it sees first.
+    fn init(&self, block: &mut Block<'_>, _noise: StageNoise) {
+        let [output, input] = block.state.planes();
+        output.fill(0.0);
+        input.copy_from_slice(block.signal);
+    }
+
+    fn step(&self, tick: &Tick, block: &mut Block<'_>, _noise: StageNoise) {
+        let [output, input] = block.state.planes();
+        let a = (tick.dt_s() / self.tau_s) as f32;
+        let signal = &mut *block.signal;
+        if self.is_sinh {
+            let left = 1.0 + exp_m1(-STEEPNESS * a);
+            wide(
+                #[inline(always)]
+                || {
+                    for ((v, y), x) in signal.iter_mut().zip(output).zip(input) {
+                        let moved = *y + (*v - *x);
+                        *x = *v;
+                        // tanh(k V / 2) falls exponentially.
+                        let e = exp_m1(STEEPNESS * moved);
+                        let tanh = left * e / (e + 2.0);
+                        *y = ln((1.0 + tanh) / (1.0 - tanh)) / STEEPNESS;
+                        *v = *y;
+                    }
+                },
+            );
+        } else {
+            let pole = Pole::of(a);
+            wide(
+                #[inline(always)]
+                || {
+                    for ((v, y), x) in signal.iter_mut().zip(output).zip(input) {
+                        *y = pole.high(*y, *x, *v);
+                        (*x, *v) = (*v, *y);
+                    }
+                },
+            );
+        }
+    }
+}

@@ -1,0 +1,89 @@
+//! Pixels see their neighbours: a surround that is subtracted, or crosstalk.
+//!
+//! # Model
+//! `V ← V - coupling (V - V ⊛ G(radius_px))`. Negative coupling is the opposite of crosstalk: a
+//! surround that is subtracted, which makes events of the other polarity beside an edge; positive
+//! coupling mixes neighbours.
+//!
+//! # Source
+//! Delbruck et al. 2022 for a centre-surround event pixel; v2e's CSDVS is the form with memory.
+
+use evpose_core::{SensorSize, StageNoise};
+
+use crate::blur::Gaussian;
+use crate::stage::{Block, PlaneStage, Stage, Tick};
+use crate::wide::wide;
+use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+
+const COUPLING: ParamSpec = ParamSpec {
+    name: "coupling",
+    unit: "",
+    range: (-2.0, 1.0),
+    scale: Scale::Linear,
+    prior: Prior::Typical(-0.5, 0.5),
+    neutral: Some(0.0),
+    doc: "part of the difference from the surround that is taken away; negative adds to it",
+};
+
+const RADIUS: ParamSpec = ParamSpec {
+    name: "radius_px",
+    unit: "px",
+    range: (0.3, 20.0),
+    scale: Scale::Log,
+    prior: Prior::Typical(1.0, 10.0),
+    neutral: None,
+    doc: "standard deviation of the surround",
+};
+
+/// The registry entry.
+pub(crate) static SPEC: StageSpec = StageSpec {
+    name: "lateral_coupling",
+    domain: Domain::Photoreceptor,
+    summary: "voltage depends on that of the neighbours",
+    formula: "V = V - coupling (V - V * G(radius_px))",
+    params: &[COUPLING, RADIUS],
+    choices: &[],
+    source: Citation {
+        key: "Delbruck et al. 2022",
+        text: "T. Delbruck, C. Li, R. Graca, B. McReynolds: Utility and Feasibility of a Center \
+               Surround Event Camera, ICIP 2022",
+    },
+    build: |settings| {
+        Ok(Stage::Plane(Box::new(LateralCoupling {
+            coupling: settings.number(&COUPLING) as f32,
+            surround: Gaussian::new(settings.number(&RADIUS)),
+        })))
+    },
+};
+
+/// A difference from the surround.
+#[derive(Debug)]
+struct LateralCoupling {
+    coupling: f32,
+    surround: Gaussian,
+}
+
+impl PlaneStage for LateralCoupling {
+    fn is_neutral(&self) -> bool {
+        self.coupling == 0.0
+    }
+
+    /// The surround, and a plane to work in.
+    fn state_planes(&self) -> usize {
+        2
+    }
+
+    fn step(&self, _tick: &Tick, size: SensorSize, plane: &mut Block<'_>, _noise: StageNoise) {
+        let [surround, work] = plane.state.planes();
+        surround.copy_from_slice(plane.signal);
+        self.surround.blur(size, surround, work);
+        wide(
+            #[inline(always)]
+            || {
+                for (v, s) in plane.signal.iter_mut().zip(surround) {
+                    *v -= self.coupling * (*v - *s);
+                }
+            },
+        );
+    }
+}

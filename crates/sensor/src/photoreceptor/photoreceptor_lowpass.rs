@@ -1,0 +1,157 @@
+//! The photoreceptor takes time, the more the less light there is.
+//!
+//! # Model
+//! `τ(I) dV/dt = V_in - V`, `τ = 1 / (2 π f)`, `f = cutoff_hz (I + dark_light)`, with the light at
+//! the end of the step; `light = "none"` takes `f = cutoff_hz`. `V_in` runs in a line within a step
+//! and the filter follows it exactly: second order in the step for constant light.
+//! `step = "euler"` is v2e's form: `V += min(1, dt / τ) (V_in - V)`, first order.
+//!
+//! # Source
+//! Lichtsteiner et al. 2008, figure 9, for bandwidth in proportion to light; Hu et al. 2021 (v2e).
+
+use std::f64::consts::TAU;
+
+use evpose_core::StageNoise;
+
+use super::pole::Pole;
+use crate::stage::{Block, PixelStage, Stage, Tick};
+use crate::wide::wide;
+use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+
+const CUTOFF: ParamSpec = ParamSpec {
+    name: "cutoff_hz",
+    unit: "Hz",
+    range: (0.01, 1e7),
+    scale: Scale::Log,
+    prior: Prior::Typical(30.0, 3000.0),
+    neutral: Some(f64::INFINITY),
+    doc: "cut-off frequency at the light of white",
+};
+
+const DARK_LIGHT: ParamSpec = ParamSpec {
+    name: "dark_light",
+    unit: "white",
+    range: (1e-6, 1.0),
+    scale: Scale::Log,
+    prior: Prior::Typical(1e-3, 0.1),
+    neutral: Some(0.0),
+    doc: "light that the bandwidth in the dark amounts to",
+};
+
+const LIGHT: ChoiceSpec = ChoiceSpec {
+    name: "light",
+    allowed: &["proportional", "none"],
+    doc: "whether bandwidth grows with light",
+};
+
+const STEP: ChoiceSpec = ChoiceSpec {
+    name: "step",
+    allowed: &["exact", "euler"],
+    doc: "exact for inputs that run in a line, or v2e's explicit step",
+};
+
+/// The registry entry.
+pub(crate) static SPEC: StageSpec = StageSpec {
+    name: "photoreceptor_lowpass",
+    domain: Domain::Photoreceptor,
+    summary: "voltage follows light with a delay that is longer in the dark",
+    formula: "dV/dt = 2 pi cutoff_hz (I + dark_light) (V_in - V)",
+    params: &[CUTOFF, DARK_LIGHT],
+    choices: &[LIGHT, STEP],
+    source: Citation {
+        key: "Lichtsteiner et al. 2008",
+        text: "P. Lichtsteiner, C. Posch, T. Delbruck: A 128x128 120 dB 15 us Latency Asynchronous \
+               Temporal Contrast Vision Sensor, IEEE JSSC 43(2), 2008",
+    },
+    build: |settings| {
+        Ok(Stage::Pixel(Box::new(PhotoreceptorLowpass {
+            cutoff_hz: settings.number(&CUTOFF),
+            dark_light: settings.number(&DARK_LIGHT) as f32,
+            depends_on_light: settings.word(&LIGHT) == "proportional",
+            is_euler: settings.word(&STEP) == "euler",
+        })))
+    },
+};
+
+/// A pole that moves with light.
+#[derive(Debug)]
+struct PhotoreceptorLowpass {
+    cutoff_hz: f64,
+    dark_light: f32,
+    depends_on_light: bool,
+    is_euler: bool,
+}
+
+impl PhotoreceptorLowpass {
+    /// Time constants in a step, at the light of white.
+    fn turns(&self, tick: &Tick) -> f32 {
+        (TAU * self.cutoff_hz * tick.dt_s()) as f32
+    }
+}
+
+impl PixelStage for PhotoreceptorLowpass {
+    fn is_neutral(&self) -> bool {
+        self.cutoff_hz.is_infinite()
+    }
+
+    fn time_constant_s(&self) -> Option<f64> {
+        let light = if self.depends_on_light { 1.0 + f64::from(self.dark_light) } else { 1.0 };
+        Some(1.0 / (TAU * self.cutoff_hz * light))
+    }
+
+    /// Output and input at the end of the step before.
+    fn state_planes(&self) -> usize {
+        2
+    }
+
+    fn init(&self, block: &mut Block<'_>, _noise: StageNoise) {
+        for plane in block.state.planes::<2>() {
+            plane.copy_from_slice(block.signal);
+        }
+    }
+
+    fn step(&self, tick: &Tick, block: &mut Block<'_>, _noise: StageNoise) {
+        let [output, input] = block.state.planes();
+        let turns = self.turns(tick);
+        let signal = &mut *block.signal;
+        if !self.depends_on_light && !self.is_euler {
+            let pole = Pole::of(turns);
+            wide(
+                #[inline(always)]
+                || {
+                    for ((v, y), x) in signal.iter_mut().zip(output).zip(input) {
+                        *y = pole.low(*y, *x, *v);
+                        (*x, *v) = (*v, *y);
+                    }
+                },
+            );
+            return;
+        }
+        let (scale, base) =
+            if self.depends_on_light { (turns, turns * self.dark_light) } else { (0.0, turns) };
+        let light = block.photocurrent;
+        if self.is_euler {
+            wide(
+                #[inline(always)]
+                || {
+                    for ((v, y), i) in signal.iter_mut().zip(output).zip(light) {
+                        let a = scale * i + base;
+                        let share = if a < 1.0 { a } else { 1.0 };
+                        *y = (1.0 - share) * *y + share * *v;
+                        *v = *y;
+                    }
+                },
+            );
+            return;
+        }
+        wide(
+            #[inline(always)]
+            || {
+                for (((v, y), x), i) in signal.iter_mut().zip(output).zip(input).zip(light) {
+                    *y = Pole::of(scale * i + base).low(*y, *x, *v);
+                    (*x, *v) = (*v, *y);
+                }
+            },
+        );
+    }
+}

@@ -1,0 +1,117 @@
+//! The photoreceptor's voltage is noisy, within its own bandwidth.
+//!
+//! # Model
+//! `V ← V + n`, `n` an Ornstein-Uhlenbeck process of standard deviation `sigma` and rate
+//! `2 π f(I)`, `f = cutoff_hz (I + dark_light)`: exact for steps of any length. Where noise crosses
+//! a threshold it comes back: ON and OFF alternate.
+//!
+//! # Source
+//! Graca and Delbruck 2021. The process: Uhlenbeck and Ornstein 1930.
+
+use std::f64::consts::TAU;
+
+use evpose_core::StageNoise;
+
+use crate::exponential::decay;
+use crate::gaussian::for_each_normal;
+use crate::stage::{Block, PixelStage, Stage, Tick};
+use crate::wide::wide;
+use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+
+const SIGMA: ParamSpec = ParamSpec {
+    name: "sigma",
+    unit: "ln",
+    range: (1e-4, 2.0),
+    scale: Scale::Log,
+    prior: Prior::Typical(0.02, 0.2),
+    neutral: Some(0.0),
+    doc: "standard deviation of the voltage",
+};
+
+const CUTOFF: ParamSpec = ParamSpec {
+    name: "cutoff_hz",
+    unit: "Hz",
+    range: (0.01, 1e7),
+    scale: Scale::Log,
+    prior: Prior::Typical(30.0, 3000.0),
+    neutral: None,
+    doc: "bandwidth at the light of white",
+};
+
+const DARK_LIGHT: ParamSpec = ParamSpec {
+    name: "dark_light",
+    unit: "white",
+    range: (1e-6, 1.0),
+    scale: Scale::Log,
+    prior: Prior::Typical(1e-3, 0.1),
+    neutral: Some(0.0),
+    doc: "light that the bandwidth in the dark amounts to",
+};
+
+/// The registry entry.
+pub(crate) static SPEC: StageSpec = StageSpec {
+    name: "photoreceptor_noise",
+    domain: Domain::Photoreceptor,
+    summary: "noise of the voltage, within the bandwidth of the photoreceptor",
+    formula: "V = V + n; dn = -2 pi f n dt + sigma sqrt(4 pi f) dW; f = cutoff_hz (I + dark_light)",
+    params: &[SIGMA, CUTOFF, DARK_LIGHT],
+    choices: &[],
+    source: Citation {
+        key: "Graca and Delbruck 2021",
+        text: "R. Graca, T. Delbruck: Unraveling the Paradox of Intensity-Dependent DVS Pixel \
+               Noise, IISW 2021",
+    },
+    build: |settings| {
+        Ok(Stage::Pixel(Box::new(PhotoreceptorNoise {
+            sigma: settings.number(&SIGMA) as f32,
+            cutoff_hz: settings.number(&CUTOFF),
+            dark_light: settings.number(&DARK_LIGHT) as f32,
+        })))
+    },
+};
+
+/// Coloured noise.
+#[derive(Debug)]
+struct PhotoreceptorNoise {
+    sigma: f32,
+    cutoff_hz: f64,
+    dark_light: f32,
+}
+
+impl PixelStage for PhotoreceptorNoise {
+    fn is_neutral(&self) -> bool {
+        self.sigma <= 0.0
+    }
+
+    /// The noise.
+    fn state_planes(&self) -> usize {
+        1
+    }
+
+    /// The process has been running for ever.
+    fn init(&self, block: &mut Block<'_>, noise: StageNoise) {
+        let [now] = block.state.planes();
+        for_each_normal(noise, &block.pixels, |k, draw| now[k] = self.sigma * draw);
+    }
+
+    fn step(&self, tick: &Tick, block: &mut Block<'_>, noise: StageNoise) {
+        let turns = (TAU * self.cutoff_hz * tick.dt_s()) as f32;
+        let [now] = block.state.planes();
+        let (signal, light) = (&mut *block.signal, block.photocurrent);
+        let n = now.len().min(signal.len()).min(light.len());
+        let (now, signal, light) = (&mut now[..n], &mut signal[..n], &light[..n]);
+        let pixels = block.pixels.start..block.pixels.start + n;
+        wide(
+            #[inline(always)]
+            || {
+                for_each_normal(noise, &pixels, |k, draw| {
+                    let a = turns * (light[k] + self.dark_light);
+                    let left = 1.0 - decay(a);
+                    let fresh = decay(2.0 * a).sqrt();
+                    now[k] = left * now[k] + self.sigma * fresh * draw;
+                    signal[k] += now[k];
+                });
+            },
+        );
+    }
+}

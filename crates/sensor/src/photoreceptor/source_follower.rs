@@ -1,0 +1,88 @@
+//! The buffer behind the photoreceptor: a second pole that light does not move.
+//!
+//! # Model
+//! `τ dV/dt = V_in - V`, `τ = 1 / (2 π cutoff_hz)`, exact for inputs that run in a line within a
+//! step.
+//!
+//! # Source
+//! Lichtsteiner et al. 2008: the source follower isolates the photoreceptor from the switching
+//! behind it. It limits bandwidth in bright light.
+
+use std::f64::consts::TAU;
+
+use evpose_core::StageNoise;
+
+use super::pole::Pole;
+use crate::stage::{Block, PixelStage, Stage, Tick};
+use crate::wide::wide;
+use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+
+const CUTOFF: ParamSpec = ParamSpec {
+    name: "cutoff_hz",
+    unit: "Hz",
+    range: (0.01, 1e7),
+    scale: Scale::Log,
+    prior: Prior::Typical(100.0, 10_000.0),
+    neutral: Some(f64::INFINITY),
+    doc: "cut-off frequency",
+};
+
+/// The registry entry.
+pub(crate) static SPEC: StageSpec = StageSpec {
+    name: "source_follower",
+    domain: Domain::Photoreceptor,
+    summary: "a second pole behind the photoreceptor, at any light",
+    formula: "dV/dt = 2 pi cutoff_hz (V_in - V)",
+    params: &[CUTOFF],
+    choices: &[],
+    source: Citation {
+        key: "Lichtsteiner et al. 2008",
+        text: "P. Lichtsteiner, C. Posch, T. Delbruck: A 128x128 120 dB 15 us Latency Asynchronous \
+               Temporal Contrast Vision Sensor, IEEE JSSC 43(2), 2008",
+    },
+    build: |settings| {
+        let cutoff_hz = settings.number(&CUTOFF);
+        Ok(Stage::Pixel(Box::new(SourceFollower { cutoff_hz })))
+    },
+};
+
+/// A fixed pole.
+#[derive(Debug)]
+struct SourceFollower {
+    cutoff_hz: f64,
+}
+
+impl PixelStage for SourceFollower {
+    fn is_neutral(&self) -> bool {
+        self.cutoff_hz.is_infinite()
+    }
+
+    fn time_constant_s(&self) -> Option<f64> {
+        Some(1.0 / (TAU * self.cutoff_hz))
+    }
+
+    /// Output and input at the end of the step before.
+    fn state_planes(&self) -> usize {
+        2
+    }
+
+    fn init(&self, block: &mut Block<'_>, _noise: StageNoise) {
+        for plane in block.state.planes::<2>() {
+            plane.copy_from_slice(block.signal);
+        }
+    }
+
+    fn step(&self, tick: &Tick, block: &mut Block<'_>, _noise: StageNoise) {
+        let [output, input] = block.state.planes();
+        let pole = Pole::of((TAU * self.cutoff_hz * tick.dt_s()) as f32);
+        wide(
+            #[inline(always)]
+            || {
+                for ((v, y), x) in block.signal.iter_mut().zip(output).zip(input) {
+                    *y = pole.low(*y, *x, *v);
+                    (*x, *v) = (*v, *y);
+                }
+            },
+        );
+    }
+}

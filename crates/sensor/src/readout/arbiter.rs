@@ -1,0 +1,143 @@
+//! An arbiter: one bus, on which requests queue.
+//!
+//! # Model
+//! Requests are served first come, first served. One takes `1 / rate`, and `row_ns` more where its
+//! row is not the one served before it: rows that are busy come in bunches.
+//! `t_served = max(t_request, t_free) + service time`; with a longest queue of `max_wait_us`, a
+//! request that would wait longer is lost.
+//!
+//! # Source
+//! Boahen 2000 for arbitered address events; Brandli et al. 2014 for the row-wise bus of a DAVIS.
+
+use evpose_core::SensorSize;
+
+use super::Readout;
+use crate::stage::Stage;
+use crate::{Citation, Domain, ParamSpec, Prior, Request, Scale, StageSpec};
+
+const RATE: ParamSpec = ParamSpec {
+    name: "rate_hz",
+    unit: "Hz",
+    range: (1.0, 1e10),
+    scale: Scale::Log,
+    prior: Prior::Typical(1e6, 1.65e8),
+    neutral: None,
+    doc: "events per second that the bus can carry",
+};
+
+const ROW: ParamSpec = ParamSpec {
+    name: "row_ns",
+    unit: "ns",
+    range: (1.0, 1e5),
+    scale: Scale::Log,
+    prior: Prior::Typical(10.0, 500.0),
+    neutral: Some(0.0),
+    doc: "time to go over to another row",
+};
+
+const MAX_WAIT: ParamSpec = ParamSpec {
+    name: "max_wait_us",
+    unit: "us",
+    range: (1.0, 1e6),
+    scale: Scale::Log,
+    prior: Prior::Typical(1e3, 1e5),
+    neutral: Some(f64::INFINITY),
+    doc: "requests that would wait longer are lost",
+};
+
+/// The registry entry.
+pub(crate) static SPEC: StageSpec = StageSpec {
+    name: "arbiter",
+    domain: Domain::Readout,
+    summary: "requests queue for one bus; a pixel is blind until it is served",
+    formula: "t_served = max(t_request, t_free) + 1 / rate_hz (+ row_ns in a new row)",
+    params: &[RATE, ROW, MAX_WAIT],
+    choices: &[],
+    source: Citation {
+        key: "Boahen 2000",
+        text: "K. A. Boahen: Point-to-Point Connectivity Between Neuromorphic Chips Using Address \
+               Events, IEEE TCAS-II 47(5), 2000",
+    },
+    build: |settings| {
+        Ok(Stage::Readout(Box::new(Arbiter {
+            service_s: 1.0 / settings.number(&RATE),
+            row_s: settings.number(&ROW) * 1e-9,
+            max_wait_s: settings.number(&MAX_WAIT) * 1e-6,
+        })))
+    },
+};
+
+/// A single server. Its state: when it is free, and its row, counted from one.
+#[derive(Debug)]
+struct Arbiter {
+    service_s: f64,
+    row_s: f64,
+    max_wait_s: f64,
+}
+
+impl Readout for Arbiter {
+    fn state_len(&self) -> usize {
+        2
+    }
+
+    fn acknowledge(&self, request: &Request, size: SensorSize, state: &mut [f64]) -> Option<f64> {
+        let [free_s, last_row] = state else { return Some(request.t_s) };
+        let row = f64::from(request.pixel / u32::from(size.width) + 1);
+        // A state of zero is a bus that has never been used, not one that was free at time zero.
+        let start_s = if *last_row > 0.0 { request.t_s.max(*free_s) } else { request.t_s };
+        if start_s - request.t_s > self.max_wait_s {
+            return None;
+        }
+        let change_s = if (row - *last_row).abs() > 0.5 { self.row_s } else { 0.0 };
+        *free_s = start_s + change_s + self.service_s;
+        *last_row = row;
+        Some(*free_s)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use evpose_core::Polarity;
+
+    use super::*;
+    use crate::Origin;
+
+    const SIZE: SensorSize = SensorSize { width: 10, height: 10 };
+
+    fn served(arbiter: &Arbiter, requests: &[(f64, u32)]) -> Vec<Option<f64>> {
+        let mut state = vec![0.0; arbiter.state_len()];
+        let serve = |&(t_s, pixel): &(f64, u32)| {
+            let request = Request { t_s, pixel, polarity: Polarity::On, origin: Origin::Signal };
+            arbiter.acknowledge(&request, SIZE, &mut state)
+        };
+        requests.iter().map(serve).collect()
+    }
+
+    #[test]
+    fn a_burst_leaves_at_the_rate_of_the_bus() {
+        let arbiter = Arbiter { service_s: 1e-6, row_s: 0.0, max_wait_s: f64::INFINITY };
+        let burst: Vec<(f64, u32)> = (0..50).map(|pixel| (1.0, pixel)).collect();
+        for (k, t) in served(&arbiter, &burst).into_iter().enumerate() {
+            assert!((t.unwrap() - 1.0 - (k + 1) as f64 * 1e-6).abs() < 1e-12);
+        }
+        // With room between requests nobody waits for another.
+        let slow: Vec<(f64, u32)> = (0..50).map(|k| (f64::from(k) * 1e-5, k)).collect();
+        for ((t, _), served) in slow.iter().zip(served(&arbiter, &slow)) {
+            assert!((served.unwrap() - t - 1e-6).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn another_row_takes_longer_and_a_long_queue_loses() {
+        let arbiter = Arbiter { service_s: 1e-6, row_s: 3e-6, max_wait_s: 4.5e-6 };
+        let out = served(&arbiter, &[(0.0, 0), (0.0, 1), (0.0, 10), (0.0, 11)]);
+        let expected = [Some(4e-6), Some(5e-6), None, None];
+        for (found, expected) in out.iter().zip(expected) {
+            match (found, expected) {
+                (Some(t), Some(e)) => assert!((t - e).abs() < 1e-12),
+                (found, expected) => assert_eq!(*found, expected),
+            }
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! A readout that visits rows or columns in turn.
+//!
+//! # Model
+//! Line `j` of `n` is visited at `t = k T + (j + 1/2) T / n` for whole `k`, counted from the other
+//! end where the scan runs backwards. A request is served at the first visit not before it, so
+//! that a pixel has one event per visit, and event times are locked to a clock and a coordinate.
+//!
+//! # Source
+//! Son et al. 2017 for a scanned event sensor; Hu et al. 2021 discuss the artefact.
+
+use evpose_core::SensorSize;
+
+use super::Readout;
+use crate::stage::Stage;
+use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Request, Scale, StageSpec};
+
+const PERIOD: ParamSpec = ParamSpec {
+    name: "period_us",
+    unit: "us",
+    range: (1.0, 1e5),
+    scale: Scale::Log,
+    prior: Prior::Typical(20.0, 2e4),
+    neutral: None,
+    doc: "time from one visit of a line to the next",
+};
+
+const AXIS: ChoiceSpec =
+    ChoiceSpec { name: "axis", allowed: &["rows", "columns"], doc: "what is visited in turn" };
+
+const DIRECTION: ChoiceSpec = ChoiceSpec {
+    name: "direction",
+    allowed: &["forward", "backward"],
+    doc: "from the first line to the last, or from the last to the first",
+};
+
+/// The registry entry.
+pub(crate) static SPEC: StageSpec = StageSpec {
+    name: "scanned_readout",
+    domain: Domain::Readout,
+    summary: "rows or columns are visited in turn; a pixel is blind until it is visited",
+    formula: "t_served = the first k T + (j + 1/2) T / n not before t_request",
+    params: &[PERIOD],
+    choices: &[AXIS, DIRECTION],
+    source: Citation {
+        key: "Son et al. 2017",
+        text: "B. Son et al.: A 640x480 dynamic vision sensor with a 9 um pixel and 300 Meps \
+               address-event representation, ISSCC 2017",
+    },
+    build: |settings| {
+        Ok(Stage::Readout(Box::new(Scanned {
+            period_s: settings.number(&PERIOD) * 1e-6,
+            visits_rows: settings.word(&AXIS) == "rows",
+            is_backward: settings.word(&DIRECTION) == "backward",
+        })))
+    },
+};
+
+/// A scan clock that starts at time zero.
+#[derive(Debug)]
+struct Scanned {
+    period_s: f64,
+    visits_rows: bool,
+    is_backward: bool,
+}
+
+impl Readout for Scanned {
+    fn acknowledge(&self, request: &Request, size: SensorSize, _state: &mut [f64]) -> Option<f64> {
+        let width = u32::from(size.width);
+        let (line, lines) = if self.visits_rows {
+            (request.pixel / width, u32::from(size.height))
+        } else {
+            (request.pixel % width, width)
+        };
+        let line = if self.is_backward { lines - 1 - line } else { line };
+        let phase = (f64::from(line) + 0.5) / f64::from(lines);
+        let visit = (request.t_s / self.period_s - phase).ceil();
+        // Rounding must not serve a request before it was made.
+        Some(((visit + phase) * self.period_s).max(request.t_s))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use evpose_core::Polarity;
+
+    use super::*;
+    use crate::Origin;
+
+    const SIZE: SensorSize = SensorSize { width: 4, height: 5 };
+
+    fn served(visits_rows: bool, is_backward: bool, t_s: f64, pixel: u32) -> f64 {
+        let scan = Scanned { period_s: 1e-3, visits_rows, is_backward };
+        let request = Request { t_s, pixel, polarity: Polarity::On, origin: Origin::Signal };
+        scan.acknowledge(&request, SIZE, &mut []).unwrap()
+    }
+
+    #[test]
+    fn times_are_locked_to_the_line() {
+        for pixel in 0..20 {
+            let (row, column) = (f64::from(pixel / 4), f64::from(pixel % 4));
+            for k in 0..300 {
+                let t_s = f64::from(k) * 3.77e-5;
+                for (rows, back, phase) in [
+                    (true, false, (row + 0.5) / 5.0),
+                    (true, true, (4.5 - row) / 5.0),
+                    (false, false, (column + 0.5) / 4.0),
+                    (false, true, (3.5 - column) / 4.0),
+                ] {
+                    let t = served(rows, back, t_s, pixel);
+                    assert!((0.0..1e-3 + 1e-12).contains(&(t - t_s)));
+                    let turns = t / 1e-3 - phase;
+                    assert!((turns - turns.round()).abs() < 1e-9);
+                }
+            }
+        }
+    }
+}
