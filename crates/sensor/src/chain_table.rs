@@ -2,88 +2,105 @@
 
 use std::fmt;
 
-use crate::{Domain, Settings, StageSpec};
+use crate::{ParamSpec, Prior, Settings, StageSpec};
 
 /// The chain of a sensor, one row per stage in the order of the signal.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct ChainTable {
     /// The rows.
     pub rows: Vec<ChainRow>,
 }
 
 /// One stage with its parameters.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct ChainRow {
-    /// Where the stage acts.
-    pub domain: Domain,
-    /// Its name.
-    pub stage: &'static str,
-    /// What it does.
-    pub formula: &'static str,
-    /// Parameters and choices with their values, as `name = value unit`.
-    pub settings: Vec<String>,
+    /// The stage, as registered.
+    pub spec: &'static StageSpec,
+    /// Its parameters and choices.
+    pub settings: Settings,
     /// False where the parameters make the stage the identity, so that the chain leaves it out.
     pub is_active: bool,
-    /// Authors and year of the model.
-    pub source: &'static str,
 }
 
-impl ChainRow {
-    pub(crate) fn new(spec: &StageSpec, settings: &Settings, is_active: bool) -> Self {
-        let numbers = settings.numbers().iter().map(|(param, value)| {
-            format!("{} = {} {}", param.name, short(*value), param.unit).trim_end().to_owned()
-        });
-        let words =
-            settings.words().iter().map(|(choice, word)| format!("{} = {word}", choice.name));
-        Self {
-            domain: spec.domain,
-            stage: spec.name,
-            formula: spec.formula,
-            settings: numbers.chain(words).collect(),
-            is_active,
-            source: spec.source.key,
+impl ParamSpec {
+    /// A value as `name = value unit`.
+    pub fn describe(&self, value: f64) -> String {
+        format!("{} = {}", self.name, self.quantity(value))
+    }
+
+    /// A value with its unit.
+    pub fn quantity(&self, value: f64) -> String {
+        format!("{} {}", short(value), self.unit).trim_end().to_owned()
+    }
+
+    /// What is typical of cameras, in words.
+    pub fn typical_words(&self) -> String {
+        match self.prior {
+            Prior::Typical(low, high) => format!("typical {} to {}", short(low), short(high)),
+            Prior::Fixed => "no property of a camera".to_owned(),
         }
     }
 
-    fn cells(&self) -> [String; 5] {
-        let settings = self.settings.join(", ");
-        let settings = match (self.is_active, settings.is_empty()) {
-            (true, false) => settings,
-            (true, true) => "-".to_owned(),
-            (false, _) => format!("{settings} (no effect, left out)"),
-        };
-        let [domain, stage, formula, source] =
-            [self.domain.name(), self.stage, self.formula, self.source].map(str::to_owned);
-        [domain, stage, settings, formula, source]
+    /// The range, in words.
+    pub fn range_words(&self) -> String {
+        format!("{} to {}", short(self.range.0), short(self.range.1))
     }
 }
 
 /// Four significant digits, which tell 1/255 from 0.004, without trailing zeros.
-fn short(value: f64) -> String {
-    let digits = if value == 0.0 || !value.is_finite() { 0 } else { value.abs().log10() as i32 };
-    let decimals = (4 - digits).clamp(0, 12) as usize;
-    let text = format!("{value:.decimals$}");
-    if text.contains('.') {
-        text.trim_end_matches('0').trim_end_matches('.').to_owned()
-    } else {
-        text
+pub(crate) fn short(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return value.to_string();
+    }
+    let trim = |text: &str| {
+        if text.contains('.') {
+            text.trim_end_matches('0').trim_end_matches('.').to_owned()
+        } else {
+            text.to_owned()
+        }
+    };
+    let scientific = format!("{value:.3e}");
+    if !(1e-4..1e6).contains(&value.abs()) {
+        if let Some((digits, exponent)) = scientific.split_once('e') {
+            return format!("{}e{exponent}", trim(digits));
+        }
+    }
+    let decimals = (4 - value.abs().log10() as i32).clamp(0, 8) as usize;
+    trim(&format!("{value:.decimals$}"))
+}
+
+impl fmt::Display for ChainRow {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { spec, settings, is_active } = self;
+        writeln!(f, "  {:<24}{}", spec.name, spec.summary)?;
+        if !is_active {
+            writeln!(f, "      (left out: no effect at these values)")?;
+        }
+        writeln!(f, "      {}", spec.formula)?;
+        for (param, value) in settings.numbers() {
+            let quantity = param.quantity(*value);
+            let is_neutral = Some(*value) == param.neutral;
+            let typical = if is_neutral { "(no effect)".to_owned() } else { param.typical_words() };
+            let range = param.range_words();
+            writeln!(f, "      {:<18}{quantity:<20}{typical:<28}range {range}", param.name)?;
+        }
+        for (choice, word) in settings.words() {
+            let others: Vec<&str> =
+                choice.allowed.iter().copied().filter(|other| other != word).collect();
+            writeln!(f, "      {:<18}{word:<20}or {}", choice.name, others.join(", "))?;
+        }
+        writeln!(f, "      source: {}", spec.source.key)
     }
 }
 
+/// Stages under the names of their domains, at most a hundred columns wide.
 impl fmt::Display for ChainTable {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let head = ["domain", "stage", "parameters", "formula", "source"].map(str::to_owned);
-        let rows: Vec<[String; 5]> =
-            std::iter::once(head).chain(self.rows.iter().map(ChainRow::cells)).collect();
-        let mut widths = [0; 5];
-        for row in &rows {
-            for (width, cell) in widths.iter_mut().zip(row) {
-                *width = cell.chars().count().max(*width);
+        for rows in self.rows.chunk_by(|a, b| a.spec.domain == b.spec.domain) {
+            writeln!(f, "{}", rows[0].spec.domain.name().to_uppercase())?;
+            for row in rows {
+                write!(f, "{row}")?;
             }
-        }
-        for row in &rows {
-            let cells = row.iter().zip(widths).map(|(cell, width)| format!("{cell:width$}"));
-            writeln!(f, "{}", cells.collect::<Vec<_>>().join("  ").trim_end())?;
         }
         Ok(())
     }
@@ -93,7 +110,7 @@ impl fmt::Display for ChainTable {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
-    use crate::{EffectConfig, SensorConfig, SensorModel};
+    use crate::{EffectConfig, PRESETS, STAGES, SensorConfig, SensorModel};
 
     #[test]
     fn numbers_are_short_but_not_wrong() {
@@ -102,9 +119,12 @@ mod tests {
             (255.0, "255"),
             (0.5, "0.5"),
             (1.0 / 255.0, "0.003922"),
-            (2.2e-6, "0.0000022"),
+            (2.2e-6, "2.2e-6"),
+            (-0.3, "-0.3"),
             (f64::INFINITY, "inf"),
             (65_535.0, "65535"),
+            (1.066e9, "1.066e9"),
+            (12e6, "1.2e7"),
         ] {
             assert_eq!(short(value), text);
         }
@@ -116,11 +136,28 @@ mod tests {
         config.effects.insert(0, EffectConfig::new("uniform_noise"));
         let table = SensorModel::from_config(&config).unwrap().describe().to_string();
         let lines: Vec<&str> = table.lines().collect();
-        assert_eq!(lines.len(), 5);
-        assert!(lines[0].starts_with("domain         stage           parameters"));
-        assert!(lines[1].starts_with("photoreceptor  logarithmic     dark_offset = 0.001 white"));
-        assert!(lines[2].contains("threshold_on = 0.2 ln, threshold_off = 0.2 ln"));
-        assert!(lines[3].contains("signal = kept (no effect, left out)"), "{}", lines[3]);
-        assert!(lines[4].starts_with("readout        ideal_readout   -"));
+        assert_eq!(lines[0], "PHOTORECEPTOR");
+        assert!(lines[1].starts_with("  logarithmic             voltage is the logarithm"));
+        assert_eq!(lines[2], "      V = ln(I + dark_offset)");
+        assert!(
+            lines[3].starts_with("      dark_offset       0.001 white         typical 0.0001 to")
+        );
+        assert!(table.contains("(left out: no effect at these values)"));
+    }
+
+    #[test]
+    fn tables_are_at_most_a_hundred_columns_wide() {
+        for preset in PRESETS {
+            let config = SensorConfig::preset(preset.name).unwrap();
+            let table = SensorModel::from_config(&config).unwrap().describe().to_string();
+            for line in table.lines() {
+                assert!(line.chars().count() <= 100, "{}: {line}", preset.name);
+            }
+        }
+        for spec in STAGES {
+            for line in spec.to_string().lines() {
+                assert!(line.chars().count() <= 100, "{line}");
+            }
+        }
     }
 }

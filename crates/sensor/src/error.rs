@@ -1,5 +1,6 @@
 //! What can be wrong with a chain or with what is shown to it.
 
+use crate::names::hint;
 use evpose_core::{CoreError, Micros, SensorSize};
 
 /// A configuration that describes no sensor, or an exposure that a sensor cannot take.
@@ -10,7 +11,7 @@ pub enum SensorError {
     #[error("not a list of effects: {0}")]
     Toml(#[from] toml::de::Error),
     /// No preset has this name.
-    #[error("unknown sensor preset `{name}`; there are: {}", allowed.join(", "))]
+    #[error("unknown sensor preset `{name}`; there are: {}{}", allowed.join(", "), hint(name, allowed))]
     UnknownPreset {
         /// The name asked for.
         name: String,
@@ -18,7 +19,7 @@ pub enum SensorError {
         allowed: Vec<&'static str>,
     },
     /// No stage has this name.
-    #[error("unknown effect `{effect}`; there are: {}", allowed.join(", "))]
+    #[error("unknown effect `{effect}`; there are: {}{}", allowed.join(", "), hint(effect, allowed))]
     UnknownEffect {
         /// The name in the configuration.
         effect: String,
@@ -50,7 +51,7 @@ pub enum SensorError {
         second: &'static str,
     },
     /// The effect has no such parameter.
-    #[error("effect `{effect}` has no `{key}`; it takes: {}", allowed.join(", "))]
+    #[error("effect `{effect}` has no `{key}`; it takes: {}{}", allowed.join(", "), hint(key, allowed))]
     UnknownKey {
         /// The effect.
         effect: &'static str,

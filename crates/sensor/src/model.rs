@@ -180,7 +180,11 @@ impl SensorModel {
         // The sort is stable: within a domain the order of the list stays. Only the photoreceptor
         // law goes in front of all else in its domain.
         built.sort_by_key(|b| (b.spec.domain, !matches!(b.stage, Stage::Photoreceptor(_))));
-        let rows = built.iter().map(|b| ChainRow::new(b.spec, &b.settings, !b.stage.is_neutral()));
+        let rows = built.iter().map(|b| ChainRow {
+            spec: b.spec,
+            settings: b.settings.clone(),
+            is_active: !b.stage.is_neutral(),
+        });
         let table = ChainTable { rows: rows.collect() };
         Ok(Self { chain: Arc::new(Chain::from(built)), table, block_pixels: BLOCK_PIXELS })
     }

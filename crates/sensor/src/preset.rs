@@ -11,6 +11,15 @@ pub struct Preset {
     pub toml: &'static str,
 }
 
+impl Preset {
+    /// What the sensor is and where it comes from: the comment at the head of its file.
+    pub fn origin(&self) -> String {
+        let head = self.toml.lines().map_while(|line| line.strip_prefix('#'));
+        let words: Vec<&str> = head.flat_map(str::split_whitespace).collect();
+        words.join(" ")
+    }
+}
+
 macro_rules! preset {
     ($name:literal) => {
         Preset {

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::{SensorError, Settings, Stage};
+use crate::{SensorError, Settings, Signature, Stage};
 
 /// Where in the camera a stage acts, in the order of the signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -61,6 +61,8 @@ pub struct StageSpec {
     pub choices: &'static [ChoiceSpec],
     /// Where the model comes from.
     pub source: Citation,
+    /// How it shows.
+    pub signature: Signature,
     /// Makes the stage from checked settings.
     pub build: fn(&Settings) -> Result<Stage, SensorError>,
 }

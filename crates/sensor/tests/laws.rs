@@ -4,8 +4,9 @@
 
 use evpose_core::{Event, Micros, Plane, SensorSize, StageNoise};
 use evpose_sensor::{
-    Block, Citation, Domain, EffectConfig, PixelStage, PlaneStage, Prior, STAGES, SensorConfig,
-    SensorError, SensorModel, Settings, Stage, StageSpec, Tick, Value,
+    Block, Citation, Domain, EffectConfig, PixelStage, PlaneStage, Prior, Probe, STAGES,
+    SensorConfig, SensorError, SensorModel, Settings, Signature, Stage, StageSpec, Strength, Tick,
+    Value,
 };
 use proptest::prelude::*;
 
@@ -21,6 +22,12 @@ const OWN: StageSpec = StageSpec {
     params: &[],
     choices: &[],
     source: Citation { key: "test", text: "test" },
+    signature: Signature {
+        look_for: "",
+        probe: Probe::Picture,
+        strength: Strength::Unchanging,
+        beside: &[],
+    },
     build: |_| Ok(Stage::Pixel(Box::new(Wander))),
 };
 
@@ -238,7 +245,7 @@ proptest! {
             let without = others(spec);
             let with: Vec<EffectConfig> = without.iter().cloned().chain([effect]).collect();
             let model = model_of(&with);
-            let row = model.describe().rows.iter().find(|row| row.stage == spec.name);
+            let row = model.describe().rows.iter().find(|row| row.spec.name == spec.name);
             prop_assert!(row.is_some_and(|row| !row.is_active), "{}", spec.name);
             let expected = events_of(&model_of(&without), moving, seed);
             prop_assert_eq!(events_of(&model, moving, seed), expected, "{}", spec.name);

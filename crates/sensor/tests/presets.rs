@@ -38,11 +38,3 @@ fn a_bar_makes_on_events_in_front_and_off_events_behind() {
         }
     }
 }
-
-#[test]
-fn every_number_of_a_preset_has_a_word_on_where_it_comes_from() {
-    for preset in PRESETS {
-        let comments = preset.toml.lines().filter(|line| line.starts_with('#')).count();
-        assert!(preset.toml.starts_with("# ") && comments >= 3, "{}", preset.name);
-    }
-}

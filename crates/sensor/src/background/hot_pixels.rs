@@ -13,6 +13,7 @@ use evpose_core::{Polarity, SensorSize, StageNoise};
 
 use super::exponential;
 use crate::detector::{Hit, PixelTerm, PixelTraits, Table};
+use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Stage, Tick};
 use crate::{Citation, Domain, Origin, ParamSpec, Prior, Scale, StageSpec};
 
@@ -68,6 +69,12 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         key: "Khodamoradi and Kastner 2018",
         text: "A. Khodamoradi, R. Kastner: O(N)-Space Spatiotemporal Filter for Reducing Noise in \
                Neuromorphic Vision Sensors, IEEE TETC 9(1), 2021",
+    },
+    signature: Signature {
+        look_for: "a few single pixels hold most of the events of a scene at rest",
+        probe: Probe::RestMap,
+        strength: Strength::Rising(&["fraction"]),
+        beside: &[],
     },
     build: |settings| {
         Ok(Stage::Term(Box::new(HotPixels {

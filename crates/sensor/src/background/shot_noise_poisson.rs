@@ -15,6 +15,7 @@ use evpose_core::{Polarity, SensorSize, StageNoise};
 
 use super::{exponential, uniform};
 use crate::detector::{Hit, PixelTerm, PixelTraits, Table};
+use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Stage, Tick};
 use crate::{ChoiceSpec, Citation, Domain, Origin, ParamSpec, Prior, Scale, StageSpec};
 
@@ -66,6 +67,13 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         key: "Hu et al. 2021",
         text: "Y. Hu, S.-C. Liu, T. Delbruck: v2e: From Video Frames to Realistic DVS Events, CVPR \
                Workshops 2021",
+    },
+    signature: Signature {
+        look_for: "ON and OFF alike, exponential intervals, most in the dark: the rate falls \
+                   along a line with light",
+        probe: Probe::RateByLight,
+        strength: Strength::Rising(&["rate_hz"]),
+        beside: &[],
     },
     build: |settings| {
         Ok(Stage::Term(Box::new(ShotNoisePoisson {

@@ -18,6 +18,7 @@
 use evpose_core::{Polarity, SensorSize, StageNoise};
 
 use super::{BackgroundStage, exponential, uniform};
+use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Stage, Tick};
 use crate::{ChoiceSpec, Citation, Domain, Origin, ParamSpec, Prior, Request, Scale, StageSpec};
 
@@ -52,6 +53,12 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         key: "Rudnev et al. 2021",
         text: "V. Rudnev et al.: EventHands: Real-Time Neural 3D Hand Pose Estimation from an Event \
                Stream, ICCV 2021, supplement",
+    },
+    signature: Signature {
+        look_for: "exponential intervals at the same rate in every pixel, whatever the light",
+        probe: Probe::RestIntervals,
+        strength: Strength::Rising(&["on_hz", "off_hz"]),
+        beside: &[],
     },
     build: |settings| {
         Ok(Stage::Background(Box::new(UniformNoise {

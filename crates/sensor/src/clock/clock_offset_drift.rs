@@ -9,6 +9,7 @@
 use evpose_core::StageNoise;
 
 use super::ClockStage;
+use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Stage, Tick};
 use crate::{Citation, Domain, ParamSpec, Prior, Request, Scale, StageSpec};
 
@@ -44,6 +45,13 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         key: "Allan 1987",
         text: "D. W. Allan: Time and Frequency Characterization, Estimation, and Prediction of \
                Precision Clocks and Oscillators, IEEE TUFFC 34(6), 1987",
+    },
+    signature: Signature {
+        look_for: "stamps run away from the times of the scene along a line, its slope the \
+                   drift",
+        probe: Probe::StampError,
+        strength: Strength::Rising(&["drift_ppm"]),
+        beside: &[],
     },
     build: |settings| {
         Ok(Stage::Clock(Box::new(ClockOffsetDrift {

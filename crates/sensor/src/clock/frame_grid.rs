@@ -10,6 +10,7 @@
 use evpose_core::StageNoise;
 
 use super::ClockStage;
+use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Stage, Tick};
 use crate::{Citation, Domain, ParamSpec, Prior, Request, Scale, StageSpec};
 
@@ -35,6 +36,13 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         key: "Rudnev et al. 2021",
         text: "V. Rudnev et al.: EventHands: Real-Time Neural 3D Hand Pose Estimation from an Event \
                Stream, ICCV 2021, supplement",
+    },
+    signature: Signature {
+        look_for: "stamps are drawn towards the exposures: a saw tooth with the period of the \
+                   frames",
+        probe: Probe::StampError,
+        strength: Strength::Rising(&["pull"]),
+        beside: &[],
     },
     build: |settings| Ok(Stage::Clock(Box::new(FrameGrid { pull: settings.number(&PULL) }))),
 };

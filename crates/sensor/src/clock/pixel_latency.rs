@@ -10,6 +10,7 @@
 use evpose_core::StageNoise;
 
 use super::ClockStage;
+use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Stage, Tick};
 use crate::{Citation, Domain, ParamSpec, Prior, Request, Scale, StageSpec};
 
@@ -35,6 +36,12 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         key: "Lichtsteiner et al. 2008",
         text: "P. Lichtsteiner, C. Posch, T. Delbruck: A 128x128 120 dB 15 us Latency Asynchronous \
                Temporal Contrast Vision Sensor, IEEE JSSC 43(2), 2008",
+    },
+    signature: Signature {
+        look_for: "every stamp late by the same time",
+        probe: Probe::StampError,
+        strength: Strength::Rising(&["delay_us"]),
+        beside: &[],
     },
     build: |settings| {
         let delay_s = settings.number(&DELAY) * 1e-6;

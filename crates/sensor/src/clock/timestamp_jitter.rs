@@ -10,6 +10,7 @@
 use evpose_core::StageNoise;
 
 use super::ClockStage;
+use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Stage, Tick};
 use crate::{Citation, Domain, ParamSpec, Prior, Request, Scale, StageSpec};
 
@@ -35,6 +36,12 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         key: "Joubert et al. 2021",
         text: "D. Joubert et al.: Event Camera Simulator Improvements via Characterized Parameters, \
                Frontiers in Neuroscience 15, 2021",
+    },
+    signature: Signature {
+        look_for: "stamps scatter about their times, the same for slow and fast changes",
+        probe: Probe::StampError,
+        strength: Strength::Rising(&["sigma_us"]),
+        beside: &[],
     },
     build: |settings| {
         let sigma_s = settings.number(&SIGMA) * 1e-6;

@@ -9,6 +9,7 @@
 use evpose_core::StageNoise;
 
 use super::{ClockStage, next_count_us};
+use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Stage, Tick};
 use crate::{Citation, Domain, ParamSpec, Prior, Request, Scale, StageSpec};
 
@@ -35,6 +36,12 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         key: "Lichtsteiner et al. 2008",
         text: "P. Lichtsteiner, C. Posch, T. Delbruck: A 128x128 120 dB 15 us Latency Asynchronous \
                Temporal Contrast Vision Sensor, IEEE JSSC 43(2), 2008",
+    },
+    signature: Signature {
+        look_for: "stamps are multiples of a period: a saw tooth with that period, always late",
+        probe: Probe::StampError,
+        strength: Strength::Rising(&["period_us"]),
+        beside: &[],
     },
     build: |settings| {
         Ok(Stage::Clock(Box::new(TimestampQuantisation { period_us: settings.number(&PERIOD) })))

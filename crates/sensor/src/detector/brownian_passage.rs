@@ -19,6 +19,7 @@
 use evpose_core::{Polarity, StageNoise};
 
 use super::{Change, ChangeDetector, PixelStep};
+use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
 
@@ -79,6 +80,13 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         key: "Lin et al. 2022",
         text: "S. Lin, Y. Ma, Z. Guo, B. Wen: DVS-Voltmeter: Stochastic Process-Based Event \
                Simulator for Dynamic Vision Sensors, ECCV 2022",
+    },
+    signature: Signature {
+        look_for: "random times even of a steady change, a regular leak at rest, and noise of \
+                   both signs; the spread grows with k3 sqrt(light)",
+        probe: Probe::RestIntervals,
+        strength: Strength::Rising(&["k3", "k6"]),
+        beside: &[],
     },
     build: |settings| {
         let k = [&K, &K2, &K3, &K4, &K5, &K6].map(|param| settings.number(param));

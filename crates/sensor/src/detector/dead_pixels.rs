@@ -9,6 +9,7 @@
 use evpose_core::StageNoise;
 
 use super::{PixelTerm, PixelTraits};
+use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
 
@@ -33,6 +34,12 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     source: Citation {
         key: "Gallego et al. 2022",
         text: "G. Gallego et al.: Event-Based Vision: A Survey, IEEE TPAMI 44(1), 2022",
+    },
+    signature: Signature {
+        look_for: "single pixels without any event where all others have some",
+        probe: Probe::RampMap,
+        strength: Strength::Rising(&["fraction"]),
+        beside: &[],
     },
     build: |settings| {
         let fraction = settings.number(&FRACTION) as f32;

@@ -11,6 +11,7 @@
 use evpose_core::{Polarity, StageNoise};
 
 use super::{Change, ChangeDetector, PixelStep, THRESHOLD_OFF, THRESHOLD_ON};
+use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::{Citation, Domain, StageSpec};
 
@@ -18,7 +19,7 @@ use crate::{Citation, Domain, StageSpec};
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "frame_count",
     domain: Domain::Detector,
-    summary: "whole thresholds between a frame and the memory, spread evenly over the step",
+    summary: "whole thresholds between frame and memory, spread evenly over the step",
     formula: "n = floor(|V - M| / threshold); M += n threshold; t = start + (i + 1) dt / max n",
     params: &[THRESHOLD_ON, THRESHOLD_OFF],
     choices: &[],
@@ -26,6 +27,12 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         key: "Hu et al. 2021",
         text: "Y. Hu, S.-C. Liu, T. Delbruck: v2e: From Video Frames to Realistic DVS Events, CVPR \
                Workshops 2021",
+    },
+    signature: Signature {
+        look_for: "events of a step at a few even times, those of pixels with few events early",
+        probe: Probe::Trace,
+        strength: Strength::Rising(&["threshold_on", "threshold_off"]),
+        beside: &[],
     },
     build: |settings| {
         Ok(Stage::Detector(Box::new(FrameCount {

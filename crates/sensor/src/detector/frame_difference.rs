@@ -12,6 +12,7 @@
 use evpose_core::{Polarity, StageNoise};
 
 use super::{Change, ChangeDetector, PixelStep, THRESHOLD_OFF, THRESHOLD_ON};
+use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::{ChoiceSpec, Citation, Domain, StageSpec};
 
@@ -25,7 +26,7 @@ const START: ChoiceSpec = ChoiceSpec {
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "frame_difference",
     domain: Domain::Detector,
-    summary: "whole thresholds between a frame and the memory, all at the time of the frame",
+    summary: "whole thresholds between frame and memory, at the time of the frame",
     formula: "n = max(1, floor(|V - M| / threshold)) where |V - M| > threshold; M += n threshold",
     params: &[THRESHOLD_ON, THRESHOLD_OFF],
     choices: &[START],
@@ -33,6 +34,12 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         key: "Rudnev et al. 2021",
         text: "V. Rudnev et al.: EventHands: Real-Time Neural 3D Hand Pose Estimation from an Event \
                Stream, ICCV 2021, supplement",
+    },
+    signature: Signature {
+        look_for: "all events of a step at the same time, that of the exposure",
+        probe: Probe::Trace,
+        strength: Strength::Rising(&["threshold_on", "threshold_off"]),
+        beside: &[],
     },
     build: |settings| {
         Ok(Stage::Detector(Box::new(FrameDifference {

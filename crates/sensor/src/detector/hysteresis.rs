@@ -11,6 +11,7 @@
 use evpose_core::{Polarity, StageNoise};
 
 use super::{PixelTerm, PixelTraits};
+use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
 
@@ -36,6 +37,13 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         key: "Finateu et al. 2020",
         text: "T. Finateu et al.: A 1280x720 Back-Illuminated Stacked Temporal Contrast Event-Based \
                Vision Sensor, ISSCC 2020",
+    },
+    signature: Signature {
+        look_for: "fewer pairs of ON and OFF: after an event of one sign, the first one of the \
+                   other comes later",
+        probe: Probe::Trace,
+        strength: Strength::Rising(&["fraction"]),
+        beside: &[],
     },
     build: |settings| {
         let factor = 1.0 + settings.number(&FRACTION) as f32;

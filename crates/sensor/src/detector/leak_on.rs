@@ -16,6 +16,7 @@ use evpose_core::{Polarity, StageNoise};
 
 use super::{PixelTerm, PixelTraits};
 use crate::gaussian::for_each_normal;
+use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Stage, Tick};
 use crate::wide::wide;
 use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
@@ -78,6 +79,13 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         key: "Nozaki and Delbruck 2017",
         text: "Y. Nozaki, T. Delbruck: Temperature and Parasitic Photocurrent Effects in Dynamic \
                Vision Sensors, IEEE TED 64(8), 2017",
+    },
+    signature: Signature {
+        look_for: "ON events only, at rest, at regular intervals that differ from pixel to \
+                   pixel: a hump at 1 / rate, not an exponential",
+        probe: Probe::RestIntervals,
+        strength: Strength::Rising(&["rate_hz"]),
+        beside: &[],
     },
     build: |settings| {
         Ok(Stage::Term(Box::new(LeakOn {

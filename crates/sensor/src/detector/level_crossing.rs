@@ -11,6 +11,7 @@
 use evpose_core::{Polarity, StageNoise};
 
 use super::{Change, ChangeDetector, PixelStep, THRESHOLD_OFF, THRESHOLD_ON};
+use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::{Citation, Domain, StageSpec};
 
@@ -25,6 +26,13 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     source: Citation {
         key: "Rebecq et al. 2018",
         text: "H. Rebecq, D. Gehrig, D. Scaramuzza: ESIM: an Open Event Camera Simulator, CoRL 2018",
+    },
+    signature: Signature {
+        look_for: "events in proportion to the change of log light, at the exact times of the \
+                   crossings; fewer with larger thresholds",
+        probe: Probe::Trace,
+        strength: Strength::Rising(&["threshold_on", "threshold_off"]),
+        beside: &[],
     },
     build: |settings| {
         Ok(Stage::Detector(Box::new(LevelCrossing {

@@ -9,6 +9,7 @@
 use evpose_core::StageNoise;
 
 use super::{PixelTerm, PixelTraits};
+use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
 
@@ -34,6 +35,12 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         key: "Nozaki and Delbruck 2017",
         text: "Y. Nozaki, T. Delbruck: Temperature and Parasitic Photocurrent Effects in Dynamic \
                Vision Sensors, IEEE TED 64(8), 2017",
+    },
+    signature: Signature {
+        look_for: "ON events at rest, at a rate in proportion to light",
+        probe: Probe::RateByLight,
+        strength: Strength::Rising(&["hz_per_white"]),
+        beside: &[],
     },
     build: |settings| {
         let hz_per_white = settings.number(&RATE) as f32;

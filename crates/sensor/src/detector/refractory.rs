@@ -12,6 +12,7 @@
 //! (v2e) for `defer`, which with frames means until the next one.
 
 use super::{PixelTerm, Recovery};
+use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
 
@@ -43,6 +44,13 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         key: "Lichtsteiner et al. 2008",
         text: "P. Lichtsteiner, C. Posch, T. Delbruck: A 128x128 120 dB 15 us Latency Asynchronous \
                Temporal Contrast Vision Sensor, IEEE JSSC 43(2), 2008",
+    },
+    signature: Signature {
+        look_for: "no intervals below the period, and a pile-up just above it; fast and strong \
+                   changes lose events",
+        probe: Probe::BusyIntervals,
+        strength: Strength::Rising(&["period_us"]),
+        beside: &[],
     },
     build: |settings| {
         Ok(Stage::Term(Box::new(Refractory {

@@ -9,6 +9,7 @@
 //! Lichtsteiner et al. 2008 on charge injection at reset.
 
 use super::{PixelTerm, Recovery};
+use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
 
@@ -44,6 +45,13 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         key: "Lichtsteiner et al. 2008",
         text: "P. Lichtsteiner, C. Posch, T. Delbruck: A 128x128 120 dB 15 us Latency Asynchronous \
                Temporal Contrast Vision Sensor, IEEE JSSC 43(2), 2008",
+    },
+    signature: Signature {
+        look_for: "after an event the signal does not start from zero: a positive fraction \
+                   makes the next event come sooner, a negative one later",
+        probe: Probe::Trace,
+        strength: Strength::Rising(&["fraction"]),
+        beside: &[],
     },
     build: |settings| {
         Ok(Stage::Term(Box::new(ResetOvershoot {

@@ -11,6 +11,7 @@
 use evpose_core::StageNoise;
 
 use super::{PixelTerm, PixelTraits};
+use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
 
@@ -49,6 +50,13 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         key: "Lichtsteiner et al. 2008",
         text: "P. Lichtsteiner, C. Posch, T. Delbruck: A 128x128 120 dB 15 us Latency Asynchronous \
                Temporal Contrast Vision Sensor, IEEE JSSC 43(2), 2008",
+    },
+    signature: Signature {
+        look_for: "a fixed pattern: the same pixels have more events at every pass of the same \
+                   light",
+        probe: Probe::RampMap,
+        strength: Strength::Rising(&["sigma"]),
+        beside: &[],
     },
     build: |settings| {
         Ok(Stage::Term(Box::new(ThresholdMismatch {

@@ -12,6 +12,7 @@ use evpose_core::{Polarity, StageNoise};
 
 use super::threshold_mismatch::LEAST_THRESHOLD;
 use super::{PixelTerm, PixelTraits};
+use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
 
@@ -37,6 +38,13 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         key: "Joubert et al. 2021",
         text: "D. Joubert et al.: Event Camera Simulator Improvements via Characterized Parameters, \
                Frontiers in Neuroscience 15, 2021",
+    },
+    signature: Signature {
+        look_for: "times of crossings scatter about those of the ideal sensor, by the change of \
+                   threshold over the slope; no fixed pattern",
+        probe: Probe::StampError,
+        strength: Strength::Rising(&["sigma"]),
+        beside: &[],
     },
     build: |settings| {
         let sigma = settings.number(&SIGMA) as f32;

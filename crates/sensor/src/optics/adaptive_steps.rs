@@ -15,6 +15,7 @@
 use crate::exponential::exp_m1;
 use crate::model::Chain;
 use crate::natural_log::ln;
+use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Stage, Tick};
 use crate::wide::wide;
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
@@ -40,6 +41,13 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     source: Citation {
         key: "Rebecq et al. 2018",
         text: "H. Rebecq, D. Gehrig, D. Scaramuzza: ESIM: an Open Event Camera Simulator, CoRL 2018",
+    },
+    signature: Signature {
+        look_for: "with a filter, whole steps give a step response of straight pieces and late \
+                   first events; divided ones come nearer to the exponential",
+        probe: Probe::StepResponse,
+        strength: Strength::Rising(&["max_parts"]),
+        beside: &["photoreceptor_lowpass"],
     },
     build: |settings| {
         let max_parts = settings.number(&MAX_PARTS).round() as u32;

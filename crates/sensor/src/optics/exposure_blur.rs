@@ -12,6 +12,7 @@
 
 use evpose_core::StageNoise;
 
+use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage, Tick};
 use crate::wide::wide;
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
@@ -38,6 +39,13 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         key: "Hu et al. 2021",
         text: "Y. Hu, S.-C. Liu, T. Delbruck: v2e: From Video Frames to Realistic DVS Events, CVPR \
                Workshops 2021",
+    },
+    signature: Signature {
+        look_for: "what moves is smeared along its way: fine moving texture loses events, and \
+                   contours are late by half the exposure",
+        probe: Probe::Grating,
+        strength: Strength::Rising(&["fraction"]),
+        beside: &[],
     },
     build: |settings| {
         let half = 0.5 * settings.number(&FRACTION) as f32;

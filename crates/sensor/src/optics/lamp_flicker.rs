@@ -11,6 +11,7 @@ use std::f64::consts::TAU;
 
 use evpose_core::StageNoise;
 
+use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage, Tick};
 use crate::wide::wide;
 use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
@@ -59,6 +60,13 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     source: Citation {
         key: "IEEE 1789-2015",
         text: "IEEE Recommended Practices for Modulating Current in High-Brightness LEDs, 2015",
+    },
+    signature: Signature {
+        look_for: "ON and OFF rates of the whole image rise and fall at the frequency of the \
+                   lamp, in antiphase; below a depth of about half a threshold nothing happens",
+        probe: Probe::RateOverTime,
+        strength: Strength::Rising(&["depth"]),
+        beside: &[],
     },
     build: |settings| {
         Ok(Stage::Pixel(Box::new(LampFlicker {

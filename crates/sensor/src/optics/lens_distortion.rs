@@ -10,6 +10,7 @@
 
 use evpose_core::{SensorSize, StageNoise};
 
+use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PlaneStage, Stage, Tick};
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
 
@@ -52,6 +53,13 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         key: "Brown 1966",
         text: "D. C. Brown: Decentering Distortion of Lenses, Photogrammetric Engineering 32(3), \
                1966",
+    },
+    signature: Signature {
+        look_for: "straight lines bend, the more the farther from the centre: inwards at the \
+                   ends for a barrel (negative k1), outwards for a pincushion",
+        probe: Probe::Grid,
+        strength: Strength::Rising(&["k1"]),
+        beside: &[],
     },
     build: |settings| {
         Ok(Stage::Plane(Box::new(LensDistortion {

@@ -11,6 +11,7 @@
 use evpose_core::{SensorSize, StageNoise};
 
 use crate::blur::Gaussian;
+use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PlaneStage, Stage, Tick};
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
 
@@ -35,6 +36,13 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     source: Citation {
         key: "Born and Wolf 1999",
         text: "M. Born, E. Wolf: Principles of Optics, 7th ed., section 8.5, 1999",
+    },
+    signature: Signature {
+        look_for: "fine texture loses events and edges get wider, at any speed: the response to \
+                   a grating falls as exp(-2 (pi sigma / period)^2)",
+        probe: Probe::Grating,
+        strength: Strength::Rising(&["sigma_px"]),
+        beside: &[],
     },
     build: |settings| {
         Ok(Stage::Plane(Box::new(PsfBlur { spread: Gaussian::new(settings.number(&SIGMA)) })))

@@ -8,6 +8,7 @@
 
 use evpose_core::{SensorSize, StageNoise};
 
+use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PlaneStage, Stage, Tick};
 use crate::wide::wide;
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
@@ -34,6 +35,13 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         key: "ISO 9358:1994",
         text: "ISO 9358: Optics and optical instruments, Veiling glare of image forming systems, \
                1994",
+    },
+    signature: Signature {
+        look_for: "contrast is lost in the dark parts of the image only, the more the brighter \
+                   the rest is",
+        probe: Probe::Contrast,
+        strength: Strength::Rising(&["fraction"]),
+        beside: &[],
     },
     build: |settings| {
         let fraction = settings.number(&FRACTION) as f32;

@@ -10,6 +10,7 @@
 
 use evpose_core::{SensorSize, StageNoise};
 
+use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PlaneStage, Stage, Tick};
 use crate::wide::wide;
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
@@ -35,6 +36,13 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     source: Citation {
         key: "Born and Wolf 1999",
         text: "M. Born, E. Wolf: Principles of Optics, 7th ed., section 4.8, 1999",
+    },
+    signature: Signature {
+        look_for: "no events are lost, because a factor is a constant of the logarithm; what \
+                   depends on light changes: noise grows towards the corners",
+        probe: Probe::RestMap,
+        strength: Strength::Rising(&["corner_deg"]),
+        beside: &["photoreceptor_noise"],
     },
     build: |settings| {
         let corner_tan = settings.number(&CORNER).to_radians().tan();

@@ -9,6 +9,7 @@
 
 use evpose_core::StageNoise;
 
+use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage, Tick};
 use crate::wide::wide;
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
@@ -35,6 +36,13 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         key: "Nozaki and Delbruck 2017",
         text: "Y. Nozaki, T. Delbruck: Temperature and Parasitic Photocurrent Effects in Dynamic \
                Vision Sensors, IEEE TED 64(8), 2017",
+    },
+    signature: Signature {
+        look_for: "counts fall below a knee of brightness, both polarities alike and at any \
+                   speed",
+        probe: Probe::Contrast,
+        strength: Strength::Rising(&["current"]),
+        beside: &[],
     },
     build: |settings| {
         let current = settings.number(&CURRENT) as f32;

@@ -11,6 +11,7 @@
 
 use evpose_core::StageNoise;
 
+use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage, Tick};
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
 
@@ -36,6 +37,13 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         key: "Rudnev et al. 2021",
         text: "V. Rudnev et al.: EventHands: Real-Time Neural 3D Hand Pose Estimation from an Event \
                Stream, ICCV 2021, supplement",
+    },
+    signature: Signature {
+        look_for: "in the dark, light climbs in coarse steps: bursts of events at once and none \
+                   in between; dark gradients show contour lines",
+        probe: Probe::Contrast,
+        strength: Strength::Falling(&["levels"]),
+        beside: &[],
     },
     build: |settings| Ok(Stage::Pixel(Box::new(Quantisation::new(settings.number(&LEVELS))))),
 };

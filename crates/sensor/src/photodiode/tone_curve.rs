@@ -13,6 +13,7 @@
 
 use evpose_core::StageNoise;
 
+use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage, Tick};
 use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
 
@@ -44,6 +45,13 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         key: "IEC 61966-2-1:1999",
         text: "IEC 61966-2-1: Multimedia systems and equipment, Colour measurement and management, \
                Default RGB colour space sRGB, 1999",
+    },
+    signature: Signature {
+        look_for: "thresholds seem divided by gamma at every light; with a toe the dark end \
+                   loses counts as well",
+        probe: Probe::Contrast,
+        strength: Strength::Rising(&["gamma"]),
+        beside: &[],
     },
     build: |settings| {
         let (gamma, has_toe) = (settings.number(&GAMMA), settings.word(&CURVE) == "toe");

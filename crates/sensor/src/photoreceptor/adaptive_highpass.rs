@@ -15,6 +15,7 @@ use evpose_core::StageNoise;
 use super::pole::Pole;
 use crate::exponential::exp_m1;
 use crate::natural_log::ln;
+use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage, Tick};
 use crate::wide::wide;
 use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
@@ -47,6 +48,13 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         key: "Delbruck et al. 2021",
         text: "T. Delbruck, R. Graca, M. Paluch: Feedback Control of Event Cameras, CVPR Workshops \
                2021",
+    },
+    signature: Signature {
+        look_for: "the response decays to zero: slow edges lose events, and behind an edge \
+                   comes a rebound of the other polarity",
+        probe: Probe::StepResponse,
+        strength: Strength::Falling(&["tau_s"]),
+        beside: &[],
     },
     build: |settings| {
         Ok(Stage::Pixel(Box::new(AdaptiveHighpass {

@@ -11,6 +11,7 @@
 use evpose_core::{SensorSize, StageNoise};
 
 use crate::blur::Gaussian;
+use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PlaneStage, Stage, Tick};
 use crate::wide::wide;
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
@@ -47,6 +48,13 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         key: "Delbruck et al. 2022",
         text: "T. Delbruck, C. Li, R. Graca, B. McReynolds: Utility and Feasibility of a Center \
                Surround Event Camera, ICIP 2022",
+    },
+    signature: Signature {
+        look_for: "negative: a halo of the other polarity beside edges, fine texture is \
+                   enhanced; positive: fine texture is lost, coarse one stays",
+        probe: Probe::Grating,
+        strength: Strength::Rising(&["coupling"]),
+        beside: &[],
     },
     build: |settings| {
         Ok(Stage::Plane(Box::new(LateralCoupling {

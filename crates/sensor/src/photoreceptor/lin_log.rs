@@ -9,6 +9,7 @@
 
 use super::Photoreceptor;
 use crate::natural_log::ln;
+use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::wide::wide;
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
@@ -35,6 +36,13 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         key: "Hu et al. 2021",
         text: "Y. Hu, S.-C. Liu, T. Delbruck: v2e: From Video Frames to Realistic DVS Events, CVPR \
                Workshops 2021",
+    },
+    signature: Signature {
+        look_for: "below the knee counts go with differences of light rather than ratios, so \
+                   that they fall in proportion to light",
+        probe: Probe::Contrast,
+        strength: Strength::Rising(&["knee"]),
+        beside: &[],
     },
     build: |settings| {
         let knee = settings.number(&KNEE);

@@ -11,6 +11,7 @@
 
 use super::Photoreceptor;
 use crate::natural_log::ln;
+use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::wide::wide;
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
@@ -37,6 +38,12 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         key: "Lichtsteiner et al. 2008",
         text: "P. Lichtsteiner, C. Posch, T. Delbruck: A 128x128 120 dB 15 us Latency Asynchronous \
                Temporal Contrast Vision Sensor, IEEE JSSC 43(2), 2008",
+    },
+    signature: Signature {
+        look_for: "equal ratios of light give equal counts, down to a knee at the offset",
+        probe: Probe::Contrast,
+        strength: Strength::Rising(&["dark_offset"]),
+        beside: &[],
     },
     build: |settings| {
         let dark_offset = settings.number(&DARK_OFFSET) as f32;

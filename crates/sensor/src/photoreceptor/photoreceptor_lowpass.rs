@@ -14,6 +14,7 @@ use std::f64::consts::TAU;
 use evpose_core::StageNoise;
 
 use super::pole::Pole;
+use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage, Tick};
 use crate::wide::wide;
 use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
@@ -62,6 +63,13 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         key: "Lichtsteiner et al. 2008",
         text: "P. Lichtsteiner, C. Posch, T. Delbruck: A 128x128 120 dB 15 us Latency Asynchronous \
                Temporal Contrast Vision Sensor, IEEE JSSC 43(2), 2008",
+    },
+    signature: Signature {
+        look_for: "events trail behind a fast edge and fewer of them come; the response is \
+                   exponential and slower in the dark, in proportion to 1 / light",
+        probe: Probe::StepResponse,
+        strength: Strength::Falling(&["cutoff_hz"]),
+        beside: &[],
     },
     build: |settings| {
         Ok(Stage::Pixel(Box::new(PhotoreceptorLowpass {

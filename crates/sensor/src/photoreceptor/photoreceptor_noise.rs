@@ -14,6 +14,7 @@ use evpose_core::StageNoise;
 
 use crate::exponential::decay;
 use crate::gaussian::for_each_normal;
+use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage, Tick};
 use crate::wide::wide;
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
@@ -60,6 +61,13 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         key: "Graca and Delbruck 2021",
         text: "R. Graca, T. Delbruck: Unraveling the Paradox of Intensity-Dependent DVS Pixel \
                Noise, IISW 2021",
+    },
+    signature: Signature {
+        look_for: "ON and OFF in alternating pairs, most in the dark side of what the bandwidth \
+                   lets through; steep in threshold over sigma",
+        probe: Probe::RestIntervals,
+        strength: Strength::Rising(&["sigma"]),
+        beside: &[],
     },
     build: |settings| {
         Ok(Stage::Pixel(Box::new(PhotoreceptorNoise {

@@ -13,6 +13,7 @@ use std::f64::consts::TAU;
 use evpose_core::StageNoise;
 
 use super::pole::Pole;
+use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage, Tick};
 use crate::wide::wide;
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
@@ -39,6 +40,12 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         key: "Lichtsteiner et al. 2008",
         text: "P. Lichtsteiner, C. Posch, T. Delbruck: A 128x128 120 dB 15 us Latency Asynchronous \
                Temporal Contrast Vision Sensor, IEEE JSSC 43(2), 2008",
+    },
+    signature: Signature {
+        look_for: "an exponential response that is the same in bright and in dark light",
+        probe: Probe::StepResponse,
+        strength: Strength::Falling(&["cutoff_hz"]),
+        beside: &[],
     },
     build: |settings| {
         let cutoff_hz = settings.number(&CUTOFF);

@@ -12,6 +12,7 @@
 use evpose_core::SensorSize;
 
 use super::Readout;
+use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::{Citation, Domain, ParamSpec, Prior, Request, Scale, StageSpec};
 
@@ -57,6 +58,13 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         key: "Boahen 2000",
         text: "K. A. Boahen: Point-to-Point Connectivity Between Neuromorphic Chips Using Address \
                Events, IEEE TCAS-II 47(5), 2000",
+    },
+    signature: Signature {
+        look_for: "behind a flash rows come in bunches, the last ones late by their number over \
+                   the rate; pixels are blind in the meantime",
+        probe: Probe::FlashRaster,
+        strength: Strength::Falling(&["rate_hz"]),
+        beside: &[],
     },
     build: |settings| {
         Ok(Stage::Readout(Box::new(Arbiter {

@@ -13,6 +13,7 @@ use evpose_core::StageNoise;
 
 use crate::Request;
 use crate::clock::ClockStage;
+use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Stage, Tick};
 use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
 
@@ -54,6 +55,13 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         key: "Finateu et al. 2020",
         text: "T. Finateu et al.: A 1280x720 Back-Illuminated Stacked Temporal Contrast Event-Based \
                Vision Sensor, ISSCC 2020",
+    },
+    signature: Signature {
+        look_for: "the rate is cut at a ceiling, without delay; parts of a busy image are \
+                   missing",
+        probe: Probe::FlashRate,
+        strength: Strength::Falling(&["rate_hz"]),
+        beside: &[],
     },
     build: |settings| {
         let window_s = settings.number(&WINDOW) * 1e-6;

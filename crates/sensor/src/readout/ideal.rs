@@ -10,6 +10,7 @@
 use evpose_core::SensorSize;
 
 use super::Readout;
+use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::{Citation, Domain, Request, StageSpec};
 
@@ -25,6 +26,12 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         key: "Brandli et al. 2014",
         text: "C. Brandli, R. Berner, M. Yang, S.-C. Liu, T. Delbruck: A 240x180 130 dB 3 us Latency \
                Global Shutter Spatiotemporal Vision Sensor, IEEE JSSC 49(10), 2014",
+    },
+    signature: Signature {
+        look_for: "every event at the time of its request: a flash is a vertical line",
+        probe: Probe::FlashRaster,
+        strength: Strength::Unchanging,
+        beside: &[],
     },
     build: |_| Ok(Stage::Readout(Box::new(Ideal))),
 };

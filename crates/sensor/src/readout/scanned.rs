@@ -11,6 +11,7 @@
 use evpose_core::SensorSize;
 
 use super::Readout;
+use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Request, Scale, StageSpec};
 
@@ -45,6 +46,13 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         key: "Son et al. 2017",
         text: "B. Son et al.: A 640x480 dynamic vision sensor with a 9 um pixel and 300 Meps \
                address-event representation, ISSCC 2017",
+    },
+    signature: Signature {
+        look_for: "event times lie on parallel slanted lines: a visit of each row or column per \
+                   period, one event per visit",
+        probe: Probe::FlashRaster,
+        strength: Strength::Rising(&["period_us"]),
+        beside: &[],
     },
     build: |settings| {
         Ok(Stage::Readout(Box::new(Scanned {

@@ -1,0 +1,105 @@
+//! What the registry and the presets must say about themselves.
+
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use evpose_sensor::{PRESETS, Prior, STAGES, Strength};
+
+#[test]
+fn every_effect_has_formula_source_and_signature() {
+    for spec in STAGES {
+        let name = spec.name;
+        for text in
+            [spec.summary, spec.formula, spec.source.key, spec.source.text, spec.signature.look_for]
+        {
+            assert!(!text.trim().is_empty() && text == text.trim(), "{name}: {text:?}");
+        }
+        // Authors or a standard, and a year.
+        assert!(spec.source.key.contains(|c: char| c.is_ascii_digit()), "{name}");
+        assert!(spec.source.text.len() > spec.source.key.len(), "{name}");
+        assert!(STAGES.iter().filter(|other| other.name == name).count() == 1, "{name}");
+    }
+}
+
+#[test]
+fn every_parameter_has_unit_range_prior_and_meaning() {
+    // Pure numbers are ratios, exponents and counts.
+    for spec in STAGES {
+        for param in spec.params {
+            let name = format!("{}.{}", spec.name, param.name);
+            assert!(!param.doc.is_empty(), "{name}");
+            let (low, high) = param.range;
+            assert!(low < high && low.is_finite() && high.is_finite(), "{name}");
+            if let Prior::Typical(from, to) = param.prior {
+                assert!(low <= from && from < to && to <= high, "{name}: {from} to {to}");
+            }
+            for (suffix, unit) in [
+                ("_hz", "Hz"),
+                ("_us", "us"),
+                ("_px", "px"),
+                ("_s", "s"),
+                ("_ns", "ns"),
+                ("_deg", "deg"),
+            ] {
+                if param.name.ends_with(suffix) {
+                    assert_eq!(param.unit, unit, "{name}");
+                }
+            }
+        }
+        for choice in spec.choices {
+            assert!(!choice.doc.is_empty() && choice.allowed.len() >= 2, "{}", spec.name);
+        }
+    }
+}
+
+/// A quantity without a neutral value is one that the effect cannot do without.
+#[test]
+fn every_effect_can_be_switched_off_by_a_parameter_or_takes_a_place() {
+    for spec in STAGES {
+        let model = evpose_sensor::SensorModel::from_config(&evpose_sensor::SensorConfig {
+            effects: vec![spec.typical()],
+        });
+        assert!(model.is_ok(), "{}", spec.name);
+        if spec.params.iter().any(|param| param.neutral.is_some()) {
+            continue;
+        }
+        let settings = evpose_sensor::Settings::resolve(spec, &spec.typical()).unwrap();
+        let stage = (spec.build)(&settings).unwrap();
+        assert!(stage.place().is_some(), "{} can only be left out", spec.name);
+    }
+}
+
+#[test]
+fn strengths_name_parameters_of_their_effect() {
+    for spec in STAGES {
+        let (Strength::Rising(names) | Strength::Falling(names)) = spec.signature.strength else {
+            assert!(spec.params.is_empty(), "{}", spec.name);
+            continue;
+        };
+        assert!(!names.is_empty(), "{}", spec.name);
+        for name in names {
+            assert!(spec.params.iter().any(|param| param.name == *name), "{}", spec.name);
+        }
+    }
+}
+
+/// A number is followed back to a publication, a data sheet or a program, right above it or in the
+/// head of the file where all numbers have one source.
+#[test]
+fn every_number_of_a_preset_says_where_it_comes_from() {
+    for preset in PRESETS {
+        let origin = preset.origin();
+        assert!(origin.contains("20"), "{}: no year in {origin}", preset.name);
+        let words = preset.toml.to_lowercase();
+        assert!(!words.contains("# typical"), "{}: typical of what?", preset.name);
+        let mut has_comment = false;
+        for line in preset.toml.lines() {
+            if line.starts_with("[[effect]]") {
+                has_comment = false;
+            } else if line.starts_with('#') {
+                has_comment = true;
+            } else if line.contains('=') && !line.starts_with("name") {
+                assert!(has_comment, "{}: {line}", preset.name);
+            }
+        }
+    }
+}
