@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use clap::{Parser, Subcommand};
 use evpose_nn::DeviceKind;
 
+use crate::commands::sensor::SensorCommand;
+
 /// Pose estimation from event cameras: simulate, train, evaluate, infer.
 #[derive(Debug, Parser)]
 #[command(
@@ -39,6 +41,9 @@ pub(crate) enum Command {
     /// Measure speed
     #[command(subcommand)]
     Bench(BenchCommand),
+    /// See what event cameras do: presets, effects, one pixel, a gallery
+    #[command(subcommand)]
+    Sensor(SensorCommand),
     /// Say what is in a file of events or labels
     Info(InfoArgs),
 }

@@ -7,6 +7,7 @@ mod eval;
 pub(crate) mod held_out;
 mod infer;
 mod info;
+pub(crate) mod sensor;
 mod simulate;
 mod train;
 
@@ -23,6 +24,7 @@ pub(crate) fn run(args: Args) -> Result<()> {
         Command::Eval(args) => eval::run(&args),
         Command::Infer(args) => infer::run(&args),
         Command::Bench(BenchCommand::Infer(args)) => bench_infer::run(&args),
+        Command::Sensor(command) => sensor::run(&command),
         Command::Info(args) => info::run(&args),
     }
 }

@@ -76,6 +76,12 @@ impl Page {
         );
     }
 
+    /// Markup as it is.
+    pub(crate) fn markup(&mut self, markup: &str) {
+        self.body += markup;
+        self.body.push('\n');
+    }
+
     /// Text as typed, behind a fold.
     pub(crate) fn details(&mut self, summary: &str, text: &str) {
         self.body += &format!(

@@ -1,7 +1,8 @@
 //! The report of a hand experiment: curves, tables and pictures in one page.
 
-mod canvas;
-mod html;
+pub(crate) mod canvas;
+pub(crate) mod chart;
+pub(crate) mod html;
 mod plot;
 
 use std::path::Path;
@@ -276,7 +277,8 @@ fn in_front(points: &HandPoints) -> Option<[Vec2; 21]> {
     Some(out)
 }
 
-fn png(image: &RgbImage) -> Result<Vec<u8>> {
+/// The picture as a PNG file.
+pub(crate) fn png(image: &RgbImage) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     image::codecs::png::PngEncoder::new(&mut bytes).write_image(
         image,

@@ -24,7 +24,9 @@ pub enum Probe {
     Grid,
     /// Voltage of a bright and of a dark pixel behind a step of light.
     StepResponse,
-    /// Signal, memory and events of one pixel.
+    /// The same, of light that is known every 10 ms only.
+    CoarseStepResponse,
+    /// Voltage, memory and events of one pixel.
     Trace,
     /// How many thresholds a change of light is worth, by the light it starts from.
     Contrast,
@@ -36,6 +38,8 @@ pub enum Probe {
     RestMap,
     /// Times between the events of a pixel at rest.
     RestIntervals,
+    /// The same over times of milliseconds, by whether the next event has the same sign.
+    NoisePairs,
     /// Times between the events of a pixel whose light changes all the time.
     BusyIntervals,
     /// Event rates at rest, by light.

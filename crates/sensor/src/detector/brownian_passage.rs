@@ -84,7 +84,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     signature: Signature {
         look_for: "random times even of a steady change, a regular leak at rest, and noise of \
                    both signs; the spread grows with k3 sqrt(light)",
-        probe: Probe::RestIntervals,
+        probe: Probe::NoisePairs,
         strength: Strength::Rising(&["k3", "k6"]),
         beside: &[],
     },

@@ -45,7 +45,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     signature: Signature {
         look_for: "with a filter, whole steps give a step response of straight pieces and late \
                    first events; divided ones come nearer to the exponential",
-        probe: Probe::StepResponse,
+        probe: Probe::CoarseStepResponse,
         strength: Strength::Rising(&["max_parts"]),
         beside: &["photoreceptor_lowpass"],
     },

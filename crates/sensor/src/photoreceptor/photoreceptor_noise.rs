@@ -65,7 +65,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     signature: Signature {
         look_for: "ON and OFF in alternating pairs, most in the dark side of what the bandwidth \
                    lets through; steep in threshold over sigma",
-        probe: Probe::RestIntervals,
+        probe: Probe::NoisePairs,
         strength: Strength::Rising(&["sigma"]),
         beside: &[],
     },

@@ -1,0 +1,108 @@
+//! Scenes with a closed form, and the simulator's hand.
+
+use anyhow::{Context, Result};
+use evpose_core::{Event, Micros, Plane, SensorSize};
+use evpose_sensor::{Origin, SensorRun};
+use evpose_sim::{SimulationConfig, Simulator};
+
+use super::args::Input;
+
+/// Uniform light, relative to white, at a time in seconds; none where the light is a picture.
+pub(super) fn light(input: Input, t_s: f64) -> Option<f64> {
+    Some(match input {
+        // Light is known at exposures; 1 ns keeps rounding away from the edges.
+        Input::Step => (if (0.05..0.15).contains(&(t_s + 1e-9)) { -0.7_f64 } else { -2.3 }).exp(),
+        Input::Ramp => {
+            let rise = (t_s / 0.1).clamp(0.0, 1.0) - ((t_s - 0.15) / 0.1).clamp(0.0, 1.0);
+            (-2.3 + 2.0 * rise).exp()
+        }
+        Input::Flicker => 0.2 * (1.0 + 0.5 * (std::f64::consts::TAU * 50.0 * t_s).sin()),
+        Input::Hand => return None,
+    })
+}
+
+/// Length of an input and of its steps.
+pub(super) fn clock(input: Input) -> (Micros, Micros) {
+    match input {
+        Input::Step | Input::Ramp => (Micros(250_000), Micros(100)),
+        Input::Flicker => (Micros(100_000), Micros(100)),
+        Input::Hand => (Micros(250_000), Micros(1_000)),
+    }
+}
+
+/// The published simulation, in linear light without a sensor of its own.
+fn hand_config(scale: f32) -> SimulationConfig {
+    SimulationConfig {
+        image_scale: scale,
+        // Quantised light would show up as an effect.
+        frame: evpose_sim::scene::FrameResponse::Linear,
+        sensor: evpose_sim::config::SensorChoice::Preset("ideal".to_owned()),
+        ..SimulationConfig::default()
+    }
+}
+
+/// Size of the hand's pictures.
+pub(super) fn hand_size(scale: f32) -> SensorSize {
+    hand_config(scale).image_size()
+}
+
+/// Shows the hand, plane by plane, from time zero.
+pub(super) fn for_each_hand_plane(
+    scale: f32,
+    seed: u64,
+    planes: usize,
+    mut see: impl FnMut(&Plane<f32>, Micros) -> Result<()>,
+) -> Result<()> {
+    let mut simulator = Simulator::new(&hand_config(scale), seed)?;
+    for _ in 0..planes {
+        let step = simulator.advance().context("moving the hand")?;
+        see(step.luminance, step.t)?;
+    }
+    Ok(())
+}
+
+/// Lights a spot about a pixel; everything at first. A flash of the whole sensor would keep its
+/// readout busy, and say more about that than about the pixel.
+fn shine(plane: &mut Plane<f32>, (x, y): (u16, u16), is_everywhere: bool, light: f32) {
+    const RADIUS: u16 = 7;
+    let reach = |centre: u16, side: usize| {
+        let radius = if is_everywhere { u16::MAX } else { RADIUS };
+        let end = usize::from(centre.saturating_add(radius).saturating_add(1)).min(side);
+        usize::from(centre.saturating_sub(radius))..end
+    };
+    let (columns, rows) = (reach(x, plane.width()), reach(y, plane.height()));
+    for row in rows {
+        plane.row_mut(row)[columns.clone()].fill(light);
+    }
+}
+
+/// Shows an input to a sensor; what is behind every exposure goes to `see`: events, their origins
+/// if the sensor keeps them, the light and the time.
+pub(super) fn expose(
+    run: &mut SensorRun,
+    input: Input,
+    pixel: (u16, u16),
+    seed: u64,
+    mut see: impl FnMut(&[Event], Option<&[Origin]>, &Plane<f32>, Micros),
+) -> Result<()> {
+    let (length, step) = clock(input);
+    let (size, mut events) = (run.size(), Vec::new());
+    let mut show = |plane: &Plane<f32>, t: Micros| {
+        events.clear();
+        events.extend(run.expose(plane, t)?.iter());
+        see(&events, run.origins(), plane, t);
+        Ok(())
+    };
+    let steps = length.0 / step.0;
+    if input == Input::Hand {
+        return for_each_hand_plane(1.0, seed, steps as usize + 1, show);
+    }
+    let mut plane = Plane::for_sensor(size, 0.0);
+    for t in (0..=steps).map(|k| Micros(k * step.0)) {
+        if let Some(light) = light(input, t.as_seconds()) {
+            shine(&mut plane, pixel, t == Micros(0), light as f32);
+        }
+        show(&plane, t)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,22 @@
+//! `evpose sensor`: what sensors there are, what is in them, and what that looks like.
+
+mod args;
+mod gallery;
+mod input;
+mod list;
+mod show;
+mod source;
+mod tap;
+
+use anyhow::Result;
+
+pub(crate) use args::SensorCommand;
+
+pub(crate) fn run(command: &SensorCommand) -> Result<()> {
+    match command {
+        SensorCommand::List(args) => list::run(args),
+        SensorCommand::Show(args) => show::run(args),
+        SensorCommand::Tap(args) => tap::run(args),
+        SensorCommand::Gallery(args) => gallery::run(args),
+    }
+}

@@ -1,0 +1,66 @@
+//! `evpose sensor show`.
+
+use anyhow::{Result, bail};
+use evpose_sensor::{ChainRow, PRESETS, STAGES};
+use serde_json::{Map, Value, json};
+
+use super::args::ShowArgs;
+use super::source::Source;
+use super::{list, source};
+use crate::progress::say;
+
+pub(super) fn run(args: &ShowArgs) -> Result<()> {
+    let is_file = std::path::Path::new(&args.name).exists();
+    let is_preset = PRESETS.iter().any(|preset| preset.name == args.name);
+    if !is_file && !is_preset {
+        let Some(spec) = source::effect(&args.name) else {
+            let presets = PRESETS.iter().map(|preset| preset.name);
+            let known: Vec<&str> = presets.chain(STAGES.iter().map(|spec| spec.name)).collect();
+            bail!(source::unknown("preset, effect or file", &args.name, &known));
+        };
+        if args.json {
+            say(serde_json::to_string_pretty(&list::effect(spec))?);
+        } else {
+            say(spec.to_string().trim_end());
+        }
+        return Ok(());
+    }
+    let sensor = source::sensor(&args.name)?;
+    if args.json {
+        say(serde_json::to_string_pretty(&json(&sensor))?);
+        return Ok(());
+    }
+    say(list::column(&format!("{}: ", sensor.name), &sensor.origin));
+    say("");
+    say(sensor.model.describe().to_string().trim_end());
+    Ok(())
+}
+
+/// The chain with values.
+fn json(sensor: &Source) -> Value {
+    let stages = sensor.model.describe().rows.iter().map(stage);
+    json!({
+        "name": sensor.name,
+        "origin": sensor.origin,
+        "stages": stages.collect::<Vec<_>>(),
+    })
+}
+
+fn stage(row: &ChainRow) -> Value {
+    let mut stage = list::effect(row.spec);
+    let parameters = row.settings.numbers().iter().map(|(param, value)| {
+        let mut parameter = list::parameter(param);
+        parameter["value"] = list::number(*value);
+        parameter
+    });
+    stage["parameters"] = parameters.collect();
+    let words: Map<String, Value> = row
+        .settings
+        .words()
+        .iter()
+        .map(|(choice, word)| (choice.name.to_owned(), json!(word)))
+        .collect();
+    stage["chosen"] = Value::Object(words);
+    stage["is_active"] = json!(row.is_active);
+    stage
+}

@@ -1,0 +1,56 @@
+//! Sensors by name or by file.
+
+use std::path::Path;
+
+use anyhow::{Context, Result, bail};
+use evpose_sensor::{PRESETS, STAGES, SensorConfig, SensorModel, StageSpec, nearest};
+
+/// A sensor and what is known of it.
+pub(super) struct Source {
+    /// The preset's name, or the path.
+    pub(super) name: String,
+    /// What it is and where it comes from.
+    pub(super) origin: String,
+    pub(super) model: SensorModel,
+}
+
+/// The preset called `name`, or else the file.
+pub(super) fn sensor(name: &str) -> Result<Source> {
+    if let Some(preset) = PRESETS.iter().find(|preset| preset.name == name) {
+        let model = SensorModel::from_config(&SensorConfig::preset(name)?)?;
+        return Ok(Source { name: name.to_owned(), origin: preset.origin(), model });
+    }
+    let path = Path::new(name);
+    if !path.exists() {
+        let presets: Vec<&str> = PRESETS.iter().map(|preset| preset.name).collect();
+        let effect = effect(name).map(|found| found.name);
+        if let Some(effect) = effect {
+            bail!(
+                "`{effect}` is an effect, not a sensor; sensors are files of effects, and {}",
+                presets.join(", ")
+            );
+        }
+        bail!(unknown("file or preset", name, &presets));
+    }
+    let text = std::fs::read_to_string(path).with_context(|| format!("reading {name}"))?;
+    let config = SensorConfig::from_toml(&text).with_context(|| name.to_owned())?;
+    let model = SensorModel::from_config(&config).with_context(|| name.to_owned())?;
+    let origin = format!("Read from {name}.");
+    Ok(Source { name: name.to_owned(), origin, model })
+}
+
+/// The registered effect called `name`.
+pub(super) fn effect(name: &str) -> Option<&'static StageSpec> {
+    STAGES.iter().copied().find(|spec| spec.name == name)
+}
+
+/// What to say about a name that does not exist.
+pub(super) fn unknown(what: &str, name: &str, known: &[&str]) -> String {
+    let near = nearest(name, known.iter().copied());
+    let hint = if near.is_empty() {
+        "`evpose sensor list` shows all there are".to_owned()
+    } else {
+        format!("did you mean {}?", near.join(" or "))
+    };
+    format!("no {what} is called `{name}`; {hint}")
+}
