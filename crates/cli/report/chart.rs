@@ -80,8 +80,10 @@ impl Axis {
             (false, false) => (0.0, 1.0),
             (true, true) => (low / 1.3, high * 1.3),
             (true, false) => {
-                // What does not change fills the middle of the chart.
-                let room = (margin * (high - low)).max(0.02 * high.abs().max(low.abs())).max(1e-9);
+                // What does not change is in the middle of the chart.
+                let size = high.abs().max(low.abs());
+                let least = if size > 0.0 { 0.02 * size } else { margin };
+                let room = (margin * (high - low)).max(least);
                 (low - room, high + room)
             }
         }

@@ -1,6 +1,6 @@
 //! The report of a hand experiment: curves, tables and pictures in one page.
 
-pub(crate) mod canvas;
+mod canvas;
 pub(crate) mod chart;
 pub(crate) mod html;
 mod plot;

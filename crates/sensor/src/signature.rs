@@ -42,6 +42,8 @@ pub enum Probe {
     NoisePairs,
     /// Times between the events of a pixel whose light changes all the time.
     BusyIntervals,
+    /// Event rates at rest, by the distance from the centre of the image.
+    RateByRadius,
     /// Event rates at rest, by light.
     RateByLight,
     /// Event rates over time while the light of the scene is steady.
@@ -59,6 +61,8 @@ pub enum Probe {
 pub enum Strength {
     /// By growing.
     Rising(&'static [&'static str]),
+    /// By growing, where the other parameters are another form of the effect.
+    RisingAlone(&'static [&'static str]),
     /// By getting smaller.
     Falling(&'static [&'static str]),
     /// There is nothing to set.
@@ -94,7 +98,7 @@ impl StageSpec {
     /// Where a parameter has two signs, its two ends and half of the positive one.
     pub fn doses(&self) -> Vec<Dose> {
         let (names, is_rising) = match self.signature.strength {
-            Strength::Rising(names) => (names, true),
+            Strength::Rising(names) | Strength::RisingAlone(names) => (names, true),
             Strength::Falling(names) => (names, false),
             Strength::Unchanging => {
                 let (label, effect) = ("as it is", self.typical());
@@ -114,7 +118,10 @@ impl StageSpec {
             steps = steps.map(|(label, share)| (label, share.map(|share| 1.0 - share)));
         }
         let dose = |(label, share)| {
-            let mut effect = self.typical();
+            let mut effect = match self.signature.strength {
+                Strength::RisingAlone(_) => EffectConfig::new(self.name),
+                _ => self.typical(),
+            };
             let mut values = Vec::new();
             for param in &params {
                 let value = match share {

@@ -71,7 +71,9 @@ fn every_effect_can_be_switched_off_by_a_parameter_or_takes_a_place() {
 #[test]
 fn strengths_name_parameters_of_their_effect() {
     for spec in STAGES {
-        let (Strength::Rising(names) | Strength::Falling(names)) = spec.signature.strength else {
+        let (Strength::Rising(names) | Strength::RisingAlone(names) | Strength::Falling(names)) =
+            spec.signature.strength
+        else {
             assert!(spec.params.is_empty(), "{}", spec.name);
             continue;
         };

@@ -112,6 +112,22 @@ fn a_photo_leak_is_in_proportion_to_light() {
 }
 
 #[test]
+fn pixels_do_not_leak_in_step() {
+    for leak in [
+        effect("leak_on").with("rate_hz", 10.0),
+        effect("parasitic_photo_leak").with("hz_per_white", 20.0),
+    ] {
+        let mut run = sensor(&[leak], size(20, 20), 5);
+        let events = record(&mut run, 1_000, 1_000, |_, _, _| 0.5);
+        let times = times_by_pixel(&events, run.size());
+        let first: Vec<f64> = times.iter().map(|times| times[0]).collect();
+        // Anywhere in the first interval of 100 ms.
+        assert_near(mean(&first), 0.05, 0.006);
+        assert_near(deviation(&first), 0.1 / 12f64.sqrt(), 0.003);
+    }
+}
+
+#[test]
 fn a_dead_time_that_holds_loses_what_changes_in_it() {
     let hold = effect("refractory").with("period_us", 3_300.0);
     // 20 ln/s: a threshold in 10 ms, then 3.3 ms deaf.

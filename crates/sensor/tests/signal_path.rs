@@ -210,6 +210,23 @@ fn noise_of_the_photoreceptor_alternates_and_is_steep_in_the_threshold() {
     assert!(events(0.05, 0.5).len() * 10 < noisy.len());
 }
 
+/// Bandwidth in proportion to light spreads the same variance over more frequencies, of which a
+/// follower lets a smaller part through: the noise of bright light disappears (Graca and Delbruck
+/// 2021).
+#[test]
+fn behind_a_slow_source_follower_noise_is_that_of_the_dark() {
+    let noise = effect("photoreceptor_noise").with("sigma", 0.2).with("cutoff_hz", 3_000.0);
+    let follower = effect("source_follower").with("cutoff_hz", 100.0);
+    let count = |effects: &[evpose_sensor::EffectConfig], level: f64| {
+        let mut run = sensor(effects, size(10, 10), 7);
+        record(&mut run, 5_000, 100, |_, _, _| level).len()
+    };
+    let alone = [noise.clone()];
+    assert!(count(&alone, 1.0) > 2 * count(&alone, 0.03));
+    let both = [noise, follower];
+    assert!(count(&both, 0.03) > 20 * count(&both, 1.0).max(1));
+}
+
 #[test]
 fn dark_current_takes_contrast_from_the_dark() {
     let count = |effects: &[evpose_sensor::EffectConfig], level: f64| {

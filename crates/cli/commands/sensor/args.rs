@@ -90,8 +90,8 @@ pub(crate) struct GalleryArgs {
     /// Factor on both sides of the image
     #[arg(long, default_value_t = 1.0)]
     pub(crate) scale: f32,
-    /// Seed of the hand and of all noise
-    #[arg(long, default_value_t = 1)]
+    /// Seed of the hand and of all noise; 10 has all fingers in view
+    #[arg(long, default_value_t = 10)]
     pub(crate) seed: u64,
     /// CPU threads; all cores by default
     #[arg(long)]

@@ -82,9 +82,9 @@ pub(crate) static SPEC: StageSpec = StageSpec {
                Simulator for Dynamic Vision Sensors, ECCV 2022",
     },
     signature: Signature {
-        look_for: "random times even of a steady change, a regular leak at rest, and noise of \
-                   both signs; the spread grows with k3 sqrt(light)",
-        probe: Probe::NoisePairs,
+        look_for: "a leak at rest whose intervals scatter with k3 and k6, and at the strong end \
+                   noise of both signs; random times even of a steady change",
+        probe: Probe::RestIntervals,
         strength: Strength::Rising(&["k3", "k6"]),
         beside: &[],
     },

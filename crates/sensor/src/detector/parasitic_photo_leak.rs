@@ -1,7 +1,8 @@
 //! Light makes the memory leak: stray photons reach the junction that holds it.
 //!
 //! # Model
-//! `dM/dt = -hz_per_white I C_on`, on top of any leak in the dark.
+//! `dM/dt = -hz_per_white I C_on`, on top of any leak in the dark, from a phase of its own in every
+//! pixel.
 //!
 //! # Source
 //! Nozaki and Delbruck 2017: at high light, leak events grow with illumination.
@@ -61,5 +62,10 @@ impl PixelTerm for ParasiticPhotoLeak {
 
     fn pattern(&self, _pixel: usize, traits: &mut PixelTraits, _noise: StageNoise) {
         traits.photo_leak_hz += self.hz_per_white;
+    }
+
+    /// Pixels have been leaking for long: each is somewhere in its interval.
+    fn first_phase(&self, pixel: usize, noise: StageNoise) -> f32 {
+        1.0 - noise.uniform(pixel, 0)
     }
 }

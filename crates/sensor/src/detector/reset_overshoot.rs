@@ -50,7 +50,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         look_for: "after an event the signal does not start from zero: a positive fraction \
                    makes the next event come sooner, a negative one later",
         probe: Probe::Trace,
-        strength: Strength::Rising(&["fraction"]),
+        strength: Strength::RisingAlone(&["fraction"]),
         beside: &[],
     },
     build: |settings| {

@@ -38,9 +38,10 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         text: "M. Born, E. Wolf: Principles of Optics, 7th ed., section 4.8, 1999",
     },
     signature: Signature {
-        look_for: "no events are lost, because a factor is a constant of the logarithm; what \
-                   depends on light changes: noise grows towards the corners",
-        probe: Probe::RestMap,
+        look_for: "no edge loses events, because a factor is a constant of the logarithm; what \
+                   depends on light changes towards the corners: bandwidth, and with it the \
+                   rate of noise",
+        probe: Probe::RateByRadius,
         strength: Strength::Rising(&["corner_deg"]),
         beside: &["photoreceptor_noise"],
     },

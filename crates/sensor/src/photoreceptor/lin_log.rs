@@ -38,8 +38,9 @@ pub(crate) static SPEC: StageSpec = StageSpec {
                Workshops 2021",
     },
     signature: Signature {
-        look_for: "below the knee counts go with differences of light rather than ratios, so \
-                   that they fall in proportion to light",
+        look_for: "far below the knee counts fall in proportion to light; just below it they \
+                   are higher, because the slope of the line is ln(knee) times that of the \
+                   logarithm there",
         probe: Probe::Contrast,
         strength: Strength::Rising(&["knee"]),
         beside: &[],

@@ -63,8 +63,9 @@ pub(crate) static SPEC: StageSpec = StageSpec {
                Noise, IISW 2021",
     },
     signature: Signature {
-        look_for: "ON and OFF in alternating pairs, most in the dark side of what the bandwidth \
-                   lets through; steep in threshold over sigma",
+        look_for: "ON and OFF in alternating pairs, steep in threshold over sigma; more of them \
+                   where the bandwidth is larger, in bright light, unless a slower \
+                   source_follower behind it leaves most to the dark",
         probe: Probe::NoisePairs,
         strength: Strength::Rising(&["sigma"]),
         beside: &[],

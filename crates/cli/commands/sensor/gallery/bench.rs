@@ -41,7 +41,8 @@ impl Variant {
         }
         let build =
             |effects: Vec<EffectConfig>| SensorModel::from_config(&SensorConfig { effects });
-        let without = ("without", "ideal sensor".to_owned(), build(beside.clone())?);
+        let names = [&["ideal sensor"], spec.signature.beside].concat().join(" with ");
+        let without = ("without", names, build(beside.clone())?);
         let mut variants = vec![without];
         for dose in spec.doses() {
             let effects = beside.iter().cloned().chain([dose.effect]).collect();
@@ -83,7 +84,7 @@ pub(super) struct Scene<L> {
     pub(super) light: L,
 }
 
-/// More events than any histogram or picture needs.
+/// More events than any histogram or map of a scene at rest needs.
 const ENOUGH: usize = 400_000;
 
 impl<L: Fn(usize, usize, f64) -> f64> Scene<L> {
@@ -100,20 +101,21 @@ impl<L: Fn(usize, usize, f64) -> f64> Scene<L> {
         plane
     }
 
-    /// All events, and how many seconds they took; less than the scene where they are enough.
-    pub(super) fn show(&self, model: &SensorModel, seed: u64) -> Result<(Vec<Event>, f64)> {
-        self.run(model, seed, |t_s| Some(self.plane(t_s)))
+    /// All events.
+    pub(super) fn show(&self, model: &SensorModel, seed: u64) -> Result<Vec<Event>> {
+        Ok(self.run(model, seed, usize::MAX, |t_s| Some(self.plane(t_s)))?.0)
     }
 
-    /// The same for a scene that does not change, whose light is computed once.
+    /// Events of a scene that does not change, until they are enough, and how many seconds it took.
     pub(super) fn rest(&self, model: &SensorModel, seed: u64) -> Result<(Vec<Event>, f64)> {
-        self.run(model, seed, |t_s| (t_s <= 0.0).then(|| self.plane(t_s)))
+        self.run(model, seed, ENOUGH, |t_s| (t_s <= 0.0).then(|| self.plane(t_s)))
     }
 
     fn run(
         &self,
         model: &SensorModel,
         seed: u64,
+        enough: usize,
         light: impl Fn(f64) -> Option<Plane<f32>>,
     ) -> Result<(Vec<Event>, f64)> {
         let mut run = model.start(self.size(), seed);
@@ -123,7 +125,7 @@ impl<L: Fn(usize, usize, f64) -> f64> Scene<L> {
             plane = light(t.as_seconds()).unwrap_or(plane);
             events.extend(run.expose(&plane, t)?.iter());
             seconds = t.as_seconds();
-            if events.len() > ENOUGH {
+            if events.len() > enough {
                 break;
             }
         }

@@ -17,20 +17,21 @@ use super::args::GalleryArgs;
 use super::{input, source};
 use crate::commands::use_threads;
 use crate::progress::{bar, say};
+use crate::report::chart::{self, Chart, Series};
 use crate::report::html::{Page, escape};
-use crate::report::{chart, png};
+use crate::report::png;
 
 /// Planes of the hand, one a millisecond.
 const PLANES: usize = 151;
 
 const STYLE: &str = "<style>
 .strip{display:flex;flex-wrap:wrap;gap:10px;margin:8px 0}
-.strip figure{margin:0}.strip img{display:block;width:270px}
+.strip figure{margin:0;width:272px}.strip img{display:block;width:270px}
 .strip svg{border:1px solid var(--line);background:#fff}
 .facts{display:grid;grid-template-columns:max-content 1fr;gap:1px 14px;margin:4px 0 8px;font-size:14px}
 .facts b{font-weight:600;color:var(--soft)}code{font-size:13px}
 .domain{color:var(--soft);font-size:14px;font-weight:400;margin-left:8px}
-nav{columns:4;font-size:13px}nav a{display:block;color:inherit}
+.keys{font-size:13px;max-width:none}nav{columns:4;font-size:13px}nav a{display:block;color:inherit}
 </style>";
 
 /// What a row shows.
@@ -110,7 +111,7 @@ fn page(entries: &[Entry], rows: &[String]) -> String {
     let mut page = Page::new(
         "Event cameras: presets and effects",
         "The same moving hand before every sensor and every effect of the catalogue. Events of 30 ms: \
-         ON blue, OFF red, stronger where a pixel had more than one.",
+         ON blue, OFF red, both violet, stronger where a pixel had more.",
     );
     page.markup(STYLE);
     let links = entries.iter().map(|entry| format!("<a href=\"#{0}\">{0}</a>", entry.name()));
@@ -195,8 +196,10 @@ fn hand_figure(
     let events = bench::watch(model, hand, seed)?;
     let from = Micros((hand.len() as i64 - 31) * 1_000);
     let picture = picture::events(&events, bench::size_of(hand), from);
-    let on = events.iter().filter(|event| event.polarity.is_on()).count();
-    let counts = format!("150 ms: {on} ON, {} OFF", events.len() - on);
+    // A sensor that starts in the dark has a burst at time zero.
+    let later = || events.iter().filter(|event| event.t > Micros(0));
+    let on = later().filter(|event| event.polarity.is_on()).count();
+    let counts = format!("150 ms: {on} ON, {} OFF", later().count() - on);
     Ok(figure(&png(&picture)?, &format!("{caption}{counts}")))
 }
 
@@ -210,18 +213,34 @@ fn figure(png: &[u8], caption: &str) -> String {
 
 /// A measurement as markup.
 fn shown(measured: Shown, variants: &[Variant]) -> Result<String> {
-    let (charts, size) = match measured {
-        Shown::Nothing => return Ok(String::new()),
+    match measured {
+        Shown::Nothing => Ok(String::new()),
         Shown::Pictures(what, pictures) => {
             let mut strip = String::new();
             for (picture, variant) in pictures.iter().zip(variants) {
                 strip += &figure(&png(picture)?, &variant.caption());
             }
-            return Ok(format!("<p>{}</p><div class=\"strip\">{strip}</div>\n", escape(&what)));
+            Ok(format!("<p>{}</p><div class=\"strip\">{strip}</div>\n", escape(&what)))
         }
-        Shown::Together(charts) => (charts, (560, 300)),
-        Shown::Each(charts) => (charts, (275, 230)),
-    };
+        Shown::Together(mut charts) => {
+            let key = charts.first().map(|chart| key(&chart.series)).unwrap_or_default();
+            let series = charts.iter_mut().flat_map(|chart| &mut chart.series);
+            series.for_each(|series| series.label.clear());
+            Ok(format!("{}{key}", strip(&charts, (555, 270))?))
+        }
+        Shown::Each(charts) => strip(&charts, (270, 225)),
+    }
+}
+
+fn strip(charts: &[Chart], size: (u32, u32)) -> Result<String> {
     let drawn = charts.iter().map(|chart| chart::svg(chart, size)).collect::<Result<String>>()?;
     Ok(format!("<div class=\"strip\">{drawn}</div>\n"))
+}
+
+/// What the colours of a chart mean.
+fn key(series: &[Series]) -> String {
+    let entries = series.iter().map(|Series { label, colour: (r, g, b), .. }| {
+        format!("<i class=\"key\" style=\"background:rgb({r},{g},{b})\"></i>{}", escape(label))
+    });
+    format!("<p class=\"keys\">{}</p>\n", entries.collect::<String>())
 }

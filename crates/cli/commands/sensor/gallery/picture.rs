@@ -3,26 +3,34 @@
 use evpose_core::{Event, Micros, Plane, SensorSize};
 use image::{Rgb, RgbImage};
 
-use crate::report::canvas::Canvas;
+use crate::report::chart::{OFF, ON};
 
 /// Events in one pixel that give full colour.
-const FULL: f32 = 3.0;
+const FULL: f32 = 6.0;
 
-/// Events later than `from`, ON blue and OFF red.
+const PAPER: [f32; 3] = [252.0, 252.0, 253.0];
+
+/// Events later than `from`: ON blue, OFF red, both violet, the stronger the more they are.
 pub(super) fn events(events: &[Event], size: SensorSize, from: Micros) -> RgbImage {
-    let (mut on, mut off) = (Plane::for_sensor(size, 0.0), Plane::for_sensor(size, 0.0));
+    let mut counts = Plane::for_sensor(size, [0.0_f32; 2]);
     for event in events.iter().filter(|event| event.t > from) {
-        let plane = if event.polarity.is_on() { &mut on } else { &mut off };
-        let count: &mut f32 = plane.at_mut(usize::from(event.x), usize::from(event.y));
-        *count += 1.0;
+        let count = counts.at_mut(usize::from(event.x), usize::from(event.y));
+        count[usize::from(event.polarity.is_on())] += 1.0;
     }
-    for plane in [&mut on, &mut off] {
-        for count in plane.data_mut() {
-            // One event is seen, more are seen better.
-            *count = if *count > 0.0 { (0.4 + 0.6 * (*count / FULL)).min(1.0) } else { 0.0 };
+    RgbImage::from_fn(size.width.into(), size.height.into(), |x, y| {
+        let [off, on] = *counts.at(x as usize, y as usize);
+        let all = on + off;
+        if all == 0.0 {
+            return Rgb(PAPER.map(|channel| channel as u8));
         }
-    }
-    Canvas::events(&on, &off, 1).into_image()
+        // One event is seen, more are seen better.
+        let strength = (0.35 + 0.65 * (all - 1.0) / (FULL - 1.0)).min(1.0);
+        let inks = [(ON.0, OFF.0), (ON.1, OFF.1), (ON.2, OFF.2)];
+        Rgb(std::array::from_fn(|c| {
+            let ink = (f32::from(inks[c].0) * on + f32::from(inks[c].1) * off) / all;
+            (PAPER[c] + (ink - PAPER[c]) * strength) as u8
+        }))
+    })
 }
 
 /// Numbers per pixel, black for `low` over orange to white for `high`; each pixel three by three.

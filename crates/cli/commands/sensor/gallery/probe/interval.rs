@@ -45,7 +45,7 @@ fn variation(values: &[f64]) -> f64 {
 pub(super) fn rest(variants: &[Variant], seed: u64) -> Result<Shown> {
     let mut chart = Chart {
         title: "intervals of pixels at rest, 400 s".to_owned(),
-        x: Axis::log("interval in s").over(1e-3, 400.0),
+        x: Axis::log("interval in s").over(0.01, 400.0),
         y: Axis::new("share of all intervals"),
         series: Vec::new(),
     };
@@ -54,7 +54,7 @@ pub(super) fn rest(variants: &[Variant], seed: u64) -> Result<Shown> {
         let (events, _) = scene.rest(&variant.model, seed)?;
         let found: Vec<f64> =
             intervals(&by_pixel(&events, scene.size())).iter().map(|pair| pair.0).collect();
-        let mut curve = series(variant, Mark::Steps, histogram(&found, 1e-3, 400.0));
+        let mut curve = series(variant, Mark::Steps, histogram(&found, 0.01, 400.0));
         if found.len() > 1 {
             curve.label += &format!(", CV {:.2}", variation(&found));
         } else {
@@ -77,8 +77,8 @@ pub(super) fn pairs(variants: &[Variant], seed: u64) -> Result<Shown> {
         };
         let (same, other) = (of(true), of(false));
         let total = found.len().max(1) as f64;
-        let part = |label: &str, colour, values: &[f64]| Series {
-            label: label.to_owned(),
+        let part = |colour, values: &[f64]| Series {
+            label: String::new(),
             colour,
             mark: Mark::Steps,
             points: histogram(values, 1e-5, 2.0)
@@ -90,8 +90,8 @@ pub(super) fn pairs(variants: &[Variant], seed: u64) -> Result<Shown> {
         charts.push(Chart {
             title: format!("{}: {hz:.2} Hz per pixel", variant.label),
             x: Axis::log("interval in ms").over(0.01, 2_000.0),
-            y: Axis::new("share"),
-            series: vec![part("other sign", ON, &other), part("same sign", OFF, &same)],
+            y: Axis::new("other sign blue, same red"),
+            series: vec![part(ON, &other), part(OFF, &same)],
         });
     }
     Ok(Shown::Each(charts))
@@ -111,7 +111,7 @@ pub(super) fn busy(variants: &[Variant], seed: u64) -> Result<Shown> {
         series: Vec::new(),
     };
     for variant in variants {
-        let (events, _) = scene.show(&variant.model, seed)?;
+        let events = scene.show(&variant.model, seed)?;
         let found: Vec<f64> =
             intervals(&by_pixel(&events, scene.size())).iter().map(|pair| pair.0).collect();
         let points = histogram(&found, 5e-5, 0.2).into_iter().map(|(s, n)| (1e3 * s, n)).collect();

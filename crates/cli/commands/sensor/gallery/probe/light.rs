@@ -19,13 +19,15 @@ fn by_column(events: &[Event], columns: usize, keep: impl Fn(&Event) -> bool) ->
 /// Light grows by a factor of three, from every level there is.
 pub(super) fn contrast(variants: &[Variant], seed: u64) -> Result<Shown> {
     const COLUMNS: usize = 96;
-    const ROWS: usize = 24;
+    const ROWS: usize = 40;
+    const START_S: f64 = 0.1;
     let level = |x: usize| 1e-4 * 10_f64.powf(x as f64 / (COLUMNS - 1) as f64 * 3.5);
-    // Rows start at other places between two levels of an event.
+    // What comes before puts rows anywhere between two events.
     let light = |x: usize, y: usize, t_s: f64| {
-        level(x) * (0.2 * y as f64 / ROWS as f64 + 3_f64.ln() * t_s / 0.1).exp()
+        let before = 2.0 * y as f64 / ROWS as f64 * (1.0 - t_s / START_S).max(0.0);
+        level(x) * (3_f64.ln() * (t_s / START_S - 1.0).max(0.0) - before).exp()
     };
-    let scene = Scene { size: (COLUMNS as u16, ROWS as u16), steps: 100, step_us: 1_000, light };
+    let scene = Scene { size: (COLUMNS as u16, ROWS as u16), steps: 200, step_us: 1_000, light };
     let mut chart = Chart {
         title: "light grows by a factor of three".to_owned(),
         x: Axis::log("light at the start, relative to white"),
@@ -34,8 +36,8 @@ pub(super) fn contrast(variants: &[Variant], seed: u64) -> Result<Shown> {
     };
     let full = 3_f64.ln() / 0.2 * ROWS as f64;
     for variant in variants {
-        let (events, _) = scene.show(&variant.model, seed)?;
-        let counts = by_column(&events, COLUMNS, |_| true);
+        let events = scene.show(&variant.model, seed)?;
+        let counts = by_column(&events, COLUMNS, |event| event.t.as_seconds() > START_S);
         let points = counts.iter().enumerate().map(|(x, n)| (level(x), n / full)).collect();
         chart.series.push(series(variant, Mark::Line, points));
     }
@@ -61,12 +63,10 @@ pub(super) fn grating(variants: &[Variant], seed: u64) -> Result<Shown> {
         series: Vec::new(),
     };
     for variant in variants {
-        let (events, _) = scene.show(&variant.model, seed)?;
+        let events = scene.show(&variant.model, seed)?;
         let mut counts = [0.0; PERIODS.len()];
         // Bands see each other; their middles do not see much of it, nor of the borders.
-        let (mut rows, mut columns) = (0..BAND, 0..128);
-        let (from, to) = (BAND / 2 - 2, BAND / 2 + 2);
-        (rows.start, rows.end, columns.start, columns.end) = (from, to, 32, 96);
+        let (rows, columns) = (BAND / 2 - 2..BAND / 2 + 2, 32..96);
         for event in &events {
             let (x, y) = (usize::from(event.x), usize::from(event.y));
             if rows.contains(&(y % BAND)) && columns.contains(&x) {
@@ -80,7 +80,7 @@ pub(super) fn grating(variants: &[Variant], seed: u64) -> Result<Shown> {
     Ok(Shown::Together(vec![chart]))
 }
 
-/// A minute at rest, from dark to white.
+/// Minutes at rest, from dark to white.
 pub(super) fn rate(variants: &[Variant], seed: u64) -> Result<Shown> {
     const COLUMNS: usize = 24;
     const ROWS: usize = 40;
@@ -88,13 +88,13 @@ pub(super) fn rate(variants: &[Variant], seed: u64) -> Result<Shown> {
     let scene = Scene {
         size: (COLUMNS as u16, ROWS as u16),
         steps: 3_000,
-        step_us: 20_000,
+        step_us: 100_000,
         light: |x: usize, _: usize, _: f64| level(x),
     };
     let mut charts = [true, false].map(|is_on| Chart {
-        title: format!("{} events of pixels at rest, 60 s", if is_on { "ON" } else { "OFF" }),
+        title: format!("{} events of pixels at rest, 300 s", if is_on { "ON" } else { "OFF" }),
         x: Axis::new("light relative to white").over(0.0, 1.0),
-        y: Axis::log("Hz per pixel").over(1e-3, 20.0),
+        y: Axis::log("Hz per pixel").over(5e-4, 20.0),
         series: Vec::new(),
     });
     for variant in variants {
@@ -107,4 +107,37 @@ pub(super) fn rate(variants: &[Variant], seed: u64) -> Result<Shown> {
         }
     }
     Ok(Shown::Together(charts.into()))
+}
+
+/// A grey scene at rest, in rings about the centre.
+pub(super) fn rate_by_radius(variants: &[Variant], seed: u64) -> Result<Shown> {
+    const RINGS: usize = 12;
+    let scene = Scene { size: (96, 72), steps: 6_000, step_us: 500, light: |_, _, _| GREY };
+    // In parts of the way to the corner.
+    let ring = |x: usize, y: usize| {
+        let (dx, dy) = ((x as f64 - 47.5) / 48.0, (y as f64 - 35.5) / 48.0);
+        ((dx.hypot(dy) / 1.25 * RINGS as f64) as usize).min(RINGS - 1)
+    };
+    let mut pixels = [0.0; RINGS];
+    for y in 0..72 {
+        (0..96).for_each(|x| pixels[ring(x, y)] += 1.0);
+    }
+    let mut chart = Chart {
+        title: "events of a grey scene at rest".to_owned(),
+        x: Axis::new("distance from the centre, 1 in the corner").over(0.0, 1.0),
+        y: Axis::new("Hz per pixel"),
+        series: Vec::new(),
+    };
+    for variant in variants {
+        let (events, seconds) = scene.rest(&variant.model, seed)?;
+        let mut counts = [0.0; RINGS];
+        for event in &events {
+            counts[ring(usize::from(event.x), usize::from(event.y))] += 1.0 / seconds;
+        }
+        let rates = counts.iter().zip(pixels).enumerate();
+        let points =
+            rates.map(|(k, (n, all))| ((k as f64 + 0.5) / RINGS as f64, n / all)).collect();
+        chart.series.push(series(variant, Mark::Line, points));
+    }
+    Ok(Shown::Together(vec![chart]))
 }

@@ -24,13 +24,13 @@ pub(super) fn ramps(variants: &[Variant], seed: u64) -> Result<Shown> {
     let scene = Scene { size: (90, 68), steps: 200, step_us: 1_000, light };
     let mut maps = Vec::new();
     for variant in variants {
-        let (events, _) = scene.show(&variant.model, seed)?;
+        let events = scene.show(&variant.model, seed)?;
         maps.push(counts(&events, 90, scene.size().pixels()));
     }
     // 2 / 0.2 events ten times over.
-    let pictures = maps.iter().map(|map| picture::map(map, 90, (30.0, 150.0))).collect();
+    let pictures = maps.iter().map(|map| picture::map(map, 90, (0.0, 200.0))).collect();
     let what = "Events of each pixel while all see the same light go up and down five times: the \
-                ideal sensor has 100; black 30 or fewer, white 150 or more.";
+                ideal sensor has 100; black none, white 200 or more.";
     Ok(Shown::Pictures(what.to_owned(), pictures))
 }
 
@@ -56,17 +56,17 @@ pub(super) fn rest(variants: &[Variant], seed: u64) -> Result<Shown> {
 
 /// Straight bright lines that appear.
 pub(super) fn grid(variants: &[Variant], seed: u64) -> Result<Shown> {
-    const PITCH: usize = 30;
+    const PITCH: usize = 27;
     let light = |x: usize, y: usize, t_s: f64| {
-        let is_line = x % PITCH == PITCH / 2 || y % PITCH == PITCH / 2;
-        if is_line && t_s > 0.0 { 2.0 * GREY } else { GREY }
+        let is_line = x % PITCH < 2 || y % PITCH < 2;
+        if is_line && t_s > 0.0 { 3.0 * GREY } else { GREY }
     };
-    let scene = Scene { size: (360, 270), steps: 1, step_us: 1_000, light };
+    let scene = Scene { size: (270, 203), steps: 1, step_us: 1_000, light };
     let mut pictures = Vec::new();
     for variant in variants {
-        let (events, _) = scene.show(&variant.model, seed)?;
+        let events = scene.show(&variant.model, seed)?;
         pictures.push(picture::events(&events, scene.size(), Micros(0)));
     }
-    let what = "Events of a grid of straight lines that appears on 360 x 270 pixels.";
+    let what = "Events of a grid of straight lines that appears on 270 x 203 pixels.";
     Ok(Shown::Pictures(what.to_owned(), pictures))
 }

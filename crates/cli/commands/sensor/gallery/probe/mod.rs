@@ -28,6 +28,7 @@ pub(super) fn measure(probe: Probe, variants: &[Variant], seed: u64) -> Result<S
         Probe::Trace => signal::trace(variants, seed),
         Probe::Contrast => light::contrast(variants, seed),
         Probe::Grating => light::grating(variants, seed),
+        Probe::RateByRadius => light::rate_by_radius(variants, seed),
         Probe::RateByLight => light::rate(variants, seed),
         Probe::RestIntervals => interval::rest(variants, seed),
         Probe::BusyIntervals => interval::busy(variants, seed),
@@ -47,7 +48,7 @@ pub(super) fn hand_rate(model: &SensorModel, hand: &[Plane<f32>], seed: u64) -> 
     Ok(Chart {
         title: "events of all pixels".to_owned(),
         x: Axis::new("time in ms"),
-        y: Axis::new("million events / s"),
+        y: Axis::new("M events / s, OFF downwards"),
         series: rates(&events, end_s, 1e-3, 1e6, size.pixels()),
     })
 }
@@ -68,8 +69,8 @@ fn rates(events: &[Event], end_s: f64, bin_s: f64, unit: f64, pixels: usize) -> 
     for count in counts.iter_mut().flat_map(|counts| counts.first_mut()) {
         *count = if *count > burst { f64::NAN } else { *count };
     }
-    let series = |counts: &[f64], sign: f64, label: &str, colour| Series {
-        label: label.to_owned(),
+    let series = |counts: &[f64], sign: f64, colour| Series {
+        label: String::new(),
         colour,
         mark: Mark::Steps,
         points: counts
@@ -78,7 +79,7 @@ fn rates(events: &[Event], end_s: f64, bin_s: f64, unit: f64, pixels: usize) -> 
             .map(|(k, n)| (1e3 * bin_s * k as f64, sign * n / bin_s / unit))
             .collect(),
     };
-    vec![series(&counts[1], 1.0, "ON", ON), series(&counts[0], -1.0, "OFF", OFF)]
+    vec![series(&counts[1], 1.0, ON), series(&counts[0], -1.0, OFF)]
 }
 
 /// A series in the colour of its variant.

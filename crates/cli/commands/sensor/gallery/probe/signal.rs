@@ -29,7 +29,7 @@ pub(super) fn step_response(variants: &[Variant], seed: u64, step_us: i64) -> Re
     let levels: [(&str, f64); 2] = [("bright", 0.3), ("dark", 0.01)];
     let size = SensorSize { width: 2, height: 1 };
     let mut charts = levels.map(|(name, level)| Chart {
-        title: format!("step from {level} to {} of white ({name})", 3.0 * level),
+        title: format!("step from {level} to {:.2} of white ({name})", 3.0 * level),
         x: Axis::new("ms behind the step"),
         y: Axis::new("voltage, part of the step").over(-0.1, 1.25),
         series: Vec::new(),

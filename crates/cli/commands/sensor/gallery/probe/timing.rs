@@ -20,7 +20,7 @@ pub(super) fn rate(variants: &[Variant], seed: u64) -> Result<Shown> {
             title: format!("{}: {} events", variant.label, events.len()),
             x: Axis::new("time in ms"),
             y: Axis::new("events / s, OFF downwards, M"),
-            series: rates(&events, seconds, 2.5e-4, 1e6, usize::MAX),
+            series: rates(&events, seconds, 5e-4, 1e6, usize::MAX),
         });
     }
     Ok(Shown::Each(charts))
@@ -32,7 +32,7 @@ pub(super) fn flash(variants: &[Variant], seed: u64) -> Result<Shown> {
     let scene = Scene { size: (120, 90), steps: 800, step_us: 100, light };
     let mut charts = Vec::new();
     for variant in variants {
-        let (events, _) = scene.show(&variant.model, seed)?;
+        let events = scene.show(&variant.model, seed)?;
         let last_us = events.last().map_or(0, |event| event.t.0);
         let points = |is_on: bool| {
             let chosen = events.iter().filter(|event| event.polarity.is_on() == is_on);
@@ -65,7 +65,7 @@ pub(super) fn flash_rate(variants: &[Variant], seed: u64) -> Result<Shown> {
         series: Vec::new(),
     };
     for variant in variants {
-        let (events, _) = scene.show(&variant.model, seed)?;
+        let events = scene.show(&variant.model, seed)?;
         let mut bins = vec![0.0; 50];
         for event in &events {
             if let Some(bin) = bins.get_mut((event.t.0 / 1_000) as usize) {
@@ -89,18 +89,21 @@ pub(super) fn stamp_error(variants: &[Variant], seed: u64) -> Result<Shown> {
     };
     let scene = Scene { size: (32, 24), steps: 120, step_us: 1_000, light };
     let Some((reference, _)) = variants.split_first() else { return Ok(Shown::Nothing) };
-    let expected = by_pixel(&scene.show(&reference.model, seed)?.0, scene.size());
+    let expected = by_pixel(&scene.show(&reference.model, seed)?, scene.size());
     let mut charts = Vec::new();
     for variant in variants {
-        let found = by_pixel(&scene.show(&variant.model, seed)?.0, scene.size());
+        let found = by_pixel(&scene.show(&variant.model, seed)?, scene.size());
         let pairs = expected.iter().zip(&found).flat_map(|(a, b)| a.iter().zip(b));
         let error = |(a, b): (&Event, &Event)| (a.t.0 as f64 * 1e-3, (b.t.0 - a.t.0) as f64);
-        let points = thin(pairs.map(error).collect(), DOTS);
+        let points: Vec<(f64, f64)> = thin(pairs.map(error).collect(), DOTS);
+        let errors = points.iter().map(|point| point.1);
+        let (low, high) = errors.fold((0.0_f64, 0.0_f64), |(l, h), v| (l.min(v), h.max(v)));
+        let room = (0.08 * (high - low)).max(0.5);
         let colour = variant.colour;
         charts.push(Chart {
             title: format!("{}: {}", variant.label, variant.values),
             x: Axis::new("time in ms").over(0.0, 100.0),
-            y: Axis::new("stamp less ideal stamp, us"),
+            y: Axis::new("stamp less ideal stamp, us").over(low - room, high + room),
             series: vec![Series { label: String::new(), colour, mark: Mark::Dots, points }],
         });
     }
