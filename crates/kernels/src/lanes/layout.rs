@@ -53,8 +53,10 @@ impl Planes {
     /// an image become zero.
     pub(super) fn spread(&self, images: &[f32], planes: &mut [f32]) {
         let count = images.len() / self.image();
-        if self.padding > 0 || count < self.lanes {
+        if count < self.lanes {
             planes.fill(0.0);
+        } else {
+            self.zero_borders(planes);
         }
         self.rows(|source, target| {
             let width = self.size[1];
@@ -69,6 +71,25 @@ impl Planes {
                 }
             }
         });
+    }
+
+    /// Zeroes what lies around the images.
+    fn zero_borders(&self, planes: &mut [f32]) {
+        let row = self.columns() * self.lanes;
+        let (above, beside) = (self.padding * row, self.padding * self.lanes);
+        if self.padding == 0 {
+            return;
+        }
+        for plane in planes.chunks_exact_mut(self.area() * self.lanes) {
+            let (first, rest) = plane.split_at_mut(above);
+            let (image, last) = rest.split_at_mut(self.size[0] * row);
+            first.fill(0.0);
+            last.fill(0.0);
+            for row in image.chunks_exact_mut(row) {
+                row[..beside].fill(0.0);
+                row[self.size[1] * self.lanes + beside..].fill(0.0);
+            }
+        }
     }
 
     /// The inverse of [`spread`](Self::spread).
