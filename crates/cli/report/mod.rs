@@ -137,7 +137,7 @@ fn learning_curves(material: &Material<'_>) -> Result<Vec<String>> {
                     group.iter().filter_map(|line| line.values.get(name).copied()).collect();
                 let last = group.last()?;
                 let step = (last.interval - 1) as f64 * per_interval + last.batch as f64;
-                Some((step * batch, values.iter().sum::<f64>() / values.len() as f64))
+                Some((step * batch / 1e3, values.iter().sum::<f64>() / values.len() as f64))
             })
             .collect()
     };
@@ -156,23 +156,25 @@ fn learning_curves(material: &Material<'_>) -> Result<Vec<String>> {
                 }
                 let steps =
                     (interval as f64 * per_interval).min(material.config.training.steps as f64);
-                (samples > 0).then(|| (steps * batch, sum / samples as f64))
+                (samples > 0).then(|| (steps * batch / 1e3, sum / samples as f64))
             })
             .collect()
     };
     [
-        ("Loss L", "loss", "L"),
-        ("Wrist position", "translation", "RMS error in mm"),
-        ("Wrist rotation", "rotation", "RMS error in degrees"),
-        ("Articulation", "articulation", "RMS error"),
+        // The first two fall by orders of magnitude.
+        ("Loss L", "loss", "L", true),
+        ("Wrist position", "translation", "RMS error in mm", true),
+        ("Wrist rotation", "rotation", "RMS error in degrees", false),
+        ("Articulation", "articulation", "RMS error", false),
     ]
     .into_iter()
-    .map(|(title, name, y)| {
+    .map(|(title, name, y, log_y)| {
         let curves = [
             Curve { label: "training".into(), colour: colour(0), points: train(name) },
             Curve { label: "validation".into(), colour: colour(1), points: valid(name) },
         ];
-        let axes = Axes { title, x: "training windows seen", y, log_y: true, y_range: None };
+        let x = "training windows seen, in thousands";
+        let axes = Axes { title, x, y, log_y, y_range: None };
         plot::lines(&axes, &curves)
     })
     .collect()

@@ -35,6 +35,9 @@ macro_rules! draw {
             .configure_mesh()
             .x_desc($axes.x)
             .y_desc($axes.y)
+            .x_labels(6)
+            .x_label_formatter(&tick)
+            .y_label_formatter(&tick)
             .axis_desc_style((FONT, 13))
             .label_style((FONT, 12))
             .light_line_style(RGBColor(244, 244, 246))
@@ -55,6 +58,12 @@ macro_rules! draw {
             .border_style(RGBColor(226, 226, 230))
             .draw()?;
     }};
+}
+
+/// A number as short as it can be said.
+fn tick(value: &f64) -> String {
+    // Ticks are sums of steps: 0.30000000000000004 means 0.3.
+    ((value * 1e6).round() / 1e6).to_string()
 }
 
 /// Draws `curves` and returns the SVG.

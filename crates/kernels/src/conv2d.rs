@@ -9,6 +9,7 @@
 use rayon::prelude::*;
 
 use crate::im2col::{Columns, Scratch, col2im, im2col, resized};
+use crate::lanes;
 use crate::matmul::{Matrix, matmul};
 
 /// Columns below which images are taken together.
@@ -92,6 +93,10 @@ impl Conv2d {
         if output.is_empty() {
             return output;
         }
+        if lanes::suits(self) {
+            lanes::forward(self, input, weight, bias, &mut output);
+            return output;
+        }
         let group = self.group();
         let weight = Matrix::new(weight, self.channels_out, self.taps());
         output
@@ -124,6 +129,10 @@ impl Conv2d {
         let mut input = vec![0.0; self.batch * self.image_in()];
         self.check(input.len(), weight.len(), gradient.len());
         if gradient.is_empty() || input.is_empty() {
+            return input;
+        }
+        if lanes::suits(self) {
+            lanes::backward_input(self, weight, gradient, &mut input);
             return input;
         }
         let group = self.group();
@@ -161,6 +170,10 @@ impl Conv2d {
         let mut sum = vec![0.0; self.channels_out * self.taps()];
         self.check(input.len(), sum.len(), gradient.len());
         if gradient.is_empty() || input.is_empty() {
+            return sum;
+        }
+        if lanes::suits(self) {
+            lanes::backward_weight(self, input, gradient, &mut sum);
             return sum;
         }
         let group = self.group();

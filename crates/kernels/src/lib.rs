@@ -13,6 +13,7 @@
 pub mod batch_norm;
 pub mod conv2d;
 mod im2col;
+mod lanes;
 mod matmul;
 pub mod max_pool;
 

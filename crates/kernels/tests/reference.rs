@@ -92,6 +92,21 @@ proptest! {
         });
     }
 
+    /// Many images go another way than few.
+    #[test]
+    fn a_convolution_of_a_batch_and_its_gradients_are_their_sums(
+        (batch, channels_in, channels_out) in (8usize..36, 1usize..7, 1usize..10),
+        (height, width) in (1usize..9, 1usize..9),
+        (kernel_y, kernel_x) in (1usize..5, 1usize..5),
+        (stride, padding) in (1usize..4, 0usize..4),
+    ) {
+        prop_assume!(height + 2 * padding >= kernel_y && width + 2 * padding >= kernel_x);
+        let kernel = [kernel_y, kernel_x];
+        check_convolution(Conv2d {
+            batch, channels_in, height, width, channels_out, kernel, stride, padding,
+        });
+    }
+
     #[test]
     fn a_batch_norm_and_its_gradients_follow_the_formula(
         (batch, channels, pixels) in (1usize..6, 1usize..5, 2usize..60),
