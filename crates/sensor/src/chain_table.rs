@@ -35,11 +35,13 @@ impl ChainRow {
         });
         let words =
             settings.words().iter().map(|(choice, word)| format!("{} = {word}", choice.name));
+        let files = settings.files().iter();
+        let files = files.map(|(file, path)| format!("{} = {}", file.name, path.display()));
         Self {
             domain: spec.domain,
             stage: spec.name,
             formula: spec.formula,
-            settings: numbers.chain(words).collect(),
+            settings: numbers.chain(words).chain(files).collect(),
             is_active,
             source: spec.source.key,
         }

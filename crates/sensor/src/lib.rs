@@ -49,6 +49,7 @@ mod error;
 mod exponential;
 mod front;
 mod gaussian;
+mod map;
 mod model;
 mod natural_log;
 mod optics;
@@ -73,6 +74,7 @@ pub use detector::{
     Change, ChangeDetector, Hit, PixelStep, PixelTerm, PixelTraits, Recovery, Table,
 };
 pub use error::SensorError;
+pub use map::MapFault;
 pub use model::SensorModel;
 pub use optics::adaptive_steps::AdaptiveSteps;
 pub use photoreceptor::Photoreceptor;
@@ -82,6 +84,6 @@ pub use registry::STAGES;
 pub use request::{Origin, Request};
 pub use run::SensorRun;
 pub use settings::Settings;
-pub use spec::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+pub use spec::{ChoiceSpec, Citation, Domain, FileSpec, ParamSpec, Prior, Scale, StageSpec};
 pub use stage::{Block, PixelStage, PlaneStage, Stage, State, Tick};
 pub use tap::Tap;

@@ -20,6 +20,7 @@ const OWN: StageSpec = StageSpec {
     formula: "",
     params: &[],
     choices: &[],
+    files: &[],
     source: Citation { key: "test", text: "test" },
     build: |_| Ok(Stage::Pixel(Box::new(Wander))),
 };
