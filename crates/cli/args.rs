@@ -30,6 +30,8 @@ pub(crate) enum Command {
     Demo(DemoArgs),
     /// Record a simulated hand in front of an event camera (.evc and .meta files)
     Simulate(SimulateArgs),
+    /// Turn image sequences into events
+    Events(EventsArgs),
     /// Train the hand network on simulated sequences
     Train(TrainArgs),
     /// Judge a checkpoint on sequences with known poses
@@ -107,6 +109,42 @@ pub(crate) struct SimulateArgs {
     /// CPU threads; all cores by default. The bytes written do not depend on it
     #[arg(long)]
     pub(crate) threads: Option<usize>,
+}
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  \
+    evpose events --frames video/ --fps 120 --encoding srgb --sensor davis346 --out events.npz\n  \
+    evpose events --frames frames.npy --fps 1000 --sensor v2e-clean --out events.txt")]
+pub(crate) struct EventsArgs {
+    /// A folder of .png images (8 or 16 bits, grey or colour, in natural order of their names), or
+    /// an .npy array (frames, height, width) of u1, u2, f2 or f4
+    #[arg(long)]
+    pub(crate) frames: PathBuf,
+    /// Frames per second; the first is at time 0
+    #[arg(long)]
+    pub(crate) fps: f64,
+    /// A preset or a TOML file of effects
+    #[arg(long)]
+    pub(crate) sensor: String,
+    /// Where to write the events: .npz, .txt or .evc. A .toml beside it says how they were made
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+    /// How values stand for light. `linear`: in proportion, as v2e takes them. `srgb`: as on a
+    /// display, which is what cameras and video files store
+    #[arg(long, default_value = "linear", value_parser = ["linear", "srgb"])]
+    pub(crate) encoding: String,
+    /// The value of reference white [default: 255 of 8 bits, 65535 of 16 bits, 1 of numbers]
+    #[arg(long)]
+    pub(crate) white: Option<f64>,
+    /// Steps per frame, between which luminance runs in a line
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) upsample: u32,
+    /// Thresholds of every pixel: one .npy (height, width) for ON and OFF, or one each
+    #[arg(long, value_name = "FILE.npy", num_args = 1..=2)]
+    pub(crate) threshold_map: Vec<PathBuf>,
+    /// Seed of fixed patterns and noise
+    #[arg(long, default_value_t = 0)]
+    pub(crate) seed: u64,
 }
 
 #[derive(Debug, clap::Args)]

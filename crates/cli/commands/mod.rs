@@ -4,9 +4,11 @@ mod bench_infer;
 mod config_source;
 mod demo;
 mod eval;
+mod events;
 pub(crate) mod held_out;
 mod infer;
 mod info;
+mod sensor_source;
 mod simulate;
 mod train;
 
@@ -19,6 +21,7 @@ pub(crate) fn run(args: Args) -> Result<()> {
     match args.command {
         Command::Demo(args) => demo::run(&args),
         Command::Simulate(args) => simulate::run(&args),
+        Command::Events(args) => events::run(&args),
         Command::Train(args) => train::run(&args),
         Command::Eval(args) => eval::run(&args),
         Command::Infer(args) => infer::run(&args),
