@@ -126,7 +126,8 @@ pub(crate) struct EventsArgs {
     /// A preset or a TOML file of effects
     #[arg(long)]
     pub(crate) sensor: String,
-    /// Where to write the events: .npz, .txt or .evc. A .toml beside it says how they were made
+    /// Where to write the events: .npz, .txt or .evc; how they were made goes to the same name
+    /// with .toml behind it
     #[arg(long)]
     pub(crate) out: PathBuf,
     /// How values stand for light. `linear`: in proportion, as v2e takes them. `srgb`: as on a
@@ -217,6 +218,8 @@ pub(crate) struct InferArgs {
 pub(crate) enum BenchCommand {
     /// Latency of the hand network on one window at a time
     Infer(BenchInferArgs),
+    /// Cost of the event camera per pixel and step, on one core
+    Sensor(BenchSensorArgs),
 }
 
 #[derive(Debug, clap::Args)]
@@ -237,6 +240,29 @@ pub(crate) struct BenchInferArgs {
     pub(crate) json: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) device: DeviceArgs,
+}
+
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "A peer is a program that is started once for each setting. In its words, which \
+    spaces divide,\n  {frames}   is an .npy file of u1 (frames, height, width), to be shown over and \
+    over,\n  {fps}      the frames per second,\n  {setting}  `thresholds` (thresholds that differ \
+    from pixel to pixel) or `all`\n             (and low-pass, leak, shot noise and a refractory \
+    period),\n  {seconds}  for how long to measure.\n\
+    It prints its nanoseconds per pixel and step, on one core, as its last line.\n\n\
+    Examples:\n  evpose bench sensor\n  \
+    evpose bench sensor --json sensor.json --peer \"other=./other {frames} {fps} {setting}\""
+)]
+pub(crate) struct BenchSensorArgs {
+    /// Seconds for each setting and peer
+    #[arg(long, default_value_t = 3.0)]
+    pub(crate) seconds: f64,
+    /// Another simulator to be timed on the same frames (may be repeated)
+    #[arg(long, value_name = "NAME=COMMAND")]
+    pub(crate) peer: Vec<String>,
+    /// Where to write the numbers
+    #[arg(long)]
+    pub(crate) json: Option<PathBuf>,
 }
 
 #[derive(Debug, clap::Args)]

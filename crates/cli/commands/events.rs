@@ -2,7 +2,7 @@
 //!
 //! Frames are read one at a time; events are in memory until they are written, 13 bytes each.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail, ensure};
@@ -26,7 +26,10 @@ pub(crate) fn run(args: &EventsArgs) -> Result<()> {
     let mut run = model.start(source.size(), args.seed);
     let events = convert(&mut source, &clock, &mut run)?;
     (format.write)(&args.out, &events.stream)?;
-    let beside = args.out.with_extension("toml");
+    // Not the name with another ending, which may be the file of the sensor.
+    let mut beside = args.out.clone().into_os_string();
+    beside.push(".toml");
+    let beside = PathBuf::from(beside);
     atomic_write(&beside, provenance(args, &source, &sensor)?.as_bytes())
         .with_context(|| format!("writing {}", beside.display()))?;
     events.report(&source, &clock, run.repaired_pixels());
@@ -133,7 +136,7 @@ impl Converted {
         let on = self.stream.polarity().iter().filter(|p| **p == Polarity::On).count();
         let (all, duration_s) = (self.stream.len(), self.duration.as_seconds());
         say(format!(
-            "events    {all}: {on} ON, {} OFF in {duration_s} s, {:.1} thousand per second",
+            "events    {all}: {on} ON, {} OFF in {duration_s:.6} s, {:.1} thousand per second",
             all - on,
             1e-3 * all as f64 / duration_s,
         ));

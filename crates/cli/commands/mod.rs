@@ -1,6 +1,7 @@
 //! One file per command.
 
 mod bench_infer;
+mod bench_sensor;
 mod config_source;
 mod demo;
 mod eval;
@@ -26,6 +27,7 @@ pub(crate) fn run(args: Args) -> Result<()> {
         Command::Eval(args) => eval::run(&args),
         Command::Infer(args) => infer::run(&args),
         Command::Bench(BenchCommand::Infer(args)) => bench_infer::run(&args),
+        Command::Bench(BenchCommand::Sensor(args)) => bench_sensor::run(&args),
         Command::Info(args) => info::run(&args),
     }
 }

@@ -32,6 +32,8 @@ use folder::Folder;
 use light::Light;
 use npy::NpyFrames;
 
+pub use npy::write_codes;
+
 /// How values stand for light.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Encoding {

@@ -1,11 +1,11 @@
 //! An `.npy` array of frames, read frame by frame.
 
 use std::fs::File;
-use std::io::{self, BufReader, Read, Seek};
+use std::io::{self, BufReader, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 
-use evpose_core::SensorSize;
-use npyz::{NpyHeader, Order};
+use evpose_core::{AtomicFile, SensorSize};
+use npyz::{NpyHeader, Order, WriterBuilder};
 
 use super::light::Light;
 use super::{Depth, FrameFault, sensor_size};
@@ -130,6 +130,26 @@ impl NpyFrames {
         }
         Ok(true)
     }
+}
+
+/// Writes frames of 8-bit codes as an array that [`FrameSource`](super::FrameSource) reads.
+///
+/// # Errors
+/// If a frame is not of this size, or the file cannot be written.
+pub fn write_codes(path: &Path, size: SensorSize, frames: &[Vec<u8>]) -> Result<(), IoError> {
+    if let Some(frame) = frames.iter().position(|frame| frame.len() != size.pixels()) {
+        return Err(IoError::unwritable(path, format!("frame {frame} has not {size} pixels")));
+    }
+    let failed = |e| IoError::file(path, "write", e);
+    let mut file = AtomicFile::create(path).map_err(failed)?;
+    let shape = [frames.len() as u64, size.height.into(), size.width.into()];
+    let options = npyz::WriteOptions::new().default_dtype().shape(&shape);
+    let written = options.writer(&mut file).begin_nd().and_then(|mut npy| {
+        npy.extend(frames.iter().flatten().copied())?;
+        npy.finish()
+    });
+    written.and_then(|()| file.flush()).map_err(failed)?;
+    file.commit().map_err(failed)
 }
 
 fn fill(out: &mut [f32], light: impl Iterator<Item = f32>) {

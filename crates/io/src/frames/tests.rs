@@ -172,6 +172,16 @@ fn arrays_of_other_shapes_types_and_orders_are_refused() {
 }
 
 #[test]
+fn codes_are_read_as_they_were_written() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("codes.npy");
+    let size = SensorSize { width: 3, height: 1 };
+    write_codes(&path, size, &[vec![0, 51, 255], vec![102, 0, 0]]).unwrap();
+    assert_eq!(linear(&path).unwrap(), [[0.0, 0.2, 1.0], [0.4, 0.0, 0.0]]);
+    assert!(write_codes(&path, size, &[vec![0; 4]]).is_err());
+}
+
+#[test]
 fn white_is_a_positive_number() {
     let (_directory, path) = file(&array("|u1", "False", "(1, 1, 1)", &[0]));
     for white in [0.0, -1.0, f64::NAN, f64::INFINITY] {
