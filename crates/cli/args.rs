@@ -32,6 +32,8 @@ pub(crate) enum Command {
     Demo(DemoArgs),
     /// Record a simulated hand in front of an event camera (.evc and .meta files)
     Simulate(SimulateArgs),
+    /// Turn image sequences into events
+    Events(EventsArgs),
     /// Train the hand network on simulated sequences
     Train(TrainArgs),
     /// Judge a checkpoint on sequences with known poses
@@ -115,6 +117,43 @@ pub(crate) struct SimulateArgs {
 }
 
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  \
+    evpose events --frames video/ --fps 120 --encoding srgb --sensor davis346 --out events.npz\n  \
+    evpose events --frames frames.npy --fps 1000 --sensor v2e-clean --out events.txt")]
+pub(crate) struct EventsArgs {
+    /// A folder of .png images (8 or 16 bits, grey or colour, in natural order of their names), or
+    /// an .npy array (frames, height, width) of u1, u2, f2 or f4
+    #[arg(long)]
+    pub(crate) frames: PathBuf,
+    /// Frames per second; the first is at time 0
+    #[arg(long)]
+    pub(crate) fps: f64,
+    /// A preset or a TOML file of effects
+    #[arg(long)]
+    pub(crate) sensor: String,
+    /// Where to write the events: .npz, .txt or .evc; how they were made goes to the same name
+    /// with .toml behind it
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+    /// How values stand for light. `linear`: in proportion, as v2e takes them. `srgb`: as on a
+    /// display, which is what cameras and video files store
+    #[arg(long, default_value = "linear", value_parser = ["linear", "srgb"])]
+    pub(crate) encoding: String,
+    /// The value of reference white [default: 255 of 8 bits, 65535 of 16 bits, 1 of numbers]
+    #[arg(long)]
+    pub(crate) white: Option<f64>,
+    /// Steps per frame, between which luminance runs in a line
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) upsample: u32,
+    /// Thresholds of every pixel: one .npy (height, width) for ON and OFF, or one each
+    #[arg(long, value_name = "FILE.npy", num_args = 1..=2)]
+    pub(crate) threshold_map: Vec<PathBuf>,
+    /// Seed of fixed patterns and noise
+    #[arg(long, default_value_t = 0)]
+    pub(crate) seed: u64,
+}
+
+#[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  evpose train quick --data data/train --out runs/hand\n  \
     evpose train quick --data data/train --out runs/hand --resume")]
 pub(crate) struct TrainArgs {
@@ -184,6 +223,8 @@ pub(crate) struct InferArgs {
 pub(crate) enum BenchCommand {
     /// Latency of the hand network on one window at a time
     Infer(BenchInferArgs),
+    /// Cost of the event camera per pixel and step, on one core
+    Sensor(BenchSensorArgs),
 }
 
 #[derive(Debug, clap::Args)]
@@ -204,6 +245,29 @@ pub(crate) struct BenchInferArgs {
     pub(crate) json: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) device: DeviceArgs,
+}
+
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "A peer is a program that is started once for each setting. In its words, which \
+    spaces divide,\n  {frames}   is an .npy file of u1 (frames, height, width), to be shown over and \
+    over,\n  {fps}      the frames per second,\n  {setting}  `thresholds` (thresholds that differ \
+    from pixel to pixel) or `all`\n             (and low-pass, leak, shot noise and a refractory \
+    period),\n  {seconds}  for how long to measure.\n\
+    It prints its nanoseconds per pixel and step, on one core, as its last line.\n\n\
+    Examples:\n  evpose bench sensor\n  \
+    evpose bench sensor --json sensor.json --peer \"other=./other {frames} {fps} {setting}\""
+)]
+pub(crate) struct BenchSensorArgs {
+    /// Seconds for each setting and peer
+    #[arg(long, default_value_t = 3.0)]
+    pub(crate) seconds: f64,
+    /// Another simulator to be timed on the same frames (may be repeated)
+    #[arg(long, value_name = "NAME=COMMAND")]
+    pub(crate) peer: Vec<String>,
+    /// Where to write the numbers
+    #[arg(long)]
+    pub(crate) json: Option<PathBuf>,
 }
 
 #[derive(Debug, clap::Args)]

@@ -6,6 +6,7 @@ mod machine;
 mod progress;
 mod report;
 mod run_info;
+mod timing;
 
 use std::process::ExitCode;
 

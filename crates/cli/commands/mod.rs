@@ -1,9 +1,11 @@
 //! One file per command.
 
 mod bench_infer;
+mod bench_sensor;
 mod config_source;
 mod demo;
 mod eval;
+mod events;
 pub(crate) mod held_out;
 mod infer;
 mod info;
@@ -20,11 +22,13 @@ pub(crate) fn run(args: Args) -> Result<()> {
     match args.command {
         Command::Demo(args) => demo::run(&args),
         Command::Simulate(args) => simulate::run(&args),
+        Command::Events(args) => events::run(&args),
         Command::Train(args) => train::run(&args),
         Command::Eval(args) => eval::run(&args),
         Command::Infer(args) => infer::run(&args),
         Command::Bench(BenchCommand::Infer(args)) => bench_infer::run(&args),
         Command::Sensor(command) => sensor::run(&command),
+        Command::Bench(BenchCommand::Sensor(args)) => bench_sensor::run(&args),
         Command::Info(args) => info::run(&args),
     }
 }

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use evpose_core::SensorSize;
 
 use crate::evc::EvcFault;
+use crate::frames::FrameFault;
 use crate::meta::MetaFault;
 use crate::npz::NpzFault;
 use crate::open::FORMATS;
@@ -113,6 +114,23 @@ pub enum IoError {
         /// Events before it.
         events: usize,
     },
+    /// Frames that cannot be read, or are not of one sequence.
+    #[error("{}: {fault}", path.display())]
+    Frames {
+        /// The file, or the folder.
+        path: PathBuf,
+        /// What is wrong with it.
+        fault: FrameFault,
+    },
+    /// A name that ends like none of the formats.
+    #[error(
+        "{}: the name should end in {}", path.display(),
+        FORMATS.iter().flat_map(|format| format.endings).copied().collect::<Vec<_>>().join(", ")
+    )]
+    UnknownEnding {
+        /// The file.
+        path: PathBuf,
+    },
     /// A file whose content fits no format.
     #[error(
         "{}: byte 0: the content is of no known format ({})",
@@ -156,6 +174,10 @@ pub enum IoError {
 impl IoError {
     pub(crate) fn file(path: &Path, action: &'static str, source: io::Error) -> Self {
         Self::File { path: path.to_owned(), action, source }
+    }
+
+    pub(crate) fn frames(path: &Path, fault: FrameFault) -> Self {
+        Self::Frames { path: path.to_owned(), fault }
     }
 
     pub(crate) fn unwritable(path: &Path, reason: impl Into<String>) -> Self {

@@ -89,6 +89,9 @@ impl fmt::Display for ChainRow {
                 choice.allowed.iter().copied().filter(|other| other != word).collect();
             writeln!(f, "      {:<18}{word:<20}or {}", choice.name, others.join(", "))?;
         }
+        for (file, path) in settings.files() {
+            writeln!(f, "      {:<18}{}", file.name, path.display())?;
+        }
         writeln!(f, "      source: {}", spec.source.key)
     }
 }

@@ -11,10 +11,11 @@
 //! parameter that is left out takes its neutral value.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use crate::SensorError;
+use crate::{STAGES, SensorError};
 
 /// A list of effects, unchecked until [`SensorModel::from_config`](crate::SensorModel::from_config).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -41,7 +42,8 @@ pub struct EffectConfig {
 pub enum Value {
     /// A physical quantity, in the unit of its [`ParamSpec`](crate::ParamSpec).
     Number(f64),
-    /// One of the words of a [`ChoiceSpec`](crate::ChoiceSpec).
+    /// One of the words of a [`ChoiceSpec`](crate::ChoiceSpec), or the path of a
+    /// [`FileSpec`](crate::FileSpec).
     Word(String),
 }
 
@@ -84,6 +86,20 @@ impl SensorConfig {
     /// Writes the TOML form, which reads back equal.
     pub fn to_toml(&self) -> String {
         toml::to_string(self).expect("strings, numbers and tables have a TOML form")
+    }
+
+    /// The same with every relative path of a file taken to begin at `folder`.
+    #[must_use]
+    pub fn relative_to(mut self, folder: &Path) -> Self {
+        for effect in &mut self.effects {
+            let spec = STAGES.iter().find(|spec| spec.name == effect.name);
+            for file in spec.map_or(&[][..], |spec| spec.files) {
+                if let Some(Value::Word(path)) = effect.params.get_mut(file.name) {
+                    *path = folder.join(&*path).to_string_lossy().into_owned();
+                }
+            }
+        }
+        self
     }
 
     /// The effect called `name`, if it is listed.
@@ -150,6 +166,18 @@ mod tests {
         for text in ["effects = []", "[[effect]]\nlevels = 3", "[[effect]]\nname = 'a'\nb = [1]"] {
             assert!(matches!(SensorConfig::from_toml(text), Err(SensorError::Toml(_))), "{text}");
         }
+    }
+
+    #[test]
+    fn paths_of_files_begin_at_the_folder_and_other_words_stay() {
+        let pattern = EffectConfig::new("fixed_pattern").with("threshold_on", "on.npy");
+        let pattern = pattern.with("threshold_off", "/off.npy");
+        let effects = vec![pattern, EffectConfig::new("refractory").with("mode", "drop")];
+        let config = SensorConfig { effects }.relative_to(Path::new("/cameras/mine"));
+        let word = |effect: usize, key: &str| config.effects[effect].params[key].clone();
+        assert_eq!(word(0, "threshold_on"), Value::from("/cameras/mine/on.npy"));
+        assert_eq!(word(0, "threshold_off"), Value::from("/off.npy"));
+        assert_eq!(word(1, "mode"), Value::from("drop"));
     }
 
     #[test]

@@ -1,7 +1,11 @@
 //! What can be wrong with a chain or with what is shown to it.
 
-use crate::names::hint;
+use std::path::PathBuf;
+
 use evpose_core::{CoreError, Micros, SensorSize};
+
+use crate::MapFault;
+use crate::names::hint;
 
 /// A configuration that describes no sensor, or an exposure that a sensor cannot take.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -81,6 +85,28 @@ pub enum SensorError {
         value: String,
         /// The values it takes.
         expected: String,
+    },
+    /// A file of a stage cannot be used.
+    #[error("effect `{effect}`: `{key}` = {}: {fault}", path.display())]
+    Map {
+        /// The effect.
+        effect: &'static str,
+        /// The key in the configuration.
+        key: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        fault: MapFault,
+    },
+    /// A stage knows every pixel of a sensor of another size.
+    #[error("effect `{effect}` is made for a {made_for} sensor, this one is {sensor}")]
+    MadeForOther {
+        /// The effect.
+        effect: &'static str,
+        /// The size it knows.
+        made_for: SensorSize,
+        /// The sensor of the run.
+        sensor: SensorSize,
     },
     /// A run can take new parameters, not another chain.
     #[error("a run of `{running}` cannot become `{given}`: only parameters can be retuned")]

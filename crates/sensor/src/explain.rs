@@ -36,6 +36,10 @@ impl fmt::Display for StageSpec {
             paragraph(f, "    ", choice.doc)?;
             paragraph(f, "    ", &format!("default {}", choice.allowed[0]))?;
         }
+        for file in self.files {
+            writeln!(f, "\n{} (a file, values in {})", file.name, file.unit)?;
+            paragraph(f, "    ", file.doc)?;
+        }
         Ok(())
     }
 }

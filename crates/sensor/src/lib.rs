@@ -50,6 +50,7 @@ mod explain;
 mod exponential;
 mod front;
 mod gaussian;
+mod map;
 mod model;
 mod names;
 mod natural_log;
@@ -76,6 +77,7 @@ pub use detector::{
     Change, ChangeDetector, Hit, PixelStep, PixelTerm, PixelTraits, Recovery, Table,
 };
 pub use error::SensorError;
+pub use map::MapFault;
 pub use model::SensorModel;
 pub use names::nearest;
 pub use optics::adaptive_steps::AdaptiveSteps;
@@ -87,6 +89,6 @@ pub use request::{Origin, Request};
 pub use run::SensorRun;
 pub use settings::Settings;
 pub use signature::{Dose, Probe, Signature, Strength};
-pub use spec::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+pub use spec::{ChoiceSpec, Citation, Domain, FileSpec, ParamSpec, Prior, Scale, StageSpec};
 pub use stage::{Block, PixelStage, PlaneStage, Stage, State, Tick};
 pub use tap::Tap;

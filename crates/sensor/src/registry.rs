@@ -35,6 +35,7 @@ pub static STAGES: &[&StageSpec] = &[
     &detector::refractory::SPEC,
     &detector::reset_overshoot::SPEC,
     &detector::dead_pixels::SPEC,
+    &detector::fixed_pattern::SPEC,
     &background::shot_noise_poisson::SPEC,
     &background::hot_pixels::SPEC,
     &background::uniform_noise::SPEC,

@@ -64,7 +64,7 @@ impl SensorRun {
     /// [`SensorRun::repaired_pixels`].
     ///
     /// # Errors
-    /// A plane that does not fit the sensor, or a time that is not later than the one before; the
+    /// A plane that does not fit the sensor, a stage made for another sensor, or a time that is not later than the one before; the
     /// sensor is then as it was.
     pub fn expose(
         &mut self,
@@ -180,6 +180,12 @@ impl SensorRun {
         let (width, height) = (luminance.width(), luminance.height());
         if (width, height) != (usize::from(self.size.width), usize::from(self.size.height)) {
             return Err(SensorError::PlaneSize { width, height, sensor: self.size });
+        }
+        for link in &self.chain.terms {
+            if let Some(made_for) = link.stage.made_for().filter(|size| *size != self.size) {
+                let (effect, sensor) = (link.name, self.size);
+                return Err(SensorError::MadeForOther { effect, made_for, sensor });
+            }
         }
         let end_s = t.as_seconds();
         match self.last {

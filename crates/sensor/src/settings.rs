@@ -1,12 +1,15 @@
 //! The parameters of one effect, checked against its [`StageSpec`] and complete.
 
-use crate::{ChoiceSpec, EffectConfig, ParamSpec, SensorError, StageSpec, Value};
+use std::path::{Path, PathBuf};
+
+use crate::{ChoiceSpec, EffectConfig, FileSpec, ParamSpec, SensorError, StageSpec, Value};
 
 /// A value for every parameter and choice of one stage.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
     numbers: Vec<(&'static ParamSpec, f64)>,
     words: Vec<(&'static ChoiceSpec, &'static str)>,
+    files: Vec<(&'static FileSpec, PathBuf)>,
 }
 
 impl Settings {
@@ -20,7 +23,7 @@ impl Settings {
         if let Some(key) = effect.params.keys().find(|key| !allowed.contains(&key.as_str())) {
             return Err(SensorError::UnknownKey { effect: spec.name, key: key.clone(), allowed });
         }
-        let mut settings = Self { numbers: Vec::new(), words: Vec::new() };
+        let mut settings = Self { numbers: Vec::new(), words: Vec::new(), files: Vec::new() };
         for param in spec.params {
             let number = resolve_number(spec, param, effect.params.get(param.name))?;
             settings.numbers.push((param, number));
@@ -28,6 +31,11 @@ impl Settings {
         for choice in spec.choices {
             let word = resolve_word(spec, choice, effect.params.get(choice.name))?;
             settings.words.push((choice, word));
+        }
+        for file in spec.files {
+            if let Some(path) = resolve_file(spec, file, effect.params.get(file.name))? {
+                settings.files.push((file, path));
+            }
         }
         Ok(settings)
     }
@@ -50,6 +58,12 @@ impl Settings {
         found.map_or_else(|| panic!("`{}` is not in the stage's spec", choice.name), |&(_, w)| w)
     }
 
+    /// The path given for `file`, if one is given.
+    pub fn file(&self, file: &FileSpec) -> Option<&Path> {
+        let found = self.files.iter().find(|(known, _)| known.name == file.name);
+        found.map(|(_, path)| path.as_path())
+    }
+
     /// All parameters in the order of the spec.
     pub fn numbers(&self) -> &[(&'static ParamSpec, f64)] {
         &self.numbers
@@ -58,6 +72,11 @@ impl Settings {
     /// All choices in the order of the spec.
     pub fn words(&self) -> &[(&'static ChoiceSpec, &'static str)] {
         &self.words
+    }
+
+    /// All files that are given, in the order of the spec.
+    pub fn files(&self) -> &[(&'static FileSpec, PathBuf)] {
+        &self.files
     }
 }
 
@@ -106,4 +125,21 @@ fn resolve_word(
         value,
         expected: format!("one of {:?}", choice.allowed),
     })
+}
+
+fn resolve_file(
+    spec: &StageSpec,
+    file: &'static FileSpec,
+    given: Option<&Value>,
+) -> Result<Option<PathBuf>, SensorError> {
+    match given {
+        None => Ok(None),
+        Some(Value::Word(path)) => Ok(Some(PathBuf::from(path))),
+        Some(Value::Number(number)) => Err(SensorError::BadValue {
+            effect: spec.name,
+            key: file.name,
+            value: number.to_string(),
+            expected: "the path of an .npy file, in quotes".to_owned(),
+        }),
+    }
 }

@@ -67,6 +67,8 @@ pub enum Strength {
     Falling(&'static [&'static str]),
     /// There is nothing to set.
     Unchanging,
+    /// By what files of the user say; without them it does nothing.
+    FromFiles,
 }
 
 /// One setting of an effect among others.
@@ -95,7 +97,8 @@ impl StageSpec {
 
     /// The effect at a weak, a typical and a strong setting: the ends and the middle of what is
     /// typical of cameras, or, for what is no property of a camera, the quarters of its range.
-    /// Where a parameter has two signs, its two ends and half of the positive one.
+    /// Where a parameter has two signs, its two ends and half of the positive one. None where files
+    /// say all.
     pub fn doses(&self) -> Vec<Dose> {
         let (names, is_rising) = match self.signature.strength {
             Strength::Rising(names) | Strength::RisingAlone(names) => (names, true),
@@ -104,6 +107,7 @@ impl StageSpec {
                 let (label, effect) = ("as it is", self.typical());
                 return vec![Dose { label, effect, values: "no parameters".to_owned() }];
             }
+            Strength::FromFiles => return Vec::new(),
         };
         let params: Vec<&ParamSpec> =
             self.params.iter().filter(|param| names.contains(&param.name)).collect();

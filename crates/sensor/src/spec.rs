@@ -59,6 +59,8 @@ pub struct StageSpec {
     pub params: &'static [ParamSpec],
     /// Its variants.
     pub choices: &'static [ChoiceSpec],
+    /// Its measurements.
+    pub files: &'static [FileSpec],
     /// Where the model comes from.
     pub source: Citation,
     /// How it shows.
@@ -71,7 +73,8 @@ impl StageSpec {
     /// The keys that the stage takes in a configuration.
     pub fn keys(&self) -> Vec<&'static str> {
         let params = self.params.iter().map(|param| param.name);
-        params.chain(self.choices.iter().map(|choice| choice.name)).collect()
+        let choices = self.choices.iter().map(|choice| choice.name);
+        params.chain(choices).chain(self.files.iter().map(|file| file.name)).collect()
     }
 }
 
@@ -150,6 +153,17 @@ pub struct ChoiceSpec {
     /// The words allowed.
     pub allowed: &'static [&'static str],
     /// What they mean.
+    pub doc: &'static str,
+}
+
+/// A measurement that a stage takes from a file: given as a path, without effect where left out.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FileSpec {
+    /// The key in configurations.
+    pub name: &'static str,
+    /// The unit of its values.
+    pub unit: &'static str,
+    /// What it holds.
     pub doc: &'static str,
 }
 

@@ -45,6 +45,9 @@ fn every_parameter_has_unit_range_prior_and_meaning() {
                 }
             }
         }
+        for file in spec.files {
+            assert!(!file.doc.is_empty() && !file.unit.is_empty(), "{}", spec.name);
+        }
         for choice in spec.choices {
             assert!(!choice.doc.is_empty() && choice.allowed.len() >= 2, "{}", spec.name);
         }
@@ -53,13 +56,14 @@ fn every_parameter_has_unit_range_prior_and_meaning() {
 
 /// A quantity without a neutral value is one that the effect cannot do without.
 #[test]
-fn every_effect_can_be_switched_off_by_a_parameter_or_takes_a_place() {
+fn every_effect_can_be_switched_off_or_takes_a_place() {
     for spec in STAGES {
         let model = evpose_sensor::SensorModel::from_config(&evpose_sensor::SensorConfig {
             effects: vec![spec.typical()],
         });
         assert!(model.is_ok(), "{}", spec.name);
-        if spec.params.iter().any(|param| param.neutral.is_some()) {
+        let has_neutral = spec.params.iter().any(|param| param.neutral.is_some());
+        if has_neutral || !spec.files.is_empty() {
             continue;
         }
         let settings = evpose_sensor::Settings::resolve(spec, &spec.typical()).unwrap();

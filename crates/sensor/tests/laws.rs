@@ -21,6 +21,7 @@ const OWN: StageSpec = StageSpec {
     formula: "",
     params: &[],
     choices: &[],
+    files: &[],
     source: Citation { key: "test", text: "test" },
     signature: Signature {
         look_for: "",

@@ -32,7 +32,7 @@ pub(super) fn run(args: &ListArgs) -> Result<()> {
     Ok(())
 }
 
-/// Parameters with their units and choices with their words.
+/// Parameters with their units, choices with their words, and files.
 fn settings(spec: &StageSpec) -> String {
     let params = spec.params.iter().map(|param| match param.unit {
         "" => param.name.to_owned(),
@@ -40,7 +40,8 @@ fn settings(spec: &StageSpec) -> String {
     });
     let choices =
         spec.choices.iter().map(|choice| format!("{} ({})", choice.name, choice.allowed.join("|")));
-    params.chain(choices).collect::<Vec<_>>().join(", ")
+    let files = spec.files.iter().map(|file| format!("{} [file, {}]", file.name, file.unit));
+    params.chain(choices).chain(files).collect::<Vec<_>>().join(", ")
 }
 
 /// Everything that the registry knows.
@@ -60,6 +61,10 @@ pub(super) fn effect(spec: &StageSpec) -> Value {
         .choices
         .iter()
         .map(|choice| json!({ "name": choice.name, "allowed": choice.allowed, "doc": choice.doc }));
+    let files = spec
+        .files
+        .iter()
+        .map(|file| json!({ "name": file.name, "unit": file.unit, "doc": file.doc }));
     json!({
         "name": spec.name,
         "domain": spec.domain.name(),
@@ -69,6 +74,7 @@ pub(super) fn effect(spec: &StageSpec) -> Value {
         "look_for": spec.signature.look_for,
         "parameters": spec.params.iter().map(parameter).collect::<Vec<_>>(),
         "choices": choices.collect::<Vec<_>>(),
+        "files": files.collect::<Vec<_>>(),
     })
 }
 

@@ -5,7 +5,7 @@ mod gallery;
 mod input;
 mod list;
 mod show;
-mod source;
+pub(super) mod source;
 mod tap;
 
 use anyhow::Result;

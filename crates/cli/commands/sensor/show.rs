@@ -27,23 +27,24 @@ pub(super) fn run(args: &ShowArgs) -> Result<()> {
     }
     let sensor = source::sensor(&args.name)?;
     if args.json {
-        say(serde_json::to_string_pretty(&json(&sensor))?);
+        say(serde_json::to_string_pretty(&json(&sensor)?)?);
         return Ok(());
     }
     say(list::column(&format!("{}: ", sensor.name), &sensor.origin));
     say("");
-    say(sensor.model.describe().to_string().trim_end());
+    say(sensor.model()?.describe().to_string().trim_end());
     Ok(())
 }
 
 /// The chain with values.
-fn json(sensor: &Source) -> Value {
-    let stages = sensor.model.describe().rows.iter().map(stage);
-    json!({
+fn json(sensor: &Source) -> Result<Value> {
+    let table = sensor.model()?.describe();
+    let stages = table.rows.iter().map(stage);
+    Ok(json!({
         "name": sensor.name,
         "origin": sensor.origin,
         "stages": stages.collect::<Vec<_>>(),
-    })
+    }))
 }
 
 fn stage(row: &ChainRow) -> Value {
@@ -61,6 +62,9 @@ fn stage(row: &ChainRow) -> Value {
         .map(|(choice, word)| (choice.name.to_owned(), json!(word)))
         .collect();
     stage["chosen"] = Value::Object(words);
+    let files = row.settings.files().iter();
+    let files = files.map(|(file, path)| (file.name.to_owned(), json!(path)));
+    stage["given"] = Value::Object(files.collect());
     stage["is_active"] = json!(row.is_active);
     stage
 }

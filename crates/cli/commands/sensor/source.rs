@@ -6,19 +6,27 @@ use anyhow::{Context, Result, bail};
 use evpose_sensor::{PRESETS, STAGES, SensorConfig, SensorModel, StageSpec, nearest};
 
 /// A sensor and what is known of it.
-pub(super) struct Source {
+pub(in crate::commands) struct Source {
     /// The preset's name, or the path.
     pub(super) name: String,
     /// What it is and where it comes from.
     pub(super) origin: String,
-    pub(super) model: SensorModel,
+    /// Its effects.
+    pub(in crate::commands) config: SensorConfig,
 }
 
-/// The preset called `name`, or else the file.
-pub(super) fn sensor(name: &str) -> Result<Source> {
+impl Source {
+    /// The sensor, built.
+    pub(super) fn model(&self) -> Result<SensorModel> {
+        SensorModel::from_config(&self.config).with_context(|| self.name.clone())
+    }
+}
+
+/// The preset called `name`, or else the file, whose paths begin where it is.
+pub(in crate::commands) fn sensor(name: &str) -> Result<Source> {
     if let Some(preset) = PRESETS.iter().find(|preset| preset.name == name) {
-        let model = SensorModel::from_config(&SensorConfig::preset(name)?)?;
-        return Ok(Source { name: name.to_owned(), origin: preset.origin(), model });
+        let config = SensorConfig::preset(name)?;
+        return Ok(Source { name: name.to_owned(), origin: preset.origin(), config });
     }
     let path = Path::new(name);
     if !path.exists() {
@@ -34,9 +42,8 @@ pub(super) fn sensor(name: &str) -> Result<Source> {
     }
     let text = std::fs::read_to_string(path).with_context(|| format!("reading {name}"))?;
     let config = SensorConfig::from_toml(&text).with_context(|| name.to_owned())?;
-    let model = SensorModel::from_config(&config).with_context(|| name.to_owned())?;
-    let origin = format!("Read from {name}.");
-    Ok(Source { name: name.to_owned(), origin, model })
+    let config = config.relative_to(path.parent().unwrap_or(Path::new("")));
+    Ok(Source { name: name.to_owned(), origin: format!("Read from {name}."), config })
 }
 
 /// The registered effect called `name`.

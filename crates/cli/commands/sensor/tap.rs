@@ -37,7 +37,7 @@ pub(super) fn run(args: &TapArgs) -> Result<()> {
         bail!("{}: the name must end in .svg or .csv", args.out.display());
     }
     let size = input::hand_size(1.0);
-    let trace = record(&sensor.model, size, args.pixel, args.input, args.seed)?;
+    let trace = record(&sensor.model()?, size, args.pixel, args.input, args.seed)?;
     let text = match extension {
         Some("csv") => csv(&trace),
         _ => plot(&trace, &format!("{}, pixel {},{}", sensor.name, args.pixel.0, args.pixel.1))?,

@@ -12,6 +12,7 @@ use crate::{Format, Info, IoError, MetaReader, Recording, SensorOrigin};
 pub(crate) const FORMAT: Format = Format {
     name: "evc",
     summary: "EventHands sequence: frames of 1 ms, labels in a .meta file beside it",
+    endings: &[".evc"],
     // A marker begins the file; of text, no byte is 255.
     probe: |head| head.first_chunk::<RECORD>().is_some_and(|record| record[3] == NEW_FRAME),
     read,

@@ -22,6 +22,7 @@ use crate::Format;
 pub(crate) const FORMAT: Format = Format {
     name: "npz",
     summary: "NumPy archive: t, x, y, p, width, height",
+    endings: &[".npz"],
     probe: |head| head.starts_with(b"PK\x03\x04") || head.starts_with(b"PK\x05\x06"),
     read: |path, _sensor| read(path),
     write,

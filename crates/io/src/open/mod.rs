@@ -41,6 +41,8 @@ pub struct Format {
     pub name: &'static str,
     /// What it is, in a line.
     pub summary: &'static str,
+    /// How names of its files end, the usual one first. Only writers go by it.
+    pub endings: &'static [&'static str],
     /// Whether a file that begins with these bytes is of this format.
     pub probe: fn(&[u8]) -> bool,
     /// Reads a whole file, from the given sensor where the file does not state one.
@@ -57,6 +59,17 @@ pub const FORMATS: &[Format] = &[crate::npz::FORMAT, crate::evc::FORMAT, crate::
 /// The format called `name`.
 pub fn format_called(name: &str) -> Option<&'static Format> {
     FORMATS.iter().find(|format| format.name == name)
+}
+
+/// The format in which to write a file of this name.
+///
+/// # Errors
+/// If names of no format end like it.
+pub fn format_for(path: impl AsRef<Path>) -> Result<&'static Format, IoError> {
+    let path = path.as_ref();
+    let ending = path.extension().unwrap_or_default();
+    let found = FORMATS.iter().find(|format| format.endings.iter().any(|end| ending == &end[1..]));
+    found.ok_or_else(|| IoError::UnknownEnding { path: path.to_owned() })
 }
 
 /// The format of a file, by its content.

@@ -21,6 +21,7 @@ use crate::Format;
 pub(crate) const FORMAT: Format = Format {
     name: "text",
     summary: "lines of t x y p, t in seconds or microseconds",
+    endings: &[".txt", ".text"],
     probe: reader::probe,
     read: |path, sensor| read(path, sensor),
     write,

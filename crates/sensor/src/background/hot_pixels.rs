@@ -65,6 +65,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     formula: "Poisson(median_hz 10^(spread_decades N(x, y)) dt) where U(x, y) < fraction",
     params: &[FRACTION, MEDIAN, SPREAD, ON_SHARE],
     choices: &[],
+    files: &[],
     source: Citation {
         key: "Khodamoradi and Kastner 2018",
         text: "A. Khodamoradi, R. Kastner: O(N)-Space Spatiotemporal Filter for Reducing Noise in \

@@ -63,6 +63,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     formula: "ON, OFF ~ Poisson(rate_hz 10^(spread_decades N(x, y)) (1 - light_slope I) dt / 2)",
     params: &[RATE, SPREAD, LIGHT_SLOPE],
     choices: &[THRESHOLD],
+    files: &[],
     source: Citation {
         key: "Hu et al. 2021",
         text: "Y. Hu, S.-C. Liu, T. Delbruck: v2e: From Video Frames to Realistic DVS Events, CVPR \

@@ -49,6 +49,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     formula: "ON ~ Poisson(on_hz dt), OFF ~ Poisson(off_hz dt)",
     params: &[ON, OFF],
     choices: &[SIGNAL],
+    files: &[],
     source: Citation {
         key: "Rudnev et al. 2021",
         text: "V. Rudnev et al.: EventHands: Real-Time Neural 3D Hand Pose Estimation from an Event \

@@ -41,6 +41,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     formula: "t = t (1 + drift_ppm 1e-6) + offset_us",
     params: &[OFFSET, DRIFT],
     choices: &[],
+    files: &[],
     source: Citation {
         key: "Allan 1987",
         text: "D. W. Allan: Time and Frequency Characterization, Estimation, and Prediction of \

@@ -32,6 +32,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     formula: "t = t + pull (t_exposure - t)",
     params: &[PULL],
     choices: &[],
+    files: &[],
     source: Citation {
         key: "Rudnev et al. 2021",
         text: "V. Rudnev et al.: EventHands: Real-Time Neural 3D Hand Pose Estimation from an Event \

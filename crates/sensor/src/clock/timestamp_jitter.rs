@@ -32,6 +32,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     formula: "t = t + sigma_us N",
     params: &[SIGMA],
     choices: &[],
+    files: &[],
     source: Citation {
         key: "Joubert et al. 2021",
         text: "D. Joubert et al.: Event Camera Simulator Improvements via Characterized Parameters, \

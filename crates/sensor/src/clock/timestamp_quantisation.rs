@@ -32,6 +32,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     formula: "t = ceil(t / period_us) period_us",
     params: &[PERIOD],
     choices: &[],
+    files: &[],
     source: Citation {
         key: "Lichtsteiner et al. 2008",
         text: "P. Lichtsteiner, C. Posch, T. Delbruck: A 128x128 120 dB 15 us Latency Asynchronous \

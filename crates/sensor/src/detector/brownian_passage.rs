@@ -76,6 +76,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     formula: "mu = k1 dI / (dt (A + k2)) + k4 + k5 A; s = k3 sqrt(A) / (A + k2) + k6; |x| = 1",
     params: &[K, K2, K3, K4, K5, K6],
     choices: &[],
+    files: &[],
     source: Citation {
         key: "Lin et al. 2022",
         text: "S. Lin, Y. Ma, Z. Guo, B. Wen: DVS-Voltmeter: Stochastic Process-Based Event \

@@ -31,6 +31,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     formula: "no events where U(x, y) < fraction",
     params: &[FRACTION],
     choices: &[],
+    files: &[],
     source: Citation {
         key: "Gallego et al. 2022",
         text: "G. Gallego et al.: Event-Based Vision: A Survey, IEEE TPAMI 44(1), 2022",

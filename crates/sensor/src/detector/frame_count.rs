@@ -5,6 +5,11 @@
 //! the largest count of any pixel in this step, event `i = 0 .. n - 1` of a pixel is at
 //! `t_start + (i + 1) dt / N`: a pixel with few events has them early.
 //!
+//! A deaf time ([`refractory`](super::refractory), `defer`) is looked at and remembered in those
+//! steps only in which it is longer than `dt / N`, and noise leaves none behind. `times = "single"`
+//! measures it, as published, on seconds in single precision: where it is a multiple of `dt / N`,
+//! rounding then decides whether an event is lost.
+//!
 //! # Source
 //! Hu, Liu, Delbruck 2021 (v2e) and its published emulator.
 
@@ -13,7 +18,13 @@ use evpose_core::{Polarity, StageNoise};
 use super::{Change, ChangeDetector, PixelStep, THRESHOLD_OFF, THRESHOLD_ON};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{Citation, Domain, StageSpec};
+use crate::{ChoiceSpec, Citation, Domain, StageSpec};
+
+const TIMES: ChoiceSpec = ChoiceSpec {
+    name: "times",
+    allowed: &["exact", "single"],
+    doc: "whether deaf times are exact, or rounded to single precision as published",
+};
 
 /// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
@@ -22,7 +33,8 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "whole thresholds between frame and memory, spread evenly over the step",
     formula: "n = floor(|V - M| / threshold); M += n threshold; t = start + (i + 1) dt / max n",
     params: &[THRESHOLD_ON, THRESHOLD_OFF],
-    choices: &[],
+    choices: &[TIMES],
+    files: &[],
     source: Citation {
         key: "Hu et al. 2021",
         text: "Y. Hu, S.-C. Liu, T. Delbruck: v2e: From Video Frames to Realistic DVS Events, CVPR \
@@ -37,14 +49,16 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     build: |settings| {
         Ok(Stage::Detector(Box::new(FrameCount {
             thresholds: [&THRESHOLD_ON, &THRESHOLD_OFF].map(|p| settings.number(p) as f32),
+            rounds_times: settings.word(&TIMES) == "single",
         })))
     },
 };
 
-/// Thresholds in units of ln.
+/// Thresholds in units of ln, and how times are compared.
 #[derive(Debug)]
 struct FrameCount {
     thresholds: [f32; 2],
+    rounds_times: bool,
 }
 
 impl ChangeDetector for FrameCount {
@@ -58,6 +72,10 @@ impl ChangeDetector for FrameCount {
 
     fn spreads(&self) -> bool {
         true
+    }
+
+    fn rounds_times(&self) -> bool {
+        self.rounds_times
     }
 
     fn next(&self, pixel: &PixelStep, _from_s: f64, _noise: StageNoise) -> Option<Change> {

@@ -30,6 +30,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     formula: "n = max(1, floor(|V - M| / threshold)) where |V - M| > threshold; M += n threshold",
     params: &[THRESHOLD_ON, THRESHOLD_OFF],
     choices: &[START],
+    files: &[],
     source: Citation {
         key: "Rudnev et al. 2021",
         text: "V. Rudnev et al.: EventHands: Real-Time Neural 3D Hand Pose Estimation from an Event \

@@ -33,6 +33,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     formula: "C_other = C_other (1 + fraction) until the next event",
     params: &[FRACTION],
     choices: &[],
+    files: &[],
     source: Citation {
         key: "Finateu et al. 2020",
         text: "T. Finateu et al.: A 1280x720 Back-Illuminated Stacked Temporal Contrast Event-Based \

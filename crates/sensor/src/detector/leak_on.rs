@@ -75,6 +75,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     formula: "dM/dt = -rate_hz 10^(spread_decades N(x, y)) C_on",
     params: &[RATE, SPREAD, JITTER, FRAME_JITTER],
     choices: &[PHASE],
+    files: &[],
     source: Citation {
         key: "Nozaki and Delbruck 2017",
         text: "Y. Nozaki, T. Delbruck: Temperature and Parasitic Photocurrent Effects in Dynamic \

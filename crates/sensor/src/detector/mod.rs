@@ -14,6 +14,7 @@ use crate::{ParamSpec, Prior, Scale};
 pub(crate) mod array;
 pub(crate) mod brownian_passage;
 pub(crate) mod dead_pixels;
+pub(crate) mod fixed_pattern;
 pub(crate) mod frame_count;
 pub(crate) mod frame_difference;
 pub(crate) mod hysteresis;
@@ -26,6 +27,7 @@ pub(crate) mod refractory;
 pub(crate) mod reset_overshoot;
 pub(crate) mod resolve;
 pub(crate) mod scan;
+mod spread;
 mod straight;
 pub(crate) mod term;
 pub(crate) mod threshold_mismatch;
@@ -71,6 +73,11 @@ pub trait ChangeDetector: Send + Sync + Debug {
     /// Whether the events of one answer are spread over the step, at as many even times as the
     /// busiest pixel has events.
     fn spreads(&self) -> bool {
+        false
+    }
+
+    /// Whether deaf times are measured between those even times in seconds of single precision.
+    fn rounds_times(&self) -> bool {
         false
     }
 

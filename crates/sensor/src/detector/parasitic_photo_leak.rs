@@ -32,6 +32,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     formula: "dM/dt = -hz_per_white I C_on",
     params: &[RATE],
     choices: &[],
+    files: &[],
     source: Citation {
         key: "Nozaki and Delbruck 2017",
         text: "Y. Nozaki, T. Delbruck: Temperature and Parasitic Photocurrent Effects in Dynamic \

@@ -40,6 +40,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     formula: "no event before t + period_us; hold: M = V(t + period_us)",
     params: &[PERIOD],
     choices: &[MODE],
+    files: &[],
     source: Citation {
         key: "Lichtsteiner et al. 2008",
         text: "P. Lichtsteiner, C. Posch, T. Delbruck: A 128x128 120 dB 15 us Latency Asynchronous \
@@ -54,7 +55,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
     build: |settings| {
         Ok(Stage::Term(Box::new(Refractory {
-            period_s: settings.number(&PERIOD) * 1e-6,
+            period_s: settings.number(&PERIOD) / 1e6,
             holds: settings.word(&MODE) == "hold",
             drops: settings.word(&MODE) == "drop",
         })))

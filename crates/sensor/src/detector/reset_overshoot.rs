@@ -41,6 +41,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     formula: "M = V(t + delay_us), or M +- C (1 - fraction)",
     params: &[DELAY, FRACTION],
     choices: &[],
+    files: &[],
     source: Citation {
         key: "Lichtsteiner et al. 2008",
         text: "P. Lichtsteiner, C. Posch, T. Delbruck: A 128x128 120 dB 15 us Latency Asynchronous \

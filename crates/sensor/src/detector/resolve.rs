@@ -4,7 +4,8 @@ use evpose_core::{Polarity, StageNoise};
 
 use super::level_crossing::next_level;
 use super::pixel::{Pause, PixelStep};
-use super::term::Hit;
+use super::spread::Spread;
+use super::term::{Hit, Recovery};
 use super::{Change, PixelArray};
 use crate::model::Chain;
 use crate::stage::Tick;
@@ -185,20 +186,27 @@ impl PixelArray {
     ) {
         let Step { chain, tick, .. } = step;
         let (pixel, end_s) = (subject.seen.pixel, tick.end_s);
-        let is_blind = subject.listens_from(step, tick.start_s).is_none();
+        let Recovery { deaf_s, follows_s, .. } = chain.recovery;
+        let rounds = chain.detector.stage.rounds_times();
+        let times = Spread::new(tick, spread, deaf_s, rounds);
+        let is_published = spread > 0 && follows_s <= 0.0;
+        let is_passed = is_published && times.passes_over();
+        let is_blind = !is_published && subject.listens_from(step, tick.start_s).is_none();
         let change = chain.detector.stage.next(&subject.seen, tick.start_s, step.noise);
+        let pause = subject.pause;
         if let Some(change) = change.filter(|_| !is_blind) {
             let origin = subject.origin(change.polarity);
             let first = subject.seen.memory;
             let each = (change.memory - first) / f64::from(change.count.max(1));
             let mut kept = 0;
             for k in 0..change.count {
-                let t_s = match spread {
-                    0 => change.t_s,
-                    n => tick.start_s + f64::from(k + 1) / f64::from(n) * tick.dt_s(),
-                };
+                let t_s = if spread == 0 { change.t_s } else { times.at(k) };
                 // As published, an event at the very end of the deaf time is lost.
-                if t_s <= subject.pause.free_s {
+                let is_deaf = match spread {
+                    0 => t_s <= subject.pause.free_s,
+                    _ => !is_passed && times.is_deaf(k, subject.pause),
+                };
+                if is_deaf {
                     kept += u32::from(chain.steps_while_deaf);
                     continue;
                 }
@@ -209,13 +217,24 @@ impl PixelArray {
                 let firing = Firing { t_s, polarity: change.polarity, origin, memory };
                 out.push(firing.request(pixel));
                 self.reset(step, subject, &firing);
+                if is_published {
+                    times.keep(k, &mut subject.pause);
+                }
             }
         }
+        if is_passed {
+            subject.pause = pause;
+        }
+        let pause = subject.pause;
         for hit in hits {
             let memory = subject.seen.to;
             let firing = Firing { t_s: end_s, polarity: hit.polarity, origin: hit.origin, memory };
             out.push(firing.request(pixel));
             self.reset(step, subject, &firing);
+            // Noise leaves no deaf time behind where times are spread, as published.
+            if is_published {
+                subject.pause = pause;
+            }
         }
     }
 }

@@ -18,6 +18,11 @@ pub trait PixelTerm: Send + Sync + Debug {
     /// Changes what sets a pixel apart, for good. The noise is the same at every call.
     fn pattern(&self, _pixel: usize, _traits: &mut PixelTraits, _noise: StageNoise) {}
 
+    /// The sensor that the term is made for, if it fits one size only.
+    fn made_for(&self) -> Option<SensorSize> {
+        None
+    }
+
     /// How far the memory of a pixel is from its first voltage, in thresholds to be passed to an
     /// ON event: between 0 and 1.
     fn first_phase(&self, _pixel: usize, _noise: StageNoise) -> f32 {

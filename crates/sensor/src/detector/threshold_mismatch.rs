@@ -46,6 +46,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     formula: "C(x, y) = max(0.01, C + sigma N(x, y))",
     params: &[SIGMA, CORRELATION],
     choices: &[],
+    files: &[],
     source: Citation {
         key: "Lichtsteiner et al. 2008",
         text: "P. Lichtsteiner, C. Posch, T. Delbruck: A 128x128 120 dB 15 us Latency Asynchronous \

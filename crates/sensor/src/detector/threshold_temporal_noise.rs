@@ -34,6 +34,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     formula: "C = max(0.01, C + sigma N(event))",
     params: &[SIGMA],
     choices: &[],
+    files: &[],
     source: Citation {
         key: "Joubert et al. 2021",
         text: "D. Joubert et al.: Event Camera Simulator Improvements via Characterized Parameters, \

@@ -38,6 +38,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     formula: "n = min(max_parts, max(max |dV| / (C / 2), dt / tau))",
     params: &[MAX_PARTS],
     choices: &[],
+    files: &[],
     source: Citation {
         key: "Rebecq et al. 2018",
         text: "H. Rebecq, D. Gehrig, D. Scaramuzza: ESIM: an Open Event Camera Simulator, CoRL 2018",

@@ -35,6 +35,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     formula: "I = I - fraction / 2 (I - I_before)",
     params: &[FRACTION],
     choices: &[],
+    files: &[],
     source: Citation {
         key: "Hu et al. 2021",
         text: "Y. Hu, S.-C. Liu, T. Delbruck: v2e: From Video Frames to Realistic DVS Events, CVPR \

@@ -57,6 +57,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     formula: "I = I (1 + depth sin(2 pi (frequency_hz t + phase_turns)))",
     params: &[FREQUENCY, DEPTH, PHASE],
     choices: &[WAVE],
+    files: &[],
     source: Citation {
         key: "IEEE 1789-2015",
         text: "IEEE Recommended Practices for Modulating Current in High-Brightness LEDs, 2015",

@@ -49,6 +49,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     formula: "x_d = x (1 + k1 r^2 + k2 r^4), r in units of focal_px",
     params: &[K1, K2, FOCAL],
     choices: &[],
+    files: &[],
     source: Citation {
         key: "Brown 1966",
         text: "D. C. Brown: Decentering Distortion of Lenses, Photogrammetric Engineering 32(3), \

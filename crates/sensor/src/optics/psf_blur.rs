@@ -33,6 +33,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     formula: "E = Y * G(sigma_px)",
     params: &[SIGMA],
     choices: &[],
+    files: &[],
     source: Citation {
         key: "Born and Wolf 1999",
         text: "M. Born, E. Wolf: Principles of Optics, 7th ed., section 8.5, 1999",

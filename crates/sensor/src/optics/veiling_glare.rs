@@ -31,6 +31,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     formula: "I = (1 - fraction) I + fraction mean(I)",
     params: &[FRACTION],
     choices: &[],
+    files: &[],
     source: Citation {
         key: "ISO 9358:1994",
         text: "ISO 9358: Optics and optical instruments, Veiling glare of image forming systems, \

@@ -33,6 +33,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     formula: "I = I cos(theta)^4, tan(theta) = tan(corner_deg) r / r_corner",
     params: &[CORNER],
     choices: &[],
+    files: &[],
     source: Citation {
         key: "Born and Wolf 1999",
         text: "M. Born, E. Wolf: Principles of Optics, 7th ed., section 4.8, 1999",

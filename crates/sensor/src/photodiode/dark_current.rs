@@ -32,6 +32,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     formula: "I = I + current",
     params: &[CURRENT],
     choices: &[],
+    files: &[],
     source: Citation {
         key: "Nozaki and Delbruck 2017",
         text: "Y. Nozaki, T. Delbruck: Temperature and Parasitic Photocurrent Effects in Dynamic \

@@ -33,6 +33,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     formula: "Y = round(levels * clamp(Y, 0, 1)) / levels",
     params: &[LEVELS],
     choices: &[],
+    files: &[],
     source: Citation {
         key: "Rudnev et al. 2021",
         text: "V. Rudnev et al.: EventHands: Real-Time Neural 3D Hand Pose Estimation from an Event \

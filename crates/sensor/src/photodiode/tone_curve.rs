@@ -41,6 +41,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     formula: "I = I^gamma, or with a linear toe as sRGB",
     params: &[GAMMA],
     choices: &[CURVE],
+    files: &[],
     source: Citation {
         key: "IEC 61966-2-1:1999",
         text: "IEC 61966-2-1: Multimedia systems and equipment, Colour measurement and management, \

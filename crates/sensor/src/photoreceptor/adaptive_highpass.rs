@@ -44,6 +44,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     formula: "dV/dt = dV_in/dt - V / tau_s, or - sinh(0.7 V) / tau_s",
     params: &[TAU_S],
     choices: &[LAW],
+    files: &[],
     source: Citation {
         key: "Delbruck et al. 2021",
         text: "T. Delbruck, R. Graca, M. Paluch: Feedback Control of Event Cameras, CVPR Workshops \

@@ -44,6 +44,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     formula: "V = V - coupling (V - V * G(radius_px))",
     params: &[COUPLING, RADIUS],
     choices: &[],
+    files: &[],
     source: Citation {
         key: "Delbruck et al. 2022",
         text: "T. Delbruck, C. Li, R. Graca, B. McReynolds: Utility and Feasibility of a Center \

@@ -32,6 +32,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     formula: "x = 255 I; V = x ln(knee) / knee where x <= knee, ln(x) elsewhere",
     params: &[KNEE],
     choices: &[],
+    files: &[],
     source: Citation {
         key: "Hu et al. 2021",
         text: "Y. Hu, S.-C. Liu, T. Delbruck: v2e: From Video Frames to Realistic DVS Events, CVPR \

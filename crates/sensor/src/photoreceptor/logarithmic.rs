@@ -34,6 +34,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     formula: "V = ln(I + dark_offset)",
     params: &[DARK_OFFSET],
     choices: &[],
+    files: &[],
     source: Citation {
         key: "Lichtsteiner et al. 2008",
         text: "P. Lichtsteiner, C. Posch, T. Delbruck: A 128x128 120 dB 15 us Latency Asynchronous \

@@ -59,6 +59,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     formula: "dV/dt = 2 pi cutoff_hz (I + dark_light) (V_in - V)",
     params: &[CUTOFF, DARK_LIGHT],
     choices: &[LIGHT, STEP],
+    files: &[],
     source: Citation {
         key: "Lichtsteiner et al. 2008",
         text: "P. Lichtsteiner, C. Posch, T. Delbruck: A 128x128 120 dB 15 us Latency Asynchronous \

@@ -57,6 +57,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     formula: "V = V + n; dn = -2 pi f n dt + sigma sqrt(4 pi f) dW; f = cutoff_hz (I + dark_light)",
     params: &[SIGMA, CUTOFF, DARK_LIGHT],
     choices: &[],
+    files: &[],
     source: Citation {
         key: "Graca and Delbruck 2021",
         text: "R. Graca, T. Delbruck: Unraveling the Paradox of Intensity-Dependent DVS Pixel \

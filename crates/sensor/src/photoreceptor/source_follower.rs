@@ -36,6 +36,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     formula: "dV/dt = 2 pi cutoff_hz (V_in - V)",
     params: &[CUTOFF],
     choices: &[],
+    files: &[],
     source: Citation {
         key: "Lichtsteiner et al. 2008",
         text: "P. Lichtsteiner, C. Posch, T. Delbruck: A 128x128 120 dB 15 us Latency Asynchronous \

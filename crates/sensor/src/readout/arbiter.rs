@@ -54,6 +54,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     formula: "t_served = max(t_request, t_free) + 1 / rate_hz (+ row_ns in a new row)",
     params: &[RATE, ROW, MAX_WAIT],
     choices: &[],
+    files: &[],
     source: Citation {
         key: "Boahen 2000",
         text: "K. A. Boahen: Point-to-Point Connectivity Between Neuromorphic Chips Using Address \

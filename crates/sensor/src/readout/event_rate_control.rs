@@ -51,6 +51,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     formula: "at most rate_hz window_us events per window",
     params: &[RATE, WINDOW],
     choices: &[DROP],
+    files: &[],
     source: Citation {
         key: "Finateu et al. 2020",
         text: "T. Finateu et al.: A 1280x720 Back-Illuminated Stacked Temporal Contrast Event-Based \

@@ -22,6 +22,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     formula: "t_served = t_request",
     params: &[],
     choices: &[],
+    files: &[],
     source: Citation {
         key: "Brandli et al. 2014",
         text: "C. Brandli, R. Berner, M. Yang, S.-C. Liu, T. Delbruck: A 240x180 130 dB 3 us Latency \

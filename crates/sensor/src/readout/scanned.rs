@@ -42,6 +42,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     formula: "t_served = the first k T + (j + 1/2) T / n not before t_request",
     params: &[PERIOD],
     choices: &[AXIS, DIRECTION],
+    files: &[],
     source: Citation {
         key: "Son et al. 2017",
         text: "B. Son et al.: A 640x480 dynamic vision sensor with a 9 um pixel and 300 Meps \

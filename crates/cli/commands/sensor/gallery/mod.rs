@@ -166,19 +166,22 @@ fn effect_row(spec: &'static StageSpec, hand: &[Plane<f32>], seed: u64) -> Resul
         let beside = spec.signature.beside.join(", ");
         known.push(("beside", format!("{} (at typical values, in all columns)", escape(&beside))));
     }
+    let head = format!(
+        "<h3 id=\"{0}\">{0}<span class=\"domain\">{1}</span></h3>\n{2}",
+        spec.name,
+        spec.domain,
+        facts(&known)
+    );
     let variants = Variant::all(spec)?;
+    if variants.len() == 1 {
+        return Ok(head + "<p>Nothing to show without files of the user.</p>\n");
+    }
     let mut strip = String::new();
     for variant in &variants {
         strip += &hand_figure(&variant.model, hand, seed, &variant.caption())?;
     }
     let measured = shown(probe::measure(spec.signature.probe, &variants, seed)?, &variants)?;
-    Ok(format!(
-        "<h3 id=\"{0}\">{0}<span class=\"domain\">{1}</span></h3>\n{2}\
-         <div class=\"strip\">{strip}</div>\n{measured}",
-        spec.name,
-        spec.domain,
-        facts(&known)
-    ))
+    Ok(format!("{head}<div class=\"strip\">{strip}</div>\n{measured}"))
 }
 
 fn facts(known: &[(&str, String)]) -> String {

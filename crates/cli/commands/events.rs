@@ -1,0 +1,198 @@
+//! `evpose events`: frames to events.
+//!
+//! Frames are read one at a time; events are in memory until they are written, 13 bytes each.
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result, bail, ensure};
+use evpose_core::{EventStream, Micros, Plane, Polarity, atomic_write};
+use evpose_io::{Encoding, FrameSource, format_for};
+use evpose_sensor::{EffectConfig, SensorConfig, SensorModel, SensorRun};
+
+use super::sensor::source;
+use crate::args::EventsArgs;
+use crate::progress::{bar, say};
+use crate::run_info;
+
+pub(crate) fn run(args: &EventsArgs) -> Result<()> {
+    let format = format_for(&args.out)?;
+    let clock = FrameClock::new(args.fps, args.upsample)?;
+    let encoding: Encoding = args.encoding.parse().map_err(anyhow::Error::msg)?;
+    let sensor = sensor(args)?;
+    let model = SensorModel::from_config(&sensor)?;
+    let mut source = FrameSource::open(&args.frames, encoding, args.white)?;
+    ensure!(source.frames() > 1, "{}: one frame alone makes no events", args.frames.display());
+    let mut run = model.start(source.size(), args.seed);
+    let events = convert(&mut source, &clock, &mut run)?;
+    (format.write)(&args.out, &events.stream)?;
+    // Not the name with another ending, which may be the file of the sensor.
+    let mut beside = args.out.clone().into_os_string();
+    beside.push(".toml");
+    let beside = PathBuf::from(beside);
+    atomic_write(&beside, provenance(args, &source, &sensor)?.as_bytes())
+        .with_context(|| format!("writing {}", beside.display()))?;
+    events.report(&source, &clock, run.repaired_pixels());
+    say(format!("written to {}, how it was made to {}", args.out.display(), beside.display()));
+    Ok(())
+}
+
+/// The sensor asked for; maps of thresholds come behind all its effects.
+fn sensor(args: &EventsArgs) -> Result<SensorConfig> {
+    let mut sensor = source::sensor(&args.sensor)?.config;
+    let (on, off) = match args.threshold_map.as_slice() {
+        [] => return Ok(sensor),
+        [both] => (both, both),
+        [on, off, ..] => (on, off),
+    };
+    let name = "fixed_pattern";
+    if sensor.effect(name).is_none() {
+        sensor.effects.push(EffectConfig::new(name));
+    }
+    for (key, path) in [("threshold_on", on), ("threshold_off", off)] {
+        let path = path.to_str().context("a path of a map must be text")?;
+        sensor.set(name, key, path)?;
+    }
+    Ok(sensor)
+}
+
+/// When frames, and steps between them, are shown.
+struct FrameClock {
+    fps: f64,
+    steps: u32,
+}
+
+impl FrameClock {
+    fn new(fps: f64, steps: u32) -> Result<Self> {
+        if !(fps > 0.0 && fps * f64::from(steps) <= 1e6) {
+            bail!(
+                "--fps {fps} in --upsample {steps} steps: expected up to a million steps a second"
+            );
+        }
+        Ok(Self { fps, steps })
+    }
+
+    /// The time of a step of a frame, counted from the frame before: the last is the frame itself.
+    fn at(&self, frame: u64, step: u32) -> Micros {
+        let steps = f64::from(self.steps);
+        let frames = frame as f64 - f64::from(self.steps - step) / steps;
+        Micros::from_seconds(frames / self.fps)
+    }
+}
+
+/// The events of a sequence and what they took.
+struct Converted {
+    stream: EventStream,
+    steps: u64,
+    duration: Micros,
+    elapsed: Duration,
+}
+
+fn convert(source: &mut FrameSource, clock: &FrameClock, run: &mut SensorRun) -> Result<Converted> {
+    let size = source.size();
+    let mut stream = EventStream::empty(size);
+    let mut show = |run: &mut SensorRun, luminance: &Plane<f32>, t| -> Result<()> {
+        for event in run.expose(luminance, t)?.iter() {
+            stream.push(event)?;
+        }
+        Ok(())
+    };
+    let [mut before, mut frame, mut between] = [0; 3].map(|_| Plane::for_sensor(size, 0.0));
+    let progress = bar("events of", source.frames(), "frames");
+    let begin = Instant::now();
+    let (mut index, mut steps) = (0, 0);
+    while source.next_into(&mut frame)? {
+        let parts = if index == 0 { 1 } else { clock.steps };
+        for part in 1..parts {
+            let share = part as f32 / parts as f32;
+            for ((y, a), b) in between.data_mut().iter_mut().zip(before.data()).zip(frame.data()) {
+                *y = a + (b - a) * share;
+            }
+            show(run, &between, clock.at(index, part))?;
+        }
+        show(run, &frame, clock.at(index, clock.steps))?;
+        steps += u64::from(parts);
+        std::mem::swap(&mut before, &mut frame);
+        index += 1;
+        progress.inc(1);
+    }
+    progress.finish_and_clear();
+    let duration = clock.at(index.saturating_sub(1), clock.steps);
+    Ok(Converted { stream, steps, duration, elapsed: begin.elapsed() })
+}
+
+impl Converted {
+    fn report(&self, source: &FrameSource, clock: &FrameClock, repaired: u64) {
+        say(format!(
+            "frames    {} of {} at {} fps, {} steps each; {}, {}, white at {}",
+            source.frames(),
+            source.size(),
+            clock.fps,
+            clock.steps,
+            source.depth(),
+            source.encoding(),
+            source.white(),
+        ));
+        let on = self.stream.polarity().iter().filter(|p| **p == Polarity::On).count();
+        let (all, duration_s) = (self.stream.len(), self.duration.as_seconds());
+        say(format!(
+            "events    {all}: {on} ON, {} OFF in {duration_s:.6} s, {:.1} thousand per second",
+            all - on,
+            1e-3 * all as f64 / duration_s,
+        ));
+        let elapsed_s = self.elapsed.as_secs_f64().max(1e-9);
+        say(format!(
+            "speed     {:.0} steps/s, {:.2} million events/s, reading included",
+            self.steps as f64 / elapsed_s,
+            1e-6 * all as f64 / elapsed_s,
+        ));
+        if repaired > 0 {
+            say(format!(
+                "warning   {repaired} values were negative or no numbers, and were taken as darkness"
+            ));
+        }
+    }
+}
+
+/// Run, frames and sensor as TOML, with whole paths.
+fn provenance(args: &EventsArgs, source: &FrameSource, sensor: &SensorConfig) -> Result<String> {
+    let whole = |path: &Path| -> Result<String> {
+        Ok(std::path::absolute(path)?.to_string_lossy().into_owned())
+    };
+    let mut frames = toml::Table::new();
+    frames.insert("path".into(), whole(source.path())?.into());
+    frames.insert("count".into(), i64::try_from(source.frames())?.into());
+    frames.insert("width".into(), i64::from(source.size().width).into());
+    frames.insert("height".into(), i64::from(source.size().height).into());
+    frames.insert("fps".into(), args.fps.into());
+    frames.insert("upsample".into(), i64::from(args.upsample).into());
+    frames.insert("encoding".into(), source.encoding().name().into());
+    frames.insert("white".into(), source.white().into());
+    let mut table = run_info::table(args.seed)?;
+    table.insert("frames".into(), frames.into());
+    let sensor = sensor.clone().relative_to(&std::env::current_dir()?);
+    table.insert("sensor".into(), toml::Table::try_from(sensor)?.into());
+    Ok(table.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_of_frames_are_even_and_the_last_is_the_frame() -> Result<()> {
+        let clock = FrameClock::new(100.0, 4)?;
+        let times = [1, 2, 3, 4].map(|step| clock.at(1, step).0);
+        assert_eq!(times, [2_500, 5_000, 7_500, 10_000]);
+        assert_eq!(FrameClock::new(30.0, 1)?.at(2, 1), Micros(66_667));
+        assert_eq!(FrameClock::new(1000.0, 1)?.at(0, 1), Micros(0));
+        Ok(())
+    }
+
+    #[test]
+    fn rates_that_microseconds_cannot_tell_apart_are_refused() {
+        for (fps, steps) in [(0.0, 1), (-5.0, 1), (f64::NAN, 1), (2e6, 1), (1e6, 2)] {
+            assert!(FrameClock::new(fps, steps).is_err(), "{fps} {steps}");
+        }
+    }
+}

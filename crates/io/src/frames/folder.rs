@@ -1,0 +1,121 @@
+//! A folder of images, one frame each.
+
+use std::path::{Path, PathBuf};
+
+use evpose_core::SensorSize;
+use image::{DynamicImage, ImageFormat, ImageReader};
+
+use super::light::Light;
+use super::{Depth, FrameFault, natural, sensor_size};
+use crate::IoError;
+
+/// The images of a folder that are still to come.
+#[derive(Debug)]
+pub(super) struct Folder {
+    images: Vec<PathBuf>,
+    next: usize,
+    size: SensorSize,
+    depth: Depth,
+}
+
+impl Folder {
+    pub(super) fn open(path: &Path) -> Result<Self, IoError> {
+        let failed = |e| IoError::file(path, "list", e);
+        let mut images = Vec::new();
+        for entry in std::fs::read_dir(path).map_err(failed)? {
+            let image = entry.map_err(failed)?.path();
+            if image.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png")) {
+                images.push(image);
+            }
+        }
+        let name =
+            |path: &PathBuf| path.file_name().map(|name| name.to_string_lossy().into_owned());
+        images.sort_by(|a, b| {
+            natural::compare(&name(a).unwrap_or_default(), &name(b).unwrap_or_default())
+        });
+        let Some(first) = images.first() else {
+            return Err(IoError::frames(path, FrameFault::NoImages));
+        };
+        let image = decode(first)?;
+        let (size, depth) = properties(&image).map_err(|fault| IoError::frames(first, fault))?;
+        Ok(Self { images, next: 0, size, depth })
+    }
+
+    pub(super) fn size(&self) -> SensorSize {
+        self.size
+    }
+
+    pub(super) fn depth(&self) -> Depth {
+        self.depth
+    }
+
+    pub(super) fn frames(&self) -> u64 {
+        self.images.len() as u64
+    }
+
+    pub(super) fn next_into(&mut self, light: &Light, out: &mut [f32]) -> Result<bool, IoError> {
+        let Some(path) = self.images.get(self.next) else { return Ok(false) };
+        let image = decode(path)?;
+        let fault = match properties(&image) {
+            Ok((got, _)) if got != self.size => FrameFault::Size { got, first: self.size },
+            Ok((_, got)) if got != self.depth => FrameFault::Depth { got, first: self.depth },
+            Ok(_) => {
+                convert(&image, light, out);
+                self.next += 1;
+                return Ok(true);
+            }
+            Err(fault) => fault,
+        };
+        Err(IoError::frames(path, fault))
+    }
+}
+
+fn decode(path: &Path) -> Result<DynamicImage, IoError> {
+    let mut reader = ImageReader::open(path).map_err(|e| IoError::file(path, "open", e))?;
+    reader.set_format(ImageFormat::Png);
+    let undecodable = |e: image::ImageError| FrameFault::Undecodable(e.to_string());
+    reader.decode().map_err(|e| IoError::frames(path, undecodable(e)))
+}
+
+fn properties(image: &DynamicImage) -> Result<(SensorSize, Depth), FrameFault> {
+    let size = sensor_size(image.width().into(), image.height().into())?;
+    let depth = match image {
+        DynamicImage::ImageLuma8(_)
+        | DynamicImage::ImageLumaA8(_)
+        | DynamicImage::ImageRgb8(_)
+        | DynamicImage::ImageRgba8(_) => Depth::Eight,
+        DynamicImage::ImageLuma16(_)
+        | DynamicImage::ImageLumaA16(_)
+        | DynamicImage::ImageRgb16(_)
+        | DynamicImage::ImageRgba16(_) => Depth::Sixteen,
+        other => return Err(FrameFault::Pixels(format!("{:?}", other.color()))),
+    };
+    Ok((size, depth))
+}
+
+/// Light of all pixels; `properties` has let no other images pass.
+fn convert(image: &DynamicImage, light: &Light, out: &mut [f32]) {
+    match image {
+        DynamicImage::ImageLuma8(i) => grey::<_, 1>(i, light, out),
+        DynamicImage::ImageLumaA8(i) => grey::<_, 2>(i, light, out),
+        DynamicImage::ImageRgb8(i) => colour::<_, 3>(i, light, out),
+        DynamicImage::ImageRgba8(i) => colour::<_, 4>(i, light, out),
+        DynamicImage::ImageLuma16(i) => grey::<_, 1>(i, light, out),
+        DynamicImage::ImageLumaA16(i) => grey::<_, 2>(i, light, out),
+        DynamicImage::ImageRgb16(i) => colour::<_, 3>(i, light, out),
+        DynamicImage::ImageRgba16(i) => colour::<_, 4>(i, light, out),
+        _ => {}
+    }
+}
+
+fn grey<T: Copy + Into<usize>, const N: usize>(codes: &[T], light: &Light, out: &mut [f32]) {
+    for (y, pixel) in out.iter_mut().zip(codes.as_chunks::<N>().0) {
+        *y = light.of_code(pixel[0]);
+    }
+}
+
+fn colour<T: Copy + Into<usize>, const N: usize>(codes: &[T], light: &Light, out: &mut [f32]) {
+    for (y, pixel) in out.iter_mut().zip(codes.as_chunks::<N>().0) {
+        *y = light.of_colour([pixel[0], pixel[1], pixel[2]]);
+    }
+}

@@ -1,0 +1,59 @@
+//! Stored values to luminance relative to white.
+
+use super::{Depth, Encoding};
+
+/// The weights of red, green and blue in luminance, ITU-R BT.709.
+const WEIGHTS: [f32; 3] = [0.2126, 0.7152, 0.0722];
+
+/// Values to light. Codes go through a table.
+#[derive(Debug)]
+pub(super) struct Light {
+    depth: Depth,
+    encoding: Encoding,
+    white: f64,
+    table: Vec<f32>,
+}
+
+impl Light {
+    pub(super) fn new(depth: Depth, encoding: Encoding, white: Option<f64>) -> Self {
+        let (codes, usual) = match depth {
+            Depth::Eight => (1u32 << 8, 255.0),
+            Depth::Sixteen => (1 << 16, 65_535.0),
+            Depth::Float => (0, 1.0),
+        };
+        let white = white.unwrap_or(usual);
+        let mut light = Self { depth, encoding, white, table: Vec::new() };
+        light.table = (0..codes).map(|code| light.of_number(f64::from(code))).collect();
+        light
+    }
+
+    pub(super) fn depth(&self) -> Depth {
+        self.depth
+    }
+
+    pub(super) fn white(&self) -> f64 {
+        self.white
+    }
+
+    pub(super) fn of_number(&self, value: f64) -> f32 {
+        let relative = value / self.white;
+        let light = match self.encoding {
+            Encoding::Linear => relative,
+            Encoding::Srgb if relative <= 0.040_45 => relative / 12.92,
+            Encoding::Srgb => ((relative + 0.055) / 1.055).powf(2.4),
+        };
+        light as f32
+    }
+
+    /// Light of a code that the depth has; no other ever comes.
+    #[inline(always)]
+    pub(super) fn of_code(&self, code: impl Into<usize>) -> f32 {
+        self.table.get(code.into()).copied().unwrap_or(0.0)
+    }
+
+    #[inline(always)]
+    pub(super) fn of_colour(&self, codes: [impl Into<usize>; 3]) -> f32 {
+        let [red, green, blue] = codes.map(|code| self.of_code(code));
+        WEIGHTS[0] * red + WEIGHTS[1] * green + WEIGHTS[2] * blue
+    }
+}

@@ -1,0 +1,130 @@
+//! The even times at which the events of a frame are, and the deaf times between them.
+//!
+//! # Model
+//! With `n` the largest count of any pixel, event `k = 0 .. n - 1` of a pixel is at
+//! `t_start + (k + 1) dt / n`. An event is lost if it is not later than the deaf time behind the one
+//! before, unless deaf times are not longer than `dt / n`: then they are passed over, neither
+//! looked at nor kept.
+//!
+//! # Source
+//! The published emulator of v2e, which has both conventions.
+
+use super::pixel::Pause;
+use crate::stage::Tick;
+
+/// The times of one step.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Spread {
+    start_s: f64,
+    end_s: f64,
+    count: u32,
+    deaf_s: f64,
+    is_rounded: bool,
+}
+
+impl Spread {
+    /// `count` even times in a step, or one, at its end.
+    pub(super) fn new(tick: &Tick, count: u32, deaf_s: f64, is_rounded: bool) -> Self {
+        // Exposures are at whole microseconds, whose nearest seconds are these.
+        let nearest = |s: f64| if is_rounded { (s * 1e6).round() / 1e6 } else { s };
+        let (start_s, end_s) = (nearest(tick.start_s), nearest(tick.end_s));
+        Self { start_s, end_s, count: count.max(1), deaf_s, is_rounded }
+    }
+
+    /// Whether deaf times are passed over in this step.
+    pub(super) fn passes_over(&self) -> bool {
+        self.deaf_s <= (self.end_s - self.start_s) / f64::from(self.count)
+    }
+
+    /// The time of event `k`.
+    pub(super) fn at(&self, k: u32) -> f64 {
+        self.start_s + f64::from(k + 1) / f64::from(self.count) * (self.end_s - self.start_s)
+    }
+
+    /// Whether event `k` is lost in the deaf time of the one before.
+    pub(super) fn is_deaf(&self, k: u32, pause: Pause) -> bool {
+        if !self.is_rounded {
+            return self.at(k) <= pause.free_s;
+        }
+        let last_s = (pause.free_s - self.deaf_s) as f32;
+        // What is no number is no deaf time: there was no event before.
+        self.single(k) - last_s <= self.deaf_s as f32
+    }
+
+    /// The pause behind event `k`, if it is deaf for a while.
+    pub(super) fn keep(&self, k: u32, pause: &mut Pause) {
+        if self.is_rounded && self.deaf_s > 0.0 {
+            pause.free_s = f64::from(self.single(k)) + self.deaf_s;
+        }
+    }
+
+    /// The time of event `k` in single precision, counted from the nearer end of the step in steps
+    /// of single precision, with one rounding of their sum.
+    fn single(&self, k: u32) -> f32 {
+        let n = f64::from(self.count);
+        let first = (self.start_s + (self.end_s - self.start_s) / n) as f32;
+        let last = self.end_s as f32;
+        if self.count == 1 {
+            return first;
+        }
+        let step = (last - first) / (self.count - 1) as f32;
+        let (from, steps) = if k < self.count / 2 {
+            (first, f64::from(k))
+        } else {
+            (last, -f64::from(self.count - 1 - k))
+        };
+        (f64::from(step) * steps + f64::from(from)) as f32
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn spread(start_us: u32, end_us: u32, count: u32, is_rounded: bool) -> Spread {
+        let [start_s, end_s] = [start_us, end_us].map(|us| f64::from(us) * 1e-6);
+        let tick = Tick { start_s, end_s, index: 1 };
+        Spread::new(&tick, count, 0.5e-3, is_rounded)
+    }
+
+    #[test]
+    fn times_are_even_and_the_last_is_the_frame() {
+        let spread = spread(1_000, 2_000, 4, false);
+        let expected = [1.25e-3, 1.5e-3, 1.75e-3, 2e-3];
+        for (k, expected) in (0..4).zip(expected) {
+            assert!((spread.at(k) - expected).abs() < 1e-12, "{k}");
+        }
+    }
+
+    #[test]
+    fn deaf_times_up_to_the_spacing_are_passed_over() {
+        assert!(spread(1_000, 2_000, 1, false).passes_over());
+        assert!(!spread(1_000, 2_000, 3, false).passes_over());
+    }
+
+    #[test]
+    fn rounded_times_are_within_one_rounding() {
+        for count in 1..20 {
+            let spread = spread(299_000, 300_000, count, true);
+            for k in 0..count {
+                let error = f64::from(spread.single(k)) - spread.at(k);
+                assert!(error.abs() < 4e-8, "{k} of {count}: {error}");
+            }
+        }
+    }
+
+    #[test]
+    fn an_event_exactly_at_the_end_of_the_deaf_time_is_lost_unless_rounding_saves_it() {
+        let deaf_after = |spread: Spread| {
+            let mut pause = Pause { free_s: spread.at(1) + 0.5e-3, ..Pause::NONE };
+            spread.keep(1, &mut pause);
+            spread.is_deaf(3, pause)
+        };
+        assert!(
+            (0..300).all(|k| !spread(k * 1_000, (k + 1) * 1_000, 4, true).is_deaf(0, Pause::NONE))
+        );
+        let lost = (1..300).filter(|k| deaf_after(spread(k * 1_000, (k + 1) * 1_000, 4, true)));
+        let lost = lost.count();
+        assert!((50..250).contains(&lost), "{lost} of 299");
+    }
+}

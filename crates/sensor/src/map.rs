@@ -1,0 +1,78 @@
+//! One number per pixel, from an `.npy` file of shape (height, width).
+
+use std::fmt;
+use std::fs::File;
+use std::io::{self, BufReader};
+use std::path::Path;
+
+use evpose_core::SensorSize;
+use npyz::{NpyFile, Order};
+
+/// Numbers of all pixels, row by row from the top left.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct PixelMap {
+    pub(crate) size: SensorSize,
+    pub(crate) values: Vec<f32>,
+}
+
+/// Why a file is no map of pixels.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum MapFault {
+    /// It cannot be read, or is no `.npy` file, or is shorter than its shape says.
+    Unreadable(String),
+    /// Its shape is not (height, width) of a sensor.
+    Shape(Vec<u64>),
+    /// Its values are of another type than `f4` or `f8`, or stored column by column.
+    Type(String),
+    /// The value at this column and row is out of range.
+    Value(u16, u16),
+    /// Its size is not that of the effect's other maps.
+    OtherSize(SensorSize),
+}
+
+impl fmt::Display for MapFault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Unreadable(why) => write!(f, "cannot be read: {why}"),
+            Self::Shape(shape) => write!(f, "of shape {shape:?}, expected (height, width)"),
+            Self::Type(found) => write!(f, "of type {found}, expected f4 or f8, row by row"),
+            Self::Value(x, y) => write!(f, "the value of pixel ({x}, {y}) is out of range"),
+            Self::OtherSize(size) => write!(f, "is for a {size} sensor, unlike the maps before it"),
+        }
+    }
+}
+
+impl PixelMap {
+    /// Reads a map of which every value is at least `least`.
+    pub(crate) fn read(path: &Path, least: f32) -> Result<Self, MapFault> {
+        let unreadable = |e: io::Error| MapFault::Unreadable(e.to_string());
+        let file = BufReader::new(File::open(path).map_err(unreadable)?);
+        let npy = NpyFile::new(file).map_err(unreadable)?;
+        let side = |n: u64| u16::try_from(n).ok().filter(|&n| n > 0);
+        let size = match npy.shape() {
+            &[height, width] => side(width).zip(side(height)),
+            _ => None,
+        };
+        let Some((width, height)) = size else {
+            return Err(MapFault::Shape(npy.shape().to_vec()));
+        };
+        if npy.order() != Order::C {
+            return Err(MapFault::Type(format!("{} in columns", npy.dtype().descr())));
+        }
+        let values: io::Result<Vec<f32>> = match npy.try_data::<f32>() {
+            Ok(values) => values.collect(),
+            Err(npy) => match npy.try_data::<f64>() {
+                Ok(values) => values.map(|value| value.map(|v| v as f32)).collect(),
+                Err(npy) => return Err(MapFault::Type(npy.dtype().descr())),
+            },
+        };
+        let values = values.map_err(unreadable)?;
+        let is_allowed = |v: &f32| v.is_finite() && *v >= least;
+        if let Some(faulty) = values.iter().position(|v| !is_allowed(v)) {
+            let columns = usize::from(width);
+            return Err(MapFault::Value((faulty % columns) as u16, (faulty / columns) as u16));
+        }
+        Ok(Self { size: SensorSize { width, height }, values })
+    }
+}

@@ -1,0 +1,162 @@
+//! Frames to events on the command line.
+
+use image::{GrayImage, ImageBuffer, Luma};
+
+use crate::harness::{Sandbox, bytes};
+
+const WIDTH: u32 = 24;
+const HEIGHT: u32 = 16;
+const FRAMES: u32 = 12;
+
+/// A bright square that moves over a dark ground.
+fn code(frame: u32, x: u32, y: u32) -> u8 {
+    let is_inside = x.abs_diff(4 + frame) < 4 && y.abs_diff(8) < 4;
+    if is_inside { 180 + (3 * y) as u8 } else { 40 + (2 * x) as u8 }
+}
+
+fn frame(index: u32) -> GrayImage {
+    GrayImage::from_fn(WIDTH, HEIGHT, |x, y| Luma([code(index, x, y)]))
+}
+
+/// An array as NumPy writes it.
+fn npy(descr: &str, shape: &str, data: &[u8]) -> Vec<u8> {
+    let header = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}");
+    [b"\x93NUMPY\x01\x00\x76\x00", format!("{header:<117}\n").as_bytes(), data].concat()
+}
+
+fn sandbox() -> Sandbox {
+    let sandbox = Sandbox::new();
+    std::fs::create_dir(sandbox.path("images")).unwrap();
+    let mut all = Vec::new();
+    for index in 0..FRAMES {
+        // Names in natural order only: 0.png to 11.png.
+        frame(index).save(sandbox.path(&format!("images/{index}.png"))).unwrap();
+        all.extend_from_slice(frame(index).as_raw());
+    }
+    let shape = format!("({FRAMES}, {HEIGHT}, {WIDTH})");
+    std::fs::write(sandbox.path("frames.npy"), npy("|u1", &shape, &all)).unwrap();
+    sandbox
+}
+
+fn args<'a>(frames: &'a str, out: &'a str, more: &[&'a str]) -> Vec<&'a str> {
+    let usual =
+        ["events", "--frames", frames, "--fps", "500", "--sensor", "v2e-noisy", "--out", out];
+    usual.iter().chain(more).copied().collect()
+}
+
+#[test]
+fn images_and_arrays_of_the_same_frames_give_the_same_bytes() {
+    let sandbox = sandbox();
+    let said = sandbox.ok(&args("images", "a.npz", &[]));
+    for part in ["12 of 24x16", "linear", "white at 255", " ON, ", "steps/s", "a.npz.toml"] {
+        assert!(said.contains(part), "{part}:\n{said}");
+    }
+    sandbox.ok(&args("frames.npy", "b.npz", &[]));
+    assert!(bytes(&sandbox.path("a.npz")) == bytes(&sandbox.path("b.npz")));
+    sandbox.ok(&args("images", "c.npz", &["--seed", "5"]));
+    assert!(bytes(&sandbox.path("a.npz")) != bytes(&sandbox.path("c.npz")));
+    let info = sandbox.ok(&["info", "a.npz"]);
+    assert!(info.contains("24x16"), "{info}");
+    let how = String::from_utf8(bytes(&sandbox.path("a.npz.toml"))).unwrap();
+    let how: toml::Table = how.parse().unwrap();
+    assert_eq!(how["frames"]["fps"].as_float(), Some(500.0));
+    assert_eq!(how["sensor"]["effect"][0]["name"].as_str(), Some("lin_log"));
+}
+
+#[test]
+fn white_and_depth_do_not_matter_where_light_is_the_same() {
+    let sandbox = sandbox();
+    std::fs::create_dir(sandbox.path("deep")).unwrap();
+    for index in 0..FRAMES {
+        let deep = |x, y| Luma([16 * u16::from(code(index, x, y))]);
+        let image = ImageBuffer::<Luma<u16>, Vec<u16>>::from_fn(WIDTH, HEIGHT, deep);
+        image.save(sandbox.path(&format!("deep/{index}.png"))).unwrap();
+    }
+    sandbox.ok(&args("images", "a.txt", &[]));
+    sandbox.ok(&args("deep", "b.txt", &["--white", "4080"]));
+    assert!(bytes(&sandbox.path("a.txt")) == bytes(&sandbox.path("b.txt")));
+    sandbox.ok(&args("images", "c.txt", &["--encoding", "srgb"]));
+    assert!(bytes(&sandbox.path("a.txt")) != bytes(&sandbox.path("c.txt")));
+}
+
+#[test]
+fn a_map_of_thresholds_takes_the_place_of_those_of_the_sensor() {
+    let sandbox = sandbox();
+    let map: Vec<u8> = (0..WIDTH * HEIGHT).flat_map(|_| 3f32.to_le_bytes()).collect();
+    let shape = format!("({HEIGHT}, {WIDTH})");
+    std::fs::write(sandbox.path("high.npy"), npy("<f4", &shape, &map)).unwrap();
+    let clean = |out, more: &[&str]| {
+        let usual = ["events", "--frames", "images", "--fps", "500", "--sensor", "v2e-clean"];
+        sandbox.ok(&[&usual[..], &["--out", out], more].concat())
+    };
+    assert!(!clean("a.npz", &[]).contains("events    0:"));
+    // No contrast of the scene is an e-fold of three.
+    let said = clean("b.npz", &["--threshold-map", "high.npy"]);
+    assert!(said.contains("events    0:"), "{said}");
+    std::fs::write(sandbox.path("low.npy"), npy("<f4", "(1, 1)", &0.2f32.to_le_bytes())).unwrap();
+    let wrong = args("images", "c.npz", &["--threshold-map", "low.npy"]);
+    let message = sandbox.fails(&wrong);
+    assert!(message.contains("1x1") && message.contains("24x16"), "{message}");
+}
+
+#[test]
+fn steps_between_frames_make_events_between_frames() {
+    let sandbox = sandbox();
+    let times = |out: &str, more: &[&str]| {
+        let sensor = ["--sensor", "eventhands"];
+        let usual = ["events", "--frames", "images", "--fps", "100", "--out", out];
+        sandbox.ok(&[&usual[..], &sensor, more].concat());
+        let text = String::from_utf8(bytes(&sandbox.path(out))).unwrap();
+        let times = text.lines().skip(1).map(|line| line.split(' ').next().unwrap().to_owned());
+        times.map(|t| t.parse::<i64>().unwrap()).collect::<Vec<_>>()
+    };
+    assert!(times("a.txt", &[]).iter().all(|t| t % 10_000 == 0));
+    let fine = times("b.txt", &["--upsample", "4"]);
+    assert!(fine.iter().all(|t| t % 2_500 == 0) && fine.iter().any(|t| t % 10_000 != 0));
+}
+
+#[test]
+fn what_is_wrong_is_said_before_anything_is_written() {
+    let sandbox = sandbox();
+    let message = |args: &[&str]| sandbox.fails(args);
+    assert!(message(&args("images", "a.bin", &[])).contains(".npz"));
+    assert!(message(&args("nowhere", "a.npz", &[])).contains("nowhere"));
+    std::fs::create_dir(sandbox.path("empty")).unwrap();
+    assert!(message(&args("empty", "a.npz", &[])).contains("no .png"));
+    let cut = bytes(&sandbox.path("frames.npy"));
+    std::fs::write(sandbox.path("cut.npy"), &cut[..cut.len() - 1]).unwrap();
+    assert!(message(&args("cut.npy", "a.npz", &[])).contains("11 of its 12 frames"));
+    GrayImage::new(3, 3).save(sandbox.path("images/3.png")).unwrap();
+    let found = message(&args("images", "a.npz", &[]));
+    assert!(found.contains("3.png") && found.contains("3x3"), "{found}");
+    assert!(!sandbox.path("a.npz").exists() && !sandbox.path("a.npz.toml").exists());
+}
+
+/// A peer that says how many frames there are, which takes the place of its time.
+#[cfg(unix)]
+#[test]
+fn the_sensor_bench_times_peers_on_its_frames() {
+    let sandbox = Sandbox::new();
+    std::fs::write(sandbox.path("peer.sh"), "test -s $1 && echo measuring $3 && echo $2\n")
+        .unwrap();
+    let peer = "other=sh peer.sh {frames} {fps} {setting}";
+    let said = sandbox.ok(&[
+        "bench",
+        "sensor",
+        "--seconds",
+        "0.05",
+        "--peer",
+        peer,
+        "--json",
+        "sensor.json",
+    ]);
+    assert!(said.contains("other") && said.contains("1000.00 ns"), "{said}");
+    let report: serde_json::Value =
+        serde_json::from_slice(&bytes(&sandbox.path("sensor.json"))).unwrap();
+    for (index, setting) in ["thresholds", "all"].into_iter().enumerate() {
+        let measured = &report["settings"][index];
+        assert_eq!(measured["setting"], setting);
+        assert_eq!(measured["peers"][0]["ns"], 1000.0);
+        assert!(measured["median_ns"].as_f64().is_some_and(|ns| ns > 0.0));
+    }
+}
