@@ -71,6 +71,14 @@ impl EffectConfig {
         self.params.insert(key.to_owned(), value.into());
         self
     }
+
+    /// A parameter that is given and is a number.
+    pub fn number(&self, key: &str) -> Option<f64> {
+        match self.params.get(key) {
+            Some(Value::Number(number)) => Some(*number),
+            _ => None,
+        }
+    }
 }
 
 impl SensorConfig {

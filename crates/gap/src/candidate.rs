@@ -1,0 +1,173 @@
+//! What may be missing: the effects of the catalogue that are properties of a camera, and the
+//! values they are tried at.
+
+use evpose_sensor::{
+    EffectConfig, ParamSpec, Prior, STAGES, SensorConfig, Settings, StageSpec, Strength,
+};
+
+/// What is typical of cameras is where the search begins; it goes on beyond, by this factor.
+const BEYOND: f64 = 4.0;
+/// Values of the strength that an effect is first tried at.
+const STRENGTHS: usize = 6;
+
+/// An effect that a recording may show and the model may lack.
+#[derive(Debug, Clone, Copy)]
+pub struct Candidate {
+    /// Its entry in the registry.
+    pub spec: &'static StageSpec,
+}
+
+/// One way in which a candidate is looked for: a choice of words, with numbers to fit.
+#[derive(Debug, Clone)]
+pub struct Trial {
+    /// The effect with the values to begin with.
+    pub effect: EffectConfig,
+    /// The numbers to fit; the first is the strength.
+    pub params: Vec<&'static ParamSpec>,
+}
+
+impl Candidate {
+    /// Effects that `model` does not hold yet, without those of `left_out`.
+    ///
+    /// A candidate has a strength that is a property of cameras, which leaves out conventions of
+    /// simulators, and is no other detector or photoreceptor in the place of that of the model.
+    pub fn beside(model: &SensorConfig, left_out: &[String]) -> Vec<Self> {
+        let is_open = |spec: &&StageSpec| {
+            model.effect(spec.name).is_none() && !left_out.iter().any(|name| name == spec.name)
+        };
+        let candidates = STAGES.iter().copied().filter(is_open).map(|spec| Self { spec });
+        candidates.filter(|candidate| candidate.is_nameable()).collect()
+    }
+
+    fn is_nameable(self) -> bool {
+        let has_place = match place(self.spec) {
+            None => true,
+            Some(place) => place == READOUT,
+        };
+        self.strength().is_some() && !is_parameter(self.name()) && has_place
+    }
+
+    /// The name in the catalogue.
+    pub fn name(self) -> &'static str {
+        self.spec.name
+    }
+
+    /// The first number that makes it stronger.
+    fn strength(self) -> Option<&'static ParamSpec> {
+        let names = match self.spec.signature.strength {
+            Strength::Rising(names) | Strength::RisingAlone(names) | Strength::Falling(names) => {
+                names
+            }
+            Strength::Unchanging | Strength::FromFiles => return None,
+        };
+        let spec = self.spec;
+        let named = names.first().and_then(|name| spec.params.iter().find(|p| p.name == *name))?;
+        matches!(named.prior, Prior::Typical(..)).then_some(named)
+    }
+
+    /// All ways to look for it: every word of every choice that changes the physics, and effects
+    /// with two forms in each of them.
+    pub fn trials(self) -> Vec<Trial> {
+        let Some(strength) = self.strength() else { return Vec::new() };
+        let is_alone = matches!(self.spec.signature.strength, Strength::RisingAlone(_));
+        let typical = if is_alone { EffectConfig::new(self.name()) } else { self.spec.typical() };
+        let mut heads = vec![strength];
+        if is_alone {
+            let others = self.spec.params.iter().filter(|p| p.name != strength.name);
+            heads.extend(others.filter(|p| matches!(p.prior, Prior::Typical(..))));
+        }
+        let mut trials = Vec::new();
+        for head in heads {
+            let rest = self.spec.params.iter().filter(|p| {
+                !is_alone && p.name != head.name && matches!(p.prior, Prior::Typical(..))
+            });
+            let params: Vec<_> = std::iter::once(head).chain(rest).collect();
+            for words in words(self.spec) {
+                let mut effect = typical.clone();
+                for (key, word) in words {
+                    effect = effect.with(key, word);
+                }
+                trials.push(Trial { effect, params: params.clone() });
+            }
+        }
+        trials
+    }
+}
+
+/// The place of readouts.
+const READOUT: &str = "readout";
+
+/// The place that an effect takes, of which a sensor has one.
+fn place(spec: &'static StageSpec) -> Option<&'static str> {
+    let settings = Settings::resolve(spec, &spec.typical()).ok()?;
+    (spec.build)(&settings).ok()?.place()
+}
+
+/// What the model has anyway: numbers of these are refitted before any effect is looked for.
+pub fn is_parameter(effect: &str) -> bool {
+    matches!(effect, "uniform_noise" | "level_crossing" | "logarithmic" | "clock_offset_drift")
+}
+
+/// Choices whose words are different physics rather than conventions of simulators.
+const PHYSICAL_CHOICES: &[(&str, &str, &[&str])] = &[
+    ("refractory", "mode", &["hold", "defer"]),
+    ("scanned_readout", "axis", &["rows", "columns"]),
+];
+
+fn words(spec: &StageSpec) -> Vec<Vec<(&'static str, &'static str)>> {
+    let found = PHYSICAL_CHOICES.iter().find(|(effect, ..)| *effect == spec.name);
+    found.map_or_else(
+        || vec![Vec::new()],
+        |(_, key, words)| words.iter().map(|word| vec![(*key, *word)]).collect(),
+    )
+}
+
+impl Trial {
+    /// The strengths to begin with.
+    pub fn strengths(&self) -> Vec<f64> {
+        let head = self.params[0];
+        let limits = limits(head);
+        (0..STRENGTHS)
+            .map(|i| head.between(limits, i as f64 / (STRENGTHS - 1) as f64))
+            .filter(|value| Some(*value) != head.neutral)
+            .collect()
+    }
+
+    /// The same with one number set.
+    #[must_use]
+    pub fn with(&self, param: &ParamSpec, value: f64) -> Self {
+        let effect = self.effect.clone().with(param.name, value);
+        Self { effect, params: self.params.clone() }
+    }
+
+    /// The value of a number of the effect.
+    pub fn value(&self, param: &ParamSpec) -> Option<f64> {
+        self.effect.number(param.name)
+    }
+
+    /// `model` with this effect. A readout takes the place of the ideal one.
+    pub fn beside(&self, model: &SensorConfig) -> SensorConfig {
+        let mut config = model.clone();
+        let is_readout = |name: &str| {
+            STAGES.iter().any(|spec| spec.name == name && place(spec) == Some(READOUT))
+        };
+        if is_readout(&self.effect.name) {
+            config.effects.retain(|effect| !is_readout(&effect.name));
+        }
+        config.effects.push(self.effect.clone());
+        config
+    }
+}
+
+/// Where a number is looked for: what is typical and beyond, inside what the stage takes.
+pub fn limits(param: &ParamSpec) -> (f64, f64) {
+    let (low, high) = match param.prior {
+        Prior::Typical(low, high) => (low, high),
+        Prior::Fixed => param.range,
+    };
+    let (low, high) = match param.scale {
+        evpose_sensor::Scale::Log => (low / BEYOND, high * BEYOND),
+        evpose_sensor::Scale::Linear => (low, high),
+    };
+    (low.max(param.range.0), high.min(param.range.1))
+}

@@ -1,0 +1,75 @@
+//! Where models are tried: one scene, one part of time, and the summary to be explained.
+
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex};
+
+use evpose_core::{EventStream, TimeWindow};
+use evpose_sensor::SensorConfig;
+use rayon::prelude::*;
+
+use crate::{Expectation, GapError, Layout, Stage, View};
+
+/// A measured recording beside its scene, and everything that was simulated for it so far.
+#[derive(Debug)]
+pub struct Lab<'a> {
+    /// The scene.
+    pub stage: &'a Stage,
+    /// What is measured of events.
+    pub layout: &'a Layout,
+    /// The part of time that is looked at.
+    pub window: TimeWindow,
+    /// What was measured.
+    pub measured: Vec<f64>,
+    seed: u64,
+    known: Mutex<HashMap<(String, u64), Arc<Vec<f64>>>>,
+}
+
+impl<'a> Lab<'a> {
+    /// Looks at a part of a recording. All noise of simulations comes from `seed`.
+    pub fn new(
+        stage: &'a Stage,
+        layout: &'a Layout,
+        events: &EventStream,
+        window: TimeWindow,
+        seed: u64,
+    ) -> Self {
+        let measured = layout.summarise(&View::new(stage, events, window));
+        Self { stage, layout, window, measured, seed, known: Mutex::default() }
+    }
+
+    /// The summary of run number `run` of a model. Runs of the same number have the same draws
+    /// in all models.
+    ///
+    /// # Errors
+    /// A model that cannot be built or shown the scene.
+    pub fn run(&self, model: &SensorConfig, run: u64) -> Result<Arc<Vec<f64>>, GapError> {
+        let key = (model.to_toml(), run);
+        let lock = || self.known.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        if let Some(known) = lock().get(&key) {
+            return Ok(Arc::clone(known));
+        }
+        let events = self.stage.simulate(model, evpose_core::seed_for(self.seed, "run", run))?;
+        let view = View::new(self.stage, &events, self.window);
+        let summary = Arc::new(self.layout.summarise(&view));
+        lock().insert(key, Arc::clone(&summary));
+        Ok(summary)
+    }
+
+    /// What a model makes one expect, from `runs` runs.
+    ///
+    /// # Errors
+    /// A model that cannot be built or shown the scene.
+    pub fn expect(&self, model: &SensorConfig, runs: u64) -> Result<Expectation, GapError> {
+        let runs = (0..runs)
+            .into_par_iter()
+            .map(|run| self.run(model, run))
+            .collect::<Result<Vec<_>, _>>()?;
+        let runs: Vec<Vec<f64>> = runs.iter().map(|run| run.to_vec()).collect();
+        Ok(Expectation::of_runs(self.layout, &runs))
+    }
+
+    /// How many different models and runs were simulated.
+    pub fn simulated(&self) -> usize {
+        self.known.lock().unwrap_or_else(std::sync::PoisonError::into_inner).len()
+    }
+}

@@ -1,0 +1,35 @@
+//! Finds where simulated and measured events disagree, and names the missing effect.
+//!
+//! ```text
+//! recording + scene + sensor model
+//!   -> Stage      the scene, its classes, the reference's events
+//!   -> Summary    the same probes on measured and simulated events
+//!   -> Null       replicates of the model: what differences chance makes
+//!   -> Naming     every effect of the catalogue fitted; parameters first
+//!   -> Verdict    no gap, a parameter, effects, none of the catalogue, undecided
+//! ```
+
+pub mod candidate;
+mod classes;
+pub mod compare;
+mod error;
+pub mod fit;
+mod hint;
+pub mod knob;
+mod lab;
+mod linear;
+pub mod parameters;
+pub mod probe;
+mod scene;
+pub mod search;
+mod simulate;
+mod summary;
+mod view;
+
+pub use classes::{Cell, Classes};
+pub use compare::{Expectation, by_block, gap, misfit, rho, rho_of_chance};
+pub use error::GapError;
+pub use lab::Lab;
+pub use scene::Scene;
+pub use summary::{Block, Entry, Kind, Layout};
+pub use view::{Expected, Sight, Stage, View};

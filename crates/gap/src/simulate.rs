@@ -1,0 +1,35 @@
+//! The model at work on a scene.
+
+use evpose_core::EventStream;
+use evpose_sensor::{SensorConfig, SensorModel};
+
+use crate::{Classes, Expected, GapError, Scene, Stage};
+
+impl Stage {
+    /// A scene, and `reference` as the model that probes take times and places from: the sensor
+    /// without noise and without delays.
+    ///
+    /// # Errors
+    /// A reference that cannot be built or shown the scene.
+    pub fn new(scene: Scene, reference: &SensorConfig) -> Result<Self, GapError> {
+        let classes = Classes::of(&scene);
+        let mut stage = Self { scene, classes, expected: Expected::default() };
+        stage.expected = Expected::of(&stage.simulate(reference, 0)?);
+        Ok(stage)
+    }
+
+    /// The events that a sensor makes of the scene.
+    ///
+    /// # Errors
+    /// A model that cannot be built or shown the scene.
+    pub fn simulate(&self, config: &SensorConfig, seed: u64) -> Result<EventStream, GapError> {
+        let mut run = SensorModel::from_config(config)?.start(self.scene.size(), seed);
+        let mut all = EventStream::empty(self.scene.size());
+        for (k, plane) in self.scene.planes().iter().enumerate() {
+            for event in run.expose(plane, self.scene.time(k))?.iter() {
+                all.push(event).map_err(|error| GapError::Recording(error.to_string()))?;
+            }
+        }
+        Ok(all)
+    }
+}

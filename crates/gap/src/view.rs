@@ -1,0 +1,165 @@
+//! Events beside the scene that they came from: what probes look at.
+
+use std::ops::Range;
+
+use evpose_core::{EventStream, Micros, SensorSize, TimeWindow};
+
+use crate::{Cell, Classes, Scene};
+
+/// A scene with its classes and the events that the model without any effect makes of it.
+#[derive(Debug)]
+pub struct Stage {
+    /// Luminance over time.
+    pub scene: Scene,
+    /// What the scene does at every pixel and time.
+    pub classes: Classes,
+    /// Events of the reference model, by pixel and polarity.
+    pub expected: Expected,
+}
+
+/// Times of the reference model's events, sorted, by pixel and polarity.
+#[derive(Debug, Default)]
+pub struct Expected {
+    /// Where the times of list `2 pixel + polarity` begin.
+    starts: Vec<usize>,
+    t_us: Vec<i64>,
+}
+
+impl Expected {
+    /// Sorts events into lists.
+    pub fn of(events: &EventStream) -> Self {
+        let lists = 2 * events.sensor().pixels();
+        let list = |event: evpose_core::Event| {
+            let pixel =
+                usize::from(event.y) * usize::from(events.sensor().width) + usize::from(event.x);
+            2 * pixel + usize::from(event.polarity.is_on())
+        };
+        let mut starts = vec![0; lists + 1];
+        for event in events.iter() {
+            starts[list(event) + 1] += 1;
+        }
+        for i in 0..lists {
+            starts[i + 1] += starts[i];
+        }
+        let mut next = starts.clone();
+        let mut t_us = vec![0; events.len()];
+        for event in events.iter() {
+            let slot = &mut next[list(event)];
+            t_us[*slot] = event.t.0;
+            *slot += 1;
+        }
+        Self { starts, t_us }
+    }
+
+    /// Times of the events of a pixel and a polarity, in microseconds.
+    pub fn times(&self, pixel: usize, is_on: bool) -> &[i64] {
+        let list = 2 * pixel + usize::from(is_on);
+        &self.t_us[self.starts[list]..self.starts[list + 1]]
+    }
+
+    /// From the nearest event of the reference to `t_us`: positive where that is later.
+    pub fn lag_us(&self, pixel: usize, is_on: bool, t_us: i64) -> Option<i64> {
+        let times = self.times(pixel, is_on);
+        let next = times.partition_point(|t| *t <= t_us);
+        let before = next.checked_sub(1).map(|i| t_us - times[i]);
+        let after = times.get(next).map(|t| t_us - t);
+        match (before, after) {
+            (Some(b), Some(a)) => Some(if b <= -a { b } else { a }),
+            (found, None) | (None, found) => found,
+        }
+    }
+}
+
+/// One event and what the scene says about it.
+#[derive(Debug, Clone, Copy)]
+pub struct Sight {
+    /// When, in microseconds.
+    pub t_us: i64,
+    /// Which pixel, row by row.
+    pub pixel: u32,
+    /// Its polarity.
+    pub is_on: bool,
+    /// The classes of the pixel then.
+    pub cell: Cell,
+    /// Microseconds since the event before in the same pixel, and whether that was ON.
+    pub before: Option<(i64, bool)>,
+    /// Change of log luminance since the event before in the same pixel (or since the start), in
+    /// the direction of this event: one threshold, for the ideal sensor.
+    pub swing: f32,
+    /// Change of log luminance per second.
+    pub slope: f32,
+    /// Microseconds from the nearest event of the reference in the same pixel and polarity.
+    pub lag_us: Option<i64>,
+}
+
+/// Events of a part of a recording.
+#[derive(Debug)]
+pub struct View<'a> {
+    /// The scene.
+    pub stage: &'a Stage,
+    /// The part of time.
+    pub window: TimeWindow,
+    /// All events of the recording.
+    sights: Vec<Sight>,
+    range: Range<usize>,
+}
+
+impl<'a> View<'a> {
+    /// Looks at the events of a window. Events before it count as what came before.
+    pub fn new(stage: &'a Stage, events: &EventStream, window: TimeWindow) -> Self {
+        let size = stage.scene.size();
+        let width = usize::from(size.width);
+        let mut last: Vec<Option<(i64, bool)>> = vec![None; size.pixels()];
+        let mut sights = Vec::with_capacity(events.len());
+        let classes = &stage.classes;
+        for event in events.iter() {
+            let pixel = usize::from(event.y) * width + usize::from(event.x);
+            let (t_us, is_on) = (event.t.0, event.polarity.is_on());
+            let t_s = event.t.as_seconds();
+            let before = last[pixel].replace((t_us, is_on));
+            let from_s = before.map_or(0.0, |(t, _)| 1e-6 * t as f64);
+            let change = classes.log_at(pixel, t_s) - classes.log_at(pixel, from_s);
+            sights.push(Sight {
+                t_us,
+                pixel: pixel as u32,
+                is_on,
+                cell: classes.cell(pixel, t_s),
+                before: before.map(|(t, on)| (t_us - t, on)),
+                swing: if is_on { change } else { -change },
+                slope: classes.slope_at(pixel, t_s),
+                lag_us: stage.expected.lag_us(pixel, is_on, t_us),
+            });
+        }
+        let range = events.range(window);
+        Self { stage, window, sights, range }
+    }
+
+    /// The events of the window, in order of time.
+    pub fn events(&self) -> &[Sight] {
+        &self.sights[self.range.clone()]
+    }
+
+    /// Width and height in pixels.
+    pub fn size(&self) -> SensorSize {
+        self.stage.scene.size()
+    }
+
+    /// Length of the window in seconds.
+    pub fn seconds(&self) -> f64 {
+        self.window.length().as_seconds()
+    }
+
+    /// The time since the window began, in microseconds.
+    pub fn since_start_us(&self, t_us: i64) -> i64 {
+        t_us - self.window.start.0
+    }
+
+    /// The same view of another window.
+    #[must_use]
+    pub fn over(mut self, window: TimeWindow) -> Self {
+        let at = |t: Micros| self.sights.partition_point(|sight| sight.t_us < t.0);
+        self.range = at(window.start)..at(window.end);
+        self.window = window;
+        self
+    }
+}
