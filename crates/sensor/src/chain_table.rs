@@ -60,10 +60,10 @@ pub(crate) fn short(value: f64) -> String {
         }
     };
     let scientific = format!("{value:.3e}");
-    if !(1e-4..1e6).contains(&value.abs()) {
-        if let Some((digits, exponent)) = scientific.split_once('e') {
-            return format!("{}e{exponent}", trim(digits));
-        }
+    if !(1e-4..1e6).contains(&value.abs())
+        && let Some((digits, exponent)) = scientific.split_once('e')
+    {
+        return format!("{}e{exponent}", trim(digits));
     }
     let decimals = (4 - value.abs().log10() as i32).clamp(0, 8) as usize;
     trim(&format!("{value:.decimals$}"))

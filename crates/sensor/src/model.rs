@@ -44,6 +44,8 @@ pub(crate) struct Chain {
     pub(crate) steps_while_deaf: bool,
     /// Whether events happen where a level is reached, and nowhere else.
     pub(crate) crosses_levels: bool,
+    /// Whether voltages and memories are rounded to single precision as published.
+    pub(crate) is_single: bool,
     pub(crate) background: Vec<Link<Box<dyn BackgroundStage>>>,
     pub(crate) readout: Link<Box<dyn Readout>>,
     pub(crate) clock: Vec<Link<Box<dyn ClockStage>>>,
@@ -77,6 +79,11 @@ impl FrontStage {
     /// Whether its signal is light rather than voltage.
     pub(crate) fn is_in_light(&self) -> bool {
         matches!(self, Self::LightPixel(_) | Self::LightPlane(_))
+    }
+
+    /// Whether it acts on voltage, behind the photoreceptor law.
+    pub(crate) fn is_on_voltage(&self) -> bool {
+        matches!(self, Self::VoltagePixel(_) | Self::VoltagePlane(_))
     }
 
     pub(crate) fn state_planes(&self) -> usize {
@@ -253,6 +260,7 @@ impl From<Vec<Built>> for Chain {
             has_renewals: false,
             steps_while_deaf: false,
             crosses_levels: true,
+            is_single: false,
             background: Vec::new(),
             readout: Link { name: readout::ideal::SPEC.name, stage: ideal },
             clock: Vec::new(),
@@ -297,6 +305,8 @@ impl From<Vec<Built>> for Chain {
             };
             chain.front.push(Link { name, stage: front });
         }
+        let acts_on_voltage = chain.front.iter().any(|link| link.stage.is_on_voltage());
+        chain.is_single = chain.detector.stage.rounds_as_published() && !acts_on_voltage;
         chain
     }
 }

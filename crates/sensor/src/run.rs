@@ -199,7 +199,7 @@ impl SensorRun {
 
     /// From light to requests, or to events where the readout makes pixels wait.
     fn step(&mut self, chain: &Chain, tick: &Tick, light: &[f32], feeds_back: bool) {
-        self.array.begin_scan();
+        self.array.begin_scan(chain, tick);
         let mut seen_by = Witnesses { array: &mut self.array, taps: &mut self.taps };
         self.front.step(chain, tick, light, &mut seen_by);
         let (before, after) = self.front.voltages();

@@ -38,8 +38,8 @@ pub(super) fn run(args: &ShowArgs) -> Result<()> {
 
 /// The chain with values.
 fn json(sensor: &Source) -> Result<Value> {
-    let table = sensor.model()?.describe();
-    let stages = table.rows.iter().map(stage);
+    let model = sensor.model()?;
+    let stages = model.describe().rows.iter().map(stage);
     Ok(json!({
         "name": sensor.name,
         "origin": sensor.origin,

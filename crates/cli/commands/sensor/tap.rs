@@ -19,12 +19,20 @@ struct Tick {
     origin: Origin,
 }
 
+/// A voltage behind a stage.
+struct Signal {
+    stage: &'static str,
+    domain: Domain,
+    /// Seconds and what is there: ln of light behind the photoreceptor, light before it.
+    points: Vec<(f64, f64)>,
+}
+
 /// What was seen of one pixel.
 struct Trace {
     /// Light in front of the chain: seconds, relative to white.
     light: Vec<(f64, f64)>,
     /// Behind each stage with a signal, under its name.
-    signals: Vec<(&'static str, Domain, Vec<(f64, f64)>)>,
+    signals: Vec<Signal>,
     events: Vec<Tick>,
     /// Thresholds of the sensor, ON and OFF, if it has such.
     levels: Vec<f64>,
@@ -88,7 +96,7 @@ fn record(
     })?;
     let signals = run.taps().iter().zip(domains).map(|(tap, domain)| {
         let points = tap.samples().iter().map(|&(t, v)| (t, f64::from(v))).collect();
-        (tap.stage(), domain, points)
+        Signal { stage: tap.stage(), domain, points }
     });
     Ok(Trace { light, signals: signals.collect(), events, levels: levels(model) })
 }
@@ -116,7 +124,7 @@ fn csv(trace: &Trace) -> String {
         }
     };
     add("luminance", &trace.light);
-    for (stage, _, points) in &trace.signals {
+    for Signal { stage, points, .. } in &trace.signals {
         add(stage, points);
     }
     for event in &trace.events {
@@ -159,7 +167,7 @@ fn plot(trace: &Trace, title: &str) -> Result<String> {
         y: Axis::new("white"),
         series: vec![line(ms(&trace.light))],
     }];
-    for (stage, domain, points) in &trace.signals {
+    for Signal { stage, domain, points } in &trace.signals {
         let (y, meaning) = match domain {
             Domain::Optics | Domain::Photodiode => (Axis::new("white"), "light"),
             Domain::Detector => (Axis::new("ln"), "voltage less memory, V - M"),
@@ -231,7 +239,7 @@ mod tests {
             assert_eq!(event.origin, Origin::Signal);
         }
         // Behind the seventh, the difference from the memory is what is left.
-        let (name, _, residual) = &trace.signals[1];
+        let Signal { stage: name, points: residual, .. } = &trace.signals[1];
         assert_eq!(*name, "level_crossing");
         let after = residual.iter().find(|(t, _)| *t > 0.1).map_or(0.0, |point| point.1);
         assert!((after - (rise - 1.4)).abs() < 1e-4, "{after}");

@@ -8,6 +8,9 @@
 //! # Model
 //! A steady leak moves the level of a pixel by `leak_per_s (t - anchor)`: nothing is written while
 //! nothing happens, and no charge is lost to rounding. The anchor moves on every second.
+//!
+//! Where a detector [rounds as published](super::ChangeDetector::rounds_as_published), the leak of
+//! a step is taken off all memories at its start, as is what seeps, and the anchor is at its end.
 
 use evpose_core::{SensorSize, StageNoise, seed_for};
 
@@ -277,6 +280,7 @@ impl PixelArray {
             pixel: pixel as u32,
             count: cell.count,
             per_s,
+            is_single: step.chain.is_single,
         }
     }
 

@@ -108,6 +108,7 @@ mod tests {
             pixel: 0,
             count: 0,
             per_s: 1e3,
+            is_single: false,
         };
         let change = detector.next(&step, 0.002, StageNoise::new(0, SPEC.name, 3))?;
         assert_eq!(change.t_s, 0.003);

@@ -112,6 +112,7 @@ mod tests {
             pixel: 0,
             count: 0,
             per_s: 0.5,
+            is_single: false,
         };
         let (mut events, mut now) = (Vec::new(), step.start_s);
         while let Some(change) = detector.next(&step, now, StageNoise::new(0, SPEC.name, 1)) {

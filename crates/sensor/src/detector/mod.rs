@@ -76,8 +76,10 @@ pub trait ChangeDetector: Send + Sync + Debug {
         false
     }
 
-    /// Whether deaf times are measured between those even times in seconds of single precision.
-    fn rounds_times(&self) -> bool {
+    /// Whether it rounds as the published emulator does: deaf times between those even times are
+    /// measured in seconds of single precision, and where nothing acts on the voltage behind the
+    /// photoreceptor, [memories and leaks](PixelStep::is_single) are kept in it as well.
+    fn rounds_as_published(&self) -> bool {
         false
     }
 

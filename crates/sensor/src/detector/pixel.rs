@@ -108,6 +108,9 @@ pub struct PixelStep {
     pub count: u32,
     /// Parts of the step per second: one over its length.
     pub per_s: f64,
+    /// Whether voltage and memory are kept in single precision, as published: the leak is then off
+    /// the memory already, and operations on it are rounded one by one.
+    pub is_single: bool,
 }
 
 impl PixelStep {
@@ -120,6 +123,25 @@ impl PixelStep {
             return self.from;
         }
         self.from + (self.to - self.from) * ((t_s - self.start_s) * self.per_s)
+    }
+
+    /// What is compared less the memory, at the end of the step.
+    pub fn difference(&self) -> f64 {
+        self.rounded(self.to - self.memory)
+    }
+
+    /// The memory behind `count` events at once.
+    pub fn memory_behind(&self, polarity: Polarity, count: u32) -> f64 {
+        let by = |threshold| self.rounded(f64::from(count) * threshold);
+        self.rounded(match polarity {
+            Polarity::On => self.memory + by(self.threshold_on),
+            Polarity::Off => self.memory - by(self.threshold_off),
+        })
+    }
+
+    /// Of single numbers, a double result rounded again is the single result.
+    fn rounded(&self, x: f64) -> f64 {
+        if self.is_single { f64::from(x as f32) } else { x }
     }
 
     /// The level one threshold away.

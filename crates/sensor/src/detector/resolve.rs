@@ -90,8 +90,13 @@ impl PixelArray {
     pub(super) fn take_out(&self, step: Step<'_>, pixel: usize) -> Subject {
         let seeped = self.seeped.get(pixel).map_or(0.0, |&seeped| f64::from(seeped));
         let steady = self.leak_per_s.get(pixel).map_or(0.0, |&leak| f64::from(leak));
+        let mut seen = self.step_of(step, pixel);
+        if seen.is_single {
+            // It is off the memory from the start of the step.
+            seen.from -= seeped;
+        }
         Subject {
-            seen: self.step_of(step, pixel),
+            seen,
             pause: self.pauses.get(pixel).copied().unwrap_or(Pause::NONE),
             leak: steady * (step.tick.end_s - step.tick.start_s) + seeped,
         }
@@ -187,7 +192,7 @@ impl PixelArray {
         let Step { chain, tick, .. } = step;
         let (pixel, end_s) = (subject.seen.pixel, tick.end_s);
         let Recovery { deaf_s, follows_s, .. } = chain.recovery;
-        let rounds = chain.detector.stage.rounds_times();
+        let rounds = chain.detector.stage.rounds_as_published();
         let times = Spread::new(tick, spread, deaf_s, rounds);
         let is_published = spread > 0 && follows_s <= 0.0;
         let is_passed = is_published && times.passes_over();
@@ -196,8 +201,8 @@ impl PixelArray {
         let pause = subject.pause;
         if let Some(change) = change.filter(|_| !is_blind) {
             let origin = subject.origin(change.polarity);
-            let first = subject.seen.memory;
-            let each = (change.memory - first) / f64::from(change.count.max(1));
+            let first = subject.seen;
+            let each = (change.memory - first.memory) / f64::from(change.count.max(1));
             let mut kept = 0;
             for k in 0..change.count {
                 let t_s = if spread == 0 { change.t_s } else { times.at(k) };
@@ -212,8 +217,11 @@ impl PixelArray {
                 }
                 kept += 1;
                 // The level of the whole burst is the detector's own, to the last bit.
-                let whole = kept == change.count;
-                let memory = if whole { change.memory } else { first + f64::from(kept) * each };
+                let memory = match () {
+                    () if kept == change.count => change.memory,
+                    () if first.is_single => first.memory_behind(change.polarity, kept),
+                    () => first.memory + f64::from(kept) * each,
+                };
                 let firing = Firing { t_s, polarity: change.polarity, origin, memory };
                 out.push(firing.request(pixel));
                 self.reset(step, subject, &firing);

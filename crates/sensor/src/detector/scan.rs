@@ -29,7 +29,10 @@ const WHITE_CODE: f32 = 255.0;
 
 impl PixelArray {
     /// Starts the scan of a step, which goes through all blocks in order.
-    pub(crate) fn begin_scan(&mut self) {
+    pub(crate) fn begin_scan(&mut self, chain: &Chain, tick: &Tick) {
+        if chain.is_single {
+            self.anchor_s = tick.end_s;
+        }
         self.awake.clear();
         self.accepted.clear();
         self.next_hit = 0;
@@ -55,6 +58,9 @@ impl PixelArray {
         }
         if !self.leaked.is_empty() {
             self.seep(chain, tick, pixels, light, voltage);
+        }
+        if chain.is_single {
+            self.drain(chain, tick, pixels);
         }
         if detector.sees_light() {
             self.awake.extend(pixels.start as u32..pixels.end as u32);
@@ -92,6 +98,9 @@ impl PixelArray {
                 link.stage.seep(tick, pixels, steady, seeped, noise);
             }
         }
+        if chain.is_single {
+            return;
+        }
         let leaked = &mut self.leaked[pixels.clone()];
         wide(
             #[inline(always)]
@@ -102,6 +111,26 @@ impl PixelArray {
                 }
             },
         );
+    }
+
+    /// Takes what leaks in this step off the memories, rounded as published.
+    fn drain(&mut self, chain: &Chain, tick: &Tick, pixels: &Range<usize>) {
+        if self.leak_per_s.is_empty() && self.seeped.is_empty() {
+            return;
+        }
+        let dt_s = tick.dt_s() as f32;
+        for pixel in pixels.clone() {
+            let traits = &self.traits[pixel];
+            let steady = match self.leak_per_s.get(pixel) {
+                // What holds until the next event only is known as this product.
+                Some(leak) if chain.has_renewals => dt_s * leak,
+                // Multiplied in the published order.
+                Some(_) => dt_s * traits.leak_hz * traits.threshold_on,
+                None => 0.0,
+            };
+            self.cells[pixel].memory -= steady + self.seeped.get(pixel).unwrap_or(&0.0);
+            self.arm(pixel, tick.start_s, chain.steps_while_deaf);
+        }
     }
 
     fn find_awake(&mut self, tick: &Tick, pixels: &Range<usize>, voltage: &[f32]) {
