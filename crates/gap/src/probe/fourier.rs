@@ -1,0 +1,126 @@
+//! A discrete Fourier transform of a power of two.
+//!
+//! Radix two, decimation in frequency (Gentleman and Sande 1966): numbers go in in order and come
+//! out with the bits of their indices reversed, which [`Fourier::place`] undoes. Sums over blocks
+//! are then taken before anything is put in order.
+
+use std::f64::consts::TAU;
+use std::sync::OnceLock;
+
+/// Logarithm of the longest transform.
+const MAX_BITS: u32 = 15;
+/// The longest transform.
+pub(super) const MAX_LENGTH: usize = 1 << MAX_BITS;
+
+/// Real and imaginary parts of `exp(-2 pi i j / 2h)` for `j < h`, for every `h = 1, 2, 4, ...`:
+/// those of `h` are at `h - 1 + j`.
+struct Roots {
+    re: Vec<f32>,
+    im: Vec<f32>,
+}
+
+impl Roots {
+    fn get() -> &'static Self {
+        static ROOTS: OnceLock<Roots> = OnceLock::new();
+        ROOTS.get_or_init(|| {
+            let halves = (0..MAX_BITS).map(|bits| 1_usize << bits);
+            let angles =
+                halves.flat_map(|half| (0..half).map(move |j| -TAU * j as f64 / (2 * half) as f64));
+            let (im, re) = angles.map(|a| (a.sin() as f32, a.cos() as f32)).unzip();
+            Self { re, im }
+        })
+    }
+}
+
+/// A signal of complex numbers and, after [`Fourier::transform`], its spectrum.
+#[derive(Debug, Clone)]
+pub(super) struct Fourier {
+    /// Real parts.
+    pub(super) re: Vec<f32>,
+    /// Imaginary parts.
+    pub(super) im: Vec<f32>,
+}
+
+impl Fourier {
+    /// A signal of zeros, of at least `length` numbers up to [`MAX_LENGTH`].
+    pub(super) fn zeros(length: usize) -> Self {
+        let length = length.next_power_of_two().clamp(2, MAX_LENGTH);
+        Self { re: vec![0.0; length], im: vec![0.0; length] }
+    }
+
+    /// Number of values, a power of two.
+    pub(super) fn length(&self) -> usize {
+        self.re.len()
+    }
+
+    /// Sets all values to zero.
+    pub(super) fn clear(&mut self) {
+        self.re.fill(0.0);
+        self.im.fill(0.0);
+    }
+
+    /// Turns the signal into its spectrum `sum_n z_n exp(-2 pi i k n / N)`, in reversed order.
+    pub(super) fn transform(&mut self) {
+        let roots = Roots::get();
+        let mut half = self.length() / 2;
+        while half > 1 {
+            let (wr, wi) = (&roots.re[half - 1..2 * half - 1], &roots.im[half - 1..2 * half - 1]);
+            let blocks = self.re.chunks_exact_mut(2 * half).zip(self.im.chunks_exact_mut(2 * half));
+            for (re, im) in blocks {
+                let ((ar, br), (ai, bi)) = (re.split_at_mut(half), im.split_at_mut(half));
+                for j in 0..half {
+                    let (dr, di) = (ar[j] - br[j], ai[j] - bi[j]);
+                    ar[j] += br[j];
+                    ai[j] += bi[j];
+                    br[j] = dr * wr[j] - di * wi[j];
+                    bi[j] = dr * wi[j] + di * wr[j];
+                }
+            }
+            half /= 2;
+        }
+        // Sums and differences of neighbours, whose root is one.
+        for pair in self.re.chunks_exact_mut(2).chain(self.im.chunks_exact_mut(2)) {
+            (pair[0], pair[1]) = (pair[0] + pair[1], pair[0] - pair[1]);
+        }
+    }
+
+    /// Where frequency `k` (cycles per signal, modulo its length) lies in the spectrum.
+    pub(super) fn place(&self, k: usize) -> usize {
+        place(k, self.length())
+    }
+}
+
+/// Where frequency `k` lies in a spectrum of `length`.
+pub(super) fn place(k: usize, length: usize) -> usize {
+    k.reverse_bits() >> (usize::BITS - length.trailing_zeros())
+}
+
+#[cfg(test)]
+mod tests {
+    use evpose_core::CounterRng;
+
+    use super::*;
+
+    #[test]
+    fn a_spectrum_is_the_sum_that_defines_it() {
+        let mut rng = CounterRng::new(1, "fourier", 0);
+        for length in [2, 8, 64] {
+            let mut signal = Fourier::zeros(length);
+            signal.re.iter_mut().chain(&mut signal.im).for_each(|z| *z = rng.normal());
+            let mut spectrum = signal.clone();
+            spectrum.transform();
+            for k in 0..length {
+                let (mut re, mut im) = (0.0, 0.0);
+                for n in 0..length {
+                    let (s, c) = (-TAU * (k * n) as f64 / length as f64).sin_cos();
+                    let (a, b) = (f64::from(signal.re[n]), f64::from(signal.im[n]));
+                    re += a * c - b * s;
+                    im += a * s + b * c;
+                }
+                let place = spectrum.place(k);
+                assert!((re - f64::from(spectrum.re[place])).abs() < 1e-4, "{length} {k}");
+                assert!((im - f64::from(spectrum.im[place])).abs() < 1e-4, "{length} {k}");
+            }
+        }
+    }
+}

@@ -1,0 +1,222 @@
+//! Marks that a readout and a clock leave in stamps and in the order of events.
+
+use std::f64::consts::TAU;
+
+use crate::probe::Probe;
+use crate::probe::scan::{self, Spot};
+use crate::{Block, Entry, View};
+
+/// Residues, shared stamps, neighbours in order, and scans.
+#[derive(Debug)]
+pub(super) struct Readout;
+
+/// Periods of stamps. All divide [`COMMON_US`].
+const PERIODS_US: [usize; 13] = [2, 5, 10, 20, 50, 100, 125, 200, 250, 500, 1_000, 2_000, 5_000];
+const COMMON_US: usize = 10_000;
+/// Logarithm of the number of phases of the step of the scene.
+const STEP_BITS: u32 = 10;
+/// Events this close in time may belong to one visit of the readout.
+const CLOSE_US: i64 = 100;
+/// Pairs of events fewer than this pull shares to zero.
+const SETTLED: f64 = 20.0;
+/// Differences of a share or a correlation up to this do not matter.
+const TOLERANCE: f64 = 0.02;
+
+/// Length of a mean of `n` unit vectors with sum `(x, y)`, less what chance makes of it.
+fn resultant(x: f64, y: f64, n: f64) -> f64 {
+    if n < 2.0 {
+        return 0.0;
+    }
+    ((x * x + y * y - n) / (n * (n - 1.0))).clamp(0.0, 1.0).sqrt()
+}
+
+/// The resultant of events that are counted by phase.
+fn of_phases(phases: &[u32]) -> f64 {
+    let (mut x, mut y, mut n) = (0.0, 0.0, 0.0);
+    for (phase, &events) in phases.iter().enumerate() {
+        let (sin, cos) = (TAU * phase as f64 / phases.len() as f64).sin_cos();
+        x += f64::from(events) * cos;
+        y += f64::from(events) * sin;
+        n += f64::from(events);
+    }
+    resultant(x, y, n)
+}
+
+/// How strongly stamps keep to one phase of each period, and of the step of the scene.
+fn residues(view: &View<'_>, out: &mut Vec<f64>) {
+    let mut common = vec![0_u32; COMMON_US];
+    let mut in_step = [0_u32; 1 << STEP_BITS];
+    // Turns as a fraction of 2^64, whose overflow is the whole turns.
+    let turn_per_us = (1e-6 * view.stage.scene.fps() * 2_f64.powi(64)) as u64;
+    for event in view.events() {
+        common[event.t_us.rem_euclid(COMMON_US as i64) as usize] += 1;
+        let turn = (event.t_us as u64).wrapping_mul(turn_per_us);
+        // Rounded, so that all of a phase are in one place and not in the two beside it.
+        let half = 1_u64 << (63 - STEP_BITS);
+        in_step[(turn.wrapping_add(half) >> (64 - STEP_BITS)) as usize] += 1;
+    }
+    out.extend(PERIODS_US.map(|period_us| {
+        let mut phases = vec![0_u32; period_us];
+        for part in common.chunks_exact(period_us) {
+            phases.iter_mut().zip(part).for_each(|(sum, n)| *sum += n);
+        }
+        of_phases(&phases)
+    }));
+    out.push(of_phases(&in_step));
+}
+
+/// Which lines of the sensor a group of events has touched.
+struct Touched {
+    group_of: Vec<usize>,
+    again: f64,
+}
+
+impl Touched {
+    fn new(lines: u16) -> Self {
+        Self { group_of: vec![0; usize::from(lines)], again: 0.0 }
+    }
+
+    fn touch(&mut self, line: u16, group: usize) {
+        let last = &mut self.group_of[usize::from(line)];
+        if *last == group {
+            self.again += 1.0;
+        }
+        *last = group;
+    }
+}
+
+/// Events that share a stamp, and what rows and columns they share. Does not depend on the order
+/// of events with one stamp, which is a convention of files.
+fn shared(view: &View<'_>, spots: &[Spot], out: &mut Vec<f64>) {
+    let (mut rows, mut columns) =
+        (Touched::new(view.size().height), Touched::new(view.size().width));
+    let (mut groups, mut in_company, mut log_size) = (0, 0.0, 0.0);
+    for group in spots.chunk_by(|a, b| a.t_us == b.t_us) {
+        groups += 1;
+        if group.len() < 2 {
+            continue;
+        }
+        in_company += group.len() as f64;
+        log_size += (group.len() as f64).ln();
+        for event in group {
+            rows.touch(event.y, groups);
+            columns.touch(event.x, groups);
+        }
+    }
+    let n = spots.len() as f64;
+    out.push(in_company / (n + SETTLED));
+    out.push(log_size / (groups as f64 + SETTLED));
+    out.push(rows.again / (in_company + SETTLED));
+    out.push(columns.again / (in_company + SETTLED));
+}
+
+/// What events with different stamps share with the next one, and whether rows and columns go up
+/// or down between two that are close in time.
+fn succession(spots: &[Spot], out: &mut Vec<f64>) {
+    let (mut pairs, mut row, mut column) = (0.0, 0.0, 0.0);
+    let (mut close, mut down, mut right) = (0.0, 0.0, 0.0);
+    for pair in spots.windows(2) {
+        let after_us = pair[1].t_us - pair[0].t_us;
+        if after_us == 0 {
+            continue;
+        }
+        let dx = i32::from(pair[1].x) - i32::from(pair[0].x);
+        let dy = i32::from(pair[1].y) - i32::from(pair[0].y);
+        pairs += 1.0;
+        row += f64::from(u8::from(dy == 0));
+        column += f64::from(u8::from(dx == 0));
+        if after_us < CLOSE_US {
+            close += 1.0;
+            down += f64::from(dy.signum());
+            right += f64::from(dx.signum());
+        }
+    }
+    out.extend([row, column].map(|same| same / (pairs + SETTLED)));
+    out.extend([down, right].map(|sign| sign / (close + SETTLED)));
+}
+
+impl Probe for Readout {
+    fn entries(&self) -> Vec<Entry> {
+        let number = |name: String| Entry::number(Block::Readout, name, TOLERANCE);
+        let residues = PERIODS_US.iter().map(|us| number(format!("stamps modulo {us} us")));
+        let others = [
+            "stamps modulo the step of the scene",
+            "share of events that share their stamp",
+            "mean log number of events with one stamp",
+            "share of events with one stamp that share their row",
+            "share of events with one stamp that share their column",
+            "share of events in the row of the event before",
+            "share of events in the column of the event before",
+            "rows go up between close events",
+            "columns go up between close events",
+        ];
+        let scans = scan::AXES.iter().flat_map(|axis| {
+            (0..scan::BANDS).map(move |band| number(format!("clock locked to {axis}, band {band}")))
+        });
+        residues.chain(others.map(|name| number(name.to_owned()))).chain(scans).collect()
+    }
+
+    fn measure(&self, view: &View<'_>, out: &mut Vec<f64>) {
+        residues(view, out);
+        let spots = Spot::of(view);
+        shared(view, &spots, out);
+        succession(&spots, out);
+        out.extend(scan::resultants(view, &spots));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use evpose_core::{Event, EventStream, Micros};
+
+    use super::*;
+    use crate::probe::testing;
+
+    fn stamped(stamp: impl Fn(i64) -> i64) -> EventStream {
+        testing::changed(|event| Some(Event { t: Micros(stamp(event.t.0)), ..event }))
+    }
+
+    #[test]
+    fn quantised_stamps_keep_to_one_phase_of_the_period_and_its_parts() {
+        let quantised = stamped(|t| t.div_euclid(250) * 250);
+        let number = |us| testing::number(&Readout, &quantised, &format!("stamps modulo {us} us"));
+        for us in [2, 5, 10, 50, 125, 250] {
+            assert!((number(us) - 1.0).abs() < 1e-9, "{us}: {}", number(us));
+        }
+        // Four phases of a millisecond.
+        assert!(number(1_000) < 0.1, "{}", number(1_000));
+        let free = stamped(|t| t);
+        assert!(testing::number(&Readout, &free, "stamps modulo 250 us") < 0.1);
+    }
+
+    #[test]
+    fn what_events_of_one_stamp_share_does_not_depend_on_their_order() {
+        let quantised = stamped(|t| t.div_euclid(1_000) * 1_000);
+        let backward = testing::stream({
+            let mut events: Vec<Event> = quantised.iter().collect();
+            events.reverse();
+            events
+        });
+        assert_ne!(quantised, backward);
+        for entry in Readout.entries() {
+            let [a, b] = [&quantised, &backward]
+                .map(|events| testing::number(&Readout, events, &entry.name));
+            if !entry.name.contains("of the event before") {
+                assert!((a - b).abs() < 1e-4, "{}: {a} {b}", entry.name);
+            }
+        }
+        let share = "share of events that share their stamp";
+        assert!(testing::number(&Readout, &quantised, share) > 0.9);
+    }
+
+    #[test]
+    fn rows_that_go_up_with_the_stamp_are_noticed() {
+        let name = "rows go up between close events";
+        let sorted = testing::changed(|event| {
+            let t = event.t.0.div_euclid(1_000) * 1_000 + i64::from(event.y) * 5;
+            Some(Event { t: Micros(t), ..event })
+        });
+        assert!(testing::number(&Readout, &sorted, name) > 0.9);
+        assert!(testing::number(&Readout, testing::events(), name).abs() < 0.2);
+    }
+}

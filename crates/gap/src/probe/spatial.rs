@@ -1,0 +1,322 @@
+//! How events differ from pixel to pixel.
+//!
+//! # Model
+//! The residual of a pixel is `sqrt(n + 3/8) - sqrt(g e + 3/8)` (Anscombe 1948) of its events `n`
+//! and those of the reference `e`, with one gain `g` for all pixels: its variance is 1/4 for
+//! independent events and next to nothing where each event has its cause in the light. A pattern
+//! that is fixed to pixels shows in both halves of the time, which are made of every other 50 ms.
+
+use crate::probe::image::dot;
+use crate::probe::{Probe, reference};
+use crate::{Block, Entry, View};
+
+/// Shares of the busiest pixels, silent pixels, and the statistics of residuals.
+#[derive(Debug)]
+pub(super) struct Spatial;
+
+const HALF_US: i64 = 50_000;
+const SHARES: [f64; 4] = [0.001, 0.005, 0.01, 0.05];
+/// A pixel is silent where the reference has at least this many events and there is none.
+const SPOKEN: f32 = 8.0;
+/// Distances of pairs of pixels.
+const DISTANCES: [usize; 3] = [1, 2, 4];
+const RINGS: usize = 5;
+const TILES: (usize, usize) = (6, 4);
+/// Correlations over fewer pixels than this cannot be had.
+const ENOUGH_PIXELS: usize = 50;
+/// Events fewer than this pull shares and dispersions to those of events without structure.
+const SETTLED: f64 = 50.0;
+/// Differences of a share or a correlation up to this do not matter.
+const TOLERANCE: f64 = 0.02;
+
+/// Events per pixel in each half of the time.
+struct Maps {
+    /// Of half `h` and polarity `p` at `2 h + p`.
+    measured: [Vec<f32>; 4],
+    expected: [Vec<f32>; 4],
+    /// Of pixels at rest.
+    quiet: [Vec<f32>; 2],
+}
+
+impl Maps {
+    fn of(view: &View<'_>) -> Self {
+        let plane = || vec![0.0_f32; view.size().pixels()];
+        let half = |t_us| (view.since_start_us(t_us) / HALF_US % 2) as usize;
+        let mut measured = [(); 4].map(|()| plane());
+        let mut expected = [(); 4].map(|()| plane());
+        let mut quiet = [(); 2].map(|()| plane());
+        for event in view.events() {
+            let (half, pixel) = (half(event.t_us), event.pixel as usize);
+            measured[2 * half + usize::from(event.is_on)][pixel] += 1.0;
+            if event.cell.is_quiet() {
+                quiet[half][pixel] += 1.0;
+            }
+        }
+        for list in reference::lists(view, view.window) {
+            for t_us in list.t_us {
+                expected[2 * half(*t_us) + usize::from(list.is_on)][list.pixel] += 1.0;
+            }
+        }
+        Self { measured, expected, quiet }
+    }
+}
+
+fn sum(a: &[f32], b: &[f32]) -> Vec<f32> {
+    a.iter().zip(b).map(|(a, b)| a + b).collect()
+}
+
+fn residuals(measured: &[f32], expected: &[f32]) -> Vec<f32> {
+    let (mut n, mut e) = (0.0, 0.0);
+    for (measured, expected) in measured.iter().zip(expected).filter(|(_, e)| **e > 0.0) {
+        n += f64::from(*measured);
+        e += f64::from(*expected);
+    }
+    let gain = if e > 0.0 { (n / e).clamp(0.2, 5.0) as f32 } else { 1.0 };
+    let pairs = measured.iter().zip(expected);
+    pairs.map(|(n, e)| (n + 0.375).sqrt() - (gain * e + 0.375).sqrt()).collect()
+}
+
+/// Correlation over the pixels that are chosen.
+fn correlation(a: &[f32], b: &[f32], is_chosen: impl Fn(usize) -> bool) -> f64 {
+    let (mut n, mut sums) = (0, [0.0_f64; 5]);
+    for pixel in (0..a.len()).filter(|pixel| is_chosen(*pixel)) {
+        let (a, b) = (f64::from(a[pixel]), f64::from(b[pixel]));
+        n += 1;
+        for (sum, term) in sums.iter_mut().zip([a, b, a * a, b * b, a * b]) {
+            *sum += term;
+        }
+    }
+    if n < ENOUGH_PIXELS {
+        return f64::NAN;
+    }
+    let [a, b, aa, bb, ab] = sums.map(|sum| sum / f64::from(n as u32));
+    let scale = ((aa - a * a) * (bb - b * b)).max(0.0).sqrt();
+    if scale > 1e-12 { (ab - a * b) / scale } else { 0.0 }
+}
+
+/// Pixels with most events in `by`, and the shares of events that they have in `of`.
+fn top_shares(by: &[f32], of: &[f32]) -> [f64; 4] {
+    let count = |share: f64| ((share * by.len() as f64).round() as usize).max(1);
+    let mut busy: Vec<u32> = (0..by.len() as u32).filter(|p| by[*p as usize] > 0.0).collect();
+    let order = |a: &u32, b: &u32| by[*b as usize].total_cmp(&by[*a as usize]).then(a.cmp(b));
+    let most = count(SHARES[3]);
+    if busy.len() > most {
+        busy.select_nth_unstable_by(most, order);
+        busy.truncate(most);
+    }
+    busy.sort_unstable_by(order);
+    let all: f64 = of.iter().map(|n| f64::from(*n)).sum();
+    SHARES.map(|share| {
+        let top = busy.iter().take(count(share)).map(|p| f64::from(of[*p as usize]));
+        top.sum::<f64>() / (all + SETTLED)
+    })
+}
+
+/// Moran's index of pairs of pixels at a distance along rows and columns.
+fn moran(centred: &[f32], width: usize, distance: usize) -> f64 {
+    let height = centred.len() / width;
+    let variance = dot(centred, centred) / centred.len() as f64;
+    if distance >= width || distance >= height || variance < 1e-12 {
+        return 0.0;
+    }
+    let along: f64 = centred.chunks_exact(width).map(|row| dot(row, &row[distance..])).sum();
+    let down = dot(centred, &centred[distance * width..]);
+    let pairs = height * (width - distance) + (height - distance) * width;
+    (along + down) / pairs as f64 / variance
+}
+
+/// Logarithm of the variance of sums over lines against that of independent pixels.
+fn line_dispersion(sums: &[f64], per_line: usize, variance: f64) -> f64 {
+    let mean = sums.iter().sum::<f64>() / sums.len() as f64;
+    let found = sums.iter().map(|sum| (sum - mean).powi(2)).sum::<f64>() / sums.len() as f64;
+    if variance < 1e-12 { 0.0 } else { (found / (per_line as f64 * variance)).max(1e-3).ln() }
+}
+
+/// Variance over mean of the events of pixels at rest, as a logarithm.
+fn log_fano(quiet: &[f32]) -> f64 {
+    let all: f64 = quiet.iter().map(|n| f64::from(*n)).sum();
+    let mean = all / quiet.len() as f64;
+    let squares: f64 = quiet.iter().map(|n| (f64::from(*n) - mean).powi(2)).sum();
+    ((squares + SETTLED) / (all + SETTLED)).ln()
+}
+
+/// Counts by distance from the centre, and by tile and polarity.
+fn places(view: &View<'_>, [off, on]: &[Vec<f32>; 2], out: &mut Vec<f64>) {
+    let (width, height) = (usize::from(view.size().width), usize::from(view.size().height));
+    let mut rings = [0.0; RINGS];
+    let mut tiles = [0.0; TILES.0 * TILES.1 * 2];
+    let off_centre = |i: usize, n: usize| (i as f32 + 0.5 - 0.5 * n as f32).powi(2);
+    let columns: Vec<(usize, f32)> =
+        (0..width).map(|x| (x * TILES.0 / width, off_centre(x, width))).collect();
+    let corner = 0.25 * (width * width + height * height) as f32;
+    let rows = off.chunks_exact(width).zip(on.chunks_exact(width));
+    for (y, (off, on)) in rows.enumerate() {
+        let (row, up) = (y * TILES.1 / height * TILES.0, off_centre(y, height));
+        for ((column, side), (off, on)) in columns.iter().zip(off.iter().zip(on)) {
+            let (off, on) = (f64::from(*off), f64::from(*on));
+            let ring = ((side + up) / corner).sqrt() * RINGS as f32;
+            rings[(ring as usize).min(RINGS - 1)] += off + on;
+            tiles[2 * (row + column)] += off;
+            tiles[2 * (row + column) + 1] += on;
+        }
+    }
+    out.extend(rings.iter().chain(&tiles));
+}
+
+impl Probe for Spatial {
+    fn entries(&self) -> Vec<Entry> {
+        let number = |name: String, tolerance| Entry::number(Block::Spatial, name, tolerance);
+        let percent = |share: &f64| 100.0 * share;
+        let quiet = SHARES.iter().map(|share| {
+            let name =
+                format!("share at rest of the {} % busiest in the other half", percent(share));
+            number(name, TOLERANCE)
+        });
+        let all = SHARES.iter().map(|share| {
+            number(format!("share of the {} % busiest pixels", percent(share)), TOLERANCE)
+        });
+        let silent = Entry::count(Block::Spatial, "silent pixels");
+        let others = [
+            ("log variance over mean at rest", 0.05),
+            ("correlation of residuals of halves, all pixels", TOLERANCE),
+            ("correlation of residuals of halves, pixels active in both", TOLERANCE),
+            ("variance of residuals of active pixels", 0.01),
+            ("correlation of residuals of ON and OFF", TOLERANCE),
+            ("log dispersion of rows", 0.1),
+            ("log dispersion of columns", 0.1),
+        ];
+        let others = others.map(|(name, tolerance)| number(name.to_owned(), tolerance));
+        let morans =
+            DISTANCES.map(|d| number(format!("likeness of residuals {d} pixels apart"), TOLERANCE));
+        let count = |name| Entry::count(Block::Spatial, name);
+        let rings = (0..RINGS).map(|ring| count(format!("events of ring {ring}")));
+        let tiles = (0..TILES.0 * TILES.1 * 2)
+            .map(|i| count(format!("{} events of tile {}", ["OFF", "ON"][i % 2], i / 2)));
+        let shares = quiet.chain(all).chain([silent]);
+        shares.chain(others).chain(morans).chain(rings).chain(tiles).collect()
+    }
+
+    fn measure(&self, view: &View<'_>, out: &mut Vec<f64>) {
+        let Maps { measured, expected, quiet } = Maps::of(view);
+        let forth = top_shares(&quiet[0], &quiet[1]);
+        let back = top_shares(&quiet[1], &quiet[0]);
+        out.extend(forth.iter().zip(back).map(|(a, b)| 0.5 * (a + b)));
+
+        let halves = |maps: &[Vec<f32>; 4]| [sum(&maps[0], &maps[1]), sum(&maps[2], &maps[3])];
+        let signs = |maps: &[Vec<f32>; 4]| [sum(&maps[0], &maps[2]), sum(&maps[1], &maps[3])];
+        let (n_half, e_half) = (halves(&measured), halves(&expected));
+        let (n_sign, e_sign) = (signs(&measured), signs(&expected));
+        let (n, e) = (sum(&n_half[0], &n_half[1]), sum(&e_half[0], &e_half[1]));
+        out.extend(top_shares(&n, &n));
+        out.push(n.iter().zip(&e).filter(|(n, e)| **n == 0.0 && **e >= SPOKEN).count() as f64);
+
+        out.push(log_fano(&sum(&quiet[0], &quiet[1])));
+        let [first, second] = [0, 1].map(|half| residuals(&n_half[half], &e_half[half]));
+        out.push(correlation(&first, &second, |_| true));
+        out.push(correlation(&first, &second, |p| e_half[0][p] > 0.0 && e_half[1][p] > 0.0));
+
+        let mut whole = residuals(&n, &e);
+        let active = whole.iter().zip(&e).filter(|(_, e)| **e > 0.0);
+        let (count, squares) = active
+            .fold((0.0, 0.0), |(count, squares), (d, _)| (count + 1.0, squares + f64::from(d * d)));
+        out.push(squares / (count + SETTLED));
+        let [off, on] = [0, 1].map(|sign| residuals(&n_sign[sign], &e_sign[sign]));
+        out.push(correlation(&off, &on, |p| e_sign[0][p] > 0.0 && e_sign[1][p] > 0.0));
+
+        let pixels = whole.len() as f64;
+        let mean = whole.iter().map(|d| f64::from(*d)).sum::<f64>() / pixels;
+        whole.iter_mut().for_each(|d| *d -= mean as f32);
+        let variance = dot(&whole, &whole) / pixels;
+        let width = usize::from(view.size().width);
+        let mut columns = vec![0.0; width];
+        let mut rows = Vec::with_capacity(whole.len() / width);
+        for row in whole.chunks_exact(width) {
+            rows.push(row.iter().map(|d| f64::from(*d)).sum::<f64>());
+            columns.iter_mut().zip(row).for_each(|(sum, d)| *sum += f64::from(*d));
+        }
+        out.push(line_dispersion(&rows, width, variance));
+        out.push(line_dispersion(&columns, whole.len() / width, variance));
+        out.extend(DISTANCES.map(|distance| moran(&whole, width, distance)));
+        places(view, &n_sign, out);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use evpose_core::{Event, EventStream, Micros, Polarity, StageNoise};
+
+    use super::*;
+    use crate::probe::testing;
+
+    /// Leaves out a share of the events of a pixel, by chance.
+    fn thinned(share: impl Fn(Event) -> f32) -> EventStream {
+        let noise = StageNoise::new(5, "thin", 0);
+        let mut index = 0;
+        testing::changed(|event| {
+            index += 1;
+            (noise.uniform(index, 0) > share(event)).then_some(event)
+        })
+    }
+
+    fn number(events: &EventStream, name: &str) -> f64 {
+        testing::number(&Spatial, events, name)
+    }
+
+    #[test]
+    fn hot_pixels_raise_the_shares_of_the_busiest() {
+        let hot = (0..600).map(|i| Event {
+            t: Micros(1_000 * i64::from(i)),
+            x: testing::REST_FROM + 10 + (i % 3),
+            y: 30,
+            polarity: Polarity::On,
+        });
+        let noise = testing::noise(2_000, 1);
+        let even = testing::stream(testing::events().iter().chain(noise.clone()));
+        let spiked = testing::stream(testing::events().iter().chain(noise).chain(hot));
+        let name = "share at rest of the 0.1 % busiest in the other half";
+        assert!(number(&even, name) < 0.02, "{}", number(&even, name));
+        assert!(number(&spiked, name) > 0.3, "{}", number(&spiked, name));
+        let name = "log variance over mean at rest";
+        assert!(number(&even, name).abs() < 0.3, "{}", number(&even, name));
+        assert!(number(&spiked, name) > 2.0, "{}", number(&spiked, name));
+    }
+
+    #[test]
+    fn silent_pixels_are_counted_where_the_reference_speaks() {
+        let mut counts = std::collections::HashMap::new();
+        for event in testing::events().iter().filter(|event| event.y == 40) {
+            *counts.entry(event.x).or_insert(0) += 1;
+        }
+        let spoken = counts.values().filter(|count| **count >= 8).count();
+        assert!(spoken > 20);
+        let dead = testing::changed(|event| (event.y != 40).then_some(event));
+        assert_eq!(number(testing::events(), "silent pixels"), 0.0);
+        assert_eq!(number(&dead, "silent pixels"), spoken as f64);
+    }
+
+    #[test]
+    fn a_fixed_pattern_shows_in_both_halves_and_chance_does_not() {
+        let name = "correlation of residuals of halves, pixels active in both";
+        let by_chance = number(&thinned(|_| 0.3), name);
+        let fixed = number(&thinned(|event| 0.6 * f32::from((event.x + event.y) % 2)), name);
+        assert!(by_chance.abs() < 0.1, "{by_chance}");
+        assert!(fixed > 0.3, "{fixed}");
+        let name = "correlation of residuals of ON and OFF";
+        assert!(number(&thinned(|event| 0.6 * f32::from((event.x + event.y) % 2)), name) > 0.3);
+    }
+
+    #[test]
+    fn a_pattern_of_columns_shows_along_columns_and_not_along_rows() {
+        let columns = thinned(|event| 0.6 * f32::from(event.x % 2));
+        let along = number(&columns, "log dispersion of columns");
+        let across = number(&columns, "log dispersion of rows");
+        assert!(along > across + 1.0, "{along} {across}");
+    }
+
+    #[test]
+    fn neighbours_are_alike_in_a_pattern_of_patches() {
+        let patches = thinned(|event| 0.6 * f32::from((event.x / 8 + event.y / 8) % 2));
+        let name = "likeness of residuals 1 pixels apart";
+        assert!(number(&patches, name) > number(&thinned(|_| 0.3), name) + 0.2);
+    }
+}

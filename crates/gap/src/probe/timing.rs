@@ -1,0 +1,176 @@
+//! Times against the reference: how late events are, where, and which never come.
+
+use evpose_core::{Micros, TimeWindow};
+
+use crate::probe::quantile::Lags;
+use crate::probe::{Probe, brightness_third, is_moving, reference};
+use crate::{Block, Cell, Entry, View};
+
+/// Lag behind the nearest event of the reference in the same pixel and polarity.
+#[derive(Debug)]
+pub(super) struct Timing;
+
+/// Limits of the size of a lag, microseconds.
+const EDGES_US: [i64; 9] = [30, 100, 200, 400, 800, 1_600, 3_200, 6_400, 15_000];
+/// Both signs, one bin in the middle, and one for events that have no partner.
+const BINS: usize = 2 * EDGES_US.len();
+/// Thirds of brightness and two polarities.
+const HISTOGRAMS: usize = 3 * 2;
+const CLASSES: usize = Cell::BRIGHTNESSES * 2;
+const THIRDS: usize = 3;
+/// Lags up to this go into medians: a pair further apart may be none.
+const NEAR_US: i64 = 3_000;
+/// An expected event without a measured one within this time has not come.
+const REACH_US: i64 = 5_000;
+/// Differences of a lag up to this share of the scene's step do not matter.
+const TOLERANCE_STEPS: f64 = 0.05;
+
+fn sign(is_on: usize) -> &'static str {
+    ["OFF", "ON"][is_on]
+}
+
+/// The middle is zero lag; lags to either side follow; the last is none within reach.
+fn bin(lag_us: Option<i64>) -> usize {
+    let none = BINS - 1;
+    let Some(lag_us) = lag_us else { return none };
+    let size = EDGES_US.iter().filter(|edge| lag_us.abs() >= **edge).count();
+    let middle = EDGES_US.len() - 1;
+    match size {
+        far if far > middle => none,
+        size if lag_us < 0 => middle - size,
+        size => middle + size,
+    }
+}
+
+/// Expected events, away from the ends of the window, without a measured one within reach.
+fn missing(view: &View<'_>) -> [f64; CLASSES] {
+    let mut missing = [0.0; CLASSES];
+    let reach = Micros(REACH_US);
+    let inner = TimeWindow { start: view.window.start + reach, end: view.window.end - reach };
+    if inner.start >= inner.end {
+        return missing;
+    }
+    let mut miss = |pixel: usize, is_on: bool, t_us: i64| {
+        let cell = view.stage.classes.cell(pixel, 1e-6 * t_us as f64);
+        missing[2 * cell.brightness() + usize::from(is_on)] += 1.0;
+    };
+    // What is left of every list behind the events seen so far.
+    let mut left: Vec<&[i64]> = vec![&[]; 2 * view.size().pixels()];
+    for list in reference::lists(view, inner) {
+        left[2 * list.pixel + usize::from(list.is_on)] = list.t_us;
+    }
+    for event in view.events() {
+        let pixel = event.pixel as usize;
+        let times = &mut left[2 * pixel + usize::from(event.is_on)];
+        while let [t_us, rest @ ..] = *times
+            && *t_us <= event.t_us + REACH_US
+        {
+            if *t_us < event.t_us - REACH_US {
+                miss(pixel, event.is_on, *t_us);
+            }
+            *times = rest;
+        }
+    }
+    for (list, times) in left.iter().enumerate() {
+        times.iter().for_each(|t_us| miss(list / 2, list % 2 == 1, *t_us));
+    }
+    missing
+}
+
+impl Probe for Timing {
+    fn entries(&self) -> Vec<Entry> {
+        let count = |name| Entry::count(Block::Timing, name);
+        let lag = |name| Entry::number(Block::Timing, name, TOLERANCE_STEPS);
+        let histogram = (0..HISTOGRAMS * BINS).map(|i| {
+            let (bin, is_on, third) = (i % BINS, i / BINS % 2, i / BINS / 2);
+            count(format!("lag of {} events, brightness third {third}, bin {bin}", sign(is_on)))
+        });
+        let by_class = (0..CLASSES).map(|i| {
+            lag(format!("median lag in steps, {} events, brightness {}", sign(i % 2), i / 2))
+        });
+        let by_third = (0..THIRDS).map(|i| lag(format!("median lag in steps, third {i} of time")));
+        let missing = (0..CLASSES).map(|i| {
+            count(format!("expected {} events that never come, brightness {}", sign(i % 2), i / 2))
+        });
+        histogram.chain(by_class).chain(by_third).chain(missing).collect()
+    }
+
+    fn measure(&self, view: &View<'_>, out: &mut Vec<f64>) {
+        let mut histogram = [0.0; HISTOGRAMS * BINS];
+        let mut by_class = vec![Lags::below(NEAR_US); CLASSES];
+        let mut by_third = vec![Lags::below(NEAR_US); THIRDS];
+        let length_us = view.window.length().0.max(1);
+        for event in view.events().iter().filter(|event| is_moving(event.cell)) {
+            let is_on = usize::from(event.is_on);
+            let group = 2 * brightness_third(event.cell) + is_on;
+            histogram[group * BINS + bin(event.lag_us)] += 1.0;
+            if let Some(lag_us) = event.lag_us {
+                let third = view.since_start_us(event.t_us) * THIRDS as i64 / length_us;
+                by_class[2 * event.cell.brightness() + is_on].add(lag_us);
+                by_third[third as usize].add(lag_us);
+            }
+        }
+        out.extend(histogram);
+        let steps_per_us = 1e-6 / view.stage.scene.step_s();
+        let lags = by_class.iter().chain(&by_third);
+        out.extend(lags.map(|lags| steps_per_us * lags.median_us()));
+        out.extend(missing(view));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use evpose_core::{Event, EventStream};
+
+    use super::*;
+    use crate::probe::testing;
+
+    fn later(us: impl Fn(Micros) -> i64) -> EventStream {
+        testing::changed(|event| Some(Event { t: event.t + Micros(us(event.t)), ..event }))
+    }
+
+    #[test]
+    fn the_bins_of_lags_are_symmetric() {
+        let bins = [-20_000, -15_000, -14_999, -30, -29, 0, 29, 30, 14_999, 15_000];
+        assert_eq!(bins.map(|lag| bin(Some(lag))), [17, 17, 0, 7, 8, 8, 8, 9, 16, 17]);
+        assert_eq!(bin(None), BINS - 1);
+    }
+
+    #[test]
+    fn a_shift_of_all_stamps_is_the_median_lag_of_every_class() {
+        // Steps are a millisecond.
+        let late = later(|_| 100);
+        for name in Timing.entries().iter().filter(|entry| entry.name.starts_with("median lag")) {
+            assert_eq!(testing::number(&Timing, testing::events(), &name.name), 0.0);
+            let lag = testing::number(&Timing, &late, &name.name);
+            assert!((lag - 0.1).abs() < 1e-9, "{}: {lag}", name.name);
+        }
+    }
+
+    #[test]
+    fn a_clock_that_runs_fast_has_a_lag_that_grows() {
+        let fast = later(|t| t.0 / 1_000);
+        for (third, lag) in [0.1, 0.3, 0.5].into_iter().enumerate() {
+            let name = format!("median lag in steps, third {third} of time");
+            let found = testing::number(&Timing, &fast, &name);
+            assert!((found - lag).abs() < 0.02, "{third}: {found}");
+        }
+    }
+
+    #[test]
+    fn events_that_never_come_are_counted() {
+        let missed = |events: &EventStream| -> f64 {
+            missing(&View::new(testing::stage(), events, testing::whole())).iter().sum()
+        };
+        assert_eq!(missed(testing::events()), 0.0);
+        let inner = REACH_US..testing::whole().end.0 - REACH_US;
+        let is_gone = |event: Event| event.x == 20;
+        let gone = testing::events().iter().filter(|event| is_gone(*event));
+        let gone = gone.filter(|event| inner.contains(&event.t.0)).count();
+        let without = testing::changed(|event| (!is_gone(event)).then_some(event));
+        assert_eq!(missed(&without), gone as f64);
+        // Within reach none is missing, beyond it all are.
+        assert_eq!(missed(&later(|_| 4_000)), 0.0);
+        assert!(missed(&later(|_| 6_000)) > 0.9 * testing::events().len() as f64);
+    }
+}
