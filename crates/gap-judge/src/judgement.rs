@@ -1,0 +1,172 @@
+//! Distances before and after, against those of a simulator from itself.
+
+use std::fmt;
+
+use evpose_core::EventStream;
+use serde::Serialize;
+
+use crate::Distance;
+
+/// Standard deviations of the simulator's distances from itself that are still chance.
+const CHANCE: f64 = 3.0;
+/// Standard errors that a distance must have shrunk by.
+const CLEAR: f64 = 2.0;
+
+/// Distances over several runs.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Spread {
+    /// Their mean.
+    pub mean: f64,
+    /// Their standard deviation.
+    pub sd: f64,
+    /// How many there are.
+    pub n: usize,
+}
+
+impl Spread {
+    fn of(distances: &[f64]) -> Self {
+        let n = distances.len();
+        let mean = distances.iter().sum::<f64>() / n as f64;
+        let squares: f64 = distances.iter().map(|d| (d - mean).powi(2)).sum();
+        Self { mean, sd: (squares / (n.max(2) - 1) as f64).sqrt(), n }
+    }
+
+    /// Whether a mean distance is one that the simulator has from itself, of which this is the
+    /// spread.
+    fn covers(&self, distance: f64) -> bool {
+        // Distances that are exactly alike differ by rounding.
+        distance <= self.mean + CHANCE * self.sd + 1e-12
+    }
+
+    fn squared_error(&self) -> f64 {
+        self.sd * self.sd / self.n as f64
+    }
+}
+
+/// One statistic.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Row {
+    /// Its name.
+    pub name: &'static str,
+    /// The unit of its distances; empty for parts of one.
+    pub unit: &'static str,
+    /// From the recording to the simulator before.
+    pub before: Spread,
+    /// From the recording to the simulator after.
+    pub after: Spread,
+    /// Between runs of the simulator before.
+    pub chance_before: Spread,
+    /// Between runs of the simulator after.
+    pub chance_after: Spread,
+    /// Whether the distance has shrunk by more than chance; none if it is one of the simulator from
+    /// itself after, and was before as far as can be told.
+    pub came_closer: Option<bool>,
+    /// Whether the distance after is one that the simulator has from itself.
+    pub is_closed: bool,
+}
+
+impl Row {
+    pub(crate) fn of(
+        name: &'static str,
+        unit: &'static str,
+        distance: &Distance<'_>,
+        measured: &EventStream,
+        before: &[EventStream],
+        after: &[EventStream],
+    ) -> Self {
+        let to = |runs: &[EventStream]| {
+            Spread::of(&runs.iter().map(|run| distance(measured, run)).collect::<Vec<_>>())
+        };
+        let within = |runs: &[EventStream]| {
+            let pairs = (0..runs.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
+            Spread::of(&pairs.map(|(i, j)| distance(&runs[i], &runs[j])).collect::<Vec<_>>())
+        };
+        let (chance_before, chance_after) = (within(before), within(after));
+        let (before, after) = (to(before), to(after));
+        let is_closed = chance_after.covers(after.mean);
+        let error = (before.squared_error() + after.squared_error()).sqrt();
+        let has_shrunk = before.mean - after.mean > CLEAR * error;
+        let came_closer = match (chance_before.covers(before.mean), is_closed) {
+            (true, true) => None,
+            // Hardly beyond chance before, and chance after: nothing to shrink, nothing left.
+            (false, true) if !has_shrunk => None,
+            _ => Some(has_shrunk),
+        };
+        Self { name, unit, before, after, chance_before, chance_after, came_closer, is_closed }
+    }
+}
+
+/// All statistics together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// Every distance is one of the simulator from itself, before and after.
+    Chance,
+    /// Every distance that means something has shrunk.
+    Closer,
+    /// Some have shrunk, some have not.
+    Partly,
+    /// None has shrunk.
+    NotCloser,
+}
+
+/// What the judge says.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Judgement {
+    /// The statistics.
+    pub rows: Vec<Row>,
+    /// All of them together.
+    pub verdict: Verdict,
+}
+
+impl Judgement {
+    pub(crate) fn of(rows: Vec<Row>) -> Self {
+        let any = |answer| rows.iter().any(|row| row.came_closer == Some(answer));
+        let verdict = match (any(true), any(false)) {
+            (false, false) => Verdict::Chance,
+            (true, false) => Verdict::Closer,
+            (true, true) => Verdict::Partly,
+            (false, true) => Verdict::NotCloser,
+        };
+        Self { rows, verdict }
+    }
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Chance => "as close as chance before and after",
+            Self::Closer => "closer in all that differed",
+            Self::Partly => "closer in a part of what differed",
+            Self::NotCloser => "not closer",
+        })
+    }
+}
+
+impl fmt::Display for Judgement {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "{:<22}{:>18}{:>18}{:>18}  {:<8}",
+            "distance", "before", "after", "of runs", "closer"
+        )?;
+        for row in &self.rows {
+            let name = if row.unit.is_empty() {
+                row.name.to_owned()
+            } else {
+                format!("{}, {}", row.name, row.unit)
+            };
+            let spread = |s: &Spread| format!("{:.3} +- {:.3}", s.mean, s.sd);
+            let closer = match (row.came_closer, row.is_closed) {
+                (None, _) => "chance",
+                (Some(true), true) => "closed",
+                (Some(true), false) => "yes",
+                (Some(false), _) => "no",
+            };
+            let (before, after) = (spread(&row.before), spread(&row.after));
+            let chance = spread(&row.chance_after);
+            writeln!(f, "{name:<22}{before:>18}{after:>18}{chance:>18}  {closer}")?;
+        }
+        write!(f, "{}", self.verdict)
+    }
+}
