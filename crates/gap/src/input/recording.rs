@@ -1,0 +1,83 @@
+//! A recording of any format, in the frame of the sensor that the scene has.
+
+use std::path::Path;
+
+use evpose_core::{Event, EventStream, EventStreamBuilder, Rejected, SensorSize};
+use evpose_io::SensorOrigin;
+
+use crate::GapError;
+
+/// A recording and what was found with it.
+#[derive(Debug, Clone)]
+pub struct LoadedRecording {
+    /// The events, in order of time.
+    pub events: EventStream,
+    /// Events that were left out, because they were out of order or outside the sensor.
+    pub rejected: Rejected,
+    /// What was read, a line each.
+    pub provenance: Vec<String>,
+    /// What a user should know, a line each.
+    pub notes: Vec<String>,
+}
+
+/// Reads a recording. `sensor` is used where the file does not state its own; whether it is that
+/// of the scene is for [`Problems`](super::Problems) to say.
+///
+/// # Errors
+/// If the file cannot be read or holds no events.
+pub fn load_recording(
+    path: impl AsRef<Path>,
+    sensor: Option<SensorSize>,
+) -> Result<LoadedRecording, GapError> {
+    let path = path.as_ref();
+    let mut read = evpose_io::open(path)?;
+    let mut notes = Vec::new();
+    if let Some(given) = sensor {
+        match read.sensor_origin {
+            SensorOrigin::Assumed => read = evpose_io::open_with(path, sensor)?,
+            SensorOrigin::Inferred => read.stream = placed(&read.stream, given, &mut notes),
+            SensorOrigin::Stated | SensorOrigin::Given => {}
+        }
+    }
+    let (events, rejected) = (read.stream, read.rejected);
+    if events.is_empty() {
+        return Err(GapError::Recording(format!(
+            "{}: no events ({} outside the sensor, {} out of order)",
+            path.display(),
+            rejected.outside_sensor,
+            rejected.out_of_order
+        )));
+    }
+    let span = [0, events.len() - 1].map(|i| events.t()[i].as_seconds());
+    let provenance = vec![format!(
+        "{}: {} events of a sensor of {} from {:.6} s to {:.6} s ({})",
+        path.display(),
+        events.len(),
+        events.sensor(),
+        span[0],
+        span[1],
+        read.format
+    )];
+    Ok(LoadedRecording { events, rejected, provenance, notes })
+}
+
+/// Events of a file that does not state its sensor, on the given one or on the same one turned.
+fn placed(events: &EventStream, given: SensorSize, notes: &mut Vec<String>) -> EventStream {
+    let least = events.sensor();
+    let turned = SensorSize { width: given.height, height: given.width };
+    let holds = |size: SensorSize| least.width <= size.width && least.height <= size.height;
+    let (size, how) = match (holds(given), holds(turned)) {
+        (true, _) => (given, "as the scene has it"),
+        (false, true) => (turned, "the scene's with width and height exchanged"),
+        (false, false) => (least, "the smallest that holds every event"),
+    };
+    notes.push(format!("the recording does not state its sensor: {size} is taken, {how}"));
+    on(size, events.iter())
+}
+
+/// Events on a sensor that holds all of them, in order of time.
+pub(super) fn on(size: SensorSize, events: impl IntoIterator<Item = Event>) -> EventStream {
+    let mut builder = EventStreamBuilder::new(size);
+    events.into_iter().for_each(|event| builder.push(event));
+    builder.finish().0
+}

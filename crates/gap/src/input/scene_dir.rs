@@ -1,0 +1,147 @@
+//! A scene directory: `scene.json`, and the light of every frame in `frames.npy` or `frames/`.
+
+use std::path::{Path, PathBuf};
+
+use evpose_core::{Plane, SensorSize};
+use evpose_io::{Encoding, FrameSource};
+
+use super::{Description, Nominal};
+use crate::{GapError, Scene};
+
+/// A scene and what was found with it.
+#[derive(Debug, Clone)]
+pub struct LoadedScene {
+    /// Luminance over time.
+    pub scene: Scene,
+    /// What the maker says of the sensor.
+    pub nominal: Option<Nominal>,
+    /// Length of the recording as it is stated, in seconds.
+    pub duration_s: f64,
+    /// Where the frames come from.
+    pub frames_path: PathBuf,
+    /// What was read, a line each.
+    pub provenance: Vec<String>,
+    /// What a user should know, a line each.
+    pub notes: Vec<String>,
+}
+
+/// Frames are counted exactly by most, one of the two ends more by some, and with a rate that is
+/// rounded by a few.
+const SPARE_FRAMES: f64 = 1.5;
+
+/// Reads a scene directory. Frames are linear luminance.
+///
+/// # Errors
+/// If a file or a field is missing or means nothing, or if frames are not what the fields say.
+pub fn load_scene(dir: impl AsRef<Path>) -> Result<LoadedScene, GapError> {
+    let dir = dir.as_ref();
+    let json = dir.join("scene.json");
+    let said = Description::read(&json)?;
+    let field = |field: &str, problem: String| GapError::Field {
+        path: json.clone(),
+        field: field.to_owned(),
+        problem,
+    };
+    let mut notes = Vec::new();
+    for key in &said.unknown {
+        notes.push(format!("{}: `{key}` is not used", json.display()));
+    }
+    let frames_path = frames_of(dir, &mut notes)?;
+    let mut source = FrameSource::open(&frames_path, Encoding::Linear, said.white)?;
+    let (got, size) = (source.size(), said.size);
+    if got != size {
+        let name = if got.width == size.width { "height" } else { "width" };
+        let turned = SensorSize { width: size.height, height: size.width };
+        let hint = if got == turned { ": width and height are exchanged" } else { "" };
+        let frames = frames_path.display();
+        return Err(field(name, format!("{size}, but frames of {frames} are {got}{hint}")));
+    }
+    let expected = said.fps * said.duration_s;
+    let frames = source.frames();
+    let spare = frames as f64 - expected;
+    if spare.abs() > SPARE_FRAMES {
+        let problem = format!(
+            "{} s at {} frames per second are {expected:.1} frames, but {} has {frames}",
+            said.duration_s,
+            said.fps,
+            frames_path.display()
+        );
+        return Err(field("duration_s", problem));
+    }
+    if spare < 0.5 {
+        let last_s = (frames as f64 - 1.0) / said.fps;
+        notes.push(format!(
+            "the last of {frames} frames is seen at {last_s:.4} s: the rest of {} s is not compared",
+            said.duration_s
+        ));
+    }
+    let planes = read_all(&mut source, &mut notes)?;
+    let provenance = vec![
+        format!(
+            "{}: {size}, {} frames per second, {} s",
+            json.display(),
+            said.fps,
+            said.duration_s
+        ),
+        format!(
+            "{}: {frames} frames, {}, white {}",
+            frames_path.display(),
+            source.depth(),
+            source.white()
+        ),
+    ];
+    let scene = Scene::new(said.fps, planes)?;
+    let (nominal, duration_s) = (said.nominal, said.duration_s);
+    Ok(LoadedScene { scene, nominal, duration_s, frames_path, provenance, notes })
+}
+
+fn frames_of(dir: &Path, notes: &mut Vec<String>) -> Result<PathBuf, GapError> {
+    let (array, folder) = (dir.join("frames.npy"), dir.join("frames"));
+    match (array.is_file(), folder.is_dir()) {
+        (true, both) => {
+            if both {
+                notes.push(format!("{} is not used beside frames.npy", folder.display()));
+            }
+            Ok(array)
+        }
+        (false, true) => Ok(folder),
+        (false, false) => Err(GapError::Scene(format!(
+            "{}: neither frames.npy nor a folder frames/",
+            dir.display()
+        ))),
+    }
+}
+
+fn read_all(
+    source: &mut FrameSource,
+    notes: &mut Vec<String>,
+) -> Result<Vec<Plane<f32>>, GapError> {
+    let mut planes = Vec::new();
+    let mut frame = Plane::for_sensor(source.size(), 0.0);
+    let (mut repaired, mut brightest) = (0usize, 0f32);
+    while source.next_into(&mut frame)? {
+        for light in frame.data_mut() {
+            if !(light.is_finite() && *light >= 0.0) {
+                *light = 0.0;
+                repaired += 1;
+            }
+            brightest = brightest.max(*light);
+        }
+        planes.push(frame.clone());
+    }
+    let path = source.path().display();
+    if repaired > 0 {
+        notes
+            .push(format!("{path}: {repaired} values that are negative or no number are darkness"));
+    }
+    if brightest <= 0.0 {
+        return Err(GapError::Scene(format!("{path}: there is no light in any frame")));
+    }
+    if !(0.02..=4.0).contains(&brightest) {
+        notes.push(format!(
+            "{path}: the brightest light is {brightest:.3} of white ({}); is `white` right?",
+            source.white()
+        ));
+    }
+    Ok(planes)
+}
