@@ -4,6 +4,7 @@
 //! is one file with its entries and its formula, and one line in [`PROBES`].
 
 mod crossing;
+mod displacement;
 mod fourier;
 mod geometry;
 mod image;
@@ -12,6 +13,7 @@ mod load;
 mod quantile;
 mod readout;
 mod reference;
+mod residual;
 mod scan;
 mod spatial;
 mod spectrum;
@@ -88,6 +90,17 @@ mod tests {
                 let window = TimeWindow { start: Micros(start), end: Micros(end) };
                 assert_eq!(summary(events, window).len(), entries);
             }
+        }
+    }
+
+    #[test]
+    fn a_sensor_of_a_few_pixels_has_them_too() {
+        let layout = Layout::of_all_probes();
+        for (width, height) in [(1, 1), (5, 2), (3, 9)] {
+            let stage = testing::tiny(width, height);
+            let events = testing::corner_events(width, height);
+            let view = View::new(&stage, &events, testing::whole());
+            assert_eq!(layout.summarise(&view).len(), layout.entries.len());
         }
     }
 

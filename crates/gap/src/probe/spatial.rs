@@ -1,12 +1,9 @@
 //! How events differ from pixel to pixel.
 //!
-//! # Model
-//! The residual of a pixel is `sqrt(n + 3/8) - sqrt(g e + 3/8)` (Anscombe 1948) of its events `n`
-//! and those of the reference `e`, with one gain `g` for all pixels: its variance is 1/4 for
-//! independent events and next to nothing where each event has its cause in the light. A pattern
-//! that is fixed to pixels shows in both halves of the time, which are made of every other 50 ms.
+//! A pattern that is fixed to pixels shows in both halves of the time, which are made of every
+//! other 50 ms; so do hot pixels, which chance does not make busiest in both.
 
-use crate::probe::image::dot;
+use crate::probe::residual::{Residuals, correlation};
 use crate::probe::{Probe, reference};
 use crate::{Block, Entry, View};
 
@@ -14,7 +11,9 @@ use crate::{Block, Entry, View};
 #[derive(Debug)]
 pub(super) struct Spatial;
 
+/// Halves are made of every other block of this, less this at either end.
 const HALF_US: i64 = 50_000;
+const APART_US: i64 = 5_000;
 const SHARES: [f64; 4] = [0.001, 0.005, 0.01, 0.05];
 /// A pixel is silent where the reference has at least this many events and there is none.
 const SPOKEN: f32 = 8.0;
@@ -22,76 +21,60 @@ const SPOKEN: f32 = 8.0;
 const DISTANCES: [usize; 3] = [1, 2, 4];
 const RINGS: usize = 5;
 const TILES: (usize, usize) = (6, 4);
-/// Correlations over fewer pixels than this cannot be had.
-const ENOUGH_PIXELS: usize = 50;
 /// Events fewer than this pull shares and dispersions to those of events without structure.
 const SETTLED: f64 = 50.0;
 /// Differences of a share or a correlation up to this do not matter.
 const TOLERANCE: f64 = 0.02;
 
-/// Events per pixel in each half of the time.
+/// Which part of the time: a half, or neither, close to where the halves meet. Otherwise an event
+/// that is late goes from one half to the other, and ties the two together.
+fn part(since_start_us: i64) -> usize {
+    let within_us = since_start_us.rem_euclid(HALF_US);
+    if !(APART_US..HALF_US - APART_US).contains(&within_us) {
+        return 2;
+    }
+    (since_start_us.div_euclid(HALF_US) % 2) as usize
+}
+
+/// Events per pixel in each part of the time.
 struct Maps {
-    /// Of half `h` and polarity `p` at `2 h + p`.
-    measured: [Vec<f32>; 4],
-    expected: [Vec<f32>; 4],
+    /// Of part `h` and polarity `p` at `2 h + p`.
+    measured: [Vec<f32>; 6],
+    expected: [Vec<f32>; 6],
     /// Of pixels at rest.
-    quiet: [Vec<f32>; 2],
+    quiet: [Vec<f32>; 3],
 }
 
 impl Maps {
     fn of(view: &View<'_>) -> Self {
         let plane = || vec![0.0_f32; view.size().pixels()];
-        let half = |t_us| (view.since_start_us(t_us) / HALF_US % 2) as usize;
-        let mut measured = [(); 4].map(|()| plane());
-        let mut expected = [(); 4].map(|()| plane());
-        let mut quiet = [(); 2].map(|()| plane());
+        let part = |t_us| part(view.since_start_us(t_us));
+        let mut measured = [(); 6].map(|()| plane());
+        let mut expected = [(); 6].map(|()| plane());
+        let mut quiet = [(); 3].map(|()| plane());
         for event in view.events() {
-            let (half, pixel) = (half(event.t_us), event.pixel as usize);
-            measured[2 * half + usize::from(event.is_on)][pixel] += 1.0;
+            let (part, pixel) = (part(event.t_us), event.pixel as usize);
+            measured[2 * part + usize::from(event.is_on)][pixel] += 1.0;
             if event.cell.is_quiet() {
-                quiet[half][pixel] += 1.0;
+                quiet[part][pixel] += 1.0;
             }
         }
         for list in reference::lists(view, view.window) {
             for t_us in list.t_us {
-                expected[2 * half(*t_us) + usize::from(list.is_on)][list.pixel] += 1.0;
+                expected[2 * part(*t_us) + usize::from(list.is_on)][list.pixel] += 1.0;
             }
         }
         Self { measured, expected, quiet }
     }
 }
 
-fn sum(a: &[f32], b: &[f32]) -> Vec<f32> {
-    a.iter().zip(b).map(|(a, b)| a + b).collect()
-}
-
-fn residuals(measured: &[f32], expected: &[f32]) -> Vec<f32> {
-    let (mut n, mut e) = (0.0, 0.0);
-    for (measured, expected) in measured.iter().zip(expected).filter(|(_, e)| **e > 0.0) {
-        n += f64::from(*measured);
-        e += f64::from(*expected);
+/// Sums of maps, pixel by pixel.
+fn sum(first: &[f32], others: &[&[f32]]) -> Vec<f32> {
+    let mut sums = first.to_vec();
+    for other in others {
+        sums.iter_mut().zip(*other).for_each(|(sum, n)| *sum += n);
     }
-    let gain = if e > 0.0 { (n / e).clamp(0.2, 5.0) as f32 } else { 1.0 };
-    let pairs = measured.iter().zip(expected);
-    pairs.map(|(n, e)| (n + 0.375).sqrt() - (gain * e + 0.375).sqrt()).collect()
-}
-
-/// Correlation over the pixels that are chosen.
-fn correlation(a: &[f32], b: &[f32], is_chosen: impl Fn(usize) -> bool) -> f64 {
-    let (mut n, mut sums) = (0, [0.0_f64; 5]);
-    for pixel in (0..a.len()).filter(|pixel| is_chosen(*pixel)) {
-        let (a, b) = (f64::from(a[pixel]), f64::from(b[pixel]));
-        n += 1;
-        for (sum, term) in sums.iter_mut().zip([a, b, a * a, b * b, a * b]) {
-            *sum += term;
-        }
-    }
-    if n < ENOUGH_PIXELS {
-        return f64::NAN;
-    }
-    let [a, b, aa, bb, ab] = sums.map(|sum| sum / f64::from(n as u32));
-    let scale = ((aa - a * a) * (bb - b * b)).max(0.0).sqrt();
-    if scale > 1e-12 { (ab - a * b) / scale } else { 0.0 }
+    sums
 }
 
 /// Pixels with most events in `by`, and the shares of events that they have in `of`.
@@ -110,26 +93,6 @@ fn top_shares(by: &[f32], of: &[f32]) -> [f64; 4] {
         let top = busy.iter().take(count(share)).map(|p| f64::from(of[*p as usize]));
         top.sum::<f64>() / (all + SETTLED)
     })
-}
-
-/// Moran's index of pairs of pixels at a distance along rows and columns.
-fn moran(centred: &[f32], width: usize, distance: usize) -> f64 {
-    let height = centred.len() / width;
-    let variance = dot(centred, centred) / centred.len() as f64;
-    if distance >= width || distance >= height || variance < 1e-12 {
-        return 0.0;
-    }
-    let along: f64 = centred.chunks_exact(width).map(|row| dot(row, &row[distance..])).sum();
-    let down = dot(centred, &centred[distance * width..]);
-    let pairs = height * (width - distance) + (height - distance) * width;
-    (along + down) / pairs as f64 / variance
-}
-
-/// Logarithm of the variance of sums over lines against that of independent pixels.
-fn line_dispersion(sums: &[f64], per_line: usize, variance: f64) -> f64 {
-    let mean = sums.iter().sum::<f64>() / sums.len() as f64;
-    let found = sums.iter().map(|sum| (sum - mean).powi(2)).sum::<f64>() / sums.len() as f64;
-    if variance < 1e-12 { 0.0 } else { (found / (per_line as f64 * variance)).max(1e-3).ln() }
 }
 
 /// Variance over mean of the events of pixels at rest, as a logarithm.
@@ -202,41 +165,27 @@ impl Probe for Spatial {
         let back = top_shares(&quiet[1], &quiet[0]);
         out.extend(forth.iter().zip(back).map(|(a, b)| 0.5 * (a + b)));
 
-        let halves = |maps: &[Vec<f32>; 4]| [sum(&maps[0], &maps[1]), sum(&maps[2], &maps[3])];
-        let signs = |maps: &[Vec<f32>; 4]| [sum(&maps[0], &maps[2]), sum(&maps[1], &maps[3])];
+        let halves = |m: &[Vec<f32>; 6]| [sum(&m[0], &[&m[1]]), sum(&m[2], &[&m[3]])];
+        let signs = |m: &[Vec<f32>; 6]| [0, 1].map(|p| sum(&m[p], &[&m[2 + p], &m[4 + p]]));
         let (n_half, e_half) = (halves(&measured), halves(&expected));
         let (n_sign, e_sign) = (signs(&measured), signs(&expected));
-        let (n, e) = (sum(&n_half[0], &n_half[1]), sum(&e_half[0], &e_half[1]));
+        let (n, e) = (sum(&n_sign[0], &[&n_sign[1]]), sum(&e_sign[0], &[&e_sign[1]]));
         out.extend(top_shares(&n, &n));
         out.push(n.iter().zip(&e).filter(|(n, e)| **n == 0.0 && **e >= SPOKEN).count() as f64);
 
-        out.push(log_fano(&sum(&quiet[0], &quiet[1])));
-        let [first, second] = [0, 1].map(|half| residuals(&n_half[half], &e_half[half]));
+        out.push(log_fano(&sum(&quiet[0], &[&quiet[1], &quiet[2]])));
+        let [first, second] = [0, 1].map(|half| Residuals::of(&n_half[half], &e_half[half]));
         out.push(correlation(&first, &second, |_| true));
         out.push(correlation(&first, &second, |p| e_half[0][p] > 0.0 && e_half[1][p] > 0.0));
-
-        let mut whole = residuals(&n, &e);
-        let active = whole.iter().zip(&e).filter(|(_, e)| **e > 0.0);
-        let (count, squares) = active
-            .fold((0.0, 0.0), |(count, squares), (d, _)| (count + 1.0, squares + f64::from(d * d)));
-        out.push(squares / (count + SETTLED));
-        let [off, on] = [0, 1].map(|sign| residuals(&n_sign[sign], &e_sign[sign]));
+        let mut whole = Residuals::of(&n, &e);
+        out.push(whole.mean_square(|p| e[p] > 0.0));
+        let [off, on] = [0, 1].map(|sign| Residuals::of(&n_sign[sign], &e_sign[sign]));
         out.push(correlation(&off, &on, |p| e_sign[0][p] > 0.0 && e_sign[1][p] > 0.0));
 
-        let pixels = whole.len() as f64;
-        let mean = whole.iter().map(|d| f64::from(*d)).sum::<f64>() / pixels;
-        whole.iter_mut().for_each(|d| *d -= mean as f32);
-        let variance = dot(&whole, &whole) / pixels;
+        whole.centre();
         let width = usize::from(view.size().width);
-        let mut columns = vec![0.0; width];
-        let mut rows = Vec::with_capacity(whole.len() / width);
-        for row in whole.chunks_exact(width) {
-            rows.push(row.iter().map(|d| f64::from(*d)).sum::<f64>());
-            columns.iter_mut().zip(row).for_each(|(sum, d)| *sum += f64::from(*d));
-        }
-        out.push(line_dispersion(&rows, width, variance));
-        out.push(line_dispersion(&columns, whole.len() / width, variance));
-        out.extend(DISTANCES.map(|distance| moran(&whole, width, distance)));
+        out.extend(whole.line_dispersions(width));
+        out.extend(DISTANCES.map(|distance| whole.moran(width, distance)));
         places(view, &n_sign, out);
     }
 }
@@ -303,6 +252,13 @@ mod tests {
         assert!(fixed > 0.3, "{fixed}");
         let name = "correlation of residuals of ON and OFF";
         assert!(number(&thinned(|event| 0.6 * f32::from((event.x + event.y) % 2)), name) > 0.3);
+    }
+
+    #[test]
+    fn late_events_do_not_tie_the_halves_together() {
+        let name = "correlation of residuals of halves, pixels active in both";
+        let late = testing::changed(|event| Some(Event { t: event.t + Micros(500), ..event }));
+        assert!(number(&late, name).abs() < 0.1, "{}", number(&late, name));
     }
 
     #[test]

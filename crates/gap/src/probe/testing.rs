@@ -57,6 +57,21 @@ pub(super) fn events() -> &'static EventStream {
     &made().1
 }
 
+/// A stage of two steps in which nothing happens.
+pub(super) fn tiny(width: u16, height: u16) -> Stage {
+    let size = SensorSize { width, height };
+    let scene = Scene::new(FPS, vec![Plane::for_sensor(size, 0.5); 3]).unwrap();
+    let events = corner_events(width, height);
+    Stage { classes: Classes::of(&scene), expected: Expected::of(&events), scene }
+}
+
+/// Events at either end of a sensor.
+pub(super) fn corner_events(width: u16, height: u16) -> EventStream {
+    let at = |t, x, y| Event { t: Micros(t), x, y, polarity: Polarity::On };
+    let events = [at(0, 0, 0), at(700, width - 1, height - 1), at(700, 0, 0)];
+    EventStream::from_events(SensorSize { width, height }, events).unwrap()
+}
+
 /// All of the scene.
 pub(super) fn whole() -> TimeWindow {
     TimeWindow { start: Micros(0), end: Micros(600_001) }
