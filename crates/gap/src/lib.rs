@@ -24,6 +24,7 @@ mod scene;
 pub mod search;
 mod simulate;
 mod summary;
+pub mod verdict;
 mod view;
 
 pub use classes::{Cell, Classes};

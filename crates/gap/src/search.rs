@@ -5,14 +5,16 @@ use rayon::prelude::*;
 
 use crate::candidate::{Candidate, Trial};
 use crate::compare::misfit;
-use crate::fit::{Fit, Slopes, descend, misfit_of};
+use crate::fit::{Fit, Slopes, descend};
 use crate::hint;
 use crate::knob::Knob;
 use crate::parameters::Parameter;
 use crate::{GapError, Lab};
 
+/// Candidates whose strength is fitted.
+const NEAR: usize = 8;
 /// Candidates that are fitted with all their numbers.
-const FINALISTS: usize = 8;
+const FINALISTS: usize = 3;
 /// Rounds of the fit of all numbers.
 const ROUNDS: usize = 4;
 
@@ -88,52 +90,65 @@ pub fn search(
         }
     }
     best.sort_by(|a, b| a.2.total_cmp(&b.2));
-    let mut found = best
+    let near = NEAR.min(best.len());
+    let mut lined = best[..near]
         .par_iter()
-        .enumerate()
-        .map(|(rank, (name, trial, left))| {
-            let fit = if rank < FINALISTS {
-                polish(lab, model, trial)?
-            } else {
-                Fit { model: trial.beside(model), misfit: *left }
-            };
-            Ok(Found { name, fit, trial: (*trial).clone() })
+        .map(|(name, trial, left)| {
+            let (model, left) = line(lab, model, trial, *left, &slopes)?;
+            Ok(Found { name, fit: Fit { model, misfit: left }, trial: (*trial).clone() })
         })
         .collect::<Result<Vec<_>, GapError>>()?;
-    let rest = found.split_off(FINALISTS.min(found.len()));
-    found.sort_by(|a, b| a.fit.misfit.total_cmp(&b.fit.misfit));
+    lined.sort_by(|a, b| a.fit.misfit.total_cmp(&b.fit.misfit));
+    let mut found = Vec::new();
+    for (rank, mut one) in lined.into_iter().enumerate() {
+        if rank < FINALISTS {
+            let all: Vec<Knob> = own(&one.trial).into_iter().chain(parameter_knobs()).collect();
+            one.fit = descend(lab, &one.fit.model, &all, 2, ROUNDS)?;
+        }
+        found.push(one);
+    }
+    let rest = best[near..].iter().map(|(name, trial, left)| Found {
+        name,
+        fit: Fit { model: trial.beside(model), misfit: *left },
+        trial: (*trial).clone(),
+    });
     found.extend(rest);
+    found.sort_by(|a, b| a.fit.misfit.total_cmp(&b.fit.misfit));
     Ok(found)
 }
 
-/// Fits all numbers of an effect and of the model.
-fn polish(lab: &Lab<'_>, model: &SensorConfig, trial: &Trial) -> Result<Fit, GapError> {
-    let name = trial.effect.name.as_str();
-    let own = trial.params.iter().map(|param| {
-        let spec = evpose_sensor::STAGES.iter().find(|spec| spec.name == name);
-        Knob::Effect(spec.map_or("", |spec| spec.name), param)
-    });
-    let own: Vec<Knob> = own.collect();
-    let mut start = trial.beside(model);
-    // Along the strength first: half and quarter steps of the grid.
-    let mut least = misfit_of(lab, &start, 1)?;
-    for steps in [6.0, 3.0, 1.5] {
-        let tried = [-1.0, 1.0]
-            .par_iter()
-            .map(|sign| {
-                let turned = own[0].turned(&start, sign * steps);
-                Ok((misfit_of(lab, &turned, 1)?, turned))
-            })
-            .collect::<Result<Vec<_>, GapError>>()?;
-        for (value, turned) in tried {
-            if value < least {
-                least = value;
-                start = turned;
+/// The knobs of an effect.
+fn own(trial: &Trial) -> Vec<Knob> {
+    let spec = evpose_sensor::STAGES.iter().find(|spec| spec.name == trial.effect.name);
+    let name = spec.map_or("", |spec| spec.name);
+    trial.params.iter().map(|param| Knob::Effect(name, param)).collect()
+}
+
+/// Finds the strength of an effect between the values it was first tried at, the numbers of the
+/// model following in a line.
+fn line(
+    lab: &Lab<'_>,
+    model: &SensorConfig,
+    trial: &Trial,
+    left: f64,
+    slopes: &Slopes,
+) -> Result<(SensorConfig, f64), GapError> {
+    let head = own(trial)[0];
+    let knobs = parameter_knobs();
+    let (mut at, mut least) = (trial.beside(model), left);
+    for steps in [7.0, 3.5, 1.8] {
+        for sign in [-1.0, 1.0] {
+            let turned = head.turned(&at, sign * steps);
+            let expected = lab.expect(&turned, 1)?;
+            let deviations = expected.deviations(lab.layout, &lab.measured);
+            let (_, left) = slopes.best(lab, &expected, &deviations, &knobs);
+            if left < least {
+                (at, least) = (turned, left);
+                break;
             }
         }
     }
-    let all: Vec<Knob> = own.into_iter().chain(parameter_knobs()).collect();
-    descend(lab, &start, &all, 2, ROUNDS)
+    Ok((at, least))
 }
 
 /// Sum of deviations of a model.

@@ -27,7 +27,9 @@ impl Stage {
         let mut all = EventStream::empty(self.scene.size());
         for (k, plane) in self.scene.planes().iter().enumerate() {
             for event in run.expose(plane, self.scene.time(k))?.iter() {
-                all.push(event).map_err(|error| GapError::Recording(error.to_string()))?;
+                all.push(event).map_err(|error| {
+                    GapError::Recording(format!("{error}\n{}", config.to_toml()))
+                })?;
             }
         }
         Ok(all)

@@ -109,22 +109,23 @@ impl<'a> View<'a> {
     pub fn new(stage: &'a Stage, events: &EventStream, window: TimeWindow) -> Self {
         let size = stage.scene.size();
         let width = usize::from(size.width);
-        let mut last: Vec<Option<(i64, bool)>> = vec![None; size.pixels()];
+        // Time, polarity and log light of the last event of every pixel.
+        let mut last: Vec<Option<(i64, bool, f32)>> = vec![None; size.pixels()];
         let mut sights = Vec::with_capacity(events.len());
         let classes = &stage.classes;
         for event in events.iter() {
             let pixel = usize::from(event.y) * width + usize::from(event.x);
             let (t_us, is_on) = (event.t.0, event.polarity.is_on());
             let t_s = event.t.as_seconds();
-            let before = last[pixel].replace((t_us, is_on));
-            let from_s = before.map_or(0.0, |(t, _)| 1e-6 * t as f64);
-            let change = classes.log_at(pixel, t_s) - classes.log_at(pixel, from_s);
+            let log = classes.log_at(pixel, t_s);
+            let before = last[pixel].replace((t_us, is_on, log));
+            let change = log - before.map_or_else(|| classes.log_at(pixel, 0.0), |(.., log)| log);
             sights.push(Sight {
                 t_us,
                 pixel: pixel as u32,
                 is_on,
                 cell: classes.cell(pixel, t_s),
-                before: before.map(|(t, on)| (t_us - t, on)),
+                before: before.map(|(t, on, _)| (t_us - t, on)),
                 swing: if is_on { change } else { -change },
                 slope: classes.slope_at(pixel, t_s),
                 lag_us: stage.expected.lag_us(pixel, is_on, t_us),

@@ -43,6 +43,20 @@ fn a_pixel_that_waits_is_reset_when_it_is_served() {
     }
 }
 
+/// A visit behind the end of a step has a stamp before it on a clock that is behind, and the next
+/// step has visits with earlier stamps.
+#[test]
+fn a_clock_that_is_behind_keeps_events_in_order_from_step_to_step() {
+    let scan = effect("scanned_readout").with("period_us", 240.0);
+    let late = effect("clock_offset_drift").with("offset_us", -7.0);
+    let mut run = sensor(&[scan, late], size(16, 12), 1);
+    let events = record(&mut run, 100, 1_000, |x, y, t| {
+        light(-3.0 + (40.0 + x as f64) * t + 0.01 * y as f64)
+    });
+    assert!(events.len() > 1_000);
+    assert!(events.is_sorted_by_key(|event| event.t));
+}
+
 #[test]
 fn rows_are_served_together() {
     let arbiter = effect("arbiter").with("rate_hz", 1e6).with("row_ns", 10_000.0);
