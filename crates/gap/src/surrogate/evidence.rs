@@ -1,0 +1,254 @@
+//! Effects that the whole recording and both of its halves agree on.
+
+use super::agreement::{Agreement, effect, exact};
+use super::clock::{self, Axis};
+use super::findings::BareEffect;
+use super::places::Counts;
+use super::quiet::Background;
+use super::train::Train;
+use super::{interval, line, load};
+
+/// Contrast of a line of a lamp.
+const LEAST_LINE: f64 = 12.0;
+/// Regular background: its shortest intervals are this many times those of chance.
+const LEAST_REGULARITY: f64 = 1.5;
+/// Background of chance: its shortest intervals are about those of chance.
+const CHANCE: std::ops::Range<f64> = 0.8..1.25;
+/// Fewest events of a background.
+const LEAST_BACKGROUND: usize = 50;
+/// More of one polarity than this many times the other is a background of that polarity.
+const ONE_SIDED: f64 = 2.0;
+/// Alternating background: this part of neighbouring events differ in polarity.
+const LEAST_ALTERNATION: f64 = 0.6;
+
+/// A recording, its halves, and their backgrounds.
+pub(super) struct Parts {
+    pub(super) whole: Train,
+    halves: [Train; 2],
+    /// Pixels that are hot in the whole and in both halves.
+    pub(super) hot: Vec<u32>,
+    dead: Vec<u32>,
+    pub(super) background: Option<Background>,
+    half_backgrounds: [Option<Background>; 2],
+}
+
+impl Parts {
+    pub(super) fn of(whole: Train) -> Self {
+        let halves = whole.halves();
+        let outliers = Counts::of(&whole).outliers();
+        let counts = halves.each_ref().map(Counts::of);
+        let stays_hot = |pixel: &u32| {
+            counts.iter().all(|counts| {
+                let (n, mean) = counts.at(*pixel);
+                n >= 3.0 && n >= 2.0 * mean
+            })
+        };
+        let was_alive = |pixel: &u32| counts.iter().all(|counts| counts.quartile(*pixel) >= 3.0);
+        let hot: Vec<u32> = outliers.hot.into_iter().filter(stays_hot).collect();
+        let dead = outliers.dead.into_iter().filter(was_alive).collect();
+        let background = Background::of(&whole.without(&hot));
+        let half_backgrounds = halves.each_ref().map(|half| Background::of(&half.without(&hot)));
+        Self { whole, halves, hot, dead, background, half_backgrounds }
+    }
+
+    /// All effects that the parts agree on, and those that one of these hides, with the reason.
+    pub(super) fn effects(&self) -> (Vec<BareEffect>, Vec<(&'static str, &'static str)>) {
+        let (mut found, mut hidden) = (Vec::new(), Vec::new());
+        let scan = self.scan();
+        let count = if scan.is_none() { self.count() } else { None };
+        let clock_us =
+            [&scan, &count].into_iter().flatten().map(|effect| effect.parameters[0].value).next();
+        // A clock has lines as well, at its multiples.
+        let is_clock = |frequency_hz: f64| {
+            let apart =
+                |turns: i32, us: f64| line::shown_hz(f64::from(turns) * 1e6 / us) - frequency_hz;
+            clock_us.is_some_and(|us| (1..=20).any(|turns| apart(turns, us).abs() < 3.0))
+        };
+        let lamp = self.lamp().filter(|lamp| !is_clock(lamp.parameters[0].value));
+        match clock_us {
+            None => found.extend(self.bus()),
+            Some(_) => hidden.push(("arbiter", "the clock sets the gaps between events")),
+        }
+        match clock_us {
+            Some(us) if us >= 100.0 => {
+                hidden.push(("event_rate_control", "the clock gathers events"));
+            }
+            _ => found.extend(self.ceiling()),
+        }
+        if lamp.is_some() {
+            hidden.push(("refractory", "the lamp sets the intervals of pixels"));
+            hidden.push(("photoreceptor_noise", "events alternate with the lamp"));
+        } else {
+            // Visits of a scan and counts of a clock are apart as well.
+            let is_own = |us: f64| clock_us.is_none_or(|clock_us| us > 1.5 * clock_us);
+            let dead = self.dead_time().filter(|effect| is_own(effect.parameters[0].value));
+            if dead.is_none() && clock_us.is_some_and(|us| us >= 50.0) {
+                hidden.push(("refractory", "the clock sets the intervals of pixels"));
+            }
+            found.extend(dead);
+        }
+        found.extend(self.hot_pixels());
+        found.extend(self.dead_pixels());
+        let is_lit = |effect: &BareEffect| lamp.is_none() || effect.name != "photoreceptor_noise";
+        found.extend(self.background_effect().filter(is_lit));
+        found.extend([scan, count, lamp].into_iter().flatten());
+        (found, hidden)
+    }
+
+    /// A number that is found in the whole and in both halves.
+    fn each<T>(&self, find: impl Fn(&Train) -> Option<T>) -> Option<(T, [T; 2])> {
+        let [early, late] = &self.halves;
+        Some((find(&self.whole)?, [find(early)?, find(late)?]))
+    }
+
+    fn scan(&self) -> Option<BareEffect> {
+        let (whole, halves) = self.each(clock::scan)?;
+        let same =
+            |half: &clock::Scan| (half.axis, half.is_backward) == (whole.axis, whole.is_backward);
+        if !halves.iter().all(same) {
+            return None;
+        }
+        let period = Agreement { tolerance: 0.01, resolution: 0.01 };
+        let halves = halves.map(|scan| scan.period_us);
+        let period = period.parameter("period_us", "us", whole.period_us, halves)?;
+        let variant = match (whole.axis, whole.is_backward) {
+            (Axis::Rows, false) => "rows, forward",
+            (Axis::Rows, true) => "rows, backward",
+            (_, false) => "columns, forward",
+            (_, true) => "columns, backward",
+        };
+        Some(effect("scanned_readout", vec![period], &[]).with_variant(variant))
+    }
+
+    fn count(&self) -> Option<BareEffect> {
+        let (whole, halves) = self.each(clock::count_us)?;
+        let agreement = Agreement { tolerance: 0.01, resolution: 0.01 };
+        let period = agreement.parameter("period_us", "us", whole, halves)?;
+        Some(effect("timestamp_quantisation", vec![period], &["frame_grid"]))
+    }
+
+    fn lamp(&self) -> Option<BareEffect> {
+        let clear = |train: &Train| {
+            let line = line::strongest(train)?;
+            (line.contrast >= LEAST_LINE && line.is_alone).then_some(line.frequency_hz)
+        };
+        let (whole, halves) = self.each(clear)?;
+        let resolution = 1.0 / self.whole.seconds();
+        let agreement = Agreement { tolerance: 0.01, resolution };
+        let frequency = agreement.parameter("frequency_hz", "Hz", whole, halves)?;
+        Some(effect("lamp_flicker", vec![frequency], &[]))
+    }
+
+    fn bus(&self) -> Option<BareEffect> {
+        let (whole, halves) = self.each(load::bus_rate_hz)?;
+        let agreement = Agreement { tolerance: 0.1, resolution: 0.0 };
+        let rate = agreement.parameter("rate_hz", "Hz", whole, halves)?;
+        Some(effect("arbiter", vec![rate], &[]))
+    }
+
+    fn ceiling(&self) -> Option<BareEffect> {
+        let (whole, halves) = self.each(load::ceiling_hz)?;
+        let agreement = Agreement { tolerance: 0.05, resolution: 0.0 };
+        let rate = agreement.parameter("rate_hz", "Hz", whole, halves)?;
+        Some(effect("event_rate_control", vec![rate], &["arbiter"]))
+    }
+
+    fn dead_time(&self) -> Option<BareEffect> {
+        let (whole, halves) = self.each(interval::dead_time_us)?;
+        let agreement = Agreement { tolerance: 0.1, resolution: 1.0 };
+        let period = agreement.parameter("period_us", "us", whole, halves)?;
+        Some(effect("refractory", vec![period], &[]))
+    }
+
+    fn hot_pixels(&self) -> Option<BareEffect> {
+        if self.hot.is_empty() {
+            return None;
+        }
+        let fraction = self.hot.len() as f64 / self.whole.size.pixels() as f64;
+        let known = |train: &Train| hot_rates(train, &self.hot);
+        let (whole, [early, late]) = self.each(|train| Some(known(train)))?;
+        let agreement = Agreement { tolerance: 0.5, resolution: 0.0 };
+        let share = Agreement { tolerance: 0.5, resolution: 0.2 };
+        let mut on_share = share.parameter("on_share", "", whole.1, [early.1, late.1])?;
+        on_share.hi90 = on_share.hi90.min(1.0);
+        let parameters = vec![
+            exact("fraction", "", fraction),
+            agreement.parameter("median_hz", "Hz", whole.0, [early.0, late.0])?,
+            on_share,
+        ];
+        Some(effect("hot_pixels", parameters, &[]).with_pixels(&self.whole, &self.hot))
+    }
+
+    fn dead_pixels(&self) -> Option<BareEffect> {
+        if self.dead.is_empty() {
+            return None;
+        }
+        let fraction = self.dead.len() as f64 / self.whole.size.pixels() as f64;
+        let fraction = exact("fraction", "", fraction);
+        Some(effect("dead_pixels", vec![fraction], &[]).with_pixels(&self.whole, &self.dead))
+    }
+
+    /// The one effect that the background looks like.
+    fn background_effect(&self) -> Option<BareEffect> {
+        let [early, late] = &self.half_backgrounds;
+        let (whole, halves) = (self.background.as_ref()?, [early.as_ref()?, late.as_ref()?]);
+        if whole.len() < LEAST_BACKGROUND {
+            return None;
+        }
+        let rates = Agreement { tolerance: 0.3, resolution: 0.01 };
+        let (on_hz, off_hz) = whole.rates_hz();
+        let half_rates = halves.map(Background::rates_hz);
+        let alternates =
+            |part: &Background| part.alternation().is_some_and(|part| part >= LEAST_ALTERNATION);
+        if alternates(whole) && halves.iter().all(|half| alternates(half)) {
+            let agreement = Agreement { tolerance: 0.5, resolution: 1.0 };
+            let halves = [halves[0].return_us()?, halves[1].return_us()?];
+            let back = agreement.parameter("return_us", "us", whole.return_us()?, halves)?;
+            let names = &["lamp_flicker", "brownian_passage"];
+            return Some(effect("photoreceptor_noise", vec![back], names));
+        }
+        let regular = |part: &Background| {
+            part.regularity(true).is_some_and(|regularity| regularity >= LEAST_REGULARITY)
+        };
+        if regular(whole) && on_hz >= ONE_SIDED * off_hz {
+            if !halves.iter().all(|half| regular(half)) {
+                return None;
+            }
+            let leaks = [halves[0].leak()?, halves[1].leak()?];
+            let (rate_hz, jitter) = whole.leak()?;
+            let rate = rates.parameter("rate_hz", "Hz", rate_hz, leaks.map(|leak| leak.0))?;
+            let mut parameters = vec![rate];
+            if let (Some(jitter), [Some(early), Some(late)]) = (jitter, leaks.map(|leak| leak.1)) {
+                let agreement = Agreement { tolerance: 0.5, resolution: 0.02 };
+                parameters.extend(agreement.parameter("jitter", "", jitter, [early, late]));
+            }
+            return Some(effect("leak_on", parameters, &["parasitic_photo_leak"]));
+        }
+        let chance = |is_on: bool| {
+            whole.regularity(is_on).is_none_or(|regularity| CHANCE.contains(&regularity))
+        };
+        let known = whole.regularity(true).or(whole.regularity(false));
+        if known.is_none() || !chance(true) || !chance(false) {
+            return None;
+        }
+        let parameters = vec![
+            rates.parameter("on_hz", "Hz", on_hz, half_rates.map(|rates| rates.0))?,
+            rates.parameter("off_hz", "Hz", off_hz, half_rates.map(|rates| rates.1))?,
+        ];
+        Some(effect("uniform_noise", parameters, &["shot_noise_poisson"]))
+    }
+}
+
+/// Median rate of some pixels, and the part of their events that are ON.
+fn hot_rates(train: &Train, pixels: &[u32]) -> (f64, f64) {
+    let (mut counts, mut on) = (vec![0.0; pixels.len()], 0.0);
+    for mark in &train.marks {
+        if let Ok(i) = pixels.binary_search(&mark.pixel) {
+            counts[i] += 1.0;
+            on += f64::from(u8::from(mark.is_on));
+        }
+    }
+    let all: f64 = counts.iter().sum();
+    counts.sort_by(f64::total_cmp);
+    (counts[counts.len() / 2] / train.seconds(), on / all.max(1.0))
+}

@@ -1,0 +1,113 @@
+//! Times between two events of a pixel: their lower edge, and how polarities follow each other.
+
+use super::train::Train;
+
+/// Part of the short intervals that lie below the edge that is compared.
+const EDGE: f64 = 0.02;
+/// Part of the events around an edge that may lie below it.
+const BELOW: f64 = 0.05;
+/// Fewest events above an edge.
+const LEAST_ABOVE: usize = 30;
+/// Logarithm of the ratio up to which edges are the same.
+const SAME_EDGE: f64 = 0.15;
+/// Edges looked for: 10 us to 50 ms, in steps of 2 %.
+const EDGES_US: (f64, f64) = (10.0, 5e4);
+
+/// An interval, and whether the polarities of its ends differ.
+pub(super) type Interval = (i64, bool);
+
+/// Intervals of at most `most_us`, in order of their ends, and the pixels they belong to.
+pub(super) fn intervals(train: &Train, most_us: i64) -> Vec<(u32, Interval)> {
+    let mut last = vec![None; train.size.pixels()];
+    let mut found = Vec::new();
+    for mark in &train.marks {
+        if let Some((t_us, is_on)) = last[mark.pixel as usize].replace((mark.t_us, mark.is_on)) {
+            let interval_us: i64 = mark.t_us - t_us;
+            if interval_us < most_us {
+                found.push((mark.pixel, (interval_us, is_on != mark.is_on)));
+            }
+        }
+    }
+    found
+}
+
+/// Logarithm of the length below which a fiftieth of the intervals shorter than a window lie;
+/// large behind a dead time. None with fewer than fifty.
+pub(super) fn lower_edge(intervals: &[(u32, Interval)]) -> Option<f64> {
+    let mut lengths: Vec<i64> = intervals.iter().map(|(_, (us, _))| *us).collect();
+    let rank = (EDGE * lengths.len() as f64) as usize;
+    if rank == 0 {
+        return None;
+    }
+    let (_, edge, _) = lengths.select_nth_unstable(rank);
+    Some((*edge as f64 + 0.5).ln())
+}
+
+/// Part of the intervals shorter than a window between events of opposite polarity.
+pub(super) fn alternation(intervals: &[(u32, Interval)]) -> Option<f64> {
+    let changes = intervals.iter().filter(|(_, (_, changes))| *changes).count();
+    (!intervals.is_empty()).then(|| changes as f64 / intervals.len() as f64)
+}
+
+/// The dead time of all pixels, in microseconds: an edge below which there are hardly any
+/// intervals and above which there are many at once. Light makes edges as well; a dead time is the
+/// same in the busier and in the quieter half of the pixels, and between events of the same and of
+/// opposite polarity.
+pub(super) fn dead_time_us(train: &Train) -> Option<f64> {
+    let all = intervals(train, 2 * EDGES_US.1 as i64);
+    let mut counts = vec![0u32; train.size.pixels()];
+    for mark in &train.marks {
+        counts[mark.pixel as usize] += 1;
+    }
+    let mut by_interval: Vec<u32> = all.iter().map(|(pixel, _)| counts[*pixel as usize]).collect();
+    by_interval.sort_unstable();
+    let middle = *by_interval.get(by_interval.len() / 2)?;
+    let lengths = |belongs: &dyn Fn(u32, bool) -> bool| {
+        let own = all.iter().filter(|(pixel, (_, changes))| belongs(*pixel, *changes));
+        let mut lengths: Vec<i64> = own.map(|(_, (us, _))| *us).collect();
+        lengths.sort_unstable();
+        lengths
+    };
+    let whole_us = edge_us(&lengths(&|_, _| true))?;
+    let agrees = |lengths: &[i64]| {
+        edge_us(lengths).is_some_and(|us| (us / whole_us).ln().abs() <= SAME_EDGE)
+    };
+    for is_busy in [false, true] {
+        let half = lengths(&|pixel, _| (counts[pixel as usize] > middle) == is_busy);
+        // Pixels that are all alike are all in one half.
+        if half.len() * 5 > all.len() && !agrees(&half) {
+            return None;
+        }
+    }
+    let kinds = [false, true].map(|changes| lengths(&|_, pair_changes| pair_changes == changes));
+    kinds.iter().all(|kind| agrees(kind)).then_some(whole_us)
+}
+
+/// The sharpest edge of sorted lengths: the one with the largest likelihood ratio between a
+/// density of one height from half of it to 1.2 of it, and densities of two heights.
+fn edge_us(lengths: &[i64]) -> Option<f64> {
+    let below = |us: f64| lengths.partition_point(|length| (*length as f64) < us);
+    let mut best = (0.0, None);
+    let mut edge_us = EDGES_US.0;
+    while edge_us < EDGES_US.1 {
+        let (half, at, near, far) =
+            (below(0.5 * edge_us), below(edge_us), below(1.2 * edge_us), below(1.44 * edge_us));
+        let (under, above, beyond) = ((at - half) as f64, (near - at) as f64, (far - near) as f64);
+        let is_edge = near - at >= LEAST_ABOVE
+            && at as f64 * 0.2 <= BELOW * above
+            && under / 0.5 <= BELOW * above / 0.2
+            && above / 0.2 >= 0.8 * beyond / 0.24;
+        if is_edge {
+            let whole = (under + above) / 0.7;
+            let part =
+                |n: f64, length: f64| if n > 0.0 { n * (n / length / whole).ln() } else { 0.0 };
+            let ratio = part(under, 0.5) + part(above, 0.2);
+            if ratio > best.0 {
+                let first = lengths[below(0.97 * edge_us)];
+                best = (ratio, Some(first as f64));
+            }
+        }
+        edge_us *= 1.02;
+    }
+    best.1
+}

@@ -1,0 +1,201 @@
+//! Surrogates that forget one thing, and the statistics that show it.
+
+use evpose_core::CounterRng;
+use rayon::prelude::*;
+
+use super::evidence::Parts;
+use super::findings::BareStatistic;
+use super::places::Counts;
+use super::quiet::Background;
+use super::train::Train;
+use super::{clock, interval, line, load, multiplicity};
+
+/// What surrogates forget.
+#[derive(Debug, Clone, Copy)]
+enum Null {
+    Window(i64),
+    Stretch,
+    Block,
+}
+
+const NULLS: [Null; 5] =
+    [Null::Window(5_000), Null::Window(20_000), Null::Window(100_000), Null::Stretch, Null::Block];
+
+/// A statistic of one kind of surrogates.
+#[derive(Debug, Clone, Copy)]
+struct Listed {
+    name: &'static str,
+    /// Whether large or small values are looked for.
+    is_upper: bool,
+    effect: Option<&'static str>,
+    /// Whether it counts for the p-value over all; else it is a second look at the same number,
+    /// which tells the time scale.
+    is_first: bool,
+}
+
+fn upper(name: &'static str, effect: Option<&'static str>, is_first: bool) -> Listed {
+    Listed { name, is_upper: true, effect, is_first }
+}
+
+impl Null {
+    fn words(self) -> &'static str {
+        match self {
+            Self::Window(5_000) => "time in 5 ms",
+            Self::Window(20_000) => "time in 20 ms",
+            Self::Window(_) => "time in 100 ms",
+            Self::Stretch => "time in a quiet stretch",
+            Self::Block => "place in 4x4 pixels",
+        }
+    }
+
+    fn statistics(self) -> Vec<Listed> {
+        let mut listed = match self {
+            Self::Window(us) => vec![
+                upper("log lower edge of intervals", Some("refractory"), true),
+                upper("alternation of polarity", None, us == 20_000),
+                upper("events at one stamp", Some("timestamp_quantisation"), us == 5_000),
+                upper("neighbours in one row", None, us == 5_000),
+                upper("neighbours in one column", None, us == 5_000),
+                upper("log lower edge of gaps", Some("arbiter"), us == 5_000),
+                Listed {
+                    name: "unevenness of the rate",
+                    is_upper: false,
+                    effect: Some("event_rate_control"),
+                    // Bins of 2 ms: budgets are per millisecond.
+                    is_first: us == 20_000,
+                },
+            ],
+            Self::Stretch => vec![
+                upper("regularity of ON at rest", Some("leak_on"), true),
+                upper("regularity of OFF at rest", None, true),
+                upper("alternation at rest", Some("photoreceptor_noise"), true),
+                upper("synchrony of neighbours at rest", None, true),
+            ],
+            Self::Block => vec![
+                upper("excess of the hottest pixel", Some("hot_pixels"), true),
+                upper("silence of the deadest pixel", Some("dead_pixels"), true),
+            ],
+        };
+        if let Self::Window(us @ (20_000 | 100_000)) = self {
+            listed.push(upper("line of ON against OFF", Some("lamp_flicker"), us == 100_000));
+        }
+        if let Self::Window(20_000) = self {
+            listed.push(upper("clock of all pixels", Some("timestamp_quantisation"), true));
+            listed.push(upper("clock of rows", Some("scanned_readout"), true));
+            listed.push(upper("clock of columns", Some("scanned_readout"), true));
+        }
+        listed
+    }
+
+    /// The statistics of the recording, or of one of its surrogates.
+    fn measure(
+        self,
+        train: &Train,
+        background: Option<&Background>,
+        mut rng: Option<CounterRng>,
+    ) -> Vec<Option<f64>> {
+        let rng = rng.as_mut();
+        match self {
+            Self::Window(window_us) => match rng {
+                Some(rng) => of_window(&train.jittered(window_us, rng), window_us),
+                None => of_window(train, window_us),
+            },
+            Self::Stretch => match (background, rng) {
+                (None, _) => vec![None; 4],
+                (Some(background), Some(rng)) => of_background(&background.redrawn(rng)),
+                (Some(background), None) => of_background(background),
+            },
+            Self::Block => match rng {
+                Some(rng) => of_places(&train.displaced(rng)),
+                None => of_places(train),
+            },
+        }
+    }
+}
+
+fn of_window(train: &Train, window_us: i64) -> Vec<Option<f64>> {
+    let intervals = interval::intervals(train, window_us);
+    let mut values = vec![
+        interval::lower_edge(&intervals),
+        interval::alternation(&intervals),
+        load::same_stamp(train),
+        load::same_row(train),
+        load::same_column(train),
+        load::lower_gap(train),
+        load::unevenness(train, window_us),
+    ];
+    if window_us >= 20_000 {
+        values.push(line::strongest(train).map(|line| line.contrast.ln_1p()));
+    }
+    if window_us == 20_000 {
+        values.extend(clock::lines(train).map(|line| line.map(|line| line.contrast.ln_1p())));
+    }
+    values
+}
+
+fn of_background(background: &Background) -> Vec<Option<f64>> {
+    vec![
+        background.regularity(true),
+        background.regularity(false),
+        background.alternation(),
+        background.synchrony(),
+    ]
+}
+
+fn of_places(train: &Train) -> Vec<Option<f64>> {
+    let counts = Counts::of(train);
+    vec![Some(counts.hottest()), Some(counts.deadest())]
+}
+
+/// Every statistic of a recording against its surrogates.
+pub(super) fn statistics(parts: &Parts, replicates: usize, seed: u64) -> Vec<BareStatistic> {
+    let measured = |null: Null, replicate: usize| {
+        let surrogate =
+            (replicate > 0).then(|| CounterRng::new(seed, null.words(), replicate as u64));
+        null.measure(&parts.whole, parts.background.as_ref(), surrogate)
+    };
+    let values: Vec<Vec<Option<f64>>> = (0..=replicates)
+        .into_par_iter()
+        .map(|replicate| NULLS.iter().flat_map(|null| measured(*null, replicate)).collect())
+        .collect();
+    let listed: Vec<(Null, Listed)> = NULLS
+        .iter()
+        .flat_map(|null| null.statistics().into_iter().map(|listed| (*null, listed)))
+        .collect();
+    let known: Vec<usize> = (0..listed.len()).filter(|j| values[0][*j].is_some()).collect();
+    // A surrogate without a number is one like the others.
+    let usual: Vec<f64> =
+        known.iter().map(|j| mean(values[1..].iter().filter_map(|v| v[*j]))).collect();
+    let number = |row: &Vec<Option<f64>>| -> Vec<f64> {
+        known.iter().zip(&usual).map(|(j, usual)| row[*j].unwrap_or(*usual)).collect()
+    };
+    let numbers: Vec<Vec<f64>> = values.iter().map(number).collect();
+    let tests: Vec<multiplicity::Test> = known
+        .iter()
+        .map(|j| multiplicity::Test {
+            is_upper: listed[*j].1.is_upper,
+            counts: listed[*j].1.is_first,
+        })
+        .collect();
+    let tested = multiplicity::test(&numbers, &tests);
+    let rows = known.iter().zip(&numbers[0]).zip(tested);
+    rows.map(|((j, observed), tested)| {
+        let (null, listed) = listed[*j];
+        BareStatistic {
+            name: listed.name,
+            null: null.words(),
+            observed: *observed,
+            mean: tested.mean,
+            sd: tested.sd,
+            p: tested.p,
+            adjusted_p: tested.adjusted_p,
+            effect: listed.effect,
+        }
+    })
+    .collect()
+}
+
+fn mean(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, n) = values.fold((0.0, 0usize), |(sum, n), value| (sum + value, n + 1));
+    sum / n.max(1) as f64
+}
