@@ -8,7 +8,7 @@ use evpose_sensor::{
 /// What is typical of cameras is where the search begins; it goes on beyond, by this factor.
 const BEYOND: f64 = 4.0;
 /// Values of the strength that an effect is first tried at.
-const STRENGTHS: usize = 6;
+const STRENGTHS: usize = 5;
 
 /// An effect that a recording may show and the model may lack.
 #[derive(Debug, Clone, Copy)]

@@ -7,6 +7,8 @@ use crate::summary::{Block, Kind, Layout};
 const NU: f64 = 4.0;
 /// What a number is worth that only one of two summaries has.
 const MISSING: f64 = 3.0;
+/// What every number is worth of a model that has far too many events.
+const HOPELESS: f64 = 100.0;
 /// Variance of a count on its scale that nothing goes below: two simulators that agree on the
 /// physics still round edges differently.
 const COUNT_VARIANCE: f64 = 0.25;
@@ -30,6 +32,8 @@ pub struct Expectation {
     pub mean: Vec<f64>,
     /// Its variance from run to run, without tolerance.
     pub variance: Vec<f64>,
+    /// Events in all.
+    events: f64,
 }
 
 impl Expectation {
@@ -49,7 +53,8 @@ impl Expectation {
                 variance[i] = spread / (n - 1.0) * (1.0 + 1.0 / n);
             }
         }
-        Self { mean, variance }
+        let events = layout.events(&mean);
+        Self { mean, variance, events }
     }
 
     /// How far a summary is from this, number by number, in standard deviations.
@@ -60,6 +65,9 @@ impl Expectation {
     /// The deviation of one number; none where neither side has it.
     fn deviation(&self, layout: &Layout, i: usize, value: f64) -> Option<f64> {
         let mean = self.mean[i];
+        if mean.is_infinite() {
+            return Some(HOPELESS);
+        }
         match (mean.is_nan(), value.is_nan()) {
             (true, true) => None,
             (false, false) => Some((value - mean) / self.scale(layout, i)),
@@ -70,10 +78,10 @@ impl Expectation {
     /// Standard deviation of a number with tolerance.
     pub fn scale(&self, layout: &Layout, i: usize) -> f64 {
         let floor = match layout.entries[i].kind {
-            Kind::Count => COUNT_VARIANCE,
+            Kind::Count(_) => COUNT_VARIANCE,
             Kind::Number(_) => 0.0,
         };
-        let tolerance = layout.tolerance(i, self.mean[i]);
+        let tolerance = layout.tolerance(i, self.mean[i], self.events);
         (self.variance[i].max(floor) + tolerance * tolerance).sqrt()
     }
 }

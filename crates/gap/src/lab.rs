@@ -9,6 +9,10 @@ use rayon::prelude::*;
 
 use crate::{Expectation, GapError, Layout, Stage, View};
 
+/// So many times the measured events a model may have, and so many more.
+const EXCESS: usize = 2;
+const SPARE: usize = 5_000;
+
 /// A measured recording beside its scene, and everything that was simulated for it so far.
 #[derive(Debug)]
 pub struct Lab<'a> {
@@ -18,9 +22,13 @@ pub struct Lab<'a> {
     pub layout: &'a Layout,
     /// The part of time that is looked at.
     pub window: TimeWindow,
-    /// What was measured.
+    /// The recording.
+    pub events: EventStream,
+    /// What was measured of it.
     pub measured: Vec<f64>,
     seed: u64,
+    /// A model with more events than this is out of the question.
+    most: usize,
     known: Mutex<HashMap<(String, u64), Arc<Vec<f64>>>>,
 }
 
@@ -33,8 +41,18 @@ impl<'a> Lab<'a> {
         window: TimeWindow,
         seed: u64,
     ) -> Self {
+        let most = EXCESS * events.len() + SPARE;
         let measured = layout.summarise(&View::new(stage, events, window));
-        Self { stage, layout, window, measured, seed, known: Mutex::default() }
+        Self {
+            stage,
+            layout,
+            window,
+            events: events.clone(),
+            measured,
+            seed,
+            most,
+            known: Mutex::default(),
+        }
     }
 
     /// The summary of run number `run` of a model. Runs of the same number have the same draws
@@ -48,9 +66,13 @@ impl<'a> Lab<'a> {
         if let Some(known) = lock().get(&key) {
             return Ok(Arc::clone(known));
         }
-        let events = self.stage.simulate(model, evpose_core::seed_for(self.seed, "run", run))?;
-        let view = View::new(self.stage, &events, self.window);
-        let summary = Arc::new(self.layout.summarise(&view));
+        let seed = evpose_core::seed_for(self.seed, "run", run);
+        let events = self.stage.simulate_up_to(model, seed, self.most)?;
+        let summary = Arc::new(events.map_or_else(
+            // Numbers that nothing is near to.
+            || vec![f64::INFINITY; self.layout.entries.len()],
+            |events| self.layout.summarise(&View::new(self.stage, &events, self.window)),
+        ));
         lock().insert(key, Arc::clone(&summary));
         Ok(summary)
     }

@@ -12,7 +12,7 @@ use crate::parameters::Parameter;
 use crate::{GapError, Lab};
 
 /// Candidates whose strength is fitted.
-const NEAR: usize = 8;
+const NEAR: usize = 6;
 /// Candidates that are fitted with all their numbers.
 const FINALISTS: usize = 3;
 /// Rounds of the fit of all numbers.
@@ -63,7 +63,8 @@ pub fn search(
         .flat_map(|(i, (candidate, trial))| {
             let hinted = hint::of(lab, candidate.name(), trial);
             hinted.into_iter().flat_map(move |trial| {
-                let strengths = trial.strengths();
+                let mut strengths = trial.strengths();
+                strengths.extend(trial.value(trial.params[0]));
                 let head = trial.params[0];
                 strengths.into_iter().map(move |value| (i, trial.with(head, value)))
             })
@@ -103,7 +104,7 @@ pub fn search(
     for (rank, mut one) in lined.into_iter().enumerate() {
         if rank < FINALISTS {
             let all: Vec<Knob> = own(&one.trial).into_iter().chain(parameter_knobs()).collect();
-            one.fit = descend(lab, &one.fit.model, &all, 2, ROUNDS)?;
+            one.fit = descend(lab, &one.fit.model, &all, 1, ROUNDS)?;
         }
         found.push(one);
     }

@@ -23,6 +23,20 @@ impl Stage {
     /// # Errors
     /// A model that cannot be built or shown the scene.
     pub fn simulate(&self, config: &SensorConfig, seed: u64) -> Result<EventStream, GapError> {
+        let all = self.simulate_up_to(config, seed, usize::MAX)?;
+        Ok(all.unwrap_or_else(|| EventStream::empty(self.scene.size())))
+    }
+
+    /// The same; nothing as soon as there are more than `most` events.
+    ///
+    /// # Errors
+    /// A model that cannot be built or shown the scene.
+    pub fn simulate_up_to(
+        &self,
+        config: &SensorConfig,
+        seed: u64,
+        most: usize,
+    ) -> Result<Option<EventStream>, GapError> {
         let mut run = SensorModel::from_config(config)?.start(self.scene.size(), seed);
         let mut all = EventStream::empty(self.scene.size());
         for (k, plane) in self.scene.planes().iter().enumerate() {
@@ -31,7 +45,10 @@ impl Stage {
                     GapError::Recording(format!("{error}\n{}", config.to_toml()))
                 })?;
             }
+            if all.len() > most {
+                return Ok(None);
+            }
         }
-        Ok(all)
+        Ok(Some(all))
     }
 }

@@ -37,8 +37,9 @@ pub enum Block {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Kind {
     /// A number of events `n`, compared as `2 sqrt(n + 3/8)`, whose variance is one if they are
-    /// independent. Differences of a hundredth do not matter.
-    Count,
+    /// independent. Differences of a hundredth do not matter, nor do those up to this share of all
+    /// events: bins have edges, and events at an edge go either way.
+    Count(f64),
     /// A number of which differences up to this do not matter.
     Number(f64),
 }
@@ -78,18 +79,28 @@ impl Layout {
         }
         debug_assert_eq!(numbers.len(), self.entries.len());
         for (number, entry) in numbers.iter_mut().zip(&self.entries) {
-            if entry.kind == Kind::Count {
+            if let Kind::Count(_) = entry.kind {
                 *number = 2.0 * (*number + 0.375).sqrt();
             }
         }
         numbers
     }
 
-    /// What difference of an entry does not matter, at a value of it.
-    pub fn tolerance(&self, entry: usize, value: f64) -> f64 {
+    /// What difference of an entry does not matter, at a value of it among so many events.
+    pub fn tolerance(&self, entry: usize, value: f64, events: f64) -> f64 {
         match self.entries[entry].kind {
-            Kind::Count => 0.5 * COUNT_TOLERANCE * value,
+            // The derivative of the scale takes numbers of events to differences on it.
+            Kind::Count(share) => {
+                let events_of_entry = 0.25 * value * value;
+                (COUNT_TOLERANCE * events_of_entry + share * events) * 2.0 / value.max(1.0)
+            }
             Kind::Number(tolerance) => tolerance,
         }
+    }
+
+    /// The events of a summary in all: those of the histogram that has every event once.
+    pub fn events(&self, summary: &[f64]) -> f64 {
+        let all = self.entries.iter().zip(summary).take(crate::probe::ALL_EVENTS);
+        all.map(|(_, value)| 0.25 * value * value - 0.375).sum()
     }
 }

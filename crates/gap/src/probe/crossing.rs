@@ -13,7 +13,8 @@ const HALVES: usize = 2;
 /// An event goes with the stretch of light before it, or against it.
 const SENSES: usize = 2;
 
-const BY_SPEED: usize = Cell::BRIGHTNESSES * Cell::SPEEDS * POLARITIES;
+/// The first histogram has every event once.
+pub(super) const BY_SPEED: usize = Cell::BRIGHTNESSES * Cell::SPEEDS * POLARITIES;
 const BY_CONTRAST: usize = Cell::CONTRASTS * (Cell::SPEEDS - 1) * POLARITIES;
 const BY_AGE: usize = HALVES * (Cell::AGES - 1) * SENSES;
 const BY_FINENESS: usize = 2 * (Cell::SPEEDS - 1) * POLARITIES;
@@ -25,7 +26,8 @@ fn sign(is_on: usize) -> &'static str {
 impl Probe for Crossing {
     fn entries(&self) -> Vec<Entry> {
         let mut entries = Vec::new();
-        let mut add = |block, name: String| entries.push(Entry { block, name, kind: Kind::Count });
+        let mut add =
+            |block, name: String| entries.push(Entry { block, name, kind: Kind::Count(0.0) });
         for i in 0..BY_SPEED {
             let (is_on, speed, bright) = (i % 2, i / 2 % Cell::SPEEDS, i / 2 / Cell::SPEEDS);
             let block = if speed == 0 { Block::Quiet } else { Block::Crossing };

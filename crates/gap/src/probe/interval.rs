@@ -12,6 +12,8 @@ pub(super) struct Interval;
 const PER_DECADE: usize = 6;
 const BINS: usize = 5 * PER_DECADE + 2;
 const PAIRS: [&str; 4] = ["OFF OFF", "ON OFF", "OFF ON", "ON ON"];
+/// Share of all events that the edge of a bin may move.
+const BIN_TOLERANCE: f64 = 0.001;
 /// Coarser bins at rest: 0.1 ms to 1 s.
 const QUIET_BINS: usize = 10;
 
@@ -27,7 +29,10 @@ fn quiet_bin(interval_us: i64) -> usize {
 
 impl Probe for Interval {
     fn entries(&self) -> Vec<Entry> {
-        let entry = |block, name| Entry { block, name, kind: Kind::Count };
+        let entry = |block, name| {
+            let share = if block == Block::Quiet { 0.0 } else { BIN_TOLERANCE };
+            Entry { block, name, kind: Kind::Count(share) }
+        };
         let moving = PAIRS.iter().flat_map(|pair| {
             (0..BINS).map(move |bin| entry(Block::Interval, format!("{pair} intervals, bin {bin}")))
         });

@@ -34,6 +34,9 @@ pub trait Probe: Sync {
     fn measure(&self, view: &View<'_>, out: &mut Vec<f64>);
 }
 
+/// The first entries of all count every event once.
+pub(crate) const ALL_EVENTS: usize = crossing::BY_SPEED;
+
 /// Every probe there is.
 pub static PROBES: &[&dyn Probe] = &[
     &crossing::Crossing,
@@ -49,7 +52,7 @@ pub static PROBES: &[&dyn Probe] = &[
 
 impl Entry {
     fn count(block: Block, name: impl Into<String>) -> Self {
-        Self { block, name: name.into(), kind: Kind::Count }
+        Self { block, name: name.into(), kind: Kind::Count(0.0) }
     }
 
     fn number(block: Block, name: impl Into<String>, tolerance: f64) -> Self {

@@ -1,7 +1,7 @@
 //! Change of log light between two events of a pixel: one threshold, in an ideal sensor.
 
 use crate::probe::{Probe, brightness_third, is_moving, quantile};
-use crate::{Block, Entry, View};
+use crate::{Block, Entry, Kind, View};
 
 /// Histograms, medians and spreads of the change, in the direction of the event.
 #[derive(Debug)]
@@ -13,6 +13,8 @@ const BINS: usize = EDGES.len() + 1;
 /// After an event of the same polarity, of the other one, and the first of a pixel.
 const PASTS: [&str; 3] = ["same", "reversed", "first"];
 const GROUPS: usize = 3 * PASTS.len();
+/// Share of all events that the edge of a bin may move.
+const BIN_TOLERANCE: f64 = 0.002;
 /// A hundredth of a common threshold.
 const TOLERANCE: f64 = 0.002;
 
@@ -24,7 +26,8 @@ impl Probe for Swing {
     fn entries(&self) -> Vec<Entry> {
         let group = |i: usize| format!("{} events, brightness third {}", PASTS[i % 3], i / 3);
         let histogram = (0..GROUPS * BINS).map(|i| {
-            Entry::count(Block::Swing, format!("swing of {}, bin {}", group(i / BINS), i % BINS))
+            let name = format!("swing of {}, bin {}", group(i / BINS), i % BINS);
+            Entry { block: Block::Swing, name, kind: Kind::Count(BIN_TOLERANCE) }
         });
         let number = |what: &str, i| {
             Entry::number(Block::Swing, format!("{what} of swing, {}", group(i)), TOLERANCE)

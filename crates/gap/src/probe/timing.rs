@@ -4,7 +4,7 @@ use evpose_core::{Micros, TimeWindow};
 
 use crate::probe::quantile::Lags;
 use crate::probe::{Probe, brightness_third, is_moving, reference};
-use crate::{Block, Cell, Entry, View};
+use crate::{Block, Cell, Entry, Kind, View};
 
 /// Lag behind the nearest event of the reference in the same pixel and polarity.
 #[derive(Debug)]
@@ -24,6 +24,13 @@ const NEAR_US: i64 = 3_000;
 const REACH_US: i64 = 5_000;
 /// Differences of a lag up to this share of the scene's step do not matter.
 const TOLERANCE_STEPS: f64 = 0.05;
+
+/// Share of all events that the edge of a bin may move.
+const BIN_TOLERANCE: f64 = 0.002;
+/// Lags are known to this share of the scene's step, over which each is spread.
+const GRAIN_STEPS: f64 = 0.03;
+const KERNEL: [(i64, f64); 5] =
+    [(-2, 1.0 / 9.0), (-1, 2.0 / 9.0), (0, 3.0 / 9.0), (1, 2.0 / 9.0), (2, 1.0 / 9.0)];
 
 fn sign(is_on: usize) -> &'static str {
     ["OFF", "ON"][is_on]
@@ -83,7 +90,9 @@ impl Probe for Timing {
         let lag = |name| Entry::number(Block::Timing, name, TOLERANCE_STEPS);
         let histogram = (0..HISTOGRAMS * BINS).map(|i| {
             let (bin, is_on, third) = (i % BINS, i / BINS % 2, i / BINS / 2);
-            count(format!("lag of {} events, brightness third {third}, bin {bin}", sign(is_on)))
+            let name =
+                format!("lag of {} events, brightness third {third}, bin {bin}", sign(is_on));
+            Entry { block: Block::Timing, name, kind: Kind::Count(BIN_TOLERANCE) }
         });
         let by_class = (0..CLASSES).map(|i| {
             lag(format!("median lag in steps, {} events, brightness {}", sign(i % 2), i / 2))
@@ -100,10 +109,14 @@ impl Probe for Timing {
         let mut by_class = vec![Lags::below(NEAR_US); CLASSES];
         let mut by_third = vec![Lags::below(NEAR_US); THIRDS];
         let length_us = view.window.length().0.max(1);
+        let grain_us = (1e6 * GRAIN_STEPS * view.stage.scene.step_s()).round() as i64;
         for event in view.events().iter().filter(|event| is_moving(event.cell)) {
             let is_on = usize::from(event.is_on);
             let group = 2 * brightness_third(event.cell) + is_on;
-            histogram[group * BINS + bin(event.lag_us)] += 1.0;
+            for (offset, weight) in KERNEL {
+                let lag_us = event.lag_us.map(|lag_us| lag_us + offset * grain_us);
+                histogram[group * BINS + bin(lag_us)] += weight;
+            }
             if let Some(lag_us) = event.lag_us {
                 let third = view.since_start_us(event.t_us) * THIRDS as i64 / length_us;
                 by_class[2 * event.cell.brightness() + is_on].add(lag_us);
