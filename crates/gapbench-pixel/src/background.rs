@@ -78,7 +78,9 @@ mod tests {
     fn as_many_pixels_are_hot_as_expected_and_the_same_ones_in_every_run() {
         let hot = HotPixels { count: 20.0, median_hz: 50.0, spread_ln: 0.5 };
         let map = |camera| -> Vec<u32> {
-            (0..(WIDTH * HEIGHT) as u32).filter(|&p| hot_rate_hz(&hot, camera, p).is_some()).collect()
+            (0..(WIDTH * HEIGHT) as u32)
+                .filter(|&p| hot_rate_hz(&hot, camera, p).is_some())
+                .collect()
         };
         let count = map(8).len() as f64;
         assert!((count - 20.0).abs() < 4.0 * 20.0_f64.sqrt());

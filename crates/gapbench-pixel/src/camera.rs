@@ -18,9 +18,8 @@ pub fn record(circuit: &Circuit, scene: &Scene, seeds: Seeds) -> Recording {
         .into_par_iter()
         .flat_map_iter(|pixel| {
             let (x, y) = (pixel as usize % WIDTH, pixel as usize / WIDTH);
-            let mut spikes = pixel_spikes(circuit, seeds, pixel, DURATION_S, |t_s| {
-                light.log_light(x, y, t_s)
-            });
+            let mut spikes =
+                pixel_spikes(circuit, seeds, pixel, DURATION_S, |t_s| light.log_light(x, y, t_s));
             spikes.extend(background_spikes(&circuit.background, seeds, pixel, DURATION_S));
             spikes
         })

@@ -155,14 +155,14 @@ impl Effect {
                 });
             }
             Self::PhotoreceptorLowpass => {
-                circuit.photoreceptor.node_ff = Some(pick([1.2, 8.0, 60.0, 300.0]));
-                // A follower of 4 kHz, as fast as a real one in bright light.
-                circuit.photoreceptor.follower = Some(Follower { bias_a: 1e-9, load_pf: 1.0 });
+                circuit.photoreceptor.node_ff = Some(pick([0.6, 6.0, 60.0, 300.0]));
+                // A follower of 8.6 kHz.
+                circuit.photoreceptor.follower = Some(Follower { bias_a: 1e-9, load_pf: 0.5 });
             }
             Self::PhotoreceptorNoise => {
                 circuit.photoreceptor.noise = Some(NodeNoise {
-                    node_ff: 200.0,
-                    excess_factor: pick([0.1, 2.0, 60.0, 150.0]),
+                    node_ff: 400.0,
+                    excess_factor: pick([0.06, 3.0, 80.0, 170.0]),
                 });
             }
             Self::ShotNoisePoisson => {
@@ -172,8 +172,8 @@ impl Effect {
                 });
             }
             Self::AdaptiveHighpass => {
-                // Time constants of 60, 4, .25 and .06 s on 1 pF.
-                let tau_s = pick([60.0, 4.0, 0.25, 0.06]);
+                // Time constants of 200, 6, .25 and .06 s on 1 pF.
+                let tau_s = pick([200.0, 6.0, 0.25, 0.06]);
                 circuit.photoreceptor.highpass = Some(HighPass {
                     bias_a: 1e-12 * thermal_voltage_v(circuit.temperature_k) / tau_s,
                     coupling_pf: 1.0,
@@ -182,8 +182,10 @@ impl Effect {
             Self::DarkCurrent => {
                 circuit.photoreceptor.dark_current_fa = pick([2.0, 20.0, 150.0, 600.0]);
             }
-            Self::VeilingGlare => circuit.optics.scattered_share = pick([0.000_5, 0.01, 0.05, 0.15]),
-            Self::PsfBlur => circuit.optics.blur_sigma_px = pick([0.2, 0.6, 1.3, 2.4]),
+            Self::VeilingGlare => {
+                circuit.optics.scattered_share = pick([0.000_5, 0.01, 0.05, 0.15]);
+            }
+            Self::PsfBlur => circuit.optics.blur_sigma_px = pick([0.06, 0.4, 1.1, 2.2]),
             Self::LampFlicker => {
                 let mains = [100.0, 120.0, 60.0];
                 circuit.optics.lamp = Some(Lamp {
@@ -193,16 +195,17 @@ impl Effect {
                 });
             }
             Self::ThresholdMismatch => {
-                circuit.detector.offset_sigma_ln = pick([0.003, 0.02, 0.06, 0.14]);
+                circuit.detector.offset_sigma_ln = pick([0.000_7, 0.008, 0.05, 0.13]);
             }
             Self::ThresholdTemporalNoise => {
                 let threshold_mv = circuit.detector.threshold_on_mv;
-                circuit.detector.comparator_noise_mv = threshold_mv * pick([0.002, 0.02, 0.08, 0.2]);
+                circuit.detector.comparator_noise_mv =
+                    threshold_mv * pick([0.001_5, 0.015, 0.08, 0.2]);
             }
             Self::Refractory => {
-                // 10 fC (20 fF over half a volt) taken off in .008, .15, 1.5 and 10 ms.
+                // 10 fC (20 fF over half a volt) taken off in .004, .1, 1.5 and 10 ms.
                 circuit.detector.refractory = Some(Timer {
-                    current_pa: 10.0 / pick([0.008, 0.15, 1.5, 10.0]),
+                    current_pa: 10.0 / pick([0.004, 0.1, 1.5, 10.0]),
                     capacitance_ff: 20.0,
                     swing_v: 0.5,
                 });
@@ -215,12 +218,14 @@ impl Effect {
                 });
             }
             Self::Arbiter => {
-                let event_ns = pick([40.0, 600.0, 3000.0, 6000.0]);
-                circuit.readout.access = Access::Arbiter { row_ns: 2.0 * event_ns, event_ns };
+                circuit.readout.access = Access::Arbiter {
+                    row_ns: pick([400.0, 4000.0, 25_000.0, 60_000.0]),
+                    event_ns: pick([40.0, 400.0, 2000.0, 4000.0]),
+                };
             }
             Self::ScannedReadout => {
                 circuit.readout.access =
-                    Access::Scan { column_ns: pick([500.0, 1500.0, 10_000.0, 50_000.0]) };
+                    Access::Scan { column_ns: pick([500.0, 2000.0, 10_000.0, 50_000.0]) };
             }
             Self::TimestampJitter => circuit.clock.jitter_us = pick([20.0, 80.0, 300.0, 1000.0]),
             Self::TimestampQuantisation => {

@@ -8,7 +8,7 @@ pub const HEIGHT: usize = 72;
 pub const DURATION_S: f64 = 1.0;
 
 /// One event as it leaves the camera.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Event {
     /// Time stamp in microseconds since the start of the recording.
     pub t_us: u64,

@@ -183,7 +183,8 @@ mod tests {
 
     #[test]
     fn a_lost_event_does_not_move_the_others() {
-        let before = recording(&[(1000, 0, true), (2000, 0, true), (3000, 0, true), (4000, 0, true)]);
+        let before =
+            recording(&[(1000, 0, true), (2000, 0, true), (3000, 0, true), (4000, 0, true)]);
         let after = recording(&[(2000, 0, true), (3000, 0, true), (4000, 0, true)]);
         let evidence = compare(&before, &after, Stage::Detector);
         assert_eq!((evidence.added, evidence.removed, evidence.moved), (0, 1, 0));

@@ -63,8 +63,7 @@ pub fn install_oddity(oddity: Oddity, round: usize, circuit: &mut Circuit) {
                 Some(DetectorOddity::SmoothOffsets { sigma_ln: 0.08 * grow, length_px: 12.0 });
         }
         Oddity::LightDependentMismatch => {
-            circuit.detector.oddity =
-                Some(DetectorOddity::DarkOffsets { sigma_ln: 0.12 * grow });
+            circuit.detector.oddity = Some(DetectorOddity::DarkOffsets { sigma_ln: 0.12 * grow });
         }
         Oddity::Hysteresis => {
             let extra_mv = 0.2 * grow * threshold_mv;

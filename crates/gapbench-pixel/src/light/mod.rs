@@ -1,7 +1,7 @@
 //! Light as it reaches a pixel: the scene through lamp and lens, as a function of time.
 //!
 //! Distortion moves the point at which the analytic scene is read; blur and scattered light need
-//! neighbours and are prepared for a recording ([`film`], [`veil`]); the lamp multiplies.
+//! neighbours and are prepared for a whole recording; the lamp multiplies.
 
 mod film;
 mod veil;
@@ -26,8 +26,7 @@ impl<'a> Light<'a> {
     /// The scene seen through `optics`.
     pub fn new(scene: &'a Scene, optics: &Optics) -> Self {
         let k1 = optics.distortion_k1;
-        let film =
-            (optics.blur_sigma_px > 0.0).then(|| Film::new(scene, k1, optics.blur_sigma_px));
+        let film = (optics.blur_sigma_px > 0.0).then(|| Film::new(scene, k1, optics.blur_sigma_px));
         let veil = (optics.scattered_share > 0.0).then(|| Veil::new(scene, optics.scattered_share));
         Self { scene, distortion_k1: k1, film, veil, lamp: optics.lamp }
     }
@@ -75,7 +74,8 @@ fn undistort(k1: f64, x_px: f64, y_px: f64) -> (f64, f64) {
     // Newton's steps converge at once for the few per cent of a lens.
     let mut radius = seen;
     for _ in 0..6 {
-        radius -= (radius * (1.0 + k1 * radius * radius) - seen) / (1.0 + 3.0 * k1 * radius * radius);
+        radius -=
+            (radius * (1.0 + k1 * radius * radius) - seen) / (1.0 + 3.0 * k1 * radius * radius);
     }
     let stretch = if seen > 0.0 { radius / seen } else { 1.0 };
     (cx + dx * stretch * half_diagonal_px, cy + dy * stretch * half_diagonal_px)

@@ -115,7 +115,8 @@ impl Comparators {
             let noisy = |mean: f64, stream: Stream| {
                 (mean + self.noise * stream.normal(self.fired)).max(SMALLEST_SHARE * mean)
             };
-            thresholds = [noisy(thresholds[0], self.noise_on), noisy(thresholds[1], self.noise_off)];
+            thresholds =
+                [noisy(thresholds[0], self.noise_on), noisy(thresholds[1], self.noise_off)];
         }
         [self.on, self.off] = thresholds;
     }

@@ -8,9 +8,9 @@ use crate::event::{DURATION_S, Spike, WIDTH, sort_spikes};
 pub(super) fn disturb(oddity: ReadoutOddity, run_seed: u64, spikes: Vec<Spike>) -> Vec<Spike> {
     let stream = Stream::new(run_seed, Purpose::Oddity, 0);
     match oddity {
-        ReadoutOddity::Echo { share, delay_s } => add(spikes, stream, share, |spike| {
-            Some(Spike { t_s: spike.t_s + delay_s, ..*spike })
-        }),
+        ReadoutOddity::Echo { share, delay_s } => {
+            add(spikes, stream, share, |spike| Some(Spike { t_s: spike.t_s + delay_s, ..*spike }))
+        }
         ReadoutOddity::NeighbourCopy { share, delay_s } => add(spikes, stream, share, |spike| {
             // The last column has no neighbour on the right.
             (spike.column() + 1 < WIDTH).then_some(Spike {
@@ -80,7 +80,7 @@ mod tests {
         let place = |k: u32| Spike {
             t_s: f64::from(k) * 0.9 / f64::from(count),
             pixel: k % 6912,
-            on: k % 2 == 0,
+            on: k.is_multiple_of(2),
         };
         (0..count).map(place).collect()
     }

@@ -60,10 +60,10 @@ impl Bars {
     }
 }
 
-/// A grating of this speed across its stripes; at most 12 periods a second.
+/// A grating of this speed across its stripes; at most 10 periods a second.
 fn grating(draws: &mut Sequence, speed_px_s: f64) -> Band {
-    let period_px = draws.log_between(9.0, 26.0).max(speed_px_s / 12.0);
-    let half_range_ln = draws.between(0.3, 0.8);
+    let period_px = draws.log_between(9.0, 26.0).max(speed_px_s / 10.0);
+    let half_range_ln = draws.between(0.3, 0.65);
     let mean_ln = draws.between(DARKEST_LN + half_range_ln, -half_range_ln);
     let slant = draws.between(-0.5, 0.5);
     let direction = draws.sign();

@@ -1,4 +1,4 @@
-//! `blobs`: nine soft bright or dark blobs on closed orbits over still tiles, up to 300 px/s.
+//! `blobs`: eleven soft bright or dark blobs on closed orbits over still tiles, up to 300 px/s.
 
 use super::DARKEST_LN;
 use super::shape::{blend, bump, wave};
@@ -26,9 +26,9 @@ pub(super) struct Blobs {
 impl Blobs {
     pub(super) fn new(draws: &mut Sequence) -> Self {
         let ground = Tiles::new(draws, DARKEST_LN, -0.1);
-        let blobs = (0..9)
+        let blobs = (0..11)
             .map(|i| {
-                let speed_px_s = 12.0 * (300.0_f64 / 12.0).powf(f64::from(i) / 8.0);
+                let speed_px_s = 14.0 * (300.0_f64 / 14.0).powf(f64::from(i) / 10.0);
                 let reach = draws.between(8.0, 24.0);
                 Blob {
                     centre_px: [

@@ -42,7 +42,7 @@ impl Pan {
             phase: draws.between(0.0, 1.0),
         };
         let sways = std::array::from_fn(|_| {
-            [sway(draws, 6.0, 12.0, [1.0, 2.2]), sway(draws, 1.5, 3.0, [4.0, 7.0])]
+            [sway(draws, 8.0, 14.0, [1.6, 3.0]), sway(draws, 1.5, 3.0, [4.0, 7.0])]
         });
         // A wave's largest slope is 8 amplitudes per turn.
         let fastest = |axis: &[Sway; 2]| -> f64 {
@@ -70,12 +70,13 @@ impl Pan {
             sways,
             width_px: edge_width_px(speed_px_s),
             still: Tiles::new(draws, -3.8, -0.1),
-            still_px: draws.between(8.0, 11.0),
+            still_px: draws.between(4.0, 7.0),
         }
     }
 
     pub(super) fn at(&self, x_px: f64, y_px: f64, t_s: f64) -> f64 {
-        let inward = (WIDTH as f64 - 1.0 - x_px).min(x_px).min(HEIGHT as f64 - 1.0 - y_px).min(y_px);
+        let inward =
+            (WIDTH as f64 - 1.0 - x_px).min(x_px).min(HEIGHT as f64 - 1.0 - y_px).min(y_px);
         let seen = edge(inward - self.still_px, SOFTEST_PX);
         let world = if seen > 0.0 { self.world(x_px, y_px, t_s) } else { 0.0 };
         if seen < 1.0 { blend(self.still.at(x_px, y_px), world, seen) } else { world }

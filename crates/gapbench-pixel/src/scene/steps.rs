@@ -34,7 +34,14 @@ impl Strip {
         };
         let from_side = if self.far { depth - 1.0 - across } else { across };
         let cover = edge(self.thickness_px - from_side, SOFTEST_PX);
-        (cover, if cover > 0.0 { along_steps(&self.levels, (along + 0.5) / length, length) } else { 0.0 })
+        (
+            cover,
+            if cover > 0.0 {
+                along_steps(&self.levels, (along + 0.5) / length, length)
+            } else {
+                0.0
+            },
+        )
     }
 }
 
