@@ -1,10 +1,11 @@
 //! Analytic scenes: linear luminance at any point and instant, 1 = white.
 //!
 //! A scene is made again from its kind and seed and never stored. Everything is drawn in the
-//! logarithm of light between .02 and 1 (.017 under a passing shade); every edge is at least 1.5 px wide and takes at least
-//! 10 ms to pass, so that frames at 1 kHz, interpolated linearly, follow the scene to .035 in
-//! `ln I` everywhere and to .0007 r.m.s. (both are tests). Each scene has a still
-//! strip of eight brightness levels and more still ground.
+//! logarithm of light between .02 and 1 (.017 under a passing shade). Every edge is at least
+//! 1.5 px wide and takes at least 10 ms to pass, so that frames at 1 kHz, interpolated linearly,
+//! follow the scene to .035 in `ln I` everywhere and to .0007 r.m.s. (both are tests). Each scene
+//! has a strip of eight still brightness levels, and more ground on which only the shade moves, too
+//! weak to fire the ideal pixel.
 
 mod bars;
 mod blobs;
