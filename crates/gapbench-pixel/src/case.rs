@@ -1,0 +1,206 @@
+//! One case of the benchmark: what a measurement gives, and, apart from it, the truth.
+
+use serde::Serialize;
+use serde_json::json;
+
+use crate::camera::record;
+use crate::catalogue::{Nominal, Term, terms};
+use crate::circuit::Circuit;
+use crate::effect::Stage;
+use crate::event::{DURATION_S, HEIGHT, Recording, WIDTH};
+use crate::evidence::{Evidence, compare};
+use crate::pixel::Seeds;
+use crate::scene::{Scene, SceneKind};
+
+/// Frames per second of the luminance given beside the events.
+pub const FPS: f64 = 1000.0;
+
+/// Number of frames that cover a recording, both ends included.
+pub const FRAMES: usize = 1001;
+
+/// Which of the two recordings of a case.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Which {
+    /// The one to find the effect in.
+    Train,
+    /// Another scene before the same camera.
+    Validation,
+}
+
+/// Groups of the plan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum CaseKind {
+    /// One effect at one of its strengths.
+    Single,
+    /// Nothing hidden.
+    Null,
+    /// Only parameters differ.
+    Parameter,
+    /// Two visible effects of different stages.
+    Pair,
+    /// An effect that is taken out of the catalogue at run time.
+    LeftOut,
+    /// An effect that no catalogue has.
+    NeverCatalogued,
+}
+
+/// Scene and moment of one recording.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Take {
+    /// Kind of the scene.
+    pub scene: SceneKind,
+    /// Seed of the scene.
+    pub scene_seed: u64,
+    /// Seed of all noise of the moment.
+    pub run_seed: u64,
+}
+
+/// A case: one camera, two recordings.
+#[derive(Debug, Clone)]
+pub struct Case {
+    /// Name that says nothing.
+    pub id: String,
+    /// Group of the plan.
+    pub kind: CaseKind,
+    /// Strength from 0 to 3, for singles.
+    pub strength: Option<usize>,
+    /// The recording to find the effect in.
+    pub train: Take,
+    /// The second recording.
+    pub validation: Take,
+    /// Seed of the camera's fixed pattern.
+    pub camera_seed: u64,
+    /// What is told about the camera.
+    pub nominal: Nominal,
+    /// The camera as it is.
+    pub circuit: Circuit,
+    /// The nominal camera with each of the hidden things alone.
+    pub alone: Vec<Circuit>,
+    /// Effect to take out of the catalogue at run time.
+    pub leave_out: Option<&'static str>,
+}
+
+/// One hidden thing and how visible it is in the train recording.
+#[derive(Debug, Clone, Serialize)]
+pub struct Truth {
+    /// Name, kind, stage and values in catalogue units.
+    #[serde(flatten)]
+    pub term: Term,
+    /// Recording with only this against the nominal one.
+    pub evidence: Evidence,
+}
+
+/// The truth about a case, for the scorer only.
+#[derive(Debug, Clone, Serialize)]
+pub struct Label {
+    /// Name of the case.
+    pub id: String,
+    /// Group of the plan.
+    pub kind: CaseKind,
+    /// Strength from 0 to 3, for singles.
+    pub strength: Option<usize>,
+    /// Scenes and seeds.
+    pub train: Take,
+    /// Scenes and seeds of the second recording.
+    pub validation: Take,
+    /// The hidden things.
+    pub truth: Vec<Truth>,
+    /// Whether all of them are visible (false for a null).
+    pub visible: bool,
+    /// Stages of the hidden things.
+    pub stages: Vec<Stage>,
+    /// Whether the truth is not in the catalogue the case is looked up in.
+    pub outside_catalogue: bool,
+    /// Effect to take out of the catalogue at run time.
+    pub leave_out: Option<&'static str>,
+}
+
+impl Case {
+    /// The recording of the camera as it is.
+    pub fn record(&self, which: Which) -> Recording {
+        self.record_with(&self.circuit, which)
+    }
+
+    /// Frame `k` at [`FPS`]: linear luminance at the pixel centres, row by row, 1 = white.
+    pub fn frame(&self, which: Which, k: usize) -> Vec<f32> {
+        self.scene(which).frame(k, FPS)
+    }
+
+    /// What is told beside a recording, as JSON.
+    pub fn scene_json(&self, _which: Which) -> String {
+        json!({
+            "width": WIDTH,
+            "height": HEIGHT,
+            "fps": FPS,
+            "duration_s": DURATION_S,
+            "white": 1.0,
+            "nominal": self.nominal,
+        })
+        .to_string()
+    }
+
+    /// The hidden things in catalogue units.
+    pub fn terms(&self) -> Vec<Term> {
+        self.alone.iter().flat_map(|circuit| terms(circuit, &self.nominal)).collect()
+    }
+
+    /// The scene of a recording; made anew, so keep it to draw many frames.
+    pub fn scene(&self, which: Which) -> Scene {
+        let take = self.take(which);
+        Scene::new(take.scene, take.scene_seed)
+    }
+
+    /// The truth with its visibility: records the train scene once for each hidden thing and once
+    /// without any.
+    pub fn label(&self) -> Label {
+        let nominal = self.nominal_circuit();
+        let without = (!self.alone.is_empty()).then(|| self.record_with(&nominal, Which::Train));
+        let mut truth = Vec::new();
+        for circuit in &self.alone {
+            let with = self.record_with(circuit, Which::Train);
+            for term in terms(circuit, &self.nominal) {
+                let Some(without) = &without else { continue };
+                let evidence = compare(without, &with, term.stage);
+                truth.push(Truth { term, evidence });
+            }
+        }
+        Label {
+            id: self.id.clone(),
+            kind: self.kind,
+            strength: self.strength,
+            train: self.train,
+            validation: self.validation,
+            visible: !truth.is_empty() && truth.iter().all(|truth| truth.evidence.visible),
+            stages: truth.iter().map(|truth| truth.term.stage).collect(),
+            truth,
+            outside_catalogue: matches!(self.kind, CaseKind::LeftOut | CaseKind::NeverCatalogued),
+            leave_out: self.leave_out,
+        }
+    }
+
+    fn take(&self, which: Which) -> Take {
+        match which {
+            Which::Train => self.train,
+            Which::Validation => self.validation,
+        }
+    }
+
+    fn record_with(&self, circuit: &Circuit, which: Which) -> Recording {
+        let seeds = Seeds { camera: self.camera_seed, run: self.take(which).run_seed };
+        record(circuit, &self.scene(which), seeds)
+    }
+
+    /// The camera as it is described: ideal, with the nominal background.
+    fn nominal_circuit(&self) -> Circuit {
+        nominal_circuit(&self.nominal)
+    }
+}
+
+/// The ideal pixel with a nominal background.
+pub fn nominal_circuit(nominal: &Nominal) -> Circuit {
+    let mut circuit = Circuit::ideal();
+    circuit.background.on_hz = nominal.noise_on_hz;
+    circuit.background.off_hz = nominal.noise_off_hz;
+    circuit
+}

@@ -1,0 +1,79 @@
+//! The camera in circuit units: amperes, farads, volts, nanoseconds.
+//!
+//! [`Circuit::ideal`] is the pixel whose every imperfection is off: a change amplifier of the
+//! nominal gain and thresholds behind a photodiode without dark current. The parts an effect adds
+//! are `Option`s or zeros. What each value means in the units of a catalogue of effects is
+//! derived in [`crate::catalogue`].
+
+mod detector;
+mod optics;
+mod readout;
+
+pub use detector::{Detector, DetectorOddity, Junction, PhotonNoise, Timer};
+pub use optics::{Follower, HighPass, Lamp, NodeNoise, Optics, Photoreceptor};
+pub use readout::{Access, Background, Clock, HotPixels, Readout, ReadoutOddity};
+
+use crate::physics::{REFERENCE_TEMPERATURE_K, volts_per_efold_v};
+
+/// Nominal threshold of both polarities in natural-log units of light.
+pub const NOMINAL_THRESHOLD_LN: f64 = 0.25;
+
+/// A whole camera.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Circuit {
+    /// Temperature of the die, K.
+    pub temperature_k: f64,
+    /// Lamp and lens.
+    pub optics: Optics,
+    /// Photodiode and logarithmic photoreceptor.
+    pub photoreceptor: Photoreceptor,
+    /// Change amplifier, comparators, reset.
+    pub detector: Detector,
+    /// Events that no light causes.
+    pub background: Background,
+    /// Way from the pixels to the time-stamper.
+    pub readout: Readout,
+    /// The time-stamper.
+    pub clock: Clock,
+}
+
+impl Circuit {
+    /// The pixel whose every imperfection is off, at 300 K.
+    pub fn ideal() -> Self {
+        let gain = 20.0;
+        let temperature_k = REFERENCE_TEMPERATURE_K;
+        let threshold_mv = NOMINAL_THRESHOLD_LN * gain * volts_per_efold_v(temperature_k) * 1e3;
+        Self {
+            temperature_k,
+            optics: Optics::default(),
+            photoreceptor: Photoreceptor {
+                white_current_a: 10e-12,
+                dark_current_fa: 0.0,
+                node_ff: None,
+                follower: None,
+                highpass: None,
+                noise: None,
+            },
+            detector: Detector {
+                gain,
+                feedback_ff: 5.0,
+                threshold_on_mv: threshold_mv,
+                threshold_off_mv: threshold_mv,
+                offset_sigma_ln: 0.0,
+                comparator_noise_mv: 0.0,
+                leak: None,
+                refractory: None,
+                photon_noise: None,
+                oddity: None,
+            },
+            background: Background::default(),
+            readout: Readout::default(),
+            clock: Clock { period_us: 1.0, jitter_us: 0.0, latency_us: 0.0, offset_us: 0.0 },
+        }
+    }
+
+    /// Volts at the amplifier's output for one e-fold of light, `(C1 / C2) U_T / kappa`.
+    pub fn output_volts_per_efold_v(&self) -> f64 {
+        self.detector.gain * volts_per_efold_v(self.temperature_k)
+    }
+}
