@@ -1,0 +1,287 @@
+//! What share of the disagreement each axis explains.
+//!
+//! # Model
+//! The difference `d` of measured and expected events of a class is `v` times a sum of effects of
+//! its levels, where `v` is the variance of `d` for independent events. Effects are fitted on one
+//! half of all classes, in blocks of tile and time, and judged on the other: an axis that explains
+//! nothing gains nothing, however many levels it has. Axes of the scene enter in the order of what
+//! they add; then pairs of the three that add most, and the pause since the last event of the
+//! pixel. That is last because any event that is lost or added changes the pauses of others.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::axis::{Axis, TILES, TIMES};
+use super::table::{Sample, Table, tile};
+use crate::linear::solve;
+
+/// Runs that are compared with the others, at most, to know what chance explains.
+const NULL_RUNS: usize = 4;
+/// What an axis must add: in units of squared standard deviations, and as a share of all.
+const LEAST_GAIN: f64 = 6.0;
+const LEAST_SHARE: f64 = 0.01;
+/// Axes of which pairs are tried.
+const PAIRED: usize = 3;
+/// Keeps levels with few events near none.
+const RIDGE: f64 = 0.5;
+
+/// What axes explain of the difference between measured and simulated events.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Attribution {
+    /// Axes and pairs of axes in the order in which they were found to add most.
+    pub explained: Vec<Explained>,
+    /// All that they explain, squared standard deviations on data not fitted to.
+    pub gain: f64,
+    /// The most that any run of the model has against the others.
+    pub gain_by_chance: f64,
+}
+
+/// What one axis, or a pair, adds.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Explained {
+    /// Its name; a pair is `a x b`.
+    pub axis: String,
+    /// Its share of all that is explained.
+    pub share: f64,
+}
+
+impl Attribution {
+    /// Whether runs of the model differ less among themselves.
+    pub fn is_significant(&self) -> bool {
+        self.gain > 2.0 * self.gain_by_chance + LEAST_GAIN
+    }
+
+    /// Shares by name; none where nothing significant is explained.
+    pub fn shares(&self) -> BTreeMap<String, f64> {
+        let explained = self.explained.iter().filter(|_| self.is_significant());
+        explained.map(|one| (one.axis.clone(), one.share)).collect()
+    }
+}
+
+/// A way to sort classes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Term {
+    /// All are one: measured events are more or fewer everywhere.
+    Level,
+    Brightness,
+    Speed,
+    Age,
+    Contrast,
+    Polarity,
+    Direction,
+    Place,
+    Time,
+    Pause,
+    Pair(usize, usize),
+}
+
+const MAIN: [Term; 10] = [
+    Term::Level,
+    Term::Brightness,
+    Term::Speed,
+    Term::Age,
+    Term::Contrast,
+    Term::Polarity,
+    Term::Direction,
+    Term::Place,
+    Term::Time,
+    Term::Pause,
+];
+
+/// How many of these the scene alone decides.
+const SCENE: usize = MAIN.len() - 1;
+
+impl Term {
+    fn name(self) -> String {
+        let name = match self {
+            Self::Level => "overall number",
+            Self::Brightness => "brightness",
+            Self::Speed => "speed",
+            Self::Age => "age",
+            Self::Contrast => "contrast",
+            Self::Polarity => "polarity",
+            Self::Direction => "direction of light",
+            Self::Place => "place",
+            Self::Time => "time",
+            Self::Pause => "pause of pixel",
+            Self::Pair(a, b) => return format!("{} x {}", MAIN[a].name(), MAIN[b].name()),
+        };
+        name.to_owned()
+    }
+
+    fn count(self) -> usize {
+        match self {
+            Self::Level => 1,
+            Self::Brightness | Self::Contrast | Self::Pause => self.axis().count(),
+            Self::Speed => 4,
+            Self::Age => 8,
+            Self::Polarity | Self::Direction => 2,
+            Self::Place => TILES.0 * TILES.1,
+            Self::Time => TIMES,
+            Self::Pair(a, b) => MAIN[a].count() * MAIN[b].count(),
+        }
+    }
+
+    fn axis(self) -> Axis {
+        match self {
+            Self::Contrast => Axis::Contrast,
+            Self::Pause => Axis::Pause,
+            Self::Speed | Self::Age => Axis::Motion,
+            Self::Polarity | Self::Direction => Axis::Sign,
+            Self::Time => Axis::Time,
+            _ => Axis::Brightness,
+        }
+    }
+
+    fn level(self, key: u64) -> usize {
+        let level = self.axis().level(key);
+        match self {
+            Self::Level => 0,
+            Self::Speed => 3 - level.min(3),
+            Self::Age => level.saturating_sub(2),
+            Self::Polarity => usize::from(level < 2),
+            Self::Direction => usize::from(level == 0 || level == 3),
+            Self::Place => tile(key),
+            Self::Pair(a, b) => MAIN[a].level(key) * MAIN[b].count() + MAIN[b].level(key),
+            _ => level,
+        }
+    }
+}
+
+/// Normal equations of all terms on one half of the classes.
+struct Half {
+    matrix: Vec<Vec<f64>>,
+    right: Vec<f64>,
+}
+
+/// Normal equations of both halves.
+struct Fit {
+    terms: Vec<Term>,
+    starts: Vec<usize>,
+    halves: [Half; 2],
+}
+
+impl Fit {
+    fn of(terms: Vec<Term>, keys: &[u64], sample: &Sample) -> Self {
+        let mut starts = vec![0];
+        for term in &terms {
+            starts.push(starts[starts.len() - 1] + term.count());
+        }
+        let n = starts[terms.len()];
+        let half = || Half { matrix: vec![vec![0.0; n]; n], right: vec![0.0; n] };
+        let mut halves = [half(), half()];
+        let mut columns = vec![0; terms.len()];
+        for (i, key) in keys.iter().enumerate() {
+            let (events, sums, runs) = (sample.events[i], sample.sums[i], sample.runs);
+            let difference = events - sums / runs;
+            let variance = (events + sums) / (runs + 1.0) * (1.0 + 1.0 / runs);
+            if variance <= 0.0 {
+                continue;
+            }
+            for (column, (term, start)) in columns.iter_mut().zip(terms.iter().zip(&starts)) {
+                *column = start + term.level(*key);
+            }
+            let block = tile(*key) % TILES.0 + tile(*key) / TILES.0 + Axis::Time.level(*key);
+            let half = &mut halves[block % 2];
+            for (j, a) in columns.iter().enumerate() {
+                half.right[*a] += difference;
+                for b in &columns[..=j] {
+                    half.matrix[*a][*b] += variance;
+                }
+            }
+        }
+        Self { terms, starts, halves }
+    }
+
+    /// What some terms explain of each half when they are fitted on the other.
+    fn gain(&self, chosen: &[usize]) -> f64 {
+        let columns: Vec<usize> =
+            chosen.iter().flat_map(|term| self.starts[*term]..self.starts[*term + 1]).collect();
+        let [a, b] = &self.halves;
+        [(a, b), (b, a)]
+            .map(|(fitted, judged)| judged.gain(&fitted.effects(&columns), &columns))
+            .iter()
+            .sum()
+    }
+
+    /// Adds to `chosen` whichever of `open` adds most, as long as that is worth it.
+    fn select(&self, chosen: &mut Vec<usize>, open: &mut Vec<usize>, gains: &mut Vec<f64>) {
+        let mut total = self.gain(chosen);
+        loop {
+            let with = |term: &usize| {
+                let all: Vec<usize> = chosen.iter().copied().chain([*term]).collect();
+                self.gain(&all)
+            };
+            let tried: Vec<(usize, f64)> = open.iter().map(|term| (*term, with(term))).collect();
+            let Some(best) = tried.into_iter().reduce(|a, b| if b.1 > a.1 { b } else { a }) else {
+                return;
+            };
+            if best.1 - total < LEAST_GAIN.max(LEAST_SHARE * best.1) {
+                return;
+            }
+            gains.push(best.1 - total);
+            chosen.push(best.0);
+            open.retain(|term| *term != best.0);
+            total = best.1;
+        }
+    }
+}
+
+impl Half {
+    /// Of a symmetric matrix only the lower part is kept.
+    fn at(&self, a: usize, b: usize) -> f64 {
+        self.matrix[a.max(b)][a.min(b)]
+    }
+
+    fn effects(&self, columns: &[usize]) -> Vec<f64> {
+        let matrix = columns
+            .iter()
+            .map(|a| {
+                let ridge = |b: usize| if *a == b { RIDGE } else { 0.0 };
+                columns.iter().map(|b| self.at(*a, *b) + ridge(*b)).collect()
+            })
+            .collect();
+        let right = columns.iter().map(|a| self.right[*a]).collect();
+        solve(matrix, right).unwrap_or_else(|| vec![0.0; columns.len()])
+    }
+
+    fn gain(&self, effects: &[f64], columns: &[usize]) -> f64 {
+        let mut gain = 0.0;
+        for (a, x) in columns.iter().zip(effects) {
+            let row: f64 = columns.iter().zip(effects).map(|(b, y)| self.at(*a, *b) * y).sum();
+            gain += x * (2.0 * self.right[*a] - row);
+        }
+        gain
+    }
+}
+
+pub(super) fn attribute(table: &Table, samples: &[Sample]) -> Attribution {
+    let main = |sample: &Sample| {
+        let fit = Fit::of(MAIN.to_vec(), &table.keys, sample);
+        let (mut chosen, mut gains) = (Vec::new(), Vec::new());
+        fit.select(&mut chosen, &mut (0..SCENE).collect(), &mut gains);
+        (chosen, gains)
+    };
+    let null = samples[1..].par_iter().take(NULL_RUNS).map(|sample| main(sample).1);
+    let null: Vec<f64> = null.map(|gains| gains.iter().sum()).collect();
+    let gain_by_chance = null.into_iter().fold(0.0, f64::max);
+    let (mut chosen, mut gains) = main(&samples[0]);
+    let paired = &chosen[..chosen.len().min(PAIRED)];
+    let pairs = paired
+        .iter()
+        .enumerate()
+        .flat_map(|(i, a)| paired[..i].iter().map(|b| Term::Pair(*a.min(b), *a.max(b))));
+    // The speed is at rest wherever the age says so: that is no pair.
+    let told = |pair: &Term| *pair != Term::Pair(2, 3) && !matches!(pair, Term::Pair(0, _));
+    let terms: Vec<Term> = MAIN.into_iter().chain(pairs.filter(told)).collect();
+    let fit = Fit::of(terms, &table.keys, &samples[0]);
+    fit.select(&mut chosen, &mut (SCENE..fit.terms.len()).collect(), &mut gains);
+    let gain: f64 = gains.iter().sum();
+    let explained = chosen
+        .iter()
+        .zip(&gains)
+        .map(|(term, own)| Explained { axis: fit.terms[*term].name(), share: own / gain });
+    Attribution { explained: explained.collect(), gain, gain_by_chance }
+}

@@ -1,0 +1,89 @@
+//! Which of many numbers are unusual, with a limit on how many of those are so by chance.
+
+/// Share of what is called significant that may be so by chance.
+const FALSE_SHARE: f64 = 0.05;
+
+/// Probability that a standard normal number is larger than `z`.
+///
+/// # Source
+/// The rational Chebyshev form of Press et al., *Numerical Recipes*, 6.2: relative error 1.2e-7.
+pub(super) fn upper_tail(z: f64) -> f64 {
+    const TERMS: [f64; 10] = [
+        -1.265_512_23,
+        1.000_023_68,
+        0.374_091_96,
+        0.096_784_18,
+        -0.186_288_06,
+        0.278_868_07,
+        -1.135_203_98,
+        1.488_515_87,
+        -0.822_152_23,
+        0.170_872_77,
+    ];
+    let x = z.abs() / std::f64::consts::SQRT_2;
+    let t = 1.0 / (1.0 + 0.5 * x);
+    let sum = TERMS.iter().rev().fold(0.0, |sum, term| sum * t + term);
+    let tail = 0.5 * t * (sum - x * x).exp();
+    if z >= 0.0 { tail } else { 1.0 - tail }
+}
+
+/// Which deviations are significant at a false discovery rate of 5 %, either side.
+///
+/// # Source
+/// Benjamini, Hochberg: *Controlling the false discovery rate*, J. R. Statist. Soc. B 57, 1995.
+pub(super) fn discoveries(z: &[f64]) -> Vec<bool> {
+    let p: Vec<f64> = z.iter().map(|z| 2.0 * upper_tail(z.abs())).collect();
+    let mut sorted = p.clone();
+    sorted.sort_by(f64::total_cmp);
+    let n = sorted.len() as f64;
+    let passes = |(i, p): &(usize, &f64)| **p <= FALSE_SHARE * (*i + 1) as f64 / n;
+    let limit = sorted.iter().enumerate().filter(passes).last().map(|(_, p)| *p);
+    p.iter().map(|p| limit.is_some_and(|limit| *p <= limit)).collect()
+}
+
+/// Probability of a maximum of at least `found` where some maxima by chance were as in `null`:
+/// a Gumbel distribution of the same moments, wider where they are few.
+///
+/// # Source
+/// Abrams, Kulldorff, Kleinman: *Gumbel based p-value approximations for spatial scan statistics*,
+/// Int. J. Health Geographics 9, 2010.
+pub(super) fn chance_of_maximum(found: f64, null: &[f64]) -> f64 {
+    /// Mean of the standard Gumbel distribution.
+    const EULER: f64 = 0.577_215_664_901_532_9;
+    let n = null.len() as f64;
+    let mean = null.iter().sum::<f64>() / n;
+    let squares: f64 = null.iter().map(|x| (x - mean).powi(2)).sum();
+    let sd = (squares / (n - 1.0).max(1.0)).sqrt();
+    // A likelihood ratio of events that are independent has a scale of one.
+    let scale = (sd * 6f64.sqrt() / std::f64::consts::PI * (1.0 + 2.0 / n)).max(1.0);
+    let place = mean - EULER * scale;
+    -(-(-(found - place) / scale).exp()).exp_m1()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tails_of_the_normal_distribution_are_right() {
+        for (z, p) in [(0.0, 0.5), (1.959_964, 0.025), (5.0, 2.866_516e-7), (-1.0, 0.841_345)] {
+            assert!((upper_tail(z) / p - 1.0).abs() < 2e-6, "{z}: {}", upper_tail(z));
+        }
+    }
+
+    #[test]
+    fn discoveries_are_those_of_a_worked_example() {
+        // p = 0.001, 0.008, 0.039, 0.6: limits are 0.0125, 0.025, 0.0375 and 0.05.
+        assert_eq!(discoveries(&[3.29, -2.652, 2.064, 0.524]), [true, true, false, false]);
+        assert_eq!(discoveries(&[]), Vec::<bool>::new());
+    }
+
+    #[test]
+    fn a_maximum_like_those_by_chance_is_no_surprise() {
+        let null = [9.0, 11.0, 10.0, 12.0, 8.0];
+        let p = chance_of_maximum(10.0, &null);
+        assert!((0.2..0.8).contains(&p), "{p}");
+        assert!(chance_of_maximum(60.0, &null) < 1e-6);
+        assert!(chance_of_maximum(12.0, &null) > chance_of_maximum(13.0, &null));
+    }
+}

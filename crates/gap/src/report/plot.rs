@@ -1,0 +1,104 @@
+//! One curve of a measured recording, of the model and of the corrected model.
+
+use serde::{Deserialize, Serialize};
+
+use super::gaps;
+
+/// How an axis is drawn.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Scale {
+    /// Evenly.
+    #[default]
+    Linear,
+    /// By the logarithm.
+    Log,
+}
+
+/// A measured curve with the band that runs of the model fill.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Plot {
+    /// What it shows.
+    pub title: String,
+    /// What to look for, in a sentence.
+    pub caption: String,
+    /// Name and unit of the horizontal axis.
+    pub x_name: String,
+    /// How it is drawn.
+    pub x_scale: Scale,
+    /// Name and unit of the vertical axis.
+    pub y_name: String,
+    /// How it is drawn.
+    pub y_scale: Scale,
+    /// Places on the horizontal axis; the curves have one value at each. A value that is not known
+    /// is NaN.
+    #[serde(with = "gaps")]
+    pub x: Vec<f64>,
+    /// What was measured.
+    #[serde(with = "gaps")]
+    pub measured: Vec<f64>,
+    /// Lower edge of what runs of the model give.
+    #[serde(with = "gaps")]
+    pub low: Vec<f64>,
+    /// Upper edge.
+    #[serde(with = "gaps")]
+    pub high: Vec<f64>,
+    /// The mean of runs of the corrected model; empty where there is none.
+    #[serde(with = "gaps", default)]
+    pub corrected: Vec<f64>,
+}
+
+impl Plot {
+    /// Takes a measured curve, curves of runs of the model, and of the corrected model. The band is
+    /// the mean of the runs with twice their standard deviation on either side.
+    #[must_use]
+    pub fn with(mut self, measured: Vec<f64>, runs: &[Vec<f64>], corrected: &[Vec<f64>]) -> Self {
+        let is_log = self.y_scale == Scale::Log;
+        let (mut low, mut high) = (Vec::new(), Vec::new());
+        for i in 0..measured.len() {
+            let values: Vec<f64> = known(runs, i).collect();
+            let (mean, sd) = moments(&values);
+            let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+            // The logarithm has no room below zero: there the least run is the edge.
+            let edge = mean - 2.0 * sd;
+            low.push(if is_log && edge <= 0.0 { least.min(mean) } else { edge });
+            high.push(mean + 2.0 * sd);
+        }
+        let mean = |i: usize| moments(&known(corrected, i).collect::<Vec<_>>()).0;
+        self.corrected = match corrected.is_empty() {
+            true => Vec::new(),
+            false => (0..measured.len()).map(mean).collect(),
+        };
+        (self.measured, self.low, self.high) = (measured, low, high);
+        self
+    }
+}
+
+fn known(runs: &[Vec<f64>], i: usize) -> impl Iterator<Item = f64> {
+    runs.iter().map(move |run| run[i]).filter(|value| value.is_finite())
+}
+
+/// Mean and standard deviation; NaN of nothing.
+fn moments(values: &[f64]) -> (f64, f64) {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+    (mean, (squares / (n - 1.0).max(1.0)).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_band_is_two_standard_deviations_and_leaves_out_what_is_not_known() {
+        let runs = [vec![1.0, f64::NAN], vec![3.0, f64::NAN], vec![2.0, 7.0]];
+        let plot = Plot::default().with(vec![2.0, f64::NAN], &runs, &[vec![2.5, 6.0]]);
+        assert_eq!((plot.low[0], plot.high[0]), (0.0, 4.0));
+        assert_eq!((plot.low[1], plot.high[1]), (7.0, 7.0));
+        assert_eq!(plot.corrected, [2.5, 6.0]);
+        let json = serde_json::to_string(&plot).unwrap();
+        let back: Plot = serde_json::from_str(&json).unwrap();
+        assert!(back.measured[1].is_nan() && back.measured[0] == 2.0, "{json}");
+    }
+}

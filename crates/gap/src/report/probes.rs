@@ -1,0 +1,107 @@
+//! Every number that was compared, and what blocks of them say.
+
+use serde::{Deserialize, Serialize};
+
+use crate::compare::by_block;
+use crate::summary::Kind;
+use crate::verdict::GapValue;
+use crate::{Block, Expectation, Layout, rho_of_chance};
+
+/// The gap of one block of numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct BlockGap {
+    /// The block.
+    pub block: Block,
+    /// With the model as given.
+    pub before: GapValue,
+    /// With the corrected model.
+    pub after: GapValue,
+}
+
+/// One number that was compared.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ProbeRow {
+    /// Its block.
+    pub block: Block,
+    /// What it is.
+    pub name: String,
+    /// Standard deviations from the model as given.
+    pub before: f64,
+    /// Standard deviations from the corrected model.
+    pub after: f64,
+    /// Measured over expected for counts, less one; none for other numbers.
+    pub relative: Option<f64>,
+}
+
+/// Gaps of blocks from the deviations of the model as given and the corrected one.
+///
+/// `resampled` are the same pairs for resamples or parts of the recording, from which intervals of
+/// 90 % are taken; without them they have no width.
+pub fn block_gaps(
+    layout: &Layout,
+    (before, after): (&[f64], &[f64]),
+    resampled: &[(Vec<f64>, Vec<f64>)],
+) -> Vec<BlockGap> {
+    let chance = rho_of_chance();
+    let gaps = |deviations: &[f64]| -> Vec<(Block, f64)> {
+        let blocks = by_block(layout, deviations);
+        blocks.into_iter().map(|(block, distance)| (block, distance / chance)).collect()
+    };
+    let of_before: Vec<_> = resampled.iter().map(|(before, _)| gaps(before)).collect();
+    let of_after: Vec<_> = resampled.iter().map(|(_, after)| gaps(after)).collect();
+    let value = |value: f64, block: usize, of: &[Vec<(Block, f64)>]| {
+        let mut values: Vec<f64> = of.iter().map(|gaps| gaps[block].1).collect();
+        values.sort_by(f64::total_cmp);
+        let at = |share: f64| {
+            let place = (share * (values.len().max(1) - 1) as f64).round() as usize;
+            values.get(place).copied().unwrap_or(value)
+        };
+        GapValue { value, lo: at(0.05).min(value), hi: at(0.95).max(value) }
+    };
+    let after = gaps(after);
+    let rows = gaps(before).into_iter().zip(after).enumerate();
+    rows.map(|(i, ((block, before), (_, after)))| BlockGap {
+        block,
+        before: value(before, i, &of_before),
+        after: value(after, i, &of_after),
+    })
+    .collect()
+}
+
+/// All numbers of a summary against two expectations, the most deviant first; what neither side
+/// has is left out.
+pub fn probe_rows(
+    layout: &Layout,
+    measured: &[f64],
+    before: &Expectation,
+    after: &Expectation,
+) -> Vec<ProbeRow> {
+    let (z_before, z_after) =
+        (before.deviations(layout, measured), after.deviations(layout, measured));
+    let mut rows: Vec<ProbeRow> = layout
+        .entries
+        .iter()
+        .enumerate()
+        .filter(|(i, _)| z_before[*i] != 0.0 || z_after[*i] != 0.0)
+        .map(|(i, entry)| {
+            // Counts are compared as `2 sqrt(n + 3/8)`.
+            let count = |value: f64| value * value / 4.0 - 0.375;
+            let relative = match entry.kind {
+                Kind::Count(..) if before.mean[i].is_finite() && measured[i].is_finite() => {
+                    let expected = count(before.mean[i]);
+                    (expected >= 0.5).then(|| count(measured[i]) / expected - 1.0)
+                }
+                _ => None,
+            };
+            ProbeRow {
+                block: entry.block,
+                name: entry.name.clone(),
+                before: z_before[i],
+                after: z_after[i],
+                relative,
+            }
+        })
+        .collect();
+    rows.sort_by(|a, b| b.before.abs().total_cmp(&a.before.abs()));
+    rows
+}
