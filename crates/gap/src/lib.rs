@@ -9,6 +9,7 @@
 //!   -> Verdict    no gap, a parameter, effects, none of the catalogue, undecided
 //! ```
 
+pub mod c2st;
 pub mod candidate;
 mod classes;
 pub mod compare;

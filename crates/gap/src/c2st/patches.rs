@@ -1,0 +1,118 @@
+//! Patches of measured and simulated events from the same places and times.
+
+use evpose_core::{EventStream, StageNoise, TimeWindow};
+
+use super::features::{self, Local, Numbers};
+
+/// Side of a patch, pixels.
+pub(super) const SIDE_PX: usize = 32;
+/// Its length, microseconds.
+pub(super) const LENGTH_US: i64 = 20_000;
+/// Events that a patch has at least, on average over measured and simulated.
+const LEAST_EVENTS: usize = 6;
+/// Pairs that are used at most.
+const MOST_PAIRS: usize = 1_500;
+/// Parts of the data that are held out in turn.
+pub(super) const FOLDS: usize = 5;
+/// Fewer tiles give too few ways to exchange labels.
+const LEAST_TILES: usize = 8;
+
+/// A measured and a simulated patch of one place and time.
+pub(super) struct Pair {
+    pub(super) numbers: [Numbers; 2],
+    /// Where labels are exchanged together.
+    pub(super) group: usize,
+    /// When it is held out.
+    pub(super) fold: usize,
+}
+
+/// Events of a stream, sorted by patch.
+struct Sorted {
+    starts: Vec<usize>,
+    events: Vec<Local>,
+}
+
+struct Grid {
+    columns: usize,
+    tiles: usize,
+    patches: usize,
+}
+
+impl Sorted {
+    fn of(events: &EventStream, window: TimeWindow, grid: &Grid) -> Self {
+        let range = events.range(window);
+        let patch = |i: usize| {
+            let block = ((events.t()[i].0 - window.start.0) / LENGTH_US) as usize;
+            let (x, y) = (usize::from(events.x()[i]), usize::from(events.y()[i]));
+            let tile = y / SIDE_PX * grid.columns + x / SIDE_PX;
+            block * grid.tiles + tile
+        };
+        // The last patches of a window that is no whole number of them are not looked at.
+        let inside = || range.clone().filter(|i| patch(*i) < grid.patches);
+        let mut starts = vec![0; grid.patches + 1];
+        for i in inside() {
+            starts[patch(i) + 1] += 1;
+        }
+        for i in 0..grid.patches {
+            starts[i + 1] += starts[i];
+        }
+        let mut next = starts.clone();
+        let mut sorted = vec![Local::default(); starts[grid.patches]];
+        for i in inside() {
+            let slot = &mut next[patch(i)];
+            sorted[*slot] = Local {
+                t_us: (events.t()[i].0 - window.start.0) % LENGTH_US,
+                stamp_us: events.t()[i].0,
+                x: usize::from(events.x()[i]) % SIDE_PX,
+                y: usize::from(events.y()[i]) % SIDE_PX,
+                is_on: events.polarity()[i].is_on(),
+            };
+            *slot += 1;
+        }
+        Self { starts, events: sorted }
+    }
+
+    fn patch(&self, patch: usize) -> &[Local] {
+        &self.events[self.starts[patch]..self.starts[patch + 1]]
+    }
+}
+
+/// Pairs of patches in which something happens, no more than fifteen hundred, drawn by `seed`.
+pub(super) fn pairs(
+    measured: &EventStream,
+    simulated: &[EventStream],
+    window: TimeWindow,
+    seed: u64,
+) -> Vec<Pair> {
+    if simulated.is_empty() {
+        return Vec::new();
+    }
+    let size = measured.sensor();
+    let columns = usize::from(size.width).div_ceil(SIDE_PX);
+    let tiles = columns * usize::from(size.height).div_ceil(SIDE_PX);
+    let blocks = (window.length().0 / LENGTH_US).max(0) as usize;
+    let grid = Grid { columns, tiles, patches: blocks * tiles };
+    let measured = Sorted::of(measured, window, &grid);
+    let simulated: Vec<Sorted> =
+        simulated.iter().map(|events| Sorted::of(events, window, &grid)).collect();
+    // One stream a tile: what its pixels are like is then one thing on both sides.
+    let other = |patch: usize| simulated[patch % tiles % simulated.len()].patch(patch);
+    let has_events =
+        |patch: &usize| measured.patch(*patch).len() + other(*patch).len() >= 2 * LEAST_EVENTS;
+    let mut chosen: Vec<usize> = (0..grid.patches).filter(has_events).collect();
+    let noise = StageNoise::new(seed, "patches", 0);
+    chosen.sort_by_key(|patch| (noise.bits(*patch, 0), *patch));
+    chosen.truncate(MOST_PAIRS);
+    chosen.sort_unstable();
+    let pair = |patch: usize| {
+        let (tile, block) = (patch % tiles, patch / tiles);
+        let part = block * FOLDS / blocks;
+        let group = if tiles < LEAST_TILES { tile * FOLDS + part } else { tile };
+        Pair {
+            numbers: [features::of(measured.patch(patch)), features::of(other(patch))],
+            group,
+            fold: (tile + part) % FOLDS,
+        }
+    };
+    chosen.into_iter().map(pair).collect()
+}
