@@ -23,6 +23,8 @@ pub(crate) enum Mark {
     Dots,
     /// A short vertical stroke.
     Ticks,
+    /// Filled between the points, which go around it.
+    Band,
 }
 
 /// One series.
@@ -176,6 +178,10 @@ where
             Mark::Ticks => canvas.draw_series(points.map(|p| {
                 EmptyElement::at(p) + PathElement::new([(0, -7), (0, 7)], colour.stroke_width(1))
             })),
+            Mark::Band => {
+                let around: Vec<(f64, f64)> = points.collect();
+                canvas.draw_series([Polygon::new(around, colour.mix(0.4).filled())])
+            }
         };
         let drawn = drawn.map_err(plain)?;
         if !series.label.is_empty() {
@@ -231,7 +237,7 @@ mod tests {
     #[test]
     fn charts_of_any_scale_are_drawn() -> Result<()> {
         for (x, y) in [(false, false), (true, false), (false, true), (true, true)] {
-            let marks = [Mark::Line, Mark::Steps, Mark::Dots, Mark::Ticks];
+            let marks = [Mark::Line, Mark::Steps, Mark::Dots, Mark::Ticks, Mark::Band];
             let series = marks.map(|mark| Series {
                 label: format!("{mark:?}"),
                 colour: ON,

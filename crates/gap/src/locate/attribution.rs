@@ -278,7 +278,7 @@ pub(super) fn attribute(table: &Table, samples: &[Sample]) -> Attribution {
     let terms: Vec<Term> = MAIN.into_iter().chain(pairs.filter(told)).collect();
     let fit = Fit::of(terms, &table.keys, &samples[0]);
     fit.select(&mut chosen, &mut (SCENE..fit.terms.len()).collect(), &mut gains);
-    let gain: f64 = gains.iter().sum();
+    let gain = gains.iter().fold(0.0, |sum, gain| sum + gain);
     let explained = chosen
         .iter()
         .zip(&gains)

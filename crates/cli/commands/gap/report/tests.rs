@@ -1,0 +1,57 @@
+use evpose_gap::report::ReportData;
+use evpose_gap::verdict::Answer;
+
+use super::{example, page};
+
+#[test]
+fn a_page_holds_everything_and_needs_no_other_file() {
+    let page = page(&example::data()).unwrap();
+    for text in [
+        "Missing effect: leak_on",
+        "charge leaks off the memory",
+        "rate_hz = 2.04 Hz [1.95, 2.11]",
+        "Excess here",
+        "leak_on added",
+        "by the logarithm",
+        "with no effect",
+        "leak_on and parasitic_photo_leak",
+        "never busy &lt;enough&gt;",
+        "How could this be wrong?",
+        "class=\"add\">+ [[effect]]",
+        "events.npz &amp; more",
+        "+810%",
+    ] {
+        assert!(page.contains(text), "{text} is missing");
+    }
+    let links = page.matches("http").count();
+    let names = page.matches("http://www.w3.org/2000/svg").count();
+    assert_eq!(links, names, "something is fetched from elsewhere");
+    assert!(!page.contains("NaN"));
+}
+
+#[test]
+fn a_bare_verdict_is_a_page_too() {
+    let answers = [
+        (Answer::NoGap, "No gap"),
+        (Answer::Parameter, "set wrong"),
+        (Answer::Effects, "Missing effect"),
+        (Answer::NoneOfCatalogue, "Something is missing"),
+        (Answer::Undecided, "does not tell why"),
+    ];
+    for (answer, text) in answers {
+        let mut verdict = example::verdict();
+        verdict.verdict = answer;
+        let data = ReportData::of(verdict);
+        assert!(page(&data).unwrap().contains(text), "{answer:?}");
+    }
+}
+
+#[test]
+fn a_report_is_read_back_as_it_was_written() {
+    let path = std::path::Path::new("report.json");
+    let data = example::data();
+    let json = data.to_json(path).unwrap();
+    let back = ReportData::from_json(&json, path).unwrap();
+    assert_eq!(back.to_json(path).unwrap(), json);
+    assert_eq!(page(&back).unwrap(), page(&data).unwrap());
+}

@@ -1,0 +1,191 @@
+//! A verdict in words that a person understands.
+
+use evpose_gap::report::{Ablation, Change};
+use evpose_gap::verdict::{Answer, Finding, FindingKind, GapValue, Quantity, Verdict};
+use evpose_gap::{Block, parameters::Parameter};
+use evpose_sensor::STAGES;
+
+/// The answer as a heading.
+pub(crate) fn headline(verdict: &Verdict) -> String {
+    let names = names(verdict);
+    let plural = if verdict.effects.len() > 1 { "s" } else { "" };
+    match verdict.verdict {
+        Answer::NoGap => "No gap: the model explains the recording".to_owned(),
+        Answer::Parameter if names.is_empty() => "A number of the model is set wrong".to_owned(),
+        Answer::Parameter => format!("Nothing is missing, but set wrong: {names}"),
+        Answer::Effects if verdict.remaining.is_significant => {
+            format!("Missing effect{plural}: {names}, and something that is not in the catalogue")
+        }
+        Answer::Effects => format!("Missing effect{plural}: {names}"),
+        Answer::NoneOfCatalogue => {
+            "Something is missing that the catalogue does not hold".to_owned()
+        }
+        Answer::Undecided => "There is a gap, but this recording does not tell why".to_owned(),
+    }
+}
+
+/// Names of what was found, joined.
+fn names(verdict: &Verdict) -> String {
+    let names: Vec<&str> = verdict.effects.iter().map(|finding| finding.name.as_str()).collect();
+    names.join(" + ")
+}
+
+/// What that means, for someone who has never seen such a report.
+pub(crate) fn meaning(verdict: &Verdict) -> String {
+    let (before, after) = (short(verdict.gap_before.value), short(verdict.gap_after.value));
+    let closes = format!(
+        "The gap falls from {before} to {after}, where 1 is the gap between two runs of one model: \
+         {} of it is closed.",
+        closed(verdict)
+    );
+    let what = verdict.effects.iter().filter(|f| f.kind == FindingKind::Effect);
+    let what: Vec<&str> = what.filter_map(|finding| summary(&finding.name)).collect();
+    match verdict.verdict {
+        Answer::NoGap => format!(
+            "Measured events differ from those of the model no more than two runs of the model \
+             differ from each other: the gap is {before}, and 1 is a perfect match."
+        ),
+        Answer::Parameter => {
+            format!("The model has all that it needs, with other numbers. {closes}")
+        }
+        Answer::Effects if what.is_empty() => {
+            format!("The camera does something that the model does not. {closes}")
+        }
+        Answer::Effects => format!(
+            "The camera does something that the model does not: {}. {closes}",
+            what.join("; ")
+        ),
+        Answer::NoneOfCatalogue => format!(
+            "Measured and simulated events differ (gap {before}; 1 is a perfect match), and no \
+             effect that is known explains it. The nearest part of the camera is the {}.",
+            verdict.remaining.nearest_stage
+        ),
+        Answer::Undecided => format!(
+            "Measured and simulated events differ (gap {before}; 1 is a perfect match). Several \
+             causes would do, or none is clear enough to be named."
+        ),
+    }
+}
+
+/// What an effect of the catalogue does, or what a number of the model is.
+pub(crate) fn summary(name: &str) -> Option<&'static str> {
+    let stage = STAGES.iter().find(|stage| stage.name == name).map(|stage| stage.summary);
+    stage.or_else(|| {
+        let parameter = Parameter::ALL.iter().find(|parameter| parameter.name() == name)?;
+        Some(match parameter {
+            Parameter::ThresholdOn => "how much brighter it must get for an ON event",
+            Parameter::ThresholdOff => "how much darker it must get for an OFF event",
+            Parameter::NoiseOn => "ON events of each pixel that nothing causes",
+            Parameter::NoiseOff => "OFF events of each pixel that nothing causes",
+            Parameter::ClockOffset => "what the clock of the recording is late",
+        })
+    })
+}
+
+/// The numbers of a finding.
+pub(crate) fn parameters(finding: &Finding) -> String {
+    let quantities: Vec<String> = finding
+        .parameters
+        .iter()
+        .map(|(name, value)| format!("{name} = {}", quantity(value)))
+        .collect();
+    quantities.join(", ")
+}
+
+/// A number with its interval and unit.
+pub(crate) fn quantity(quantity: &Quantity) -> String {
+    let Quantity { value, lo90, hi90, unit } = quantity;
+    let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+    format!("{}{unit} [{}, {}]", short(*value), short(*lo90), short(*hi90))
+}
+
+/// A gap with its interval.
+pub(crate) fn gap(gap: &GapValue) -> String {
+    format!("{} [{}, {}]", short(gap.value), short(gap.lo), short(gap.hi))
+}
+
+/// Three digits.
+pub(crate) fn short(value: f64) -> String {
+    let size = value.abs();
+    if !value.is_finite() {
+        "unknown".to_owned()
+    } else if size >= 99.5 && size < 1e6 {
+        format!("{value:.0}")
+    } else if size == 0.0 {
+        "0".to_owned()
+    } else if (1e-3..1e6).contains(&size) {
+        let decimals = (2 - size.log10().floor() as i32).clamp(0, 5) as usize;
+        let text = format!("{value:.decimals$}");
+        let text = if text.contains('.') { text.trim_end_matches('0') } else { &text };
+        text.trim_end_matches('.').to_owned()
+    } else {
+        format!("{value:.1e}")
+    }
+}
+
+/// How much of a gap is closed; below one there is no gap that could be closed further.
+pub(crate) fn closed(verdict: &Verdict) -> String {
+    percent(verdict.grr.min(1.0))
+}
+
+/// A share in percent.
+pub(crate) fn percent(share: f64) -> String {
+    if share.is_finite() { format!("{:.0}%", 100.0 * share) } else { "unknown".to_owned() }
+}
+
+/// A probability; small ones as a bound, because they rest on few runs.
+pub(crate) fn probability(p: f64) -> String {
+    if p < 0.001 { "p < 0.001".to_owned() } else { format!("p = {}", short(p)) }
+}
+
+/// What a block of numbers is about.
+pub(crate) fn block(block: Block) -> &'static str {
+    match block {
+        Block::Quiet => "pixels at rest",
+        Block::Crossing => "events per change of light",
+        Block::Timing => "delays",
+        Block::Swing => "change of light per event",
+        Block::Interval => "times between events of a pixel",
+        Block::Tail => "events behind an edge",
+        Block::Spatial => "differences between pixels",
+        Block::Spectrum => "frequencies",
+        Block::Readout => "marks of readout and clock",
+        Block::Load => "busy moments",
+        Block::Geometry => "position in the image",
+    }
+}
+
+/// What was done to the model.
+pub(crate) fn change(ablation: &Ablation) -> String {
+    match ablation.change {
+        Change::None => "model as given".to_owned(),
+        Change::Added if ablation.effect.is_empty() => "corrected".to_owned(),
+        Change::Added => format!("{} added", ablation.effect),
+        Change::TakenOut => format!("{} out again", ablation.effect),
+        Change::Exchanged => format!("{} instead", ablation.effect),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_three_digits_and_no_idle_zeros() {
+        let cases = [
+            (0.0, "0"),
+            (11.83, "11.8"),
+            (1.3, "1.3"),
+            (117.2, "117"),
+            (0.0781, "0.0781"),
+            (2.0, "2"),
+            (100.0, "100"),
+            (12_345.6, "12346"),
+            (3.2e-5, "3.2e-5"),
+            (f64::NAN, "unknown"),
+        ];
+        for (value, expected) in cases {
+            assert_eq!(short(value), expected);
+        }
+    }
+}
