@@ -6,9 +6,11 @@ use evpose_sensor::{
 };
 
 /// What is typical of cameras is where the search begins; it goes on beyond, by this factor.
-const BEYOND: f64 = 4.0;
+const BEYOND: f64 = 8.0;
+/// The same for readouts, which small sensors share among fewer pixels.
+const BEYOND_OF_READOUTS: f64 = 60.0;
 /// Values of the strength that an effect is first tried at.
-const STRENGTHS: usize = 5;
+const STRENGTHS: usize = 14;
 
 /// An effect that a recording may show and the model may lack.
 #[derive(Debug, Clone, Copy)]
@@ -72,6 +74,10 @@ impl Candidate {
         let is_alone = matches!(self.spec.signature.strength, Strength::RisingAlone(_));
         let typical = if is_alone { EffectConfig::new(self.name()) } else { self.spec.typical() };
         let mut heads = vec![strength];
+        let second = SECOND_STRENGTHS.iter().find(|(effect, _)| *effect == self.name());
+        heads.extend(
+            self.spec.params.iter().filter(|p| second.is_some_and(|(_, key)| p.name == *key)),
+        );
         if is_alone {
             let others = self.spec.params.iter().filter(|p| p.name != strength.name);
             heads.extend(others.filter(|p| matches!(p.prior, Prior::Typical(..))));
@@ -108,10 +114,14 @@ pub fn is_parameter(effect: &str) -> bool {
     matches!(effect, "uniform_noise" | "level_crossing" | "logarithmic" | "clock_offset_drift")
 }
 
+/// Effects that a second number makes strong on its own.
+const SECOND_STRENGTHS: &[(&str, &str)] = &[("arbiter", "row_ns")];
+
 /// Choices whose words are different physics rather than conventions of simulators.
 const PHYSICAL_CHOICES: &[(&str, &str, &[&str])] = &[
     ("refractory", "mode", &["hold", "defer"]),
     ("scanned_readout", "axis", &["rows", "columns"]),
+    ("leak_on", "phase", &["random", "aligned"]),
 ];
 
 fn words(spec: &StageSpec) -> Vec<Vec<(&'static str, &'static str)>> {
@@ -166,7 +176,11 @@ pub fn limits(param: &ParamSpec) -> (f64, f64) {
         Prior::Fixed => param.range,
     };
     let (low, high) = match param.scale {
-        evpose_sensor::Scale::Log => (low / BEYOND, high * BEYOND),
+        evpose_sensor::Scale::Log => {
+            let is_readout = matches!(param.name, "row_ns" | "rate_hz") && param.range.1 > 1e4;
+            let beyond = if is_readout { BEYOND_OF_READOUTS } else { BEYOND };
+            (low / beyond, high * beyond)
+        }
         evpose_sensor::Scale::Linear => (low, high),
     };
     (low.max(param.range.0), high.min(param.range.1))

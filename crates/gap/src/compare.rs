@@ -39,8 +39,9 @@ pub struct Expectation {
 impl Expectation {
     /// Mean and variance of runs with different seeds.
     ///
-    /// One run has no variance of its own: the floor of counts is all there is.
-    pub fn of_runs(layout: &Layout, runs: &[Vec<f64>]) -> Self {
+    /// A number varies at least by `least`: few runs do not tell, and a model without noise is no
+    /// reason to take chance in the recording for a difference.
+    pub fn of_runs(layout: &Layout, runs: &[Vec<f64>], least: &[f64]) -> Self {
         let n = runs.len() as f64;
         let mut mean = vec![0.0; layout.entries.len()];
         let mut variance = vec![0.0; layout.entries.len()];
@@ -52,6 +53,7 @@ impl Expectation {
                 // The mean of few runs is itself uncertain.
                 variance[i] = spread / (n - 1.0) * (1.0 + 1.0 / n);
             }
+            variance[i] = variance[i].max(least.get(i).copied().unwrap_or(0.0));
         }
         let events = layout.events(&mean);
         Self { mean, variance, events }
@@ -77,6 +79,9 @@ impl Expectation {
 
     /// Standard deviation of a number with tolerance.
     pub fn scale(&self, layout: &Layout, i: usize) -> f64 {
+        if !self.mean[i].is_finite() {
+            return 1.0;
+        }
         let floor = match layout.entries[i].kind {
             Kind::Count(_) => COUNT_VARIANCE,
             Kind::Number(_) => 0.0,

@@ -65,6 +65,7 @@ impl Slopes {
     /// summaries were linear in the knobs.
     pub fn best(
         &self,
+        furthest: f64,
         lab: &Lab<'_>,
         expected: &Expectation,
         deviations: &[f64],
@@ -109,7 +110,7 @@ impl Slopes {
             }
             let Some(change) = solve(matrix, right) else { break };
             for (step, change) in steps.iter_mut().zip(change) {
-                *step = (*step + change).clamp(-FURTHEST, FURTHEST);
+                *step = (*step + change).clamp(-furthest, furthest);
             }
         }
         let rest = misfit(&left(&steps));
@@ -134,7 +135,7 @@ pub fn descend(
         let expected = lab.expect(&model, runs)?;
         let deviations = expected.deviations(lab.layout, &lab.measured);
         let slopes = Slopes::around(lab, &model, knobs, runs)?;
-        let (steps, _) = slopes.best(lab, &expected, &deviations, knobs);
+        let (steps, _) = slopes.best(FURTHEST, lab, &expected, &deviations, knobs);
         let tried = FRACTIONS
             .par_iter()
             .map(|fraction| {

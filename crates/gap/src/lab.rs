@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
 
 use evpose_core::{EventStream, TimeWindow};
-use evpose_sensor::SensorConfig;
+use evpose_sensor::{EffectConfig, SensorConfig};
 use rayon::prelude::*;
 
 use crate::{Expectation, GapError, Layout, Stage, View};
@@ -12,6 +12,24 @@ use crate::{Expectation, GapError, Layout, Stage, View};
 /// So many times the measured events a model may have, and so many more.
 const EXCESS: usize = 2;
 const SPARE: usize = 5_000;
+
+/// Runs that show how much numbers vary by chance.
+const DITHERED_RUNS: u64 = 6;
+/// Share of the variance that these runs have.
+const DITHER_SHARE: f64 = 0.5;
+
+/// A sensor with a little of every kind of noise, which shows how firm the numbers of a summary
+/// are: what jumps under it is no ground for a name.
+fn dithered(reference: &SensorConfig) -> SensorConfig {
+    let mut config = reference.clone();
+    config.effects.extend([
+        EffectConfig::new("threshold_mismatch").with("sigma", 0.004),
+        EffectConfig::new("threshold_temporal_noise").with("sigma", 0.004),
+        EffectConfig::new("timestamp_jitter").with("sigma_us", 100.0),
+        EffectConfig::new("uniform_noise").with("on_hz", 0.05).with("off_hz", 0.05),
+    ]);
+    config
+}
 
 /// A measured recording beside its scene, and everything that was simulated for it so far.
 #[derive(Debug)]
@@ -29,21 +47,28 @@ pub struct Lab<'a> {
     seed: u64,
     /// A model with more events than this is out of the question.
     most: usize,
+    /// Variances that numbers have of chance.
+    chance: Vec<f64>,
     known: Mutex<HashMap<(String, u64), Arc<Vec<f64>>>>,
 }
 
 impl<'a> Lab<'a> {
-    /// Looks at a part of a recording. All noise of simulations comes from `seed`.
+    /// Looks at a part of a recording. All noise of simulations comes from `seed`; `reference` is
+    /// the sensor without noise.
+    ///
+    /// # Errors
+    /// A reference that cannot be built or shown the scene.
     pub fn new(
         stage: &'a Stage,
         layout: &'a Layout,
         events: &EventStream,
         window: TimeWindow,
+        reference: &SensorConfig,
         seed: u64,
-    ) -> Self {
+    ) -> Result<Self, GapError> {
         let most = EXCESS * events.len() + SPARE;
         let measured = layout.summarise(&View::new(stage, events, window));
-        Self {
+        let mut lab = Self {
             stage,
             layout,
             window,
@@ -51,8 +76,12 @@ impl<'a> Lab<'a> {
             measured,
             seed,
             most,
+            chance: Vec::new(),
             known: Mutex::default(),
-        }
+        };
+        let dithered = lab.expect(&dithered(reference), DITHERED_RUNS)?;
+        lab.chance = dithered.variance.iter().map(|v| DITHER_SHARE * v).collect();
+        Ok(lab)
     }
 
     /// The summary of run number `run` of a model. Runs of the same number have the same draws
@@ -87,7 +116,7 @@ impl<'a> Lab<'a> {
             .map(|run| self.run(model, run))
             .collect::<Result<Vec<_>, _>>()?;
         let runs: Vec<Vec<f64>> = runs.iter().map(|run| run.to_vec()).collect();
-        Ok(Expectation::of_runs(self.layout, &runs))
+        Ok(Expectation::of_runs(self.layout, &runs, &self.chance))
     }
 
     /// How many different models and runs were simulated.

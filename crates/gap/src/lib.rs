@@ -20,6 +20,7 @@ pub mod knob;
 mod lab;
 mod linear;
 pub mod locate;
+pub mod naming;
 pub mod parameters;
 pub mod probe;
 pub mod report;

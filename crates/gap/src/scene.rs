@@ -60,6 +60,14 @@ impl Scene {
         self.time(self.planes.len() - 1)
     }
 
+    /// The first part of the scene, of at least two planes.
+    #[must_use]
+    pub fn first(&self, duration: Micros) -> Self {
+        let last = (duration.as_seconds() * self.fps).round() as usize;
+        let planes = self.planes[..(last + 1).clamp(2, self.planes.len())].to_vec();
+        Self { size: self.size, fps: self.fps, planes }
+    }
+
     /// The step between two planes.
     pub fn step_s(&self) -> f64 {
         1.0 / self.fps

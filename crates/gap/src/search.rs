@@ -12,9 +12,11 @@ use crate::parameters::Parameter;
 use crate::{GapError, Lab};
 
 /// Candidates whose strength is fitted.
-const NEAR: usize = 6;
+const NEAR: usize = 8;
 /// Candidates that are fitted with all their numbers.
 const FINALISTS: usize = 3;
+/// Steps that numbers of the model are believed to follow in a line.
+const NEARBY: f64 = 2.0;
 /// Rounds of the fit of all numbers.
 const ROUNDS: usize = 4;
 
@@ -43,16 +45,18 @@ pub fn refit(lab: &Lab<'_>, model: &SensorConfig, runs: u64) -> Result<Fit, GapE
 }
 
 /// All candidates beside `model`, the best first; those that were not fitted in full come last.
+/// They are first tried on `screen`, a short part of the recording.
 ///
 /// # Errors
 /// A model that cannot be built or shown the scene.
 pub fn search(
+    screen: &Lab<'_>,
     lab: &Lab<'_>,
     model: &SensorConfig,
     left_out: &[String],
 ) -> Result<Vec<Found>, GapError> {
     let knobs = parameter_knobs();
-    let slopes = Slopes::around(lab, model, &knobs, 1)?;
+    let slopes = Slopes::around(screen, model, &knobs, 1)?;
     let trials: Vec<(Candidate, Trial)> = Candidate::beside(model, left_out)
         .into_iter()
         .flat_map(|candidate| candidate.trials().into_iter().map(move |trial| (candidate, trial)))
@@ -70,14 +74,17 @@ pub fn search(
             })
         })
         .collect();
+    let without = screen.run(model, 0)?;
     let scored = tries
         .par_iter()
         .map(|(i, trial)| {
             let with = trial.beside(model);
-            let expected = lab.expect(&with, 1)?;
-            let deviations = expected.deviations(lab.layout, &lab.measured);
-            let (_, left) = slopes.best(lab, &expected, &deviations, &knobs);
-            Ok((*i, trial, left))
+            let expected = screen.expect(&with, 1)?;
+            let deviations = expected.deviations(screen.layout, &screen.measured);
+            let (_, left) = slopes.best(NEARBY, screen, &expected, &deviations, &knobs);
+            // What changes nothing is no explanation.
+            let is_without = expected.mean.iter().zip(&*without).all(|(a, b)| a == b);
+            Ok((*i, trial, if is_without { f64::INFINITY } else { left }))
         })
         .collect::<Result<Vec<_>, GapError>>()?;
     // The best try of every candidate.
@@ -91,11 +98,17 @@ pub fn search(
         }
     }
     best.sort_by(|a, b| a.2.total_cmp(&b.2));
+    if std::env::var("DBG").is_ok() {
+        for (n, t, q) in &best {
+            eprintln!("  screen {n} {q:.0} {:?}", t.effect.params);
+        }
+    }
     let near = NEAR.min(best.len());
+    let slopes = Slopes::around(lab, model, &knobs, 1)?;
     let mut lined = best[..near]
         .par_iter()
         .map(|(name, trial, left)| {
-            let (model, left) = line(lab, model, trial, *left, &slopes)?;
+            let (model, left) = line(lab, model, trial, &slopes)?;
             Ok(Found { name, fit: Fit { model, misfit: left }, trial: (*trial).clone() })
         })
         .collect::<Result<Vec<_>, GapError>>()?;
@@ -113,8 +126,8 @@ pub fn search(
         fit: Fit { model: trial.beside(model), misfit: *left },
         trial: (*trial).clone(),
     });
-    found.extend(rest);
     found.sort_by(|a, b| a.fit.misfit.total_cmp(&b.fit.misfit));
+    found.extend(rest);
     Ok(found)
 }
 
@@ -131,18 +144,21 @@ fn line(
     lab: &Lab<'_>,
     model: &SensorConfig,
     trial: &Trial,
-    left: f64,
     slopes: &Slopes,
 ) -> Result<(SensorConfig, f64), GapError> {
     let head = own(trial)[0];
     let knobs = parameter_knobs();
-    let (mut at, mut least) = (trial.beside(model), left);
-    for steps in [7.0, 3.5, 1.8] {
+    let profiled = |model: &SensorConfig| -> Result<f64, GapError> {
+        let expected = lab.expect(model, 1)?;
+        let deviations = expected.deviations(lab.layout, &lab.measured);
+        Ok(slopes.best(NEARBY, lab, &expected, &deviations, &knobs).1)
+    };
+    let mut at = trial.beside(model);
+    let mut least = profiled(&at)?;
+    for steps in [5.0, 2.5, 1.2] {
         for sign in [-1.0, 1.0] {
             let turned = head.turned(&at, sign * steps);
-            let expected = lab.expect(&turned, 1)?;
-            let deviations = expected.deviations(lab.layout, &lab.measured);
-            let (_, left) = slopes.best(lab, &expected, &deviations, &knobs);
+            let left = profiled(&turned)?;
             if left < least {
                 (at, least) = (turned, left);
                 break;

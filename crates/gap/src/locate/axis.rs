@@ -133,9 +133,9 @@ pub(super) fn ends(levels: Levels) -> (usize, usize) {
 
 /// What events of some signs are called; empty where they are all events.
 pub(super) fn polarity(sign: Levels) -> &'static str {
-    match sign {
-        0b0001 | 0b0010 | 0b0011 => "ON ",
-        0b0100 | 0b1000 | 0b1100 => "OFF ",
+    match (sign & 0b0011 != 0, sign & 0b1100 != 0) {
+        (true, false) => "ON ",
+        (false, true) => "OFF ",
         _ => "",
     }
 }
@@ -176,8 +176,8 @@ pub(super) fn motion(motion: Levels, sign: Levels) -> String {
         (false, None) => format!("more than {} ms after light last {did}", AGES_MS[from - REST]),
     };
     let against = match sign {
-        0b0101 => "with the change of light",
-        0b1010 => "against the change of light",
+        0b0101 => "that go with the light",
+        0b1010 => "that go against the light",
         _ => "",
     };
     [against, &words].into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(", ")

@@ -2,8 +2,8 @@
 //!
 //! # Model
 //! Counts are compared as `2 sqrt(n + 3/8)`, of variance one for independent events; what runs of
-//! the model differ by among themselves scales all of a map. One percent more or fewer does not
-//! matter. Of what is called significant, one in twenty may be chance.
+//! the model differ by among themselves, at counts of that size, scales it. One percent more or
+//! fewer does not matter. Of what is called significant, one in twenty may be chance.
 
 use serde::{Deserialize, Serialize};
 
@@ -16,6 +16,10 @@ const IMAGE_COLUMNS: usize = 96;
 const STRIP: usize = 100;
 /// Odd pixels that are listed.
 const LISTED: usize = 50;
+/// Runs of which the oddest pixel is looked for.
+const TRIED: usize = 4;
+/// Pixels of about the same count, at least, of which the scatter is taken.
+const ALIKE: f64 = 100.0;
 /// How far around a pixel reaches, pixels.
 const AROUND: usize = 2;
 /// Part of a count that does not matter.
@@ -40,6 +44,8 @@ pub struct Maps {
     pub hot: usize,
     /// How many have too few.
     pub silent: usize,
+    /// Events that hot pixels have beyond those of the model.
+    pub hot_events: f64,
 }
 
 /// Residuals over the image, several pixels together where there are many.
@@ -113,16 +119,28 @@ pub(super) fn maps(measured: &View<'_>, runs: &[View<'_>]) -> Maps {
         counts
     };
     let alone = stand_out(&Profile::of(&pixels, &of_runs).z, width);
+    // Some models make odd pixels of their own: what a run has against the others is none.
+    let of_run = |i: usize| {
+        let others: Vec<&Vec<f64>> =
+            of_runs.iter().enumerate().filter(|(k, _)| *k != i).map(|(_, run)| run).collect();
+        stand_out(&Profile::of(&of_runs[i], &others).z, width)
+            .into_iter()
+            .fold(0.0, |a: f64, z| a.max(z.abs()))
+    };
+    let by_chance = (0..of_runs.len().min(TRIED)).map(of_run).fold(0.0, f64::max);
     let is_odd = discoveries(&alone);
-    let mut odd: Vec<usize> = (0..pixels.len()).filter(|p| is_odd[*p]).collect();
-    let hot = odd.iter().filter(|p| alone[**p] > 0.0).count();
-    let silent = odd.len() - hot;
+    let is_odd = |p: &usize| is_odd[*p] && alone[*p].abs() > by_chance;
+    let mut odd: Vec<usize> = (0..pixels.len()).filter(is_odd).collect();
+    let expected = |p: usize| of_runs.iter().map(|run| run[p]).sum::<f64>() / of_runs.len() as f64;
+    let hot: Vec<usize> = odd.iter().copied().filter(|p| alone[*p] > 0.0).collect();
+    let hot_events = hot.iter().map(|p| pixels[*p] - expected(*p)).sum();
+    let (hot, silent) = (hot.len(), odd.len() - hot.len());
     odd.sort_by(|a, b| alone[*b].abs().total_cmp(&alone[*a].abs()));
     let tell = |p: &usize| OddPixel {
         x: (p % width) as u16,
         y: (p / width) as u16,
         measured: pixels[*p],
-        expected: of_runs.iter().map(|run| run[*p]).sum::<f64>() / runs.len() as f64,
+        expected: expected(*p),
         z: alone[*p],
     };
     Maps {
@@ -138,6 +156,7 @@ pub(super) fn maps(measured: &View<'_>, runs: &[View<'_>]) -> Maps {
         pixels: odd.iter().take(LISTED).map(tell).collect(),
         hot,
         silent,
+        hot_events,
     }
 }
 
@@ -158,8 +177,8 @@ fn stand_out(z: &[f64], width: usize) -> Vec<f64> {
 
 impl Profile {
     /// Residuals of counts against those of runs.
-    fn of(counts: &[f64], runs: &[Vec<f64>]) -> Self {
-        let sum = |i: usize| runs.iter().map(|run| run[i]).sum::<f64>();
+    fn of<T: AsRef<[f64]>>(counts: &[f64], runs: &[T]) -> Self {
+        let sum = |i: usize| runs.iter().map(|run| run.as_ref()[i]).sum::<f64>();
         let n = runs.len() as f64;
         let deviation = |count: f64, others: f64, n: f64| {
             let expected = others / n;
@@ -167,19 +186,29 @@ impl Profile {
             let sd = (1.0 + 1.0 / n + tolerance * tolerance).sqrt();
             2.0 * ((count + 0.375).sqrt() - (expected + 0.375).sqrt()) / sd
         };
-        let (mut squares, mut used) = (0.0, 0.0);
-        for run in runs {
-            for (i, count) in run.iter().enumerate() {
-                let others = sum(i) - count;
-                if others + count > 0.0 {
-                    squares += deviation(*count, others, n - 1.0).powi(2);
-                    used += 1.0;
+        // Thresholds that differ from pixel to pixel scatter large counts more than small ones.
+        let class = |sum: f64| (1.0 + sum / n).log2() as usize;
+        let mut scatter = [(0.0, 0.0); 64];
+        let mut all = (0.0, 0.0);
+        for run in runs.iter().filter(|_| n > 1.0) {
+            for (i, count) in run.as_ref().iter().enumerate() {
+                let sum = sum(i);
+                if sum > 0.0 {
+                    let square = deviation(*count, sum - count, n - 1.0).powi(2);
+                    for (squares, used) in [&mut all, &mut scatter[class(sum)]] {
+                        *squares += square;
+                        *used += 1.0;
+                    }
                 }
             }
         }
-        let scatter = if used > 0.0 { (squares / used).sqrt().max(LEAST_SCATTER) } else { 1.0 };
-        let z: Vec<f64> =
-            counts.iter().enumerate().map(|(i, c)| deviation(*c, sum(i), n) / scatter).collect();
+        let scatter = |sum: f64| {
+            let own = scatter[class(sum)];
+            let (squares, used) = if own.1 >= ALIKE * n { own } else { all };
+            if used > 0.0 { f64::sqrt(squares / used).max(LEAST_SCATTER) } else { 1.0 }
+        };
+        let z = |(i, count): (usize, &f64)| deviation(*count, sum(i), n) / scatter(sum(i));
+        let z: Vec<f64> = counts.iter().enumerate().map(z).collect();
         let is_significant = discoveries(&z);
         Self { z, is_significant }
     }

@@ -36,6 +36,9 @@ pub use scan::Scan;
 
 use table::Table;
 
+/// Hot pixels are told with a region that they have this part of, at least.
+const HOT: f64 = 0.5;
+
 /// Where a recording and a model disagree.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Located {
@@ -50,7 +53,15 @@ pub struct Located {
 impl Located {
     /// The same in the form of the verdict.
     pub fn place(&self) -> Where {
-        Where { sentence: self.scan.sentence.clone(), shares: self.attribution.shares() }
+        let mut sentence = self.scan.sentence.clone();
+        let Maps { hot, hot_events, .. } = self.maps;
+        let region = self.scan.regions.first();
+        // Regions are of light and place: only the map sees single pixels.
+        if hot > 0 && region.is_some_and(|r| hot_events > HOT * (r.measured - r.expected).abs()) {
+            sentence +=
+                &format!(" Of hot pixels there are {hot}, with {hot_events:.0} events too many.");
+        }
+        Where { sentence, shares: self.attribution.shares() }
     }
 }
 

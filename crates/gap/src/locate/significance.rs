@@ -37,7 +37,7 @@ pub(super) fn discoveries(z: &[f64]) -> Vec<bool> {
     sorted.sort_by(f64::total_cmp);
     let n = sorted.len() as f64;
     let passes = |(i, p): &(usize, &f64)| **p <= FALSE_SHARE * (*i + 1) as f64 / n;
-    let limit = sorted.iter().enumerate().filter(passes).last().map(|(_, p)| *p);
+    let limit = sorted.iter().enumerate().rfind(passes).map(|(_, p)| *p);
     p.iter().map(|p| limit.is_some_and(|limit| *p <= limit)).collect()
 }
 

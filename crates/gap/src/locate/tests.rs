@@ -127,6 +127,8 @@ fn a_hot_pixel_is_listed_and_nothing_beside_it() {
     assert_eq!(found.maps.hot, 1, "{:?}", found.maps.pixels);
     assert_eq!((found.maps.pixels[0].x, found.maps.pixels[0].y), (20, 11));
     assert!(found.maps.pixels[0].measured >= 60.0);
+    let said = found.place().sentence;
+    assert!(said.contains("Of hot pixels there are 1,") || found.scan.regions.is_empty(), "{said}");
 }
 
 #[test]

@@ -9,9 +9,9 @@ use crate::probe::image::dot;
 
 /// Correlations over fewer pixels than this cannot be had.
 const ENOUGH_PIXELS: usize = 50;
-/// Sums of squares below this, those of twenty events without a cause, pull what is divided by
-/// them to zero.
-const SETTLED: f64 = 5.0;
+/// Mean squares below this pull what is divided by them to zero: those of one event more or less in
+/// every sixth pixel, which two simulators differ by where light comes back to where it was.
+const SETTLED: f64 = 0.004;
 
 /// Residuals, row by row.
 #[derive(Debug)]
@@ -57,7 +57,7 @@ impl Residuals {
         let down = dot(&self.0, &self.0[distance * width..]);
         let pairs = height * (width - distance) + (height - distance) * width;
         let per_pair = self.0.len() as f64 / pairs as f64;
-        (along + down) * per_pair / (dot(&self.0, &self.0) + SETTLED)
+        (along + down) * per_pair / (dot(&self.0, &self.0) + SETTLED * self.0.len() as f64)
     }
 
     /// Logarithms of the variance of sums over rows, and over columns, against that of residuals
@@ -70,9 +70,10 @@ impl Residuals {
             columns.iter_mut().zip(row).for_each(|(sum, d)| *sum += f64::from(*d));
         }
         let alone = dot(&self.0, &self.0);
+        let settled = SETTLED * self.0.len() as f64;
         [rows, columns].map(|sums: Vec<f64>| {
             let together: f64 = sums.iter().map(|sum| sum * sum).sum();
-            ((together + SETTLED) / (alone + SETTLED)).ln()
+            ((together + settled) / (alone + settled)).ln()
         })
     }
 }
@@ -92,7 +93,7 @@ pub(super) fn correlation(a: &Residuals, b: &Residuals, is_chosen: impl Fn(usize
     }
     let [a, b, aa, bb, ab] = sums;
     let n = n as f64;
-    let scale = (aa - a * a / n + SETTLED) * (bb - b * b / n + SETTLED);
+    let scale = (aa - a * a / n + SETTLED * n) * (bb - b * b / n + SETTLED * n);
     (ab - a * b / n) / scale.sqrt()
 }
 

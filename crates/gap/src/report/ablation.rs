@@ -93,14 +93,14 @@ impl Doubt {
             let name = &finding.name;
             if finding.confusable_with.is_empty() {
                 doubts.push(Self::new(
-                    format!("Nothing that is not in the catalogue does what `{name}` does."),
+                    format!("Nothing that is not in the catalogue does what {name} does."),
                     "A measurement of that property by itself, by the camera's own bias settings \
                      or in a stimulus made for it.",
                 ));
             } else {
                 doubts.push(Self::new(
                     format!(
-                        "`{name}` rather than {}: here they do nearly the same.",
+                        "{name} rather than {}: here they do nearly the same.",
                         finding.confusable_with.join(" or ")
                     ),
                     "A recording with other speeds, brightness or texture, where they differ.",

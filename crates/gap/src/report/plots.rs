@@ -61,20 +61,23 @@ pub fn plots(measured: &View<'_>, runs: &[View<'_>], corrected: &[View<'_>]) -> 
             plot(
                 "Lag behind the ideal sensor, by brightness",
                 "A slow photoreceptor is later in the dark; a delay or a clock is the same everywhere.",
-                "fifths by brightness, the darkest first",
+                "fifth by brightness, the darkest first",
                 "median lag in ms",
                 classes(Cell::BRIGHTNESSES),
             ),
             lags,
         ),
         of(
-            plot(
-                "Events by speed of change",
-                "Missing events at high speed are a slow pixel, at low speed a leak or a high-pass.",
-                "light at rest (1), slow, middle, fast (4)",
-                "events over those of the ideal sensor",
-                classes(Cell::SPEEDS),
-            ),
+            Plot {
+                y_scale: Scale::Log,
+                ..plot(
+                    "Events by speed of change",
+                    "Missing events at high speed are a slow pixel, at low speed a leak or a high-pass.",
+                    "1 at rest, 2 slow, 3 middle, 4 fast",
+                    "events over ideal sensor",
+                    classes(Cell::SPEEDS),
+                )
+            },
             speeds,
         ),
         of(
@@ -82,8 +85,9 @@ pub fn plots(measured: &View<'_>, runs: &[View<'_>], corrected: &[View<'_>]) -> 
                 y_scale: Scale::Log,
                 ..plot(
                     "Events behind an edge",
-                    "A tail is a slow pixel or a bouncing comparator; a level that stays is noise.",
-                    "light changes (1), then up to 5, 10, 20, 50, 100, 200 ms later, rest (8)",
+                    "A tail is a slow pixel or a bouncing comparator, a level that stays is noise. Class 1 \
+                     is while light changes, then up to 5, 10, 20, 50, 100, 200 ms later, and rest.",
+                    "time since light changed, by class",
                     "events",
                     classes(Cell::AGES),
                 )

@@ -1,0 +1,206 @@
+//! What is missing: from a gap to a name, or to the words that there is none.
+//!
+//! Numbers of the model come first: what refitting them removes is a parameter. Then effects are
+//! tried, fitted on one part of the data and judged on another, one after the other as long as each
+//! makes things clearly better. A name is given only where it explains most of the gap and nothing
+//! else does so as well.
+
+use evpose_sensor::SensorConfig;
+
+use crate::parameters::Parameter;
+use crate::search::{Found, judged, refit, search};
+use crate::verdict::Answer;
+use crate::{GapError, Lab};
+
+/// Below this gap, with a misfit that nothing reduces, the model explains the recording.
+const CLOSED: f64 = 0.55;
+/// A gain of the held-out misfit below this is none, whatever the share.
+const LEAST_GAIN: f64 = 35.0;
+/// An effect explains at least this share of the misfit that was left.
+const LEAST_SHARE: f64 = 0.18;
+/// Two candidates whose gains differ by less than this share cannot be told apart.
+const AS_GOOD: f64 = 0.12;
+/// With less than this share of the gap explained, what was found is not what is missing.
+const EXPLAINS: f64 = 0.6;
+/// At most so many effects are added.
+const MOST_EFFECTS: usize = 3;
+/// Runs that a model is judged by.
+const RUNS: u64 = 4;
+/// Candidates that are judged on what was held out.
+const JUDGED: usize = 5;
+
+/// The parts of the data that naming works on.
+#[derive(Debug)]
+pub struct Bench<'a> {
+    /// A short part of the training data, for first tries.
+    pub screen: Lab<'a>,
+    /// What models are fitted to.
+    pub train: Lab<'a>,
+    /// What they are judged on.
+    pub held: Lab<'a>,
+}
+
+/// A model and how well it does on what was held out.
+#[derive(Debug, Clone)]
+pub struct Judged {
+    /// The model.
+    pub model: SensorConfig,
+    /// Its misfit.
+    pub misfit: f64,
+    /// Its gap.
+    pub gap: f64,
+}
+
+/// One candidate, fitted and judged.
+#[derive(Debug, Clone)]
+pub struct Contender {
+    /// The candidate.
+    pub found: Found,
+    /// What it does on what was held out.
+    pub held: Judged,
+}
+
+/// One effect that was added.
+#[derive(Debug, Clone)]
+pub struct Step {
+    /// All that were judged, the best first.
+    pub contenders: Vec<Contender>,
+    /// Names that do as well as the best.
+    pub confusable: Vec<&'static str>,
+}
+
+/// What was found.
+#[derive(Debug, Clone)]
+pub struct Named {
+    /// The answer in one word.
+    pub answer: Answer,
+    /// The model as given.
+    pub before: Judged,
+    /// The model with its own numbers refitted.
+    pub refitted: Judged,
+    /// Effects in the order in which they were added.
+    pub steps: Vec<Step>,
+    /// The corrected model.
+    pub after: Judged,
+    /// Numbers of the model that had to move.
+    pub moved: Vec<Parameter>,
+}
+
+impl Bench<'_> {
+    fn judge(&self, model: &SensorConfig) -> Result<Judged, GapError> {
+        let (misfit, gap) = judged(&self.held, model, RUNS)?;
+        Ok(Judged { model: model.clone(), misfit, gap })
+    }
+
+    /// Finds what `model` lacks; effects of `left_out` are not looked for.
+    ///
+    /// # Errors
+    /// A model that cannot be built or shown the scene.
+    pub fn name(
+        &self,
+        model: &SensorConfig,
+        left_out: &[String],
+        say: &dyn Fn(&str),
+    ) -> Result<Named, GapError> {
+        let before = self.judge(model)?;
+        say("refitting the numbers of the model");
+        let fit = refit(&self.train, model, 1)?;
+        let mut refitted = self.judge(&fit.model)?;
+        if refitted.misfit > before.misfit - LEAST_GAIN {
+            refitted = before.clone();
+        }
+        let mut named = Named {
+            answer: Answer::NoGap,
+            moved: Vec::new(),
+            after: refitted.clone(),
+            steps: Vec::new(),
+            before,
+            refitted,
+        };
+        while named.steps.len() < MOST_EFFECTS {
+            say("trying every effect of the catalogue");
+            let Some(step) = self.step(&named, model, left_out)? else { break };
+            named.after = step.contenders[0].held.clone();
+            named.steps.push(step);
+        }
+        named.moved = moved(model, &named.after.model, named.steps.is_empty());
+        named.answer = answer(&named);
+        Ok(named)
+    }
+
+    /// The next effect, if one makes things clearly better.
+    fn step(
+        &self,
+        named: &Named,
+        model: &SensorConfig,
+        left_out: &[String],
+    ) -> Result<Option<Step>, GapError> {
+        let is_first = named.steps.is_empty();
+        // An effect may do what a refit of the numbers has taken on itself.
+        let mut bases = vec![&named.after.model];
+        if is_first && named.refitted.model != *model {
+            bases.push(model);
+        }
+        let mut found: Vec<Found> = Vec::new();
+        for base in bases {
+            found.extend(search(&self.screen, &self.train, base, left_out)?);
+        }
+        found.sort_by(|a, b| a.fit.misfit.total_cmp(&b.fit.misfit));
+        let mut contenders: Vec<Contender> = Vec::new();
+        for found in found {
+            if contenders.iter().any(|other| other.found.name == found.name) {
+                continue;
+            }
+            let held = self.judge(&found.fit.model)?;
+            contenders.push(Contender { found, held });
+            if contenders.len() == JUDGED {
+                break;
+            }
+        }
+        contenders.sort_by(|a, b| a.held.misfit.total_cmp(&b.held.misfit));
+        let Some(best) = contenders.first() else { return Ok(None) };
+        let gain = named.after.misfit - best.held.misfit;
+        if gain < LEAST_GAIN.max(LEAST_SHARE * named.after.misfit) {
+            return Ok(None);
+        }
+        let is_as_good = |other: &&Contender| {
+            other.held.misfit - best.held.misfit < (AS_GOOD * gain).max(LEAST_GAIN / 2.0)
+        };
+        let confusable = contenders.iter().skip(1).filter(is_as_good).map(|c| c.found.name);
+        let confusable = confusable.collect();
+        Ok(Some(Step { contenders, confusable }))
+    }
+}
+
+/// Numbers that differ between two models by more than chance would move them.
+fn moved(from: &SensorConfig, to: &SensorConfig, all: bool) -> Vec<Parameter> {
+    let least = if all { 0.8 } else { 1.5 };
+    let is_moved = |parameter: &&Parameter| {
+        parameter.steps(parameter.value(from), parameter.value(to)).abs() >= least
+    };
+    Parameter::ALL.iter().filter(is_moved).copied().collect()
+}
+
+/// The share of the gap that is gone.
+pub fn reduction(before: &Judged, after: &Judged) -> f64 {
+    let excess = |gap: f64| (gap - CLOSED).max(0.0);
+    if excess(before.gap) > 0.0 {
+        1.0 - excess(after.gap) / excess(before.gap)
+    } else {
+        1.0 - after.misfit / before.misfit.max(1e-9)
+    }
+}
+
+fn answer(named: &Named) -> Answer {
+    let explained = 1.0 - named.after.misfit / named.before.misfit.max(1e-9);
+    let is_open = named.after.gap > CLOSED;
+    match (named.steps.len(), named.refitted.misfit < named.before.misfit) {
+        (0, false) if named.before.gap <= CLOSED => Answer::NoGap,
+        (0, false) => Answer::NoneOfCatalogue,
+        (0, true) if is_open && explained < EXPLAINS => Answer::NoneOfCatalogue,
+        (0, true) => Answer::Parameter,
+        _ if is_open && explained < EXPLAINS => Answer::NoneOfCatalogue,
+        _ if named.steps.iter().any(|step| step.confusable.len() > 2) => Answer::Undecided,
+        _ => Answer::Effects,
+    }
+}
