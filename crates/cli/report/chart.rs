@@ -44,6 +44,8 @@ pub(crate) struct Axis {
     pub(crate) is_log: bool,
     /// From the data where absent.
     pub(crate) range: Option<(f64, f64)>,
+    /// Of classes rather than of a quantity: whole numbers alone are labelled.
+    pub(crate) is_whole: bool,
 }
 
 /// One chart.
@@ -61,12 +63,21 @@ impl Axis {
     }
 
     pub(crate) fn log(name: &str) -> Self {
-        Self { name: name.to_owned(), is_log: true, range: None }
+        Self { name: name.to_owned(), is_log: true, ..Self::default() }
     }
 
     pub(crate) fn over(mut self, low: f64, high: f64) -> Self {
         self.range = Some((low, high));
         self
+    }
+
+    pub(crate) fn whole(mut self) -> Self {
+        self.is_whole = true;
+        self
+    }
+
+    fn label(&self, value: f64) -> String {
+        if self.is_whole && value.fract() != 0.0 { String::new() } else { label(value) }
     }
 
     /// The range of what is drawn, with a margin.
@@ -151,8 +162,8 @@ where
         .y_desc(&chart.y.name)
         .x_labels(8)
         .y_labels(5)
-        .x_label_formatter(&|v| label(*v))
-        .y_label_formatter(&|v| label(*v))
+        .x_label_formatter(&|v| chart.x.label(*v))
+        .y_label_formatter(&|v| chart.y.label(*v))
         .axis_desc_style((FONT, 12))
         .label_style((FONT, 11))
         .light_line_style(WHITE)
@@ -244,7 +255,7 @@ mod tests {
                 mark,
                 points: vec![(0.0, 1.0), (1.0, 10.0), (10.0, f64::NAN)],
             });
-            let axis = |is_log| Axis { name: "axis".to_owned(), is_log, range: None };
+            let axis = |is_log| Axis { name: "axis".to_owned(), is_log, ..Axis::default() };
             let chart =
                 Chart { title: "title".to_owned(), x: axis(x), y: axis(y), series: series.into() };
             let svg = stack(&[chart.clone(), chart], (300, 200))?;

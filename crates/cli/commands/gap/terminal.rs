@@ -34,7 +34,8 @@ pub(crate) fn lines(data: &ReportData) -> Vec<String> {
     if !verdict.place.sentence.is_empty() {
         lines.extend(wrapped("WHERE", &verdict.place.sentence, 3, INDENT));
     }
-    let shares = shares(&verdict.place.shares);
+    let axes = verdict.place.shares.iter().map(|(name, share)| (words::axis(name), *share));
+    let shares = shares(&axes.collect());
     if !shares.is_empty() {
         lines.extend(wrapped("", &format!("told apart by {shares}"), 1, INDENT));
     }
@@ -54,14 +55,15 @@ pub(crate) fn lines(data: &ReportData) -> Vec<String> {
     if !others.is_empty() {
         lines.extend(wrapped("OTHERS", &others, 2, INDENT));
     }
+    let auc = |auc: f64| format!("{auc:.2}");
     if let Some(before) = verdict.c2st_before {
         let after = verdict.c2st_after.map_or_else(String::new, |after| {
-            format!(", {} after ({})", short(after.auc), probability(after.p))
+            format!(", {} after ({})", auc(after.auc), probability(after.p))
         });
         let text = format!(
             "a classifier tells measured from simulated with AUC {} before ({}){after}; 0.5 is \
              chance",
-            short(before.auc),
+            auc(before.auc),
             probability(before.p)
         );
         lines.extend(wrapped("CHECK", &text, 2, INDENT));
@@ -85,7 +87,12 @@ pub(crate) fn lines(data: &ReportData) -> Vec<String> {
     }
     let untestable: Vec<&str> = verdict.untestable.keys().map(String::as_str).collect();
     if !untestable.is_empty() {
-        lines.extend(wrapped("UNSEEN", &format!("not testable here: {}", untestable.join(", ")), 2, INDENT));
+        lines.extend(wrapped(
+            "UNSEEN",
+            &format!("not testable here: {}", untestable.join(", ")),
+            2,
+            INDENT,
+        ));
     }
     for note in verdict.notes.iter().take(2) {
         lines.extend(wrapped("NOTE", note, 2, INDENT));

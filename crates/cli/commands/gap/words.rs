@@ -109,7 +109,7 @@ pub(crate) fn short(value: f64) -> String {
     let size = value.abs();
     if !value.is_finite() {
         "unknown".to_owned()
-    } else if size >= 99.5 && size < 1e6 {
+    } else if (99.5..1e6).contains(&size) {
         format!("{value:.0}")
     } else if size == 0.0 {
         "0".to_owned()
@@ -136,6 +136,18 @@ pub(crate) fn percent(share: f64) -> String {
 /// A probability; small ones as a bound, because they rest on few runs.
 pub(crate) fn probability(p: f64) -> String {
     if p < 0.001 { "p < 0.001".to_owned() } else { format!("p = {}", short(p)) }
+}
+
+/// What events are told apart by; pairs are joined with `x`.
+pub(crate) fn axis(name: &str) -> String {
+    let words = |name: &str| match name {
+        "age" => "time since light changed".to_owned(),
+        "speed" => "speed of change".to_owned(),
+        "contrast" => "contrast of the edge".to_owned(),
+        "pause of pixel" => "time since the pixel's last event".to_owned(),
+        name => name.to_owned(),
+    };
+    name.split(" x ").map(words).collect::<Vec<_>>().join(" x ")
 }
 
 /// What a block of numbers is about.

@@ -10,6 +10,8 @@ use crate::report::html::escape;
 const BAR: f64 = 13.0;
 const ROOM: f64 = 7.0;
 const FOOT: f64 = 34.0;
+/// Width of a letter of a label, about, pixels.
+const LETTER: f64 = 6.6;
 
 /// One bar.
 pub(super) struct Bar {
@@ -24,13 +26,14 @@ pub(super) struct Bar {
 }
 
 /// The axis along bars.
+#[derive(Clone, Copy)]
 pub(super) struct Along<'a> {
     pub(super) name: &'a str,
     pub(super) range: (f64, f64),
     pub(super) is_log: bool,
     /// A line across all bars, and what it is.
     pub(super) mark: Option<(f64, &'a str)>,
-    /// Room for labels and for notes, pixels.
+    /// Room for labels, at least, and for notes, pixels.
     pub(super) labels: f64,
     pub(super) notes: f64,
     /// Length of the axis, pixels.
@@ -58,7 +61,7 @@ impl Along<'_> {
             range: (0.0, 1.0),
             is_log: false,
             mark: None,
-            labels: 170.0,
+            labels: 120.0,
             notes: 50.0,
             length: 240.0,
         }
@@ -85,12 +88,19 @@ impl Along<'_> {
             let from_one = ticks.iter().position(|tick| (tick - 1.0).abs() < 1e-9).unwrap_or(0);
             return ticks.into_iter().skip(from_one % step).step_by(step).collect();
         }
-        (0..=4).map(|i| low + (high - low) * f64::from(i) / 4.0).collect()
+        // The least of 1, 2, 5 times a power of ten that gives no more than six.
+        let rough = (high - low) / 6.0;
+        let power = 10f64.powf(rough.log10().floor());
+        let steps = [1.0, 2.0, 5.0, 10.0].map(|digit| digit * power);
+        let step = steps.into_iter().find(|step| *step >= rough).unwrap_or(rough);
+        (0..8).map(|i| (low / step).ceil() * step + f64::from(i) * step).filter(inside).collect()
     }
 }
 
 /// Draws bars one below the other.
 pub(super) fn svg(bars: &[Bar], along: &Along<'_>) -> String {
+    let longest = bars.iter().map(|bar| bar.label.chars().count()).max().unwrap_or(0);
+    let along = &Along { labels: along.labels.max(LETTER * longest as f64 + 10.0), ..*along };
     let groups = bars.iter().filter(|bar| !bar.label.is_empty()).count();
     let bottom = bars.len() as f64 * BAR + groups as f64 * ROOM + 16.0;
     let width = along.labels + along.length + along.notes;
@@ -99,9 +109,11 @@ pub(super) fn svg(bars: &[Bar], along: &Along<'_>) -> String {
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" \
          width=\"{width:.0}\" height=\"{height:.0}\" font-size=\"12\">"
     );
-    let mut text = |x: f64, y: f64, anchor: &str, colour: &str, words: &str| {
+    // Words are above bars and lines.
+    let mut above = String::new();
+    let text = |x: f64, y: f64, anchor: &str, colour: &str, words: &str| {
         format!(
-            "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\" fill=\"{colour}\">{}</text>",
+            "<text class=\"halo\" x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\" fill=\"{colour}\">{}</text>",
             escape(words)
         )
     };
@@ -112,16 +124,16 @@ pub(super) fn svg(bars: &[Bar], along: &Along<'_>) -> String {
                 svg,
                 "<line x1=\"{x:.1}\" x2=\"{x:.1}\" y1=\"12\" y2=\"{bottom:.1}\" stroke=\"#e8e9ee\"/>"
             );
-            svg += &text(x, bottom + 13.0, "middle", "#5d6675", &short(tick));
+            above += &text(x, bottom + 13.0, "middle", "#5d6675", &short(tick));
         }
         let middle = along.labels + along.length / 2.0;
-        svg += &text(middle, bottom + 28.0, "middle", "#5d6675", along.name);
+        above += &text(middle, bottom + 28.0, "middle", "#5d6675", along.name);
     }
     let mut y = 12.0;
     for bar in bars {
         if !bar.label.is_empty() {
             y += ROOM;
-            svg += &text(along.labels - 8.0, y + BAR - 3.0, "end", "#1d2430", &bar.label);
+            above += &text(along.labels - 8.0, y + BAR - 3.0, "end", "#1d2430", &bar.label);
         }
         let (from, to) = (along.place(along.range.0), along.place(bar.value));
         let (colour, middle) = (css(bar.colour), y + (BAR - 2.0) / 2.0);
@@ -142,7 +154,7 @@ pub(super) fn svg(bars: &[Bar], along: &Along<'_>) -> String {
                 middle - 3.0
             );
         }
-        svg += &text(end + 6.0, y + BAR - 3.0, "start", "#5d6675", &bar.note);
+        above += &text(end + 6.0, y + BAR - 3.0, "start", "#5d6675", &bar.note);
         y += BAR;
     }
     if let Some((value, name)) = along.mark {
@@ -152,7 +164,7 @@ pub(super) fn svg(bars: &[Bar], along: &Along<'_>) -> String {
             "<line x1=\"{x:.1}\" x2=\"{x:.1}\" y1=\"12\" y2=\"{bottom:.1}\" stroke=\"#1d2430\" \
              stroke-dasharray=\"4 3\"/>"
         );
-        svg += &text(x, 9.0, "middle", "#1d2430", name);
+        above += &text(x, 9.0, "middle", "#1d2430", name);
     }
-    svg + "</svg>"
+    svg + &above + "</svg>"
 }

@@ -45,8 +45,13 @@ mod tests {
     #[test]
     fn a_changed_line_is_taken_and_added_and_others_stay() {
         let lines = diff("a\nb\nc", "a\nx\nc\nd");
-        let expected =
-            [Line::Same("a"), Line::Taken("b"), Line::Added("x"), Line::Same("c"), Line::Added("d")];
+        let expected = [
+            Line::Same("a"),
+            Line::Taken("b"),
+            Line::Added("x"),
+            Line::Same("c"),
+            Line::Added("d"),
+        ];
         assert_eq!(lines, expected);
         assert_eq!(diff("", ""), []);
     }

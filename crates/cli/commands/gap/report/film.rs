@@ -39,7 +39,8 @@ pub(super) fn section(page: &mut Page, data: &ReportData) -> Result<()> {
     let scale = SHOWN.div_ceil(film.width).min((1_130 / (streams * (film.width + GAP))).max(1));
     let (width, height) = (row_px(film) * scale, film.height * scale);
     let count = film.frames.len();
-    let names: String = film.names.iter().map(|name| format!("<span>{}</span>", escape(name))).collect();
+    let names: String =
+        film.names.iter().map(|name| format!("<span>{}</span>", escape(name))).collect();
     page.markup(&format!(
         "<style>@keyframes film{{from{{background-position-y:0}}to{{background-position-y:-{}px}}}}\
          </style><div class=\"names\" style=\"width:{width}px;grid-template-columns:repeat({streams},\

@@ -49,7 +49,7 @@ pub(super) fn figure(maps: &Maps, title: &str) -> Result<String> {
         maps.silent
     );
     let mut figure = format!(
-        "<figure><h3>{title}</h3><img alt=\"residuals over the image\" width=\"{WIDTH}\" \
+        "<figure class=\"map\"><h3>{title}</h3><img alt=\"residuals over the image\" width=\"{WIDTH}\" \
          src=\"data:image/png;base64,{}\"><figcaption>significant: {caption}</figcaption>",
         STANDARD.encode(png(&picture)?)
     );

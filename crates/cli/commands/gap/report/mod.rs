@@ -45,7 +45,9 @@ pre.diff .del{color:#a3262e;background:#fbe8e8;display:block}pre.diff span{displ
 .film:hover{animation-play-state:paused}
 @media (prefers-reduced-motion:reduce){.film{animation:none!important}}
 .names{display:grid;font-size:13px;color:var(--soft)}
-.plots figure{margin:0;width:380px}.plots figcaption{max-width:380px}
+.plots figure{margin:0;width:366px}figure.map{width:330px}
+.halo{paint-order:stroke;stroke:#fcfcfd;stroke-width:3px}
+.sort td:nth-child(2),.sort th:nth-child(2){text-align:left}
 </style>";
 
 /// Clicking on a heading sorts the rows below it, the largest first.
@@ -106,14 +108,12 @@ fn banner(page: &mut Page, data: &ReportData) {
         cards.push((words::gap(&verdict.gap_after), "gap of the corrected model"));
         cards.push((words::closed(verdict), "of the gap closed"));
     }
-    cards.push((words::probability(verdict.p), "that chance does that much"));
+    cards.push((words::probability(verdict.p), "largest deviation by chance"));
     if let Some(after) = verdict.c2st_after.or(verdict.c2st_before) {
         let before = verdict.c2st_before.filter(|_| verdict.c2st_after.is_some());
-        let from = before.map_or_else(String::new, |b| format!("{} to ", words::short(b.auc)));
-        cards.push((
-            format!("{from}{}", words::short(after.auc)),
-            "AUC of a classifier, measured or simulated; 0.5 is chance",
-        ));
+        let from = before.map_or_else(String::new, |before| format!("{:.2} to ", before.auc));
+        let text = "AUC of a classifier; 0.5 is chance";
+        cards.push((format!("{from}{:.2}", after.auc), text));
     }
     let card = |(number, text): &(String, &str)| {
         format!("<div class=\"card\"><b>{}</b><span>{text}</span></div>", escape(number))

@@ -12,7 +12,7 @@ use crate::report::chart::{self, Axis, Chart, Mark, Series};
 use crate::report::html::{Page, escape};
 
 /// Size of a curve, pixels.
-const PLOT: (u32, u32) = (380, 250);
+const PLOT: (u32, u32) = (366, 245);
 /// Numbers and pixels that are listed.
 const ROWS: usize = 400;
 const PIXELS: usize = 12;
@@ -25,7 +25,10 @@ pub(super) fn findings(page: &mut Page, data: &ReportData) {
     if verdict.effects.is_empty() {
         return;
     }
-    page.section("What is missing or set wrong", "Intervals hold the true value in nine of ten cases.");
+    page.section(
+        "What is missing or set wrong",
+        "Intervals hold the true value in nine of ten cases.",
+    );
     let rows: Vec<Vec<String>> = verdict
         .effects
         .iter()
@@ -86,8 +89,10 @@ pub(super) fn place(page: &mut Page, data: &ReportData) -> Result<()> {
     };
     let mut columns = String::new();
     let mut axes: Vec<(String, f64)> = match before.attribution.is_significant() {
-        true => before.attribution.explained.iter().map(|e| (e.axis.clone(), e.share)).collect(),
-        false => data.verdict.place.shares.clone().into_iter().collect(),
+        true => {
+            before.attribution.explained.iter().map(|e| (words::axis(&e.axis), e.share)).collect()
+        }
+        false => data.verdict.place.shares.iter().map(|(a, s)| (words::axis(a), *s)).collect(),
     };
     axes.sort_by(|a, b| b.1.total_cmp(&a.1));
     if !axes.is_empty() {
@@ -96,14 +101,18 @@ pub(super) fn place(page: &mut Page, data: &ReportData) -> Result<()> {
     let mut stages: Vec<(String, f64)> = data.verdict.stage_shares.clone().into_iter().collect();
     stages.sort_by(|a, b| b.1.total_cmp(&a.1));
     if !stages.is_empty() {
-        columns += &format!("<div><h3>Part of the camera that does so</h3>{}</div>", shares(stages));
+        columns +=
+            &format!("<div><h3>Part of the camera that does so</h3>{}</div>", shares(stages));
     }
     let first = maps::figure(&before.maps, "Model as given")?;
     let after = match &data.after {
         Some(after) => maps::figure(&after.maps, "Corrected model")?,
         None => String::new(),
     };
-    page.markup(&format!("<div class=\"row\">{columns}</div><div class=\"row\">{first}{after}{}</div>", pixels(data)));
+    page.markup(&format!(
+        "<div class=\"row\">{columns}</div><div class=\"row\">{first}{after}{}</div>",
+        pixels(data)
+    ));
     if !first.is_empty() {
         page.markup(
             "<p class=\"soft\">Orange: more events measured than simulated; blue: fewer; pale: chance \
@@ -236,6 +245,8 @@ fn curve(plot: &Plot) -> Chart {
         plot.x.iter().copied().zip(values.iter().copied()).collect()
     };
     let series = |colour, mark, points| Series { label: String::new(), colour, mark, points };
+    // Classes are numbered from one on.
+    let is_whole = plot.x.first() == Some(&1.0) && plot.x.iter().all(|x| x.fract() == 0.0);
     let known = |points: Vec<(f64, f64)>| -> Vec<(f64, f64)> {
         points.into_iter().filter(|(_, y)| y.is_finite()).collect()
     };
@@ -248,7 +259,11 @@ fn curve(plot: &Plot) -> Chart {
     all.push(series(MEASURED, Mark::Line, known(along(&plot.measured))));
     Chart {
         title: plot.title.clone(),
-        x: axis(&plot.x_name, plot.x_scale),
+        x: if is_whole {
+            axis(&plot.x_name, plot.x_scale).whole()
+        } else {
+            axis(&plot.x_name, plot.x_scale)
+        },
         y: axis(&plot.y_name, plot.y_scale),
         series: all,
     }
@@ -351,10 +366,9 @@ pub(super) fn doubts(page: &mut Page, data: &ReportData) {
     if !verdict.remaining.sentence.is_empty() {
         page.section("What is left", "");
         let state = match verdict.remaining.is_significant {
-            true => format!(
-                "Something is left, nearest to the {}: ",
-                verdict.remaining.nearest_stage
-            ),
+            true => {
+                format!("Something is left, nearest to the {}: ", verdict.remaining.nearest_stage)
+            }
             false => "Nothing significant is left. ".to_owned(),
         };
         page.markup(&format!(
@@ -365,7 +379,10 @@ pub(super) fn doubts(page: &mut Page, data: &ReportData) {
     if data.doubts.is_empty() && verdict.notes.is_empty() {
         return;
     }
-    page.section("How could this be wrong?", "What the answer rests on, and what would show that it does not hold.");
+    page.section(
+        "How could this be wrong?",
+        "What the answer rests on, and what would show that it does not hold.",
+    );
     let rows: Vec<Vec<String>> = data
         .doubts
         .iter()
@@ -396,7 +413,8 @@ pub(super) fn numbers(page: &mut Page, data: &ReportData) {
         .iter()
         .take(ROWS)
         .map(|row| {
-            let relative = row.relative.map_or_else(|| "-".to_owned(), |r| format!("{:+.0}%", 100.0 * r));
+            let relative =
+                row.relative.map_or_else(|| "-".to_owned(), |r| format!("{:+.0}%", 100.0 * r));
             format!(
                 "<tr><td>{}</td><td>{}</td><td>{:+.1}</td><td>{:+.1}</td><td>{relative}</td></tr>",
                 words::block(row.block),
