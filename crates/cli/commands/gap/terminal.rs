@@ -37,7 +37,7 @@ pub(crate) fn lines(data: &ReportData) -> Vec<String> {
     let axes = verdict.place.shares.iter().map(|(name, share)| (words::axis(name), *share));
     let shares = shares(&axes.collect());
     if !shares.is_empty() {
-        lines.extend(wrapped("", &format!("told apart by {shares}"), 1, INDENT));
+        lines.extend(wrapped("", &format!("told apart by {shares}"), 2, INDENT));
     }
     let stages = self::shares(&verdict.stage_shares);
     if !stages.is_empty() {

@@ -19,6 +19,7 @@ mod region;
 mod scan;
 mod significance;
 mod table;
+mod term;
 #[cfg(test)]
 mod tests;
 

@@ -1,12 +1,15 @@
 //! The report of a gap: one page with the answer, what it rests on, and what would overturn it.
 
 mod bars;
+mod closing;
+mod curves;
 mod diff;
 #[cfg(test)]
 pub(crate) mod example;
 mod film;
 mod maps;
 mod matrix;
+mod place;
 mod sections;
 #[cfg(test)]
 mod tests;
@@ -74,10 +77,10 @@ fn page(data: &ReportData) -> Result<String> {
     );
     page.markup(STYLE);
     banner(&mut page, data);
-    sections::findings(&mut page, data);
-    sections::place(&mut page, data)?;
-    sections::closing(&mut page, data);
-    sections::curves(&mut page, data)?;
+    closing::findings(&mut page, data);
+    place::place(&mut page, data)?;
+    closing::closing(&mut page, data);
+    curves::curves(&mut page, data)?;
     film::section(&mut page, data)?;
     sections::alternatives(&mut page, data);
     sections::limits(&mut page, data);
@@ -120,6 +123,14 @@ fn banner(page: &mut Page, data: &ReportData) {
     };
     let cards: String = cards.iter().map(card).collect();
     page.markup(&format!("<div class=\"cards\">{cards}</div>"));
+}
+
+/// Colours and what they are.
+fn key(page: &mut Page, names: &[(&str, (u8, u8, u8))]) {
+    let one = |(name, colour): &(&str, (u8, u8, u8))| {
+        format!("<span class=\"key\" style=\"background:{}\"></span>{}", css(*colour), escape(name))
+    };
+    page.markup(&format!("<p class=\"soft\">{}</p>", names.iter().map(one).collect::<String>()));
 }
 
 /// A colour as CSS.
