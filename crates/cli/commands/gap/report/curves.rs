@@ -53,7 +53,10 @@ fn curve(plot: &Plot) -> Chart {
     };
     let mut band = known(along(&plot.low));
     band.extend(known(along(&plot.high)).into_iter().rev());
-    let mut all = vec![series(MODEL, Mark::Band, band)];
+    // A narrow band is no more than a line.
+    let middle: Vec<f64> = plot.low.iter().zip(&plot.high).map(|(a, b)| 0.5 * (a + b)).collect();
+    let middle = known(along(&middle));
+    let mut all = vec![series(MODEL, Mark::Band, band), series(MODEL, Mark::Line, middle)];
     if !plot.corrected.is_empty() {
         all.push(series(CORRECTED, Mark::Line, known(along(&plot.corrected))));
     }
