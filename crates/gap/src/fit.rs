@@ -118,24 +118,29 @@ impl Slopes {
     }
 }
 
-/// Turns knobs until the misfit gets no smaller.
+/// Turns knobs until the misfit gets no smaller. What is known to change in a line with further
+/// knobs is given with their slopes.
 ///
 /// # Errors
 /// A model that cannot be built or shown the scene.
 pub fn descend(
     lab: &Lab<'_>,
     start: &SensorConfig,
-    knobs: &[Knob],
+    own: &[Knob],
+    beside: Option<(&[Knob], &Slopes)>,
     runs: u64,
     rounds: usize,
 ) -> Result<Fit, GapError> {
+    let mut knobs = own.to_vec();
+    knobs.extend(beside.iter().flat_map(|(knobs, _)| knobs.iter()));
     let mut model = start.clone();
     let mut best = misfit_of(lab, &model, runs)?;
     for _ in 0..rounds {
         let expected = lab.expect(&model, runs)?;
         let deviations = expected.deviations(lab.layout, &lab.measured);
-        let slopes = Slopes::around(lab, &model, knobs, runs)?;
-        let (steps, _) = slopes.best(FURTHEST, lab, &expected, &deviations, knobs);
+        let mut slopes = Slopes::around(lab, &model, own, runs)?;
+        slopes.columns.extend(beside.iter().flat_map(|(_, slopes)| slopes.columns.iter().cloned()));
+        let (steps, _) = slopes.best(FURTHEST, lab, &expected, &deviations, &knobs);
         let tried = FRACTIONS
             .par_iter()
             .map(|fraction| {

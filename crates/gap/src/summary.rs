@@ -98,6 +98,18 @@ impl Layout {
         }
     }
 
+    /// OFF and ON events of a summary while light changes.
+    pub fn events_in_motion(&self, summary: &[f64]) -> [f64; 2] {
+        let mut counts = [0.0; 2];
+        for (i, value) in summary.iter().take(crate::probe::ALL_EVENTS).enumerate() {
+            // Entries go by polarity first, then by speed, of which the first is rest.
+            if i / 2 % crate::Cell::SPEEDS > 0 {
+                counts[i % 2] += (0.25 * value * value - 0.375).max(0.0);
+            }
+        }
+        counts
+    }
+
     /// The events of a summary in all: those of the histogram that has every event once.
     pub fn events(&self, summary: &[f64]) -> f64 {
         let all = self.entries.iter().zip(summary).take(crate::probe::ALL_EVENTS);

@@ -59,8 +59,8 @@ impl SensorRun {
     /// Shows the sensor a luminance plane, linear and relative to white (1.0), at time `t`.
     ///
     /// Gives the events later than the exposure before and not later than this one, in order of
-    /// time and at equal times row by row from the top left. At the first exposure the sensor
-    /// settles. Luminance that is negative or not finite is taken as darkness and counted in
+    /// time and at equal times row by row from the top left; on a clock that is behind or scatters,
+    /// those that nothing can come before any more. At the first exposure the sensor settles. Luminance that is negative or not finite is taken as darkness and counted in
     /// [`SensorRun::repaired_pixels`].
     ///
     /// # Errors

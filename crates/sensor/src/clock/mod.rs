@@ -28,8 +28,9 @@ pub trait ClockStage: Send + Sync + Debug {
         0
     }
 
-    /// What the clock shows at `t_s`, as far as that is the same for all events: a clock that runs
-    /// slow shows times before those of the last exposure.
+    /// The earliest that the clock shows of what happens at `t_s`: on one that runs slow, or
+    /// scatters, events of the next step may have stamps before those of this one, which therefore
+    /// wait until nothing can come before them.
     fn shows(&self, t_s: f64) -> f64 {
         t_s
     }

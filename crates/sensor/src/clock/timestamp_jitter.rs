@@ -50,6 +50,10 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
+/// No stamp is further off than this many standard deviations, so that it is known when all
+/// earlier ones have come.
+const REACH: f64 = 4.0;
+
 /// Normal scatter.
 #[derive(Debug)]
 struct TimestampJitter {
@@ -59,6 +63,10 @@ struct TimestampJitter {
 impl ClockStage for TimestampJitter {
     fn is_neutral(&self) -> bool {
         self.sigma_s <= 0.0
+    }
+
+    fn shows(&self, t_s: f64) -> f64 {
+        (t_s - REACH * self.sigma_s).max(0.0)
     }
 
     fn step(&self, _tick: &Tick, events: &mut Vec<Request>, _state: &mut [f64], noise: StageNoise) {
@@ -71,17 +79,19 @@ impl ClockStage for TimestampJitter {
             last = key;
             let draw = (key.1 ^ (key.1 >> 32)) as u32 & 0x0fff_ffff;
             let normal = noise.normal(event.pixel as usize, draw.wrapping_add(repeat << 16));
-            event.t_s += self.sigma_s * f64::from(normal);
+            let moved_s = self.sigma_s * f64::from(normal).clamp(-REACH, REACH);
+            event.t_s = (event.t_s + moved_s).max(0.0);
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use evpose_core::Polarity;
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use evpose_core::{Micros, Plane, Polarity, SensorSize};
 
     use super::*;
-    use crate::Origin;
+    use crate::{EffectConfig, Origin, SensorConfig, SensorModel};
 
     #[test]
     fn stamps_have_the_scatter_asked_for() {
@@ -115,5 +125,31 @@ mod tests {
         times.sort_by(f64::total_cmp);
         times.dedup();
         assert_eq!(times.len(), 5);
+    }
+
+    /// Scatter of half a step of the scene, which moves many events across its ends.
+    #[test]
+    fn stamps_do_not_pile_up_where_steps_of_the_scene_end() {
+        let mut config = SensorConfig::default();
+        config.effects.push(EffectConfig::new(SPEC.name).with("sigma_us", 500.0));
+        let size = SensorSize { width: 40, height: 40 };
+        let mut run = SensorModel::from_config(&config).unwrap().start(size, 3);
+        let mut phases = [0_usize; 10];
+        for k in 0..60 {
+            let mut plane = Plane::for_sensor(size, 0.0);
+            for (i, y) in plane.data_mut().iter_mut().enumerate() {
+                *y = (-3.0 + 0.03 * k as f32 + 1e-4 * i as f32).exp();
+            }
+            let events = run.expose(&plane, Micros(1_000 * k)).unwrap();
+            assert!(events.t().is_sorted());
+            for t in events.t().iter().filter(|t| t.0 > 10_000) {
+                phases[(t.0 % 1_000 / 100) as usize] += 1;
+            }
+        }
+        let mean = phases.iter().sum::<usize>() as f64 / 10.0;
+        assert!(mean > 500.0, "{mean}");
+        for n in phases {
+            assert!((n as f64 - mean).abs() < 0.15 * mean, "{phases:?}");
+        }
     }
 }

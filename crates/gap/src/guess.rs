@@ -1,0 +1,88 @@
+//! Numbers of the model read off the recording, for a fit to begin with: going downhill does not
+//! lead across a threshold that is a third off, or an offset of many milliseconds.
+
+use evpose_core::EventStream;
+use evpose_sensor::SensorConfig;
+
+use crate::parameters::Parameter;
+use crate::{GapError, Lab};
+
+/// Rates are compared in bins of this length.
+const BIN_US: i64 = 250;
+/// Offsets are looked for up to this, both ways.
+const FURTHEST_US: i64 = 40_000;
+
+/// The model with thresholds, with the clock, and with both set from the recording.
+///
+/// # Errors
+/// A model that cannot be shown the scene.
+pub(crate) fn starts(lab: &Lab<'_>, model: &SensorConfig) -> Result<Vec<SensorConfig>, GapError> {
+    let simulated = lab.stage.simulate(model, 1)?;
+    let offset_us = offset_us(&lab.events, &simulated);
+    let mut late = model.clone();
+    let was_us = Parameter::ClockOffset.value(model);
+    Parameter::ClockOffset.set(&mut late, was_us + offset_us);
+    let scaled = scaled(lab, model)?;
+    let mut both = scaled.clone();
+    Parameter::ClockOffset.set(&mut both, was_us + offset_us);
+    Ok(vec![scaled, late, both])
+}
+
+/// Thresholds so that there are as many events of each polarity: counts go with one over the
+/// threshold, nearly.
+fn scaled(lab: &Lab<'_>, model: &SensorConfig) -> Result<SensorConfig, GapError> {
+    let mut scaled = model.clone();
+    let measured = lab.layout.events_in_motion(&lab.measured);
+    for _ in 0..3 {
+        let run = lab.run(&scaled, 0)?;
+        let simulated = lab.layout.events_in_motion(&run);
+        let parameters = [Parameter::ThresholdOff, Parameter::ThresholdOn];
+        for (parameter, (measured, simulated)) in
+            parameters.into_iter().zip(measured.into_iter().zip(simulated))
+        {
+            let ratio = ((simulated + 1.0) / (measured + 1.0)).clamp(0.4, 2.5);
+            let value = parameter.value(&scaled);
+            if value > 0.0 && ratio.is_finite() {
+                parameter.set(&mut scaled, value * ratio);
+            }
+        }
+    }
+    Ok(scaled)
+}
+
+/// How much later the rates of `measured` are than those of `simulated`, microseconds.
+fn offset_us(measured: &EventStream, simulated: &EventStream) -> f64 {
+    let last = |events: &EventStream| events.t().last().map_or(0, |t| t.0);
+    let bins = (last(measured).max(last(simulated)) / BIN_US) as usize + 1;
+    let rates = |events: &EventStream| -> Vec<f64> {
+        // The two polarities tell edges of both signs apart.
+        let mut rate = vec![0.0; 2 * bins];
+        for event in events.iter().filter(|event| event.t.0 >= 0) {
+            rate[(event.t.0 / BIN_US) as usize + bins * usize::from(event.polarity.is_on())] += 1.0;
+        }
+        for half in rate.chunks_mut(bins) {
+            let mean = half.iter().sum::<f64>() / bins as f64;
+            half.iter_mut().for_each(|n| *n -= mean);
+        }
+        rate
+    };
+    let (a, b) = (rates(measured), rates(simulated));
+    let match_at = |shift: i64| -> f64 {
+        [0, bins]
+            .iter()
+            .map(|from| {
+                (0..bins as i64)
+                    .filter(|k| (0..bins as i64).contains(&(k - shift)))
+                    .map(|k| a[from + k as usize] * b[from + (k - shift) as usize])
+                    .sum::<f64>()
+            })
+            .sum()
+    };
+    let reach = FURTHEST_US / BIN_US;
+    let best = (-reach..=reach).max_by(|x, y| match_at(*x).total_cmp(&match_at(*y))).unwrap_or(0);
+    // The top of a parabola through the best and its neighbours.
+    let [left, top, right] = [best - 1, best, best + 1].map(match_at);
+    let bend = left - 2.0 * top + right;
+    let fine = if bend < 0.0 { 0.5 * (left - right) / bend } else { 0.0 };
+    (best as f64 + fine.clamp(-0.5, 0.5)) * BIN_US as f64
+}
