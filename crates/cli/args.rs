@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Parser, Subcommand};
 use evpose_nn::DeviceKind;
 
+use crate::commands::gap::GapCommand;
 use crate::commands::sensor::SensorCommand;
 
 /// Pose estimation from event cameras: simulate, train, evaluate, infer.
@@ -46,6 +47,9 @@ pub(crate) enum Command {
     /// See what event cameras do: presets, effects, one pixel, a gallery
     #[command(subcommand)]
     Sensor(SensorCommand),
+    /// Find where simulation and measurement disagree, and what is missing
+    #[command(subcommand)]
+    Gap(GapCommand),
     /// Say what is in a file of events or labels
     Info(InfoArgs),
 }

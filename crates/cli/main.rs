@@ -14,10 +14,14 @@ use clap::Parser as _;
 
 fn main() -> ExitCode {
     match commands::run(args::Args::parse()) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(code) => code,
         Err(error) => {
             say_error(&format!("evpose: {error:#}"));
-            ExitCode::FAILURE
+            if error.is::<commands::gap::BadInput>() {
+                ExitCode::from(2)
+            } else {
+                ExitCode::FAILURE
+            }
         }
     }
 }

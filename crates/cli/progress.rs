@@ -15,6 +15,13 @@ pub(crate) fn bar(what: &str, total: u64, unit: &str) -> ProgressBar {
     ProgressBar::new(total).with_style(style).with_prefix(what.to_owned())
 }
 
+/// A line that says what is being done; silent where standard error is no terminal.
+pub(crate) fn spinner() -> ProgressBar {
+    let spinner = ProgressBar::new_spinner();
+    spinner.enable_steady_tick(std::time::Duration::from_millis(100));
+    spinner
+}
+
 /// A line of result.
 #[expect(clippy::print_stdout, reason = "a command-line tool")]
 pub(crate) fn say(line: impl Display) {

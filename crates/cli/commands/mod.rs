@@ -6,6 +6,7 @@ mod config_source;
 mod demo;
 mod eval;
 mod events;
+pub(crate) mod gap;
 pub(crate) mod held_out;
 mod infer;
 mod info;
@@ -13,13 +14,16 @@ pub(crate) mod sensor;
 mod simulate;
 mod train;
 
+use std::process::ExitCode;
+
 use anyhow::{Context, Result};
 
 use crate::args::{Args, BenchCommand, Command, DeviceArgs};
 
 /// Does what was typed.
-pub(crate) fn run(args: Args) -> Result<()> {
+pub(crate) fn run(args: Args) -> Result<ExitCode> {
     match args.command {
+        Command::Gap(command) => return gap::run(&command),
         Command::Demo(args) => demo::run(&args),
         Command::Simulate(args) => simulate::run(&args),
         Command::Events(args) => events::run(&args),
@@ -31,6 +35,7 @@ pub(crate) fn run(args: Args) -> Result<()> {
         Command::Bench(BenchCommand::Sensor(args)) => bench_sensor::run(&args),
         Command::Info(args) => info::run(&args),
     }
+    .map(|()| ExitCode::SUCCESS)
 }
 
 /// Sets the number of CPU threads for everything that follows.

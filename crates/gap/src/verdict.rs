@@ -76,10 +76,13 @@ pub struct Finding {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct GapValue {
     /// The gap.
+    #[serde(deserialize_with = "or_unknown")]
     pub value: f64,
     /// Lower end.
+    #[serde(deserialize_with = "or_unknown")]
     pub lo: f64,
     /// Upper end.
+    #[serde(deserialize_with = "or_unknown")]
     pub hi: f64,
 }
 
@@ -141,6 +144,7 @@ pub struct Verdict {
     /// The gap of the corrected model there.
     pub gap_after: GapValue,
     /// One less the ratio of what is above one, after and before.
+    #[serde(deserialize_with = "or_unknown")]
     pub grr: f64,
     /// Probability of the largest deviation by chance, all probes together.
     pub p: f64,
@@ -159,4 +163,9 @@ pub struct Verdict {
     pub c2st_after: Option<TwoSample>,
     /// What was found to be unusual about the inputs, and what was assumed.
     pub notes: Vec<String>,
+}
+
+/// A number that may be `null`, which is what JSON makes of one that is not known.
+fn or_unknown<'a, D: serde::Deserializer<'a>>(from: D) -> Result<f64, D::Error> {
+    Ok(Option::<f64>::deserialize(from)?.unwrap_or(f64::NAN))
 }

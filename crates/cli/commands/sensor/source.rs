@@ -52,7 +52,7 @@ pub(super) fn effect(name: &str) -> Option<&'static StageSpec> {
 }
 
 /// What to say about a name that does not exist.
-pub(super) fn unknown(what: &str, name: &str, known: &[&str]) -> String {
+pub(in crate::commands) fn unknown(what: &str, name: &str, known: &[&str]) -> String {
     let near = nearest(name, known.iter().copied());
     let hint = if near.is_empty() {
         "`evpose sensor list` shows all there are".to_owned()

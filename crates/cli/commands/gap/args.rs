@@ -1,0 +1,171 @@
+//! What can be typed behind `evpose gap`.
+
+use std::path::PathBuf;
+
+use clap::Subcommand;
+
+/// What can be done about a gap.
+#[derive(Debug, Subcommand)]
+#[command(after_help = "Start with:\n  \
+    evpose gap run --measured rec.npz --scene scene/ --model ideal --out gap/\n  \
+    evpose gap verify gap/\n\n\
+    A scene directory holds `scene.json` (width, height, fps, duration_s, and if known white and\n\
+    nominal) and the light of every frame in `frames.npy` or `frames/`.")]
+pub(crate) enum GapCommand {
+    /// Find what is missing in a sensor model, add it, and say how far the gap closes
+    Run(RunArgs),
+    /// Compare a recording with the model, number by number
+    Probe(InputArgs),
+    /// Say in which light, where and when recording and model disagree
+    Locate(InputArgs),
+    /// Name what is missing, and stop there
+    Name(InputArgs),
+    /// Name what is missing and write the corrected model
+    Correct(CorrectArgs),
+    /// Name what is missing, then take it out again and put its nearest rival in
+    Ablate(InputArgs),
+    /// Say what a recording of a scene could show, before there is one
+    Power(PowerArgs),
+    /// Draw the report of a run once more
+    Report(ReportArgs),
+    /// Judge a run by five plain statistics, with code that the rest does not use
+    Verify(VerifyArgs),
+    /// Hide effects in recordings of an independent pixel, and count what is found
+    Bench(BenchArgs),
+}
+
+/// What is compared with what.
+#[derive(Debug, clap::Args)]
+pub(crate) struct InputArgs {
+    /// The recording: .npz, .txt, .evc, recognised by content
+    #[arg(long)]
+    pub(crate) measured: PathBuf,
+    /// Its scene directory; `none` for a recording alone
+    #[arg(long, value_name = "DIR|none")]
+    pub(crate) scene: PathBuf,
+    /// The model: a preset or a TOML file of effects
+    #[arg(long, default_value = "ideal")]
+    pub(crate) model: String,
+    /// A second recording of the same sensor, to judge on; else the later part of the first
+    #[arg(long, requires = "validate_scene")]
+    pub(crate) validate: Option<PathBuf>,
+    /// Its scene directory
+    #[arg(long, requires = "validate")]
+    pub(crate) validate_scene: Option<PathBuf>,
+    /// Seed of all noise of simulations
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Effects that are not looked for
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub(crate) leave_out: Vec<String>,
+    /// Take the recording as it is: do not put right its unit of time, start or orientation
+    #[arg(long)]
+    pub(crate) as_is: bool,
+    /// Fewer replicates for probabilities and maps; the naming is the same
+    #[arg(long)]
+    pub(crate) quick: bool,
+    /// CPU threads; all cores by default. What is found does not depend on it
+    #[arg(long)]
+    pub(crate) threads: Option<usize>,
+}
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  \
+    evpose gap run --measured rec.npz --scene scene/ --model configs/sensor/ideal.toml --out gap/\n  \
+    evpose gap run --measured a.npz --scene a/ --validate b.npz --validate-scene b/ --out gap/ \
+    --quick\n  \
+    evpose gap run --measured rec.npz --scene none --out gap/\n\n\
+    Ends with 0 if there is no gap, 10 for a parameter, 11 for effects, 12 if nothing of the\n\
+    catalogue explains it, 13 if undecided, 2 if the input cannot be used, 1 for anything else.")]
+pub(crate) struct RunArgs {
+    #[command(flatten)]
+    pub(crate) inputs: InputArgs,
+    /// Directory for verdict.json, corrected.toml, report.html and how they were made
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+}
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  \
+    evpose gap correct --measured rec.npz --scene scene/ --model ideal --out corrected.toml")]
+pub(crate) struct CorrectArgs {
+    #[command(flatten)]
+    pub(crate) inputs: InputArgs,
+    /// Where to write the corrected model
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+}
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  evpose gap power --scene scene/ --model ideal")]
+pub(crate) struct PowerArgs {
+    /// A scene directory
+    #[arg(long)]
+    pub(crate) scene: PathBuf,
+    /// The model: a preset or a TOML file of effects
+    #[arg(long, default_value = "ideal")]
+    pub(crate) model: String,
+    /// Seed of all noise
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Seconds of the scene that are looked at
+    #[arg(long, default_value_t = 0.4)]
+    pub(crate) seconds: f64,
+    /// CPU threads; all cores by default
+    #[arg(long)]
+    pub(crate) threads: Option<usize>,
+}
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  evpose gap report gap/")]
+pub(crate) struct ReportArgs {
+    /// A directory of `evpose gap run`
+    pub(crate) dir: PathBuf,
+}
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  evpose gap verify gap/")]
+pub(crate) struct VerifyArgs {
+    /// A directory of `evpose gap run`; its run.json names the files
+    pub(crate) dir: PathBuf,
+    /// Runs of each model
+    #[arg(long, default_value_t = 6, value_parser = clap::value_parser!(u64).range(2..))]
+    pub(crate) runs: u64,
+    /// Seed of these runs
+    #[arg(long, default_value_t = 1_000)]
+    pub(crate) seed: u64,
+}
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  \
+    evpose gap bench --plan 7 --limit 12 --out runs/bench\n  \
+    evpose gap bench --plan 7 --shard 1/2 --out runs/bench --resume\n\n\
+    Every case is written as files without its label, named from those files, and scored when all\n\
+    are done. A line a case goes to results.jsonl, the scores to scores.json.")]
+pub(crate) struct BenchArgs {
+    /// Seed of the plan, or a TOML file with `seed = N`
+    #[arg(long)]
+    pub(crate) plan: String,
+    /// Part of the plan, for example 1/4
+    #[arg(long, default_value = "1/1", value_name = "I/N")]
+    pub(crate) shard: String,
+    /// Go on behind the cases that results.jsonl has
+    #[arg(long)]
+    pub(crate) resume: bool,
+    /// No more than so many cases
+    #[arg(long)]
+    pub(crate) limit: Option<usize>,
+    /// Only cases of these kinds
+    #[arg(long, value_delimiter = ',',
+          value_parser = ["single", "null", "parameter", "pair", "left_out", "never_catalogued"])]
+    pub(crate) only: Vec<String>,
+    /// Directory for results and scores
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+    /// Keep the files of the cases
+    #[arg(long)]
+    pub(crate) keep: bool,
+    /// CPU threads; all cores by default
+    #[arg(long)]
+    pub(crate) threads: Option<usize>,
+}

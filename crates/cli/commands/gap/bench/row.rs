@@ -1,0 +1,136 @@
+//! What was named in one case, as a line of results.
+
+use std::fmt;
+use std::path::Path;
+use std::time::Instant;
+
+use anyhow::{Context, Result};
+use evpose_gap::input::{load_recording, load_scene};
+use evpose_gap::naming::reduction;
+use evpose_gap::verdict::{Answer, Finding};
+use evpose_gap::workflow::{Case as Pair, HeldOut, Inputs, Prepared, answered, effects_of};
+use evpose_sensor::SensorConfig;
+use gapbench_pixel::Case;
+use serde::{Deserialize, Serialize};
+
+use super::case_files::part;
+use crate::commands::gap::steps::word;
+use crate::run_info::COMMIT;
+
+/// Seed of the noise of simulations, the same for all cases.
+const SEED: u64 = 1;
+
+/// One case: nothing in it comes from the label.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct Row {
+    /// The case.
+    pub(super) id: String,
+    /// The answer in one word.
+    pub(super) verdict: Answer,
+    /// What was named.
+    pub(super) effects: Vec<Finding>,
+    /// Gap of the model as given, on the second recording, and of the corrected one.
+    pub(super) gap_before: f64,
+    pub(super) gap_after: f64,
+    /// The share of it that is gone.
+    pub(super) grr: f64,
+    /// The best few of each step, named or not, with what they leave of the misfit.
+    pub(super) tried: Vec<Vec<(String, f64)>>,
+    /// Events of the first recording.
+    pub(super) events: usize,
+    /// Seconds to make the files, and to name from them.
+    pub(super) make_s: f64,
+    pub(super) name_s: f64,
+    /// The program.
+    pub(super) commit: String,
+}
+
+impl Row {
+    /// All that it took.
+    pub(super) fn seconds(&self) -> f64 {
+        self.make_s + self.name_s
+    }
+}
+
+impl fmt::Display for Row {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let names: Vec<&str> = self.effects.iter().map(|effect| effect.name.as_str()).collect();
+        write!(
+            f,
+            "{}  {:<18}gap {:>5.2} to {:<5.2}{:>6.1} s  {}",
+            self.id,
+            word(self.verdict),
+            self.gap_before,
+            self.gap_after,
+            self.seconds(),
+            names.join(" + ")
+        )
+    }
+}
+
+/// Names what is missing from the files of a case.
+pub(super) fn name(folder: &Path, case: &Case, make_s: f64) -> Result<Row> {
+    let begin = Instant::now();
+    let read = |i| -> Result<_> {
+        let (measured, dir) = part(folder, i);
+        let scene = load_scene(&dir)?;
+        let events = load_recording(&measured, Some(scene.scene.size()));
+        let Ok(recording) = events else { return Ok((None, scene)) };
+        Ok((Some(recording.events), scene))
+    };
+    let ((train, scene), (held, scene_held)) = (read(0)?, read(1)?);
+    let nominal = scene.nominal;
+    let pair = |events: Option<_>, scene| -> Result<Pair> {
+        Ok(Pair::new(&events.context("a recording without events")?, scene)?)
+    };
+    let prepared = Prepared::new(Inputs {
+        train: pair(train, scene.scene)?,
+        held: HeldOut::Recording(pair(held, scene_held.scene)?),
+        model: SensorConfig::preset("ideal")?,
+        nominal,
+        left_out: case.leave_out.iter().map(|name| (*name).to_owned()).collect(),
+        seed: SEED,
+        is_quick: true,
+    })?;
+    let bench = prepared.bench()?;
+    let named = bench.name(&prepared.model.config, &prepared.left_out, &|_| {})?;
+    let effects = effects_of(&bench, &named)?;
+    let after = answered(&named);
+    let tried = named.steps.iter().map(|step| {
+        let tried = step.contenders.iter();
+        tried.map(|c| (c.found.name.to_owned(), c.held.misfit)).collect()
+    });
+    Ok(Row {
+        id: case.id.clone(),
+        verdict: named.answer,
+        effects,
+        gap_before: named.before.gap,
+        gap_after: after.gap,
+        grr: reduction(&named.before, after),
+        tried: tried.collect(),
+        events: bench.train.events.len(),
+        make_s,
+        name_s: begin.elapsed().as_secs_f64(),
+        commit: COMMIT.to_owned(),
+    })
+}
+
+/// Reads results; a last line that was cut off is left out.
+pub(super) fn read(path: &Path) -> Result<Vec<Row>> {
+    let text = match std::fs::read_to_string(path) {
+        Ok(text) => text,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+            std::fs::write(path, "").with_context(|| format!("creating {}", path.display()))?;
+            return Ok(Vec::new());
+        }
+        Err(error) => return Err(error).with_context(|| path.display().to_string()),
+    };
+    let whole = &text[..text.rfind('\n').map_or(0, |end| end + 1)];
+    if whole.len() < text.len() {
+        evpose_core::atomic_write(path, whole.as_bytes())?;
+    }
+    let row = |(i, line)| {
+        serde_json::from_str(line).with_context(|| format!("{}: line {}", path.display(), i + 1))
+    };
+    whole.lines().enumerate().map(row).collect()
+}

@@ -1,0 +1,73 @@
+//! `evpose gap`: where simulation and measurement disagree, what is missing, and whether it helps.
+
+mod args;
+mod bench;
+mod files;
+mod inputs;
+mod report;
+mod run;
+mod steps;
+mod terminal;
+mod verify;
+mod words;
+
+use std::fmt;
+use std::path::Path;
+use std::process::ExitCode;
+
+use anyhow::{Context, Result};
+use evpose_gap::report::ReportData;
+use evpose_gap::verdict::Answer;
+
+pub(crate) use args::GapCommand;
+use args::ReportArgs;
+
+use crate::progress::say;
+
+/// What was given cannot be used; the command ends with code 2.
+#[derive(Debug)]
+pub(crate) struct BadInput;
+
+impl fmt::Display for BadInput {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("the input cannot be used")
+    }
+}
+
+impl std::error::Error for BadInput {}
+
+pub(crate) fn run(command: &GapCommand) -> Result<ExitCode> {
+    let done = |result: Result<()>| result.map(|()| ExitCode::SUCCESS);
+    match command {
+        GapCommand::Run(args) => run::run(args).map(|answer| ExitCode::from(answer.exit_code())),
+        GapCommand::Probe(args) => done(steps::probe(args)),
+        GapCommand::Locate(args) => done(steps::locate(args)),
+        GapCommand::Name(args) => steps::name(args).map(exit),
+        GapCommand::Correct(args) => steps::correct(args).map(exit),
+        GapCommand::Ablate(args) => done(steps::ablate(args)),
+        GapCommand::Power(args) => done(steps::power(args)),
+        GapCommand::Report(args) => done(again(args)),
+        GapCommand::Verify(args) => done(verify::run(args)),
+        GapCommand::Bench(args) => done(bench::run(args)),
+    }
+}
+
+fn exit(answer: Answer) -> ExitCode {
+    ExitCode::from(answer.exit_code())
+}
+
+/// `evpose gap report`: draws the page once more.
+fn again(args: &ReportArgs) -> Result<()> {
+    let data = read(&args.dir).context(BadInput)?;
+    terminal::lines(&data).iter().for_each(say);
+    let page = report::write(&args.dir, &data)?;
+    say(format!("drawn     {}", page.display()));
+    Ok(())
+}
+
+fn read(dir: &Path) -> Result<ReportData> {
+    let path = dir.join(files::REPORT);
+    let text = std::fs::read_to_string(&path)
+        .with_context(|| format!("{}: is this a directory of `evpose gap run`?", path.display()))?;
+    Ok(ReportData::from_json(&text, &path)?)
+}

@@ -1,0 +1,180 @@
+//! The steps of `evpose gap run` one by one.
+
+use anyhow::{Context, Result};
+use evpose_core::{Micros, TimeWindow, atomic_write, seed_for};
+use evpose_gap::input::load_scene;
+use evpose_gap::naming::{Bench, Named};
+use evpose_gap::verdict::Answer;
+use evpose_gap::workflow::{
+    Directions, Prepared, ablation, answered, effects_of, limits, prepared,
+};
+use evpose_gap::{Lab, Layout, Stage, View, by_block, locate as places, rho_of_chance};
+
+use super::args::{CorrectArgs, InputArgs, PowerArgs};
+use super::{BadInput, inputs, words};
+use crate::commands::use_threads;
+use crate::progress::{say, spinner};
+
+/// Runs that a model is compared by.
+const RUNS: u64 = 8;
+/// Numbers that are listed.
+const LISTED: usize = 20;
+/// Effects that are this much alike are listed.
+const ALIKE: f64 = 0.9;
+
+/// `evpose gap probe`.
+pub(super) fn probe(args: &InputArgs) -> Result<()> {
+    use_threads(args.threads)?;
+    let prepared = inputs::prepare(args)?;
+    let held = prepared.bench()?.held;
+    let expected = held.expect(&prepared.model.config, RUNS)?;
+    let z = expected.deviations(held.layout, &held.measured);
+    say(format!(
+        "gap       {:.2}; 1 is a fresh run of the model",
+        evpose_gap::gap(held.layout, &z)
+    ));
+    for (block, distance) in by_block(held.layout, &z) {
+        say(format!("  {:<34}{:>8.2}", words::block(block), distance / rho_of_chance()));
+    }
+    say(format!("{:<54}{:>12}{:>12}{:>8}", "largest deviations", "measured", "expected", "z"));
+    let mut order: Vec<usize> = (0..z.len()).collect();
+    order.sort_by(|a, b| z[*b].abs().total_cmp(&z[*a].abs()));
+    for i in order.into_iter().take(LISTED) {
+        let entry = &held.layout.entries[i];
+        say(format!(
+            "  {:<52}{:>12}{:>12}{:>8.1}",
+            entry.name,
+            words::short(held.measured[i]),
+            words::short(expected.mean[i]),
+            z[i]
+        ));
+    }
+    Ok(())
+}
+
+/// `evpose gap locate`.
+pub(super) fn locate(args: &InputArgs) -> Result<()> {
+    use_threads(args.threads)?;
+    let prepared = inputs::prepare(args)?;
+    let held = prepared.bench()?.held;
+    let simulated = |run| {
+        let seed = seed_for(args.seed, "stream", run);
+        held.stage.simulate(&prepared.model.config, seed)
+    };
+    let runs = (0..RUNS).map(simulated).collect::<Result<Vec<_>, _>>()?;
+    let view = |events| View::new(held.stage, events, held.window);
+    let runs: Vec<View<'_>> = runs.iter().map(view).collect();
+    let place = places::locate(&view(&held.events), &runs).place();
+    say(&place.sentence);
+    for (axis, share) in &place.shares {
+        say(format!("  {:<40}{:>6}", words::axis(axis), words::percent(*share)));
+    }
+    Ok(())
+}
+
+/// `evpose gap name`.
+pub(super) fn name(args: &InputArgs) -> Result<Answer> {
+    use_threads(args.threads)?;
+    with_name(args, |_, bench, named| {
+        for finding in effects_of(bench, named)? {
+            say(format!("  {}: {}", finding.name, words::parameters(&finding)));
+            if !finding.confusable_with.is_empty() {
+                say(format!("    not to be told from {}", finding.confusable_with.join(", ")));
+            }
+        }
+        Ok(())
+    })
+}
+
+/// `evpose gap correct`.
+pub(super) fn correct(args: &CorrectArgs) -> Result<Answer> {
+    use_threads(args.inputs.threads)?;
+    with_name(&args.inputs, |_, _, named| {
+        atomic_write(&args.out, answered(named).model.to_toml().as_bytes())
+            .with_context(|| format!("writing {}", args.out.display()))?;
+        say(format!("written to {}", args.out.display()));
+        Ok(())
+    })
+}
+
+/// `evpose gap ablate`.
+pub(super) fn ablate(args: &InputArgs) -> Result<()> {
+    use_threads(args.threads)?;
+    with_name(args, |prepared, bench, named| {
+        for row in ablation(bench, named, prepared.seed)? {
+            say(format!("  {:<44} gap {}", words::change(&row), words::gap(&row.gap)));
+        }
+        Ok(())
+    })
+    .map(|_| ())
+}
+
+/// Names what is missing, says so, and goes on.
+fn with_name(
+    args: &InputArgs,
+    then: impl FnOnce(&Prepared, &Bench<'_>, &Named) -> Result<()>,
+) -> Result<Answer> {
+    let prepared = inputs::prepare(args)?;
+    let bench = prepared.bench()?;
+    let spinner = spinner();
+    let progress = |what: &str| spinner.set_message(what.to_owned());
+    let named = bench.name(&prepared.model.config, &prepared.left_out, &progress)?;
+    spinner.finish_and_clear();
+    let names: Vec<&str> = named.steps.iter().map(|step| step.contenders[0].found.name).collect();
+    say(format!(
+        "{}  gap {:.2}, {:.2} with its numbers refitted, {:.2} with {}",
+        word(named.answer),
+        named.before.gap,
+        named.refitted.gap,
+        named.after.gap,
+        if names.is_empty() { "nothing added".to_owned() } else { names.join(" + ") }
+    ));
+    then(&prepared, &bench, &named)?;
+    Ok(named.answer)
+}
+
+/// The answer as `verdict.json` has it.
+pub(super) fn word(answer: Answer) -> &'static str {
+    match answer {
+        Answer::NoGap => "no_gap",
+        Answer::Parameter => "parameter",
+        Answer::Effects => "effects",
+        Answer::NoneOfCatalogue => "none_of_catalogue",
+        Answer::Undecided => "undecided",
+    }
+}
+
+/// `evpose gap power`.
+pub(super) fn power(args: &PowerArgs) -> Result<()> {
+    use_threads(args.threads)?;
+    let loaded = load_scene(&args.scene).context(BadInput)?;
+    let model = prepared(&inputs::model(&args.model)?, loaded.nominal.as_ref());
+    let scene = loaded.scene.first(Micros::from_seconds(args.seconds));
+    let window = TimeWindow { start: Micros(0), end: scene.duration() + Micros(1) };
+    let stage = Stage::new(scene, &model.reference)?;
+    let events = stage.simulate(&model.config, seed_for(args.seed, "stream", 0))?;
+    say(format!("{} events in {:.3} s", events.len(), window.length().as_seconds()));
+    let layout = Layout::of_all_probes();
+    let lab = Lab::new(&stage, &layout, &events, window, &model.reference, args.seed)?;
+    let directions = Directions::of(&lab, &model.config, &[])?;
+    let found = limits(&directions);
+    say("would show from");
+    for limit in &found.limits {
+        let value = words::short(limit.value);
+        say(format!("  {:<28}{} = {value} {}", limit.name, limit.parameter, limit.unit));
+    }
+    say("would not show");
+    for (name, reason) in &found.untestable {
+        say(format!("  {name:<28}{reason}"));
+    }
+    say("look alike (|cos| of what they do)");
+    for (a, one) in directions.all.iter().enumerate().filter(|(_, one)| one.limit.is_some()) {
+        for (b, other) in directions.all.iter().enumerate().take(a) {
+            let likeness = directions.likeness(a, b);
+            if other.limit.is_some() && likeness > ALIKE {
+                say(format!("  {likeness:.3}  {}  {}", other.name, one.name));
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,58 @@
+//! `evpose gap verify`: the independent judge of a run, from its files alone.
+
+use anyhow::{Context, Result, bail};
+use evpose_core::{EventStream, Micros, TimeWindow, seed_for};
+use evpose_gap_judge::{Frames, judge};
+use evpose_sensor::{SensorConfig, SensorModel};
+use rayon::prelude::*;
+
+use super::args::VerifyArgs;
+use super::{BadInput, files, inputs};
+use crate::progress::say;
+
+pub(super) fn run(args: &VerifyArgs) -> Result<()> {
+    let info = files::run_info(&args.dir).context(BadInput)?;
+    let read = |name: &str| -> Result<SensorConfig> {
+        let path = args.dir.join(name);
+        let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
+        Ok(SensorConfig::from_toml(&text)?)
+    };
+    let before = read(&info.model_before).context(BadInput)?;
+    let after = read(&info.model_after).context(BadInput)?;
+    let (measured, scene) = match (&info.validate, &info.validate_scene, &info.scene) {
+        (Some(recording), Some(scene), _) => (recording, scene),
+        (_, _, Some(scene)) => (&info.measured, scene),
+        _ => {
+            let problem = anyhow::anyhow!("a run without a scene has nothing that can be judged");
+            return Err(problem.context(BadInput));
+        }
+    };
+    let case = inputs::load(measured, scene, &before, info.as_is)?.case;
+    let Some([from, to]) = info.held_s else { bail!("run.json says nothing of what was held out") };
+    let window = TimeWindow { start: Micros::from_seconds(from), end: Micros::from_seconds(to) };
+    let simulated = |model: &SensorConfig| -> Result<Vec<EventStream>> {
+        let run = |run: u64| -> Result<EventStream> {
+            let seed = seed_for(args.seed, "judged run", run);
+            let mut run = SensorModel::from_config(model)?.start(case.scene.size(), seed);
+            let mut all = EventStream::empty(case.scene.size());
+            for (k, plane) in case.scene.planes().iter().enumerate() {
+                for event in run.expose(plane, case.scene.time(k))?.iter() {
+                    all.push(event)?;
+                }
+            }
+            Ok(all.slice(window))
+        };
+        (0..args.runs).into_par_iter().map(run).collect()
+    };
+    let frames = Frames { planes: case.scene.planes(), fps: case.scene.fps() };
+    let held = case.measured.slice(window);
+    say(format!(
+        "judged on {} events of {} from {from:.3} s to {to:.3} s, {} runs of each model",
+        held.len(),
+        measured.display(),
+        args.runs
+    ));
+    let judgement = judge(&held, &simulated(&before)?, &simulated(&after)?, Some(frames))?;
+    say(&judgement);
+    files::write_json(&args.dir, "verify.json", &judgement)
+}

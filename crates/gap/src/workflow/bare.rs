@@ -1,0 +1,92 @@
+//! A verdict of a recording alone, without a scene.
+
+use std::collections::BTreeMap;
+
+use evpose_core::EventStream;
+use evpose_sensor::{EffectConfig, STAGES, SensorConfig};
+
+use crate::surrogate::{BareEffect, BareFindings, bare::examine};
+use crate::verdict::{
+    Answer, Finding, FindingKind, GapValue, Quantity, Remaining, SCHEMA, Verdict, Where,
+};
+
+/// Surrogates of each kind, in full and quick.
+const REPLICATES: [usize; 2] = [199, 39];
+
+/// What a recording alone shows that `model` does not hold. There is no gap without a scene: gaps
+/// are no numbers.
+pub fn bare(events: &EventStream, model: &SensorConfig, is_quick: bool, seed: u64) -> Verdict {
+    let found = examine(events, REPLICATES[usize::from(is_quick)], seed);
+    let is_missing =
+        |effect: &&BareEffect| effect.p.is_some() && model.effect(effect.name).is_none();
+    let effects: Vec<Finding> = found.effects.iter().filter(is_missing).map(finding).collect();
+    let ps = found.statistics.iter().filter_map(|statistic| statistic.adjusted_p);
+    let none = GapValue { value: f64::NAN, lo: f64::NAN, hi: f64::NAN };
+    let verdict = if effects.is_empty() { Answer::NoGap } else { Answer::Effects };
+    Verdict {
+        schema: SCHEMA,
+        verdict,
+        effects,
+        remaining: Remaining {
+            is_significant: false,
+            nearest_stage: String::new(),
+            sentence: String::new(),
+        },
+        gap_before: none,
+        gap_after: none,
+        grr: f64::NAN,
+        p: ps.fold(1.0, f64::min),
+        place: Where { sentence: String::new(), shares: BTreeMap::new() },
+        stage_shares: BTreeMap::new(),
+        limits: Vec::new(),
+        untestable: found.untestable.iter().map(|u| (u.name.to_owned(), u.why.clone())).collect(),
+        c2st_before: None,
+        c2st_after: None,
+        notes: notes(&found),
+    }
+}
+
+/// A finding as an effect of a model, with the numbers that the catalogue knows.
+pub fn as_effect(finding: &Finding) -> Option<EffectConfig> {
+    let spec = STAGES.iter().find(|spec| spec.name == finding.name)?;
+    let mut effect = spec.typical();
+    for param in spec.params {
+        let value = finding.parameters.get(param.name).map(|quantity| quantity.value);
+        if let Some(value) = value.filter(|value| param.allows(*value)) {
+            effect = effect.with(param.name, value);
+        }
+    }
+    Some(effect)
+}
+
+fn finding(effect: &BareEffect) -> Finding {
+    let quantity = |p: &crate::surrogate::BareParameter| {
+        let value = Quantity { value: p.value, lo90: p.lo90, hi90: p.hi90, unit: p.unit.into() };
+        (p.name.to_owned(), value)
+    };
+    Finding {
+        name: effect.name.to_owned(),
+        kind: FindingKind::Effect,
+        parameters: effect.parameters.iter().map(quantity).collect(),
+        probability: 1.0 - effect.p.unwrap_or(1.0),
+        confusable_with: effect.confusable_with.iter().map(|name| (*name).to_owned()).collect(),
+    }
+}
+
+fn notes(found: &BareFindings) -> Vec<String> {
+    let mut notes = vec![format!(
+        "without a scene: {} events in {:.3} s against {} surrogates of each kind; both halves of \
+         the recording must agree; looked for and not found: {}",
+        found.events,
+        found.seconds,
+        found.replicates,
+        found.absent.join(", ")
+    )];
+    for effect in found.effects.iter().filter(|effect| effect.p.is_none()) {
+        let numbers =
+            effect.parameters.iter().map(|p| format!("{} {:.4} {}", p.name, p.value, p.unit));
+        notes.push(format!("{}: {}", effect.name, numbers.collect::<Vec<_>>().join(", ")));
+    }
+    notes.extend(found.notes.iter().cloned());
+    notes
+}

@@ -1,0 +1,79 @@
+//! How probable the largest deviation of all is by chance.
+//!
+//! # Method
+//! Maximum over all numbers, so that there is one probability however many there are: the recording
+//! and replicates of the model are compared with what other runs of the model give. A model without
+//! noise has no replicates: then numbers are taken to scatter as they do under a weak noise.
+
+use evpose_sensor::SensorConfig;
+use rayon::prelude::*;
+
+use crate::{GapError, Lab};
+
+/// Runs that the recording and its replicates are compared with.
+const EXPECTED: u64 = 8;
+
+/// The probability, from so many replicates.
+pub(super) fn of_largest(
+    lab: &Lab<'_>,
+    model: &SensorConfig,
+    replicates: u64,
+) -> Result<f64, GapError> {
+    let expected = lab.expect(model, EXPECTED)?;
+    let largest = |summary: &[f64]| {
+        let deviations = expected.deviations(lab.layout, summary);
+        deviations.iter().fold(0.0, |most: f64, z| most.max(z.abs()))
+    };
+    let found = largest(&lab.measured);
+    let (first, second) = (lab.run(model, 0)?, lab.run(model, 1)?);
+    if first.iter().zip(&*second).all(|(a, b)| a.to_bits() == b.to_bits()) {
+        let numbers = expected.mean.iter().filter(|mean| mean.is_finite()).count();
+        return Ok(of_normal(found, numbers));
+    }
+    let as_large = (EXPECTED..EXPECTED + replicates)
+        .into_par_iter()
+        .map(|run| Ok(usize::from(largest(&*lab.run(model, run)?) >= found)))
+        .collect::<Result<Vec<_>, GapError>>()?;
+    Ok((1 + as_large.iter().sum::<usize>()) as f64 / (replicates + 1) as f64)
+}
+
+/// Of the largest of so many independent normal deviations.
+fn of_normal(largest: f64, numbers: usize) -> f64 {
+    let one = erfc(largest / std::f64::consts::SQRT_2);
+    // 1 - (1 - one)^numbers, without loss where it is small.
+    -(numbers as f64 * (-one).ln_1p()).exp_m1()
+}
+
+/// Complementary error function of a number that is not negative, to 1.2e-7 of its value: the
+/// rational approximation of Press et al., *Numerical Recipes*, 6.2.
+fn erfc(x: f64) -> f64 {
+    const SERIES: [f64; 10] = [
+        -1.265_512_23,
+        1.000_023_68,
+        0.374_091_96,
+        0.096_784_18,
+        -0.186_288_06,
+        0.278_868_07,
+        -1.135_203_98,
+        1.488_515_87,
+        -0.822_152_23,
+        0.170_872_77,
+    ];
+    let t = 1.0 / (1.0 + 0.5 * x);
+    let sum = SERIES.iter().rev().fold(0.0, |sum, term| sum * t + term);
+    t * (-x * x + sum).exp()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_normal_deviation_has_the_tails_of_the_tables() {
+        for (z, p) in [(1.0, 0.317_311), (1.959_964, 0.05), (3.290_527, 0.001)] {
+            assert!((of_normal(z, 1) / p - 1.0).abs() < 1e-4, "{z}");
+        }
+        assert!((of_normal(1.959_964, 2) - 0.0975).abs() < 1e-5);
+        assert!(of_normal(0.0, 5) == 1.0 || (of_normal(0.0, 5) - 1.0).abs() < 1e-6);
+    }
+}

@@ -1,0 +1,34 @@
+//! The whole way from a recording to a verdict, as library calls.
+//!
+//! ```text
+//! Inputs   two recordings with their scenes, a model, what its maker says of the sensor
+//!   -> Prepared   the model and its reference; stages of what is fitted and what is held out
+//!   -> Named      what is missing, see [`naming`](crate::naming)
+//!   -> Outcome    the verdict with intervals, limits and checks; the corrected model; a report
+//! ```
+//!
+//! Everything is judged on what was held out: another recording, or the later part of the only one.
+
+mod bare;
+mod chance;
+mod directions;
+mod findings;
+mod gap_value;
+mod inputs;
+mod limits;
+mod model;
+mod outcome;
+mod trials;
+
+pub use bare::{as_effect, bare};
+pub use directions::{Direction, Directions};
+pub use findings::findings;
+pub use gap_value::gap_value;
+pub use inputs::{Case, HeldOut, Inputs, Prepared};
+pub use limits::{Limits, limits};
+pub use model::{Model, prepared};
+pub use outcome::{Outcome, answered, effects_of, outcome};
+pub use trials::ablation;
+
+#[cfg(test)]
+mod tests;

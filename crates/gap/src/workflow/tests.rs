@@ -1,0 +1,123 @@
+use evpose_core::{Micros, Plane};
+use evpose_sensor::{EffectConfig, SensorConfig};
+
+use super::*;
+use crate::input::Nominal;
+use crate::naming::Bench;
+use crate::verdict::Answer;
+use crate::{Scene, Stage};
+
+/// Bars that move over a dark ground, 24 x 16 pixels, 0.5 s.
+fn scene(phase: f32) -> Scene {
+    let plane = |k: u16| {
+        let t = f32::from(k) / 500.0;
+        let light = (0..24 * 16).map(|i| {
+            let (x, y) = ((i % 24) as f32, (i / 24) as f32);
+            0.3 + 0.25 * (0.5 * x + 0.1 * y - 9.0 * t + phase).sin()
+        });
+        Plane::from_vec(24, 16, light.collect()).unwrap()
+    };
+    Scene::new(500.0, (0..=250).map(plane).collect()).unwrap()
+}
+
+fn recording(scene: &Scene, model: &SensorConfig, seed: u64) -> Case {
+    let stage = Stage::new(scene.clone(), &prepared(model, None).reference).unwrap();
+    Case::new(&stage.simulate(model, seed).unwrap(), scene.clone()).unwrap()
+}
+
+fn inputs(hidden: &SensorConfig) -> Inputs {
+    Inputs {
+        train: recording(&scene(0.0), hidden, 11),
+        held: HeldOut::Recording(recording(&scene(2.0), hidden, 12)),
+        model: SensorConfig::default(),
+        nominal: None,
+        left_out: Vec::new(),
+        seed: 3,
+        is_quick: true,
+    }
+}
+
+fn ideal() -> SensorConfig {
+    prepared(&SensorConfig::default(), None).config
+}
+
+#[test]
+fn nominal_values_take_the_place_of_those_of_the_model() {
+    let nominal = Nominal {
+        threshold_on: Some(0.3),
+        threshold_sigma: Some(0.02),
+        noise_on_hz: Some(0.5),
+        noise_off_hz: Some(0.0),
+        ..Nominal::default()
+    };
+    let model = prepared(&SensorConfig::default(), Some(&nominal));
+    let number = |effect: &str, key| model.config.effect(effect).unwrap().number(key);
+    assert_eq!(number("level_crossing", "threshold_on"), Some(0.3));
+    assert_eq!(number("level_crossing", "threshold_off"), Some(0.2));
+    assert_eq!(number("threshold_mismatch", "sigma"), Some(0.02));
+    assert_eq!(number("uniform_noise", "on_hz"), Some(0.5));
+    assert_eq!(number("logarithmic", "dark_offset"), Some(1e-5));
+    assert_eq!(model.reference.effects.len(), 2);
+    let quiet = Nominal { threshold_sigma: Some(0.0), ..Nominal::default() };
+    let model = prepared(&SensorConfig::default(), Some(&quiet));
+    assert!(model.config.effect("threshold_mismatch").is_none());
+}
+
+#[test]
+fn a_model_without_levels_keeps_its_detector() {
+    let config = SensorConfig {
+        effects: vec![
+            EffectConfig::new("frame_count").with("threshold_on", 0.3).with("threshold_off", 0.3),
+        ],
+    };
+    assert!(prepared(&config, None).config.effect("level_crossing").is_none());
+}
+
+#[test]
+fn the_only_recording_is_held_out_in_its_later_part() {
+    let mut all = inputs(&ideal());
+    all.held = HeldOut::Later;
+    let prepared = Prepared::new(all).unwrap();
+    let Bench { train, held, .. } = prepared.bench().unwrap();
+    assert_eq!(train.window.end, held.window.start);
+    assert_eq!(held.window.end, Micros(500_001));
+    assert!(prepared.notes.iter().any(|note| note.contains("only recording")));
+}
+
+#[test]
+fn a_recording_of_the_model_has_no_gap_and_is_no_surprise() {
+    let prepared = Prepared::new(inputs(&ideal())).unwrap();
+    let bench = prepared.bench().unwrap();
+    let named = bench.name(&prepared.model.config, &[], &|_| {}).unwrap();
+    let found = outcome(&prepared, &bench, &named, &|_| {}).unwrap();
+    assert_eq!(found.verdict.verdict, Answer::NoGap);
+    assert!(found.verdict.effects.is_empty());
+    assert!(found.verdict.p > 0.5, "{}", found.verdict.p);
+    assert_eq!(found.corrected, prepared.model.config);
+    let shown: Vec<&str> = found.verdict.limits.iter().map(|limit| limit.name.as_str()).collect();
+    assert!(shown.contains(&"leak_on") && shown.contains(&"refractory"), "{shown:?}");
+}
+
+#[test]
+fn intervals_of_a_gap_hold_it_and_are_the_same_every_time() {
+    let mut noisy = ideal();
+    noisy.effects.push(EffectConfig::new("leak_on").with("rate_hz", 3.0));
+    let prepared = Prepared::new(inputs(&noisy)).unwrap();
+    let held = prepared.bench().unwrap().held;
+    let gap = gap_value(&held, &prepared.model.config, 1).unwrap();
+    assert!(gap.lo <= gap.value && gap.value <= gap.hi && gap.lo < gap.hi, "{gap:?}");
+    assert!(gap.value > 1.0, "{gap:?}");
+    assert_eq!(gap, gap_value(&held, &prepared.model.config, 1).unwrap());
+}
+
+#[test]
+fn a_disagreement_along_one_effect_is_of_its_domain() {
+    let prepared = Prepared::new(inputs(&ideal())).unwrap();
+    let screen = prepared.bench().unwrap().screen;
+    let directions = Directions::of(&screen, &prepared.model.config, &[]).unwrap();
+    let leak = directions.all.iter().find(|direction| direction.name == "leak_on").unwrap();
+    let shares = directions.shares(&leak.change);
+    assert!((shares["detector"] - 1.0).abs() < 1e-9, "{shares:?}");
+    let i = directions.all.iter().position(|direction| direction.name == "leak_on").unwrap();
+    assert!((directions.likeness(i, i) - 1.0).abs() < 1e-9);
+}
