@@ -27,7 +27,7 @@ const AS_GOOD: f64 = 0.12;
 /// what is missing: a relative of the true effect goes part of the way.
 const EXPLAINS: f64 = 0.78;
 /// At most so many effects are added.
-const MOST_EFFECTS: usize = 3;
+const MOST_EFFECTS: usize = 2;
 /// Runs that a model is judged by.
 const RUNS: u64 = 4;
 /// Candidates that are judged on what was held out.
@@ -150,15 +150,11 @@ impl Bench<'_> {
         model: &SensorConfig,
         left_out: &[String],
     ) -> Result<Option<Step>, GapError> {
-        let is_first = named.steps.is_empty();
+        let mut found = search(&self.screen, &self.train, &named.after.model, left_out)?;
         // An effect may do what a refit of the numbers has taken on itself.
-        let mut bases = vec![&named.after.model];
-        if is_first && named.refitted.model != *model {
-            bases.push(model);
-        }
-        let mut found: Vec<Found> = Vec::new();
-        for base in bases {
-            found.extend(search(&self.screen, &self.train, base, left_out)?);
+        let given = with_given_numbers(&named.after.model, model);
+        if !moved(&given, &named.after.model, true).is_empty() {
+            found.extend(search(&self.screen, &self.train, &given, left_out)?);
         }
         found.sort_by(|a, b| a.fit.misfit.total_cmp(&b.fit.misfit));
         let mut contenders: Vec<Contender> = Vec::new();
@@ -185,6 +181,15 @@ impl Bench<'_> {
         let confusable = confusable.collect();
         Ok(Some(Step { contenders, confusable }))
     }
+}
+
+/// A model with the numbers that `given` has anyway.
+fn with_given_numbers(model: &SensorConfig, given: &SensorConfig) -> SensorConfig {
+    let mut model = model.clone();
+    for parameter in Parameter::ALL {
+        parameter.set(&mut model, parameter.value(given));
+    }
+    model
 }
 
 /// Numbers that differ between two models by more than chance would move them.

@@ -44,6 +44,44 @@ const KERNEL: [(i64, f64); 9] = [
 /// Share of all events that may be lost or be there by rounding alone.
 const ROUNDED: f64 = 0.0005;
 
+/// Which bins an event goes to, and how much of it.
+struct Spread {
+    grain_us: i64,
+    /// Of lags from `-NARROW_US` to `NARROW_US`: bins that follow each other, from the first.
+    near: Vec<(usize, [f64; 5])>,
+}
+
+/// Beyond this, bins are wide against the grain of lags.
+const NARROW_US: i64 = 500;
+
+impl Spread {
+    fn new(grain_us: i64) -> Self {
+        let near = (-NARROW_US..=NARROW_US).map(|lag_us| {
+            let places = KERNEL.map(|(offset, _)| bin(Some(lag_us + offset * grain_us)));
+            let first = places[0].min(BINS - 5);
+            let mut weights = [0.0; 5];
+            for (place, (_, weight)) in places.into_iter().zip(KERNEL) {
+                weights[(place - first).min(4)] += weight;
+            }
+            (first, weights)
+        });
+        Self { grain_us, near: near.collect() }
+    }
+
+    fn add(&self, lag_us: Option<i64>, histogram: &mut [f64]) {
+        let known = lag_us.filter(|lag_us| lag_us.abs() <= NARROW_US);
+        if let Some((first, weights)) = known.map(|lag_us| self.near[(lag_us + NARROW_US) as usize])
+        {
+            let bins = histogram[first..].iter_mut();
+            bins.zip(weights).for_each(|(bin, weight)| *bin += weight);
+            return;
+        }
+        for (offset, weight) in KERNEL {
+            histogram[bin(lag_us.map(|lag_us| lag_us + offset * self.grain_us))] += weight;
+        }
+    }
+}
+
 fn sign(is_on: usize) -> &'static str {
     ["OFF", "ON"][is_on]
 }
@@ -123,13 +161,11 @@ impl Probe for Timing {
         let mut by_third = vec![Lags::below(NEAR_US); THIRDS];
         let length_us = view.window.length().0.max(1);
         let grain_us = (1e6 * GRAIN_STEPS * view.stage.scene.step_s()).round() as i64;
+        let spread = Spread::new(grain_us);
         for event in view.events().iter().filter(|event| is_moving(event.cell)) {
             let is_on = usize::from(event.is_on);
             let group = 2 * brightness_third(event.cell) + is_on;
-            for (offset, weight) in KERNEL {
-                let lag_us = event.lag_us.map(|lag_us| lag_us + offset * grain_us);
-                histogram[group * BINS + bin(lag_us)] += weight;
-            }
+            spread.add(event.lag_us, &mut histogram[group * BINS..(group + 1) * BINS]);
             if let Some(lag_us) = event.lag_us {
                 let third = view.since_start_us(event.t_us) * THIRDS as i64 / length_us;
                 by_class[2 * event.cell.brightness() + is_on].add(lag_us);
