@@ -5,6 +5,7 @@
 mod cli;
 mod demo;
 mod events;
+mod gap;
 mod harness;
 mod resume;
 mod sensor;

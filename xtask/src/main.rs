@@ -23,7 +23,25 @@ const CI: &[Step] = &[
         env: &[("RUSTDOCFLAGS", "-D warnings")],
     },
     Step { why: "tests", args: &["test", "--workspace", "--no-fail-fast"], env: &[] },
+    Step {
+        // Its recordings judge the gap workflow: a shared formula would be judged by itself.
+        why: "the benchmark's pixel shares no code with the simulator",
+        args: &[
+            "tree",
+            "--package",
+            "gapbench-pixel",
+            "--edges",
+            "all",
+            "--prefix",
+            "none",
+            "--quiet",
+        ],
+        env: &[],
+    },
 ];
+
+/// No crate of this name may be in the output of `cargo tree`.
+const REFUSED: &str = "evpose";
 
 const SLOW: &[Step] = &[
     Step {
@@ -42,7 +60,7 @@ const SLOW: &[Step] = &[
 
 const USAGE: &str = "usage: cargo xtask ci|slow
 
-  ci    formatting, lints, documentation, all tests (what CI runs)
+  ci    formatting, lints, documentation, all tests, what the benchmark is built from (what CI runs)
   slow  the ndarray agreement test; wgpu and cuda compile";
 
 struct Step {
@@ -115,9 +133,11 @@ fn run(step: &Step, totals: &mut Totals) -> Result<()> {
         .spawn()
         .context("starting cargo")?;
     let output = child.stdout.take().context("cargo's output")?;
+    let mut refused = false;
     for line in BufReader::new(output).lines() {
         let line = line.context("reading cargo's output")?;
         totals.add(&line);
+        refused |= is_refused(step.args, &line);
         say(&line);
     }
     let status = child.wait()?;
@@ -125,7 +145,15 @@ fn run(step: &Step, totals: &mut Totals) -> Result<()> {
     if !status.success() {
         bail!("cargo {} ended with {status}", step.args.join(" "));
     }
+    if refused {
+        bail!("cargo {}: no crate called {REFUSED}* may be in it", step.args.join(" "));
+    }
     Ok(())
+}
+
+/// Whether a line of `cargo tree --prefix none` names a crate that must not be there.
+fn is_refused(args: &[&str], line: &str) -> bool {
+    args.first() == Some(&"tree") && line.starts_with(REFUSED)
 }
 
 #[expect(clippy::print_stdout, reason = "a command-line tool")]
@@ -136,6 +164,14 @@ fn say(line: &str) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn trees_may_not_hold_crates_of_the_simulator() {
+        let tree = ["tree", "--package", "gapbench-pixel"];
+        assert!(is_refused(&tree, "evpose-sensor v0.1.0 (/here/evpose/crates/sensor)"));
+        assert!(!is_refused(&tree, "gapbench-pixel v0.1.0 (/here/evpose/crates/gapbench-pixel)"));
+        assert!(!is_refused(&["test"], "evpose-sensor v0.1.0"));
+    }
 
     #[test]
     fn totals_add_up_over_test_binaries() {

@@ -7,6 +7,8 @@ use crate::input::Nominal;
 /// Light that is added before the logarithm, of white: a numerical floor. Where it is more it is
 /// dark current, which has a name of its own.
 const DARK_FLOOR: f64 = 1e-5;
+/// The same in the ideal sensor, which is no reason for a note.
+const USUAL_FLOOR: f64 = 1e-3;
 /// Threshold of a model that says nothing of it, ln.
 const THRESHOLD: f64 = 0.2;
 
@@ -34,7 +36,7 @@ pub fn prepared(model: &SensorConfig, nominal: Option<&Nominal>) -> Model {
     };
     if !has(&config, &RECEPTORS) {
         let floor = number(&config, "logarithmic", "dark_offset").unwrap_or(DARK_FLOOR);
-        if floor > DARK_FLOOR {
+        if floor > USUAL_FLOOR {
             notes.push(format!(
                 "the dark offset of the model, {floor} of white, is taken for a numerical floor: \
                  {DARK_FLOOR} is used"

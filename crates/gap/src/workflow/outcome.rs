@@ -22,8 +22,8 @@ const REPLICATES: [u64; 2] = [199, 39];
 const LOCATING: [u64; 2] = [8, 4];
 /// Resamples for gaps of blocks.
 const RESAMPLES: u64 = 60;
-/// Gaps below this are those of two independent simulators of one thing.
-const CLOSED: f64 = 0.42;
+/// Gaps above this are larger than those of fresh runs of the model.
+const CLOSED: f64 = 1.0;
 /// Frames of the film and how long each is.
 const FRAMES: usize = 24;
 const FRAME: Micros = Micros(10_000);
