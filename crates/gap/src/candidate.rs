@@ -93,7 +93,9 @@ impl Candidate {
                 for (key, word) in words {
                     effect = effect.with(key, word);
                 }
-                trials.push(Trial { effect, params: params.clone() });
+                let trial = Trial { effect, params: params.clone() };
+                trials.extend(trial.plain());
+                trials.push(trial);
             }
         }
         trials
@@ -133,6 +135,20 @@ fn words(spec: &StageSpec) -> Vec<Vec<(&'static str, &'static str)>> {
 }
 
 impl Trial {
+    /// The same without what the effect can do without, a spread over pixels for example; none
+    /// where that is nothing.
+    fn plain(&self) -> Option<Self> {
+        let (head, rest) = self.params.split_first()?;
+        let (dropped, kept): (Vec<&'static ParamSpec>, Vec<_>) =
+            rest.iter().copied().partition(|param| param.neutral.is_some());
+        if dropped.is_empty() {
+            return None;
+        }
+        let mut effect = self.effect.clone();
+        effect.params.retain(|key, _| dropped.iter().all(|param| param.name != key));
+        Some(Self { effect, params: std::iter::once(*head).chain(kept).collect() })
+    }
+
     /// The strengths to begin with.
     pub fn strengths(&self) -> Vec<f64> {
         let head = self.params[0];
