@@ -1,17 +1,22 @@
 //! What was named, with numbers and their intervals.
 //!
 //! # Method
-//! Covariance of the numbers of the corrected model from the curvature of the misfit: slopes are
-//! differences of simulations with the same draws, weights those of the robust distance, and what
-//! the model leaves unexplained widens it. An interval of 90 % ends 1.645 standard deviations away,
-//! on the scale that each number is fitted on.
+//! Slopes of all numbers compared are differences of simulations with the same draws, weights those
+//! of the robust distance. The variance of a parameter is the largest of three:
+//! * from the curvature of the misfit, widened by what the model leaves unexplained;
+//! * from what blocks of numbers pull, each in its direction: numbers of one block see the same
+//!   events, and two simulators of one thing differ in all of them at once;
+//! * from what fits to runs of the corrected model itself would scatter by.
+//!
+//! An interval of 90 % ends 1.645 standard deviations away, on the scale that each number is fitted
+//! on.
 //!
 //! The probability of a name weighs all that was judged by the misfit on what was held out, at a
 //! temper that allows for what the numbers share.
 
 use std::collections::BTreeMap;
 
-use evpose_sensor::STAGES;
+use evpose_sensor::{STAGES, SensorConfig};
 
 use crate::fit::Slopes;
 use crate::knob::Knob;
@@ -20,12 +25,14 @@ use crate::naming::{Bench, Contender, Named, Step};
 use crate::parameters::Parameter;
 use crate::search::parameter_knobs;
 use crate::verdict::{Finding, FindingKind, Quantity};
-use crate::{GapError, Lab};
+use crate::{Block, GapError, Lab};
 
 /// Standard deviations to either end of an interval of 90 %.
 const SIDE: f64 = 1.645;
 /// Runs of which slopes are taken.
-const RUNS: u64 = 2;
+const SLOPE_RUNS: u64 = 2;
+/// Runs of the corrected model.
+const RUNS: u64 = 6;
 /// Numbers of a summary share what they see: this many misfits count as one.
 const TEMPER: f64 = 10.0;
 
@@ -101,33 +108,58 @@ fn probability(step: &Step, numbers: usize) -> f64 {
 }
 
 /// Standard deviations of knobs around a model, in their steps.
-fn errors(
-    lab: &Lab<'_>,
-    model: &evpose_sensor::SensorConfig,
-    knobs: &[Knob],
-) -> Result<Vec<f64>, GapError> {
-    let slopes = Slopes::around(lab, model, knobs, RUNS)?;
+fn errors(lab: &Lab<'_>, model: &SensorConfig, knobs: &[Knob]) -> Result<Vec<f64>, GapError> {
+    let slopes = Slopes::around(lab, model, knobs, SLOPE_RUNS)?;
     let expected = lab.expect(model, RUNS)?;
+    let scales: Vec<f64> =
+        (0..expected.mean.len()).map(|i| expected.scale(lab.layout, i)).collect();
     let z = expected.deviations(lab.layout, &lab.measured);
     let n = knobs.len();
+    let weight = |i: usize| 1.0 / (1.0 + z[i] * z[i] / 4.0);
+    let slope = |a: usize, i: usize| slopes.columns[a][i] / scales[i];
     let mut matrix = vec![vec![0.0; n]; n];
-    for (i, z) in z.iter().enumerate() {
-        let weight = 1.0 / (1.0 + z * z / 4.0) / expected.scale(lab.layout, i).powi(2);
-        for a in 0..n {
-            for b in 0..n {
-                matrix[a][b] += weight * slopes.columns[a][i] * slopes.columns[b][i];
+    for i in 0..z.len() {
+        for (a, row) in matrix.iter_mut().enumerate() {
+            for (b, cell) in row.iter_mut().enumerate() {
+                *cell += weight(i) * slope(a, i) * slope(b, i);
             }
         }
     }
     for (a, knob) in knobs.iter().enumerate() {
         matrix[a][a] += 1.0 / knob.prior_steps().powi(2) + 1e-9;
     }
+    // How far deviations of some of the numbers would pull each knob.
+    let pulled = |z: &[f64], is_in: &dyn Fn(usize) -> bool| -> Vec<f64> {
+        let pull = |a| {
+            let numbers = (0..z.len()).filter(|i| is_in(*i));
+            numbers.map(|i| weight(i) * slope(a, i) * z[i]).sum()
+        };
+        solve(matrix.clone(), (0..n).map(pull).collect()).unwrap_or_else(|| vec![0.0; n])
+    };
+    let mut blocks: Vec<Block> = lab.layout.entries.iter().map(|entry| entry.block).collect();
+    blocks.dedup();
+    let by_blocks: Vec<Vec<f64>> =
+        blocks.iter().map(|block| pulled(&z, &|i| lab.layout.entries[i].block == *block)).collect();
+    let by_runs = (0..RUNS)
+        .map(|run| {
+            let z = expected.deviations(lab.layout, &*lab.run(model, run)?);
+            Ok(pulled(&z, &|_| true))
+        })
+        .collect::<Result<Vec<_>, GapError>>()?;
     let known = z.iter().filter(|z| **z != 0.0).count().max(1) as f64;
     let widened = (crate::misfit(&z) / known).max(1.0);
+    let squares = |pulls: &[Vec<f64>], a: usize| {
+        let sum: f64 = pulls.iter().map(|pull| pull[a] * pull[a]).sum();
+        let n = pulls.len().max(2) as f64;
+        (sum, n / (n - 1.0))
+    };
     let error = |a: usize| {
         let unit = (0..n).map(|b| if a == b { 1.0 } else { 0.0 }).collect();
-        let column = solve(matrix.clone(), unit);
-        column.map_or(knobs[a].prior_steps(), |column| (column[a].max(0.0) * widened).sqrt())
+        let Some(column) = solve(matrix.clone(), unit) else { return knobs[a].prior_steps() };
+        let ((blocks, few), (runs, few_runs)) = (squares(&by_blocks, a), squares(&by_runs, a));
+        // Runs are compared with their own mean; the recording is one run, fitted to the mean.
+        let runs = runs / RUNS as f64 * few_runs;
+        (column[a].max(0.0) * widened).max(few * blocks).max(runs).sqrt()
     };
     Ok((0..n).map(error).collect())
 }

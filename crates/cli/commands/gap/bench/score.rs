@@ -77,8 +77,20 @@ pub(super) struct Scores {
     pub(super) by_strength: BTreeMap<usize, Rate>,
     /// What was said of what.
     pub(super) confusion: BTreeMap<String, BTreeMap<String, usize>>,
+    /// Numbers of right names: what they are and what was said.
+    pub(super) numbers: Vec<Number>,
     /// What went wrong, a line each.
     pub(super) misses: Vec<String>,
+}
+
+/// One number of a right name.
+#[derive(Debug, Clone, Serialize)]
+pub(super) struct Number {
+    pub(super) id: String,
+    pub(super) finding: &'static str,
+    pub(super) parameter: &'static str,
+    pub(super) truth: f64,
+    pub(super) said: Quantity,
 }
 
 /// One case, opened.
@@ -139,15 +151,16 @@ pub(super) fn of(cases: &[Case], rows: &[&Row]) -> Scores {
         };
         opened.iter().filter(is_told)
     };
-    let (mut errors, mut held) = (Vec::new(), Vec::new());
-    for case in named_right() {
-        for (finding, key, value) in &case.truth.numbers {
-            if let Some(found) = case.finding(finding, key) {
-                errors.push((found.value / value - 1.0).abs());
-                held.push((found.lo90..=found.hi90).contains(value));
-            }
-        }
-    }
+    let number =
+        |case: &Opened<'_>, (finding, parameter, truth): &(&'static str, &'static str, f64)| {
+            let said = case.finding(finding, parameter)?.clone();
+            Some(Number { id: case.row.id.clone(), finding, parameter, truth: *truth, said })
+        };
+    let numbers: Vec<Number> = named_right()
+        .flat_map(|case| case.truth.numbers.iter().filter_map(move |truth| number(case, truth)))
+        .collect();
+    let errors = numbers.iter().map(|n| (n.said.value / n.truth - 1.0).abs()).collect();
+    let held = numbers.iter().map(|n| (n.said.lo90..=n.said.hi90).contains(&n.truth));
     let mut by_strength = BTreeMap::new();
     for strength in 0..4 {
         let of = singles().filter(|case| case.label.strength == Some(strength));
@@ -182,6 +195,7 @@ pub(super) fn of(cases: &[Case], rows: &[&Row]) -> Scores {
         outside_unnamed: Rate::of(outside.map(|case| !case.is_wrong())),
         parameter_error_median: median(errors),
         intervals_hold: Rate::of(held),
+        numbers: numbers.clone(),
         grr_median: median(named_right().map(|case| case.row.grr).collect()),
         seconds_most: seconds.iter().copied().fold(0.0, f64::max),
         seconds_median: median(seconds),
