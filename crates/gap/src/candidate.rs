@@ -94,7 +94,7 @@ impl Candidate {
                     effect = effect.with(key, word);
                 }
                 let trial = Trial { effect, params: params.clone() };
-                trials.extend(trial.plain());
+                trials.extend(trial.plainer());
                 trials.push(trial);
             }
         }
@@ -135,18 +135,30 @@ fn words(spec: &StageSpec) -> Vec<Vec<(&'static str, &'static str)>> {
 }
 
 impl Trial {
-    /// The same without what the effect can do without, a spread over pixels for example; none
-    /// where that is nothing.
-    fn plain(&self) -> Option<Self> {
-        let (head, rest) = self.params.split_first()?;
-        let (dropped, kept): (Vec<&'static ParamSpec>, Vec<_>) =
-            rest.iter().copied().partition(|param| param.neutral.is_some());
-        if dropped.is_empty() {
-            return None;
+    /// The same without what the effect can do without, a spread over pixels for example: without
+    /// any of it, and with one part of it each.
+    fn plainer(&self) -> Vec<Self> {
+        let (head, rest) = (self.params[0], &self.params[1..]);
+        let spare: Vec<&'static ParamSpec> =
+            rest.iter().copied().filter(|param| param.neutral.is_some()).collect();
+        let with_only = |kept: Option<&'static ParamSpec>| {
+            let is_dropped = |name: &str| {
+                spare.iter().any(|param| param.name == name)
+                    && kept.is_none_or(|kept| kept.name != name)
+            };
+            let mut effect = self.effect.clone();
+            effect.params.retain(|key, _| !is_dropped(key));
+            let rest = rest.iter().copied().filter(|param| !is_dropped(param.name));
+            Self { effect, params: std::iter::once(head).chain(rest).collect() }
+        };
+        match spare.len() {
+            0 => Vec::new(),
+            1 => vec![with_only(None)],
+            _ => std::iter::once(None)
+                .chain(spare.iter().copied().map(Some))
+                .map(with_only)
+                .collect(),
         }
-        let mut effect = self.effect.clone();
-        effect.params.retain(|key, _| dropped.iter().all(|param| param.name != key));
-        Some(Self { effect, params: std::iter::once(*head).chain(kept).collect() })
     }
 
     /// The strengths to begin with.

@@ -14,10 +14,13 @@ use crate::{GapError, Lab};
 
 /// Ways to look for candidates that are tried at more strengths.
 const FINER: usize = 14;
-/// Candidates whose strength is fitted.
-const NEAR: usize = 8;
+/// Ways to look for one candidate that are followed: a short part of a recording does not tell
+/// those apart that differ from pixel to pixel only.
+const WAYS: usize = 3;
+/// Ways whose strength is fitted.
+const NEAR: usize = 10;
 /// Candidates that are fitted with all their numbers.
-const FINALISTS: usize = 3;
+const FINALISTS: usize = 4;
 /// Steps that numbers of the model are believed to follow in a line.
 const NEARBY: f64 = 2.0;
 /// A lag longer than this is more likely the clock's than the pixels', microseconds.
@@ -192,9 +195,9 @@ fn screened(
     best.sort_by(|a, b| a.1.2.total_cmp(&b.1.2));
     let mut names = Vec::new();
     best.retain(|(name, _)| {
-        let is_new = !names.contains(name);
+        let ways = names.iter().filter(|other| *other == name).count();
         names.push(*name);
-        is_new
+        ways < WAYS
     });
     Ok(best.into_iter().map(|(name, (_, trial, left))| (name, trial, left)).collect())
 }
