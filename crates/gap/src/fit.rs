@@ -95,8 +95,8 @@ impl Slopes {
                         continue;
                     }
                     right[a] += slope * z[i];
-                    for b in 0..=a {
-                        matrix[a][b] += slope * self.columns[b][i] / scales[i];
+                    for (cell, column) in matrix[a].iter_mut().zip(&self.columns) {
+                        *cell += slope * column[i] / scales[i];
                     }
                 }
             }
@@ -104,9 +104,6 @@ impl Slopes {
                 let prior = 1.0 / knobs[a].prior_steps().powi(2);
                 matrix[a][a] += prior + 1e-9;
                 right[a] -= prior * steps[a];
-                for b in a + 1..n {
-                    matrix[a][b] = matrix[b][a];
-                }
             }
             let Some(change) = solve(matrix, right) else { break };
             for (step, change) in steps.iter_mut().zip(change) {

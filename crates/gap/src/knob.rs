@@ -38,7 +38,7 @@ impl Knob {
         let value = self.value(model);
         match self {
             Self::Parameter(parameter) => {
-                parameter.set(&mut turned, parameter.stepped(value, steps))
+                parameter.set(&mut turned, parameter.stepped(value, steps));
             }
             Self::Effect(name, param) => {
                 let (low, high) = limits(param);

@@ -31,6 +31,9 @@ fn dithered(reference: &SensorConfig) -> SensorConfig {
     config
 }
 
+/// Summaries of models, as text, and runs.
+type Known = HashMap<(String, u64), Arc<Vec<f64>>>;
+
 /// A measured recording beside its scene, and everything that was simulated for it so far.
 #[derive(Debug)]
 pub struct Lab<'a> {
@@ -49,7 +52,7 @@ pub struct Lab<'a> {
     most: usize,
     /// Variances that numbers have of chance.
     chance: Vec<f64>,
-    known: Mutex<HashMap<(String, u64), Arc<Vec<f64>>>>,
+    known: Mutex<Known>,
 }
 
 impl<'a> Lab<'a> {

@@ -32,7 +32,7 @@ pub(super) fn of_largest(
     }
     let as_large = (EXPECTED..EXPECTED + replicates)
         .into_par_iter()
-        .map(|run| Ok(usize::from(largest(&*lab.run(model, run)?) >= found)))
+        .map(|run| Ok(usize::from(largest(&lab.run(model, run)?) >= found)))
         .collect::<Result<Vec<_>, GapError>>()?;
     Ok((1 + as_large.iter().sum::<usize>()) as f64 / (replicates + 1) as f64)
 }

@@ -142,7 +142,7 @@ fn errors(lab: &Lab<'_>, model: &SensorConfig, knobs: &[Knob]) -> Result<Vec<f64
         blocks.iter().map(|block| pulled(&z, &|i| lab.layout.entries[i].block == *block)).collect();
     let by_runs = (0..RUNS)
         .map(|run| {
-            let z = expected.deviations(lab.layout, &*lab.run(model, run)?);
+            let z = expected.deviations(lab.layout, &lab.run(model, run)?);
             Ok(pulled(&z, &|_| true))
         })
         .collect::<Result<Vec<_>, GapError>>()?;

@@ -67,9 +67,9 @@ pub(super) fn run(args: &BenchArgs) -> Result<()> {
         // Lines behind a bar; without a terminal there is none.
         let line = format!("{:>4} {row}", i + 1);
         if progress.is_hidden() {
-            say(line)
+            say(line);
         } else {
-            progress.println(line)
+            progress.println(line);
         }
         progress.inc(1);
         if !args.keep {
