@@ -80,6 +80,13 @@ impl Parameter {
         for effect in model.effects.iter_mut().filter(|effect| effect.name == name) {
             *effect = effect.clone().with(key, value);
         }
+        // Background and clock that do nothing are not worth a line in a model.
+        let is_idle = |effect: &EffectConfig| {
+            matches!(name, "uniform_noise" | "clock_offset_drift")
+                && effect.name == name
+                && effect.params.keys().all(|key| effect.number(key) == Some(0.0))
+        };
+        model.effects.retain(|effect| !is_idle(effect));
     }
 
     /// The value a number of steps away, a step being what shows well in a summary.
