@@ -23,7 +23,6 @@ use crate::knob::Knob;
 use crate::linear::solve;
 use crate::naming::{Bench, Contender, Named, Step};
 use crate::parameters::Parameter;
-use crate::search::parameter_knobs;
 use crate::verdict::{Finding, FindingKind, Quantity};
 use crate::{Block, GapError, Lab};
 
@@ -44,7 +43,7 @@ pub fn findings(bench: &Bench<'_>, named: &Named) -> Result<Vec<Finding>, GapErr
     let model = &named.after.model;
     let owned: Vec<Vec<Knob>> = named.steps.iter().map(|step| knobs(&step.contenders[0])).collect();
     let mut all: Vec<Knob> = owned.iter().flatten().copied().collect();
-    all.extend(parameter_knobs());
+    all.extend(Parameter::ALL.map(Knob::Parameter));
     let errors = errors(&bench.train, model, &all)?;
     let quantity = |knob: Knob, error: f64| {
         let at = |sides: f64| knob.value(&knob.turned(model, sides * SIDE * error));

@@ -98,6 +98,22 @@ fn a_recording_of_the_model_has_no_gap_and_is_no_surprise() {
     assert!(shown.contains(&"leak_on") && shown.contains(&"refractory"), "{shown:?}");
 }
 
+/// The lag of the pixels is no more than a millisecond; this is a clock.
+#[test]
+fn a_clock_that_is_off_is_a_parameter_with_its_offset() {
+    let mut late = ideal();
+    late.effects.push(EffectConfig::new("clock_offset_drift").with("offset_us", 4_000.0));
+    let prepared = Prepared::new(inputs(&late)).unwrap();
+    let bench = prepared.bench().unwrap();
+    let named = bench.name(&prepared.model.config, &[], &|_| {}).unwrap();
+    assert_eq!(named.answer, Answer::Parameter);
+    let found = findings(&bench, &named).unwrap();
+    let [offset] = found.as_slice() else { panic!("{found:?}") };
+    assert_eq!(offset.name, "clock_offset");
+    let value = offset.parameters["clock_offset"].value;
+    assert!((value - 4_000.0).abs() < 200.0, "{value}");
+}
+
 #[test]
 fn intervals_of_a_gap_hold_it_and_are_the_same_every_time() {
     let mut noisy = ideal();
