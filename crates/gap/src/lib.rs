@@ -23,6 +23,7 @@ mod lab;
 mod linear;
 pub mod locate;
 pub mod naming;
+mod normal;
 pub mod parameters;
 pub mod probe;
 pub mod report;

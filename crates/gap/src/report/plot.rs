@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::gaps;
+use crate::normal::moments;
 
 /// How an axis is drawn.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -76,14 +77,6 @@ impl Plot {
 
 fn known(runs: &[Vec<f64>], i: usize) -> impl Iterator<Item = f64> {
     runs.iter().map(move |run| run[i]).filter(|value| value.is_finite())
-}
-
-/// Mean and standard deviation; NaN of nothing.
-fn moments(values: &[f64]) -> (f64, f64) {
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
-    (mean, (squares / (n - 1.0).max(1.0)).sqrt())
 }
 
 #[cfg(test)]

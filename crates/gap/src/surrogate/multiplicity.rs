@@ -6,6 +6,8 @@
 //! Deviations are in standard deviations over the recording and its surrogates together, so that
 //! none of them is set apart, and in the direction that is looked for.
 
+use crate::normal::moments;
+
 /// How a statistic is tested.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Test {
@@ -56,13 +58,6 @@ pub(super) fn test(values: &[Vec<f64>], tests: &[Test]) -> Vec<Tested> {
         Tested { mean, sd, p, adjusted_p }
     });
     tested.collect()
-}
-
-fn moments(values: &[f64]) -> (f64, f64) {
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
-    (mean, (squares / (n - 1.0).max(1.0)).sqrt())
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@
 use evpose_sensor::SensorConfig;
 use rayon::prelude::*;
 
+use crate::normal::upper_tail;
 use crate::{GapError, Lab};
 
 /// Runs that the recording and its replicates are compared with.
@@ -40,29 +41,9 @@ pub(super) fn of_largest(
 /// Of the largest of so many independent normal deviations.
 fn of_normal(largest: f64, numbers: usize) -> f64 {
     // The approximation is a little off at zero.
-    let one = erfc(largest / std::f64::consts::SQRT_2).min(1.0);
+    let one = (2.0 * upper_tail(largest)).min(1.0);
     // 1 - (1 - one)^numbers, without loss where it is small.
     -(numbers as f64 * (-one).ln_1p()).exp_m1()
-}
-
-/// Complementary error function of a number that is not negative, to 1.2e-7 of its value: the
-/// rational approximation of Press et al., *Numerical Recipes*, 6.2.
-fn erfc(x: f64) -> f64 {
-    const SERIES: [f64; 10] = [
-        -1.265_512_23,
-        1.000_023_68,
-        0.374_091_96,
-        0.096_784_18,
-        -0.186_288_06,
-        0.278_868_07,
-        -1.135_203_98,
-        1.488_515_87,
-        -0.822_152_23,
-        0.170_872_77,
-    ];
-    let t = 1.0 / (1.0 + 0.5 * x);
-    let sum = SERIES.iter().rev().fold(0.0, |sum, term| sum * t + term);
-    t * (-x * x + sum).exp()
 }
 
 #[cfg(test)]

@@ -17,7 +17,8 @@ pub(super) fn findings(page: &mut Page, data: &ReportData) {
     }
     page.section(
         "What is missing or set wrong",
-        "Intervals hold the true value in nine of ten cases.",
+        "Intervals are meant to hold the true value in nine of ten cases; neither they nor the \
+         probabilities have been calibrated on the benchmark yet.",
     );
     let rows: Vec<Vec<String>> = verdict
         .effects
