@@ -67,9 +67,9 @@ impl Candidate {
         matches!(named.prior, Prior::Typical(..)).then_some(named)
     }
 
-    /// All ways to look for it: every word of every choice that changes the physics, and effects
-    /// with two forms in each of them.
-    pub fn trials(self) -> Vec<Trial> {
+    /// All ways to look for it, form by form: every word of every choice that changes the physics,
+    /// and effects with two strengths by each of them. The first of a form is the plainest.
+    pub fn trials(self) -> Vec<Vec<Trial>> {
         let Some(strength) = self.strength() else { return Vec::new() };
         let is_alone = matches!(self.spec.signature.strength, Strength::RisingAlone(_));
         let typical = if is_alone { EffectConfig::new(self.name()) } else { self.spec.typical() };
@@ -94,8 +94,9 @@ impl Candidate {
                     effect = effect.with(key, word);
                 }
                 let trial = Trial { effect, params: params.clone() };
-                trials.extend(trial.plainer());
-                trials.push(trial);
+                let mut form = trial.plainer();
+                form.push(trial);
+                trials.push(form);
             }
         }
         trials
@@ -122,7 +123,8 @@ const SECOND_STRENGTHS: &[(&str, &str)] = &[("arbiter", "row_ns")];
 /// Choices whose words are different physics rather than conventions of simulators.
 const PHYSICAL_CHOICES: &[(&str, &str, &[&str])] = &[
     ("refractory", "mode", &["hold", "defer"]),
-    ("scanned_readout", "axis", &["rows", "columns"]),
+    ("scanned_readout", "waiting", &["reset", "kept", "free"]),
+    ("arbiter", "waiting", &["reset", "kept", "free"]),
     ("leak_on", "phase", &["random", "aligned"]),
 ];
 
@@ -159,6 +161,14 @@ impl Trial {
                 .map(with_only)
                 .collect(),
         }
+    }
+
+    /// Whether both have the same words.
+    pub fn is_form_of(&self, other: &Self) -> bool {
+        PHYSICAL_CHOICES
+            .iter()
+            .filter(|(effect, ..)| *effect == self.effect.name)
+            .all(|(_, key, _)| self.effect.params.get(*key) == other.effect.params.get(*key))
     }
 
     /// The strengths to begin with.

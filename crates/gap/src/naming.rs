@@ -7,6 +7,7 @@
 
 use evpose_sensor::SensorConfig;
 
+use crate::hint::Hints;
 use crate::parameters::Parameter;
 use crate::search::{Found, judged, refit, search};
 use crate::verdict::Answer;
@@ -132,9 +133,10 @@ impl Bench<'_> {
             before,
             refitted,
         };
+        let hints = Hints::of(&self.train.events);
         while named.steps.len() < MOST_EFFECTS && named.after.gap > CLOSED {
             say("trying every effect of the catalogue");
-            let Some(step) = self.step(&named, model, left_out)? else { break };
+            let Some(step) = self.step(&named, model, &hints, left_out)? else { break };
             named.after = step.contenders[0].held.clone();
             named.steps.push(step);
         }
@@ -148,15 +150,16 @@ impl Bench<'_> {
         &self,
         named: &Named,
         model: &SensorConfig,
+        hints: &Hints,
         left_out: &[String],
     ) -> Result<Option<Step>, GapError> {
-        let mut found = search(&self.screen, &self.train, &named.after.model, left_out)?;
+        let mut starts = vec![named.after.model.clone()];
         // An effect may do what a refit of the numbers has taken on itself.
         let given = with_given_numbers(&named.after.model, model);
         if !moved(&given, &named.after.model, true).is_empty() {
-            found.extend(search(&self.screen, &self.train, &given, left_out)?);
+            starts.push(given);
         }
-        found.sort_by(|a, b| a.fit.misfit.total_cmp(&b.fit.misfit));
+        let found = search(&self.screen, &self.train, &starts, hints, left_out)?;
         let mut contenders: Vec<Contender> = Vec::new();
         for found in found {
             if contenders.iter().any(|other| other.found.name == found.name) {

@@ -4,16 +4,20 @@ use evpose_sensor::SensorConfig;
 use rayon::prelude::*;
 
 use crate::candidate::{Candidate, Trial};
-use crate::compare::misfit;
+use crate::compare::{Expectation, misfit};
 use crate::fit::{Fit, Slopes, descend, misfit_of};
 use crate::guess;
-use crate::hint;
+use crate::hint::Hints;
 use crate::knob::Knob;
 use crate::parameters::Parameter;
 use crate::{GapError, Lab};
 
 /// Ways to look for candidates that are tried at more strengths.
 const FINER: usize = 14;
+/// Ways that are tried in their less plain forms too.
+const RICHER: usize = 10;
+/// What the best way has to gain on the screen for anything to be followed.
+const PROMISE: f64 = 6.0;
 /// Ways to look for one candidate that are followed: a short part of a recording does not tell
 /// those apart that differ from pixel to pixel only.
 const WAYS: usize = 3;
@@ -85,121 +89,209 @@ pub fn refit(lab: &Lab<'_>, model: &SensorConfig, runs: u64) -> Result<Fit, GapE
     Ok(fit)
 }
 
-/// All candidates beside `model`, the best first; those that were not fitted in full come last.
-/// They are first tried on `screen`, a short part of the recording.
+/// One way of looking for an effect beside one of the models to begin with.
+#[derive(Debug, Clone)]
+struct Way {
+    name: &'static str,
+    start: usize,
+    trial: Trial,
+    /// What the screen leaves of the misfit.
+    left: f64,
+}
+
+/// All candidates beside each of `starts`, the best first; those that were not fitted in full come
+/// last. They are first tried on `screen`, a short part of the recording; nothing is followed if
+/// nothing helps there.
 ///
 /// # Errors
 /// A model that cannot be built or shown the scene.
 pub fn search(
     screen: &Lab<'_>,
     lab: &Lab<'_>,
-    model: &SensorConfig,
+    starts: &[SensorConfig],
+    hints: &Hints,
     left_out: &[String],
 ) -> Result<Vec<Found>, GapError> {
     let knobs = parameter_knobs();
-    let slopes = Slopes::around(screen, model, &knobs, 1)?;
-    let best = screened(screen, lab, model, left_out, &slopes)?;
+    let mut screening = Vec::new();
+    for model in starts {
+        let slopes = Slopes::around(screen, model, &knobs, 1)?;
+        screening.push(Screening { screen, hints, model, without: screen.run(model, 0)?, slopes });
+    }
+    let mut least = f64::INFINITY;
+    for screening in &screening {
+        least = least.min(screening.left(&screen.expect(screening.model, 1)?));
+    }
+    let best = screened(&screening, left_out)?;
+    if best.first().is_none_or(|way| way.left > least - PROMISE) {
+        return Ok(Vec::new());
+    }
     let near = NEAR.min(best.len());
-    let slopes = Slopes::around(lab, model, &knobs, 1)?;
+    let is_followed = |start: usize| best[..near].iter().any(|way| way.start == start);
+    let slopes = starts
+        .iter()
+        .enumerate()
+        .map(|(i, model)| is_followed(i).then(|| Slopes::around(lab, model, &knobs, 1)).transpose())
+        .collect::<Result<Vec<_>, _>>()?;
     let mut lined = best[..near]
         .par_iter()
-        .map(|(name, trial, _)| {
-            let (model, left) = line(lab, model, trial, &slopes)?;
-            Ok(Found { name, fit: Fit { model, misfit: left }, trial: trial.clone() })
+        .filter_map(|way| {
+            let slopes = slopes[way.start].as_ref()?;
+            Some(line(lab, &starts[way.start], &way.trial, slopes).map(|(model, misfit)| {
+                let found =
+                    Found { name: way.name, fit: Fit { model, misfit }, trial: way.trial.clone() };
+                (found, slopes)
+            }))
         })
         .collect::<Result<Vec<_>, GapError>>()?;
-    lined.sort_by(|a, b| a.fit.misfit.total_cmp(&b.fit.misfit));
-    let mut found = Vec::new();
-    for (rank, mut one) in lined.into_iter().enumerate() {
-        if rank < FINALISTS {
-            let beside = Some((knobs.as_slice(), &slopes));
-            one.fit = descend(lab, &one.fit.model, &own(&one.trial), beside, 1, ROUNDS)?;
-        }
-        found.push(one);
-    }
-    let rest = best[near..].iter().map(|(name, trial, left)| Found {
-        name,
-        fit: Fit { model: trial.beside(model), misfit: *left },
-        trial: trial.clone(),
-    });
+    lined.sort_by(|a, b| a.0.fit.misfit.total_cmp(&b.0.fit.misfit));
+    let fitted = lined
+        .par_iter()
+        .enumerate()
+        .map(|(rank, (one, slopes))| {
+            let mut one = one.clone();
+            if rank < FINALISTS {
+                let beside = Some((knobs.as_slice(), *slopes));
+                one.fit = descend(lab, &one.fit.model, &own(&one.trial), beside, 1, ROUNDS)?;
+            }
+            Ok(one)
+        })
+        .collect::<Result<Vec<_>, GapError>>()?;
+    let mut found = fitted;
     found.sort_by(|a, b| a.fit.misfit.total_cmp(&b.fit.misfit));
-    found.extend(rest);
+    found.extend(best[near..].iter().map(|way| Found {
+        name: way.name,
+        fit: Fit { model: way.trial.beside(&starts[way.start]), misfit: way.left },
+        trial: way.trial.clone(),
+    }));
     Ok(found)
 }
 
-/// Every candidate at the best of a row of strengths, the best first.
-fn screened(
-    screen: &Lab<'_>,
-    lab: &Lab<'_>,
-    model: &SensorConfig,
-    left_out: &[String],
-    slopes: &Slopes,
-) -> Result<Vec<(&'static str, Trial, f64)>, GapError> {
-    let knobs = parameter_knobs();
-    let without = screen.run(model, 0)?;
-    let score = |trial: &Trial| -> Result<f64, GapError> {
-        let expected = screen.expect(&trial.beside(model), 1)?;
+/// A model on the screen, to which effects are added.
+struct Screening<'a> {
+    screen: &'a Lab<'a>,
+    hints: &'a Hints,
+    model: &'a SensorConfig,
+    without: std::sync::Arc<Vec<f64>>,
+    slopes: Slopes,
+}
+
+impl Screening<'_> {
+    /// The misfit of an expectation, the numbers of the model following in a line.
+    fn left(&self, expected: &Expectation) -> f64 {
+        let deviations = expected.deviations(self.screen.layout, &self.screen.measured);
+        self.slopes.best(NEARBY, self.screen, expected, &deviations, &parameter_knobs()).1
+    }
+
+    fn score(&self, trial: &Trial) -> Result<f64, GapError> {
+        let expected = self.screen.expect(&trial.beside(self.model), 1)?;
         // What changes nothing is no explanation.
-        if expected.mean.iter().zip(&*without).all(|(a, b)| a == b) {
-            return Ok(f64::INFINITY);
+        let is_idle = expected.mean.iter().zip(&*self.without).all(|(a, b)| a == b);
+        Ok(if is_idle { f64::INFINITY } else { self.left(&expected) })
+    }
+
+    /// The best of some strengths.
+    fn best_of(&self, way: &Way, strengths: &[f64]) -> Result<Way, GapError> {
+        let head = way.trial.params[0];
+        let mut best = way.clone();
+        for value in strengths {
+            let trial = way.trial.with(head, *value);
+            let left = self.score(&trial)?;
+            if left < best.left {
+                best = Way { trial, left, ..best };
+            }
         }
-        let deviations = expected.deviations(screen.layout, &screen.measured);
-        Ok(slopes.best(NEARBY, screen, &expected, &deviations, &knobs).1)
-    };
-    let ways: Vec<(&'static str, Trial)> = Candidate::beside(model, left_out)
-        .into_iter()
-        .flat_map(|candidate| {
-            let trials = candidate.trials().into_iter();
-            trials.flat_map(move |trial| {
-                hint::of(lab, candidate.name(), &trial)
-                    .into_iter()
-                    .map(move |t| (candidate.name(), t))
+        Ok(best)
+    }
+
+    /// The plainest way of each form of each candidate.
+    fn ways(&self, start: usize, left_out: &[String]) -> Vec<Way> {
+        let hinted = |candidate: Candidate| {
+            let trials = candidate.trials().into_iter().flat_map(|form| form.into_iter().take(1));
+            trials
+                .map(|trial| self.hints.applied(candidate.name(), &trial))
+                .map(move |trial| Way { name: candidate.name(), start, trial, left: f64::INFINITY })
+                .collect::<Vec<_>>()
+        };
+        Candidate::beside(self.model, left_out).into_iter().flat_map(hinted).collect()
+    }
+
+    /// The ways of a candidate that are less plain than `way`, at its strength.
+    fn richer(&self, way: &Way, left_out: &[String]) -> Vec<Way> {
+        let head = way.trial.params[0];
+        let value = way.trial.value(head);
+        let candidate =
+            Candidate::beside(self.model, left_out).into_iter().find(|c| c.name() == way.name);
+        let forms = candidate.into_iter().flat_map(Candidate::trials);
+        forms
+            .filter(|form| form[0].params[0].name == head.name && form[0].is_form_of(&way.trial))
+            .flat_map(|form| form.into_iter().skip(1))
+            .map(|trial| self.hints.applied(way.name, &trial))
+            .map(|trial| Way {
+                trial: value.map_or(trial.clone(), |value| trial.with(head, value)),
+                left: f64::INFINITY,
+                ..way.clone()
             })
-        })
+            .collect()
+    }
+}
+
+/// Every candidate at the best of a row of strengths, the best first.
+fn screened(screening: &[Screening<'_>], left_out: &[String]) -> Result<Vec<Way>, GapError> {
+    let ways: Vec<Way> = screening
+        .iter()
+        .enumerate()
+        .flat_map(|(start, screening)| screening.ways(start, left_out))
         .collect();
     // Every other strength, then those between for what looks best.
     let mut best = ways
         .par_iter()
-        .map(|(name, trial)| {
-            let head = trial.params[0];
-            let strengths = trial.strengths();
-            let coarse = strengths.iter().copied().enumerate().step_by(2);
-            let read = trial.value(head).into_iter().map(|value| (usize::MAX, value));
-            let mut best = (0, trial.clone(), f64::INFINITY);
-            for (i, value) in coarse.chain(read) {
-                let tried = trial.with(head, value);
-                let left = score(&tried)?;
-                if left < best.2 {
-                    best = (i, tried, left);
-                }
-            }
-            Ok((*name, best))
+        .map(|way| {
+            let read = way.trial.value(way.trial.params[0]);
+            let coarse = way.trial.strengths().into_iter().step_by(2);
+            screening[way.start].best_of(way, &coarse.chain(read).collect::<Vec<_>>())
         })
         .collect::<Result<Vec<_>, GapError>>()?;
-    best.sort_by(|a, b| a.1.2.total_cmp(&b.1.2));
+    best.sort_by(|a, b| a.left.total_cmp(&b.left));
     let finer = best.len().min(FINER);
-    best[..finer].par_iter_mut().try_for_each(|(_, best)| {
-        let strengths = best.1.strengths();
-        let head = best.1.params[0];
-        for i in [best.0.wrapping_sub(1), best.0.wrapping_add(1)] {
-            if let Some(value) = strengths.get(i) {
-                let tried = best.1.with(head, *value);
-                let left = score(&tried)?;
-                if left < best.2 {
-                    *best = (i, tried, left);
-                }
-            }
-        }
+    best[..finer].par_iter_mut().try_for_each(|way| {
+        let value = way.trial.value(way.trial.params[0]);
+        let strengths = way.trial.strengths();
+        let at = strengths.iter().position(|strength| Some(*strength) == value);
+        let beside = at.into_iter().flat_map(|i| [i.checked_sub(1), Some(i + 1)]);
+        let beside = beside.flatten().filter_map(|i| strengths.get(i).copied());
+        *way = screening[way.start].best_of(way, &beside.collect::<Vec<_>>())?;
         Ok::<(), GapError>(())
     })?;
-    best.sort_by(|a, b| a.1.2.total_cmp(&b.1.2));
+    let richer: Vec<Way> = best[..best.len().min(RICHER)]
+        .iter()
+        .flat_map(|way| screening[way.start].richer(way, left_out))
+        .collect();
+    let richer = richer
+        .par_iter()
+        .map(|way| {
+            let head = way.trial.params[0];
+            let value = way.trial.value(head).unwrap_or(0.0);
+            let strengths = way.trial.strengths();
+            let near = |factor: f64| {
+                let wanted = value * factor;
+                let distance = |s: &&f64| (*s / wanted).ln().abs();
+                strengths.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))).copied()
+            };
+            let tried: Vec<f64> =
+                [Some(value), near(0.6), near(1.7)].into_iter().flatten().collect();
+            screening[way.start].best_of(way, &tried)
+        })
+        .collect::<Result<Vec<_>, GapError>>()?;
+    best.extend(richer);
+    best.sort_by(|a, b| a.left.total_cmp(&b.left));
     let mut names = Vec::new();
-    best.retain(|(name, _)| {
-        let ways = names.iter().filter(|other| *other == name).count();
-        names.push(*name);
-        ways < WAYS
+    best.retain(|way| {
+        let ways = names.iter().filter(|other| **other == way.name).count();
+        names.push(way.name);
+        ways < WAYS && way.left.is_finite()
     });
-    Ok(best.into_iter().map(|(name, (_, trial, left))| (name, trial, left)).collect())
+    Ok(best)
 }
 
 /// The knobs of an effect.

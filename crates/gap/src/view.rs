@@ -57,18 +57,33 @@ impl Expected {
         &self.t_us[self.starts[list]..self.starts[list + 1]]
     }
 
-    /// From the nearest event of the reference to `t_us`: positive where that is later.
-    pub fn lag_us(&self, pixel: usize, is_on: bool, t_us: i64) -> Option<i64> {
-        let times = self.times(pixel, is_on);
-        let next = times.partition_point(|t| *t <= t_us);
-        let before = next.checked_sub(1).map(|i| t_us - times[i]);
-        let after = times.get(next).map(|t| t_us - t);
+    /// Where all lists begin.
+    fn places(&self) -> Places {
+        Places(self.starts[..self.starts.len().saturating_sub(1)].to_vec())
+    }
+
+    /// From the nearest event of the reference to `t_us`: positive where that is later. Calls are
+    /// in order of time, for which `places` keeps how far each list has been passed.
+    fn lag_us(&self, places: &mut Places, pixel: usize, is_on: bool, t_us: i64) -> Option<i64> {
+        let list = 2 * pixel + usize::from(is_on);
+        let (Some(next), Some(&start)) = (places.0.get_mut(list), self.starts.get(list)) else {
+            return None;
+        };
+        let end = self.starts[list + 1];
+        while *next < end && self.t_us[*next] <= t_us {
+            *next += 1;
+        }
+        let before = (*next > start).then(|| t_us - self.t_us[*next - 1]);
+        let after = (*next < end).then(|| t_us - self.t_us[*next]);
         match (before, after) {
             (Some(b), Some(a)) => Some(if b <= -a { b } else { a }),
             (found, None) | (None, found) => found,
         }
     }
 }
+
+/// How far lists were passed.
+struct Places(Vec<usize>);
 
 /// One event and what the scene says about it.
 #[derive(Debug, Clone, Copy)]
@@ -113,6 +128,7 @@ impl<'a> View<'a> {
         let mut last: Vec<Option<(i64, bool, f32)>> = vec![None; size.pixels()];
         let mut sights = Vec::with_capacity(events.len());
         let classes = &stage.classes;
+        let mut places = stage.expected.places();
         for event in events.iter() {
             let pixel = usize::from(event.y) * width + usize::from(event.x);
             let (t_us, is_on) = (event.t.0, event.polarity.is_on());
@@ -128,7 +144,7 @@ impl<'a> View<'a> {
                 before: before.map(|(t, on, _)| (t_us - t, on)),
                 swing: if is_on { change } else { -change },
                 slope: classes.slope_at(pixel, t_s),
-                lag_us: stage.expected.lag_us(pixel, is_on, t_us),
+                lag_us: stage.expected.lag_us(&mut places, pixel, is_on, t_us),
             });
         }
         let range = events.range(window);

@@ -22,6 +22,8 @@ mod swing;
 mod testing;
 mod timing;
 
+pub(crate) use scan::scan_of;
+
 use crate::{Block, Cell, Entry, Kind, View};
 
 /// A pure function of events and scene to numbers.

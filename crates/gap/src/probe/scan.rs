@@ -10,6 +10,8 @@
 
 use std::f64::consts::TAU;
 
+use evpose_core::EventStream;
+
 use crate::probe::fourier::{self, Fourier, MAX_LENGTH};
 use crate::{Sight, View};
 
@@ -115,6 +117,119 @@ pub(super) fn resultants(view: &View<'_>, spots: &[Spot]) -> [f64; AXES.len() * 
     }
     found
 }
+
+/// A readout that visits lines in turn, as stamps show it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Scan {
+    /// From one visit of a line to the next, microseconds.
+    pub(crate) period_us: f64,
+    /// Whether it visits rows rather than columns.
+    pub(crate) is_by_row: bool,
+    /// Whether it goes from the last line to the first.
+    pub(crate) is_backward: bool,
+    /// Resultant length of stamps: one where all are locked.
+    pub(crate) locked: f64,
+}
+
+/// The readout that a recording shows most of, if events are enough to say.
+pub(crate) fn scan_of(events: &EventStream) -> Option<Scan> {
+    let size = events.sensor();
+    let from = events.t().partition_point(|t| t.0 < 0);
+    let mut spots: Vec<Spot> =
+        events.iter().skip(from).map(|e| Spot { t_us: e.t.0, x: e.x, y: e.y }).collect();
+    spots.truncate(MOST_SPOTS.max(spots.partition_point(|spot| spot.t_us < BLOCK_US)));
+    let length_us = spots.last()?.t_us as f64;
+    let mut best: Option<Scan> = None;
+    for is_by_row in [true, false] {
+        let lines = if is_by_row { size.height } else { size.width };
+        let phase = |spot: &Spot| -> f64 {
+            f64::from(if is_by_row { spot.y } else { spot.x }) / f64::from(lines)
+        };
+        let mut signal = Fourier::zeros(MAX_LENGTH);
+        for spot in spots.iter().take_while(|spot| spot.t_us < BLOCK_US) {
+            let bin = (spot.t_us / BIN_US) as usize;
+            let (sin, cos) = (-TAU * phase(spot)).sin_cos();
+            signal.re[bin] += cos as f32;
+            signal.im[bin] += sin as f32;
+        }
+        signal.transform();
+        let power: Vec<f32> =
+            signal.re.iter().zip(&signal.im).map(|(re, im)| re * re + im * im).collect();
+        for is_backward in [false, true] {
+            // The transform turns against time.
+            let excess = excess(&power, !is_backward);
+            let bands = band(BANDS - 1).start..band(0).end;
+            let most = bands.clone().map(|k| excess[k]).fold(0.0, f64::max);
+            let coarse = bands.clone().find(|k| {
+                excess[*k] > AS_LOCKED * most && excess[*k] >= excess[k + 1].max(excess[k - 1])
+            })?;
+            // Turns per microsecond, from coarse steps to what a turn over the recording shows.
+            let mut turns = (coarse as f64 + 0.5) / BLOCK_US as f64;
+            let resultant = |turns: f64| -> f64 {
+                let (x, y) = spots.iter().fold((0.0, 0.0), |(x, y), spot| {
+                    let line = if is_backward { -phase(spot) } else { phase(spot) };
+                    let (sin, cos) = (TAU * (spot.t_us as f64 * turns - line)).sin_cos();
+                    (x + cos, y + sin)
+                });
+                (x * x + y * y).sqrt() / spots.len() as f64
+            };
+            let mut locked = resultant(turns);
+            for (reach, step) in [(1.2 / BLOCK_US as f64, 0.2), (0.3 / length_us, 0.02)] {
+                let step = step / length_us;
+                let around = (reach / step).ceil() as i32;
+                let middle = turns;
+                for i in -around..=around {
+                    let tried = middle + step * f64::from(i);
+                    let found = resultant(tried);
+                    if found > locked {
+                        (turns, locked) = (tried, found);
+                    }
+                }
+            }
+            let half = 0.5 / f64::from(lines);
+            let off = |turns: f64, spot: &Spot| {
+                let line = if is_backward { -phase(spot) } else { phase(spot) };
+                let off = spot.t_us as f64 * turns - line - half;
+                off - off.round()
+            };
+            for _ in 0..2 {
+                turns += drift(spots.iter().map(|spot| (spot.t_us as f64, off(turns, spot))));
+            }
+            let found =
+                Scan { period_us: 1.0 / turns, is_by_row, is_backward, locked: resultant(turns) };
+            let is_better = |best: Scan| {
+                // Stamps of lines that are visited at whole counts fit shorter periods as well.
+                let share =
+                    if found.period_us > best.period_us { AS_LOCKED } else { 1.0 / AS_LOCKED };
+                found.locked > share * best.locked
+            };
+            if best.is_none_or(is_better) {
+                best = Some(found);
+            }
+        }
+    }
+    best
+}
+
+/// Turns per microsecond that a clock with such phases (in turns, at times in microseconds) is
+/// fast: the slope of the line through those of its phases that are near zero.
+fn drift(phases: impl Iterator<Item = (f64, f64)>) -> f64 {
+    let near = phases.filter(|(_, turns)| turns.abs() < NEAR_TURNS);
+    let sums = near.fold([0.0; 5], |[n, t, p, tt, tp], (at, turns)| {
+        [n + 1.0, t + at, p + turns, tt + at * at, tp + at * turns]
+    });
+    let [n, t, p, tt, tp] = sums;
+    let spread = n * tt - t * t;
+    if spread > 0.0 { (t * p - n * tp) / spread } else { 0.0 }
+}
+
+/// A longer period that explains this share of what the best does is the one.
+const AS_LOCKED: f64 = 0.8;
+/// Phases that belong to a clock.
+const NEAR_TURNS: f64 = 0.08;
+
+/// So many events tell the period.
+const MOST_SPOTS: usize = 40_000;
 
 fn block_starts(view: &View<'_>) -> impl Iterator<Item = i64> {
     let (start_us, length_us) = (view.window.start.0, view.window.length().0);

@@ -54,7 +54,7 @@ impl Directions {
         let without = lab.expect(model, 1)?;
         let candidates = Candidate::beside(model, left_out);
         let direction = |candidate: &Candidate| {
-            let trial = candidate.trials().into_iter().next();
+            let trial = candidate.trials().into_iter().flatten().next();
             trial.map(|trial| direction(lab, model, &without, *candidate, &trial)).transpose()
         };
         let all = candidates.par_iter().map(direction).collect::<Result<Vec<_>, _>>()?;

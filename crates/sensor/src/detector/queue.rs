@@ -2,7 +2,8 @@
 //!
 //! # Model
 //! A pixel that has crossed a threshold asks the readout and is blind until it is served, at
-//! `t_served`; its memory is then `V(t_served)`: what has changed while it waited is lost. All
+//! `t_served`; its memory is then `V(t_served)`, so that what has changed while it waited is lost,
+//! or the level it asked at, so that nothing is. A pixel that is free goes on at once instead. All
 //! pixels share the readout, so that all their requests are taken in order of time.
 
 use std::cmp::Reverse;
@@ -12,7 +13,7 @@ use super::PixelArray;
 use super::resolve::{Firing, Step, Subject, for_each_pixel};
 use super::term::Hit;
 use crate::Request;
-use crate::readout::Service;
+use crate::readout::{Service, Waiting};
 use crate::request::time_order;
 
 /// What is due, the earliest first.
@@ -21,7 +22,7 @@ pub(crate) struct Queue {
     due: BinaryHeap<Reverse<Due>>,
     entries: Vec<Entry>,
     /// Served in a later step.
-    waiting: Vec<Request>,
+    waiting: Vec<Served>,
 }
 
 /// A time, the pixel at equal times, and the entry.
@@ -40,8 +41,25 @@ enum Entry {
     Hit(Hit),
     /// A request that no pixel knows of.
     Background(Request),
-    /// The readout comes to a pixel that waits.
-    Served(Request),
+    /// The readout comes to a request.
+    Served(Served),
+}
+
+/// A request at the time at which it is served, and what becomes of its pixel.
+#[derive(Debug, Clone, Copy)]
+struct Served {
+    request: Request,
+    then: Then,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Then {
+    /// The memory becomes the voltage.
+    Reset,
+    /// The memory becomes this level.
+    Keep(f64),
+    /// The pixel has gone on long since.
+    Nothing,
 }
 
 impl Queue {
@@ -113,11 +131,16 @@ impl PixelArray {
                 }
                 return;
             }
-            Entry::Served(request) => {
+            Entry::Served(Served { request, then }) => {
                 out.push(request);
-                subject.pause.free_s = f64::NEG_INFINITY;
                 let Request { t_s, polarity, origin, .. } = request;
-                let firing = Firing { t_s, polarity, origin, memory: subject.seen.at(t_s) };
+                let memory = match then {
+                    Then::Reset => subject.seen.at(t_s),
+                    Then::Keep(level) => level,
+                    Then::Nothing => return,
+                };
+                subject.pause.free_s = f64::NEG_INFINITY;
+                let firing = Firing { t_s, polarity, origin, memory };
                 self.go_on(step, &mut subject, &firing);
                 return;
             }
@@ -138,8 +161,17 @@ impl PixelArray {
                 self.go_on(step, &mut subject, &firing);
             }
             Some(t_s) => {
-                self.pauses[pixel].free_s = f64::INFINITY;
-                self.serve_or_wait(step, Request { t_s, ..request });
+                let then = match service.waiting() {
+                    Waiting::Reset => Then::Reset,
+                    Waiting::Kept => Then::Keep(firing.memory),
+                    Waiting::Free => Then::Nothing,
+                };
+                if matches!(then, Then::Nothing) {
+                    self.go_on(step, &mut subject, &firing);
+                } else {
+                    self.pauses[pixel].free_s = f64::INFINITY;
+                }
+                self.serve_or_wait(step, Served { request: Request { t_s, ..request }, then });
             }
         }
     }
@@ -150,9 +182,10 @@ impl PixelArray {
     }
 
     /// A pixel is served in this step or in a later one.
-    fn serve_or_wait(&mut self, step: Step<'_>, served: Request) {
-        if served.t_s <= step.tick.end_s {
-            self.queue.push(served.t_s, served.pixel, Entry::Served(served));
+    fn serve_or_wait(&mut self, step: Step<'_>, served: Served) {
+        let Request { t_s, pixel, .. } = served.request;
+        if t_s <= step.tick.end_s {
+            self.queue.push(t_s, pixel, Entry::Served(served));
         } else {
             self.queue.waiting.push(served);
         }

@@ -11,7 +11,7 @@
 
 use evpose_core::SensorSize;
 
-use super::Readout;
+use super::{Readout, WAITING, Waiting};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::{Citation, Domain, ParamSpec, Prior, Request, Scale, StageSpec};
@@ -50,10 +50,10 @@ const MAX_WAIT: ParamSpec = ParamSpec {
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "arbiter",
     domain: Domain::Readout,
-    summary: "requests queue for one bus; a pixel is blind until it is served",
+    summary: "requests queue for one bus; a pixel waits until it is served",
     formula: "t_served = max(t_request, t_free) + 1 / rate_hz (+ row_ns in a new row)",
     params: &[RATE, ROW, MAX_WAIT],
-    choices: &[],
+    choices: &[WAITING],
     files: &[],
     source: Citation {
         key: "Boahen 2000",
@@ -72,6 +72,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
             service_s: 1.0 / settings.number(&RATE),
             row_s: settings.number(&ROW) * 1e-9,
             max_wait_s: settings.number(&MAX_WAIT) * 1e-6,
+            waiting: Waiting::of(settings),
         })))
     },
 };
@@ -82,9 +83,14 @@ struct Arbiter {
     service_s: f64,
     row_s: f64,
     max_wait_s: f64,
+    waiting: Waiting,
 }
 
 impl Readout for Arbiter {
+    fn waiting(&self) -> Waiting {
+        self.waiting
+    }
+
     fn state_len(&self) -> usize {
         2
     }
@@ -125,7 +131,12 @@ mod tests {
 
     #[test]
     fn a_burst_leaves_at_the_rate_of_the_bus() {
-        let arbiter = Arbiter { service_s: 1e-6, row_s: 0.0, max_wait_s: f64::INFINITY };
+        let arbiter = Arbiter {
+            service_s: 1e-6,
+            row_s: 0.0,
+            max_wait_s: f64::INFINITY,
+            waiting: Waiting::Reset,
+        };
         let burst: Vec<(f64, u32)> = (0..50).map(|pixel| (1.0, pixel)).collect();
         for (k, t) in served(&arbiter, &burst).into_iter().enumerate() {
             assert!((t.unwrap() - 1.0 - (k + 1) as f64 * 1e-6).abs() < 1e-12);
@@ -139,7 +150,8 @@ mod tests {
 
     #[test]
     fn another_row_takes_longer_and_a_long_queue_loses() {
-        let arbiter = Arbiter { service_s: 1e-6, row_s: 3e-6, max_wait_s: 4.5e-6 };
+        let arbiter =
+            Arbiter { service_s: 1e-6, row_s: 3e-6, max_wait_s: 4.5e-6, waiting: Waiting::Reset };
         let out = served(&arbiter, &[(0.0, 0), (0.0, 1), (0.0, 10), (0.0, 11)]);
         let expected = [Some(4e-6), Some(5e-6), None, None];
         for (found, expected) in out.iter().zip(expected) {

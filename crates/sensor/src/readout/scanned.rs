@@ -3,14 +3,15 @@
 //! # Model
 //! Line `j` of `n` is visited at `t = k T + (j + 1/2) T / n` for whole `k`, counted from the other
 //! end where the scan runs backwards. A request is served at the first visit not before it, so
-//! that a pixel has one event per visit, and event times are locked to a clock and a coordinate.
+//! that event times are locked to a clock and a coordinate; a pixel that is blind while it waits
+//! has one event per visit.
 //!
 //! # Source
 //! Son et al. 2017 for a scanned event sensor; Hu et al. 2021 discuss the artefact.
 
 use evpose_core::SensorSize;
 
-use super::Readout;
+use super::{Readout, WAITING, Waiting};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Request, Scale, StageSpec};
@@ -38,10 +39,10 @@ const DIRECTION: ChoiceSpec = ChoiceSpec {
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "scanned_readout",
     domain: Domain::Readout,
-    summary: "rows or columns are visited in turn; a pixel is blind until it is visited",
+    summary: "rows or columns are visited in turn; a pixel waits until it is visited",
     formula: "t_served = the first k T + (j + 1/2) T / n not before t_request",
     params: &[PERIOD],
-    choices: &[AXIS, DIRECTION],
+    choices: &[AXIS, DIRECTION, WAITING],
     files: &[],
     source: Citation {
         key: "Son et al. 2017",
@@ -60,6 +61,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
             period_s: settings.number(&PERIOD) * 1e-6,
             visits_rows: settings.word(&AXIS) == "rows",
             is_backward: settings.word(&DIRECTION) == "backward",
+            waiting: Waiting::of(settings),
         })))
     },
 };
@@ -70,9 +72,14 @@ struct Scanned {
     period_s: f64,
     visits_rows: bool,
     is_backward: bool,
+    waiting: Waiting,
 }
 
 impl Readout for Scanned {
+    fn waiting(&self) -> Waiting {
+        self.waiting
+    }
+
     fn acknowledge(&self, request: &Request, size: SensorSize, _state: &mut [f64]) -> Option<f64> {
         let width = u32::from(size.width);
         let (line, lines) = if self.visits_rows {
@@ -99,7 +106,8 @@ mod tests {
     const SIZE: SensorSize = SensorSize { width: 4, height: 5 };
 
     fn served(visits_rows: bool, is_backward: bool, t_s: f64, pixel: u32) -> f64 {
-        let scan = Scanned { period_s: 1e-3, visits_rows, is_backward };
+        let waiting = Waiting::Reset;
+        let scan = Scanned { period_s: 1e-3, visits_rows, is_backward, waiting };
         let request = Request { t_s, pixel, polarity: Polarity::On, origin: Origin::Signal };
         scan.acknowledge(&request, SIZE, &mut []).unwrap()
     }
