@@ -32,7 +32,7 @@ impl Candidate {
     /// Effects that `model` does not hold yet, without those of `left_out`.
     ///
     /// A candidate has a strength that is a property of cameras, which leaves out conventions of
-    /// simulators, and is no other detector or photoreceptor in the place of that of the model.
+    /// simulators and how frames of a scene came about, and is no other detector or photoreceptor in the place of that of the model.
     pub fn beside(model: &SensorConfig, left_out: &[String]) -> Vec<Self> {
         let is_open = |spec: &&StageSpec| {
             model.effect(spec.name).is_none() && !left_out.iter().any(|name| name == spec.name)
@@ -46,7 +46,8 @@ impl Candidate {
             None => true,
             Some(place) => place == READOUT,
         };
-        self.strength().is_some() && !is_parameter(self.name()) && has_place
+        let is_of_scene = self.name() == "exposure_blur";
+        self.strength().is_some() && !is_parameter(self.name()) && !is_of_scene && has_place
     }
 
     /// The name in the catalogue.

@@ -16,6 +16,8 @@ use crate::{GapError, Lab};
 /// Below this gap there is none: differences are within chance and tolerance. Two independent
 /// simulators of the ideal sensor are 0.1 to 0.3 apart.
 const CLOSED: f64 = 0.42;
+/// Above this gap, a second effect is looked for.
+const OPEN: f64 = 0.5;
 /// Above this gap, something that matters is missing.
 const WIDE: f64 = 0.9;
 /// A gain of the held-out misfit below this is none, whatever the share.
@@ -134,7 +136,7 @@ impl Bench<'_> {
             refitted,
         };
         let hints = Hints::of(&self.train.events);
-        while named.steps.len() < MOST_EFFECTS && named.after.gap > CLOSED {
+        while named.steps.len() < MOST_EFFECTS && self.is_to_go_on(&named, model) {
             say("trying every effect of the catalogue");
             let Some(step) = self.step(&named, model, &hints, left_out)? else { break };
             named.after = step.contenders[0].held.clone();
@@ -143,6 +145,16 @@ impl Bench<'_> {
         named.moved = moved(model, &named.after.model, named.steps.is_empty());
         named.answer = answer(&named);
         Ok(named)
+    }
+
+    /// Whether there is something left to be explained.
+    fn is_to_go_on(&self, named: &Named, model: &SensorConfig) -> bool {
+        let is_open = named.after.gap > if named.steps.is_empty() { CLOSED } else { OPEN };
+        // Effects with noise of their own are taken for background where rates are free.
+        let rates = [Parameter::NoiseOn, Parameter::NoiseOff];
+        let is_refitted = |found: Vec<Parameter>| found.iter().any(|p| rates.contains(p));
+        let is_noise = || is_refitted(moved(model, &named.after.model, true));
+        is_open || named.steps.is_empty() && is_noise()
     }
 
     /// The next effect, if one makes things clearly better.

@@ -28,7 +28,7 @@ const FINALISTS: usize = 4;
 /// Steps that numbers of the model are believed to follow in a line.
 const NEARBY: f64 = 2.0;
 /// A lag longer than this is more likely the clock's than the pixels', microseconds.
-const LONGEST_LATENCY_US: f64 = 900.0;
+const LONGEST_LATENCY_US: f64 = 2_500.0;
 /// Rounds of the fit of all numbers.
 const ROUNDS: usize = 4;
 
