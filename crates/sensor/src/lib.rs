@@ -83,7 +83,7 @@ pub use names::nearest;
 pub use optics::adaptive_steps::AdaptiveSteps;
 pub use photoreceptor::Photoreceptor;
 pub use preset::{PRESETS, Preset};
-pub use readout::Readout;
+pub use readout::{Readout, RowTimes, Waiting};
 pub use registry::STAGES;
 pub use request::{Origin, Request};
 pub use run::SensorRun;

@@ -10,7 +10,7 @@ use crate::detector::resolve::Step;
 use crate::front::{Front, Witnesses};
 use crate::model::Chain;
 use crate::optics::adaptive_steps::Divider;
-use crate::readout::Service;
+use crate::readout::{ReadoutMemory, Service};
 use crate::stage::Tick;
 use crate::tap::Tap;
 use crate::{Origin, Request, SensorError, SensorModel, request};
@@ -25,7 +25,7 @@ pub struct SensorRun {
     divider: Divider,
     front: Front,
     array: PixelArray,
-    readout_state: Vec<f64>,
+    readout_memory: ReadoutMemory,
     clock_states: Vec<Vec<f64>>,
     /// Number and time of the exposure before.
     last: Option<(u64, Micros)>,
@@ -43,7 +43,7 @@ impl SensorRun {
             divider: Divider::new(&chain),
             front: Front::new(&chain, size, seed, block_pixels),
             array: PixelArray::new(&chain, size, seed),
-            readout_state: vec![0.0; chain.readout.stage.state_len()],
+            readout_memory: ReadoutMemory::new(&*chain.readout.stage),
             clock_states: clocks.collect(),
             chain,
             size,
@@ -97,7 +97,7 @@ impl SensorRun {
         self.divider.keep(luminance.data());
         if !feeds_back {
             self.add_background(&chain, &tick, false);
-            self.serve(&chain);
+            self.serve(&chain, &tick);
         }
         self.run_clocks(&chain, &tick);
         // What happens at the very start of a step comes behind what was delivered up to there.
@@ -211,11 +211,8 @@ impl SensorRun {
         if feeds_back {
             let now = |r: &&Request| r.t_s > tick.start_s && r.t_s <= tick.end_s;
             let background: Vec<Request> = self.background.iter().filter(now).copied().collect();
-            let mut service = Service {
-                readout: &*chain.readout.stage,
-                size: self.size,
-                state: &mut self.readout_state,
-            };
+            let readout = &*chain.readout.stage;
+            let mut service = Service::new(readout, self.size, &mut self.readout_memory);
             self.array.resolve_served(step, &background, &mut service, &mut self.requests);
         } else {
             self.array.resolve(step, &mut self.requests);
@@ -239,20 +236,14 @@ impl SensorRun {
     }
 
     /// A readout that pixels do not wait for delays events, or loses them.
-    fn serve(&mut self, chain: &Chain) {
+    fn serve(&mut self, chain: &Chain, tick: &Tick) {
         let readout = &*chain.readout.stage;
         if readout.is_immediate() {
             return;
         }
         request::sort(&mut self.requests);
-        let mut service = Service { readout, size: self.size, state: &mut self.readout_state };
-        self.requests.retain_mut(|request| match service.acknowledge(request) {
-            Some(t_s) => {
-                request.t_s = t_s;
-                true
-            }
-            None => false,
-        });
+        let mut service = Service::new(readout, self.size, &mut self.readout_memory);
+        service.serve(tick.end_s, &mut self.requests);
     }
 
     fn run_clocks(&mut self, chain: &Chain, tick: &Tick) {

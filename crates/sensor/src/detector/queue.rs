@@ -4,7 +4,9 @@
 //! A pixel that has crossed a threshold asks the readout and is blind until it is served, at
 //! `t_served`; its memory is then `V(t_served)`, so that what has changed while it waited is lost,
 //! or the level it asked at, so that nothing is. A pixel that is free goes on at once instead. All
-//! pixels share the readout, so that all their requests are taken in order of time.
+//! pixels share the readout, so that all their requests are taken in order of time. A bus that
+//! reads rows has its turn in the same order: it selects one when it is due, behind all requests of
+//! that time, and what it reads is served in this step or in a later one.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -13,7 +15,7 @@ use super::PixelArray;
 use super::resolve::{Firing, Step, Subject, for_each_pixel};
 use super::term::Hit;
 use crate::Request;
-use crate::readout::{Service, Waiting};
+use crate::readout::{Service, Then, Turn, Waiting};
 use crate::request::time_order;
 
 /// What is due, the earliest first.
@@ -43,6 +45,10 @@ enum Entry {
     Background(Request),
     /// The readout comes to a request.
     Served(Served),
+    /// It came too late to a request, which is lost.
+    Lost(Served),
+    /// A bus selects a row.
+    Selection,
 }
 
 /// A request at the time at which it is served, and what becomes of its pixel.
@@ -52,15 +58,8 @@ struct Served {
     then: Then,
 }
 
-#[derive(Debug, Clone, Copy)]
-enum Then {
-    /// The memory becomes the voltage.
-    Reset,
-    /// The memory becomes this level.
-    Keep(f64),
-    /// The pixel has gone on long since.
-    Nothing,
-}
+/// Takes its turn behind all pixels.
+const NO_PIXEL: u32 = u32::MAX;
 
 impl Queue {
     fn push(&mut self, t_s: f64, pixel: u32, entry: Entry) {
@@ -96,12 +95,17 @@ impl PixelArray {
                 self.expect_change(step, &mut subject, step.tick.start_s);
             }
         });
+        self.expect_selection(step, service);
         for request in background {
             self.queue.push(request.t_s, request.pixel, Entry::Background(*request));
         }
         while let Some(Reverse(due)) = self.queue.due.pop() {
             let entry = self.queue.entries[due.entry as usize];
-            self.take(step, due.pixel as usize, entry, service, out);
+            if let Entry::Selection = entry {
+                self.select_row(step, service);
+            } else {
+                self.take(step, due.pixel as usize, entry, service, out);
+            }
         }
         for pixel in awake.iter().copied().chain(accepted.iter().map(|hit| hit.pixel)) {
             self.arm(pixel as usize, step.tick.end_s, step.chain.steps_while_deaf);
@@ -126,17 +130,21 @@ impl PixelArray {
                 Firing { t_s, polarity, origin, memory: subject.seen.at(t_s) }
             }
             Entry::Background(request) => {
-                if let Some(t_s) = service.acknowledge(&request) {
+                if service.reads_rows() {
+                    self.ask(step, service, request, Then::Nothing);
+                } else if let Some(t_s) = service.acknowledge(&request) {
                     out.push(Request { t_s, ..request });
                 }
                 return;
             }
-            Entry::Served(Served { request, then }) => {
-                out.push(request);
+            Entry::Served(Served { request, then }) | Entry::Lost(Served { request, then }) => {
+                if let Entry::Served(_) = entry {
+                    out.push(request);
+                }
                 let Request { t_s, polarity, origin, .. } = request;
                 let memory = match then {
                     Then::Reset => subject.seen.at(t_s),
-                    Then::Keep(level) => level,
+                    Then::Keep => subject.seen.memory,
                     Then::Nothing => return,
                 };
                 subject.pause.free_s = f64::NEG_INFINITY;
@@ -144,7 +152,7 @@ impl PixelArray {
                 self.go_on(step, &mut subject, &firing);
                 return;
             }
-            Entry::Change { .. } | Entry::Hit(_) => return,
+            Entry::Change { .. } | Entry::Hit(_) | Entry::Selection => return,
         };
         if firing.t_s < subject.pause.free_s {
             // Deaf, but stepping: the event is lost.
@@ -153,6 +161,11 @@ impl PixelArray {
             return;
         }
         let request = firing.request(pixel as u32);
+        if service.reads_rows() {
+            let then = self.wait(step, service.waiting(), &mut subject, &firing);
+            self.ask(step, service, request, then);
+            return;
+        }
         match service.acknowledge(&request) {
             // Served in the very moment, or dropped behind the pixel, which does not know.
             None => self.go_on(step, &mut subject, &firing),
@@ -161,19 +174,64 @@ impl PixelArray {
                 self.go_on(step, &mut subject, &firing);
             }
             Some(t_s) => {
-                let then = match service.waiting() {
-                    Waiting::Reset => Then::Reset,
-                    Waiting::Kept => Then::Keep(firing.memory),
-                    Waiting::Free => Then::Nothing,
-                };
-                if matches!(then, Then::Nothing) {
-                    self.go_on(step, &mut subject, &firing);
-                } else {
-                    self.pauses[pixel].free_s = f64::INFINITY;
-                }
+                let then = self.wait(step, service.waiting(), &mut subject, &firing);
                 self.serve_or_wait(step, Served { request: Request { t_s, ..request }, then });
             }
         }
+    }
+
+    /// A pixel waits from now on, or goes on at once.
+    fn wait(
+        &mut self,
+        step: Step<'_>,
+        waiting: Waiting,
+        subject: &mut Subject,
+        firing: &Firing,
+    ) -> Then {
+        let pixel = subject.seen.pixel as usize;
+        match waiting {
+            Waiting::Reset => {
+                self.pauses[pixel].free_s = f64::INFINITY;
+                Then::Reset
+            }
+            Waiting::Kept => {
+                // With the array it leaks like any other, however long it waits.
+                self.cells[pixel].memory = firing.memory as f32;
+                self.pauses[pixel].free_s = f64::INFINITY;
+                Then::Keep
+            }
+            Waiting::Free => {
+                self.go_on(step, subject, firing);
+                Then::Nothing
+            }
+        }
+    }
+
+    /// Lets a request wait for the turn of its row.
+    fn ask(&mut self, step: Step<'_>, service: &mut Service<'_>, request: Request, then: Then) {
+        let was_free = service.bus().selects_s().is_none();
+        service.ask(request, then);
+        if was_free {
+            self.expect_selection(step, service);
+        }
+    }
+
+    /// The bus selects a row in this step or in a later one.
+    fn expect_selection(&mut self, step: Step<'_>, service: &mut Service<'_>) {
+        if let Some(t_s) = service.bus().selects_s().filter(|t_s| *t_s <= step.tick.end_s) {
+            self.queue.push(t_s, NO_PIXEL, Entry::Selection);
+        }
+    }
+
+    fn select_row(&mut self, step: Step<'_>, service: &mut Service<'_>) {
+        service.bus().select(|request, then, turn| {
+            let served = Served { request, then };
+            match turn {
+                Turn::Read => self.serve_or_wait(step, served),
+                Turn::Lost => self.queue.push(request.t_s, request.pixel, Entry::Lost(served)),
+            }
+        });
+        self.expect_selection(step, service);
     }
 
     /// Whether a request of this pixel is with the readout.

@@ -1,20 +1,23 @@
 //! An arbiter: one bus, on which requests queue.
 //!
 //! # Model
-//! Requests are served first come, first served. One takes `1 / rate`, and `row_ns` more where its
-//! row is not the one served before it: rows that are busy come in bunches.
-//! `t_served = max(t_request, t_free) + service time`; with a longest queue of `max_wait_us`, a
-//! request that would wait longer is lost.
+//! An event takes `1 / rate`. In order of arrival, requests are served first come, first served,
+//! and one takes `row_ns` more where its row is not the one served before it:
+//! `t_served = max(t_request, t_free) + service time`. In order of rows, the bus
+//! [goes around](super::row_bus): it selects a row, which takes `row_ns`, and reads all that waits
+//! in it in one burst. With a longest queue of `max_wait_us`, a request that would wait longer is
+//! lost.
 //!
 //! # Source
-//! Boahen 2000 for arbitered address events; Brandli et al. 2014 for the row-wise bus of a DAVIS.
+//! Boahen 2000 for arbitered address events, one by one and in bursts of a row; Brandli et al. 2014
+//! for the row-wise bus of a DAVIS.
 
 use evpose_core::SensorSize;
 
-use super::{Readout, WAITING, Waiting};
+use super::{Readout, RowTimes, WAITING, Waiting};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{Citation, Domain, ParamSpec, Prior, Request, Scale, StageSpec};
+use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Request, Scale, StageSpec};
 
 const RATE: ParamSpec = ParamSpec {
     name: "rate_hz",
@@ -33,7 +36,7 @@ const ROW: ParamSpec = ParamSpec {
     scale: Scale::Log,
     prior: Prior::Typical(10.0, 500.0),
     neutral: Some(0.0),
-    doc: "time to go over to another row",
+    doc: "time to go over to another row, or to select one",
 };
 
 const MAX_WAIT: ParamSpec = ParamSpec {
@@ -46,6 +49,14 @@ const MAX_WAIT: ParamSpec = ParamSpec {
     doc: "requests that would wait longer are lost",
 };
 
+const ORDER: ChoiceSpec = ChoiceSpec {
+    name: "order",
+    allowed: &["arrival", "rows"],
+    doc: "first come, first served, or row by row: a busy bus goes on to the next row with \
+          requests, around and around, and what waits there is served in one burst, its k-th at \
+          t_selected + row_ns + k / rate_hz",
+};
+
 /// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "arbiter",
@@ -53,7 +64,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "requests queue for one bus; a pixel waits until it is served",
     formula: "t_served = max(t_request, t_free) + 1 / rate_hz (+ row_ns in a new row)",
     params: &[RATE, ROW, MAX_WAIT],
-    choices: &[WAITING],
+    choices: &[ORDER, WAITING],
     files: &[],
     source: Citation {
         key: "Boahen 2000",
@@ -73,22 +84,29 @@ pub(crate) static SPEC: StageSpec = StageSpec {
             row_s: settings.number(&ROW) * 1e-9,
             max_wait_s: settings.number(&MAX_WAIT) * 1e-6,
             waiting: Waiting::of(settings),
+            reads_rows: settings.word(&ORDER) == "rows",
         })))
     },
 };
 
-/// A single server. Its state: when it is free, and its row, counted from one.
+/// A single server. Its state in order of arrival: when it is free, and its row, counted from one.
 #[derive(Debug)]
 struct Arbiter {
     service_s: f64,
     row_s: f64,
     max_wait_s: f64,
     waiting: Waiting,
+    reads_rows: bool,
 }
 
 impl Readout for Arbiter {
     fn waiting(&self) -> Waiting {
         self.waiting
+    }
+
+    fn row_times(&self) -> Option<RowTimes> {
+        let Self { row_s, service_s: event_s, max_wait_s, .. } = *self;
+        self.reads_rows.then_some(RowTimes { row_s, event_s, max_wait_s })
     }
 
     fn state_len(&self) -> usize {
@@ -120,6 +138,11 @@ mod tests {
 
     const SIZE: SensorSize = SensorSize { width: 10, height: 10 };
 
+    fn arbiter(row_s: f64, max_wait_s: f64) -> Arbiter {
+        let waiting = Waiting::Reset;
+        Arbiter { service_s: 1e-6, row_s, max_wait_s, waiting, reads_rows: false }
+    }
+
     fn served(arbiter: &Arbiter, requests: &[(f64, u32)]) -> Vec<Option<f64>> {
         let mut state = vec![0.0; arbiter.state_len()];
         let serve = |&(t_s, pixel): &(f64, u32)| {
@@ -131,12 +154,7 @@ mod tests {
 
     #[test]
     fn a_burst_leaves_at_the_rate_of_the_bus() {
-        let arbiter = Arbiter {
-            service_s: 1e-6,
-            row_s: 0.0,
-            max_wait_s: f64::INFINITY,
-            waiting: Waiting::Reset,
-        };
+        let arbiter = arbiter(0.0, f64::INFINITY);
         let burst: Vec<(f64, u32)> = (0..50).map(|pixel| (1.0, pixel)).collect();
         for (k, t) in served(&arbiter, &burst).into_iter().enumerate() {
             assert!((t.unwrap() - 1.0 - (k + 1) as f64 * 1e-6).abs() < 1e-12);
@@ -150,8 +168,7 @@ mod tests {
 
     #[test]
     fn another_row_takes_longer_and_a_long_queue_loses() {
-        let arbiter =
-            Arbiter { service_s: 1e-6, row_s: 3e-6, max_wait_s: 4.5e-6, waiting: Waiting::Reset };
+        let arbiter = arbiter(3e-6, 4.5e-6);
         let out = served(&arbiter, &[(0.0, 0), (0.0, 1), (0.0, 10), (0.0, 11)]);
         let expected = [Some(4e-6), Some(5e-6), None, None];
         for (found, expected) in out.iter().zip(expected) {

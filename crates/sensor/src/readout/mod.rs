@@ -9,7 +9,11 @@ use crate::{ChoiceSpec, Request, Settings};
 pub(crate) mod arbiter;
 pub(crate) mod event_rate_control;
 pub(crate) mod ideal;
+mod row_bus;
 pub(crate) mod scanned;
+
+pub use row_bus::RowTimes;
+pub(crate) use row_bus::{RowBus, Turn};
 
 /// What a pixel does between its request and its service.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -44,6 +48,17 @@ impl Waiting {
     }
 }
 
+/// What becomes of a pixel when its request is served.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Then {
+    /// Its memory becomes the voltage.
+    Reset,
+    /// It goes on from the level that it has kept.
+    Keep,
+    /// It has gone on long since, or knows nothing of the request.
+    Nothing,
+}
+
 /// The bus that all pixels share.
 pub trait Readout: Send + Sync + Debug {
     /// Whether every request is served when it is made, so that nobody needs to ask.
@@ -61,6 +76,12 @@ pub trait Readout: Send + Sync + Debug {
         0
     }
 
+    /// The times of a bus that reads whole rows. Where there are any, requests wait for the turn
+    /// of their row, and nobody asks [`Readout::acknowledge`].
+    fn row_times(&self) -> Option<RowTimes> {
+        None
+    }
+
     /// The time in seconds at which `request` is served, not before it was made; nothing if it is
     /// lost. Requests come in order of time, and at equal times in order of pixels.
     fn acknowledge(&self, request: &Request, size: SensorSize, state: &mut [f64]) -> Option<f64>;
@@ -69,17 +90,89 @@ pub trait Readout: Send + Sync + Debug {
 /// A readout at work.
 #[derive(Debug)]
 pub(crate) struct Service<'a> {
-    pub(crate) readout: &'a dyn Readout,
-    pub(crate) size: SensorSize,
-    pub(crate) state: &'a mut [f64],
+    readout: &'a dyn Readout,
+    row_times: Option<RowTimes>,
+    size: SensorSize,
+    memory: &'a mut ReadoutMemory,
 }
 
-impl Service<'_> {
+/// What a readout remembers.
+#[derive(Debug)]
+pub(crate) struct ReadoutMemory {
+    state: Vec<f64>,
+    bus: RowBus<Then>,
+}
+
+impl ReadoutMemory {
+    /// Of a readout that has never been used.
+    pub(crate) fn new(readout: &dyn Readout) -> Self {
+        Self { state: vec![0.0; readout.state_len()], bus: RowBus::new() }
+    }
+}
+
+impl<'a> Service<'a> {
+    pub(crate) fn new(
+        readout: &'a dyn Readout,
+        size: SensorSize,
+        memory: &'a mut ReadoutMemory,
+    ) -> Self {
+        Self { readout, row_times: readout.row_times(), size, memory }
+    }
+
     pub(crate) fn waiting(&self) -> Waiting {
         self.readout.waiting()
     }
 
+    /// When `request` is served, of a readout that does not [read rows](Service::reads_rows).
     pub(crate) fn acknowledge(&mut self, request: &Request) -> Option<f64> {
-        self.readout.acknowledge(request, self.size, self.state)
+        self.readout.acknowledge(request, self.size, &mut self.memory.state)
+    }
+
+    /// Whether requests wait for the turn of their row.
+    pub(crate) fn reads_rows(&self) -> bool {
+        self.row_times.is_some()
+    }
+
+    /// The bus that reads rows. What waits for it is served even where no more is asked of it.
+    pub(crate) fn bus(&mut self) -> &mut RowBus<Then> {
+        &mut self.memory.bus
+    }
+
+    /// Lets a request wait for the turn of its row.
+    pub(crate) fn ask(&mut self, request: Request, then: Then) {
+        if let Some(times) = self.row_times {
+            let row = request.pixel / u32::from(self.size.width);
+            self.memory.bus.ask(times, row, request, then);
+        }
+    }
+
+    /// Serves requests that pixels do not wait for, in order, as far as rows are selected by
+    /// `end_s`.
+    pub(crate) fn serve(&mut self, end_s: f64, requests: &mut Vec<Request>) {
+        if self.reads_rows() {
+            for request in std::mem::take(requests) {
+                self.read_rows(|selects_s| selects_s < request.t_s, requests);
+                self.ask(request, Then::Nothing);
+            }
+        } else {
+            requests.retain_mut(|request| match self.acknowledge(request) {
+                Some(t_s) => {
+                    request.t_s = t_s;
+                    true
+                }
+                None => false,
+            });
+        }
+        self.read_rows(|selects_s| selects_s <= end_s, requests);
+    }
+
+    fn read_rows(&mut self, is_due: impl Fn(f64) -> bool, out: &mut Vec<Request>) {
+        while self.bus().selects_s().is_some_and(&is_due) {
+            self.bus().select(|request, _, turn| {
+                if turn == Turn::Read {
+                    out.push(request);
+                }
+            });
+        }
     }
 }

@@ -4,7 +4,8 @@
 //! Line `j` of `n` is visited at `t = k T + (j + 1/2) T / n` for whole `k`, counted from the other
 //! end where the scan runs backwards. A request is served at the first visit not before it, so
 //! that event times are locked to a clock and a coordinate; a pixel that is blind while it waits
-//! has one event per visit.
+//! has one event per visit: where it keeps its level, what it asks for at a visit waits for the
+//! next one.
 //!
 //! # Source
 //! Son et al. 2017 for a scanned event sensor; Hu et al. 2021 discuss the artefact.
@@ -90,8 +91,12 @@ impl Readout for Scanned {
         let line = if self.is_backward { lines - 1 - line } else { line };
         let phase = (f64::from(line) + 0.5) / f64::from(lines);
         let visit = (request.t_s / self.period_s - phase).ceil();
+        let visit_s = |visit: f64| (visit + phase) * self.period_s;
+        // A pixel that has kept its level may ask again in the very moment of its visit.
+        let is_over = self.waiting == Waiting::Kept && visit_s(visit) <= request.t_s;
+        let visit = if is_over { visit + 1.0 } else { visit };
         // Rounding must not serve a request before it was made.
-        Some(((visit + phase) * self.period_s).max(request.t_s))
+        Some(visit_s(visit).max(request.t_s))
     }
 }
 
