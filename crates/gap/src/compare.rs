@@ -67,6 +67,9 @@ impl Expectation {
     /// The deviation of one number; none where neither side has it.
     fn deviation(&self, layout: &Layout, i: usize, value: f64) -> Option<f64> {
         let mean = self.mean[i];
+        if !layout.entries[i].is_compared() {
+            return None;
+        }
         if mean.is_infinite() {
             return Some(HOPELESS);
         }
@@ -79,7 +82,7 @@ impl Expectation {
 
     /// Standard deviation of a number with tolerance.
     pub fn scale(&self, layout: &Layout, i: usize) -> f64 {
-        if !self.mean[i].is_finite() {
+        if !self.mean[i].is_finite() || !layout.entries[i].is_compared() {
             return 1.0;
         }
         let floor = match layout.entries[i].kind {
@@ -95,6 +98,9 @@ impl Expectation {
 pub fn by_block(layout: &Layout, deviations: &[f64]) -> Vec<(Block, f64)> {
     let mut sums: std::collections::BTreeMap<Block, (f64, f64)> = std::collections::BTreeMap::new();
     for (entry, z) in layout.entries.iter().zip(deviations) {
+        if !entry.is_compared() {
+            continue;
+        }
         let (sum, count) = sums.entry(entry.block).or_default();
         *sum += rho(z * z);
         *count += 1.0;

@@ -6,6 +6,7 @@ mod files;
 mod inputs;
 mod report;
 mod run;
+mod scenes;
 mod steps;
 mod terminal;
 mod verify;

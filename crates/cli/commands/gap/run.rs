@@ -9,11 +9,11 @@ use evpose_core::TimeWindow;
 use evpose_gap::input::load_recording;
 use evpose_gap::report::{Fact, ReportData};
 use evpose_gap::verdict::Answer;
-use evpose_gap::workflow::{bare, outcome};
+use evpose_gap::workflow::{bare, of_poses, outcome};
 
 use super::args::{InputArgs, RunArgs};
 use super::files::{self, RunInfo, whole};
-use super::{BadInput, inputs, report, terminal};
+use super::{BadInput, inputs, report, scenes, terminal};
 use crate::commands::use_threads;
 use crate::progress::{say, spinner};
 use crate::run_info::COMMIT;
@@ -52,7 +52,10 @@ fn compared(args: &InputArgs) -> Result<Written> {
     let progress = |what: &str| spinner.set_message(what.to_owned());
     let named = bench.name(&prepared.model.config, &prepared.left_out, &progress)?;
     clock.lap("naming");
-    let outcome = outcome(&prepared, &bench, &named, &progress)?;
+    let mut outcome = outcome(&prepared, &bench, &named, &progress)?;
+    if args.poses.is_some() {
+        of_poses(&mut outcome.report.verdict);
+    }
     clock.lap("verdict");
     spinner.finish_and_clear();
     Ok(Written {
@@ -107,9 +110,12 @@ fn write(args: &RunArgs, written: &Written) -> Result<()> {
         seed: inputs.seed,
         quick: inputs.quick,
         measured: whole(&inputs.measured)?,
-        scene: if is_alone { None } else { Some(whole(&inputs.scene)?) },
+        scene: if is_alone { None } else { Some(scenes::whole(&inputs.scene)?) },
         validate: path(&inputs.validate)?,
-        validate_scene: path(&inputs.validate_scene)?,
+        validate_scene: inputs.validate_scene.as_deref().map(scenes::whole).transpose()?,
+        poses: path(&inputs.poses)?,
+        validate_poses: path(&inputs.validate_poses)?,
+        scene_seconds: inputs.seconds,
         as_is: inputs.as_is,
         held_s: written.held.map(|w| [w.start.as_seconds(), w.end.as_seconds()]),
         model: inputs.model.clone(),

@@ -2,7 +2,6 @@
 
 use anyhow::{Context, Result};
 use evpose_core::{Micros, TimeWindow, atomic_write, seed_for};
-use evpose_gap::input::load_scene;
 use evpose_gap::naming::{Bench, Named};
 use evpose_gap::verdict::Answer;
 use evpose_gap::workflow::{
@@ -11,6 +10,7 @@ use evpose_gap::workflow::{
 use evpose_gap::{Lab, Layout, Stage, View, by_block, locate as places, rho_of_chance};
 
 use super::args::{CorrectArgs, InputArgs, PowerArgs};
+use super::scenes::SceneSource;
 use super::{BadInput, inputs, words};
 use crate::commands::use_threads;
 use crate::progress::{say, spinner};
@@ -147,7 +147,11 @@ pub(super) fn word(answer: Answer) -> &'static str {
 /// `evpose gap power`.
 pub(super) fn power(args: &PowerArgs) -> Result<()> {
     use_threads(args.threads)?;
-    let loaded = load_scene(&args.scene).context(BadInput)?;
+    let mut source = SceneSource { path: args.scene.clone(), poses: None, seconds: None };
+    if source.is_rendered() {
+        source.seconds = Some(args.seconds);
+    }
+    let loaded = source.load().context(BadInput)?;
     let model = prepared(&inputs::model(&args.model)?, loaded.nominal.as_ref());
     let scene = loaded.scene.first(Micros::from_seconds(args.seconds));
     let window = TimeWindow { start: Micros(0), end: scene.duration() + Micros(1) };

@@ -30,7 +30,12 @@ pub(crate) fn lines(data: &ReportData) -> Vec<String> {
             lines.extend(wrapped("", &text, 1, 4));
         }
     }
-    lines.extend(wrapped("GAP", &gaps(verdict), 2, INDENT));
+    let gaps = if verdict.is_bare() { words::NO_GAP.to_owned() } else { gaps(verdict) };
+    lines.extend(wrapped("GAP", &gaps, 2, INDENT));
+    if verdict.is_bare() {
+        let text = format!("{} that so much stands out by chance", probability(verdict.p));
+        lines.extend(wrapped("CHANCE", &text, 1, INDENT));
+    }
     if !verdict.place.sentence.is_empty() {
         lines.extend(wrapped("WHERE", &verdict.place.sentence, 3, INDENT));
     }
@@ -85,16 +90,12 @@ pub(crate) fn lines(data: &ReportData) -> Vec<String> {
         let text = format!("would have shown from: {}", limits.join(", "));
         lines.extend(wrapped("LIMITS", &text, 3, INDENT));
     }
-    let untestable: Vec<&str> = verdict.untestable.keys().map(String::as_str).collect();
-    if !untestable.is_empty() {
-        lines.extend(wrapped(
-            "UNSEEN",
-            &format!("not testable here: {}", untestable.join(", ")),
-            2,
-            INDENT,
-        ));
+    if !verdict.untestable.is_empty() {
+        lines.extend(wrapped("UNSEEN", &unseen(verdict), 3, INDENT));
     }
-    for note in verdict.notes.iter().take(2) {
+    // Of a recording alone, notes are much of what there is to say.
+    let notes = if verdict.is_bare() { 6 } else { 2 };
+    for note in verdict.notes.iter().take(notes) {
         lines.extend(wrapped("NOTE", note, 2, INDENT));
     }
     lines.truncate(LINES);
@@ -113,6 +114,24 @@ fn gaps(verdict: &Verdict) -> String {
         gap(&verdict.gap_after),
         words::closed(verdict)
     )
+}
+
+/// What cannot be tested, with the reason where it is not that of most.
+fn unseen(verdict: &Verdict) -> String {
+    if !verdict.is_bare() {
+        let names: Vec<&str> = verdict.untestable.keys().map(String::as_str).collect();
+        return format!("not testable here: {}", names.join(", "));
+    }
+    let mut reasons: Vec<&String> = verdict.untestable.values().collect();
+    reasons.sort();
+    let count = |reason: &String| reasons.iter().filter(|other| **other == reason).count();
+    let Some(usual) = reasons.iter().max_by_key(|reason| count(reason)) else {
+        return String::new();
+    };
+    let others = verdict.untestable.iter().filter(|(_, reason)| reason != usual);
+    let others: Vec<String> = others.map(|(name, reason)| format!("{name} ({reason})")).collect();
+    let others = if others.is_empty() { String::new() } else { format!("{}; ", others.join(", ")) };
+    format!("not testable here: {others}{} others: {usual}", count(usual))
 }
 
 /// The largest four, in percent.

@@ -61,8 +61,8 @@ pub fn as_effect(finding: &Finding) -> Option<EffectConfig> {
 
 fn finding(effect: &BareEffect) -> Finding {
     let quantity = |p: &crate::surrogate::BareParameter| {
-        let value = Quantity { value: p.value, lo90: p.lo90, hi90: p.hi90, unit: p.unit.into() };
-        (p.name.to_owned(), value)
+        let (value, unit, halves) = (p.value, p.unit.to_owned(), p.halves);
+        (p.name.to_owned(), Quantity { value, lo90: p.lo90, hi90: p.hi90, unit, halves })
     };
     Finding {
         name: effect.name.to_owned(),
@@ -75,17 +75,18 @@ fn finding(effect: &BareEffect) -> Finding {
 
 fn notes(found: &BareFindings) -> Vec<String> {
     let mut notes = vec![format!(
-        "without a scene: {} events in {:.3} s against {} surrogates of each kind; both halves of \
-         the recording must agree; looked for and not found: {}",
-        found.events,
-        found.seconds,
-        found.replicates,
-        found.absent.join(", ")
+        "mode C, the recording alone: {} events in {:.3} s against {} surrogates of each kind; both \
+         halves of the recording must agree on what is named",
+        found.events, found.seconds, found.replicates
     )];
+    if !found.absent.is_empty() {
+        notes.push(format!("looked for and not found: {}", found.absent.join(", ")));
+    }
     for effect in found.effects.iter().filter(|effect| effect.p.is_none()) {
         let numbers =
             effect.parameters.iter().map(|p| format!("{} {:.4} {}", p.name, p.value, p.unit));
-        notes.push(format!("{}: {}", effect.name, numbers.collect::<Vec<_>>().join(", ")));
+        let numbers = numbers.collect::<Vec<_>>().join(", ");
+        notes.push(format!("measured, no evidence of an effect: {} {numbers}", effect.name));
     }
     notes.extend(found.notes.iter().cloned());
     notes

@@ -106,8 +106,14 @@ fn banner(page: &mut Page, data: &ReportData) {
         escape(&words::headline(verdict)),
         escape(&words::meaning(verdict))
     ));
-    let mut cards = vec![(words::gap(&verdict.gap_before), "gap of the model as given")];
-    if !verdict.effects.is_empty() {
+    let mut cards = Vec::new();
+    if verdict.is_bare() {
+        cards.push((verdict.effects.len().to_string(), "effects found without a scene"));
+        cards.push((verdict.untestable.len().to_string(), "effects not testable without one"));
+    } else {
+        cards.push((words::gap(&verdict.gap_before), "gap of the model as given"));
+    }
+    if !verdict.effects.is_empty() && !verdict.is_bare() {
         cards.push((words::gap(&verdict.gap_after), "gap of the corrected model"));
         cards.push((words::closed(verdict), "of the gap closed"));
     }
