@@ -56,7 +56,11 @@ impl Simulation {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
 
-    use crate::{Simulation, SimulationConfig};
+    use evpose_core::{Event, EventStream, Micros};
+    use evpose_sensor::{EffectConfig, SensorConfig, SensorModel};
+
+    use crate::config::SensorChoice;
+    use crate::{Simulation, SimulationConfig, record};
 
     fn simulation() -> Simulation {
         let config = SimulationConfig { image_scale: 0.2, ..SimulationConfig::default() };
@@ -70,6 +74,41 @@ mod tests {
         for plane in simulation.light(2, 40).unwrap() {
             assert_eq!(plane.data(), simulator.advance().unwrap().luminance.data());
         }
+    }
+
+    /// Frame k of a recording has the events since step k - 1: their times rounded up.
+    #[test]
+    fn a_sensor_that_is_shown_the_light_has_the_events_of_the_recording() {
+        let levels = EffectConfig::new("level_crossing");
+        let levels = levels.with("threshold_on", 0.2).with("threshold_off", 0.2);
+        let sensor = SensorConfig { effects: vec![levels] };
+        let config = SimulationConfig {
+            image_scale: 0.2,
+            threshold_sd: 0.0,
+            sensor: SensorChoice::Chain(sensor.clone()),
+            ..SimulationConfig::default()
+        };
+        let simulation = Simulation::new(&config, 3).unwrap();
+        let dir = tempfile::tempdir().unwrap();
+        let mut simulator = simulation.sequence(1).unwrap();
+        let recorded = record(&mut simulator, 200, dir.path().join("0001"), &|_| {}).unwrap();
+        let size = config.image_size();
+        let stream = evpose_io::open_with(&recorded.events_path, Some(size)).unwrap().stream;
+        let mut run = SensorModel::from_config(&sensor).unwrap().start(size, 0);
+        let mut shown: Vec<Event> = Vec::new();
+        for (k, plane) in simulation.light(1, 200).unwrap().iter().enumerate() {
+            let events = run.expose(plane, Micros(1_000 * k as i64)).unwrap();
+            let frame =
+                |event: Event| Event { t: Micros((event.t.0 + 999) / 1_000 * 1_000), ..event };
+            shown.extend(events.iter().map(frame));
+        }
+        // Inside a frame there is no order.
+        let by_pixel = |events: &mut Vec<Event>| events.sort_by_key(|e| (e.t, e.y, e.x));
+        let mut read: Vec<Event> = EventStream::iter(&stream).collect();
+        by_pixel(&mut read);
+        by_pixel(&mut shown);
+        assert!(read.len() > 500, "{}", read.len());
+        assert!(read == shown, "{} and {} events", read.len(), shown.len());
     }
 
     /// The hand covers the same pixels; what it looks like, and the rest, is another draw.

@@ -4,6 +4,11 @@ use std::path::PathBuf;
 
 use clap::Subcommand;
 
+/// How steps that name something end.
+const EXIT_CODES: &str = "Ends with 0 if there is no gap, 10 for a parameter, 11 for effects, 12 if nothing \
+                          of the catalogue\nexplains it, 13 if undecided, 2 if the input cannot be used, \
+                          1 for anything else.";
+
 /// What can be done about a gap.
 #[derive(Debug, Subcommand)]
 #[command(after_help = "Start with:\n  \
@@ -22,10 +27,12 @@ pub(crate) enum GapCommand {
     /// Say in which light, where and when recording and model disagree
     Locate(InputArgs),
     /// Name what is missing, and stop there
+    #[command(after_help = EXIT_CODES)]
     Name(InputArgs),
     /// Name what is missing and write the corrected model
     Correct(CorrectArgs),
     /// Name what is missing, then take it out again and put its nearest rival in
+    #[command(after_help = EXIT_CODES)]
     Ablate(InputArgs),
     /// Say what a recording of a scene could show, before there is one
     Power(PowerArgs),
@@ -103,7 +110,9 @@ pub(crate) struct RunArgs {
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  \
-    evpose gap correct --measured rec.npz --scene scene/ --model ideal --out corrected.toml")]
+    evpose gap correct --measured rec.npz --scene scene/ --model ideal --out corrected.toml\n\n\
+    Ends with the exit codes of `evpose gap run`. Where no effect is named, the model with its\n\
+    own numbers refitted is written.")]
 pub(crate) struct CorrectArgs {
     #[command(flatten)]
     pub(crate) inputs: InputArgs,

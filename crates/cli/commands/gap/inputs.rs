@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use evpose_core::{Micros, TimeWindow};
+use evpose_core::{EventStream, Micros, TimeWindow};
 use evpose_gap::GapError;
 use evpose_gap::input::{LoadedRecording, LoadedScene, Nominal, Problem, Problems, load_recording};
 use evpose_gap::workflow::{Case, HeldOut, Inputs, Look, Prepared, prepared, stamped};
@@ -86,9 +86,26 @@ fn load_all(
         .into());
     }
     let events = if repaired { problems.repair(&recording.events) } else { recording.events };
+    if let Some(note) = outside(&events, scene.scene.duration()) {
+        say(format!("note      {note}"));
+        notes.push(format!("note      {note}"));
+    }
     let case = Case::new(&events, scene.scene)?;
     let notes = notes.iter().map(|note| note.replace("  ", " ")).collect();
     Ok(Loaded { case, nominal: scene.nominal, tick: recording.tick, notes })
+}
+
+/// What is said of events that the scene does not cover.
+fn outside(events: &EventStream, end: Micros) -> Option<String> {
+    let early = events.t().partition_point(|t| *t < Micros(0));
+    let late = events.len() - events.t().partition_point(|t| *t <= end);
+    let last_s = end.as_seconds();
+    (early + late > 0).then(|| {
+        format!(
+            "{early} events before time 0 and {late} behind the last frame, at {last_s} s, are not \
+             compared"
+        )
+    })
 }
 
 /// A recording of a config's sequence is no longer than this times the sequence.
@@ -139,7 +156,7 @@ pub(super) fn prepare(args: &InputArgs) -> Result<Prepared> {
     if train.tick > Micros(1) {
         let note = format!("stamps count {} us: the model's do as well", train.tick.0);
         say(format!("note      {note}"));
-        notes.push(format!("note {note}"));
+        notes.push(note);
     }
     let held = match (&args.validate, &held_scene) {
         (Some(recording), Some(scene)) => {

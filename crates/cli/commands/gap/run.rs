@@ -4,22 +4,20 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, anyhow};
 use evpose_core::TimeWindow;
-use evpose_gap::input::load_recording;
+use evpose_gap::input::{Problem, load_recording};
 use evpose_gap::report::{Fact, ReportData};
 use evpose_gap::verdict::Answer;
-use evpose_gap::workflow::{bare, of_poses, outcome};
+use evpose_gap::workflow::{bare, of_poses, outcome, stamped};
 
 use super::args::{InputArgs, RunArgs};
 use super::files::{self, RunInfo, whole};
+use super::scenes::NONE;
 use super::{BadInput, inputs, report, scenes, terminal};
 use crate::commands::use_threads;
 use crate::progress::{say, spinner};
 use crate::run_info::COMMIT;
-
-/// Scenes that are not there.
-pub(super) const NONE: &str = "none";
 
 /// Everything that a run writes.
 struct Written {
@@ -70,13 +68,29 @@ fn compared(args: &InputArgs) -> Result<Written> {
 /// A recording without a scene.
 fn alone(args: &InputArgs) -> Result<Written> {
     let mut clock = Clock::start();
+    let of_a_scene = [
+        ("--validate", args.validate.is_some()),
+        ("--poses", args.poses.is_some()),
+        ("--seconds", args.seconds.is_some()),
+    ];
+    if let Some((option, _)) = of_a_scene.into_iter().find(|(_, is_given)| *is_given) {
+        return Err(anyhow!("{option} needs a scene, and --scene is none").context(BadInput));
+    }
     let model = inputs::model(&args.model)?;
     let recording = load_recording(&args.measured, None).context(BadInput)?;
     for line in &recording.provenance {
         say(format!("read      {line}"));
     }
+    for note in &recording.notes {
+        say(format!("note      {note}"));
+    }
+    let model = stamped(&model, recording.tick);
     clock.lap("inputs");
-    let verdict = bare(&recording.events, &model, args.quick, args.seed);
+    let mut verdict = bare(&recording.events, &model, args.quick, args.seed);
+    verdict.notes.extend(recording.notes);
+    if recording.rejected.total() > 0 {
+        verdict.notes.push(Problem::Lost(recording.rejected).to_string());
+    }
     clock.lap("verdict");
     let mut after = model.clone();
     for finding in &verdict.effects {

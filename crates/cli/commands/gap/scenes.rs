@@ -19,6 +19,8 @@ use evpose_sim::{SequenceInfo, Simulation};
 
 use crate::commands::config_source;
 
+/// A recording without a scene.
+pub(super) const NONE: &str = "none";
 /// Seconds that are rendered if the user does not say.
 const USUAL_S: f64 = 2.0;
 /// Pixels of all frames together: four seconds of a DAVIS240C at a thousand frames a second.
@@ -124,6 +126,9 @@ impl SceneSource {
 
     fn sequence(&self) -> Result<Option<Sequence>> {
         let Some((name, index)) = self.config() else {
+            if self.path == Path::new(NONE) {
+                bail!("--scene none goes with `evpose gap run` alone: steps need a scene");
+            }
             if !self.path.exists() {
                 bail!(
                     "{}: no directory with scene.json and frames, no config of a scene, and not \

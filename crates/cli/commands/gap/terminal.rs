@@ -1,7 +1,7 @@
 //! A report in at most twenty-five lines.
 
 use evpose_gap::report::ReportData;
-use evpose_gap::verdict::{FindingKind, Verdict};
+use evpose_gap::verdict::{Answer, FindingKind, Verdict};
 
 use super::words::{self, gap, percent, probability, short};
 
@@ -18,7 +18,10 @@ pub(crate) fn lines(data: &ReportData) -> Vec<String> {
     let mut lines = wrapped("", &words::headline(verdict).to_uppercase(), 2, 0);
     for finding in verdict.effects.iter().take(3) {
         let numbers = words::parameters(finding);
-        let sure = format!("probability {}", short(finding.probability));
+        let sure = match verdict.is_bare() {
+            true => format!("by chance {}", probability(1.0 - finding.probability)),
+            false => format!("probability {}", short(finding.probability)),
+        };
         let text = [numbers, sure].into_iter().filter(|part| !part.is_empty());
         let text = format!("{}: {}", finding.name, text.collect::<Vec<_>>().join("; "));
         lines.extend(wrapped("", &text, 2, 2));
@@ -33,7 +36,11 @@ pub(crate) fn lines(data: &ReportData) -> Vec<String> {
     let gaps = if verdict.is_bare() { words::NO_GAP.to_owned() } else { gaps(verdict) };
     lines.extend(wrapped("GAP", &gaps, 2, INDENT));
     if verdict.is_bare() {
-        let text = format!("{} that so much stands out by chance", probability(verdict.p));
+        let text = match verdict.verdict {
+            Answer::Undecided => "; what it is, this recording does not tell without a scene",
+            _ => "",
+        };
+        let text = format!("{} of the largest deviation{text}", probability(verdict.p));
         lines.extend(wrapped("CHANCE", &text, 1, INDENT));
     }
     if !verdict.place.sentence.is_empty() {
@@ -130,8 +137,10 @@ fn unseen(verdict: &Verdict) -> String {
     };
     let others = verdict.untestable.iter().filter(|(_, reason)| reason != usual);
     let others: Vec<String> = others.map(|(name, reason)| format!("{name} ({reason})")).collect();
-    let others = if others.is_empty() { String::new() } else { format!("{}; ", others.join(", ")) };
-    format!("not testable here: {others}{} others: {usual}", count(usual))
+    if others.is_empty() {
+        return format!("not testable here: {} effects, {usual}", count(usual));
+    }
+    format!("not testable here: {}; {} others: {usual}", others.join(", "), count(usual))
 }
 
 /// The largest four, in percent.

@@ -9,9 +9,10 @@ use evpose_sensor::STAGES;
 pub(crate) fn headline(verdict: &Verdict) -> String {
     let names = names(verdict);
     if verdict.is_bare() {
-        return match verdict.effects.is_empty() {
-            true => "The recording alone shows nothing that the model lacks".to_owned(),
-            false => format!("The recording alone is consistent with: {names}"),
+        return match verdict.verdict {
+            Answer::Effects => format!("The recording alone is consistent with: {names}"),
+            Answer::NoGap => "The recording alone shows nothing that the model lacks".to_owned(),
+            _ => "The recording alone shows something, but not what".to_owned(),
         };
     }
     let plural = if verdict.effects.len() > 1 { "s" } else { "" };
@@ -39,9 +40,13 @@ fn names(verdict: &Verdict) -> String {
 /// What that means, for someone who has never seen such a report.
 pub(crate) fn meaning(verdict: &Verdict) -> String {
     if verdict.is_bare() {
-        let found = match verdict.effects.is_empty() {
-            true => "Nothing stands out that the model does not have",
-            false => "What is named stands out against these, alike in both halves",
+        let found = match verdict.verdict {
+            Answer::Effects => "What is named stands out against these, alike in both halves",
+            Answer::NoGap => "Nothing stands out that the model does not have",
+            _ => {
+                "Times have a structure that these lack, but no effect of the catalogue that both \
+                 halves agree on does it; what moved in front of the camera may"
+            }
         };
         return format!("{NO_GAP} {found}; most effects need a scene to show.");
     }

@@ -13,6 +13,9 @@ use crate::verdict::{
 /// Surrogates of each kind, in full and quick.
 const REPLICATES: [usize; 2] = [199, 39];
 
+/// A smallest p-value above this is chance.
+const LEVEL: f64 = 0.05;
+
 /// What a recording alone shows that `model` does not hold. There is no gap without a scene: gaps
 /// are no numbers.
 pub fn bare(events: &EventStream, model: &SensorConfig, is_quick: bool, seed: u64) -> Verdict {
@@ -22,7 +25,14 @@ pub fn bare(events: &EventStream, model: &SensorConfig, is_quick: bool, seed: u6
     let effects: Vec<Finding> = found.effects.iter().filter(is_missing).map(finding).collect();
     let ps = found.statistics.iter().filter_map(|statistic| statistic.adjusted_p);
     let none = GapValue { value: f64::NAN, lo: f64::NAN, hi: f64::NAN };
-    let verdict = if effects.is_empty() { Answer::NoGap } else { Answer::Effects };
+    let p = ps.fold(1.0, f64::min);
+    let is_silent = found.effects.iter().all(|effect| effect.p.is_none());
+    let verdict = match effects.is_empty() {
+        false => Answer::Effects,
+        // Something stands out, and no effect that both halves agree on does it.
+        true if is_silent && p <= LEVEL => Answer::Undecided,
+        true => Answer::NoGap,
+    };
     Verdict {
         schema: SCHEMA,
         verdict,
@@ -35,7 +45,7 @@ pub fn bare(events: &EventStream, model: &SensorConfig, is_quick: bool, seed: u6
         gap_before: none,
         gap_after: none,
         grr: f64::NAN,
-        p: ps.fold(1.0, f64::min),
+        p,
         place: Where { sentence: String::new(), shares: BTreeMap::new() },
         stage_shares: BTreeMap::new(),
         limits: Vec::new(),

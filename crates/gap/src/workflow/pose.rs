@@ -20,6 +20,10 @@ use crate::{Block, GapError, Kind, Layout, Scene, View};
 const LOOKS: u64 = 8;
 /// Standard deviations between looks that do not count.
 const TOLERATED: f64 = 3.0;
+/// Numbers that looks move by more than this, as a share of all events or as a multiple of what
+/// does not matter anyway, say nothing here and are not compared.
+const LARGEST_SHARE: f64 = 0.05;
+const LARGEST_MULTIPLE: f64 = 20.0;
 /// Thresholds are up to this further apart, as a logarithm.
 const THRESHOLD_SPREAD: f64 = 0.2;
 
@@ -127,8 +131,14 @@ impl Spread {
         for (i, entry) in layout.entries.iter_mut().enumerate() {
             let most = self.squares.iter().map(|part| part[i]).fold(0.0, f64::max);
             let apart = TOLERATED * (most / LOOKS as f64).sqrt();
-            let (Kind::Count(tolerance) | Kind::Number(tolerance)) = &mut entry.kind;
-            *tolerance = tolerance.max(apart);
+            let (tolerance, largest) = match &mut entry.kind {
+                Kind::Count(share) => (share, LARGEST_SHARE),
+                Kind::Number(own) => {
+                    let largest = LARGEST_MULTIPLE * *own;
+                    (own, largest)
+                }
+            };
+            *tolerance = if apart > largest { f64::INFINITY } else { tolerance.max(apart) };
         }
     }
 }
@@ -147,7 +157,16 @@ pub fn of_poses(verdict: &mut Verdict) {
         );
     }
     if verdict.verdict == Answer::Parameter && verdict.effects.is_empty() {
+        // A model whose thresholds are free has no gap.
         verdict.verdict = Answer::NoGap;
+        verdict.gap_before = verdict.gap_after;
+        verdict.grr = 0.0;
+    }
+    // Both see light and texture, whatever they are.
+    (verdict.c2st_before, verdict.c2st_after) = (None, None);
+    if !verdict.place.sentence.is_empty() {
+        let sentence = &verdict.place.sentence;
+        verdict.place.sentence = format!("with what light and texture do: {sentence}");
     }
     let like = LIKE_TEXTURE.map(|(name, why)| (name.to_owned(), why.to_owned()));
     verdict.untestable.extend(like);

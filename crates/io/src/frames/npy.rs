@@ -73,7 +73,9 @@ impl NpyFrames {
         };
         let (frames, height, width) = match *header.shape() {
             // Grey images that kept a dimension for their one channel.
-            [frames, height, width] | [frames, height, width, 1] if frames > 0 && height > 0 && width > 0 => {
+            [frames, height, width] | [frames, height, width, 1]
+                if frames > 0 && height > 0 && width > 0 =>
+            {
                 (frames, height, width)
             }
             _ => return Err(FrameFault::Shape(header.shape().to_vec())),

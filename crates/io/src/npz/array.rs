@@ -135,7 +135,8 @@ pub(super) fn read(entry: impl Read) -> Result<Array, (NpzFault, usize)> {
         Ok(_) => return Err((NpzFault::Trailing, layout.rows as usize)),
         Err(e) => return Err((unreadable(&e), 0)),
     }
-    let columns = if layout.is_one_after_another { apart(columns, layout.of_each) } else { columns };
+    let columns =
+        if layout.is_one_after_another { apart(columns, layout.of_each) } else { columns };
     Ok(Array { names: layout.names, columns })
 }
 
@@ -230,9 +231,9 @@ fn header(entry: &mut impl Read) -> Result<NpyHeader, NpzFault> {
         .ok_or_else(|| NpzFault::Unreadable("no shape in the NPY header".to_owned()))?
         .0;
     let sizes = shape.split(',').map(str::trim).filter(|size| !size.is_empty());
-    let whole = sizes.map(|size| size.parse().ok()).try_fold(1u64, |all, size: Option<u64>| {
-        size.and_then(|size| all.checked_mul(size))
-    });
+    let whole = sizes
+        .map(|size| size.parse().ok())
+        .try_fold(1u64, |all, size: Option<u64>| size.and_then(|size| all.checked_mul(size)));
     whole.ok_or(NpzFault::Shape)?;
     NpyHeader::from_reader(bytes.as_slice()).map_err(|e| unreadable(&e))
 }

@@ -40,11 +40,8 @@ pub fn read(path: &Path, sensor: Option<SensorSize>) -> Result<Recording, IoErro
             break;
         }
         number += 1;
-        let parsed = if length > LONGEST_LINE {
-            Err(TextFault::TooLong)
-        } else {
-            parse(&line, &mut known)
-        };
+        let parsed =
+            if length > LONGEST_LINE { Err(TextFault::TooLong) } else { parse(&line, &mut known) };
         match parsed {
             Ok(None) => {}
             Ok(Some(Line::Sensor(size))) if stated.is_none() => stated = Some(size),
