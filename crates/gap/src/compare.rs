@@ -120,3 +120,25 @@ pub fn gap(layout: &Layout, deviations: &[f64]) -> f64 {
 pub fn misfit(deviations: &[f64]) -> f64 {
     deviations.iter().map(|z| rho(z * z)).sum()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// However far off they are.
+    #[test]
+    fn numbers_of_blocks_that_are_left_out_count_for_nothing() {
+        let all = Layout::of_all_probes();
+        let some = Layout::of_blocks(|block| block != Block::Swing);
+        let mean = vec![100.0; all.entries.len()];
+        let expected = Expectation::of_runs(&all, &[mean.clone(), mean.clone()], &[]);
+        let mut summary = mean;
+        for (value, entry) in summary.iter_mut().zip(&all.entries) {
+            *value = if entry.block == Block::Swing { f64::NAN } else { *value };
+        }
+        let of = |layout: &Layout| expected.deviations(layout, &summary);
+        assert!(gap(&all, &of(&all)) > 0.1);
+        assert_eq!((gap(&some, &of(&some)), misfit(&of(&some))), (0.0, 0.0));
+        assert!(by_block(&some, &of(&some)).iter().all(|(block, _)| *block != Block::Swing));
+    }
+}

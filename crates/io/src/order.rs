@@ -41,7 +41,7 @@ pub(crate) fn ordered(sensor: SensorSize, mut events: Vec<Event>) -> Ordered {
 
 /// Whether a column of numbers may be that of times: over a twentieth of its length, numbers of any
 /// other column fall as often as they rise.
-pub(crate) fn is_time(values: impl ExactSizeIterator<Item = f64> + Clone) -> bool {
+pub(crate) fn is_time(values: &(impl ExactSizeIterator<Item = f64> + Clone)) -> bool {
     let lag = (values.len() / 20).max(1);
     let pairs = values.clone().zip(values.clone().skip(lag));
     let steps = values.len().saturating_sub(lag);
@@ -88,7 +88,7 @@ mod tests {
     fn times_are_told_from_columns_and_polarities() {
         let is_time = |value: fn(usize) -> usize| {
             let values: Vec<f64> = (0..1000).map(|k| value(k) as f64).collect();
-            is_time(values.iter().copied())
+            is_time(&values.iter().copied())
         };
         assert!(is_time(|k| 3 * k) && is_time(|k| k / 10 * 10 + (7 * k) % 10));
         assert!(!is_time(|k| (37 * k) % 101) && !is_time(|k| (k / 3) % 2));

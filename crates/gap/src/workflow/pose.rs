@@ -173,3 +173,30 @@ pub fn of_poses(verdict: &mut Verdict) {
     let why = "contrast of the texture and thresholds are one thing";
     verdict.untestable.insert("threshold_on, threshold_off".to_owned(), why.to_owned());
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Entry;
+
+    /// A number that looks move far is not compared; one that they move a little is tolerated.
+    #[test]
+    fn what_looks_differ_by_does_not_count() {
+        let mut layout = Layout::of_all_probes();
+        let kinds = [Kind::Number(0.1), Kind::Number(0.1), Kind::Count(0.0)];
+        let number = |kind| Entry { block: Block::Timing, name: String::new(), kind };
+        let first = layout.entries.len();
+        layout.entries.extend(kinds.map(number));
+        let own = vec![20.0; layout.entries.len()];
+        let mut look = own.clone();
+        (look[first], look[first + 1]) = (20.2, 30.0);
+        let mut spread = Spread::of(&layout);
+        (0..LOOKS).for_each(|_| spread.add(1, &layout, &own, &look));
+        spread.widen(&mut layout);
+        let tolerance = |i: usize| match layout.entries[first + i].kind {
+            Kind::Number(tolerance) | Kind::Count(tolerance) => tolerance,
+        };
+        assert!((tolerance(0) - 0.6).abs() < 1e-9, "{}", tolerance(0));
+        assert!(tolerance(1).is_infinite() && tolerance(2) == 0.0);
+    }
+}

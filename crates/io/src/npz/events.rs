@@ -29,7 +29,7 @@ pub(super) struct Columns<'a>(pub(super) [&'a Column; 4]);
 /// The first of `found` that is called like `what` (0 time, 1 column, 2 row, 3 polarity).
 pub(super) fn called<'n>(
     what: usize,
-    found: impl Iterator<Item = &'n str> + Clone,
+    found: &(impl Iterator<Item = &'n str> + Clone),
 ) -> Option<&'n str> {
     NAMES[what].iter().find_map(|name| found.clone().find(|found| found == name))
 }
@@ -44,7 +44,7 @@ impl<'a> Columns<'a> {
             let mut places = [0; 4];
             for (what, place) in places.iter_mut().enumerate() {
                 let names = table.names.iter().map(String::as_str);
-                let name = called(what, names.clone()).ok_or_else(|| {
+                let name = called(what, &names).ok_or_else(|| {
                     let (missing, found) = (REQUIRED[what], table.names.join(", "));
                     NpzFault::Columns(format!("no field {missing} (found: {found})"))
                 })?;
@@ -65,7 +65,7 @@ impl<'a> Columns<'a> {
             numbers(p).all(|value| [0.0, 1.0, -1.0].contains(&value))
                 && is_pixel(x)
                 && is_pixel(y)
-                && is_time(numbers(t))
+                && is_time(&numbers(t))
         };
         // Of several that fit, the one whose times reach furthest: few columns go from one end of
         // a sensor to the other.

@@ -33,7 +33,7 @@ pub fn read(path: &Path, sensor: Option<SensorSize>) -> Result<Recording, IoErro
     let mut archive = Archive::open(path)?;
     let names = archive.names();
     let is_there = |name: &str| names.iter().any(|found| found == name);
-    let of_columns = [0, 1, 2, 3].map(|what| called(what, names.iter().map(String::as_str)));
+    let of_columns = [0, 1, 2, 3].map(|what| called(what, &names.iter().map(String::as_str)));
     let is_table = is_there(EVENTS) && of_columns.iter().any(Option::is_none);
     let mut missing: Vec<&'static str> = Vec::new();
     if !is_table {

@@ -62,7 +62,7 @@ pub fn read(path: &Path, sensor: Option<SensorSize>) -> Result<Recording, IoErro
         byte += length as u64;
     }
     let times = events.iter().map(|event| event.t.0 as f64);
-    if !is_named && events.len() >= LEAST_EVENTS && !is_time(times) {
+    if !is_named && events.len() >= LEAST_EVENTS && !is_time(&times) {
         let (path, fault) = (path.to_owned(), TextFault::Order);
         return Err(IoError::Text { path, line: 1, byte: 0, fault, events: events.len() });
     }
