@@ -168,9 +168,9 @@ impl SceneSource {
         };
         if self.seconds.is_some() && wanted > most {
             bail!(
-                "--seconds {}: {size} at {fps} frames per second fit {:.2} s; a smaller \
-                 simulation.image_scale fits more",
-                wanted / fps,
+                "--seconds {}: no more than {:.1} s of {size} at {fps} frames per second are \
+                 rendered; with a smaller simulation.image_scale they are more",
+                (wanted - 1.0) / fps,
                 most / fps
             );
         }
