@@ -126,7 +126,7 @@ pub(crate) struct SimulateArgs {
     evpose events --frames frames.npy --fps 1000 --sensor v2e-clean --out events.txt")]
 pub(crate) struct EventsArgs {
     /// A folder of .png images (8 or 16 bits, grey or colour, in natural order of their names), or
-    /// an .npy array (frames, height, width) of u1, u2, f2 or f4
+    /// an .npy array (frames, height, width) of u1, u2, f2, f4 or f8
     #[arg(long)]
     pub(crate) frames: PathBuf,
     /// Frames per second; the first is at time 0

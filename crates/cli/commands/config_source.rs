@@ -11,6 +11,11 @@ const EMBEDDED: &[(&str, &str)] = &[
     ("eventhands", include_str!("../../../configs/hand/eventhands.toml")),
 ];
 
+/// Whether there is an embedded config of this name.
+pub(crate) fn is_embedded(name: &str) -> bool {
+    EMBEDDED.iter().any(|(embedded, _)| *embedded == name)
+}
+
 /// Reads the embedded config called `source`, or else the file.
 pub(crate) fn load(source: &str, overrides: &[String]) -> Result<HandConfig> {
     if let Some((name, text)) = EMBEDDED.iter().find(|(name, _)| *name == source) {

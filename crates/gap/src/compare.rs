@@ -67,6 +67,9 @@ impl Expectation {
     /// The deviation of one number; none where neither side has it.
     fn deviation(&self, layout: &Layout, i: usize, value: f64) -> Option<f64> {
         let mean = self.mean[i];
+        if !layout.entries[i].is_compared() {
+            return None;
+        }
         if mean.is_infinite() {
             return Some(HOPELESS);
         }
@@ -79,7 +82,7 @@ impl Expectation {
 
     /// Standard deviation of a number with tolerance.
     pub fn scale(&self, layout: &Layout, i: usize) -> f64 {
-        if !self.mean[i].is_finite() {
+        if !self.mean[i].is_finite() || !layout.entries[i].is_compared() {
             return 1.0;
         }
         let floor = match layout.entries[i].kind {
@@ -95,6 +98,9 @@ impl Expectation {
 pub fn by_block(layout: &Layout, deviations: &[f64]) -> Vec<(Block, f64)> {
     let mut sums: std::collections::BTreeMap<Block, (f64, f64)> = std::collections::BTreeMap::new();
     for (entry, z) in layout.entries.iter().zip(deviations) {
+        if !entry.is_compared() {
+            continue;
+        }
         let (sum, count) = sums.entry(entry.block).or_default();
         *sum += rho(z * z);
         *count += 1.0;
@@ -113,4 +119,26 @@ pub fn gap(layout: &Layout, deviations: &[f64]) -> f64 {
 /// The distance that fits make small: all numbers together.
 pub fn misfit(deviations: &[f64]) -> f64 {
     deviations.iter().map(|z| rho(z * z)).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// However far off they are.
+    #[test]
+    fn numbers_of_blocks_that_are_left_out_count_for_nothing() {
+        let all = Layout::of_all_probes();
+        let some = Layout::of_blocks(|block| block != Block::Swing);
+        let mean = vec![100.0; all.entries.len()];
+        let expected = Expectation::of_runs(&all, &[mean.clone(), mean.clone()], &[]);
+        let mut summary = mean;
+        for (value, entry) in summary.iter_mut().zip(&all.entries) {
+            *value = if entry.block == Block::Swing { f64::NAN } else { *value };
+        }
+        let of = |layout: &Layout| expected.deviations(layout, &summary);
+        assert!(gap(&all, &of(&all)) > 0.1);
+        assert_eq!((gap(&some, &of(&some)), misfit(&of(&some))), (0.0, 0.0));
+        assert!(by_block(&some, &of(&some)).iter().all(|(block, _)| *block != Block::Swing));
+    }
 }

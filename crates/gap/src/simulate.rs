@@ -5,6 +5,39 @@ use evpose_sensor::{SensorConfig, SensorModel};
 
 use crate::{Classes, Expected, GapError, Scene, Stage};
 
+impl Scene {
+    /// The events that a sensor makes of the scene.
+    ///
+    /// # Errors
+    /// A model that cannot be built or shown the scene.
+    pub fn events(&self, config: &SensorConfig, seed: u64) -> Result<EventStream, GapError> {
+        let all = self.events_up_to(config, seed, usize::MAX)?;
+        Ok(all.unwrap_or_else(|| EventStream::empty(self.size())))
+    }
+
+    /// The same; nothing as soon as there are more than `most` events.
+    fn events_up_to(
+        &self,
+        config: &SensorConfig,
+        seed: u64,
+        most: usize,
+    ) -> Result<Option<EventStream>, GapError> {
+        let mut run = SensorModel::from_config(config)?.start(self.size(), seed);
+        let mut all = EventStream::empty(self.size());
+        for (k, plane) in self.planes().iter().enumerate() {
+            for event in run.expose(plane, self.time(k))?.iter() {
+                all.push(event).map_err(|error| {
+                    GapError::Recording(format!("{error}\n{}", config.to_toml()))
+                })?;
+            }
+            if all.len() > most {
+                return Ok(None);
+            }
+        }
+        Ok(Some(all))
+    }
+}
+
 impl Stage {
     /// A scene, and `reference` as the model that probes take times and places from: the sensor
     /// without noise and without delays.
@@ -23,8 +56,7 @@ impl Stage {
     /// # Errors
     /// A model that cannot be built or shown the scene.
     pub fn simulate(&self, config: &SensorConfig, seed: u64) -> Result<EventStream, GapError> {
-        let all = self.simulate_up_to(config, seed, usize::MAX)?;
-        Ok(all.unwrap_or_else(|| EventStream::empty(self.scene.size())))
+        self.scene.events(config, seed)
     }
 
     /// The same; nothing as soon as there are more than `most` events.
@@ -37,18 +69,6 @@ impl Stage {
         seed: u64,
         most: usize,
     ) -> Result<Option<EventStream>, GapError> {
-        let mut run = SensorModel::from_config(config)?.start(self.scene.size(), seed);
-        let mut all = EventStream::empty(self.scene.size());
-        for (k, plane) in self.scene.planes().iter().enumerate() {
-            for event in run.expose(plane, self.scene.time(k))?.iter() {
-                all.push(event).map_err(|error| {
-                    GapError::Recording(format!("{error}\n{}", config.to_toml()))
-                })?;
-            }
-            if all.len() > most {
-                return Ok(None);
-            }
-        }
-        Ok(Some(all))
+        self.scene.events_up_to(config, seed, most)
     }
 }

@@ -55,6 +55,14 @@ pub struct Entry {
     pub kind: Kind,
 }
 
+impl Entry {
+    /// Whether any difference of it matters.
+    pub fn is_compared(&self) -> bool {
+        let (Kind::Count(tolerance) | Kind::Number(tolerance)) = self.kind;
+        tolerance.is_finite()
+    }
+}
+
 /// Summaries of one stage have these entries.
 #[derive(Debug, Clone)]
 pub struct Layout {
@@ -69,6 +77,16 @@ impl Layout {
     /// Entries of all probes.
     pub fn of_all_probes() -> Self {
         Self { entries: PROBES.iter().flat_map(|probe| probe.entries()).collect() }
+    }
+
+    /// The same, of which only those of some blocks are compared.
+    pub fn of_blocks(is_compared: impl Fn(Block) -> bool) -> Self {
+        let mut layout = Self::of_all_probes();
+        for entry in layout.entries.iter_mut().filter(|entry| !is_compared(entry.block)) {
+            let (Kind::Count(tolerance) | Kind::Number(tolerance)) = &mut entry.kind;
+            *tolerance = f64::INFINITY;
+        }
+        layout
     }
 
     /// The numbers of a view, each on the scale on which it is compared.

@@ -55,6 +55,9 @@ pub struct Quantity {
     pub hi90: f64,
     /// Its unit; empty for a pure number.
     pub unit: String,
+    /// In the first half of a recording and in the second, where halves are compared.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub halves: Option<[f64; 2]>,
 }
 
 /// One thing that is missing or set wrong.
@@ -163,6 +166,13 @@ pub struct Verdict {
     pub c2st_after: Option<TwoSample>,
     /// What was found to be unusual about the inputs, and what was assumed.
     pub notes: Vec<String>,
+}
+
+impl Verdict {
+    /// Whether it is of a recording alone: without a scene there is no gap.
+    pub fn is_bare(&self) -> bool {
+        self.gap_before.value.is_nan()
+    }
 }
 
 /// A number that may be `null`, which is what JSON makes of one that is not known.

@@ -89,7 +89,7 @@ pub enum IoError {
         /// The file.
         path: PathBuf,
         /// The array.
-        array: &'static str,
+        array: String,
         /// Where its data begin in the file.
         byte: u64,
         /// What is wrong with it.

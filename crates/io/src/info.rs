@@ -68,6 +68,12 @@ pub(crate) fn of_stream(path: &Path, sensor: Option<SensorSize>) -> Result<Info,
         );
     }
     let rejected = recording.rejected;
+    if recording.sorted > 0 {
+        warnings.push(format!(
+            "{} events stood behind later ones: all are put in the order of time",
+            recording.sorted
+        ));
+    }
     for (count, why) in
         [(rejected.outside_sensor, "outside the sensor"), (rejected.out_of_order, "out of order")]
     {

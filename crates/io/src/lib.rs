@@ -16,6 +16,7 @@ mod info;
 pub mod meta;
 pub mod npz;
 mod open;
+mod order;
 mod positional;
 pub mod text;
 

@@ -27,6 +27,7 @@
 pub mod config;
 mod episode;
 mod error;
+mod light;
 pub mod raster;
 mod record;
 pub mod scene;

@@ -41,10 +41,10 @@ pub struct Simulator {
 
 /// What an episode looks like.
 #[derive(Debug)]
-struct Surroundings {
+pub(crate) struct Surroundings {
     episode: Episode,
-    shaped: ShapedBody,
-    renderer: Renderer,
+    pub(crate) shaped: ShapedBody,
+    pub(crate) renderer: Renderer,
 }
 
 /// One step of a sequence.
@@ -154,7 +154,7 @@ impl Simulator {
 }
 
 impl Surroundings {
-    fn new(shared: &Shared, camera: Camera, sequence_seed: u64, index: u64) -> Self {
+    pub(crate) fn new(shared: &Shared, camera: Camera, sequence_seed: u64, index: u64) -> Self {
         let Shared { config, body, pictures, .. } = shared;
         let betas = body.shape_directions_m.len();
         let episode = Episode::draw(config, betas, pictures.len(), sequence_seed, index);
@@ -175,7 +175,7 @@ impl Surroundings {
     }
 }
 
-fn mesh<'a>(body: &'a BodyModel, posed: &'a PosedBody) -> Mesh<'a> {
+pub(crate) fn mesh<'a>(body: &'a BodyModel, posed: &'a PosedBody) -> Mesh<'a> {
     Mesh {
         vertices_m: &posed.vertices_m,
         normals: &posed.normals,

@@ -30,7 +30,20 @@ impl BodyModel {
     ///
     /// The whole body moves by `T(position)·R(rotation)·(T(wrist)·R(wrist))⁻¹`.
     pub fn pose_hand(&self, shaped: &ShapedBody, params: &HandParams, out: &mut PosedBody) {
-        let pose = BodyPose::for_playback(self, params);
+        self.pose_hand_at(shaped, params, Vec3::ZERO, out);
+    }
+
+    /// The same with the forearm at another angle to the hand: `wrist` is the axis times the angle,
+    /// in radians, by which the hand is bent against it.
+    pub fn pose_hand_at(
+        &self,
+        shaped: &ShapedBody,
+        params: &HandParams,
+        wrist: Vec3,
+        out: &mut PosedBody,
+    ) {
+        let mut pose = BodyPose::for_playback(self, params);
+        pose.joints[self.wrist] = wrist;
         self.pose_joints(shaped, &pose, out);
         let predicted = Affine3A::from_mat3_translation(
             matrix_from_axis_angle(params.rotation),

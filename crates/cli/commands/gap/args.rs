@@ -4,13 +4,21 @@ use std::path::PathBuf;
 
 use clap::Subcommand;
 
+/// How steps that name something end.
+const EXIT_CODES: &str = "Ends with 0 if there is no gap, 10 for a parameter, 11 for effects, 12 if nothing \
+                          of the catalogue\nexplains it, 13 if undecided, 2 if the input cannot be used, \
+                          1 for anything else.";
+
 /// What can be done about a gap.
 #[derive(Debug, Subcommand)]
 #[command(after_help = "Start with:\n  \
     evpose gap run --measured rec.npz --scene scene/ --model ideal --out gap/\n  \
     evpose gap verify gap/\n\n\
     A scene directory holds `scene.json` (width, height, fps, duration_s, and if known white and\n\
-    nominal) and the light of every frame in `frames.npy` or `frames/`.")]
+    nominal) and the light of every frame in `frames.npy` or `frames/`. Instead, a scene can be a\n\
+    config as `evpose simulate` takes it, or a directory that it wrote, with #N for sequence N: its\n\
+    light is rendered. With --poses, hands in the poses of a file are rendered, and light and\n\
+    texture are left open.")]
 pub(crate) enum GapCommand {
     /// Find what is missing in a sensor model, add it, and say how far the gap closes
     Run(RunArgs),
@@ -19,10 +27,12 @@ pub(crate) enum GapCommand {
     /// Say in which light, where and when recording and model disagree
     Locate(InputArgs),
     /// Name what is missing, and stop there
+    #[command(after_help = EXIT_CODES)]
     Name(InputArgs),
     /// Name what is missing and write the corrected model
     Correct(CorrectArgs),
     /// Name what is missing, then take it out again and put its nearest rival in
+    #[command(after_help = EXIT_CODES)]
     Ablate(InputArgs),
     /// Say what a recording of a scene could show, before there is one
     Power(PowerArgs),
@@ -37,21 +47,32 @@ pub(crate) enum GapCommand {
 /// What is compared with what.
 #[derive(Debug, clap::Args)]
 pub(crate) struct InputArgs {
-    /// The recording: .npz, .txt, .evc, recognised by content
+    /// The recording: .npz, .npy, .txt, .evc, recognised by content
     #[arg(long)]
     pub(crate) measured: PathBuf,
-    /// Its scene directory; `none` for a recording alone
-    #[arg(long, value_name = "DIR|none")]
+    /// Its scene: a directory, a config of `evpose simulate` (CONFIG#N for its sequence N, else
+    /// 0), or `none` for a recording alone
+    #[arg(long, value_name = "DIR|CONFIG[#N]|none")]
     pub(crate) scene: PathBuf,
+    /// Poses of the hand in the recording (.meta, as `evpose simulate` writes them); --scene is then
+    /// the config with camera and sensor size, and light and texture are taken to be unknown
+    #[arg(long, value_name = "FILE")]
+    pub(crate) poses: Option<PathBuf>,
+    /// Seconds of a config's scene that are rendered and compared [default: all, at most 2]
+    #[arg(long)]
+    pub(crate) seconds: Option<f64>,
     /// The model: a preset or a TOML file of effects
     #[arg(long, default_value = "ideal")]
     pub(crate) model: String,
     /// A second recording of the same sensor, to judge on; else the later part of the first
     #[arg(long, requires = "validate_scene")]
     pub(crate) validate: Option<PathBuf>,
-    /// Its scene directory
-    #[arg(long, requires = "validate")]
+    /// Its scene, as --scene
+    #[arg(long, requires = "validate", value_name = "DIR|CONFIG[#N]")]
     pub(crate) validate_scene: Option<PathBuf>,
+    /// Its poses, as --poses
+    #[arg(long, requires_all = ["validate", "poses"], value_name = "FILE")]
+    pub(crate) validate_poses: Option<PathBuf>,
     /// Seed of all noise of simulations
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
@@ -74,6 +95,8 @@ pub(crate) struct InputArgs {
     evpose gap run --measured rec.npz --scene scene/ --model configs/sensor/ideal.toml --out gap/\n  \
     evpose gap run --measured a.npz --scene a/ --validate b.npz --validate-scene b/ --out gap/ \
     --quick\n  \
+    evpose gap run --measured sim/0001.evc --scene sim#1 --out gap/\n  \
+    evpose gap run --measured sim/0001.evc --scene sim --poses sim/0001.meta --out gap/\n  \
     evpose gap run --measured rec.npz --scene none --out gap/\n\n\
     Ends with 0 if there is no gap, 10 for a parameter, 11 for effects, 12 if nothing of the\n\
     catalogue explains it, 13 if undecided, 2 if the input cannot be used, 1 for anything else.")]
@@ -87,7 +110,9 @@ pub(crate) struct RunArgs {
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  \
-    evpose gap correct --measured rec.npz --scene scene/ --model ideal --out corrected.toml")]
+    evpose gap correct --measured rec.npz --scene scene/ --model ideal --out corrected.toml\n\n\
+    Ends with the exit codes of `evpose gap run`. Where no effect is named, the model with its\n\
+    own numbers refitted is written.")]
 pub(crate) struct CorrectArgs {
     #[command(flatten)]
     pub(crate) inputs: InputArgs,
@@ -99,8 +124,8 @@ pub(crate) struct CorrectArgs {
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  evpose gap power --scene scene/ --model ideal")]
 pub(crate) struct PowerArgs {
-    /// A scene directory
-    #[arg(long)]
+    /// A scene: a directory, or a config of `evpose simulate`
+    #[arg(long, value_name = "DIR|CONFIG[#N]")]
     pub(crate) scene: PathBuf,
     /// The model: a preset or a TOML file of effects
     #[arg(long, default_value = "ideal")]

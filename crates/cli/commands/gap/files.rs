@@ -36,6 +36,14 @@ pub(super) struct RunInfo {
     /// The second recording and its scene.
     pub(super) validate: Option<PathBuf>,
     pub(super) validate_scene: Option<PathBuf>,
+    /// Poses of what was seen, where light and texture are not known.
+    #[serde(default)]
+    pub(super) poses: Option<PathBuf>,
+    #[serde(default)]
+    pub(super) validate_poses: Option<PathBuf>,
+    /// Seconds of a config's scene that were rendered.
+    #[serde(default)]
+    pub(super) scene_seconds: Option<f64>,
     /// Whether recordings were taken as they are.
     pub(super) as_is: bool,
     /// What was held out, in seconds, of the second recording or else of the first.

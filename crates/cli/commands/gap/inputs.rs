@@ -1,16 +1,17 @@
 //! What was typed, read: problems are said before anything is compared.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use evpose_core::EventStream;
-use evpose_gap::input::{Nominal, Problem, Problems, load_recording, load_scene};
-use evpose_gap::workflow::{Case, HeldOut, Inputs, Prepared, prepared};
-use evpose_gap::{GapError, Scene};
+use evpose_core::{EventStream, Micros, TimeWindow};
+use evpose_gap::GapError;
+use evpose_gap::input::{LoadedRecording, LoadedScene, Nominal, Problem, Problems, load_recording};
+use evpose_gap::workflow::{Case, HeldOut, Inputs, Look, Prepared, prepared, stamped};
 use evpose_sensor::{STAGES, SensorConfig, SensorModel};
 
 use super::BadInput;
 use super::args::InputArgs;
+use super::scenes::{SceneSource, as_gap_error};
 use crate::commands::sensor::source;
 use crate::progress::say;
 
@@ -20,6 +21,8 @@ pub(super) struct Loaded {
     pub(super) case: Case,
     /// What the maker of the recording says of the sensor.
     pub(super) nominal: Option<Nominal>,
+    /// What the stamps of the recording count.
+    pub(super) tick: Micros,
     /// What was read, what was found and what was put right, a line each.
     pub(super) notes: Vec<String>,
 }
@@ -34,24 +37,35 @@ pub(super) fn model(name: &str) -> Result<SensorConfig> {
 /// Reads a recording and its scene.
 pub(super) fn load(
     measured: &Path,
-    scene: &Path,
+    scene: &SceneSource,
     model: &SensorConfig,
     as_is: bool,
 ) -> Result<Loaded> {
     load_all(measured, scene, model, as_is).context(BadInput)
 }
 
-fn load_all(measured: &Path, dir: &Path, model: &SensorConfig, as_is: bool) -> Result<Loaded> {
-    let scene = load_scene(dir)?;
-    let recording = load_recording(measured, Some(scene.scene.size()))?;
+fn load_all(
+    measured: &Path,
+    source: &SceneSource,
+    model: &SensorConfig,
+    as_is: bool,
+) -> Result<Loaded> {
+    let scene = source.load()?;
+    let mut recording = load_recording(measured, Some(scene.scene.size()))?;
+    let mut duration_s = scene.duration_s;
+    if source.is_rendered() {
+        duration_s = scene.scene.duration().as_seconds();
+        cut(&mut recording, &scene)?;
+    }
     let mut notes: Vec<String> = scene
         .notes
         .iter()
         .chain(&recording.notes)
         .map(|note| format!("note      {note}"))
         .collect();
-    let reference = expected(&scene.scene, model, scene.nominal.as_ref())?;
-    let problems = Problems::find(&recording, scene.duration_s, &reference);
+    let reference = prepared(model, scene.nominal.as_ref()).reference;
+    let reference = scene.scene.events(&reference, 0)?;
+    let problems = Problems::find(&recording, duration_s, &reference);
     let repaired = !as_is && !problems.is_hopeless();
     for problem in &problems.found {
         let is_repaired = matches!(
@@ -61,46 +75,90 @@ fn load_all(measured: &Path, dir: &Path, model: &SensorConfig, as_is: bool) -> R
         let what = if is_repaired && repaired { "put right" } else { "problem  " };
         notes.push(format!("{what} {problem}"));
     }
-    let source = scene.provenance.iter().chain(&recording.provenance);
-    source.map(|line| format!("read      {line}")).chain(notes.iter().cloned()).for_each(say);
+    let lines = scene.provenance.iter().chain(&recording.provenance);
+    lines.map(|line| format!("read      {line}")).chain(notes.iter().cloned()).for_each(say);
     if problems.is_hopeless() {
         return Err(GapError::Recording(format!(
             "{} and {} do not belong together",
             measured.display(),
-            dir.display()
+            source.path.display()
         ))
         .into());
     }
     let events = if repaired { problems.repair(&recording.events) } else { recording.events };
+    if let Some(note) = outside(&events, scene.scene.duration()) {
+        say(format!("note      {note}"));
+        notes.push(format!("note      {note}"));
+    }
     let case = Case::new(&events, scene.scene)?;
     let notes = notes.iter().map(|note| note.replace("  ", " ")).collect();
-    Ok(Loaded { case, nominal: scene.nominal, notes })
+    Ok(Loaded { case, nominal: scene.nominal, tick: recording.tick, notes })
 }
 
-/// Events that the model has of a scene, without noise.
-fn expected(
-    scene: &Scene,
-    model: &SensorConfig,
-    nominal: Option<&Nominal>,
-) -> Result<EventStream, GapError> {
-    let reference = prepared(model, nominal).reference;
-    let mut run = SensorModel::from_config(&reference)?.start(scene.size(), 0);
-    let mut all = EventStream::empty(scene.size());
-    for (k, plane) in scene.planes().iter().enumerate() {
-        for event in run.expose(plane, scene.time(k))?.iter() {
-            all.push(event).map_err(|error| GapError::Scene(error.to_string()))?;
-        }
+/// What is said of events that the scene does not cover.
+fn outside(events: &EventStream, end: Micros) -> Option<String> {
+    let early = events.t().partition_point(|t| *t < Micros(0));
+    let late = events.len() - events.t().partition_point(|t| *t <= end);
+    let last_s = end.as_seconds();
+    (early + late > 0).then(|| {
+        format!(
+            "{early} events before time 0 and {late} behind the last frame, at {last_s} s, are not \
+             compared"
+        )
+    })
+}
+
+/// A recording of a config's sequence is no longer than this times the sequence.
+const SPARE: f64 = 1.1;
+
+/// Leaves of a recording what a scene covers that was rendered in part. What is much longer than
+/// the whole sequence has stamps in another unit: that is for the search for problems to say.
+fn cut(recording: &mut LoadedRecording, scene: &LoadedScene) -> Result<(), GapError> {
+    let window = TimeWindow { start: Micros(0), end: scene.scene.duration() + Micros(1) };
+    let last_s = recording.events.t().last().map_or(0.0, |t| t.as_seconds());
+    if last_s > SPARE * scene.duration_s {
+        return Ok(());
     }
-    Ok(all)
+    let part = recording.events.slice(window);
+    if part.is_empty() {
+        return Err(GapError::Recording(format!(
+            "no events in the {} s that the scene was rendered for",
+            scene.scene.duration().as_seconds()
+        )));
+    }
+    recording.events = part;
+    Ok(())
+}
+
+/// The scene of the first recording, and that of the second.
+pub(super) fn sources(args: &InputArgs) -> (SceneSource, Option<SceneSource>) {
+    let source = |path: &Path, poses: &Option<PathBuf>| SceneSource {
+        path: path.to_owned(),
+        poses: poses.clone(),
+        seconds: args.seconds,
+    };
+    let held = args.validate_scene.as_deref();
+    (source(&args.scene, &args.poses), held.map(|path| source(path, &args.validate_poses)))
 }
 
 /// Reads all that a comparison needs.
 pub(super) fn prepare(args: &InputArgs) -> Result<Prepared> {
     let given = model(&args.model)?;
     check_names(&args.leave_out)?;
-    let train = load(&args.measured, &args.scene, &given, args.as_is)?;
+    let (train_scene, held_scene) = sources(args);
+    if args.poses.is_some() && args.validate.is_some() && args.validate_poses.is_none() {
+        let problem = anyhow::anyhow!("--poses with --validate takes --validate-poses as well");
+        return Err(problem.context(BadInput));
+    }
+    let train = load(&args.measured, &train_scene, &given, args.as_is)?;
+    let given = stamped(&given, train.tick);
     let mut notes = train.notes;
-    let held = match (&args.validate, &args.validate_scene) {
+    if train.tick > Micros(1) {
+        let note = format!("stamps count {} us: the model's do as well", train.tick.0);
+        say(format!("note      {note}"));
+        notes.push(note);
+    }
+    let held = match (&args.validate, &held_scene) {
         (Some(recording), Some(scene)) => {
             let held = load(recording, scene, &given, args.as_is)?;
             notes.extend(held.notes);
@@ -117,11 +175,24 @@ pub(super) fn prepare(args: &InputArgs) -> Result<Prepared> {
         seed: args.seed,
         is_quick: args.quick,
     };
-    let mut prepared = Prepared::new(inputs).context(BadInput)?;
+    let mut prepared = match args.poses {
+        Some(_) => {
+            let look =
+                |source: &SceneSource, i| source.look(i).map_err(|error| as_gap_error(&error));
+            let of_train = |i| look(&train_scene, i);
+            let of_held = held_scene.as_ref().map(|source| move |i| look(source, i));
+            let of_held = of_held.as_ref().map(|look| look as Look<'_>);
+            Prepared::of_poses(inputs, &of_train, of_held)
+        }
+        None => Prepared::new(inputs),
+    }
+    .context(BadInput)?;
     for note in &prepared.notes {
         say(format!("note      {note}"));
     }
-    prepared.notes.splice(0..0, notes);
+    // What kind of comparison it is comes first.
+    let first = usize::from(args.poses.is_some());
+    prepared.notes.splice(first..first, notes);
     Ok(prepared)
 }
 

@@ -6,6 +6,7 @@ mod files;
 mod inputs;
 mod report;
 mod run;
+mod scenes;
 mod steps;
 mod terminal;
 mod verify;
@@ -44,7 +45,7 @@ pub(crate) fn run(command: &GapCommand) -> Result<ExitCode> {
         GapCommand::Locate(args) => done(steps::locate(args)),
         GapCommand::Name(args) => steps::name(args).map(exit),
         GapCommand::Correct(args) => steps::correct(args).map(exit),
-        GapCommand::Ablate(args) => done(steps::ablate(args)),
+        GapCommand::Ablate(args) => steps::ablate(args).map(exit),
         GapCommand::Power(args) => done(steps::power(args)),
         GapCommand::Report(args) => done(again(args)),
         GapCommand::Verify(args) => done(verify::run(args)),

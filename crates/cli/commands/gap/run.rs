@@ -4,22 +4,20 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, anyhow};
 use evpose_core::TimeWindow;
-use evpose_gap::input::load_recording;
+use evpose_gap::input::{Problem, load_recording};
 use evpose_gap::report::{Fact, ReportData};
 use evpose_gap::verdict::Answer;
-use evpose_gap::workflow::{bare, outcome};
+use evpose_gap::workflow::{bare, of_poses, outcome, stamped};
 
 use super::args::{InputArgs, RunArgs};
 use super::files::{self, RunInfo, whole};
-use super::{BadInput, inputs, report, terminal};
+use super::scenes::NONE;
+use super::{BadInput, inputs, report, scenes, terminal};
 use crate::commands::use_threads;
 use crate::progress::{say, spinner};
 use crate::run_info::COMMIT;
-
-/// Scenes that are not there.
-pub(super) const NONE: &str = "none";
 
 /// Everything that a run writes.
 struct Written {
@@ -52,7 +50,10 @@ fn compared(args: &InputArgs) -> Result<Written> {
     let progress = |what: &str| spinner.set_message(what.to_owned());
     let named = bench.name(&prepared.model.config, &prepared.left_out, &progress)?;
     clock.lap("naming");
-    let outcome = outcome(&prepared, &bench, &named, &progress)?;
+    let mut outcome = outcome(&prepared, &bench, &named, &progress)?;
+    if args.poses.is_some() {
+        of_poses(&mut outcome.report.verdict);
+    }
     clock.lap("verdict");
     spinner.finish_and_clear();
     Ok(Written {
@@ -67,13 +68,29 @@ fn compared(args: &InputArgs) -> Result<Written> {
 /// A recording without a scene.
 fn alone(args: &InputArgs) -> Result<Written> {
     let mut clock = Clock::start();
+    let of_a_scene = [
+        ("--validate", args.validate.is_some()),
+        ("--poses", args.poses.is_some()),
+        ("--seconds", args.seconds.is_some()),
+    ];
+    if let Some((option, _)) = of_a_scene.into_iter().find(|(_, is_given)| *is_given) {
+        return Err(anyhow!("{option} needs a scene, and --scene is none").context(BadInput));
+    }
     let model = inputs::model(&args.model)?;
     let recording = load_recording(&args.measured, None).context(BadInput)?;
     for line in &recording.provenance {
         say(format!("read      {line}"));
     }
+    for note in &recording.notes {
+        say(format!("note      {note}"));
+    }
+    let model = stamped(&model, recording.tick);
     clock.lap("inputs");
-    let verdict = bare(&recording.events, &model, args.quick, args.seed);
+    let mut verdict = bare(&recording.events, &model, args.quick, args.seed);
+    verdict.notes.extend(recording.notes);
+    if recording.rejected.total() > 0 {
+        verdict.notes.push(Problem::Lost(recording.rejected).to_string());
+    }
     clock.lap("verdict");
     let mut after = model.clone();
     for finding in &verdict.effects {
@@ -107,9 +124,12 @@ fn write(args: &RunArgs, written: &Written) -> Result<()> {
         seed: inputs.seed,
         quick: inputs.quick,
         measured: whole(&inputs.measured)?,
-        scene: if is_alone { None } else { Some(whole(&inputs.scene)?) },
+        scene: if is_alone { None } else { Some(scenes::whole(&inputs.scene)?) },
         validate: path(&inputs.validate)?,
-        validate_scene: path(&inputs.validate_scene)?,
+        validate_scene: inputs.validate_scene.as_deref().map(scenes::whole).transpose()?,
+        poses: path(&inputs.poses)?,
+        validate_poses: path(&inputs.validate_poses)?,
+        scene_seconds: inputs.seconds,
         as_is: inputs.as_is,
         held_s: written.held.map(|w| [w.start.as_seconds(), w.end.as_seconds()]),
         model: inputs.model.clone(),

@@ -2,7 +2,6 @@
 
 use anyhow::{Context, Result};
 use evpose_core::{Micros, TimeWindow, atomic_write, seed_for};
-use evpose_gap::input::load_scene;
 use evpose_gap::naming::{Bench, Named};
 use evpose_gap::verdict::Answer;
 use evpose_gap::workflow::{
@@ -11,6 +10,7 @@ use evpose_gap::workflow::{
 use evpose_gap::{Lab, Layout, Stage, View, by_block, locate as places, rho_of_chance};
 
 use super::args::{CorrectArgs, InputArgs, PowerArgs};
+use super::scenes::SceneSource;
 use super::{BadInput, inputs, words};
 use crate::commands::use_threads;
 use crate::progress::{say, spinner};
@@ -92,13 +92,18 @@ pub(super) fn correct(args: &CorrectArgs) -> Result<Answer> {
     with_name(&args.inputs, |_, _, named| {
         atomic_write(&args.out, answered(named).model.to_toml().as_bytes())
             .with_context(|| format!("writing {}", args.out.display()))?;
-        say(format!("written to {}", args.out.display()));
+        let what = match named.answer {
+            Answer::Effects => "the model with what was found",
+            Answer::NoGap => "nothing to correct: the model as given",
+            _ => "no effect is named: the model with its numbers refitted",
+        };
+        say(format!("{what}, written to {}", args.out.display()));
         Ok(())
     })
 }
 
 /// `evpose gap ablate`.
-pub(super) fn ablate(args: &InputArgs) -> Result<()> {
+pub(super) fn ablate(args: &InputArgs) -> Result<Answer> {
     use_threads(args.threads)?;
     with_name(args, |prepared, bench, named| {
         for row in ablation(bench, named, prepared.seed)? {
@@ -106,7 +111,6 @@ pub(super) fn ablate(args: &InputArgs) -> Result<()> {
         }
         Ok(())
     })
-    .map(|_| ())
 }
 
 /// Names what is missing, says so, and goes on.
@@ -121,14 +125,15 @@ fn with_name(
     let named = bench.name(&prepared.model.config, &prepared.left_out, &progress)?;
     spinner.finish_and_clear();
     let names: Vec<&str> = named.steps.iter().map(|step| step.contenders[0].found.name).collect();
-    say(format!(
-        "{}  gap {:.2}, {:.2} with its numbers refitted, {:.2} with {}",
-        word(named.answer),
-        named.before.gap,
-        named.refitted.gap,
-        named.after.gap,
-        if names.is_empty() { "nothing added".to_owned() } else { names.join(" + ") }
-    ));
+    let mut gaps = format!("gap {:.2} as given", named.before.gap);
+    if named.refitted.gap != named.before.gap {
+        gaps += &format!(", {:.2} with its numbers refitted", named.refitted.gap);
+    }
+    if !names.is_empty() {
+        let tried = if named.answer == Answer::Effects { "" } else { " (not named)" };
+        gaps += &format!(", {:.2} with {}{tried}", named.after.gap, names.join(" + "));
+    }
+    say(format!("{:<18}{gaps}", word(named.answer)));
     then(&prepared, &bench, &named)?;
     Ok(named.answer)
 }
@@ -147,7 +152,11 @@ pub(super) fn word(answer: Answer) -> &'static str {
 /// `evpose gap power`.
 pub(super) fn power(args: &PowerArgs) -> Result<()> {
     use_threads(args.threads)?;
-    let loaded = load_scene(&args.scene).context(BadInput)?;
+    let mut source = SceneSource { path: args.scene.clone(), poses: None, seconds: None };
+    if source.is_rendered() {
+        source.seconds = Some(args.seconds);
+    }
+    let loaded = source.load().context(BadInput)?;
     let model = prepared(&inputs::model(&args.model)?, loaded.nominal.as_ref());
     let scene = loaded.scene.first(Micros::from_seconds(args.seconds));
     let window = TimeWindow { start: Micros(0), end: scene.duration() + Micros(1) };

@@ -1,7 +1,7 @@
 //! A report in at most twenty-five lines.
 
 use evpose_gap::report::ReportData;
-use evpose_gap::verdict::{FindingKind, Verdict};
+use evpose_gap::verdict::{Answer, FindingKind, Verdict};
 
 use super::words::{self, gap, percent, probability, short};
 
@@ -18,7 +18,10 @@ pub(crate) fn lines(data: &ReportData) -> Vec<String> {
     let mut lines = wrapped("", &words::headline(verdict).to_uppercase(), 2, 0);
     for finding in verdict.effects.iter().take(3) {
         let numbers = words::parameters(finding);
-        let sure = format!("probability {}", short(finding.probability));
+        let sure = match verdict.is_bare() {
+            true => format!("by chance {}", probability(1.0 - finding.probability)),
+            false => format!("probability {}", short(finding.probability)),
+        };
         let text = [numbers, sure].into_iter().filter(|part| !part.is_empty());
         let text = format!("{}: {}", finding.name, text.collect::<Vec<_>>().join("; "));
         lines.extend(wrapped("", &text, 2, 2));
@@ -30,7 +33,16 @@ pub(crate) fn lines(data: &ReportData) -> Vec<String> {
             lines.extend(wrapped("", &text, 1, 4));
         }
     }
-    lines.extend(wrapped("GAP", &gaps(verdict), 2, INDENT));
+    let gaps = if verdict.is_bare() { words::NO_GAP.to_owned() } else { gaps(verdict) };
+    lines.extend(wrapped("GAP", &gaps, 2, INDENT));
+    if verdict.is_bare() {
+        let text = match verdict.verdict {
+            Answer::Undecided => "; what it is, this recording does not tell without a scene",
+            _ => "",
+        };
+        let text = format!("{} of the largest deviation{text}", probability(verdict.p));
+        lines.extend(wrapped("CHANCE", &text, 1, INDENT));
+    }
     if !verdict.place.sentence.is_empty() {
         lines.extend(wrapped("WHERE", &verdict.place.sentence, 3, INDENT));
     }
@@ -85,16 +97,12 @@ pub(crate) fn lines(data: &ReportData) -> Vec<String> {
         let text = format!("would have shown from: {}", limits.join(", "));
         lines.extend(wrapped("LIMITS", &text, 3, INDENT));
     }
-    let untestable: Vec<&str> = verdict.untestable.keys().map(String::as_str).collect();
-    if !untestable.is_empty() {
-        lines.extend(wrapped(
-            "UNSEEN",
-            &format!("not testable here: {}", untestable.join(", ")),
-            2,
-            INDENT,
-        ));
+    if !verdict.untestable.is_empty() {
+        lines.extend(wrapped("UNSEEN", &unseen(verdict), 3, INDENT));
     }
-    for note in verdict.notes.iter().take(2) {
+    // Of a recording alone, notes are much of what there is to say.
+    let notes = if verdict.is_bare() { 6 } else { 2 };
+    for note in verdict.notes.iter().take(notes) {
         lines.extend(wrapped("NOTE", note, 2, INDENT));
     }
     lines.truncate(LINES);
@@ -113,6 +121,26 @@ fn gaps(verdict: &Verdict) -> String {
         gap(&verdict.gap_after),
         words::closed(verdict)
     )
+}
+
+/// What cannot be tested, with the reason where it is not that of most.
+fn unseen(verdict: &Verdict) -> String {
+    if !verdict.is_bare() {
+        let names: Vec<&str> = verdict.untestable.keys().map(String::as_str).collect();
+        return format!("not testable here: {}", names.join(", "));
+    }
+    let mut reasons: Vec<&String> = verdict.untestable.values().collect();
+    reasons.sort();
+    let count = |reason: &String| reasons.iter().filter(|other| **other == reason).count();
+    let Some(usual) = reasons.iter().max_by_key(|reason| count(reason)) else {
+        return String::new();
+    };
+    let others = verdict.untestable.iter().filter(|(_, reason)| reason != usual);
+    let others: Vec<String> = others.map(|(name, reason)| format!("{name} ({reason})")).collect();
+    if others.is_empty() {
+        return format!("not testable here: {} effects, {usual}", count(usual));
+    }
+    format!("not testable here: {}; {} others: {usual}", others.join(", "), count(usual))
 }
 
 /// The largest four, in percent.

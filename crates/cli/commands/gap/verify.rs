@@ -3,10 +3,11 @@
 use anyhow::{Context, Result, bail};
 use evpose_core::{EventStream, Micros, TimeWindow, seed_for};
 use evpose_gap_judge::{Frames, judge};
-use evpose_sensor::{SensorConfig, SensorModel};
+use evpose_sensor::SensorConfig;
 use rayon::prelude::*;
 
 use super::args::VerifyArgs;
+use super::scenes::SceneSource;
 use super::{BadInput, files, inputs};
 use crate::progress::say;
 
@@ -19,28 +20,23 @@ pub(super) fn run(args: &VerifyArgs) -> Result<()> {
     };
     let before = read(&info.model_before).context(BadInput)?;
     let after = read(&info.model_after).context(BadInput)?;
-    let (measured, scene) = match (&info.validate, &info.validate_scene, &info.scene) {
-        (Some(recording), Some(scene), _) => (recording, scene),
-        (_, _, Some(scene)) => (&info.measured, scene),
+    let (measured, scene, poses) = match (&info.validate, &info.validate_scene, &info.scene) {
+        (Some(recording), Some(scene), _) => (recording, scene, &info.validate_poses),
+        (_, _, Some(scene)) => (&info.measured, scene, &info.poses),
         _ => {
             let problem = anyhow::anyhow!("a run without a scene has nothing that can be judged");
             return Err(problem.context(BadInput));
         }
     };
-    let case = inputs::load(measured, scene, &before, info.as_is)?.case;
+    let source =
+        SceneSource { path: scene.clone(), poses: poses.clone(), seconds: info.scene_seconds };
+    let case = inputs::load(measured, &source, &before, info.as_is)?.case;
     let Some([from, to]) = info.held_s else { bail!("run.json says nothing of what was held out") };
     let window = TimeWindow { start: Micros::from_seconds(from), end: Micros::from_seconds(to) };
     let simulated = |model: &SensorConfig| -> Result<Vec<EventStream>> {
         let run = |run: u64| -> Result<EventStream> {
             let seed = seed_for(args.seed, "judged run", run);
-            let mut run = SensorModel::from_config(model)?.start(case.scene.size(), seed);
-            let mut all = EventStream::empty(case.scene.size());
-            for (k, plane) in case.scene.planes().iter().enumerate() {
-                for event in run.expose(plane, case.scene.time(k))?.iter() {
-                    all.push(event)?;
-                }
-            }
-            Ok(all.slice(window))
+            Ok(case.scene.events(model, seed)?.slice(window))
         };
         (0..args.runs).into_par_iter().map(run).collect()
     };

@@ -8,6 +8,13 @@ use evpose_sensor::STAGES;
 /// The answer as a heading.
 pub(crate) fn headline(verdict: &Verdict) -> String {
     let names = names(verdict);
+    if verdict.is_bare() {
+        return match verdict.verdict {
+            Answer::Effects => format!("The recording alone is consistent with: {names}"),
+            Answer::NoGap => "The recording alone shows nothing that the model lacks".to_owned(),
+            _ => "The recording alone shows something, but not what".to_owned(),
+        };
+    }
     let plural = if verdict.effects.len() > 1 { "s" } else { "" };
     match verdict.verdict {
         Answer::NoGap => "No gap: the model explains the recording".to_owned(),
@@ -32,6 +39,17 @@ fn names(verdict: &Verdict) -> String {
 
 /// What that means, for someone who has never seen such a report.
 pub(crate) fn meaning(verdict: &Verdict) -> String {
+    if verdict.is_bare() {
+        let found = match verdict.verdict {
+            Answer::Effects => "What is named stands out against these, alike in both halves",
+            Answer::NoGap => "Nothing stands out that the model does not have",
+            _ => {
+                "Times have a structure that these lack, but no effect of the catalogue that both \
+                 halves agree on does it; what moved in front of the camera may"
+            }
+        };
+        return format!("{NO_GAP} {found}; most effects need a scene to show.");
+    }
     let (before, after) = (short(verdict.gap_before.value), short(verdict.gap_after.value));
     let closes = format!(
         "The gap falls from {before} to {after}, where 1 is the gap between two runs of one model: \
@@ -67,6 +85,11 @@ pub(crate) fn meaning(verdict: &Verdict) -> String {
     }
 }
 
+/// Why a recording alone has no gap, and what it was compared with.
+pub(crate) const NO_GAP: &str = "Without a scene there is nothing to simulate, and so no gap: the \
+                                 recording was compared with copies of itself in which times are \
+                                 redrawn inside short windows.";
+
 /// What an effect of the catalogue does, or what a number of the model is.
 pub(crate) fn summary(name: &str) -> Option<&'static str> {
     let stage = STAGES.iter().find(|stage| stage.name == name).map(|stage| stage.summary);
@@ -94,9 +117,17 @@ pub(crate) fn parameters(finding: &Finding) -> String {
 
 /// A number with its interval and unit.
 pub(crate) fn quantity(quantity: &Quantity) -> String {
-    let Quantity { value, lo90, hi90, unit } = quantity;
+    let Quantity { value, lo90, hi90, unit, halves } = quantity;
     let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
-    format!("{}{unit} [{}, {}]", short(*value), short(*lo90), short(*hi90))
+    let interval = format!("{}{unit} [{}, {}]", short(*value), short(*lo90), short(*hi90));
+    match halves {
+        Some([early, late]) => {
+            format!("{interval}, halves {} and {}", short(*early), short(*late))
+        }
+        // Counted, not estimated.
+        None if lo90 == hi90 => format!("{}{unit}", short(*value)),
+        None => interval,
+    }
 }
 
 /// A gap with its interval.

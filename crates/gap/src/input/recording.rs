@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use evpose_core::{Event, EventStream, EventStreamBuilder, Rejected, SensorSize};
+use evpose_core::{Event, EventStream, EventStreamBuilder, Micros, Rejected, SensorSize};
 use evpose_io::SensorOrigin;
 
 use crate::GapError;
@@ -14,6 +14,8 @@ pub struct LoadedRecording {
     pub events: EventStream,
     /// Events that were left out, because they were out of order or outside the sensor.
     pub rejected: Rejected,
+    /// What the stamps of the format count; a microsecond if it does not say.
+    pub tick: Micros,
     /// What was read, a line each.
     pub provenance: Vec<String>,
     /// What a user should know, a line each.
@@ -39,6 +41,18 @@ pub fn load_recording(
             SensorOrigin::Stated | SensorOrigin::Given => {}
         }
     }
+    if read.sorted > 0 {
+        notes.push(format!(
+            "{} events stood behind later ones: all are put in the order of time",
+            read.sorted
+        ));
+    }
+    let is_framed = read.format == "evc";
+    let tick = if is_framed { evpose_io::evc::FRAME } else { Micros(1) };
+    if is_framed {
+        // Inside a frame there is no time: pixel by pixel, as simulated events of one time are.
+        read.stream = by_pixel(&read.stream);
+    }
     let (events, rejected) = (read.stream, read.rejected);
     if events.is_empty() {
         return Err(GapError::Recording(format!(
@@ -58,7 +72,14 @@ pub fn load_recording(
         span[1],
         read.format
     )];
-    Ok(LoadedRecording { events, rejected, provenance, notes })
+    Ok(LoadedRecording { events, rejected, tick, provenance, notes })
+}
+
+/// Events of one time in the order of their pixels, row by row from the top.
+fn by_pixel(events: &EventStream) -> EventStream {
+    let mut all: Vec<Event> = events.iter().collect();
+    all.sort_by_key(|event| (event.t, event.y, event.x));
+    on(events.sensor(), all)
 }
 
 /// Events of a file that does not state its sensor, on the given one or on the same one turned.

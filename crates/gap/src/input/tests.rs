@@ -37,7 +37,8 @@ fn reference() -> EventStream {
 
 fn recording(events: EventStream) -> LoadedRecording {
     let rejected = Rejected::default();
-    LoadedRecording { events, rejected, provenance: Vec::new(), notes: Vec::new() }
+    let tick = Micros(1);
+    LoadedRecording { events, rejected, tick, provenance: Vec::new(), notes: Vec::new() }
 }
 
 /// A scene directory of 20 frames of 4 x 3 pixels at 100 frames per second.

@@ -66,13 +66,39 @@ pub struct Doubt {
     pub overturned_by: String,
 }
 
+/// The note of an answer that was judged on a second recording.
+pub(crate) const SECOND_RECORDING: &str = "held out: a second recording";
+
 impl Doubt {
     fn new(assumption: impl Into<String>, overturned_by: impl Into<String>) -> Self {
         Self { assumption: assumption.into(), overturned_by: overturned_by.into() }
     }
 
+    /// What an answer without a scene rests on.
+    fn of_recording_alone() -> Vec<Self> {
+        vec![
+            Self::new(
+                "Nothing in front of the camera has a structure in time finer than the windows \
+                 in which times were redrawn.",
+                "A lamp or a screen that flickers, or a motion that repeats, does: look at the same \
+                 scene in daylight. What is named is what the recording is consistent with.",
+            ),
+            Self::new(
+                "Both halves of the recording see the same camera.",
+                "Settings or temperature that change meanwhile: record again and compare.",
+            ),
+            Self::new(
+                "What is not named was either looked for or is listed as untestable.",
+                "A recording of a known scene, with `--scene`: most effects need one to show.",
+            ),
+        ]
+    }
+
     /// What every answer rests on, and what this one does.
     pub fn of(verdict: &Verdict) -> Vec<Self> {
+        if verdict.is_bare() {
+            return Self::of_recording_alone();
+        }
         let mut doubts = vec![
             Self::new(
                 "The luminance of the scene is what the camera saw: linear, in focus, complete.",
@@ -84,11 +110,13 @@ impl Doubt {
                 "A light that is switched in view of the camera. Without one, a constant delay of \
                  all pixels and an offset of the clock are the same thing.",
             ),
-            Self::new(
+        ];
+        if !verdict.notes.iter().any(|note| note == SECOND_RECORDING) {
+            doubts.push(Self::new(
                 "What was held out is of the same recording: it shares its pixels and its light.",
                 "A second recording of another scene. The corrected model should do as well there.",
-            ),
-        ];
+            ));
+        }
         for finding in &verdict.effects {
             let name = &finding.name;
             if finding.confusable_with.is_empty() {

@@ -14,6 +14,7 @@ use crate::GapError;
 use crate::locate::Located;
 use crate::verdict::Verdict;
 
+pub(crate) use ablation::SECOND_RECORDING;
 pub use ablation::{Ablation, Change, Confusability, Doubt, Ranked};
 pub use film::{Film, Frame};
 pub use plot::{Plot, Scale};

@@ -33,13 +33,14 @@ impl Agreement {
             value,
             lo90: (value - reach).max(0.0),
             hi90: value + reach,
+            halves: Some([early, late]),
         })
     }
 }
 
 /// A number that is counted.
 pub(super) fn exact(name: &'static str, unit: &'static str, value: f64) -> BareParameter {
-    BareParameter { name, unit, value, lo90: value, hi90: value }
+    BareParameter { name, unit, value, lo90: value, hi90: value, halves: None }
 }
 
 pub(super) fn effect(

@@ -39,6 +39,8 @@ pub struct BareParameter {
     pub lo90: f64,
     /// Upper end.
     pub hi90: f64,
+    /// In the first half and in the second; none for what is counted over the whole.
+    pub halves: Option<[f64; 2]>,
 }
 
 /// An effect that the recording is consistent with.

@@ -13,6 +13,9 @@ use crate::verdict::{
 /// Surrogates of each kind, in full and quick.
 const REPLICATES: [usize; 2] = [199, 39];
 
+/// A smallest p-value above this is chance.
+const LEVEL: f64 = 0.05;
+
 /// What a recording alone shows that `model` does not hold. There is no gap without a scene: gaps
 /// are no numbers.
 pub fn bare(events: &EventStream, model: &SensorConfig, is_quick: bool, seed: u64) -> Verdict {
@@ -22,7 +25,14 @@ pub fn bare(events: &EventStream, model: &SensorConfig, is_quick: bool, seed: u6
     let effects: Vec<Finding> = found.effects.iter().filter(is_missing).map(finding).collect();
     let ps = found.statistics.iter().filter_map(|statistic| statistic.adjusted_p);
     let none = GapValue { value: f64::NAN, lo: f64::NAN, hi: f64::NAN };
-    let verdict = if effects.is_empty() { Answer::NoGap } else { Answer::Effects };
+    let p = ps.fold(1.0, f64::min);
+    let is_silent = found.effects.iter().all(|effect| effect.p.is_none());
+    let verdict = match effects.is_empty() {
+        false => Answer::Effects,
+        // Something stands out, and no effect that both halves agree on does it.
+        true if is_silent && p <= LEVEL => Answer::Undecided,
+        true => Answer::NoGap,
+    };
     Verdict {
         schema: SCHEMA,
         verdict,
@@ -35,7 +45,7 @@ pub fn bare(events: &EventStream, model: &SensorConfig, is_quick: bool, seed: u6
         gap_before: none,
         gap_after: none,
         grr: f64::NAN,
-        p: ps.fold(1.0, f64::min),
+        p,
         place: Where { sentence: String::new(), shares: BTreeMap::new() },
         stage_shares: BTreeMap::new(),
         limits: Vec::new(),
@@ -61,8 +71,8 @@ pub fn as_effect(finding: &Finding) -> Option<EffectConfig> {
 
 fn finding(effect: &BareEffect) -> Finding {
     let quantity = |p: &crate::surrogate::BareParameter| {
-        let value = Quantity { value: p.value, lo90: p.lo90, hi90: p.hi90, unit: p.unit.into() };
-        (p.name.to_owned(), value)
+        let (value, unit, halves) = (p.value, p.unit.to_owned(), p.halves);
+        (p.name.to_owned(), Quantity { value, lo90: p.lo90, hi90: p.hi90, unit, halves })
     };
     Finding {
         name: effect.name.to_owned(),
@@ -75,17 +85,18 @@ fn finding(effect: &BareEffect) -> Finding {
 
 fn notes(found: &BareFindings) -> Vec<String> {
     let mut notes = vec![format!(
-        "without a scene: {} events in {:.3} s against {} surrogates of each kind; both halves of \
-         the recording must agree; looked for and not found: {}",
-        found.events,
-        found.seconds,
-        found.replicates,
-        found.absent.join(", ")
+        "mode C, the recording alone: {} events in {:.3} s against {} surrogates of each kind; both \
+         halves of the recording must agree on what is named",
+        found.events, found.seconds, found.replicates
     )];
+    if !found.absent.is_empty() {
+        notes.push(format!("looked for and not found: {}", found.absent.join(", ")));
+    }
     for effect in found.effects.iter().filter(|effect| effect.p.is_none()) {
         let numbers =
             effect.parameters.iter().map(|p| format!("{} {:.4} {}", p.name, p.value, p.unit));
-        notes.push(format!("{}: {}", effect.name, numbers.collect::<Vec<_>>().join(", ")));
+        let numbers = numbers.collect::<Vec<_>>().join(", ");
+        notes.push(format!("measured, no evidence of an effect: {} {numbers}", effect.name));
     }
     notes.extend(found.notes.iter().cloned());
     notes

@@ -52,7 +52,8 @@ pub fn findings(bench: &Bench<'_>, named: &Named) -> Result<Vec<Finding>, GapErr
             Knob::Parameter(parameter) => parameter.unit(),
             Knob::Effect(_, param) => param.unit,
         };
-        Quantity { value, lo90: a.min(b).min(value), hi90: a.max(b).max(value), unit: unit.into() }
+        let (lo90, hi90) = (a.min(b).min(value), a.max(b).max(value));
+        Quantity { value, lo90, hi90, unit: unit.into(), halves: None }
     };
     let mut found = Vec::new();
     let mut place = 0;

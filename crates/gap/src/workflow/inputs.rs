@@ -6,6 +6,7 @@ use evpose_sensor::SensorConfig;
 use super::{Model, prepared};
 use crate::input::Nominal;
 use crate::naming::Bench;
+use crate::report::SECOND_RECORDING;
 use crate::{GapError, Lab, Layout, Scene, Stage};
 
 /// Length of the part for first tries.
@@ -96,9 +97,9 @@ pub struct Prepared {
     pub is_quick: bool,
     /// What was assumed, a line each.
     pub notes: Vec<String>,
-    screen: (Case, Stage),
-    train: (Case, Stage),
-    held: (Case, Stage),
+    pub(super) screen: (Case, Stage),
+    pub(super) train: (Case, Stage),
+    pub(super) held: (Case, Stage),
 }
 
 impl Prepared {
@@ -111,7 +112,7 @@ impl Prepared {
         let mut notes = model.notes.clone();
         let (train, held) = match inputs.held {
             HeldOut::Recording(held) => {
-                notes.push("held out: a second recording".to_owned());
+                notes.push(SECOND_RECORDING.to_owned());
                 (inputs.train, held)
             }
             HeldOut::Later => {

@@ -18,6 +18,7 @@ mod inputs;
 mod limits;
 mod model;
 mod outcome;
+mod pose;
 mod trials;
 
 pub use bare::{as_effect, bare};
@@ -26,8 +27,9 @@ pub use findings::findings;
 pub use gap_value::gap_value;
 pub use inputs::{Case, HeldOut, Inputs, Prepared};
 pub use limits::{Limits, limits};
-pub use model::{Model, prepared};
+pub use model::{Model, prepared, stamped};
 pub use outcome::{Outcome, answered, effects_of, outcome};
+pub use pose::{LIKE_TEXTURE, Look, of_poses};
 pub use trials::ablation;
 
 #[cfg(test)]

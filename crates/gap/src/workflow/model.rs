@@ -1,5 +1,6 @@
 //! The model that is compared, and the reference that probes take times and places from.
 
+use evpose_core::Micros;
 use evpose_sensor::{EffectConfig, SensorConfig};
 
 use crate::input::Nominal;
@@ -87,6 +88,16 @@ pub fn prepared(model: &SensorConfig, nominal: Option<&Nominal>) -> Model {
         ],
     };
     Model { config, reference, notes }
+}
+
+/// A model whose stamps count as those of a recording do: where a format has frames of a
+/// millisecond, that is no effect of the camera.
+pub fn stamped(model: &SensorConfig, tick: Micros) -> SensorConfig {
+    let mut model = model.clone();
+    if tick > Micros(1) && model.effect("timestamp_quantisation").is_none() {
+        put(&mut model, "timestamp_quantisation", "period_us", tick.0 as f64);
+    }
+    model
 }
 
 fn number(config: &SensorConfig, effect: &str, key: &str) -> Option<f64> {

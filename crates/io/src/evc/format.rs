@@ -26,7 +26,13 @@ fn read(path: &Path, sensor: Option<SensorSize>) -> Result<Recording, IoError> {
         None => (EvcReader::open(path)?, SensorOrigin::Assumed),
     };
     let stream = reader.read_stream(0..reader.frames())?;
-    Ok(Recording { format: FORMAT.name, stream, rejected: Rejected::default(), sensor_origin })
+    Ok(Recording {
+        format: FORMAT.name,
+        stream,
+        rejected: Rejected::default(),
+        sorted: 0,
+        sensor_origin,
+    })
 }
 
 /// Frames count from time 0.

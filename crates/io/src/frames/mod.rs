@@ -7,7 +7,7 @@
 //! |---|---|---|
 //! | 8-bit images, `u1` | codes | 255 |
 //! | 16-bit images, `u2` | codes | 65535 |
-//! | `f2`, `f4` | numbers | 1 |
+//! | `f2`, `f4`, `f8` | numbers | 1 |
 //!
 //! Frames come as luminance relative to white: `value / white`, through the curve of sRGB where
 //! the encoding is sRGB. Colours become `0.2126 R + 0.7152 G + 0.0722 B` behind the curve. Alpha
@@ -83,7 +83,7 @@ pub enum FrameFault {
     NotAnArray(String),
     /// An array of another shape than frames, height, width, or without any of them.
     Shape(Vec<u64>),
-    /// An array of values that are none of u1, u2, f2, f4.
+    /// An array of values that are none of u1, u2, f2, f4, f8.
     Type(String),
     /// An array stored column by column.
     Columns,
@@ -248,8 +248,15 @@ impl fmt::Display for FrameFault {
             Self::Shape(shape) => {
                 write!(f, "an array of shape {shape:?}, expected (frames, height, width)")
             }
-            Self::Type(found) => write!(f, "values of type {found}, expected u1, u2, f2 or f4"),
-            Self::Columns => f.write_str("stored column by column, expected row by row"),
+            Self::Type(found) => write!(
+                f,
+                "values of type {found}, expected u1, u2, f2, f4 or f8: save \
+                 frames.astype('float32')"
+            ),
+            Self::Columns => f.write_str(
+                "stored column by column (fortran_order), expected row by row: save \
+                 numpy.ascontiguousarray(frames)",
+            ),
             Self::Truncated { whole, of } => {
                 write!(f, "truncated: {whole} of its {of} frames are there")
             }

@@ -33,6 +33,7 @@ enum Values {
     U16,
     F16,
     F32,
+    F64,
 }
 
 impl Values {
@@ -41,6 +42,7 @@ impl Values {
             Self::U8 => 1,
             Self::U16 | Self::F16 => 2,
             Self::F32 => 4,
+            Self::F64 => 8,
         }
     }
 }
@@ -66,10 +68,14 @@ impl NpyFrames {
             "u2" => Values::U16,
             "f2" => Values::F16,
             "f4" => Values::F32,
+            "f8" => Values::F64,
             _ => return Err(FrameFault::Type(descr)),
         };
         let (frames, height, width) = match *header.shape() {
-            [frames, height, width] if frames > 0 && height > 0 && width > 0 => {
+            // Grey images that kept a dimension for their one channel.
+            [frames, height, width] | [frames, height, width, 1]
+                if frames > 0 && height > 0 && width > 0 =>
+            {
                 (frames, height, width)
             }
             _ => return Err(FrameFault::Shape(header.shape().to_vec())),
@@ -100,7 +106,7 @@ impl NpyFrames {
         match self.values {
             Values::U8 => Depth::Eight,
             Values::U16 => Depth::Sixteen,
-            Values::F16 | Values::F32 => Depth::Float,
+            Values::F16 | Values::F32 | Values::F64 => Depth::Float,
         }
     }
 
@@ -126,6 +132,10 @@ impl NpyFrames {
             Values::F32 => {
                 let numbers = self.bytes.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b));
                 fill(out, numbers.map(|value| light.of_number(value.into())));
+            }
+            Values::F64 => {
+                let numbers = self.bytes.as_chunks::<8>().0.iter().map(|b| f64::from_le_bytes(*b));
+                fill(out, numbers.map(|value| light.of_number(value)));
             }
         }
         Ok(true)

@@ -99,6 +99,8 @@ fn every_type_of_array_gives_the_same_light() {
         ("<f2", 1.0, u16s([0x3400, 0x3c00, 0, 0x3800])),
         ("<f4", 4.0, [1.0f32, 4.0, 0.0, 2.0].map(f32::to_le_bytes).concat()),
         (">f4", 4.0, [1.0f32, 4.0, 0.0, 2.0].map(f32::to_be_bytes).concat()),
+        ("<f8", 4.0, [1.0f64, 4.0, 0.0, 2.0].map(f64::to_le_bytes).concat()),
+        (">f8", 4.0, [1.0f64, 4.0, 0.0, 2.0].map(f64::to_be_bytes).concat()),
     ] {
         let (_directory, path) = file(&array(descr, "False", "(2, 1, 2)", &data));
         let mut source = FrameSource::open(&path, Encoding::Linear, Some(white)).unwrap();
@@ -161,7 +163,11 @@ fn arrays_of_other_shapes_types_and_orders_are_refused() {
     assert_eq!(found("|u1", "False", "(4, 4)"), FrameFault::Shape(vec![4, 4]));
     assert_eq!(found("|u1", "False", "(0, 4, 4)"), FrameFault::Shape(vec![0, 4, 4]));
     assert_eq!(found("<i4", "False", "(1, 2, 2)"), FrameFault::Type("'<i4'".to_owned()));
-    assert_eq!(found("<f8", "False", "(1, 1, 2)"), FrameFault::Type("'<f8'".to_owned()));
+    assert_eq!(found("<c8", "False", "(1, 1, 2)"), FrameFault::Type("'<c8'".to_owned()));
+    let advice = found("<i4", "False", "(1, 2, 2)").to_string();
+    assert!(advice.contains("expected u1, u2, f2, f4 or f8: save frames.astype"), "{advice}");
+    let advice = found("|u1", "True", "(1, 4, 4)").to_string();
+    assert!(advice.contains("save numpy.ascontiguousarray(frames)"), "{advice}");
     assert_eq!(found("|u1", "True", "(1, 4, 4)"), FrameFault::Columns);
     assert_eq!(found("|u1", "False", "(1, 1, 70000)"), FrameFault::TooLarge(70_000, 1));
     let huge = "(18446744073709551615, 2, 2)";

@@ -1,42 +1,216 @@
-//! One integer array out of an archive, without trusting its header.
+//! One array of numbers, column by column, without trusting its header.
 
-use std::io::{self, BufReader, Cursor, Read};
+use std::io::{self, BufReader, Read};
 
-use npyz::{NpyFile, NpyReader};
+use npyz::{DType, Endianness, NpyHeader, Order, TypeChar, TypeStr};
 
 use super::NpzFault;
 
-/// NumPy writes 128 bytes. A longer header is none of its integer arrays.
-const LONGEST_HEADER: u16 = 1024;
+/// NumPy writes 128 bytes, more for records. A longer header is no recording's.
+const LONGEST_HEADER: u16 = 4096;
+/// Columns that an array of events may have.
+const MOST_COLUMNS: u64 = 16;
+/// Bytes that are taken at a time.
+const PIECE: usize = 1 << 16;
+
+/// A column of numbers.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Column {
+    /// Integers.
+    Whole(Vec<i64>),
+    /// Numbers that need not be.
+    Real(Vec<f64>),
+}
+
+/// An array: one column, or several beside each other.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Array {
+    /// Names of the fields of a record; none of a plain array.
+    pub(super) names: Vec<String>,
+    /// Its columns.
+    pub(super) columns: Vec<Column>,
+}
+
+impl Column {
+    pub(super) fn len(&self) -> usize {
+        match self {
+            Self::Whole(values) => values.len(),
+            Self::Real(values) => values.len(),
+        }
+    }
+
+    /// A value as a number that is not exact beyond 2^53.
+    pub(super) fn real(&self, k: usize) -> f64 {
+        match self {
+            Self::Whole(values) => values[k] as f64,
+            Self::Real(values) => values[k],
+        }
+    }
+
+    /// A value as an integer, if it is one.
+    pub(super) fn whole(&self, k: usize) -> Option<i64> {
+        match self {
+            Self::Whole(values) => Some(values[k]),
+            Self::Real(values) => {
+                let value = values[k];
+                (value.fract() == 0.0 && value.abs() < 9e15).then_some(value as i64)
+            }
+        }
+    }
+
+    fn of(kind: Kind) -> Self {
+        match kind.letter {
+            TypeChar::Float => Self::Real(Vec::new()),
+            _ => Self::Whole(Vec::new()),
+        }
+    }
+
+    /// Takes the bytes of a value.
+    fn push(&mut self, kind: Kind, bytes: &[u8]) -> Result<(), NpzFault> {
+        let mut wide = [0; 8];
+        for (k, byte) in bytes.iter().enumerate() {
+            wide[if kind.is_big { bytes.len() - 1 - k } else { k }] = *byte;
+        }
+        let raw = u64::from_le_bytes(wide);
+        match self {
+            Self::Real(values) if kind.bytes == 4 => {
+                values.push(f32::from_bits(raw as u32).into());
+            }
+            Self::Real(values) => values.push(f64::from_bits(raw)),
+            Self::Whole(values) if kind.letter == TypeChar::Int => {
+                // The sign is in the first bit of as many bytes as there are.
+                let unused = 64 - 8 * kind.bytes as u32;
+                values.push((raw << unused) as i64 >> unused);
+            }
+            Self::Whole(values) => {
+                let too_large = |_| NpzFault::Unreadable("a value beyond 64 bits".to_owned());
+                values.push(i64::try_from(raw).map_err(too_large)?);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// How numbers are stored.
+#[derive(Debug, Clone, Copy)]
+struct Kind {
+    letter: TypeChar,
+    bytes: usize,
+    is_big: bool,
+}
+
+impl Kind {
+    fn of(kind: &TypeStr) -> Option<Self> {
+        let (letter, bytes) = (kind.type_char(), kind.num_bytes()?);
+        let is_known = match letter {
+            TypeChar::Int | TypeChar::Uint => [1, 2, 4, 8].contains(&bytes),
+            TypeChar::Float => [4, 8].contains(&bytes),
+            TypeChar::Bool => bytes == 1,
+            _ => false,
+        };
+        is_known.then_some(Self { letter, bytes, is_big: kind.endianness() == Endianness::Big })
+    }
+}
 
 /// Takes an array, value by value, so that memory grows with the data rather than with what the
 /// header claims. A fault comes with the number of values before it.
-pub(super) fn read<T>(
-    entry: impl Read,
-    convert: impl Fn(i64) -> Option<T>,
-) -> Result<Vec<T>, (NpzFault, usize)> {
-    let mut entry = BufReader::with_capacity(1 << 16, entry);
+pub(super) fn read(entry: impl Read) -> Result<Array, (NpzFault, usize)> {
+    let mut entry = BufReader::with_capacity(PIECE, entry);
     let header = header(&mut entry).map_err(|fault| (fault, 0))?;
-    let mut values = Vec::new();
-    let npy = NpyFile::new(Cursor::new(header).chain(&mut entry))
-        .map_err(|e| (NpzFault::Unreadable(e.to_string()), 0))?;
-    for value in integers(npy).map_err(|fault| (fault, 0))? {
-        let value = value.map_err(|e| (unreadable(&e), values.len()))?;
-        match convert(value) {
-            Some(converted) => values.push(converted),
-            None => return Err((NpzFault::Value(value), values.len())),
+    let layout = Layout::of(&header).map_err(|fault| (fault, 0))?;
+    let mut columns: Vec<Column> = layout.kinds.iter().map(|kind| Column::of(*kind)).collect();
+    let mut row = vec![0; layout.kinds.iter().map(|kind| kind.bytes).sum()];
+    for k in 0..layout.rows {
+        entry.read_exact(&mut row).map_err(|e| (unreadable(&e), k as usize))?;
+        let mut rest = &row[..];
+        for (column, kind) in columns.iter_mut().zip(&layout.kinds) {
+            let (value, behind) = rest.split_at(kind.bytes);
+            column.push(*kind, value).map_err(|fault| (fault, k as usize))?;
+            rest = behind;
         }
     }
     // The archive compares its checksum only where an entry ends.
     match entry.read(&mut [0]) {
-        Ok(0) => Ok(values),
-        Ok(_) => Err((NpzFault::Trailing, values.len())),
-        Err(e) => Err((unreadable(&e), 0)),
+        Ok(0) => {}
+        Ok(_) => return Err((NpzFault::Trailing, layout.rows as usize)),
+        Err(e) => return Err((unreadable(&e), 0)),
+    }
+    let columns =
+        if layout.is_one_after_another { apart(columns, layout.of_each) } else { columns };
+    Ok(Array { names: layout.names, columns })
+}
+
+/// A single column of values as columns that lie one behind the other.
+fn apart(columns: Vec<Column>, of_each: usize) -> Vec<Column> {
+    let of_each = of_each.max(1);
+    match columns.into_iter().next() {
+        Some(Column::Whole(values)) => {
+            values.chunks(of_each).map(|part| Column::Whole(part.to_vec())).collect()
+        }
+        Some(Column::Real(values)) => {
+            values.chunks(of_each).map(|part| Column::Real(part.to_vec())).collect()
+        }
+        None => Vec::new(),
     }
 }
 
-/// The header's bytes, if they are few and describe at most one dimension.
-fn header(entry: &mut impl Read) -> Result<Vec<u8>, NpzFault> {
+/// How the values of an array lie in the file.
+struct Layout {
+    names: Vec<String>,
+    /// Of the values of a row.
+    kinds: Vec<Kind>,
+    rows: u64,
+    /// Whether columns lie one behind the other, of so many values each.
+    is_one_after_another: bool,
+    of_each: usize,
+}
+
+impl Layout {
+    fn of(header: &NpyHeader) -> Result<Self, NpzFault> {
+        let dtype = header.dtype();
+        let unfit = || NpzFault::Type(dtype.descr());
+        let (mut names, mut kinds) = (Vec::new(), Vec::new());
+        match &dtype {
+            DType::Plain(kind) => kinds.push(Kind::of(kind).ok_or_else(unfit)?),
+            DType::Record(fields) => {
+                for field in fields {
+                    let DType::Plain(kind) = &field.dtype else { return Err(unfit()) };
+                    kinds.push(Kind::of(kind).ok_or_else(unfit)?);
+                    names.push(field.name.clone());
+                }
+            }
+            DType::Array(..) => return Err(unfit()),
+        }
+        let plain = |rows: u64| (rows, 1, false);
+        let (rows, columns, is_one_after_another) = match *header.shape() {
+            [] => plain(1),
+            [rows] => plain(rows),
+            // A column that was given a second dimension.
+            [1, rows] | [rows, 1] => plain(rows),
+            _ if !names.is_empty() => return Err(NpzFault::Shape),
+            [rows, columns] if columns <= MOST_COLUMNS => {
+                (rows, columns, header.order() == Order::Fortran)
+            }
+            [columns, rows] if columns <= MOST_COLUMNS => {
+                (rows, columns, header.order() == Order::C)
+            }
+            _ => return Err(NpzFault::Shape),
+        };
+        let of_each = usize::try_from(rows).map_err(|_| NpzFault::Shape)?;
+        if is_one_after_another {
+            // All values in a row of one, to be taken apart when they are there.
+            let rows = rows.checked_mul(columns).ok_or(NpzFault::Shape)?;
+            return Ok(Self { names, kinds, rows, is_one_after_another, of_each });
+        }
+        if names.is_empty() {
+            kinds = vec![kinds[0]; columns as usize];
+        }
+        Ok(Self { names, kinds, rows, is_one_after_another, of_each })
+    }
+}
+
+/// The header, if it is short.
+fn header(entry: &mut impl Read) -> Result<NpyHeader, NpzFault> {
     let mut bytes = vec![0; 10];
     entry.read_exact(&mut bytes).map_err(|e| unreadable(&e))?;
     if !bytes.starts_with(b"\x93NUMPY\x01\x00") {
@@ -48,42 +222,20 @@ fn header(entry: &mut impl Read) -> Result<Vec<u8>, NpzFault> {
     }
     bytes.resize(10 + usize::from(length), 0);
     entry.read_exact(&mut bytes[10..]).map_err(|e| unreadable(&e))?;
+    // First, because a product of sizes beyond 64 bits is not for the parser.
     let text = String::from_utf8_lossy(&bytes[10..]);
-    let dimensions = text
+    let shape = text
         .split_once("'shape':")
         .and_then(|(_, rest)| rest.split_once('('))
         .and_then(|(_, rest)| rest.split_once(')'))
-        .map(|(shape, _)| shape.split(',').filter(|size| !size.trim().is_empty()).count());
-    match dimensions {
-        None => Err(NpzFault::Unreadable("no shape in the NPY header".to_owned())),
-        Some(0 | 1) => Ok(bytes),
-        Some(_) => Err(NpzFault::Shape),
-    }
-}
-
-type Integers<'a> = Box<dyn Iterator<Item = io::Result<i64>> + 'a>;
-
-fn integers<'a, R: Read + 'a>(npy: NpyFile<R>) -> Result<Integers<'a>, NpzFault> {
-    fn widen<'a, T, R>(values: NpyReader<T, R>) -> Integers<'a>
-    where
-        T: npyz::Deserialize + 'a,
-        i64: TryFrom<T>,
-        R: Read + 'a,
-    {
-        let too_large = |_| io::Error::new(io::ErrorKind::InvalidData, "a value beyond 64 bits");
-        Box::new(values.map(move |value| i64::try_from(value?).map_err(too_large)))
-    }
-    macro_rules! first_that_fits {
-        ($npy:expr, $($integer:ty),+) => {{
-            let npy = $npy;
-            $(let npy = match npy.try_data::<$integer>() {
-                Ok(values) => return Ok(widen(values)),
-                Err(npy) => npy,
-            };)+
-            Err(NpzFault::Type(npy.dtype().descr()))
-        }};
-    }
-    first_that_fits!(npy, i64, i32, i16, i8, u64, u32, u16, u8, bool)
+        .ok_or_else(|| NpzFault::Unreadable("no shape in the NPY header".to_owned()))?
+        .0;
+    let sizes = shape.split(',').map(str::trim).filter(|size| !size.is_empty());
+    let whole = sizes
+        .map(|size| size.parse().ok())
+        .try_fold(1u64, |all, size: Option<u64>| size.and_then(|size| all.checked_mul(size)));
+    whole.ok_or(NpzFault::Shape)?;
+    NpyHeader::from_reader(bytes.as_slice()).map_err(|e| unreadable(&e))
 }
 
 fn unreadable(error: &io::Error) -> NpzFault {

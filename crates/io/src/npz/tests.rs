@@ -30,7 +30,10 @@ fn archive(arrays: &[Array<'_>]) -> Vec<u8> {
     let mut zip = ZipWriter::new(&mut bytes);
     for (name, descr, shape, data) in arrays {
         zip.start_file(format!("{name}.npy"), SimpleFileOptions::default()).unwrap();
-        let header = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}");
+        let quote = if descr.starts_with('[') { "" } else { "'" };
+        let header = format!(
+            "{{'descr': {quote}{descr}{quote}, 'fortran_order': False, 'shape': {shape}, }}"
+        );
         zip.write_all(b"\x93NUMPY\x01\x00\x76\x00").unwrap();
         zip.write_all(format!("{header:<117}\n").as_bytes()).unwrap();
         zip.write_all(data).unwrap();
@@ -50,9 +53,9 @@ fn three_events<'a>() -> Vec<Array<'a>> {
     ]
 }
 
-fn fault_of(arrays: &[Array<'_>]) -> (&'static str, NpzFault, usize) {
+fn fault_of(arrays: &[Array<'_>]) -> (String, NpzFault, usize) {
     let (_directory, path) = file(&archive(arrays));
-    match read(&path).unwrap_err() {
+    match read(&path, None).unwrap_err() {
         IoError::Npz { array, fault, values, .. } => (array, fault, values),
         other => panic!("{other}"),
     }
@@ -61,7 +64,7 @@ fn fault_of(arrays: &[Array<'_>]) -> (&'static str, NpzFault, usize) {
 #[test]
 fn the_types_numpy_writes_are_read() {
     let (_directory, path) = file(&archive(&three_events()));
-    let recording = read(&path).unwrap();
+    let recording = read(&path, None).unwrap();
     let event = |t, x, y, on| Event { t: Micros(t), x, y, polarity: Polarity::from_on(on) };
     let want = [event(5, 1, 4, true), event(7, 2, 5, false), event(7, 3, 6, true)];
     assert_eq!(recording.stream, EventStream::from_events(SensorSize::DAVIS240C, want).unwrap());
@@ -75,7 +78,7 @@ fn events_outside_the_sensor_and_out_of_order_are_counted() {
     arrays[0].3 = [5i64, 7, 6].iter().flat_map(|t| t.to_le_bytes()).collect();
     arrays[1].3 = vec![0xff, 0xff, 2, 0, 3, 0];
     let (_directory, path) = file(&archive(&arrays));
-    let recording = read(&path).unwrap();
+    let recording = read(&path, None).unwrap();
     assert_eq!(recording.stream.len(), 1);
     assert_eq!(recording.rejected, Rejected { outside_sensor: 1, out_of_order: 1 });
 }
@@ -87,29 +90,107 @@ fn missing_arrays_are_named() {
     arrays.remove(0);
     let (_directory, path) = file(&archive(&arrays));
     assert_eq!(
-        read(&path).unwrap_err().to_string(),
+        read(&path, None).unwrap_err().to_string(),
         format!("{}: no array t, width (found: height, p, x, y)", path.display())
     );
 }
 
 #[test]
-fn a_polarity_other_than_0_and_1_is_refused() {
+fn a_polarity_is_0_or_1_or_minus_1_or_1() {
     let mut arrays = three_events();
+    let polarities = |arrays: &[Array<'_>]| {
+        let (_directory, path) = file(&archive(arrays));
+        read(&path, None).unwrap().stream.polarity().to_vec()
+    };
+    let want = polarities(&arrays);
     arrays[3] = ("p", "|i1", "(3,)", vec![1, 0xff, 1]);
-    assert_eq!(fault_of(&arrays), ("p", NpzFault::Value(-1), 1));
+    assert_eq!(polarities(&arrays), want);
+    arrays[3].3[1] = 2;
+    assert_eq!(fault_of(&arrays), ("p".to_owned(), NpzFault::Value(2), 1));
+}
+
+/// The three events in seconds, and as other programs have them.
+#[test]
+fn what_other_programs_save_is_read() {
+    let f8 = |values: &[f64]| -> Vec<u8> { values.iter().flat_map(|v| v.to_le_bytes()).collect() };
+    let mut arrays = three_events();
+    arrays[0].3 = [5i64, 7, 9].iter().flat_map(|t| t.to_le_bytes()).collect();
+    let (_directory, path) = file(&archive(&arrays));
+    let want = read(&path, None).unwrap().stream;
+    let size = || three_events().split_off(4);
+    let with = |mut arrays: Vec<Array<'static>>| {
+        arrays.extend(size());
+        archive(&arrays)
+    };
+    let rows = [
+        ([5.0, 1.0, 4.0, 1.0], [7.0, 2.0, 5.0, 0.0], [9.0, 3.0, 6.0, 1.0]),
+        ([1.0, 4.0, 5.0, 1.0], [2.0, 5.0, 7.0, -1.0], [3.0, 6.0, 9.0, 1.0]),
+        ([1.0, 4.0, 1.0, 5.0], [2.0, 5.0, 0.0, 7.0], [3.0, 6.0, 1.0, 9.0]),
+    ];
+    let mut files: Vec<Vec<u8>> = rows
+        .iter()
+        .map(|(a, b, c)| with(vec![("events", "<f8", "(3, 4)", f8(&[*a, *b, *c].concat()))]))
+        .collect();
+    // Seconds, and names of their own.
+    files.push(with(vec![
+        ("ts", "<f8", "(3,)", f8(&[5e-6, 7e-6, 9e-6])),
+        ("xs", "|u1", "(3, 1)", vec![1, 2, 3]),
+        ("ys", "<f8", "(3,)", f8(&[4.0, 5.0, 6.0])),
+        ("polarity", "|b1", "(3,)", vec![1, 0, 1]),
+    ]));
+    // Records.
+    let record = |t: i64, x: u8, y: u8, p: u8| [&[x, y, p][..], &t.to_le_bytes()].concat();
+    let data = [record(5, 1, 4, 1), record(7, 2, 5, 0), record(9, 3, 6, 1)].concat();
+    let fields = "[('x', '|u1'), ('y', '|u1'), ('p', '|b1'), ('t', '<i8')]";
+    files.push(with(vec![("events", fields, "(3,)", data)]));
+    // Columns one behind the other.
+    files.push(with(vec![(
+        "events",
+        "<f8",
+        "(4, 3)",
+        f8(&[5.0, 7.0, 9.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 1.0, 0.0, 1.0]),
+    )]));
+    for (i, bytes) in files.iter().enumerate() {
+        let (_directory, path) = file(bytes);
+        assert_eq!(read(&path, None).unwrap().stream, want, "file {i}");
+    }
+}
+
+#[test]
+fn without_a_size_the_sensor_is_given_or_inferred_and_half_a_size_is_a_fault() {
+    let mut arrays = three_events();
+    arrays.truncate(4);
+    let (_directory, path) = file(&archive(&arrays));
+    let recording = read(&path, Some(SENSOR)).unwrap();
+    assert_eq!((recording.stream.sensor(), recording.sensor_origin), (SENSOR, SensorOrigin::Given));
+    let recording = read(&path, None).unwrap();
+    assert_eq!(recording.stream.sensor(), SensorSize { width: 4, height: 7 });
+    assert_eq!(recording.sensor_origin, SensorOrigin::Inferred);
+    arrays.push(("width", "<i8", "()", 240i64.to_le_bytes().to_vec()));
+    let (_directory, path) = file(&archive(&arrays));
+    let message = read(&path, None).unwrap_err().to_string();
+    assert!(message.contains("no array height (found: p, t, width, x, y)"), "{message}");
+}
+
+#[test]
+fn columns_that_are_in_no_known_order_are_refused_with_those_there_are() {
+    let data: Vec<u8> = (0..400u32).map(|k| (k * k * 7 % 101) as u8).collect();
+    let (_directory, path) = file(&archive(&[("events", "|u1", "(100, 4)", data)]));
+    let message = read(&path, None).unwrap_err().to_string();
+    assert!(message.contains("array `events`") && message.contains("x y t p"), "{message}");
 }
 
 #[test]
 fn columns_of_other_types_shapes_and_lengths_are_refused() {
     let mut arrays = three_events();
-    arrays[0].1 = "<f8";
-    assert_eq!(fault_of(&arrays), ("t", NpzFault::Type("'<f8'".to_owned()), 0));
+    arrays[0].1 = "<c8";
+    assert_eq!(fault_of(&arrays), ("t".to_owned(), NpzFault::Type("'<c8'".to_owned()), 0));
     let mut arrays = three_events();
-    arrays[1].2 = "(1, 3)";
-    assert_eq!(fault_of(&arrays), ("x", NpzFault::Shape, 0));
+    arrays[1] = ("x", "|u1", "(3, 2)", vec![1, 0, 2, 0, 3, 0]);
+    assert_eq!(fault_of(&arrays), ("x".to_owned(), NpzFault::Shape, 0));
     let mut arrays = three_events();
     arrays[3] = ("p", "|u1", "(2,)", vec![1, 0]);
-    assert_eq!(fault_of(&arrays), ("p", NpzFault::Length { got: 2, of: 3 }, 2));
+    assert_eq!(fault_of(&arrays), ("p".to_owned(), NpzFault::Length { got: 2, of: 3 }, 2));
 }
 
 #[test]
@@ -117,7 +198,7 @@ fn a_header_that_claims_more_than_there_is_allocates_nothing() {
     let mut arrays = three_events();
     arrays[0].2 = "(9000000000000000000,)";
     let (array, fault, values) = fault_of(&arrays);
-    assert!(matches!((array, fault, values), ("t", NpzFault::Unreadable(_), 3)));
+    assert!(matches!((array.as_str(), fault, values), ("t", NpzFault::Unreadable(_), 3)));
     arrays[0].2 = "(9999999999, 9999999999, 9999999999)";
     assert_eq!(fault_of(&arrays).1, NpzFault::Shape);
 }
@@ -128,7 +209,7 @@ fn an_archive_cut_at_any_byte_is_a_typed_error() {
     let (_directory, path) = file(&bytes);
     for cut in (0..bytes.len()).rev() {
         fs::File::options().write(true).open(&path).unwrap().set_len(cut as u64).unwrap();
-        let error = read(&path).unwrap_err();
+        let error = read(&path, None).unwrap_err();
         assert!(matches!(error, IoError::NotAnArchive { byte, .. } if byte == cut as u64), "{cut}");
     }
 }
@@ -147,7 +228,7 @@ proptest! {
         let stream = EventStream::from_events(SENSOR, events)?;
         let (_directory, path) = file(&[]);
         write(&path, &stream).unwrap();
-        prop_assert_eq!(read(&path).unwrap().stream, stream);
+        prop_assert_eq!(read(&path, None).unwrap().stream, stream);
     }
 }
 
@@ -156,12 +237,12 @@ proptest! {
 fn a_changed_bit_is_an_error_or_does_no_harm() {
     let bytes = archive(&three_events());
     let (_directory, path) = file(&bytes);
-    let clean = read(&path).unwrap();
+    let clean = read(&path, None).unwrap();
     for at in 0..bytes.len() {
         let mut changed = bytes.clone();
         changed[at] ^= 1 << (at % 8);
         fs::write(&path, changed).unwrap();
-        if let Ok(recording) = read(&path) {
+        if let Ok(recording) = read(&path, None) {
             assert_eq!(recording, clean, "byte {at}");
         }
     }

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use evpose_core::{EventStream, Rejected, SensorSize};
+use evpose_core::{Event, EventStream, Rejected, SensorSize};
 
 use crate::{Info, IoError};
 
@@ -17,6 +17,8 @@ pub struct Recording {
     pub stream: EventStream,
     /// Events of the file that broke a rule and were left out.
     pub rejected: Rejected,
+    /// Events that stood behind later ones and were put where they belong.
+    pub sorted: usize,
     /// How the size of the sensor is known.
     pub sensor_origin: SensorOrigin,
 }
@@ -110,6 +112,14 @@ pub fn open_with(path: impl AsRef<Path>, sensor: Option<SensorSize>) -> Result<R
 pub fn info(path: impl AsRef<Path>, sensor: Option<SensorSize>) -> Result<Info, IoError> {
     let path = path.as_ref();
     (format_of(path)?.info)(path, sensor)
+}
+
+/// The smallest sensor that holds all events which fit any.
+pub(crate) fn smallest(events: &[Event]) -> SensorSize {
+    let inside = || events.iter().filter(|e| e.x < u16::MAX && e.y < u16::MAX);
+    let width = inside().map(|e| e.x + 1).max().unwrap_or(1);
+    let height = inside().map(|e| e.y + 1).max().unwrap_or(1);
+    SensorSize { width, height }
 }
 
 #[cfg(test)]

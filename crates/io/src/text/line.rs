@@ -20,6 +20,8 @@ pub enum TextFault {
         /// What stands there.
         text: String,
     },
+    /// The first column is not that of times.
+    Order,
 }
 
 impl fmt::Display for TextFault {
@@ -30,6 +32,10 @@ impl fmt::Display for TextFault {
             Self::Fields(1) => f.write_str("1 field instead of t x y p"),
             Self::Fields(n) => write!(f, "{n} fields instead of t x y p"),
             Self::Field { name, text } => write!(f, "`{text}` is no {name}"),
+            Self::Order => f.write_str(
+                "the numbers of the first column go up and down as times do not: put a line that \
+                 names the columns before the first, such as `x y t p`",
+            ),
         }
     }
 }
@@ -42,8 +48,13 @@ pub(super) enum TimeUnit {
 }
 
 impl TimeUnit {
-    fn of(field: &str) -> Self {
-        if field.contains(['.', 'e', 'E']) { Self::Seconds } else { Self::Microseconds }
+    /// None for a zero, which is the same in all units.
+    fn of(field: &str) -> Option<Self> {
+        match field {
+            "0" => None,
+            _ if field.contains(['.', 'e', 'E']) => Some(Self::Seconds),
+            _ => Some(Self::Microseconds),
+        }
     }
 
     fn parse(self, text: &str) -> Result<Micros, TextFault> {
@@ -63,43 +74,102 @@ impl TimeUnit {
     }
 }
 
+/// What is known of a file from the lines before.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Known {
+    /// Whether nothing but comments came before.
+    pub(super) is_first: bool,
+    /// How times are written; none until an event says so.
+    pub(super) unit: Option<TimeUnit>,
+    /// Places of t, x, y and p in a line; none until a line says so.
+    pub(super) order: Option<[usize; 4]>,
+}
+
+/// As the data sets of the Robotics and Perception Group.
+const USUAL: [usize; 4] = [0, 1, 2, 3];
+/// `x y p t`, as tables of Prophesee's programs.
+const TIME_LAST: [usize; 4] = [3, 0, 1, 2];
+
+/// Names of t, x, y and p in a line of names.
+const NAMES: [&[&str]; 4] = [
+    &["t", "ts", "timestamp", "time", "timestamps"],
+    &["x", "col", "xs"],
+    &["y", "row", "ys"],
+    &["p", "pol", "polarity", "ps", "on"],
+];
+
 /// A line with something on it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Line {
     Sensor(SensorSize),
+    Names,
     Event(Event),
 }
 
-/// Reads a line; `unit` is decided by the first event.
-pub(super) fn parse(
-    bytes: &[u8],
-    may_be_sensor: bool,
-    unit: &mut Option<TimeUnit>,
-) -> Result<Option<Line>, TextFault> {
+/// Splits a line at spaces, tabs, commas and semicolons.
+fn fields(text: &str) -> impl Iterator<Item = &str> {
+    text.split(|c: char| c.is_ascii_whitespace() || c == ',' || c == ';').filter(|f| !f.is_empty())
+}
+
+/// The places of t, x, y and p in a line that names them.
+pub(super) fn names(text: &str) -> Option<[usize; 4]> {
+    let found: Vec<String> = fields(text).map(str::to_ascii_lowercase).collect();
+    let mut places = USUAL;
+    for (place, known) in places.iter_mut().zip(NAMES) {
+        *place = found.iter().position(|name| known.contains(&name.as_str()))?;
+    }
+    (found.len() == 4).then_some(places)
+}
+
+/// Reads a line; what it says of those to come is noted in `known`.
+pub(super) fn parse(bytes: &[u8], known: &mut Known) -> Result<Option<Line>, TextFault> {
     let text = str::from_utf8(bytes).map_err(|_| TextFault::NotText)?;
     let text = text.split('#').next().unwrap_or_default();
-    let mut fields = text.split_ascii_whitespace();
-    let fields = [(); 5].map(|()| fields.next());
-    match fields {
+    let mut words = fields(text);
+    let words = [(); 5].map(|()| words.next());
+    match words {
         [None, ..] => Ok(None),
-        [Some(width), Some(height), None, ..] if may_be_sensor => {
+        [Some(width), Some(height), None, ..] if known.is_first => {
             let sensor = SensorSize {
                 width: number("sensor width", width)?,
                 height: number("sensor height", height)?,
             };
             Ok(Some(Line::Sensor(sensor)))
         }
-        [Some(t), Some(x), Some(y), Some(p), None] => {
-            let unit = *unit.get_or_insert_with(|| TimeUnit::of(t));
-            let polarity = match p {
-                "0" => Polarity::Off,
-                "1" => Polarity::On,
-                _ => return Err(TextFault::Field { name: "polarity, 0 or 1", text: p.to_owned() }),
-            };
+        [Some(a), Some(b), Some(c), Some(d), None] => {
+            if known.is_first
+                && let Some(order) = names(text)
+            {
+                known.order = Some(order);
+                return Ok(Some(Line::Names));
+            }
+            let is_last = || polarity(d).is_err() && polarity(c).is_ok();
+            let order =
+                *known.order.get_or_insert_with(|| if is_last() { TIME_LAST } else { USUAL });
+            let [t, x, y, p] = order.map(|place| [a, b, c, d][place]);
+            known.unit = known.unit.or_else(|| TimeUnit::of(t));
+            let unit = known.unit.unwrap_or(TimeUnit::Microseconds);
+            let polarity = polarity(p)?;
             let (x, y) = (coordinate("column", x)?, coordinate("row", y)?);
             Ok(Some(Line::Event(Event { t: unit.parse(t)?, x, y, polarity })))
         }
-        _ => Err(TextFault::Fields(text.split_ascii_whitespace().count())),
+        _ => Err(TextFault::Fields(fields(text).count())),
+    }
+}
+
+fn polarity(text: &str) -> Result<Polarity, TextFault> {
+    match text {
+        "0" | "-1" | "False" | "false" => Ok(Polarity::Off),
+        "1" | "+1" | "True" | "true" => Ok(Polarity::On),
+        _ => match text.parse::<f64>() {
+            // Tables of floating-point numbers.
+            Ok(0.0 | -1.0) => Ok(Polarity::Off),
+            Ok(1.0) => Ok(Polarity::On),
+            _ => {
+                let name = "polarity, 0 or 1, or -1 or 1";
+                Err(TextFault::Field { name, text: text.to_owned() })
+            }
+        },
     }
 }
 
@@ -110,7 +180,11 @@ fn number(name: &'static str, text: &str) -> Result<u16, TextFault> {
 
 /// An integer that fits no sensor becomes one that lies outside every sensor.
 fn coordinate(name: &'static str, text: &str) -> Result<u16, TextFault> {
-    let value: Option<i64> = text.parse().ok();
+    let whole = || {
+        let number: f64 = text.parse().ok()?;
+        (number.fract() == 0.0 && number.abs() < 1e9).then_some(number as i64)
+    };
+    let value: Option<i64> = text.parse().ok().or_else(whole);
     let value = value.ok_or_else(|| TextFault::Field { name, text: text.to_owned() })?;
     Ok(u16::try_from(value).unwrap_or(u16::MAX))
 }

@@ -63,11 +63,46 @@ fn events_outside_the_sensor_and_out_of_order_are_counted() {
 }
 
 #[test]
+fn what_other_programs_write_is_read() {
+    let want = [event(0, 96, 133, false), event(2_000, 97, 12, true), event(2_500, 3, 4, true)];
+    let want = EventStream::from_events(SENSOR, want).unwrap();
+    for text in [
+        // A first stamp without a fraction.
+        "0 96 133 -1\n0.002 97 12 1\n0.0025 3 4 +1\n",
+        // Names, commas, microseconds.
+        "t,x,y,p\n0,96,133,0\n2000,97,12,1\n2500,3,4,1\n",
+        "timestamp;x;y;polarity\n0;96;133;False\n2000;97;12;True\n2500;3;4;True\n",
+        "x,y,t,pol\n96,133,0,0\n97,12,2000,1\n3,4,2500,1\n",
+        // Everything a floating-point number.
+        "0.0e+00 9.6e+01 1.33e+02 0.0e+00\n2.0e-03 9.7e+01 1.2e+01 1.0\n2.5e-3 3.0 4.0 1.0\n",
+    ] {
+        let (_directory, path) = file(text);
+        assert_eq!(read(&path, Some(SENSOR)).unwrap().stream, want, "{text}");
+    }
+    // Prophesee's tables, without names.
+    let (_directory, path) = file("96,133,0,40\n97,12,1,2000\n");
+    let stream = read(&path, Some(SENSOR)).unwrap().stream;
+    let want = [event(40, 96, 133, false), event(2_000, 97, 12, true)];
+    assert_eq!(stream, EventStream::from_events(SENSOR, want).unwrap());
+}
+
+#[test]
+fn a_file_whose_first_column_is_no_time_is_refused_with_what_to_do() {
+    let lines = (0..300).map(|k| format!("{} {} {} {}\n", (37 * k) % 101, k % 90, 50 * k, k % 2));
+    let (_directory, path) = file(lines.clone().collect::<String>());
+    let message = read(&path, Some(SENSOR)).unwrap_err().to_string();
+    assert!(message.contains("such as `x y t p`"), "{message}");
+    let (_directory, path) = file(format!("x y t p\n{}", lines.collect::<String>()));
+    let recording = read(&path, Some(SENSOR)).unwrap();
+    assert_eq!((recording.stream.len(), recording.rejected.total()), (300, 0));
+}
+
+#[test]
 fn a_faulty_line_is_named_with_its_byte() {
     let cases = [
         ("9 1 2 1\n8 1 2", "line 2, byte 8: 3 fields instead of t x y p"),
         ("9 1 2 1\n8 1 2 1 1\n", "line 2, byte 8: 5 fields instead of t x y p"),
-        ("9 1 2 1\n9 1 2 2\n", "line 2, byte 8: `2` is no polarity, 0 or 1"),
+        ("9 1 2 1\n9 1 2 2\n", "line 2, byte 8: `2` is no polarity, 0 or 1, or -1 or 1"),
         ("9 1 2 1\n9 1.5 2 1\n", "line 2, byte 8: `1.5` is no column"),
         ("9 1 2 1\n240 180\n", "line 2, byte 8: 2 fields instead of t x y p"),
     ];

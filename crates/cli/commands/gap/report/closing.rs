@@ -15,11 +15,17 @@ pub(super) fn findings(page: &mut Page, data: &ReportData) {
     if verdict.effects.is_empty() {
         return;
     }
-    page.section(
-        "What is missing or set wrong",
-        "Intervals are meant to hold the true value in nine of ten cases; neither they nor the \
-         probabilities have been calibrated on the benchmark yet.",
-    );
+    match verdict.is_bare() {
+        true => page.section(
+            "What it is consistent with",
+            "Both halves of the recording agree on it. Intervals are from the two halves.",
+        ),
+        false => page.section(
+            "What is missing or set wrong",
+            "Intervals are meant to hold the true value in nine of ten cases; neither they nor the \
+             probabilities have been calibrated on the benchmark yet.",
+        ),
+    };
     let rows: Vec<Vec<String>> = verdict
         .effects
         .iter()
@@ -41,12 +47,16 @@ pub(super) fn findings(page: &mut Page, data: &ReportData) {
                 format!("<b>{}</b><br><small>{kind}</small>", escape(&finding.name)),
                 escape(words::summary(&finding.name).unwrap_or_default()),
                 numbers.join("<br>"),
-                short(finding.probability),
+                match verdict.is_bare() {
+                    true => escape(&words::probability(1.0 - finding.probability)),
+                    false => short(finding.probability),
+                },
                 alike,
             ]
         })
         .collect();
-    let header = ["name", "what it does", "numbers", "probability", "here not to be told from"];
+    let sure = if verdict.is_bare() { "by chance" } else { "probability" };
+    let header = ["name", "what it does", "numbers", sure, "here not to be told from"];
     wrapped_table(page, &header, &rows);
 }
 

@@ -19,7 +19,8 @@ fn gap(value: f64) -> GapValue {
 
 /// A verdict that names a leak.
 pub(crate) fn verdict() -> Verdict {
-    let rate = Quantity { value: 2.04, lo90: 1.95, hi90: 2.11, unit: "Hz".to_owned() };
+    let rate =
+        Quantity { value: 2.04, lo90: 1.95, hi90: 2.11, unit: "Hz".to_owned(), halves: None };
     Verdict {
         schema: SCHEMA,
         verdict: Answer::Effects,

@@ -71,10 +71,17 @@ pub(crate) fn write(dir: &Path, data: &ReportData) -> Result<PathBuf> {
 
 /// The whole page.
 fn page(data: &ReportData) -> Result<String> {
-    let mut page = Page::new(
-        "Simulated against measured events",
-        "Where they disagree, what is missing in the model, and what is left when it is added.",
-    );
+    let (title, about) = match data.verdict.is_bare() {
+        true => (
+            "A recording alone",
+            "What its events say of the camera without a scene, and what they do not.",
+        ),
+        false => (
+            "Simulated against measured events",
+            "Where they disagree, what is missing in the model, and what is left when it is added.",
+        ),
+    };
+    let mut page = Page::new(title, about);
     page.markup(STYLE);
     banner(&mut page, data);
     closing::findings(&mut page, data);
@@ -106,8 +113,17 @@ fn banner(page: &mut Page, data: &ReportData) {
         escape(&words::headline(verdict)),
         escape(&words::meaning(verdict))
     ));
-    let mut cards = vec![(words::gap(&verdict.gap_before), "gap of the model as given")];
-    if !verdict.effects.is_empty() {
+    if let Some(mode) = verdict.notes.first().filter(|note| note.starts_with("mode ")) {
+        page.markup(&format!("<p class=\"say\">{}</p>", escape(mode)));
+    }
+    let mut cards = Vec::new();
+    if verdict.is_bare() {
+        cards.push((verdict.effects.len().to_string(), "effects found without a scene"));
+        cards.push((verdict.untestable.len().to_string(), "effects not testable without one"));
+    } else {
+        cards.push((words::gap(&verdict.gap_before), "gap of the model as given"));
+    }
+    if !verdict.effects.is_empty() && !verdict.is_bare() {
         cards.push((words::gap(&verdict.gap_after), "gap of the corrected model"));
         cards.push((words::closed(verdict), "of the gap closed"));
     }

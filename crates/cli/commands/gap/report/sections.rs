@@ -75,11 +75,15 @@ pub(super) fn limits(page: &mut Page, data: &ReportData) {
     if verdict.limits.is_empty() && verdict.untestable.is_empty() {
         return;
     }
-    page.section(
-        "What would have shown, and what would not",
-        "The least strength at which each effect would have been seen in this recording, and effects \
-         of which it says nothing.",
-    );
+    let (title, about) = match verdict.limits.is_empty() {
+        true => ("What would not have shown", "Effects of which this recording says nothing."),
+        false => (
+            "What would have shown, and what would not",
+            "The least strength at which each effect would have been seen in this recording, and \
+             effects of which it says nothing.",
+        ),
+    };
+    page.section(title, about);
     let rows: Vec<Vec<String>> = verdict
         .limits
         .iter()

@@ -1,0 +1,130 @@
+//! The light of a sequence, for other sensors than its own.
+//!
+//! * [`Simulation::light`]: the pictures that the sensor of a sequence was shown, the same to the
+//!   bit.
+//! * [`Simulation::light_of`]: a hand whose poses are known and nothing else. Skin, lights and
+//!   background are drawn; the arm, which no pose tells, hangs on the hand at a drawn angle.
+
+use evpose_body::PosedBody;
+use evpose_core::{CounterRng, Plane, seed_for};
+use evpose_pose::HandParams;
+use glam::Vec3;
+
+use crate::simulator::{Surroundings, mesh};
+use crate::{SimError, Simulation};
+
+/// Largest angle of the forearm against the hand, about each axis, in radians.
+///
+/// # Source
+/// The wrist of the published distribution of poses.
+const WRIST_RANGE: f32 = 0.8;
+
+impl Simulation {
+    /// The first `frames` pictures of sequence `index`: linear luminance relative to white, the
+    /// first at time zero.
+    ///
+    /// # Errors
+    /// As [`Simulation::sequence`].
+    pub fn light(&self, index: u64, frames: u64) -> Result<Vec<Plane<f32>>, SimError> {
+        let mut simulator = self.sequence(index)?;
+        (0..frames).map(|_| Ok(simulator.advance()?.luminance.clone())).collect()
+    }
+
+    /// Pictures of a hand in these poses, one each, with look number `look`. `betas` is the shape
+    /// of the body; where it is empty, it is drawn as well.
+    pub fn light_of(&self, hands: &[HandParams], betas: &[f32], look: u64) -> Vec<Plane<f32>> {
+        let shared = &self.shared;
+        let seed = seed_for(shared.seed, "look", look);
+        let mut around = Surroundings::new(shared, shared.config.camera(), seed, 0);
+        let body = &shared.body;
+        if betas.len() == body.shape_directions_m.len() {
+            around.shaped = body.shaped(betas);
+        }
+        let mut arm = CounterRng::new(seed, "arm", 0);
+        let mut angle = || arm.uniform(-WRIST_RANGE, WRIST_RANGE);
+        let wrist = Vec3::new(angle(), angle(), angle());
+        let mut posed = PosedBody::default();
+        let picture = |hand: &HandParams| {
+            body.pose_hand_at(&around.shaped, hand, wrist, &mut posed);
+            around.renderer.render(&mesh(body, &posed)).clone()
+        };
+        hands.iter().map(picture).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+
+    use evpose_core::{Event, EventStream, Micros};
+    use evpose_sensor::{EffectConfig, SensorConfig, SensorModel};
+
+    use crate::config::SensorChoice;
+    use crate::{Simulation, SimulationConfig, record};
+
+    fn simulation() -> Simulation {
+        let config = SimulationConfig { image_scale: 0.2, ..SimulationConfig::default() };
+        Simulation::new(&config, 3).unwrap()
+    }
+
+    #[test]
+    fn light_is_what_the_sensor_was_shown() {
+        let simulation = simulation();
+        let mut simulator = simulation.sequence(2).unwrap();
+        for plane in simulation.light(2, 40).unwrap() {
+            assert_eq!(plane.data(), simulator.advance().unwrap().luminance.data());
+        }
+    }
+
+    /// Frame k of a recording has the events since step k - 1: their times rounded up.
+    #[test]
+    fn a_sensor_that_is_shown_the_light_has_the_events_of_the_recording() {
+        let levels = EffectConfig::new("level_crossing");
+        let levels = levels.with("threshold_on", 0.2).with("threshold_off", 0.2);
+        let sensor = SensorConfig { effects: vec![levels] };
+        let config = SimulationConfig {
+            image_scale: 0.2,
+            threshold_sd: 0.0,
+            sensor: SensorChoice::Chain(sensor.clone()),
+            ..SimulationConfig::default()
+        };
+        let simulation = Simulation::new(&config, 3).unwrap();
+        let dir = tempfile::tempdir().unwrap();
+        let mut simulator = simulation.sequence(1).unwrap();
+        let recorded = record(&mut simulator, 200, dir.path().join("0001"), &|_| {}).unwrap();
+        let size = config.image_size();
+        let stream = evpose_io::open_with(&recorded.events_path, Some(size)).unwrap().stream;
+        let mut run = SensorModel::from_config(&sensor).unwrap().start(size, 0);
+        let mut shown: Vec<Event> = Vec::new();
+        for (k, plane) in simulation.light(1, 200).unwrap().iter().enumerate() {
+            let events = run.expose(plane, Micros(1_000 * k as i64)).unwrap();
+            let frame =
+                |event: Event| Event { t: Micros((event.t.0 + 999) / 1_000 * 1_000), ..event };
+            shown.extend(events.iter().map(frame));
+        }
+        // Inside a frame there is no order.
+        let by_pixel = |events: &mut Vec<Event>| events.sort_by_key(|e| (e.t, e.y, e.x));
+        let mut read: Vec<Event> = EventStream::iter(&stream).collect();
+        by_pixel(&mut read);
+        by_pixel(&mut shown);
+        assert!(read.len() > 500, "{}", read.len());
+        assert!(read == shown, "{} and {} events", read.len(), shown.len());
+    }
+
+    /// The hand covers the same pixels; what it looks like, and the rest, is another draw.
+    #[test]
+    fn a_known_pose_is_rendered_where_it_is_with_any_look() {
+        let simulation = simulation();
+        let mut simulator = simulation.sequence(0).unwrap();
+        let hand = simulator.advance().unwrap().label;
+        let [a, again, b] = [0, 0, 1].map(|look| simulation.light_of(&[hand], &[], look));
+        assert_eq!(a[0].data(), again[0].data());
+        assert_ne!(a[0].data(), b[0].data());
+        // Moved by a centimetre it is elsewhere, with the look unchanged.
+        let mut moved = hand;
+        moved.translation_m.x += 0.01;
+        let moved = simulation.light_of(&[moved], &[], 0);
+        let changed = a[0].data().iter().zip(moved[0].data()).filter(|(p, q)| p != q).count();
+        assert!((1..a[0].data().len() / 2).contains(&changed), "{changed}");
+    }
+}
