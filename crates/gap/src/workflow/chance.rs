@@ -14,8 +14,12 @@ use crate::{GapError, Lab};
 /// Runs that the recording and its replicates are compared with.
 const EXPECTED: u64 = 8;
 
-/// The probability, from so many replicates.
-pub(super) fn of_largest(
+/// The probability that a run of `model` is as far from it in some number as the recording of `lab`
+/// is, from so many replicates: at least one in `replicates + 1`.
+///
+/// # Errors
+/// A model that cannot be built or shown the scene.
+pub fn chance_of_largest(
     lab: &Lab<'_>,
     model: &SensorConfig,
     replicates: u64,
