@@ -2,7 +2,7 @@
 
 use evpose_gap::knob::Knob;
 use evpose_gap::workflow::calibrate::{Miss, coverage, fit_errors, fit_probability};
-use evpose_gap::workflow::{CALIBRATION, Calibration, ErrorScale, Evidence, NumberKind};
+use evpose_gap::workflow::{CALIBRATION, Calibration, ErrorScale, Evidence, FEATURES, NumberKind};
 
 use super::opened::Opened;
 use super::stats::{bins, calibration_error};
@@ -34,6 +34,8 @@ pub(super) fn lines(opened: &[Opened], seed: u64) -> Vec<String> {
         }
     }
     lines.extend(constants(&fitted));
+    lines.push("// Slopes, in their order, are of".to_owned());
+    lines.extend(FEATURES.iter().map(|feature| format!("//   {feature}")));
     lines.push("// Before and after, on these very cases:".to_owned());
     lines.push(format!(
         "//   error of stated probabilities {} -> {}",
