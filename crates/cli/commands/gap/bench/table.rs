@@ -7,7 +7,7 @@ use crate::commands::gap::words::short;
 /// The table, line by line.
 pub(super) fn lines(scores: &Scores) -> Vec<String> {
     let mut lines = vec![format!(
-        "{:<40}{:>9}{:>8}  {:<17}{:>9}{:>9}  ",
+        "{:<40}{:>9}{:>8}  {:<17}{:>10}{:>10}  ",
         "", "cases", "", "95 % interval", "required", "goal"
     )];
     lines.extend(scores.headlines.iter().map(line));
@@ -28,7 +28,7 @@ fn line(headline: &Headline) -> String {
         note => format!(" ({note})"),
     };
     let line = format!(
-        "{:<40}{:>9}{value:>8}  {:<17}{:>9}{:>9}  {}{note}",
+        "{:<40}{:>9}{value:>8}  {:<17}{:>10}{:>10}  {}{note}",
         headline.name,
         headline.cases,
         interval(headline),
@@ -45,7 +45,7 @@ pub(super) fn figure(unit: Unit, value: f64) -> String {
         // Targets of one in a hundred want a decimal.
         Unit::Share => format!("{}%", (1e3 * value).round() / 10.0),
         Unit::Number => short(value),
-        Unit::Seconds => format!("{value:.1} s"),
+        Unit::Seconds => format!("{} s", short(value)),
     }
 }
 

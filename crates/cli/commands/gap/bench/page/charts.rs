@@ -57,7 +57,7 @@ pub(super) fn power(power: &[Power]) -> Result<Vec<String>> {
 
 /// Stated probabilities and shares.
 pub(super) fn reliability(bins: &[Bin]) -> Result<String> {
-    let mut all = vec![series("calibrated", AIM, Mark::Line, vec![(0.0, 0.0), (1.0, 1.0)])];
+    let mut all = vec![series("", AIM, Mark::Line, vec![(0.0, 0.0), (1.0, 1.0)])];
     let x: Vec<f64> = bins.iter().map(|bin| bin.stated).collect();
     let rates: Vec<Rate> = bins.iter().map(|bin| bin.right).collect();
     all.extend(shares(&x, &rates));

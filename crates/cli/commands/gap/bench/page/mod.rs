@@ -20,6 +20,7 @@ const STYLE: &str = "<style>
 svg text{font-family:system-ui,sans-serif}
 .goal{color:#0a7d56;font-weight:600}.met{color:#8a6100;font-weight:600}
 .missed{color:#a3262e;font-weight:700}
+.plots{align-items:flex-start}
 td:last-child,th:last-child{text-align:left}
 .scroll{max-height:420px;overflow:auto;border:1px solid var(--line);background:#fff;padding:0 10px}
 .wide{overflow-x:auto}.wrap td{white-space:normal;text-align:left}.wrap th{text-align:left}
@@ -39,7 +40,7 @@ pub(super) fn page(opened: &[Opened], scores: &Scores, own: &[OwnRow]) -> Result
     if scores.own.is_some() {
         page.section(
             "Recordings of our own model",
-            "Nothing is missing here, so that probabilities must be uniform: dots along the line, \
+            "Nothing is missing here, so that probabilities must be uniform: steps along the line, \
              inside the grey band in 95 of 100 benchmarks at each place.",
         );
         page.plots(&[charts::quantiles(own)?]);
