@@ -1,6 +1,6 @@
 //! What a fit turns: a number of the model, on a scale on which summaries change evenly.
 
-use evpose_sensor::{ParamSpec, Scale, SensorConfig};
+use evpose_sensor::{ParamSpec, STAGES, Scale, SensorConfig};
 
 use crate::candidate::limits;
 use crate::parameters::Parameter;
@@ -20,6 +20,30 @@ const RATIO: f64 = 1.12;
 const STEPS: f64 = 30.0;
 
 impl Knob {
+    /// The number of a finding of a verdict, by the names that it has there.
+    pub fn named(finding: &str, number: &str) -> Option<Self> {
+        if let Some(parameter) = Parameter::ALL.iter().find(|known| known.name() == finding) {
+            return Some(Self::Parameter(*parameter));
+        }
+        let spec = STAGES.iter().find(|spec| spec.name == finding)?;
+        let param = spec.params.iter().find(|param| param.name == number)?;
+        Some(Self::Effect(spec.name, param))
+    }
+
+    /// Steps from one value to another; not finite where there is no way.
+    pub fn steps(self, from: f64, to: f64) -> f64 {
+        match self {
+            Self::Parameter(parameter) => parameter.steps(from, to),
+            Self::Effect(_, param) => match param.scale {
+                Scale::Log => (to / from).ln() / RATIO.ln(),
+                Scale::Linear => {
+                    let (low, high) = limits(param);
+                    (to - from) * STEPS / (high - low)
+                }
+            },
+        }
+    }
+
     /// Its value in a model.
     pub fn value(self, model: &SensorConfig) -> f64 {
         match self {
@@ -69,5 +93,31 @@ impl Knob {
             Self::Parameter(parameter) => parameter.prior_steps(),
             Self::Effect(..) => 20.0,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use evpose_sensor::EffectConfig;
+
+    #[test]
+    fn steps_lead_back_to_where_a_knob_was_turned_to() {
+        let effect = |name: &str, key, value| SensorConfig {
+            effects: vec![EffectConfig::new(name).with(key, value)],
+        };
+        let cases = [
+            (effect("leak_on", "rate_hz", 0.3), "leak_on", "rate_hz"),
+            (effect("veiling_glare", "fraction", 0.05), "veiling_glare", "fraction"),
+            (effect("level_crossing", "threshold_on", 0.25), "threshold_on", "threshold_on"),
+            (effect("clock_offset_drift", "offset_us", 900.0), "clock_offset", "clock_offset"),
+        ];
+        for (model, finding, number) in cases {
+            let knob = Knob::named(finding, number).unwrap();
+            let turned = knob.turned(&model, 1.5);
+            let steps = knob.steps(knob.value(&model), knob.value(&turned));
+            assert!((steps - 1.5).abs() < 1e-9, "{finding}: {steps}");
+        }
+        assert!(Knob::named("leak_on", "no such number").is_none());
     }
 }

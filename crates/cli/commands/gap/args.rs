@@ -42,6 +42,10 @@ pub(crate) enum GapCommand {
     Verify(VerifyArgs),
     /// Hide effects in recordings of an independent pixel, and count what is found
     Bench(BenchArgs),
+    /// Put the results of all parts of a benchmark together: scores, tables and a page
+    Score(ScoreArgs),
+    /// Fit the constants of probabilities and intervals to results of a development plan
+    Calibrate(CalibrateArgs),
 }
 
 /// What is compared with what.
@@ -164,9 +168,10 @@ pub(crate) struct VerifyArgs {
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  \
     evpose gap bench --plan 7 --limit 12 --out runs/bench\n  \
-    evpose gap bench --plan 7 --shard 1/2 --out runs/bench --resume\n\n\
-    Every case is written as files without its label, named from those files, and scored when all\n\
-    are done. A line a case goes to results.jsonl, the scores to scores.json.")]
+    evpose gap bench --plan 7 --shard 1/2 --out runs/bench-1 --resume\n  \
+    evpose gap bench --plan 7 --self 200 --out runs/bench-self --resume\n\n\
+    Every case is written as files without its label and named from those files. A line a case goes\n\
+    to results.jsonl. A whole plan is scored at once; parts of it by `evpose gap score`.")]
 pub(crate) struct BenchArgs {
     /// Seed of the plan, or a TOML file with `seed = N`
     #[arg(long)]
@@ -180,6 +185,9 @@ pub(crate) struct BenchArgs {
     /// No more than so many cases
     #[arg(long)]
     pub(crate) limit: Option<usize>,
+    /// Instead of cases: N recordings of our own model in scenes of the plan; how probable each is
+    #[arg(long = "self", value_name = "N", conflicts_with_all = ["limit", "only", "keep"])]
+    pub(crate) own: Option<usize>,
     /// Only cases of these kinds
     #[arg(long, value_delimiter = ',',
           value_parser = ["single", "null", "parameter", "pair", "left_out", "never_catalogued"])]
@@ -190,6 +198,46 @@ pub(crate) struct BenchArgs {
     /// Keep the files of the cases
     #[arg(long)]
     pub(crate) keep: bool,
+    /// CPU threads; all cores by default
+    #[arg(long)]
+    pub(crate) threads: Option<usize>,
+}
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  \
+    evpose gap score runs/bench-1 runs/bench-2 runs/bench-self --plan 7 --out runs/scores\n\n\
+    Opens the labels, which takes a second or two a case, and writes scores.json, confusion.csv,\n\
+    power.csv, reliability.csv, intervals.csv, times.csv and index.html.")]
+pub(crate) struct ScoreArgs {
+    /// Directories of `evpose gap bench`
+    #[arg(required = true, value_name = "DIR")]
+    pub(crate) dirs: Vec<PathBuf>,
+    /// Seed of the plan, or a TOML file with `seed = N`
+    #[arg(long)]
+    pub(crate) plan: String,
+    /// Directory for scores, tables and page
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+    /// Score what is there, although cases are not done
+    #[arg(long)]
+    pub(crate) partial: bool,
+    /// CPU threads; all cores by default
+    #[arg(long)]
+    pub(crate) threads: Option<usize>,
+}
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  \
+    evpose gap calibrate runs/dev-1/results.jsonl runs/dev-2/results.jsonl --plan 7\n\n\
+    Prints the constants of crates/gap/src/workflow/calibration.rs. Use a plan that was drawn for\n\
+    development, never one that results are reported of.")]
+pub(crate) struct CalibrateArgs {
+    /// Results of `evpose gap bench`
+    #[arg(required = true, value_name = "RESULTS.jsonl")]
+    pub(crate) results: Vec<PathBuf>,
+    /// Seed of their plan, or a TOML file with `seed = N`
+    #[arg(long)]
+    pub(crate) plan: String,
     /// CPU threads; all cores by default
     #[arg(long)]
     pub(crate) threads: Option<usize>,

@@ -50,6 +50,8 @@ pub(crate) fn run(command: &GapCommand) -> Result<ExitCode> {
         GapCommand::Report(args) => done(again(args)),
         GapCommand::Verify(args) => done(verify::run(args)),
         GapCommand::Bench(args) => done(bench::run(args)),
+        GapCommand::Score(args) => done(bench::score(args)),
+        GapCommand::Calibrate(args) => done(bench::calibrate(args)),
     }
 }
 

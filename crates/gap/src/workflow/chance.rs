@@ -2,8 +2,10 @@
 //!
 //! # Method
 //! Maximum over all numbers, so that there is one probability however many there are: the recording
-//! and replicates of the model are compared with what other runs of the model give. A model without
-//! noise has no replicates: then numbers are taken to scatter as they do under a weak noise.
+//! and replicates of the model are compared with what other runs of the model give. Where the
+//! largest are equal, as those of numbers that only one side has, the next largest decide: replicates
+//! that count as being as far off without being so would make probabilities too large. A model
+//! without noise has no replicates: then numbers are taken to scatter as they do under a weak noise.
 
 use evpose_sensor::SensorConfig;
 use rayon::prelude::*;
@@ -14,28 +16,36 @@ use crate::{GapError, Lab};
 /// Runs that the recording and its replicates are compared with.
 const EXPECTED: u64 = 8;
 
-/// The probability, from so many replicates.
-pub(super) fn of_largest(
+/// The probability that a run of `model` is as far from it in some number as the recording of `lab`
+/// is, from so many replicates: at least one in `replicates + 1`.
+///
+/// # Errors
+/// A model that cannot be built or shown the scene.
+pub fn chance_of_largest(
     lab: &Lab<'_>,
     model: &SensorConfig,
     replicates: u64,
 ) -> Result<f64, GapError> {
     let expected = lab.expect(model, EXPECTED)?;
-    let largest = |summary: &[f64]| {
-        let deviations = expected.deviations(lab.layout, summary);
-        deviations.iter().fold(0.0, |most: f64, z| most.max(z.abs()))
-    };
-    let found = largest(&lab.measured);
+    let ranked = |summary: &[f64]| largest_first(expected.deviations(lab.layout, summary));
+    let found = ranked(&lab.measured);
     let (first, second) = (lab.run(model, 0)?, lab.run(model, 1)?);
     if first.iter().zip(&*second).all(|(a, b)| a.to_bits() == b.to_bits()) {
         let numbers = expected.mean.iter().filter(|mean| mean.is_finite()).count();
-        return Ok(of_normal(found, numbers));
+        return Ok(of_normal(found.first().copied().unwrap_or(0.0), numbers));
     }
     let as_large = (EXPECTED..EXPECTED + replicates)
         .into_par_iter()
-        .map(|run| Ok(usize::from(largest(&lab.run(model, run)?) >= found)))
+        .map(|run| Ok(usize::from(ranked(&lab.run(model, run)?) >= found)))
         .collect::<Result<Vec<_>, GapError>>()?;
     Ok((1 + as_large.iter().sum::<usize>()) as f64 / (replicates + 1) as f64)
+}
+
+/// Sizes of deviations; lists of them are compared from their first on.
+fn largest_first(mut deviations: Vec<f64>) -> Vec<f64> {
+    deviations.iter_mut().for_each(|z| *z = z.abs());
+    deviations.sort_by(|a, b| b.total_cmp(a));
+    deviations
 }
 
 /// Of the largest of so many independent normal deviations.
@@ -49,6 +59,15 @@ fn of_normal(largest: f64, numbers: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_next_largest_decides_where_the_largest_are_equal() {
+        let far = largest_first(vec![1.0, -3.0, 2.0]);
+        assert_eq!(far, [3.0, 2.0, 1.0]);
+        assert!(far > largest_first(vec![3.0, -1.0, 1.5]));
+        assert!(far < largest_first(vec![0.0, 0.0, 3.1]));
+        assert!(far >= largest_first(vec![2.0, 3.0, -1.0]));
+    }
 
     #[test]
     fn one_normal_deviation_has_the_tails_of_the_tables() {

@@ -1,51 +1,62 @@
 //! What was named, with numbers and their intervals.
 //!
 //! # Method
-//! Slopes of all numbers compared are differences of simulations with the same draws, weights those
-//! of the robust distance. The variance of a parameter is the largest of three:
-//! * from the curvature of the misfit, widened by what the model leaves unexplained;
-//! * from what blocks of numbers pull, each in its direction: numbers of one block see the same
-//!   events, and two simulators of one thing differ in all of them at once;
-//! * from what fits to runs of the corrected model itself would scatter by.
-//!
 //! An interval of 90 % ends 1.645 standard deviations away, on the scale that each number is fitted
-//! on.
-//!
-//! The probability of a name weighs all that was judged by the misfit on what was held out, at a
-//! temper that allows for what the numbers share.
+//! on. Standard deviations are those of the `errors` module, calibrated; so is the probability of a
+//! name, which weighs everything that was judged, and nothing at all, by the misfit on what was held
+//! out, at a temper that allows for what the numbers share.
 
 use std::collections::BTreeMap;
 
-use evpose_sensor::{STAGES, SensorConfig};
+use evpose_sensor::STAGES;
 
-use crate::fit::Slopes;
+use super::calibration::{CALIBRATION, Evidence, NumberKind};
+use super::errors::{RawError, errors};
+use crate::GapError;
 use crate::knob::Knob;
-use crate::linear::solve;
-use crate::naming::{Bench, Contender, Named, Step};
+use crate::naming::{Bench, Contender, Named};
+use crate::normal::upper_tail;
 use crate::parameters::Parameter;
 use crate::verdict::{Finding, FindingKind, Quantity};
-use crate::{Block, GapError, Lab};
 
 /// Standard deviations to either end of an interval of 90 %.
-const SIDE: f64 = 1.645;
-/// Runs of which slopes are taken.
-const SLOPE_RUNS: u64 = 2;
-/// Runs of the corrected model.
-const RUNS: u64 = 6;
+pub(super) const SIDE: f64 = 1.645;
 /// Numbers of a summary share what they see: this many misfits count as one.
 const TEMPER: f64 = 10.0;
+
+/// A finding with what it rests on.
+#[derive(Debug, Clone)]
+pub struct Evidenced {
+    /// What is said.
+    pub finding: Finding,
+    /// What the name of an effect rests on; none for a number of the model.
+    pub evidence: Option<Evidence>,
+    /// How uncertain its numbers are, before calibration.
+    pub errors: BTreeMap<String, RawError>,
+}
 
 /// Effects and parameters of an answer, the effects first.
 ///
 /// # Errors
 /// A model that cannot be built or shown the scene.
 pub fn findings(bench: &Bench<'_>, named: &Named) -> Result<Vec<Finding>, GapError> {
+    let all = evidenced(bench, named)?;
+    Ok(all.into_iter().map(|evidenced| evidenced.finding).collect())
+}
+
+/// The same with what each rests on.
+///
+/// # Errors
+/// A model that cannot be built or shown the scene.
+pub fn evidenced(bench: &Bench<'_>, named: &Named) -> Result<Vec<Evidenced>, GapError> {
     let model = &named.after.model;
     let owned: Vec<Vec<Knob>> = named.steps.iter().map(|step| knobs(&step.contenders[0])).collect();
     let mut all: Vec<Knob> = owned.iter().flatten().copied().collect();
     all.extend(Parameter::ALL.map(Knob::Parameter));
-    let errors = errors(&bench.train, model, &all)?;
-    let quantity = |knob: Knob, error: f64| {
+    let raw = errors(&bench.train, model, &all)?;
+    let calibrated = |knob: Knob, raw: &RawError| CALIBRATION.error(kind(knob), raw.steps());
+    let quantity = |knob: Knob, raw: &RawError| {
+        let error = calibrated(knob, raw);
         let at = |sides: f64| knob.value(&knob.turned(model, sides * SIDE * error));
         let (value, a, b) = (knob.value(model), at(-1.0), at(1.0));
         let unit = match knob {
@@ -57,38 +68,51 @@ pub fn findings(bench: &Bench<'_>, named: &Named) -> Result<Vec<Finding>, GapErr
     };
     let mut found = Vec::new();
     let mut place = 0;
-    for (step, knobs) in named.steps.iter().zip(&owned) {
+    for (i, (step, knobs)) in named.steps.iter().zip(&owned).enumerate() {
         let mut parameters = BTreeMap::new();
+        let mut errors = BTreeMap::new();
         for knob in knobs {
             if let Knob::Effect(_, param) = knob {
-                parameters.insert(param.name.to_owned(), quantity(*knob, errors[place]));
+                parameters.insert(param.name.to_owned(), quantity(*knob, &raw[place]));
+                errors.insert(param.name.to_owned(), raw[place]);
             }
             place += 1;
         }
-        found.push(Finding {
+        let evidence = evidence(bench, named, i);
+        let finding = Finding {
             name: step.contenders[0].found.name.to_owned(),
             kind: FindingKind::Effect,
             parameters,
-            probability: probability(step, bench.held.measured.len()),
+            probability: CALIBRATION.probability(&evidence),
             confusable_with: step.confusable.iter().map(|name| (*name).to_owned()).collect(),
-        });
+        };
+        found.push(Evidenced { finding, evidence: Some(evidence), errors });
     }
     for parameter in &named.moved {
         let Some(i) = Parameter::ALL.iter().position(|other| other == parameter) else { continue };
-        let error = errors[place + i];
+        let (knob, raw) = (Knob::Parameter(*parameter), raw[place + i]);
         let from = parameter.value(&named.before.model);
-        let z = parameter.steps(from, parameter.value(model)) / error.max(1e-9);
-        let value = quantity(Knob::Parameter(*parameter), error);
-        found.push(Finding {
-            name: parameter.name().to_owned(),
+        let z = parameter.steps(from, parameter.value(model)) / calibrated(knob, &raw).max(1e-9);
+        let name = parameter.name().to_owned();
+        let finding = Finding {
+            name: name.clone(),
             kind: FindingKind::Parameter,
-            parameters: BTreeMap::from([(parameter.name().to_owned(), value)]),
+            parameters: BTreeMap::from([(name.clone(), quantity(knob, &raw))]),
             // That it differs at all.
-            probability: 1.0 - (-0.5 * z * z).exp(),
+            probability: 1.0 - 2.0 * upper_tail(z.abs()),
             confusable_with: Vec::new(),
-        });
+        };
+        found.push(Evidenced { finding, evidence: None, errors: BTreeMap::from([(name, raw)]) });
     }
     Ok(found)
+}
+
+/// Errors of effects and of numbers of the model are calibrated apart.
+fn kind(knob: Knob) -> NumberKind {
+    match knob {
+        Knob::Parameter(_) => NumberKind::OfModel,
+        Knob::Effect(..) => NumberKind::OfEffect,
+    }
 }
 
 /// The knobs of an effect.
@@ -98,68 +122,50 @@ pub(super) fn knobs(contender: &Contender) -> Vec<Knob> {
     name.into_iter().flat_map(knob).map(|(name, param)| Knob::Effect(name, param)).collect()
 }
 
-/// How probable the best of a step is among all that were judged.
-fn probability(step: &Step, numbers: usize) -> f64 {
-    let best = &step.contenders[0].held;
-    let temper = TEMPER * (best.misfit / numbers.max(1) as f64).max(1.0);
-    let others = step.contenders.iter().skip(1);
-    let weights = others.map(|other| (-(other.held.misfit - best.misfit) / (2.0 * temper)).exp());
-    1.0 / (1.0 + weights.sum::<f64>())
+/// What the name of step `i` rests on.
+fn evidence(bench: &Bench<'_>, named: &Named, i: usize) -> Evidence {
+    let judged = &named.steps[i].contenders;
+    let best = &judged[0].held;
+    let before = match i.checked_sub(1) {
+        Some(last) => named.steps[last].contenders[0].held.misfit,
+        None => named.refitted.misfit,
+    };
+    let rivals = judged.iter().skip(1).map(|other| other.held.misfit).chain([before]);
+    let known = bench.held.measured.iter().filter(|number| number.is_finite()).count();
+    Evidence {
+        log_odds: log_odds(best.misfit, rivals, known),
+        gain_share: 1.0 - best.misfit / before.max(1e-9),
+        gap_after: named.after.gap,
+        events: bench.train.events.len(),
+    }
 }
 
-/// Standard deviations of knobs around a model, in their steps.
-fn errors(lab: &Lab<'_>, model: &SensorConfig, knobs: &[Knob]) -> Result<Vec<f64>, GapError> {
-    let slopes = Slopes::around(lab, model, knobs, SLOPE_RUNS)?;
-    let expected = lab.expect(model, RUNS)?;
-    let scales: Vec<f64> =
-        (0..expected.mean.len()).map(|i| expected.scale(lab.layout, i)).collect();
-    let z = expected.deviations(lab.layout, &lab.measured);
-    let n = knobs.len();
-    let weight = |i: usize| 1.0 / (1.0 + z[i] * z[i] / 4.0);
-    let slope = |a: usize, i: usize| slopes.columns[a][i] / scales[i];
-    let mut matrix = vec![vec![0.0; n]; n];
-    for i in 0..z.len() {
-        for (a, row) in matrix.iter_mut().enumerate() {
-            for (b, cell) in row.iter_mut().enumerate() {
-                *cell += weight(i) * slope(a, i) * slope(b, i);
-            }
-        }
+/// Log-odds of the best of all that were judged. Adding nothing is one of its rivals, so that there
+/// always is one.
+fn log_odds(best: f64, rivals: impl Iterator<Item = f64>, numbers: usize) -> f64 {
+    let temper = TEMPER * (best / numbers.max(1) as f64).max(1.0);
+    let weights = rivals.map(|rival| (-(rival - best) / (2.0 * temper)).exp());
+    -weights.sum::<f64>().max(f64::MIN_POSITIVE).ln()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rival_as_good_as_the_best_makes_even_odds_and_a_hopeless_one_none() {
+        assert!(log_odds(200.0, [200.0].into_iter(), 600).abs() < 1e-12);
+        // Ten misfits count as one: 40 more are exp(-2).
+        assert!((log_odds(200.0, [240.0].into_iter(), 600) - 2.0).abs() < 1e-12);
+        // Unexplained misfit is worth less: twice the numbers, half the odds.
+        assert!((log_odds(1200.0, [1240.0].into_iter(), 600) - 1.0).abs() < 1e-12);
+        assert!(log_odds(200.0, [1e9].into_iter(), 600) > 100.0);
     }
-    for (a, knob) in knobs.iter().enumerate() {
-        matrix[a][a] += 1.0 / knob.prior_steps().powi(2) + 1e-9;
+
+    #[test]
+    fn the_only_contender_is_weighed_against_nothing_at_all() {
+        let weak = log_odds(200.0, std::iter::once(210.0), 600);
+        let strong = log_odds(200.0, std::iter::once(2000.0), 600);
+        assert!((weak - 0.5).abs() < 1e-12 && strong > 20.0);
     }
-    // How far deviations of some of the numbers would pull each knob.
-    let pulled = |z: &[f64], is_in: &dyn Fn(usize) -> bool| -> Vec<f64> {
-        let pull = |a| {
-            let numbers = (0..z.len()).filter(|i| is_in(*i));
-            numbers.map(|i| weight(i) * slope(a, i) * z[i]).sum()
-        };
-        solve(matrix.clone(), (0..n).map(pull).collect()).unwrap_or_else(|| vec![0.0; n])
-    };
-    let mut blocks: Vec<Block> = lab.layout.entries.iter().map(|entry| entry.block).collect();
-    blocks.dedup();
-    let by_blocks: Vec<Vec<f64>> =
-        blocks.iter().map(|block| pulled(&z, &|i| lab.layout.entries[i].block == *block)).collect();
-    let by_runs = (0..RUNS)
-        .map(|run| {
-            let z = expected.deviations(lab.layout, &lab.run(model, run)?);
-            Ok(pulled(&z, &|_| true))
-        })
-        .collect::<Result<Vec<_>, GapError>>()?;
-    let known = z.iter().filter(|z| **z != 0.0).count().max(1) as f64;
-    let widened = (crate::misfit(&z) / known).max(1.0);
-    let squares = |pulls: &[Vec<f64>], a: usize| {
-        let sum: f64 = pulls.iter().map(|pull| pull[a] * pull[a]).sum();
-        let n = pulls.len().max(2) as f64;
-        (sum, n / (n - 1.0))
-    };
-    let error = |a: usize| {
-        let unit = (0..n).map(|b| if a == b { 1.0 } else { 0.0 }).collect();
-        let Some(column) = solve(matrix.clone(), unit) else { return knobs[a].prior_steps() };
-        let ((blocks, few), (runs, few_runs)) = (squares(&by_blocks, a), squares(&by_runs, a));
-        // Runs are compared with their own mean; the recording is one run, fitted to the mean.
-        let runs = runs / RUNS as f64 * few_runs;
-        (column[a].max(0.0) * widened).max(few * blocks).max(runs).sqrt()
-    };
-    Ok((0..n).map(error).collect())
 }

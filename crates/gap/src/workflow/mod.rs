@@ -10,25 +10,33 @@
 //! Everything is judged on what was held out: another recording, or the later part of the only one.
 
 mod bare;
+pub mod calibrate;
+mod calibration;
 mod chance;
 mod directions;
+mod errors;
 mod findings;
 mod gap_value;
 mod inputs;
 mod limits;
 mod model;
 mod outcome;
+mod own_run;
 mod pose;
 mod trials;
 
 pub use bare::{as_effect, bare};
+pub use calibration::{CALIBRATION, Calibration, ErrorScale, Evidence, FEATURES, NumberKind};
+pub use chance::chance_of_largest;
 pub use directions::{Direction, Directions};
-pub use findings::findings;
+pub use errors::RawError;
+pub use findings::{Evidenced, evidenced, findings};
 pub use gap_value::gap_value;
 pub use inputs::{Case, HeldOut, Inputs, Prepared};
 pub use limits::{Limits, limits};
 pub use model::{Model, prepared, stamped};
-pub use outcome::{Outcome, answered, effects_of, outcome};
+pub use outcome::{Outcome, answered, effects_of, evidence_of, outcome};
+pub use own_run::{OwnRun, own_run};
 pub use pose::{LIKE_TEXTURE, Look, of_poses};
 pub use trials::ablation;
 

@@ -4,9 +4,10 @@ use evpose_core::{EventStream, Micros, seed_for};
 use evpose_sensor::SensorConfig;
 use rayon::prelude::*;
 
-use super::chance::of_largest;
+use super::chance::chance_of_largest;
+use super::findings::{Evidenced, evidenced};
 use super::gap_value::{RUNS, deviations, resampled};
-use super::{Directions, Prepared, ablation, findings, gap_value, limits};
+use super::{Directions, Prepared, ablation, gap_value, limits};
 use crate::c2st::two_sample;
 use crate::locate::{Located, locate};
 use crate::naming::{Bench, Judged, Named, reduction};
@@ -53,8 +54,17 @@ pub fn answered(named: &Named) -> &Judged {
 /// # Errors
 /// A model that cannot be built or shown the scene.
 pub fn effects_of(bench: &Bench<'_>, named: &Named) -> Result<Vec<Finding>, GapError> {
+    let all = evidence_of(bench, named)?;
+    Ok(all.into_iter().map(|evidenced| evidenced.finding).collect())
+}
+
+/// The same with what each finding rests on.
+///
+/// # Errors
+/// A model that cannot be built or shown the scene.
+pub fn evidence_of(bench: &Bench<'_>, named: &Named) -> Result<Vec<Evidenced>, GapError> {
     match named.answer {
-        Answer::Effects | Answer::Parameter => findings(bench, named),
+        Answer::Effects | Answer::Parameter => evidenced(bench, named),
         Answer::NoGap | Answer::NoneOfCatalogue | Answer::Undecided => Ok(Vec::new()),
     }
 }
@@ -90,7 +100,7 @@ pub fn outcome(
     };
     let (c2st_before, c2st_after) = (check(&runs), check(&corrected));
     say("the probability of chance");
-    let p = of_largest(held, given, REPLICATES[quick])?;
+    let p = chance_of_largest(held, given, REPLICATES[quick])?;
     say("taking it out again");
     let trials = ablation(bench, &of_answer(named), seed)?;
     let spread = |model: &SensorConfig| deviations(&bench.screen, model);

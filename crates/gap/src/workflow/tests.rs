@@ -98,6 +98,42 @@ fn a_recording_of_the_model_has_no_gap_and_is_no_surprise() {
     assert!(shown.contains(&"leak_on") && shown.contains(&"refractory"), "{shown:?}");
 }
 
+#[test]
+fn a_run_of_a_model_without_noise_is_no_surprise_and_one_with_noise_is_like_its_replicates() {
+    let scene = scene(0.0);
+    let quiet = own_run(scene.clone(), &SensorConfig::default(), None, 19, 1).unwrap();
+    assert!(quiet.p > 0.999 && quiet.events > 0, "{quiet:?}");
+    let noisy = Nominal { noise_on_hz: Some(3.0), noise_off_hz: Some(2.0), ..Nominal::default() };
+    let p =
+        |seed| own_run(scene.clone(), &SensorConfig::default(), Some(&noisy), 19, seed).unwrap().p;
+    let ps: Vec<f64> = (0..12).map(p).collect();
+    // Multiples of one in twenty, of which twelve uniform ones have a mean of 0.53 +- 0.08.
+    assert!(ps.iter().all(|p| (20.0 * p - (20.0 * p).round()).abs() < 1e-9), "{ps:?}");
+    let mean = ps.iter().sum::<f64>() / 12.0;
+    assert!((0.2..0.86).contains(&mean), "{ps:?}");
+}
+
+#[test]
+fn what_a_name_rests_on_is_kept_beside_it() {
+    let mut leaky = ideal();
+    leaky.effects.push(EffectConfig::new("leak_on").with("rate_hz", 3.0));
+    let prepared = Prepared::new(inputs(&leaky)).unwrap();
+    let bench = prepared.bench().unwrap();
+    let named = bench.name(&prepared.model.config, &[], &|_| {}).unwrap();
+    let all = evidence_of(&bench, &named).unwrap();
+    let leak = all.iter().find(|one| one.finding.name == "leak_on").unwrap();
+    let evidence = leak.evidence.unwrap();
+    assert!(evidence.gain_share > 0.5 && evidence.log_odds > 0.0, "{evidence:?}");
+    assert_eq!(evidence.events, bench.train.events.len());
+    assert!((leak.finding.probability - CALIBRATION.probability(&evidence)).abs() < 1e-12);
+    // The interval is what the constants make of the raw error.
+    let (raw, said) = (leak.errors["rate_hz"], &leak.finding.parameters["rate_hz"]);
+    let knob = crate::knob::Knob::named("leak_on", "rate_hz").unwrap();
+    let half = 0.5 * knob.steps(said.lo90, said.hi90);
+    let error = CALIBRATION.error(NumberKind::OfEffect, raw.steps());
+    assert!((half - 1.645 * error).abs() < 1e-6, "{half} {error}");
+}
+
 /// The lag of the pixels is no more than a millisecond; this is a clock.
 #[test]
 fn a_clock_that_is_off_is_a_parameter_with_its_offset() {

@@ -1,5 +1,6 @@
 //! What was named in one case, as a line of results.
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::path::Path;
 use std::time::Instant;
@@ -7,8 +8,10 @@ use std::time::Instant;
 use anyhow::{Context, Result};
 use evpose_gap::input::{load_recording, load_scene};
 use evpose_gap::naming::reduction;
-use evpose_gap::verdict::{Answer, Finding};
-use evpose_gap::workflow::{Case as Pair, HeldOut, Inputs, Prepared, answered, effects_of};
+use evpose_gap::verdict::{Answer, Finding, FindingKind};
+use evpose_gap::workflow::{
+    Case as Pair, Evidence, HeldOut, Inputs, Prepared, RawError, answered, evidence_of,
+};
 use evpose_sensor::SensorConfig;
 use gapbench_pixel::Case;
 use serde::{Deserialize, Serialize};
@@ -34,6 +37,12 @@ pub(super) struct Row {
     pub(super) gap_after: f64,
     /// The share of it that is gone.
     pub(super) grr: f64,
+    /// What the names of effects rest on.
+    #[serde(default)]
+    pub(super) evidence: BTreeMap<String, Evidence>,
+    /// How uncertain the numbers of findings are, before calibration.
+    #[serde(default)]
+    pub(super) errors: BTreeMap<String, BTreeMap<String, RawError>>,
     /// The best few of each step, named or not, with what they leave of the misfit.
     pub(super) tried: Vec<Vec<(String, f64)>>,
     /// Events of the first recording.
@@ -49,6 +58,11 @@ impl Row {
     /// All that it took.
     pub(super) fn seconds(&self) -> f64 {
         self.make_s + self.name_s
+    }
+
+    /// The effects that were named, in their order.
+    pub(super) fn named(&self) -> impl Iterator<Item = &Finding> {
+        self.effects.iter().filter(|effect| effect.kind == FindingKind::Effect)
     }
 }
 
@@ -94,7 +108,13 @@ pub(super) fn name(folder: &Path, case: &Case, make_s: f64) -> Result<Row> {
     })?;
     let bench = prepared.bench()?;
     let named = bench.name(&prepared.model.config, &prepared.left_out, &|_| {})?;
-    let effects = effects_of(&bench, &named)?;
+    let (mut effects, mut evidence, mut errors) = (Vec::new(), BTreeMap::new(), BTreeMap::new());
+    for evidenced in evidence_of(&bench, &named)? {
+        let name = &evidenced.finding.name;
+        evidence.extend(evidenced.evidence.map(|evidence| (name.clone(), evidence)));
+        errors.insert(name.clone(), evidenced.errors);
+        effects.push(evidenced.finding);
+    }
     let after = answered(&named);
     let tried = named.steps.iter().map(|step| {
         let tried = step.contenders.iter();
@@ -104,6 +124,8 @@ pub(super) fn name(folder: &Path, case: &Case, make_s: f64) -> Result<Row> {
         id: case.id.clone(),
         verdict: named.answer,
         effects,
+        evidence,
+        errors,
         gap_before: named.before.gap,
         gap_after: after.gap,
         grr: reduction(&named.before, after),
@@ -115,22 +137,33 @@ pub(super) fn name(folder: &Path, case: &Case, make_s: f64) -> Result<Row> {
     })
 }
 
-/// Reads results; a last line that was cut off is left out.
-pub(super) fn read(path: &Path) -> Result<Vec<Row>> {
-    let text = match std::fs::read_to_string(path) {
-        Ok(text) => text,
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-            std::fs::write(path, "").with_context(|| format!("creating {}", path.display()))?;
-            return Ok(Vec::new());
-        }
-        Err(error) => return Err(error).with_context(|| path.display().to_string()),
-    };
-    let whole = &text[..text.rfind('\n').map_or(0, |end| end + 1)];
+/// Reads results to go on behind them: a last line that was cut off is removed.
+pub(super) fn resume(path: &Path) -> Result<Vec<Row>> {
+    if !path.is_file() {
+        return Ok(Vec::new());
+    }
+    let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
+    let whole = whole_lines(&text);
     if whole.len() < text.len() {
         evpose_core::atomic_write(path, whole.as_bytes())?;
     }
+    parse(whole, path)
+}
+
+/// Reads results; a last line that was cut off is left out.
+pub(super) fn read(path: &Path) -> Result<Vec<Row>> {
+    let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
+    parse(whole_lines(&text), path)
+}
+
+/// A text up to the end of its last whole line.
+pub(super) fn whole_lines(text: &str) -> &str {
+    &text[..text.rfind('\n').map_or(0, |end| end + 1)]
+}
+
+fn parse(text: &str, path: &Path) -> Result<Vec<Row>> {
     let row = |(i, line)| {
         serde_json::from_str(line).with_context(|| format!("{}: line {}", path.display(), i + 1))
     };
-    whole.lines().enumerate().map(row).collect()
+    text.lines().enumerate().map(row).collect()
 }

@@ -2,56 +2,25 @@
 
 use std::collections::BTreeMap;
 
-use evpose_gap::verdict::{Answer, FindingKind, Quantity};
-use gapbench_pixel::{Case, CaseKind, Label};
-use rayon::prelude::*;
+use evpose_gap::verdict::{Answer, Quantity};
+use gapbench_pixel::{CaseKind, EFFECTS, STRENGTHS};
 use serde::Serialize;
 
-use super::row::Row;
-use super::truth::Truth;
-use crate::commands::gap::steps::word;
+use super::opened::Opened;
+use super::own::OwnSummary;
+use super::stats::{Bin, Median, Rate, bins, calibration_error, median};
+use super::targets::{Headline, headlines};
 
-/// How many of how many, with the Wilson interval of 95 %.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
-pub(super) struct Rate {
-    pub(super) of: usize,
-    pub(super) n: usize,
-    pub(super) share: Option<f64>,
-    pub(super) lo95: f64,
-    pub(super) hi95: f64,
-}
-
-impl Rate {
-    fn of(is: impl IntoIterator<Item = bool>) -> Self {
-        let (mut of, mut n) = (0, 0);
-        for is in is {
-            of += usize::from(is);
-            n += 1;
-        }
-        let (lo95, hi95) = wilson(of, n);
-        Self { of, n, share: (n > 0).then(|| of as f64 / n as f64), lo95, hi95 }
-    }
-}
-
-/// The interval of a share: Wilson, J. Am. Stat. Assoc. 22, 1927.
-fn wilson(of: usize, n: usize) -> (f64, f64) {
-    if n == 0 {
-        return (0.0, 1.0);
-    }
-    const Z: f64 = 1.959_964;
-    let (p, n) = (of as f64 / n as f64, n as f64);
-    let middle = p + Z * Z / (2.0 * n);
-    let half = Z * (p * (1.0 - p) / n + Z * Z / (4.0 * n * n)).sqrt();
-    let whole = 1.0 + Z * Z / n;
-    (((middle - half) / whole).max(0.0), ((middle + half) / whole).min(1.0))
-}
-
-/// The score of a part of the plan.
+/// The score of a part of the plan. Figures are strict: see [`Lenient`].
 #[derive(Debug, Clone, Serialize)]
 pub(super) struct Scores {
+    /// Seed of the plan.
+    pub(super) plan: u64,
     pub(super) cases: usize,
     /// Programs that results are of.
     pub(super) commits: Vec<String>,
+    /// What is to be reached, and whether it is.
+    pub(super) headlines: Vec<Headline>,
     /// Visible singles with their effect named, and nothing that is not there.
     pub(super) singles_right: Rate,
     /// Cases with a name that is not there.
@@ -63,24 +32,58 @@ pub(super) struct Scores {
     pub(super) parameters_right: Rate,
     /// Pairs, both visible, with both named.
     pub(super) pairs_both: Rate,
-    /// Cases outside the catalogue in which nothing is named.
+    /// Cases outside the catalogue in which nothing is blamed.
     pub(super) outside_unnamed: Rate,
+    /// The same figures with less strict a judge.
+    pub(super) lenient: Lenient,
     /// Of right names: relative errors of their numbers, and whether intervals hold the truth.
-    pub(super) parameter_error_median: Option<f64>,
+    pub(super) parameter_error: Option<Median>,
     pub(super) intervals_hold: Rate,
     /// Of right names: the share of the gap that is gone.
-    pub(super) grr_median: Option<f64>,
+    pub(super) grr: Option<Median>,
+    /// Stated probabilities of the first name of each case, and how far shares are from them.
+    pub(super) reliability: Vec<Bin>,
+    pub(super) calibration_error: Option<f64>,
+    /// Recordings of our own model.
+    pub(super) own: Option<OwnSummary>,
     /// Seconds of a case, to make it and to name it.
+    pub(super) seconds_mean: f64,
     pub(super) seconds_median: Option<f64>,
     pub(super) seconds_most: f64,
     /// Visible singles by strength.
     pub(super) by_strength: BTreeMap<usize, Rate>,
+    /// Singles by effect and strength, seen or not.
+    pub(super) power: Vec<Power>,
+    /// Right numbers inside their intervals, by finding.
+    pub(super) coverage: BTreeMap<&'static str, Rate>,
     /// What was said of what.
     pub(super) confusion: BTreeMap<String, BTreeMap<String, usize>>,
     /// Numbers of right names: what they are and what was said.
     pub(super) numbers: Vec<Number>,
     /// What went wrong, a line each.
     pub(super) misses: Vec<String>,
+    /// What is to be said of single cases.
+    pub(super) notes: Vec<String>,
+}
+
+/// The same shares where a source follower passes for any low-pass, and where outside the catalogue
+/// it is enough that no effect is named.
+#[derive(Debug, Clone, Serialize)]
+pub(super) struct Lenient {
+    pub(super) singles_right: Rate,
+    pub(super) wrong_names: Rate,
+    pub(super) pairs_both: Rate,
+    pub(super) outside_unnamed: Rate,
+}
+
+/// How often an effect of one strength is named.
+#[derive(Debug, Clone, Serialize)]
+pub(super) struct Power {
+    pub(super) effect: &'static str,
+    pub(super) strength: usize,
+    /// Cases in which it is visible.
+    pub(super) visible: usize,
+    pub(super) right: Rate,
 }
 
 /// One number of a right name.
@@ -93,176 +96,168 @@ pub(super) struct Number {
     pub(super) said: Quantity,
 }
 
-/// One case, opened.
-struct Opened<'a> {
-    label: Label,
-    truth: Truth,
-    row: &'a Row,
-    names: Vec<&'a str>,
-}
-
-impl Opened<'_> {
-    fn is_wrong(&self) -> bool {
-        self.names.iter().any(|name| !self.truth.holds(name))
+impl Number {
+    /// Relative error; none where the truth is zero.
+    pub(super) fn error(&self) -> Option<f64> {
+        (self.truth != 0.0).then(|| (self.said.value / self.truth - 1.0).abs())
     }
 
-    fn is_named(&self) -> bool {
-        !self.names.is_empty()
-    }
-
-    fn is_outside(&self) -> bool {
-        self.label.outside_catalogue
-    }
-
-    /// All effects named and none beside them.
-    fn is_right(&self) -> bool {
-        let all = self.truth.effects.iter().all(|truth| Truth::is_named(truth, &self.names));
-        all && !self.is_wrong()
-    }
-
-    fn finding(&self, finding: &str, key: &str) -> Option<&Quantity> {
-        let found = self.row.effects.iter().find(|effect| effect.name == finding)?;
-        found.parameters.get(key)
+    /// Whether the interval holds the truth.
+    pub(super) fn is_held(&self) -> bool {
+        (self.said.lo90..=self.said.hi90).contains(&self.truth)
     }
 }
 
-/// Opens the labels and scores the rows.
-pub(super) fn of(cases: &[Case], rows: &[&Row]) -> Scores {
-    let opened: Vec<Opened<'_>> = rows
-        .par_iter()
-        .filter_map(|row| {
-            let label = cases.iter().find(|case| case.id == row.id)?.label();
-            let effects = row.effects.iter().filter(|effect| effect.kind == FindingKind::Effect);
-            let names = effects.map(|effect| effect.name.as_str()).collect();
-            Some(Opened { truth: Truth::of(&label), label, row, names })
-        })
-        .collect();
+/// Scores cases.
+pub(super) fn of(opened: &[Opened], own: Option<OwnSummary>, plan: u64) -> Scores {
     let of_kind = |kind| opened.iter().filter(move |case| case.label.kind == kind);
     let singles = || of_kind(CaseKind::Single).filter(|case| case.label.visible);
-    let pairs = of_kind(CaseKind::Pair).filter(|case| case.label.visible);
-    let both = |case: &Opened<'_>| {
-        case.truth.effects.iter().all(|truth| Truth::is_named(truth, &case.names))
+    let pairs = || of_kind(CaseKind::Pair).filter(|case| case.label.visible);
+    let outside = || opened.iter().filter(|case| case.is_outside());
+    let nulls = || of_kind(CaseKind::Null);
+    let numbers = numbers(opened);
+    let first = |case: &Opened| {
+        let effect = case.row.named().next()?;
+        Some((effect.probability, case.truth.holds(&effect.name)))
     };
-    let named_right = || {
-        let is_told = |case: &&Opened<'_>| match case.label.kind {
-            CaseKind::Single | CaseKind::Pair => case.is_right(),
-            CaseKind::Parameter => case.is_right() && case.row.verdict == Answer::Parameter,
-            CaseKind::Null | CaseKind::LeftOut | CaseKind::NeverCatalogued => false,
-        };
-        opened.iter().filter(is_told)
-    };
-    let number =
-        |case: &Opened<'_>, (finding, parameter, truth): &(&'static str, &'static str, f64)| {
-            let said = case.finding(finding, parameter)?.clone();
-            Some(Number { id: case.row.id.clone(), finding, parameter, truth: *truth, said })
-        };
-    let numbers: Vec<Number> = named_right()
-        .flat_map(|case| case.truth.numbers.iter().filter_map(move |truth| number(case, truth)))
-        .collect();
-    let errors = numbers.iter().map(|n| (n.said.value / n.truth - 1.0).abs()).collect();
-    let held = numbers.iter().map(|n| (n.said.lo90..=n.said.hi90).contains(&n.truth));
-    let mut by_strength = BTreeMap::new();
-    for strength in 0..4 {
-        let of = singles().filter(|case| case.label.strength == Some(strength));
-        by_strength.insert(strength, Rate::of(of.map(Opened::is_right)));
-    }
+    let reliability = bins(&opened.iter().filter_map(first).collect::<Vec<_>>());
     let mut confusion: BTreeMap<String, BTreeMap<String, usize>> = BTreeMap::new();
-    for case in &opened {
-        *confusion.entry(title(case)).or_default().entry(said(case)).or_default() += 1;
+    for case in opened {
+        *confusion.entry(case.title()).or_default().entry(case.told()).or_default() += 1;
     }
-    let misses = opened
-        .iter()
-        .filter(|case| is_miss(case))
-        .map(|case| format!("{} {} ({}): {}", case.row.id, title(case), effects(case), said(case)));
-    let mut commits: Vec<String> = rows.iter().map(|row| row.commit.clone()).collect();
+    let mut commits: Vec<String> = opened.iter().map(|case| case.row.commit.clone()).collect();
     commits.sort();
     commits.dedup();
-    let seconds: Vec<f64> = rows.iter().map(|row| row.seconds()).collect();
-    let outside = opened.iter().filter(|case| case.is_outside());
-    Scores {
+    let mut coverage: BTreeMap<&'static str, Vec<bool>> = BTreeMap::new();
+    for number in &numbers {
+        coverage.entry(number.finding).or_default().push(number.is_held());
+    }
+    let seconds = || opened.iter().map(|case| case.row.seconds());
+    let of_strength = |strength| {
+        Rate::of(singles().filter(|c| c.label.strength == Some(strength)).map(Opened::is_right))
+    };
+    let misses = opened.iter().filter(|case| case.is_miss());
+    let miss = |case: &Opened| {
+        format!("{} {} ({}): {}", case.row.id, case.title(), case.hidden(), case.told())
+    };
+    let note = |case: &Opened| case.truth.note.as_ref().map(|n| format!("{} {n}", case.row.id));
+    let mut scores = Scores {
+        plan,
         cases: opened.len(),
         commits,
+        headlines: Vec::new(),
         singles_right: Rate::of(singles().map(Opened::is_right)),
         wrong_names: Rate::of(opened.iter().map(Opened::is_wrong)),
-        nulls_named: Rate::of(of_kind(CaseKind::Null).map(Opened::is_named)),
-        nulls_not_closed: Rate::of(
-            of_kind(CaseKind::Null).map(|case| case.row.verdict != Answer::NoGap),
-        ),
-        parameters_right: Rate::of(
-            of_kind(CaseKind::Parameter).map(|case| case.row.verdict == Answer::Parameter),
-        ),
-        pairs_both: Rate::of(pairs.map(both)),
-        outside_unnamed: Rate::of(outside.map(|case| !case.is_wrong())),
-        parameter_error_median: median(errors),
-        intervals_hold: Rate::of(held),
-        numbers: numbers.clone(),
-        grr_median: median(named_right().map(|case| case.row.grr).collect()),
-        seconds_most: seconds.iter().copied().fold(0.0, f64::max),
-        seconds_median: median(seconds),
-        by_strength,
+        nulls_named: Rate::of(nulls().map(Opened::is_named)),
+        nulls_not_closed: Rate::of(nulls().map(|case| case.row.verdict != Answer::NoGap)),
+        parameters_right: Rate::of(of_kind(CaseKind::Parameter).map(Opened::is_met)),
+        pairs_both: Rate::of(pairs().map(Opened::has_all)),
+        outside_unnamed: Rate::of(outside().map(Opened::is_unnamed)),
+        lenient: Lenient {
+            singles_right: Rate::of(singles().map(Opened::is_right_leniently)),
+            wrong_names: Rate::of(opened.iter().map(Opened::is_wrong_leniently)),
+            pairs_both: Rate::of(pairs().map(Opened::has_all_leniently)),
+            outside_unnamed: Rate::of(outside().map(|case| !case.is_wrong())),
+        },
+        parameter_error: median(numbers.iter().filter_map(Number::error)),
+        intervals_hold: Rate::of(numbers.iter().map(Number::is_held)),
+        grr: median(opened.iter().filter(|case| case.is_told()).map(|case| case.row.grr)),
+        calibration_error: calibration_error(&reliability),
+        reliability,
+        own,
+        seconds_mean: seconds().sum::<f64>() / opened.len().max(1) as f64,
+        seconds_median: median(seconds()).map(|median| median.value),
+        seconds_most: seconds().fold(0.0, f64::max),
+        by_strength: (0..STRENGTHS).map(|strength| (strength, of_strength(strength))).collect(),
+        power: power(opened),
+        coverage: coverage.into_iter().map(|(name, held)| (name, Rate::of(held))).collect(),
         confusion,
-        misses: misses.collect(),
-    }
-}
-
-fn median(mut values: Vec<f64>) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    let n = values.len();
-    (n > 0).then(|| 0.5 * (values[(n - 1) / 2] + values[n / 2]))
-}
-
-fn is_miss(case: &Opened<'_>) -> bool {
-    let is_missed = match case.label.kind {
-        CaseKind::Single | CaseKind::Pair => case.label.visible && !case.is_right(),
-        CaseKind::Null => case.row.verdict != Answer::NoGap,
-        CaseKind::Parameter => case.row.verdict != Answer::Parameter,
-        CaseKind::LeftOut | CaseKind::NeverCatalogued => case.is_wrong(),
+        numbers,
+        misses: misses.map(miss).collect(),
+        notes: opened.iter().filter_map(note).collect(),
     };
-    is_missed || case.is_wrong()
+    scores.headlines = headlines(&scores);
+    scores
 }
 
-/// What a case is, in rows of the confusion matrix.
-fn title(case: &Opened<'_>) -> String {
-    let what = effects(case);
-    let unseen = if case.label.visible { "" } else { ", too weak to see" };
-    match case.label.kind {
-        CaseKind::Single => format!("{what}{unseen}"),
-        CaseKind::Null => "nothing".to_owned(),
-        CaseKind::Parameter => format!("parameter{unseen}"),
-        CaseKind::Pair => format!("pair{unseen}"),
-        CaseKind::LeftOut => "left out of the catalogue".to_owned(),
-        CaseKind::NeverCatalogued => "never catalogued".to_owned(),
-    }
+fn numbers(opened: &[Opened]) -> Vec<Number> {
+    let of = |case: &Opened| -> Vec<Number> {
+        let number = |(finding, parameter, truth): &(&'static str, &'static str, f64)| {
+            let said = case.said(finding, parameter)?.clone();
+            let (id, truth) = (case.row.id.clone(), *truth);
+            Some(Number { id, finding, parameter, truth, said })
+        };
+        case.truth.numbers.iter().filter_map(number).collect()
+    };
+    opened.iter().filter(|case| case.is_told()).flat_map(of).collect()
 }
 
-fn effects(case: &Opened<'_>) -> String {
-    let names = case.label.truth.iter().map(|truth| truth.term.name);
-    names.collect::<Vec<_>>().join(" + ")
-}
-
-/// What was said, in columns of the confusion matrix.
-fn said(case: &Opened<'_>) -> String {
-    match case.label.kind {
-        CaseKind::Pair if case.is_named() => {
-            let there = case.names.iter().filter(|name| case.truth.holds(name)).count();
-            format!("{there} right, {} wrong", case.names.len() - there)
+fn power(opened: &[Opened]) -> Vec<Power> {
+    let of = |effect: &'static str, strength: usize| {
+        let is_it = |case: &&Opened| {
+            case.label.kind == CaseKind::Single
+                && case.label.strength == Some(strength)
+                && case.truth.effects == [effect]
+        };
+        let cases = || opened.iter().filter(is_it);
+        Power {
+            effect,
+            strength,
+            visible: cases().filter(|case| case.label.visible).count(),
+            right: Rate::of(cases().map(Opened::is_right)),
         }
-        _ if case.is_named() => case.names.join(" + "),
-        _ => word(case.row.verdict).to_owned(),
-    }
+    };
+    EFFECTS
+        .iter()
+        .flat_map(|effect| (0..STRENGTHS).map(move |strength| (effect.name(), strength)))
+        .map(|(effect, strength)| of(effect, strength))
+        .filter(|power| power.right.n > 0)
+        .collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::commands::gap::bench::example;
 
     #[test]
-    fn intervals_of_shares_are_those_of_wilson() {
-        // 8 of 10: 0.490 to 0.943, as in every table.
-        let (lo, hi) = wilson(8, 10);
-        assert!((lo - 0.4902).abs() < 1e-4 && (hi - 0.9433).abs() < 1e-4);
-        let none = Rate::of([false; 5]);
-        assert!(none.lo95 == 0.0 && (none.hi95 - 0.4345).abs() < 1e-4);
-        assert_eq!(Rate::of([]).share, None);
+    fn a_namer_that_knows_everything_meets_every_target() {
+        let scores = of(&example::opened(), None, example::SEED);
+        for rate in [scores.singles_right, scores.parameters_right, scores.pairs_both] {
+            assert_eq!((rate.of, rate.share), (rate.n, Some(1.0)));
+        }
+        assert_eq!((scores.wrong_names.of, scores.nulls_named.of), (0, 0));
+        assert_eq!((scores.cases, scores.misses.len()), (576, 0));
+        assert!(scores.parameter_error.is_some_and(|median| median.value < 0.05));
+        assert_eq!(scores.power.len(), 18 * 4);
+    }
+
+    #[test]
+    fn a_source_follower_for_a_lowpass_is_wrong_and_counted_leniently_beside() {
+        let mut opened = example::opened();
+        for case in opened.iter_mut().filter(|case| case.truth.effects == ["photoreceptor_lowpass"])
+        {
+            for effect in &mut case.row.effects {
+                effect.name = "source_follower".to_owned();
+            }
+        }
+        let scores = of(&opened, None, example::SEED);
+        assert!(scores.wrong_names.of > 0 && scores.lenient.wrong_names.of == 0);
+        assert!(scores.singles_right.of < scores.singles_right.n);
+        assert_eq!(scores.lenient.singles_right.of, scores.lenient.singles_right.n);
+        assert_eq!(scores.misses.len(), scores.wrong_names.of);
+        assert!(!scores.notes.is_empty());
+    }
+
+    #[test]
+    fn a_number_outside_its_interval_is_not_held() {
+        let said = Quantity { value: 1.1, lo90: 1.05, hi90: 1.2, unit: String::new() };
+        let mut number =
+            Number { id: String::new(), finding: "a", parameter: "b", truth: 1.0, said };
+        assert!(!number.is_held() && number.error().is_some_and(|e| (e - 0.1).abs() < 1e-12));
+        number.said.lo90 = 1.0;
+        assert!(number.is_held());
+        number.truth = 0.0;
+        assert_eq!(number.error(), None);
     }
 }

@@ -1,55 +1,77 @@
-//! Scores as a table.
+//! Scores as a table of the terminal.
 
-use super::score::{Rate, Scores};
-use crate::commands::gap::words::{percent, short};
+use super::score::Scores;
+use super::targets::{Headline, Reached, Target, Unit};
+use crate::commands::gap::words::short;
 
 /// The table, line by line.
 pub(super) fn lines(scores: &Scores) -> Vec<String> {
-    let mut lines = vec![format!("{:<44}{:>9}{:>8}   95 % interval", "", "cases", "share")];
-    let mut row = |name: &str, rate: &Rate| lines.push(line(name, rate));
-    row("visible singles named right", &scores.singles_right);
-    for (strength, rate) in scores.by_strength.iter().filter(|(_, rate)| rate.n > 0) {
-        row(&format!("  of strength {strength}"), rate);
-    }
-    row("wrong names, all cases", &scores.wrong_names);
-    row("nulls with an effect named", &scores.nulls_named);
-    row("nulls not called so", &scores.nulls_not_closed);
-    row("parameters alone called so", &scores.parameters_right);
-    row("pairs with both named", &scores.pairs_both);
-    row("outside the catalogue, nothing named", &scores.outside_unnamed);
-    row("numbers inside their 90 % interval", &scores.intervals_hold);
-    let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), short);
-    let share = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), percent);
+    let mut lines = vec![format!(
+        "{:<40}{:>9}{:>8}  {:<17}{:>10}{:>10}  ",
+        "", "cases", "", "95 % interval", "required", "goal"
+    )];
+    lines.extend(scores.headlines.iter().map(line));
     lines.push(format!(
-        "{:<44}{:>17}",
-        "error of numbers, median",
-        share(scores.parameter_error_median)
+        "{} cases of plan {}, {} went wrong; programs {}",
+        scores.cases,
+        scores.plan,
+        scores.misses.len(),
+        scores.commits.join(", ")
     ));
-    lines.push(format!(
-        "{:<44}{:>17}",
-        "share of the gap that is gone, median",
-        number(scores.grr_median)
-    ));
-    lines.push(format!(
-        "{:<44}{:>17}   {} at most",
-        "seconds a case, median",
-        number(scores.seconds_median),
-        short(scores.seconds_most)
-    ));
-    lines.push("what was hidden: what was said".to_owned());
-    for (hidden, said) in &scores.confusion {
-        let said: Vec<String> = said.iter().map(|(what, n)| format!("{what} {n}")).collect();
-        lines.push(format!("  {hidden}: {}", said.join(", ")));
-    }
     lines
 }
 
-fn line(name: &str, rate: &Rate) -> String {
-    let cases = format!("{}/{}", rate.of, rate.n);
-    let share = rate.share.map_or_else(|| "-".to_owned(), percent);
-    let interval = match rate.n {
-        0 => String::new(),
-        _ => format!("{} to {}", percent(rate.lo95), percent(rate.hi95)),
+fn line(headline: &Headline) -> String {
+    let value = headline.value.map_or_else(|| "-".to_owned(), |v| figure(headline.unit, v));
+    let note = match headline.note.as_str() {
+        "" => String::new(),
+        note => format!(" ({note})"),
     };
-    format!("{name:<44}{cases:>9}{share:>8}   {interval}")
+    let line = format!(
+        "{:<40}{:>9}{value:>8}  {:<17}{:>10}{:>10}  {}{note}",
+        headline.name,
+        headline.cases,
+        interval(headline),
+        target(headline.unit, headline.required),
+        target(headline.unit, headline.goal),
+        word(headline.reached())
+    );
+    line.trim_end().to_owned()
+}
+
+/// A figure in its unit.
+pub(super) fn figure(unit: Unit, value: f64) -> String {
+    match unit {
+        // Targets of one in a hundred want a decimal.
+        Unit::Share => format!("{}%", (1e3 * value).round() / 10.0),
+        Unit::Number => short(value),
+        Unit::Seconds => format!("{} s", short(value)),
+    }
+}
+
+/// An interval in the unit of a figure; nothing where there is none.
+pub(super) fn interval(headline: &Headline) -> String {
+    let (Some(low), Some(high)) = (headline.lo95, headline.hi95) else { return String::new() };
+    format!("{} to {}", figure(headline.unit, low), figure(headline.unit, high))
+}
+
+/// A target in the unit of its figure.
+pub(super) fn target(unit: Unit, target: Target) -> String {
+    match target {
+        Target::AtLeast(least) => format!(">= {}", figure(unit, least)),
+        Target::AtMost(most) => format!("<= {}", figure(unit, most)),
+        Target::Within(low, high) => {
+            format!("{} to {}", figure(unit, low).trim_end_matches('%'), figure(unit, high))
+        }
+    }
+}
+
+/// Whether a target is reached, in a word or two.
+pub(super) fn word(reached: Reached) -> &'static str {
+    match reached {
+        Reached::Goal => "goal met",
+        Reached::Required => "met",
+        Reached::Missed => "MISSED",
+        Reached::Unknown => "",
+    }
 }

@@ -14,35 +14,35 @@ const FOOT: f64 = 34.0;
 const LETTER: f64 = 6.6;
 
 /// One bar.
-pub(super) struct Bar {
+pub(in crate::commands::gap) struct Bar {
     /// On the left; empty for another bar of the same group.
-    pub(super) label: String,
-    pub(super) value: f64,
+    pub(in crate::commands::gap) label: String,
+    pub(in crate::commands::gap) value: f64,
     /// An interval around the value.
-    pub(super) interval: Option<(f64, f64)>,
-    pub(super) colour: (u8, u8, u8),
+    pub(in crate::commands::gap) interval: Option<(f64, f64)>,
+    pub(in crate::commands::gap) colour: (u8, u8, u8),
     /// Behind the bar.
-    pub(super) note: String,
+    pub(in crate::commands::gap) note: String,
 }
 
 /// The axis along bars.
 #[derive(Clone, Copy)]
-pub(super) struct Along<'a> {
-    pub(super) name: &'a str,
-    pub(super) range: (f64, f64),
-    pub(super) is_log: bool,
+pub(in crate::commands::gap) struct Along<'a> {
+    pub(in crate::commands::gap) name: &'a str,
+    pub(in crate::commands::gap) range: (f64, f64),
+    pub(in crate::commands::gap) is_log: bool,
     /// A line across all bars, and what it is.
-    pub(super) mark: Option<(f64, &'a str)>,
+    pub(in crate::commands::gap) mark: Option<(f64, &'a str)>,
     /// Room for labels, at least, and for notes, pixels.
-    pub(super) labels: f64,
-    pub(super) notes: f64,
+    pub(in crate::commands::gap) labels: f64,
+    pub(in crate::commands::gap) notes: f64,
     /// Length of the axis, pixels.
-    pub(super) length: f64,
+    pub(in crate::commands::gap) length: f64,
 }
 
 impl Along<'_> {
     /// A gap, on a logarithmic axis that begins below one.
-    pub(super) fn gap(largest: f64) -> Self {
+    pub(in crate::commands::gap) fn gap(largest: f64) -> Self {
         Self {
             name: "gap",
             range: (0.7, largest.max(3.0) * 1.15),
@@ -55,7 +55,7 @@ impl Along<'_> {
     }
 
     /// Shares of a whole.
-    pub(super) fn shares() -> Self {
+    pub(in crate::commands::gap) fn shares() -> Self {
         Self {
             name: "",
             range: (0.0, 1.0),
@@ -98,7 +98,7 @@ impl Along<'_> {
 }
 
 /// Draws bars one below the other.
-pub(super) fn svg(bars: &[Bar], along: &Along<'_>) -> String {
+pub(in crate::commands::gap) fn svg(bars: &[Bar], along: &Along<'_>) -> String {
     let longest = bars.iter().map(|bar| bar.label.chars().count()).max().unwrap_or(0);
     let along = &Along { labels: along.labels.max(LETTER * longest as f64 + 10.0), ..*along };
     let groups = bars.iter().filter(|bar| !bar.label.is_empty()).count();

@@ -1,6 +1,6 @@
 //! The report of a gap: one page with the answer, what it rests on, and what would overturn it.
 
-mod bars;
+pub(super) mod bars;
 mod closing;
 mod curves;
 mod diff;

@@ -1,0 +1,206 @@
+//! Shares with intervals, reliability of probabilities, uniformity, medians.
+
+use serde::Serialize;
+
+/// Standard deviations to either end of an interval of 95 %.
+const Z: f64 = 1.959_964;
+/// Edges of the bins of stated probabilities; most are near one.
+const EDGES: [f64; 11] = [0.0, 0.2, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.98, 1.0];
+
+/// How many of how many, with the Wilson interval of 95 %.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub(super) struct Rate {
+    pub(super) of: usize,
+    pub(super) n: usize,
+    pub(super) share: Option<f64>,
+    pub(super) lo95: f64,
+    pub(super) hi95: f64,
+}
+
+impl Rate {
+    pub(super) fn of(is: impl IntoIterator<Item = bool>) -> Self {
+        let (mut of, mut n) = (0, 0);
+        for is in is {
+            of += usize::from(is);
+            n += 1;
+        }
+        let (lo95, hi95) = wilson(of, n);
+        Self { of, n, share: (n > 0).then(|| of as f64 / n as f64), lo95, hi95 }
+    }
+}
+
+/// The interval of a share: Wilson, J. Am. Stat. Assoc. 22, 1927.
+fn wilson(of: usize, n: usize) -> (f64, f64) {
+    if n == 0 {
+        return (0.0, 1.0);
+    }
+    let (p, n) = (of as f64 / n as f64, n as f64);
+    let middle = p + Z * Z / (2.0 * n);
+    let half = Z * (p * (1.0 - p) / n + Z * Z / (4.0 * n * n)).sqrt();
+    let whole = 1.0 + Z * Z / n;
+    (((middle - half) / whole).max(0.0), ((middle + half) / whole).min(1.0))
+}
+
+/// Names whose stated probability lies between two edges.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub(super) struct Bin {
+    pub(super) from: f64,
+    pub(super) to: f64,
+    /// The mean of what was stated.
+    pub(super) stated: f64,
+    /// How many were right.
+    pub(super) right: Rate,
+}
+
+/// Bins that hold anything, of stated probabilities and whether the name was right.
+pub(super) fn bins(names: &[(f64, bool)]) -> Vec<Bin> {
+    let bin = |edges: &[f64]| {
+        let (from, to) = (edges[0], edges[1]);
+        let is_in = |p: f64| p >= from && (p < to || (to == 1.0 && p <= 1.0));
+        let inside: Vec<(f64, bool)> =
+            names.iter().copied().filter(|(stated, _)| is_in(*stated)).collect();
+        let stated = inside.iter().map(|(stated, _)| stated).sum::<f64>() / inside.len() as f64;
+        let right = Rate::of(inside.iter().map(|(_, is_right)| *is_right));
+        (!inside.is_empty()).then_some(Bin { from, to, stated, right })
+    };
+    EDGES.windows(2).filter_map(bin).collect()
+}
+
+/// The expected calibration error: how far shares are from what was stated, weighed by names.
+pub(super) fn calibration_error(bins: &[Bin]) -> Option<f64> {
+    let n: usize = bins.iter().map(|bin| bin.right.n).sum();
+    let off =
+        |bin: &Bin| bin.right.share.map(|share| bin.right.n as f64 * (share - bin.stated).abs());
+    let sum: f64 = bins.iter().filter_map(off).sum();
+    (n > 0).then(|| sum / n as f64)
+}
+
+/// How far probabilities are from uniform.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub(super) struct Uniformity {
+    /// The largest difference of distribution functions.
+    pub(super) largest: f64,
+    /// The probability of such a difference where probabilities are uniform.
+    pub(super) p: f64,
+}
+
+/// The test of Kolmogorov and Smirnov for probabilities that are multiples of one in `steps`, as
+/// those from replicates are: their distribution function is looked at where they can be. That is
+/// conservative.
+///
+/// # Source
+/// Stephens, J. R. Stat. Soc. B 32, 1970, for the probability from finitely many.
+pub(super) fn uniformity(ps: &[f64], steps: usize) -> Option<Uniformity> {
+    if ps.is_empty() {
+        return None;
+    }
+    let n = ps.len() as f64;
+    let off = |k: usize| {
+        let at = k as f64 / steps as f64;
+        let below = ps.iter().filter(|p| **p <= at + 1e-9).count() as f64;
+        (below / n - at).abs()
+    };
+    let largest = (1..=steps).map(off).fold(0.0, f64::max);
+    let root = n.sqrt();
+    Some(Uniformity { largest, p: kolmogorov((root + 0.12 + 0.11 / root) * largest) })
+}
+
+/// The probability that Kolmogorov's statistic is larger.
+fn kolmogorov(x: f64) -> f64 {
+    // Below this the sum has not converged, and the probability is one to many digits.
+    if x < 0.2 {
+        return 1.0;
+    }
+    let term = |k: i32| {
+        let sign = if k % 2 == 1 { 1.0 } else { -1.0 };
+        sign * (-2.0 * f64::from(k * k) * x * x).exp()
+    };
+    (2.0 * (1..=100).map(term).sum::<f64>()).clamp(0.0, 1.0)
+}
+
+/// A median with the interval of 95 % that order statistics give.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub(super) struct Median {
+    pub(super) value: f64,
+    pub(super) lo95: f64,
+    pub(super) hi95: f64,
+    pub(super) n: usize,
+}
+
+/// The median of finite values; none of nothing.
+pub(super) fn median(values: impl IntoIterator<Item = f64>) -> Option<Median> {
+    let mut values: Vec<f64> = values.into_iter().filter(|value| value.is_finite()).collect();
+    values.sort_by(f64::total_cmp);
+    let n = values.len();
+    if n == 0 {
+        return None;
+    }
+    let half = 0.5 * Z * (n as f64).sqrt();
+    let at = |rank: f64| values[(rank.max(0.0) as usize).min(n - 1)];
+    Some(Median {
+        value: 0.5 * (values[(n - 1) / 2] + values[n / 2]),
+        lo95: at((0.5 * n as f64 - half).floor() - 1.0),
+        hi95: at((0.5 * n as f64 + half).ceil()),
+        n,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn intervals_of_shares_are_those_of_wilson() {
+        // 8 of 10: 0.490 to 0.943, as in every table.
+        let (lo, hi) = wilson(8, 10);
+        assert!((lo - 0.4902).abs() < 1e-4 && (hi - 0.9433).abs() < 1e-4);
+        let none = Rate::of([false; 5]);
+        assert!(none.lo95 == 0.0 && (none.hi95 - 0.4345).abs() < 1e-4);
+        assert_eq!(Rate::of([]).share, None);
+    }
+
+    #[test]
+    fn the_calibration_error_weighs_bins_by_their_names() {
+        // Nine of ten right at .92 (off by .02), one of two at .55 (off by .05).
+        let mut names: Vec<(f64, bool)> = (0..10).map(|i| (0.92, i > 0)).collect();
+        names.extend([(0.55, true), (0.55, false)]);
+        let bins = bins(&names);
+        assert_eq!(bins.len(), 2);
+        let expected = (10.0 * 0.02 + 2.0 * 0.05) / 12.0;
+        assert!((calibration_error(&bins).unwrap() - expected).abs() < 1e-12);
+        assert_eq!(calibration_error(&[]), None);
+    }
+
+    #[test]
+    fn every_probability_is_in_one_bin() {
+        let names: Vec<(f64, bool)> = (0..=100).map(|i| (f64::from(i) / 100.0, true)).collect();
+        assert_eq!(bins(&names).iter().map(|bin| bin.right.n).sum::<usize>(), 101);
+    }
+
+    #[test]
+    fn the_distribution_of_kolmogorov_is_that_of_the_tables() {
+        for (x, p) in [(1.2238, 0.10), (1.3581, 0.05), (1.6276, 0.01)] {
+            assert!((kolmogorov(x) - p).abs() < 1e-4, "{x}");
+        }
+    }
+
+    #[test]
+    fn probabilities_that_are_all_small_are_not_uniform() {
+        let uniform: Vec<f64> = (1..=200).map(|k| f64::from(k) / 200.0).collect();
+        let told = uniformity(&uniform, 200).unwrap();
+        assert!(told.largest < 1e-9 && told.p > 0.999);
+        let small: Vec<f64> = uniform.iter().map(|p| 0.5 * p).collect();
+        let told = uniformity(&small, 200).unwrap();
+        assert!((told.largest - 0.5).abs() < 0.01 && told.p < 1e-6);
+        assert_eq!(uniformity(&[], 200), None);
+    }
+
+    #[test]
+    fn medians_lie_inside_their_intervals() {
+        let told = median((1..=100).map(f64::from)).unwrap();
+        assert!((told.value - 50.5).abs() < 1e-12);
+        // Ranks 40 and 61, as in the tables.
+        assert_eq!((told.lo95, told.hi95, told.n), (40.0, 61.0, 100));
+        assert_eq!(median([f64::NAN]), None);
+    }
+}

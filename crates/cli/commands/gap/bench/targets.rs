@@ -1,0 +1,239 @@
+//! What the benchmark is to reach, and whether it does.
+
+use serde::Serialize;
+
+use super::score::Scores;
+use super::stats::{Median, Rate};
+
+/// A figure is to be at least, at most, or between.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Target {
+    AtLeast(f64),
+    AtMost(f64),
+    Within(f64, f64),
+}
+
+impl Target {
+    pub(super) fn is_met(self, value: f64) -> bool {
+        match self {
+            Self::AtLeast(least) => value >= least,
+            Self::AtMost(most) => value <= most,
+            Self::Within(low, high) => (low..=high).contains(&value),
+        }
+    }
+}
+
+/// How a figure is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Unit {
+    Share,
+    Number,
+    Seconds,
+}
+
+/// A figure beside what is required and what is hoped for.
+#[derive(Debug, Clone, Serialize)]
+pub(super) struct Headline {
+    pub(super) name: &'static str,
+    pub(super) unit: Unit,
+    /// None where no case says anything of it.
+    pub(super) value: Option<f64>,
+    /// The interval of 95 %; none where there is none.
+    pub(super) lo95: Option<f64>,
+    pub(super) hi95: Option<f64>,
+    /// How many of how many, or of how many.
+    pub(super) cases: String,
+    pub(super) required: Target,
+    pub(super) goal: Target,
+    /// What is to be known beside it.
+    pub(super) note: String,
+}
+
+/// Whether a target is reached.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Reached {
+    Goal,
+    Required,
+    Missed,
+    /// There is no figure.
+    Unknown,
+}
+
+impl Headline {
+    pub(super) fn reached(&self) -> Reached {
+        match self.value {
+            None => Reached::Unknown,
+            Some(value) if self.goal.is_met(value) => Reached::Goal,
+            Some(value) if self.required.is_met(value) => Reached::Required,
+            Some(_) => Reached::Missed,
+        }
+    }
+
+    fn of_rate(name: &'static str, rate: &Rate, required: Target, goal: Target) -> Self {
+        let is_known = rate.n > 0;
+        Self {
+            name,
+            unit: Unit::Share,
+            value: rate.share,
+            lo95: is_known.then_some(rate.lo95),
+            hi95: is_known.then_some(rate.hi95),
+            cases: format!("{}/{}", rate.of, rate.n),
+            required,
+            goal,
+            note: String::new(),
+        }
+    }
+
+    fn of_median(
+        name: &'static str,
+        unit: Unit,
+        median: Option<Median>,
+        required: Target,
+        goal: Target,
+    ) -> Self {
+        Self {
+            name,
+            unit,
+            value: median.map(|median| median.value),
+            lo95: median.map(|median| median.lo95),
+            hi95: median.map(|median| median.hi95),
+            cases: median.map_or(0, |median| median.n).to_string(),
+            required,
+            goal,
+            note: String::new(),
+        }
+    }
+
+    fn noted(self, note: String) -> Self {
+        Self { note, ..self }
+    }
+}
+
+/// All that is to be reached.
+pub(super) fn headlines(scores: &Scores) -> Vec<Headline> {
+    use Target::{AtLeast, AtMost, Within};
+    let lenient = |rate: &Rate| format!("leniently {}/{}", rate.of, rate.n);
+    let Scores { lenient: less, .. } = scores;
+    let mut all = vec![
+        Headline::of_rate(
+            "visible singles named right",
+            &scores.singles_right,
+            AtLeast(0.90),
+            AtLeast(0.97),
+        )
+        .noted(lenient(&less.singles_right)),
+        Headline::of_rate(
+            "wrong names, all cases",
+            &scores.wrong_names,
+            AtMost(0.02),
+            AtMost(0.01),
+        )
+        .noted(lenient(&less.wrong_names)),
+        Headline::of_rate(
+            "nulls with an effect named",
+            &scores.nulls_named,
+            AtMost(0.02),
+            AtMost(0.02),
+        )
+        .noted(format!("not called so: {}", scores.nulls_not_closed.of)),
+        Headline::of_rate(
+            "parameters alone called so",
+            &scores.parameters_right,
+            AtLeast(0.90),
+            AtLeast(0.95),
+        ),
+        Headline::of_rate(
+            "pairs with both named",
+            &scores.pairs_both,
+            AtLeast(0.75),
+            AtLeast(0.88),
+        )
+        .noted(lenient(&less.pairs_both)),
+        Headline::of_rate(
+            "outside the catalogue, nothing blamed",
+            &scores.outside_unnamed,
+            AtLeast(0.90),
+            AtLeast(0.95),
+        )
+        .noted(format!("no effect named {}/{}", less.outside_unnamed.of, less.outside_unnamed.n)),
+        Headline::of_median(
+            "error of numbers, median",
+            Unit::Share,
+            scores.parameter_error,
+            AtMost(0.05),
+            AtMost(0.04),
+        ),
+        Headline::of_rate(
+            "numbers inside their 90 % interval",
+            &scores.intervals_hold,
+            Within(0.85, 0.95),
+            Within(0.85, 0.95),
+        ),
+        Headline::of_median(
+            "share of the gap that is gone, median",
+            Unit::Number,
+            scores.grr,
+            AtLeast(0.85),
+            AtLeast(0.90),
+        ),
+        Headline {
+            name: "error of stated probabilities",
+            unit: Unit::Number,
+            value: scores.calibration_error,
+            lo95: None,
+            hi95: None,
+            cases: scores.reliability.iter().map(|bin| bin.right.n).sum::<usize>().to_string(),
+            required: AtMost(0.05),
+            goal: AtMost(0.05),
+            note: "of the first name of each case".to_owned(),
+        },
+        Headline {
+            name: "seconds a case, mean",
+            unit: Unit::Seconds,
+            value: (scores.cases > 0).then_some(scores.seconds_mean),
+            lo95: None,
+            hi95: None,
+            cases: scores.cases.to_string(),
+            required: AtMost(25.0),
+            goal: AtMost(25.0),
+            note: format!(
+                "median {:.1}, at most {:.1}",
+                scores.seconds_median.unwrap_or(0.0),
+                scores.seconds_most
+            ),
+        },
+    ];
+    if let Some(own) = &scores.own {
+        let note = format!("uniform: p = {:.2}", own.uniformity.p);
+        let (required, goal) = (Within(0.02, 0.08), Within(0.02, 0.08));
+        let name = "runs of our own model, p at most .05";
+        all.push(Headline::of_rate(name, &own.significant, required, goal).noted(note));
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_figure_at_its_target_meets_it() {
+        assert!(Target::AtLeast(0.9).is_met(0.9) && !Target::AtLeast(0.9).is_met(0.899));
+        assert!(Target::AtMost(0.02).is_met(0.02) && !Target::AtMost(0.02).is_met(0.021));
+        assert!(Target::Within(0.02, 0.08).is_met(0.08) && !Target::Within(0.02, 0.08).is_met(0.0));
+    }
+
+    #[test]
+    fn goals_and_requirements_are_told_apart() {
+        let of = |right: usize, n: usize| {
+            let rate = Rate::of((0..n).map(|i| i < right));
+            Headline::of_rate("name", &rate, Target::AtLeast(0.9), Target::AtLeast(0.97)).reached()
+        };
+        assert_eq!(of(98, 100), Reached::Goal);
+        assert_eq!(of(92, 100), Reached::Required);
+        assert_eq!(of(80, 100), Reached::Missed);
+        assert_eq!(of(0, 0), Reached::Unknown);
+    }
+}

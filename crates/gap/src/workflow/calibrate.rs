@@ -1,0 +1,225 @@
+//! Constants of the calibration, from cases whose truth is known.
+//!
+//! # Method
+//! Probabilities: logistic regression with a ridge, by Newton's steps. Features are scaled to mean
+//! zero and variance one; slopes have a standard normal prior, the intercept has none. A slope whose
+//! sign makes no sense (a larger gap that makes a name likelier) is an accident of few cases: its
+//! feature is left out.
+//!
+//! Errors: of all factors and floors the pair with the least interval score, which is proper for
+//! intervals of 90 %: their width, and 2 / 0.1 times what the truth is outside.
+//!
+//! # Source
+//! Gneiting and Raftery: *Strictly proper scoring rules, prediction, and estimation*, J. Am. Stat.
+//! Assoc. 102, 2007, section 6.2.
+
+use super::calibration::{ErrorScale, Evidence, FEATURES};
+use super::findings::SIDE;
+use crate::linear::solve;
+
+/// Numbers of a fit: the features and a constant.
+const COLUMNS: usize = FEATURES.len() + 1;
+/// Newton's method needs few steps.
+const STEPS: usize = 50;
+/// The sign that each slope may have; zero for either.
+const SIGNS: [f64; FEATURES.len()] = [1.0, 1.0, -1.0, 0.0];
+/// Fewer intervals than these are no ground to change anything.
+const FEWEST: usize = 10;
+/// Floors that are tried, in steps of a knob.
+const FLOORS: [f64; 14] = [0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.5, 2.0, 3.0];
+/// Factors that are tried: from a quarter to 16, in steps of 2 %.
+const FACTORS: i32 = 210;
+
+/// One number that was said, and the truth of it.
+#[derive(Debug, Clone, Copy)]
+pub struct Miss {
+    /// What it is off, in steps of its knob.
+    pub steps: f64,
+    /// Its raw standard deviation, in steps.
+    pub raw: f64,
+}
+
+/// Intercept and slopes from names that were right or not. None without both.
+pub fn fit_probability(names: &[(Evidence, bool)]) -> Option<(f64, [f64; FEATURES.len()])> {
+    let mut is_used = [true; FEATURES.len()];
+    loop {
+        let (intercept, slopes) = fit_with(names, &is_used)?;
+        let wrong = (0..FEATURES.len()).find(|i| slopes[*i] * SIGNS[*i] < 0.0);
+        match wrong {
+            Some(i) => is_used[i] = false,
+            None => return Some((intercept, slopes)),
+        }
+    }
+}
+
+fn fit_with(
+    names: &[(Evidence, bool)],
+    is_used: &[bool; FEATURES.len()],
+) -> Option<(f64, [f64; FEATURES.len()])> {
+    let right = names.iter().filter(|(_, is_right)| *is_right).count();
+    if right == 0 || right == names.len() {
+        return None;
+    }
+    let n = names.len() as f64;
+    let mean = |i: usize| names.iter().map(|(e, _)| e.features()[i]).sum::<f64>() / n;
+    let means: [f64; FEATURES.len()] = std::array::from_fn(mean);
+    let spread = |i: usize| {
+        let squares = names.iter().map(|(e, _)| (e.features()[i] - means[i]).powi(2));
+        (squares.sum::<f64>() / n).sqrt()
+    };
+    let spreads: [f64; FEATURES.len()] = std::array::from_fn(spread);
+    let row = |evidence: &Evidence| -> [f64; COLUMNS] {
+        let features = evidence.features();
+        std::array::from_fn(|i| match i.checked_sub(1) {
+            None => 1.0,
+            Some(i) if is_used[i] && spreads[i] > 1e-9 => (features[i] - means[i]) / spreads[i],
+            Some(_) => 0.0,
+        })
+    };
+    let rows: Vec<([f64; COLUMNS], f64)> =
+        names.iter().map(|(e, is_right)| (row(e), f64::from(u8::from(*is_right)))).collect();
+    let mut weights = [0.0; COLUMNS];
+    for _ in 0..STEPS {
+        let mut matrix = vec![vec![0.0; COLUMNS]; COLUMNS];
+        let mut gradient = vec![0.0; COLUMNS];
+        for (row, label) in &rows {
+            let p = logistic(row.iter().zip(&weights).map(|(x, w)| x * w).sum());
+            for a in 0..COLUMNS {
+                gradient[a] += row[a] * (label - p);
+                for b in 0..COLUMNS {
+                    matrix[a][b] += row[a] * row[b] * p * (1.0 - p);
+                }
+            }
+        }
+        matrix[0][0] += 1e-9;
+        for a in 1..COLUMNS {
+            matrix[a][a] += 1.0;
+            gradient[a] -= weights[a];
+        }
+        let change = solve(matrix, gradient)?;
+        // Far from the optimum Newton's steps are too long.
+        for (weight, change) in weights.iter_mut().zip(&change) {
+            *weight += change.clamp(-2.0, 2.0);
+        }
+        if change.iter().all(|change| change.abs() < 1e-10) {
+            break;
+        }
+    }
+    let slopes: [f64; FEATURES.len()] = std::array::from_fn(|i| {
+        if is_used[i] && spreads[i] > 1e-9 { weights[i + 1] / spreads[i] } else { 0.0 }
+    });
+    let shift: f64 = slopes.iter().zip(means).map(|(slope, mean)| slope * mean).sum();
+    Some((weights[0] - shift, slopes))
+}
+
+fn logistic(x: f64) -> f64 {
+    1.0 / (1.0 + (-x).exp())
+}
+
+/// The scale of errors with the least interval score; none from too few numbers.
+pub fn fit_errors(misses: &[Miss]) -> Option<ErrorScale> {
+    let usable: Vec<Miss> =
+        misses.iter().copied().filter(|m| m.steps.is_finite() && m.raw.is_finite()).collect();
+    if usable.len() < FEWEST {
+        return None;
+    }
+    let factors = (0..FACTORS).map(|i| 0.25 * 1.02_f64.powi(i));
+    let pairs = FLOORS.iter().flat_map(|floor| factors.clone().map(|factor| (factor, *floor)));
+    let scored = pairs.map(|(factor, floor)| {
+        let scale = ErrorScale { factor, floor };
+        (interval_score(&usable, &scale), scale)
+    });
+    scored.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, scale)| scale)
+}
+
+/// The mean interval score of intervals of 90 %, in steps.
+pub fn interval_score(misses: &[Miss], scale: &ErrorScale) -> f64 {
+    let score = |miss: &Miss| {
+        let half = SIDE * scale.of(miss.raw);
+        2.0 * half + 2.0 / 0.1 * (miss.steps.abs() - half).max(0.0)
+    };
+    misses.iter().map(score).sum::<f64>() / misses.len().max(1) as f64
+}
+
+/// The share of intervals of 90 % that hold the truth; none of nothing.
+pub fn coverage(misses: &[Miss], scale: &ErrorScale) -> Option<f64> {
+    let held = misses.iter().filter(|miss| miss.steps.abs() <= SIDE * scale.of(miss.raw)).count();
+    (!misses.is_empty()).then(|| held as f64 / misses.len() as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use evpose_core::CounterRng;
+
+    fn evidence(log_odds: f64, gap_after: f64) -> Evidence {
+        Evidence { log_odds, gain_share: 0.5, gap_after, events: 50_000 }
+    }
+
+    #[test]
+    fn odds_that_are_twice_too_sure_are_halved() {
+        let mut rng = CounterRng::new(3, "names", 0);
+        let names: Vec<(Evidence, bool)> = (0..20_000)
+            .map(|_| {
+                let odds = 8.0 * f64::from(rng.unit());
+                (evidence(odds, 0.3), f64::from(rng.unit()) < logistic(0.5 * odds - 1.0))
+            })
+            .collect();
+        let (intercept, slopes) = fit_probability(&names).unwrap();
+        assert!((slopes[0] - 0.5).abs() < 0.03 && (intercept + 1.0).abs() < 0.1, "{slopes:?}");
+        // What is the same in all cases says nothing.
+        assert_eq!((slopes[1], slopes[2], slopes[3]), (0.0, 0.0, 0.0));
+    }
+
+    #[test]
+    fn without_features_the_probability_is_the_share_that_is_right() {
+        let names: Vec<_> = (0..100).map(|i| (evidence(2.0, 0.3), i < 80)).collect();
+        let (intercept, slopes) = fit_probability(&names).unwrap();
+        assert!((logistic(intercept) - 0.8).abs() < 1e-9);
+        assert_eq!(slopes, [0.0; 4]);
+        assert!(fit_probability(&names[..80]).is_none());
+    }
+
+    #[test]
+    fn a_slope_that_makes_no_sense_is_left_out() {
+        // Here names are right where much of the gap is left.
+        let gap = |i: i32| if i % 2 == 0 { 0.2 } else { 2.0 };
+        let names: Vec<_> = (0..400).map(|i| (evidence(0.0, gap(i)), i % 2 == 1)).collect();
+        let (_, slopes) = fit_probability(&names).unwrap();
+        assert_eq!(slopes[2], 0.0);
+    }
+
+    #[test]
+    fn errors_that_are_three_times_too_small_are_scaled_by_three() {
+        let mut rng = CounterRng::new(4, "numbers", 0);
+        let misses: Vec<Miss> = (0..20_000)
+            .map(|_| {
+                let raw = 0.2 + f64::from(rng.unit());
+                Miss { steps: 3.0 * raw * f64::from(rng.normal()), raw }
+            })
+            .collect();
+        let scale = fit_errors(&misses).unwrap();
+        assert!((scale.factor - 3.0).abs() < 0.1 && scale.floor <= 0.3, "{scale:?}");
+        assert!((coverage(&misses, &scale).unwrap() - 0.9).abs() < 0.01);
+    }
+
+    #[test]
+    fn what_data_cannot_say_better_is_a_floor() {
+        let mut rng = CounterRng::new(5, "numbers", 0);
+        let misses: Vec<Miss> = (0..20_000)
+            .map(|i| Miss { steps: 0.5 * f64::from(rng.normal()), raw: 0.001 * f64::from(i % 9) })
+            .collect();
+        let scale = fit_errors(&misses).unwrap();
+        assert!((scale.floor - 0.5).abs() < 1e-9, "{scale:?}");
+        assert!(fit_errors(&misses[..5]).is_none());
+    }
+
+    #[test]
+    fn the_interval_score_is_width_and_twenty_times_what_is_outside() {
+        let scale = ErrorScale { factor: 1.0, floor: 0.0 };
+        let inside = Miss { steps: 1.0, raw: 1.0 };
+        assert!((interval_score(&[inside], &scale) - 3.29).abs() < 1e-12);
+        let outside = Miss { steps: -2.0, raw: 1.0 };
+        assert!((interval_score(&[outside], &scale) - (3.29 + 20.0 * 0.355)).abs() < 1e-12);
+    }
+}
