@@ -91,6 +91,12 @@ impl Candidate {
             let params: Vec<_> = std::iter::once(head).chain(rest).collect();
             for words in words(self.spec) {
                 let mut effect = typical.clone();
+                if head.name != strength.name
+                    && let (Prior::Typical(low, high), Strength::Falling(_)) =
+                        (strength.prior, self.spec.signature.strength)
+                {
+                    effect = effect.with(strength.name, low.min(high));
+                }
                 for (key, word) in words {
                     effect = effect.with(key, word);
                 }
@@ -118,23 +124,33 @@ pub fn is_parameter(effect: &str) -> bool {
     matches!(effect, "uniform_noise" | "level_crossing" | "logarithmic" | "clock_offset_drift")
 }
 
-/// Effects that a second number makes strong on its own.
+/// Effects that a second number makes strong on its own. The first is then as strong as is typical,
+/// so that it shows which way to turn it.
 const SECOND_STRENGTHS: &[(&str, &str)] = &[("arbiter", "row_ns")];
 
 /// Choices whose words are different physics rather than conventions of simulators.
 const PHYSICAL_CHOICES: &[(&str, &str, &[&str])] = &[
     ("refractory", "mode", &["hold", "defer"]),
     ("scanned_readout", "waiting", &["reset", "kept", "free"]),
-    ("arbiter", "waiting", &["reset", "kept", "free"]),
+    ("arbiter", "order", &["arrival", "rows"]),
+    ("arbiter", "waiting", &["reset", "kept"]),
     ("leak_on", "phase", &["random", "aligned"]),
 ];
 
+/// All combinations of words.
 fn words(spec: &StageSpec) -> Vec<Vec<(&'static str, &'static str)>> {
-    let found = PHYSICAL_CHOICES.iter().find(|(effect, ..)| *effect == spec.name);
-    found.map_or_else(
-        || vec![Vec::new()],
-        |(_, key, words)| words.iter().map(|word| vec![(*key, *word)]).collect(),
-    )
+    let choices = PHYSICAL_CHOICES.iter().filter(|(effect, ..)| *effect == spec.name);
+    choices.fold(vec![Vec::new()], |all, (_, key, words)| {
+        let with = |word: &&'static str| {
+            let word = *word;
+            all.iter().map(move |chosen: &Vec<_>| {
+                let mut chosen = chosen.clone();
+                chosen.push((*key, word));
+                chosen
+            })
+        };
+        words.iter().flat_map(with).collect()
+    })
 }
 
 impl Trial {
