@@ -87,9 +87,9 @@ mod tests {
         let matrix = Confusion::of(&opened);
         let all: usize = matrix.cells.iter().flatten().map(|cell| cell.n).sum();
         assert_eq!(all, opened.len());
-        for i in 0..EFFECTS.len() {
-            assert_eq!(matrix.rows[i], EFFECTS[i].name());
-            assert_eq!(matrix.columns[i], EFFECTS[i].name());
+        for (i, effect) in EFFECTS.iter().enumerate() {
+            assert_eq!(matrix.rows[i], effect.name());
+            assert_eq!(matrix.columns[i], effect.name());
             let cell = matrix.cells[i][i];
             assert_eq!((cell.n, cell.met, cell.wrong), (9, 9, 0), "{}", matrix.rows[i]);
         }
