@@ -128,6 +128,10 @@ pub fn is_parameter(effect: &str) -> bool {
 /// so that it shows which way to turn it.
 const SECOND_STRENGTHS: &[(&str, &str)] = &[("arbiter", "row_ns")];
 
+/// Effects that happen between the frames of a scene, and the parts that steps are then divided in.
+const FAST: &[&str] = &["photoreceptor_noise"];
+const PARTS: f64 = 4.0;
+
 /// Choices whose words are different physics rather than conventions of simulators.
 const PHYSICAL_CHOICES: &[(&str, &str, &[&str])] = &[
     ("refractory", "mode", &["hold", "defer"]),
@@ -135,6 +139,7 @@ const PHYSICAL_CHOICES: &[(&str, &str, &[&str])] = &[
     ("arbiter", "order", &["arrival", "rows"]),
     ("arbiter", "waiting", &["reset", "kept"]),
     ("leak_on", "phase", &["random", "aligned"]),
+    ("photoreceptor_lowpass", "signal", &["small", "large"]),
 ];
 
 /// All combinations of words.
@@ -220,6 +225,9 @@ impl Trial {
             config.effects.retain(|effect| !is_readout(&effect.name));
         }
         config.effects.push(self.effect.clone());
+        if FAST.contains(&self.effect.name.as_str()) && config.effect("adaptive_steps").is_none() {
+            config.effects.push(EffectConfig::new("adaptive_steps").with("max_parts", PARTS));
+        }
         config
     }
 }

@@ -9,7 +9,8 @@ use rayon::prelude::*;
 
 use crate::{Expectation, GapError, Layout, Stage, View};
 
-/// So many times the measured events a model may have, and so many more.
+/// So many times the events of the recording, or of the reference, a model may have, and so many
+/// more.
 const EXCESS: usize = 2;
 const SPARE: usize = 5_000;
 
@@ -69,7 +70,8 @@ impl<'a> Lab<'a> {
         reference: &SensorConfig,
         seed: u64,
     ) -> Result<Self, GapError> {
-        let most = EXCESS * events.len() + SPARE;
+        // A camera may lose most of what the model has.
+        let most = EXCESS * events.len().max(stage.expected.events()) + SPARE;
         let measured = layout.summarise(&View::new(stage, events, window));
         let mut lab = Self {
             stage,

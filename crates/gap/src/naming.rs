@@ -24,6 +24,8 @@ const WIDE: f64 = 0.9;
 const LEAST_GAIN: f64 = 35.0;
 /// An effect explains at least this share of the misfit that was left.
 const LEAST_SHARE: f64 = 0.18;
+/// The same where there is no gap any more.
+const LEAST_SHARE_OF_CLOSED: f64 = 0.4;
 /// Two candidates whose gains differ by less than this share cannot be told apart.
 const AS_GOOD: f64 = 0.12;
 /// With less than this share of the misfit explained and the gap still open, what was found is not
@@ -33,6 +35,8 @@ const EXPLAINS: f64 = 0.78;
 const MOST_EFFECTS: usize = 2;
 /// Runs that a model is judged by.
 const RUNS: u64 = 4;
+/// Beyond the best and one rival, candidates with a misfit so many times that of the best are not.
+const FAR_BEHIND: f64 = 5.0;
 /// Candidates that are judged on what was held out.
 const JUDGED: usize = 5;
 
@@ -142,6 +146,7 @@ impl Bench<'_> {
             named.after = step.contenders[0].held.clone();
             named.steps.push(step);
         }
+        without_parts(&mut named, model);
         named.moved = moved(model, &named.after.model, named.steps.is_empty());
         named.answer = answer(&named);
         Ok(named)
@@ -177,6 +182,10 @@ impl Bench<'_> {
             if contenders.iter().any(|other| other.found.name == found.name) {
                 continue;
             }
+            let least = contenders.iter().map(|c| c.found.fit.misfit).fold(f64::INFINITY, f64::min);
+            if contenders.len() > 1 && found.fit.misfit > FAR_BEHIND * least {
+                break;
+            }
             let held = self.judge(&found.fit.model)?;
             contenders.push(Contender { found, held });
             if contenders.len() == JUDGED {
@@ -186,7 +195,10 @@ impl Bench<'_> {
         contenders.sort_by(|a, b| a.held.misfit.total_cmp(&b.held.misfit));
         let Some(best) = contenders.first() else { return Ok(None) };
         let gain = named.after.misfit - best.held.misfit;
-        if gain < LEAST_GAIN.max(LEAST_SHARE * named.after.misfit) {
+        // What numbers of the model close already has to be much better another way.
+        let is_open = named.after.gap > CLOSED;
+        let least_share = if is_open { LEAST_SHARE } else { LEAST_SHARE_OF_CLOSED };
+        if gain < LEAST_GAIN.max(least_share * named.after.misfit) {
             return Ok(None);
         }
         let is_as_good = |other: &&Contender| {
@@ -226,11 +238,12 @@ pub fn reduction(before: &Judged, after: &Judged) -> f64 {
     }
 }
 
+/// The answer, from what moved and what was added.
 fn answer(named: &Named) -> Answer {
-    let explained = 1.0 - named.after.misfit / named.before.misfit.max(1e-9);
+    let share = |after: &Judged, before: &Judged| 1.0 - after.misfit / before.misfit.max(1e-9);
     let is_open = named.after.gap > CLOSED;
     let is_wide = named.after.gap > WIDE;
-    let is_partial = is_open && explained < EXPLAINS;
+    let is_partial = is_open && share(&named.after, &named.before) < EXPLAINS;
     match (named.steps.len(), named.moved.is_empty()) {
         (0, true) if is_wide => Answer::NoneOfCatalogue,
         (0, true) if is_open => Answer::Undecided,
@@ -239,5 +252,19 @@ fn answer(named: &Named) -> Answer {
         (0, false) => Answer::Parameter,
         _ if named.steps.iter().any(|step| step.confusable.len() > 2) => Answer::Undecided,
         _ => Answer::Effects,
+    }
+}
+
+/// Effects that explain only a part of what numbers of the model leave are taken back, if these
+/// explain most of the whole.
+fn without_parts(named: &mut Named, model: &SensorConfig) {
+    let share = |after: &Judged, before: &Judged| 1.0 - after.misfit / before.misfit.max(1e-9);
+    let is_part = !named.steps.is_empty()
+        && named.after.gap > CLOSED
+        && share(&named.after, &named.refitted) < EXPLAINS;
+    let numbers_do = share(&named.refitted, &named.before) > EXPLAINS && named.refitted.gap < WIDE;
+    if is_part && numbers_do && !moved(model, &named.refitted.model, true).is_empty() {
+        named.steps.clear();
+        named.after = named.refitted.clone();
     }
 }

@@ -18,17 +18,23 @@ const FINER: usize = 14;
 const RICHER: usize = 10;
 /// What the best way has to gain on the screen for anything to be followed.
 const PROMISE: f64 = 6.0;
-/// Ways to look for one candidate that are followed: a short part of a recording does not tell
+/// Ways to look for one candidate beside one model that are followed: a short part of a recording does not tell
 /// those apart that differ from pixel to pixel only.
 const WAYS: usize = 3;
 /// Ways whose strength is fitted.
-const NEAR: usize = 10;
+const NEAR: usize = 8;
 /// Candidates that are fitted with all their numbers.
 const FINALISTS: usize = 4;
+/// Candidates whose misfit is so many times that of the best are not fitted with all their numbers.
+const BEHIND: f64 = 5.0;
 /// Steps that numbers of the model are believed to follow in a line.
 const NEARBY: f64 = 2.0;
 /// A lag longer than this is more likely the clock's than the pixels', microseconds.
 const LONGEST_LATENCY_US: f64 = 2_500.0;
+/// A number without which the misfit is hardly larger was right before.
+const LEAST_LOSS: f64 = 8.0;
+/// A number that moves by less than this many steps does not matter.
+const LEAST_STEPS: f64 = 0.6;
 /// Rounds of the fit of all numbers.
 const ROUNDS: usize = 4;
 
@@ -79,6 +85,23 @@ pub fn refit(lab: &Lab<'_>, model: &SensorConfig, runs: u64) -> Result<Fit, GapE
         }
     }
     let mut fit = descend(lab, &best.model, &knobs, None, runs, ROUNDS)?;
+    // What does not help stays as it was given; what is left is fitted once more.
+    let mut kept = Vec::new();
+    for knob in &knobs {
+        let Knob::Parameter(parameter) = knob else { continue };
+        let mut without = fit.model.clone();
+        parameter.set(&mut without, parameter.value(model));
+        let misfit = misfit_of(lab, &without, runs)?;
+        let steps = parameter.steps(parameter.value(model), parameter.value(&fit.model)).abs();
+        if misfit < fit.misfit + LEAST_LOSS || steps < LEAST_STEPS {
+            fit = Fit { model: without, misfit };
+        } else {
+            kept.push(*knob);
+        }
+    }
+    if !kept.is_empty() && kept.len() < knobs.len() {
+        fit = descend(lab, &fit.model, &kept, None, runs, ROUNDS)?;
+    }
     // A short lag is what pixels have; a clock can be off by anything.
     let offset_us = Parameter::ClockOffset.value(&fit.model);
     let given_us = Parameter::ClockOffset.value(model);
@@ -126,45 +149,57 @@ pub fn search(
     if best.first().is_none_or(|way| way.left > least - PROMISE) {
         return Ok(Vec::new());
     }
-    let near = NEAR.min(best.len());
-    let is_followed = |start: usize| best[..near].iter().any(|way| way.start == start);
-    let slopes = starts
-        .iter()
-        .enumerate()
-        .map(|(i, model)| is_followed(i).then(|| Slopes::around(lab, model, &knobs, 1)).transpose())
-        .collect::<Result<Vec<_>, _>>()?;
-    let mut lined = best[..near]
-        .par_iter()
-        .filter_map(|way| {
-            let slopes = slopes[way.start].as_ref()?;
-            Some(line(lab, &starts[way.start], &way.trial, slopes).map(|(model, misfit)| {
-                let found =
-                    Found { name: way.name, fit: Fit { model, misfit }, trial: way.trial.clone() };
-                (found, slopes)
-            }))
-        })
-        .collect::<Result<Vec<_>, GapError>>()?;
-    lined.sort_by(|a, b| a.0.fit.misfit.total_cmp(&b.0.fit.misfit));
-    let fitted = lined
-        .par_iter()
-        .enumerate()
-        .map(|(rank, (one, slopes))| {
-            let mut one = one.clone();
-            if rank < FINALISTS {
-                let beside = Some((knobs.as_slice(), *slopes));
-                one.fit = descend(lab, &one.fit.model, &own(&one.trial), beside, 1, ROUNDS)?;
-            }
-            Ok(one)
-        })
-        .collect::<Result<Vec<_>, GapError>>()?;
-    let mut found = fitted;
+    // The best beside each model: those beside a better one look better, whatever they are.
+    let mut found: Vec<Found> = Vec::new();
+    let mut rest = Vec::new();
+    for (start, model) in starts.iter().enumerate() {
+        let mut ways = best.iter().filter(|way| way.start == start);
+        let near: Vec<&Way> = ways.by_ref().take(NEAR).collect();
+        rest.extend(ways);
+        let slopes = Slopes::around(lab, model, &knobs, 1)?;
+        let least = found.iter().map(|one| one.fit.misfit).fold(f64::INFINITY, f64::min);
+        found.extend(fitted(lab, model, &near, &slopes, least)?);
+    }
     found.sort_by(|a, b| a.fit.misfit.total_cmp(&b.fit.misfit));
-    found.extend(best[near..].iter().map(|way| Found {
+    rest.sort_by(|a, b| a.left.total_cmp(&b.left));
+    found.extend(rest.into_iter().map(|way| Found {
         name: way.name,
         fit: Fit { model: way.trial.beside(&starts[way.start]), misfit: way.left },
         trial: way.trial.clone(),
     }));
     Ok(found)
+}
+
+/// Ways beside one model with their strengths fitted, the best also with all numbers; `least` is
+/// the smallest misfit so far.
+fn fitted(
+    lab: &Lab<'_>,
+    model: &SensorConfig,
+    ways: &[&Way],
+    slopes: &Slopes,
+    mut least: f64,
+) -> Result<Vec<Found>, GapError> {
+    let knobs = parameter_knobs();
+    let mut lined = ways
+        .par_iter()
+        .map(|way| {
+            let (model, misfit) = line(lab, model, &way.trial, slopes)?;
+            let fit = Fit { model, misfit };
+            Ok(Found { name: way.name, fit, trial: way.trial.clone() })
+        })
+        .collect::<Result<Vec<_>, GapError>>()?;
+    lined.sort_by(|a, b| a.fit.misfit.total_cmp(&b.fit.misfit));
+    let finalists = lined.len().min(FINALISTS);
+    // Two at a time; the rest only where they are not far behind.
+    for few in lined[..finalists].chunks_mut(2) {
+        few.par_iter_mut().filter(|one| one.fit.misfit < BEHIND * least).try_for_each(|one| {
+            let beside = Some((knobs.as_slice(), slopes));
+            one.fit = descend(lab, &one.fit.model, &own(&one.trial), beside, 1, ROUNDS)?;
+            Ok::<(), GapError>(())
+        })?;
+        least = few.iter().map(|one| one.fit.misfit).fold(least, f64::min);
+    }
+    Ok(lined)
 }
 
 /// A model on the screen, to which effects are added.
@@ -287,8 +322,9 @@ fn screened(screening: &[Screening<'_>], left_out: &[String]) -> Result<Vec<Way>
     best.sort_by(|a, b| a.left.total_cmp(&b.left));
     let mut names = Vec::new();
     best.retain(|way| {
-        let ways = names.iter().filter(|other| **other == way.name).count();
-        names.push(way.name);
+        let way_of = (way.name, way.start);
+        let ways = names.iter().filter(|other| **other == way_of).count();
+        names.push(way_of);
         ways < WAYS && way.left.is_finite()
     });
     Ok(best)

@@ -51,6 +51,11 @@ impl Expected {
         Self { starts, t_us }
     }
 
+    /// How many there are.
+    pub fn events(&self) -> usize {
+        self.t_us.len()
+    }
+
     /// Times of the events of a pixel and a polarity, in microseconds.
     pub fn times(&self, pixel: usize, is_on: bool) -> &[i64] {
         let list = 2 * pixel + usize::from(is_on);
@@ -85,26 +90,48 @@ impl Expected {
 /// How far lists were passed.
 struct Places(Vec<usize>);
 
-/// One event and what the scene says about it.
+/// One event and what the scene says about it. Small, since there are many, and all probes go
+/// through all of them.
 #[derive(Debug, Clone, Copy)]
 pub struct Sight {
     /// When, in microseconds.
     pub t_us: i64,
     /// Which pixel, row by row.
     pub pixel: u32,
-    /// Its polarity.
-    pub is_on: bool,
-    /// The classes of the pixel then.
-    pub cell: Cell,
-    /// Microseconds since the event before in the same pixel, and whether that was ON.
-    pub before: Option<(i64, bool)>,
+    /// Microseconds since the event before, [`NONE`] where there is none.
+    pause_us: i32,
+    /// Microseconds from the nearest event of the reference, [`NONE`] where there is none.
+    lag_us: i32,
     /// Change of log luminance since the event before in the same pixel (or since the start), in
     /// the direction of this event: one threshold, for the ideal sensor.
     pub swing: f32,
     /// Change of log luminance per second.
     pub slope: f32,
+    /// The classes of the pixel then.
+    pub cell: Cell,
+    /// Its polarity.
+    pub is_on: bool,
+    was_on: bool,
+}
+
+/// A time that is not there.
+const NONE: i32 = i32::MIN;
+
+/// Times beyond half an hour are as good as half an hour.
+fn short(us: i64) -> i32 {
+    us.clamp(i64::from(-i32::MAX), i64::from(i32::MAX)) as i32
+}
+
+impl Sight {
+    /// Microseconds since the event before in the same pixel, and whether that was ON.
+    pub fn before(&self) -> Option<(i64, bool)> {
+        (self.pause_us != NONE).then_some((i64::from(self.pause_us), self.was_on))
+    }
+
     /// Microseconds from the nearest event of the reference in the same pixel and polarity.
-    pub lag_us: Option<i64>,
+    pub fn lag_us(&self) -> Option<i64> {
+        (self.lag_us != NONE).then_some(i64::from(self.lag_us))
+    }
 }
 
 /// Events of a part of a recording.
@@ -136,15 +163,17 @@ impl<'a> View<'a> {
             let log = classes.log_at(pixel, t_s);
             let before = last[pixel].replace((t_us, is_on, log));
             let change = log - before.map_or_else(|| classes.log_at(pixel, 0.0), |(.., log)| log);
+            let lag_us = stage.expected.lag_us(&mut places, pixel, is_on, t_us);
             sights.push(Sight {
                 t_us,
                 pixel: pixel as u32,
                 is_on,
                 cell: classes.cell(pixel, t_s),
-                before: before.map(|(t, on, _)| (t_us - t, on)),
+                pause_us: before.map_or(NONE, |(t, ..)| short(t_us - t)),
+                was_on: before.is_some_and(|(_, on, _)| on),
                 swing: if is_on { change } else { -change },
                 slope: classes.slope_at(pixel, t_s),
-                lag_us: stage.expected.lag_us(&mut places, pixel, is_on, t_us),
+                lag_us: lag_us.map_or(NONE, short),
             });
         }
         let range = events.range(window);

@@ -56,6 +56,38 @@ fn a_step_of_light_is_followed_exponentially_and_faster_in_the_light() {
     assert_near(decay(0.8) / decay(0.4), 2.0, 1e-3);
 }
 
+#[test]
+fn a_large_signal_is_followed_as_the_circuit_does_faster_towards_light() {
+    let large = lowpass(30.0).with("signal", "large");
+    let follow = |from: f64, to: f64| {
+        let scene = move |_, _, t: f64| if t > 0.0 { to } else { from };
+        tapped(std::slice::from_ref(&large), "photoreceptor_lowpass", AT, ONE, (12, 1_000), scene)
+    };
+    for (from, to) in [(0.1, 0.9), (0.9, 0.1)] {
+        let found = follow(from, to);
+        // From the second step on light is constant, and exp(-V) decays to one over it.
+        let a = std::f64::consts::TAU * 30.0 * (to + 0.5 * DARK) * 1e-3;
+        let end = 1.0 / (to + DARK);
+        for pair in found[1..].windows(2) {
+            let w = end + ((-pair[0]).exp() - end) * (-a).exp();
+            assert_near(pair[1], -w.ln(), 1e-5);
+        }
+    }
+    // Time to go half of the way in log light, at the light in the middle of both.
+    let half = |found: &[f64]| {
+        let middle = 0.5 * ((0.1 + DARK).ln() + (0.9 + DARK).ln());
+        found.iter().position(|v| (v - middle) * (found[0] - middle) <= 0.0)
+    };
+    assert!(half(&follow(0.1, 0.9)) < half(&follow(0.9, 0.1)));
+    // Small changes are those of the linear filter.
+    let scene = |_, _, t: f64| if t > 0.0 { 0.505 } else { 0.5 };
+    let [a, b] = [large.clone(), lowpass(30.0)]
+        .map(|effect| tapped(&[effect], "photoreceptor_lowpass", AT, ONE, (12, 1_000), scene));
+    for (a, b) in a.iter().zip(&b) {
+        assert_near(*a, *b, 1e-4);
+    }
+}
+
 /// Largest error of a filtered sine of log light against the steady solution.
 fn error_of(stage: &str, effects: &[evpose_sensor::EffectConfig], step_us: i64) -> f64 {
     let (f, tau) = (20.0, 1.0 / (std::f64::consts::TAU * 40.0));

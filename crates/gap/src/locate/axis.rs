@@ -119,7 +119,7 @@ impl Axis {
                 let since = view.since_start_us(event.t_us).max(0) as usize;
                 (since * TIMES / (view.window.length().0.max(1) as usize)).min(TIMES - 1)
             }
-            Self::Pause => event.before.map_or(PAUSES_US.len() + 1, |(pause_us, _)| {
+            Self::Pause => event.before().map_or(PAUSES_US.len() + 1, |(pause_us, _)| {
                 PAUSES_US.iter().filter(|limit| pause_us >= **limit).count()
             }),
         }

@@ -47,7 +47,7 @@ impl Probe for Interval {
         let mut moving = [0.0; 4 * BINS];
         let mut quiet = [0.0; 4 * QUIET_BINS];
         for event in view.events() {
-            let Some((interval_us, was_on)) = event.before else { continue };
+            let Some((interval_us, was_on)) = event.before() else { continue };
             let pair = usize::from(was_on) + 2 * usize::from(event.is_on);
             if event.cell.is_quiet() {
                 quiet[pair * QUIET_BINS + quiet_bin(interval_us)] += 1.0;

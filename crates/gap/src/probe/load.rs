@@ -86,7 +86,7 @@ impl Probe for Load {
             bins[(since_us / BIN_US) as usize] += 1;
             let busy = usize::from(is_busy[(since_us / 1_000) as usize]);
             events[busy] += 1.0;
-            if let Some(lag_us) = event.lag_us {
+            if let Some(lag_us) = event.lag_us() {
                 lags[busy].add(lag_us);
             }
         }

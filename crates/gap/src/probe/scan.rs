@@ -304,6 +304,22 @@ mod tests {
     }
 
     #[test]
+    fn period_axis_and_direction_of_a_scan_are_read_off_the_stamps() {
+        for period_us in [130.0, 960.0, 7_310.0] {
+            for visits_rows in [true, false] {
+                for backward in [false, true] {
+                    let found = scan_of(&scanned(period_us, visits_rows, backward)).unwrap();
+                    assert!((found.period_us / period_us - 1.0).abs() < 1e-4, "{found:?}");
+                    assert_eq!((found.is_by_row, found.is_backward), (visits_rows, backward));
+                    assert!(found.locked > 0.9, "{found:?}");
+                }
+            }
+        }
+        assert!(scan_of(testing::events()).unwrap().locked < 0.2);
+        assert!(scan_of(&EventStream::empty(testing::events().sensor())).is_none());
+    }
+
+    #[test]
     fn events_that_no_clock_holds_show_none() {
         for strength in found(&testing::stream(testing::noise(20_000, 2))) {
             assert!(strength < 0.02, "{strength}");

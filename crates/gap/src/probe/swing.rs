@@ -40,7 +40,7 @@ impl Probe for Swing {
         let mut histogram = [0.0; GROUPS * BINS];
         let mut swings: [Vec<f32>; GROUPS] = Default::default();
         for event in view.events().iter().filter(|event| is_moving(event.cell)) {
-            let past = match event.before {
+            let past = match event.before() {
                 Some((_, was_on)) => usize::from(was_on != event.is_on),
                 None => 2,
             };

@@ -165,8 +165,8 @@ impl Probe for Timing {
         for event in view.events().iter().filter(|event| is_moving(event.cell)) {
             let is_on = usize::from(event.is_on);
             let group = 2 * brightness_third(event.cell) + is_on;
-            spread.add(event.lag_us, &mut histogram[group * BINS..(group + 1) * BINS]);
-            if let Some(lag_us) = event.lag_us {
+            spread.add(event.lag_us(), &mut histogram[group * BINS..(group + 1) * BINS]);
+            if let Some(lag_us) = event.lag_us() {
                 let third = view.since_start_us(event.t_us) * THIRDS as i64 / length_us;
                 by_class[2 * event.cell.brightness() + is_on].add(lag_us);
                 by_third[third as usize].add(lag_us);

@@ -114,7 +114,7 @@ fn interval_us(bin: f64) -> f64 {
 
 fn intervals(view: &View<'_>) -> Vec<f64> {
     let mut counts = vec![0.0; PER_DECADE * DECADES];
-    for (interval_us, _) in view.events().iter().filter_map(|event| event.before) {
+    for (interval_us, _) in view.events().iter().filter_map(|event| event.before()) {
         let place = ((interval_us.max(1) as f64).log10() - 1.0) * PER_DECADE as f64;
         if place >= 0.0 && (place as usize) < counts.len() {
             counts[place as usize] += 1.0;
@@ -127,7 +127,7 @@ fn intervals(view: &View<'_>) -> Vec<f64> {
 fn lags(view: &View<'_>) -> Vec<f64> {
     let mut lags = vec![Vec::new(); Cell::BRIGHTNESSES];
     for event in view.events().iter().filter(|event| event.cell.age() <= 1) {
-        if let Some(lag_us) = event.lag_us.filter(|lag| lag.abs() < LONGEST_LAG_US) {
+        if let Some(lag_us) = event.lag_us().filter(|lag| lag.abs() < LONGEST_LAG_US) {
             lags[event.cell.brightness()].push(lag_us);
         }
     }

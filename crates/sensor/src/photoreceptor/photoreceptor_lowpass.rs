@@ -4,16 +4,24 @@
 //! `τ(I) dV/dt = V_in - V`, `τ = 1 / (2 π f)`, `f = cutoff_hz (I + dark_light)`, with the light at
 //! the end of the step; `light = "none"` takes `f = cutoff_hz`. `V_in` runs in a line within a step
 //! and the filter follows it exactly: second order in the step for constant light.
+//! That is a circuit near its working point. `signal = "large"` is the whole of it: a photocurrent
+//! charges a node whose own current grows exponentially with its voltage,
+//! `τ(I) dV/dt = 1 - exp(V - V_in)`, so that light that comes is followed faster than light that
+//! goes. `w = exp(-V)` makes it linear, `τ dw/dt = exp(-V_in) - w`, and it is followed exactly for
+//! light that is constant over a step; bandwidth is that of the mean of both its ends.
 //! `step = "euler"` is v2e's form: `V += min(1, dt / τ) (V_in - V)`, first order.
 //!
 //! # Source
-//! Lichtsteiner et al. 2008, figure 9, for bandwidth in proportion to light; Hu et al. 2021 (v2e).
+//! Lichtsteiner et al. 2008, figure 9, for bandwidth in proportion to light; Hu et al. 2021 (v2e);
+//! Graca, Delbruck 2025 for large signals.
 
 use std::f64::consts::TAU;
 
 use evpose_core::StageNoise;
 
 use super::pole::Pole;
+use crate::exponential::exp_m1;
+use crate::natural_log::ln;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage, Tick};
 use crate::wide::wide;
@@ -51,6 +59,13 @@ const STEP: ChoiceSpec = ChoiceSpec {
     doc: "exact for inputs that run in a line, or v2e's explicit step",
 };
 
+const SIGNAL: ChoiceSpec = ChoiceSpec {
+    name: "signal",
+    allowed: &["small", "large"],
+    doc: "the same speed up and down, or faster towards light than away from it (with bandwidth \
+          in proportion to light and exact steps)",
+};
+
 /// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "photoreceptor_lowpass",
@@ -58,7 +73,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "voltage follows light with a delay that is longer in the dark",
     formula: "dV/dt = 2 pi cutoff_hz (I + dark_light) (V_in - V)",
     params: &[CUTOFF, DARK_LIGHT],
-    choices: &[LIGHT, STEP],
+    choices: &[LIGHT, STEP, SIGNAL],
     files: &[],
     source: Citation {
         key: "Lichtsteiner et al. 2008",
@@ -78,6 +93,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
             dark_light: settings.number(&DARK_LIGHT) as f32,
             depends_on_light: settings.word(&LIGHT) == "proportional",
             is_euler: settings.word(&STEP) == "euler",
+            is_large: settings.word(&SIGNAL) == "large",
         })))
     },
 };
@@ -89,9 +105,21 @@ struct PhotoreceptorLowpass {
     dark_light: f32,
     depends_on_light: bool,
     is_euler: bool,
+    is_large: bool,
+}
+
+/// `exp(-x)`.
+#[inline(always)]
+fn reciprocal(x: f32) -> f32 {
+    exp_m1(-x) + 1.0
 }
 
 impl PhotoreceptorLowpass {
+    /// Whether the whole circuit is simulated.
+    fn follows_circuit(&self) -> bool {
+        self.is_large && self.depends_on_light && !self.is_euler
+    }
+
     /// Time constants in a step, at the light of white.
     fn turns(&self, tick: &Tick) -> f32 {
         (TAU * self.cutoff_hz * tick.dt_s()) as f32
@@ -116,6 +144,9 @@ impl PixelStage for PhotoreceptorLowpass {
     fn init(&self, block: &mut Block<'_>, _noise: StageNoise) {
         for plane in block.state.planes::<2>() {
             plane.copy_from_slice(block.signal);
+            if self.follows_circuit() {
+                plane.iter_mut().for_each(|x| *x = reciprocal(*x));
+            }
         }
     }
 
@@ -148,6 +179,20 @@ impl PixelStage for PhotoreceptorLowpass {
                         let share = if a < 1.0 { a } else { 1.0 };
                         *y = (1.0 - share) * *y + share * *v;
                         *v = *y;
+                    }
+                },
+            );
+            return;
+        }
+        if self.follows_circuit() {
+            wide(
+                #[inline(always)]
+                || {
+                    for (((v, y), x), i) in signal.iter_mut().zip(output).zip(input).zip(light) {
+                        let now = reciprocal(*v);
+                        let mean = 0.5 * (i + 1.0 / *x);
+                        *y = Pole::of(scale * mean + base).low(*y, *x, now);
+                        (*x, *v) = (now, -ln(*y));
                     }
                 },
             );

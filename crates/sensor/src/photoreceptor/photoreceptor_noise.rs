@@ -49,6 +49,9 @@ const DARK_LIGHT: ParamSpec = ParamSpec {
     doc: "light that the bandwidth in the dark amounts to",
 };
 
+/// Part of the time in which noise forgets that a step may take.
+const PART: f64 = 0.125;
+
 /// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "photoreceptor_noise",
@@ -91,6 +94,12 @@ struct PhotoreceptorNoise {
 impl PixelStage for PhotoreceptorNoise {
     fn is_neutral(&self) -> bool {
         self.sigma <= 0.0
+    }
+
+    /// Between the ends of a step it may have crossed a threshold and come back, also where the step
+    /// is shorter than what noise takes to forget.
+    fn time_constant_s(&self) -> Option<f64> {
+        Some(PART / (TAU * self.cutoff_hz * (1.0 + f64::from(self.dark_light))))
     }
 
     /// The noise.
