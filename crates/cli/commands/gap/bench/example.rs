@@ -83,6 +83,7 @@ fn row(label: &Label, truth: &Truth) -> Row {
                 lo90: 0.97 * value,
                 hi90: 1.06 * value,
                 unit: String::new(),
+                halves: None,
             };
             Finding {
                 name: (*name).to_owned(),

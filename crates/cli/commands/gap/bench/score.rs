@@ -251,7 +251,8 @@ mod tests {
 
     #[test]
     fn a_number_outside_its_interval_is_not_held() {
-        let said = Quantity { value: 1.1, lo90: 1.05, hi90: 1.2, unit: String::new() };
+        let said =
+            Quantity { value: 1.1, lo90: 1.05, hi90: 1.2, unit: String::new(), halves: None };
         let mut number =
             Number { id: String::new(), finding: "a", parameter: "b", truth: 1.0, said };
         assert!(!number.is_held() && number.error().is_some_and(|e| (e - 0.1).abs() < 1e-12));
