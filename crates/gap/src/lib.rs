@@ -28,6 +28,7 @@ pub mod parameters;
 pub mod probe;
 pub mod report;
 mod scene;
+mod screen;
 pub mod search;
 mod simulate;
 mod summary;

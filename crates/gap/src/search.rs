@@ -3,24 +3,18 @@
 use evpose_sensor::SensorConfig;
 use rayon::prelude::*;
 
-use crate::candidate::{Candidate, Trial};
-use crate::compare::{Expectation, misfit};
+use crate::candidate::Trial;
+use crate::compare::misfit;
 use crate::fit::{Fit, Slopes, descend, misfit_of};
 use crate::guess;
 use crate::hint::Hints;
 use crate::knob::Knob;
 use crate::parameters::Parameter;
+use crate::screen::{Screening, Way, screened};
 use crate::{GapError, Lab};
 
-/// Ways to look for candidates that are tried at more strengths.
-const FINER: usize = 14;
-/// Ways that are tried in their less plain forms too.
-const RICHER: usize = 10;
 /// What the best way has to gain on the screen for anything to be followed.
 const PROMISE: f64 = 6.0;
-/// Ways to look for one candidate beside one model that are followed: a short part of a recording does not tell
-/// those apart that differ from pixel to pixel only.
-const WAYS: usize = 3;
 /// Ways whose strength is fitted.
 const NEAR: usize = 8;
 /// Candidates that are fitted with all their numbers.
@@ -28,9 +22,9 @@ const FINALISTS: usize = 4;
 /// Candidates whose misfit is so many times that of the best are not fitted with all their numbers.
 const BEHIND: f64 = 5.0;
 /// Steps that numbers of the model are believed to follow in a line.
-const NEARBY: f64 = 2.0;
+pub(crate) const NEARBY: f64 = 2.0;
 /// A lag longer than this is more likely the clock's than the pixels', microseconds.
-const LONGEST_LATENCY_US: f64 = 2_500.0;
+const LONGEST_LATENCY_US: f64 = 900.0;
 /// A number without which the misfit is hardly larger was right before.
 const LEAST_LOSS: f64 = 8.0;
 /// A number that moves by less than this many steps does not matter.
@@ -112,16 +106,6 @@ pub fn refit(lab: &Lab<'_>, model: &SensorConfig, runs: u64) -> Result<Fit, GapE
     Ok(fit)
 }
 
-/// One way of looking for an effect beside one of the models to begin with.
-#[derive(Debug, Clone)]
-struct Way {
-    name: &'static str,
-    start: usize,
-    trial: Trial,
-    /// What the screen leaves of the misfit.
-    left: f64,
-}
-
 /// All candidates beside each of `starts`, the best first; those that were not fitted in full come
 /// last. They are first tried on `screen`, a short part of the recording; nothing is followed if
 /// nothing helps there.
@@ -136,14 +120,11 @@ pub fn search(
     left_out: &[String],
 ) -> Result<Vec<Found>, GapError> {
     let knobs = parameter_knobs();
-    let mut screening = Vec::new();
+    let (mut screening, mut least) = (Vec::new(), f64::INFINITY);
     for model in starts {
-        let slopes = Slopes::around(screen, model, &knobs, 1)?;
-        screening.push(Screening { screen, hints, model, without: screen.run(model, 0)?, slopes });
-    }
-    let mut least = f64::INFINITY;
-    for screening in &screening {
-        least = least.min(screening.left(&screen.expect(screening.model, 1)?));
+        let on_screen = Screening::new(screen, hints, model)?;
+        least = least.min(on_screen.left(&screen.expect(model, 1)?));
+        screening.push(on_screen);
     }
     let best = screened(&screening, left_out)?;
     if best.first().is_none_or(|way| way.left > least - PROMISE) {
@@ -200,134 +181,6 @@ fn fitted(
         least = few.iter().map(|one| one.fit.misfit).fold(least, f64::min);
     }
     Ok(lined)
-}
-
-/// A model on the screen, to which effects are added.
-struct Screening<'a> {
-    screen: &'a Lab<'a>,
-    hints: &'a Hints,
-    model: &'a SensorConfig,
-    without: std::sync::Arc<Vec<f64>>,
-    slopes: Slopes,
-}
-
-impl Screening<'_> {
-    /// The misfit of an expectation, the numbers of the model following in a line.
-    fn left(&self, expected: &Expectation) -> f64 {
-        let deviations = expected.deviations(self.screen.layout, &self.screen.measured);
-        self.slopes.best(NEARBY, self.screen, expected, &deviations, &parameter_knobs()).1
-    }
-
-    fn score(&self, trial: &Trial) -> Result<f64, GapError> {
-        let expected = self.screen.expect(&trial.beside(self.model), 1)?;
-        // What changes nothing is no explanation.
-        let is_idle = expected.mean.iter().zip(&*self.without).all(|(a, b)| a == b);
-        Ok(if is_idle { f64::INFINITY } else { self.left(&expected) })
-    }
-
-    /// The best of some strengths.
-    fn best_of(&self, way: &Way, strengths: &[f64]) -> Result<Way, GapError> {
-        let head = way.trial.params[0];
-        let mut best = way.clone();
-        for value in strengths {
-            let trial = way.trial.with(head, *value);
-            let left = self.score(&trial)?;
-            if left < best.left {
-                best = Way { trial, left, ..best };
-            }
-        }
-        Ok(best)
-    }
-
-    /// The plainest way of each form of each candidate.
-    fn ways(&self, start: usize, left_out: &[String]) -> Vec<Way> {
-        let hinted = |candidate: Candidate| {
-            let trials = candidate.trials().into_iter().flat_map(|form| form.into_iter().take(1));
-            trials
-                .map(|trial| self.hints.applied(candidate.name(), &trial))
-                .map(move |trial| Way { name: candidate.name(), start, trial, left: f64::INFINITY })
-                .collect::<Vec<_>>()
-        };
-        Candidate::beside(self.model, left_out).into_iter().flat_map(hinted).collect()
-    }
-
-    /// The ways of a candidate that are less plain than `way`, at its strength.
-    fn richer(&self, way: &Way, left_out: &[String]) -> Vec<Way> {
-        let head = way.trial.params[0];
-        let value = way.trial.value(head);
-        let candidate =
-            Candidate::beside(self.model, left_out).into_iter().find(|c| c.name() == way.name);
-        let forms = candidate.into_iter().flat_map(Candidate::trials);
-        forms
-            .filter(|form| form[0].params[0].name == head.name && form[0].is_form_of(&way.trial))
-            .flat_map(|form| form.into_iter().skip(1))
-            .map(|trial| self.hints.applied(way.name, &trial))
-            .map(|trial| Way {
-                trial: value.map_or(trial.clone(), |value| trial.with(head, value)),
-                left: f64::INFINITY,
-                ..way.clone()
-            })
-            .collect()
-    }
-}
-
-/// Every candidate at the best of a row of strengths, the best first.
-fn screened(screening: &[Screening<'_>], left_out: &[String]) -> Result<Vec<Way>, GapError> {
-    let ways: Vec<Way> = screening
-        .iter()
-        .enumerate()
-        .flat_map(|(start, screening)| screening.ways(start, left_out))
-        .collect();
-    // Every other strength, then those between for what looks best.
-    let mut best = ways
-        .par_iter()
-        .map(|way| {
-            let read = way.trial.value(way.trial.params[0]);
-            let coarse = way.trial.strengths().into_iter().step_by(2);
-            screening[way.start].best_of(way, &coarse.chain(read).collect::<Vec<_>>())
-        })
-        .collect::<Result<Vec<_>, GapError>>()?;
-    best.sort_by(|a, b| a.left.total_cmp(&b.left));
-    let finer = best.len().min(FINER);
-    best[..finer].par_iter_mut().try_for_each(|way| {
-        let value = way.trial.value(way.trial.params[0]);
-        let strengths = way.trial.strengths();
-        let at = strengths.iter().position(|strength| Some(*strength) == value);
-        let beside = at.into_iter().flat_map(|i| [i.checked_sub(1), Some(i + 1)]);
-        let beside = beside.flatten().filter_map(|i| strengths.get(i).copied());
-        *way = screening[way.start].best_of(way, &beside.collect::<Vec<_>>())?;
-        Ok::<(), GapError>(())
-    })?;
-    let richer: Vec<Way> = best[..best.len().min(RICHER)]
-        .iter()
-        .flat_map(|way| screening[way.start].richer(way, left_out))
-        .collect();
-    let richer = richer
-        .par_iter()
-        .map(|way| {
-            let head = way.trial.params[0];
-            let value = way.trial.value(head).unwrap_or(0.0);
-            let strengths = way.trial.strengths();
-            let near = |factor: f64| {
-                let wanted = value * factor;
-                let distance = |s: &&f64| (*s / wanted).ln().abs();
-                strengths.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))).copied()
-            };
-            let tried: Vec<f64> =
-                [Some(value), near(0.6), near(1.7)].into_iter().flatten().collect();
-            screening[way.start].best_of(way, &tried)
-        })
-        .collect::<Result<Vec<_>, GapError>>()?;
-    best.extend(richer);
-    best.sort_by(|a, b| a.left.total_cmp(&b.left));
-    let mut names = Vec::new();
-    best.retain(|way| {
-        let way_of = (way.name, way.start);
-        let ways = names.iter().filter(|other| **other == way_of).count();
-        names.push(way_of);
-        ways < WAYS && way.left.is_finite()
-    });
-    Ok(best)
 }
 
 /// The knobs of an effect.

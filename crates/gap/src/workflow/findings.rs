@@ -84,7 +84,13 @@ pub fn evidenced(bench: &Bench<'_>, named: &Named) -> Result<Vec<Evidenced>, Gap
             kind: FindingKind::Effect,
             parameters,
             probability: CALIBRATION.probability(&evidence),
-            confusable_with: step.confusable.iter().map(|name| (*name).to_owned()).collect(),
+            confusable_with: step
+                .confusable
+                .iter()
+                .copied()
+                .chain(same_as(step.contenders[0].found.name))
+                .map(str::to_owned)
+                .collect(),
         };
         found.push(Evidenced { finding, evidence: Some(evidence), errors });
     }
@@ -100,7 +106,11 @@ pub fn evidenced(bench: &Bench<'_>, named: &Named) -> Result<Vec<Evidenced>, Gap
             parameters: BTreeMap::from([(name.clone(), quantity(knob, &raw))]),
             // That it differs at all.
             probability: 1.0 - 2.0 * upper_tail(z.abs()),
-            confusable_with: Vec::new(),
+            confusable_with: if parameter.value(model) > from {
+                same_as(&name).map(str::to_owned).into_iter().collect()
+            } else {
+                Vec::new()
+            },
         };
         found.push(Evidenced { finding, evidence: None, errors: BTreeMap::from([(name, raw)]) });
     }
@@ -112,6 +122,16 @@ fn kind(knob: Knob) -> NumberKind {
     match knob {
         Knob::Parameter(_) => NumberKind::OfModel,
         Knob::Effect(..) => NumberKind::OfEffect,
+    }
+}
+
+/// What no recording can tell a finding from: a lag of the pixels and one of the clock, where no
+/// other clock has seen the scene.
+fn same_as(name: &str) -> Option<&'static str> {
+    match name {
+        "pixel_latency" => Some("clock_offset"),
+        "clock_offset" => Some("pixel_latency"),
+        _ => None,
     }
 }
 

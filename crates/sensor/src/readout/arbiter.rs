@@ -73,7 +73,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
     signature: Signature {
         look_for: "behind a flash rows come in bunches, the last ones late by their number over \
-                   the rate; pixels are blind in the meantime",
+                   the rate; pixels wait in the meantime",
         probe: Probe::FlashRaster,
         strength: Strength::Falling(&["rate_hz"]),
         beside: &[],
