@@ -9,6 +9,7 @@ use super::NpzFault;
 /// NumPy writes 128 bytes, more for records. A longer header is no recording's.
 const LONGEST_HEADER: u16 = 4096;
 /// Columns that an array of events may have.
+const LEAST_COLUMNS: u64 = 4;
 const MOST_COLUMNS: u64 = 16;
 /// Bytes that are taken at a time.
 const PIECE: usize = 1 << 16;
@@ -182,17 +183,21 @@ impl Layout {
             DType::Array(..) => return Err(unfit()),
         }
         let plain = |rows: u64| (rows, 1, false);
+        let of_events = LEAST_COLUMNS..=MOST_COLUMNS;
         let (rows, columns, is_one_after_another) = match *header.shape() {
             [] => plain(1),
             [rows] => plain(rows),
             // A column that was given a second dimension.
             [1, rows] | [rows, 1] => plain(rows),
             _ if !names.is_empty() => return Err(NpzFault::Shape),
-            [rows, columns] if columns <= MOST_COLUMNS => {
+            [rows, columns] if of_events.contains(&columns) => {
                 (rows, columns, header.order() == Order::Fortran)
             }
-            [columns, rows] if columns <= MOST_COLUMNS => {
+            [columns, rows] if of_events.contains(&columns) => {
                 (rows, columns, header.order() == Order::C)
+            }
+            [rows, columns] if columns < *of_events.start() => {
+                (rows, columns, header.order() == Order::Fortran)
             }
             _ => return Err(NpzFault::Shape),
         };
