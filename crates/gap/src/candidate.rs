@@ -8,7 +8,7 @@ use evpose_sensor::{
 /// What is typical of cameras is where the search begins; it goes on beyond, by this factor.
 const BEYOND: f64 = 8.0;
 /// The same for readouts, which small sensors share among fewer pixels.
-const BEYOND_OF_READOUTS: f64 = 60.0;
+const BEYOND_OF_READOUTS: f64 = 400.0;
 /// Values of the strength that an effect is first tried at.
 const STRENGTHS: usize = 14;
 
@@ -128,16 +128,17 @@ pub fn is_parameter(effect: &str) -> bool {
 /// so that it shows which way to turn it.
 const SECOND_STRENGTHS: &[(&str, &str)] = &[("arbiter", "row_ns")];
 
-/// Effects that happen between the frames of a scene, and the parts that steps are then divided in.
-const FAST: &[&str] = &["photoreceptor_noise"];
-const PARTS: f64 = 4.0;
+/// Effects that happen between the frames of a scene, the parts that steps are divided in while they
+/// are looked for, and those that the best is fitted with.
+const FAST: &[(&str, f64, f64)] = &[("photoreceptor_noise", 2.0, 8.0), ("lamp_flicker", 2.0, 4.0)];
 
 /// Choices whose words are different physics rather than conventions of simulators.
 const PHYSICAL_CHOICES: &[(&str, &str, &[&str])] = &[
     ("refractory", "mode", &["hold", "defer"]),
-    ("scanned_readout", "waiting", &["reset", "kept", "free"]),
+    ("scanned_readout", "waiting", &["reset", "latched", "kept"]),
     ("arbiter", "order", &["arrival", "rows"]),
-    ("arbiter", "waiting", &["reset", "kept"]),
+    ("arbiter", "waiting", &["reset", "free"]),
+    ("lamp_flicker", "memory", &["now", "trough"]),
     ("leak_on", "phase", &["random", "aligned"]),
     ("photoreceptor_lowpass", "signal", &["small", "large"]),
 ];
@@ -215,6 +216,18 @@ impl Trial {
         self.effect.number(param.name)
     }
 
+    fn fast(&self) -> Option<&'static (&'static str, f64, f64)> {
+        FAST.iter().find(|(name, ..)| *name == self.effect.name)
+    }
+
+    /// `model`, which has the effect, with steps short enough for it; none if they are.
+    pub(crate) fn with_short_steps(&self, model: &SensorConfig) -> Option<SensorConfig> {
+        let (.., parts) = self.fast()?;
+        let mut config = model.clone();
+        divide(&mut config, *parts);
+        (config != *model).then_some(config)
+    }
+
     /// `model` with this effect. A readout takes the place of the ideal one.
     pub fn beside(&self, model: &SensorConfig) -> SensorConfig {
         let mut config = model.clone();
@@ -225,11 +238,20 @@ impl Trial {
             config.effects.retain(|effect| !is_readout(&effect.name));
         }
         config.effects.push(self.effect.clone());
-        if FAST.contains(&self.effect.name.as_str()) && config.effect("adaptive_steps").is_none() {
-            config.effects.push(EffectConfig::new("adaptive_steps").with("max_parts", PARTS));
+        if let Some((_, parts, _)) = self.fast() {
+            divide(&mut config, *parts);
         }
         config
     }
+}
+
+/// Divides steps in no fewer parts.
+fn divide(config: &mut SensorConfig, parts: f64) {
+    let name = "adaptive_steps";
+    let known = config.effect(name).and_then(|effect| effect.number("max_parts"));
+    config.effects.retain(|effect| effect.name != name);
+    let parts = parts.max(known.unwrap_or(1.0));
+    config.effects.push(EffectConfig::new(name).with("max_parts", parts));
 }
 
 /// Where a number is looked for: what is typical and beyond, inside what the stage takes.

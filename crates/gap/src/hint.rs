@@ -4,7 +4,7 @@
 use std::f64::consts::TAU;
 
 use evpose_core::EventStream;
-use evpose_sensor::EffectConfig;
+use evpose_sensor::{EffectConfig, ParamSpec, STAGES};
 
 use crate::candidate::Trial;
 
@@ -17,11 +17,12 @@ pub struct Hints {
 impl Hints {
     /// Reads them off a recording.
     pub fn of(events: &EventStream) -> Self {
-        let of = [flicker(events), tick(events), hot(events), scan(events)];
-        Self { of: of.into_iter().flatten().map(|effect| (effect.0, effect.1)).collect() }
+        let of = [flicker(events), tick(events), hot(events), scan(events), bus(events)];
+        Self { of: of.into_iter().flatten().collect() }
     }
 
-    /// The trial, with the numbers that the recording shows directly set and no longer fitted.
+    /// The trial, with the numbers that the recording shows directly set. They are no longer fitted,
+    /// but for those that it shows roughly.
     pub(crate) fn applied(&self, name: &str, trial: &Trial) -> Trial {
         let mut hinted = trial.clone();
         let Some((_, read)) = self.of.iter().find(|(effect, _)| *effect == name) else {
@@ -31,9 +32,17 @@ impl Hints {
         // The strength stays, so that there is something to fit.
         let head = trial.params[0];
         hinted.params.retain(|p| p.name == head.name || !read.params.contains_key(p.name));
+        let spec = STAGES.iter().find(|spec| spec.name == name);
+        let is_rough = |p: &&ParamSpec| p.name != head.name && ROUGH.contains(&(name, p.name));
+        hinted.params.extend(spec.iter().flat_map(|spec| spec.params.iter().filter(is_rough)));
         hinted
     }
 }
+
+/// Numbers that are read off roughly: events come late in the wave of a lamp, stamps of a bus are
+/// whole microseconds.
+const ROUGH: &[(&str, &str)] =
+    &[("lamp_flicker", "phase_turns"), ("arbiter", "rate_hz"), ("arbiter", "row_ns")];
 
 /// An effect with what was read of it.
 type Read = (&'static str, EffectConfig);
@@ -145,4 +154,85 @@ fn scan(events: &EventStream) -> Option<Read> {
     let is_locked = found.locked > LOCKED;
     let read = if is_locked { read.with("period_us", found.period_us) } else { read };
     Some(("scanned_readout", read))
+}
+
+/// Longest time between two events of a busy bus, microseconds.
+const BUSY_US: usize = 1_000;
+/// Times between events that a bus sets are this share of all, or more.
+const PACED: f64 = 0.25;
+
+/// Times that a bus takes for an event and for another row: those most common between events that
+/// follow each other, in one row and in two.
+fn bus(events: &EventStream) -> Option<Read> {
+    let mut times = [vec![0_usize; BUSY_US], vec![0_usize; BUSY_US]];
+    let all: Vec<(i64, u16)> = events.iter().map(|event| (event.t.0, event.y)).collect();
+    for pair in all.windows(2) {
+        let &[(before_us, row), (now_us, other)] = pair else { continue };
+        if let Some(n) = times[usize::from(row != other)].get_mut((now_us - before_us) as usize) {
+            *n += 1;
+        }
+    }
+    let paced = times.map(|times| {
+        // Stamps are cut to whole microseconds: a time goes to two bins.
+        let at = |us: usize| times[us] + times[us - 1];
+        let best = (2..BUSY_US).max_by_key(|us| at(*us))?;
+        let (n, m) = (times[best] as f64, times[best - 1] as f64);
+        let all: usize = times.iter().sum();
+        let mean_us = best as f64 - m / (n + m);
+        (n + m > PACED * all as f64).then_some(mean_us)
+    });
+    let [Some(event_us), Some(row_us)] = paced else { return None };
+    let row_ns = (1e3 * (row_us - event_us)).max(1.0);
+    let read = EffectConfig::new("arbiter").with("rate_hz", 1e6 / event_us);
+    Some(("arbiter", read.with("row_ns", row_ns)))
+}
+
+#[cfg(test)]
+mod tests {
+    use evpose_core::{Event, Micros, Polarity, SensorSize};
+
+    use super::*;
+
+    fn stream(events: impl IntoIterator<Item = (f64, u16, u16)>) -> EventStream {
+        let size = SensorSize { width: 20, height: 30 };
+        let event = |(t_us, x, y): (f64, u16, u16)| Event {
+            t: Micros(t_us as i64),
+            x,
+            y,
+            polarity: Polarity::On,
+        };
+        EventStream::from_events(size, events.into_iter().map(event)).unwrap()
+    }
+
+    #[test]
+    fn times_of_a_bus_are_read_off_what_it_is_busy_with() {
+        for (event_us, row_us) in [(4.0, 60.0), (2.7, 31.4)] {
+            let mut t_us = 100.0;
+            let mut busy = Vec::new();
+            for sweep in 0..40_u16 {
+                for y in 0..30 {
+                    t_us += row_us;
+                    for x in (0..20).filter(|x| (x + y + sweep) % 3 > 0) {
+                        t_us += event_us;
+                        busy.push((t_us, x, y));
+                    }
+                }
+                t_us += 3_000.0;
+            }
+            let (_, read) = bus(&stream(busy)).unwrap();
+            let found = |key| read.number(key).unwrap();
+            assert!((1e6 / found("rate_hz") - event_us).abs() < 0.1, "{read:?}");
+            assert!((1e-3 * found("row_ns") - row_us).abs() < 0.6, "{read:?}");
+        }
+    }
+
+    #[test]
+    fn events_that_nothing_paces_show_no_bus() {
+        let spread = (0..9_000_u32).map(|k| {
+            let place = k.wrapping_mul(2_654_435_761) >> 8;
+            let late = f64::from(k.wrapping_mul(40_503) % 97);
+            (100.0 * f64::from(k) + late, (place % 20) as u16, (place / 20 % 30) as u16)
+        });
+        assert!(bus(&stream(spread)).is_none());
+    }
 }

@@ -12,8 +12,10 @@
 pub mod c2st;
 pub mod candidate;
 mod classes;
+mod closeness;
 pub mod compare;
 mod error;
+mod finish;
 pub mod fit;
 mod guess;
 mod hint;

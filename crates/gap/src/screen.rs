@@ -1,7 +1,7 @@
 //! First tries: every effect in its plainest form at a row of strengths, on a short part of a
 //! recording.
 
-use evpose_sensor::SensorConfig;
+use evpose_sensor::{Domain, SensorConfig};
 use rayon::prelude::*;
 
 use crate::candidate::{Candidate, Trial};
@@ -15,8 +15,8 @@ use crate::{GapError, Lab};
 const FINER: usize = 14;
 /// Ways that are tried in their less plain forms too.
 const RICHER: usize = 10;
-/// Ways to look for one candidate beside one model that are followed: a short part of a recording does not tell
-/// those apart that differ from pixel to pixel only.
+/// Ways to look for one candidate beside one model that are followed: a short part of a recording
+/// does not tell those apart that differ from pixel to pixel only.
 const WAYS: usize = 3;
 
 /// One way of looking for an effect beside one of the models to begin with.
@@ -24,6 +24,8 @@ const WAYS: usize = 3;
 pub(crate) struct Way {
     /// The name in the catalogue.
     pub(crate) name: &'static str,
+    /// What it is done to.
+    domain: Domain,
     /// Which of the models.
     pub(crate) start: usize,
     /// With its strength.
@@ -54,9 +56,7 @@ impl<'a> Screening<'a> {
         let slopes = Slopes::around(screen, model, &parameter_knobs(), 1)?;
         Ok(Self { screen, hints, model, without: screen.run(model, 0)?, slopes })
     }
-}
 
-impl Screening<'_> {
     /// The misfit of an expectation, the numbers of the model following in a line.
     pub(crate) fn left(&self, expected: &Expectation) -> f64 {
         let deviations = expected.deviations(self.screen.layout, &self.screen.measured);
@@ -90,7 +90,13 @@ impl Screening<'_> {
             let trials = candidate.trials().into_iter().flat_map(|form| form.into_iter().take(1));
             trials
                 .map(|trial| self.hints.applied(candidate.name(), &trial))
-                .map(move |trial| Way { name: candidate.name(), start, trial, left: f64::INFINITY })
+                .map(move |trial| Way {
+                    name: candidate.name(),
+                    domain: candidate.spec.domain,
+                    start,
+                    trial,
+                    left: f64::INFINITY,
+                })
                 .collect::<Vec<_>>()
         };
         Candidate::beside(self.model, left_out).into_iter().flat_map(hinted).collect()
@@ -126,12 +132,14 @@ pub(crate) fn screened(
         .enumerate()
         .flat_map(|(start, screening)| screening.ways(start, left_out))
         .collect();
-    // Every other strength, then those between for what looks best.
+    // Every other strength, then those between for what looks best. Readouts, delays and
+    // scatter of stamps show only where they are nearly right.
     let mut best = ways
         .par_iter()
         .map(|way| {
             let read = way.trial.value(way.trial.params[0]);
-            let coarse = way.trial.strengths().into_iter().step_by(2);
+            let step = if matches!(way.domain, Domain::Clock | Domain::Readout) { 1 } else { 2 };
+            let coarse = way.trial.strengths().into_iter().step_by(step);
             screening[way.start].best_of(way, &coarse.chain(read).collect::<Vec<_>>())
         })
         .collect::<Result<Vec<_>, GapError>>()?;

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use crate::candidate::Trial;
 use crate::compare::misfit;
+use crate::finish::kept;
 use crate::fit::{Fit, Slopes, descend, misfit_of};
 use crate::guess;
 use crate::hint::Hints;
@@ -21,14 +22,13 @@ const NEAR: usize = 8;
 const FINALISTS: usize = 4;
 /// Candidates whose misfit is so many times that of the best are not fitted with all their numbers.
 const BEHIND: f64 = 5.0;
+/// Those of them whose fits are finished, and how much worse than the best they may be before.
+const FINISHED: usize = 4;
+const NOT_FAR: f64 = 2.5;
 /// Steps that numbers of the model are believed to follow in a line.
 pub(crate) const NEARBY: f64 = 2.0;
 /// A lag longer than this is more likely the clock's than the pixels', microseconds.
 const LONGEST_LATENCY_US: f64 = 900.0;
-/// A number without which the misfit is hardly larger was right before.
-const LEAST_LOSS: f64 = 8.0;
-/// A number that moves by less than this many steps does not matter.
-const LEAST_STEPS: f64 = 0.6;
 /// Rounds of the fit of all numbers.
 const ROUNDS: usize = 4;
 
@@ -80,19 +80,7 @@ pub fn refit(lab: &Lab<'_>, model: &SensorConfig, runs: u64) -> Result<Fit, GapE
     }
     let mut fit = descend(lab, &best.model, &knobs, None, runs, ROUNDS)?;
     // What does not help stays as it was given; what is left is fitted once more.
-    let mut kept = Vec::new();
-    for knob in &knobs {
-        let Knob::Parameter(parameter) = knob else { continue };
-        let mut without = fit.model.clone();
-        parameter.set(&mut without, parameter.value(model));
-        let misfit = misfit_of(lab, &without, runs)?;
-        let steps = parameter.steps(parameter.value(model), parameter.value(&fit.model)).abs();
-        if misfit < fit.misfit + LEAST_LOSS || steps < LEAST_STEPS {
-            fit = Fit { model: without, misfit };
-        } else {
-            kept.push(*knob);
-        }
-    }
+    let kept = kept(lab, model, &mut fit, &knobs)?;
     if !kept.is_empty() && kept.len() < knobs.len() {
         fit = descend(lab, &fit.model, &kept, None, runs, ROUNDS)?;
     }
@@ -106,7 +94,8 @@ pub fn refit(lab: &Lab<'_>, model: &SensorConfig, runs: u64) -> Result<Fit, GapE
     Ok(fit)
 }
 
-/// All candidates beside each of `starts`, the best first; those that were not fitted in full come
+/// All candidates beside each of `starts`, which differ from the model as `given` by their numbers
+/// and what was found before, the best first; those that were not fitted in full come
 /// last. They are first tried on `screen`, a short part of the recording; nothing is followed if
 /// nothing helps there.
 ///
@@ -115,6 +104,7 @@ pub fn refit(lab: &Lab<'_>, model: &SensorConfig, runs: u64) -> Result<Fit, GapE
 pub fn search(
     screen: &Lab<'_>,
     lab: &Lab<'_>,
+    given: &SensorConfig,
     starts: &[SensorConfig],
     hints: &Hints,
     left_out: &[String],
@@ -141,7 +131,16 @@ pub fn search(
         let least = found.iter().map(|one| one.fit.misfit).fold(f64::INFINITY, f64::min);
         found.extend(fitted(lab, model, &near, &slopes, least)?);
     }
-    found.sort_by(|a, b| a.fit.misfit.total_cmp(&b.fit.misfit));
+    let by_misfit = |a: &Found, b: &Found| a.fit.misfit.total_cmp(&b.fit.misfit);
+    found.sort_by(by_misfit);
+    let least = found.first().map_or(0.0, |one| one.fit.misfit);
+    let near = found.iter().take(FINISHED).take_while(|one| one.fit.misfit < NOT_FAR * least);
+    let near = near.count();
+    found[..near].par_iter_mut().try_for_each(|one| one.finish(lab, given))?;
+    found.sort_by(by_misfit);
+    if let Some(best) = found.first_mut() {
+        best.refine(lab)?;
+    }
     rest.sort_by(|a, b| a.left.total_cmp(&b.left));
     found.extend(rest.into_iter().map(|way| Found {
         name: way.name,
@@ -184,7 +183,7 @@ fn fitted(
 }
 
 /// The knobs of an effect.
-fn own(trial: &Trial) -> Vec<Knob> {
+pub(crate) fn own(trial: &Trial) -> Vec<Knob> {
     let spec = evpose_sensor::STAGES.iter().find(|spec| spec.name == trial.effect.name);
     let name = spec.map_or("", |spec| spec.name);
     trial.params.iter().map(|param| Knob::Effect(name, param)).collect()

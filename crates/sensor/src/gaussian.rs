@@ -11,27 +11,25 @@
 //! G. E. P. Box, M. E. Muller: A Note on the Generation of Random Normal Deviates, 1958. The hash
 //! is `lowbias32` of C. Wellons, hash-prospector.
 
-use std::ops::Range;
-
 use evpose_core::StageNoise;
 
 use crate::natural_log::ln;
 
-/// Calls `each(index, draw)` for every pixel of a block, `index` counted from its first.
+/// Draws that fit in the fastest memory; loops go from one such piece to the next.
+pub(crate) const PIECE: usize = 64;
+
+/// Fills `draws`, one for every pixel of a block. To be called from inside a [`wide`](crate::wide)
+/// loop.
 #[inline(always)]
-pub(crate) fn for_each_normal(
-    noise: StageNoise,
-    pixels: &Range<usize>,
-    mut each: impl FnMut(usize, f32),
-) {
+pub(crate) fn fill_normal(noise: StageNoise, first_pixel: usize, draws: &mut [f32]) {
     let keys = noise.bits(usize::MAX >> 32, 0);
     let (radius_key, angle_key) = (keys as u32, (keys >> 32) as u32);
-    let first = pixels.start as u32;
-    for index in 0..pixels.len() {
+    let first = first_pixel as u32;
+    for (index, draw) in draws.iter_mut().enumerate() {
         let pixel = first.wrapping_add(index as u32);
         let radius = unit(hash(pixel ^ radius_key));
         let turn = unit(hash(pixel ^ angle_key));
-        each(index, (-2.0 * ln(radius)).sqrt() * cosine_of_turn(turn));
+        *draw = (-2.0 * ln(radius)).sqrt() * cosine_of_turn(turn);
     }
 }
 
@@ -69,8 +67,9 @@ mod tests {
     fn draws_are_normal_and_independent_of_the_block() {
         let noise = StageNoise::new(3, "any", 9);
         let n = 400_000;
-        let mut all = Vec::new();
-        for_each_normal(noise, &(0..n), |_, draw| all.push(f64::from(draw)));
+        let mut draws = vec![0.0; n];
+        fill_normal(noise, 0, &mut draws);
+        let all: Vec<f64> = draws.iter().map(|draw| f64::from(*draw)).collect();
         let moment = |p: i32| all.iter().map(|d| d.powi(p)).sum::<f64>() / n as f64;
         let bound = |variance: f64| 4.0 * (variance / n as f64).sqrt();
         assert!(moment(1).abs() < bound(1.0), "{}", moment(1));
@@ -80,9 +79,9 @@ mod tests {
         assert!((beyond - 0.0027 * n as f64).abs() < 4.0 * (0.0027 * n as f64).sqrt());
         let pairs: f64 = all.windows(2).map(|w| w[0] * w[1]).sum::<f64>() / n as f64;
         assert!(pairs.abs() < bound(1.0), "neighbours are uncorrelated: {pairs}");
-        let mut part = Vec::new();
-        for_each_normal(noise, &(777..900), |_, draw| part.push(f64::from(draw)));
-        assert_eq!(part, all[777..900]);
+        let mut part = [0.0; 123];
+        fill_normal(noise, 777, &mut part);
+        assert_eq!(part, draws[777..900]);
     }
 
     #[test]

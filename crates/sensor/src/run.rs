@@ -43,7 +43,7 @@ impl SensorRun {
             divider: Divider::new(&chain),
             front: Front::new(&chain, size, seed, block_pixels),
             array: PixelArray::new(&chain, size, seed),
-            readout_memory: ReadoutMemory::new(&*chain.readout.stage),
+            readout_memory: ReadoutMemory::new(&*chain.readout.stage, size),
             clock_states: clocks.collect(),
             chain,
             size,

@@ -5,12 +5,12 @@
 mod support;
 
 use evpose_core::{Micros, Plane};
-use evpose_sensor::SensorRun;
+use evpose_sensor::{EffectConfig, SensorRun};
 use support::*;
 
 /// Signal of pixel (x, y) behind a stage, one value per exposure.
 fn tapped(
-    effects: &[evpose_sensor::EffectConfig],
+    effects: &[EffectConfig],
     stage: &str,
     pixel: (u16, u16),
     (width, height): (u16, u16),
@@ -30,7 +30,7 @@ fn samples(run: &SensorRun) -> Vec<f64> {
 const ONE: (u16, u16) = (1, 1);
 const AT: (u16, u16) = (0, 0);
 
-fn lowpass(cutoff_hz: f64) -> evpose_sensor::EffectConfig {
+fn lowpass(cutoff_hz: f64) -> EffectConfig {
     effect("photoreceptor_lowpass").with("cutoff_hz", cutoff_hz)
 }
 
@@ -89,7 +89,7 @@ fn a_large_signal_is_followed_as_the_circuit_does_faster_towards_light() {
 }
 
 /// Largest error of a filtered sine of log light against the steady solution.
-fn error_of(stage: &str, effects: &[evpose_sensor::EffectConfig], step_us: i64) -> f64 {
+fn error_of(stage: &str, effects: &[EffectConfig], step_us: i64) -> f64 {
     let (f, tau) = (20.0, 1.0 / (std::f64::consts::TAU * 40.0));
     let w = std::f64::consts::TAU * f;
     let scene = |_, _, t: f64| light(-2.0 + 0.8 * (w * t).sin());
@@ -107,7 +107,7 @@ fn error_of(stage: &str, effects: &[evpose_sensor::EffectConfig], step_us: i64) 
 }
 
 /// Order of convergence between steps of 4 and 1 ms.
-fn order_of(stage: &str, effect: &evpose_sensor::EffectConfig) -> f64 {
+fn order_of(stage: &str, effect: &EffectConfig) -> f64 {
     let effects = std::slice::from_ref(effect);
     (error_of(stage, effects, 4_000) / error_of(stage, effects, 1_000)).log2() / 2.0
 }
@@ -249,7 +249,7 @@ fn noise_of_the_photoreceptor_alternates_and_is_steep_in_the_threshold() {
 fn behind_a_slow_source_follower_noise_is_that_of_the_dark() {
     let noise = effect("photoreceptor_noise").with("sigma", 0.2).with("cutoff_hz", 3_000.0);
     let follower = effect("source_follower").with("cutoff_hz", 100.0);
-    let count = |effects: &[evpose_sensor::EffectConfig], level: f64| {
+    let count = |effects: &[EffectConfig], level: f64| {
         let mut run = sensor(effects, size(10, 10), 7);
         record(&mut run, 5_000, 100, |_, _, _| level).len()
     };
@@ -261,7 +261,7 @@ fn behind_a_slow_source_follower_noise_is_that_of_the_dark() {
 
 #[test]
 fn dark_current_takes_contrast_from_the_dark() {
-    let count = |effects: &[evpose_sensor::EffectConfig], level: f64| {
+    let count = |effects: &[EffectConfig], level: f64| {
         let mut run = sensor(effects, size(1, 1), 1);
         record(&mut run, 2, 1_000, |_, _, t| if t > 0.0 { 4.0 * level } else { level }).len()
     };
@@ -327,6 +327,25 @@ fn a_lamp_makes_as_many_events_as_its_swing_has_thresholds() {
     }
 }
 
+/// A swing of little more than a threshold: pixels that begin at the mean never cross.
+#[test]
+fn pixels_that_remember_a_lamp_answer_to_every_period() {
+    let depth = (0.55 * C).tanh();
+    let lamp = effect("lamp_flicker").with("frequency_hz", 100.0).with("depth", depth);
+    let events = |effects: &[EffectConfig], period_us| {
+        let mut run = sensor(effects, size(1, 1), 1);
+        record(&mut run, 1_000_000 / period_us, period_us, |_, _, _| 0.4).len()
+    };
+    assert_eq!(events(std::slice::from_ref(&lamp), 250), 0);
+    let remembered = lamp.with("memory", "trough");
+    assert!(events(std::slice::from_ref(&remembered), 250).abs_diff(200) <= 2);
+    // Whole milliseconds, a part of a period that is not round, miss crests; parts of them do not.
+    let fast = remembered.with("frequency_hz", 137.0).with("phase_turns", 0.3);
+    let whole = events(std::slice::from_ref(&fast), 1_000);
+    let divided = events(&[fast, effect("adaptive_steps").with("max_parts", 8.0)], 1_000);
+    assert!(whole < 250 && divided.abs_diff(274) <= 3, "{whole} {divided}");
+}
+
 #[test]
 fn glare_fills_the_dark() {
     let scene = |x: usize, _, _| if x < 5 { 0.9 } else { 0.1 };
@@ -353,7 +372,7 @@ fn corners_get_the_fourth_power_of_the_cosine_and_lose_no_events() {
     };
     assert_near(at((5, 3)), 0.5, 1e-6);
     assert_near(at((0, 0)), 0.5 * (30f64.to_radians().cos()).powi(4), 1e-6);
-    let count = |effects: &[evpose_sensor::EffectConfig]| {
+    let count = |effects: &[EffectConfig]| {
         let mut run = sensor(effects, size(11, 7), 1);
         record(&mut run, 20, 1_000, |_, _, t| 0.3 * (50.0 * t).exp()).len()
     };

@@ -46,6 +46,7 @@ fn a_scan_sees_one_change_of_many_or_one_a_visit_or_all_at_once() {
         assert_times(&rise_of_four(scan("reset")), &[visit(0)]);
         assert_times(&rise_of_four(scan("kept")), &[0, 1, 2, 3].map(visit));
         assert_times(&rise_of_four(scan("free")), &[0, 0, 0, 0].map(visit));
+        assert_times(&rise_of_four(scan("latched")), &[visit(0)]);
     }
 }
 
@@ -84,6 +85,24 @@ fn a_pixel_that_goes_on_has_every_event_at_the_next_visit() {
             let visit_s = ((asked_s / 0.002 - phase).ceil() + phase) * 0.002;
             assert_near(*served_s, visit_s, 1.1e-6);
         }
+    }
+}
+
+#[test]
+fn a_latch_keeps_the_first_event_of_every_visit() {
+    let record_with = |waiting| {
+        let scan = effect("scanned_readout").with("period_us", 9_000.0).with("waiting", waiting);
+        let mut run = sensor(&[scan], size(6, 5), 1);
+        let wave = |x: usize, t: f64| 0.9 * (t * 300.0 + x as f64).sin();
+        let events = record(&mut run, 100, 500, |x, _, t| light(-2.0 + wave(x, t.min(0.045))));
+        times_by_pixel(&events, size(6, 5))
+    };
+    let (free, latched) = (record_with("free"), record_with("latched"));
+    for (mut free, latched) in free.into_iter().zip(latched) {
+        let all = free.len();
+        free.dedup();
+        assert!(free.len() < all, "several events a visit");
+        assert_eq!(free, latched);
     }
 }
 

@@ -137,7 +137,8 @@ pub(crate) fn scan_of(events: &EventStream) -> Option<Scan> {
     let from = events.t().partition_point(|t| t.0 < 0);
     let mut spots: Vec<Spot> =
         events.iter().skip(from).map(|e| Spot { t_us: e.t.0, x: e.x, y: e.y }).collect();
-    spots.truncate(MOST_SPOTS.max(spots.partition_point(|spot| spot.t_us < BLOCK_US)));
+    let many = MOST_SPOTS.max(spots.partition_point(|spot| spot.t_us < BLOCK_US));
+    spots.truncate(many.min(spots.partition_point(|spot| spot.t_us < LONGEST_US)));
     let length_us = spots.last()?.t_us as f64;
     let mut best: Option<Scan> = None;
     for is_by_row in [true, false] {
@@ -162,7 +163,8 @@ pub(crate) fn scan_of(events: &EventStream) -> Option<Scan> {
             let most = bands.clone().map(|k| excess[k]).fold(0.0, f64::max);
             let coarse = bands.clone().find(|k| {
                 excess[*k] > AS_LOCKED * most && excess[*k] >= excess[k + 1].max(excess[k - 1])
-            })?;
+            });
+            let Some(coarse) = coarse else { continue };
             // Turns per microsecond, from coarse steps to what a turn over the recording shows.
             let mut turns = (coarse as f64 + 0.5) / BLOCK_US as f64;
             let resultant = |turns: f64| -> f64 {
@@ -228,8 +230,10 @@ const AS_LOCKED: f64 = 0.8;
 /// Phases that belong to a clock.
 const NEAR_TURNS: f64 = 0.08;
 
-/// So many events tell the period.
+/// So many events, and so long a time in microseconds, tell the period; finer steps are tried the
+/// longer it is.
 const MOST_SPOTS: usize = 40_000;
+const LONGEST_US: i64 = 4_000_000;
 
 fn block_starts(view: &View<'_>) -> impl Iterator<Item = i64> {
     let (start_us, length_us) = (view.window.start.0, view.window.length().0);

@@ -26,10 +26,10 @@ const REACH_US: i64 = 5_000;
 const TOLERANCE_STEPS: f64 = 0.05;
 
 /// Share of all events that the edge of a bin may move.
-const BIN_TOLERANCE: f64 = 0.002;
+const BIN_TOLERANCE: f64 = 0.004;
 /// Lags are known to some share of the scene's step, over which each is spread: this is half the
 /// distance of two of the places it is put at.
-const GRAIN_STEPS: f64 = 0.013;
+const GRAIN_STEPS: f64 = 0.02;
 const KERNEL: [(i64, f64); 9] = [
     (-4, 0.04),
     (-3, 0.08),

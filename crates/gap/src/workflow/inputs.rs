@@ -9,8 +9,6 @@ use crate::naming::Bench;
 use crate::report::SECOND_RECORDING;
 use crate::{GapError, Lab, Layout, Scene, Stage};
 
-/// Length of the part for first tries.
-const SCREEN: Micros = Micros(400_000);
 /// Part of a single recording that is fitted; the rest is held out.
 const FITTED: f64 = 0.6;
 
@@ -47,7 +45,7 @@ impl Case {
     }
 
     /// The first part of the recording.
-    fn first(&self, duration: Micros) -> Self {
+    pub(super) fn first(&self, duration: Micros) -> Self {
         let scene = self.scene.first(duration);
         let window = TimeWindow { start: Micros(0), end: scene.duration() + Micros(1) };
         Self { measured: self.measured.slice(window), scene, window }
@@ -127,12 +125,17 @@ impl Prepared {
                 (train, Case { window, ..all })
             }
         };
+        let whole = train.window.end;
+        let train = train.fitted(inputs.is_quick);
+        if train.window.end < whole {
+            notes.push(format!("fitted: the first {:.3} s", train.window.end.as_seconds()));
+        }
         let staged = |case: Case| -> Result<(Case, Stage), GapError> {
             let stage = Stage::new(case.scene.clone(), &model.reference)?;
             Ok((case, stage))
         };
         Ok(Self {
-            screen: staged(train.first(SCREEN))?,
+            screen: staged(train.screen())?,
             train: staged(train)?,
             held: staged(held)?,
             model,

@@ -22,6 +22,7 @@ mod limits;
 mod model;
 mod outcome;
 mod own_run;
+mod parts;
 mod pose;
 mod trials;
 

@@ -15,7 +15,7 @@ use std::ops::Range;
 use evpose_core::{Polarity, StageNoise};
 
 use super::{PixelTerm, PixelTraits};
-use crate::gaussian::for_each_normal;
+use crate::gaussian::{PIECE, fill_normal};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Stage, Tick};
 use crate::wide::wide;
@@ -159,7 +159,16 @@ impl PixelTerm for LeakOn {
         wide(
             #[inline(always)]
             || {
-                for_each_normal(noise, pixels, |k, draw| leaked[k] -= scale * leak_per_s[k] * draw);
+                let pieces = leaked.chunks_mut(PIECE).zip(leak_per_s.chunks(PIECE));
+                for (piece, (leaked, leak_per_s)) in pieces.enumerate() {
+                    let mut draws = [0.0; PIECE];
+                    fill_normal(noise, pixels.start + piece * PIECE, &mut draws);
+                    for ((leaked, leak_per_s), draw) in
+                        leaked.iter_mut().zip(leak_per_s).zip(&draws)
+                    {
+                        *leaked -= scale * leak_per_s * draw;
+                    }
+                }
             },
         );
     }

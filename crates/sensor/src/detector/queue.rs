@@ -200,7 +200,7 @@ impl PixelArray {
                 self.pauses[pixel].free_s = f64::INFINITY;
                 Then::Keep
             }
-            Waiting::Free => {
+            Waiting::Free | Waiting::Latched => {
                 self.go_on(step, subject, firing);
                 Then::Nothing
             }

@@ -2,7 +2,9 @@
 //!
 //! # Model
 //! `I ← I (1 + depth w(f t + phase))`, with `w` a sine, or +1 in the first half of a period and -1
-//! in the second. A step sees the lamp at its exposure.
+//! in the second. A step sees the lamp at its exposure. A camera that is switched on under the lamp has
+//! pixels that answer to every period once the swing is more than a threshold, as soon as anything
+//! makes them answer to one; with `memory = "trough"` they begin so.
 //!
 //! # Source
 //! IEEE 1789-2015: 100 or 120 Hz from the mains, up to kilohertz from pulsed LEDs.
@@ -49,6 +51,13 @@ const PHASE: ParamSpec = ParamSpec {
 const WAVE: ChoiceSpec =
     ChoiceSpec { name: "wave", allowed: &["sine", "square"], doc: "mains or pulsed" };
 
+const MEMORY: ChoiceSpec = ChoiceSpec {
+    name: "memory",
+    allowed: &["now", "trough"],
+    doc: "light that pixels begin with: that of the first exposure, or the least of the lamp, which \
+          pixels remember that have answered to it for long",
+};
+
 /// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "lamp_flicker",
@@ -56,7 +65,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "the light of the scene varies periodically",
     formula: "I = I (1 + depth sin(2 pi (frequency_hz t + phase_turns)))",
     params: &[FREQUENCY, DEPTH, PHASE],
-    choices: &[WAVE],
+    choices: &[WAVE, MEMORY],
     files: &[],
     source: Citation {
         key: "IEEE 1789-2015",
@@ -75,9 +84,18 @@ pub(crate) static SPEC: StageSpec = StageSpec {
             depth: settings.number(&DEPTH),
             phase_turns: settings.number(&PHASE),
             is_square: settings.word(&WAVE) == "square",
+            begins_at_trough: settings.word(&MEMORY) == "trough",
         })))
     },
 };
+
+/// Where steps are divided, a period has so many parts: the chords of a sine then miss half a percent
+/// of its amplitude.
+const PARTS_OF_PERIOD: f64 = 32.0;
+
+/// The wave that pixels remember, just above its trough: the way back to the very trough would be as
+/// long as a threshold and no more, which may cross it or not.
+const REMEMBERED: f64 = -0.9;
 
 /// A periodic factor.
 #[derive(Debug)]
@@ -86,6 +104,7 @@ struct LampFlicker {
     depth: f64,
     phase_turns: f64,
     is_square: bool,
+    begins_at_trough: bool,
 }
 
 impl PixelStage for LampFlicker {
@@ -93,9 +112,15 @@ impl PixelStage for LampFlicker {
         self.depth <= 0.0
     }
 
+    /// Steps are straight, waves are not.
+    fn time_constant_s(&self) -> Option<f64> {
+        Some(1.0 / (PARTS_OF_PERIOD * self.frequency_hz))
+    }
+
     fn step(&self, tick: &Tick, block: &mut Block<'_>, _noise: StageNoise) {
         let turn = (self.frequency_hz * tick.end_s + self.phase_turns).rem_euclid(1.0);
         let wave = match (self.is_square, turn < 0.5) {
+            _ if self.begins_at_trough && tick.index == 0 => REMEMBERED,
             (false, _) => (TAU * turn).sin(),
             (true, true) => 1.0,
             (true, false) => -1.0,

@@ -13,7 +13,7 @@ use std::f64::consts::TAU;
 use evpose_core::StageNoise;
 
 use crate::exponential::decay;
-use crate::gaussian::for_each_normal;
+use crate::gaussian::{PIECE, fill_normal};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage, Tick};
 use crate::wide::wide;
@@ -110,26 +110,31 @@ impl PixelStage for PhotoreceptorNoise {
     /// The process has been running for ever.
     fn init(&self, block: &mut Block<'_>, noise: StageNoise) {
         let [now] = block.state.planes();
-        for_each_normal(noise, &block.pixels, |k, draw| now[k] = self.sigma * draw);
+        fill_normal(noise, block.pixels.start, now);
+        now.iter_mut().for_each(|draw| *draw *= self.sigma);
     }
 
     fn step(&self, tick: &Tick, block: &mut Block<'_>, noise: StageNoise) {
         let turns = (TAU * self.cutoff_hz * tick.dt_s()) as f32;
         let [now] = block.state.planes();
         let (signal, light) = (&mut *block.signal, block.photocurrent);
-        let n = now.len().min(signal.len()).min(light.len());
-        let (now, signal, light) = (&mut now[..n], &mut signal[..n], &light[..n]);
-        let pixels = block.pixels.start..block.pixels.start + n;
+        let first = block.pixels.start;
         wide(
             #[inline(always)]
             || {
-                for_each_normal(noise, &pixels, |k, draw| {
-                    let a = turns * (light[k] + self.dark_light);
-                    let left = 1.0 - decay(a);
-                    let fresh = decay(2.0 * a).sqrt();
-                    now[k] = left * now[k] + self.sigma * fresh * draw;
-                    signal[k] += now[k];
-                });
+                let pieces = now.chunks_mut(PIECE).zip(signal.chunks_mut(PIECE));
+                for (piece, ((now, signal), light)) in pieces.zip(light.chunks(PIECE)).enumerate() {
+                    let mut draws = [0.0; PIECE];
+                    fill_normal(noise, first + piece * PIECE, &mut draws);
+                    let pixels = now.iter_mut().zip(signal).zip(light).zip(&draws);
+                    for (((now, signal), light), draw) in pixels {
+                        let a = turns * (light + self.dark_light);
+                        let left = 1.0 - decay(a);
+                        let fresh = decay(2.0 * a).sqrt();
+                        *now = left * *now + self.sigma * fresh * draw;
+                        *signal += *now;
+                    }
+                }
             },
         );
     }

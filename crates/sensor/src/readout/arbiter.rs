@@ -109,7 +109,7 @@ impl Readout for Arbiter {
         self.reads_rows.then_some(RowTimes { row_s, event_s, max_wait_s })
     }
 
-    fn state_len(&self) -> usize {
+    fn state_len(&self, _size: SensorSize) -> usize {
         2
     }
 
@@ -144,7 +144,7 @@ mod tests {
     }
 
     fn served(arbiter: &Arbiter, requests: &[(f64, u32)]) -> Vec<Option<f64>> {
-        let mut state = vec![0.0; arbiter.state_len()];
+        let mut state = vec![0.0; arbiter.state_len(SIZE)];
         let serve = |&(t_s, pixel): &(f64, u32)| {
             let request = Request { t_s, pixel, polarity: Polarity::On, origin: Origin::Signal };
             arbiter.acknowledge(&request, SIZE, &mut state)

@@ -27,6 +27,8 @@ pub enum Waiting {
     Kept,
     /// It goes on: its requests queue, and only stamps are late.
     Free,
+    /// It goes on, but what it asks for while a request waits is lost: a bit per visit.
+    Latched,
 }
 
 /// The choice of what pixels do.
@@ -43,6 +45,7 @@ impl Waiting {
         match settings.word(&WAITING) {
             "kept" => Self::Kept,
             "free" => Self::Free,
+            "latched" => Self::Latched,
             _ => Self::Reset,
         }
     }
@@ -71,8 +74,9 @@ pub trait Readout: Send + Sync + Debug {
         Waiting::Reset
     }
 
-    /// How many `f64` values the readout keeps between requests; they start at zero.
-    fn state_len(&self) -> usize {
+    /// How many `f64` values the readout of so large a sensor keeps between requests; they start at
+    /// zero.
+    fn state_len(&self, _size: SensorSize) -> usize {
         0
     }
 
@@ -105,8 +109,8 @@ pub(crate) struct ReadoutMemory {
 
 impl ReadoutMemory {
     /// Of a readout that has never been used.
-    pub(crate) fn new(readout: &dyn Readout) -> Self {
-        Self { state: vec![0.0; readout.state_len()], bus: RowBus::new() }
+    pub(crate) fn new(readout: &dyn Readout, size: SensorSize) -> Self {
+        Self { state: vec![0.0; readout.state_len(size)], bus: RowBus::new() }
     }
 }
 

@@ -5,14 +5,14 @@
 //! end where the scan runs backwards. A request is served at the first visit not before it, so
 //! that event times are locked to a clock and a coordinate; a pixel that is blind while it waits
 //! has one event per visit: where it keeps its level, what it asks for at a visit waits for the
-//! next one.
+//! next one. Where it goes on and a visit reads one bit, what comes behind the first request is lost.
 //!
 //! # Source
 //! Son et al. 2017 for a scanned event sensor; Hu et al. 2021 discuss the artefact.
 
 use evpose_core::SensorSize;
 
-use super::{Readout, WAITING, Waiting};
+use super::{Readout, Waiting};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Request, Scale, StageSpec};
@@ -34,6 +34,13 @@ const DIRECTION: ChoiceSpec = ChoiceSpec {
     name: "direction",
     allowed: &["forward", "backward"],
     doc: "from the first line to the last, or from the last to the first",
+};
+
+const WAITING: ChoiceSpec = ChoiceSpec {
+    name: "waiting",
+    allowed: &["reset", "kept", "free", "latched"],
+    doc: "a pixel that waits is blind and then sees what there is, is blind but forgets nothing, \
+          goes on making requests, or goes on and loses them",
 };
 
 /// The registry entry.
@@ -81,7 +88,12 @@ impl Readout for Scanned {
         self.waiting
     }
 
-    fn acknowledge(&self, request: &Request, size: SensorSize, _state: &mut [f64]) -> Option<f64> {
+    /// The number of the last visit of every pixel that served it, counted from one.
+    fn state_len(&self, size: SensorSize) -> usize {
+        if self.waiting == Waiting::Latched { size.pixels() } else { 0 }
+    }
+
+    fn acknowledge(&self, request: &Request, size: SensorSize, state: &mut [f64]) -> Option<f64> {
         let width = u32::from(size.width);
         let (line, lines) = if self.visits_rows {
             (request.pixel / width, u32::from(size.height))
@@ -95,6 +107,12 @@ impl Readout for Scanned {
         // A pixel that has kept its level may ask again in the very moment of its visit.
         let is_over = self.waiting == Waiting::Kept && visit_s(visit) <= request.t_s;
         let visit = if is_over { visit + 1.0 } else { visit };
+        if let Some(last) = state.get_mut(request.pixel as usize) {
+            if *last >= visit + 1.0 {
+                return None;
+            }
+            *last = visit + 1.0;
+        }
         // Rounding must not serve a request before it was made.
         Some(visit_s(visit).max(request.t_s))
     }

@@ -1,0 +1,92 @@
+//! How much of a recording is looked at: enough to tell, no more.
+
+use evpose_core::Micros;
+
+use super::Case;
+
+/// Length of the part for first tries.
+const SCREEN: Micros = Micros(400_000);
+/// It is shorter where there are so many events before, though not shorter than this.
+const SCREEN_EVENTS: usize = 40_000;
+const LEAST_SCREEN: Micros = Micros(120_000);
+/// It is longer where there are fewer events than these.
+const LEAST_EVENTS: usize = 4_000;
+/// Models are fitted to no more events than these, which tell numbers to a fraction of a percent,
+const FITTED_EVENTS: usize = 400_000;
+/// nor, where it has to be quick, to more pixels times frames.
+const QUICK_PIXELS: usize = 24_000_000;
+/// but to so long a time.
+const LEAST_FITTED: Micros = Micros(500_000);
+
+impl Case {
+    /// The part for first tries.
+    pub(super) fn screen(&self) -> Self {
+        let short = self.time_of(SCREEN_EVENTS).clamp(LEAST_SCREEN, SCREEN);
+        self.first(short.max(self.time_of(LEAST_EVENTS)))
+    }
+
+    /// The part that models are fitted to.
+    pub(super) fn fitted(self, is_quick: bool) -> Self {
+        let size = self.scene.size();
+        let frames = QUICK_PIXELS / size.pixels();
+        let quick = Micros::from_seconds(frames as f64 / self.scene.fps());
+        let few = self.time_of(FITTED_EVENTS);
+        let most = if is_quick { few.min(quick) } else { few }.max(LEAST_FITTED);
+        if most < self.scene.duration() { self.first(most) } else { self }
+    }
+
+    /// When so many events have come; the end of the scene if they never do.
+    fn time_of(&self, events: usize) -> Micros {
+        let times = self.measured.t();
+        times.get(events).map_or(self.scene.duration(), |t| (*t).max(Micros(1)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use evpose_core::{Event, EventStream, Plane, Polarity, SensorSize};
+
+    use super::*;
+    use crate::Scene;
+
+    /// Events at an even rate over `seconds` of a scene of 1000 frames per second.
+    fn case(size: SensorSize, seconds: f64, events: usize) -> Case {
+        let frames = (1_000.0 * seconds) as usize + 1;
+        let plane = Plane::filled(usize::from(size.width), usize::from(size.height), 0.5_f32);
+        let scene = Scene::new(1_000.0, vec![plane; frames]).unwrap();
+        let step_us = 1e6 * seconds / events as f64;
+        let event = |k: usize| Event {
+            t: Micros((step_us * k as f64) as i64),
+            x: 0,
+            y: 0,
+            polarity: Polarity::On,
+        };
+        let events = EventStream::from_events(size, (0..events).map(event)).unwrap();
+        Case::new(&events, scene).unwrap()
+    }
+
+    #[test]
+    fn first_tries_are_made_on_enough_events_and_no_more() {
+        let small = SensorSize { width: 8, height: 6 };
+        let seconds = |events| case(small, 2.0, events).screen().scene.duration().as_seconds();
+        assert!((seconds(100_000) - 0.4).abs() < 2e-3);
+        assert!((seconds(400_000) - 0.2).abs() < 2e-3);
+        assert!((seconds(2_000_000) - 0.12).abs() < 2e-3);
+        assert!((seconds(8_000) - 1.0).abs() < 2e-3);
+        assert!((seconds(50) - 2.0).abs() < 2e-3);
+    }
+
+    #[test]
+    fn large_recordings_are_fitted_in_part() {
+        let small = SensorSize { width: 8, height: 6 };
+        let large = SensorSize { width: 240, height: 180 };
+        let seconds = |size, events, is_quick| {
+            case(size, 2.0, events).fitted(is_quick).scene.duration().as_seconds()
+        };
+        assert!((seconds(small, 10_000, true) - 2.0).abs() < 1e-9);
+        assert!((seconds(large, 10_000, false) - 2.0).abs() < 1e-9);
+        assert!((seconds(large, 10_000, true) - 24.0 / 43.2).abs() < 2e-3);
+        assert!((seconds(small, 1_000_000, false) - 0.8).abs() < 2e-3);
+        assert!((seconds(small, 4_000_000, false) - 0.5).abs() < 2e-3);
+    }
+}
