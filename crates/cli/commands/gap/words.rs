@@ -7,23 +7,29 @@ use evpose_sensor::STAGES;
 
 /// The answer as a heading.
 pub(crate) fn headline(verdict: &Verdict) -> String {
-    let names = names(verdict);
+    let of = |kind| names(verdict, |finding| finding.kind == kind);
     if verdict.is_bare() {
+        let names = names(verdict, |_| true);
         return match verdict.verdict {
             Answer::Effects => format!("The recording alone is consistent with: {names}"),
             Answer::NoGap => "The recording alone shows nothing that the model lacks".to_owned(),
             _ => "The recording alone shows something, but not what".to_owned(),
         };
     }
-    let plural = if verdict.effects.len() > 1 { "s" } else { "" };
+    let (effects, wrong) = (of(FindingKind::Effect), of(FindingKind::Parameter));
+    let plural = if effects.contains('+') { "s" } else { "" };
+    let also = if wrong.is_empty() { wrong.clone() } else { format!(" (and set wrong: {wrong})") };
     match verdict.verdict {
         Answer::NoGap => "No gap: the model explains the recording".to_owned(),
-        Answer::Parameter if names.is_empty() => "A number of the model is set wrong".to_owned(),
-        Answer::Parameter => format!("Nothing is missing, but set wrong: {names}"),
+        Answer::Parameter if wrong.is_empty() => "A number of the model is set wrong".to_owned(),
+        Answer::Parameter => format!("Nothing is missing, but set wrong: {wrong}"),
         Answer::Effects if verdict.remaining.is_significant => {
-            format!("Missing effect{plural}: {names}, and something that is not in the catalogue")
+            format!(
+                "Missing effect{plural}: {effects}, and something that is not in the \
+                 catalogue{also}"
+            )
         }
-        Answer::Effects => format!("Missing effect{plural}: {names}"),
+        Answer::Effects => format!("Missing effect{plural}: {effects}{also}"),
         Answer::NoneOfCatalogue => {
             "Something is missing that the catalogue does not hold".to_owned()
         }
@@ -32,8 +38,9 @@ pub(crate) fn headline(verdict: &Verdict) -> String {
 }
 
 /// Names of what was found, joined.
-fn names(verdict: &Verdict) -> String {
-    let names: Vec<&str> = verdict.effects.iter().map(|finding| finding.name.as_str()).collect();
+fn names(verdict: &Verdict, is_wanted: impl Fn(&&Finding) -> bool) -> String {
+    let found = verdict.effects.iter().filter(is_wanted);
+    let names: Vec<&str> = found.map(|finding| finding.name.as_str()).collect();
     names.join(" + ")
 }
 

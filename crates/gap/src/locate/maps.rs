@@ -7,6 +7,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::arrows::{Arrow, arrows};
 use super::significance::discoveries;
 use crate::View;
 
@@ -46,6 +47,9 @@ pub struct Maps {
     pub silent: usize,
     /// Events that hot pixels have beyond those of the model.
     pub hot_events: f64,
+    /// How far parts of the image are displaced.
+    #[serde(default)]
+    pub arrows: Vec<Arrow>,
 }
 
 /// Residuals over the image, several pixels together where there are many.
@@ -157,6 +161,7 @@ pub(super) fn maps(measured: &View<'_>, runs: &[View<'_>]) -> Maps {
         hot,
         silent,
         hot_events,
+        arrows: arrows(measured, runs),
     }
 }
 

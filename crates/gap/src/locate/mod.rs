@@ -12,6 +12,7 @@
 //! All of it compares numbers of events with those of several runs of the model. What such runs do
 //! among themselves is what chance does.
 
+mod arrows;
 mod attribution;
 mod axis;
 mod maps;
@@ -29,6 +30,7 @@ use serde::{Deserialize, Serialize};
 use crate::View;
 use crate::verdict::Where;
 
+pub use arrows::Arrow;
 pub use attribution::{Attribution, Explained};
 pub use axis::Axis;
 pub use maps::{Maps, OddPixel, Profile, ResidualImage};

@@ -8,7 +8,7 @@
 
 use crate::probe::image::Image;
 
-const TILES: (usize, usize) = (6, 4);
+pub(crate) const TILES: (usize, usize) = (6, 4);
 /// Shift in x and in y, scale, rotation and the cube of the radius, the latter at the corner.
 pub(super) const TERMS: usize = 5;
 /// Pixels at the border where smooth images end in nothing, which does not move.
@@ -18,6 +18,9 @@ const MAX_PX: f64 = 5.0;
 /// What pulls displacements to zero where the reference has few events or no gradient: a share of
 /// its gradients, and as many squared counts.
 const RIDGE: (f64, f64) = (0.005, 5.0);
+
+/// Squared counts of gradients from which a tile says where it is.
+const TELLING: f64 = 10.0;
 
 /// Equations of the displacement of a tile: their symmetric matrix and their right side.
 #[derive(Debug, Clone, Copy, Default)]
@@ -78,6 +81,12 @@ impl Displacement {
                 tile.weight += f64::from(rx * rx + ry * ry);
             }
         }
+    }
+
+    /// How far tiles are displaced, row by row; none where too little moves to tell.
+    pub(super) fn of_tiles(&self) -> Vec<Option<(f64, f64)>> {
+        let moves = |tile: &Tile| tile.weight > TELLING;
+        self.tiles.iter().map(|tile| moves(tile).then(|| tile.displacement())).collect()
     }
 
     /// The terms of the field in pixels, and the root of mean squares of what they leave, for an

@@ -5,6 +5,7 @@
 //! that are late lie behind along the motion; that is also a matter of [`timing`](super::timing).
 
 use crate::probe::displacement::Displacement;
+pub(crate) use crate::probe::displacement::TILES;
 use crate::probe::image::{Image, dot};
 use crate::probe::{Probe, reference};
 use crate::{Block, Entry, View};
@@ -58,6 +59,20 @@ fn images(view: &View<'_>) -> Vec<[Image; 2]> {
         *count = count.clamp(-MAX_COUNT, MAX_COUNT);
     }
     images
+}
+
+/// The displacement of a view's images, tile by tile.
+pub(crate) fn displacements(view: &View<'_>) -> Vec<Option<(f64, f64)>> {
+    displacement(view).of_tiles()
+}
+
+fn displacement(view: &View<'_>) -> Displacement {
+    let mut displacement = Displacement::default();
+    for [measured, expected] in images(view) {
+        let smooth = |image: Image| image.smoothed(1).smoothed(2);
+        displacement.add(&smooth(measured), &smooth(expected));
+    }
+    displacement
 }
 
 impl Probe for Geometry {

@@ -19,9 +19,10 @@ mod spatial;
 mod spectrum;
 mod swing;
 #[cfg(test)]
-mod testing;
+pub(crate) mod testing;
 mod timing;
 
+pub(crate) use geometry::{TILES, displacements};
 pub(crate) use scan::scan_of;
 
 use crate::{Block, Cell, Entry, Kind, View};

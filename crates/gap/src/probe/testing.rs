@@ -12,7 +12,7 @@ use crate::view::Expected;
 use crate::{Classes, Scene, Stage, View};
 
 /// Columns from here on are at rest.
-pub(super) const REST_FROM: u16 = 64;
+pub(crate) const REST_FROM: u16 = 64;
 const SIZE: SensorSize = SensorSize { width: 96, height: 72 };
 const FPS: f64 = 1_000.0;
 const PLANES: usize = 601;
@@ -48,17 +48,17 @@ fn made() -> &'static (Stage, EventStream) {
 }
 
 /// The scene and the events of an ideal sensor.
-pub(super) fn stage() -> &'static Stage {
+pub(crate) fn stage() -> &'static Stage {
     &made().0
 }
 
 /// The events of the ideal sensor, as if measured.
-pub(super) fn events() -> &'static EventStream {
+pub(crate) fn events() -> &'static EventStream {
     &made().1
 }
 
 /// A stage of two steps in which nothing happens.
-pub(super) fn tiny(width: u16, height: u16) -> Stage {
+pub(crate) fn tiny(width: u16, height: u16) -> Stage {
     let size = SensorSize { width, height };
     let scene = Scene::new(FPS, vec![Plane::for_sensor(size, 0.5); 3]).unwrap();
     let events = corner_events(width, height);
@@ -66,31 +66,31 @@ pub(super) fn tiny(width: u16, height: u16) -> Stage {
 }
 
 /// Events at either end of a sensor.
-pub(super) fn corner_events(width: u16, height: u16) -> EventStream {
+pub(crate) fn corner_events(width: u16, height: u16) -> EventStream {
     let at = |t, x, y| Event { t: Micros(t), x, y, polarity: Polarity::On };
     let events = [at(0, 0, 0), at(700, width - 1, height - 1), at(700, 0, 0)];
     EventStream::from_events(SensorSize { width, height }, events).unwrap()
 }
 
 /// All of the scene.
-pub(super) fn whole() -> TimeWindow {
+pub(crate) fn whole() -> TimeWindow {
     TimeWindow { start: Micros(0), end: Micros(600_001) }
 }
 
 /// Events in order of time, whatever order they come in.
-pub(super) fn stream(events: impl IntoIterator<Item = Event>) -> EventStream {
+pub(crate) fn stream(events: impl IntoIterator<Item = Event>) -> EventStream {
     let mut events: Vec<Event> = events.into_iter().collect();
     events.sort_by_key(|event| event.t);
     EventStream::from_events(SIZE, events).unwrap()
 }
 
 /// The events of the ideal sensor, each changed or taken out.
-pub(super) fn changed(change: impl FnMut(Event) -> Option<Event>) -> EventStream {
+pub(crate) fn changed(change: impl FnMut(Event) -> Option<Event>) -> EventStream {
     stream(events().iter().filter_map(change))
 }
 
 /// Events without a cause, anywhere and at any time.
-pub(super) fn noise(count: usize, seed: u64) -> Vec<Event> {
+pub(crate) fn noise(count: usize, seed: u64) -> Vec<Event> {
     let mut rng = CounterRng::new(seed, "noise", 0);
     let mut event = || Event {
         t: Micros(rng.below(600_000) as i64),
@@ -102,7 +102,7 @@ pub(super) fn noise(count: usize, seed: u64) -> Vec<Event> {
 }
 
 /// One number of a probe, before any change of scale.
-pub(super) fn number(probe: &dyn Probe, events: &EventStream, name: &str) -> f64 {
+pub(crate) fn number(probe: &dyn Probe, events: &EventStream, name: &str) -> f64 {
     let entries = probe.entries();
     let place = entries.iter().position(|entry| entry.name == name);
     let mut numbers = Vec::new();

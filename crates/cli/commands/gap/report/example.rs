@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use evpose_gap::Block;
-use evpose_gap::locate::{Located, Profile, Region};
+use evpose_gap::locate::{Arrow, Located, Profile, Region};
 use evpose_gap::report::{
     Ablation, BlockGap, Change, Confusability, Fact, Film, Frame, Plot, ProbeRow, Ranked,
     ReportData, Scale,
@@ -134,6 +134,8 @@ fn located() -> Located {
     located.maps.rows = profile(2);
     located.maps.columns = profile(2);
     located.maps.times = profile(5);
+    let arrow = Arrow { x: 0.5, y: 0.5, dx_px: 1.25, dy_px: 0.0, is_significant: true };
+    located.maps.arrows = vec![arrow];
     located.scan.regions = vec![Region { sentence: "Excess here".to_owned(), ..Region::default() }];
     located
 }

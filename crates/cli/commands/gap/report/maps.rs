@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use anyhow::Result;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use evpose_gap::locate::{Maps, Profile, ResidualImage};
+use evpose_gap::locate::{Arrow, Maps, Profile, ResidualImage};
 use image::{Rgb, RgbImage};
 
 use crate::report::png;
@@ -17,6 +17,8 @@ const FAINT: f64 = 0.35;
 /// Width of pictures and strips, pixels.
 const WIDTH: usize = 330;
 const STRIP: f64 = 54.0;
+/// Length of the longest arrow, pixels of the page.
+const ARROW: f64 = 36.0;
 
 const PAPER: [f64; 3] = [250.0, 250.0, 251.0];
 const MORE: [f64; 3] = [200.0, 70.0, 0.0];
@@ -53,11 +55,45 @@ pub(super) fn figure(maps: &Maps, title: &str) -> Result<String> {
          src=\"data:image/png;base64,{}\"><figcaption>significant: {caption}</figcaption>",
         STANDARD.encode(png(&picture)?)
     );
+    figure += &quiver(maps, WIDTH as f64 * *height as f64 / *width as f64);
     let strips = [("columns", &maps.columns), ("rows", &maps.rows), ("time", &maps.times)];
     for (name, profile) in strips {
         figure += &strip(profile, name);
     }
     Ok(figure + "</figure>")
+}
+
+/// Arrows over a frame of the shape of the image, many times as long as displacements are.
+fn quiver(maps: &Maps, height: f64) -> String {
+    let length = |arrow: &Arrow| arrow.dx_px.hypot(arrow.dy_px);
+    let longest = maps.arrows.iter().map(length).fold(0.0, f64::max);
+    if !maps.arrows.iter().any(|arrow| arrow.is_significant) {
+        return String::new();
+    }
+    let width = WIDTH as f64;
+    let scale = ARROW / longest;
+    let mut svg = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height:.0}\" \
+         width=\"{width}\" height=\"{height:.0}\" font-size=\"11\" style=\"display:block;\
+         margin-top:6px;background:#fff;border:1px solid var(--line)\">"
+    );
+    for arrow in &maps.arrows {
+        let (x, y) = (arrow.x * width, arrow.y * height);
+        let (dx, dy) = (scale * arrow.dx_px, scale * arrow.dy_px);
+        let ink = if arrow.is_significant { "#c84600" } else { "#b9bfc9" };
+        let _ = write!(
+            svg,
+            "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"2.2\" fill=\"{ink}\"/><line x1=\"{x:.1}\" \
+             y1=\"{y:.1}\" x2=\"{:.1}\" y2=\"{:.1}\" stroke=\"{ink}\" stroke-width=\"1.6\"/>",
+            x + dx,
+            y + dy
+        );
+    }
+    let _ = write!(
+        svg,
+        "<text x=\"4\" y=\"12\" fill=\"#5d6675\">displacement, the longest {longest:.2} px</text></svg>"
+    );
+    svg
 }
 
 /// Residuals along a line as bars to either side.

@@ -11,6 +11,7 @@ fn a_page_holds_everything_and_needs_no_other_file() {
         "charge leaks off the memory",
         "rate_hz = 2.04 Hz [1.95, 2.11]",
         "Excess here",
+        "displacement, the longest 1.25 px",
         "leak_on added",
         "by the logarithm",
         "with no effect",

@@ -1,0 +1,75 @@
+//! How far parts of the image are from where the model has them.
+
+use serde::{Deserialize, Serialize};
+
+use crate::View;
+use crate::probe::{TILES, displacements};
+
+/// Differences up to this do not matter, pixels, nor do those up to so many standard deviations of
+/// runs of the model.
+const TOLERANCE_PX: f64 = 0.1;
+const SPREADS: f64 = 3.0;
+
+/// The displacement of a part of the image, from the model to the recording.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Arrow {
+    /// Its centre, as parts of width and height.
+    pub x: f64,
+    /// See `x`.
+    pub y: f64,
+    /// How far right, pixels.
+    pub dx_px: f64,
+    /// How far down, pixels.
+    pub dy_px: f64,
+    /// Whether it is more than chance and matters.
+    pub is_significant: bool,
+}
+
+/// Arrows of all parts in which enough moves to tell.
+pub(super) fn arrows(measured: &View<'_>, runs: &[View<'_>]) -> Vec<Arrow> {
+    let found = displacements(measured);
+    let of_runs: Vec<_> = runs.iter().map(displacements).collect();
+    let arrow = |(tile, found): (usize, &Option<(f64, f64)>)| {
+        let (x, y) = (*found)?;
+        let others: Vec<(f64, f64)> = of_runs.iter().filter_map(|run| run[tile]).collect();
+        let n = others.len() as f64;
+        let mean = |of: fn(&(f64, f64)) -> f64| others.iter().map(of).sum::<f64>() / n;
+        let (mean_x, mean_y) = (mean(|d| d.0), mean(|d| d.1));
+        let squares = others.iter().map(|d| (d.0 - mean_x).powi(2) + (d.1 - mean_y).powi(2));
+        let spread = (squares.sum::<f64>() / (n - 1.0).max(1.0)).sqrt();
+        let (dx_px, dy_px) = (x - mean_x, y - mean_y);
+        let centre = |i: usize, n: usize| (i as f64 + 0.5) / n as f64;
+        (n > 0.0).then(|| Arrow {
+            x: centre(tile % TILES.0, TILES.0),
+            y: centre(tile / TILES.0, TILES.1),
+            dx_px,
+            dy_px,
+            is_significant: dx_px.hypot(dy_px) > TOLERANCE_PX + SPREADS * spread,
+        })
+    };
+    found.iter().enumerate().filter_map(arrow).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use evpose_core::Event;
+
+    use super::*;
+    use crate::probe::testing;
+
+    #[test]
+    fn a_shift_shows_as_arrows_that_agree() {
+        let shifted =
+            testing::changed(|event| (event.x < 94).then(|| Event { x: event.x + 2, ..event }));
+        let view = |events| View::new(testing::stage(), events, testing::whole());
+        let own = view(testing::events());
+        let found = arrows(&view(&shifted), &[view(testing::events())]);
+        assert!(found.len() > 4, "{}", found.len());
+        for arrow in &found {
+            let Arrow { dx_px, dy_px, is_significant, .. } = *arrow;
+            assert!(is_significant && (dx_px - 2.0).abs() < 1.0 && dy_px.abs() < 0.6, "{arrow:?}");
+        }
+        let none = arrows(&own, &[view(testing::events())]);
+        assert!(none.iter().all(|arrow| !arrow.is_significant));
+    }
+}
