@@ -4,14 +4,14 @@
 use std::f64::consts::TAU;
 
 use evpose_core::EventStream;
-use evpose_sensor::{EffectConfig, ParamSpec, STAGES};
+use evpose_sensor::{EffectConfig, ParamSpec, STAGES, SensorConfig};
 
-use crate::candidate::Trial;
+use crate::candidate::{Candidate, Trial};
 
 /// What a recording shows directly of some effects.
 #[derive(Debug, Clone)]
 pub struct Hints {
-    of: Vec<(&'static str, EffectConfig)>,
+    of: Vec<Read>,
 }
 
 impl Hints {
@@ -21,11 +21,32 @@ impl Hints {
         Self { of: of.into_iter().flatten().collect() }
     }
 
+    /// A readout that stamps leave no doubt about, whatever else there is, beside `model`.
+    pub(crate) fn sure(
+        &self,
+        model: &SensorConfig,
+        left_out: &[String],
+    ) -> Option<(&'static str, Trial)> {
+        let is_sure = |(_, _, share): &&Read| *share > SURE;
+        let (name, ..) = self.of.iter().rev().find(is_sure)?;
+        let candidate =
+            Candidate::beside(model, left_out).into_iter().find(|one| one.name() == *name)?;
+        let (_, words) = USUAL.iter().find(|(effect, _)| effect == name)?;
+        let has_words = |trial: &Trial| {
+            words.iter().all(|(key, word)| {
+                trial.effect.params.get(*key) == Some(&evpose_sensor::Value::from(*word))
+            })
+        };
+        let plainest = candidate.trials().into_iter().filter_map(|form| form.into_iter().next());
+        let trial = plainest.filter(has_words).last()?;
+        Some((name, self.applied(name, &trial)))
+    }
+
     /// The trial, with the numbers that the recording shows directly set. They are no longer fitted,
     /// but for those that it shows roughly.
     pub(crate) fn applied(&self, name: &str, trial: &Trial) -> Trial {
         let mut hinted = trial.clone();
-        let Some((_, read)) = self.of.iter().find(|(effect, _)| *effect == name) else {
+        let Some((_, read, _)) = self.of.iter().find(|(effect, ..)| *effect == name) else {
             return hinted;
         };
         hinted.effect.params.extend(read.params.clone());
@@ -39,13 +60,21 @@ impl Hints {
     }
 }
 
+/// Where so many stamps keep to a readout, it is there.
+const SURE: f64 = 0.9;
+/// What pixels do while they wait for it, and how it is read.
+const USUAL: &[(&str, &[(&str, &str)])] = &[
+    ("arbiter", &[("order", "rows"), ("waiting", "free")]),
+    ("scanned_readout", &[("waiting", "latched")]),
+];
+
 /// Numbers that are read off roughly: events come late in the wave of a lamp, stamps of a bus are
 /// whole microseconds.
 const ROUGH: &[(&str, &str)] =
     &[("lamp_flicker", "phase_turns"), ("arbiter", "rate_hz"), ("arbiter", "row_ns")];
 
-/// An effect with what was read of it.
-type Read = (&'static str, EffectConfig);
+/// An effect with what was read of it, and the share of stamps that keep to it.
+type Read = (&'static str, EffectConfig, f64);
 
 /// Rates are sampled this often.
 const BIN_US: i64 = 500;
@@ -85,7 +114,7 @@ fn flicker(events: &EventStream) -> Option<Read> {
     // Light 1 + m sin(2 pi f t + phi) changes as cos(2 pi f t + phi), whose transform this is.
     let phase_turns = (-s).atan2(c) / TAU;
     let read = EffectConfig::new("lamp_flicker").with("frequency_hz", hz);
-    Some(("lamp_flicker", read.with("phase_turns", phase_turns.rem_euclid(1.0))))
+    Some(("lamp_flicker", read.with("phase_turns", phase_turns.rem_euclid(1.0)), 0.0))
 }
 
 /// The longest period that all stamps keep to; none where that is the microsecond.
@@ -99,7 +128,7 @@ fn tick(events: &EventStream) -> Option<Read> {
     let first = events.t().first()?.0;
     let tick = events.t().iter().fold(0, |tick, t| gcd(tick, t.0 - first));
     let name = "timestamp_quantisation";
-    (tick > 1).then(|| (name, EffectConfig::new(name).with("period_us", tick as f64)))
+    (tick > 1).then(|| (name, EffectConfig::new(name).with("period_us", tick as f64), 0.0))
 }
 
 /// A hot pixel has so many events more than the median of its neighbours, and so many times more.
@@ -138,7 +167,7 @@ fn hot(events: &EventStream) -> Option<Read> {
     let median = excesses.get(excesses.len() / 2)?;
     let fraction = (excesses.len() as f64 / size.pixels() as f64).clamp(1e-6, 0.5);
     let read = EffectConfig::new("hot_pixels").with("fraction", fraction);
-    Some(("hot_pixels", read.with("median_hz", (median / seconds).max(0.1))))
+    Some(("hot_pixels", read.with("median_hz", (median / seconds).max(0.1)), 0.0))
 }
 
 /// A readout is believed where this share of all stamps is locked to it.
@@ -153,7 +182,7 @@ fn scan(events: &EventStream) -> Option<Read> {
         .with("direction", if found.is_backward { "backward" } else { "forward" });
     let is_locked = found.locked > LOCKED;
     let read = if is_locked { read.with("period_us", found.period_us) } else { read };
-    Some(("scanned_readout", read))
+    Some(("scanned_readout", read, found.locked))
 }
 
 /// Longest time between two events of a busy bus, microseconds.
@@ -179,12 +208,13 @@ fn bus(events: &EventStream) -> Option<Read> {
         let (n, m) = (times[best] as f64, times[best - 1] as f64);
         let all: usize = times.iter().sum();
         let mean_us = best as f64 - m / (n + m);
-        (n + m > PACED * all as f64).then_some(mean_us)
+        let share = (n + m) / all.max(1) as f64;
+        (share > PACED).then_some((mean_us, share))
     });
-    let [Some(event_us), Some(row_us)] = paced else { return None };
+    let [Some((event_us, of_events)), Some((row_us, of_rows))] = paced else { return None };
     let row_ns = (1e3 * (row_us - event_us)).max(1.0);
     let read = EffectConfig::new("arbiter").with("rate_hz", 1e6 / event_us);
-    Some(("arbiter", read.with("row_ns", row_ns)))
+    Some(("arbiter", read.with("row_ns", row_ns), of_events.min(of_rows)))
 }
 
 #[cfg(test)]
@@ -219,7 +249,8 @@ mod tests {
                 }
                 t_us += 3_000.0;
             }
-            let (_, read) = bus(&stream(busy)).unwrap();
+            let (_, read, share) = bus(&stream(busy)).unwrap();
+            assert!(share > 0.9, "{share}");
             let found = |key| read.number(key).unwrap();
             assert!((1e6 / found("rate_hz") - event_us).abs() < 0.1, "{read:?}");
             assert!((1e-3 * found("row_ns") - row_us).abs() < 0.6, "{read:?}");

@@ -8,6 +8,7 @@
 use evpose_sensor::SensorConfig;
 
 use crate::closeness::distance;
+use crate::fit::Fit;
 use crate::hint::Hints;
 use crate::parameters::Parameter;
 use crate::search::{Found, judged, refit, search};
@@ -156,10 +157,41 @@ impl Bench<'_> {
             named.after = step.contenders[0].held.clone();
             named.steps.push(step);
         }
+        if named.steps.len() < MOST_EFFECTS
+            && is_partial(&named)
+            && let Some(other) = self.behind_a_readout(&named, model, &hints, left_out)?
+        {
+            named = other;
+        }
         without_parts(&mut named, model);
         named.moved = moved(model, &named.after.model, named.steps.is_empty());
         named.answer = answer(&named);
         Ok(named)
+    }
+
+    /// Another effect with a readout that stamps leave no doubt about: alone neither may help, since
+    /// pixels that have more events than the camera's keep its bus busier.
+    fn behind_a_readout(
+        &self,
+        named: &Named,
+        model: &SensorConfig,
+        hints: &Hints,
+        left_out: &[String],
+    ) -> Result<Option<Named>, GapError> {
+        let Some((name, trial)) = hints.sure(&named.refitted.model, left_out) else {
+            return Ok(None);
+        };
+        let with = trial.beside(&named.before.model);
+        let fit = Fit { misfit: judged(&self.train, &with, 1)?.0, model: with.clone() };
+        let held = self.judge(&with)?;
+        let mut behind = named.clone();
+        behind.after = held.clone();
+        let contenders = vec![Contender { found: Found { name, fit, trial }, held }];
+        behind.steps = vec![Step { contenders, confusable: Vec::new() }];
+        let Some(step) = self.step(&behind, model, hints, left_out)? else { return Ok(None) };
+        behind.after = step.contenders[0].held.clone();
+        behind.steps.push(step);
+        Ok((!is_partial(&behind) && behind.after.misfit < named.after.misfit).then_some(behind))
     }
 
     /// Whether there is something left to be explained.
@@ -220,7 +252,9 @@ impl Bench<'_> {
         });
         let Some(best) = contenders.first() else { return Ok(None) };
         let gain = named.after.misfit - best.held.misfit;
-        self.closest_first(&mut contenders, gain)?;
+        if named.steps.is_empty() {
+            self.closest_first(&mut contenders, gain)?;
+        }
         let best = &contenders[0];
         // What numbers of the model close already has to be much better another way.
         let is_open = named.after.gap > CLOSED;
@@ -294,17 +328,21 @@ fn explained(before: &Judged, after: &Judged) -> f64 {
     1.0 - after.misfit / before.misfit.max(1e-9)
 }
 
+/// Whether what was found leaves too much.
+fn is_partial(named: &Named) -> bool {
+    let least = if named.after.gap > WIDE { EXPLAINS_WIDE } else { EXPLAINS };
+    named.after.gap > CLOSED && explained(&named.before, &named.after) < least
+}
+
 /// The answer, from what moved and what was added.
 fn answer(named: &Named) -> Answer {
     let is_open = named.after.gap > CLOSED;
     let is_wide = named.after.gap > WIDE;
-    let least = if is_wide { EXPLAINS_WIDE } else { EXPLAINS };
-    let is_partial = is_open && explained(&named.before, &named.after) < least;
     match (named.steps.len(), named.moved.is_empty()) {
         (0, true) if is_wide => Answer::NoneOfCatalogue,
         (0, true) if is_open => Answer::Undecided,
         (0, true) => Answer::NoGap,
-        _ if is_partial => Answer::NoneOfCatalogue,
+        _ if is_partial(named) => Answer::NoneOfCatalogue,
         (0, false) => Answer::Parameter,
         _ if named.steps.iter().any(|step| step.confusable.len() > 2) => Answer::Undecided,
         _ => Answer::Effects,
