@@ -127,7 +127,7 @@ mod tests {
     const NEUTRAL: Calibration = Calibration {
         intercept: 0.0,
         slopes: [1.0, 0.0, 0.0, 0.0],
-        of_effect: ErrorScale { factor: 3.35, floor: 0.1 },
+        of_effect: ErrorScale { factor: 1.0, floor: 0.0 },
         of_model: ErrorScale { factor: 1.0, floor: 0.0 },
     };
 
