@@ -38,7 +38,7 @@ impl Hints {
             })
         };
         let plainest = candidate.trials().into_iter().filter_map(|form| form.into_iter().next());
-        let trial = plainest.filter(has_words).last()?;
+        let trial = plainest.filter(has_words).next_back()?;
         Some((name, self.applied(name, &trial)))
     }
 
