@@ -37,8 +37,9 @@ impl Hints {
                 trial.effect.params.get(*key) == Some(&evpose_sensor::Value::from(*word))
             })
         };
-        let plainest = candidate.trials().into_iter().filter_map(|form| form.into_iter().next());
-        let trial = plainest.filter(has_words).next_back()?;
+        let mut plainest =
+            candidate.trials().into_iter().filter_map(|form| form.into_iter().next());
+        let trial = plainest.rfind(has_words)?;
         Some((name, self.applied(name, &trial)))
     }
 
