@@ -32,7 +32,8 @@ impl Candidate {
     /// Effects that `model` does not hold yet, without those of `left_out`.
     ///
     /// A candidate has a strength that is a property of cameras, which leaves out conventions of
-    /// simulators and how frames of a scene came about, and is no other detector or photoreceptor in the place of that of the model.
+    /// simulators and how frames of a scene came about, and is no other detector or photoreceptor in
+    /// the place of that of the model.
     pub fn beside(model: &SensorConfig, left_out: &[String]) -> Vec<Self> {
         let is_open = |spec: &&StageSpec| {
             model.effect(spec.name).is_none() && !left_out.iter().any(|name| name == spec.name)
@@ -46,8 +47,10 @@ impl Candidate {
             None => true,
             Some(place) => place == READOUT,
         };
-        let is_of_scene = self.name() == "exposure_blur";
-        self.strength().is_some() && !is_parameter(self.name()) && !is_of_scene && has_place
+        self.strength().is_some()
+            && !is_parameter(self.name())
+            && !is_of_scene(self.name())
+            && has_place
     }
 
     /// The name in the catalogue.
@@ -122,6 +125,11 @@ fn place(spec: &'static StageSpec) -> Option<&'static str> {
 /// What the model has anyway: numbers of these are refitted before any effect is looked for.
 pub fn is_parameter(effect: &str) -> bool {
     matches!(effect, "uniform_noise" | "level_crossing" | "logarithmic" | "clock_offset_drift")
+}
+
+/// How frames of a scene came about, rather than what a camera does.
+fn is_of_scene(effect: &str) -> bool {
+    effect == "exposure_blur"
 }
 
 /// Effects that a second number makes strong on its own. The first is then as strong as is typical,

@@ -9,6 +9,7 @@
 //!   -> Verdict    no gap, a parameter, effects, none of the catalogue, undecided
 //! ```
 
+mod answer;
 pub mod c2st;
 pub mod candidate;
 mod classes;
@@ -33,6 +34,7 @@ mod scene;
 mod screen;
 pub mod search;
 mod simulate;
+mod step;
 mod summary;
 pub mod surrogate;
 pub mod verdict;

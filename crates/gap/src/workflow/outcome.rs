@@ -8,9 +8,10 @@ use super::chance::chance_of_largest;
 use super::findings::{Evidenced, evidenced};
 use super::gap_value::{RUNS, deviations, resampled};
 use super::{Directions, Prepared, ablation, gap_value, limits};
+use crate::answer::reduction;
 use crate::c2st::two_sample;
 use crate::locate::{Located, locate};
-use crate::naming::{Bench, Judged, Named, reduction};
+use crate::naming::{Bench, Judged, Named};
 use crate::report::{
     Confusability, Doubt, Film, Ranked, ReportData, block_gaps, plots, probe_rows,
 };
