@@ -219,7 +219,7 @@ proptest! {
 
     #[test]
     fn a_stream_survives_the_archive(
-        mut times in prop::collection::vec(any::<i64>(), 0..40), seed in any::<u16>(),
+        mut times in prop::collection::vec(any::<i64>(), 0..40), seed in 0..60_000_u16,
     ) {
         times.sort_unstable();
         let events = times.iter().zip(seed..).map(|(&t, n)| Event {
