@@ -153,7 +153,7 @@ impl Bench<'_> {
         hints: &Hints,
         left_out: &[String],
     ) -> Result<Option<Named>, GapError> {
-        let Some((name, trial)) = hints.sure(&named.refitted.model, left_out) else {
+        let Some((name, trial)) = hints.sure(&named.before.model, left_out) else {
             return Ok(None);
         };
         let with = trial.beside(&named.before.model);

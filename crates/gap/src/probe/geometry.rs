@@ -63,16 +63,12 @@ fn images(view: &View<'_>) -> Vec<[Image; 2]> {
 
 /// The displacement of a view's images, tile by tile.
 pub(crate) fn displacements(view: &View<'_>) -> Vec<Option<(f64, f64)>> {
-    displacement(view).of_tiles()
-}
-
-fn displacement(view: &View<'_>) -> Displacement {
     let mut displacement = Displacement::default();
     for [measured, expected] in images(view) {
         let smooth = |image: Image| image.smoothed(1).smoothed(2);
         displacement.add(&smooth(measured), &smooth(expected));
     }
-    displacement
+    displacement.of_tiles()
 }
 
 impl Probe for Geometry {

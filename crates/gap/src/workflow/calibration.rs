@@ -34,7 +34,7 @@ pub const FEATURES: [&str; 4] = [
 const LEAST: f64 = 0.002;
 /// Odds beyond these say no more.
 const ODDS: (f64, f64) = (-2.0, 8.0);
-/// A gap that is closed, and events of a usual recording.
+/// Gap and events that features are counted from.
 const GAP: f64 = 0.42;
 const EVENTS: f64 = 5e4;
 

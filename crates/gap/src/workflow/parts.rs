@@ -11,11 +11,11 @@ const SCREEN_EVENTS: usize = 40_000;
 const LEAST_SCREEN: Micros = Micros(120_000);
 /// It is longer where there are fewer events than these.
 const LEAST_EVENTS: usize = 4_000;
-/// Models are fitted to no more events than these, which tell numbers to a fraction of a percent,
+/// Models are fitted to no more events than these, which tell numbers to a fraction of a percent.
 const FITTED_EVENTS: usize = 400_000;
-/// nor, where it has to be quick, to more pixels times frames.
+/// Where it has to be quick, they are fitted to no more pixels times frames.
 const QUICK_PIXELS: usize = 24_000_000;
-/// but to so long a time.
+/// They are fitted to so long a time at least.
 const LEAST_FITTED: Micros = Micros(500_000);
 
 impl Case {
