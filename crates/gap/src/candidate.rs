@@ -212,6 +212,21 @@ impl Trial {
             .collect()
     }
 
+    /// The strengths to begin with, and whether each is stronger than the one before.
+    pub(crate) fn rising(&self) -> (Vec<f64>, bool) {
+        let head = self.params[0];
+        let mut strengths = self.strengths();
+        let spec = STAGES.iter().find(|spec| spec.name == self.effect.name);
+        let strength = spec.map(|spec| &spec.signature.strength);
+        if let Some(Strength::Falling(names)) = strength
+            && names.contains(&head.name)
+        {
+            strengths.reverse();
+        }
+        // Linear ones have a sign.
+        (strengths, head.scale == evpose_sensor::Scale::Log)
+    }
+
     /// The same with one number set.
     #[must_use]
     pub fn with(&self, param: &ParamSpec, value: f64) -> Self {

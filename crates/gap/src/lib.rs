@@ -27,6 +27,7 @@ mod linear;
 pub mod locate;
 pub mod naming;
 mod normal;
+mod pair;
 pub mod parameters;
 pub mod probe;
 pub mod report;

@@ -9,17 +9,19 @@ use evpose_sensor::SensorConfig;
 
 pub use crate::answer::reduction;
 use crate::answer::{CLOSED, WIDE, answer, explained, is_partial, moved, without_parts};
-use crate::fit::Fit;
 use crate::hint::Hints;
 use crate::parameters::Parameter;
 use crate::search::{Found, judged, refit};
-use crate::step::LEAST_GAIN;
+use crate::step::{LEAST_GAIN, accepted};
 use crate::verdict::Answer;
 use crate::{GapError, Lab};
 
-/// Above this gap, a second effect is looked for.
+/// Above this gap, a second effect is looked for. Simulators of one sensor are closer as a rule.
+pub(crate) const AS_CHANCE: f64 = 0.3;
+/// Above this gap, a second effect need not close all of it.
 const OPEN: f64 = 0.44;
-/// With more than this share of the misfit explained, a gap that is not wide is no second effect.
+/// With more than this share of the misfit explained, what is left of a gap that is not wide may be
+/// how finely the effect was simulated.
 const NEARLY_ALL: f64 = 0.9;
 /// At most so many effects are added.
 const MOST_EFFECTS: usize = 2;
@@ -126,59 +128,44 @@ impl Bench<'_> {
             refitted,
         };
         let hints = Hints::of(&self.train.events);
-        while named.steps.len() < MOST_EFFECTS && self.is_to_go_on(&named, model) {
+        let mut others = Vec::new();
+        while named.steps.len() < MOST_EFFECTS && named.is_to_go_on(model) {
             say("trying every effect of the catalogue");
-            let Some(step) = self.step(&named, model, &hints, left_out)? else { break };
+            let contenders = self.contenders(&named, model, &hints, left_out)?;
+            if named.steps.is_empty() {
+                others.clone_from(&contenders);
+            }
+            let Some(step) = accepted(&named, contenders) else { break };
             named.after = step.contenders[0].held.clone();
             named.steps.push(step);
         }
-        if named.steps.len() < MOST_EFFECTS
-            && is_partial(&named)
-            && let Some(other) = self.behind_a_readout(&named, model, &hints, left_out)?
-        {
-            named = other;
+        if is_partial(&named) {
+            say("trying two effects at once");
+            if let Some(pair) = self.pair(&named, others, model, &hints, left_out)? {
+                named = pair;
+            }
         }
         without_parts(&mut named, model);
         named.moved = moved(model, &named.after.model, named.steps.is_empty());
         named.answer = answer(&named);
         Ok(named)
     }
+}
 
-    /// Another effect with a readout that stamps leave no doubt about: alone neither may help, since
-    /// pixels that have more events than the camera's keep its bus busier.
-    fn behind_a_readout(
-        &self,
-        named: &Named,
-        model: &SensorConfig,
-        hints: &Hints,
-        left_out: &[String],
-    ) -> Result<Option<Named>, GapError> {
-        let Some((name, trial)) = hints.sure(&named.before.model, left_out) else {
-            return Ok(None);
-        };
-        let with = trial.beside(&named.before.model);
-        let fit = Fit { misfit: judged(&self.train, &with, 1)?.0, model: with.clone() };
-        let held = self.judge(&with)?;
-        let mut behind = named.clone();
-        behind.after = held.clone();
-        let contenders = vec![Contender { found: Found { name, fit, trial }, held }];
-        behind.steps = vec![Step { contenders, confusable: Vec::new() }];
-        let Some(step) = self.step(&behind, model, hints, left_out)? else { return Ok(None) };
-        behind.after = step.contenders[0].held.clone();
-        behind.steps.push(step);
-        Ok((!is_partial(&behind) && behind.after.misfit < named.after.misfit).then_some(behind))
+impl Named {
+    /// Whether what is left may be how finely the effects were simulated.
+    pub(crate) fn is_nearly_closed(&self) -> bool {
+        let is_rest = explained(&self.before, &self.after) > NEARLY_ALL && self.after.gap < WIDE;
+        is_rest || self.after.gap < OPEN
     }
 
     /// Whether there is something left to be explained.
-    fn is_to_go_on(&self, named: &Named, model: &SensorConfig) -> bool {
-        let is_first = named.steps.is_empty();
-        let is_open = named.after.gap > if is_first { CLOSED } else { OPEN };
-        // What is left of a large gap may be how finely the effect was simulated.
-        let is_rest = explained(&named.before, &named.after) > NEARLY_ALL && named.after.gap < WIDE;
+    fn is_to_go_on(&self, model: &SensorConfig) -> bool {
+        if !self.steps.is_empty() {
+            return self.after.gap > AS_CHANCE;
+        }
         // Effects with noise of their own are taken for background where rates are free.
-        let rates = [Parameter::NoiseOn, Parameter::NoiseOff];
-        let is_refitted = |found: Vec<Parameter>| found.iter().any(|p| rates.contains(p));
-        let is_noise = || is_refitted(moved(model, &named.after.model, true));
-        if is_first { is_open || is_noise() } else { is_open && !is_rest }
+        let is_rate = |p: &Parameter| matches!(p, Parameter::NoiseOn | Parameter::NoiseOff);
+        self.after.gap > CLOSED || moved(model, &self.after.model, true).iter().any(is_rate)
     }
 }

@@ -15,6 +15,8 @@ use crate::{GapError, Lab};
 const FINER: usize = 14;
 /// Ways that are tried in their less plain forms too.
 const RICHER: usize = 10;
+/// Stronger than what makes the misfit so many times as large is not tried.
+const TOO_STRONG: f64 = 4.0;
 /// Ways to look for one candidate beside one model that are followed: a short part of a recording
 /// does not tell those apart that differ from pixel to pixel only.
 const WAYS: usize = 3;
@@ -41,6 +43,8 @@ pub(crate) struct Screening<'a> {
     model: &'a SensorConfig,
     without: std::sync::Arc<Vec<f64>>,
     slopes: Slopes,
+    /// What is left without any effect.
+    pub(crate) least: f64,
 }
 
 impl<'a> Screening<'a> {
@@ -54,7 +58,10 @@ impl<'a> Screening<'a> {
         model: &'a SensorConfig,
     ) -> Result<Self, GapError> {
         let slopes = Slopes::around(screen, model, &parameter_knobs(), 1)?;
-        Ok(Self { screen, hints, model, without: screen.run(model, 0)?, slopes })
+        let without = screen.run(model, 0)?;
+        let mut new = Self { screen, hints, model, without, slopes, least: f64::INFINITY };
+        new.least = new.left(&screen.expect(model, 1)?);
+        Ok(new)
     }
 
     /// The misfit of an expectation, the numbers of the model following in a line.
@@ -63,22 +70,26 @@ impl<'a> Screening<'a> {
         self.slopes.best(NEARBY, self.screen, expected, &deviations, &parameter_knobs()).1
     }
 
-    fn score(&self, trial: &Trial) -> Result<f64, GapError> {
+    /// What is left beside a trial; none if it changes nothing, which is no explanation.
+    fn score(&self, trial: &Trial) -> Result<Option<f64>, GapError> {
         let expected = self.screen.expect(&trial.beside(self.model), 1)?;
-        // What changes nothing is no explanation.
         let is_idle = expected.mean.iter().zip(&*self.without).all(|(a, b)| a == b);
-        Ok(if is_idle { f64::INFINITY } else { self.left(&expected) })
+        Ok((!is_idle).then(|| self.left(&expected)))
     }
 
-    /// The best of some strengths.
-    fn best_of(&self, way: &Way, strengths: &[f64]) -> Result<Way, GapError> {
+    /// The best of some strengths; where `is_rising`, not of those beyond one that is far too strong.
+    fn best_of(&self, way: &Way, strengths: &[f64], is_rising: bool) -> Result<Way, GapError> {
         let head = way.trial.params[0];
         let mut best = way.clone();
         for value in strengths {
             let trial = way.trial.with(head, *value);
-            let left = self.score(&trial)?;
+            let Some(left) = self.score(&trial)? else { continue };
             if left < best.left {
                 best = Way { trial, left, ..best };
+            }
+            let bearable = TOO_STRONG * self.least.min(best.left);
+            if is_rising && (left.is_nan() || left >= bearable) {
+                break;
             }
         }
         Ok(best)
@@ -139,8 +150,11 @@ pub(crate) fn screened(
         .map(|way| {
             let read = way.trial.value(way.trial.params[0]);
             let step = if matches!(way.domain, Domain::Clock | Domain::Readout) { 1 } else { 2 };
-            let coarse = way.trial.strengths().into_iter().step_by(step);
-            screening[way.start].best_of(way, &coarse.chain(read).collect::<Vec<_>>())
+            let (mut coarse, is_rising) = way.trial.rising();
+            coarse = coarse.into_iter().step_by(step).collect();
+            let screening = &screening[way.start];
+            let way = screening.best_of(way, read.as_slice(), false)?;
+            screening.best_of(&way, &coarse, is_rising)
         })
         .collect::<Result<Vec<_>, GapError>>()?;
     best.sort_by(|a, b| a.left.total_cmp(&b.left));
@@ -151,7 +165,7 @@ pub(crate) fn screened(
         let at = strengths.iter().position(|strength| Some(*strength) == value);
         let beside = at.into_iter().flat_map(|i| [i.checked_sub(1), Some(i + 1)]);
         let beside = beside.flatten().filter_map(|i| strengths.get(i).copied());
-        *way = screening[way.start].best_of(way, &beside.collect::<Vec<_>>())?;
+        *way = screening[way.start].best_of(way, &beside.collect::<Vec<_>>(), false)?;
         Ok::<(), GapError>(())
     })?;
     let richer: Vec<Way> = best[..best.len().min(RICHER)]
@@ -171,7 +185,7 @@ pub(crate) fn screened(
             };
             let tried: Vec<f64> =
                 [Some(value), near(0.6), near(1.7)].into_iter().flatten().collect();
-            screening[way.start].best_of(way, &tried)
+            screening[way.start].best_of(way, &tried, false)
         })
         .collect::<Result<Vec<_>, GapError>>()?;
     best.extend(richer);

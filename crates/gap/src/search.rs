@@ -113,7 +113,7 @@ pub fn search(
     let (mut screening, mut least) = (Vec::new(), f64::INFINITY);
     for model in starts {
         let on_screen = Screening::new(screen, hints, model)?;
-        least = least.min(on_screen.left(&screen.expect(model, 1)?));
+        least = least.min(on_screen.least);
         screening.push(on_screen);
     }
     let best = screened(&screening, left_out)?;

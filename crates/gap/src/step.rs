@@ -6,7 +6,7 @@ use crate::GapError;
 use crate::answer::CLOSED;
 use crate::closeness::distance;
 use crate::hint::Hints;
-use crate::naming::{Bench, Contender, Named, Step};
+use crate::naming::{AS_CHANCE, Bench, Contender, Named, Step};
 use crate::parameters::Parameter;
 use crate::search::search;
 
@@ -37,6 +37,17 @@ impl Bench<'_> {
         hints: &Hints,
         left_out: &[String],
     ) -> Result<Option<Step>, GapError> {
+        Ok(accepted(named, self.contenders(named, model, hints, left_out)?))
+    }
+
+    /// Candidates for the next effect, the best on what was held out first.
+    pub(crate) fn contenders(
+        &self,
+        named: &Named,
+        model: &SensorConfig,
+        hints: &Hints,
+        left_out: &[String],
+    ) -> Result<Vec<Contender>, GapError> {
         let mut starts = vec![named.after.model.clone()];
         // An effect may do what a refit of the numbers has taken on itself.
         let given = with_given_numbers(&named.after.model, model);
@@ -72,29 +83,20 @@ impl Bench<'_> {
             names.push(one.found.name);
             is_new
         });
-        let Some(best) = contenders.first() else { return Ok(None) };
-        let gain = named.after.misfit - best.held.misfit;
         if named.steps.is_empty() {
-            self.closest_first(&mut contenders, gain)?;
+            self.closest_first(&mut contenders, named.after.misfit)?;
         }
-        let best = &contenders[0];
-        // What numbers of the model close already has to be much better another way.
-        let is_open = named.after.gap > CLOSED;
-        let is_first = named.steps.is_empty();
-        let least_share = if is_open && is_first { LEAST_SHARE } else { LEAST_SHARE_OF_REST };
-        if gain < LEAST_GAIN.max(least_share * named.after.misfit) {
-            return Ok(None);
-        }
-        let is_as_good = |other: &&Contender| is_as_good(other, best, gain);
-        let confusable = contenders.iter().skip(1).filter(is_as_good).map(|c| c.found.name);
-        let confusable = confusable.collect();
-        Ok(Some(Step { contenders, confusable }))
+        Ok(contenders)
     }
 
     /// Puts the candidate first whose events are closest to the measured ones, of those that are as
     /// good as the first.
-    fn closest_first(&self, contenders: &mut [Contender], gain: f64) -> Result<(), GapError> {
-        let best = &contenders[0];
+    fn closest_first(&self, contenders: &mut [Contender], misfit: f64) -> Result<(), GapError> {
+        let Some(best) = contenders.first() else { return Ok(()) };
+        let gain = misfit - best.held.misfit;
+        if gain < LEAST_GAIN {
+            return Ok(());
+        }
         let rivals = contenders.iter().skip(1).take_while(|other| is_as_good(other, best, gain));
         let (mut first, mut least) = (0, None);
         for i in 1..=rivals.count() {
@@ -109,6 +111,24 @@ impl Bench<'_> {
         contenders[..=first].rotate_right(1);
         Ok(())
     }
+}
+
+/// The first of some candidates, if it makes things clearly better.
+pub(crate) fn accepted(named: &Named, contenders: Vec<Contender>) -> Option<Step> {
+    let best = contenders.first()?;
+    let gain = named.after.misfit - best.held.misfit;
+    // What numbers of the model close already has to be much better another way.
+    let is_open = named.after.gap > CLOSED;
+    let is_first = named.steps.is_empty();
+    let least_share = if is_open && is_first { LEAST_SHARE } else { LEAST_SHARE_OF_REST };
+    // What is nearly closed has to be closed altogether.
+    let is_enough = is_first || !named.is_nearly_closed() || best.held.gap < AS_CHANCE;
+    if gain < LEAST_GAIN.max(least_share * named.after.misfit) || !is_enough {
+        return None;
+    }
+    let is_as_good = |other: &&Contender| is_as_good(other, best, gain);
+    let confusable = contenders.iter().skip(1).filter(is_as_good).map(|c| c.found.name).collect();
+    Some(Step { contenders, confusable })
 }
 
 /// Whether two candidates cannot be told apart by what was held out, of which the better gains so

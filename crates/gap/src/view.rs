@@ -156,11 +156,16 @@ impl<'a> View<'a> {
         let mut sights = Vec::with_capacity(events.len());
         let classes = &stage.classes;
         let mut places = stage.expected.places();
-        for event in events.iter() {
+        // In a loop of its own, since nearly every look at a scene waits for memory.
+        let seen = events.iter().map(|event| {
             let pixel = usize::from(event.y) * width + usize::from(event.x);
-            let (t_us, is_on) = (event.t.0, event.polarity.is_on());
             let t_s = event.t.as_seconds();
-            let log = classes.log_at(pixel, t_s);
+            let (log, slope) = (classes.log_at(pixel, t_s), classes.slope_at(pixel, t_s));
+            (pixel, log, slope, classes.cell(pixel, t_s))
+        });
+        let seen: Vec<_> = seen.collect();
+        for (event, (pixel, log, slope, cell)) in events.iter().zip(seen) {
+            let (t_us, is_on) = (event.t.0, event.polarity.is_on());
             let before = last[pixel].replace((t_us, is_on, log));
             let change = log - before.map_or_else(|| classes.log_at(pixel, 0.0), |(.., log)| log);
             let lag_us = stage.expected.lag_us(&mut places, pixel, is_on, t_us);
@@ -168,11 +173,11 @@ impl<'a> View<'a> {
                 t_us,
                 pixel: pixel as u32,
                 is_on,
-                cell: classes.cell(pixel, t_s),
+                cell,
                 pause_us: before.map_or(NONE, |(t, ..)| short(t_us - t)),
                 was_on: before.is_some_and(|(_, on, _)| on),
                 swing: if is_on { change } else { -change },
-                slope: classes.slope_at(pixel, t_s),
+                slope,
                 lag_us: lag_us.map_or(NONE, short),
             });
         }

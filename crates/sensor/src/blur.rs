@@ -6,6 +6,8 @@
 
 use evpose_core::SensorSize;
 
+use crate::wide::wide;
+
 /// A Gaussian.
 #[derive(Debug)]
 pub(crate) struct Gaussian {
@@ -31,34 +33,44 @@ impl Gaussian {
         self.weights.len() == 1
     }
 
-    /// Convolves `image`, along rows and then along columns.
+    /// Convolves `image`, along rows and then along columns; `work` is as large.
     pub(crate) fn blur(&self, size: SensorSize, image: &mut [f32], work: &mut [f32]) {
-        let (width, height) = (usize::from(size.width), usize::from(size.height));
-        let rows = Line { starts: (0..width * height).step_by(width), stride: 1, length: width };
-        let columns = Line { starts: (0..width).step_by(1), stride: width, length: height };
-        self.along(image, work, rows);
-        self.along(work, image, columns);
+        let width = usize::from(size.width);
+        let reach = self.weights.len() - 1;
+        let mut padded = vec![0.0; width + 2 * reach];
+        wide(
+            #[inline(always)]
+            || {
+                for (row, target) in image.chunks_exact(width).zip(work.chunks_exact_mut(width)) {
+                    padded[..reach].fill(row[0]);
+                    padded[reach..reach + width].copy_from_slice(row);
+                    padded[reach + width..].fill(row[width - 1]);
+                    self.sum(target, |offset| {
+                        &padded[reach.wrapping_add_signed(offset)..][..width]
+                    });
+                }
+                let last = image.len() / width - 1;
+                for (y, target) in image.chunks_exact_mut(width).enumerate() {
+                    self.sum(target, |offset| {
+                        let y = y.saturating_add_signed(offset).min(last);
+                        &work[y * width..][..width]
+                    });
+                }
+            },
+        );
     }
 
-    /// Convolves lines of `length` values `stride` apart; line `i` begins at `first(i)`.
-    fn along(&self, source: &[f32], target: &mut [f32], line: Line) {
-        let last = line.length - 1;
-        for first in line.starts {
-            for k in 0..line.length {
-                let at = |position: usize| source[first + position * line.stride];
-                let mut sum = self.weights[0] * at(k);
-                for (distance, weight) in self.weights.iter().enumerate().skip(1) {
-                    sum += weight * (at(k.saturating_sub(distance)) + at((k + distance).min(last)));
-                }
-                target[first + k * line.stride] = sum;
+    /// The weighted sum of a row and of those at every distance to both sides of it.
+    #[inline(always)]
+    fn sum<'a>(&self, target: &mut [f32], row: impl Fn(isize) -> &'a [f32]) {
+        for (t, v) in target.iter_mut().zip(row(0)) {
+            *t = self.weights[0] * *v;
+        }
+        for (distance, weight) in self.weights.iter().enumerate().skip(1) {
+            let (before, after) = (row(-(distance as isize)), row(distance as isize));
+            for ((t, b), a) in target.iter_mut().zip(before).zip(after) {
+                *t += weight * (b + a);
             }
         }
     }
-}
-
-/// The rows or the columns of an image.
-struct Line {
-    starts: std::iter::StepBy<std::ops::Range<usize>>,
-    stride: usize,
-    length: usize,
 }

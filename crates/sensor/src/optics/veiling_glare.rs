@@ -56,14 +56,34 @@ struct VeilingGlare {
     fraction: f32,
 }
 
+/// The mean of an image, in double precision: eight sums side by side, which vectors can hold.
+fn mean(image: &[f32]) -> f64 {
+    let sums = wide(
+        #[inline(always)]
+        || {
+            let mut sums = [0.0_f64; 8];
+            let (rows, rest) = image.as_chunks::<8>();
+            for row in rows {
+                for (sum, y) in sums.iter_mut().zip(row) {
+                    *sum += f64::from(*y);
+                }
+            }
+            for (sum, y) in sums.iter_mut().zip(rest) {
+                *sum += f64::from(*y);
+            }
+            sums
+        },
+    );
+    sums.iter().sum::<f64>() / image.len().max(1) as f64
+}
+
 impl PlaneStage for VeilingGlare {
     fn is_neutral(&self) -> bool {
         self.fraction <= 0.0
     }
 
     fn step(&self, _tick: &Tick, _size: SensorSize, plane: &mut Block<'_>, _noise: StageNoise) {
-        let count = plane.signal.len().max(1) as f64;
-        let mean = plane.signal.iter().map(|&y| f64::from(y)).sum::<f64>() / count;
+        let mean = mean(plane.signal);
         let veil = (f64::from(self.fraction) * mean) as f32;
         let kept = 1.0 - self.fraction;
         wide(
