@@ -11,8 +11,6 @@ use crate::screen::{Screening, screened};
 use crate::search::{Found, judged};
 use crate::{GapError, Lab};
 
-/// Candidates that are looked at with another beside them, on the screen.
-const FIRST: usize = 5;
 /// Those of them that are followed.
 const FOLLOWED: usize = 2;
 
@@ -30,33 +28,41 @@ impl Bench<'_> {
         hints: &Hints,
         left_out: &[String],
     ) -> Result<Option<Named>, GapError> {
-        let mut firsts: Vec<Contender> =
-            self.sure_readout(named, hints, left_out)?.into_iter().collect();
-        for other in others {
-            let is_tried =
-                named.steps.first().is_some_and(|s| s.contenders[0].name() == other.name());
-            if !is_tried && firsts.iter().all(|first| first.name() != other.name()) {
-                firsts.push(other);
-            }
+        if let Some(readout) = self.sure_readout(named, hints, left_out)?
+            && let Some(pair) = self.beside(readout, named, model, hints, left_out)?
+        {
+            return Ok(Some(pair));
         }
-        firsts.truncate(FIRST);
+        let tried = named.steps.first().map(|step| step.contenders[0].found.name);
+        let firsts = others.into_iter().filter(|other| Some(other.found.name) != tried);
         let mut firsts = firsts
-            .into_iter()
             .map(|first| Ok((self.promise(&first, hints, left_out)?, first)))
             .collect::<Result<Vec<_>, GapError>>()?;
         firsts.sort_by(|a, b| a.0.total_cmp(&b.0));
         for (_, first) in firsts.into_iter().take(FOLLOWED) {
-            let mut pair = named.clone();
-            pair.after = first.held.clone();
-            pair.steps = vec![Step { contenders: vec![first], confusable: Vec::new() }];
-            let Some(step) = self.step(&pair, model, hints, left_out)? else { continue };
-            pair.after = step.contenders[0].held.clone();
-            pair.steps.push(step);
-            if !is_partial(&pair) && pair.after.misfit < named.after.misfit {
+            if let Some(pair) = self.beside(first, named, model, hints, left_out)? {
                 return Ok(Some(pair));
             }
         }
         Ok(None)
+    }
+
+    /// The best effect beside `first`, if both explain most of what `named` leaves.
+    fn beside(
+        &self,
+        first: Contender,
+        named: &Named,
+        model: &SensorConfig,
+        hints: &Hints,
+        left_out: &[String],
+    ) -> Result<Option<Named>, GapError> {
+        let mut pair = named.clone();
+        pair.after = first.held.clone();
+        pair.steps = vec![Step { contenders: vec![first], confusable: Vec::new() }];
+        let Some(step) = self.step(&pair, model, hints, left_out)? else { return Ok(None) };
+        pair.after = step.contenders[0].held.clone();
+        pair.steps.push(step);
+        Ok((!is_partial(&pair) && pair.after.misfit < named.after.misfit).then_some(pair))
     }
 
     /// The readout that stamps leave no doubt about: pixels that have more events than the camera's
@@ -86,11 +92,5 @@ impl Bench<'_> {
         let beside = Screening::new(screen, hints, &first.held.model)?;
         let best = screened(&[beside], left_out)?;
         Ok(best.first().map_or(f64::INFINITY, |way| way.left))
-    }
-}
-
-impl Contender {
-    fn name(&self) -> &'static str {
-        self.found.name
     }
 }

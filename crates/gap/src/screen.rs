@@ -149,7 +149,8 @@ pub(crate) fn screened(
         .par_iter()
         .map(|way| {
             let read = way.trial.value(way.trial.params[0]);
-            let step = if matches!(way.domain, Domain::Clock | Domain::Readout) { 1 } else { 2 };
+            let is_sharp = matches!(way.domain, Domain::Clock | Domain::Readout);
+            let step = if is_sharp && way.name != "arbiter" { 1 } else { 2 };
             let (mut coarse, is_rising) = way.trial.rising();
             coarse = coarse.into_iter().step_by(step).collect();
             let screening = &screening[way.start];

@@ -12,7 +12,7 @@ const LEAST_SCREEN: Micros = Micros(120_000);
 /// It is longer where there are fewer events than these.
 const LEAST_EVENTS: usize = 4_000;
 /// Models are fitted to no more events than these, which tell numbers to a fraction of a percent.
-const FITTED_EVENTS: usize = 400_000;
+const FITTED_EVENTS: usize = 200_000;
 /// Where it has to be quick, they are fitted to no more pixels times frames.
 const QUICK_PIXELS: usize = 24_000_000;
 /// They are fitted to so long a time at least.
@@ -86,7 +86,7 @@ mod tests {
         assert!((seconds(small, 10_000, true) - 2.0).abs() < 1e-9);
         assert!((seconds(large, 10_000, false) - 2.0).abs() < 1e-9);
         assert!((seconds(large, 10_000, true) - 24.0 / 43.2).abs() < 2e-3);
-        assert!((seconds(small, 1_000_000, false) - 0.8).abs() < 2e-3);
+        assert!((seconds(small, 500_000, false) - 0.8).abs() < 2e-3);
         assert!((seconds(small, 4_000_000, false) - 0.5).abs() < 2e-3);
     }
 }
