@@ -3,7 +3,7 @@
 
 use evpose_sensor::SensorConfig;
 
-use crate::answer::is_partial;
+use crate::answer::{is_partial, moved};
 use crate::fit::Fit;
 use crate::hint::Hints;
 use crate::naming::{Bench, Contender, Named, Step};
@@ -11,7 +11,9 @@ use crate::screen::{Screening, screened};
 use crate::search::{Found, judged};
 use crate::{GapError, Lab};
 
-/// Those of them that are followed.
+/// A candidate explains this share of the misfit alone, if not more.
+const LEAST_SHARE: f64 = 0.03;
+/// Candidates that are followed, of those that were looked at on the screen.
 const FOLLOWED: usize = 2;
 
 impl Bench<'_> {
@@ -34,7 +36,8 @@ impl Bench<'_> {
             return Ok(Some(pair));
         }
         let tried = named.steps.first().map(|step| step.contenders[0].found.name);
-        let firsts = others.into_iter().filter(|other| Some(other.found.name) != tried);
+        let is_new = |other: &Contender| Some(other.found.name) != tried && does(other, named);
+        let firsts = others.into_iter().filter(is_new);
         let mut firsts = firsts
             .map(|first| Ok((self.promise(&first, hints, left_out)?, first)))
             .collect::<Result<Vec<_>, GapError>>()?;
@@ -93,4 +96,11 @@ impl Bench<'_> {
         let best = screened(&[beside], left_out)?;
         Ok(best.first().map_or(f64::INFINITY, |way| way.left))
     }
+}
+
+/// Whether a candidate does something beside the numbers that it was fitted with.
+fn does(other: &Contender, named: &Named) -> bool {
+    let is_beside_refit = moved(&named.refitted.model, &other.held.model, true).is_empty();
+    let without = if is_beside_refit { &named.refitted } else { &named.before };
+    other.held.misfit < (1.0 - LEAST_SHARE) * without.misfit
 }

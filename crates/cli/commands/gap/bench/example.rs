@@ -114,6 +114,7 @@ fn row(label: &Label, truth: &Truth) -> Row {
         events: 50_000,
         make_s: 4.0,
         name_s: 12.0 + 0.02 * f64::from(label.id.as_bytes()[0]),
+        threads: 1,
         commit: "example".to_owned(),
     }
 }

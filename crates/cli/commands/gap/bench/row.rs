@@ -23,6 +23,10 @@ use crate::run_info::COMMIT;
 /// Seed of the noise of simulations, the same for all cases.
 const SEED: u64 = 1;
 
+fn one() -> usize {
+    1
+}
+
 /// One case: nothing in it comes from the label.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Row {
@@ -47,6 +51,9 @@ pub(super) struct Row {
     pub(super) tried: Vec<Vec<(String, f64)>>,
     /// Events of the first recording.
     pub(super) events: usize,
+    /// Threads that it ran on.
+    #[serde(default = "one")]
+    pub(super) threads: usize,
     /// Seconds to make the files, and to name from them.
     pub(super) make_s: f64,
     pub(super) name_s: f64,
@@ -58,6 +65,12 @@ impl Row {
     /// All that it took.
     pub(super) fn seconds(&self) -> f64 {
         self.make_s + self.name_s
+    }
+
+    /// What it takes of a machine with two cores: one thread leaves the other core to another part
+    /// of the plan.
+    pub(super) fn seconds_on_two_cores(&self) -> f64 {
+        self.seconds() * self.threads as f64 / 2.0
     }
 
     /// The effects that were named, in their order.
@@ -133,6 +146,7 @@ pub(super) fn name(folder: &Path, case: &Case, make_s: f64) -> Result<Row> {
         events: bench.train.events.len(),
         make_s,
         name_s: begin.elapsed().as_secs_f64(),
+        threads: rayon::current_num_threads(),
         commit: COMMIT.to_owned(),
     })
 }

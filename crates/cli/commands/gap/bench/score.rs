@@ -46,7 +46,7 @@ pub(super) struct Scores {
     pub(super) calibration_error: Option<f64>,
     /// Recordings of our own model.
     pub(super) own: Option<OwnSummary>,
-    /// Seconds of a case, to make it and to name it.
+    /// Seconds of a case on two cores, to make it and to name it.
     pub(super) seconds_mean: f64,
     pub(super) seconds_median: Option<f64>,
     pub(super) seconds_most: f64,
@@ -132,7 +132,7 @@ pub(super) fn of(opened: &[Opened], own: Option<OwnSummary>, plan: u64) -> Score
     for number in &numbers {
         coverage.entry(number.finding).or_default().push(number.is_held());
     }
-    let seconds = || opened.iter().map(|case| case.row.seconds());
+    let seconds = || opened.iter().map(|case| case.row.seconds_on_two_cores());
     let of_strength = |strength| {
         Rate::of(singles().filter(|c| c.label.strength == Some(strength)).map(Opened::is_right))
     };

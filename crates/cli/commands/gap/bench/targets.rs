@@ -190,7 +190,7 @@ pub(super) fn headlines(scores: &Scores) -> Vec<Headline> {
             note: "of the first name of each case".to_owned(),
         },
         Headline {
-            name: "seconds a case, mean",
+            name: "seconds a case on 2 cores, mean",
             unit: Unit::Seconds,
             value: (scores.cases > 0).then_some(scores.seconds_mean),
             lo95: None,
