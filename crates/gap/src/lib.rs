@@ -16,6 +16,7 @@ mod classes;
 mod closeness;
 pub mod compare;
 mod error;
+mod exchange;
 mod finish;
 pub mod fit;
 mod guess;

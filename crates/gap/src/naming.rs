@@ -66,6 +66,8 @@ pub struct Step {
     pub contenders: Vec<Contender>,
     /// Names that do as well as the best.
     pub confusable: Vec<&'static str>,
+    /// The misfit without it.
+    pub without: f64,
 }
 
 /// What was found.
@@ -141,9 +143,12 @@ impl Bench<'_> {
         }
         if is_partial(&named) {
             say("trying two effects at once");
-            if let Some(pair) = self.pair(&named, others, model, &hints, left_out)? {
+            if let Some(pair) = self.pair(&named, &others, model, &hints, left_out)? {
                 named = pair;
             }
+        }
+        if !is_partial(&named) {
+            self.exchange(&mut named)?;
         }
         without_parts(&mut named, model);
         named.moved = moved(model, &named.after.model, named.steps.is_empty());

@@ -25,43 +25,47 @@ impl Bench<'_> {
     pub(crate) fn pair(
         &self,
         named: &Named,
-        others: Vec<Contender>,
+        others: &[Contender],
         model: &SensorConfig,
         hints: &Hints,
         left_out: &[String],
     ) -> Result<Option<Named>, GapError> {
-        if let Some(readout) = self.sure_readout(named, hints, left_out)?
-            && let Some(pair) = self.beside(readout, named, model, hints, left_out)?
-        {
-            return Ok(Some(pair));
+        if let Some(readout) = self.sure_readout(named, hints, left_out)? {
+            let firsts = [vec![readout], others.to_vec()].concat();
+            if let Some(pair) = self.beside(firsts, named, model, hints, left_out)? {
+                return Ok(Some(pair));
+            }
         }
         let tried = named.steps.first().map(|step| step.contenders[0].found.name);
-        let is_new = |other: &Contender| Some(other.found.name) != tried && does(other, named);
-        let firsts = others.into_iter().filter(is_new);
+        let is_new = |other: &&Contender| Some(other.found.name) != tried && does(other, named);
+        let firsts = others.iter().filter(is_new);
         let mut firsts = firsts
-            .map(|first| Ok((self.promise(&first, hints, left_out)?, first)))
+            .map(|first| Ok((self.promise(first, hints, left_out)?, first)))
             .collect::<Result<Vec<_>, GapError>>()?;
         firsts.sort_by(|a, b| a.0.total_cmp(&b.0));
         for (_, first) in firsts.into_iter().take(FOLLOWED) {
-            if let Some(pair) = self.beside(first, named, model, hints, left_out)? {
+            let rivals = others.iter().filter(|other| other.found.name != first.found.name);
+            let firsts = std::iter::once(first).chain(rivals).cloned().collect();
+            if let Some(pair) = self.beside(firsts, named, model, hints, left_out)? {
                 return Ok(Some(pair));
             }
         }
         Ok(None)
     }
 
-    /// The best effect beside `first`, if both explain most of what `named` leaves.
+    /// The best effect beside the first of some contenders, if both explain most of what `named` leaves.
     fn beside(
         &self,
-        first: Contender,
+        firsts: Vec<Contender>,
         named: &Named,
         model: &SensorConfig,
         hints: &Hints,
         left_out: &[String],
     ) -> Result<Option<Named>, GapError> {
         let mut pair = named.clone();
-        pair.after = first.held.clone();
-        pair.steps = vec![Step { contenders: vec![first], confusable: Vec::new() }];
+        pair.after = firsts[0].held.clone();
+        let without = named.before.misfit;
+        pair.steps = vec![Step { contenders: firsts, confusable: Vec::new(), without }];
         let Some(step) = self.step(&pair, model, hints, left_out)? else { return Ok(None) };
         pair.after = step.contenders[0].held.clone();
         pair.steps.push(step);

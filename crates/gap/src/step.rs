@@ -128,12 +128,12 @@ pub(crate) fn accepted(named: &Named, contenders: Vec<Contender>) -> Option<Step
     }
     let is_as_good = |other: &&Contender| is_as_good(other, best, gain);
     let confusable = contenders.iter().skip(1).filter(is_as_good).map(|c| c.found.name).collect();
-    Some(Step { contenders, confusable })
+    Some(Step { contenders, confusable, without: named.after.misfit })
 }
 
 /// Whether two candidates cannot be told apart by what was held out, of which the better gains so
 /// much.
-fn is_as_good(other: &Contender, best: &Contender, gain: f64) -> bool {
+pub(crate) fn is_as_good(other: &Contender, best: &Contender, gain: f64) -> bool {
     other.held.misfit - best.held.misfit < (AS_GOOD * gain).max(LEAST_GAIN / 2.0)
 }
 

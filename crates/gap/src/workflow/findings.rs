@@ -144,12 +144,8 @@ pub(super) fn knobs(contender: &Contender) -> Vec<Knob> {
 
 /// What the name of step `i` rests on.
 fn evidence(bench: &Bench<'_>, named: &Named, i: usize) -> Evidence {
-    let judged = &named.steps[i].contenders;
+    let (judged, before) = (&named.steps[i].contenders, named.steps[i].without);
     let best = &judged[0].held;
-    let before = match i.checked_sub(1) {
-        Some(last) => named.steps[last].contenders[0].held.misfit,
-        None => named.refitted.misfit,
-    };
     let rivals = judged.iter().skip(1).map(|other| other.held.misfit).chain([before]);
     let known = bench.held.measured.iter().filter(|number| number.is_finite()).count();
     Evidence {

@@ -4,6 +4,7 @@ use evpose_sensor::SensorConfig;
 
 use super::gap_value;
 use crate::GapError;
+use crate::exchange::without;
 use crate::naming::{Bench, Named};
 use crate::report::{Ablation, Change};
 
@@ -28,10 +29,4 @@ pub fn ablation(bench: &Bench<'_>, named: &Named, seed: u64) -> Result<Vec<Ablat
         }
     }
     Ok(rows)
-}
-
-fn without(model: &SensorConfig, name: &str) -> SensorConfig {
-    let mut model = model.clone();
-    model.effects.retain(|effect| effect.name != name);
-    model
 }
