@@ -23,6 +23,8 @@ const COLUMNS: usize = FEATURES.len() + 1;
 const STEPS: usize = 50;
 /// The sign that each slope may have; zero for either.
 const SIGNS: [f64; FEATURES.len()] = [1.0, 1.0, -1.0, 0.0];
+/// A feature beyond the first wants so many wrong names more.
+const WRONG_A_FEATURE: usize = 5;
 /// Fewer intervals than these are no ground to change anything.
 const FEWEST: usize = 10;
 /// Floors that are tried, in steps of a knob.
@@ -41,7 +43,9 @@ pub struct Miss {
 
 /// Intercept and slopes from names that were right or not. None without both.
 pub fn fit_probability(names: &[(Evidence, bool)]) -> Option<(f64, [f64; FEATURES.len()])> {
-    let mut is_used = [true; FEATURES.len()];
+    let wrong = names.iter().filter(|(_, is_right)| !is_right).count();
+    let mut is_used = [false; FEATURES.len()];
+    is_used[..(wrong / WRONG_A_FEATURE).clamp(1, FEATURES.len())].fill(true);
     loop {
         let (intercept, slopes) = fit_with(names, &is_used)?;
         let wrong = (0..FEATURES.len()).find(|i| slopes[*i] * SIGNS[*i] < 0.0);

@@ -22,9 +22,9 @@ pub(super) fn findings(page: &mut Page, data: &ReportData) {
         ),
         false => page.section(
             "What is missing or set wrong",
-            "Intervals are meant to hold the true value in nine of ten cases; those of effects are \
-             as wide as a first part of the benchmark asks for. Probabilities have not been \
-             calibrated on it yet.",
+            "Intervals are meant to hold the true value in nine of ten cases, and probabilities to be \
+             the share of names that are right: both as a part of the benchmark asks for that was \
+             drawn for this.",
         ),
     };
     let rows: Vec<Vec<String>> = verdict
