@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Parser, Subcommand};
 use evpose_nn::DeviceKind;
 
+use crate::commands::calibrate::CalibrateCommand;
 use crate::commands::gap::GapCommand;
 use crate::commands::sensor::SensorCommand;
 
@@ -50,6 +51,9 @@ pub(crate) enum Command {
     /// Find where simulation and measurement disagree, and what is missing
     #[command(subcommand)]
     Gap(GapCommand),
+    /// Thresholds, background rates and hot pixels of a camera, from recordings made for it
+    #[command(subcommand)]
+    Calibrate(CalibrateCommand),
     /// Say what is in a file of events or labels
     Info(InfoArgs),
 }

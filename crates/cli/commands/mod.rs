@@ -2,6 +2,7 @@
 
 mod bench_infer;
 mod bench_sensor;
+pub(crate) mod calibrate;
 mod config_source;
 mod demo;
 mod eval;
@@ -24,6 +25,7 @@ use crate::args::{Args, BenchCommand, Command, DeviceArgs};
 pub(crate) fn run(args: Args) -> Result<ExitCode> {
     match args.command {
         Command::Gap(command) => return gap::run(&command),
+        Command::Calibrate(command) => calibrate::run(&command),
         Command::Demo(args) => demo::run(&args),
         Command::Simulate(args) => simulate::run(&args),
         Command::Events(args) => events::run(&args),

@@ -1,0 +1,78 @@
+//! `evpose calibrate noise`.
+
+use std::fmt::Write as _;
+
+use anyhow::{Context, Result};
+use evpose_calibrate::noise::{HOT, HotPixel, noise};
+use evpose_core::{Micros, TimeWindow, atomic_write};
+use evpose_sensor::EffectConfig;
+
+use super::args::NoiseArgs;
+use super::{read, told, write};
+use crate::progress::say;
+
+/// Hot pixels that are printed.
+const SHOWN: usize = 5;
+/// From here on the scene was hardly at rest.
+const RESTLESS: f64 = 2.0;
+
+pub(super) fn run(args: &NoiseArgs) -> Result<()> {
+    let events = read(&args.events, None)?;
+    let (Some(first), Some(last)) = (events.t().first(), events.t().last()) else {
+        anyhow::bail!("{}: no events", args.events.display());
+    };
+    // Time before the first event is no part of a recording whose clock began elsewhere.
+    let start = if first.as_seconds() < 1.0 { Micros(0) } else { *first };
+    let window =
+        TimeWindow { start: start + Micros::from_seconds(args.skip), end: *last + Micros(1) };
+    anyhow::ensure!(
+        args.skip >= 0.0 && window.start < window.end,
+        "--skip {}: {} lasts {:.3} s",
+        args.skip,
+        args.events.display(),
+        (*last - start).as_seconds()
+    );
+    let found =
+        noise(&events, window, args.seed).with_context(|| args.events.display().to_string())?;
+    let size = events.sensor();
+    say(format!(
+        "seen      {:.2} s of {size}, {} events",
+        found.seconds,
+        events.range(window).len()
+    ));
+    say("          rate of a pixel, without hot ones [95 % interval]; rate of the whole image");
+    say(format!("ON        {}; {:.0} per second", told(found.on_hz, "Hz"), found.all_on_hz));
+    say(format!("OFF       {}; {:.0} per second", told(found.off_hz, "Hz"), found.all_off_hz));
+    say(format!(
+        "hot       {} of {} pixels have clearly more than {HOT} times the events of others",
+        found.hot.len(),
+        size.pixels()
+    ));
+    for HotPixel { x, y, on_hz, off_hz } in found.hot.iter().take(SHOWN) {
+        say(format!("          ({x}, {y}): {on_hz:.1} Hz ON, {off_hz:.1} Hz OFF"));
+    }
+    if found.unrest > RESTLESS {
+        say(format!(
+            "note      the busiest twentieth of time has {:.1} times the mean: was all at rest?",
+            found.unrest
+        ));
+    }
+    if let Some(path) = &args.out {
+        let head = "Background by `evpose calibrate noise`, without hot pixels.";
+        let rates = EffectConfig::new("uniform_noise")
+            .with("on_hz", found.on_hz.estimate)
+            .with("off_hz", found.off_hz.estimate);
+        write(path, head, vec![rates])?;
+        say(format!("written to {}", path.display()));
+    }
+    if let Some(path) = &args.hot {
+        let mut table = "x,y,on_hz,off_hz\n".to_owned();
+        for HotPixel { x, y, on_hz, off_hz } in &found.hot {
+            writeln!(table, "{x},{y},{on_hz:.4},{off_hz:.4}")?;
+        }
+        atomic_write(path, table.as_bytes())
+            .with_context(|| format!("writing {}", path.display()))?;
+        say(format!("written to {}", path.display()));
+    }
+    Ok(())
+}
