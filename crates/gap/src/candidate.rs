@@ -92,11 +92,11 @@ impl Candidate {
                 !is_alone && p.name != head.name && matches!(p.prior, Prior::Typical(..))
             });
             let params: Vec<_> = std::iter::once(head).chain(rest).collect();
-            let is_known = |words: &Vec<(&str, &str)>| {
+            let is_meant = |words: &Vec<(&str, &str)>| {
                 // Rows that take time are what a bus serves row by row.
                 head.name != "row_ns" || words.contains(&("order", "rows"))
             };
-            for words in words(self.spec).into_iter().filter(is_known) {
+            for words in words(self.spec).into_iter().filter(is_meant) {
                 let mut effect = typical.clone();
                 if head.name != strength.name
                     && let (Prior::Typical(low, high), Strength::Falling(_)) =

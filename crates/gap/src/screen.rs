@@ -150,6 +150,7 @@ pub(crate) fn screened(
         .map(|way| {
             let read = way.trial.value(way.trial.params[0]);
             let is_sharp = matches!(way.domain, Domain::Clock | Domain::Readout);
+            // The queue of a bus grows evenly with what it takes for an event.
             let step = if is_sharp && way.name != "arbiter" { 1 } else { 2 };
             let (mut coarse, is_rising) = way.trial.rising();
             coarse = coarse.into_iter().step_by(step).collect();
