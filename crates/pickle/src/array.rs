@@ -1,0 +1,242 @@
+//! Arrays of numbers, out of a pickle.
+//!
+//! # Source
+//! `numpy/core/src/multiarray/methods.c`, `array_reduce` and `array_setstate`; `descriptor.c`,
+//! `arraydescr_reduce`.
+
+use std::borrow::Cow;
+
+use crate::{Element, Id, Node, Pickle};
+
+/// Dimensions that numpy itself allows.
+const MOST_DIMENSIONS: usize = 32;
+
+/// Numbers in a shape, row by row.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Array {
+    /// Length along every axis; empty for a single number.
+    pub shape: Vec<usize>,
+    /// The numbers, the last axis fastest. Integers beyond 2^53 are rounded.
+    pub values: Vec<f64>,
+}
+
+/// Why something is no array of numbers.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum ArrayError {
+    /// It is something else.
+    #[error("{0} instead of an array of numbers")]
+    Other(String),
+    /// Its elements are Python objects.
+    #[error("an array of Python objects instead of numbers; store it as numbers")]
+    Objects,
+    /// Its elements are no numbers of a known size.
+    #[error("numbers of the unknown type `{0}`; store it as f4, f8 or integers of up to 8 bytes")]
+    Type(String),
+    /// It is cut off, or its shape is not its own.
+    #[error("its shape {shape:?} takes {expected} bytes, {found} are there")]
+    Length {
+        /// Lengths along its axes.
+        shape: Vec<usize>,
+        /// Bytes of that many numbers, as text because it may exceed every integer.
+        expected: String,
+        /// Bytes that are there.
+        found: usize,
+    },
+    /// Its description is not one that numpy, scipy or chumpy write.
+    #[error("its description is damaged: {0}")]
+    Damaged(&'static str),
+}
+
+impl Array {
+    /// The numbers that `bytes` are.
+    ///
+    /// # Errors
+    /// [`ArrayError::Length`] unless there are exactly as many as the shape says.
+    pub fn from_bytes(
+        shape: Vec<usize>,
+        element: Element,
+        is_column_major: bool,
+        bytes: &[u8],
+    ) -> Result<Self, ArrayError> {
+        if shape.len() > MOST_DIMENSIONS {
+            return Err(ArrayError::Damaged("more than 32 dimensions"));
+        }
+        let count = shape.iter().try_fold(1usize, |count, &length| count.checked_mul(length));
+        let expected = count.and_then(|count| count.checked_mul(element.size()));
+        if expected != Some(bytes.len()) {
+            let expected = expected.map_or("too many".to_owned(), |bytes| bytes.to_string());
+            return Err(ArrayError::Length { shape, expected, found: bytes.len() });
+        }
+        let values = bytes.chunks_exact(element.size()).map(|bytes| element.number(bytes));
+        let values: Vec<f64> = values.collect();
+        Ok(if is_column_major {
+            Self::from_columns(shape, &values)
+        } else {
+            Self { shape, values }
+        })
+    }
+
+    /// The numbers of an array whose first axis is fastest.
+    fn from_columns(shape: Vec<usize>, stored: &[f64]) -> Self {
+        let mut strides = Vec::with_capacity(shape.len());
+        let mut stride = 1;
+        for &length in &shape {
+            strides.push(stride);
+            stride *= length;
+        }
+        let mut values = Vec::with_capacity(stored.len());
+        let mut position = vec![0; shape.len()];
+        for _ in 0..stored.len() {
+            let at: usize = position.iter().zip(&strides).map(|(at, stride)| at * stride).sum();
+            values.push(stored[at]);
+            for (at, &length) in position.iter_mut().zip(&shape).rev() {
+                *at = (*at + 1) % length;
+                if *at != 0 {
+                    break;
+                }
+            }
+        }
+        Self { shape, values }
+    }
+
+    /// The array of numbers at `id`: an array or number of numpy, a number, or a constant of chumpy
+    /// (an array that a fitting program could differentiate by).
+    ///
+    /// # Errors
+    /// Why it is none.
+    pub fn read(pickle: &Pickle, id: Id) -> Result<Self, ArrayError> {
+        crate::constant::read(pickle, id)
+    }
+
+    /// An array or a single number, but no constant of chumpy.
+    pub(crate) fn plain(pickle: &Pickle, id: Id) -> Result<Self, ArrayError> {
+        match pickle.node(id) {
+            Node::Int(value) => return Ok(Self { shape: Vec::new(), values: vec![*value as f64] }),
+            Node::Float(value) => return Ok(Self { shape: Vec::new(), values: vec![*value] }),
+            Node::Call { .. } => {}
+            _ => return Err(ArrayError::Other(describe(pickle, id))),
+        }
+        let Some((module, name, arguments)) = pickle.call(id) else {
+            return Err(ArrayError::Other(describe(pickle, id)));
+        };
+        let is_numpy = module == "numpy" || module.starts_with("numpy.");
+        match (is_numpy, name, arguments) {
+            (true, "_reconstruct", _) => Self::restored(pickle, id),
+            (true, "scalar", &[dtype, value]) => {
+                let element = element(pickle, dtype)?;
+                let bytes =
+                    bytes(pickle, value).ok_or(ArrayError::Damaged("a number of no bytes"))?;
+                Self::from_bytes(Vec::new(), element, false, &bytes)
+            }
+            (true, "_frombuffer", &[buffer, dtype, shape, order]) => {
+                let element = element(pickle, dtype)?;
+                let bytes = bytes(pickle, buffer).ok_or(ArrayError::Damaged("no bytes"))?;
+                let shape = pickle.sizes(shape).ok_or(ArrayError::Damaged("no shape"))?;
+                Self::from_bytes(shape, element, pickle.text(order) == Some("F"), &bytes)
+            }
+            _ => Err(ArrayError::Other(describe(pickle, id))),
+        }
+    }
+
+    /// `numpy.core.multiarray._reconstruct(ndarray, (0,), "b")` with the state
+    /// `(version, shape, dtype, is column-major, bytes)`, of which old writers leave out the version.
+    fn restored(pickle: &Pickle, id: Id) -> Result<Self, ArrayError> {
+        let state = pickle.state(id).and_then(|state| pickle.sequence(state));
+        let [shape, dtype, is_column_major, content] = match state {
+            Some(&[_, shape, dtype, order, content]) | Some(&[shape, dtype, order, content]) => {
+                [shape, dtype, order, content]
+            }
+            _ => return Err(ArrayError::Damaged("an array without its content")),
+        };
+        let shape = pickle.sizes(shape).ok_or(ArrayError::Damaged("no shape"))?;
+        let element = element(pickle, dtype)?;
+        let is_column_major = match pickle.node(is_column_major) {
+            Node::Bool(value) => *value,
+            Node::Int(value) => *value != 0,
+            _ => return Err(ArrayError::Damaged("neither row by row nor column by column")),
+        };
+        let bytes = bytes(pickle, content).ok_or(ArrayError::Damaged("its content is no bytes"))?;
+        Self::from_bytes(shape, element, is_column_major, &bytes)
+    }
+
+    /// The objects of an array of Python objects.
+    pub fn objects(pickle: &Pickle, id: Id) -> Option<&[Id]> {
+        let (_, "_reconstruct", _) = pickle.call(id)? else { return None };
+        let content = *pickle.sequence(pickle.state(id)?)?.last()?;
+        match pickle.node(content) {
+            Node::List(items) => Some(items),
+            _ => None,
+        }
+    }
+}
+
+/// The element of `numpy.dtype(name, align, copy)` with the state `(version, byte order, ...)`.
+fn element(pickle: &Pickle, id: Id) -> Result<Element, ArrayError> {
+    const DAMAGED: ArrayError = ArrayError::Damaged("numbers without a type");
+    let ("numpy" | "numpy.core.multiarray" | "numpy._core.multiarray", "dtype", &[name, ..]) =
+        pickle.call(id).ok_or(DAMAGED)?
+    else {
+        return Err(DAMAGED);
+    };
+    let name = pickle.text(name).ok_or(DAMAGED)?;
+    if name.trim_start_matches(['|', '<', '>', '=']).starts_with('O') {
+        return Err(ArrayError::Objects);
+    }
+    let element = Element::parse(name).ok_or_else(|| ArrayError::Type(shortened(name)))?;
+    let state = pickle.state(id).and_then(|state| pickle.sequence(state));
+    let order = state.and_then(|state| pickle.text(*state.get(1)?));
+    Ok(order.map_or(element, |order| element.with_order(order)))
+}
+
+/// Bytes, however a version of Python writes them: as such, as text of the same numbers, or as that
+/// text and how to encode it.
+fn bytes(pickle: &Pickle, id: Id) -> Option<Cow<'_, [u8]>> {
+    let latin = |text: &str| {
+        let bytes = text.chars().map(|c| u8::try_from(u32::from(c)).ok()).collect::<Option<_>>();
+        bytes.map(Cow::Owned)
+    };
+    match pickle.node(id) {
+        Node::Bytes(bytes) => Some(Cow::Borrowed(bytes)),
+        Node::Text(text) => latin(text),
+        _ => match pickle.call(id)? {
+            ("_codecs", "encode", &[text, encoding])
+                if matches!(pickle.text(encoding), Some("latin1" | "latin-1")) =>
+            {
+                latin(pickle.text(text)?)
+            }
+            ("__builtin__" | "builtins", "bytes" | "bytearray", []) => Some(Cow::Borrowed(&[])),
+            ("__builtin__" | "builtins", "bytearray", &[content]) => match pickle.node(content) {
+                Node::Bytes(bytes) => Some(Cow::Borrowed(bytes)),
+                _ => None,
+            },
+            _ => None,
+        },
+    }
+}
+
+/// What is at `id`, for a message.
+pub(crate) fn describe(pickle: &Pickle, id: Id) -> String {
+    match pickle.node(id) {
+        Node::None => "nothing".to_owned(),
+        Node::Bool(_) => "a truth value".to_owned(),
+        Node::Int(_) | Node::LongInt(_) => "an integer".to_owned(),
+        Node::Float(_) => "a number".to_owned(),
+        Node::Text(_) | Node::Bytes(_) => "a text".to_owned(),
+        Node::List(_) | Node::Tuple(_) => "a list".to_owned(),
+        Node::Dict(_) => "a dictionary".to_owned(),
+        Node::Global { module, name } => format!("`{}`", shortened(&format!("{module}.{name}"))),
+        Node::Persistent(_) => "something outside of the file".to_owned(),
+        Node::Call { .. } => match pickle.class(id) {
+            Some((module, name)) => {
+                format!("an object of `{}`", shortened(&format!("{module}.{name}")))
+            }
+            None => "an object".to_owned(),
+        },
+    }
+}
+
+/// A name of a file nobody trusts, for a message.
+fn shortened(name: &str) -> String {
+    let clean = name.chars().map(|c| if c.is_control() { '?' } else { c });
+    clean.take(80).collect()
+}

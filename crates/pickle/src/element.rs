@@ -1,0 +1,90 @@
+//! How the numbers of an array are stored.
+
+/// Bytes of a number and how to take them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Element {
+    kind: Kind,
+    /// Bytes of one number.
+    bytes: usize,
+    is_big_endian: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Float,
+    Signed,
+    Unsigned,
+}
+
+impl Element {
+    /// The element of a numpy type name such as `f8`, `<i4` or `>u2`; none for what is no number.
+    pub fn parse(name: &str) -> Option<Self> {
+        let (is_big_endian, name) = match name.as_bytes().first()? {
+            b'>' => (true, &name[1..]),
+            b'<' | b'|' | b'=' => (false, &name[1..]),
+            _ => (false, name),
+        };
+        let (kind, bytes) = match name {
+            "f4" => (Kind::Float, 4),
+            "f8" => (Kind::Float, 8),
+            "i1" => (Kind::Signed, 1),
+            "i2" => (Kind::Signed, 2),
+            "i4" => (Kind::Signed, 4),
+            "i8" => (Kind::Signed, 8),
+            "u1" | "b1" => (Kind::Unsigned, 1),
+            "u2" => (Kind::Unsigned, 2),
+            "u4" => (Kind::Unsigned, 4),
+            "u8" => (Kind::Unsigned, 8),
+            _ => return None,
+        };
+        Some(Self { kind, bytes, is_big_endian })
+    }
+
+    /// The same in the byte order `order`: `>` is the other one on the machines of today.
+    pub fn with_order(self, order: &str) -> Self {
+        Self { is_big_endian: order == ">", ..self }
+    }
+
+    /// Bytes of one number.
+    pub fn size(self) -> usize {
+        self.bytes
+    }
+
+    /// The number that `bytes` are. Integers beyond 2^53 are rounded.
+    pub(crate) fn number(self, bytes: &[u8]) -> f64 {
+        let mut wide = [0; 8];
+        for (k, byte) in bytes.iter().enumerate().take(8) {
+            wide[if self.is_big_endian { bytes.len() - 1 - k } else { k }] = *byte;
+        }
+        let raw = u64::from_le_bytes(wide);
+        match self.kind {
+            Kind::Float if self.bytes == 4 => f32::from_bits(raw as u32).into(),
+            Kind::Float => f64::from_bits(raw),
+            Kind::Unsigned => raw as f64,
+            Kind::Signed => {
+                // The sign is the first bit of as many bytes as there are.
+                let unused = 64 - 8 * self.bytes as u32;
+                ((raw << unused) as i64 >> unused) as f64
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_every_kind_and_order_are_taken() {
+        let number = |name: &str, bytes: &[u8]| Element::parse(name).map(|e| e.number(bytes));
+        assert_eq!(number("<f8", &1.5f64.to_le_bytes()), Some(1.5));
+        assert_eq!(number(">f8", &1.5f64.to_be_bytes()), Some(1.5));
+        assert_eq!(number(">f4", &(-2.5f32).to_be_bytes()), Some(-2.5));
+        assert_eq!(number("<i4", &(-3i32).to_le_bytes()), Some(-3.0));
+        assert_eq!(number(">i8", &(-3i64).to_be_bytes()), Some(-3.0));
+        assert_eq!(number("<u4", &u32::MAX.to_le_bytes()), Some(4_294_967_295.0));
+        assert_eq!(number("|i1", &[0xff]), Some(-1.0));
+        assert_eq!(number("O8", &[0; 8]), None);
+        assert_eq!(number("é", &[0; 8]), None);
+    }
+}
