@@ -1,7 +1,7 @@
 //! Parametric body models: the procedural arm and hand, skinning, motion.
 //!
 //! * [`BodyModel`]: a linear-blend-skinned body of the SMPL family; [`BodyModel::procedural_arm`] is
-//!   made in code, model files will come to the same type.
+//!   made in code, [`files`] reads the published hand and body models into the same type.
 //! * [`ShapedBody`], [`BodyPose`], [`PosedBody`]: one person, one pose, and the two together.
 //! * [`motion`]: the published random motion.
 //! * [`skeleton`], [`texture_layout`]: numbering of joints, what lies where on the skin.
@@ -22,6 +22,7 @@
 //! assert_eq!(label.translation_m, body.evaluation_points(&model)[0]);
 //! ```
 
+pub mod files;
 mod model;
 pub mod motion;
 mod normals;
@@ -33,6 +34,7 @@ mod skinning;
 pub mod texture_layout;
 
 pub use evpose_pose::rotation;
-pub use model::{BodyModel, HandBasis, ShapedBody, SkinWeights};
+pub use model::{BodyModel, FurtherWeight, HandBasis, ShapedBody, SkinWeights};
+
 pub use pose::{BodyPose, GENERATOR_NUMBERS};
 pub use posed::PosedBody;

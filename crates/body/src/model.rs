@@ -28,19 +28,23 @@ pub struct BodyModel {
     pub joint_offsets_m: Vec<Vec3>,
     /// The joint each joint hangs on; a parent comes before its children.
     pub parents: Vec<Option<usize>>,
-    /// What moves each vertex.
+    /// What moves each vertex, up to four joints.
     pub skin: Vec<SkinWeights>,
+    /// Joints beyond a vertex's four, ascending by vertex; none in the procedural arm. They lie apart
+    /// because few vertices of the published models have any, and four fit a vector register.
+    pub further_weights: Vec<FurtherWeight>,
     /// Triangles, counterclockwise from outside.
     pub faces: Vec<[u32; 3]>,
-    /// Texture coordinates of each vertex; [`crate::texture_layout`] for the procedural arm.
+    /// Texture coordinates of each vertex; [`crate::texture_layout`] for the procedural arm, all zero
+    /// where a file has none.
     pub uvs: Vec<Vec2>,
-    /// Articulation of the left hand.
-    pub left_hand: HandBasis,
-    /// Articulation of the right hand.
+    /// Articulation of the left hand, if there are two.
+    pub left_hand: Option<HandBasis>,
+    /// Articulation of the hand that is estimated: the right one, or the only one.
     pub right_hand: HandBasis,
-    /// The right wrist.
+    /// Its wrist.
     pub wrist: usize,
-    /// Vertices at the tips of the right thumb, index, middle, ring and pinky.
+    /// Vertices at the tips of its thumb, index, middle, ring and pinky.
     pub fingertips: [u32; 5],
 }
 
@@ -49,7 +53,7 @@ pub struct BodyModel {
 pub struct SkinWeights {
     /// Joints; those of weight zero mean nothing.
     pub joints: [u8; 4],
-    /// Weights, descending, with sum one.
+    /// Weights, descending, with sum one; with what [`BodyModel::further_weights`] adds.
     pub weights: [f32; 4],
 }
 
@@ -81,6 +85,17 @@ impl SkinWeights {
             .map(|(&joint, &weight)| (usize::from(joint), weight))
             .take_while(|&(_, weight)| weight > 0.0)
     }
+}
+
+/// A joint that moves a vertex beside the four of its [`SkinWeights`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FurtherWeight {
+    /// The vertex.
+    pub vertex: u32,
+    /// The joint.
+    pub joint: u8,
+    /// By how much.
+    pub weight: f32,
 }
 
 /// Coefficients of a hand's articulation to axis-angles of its 15 joints.

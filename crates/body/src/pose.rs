@@ -3,7 +3,7 @@
 use evpose_pose::HandParams;
 use glam::Vec3;
 
-use crate::skeleton::{BODY_JOINTS, LEFT_HAND, RIGHT_HAND};
+use crate::skeleton::{BODY_JOINTS, HAND_JOINTS, JOINTS};
 use crate::{BodyModel, HandBasis};
 
 /// How many numbers the generator draws: 22 axis-angles of the body, 6 articulation coefficients of
@@ -38,16 +38,22 @@ impl BodyPose {
     }
 
     /// The pose of the generator's 78 numbers. The hands' mean poses are added.
+    ///
+    /// # Panics
+    /// If the model has no body with both hands.
     pub fn from_generator(
         model: &BodyModel,
         numbers: &[f32; GENERATOR_NUMBERS],
         translation_m: Vec3,
     ) -> Self {
+        assert_eq!(model.parents.len(), JOINTS, "the generator poses a body with both hands");
         let mut pose = Self::rest(model);
         for (joint, angles) in pose.joints.iter_mut().zip(numbers[..LEFT_COEFFICIENTS].chunks(3)) {
             *joint = Vec3::from_slice(angles);
         }
-        pose.set_hand(&model.left_hand, &numbers[LEFT_COEFFICIENTS..RIGHT_COEFFICIENTS]);
+        if let Some(left_hand) = &model.left_hand {
+            pose.set_hand(left_hand, &numbers[LEFT_COEFFICIENTS..RIGHT_COEFFICIENTS]);
+        }
         pose.set_hand(&model.right_hand, &numbers[RIGHT_COEFFICIENTS..]);
         pose.translation_m = translation_m;
         pose
@@ -55,6 +61,9 @@ impl BodyPose {
 
     /// The pose a predicted hand is shown in, before its wrist is brought to where it was predicted.
     pub fn for_playback(model: &BodyModel, hand: &HandParams) -> Self {
+        if model.parents.len() < JOINTS {
+            return Self::of_hand(model, &hand.articulation);
+        }
         let mut numbers = [0.0; GENERATOR_NUMBERS];
         for (entry, value) in PLAYBACK {
             numbers[entry] = value;
@@ -63,10 +72,17 @@ impl BodyPose {
         Self::from_generator(model, &numbers, Vec3::ZERO)
     }
 
+    /// The estimated hand articulated, everything else at rest.
+    pub fn of_hand(model: &BodyModel, coefficients: &[f32]) -> Self {
+        let mut pose = Self::rest(model);
+        pose.set_hand(&model.right_hand, coefficients);
+        pose
+    }
+
     /// Articulates one hand.
     pub fn set_hand(&mut self, basis: &HandBasis, coefficients: &[f32]) {
         let hand = &mut self.joints[basis.first_joint..];
-        for (k, joint) in hand.iter_mut().take(RIGHT_HAND - LEFT_HAND).enumerate() {
+        for (k, joint) in hand.iter_mut().take(HAND_JOINTS).enumerate() {
             *joint = basis.rotation(k, coefficients);
         }
     }

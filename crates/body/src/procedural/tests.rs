@@ -151,8 +151,8 @@ fn rows_of_the_basis_are_orthogonal_and_mirrored_for_the_left_hand() {
         }
     }
     // Mirroring a rotation is conjugation with the reflection x -> -x.
-    let [right, left] =
-        [&model.right_hand, &model.left_hand].map(|hand| hand.rotation(4, &[1.0, -0.5]));
+    let left = model.left_hand.as_ref().expect("two hands");
+    let [right, left] = [&model.right_hand, left].map(|hand| hand.rotation(4, &[1.0, -0.5]));
     let point = Vec3::new(0.3, -0.2, 0.5);
     let mirror = |p: Vec3| Vec3::new(-p.x, p.y, p.z);
     let turn = evpose_pose::rotation::matrix_from_axis_angle;

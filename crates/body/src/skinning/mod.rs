@@ -107,12 +107,29 @@ impl BodyModel {
         vertices_m: &mut Vec<Vec3>,
         normals: &mut Vec<Vec3>,
     ) {
+        if self.further_weights.is_empty() {
+            self.blend::<false>(world_from_rest, rest_m, rest_normals, vertices_m, normals);
+        } else {
+            self.blend::<true>(world_from_rest, rest_m, rest_normals, vertices_m, normals);
+        }
+    }
+
+    /// With `FURTHER`, also joints beyond a vertex's four; without, the loop does not ask.
+    fn blend<const FURTHER: bool>(
+        &self,
+        world_from_rest: &[Affine3A],
+        rest_m: &[Vec3],
+        rest_normals: &[Vec3],
+        vertices_m: &mut Vec<Vec3>,
+        normals: &mut Vec<Vec3>,
+    ) {
         vertices_m.resize(rest_m.len(), Vec3::ZERO);
         normals.resize(rest_m.len(), Vec3::ZERO);
         let rest = rest_m.iter().zip(rest_normals);
         let posed = vertices_m.iter_mut().zip(normals.iter_mut());
-        for ((skin, (&vertex_m, &normal)), (posed_m, posed_normal)) in
-            self.skin.iter().zip(rest).zip(posed)
+        let mut further = self.further_weights.as_slice();
+        for (vertex, ((skin, (&vertex_m, &normal)), (posed_m, posed_normal))) in
+            self.skin.iter().zip(rest).zip(posed).enumerate()
         {
             let mut matrix = Mat3A::ZERO;
             let mut translation = Vec3A::ZERO;
@@ -120,6 +137,16 @@ impl BodyModel {
                 let transform = &world_from_rest[joint];
                 matrix += transform.matrix3 * weight;
                 translation += transform.translation * weight;
+            }
+            if FURTHER {
+                while let [more, rest @ ..] = further
+                    && more.vertex as usize == vertex
+                {
+                    let transform = &world_from_rest[usize::from(more.joint)];
+                    matrix += transform.matrix3 * more.weight;
+                    translation += transform.translation * more.weight;
+                    further = rest;
+                }
             }
             *posed_m = (matrix * Vec3A::from(vertex_m) + translation).into();
             *posed_normal = (matrix * Vec3A::from(normal)).normalize_or_zero().into();
