@@ -54,7 +54,7 @@ pub(crate) enum Command {
     /// Thresholds, background rates and hot pixels of a camera, from recordings made for it
     #[command(subcommand)]
     Calibrate(CalibrateCommand),
-    /// Say what is in a file of events or labels
+    /// Say what is in a file of events or labels, or a model of a hand
     Info(InfoArgs),
 }
 
@@ -279,9 +279,12 @@ pub(crate) struct BenchSensorArgs {
 }
 
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example:\n  evpose info data/train/0000.evc")]
+#[command(
+    after_help = "Examples:\n  evpose info data/train/0000.evc\n  evpose info MANO_RIGHT.pkl"
+)]
 pub(crate) struct InfoArgs {
-    /// Files: .evc, .meta, .npz or text; recognised by content
+    /// Files: recordings (.evc, .meta, .npz, text) or hand and body models (.pkl, .npz); recognised
+    /// by content
     #[arg(required = true)]
     pub(crate) files: Vec<PathBuf>,
 }

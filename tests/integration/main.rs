@@ -8,5 +8,6 @@ mod demo;
 mod events;
 mod gap;
 mod harness;
+mod models;
 mod resume;
 mod sensor;

@@ -1,6 +1,7 @@
 //! `evpose info`.
 
 use anyhow::Result;
+use evpose_body::files::ModelFile;
 
 use crate::args::InfoArgs;
 use crate::progress::say;
@@ -10,7 +11,12 @@ pub(crate) fn run(args: &InfoArgs) -> Result<()> {
         if i > 0 {
             say("");
         }
-        say(evpose_io::info(file, None)?);
+        if ModelFile::is_likely(file) {
+            let model = ModelFile::read(file)?;
+            say(format!("{}\n{model}", file.display()));
+        } else {
+            say(evpose_io::info(file, None)?);
+        }
     }
     Ok(())
 }

@@ -4,9 +4,9 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::{Cursor, Read};
 
+use evpose_pickle::{Node, Pickle};
 use zip::ZipArchive;
 
-use super::pickle::{Node, Pickle};
 use super::view::element_sizes;
 
 /// Begins a zip archive.
@@ -56,7 +56,7 @@ impl Container {
         if names.contains(&order) && read(&order)? != b"little" {
             return Err(BIG_ENDIAN.to_owned());
         }
-        let pickle = Pickle::read(&read(&format!("{root}data.pkl"))?, 0)?;
+        let pickle = pickle(&read(&format!("{root}data.pkl"))?, 0)?;
         let prefix = format!("{root}data/");
         let mut storages = BTreeMap::new();
         for name in &names {
@@ -74,17 +74,17 @@ impl Container {
         if !matches!(magic.node(magic.root()), Node::LongInt(magic) if *magic == LEGACY_MAGIC) {
             return Err("a pickle that torch.save did not write".to_owned());
         }
-        let protocol = Pickle::read(bytes, magic.end)?;
-        let machine = Pickle::read(bytes, protocol.end)?;
+        let protocol = pickle(bytes, magic.end())?;
+        let machine = pickle(bytes, protocol.end())?;
         let order = machine.get(machine.root(), "little_endian");
         if order.is_some_and(|order| *machine.node(order) != Node::Bool(true)) {
             return Err(BIG_ENDIAN.to_owned());
         }
-        let pickle = Pickle::read(bytes, machine.end)?;
-        let keys = Pickle::read(bytes, pickle.end)?;
-        let sizes = element_sizes(&pickle);
+        let saved = pickle(bytes, machine.end())?;
+        let keys = pickle(bytes, saved.end())?;
+        let sizes = element_sizes(&saved);
         let mut storages = BTreeMap::new();
-        let mut at = keys.end;
+        let mut at = keys.end();
         for &key in keys.sequence(keys.root()).ok_or("no list of storages")? {
             let key = keys.text(key).ok_or("a storage without a name")?;
             let size = sizes.get(key).ok_or_else(|| format!("storage {key} of unknown type"))?;
@@ -96,11 +96,16 @@ impl Container {
             storages.insert(key.to_owned(), content.to_vec());
             at += head.len() + length;
         }
-        Ok(Self { pickle, storages })
+        Ok(Self { pickle: saved, storages })
     }
 
     /// The bytes of a storage.
     pub(super) fn storage(&self, key: &str) -> Option<&[u8]> {
         self.storages.get(key).map(Vec::as_slice)
     }
+}
+
+/// The pickle that begins at byte `start`.
+fn pickle(bytes: &[u8], start: usize) -> Result<Pickle, String> {
+    Pickle::read(bytes, start).map_err(|error| error.to_string())
 }

@@ -6,8 +6,6 @@
 //! may stand at the top or, as Lightning puts them, under `state_dict`.
 
 mod container;
-mod machine;
-mod pickle;
 mod view;
 
 use std::collections::BTreeMap;

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use burn::tensor::{Bytes, DType, TensorData};
+use evpose_pickle::{Id, Node, Pickle};
 
 use super::container::Container;
-use super::pickle::{Id, Node, Pickle};
 
 /// The storage classes of `torch`: bytes of an element, and its type where a weight can have it.
 const STORAGES: [(&str, usize, Option<DType>); 12] = [
@@ -127,9 +127,8 @@ pub(super) fn element_sizes(pickle: &Pickle) -> BTreeMap<&str, usize> {
 
 /// The function of `torch._utils` that is called at `id`, and its arguments.
 fn call(pickle: &Pickle, id: Id) -> Option<(&str, &[Id])> {
-    let Node::Call { callable, arguments, .. } = pickle.node(id) else { return None };
-    let Node::Global { module, name } = pickle.node(*callable) else { return None };
-    (module == "torch._utils").then_some((name, pickle.sequence(*arguments)?))
+    let (module, name, arguments) = pickle.call(id)?;
+    (module == "torch._utils").then_some((name, arguments))
 }
 
 /// The key and element of a persistent id `("storage", class, key, device, length, ...)`.
