@@ -11,6 +11,8 @@ impl fmt::Display for ModelKind {
         f.write_str(match self {
             Self::Hand(Side::Right) => "right hand (MANO)",
             Self::Hand(Side::Left) => "left hand (MANO)",
+            Self::Jointed(Side::Right) => "right hand (joints of WebXR)",
+            Self::Jointed(Side::Left) => "left hand (joints of WebXR)",
             Self::Body => "body with both hands (SMPL+H)",
         })
     }

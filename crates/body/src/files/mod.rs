@@ -17,6 +17,8 @@ mod build;
 mod describe;
 mod error;
 mod fields;
+#[cfg(feature = "gltf")]
+mod glb;
 mod npz;
 mod skin;
 #[cfg(test)]
@@ -50,6 +52,8 @@ pub enum Side {
 pub enum ModelKind {
     /// MANO: one hand.
     Hand(Side),
+    /// A hand of another maker, with the joints of WebXR.
+    Jointed(Side),
     /// SMPL+H: a body with both hands.
     Body,
 }
@@ -89,6 +93,10 @@ impl ModelFile {
     /// # Errors
     /// As [`Self::read`].
     pub fn from_bytes(path: &Path, bytes: Vec<u8>) -> Result<Self, ModelFileError> {
+        #[cfg(feature = "gltf")]
+        if glb::is_glb(&bytes) {
+            return glb::model(path, &bytes);
+        }
         build::model(Fields::of(path, bytes)?)
     }
 
@@ -100,6 +108,7 @@ impl ModelFile {
         match head {
             // A dictionary in protocol 0 and 1, any value in later ones.
             [b'(', b'd', ..] | [b'}', b'q', ..] | [0x80, 2..=5, ..] => true,
+            [b'g', b'l', b'T', b'F', ..] => cfg!(feature = "gltf"),
             [b'P', b'K', ..] => {
                 let archive = ZipArchive::new(file).ok();
                 archive.is_some_and(|zip| zip.index_for_name("v_template.npy").is_some())
