@@ -27,6 +27,12 @@ pub enum CoreError {
         /// The time before.
         previous: Micros,
     },
+    /// Columns of events that do not belong together.
+    #[error("columns of {lengths:?} times, columns, rows and polarities")]
+    ColumnLengths {
+        /// How many there are of each.
+        lengths: [usize; 4],
+    },
     /// The data of a plane does not match its size.
     #[error("{width}x{height} needs {} values, got {got}", width * height)]
     PlaneSize {

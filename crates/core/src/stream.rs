@@ -58,6 +58,65 @@ impl EventStream {
         Ok(())
     }
 
+    /// Appends many events at once, given column by column.
+    ///
+    /// # Errors
+    /// The first event that lies outside the sensor or is earlier than the one before it, or columns
+    /// of different lengths; the stream is then unchanged.
+    pub fn extend_columns(
+        &mut self,
+        t: &[Micros],
+        x: &[u16],
+        y: &[u16],
+        polarity: &[Polarity],
+    ) -> Result<(), CoreError> {
+        let lengths = [t.len(), x.len(), y.len(), polarity.len()];
+        if lengths != [t.len(); 4] {
+            return Err(CoreError::ColumnLengths { lengths });
+        }
+        // Whole columns without branches; only one that is faulty is looked at event by event.
+        let inside = |column: &[u16], limit: u16| {
+            column.iter().fold(true, |all, &value| all & (value < limit))
+        };
+        let in_order = t.is_sorted()
+            && self.t.last().zip(t.first()).is_none_or(|(previous, first)| first >= previous);
+        let is_sound = in_order && inside(x, self.sensor.width) && inside(y, self.sensor.height);
+        if !is_sound && let Some(fault) = self.first_fault(t, x, y) {
+            return Err(fault);
+        }
+        self.t.extend_from_slice(t);
+        self.x.extend_from_slice(x);
+        self.y.extend_from_slice(y);
+        self.polarity.extend_from_slice(polarity);
+        Ok(())
+    }
+
+    /// What is wrong with the first of some events that cannot be appended.
+    fn first_fault(&self, t: &[Micros], x: &[u16], y: &[u16]) -> Option<CoreError> {
+        let mut previous = self.t.last().copied();
+        for (k, ((&t, &x), &y)) in t.iter().zip(x).zip(y).enumerate() {
+            let index = self.len() + k;
+            if !self.sensor.contains(x, y) {
+                return Some(CoreError::OutsideSensor { index, x, y, sensor: self.sensor });
+            }
+            match previous {
+                Some(previous) if t < previous => {
+                    return Some(CoreError::OutOfOrder { index, t, previous });
+                }
+                _ => previous = Some(t),
+            }
+        }
+        None
+    }
+
+    /// Makes room for `events` further events.
+    pub fn reserve(&mut self, events: usize) {
+        self.t.reserve(events);
+        self.x.reserve(events);
+        self.y.reserve(events);
+        self.polarity.reserve(events);
+    }
+
     /// Forgets the events and keeps the memory.
     pub fn clear(&mut self) {
         self.t.clear();
@@ -201,6 +260,27 @@ mod tests {
     fn an_event_outside_the_sensor_is_refused() {
         let refused = EventStream::from_events(SENSOR, [event(0, 4, 0)]);
         assert_eq!(refused, Err(CoreError::OutsideSensor { index: 0, x: 4, y: 0, sensor: SENSOR }));
+    }
+
+    #[test]
+    fn columns_are_refused_as_their_events_would_be_one_by_one() {
+        let mut stream = EventStream::from_events(SENSOR, [event(3, 0, 0)]).unwrap();
+        let kept = stream.clone();
+        let on = [Polarity::On; 3];
+        let times = |t: [i64; 3]| t.map(Micros);
+        for (t, x, y) in [([3, 4, 5], [0, 4, 0], [0; 3]), ([3, 4, 5], [0; 3], [0, 0, 3])] {
+            let fault = stream.extend_columns(&times(t), &x, &y, &on).unwrap_err();
+            assert!(matches!(fault, CoreError::OutsideSensor { .. }), "{fault}");
+        }
+        for (t, index) in [([2, 4, 5], 1), ([3, 5, 4], 3)] {
+            let fault = stream.extend_columns(&times(t), &[0; 3], &[0; 3], &on).unwrap_err();
+            assert!(matches!(fault, CoreError::OutOfOrder { index: at, .. } if at == index));
+        }
+        let fault = stream.extend_columns(&times([3, 4, 5]), &[0; 2], &[0; 3], &on).unwrap_err();
+        assert_eq!(fault, CoreError::ColumnLengths { lengths: [3, 2, 3, 3] });
+        assert_eq!(stream, kept);
+        stream.extend_columns(&times([3, 4, 5]), &[1, 2, 3], &[0, 1, 2], &on).unwrap();
+        assert_eq!(stream.get(3), Some(event(5, 3, 2)));
     }
 
     #[test]

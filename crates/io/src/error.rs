@@ -46,6 +46,14 @@ pub enum IoError {
         /// Events in those frames.
         events: u64,
     },
+    /// Events that a stream cannot take: it ends later, or its sensor is smaller.
+    #[error("{}: {reason}", path.display())]
+    Stream {
+        /// The file the events are from.
+        path: PathBuf,
+        /// Why not.
+        reason: String,
+    },
     /// A `.meta` file breaks its format.
     #[error("{}: byte {byte}: {fault} ({records} records readable before it)", path.display())]
     Meta {

@@ -3,8 +3,9 @@
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use evpose_core::{Event, EventStream, Micros, SensorSize};
+use evpose_core::{CoreError, EventStream, Micros, SensorSize};
 
+use super::columns::Columns;
 use super::scan::{EvcFault, Tally, marker_offset, tally};
 use super::{EvcWindow, FRAME, NEW_FRAME, RECORD};
 use crate::IoError;
@@ -15,6 +16,8 @@ use crate::positional::PositionalFile;
 const INDEX_STEP: u64 = 32;
 /// Bytes read at once while the index is made.
 const BLOCK: usize = 1 << 20;
+/// Frames read at once into a stream.
+const FRAMES_AT_ONCE: u64 = 256;
 /// Bytes checked at once: they stay in the first-level cache.
 const RUN: usize = 1 << 13;
 
@@ -242,22 +245,50 @@ impl EvcReader {
     /// As [`EvcReader::read_frames`].
     pub fn read_stream(&self, frames: Range<u64>) -> Result<EventStream, IoError> {
         let mut stream = EventStream::empty(self.sensor);
-        let mut window = EvcWindow::new();
+        if frames == (0..self.frames) {
+            stream.reserve(usize::try_from(self.events()).unwrap_or(0));
+        }
+        self.read_into(frames, &mut EvcWindow::new(), &mut stream)?;
+        Ok(stream)
+    }
+
+    /// Appends `frames` to `stream`, as [`EvcReader::read_stream`] does, using the memory of `window`.
+    ///
+    /// # Errors
+    /// As [`EvcReader::read_frames`], and if the stream is later than the frames or of a smaller
+    /// sensor.
+    pub fn read_into(
+        &self,
+        frames: Range<u64>,
+        window: &mut EvcWindow,
+        stream: &mut EventStream,
+    ) -> Result<(), IoError> {
+        let mut columns = Columns::default();
         let mut start = frames.start;
         loop {
-            let end = frames.end.min(start + 1024);
-            self.read_frames(start..end, &mut window)?;
-            for event in window.events() {
-                let t = Micros((start + u64::from(event.frame)) as i64 * FRAME.0);
-                let event = Event { t, x: event.x, y: event.y, polarity: event.polarity };
-                // Frames ascend and the reader checks bounds: only a changed file is refused.
-                stream.push(event).map_err(|_| self.fault(0, EvcFault::Changed))?;
+            let end = frames.end.min(start + FRAMES_AT_ONCE);
+            self.read_frames(start..end, window)?;
+            let mut records = window.records();
+            let mut frame = start;
+            while let [_, events @ ..] = records {
+                let count = events.iter().position(|r| r[3] == NEW_FRAME).unwrap_or(events.len());
+                let (events, rest) = events.split_at(count);
+                columns.decode(Micros(frame as i64 * FRAME.0), events);
+                records = rest;
+                frame += 1;
+                if columns.is_full() || records.is_empty() {
+                    columns.move_to(stream).map_err(|fault| self.unfit(&fault))?;
+                }
             }
             if end >= frames.end {
-                return Ok(stream);
+                return Ok(());
             }
             start = end;
         }
+    }
+
+    fn unfit(&self, fault: &CoreError) -> IoError {
+        IoError::Stream { path: self.path.clone(), reason: fault.to_string() }
     }
 
     /// Byte offset of an entry of the index; the end of the frames after the last.

@@ -52,23 +52,26 @@ impl EvcWindow {
         self.len() == 0
     }
 
+    /// The records of four bytes, frame markers among them, the first record being one.
+    pub fn records(&self) -> &[[u8; RECORD]] {
+        self.bytes[self.inside.clone()].as_chunks().0
+    }
+
     /// The events in file order, frame by frame.
     pub fn events(&self) -> impl Iterator<Item = EvcEvent> + '_ {
         // The first record is a marker, which takes the counter to 0.
         let mut frame = u32::MAX;
-        self.bytes[self.inside.clone()].as_chunks::<RECORD>().0.iter().filter_map(
-            move |&[low, high, y, polarity]| {
-                if polarity == NEW_FRAME {
-                    frame = frame.wrapping_add(1);
-                    return None;
-                }
-                Some(EvcEvent {
-                    frame,
-                    x: u16::from_le_bytes([low, high]),
-                    y: y.into(),
-                    polarity: Polarity::from_on(polarity == 1),
-                })
-            },
-        )
+        self.records().iter().filter_map(move |&[low, high, y, polarity]| {
+            if polarity == NEW_FRAME {
+                frame = frame.wrapping_add(1);
+                return None;
+            }
+            Some(EvcEvent {
+                frame,
+                x: u16::from_le_bytes([low, high]),
+                y: y.into(),
+                polarity: Polarity::from_on(polarity == 1),
+            })
+        })
     }
 }
