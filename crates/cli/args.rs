@@ -233,6 +233,55 @@ pub(crate) enum BenchCommand {
     Infer(BenchInferArgs),
     /// Cost of the event camera per pixel and step, on one core
     Sensor(BenchSensorArgs),
+    /// Steps a second of the labelled hand simulation, and where the time goes
+    Sim(BenchSimArgs),
+    /// Events and labels a second from files in the page cache, on one core
+    Io(BenchIoArgs),
+}
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  evpose bench io\n  evpose bench io --json io.json")]
+pub(crate) struct BenchIoArgs {
+    /// Frames of 1 ms in the file that is made for it
+    #[arg(long, default_value_t = 250_000)]
+    pub(crate) frames: u64,
+    /// Events in each, on average
+    #[arg(long, default_value_t = 200)]
+    pub(crate) events_per_frame: u32,
+    /// Times each reader reads it all
+    #[arg(long, default_value_t = 15)]
+    pub(crate) passes: usize,
+    /// Folder for the file [default: the system's for temporary files]
+    #[arg(long)]
+    pub(crate) scratch: Option<PathBuf>,
+    /// Where to write the numbers
+    #[arg(long)]
+    pub(crate) json: Option<PathBuf>,
+}
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  evpose bench sim\n  \
+    evpose bench sim --sequences 2 --seconds 5 --json sim.json\n\n\
+    Build with --features peers to time other rasterisers in the same run.")]
+pub(crate) struct BenchSimArgs {
+    /// A TOML file, or an embedded config: its simulation is measured
+    #[arg(long, default_value = "eventhands")]
+    pub(crate) config: String,
+    /// Sequences of each mesh
+    #[arg(long, default_value_t = 10)]
+    pub(crate) sequences: u64,
+    /// Simulated seconds of each sequence
+    #[arg(long, default_value_t = 50.0)]
+    pub(crate) seconds: f64,
+    /// Sequences at a time; one on each core by default
+    #[arg(long)]
+    pub(crate) threads: Option<usize>,
+    /// Folder for the files, removed after each sequence [default: the system's for temporary files]
+    #[arg(long)]
+    pub(crate) scratch: Option<PathBuf>,
+    /// Where to write the numbers
+    #[arg(long)]
+    pub(crate) json: Option<PathBuf>,
 }
 
 #[derive(Debug, clap::Args)]

@@ -29,6 +29,7 @@ mod normals;
 mod pose;
 mod posed;
 mod procedural;
+mod right_arm;
 pub mod skeleton;
 mod skinning;
 pub mod texture_layout;

@@ -26,6 +26,9 @@ pub struct BodyModel {
     /// What is added to the weighted sums, in metres: the joints no vertex is drawn around. Zero in
     /// SMPL-family files.
     pub joint_offsets_m: Vec<Vec3>,
+    /// Displacement of every joint per unit of every shape coefficient, beside that of the vertices
+    /// in its row, in metres. Empty: none; not so where a surface was cut off its joints.
+    pub joint_directions_m: Vec<Vec<Vec3>>,
     /// The joint each joint hangs on; a parent comes before its children.
     pub parents: Vec<Option<usize>>,
     /// What moves each vertex, up to four joints.
@@ -152,7 +155,7 @@ impl BodyModel {
                 *vertex_m += offset_m * beta;
             }
         }
-        let joints_m = self
+        let mut joints_m: Vec<Vec3> = self
             .joint_regressor
             .iter()
             .zip(&self.joint_offsets_m)
@@ -162,6 +165,11 @@ impl BodyModel {
                 })
             })
             .collect();
+        for (direction_m, &beta) in self.joint_directions_m.iter().zip(betas) {
+            for (joint_m, &offset_m) in joints_m.iter_mut().zip(direction_m) {
+                *joint_m += offset_m * beta;
+            }
+        }
         let normals = area_weighted_normals(&vertices_m, &self.faces);
         ShapedBody { vertices_m, normals, joints_m }
     }

@@ -68,11 +68,13 @@ pub(crate) fn run(args: &InferArgs) -> Result<()> {
     say(format!("{} poses: {}", poses.len(), args.out.display()));
 
     if let Some(path) = &args.joints {
-        let stage = Stage::new(&config);
+        let stage = Stage::new(&config)?;
+        // A network of both hands does not say which it saw.
+        let side = config.simulation.hands.side(0);
         let mut csv = joints_header();
         for (t, pose) in &poses {
             let _ = write!(csv, "{}", t.0);
-            joints_line(&mut csv, &stage.points(pose, &[]));
+            joints_line(&mut csv, &stage.points(side, pose, &[]));
         }
         atomic_write(path, csv.as_bytes())
             .with_context(|| format!("writing {}", path.display()))?;

@@ -1,7 +1,9 @@
 //! One file per command.
 
 mod bench_infer;
+mod bench_io;
 mod bench_sensor;
+mod bench_sim;
 pub(crate) mod calibrate;
 mod config_source;
 mod demo;
@@ -35,6 +37,8 @@ pub(crate) fn run(args: Args) -> Result<ExitCode> {
         Command::Bench(BenchCommand::Infer(args)) => bench_infer::run(&args),
         Command::Sensor(command) => sensor::run(&command),
         Command::Bench(BenchCommand::Sensor(args)) => bench_sensor::run(&args),
+        Command::Bench(BenchCommand::Io(args)) => bench_io::run(&args),
+        Command::Bench(BenchCommand::Sim(args)) => bench_sim::run(&args),
         Command::Info(args) => info::run(&args),
     }
     .map(|()| ExitCode::SUCCESS)

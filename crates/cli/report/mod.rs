@@ -187,7 +187,7 @@ fn shown(judged: &Judged) -> Result<&Evaluated> {
 
 /// Frames from all over the held-out sequences.
 fn strip(material: &Material<'_>) -> Result<RgbImage> {
-    let stage = Stage::new(material.config);
+    let stage = Stage::new(material.config)?;
     let shown = shown(material.judged)?;
     let sequences = material.held_out.sequences();
     let pictures: Vec<RgbImage> = (0..STRIP)
@@ -215,7 +215,7 @@ fn median_sequence(shown: &Evaluated) -> usize {
 /// The start of a held-out sequence of median error, at half speed.
 fn animation(material: &Material<'_>) -> Result<Vec<u8>> {
     use image::codecs::gif::{GifEncoder, Repeat};
-    let stage = Stage::new(material.config);
+    let stage = Stage::new(material.config)?;
     let shown = shown(material.judged)?;
     let index = median_sequence(shown);
     let sequence = &material.held_out.sequences()[index];
@@ -260,8 +260,8 @@ fn picture(
     let scale = PICTURE_PX.div_ceil(width as u32);
     let mut canvas = Canvas::events(&plane(Polarity::On)?, &plane(Polarity::Off)?, scale);
     let betas = sequence.betas(sequence.episode_of(frame));
-    let truth = stage.points(&sequence.pose(frame)?, betas);
-    let predicted = stage.points(predicted, &[]);
+    let truth = stage.points(sequence.hand(), &sequence.pose(frame)?, betas);
+    let predicted = stage.points(sequence.hand(), predicted, &[]);
     for (points, colour) in [(truth, TRUTH), (predicted, PREDICTION)] {
         if let Some(points) = in_front(&points) {
             canvas.hand(&points, colour);

@@ -1,4 +1,4 @@
-//! The 12 numbers that describe a right hand.
+//! The 12 numbers that describe a hand.
 
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -31,7 +31,7 @@ pub const EVALUATION_JOINTS: [&str; 21] = [
     "thumb3",
 ];
 
-/// Pose of a right hand in the world: what the `.meta` file stores and the network predicts.
+/// Pose of a hand in the world, a right one unless said otherwise: what the `.meta` file stores and the network predicts.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct HandParams {
     /// First six coefficients of the articulation basis, dimensionless, about -2 to 2.

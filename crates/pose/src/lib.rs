@@ -1,6 +1,7 @@
 //! Poses, the filters that smooth them over time, and the metrics that judge them. No Burn.
 //!
 //! * [`HandParams`]: the 12 numbers EventHands regresses.
+//! * [`HandSide`], [`Mirror`]: left hands as mirrored right ones.
 //! * [`EVALUATION_JOINTS`]: the 21 points of the hand that are evaluated, in their published order.
 //! * [`filter`]: smoothing over time.
 //! * [`metric`]: errors, curves under which areas are taken, and intervals.
@@ -11,6 +12,8 @@ pub mod filter;
 mod hand_params;
 pub mod metric;
 pub mod rotation;
+mod side;
 
 pub use error::PoseError;
 pub use hand_params::{EVALUATION_JOINTS, HandParams, PARAMETERS};
+pub use side::{HandSide, Mirror};

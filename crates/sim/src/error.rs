@@ -44,6 +44,25 @@ pub enum SimError {
         /// Why not.
         source: image::ImageError,
     },
+    /// A file of texture coordinates that is not one of its model.
+    #[error("{}: {reason}", path.display())]
+    TextureCoordinates {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A file of the skin model that cannot be read.
+    #[error("{}: {reason}", path.display())]
+    SkinFile {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        reason: String,
+    },
+    /// The model of hand and arm cannot be read.
+    #[error(transparent)]
+    Model(#[from] evpose_body::files::ModelFileError),
     /// The text file beside a sequence cannot be read or written.
     #[error("{}: {reason}", path.display())]
     SequenceInfo {

@@ -24,6 +24,7 @@
 //! # Ok::<(), evpose_sim::SimError>(())
 //! ```
 
+mod actor;
 pub mod config;
 mod episode;
 mod error;
@@ -34,8 +35,10 @@ pub mod scene;
 mod sequence_info;
 mod simulation;
 mod simulator;
+mod stopwatch;
 pub mod texture;
 
+pub use actor::{Actor, HandPoints3};
 pub use config::SimulationConfig;
 pub use episode::Episode;
 pub use error::SimError;
@@ -43,6 +46,7 @@ pub use record::{Recorded, RecordedRun, record, record_all};
 pub use sequence_info::{EpisodeInfo, SequenceInfo};
 pub use simulation::Simulation;
 pub use simulator::{Simulator, Step};
+pub use stopwatch::{Part, Stopwatch};
 
 #[cfg(test)]
 mod shapes;

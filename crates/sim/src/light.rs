@@ -7,7 +7,7 @@
 
 use evpose_body::PosedBody;
 use evpose_core::{CounterRng, Plane, seed_for};
-use evpose_pose::HandParams;
+use evpose_pose::{HandParams, HandSide};
 use glam::Vec3;
 
 use crate::simulator::{Surroundings, mesh};
@@ -30,13 +30,22 @@ impl Simulation {
         (0..frames).map(|_| Ok(simulator.advance()?.luminance.clone())).collect()
     }
 
-    /// Pictures of a hand in these poses, one each, with look number `look`. `betas` is the shape
-    /// of the body; where it is empty, it is drawn as well.
-    pub fn light_of(&self, hands: &[HandParams], betas: &[f32], look: u64) -> Vec<Plane<f32>> {
+    /// Pictures of a hand of `side` in these poses, one each, with look number `look`. `betas` is the
+    /// shape of the body; where it is empty, it is drawn as well.
+    ///
+    /// # Errors
+    /// If a file of skins can no longer be read.
+    pub fn light_of(
+        &self,
+        side: HandSide,
+        hands: &[HandParams],
+        betas: &[f32],
+        look: u64,
+    ) -> Result<Vec<Plane<f32>>, SimError> {
         let shared = &self.shared;
         let seed = seed_for(shared.seed, "look", look);
-        let mut around = Surroundings::new(shared, shared.config.camera(), seed, 0);
-        let body = &shared.body;
+        let mut around = Surroundings::new(shared, side, seed, 0)?;
+        let (actor, body) = (&shared.actor, shared.actor.body());
         if betas.len() == body.shape_directions_m.len() {
             around.shaped = body.shaped(betas);
         }
@@ -45,10 +54,11 @@ impl Simulation {
         let wrist = Vec3::new(angle(), angle(), angle());
         let mut posed = PosedBody::default();
         let picture = |hand: &HandParams| {
-            body.pose_hand_at(&around.shaped, hand, wrist, &mut posed);
-            around.renderer.render(&mesh(body, &posed)).clone()
+            let own = if actor.is_mirrored(side) { actor.mirrored(hand) } else { *hand };
+            body.pose_hand_at(&around.shaped, &own, wrist, &mut posed);
+            around.renderer.render(&mesh(actor, &posed, side)).clone()
         };
-        hands.iter().map(picture).collect()
+        Ok(hands.iter().map(picture).collect())
     }
 }
 
@@ -57,6 +67,7 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
 
     use evpose_core::{Event, EventStream, Micros};
+    use evpose_pose::HandSide;
     use evpose_sensor::{EffectConfig, SensorConfig, SensorModel};
 
     use crate::config::SensorChoice;
@@ -117,13 +128,14 @@ mod tests {
         let simulation = simulation();
         let mut simulator = simulation.sequence(0).unwrap();
         let hand = simulator.advance().unwrap().label;
-        let [a, again, b] = [0, 0, 1].map(|look| simulation.light_of(&[hand], &[], look));
+        let [a, again, b] =
+            [0, 0, 1].map(|look| simulation.light_of(HandSide::Right, &[hand], &[], look).unwrap());
         assert_eq!(a[0].data(), again[0].data());
         assert_ne!(a[0].data(), b[0].data());
         // Moved by a centimetre it is elsewhere, with the look unchanged.
         let mut moved = hand;
         moved.translation_m.x += 0.01;
-        let moved = simulation.light_of(&[moved], &[], 0);
+        let moved = simulation.light_of(HandSide::Right, &[moved], &[], 0).unwrap();
         let changed = a[0].data().iter().zip(moved[0].data()).filter(|(p, q)| p != q).count();
         assert!((1..a[0].data().len() / 2).contains(&changed), "{changed}");
     }

@@ -68,7 +68,11 @@ pub fn record(
     let mut events = EvcWriter::create(&events_path, simulator.camera().sensor())?;
     let mut labels = MetaWriter::create_for_hands(&labels_path)?;
     let mut unreported = 0;
-    let mut info = SequenceInfo { sensor: simulator.camera().sensor(), episodes: Vec::new() };
+    let mut info = SequenceInfo {
+        sensor: simulator.camera().sensor(),
+        hand: simulator.side(),
+        episodes: Vec::new(),
+    };
     for _ in 0..frames {
         let step = simulator.advance()?;
         if info.episodes.len() as u64 == step.episode.index {

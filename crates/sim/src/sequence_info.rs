@@ -5,6 +5,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use evpose_core::{SensorSize, atomic_write};
+use evpose_pose::HandSide;
 use serde::{Deserialize, Serialize};
 
 use crate::SimError;
@@ -18,6 +19,9 @@ const PUBLISHED_EPISODE_FRAMES: u64 = 50_000;
 pub struct SequenceInfo {
     /// Size of the sensor in pixels.
     pub sensor: SensorSize,
+    /// Which hand it is.
+    #[serde(default, skip_serializing_if = "HandSide::is_right")]
+    pub hand: HandSide,
     /// Stretches of constant shape, texture, lights, background and threshold, in order.
     #[serde(default, rename = "episode")]
     pub episodes: Vec<EpisodeInfo>,
@@ -45,7 +49,7 @@ impl SequenceInfo {
             threshold_offset: 0.0,
         };
         let episodes = (0..frames.div_ceil(PUBLISHED_EPISODE_FRAMES)).map(episode).collect();
-        Self { sensor, episodes }
+        Self { sensor, hand: HandSide::Right, episodes }
     }
 
     fn path(stem: &Path) -> PathBuf {

@@ -4,11 +4,12 @@ use std::sync::Arc;
 
 use evpose_body::BodyModel;
 use evpose_core::seed_for;
+use evpose_pose::HandSide;
 use evpose_sensor::{SensorConfig, SensorModel, Value};
 
+use crate::actor::Actor;
 use crate::config::SimulationConfig;
-use crate::raster::is_closed;
-use crate::texture::PicturePool;
+use crate::texture::{PicturePool, Skins};
 use crate::{SimError, Simulator};
 
 /// A checked configuration with body, pictures and sensor at hand. Cheap to clone.
@@ -21,24 +22,24 @@ pub struct Simulation {
 pub(crate) struct Shared {
     pub(crate) config: SimulationConfig,
     pub(crate) seed: u64,
-    pub(crate) body: BodyModel,
-    /// Whether the body's faces bound a solid.
-    pub(crate) closed: bool,
+    pub(crate) actor: Actor,
     pub(crate) pictures: PicturePool,
+    pub(crate) skins: Skins,
     pub(crate) sensor: SensorConfig,
 }
 
 impl Simulation {
-    /// Prepares a run with the procedural arm. Sequences, people, surroundings and noise follow
+    /// Prepares a run with the configured body. Sequences, people, surroundings and noise follow
     /// from `seed`.
     ///
     /// # Errors
-    /// What [`SimulationConfig::validate`] finds, and unreadable background pictures.
+    /// What [`SimulationConfig::validate`] finds, and unreadable models, skins and background pictures.
     pub fn new(config: &SimulationConfig, seed: u64) -> Result<Self, SimError> {
-        Self::with_body(config, seed, BodyModel::procedural_arm())
+        config.validate()?;
+        Self::with_actor(config, seed, Actor::load(&config.body, &config.camera)?)
     }
 
-    /// Prepares a run with a body of the caller's.
+    /// Prepares a run with a body of the caller's, of which the right hand is estimated.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -48,15 +49,20 @@ impl Simulation {
         body: BodyModel,
     ) -> Result<Self, SimError> {
         config.validate()?;
+        let placement = config.camera.placement();
+        Self::with_actor(config, seed, Actor::new(body, HandSide::Right, &placement))
+    }
+
+    fn with_actor(config: &SimulationConfig, seed: u64, actor: Actor) -> Result<Self, SimError> {
         let shared = Shared {
             config: config.clone(),
             seed,
-            closed: is_closed(&body.faces),
-            body,
+            actor,
             pictures: PicturePool::new(
                 &config.backgrounds.source,
                 seed_for(seed, "background pool", 0),
             )?,
+            skins: Skins::new(&config.skin.source)?,
             sensor: config.sensor.resolve()?,
         };
         Ok(Self { shared: Arc::new(shared) })
@@ -75,9 +81,9 @@ impl Simulation {
         &self.shared.config
     }
 
-    /// The body that is simulated, to place predicted hands with.
-    pub fn body(&self) -> &BodyModel {
-        &self.shared.body
+    /// Whose hand is simulated, to place predicted hands with.
+    pub fn actor(&self) -> &Actor {
+        &self.shared.actor
     }
 }
 

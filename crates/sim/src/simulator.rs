@@ -3,22 +3,20 @@
 use std::sync::Arc;
 
 use evpose_body::motion::{BezierMotion, ViewTest};
-use evpose_body::{BodyModel, BodyPose, PosedBody, ShapedBody};
-use evpose_core::{CounterRng, EventStream, Micros, Plane, seed_for};
-use evpose_pose::{EVALUATION_JOINTS, HandParams};
+use evpose_body::{BodyPose, PosedBody, ShapedBody};
+use evpose_core::{EventStream, Micros, Plane, seed_for};
+use evpose_pose::{HandParams, HandSide};
 use evpose_sensor::SensorRun;
-use glam::{Vec3, Vec3A};
+use glam::Vec3A;
 
+use crate::actor::{Actor, HandPoints3};
 use crate::config::SimulationConfig;
 use crate::episode::begins_at;
 use crate::raster::{Camera, Mesh};
 use crate::scene::{Backdrop, Renderer, Scene};
 use crate::simulation::{Shared, Simulation};
-use crate::texture::paint_skin;
+use crate::stopwatch::{Part, Stopwatch};
 use crate::{Episode, SimError};
-
-/// Points of the hand that are evaluated.
-const POINTS: usize = EVALUATION_JOINTS.len();
 
 /// A hand before an event camera, advanced one step at a time.
 ///
@@ -29,6 +27,8 @@ const POINTS: usize = EVALUATION_JOINTS.len();
 pub struct Simulator {
     shared: Arc<Shared>,
     seed: u64,
+    /// Which hand it is.
+    side: HandSide,
     camera: Camera,
     motion: BezierMotion,
     view: ViewTest,
@@ -37,6 +37,7 @@ pub struct Simulator {
     surroundings: Surroundings,
     /// Number of the next frame.
     next: u64,
+    stopwatch: Stopwatch,
 }
 
 /// What an episode looks like.
@@ -60,14 +61,14 @@ pub struct Step<'a> {
     pub events: &'a EventStream,
     /// Pose of the hand.
     pub label: HandParams,
-    /// The evaluated points in the world, in the order of [`EVALUATION_JOINTS`].
-    pub points_m: [Vec3; POINTS],
+    /// The evaluated points in the world, in the order of [`evpose_pose::EVALUATION_JOINTS`].
+    pub points_m: HandPoints3,
     /// The episode the frame belongs to.
     pub episode: &'a Episode,
 }
 
 impl Simulator {
-    /// The first sequence of a run with the procedural arm.
+    /// The first sequence of a run.
     ///
     /// # Errors
     /// As [`Simulation::new`].
@@ -78,7 +79,7 @@ impl Simulator {
     pub(crate) fn of_sequence(shared: Arc<Shared>, index: u64) -> Result<Self, SimError> {
         let seed = seed_for(shared.seed, "sequence", index);
         let config = &shared.config;
-        let camera = config.camera();
+        let (side, camera) = (config.hands.side(index), config.camera());
         let mut motion =
             BezierMotion::new(config.motion, seed_for(seed, "motion", 0), config.step_hz);
         let view = ViewTest::new(
@@ -87,45 +88,80 @@ impl Simulator {
             camera.sensor(),
             config.motion.parity,
         );
-        let surroundings = Surroundings::new(&shared, camera, seed, 0);
+        let surroundings = Surroundings::new(&shared, side, seed, 0)?;
         let mut posed = PosedBody::default();
         motion.settle(&view, |target| {
-            let pose =
-                BodyPose::from_generator(&shared.body, &target.numbers, target.translation_m);
-            shared.body.pose_joints(&surroundings.shaped, &pose, &mut posed);
-            posed.joints[shared.body.wrist].translation.into()
+            let (body, shaped) = shared.actor.moved(&surroundings.shaped);
+            let pose = BodyPose::from_generator(body, &target.numbers, target.translation_m);
+            body.pose_joints(shaped, &pose, &mut posed);
+            posed.joints[body.wrist].translation.into()
         });
         let sensor = shared
             .sensor_model(surroundings.episode.threshold_offset)?
             .start(camera.sensor(), seed_for(seed, "sensor", 0));
-        Ok(Self { shared, seed, camera, motion, view, posed, sensor, surroundings, next: 0 })
+        Ok(Self {
+            shared,
+            seed,
+            side,
+            camera,
+            motion,
+            view,
+            posed,
+            sensor,
+            surroundings,
+            next: 0,
+            stopwatch: Stopwatch::default(),
+        })
+    }
+
+    /// The same with a stopwatch that runs.
+    #[must_use]
+    pub fn timed(self) -> Self {
+        Self { stopwatch: Stopwatch::running(), ..self }
+    }
+
+    /// The times of the steps so far, if it is [`timed`](Self::timed).
+    pub fn stopwatch(&self) -> &Stopwatch {
+        &self.stopwatch
     }
 
     /// Simulates one step.
     ///
     /// # Errors
-    /// If the sensor's thresholds, varied for a new episode, are out of its range.
+    /// If the sensor's thresholds, varied for a new episode, are out of its range, or a file of skins
+    /// can no longer be read.
     pub fn advance(&mut self) -> Result<Step<'_>, SimError> {
         let (frame, config) = (self.next, &self.shared.config);
         let lagging = config.parity.lagging_episode_clock;
         if frame > 0 && begins_at(frame, config.episode_frames(), lagging) {
             let next = self.surroundings.episode.index + 1;
-            self.surroundings = Surroundings::new(&self.shared, self.camera, self.seed, next);
+            self.surroundings = Surroundings::new(&self.shared, self.side, self.seed, next)?;
             let offset = self.surroundings.episode.threshold_offset;
             self.sensor.retune(&self.shared.sensor_model(offset)?)?;
         }
-        let body = &self.shared.body;
+        let (actor, side, watch) = (&self.shared.actor, self.side, &mut self.stopwatch);
+        watch.begin();
         let Surroundings { episode, shaped, renderer } = &mut self.surroundings;
         let target = *self.motion.step();
-        let pose = BodyPose::from_generator(body, &target.numbers, target.translation_m);
-        body.pose(shaped, &pose, &mut self.posed);
-        let label = self.posed.hand_params(body, target.articulation());
+        let (moved, _) = actor.moved(shaped);
+        let pose = BodyPose::from_generator(moved, &target.numbers, target.translation_m);
+        watch.lap(Part::Motion);
+        let right = actor.perform(shaped, &pose, target.articulation(), &mut self.posed);
+        watch.lap(Part::Skinning);
         // Where the wrist is now decides where it goes next; this frame is as it is.
-        self.motion.call_back(&self.view, label.translation_m);
-        let points_m = self.posed.evaluation_points(body);
+        self.motion.call_back(&self.view, right.translation_m);
+        let label = if side.is_right() { right } else { actor.mirrored(&right) };
+        let points_m = actor.points(&self.posed, side);
         let t = Micros(frame as i64 * config.step().0);
-        let luminance = renderer.render(&mesh(body, &self.posed));
+        watch.lap(Part::Motion);
+        let mesh = mesh(actor, &self.posed, side);
+        renderer.see(&mesh);
+        watch.lap(Part::Raster);
+        watch.look(frame, self.camera.sensor().pixels(), || renderer.covered());
+        let luminance = renderer.shade(&mesh);
+        watch.lap(Part::Shading);
         let events = self.sensor.expose(luminance, t)?;
+        watch.lap(Part::Sensor);
         self.next += 1;
         Ok(Step { frame, t, luminance, events, label, points_m, episode })
     }
@@ -133,7 +169,7 @@ impl Simulator {
     /// The last frame in colour, linear and relative to reference white; before the first, the
     /// backdrop alone.
     pub fn picture(&mut self) -> Plane<Vec3A> {
-        let mesh = mesh(&self.shared.body, &self.posed);
+        let mesh = mesh(&self.shared.actor, &self.posed, self.side);
         self.surroundings.renderer.render_rgb(&mesh)
     }
 
@@ -147,39 +183,44 @@ impl Simulator {
         &self.shared.config
     }
 
-    /// The body that is simulated.
-    pub fn body(&self) -> &BodyModel {
-        &self.shared.body
+    /// Which hand is simulated.
+    pub fn side(&self) -> HandSide {
+        self.side
     }
 }
 
 impl Surroundings {
-    pub(crate) fn new(shared: &Shared, camera: Camera, sequence_seed: u64, index: u64) -> Self {
-        let Shared { config, body, pictures, .. } = shared;
+    pub(crate) fn new(
+        shared: &Shared,
+        side: HandSide,
+        sequence_seed: u64,
+        index: u64,
+    ) -> Result<Self, SimError> {
+        let Shared { config, actor, pictures, skins, .. } = shared;
+        let (body, camera) = (actor.body(), config.camera());
         let betas = body.shape_directions_m.len();
         let episode = Episode::draw(config, betas, pictures.len(), sequence_seed, index);
-        let mut marks = CounterRng::new(sequence_seed, "episode skin marks", index);
         let picture = pictures.picture(episode.picture);
         let scene = Scene {
-            camera,
+            camera: if actor.is_mirrored(side) { camera.mirrored() } else { camera },
             lighting: episode.lighting,
-            skin: paint_skin(config.skin.texels, &episode.skin, &mut marks),
+            skin: skins.paint(&config.skin, &episode.skin, sequence_seed, index)?,
             backdrop: Backdrop::new(camera.sensor(), picture, episode.placement),
             response: config.frame,
         };
-        Self {
+        Ok(Self {
             shaped: body.shaped(&episode.betas),
-            renderer: Renderer::new(scene, shared.closed),
+            renderer: Renderer::new(scene, actor.is_closed()),
             episode,
-        }
+        })
     }
 }
 
-pub(crate) fn mesh<'a>(body: &'a BodyModel, posed: &'a PosedBody) -> Mesh<'a> {
+pub(crate) fn mesh<'a>(actor: &'a Actor, posed: &'a PosedBody, side: HandSide) -> Mesh<'a> {
     Mesh {
         vertices_m: &posed.vertices_m,
         normals: &posed.normals,
-        uvs: &body.uvs,
-        faces: &body.faces,
+        uvs: &actor.body().uvs,
+        faces: actor.faces(side),
     }
 }

@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use evpose_body::PosedBody;
 use evpose_core::{Micros, SensorSize};
 use evpose_io::{EvcReader, MetaReader};
+use evpose_pose::HandSide;
 use evpose_sensor::SensorConfig;
 use evpose_sim::config::SensorChoice;
 use evpose_sim::{Simulation, SimulationConfig, Simulator, record, record_all};
@@ -89,14 +90,15 @@ fn files_hold_the_events_and_the_label_of_each_frame() {
 fn the_label_puts_the_hand_where_it_was_seen() {
     let simulation = Simulation::new(&small(), 11).unwrap();
     let mut simulator = simulation.sequence(0).unwrap();
-    let body = simulation.body();
+    let actor = simulation.actor();
     let mut predicted = PosedBody::default();
     for _ in 0..300 {
         let step = simulator.advance().unwrap();
         if step.frame.is_multiple_of(100) {
-            let shaped = body.shaped(&step.episode.betas);
-            body.pose_hand(&shaped, &step.label, &mut predicted);
-            for (got, want) in predicted.evaluation_points(body).iter().zip(step.points_m) {
+            let shaped = actor.body().shaped(&step.episode.betas);
+            let side = HandSide::Right;
+            let points_m = actor.points_of(side, &step.label, &shaped, &mut predicted);
+            for (got, want) in points_m.iter().zip(step.points_m) {
                 assert!(got.distance(want) < 1e-4, "{got} for {want}");
             }
         }

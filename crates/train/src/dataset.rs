@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use evpose_core::SensorSize;
 use evpose_io::{EvcReader, EvcWindow, MetaReader};
-use evpose_pose::{HandParams, PARAMETERS};
+use evpose_pose::{HandParams, HandSide, PARAMETERS};
 use evpose_repr::{
     ChannelOrder, FrameEvent, FrameWindow, RepresentationSpec, WindowAugmentation,
     representation_called,
@@ -66,6 +66,11 @@ impl HandSequence {
     /// Size of the sensor it was recorded with.
     pub fn sensor(&self) -> SensorSize {
         self.info.sensor
+    }
+
+    /// Which hand it shows.
+    pub fn hand(&self) -> HandSide {
+        self.info.hand
     }
 
     /// Frames of 1 ms that have both events and a label.

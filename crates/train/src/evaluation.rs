@@ -1,10 +1,11 @@
 //! How good predictors are on sequences with known poses.
 
-use evpose_body::{BodyModel, PosedBody, ShapedBody};
+use evpose_body::{PosedBody, ShapedBody};
 use evpose_core::Micros;
-use evpose_pose::HandParams;
 use evpose_pose::filter::HandFilter;
 use evpose_pose::metric::{HandEvaluation, HandPoints, SequenceScores};
+use evpose_pose::{HandParams, HandSide};
+use evpose_sim::Actor;
 use evpose_sim::raster::Camera;
 
 use crate::TrainError;
@@ -65,35 +66,38 @@ pub struct Evaluated {
     pub tracks: Vec<Track>,
 }
 
-/// Where hands are drawn and measured: body model and camera.
+/// Where hands are drawn and measured: hand model and camera.
 #[derive(Debug)]
 pub struct Stage {
-    body: BodyModel,
+    actor: Actor,
     neutral: ShapedBody,
     camera: Camera,
 }
 
 impl Stage {
-    /// The stage of a config: its camera and the embedded body.
-    pub fn new(config: &HandConfig) -> Self {
-        let body = BodyModel::procedural_arm();
-        let neutral = body.shaped(&[]);
-        Self { body, neutral, camera: config.simulation.camera() }
+    /// The stage of a config: its camera and its model.
+    ///
+    /// # Errors
+    /// If the file of the model cannot be read.
+    pub fn new(config: &HandConfig) -> Result<Self, TrainError> {
+        let simulation = &config.simulation;
+        let actor = Actor::load(&simulation.body, &simulation.camera)?;
+        let neutral = actor.body().shaped(&[]);
+        Ok(Self { actor, neutral, camera: simulation.camera() })
     }
 
-    /// The evaluated points of a hand of shape `betas` (empty: the neutral one).
-    pub fn points(&self, pose: &HandParams, betas: &[f32]) -> HandPoints {
+    /// The evaluated points of a hand of `side` and of shape `betas` (empty: the neutral one).
+    pub fn points(&self, side: HandSide, pose: &HandParams, betas: &[f32]) -> HandPoints {
         if betas.is_empty() {
-            self.points_of(pose, &self.neutral)
+            self.points_of(side, pose, &self.neutral)
         } else {
-            self.points_of(pose, &self.body.shaped(betas))
+            self.points_of(side, pose, &self.actor.body().shaped(betas))
         }
     }
 
-    fn points_of(&self, pose: &HandParams, body: &ShapedBody) -> HandPoints {
+    fn points_of(&self, side: HandSide, pose: &HandParams, shaped: &ShapedBody) -> HandPoints {
         let mut posed = PosedBody::default();
-        self.body.pose_hand(body, pose, &mut posed);
-        let world_m = posed.evaluation_points(&self.body);
+        let world_m = self.actor.points_of(side, pose, shaped, &mut posed);
         HandPoints { world_m, image_px: world_m.map(|p| self.camera.image_from_world(p)) }
     }
 }
@@ -112,7 +116,7 @@ pub fn evaluate(
     stride_ms: u32,
     progress: &mut dyn FnMut(u64),
 ) -> Result<Vec<Evaluated>, TrainError> {
-    let stage = Stage::new(config);
+    let stage = Stage::new(config)?;
     let mut results: Vec<Evaluated> = methods
         .iter()
         .flat_map(|method| [Some(method.name), method.filtered])
@@ -180,14 +184,14 @@ fn true_points(
 ) -> Result<Vec<HandPoints>, TrainError> {
     let mut points = Vec::with_capacity(frames.len());
     let mut episode = None;
-    let mut shaped = stage.body.shaped(&[]);
+    let mut shaped = stage.neutral.clone();
     for &frame in frames {
         let now = sequence.episode_of(frame);
         if episode != Some(now) {
             episode = Some(now);
-            shaped = stage.body.shaped(sequence.betas(now));
+            shaped = stage.actor.body().shaped(sequence.betas(now));
         }
-        points.push(stage.points_of(&sequence.pose(frame)?, &shaped));
+        points.push(stage.points_of(sequence.hand(), &sequence.pose(frame)?, &shaped));
     }
     Ok(points)
 }
@@ -201,7 +205,7 @@ fn judge(
     let mut scores = SequenceScores::default();
     for ((&frame, pose), truth) in track.frames.iter().zip(&track.poses).zip(truth) {
         scores.push_parameters(pose, &sequence.pose(frame)?);
-        scores.push_points(&stage.points_of(pose, &stage.neutral), truth);
+        scores.push_points(&stage.points_of(sequence.hand(), pose, &stage.neutral), truth);
     }
     Ok(scores)
 }

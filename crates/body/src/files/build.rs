@@ -1,12 +1,14 @@
 //! From the arrays of a file to a model, every one checked before it is used.
 
 use evpose_pickle::{Array, Sparse};
+use evpose_pose::HandSide;
 use glam::{Vec2, Vec3};
 
 use super::fields::Fields;
 use super::skin::skin;
-use super::{FieldFault, ModelFile, ModelFileError, ModelKind, Side};
+use super::{FieldFault, ModelFile, ModelFileError, ModelKind};
 use crate::skeleton::{HAND_JOINTS, JOINTS, LEFT_HAND, RIGHT_HAND, RIGHT_WRIST, parents};
+use crate::texture_layout::coordinates;
 use crate::{BodyModel, HandBasis};
 
 /// Joints of a hand and its wrist.
@@ -72,10 +74,11 @@ pub(super) fn model(mut fields: Fields) -> Result<ModelFile, ModelFileError> {
         missing.push("forearm: the hand ends at the wrist");
         (None, basis(&mut fields, "hands_components", "hands_mean", 1)?)
     };
-    missing.push("texture coordinates: skin is drawn in one colour");
-    let model = BodyModel {
+    missing.push("texture coordinates: a made-up skin is laid along the limb");
+    let mut model = BodyModel {
         uvs: vec![Vec2::ZERO; count],
         joint_offsets_m: vec![Vec3::ZERO; joints],
+        joint_directions_m: Vec::new(),
         wrist: if is_body { RIGHT_WRIST } else { 0 },
         fingertips: if is_body { BODY_TIPS } else { HAND_TIPS },
         template_m,
@@ -89,6 +92,7 @@ pub(super) fn model(mut fields: Fields) -> Result<ModelFile, ModelFileError> {
         left_hand,
         right_hand,
     };
+    model.uvs = coordinates(&model, &model.shaped(&[]));
     let kind = if is_body { ModelKind::Body } else { ModelKind::Hand(side(&model)) };
     Ok(ModelFile { kind, format: fields.format(), model, hand_components, missing })
 }
@@ -253,9 +257,9 @@ fn basis(
 }
 
 /// Which hand it is: arms are stretched out, the body's left is along +x.
-fn side(model: &BodyModel) -> Side {
+fn side(model: &BodyModel) -> HandSide {
     let tips = model.fingertips.iter().map(|&tip| model.template_m[tip as usize].x);
     let tips: f32 = tips.sum::<f32>() / model.fingertips.len() as f32;
     let all = model.template_m.iter().map(|vertex_m| vertex_m.x).sum::<f32>();
-    if tips > all / model.template_m.len() as f32 { Side::Left } else { Side::Right }
+    if tips > all / model.template_m.len() as f32 { HandSide::Left } else { HandSide::Right }
 }

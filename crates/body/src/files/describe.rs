@@ -2,17 +2,18 @@
 
 use std::fmt;
 
+use evpose_pose::HandSide;
 use glam::Vec3;
 
-use super::{ModelFile, ModelKind, Side};
+use super::{ModelFile, ModelKind};
 
 impl fmt::Display for ModelKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Hand(Side::Right) => "right hand (MANO)",
-            Self::Hand(Side::Left) => "left hand (MANO)",
-            Self::Jointed(Side::Right) => "right hand (joints of WebXR)",
-            Self::Jointed(Side::Left) => "left hand (joints of WebXR)",
+            Self::Hand(HandSide::Right) => "right hand (MANO)",
+            Self::Hand(HandSide::Left) => "left hand (MANO)",
+            Self::Jointed(HandSide::Right) => "right hand (joints of WebXR)",
+            Self::Jointed(HandSide::Left) => "left hand (joints of WebXR)",
             Self::Body => "body with both hands (SMPL+H)",
         })
     }

@@ -28,6 +28,7 @@ use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 
+use evpose_pose::HandSide;
 use zip::ZipArchive;
 
 pub use error::{FieldFault, ModelFileError};
@@ -38,24 +39,25 @@ use crate::BodyModel;
 /// Bytes of the longest file that is read. The published ones have up to 0.3 GB.
 const LONGEST_FILE: u64 = 1 << 30;
 
-/// Which hand.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Side {
-    /// The left one.
-    Left,
-    /// The right one.
-    Right,
-}
-
 /// Which of the published models a file holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ModelKind {
     /// MANO: one hand.
-    Hand(Side),
+    Hand(HandSide),
     /// A hand of another maker, with the joints of WebXR.
-    Jointed(Side),
+    Jointed(HandSide),
     /// SMPL+H: a body with both hands.
     Body,
+}
+
+impl ModelKind {
+    /// The hand that is estimated.
+    pub fn side(self) -> HandSide {
+        match self {
+            Self::Hand(side) | Self::Jointed(side) => side,
+            Self::Body => HandSide::Right,
+        }
+    }
 }
 
 /// A model and what its file said about it.

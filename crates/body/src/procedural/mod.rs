@@ -50,6 +50,7 @@ impl BodyModel {
             pose_directions_m: Vec::new(),
             joint_regressor,
             joint_offsets_m,
+            joint_directions_m: Vec::new(),
             parents: parents().to_vec(),
             skin: bindings.iter().map(binding::skin_weights).collect(),
             further_weights: Vec::new(),

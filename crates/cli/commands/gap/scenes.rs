@@ -10,11 +10,11 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail};
-use evpose_core::SensorSize;
+use evpose_core::{Plane, SensorSize};
 use evpose_gap::input::{LoadedScene, load_scene};
 use evpose_gap::{GapError, Scene};
 use evpose_io::MetaReader;
-use evpose_pose::HandParams;
+use evpose_pose::{HandParams, HandSide};
 use evpose_sim::{SequenceInfo, Simulation};
 
 use crate::commands::config_source;
@@ -64,7 +64,7 @@ impl SceneSource {
         let (planes, whole, what) = match &self.poses {
             Some(path) => {
                 let hands = Hands::read(path, sequence.rendered)?;
-                let planes = sequence.simulation.light_of(&hands.poses, &hands.betas, 0);
+                let planes = hands.light(&sequence.simulation, 0)?;
                 (planes, hands.all, format!("poses of {}", path.display()))
             }
             None => {
@@ -97,7 +97,7 @@ impl SceneSource {
         };
         let hands = Hands::read(path, sequence.rendered)?;
         // Look 0 is the one that is compared.
-        let planes = sequence.simulation.light_of(&hands.poses, &hands.betas, look + 1);
+        let planes = hands.light(&sequence.simulation, look + 1)?;
         Ok(Scene::new(f64::from(sequence.simulation.config().step_hz), planes)?)
     }
 
@@ -180,6 +180,7 @@ impl SceneSource {
 
 /// Poses of a file, and the shape that lies beside it.
 struct Hands {
+    side: HandSide,
     poses: Vec<HandParams>,
     betas: Vec<f32>,
     /// Poses of the whole file.
@@ -199,8 +200,13 @@ impl Hands {
         }
         let hands = reader.read_hands(0..count)?;
         let poses = hands.into_iter().map(HandParams::from_f64).collect();
+        let side = info.as_ref().map_or(HandSide::Right, |info| info.hand);
         let betas = info.map_or_else(Vec::new, |info| info.betas(0).to_vec());
-        Ok(Self { poses, betas, all: reader.records() })
+        Ok(Self { side, poses, betas, all: reader.records() })
+    }
+
+    fn light(&self, simulation: &Simulation, look: u64) -> Result<Vec<Plane<f32>>> {
+        Ok(simulation.light_of(self.side, &self.poses, &self.betas, look)?)
     }
 }
 

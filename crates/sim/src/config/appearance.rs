@@ -97,11 +97,13 @@ pub enum BackgroundSource {
     Folder(PathBuf),
 }
 
-/// Skin of the hand, made up.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+/// Skin of the hand.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SkinConfig {
-    /// Texels along each side.
+    /// Where it comes from.
+    pub source: SkinSource,
+    /// Texels along each side of a made-up skin.
     pub texels: usize,
     /// Standard deviation of the coefficients that tell people apart.
     pub variation_sd: f32,
@@ -109,6 +111,18 @@ pub struct SkinConfig {
 
 impl Default for SkinConfig {
     fn default() -> Self {
-        Self { texels: 512, variation_sd: 2.0 }
+        Self { source: SkinSource::default(), texels: 512, variation_sd: 2.0 }
     }
+}
+
+/// Skins made up, or of a model of the user's.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SkinSource {
+    /// `source = "procedural"`.
+    #[default]
+    Procedural,
+    /// `source = { html = "…" }`: the folder of the HTML texture model, for a body with its texture
+    /// coordinates.
+    Html(PathBuf),
 }

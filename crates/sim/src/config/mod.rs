@@ -1,6 +1,7 @@
 //! A simulation as written down. The default is the published setting.
 
 mod appearance;
+mod body;
 mod sensor;
 mod validate;
 
@@ -9,7 +10,8 @@ use evpose_core::{LookAt, Micros, Pinhole, SensorSize};
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-pub use appearance::{BackgroundConfig, BackgroundSource, LightConfig, SkinConfig};
+pub use appearance::{BackgroundConfig, BackgroundSource, LightConfig, SkinConfig, SkinSource};
+pub use body::{BodyConfig, BodySource, Hands};
 pub use sensor::SensorChoice;
 
 use crate::SimError;
@@ -37,6 +39,10 @@ pub struct SimulationConfig {
     pub image_scale: f32,
     /// The camera.
     pub camera: CameraConfig,
+    /// Which hands.
+    pub hands: Hands,
+    /// The model of hand and arm.
+    pub body: BodyConfig,
     /// How arm and hand move.
     pub motion: MotionConfig,
     /// Shape coefficients are uniform between minus this and this.
@@ -68,6 +74,8 @@ impl Default for SimulationConfig {
             sensor_size: SensorSize::DAVIS240C,
             image_scale: 1.0,
             camera: CameraConfig::default(),
+            hands: Hands::default(),
+            body: BodyConfig::default(),
             motion: MotionConfig::default(),
             shape_range: 2.0,
             lights: LightConfig::default(),

@@ -1,6 +1,6 @@
 //! What a configuration must fulfil, said in the user's words.
 
-use super::{BackgroundSource, SimulationConfig};
+use super::{BackgroundSource, SimulationConfig, SkinSource};
 use crate::SimError;
 
 /// Largest side of an image; far beyond any event camera.
@@ -15,6 +15,7 @@ impl SimulationConfig {
         self.check_times()?;
         self.check_image()?;
         self.check_appearance()?;
+        self.check_skin()?;
         check_from("threshold_sd", self.threshold_sd, 0.0)?;
         evpose_sensor::SensorModel::from_config(&self.sensor.resolve()?)?;
         Ok(())
@@ -60,6 +61,20 @@ impl SimulationConfig {
             &camera.up,
             across.is_finite() && across > 1e-6,
             "must not be parallel to the line from eye_m to centre_m, which must differ",
+        )
+    }
+
+    /// Skins that are painted for one model look like nothing on another.
+    fn check_skin(&self) -> Result<(), SimError> {
+        let is_painted_for = match self.skin.source {
+            SkinSource::Procedural => self.body.uvs.is_none(),
+            SkinSource::Html(_) => self.body.uvs.is_some(),
+        };
+        check(
+            "body.uvs",
+            &self.body.uvs.as_ref().map_or_else(String::new, |path| path.display().to_string()),
+            is_painted_for,
+            "skin.source = { html = … } needs the texture coordinates of its model; a made-up skin has its own",
         )
     }
 

@@ -14,12 +14,20 @@ pub struct Camera {
     pinhole: Pinhole,
     camera_from_world: Mat4,
     near_m: f32,
+    is_mirrored: bool,
 }
 
 impl Camera {
     /// A camera that stands at `placement` and sees nothing nearer than `near_m`.
     pub fn new(sensor: SensorSize, pinhole: Pinhole, placement: &LookAt, near_m: f32) -> Self {
-        Self { sensor, pinhole, camera_from_world: placement.camera_from_world(), near_m }
+        let camera_from_world = placement.camera_from_world();
+        Self { sensor, pinhole, camera_from_world, near_m, is_mirrored: false }
+    }
+
+    /// The same camera with left and right exchanged in its image. It sees the faces of a mesh turned
+    /// over.
+    pub fn mirrored(self) -> Self {
+        Self { is_mirrored: !self.is_mirrored, ..self }
     }
 
     /// Size of the image.
@@ -44,7 +52,11 @@ impl Camera {
 
     /// Image position in pixels of a point in the world, if it lies in front of the camera.
     pub fn image_from_world(&self, point_m: Vec3) -> Option<glam::Vec2> {
-        self.pinhole.image_from_camera(self.camera_from_world.transform_point3(point_m))
+        let mut in_camera_m = self.camera_from_world.transform_point3(point_m);
+        if self.is_mirrored {
+            in_camera_m.x = -in_camera_m.x;
+        }
+        self.pinhole.image_from_camera(in_camera_m)
     }
 
     /// The homogeneous projection of the world: `(x·d, y·d, unused, d)` with the image position
@@ -52,7 +64,7 @@ impl Camera {
     pub(super) fn homogeneous_image_from_world(&self) -> Mat4 {
         let (focal, principal) = (self.pinhole.focal_px, self.pinhole.principal_px);
         let homogeneous_image_from_camera = Mat4::from_cols(
-            Vec4::new(focal, 0.0, 0.0, 0.0),
+            Vec4::new(if self.is_mirrored { -focal } else { focal }, 0.0, 0.0, 0.0),
             Vec4::new(0.0, -focal, 0.0, 0.0),
             Vec4::new(-principal.x, -principal.y, 0.0, -1.0),
             Vec4::ZERO,
@@ -84,6 +96,8 @@ mod tests {
             let image = camera.image_from_world(point).unwrap();
             let h = camera.homogeneous_image_from_world() * point.extend(1.0);
             assert!((h.truncate().truncate() / h.w - image).length() < 1e-3);
+            let mirrored = camera.mirrored().image_from_world(point).unwrap();
+            assert!((mirrored.x - (240.0 - image.x)).abs() < 1e-3 && mirrored.y == image.y);
         }
     }
 }

@@ -55,12 +55,23 @@ impl Renderer {
 
     /// Linear luminance of `mesh` in the scene, 1 being reference white.
     pub fn render(&mut self, mesh: &Mesh<'_>) -> &Plane<f32> {
+        self.see(mesh);
+        self.shade(mesh)
+    }
+
+    /// The first half of [`Self::render`]: what every pixel sees.
+    pub fn see(&mut self, mesh: &Mesh<'_>) {
         let PixelRect { left, top, right, bottom } = self.raster.rect();
         for y in top..bottom {
             self.luminance.row_mut(y)[left..right]
                 .copy_from_slice(&self.backdrop.row(y)[left..right]);
         }
-        let rect = self.raster.draw(&self.scene.camera, mesh, self.closed);
+        self.raster.draw(&self.scene.camera, mesh, self.closed);
+    }
+
+    /// The second half: the light of the `mesh` that was seen.
+    pub fn shade(&mut self, mesh: &Mesh<'_>) -> &Plane<f32> {
+        let rect = self.raster.rect();
         for y in rect.top..rect.bottom {
             let fragments = &self.raster.fragments().row(y)[rect.left..rect.right];
             let pixels = &mut self.luminance.row_mut(y)[rect.left..rect.right];
@@ -85,6 +96,11 @@ impl Renderer {
             };
         }
         rgb
+    }
+
+    /// How many pixels saw the mesh in the last frame.
+    pub fn covered(&self) -> usize {
+        self.raster.fragments().data().iter().filter(|fragment| fragment.is_covered()).count()
     }
 
     /// What each pixel saw in the last frame.

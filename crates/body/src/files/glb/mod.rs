@@ -21,7 +21,9 @@ use gltf::binary::Glb;
 use gltf::json::Root;
 use gltf::{Gltf, Semantic};
 
-use super::{FieldFault, ModelFile, ModelFileError, ModelKind, Side};
+use evpose_pose::HandSide;
+
+use super::{FieldFault, ModelFile, ModelFileError, ModelKind};
 use crate::{BodyModel, SkinWeights};
 use evpose_pickle::Array;
 use joints::{JOINTS, is_needed};
@@ -147,7 +149,7 @@ pub(super) fn model(path: &Path, bytes: &[u8]) -> Result<ModelFile, ModelFileErr
     joints_m.truncate(COUNT);
     let arm = BodyModel::procedural_arm();
     let mut hand = match (side, arm.left_hand) {
-        (Side::Left, Some(left)) => left,
+        (HandSide::Left, Some(left)) => left,
         _ => arm.right_hand,
     };
     hand.first_joint = 1;
@@ -157,7 +159,7 @@ pub(super) fn model(path: &Path, bytes: &[u8]) -> Result<ModelFile, ModelFileErr
         "forearm: the hand ends at the wrist",
     ];
     missing.extend(lacks);
-    let model = BodyModel {
+    let mut model = BodyModel {
         shape_directions_m: Vec::new(),
         pose_directions_m: Vec::new(),
         joint_regressor: vec![Vec::new(); COUNT],
@@ -169,10 +171,12 @@ pub(super) fn model(path: &Path, bytes: &[u8]) -> Result<ModelFile, ModelFileErr
         wrist: 0,
         fingertips: LAST_JOINTS.map(|joint| tip(&template_m, &weights, &joints_m, joint)),
         joint_offsets_m: joints_m,
+        joint_directions_m: Vec::new(),
         skin: weights,
         template_m,
         faces,
     };
+    model.uvs = coordinates(&model, &model.shaped(&[]));
     let (kind, format) = (ModelKind::Jointed(side), "binary glTF");
     Ok(ModelFile { kind, format, model, hand_components: 6, missing })
 }
@@ -268,14 +272,14 @@ fn skin_of(
 
 /// The rotation that brings fingers to the model's direction and the back of the hand up, and which
 /// hand it is: seen from its back, the index finger of a right hand is left of the others.
-fn turn(rest: &[Mat4]) -> Option<(Mat3, Side)> {
+fn turn(rest: &[Mat4]) -> Option<(Mat3, HandSide)> {
     let at = |joint: usize| Some(rest.get(joint)?.w_axis.truncate());
     let forward = (at(4)? - at(0)?).try_normalize()?;
     let across = at(1)? - at(7)?;
     let across = (across - forward * across.dot(forward)).try_normalize()?;
     let up = forward.cross(across);
     let is_right = up.dot(rest.first()?.y_axis.truncate()) > 0.0;
-    let (side, forward_x) = if is_right { (Side::Right, -1.0) } else { (Side::Left, 1.0) };
+    let (side, forward_x) = if is_right { (HandSide::Right, -1.0) } else { (HandSide::Left, 1.0) };
     let found = Mat3::from_cols(forward * forward_x, if is_right { up } else { -up }, across);
     Some((found.transpose(), side))
 }

@@ -85,7 +85,7 @@ fn read(bytes: &[u8]) -> Result<ModelFile, ModelFileError> {
 #[test]
 fn a_hand_is_turned_as_the_published_ones_and_keeps_its_lengths() {
     let file = read(&glb(&[])).unwrap();
-    assert_eq!(file.kind, ModelKind::Jointed(Side::Right));
+    assert_eq!(file.kind, ModelKind::Jointed(HandSide::Right));
     let joints_m = &file.model.joint_offsets_m;
     assert_eq!(joints_m.len(), 16);
     // The middle finger starts on x; -z became -x, -x became +z.

@@ -25,7 +25,10 @@ fn changed(name: &str, change: impl FnOnce(&mut Field)) -> String {
 fn a_pickle_and_an_archive_of_a_hand_are_the_same_hand() {
     let (a, b) = (read(pkl(&hand(-1.0))).unwrap(), read(npz(&hand(-1.0))).unwrap());
     assert_eq!((a.format, b.format), ("Python pickle", "NumPy archive"));
-    assert_eq!((a.kind, b.kind), (ModelKind::Hand(Side::Right), ModelKind::Hand(Side::Right)));
+    assert_eq!(
+        (a.kind, b.kind),
+        (ModelKind::Hand(HandSide::Right), ModelKind::Hand(HandSide::Right))
+    );
     let (a, b) = (a.model, b.model);
     assert_eq!((a.template_m, a.shape_directions_m), (b.template_m, b.shape_directions_m));
     assert_eq!((a.pose_directions_m, a.skin), (b.pose_directions_m, b.skin));
@@ -41,7 +44,7 @@ fn a_pickle_and_an_archive_of_a_hand_are_the_same_hand() {
 
 #[test]
 fn the_direction_of_the_fingers_tells_left_from_right() {
-    assert_eq!(read(npz(&hand(1.0))).unwrap().kind, ModelKind::Hand(Side::Left));
+    assert_eq!(read(npz(&hand(1.0))).unwrap().kind, ModelKind::Hand(HandSide::Left));
 }
 
 #[test]

@@ -1,0 +1,43 @@
+//! Where the skins of a run come from.
+
+use evpose_core::CounterRng;
+
+use super::{HtmlSkins, SkinCoefficients, Texture, paint_skin};
+use crate::SimError;
+use crate::config::{SkinConfig, SkinSource};
+
+/// Skins of people, made up or drawn from a model of the user's.
+#[derive(Debug)]
+pub struct Skins(Option<HtmlSkins>);
+
+impl Skins {
+    /// Opens what `source` names.
+    ///
+    /// # Errors
+    /// As [`HtmlSkins::open`].
+    pub fn new(source: &SkinSource) -> Result<Self, SimError> {
+        Ok(Self(match source {
+            SkinSource::Procedural => None,
+            SkinSource::Html(folder) => Some(HtmlSkins::open(folder)?),
+        }))
+    }
+
+    /// The skin of episode `index` of a sequence; a made-up one has the person's `coefficients`.
+    ///
+    /// # Errors
+    /// If a file can no longer be read.
+    pub fn paint(
+        &self,
+        config: &SkinConfig,
+        coefficients: &SkinCoefficients,
+        sequence_seed: u64,
+        index: u64,
+    ) -> Result<Texture, SimError> {
+        if let Some(skins) = &self.0 {
+            let mut rng = CounterRng::new(sequence_seed, "episode skin texture", index);
+            return skins.draw(&mut rng, config.variation_sd);
+        }
+        let mut marks = CounterRng::new(sequence_seed, "episode skin marks", index);
+        Ok(paint_skin(config.texels, coefficients, &mut marks))
+    }
+}

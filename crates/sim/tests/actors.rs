@@ -1,0 +1,120 @@
+//! Left hands, and models that end at the wrist.
+
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use evpose_body::skeleton::{RIGHT_HAND, RIGHT_WRIST, parents};
+use evpose_body::{BodyModel, SkinWeights};
+use evpose_pose::HandSide;
+use evpose_sim::config::Hands;
+use evpose_sim::{SequenceInfo, Simulation, SimulationConfig, record_all};
+use glam::Vec3;
+
+fn small(hands: Hands) -> SimulationConfig {
+    SimulationConfig {
+        sequences: 2,
+        seconds: 0.2,
+        image_scale: 0.5,
+        hands,
+        ..SimulationConfig::default()
+    }
+}
+
+#[test]
+fn a_left_hand_is_seen_where_a_mirror_shows_the_right_one() {
+    let [mut right, mut left] = [Hands::Right, Hands::Left]
+        .map(|hands| Simulation::new(&small(hands), 3).unwrap().sequence(0).unwrap());
+    let camera = *right.camera();
+    let width = f32::from(camera.sensor().width);
+    let (mut alike, mut seen) = (0, 0);
+    for _ in 0..100 {
+        let (a, b) = (right.advance().unwrap(), left.advance().unwrap());
+        assert_eq!(a.label.articulation, b.label.articulation);
+        for (p, q) in a.points_m.iter().zip(b.points_m) {
+            let (Some(p), Some(q)) = (camera.image_from_world(*p), camera.image_from_world(q))
+            else {
+                panic!("a hand behind the camera");
+            };
+            assert!((q.x - (width - p.x)).abs() < 1e-2 && (q.y - p.y).abs() < 1e-2, "{p} {q}");
+            // Points of the skeleton lie behind the skin of the hand, whose light is the same.
+            let (x, y) = (p.x.floor(), p.y.floor());
+            if (0.0..width).contains(&x) && (0.0..f32::from(camera.sensor().height)).contains(&y) {
+                let (x, y) = (x as usize, y as usize);
+                let twin = width as usize - 1 - x;
+                seen += 1;
+                let difference = (a.luminance.at(x, y) - b.luminance.at(twin, y)).abs();
+                alike += usize::from(difference < 0.01);
+            }
+        }
+    }
+    // At its border, rounding decides between the hand and the background, which is not mirrored.
+    assert!(seen > 500 && alike * 100 > seen * 95, "{alike} of {seen}");
+}
+
+#[test]
+fn numbers_of_a_left_hand_put_its_points_where_they_were() {
+    let simulation = Simulation::new(&small(Hands::Left), 4).unwrap();
+    let mut sequence = simulation.sequence(0).unwrap();
+    let mut posed = Default::default();
+    for _ in 0..50 {
+        let step = sequence.advance().unwrap();
+        let actor = simulation.actor();
+        let shaped = actor.body().shaped(&step.episode.betas);
+        let points_m = actor.points_of(HandSide::Left, &step.label, &shaped, &mut posed);
+        for (got, want) in points_m.iter().zip(step.points_m) {
+            assert!(got.distance(want) < 1e-4, "{got} for {want}");
+        }
+    }
+}
+
+#[test]
+fn a_run_of_both_hands_says_which_is_which() {
+    let directory = tempfile::tempdir().unwrap();
+    let simulation = Simulation::new(&small(Hands::Both), 5).unwrap();
+    record_all(&simulation, directory.path(), &|_| {}).unwrap();
+    let hand =
+        |stem: &str| SequenceInfo::beside(&directory.path().join(stem)).unwrap().unwrap().hand;
+    assert_eq!((hand("0000"), hand("0001")), (HandSide::Right, HandSide::Left));
+}
+
+/// The procedural arm as a model of 16 joints: all before the hand moves with the wrist.
+fn hand_only() -> BodyModel {
+    let arm = BodyModel::procedural_arm();
+    let own = |joint: usize| joint.saturating_sub(RIGHT_HAND - 1);
+    let kept: Vec<usize> = std::iter::once(RIGHT_WRIST).chain(RIGHT_HAND..52).collect();
+    let rest = arm.shaped(&[]);
+    let mut hand = arm.right_hand.clone();
+    hand.first_joint = 1;
+    BodyModel {
+        joint_regressor: vec![Vec::new(); kept.len()],
+        joint_offsets_m: kept.iter().map(|&joint| rest.joints_m[joint]).collect(),
+        parents: kept
+            .iter()
+            .map(|&joint| parents()[joint].filter(|_| joint != RIGHT_WRIST).map(own))
+            .collect(),
+        skin: arm
+            .skin
+            .iter()
+            .map(|skin| SkinWeights { joints: skin.joints.map(|j| own(j.into()) as u8), ..*skin })
+            .collect(),
+        right_hand: hand,
+        left_hand: None,
+        wrist: 0,
+        ..arm
+    }
+}
+
+#[test]
+fn a_model_that_ends_at_the_wrist_is_moved_by_the_procedural_arm() {
+    let config = SimulationConfig { shape_range: 0.0, ..small(Hands::Right) };
+    let mut whole = Simulation::new(&config, 6).unwrap().sequence(0).unwrap();
+    let hand = Simulation::with_body(&config, 6, hand_only()).unwrap();
+    let mut hand = hand.sequence(0).unwrap();
+    for _ in 0..50 {
+        let (a, b) = (whole.advance().unwrap(), hand.advance().unwrap());
+        assert!((a.label.translation_m - b.label.translation_m).length() < 1e-5);
+        for (a, b) in a.points_m.iter().zip(b.points_m) {
+            assert!(a.distance(b) < 1e-4, "{a} for {b}");
+        }
+        assert!(b.points_m.iter().all(|p: &Vec3| p.is_finite()));
+    }
+}
