@@ -1,0 +1,197 @@
+//! Lanes in the registers of AVX2.
+
+use std::arch::x86_64::{__m256, __m256i};
+
+use pulp::bytemuck::cast;
+use pulp::x86::V3;
+
+use super::{LANES, Lanes};
+
+/// Proof that the processor has them.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Avx2(pub(super) V3);
+
+/// `a < b`, false where one is no number; without a signal.
+const LESS: i32 = 0x11;
+
+impl Lanes for Avx2 {
+    type F = __m256;
+    type I = __m256i;
+
+    #[inline(always)]
+    fn load(self, from: [f32; LANES]) -> __m256 {
+        cast(from)
+    }
+
+    #[inline(always)]
+    fn store(self, a: __m256) -> [f32; LANES] {
+        cast(a)
+    }
+
+    #[inline(always)]
+    fn splat(self, a: f32) -> __m256 {
+        self.0.avx._mm256_set1_ps(a)
+    }
+
+    #[inline(always)]
+    fn add(self, a: __m256, b: __m256) -> __m256 {
+        self.0.avx._mm256_add_ps(a, b)
+    }
+
+    #[inline(always)]
+    fn sub(self, a: __m256, b: __m256) -> __m256 {
+        self.0.avx._mm256_sub_ps(a, b)
+    }
+
+    #[inline(always)]
+    fn mul(self, a: __m256, b: __m256) -> __m256 {
+        self.0.avx._mm256_mul_ps(a, b)
+    }
+
+    #[inline(always)]
+    fn div(self, a: __m256, b: __m256) -> __m256 {
+        self.0.avx._mm256_div_ps(a, b)
+    }
+
+    #[inline(always)]
+    fn sqrt(self, a: __m256) -> __m256 {
+        self.0.avx._mm256_sqrt_ps(a)
+    }
+
+    #[inline(always)]
+    fn min(self, a: __m256, b: __m256) -> __m256 {
+        self.0.avx._mm256_min_ps(a, b)
+    }
+
+    #[inline(always)]
+    fn max(self, a: __m256, b: __m256) -> __m256 {
+        self.0.avx._mm256_max_ps(a, b)
+    }
+
+    #[inline(always)]
+    fn less(self, a: __m256, b: __m256) -> __m256i {
+        cast(self.0.avx._mm256_cmp_ps::<LESS>(a, b))
+    }
+
+    #[inline(always)]
+    fn floor(self, a: __m256) -> __m256 {
+        self.0.avx._mm256_floor_ps(a)
+    }
+
+    #[inline(always)]
+    fn to_i(self, a: __m256) -> __m256i {
+        self.0.avx._mm256_cvttps_epi32(a)
+    }
+
+    #[inline(always)]
+    fn to_f(self, a: __m256i) -> __m256 {
+        self.0.avx._mm256_cvtepi32_ps(a)
+    }
+
+    #[inline(always)]
+    fn bits(self, a: __m256) -> __m256i {
+        cast(a)
+    }
+
+    #[inline(always)]
+    fn from_bits(self, a: __m256i) -> __m256 {
+        cast(a)
+    }
+
+    #[inline(always)]
+    fn transpose(self, [a, b, c, d, e, f, g, h]: [__m256; LANES]) -> [__m256; LANES] {
+        let avx = self.0.avx;
+        // Pairs, fours, and the halves of the register.
+        let (ab_low, ab_high) = (avx._mm256_unpacklo_ps(a, b), avx._mm256_unpackhi_ps(a, b));
+        let (cd_low, cd_high) = (avx._mm256_unpacklo_ps(c, d), avx._mm256_unpackhi_ps(c, d));
+        let (ef_low, ef_high) = (avx._mm256_unpacklo_ps(e, f), avx._mm256_unpackhi_ps(e, f));
+        let (gh_low, gh_high) = (avx._mm256_unpacklo_ps(g, h), avx._mm256_unpackhi_ps(g, h));
+        let first = [
+            avx._mm256_shuffle_ps::<0x44>(ab_low, cd_low),
+            avx._mm256_shuffle_ps::<0xee>(ab_low, cd_low),
+            avx._mm256_shuffle_ps::<0x44>(ab_high, cd_high),
+            avx._mm256_shuffle_ps::<0xee>(ab_high, cd_high),
+        ];
+        let second = [
+            avx._mm256_shuffle_ps::<0x44>(ef_low, gh_low),
+            avx._mm256_shuffle_ps::<0xee>(ef_low, gh_low),
+            avx._mm256_shuffle_ps::<0x44>(ef_high, gh_high),
+            avx._mm256_shuffle_ps::<0xee>(ef_high, gh_high),
+        ];
+        [
+            avx._mm256_permute2f128_ps::<0x20>(first[0], second[0]),
+            avx._mm256_permute2f128_ps::<0x20>(first[1], second[1]),
+            avx._mm256_permute2f128_ps::<0x20>(first[2], second[2]),
+            avx._mm256_permute2f128_ps::<0x20>(first[3], second[3]),
+            avx._mm256_permute2f128_ps::<0x31>(first[0], second[0]),
+            avx._mm256_permute2f128_ps::<0x31>(first[1], second[1]),
+            avx._mm256_permute2f128_ps::<0x31>(first[2], second[2]),
+            avx._mm256_permute2f128_ps::<0x31>(first[3], second[3]),
+        ]
+    }
+
+    #[inline(always)]
+    fn load_i(self, from: [i32; LANES]) -> __m256i {
+        cast(from)
+    }
+
+    #[inline(always)]
+    fn store_i(self, a: __m256i) -> [i32; LANES] {
+        cast(a)
+    }
+
+    #[inline(always)]
+    fn splat_i(self, a: i32) -> __m256i {
+        self.0.avx._mm256_set1_epi32(a)
+    }
+
+    #[inline(always)]
+    fn add_i(self, a: __m256i, b: __m256i) -> __m256i {
+        self.0.avx2._mm256_add_epi32(a, b)
+    }
+
+    #[inline(always)]
+    fn mul_i(self, a: __m256i, b: __m256i) -> __m256i {
+        self.0.avx2._mm256_mullo_epi32(a, b)
+    }
+
+    #[inline(always)]
+    fn max_i(self, a: __m256i, b: __m256i) -> __m256i {
+        self.0.avx2._mm256_max_epi32(a, b)
+    }
+
+    #[inline(always)]
+    fn greater_i(self, a: __m256i, b: __m256i) -> __m256i {
+        self.0.avx2._mm256_cmpgt_epi32(a, b)
+    }
+
+    #[inline(always)]
+    fn and(self, a: __m256i, b: __m256i) -> __m256i {
+        self.0.avx2._mm256_and_si256(a, b)
+    }
+
+    #[inline(always)]
+    fn or(self, a: __m256i, b: __m256i) -> __m256i {
+        self.0.avx2._mm256_or_si256(a, b)
+    }
+
+    #[inline(always)]
+    fn and_not(self, a: __m256i, b: __m256i) -> __m256i {
+        self.0.avx2._mm256_andnot_si256(b, a)
+    }
+
+    #[inline(always)]
+    fn negative(self, a: __m256i) -> __m256i {
+        self.0.avx2._mm256_srai_epi32::<31>(a)
+    }
+
+    #[inline(always)]
+    fn shift_right<const BITS: i32>(self, a: __m256i) -> __m256i {
+        self.0.avx2._mm256_srli_epi32::<BITS>(a)
+    }
+
+    #[inline(always)]
+    fn select(self, mask: __m256i, a: __m256i, b: __m256i) -> __m256i {
+        self.0.avx2._mm256_blendv_epi8(b, a, mask)
+    }
+}

@@ -1,0 +1,169 @@
+//! Lanes as arrays, for every processor: what the others are compared with.
+
+use std::array::from_fn;
+
+use super::{LANES, Lanes};
+
+/// No particular processor.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Portable;
+
+#[inline(always)]
+fn mask(is_set: bool) -> i32 {
+    -i32::from(is_set)
+}
+
+impl Lanes for Portable {
+    type F = [f32; LANES];
+    type I = [i32; LANES];
+
+    #[inline(always)]
+    fn load(self, from: [f32; LANES]) -> Self::F {
+        from
+    }
+
+    #[inline(always)]
+    fn store(self, a: Self::F) -> [f32; LANES] {
+        a
+    }
+
+    #[inline(always)]
+    fn splat(self, a: f32) -> Self::F {
+        [a; LANES]
+    }
+
+    #[inline(always)]
+    fn add(self, a: Self::F, b: Self::F) -> Self::F {
+        from_fn(|k| a[k] + b[k])
+    }
+
+    #[inline(always)]
+    fn sub(self, a: Self::F, b: Self::F) -> Self::F {
+        from_fn(|k| a[k] - b[k])
+    }
+
+    #[inline(always)]
+    fn mul(self, a: Self::F, b: Self::F) -> Self::F {
+        from_fn(|k| a[k] * b[k])
+    }
+
+    #[inline(always)]
+    fn div(self, a: Self::F, b: Self::F) -> Self::F {
+        from_fn(|k| a[k] / b[k])
+    }
+
+    #[inline(always)]
+    fn sqrt(self, a: Self::F) -> Self::F {
+        a.map(f32::sqrt)
+    }
+
+    #[inline(always)]
+    fn min(self, a: Self::F, b: Self::F) -> Self::F {
+        from_fn(|k| if a[k] < b[k] { a[k] } else { b[k] })
+    }
+
+    #[inline(always)]
+    fn max(self, a: Self::F, b: Self::F) -> Self::F {
+        from_fn(|k| if a[k] > b[k] { a[k] } else { b[k] })
+    }
+
+    #[inline(always)]
+    fn less(self, a: Self::F, b: Self::F) -> Self::I {
+        from_fn(|k| mask(a[k] < b[k]))
+    }
+
+    #[inline(always)]
+    fn floor(self, a: Self::F) -> Self::F {
+        a.map(f32::floor)
+    }
+
+    #[inline(always)]
+    fn to_i(self, a: Self::F) -> Self::I {
+        a.map(|a| a as i32)
+    }
+
+    #[inline(always)]
+    fn to_f(self, a: Self::I) -> Self::F {
+        a.map(|a| a as f32)
+    }
+
+    #[inline(always)]
+    fn bits(self, a: Self::F) -> Self::I {
+        a.map(|a| a.to_bits() as i32)
+    }
+
+    #[inline(always)]
+    fn from_bits(self, a: Self::I) -> Self::F {
+        a.map(|a| f32::from_bits(a as u32))
+    }
+
+    #[inline(always)]
+    fn transpose(self, rows: [Self::F; LANES]) -> [Self::F; LANES] {
+        from_fn(|i| from_fn(|k| rows[k][i]))
+    }
+
+    #[inline(always)]
+    fn load_i(self, from: [i32; LANES]) -> Self::I {
+        from
+    }
+
+    #[inline(always)]
+    fn store_i(self, a: Self::I) -> [i32; LANES] {
+        a
+    }
+
+    #[inline(always)]
+    fn splat_i(self, a: i32) -> Self::I {
+        [a; LANES]
+    }
+
+    #[inline(always)]
+    fn add_i(self, a: Self::I, b: Self::I) -> Self::I {
+        from_fn(|k| a[k].wrapping_add(b[k]))
+    }
+
+    #[inline(always)]
+    fn mul_i(self, a: Self::I, b: Self::I) -> Self::I {
+        from_fn(|k| a[k].wrapping_mul(b[k]))
+    }
+
+    #[inline(always)]
+    fn max_i(self, a: Self::I, b: Self::I) -> Self::I {
+        from_fn(|k| a[k].max(b[k]))
+    }
+
+    #[inline(always)]
+    fn greater_i(self, a: Self::I, b: Self::I) -> Self::I {
+        from_fn(|k| mask(a[k] > b[k]))
+    }
+
+    #[inline(always)]
+    fn and(self, a: Self::I, b: Self::I) -> Self::I {
+        from_fn(|k| a[k] & b[k])
+    }
+
+    #[inline(always)]
+    fn or(self, a: Self::I, b: Self::I) -> Self::I {
+        from_fn(|k| a[k] | b[k])
+    }
+
+    #[inline(always)]
+    fn and_not(self, a: Self::I, b: Self::I) -> Self::I {
+        from_fn(|k| a[k] & !b[k])
+    }
+
+    #[inline(always)]
+    fn negative(self, a: Self::I) -> Self::I {
+        a.map(|a| a >> 31)
+    }
+
+    #[inline(always)]
+    fn shift_right<const BITS: i32>(self, a: Self::I) -> Self::I {
+        a.map(|a| ((a as u32) >> BITS) as i32)
+    }
+
+    #[inline(always)]
+    fn select(self, mask: Self::I, a: Self::I, b: Self::I) -> Self::I {
+        from_fn(|k| if mask[k] < 0 { a[k] } else { b[k] })
+    }
+}
