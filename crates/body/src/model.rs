@@ -54,7 +54,7 @@ pub struct BodyModel {
 /// The joints that move a vertex, strongest first, and by how much.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SkinWeights {
-    /// Joints; those of weight zero mean nothing.
+    /// Joints of the model; it does not matter which where the weight is zero.
     pub joints: [u8; 4],
     /// Weights, descending, with sum one; with what [`BodyModel::further_weights`] adds.
     pub weights: [f32; 4],

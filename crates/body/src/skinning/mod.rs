@@ -8,12 +8,13 @@
 //! # Source
 //! Loper et al., *SMPL* (SIGGRAPH Asia 2015), Eq. 2-4, 6-9.
 
+mod blend;
 #[cfg(test)]
 mod tests;
 
 use evpose_pose::HandParams;
 use evpose_pose::rotation::matrix_from_axis_angle;
-use glam::{Affine3A, Mat3, Mat3A, Vec3, Vec3A};
+use glam::{Affine3A, Mat3, Vec3};
 
 use crate::normals::area_weighted_normals;
 use crate::{BodyModel, BodyPose, PosedBody, ShapedBody};
@@ -90,66 +91,11 @@ impl BodyModel {
             .collect();
         let PosedBody { vertices_m, normals, .. } = out;
         if self.pose_directions_m.is_empty() {
-            self.skin(&world_from_rest, &shaped.vertices_m, &shaped.normals, vertices_m, normals);
+            self.blend(&world_from_rest, &shaped.vertices_m, &shaped.normals, vertices_m, normals);
         } else {
             let corrected_m = self.with_pose_correctives(&shaped.vertices_m, pose);
             let rest_normals = area_weighted_normals(&corrected_m, &self.faces);
-            self.skin(&world_from_rest, &corrected_m, &rest_normals, vertices_m, normals);
-        }
-    }
-
-    /// Blends the transforms of every vertex and applies them.
-    fn skin(
-        &self,
-        world_from_rest: &[Affine3A],
-        rest_m: &[Vec3],
-        rest_normals: &[Vec3],
-        vertices_m: &mut Vec<Vec3>,
-        normals: &mut Vec<Vec3>,
-    ) {
-        if self.further_weights.is_empty() {
-            self.blend::<false>(world_from_rest, rest_m, rest_normals, vertices_m, normals);
-        } else {
-            self.blend::<true>(world_from_rest, rest_m, rest_normals, vertices_m, normals);
-        }
-    }
-
-    /// With `FURTHER`, also joints beyond a vertex's four; without, the loop does not ask.
-    fn blend<const FURTHER: bool>(
-        &self,
-        world_from_rest: &[Affine3A],
-        rest_m: &[Vec3],
-        rest_normals: &[Vec3],
-        vertices_m: &mut Vec<Vec3>,
-        normals: &mut Vec<Vec3>,
-    ) {
-        vertices_m.resize(rest_m.len(), Vec3::ZERO);
-        normals.resize(rest_m.len(), Vec3::ZERO);
-        let rest = rest_m.iter().zip(rest_normals);
-        let posed = vertices_m.iter_mut().zip(normals.iter_mut());
-        let mut further = self.further_weights.as_slice();
-        for (vertex, ((skin, (&vertex_m, &normal)), (posed_m, posed_normal))) in
-            self.skin.iter().zip(rest).zip(posed).enumerate()
-        {
-            let mut matrix = Mat3A::ZERO;
-            let mut translation = Vec3A::ZERO;
-            for (joint, weight) in skin.iter() {
-                let transform = &world_from_rest[joint];
-                matrix += transform.matrix3 * weight;
-                translation += transform.translation * weight;
-            }
-            if FURTHER {
-                while let [more, rest @ ..] = further
-                    && more.vertex as usize == vertex
-                {
-                    let transform = &world_from_rest[usize::from(more.joint)];
-                    matrix += transform.matrix3 * more.weight;
-                    translation += transform.translation * more.weight;
-                    further = rest;
-                }
-            }
-            *posed_m = (matrix * Vec3A::from(vertex_m) + translation).into();
-            *posed_normal = (matrix * Vec3A::from(normal)).normalize_or_zero().into();
+            self.blend(&world_from_rest, &corrected_m, &rest_normals, vertices_m, normals);
         }
     }
 

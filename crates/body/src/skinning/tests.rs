@@ -155,3 +155,22 @@ proptest! {
         prop_assert!(geodesic_rad(label, want) < 1e-3);
     }
 }
+
+#[test]
+fn vertices_and_normals_are_those_of_a_plain_sum_over_joints() {
+    let pose = random_pose(9);
+    let body = posed(&pose);
+    let transforms = body.joints.iter().zip(&SHAPED.joints_m);
+    let world_from_rest: Vec<Affine3A> =
+        transforms.map(|(joint, &rest_m)| *joint * Affine3A::from_translation(-rest_m)).collect();
+    for (vertex, skin) in MODEL.skin.iter().enumerate() {
+        let (mut moved_m, mut normal) = (Vec3::ZERO, Vec3::ZERO);
+        for (joint, weight) in skin.iter() {
+            let transform = &world_from_rest[joint];
+            moved_m += weight * transform.transform_point3(SHAPED.vertices_m[vertex]);
+            normal += weight * transform.transform_vector3(SHAPED.normals[vertex]);
+        }
+        assert!(body.vertices_m[vertex].distance(moved_m) < 1e-6, "{vertex}");
+        assert!(body.normals[vertex].distance(normal.normalize()) < 1e-5, "{vertex}");
+    }
+}
