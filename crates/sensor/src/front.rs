@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use evpose_core::{SensorSize, StageNoise, seed_for};
 
+use crate::changes::{Changes, STRIP, Task};
 use crate::detector::PixelArray;
 use crate::model::{Chain, FrontStage, Link};
 use crate::stage::{Block, State, Tick};
@@ -23,7 +24,10 @@ pub(crate) struct Front {
     voltage: Vec<f32>,
     before: Vec<f32>,
     memory: Vec<StageMemory>,
+    changes: Changes,
     repaired: u64,
+    /// Cleared by tests that look at every pixel in every step.
+    pub(crate) may_pass_over: bool,
 }
 
 /// What one stage keeps.
@@ -44,7 +48,7 @@ impl Front {
     pub(crate) fn new(chain: &Chain, size: SensorSize, seed: u64, block_pixels: usize) -> Self {
         let holds_all_light = chain.front.iter().any(|link| link.stage.is_plane());
         let pixels = size.pixels();
-        let held = if holds_all_light { pixels } else { block_pixels.min(pixels) };
+        let held = if holds_all_light { pixels } else { block_pixels.max(STRIP).min(pixels) };
         let memory = chain.front.iter().map(|link| StageMemory {
             planes: vec![vec![0.0; pixels]; link.stage.state_planes()],
             noise_key: seed_for(seed, link.name, 0),
@@ -57,7 +61,9 @@ impl Front {
             voltage: vec![0.0; pixels],
             before: vec![0.0; pixels],
             memory: memory.collect(),
+            changes: Changes::new(pixels),
             repaired: 0,
+            may_pass_over: true,
         }
     }
 
@@ -89,6 +95,10 @@ impl Front {
         luminance: &[f32],
         seen_by: &mut Witnesses<'_>,
     ) {
+        if self.may_pass_over && chain.rests_with_light() && seen_by.taps.is_empty() {
+            return self.step_changes(chain, tick, luminance, seen_by.array);
+        }
+        self.changes.forget();
         let all = self.size.pixels();
         let mut first_stage = 0;
         // A stage that needs the whole plane is a pass of its own; what lies between two such
@@ -112,6 +122,35 @@ impl Front {
             }
             first_stage += pass.len();
         }
+    }
+
+    /// The same for a chain that rests with the light: only where that is another one.
+    fn step_changes(
+        &mut self,
+        chain: &Chain,
+        tick: &Tick,
+        luminance: &[f32],
+        array: &mut PixelArray,
+    ) {
+        let Self { before, voltage, .. } = self;
+        let tasks = self.changes.tasks(luminance, before, voltage, self.block_pixels);
+        for (pixels, task) in &tasks {
+            if *task == Task::Sense {
+                self.sense(&luminance[pixels.clone()], pixels);
+                for (index, link) in chain.front.iter().enumerate() {
+                    self.step_stage(index, link, tick, pixels);
+                }
+            }
+            let found = array.found();
+            self.show(chain, tick, pixels, array);
+            self.changes.wake(array.awake_after(found));
+        }
+        self.changes.give_back(tasks);
+    }
+
+    /// Takes nothing of the last step for granted.
+    pub(crate) fn forget_light(&mut self) {
+        self.changes.forget();
     }
 
     /// Where in `light` these pixels are.
@@ -155,6 +194,8 @@ impl Front {
             },
         );
         if is_faulty {
+            // They are counted in every step.
+            self.changes.doubt(pixels);
             for (light, y) in light.iter_mut().zip(luminance) {
                 if !(0.0..=f32::MAX).contains(y) {
                     *light = 0.0;

@@ -41,6 +41,7 @@
 mod background;
 mod blur;
 mod chain_table;
+mod changes;
 mod clock;
 mod config;
 mod delivery;

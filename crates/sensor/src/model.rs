@@ -110,6 +110,20 @@ impl Chain {
         self.crosses_levels && !self.has_renewals && !self.steps_while_deaf
     }
 
+    /// Whether what a pixel says follows from the light it sees and has seen, and from nothing that
+    /// goes on while the light stays as it is.
+    pub(crate) fn rests_with_light(&self) -> bool {
+        let is_static = |stage: &FrontStage| match stage {
+            FrontStage::LightPixel(stage) | FrontStage::VoltagePixel(stage) => stage.is_static(),
+            FrontStage::Photoreceptor(_) => true,
+            FrontStage::LightPlane(_) | FrontStage::VoltagePlane(_) => false,
+        };
+        self.front.iter().all(|link| is_static(&link.stage))
+            && self.terms.is_empty()
+            && !self.detector.stage.sees_light()
+            && self.readout.stage.is_immediate()
+    }
+
     /// Whether pixels can be deaf for a while.
     pub(crate) fn has_pauses(&self) -> bool {
         self.recovery.pauses() || !self.readout.stage.is_immediate()

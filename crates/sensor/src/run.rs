@@ -122,6 +122,7 @@ impl SensorRun {
         }
         self.chain = Arc::clone(model.chain());
         self.divider.retune(&self.chain);
+        self.front.forget_light();
         if let Some((_, t)) = self.last {
             self.array.retune(&self.chain, self.front.before_mut(), t.as_seconds());
         } else {
@@ -176,6 +177,11 @@ impl SensorRun {
     #[cfg(test)]
     pub(crate) fn array_mut(&mut self) -> &mut PixelArray {
         &mut self.array
+    }
+
+    #[cfg(test)]
+    pub(crate) fn front_mut(&mut self) -> &mut Front {
+        &mut self.front
     }
 
     fn next_tick(&self, luminance: &Plane<f32>, t: Micros) -> Result<Tick, SensorError> {

@@ -100,6 +100,11 @@ pub trait PixelStage: Send + Sync + Debug {
         None
     }
 
+    /// Whether the answer of a pixel follows from its light alone, without memory, noise or time.
+    fn is_static(&self) -> bool {
+        false
+    }
+
     /// How many `f32` values a pixel keeps between exposures, the same for all parameters.
     fn state_planes(&self) -> usize {
         0

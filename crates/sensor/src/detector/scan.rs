@@ -38,6 +38,16 @@ impl PixelArray {
         self.next_hit = 0;
     }
 
+    /// Pixels found since as many had been found.
+    pub(crate) fn awake_after(&self, found: usize) -> &[u32] {
+        &self.awake[found..]
+    }
+
+    /// Pixels found so far in this step.
+    pub(crate) fn found(&self) -> usize {
+        self.awake.len()
+    }
+
     /// Looks at a block of pixels: its light, and its voltage, to which leaks are added.
     pub(crate) fn scan(
         &mut self,

@@ -13,6 +13,7 @@ use evpose_core::StageNoise;
 
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage, Tick};
+use crate::wide::wide;
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
 
 const LEVELS: ParamSpec = ParamSpec {
@@ -70,12 +71,21 @@ impl PixelStage for Quantisation {
         self.levels.is_infinite()
     }
 
+    fn is_static(&self) -> bool {
+        true
+    }
+
     fn step(&self, _tick: &Tick, block: &mut Block<'_>, _noise: StageNoise) {
         let step = 1.0 / self.levels;
-        for y in block.signal.iter_mut() {
-            let code = y.clamp(0.0, 1.0) * self.levels;
-            *y = ((code + ROUNDER) - ROUNDER) * step;
-        }
+        wide(
+            #[inline(always)]
+            || {
+                for y in block.signal.iter_mut() {
+                    let code = y.clamp(0.0, 1.0) * self.levels;
+                    *y = ((code + ROUNDER) - ROUNDER) * step;
+                }
+            },
+        );
     }
 }
 

@@ -98,6 +98,10 @@ impl PixelStage for ToneCurve {
         Some(f64::from(self.gamma)) == GAMMA.neutral
     }
 
+    fn is_static(&self) -> bool {
+        true
+    }
+
     fn step(&self, _tick: &Tick, block: &mut Block<'_>, _noise: StageNoise) {
         for i in block.signal.iter_mut() {
             *i = self.at(*i);

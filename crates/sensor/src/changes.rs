@@ -1,0 +1,187 @@
+//! Which pixels a step has to look at, where light is all that a pixel depends on.
+//!
+//! # Model
+//! Without memory, noise and leaks in front of the detector, a pixel that sees the same light has
+//! the same voltage, and one that had nothing to say to this voltage has nothing to say again. In
+//! front of a still background most pixels are passed over, and the events are the same.
+
+use std::ops::Range;
+
+use crate::wide::wide;
+
+/// Pixels that are passed over together.
+pub(crate) const STRIP: usize = 64;
+
+/// What a step has to do with some pixels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Task {
+    /// Their light is not that of the last step.
+    Sense,
+    /// Their voltage is that of the last step, and some may have more to say.
+    Scan,
+}
+
+/// What is known of a strip.
+#[derive(Debug, Clone, Copy)]
+struct Strip {
+    /// Whether its voltage at the step before is not that of two steps before.
+    is_new: bool,
+    /// Whether a pixel of it spoke, or may have, when it was looked at last.
+    is_awake: bool,
+    /// Whether its light has to be taken anew whatever it is.
+    is_unknown: bool,
+}
+
+/// The light of the last step, and the work of this one.
+#[derive(Debug)]
+pub(crate) struct Changes {
+    light: Vec<f32>,
+    strips: Vec<Strip>,
+    tasks: Vec<(Range<usize>, Task)>,
+}
+
+impl Changes {
+    pub(crate) fn new(pixels: usize) -> Self {
+        let unknown = Strip { is_new: true, is_awake: true, is_unknown: true };
+        Self {
+            light: vec![0.0; pixels],
+            strips: vec![unknown; pixels.div_ceil(STRIP)],
+            tasks: Vec::new(),
+        }
+    }
+
+    /// Takes nothing for granted in the next step.
+    pub(crate) fn forget(&mut self) {
+        self.strips.iter_mut().for_each(|strip| strip.is_unknown = true);
+    }
+
+    /// The same for some pixels.
+    pub(crate) fn doubt(&mut self, pixels: &Range<usize>) {
+        let strips = pixels.start / STRIP..pixels.end.div_ceil(STRIP);
+        self.strips[strips].iter_mut().for_each(|strip| strip.is_unknown = true);
+    }
+
+    /// These pixels, in order, may have more to say in the next step.
+    pub(crate) fn wake(&mut self, pixels: &[u32]) {
+        for &pixel in pixels {
+            self.strips[pixel as usize / STRIP].is_awake = true;
+        }
+    }
+
+    /// Compares `luminance` with that of the last step. The voltages of what is passed over, or only
+    /// scanned, are carried over from the step `before`. Gives the work in order, each piece no
+    /// longer than `longest` pixels, or than a strip.
+    pub(crate) fn tasks(
+        &mut self,
+        luminance: &[f32],
+        before: &[f32],
+        voltage: &mut [f32],
+        longest: usize,
+    ) -> Vec<(Range<usize>, Task)> {
+        let mut tasks = std::mem::take(&mut self.tasks);
+        tasks.clear();
+        wide(
+            #[inline(always)]
+            || {
+                for (number, strip) in self.strips.iter_mut().enumerate() {
+                    let start = number * STRIP;
+                    let pixels = start..(start + STRIP).min(luminance.len());
+                    let shown = &luminance[pixels.clone()];
+                    let known = &mut self.light[pixels.clone()];
+                    let task = if strip.is_unknown || differ(shown, known) {
+                        known.copy_from_slice(shown);
+                        *strip = Strip { is_new: true, is_awake: false, is_unknown: false };
+                        Task::Sense
+                    } else {
+                        if strip.is_new {
+                            voltage[pixels.clone()].copy_from_slice(&before[pixels.clone()]);
+                            strip.is_new = false;
+                        }
+                        if !strip.is_awake {
+                            continue;
+                        }
+                        strip.is_awake = false;
+                        Task::Scan
+                    };
+                    match tasks.last_mut() {
+                        Some((run, same))
+                            if *same == task
+                                && run.end == pixels.start
+                                && pixels.end - run.start <= longest =>
+                        {
+                            run.end = pixels.end;
+                        }
+                        _ => tasks.push((pixels, task)),
+                    }
+                }
+            },
+        );
+        tasks
+    }
+
+    /// Keeps the memory of the list.
+    pub(crate) fn give_back(&mut self, tasks: Vec<(Range<usize>, Task)>) {
+        self.tasks = tasks;
+    }
+}
+
+/// Whether any bit is another one.
+#[inline(always)]
+fn differ(a: &[f32], b: &[f32]) -> bool {
+    let mut bits = 0;
+    for (a, b) in a.iter().zip(b) {
+        bits |= a.to_bits() ^ b.to_bits();
+    }
+    bits != 0
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+
+    use evpose_core::{CounterRng, Event, Micros, Plane, SensorSize};
+
+    use crate::{SensorConfig, SensorModel};
+
+    const SIZE: SensorSize = SensorSize { width: 50, height: 30 };
+
+    /// Events and repaired pixels of a picture in which a patch moves, flickers, stands still and is
+    /// broken at times.
+    fn run(preset: &str, passes_over: bool) -> (Vec<Event>, u64) {
+        let model = SensorModel::from_config(&SensorConfig::preset(preset).unwrap()).unwrap();
+        let other = model.clone().with_block_pixels(100);
+        let mut run = other.start(SIZE, 3);
+        run.front_mut().may_pass_over = passes_over;
+        let mut rng = CounterRng::new(7, "changes", 0);
+        let mut events = Vec::new();
+        let mut plane = Plane::for_sensor(SIZE, 0.3);
+        for step in 0..120 {
+            // Every third step shows what the last one showed.
+            if step % 3 != 2 {
+                let (x, y) = (rng.below(40), rng.below(20));
+                for row in y..y + 10 {
+                    let light = rng.uniform(0.01, 1.0);
+                    plane.row_mut(row)[x..x + 10].fill(light);
+                }
+            }
+            match step {
+                40 => *plane.at_mut(3, 3) = f32::NAN,
+                50 => *plane.at_mut(3, 3) = -1.0,
+                60 => *plane.at_mut(3, 3) = 0.5,
+                70 => run.retune(&model).unwrap(),
+                _ => {}
+            }
+            events.extend(run.expose(&plane, Micros(1_000 * step)).unwrap().iter());
+        }
+        (events, run.repaired_pixels())
+    }
+
+    #[test]
+    fn passing_over_what_does_not_change_changes_nothing() {
+        for preset in ["eventhands", "ideal", "davis240c"] {
+            let (events, repaired) = run(preset, true);
+            assert!(events.len() > 1_000, "{preset}: {}", events.len());
+            assert!((events, repaired) == run(preset, false), "{preset}");
+        }
+    }
+}
