@@ -128,7 +128,7 @@ impl Draw for Ours<'_> {
     }
 
     fn covered(&self) -> usize {
-        self.raster.fragments().data().iter().filter(|fragment| fragment.is_covered()).count()
+        self.raster.covered()
     }
 }
 

@@ -1,9 +1,10 @@
 //! A deterministic rasteriser for one core: which surface each pixel sees, and where on it.
 //!
-//! Two passes. [`Raster::draw`] finds for every pixel the nearest face and the position on it
-//! ([`Fragment`]); shading then touches each covered pixel once, for luminance or for colour. Only
-//! the rectangle around the mesh is cleared and visited, so that a frame costs as much as the hand
-//! is large. Many sequences are simulated at once, one core each, so a frame is single-threaded.
+//! Two passes. [`Raster::draw`] finds for every pixel the nearest triangle, several pixels of a row
+//! at a time; shading then touches each covered pixel once, and looks up where on the face it is
+//! ([`Fragment`]). Only the rectangle around the mesh is cleared and visited, so that a frame costs as
+//! much as the hand is large. Many sequences are simulated at once, one core each, so a frame is
+//! single-threaded.
 //!
 //! # Model
 //! Coordinates are snapped to 1/256 pixel and edge functions are exact integers; pixel centres lie
@@ -13,14 +14,20 @@
 
 mod camera;
 mod clip;
-mod coverage;
 mod fragment;
 mod mesh;
 mod project;
+mod triangle;
+mod varying;
+mod visibility;
+mod visible;
 
 pub use camera::Camera;
-pub use fragment::{Fragment, PixelRect, Raster};
+pub use fragment::{Fragment, PixelRect};
 pub use mesh::{Mesh, is_closed};
+pub(crate) use varying::Varyings;
+pub use visible::Raster;
+pub(crate) use visible::SeenPixel;
 
 #[cfg(test)]
 mod tests;

@@ -2,12 +2,13 @@
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use evpose_core::{LookAt, Pinhole, Plane, SensorSize};
+use evpose_core::{LookAt, Pinhole, SensorSize, in_lanes};
 use glam::{Vec2, Vec3};
 use proptest::prelude::*;
 
-use super::coverage::{Triangle, Viewport};
 use super::project::ScreenVertex;
+use super::triangle::SetUp;
+use super::visibility::{Fill, Visibility};
 use super::{Camera, Fragment, PixelRect, Raster, is_closed};
 use crate::shapes::Shape;
 
@@ -34,13 +35,14 @@ fn position(shape: &Shape, fragment: &Fragment) -> Vec3 {
 }
 
 fn fill(corners: [(i32, i32); 3]) -> Vec<bool> {
-    let mut fragments = Plane::for_sensor(SENSOR, Fragment::NONE);
+    let whole = PixelRect::whole(SENSOR);
     let corners = corners.map(|(x, y)| ScreenVertex { x, y, inverse_depth: 1.0 });
-    let mut viewport = Viewport::new(&mut fragments, PixelRect::whole(SENSOR));
-    if let Some(triangle) = Triangle::new(corners, false) {
-        viewport.fill(&triangle, 0, |b| b);
+    let mut visibility = Visibility::new(whole.right, whole.bottom);
+    if let Some(set_up) = SetUp::new(0, [0, 1, 2], corners, false, whole) {
+        in_lanes(Fill { visibility: &mut visibility, set_up: &set_up, number: 0 });
     }
-    fragments.data().iter().map(Fragment::is_covered).collect()
+    let rows = (0..whole.bottom).flat_map(|y| visibility.row(y, whole).0.to_vec());
+    rows.map(|inverse_depth| inverse_depth > 0).collect()
 }
 
 /// Positions that often fall on pixel centres and on each other's rows and columns.
@@ -131,8 +133,8 @@ fn the_nearer_surface_is_seen_whatever_is_drawn_first() {
         let mut raster = Raster::new(SENSOR);
         raster.draw(&camera(0.1), &both.mesh(), false);
         // Right of the axis only the far one is there.
-        assert!((raster.fragments().at(30, 24).inverse_depth - 1.0).abs() < 1e-6);
-        assert!((raster.fragments().at(33, 24).inverse_depth - 0.5).abs() < 1e-6);
+        assert!((raster.fragments(&both.mesh()).at(30, 24).inverse_depth - 1.0).abs() < 1e-6);
+        assert!((raster.fragments(&both.mesh()).at(33, 24).inverse_depth - 0.5).abs() < 1e-6);
     }
 }
 
@@ -145,10 +147,11 @@ fn positions_on_a_slanted_plane_are_perspective_correct() {
     );
     let mut raster = Raster::new(SENSOR);
     raster.draw(&camera(0.1), &shape.mesh(), false);
+    let fragments = raster.fragments(&shape.mesh());
     let mut covered = 0;
     for y in 0..48 {
         for x in 0..64 {
-            let fragment = raster.fragments().at(x, y);
+            let fragment = fragments.at(x, y);
             if fragment.is_covered() {
                 covered += 1;
                 let got = position(&shape, fragment);
@@ -168,9 +171,10 @@ fn a_face_through_the_near_plane_shows_its_front_part_without_distortion() {
     let shape = Shape::quad(Vec3::new(-9.0, -0.3, 5.0), Vec3::X * 18.0, Vec3::NEG_Z * 30.0);
     let mut raster = Raster::new(SENSOR);
     raster.draw(&camera(0.1), &shape.mesh(), true);
+    let fragments = raster.fragments(&shape.mesh());
     for y in 0..48 {
         for x in 0..64 {
-            let fragment = raster.fragments().at(x, y);
+            let fragment = fragments.at(x, y);
             let want = seen_point(x, y, shape.vertices_m[0], Vec3::Y);
             let visible = y > 24 && want.z > -24.5 && want.x.abs() < 8.9;
             if visible {
@@ -189,7 +193,7 @@ fn a_mesh_behind_the_camera_covers_nothing() {
     let shape = Shape::sphere(Vec3::Z, 0.3, 8);
     let mut raster = Raster::new(SENSOR);
     raster.draw(&camera(0.1), &shape.mesh(), true);
-    assert!(raster.fragments().data().iter().all(|f| !f.is_covered()));
+    assert_eq!(raster.covered(), 0);
 }
 
 #[test]
@@ -199,7 +203,8 @@ fn skipping_faces_that_look_away_changes_nothing_for_a_closed_mesh() {
     let (mut all, mut front) = (Raster::new(SENSOR), Raster::new(SENSOR));
     all.draw(&camera(0.1), &shape.mesh(), false);
     front.draw(&camera(0.1), &shape.mesh(), true);
-    assert_eq!(all.fragments(), front.fragments());
+    let mesh = shape.mesh();
+    assert_eq!(all.fragments(&mesh), front.fragments(&mesh));
 }
 
 #[test]
@@ -210,12 +215,86 @@ fn a_new_frame_forgets_the_last_one() {
     let rect = raster.draw(&camera(0.1), &second.mesh(), true);
     let mut fresh = Raster::new(SENSOR);
     fresh.draw(&camera(0.1), &second.mesh(), true);
-    assert_eq!(raster.fragments(), fresh.fragments());
+    let fragments = raster.fragments(&second.mesh());
+    assert_eq!(fragments, fresh.fragments(&second.mesh()));
     for y in 0..48 {
         for x in 0..64 {
             let inside =
                 (rect.left..rect.right).contains(&x) && (rect.top..rect.bottom).contains(&y);
-            assert!(inside || !raster.fragments().at(x, y).is_covered());
+            assert!(inside || !fragments.at(x, y).is_covered());
         }
+    }
+}
+
+/// 1/depth of what every pixel sees, by what one writes first: every face at every pixel, in exact
+/// integers and double precision.
+fn plain(camera: &Camera, shape: &Shape) -> Vec<f64> {
+    let mut nearest = vec![0.0; SENSOR.pixels()];
+    let screen: Vec<ScreenVertex> = shape
+        .vertices_m
+        .iter()
+        .map(|v| camera.homogeneous_image_from_world() * v.extend(1.0))
+        .map(ScreenVertex::from_homogeneous)
+        .collect();
+    let area = |a: (i64, i64), b: (i64, i64), p: (i64, i64)| {
+        (b.0 - a.0) * (p.1 - a.1) - (b.1 - a.1) * (p.0 - a.0)
+    };
+    for face in &shape.faces {
+        let corners = face.map(|v| screen[v as usize]);
+        let [a, b, c] = corners.map(|v| (i64::from(v.x), i64::from(v.y)));
+        let whole = area(a, b, c);
+        if whole == 0 {
+            continue;
+        }
+        for (pixel, nearest) in nearest.iter_mut().enumerate() {
+            let centre = ((pixel as i64 % 64) * 256 + 128, (pixel as i64 / 64) * 256 + 128);
+            let mut depth = 0.0;
+            let mut is_inside = true;
+            for ((from, to), corner) in [(b, c), (c, a), (a, b)].into_iter().zip(corners) {
+                // Clockwise, so that the inside is positive.
+                let (from, to) = if whole > 0 { (from, to) } else { (to, from) };
+                let weight = area(from, to, centre);
+                let is_owned = to.1 < from.1 || (to.1 == from.1 && to.0 > from.0);
+                is_inside &= weight > 0 || (weight == 0 && is_owned);
+                depth += weight as f64 / whole.abs() as f64 * f64::from(corner.inverse_depth);
+            }
+            if is_inside && depth > *nearest {
+                *nearest = depth;
+            }
+        }
+    }
+    nearest
+}
+
+#[test]
+fn every_pixel_sees_what_a_plain_loop_over_all_faces_finds() {
+    let mut rng = evpose_core::CounterRng::new(5, "raster", 0);
+    let mut point = |spread_m: f32| {
+        let mut u = || rng.uniform(-1.0, 1.0);
+        Vec3::new(spread_m * u(), spread_m * u(), -1.0 + 0.6 * u())
+    };
+    for round in 0..60 {
+        // Small triangles, ones wider than a vector, and ones wider than 32 bits of area.
+        let spread_m = [0.03, 0.3, 4.0][round % 3];
+        let mut shape = Shape::default();
+        for _ in 0..40 {
+            let middle_m = 0.3 * point(1.0) - 0.7 * Vec3::Z;
+            for _ in 0..3 {
+                let corner_m = middle_m + point(spread_m) + Vec3::Z;
+                shape.vertices_m.push(corner_m.with_z(corner_m.z.min(-0.2)));
+            }
+            let first = shape.vertices_m.len() as u32 - 3;
+            shape.faces.push([first, first + 1, first + 2]);
+        }
+        let mut raster = Raster::new(SENSOR);
+        raster.draw(&camera(0.1), &shape.mesh(), false);
+        let fragments = raster.fragments(&shape.mesh());
+        let mut covered = 0;
+        for (fragment, want) in fragments.data().iter().zip(plain(&camera(0.1), &shape)) {
+            assert_eq!(fragment.is_covered(), want > 0.0);
+            assert!((f64::from(fragment.inverse_depth) - want).abs() < 1e-4 * want.max(1.0));
+            covered += usize::from(fragment.is_covered());
+        }
+        assert!(covered > 10, "{covered}");
     }
 }

@@ -1,5 +1,6 @@
 //! Light on a matt surface.
 
+use evpose_core::Lanes;
 use glam::Vec3A;
 
 /// Light from one direction, as from very far away.
@@ -39,6 +40,51 @@ impl Lighting {
             + self.ambient;
         irradiance * albedo * self.gain
     }
+
+    /// The same for eight surfaces, whose normals need not be unit.
+    #[inline(always)]
+    pub(super) fn radiance_of<L: Lanes>(
+        &self,
+        l: L,
+        normal: [L::F; 3],
+        albedo: [L::F; 3],
+    ) -> [L::F; 3] {
+        // The smallest normal number, so that a normal of length zero is in no light.
+        let square = l.max(dot(l, normal, normal), l.splat(f32::MIN_POSITIVE));
+        let per_length = l.div(l.splat(1.0), l.sqrt(square));
+        let [first, second] = &self.lights;
+        let shares = [first.share(l, normal, per_length), second.share(l, normal, per_length)];
+        let (first, second) = (first.colour * self.gain, second.colour * self.gain);
+        let ambient = self.ambient * self.gain;
+        [
+            l.mul(sum(l, shares, [first.x, second.x], ambient.x), albedo[0]),
+            l.mul(sum(l, shares, [first.y, second.y], ambient.y), albedo[1]),
+            l.mul(sum(l, shares, [first.z, second.z], ambient.z), albedo[2]),
+        ]
+    }
+}
+
+impl DirectionalLight {
+    /// The cosines between the light and eight normals of given length, zero behind.
+    #[inline(always)]
+    fn share<L: Lanes>(&self, l: L, normal: [L::F; 3], per_length: L::F) -> L::F {
+        let [x, y, z] = self.direction.to_array();
+        let cosine = dot(l, normal, [l.splat(x), l.splat(y), l.splat(z)]);
+        l.max(l.mul(cosine, per_length), l.splat(0.0))
+    }
+}
+
+/// One channel of the light of both.
+#[inline(always)]
+fn sum<L: Lanes>(l: L, shares: [L::F; 2], colours: [f32; 2], ambient: f32) -> L::F {
+    let of_first = l.mul(shares[0], l.splat(colours[0]));
+    let of_second = l.mul(shares[1], l.splat(colours[1]));
+    l.add(l.add(of_first, of_second), l.splat(ambient))
+}
+
+#[inline(always)]
+fn dot<L: Lanes>(l: L, a: [L::F; 3], b: [L::F; 3]) -> L::F {
+    l.add(l.add(l.mul(a[0], b[0]), l.mul(a[1], b[1])), l.mul(a[2], b[2]))
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@ mod backdrop;
 mod lighting;
 mod renderer;
 mod response;
+mod shader;
 
 pub use backdrop::{Backdrop, BackdropPlacement};
 pub use lighting::{DirectionalLight, Lighting};

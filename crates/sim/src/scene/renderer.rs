@@ -3,6 +3,7 @@
 use evpose_core::Plane;
 use glam::{Vec2, Vec3A};
 
+use super::shader::Shader;
 use super::{Backdrop, FrameResponse, Lighting, luminance};
 use crate::raster::{Camera, Fragment, Mesh, PixelRect, Raster};
 use crate::texture::Texture;
@@ -32,6 +33,7 @@ pub struct Renderer {
     /// Whether the meshes are closed, see [`is_closed`](crate::raster::is_closed).
     closed: bool,
     raster: Raster,
+    shader: Shader,
     backdrop: Plane<f32>,
     luminance: Plane<f32>,
 }
@@ -45,7 +47,7 @@ impl Renderer {
             *pixel = luminance(scene.response.apply(*rgb));
         }
         let luminance = backdrop.clone();
-        Self { scene, closed, raster, backdrop, luminance }
+        Self { scene, closed, raster, shader: Shader::default(), backdrop, luminance }
     }
 
     /// The scene.
@@ -71,16 +73,7 @@ impl Renderer {
 
     /// The second half: the light of the `mesh` that was seen.
     pub fn shade(&mut self, mesh: &Mesh<'_>) -> &Plane<f32> {
-        let rect = self.raster.rect();
-        for y in rect.top..rect.bottom {
-            let fragments = &self.raster.fragments().row(y)[rect.left..rect.right];
-            let pixels = &mut self.luminance.row_mut(y)[rect.left..rect.right];
-            for (pixel, fragment) in pixels.iter_mut().zip(fragments) {
-                if fragment.is_covered() {
-                    *pixel = luminance(self.scene.shade(mesh, fragment));
-                }
-            }
-        }
+        self.shader.shade(&self.scene, &self.raster, mesh, &mut self.luminance);
         &self.luminance
     }
 
@@ -88,7 +81,8 @@ impl Renderer {
     pub fn render_rgb(&mut self, mesh: &Mesh<'_>) -> Plane<Vec3A> {
         self.render(mesh);
         let mut rgb = self.scene.backdrop.rgb().clone();
-        for (pixel, fragment) in rgb.data_mut().iter_mut().zip(self.raster.fragments().data()) {
+        let fragments = self.raster.fragments(mesh);
+        for (pixel, fragment) in rgb.data_mut().iter_mut().zip(fragments.data()) {
             *pixel = if fragment.is_covered() {
                 self.scene.shade(mesh, fragment)
             } else {
@@ -100,18 +94,12 @@ impl Renderer {
 
     /// How many pixels saw the mesh in the last frame.
     pub fn covered(&self) -> usize {
-        self.raster.fragments().data().iter().filter(|fragment| fragment.is_covered()).count()
-    }
-
-    /// What each pixel saw in the last frame.
-    pub fn fragments(&self) -> &Plane<Fragment> {
-        self.raster.fragments()
+        self.raster.covered()
     }
 }
 
 impl Scene {
     /// The colour of a covered pixel: normal and texture coordinates interpolated, then lit.
-    #[inline(always)]
     fn shade(&self, mesh: &Mesh<'_>, fragment: &Fragment) -> Vec3A {
         let [a, b, c] = mesh.faces[fragment.face as usize];
         let (a, b, c) = (a as usize, b as usize, c as usize);
@@ -183,6 +171,28 @@ mod tests {
             }
         }
         assert!(covered > 1_000, "{covered}");
+    }
+
+    /// A textured surface, many pixels at a time and one by one.
+    #[test]
+    fn luminance_is_that_of_the_picture_in_colour() {
+        let texels: Vec<u8> = (0..3 * 32 * 16).map(|k| (k * 89 % 256) as u8).collect();
+        for response in [FrameResponse::Linear, FrameResponse::Clipped, FrameResponse::Rgb8] {
+            let mut renderer = renderer(response);
+            renderer.scene.skin = Texture::from_rgb8(32, 16, &texels).unwrap();
+            // The near plane cuts the second one.
+            for (centre_m, radius_m) in [(Vec3::new(0.1, -0.05, -1.0), 0.3), (Vec3::ZERO, 0.13)] {
+                let sphere = Shape::sphere(centre_m, radius_m, 24);
+                let rgb = renderer.render_rgb(&sphere.mesh());
+                let seen = renderer.render(&sphere.mesh());
+                let pairs = seen.data().iter().zip(rgb.data());
+                // A colour on the border between two codes may be rounded to either.
+                let step = if response == FrameResponse::Rgb8 { 1.0 / 255.0 } else { 0.0 };
+                for (got, want) in pairs.map(|(&got, &rgb)| (got, luminance(rgb))) {
+                    assert!((got - want).abs() < 1e-5 + step, "{response:?}: {got} for {want}");
+                }
+            }
+        }
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! From radiance to the picture the events are made from.
 
+use evpose_core::Lanes;
 use glam::Vec3A;
 use serde::{Deserialize, Serialize};
 
@@ -37,6 +38,30 @@ impl FrameResponse {
             Self::Linear => rgb,
             Self::Clipped => rgb.min(Vec3A::ONE),
             Self::Rgb8 => (rgb.min(Vec3A::ONE) * 255.0 + 0.5).trunc() * (1.0 / 255.0),
+        }
+    }
+
+    /// Luminance of what is kept of eight colours.
+    #[inline(always)]
+    pub(super) fn luminance_of<L: Lanes>(self, l: L, rgb: [L::F; 3]) -> L::F {
+        let [r, g, b] =
+            [self.apply_lanes(l, rgb[0]), self.apply_lanes(l, rgb[1]), self.apply_lanes(l, rgb[2])];
+        let [of_r, of_g, of_b] = LUMINANCE_WEIGHTS.to_array();
+        let rg = l.add(l.mul(r, l.splat(of_r)), l.mul(g, l.splat(of_g)));
+        l.add(rg, l.mul(b, l.splat(of_b)))
+    }
+
+    /// What is kept of one channel.
+    #[inline(always)]
+    fn apply_lanes<L: Lanes>(self, l: L, channel: L::F) -> L::F {
+        let clipped = l.min(channel, l.splat(1.0));
+        match self {
+            Self::Linear => channel,
+            Self::Clipped => clipped,
+            Self::Rgb8 => {
+                let code = l.floor(l.add(l.mul(clipped, l.splat(255.0)), l.splat(0.5)));
+                l.mul(code, l.splat(1.0 / 255.0))
+            }
         }
     }
 }

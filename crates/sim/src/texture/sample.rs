@@ -1,6 +1,6 @@
 //! An RGB image with linear filtering that repeats beyond its borders.
 
-use evpose_core::Plane;
+use evpose_core::{LANES, Lanes, Plane};
 use glam::{Vec2, Vec3A, Vec4};
 
 /// Code value of full intensity.
@@ -12,7 +12,8 @@ const WHITE: f32 = 255.0;
 /// Whether the values are linear or gamma-encoded is the user's to know.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Texture {
-    /// Red, green, blue and nothing, so that a texel is one load.
+    /// Red, green, blue and nothing, so that a texel is one load. Around the image is a border of the
+    /// texels from its other side, so that neighbours lie together everywhere.
     codes: Plane<[u8; 4]>,
 }
 
@@ -29,7 +30,7 @@ impl Texture {
             let [r, g, b] = (*rgb * WHITE + 0.5).to_array().map(|c| c as u8);
             *code = [r, g, b, 0];
         }
-        Self { codes }
+        Self::bordered(&codes)
     }
 
     /// Takes eight-bit texels, row by row; `None` unless there are `width * height` of them.
@@ -37,30 +38,87 @@ impl Texture {
         let (texels, rest) = rgb.as_chunks::<3>();
         let codes = texels.iter().map(|&[r, g, b]| [r, g, b, 0]).collect();
         let codes = Plane::from_vec(width, height, codes).ok()?;
-        (rest.is_empty() && width * height > 0).then_some(Self { codes })
+        (rest.is_empty() && width * height > 0).then(|| Self::bordered(&codes))
+    }
+
+    fn bordered(image: &Plane<[u8; 4]>) -> Self {
+        let (width, height) = (image.width(), image.height());
+        let mut codes = Plane::filled(width + 2, height + 2, [0; 4]);
+        for y in 0..height + 2 {
+            let row = image.row((y + height - 1) % height);
+            let bordered = codes.row_mut(y);
+            bordered[0] = row[width - 1];
+            bordered[1..=width].copy_from_slice(row);
+            bordered[width + 1] = row[0];
+        }
+        Self { codes }
     }
 
     /// Columns.
     pub fn width(&self) -> usize {
-        self.codes.width()
+        self.codes.width() - 2
     }
 
     /// Rows.
     pub fn height(&self) -> usize {
-        self.codes.height()
+        self.codes.height() - 2
     }
 
     /// The colour at `uv`, in [0, 1], interpolated between the centres of four texels; the image
     /// repeats with period 1.
-    #[inline]
     pub fn sample(&self, uv: Vec2) -> Vec3A {
-        let (left, right, fx) = neighbours(uv.x, self.codes.width());
-        let (above, below, fy) = neighbours(uv.y, self.codes.height());
-        let (above, below) = (self.codes.row(above), self.codes.row(below));
-        let top = decode(above[left]).lerp(decode(above[right]), fx);
-        let bottom = decode(below[left]).lerp(decode(below[right]), fx);
-        Vec3A::from_vec4(top.lerp(bottom, fy) * (1.0 / WHITE))
+        let (x, fx) = neighbours(uv.x, self.width() as f32);
+        let (y, fy) = neighbours(uv.y, self.height() as f32);
+        let [above, below] = [y, y + 1].map(|y| {
+            let [left, right] = [x, x + 1].map(|x| decode(*self.codes.at(x, y)));
+            left.lerp(right, fx)
+        });
+        Vec3A::from_vec4(above.lerp(below, fy) * (1.0 / WHITE))
     }
+
+    /// The same at eight places, channel by channel.
+    #[inline(always)]
+    pub(crate) fn sample_lanes<L: Lanes>(&self, l: L, [u, v]: [L::F; 2]) -> [L::F; 3] {
+        let (x, fx) = neighbours_lanes(l, u, self.width() as f32);
+        let (y, fy) = neighbours_lanes(l, v, self.height() as f32);
+        let stride = self.codes.width();
+        let above = l.store_i(l.add_i(l.mul_i(y, l.splat_i(stride as i32)), x));
+        let mut texels = [[0; LANES]; 4];
+        for (k, &above) in above.iter().enumerate() {
+            let (above, below) = (above as usize, above as usize + stride);
+            let codes = self.codes.data();
+            let corners = [codes[above], codes[above + 1], codes[below], codes[below + 1]];
+            for i in 0..4 {
+                texels[i][k] = i32::from_le_bytes(corners[i]);
+            }
+        }
+        let [a, b, c, d] = texels;
+        let texels = [l.load_i(a), l.load_i(b), l.load_i(c), l.load_i(d)];
+        [
+            channel::<L, 0>(l, texels, [fx, fy]),
+            channel::<L, 8>(l, texels, [fx, fy]),
+            channel::<L, 16>(l, texels, [fx, fy]),
+        ]
+    }
+}
+
+/// One channel of four texels around eight places, interpolated.
+#[inline(always)]
+fn channel<L: Lanes, const SHIFT: i32>(l: L, texels: [L::I; 4], [fx, fy]: [L::F; 2]) -> L::F {
+    let [left_above, above, left_below, below] = [
+        code::<L, SHIFT>(l, texels[0]),
+        code::<L, SHIFT>(l, texels[1]),
+        code::<L, SHIFT>(l, texels[2]),
+        code::<L, SHIFT>(l, texels[3]),
+    ];
+    let top = l.add(left_above, l.mul(l.sub(above, left_above), fx));
+    let bottom = l.add(left_below, l.mul(l.sub(below, left_below), fx));
+    l.mul(l.add(top, l.mul(l.sub(bottom, top), fy)), l.splat(1.0 / WHITE))
+}
+
+#[inline(always)]
+fn code<L: Lanes, const SHIFT: i32>(l: L, texels: L::I) -> L::F {
+    l.to_f(l.and(l.shift_right::<SHIFT>(texels), l.splat_i(255)))
 }
 
 /// Four channels at once: as quick as one.
@@ -69,22 +127,24 @@ fn decode([r, g, b, a]: [u8; 4]) -> Vec4 {
     Vec4::new(f32::from(r), f32::from(g), f32::from(b), f32::from(a))
 }
 
-/// The two texels around a coordinate, and the weight of the second. Texel centres lie at
-/// half-integers.
-#[inline]
-fn neighbours(coordinate: f32, texels: usize) -> (usize, usize, f32) {
-    let n = texels as f32;
-    // `floor` by hand: without SSE4.1 it is a call.
-    let truncated = coordinate as i32;
-    let whole = truncated - i32::from(truncated as f32 > coordinate);
-    // Shifted by one texel, so that the position is not negative and truncation is `floor`.
-    let position = (coordinate - whole as f32) * n + 0.5;
-    let second = position as usize;
-    let weight = position - second as f32;
-    let last = texels - 1;
-    let left = if second == 0 || second > last + 1 { last } else { second - 1 };
-    let right = if second > last { 0 } else { second };
-    (left, right, weight)
+/// The first of the two texels around a coordinate, counted with the border, and the weight of the
+/// second. Texel centres lie at half-integers.
+fn neighbours(coordinate: f32, texels: f32) -> (usize, f32) {
+    // Shifted by one texel, so that the position is not negative. What is no number becomes one.
+    let position = (coordinate - coordinate.floor()) * texels + 0.5;
+    let position = position.max(0.0).min(texels + 0.5);
+    let first = position.floor();
+    (first as usize, position - first)
+}
+
+/// The same for eight.
+#[inline(always)]
+fn neighbours_lanes<L: Lanes>(l: L, coordinate: L::F, texels: f32) -> (L::I, L::F) {
+    let inside = l.sub(coordinate, l.floor(coordinate));
+    let position = l.add(l.mul(inside, l.splat(texels)), l.splat(0.5));
+    let position = l.min(l.max(position, l.splat(0.0)), l.splat(texels + 0.5));
+    let first = l.floor(position);
+    (l.to_i(first), l.sub(position, first))
 }
 
 #[cfg(test)]
