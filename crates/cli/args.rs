@@ -260,7 +260,7 @@ pub(crate) struct BenchIoArgs {
 }
 
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Examples:\n  evpose bench sim\n  \
+#[command(after_help = "Examples:\n  evpose bench sim\n  evpose bench sim --quick\n  \
     evpose bench sim --sequences 2 --seconds 5 --json sim.json\n\n\
     Build with --features peers to time other rasterisers in the same run.")]
 pub(crate) struct BenchSimArgs {
@@ -273,6 +273,9 @@ pub(crate) struct BenchSimArgs {
     /// Simulated seconds of each sequence
     #[arg(long, default_value_t = 50.0)]
     pub(crate) seconds: f64,
+    /// A short look: 4 sequences of 2 s, in which beginnings weigh more
+    #[arg(long, conflicts_with_all = ["sequences", "seconds"])]
+    pub(crate) quick: bool,
     /// Sequences at a time; one on each core by default
     #[arg(long)]
     pub(crate) threads: Option<usize>,
