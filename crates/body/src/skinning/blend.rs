@@ -93,5 +93,5 @@ fn apply<L: Lanes>(l: L, sum: [L::F; 2], v: Vec3, one: f32) -> Vec3 {
 #[inline(always)]
 fn both<L: Lanes>(l: L, first: f32, second: f32) -> L::F {
     let is_first = l.load_i([-1, -1, -1, -1, 0, 0, 0, 0]);
-    l.from_bits(l.select(is_first, l.bits(l.splat(first)), l.bits(l.splat(second))))
+    l.numbers(l.select(is_first, l.bits(l.splat(first)), l.bits(l.splat(second))))
 }

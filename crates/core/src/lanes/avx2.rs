@@ -94,7 +94,7 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
-    fn from_bits(self, a: __m256i) -> __m256 {
+    fn numbers(self, a: __m256i) -> __m256 {
         cast(a)
     }
 

@@ -55,7 +55,7 @@ pub trait Lanes: Copy + Debug {
     /// The bits of numbers.
     fn bits(self, a: Self::F) -> Self::I;
     /// Numbers from their bits.
-    fn from_bits(self, a: Self::I) -> Self::F;
+    fn numbers(self, a: Self::I) -> Self::F;
     /// Eight numbers of each of eight vectors exchanged: row `i`, lane `k` becomes row `k`, lane `i`.
     fn transpose(self, rows: [Self::F; LANES]) -> [Self::F; LANES];
 

@@ -93,7 +93,7 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
-    fn from_bits(self, a: Self::I) -> Self::F {
+    fn numbers(self, a: Self::I) -> Self::F {
         a.map(|a| f32::from_bits(a as u32))
     }
 

@@ -44,7 +44,7 @@ impl LaneWork for All {
             l.select(l.less(a, b), i, j),
             l.splat_i(self.b[5] as i32),
             l.load_i(l.store_i(j)),
-            l.bits(l.from_bits(i)),
+            l.bits(l.numbers(i)),
             l.bits(l.to_f(j)),
         ];
         out.extend(numbers.map(|number| l.bits(number)));

@@ -112,7 +112,7 @@ fn project_lanes<L: Lanes>(
     // A depth that is not a number counts as hidden.
     let is_seen = l.less(l.splat(near_m.next_down()), depth_m);
     let inverse_depth = l.div(l.splat(1.0), depth_m);
-    let inverse_depth = l.from_bits(l.and(l.bits(inverse_depth), is_seen));
+    let inverse_depth = l.numbers(l.and(l.bits(inverse_depth), is_seen));
     let (x, y) = (snap(l, x, inverse_depth), snap(l, y, inverse_depth));
     let inverse_depth = l.store(inverse_depth);
     std::array::from_fn(|k| ScreenVertex { x: x[k], y: y[k], inverse_depth: inverse_depth[k] })
