@@ -11,10 +11,10 @@ use crate::hint::Hints;
 use crate::search::{NEARBY, parameter_knobs};
 use crate::{GapError, Lab};
 
-/// Ways to look for candidates that are tried at more strengths.
-const FINER: usize = 14;
-/// Ways that are tried in their less plain forms too.
-const RICHER: usize = 10;
+/// Ways to look for candidates that are tried at more strengths, beside each model.
+const FINER: usize = 10;
+/// Ways that are tried in their less plain forms too, beside each model.
+const RICHER: usize = 8;
 /// Stronger than what makes the misfit so many times as large is not tried.
 const TOO_STRONG: f64 = 4.0;
 /// Ways to look for one candidate beside one model that are followed: a short part of a recording
@@ -160,8 +160,17 @@ pub(crate) fn screened(
         })
         .collect::<Result<Vec<_>, GapError>>()?;
     best.sort_by(|a, b| a.left.total_cmp(&b.left));
-    let finer = best.len().min(FINER);
-    best[..finer].par_iter_mut().try_for_each(|way| {
+    // What is beside a model that explains less looks worse, whatever it is.
+    let mut before = vec![0; screening.len()];
+    let ranks: Vec<usize> = best
+        .iter()
+        .map(|way| {
+            before[way.start] += 1;
+            before[way.start] - 1
+        })
+        .collect();
+    let finer = best.par_iter_mut().zip(&ranks).filter(|(_, rank)| **rank < FINER);
+    finer.map(|(way, _)| way).try_for_each(|way| {
         let value = way.trial.value(way.trial.params[0]);
         let strengths = way.trial.strengths();
         let at = strengths.iter().position(|strength| Some(*strength) == value);
@@ -170,10 +179,9 @@ pub(crate) fn screened(
         *way = screening[way.start].best_of(way, &beside.collect::<Vec<_>>(), false)?;
         Ok::<(), GapError>(())
     })?;
-    let richer: Vec<Way> = best[..best.len().min(RICHER)]
-        .iter()
-        .flat_map(|way| screening[way.start].richer(way, left_out))
-        .collect();
+    let plain = best.iter().zip(&ranks).filter(|(_, rank)| **rank < RICHER);
+    let richer: Vec<Way> =
+        plain.flat_map(|(way, _)| screening[way.start].richer(way, left_out)).collect();
     let richer = richer
         .par_iter()
         .map(|way| {

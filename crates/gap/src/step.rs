@@ -3,7 +3,7 @@
 use evpose_sensor::SensorConfig;
 
 use crate::GapError;
-use crate::answer::numbers_explain;
+use crate::answer::{is_instead, numbers_explain};
 use crate::closeness::distance;
 use crate::hint::Hints;
 use crate::naming::{AS_CHANCE, Bench, Contender, Named, OPEN, Step};
@@ -122,6 +122,7 @@ pub(crate) fn accepted(named: &Named, contenders: Vec<Contender>) -> Option<Step
     // What numbers of the model close already has to be much better another way.
     let is_first = named.steps.is_empty();
     let least_share = match () {
+        () if is_first && is_instead(named, &best.held) => LEAST_SHARE,
         () if !is_first || numbers_explain(named) => LEAST_SHARE_OF_REST,
         () if named.after.gap > OPEN => LEAST_SHARE,
         () => LEAST_SHARE_OF_LITTLE,
