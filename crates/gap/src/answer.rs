@@ -82,7 +82,11 @@ pub(crate) fn without_parts(named: &mut Named, model: &SensorConfig) {
         && named.after.gap > CLOSED
         && explained(&named.refitted, &named.after) < EXPLAINS;
     let is_instead = is_instead(named, &named.after);
-    if is_part && !is_instead && numbers_explain(named) && !moved(model, &named.refitted.model, true).is_empty() {
+    if is_part
+        && !is_instead
+        && numbers_explain(named)
+        && !moved(model, &named.refitted.model, true).is_empty()
+    {
         named.steps.clear();
         named.after = named.refitted.clone();
     }

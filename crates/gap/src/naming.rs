@@ -141,6 +141,9 @@ impl Bench<'_> {
             named.after = step.contenders[0].held.clone();
             named.steps.push(step);
         }
+        if named.steps.len() == MOST_EFFECTS && is_partial(&named) {
+            self.polish(&mut named)?;
+        }
         if is_partial(&named) {
             say("trying two effects at once");
             if let Some(pair) = self.pair(&named, &others, model, &hints, left_out)? {

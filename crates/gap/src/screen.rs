@@ -21,6 +21,10 @@ const TOO_STRONG: f64 = 4.0;
 /// does not tell those apart that differ from pixel to pixel only.
 const WAYS: usize = 3;
 
+/// Effects that do nothing until they are strong enough, and then much: what is best on a short part
+/// need not lead to the best fit.
+const SUDDEN: &[&str] = &["lamp_flicker"];
+
 /// One way of looking for an effect beside one of the models to begin with.
 #[derive(Debug, Clone)]
 pub(crate) struct Way {
@@ -113,6 +117,16 @@ impl<'a> Screening<'a> {
         Candidate::beside(self.model, left_out).into_iter().flat_map(hinted).collect()
     }
 
+    /// What else the recording may mean by which `way` is the best.
+    fn readings(&self, way: &Way) -> Result<Vec<Way>, GapError> {
+        let trials = self.hints.readings(way.name, &way.trial, self.model);
+        let scored = trials.into_par_iter().map(|trial| {
+            let left = self.score(&trial)?.unwrap_or(f64::INFINITY);
+            Ok(Way { trial, left, ..way.clone() })
+        });
+        scored.collect()
+    }
+
     /// The ways of a candidate that are less plain than `way`, at its strength.
     fn richer(&self, way: &Way, left_out: &[String]) -> Vec<Way> {
         let head = way.trial.params[0];
@@ -200,12 +214,21 @@ pub(crate) fn screened(
         .collect::<Result<Vec<_>, GapError>>()?;
     best.extend(richer);
     best.sort_by(|a, b| a.left.total_cmp(&b.left));
+    for (start, screening) in screening.iter().enumerate() {
+        // A wave that is slightly off looks worse than noise.
+        let mut first = best.iter().filter(|way| way.start == start).take(RICHER);
+        if let Some(way) = first.find(|way| SUDDEN.contains(&way.name)).cloned() {
+            best.extend(screening.readings(&way)?);
+        }
+    }
+    best.sort_by(|a, b| a.left.total_cmp(&b.left));
     let mut names = Vec::new();
     best.retain(|way| {
         let way_of = (way.name, way.start);
         let ways = names.iter().filter(|other| **other == way_of).count();
         names.push(way_of);
-        ways < WAYS && way.left.is_finite()
+        let most = if SUDDEN.contains(&way.name) { 2 * WAYS } else { WAYS };
+        ways < most && way.left.is_finite()
     });
     Ok(best)
 }

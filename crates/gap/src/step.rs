@@ -3,7 +3,7 @@
 use evpose_sensor::SensorConfig;
 
 use crate::GapError;
-use crate::answer::{is_instead, numbers_explain};
+use crate::answer::{WIDE, is_instead, numbers_explain};
 use crate::closeness::distance;
 use crate::hint::Hints;
 use crate::naming::{AS_CHANCE, Bench, Contender, Named, OPEN, Step};
@@ -19,6 +19,8 @@ pub(crate) const LEAST_SHARE_OF_LITTLE: f64 = 0.4;
 /// The same where numbers of the model or a first effect explain most: a true effect explains most
 /// of the rest, a false one what these were simulated too roughly for.
 const LEAST_SHARE_OF_REST: f64 = 0.55;
+/// The same for a second effect where the first leaves a wide gap.
+const LEAST_SHARE_OF_MUCH: f64 = 0.3;
 /// Two candidates whose gains differ by less than this share cannot be told apart.
 const AS_GOOD: f64 = 0.12;
 /// Of these, one whose events are so much closer to the measured ones is the one.
@@ -123,6 +125,7 @@ pub(crate) fn accepted(named: &Named, contenders: Vec<Contender>) -> Option<Step
     let is_first = named.steps.is_empty();
     let least_share = match () {
         () if is_first && is_instead(named, &best.held) => LEAST_SHARE,
+        () if !is_first && named.after.gap > WIDE => LEAST_SHARE_OF_MUCH,
         () if !is_first || numbers_explain(named) => LEAST_SHARE_OF_REST,
         () if named.after.gap > OPEN => LEAST_SHARE,
         () => LEAST_SHARE_OF_LITTLE,
