@@ -10,3 +10,4 @@ mod gap;
 mod harness;
 mod resume;
 mod sensor;
+mod shards;

@@ -1,7 +1,8 @@
 //! `evpose info`.
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 
+use super::data_set;
 use crate::args::InfoArgs;
 use crate::progress::say;
 
@@ -10,7 +11,16 @@ pub(crate) fn run(args: &InfoArgs) -> Result<()> {
         if i > 0 {
             say("");
         }
-        say(evpose_io::info(file, None)?);
+        if file.is_dir() {
+            data_set::describe(file)?;
+            if args.verify {
+                data_set::verify(file)?;
+            }
+        } else if args.verify {
+            bail!("{}: --verify is for directories of sequences", file.display());
+        } else {
+            say(evpose_io::info(file, None)?);
+        }
     }
     Ok(())
 }

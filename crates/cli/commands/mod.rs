@@ -4,6 +4,7 @@ mod bench_infer;
 mod bench_sensor;
 pub(crate) mod calibrate;
 mod config_source;
+mod data_set;
 mod demo;
 mod eval;
 mod events;
@@ -11,6 +12,8 @@ pub(crate) mod gap;
 pub(crate) mod held_out;
 mod infer;
 mod info;
+#[cfg(test)]
+mod job_files;
 pub(crate) mod sensor;
 mod simulate;
 mod train;
