@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Parser, Subcommand};
 use evpose_nn::DeviceKind;
+use evpose_sim::Shard;
 
 use crate::commands::calibrate::CalibrateCommand;
 use crate::commands::gap::GapCommand;
@@ -54,7 +55,7 @@ pub(crate) enum Command {
     /// Thresholds, background rates and hot pixels of a camera, from recordings made for it
     #[command(subcommand)]
     Calibrate(CalibrateCommand),
-    /// Say what is in a file of events or labels, or a model of a hand
+    /// Say what is in a file of events or labels, a model of a hand, or a directory of sequences
     Info(InfoArgs),
 }
 
@@ -100,7 +101,11 @@ pub(crate) struct DemoArgs {
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  evpose simulate quick --out data/train\n  \
-    evpose simulate eventhands --out data/one --sequences 1 --seconds 10 --seed 7")]
+    evpose simulate eventhands --out data/one --sequences 1 --seconds 10 --seed 7\n  \
+    evpose simulate quick --out data/train --shard 3/64 --resume\n\n\
+    Shards may share a directory or be copied together: the files are those of one run. The last \
+    one to finish\nwrites manifest.sha256; `evpose info --verify DIR` and `sha256sum -c` check it. \
+    docs/guide/scale.md says more.")]
 pub(crate) struct SimulateArgs {
     #[command(flatten)]
     pub(crate) config: ConfigArgs,
@@ -119,6 +124,12 @@ pub(crate) struct SimulateArgs {
     /// Record the held-out set: its number and length of sequences, and seeds of its own
     #[arg(long)]
     pub(crate) held_out: bool,
+    /// Record only part I of N of the sequences (I from 1), beside those of other shards
+    #[arg(long, value_name = "I/N")]
+    pub(crate) shard: Option<Shard>,
+    /// Keep the sequences that are complete and record the others
+    #[arg(long)]
+    pub(crate) resume: bool,
     /// CPU threads; all cores by default. The bytes written do not depend on it
     #[arg(long)]
     pub(crate) threads: Option<usize>,
@@ -328,12 +339,14 @@ pub(crate) struct BenchSensorArgs {
 }
 
 #[derive(Debug, clap::Args)]
-#[command(
-    after_help = "Examples:\n  evpose info data/train/0000.evc\n  evpose info MANO_RIGHT.pkl"
-)]
+#[command(after_help = "Examples:\n  evpose info data/train/0000.evc\n  evpose info MANO_RIGHT.pkl\n  \
+    evpose info --verify data/train")]
 pub(crate) struct InfoArgs {
-    /// Files: recordings (.evc, .meta, .npz, text) or hand and body models (.pkl, .npz); recognised
-    /// by content
+    /// Files: recordings (.evc, .meta, .npz, text) or hand and body models (.pkl, .npz), recognised
+    /// by content; directories of sequences
     #[arg(required = true)]
     pub(crate) files: Vec<PathBuf>,
+    /// Read every file of a directory of sequences and compare it with its digest
+    #[arg(long)]
+    pub(crate) verify: bool,
 }

@@ -11,3 +11,4 @@ mod harness;
 mod models;
 mod resume;
 mod sensor;
+mod shards;

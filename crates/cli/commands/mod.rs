@@ -6,6 +6,7 @@ mod bench_sensor;
 mod bench_sim;
 pub(crate) mod calibrate;
 mod config_source;
+mod data_set;
 mod demo;
 mod eval;
 mod events;
@@ -13,6 +14,8 @@ pub(crate) mod gap;
 pub(crate) mod held_out;
 mod infer;
 mod info;
+#[cfg(test)]
+mod job_files;
 pub(crate) mod sensor;
 mod simulate;
 mod train;

@@ -3,15 +3,16 @@
 use anyhow::Result;
 use evpose_train::{TrainOptions, train_hand};
 
-use super::{config_source, device};
+use super::{config_source, use_threads};
 use crate::args::TrainArgs;
 use crate::progress::say;
 use crate::run_info;
 
 pub(crate) fn run(args: &TrainArgs) -> Result<()> {
     let config = config_source::load(&args.config.config, &args.config.overrides)?;
+    use_threads(args.device.threads)?;
     let options =
-        TrainOptions { device: device(&args.device)?, resume: args.resume, plain: args.plain };
+        TrainOptions { device: args.device.device, resume: args.resume, plain: args.plain };
     let summary = train_hand(&config, &args.data, &args.out, &options)?;
     run_info::write(&args.out, config.seed, None)?;
     say(format!(

@@ -10,6 +10,7 @@ use evpose_sim::SimulationConfig;
 use serde::{Deserialize, Serialize};
 
 use crate::TrainError;
+use crate::devices::DeviceStrategy;
 
 /// Everything about a hand experiment. `Default` is the published setting.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -51,8 +52,12 @@ pub struct RepresentationConfig {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct TrainingConfig {
-    /// Windows per optimiser step.
+    /// Windows per optimiser step, of all devices together.
     pub batch_size: usize,
+    /// How many devices of the machine share the windows of every step.
+    pub devices: usize,
+    /// How several devices work together.
+    pub strategy: DeviceStrategy,
     /// Of Adam, constant.
     pub learning_rate: f64,
     /// Optimiser steps in all.
@@ -103,6 +108,8 @@ impl Default for TrainingConfig {
     fn default() -> Self {
         Self {
             batch_size: 64,
+            devices: 1,
+            strategy: DeviceStrategy::default(),
             learning_rate: 1e-3,
             // Not published; one pass over the 159 million published training windows.
             steps: 2_484_375,
@@ -133,6 +140,20 @@ impl HandConfig {
                 TrainError::Config { path: path.to_path_buf(), message }
             }
             other => other,
+        })
+    }
+
+    /// Reads what a directory was made with, defaults filled in and nothing checked: sequences may be
+    /// shorter than a training would need.
+    ///
+    /// # Errors
+    /// If the file cannot be read, or has unknown or wrongly typed fields.
+    pub fn read(path: &Path) -> Result<Self, TrainError> {
+        let text = std::fs::read_to_string(path)
+            .map_err(|source| TrainError::Io { path: path.to_path_buf(), source })?;
+        toml::from_str(&text).map_err(|error| TrainError::Config {
+            path: path.to_path_buf(),
+            message: error.to_string(),
         })
     }
 
@@ -182,6 +203,14 @@ impl HandConfig {
         representation_called(&self.representation.name)?;
         if self.training.batch_size == 0 {
             return fail("training.batch_size", "must be at least 1");
+        }
+        if self.training.devices == 0
+            || !self.training.batch_size.is_multiple_of(self.training.devices)
+        {
+            return fail(
+                "training.devices",
+                "must be at least 1 and divide training.batch_size, whose windows they share",
+            );
         }
         if self.training.steps == 0 || self.training.steps_per_validation == 0 {
             return fail("training.steps", "steps and steps_per_validation must be at least 1");

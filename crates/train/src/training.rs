@@ -13,7 +13,7 @@ use burn::tensor::Device;
 use burn_train::renderer::{MetricsRenderer, default_renderer};
 use burn_train::{Interrupter, Learner, SupervisedTraining};
 use evpose_core::seed_for;
-use evpose_nn::{HandLoss, HandRegressor};
+use evpose_nn::{DeviceKind, HandLoss, HandRegressor};
 use evpose_pose::HandParams;
 use evpose_pose::metric::MeanPose;
 
@@ -21,6 +21,7 @@ use crate::TrainError;
 use crate::checkpoint::{AtomicCheckpointer, newest_checkpoint, weights_path};
 use crate::config::HandConfig;
 use crate::dataset::HandDataset;
+use crate::devices::Team;
 use crate::hand_task::{Guard, HandLearner};
 use crate::history::History;
 use crate::loader::HandLoader;
@@ -38,8 +39,8 @@ const MEAN_POSE_SAMPLES: u64 = 200_000;
 /// How to run, as opposed to what.
 #[derive(Debug, Clone)]
 pub struct TrainOptions {
-    /// Where to compute.
-    pub device: Device,
+    /// What to compute on; the config says on how many of them.
+    pub device: DeviceKind,
     /// Continue from the newest complete checkpoint of the directory.
     pub resume: bool,
     /// Plain lines even on a terminal.
@@ -94,6 +95,7 @@ pub fn train_hand(
     run: &Path,
     options: &TrainOptions,
 ) -> Result<TrainSummary, TrainError> {
+    let team = Team::new(options.device, &config.training)?;
     let dir = RunDir(run);
     let from = prepare(config, &dir, options.resume)?;
     let training = &config.training;
@@ -101,18 +103,19 @@ pub fn train_hand(
 
     let (train, valid) = HandDataset::open(data, config)?.split(training.validation_s, config)?;
     let mean_pose = mean_pose(&train)?;
-    let device = options.device.clone().autodiff();
+    let device = team.main().clone().autodiff();
+    let interrupter = Interrupter::new();
     let span = (from + 1, training.steps, training.steps_per_validation);
     let loader = HandLoader::training(Arc::new(train), training.batch_size, span, device.clone());
+    let loader = team.share(loader, &interrupter);
     let validation = HandLoader::validation(
         Arc::new(valid),
         training.batch_size,
         training.validation_samples,
-        options.device.clone(),
+        team.main().clone(),
     );
 
     let history = History::resume(&dir.history(), from)?;
-    let interrupter = Interrupter::new();
     let guard = Guard::new(interrupter.clone());
     let network = untrained(config, &device)?;
     let learner = Learner::new(
@@ -134,6 +137,9 @@ pub fn train_hand(
         supervised = supervised
             .metric_train_numeric(FieldMetric::new(field))
             .metric_valid_numeric(FieldMetric::new(field));
+    }
+    if let Some(strategy) = team.strategy() {
+        supervised = supervised.with_training_strategy(strategy);
     }
     if from > 0 {
         supervised = supervised.checkpoint(from);
@@ -170,7 +176,7 @@ pub fn train_hand(
     };
     last.save(&run.join(LAST))?;
     if let Some(best) = best_interval(&history.validation_losses()) {
-        last.network = restore(config, &weights_path(&dir.checkpoints(), best), &options.device)?;
+        last.network = restore(config, &weights_path(&dir.checkpoints(), best), team.main())?;
     }
     last.save(&run.join(BEST))?;
     let already = (from as u64 * training.steps_per_validation).min(training.steps);
@@ -198,10 +204,9 @@ fn prepare(config: &HandConfig, dir: &RunDir<'_>, resume: bool) -> Result<usize,
     };
     let newest = newest_checkpoint(&dir.checkpoints())?;
     if resume && dir.config().exists() {
-        if HandConfig::load(&dir.config(), &[])? != *config {
-            return refuse(
-                "its config.toml differs from the one given; give the same, or another --out",
-            );
+        let fields = config.differences(&HandConfig::read(&dir.config())?)?;
+        if !fields.is_empty() {
+            return Err(TrainError::ConfigDiffers { path: dir.config(), fields });
         }
     } else if newest.is_some() {
         return refuse("it already holds checkpoints; add --resume, or choose another --out");
