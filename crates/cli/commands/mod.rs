@@ -3,6 +3,7 @@
 mod bench_infer;
 mod bench_sensor;
 pub(crate) mod calibrate;
+mod conditions;
 mod config_source;
 mod demo;
 mod eval;

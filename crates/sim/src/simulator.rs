@@ -169,7 +169,7 @@ impl Surroundings {
         };
         Self {
             shaped: body.shaped(&episode.betas),
-            renderer: Renderer::new(scene, shared.closed),
+            renderer: Renderer::new(scene, shared.closed, config.light_level),
             episode,
         }
     }
