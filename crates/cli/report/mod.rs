@@ -94,7 +94,7 @@ fn save(path: &Path, bytes: &[u8]) -> Result<()> {
     atomic_write(path, bytes).with_context(|| format!("writing {}", path.display()))
 }
 
-fn css(colour: image::Rgb<u8>) -> String {
+fn css(colour: Rgb<u8>) -> String {
     let [r, g, b] = colour.0;
     format!("rgb({r},{g},{b})")
 }
