@@ -41,7 +41,7 @@ pub(crate) enum Command {
     Train(TrainArgs),
     /// Judge a checkpoint on sequences with known poses
     Eval(EvalArgs),
-    /// Poses of a recording, one every millisecond
+    /// Poses of a recording
     Infer(InferArgs),
     /// Measure speed
     #[command(subcommand)]
@@ -102,7 +102,8 @@ pub(crate) struct DemoArgs {
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  evpose simulate quick --out data/train\n  \
     evpose simulate eventhands --out data/one --sequences 1 --seconds 10 --seed 7\n  \
-    evpose simulate quick --out data/train --shard 3/64 --resume\n\n\
+    evpose simulate quick --out data/train --shard 3/64 --resume\n  \
+    evpose simulate quick --condition dark --out data/dark --held-out\n\n\
     Shards may share a directory or be copied together: the files are those of one run. The last \
     one to finish\nwrites manifest.sha256; `evpose info --verify DIR` and `sha256sum -c` check it. \
     docs/guide/scale.md says more.")]
@@ -130,6 +131,9 @@ pub(crate) struct SimulateArgs {
     /// Keep the sequences that are complete and record the others
     #[arg(long)]
     pub(crate) resume: bool,
+    /// A condition to record under (`evpose eval --help` lists them), or a TOML file of one
+    #[arg(long)]
+    pub(crate) condition: Option<String>,
     /// CPU threads; all cores by default. The bytes written do not depend on it
     #[arg(long)]
     pub(crate) threads: Option<usize>,
@@ -195,18 +199,39 @@ pub(crate) struct TrainArgs {
 }
 
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example:\n  \
-    evpose eval --checkpoint runs/hand --data data/test --json metrics.json")]
+#[command(after_help = "Conditions:\n  \
+    normal      as the network was trained\n  \
+    slow        the hand at a tenth of the speed, with rests\n  \
+    lit         office light, DAVIS240C\n  \
+    dark        a hundredth of the light, same camera\n  \
+    night       a thousandth\n  \
+    dark-noisy  as dark, with much shot noise\n\n\
+    Examples:\n  \
+    evpose eval --checkpoint runs/hand --data data/test --json metrics.json\n  \
+    evpose eval --checkpoint runs/hand --conditions normal,slow,lit,dark --out runs/conditions")]
 pub(crate) struct EvalArgs {
     /// A run directory, or a .bpk file with its .toml beside it
     #[arg(long)]
     pub(crate) checkpoint: PathBuf,
     /// Directory of sequences the network has not seen
-    #[arg(long)]
-    pub(crate) data: PathBuf,
+    #[arg(long, required_unless_present = "conditions")]
+    pub(crate) data: Option<PathBuf>,
+    /// Instead: simulate sequences under these conditions (names below, or TOML files), and judge
+    /// the slow-motion mode beside the plain pipeline
+    #[arg(long, value_delimiter = ',', conflicts_with = "data")]
+    pub(crate) conditions: Vec<String>,
     /// Where to write the numbers
     #[arg(long)]
     pub(crate) json: Option<PathBuf>,
+    /// Where to keep sequences, numbers and a picture of each condition
+    #[arg(long, requires = "conditions")]
+    pub(crate) out: Option<PathBuf>,
+    /// Sequences of each condition
+    #[arg(long, default_value_t = 10, requires = "conditions")]
+    pub(crate) sequences: usize,
+    /// Length of each sequence of a condition
+    #[arg(long, default_value_t = 6.0, requires = "conditions")]
+    pub(crate) seconds: f64,
     /// Milliseconds between the poses that are evaluated
     #[arg(long, default_value_t = 1)]
     pub(crate) stride_ms: u32,
@@ -215,8 +240,9 @@ pub(crate) struct EvalArgs {
 }
 
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example:\n  evpose infer --checkpoint runs/hand \
-    --events hand.evc --out poses.csv --joints joints.csv")]
+#[command(after_help = "Examples:\n  evpose infer --checkpoint runs/hand \
+    --events hand.evc --out poses.csv --joints joints.csv\n  evpose infer --checkpoint runs/hand \
+    --events slow.npz --out poses.csv --mode slow-motion")]
 pub(crate) struct InferArgs {
     /// A run directory, or a .bpk file with its .toml beside it
     #[arg(long)]
@@ -224,9 +250,13 @@ pub(crate) struct InferArgs {
     /// Recording: .evc, .npz or text
     #[arg(long)]
     pub(crate) events: PathBuf,
-    /// Time and the 12 parameters, a line every millisecond
+    /// Time and the 12 parameters, a line every millisecond, or for each surface of slow motion
     #[arg(long)]
     pub(crate) out: PathBuf,
+    /// `plain`: a pose every millisecond. `slow-motion`: where enough events came, in batches; at
+    /// rest the last ones again; smoothed less where the hand is fast
+    #[arg(long, default_value = "plain", value_parser = ["plain", "slow-motion"])]
+    pub(crate) mode: String,
     /// Time and the 21 evaluated joints in pixels and in metres
     #[arg(long)]
     pub(crate) joints: Option<PathBuf>,

@@ -4,6 +4,7 @@
 
 mod calibrate;
 mod cli;
+mod conditions;
 mod demo;
 mod events;
 mod gap;

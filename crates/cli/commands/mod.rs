@@ -5,6 +5,7 @@ mod bench_io;
 mod bench_sensor;
 mod bench_sim;
 pub(crate) mod calibrate;
+mod conditions;
 mod config_source;
 mod data_set;
 mod demo;

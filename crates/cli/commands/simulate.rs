@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{Result, bail};
 use evpose_sim::set::MANIFEST;
 use evpose_sim::{SequenceSet, Shard, Simulation, record_shard};
-use evpose_train::HandConfig;
+use evpose_train::{Condition, HandConfig};
 
 use super::{config_source, use_threads};
 use crate::args::SimulateArgs;
@@ -15,6 +15,9 @@ use crate::run_info;
 pub(crate) fn run(args: &SimulateArgs) -> Result<()> {
     use_threads(args.threads)?;
     let mut config = config_source::load(&args.config.config, &args.config.overrides)?;
+    if let Some(condition) = &args.condition {
+        config = Condition::load(condition)?.apply(&config)?;
+    }
     if args.held_out {
         config = held_out(&config);
     }

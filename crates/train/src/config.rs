@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::TrainError;
 use crate::devices::DeviceStrategy;
+use crate::slow_motion::SlowMotionConfig;
 
 /// Everything about a hand experiment. `Default` is the published setting.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -32,6 +33,8 @@ pub struct HandConfig {
     pub training: TrainingConfig,
     /// How predictions are smoothed.
     pub filter: HandFilterConfig,
+    /// How poses are estimated in the mode for slow hands.
+    pub slow_motion: SlowMotionConfig,
     /// Held-out data.
     pub evaluation: EvaluationConfig,
 }
@@ -93,6 +96,7 @@ impl Default for HandConfig {
             loss: HandLossConfig::default(),
             training: TrainingConfig::default(),
             filter: HandFilterConfig::default(),
+            slow_motion: SlowMotionConfig::default(),
             evaluation: EvaluationConfig::default(),
         }
     }
@@ -201,6 +205,9 @@ impl HandConfig {
             return fail("representation.window_ms", "must be at least 1");
         }
         representation_called(&self.representation.name)?;
+        if self.slow_motion.batch_surfaces == 0 {
+            return fail("slow_motion.batch_surfaces", "must be at least 1");
+        }
         if self.training.batch_size == 0 {
             return fail("training.batch_size", "must be at least 1");
         }

@@ -146,11 +146,11 @@ pub fn evaluate(
 
 /// How many poses [`evaluate`] judges.
 pub fn poses_to_judge(data: &HandDataset, stride_ms: u32) -> u64 {
-    data.sequences().iter().map(|s| frames(s, stride_ms).count() as u64).sum()
+    data.sequences().iter().map(|s| judged_frames(s, stride_ms).count() as u64).sum()
 }
 
 /// The frames of a sequence that are judged; all of a sequence shorter than a window.
-fn frames(sequence: &HandSequence, stride_ms: u32) -> impl Iterator<Item = u64> {
+pub(crate) fn judged_frames(sequence: &HandSequence, stride_ms: u32) -> impl Iterator<Item = u64> {
     let first = FIRST_FRAME.min(sequence.frames().saturating_sub(1));
     (first..sequence.frames()).step_by(stride_ms.max(1) as usize)
 }
@@ -163,7 +163,7 @@ fn predict(
     stride_ms: u32,
     progress: &mut dyn FnMut(u64),
 ) -> Result<Vec<Track>, TrainError> {
-    let frames: Vec<u64> = frames(sequence, stride_ms).collect();
+    let frames: Vec<u64> = judged_frames(sequence, stride_ms).collect();
     let mut tracks = vec![Track { frames: frames.clone(), poses: Vec::new() }; methods.len()];
     let mut surfaces = Vec::new();
     for chunk in frames.chunks(BATCH) {
@@ -194,6 +194,15 @@ fn true_points(
         points.push(stage.points_of(sequence.hand(), &sequence.pose(frame)?, &shaped));
     }
     Ok(points)
+}
+
+/// Judges a track that was made elsewhere.
+pub(crate) fn judge_track(
+    stage: &Stage,
+    sequence: &HandSequence,
+    track: &Track,
+) -> Result<SequenceScores, TrainError> {
+    judge(stage, sequence, track, &true_points(stage, sequence, &track.frames)?)
 }
 
 fn judge(

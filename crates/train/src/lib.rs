@@ -4,8 +4,11 @@
 //! * [`HandDataset`]: recordings as samples and windows.
 //! * [`train_hand`]: a run in its directory, resumable to the bit.
 //! * [`Predictor`], [`evaluate`]: networks and baselines on sequences with known poses.
+//! * [`SlowMotionTracker`], [`evaluate_slow_motion`]: the mode for slow hands, and how good it is.
+//! * [`Condition`]: slow hands, little light: other sequences to judge on.
 
 mod checkpoint;
+mod condition;
 mod config;
 mod dataset;
 mod devices;
@@ -22,9 +25,11 @@ mod plain_renderer;
 mod predictor;
 mod retention;
 mod saved;
+mod slow_motion;
 mod training;
 
 pub use checkpoint::newest_checkpoint;
+pub use condition::{CONDITIONS, Condition};
 pub use config::{EvaluationConfig, HandConfig, RepresentationConfig, TrainingConfig};
 pub use dataset::{HandDataset, HandSequence, Sample};
 pub use devices::DeviceStrategy;
@@ -34,4 +39,8 @@ pub use evaluation::{Evaluated, Method, Stage, Track, evaluate, poses_to_judge};
 pub use history::{HistoryLine, Part, read_history, validation_losses};
 pub use predictor::{ConstantPose, NetworkPredictor, Predictor};
 pub use saved::Checkpoint;
+pub use slow_motion::{
+    SlowMotionConfig, SlowMotionEvaluated, SlowMotionPose, SlowMotionTracker, SlowMotionUsage,
+    evaluate_slow_motion,
+};
 pub use training::{TrainOptions, TrainSummary, train_hand, untrained};
