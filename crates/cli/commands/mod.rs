@@ -1,5 +1,6 @@
 //! One file per command.
 
+pub(crate) mod ablate;
 mod bench_infer;
 mod bench_sensor;
 pub(crate) mod calibrate;
@@ -11,6 +12,7 @@ pub(crate) mod gap;
 pub(crate) mod held_out;
 mod infer;
 mod info;
+mod latency;
 pub(crate) mod sensor;
 mod simulate;
 mod train;
@@ -26,6 +28,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode> {
     match args.command {
         Command::Gap(command) => return gap::run(&command),
         Command::Calibrate(command) => calibrate::run(&command),
+        Command::Ablate(command) => ablate::run(&command),
         Command::Demo(args) => demo::run(&args),
         Command::Simulate(args) => simulate::run(&args),
         Command::Events(args) => events::run(&args),

@@ -10,8 +10,12 @@ use crate::run_info;
 
 pub(crate) fn run(args: &TrainArgs) -> Result<()> {
     let config = config_source::load(&args.config.config, &args.config.overrides)?;
-    let options =
-        TrainOptions { device: device(&args.device)?, resume: args.resume, plain: args.plain };
+    let options = TrainOptions {
+        device: device(&args.device)?,
+        resume: args.resume,
+        plain: args.plain,
+        told: None,
+    };
     let summary = train_hand(&config, &args.data, &args.out, &options)?;
     run_info::write(&args.out, config.seed, None)?;
     say(format!(

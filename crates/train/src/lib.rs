@@ -19,6 +19,7 @@ mod plain_renderer;
 mod predictor;
 mod retention;
 mod saved;
+mod told_renderer;
 mod training;
 
 pub use checkpoint::newest_checkpoint;
@@ -29,4 +30,5 @@ pub use evaluation::{Evaluated, Method, Stage, Track, evaluate, poses_to_judge};
 pub use history::{HistoryLine, Part, read_history, validation_losses};
 pub use predictor::{ConstantPose, NetworkPredictor, Predictor};
 pub use saved::Checkpoint;
+pub use told_renderer::{HowFar, Told};
 pub use training::{TrainOptions, TrainSummary, train_hand, untrained};
