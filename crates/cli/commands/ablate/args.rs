@@ -28,7 +28,7 @@ pub(crate) struct AblateHandArgs {
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) overrides: Vec<String>,
     /// Rows to run, divided by commas [default: all]
-    #[arg(long, value_delimiter = ',', value_parser = row_names(), hide_default_value = true)]
+    #[arg(long, value_delimiter = ',', value_parser = row_names())]
     pub(crate) rows: Vec<String>,
     /// Trainings of each row, from the config's seed on: intervals come from how they differ
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..=100))]

@@ -214,7 +214,7 @@ pub(super) mod tests {
                 "mean_pose": scores(0.1),
             }))
         };
-        areas.iter().enumerate().map(trial).collect::<Result<_, _>>().unwrap_or_default()
+        areas.iter().enumerate().map(trial).collect::<Result<_, _>>().expect("a trial")
     }
 
     pub(crate) fn outcome(areas: &[(&'static str, [f64; 3])]) -> Result<Outcome> {

@@ -1,6 +1,7 @@
 //! The outcome as a page: table, findings, curves.
 
 use anyhow::Result;
+use evpose_pose::metric::Pck;
 
 use super::outcome::{Outcome, RowOutcome};
 use super::rows::Group;
@@ -8,7 +9,6 @@ use super::table;
 use super::trial::THINNED;
 use crate::report::html::{Page, escape};
 use crate::report::plot::{self, Axes, Curve, PALETTE};
-use evpose_pose::metric::Pck;
 
 /// Charts: heading and what it shows.
 const CHARTS: [(Group, &str, &str); 3] = [
