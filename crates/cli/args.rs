@@ -6,6 +6,7 @@ use clap::{Parser, Subcommand};
 use evpose_nn::DeviceKind;
 use evpose_sim::Shard;
 
+use crate::commands::ablate::AblateCommand;
 use crate::commands::calibrate::CalibrateCommand;
 use crate::commands::gap::GapCommand;
 use crate::commands::sensor::SensorCommand;
@@ -55,6 +56,9 @@ pub(crate) enum Command {
     /// Thresholds, background rates and hot pixels of a camera, from recordings made for it
     #[command(subcommand)]
     Calibrate(CalibrateCommand),
+    /// What each part of a method is worth: everything trained anew without it
+    #[command(subcommand)]
+    Ablate(AblateCommand),
     /// Say what is in a file of events or labels, a model of a hand, or a directory of sequences
     Info(InfoArgs),
 }
@@ -62,7 +66,7 @@ pub(crate) enum Command {
 /// A config and changes to it.
 #[derive(Debug, clap::Args)]
 pub(crate) struct ConfigArgs {
-    /// A TOML file, or an embedded config: `quick`, `eventhands`
+    /// A TOML file, or an embedded config: `quick`, `ablation`, `eventhands`
     pub(crate) config: String,
     /// Change one field, for example --set training.steps=500 (may be repeated)
     #[arg(long = "set", value_name = "KEY=VALUE")]

@@ -32,7 +32,7 @@ fn a_checkpoint_is_judged_under_conditions_of_the_program_and_of_the_user() {
         for method in methods {
             let row = said.lines().find(|l| l.starts_with(condition) && l.contains(method));
             assert!(row.is_some(), "{condition} {method} is missing in\n{said}");
-            for number in ["translation_mm", "rotation_deg", "joints_mm", "auc_3d", "auc_2d"] {
+            for number in ["translation_mm", "rotation_deg", "mpjpe_mm", "auc_3d", "auc_2d"] {
                 let interval = &judged["methods"][method][number];
                 let part = |name: &str| interval[name].as_f64().unwrap_or(f64::NAN);
                 let (low, estimate, high) = (part("low"), part("estimate"), part("high"));

@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
+mod ablate;
 mod calibrate;
 mod cli;
 mod conditions;

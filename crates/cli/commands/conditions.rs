@@ -158,7 +158,7 @@ fn judge(
         Method { name: "mean_pose", predictor: &mut constant, filtered: None },
         Method { name: "trained", predictor: &mut network, filtered: Some("trained_kalman") },
     ];
-    let progress = bar("evaluating", poses_to_judge(data, stride_ms), "poses");
+    let progress = bar("evaluating", poses_to_judge(config, data, stride_ms), "poses");
     let mut judged =
         evaluate(config, data, &mut methods, stride_ms, &mut |done| progress.inc(done))?;
     progress.finish_and_clear();
@@ -210,7 +210,7 @@ type Column = (&'static str, usize, fn(&HandSummary) -> Option<Interval>);
 const COLUMNS: [Column; 5] = [
     ("translation mm", 1, |s| s.translation_mm),
     ("rotation deg", 1, |s| s.rotation_deg),
-    ("joints mm", 1, |s| s.joints_mm),
+    ("MPJPE mm", 1, |s| s.mpjpe_mm),
     ("AUC 3D", 3, |s| s.auc_3d),
     ("AUC 2D", 3, |s| s.auc_2d),
 ];

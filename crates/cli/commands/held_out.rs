@@ -59,7 +59,7 @@ pub(crate) fn judge(
         Method { name: "untrained", predictor: &mut before, filtered: None },
         Method { name: "trained", predictor: &mut trained, filtered: Some("trained_kalman") },
     ];
-    let progress = bar("evaluating", poses_to_judge(data, stride_ms), "poses");
+    let progress = bar("evaluating", poses_to_judge(config, data, stride_ms), "poses");
     let methods = evaluate(config, data, &mut methods, stride_ms, &mut |done| progress.inc(done))?;
     progress.finish_and_clear();
 

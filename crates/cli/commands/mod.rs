@@ -1,5 +1,6 @@
 //! One file per command.
 
+pub(crate) mod ablate;
 mod bench_infer;
 mod bench_io;
 mod bench_sensor;
@@ -17,6 +18,7 @@ mod infer;
 mod info;
 #[cfg(test)]
 mod job_files;
+mod latency;
 pub(crate) mod sensor;
 mod simulate;
 mod train;
@@ -32,6 +34,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode> {
     match args.command {
         Command::Gap(command) => return gap::run(&command),
         Command::Calibrate(command) => calibrate::run(&command),
+        Command::Ablate(command) => ablate::run(&command),
         Command::Demo(args) => demo::run(&args),
         Command::Simulate(args) => simulate::run(&args),
         Command::Events(args) => events::run(&args),

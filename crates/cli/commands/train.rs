@@ -11,8 +11,12 @@ use crate::run_info;
 pub(crate) fn run(args: &TrainArgs) -> Result<()> {
     let config = config_source::load(&args.config.config, &args.config.overrides)?;
     use_threads(args.device.threads)?;
-    let options =
-        TrainOptions { device: args.device.device, resume: args.resume, plain: args.plain };
+    let options = TrainOptions {
+        device: args.device.device,
+        resume: args.resume,
+        plain: args.plain,
+        told: None,
+    };
     let summary = train_hand(&config, &args.data, &args.out, &options)?;
     run_info::write(&args.out, config.seed, None)?;
     say(format!(

@@ -3,7 +3,7 @@
 mod canvas;
 pub(crate) mod chart;
 pub(crate) mod html;
-mod plot;
+pub(crate) mod plot;
 
 use std::path::Path;
 

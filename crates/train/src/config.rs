@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use evpose_nn::{HandLossConfig, HandRegressorConfig};
+use evpose_nn::{HandLossConfig, HandRegressorConfig, backbone_called};
 use evpose_pose::filter::HandFilterConfig;
 use evpose_pose::metric::BootstrapConfig;
 use evpose_repr::{ChannelOrder, WindowAugmentation, representation_called};
@@ -81,6 +81,8 @@ pub struct EvaluationConfig {
     pub sequences: usize,
     /// Length of each, in seconds.
     pub seconds: f64,
+    /// The first pose judged, in milliseconds from the start: before it no window is full.
+    pub first_ms: u32,
     /// How intervals are found.
     pub bootstrap: BootstrapConfig,
 }
@@ -126,7 +128,7 @@ impl Default for TrainingConfig {
 
 impl Default for EvaluationConfig {
     fn default() -> Self {
-        Self { sequences: 1, seconds: 1200.0, bootstrap: BootstrapConfig::default() }
+        Self { sequences: 1, seconds: 1200.0, first_ms: 100, bootstrap: BootstrapConfig::default() }
     }
 }
 
@@ -208,6 +210,18 @@ impl HandConfig {
         if self.slow_motion.batch_surfaces == 0 {
             return fail("slow_motion.batch_surfaces", "must be at least 1");
         }
+        let backbone = backbone_called(&self.network.backbone)?;
+        let image = self.simulation.image_size();
+        if usize::from(image.width.min(image.height)) < backbone.smallest_px {
+            return Err(TrainError::Field {
+                field: "network.backbone",
+                message: format!(
+                    "{} takes images of at least {} pixels a side, these are {image}: choose \
+                     another, or a larger simulation.image_scale",
+                    backbone.name, backbone.smallest_px
+                ),
+            });
+        }
         if self.training.batch_size == 0 {
             return fail("training.batch_size", "must be at least 1");
         }
@@ -281,6 +295,17 @@ mod tests {
     fn an_unknown_field_is_named() {
         let error = HandConfig::parse("[training]\nstepz = 3", &[]).unwrap_err().to_string();
         assert!(error.contains("stepz"), "{error}");
+    }
+
+    #[test]
+    fn an_image_too_small_for_the_backbone_is_refused() {
+        let with = |scale: &str| {
+            let overrides = ["network.backbone=vgg11_bn".to_owned(), scale.to_owned()];
+            HandConfig::parse("", &overrides)
+        };
+        assert!(with("simulation.image_scale=0.25").is_ok());
+        let error = with("simulation.image_scale=0.15").unwrap_err().to_string();
+        assert!(error.contains("network.backbone") && error.contains("32 pixels"), "{error}");
     }
 
     #[test]

@@ -26,6 +26,7 @@ mod predictor;
 mod retention;
 mod saved;
 mod slow_motion;
+mod told_renderer;
 mod training;
 
 pub use checkpoint::newest_checkpoint;
@@ -43,4 +44,5 @@ pub use slow_motion::{
     SlowMotionConfig, SlowMotionEvaluated, SlowMotionPose, SlowMotionTracker, SlowMotionUsage,
     evaluate_slow_motion,
 };
+pub use told_renderer::{HowFar, Told};
 pub use training::{TrainOptions, TrainSummary, train_hand, untrained};

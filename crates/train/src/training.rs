@@ -19,7 +19,7 @@ use evpose_pose::metric::MeanPose;
 
 use crate::TrainError;
 use crate::checkpoint::{AtomicCheckpointer, newest_checkpoint, weights_path};
-use crate::config::HandConfig;
+use crate::config::{HandConfig, TrainingConfig};
 use crate::dataset::HandDataset;
 use crate::devices::Team;
 use crate::hand_task::{Guard, HandLearner};
@@ -29,6 +29,7 @@ use crate::metric::{FIELDS, FieldMetric};
 use crate::plain_renderer::PlainRenderer;
 use crate::retention::{LastTwoAndBest, best_interval};
 use crate::saved::{BEST, Checkpoint, LAST};
+use crate::told_renderer::{Told, ToldRenderer};
 
 /// PyTorch's default; Burn's is 1e-5.
 const ADAM_EPSILON: f32 = 1e-8;
@@ -45,6 +46,8 @@ pub struct TrainOptions {
     pub resume: bool,
     /// Plain lines even on a terminal.
     pub plain: bool,
+    /// Who is told how far it is, instead of lines and dashboard.
+    pub told: Option<Told>,
 }
 
 /// What a run came to.
@@ -132,7 +135,7 @@ pub fn train_hand(
         .with_checkpointing_strategy(LastTwoAndBest::new(history.clone()))
         .with_custom_checkpointers(weights, optimizer, schedule)
         .with_application_logger(None)
-        .renderer(renderer(&interrupter, options.plain));
+        .renderer(renderer(&interrupter, options, training));
     for field in FIELDS {
         supervised = supervised
             .metric_train_numeric(FieldMetric::new(field))
@@ -218,10 +221,17 @@ fn prepare(config: &HandConfig, dir: &RunDir<'_>, resume: bool) -> Result<usize,
     Ok(if resume { newest.unwrap_or(0) } else { 0 })
 }
 
-/// Burn's dashboard on a terminal, plain lines elsewhere.
-fn renderer(interrupter: &Interrupter, plain: bool) -> Box<dyn MetricsRenderer> {
+/// Whoever is told, or else Burn's dashboard on a terminal and plain lines elsewhere.
+fn renderer(
+    interrupter: &Interrupter,
+    options: &TrainOptions,
+    training: &TrainingConfig,
+) -> Box<dyn MetricsRenderer> {
     use std::io::IsTerminal as _;
-    if !plain && cfg!(feature = "tui") && stdout().is_terminal() {
+    if let Some(told) = &options.told {
+        return Box::new(ToldRenderer::new(told.clone(), training));
+    }
+    if !options.plain && cfg!(feature = "tui") && stdout().is_terminal() {
         default_renderer(interrupter.clone(), None)
     } else {
         Box::new(PlainRenderer::new(stdout()))

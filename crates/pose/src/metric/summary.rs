@@ -18,7 +18,7 @@ pub struct SequenceScores {
     /// Root mean square differences of the articulation.
     pub articulation: Totals,
     /// Errors of 20 points relative to the wrist, in millimetres: their mean is the MPJPE.
-    pub joints_mm: Totals,
+    pub points_mm: Totals,
     /// The same errors as a curve.
     pub pck_3d: Pck,
     /// Errors of 7 points in the image, in percent of the palm.
@@ -37,7 +37,7 @@ impl SequenceScores {
     /// Scores the points of one frame.
     pub fn push_points(&mut self, predicted: &HandPoints, truth: &HandPoints) {
         for error_mm in root_aligned_errors_mm(&predicted.world_m, &truth.world_m) {
-            self.joints_mm.push(error_mm);
+            self.points_mm.push(error_mm);
             self.pck_3d.push(error_mm);
         }
         for error_percent in palm_errors_percent(&predicted.image_px, &truth.image_px) {
@@ -65,7 +65,7 @@ impl HandEvaluation {
             translation_mm: mean(|s| s.translation_mm),
             rotation_deg: mean(|s| s.rotation_deg),
             articulation: mean(|s| s.articulation),
-            joints_mm: mean(|s| s.joints_mm),
+            mpjpe_mm: mean(|s| s.points_mm),
             auc_3d: mean(|s| s.pck_3d.totals()),
             auc_2d: mean(|s| s.pck_2d.totals()),
         }
@@ -122,7 +122,7 @@ pub struct HandSummary {
     /// Root mean square difference of the articulation.
     pub articulation: Option<Interval>,
     /// Mean error of 20 points relative to the wrist (MPJPE), in millimetres.
-    pub joints_mm: Option<Interval>,
+    pub mpjpe_mm: Option<Interval>,
     /// Area under the 3D curve, 0 to 100 mm: larger is better.
     pub auc_3d: Option<Interval>,
     /// Area under the 2D curve, 0 to 100% of the palm: larger is better.
@@ -192,7 +192,7 @@ mod tests {
         near(summary.rotation_deg, 0.2f64.to_degrees());
         near(summary.articulation, 0.2);
         // Errors of 1, 2 and 3 mm.
-        near(summary.joints_mm, 2.0);
+        near(summary.mpjpe_mm, 2.0);
         near(summary.auc_3d, 0.979);
     }
 

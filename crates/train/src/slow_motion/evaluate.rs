@@ -66,7 +66,7 @@ pub fn evaluate_slow_motion(
     stride_ms: u32,
     progress: &mut dyn FnMut(u64),
 ) -> Result<SlowMotionEvaluated, TrainError> {
-    let stage = Stage::new(config);
+    let stage = Stage::new(config)?;
     let mut methods: Vec<Evaluated> = ["slow_motion", "slow_motion_live"]
         .map(|name| Evaluated { name, evaluation: HandEvaluation::default(), tracks: Vec::new() })
         .into();
@@ -78,7 +78,7 @@ pub fn evaluate_slow_motion(
             (|pose: &SlowMotionPose| pose.t) as fn(&SlowMotionPose) -> Micros,
             |pose: &SlowMotionPose| pose.known,
         ]) {
-            let frames: Vec<u64> = judged_frames(sequence, stride_ms).collect();
+            let frames: Vec<u64> = judged_frames(config, sequence, stride_ms).collect();
             let shown = frames.iter().map(|&frame| newest(&poses, frame, since));
             let poses = shown.map(|pose| pose.map_or(before, |pose| pose.filtered)).collect();
             let track = Track { frames, poses };
