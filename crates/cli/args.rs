@@ -107,7 +107,9 @@ pub(crate) struct DemoArgs {
 #[command(after_help = "Examples:\n  evpose simulate quick --out data/train\n  \
     evpose simulate eventhands --out data/one --sequences 1 --seconds 10 --seed 7\n  \
     evpose simulate quick --out data/train --shard 3/64 --resume\n  \
-    evpose simulate quick --condition dark --out data/dark --held-out\n\n\
+    evpose simulate quick --condition dark --out data/dark --held-out\n  \
+    evpose simulate eventhands --set simulation.motion.variant=bottom --sequences 8 --seconds 3 \
+    --out data/bottom --pictures bottom.png\n\n\
     Shards may share a directory or be copied together: the files are those of one run. The last \
     one to finish\nwrites manifest.sha256; `evpose info --verify DIR` and `sha256sum -c` check it. \
     docs/guide/scale.md says more.")]
@@ -138,6 +140,9 @@ pub(crate) struct SimulateArgs {
     /// A condition to record under (`evpose eval --help` lists them), or a TOML file of one
     #[arg(long)]
     pub(crate) condition: Option<String>,
+    /// Also write a PNG file of what the camera looks at, with the events beside it
+    #[arg(long, value_name = "FILE")]
+    pub(crate) pictures: Option<PathBuf>,
     /// CPU threads; all cores by default. The bytes written do not depend on it
     #[arg(long)]
     pub(crate) threads: Option<usize>,

@@ -64,6 +64,7 @@ pub(crate) fn run(args: &DemoArgs) -> Result<()> {
         "trained_samples": summary.samples,
         "trained_samples_per_second": summary.samples_per_second,
         "training_s": summary.elapsed.as_secs_f64(),
+        "training_waited_for_data_share": summary.data_wait.share(),
     })
     .as_object()
     .cloned()
@@ -77,11 +78,12 @@ pub(crate) fn run(args: &DemoArgs) -> Result<()> {
         format!("training data: {recorded}"),
         format!("held-out data: {test_recorded}"),
         format!(
-            "training: {} samples in {:.0} s, {:.0} samples/s on {}",
+            "training: {} samples in {:.0} s, {:.0} samples/s on {}, {}",
             summary.samples,
             summary.elapsed.as_secs_f64(),
             summary.samples_per_second,
-            args.device.device.name()
+            args.device.device.name(),
+            summary.data_wait
         ),
         format!("evaluation: a pose every {} ms", args.stride_ms),
         format!("time until this report: {:.0} s", started.elapsed().as_secs_f64()),

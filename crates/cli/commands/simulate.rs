@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
+use evpose_core::atomic_write;
 use evpose_sim::set::MANIFEST;
 use evpose_sim::{SequenceSet, Shard, Simulation, record_shard};
 use evpose_train::{Condition, HandConfig};
@@ -10,6 +11,7 @@ use evpose_train::{Condition, HandConfig};
 use super::{config_source, use_threads};
 use crate::args::SimulateArgs;
 use crate::progress::{bar, say};
+use crate::report::{self, views};
 use crate::run_info;
 
 pub(crate) fn run(args: &SimulateArgs) -> Result<()> {
@@ -39,6 +41,12 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<()> {
     } else {
         format!("shard {shard} is complete; whoever records the last sequence writes {MANIFEST}")
     });
+    if let Some(path) = &args.pictures {
+        let sheet = views::sheet(&Simulation::new(&config.simulation, config.seed)?)?;
+        atomic_write(path, &report::png(&sheet)?)
+            .with_context(|| format!("writing {}", path.display()))?;
+        say(format!("pictures: {}", path.display()));
+    }
     Ok(())
 }
 

@@ -25,6 +25,7 @@ pub(crate) fn run(args: &TrainArgs) -> Result<()> {
         summary.elapsed.as_secs_f64(),
         summary.samples_per_second
     ));
+    say(summary.data_wait.to_string());
     say(format!("checkpoint: {}", summary.path.display()));
     Ok(())
 }

@@ -4,6 +4,7 @@ mod canvas;
 pub(crate) mod chart;
 pub(crate) mod html;
 pub(crate) mod plot;
+pub(crate) mod views;
 
 use std::path::Path;
 

@@ -7,6 +7,7 @@
 //! * [`SlowMotionTracker`], [`evaluate_slow_motion`]: the mode for slow hands, and how good it is.
 //! * [`Condition`]: slow hands, little light: other sequences to judge on.
 
+mod ahead;
 mod checkpoint;
 mod condition;
 mod config;
@@ -28,6 +29,7 @@ mod saved;
 mod slow_motion;
 mod told_renderer;
 mod training;
+mod waiting;
 
 pub use checkpoint::newest_checkpoint;
 pub use condition::{CONDITIONS, Condition};
@@ -46,3 +48,4 @@ pub use slow_motion::{
 };
 pub use told_renderer::{HowFar, Told};
 pub use training::{TrainOptions, TrainSummary, train_hand, untrained};
+pub use waiting::DataWait;

@@ -2,19 +2,25 @@
 //!
 //! Devices that train together share every batch: of N devices, each takes an Nth of its windows. So
 //! a step is the same windows on any number of devices, and all devices take equally many steps.
+//!
+//! Windows are read and drawn on a thread of their own, a few batches ahead, while the network works
+//! on an earlier batch.
 
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
 
 use burn::data::dataloader::{DataLoader, DataLoaderIterator, Progress};
 use burn::data::dataset::DatasetError;
 use burn::tensor::{Device, Tensor, TensorData};
 use rayon::prelude::*;
 
+use crate::ahead::Ahead;
 use crate::dataset::{HandDataset, Sample, SampleError};
 use crate::hand_task::HandBatch;
 use crate::meeting::Meeting;
+use crate::waiting::{DataWait, WaitMeter};
 
 /// Which samples a pass over a [`HandLoader`] yields.
 #[derive(Debug, Clone)]
@@ -54,6 +60,9 @@ pub(crate) struct HandLoader {
     devices: u64,
     /// Where devices wait for each other before each batch.
     meeting: Option<Arc<Meeting>>,
+    /// Of how many loaders of one thread, which waits for all of them in turn, this is one.
+    in_turn: u32,
+    meter: Option<WaitMeter>,
     device: Device,
 }
 
@@ -81,38 +90,69 @@ impl HandLoader {
     }
 
     fn new(data: Arc<HandDataset>, batch_size: usize, passes: Passes, device: Device) -> Self {
-        let (share, devices, meeting) = (Share::WHOLE, 1, None);
-        Self { data, batch_size, passes, share, devices, meeting, device }
+        Self {
+            data,
+            batch_size,
+            passes,
+            share: Share::WHOLE,
+            devices: 1,
+            meeting: None,
+            in_turn: 1,
+            meter: None,
+            device,
+        }
+    }
+
+    /// Tells `meter` how long the network waits for batches.
+    pub(crate) fn metered(self, meter: WaitMeter) -> Self {
+        Self { meter: Some(meter), ..self }
     }
 
     /// For `devices` devices, among which Burn will slice it. Those that reduce gradients among
-    /// themselves need a `meeting`.
+    /// themselves have a thread each and need a `meeting`; without, one thread asks for all.
     pub(crate) fn shared_by(self, devices: usize, meeting: Option<Meeting>) -> Self {
-        Self { devices: devices as u64, meeting: meeting.map(Arc::new), ..self }
+        let in_turn = if meeting.is_some() { 1 } else { devices as u32 };
+        Self { devices: devices as u64, meeting: meeting.map(Arc::new), in_turn, ..self }
     }
+}
+
+/// The numbers of a batch, not yet on the device.
+struct Windows {
+    surfaces: Vec<f32>,
+    poses: Vec<f32>,
+    count: usize,
 }
 
 /// A pass that goes on.
 struct Batches<'a> {
     loader: &'a HandLoader,
+    /// Which pass, from 1.
+    interval: usize,
     /// All samples of the pass, those of other devices included.
     pass: Range<u64>,
     /// Where the next batch begins.
     next: u64,
+    windows: Ahead<Result<Windows, SampleError>>,
+    started: Instant,
 }
 
 impl HandLoader {
-    /// Positions (in samples) of the pass that starts now.
-    fn next_pass(&self) -> Range<u64> {
+    /// Number and positions (in samples) of the pass that starts now.
+    fn next_pass(&self) -> (usize, Range<u64>) {
         match &self.passes {
             Passes::Training { first, steps, steps_per_interval } => {
-                let interval = first.fetch_add(1, Ordering::SeqCst) as u64;
-                let start = (interval - 1) * steps_per_interval;
-                let end = (interval * steps_per_interval).min(*steps);
-                start * self.batch_size as u64..end * self.batch_size as u64
+                let interval = first.fetch_add(1, Ordering::SeqCst);
+                let start = (interval as u64 - 1) * steps_per_interval;
+                let end = (interval as u64 * steps_per_interval).min(*steps);
+                (interval, start * self.batch_size as u64..end * self.batch_size as u64)
             }
-            Passes::Validation { samples } => 0..*samples,
+            Passes::Validation { samples } => (1, 0..*samples),
         }
+    }
+
+    /// Positions of the batch that begins at `start`, those of other devices included.
+    fn whole(&self, start: u64, pass: &Range<u64>) -> Range<u64> {
+        start..(start + self.batch_size as u64).min(pass.end)
     }
 
     /// Samples of a whole interval, those of other devices included.
@@ -145,25 +185,27 @@ impl HandLoader {
         }
     }
 
-    fn batch(&self, positions: Range<u64>, step: u64) -> Result<HandBatch, SampleError> {
+    fn windows(&self, positions: Range<u64>) -> Result<Windows, SampleError> {
         let samples: Vec<Sample> =
             positions.into_par_iter().map(|p| self.sample(p)).collect::<Result<_, _>>()?;
         let count = samples.len();
-        let (height, width) = self.data.image_size();
-        let mut surfaces = Vec::with_capacity(count * 2 * height * width);
+        let mut surfaces = Vec::with_capacity(samples.iter().map(|s| s.surface.len()).sum());
         let mut poses = Vec::with_capacity(count * 12);
         for sample in &samples {
             surfaces.extend_from_slice(&sample.surface);
             poses.extend_from_slice(&sample.pose);
         }
-        Ok(HandBatch {
-            surfaces: Tensor::from_data(
-                TensorData::new(surfaces, [count, 2, height, width]),
-                &self.device,
-            ),
+        Ok(Windows { surfaces, poses, count })
+    }
+
+    fn batch(&self, Windows { surfaces, poses, count }: Windows, step: u64) -> HandBatch {
+        let (height, width) = self.data.image_size();
+        let surfaces = TensorData::new(surfaces, [count, 2, height, width]);
+        HandBatch {
+            surfaces: Tensor::from_data(surfaces, &self.device),
             poses: Tensor::from_data(TensorData::new(poses, [count, 12]), &self.device),
             step,
-        })
+        }
     }
 }
 
@@ -171,22 +213,28 @@ impl Iterator for Batches<'_> {
     type Item = Result<HandBatch, DatasetError>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        if self.next >= self.pass.end {
-            return None;
-        }
-        let size = self.loader.batch_size as u64;
-        let whole = self.next..(self.next + size).min(self.pass.end);
-        self.next = whole.end;
-        let batch = self.loader.batch(self.loader.share.of(&whole), whole.end / size);
+        let windows = self.windows.next()?;
+        self.next = self.loader.whole(self.next, &self.pass).end;
+        let step = self.next / self.loader.batch_size as u64;
         // Read first: a device that has no batch must not go to the meeting.
-        if batch.is_ok()
+        if windows.is_ok()
             && let Some(meeting) = &self.loader.meeting
             && !meeting.wait()
         {
             self.next = self.pass.end;
             return None;
         }
+        let batch = windows.map(|windows| self.loader.batch(windows, step));
         Some(batch.map_err(DatasetError::new))
+    }
+}
+
+impl Drop for Batches<'_> {
+    fn drop(&mut self) {
+        if let Some(meter) = &self.loader.meter {
+            let training = self.started.elapsed() / self.loader.in_turn;
+            meter.add(self.interval, DataWait { training, waited: self.windows.waited() });
+        }
     }
 }
 
@@ -199,8 +247,15 @@ impl DataLoaderIterator<HandBatch> for Batches<'_> {
 
 impl DataLoader<HandBatch> for HandLoader {
     fn iter<'a>(&'a self) -> Box<dyn DataLoaderIterator<HandBatch> + 'a> {
-        let pass = self.next_pass();
-        Box::new(Batches { loader: self, next: pass.start, pass })
+        let (interval, pass) = self.next_pass();
+        let (loader, end) = (self.clone(), pass.clone());
+        let starts = pass.clone().step_by(self.batch_size);
+        let windows = Ahead::new(starts.map(move |start| {
+            let whole = loader.whole(start, &end);
+            loader.windows(loader.share.of(&whole))
+        }));
+        let (next, started) = (pass.start, Instant::now());
+        Box::new(Batches { loader: self, interval, pass, next, windows, started })
     }
 
     fn num_items(&self) -> usize {

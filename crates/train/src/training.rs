@@ -30,6 +30,7 @@ use crate::plain_renderer::PlainRenderer;
 use crate::retention::{LastTwoAndBest, best_interval};
 use crate::saved::{BEST, Checkpoint, LAST};
 use crate::told_renderer::{Told, ToldRenderer};
+use crate::waiting::{DataWait, WaitMeter};
 
 /// PyTorch's default; Burn's is 1e-5.
 const ADAM_EPSILON: f32 = 1e-8;
@@ -63,6 +64,8 @@ pub struct TrainSummary {
     pub samples: u64,
     /// Time this process trained.
     pub elapsed: Duration,
+    /// How much of it, validation left out, was waiting for windows.
+    pub data_wait: DataWait,
 }
 
 /// Where a run keeps its things.
@@ -74,6 +77,9 @@ impl RunDir<'_> {
     }
     fn history(&self) -> PathBuf {
         self.0.join("metrics.jsonl")
+    }
+    fn loading(&self) -> PathBuf {
+        self.0.join("loading.jsonl")
     }
     fn checkpoints(&self) -> PathBuf {
         self.0.join("checkpoint")
@@ -87,7 +93,8 @@ pub fn untrained(config: &HandConfig, device: &Device) -> Result<HandRegressor, 
 }
 
 /// Trains the hand network of `config` on the sequences in `data` and leaves everything in `run`:
-/// `config.toml`, `metrics.jsonl`, `checkpoint/`, and the networks `best.bpk` and `last.bpk`.
+/// `config.toml`, `metrics.jsonl`, `loading.jsonl` (how long it waited for data), `checkpoint/`, and
+/// the networks `best.bpk` and `last.bpk`.
 ///
 /// # Errors
 /// If the data or the directory cannot be used, if `run` holds another run, or if the loss stops
@@ -109,8 +116,9 @@ pub fn train_hand(
     let device = team.main().clone().autodiff();
     let interrupter = Interrupter::new();
     let span = (from + 1, training.steps, training.steps_per_validation);
+    let meter = WaitMeter::resume(&dir.loading(), from)?;
     let loader = HandLoader::training(Arc::new(train), training.batch_size, span, device.clone());
-    let loader = team.share(loader, &interrupter);
+    let loader = team.share(loader.metered(meter.clone()), &interrupter);
     let validation = HandLoader::validation(
         Arc::new(valid),
         training.batch_size,
@@ -135,7 +143,7 @@ pub fn train_hand(
         .with_checkpointing_strategy(LastTwoAndBest::new(history.clone()))
         .with_custom_checkpointers(weights, optimizer, schedule)
         .with_application_logger(None)
-        .renderer(renderer(&interrupter, options, training));
+        .renderer(renderer(&interrupter, options, training, &meter));
     for field in FIELDS {
         supervised = supervised
             .metric_train_numeric(FieldMetric::new(field))
@@ -190,6 +198,7 @@ pub fn train_hand(
         samples_per_second: samples as f64 / elapsed.as_secs_f64(),
         samples,
         elapsed,
+        data_wait: meter.total()?,
     })
 }
 
@@ -226,6 +235,7 @@ fn renderer(
     interrupter: &Interrupter,
     options: &TrainOptions,
     training: &TrainingConfig,
+    meter: &WaitMeter,
 ) -> Box<dyn MetricsRenderer> {
     use std::io::IsTerminal as _;
     if let Some(told) = &options.told {
@@ -234,7 +244,7 @@ fn renderer(
     if !options.plain && cfg!(feature = "tui") && stdout().is_terminal() {
         default_renderer(interrupter.clone(), None)
     } else {
-        Box::new(PlainRenderer::new(stdout()))
+        Box::new(PlainRenderer::new(stdout(), meter.clone()))
     }
 }
 

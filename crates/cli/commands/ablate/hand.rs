@@ -11,13 +11,13 @@ use super::outcome::{Outcome, Trials};
 use super::places::{self, Places};
 use super::rows::{self, Row};
 use super::{page, table, trial};
-use crate::commands::{config_source, device};
+use crate::commands::{config_source, use_threads};
 use crate::machine::Machine;
 use crate::progress::say;
 
 pub(super) fn run(args: &AblateHandArgs) -> Result<()> {
     let started = Instant::now();
-    let device = device(&args.device)?;
+    use_threads(args.device.threads)?;
     let mut base = config_source::load(&args.config, &args.overrides)?;
     rows::check(&base)?;
     // All rows are judged on the same poses: from where the longest window is full.
@@ -43,8 +43,8 @@ pub(super) fn run(args: &AblateHandArgs) -> Result<()> {
         for &seed in &seeds {
             say(format!("row {}/{}: {}, seed {seed}", index + 1, trained.len(), row.name));
             let config = row.config(&HandConfig { seed, ..base.clone() });
-            let trial =
-                trial::run(&places, row.name, &config, seeds.len(), args.stride_ms, &device)?;
+            let kind = args.device.device;
+            let trial = trial::run(&places, row.name, &config, seeds.len(), args.stride_ms, kind)?;
             let figures = trial.filtered.figures;
             say(format!("    AUC 2D {:.3}, AUC 3D {:.3}", figures.auc_2d, figures.auc_3d));
             of_row.push(trial);

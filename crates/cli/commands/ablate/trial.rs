@@ -2,7 +2,7 @@
 
 use anyhow::{Context, Result, bail};
 use burn::tensor::Device;
-use evpose_nn::HandRegressorConfig;
+use evpose_nn::{DeviceKind, HandRegressorConfig};
 use evpose_nn::parameters::trained_count;
 use evpose_pose::metric::{BootstrapConfig, HandEvaluation, Interval};
 use evpose_train::{
@@ -80,8 +80,9 @@ pub(super) fn run(
     config: &HandConfig,
     seeds: usize,
     stride_ms: u32,
-    device: &Device,
+    kind: DeviceKind,
 ) -> Result<Trial> {
+    let device = &kind.resolve()?;
     let dir = places.run(row, config.seed);
     let (trial_path, trained_path) = (dir.join("trial.json"), dir.join("trained.json"));
     let kept: Option<Trial> = places::read(&trial_path)?;
@@ -97,7 +98,7 @@ pub(super) fn run(
         None => {
             let (progress, told) = watch::training(row, seeds);
             let options = TrainOptions {
-                device: device.clone(),
+                device: kind,
                 resume: true,
                 plain: true,
                 told: Some(told),
