@@ -179,8 +179,9 @@ mod tests {
     #[test]
     fn a_file_that_cannot_be_written_is_told_at_the_end() {
         let directory = tempfile::tempdir().unwrap();
-        let path = directory.path().join("gone").join("loading.jsonl");
-        let meter = WaitMeter::resume(&path, 0).unwrap();
+        let parent = directory.path().join("run");
+        let meter = WaitMeter::resume(&parent.join("loading.jsonl"), 0).unwrap();
+        fs::write(parent, "not a directory").unwrap();
         meter.add(1, wait(1, 0));
         assert!(meter.total().unwrap_err().to_string().contains("loading.jsonl"));
     }
