@@ -378,8 +378,10 @@ pub(crate) struct BenchSensorArgs {
 }
 
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Examples:\n  evpose info data/train/0000.evc\n  evpose info MANO_RIGHT.pkl\n  \
-    evpose info --verify data/train")]
+#[command(
+    after_help = "Examples:\n  evpose info data/train/0000.evc\n  evpose info MANO_RIGHT.pkl\n  \
+    evpose info --verify data/train"
+)]
 pub(crate) struct InfoArgs {
     /// Files: recordings (.evc, .meta, .npz, text) or hand and body models (.pkl, .npz), recognised
     /// by content; directories of sequences

@@ -56,8 +56,8 @@ pub(crate) fn check_shared(dir: &Path, config: &HandConfig) -> Result<()> {
         return Err(TrainError::ConfigDiffers { path, fields }.into());
     }
     let path = dir.join(RUN);
-    let text = std::fs::read_to_string(&path)
-        .with_context(|| format!("reading {}", path.display()))?;
+    let text =
+        std::fs::read_to_string(&path).with_context(|| format!("reading {}", path.display()))?;
     let there: toml::Table =
         toml::from_str(&text).with_context(|| format!("reading {}", path.display()))?;
     for (key, here) in origin(config.seed)? {

@@ -11,8 +11,7 @@ use crate::harness::{Sandbox, bytes, stderr, tiny};
 
 /// The tiny simulation with more sequences, of `seconds` each.
 fn simulate<'a>(out: &'a str, seconds: &'a str, more: &[&'a str]) -> Vec<&'a str> {
-    let base =
-        tiny(&["simulate", "quick", "--out", out, "--sequences", "6", "--seconds", seconds]);
+    let base = tiny(&["simulate", "quick", "--out", out, "--sequences", "6", "--seconds", seconds]);
     [&base[..], more].concat()
 }
 
@@ -64,7 +63,10 @@ fn a_directory_is_resumed_by_its_own_config_only() {
     let first = simulate("data", "0.4", &["--shard", "1/2"]);
     sandbox.ok(&first);
     let message = sandbox.fails(&first);
-    assert!(message.contains("already holds sequences") && message.contains("--resume"), "{message}");
+    assert!(
+        message.contains("already holds sequences") && message.contains("--resume"),
+        "{message}"
+    );
     let before = tree(&sandbox.path("data"));
     for (change, named) in [
         (&["--seed", "5"][..], "seed is 1 there, not 5"),

@@ -18,7 +18,9 @@ pub enum NnError {
         device: &'static str,
     },
     /// The machine has fewer devices of a kind than were asked for.
-    #[error("{count} {device} devices were asked for, and there are {found}: lower training.devices")]
+    #[error(
+        "{count} {device} devices were asked for, and there are {found}: lower training.devices"
+    )]
     TooFewDevices {
         /// The kind of device.
         device: &'static str,

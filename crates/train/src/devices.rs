@@ -11,7 +11,9 @@
 
 use burn::tensor::Device;
 use burn::tensor::distributed::{DistributedConfig, ReduceOperation};
-use burn_train::{ExecutionStrategy, Interrupter, LearnerModel, MultiDeviceOptim, TrainingStrategy};
+use burn_train::{
+    ExecutionStrategy, Interrupter, LearnerModel, MultiDeviceOptim, TrainingStrategy,
+};
 use evpose_nn::DeviceKind;
 use serde::{Deserialize, Serialize};
 

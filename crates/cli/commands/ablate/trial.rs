@@ -2,8 +2,8 @@
 
 use anyhow::{Context, Result, bail};
 use burn::tensor::Device;
-use evpose_nn::{DeviceKind, HandRegressorConfig};
 use evpose_nn::parameters::trained_count;
+use evpose_nn::{DeviceKind, HandRegressorConfig};
 use evpose_pose::metric::{BootstrapConfig, HandEvaluation, Interval};
 use evpose_train::{
     Checkpoint, ConstantPose, HandConfig, HandDataset, Method, NetworkPredictor, TrainOptions,
@@ -97,12 +97,8 @@ pub(super) fn run(
         Some(trained) => trained,
         None => {
             let (progress, told) = watch::training(row, seeds);
-            let options = TrainOptions {
-                device: kind,
-                resume: true,
-                plain: true,
-                told: Some(told),
-            };
+            let options =
+                TrainOptions { device: kind, resume: true, plain: true, told: Some(told) };
             let summary = train_hand(config, &places.train(config.seed), &dir, &options)?;
             progress.finish_and_clear();
             let all = config.training.steps as f64 * config.training.batch_size as f64;

@@ -104,7 +104,8 @@ impl SequenceSet {
             text += &FileDigest::of(&self.directory, &file, &|_| {})?.line();
         }
         let path = self.stem(sequence).with_extension(DIGESTS);
-        atomic_write(&path, text.as_bytes()).map_err(|source| SimError::file(&path, "write", source))
+        atomic_write(&path, text.as_bytes())
+            .map_err(|source| SimError::file(&path, "write", source))
     }
 
     /// The digests of a sequence as they stand in its file, or none if it is not whole.

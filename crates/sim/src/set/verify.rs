@@ -61,10 +61,7 @@ impl fmt::Display for Fault {
 /// # Errors
 /// [`SimError::Damaged`] with every file that is not as recorded; a list of digests that cannot be
 /// read.
-pub fn verify(
-    directory: &Path,
-    progress: &(dyn Fn(u64) + Sync),
-) -> Result<Verified, SimError> {
+pub fn verify(directory: &Path, progress: &(dyn Fn(u64) + Sync)) -> Result<Verified, SimError> {
     let names = list(directory)?;
     let finished = names.iter().any(|name| name == MANIFEST);
     let mut expected = Vec::new();
