@@ -16,8 +16,10 @@ use crate::run_info::COMMIT;
 /// The trials of every trained row, by its name, in the order of the seeds.
 pub(super) type Trials = BTreeMap<&'static str, Vec<Trial>>;
 
-/// All figures of a method, by name.
-const FIGURES: [(&str, fn(&Figures) -> f64); 6] = [
+/// A figure of a method by its name.
+type Figure = (&'static str, fn(&Figures) -> f64);
+
+const FIGURES: [Figure; 6] = [
     ("auc_2d", |f| f.auc_2d),
     ("auc_3d", |f| f.auc_3d),
     ("mpjpe_mm", |f| f.mpjpe_mm),

@@ -29,11 +29,14 @@ pub(super) fn html(outcome: &Outcome, config: &str) -> Result<String> {
          evpose on this machine.",
     );
     page.section("All rows", &table::legend(outcome));
+    // The last column, what was published, has a table of its own below.
+    let header = table::header();
+    let figures = header.len() - 1;
     let rows: Vec<Vec<String>> = table::rows(outcome)
         .into_iter()
-        .map(|row| row.iter().map(|cell| escape(cell)).collect())
+        .map(|row| row.iter().take(figures).map(|cell| escape(cell)).collect())
         .collect();
-    page.table(&table::header(), &rows);
+    page.table(&header[..figures], &rows);
 
     page.section(
         "Published findings",
@@ -69,8 +72,10 @@ fn findings(outcome: &Outcome) -> Vec<Vec<String>> {
             for check in &finding.checks {
                 let difference = table::difference(&check.difference, check.measure);
                 let verdict = check.verdict.to_string();
-                let cells = [row.name, finding.published, check.measure, &difference, &verdict];
-                rows.push(cells.map(escape).to_vec());
+                let [name, words, measure, difference, verdict] =
+                    [row.name, finding.published, check.measure, &difference, &verdict].map(escape);
+                let words = format!("<span class=\"words\">{words}</span>");
+                rows.push(vec![name, words, measure, difference, verdict]);
             }
         }
     }
