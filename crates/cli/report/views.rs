@@ -86,11 +86,13 @@ mod tests {
 
     #[test]
     fn the_sheet_shows_a_hand_and_its_events() -> Result<()> {
-        let mut config = SimulationConfig::default();
-        config.image_scale = 0.2;
+        let mut config = SimulationConfig {
+            image_scale: 0.2,
+            sequences: 2,
+            seconds: 0.5,
+            ..SimulationConfig::default()
+        };
         config.skin.texels = 32;
-        config.sequences = 2;
-        config.seconds = 0.5;
         let simulation = Simulation::new(&config, 3)?;
         let sheet = sheet(&simulation)?;
         // 48x36 pixels five times as large, 16 of them with gaps of 6.
