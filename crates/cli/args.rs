@@ -59,7 +59,7 @@ pub(crate) enum Command {
     /// What each part of a method is worth: everything trained anew without it
     #[command(subcommand)]
     Ablate(AblateCommand),
-    /// Say what is in a file of events or labels, a model of a hand, or a directory of sequences
+    /// Say what is in a recording, a model of a hand, or a directory of sequences
     Info(InfoArgs),
 }
 

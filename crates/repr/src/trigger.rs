@@ -178,7 +178,7 @@ mod tests {
                 .iter()
                 .scan(0, |t, gap| { *t += gap; Some(Micros(*t)) })
                 .collect();
-            let whole = surfaces_us(&mut trigger(TriggerConfig::PROGRAM), &[times.clone()]);
+            let whole = surfaces_us(&mut trigger(TriggerConfig::PROGRAM), std::slice::from_ref(&times));
             let packets: Vec<Vec<Micros>> = times.chunks(cut).map(<[Micros]>::to_vec).collect();
             prop_assert_eq!(whole, surfaces_us(&mut trigger(TriggerConfig::PROGRAM), &packets));
         }
