@@ -31,21 +31,24 @@ pub struct Renderer {
     scene: Scene,
     /// Whether the meshes are closed, see [`is_closed`](crate::raster::is_closed).
     closed: bool,
+    /// Factor on everything that is seen.
+    light_level: f32,
     raster: Raster,
     backdrop: Plane<f32>,
     luminance: Plane<f32>,
 }
 
 impl Renderer {
-    /// Prepares `scene` for meshes that are closed or not.
-    pub fn new(scene: Scene, closed: bool) -> Self {
+    /// Prepares `scene` for meshes that are closed or not. All light is multiplied by `light_level`
+    /// behind the frame buffer.
+    pub fn new(scene: Scene, closed: bool, light_level: f32) -> Self {
         let raster = Raster::new(scene.camera.sensor());
         let mut backdrop = Plane::for_sensor(scene.camera.sensor(), 0.0);
         for (pixel, rgb) in backdrop.data_mut().iter_mut().zip(scene.backdrop.rgb().data()) {
-            *pixel = luminance(scene.response.apply(*rgb));
+            *pixel = light_level * luminance(scene.response.apply(*rgb));
         }
         let luminance = backdrop.clone();
-        Self { scene, closed, raster, backdrop, luminance }
+        Self { scene, closed, light_level, raster, backdrop, luminance }
     }
 
     /// The scene.
@@ -77,7 +80,7 @@ impl Renderer {
             let pixels = &mut self.luminance.row_mut(y)[rect.left..rect.right];
             for (pixel, fragment) in pixels.iter_mut().zip(fragments) {
                 if fragment.is_covered() {
-                    *pixel = luminance(self.scene.shade(mesh, fragment));
+                    *pixel = self.light_level * luminance(self.scene.shade(mesh, fragment));
                 }
             }
         }
@@ -89,11 +92,12 @@ impl Renderer {
         self.render(mesh);
         let mut rgb = self.scene.backdrop.rgb().clone();
         for (pixel, fragment) in rgb.data_mut().iter_mut().zip(self.raster.fragments().data()) {
-            *pixel = if fragment.is_covered() {
+            let rgb = if fragment.is_covered() {
                 self.scene.shade(mesh, fragment)
             } else {
                 self.scene.response.apply(*pixel)
             };
+            *pixel = rgb * self.light_level;
         }
         rgb
     }
@@ -143,6 +147,10 @@ mod tests {
 
     /// At the origin, looking along -z at something white, lit from the upper right.
     fn renderer(response: FrameResponse) -> Renderer {
+        renderer_at(response, 1.0)
+    }
+
+    fn renderer_at(response: FrameResponse, light_level: f32) -> Renderer {
         let placement = LookAt { eye_m: Vec3::ZERO, centre_m: Vec3::NEG_Z, up: Vec3::Y };
         let pinhole = Pinhole::from_vertical_fov(SENSOR, 45.0);
         let light = DirectionalLight { direction: Vec3A::new(0.6, 0.8, 0.0), colour: Vec3A::ONE };
@@ -154,7 +162,7 @@ mod tests {
             backdrop: Backdrop::uniform(SENSOR, Vec3A::splat(BEHIND)),
             response,
         };
-        Renderer::new(scene, true)
+        Renderer::new(scene, true, light_level)
     }
 
     #[test]
@@ -196,6 +204,22 @@ mod tests {
         assert!((1.3..1.471).contains(&brightest(FrameResponse::Linear)));
         assert!((brightest(FrameResponse::Clipped) - 1.0).abs() < 1e-6);
         assert!((brightest(FrameResponse::Rgb8) - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_hundredth_of_the_light_is_the_same_picture_a_hundred_times_darker() {
+        let sphere = Shape::sphere(Vec3::NEG_Z, 0.3, 24);
+        let mut usual = renderer(FrameResponse::Clipped);
+        let mut dim = renderer_at(FrameResponse::Clipped, 0.01);
+        let near = |a: f32, b: f32| (a - b).abs() <= 1e-6 * b.abs();
+        let pictures = (usual.render(&sphere.mesh()).clone(), dim.render(&sphere.mesh()).clone());
+        for (usual, dim) in pictures.0.data().iter().zip(pictures.1.data()) {
+            assert!(near(*dim, 0.01 * usual), "{dim} of {usual}");
+        }
+        let colours = (usual.render_rgb(&sphere.mesh()), dim.render_rgb(&sphere.mesh()));
+        for (usual, dim) in colours.0.data().iter().zip(colours.1.data()) {
+            assert!(near(dim.y, 0.01 * usual.y), "{dim} of {usual}");
+        }
     }
 
     #[test]
