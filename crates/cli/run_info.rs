@@ -40,7 +40,7 @@ pub(crate) fn write(dir: &Path, seed: u64, config: Option<&HandConfig>) -> Resul
     }
 }
 
-/// As [`write`], for a directory that several processes fill: without the command, which differs
+/// As [`write()`], for a directory that several processes fill: without the command, which differs
 /// among them. `config.toml` comes last, so that whoever finds it finds `run.toml` too.
 pub(crate) fn write_shared(dir: &Path, config: &HandConfig) -> Result<()> {
     write_file(&dir.join(RUN), &origin(config.seed)?.to_string())?;

@@ -265,6 +265,30 @@ mod tests {
     }
 
     #[test]
+    fn a_lamp_may_be_late_and_its_swing_just_above_the_threshold() {
+        // ON events of a lamp of 100 Hz, every one a sixth of a turn behind its rise.
+        let events = (0..100).map(|k| (1e4 * (f64::from(k) + 1.0 / 6.0), 3, 4));
+        let hints = Hints::of(&stream(events));
+        let mut model = SensorConfig::from_toml("").unwrap();
+        Parameter::ThresholdOn.set(&mut model, 0.25);
+        Parameter::ThresholdOff.set(&mut model, 0.3);
+        let of = |name: &str| {
+            let candidates = Candidate::beside(&model, &[]);
+            let candidate = candidates.into_iter().find(|one| one.name() == name).unwrap();
+            hints.readings(name, &candidate.trials()[0][0], &model)
+        };
+        let read = of("lamp_flicker");
+        let is_near = |trial: &Trial| {
+            let number = |name| trial.effect.number(name).unwrap();
+            let turns = (number("phase_turns") + 0.5).rem_euclid(1.0) - 0.5;
+            let swing = 2.0 * number("depth").atanh();
+            turns.abs() < 0.025 && (swing / (1.1 * 0.25) - 1.0).abs() < 0.05
+        };
+        assert!(read.iter().any(is_near), "{read:?}");
+        assert!(of("refractory").is_empty());
+    }
+
+    #[test]
     fn times_of_a_bus_are_read_off_what_it_is_busy_with() {
         for (event_us, row_us) in [(4.0, 60.0), (2.7, 31.4)] {
             let mut t_us = 100.0;

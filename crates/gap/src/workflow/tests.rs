@@ -4,6 +4,7 @@ use evpose_sensor::{EffectConfig, SensorConfig};
 use super::*;
 use crate::input::Nominal;
 use crate::naming::Bench;
+use crate::parameters::Parameter;
 use crate::verdict::Answer;
 use crate::{Scene, Stage};
 
@@ -132,6 +133,22 @@ fn what_a_name_rests_on_is_kept_beside_it() {
     let half = 0.5 * knob.steps(said.lo90, said.hi90);
     let error = CALIBRATION.error(NumberKind::OfEffect, raw.steps());
     assert!((half - 1.645 * error).abs() < 1e-6, "{half} {error}");
+}
+
+/// Events of a scene of little contrast are fewer than one over the threshold says.
+#[test]
+fn thresholds_that_are_far_off_are_parameters_with_their_values() {
+    let mut dull = ideal();
+    Parameter::ThresholdOn.set(&mut dull, 1.45 * Parameter::ThresholdOn.value(&ideal()));
+    Parameter::ThresholdOff.set(&mut dull, 1.38 * Parameter::ThresholdOff.value(&ideal()));
+    let prepared = Prepared::new(inputs(&dull)).unwrap();
+    let bench = prepared.bench().unwrap();
+    let named = bench.name(&prepared.model.config, &[], &|_| {}).unwrap();
+    assert_eq!(named.answer, Answer::Parameter);
+    for parameter in [Parameter::ThresholdOn, Parameter::ThresholdOff] {
+        let steps = parameter.steps(parameter.value(&dull), parameter.value(&named.after.model));
+        assert!(steps.abs() < 0.5, "{parameter:?} is {steps} steps off");
+    }
 }
 
 /// The lag of the pixels is no more than five milliseconds; this is a clock.
