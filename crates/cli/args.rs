@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Parser, Subcommand};
+use evpose_io::{Encoding, FrameSource};
 use evpose_nn::DeviceKind;
 use evpose_sim::Shard;
 
@@ -148,11 +149,9 @@ pub(crate) struct SimulateArgs {
     pub(crate) threads: Option<usize>,
 }
 
+/// Images that light is read from.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Examples:\n  \
-    evpose events --frames video/ --fps 120 --encoding srgb --sensor davis346 --out events.npz\n  \
-    evpose events --frames frames.npy --fps 1000 --sensor v2e-clean --out events.txt")]
-pub(crate) struct EventsArgs {
+pub(crate) struct FrameArgs {
     /// A folder of .png images (8 or 16 bits, grey or colour, in natural order of their names), or
     /// an .npy array (frames, height, width) of u1, u2, f2, f4 or f8
     #[arg(long)]
@@ -160,13 +159,6 @@ pub(crate) struct EventsArgs {
     /// Frames per second; the first is at time 0
     #[arg(long)]
     pub(crate) fps: f64,
-    /// A preset or a TOML file of effects
-    #[arg(long)]
-    pub(crate) sensor: String,
-    /// Where to write the events: .npz, .txt or .evc; how they were made goes to the same name
-    /// with .toml behind it
-    #[arg(long)]
-    pub(crate) out: PathBuf,
     /// How values stand for light. `linear`: in proportion, as v2e takes them. `srgb`: as on a
     /// display, which is what cameras and video files store
     #[arg(long, default_value = "linear", value_parser = ["linear", "srgb"])]
@@ -174,6 +166,30 @@ pub(crate) struct EventsArgs {
     /// The value of reference white [default: 255 of 8 bits, 65535 of 16 bits, 1 of numbers]
     #[arg(long)]
     pub(crate) white: Option<f64>,
+}
+
+impl FrameArgs {
+    /// Opens them.
+    pub(crate) fn open(&self) -> anyhow::Result<FrameSource> {
+        let encoding: Encoding = self.encoding.parse().map_err(anyhow::Error::msg)?;
+        Ok(FrameSource::open(&self.frames, encoding, self.white)?)
+    }
+}
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  \
+    evpose events --frames video/ --fps 120 --encoding srgb --sensor davis346 --out events.npz\n  \
+    evpose events --frames frames.npy --fps 1000 --sensor v2e-clean --out events.txt")]
+pub(crate) struct EventsArgs {
+    #[command(flatten)]
+    pub(crate) frames: FrameArgs,
+    /// A preset or a TOML file of effects
+    #[arg(long)]
+    pub(crate) sensor: String,
+    /// Where to write the events: .npz, .txt or .evc; how they were made goes to the same name
+    /// with .toml behind it
+    #[arg(long)]
+    pub(crate) out: PathBuf,
     /// Steps per frame, between which luminance runs in a line
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) upsample: u32,
