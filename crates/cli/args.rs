@@ -3,8 +3,11 @@
 use std::path::PathBuf;
 
 use clap::{Parser, Subcommand};
+use evpose_io::{Encoding, FrameSource};
 use evpose_nn::DeviceKind;
+use evpose_sim::Shard;
 
+use crate::commands::ablate::AblateCommand;
 use crate::commands::calibrate::CalibrateCommand;
 use crate::commands::gap::GapCommand;
 use crate::commands::sensor::SensorCommand;
@@ -40,7 +43,7 @@ pub(crate) enum Command {
     Train(TrainArgs),
     /// Judge a checkpoint on sequences with known poses
     Eval(EvalArgs),
-    /// Poses of a recording, one every millisecond
+    /// Poses of a recording
     Infer(InferArgs),
     /// Measure speed
     #[command(subcommand)]
@@ -54,14 +57,17 @@ pub(crate) enum Command {
     /// Thresholds, background rates and hot pixels of a camera, from recordings made for it
     #[command(subcommand)]
     Calibrate(CalibrateCommand),
-    /// Say what is in a file of events or labels, or a model of a hand
+    /// What each part of a method is worth: everything trained anew without it
+    #[command(subcommand)]
+    Ablate(AblateCommand),
+    /// Say what is in a recording, a model of a hand, or a directory of sequences
     Info(InfoArgs),
 }
 
 /// A config and changes to it.
 #[derive(Debug, clap::Args)]
 pub(crate) struct ConfigArgs {
-    /// A TOML file, or an embedded config: `quick`, `eventhands`
+    /// A TOML file, or an embedded config: `quick`, `ablation`, `eventhands`
     pub(crate) config: String,
     /// Change one field, for example --set training.steps=500 (may be repeated)
     #[arg(long = "set", value_name = "KEY=VALUE")]
@@ -100,7 +106,14 @@ pub(crate) struct DemoArgs {
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  evpose simulate quick --out data/train\n  \
-    evpose simulate eventhands --out data/one --sequences 1 --seconds 10 --seed 7")]
+    evpose simulate eventhands --out data/one --sequences 1 --seconds 10 --seed 7\n  \
+    evpose simulate quick --out data/train --shard 3/64 --resume\n  \
+    evpose simulate quick --condition dark --out data/dark --held-out\n  \
+    evpose simulate eventhands --set simulation.motion.variant=bottom --sequences 8 --seconds 3 \
+    --out data/bottom --pictures bottom.png\n\n\
+    Shards may share a directory or be copied together: the files are those of one run. The last \
+    one to finish\nwrites manifest.sha256; `evpose info --verify DIR` and `sha256sum -c` check it. \
+    docs/guide/scale.md says more.")]
 pub(crate) struct SimulateArgs {
     #[command(flatten)]
     pub(crate) config: ConfigArgs,
@@ -119,16 +132,26 @@ pub(crate) struct SimulateArgs {
     /// Record the held-out set: its number and length of sequences, and seeds of its own
     #[arg(long)]
     pub(crate) held_out: bool,
+    /// Record only part I of N of the sequences (I from 1), beside those of other shards
+    #[arg(long, value_name = "I/N")]
+    pub(crate) shard: Option<Shard>,
+    /// Keep the sequences that are complete and record the others
+    #[arg(long)]
+    pub(crate) resume: bool,
+    /// A condition to record under (`evpose eval --help` lists them), or a TOML file of one
+    #[arg(long)]
+    pub(crate) condition: Option<String>,
+    /// Also write a PNG file of what the camera looks at, with the events beside it
+    #[arg(long, value_name = "FILE")]
+    pub(crate) pictures: Option<PathBuf>,
     /// CPU threads; all cores by default. The bytes written do not depend on it
     #[arg(long)]
     pub(crate) threads: Option<usize>,
 }
 
+/// Images that light is read from.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Examples:\n  \
-    evpose events --frames video/ --fps 120 --encoding srgb --sensor davis346 --out events.npz\n  \
-    evpose events --frames frames.npy --fps 1000 --sensor v2e-clean --out events.txt")]
-pub(crate) struct EventsArgs {
+pub(crate) struct FrameArgs {
     /// A folder of .png images (8 or 16 bits, grey or colour, in natural order of their names), or
     /// an .npy array (frames, height, width) of u1, u2, f2, f4 or f8
     #[arg(long)]
@@ -136,13 +159,6 @@ pub(crate) struct EventsArgs {
     /// Frames per second; the first is at time 0
     #[arg(long)]
     pub(crate) fps: f64,
-    /// A preset or a TOML file of effects
-    #[arg(long)]
-    pub(crate) sensor: String,
-    /// Where to write the events: .npz, .txt or .evc; how they were made goes to the same name
-    /// with .toml behind it
-    #[arg(long)]
-    pub(crate) out: PathBuf,
     /// How values stand for light. `linear`: in proportion, as v2e takes them. `srgb`: as on a
     /// display, which is what cameras and video files store
     #[arg(long, default_value = "linear", value_parser = ["linear", "srgb"])]
@@ -150,6 +166,30 @@ pub(crate) struct EventsArgs {
     /// The value of reference white [default: 255 of 8 bits, 65535 of 16 bits, 1 of numbers]
     #[arg(long)]
     pub(crate) white: Option<f64>,
+}
+
+impl FrameArgs {
+    /// Opens them.
+    pub(crate) fn open(&self) -> anyhow::Result<FrameSource> {
+        let encoding: Encoding = self.encoding.parse().map_err(anyhow::Error::msg)?;
+        Ok(FrameSource::open(&self.frames, encoding, self.white)?)
+    }
+}
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  \
+    evpose events --frames video/ --fps 120 --encoding srgb --sensor davis346 --out events.npz\n  \
+    evpose events --frames frames.npy --fps 1000 --sensor v2e-clean --out events.txt")]
+pub(crate) struct EventsArgs {
+    #[command(flatten)]
+    pub(crate) frames: FrameArgs,
+    /// A preset or a TOML file of effects
+    #[arg(long)]
+    pub(crate) sensor: String,
+    /// Where to write the events: .npz, .txt or .evc; how they were made goes to the same name
+    /// with .toml behind it
+    #[arg(long)]
+    pub(crate) out: PathBuf,
     /// Steps per frame, between which luminance runs in a line
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) upsample: u32,
@@ -184,18 +224,39 @@ pub(crate) struct TrainArgs {
 }
 
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example:\n  \
-    evpose eval --checkpoint runs/hand --data data/test --json metrics.json")]
+#[command(after_help = "Conditions:\n  \
+    normal      as the network was trained\n  \
+    slow        the hand at a tenth of the speed, with rests\n  \
+    lit         office light, DAVIS240C\n  \
+    dark        a hundredth of the light, same camera\n  \
+    night       a thousandth\n  \
+    dark-noisy  as dark, with much shot noise\n\n\
+    Examples:\n  \
+    evpose eval --checkpoint runs/hand --data data/test --json metrics.json\n  \
+    evpose eval --checkpoint runs/hand --conditions normal,slow,lit,dark --out runs/conditions")]
 pub(crate) struct EvalArgs {
     /// A run directory, or a .bpk file with its .toml beside it
     #[arg(long)]
     pub(crate) checkpoint: PathBuf,
     /// Directory of sequences the network has not seen
-    #[arg(long)]
-    pub(crate) data: PathBuf,
+    #[arg(long, required_unless_present = "conditions")]
+    pub(crate) data: Option<PathBuf>,
+    /// Instead: simulate sequences under these conditions (names below, or TOML files), and judge
+    /// the slow-motion mode beside the plain pipeline
+    #[arg(long, value_delimiter = ',', conflicts_with = "data")]
+    pub(crate) conditions: Vec<String>,
     /// Where to write the numbers
     #[arg(long)]
     pub(crate) json: Option<PathBuf>,
+    /// Where to keep sequences, numbers and a picture of each condition
+    #[arg(long, requires = "conditions")]
+    pub(crate) out: Option<PathBuf>,
+    /// Sequences of each condition
+    #[arg(long, default_value_t = 10, requires = "conditions")]
+    pub(crate) sequences: usize,
+    /// Length of each sequence of a condition
+    #[arg(long, default_value_t = 6.0, requires = "conditions")]
+    pub(crate) seconds: f64,
     /// Milliseconds between the poses that are evaluated
     #[arg(long, default_value_t = 1)]
     pub(crate) stride_ms: u32,
@@ -204,8 +265,9 @@ pub(crate) struct EvalArgs {
 }
 
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example:\n  evpose infer --checkpoint runs/hand \
-    --events hand.evc --out poses.csv --joints joints.csv")]
+#[command(after_help = "Examples:\n  evpose infer --checkpoint runs/hand \
+    --events hand.evc --out poses.csv --joints joints.csv\n  evpose infer --checkpoint runs/hand \
+    --events slow.npz --out poses.csv --mode slow-motion")]
 pub(crate) struct InferArgs {
     /// A run directory, or a .bpk file with its .toml beside it
     #[arg(long)]
@@ -213,9 +275,13 @@ pub(crate) struct InferArgs {
     /// Recording: .evc, .npz or text
     #[arg(long)]
     pub(crate) events: PathBuf,
-    /// Time and the 12 parameters, a line every millisecond
+    /// Time and the 12 parameters, a line every millisecond, or for each surface of slow motion
     #[arg(long)]
     pub(crate) out: PathBuf,
+    /// `plain`: a pose every millisecond. `slow-motion`: where enough events came, in batches; at
+    /// rest the last ones again; smoothed less where the hand is fast
+    #[arg(long, default_value = "plain", value_parser = ["plain", "slow-motion"])]
+    pub(crate) mode: String,
     /// Time and the 21 evaluated joints in pixels and in metres
     #[arg(long)]
     pub(crate) joints: Option<PathBuf>,
@@ -332,11 +398,15 @@ pub(crate) struct BenchSensorArgs {
 
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  evpose info data/train/0000.evc\n  evpose info MANO_RIGHT.pkl"
+    after_help = "Examples:\n  evpose info data/train/0000.evc\n  evpose info MANO_RIGHT.pkl\n  \
+    evpose info --verify data/train"
 )]
 pub(crate) struct InfoArgs {
-    /// Files: recordings (.evc, .meta, .npz, text) or hand and body models (.pkl, .npz); recognised
-    /// by content
+    /// Files: recordings (.evc, .meta, .npz, text) or hand and body models (.pkl, .npz), recognised
+    /// by content; directories of sequences
     #[arg(required = true)]
     pub(crate) files: Vec<PathBuf>,
+    /// Read every file of a directory of sequences and compare it with its digest
+    #[arg(long)]
+    pub(crate) verify: bool,
 }

@@ -2,34 +2,77 @@
 
 use std::path::Path;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use evpose_core::atomic_write;
-use evpose_train::HandConfig;
+use evpose_train::{HandConfig, TrainError};
+
+/// Where the program, the seed and, mostly, the command are said.
+const RUN: &str = "run.toml";
+/// Where the resolved config is.
+pub(crate) const CONFIG: &str = "config.toml";
 
 /// The commit this binary was built from.
 pub(crate) const COMMIT: &str = env!("EVPOSE_COMMIT");
 
-/// Command, seed, commit and version.
-pub(crate) fn table(seed: u64) -> Result<toml::Table> {
+/// Seed, commit and version.
+fn origin(seed: u64) -> Result<toml::Table> {
     let mut run = toml::Table::new();
-    let command = std::env::args().collect::<Vec<_>>().join(" ");
-    run.insert("command".into(), command.into());
     run.insert("seed".into(), i64::try_from(seed).context("a seed must fit 63 bits")?.into());
     run.insert("commit".into(), COMMIT.into());
     run.insert("version".into(), env!("CARGO_PKG_VERSION").into());
     Ok(run)
 }
 
+/// Command, seed, commit and version.
+pub(crate) fn table(seed: u64) -> Result<toml::Table> {
+    let mut run = origin(seed)?;
+    let command = std::env::args().collect::<Vec<_>>().join(" ");
+    run.insert("command".into(), command.into());
+    Ok(run)
+}
+
 /// Writes `run.toml` (command, seed, commit, version) and, where given, `config.toml`.
 pub(crate) fn write(dir: &Path, seed: u64, config: Option<&HandConfig>) -> Result<()> {
-    let run = table(seed)?;
-    let path = dir.join("run.toml");
-    atomic_write(&path, run.to_string().as_bytes())
-        .with_context(|| format!("writing {}", path.display()))?;
-    if let Some(config) = config {
-        let path = dir.join("config.toml");
-        atomic_write(&path, config.to_toml()?.as_bytes())
-            .with_context(|| format!("writing {}", path.display()))?;
+    write_file(&dir.join(RUN), &table(seed)?.to_string())?;
+    match config {
+        Some(config) => write_file(&dir.join(CONFIG), &config.to_toml()?),
+        None => Ok(()),
+    }
+}
+
+/// As [`write()`], for a directory that several processes fill: without the command, which differs
+/// among them. `config.toml` comes last, so that whoever finds it finds `run.toml` too.
+pub(crate) fn write_shared(dir: &Path, config: &HandConfig) -> Result<()> {
+    write_file(&dir.join(RUN), &origin(config.seed)?.to_string())?;
+    write_file(&dir.join(CONFIG), &config.to_toml()?)
+}
+
+/// Refuses a directory that was begun with another config, or by another build of the program,
+/// which may draw other numbers.
+pub(crate) fn check_shared(dir: &Path, config: &HandConfig) -> Result<()> {
+    let path = dir.join(CONFIG);
+    let fields = config.differences(&HandConfig::read(&path)?)?;
+    if !fields.is_empty() {
+        return Err(TrainError::ConfigDiffers { path, fields }.into());
+    }
+    let path = dir.join(RUN);
+    let text =
+        std::fs::read_to_string(&path).with_context(|| format!("reading {}", path.display()))?;
+    let there: toml::Table =
+        toml::from_str(&text).with_context(|| format!("reading {}", path.display()))?;
+    for (key, here) in origin(config.seed)? {
+        if there.get(&key) != Some(&here) {
+            bail!(
+                "{}: the directory was begun by another program ({key} is {}, and this one's is \
+                 {here}): finish it with the same one, or choose another --out",
+                path.display(),
+                there.get(&key).map_or_else(|| "absent".to_owned(), ToString::to_string)
+            );
+        }
     }
     Ok(())
+}
+
+fn write_file(path: &Path, text: &str) -> Result<()> {
+    atomic_write(path, text.as_bytes()).with_context(|| format!("writing {}", path.display()))
 }

@@ -2,8 +2,10 @@
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
+mod ablate;
 mod calibrate;
 mod cli;
+mod conditions;
 mod demo;
 mod events;
 mod gap;
@@ -11,3 +13,4 @@ mod harness;
 mod models;
 mod resume;
 mod sensor;
+mod shards;

@@ -1,14 +1,11 @@
 //! `evpose bench infer`: how long one prediction takes.
 
-use std::time::Instant;
-
 use anyhow::{Context, Result};
-use burn::tensor::{Tensor, TensorData};
-use evpose_core::{CounterRng, atomic_write};
+use evpose_core::atomic_write;
 use evpose_train::untrained;
 use serde::Serialize;
 
-use super::{config_source, device};
+use super::{config_source, device, latency};
 use crate::args::BenchInferArgs;
 use crate::machine::Machine;
 use crate::progress::say;
@@ -42,22 +39,7 @@ pub(crate) fn run(args: &BenchInferArgs) -> Result<()> {
     let network = untrained(&config, &target)?;
     let sensor = config.simulation.image_size();
     let input = [args.batch, 2, usize::from(sensor.height), usize::from(sensor.width)];
-    let mut rng = CounterRng::new(config.seed, "bench", 0);
-    let values: Vec<f32> = (0..input.iter().product()).map(|_| rng.unit()).collect();
-
-    let once = || {
-        let surfaces = Tensor::<4>::from_data(TensorData::new(values.clone(), input), &target);
-        let started = Instant::now();
-        // Reading the result back makes a device that works in the background finish.
-        let poses = network.forward(surfaces).into_data();
-        std::hint::black_box(poses);
-        started.elapsed().as_secs_f64() * 1e3
-    };
-    for _ in 0..args.runs.div_ceil(10) {
-        once();
-    }
-    let mut times_ms: Vec<f64> = (0..args.runs.max(1)).map(|_| once()).collect();
-    times_ms.sort_by(f64::total_cmp);
+    let times_ms = latency::sorted_ms(&network, input, args.runs.max(1), config.seed, &target);
 
     let mean_ms = times_ms.iter().sum::<f64>() / times_ms.len() as f64;
     let report = Report {

@@ -8,6 +8,7 @@ use evpose_train::HandConfig;
 /// Configs that are part of the binary, so that nothing has to be found on disk.
 const EMBEDDED: &[(&str, &str)] = &[
     ("quick", include_str!("../../../configs/hand/quick.toml")),
+    ("ablation", include_str!("../../../configs/hand/ablation.toml")),
     ("eventhands", include_str!("../../../configs/hand/eventhands.toml")),
 ];
 
@@ -59,6 +60,20 @@ mod tests {
         Ok(())
     }
 
+    /// Fields in which two embedded configs may differ, and no others.
+    fn differ_only_in(one: &str, other: &str, allowed: &[&str]) -> Result<()> {
+        let (ours, theirs) = (fields(&load(one, &[])?)?, fields(&load(other, &[])?)?);
+        assert_eq!(ours.len(), theirs.len(), "a field is missing in one of the two");
+        for ((key, value), (other_key, other_value)) in ours.iter().zip(&theirs) {
+            assert_eq!(key, other_key);
+            assert!(
+                value == other_value || allowed.contains(&key.as_str()),
+                "{key} is {value} in {one}.toml and {other_value} in {other}.toml"
+            );
+        }
+        Ok(())
+    }
+
     /// The quick config is the published one, smaller: nothing else may differ.
     #[test]
     fn quick_differs_only_in_image_scale_width_duration_and_steps() -> Result<()> {
@@ -78,17 +93,21 @@ mod tests {
             "training.steps_per_validation",
             "training.validation_samples",
         ];
-        let (quick, published) =
-            (fields(&load("quick", &[])?)?, fields(&load("eventhands", &[])?)?);
-        assert_eq!(quick.len(), published.len(), "a field is missing in one of the two");
-        for ((key, value), (published_key, published_value)) in quick.iter().zip(&published) {
-            assert_eq!(key, published_key);
-            assert!(
-                value == published_value || ALLOWED.contains(&key.as_str()),
-                "{key} is {value} in quick.toml and {published_value} in eventhands.toml"
-            );
-        }
-        Ok(())
+        differ_only_in("quick", "eventhands", ALLOWED)
+    }
+
+    #[test]
+    fn ablation_is_quick_trained_for_a_shorter_time_and_judged_where_all_windows_are_full()
+    -> Result<()> {
+        const ALLOWED: &[&str] = &[
+            "training.steps",
+            "training.steps_per_validation",
+            "training.validation_samples",
+            "evaluation.sequences",
+            "evaluation.seconds",
+            "evaluation.first_ms",
+        ];
+        differ_only_in("ablation", "quick", ALLOWED)
     }
 
     #[test]

@@ -50,7 +50,8 @@ pub(crate) fn run(args: &DemoArgs) -> Result<()> {
     ));
     let run = out.join("train");
     // Plain lines: a dashboard would wait for a key at the end.
-    let options = TrainOptions { device: device.clone(), resume: false, plain: true };
+    let options =
+        TrainOptions { device: args.device.device, resume: false, plain: true, told: None };
     let summary = train_hand(&config, &train_dir, &run, &options)?;
 
     say("3/4 evaluating on sequences the network never saw");
@@ -63,6 +64,7 @@ pub(crate) fn run(args: &DemoArgs) -> Result<()> {
         "trained_samples": summary.samples,
         "trained_samples_per_second": summary.samples_per_second,
         "training_s": summary.elapsed.as_secs_f64(),
+        "training_waited_for_data_share": summary.data_wait.share(),
     })
     .as_object()
     .cloned()
@@ -76,11 +78,12 @@ pub(crate) fn run(args: &DemoArgs) -> Result<()> {
         format!("training data: {recorded}"),
         format!("held-out data: {test_recorded}"),
         format!(
-            "training: {} samples in {:.0} s, {:.0} samples/s on {}",
+            "training: {} samples in {:.0} s, {:.0} samples/s on {}, {}",
             summary.samples,
             summary.elapsed.as_secs_f64(),
             summary.samples_per_second,
-            args.device.device.name()
+            args.device.device.name(),
+            summary.data_wait
         ),
         format!("evaluation: a pose every {} ms", args.stride_ms),
         format!("time until this report: {:.0} s", started.elapsed().as_secs_f64()),

@@ -1,18 +1,28 @@
 //! `evpose eval`.
 
+use std::path::Path;
+
 use anyhow::{Context, Result};
 use evpose_pose::metric::MeanPose;
 use evpose_train::{Checkpoint, HandDataset};
 
-use super::{device, held_out};
+use super::{conditions, device, held_out};
 use crate::args::EvalArgs;
 use crate::progress::say;
 
 pub(crate) fn run(args: &EvalArgs) -> Result<()> {
+    match &args.data {
+        Some(data) => judge(args, data),
+        None => conditions::run(args),
+    }
+}
+
+/// Judges on sequences that are there.
+fn judge(args: &EvalArgs, data: &Path) -> Result<()> {
     let device = device(&args.device)?;
     let checkpoint = Checkpoint::load(&args.checkpoint, &device)?;
     let config = checkpoint.config;
-    let data = HandDataset::open(&args.data, &config)?;
+    let data = HandDataset::open(data, &config)?;
     // The checkpoint knows the mean of what it was trained on; foreign weights do not, and are
     // held against the mean of the very data they are judged on, which is harder to beat.
     let mean = match checkpoint.mean_pose {

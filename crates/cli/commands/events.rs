@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail, ensure};
 use evpose_core::{EventStream, Micros, Plane, Polarity, atomic_write};
-use evpose_io::{Encoding, FrameSource, format_for};
+use evpose_io::{FrameSource, format_for};
 use evpose_sensor::{EffectConfig, SensorConfig, SensorModel, SensorRun};
 
 use super::sensor::source;
@@ -17,12 +17,15 @@ use crate::run_info;
 
 pub(crate) fn run(args: &EventsArgs) -> Result<()> {
     let format = format_for(&args.out)?;
-    let clock = FrameClock::new(args.fps, args.upsample)?;
-    let encoding: Encoding = args.encoding.parse().map_err(anyhow::Error::msg)?;
+    let clock = FrameClock::new(args.frames.fps, args.upsample)?;
     let sensor = sensor(args)?;
     let model = SensorModel::from_config(&sensor)?;
-    let mut source = FrameSource::open(&args.frames, encoding, args.white)?;
-    ensure!(source.frames() > 1, "{}: one frame alone makes no events", args.frames.display());
+    let mut source = args.frames.open()?;
+    ensure!(
+        source.frames() > 1,
+        "{}: one frame alone makes no events",
+        args.frames.frames.display()
+    );
     let mut run = model.start(source.size(), args.seed);
     let events = convert(&mut source, &clock, &mut run)?;
     (format.write)(&args.out, &events.stream)?;
@@ -164,7 +167,7 @@ fn provenance(args: &EventsArgs, source: &FrameSource, sensor: &SensorConfig) ->
     frames.insert("count".into(), i64::try_from(source.frames())?.into());
     frames.insert("width".into(), i64::from(source.size().width).into());
     frames.insert("height".into(), i64::from(source.size().height).into());
-    frames.insert("fps".into(), args.fps.into());
+    frames.insert("fps".into(), args.frames.fps.into());
     frames.insert("upsample".into(), i64::from(args.upsample).into());
     frames.insert("encoding".into(), source.encoding().name().into());
     frames.insert("white".into(), source.white().into());

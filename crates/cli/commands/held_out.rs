@@ -59,18 +59,12 @@ pub(crate) fn judge(
         Method { name: "untrained", predictor: &mut before, filtered: None },
         Method { name: "trained", predictor: &mut trained, filtered: Some("trained_kalman") },
     ];
-    let progress = bar("evaluating", poses_to_judge(data, stride_ms), "poses");
+    let progress = bar("evaluating", poses_to_judge(config, data, stride_ms), "poses");
     let methods = evaluate(config, data, &mut methods, stride_ms, &mut |done| progress.inc(done))?;
     progress.finish_and_clear();
 
     let bootstrap = &config.evaluation.bootstrap;
-    let of = |name: &str| {
-        methods
-            .iter()
-            .find(|method| method.name == name)
-            .map(|method| &method.evaluation)
-            .with_context(|| format!("{name} was not judged"))
-    };
+    let of = |name: &str| Ok::<_, anyhow::Error>(&find(&methods, name)?.evaluation);
     let mut held_out = serde_json::Map::new();
     for method in &methods {
         let summary = method.evaluation.summary(bootstrap);
@@ -98,6 +92,12 @@ impl Metrics {
     }
 }
 
+/// The method called `name`.
+pub(crate) fn find<'a>(methods: &'a [Evaluated], name: &str) -> Result<&'a Evaluated> {
+    let found = methods.iter().find(|method| method.name == name);
+    found.with_context(|| format!("{name} was not judged"))
+}
+
 /// Columns of the table: heading, digits, and which number.
 type Column = (&'static str, usize, fn(&HandSummary) -> Option<Interval>);
 
@@ -114,15 +114,19 @@ pub(crate) fn header() -> Vec<&'static str> {
     std::iter::once("method").chain(COLUMNS.iter().map(|column| column.0)).collect()
 }
 
-/// A row per method and two of ratios; each cell is a number and its interval.
-pub(crate) fn rows(config: &HandConfig, judged: &Judged) -> Vec<Vec<(String, String)>> {
-    let cell = |interval: Option<Interval>, digits: usize| match interval {
+/// A number and its interval as they are printed.
+pub(crate) fn cell(interval: Option<Interval>, digits: usize) -> (String, String) {
+    match interval {
         None => ("-".to_owned(), String::new()),
         Some(Interval { estimate, low: Some(low), high: Some(high) }) => {
             (format!("{estimate:.digits$}"), format!("[{low:.digits$}, {high:.digits$}]"))
         }
         Some(Interval { estimate, .. }) => (format!("{estimate:.digits$}"), String::new()),
-    };
+    }
+}
+
+/// A row per method and two of ratios; each cell is a number and its interval.
+pub(crate) fn rows(config: &HandConfig, judged: &Judged) -> Vec<Vec<(String, String)>> {
     let name = |name: &str| (name.to_owned(), String::new());
     let mut rows: Vec<Vec<(String, String)>> = judged
         .methods

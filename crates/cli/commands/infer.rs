@@ -8,7 +8,10 @@ use evpose_pose::filter::HandFilter;
 use evpose_pose::metric::HandPoints;
 use evpose_pose::{EVALUATION_JOINTS, HandParams};
 use evpose_repr::{StreamWindow, representation_called};
-use evpose_train::{Checkpoint, HandConfig, NetworkPredictor, Predictor as _, Stage};
+use evpose_train::{
+    Checkpoint, HandConfig, NetworkPredictor, Predictor as _, SlowMotionPose, SlowMotionTracker,
+    Stage,
+};
 
 use super::device;
 use crate::args::InferArgs;
@@ -16,6 +19,9 @@ use crate::progress::{bar, say};
 
 /// Windows predicted at once.
 const BATCH: usize = 64;
+
+/// Events that the slow-motion mode takes at once.
+const PACKET: Micros = Micros(100_000);
 
 /// Column names of the 12 parameters.
 const PARAMETER_NAMES: [&str; 12] = [
@@ -56,7 +62,8 @@ pub(crate) fn run(args: &InferArgs) -> Result<()> {
         );
     }
     let mut predictor = NetworkPredictor::new(checkpoint.network, device);
-    let poses = predict(&config, &events, &mut predictor, !args.unfiltered)?;
+    let estimate = if args.mode == "slow-motion" { slow_motion } else { predict };
+    let poses = estimate(&config, &events, &mut predictor, !args.unfiltered)?;
 
     let mut csv = format!("t_us,{}\n", PARAMETER_NAMES.join(","));
     for (t, pose) in &poses {
@@ -131,6 +138,34 @@ fn predict(
     }
     progress.finish_and_clear();
     Ok(poses)
+}
+
+/// The poses of the slow-motion mode, each at the time of its surface.
+fn slow_motion(
+    config: &HandConfig,
+    events: &EventStream,
+    predictor: &mut NetworkPredictor,
+    filtered: bool,
+) -> Result<Vec<(Micros, HandParams)>> {
+    let (Some(&first), Some(&last)) = (events.t().first(), events.t().last()) else {
+        return Ok(Vec::new());
+    };
+    let mut tracker = SlowMotionTracker::new(config, events.sensor())?;
+    let mut poses = Vec::new();
+    let progress = bar("inferring", (last - first).0 as u64 / 1000, "ms");
+    let mut start = first;
+    while start <= last {
+        let end = start + PACKET;
+        tracker.push(&events.slice(TimeWindow { start, end }), predictor, &mut poses)?;
+        start = end;
+        progress.inc(PACKET.0 as u64 / 1000);
+    }
+    tracker.finish(predictor, &mut poses)?;
+    progress.finish_and_clear();
+    let repeated = poses.iter().filter(|pose| pose.repeated).count();
+    say(format!("slow motion: {} surfaces, {repeated} of a scene at rest", poses.len()));
+    let pose = |pose: SlowMotionPose| if filtered { pose.filtered } else { pose.measured };
+    Ok(poses.into_iter().map(|each| (each.t, pose(each))).collect())
 }
 
 fn joints_header() -> String {

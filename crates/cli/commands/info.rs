@@ -1,8 +1,9 @@
 //! `evpose info`.
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use evpose_body::files::ModelFile;
 
+use super::data_set;
 use crate::args::InfoArgs;
 use crate::progress::say;
 
@@ -11,7 +12,14 @@ pub(crate) fn run(args: &InfoArgs) -> Result<()> {
         if i > 0 {
             say("");
         }
-        if ModelFile::is_likely(file) {
+        if file.is_dir() {
+            data_set::describe(file)?;
+            if args.verify {
+                data_set::verify(file)?;
+            }
+        } else if args.verify {
+            bail!("{}: --verify is for directories of sequences", file.display());
+        } else if ModelFile::is_likely(file) {
             let model = ModelFile::read(file)?;
             say(format!("{}\n{model}", file.display()));
         } else {

@@ -1,11 +1,14 @@
 //! One file per command.
 
+pub(crate) mod ablate;
 mod bench_infer;
 mod bench_io;
 mod bench_sensor;
 mod bench_sim;
 pub(crate) mod calibrate;
+mod conditions;
 mod config_source;
+mod data_set;
 mod demo;
 mod eval;
 mod events;
@@ -13,6 +16,9 @@ pub(crate) mod gap;
 pub(crate) mod held_out;
 mod infer;
 mod info;
+#[cfg(test)]
+mod job_files;
+mod latency;
 pub(crate) mod sensor;
 mod simulate;
 mod train;
@@ -28,6 +34,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode> {
     match args.command {
         Command::Gap(command) => return gap::run(&command),
         Command::Calibrate(command) => calibrate::run(&command),
+        Command::Ablate(command) => ablate::run(&command),
         Command::Demo(args) => demo::run(&args),
         Command::Simulate(args) => simulate::run(&args),
         Command::Events(args) => events::run(&args),

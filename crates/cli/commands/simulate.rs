@@ -2,18 +2,24 @@
 
 use std::path::Path;
 
-use anyhow::{Result, bail};
-use evpose_sim::{Simulation, record_all};
-use evpose_train::HandConfig;
+use anyhow::{Context, Result, bail};
+use evpose_core::atomic_write;
+use evpose_sim::set::MANIFEST;
+use evpose_sim::{SequenceSet, Shard, Simulation, record_shard};
+use evpose_train::{Condition, HandConfig};
 
 use super::{config_source, use_threads};
 use crate::args::SimulateArgs;
 use crate::progress::{bar, say};
+use crate::report::{self, views};
 use crate::run_info;
 
 pub(crate) fn run(args: &SimulateArgs) -> Result<()> {
     use_threads(args.threads)?;
     let mut config = config_source::load(&args.config.config, &args.config.overrides)?;
+    if let Some(condition) = &args.condition {
+        config = Condition::load(condition)?.apply(&config)?;
+    }
     if args.held_out {
         config = held_out(&config);
     }
@@ -22,13 +28,53 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<()> {
     simulation.sequences = args.sequences.unwrap_or(simulation.sequences);
     config.seed = args.seed.unwrap_or(config.seed);
     config.simulation.validate()?;
-    if holds_sequences(&args.out) {
-        bail!("{} already holds sequences: choose another --out", args.out.display());
+    let shard = args.shard.unwrap_or(Shard::WHOLE);
+    claim(&args.out, &config, shard, args.resume)?;
+    let recorded = record_shard_of(&config, &args.out, shard, "simulating")?;
+    recorded.say_what_was_there();
+    if recorded.sequences > 0 {
+        say(&recorded);
+        say(format!("written to {}", args.out.display()));
     }
-    let recorded = record(&config, &args.out, "simulating")?;
-    say(&recorded);
-    say(format!("written to {}", args.out.display()));
+    say(if recorded.finished {
+        format!("all {} sequences are there: {MANIFEST}", config.simulation.sequences)
+    } else {
+        format!("shard {shard} is complete; whoever records the last sequence writes {MANIFEST}")
+    });
+    if let Some(path) = &args.pictures {
+        let sheet = views::sheet(&Simulation::new(&config.simulation, config.seed)?)?;
+        atomic_write(path, &report::png(&sheet)?)
+            .with_context(|| format!("writing {}", path.display()))?;
+        say(format!("pictures: {}", path.display()));
+    }
     Ok(())
+}
+
+/// Makes `dir` the directory of `config`'s sequences, or says why it cannot be.
+fn claim(dir: &Path, config: &HandConfig, shard: Shard, resume: bool) -> Result<()> {
+    let set = SequenceSet::new(dir, config.simulation.sequences);
+    let others = holds_sequences(dir);
+    let ours = if shard.is_whole() { others } else { set.holds_any(shard) };
+    if ours && !resume {
+        bail!(
+            "{} already holds sequences: add --resume to finish them, or choose another --out",
+            dir.display()
+        );
+    }
+    let begun = dir.join(run_info::CONFIG).exists();
+    if others && !begun {
+        bail!(
+            "{} already holds sequences, and no {} says which: choose another --out",
+            dir.display(),
+            run_info::CONFIG
+        );
+    }
+    // Shards that start together may all find nothing and write the same; were one of them given
+    // something else, only one config stays, and the check tells the others.
+    if !begun || (shard.is_whole() && !resume) {
+        run_info::write_shared(dir, config)?;
+    }
+    run_info::check_shared(dir, config)
 }
 
 /// The experiment's held-out recordings: their number and length, and a seed nothing else uses.
@@ -42,17 +88,26 @@ pub(crate) fn held_out(config: &HandConfig) -> HandConfig {
 
 /// Records the sequences of `config` into `dir`, with config and seed beside them.
 pub(crate) fn record(config: &HandConfig, dir: &Path, what: &str) -> Result<Recorded> {
-    run_info::write(dir, config.seed, Some(config))?;
+    run_info::write_shared(dir, config)?;
+    record_shard_of(config, dir, Shard::WHOLE, what)
+}
+
+/// Records what is not yet there of a shard of the sequences.
+fn record_shard_of(config: &HandConfig, dir: &Path, shard: Shard, what: &str) -> Result<Recorded> {
     let simulation = Simulation::new(&config.simulation, config.seed)?;
-    let steps = config.simulation.sequences as u64 * config.simulation.frames();
+    let set = SequenceSet::new(dir, config.simulation.sequences);
+    let steps = set.unfinished(shard).len() as u64 * config.simulation.frames();
     let progress = bar(what, steps, "steps");
-    let run = record_all(&simulation, dir, &|steps| progress.inc(steps))?;
+    let run = record_shard(&simulation, dir, shard, &|steps| progress.inc(steps))?;
     progress.finish_and_clear();
     Ok(Recorded {
         sequences: run.sequences.len(),
-        steps,
+        steps: run.sequences.iter().map(|sequence| sequence.frames).sum(),
         events: run.sequences.iter().map(|sequence| sequence.events).sum(),
         elapsed_s: run.elapsed.as_secs_f64(),
+        kept: run.kept,
+        leftovers: run.leftovers,
+        finished: run.finished,
     })
 }
 
@@ -62,11 +117,24 @@ pub(crate) struct Recorded {
     steps: u64,
     events: u64,
     elapsed_s: f64,
+    kept: usize,
+    leftovers: usize,
+    finished: bool,
 }
 
 impl Recorded {
     pub(crate) fn steps_per_second(&self) -> f64 {
         self.steps as f64 / self.elapsed_s
+    }
+
+    /// What an earlier run left: sequences to keep, and files that nobody will finish.
+    fn say_what_was_there(&self) {
+        if self.kept > 0 {
+            say(format!("kept {} complete sequences", self.kept));
+        }
+        if self.leftovers > 0 {
+            say(format!("removed {} unfinished files of an interrupted run", self.leftovers));
+        }
     }
 }
 

@@ -3,15 +3,20 @@
 use anyhow::Result;
 use evpose_train::{TrainOptions, train_hand};
 
-use super::{config_source, device};
+use super::{config_source, use_threads};
 use crate::args::TrainArgs;
 use crate::progress::say;
 use crate::run_info;
 
 pub(crate) fn run(args: &TrainArgs) -> Result<()> {
     let config = config_source::load(&args.config.config, &args.config.overrides)?;
-    let options =
-        TrainOptions { device: device(&args.device)?, resume: args.resume, plain: args.plain };
+    use_threads(args.device.threads)?;
+    let options = TrainOptions {
+        device: args.device.device,
+        resume: args.resume,
+        plain: args.plain,
+        told: None,
+    };
     let summary = train_hand(&config, &args.data, &args.out, &options)?;
     run_info::write(&args.out, config.seed, None)?;
     say(format!(
@@ -20,6 +25,7 @@ pub(crate) fn run(args: &TrainArgs) -> Result<()> {
         summary.elapsed.as_secs_f64(),
         summary.samples_per_second
     ));
+    say(summary.data_wait.to_string());
     say(format!("checkpoint: {}", summary.path.display()));
     Ok(())
 }

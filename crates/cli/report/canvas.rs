@@ -33,6 +33,9 @@ pub(crate) const TRUTH: Rgb<u8> = Rgb([0x1a, 0x9e, 0x5c]);
 /// Colour of the predicted hand.
 pub(crate) const PREDICTION: Rgb<u8> = Rgb([0xe8, 0x6a, 0x17]);
 
+/// Colour of the hand predicted in the slow-motion mode.
+pub(crate) const SLOW_MOTION: Rgb<u8> = Rgb([0x8b, 0x3f, 0xc6]);
+
 const PAPER: [f32; 3] = [252.0, 252.0, 253.0];
 const ON_INK: [f32; 3] = [30.0, 100.0, 200.0];
 const OFF_INK: [f32; 3] = [200.0, 50.0, 60.0];

@@ -16,6 +16,7 @@ table{border-collapse:collapse;margin:10px 0}
 th,td{padding:5px 14px 5px 0;text-align:right;border-bottom:1px solid var(--line);white-space:nowrap}
 th:first-child,td:first-child{text-align:left}td small{color:var(--soft)}
 .plots{display:flex;flex-wrap:wrap;gap:14px}
+.wide{overflow-x:auto}.words{display:inline-block;white-space:normal;max-width:34ch;text-align:left}
 .plots svg{border:1px solid var(--line);background:#fff;max-width:100%;height:auto}
 img{max-width:100%;border:1px solid var(--line);image-rendering:pixelated}
 figure{margin:12px 0}figcaption{color:var(--soft);font-size:13px;margin-top:4px}
@@ -48,7 +49,7 @@ impl Page {
 
     /// A table; cells may hold markup.
     pub(crate) fn table(&mut self, header: &[&str], rows: &[Vec<String>]) {
-        self.body += "<table><tr>";
+        self.body += "<div class=\"wide\"><table><tr>";
         for cell in header {
             self.body += &format!("<th>{}</th>", escape(cell));
         }
@@ -57,7 +58,7 @@ impl Page {
             let cells: String = row.iter().map(|cell| format!("<td>{cell}</td>")).collect();
             self.body += &format!("<tr>{cells}</tr>\n");
         }
-        self.body += "</table>\n";
+        self.body += "</table></div>\n";
     }
 
     /// Plots side by side.

@@ -3,19 +3,22 @@
 mod canvas;
 pub(crate) mod chart;
 pub(crate) mod html;
-mod plot;
+pub(crate) mod plot;
+pub(crate) mod views;
 
 use std::path::Path;
 
 use anyhow::{Context, Result};
 use evpose_core::{Plane, atomic_write};
+use evpose_pose::HandParams;
 use evpose_pose::metric::{HandPoints, Pck};
 use evpose_train::{Evaluated, HandConfig, HandDataset, HandSequence, HistoryLine, Part, Stage};
 use glam::Vec2;
-use image::{ExtendedColorType, ImageEncoder as _, RgbImage};
+use image::{ExtendedColorType, ImageEncoder as _, Rgb, RgbImage};
 
 use crate::commands::held_out::{self, Judged};
-use canvas::{Canvas, PREDICTION, TRUTH, contact_sheet};
+use canvas::{Canvas, TRUTH, contact_sheet};
+pub(crate) use canvas::{PREDICTION, SLOW_MOTION};
 use html::Page;
 use plot::{Axes, Curve, PALETTE};
 
@@ -39,7 +42,8 @@ pub(crate) struct Material<'a> {
 
 /// Writes `report.html`, and its strip of pictures also as `picture.png`, into `dir`.
 pub(crate) fn write(dir: &Path, material: &Material<'_>) -> Result<()> {
-    let strip = png(&strip(material)?)?;
+    let hands = [(shown(material.judged)?, PREDICTION)];
+    let strip = png(&strip(material.config, material.held_out, &hands)?)?;
     save(&dir.join("picture.png"), &strip)?;
     let animation = animation(material)?;
 
@@ -91,7 +95,7 @@ fn save(path: &Path, bytes: &[u8]) -> Result<()> {
     atomic_write(path, bytes).with_context(|| format!("writing {}", path.display()))
 }
 
-fn css(colour: image::Rgb<u8>) -> String {
+fn css(colour: Rgb<u8>) -> String {
     let [r, g, b] = colour.0;
     format!("rgb({r},{g},{b})")
 }
@@ -185,19 +189,25 @@ fn shown(judged: &Judged) -> Result<&Evaluated> {
     judged.methods.last().context("no method was judged")
 }
 
-/// Frames from all over the held-out sequences.
-fn strip(material: &Material<'_>) -> Result<RgbImage> {
-    let stage = Stage::new(material.config)?;
-    let shown = shown(material.judged)?;
-    let sequences = material.held_out.sequences();
+/// Frames from all over `data`, with the hands of some methods, which were judged at the same
+/// frames, in colours of their own.
+pub(crate) fn strip(
+    config: &HandConfig,
+    data: &HandDataset,
+    shown: &[(&Evaluated, Rgb<u8>)],
+) -> Result<RgbImage> {
+    let stage = Stage::new(config)?;
+    let sequences = data.sequences();
     let pictures: Vec<RgbImage> = (0..STRIP)
         .map(|i| {
             let sequence =
                 i * sequences.len() / STRIP.min(sequences.len().max(1)) % sequences.len();
-            let track = &shown.tracks[sequence];
+            let tracks = shown.iter().map(|(method, colour)| (&method.tracks[sequence], *colour));
+            let frames = &tracks.clone().next().context("no method is shown")?.0.frames;
             // Spread over the sequence, away from its ends.
-            let at = (track.frames.len() * (2 * (i % 5) + 1)) / 10;
-            picture(material, &stage, &sequences[sequence], track.frames[at], &track.poses[at])
+            let at = (frames.len() * (2 * (i % 5) + 1)) / 10;
+            let hands: Vec<_> = tracks.map(|(track, colour)| (track.poses[at], colour)).collect();
+            picture(config, data, &stage, &sequences[sequence], frames[at], &hands)
         })
         .collect::<Result<_>>()?;
     Ok(contact_sheet(&pictures, 4))
@@ -232,7 +242,9 @@ fn animation(material: &Material<'_>) -> Result<Vec<u8>> {
                 continue;
             }
             next = frame + step_ms;
-            let picture = picture(material, &stage, sequence, frame, pose)?;
+            let hands = [(*pose, PREDICTION)];
+            let picture =
+                picture(material.config, material.held_out, &stage, sequence, frame, &hands)?;
             let picture = image::DynamicImage::ImageRgb8(picture).into_rgba8();
             let delay = image::Delay::from_numer_denom_ms(2 * step_ms as u32, 1);
             encoder.encode_frame(image::Frame::from_parts(picture, 0, 0, delay))?;
@@ -241,18 +253,19 @@ fn animation(material: &Material<'_>) -> Result<Vec<u8>> {
     Ok(gif)
 }
 
-/// One window of events with the true and the predicted hand over it.
+/// One window of events with the true and the predicted hands over it.
 fn picture(
-    material: &Material<'_>,
+    config: &HandConfig,
+    data: &HandDataset,
     stage: &Stage,
     sequence: &HandSequence,
     frame: u64,
-    predicted: &evpose_pose::HandParams,
+    predicted: &[(HandParams, Rgb<u8>)],
 ) -> Result<RgbImage> {
     use evpose_core::Polarity;
-    let surface = material.held_out.surface(sequence, frame)?;
-    let (height, width) = material.held_out.image_size();
-    let order = material.config.representation.channel_order;
+    let surface = data.surface(sequence, frame)?;
+    let (height, width) = data.image_size();
+    let order = config.representation.channel_order;
     let plane = |polarity| {
         let start = order.channel(polarity) * width * height;
         Plane::from_vec(width, height, surface[start..start + width * height].to_vec())
@@ -260,9 +273,10 @@ fn picture(
     let scale = PICTURE_PX.div_ceil(width as u32);
     let mut canvas = Canvas::events(&plane(Polarity::On)?, &plane(Polarity::Off)?, scale);
     let betas = sequence.betas(sequence.episode_of(frame));
-    let truth = stage.points(sequence.hand(), &sequence.pose(frame)?, betas);
-    let predicted = stage.points(sequence.hand(), predicted, &[]);
-    for (points, colour) in [(truth, TRUTH), (predicted, PREDICTION)] {
+    let hand = sequence.hand();
+    let truth = stage.points(hand, &sequence.pose(frame)?, betas);
+    let predicted = predicted.iter().map(|(pose, colour)| (stage.points(hand, pose, &[]), *colour));
+    for (points, colour) in std::iter::once((truth, TRUTH)).chain(predicted) {
         if let Some(points) = in_front(&points) {
             canvas.hand(&points, colour);
         }

@@ -24,7 +24,7 @@ pub use error::CoreError;
 pub use event::{Event, Polarity, SensorSize};
 pub use lanes::{LANES, LaneWork, Lanes, in_lanes};
 pub use noise::{CounterRng, StageNoise, seed_for};
-pub use output::{AtomicFile, atomic_write};
+pub use output::{AtomicFile, atomic_write, temporary_target};
 pub use plane::Plane;
 pub use stream::{EventStream, EventStreamBuilder, Rejected};
 pub use time::{Micros, TimeWindow};

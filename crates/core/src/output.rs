@@ -4,6 +4,9 @@ use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
+/// Ending of temporary names.
+const TEMPORARY: &str = ".tmp";
+
 /// A file written under a temporary name beside its target and renamed on [`AtomicFile::commit`].
 ///
 /// Dropped without a commit, it removes what it wrote: a reader never sees half a file.
@@ -24,10 +27,8 @@ impl AtomicFile {
         if let Some(parent) = target.parent() {
             fs::create_dir_all(parent)?;
         }
-        let mut name = target.file_name().unwrap_or_default().to_os_string();
-        name.push(format!(".{}.tmp", std::process::id()));
-        let temporary = target.with_file_name(name);
-        let writer = Some(BufWriter::with_capacity(1 << 18, File::create(&temporary)?));
+        let (temporary, file) = create_temporary(&target)?;
+        let writer = Some(BufWriter::with_capacity(1 << 18, file));
         Ok(Self { writer, temporary, target })
     }
 
@@ -61,6 +62,31 @@ impl Drop for AtomicFile {
     }
 }
 
+/// A file beside `target` that nobody else has: containers that share a directory all have process
+/// number 1, and what a killed process left may be any number's.
+fn create_temporary(target: &Path) -> io::Result<(PathBuf, File)> {
+    let mut attempt = 0_u32;
+    loop {
+        let mut name = target.file_name().unwrap_or_default().to_os_string();
+        name.push(format!(".{}-{attempt}{TEMPORARY}", std::process::id()));
+        let temporary = target.with_file_name(name);
+        match File::create_new(&temporary) {
+            Ok(file) => return Ok((temporary, file)),
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => attempt += 1,
+            Err(error) => return Err(error),
+        }
+    }
+}
+
+/// The name that a temporary file of [`AtomicFile`] would have got, or none if `name` is no such
+/// file's: what a killed process leaves behind is told by it.
+pub fn temporary_target(name: &str) -> Option<&str> {
+    let (target, tag) = name.strip_suffix(TEMPORARY)?.rsplit_once('.')?;
+    let (process, attempt) = tag.split_once('-')?;
+    let number = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
+    (number(process) && number(attempt) && !target.is_empty()).then_some(target)
+}
+
 /// Writes `bytes` to `target` through a temporary name.
 ///
 /// # Errors
@@ -69,4 +95,37 @@ pub fn atomic_write(target: impl AsRef<Path>, bytes: &[u8]) -> io::Result<()> {
     let mut file = AtomicFile::create(target.as_ref())?;
     file.write_all(bytes)?;
     file.commit()
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use super::*;
+
+    #[test]
+    fn two_writers_of_one_target_do_not_share_a_temporary_file() {
+        let directory = tempfile::tempdir().unwrap();
+        let target = directory.path().join("0007.evc");
+        let mut writers = [(); 2].map(|()| AtomicFile::create(&target).unwrap());
+        for (writer, text) in writers.iter_mut().zip(["first", "second"]) {
+            writer.write_all(text.as_bytes()).unwrap();
+        }
+        let [first, second] = writers;
+        second.commit().unwrap();
+        assert_eq!(fs::read_to_string(&target).unwrap(), "second");
+        first.commit().unwrap();
+        assert_eq!(fs::read_to_string(&target).unwrap(), "first");
+        assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 1, "no temporary file stays");
+    }
+
+    #[test]
+    fn a_temporary_name_tells_its_target_and_other_names_do_not() {
+        let directory = tempfile::tempdir().unwrap();
+        let writer = AtomicFile::create(directory.path().join("a.b.evc")).unwrap();
+        let name = writer.temporary.file_name().unwrap().to_str().unwrap();
+        assert_eq!(temporary_target(name), Some("a.b.evc"));
+        for name in ["a.b.evc", "notes.tmp", "notes.1.tmp", ".1-0.tmp", "x.1-a.tmp", "x.-.tmp"] {
+            assert_eq!(temporary_target(name), None, "{name}");
+        }
+    }
 }

@@ -62,15 +62,31 @@ pub(crate) fn answer(named: &Named) -> Answer {
     }
 }
 
+/// Whether numbers of the model explain most of the misfit by themselves.
+pub(crate) fn numbers_explain(named: &Named) -> bool {
+    explained(&named.before, &named.refitted) > EXPLAINS && named.refitted.gap < WIDE
+}
+
+/// Whether what was found does without the numbers that had to move: it is as plain as these, where
+/// they leave something.
+pub(crate) fn is_instead(named: &Named, found: &Judged) -> bool {
+    named.refitted.gap > CLOSED
+        && !moved(&named.before.model, &named.refitted.model, false).is_empty()
+        && moved(&named.before.model, &found.model, false).is_empty()
+}
+
 /// Effects that explain only a part of what numbers of the model leave are taken back, if these
 /// explain most of the whole.
 pub(crate) fn without_parts(named: &mut Named, model: &SensorConfig) {
     let is_part = !named.steps.is_empty()
         && named.after.gap > CLOSED
         && explained(&named.refitted, &named.after) < EXPLAINS;
-    let numbers_do =
-        explained(&named.before, &named.refitted) > EXPLAINS && named.refitted.gap < WIDE;
-    if is_part && numbers_do && !moved(model, &named.refitted.model, true).is_empty() {
+    let is_instead = is_instead(named, &named.after);
+    if is_part
+        && !is_instead
+        && numbers_explain(named)
+        && !moved(model, &named.refitted.model, true).is_empty()
+    {
         named.steps.clear();
         named.after = named.refitted.clone();
     }

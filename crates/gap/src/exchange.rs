@@ -8,10 +8,12 @@ use crate::candidate::Trial;
 use crate::fit::descend;
 use crate::naming::{Bench, Contender, Judged, Named};
 use crate::search::own;
-use crate::step::{LEAST_GAIN, is_as_good};
+use crate::step::{LEAST_GAIN, LEAST_SHARE_OF_LITTLE, is_as_good};
 
 /// Rivals that are put in its place.
 const RIVALS: usize = 2;
+/// A rival is clearly better by so much of the misfit: what two candidates that are alike differ by.
+const CLEARLY: f64 = LEAST_GAIN / 2.0;
 /// Rounds of their fits.
 const ROUNDS: usize = 3;
 
@@ -27,6 +29,10 @@ impl Bench<'_> {
         let kept = second.contenders[0].found.name;
         let without = without(&named.after.model, found.name);
         let left = self.judge(&without)?.misfit;
+        if left - named.after.misfit < LEAST_GAIN.max(LEAST_SHARE_OF_LITTLE * left) {
+            // The second does what the first was taken for.
+            return self.second_alone(named, &without);
+        }
         let is_other = |rival: &&Contender| ![kept, found.name].contains(&rival.found.name);
         let rivals: Vec<_> =
             first.contenders.iter().skip(1).filter(is_other).take(RIVALS).collect();
@@ -36,7 +42,7 @@ impl Bench<'_> {
             contenders.push(Contender { found: rival.found.clone(), held });
         }
         contenders[1..].sort_by(|a, b| a.held.misfit.total_cmp(&b.held.misfit));
-        if contenders.get(1).is_some_and(|one| one.held.misfit + LEAST_GAIN < named.after.misfit) {
+        if contenders.get(1).is_some_and(|one| one.held.misfit + CLEARLY < named.after.misfit) {
             contenders.swap(0, 1);
             named.after = contenders[0].held.clone();
         }
@@ -46,6 +52,18 @@ impl Bench<'_> {
         named.steps[0].confusable = confusable.collect();
         named.steps[0].without = left;
         named.steps[0].contenders = contenders;
+        Ok(())
+    }
+
+    /// Leaves the first of two effects out, with the second fitted again.
+    fn second_alone(&self, named: &mut Named, without: &SensorConfig) -> Result<(), GapError> {
+        let mut second = named.steps.remove(1);
+        let trial = second.contenders[0].found.trial.clone();
+        let fit = descend(&self.train, without, &own(&trial), None, 1, ROUNDS)?;
+        named.after = self.judge(&fit.model)?;
+        second.contenders[0].held = named.after.clone();
+        second.without = named.refitted.misfit;
+        named.steps = vec![second];
         Ok(())
     }
 

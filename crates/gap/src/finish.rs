@@ -1,10 +1,11 @@
 //! A fit made as plain as it can be: what does not help goes.
 
-use evpose_sensor::SensorConfig;
+use evpose_sensor::{ParamSpec, STAGES, SensorConfig, Strength, Value};
 
 use crate::fit::{Fit, descend, misfit_of};
 use crate::knob::Knob;
 use crate::parameters::Parameter;
+use crate::parameters::with_given_numbers;
 use crate::search::{Found, own, parameter_knobs};
 use crate::{GapError, Lab};
 
@@ -19,6 +20,40 @@ const LEAST_STEPS: f64 = 0.6;
 const ROUNDS: usize = 3;
 
 impl Found {
+    /// Gives the effect each number that its form lacks, where it does better with it: a form is chosen
+    /// by a few strengths on a short recording, on which the plainest may look best.
+    ///
+    /// # Errors
+    /// A model that cannot be built or shown the scene.
+    pub(crate) fn grow(&mut self, lab: &Lab<'_>, given: &SensorConfig) -> Result<(), GapError> {
+        let Some(spec) = STAGES.iter().find(|spec| spec.name == self.name) else { return Ok(()) };
+        if matches!(spec.signature.strength, Strength::RisingAlone(_)) {
+            return Ok(());
+        }
+        let typical = spec.typical();
+        for param in spec.params.iter().filter(|param| param.neutral.is_some()) {
+            let Some(value) = typical.number(param.name) else { continue };
+            if self.trial.effect.params.contains_key(param.name) {
+                continue;
+            }
+            let mut fuller = self.clone();
+            fuller.add(param, value);
+            // Numbers of the model may have done what this one is for.
+            let as_given = with_given_numbers(&fuller.fit.model, given);
+            for start in [&fuller.fit.model.clone(), &as_given] {
+                let fit = descend(lab, start, &own(&fuller.trial), None, 1, ROUNDS)?;
+                if with_margin(fit.misfit) < self.fit.misfit {
+                    fuller.fit = fit;
+                    *self = fuller.clone();
+                }
+                if as_given == fuller.fit.model {
+                    break;
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// Fits all numbers together, and leaves out those of the effect that it can do without; numbers
     /// of the model that did not have to move are again what `given` has.
     ///
@@ -54,6 +89,15 @@ impl Found {
             }
         }
         Ok(())
+    }
+
+    /// Gives the effect a number.
+    fn add(&mut self, param: &'static ParamSpec, value: f64) {
+        let effects = self.fit.model.effects.iter_mut().filter(|effect| effect.name == self.name);
+        for effect in effects.chain(std::iter::once(&mut self.trial.effect)) {
+            effect.params.insert(param.name.to_owned(), Value::from(value));
+        }
+        self.trial.params.push(param);
     }
 
     /// Takes a number out of the effect.

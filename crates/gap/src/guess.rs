@@ -11,6 +11,12 @@ use crate::{GapError, Lab};
 const BIN_US: i64 = 250;
 /// Offsets are looked for up to this, both ways.
 const FURTHEST_US: i64 = 40_000;
+/// Rounds in which thresholds are found, and how far each goes at most, as a logarithm.
+const SECANTS: usize = 4;
+const FURTHEST: f64 = 0.9;
+/// Powers with which counts fall with the threshold.
+const STEEPEST: f64 = -8.0;
+const FLATTEST: f64 = -0.4;
 
 /// The model with thresholds, with the clock, and with both set from the recording.
 ///
@@ -28,24 +34,34 @@ pub(crate) fn starts(lab: &Lab<'_>, model: &SensorConfig) -> Result<Vec<SensorCo
     Ok(vec![scaled, late, both])
 }
 
-/// Thresholds so that there are as many events of each polarity: counts go with one over the
-/// threshold, nearly.
+/// Thresholds so that there are as many events of each polarity, by secants: counts go with one over
+/// the threshold where a change of light holds many, and fall much faster where it hardly holds one.
 fn scaled(lab: &Lab<'_>, model: &SensorConfig) -> Result<SensorConfig, GapError> {
     let mut scaled = model.clone();
-    let measured = lab.layout.events_in_motion(&lab.measured);
-    for _ in 0..3 {
+    let measured = lab.layout.events_in_motion(&lab.measured).map(|n| (n + 1.0).ln());
+    let parameters = [Parameter::ThresholdOff, Parameter::ThresholdOn];
+    let mut slopes = [-1.0; 2];
+    let mut known: Option<[[f64; 2]; 2]> = None;
+    for _ in 0..SECANTS {
         let run = lab.run(&scaled, 0)?;
-        let simulated = lab.layout.events_in_motion(&run);
-        let parameters = [Parameter::ThresholdOff, Parameter::ThresholdOn];
-        for (parameter, (measured, simulated)) in
-            parameters.into_iter().zip(measured.into_iter().zip(simulated))
-        {
-            let ratio = ((simulated + 1.0) / (measured + 1.0)).clamp(0.4, 2.5);
+        let counts = lab.layout.events_in_motion(&run).map(|n| (n + 1.0).ln());
+        let mut here = [[0.0; 2]; 2];
+        for (i, parameter) in parameters.into_iter().enumerate() {
             let value = parameter.value(&scaled);
-            if value > 0.0 && ratio.is_finite() {
-                parameter.set(&mut scaled, value * ratio);
+            if value <= 0.0 {
+                continue;
             }
+            here[i] = [value.ln(), counts[i]];
+            if let Some([value_before, count_before]) = known.map(|known| known[i]) {
+                let slope = (here[i][1] - count_before) / (here[i][0] - value_before);
+                if slope.is_finite() {
+                    slopes[i] = slope.clamp(STEEPEST, FLATTEST);
+                }
+            }
+            let change = (measured[i] - counts[i]) / slopes[i];
+            parameter.set(&mut scaled, value * change.clamp(-FURTHEST, FURTHEST).exp());
         }
+        known = Some(here);
     }
     Ok(scaled)
 }

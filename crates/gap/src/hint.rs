@@ -7,6 +7,7 @@ use evpose_core::EventStream;
 use evpose_sensor::{EffectConfig, ParamSpec, STAGES, SensorConfig};
 
 use crate::candidate::{Candidate, Trial};
+use crate::parameters::Parameter;
 
 /// What a recording shows directly of some effects.
 #[derive(Debug, Clone)]
@@ -59,8 +60,36 @@ impl Hints {
         hinted.params.extend(spec.iter().flat_map(|spec| spec.params.iter().filter(is_rough)));
         hinted
     }
+
+    /// What else a recording may mean by which a trial beside `model` is the best: none for most
+    /// effects.
+    pub(crate) fn readings(&self, name: &str, trial: &Trial, model: &SensorConfig) -> Vec<Trial> {
+        let read = self.of.iter().find(|(effect, ..)| *effect == name && name == "lamp_flicker");
+        let Some(turns) = read.and_then(|(_, read, _)| read.number("phase_turns")) else {
+            return Vec::new();
+        };
+        let threshold =
+            Parameter::ThresholdOn.value(model).min(Parameter::ThresholdOff.value(model));
+        let mut all = Vec::new();
+        for later in LATER_TURNS {
+            for swing in SWINGS {
+                for word in ["now", "trough"] {
+                    // From (1 - depth) to (1 + depth) is the swing.
+                    let depth = (0.5 * swing * threshold).tanh();
+                    let at = trial.with(trial.params[0], depth);
+                    let effect = at.effect.with("phase_turns", (turns + later).rem_euclid(1.0));
+                    all.push(Trial { effect: effect.with("memory", word), params: at.params });
+                }
+            }
+        }
+        all
+    }
 }
 
+/// Around a lamp whose swing is hardly more than a threshold: pixels answer late, up to where the light
+/// turns, and much more where it is a little stronger. Turns later, and swings in thresholds.
+const LATER_TURNS: [f64; 6] = [0.0, 0.04, 0.08, 0.12, 0.16, 0.2];
+const SWINGS: [f64; 9] = [0.85, 1.0, 1.04, 1.09, 1.14, 1.2, 1.27, 1.36, 1.5];
 /// Where so many stamps keep to a readout, it is there.
 const SURE: f64 = 0.9;
 /// What pixels do while they wait for it, and how it is read.
@@ -233,6 +262,30 @@ mod tests {
             polarity: Polarity::On,
         };
         EventStream::from_events(size, events.into_iter().map(event)).unwrap()
+    }
+
+    #[test]
+    fn a_lamp_may_be_late_and_its_swing_just_above_the_threshold() {
+        // ON events of a lamp of 100 Hz, every one a sixth of a turn behind its rise.
+        let events = (0..100).map(|k| (1e4 * (f64::from(k) + 1.0 / 6.0), 3, 4));
+        let hints = Hints::of(&stream(events));
+        let mut model = SensorConfig::from_toml("").unwrap();
+        Parameter::ThresholdOn.set(&mut model, 0.25);
+        Parameter::ThresholdOff.set(&mut model, 0.3);
+        let of = |name: &str| {
+            let candidates = Candidate::beside(&model, &[]);
+            let candidate = candidates.into_iter().find(|one| one.name() == name).unwrap();
+            hints.readings(name, &candidate.trials()[0][0], &model)
+        };
+        let read = of("lamp_flicker");
+        let is_near = |trial: &Trial| {
+            let number = |name| trial.effect.number(name).unwrap();
+            let turns = (number("phase_turns") + 0.5).rem_euclid(1.0) - 0.5;
+            let swing = 2.0 * number("depth").atanh();
+            turns.abs() < 0.025 && (swing / (1.1 * 0.25) - 1.0).abs() < 0.05
+        };
+        assert!(read.iter().any(is_near), "{read:?}");
+        assert!(of("refractory").is_empty());
     }
 
     #[test]

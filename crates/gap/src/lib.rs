@@ -30,6 +30,7 @@ pub mod naming;
 mod normal;
 mod pair;
 pub mod parameters;
+mod polish;
 pub mod probe;
 pub mod report;
 mod scene;

@@ -19,7 +19,7 @@ use crate::{GapError, Lab};
 /// Above this gap, a second effect is looked for. Simulators of one sensor are closer as a rule.
 pub(crate) const AS_CHANCE: f64 = 0.3;
 /// Above this gap, a second effect need not close all of it.
-const OPEN: f64 = 0.44;
+pub(crate) const OPEN: f64 = 0.44;
 /// With more than this share of the misfit explained, what is left of a gap that is not wide may be
 /// how finely the effect was simulated.
 const NEARLY_ALL: f64 = 0.9;
@@ -140,6 +140,9 @@ impl Bench<'_> {
             let Some(step) = accepted(&named, contenders) else { break };
             named.after = step.contenders[0].held.clone();
             named.steps.push(step);
+        }
+        if named.steps.len() == MOST_EFFECTS && is_partial(&named) {
+            self.polish(&mut named)?;
         }
         if is_partial(&named) {
             say("trying two effects at once");

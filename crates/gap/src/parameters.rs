@@ -120,3 +120,12 @@ impl Parameter {
         }
     }
 }
+
+/// A model with the numbers that `given` has anyway.
+pub(crate) fn with_given_numbers(model: &SensorConfig, given: &SensorConfig) -> SensorConfig {
+    let mut model = model.clone();
+    for parameter in Parameter::ALL {
+        parameter.set(&mut model, parameter.value(given));
+    }
+    model
+}

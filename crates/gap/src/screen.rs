@@ -11,15 +11,19 @@ use crate::hint::Hints;
 use crate::search::{NEARBY, parameter_knobs};
 use crate::{GapError, Lab};
 
-/// Ways to look for candidates that are tried at more strengths.
-const FINER: usize = 14;
-/// Ways that are tried in their less plain forms too.
-const RICHER: usize = 10;
+/// Ways to look for candidates that are tried at more strengths, beside each model.
+const FINER: usize = 10;
+/// Ways that are tried in their less plain forms too, beside each model.
+const RICHER: usize = 8;
 /// Stronger than what makes the misfit so many times as large is not tried.
 const TOO_STRONG: f64 = 4.0;
 /// Ways to look for one candidate beside one model that are followed: a short part of a recording
 /// does not tell those apart that differ from pixel to pixel only.
 const WAYS: usize = 3;
+
+/// Effects that do nothing until they are strong enough, and then much: what is best on a short part
+/// need not lead to the best fit.
+const SUDDEN: &[&str] = &["lamp_flicker"];
 
 /// One way of looking for an effect beside one of the models to begin with.
 #[derive(Debug, Clone)]
@@ -113,6 +117,16 @@ impl<'a> Screening<'a> {
         Candidate::beside(self.model, left_out).into_iter().flat_map(hinted).collect()
     }
 
+    /// What else the recording may mean by which `way` is the best.
+    fn readings(&self, way: &Way) -> Result<Vec<Way>, GapError> {
+        let trials = self.hints.readings(way.name, &way.trial, self.model);
+        let scored = trials.into_par_iter().map(|trial| {
+            let left = self.score(&trial)?.unwrap_or(f64::INFINITY);
+            Ok(Way { trial, left, ..way.clone() })
+        });
+        scored.collect()
+    }
+
     /// The ways of a candidate that are less plain than `way`, at its strength.
     fn richer(&self, way: &Way, left_out: &[String]) -> Vec<Way> {
         let head = way.trial.params[0];
@@ -160,8 +174,17 @@ pub(crate) fn screened(
         })
         .collect::<Result<Vec<_>, GapError>>()?;
     best.sort_by(|a, b| a.left.total_cmp(&b.left));
-    let finer = best.len().min(FINER);
-    best[..finer].par_iter_mut().try_for_each(|way| {
+    // What is beside a model that explains less looks worse, whatever it is.
+    let mut before = vec![0; screening.len()];
+    let ranks: Vec<usize> = best
+        .iter()
+        .map(|way| {
+            before[way.start] += 1;
+            before[way.start] - 1
+        })
+        .collect();
+    let finer = best.par_iter_mut().zip(&ranks).filter(|(_, rank)| **rank < FINER);
+    finer.map(|(way, _)| way).try_for_each(|way| {
         let value = way.trial.value(way.trial.params[0]);
         let strengths = way.trial.strengths();
         let at = strengths.iter().position(|strength| Some(*strength) == value);
@@ -170,10 +193,9 @@ pub(crate) fn screened(
         *way = screening[way.start].best_of(way, &beside.collect::<Vec<_>>(), false)?;
         Ok::<(), GapError>(())
     })?;
-    let richer: Vec<Way> = best[..best.len().min(RICHER)]
-        .iter()
-        .flat_map(|way| screening[way.start].richer(way, left_out))
-        .collect();
+    let plain = best.iter().zip(&ranks).filter(|(_, rank)| **rank < RICHER);
+    let richer: Vec<Way> =
+        plain.flat_map(|(way, _)| screening[way.start].richer(way, left_out)).collect();
     let richer = richer
         .par_iter()
         .map(|way| {
@@ -192,12 +214,21 @@ pub(crate) fn screened(
         .collect::<Result<Vec<_>, GapError>>()?;
     best.extend(richer);
     best.sort_by(|a, b| a.left.total_cmp(&b.left));
+    for (start, screening) in screening.iter().enumerate() {
+        // A wave that is slightly off looks worse than noise.
+        let mut first = best.iter().filter(|way| way.start == start).take(RICHER);
+        if let Some(way) = first.find(|way| SUDDEN.contains(&way.name)).cloned() {
+            best.extend(screening.readings(&way)?);
+        }
+    }
+    best.sort_by(|a, b| a.left.total_cmp(&b.left));
     let mut names = Vec::new();
     best.retain(|way| {
         let way_of = (way.name, way.start);
         let ways = names.iter().filter(|other| **other == way_of).count();
         names.push(way_of);
-        ways < WAYS && way.left.is_finite()
+        let most = if SUDDEN.contains(&way.name) { 2 * WAYS } else { WAYS };
+        ways < most && way.left.is_finite()
     });
     Ok(best)
 }

@@ -16,6 +16,8 @@ use crate::{GapError, Lab};
 
 /// What the best way has to gain on the screen for anything to be followed.
 const PROMISE: f64 = 6.0;
+/// Beside the numbers as given, it may leave so many times what the refitted ones leave.
+const NEARLY: f64 = 1.5;
 /// Ways whose strength is fitted.
 const NEAR: usize = 8;
 /// Candidates that are fitted with all their numbers.
@@ -27,8 +29,9 @@ const FINISHED: usize = 4;
 const NOT_FAR: f64 = 2.5;
 /// Steps that numbers of the model are believed to follow in a line.
 pub(crate) const NEARBY: f64 = 2.0;
-/// A lag longer than this is more likely the clock's than the pixels', microseconds.
-const LONGEST_LATENCY_US: f64 = 900.0;
+/// A lag longer than this is more likely the clock's than the pixels', microseconds: in the dark,
+/// pixels take some milliseconds (Lichtsteiner et al. 2008).
+const LONGEST_LATENCY_US: f64 = 5000.0;
 /// Rounds of the fit of all numbers.
 const ROUNDS: usize = 4;
 
@@ -117,13 +120,23 @@ pub fn search(
         screening.push(on_screen);
     }
     let best = screened(&screening, left_out)?;
-    if best.first().is_none_or(|way| way.left > least - PROMISE) {
+    // A few strengths without a fit may not reach what refitted numbers have taken on themselves.
+    let is_promising = |way: &Way| {
+        way.left < least - PROMISE
+            || (way.start > 0
+                && way.left < NEARLY * least
+                && way.left < screening[way.start].least - PROMISE)
+    };
+    if !best.iter().any(is_promising) {
         return Ok(Vec::new());
     }
     // The best beside each model: those beside a better one look better, whatever they are.
     let mut found: Vec<Found> = Vec::new();
     let mut rest = Vec::new();
     for (start, model) in starts.iter().enumerate() {
+        if !best.iter().any(|way| way.start == start && is_promising(way)) {
+            continue;
+        }
         let mut ways = best.iter().filter(|way| way.start == start);
         let near: Vec<&Way> = ways.by_ref().take(NEAR).collect();
         rest.extend(ways);
@@ -136,7 +149,10 @@ pub fn search(
     let least = found.first().map_or(0.0, |one| one.fit.misfit);
     let near = found.iter().take(FINISHED).take_while(|one| one.fit.misfit < NOT_FAR * least);
     let near = near.count();
-    found[..near].par_iter_mut().try_for_each(|one| one.finish(lab, given))?;
+    found[..near].par_iter_mut().try_for_each(|one| {
+        one.grow(lab, given)?;
+        one.finish(lab, given)
+    })?;
     found.sort_by(by_misfit);
     if let Some(best) = found.first_mut() {
         best.refine(lab)?;

@@ -3,20 +3,24 @@
 use evpose_sensor::SensorConfig;
 
 use crate::GapError;
-use crate::answer::CLOSED;
+use crate::answer::{WIDE, is_instead, numbers_explain};
 use crate::closeness::distance;
 use crate::hint::Hints;
-use crate::naming::{AS_CHANCE, Bench, Contender, Named, Step};
-use crate::parameters::Parameter;
+use crate::naming::{AS_CHANCE, Bench, Contender, Named, OPEN, Step};
+use crate::parameters::with_given_numbers;
 use crate::search::search;
 
 /// A gain of the held-out misfit below this is none, whatever the share.
 pub(crate) const LEAST_GAIN: f64 = 35.0;
 /// An effect explains at least this share of the misfit that was left.
 const LEAST_SHARE: f64 = 0.18;
-/// The same where there is no gap any more, and for a second effect: what is left of the first may
-/// be how it was simulated.
-const LEAST_SHARE_OF_REST: f64 = 0.4;
+/// The same where there is hardly a gap.
+pub(crate) const LEAST_SHARE_OF_LITTLE: f64 = 0.4;
+/// The same where numbers of the model or a first effect explain most: a true effect explains most
+/// of the rest, a false one what these were simulated too roughly for.
+const LEAST_SHARE_OF_REST: f64 = 0.55;
+/// The same for a second effect where the first leaves a wide gap.
+const LEAST_SHARE_OF_MUCH: f64 = 0.3;
 /// Two candidates whose gains differ by less than this share cannot be told apart.
 const AS_GOOD: f64 = 0.12;
 /// Of these, one whose events are so much closer to the measured ones is the one.
@@ -118,9 +122,14 @@ pub(crate) fn accepted(named: &Named, contenders: Vec<Contender>) -> Option<Step
     let best = contenders.first()?;
     let gain = named.after.misfit - best.held.misfit;
     // What numbers of the model close already has to be much better another way.
-    let is_open = named.after.gap > CLOSED;
     let is_first = named.steps.is_empty();
-    let least_share = if is_open && is_first { LEAST_SHARE } else { LEAST_SHARE_OF_REST };
+    let least_share = match () {
+        () if is_first && is_instead(named, &best.held) => LEAST_SHARE,
+        () if !is_first && named.after.gap > WIDE => LEAST_SHARE_OF_MUCH,
+        () if !is_first || numbers_explain(named) => LEAST_SHARE_OF_REST,
+        () if named.after.gap > OPEN => LEAST_SHARE,
+        () => LEAST_SHARE_OF_LITTLE,
+    };
     // What is nearly closed has to be closed altogether.
     let is_enough = is_first || !named.is_nearly_closed() || best.held.gap < AS_CHANCE;
     if gain < LEAST_GAIN.max(least_share * named.after.misfit) || !is_enough {
@@ -135,13 +144,4 @@ pub(crate) fn accepted(named: &Named, contenders: Vec<Contender>) -> Option<Step
 /// much.
 pub(crate) fn is_as_good(other: &Contender, best: &Contender, gain: f64) -> bool {
     other.held.misfit - best.held.misfit < (AS_GOOD * gain).max(LEAST_GAIN / 2.0)
-}
-
-/// A model with the numbers that `given` has anyway.
-fn with_given_numbers(model: &SensorConfig, given: &SensorConfig) -> SensorConfig {
-    let mut model = model.clone();
-    for parameter in Parameter::ALL {
-        parameter.set(&mut model, parameter.value(given));
-    }
-    model
 }

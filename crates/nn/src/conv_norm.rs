@@ -1,5 +1,4 @@
-//! A convolution without bias and the batch normalisation behind it, of which every backbone is
-//! built.
+//! A convolution and the batch normalisation behind it, of which every backbone is built.
 
 use burn::module::{Initializer, Module, RunningState};
 use burn::nn::conv::{Conv2d, Conv2dConfig};
@@ -17,6 +16,8 @@ pub(crate) struct ConvNormConfig {
     pub(crate) kernel: usize,
     pub(crate) stride: usize,
     pub(crate) groups: usize,
+    /// Whether the convolution has a bias, which the normalisation takes out again.
+    pub(crate) bias: bool,
 }
 
 /// Ids of the running statistics of every layer.
@@ -35,7 +36,7 @@ pub(crate) struct ConvNorm {
 impl ConvNormConfig {
     /// A `kernel` x `kernel` convolution that mixes all channels.
     pub(crate) fn new(channels_in: usize, channels_out: usize, kernel: usize) -> Self {
-        Self { channels_in, channels_out, kernel, stride: 1, groups: 1 }
+        Self { channels_in, channels_out, kernel, stride: 1, groups: 1, bias: false }
     }
 
     pub(crate) fn with_stride(self, stride: usize) -> Self {
@@ -46,15 +47,19 @@ impl ConvNormConfig {
         Self { groups, ..self }
     }
 
+    pub(crate) fn with_bias(self) -> Self {
+        Self { bias: true, ..self }
+    }
+
     /// Weights are zero until [`crate::parameters::fill`] gives them values.
     pub(crate) fn init(self, device: &Device) -> ConvNorm {
-        let Self { channels_in, channels_out, kernel, stride, groups } = self;
+        let Self { channels_in, channels_out, kernel, stride, groups, bias } = self;
         let pad = kernel / 2;
         let conv = Conv2dConfig::new([channels_in, channels_out], [kernel, kernel])
             .with_stride([stride, stride])
             .with_padding(PaddingConfig2d::Explicit(pad, pad, pad, pad))
             .with_groups(groups)
-            .with_bias(false)
+            .with_bias(bias)
             .with_initializer(Initializer::Zeros)
             .init(device);
         let mut norm = BatchNormConfig::new(channels_out).init(device);

@@ -56,6 +56,30 @@ impl DeviceKind {
             absent => Err(NnError::DeviceNotBuilt { device: absent.name() }),
         }
     }
+
+    /// The first `count` devices of this kind. The CPU can stand for any number, to try what several
+    /// devices do.
+    ///
+    /// # Errors
+    /// As [`resolve`](Self::resolve), and [`NnError::TooFewDevices`] where the machine has fewer.
+    pub fn resolve_several(self, count: usize) -> Result<Vec<Device>, NnError> {
+        let one = self.resolve()?;
+        let mut devices: Vec<Device> = match self {
+            Self::Flex | Self::Ndarray => vec![one; count],
+            #[cfg(feature = "wgpu")]
+            Self::Wgpu => Device::enumerate(burn::tensor::DeviceType::Wgpu).into_vec(),
+            #[cfg(feature = "cuda")]
+            Self::Cuda => Device::enumerate(burn::tensor::DeviceType::Cuda).into_vec(),
+            #[allow(unreachable_patterns, reason = "with every feature on, nothing is left")]
+            absent => return Err(NnError::DeviceNotBuilt { device: absent.name() }),
+        };
+        let found = devices.len();
+        if found < count {
+            return Err(NnError::TooFewDevices { device: self.name(), found, count });
+        }
+        devices.truncate(count);
+        Ok(devices)
+    }
 }
 
 impl fmt::Display for DeviceKind {

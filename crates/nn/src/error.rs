@@ -17,6 +17,18 @@ pub enum NnError {
         /// The device, which is also the name of its Cargo feature.
         device: &'static str,
     },
+    /// The machine has fewer devices of a kind than were asked for.
+    #[error(
+        "{count} {device} devices were asked for, and there are {found}: lower training.devices"
+    )]
+    TooFewDevices {
+        /// The kind of device.
+        device: &'static str,
+        /// How many there are.
+        found: usize,
+        /// How many were asked for.
+        count: usize,
+    },
     /// No backbone has this name.
     #[error("no backbone is called `{name}`: choose one of {known}")]
     UnknownBackbone {

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::init::{Law, seeded};
 use crate::ops;
-use crate::parameters::Slot;
+use crate::parameters::{Slot, trained_count};
 use crate::{Backbone, NnError};
 
 /// Channels of an event image: negative and positive.
@@ -64,6 +64,14 @@ impl HandRegressorConfig {
         }))
     }
 
+    /// How many numbers training changes by gradients: what papers call the parameter count.
+    ///
+    /// # Errors
+    /// As [`init`](Self::init).
+    pub fn parameter_count(&self) -> Result<usize, NnError> {
+        Ok(trained_count(&self.zeros(&Device::flex())?))
+    }
+
     /// The network with all weights zero.
     pub(crate) fn zeros(&self, device: &Device) -> Result<HandRegressor, NnError> {
         let conv1 = Conv2dConfig::new([EVENT_CHANNELS, IMAGE_CHANNELS], [KERNEL, KERNEL])
@@ -109,7 +117,8 @@ impl HandRegressor {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
-    use crate::parameters::{read, slots, trained_count};
+    use crate::parameters::{read, slots};
+    use burn::tensor::Distribution;
 
     fn config(backbone: &str, width: f32) -> HandRegressorConfig {
         HandRegressorConfig { backbone: backbone.to_owned(), width }
@@ -117,8 +126,7 @@ mod tests {
 
     #[test]
     fn the_published_network_has_11_182_725_parameters() {
-        let network = HandRegressorConfig::default().zeros(&Device::flex()).unwrap();
-        assert_eq!(trained_count(&network), 11_182_725);
+        assert_eq!(HandRegressorConfig::default().parameter_count().unwrap(), 11_182_725);
     }
 
     /// A section per backbone: `[name] count parameters`, then `name shape` of every tensor.
@@ -161,25 +169,52 @@ mod tests {
         assert!(weights(8) != here);
     }
 
+    /// What torchvision draws the weights of a layer from: their standard deviation, from the
+    /// name of the backbone and the shape of the weight; none for zeros.
+    type Spread = fn(&[usize]) -> Option<f64>;
+
+    /// Of convolutions and of fully connected weights and biases, by backbone.
+    const SPREADS: [(&str, Spread, Spread); 5] = [
+        ("resnet18", kaiming, |_| Some((1.0 / 512.0 / 3.0f64).sqrt())),
+        ("mobilenet_v2", kaiming, |shape| (shape.len() == 2).then_some(0.01)),
+        ("vgg11_bn", kaiming, |shape| (shape.len() == 2).then_some(0.01)),
+        (
+            "shufflenet_v2",
+            |shape| Some((1.0 / shape[1..].iter().product::<usize>() as f64 / 3.0).sqrt()),
+            |_| Some((1.0 / 1024.0 / 3.0f64).sqrt()),
+        ),
+        ("mnasnet", kaiming, |shape| (shape.len() == 2).then_some((1.0 / 12.0f64).sqrt())),
+    ];
+
+    fn kaiming(shape: &[usize]) -> Option<f64> {
+        let &[out, _, ky, kx] = shape else { return None };
+        Some((2.0 / (out * ky * kx) as f64).sqrt())
+    }
+
     #[test]
     fn first_weights_have_the_spread_of_torchvision() {
-        let network = config("resnet18", 1.0).init(3, &Device::flex()).unwrap();
-        for (slot, values) in read(&network) {
-            let square: f64 = values.iter().map(|&v| f64::from(v).powi(2)).sum();
-            let deviation = (square / values.len() as f64).sqrt();
-            let expected = match (slot.layer.as_str(), slot.shape.as_slice()) {
-                ("Conv2d", [3, ..]) => (1.0 / 18.0 / 3.0f64).sqrt(),
-                ("Conv2d", [out, _, ky, kx]) => (2.0 / (out * ky * kx) as f64).sqrt(),
-                ("Linear", _) => (1.0 / 512.0 / 3.0f64).sqrt(),
-                (_, _) => {
+        for (name, convolution, linear) in SPREADS {
+            // The full VGG takes seconds; nothing here depends on its width.
+            let width = if name == "vgg11_bn" { 0.125 } else { 1.0 };
+            let network = config(name, width).init(3, &Device::flex()).unwrap();
+            for (slot, values) in read(&network) {
+                let expected = match (slot.layer.as_str(), slot.shape.as_slice()) {
+                    _ if slot.path.starts_with("conv1") => Some((1.0 / 18.0 / 3.0f64).sqrt()),
+                    ("Conv2d", shape) => convolution(shape),
+                    ("Linear", shape) => linear(shape),
+                    _ => None,
+                };
+                let Some(expected) = expected else {
                     let one = matches!(slot.name(), "gamma" | "running_var");
-                    assert!(values.iter().all(|&v| v == f32::from(one)), "{}", slot.path);
+                    assert!(values.iter().all(|&v| v == f32::from(one)), "{name} {}", slot.path);
                     continue;
-                }
-            };
-            // Six standard errors of a deviation.
-            let tolerance = 6.0 / (2.0 * values.len() as f64).sqrt();
-            assert!((deviation / expected - 1.0).abs() < tolerance, "{}", slot.path);
+                };
+                let square: f64 = values.iter().map(|&v| f64::from(v).powi(2)).sum();
+                let deviation = (square / values.len() as f64).sqrt();
+                // Six standard errors of a deviation.
+                let tolerance = 6.0 / (2.0 * values.len() as f64).sqrt();
+                assert!((deviation / expected - 1.0).abs() < tolerance, "{name} {}", slot.path);
+            }
         }
     }
 
@@ -195,13 +230,32 @@ mod tests {
     }
 
     #[test]
+    fn every_backbone_trains_at_odd_sizes_and_narrow_widths() {
+        let device = Device::flex().autodiff();
+        for entry in crate::BACKBONES {
+            // As small as it goes, and both sides odd.
+            let side = entry.smallest_px.max(9) | 1;
+            let network = config(entry.name, 0.03).init(1, &device).unwrap();
+            let shape = [3, 2, side, side + 2];
+            let input = Tensor::<4>::random(shape, Distribution::Uniform(0.0, 1.0), &device);
+            let output = network.forward(input);
+            let gradients = output.powi_scalar(2).mean().backward();
+            let gradient = network.conv1.weight.grad(&gradients).unwrap();
+            let values: Vec<f32> = gradient.into_data().iter().collect();
+            assert!(values.iter().all(|v| v.is_finite()), "{}", entry.name);
+            assert!(values.iter().any(|v| *v != 0.0), "{}: nothing to learn from", entry.name);
+        }
+    }
+
+    #[test]
     fn unknown_backbones_and_impossible_widths_are_refused() {
         let error = |backbone, width| {
             config(backbone, width).zeros(&Device::flex()).map(|_| ()).unwrap_err().to_string()
         };
         assert_eq!(
             error("vgg", 1.0),
-            "no backbone is called `vgg`: choose one of resnet18, resnet34, mobilenet_v2"
+            "no backbone is called `vgg`: choose one of resnet18, resnet34, mobilenet_v2, \
+             vgg11_bn, shufflenet_v2, mnasnet"
         );
         for width in [0.0, -1.0, f32::NAN, 1e9] {
             assert!(error("resnet18", width).starts_with("`width` must"), "{width}");

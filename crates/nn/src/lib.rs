@@ -2,7 +2,7 @@
 //!
 //! * [`DeviceKind`]: what the arithmetic runs on, chosen by name at run time.
 //! * [`HandRegressorConfig`], [`HandRegressor`]: the EventHands network, events to 12 numbers.
-//! * [`Backbone`], [`BACKBONES`]: what can stand inside it, by name.
+//! * [`Backbone`], [`BACKBONES`], [`backbone_called`]: what can stand inside it, by name.
 //! * [`HandLoss`]: what it is trained on.
 //! * [`set_training_kernels`]: the arithmetic of training on the CPU, ours or Burn's.
 //! * [`weights`]: our checkpoints and PyTorch's.
@@ -22,7 +22,10 @@ mod ops;
 pub mod parameters;
 pub mod weights;
 
-pub use backbone::{BACKBONES, Backbone, BackboneEntry, MobileNetV2, ResNet};
+pub use backbone::{
+    BACKBONES, Backbone, BackboneEntry, MnasNet, MobileNetV2, ResNet, ShuffleNetV2, Vgg,
+    backbone_called,
+};
 pub use device::DeviceKind;
 pub use error::NnError;
 pub use hand_regressor::{HandRegressor, HandRegressorConfig};

@@ -9,7 +9,7 @@ mod golden;
 use burn::module::{Module, ModuleVisitor, Param};
 use burn::tensor::{Device, Gradients, Tensor};
 use evpose_nn::parameters::read;
-use evpose_nn::{HandLoss, HandRegressorConfig, set_training_kernels};
+use evpose_nn::{BACKBONES, HandLoss, HandRegressorConfig, set_training_kernels};
 use golden::{images, targets};
 
 struct Flattened<'a> {
@@ -47,7 +47,7 @@ fn size(values: &[f32]) -> f32 {
 
 #[test]
 fn our_kernels_train_as_burns_do() {
-    for backbone in ["resnet18", "mobilenet_v2"] {
+    for backbone in BACKBONES.iter().map(|entry| entry.name) {
         let (ours, burns) = (step(backbone, true), step(backbone, false));
         for (what, (ours, burns)) in
             ["output", "gradient", "state"].iter().zip(ours.iter().zip(&burns))

@@ -7,6 +7,7 @@
 //! * [`ChannelOrder`]: which polarity comes first, explicit everywhere.
 //! * [`WindowAugmentation`]: what varies from one training sample to the next.
 //! * [`Transitions`]: the frames in which a simulated scene jumps.
+//! * [`SurfaceTrigger`]: when a running stream is worth a new surface.
 //!
 //! Planes are `[channels][height][width]`, row by row from the top.
 
@@ -22,6 +23,7 @@ mod occurrence;
 mod registry;
 mod representation;
 mod transition;
+mod trigger;
 
 pub use augment::{WindowAugmentation, WindowDraw};
 pub use channel::ChannelOrder;
@@ -33,3 +35,4 @@ pub use occurrence::{Eoi, fill_eoi};
 pub use registry::{REPRESENTATIONS, RepresentationSpec, representation_called};
 pub use representation::{Representation, StreamWindow};
 pub use transition::Transitions;
+pub use trigger::{SurfaceTrigger, TriggerConfig};

@@ -24,6 +24,21 @@ fn shot_noise_falls_with_light_and_has_both_signs() {
 }
 
 #[test]
+fn a_lower_rate_of_shot_noise_has_some_of_the_events_of_a_higher() {
+    let at = |rate_hz: f64| -> Vec<(i64, u16, u16, bool)> {
+        let shot = effect("shot_noise_poisson").with("rate_hz", rate_hz).with("light_slope", 0.5);
+        let events = still(&[shot], 0.3, 1_000);
+        events.iter().map(|e| (e.t.0, e.x, e.y, e.polarity.is_on())).collect()
+    };
+    let high: std::collections::HashSet<_> = at(5.0).into_iter().collect();
+    for rate_hz in [4.9, 4.0, 3.0, 0.3] {
+        let low = at(rate_hz);
+        assert!(low.iter().all(|event| high.contains(event)), "{rate_hz} Hz");
+        assert_poisson(low.len(), rate_hz * (1.0 - 0.5 * 0.3) * 1_200.0);
+    }
+}
+
+#[test]
 fn shot_noise_is_poisson_in_time() {
     let events = still(&[effect("shot_noise_poisson").with("rate_hz", 40.0)], 0.5, 1_000);
     let times = times_by_pixel(&events, size(40, 30));

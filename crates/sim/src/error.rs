@@ -1,9 +1,12 @@
 //! What can go wrong with a simulation.
 
-use std::path::PathBuf;
+use std::io;
+use std::path::{Path, PathBuf};
 
 use evpose_io::IoError;
 use evpose_sensor::SensorError;
+
+use crate::set::Fault;
 
 /// A simulation that cannot be set up or written.
 #[derive(Debug, thiserror::Error)]
@@ -28,7 +31,7 @@ pub enum SimError {
         /// The folder.
         path: PathBuf,
         /// Why not.
-        source: std::io::Error,
+        source: io::Error,
     },
     /// The folder of backgrounds holds no picture.
     #[error("{}: no .png, .jpg or .jpeg in the folder of backgrounds", path.display())]
@@ -71,10 +74,55 @@ pub enum SimError {
         /// Why not.
         reason: String,
     },
+    /// A part of a run that is none.
+    #[error("`{text}` is no shard: write I/N with I from 1 to N, for example 3/64")]
+    Shard {
+        /// What was given.
+        text: String,
+    },
+    /// A file of a set of sequences, or their directory, that the operating system refused.
+    #[error("{}: cannot {action}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What was tried, an infinitive.
+        action: &'static str,
+        /// Why not.
+        source: io::Error,
+    },
+    /// A list of digests that is damaged.
+    #[error("{}: line {line}: {reason}", path.display())]
+    Manifest {
+        /// The file.
+        path: PathBuf,
+        /// The line, counted from 1.
+        line: usize,
+        /// What is wrong with it.
+        reason: &'static str,
+    },
+    /// Files of a set of sequences are not as they were recorded.
+    #[error(
+        "{}: {} of {files} files are not as recorded:{}", directory.display(), faults.len(),
+        faults.iter().map(|fault| format!("\n  {fault}")).collect::<String>()
+    )]
+    Damaged {
+        /// The directory.
+        directory: PathBuf,
+        /// Files with a digest.
+        files: usize,
+        /// Every file that is not as it should be.
+        faults: Vec<Fault>,
+    },
     /// The sensor refuses its configuration.
     #[error(transparent)]
     Sensor(#[from] SensorError),
     /// A sequence cannot be written.
     #[error(transparent)]
     Io(#[from] IoError),
+}
+
+impl SimError {
+    pub(crate) fn file(path: &Path, action: &'static str, source: io::Error) -> Self {
+        Self::File { path: path.to_owned(), action, source }
+    }
 }

@@ -3,8 +3,9 @@
 //! * [`SimulationConfig`]: everything but the seed; the default is the published setting.
 //! * [`Simulation`]: a run, with what its sequences share; [`Simulator`]: one sequence, step by
 //!   step.
-//! * [`record`], [`record_all`]: sequences as `.evc` and `.meta` files, with a [`SequenceInfo`] beside
-//!   them.
+//! * [`record`], [`record_all`], [`record_shard`]: sequences as `.evc` and `.meta` files, with a
+//!   [`SequenceInfo`] beside them.
+//! * [`set`]: a directory that several machines fill, its manifest, and whether it is still intact.
 //! * [`raster`], [`scene`], [`texture`]: the pictures the sensor sees.
 //!
 //! One step is: pose, picture, label, exposure, events. The label of frame k is the pose at its
@@ -33,6 +34,7 @@ pub mod raster;
 mod record;
 pub mod scene;
 mod sequence_info;
+pub mod set;
 mod simulation;
 mod simulator;
 mod stopwatch;
@@ -42,8 +44,9 @@ pub use actor::{Actor, HandPoints3};
 pub use config::SimulationConfig;
 pub use episode::Episode;
 pub use error::SimError;
-pub use record::{Recorded, RecordedRun, record, record_all};
+pub use record::{Recorded, RecordedRun, record, record_all, record_shard};
 pub use sequence_info::{EpisodeInfo, SequenceInfo};
+pub use set::{SequenceSet, Shard};
 pub use simulation::Simulation;
 pub use simulator::{Simulator, Step};
 pub use stopwatch::{Part, Stopwatch};

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use evpose_io::{EvcWriter, MetaWriter};
 use rayon::prelude::*;
 
+use crate::set::{SequenceSet, Shard};
 use crate::{EpisodeInfo, SequenceInfo, SimError, Simulation, Simulator};
 
 /// Steps per second of an `.evc` file.
@@ -27,11 +28,17 @@ pub struct Recorded {
     pub events: u64,
 }
 
-/// All sequences of a run on disk.
+/// The sequences of a run, or of a part of one, on disk.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RecordedRun {
-    /// The sequences in order.
+    /// The sequences that were recorded, in order.
     pub sequences: Vec<Recorded>,
+    /// How many were whole already.
+    pub kept: usize,
+    /// Unfinished files of killed processes that were removed.
+    pub leftovers: usize,
+    /// Whether the whole run is there now, those of other shards included: then it has its manifest.
+    pub finished: bool,
     /// How long it took.
     pub elapsed: Duration,
 }
@@ -100,26 +107,49 @@ pub fn record(
 }
 
 /// Simulates all sequences of a run into `DIRECTORY/0000.evc`, `DIRECTORY/0000.meta`, …, one
-/// sequence a thread. The bytes do not depend on the number of threads.
+/// sequence a thread, with a manifest of their digests. The bytes do not depend on the number of
+/// threads.
 ///
 /// # Errors
-/// The first that [`record`] meets.
+/// As [`record_shard`].
 pub fn record_all(
     simulation: &Simulation,
     directory: impl AsRef<Path>,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<RecordedRun, SimError> {
+    record_shard(simulation, directory, Shard::WHOLE, progress)
+}
+
+/// Simulates the sequences of one shard, as [`record_all`] would have simulated them. Sequences that
+/// are whole are kept: the directory must be that of the same configuration and seed.
+///
+/// # Errors
+/// The first that [`record`] meets; digests or a manifest that cannot be written.
+pub fn record_shard(
+    simulation: &Simulation,
+    directory: impl AsRef<Path>,
+    shard: Shard,
+    progress: &(dyn Fn(u64) + Sync),
+) -> Result<RecordedRun, SimError> {
     let start = Instant::now();
-    let (config, directory) = (simulation.config(), directory.as_ref());
-    let sequences = (0..config.sequences)
+    let config = simulation.config();
+    let set = SequenceSet::new(directory.as_ref(), config.sequences);
+    let leftovers = set.remove_leftovers(shard)?;
+    let unfinished = set.unfinished(shard);
+    let kept = shard.of(set.sequences()).count() - unfinished.len();
+    let sequences = unfinished
         .into_par_iter()
         .with_max_len(1)
-        .map(|index| {
-            let mut simulator = simulation.sequence(index as u64)?;
-            record(&mut simulator, config.frames(), directory.join(format!("{index:04}")), progress)
+        .map(|sequence| -> Result<Recorded, SimError> {
+            let mut simulator = simulation.sequence(sequence)?;
+            let stem = set.stem(sequence);
+            let recorded = record(&mut simulator, config.frames(), stem, progress)?;
+            set.seal(sequence)?;
+            Ok(recorded)
         })
         .collect::<Result<_, SimError>>()?;
-    Ok(RecordedRun { sequences, elapsed: start.elapsed() })
+    let finished = set.write_manifest()?;
+    Ok(RecordedRun { sequences, kept, leftovers, finished, elapsed: start.elapsed() })
 }
 
 /// Appends an ending; a dot in the name is not taken for one.

@@ -210,7 +210,7 @@ impl Surroundings {
         };
         Ok(Self {
             shaped: body.shaped(&episode.betas),
-            renderer: Renderer::new(scene, actor.is_closed()),
+            renderer: Renderer::new(scene, actor.is_closed(), config.light_level),
             episode,
         })
     }

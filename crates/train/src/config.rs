@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use evpose_nn::{HandLossConfig, HandRegressorConfig};
+use evpose_nn::{HandLossConfig, HandRegressorConfig, backbone_called};
 use evpose_pose::filter::HandFilterConfig;
 use evpose_pose::metric::BootstrapConfig;
 use evpose_repr::{ChannelOrder, WindowAugmentation, representation_called};
@@ -10,6 +10,8 @@ use evpose_sim::SimulationConfig;
 use serde::{Deserialize, Serialize};
 
 use crate::TrainError;
+use crate::devices::DeviceStrategy;
+use crate::slow_motion::SlowMotionConfig;
 
 /// Everything about a hand experiment. `Default` is the published setting.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -31,6 +33,8 @@ pub struct HandConfig {
     pub training: TrainingConfig,
     /// How predictions are smoothed.
     pub filter: HandFilterConfig,
+    /// How poses are estimated in the mode for slow hands.
+    pub slow_motion: SlowMotionConfig,
     /// Held-out data.
     pub evaluation: EvaluationConfig,
 }
@@ -51,8 +55,12 @@ pub struct RepresentationConfig {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct TrainingConfig {
-    /// Windows per optimiser step.
+    /// Windows per optimiser step, of all devices together.
     pub batch_size: usize,
+    /// How many devices of the machine share the windows of every step.
+    pub devices: usize,
+    /// How several devices work together.
+    pub strategy: DeviceStrategy,
     /// Of Adam, constant.
     pub learning_rate: f64,
     /// Optimiser steps in all.
@@ -73,6 +81,8 @@ pub struct EvaluationConfig {
     pub sequences: usize,
     /// Length of each, in seconds.
     pub seconds: f64,
+    /// The first pose judged, in milliseconds from the start: before it no window is full.
+    pub first_ms: u32,
     /// How intervals are found.
     pub bootstrap: BootstrapConfig,
 }
@@ -88,6 +98,7 @@ impl Default for HandConfig {
             loss: HandLossConfig::default(),
             training: TrainingConfig::default(),
             filter: HandFilterConfig::default(),
+            slow_motion: SlowMotionConfig::default(),
             evaluation: EvaluationConfig::default(),
         }
     }
@@ -103,6 +114,8 @@ impl Default for TrainingConfig {
     fn default() -> Self {
         Self {
             batch_size: 64,
+            devices: 1,
+            strategy: DeviceStrategy::default(),
             learning_rate: 1e-3,
             // Not published; one pass over the 159 million published training windows.
             steps: 2_484_375,
@@ -115,7 +128,7 @@ impl Default for TrainingConfig {
 
 impl Default for EvaluationConfig {
     fn default() -> Self {
-        Self { sequences: 1, seconds: 1200.0, bootstrap: BootstrapConfig::default() }
+        Self { sequences: 1, seconds: 1200.0, first_ms: 100, bootstrap: BootstrapConfig::default() }
     }
 }
 
@@ -133,6 +146,20 @@ impl HandConfig {
                 TrainError::Config { path: path.to_path_buf(), message }
             }
             other => other,
+        })
+    }
+
+    /// Reads what a directory was made with, defaults filled in and nothing checked: sequences may be
+    /// shorter than a training would need.
+    ///
+    /// # Errors
+    /// If the file cannot be read, or has unknown or wrongly typed fields.
+    pub fn read(path: &Path) -> Result<Self, TrainError> {
+        let text = std::fs::read_to_string(path)
+            .map_err(|source| TrainError::Io { path: path.to_path_buf(), source })?;
+        toml::from_str(&text).map_err(|error| TrainError::Config {
+            path: path.to_path_buf(),
+            message: error.to_string(),
         })
     }
 
@@ -180,8 +207,31 @@ impl HandConfig {
             return fail("representation.window_ms", "must be at least 1");
         }
         representation_called(&self.representation.name)?;
+        if self.slow_motion.batch_surfaces == 0 {
+            return fail("slow_motion.batch_surfaces", "must be at least 1");
+        }
+        let backbone = backbone_called(&self.network.backbone)?;
+        let image = self.simulation.image_size();
+        if usize::from(image.width.min(image.height)) < backbone.smallest_px {
+            return Err(TrainError::Field {
+                field: "network.backbone",
+                message: format!(
+                    "{} takes images of at least {} pixels a side, these are {image}: choose \
+                     another, or a larger simulation.image_scale",
+                    backbone.name, backbone.smallest_px
+                ),
+            });
+        }
         if self.training.batch_size == 0 {
             return fail("training.batch_size", "must be at least 1");
+        }
+        if self.training.devices == 0
+            || !self.training.batch_size.is_multiple_of(self.training.devices)
+        {
+            return fail(
+                "training.devices",
+                "must be at least 1 and divide training.batch_size, whose windows they share",
+            );
         }
         if self.training.steps == 0 || self.training.steps_per_validation == 0 {
             return fail("training.steps", "steps and steps_per_validation must be at least 1");
@@ -245,6 +295,17 @@ mod tests {
     fn an_unknown_field_is_named() {
         let error = HandConfig::parse("[training]\nstepz = 3", &[]).unwrap_err().to_string();
         assert!(error.contains("stepz"), "{error}");
+    }
+
+    #[test]
+    fn an_image_too_small_for_the_backbone_is_refused() {
+        let with = |scale: &str| {
+            let overrides = ["network.backbone=vgg11_bn".to_owned(), scale.to_owned()];
+            HandConfig::parse("", &overrides)
+        };
+        assert!(with("simulation.image_scale=0.25").is_ok());
+        let error = with("simulation.image_scale=0.15").unwrap_err().to_string();
+        assert!(error.contains("network.backbone") && error.contains("32 pixels"), "{error}");
     }
 
     #[test]

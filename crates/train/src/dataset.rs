@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use evpose_core::SensorSize;
+use evpose_core::{EventStream, SensorSize};
 use evpose_io::{EvcReader, EvcWindow, MetaReader};
 use evpose_pose::{HandParams, HandSide, PARAMETERS};
 use evpose_repr::{
@@ -84,6 +84,19 @@ impl HandSequence {
     /// If the label cannot be read.
     pub fn pose(&self, frame: u64) -> Result<HandParams, TrainError> {
         Ok(self.labels.read_hand(frame)?)
+    }
+
+    /// The events of `frames`, those of frame `k` at `k` milliseconds.
+    ///
+    /// # Errors
+    /// If they cannot be read.
+    pub fn events(&self, frames: Range<u64>) -> Result<EventStream, TrainError> {
+        Ok(self.events.read_stream(frames)?)
+    }
+
+    /// Whether the scene is drawn anew in a frame, so that its events are a burst.
+    pub fn is_redraw(&self, frame: u64) -> bool {
+        self.info.last_redraw(frame..frame + 1).is_some()
     }
 
     /// Which stretch of constant shape, texture and background a frame belongs to.

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use crate::FieldDifference;
+
 /// A training or evaluation that cannot go on.
 #[derive(Debug, thiserror::Error)]
 pub enum TrainError {
@@ -20,6 +22,18 @@ pub enum TrainError {
         path: PathBuf,
         /// Which field, and what would be right.
         message: String,
+    },
+    /// A directory that was made with another config than the one given.
+    #[error(
+        "{}: the directory was made with another config:{}\nGive the same config, or another --out",
+        path.display(),
+        fields.iter().map(|field| format!("\n  {field}")).collect::<String>()
+    )]
+    ConfigDiffers {
+        /// The config of the directory.
+        path: PathBuf,
+        /// The fields that differ.
+        fields: Vec<FieldDifference>,
     },
     /// A config whose values contradict each other or the data.
     #[error("config field `{field}`: {message}")]

@@ -16,9 +16,6 @@ use crate::predictor::Predictor;
 /// Windows predicted at once.
 const BATCH: usize = 64;
 
-/// The first frame that is evaluated, as published: before it no full window exists.
-const FIRST_FRAME: u64 = 100;
-
 /// The poses a method predicted for a sequence.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Track {
@@ -125,7 +122,7 @@ pub fn evaluate(
         .collect();
     for sequence in data.sequences() {
         let mut tracks = Vec::new();
-        for track in predict(data, sequence, methods, stride_ms, progress)?
+        for track in predict(config, data, sequence, methods, stride_ms, progress)?
             .into_iter()
             .zip(methods.iter())
             .map(|(track, method)| -> Result<_, TrainError> {
@@ -145,25 +142,30 @@ pub fn evaluate(
 }
 
 /// How many poses [`evaluate`] judges.
-pub fn poses_to_judge(data: &HandDataset, stride_ms: u32) -> u64 {
-    data.sequences().iter().map(|s| frames(s, stride_ms).count() as u64).sum()
+pub fn poses_to_judge(config: &HandConfig, data: &HandDataset, stride_ms: u32) -> u64 {
+    data.sequences().iter().map(|s| judged_frames(config, s, stride_ms).count() as u64).sum()
 }
 
-/// The frames of a sequence that are judged; all of a sequence shorter than a window.
-fn frames(sequence: &HandSequence, stride_ms: u32) -> impl Iterator<Item = u64> {
-    let first = FIRST_FRAME.min(sequence.frames().saturating_sub(1));
+/// The frames of a sequence that are judged; the last of one that ends before the first.
+pub(crate) fn judged_frames(
+    config: &HandConfig,
+    sequence: &HandSequence,
+    stride_ms: u32,
+) -> impl Iterator<Item = u64> + use<> {
+    let first = u64::from(config.evaluation.first_ms).min(sequence.frames().saturating_sub(1));
     (first..sequence.frames()).step_by(stride_ms.max(1) as usize)
 }
 
 /// Every method's poses for one sequence; windows are made once for all methods.
 fn predict(
+    config: &HandConfig,
     data: &HandDataset,
     sequence: &HandSequence,
     methods: &mut [Method<'_>],
     stride_ms: u32,
     progress: &mut dyn FnMut(u64),
 ) -> Result<Vec<Track>, TrainError> {
-    let frames: Vec<u64> = frames(sequence, stride_ms).collect();
+    let frames: Vec<u64> = judged_frames(config, sequence, stride_ms).collect();
     let mut tracks = vec![Track { frames: frames.clone(), poses: Vec::new() }; methods.len()];
     let mut surfaces = Vec::new();
     for chunk in frames.chunks(BATCH) {
@@ -194,6 +196,15 @@ fn true_points(
         points.push(stage.points_of(sequence.hand(), &sequence.pose(frame)?, &shaped));
     }
     Ok(points)
+}
+
+/// Judges a track that was made elsewhere.
+pub(crate) fn judge_track(
+    stage: &Stage,
+    sequence: &HandSequence,
+    track: &Track,
+) -> Result<SequenceScores, TrainError> {
+    judge(stage, sequence, track, &true_points(stage, sequence, &track.frames)?)
 }
 
 fn judge(

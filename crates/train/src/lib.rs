@@ -4,29 +4,48 @@
 //! * [`HandDataset`]: recordings as samples and windows.
 //! * [`train_hand`]: a run in its directory, resumable to the bit.
 //! * [`Predictor`], [`evaluate`]: networks and baselines on sequences with known poses.
+//! * [`SlowMotionTracker`], [`evaluate_slow_motion`]: the mode for slow hands, and how good it is.
+//! * [`Condition`]: slow hands, little light: other sequences to judge on.
 
+mod ahead;
 mod checkpoint;
+mod condition;
 mod config;
 mod dataset;
+mod devices;
+mod differences;
 mod error;
 mod evaluation;
 mod hand_task;
 mod history;
 mod loader;
+mod meeting;
 mod metric;
 mod order;
 mod plain_renderer;
 mod predictor;
 mod retention;
 mod saved;
+mod slow_motion;
+mod told_renderer;
 mod training;
+mod waiting;
 
 pub use checkpoint::newest_checkpoint;
+pub use condition::{CONDITIONS, Condition};
 pub use config::{EvaluationConfig, HandConfig, RepresentationConfig, TrainingConfig};
 pub use dataset::{HandDataset, HandSequence, Sample};
+pub use devices::DeviceStrategy;
+pub use differences::FieldDifference;
 pub use error::TrainError;
 pub use evaluation::{Evaluated, Method, Stage, Track, evaluate, poses_to_judge};
 pub use history::{HistoryLine, Part, read_history, validation_losses};
 pub use predictor::{ConstantPose, NetworkPredictor, Predictor};
 pub use saved::Checkpoint;
+pub use slow_motion::{
+    SlowMotionConfig, SlowMotionEvaluated, SlowMotionPose, SlowMotionTracker, SlowMotionUsage,
+    evaluate_slow_motion,
+};
+pub use told_renderer::{HowFar, Told};
 pub use training::{TrainOptions, TrainSummary, train_hand, untrained};
+pub use waiting::DataWait;

@@ -1,16 +1,26 @@
 //! Batches in an order that depends on nothing but the config, so that a resumed run sees the same.
+//!
+//! Devices that train together share every batch: of N devices, each takes an Nth of its windows. So
+//! a step is the same windows on any number of devices, and all devices take equally many steps.
+//!
+//! Windows are read and drawn on a thread of their own, a few batches ahead, while the network works
+//! on an earlier batch.
 
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
 
 use burn::data::dataloader::{DataLoader, DataLoaderIterator, Progress};
 use burn::data::dataset::DatasetError;
 use burn::tensor::{Device, Tensor, TensorData};
 use rayon::prelude::*;
 
+use crate::ahead::Ahead;
 use crate::dataset::{HandDataset, Sample, SampleError};
 use crate::hand_task::HandBatch;
+use crate::meeting::Meeting;
+use crate::waiting::{DataWait, WaitMeter};
 
 /// Which samples a pass over a [`HandLoader`] yields.
 #[derive(Debug, Clone)]
@@ -21,14 +31,38 @@ pub(crate) enum Passes {
     Validation { samples: u64 },
 }
 
+/// Which part of every batch is a device's.
+#[derive(Debug, Clone, Copy)]
+struct Share {
+    device: u64,
+    devices: u64,
+}
+
+impl Share {
+    const WHOLE: Self = Self { device: 0, devices: 1 };
+
+    /// The part of `batch` that is this share.
+    fn of(self, batch: &Range<u64>) -> Range<u64> {
+        let length = batch.end - batch.start;
+        let at = |device: u64| batch.start + length * device / self.devices;
+        at(self.device)..at(self.device + 1)
+    }
+}
+
 /// A data set as batches for Burn.
 #[derive(Debug, Clone)]
 pub(crate) struct HandLoader {
     data: Arc<HandDataset>,
     batch_size: usize,
     passes: Passes,
-    /// Which samples of each pass, for a device that shares the work with others.
-    share: Option<Range<u64>>,
+    share: Share,
+    /// Into how many shares Burn will cut this loader.
+    devices: u64,
+    /// Where devices wait for each other before each batch.
+    meeting: Option<Arc<Meeting>>,
+    /// Of how many loaders of one thread, which waits for all of them in turn, this is one.
+    in_turn: u32,
+    meter: Option<WaitMeter>,
     device: Device,
 }
 
@@ -41,8 +75,7 @@ impl HandLoader {
         device: Device,
     ) -> Self {
         let first = Arc::new(AtomicUsize::new(interval));
-        let passes = Passes::Training { first, steps, steps_per_interval };
-        Self { data, batch_size, passes, share: None, device }
+        Self::new(data, batch_size, Passes::Training { first, steps, steps_per_interval }, device)
     }
 
     /// The same batches at every validation.
@@ -53,36 +86,94 @@ impl HandLoader {
         device: Device,
     ) -> Self {
         let samples = samples.min(data.len());
-        Self { data, batch_size, passes: Passes::Validation { samples }, share: None, device }
+        Self::new(data, batch_size, Passes::Validation { samples }, device)
+    }
+
+    fn new(data: Arc<HandDataset>, batch_size: usize, passes: Passes, device: Device) -> Self {
+        Self {
+            data,
+            batch_size,
+            passes,
+            share: Share::WHOLE,
+            devices: 1,
+            meeting: None,
+            in_turn: 1,
+            meter: None,
+            device,
+        }
+    }
+
+    /// Tells `meter` how long the network waits for batches.
+    pub(crate) fn metered(self, meter: WaitMeter) -> Self {
+        Self { meter: Some(meter), ..self }
+    }
+
+    /// For `devices` devices, among which Burn will slice it. Those that reduce gradients among
+    /// themselves have a thread each and need a `meeting`; without, one thread asks for all.
+    pub(crate) fn shared_by(self, devices: usize, meeting: Option<Meeting>) -> Self {
+        let in_turn = if meeting.is_some() { 1 } else { devices as u32 };
+        Self { devices: devices as u64, meeting: meeting.map(Arc::new), in_turn, ..self }
     }
 }
 
+/// The numbers of a batch, not yet on the device.
+struct Windows {
+    surfaces: Vec<f32>,
+    poses: Vec<f32>,
+    count: usize,
+}
+
+/// A pass that goes on.
 struct Batches<'a> {
     loader: &'a HandLoader,
+    /// Which pass, from 1.
+    interval: usize,
+    /// All samples of the pass, those of other devices included.
+    pass: Range<u64>,
+    /// Where the next batch begins.
     next: u64,
-    end: u64,
-    start: u64,
+    windows: Ahead<Result<Windows, SampleError>>,
+    started: Instant,
 }
 
 impl HandLoader {
-    /// Positions (in samples) of the pass that starts now.
-    fn next_pass(&self) -> Range<u64> {
-        let whole = match &self.passes {
+    /// Number and positions (in samples) of the pass that starts now.
+    fn next_pass(&self) -> (usize, Range<u64>) {
+        match &self.passes {
             Passes::Training { first, steps, steps_per_interval } => {
-                let interval = first.fetch_add(1, Ordering::SeqCst) as u64;
-                let start = (interval - 1) * steps_per_interval;
-                let end = (interval * steps_per_interval).min(*steps);
-                start * self.batch_size as u64..end * self.batch_size as u64
+                let interval = first.fetch_add(1, Ordering::SeqCst);
+                let start = (interval as u64 - 1) * steps_per_interval;
+                let end = (interval as u64 * steps_per_interval).min(*steps);
+                (interval, start * self.batch_size as u64..end * self.batch_size as u64)
             }
-            Passes::Validation { samples } => 0..*samples,
-        };
-        match &self.share {
-            Some(share) => {
-                let at = |offset: u64| (whole.start + offset).min(whole.end);
-                at(share.start)..at(share.end)
-            }
-            None => whole,
+            Passes::Validation { samples } => (1, 0..*samples),
         }
+    }
+
+    /// Positions of the batch that begins at `start`, those of other devices included.
+    fn whole(&self, start: u64, pass: &Range<u64>) -> Range<u64> {
+        start..(start + self.batch_size as u64).min(pass.end)
+    }
+
+    /// Samples of a whole interval, those of other devices included.
+    fn whole_items(&self) -> u64 {
+        match &self.passes {
+            Passes::Training { steps, steps_per_interval, .. } => {
+                *steps_per_interval.min(steps) * self.batch_size as u64
+            }
+            Passes::Validation { samples } => *samples,
+        }
+    }
+
+    /// How many of the samples between two batch boundaries, or a boundary and the end, are this
+    /// share's.
+    fn shared_items(&self, samples: u64) -> u64 {
+        let size = self.batch_size as u64;
+        let length = |batch: u64| {
+            let share = self.share.of(&(0..batch));
+            share.end - share.start
+        };
+        samples / size * length(size) + length(samples % size)
     }
 
     fn sample(&self, position: u64) -> Result<Sample, SampleError> {
@@ -94,26 +185,27 @@ impl HandLoader {
         }
     }
 
-    fn batch(&self, positions: Range<u64>) -> Result<HandBatch, SampleError> {
-        let step = positions.end / self.batch_size as u64;
+    fn windows(&self, positions: Range<u64>) -> Result<Windows, SampleError> {
         let samples: Vec<Sample> =
             positions.into_par_iter().map(|p| self.sample(p)).collect::<Result<_, _>>()?;
         let count = samples.len();
-        let (height, width) = self.data.image_size();
-        let mut surfaces = Vec::with_capacity(count * 2 * height * width);
+        let mut surfaces = Vec::with_capacity(samples.iter().map(|s| s.surface.len()).sum());
         let mut poses = Vec::with_capacity(count * 12);
         for sample in &samples {
             surfaces.extend_from_slice(&sample.surface);
             poses.extend_from_slice(&sample.pose);
         }
-        Ok(HandBatch {
-            surfaces: Tensor::from_data(
-                TensorData::new(surfaces, [count, 2, height, width]),
-                &self.device,
-            ),
+        Ok(Windows { surfaces, poses, count })
+    }
+
+    fn batch(&self, Windows { surfaces, poses, count }: Windows, step: u64) -> HandBatch {
+        let (height, width) = self.data.image_size();
+        let surfaces = TensorData::new(surfaces, [count, 2, height, width]);
+        HandBatch {
+            surfaces: Tensor::from_data(surfaces, &self.device),
             poses: Tensor::from_data(TensorData::new(poses, [count, 12]), &self.device),
             step,
-        })
+        }
     }
 }
 
@@ -121,49 +213,88 @@ impl Iterator for Batches<'_> {
     type Item = Result<HandBatch, DatasetError>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        if self.next >= self.end {
+        let windows = self.windows.next()?;
+        self.next = self.loader.whole(self.next, &self.pass).end;
+        let step = self.next / self.loader.batch_size as u64;
+        // Read first: a device that has no batch must not go to the meeting.
+        if windows.is_ok()
+            && let Some(meeting) = &self.loader.meeting
+            && !meeting.wait()
+        {
+            self.next = self.pass.end;
             return None;
         }
-        let start = self.next;
-        self.next = (start + self.loader.batch_size as u64).min(self.end);
-        let batch = self.loader.batch(start..self.next);
+        let batch = windows.map(|windows| self.loader.batch(windows, step));
         Some(batch.map_err(DatasetError::new))
+    }
+}
+
+impl Drop for Batches<'_> {
+    fn drop(&mut self) {
+        if let Some(meter) = &self.loader.meter {
+            let training = self.started.elapsed() / self.loader.in_turn;
+            meter.add(self.interval, DataWait { training, waited: self.windows.waited() });
+        }
     }
 }
 
 impl DataLoaderIterator<HandBatch> for Batches<'_> {
     fn progress(&self) -> Progress {
-        let done = (self.next - self.start) as usize;
-        Progress::new(done, (self.end - self.start) as usize, Some("samples".to_owned()))
+        let items = |end: u64| self.loader.shared_items(end - self.pass.start) as usize;
+        Progress::new(items(self.next), items(self.pass.end), Some("samples".to_owned()))
     }
 }
 
 impl DataLoader<HandBatch> for HandLoader {
     fn iter<'a>(&'a self) -> Box<dyn DataLoaderIterator<HandBatch> + 'a> {
-        let pass = self.next_pass();
-        Box::new(Batches { loader: self, next: pass.start, start: pass.start, end: pass.end })
+        let (interval, pass) = self.next_pass();
+        let (loader, end) = (self.clone(), pass.clone());
+        let starts = pass.clone().step_by(self.batch_size);
+        let windows = Ahead::new(starts.map(move |start| {
+            let whole = loader.whole(start, &end);
+            loader.windows(loader.share.of(&whole))
+        }));
+        let (next, started) = (pass.start, Instant::now());
+        Box::new(Batches { loader: self, interval, pass, next, windows, started })
     }
 
     fn num_items(&self) -> usize {
-        let whole = match &self.passes {
-            Passes::Training { steps, steps_per_interval, .. } => {
-                *steps_per_interval.min(steps) * self.batch_size as u64
-            }
-            Passes::Validation { samples } => *samples,
-        };
-        self.share.as_ref().map_or(whole, |s| s.end.min(whole) - s.start.min(whole)) as usize
+        self.shared_items(self.whole_items()) as usize
     }
 
     fn to_device(&self, device: &Device) -> Arc<dyn DataLoader<HandBatch>> {
         Arc::new(Self { device: device.clone(), ..self.clone() })
     }
 
-    fn slice(&self, start: usize, end: usize) -> Arc<dyn DataLoader<HandBatch>> {
-        let mut slice = Self { share: Some(start as u64..end as u64), ..self.clone() };
+    /// Burn cuts a loader into one run of items for each device; of them, only the number matters
+    /// here.
+    fn slice(&self, start: usize, _: usize) -> Arc<dyn DataLoader<HandBatch>> {
+        let device = start as u64 * self.devices / self.whole_items();
+        let mut slice = Self { share: Share { device, devices: self.devices }, ..self.clone() };
         // Every share counts its own passes.
         if let Passes::Training { first, .. } = &mut slice.passes {
             *first = Arc::new(AtomicUsize::new(first.load(Ordering::SeqCst)));
         }
         Arc::new(slice)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_cut_every_batch_into_parts_that_follow_each_other() {
+        for devices in 1..=5 {
+            for batch in [0..0, 60..64, 7..8, 128..192] {
+                let mut next = batch.start;
+                for device in 0..devices {
+                    let share = Share { device, devices }.of(&batch);
+                    assert_eq!(share.start, next);
+                    next = share.end;
+                }
+                assert_eq!(next, batch.end, "{devices} devices, {batch:?}");
+            }
+        }
     }
 }

@@ -12,10 +12,12 @@ use burn_train::renderer::{
     MetricsRendererTraining,
 };
 
+use crate::waiting::WaitMeter;
+
 /// How often a line appears.
 const EVERY: Duration = Duration::from_secs(5);
 
-/// Writes a line every few seconds and one after each validation.
+/// Writes a line every few seconds, and one after each interval and each validation.
 pub(crate) struct PlainRenderer<W> {
     out: Mutex<W>,
     names: Vec<(MetricId, String)>,
@@ -28,11 +30,12 @@ pub(crate) struct PlainRenderer<W> {
     started: Instant,
     last_line: Instant,
     samples: usize,
+    meter: WaitMeter,
 }
 
 impl<W: Write + Send> PlainRenderer<W> {
-    /// Writes to `out`.
-    pub(crate) fn new(out: W) -> Self {
+    /// Writes to `out`, also what `meter` says of every interval.
+    pub(crate) fn new(out: W, meter: WaitMeter) -> Self {
         let now = Instant::now();
         Self {
             out: Mutex::new(out),
@@ -46,6 +49,7 @@ impl<W: Write + Send> PlainRenderer<W> {
             started: now,
             last_line: now,
             samples: 0,
+            meter,
         }
     }
 
@@ -130,6 +134,8 @@ impl<W: Write + Send> TrainingProgressLogger for PlainRenderer<W> {
             ));
         } else {
             self.samples += self.total;
+            let waited = self.meter.of(self.interval);
+            self.line(&format!("train  interval {}/{}  {waited}", self.interval, self.intervals));
         }
     }
 

@@ -13,14 +13,15 @@ use burn::tensor::Device;
 use burn_train::renderer::{MetricsRenderer, default_renderer};
 use burn_train::{Interrupter, Learner, SupervisedTraining};
 use evpose_core::seed_for;
-use evpose_nn::{HandLoss, HandRegressor};
+use evpose_nn::{DeviceKind, HandLoss, HandRegressor};
 use evpose_pose::HandParams;
 use evpose_pose::metric::MeanPose;
 
 use crate::TrainError;
 use crate::checkpoint::{AtomicCheckpointer, newest_checkpoint, weights_path};
-use crate::config::HandConfig;
+use crate::config::{HandConfig, TrainingConfig};
 use crate::dataset::HandDataset;
+use crate::devices::Team;
 use crate::hand_task::{Guard, HandLearner};
 use crate::history::History;
 use crate::loader::HandLoader;
@@ -28,6 +29,8 @@ use crate::metric::{FIELDS, FieldMetric};
 use crate::plain_renderer::PlainRenderer;
 use crate::retention::{LastTwoAndBest, best_interval};
 use crate::saved::{BEST, Checkpoint, LAST};
+use crate::told_renderer::{Told, ToldRenderer};
+use crate::waiting::{DataWait, WaitMeter};
 
 /// PyTorch's default; Burn's is 1e-5.
 const ADAM_EPSILON: f32 = 1e-8;
@@ -38,12 +41,14 @@ const MEAN_POSE_SAMPLES: u64 = 200_000;
 /// How to run, as opposed to what.
 #[derive(Debug, Clone)]
 pub struct TrainOptions {
-    /// Where to compute.
-    pub device: Device,
+    /// What to compute on; the config says on how many of them.
+    pub device: DeviceKind,
     /// Continue from the newest complete checkpoint of the directory.
     pub resume: bool,
     /// Plain lines even on a terminal.
     pub plain: bool,
+    /// Who is told how far it is, instead of lines and dashboard.
+    pub told: Option<Told>,
 }
 
 /// What a run came to.
@@ -59,6 +64,8 @@ pub struct TrainSummary {
     pub samples: u64,
     /// Time this process trained.
     pub elapsed: Duration,
+    /// How much of it, validation left out, was waiting for windows.
+    pub data_wait: DataWait,
 }
 
 /// Where a run keeps its things.
@@ -70,6 +77,9 @@ impl RunDir<'_> {
     }
     fn history(&self) -> PathBuf {
         self.0.join("metrics.jsonl")
+    }
+    fn loading(&self) -> PathBuf {
+        self.0.join("loading.jsonl")
     }
     fn checkpoints(&self) -> PathBuf {
         self.0.join("checkpoint")
@@ -83,7 +93,8 @@ pub fn untrained(config: &HandConfig, device: &Device) -> Result<HandRegressor, 
 }
 
 /// Trains the hand network of `config` on the sequences in `data` and leaves everything in `run`:
-/// `config.toml`, `metrics.jsonl`, `checkpoint/`, and the networks `best.bpk` and `last.bpk`.
+/// `config.toml`, `metrics.jsonl`, `loading.jsonl` (how long it waited for data), `checkpoint/`, and
+/// the networks `best.bpk` and `last.bpk`.
 ///
 /// # Errors
 /// If the data or the directory cannot be used, if `run` holds another run, or if the loss stops
@@ -94,6 +105,7 @@ pub fn train_hand(
     run: &Path,
     options: &TrainOptions,
 ) -> Result<TrainSummary, TrainError> {
+    let team = Team::new(options.device, &config.training)?;
     let dir = RunDir(run);
     let from = prepare(config, &dir, options.resume)?;
     let training = &config.training;
@@ -101,18 +113,20 @@ pub fn train_hand(
 
     let (train, valid) = HandDataset::open(data, config)?.split(training.validation_s, config)?;
     let mean_pose = mean_pose(&train)?;
-    let device = options.device.clone().autodiff();
+    let device = team.main().clone().autodiff();
+    let interrupter = Interrupter::new();
     let span = (from + 1, training.steps, training.steps_per_validation);
+    let meter = WaitMeter::resume(&dir.loading(), from)?;
     let loader = HandLoader::training(Arc::new(train), training.batch_size, span, device.clone());
+    let loader = team.share(loader.metered(meter.clone()), &interrupter);
     let validation = HandLoader::validation(
         Arc::new(valid),
         training.batch_size,
         training.validation_samples,
-        options.device.clone(),
+        team.main().clone(),
     );
 
     let history = History::resume(&dir.history(), from)?;
-    let interrupter = Interrupter::new();
     let guard = Guard::new(interrupter.clone());
     let network = untrained(config, &device)?;
     let learner = Learner::new(
@@ -129,11 +143,14 @@ pub fn train_hand(
         .with_checkpointing_strategy(LastTwoAndBest::new(history.clone()))
         .with_custom_checkpointers(weights, optimizer, schedule)
         .with_application_logger(None)
-        .renderer(renderer(&interrupter, options.plain));
+        .renderer(renderer(&interrupter, options, training, &meter));
     for field in FIELDS {
         supervised = supervised
             .metric_train_numeric(FieldMetric::new(field))
             .metric_valid_numeric(FieldMetric::new(field));
+    }
+    if let Some(strategy) = team.strategy() {
+        supervised = supervised.with_training_strategy(strategy);
     }
     if from > 0 {
         supervised = supervised.checkpoint(from);
@@ -170,7 +187,7 @@ pub fn train_hand(
     };
     last.save(&run.join(LAST))?;
     if let Some(best) = best_interval(&history.validation_losses()) {
-        last.network = restore(config, &weights_path(&dir.checkpoints(), best), &options.device)?;
+        last.network = restore(config, &weights_path(&dir.checkpoints(), best), team.main())?;
     }
     last.save(&run.join(BEST))?;
     let already = (from as u64 * training.steps_per_validation).min(training.steps);
@@ -181,6 +198,7 @@ pub fn train_hand(
         samples_per_second: samples as f64 / elapsed.as_secs_f64(),
         samples,
         elapsed,
+        data_wait: meter.total()?,
     })
 }
 
@@ -198,10 +216,9 @@ fn prepare(config: &HandConfig, dir: &RunDir<'_>, resume: bool) -> Result<usize,
     };
     let newest = newest_checkpoint(&dir.checkpoints())?;
     if resume && dir.config().exists() {
-        if HandConfig::load(&dir.config(), &[])? != *config {
-            return refuse(
-                "its config.toml differs from the one given; give the same, or another --out",
-            );
+        let fields = config.differences(&HandConfig::read(&dir.config())?)?;
+        if !fields.is_empty() {
+            return Err(TrainError::ConfigDiffers { path: dir.config(), fields });
         }
     } else if newest.is_some() {
         return refuse("it already holds checkpoints; add --resume, or choose another --out");
@@ -213,13 +230,21 @@ fn prepare(config: &HandConfig, dir: &RunDir<'_>, resume: bool) -> Result<usize,
     Ok(if resume { newest.unwrap_or(0) } else { 0 })
 }
 
-/// Burn's dashboard on a terminal, plain lines elsewhere.
-fn renderer(interrupter: &Interrupter, plain: bool) -> Box<dyn MetricsRenderer> {
+/// Whoever is told, or else Burn's dashboard on a terminal and plain lines elsewhere.
+fn renderer(
+    interrupter: &Interrupter,
+    options: &TrainOptions,
+    training: &TrainingConfig,
+    meter: &WaitMeter,
+) -> Box<dyn MetricsRenderer> {
     use std::io::IsTerminal as _;
-    if !plain && cfg!(feature = "tui") && stdout().is_terminal() {
+    if let Some(told) = &options.told {
+        return Box::new(ToldRenderer::new(told.clone(), training));
+    }
+    if !options.plain && cfg!(feature = "tui") && stdout().is_terminal() {
         default_renderer(interrupter.clone(), None)
     } else {
-        Box::new(PlainRenderer::new(stdout()))
+        Box::new(PlainRenderer::new(stdout(), meter.clone()))
     }
 }
 

@@ -2,7 +2,9 @@
 //!
 //! # Model
 //! Every second a new quadratic Bezier curve begins at the present pose, with two random targets as
-//! its other control points; position is continuous, velocity is not. When the wrist leaves the
+//! its other control points; position is continuous, velocity is not. A longer
+//! [`MotionConfig::period_s`] slows all speeds in proportion; with [`MotionConfig::pause_s`] the arm
+//! rests at the end of each curve. When the wrist leaves the
 //! view a new curve begins at once, and again whenever the curve does not bring it nearer; the clock
 //! runs on. All 78 numbers and the displacement follow the curve one by one, axis-angles included.
 //!
@@ -23,14 +25,33 @@ use super::{Target, Variant, ViewTest};
 const SETTLING_CURVES: u32 = 4;
 
 /// How the arm moves.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MotionConfig {
     /// Where targets come from.
     pub variant: Variant,
+    /// How long a curve takes; published: 1.
+    pub period_s: f64,
+    /// How long the arm then rests before the next; published: 0.
+    pub pause_s: f64,
     /// Follow the quirks of the released program: the beginning in the T-pose, a new curve every
     /// step while the wrist is outside. Its view test is [`ViewTest::new`]'s `parity`.
     pub parity: bool,
+}
+
+impl Default for MotionConfig {
+    fn default() -> Self {
+        Self { variant: Variant::default(), period_s: 1.0, pause_s: 0.0, parity: false }
+    }
+}
+
+impl MotionConfig {
+    /// Steps of a curve, and from the beginning of one to that of the next.
+    fn steps(&self, step_hz: u32) -> [u32; 2] {
+        let steps = |s: f64| (s * f64::from(step_hz)).round() as u32;
+        let curve = steps(self.period_s).max(1);
+        [curve, curve.saturating_add(steps(self.pause_s))]
+    }
 }
 
 /// A random motion: the same for the same seed, whatever else runs.
@@ -39,6 +60,8 @@ pub struct BezierMotion {
     config: MotionConfig,
     seed: u64,
     steps_per_curve: u32,
+    /// From the beginning of a curve to that of the next, with the rest between them.
+    steps_between: u32,
     /// Steps since the beginning.
     steps: u64,
     /// Steps since the curve began.
@@ -58,6 +81,7 @@ impl BezierMotion {
     /// If `step_hz` is zero.
     pub fn new(config: MotionConfig, seed: u64, step_hz: u32) -> Self {
         assert!(step_hz > 0, "a motion needs steps");
+        let [steps_per_curve, steps_between] = config.steps(step_hz);
         let start = if config.parity {
             Target::REST
         } else {
@@ -66,7 +90,8 @@ impl BezierMotion {
         Self {
             config,
             seed,
-            steps_per_curve: step_hz,
+            steps_per_curve,
+            steps_between,
             steps: 0,
             on_curve: 0,
             curves: 0,
@@ -85,8 +110,8 @@ impl BezierMotion {
             return;
         }
         let mut rng = CounterRng::new(self.seed, "motion phase", 0);
-        let phase = rng.below(self.steps_per_curve as usize) as u32;
-        for _ in 0..SETTLING_CURVES * self.steps_per_curve + phase {
+        let phase = rng.below(self.steps_between as usize) as u32;
+        for _ in 0..SETTLING_CURVES * self.steps_between + phase {
             let at_m = wrist_m(self.step());
             self.call_back(view, at_m);
         }
@@ -94,12 +119,12 @@ impl BezierMotion {
 
     /// Advances by one step and returns the pose there.
     pub fn step(&mut self) -> &Target {
-        if self.steps.is_multiple_of(u64::from(self.steps_per_curve)) {
+        if self.steps.is_multiple_of(u64::from(self.steps_between)) {
             self.retarget();
         }
         self.steps += 1;
         self.on_curve += 1;
-        let b = self.on_curve as f32 / self.steps_per_curve as f32;
+        let b = self.on_curve.min(self.steps_per_curve) as f32 / self.steps_per_curve as f32;
         self.present = Target::bezier(&self.curve, b);
         &self.present
     }
@@ -171,6 +196,28 @@ mod tests {
         assert_eq!(motion.present, motion.curve[2]);
         motion.step();
         assert_eq!(motion.curves, 2);
+    }
+
+    /// The same curves in ten times the steps: a tenth of the speed everywhere.
+    #[test]
+    fn a_longer_period_slows_the_same_path() {
+        let config = MotionConfig { period_s: 10.0, ..MotionConfig::default() };
+        let slow = path(BezierMotion::new(config, 12, 1000), 20_000);
+        let fast = path(motion(12), 2_000);
+        for (k, pose) in fast.iter().enumerate() {
+            assert!(distance(pose, &slow[10 * k + 9]) < 1e-5, "{k}");
+        }
+    }
+
+    #[test]
+    fn the_arm_rests_at_the_end_of_a_curve_for_the_pause() {
+        let config = MotionConfig { period_s: 0.5, pause_s: 0.25, ..MotionConfig::default() };
+        let path = path(BezierMotion::new(config, 13, 1000), 1_500);
+        let rests = |from: usize| path[from..from + 251].windows(2).all(|pair| pair[0] == pair[1]);
+        assert!(rests(499) && rests(1_249));
+        assert!(path[749] != path[750] && path[498] != path[499], "it moves before and after");
+        let moves = path[750..1_249].windows(2).filter(|pair| pair[0] != pair[1]).count();
+        assert_eq!(moves, 498);
     }
 
     #[test]

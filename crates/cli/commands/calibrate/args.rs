@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use evpose_calibrate::threshold::FLOOR;
 
+use crate::args::FrameArgs;
+
 #[derive(Debug, clap::Subcommand)]
 pub(crate) enum CalibrateCommand {
     /// Contrast thresholds, from frames and events of a moving pattern
@@ -23,18 +25,8 @@ pub(crate) struct ThresholdArgs {
     /// Events of any format
     #[arg(long)]
     pub(crate) events: PathBuf,
-    /// A folder of .png images or an .npy array (frames, height, width), of the same pixels
-    #[arg(long)]
-    pub(crate) frames: PathBuf,
-    /// Frames per second; the first is at time 0 of the events
-    #[arg(long)]
-    pub(crate) fps: f64,
-    /// How values stand for light
-    #[arg(long, default_value = "linear", value_parser = ["linear", "srgb"])]
-    pub(crate) encoding: String,
-    /// The value of reference white [default: 255 of 8 bits, 65535 of 16 bits, 1 of numbers]
-    #[arg(long)]
-    pub(crate) white: Option<f64>,
+    #[command(flatten)]
+    pub(crate) frames: FrameArgs,
     /// Light below this share of white is taken to be this: where frames show noise
     #[arg(long, default_value_t = FLOOR)]
     pub(crate) floor: f32,

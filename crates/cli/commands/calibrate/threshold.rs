@@ -3,7 +3,6 @@
 use anyhow::{Context, Result};
 use evpose_calibrate::threshold::ThresholdRun;
 use evpose_core::Plane;
-use evpose_io::{Encoding, FrameSource};
 use evpose_sensor::EffectConfig;
 
 use super::args::ThresholdArgs;
@@ -14,17 +13,17 @@ use crate::progress::{bar, say};
 const DARK_OFFSET: f64 = 1e-3;
 
 pub(super) fn run(args: &ThresholdArgs) -> Result<()> {
-    anyhow::ensure!(args.fps > 0.0 && args.fps <= 1e6, "--fps {}: expected up to 1e6", args.fps);
+    let fps = args.frames.fps;
+    anyhow::ensure!(fps > 0.0 && fps <= 1e6, "--fps {fps}: expected up to 1e6");
     anyhow::ensure!(
         args.floor > 0.0 && args.floor < 1.0,
         "--floor {}: expected a share of white above 0",
         args.floor
     );
-    let encoding: Encoding = args.encoding.parse().map_err(anyhow::Error::msg)?;
-    let mut source = FrameSource::open(&args.frames, encoding, args.white)?;
+    let mut source = args.frames.open()?;
     let events = read(&args.events, Some(source.size()))?;
-    let mut run = ThresholdRun::new(source.size(), args.fps, args.floor, &events)
-        .with_context(|| format!("{}, {}", args.frames.display(), args.events.display()))?;
+    let mut run = ThresholdRun::new(source.size(), fps, args.floor, &events)
+        .with_context(|| format!("{}, {}", args.frames.frames.display(), args.events.display()))?;
     let mut frame = Plane::for_sensor(source.size(), 0.0);
     let progress = bar("events of", source.frames(), "frames");
     while source.next_into(&mut frame)? {
@@ -34,7 +33,7 @@ pub(super) fn run(args: &ThresholdArgs) -> Result<()> {
     progress.finish_and_clear();
     let found = run
         .finish(args.seed)
-        .with_context(|| format!("{}, {}", args.frames.display(), args.events.display()))?;
+        .with_context(|| format!("{}, {}", args.frames.frames.display(), args.events.display()))?;
     say(format!("seen      {} frames, {} ON and {} OFF events", found.frames, found.on, found.off));
     say("          threshold, change of log light [95 % interval]");
     say(format!("by steps  ON  {}", told(found.by_steps_on, "ln")));

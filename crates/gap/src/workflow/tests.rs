@@ -4,6 +4,7 @@ use evpose_sensor::{EffectConfig, SensorConfig};
 use super::*;
 use crate::input::Nominal;
 use crate::naming::Bench;
+use crate::parameters::Parameter;
 use crate::verdict::Answer;
 use crate::{Scene, Stage};
 
@@ -134,11 +135,27 @@ fn what_a_name_rests_on_is_kept_beside_it() {
     assert!((half - 1.645 * error).abs() < 1e-6, "{half} {error}");
 }
 
-/// The lag of the pixels is no more than a millisecond; this is a clock.
+/// Events of a scene of little contrast are fewer than one over the threshold says.
+#[test]
+fn thresholds_that_are_far_off_are_parameters_with_their_values() {
+    let mut dull = ideal();
+    Parameter::ThresholdOn.set(&mut dull, 1.45 * Parameter::ThresholdOn.value(&ideal()));
+    Parameter::ThresholdOff.set(&mut dull, 1.38 * Parameter::ThresholdOff.value(&ideal()));
+    let prepared = Prepared::new(inputs(&dull)).unwrap();
+    let bench = prepared.bench().unwrap();
+    let named = bench.name(&prepared.model.config, &[], &|_| {}).unwrap();
+    assert_eq!(named.answer, Answer::Parameter);
+    for parameter in [Parameter::ThresholdOn, Parameter::ThresholdOff] {
+        let steps = parameter.steps(parameter.value(&dull), parameter.value(&named.after.model));
+        assert!(steps.abs() < 0.5, "{parameter:?} is {steps} steps off");
+    }
+}
+
+/// The lag of the pixels is no more than five milliseconds; this is a clock.
 #[test]
 fn a_clock_that_is_off_is_a_parameter_with_its_offset() {
     let mut late = ideal();
-    late.effects.push(EffectConfig::new("clock_offset_drift").with("offset_us", 4_000.0));
+    late.effects.push(EffectConfig::new("clock_offset_drift").with("offset_us", 9_000.0));
     let prepared = Prepared::new(inputs(&late)).unwrap();
     let bench = prepared.bench().unwrap();
     let named = bench.name(&prepared.model.config, &[], &|_| {}).unwrap();
@@ -147,7 +164,7 @@ fn a_clock_that_is_off_is_a_parameter_with_its_offset() {
     let [offset] = found.as_slice() else { panic!("{found:?}") };
     assert_eq!(offset.name, "clock_offset");
     let value = offset.parameters["clock_offset"].value;
-    assert!((value - 4_000.0).abs() < 200.0, "{value}");
+    assert!((value - 9_000.0).abs() < 200.0, "{value}");
 }
 
 #[test]

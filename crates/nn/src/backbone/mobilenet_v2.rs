@@ -12,6 +12,7 @@ use burn::nn::pool::{AdaptiveAvgPool2d, AdaptiveAvgPool2dConfig};
 use burn::nn::{Linear, LinearConfig};
 use burn::tensor::{Device, Tensor};
 
+use super::channels::multiple_of_eight;
 use crate::conv_norm::{ConvNorm, ConvNormConfig};
 use crate::init::Law;
 use crate::parameters::Slot;
@@ -144,12 +145,6 @@ fn relu6(x: Tensor<4>) -> Tensor<4> {
     x.clamp(0.0, 6.0)
 }
 
-/// The multiple of 8 nearest to `channels`, at least 8 and never more than a tenth below.
-fn multiple_of_eight(channels: f32) -> usize {
-    let nearest = (((channels + 4.0) / 8.0).floor() * 8.0).max(8.0);
-    if nearest < 0.9 * channels { nearest as usize + 8 } else { nearest as usize }
-}
-
 /// As torchvision initialises: Kaiming for convolutions, a narrow normal for the head.
 pub(super) fn initial(slot: &Slot) -> Law {
     match slot.layer.as_str() {
@@ -186,13 +181,6 @@ pub(super) fn torchvision_path(path: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn channels_are_rounded_as_published() {
-        // torchvision's `_make_divisible` at multipliers 0.35, 0.5, 0.75 and 1.4.
-        assert_eq!([0.35, 0.5, 0.75, 1.4].map(|w| multiple_of_eight(24.0 * w)), [8, 16, 24, 32]);
-        assert_eq!([0.35, 0.5, 0.75, 1.4].map(|w| multiple_of_eight(32.0 * w)), [16, 16, 24, 48]);
-    }
 
     #[test]
     fn parts_of_a_block_stand_where_torchvision_puts_them() {

@@ -9,6 +9,7 @@ use burn::nn::{Linear, LinearConfig, PaddingConfig2d};
 use burn::tensor::activation::relu;
 use burn::tensor::{Device, Tensor};
 
+use super::channels::scaled;
 use super::stem::stride_two_seven;
 use crate::conv_norm::{ConvNorm, ConvNormConfig};
 use crate::init::Law;
@@ -16,7 +17,7 @@ use crate::ops;
 use crate::parameters::Slot;
 
 /// Channels of the first stage as published.
-const PUBLISHED_CHANNELS: f32 = 64.0;
+const PUBLISHED_CHANNELS: usize = 64;
 
 /// Shape of a residual network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -51,7 +52,7 @@ struct BasicBlock {
 impl ResNetConfig {
     /// A network `width` times as wide as published.
     pub(super) fn new(blocks: [usize; 4], width: f32, outputs: usize) -> Self {
-        Self { blocks, channels: (PUBLISHED_CHANNELS * width).round().max(1.0) as usize, outputs }
+        Self { blocks, channels: scaled(PUBLISHED_CHANNELS, width), outputs }
     }
 
     /// The network with all weights zero.

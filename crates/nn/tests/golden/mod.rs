@@ -18,6 +18,10 @@ pub(crate) struct Golden {
     pub(crate) state_dict: Vec<f32>,
     /// Outputs of networks with closed-form weights, by backbone.
     pub(crate) formula: BTreeMap<String, Vec<f32>>,
+    /// Outputs of the VGG among them for images that end as 2 x 3 pixels.
+    pub(crate) pooled: Vec<f32>,
+    /// One step of training from the same weights, by backbone.
+    pub(crate) gradient: BTreeMap<String, GradientGolden>,
     /// The loss of `targets(5) / 2 + 0.01` for `targets(5)`.
     pub(crate) loss: LossGolden,
     /// Four steps of Adam from the checkpoint.
@@ -33,6 +37,13 @@ pub(crate) struct LossGolden {
     pub(crate) depth_m2: f32,
     pub(crate) rotation_rad2: f32,
     pub(crate) gradient: Vec<f32>,
+}
+
+#[derive(Deserialize)]
+pub(crate) struct GradientGolden {
+    pub(crate) objective: f32,
+    /// By the weight of the first convolution.
+    pub(crate) conv1_weight: Vec<f32>,
 }
 
 #[derive(Deserialize)]

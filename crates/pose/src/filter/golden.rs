@@ -5,7 +5,11 @@
 
 use evpose_core::Micros;
 
-use super::{ConstantVelocityKalman, KalmanConfig, NoiseSetting, TemporalFilter};
+use super::{
+    AdaptiveFilterConfig, AdaptiveHandFilter, ConstantVelocityKalman, KalmanConfig, NoiseSetting,
+    TemporalFilter,
+};
+use crate::HandParams;
 
 fn filter(config: KalmanConfig, values: usize) -> ConstantVelocityKalman {
     ConstantVelocityKalman::new(config, values).expect("valid settings")
@@ -94,4 +98,33 @@ fn uneven_steps_are_those_of_a_general_kalman_filter() {
             assert!((v - velocity).abs() < 1e-9, "step {k}: {v}, not {velocity}");
         }
     }
+}
+
+/// Two filters of 24 states from zero, written out in NumPy: the innovation of one chooses the
+/// noise of the other. Calm and wild stretches of 50 steps in turn: (step, value, estimate, fast).
+#[test]
+fn parity_adaptive_is_the_published_live_program() {
+    let golden = [
+        (0, 0, -0.028_571_428_997_176_112, false),
+        (1, 5, 0.012_243_851_937_310_868, false),
+        (30, 3, -0.009_968_630_960_362_377, false),
+        (60, 7, 0.000_971_283_899_957_565_8, true),
+        (99, 2, 0.165_964_806_218_871_1, true),
+        (120, 11, -0.052_644_324_598_542_87, false),
+        (150, 8, -0.223_903_972_712_575_9, true),
+        (199, 4, -0.360_878_073_592_880_2, true),
+    ];
+    let mut filter = AdaptiveHandFilter::new(&AdaptiveFilterConfig::parity()).expect("valid");
+    let mut fast_steps = 0;
+    for k in 0..200 {
+        let size = if (k / 50) % 2 == 0 { 0.05 } else { 1.0 };
+        let z = std::array::from_fn(|i| (size * f64::from(wild(k, i))) as f32);
+        let out = filter.update(Micros(k as i64), &HandParams::from_array(z)).to_array();
+        fast_steps += u32::from(filter.is_fast());
+        for &(_, i, want, fast) in golden.iter().filter(|&&(at, ..)| at == k) {
+            assert!((f64::from(out[i]) - want).abs() < 1e-6, "step {k}, value {i}: {}", out[i]);
+            assert_eq!(filter.is_fast(), fast, "step {k}");
+        }
+    }
+    assert_eq!(fast_steps, 111);
 }

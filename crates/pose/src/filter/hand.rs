@@ -89,6 +89,17 @@ impl HandFilter {
         self.kalman.reset();
     }
 
+    /// As [`ConstantVelocityKalman::largest_innovation`]; a rotation that is followed through π is
+    /// no surprise.
+    pub fn largest_innovation(&self) -> f64 {
+        self.kalman.largest_innovation()
+    }
+
+    /// Goes on with other settings, which must be valid.
+    pub(super) fn retune(&mut self, kalman: KalmanConfig) {
+        self.kalman.retune(kalman);
+    }
+
     /// The estimated rotation as the filter holds it, zero before the first measurement.
     fn rotation(&self) -> DVec3 {
         let mut numbers = self.kalman.positions().skip(ROTATION);

@@ -89,6 +89,7 @@ pub struct ConstantVelocityKalman {
     covariance: Covariance,
     /// Time of the last measurement, once there was one.
     last: Option<Micros>,
+    largest_innovation: f64,
 }
 
 impl ConstantVelocityKalman {
@@ -99,7 +100,8 @@ impl ConstantVelocityKalman {
     pub fn new(config: KalmanConfig, values: usize) -> Result<Self, PoseError> {
         config.validate()?;
         let covariance = Covariance::initial(&config);
-        Ok(Self { config, tracks: vec![Track::default(); values], covariance, last: None })
+        let tracks = vec![Track::default(); values];
+        Ok(Self { config, tracks, covariance, last: None, largest_innovation: 0.0 })
     }
 
     /// The estimated values, in full precision.
@@ -110,6 +112,17 @@ impl ConstantVelocityKalman {
     /// Their velocities, in units per second; per frame with [`TimeStep::PublishedFrame`].
     pub fn velocities(&self) -> impl ExactSizeIterator<Item = f64> + '_ {
         self.tracks.iter().map(|track| track.velocity)
+    }
+
+    /// How far the last measurement was from its prediction, in the value where it was furthest;
+    /// 0 where there was nothing to predict from, and for a missing measurement.
+    pub fn largest_innovation(&self) -> f64 {
+        self.largest_innovation
+    }
+
+    /// Goes on with other settings, which must be valid; state and covariance stay.
+    pub(super) fn retune(&mut self, config: KalmanConfig) {
+        self.config = config;
     }
 
     pub(super) fn tracks_mut(&mut self) -> &mut [Track] {
@@ -135,6 +148,7 @@ impl ConstantVelocityKalman {
         self.covariance = covariance;
         for (track, &z) in self.tracks.iter_mut().zip(z) {
             let innovation = f64::from(z) - track.position;
+            self.largest_innovation = self.largest_innovation.max(innovation.abs());
             track.position += k * innovation;
             track.velocity += l * innovation;
         }
@@ -174,6 +188,7 @@ impl TemporalFilter for ConstantVelocityKalman {
         assert_eq!(z.len(), self.tracks.len(), "the filter was made for another length");
         assert_eq!(out.len(), self.tracks.len(), "the filter was made for another length");
         let measured = z.iter().all(|v| v.is_finite());
+        self.largest_innovation = 0.0;
         if self.last.is_some_and(|last| t < last) {
             self.reset();
         }
@@ -197,6 +212,7 @@ impl TemporalFilter for ConstantVelocityKalman {
         self.tracks.fill(Track::default());
         self.covariance = Covariance::initial(&self.config);
         self.last = None;
+        self.largest_innovation = 0.0;
     }
 }
 

@@ -2,16 +2,22 @@
 //!
 //! * [`ConstantVelocityKalman`]: any number of independent values, each with a velocity.
 //! * [`HandFilter`]: the same on the 12 numbers of a hand, without tearing its rotation at π.
+//! * [`AdaptiveHandFilter`]: one that smooths more while the hand moves slowly.
+//! * [`StillnessGate`]: poses of a scene at rest are not predicted anew.
 
+mod adaptive;
 mod config;
 #[cfg(test)]
 mod golden;
 mod hand;
 mod kalman;
+mod stillness;
 
+pub use adaptive::{AdaptiveFilterConfig, AdaptiveHandFilter};
 pub use config::{InitialState, KalmanConfig, NoiseSetting, TimeStep};
 pub use hand::{HandFilter, HandFilterConfig};
 pub use kalman::ConstantVelocityKalman;
+pub use stillness::{Gated, StillnessConfig, StillnessGate};
 
 use evpose_core::Micros;
 

@@ -17,7 +17,9 @@ pub struct SequenceScores {
     pub rotation_deg: Totals,
     /// Root mean square differences of the articulation.
     pub articulation: Totals,
-    /// Errors of 20 points relative to the wrist, in millimetres.
+    /// Errors of 20 points relative to the wrist, in millimetres: their mean is the MPJPE.
+    pub points_mm: Totals,
+    /// The same errors as a curve.
     pub pck_3d: Pck,
     /// Errors of 7 points in the image, in percent of the palm.
     pub pck_2d: Pck,
@@ -35,6 +37,7 @@ impl SequenceScores {
     /// Scores the points of one frame.
     pub fn push_points(&mut self, predicted: &HandPoints, truth: &HandPoints) {
         for error_mm in root_aligned_errors_mm(&predicted.world_m, &truth.world_m) {
+            self.points_mm.push(error_mm);
             self.pck_3d.push(error_mm);
         }
         for error_percent in palm_errors_percent(&predicted.image_px, &truth.image_px) {
@@ -62,6 +65,7 @@ impl HandEvaluation {
             translation_mm: mean(|s| s.translation_mm),
             rotation_deg: mean(|s| s.rotation_deg),
             articulation: mean(|s| s.articulation),
+            mpjpe_mm: mean(|s| s.points_mm),
             auc_3d: mean(|s| s.pck_3d.totals()),
             auc_2d: mean(|s| s.pck_2d.totals()),
         }
@@ -117,6 +121,8 @@ pub struct HandSummary {
     pub rotation_deg: Option<Interval>,
     /// Root mean square difference of the articulation.
     pub articulation: Option<Interval>,
+    /// Mean error of 20 points relative to the wrist (MPJPE), in millimetres.
+    pub mpjpe_mm: Option<Interval>,
     /// Area under the 3D curve, 0 to 100 mm: larger is better.
     pub auc_3d: Option<Interval>,
     /// Area under the 2D curve, 0 to 100% of the palm: larger is better.
@@ -186,6 +192,7 @@ mod tests {
         near(summary.rotation_deg, 0.2f64.to_degrees());
         near(summary.articulation, 0.2);
         // Errors of 1, 2 and 3 mm.
+        near(summary.mpjpe_mm, 2.0);
         near(summary.auc_3d, 0.979);
     }
 

@@ -8,6 +8,9 @@
 //! Nothing is drawn per pixel: along a line on which every pixel holds a length in proportion to
 //! its rate, the gaps between events are exponential. Light then takes some away.
 //!
+//! The rate is a height over that line, drawn layer by layer, and a sensor has the events below its
+//! own: two that differ a little share nearly all of them, so that a fit sees which way to turn.
+//!
 //! # Source
 //! Hu et al. 2021 (v2e): `light_slope` 0.75.
 
@@ -95,9 +98,29 @@ struct ShotNoisePoisson {
     is_inverse: bool,
 }
 
-/// The sequences of draws of one tick. They take the place of a pixel in [`StageNoise`].
+/// The sequences of draws of one layer of one tick. They take the place of a pixel in
+/// [`StageNoise`].
 const GAPS: usize = 0;
 const CHANCES: usize = 1;
+const HEIGHTS: usize = 2;
+const SEQUENCES: usize = 3;
+
+/// The rate that the lowest layer ends at, Hz; every further one ends at twice that of the one below.
+const LOWEST_HZ: f64 = 1.0 / 256.0;
+
+/// Rates from one to another.
+#[derive(Debug, Clone, Copy)]
+struct Layer {
+    index: usize,
+    low_hz: f64,
+    high_hz: f64,
+}
+
+impl Layer {
+    fn next(self) -> Self {
+        Self { index: self.index + 1, low_hz: self.high_hz, high_hz: 2.0 * self.high_hz }
+    }
+}
 
 /// The largest part of a step by which a hit comes before its end: it lies within the step.
 const LAST_SHARE: f32 = 1.0 - f32::EPSILON;
@@ -152,17 +175,45 @@ impl PixelTerm for ShotNoisePoisson {
         noise: StageNoise,
         hits: &mut Vec<Hit>,
     ) {
+        let mut layer = Layer { index: 0, low_hz: 0.0, high_hz: LOWEST_HZ };
+        while layer.low_hz < self.rate_hz {
+            self.strike_layer(tick, size, table, noise, layer, hits);
+            layer = layer.next();
+        }
+    }
+
+    fn acceptance(&self, light: f32) -> f32 {
+        1.0 - self.light_slope * light
+    }
+}
+
+impl ShotNoisePoisson {
+    /// The events of a layer of rates that are below the own.
+    fn strike_layer(
+        &self,
+        tick: &Tick,
+        size: SensorSize,
+        table: &Table,
+        noise: StageNoise,
+        layer: Layer,
+        hits: &mut Vec<Hit>,
+    ) {
         let pixels = size.pixels();
         let (starts, (ends, on_parts)) = (&table.sums, table.values.split_at(pixels));
-        let mean = 0.5 * self.rate_hz * tick.dt_s();
+        let mean = 0.5 * (layer.high_hz - layer.low_hz) * tick.dt_s();
+        let kept = (self.rate_hz - layer.low_hz) / (layer.high_hz - layer.low_hz);
+        let sequence = SEQUENCES * layer.index;
         let (mut position, mut group) = (0.0, 0);
         for draw in 0.. {
-            position += exponential(noise, GAPS, draw) / mean;
+            position += exponential(noise, sequence + GAPS, draw) / mean;
             while starts[group + 1] <= position {
                 group += 1;
                 if group + 1 == starts.len() {
                     return;
                 }
+            }
+            if kept < 1.0 && uniform(noise, sequence + HEIGHTS, draw) > kept {
+                continue;
             }
             let rest = (position - starts[group]) as f32;
             let first = group * GROUP;
@@ -182,13 +233,9 @@ impl PixelTerm for ShotNoisePoisson {
                 pixel: (first + index) as u32,
                 polarity,
                 origin: Origin::Shot,
-                chance: uniform(noise, CHANCES, draw) as f32,
+                chance: uniform(noise, sequence + CHANCES, draw) as f32,
                 term: 0,
             });
         }
-    }
-
-    fn acceptance(&self, light: f32) -> f32 {
-        1.0 - self.light_slope * light
     }
 }

@@ -47,6 +47,9 @@ pub struct SimulationConfig {
     pub motion: MotionConfig,
     /// Shape coefficients are uniform between minus this and this.
     pub shape_range: f32,
+    /// Light on everything, hand and background alike, relative to the usual: 0.01 is a hundredth of
+    /// it, as through a grey filter. What is clipped at reference white is clipped before.
+    pub light_level: f32,
     /// Lights on the hand.
     pub lights: LightConfig,
     /// What is behind the hand.
@@ -78,6 +81,7 @@ impl Default for SimulationConfig {
             body: BodyConfig::default(),
             motion: MotionConfig::default(),
             shape_range: 2.0,
+            light_level: 1.0,
             lights: LightConfig::default(),
             backgrounds: BackgroundConfig::default(),
             skin: SkinConfig::default(),

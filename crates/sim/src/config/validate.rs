@@ -5,6 +5,8 @@ use crate::SimError;
 
 /// Largest side of an image; far beyond any event camera.
 const LARGEST_SIDE_PX: f32 = 4_096.0;
+/// Steps of one movement or one rest: hours, at a thousand a second.
+const LONGEST_MOTION_STEPS: f64 = 1e7;
 
 impl SimulationConfig {
     /// Checks every field.
@@ -32,6 +34,20 @@ impl SimulationConfig {
             "must divide a million: steps are whole microseconds",
         )?;
         check_positive("episode_s", self.episode_s)?;
+        let motion = self.motion;
+        let steps = motion.period_s * f64::from(self.step_hz);
+        check(
+            "motion.period_s",
+            &motion.period_s,
+            (1.0..=LONGEST_MOTION_STEPS).contains(&steps),
+            "must be at least one step and at most 10 million",
+        )?;
+        check(
+            "motion.pause_s",
+            &motion.pause_s,
+            (0.0..=LONGEST_MOTION_STEPS).contains(&(motion.pause_s * f64::from(self.step_hz))),
+            "must be from 0 to 10 million steps",
+        )?;
         check("seconds", &self.seconds, self.frames() > 0, "must be at least one step")?;
         check("episode_s", &self.episode_s, self.episode_frames() > 0, "must be at least one step")
     }
@@ -80,6 +96,7 @@ impl SimulationConfig {
 
     fn check_appearance(&self) -> Result<(), SimError> {
         check_from("shape_range", f64::from(self.shape_range), 0.0)?;
+        check_from("light_level", f64::from(self.light_level), 0.0)?;
         let lights = &self.lights;
         for (field, colour) in [
             ("lights.first", lights.first),
@@ -170,6 +187,9 @@ mod tests {
             complaint(|c| c.backgrounds.source = BackgroundSource::Procedural(0)),
             "simulation.backgrounds.source.procedural = 0: must be at least 1"
         );
+        assert!(complaint(|c| c.light_level = -0.1).starts_with("simulation.light_level = -0.1"));
+        assert!(complaint(|c| c.motion.period_s = 0.0).starts_with("simulation.motion.period_s"));
+        assert!(complaint(|c| c.motion.pause_s = -1.0).starts_with("simulation.motion.pause_s"));
         assert!(complaint(|c| c.camera.up = Vec3::ZERO).starts_with("simulation.camera.up = "));
         assert!(complaint(|c| c.seconds = f64::NAN).starts_with("simulation.seconds = NaN"));
     }

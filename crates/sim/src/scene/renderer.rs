@@ -32,6 +32,8 @@ pub struct Renderer {
     scene: Scene,
     /// Whether the meshes are closed, see [`is_closed`](crate::raster::is_closed).
     closed: bool,
+    /// Factor on everything that is seen.
+    light_level: f32,
     raster: Raster,
     shader: Shader,
     backdrop: Plane<f32>,
@@ -39,15 +41,17 @@ pub struct Renderer {
 }
 
 impl Renderer {
-    /// Prepares `scene` for meshes that are closed or not.
-    pub fn new(scene: Scene, closed: bool) -> Self {
+    /// Prepares `scene` for meshes that are closed or not. All light is multiplied by `light_level`
+    /// behind the frame buffer.
+    pub fn new(scene: Scene, closed: bool, light_level: f32) -> Self {
         let raster = Raster::new(scene.camera.sensor());
         let mut backdrop = Plane::for_sensor(scene.camera.sensor(), 0.0);
         for (pixel, rgb) in backdrop.data_mut().iter_mut().zip(scene.backdrop.rgb().data()) {
-            *pixel = luminance(scene.response.apply(*rgb));
+            *pixel = light_level * luminance(scene.response.apply(*rgb));
         }
         let luminance = backdrop.clone();
-        Self { scene, closed, raster, shader: Shader::default(), backdrop, luminance }
+        let shader = Shader::default();
+        Self { scene, closed, light_level, raster, shader, backdrop, luminance }
     }
 
     /// The scene.
@@ -73,7 +77,8 @@ impl Renderer {
 
     /// The second half: the light of the `mesh` that was seen.
     pub fn shade(&mut self, mesh: &Mesh<'_>) -> &Plane<f32> {
-        self.shader.shade(&self.scene, &self.raster, mesh, &mut self.luminance);
+        let Self { shader, scene, raster, luminance, .. } = self;
+        shader.shade(scene, raster, mesh, self.light_level, luminance);
         &self.luminance
     }
 
@@ -83,11 +88,12 @@ impl Renderer {
         let mut rgb = self.scene.backdrop.rgb().clone();
         let fragments = self.raster.fragments(mesh);
         for (pixel, fragment) in rgb.data_mut().iter_mut().zip(fragments.data()) {
-            *pixel = if fragment.is_covered() {
+            let rgb = if fragment.is_covered() {
                 self.scene.shade(mesh, fragment)
             } else {
                 self.scene.response.apply(*pixel)
             };
+            *pixel = rgb * self.light_level;
         }
         rgb
     }
@@ -131,6 +137,10 @@ mod tests {
 
     /// At the origin, looking along -z at something white, lit from the upper right.
     fn renderer(response: FrameResponse) -> Renderer {
+        renderer_at(response, 1.0)
+    }
+
+    fn renderer_at(response: FrameResponse, light_level: f32) -> Renderer {
         let placement = LookAt { eye_m: Vec3::ZERO, centre_m: Vec3::NEG_Z, up: Vec3::Y };
         let pinhole = Pinhole::from_vertical_fov(SENSOR, 45.0);
         let light = DirectionalLight { direction: Vec3A::new(0.6, 0.8, 0.0), colour: Vec3A::ONE };
@@ -142,7 +152,7 @@ mod tests {
             backdrop: Backdrop::uniform(SENSOR, Vec3A::splat(BEHIND)),
             response,
         };
-        Renderer::new(scene, true)
+        Renderer::new(scene, true, light_level)
     }
 
     #[test]
@@ -206,6 +216,22 @@ mod tests {
         assert!((1.3..1.471).contains(&brightest(FrameResponse::Linear)));
         assert!((brightest(FrameResponse::Clipped) - 1.0).abs() < 1e-6);
         assert!((brightest(FrameResponse::Rgb8) - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_hundredth_of_the_light_is_the_same_picture_a_hundred_times_darker() {
+        let sphere = Shape::sphere(Vec3::NEG_Z, 0.3, 24);
+        let mut usual = renderer(FrameResponse::Clipped);
+        let mut dim = renderer_at(FrameResponse::Clipped, 0.01);
+        let near = |a: f32, b: f32| (a - b).abs() <= 1e-6 * b.abs();
+        let pictures = (usual.render(&sphere.mesh()).clone(), dim.render(&sphere.mesh()).clone());
+        for (usual, dim) in pictures.0.data().iter().zip(pictures.1.data()) {
+            assert!(near(*dim, 0.01 * usual), "{dim} of {usual}");
+        }
+        let colours = (usual.render_rgb(&sphere.mesh()), dim.render_rgb(&sphere.mesh()));
+        for (usual, dim) in colours.0.data().iter().zip(colours.1.data()) {
+            assert!(near(dim.y, 0.01 * usual.y), "{dim} of {usual}");
+        }
     }
 
     #[test]

@@ -16,19 +16,20 @@ pub(super) struct Shader {
 }
 
 impl Shader {
-    /// Writes the luminance of the pixels of `raster` that see `mesh`.
+    /// Writes the luminance of the pixels of `raster` that see `mesh`, times `light_level`.
     pub(super) fn shade(
         &mut self,
         scene: &Scene,
         raster: &Raster,
         mesh: &Mesh<'_>,
+        light_level: f32,
         luminance: &mut Plane<f32>,
     ) {
         let Self { varyings, pixels } = self;
         let count = raster.seen_pixels(pixels);
         varyings.gather(raster, mesh);
         let pixels = &pixels[..count];
-        in_lanes(Shade { scene, raster, varyings, pixels, luminance });
+        in_lanes(Shade { scene, raster, varyings, pixels, light_level, luminance });
     }
 }
 
@@ -37,6 +38,7 @@ struct Shade<'a> {
     raster: &'a Raster,
     varyings: &'a Varyings,
     pixels: &'a [SeenPixel],
+    light_level: f32,
     luminance: &'a mut Plane<f32>,
 }
 
@@ -53,7 +55,8 @@ impl LaneWork for Shade<'_> {
             for (k, seen) in seen.iter_mut().enumerate() {
                 *seen = self.varyings.at(l, self.raster, batch[k.min(last)]);
             }
-            let light = l.store(self.scene.luminance_of(l, l.transpose(seen)));
+            let light = self.scene.luminance_of(l, l.transpose(seen));
+            let light = l.store(l.mul(light, l.splat(self.light_level)));
             for (pixel, light) in batch.iter().zip(light) {
                 out[usize::from(pixel.y) * width + usize::from(pixel.x)] = light;
             }

@@ -1,0 +1,29 @@
+//! `evpose ablate`: what each part of a method is worth.
+//!
+//! * [`rows`]: the registry of what is changed, and what was published about it.
+//! * [`finding`]: a published statement held against what was found.
+//! * [`places`]: where everything lies, and what of it is finished.
+//! * [`trial`]: one row under one seed: trained, judged, timed.
+//! * [`hand`]: all rows under all seeds.
+//! * [`outcome`]: what they come to; [`table`] and [`page`] show it.
+
+mod args;
+mod finding;
+mod hand;
+mod outcome;
+mod page;
+mod places;
+mod rows;
+mod table;
+mod trial;
+mod watch;
+
+use anyhow::Result;
+
+pub(crate) use args::AblateCommand;
+
+pub(crate) fn run(command: &AblateCommand) -> Result<()> {
+    match command {
+        AblateCommand::Hand(args) => hand::run(args),
+    }
+}

@@ -1,0 +1,253 @@
+//! `evpose eval --conditions`: a network on slow hands and in little light, on sequences made for it.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+use burn::tensor::Device;
+use evpose_core::atomic_write;
+use evpose_pose::metric::{HandRatios, HandSummary, Interval, MeanPose};
+use evpose_train::{
+    Checkpoint, Condition, ConstantPose, Evaluated, HandConfig, HandDataset, Method,
+    NetworkPredictor, SlowMotionEvaluated, SlowMotionUsage, evaluate, evaluate_slow_motion,
+    poses_to_judge,
+};
+use serde::Serialize;
+use serde_json::{Map, Value};
+
+use super::held_out::{cell, find};
+use super::{device, simulate};
+use crate::args::EvalArgs;
+use crate::machine::Machine;
+use crate::progress::{bar, say};
+use crate::report::{self, PREDICTION, SLOW_MOTION};
+use crate::run_info::{self, COMMIT};
+
+/// What `conditions.json` holds.
+#[derive(Debug, Serialize)]
+struct Report {
+    conditions: Map<String, Value>,
+    sequences: usize,
+    /// Length of each sequence.
+    seconds: f64,
+    stride_ms: u32,
+    seed: u64,
+    commit: &'static str,
+    machine: Machine,
+}
+
+/// One condition in it.
+#[derive(Debug, Serialize)]
+struct Entry<'a> {
+    about: String,
+    /// A line of the table for each method, by its name.
+    methods: Map<String, Value>,
+    /// Errors of the slow-motion mode over those of the plain pipeline, paired by sequence.
+    slow_motion_over_trained_kalman: HandRatios,
+    usage: &'a SlowMotionUsage,
+    /// As it was simulated.
+    config: String,
+}
+
+/// One condition, judged.
+struct Judged {
+    condition: Condition,
+    config: HandConfig,
+    methods: Vec<Evaluated>,
+    usage: SlowMotionUsage,
+}
+
+pub(crate) fn run(args: &EvalArgs) -> Result<()> {
+    let device = device(&args.device)?;
+    let checkpoint = Checkpoint::load(&args.checkpoint, &device)?;
+    // All of them first: a mistake in the last should not wait for the others.
+    let conditions = args
+        .conditions
+        .iter()
+        .map(|source| {
+            let condition = Condition::load(source)?;
+            let mut config = simulate::held_out(&condition.apply(&checkpoint.config)?);
+            config.simulation.sequences = args.sequences;
+            config.simulation.seconds = args.seconds;
+            config.simulation.validate()?;
+            Ok((condition, config))
+        })
+        .collect::<Result<Vec<_>>>()?;
+    for (i, (condition, _)) in conditions.iter().enumerate() {
+        if conditions[..i].iter().any(|(earlier, _)| earlier.name == condition.name) {
+            bail!("--conditions names `{}` twice", condition.name);
+        }
+    }
+    let scratch;
+    let out: &Path = match &args.out {
+        Some(out) if out.read_dir().is_ok_and(|mut entries| entries.next().is_some()) => {
+            bail!("{} is not empty: choose another --out", out.display())
+        }
+        Some(out) => out,
+        None => {
+            scratch = tempfile::tempdir().context("making a directory for the sequences")?;
+            scratch.path()
+        }
+    };
+
+    let mut all = Vec::new();
+    for (condition, config) in conditions {
+        say(format!("{}: {}", condition.name, condition.about()));
+        let dir = out.join(&*condition.name);
+        say(format!("    {}", simulate::record(&config, &dir, &condition.name)?));
+        let data = HandDataset::open(&dir, &config)?;
+        let (methods, usage) = judge(&config, &data, &checkpoint, &device, args.stride_ms)?;
+        if args.out.is_some() {
+            let plain = find(&methods, "trained_kalman")?;
+            let slow = find(&methods, "slow_motion")?;
+            let sheet = report::strip(&config, &data, &[(plain, PREDICTION), (slow, SLOW_MOTION)])?;
+            let path = picture_path(out, &condition);
+            atomic_write(&path, &report::png(&sheet)?)
+                .with_context(|| format!("writing {}", path.display()))?;
+        }
+        all.push(Judged { condition, config, methods, usage });
+    }
+
+    say("");
+    print_scores(&all);
+    say("");
+    print_usage(&all);
+    let report = report_of(&all, args)?;
+    let text = serde_json::to_string_pretty(&report)? + "\n";
+    let mut files: Vec<PathBuf> = args.json.iter().cloned().collect();
+    if args.out.is_some() {
+        run_info::write(out, checkpoint.config.seed, Some(&checkpoint.config))?;
+        files.push(out.join("conditions.json"));
+    }
+    for path in &files {
+        atomic_write(path, text.as_bytes())
+            .with_context(|| format!("writing {}", path.display()))?;
+        say(format!("written to {}", path.display()));
+    }
+    if args.out.is_some() {
+        for judged in &all {
+            say(format!("picture: {}", picture_path(out, &judged.condition).display()));
+        }
+    }
+    Ok(())
+}
+
+fn picture_path(out: &Path, condition: &Condition) -> PathBuf {
+    out.join(format!("{}.png", condition.name))
+}
+
+/// The mean pose, the plain pipeline without and with its filter, and the slow-motion mode.
+fn judge(
+    config: &HandConfig,
+    data: &HandDataset,
+    checkpoint: &Checkpoint,
+    device: &Device,
+    stride_ms: u32,
+) -> Result<(Vec<Evaluated>, SlowMotionUsage)> {
+    let mean = match checkpoint.mean_pose {
+        Some(mean) => mean,
+        // Weights from elsewhere do not know what they were trained on.
+        None => {
+            let mut mean = MeanPose::default();
+            data.poses(100_000)?.iter().for_each(|pose| mean.push(pose));
+            mean.mean().context("no poses to average")?
+        }
+    };
+    let mut constant = ConstantPose(mean);
+    let mut network = NetworkPredictor::new(checkpoint.network.clone(), device.clone());
+    let mut methods = [
+        Method { name: "mean_pose", predictor: &mut constant, filtered: None },
+        Method { name: "trained", predictor: &mut network, filtered: Some("trained_kalman") },
+    ];
+    let progress = bar("evaluating", poses_to_judge(config, data, stride_ms), "poses");
+    let mut judged =
+        evaluate(config, data, &mut methods, stride_ms, &mut |done| progress.inc(done))?;
+    progress.finish_and_clear();
+
+    let total_ms = data.sequences().iter().map(|sequence| sequence.frames()).sum();
+    let progress = bar("slow motion", total_ms, "ms");
+    let mut tell = |ms| progress.inc(ms);
+    let SlowMotionEvaluated { methods, usage } =
+        evaluate_slow_motion(config, data, &mut network, mean, stride_ms, &mut tell)?;
+    progress.finish_and_clear();
+    judged.extend(methods);
+    Ok((judged, usage))
+}
+
+fn report_of(all: &[Judged], args: &EvalArgs) -> Result<Report> {
+    let mut conditions = Map::new();
+    for Judged { condition, config, methods, usage } in all {
+        let bootstrap = &config.evaluation.bootstrap;
+        let mut lines = Map::new();
+        for method in methods {
+            let summary = method.evaluation.summary(bootstrap);
+            lines.insert(method.name.to_owned(), serde_json::to_value(summary)?);
+        }
+        let plain = &find(methods, "trained_kalman")?.evaluation;
+        let slow = &find(methods, "slow_motion")?.evaluation;
+        let entry = Entry {
+            about: condition.about(),
+            methods: lines,
+            slow_motion_over_trained_kalman: slow.ratios_to(plain, bootstrap)?,
+            usage,
+            config: config.to_toml()?,
+        };
+        conditions.insert(condition.name.clone().into_owned(), serde_json::to_value(entry)?);
+    }
+    Ok(Report {
+        conditions,
+        sequences: args.sequences,
+        seconds: args.seconds,
+        stride_ms: args.stride_ms,
+        seed: all.first().map_or(0, |judged| judged.config.seed),
+        commit: COMMIT,
+        machine: Machine::this(),
+    })
+}
+
+/// A column of the table: heading, digits, and which number.
+type Column = (&'static str, usize, fn(&HandSummary) -> Option<Interval>);
+
+const COLUMNS: [Column; 5] = [
+    ("translation mm", 1, |s| s.translation_mm),
+    ("rotation deg", 1, |s| s.rotation_deg),
+    ("MPJPE mm", 1, |s| s.mpjpe_mm),
+    ("AUC 3D", 3, |s| s.auc_3d),
+    ("AUC 2D", 3, |s| s.auc_2d),
+];
+
+fn print_scores(all: &[Judged]) {
+    let heading: String = COLUMNS.iter().map(|(name, ..)| format!("{name:>24}")).collect();
+    say(format!("{:<12}{:<18}{heading}", "condition", "method"));
+    for judged in all {
+        for method in &judged.methods {
+            let summary = method.evaluation.summary(&judged.config.evaluation.bootstrap);
+            let cells: String = COLUMNS
+                .iter()
+                .map(|(_, digits, get)| {
+                    let (number, interval) = cell(get(&summary), *digits);
+                    format!("{:>24}", format!("{number} {interval}").trim_end())
+                })
+                .collect();
+            say(format!("{:<12}{:<18}{cells}", judged.condition.name, method.name));
+        }
+    }
+}
+
+/// What the slow-motion mode did.
+fn print_usage(all: &[Judged]) {
+    let headings = ["events/s", "surfaces/s", "repeated %", "fast %", "wait ms"];
+    let heading: String = headings.iter().map(|name| format!("{name:>14}")).collect();
+    say(format!("{:<12}{:<18}{heading}", "condition", "slow motion"));
+    for Judged { condition, usage, .. } in all {
+        let surfaces = usage.surfaces.max(1) as f64;
+        let numbers = [
+            usage.events as f64 / usage.seconds,
+            usage.surfaces as f64 / usage.seconds,
+            100.0 * usage.repeated as f64 / surfaces,
+            100.0 * usage.fast as f64 / surfaces,
+            1e3 * usage.waited_s / surfaces,
+        ];
+        let cells: String = numbers.iter().map(|number| format!("{number:>14.1}")).collect();
+        say(format!("{:<12}{:<18}{cells}", condition.name, ""));
+    }
+}

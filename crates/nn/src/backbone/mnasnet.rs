@@ -1,0 +1,230 @@
+//! MnasNet-B1: inverted residuals found by a search, layout and weights as torchvision's.
+//!
+//! Two things in which training departs from torchvision's. Its dropout of 0.2 before the head is
+//! left out, for the reasons given in [`mobilenet_v2`](super::mobilenet_v2). And its running
+//! statistics follow a batch by 1/10 as everywhere else, not by 3/10,000: at that pace they need
+//! tens of thousands of steps to forget what they started from, and a network that is judged
+//! earlier is judged with statistics of nothing.
+//!
+//! # Source
+//! Tan et al.: *MnasNet: Platform-Aware Neural Architecture Search for Mobile*, CVPR 2019, Figure
+//! 7a.
+
+use burn::module::{Initializer, Module};
+use burn::nn::pool::{AdaptiveAvgPool2d, AdaptiveAvgPool2dConfig};
+use burn::nn::{Linear, LinearConfig};
+use burn::tensor::{Device, Tensor};
+
+use super::channels::multiple_of_eight;
+use crate::conv_norm::{ConvNorm, ConvNormConfig};
+use crate::init::Law;
+use crate::parameters::Slot;
+
+/// Channels of the first convolution and of the block behind it.
+const STEM_CHANNELS: [f32; 2] = [32.0, 16.0];
+/// Channels of the last convolution at every width.
+const HEAD_CHANNELS: usize = 1280;
+
+/// Blocks of one kind, in a row.
+struct Stack {
+    channels: f32,
+    /// Of the depthwise convolutions.
+    kernel: usize,
+    /// Of the first block.
+    stride: usize,
+    /// Hidden channels for each channel of a block's input.
+    expansion: usize,
+    blocks: usize,
+}
+
+const STACKS: [Stack; 6] = [
+    Stack { channels: 24.0, kernel: 3, stride: 2, expansion: 3, blocks: 3 },
+    Stack { channels: 40.0, kernel: 5, stride: 2, expansion: 3, blocks: 3 },
+    Stack { channels: 80.0, kernel: 5, stride: 2, expansion: 6, blocks: 3 },
+    Stack { channels: 96.0, kernel: 3, stride: 1, expansion: 6, blocks: 2 },
+    Stack { channels: 192.0, kernel: 5, stride: 2, expansion: 6, blocks: 4 },
+    Stack { channels: 320.0, kernel: 3, stride: 1, expansion: 6, blocks: 1 },
+];
+
+/// Shape of a MnasNet.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct MnasNetConfig {
+    /// Multiplier of all channel counts but the last, 1 as published.
+    width: f32,
+    /// Numbers predicted.
+    outputs: usize,
+}
+
+/// A network of inverted residuals with kernels of two sizes.
+#[derive(Module, Debug)]
+pub struct MnasNet {
+    stem: ConvNorm,
+    /// The first block, which expands nothing and has no residual.
+    separable: Separable,
+    stacks: Vec<Vec<InvertedResidual>>,
+    last: ConvNorm,
+    mean: AdaptiveAvgPool2d,
+    head: Linear,
+}
+
+/// Filter each channel with a square kernel, then mix them.
+#[derive(Module, Debug)]
+struct Separable {
+    depthwise: ConvNorm,
+    project: ConvNorm,
+}
+
+/// Expand with 1x1, then as [`Separable`]; the input is added where the shape allows.
+#[derive(Module, Debug)]
+struct InvertedResidual {
+    expand: ConvNorm,
+    separable: Separable,
+    residual: bool,
+}
+
+impl MnasNetConfig {
+    pub(super) fn new(width: f32, outputs: usize) -> Self {
+        Self { width, outputs }
+    }
+
+    /// The network with all weights zero.
+    pub(super) fn init(self, device: &Device) -> MnasNet {
+        let [stem, mut channels] =
+            STEM_CHANNELS.map(|channels| multiple_of_eight(channels * self.width));
+        let separable = Separable::new(stem, channels, 3, 1, device);
+        let mut stacks = Vec::new();
+        for stack in &STACKS {
+            let output = multiple_of_eight(stack.channels * self.width);
+            let blocks = (0..stack.blocks).map(|block| {
+                let input = std::mem::replace(&mut channels, output);
+                let stride = if block == 0 { stack.stride } else { 1 };
+                InvertedResidual {
+                    expand: ConvNormConfig::new(input, input * stack.expansion, 1).init(device),
+                    separable: Separable::new(
+                        input * stack.expansion,
+                        output,
+                        stack.kernel,
+                        stride,
+                        device,
+                    ),
+                    residual: stride == 1 && input == output,
+                }
+            });
+            stacks.push(blocks.collect());
+        }
+        MnasNet {
+            stem: ConvNormConfig::new(3, stem, 3).with_stride(2).init(device),
+            separable,
+            stacks,
+            last: ConvNormConfig::new(channels, HEAD_CHANNELS, 1).init(device),
+            mean: AdaptiveAvgPool2dConfig::new([1, 1]).init(),
+            head: LinearConfig::new(HEAD_CHANNELS, self.outputs)
+                .with_initializer(Initializer::Zeros)
+                .init(device),
+        }
+    }
+}
+
+impl MnasNet {
+    /// # Shapes
+    /// - input: `[batch, 3, height, width]`
+    /// - output: `[batch, outputs]`
+    pub fn forward(&self, input: Tensor<4>) -> Tensor<2> {
+        let mut x = self.separable.forward(self.stem.forward_relu(input));
+        for block in self.stacks.iter().flatten() {
+            x = block.forward(x);
+        }
+        let x = self.last.forward_relu(x);
+        self.head.forward(self.mean.forward(x).flatten(1, 3))
+    }
+}
+
+impl Separable {
+    fn new(
+        channels_in: usize,
+        channels_out: usize,
+        kernel: usize,
+        stride: usize,
+        device: &Device,
+    ) -> Self {
+        Self {
+            depthwise: ConvNormConfig::new(channels_in, channels_in, kernel)
+                .with_stride(stride)
+                .with_groups(channels_in)
+                .init(device),
+            project: ConvNormConfig::new(channels_in, channels_out, 1).init(device),
+        }
+    }
+
+    fn forward(&self, input: Tensor<4>) -> Tensor<4> {
+        self.project.forward(self.depthwise.forward_relu(input))
+    }
+}
+
+impl InvertedResidual {
+    /// # Shapes
+    /// - input: `[batch, channels_in, height, width]`
+    /// - output: `[batch, channels_out, ceil(height / stride), ceil(width / stride)]`
+    fn forward(&self, input: Tensor<4>) -> Tensor<4> {
+        let x = self.separable.forward(self.expand.forward_relu(input.clone()));
+        if self.residual { x + input } else { x }
+    }
+}
+
+/// As torchvision initialises: Kaiming for convolutions; the head uniform with the variance that
+/// keeps gradients, `1 / outputs`.
+pub(super) fn initial(slot: &Slot) -> Law {
+    match (slot.layer.as_str(), slot.shape.as_slice()) {
+        ("Conv2d", shape) => Law::kaiming_fan_out(shape),
+        ("BatchNorm", _) => Law::batch_norm(slot.name()),
+        (_, &[_, outputs]) => Law::Uniform { bound: (3.0 / outputs as f32).sqrt() },
+        _ => Law::Constant(0.0),
+    }
+}
+
+/// `stacks.1.0.separable.project.conv.x` is `layers.9.0.layers.6.x`: layers are numbered through,
+/// a convolution, its normalisation and its ReLU taking three numbers and a stack one.
+pub(super) fn torchvision_path(path: &str) -> String {
+    const STEM: usize = 0;
+    const SEPARABLE: usize = 3;
+    const FIRST_STACK: usize = 8;
+    const LAST: usize = FIRST_STACK + STACKS.len();
+    let parts: Vec<&str> = path.split('.').collect();
+    let inner = |kind: &str| usize::from(kind == "norm");
+    let half = |half: &str| if half == "depthwise" { 0 } else { 3 };
+    match *parts.as_slice() {
+        ["stem", kind, name] => format!("layers.{}.{name}", STEM + inner(kind)),
+        ["separable", part, kind, name] => {
+            format!("layers.{}.{name}", SEPARABLE + half(part) + inner(kind))
+        }
+        ["last", kind, name] => format!("layers.{}.{name}", LAST + inner(kind)),
+        ["head", name] => format!("classifier.1.{name}"),
+        ["stacks", stack, block, ref part @ .., kind, name] => {
+            let stack = stack.parse::<usize>().map_or(0, |index| index + FIRST_STACK);
+            let layer = match part {
+                ["separable", part] => 3 + half(part),
+                _ => 0,
+            };
+            format!("layers.{stack}.{block}.layers.{}.{name}", layer + inner(kind))
+        }
+        _ => path.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_of_a_block_stand_where_torchvision_puts_them() {
+        let name = torchvision_path;
+        assert_eq!(name("separable.project.norm.gamma"), "layers.7.gamma");
+        assert_eq!(name("stacks.0.0.expand.norm.beta"), "layers.8.0.layers.1.beta");
+        assert_eq!(
+            name("stacks.5.0.separable.depthwise.conv.weight"),
+            "layers.13.0.layers.3.weight"
+        );
+        assert_eq!(name("stacks.1.0.separable.project.conv.weight"), "layers.9.0.layers.6.weight");
+        assert_eq!(name("last.conv.weight"), "layers.14.weight");
+    }
+}

@@ -1,0 +1,239 @@
+//! ShuffleNetV2: half of the channels pass by, the halves are shuffled; layout and weights as
+//! torchvision's.
+//!
+//! # Source
+//! Ma et al.: *ShuffleNet V2: Practical Guidelines for Efficient CNN Architecture Design*, ECCV
+//! 2018, Table 5.
+
+use burn::module::{Initializer, Module};
+use burn::nn::pool::{AdaptiveAvgPool2d, AdaptiveAvgPool2dConfig, MaxPool2d, MaxPool2dConfig};
+use burn::nn::{Linear, LinearConfig, PaddingConfig2d};
+use burn::tensor::{Device, Tensor};
+
+use super::channels::scaled;
+use crate::conv_norm::{ConvNorm, ConvNormConfig};
+use crate::init::Law;
+use crate::ops;
+use crate::parameters::Slot;
+
+/// Channels of the first convolution, the same at every published width.
+const STEM_CHANNELS: usize = 24;
+/// Channels of one half of the first stage; each stage has twice as many as the one before.
+const BRANCH_CHANNELS: usize = 58;
+/// Units of the three stages.
+const UNITS: [usize; 3] = [4, 8, 4];
+/// Channels of the last convolution, which narrower networks keep.
+const HEAD_CHANNELS: usize = 1024;
+
+/// Shape of a ShuffleNetV2.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct ShuffleNetV2Config {
+    /// Multiplier of the channels of the stages, 1 for the published "1x". Those published as 0.5x,
+    /// 1.5x and 2x follow no formula and are not among these.
+    width: f32,
+    /// Numbers predicted.
+    outputs: usize,
+}
+
+/// A network of shuffled units.
+#[derive(Module, Debug)]
+pub struct ShuffleNetV2 {
+    stem: ConvNorm,
+    pool: MaxPool2d,
+    stages: Vec<Vec<Unit>>,
+    last: ConvNorm,
+    mean: AdaptiveAvgPool2d,
+    head: Linear,
+}
+
+/// Two branches beside each other, then a shuffle of their channels.
+#[derive(Module, Debug)]
+struct Unit {
+    /// What the first branch does where the image is halved; elsewhere it does nothing, and each
+    /// branch has half of the input.
+    halving: Option<Halving>,
+    expand: ConvNorm,
+    depthwise: ConvNorm,
+    project: ConvNorm,
+}
+
+/// Filter each channel with 3x3 at stride 2, then mix them.
+#[derive(Module, Debug)]
+struct Halving {
+    depthwise: ConvNorm,
+    project: ConvNorm,
+}
+
+impl ShuffleNetV2Config {
+    pub(super) fn new(width: f32, outputs: usize) -> Self {
+        Self { width, outputs }
+    }
+
+    /// The network with all weights zero.
+    pub(super) fn init(self, device: &Device) -> ShuffleNetV2 {
+        let mut channels = STEM_CHANNELS;
+        let mut stages = Vec::new();
+        for (index, units) in UNITS.into_iter().enumerate() {
+            let branch = scaled(BRANCH_CHANNELS << index, self.width);
+            let first = Unit::halving(channels, branch, device);
+            let rest = (1..units).map(|_| Unit::new(branch, device));
+            stages.push(std::iter::once(first).chain(rest).collect());
+            channels = 2 * branch;
+        }
+        let last = scaled(HEAD_CHANNELS, self.width.max(1.0));
+        ShuffleNetV2 {
+            stem: ConvNormConfig::new(3, STEM_CHANNELS, 3).with_stride(2).init(device),
+            pool: MaxPool2dConfig::new([3, 3])
+                .with_strides([2, 2])
+                .with_padding(PaddingConfig2d::Explicit(1, 1, 1, 1))
+                .init(),
+            stages,
+            last: ConvNormConfig::new(channels, last, 1).init(device),
+            mean: AdaptiveAvgPool2dConfig::new([1, 1]).init(),
+            head: LinearConfig::new(last, self.outputs)
+                .with_initializer(Initializer::Zeros)
+                .init(device),
+        }
+    }
+}
+
+impl ShuffleNetV2 {
+    /// # Shapes
+    /// - input: `[batch, 3, height, width]`
+    /// - output: `[batch, outputs]`
+    pub fn forward(&self, input: Tensor<4>) -> Tensor<2> {
+        let mut x = ops::max_pool(&self.pool, self.stem.forward_relu(input));
+        for unit in self.stages.iter().flatten() {
+            x = unit.forward(x);
+        }
+        let x = self.last.forward_relu(x);
+        self.head.forward(self.mean.forward(x).flatten(1, 3))
+    }
+
+    /// As torchvision initialises: PyTorch's defaults everywhere.
+    pub(super) fn initial(&self, slot: &Slot) -> Law {
+        match slot.layer.as_str() {
+            "Conv2d" => Law::torch_default(slot.shape.iter().skip(1).product()),
+            "BatchNorm" => Law::batch_norm(slot.name()),
+            _ => Law::torch_default(self.head.weight.dims()[0]),
+        }
+    }
+}
+
+impl Unit {
+    /// A unit of `branch` channels a branch that keeps the size of the image.
+    fn new(branch: usize, device: &Device) -> Self {
+        Self::with_branches(None, branch, branch, 1, device)
+    }
+
+    /// A unit that halves the image and has `branch` channels a branch.
+    fn halving(channels_in: usize, branch: usize, device: &Device) -> Self {
+        let halving = Halving {
+            depthwise: depthwise(channels_in, 2, device),
+            project: ConvNormConfig::new(channels_in, branch, 1).init(device),
+        };
+        Self::with_branches(Some(halving), channels_in, branch, 2, device)
+    }
+
+    fn with_branches(
+        halving: Option<Halving>,
+        channels_in: usize,
+        branch: usize,
+        stride: usize,
+        device: &Device,
+    ) -> Self {
+        Self {
+            halving,
+            expand: ConvNormConfig::new(channels_in, branch, 1).init(device),
+            depthwise: depthwise(branch, stride, device),
+            project: ConvNormConfig::new(branch, branch, 1).init(device),
+        }
+    }
+
+    /// # Shapes
+    /// - input: `[batch, channels_in, height, width]`
+    /// - output: `[batch, 2 branch, ceil(height / stride), ceil(width / stride)]`
+    fn forward(&self, input: Tensor<4>) -> Tensor<4> {
+        let (first, second) = match &self.halving {
+            Some(halving) => (halving.forward(input.clone()), input),
+            None => {
+                let branch = input.dims()[1] / 2;
+                (input.clone().narrow(1, 0, branch), input.narrow(1, branch, branch))
+            }
+        };
+        let second = self.depthwise.forward(self.expand.forward_relu(second));
+        let second = self.project.forward_relu(second);
+        shuffled(first, second)
+    }
+}
+
+impl Halving {
+    fn forward(&self, input: Tensor<4>) -> Tensor<4> {
+        self.project.forward_relu(self.depthwise.forward(input))
+    }
+}
+
+/// A 3x3 convolution of each channel by itself.
+fn depthwise(channels: usize, stride: usize, device: &Device) -> ConvNorm {
+    ConvNormConfig::new(channels, channels, 3)
+        .with_stride(stride)
+        .with_groups(channels)
+        .init(device)
+}
+
+/// The channels of two images in turn: the first of one, the first of the other, the second of one.
+///
+/// # Shapes
+/// - inputs: `[batch, branch, height, width]`
+/// - output: `[batch, 2 branch, height, width]`
+fn shuffled(first: Tensor<4>, second: Tensor<4>) -> Tensor<4> {
+    let [batch, branch, height, width] = first.dims();
+    let pairs: Tensor<5> = Tensor::stack(vec![first, second], 2);
+    pairs.reshape([batch, 2 * branch, height, width])
+}
+
+/// `stages.0.3.expand.conv.x` is `stage2.3.branch2.0.x`.
+pub(super) fn torchvision_path(path: &str) -> String {
+    let parts: Vec<&str> = path.split('.').collect();
+    let inner = |kind: &str| usize::from(kind == "norm");
+    match *parts.as_slice() {
+        ["stem", kind, name] => format!("conv1.{}.{name}", inner(kind)),
+        ["last", kind, name] => format!("conv5.{}.{name}", inner(kind)),
+        ["head", name] => format!("fc.{name}"),
+        ["stages", stage, unit, ref part @ .., kind, name] => {
+            let stage = stage.parse::<usize>().map_or(0, |index| index + 2);
+            // ReLUs count among the layers of a branch.
+            let (branch, layer) = match part {
+                ["halving", "depthwise"] => (1, 0),
+                ["halving", _] => (1, 2),
+                ["expand"] => (2, 0),
+                ["depthwise"] => (2, 3),
+                _ => (2, 5),
+            };
+            format!("stage{stage}.{unit}.branch{branch}.{}.{name}", layer + inner(kind))
+        }
+        _ => path.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn channels_come_in_turn() {
+        let device = Device::flex();
+        let one = Tensor::<1>::from_floats([1., 2., 3.], &device).reshape([1, 3, 1, 1]);
+        let other = Tensor::<1>::from_floats([4., 5., 6.], &device).reshape([1, 3, 1, 1]);
+        let values: Vec<f32> = shuffled(one, other).into_data().iter().collect();
+        assert_eq!(values, [1., 4., 2., 5., 3., 6.]);
+    }
+
+    #[test]
+    fn parts_of_a_unit_stand_where_torchvision_puts_them() {
+        let name = torchvision_path;
+        assert_eq!(name("stages.2.0.halving.project.norm.gamma"), "stage4.0.branch1.3.gamma");
+        assert_eq!(name("stages.0.3.depthwise.conv.weight"), "stage2.3.branch2.3.weight");
+        assert_eq!(name("stages.1.7.project.norm.beta"), "stage3.7.branch2.6.beta");
+    }
+}

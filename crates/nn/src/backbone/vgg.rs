@@ -1,0 +1,131 @@
+//! VGG with batch normalisation: VGG-11, layout and weights as torchvision's.
+//!
+//! Stages of 3x3 convolutions, each halved by a 2x2 max-pool, an average over 7x7 fields whatever
+//! the size of the image, and three fully connected layers that hold most of the parameters.
+//! torchvision's dropout of 0.5 between those is left out, for the reasons given in
+//! [`mobilenet_v2`](super::mobilenet_v2).
+//!
+//! # Source
+//! Simonyan and Zisserman: *Very Deep Convolutional Networks for Large-Scale Image Recognition*,
+//! ICLR 2015, Table 1, column A.
+
+use burn::module::{Initializer, Module};
+use burn::nn::pool::{AdaptiveAvgPool2d, AdaptiveAvgPool2dConfig, MaxPool2d, MaxPool2dConfig};
+use burn::nn::{Linear, LinearConfig};
+use burn::tensor::activation::relu;
+use burn::tensor::{Device, Tensor};
+
+use super::channels::scaled;
+use crate::conv_norm::{ConvNorm, ConvNormConfig};
+use crate::init::Law;
+use crate::parameters::Slot;
+
+/// Channels of the five stages as published.
+const STAGE_CHANNELS: [usize; 5] = [64, 128, 256, 512, 512];
+/// Outputs of the two fully connected layers before the last as published.
+const HIDDEN: usize = 4096;
+/// Fields along each axis that the last stage is averaged to.
+const FIELDS: usize = 7;
+
+/// The smallest side of an image: five times halved, it is still a pixel.
+pub(super) const SMALLEST_PX: usize = 1 << STAGE_CHANNELS.len();
+
+/// Shape of a VGG.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct VggConfig {
+    /// Convolutions in each of the five stages.
+    convolutions: [usize; 5],
+    /// Multiplier of all channel counts and hidden outputs, 1 as published.
+    width: f32,
+    /// Numbers predicted.
+    outputs: usize,
+}
+
+/// Stages of convolutions, then fully connected layers.
+#[derive(Module, Debug)]
+pub struct Vgg {
+    stages: Vec<Vec<ConvNorm>>,
+    pool: MaxPool2d,
+    mean: AdaptiveAvgPool2d,
+    hidden: Vec<Linear>,
+    head: Linear,
+}
+
+impl VggConfig {
+    pub(super) fn new(convolutions: [usize; 5], width: f32, outputs: usize) -> Self {
+        Self { convolutions, width, outputs }
+    }
+
+    /// The network with all weights zero.
+    pub(super) fn init(self, device: &Device) -> Vgg {
+        let mut channels = 3;
+        let stages = STAGE_CHANNELS.iter().zip(self.convolutions).map(|(&published, count)| {
+            let output = scaled(published, self.width);
+            let stage = (0..count).map(|_| {
+                let input = std::mem::replace(&mut channels, output);
+                ConvNormConfig::new(input, output, 3).with_bias().init(device)
+            });
+            stage.collect()
+        });
+        let stages = stages.collect();
+        let linear = |inputs, outputs| {
+            LinearConfig::new(inputs, outputs).with_initializer(Initializer::Zeros).init(device)
+        };
+        let hidden = scaled(HIDDEN, self.width);
+        Vgg {
+            stages,
+            pool: MaxPool2dConfig::new([2, 2]).init(),
+            mean: AdaptiveAvgPool2dConfig::new([FIELDS, FIELDS]).init(),
+            hidden: vec![linear(channels * FIELDS * FIELDS, hidden), linear(hidden, hidden)],
+            head: linear(hidden, self.outputs),
+        }
+    }
+}
+
+impl Vgg {
+    /// # Shapes
+    /// - input: `[batch, 3, height, width]`, at least [`SMALLEST_PX`] high and wide
+    /// - output: `[batch, outputs]`
+    pub fn forward(&self, input: Tensor<4>) -> Tensor<2> {
+        let mut x = input;
+        for stage in &self.stages {
+            for layer in stage {
+                x = layer.forward_relu(x);
+            }
+            x = self.pool.forward(x);
+        }
+        let mut x = self.mean.forward(x).flatten(1, 3);
+        for layer in &self.hidden {
+            x = relu(layer.forward(x));
+        }
+        self.head.forward(x)
+    }
+
+    /// `stages.2.1.conv.x` is `features.11.x`: layers are numbered through, a convolution, its
+    /// normalisation and its ReLU taking three numbers and a pooling one.
+    pub(super) fn torchvision_path(&self, path: &str) -> String {
+        let parts: Vec<&str> = path.split('.').collect();
+        let number = |text: &str| text.parse::<usize>().unwrap_or(0);
+        match *parts.as_slice() {
+            ["stages", stage, index, kind, name] => {
+                let stage = number(stage);
+                let before: usize = self.stages.iter().take(stage).map(Vec::len).sum();
+                let layer = 3 * (before + number(index)) + stage + usize::from(kind == "norm");
+                format!("features.{layer}.{name}")
+            }
+            ["hidden", index, name] => format!("classifier.{}.{name}", 3 * number(index)),
+            ["head", name] => format!("classifier.{}.{name}", 3 * self.hidden.len()),
+            _ => path.to_owned(),
+        }
+    }
+}
+
+/// As torchvision initialises: Kaiming for convolutions, narrow normals for the rest.
+pub(super) fn initial(slot: &Slot) -> Law {
+    match slot.layer.as_str() {
+        "Conv2d" => Law::kaiming_fan_out(&slot.shape),
+        "BatchNorm" => Law::batch_norm(slot.name()),
+        _ if slot.is_linear_weight() => Law::Normal { deviation: 0.01 },
+        _ => Law::Constant(0.0),
+    }
+}

@@ -1,0 +1,181 @@
+//! A scene at rest is not looked at again: its last predictions are repeated.
+//!
+//! # Model
+//! Surfaces come in batches. The mean surface of a batch sums to
+//!
+//! ```text
+//!   S = 1/B · Σ over surfaces, channels, pixels of LNES
+//! ```
+//!
+//! which is about half the number of pixels that fired within a window. If `S > rest_sum`, or nothing
+//! was predicted yet, the batch is predicted; otherwise it gets the predictions of the batch before,
+//! in their order.
+//!
+//! `S` is in proportion to the number of pixels: what moves passes over as large a part of a smaller
+//! image, and every pixel is as noisy. So `rest_sum` is said for 240x180 pixels and goes with their
+//! number: 75 of 120x90, 18.75 of 60x45. The published camera's noise alone, 2600 events a second,
+//! comes to about 130 of 240x180.
+//!
+//! # Source
+//! EventHands, slow-motion mode: batches of 16 surfaces, a sum of 300, at 240x180.
+
+use evpose_core::SensorSize;
+use serde::{Deserialize, Serialize};
+
+use crate::{HandParams, PoseError};
+
+/// When a scene is at rest.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct StillnessConfig {
+    /// A batch whose mean surface sums to this or less shows a scene at rest: of 240x180 pixels;
+    /// other sizes in proportion.
+    pub rest_sum: f64,
+}
+
+impl Default for StillnessConfig {
+    fn default() -> Self {
+        Self { rest_sum: 300.0 }
+    }
+}
+
+impl StillnessConfig {
+    /// The sum for images of `sensor`.
+    pub fn rest_sum_of(&self, sensor: SensorSize) -> f64 {
+        self.rest_sum * sensor.pixels() as f64 / SensorSize::DAVIS240C.pixels() as f64
+    }
+}
+
+/// Predicts batches of surfaces where something moves, and repeats where not.
+#[derive(Debug, Clone)]
+pub struct StillnessGate {
+    rest_sum: f64,
+    previous: Vec<HandParams>,
+}
+
+/// The poses of a batch.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gated<'a> {
+    /// One for each surface.
+    pub poses: &'a [HandParams],
+    /// Whether they are those of an earlier batch.
+    pub repeated: bool,
+}
+
+impl StillnessGate {
+    /// A gate for surfaces of `sensor` that has seen nothing yet.
+    ///
+    /// # Errors
+    /// If the sum is negative or no number.
+    pub fn new(config: &StillnessConfig, sensor: SensorSize) -> Result<Self, PoseError> {
+        let StillnessConfig { rest_sum } = *config;
+        if !(rest_sum >= 0.0 && rest_sum.is_finite()) {
+            let rule = "a number from 0";
+            return Err(PoseError::OutOfRange { field: "rest_sum", value: rest_sum, rule });
+        }
+        Ok(Self { rest_sum: config.rest_sum_of(sensor), previous: Vec::new() })
+    }
+
+    /// The poses of a batch of `count` surfaces, given one after another: those of `predict`, which
+    /// returns one for each, or the previous ones. A batch longer than the one before repeats its
+    /// last pose further.
+    ///
+    /// # Errors
+    /// Those of `predict`; the gate is then as before.
+    pub fn pass<E>(
+        &mut self,
+        surfaces: &[f32],
+        count: usize,
+        predict: impl FnOnce() -> Result<Vec<HandParams>, E>,
+    ) -> Result<Gated<'_>, E> {
+        let sum = surfaces.iter().copied().map(f64::from).sum::<f64>() / count.max(1) as f64;
+        let repeated = sum <= self.rest_sum && !self.previous.is_empty();
+        if !repeated {
+            self.previous = predict()?;
+        } else if let Some(&last) = self.previous.last() {
+            self.previous.resize(self.previous.len().max(count), last);
+        }
+        Ok(Gated { poses: &self.previous[..count.min(self.previous.len())], repeated })
+    }
+
+    /// Forgets every prediction.
+    pub fn reset(&mut self) {
+        self.previous.clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::convert::Infallible;
+
+    use super::*;
+
+    const SENSOR: SensorSize = SensorSize { width: 24, height: 18 };
+
+    fn gate() -> StillnessGate {
+        StillnessGate::new(&StillnessConfig::default(), SENSOR).expect("valid settings")
+    }
+
+    fn pose(number: f32) -> HandParams {
+        HandParams { articulation: [number; 6], ..HandParams::default() }
+    }
+
+    /// `count` surfaces whose mean sums to `sum`.
+    fn surfaces(count: usize, sum: f32) -> Vec<f32> {
+        let mut all = vec![0.0; count * 2 * SENSOR.pixels()];
+        for surface in all.chunks_exact_mut(2 * SENSOR.pixels()) {
+            surface[..4].fill(0.25 * sum);
+        }
+        all
+    }
+
+    /// What comes out for a batch that would be predicted as `number`, `number + 1`, ….
+    fn pass(gate: &mut StillnessGate, count: usize, sum: f32, number: f32) -> (Vec<f32>, bool) {
+        let predict = || Ok::<_, Infallible>((0..count).map(|i| pose(number + i as f32)).collect());
+        let Ok(gated) = gate.pass(&surfaces(count, sum), count, predict);
+        (gated.poses.iter().map(|pose| pose.articulation[0]).collect(), gated.repeated)
+    }
+
+    /// A hundredth of the published pixels: 3 instead of 300.
+    #[test]
+    fn what_moves_is_predicted_and_what_rests_is_repeated() {
+        let mut gate = gate();
+        assert_eq!(pass(&mut gate, 3, 0.0, 10.0), (vec![10.0, 11.0, 12.0], false), "the first");
+        assert_eq!(pass(&mut gate, 3, 3.0, 20.0), (vec![10.0, 11.0, 12.0], true), "at the limit");
+        assert_eq!(pass(&mut gate, 3, 3.1, 30.0), (vec![30.0, 31.0, 32.0], false));
+        assert_eq!(pass(&mut gate, 3, 2.9, 40.0), (vec![30.0, 31.0, 32.0], true));
+        gate.reset();
+        assert_eq!(pass(&mut gate, 3, 0.0, 50.0), (vec![50.0, 51.0, 52.0], false));
+    }
+
+    #[test]
+    fn batches_of_other_lengths_repeat_what_there_is() {
+        let mut gate = gate();
+        pass(&mut gate, 2, 9.0, 1.0);
+        assert_eq!(pass(&mut gate, 1, 0.0, 9.0), (vec![1.0], true));
+        assert_eq!(pass(&mut gate, 4, 0.0, 9.0), (vec![1.0, 2.0, 2.0, 2.0], true));
+    }
+
+    #[test]
+    fn the_published_sum_goes_with_the_number_of_pixels() {
+        let sum =
+            |width, height| StillnessConfig::default().rest_sum_of(SensorSize { width, height });
+        assert_eq!([sum(240, 180), sum(120, 90), sum(60, 45)], [300.0, 75.0, 18.75]);
+    }
+
+    #[test]
+    fn a_failed_prediction_leaves_the_gate_as_it_was() {
+        let mut gate = gate();
+        pass(&mut gate, 1, 9.0, 4.0);
+        assert_eq!(gate.pass(&surfaces(1, 9.0), 1, || Err("broken")), Err("broken"));
+        assert_eq!(pass(&mut gate, 1, 0.0, 5.0), (vec![4.0], true));
+    }
+
+    #[test]
+    fn a_sum_that_is_no_number_is_refused() {
+        for rest_sum in [-1.0, f64::NAN, f64::INFINITY] {
+            let error = StillnessGate::new(&StillnessConfig { rest_sum }, SENSOR);
+            assert!(error.is_err_and(|error| error.to_string().contains("rest_sum")));
+        }
+    }
+}

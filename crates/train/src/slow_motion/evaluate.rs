@@ -1,0 +1,215 @@
+//! How good the slow-motion mode is on sequences with known poses.
+
+use evpose_core::Micros;
+use evpose_pose::HandParams;
+use evpose_pose::metric::HandEvaluation;
+use serde::Serialize;
+
+use super::{SlowMotionPose, SlowMotionTracker};
+use crate::TrainError;
+use crate::config::HandConfig;
+use crate::dataset::{HandDataset, HandSequence};
+use crate::evaluation::{Evaluated, Stage, Track, judge_track, judged_frames};
+use crate::predictor::Predictor;
+
+/// Frames read at once.
+const CHUNK: u64 = 500;
+
+/// The slow-motion mode's scores and what it did for them.
+#[derive(Debug, Clone)]
+pub struct SlowMotionEvaluated {
+    /// `slow_motion`: each pose counts from the time of its surface. `slow_motion_live`: only from
+    /// when its batch was full, which is what somebody in front of the camera sees.
+    pub methods: Vec<Evaluated>,
+    /// Over all sequences.
+    pub usage: SlowMotionUsage,
+}
+
+/// What the mode did.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct SlowMotionUsage {
+    /// Time of all sequences.
+    pub seconds: f64,
+    /// Events of all sequences, without those of a scene that is drawn anew.
+    pub events: u64,
+    /// Surfaces made.
+    pub surfaces: u64,
+    /// Surfaces that got the predictions of an earlier batch.
+    pub repeated: u64,
+    /// Poses filtered with the fast settings.
+    pub fast: u64,
+    /// Sum of the times from a surface to its pose.
+    pub waited_s: f64,
+}
+
+impl SlowMotionUsage {
+    fn add(&mut self, poses: &[SlowMotionPose]) {
+        let count = |of: fn(&SlowMotionPose) -> bool| poses.iter().filter(|p| of(p)).count() as u64;
+        self.surfaces += poses.len() as u64;
+        self.repeated += count(|pose| pose.repeated);
+        self.fast += count(|pose| pose.fast);
+        self.waited_s += poses.iter().map(|p| (p.known - p.t).as_seconds()).sum::<f64>();
+    }
+}
+
+/// Judges the slow-motion mode on every sequence of `data`, at the same frames as
+/// [`evaluate`](crate::evaluate). Before its first pose it is taken to say `before`, and between two
+/// poses the earlier one. `progress` is told how many milliseconds are done, of all sequences'.
+///
+/// # Errors
+/// If a sequence cannot be read or a prediction fails.
+pub fn evaluate_slow_motion(
+    config: &HandConfig,
+    data: &HandDataset,
+    predictor: &mut dyn Predictor,
+    before: HandParams,
+    stride_ms: u32,
+    progress: &mut dyn FnMut(u64),
+) -> Result<SlowMotionEvaluated, TrainError> {
+    let stage = Stage::new(config)?;
+    let mut methods: Vec<Evaluated> = ["slow_motion", "slow_motion_live"]
+        .map(|name| Evaluated { name, evaluation: HandEvaluation::default(), tracks: Vec::new() })
+        .into();
+    let mut usage = SlowMotionUsage::default();
+    for sequence in data.sequences() {
+        let poses = track(config, sequence, predictor, &mut usage, progress)?;
+        usage.add(&poses);
+        for (method, since) in methods.iter_mut().zip([
+            (|pose: &SlowMotionPose| pose.t) as fn(&SlowMotionPose) -> Micros,
+            |pose: &SlowMotionPose| pose.known,
+        ]) {
+            let frames: Vec<u64> = judged_frames(config, sequence, stride_ms).collect();
+            let shown = frames.iter().map(|&frame| newest(&poses, frame, since));
+            let poses = shown.map(|pose| pose.map_or(before, |pose| pose.filtered)).collect();
+            let track = Track { frames, poses };
+            method.evaluation.sequences.push(judge_track(&stage, sequence, &track)?);
+            method.tracks.push(track);
+        }
+    }
+    Ok(SlowMotionEvaluated { methods, usage })
+}
+
+/// The newest pose by the end of a frame of 1 ms.
+fn newest(
+    poses: &[SlowMotionPose],
+    frame: u64,
+    since: fn(&SlowMotionPose) -> Micros,
+) -> Option<&SlowMotionPose> {
+    let end = Micros((frame as i64 + 1) * 1_000);
+    poses[..poses.partition_point(|pose| since(pose) < end)].last()
+}
+
+/// All poses of one sequence. The burst of a scene that is drawn anew is not shown: the mode starts
+/// again behind it.
+fn track(
+    config: &HandConfig,
+    sequence: &HandSequence,
+    predictor: &mut dyn Predictor,
+    usage: &mut SlowMotionUsage,
+    progress: &mut dyn FnMut(u64),
+) -> Result<Vec<SlowMotionPose>, TrainError> {
+    let mut tracker = SlowMotionTracker::new(config, sequence.sensor())?;
+    let mut poses = Vec::new();
+    let mut next = 0;
+    while next < sequence.frames() {
+        if sequence.is_redraw(next) {
+            tracker.finish(predictor, &mut poses)?;
+            tracker.reset();
+            next += 1;
+            progress(1);
+            continue;
+        }
+        let limit = (next + CHUNK).min(sequence.frames());
+        let end = (next + 1..limit).find(|&frame| sequence.is_redraw(frame)).unwrap_or(limit);
+        let events = sequence.events(next..end)?;
+        usage.events += events.len() as u64;
+        tracker.push(&events, predictor, &mut poses)?;
+        progress(end - next);
+        next = end;
+    }
+    tracker.finish(predictor, &mut poses)?;
+    usage.seconds += sequence.frames() as f64 * 1e-3;
+    Ok(poses)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use evpose_sim::{Simulation, record_all};
+
+    use super::*;
+    use crate::{Condition, ConstantPose, Method, evaluate};
+
+    /// Small pictures; the rest is as published.
+    fn small(seconds: f64) -> HandConfig {
+        let mut config = HandConfig::default();
+        config.simulation.image_scale = 0.2;
+        config.simulation.skin.texels = 64;
+        config.simulation.sequences = 1;
+        config.simulation.seconds = seconds;
+        config.training.validation_s = 0.2;
+        config
+    }
+
+    /// Both evaluations of a pose that is always the same.
+    fn judged(config: &HandConfig) -> (Vec<Evaluated>, SlowMotionEvaluated) {
+        let directory = tempfile::tempdir().unwrap();
+        let simulation = Simulation::new(&config.simulation, config.seed).unwrap();
+        record_all(&simulation, directory.path(), &|_| {}).unwrap();
+        let data = HandDataset::open(directory.path(), config).unwrap();
+        let mean = data.poses(20).unwrap()[10];
+        let mut constant = ConstantPose(mean);
+        let mut methods = [Method { name: "mean_pose", predictor: &mut constant, filtered: None }];
+        let plain = evaluate(config, &data, &mut methods, 7, &mut |_| {}).unwrap();
+        let mut done = 0;
+        let mut progress = |ms| done += ms;
+        let slow =
+            evaluate_slow_motion(config, &data, &mut constant, mean, 7, &mut progress).unwrap();
+        assert_eq!(done, config.simulation.frames());
+        (plain, slow)
+    }
+
+    #[test]
+    fn a_constant_pose_scores_the_same_in_every_mode() {
+        let (plain, slow) = judged(&small(0.6));
+        for method in &slow.methods {
+            assert_eq!(method.tracks[0].frames, plain[0].tracks[0].frames);
+            assert_eq!(
+                method.evaluation.sequences, plain[0].evaluation.sequences,
+                "{}",
+                method.name
+            );
+        }
+    }
+
+    /// A whole movement with the rest after it, however the sequence begins.
+    #[test]
+    fn slow_hands_make_fewer_surfaces_and_their_rests_repeat_predictions() {
+        let normal = small(12.0);
+        let slow = Condition::load("slow").unwrap().apply(&normal).unwrap();
+        let [normal, slow] = [normal, slow].map(|config| judged(&config).1.usage);
+        assert_eq!((normal.seconds, slow.seconds), (12.0, 12.0));
+        assert!(3 * slow.events < normal.events, "{slow:?} {normal:?}");
+        assert!(10 * slow.surfaces < 9 * normal.surfaces, "{slow:?} {normal:?}");
+        let share = |usage: &SlowMotionUsage| usage.repeated as f64 / usage.surfaces as f64;
+        assert!(share(&slow) > 0.02 && share(&slow) > share(&normal), "{slow:?} {normal:?}");
+    }
+
+    #[test]
+    fn the_newest_pose_is_that_of_the_frame_or_of_one_before() {
+        let pose = |t_us, known_us| SlowMotionPose {
+            t: Micros(t_us),
+            known: Micros(known_us),
+            measured: HandParams::default(),
+            filtered: HandParams::default(),
+            repeated: false,
+            fast: false,
+        };
+        let poses = [pose(2_000, 4_500), pose(3_999, 4_500), pose(4_500, 4_500)];
+        let at = |frame, since| newest(&poses, frame, since).map(|pose| pose.t.0);
+        let by_time = [1, 2, 3, 4, 9].map(|frame| at(frame, |pose| pose.t));
+        assert_eq!(by_time, [None, Some(2_000), Some(3_999), Some(4_500), Some(4_500)]);
+        let by_known = [2, 3, 4].map(|frame| at(frame, |pose| pose.known));
+        assert_eq!(by_known, [None, None, Some(4_500)]);
+    }
+}

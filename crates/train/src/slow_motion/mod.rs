@@ -1,0 +1,51 @@
+//! The slow-motion mode: poses where there is something to see, instead of one every millisecond.
+//!
+//! # Model
+//! A trigger makes a surface when enough time has passed *and* enough events have come
+//! ([`SurfaceTrigger`](evpose_repr::SurfaceTrigger)). Surfaces are gathered in batches. A full batch
+//! is predicted, or gets the previous predictions where the scene is at rest
+//! ([`StillnessGate`](evpose_pose::filter::StillnessGate)). Each pose goes through a Kalman filter
+//! with two settings, at the time of its surface
+//! ([`AdaptiveHandFilter`](evpose_pose::filter::AdaptiveHandFilter)).
+//!
+//! A pose is known when its batch is full: up to 16 ms after its surface while the hand moves fast,
+//! and later the slower it moves.
+//!
+//! # Source
+//! EventHands, supplement and live pipeline. There the first surfaces show less than a window of
+//! events; here surfaces begin when the first window is full.
+
+mod evaluate;
+mod tracker;
+
+use evpose_pose::filter::{AdaptiveFilterConfig, StillnessConfig};
+use evpose_repr::TriggerConfig;
+use serde::{Deserialize, Serialize};
+
+pub use evaluate::{SlowMotionEvaluated, SlowMotionUsage, evaluate_slow_motion};
+pub use tracker::{SlowMotionPose, SlowMotionTracker};
+
+/// Settings of the slow-motion mode. `Default` has the published numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SlowMotionConfig {
+    /// Surfaces predicted at once.
+    pub batch_surfaces: usize,
+    /// When there is a surface.
+    pub trigger: TriggerConfig,
+    /// When a batch is not predicted. Its sum is meant for LNES.
+    pub stillness: StillnessConfig,
+    /// How poses are smoothed.
+    pub filter: AdaptiveFilterConfig,
+}
+
+impl Default for SlowMotionConfig {
+    fn default() -> Self {
+        Self {
+            batch_surfaces: 16,
+            trigger: TriggerConfig::default(),
+            stillness: StillnessConfig::default(),
+            filter: AdaptiveFilterConfig::default(),
+        }
+    }
+}

@@ -1,0 +1,103 @@
+//! The ablation, small.
+
+use std::time::{Duration, Instant};
+
+use crate::harness::{Sandbox, bytes, tiny};
+
+/// Two trained rows and one that is only judged otherwise, under two seeds.
+fn ablate<'a>(out: &'a str, more: &[&'a str]) -> Vec<&'a str> {
+    let mut args = tiny(&["ablate", "hand", "--rows", "eoi,no-filter", "--seeds", "2"]);
+    // Windows of the longest row are full from 300 ms on.
+    args.extend(["--set", "evaluation.seconds=0.5", "--stride-ms", "10", "--out", out]);
+    args.extend(more);
+    args
+}
+
+fn outcome(sandbox: &Sandbox, out: &str) -> serde_json::Value {
+    serde_json::from_slice(&bytes(&sandbox.path(out).join("ablation.json"))).unwrap()
+}
+
+/// What does not depend on how fast the machine was.
+fn figures(outcome: &serde_json::Value) -> Vec<serde_json::Value> {
+    let rows = outcome["rows"].as_array().unwrap().iter();
+    rows.map(|row| serde_json::json!([row["name"], row["per_seed"], row["findings"]])).collect()
+}
+
+#[test]
+fn an_ablation_ends_with_a_table_curves_and_verdicts_and_survives_being_killed() {
+    let sandbox = Sandbox::new();
+    let said = sandbox.ok(&ablate("whole", &[]));
+    let outcome_whole = outcome(&sandbox, "whole");
+    let rows = outcome_whole["rows"].as_array().unwrap();
+    let names: Vec<_> = rows.iter().map(|row| row["name"].as_str().unwrap()).collect();
+    assert_eq!(names, ["lnes-100", "eoi", "no-filter"]);
+    for row in rows {
+        for measure in ["auc_2d", "auc_3d", "mpjpe_mm"] {
+            let part = |name: &str| row["means"][measure][name].as_f64().unwrap();
+            let (low, estimate, high) = (part("low"), part("estimate"), part("high"));
+            assert!(low <= estimate && estimate <= high, "{row}");
+        }
+        assert_eq!(row["parameters"], rows[0]["parameters"], "one network");
+        assert!(row["poses_per_s"]["estimate"].as_f64().unwrap() > 0.0);
+    }
+    assert_eq!(rows[0]["parameters_as_published"], 11_182_725);
+    assert_eq!(rows[1]["findings"][0]["published"], "LNES beats EOI at 100 ms");
+    assert!(rows[1]["per_seed"] != rows[0]["per_seed"], "another input, other poses");
+    assert!(rows[2]["per_seed"] != rows[0]["per_seed"], "the filter does something");
+
+    assert!(said.contains("| no-filter") && said.contains("| mean pose"), "{said}");
+    let markdown = String::from_utf8(bytes(&sandbox.path("whole/ablation.md"))).unwrap();
+    assert!(markdown.contains("worse than lnes-100: 2D "), "{markdown}");
+    let page = String::from_utf8(bytes(&sandbox.path("whole/ablation.html"))).unwrap();
+    assert!(page.contains("<svg") && page.contains("</html>"));
+    assert!(!page.contains("<script src") && !page.contains("<link"), "self-contained");
+    for file in ["config.toml", "run.toml", "data/seed-1/train/0000.evc", "data/seed-2/held-out"] {
+        assert!(sandbox.path("whole").join(file).exists(), "{file} is missing");
+    }
+
+    // Killed in the middle of the second row, whose first training has begun.
+    let mut child = sandbox.start(&ablate("killed", &[]));
+    let begun = sandbox.path("killed/rows/eoi/seed-1/metrics.jsonl");
+    let deadline = Instant::now() + Duration::from_secs(300);
+    while !begun.exists() && child.try_wait().unwrap().is_none() {
+        assert!(Instant::now() < deadline, "no progress");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let unjudged = sandbox.path("killed/rows/eoi/seed-1/trial.json");
+    assert!(!unjudged.exists(), "the kill came too late to test anything");
+    let kept = bytes(&sandbox.path("killed/rows/lnes-100/seed-2/trial.json"));
+
+    let message = sandbox.fails(&ablate("killed", &[]));
+    assert!(message.contains("--resume"), "{message}");
+    let other = ablate("killed", &["--resume", "--set", "training.steps=13"]);
+    let message = sandbox.fails(&other);
+    assert!(message.contains("config.toml differs"), "{message}");
+
+    sandbox.ok(&ablate("killed", &["--resume"]));
+    assert_eq!(figures(&outcome(&sandbox, "killed")), figures(&outcome_whole));
+    // Times in it would differ if it had been made again.
+    assert!(bytes(&sandbox.path("killed/rows/lnes-100/seed-2/trial.json")) == kept);
+
+    // Killed after the training, before it was judged.
+    std::fs::remove_file(&unjudged).unwrap();
+    std::fs::remove_file(sandbox.path("killed/rows/eoi/seed-1/trained.json")).unwrap();
+    sandbox.ok(&ablate("killed", &["--resume"]));
+    assert_eq!(figures(&outcome(&sandbox, "killed")), figures(&outcome_whole));
+}
+
+#[test]
+fn what_cannot_be_run_is_said_before_anything_is() {
+    let sandbox = Sandbox::new();
+    let args = tiny(&["ablate", "hand", "--rows", "vgg11-bn", "--out", "x"]);
+    let message = sandbox.fails(&args);
+    assert!(message.contains("row vgg11-bn") && message.contains("network.backbone"), "{message}");
+    let message = sandbox.fails(&["ablate", "hand", "--rows", "lnes-99", "--out", "x"]);
+    assert!(message.contains("lnes-100") && message.contains("mnasnet"), "{message}");
+    let other = ["ablate", "hand", "--set", "representation.window_ms=50", "--out", "x"];
+    let message = sandbox.fails(&other);
+    assert!(message.contains("representation"), "{message}");
+    assert!(!sandbox.path("x").exists());
+    assert!(sandbox.ok(&["ablate", "hand", "--help"]).contains("evpose ablate hand"));
+}
