@@ -84,7 +84,7 @@ impl VggConfig {
 
 impl Vgg {
     /// # Shapes
-    /// - input: `[batch, 3, height, width]`, at least [`SMALLEST_PX`] high and wide
+    /// - input: `[batch, 3, height, width]`, at least 32 pixels high and wide
     /// - output: `[batch, outputs]`
     pub fn forward(&self, input: Tensor<4>) -> Tensor<2> {
         let mut x = input;
