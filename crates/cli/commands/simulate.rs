@@ -69,8 +69,8 @@ fn claim(dir: &Path, config: &HandConfig, shard: Shard, resume: bool) -> Result<
             run_info::CONFIG
         );
     }
-    // Shards that start together may all find nothing and write the same; were one of them given
-    // something else, only one config stays, and the check tells the others.
+    // Shards that start together may all find nothing and write the same. Were one of them given
+    // something else, only one config stays; who checked before that is told in the end.
     if !begun || (shard.is_whole() && !resume) {
         run_info::write_shared(dir, config)?;
     }
@@ -100,6 +100,7 @@ fn record_shard_of(config: &HandConfig, dir: &Path, shard: Shard, what: &str) ->
     let progress = bar(what, steps, "steps");
     let run = record_shard(&simulation, dir, shard, &|steps| progress.inc(steps))?;
     progress.finish_and_clear();
+    run_info::check_shared(dir, config)?;
     Ok(Recorded {
         sequences: run.sequences.len(),
         steps: run.sequences.iter().map(|sequence| sequence.frames).sum(),

@@ -65,6 +65,10 @@ impl Parameter {
     /// Sets the value in a model, to which the effect is added where it is missing.
     pub fn set(self, model: &mut SensorConfig, value: f64) {
         let (name, key) = self.place();
+        if matches!(self, Self::ThresholdOn | Self::ThresholdOff) && value <= 0.0 {
+            // The model has another detector, of which this is no number.
+            return;
+        }
         let value = match self {
             // Stages take no rate that is positive but below their range: that is none.
             Self::NoiseOn | Self::NoiseOff if value < 1e-4 => 0.0,

@@ -102,7 +102,7 @@ pub enum SimError {
     },
     /// Files of a set of sequences are not as they were recorded.
     #[error(
-        "{}: {} of {files} files are not as recorded:{}", directory.display(), faults.len(),
+        "{}: {} files are not as recorded, {files} being listed:{}", directory.display(), faults.len(),
         faults.iter().map(|fault| format!("\n  {fault}")).collect::<String>()
     )]
     Damaged {
