@@ -29,9 +29,9 @@ const FINISHED: usize = 4;
 const NOT_FAR: f64 = 2.5;
 /// Steps that numbers of the model are believed to follow in a line.
 pub(crate) const NEARBY: f64 = 2.0;
-/// A lag longer than this is more likely the clock's than the pixels', microseconds: in the dark,
-/// pixels take some milliseconds (Lichtsteiner et al. 2008).
-const LONGEST_LATENCY_US: f64 = 5000.0;
+/// A lag longer than this is more likely the clock's than the pixels', microseconds: nothing in a
+/// recording tells the two apart, and numbers of the model come before effects.
+const LONGEST_LATENCY_US: f64 = 900.0;
 /// Rounds of the fit of all numbers.
 const ROUNDS: usize = 4;
 
