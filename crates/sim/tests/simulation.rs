@@ -211,7 +211,9 @@ fn the_picture_in_colour_has_the_luminance_the_sensor_saw() {
     let luminance = simulator.advance().unwrap().luminance.clone();
     let picture = simulator.picture();
     for (rgb, seen) in picture.data().iter().zip(luminance.data()) {
-        assert_eq!(evpose_sim::scene::luminance(*rgb), *seen);
+        // The sensor's light is computed in another order: equal within rounding.
+        let of_picture = evpose_sim::scene::luminance(*rgb);
+        assert!((of_picture - seen).abs() < 1e-5, "{of_picture} {seen}");
     }
 }
 
