@@ -4,9 +4,10 @@
 use evpose_sensor::SensorConfig;
 
 use crate::GapError;
+use crate::answer::is_partial;
 use crate::candidate::Trial;
 use crate::fit::descend;
-use crate::naming::{Bench, Contender, Judged, Named};
+use crate::naming::{Bench, Contender, Judged, Named, Step};
 use crate::search::own;
 use crate::step::{LEAST_GAIN, LEAST_SHARE_OF_LITTLE, is_as_good};
 
@@ -30,8 +31,12 @@ impl Bench<'_> {
         let without = without(&named.after.model, found.name);
         let left = self.judge(&without)?.misfit;
         if left - named.after.misfit < LEAST_GAIN.max(LEAST_SHARE_OF_LITTLE * left) {
-            // The second does what the first was taken for.
-            return self.second_alone(named, &without);
+            // The second does what the first was taken for, unless too much is left then.
+            let alone = self.second_alone(named, &without)?;
+            if !is_partial(&alone) {
+                *named = alone;
+                return Ok(());
+            }
         }
         let is_other = |rival: &&Contender| ![kept, found.name].contains(&rival.found.name);
         let rivals: Vec<_> =
@@ -42,7 +47,9 @@ impl Bench<'_> {
             contenders.push(Contender { found: rival.found.clone(), held });
         }
         contenders[1..].sort_by(|a, b| a.held.misfit.total_cmp(&b.held.misfit));
-        if contenders.get(1).is_some_and(|one| one.held.misfit + CLEARLY < named.after.misfit) {
+        let is_better = |one: &Contender| one.held.misfit + CLEARLY < named.after.misfit;
+        let is_swapped = contenders.get(1).is_some_and(is_better);
+        if is_swapped {
             contenders.swap(0, 1);
             named.after = contenders[0].held.clone();
         }
@@ -52,19 +59,38 @@ impl Bench<'_> {
         named.steps[0].confusable = confusable.collect();
         named.steps[0].without = left;
         named.steps[0].contenders = contenders;
+        if is_swapped && let Some(second) = named.steps.pop() {
+            named.steps.push(self.judged_anew(second, &named.after)?);
+        }
         Ok(())
     }
 
-    /// Leaves the first of two effects out, with the second fitted again.
-    fn second_alone(&self, named: &mut Named, without: &SensorConfig) -> Result<(), GapError> {
-        let mut second = named.steps.remove(1);
-        let trial = second.contenders[0].found.trial.clone();
-        let fit = descend(&self.train, without, &own(&trial), None, 1, ROUNDS)?;
-        named.after = self.judge(&fit.model)?;
-        second.contenders[0].held = named.after.clone();
-        second.without = named.refitted.misfit;
-        named.steps = vec![second];
-        Ok(())
+    /// The second of two effects alone, fitted again.
+    fn second_alone(&self, named: &Named, without: &SensorConfig) -> Result<Named, GapError> {
+        let mut alone = named.clone();
+        let second = alone.steps.remove(1);
+        let trial = &second.contenders[0].found.trial;
+        let fit = descend(&self.train, without, &own(trial), None, 1, ROUNDS)?;
+        alone.after = self.judge(&fit.model)?;
+        alone.steps = vec![self.judged_anew(second, &alone.after)?];
+        Ok(alone)
+    }
+
+    /// A step of which what is beside it has changed: what it is compared with is fitted again there.
+    fn judged_anew(&self, mut step: Step, after: &Judged) -> Result<Step, GapError> {
+        let bare = without(&after.model, step.contenders[0].found.name);
+        step.without = self.judge(&bare)?.misfit;
+        let rivals = step.contenders.split_off(1);
+        step.contenders[0].held = after.clone();
+        for rival in rivals.into_iter().take(RIVALS) {
+            let held = self.fitted_beside(&rival, &bare)?;
+            step.contenders.push(Contender { found: rival.found, held });
+        }
+        step.contenders[1..].sort_by(|a, b| a.held.misfit.total_cmp(&b.held.misfit));
+        let (best, gain) = (&step.contenders[0], step.without - after.misfit);
+        let as_good = step.contenders.iter().skip(1).filter(|one| is_as_good(one, best, gain));
+        step.confusable = as_good.map(|one| one.found.name).collect();
+        Ok(step)
     }
 
     /// A candidate, with the numbers that it was fitted with alone, fitted again beside `model`.

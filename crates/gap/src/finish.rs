@@ -40,13 +40,14 @@ impl Found {
             fuller.add(param, value);
             // Numbers of the model may have done what this one is for.
             let as_given = with_given_numbers(&fuller.fit.model, given);
-            for start in [&fuller.fit.model.clone(), &as_given] {
+            let as_found = fuller.fit.model.clone();
+            for start in [&as_found, &as_given] {
                 let fit = descend(lab, start, &own(&fuller.trial), None, 1, ROUNDS)?;
                 if with_margin(fit.misfit) < self.fit.misfit {
                     fuller.fit = fit;
                     *self = fuller.clone();
                 }
-                if as_given == fuller.fit.model {
+                if as_given == as_found {
                     break;
                 }
             }

@@ -102,7 +102,7 @@ pub enum SimError {
     },
     /// Files of a set of sequences are not as they were recorded.
     #[error(
-        "{}: {} files are not as recorded, {files} being listed:{}", directory.display(), faults.len(),
+        "{}: files not as recorded: {} ({files} have a digest){}", directory.display(), faults.len(),
         faults.iter().map(|fault| format!("\n  {fault}")).collect::<String>()
     )]
     Damaged {
