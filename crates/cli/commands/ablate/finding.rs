@@ -44,6 +44,8 @@ pub(crate) enum Verdict {
     Reversed,
     /// One seed has no interval.
     OneSeed,
+    /// The two were timed on different machines or devices.
+    OtherMachines,
 }
 
 impl Relation {
@@ -83,6 +85,7 @@ impl std::fmt::Display for Verdict {
             Self::WithinNoise => "within noise",
             Self::Reversed => "reversed",
             Self::OneSeed => "one seed",
+            Self::OtherMachines => "timed on different machines",
         })
     }
 }

@@ -9,9 +9,7 @@ use serde::Serialize;
 
 use super::finding::{Finding, Relation, Verdict};
 use super::rows::{FULL, Row};
-use super::trial::{Figures, Scores, Trial};
-use crate::machine::Machine;
-use crate::run_info::COMMIT;
+use super::trial::{Figures, Made, Scores, Trial};
 
 /// The trials of every trained row, by its name, in the order of the seeds.
 pub(super) type Trials = BTreeMap<&'static str, Vec<Trial>>;
@@ -36,9 +34,8 @@ pub(super) struct Outcome {
     pub(super) seeds: Vec<u64>,
     /// Milliseconds between judged poses.
     pub(super) stride_ms: u32,
-    pub(super) commit: &'static str,
-    /// Where speeds were measured.
-    pub(super) machine: Machine,
+    /// By which programs and on what: more than one where the ablation was continued elsewhere.
+    pub(super) made: Vec<Made>,
     pub(super) rows: Vec<RowOutcome>,
     /// Figures of the average training pose.
     pub(super) mean_pose: Means,
@@ -113,12 +110,22 @@ impl Outcome {
             config: config.to_owned(),
             seeds: seeds.to_vec(),
             stride_ms,
-            commit: COMMIT,
-            machine: Machine::this(),
+            made: distinct(trials),
             rows: done.iter().map(|row| row_outcome(row, &done, trials)).collect::<Result<_>>()?,
             mean_pose: means(&full.iter().map(|t| t.mean_pose.figures).collect::<Vec<_>>())?,
         })
     }
+}
+
+/// Who made the trials.
+fn distinct(trials: &Trials) -> Vec<Made> {
+    let mut made: Vec<Made> = Vec::new();
+    for trial in trials.values().flatten() {
+        if !made.contains(&trial.made) {
+            made.push(trial.made.clone());
+        }
+    }
+    made
 }
 
 fn of<'a>(trials: &'a Trials, row: &str) -> Result<&'a [Trial]> {
@@ -174,13 +181,18 @@ fn means(per_seed: &[Figures]) -> Result<Means> {
 
 fn check(row: &Row, other: &Row, finding: &Finding, trials: &Trials) -> Result<FindingOutcome> {
     let pairs = of(trials, row.trained_as())?.iter().zip(of(trials, other.trained_as())?);
-    let measures = if finding.relation == Relation::Slower { SPEED } else { ACCURACY };
+    let is_speed = finding.relation == Relation::Slower;
+    let measures = if is_speed { SPEED } else { ACCURACY };
+    let can_tell = !is_speed || pairs.clone().all(|(a, b)| a.made.is_as_fast(&b.made));
     let checks = measures.iter().map(|measure| {
         let value = |row, trial| (measure.get)(trial, &scores(row, trial).figures);
         let differences: Vec<f64> =
             pairs.clone().map(|(a, b)| value(row, a) - value(other, b)).collect();
         let difference = mean_of_runs(&differences).context("rows without seeds")?;
-        let verdict = finding.relation.verdict(&difference);
+        let verdict = match can_tell {
+            true => finding.relation.verdict(&difference),
+            false => Verdict::OtherMachines,
+        };
         Ok(Check { measure: measure.name, difference, verdict })
     });
     Ok(FindingOutcome {
@@ -209,7 +221,8 @@ pub(super) mod tests {
         };
         let trial = |(seed, &auc): (usize, &f64)| {
             serde_json::from_value(serde_json::json!({
-                "row": row, "seed": seed, "stride_ms": 1, "commit": "test",
+                "row": row, "seed": seed, "stride_ms": 1,
+                "made": { "commit": "test", "machine": "one", "device": "flex" },
                 "parameters": 7, "parameters_as_published": 70,
                 "training_s": 60.0, "poses_per_s": poses_per_s,
                 "filtered": scores(auc), "unfiltered": scores(auc - 0.1),
@@ -291,6 +304,24 @@ pub(super) mod tests {
         let outcome = Outcome::new("test", &[1, 2, 3], 1, &rows, &trials)?;
         let found = |checks: usize| (FULL, vec![Verdict::Found; checks]);
         assert_eq!(verdicts(&outcome, "resnet34"), [found(2), found(1)]);
+        Ok(())
+    }
+
+    #[test]
+    fn speeds_of_two_machines_are_not_compared_and_both_are_named() -> Result<()> {
+        let rows = chosen(&["resnet34".to_owned()]);
+        let mut elsewhere = trials("resnet34", &[0.2, 0.3, 0.4], 400.0);
+        elsewhere[1].made.machine = "another".to_owned();
+        let trials: Trials =
+            [(FULL, trials(FULL, &[0.5, 0.6, 0.7], 900.0)), ("resnet34", elsewhere)]
+                .into_iter()
+                .collect();
+        let outcome = Outcome::new("test", &[1, 2, 3], 1, &rows, &trials)?;
+        let machines: Vec<&str> = outcome.made.iter().map(|made| &*made.machine).collect();
+        assert_eq!(machines, ["one", "another"]);
+        let verdicts = verdicts(&outcome, "resnet34");
+        assert_eq!(verdicts[0], (FULL, vec![Verdict::Reversed; 2]));
+        assert_eq!(verdicts[1], (FULL, vec![Verdict::OtherMachines]));
         Ok(())
     }
 }

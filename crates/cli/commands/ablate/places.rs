@@ -40,6 +40,8 @@ impl<'a> Places<'a> {
                     config.display()
                 );
             }
+            // Who began it stays written; who made each trial stands beside the trial.
+            return Ok(Self { out });
         }
         run_info::write(out, base.seed, Some(base))?;
         Ok(Self { out })

@@ -136,17 +136,20 @@ pub(super) fn difference(interval: &Interval, measure: &str) -> String {
 /// What the columns mean and where they come from.
 pub(super) fn legend(outcome: &Outcome) -> String {
     let seeds: Vec<String> = outcome.seeds.iter().map(u64::to_string).collect();
+    let made = outcome
+        .made
+        .iter()
+        .map(|made| format!("commit {} on {}, device {}", made.commit, made.machine, made.device));
     format!(
         "Means over seeds {} with 95% intervals of Student's t. AUC: larger is better; MPJPE and \
          wrist errors: smaller. poses/s: the network alone, one window at a time. Verdicts follow \
          from the interval of the difference between two rows, seed by seed: found where all of it \
          agrees with what was published, reversed where all of it contradicts, else within noise. \
-         Config {}, a pose every {} ms, commit {}, {}.",
+         Config {}, a pose every {} ms; {}.",
         seeds.join(", "),
         outcome.config,
         outcome.stride_ms,
-        outcome.commit,
-        outcome.machine
+        made.collect::<Vec<_>>().join("; ")
     )
 }
 

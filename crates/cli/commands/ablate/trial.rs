@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 use super::places::{self, Places};
 use super::watch;
 use crate::commands::latency;
+use crate::machine::Machine;
 use crate::progress::bar;
 use crate::run_info::COMMIT;
 use crate::timing::quantile;
@@ -30,7 +31,7 @@ pub(super) struct Trial {
     seed: u64,
     /// Milliseconds between judged poses.
     stride_ms: u32,
-    commit: String,
+    pub(super) made: Made,
     /// Of the network as trained.
     pub(super) parameters: usize,
     /// Of the same network as wide as published.
@@ -43,6 +44,31 @@ pub(super) struct Trial {
     pub(super) unfiltered: Scores,
     /// Of the average training pose, which never looks at an event.
     pub(super) mean_pose: Scores,
+}
+
+/// By which program and on what a trial was run: kept with it, because an ablation may be continued
+/// elsewhere.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Made {
+    pub(super) commit: String,
+    pub(super) machine: String,
+    /// What the network ran on.
+    pub(super) device: String,
+}
+
+impl Made {
+    fn here(device: DeviceKind) -> Self {
+        Self {
+            commit: COMMIT.to_owned(),
+            machine: Machine::this().to_string(),
+            device: device.to_string(),
+        }
+    }
+
+    /// Whether times of both can be compared.
+    pub(super) fn is_as_fast(&self, other: &Self) -> bool {
+        self.machine == other.machine && self.device == other.device
+    }
 }
 
 /// What a method scored on all held-out sequences.
@@ -121,7 +147,7 @@ pub(super) fn run(
         row: row.to_owned(),
         seed: config.seed,
         stride_ms,
-        commit: COMMIT.to_owned(),
+        made: Made::here(kind),
         parameters,
         parameters_as_published: published.parameter_count()?,
         training_s: trained.seconds,
