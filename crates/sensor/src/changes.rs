@@ -141,14 +141,14 @@ mod tests {
 
     use evpose_core::{CounterRng, Event, Micros, Plane, SensorSize};
 
-    use crate::{SensorConfig, SensorModel};
+    use crate::{EffectConfig, PRESETS, SensorConfig, SensorModel};
 
     const SIZE: SensorSize = SensorSize { width: 50, height: 30 };
 
     /// Events and repaired pixels of a picture in which a patch moves, flickers, stands still and is
     /// broken at times.
-    fn run(preset: &str, passes_over: bool) -> (Vec<Event>, u64) {
-        let model = SensorModel::from_config(&SensorConfig::preset(preset).unwrap()).unwrap();
+    fn run(config: &SensorConfig, passes_over: bool) -> (Vec<Event>, u64) {
+        let model = SensorModel::from_config(config).unwrap();
         let other = model.clone().with_block_pixels(100);
         let mut run = other.start(SIZE, 3);
         run.front_mut().may_pass_over = passes_over;
@@ -176,12 +176,39 @@ mod tests {
         (events, run.repaired_pixels())
     }
 
+    fn rests(config: &SensorConfig) -> bool {
+        SensorModel::from_config(config).unwrap().chain().rests_with_light()
+    }
+
     #[test]
     fn passing_over_what_does_not_change_changes_nothing() {
-        for preset in ["eventhands", "ideal"] {
-            let (events, repaired) = run(preset, true);
-            assert!(events.len() > 1_000, "{preset}: {}", events.len());
-            assert!((events, repaired) == run(preset, false), "{preset}");
+        let mut configs: Vec<(&str, SensorConfig)> = PRESETS
+            .iter()
+            .map(|preset| (preset.name, SensorConfig::preset(preset.name).unwrap()))
+            .filter(|(_, config)| rests(config))
+            .collect();
+        let names: Vec<&str> = configs.iter().map(|(name, _)| *name).collect();
+        assert_eq!(names, ["ideal", "eventhands", "esim"], "the presets that may pass over pixels");
+        // Stages in front of the logarithm that keep nothing either.
+        let mut coded = SensorConfig::preset("ideal").unwrap();
+        let stages = [
+            EffectConfig::new("tone_curve").with("gamma", 0.45),
+            EffectConfig::new("quantisation").with("levels", 255.0),
+        ];
+        coded.effects.splice(0..0, stages);
+        assert!(rests(&coded));
+        configs.push(("coded", coded));
+        for (name, config) in configs {
+            let (events, repaired) = run(&config, true);
+            assert!(events.len() > 1_000, "{name}: {}", events.len());
+            assert!((events, repaired) == run(&config, false), "{name}");
+        }
+    }
+
+    #[test]
+    fn what_remembers_or_is_noisy_in_front_is_never_passed_over() {
+        for preset in ["v2e-noisy", "davis346", "dvs-voltmeter"] {
+            assert!(!rests(&SensorConfig::preset(preset).unwrap()), "{preset}");
         }
     }
 }
