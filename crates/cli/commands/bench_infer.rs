@@ -1,11 +1,10 @@
 //! `evpose bench infer`: how long one prediction takes.
 
 use anyhow::{Context, Result};
-use evpose_core::atomic_write;
 use evpose_train::untrained;
 use serde::Serialize;
 
-use super::{config_source, device, latency};
+use super::{as_json, config_source, device, latency};
 use crate::args::BenchInferArgs;
 use crate::machine::Machine;
 use crate::progress::say;
@@ -75,10 +74,5 @@ pub(crate) fn run(args: &BenchInferArgs) -> Result<()> {
             report.outliers, report.runs
         ));
     }
-    if let Some(path) = &args.json {
-        let text = serde_json::to_string_pretty(&report)? + "\n";
-        atomic_write(path, text.as_bytes())
-            .with_context(|| format!("writing {}", path.display()))?;
-    }
-    Ok(())
+    as_json(args.json.as_deref(), &report)
 }

@@ -6,11 +6,12 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, Result};
-use evpose_core::{CounterRng, Event, EventStream, Micros, Polarity, SensorSize, atomic_write};
+use evpose_core::{CounterRng, Event, EventStream, Micros, Polarity, SensorSize};
 use evpose_io::{EvcReader, EvcWindow, EvcWriter, MetaReader, MetaWriter};
 use evpose_pose::HandParams;
 use serde::Serialize;
 
+use super::as_json;
 use crate::args::BenchIoArgs;
 use crate::machine::Machine;
 use crate::progress::say;
@@ -91,12 +92,7 @@ pub(crate) fn run(args: &BenchIoArgs) -> Result<()> {
     if report.readers.iter().any(|measured| measured.outliers * 5 > measured.passes) {
         say("warning   many passes were outliers: the machine was busy, measure again");
     }
-    if let Some(path) = &args.json {
-        let text = serde_json::to_string_pretty(&report)? + "\n";
-        atomic_write(path, text.as_bytes())
-            .with_context(|| format!("writing {}", path.display()))?;
-    }
-    Ok(())
+    as_json(args.json.as_deref(), &report)
 }
 
 /// Reads everything once.

@@ -23,9 +23,12 @@ pub(crate) mod sensor;
 mod simulate;
 mod train;
 
+use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::{Context, Result};
+use evpose_core::atomic_write;
+use serde::Serialize;
 
 use crate::args::{Args, BenchCommand, Command, DeviceArgs};
 
@@ -49,6 +52,13 @@ pub(crate) fn run(args: Args) -> Result<ExitCode> {
         Command::Info(args) => info::run(&args),
     }
     .map(|()| ExitCode::SUCCESS)
+}
+
+/// Writes what a benchmark measured to `path`, if the user gave one.
+fn as_json(path: Option<&Path>, report: &impl Serialize) -> Result<()> {
+    let Some(path) = path else { return Ok(()) };
+    let text = serde_json::to_string_pretty(report)? + "\n";
+    atomic_write(path, text.as_bytes()).with_context(|| format!("writing {}", path.display()))
 }
 
 /// Sets the number of CPU threads for everything that follows.

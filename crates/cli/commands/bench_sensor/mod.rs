@@ -6,11 +6,12 @@ mod scene;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
-use evpose_core::{Micros, Plane, atomic_write};
+use evpose_core::{Micros, Plane};
 use evpose_io::frames::write_codes;
 use evpose_sensor::{SensorConfig, SensorModel};
 use serde::Serialize;
 
+use super::as_json;
 use crate::args::BenchSensorArgs;
 use crate::machine::Machine;
 use crate::progress::say;
@@ -87,12 +88,7 @@ pub(crate) fn run(args: &BenchSensorArgs) -> Result<()> {
     if report.settings.iter().any(|measured| measured.outliers * 10 > measured.passes) {
         say("warning   many passes were outliers: the machine was busy, measure again");
     }
-    if let Some(path) = &args.json {
-        let text = serde_json::to_string_pretty(&report)? + "\n";
-        atomic_write(path, text.as_bytes())
-            .with_context(|| format!("writing {}", path.display()))?;
-    }
-    Ok(())
+    as_json(args.json.as_deref(), &report)
 }
 
 /// Shows the frames over and over, a pass at a time.

@@ -10,12 +10,11 @@ use std::time::Instant;
 
 use anyhow::{Context, Result};
 use evpose_body::BodyModel;
-use evpose_core::atomic_write;
 use evpose_sim::{Part, Simulation, SimulationConfig, record};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::{config_source, use_threads};
+use super::{as_json, config_source, use_threads};
 use crate::args::BenchSimArgs;
 use crate::machine::Machine;
 use crate::progress::{bar, say};
@@ -106,12 +105,7 @@ pub(crate) fn run(args: &BenchSimArgs) -> Result<()> {
         measured.say(report.machine.threads, &report.image);
         report.meshes.push(measured);
     }
-    if let Some(path) = &args.json {
-        let text = serde_json::to_string_pretty(&report)? + "\n";
-        atomic_write(path, text.as_bytes())
-            .with_context(|| format!("writing {}", path.display()))?;
-    }
-    Ok(())
+    as_json(args.json.as_deref(), &report)
 }
 
 fn measure(
