@@ -1,6 +1,5 @@
 //! Writes `.evc` files frame by frame.
 
-use std::cmp::Reverse;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -21,8 +20,10 @@ pub struct EvcWriter {
     sensor: SensorSize,
     frames: u64,
     events: u64,
-    /// The events of one frame while they are sorted.
+    /// The events of one frame as they came, and their bytes.
     frame: Vec<(u16, u8, Polarity)>,
+    rows: Vec<(u16, u8, Polarity)>,
+    bytes: Vec<u8>,
 }
 
 impl EvcWriter {
@@ -36,7 +37,16 @@ impl EvcWriter {
             return Err(IoError::SensorTooTall { path, sensor });
         }
         let file = AtomicFile::create(&path).map_err(|e| IoError::file(&path, "create", e))?;
-        Ok(Self { path, file, sensor, frames: 0, events: 0, frame: Vec::new() })
+        Ok(Self {
+            path,
+            file,
+            sensor,
+            frames: 0,
+            events: 0,
+            frame: Vec::new(),
+            rows: Vec::new(),
+            bytes: Vec::new(),
+        })
     }
 
     /// Appends a frame that holds all of `events`, whatever their times.
@@ -70,18 +80,41 @@ impl EvcWriter {
                 }
             }
         }
-        // Stable, so that events of one pixel keep the order they came in.
-        self.frame.sort_by_key(|&(x, y, _)| (Reverse(y), x));
-        let mut write = |bytes: &[u8]| {
-            self.file.write_all(bytes).map_err(|e| IoError::file(&self.path, "write", e))
-        };
-        write(&MARKER)?;
-        for &(x, y, polarity) in &self.frame {
-            write(&encode(x, y, polarity))?;
-        }
+        self.sort();
+        self.bytes.clear();
+        self.bytes.extend_from_slice(&MARKER);
+        self.bytes.extend(self.rows.iter().flat_map(|&(x, y, polarity)| encode(x, y, polarity)));
+        self.file.write_all(&self.bytes).map_err(|e| IoError::file(&self.path, "write", e))?;
         self.frames += 1;
         self.events += self.frame.len() as u64;
         Ok(())
+    }
+
+    /// Puts the frame in the published order, bottom row first and from left to right, into `rows`.
+    /// Events of one pixel keep the order they came in.
+    fn sort(&mut self) {
+        // Where each row begins: few events come out of order within one.
+        let mut starts = [0; 257];
+        for &(_, y, _) in &self.frame {
+            starts[256 - usize::from(y)] += 1;
+        }
+        let mut start = 0;
+        for begin in &mut starts {
+            start += *begin;
+            *begin = start;
+        }
+        self.rows.clear();
+        self.rows.resize(self.frame.len(), (0, 0, Polarity::Off));
+        for &event in &self.frame {
+            let place = &mut starts[255 - usize::from(event.1)];
+            self.rows[*place] = event;
+            *place += 1;
+        }
+        for row in self.rows.chunk_by_mut(|a, b| a.1 == b.1) {
+            if !row.is_sorted_by_key(|event| event.0) {
+                row.sort_by_key(|event| event.0);
+            }
+        }
     }
 
     /// Appends a recording whose time starts at `origin`: an event at `origin + t` goes to the
