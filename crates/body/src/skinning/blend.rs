@@ -56,10 +56,15 @@ impl LaneWork for Blend<'_> {
         for (vertex, ((skin, (posed_m, rest_m)), (posed_normal, rest_normal))) in
             model.skin.iter().zip(vertices).zip(normals).enumerate()
         {
-            // All four, without asking how many there are: nothing is added for weight zero.
+            // Weights descend, and two joints or fewer are what most vertices have.
+            let [first, second, third, fourth] = skin.joints.map(|j| &transforms[usize::from(j)]);
+            let [of_first, of_second, of_third, of_fourth] = skin.weights;
             let mut sum = [l.splat(0.0); 2];
-            for (joint, weight) in skin.joints.into_iter().zip(skin.weights) {
-                add(l, &mut sum, &transforms[usize::from(joint)], weight);
+            add(l, &mut sum, first, of_first);
+            add(l, &mut sum, second, of_second);
+            if of_third > 0.0 {
+                add(l, &mut sum, third, of_third);
+                add(l, &mut sum, fourth, of_fourth);
             }
             while let [FurtherWeight { vertex: of, joint, weight }, others @ ..] = further
                 && *of as usize == vertex
