@@ -20,6 +20,7 @@ use glam::{Vec2, Vec3};
 use crate::SimError;
 use crate::config::{BodyConfig, BodySource, CameraConfig};
 use crate::raster::is_closed;
+use crate::texture::metres_per_texture;
 
 /// Points of the hand that are evaluated.
 pub type HandPoints3 = [Vec3; EVALUATION_JOINTS.len()];
@@ -34,6 +35,8 @@ pub struct Actor {
     carrier: Option<(BodyModel, ShapedBody)>,
     mirror: Mirror,
     closed: bool,
+    /// How much of the surface a texture covers along its coordinates.
+    metres_per_texture: Vec2,
     /// The faces as a mirrored camera sees them.
     turned_faces: Vec<[u32; 3]>,
 }
@@ -74,6 +77,7 @@ impl Actor {
             carrier,
             mirror: Mirror::new(placement.eye_m, right),
             closed: is_closed(&body.faces),
+            metres_per_texture: metres_per_texture(&body.template_m, &body.uvs, &body.faces),
             turned_faces: body.faces.iter().map(|&[a, b, c]| [a, c, b]).collect(),
             body,
         }
@@ -87,6 +91,11 @@ impl Actor {
     /// Whether its faces bound a solid.
     pub(crate) fn is_closed(&self) -> bool {
         self.closed
+    }
+
+    /// Metres of the surface that a texture covers along its coordinates, on average.
+    pub(crate) fn metres_per_texture(&self) -> Vec2 {
+        self.metres_per_texture
     }
 
     /// Whether a hand of `side` is this model's mirror image.

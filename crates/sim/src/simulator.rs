@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use evpose_body::motion::{BezierMotion, ViewTest};
 use evpose_body::{BodyPose, PosedBody, ShapedBody};
-use evpose_core::{EventStream, Micros, Plane, seed_for};
+use evpose_core::{EventStream, LookAt, Micros, Plane, seed_for};
 use evpose_pose::{HandParams, HandSide};
 use evpose_sensor::SensorRun;
 use glam::Vec3A;
@@ -201,10 +201,13 @@ impl Surroundings {
         let betas = body.shape_directions_m.len();
         let episode = Episode::draw(config, betas, pictures.len(), sequence_seed, index);
         let picture = pictures.picture(episode.picture);
+        let LookAt { eye_m, centre_m, .. } = config.camera.placement();
+        let px_per_m = camera.pinhole().focal_px / eye_m.distance(centre_m);
+        let skin = skins.paint(&config.skin, &episode.skin, sequence_seed, index)?;
         let scene = Scene {
             camera: if actor.is_mirrored(side) { camera.mirrored() } else { camera },
             lighting: episode.lighting,
-            skin: skins.paint(&config.skin, &episode.skin, sequence_seed, index)?,
+            skin: skin.reduced(actor.metres_per_texture(), px_per_m),
             backdrop: Backdrop::new(camera.sensor(), picture, episode.placement),
             response: config.frame,
         };

@@ -1,6 +1,6 @@
 //! Lanes in the registers of AVX2.
 
-use std::arch::x86_64::{__m256, __m256i};
+use std::arch::x86_64::{__m128i, __m256, __m256i};
 
 use pulp::bytemuck::cast;
 use pulp::x86::V3;
@@ -151,6 +151,11 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
+    fn sub_i(self, a: __m256i, b: __m256i) -> __m256i {
+        self.0.avx2._mm256_sub_epi32(a, b)
+    }
+
+    #[inline(always)]
     fn mul_i(self, a: __m256i, b: __m256i) -> __m256i {
         self.0.avx2._mm256_mullo_epi32(a, b)
     }
@@ -158,6 +163,11 @@ impl Lanes for Avx2 {
     #[inline(always)]
     fn max_i(self, a: __m256i, b: __m256i) -> __m256i {
         self.0.avx2._mm256_max_epi32(a, b)
+    }
+
+    #[inline(always)]
+    fn min_i(self, a: __m256i, b: __m256i) -> __m256i {
+        self.0.avx2._mm256_min_epi32(a, b)
     }
 
     #[inline(always)]
@@ -191,7 +201,68 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
+    fn shift_right_signed<const BITS: i32>(self, a: __m256i) -> __m256i {
+        self.0.avx2._mm256_srai_epi32::<BITS>(a)
+    }
+
+    #[inline(always)]
+    fn mask_bits(self, mask: __m256i) -> u32 {
+        self.0.avx._mm256_movemask_ps(cast(mask)) as u32
+    }
+
+    #[inline(always)]
+    fn columns(self, [a, b, c, d, e, f, g, h]: [&[i32; 4]; LANES]) -> [__m256i; 4] {
+        // Two rows a register, so that what follows need not cross its halves.
+        let (a, b) = (self.two(a, e), self.two(b, f));
+        let (c, d) = (self.two(c, g), self.two(d, h));
+        let avx2 = self.0.avx2;
+        let (ab_low, ab_high) =
+            (avx2._mm256_unpacklo_epi32(a, b), avx2._mm256_unpackhi_epi32(a, b));
+        let (cd_low, cd_high) =
+            (avx2._mm256_unpacklo_epi32(c, d), avx2._mm256_unpackhi_epi32(c, d));
+        [
+            avx2._mm256_unpacklo_epi64(ab_low, cd_low),
+            avx2._mm256_unpackhi_epi64(ab_low, cd_low),
+            avx2._mm256_unpacklo_epi64(ab_high, cd_high),
+            avx2._mm256_unpackhi_epi64(ab_high, cd_high),
+        ]
+    }
+
+    #[inline(always)]
+    fn rows(self, [a, b, c, d]: [__m256i; 4], out: &mut [[i32; 4]; LANES]) {
+        let avx2 = self.0.avx2;
+        let (ab_low, ab_high) =
+            (avx2._mm256_unpacklo_epi32(a, b), avx2._mm256_unpackhi_epi32(a, b));
+        let (cd_low, cd_high) =
+            (avx2._mm256_unpacklo_epi32(c, d), avx2._mm256_unpackhi_epi32(c, d));
+        let first = avx2._mm256_unpacklo_epi64(ab_low, cd_low);
+        let second = avx2._mm256_unpackhi_epi64(ab_low, cd_low);
+        let third = avx2._mm256_unpacklo_epi64(ab_high, cd_high);
+        let fourth = avx2._mm256_unpackhi_epi64(ab_high, cd_high);
+        out[0] = cast(avx2._mm256_extracti128_si256::<0>(first));
+        out[1] = cast(avx2._mm256_extracti128_si256::<0>(second));
+        out[2] = cast(avx2._mm256_extracti128_si256::<0>(third));
+        out[3] = cast(avx2._mm256_extracti128_si256::<0>(fourth));
+        out[4] = cast(avx2._mm256_extracti128_si256::<1>(first));
+        out[5] = cast(avx2._mm256_extracti128_si256::<1>(second));
+        out[6] = cast(avx2._mm256_extracti128_si256::<1>(third));
+        out[7] = cast(avx2._mm256_extracti128_si256::<1>(fourth));
+    }
+
+    #[inline(always)]
     fn select(self, mask: __m256i, a: __m256i, b: __m256i) -> __m256i {
         self.0.avx2._mm256_blendv_epi8(b, a, mask)
+    }
+}
+
+impl Avx2 {
+    /// Both halves of a register, each loaded by itself: put together in memory first, they could not
+    /// be read before they are written.
+    #[inline(always)]
+    fn two(self, low: &[i32; 4], high: &[i32; 4]) -> __m256i {
+        let low: __m128i = cast(*low);
+        self.0
+            .avx2
+            ._mm256_inserti128_si256::<1>(self.0.avx._mm256_castsi128_si256(low), cast(*high))
     }
 }

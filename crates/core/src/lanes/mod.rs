@@ -67,10 +67,14 @@ pub trait Lanes: Copy + Debug {
     fn splat_i(self, a: i32) -> Self::I;
     /// `a + b`, wrapping.
     fn add_i(self, a: Self::I, b: Self::I) -> Self::I;
+    /// `a - b`, wrapping.
+    fn sub_i(self, a: Self::I, b: Self::I) -> Self::I;
     /// `a · b`, wrapping.
     fn mul_i(self, a: Self::I, b: Self::I) -> Self::I;
     /// The larger one.
     fn max_i(self, a: Self::I, b: Self::I) -> Self::I;
+    /// The smaller one.
+    fn min_i(self, a: Self::I, b: Self::I) -> Self::I;
     /// Mask of `a > b`.
     fn greater_i(self, a: Self::I, b: Self::I) -> Self::I;
     /// `a & b`.
@@ -83,6 +87,14 @@ pub trait Lanes: Copy + Debug {
     fn negative(self, a: Self::I) -> Self::I;
     /// Zeros shifted in from the left.
     fn shift_right<const BITS: i32>(self, a: Self::I) -> Self::I;
+    /// The sign shifted in from the left.
+    fn shift_right_signed<const BITS: i32>(self, a: Self::I) -> Self::I;
+    /// Bit `k` is that of lane `k` of a mask.
+    fn mask_bits(self, mask: Self::I) -> u32;
+    /// The columns of eight rows of four, wherever these are.
+    fn columns(self, rows: [&[i32; 4]; LANES]) -> [Self::I; 4];
+    /// Writes the eight rows of four columns.
+    fn rows(self, columns: [Self::I; 4], out: &mut [[i32; 4]; LANES]);
     /// `a` where the mask is set, else `b`.
     fn select(self, mask: Self::I, a: Self::I, b: Self::I) -> Self::I;
 }

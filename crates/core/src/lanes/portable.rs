@@ -123,6 +123,11 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
+    fn sub_i(self, a: Self::I, b: Self::I) -> Self::I {
+        from_fn(|k| a[k].wrapping_sub(b[k]))
+    }
+
+    #[inline(always)]
     fn mul_i(self, a: Self::I, b: Self::I) -> Self::I {
         from_fn(|k| a[k].wrapping_mul(b[k]))
     }
@@ -130,6 +135,11 @@ impl Lanes for Portable {
     #[inline(always)]
     fn max_i(self, a: Self::I, b: Self::I) -> Self::I {
         from_fn(|k| a[k].max(b[k]))
+    }
+
+    #[inline(always)]
+    fn min_i(self, a: Self::I, b: Self::I) -> Self::I {
+        from_fn(|k| a[k].min(b[k]))
     }
 
     #[inline(always)]
@@ -160,6 +170,26 @@ impl Lanes for Portable {
     #[inline(always)]
     fn shift_right<const BITS: i32>(self, a: Self::I) -> Self::I {
         a.map(|a| ((a as u32) >> BITS) as i32)
+    }
+
+    #[inline(always)]
+    fn shift_right_signed<const BITS: i32>(self, a: Self::I) -> Self::I {
+        a.map(|a| a >> BITS)
+    }
+
+    #[inline(always)]
+    fn mask_bits(self, mask: Self::I) -> u32 {
+        (0..LANES).fold(0, |bits, k| bits | (u32::from(mask[k] < 0) << k))
+    }
+
+    #[inline(always)]
+    fn columns(self, rows: [&[i32; 4]; LANES]) -> [Self::I; 4] {
+        from_fn(|i| from_fn(|k| rows[k][i]))
+    }
+
+    #[inline(always)]
+    fn rows(self, columns: [Self::I; 4], out: &mut [[i32; 4]; LANES]) {
+        *out = from_fn(|k| columns.map(|column| column[k]));
     }
 
     #[inline(always)]

@@ -33,14 +33,18 @@ impl LaneWork for All {
         let mut out = vec![
             l.less(a, b),
             l.add_i(i, j),
+            l.sub_i(i, j),
             l.mul_i(i, j),
             l.max_i(i, j),
+            l.min_i(i, j),
             l.greater_i(i, j),
             l.and(i, j),
             l.or(i, j),
             l.and_not(i, j),
             l.negative(i),
             l.shift_right::<8>(i),
+            l.shift_right_signed::<8>(i),
+            l.splat_i(l.mask_bits(l.greater_i(i, j)) as i32),
             l.select(l.less(a, b), i, j),
             l.splat_i(self.b[5] as i32),
             l.load_i(l.store_i(j)),
@@ -49,6 +53,12 @@ impl LaneWork for All {
         ];
         out.extend(numbers.map(|number| l.bits(number)));
         out.extend(l.transpose(rows).map(|row| l.bits(row)));
+        let first = l.store_i(i);
+        let rows = first.map(|first| [first, first + 1, first + 2, first + 3]);
+        out.extend(l.columns(rows.each_ref()));
+        let mut rows = [[0; 4]; LANES];
+        l.rows([i, j, l.max_i(i, j), l.min_i(i, j)], &mut rows);
+        out.extend(l.columns(rows.each_ref()));
         out.into_iter().map(|vector| l.store_i(vector)).collect()
     }
 }
@@ -61,6 +71,17 @@ fn vectors_of_this_processor_and_arrays_give_the_same_bits() {
         let (a, b) = (draw(), draw());
         assert_eq!(in_lanes(All { a, b }), All { a, b }.run(Portable), "{a:?} {b:?}");
     }
+}
+
+#[test]
+fn columns_have_a_number_of_every_row() {
+    let rows = std::array::from_fn(|k| std::array::from_fn(|i| (10 * k + i) as i32));
+    let columns = Portable.columns(rows.each_ref());
+    let mut again = [[0; 4]; LANES];
+    Portable.rows(columns, &mut again);
+    assert!((0..4).all(|i| (0..LANES).all(|k| columns[i][k] == (10 * k + i) as i32)));
+    assert_eq!(again, rows);
+    assert_eq!(Portable.mask_bits([0, -1, 0, 0, -1, 0, 0, -1]), 0b1001_0010);
 }
 
 #[test]

@@ -16,18 +16,23 @@ mod camera;
 mod clip;
 mod fragment;
 mod mesh;
+mod narrow;
 mod project;
+mod rows;
+mod seen;
 mod triangle;
 mod varying;
 mod visibility;
 mod visible;
+mod wide;
 
 pub use camera::Camera;
 pub use fragment::{Fragment, PixelRect};
 pub use mesh::{Mesh, is_closed};
+pub(crate) use seen::SeenPixels;
+pub(crate) use triangle::apart_lanes;
 pub(crate) use varying::Varyings;
 pub use visible::Raster;
-pub(crate) use visible::SeenPixel;
 
 #[cfg(test)]
 mod tests;

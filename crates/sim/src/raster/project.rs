@@ -1,8 +1,10 @@
 //! Vertices from the world to snapped image positions.
 
+use bytemuck::{Pod, Zeroable};
 use evpose_core::{LANES, LaneWork, Lanes, in_lanes};
 use glam::{Vec3, Vec4};
 
+use super::rows::eight_rows;
 use super::{Camera, PixelRect};
 
 /// Steps per pixel of the snapped coordinates.
@@ -15,18 +17,18 @@ pub(super) const SUBPIXEL_BITS: u32 = 8;
 /// bits.
 const FARTHEST: i32 = SUBPIXEL << 20;
 
-/// A vertex on the image.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(super) struct ScreenVertex {
-    /// Column in 1/256 pixel.
-    pub x: i32,
-    /// Row in 1/256 pixel, downwards.
-    pub y: i32,
-    /// 1 / depth in 1/m; zero marks a vertex that the near plane hides.
-    pub inverse_depth: f32,
-}
+/// A vertex on the image: column and row in 1/256 pixel, rows downwards, and the bits of 1/depth in
+/// 1/m, zero where the near plane hides it. One vector of four, as eight corners are read at a time.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
+#[repr(transparent)]
+pub(super) struct ScreenVertex([i32; 4]);
 
 impl ScreenVertex {
+    #[inline(always)]
+    pub(super) fn new(x: i32, y: i32, inverse_depth: f32) -> Self {
+        Self([x, y, inverse_depth.to_bits() as i32, 0])
+    }
+
     /// From homogeneous image coordinates `(x·d, y·d, _, d)` with `d > 0`.
     pub(super) fn from_homogeneous(position: Vec4) -> Self {
         let inverse_depth = 1.0 / position.w;
@@ -35,7 +37,28 @@ impl ScreenVertex {
             let subpixels = (numerator * inverse_depth * SUBPIXEL as f32 + 0.5).floor();
             (subpixels as i32).clamp(-FARTHEST, FARTHEST)
         };
-        Self { x: snap(position.x), y: snap(position.y), inverse_depth }
+        Self::new(snap(position.x), snap(position.y), inverse_depth)
+    }
+
+    #[inline(always)]
+    pub(super) fn x(self) -> i32 {
+        self.0[0]
+    }
+
+    #[inline(always)]
+    pub(super) fn y(self) -> i32 {
+        self.0[1]
+    }
+
+    #[inline(always)]
+    pub(super) fn inverse_depth(self) -> f32 {
+        f32::from_bits(self.0[2] as u32)
+    }
+
+    /// Column, row, bits of 1/depth, nothing.
+    #[inline(always)]
+    pub(super) fn row(&self) -> &[i32; 4] {
+        &self.0
     }
 }
 
@@ -52,7 +75,6 @@ pub(super) struct Extent {
 pub(super) fn project(camera: &Camera, vertices_m: &[Vec3], out: &mut Vec<ScreenVertex>) -> Extent {
     let matrix = camera.homogeneous_image_from_world().to_cols_array_2d();
     let near_m = camera.near_m();
-    out.clear();
     let limits = in_lanes(Project { matrix, near_m, vertices_m, out });
     let whole = PixelRect::whole(camera.sensor());
     let Limits { left, top, right, bottom, wholly_in_front } = limits;
@@ -80,42 +102,58 @@ impl LaneWork for Project<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self, l: L) -> Limits {
-        let mut limits = Limits::NONE;
-        for vertices_m in self.vertices_m.chunks(LANES) {
-            let mut world_m = [[0.0; LANES]; 3];
-            for (k, vertex_m) in vertices_m.iter().enumerate() {
-                [world_m[0][k], world_m[1][k], world_m[2][k]] = vertex_m.to_array();
-            }
-            let vertices = project_lanes(l, &self.matrix, self.near_m, world_m);
-            let vertices = &vertices[..vertices_m.len()];
-            limits.include(vertices);
-            self.out.extend_from_slice(vertices);
+        let Self { matrix, near_m, vertices_m, out } = self;
+        let (vertices, numbers) = (vertices_m.len(), bytemuck::must_cast_slice(vertices_m));
+        out.resize(vertices.next_multiple_of(LANES), ScreenVertex::default());
+        let (farthest, nearest) = (l.splat_i(FARTHEST), l.splat_i(-FARTHEST));
+        let (mut left, mut top) = (farthest, farthest);
+        let (mut right, mut bottom) = (nearest, nearest);
+        let mut least = l.splat_i(i32::MAX);
+        let mut room = [0; 4 * LANES];
+        for (batch, out) in out.as_chunks_mut::<LANES>().0.iter_mut().enumerate() {
+            let rows = eight_rows::<3>(numbers, batch * LANES, &mut room);
+            let [x_m, y_m, z_m, _] = l.columns(rows);
+            let world_m = [l.numbers(x_m), l.numbers(y_m), l.numbers(z_m)];
+            let [x, y, inverse_depth] = project_lanes(l, &matrix, near_m, world_m);
+            (left, right) = (l.min_i(left, x), l.max_i(right, x));
+            (top, bottom) = (l.min_i(top, y), l.max_i(bottom, y));
+            // The bits are in the order of the numbers, which are not negative.
+            least = l.min_i(least, inverse_depth);
+            l.rows([x, y, inverse_depth, l.splat_i(0)], bytemuck::must_cast_mut(out));
         }
-        limits
+        out.truncate(vertices);
+        let smallest = |of| l.store_i(of).into_iter().min().unwrap_or(FARTHEST);
+        let largest = |of| l.store_i(of).into_iter().max().unwrap_or(-FARTHEST);
+        Limits {
+            left: smallest(left),
+            top: smallest(top),
+            right: largest(right),
+            bottom: largest(bottom),
+            wholly_in_front: smallest(least) > 0,
+        }
     }
 }
 
+/// Column, row and bits of 1/depth.
 #[inline(always)]
 fn project_lanes<L: Lanes>(
     l: L,
     matrix: &[[f32; 4]; 4],
     near_m: f32,
-    [x_m, y_m, z_m]: [[f32; LANES]; 3],
-) -> [ScreenVertex; LANES] {
-    let (x_m, y_m, z_m) = (l.load(x_m), l.load(y_m), l.load(z_m));
+    world_m: [L::F; 3],
+) -> [L::I; 3] {
     let [from_x, from_y, from_z, from_one] = matrix;
     let (x, y, depth_m) = (
-        row(l, [x_m, y_m, z_m], [from_x[0], from_y[0], from_z[0], from_one[0]]),
-        row(l, [x_m, y_m, z_m], [from_x[1], from_y[1], from_z[1], from_one[1]]),
-        row(l, [x_m, y_m, z_m], [from_x[3], from_y[3], from_z[3], from_one[3]]),
+        row(l, world_m, [from_x[0], from_y[0], from_z[0], from_one[0]]),
+        row(l, world_m, [from_x[1], from_y[1], from_z[1], from_one[1]]),
+        row(l, world_m, [from_x[3], from_y[3], from_z[3], from_one[3]]),
     );
     // A depth that is not a number counts as hidden.
     let is_seen = l.less(l.splat(near_m.next_down()), depth_m);
     let inverse_depth = l.div(l.splat(1.0), depth_m);
-    let inverse_depth = l.numbers(l.and(l.bits(inverse_depth), is_seen));
-    let (x, y) = (snap(l, x, inverse_depth), snap(l, y, inverse_depth));
-    let inverse_depth = l.store(inverse_depth);
-    std::array::from_fn(|k| ScreenVertex { x: x[k], y: y[k], inverse_depth: inverse_depth[k] })
+    let bits = l.and(l.bits(inverse_depth), is_seen);
+    let inverse_depth = l.numbers(bits);
+    [snap(l, x, inverse_depth), snap(l, y, inverse_depth), bits]
 }
 
 /// One row of the matrix times eight points.
@@ -127,11 +165,11 @@ fn row<L: Lanes>(l: L, [x, y, z]: [L::F; 3], [a, b, c, d]: [f32; 4]) -> L::F {
 
 /// Homogeneous coordinates as snapped positions: to the nearest, halves upwards.
 #[inline(always)]
-fn snap<L: Lanes>(l: L, numerator: L::F, inverse_depth: L::F) -> [i32; LANES] {
+fn snap<L: Lanes>(l: L, numerator: L::F, inverse_depth: L::F) -> L::I {
     let subpixels = l.mul(l.mul(numerator, inverse_depth), l.splat(SUBPIXEL as f32));
     let nearest = l.floor(l.add(subpixels, l.splat(0.5)));
     let farthest = FARTHEST as f32;
-    l.store_i(l.to_i(l.min(l.max(nearest, l.splat(-farthest)), l.splat(farthest))))
+    l.to_i(l.min(l.max(nearest, l.splat(-farthest)), l.splat(farthest)))
 }
 
 /// The snapped positions that vertices span.
@@ -141,27 +179,6 @@ struct Limits {
     right: i32,
     bottom: i32,
     wholly_in_front: bool,
-}
-
-impl Limits {
-    const NONE: Self = Self {
-        left: FARTHEST,
-        top: FARTHEST,
-        right: -FARTHEST,
-        bottom: -FARTHEST,
-        wholly_in_front: true,
-    };
-
-    #[inline(always)]
-    fn include(&mut self, vertices: &[ScreenVertex]) {
-        for vertex in vertices {
-            self.left = self.left.min(vertex.x);
-            self.right = self.right.max(vertex.x);
-            self.top = self.top.min(vertex.y);
-            self.bottom = self.bottom.max(vertex.y);
-            self.wholly_in_front &= vertex.inverse_depth > 0.0;
-        }
-    }
 }
 
 #[cfg(test)]
@@ -184,7 +201,7 @@ mod tests {
         for (vertex_m, vertex) in vertices_m.iter().zip(&projected) {
             let position = camera.homogeneous_image_from_world() * vertex_m.extend(1.0);
             if position.w < 1e-4 {
-                assert_eq!(vertex.inverse_depth, 0.0);
+                assert_eq!(vertex.inverse_depth(), 0.0);
             } else {
                 assert_eq!(*vertex, ScreenVertex::from_homogeneous(position), "{vertex_m}");
             }

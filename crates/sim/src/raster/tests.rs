@@ -2,13 +2,14 @@
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use evpose_core::{LookAt, Pinhole, SensorSize, in_lanes};
+use evpose_core::{LaneWork, Lanes, LookAt, Pinhole, SensorSize, in_lanes};
 use glam::{Vec2, Vec3};
 use proptest::prelude::*;
 
+use super::narrow::Eight;
 use super::project::ScreenVertex;
-use super::triangle::SetUp;
-use super::visibility::{Fill, Visibility};
+use super::visibility::Visibility;
+use super::wide::Wide;
 use super::{Camera, Fragment, PixelRect, Raster, is_closed};
 use crate::shapes::Shape;
 
@@ -34,15 +35,45 @@ fn position(shape: &Shape, fragment: &Fragment) -> Vec3 {
     a * (1.0 - second - third) + b * second + c * third
 }
 
+/// The pixels of a triangle, which are the same whichever way it is filled.
 fn fill(corners: [(i32, i32); 3]) -> Vec<bool> {
+    let corners = corners.map(|(x, y)| ScreenVertex::new(x, y, 1.0));
     let whole = PixelRect::whole(SENSOR);
-    let corners = corners.map(|(x, y)| ScreenVertex { x, y, inverse_depth: 1.0 });
-    let mut visibility = Visibility::new(whole.right, whole.bottom);
-    if let Some(set_up) = SetUp::new(0, [0, 1, 2], corners, false, whole) {
-        in_lanes(Fill { visibility: &mut visibility, set_up: &set_up, number: 0 });
+    let mut by_wide = Visibility::new(whole.right, whole.bottom);
+    if let Some(set_up) = Wide::new(0, [0, 1, 2], corners, false, whole) {
+        by_wide.fill_wide(&set_up, 0);
     }
-    let rows = (0..whole.bottom).flat_map(|y| visibility.row(y, whole).0.to_vec());
-    rows.map(|inverse_depth| inverse_depth > 0).collect()
+    let mut by_eight = Visibility::new(whole.right, whole.bottom);
+    let covered = |visibility: &Visibility| -> Vec<bool> {
+        let rows = (0..whole.bottom).flat_map(|y| visibility.row(y, whole).0.to_vec());
+        rows.map(|inverse_depth| inverse_depth > 0).collect()
+    };
+    if in_lanes(FillOne { visibility: &mut by_eight, corners, whole }) {
+        assert_eq!(covered(&by_eight), covered(&by_wide), "{corners:?}");
+    }
+    covered(&by_wide)
+}
+
+/// A triangle set up eight times and filled once; whether it is short enough for it.
+struct FillOne<'a> {
+    visibility: &'a mut Visibility,
+    corners: [ScreenVertex; 3],
+    whole: PixelRect,
+}
+
+impl LaneWork for FillOne<'_> {
+    type Output = bool;
+
+    fn run<L: Lanes>(self, l: L) -> bool {
+        let mut eight = Eight::default();
+        let [a, b, c] = self.corners.each_ref().map(|corner| [corner.row(); 8]);
+        eight.set_up(l, [a, b, c], false, self.whole);
+        assert!([0, 0xff].contains(&eight.may_cover) && [0, 0xff].contains(&eight.is_wide));
+        if eight.may_cover != 0 {
+            self.visibility.fill(l, &eight, 5, 0);
+        }
+        eight.is_wide == 0
+    }
 }
 
 /// Positions that often fall on pixel centres and on each other's rows and columns.
@@ -241,7 +272,7 @@ fn plain(camera: &Camera, shape: &Shape) -> Vec<f64> {
     };
     for face in &shape.faces {
         let corners = face.map(|v| screen[v as usize]);
-        let [a, b, c] = corners.map(|v| (i64::from(v.x), i64::from(v.y)));
+        let [a, b, c] = corners.map(|v| (i64::from(v.x()), i64::from(v.y())));
         let whole = area(a, b, c);
         if whole == 0 {
             continue;
@@ -256,7 +287,7 @@ fn plain(camera: &Camera, shape: &Shape) -> Vec<f64> {
                 let weight = area(from, to, centre);
                 let is_owned = to.1 < from.1 || (to.1 == from.1 && to.0 > from.0);
                 is_inside &= weight > 0 || (weight == 0 && is_owned);
-                depth += weight as f64 / whole.abs() as f64 * f64::from(corner.inverse_depth);
+                depth += weight as f64 / whole.abs() as f64 * f64::from(corner.inverse_depth());
             }
             if is_inside && depth > *nearest {
                 *nearest = depth;

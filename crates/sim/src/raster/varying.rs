@@ -5,11 +5,14 @@
 //! 1/depth: both are interpolated with a pixel's affine coordinates, and their quotient is the
 //! quantity. Normals are not divided: only their direction counts.
 
-use evpose_core::{LANES, Lanes};
+use evpose_core::{LANES, LaneWork, Lanes, in_lanes};
 use glam::{Vec2, Vec3};
 
+use super::project::ScreenVertex;
+use super::rows::eight_rows;
+use super::triangle::Triangle;
 use super::visible::Cut;
-use super::{Mesh, Raster, SeenPixel};
+use super::{Mesh, Raster};
 
 /// Normal, texture coordinates and one, divided by the depth, and nothing: one vector.
 type Varying = [f32; LANES];
@@ -21,13 +24,7 @@ pub(crate) struct Varyings(Vec<Varying>);
 impl Varyings {
     /// Of the vertices of `mesh`, and of those that clipping made.
     pub(crate) fn gather(&mut self, raster: &Raster, mesh: &Mesh<'_>) {
-        let attributes = mesh.normals.iter().zip(mesh.uvs);
-        self.0.clear();
-        self.0.extend(
-            attributes
-                .zip(&raster.screen)
-                .map(|((&normal, &uv), vertex)| divided(normal, uv, vertex.inverse_depth)),
-        );
+        in_lanes(Gather { screen: &raster.screen, mesh, out: &mut self.0 });
         let cut_corners = raster.screen.get(mesh.vertices_m.len()..).unwrap_or_default();
         for (&Cut { face, in_face }, vertex) in raster.cuts.iter().zip(cut_corners) {
             let [a, b, c] = mesh.faces[face as usize].map(|v| v as usize);
@@ -35,20 +32,78 @@ impl Varyings {
                 + mesh.normals[b] * in_face.y
                 + mesh.normals[c] * in_face.z;
             let uv = mesh.uvs[a] * in_face.x + mesh.uvs[b] * in_face.y + mesh.uvs[c] * in_face.z;
-            self.0.push(divided(normal, uv, vertex.inverse_depth));
+            self.0.push(divided(normal, uv, vertex.inverse_depth()));
         }
     }
 
-    /// At a pixel.
+    /// At eight pixels, given by column + row·2¹⁶ and the numbers of their triangles: the numbers of a
+    /// [`Varying`], each of all pixels.
     #[inline(always)]
-    pub(crate) fn at<L: Lanes>(&self, l: L, raster: &Raster, pixel: SeenPixel) -> L::F {
-        let triangle = &raster.triangles[pixel.triangle as usize];
-        let [second, third] = triangle.affine(usize::from(pixel.x), usize::from(pixel.y));
-        let first = 1.0 - second - third;
-        let [a, b, c] = triangle.corners;
-        let (a, b, c) = (self.0[a as usize], self.0[b as usize], self.0[c as usize]);
-        let sum = l.add(l.mul(l.load(a), l.splat(first)), l.mul(l.load(b), l.splat(second)));
-        l.add(sum, l.mul(l.load(c), l.splat(third)))
+    pub(crate) fn at<L: Lanes>(
+        &self,
+        l: L,
+        raster: &Raster,
+        places: &[i32; LANES],
+        triangles: &[i32; LANES],
+    ) -> [L::F; LANES] {
+        let triangle = |k: usize| &raster.triangles[triangles[k] as usize];
+        let (a, b, c, d) = (triangle(0), triangle(1), triangle(2), triangle(3));
+        let (e, f, g, h) = (triangle(4), triangle(5), triangle(6), triangle(7));
+        let triangles = [a, b, c, d, e, f, g, h];
+        let [second, third] = Triangle::affine_lanes(l, triangles, l.load_i(*places));
+        let first = l.sub(l.sub(l.splat(1.0), second), third);
+        let (first, second, third) = (l.store(first), l.store(second), l.store(third));
+        let mut seen = [l.splat(0.0); LANES];
+        for (k, seen) in seen.iter_mut().enumerate() {
+            let [a, b, c] = triangles[k].corners;
+            let (a, b, c) = (self.0[a as usize], self.0[b as usize], self.0[c as usize]);
+            let of_a = l.mul(l.load(a), l.splat(first[k]));
+            let of_b = l.mul(l.load(b), l.splat(second[k]));
+            *seen = l.add(l.add(of_a, of_b), l.mul(l.load(c), l.splat(third[k])));
+        }
+        l.transpose(seen)
+    }
+}
+
+/// Those of the vertices of a mesh, eight at a time.
+struct Gather<'a> {
+    screen: &'a [ScreenVertex],
+    mesh: &'a Mesh<'a>,
+    out: &'a mut Vec<Varying>,
+}
+
+impl LaneWork for Gather<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, l: L) {
+        let Self { screen, mesh, out } = self;
+        let vertices = mesh.vertices_m.len();
+        let normals = bytemuck::must_cast_slice(mesh.normals);
+        let uvs = bytemuck::must_cast_slice(mesh.uvs);
+        let screen = bytemuck::must_cast_slice(&screen[..vertices]);
+        out.resize(vertices.next_multiple_of(LANES), Varying::default());
+        let mut room = [0; 4 * LANES];
+        for (batch, out) in out.as_chunks_mut::<LANES>().0.iter_mut().enumerate() {
+            let first = batch * LANES;
+            let [x, y, z, _] = l.columns(eight_rows::<3>(normals, first, &mut room));
+            let [u, v, _, _] = l.columns(eight_rows::<2>(uvs, first, &mut room));
+            let [_, _, inverse_depth, _] = l.columns(eight_rows::<4>(screen, first, &mut room));
+            let inverse_depth = l.numbers(inverse_depth);
+            let [a, b, c, d, e, f, g, h] = l.transpose([
+                l.mul(l.numbers(x), inverse_depth),
+                l.mul(l.numbers(y), inverse_depth),
+                l.mul(l.numbers(z), inverse_depth),
+                l.mul(l.numbers(u), inverse_depth),
+                l.mul(l.numbers(v), inverse_depth),
+                inverse_depth,
+                l.splat(0.0),
+                l.splat(0.0),
+            ]);
+            (out[0], out[1], out[2], out[3]) = (l.store(a), l.store(b), l.store(c), l.store(d));
+            (out[4], out[5], out[6], out[7]) = (l.store(e), l.store(f), l.store(g), l.store(h));
+        }
+        out.truncate(vertices);
     }
 }
 

@@ -4,24 +4,26 @@ use evpose_core::{LANES, LaneWork, Lanes, Plane, SensorSize, in_lanes};
 use glam::Vec3;
 
 use super::clip::{Corner, clip_to_near_plane};
+use super::narrow::{Eight, EightCorners};
 use super::project::{ScreenVertex, project};
-use super::triangle::{SetUp, Triangle, may_cover};
-use super::visibility::{Fill, Visibility};
+use super::triangle::Triangle;
+use super::visibility::Visibility;
+use super::wide::Wide;
 use super::{Camera, Fragment, Mesh, PixelRect};
 
 /// Scratch memory and result of the visibility pass.
 #[derive(Debug, Clone)]
 pub struct Raster {
-    sensor: SensorSize,
-    visibility: Visibility,
+    pub(super) sensor: SensorSize,
+    pub(super) visibility: Visibility,
     /// The vertices of the mesh, and behind them those that clipping made.
     pub(super) screen: Vec<ScreenVertex>,
     /// Barycentric coordinates, in their faces, of the vertices that clipping made.
     pub(super) cuts: Vec<Cut>,
+    /// The triangles of this frame, and behind them what is left of others.
     pub(super) triangles: Vec<Triangle>,
-    /// Faces that may be seen.
-    candidates: Vec<u32>,
-    rect: PixelRect,
+    count: usize,
+    pub(super) rect: PixelRect,
 }
 
 /// A vertex that clipping made.
@@ -29,14 +31,6 @@ pub struct Raster {
 pub(super) struct Cut {
     pub(super) face: u32,
     pub(super) in_face: Vec3,
-}
-
-/// A pixel and the triangle it sees.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(crate) struct SeenPixel {
-    pub(crate) x: u16,
-    pub(crate) y: u16,
-    pub(crate) triangle: u32,
 }
 
 impl Raster {
@@ -48,7 +42,7 @@ impl Raster {
             screen: Vec::new(),
             cuts: Vec::new(),
             triangles: Vec::new(),
-            candidates: Vec::new(),
+            count: 0,
             rect: PixelRect::EMPTY,
         }
     }
@@ -65,13 +59,12 @@ impl Raster {
     pub fn draw(&mut self, camera: &Camera, mesh: &Mesh<'_>, closed: bool) -> PixelRect {
         assert!(camera.sensor() == self.sensor, "a raster made for another image size");
         self.visibility.clear(self.rect);
-        self.triangles.clear();
+        self.count = 0;
         self.cuts.clear();
         let extent = project(camera, mesh.vertices_m, &mut self.screen);
         self.rect = extent.rect;
         if !self.rect.is_empty() {
             let cull = closed && extent.wholly_in_front;
-            self.find_candidates(mesh.faces, cull);
             in_lanes(DrawFaces { raster: self, faces: mesh.faces, cull });
             if !extent.wholly_in_front {
                 self.draw_cut_faces(camera, mesh);
@@ -80,28 +73,12 @@ impl Raster {
         self.rect
     }
 
-    /// Lists the faces wholly in front of the near plane that may be seen. Without a branch: which
-    /// they are is hard to foresee.
-    fn find_candidates(&mut self, faces: &[[u32; 3]], cull: bool) {
-        self.candidates.resize(faces.len(), 0);
-        let mut count = 0;
-        for (face, &[a, b, c]) in faces.iter().enumerate() {
-            let [a, b, c] =
-                [self.screen[a as usize], self.screen[b as usize], self.screen[c as usize]];
-            let is_seen =
-                (a.inverse_depth > 0.0) & (b.inverse_depth > 0.0) & (c.inverse_depth > 0.0);
-            self.candidates[count] = face as u32;
-            count += usize::from(is_seen & may_cover(a, b, c, cull));
-        }
-        self.candidates.truncate(count);
-    }
-
     /// The parts of faces that the near plane leaves.
     fn draw_cut_faces(&mut self, camera: &Camera, mesh: &Mesh<'_>) {
         let whole = PixelRect::whole(self.sensor);
         for (face, corners) in mesh.faces.iter().enumerate() {
             let hidden =
-                corners.iter().filter(|&&v| self.screen[v as usize].inverse_depth <= 0.0).count();
+                corners.iter().filter(|&&v| self.screen[v as usize].inverse_depth() <= 0.0).count();
             if hidden == 0 || hidden == 3 {
                 continue;
             }
@@ -113,11 +90,11 @@ impl Raster {
                 self.cuts.extend(part.map(|Corner { in_face, .. }| Cut { face, in_face }));
                 let corners = [first, first + 1, first + 2];
                 let on_screen = part.map(|Corner { on_screen, .. }| on_screen);
-                if let Some(set_up) = SetUp::new(face, corners, on_screen, false, whole) {
-                    let number = self.triangles.len() as u32;
-                    let visibility = &mut self.visibility;
-                    in_lanes(Fill { visibility, set_up: &set_up, number });
+                if let Some(set_up) = Wide::new(face, corners, on_screen, false, whole) {
+                    self.visibility.fill_wide(&set_up, self.count as u32);
+                    self.triangles.truncate(self.count);
                     self.triangles.push(set_up.triangle);
+                    self.count += 1;
                 }
             });
         }
@@ -134,49 +111,27 @@ impl Raster {
         rows.flat_map(|y| self.visibility.row(y, self.rect).0).filter(|&&bits| bits > 0).count()
     }
 
-    /// Lists the pixels that see a surface, row by row, at the beginning of `out`. Gives their number.
-    pub(crate) fn seen_pixels(&self, out: &mut Vec<SeenPixel>) -> usize {
-        let pixels = usize::from(self.sensor.width) * usize::from(self.sensor.height);
-        out.resize(pixels, SeenPixel::default());
-        let mut count = 0;
-        for y in self.rect.top..self.rect.bottom {
-            let (inverse_depth, triangles) = self.visibility.row(y, self.rect);
-            let chunks = inverse_depth.chunks(LANES).zip(triangles.chunks(LANES));
-            for (chunk, (inverse_depth, triangles)) in chunks.enumerate() {
-                if inverse_depth.iter().fold(0, |any, bits| any | bits) == 0 {
-                    continue;
-                }
-                let first = self.rect.left + chunk * LANES;
-                for (k, (&bits, &triangle)) in inverse_depth.iter().zip(triangles).enumerate() {
-                    let (x, triangle) = ((first + k) as u16, triangle as u32);
-                    out[count] = SeenPixel { x, y: y as u16, triangle };
-                    count += usize::from(bits > 0);
-                }
-            }
-        }
-        count
-    }
-
     /// What each pixel sees.
     pub fn fragments(&self, mesh: &Mesh<'_>) -> Plane<Fragment> {
         let mut fragments = Plane::for_sensor(self.sensor, Fragment::NONE);
-        let mut seen = Vec::new();
-        let count = self.seen_pixels(&mut seen);
-        for pixel in &seen[..count] {
-            let (x, y) = (usize::from(pixel.x), usize::from(pixel.y));
-            *fragments.at_mut(x, y) = self.fragment(mesh, x, y, pixel.triangle);
+        for y in self.rect.top..self.rect.bottom {
+            let (inverse_depth, triangles) = self.visibility.row(y, self.rect);
+            let pixels = (self.rect.left..).zip(inverse_depth.iter().zip(triangles));
+            for (x, (_, &triangle)) in pixels.filter(|(_, (bits, _))| **bits > 0) {
+                *fragments.at_mut(x, y) = self.fragment(mesh, x, y, triangle);
+            }
         }
         fragments
     }
 
-    fn fragment(&self, mesh: &Mesh<'_>, x: usize, y: usize, triangle: u32) -> Fragment {
+    fn fragment(&self, mesh: &Mesh<'_>, x: usize, y: usize, triangle: i32) -> Fragment {
         let triangle = &self.triangles[triangle as usize];
         let [second, third] = triangle.affine(x, y);
         let weights = [1.0 - second - third, second, third];
         let (mut inverse_depth, mut in_face) = (0.0, Vec3::ZERO);
         for (&corner, weight) in triangle.corners.iter().zip(weights) {
             let corner = corner as usize;
-            let weight = weight * self.screen[corner].inverse_depth;
+            let weight = weight * self.screen[corner].inverse_depth();
             inverse_depth += weight;
             in_face += weight
                 * match corner.checked_sub(mesh.vertices_m.len()) {
@@ -205,16 +160,79 @@ impl LaneWork for DrawFaces<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self, l: L) {
-        let Raster { sensor, visibility, screen, triangles, candidates, .. } = self.raster;
-        let whole = PixelRect::whole(*sensor);
-        for &face in candidates.iter() {
-            let corners = self.faces[face as usize];
-            let [a, b, c] = corners;
-            let on_screen = [screen[a as usize], screen[b as usize], screen[c as usize]];
-            if let Some(set_up) = SetUp::new(face, corners, on_screen, self.cull, whole) {
-                visibility.fill(l, &set_up, triangles.len() as u32);
-                triangles.push(set_up.triangle);
+        let Raster { sensor, visibility, screen, triangles, count, .. } = self.raster;
+        let (whole, cull) = (PixelRect::whole(*sensor), self.cull);
+        let mut eight = Eight::default();
+        for (batch, faces) in self.faces.chunks(LANES).enumerate() {
+            // Where there are no eight left, the first one fills up.
+            let padded;
+            let faces = match faces.first_chunk() {
+                Some(faces) => faces,
+                None => {
+                    padded = std::array::from_fn(|k| *faces.get(k).unwrap_or(&faces[0]));
+                    &padded
+                }
+            };
+            let known = self.faces.len() - batch * LANES;
+            let known = if known < LANES { (1 << known) - 1 } else { u32::MAX };
+            if triangles.len() < *count + LANES {
+                triangles.resize(*count + LANES, Triangle::default());
+            }
+            let corners =
+                [corners(screen, faces, 0), corners(screen, faces, 1), corners(screen, faces, 2)];
+            eight.set_up(l, corners, cull, whole);
+            // In the order of the faces, which decides between equals.
+            let mut left = (eight.may_cover | eight.is_wide) & known;
+            while left != 0 {
+                let (k, bit) = (left.trailing_zeros() as usize % LANES, left & left.wrapping_neg());
+                left ^= bit;
+                let (face, [a, b, c]) = ((batch * LANES + k) as u32, faces[k]);
+                let number = *count as u32;
+                if eight.is_wide & bit == 0 {
+                    visibility.fill(l, &eight, k, number);
+                    let corners = if eight.is_turned & bit == 0 { [a, b, c] } else { [a, c, b] };
+                    // Part by part: a whole one would be put together elsewhere first.
+                    let kept = &mut triangles[*count];
+                    kept.second = eight.second[k];
+                    kept.third = eight.third[k];
+                    kept.corners = corners;
+                    kept.face = face;
+                    *count += 1;
+                } else {
+                    let on_screen = [a, b, c].map(|v| screen[v as usize]);
+                    if let Some(set_up) = Wide::new(face, [a, b, c], on_screen, cull, whole) {
+                        visibility.fill_wide(&set_up, number);
+                        triangles[*count] = set_up.triangle;
+                        *count += 1;
+                    }
+                }
             }
         }
     }
+}
+
+/// One corner of each of eight faces.
+#[inline(always)]
+fn corners<'a>(
+    screen: &'a [ScreenVertex],
+    faces: &[[u32; 3]; LANES],
+    i: usize,
+) -> EightCorners<'a> {
+    // Spelled out: a map would go through memory.
+    let [a, b, c, d, e, f, g, h] = faces;
+    [
+        corner(screen, a[i]),
+        corner(screen, b[i]),
+        corner(screen, c[i]),
+        corner(screen, d[i]),
+        corner(screen, e[i]),
+        corner(screen, f[i]),
+        corner(screen, g[i]),
+        corner(screen, h[i]),
+    ]
+}
+
+#[inline(always)]
+fn corner(screen: &[ScreenVertex], vertex: u32) -> &[i32; 4] {
+    screen[vertex as usize].row()
 }

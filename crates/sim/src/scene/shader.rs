@@ -6,13 +6,13 @@
 use evpose_core::{LANES, LaneWork, Lanes, Plane, in_lanes};
 
 use super::Scene;
-use crate::raster::{Mesh, Raster, SeenPixel, Varyings};
+use crate::raster::{Mesh, Raster, SeenPixels, Varyings, apart_lanes};
 
 /// Memory to work in.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Shader {
     varyings: Varyings,
-    pixels: Vec<SeenPixel>,
+    pixels: SeenPixels,
 }
 
 impl Shader {
@@ -26,9 +26,8 @@ impl Shader {
         luminance: &mut Plane<f32>,
     ) {
         let Self { varyings, pixels } = self;
-        let count = raster.seen_pixels(pixels);
+        pixels.list(raster);
         varyings.gather(raster, mesh);
-        let pixels = &pixels[..count];
         in_lanes(Shade { scene, raster, varyings, pixels, light_level, luminance });
     }
 }
@@ -37,7 +36,7 @@ struct Shade<'a> {
     scene: &'a Scene,
     raster: &'a Raster,
     varyings: &'a Varyings,
-    pixels: &'a [SeenPixel],
+    pixels: &'a SeenPixels,
     light_level: f32,
     luminance: &'a mut Plane<f32>,
 }
@@ -48,17 +47,14 @@ impl LaneWork for Shade<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self, l: L) {
         let (width, out) = (self.luminance.width(), self.luminance.data_mut());
-        for batch in self.pixels.chunks(LANES) {
-            // Where there are no eight left, the last one has company of itself.
-            let mut seen = [l.splat(0.0); LANES];
-            let last = batch.len() - 1;
-            for (k, seen) in seen.iter_mut().enumerate() {
-                *seen = self.varyings.at(l, self.raster, batch[k.min(last)]);
-            }
-            let light = self.scene.luminance_of(l, l.transpose(seen));
+        for (places, triangles, left) in self.pixels.chunks() {
+            let seen = self.varyings.at(l, self.raster, places, triangles);
+            let light = self.scene.luminance_of(l, seen);
             let light = l.store(l.mul(light, l.splat(self.light_level)));
-            for (pixel, light) in batch.iter().zip(light) {
-                out[usize::from(pixel.y) * width + usize::from(pixel.x)] = light;
+            let (x, y) = apart_lanes(l, l.load_i(*places));
+            let pixels = l.store_i(l.add_i(l.mul_i(y, l.splat_i(width as i32)), x));
+            for (&pixel, light) in pixels.iter().zip(light).take(left) {
+                out[pixel as usize] = light;
             }
         }
     }

@@ -5,12 +5,14 @@ mod canvas;
 mod html;
 mod noise;
 mod pool;
+mod reduce;
 mod sample;
 mod skin;
 mod skins;
 
 pub use html::HtmlSkins;
 pub use pool::PicturePool;
+pub(crate) use reduce::metres_per_texture;
 pub use sample::Texture;
 pub use skin::{SkinCoefficients, paint_skin};
 pub use skins::Skins;

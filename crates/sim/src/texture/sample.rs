@@ -1,6 +1,6 @@
 //! An RGB image with linear filtering that repeats beyond its borders.
 
-use evpose_core::{LANES, Lanes, Plane};
+use evpose_core::{Lanes, Plane};
 use glam::{Vec2, Vec3A, Vec4};
 
 /// Code value of full intensity.
@@ -12,9 +12,10 @@ const WHITE: f32 = 255.0;
 /// Whether the values are linear or gamma-encoded is the user's to know.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Texture {
-    /// Red, green, blue and nothing, so that a texel is one load. Around the image is a border of the
-    /// texels from its other side, so that neighbours lie together everywhere.
-    codes: Plane<[u8; 4]>,
+    /// Every texel and the one below it, each red, green, blue and nothing in the bytes of a number: the
+    /// four around a place lie together. Around the image is a border of the texels from its other
+    /// side.
+    codes: Plane<[i32; 2]>,
 }
 
 impl Texture {
@@ -41,15 +42,16 @@ impl Texture {
         (rest.is_empty() && width * height > 0).then(|| Self::bordered(&codes))
     }
 
-    fn bordered(image: &Plane<[u8; 4]>) -> Self {
+    pub(super) fn bordered(image: &Plane<[u8; 4]>) -> Self {
         let (width, height) = (image.width(), image.height());
-        let mut codes = Plane::filled(width + 2, height + 2, [0; 4]);
+        let mut codes = Plane::filled(width + 2, height + 2, [0; 2]);
         for y in 0..height + 2 {
-            let row = image.row((y + height - 1) % height);
-            let bordered = codes.row_mut(y);
-            bordered[0] = row[width - 1];
-            bordered[1..=width].copy_from_slice(row);
-            bordered[width + 1] = row[0];
+            let (above, below) =
+                (image.row((y + height - 1) % height), image.row((y + height) % height));
+            for (x, code) in codes.row_mut(y).iter_mut().enumerate() {
+                let x = (x + width - 1) % width;
+                *code = [above[x], below[x]].map(i32::from_le_bytes);
+            }
         }
         Self { codes }
     }
@@ -64,15 +66,20 @@ impl Texture {
         self.codes.height() - 2
     }
 
+    /// Red, green, blue and nothing of a texel.
+    pub(super) fn texel(&self, x: usize, y: usize) -> [u8; 4] {
+        self.codes.at(x + 1, y + 1)[0].to_le_bytes()
+    }
+
     /// The colour at `uv`, in [0, 1], interpolated between the centres of four texels; the image
     /// repeats with period 1.
     pub fn sample(&self, uv: Vec2) -> Vec3A {
         let (x, fx) = neighbours(uv.x, self.width() as f32);
         let (y, fy) = neighbours(uv.y, self.height() as f32);
-        let [above, below] = [y, y + 1].map(|y| {
-            let [left, right] = [x, x + 1].map(|x| decode(*self.codes.at(x, y)));
-            left.lerp(right, fx)
-        });
+        let ([left, left_below], [right, right_below]) =
+            (*self.codes.at(x, y), *self.codes.at(x + 1, y));
+        let above = decode(left).lerp(decode(right), fx);
+        let below = decode(left_below).lerp(decode(right_below), fx);
         Vec3A::from_vec4(above.lerp(below, fy) * (1.0 / WHITE))
     }
 
@@ -81,19 +88,18 @@ impl Texture {
     pub(crate) fn sample_lanes<L: Lanes>(&self, l: L, [u, v]: [L::F; 2]) -> [L::F; 3] {
         let (x, fx) = neighbours_lanes(l, u, self.width() as f32);
         let (y, fy) = neighbours_lanes(l, v, self.height() as f32);
-        let stride = self.codes.width();
-        let above = l.store_i(l.add_i(l.mul_i(y, l.splat_i(stride as i32)), x));
-        let mut texels = [[0; LANES]; 4];
-        for (k, &above) in above.iter().enumerate() {
-            let (above, below) = (above as usize, above as usize + stride);
-            let codes = self.codes.data();
-            let corners = [codes[above], codes[above + 1], codes[below], codes[below + 1]];
-            for i in 0..4 {
-                texels[i][k] = i32::from_le_bytes(corners[i]);
-            }
-        }
-        let [a, b, c, d] = texels;
-        let texels = [l.load_i(a), l.load_i(b), l.load_i(c), l.load_i(d)];
+        let stride = self.codes.width() as i32;
+        let firsts = l.store_i(l.add_i(l.mul_i(y, l.splat_i(stride)), x));
+        let codes = self.codes.data().as_flattened();
+        // There is always a texel to the right: what is no number was moved into the image.
+        let four = |k: usize| {
+            let first = 2 * firsts[k] as usize;
+            codes.get(first..first + 4).and_then(<[_]>::first_chunk).unwrap_or(&[0; 4])
+        };
+        let (a, b, c, d) = (four(0), four(1), four(2), four(3));
+        let [left, left_below, right, right_below] =
+            l.columns([a, b, c, d, four(4), four(5), four(6), four(7)]);
+        let texels = [left, right, left_below, right_below];
         [
             channel::<L, 0>(l, texels, [fx, fy]),
             channel::<L, 8>(l, texels, [fx, fy]),
@@ -123,7 +129,8 @@ fn code<L: Lanes, const SHIFT: i32>(l: L, texels: L::I) -> L::F {
 
 /// Four channels at once: as quick as one.
 #[inline]
-fn decode([r, g, b, a]: [u8; 4]) -> Vec4 {
+fn decode(texel: i32) -> Vec4 {
+    let [r, g, b, a] = texel.to_le_bytes();
     Vec4::new(f32::from(r), f32::from(g), f32::from(b), f32::from(a))
 }
 

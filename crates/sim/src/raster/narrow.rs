@@ -1,0 +1,267 @@
+//! Triangles whose edge functions fit in 32 bits, which is nearly all of them: set up eight at a time,
+//! and filled eight pixels of a row at a time.
+
+use evpose_core::{LANES, Lanes};
+
+use super::fragment::PixelRect;
+use super::project::{SUBPIXEL, SUBPIXEL_BITS};
+use super::triangle::{apart, together_lanes};
+use super::visibility::Visibility;
+
+/// Longest side of a triangle's bounding box, in sub-pixels, whose edge functions fit in 32 bits
+/// wherever they are looked at: in its rectangle, and up to [`LANES`] pixels to the right of it.
+pub(super) const LONGEST: i32 = 30_000;
+
+/// What it takes to fill eight triangles, each a row of every table. Edge functions as in
+/// [`Wide`](super::wide::Wide).
+#[derive(Debug, Default)]
+pub(super) struct Eight {
+    /// Of the edge opposite to the first corner: its function at the first pixel, how much more it is
+    /// a pixel to the right, and one below; then `right + bottom·2¹⁶`, the first pixel behind.
+    first: [[i32; 4]; LANES],
+    /// As [`Triangle`](super::triangle::Triangle) keeps them.
+    pub(super) second: [[i32; 4]; LANES],
+    pub(super) third: [[i32; 4]; LANES],
+    /// Bits of 1/depth of the first corner, of how much more it is per unit of the second and of the
+    /// third edge function; nothing.
+    depth: [[i32; 4]; LANES],
+    /// Bit by bit: those that may cover a pixel.
+    pub(super) may_cover: u32,
+    /// Those that were turned over: the second and the third corner are exchanged.
+    pub(super) is_turned: u32,
+    /// Those in front of the near plane that are too long, and not set up.
+    pub(super) is_wide: u32,
+}
+
+/// Corners of eight triangles on screen.
+pub(super) type EightCorners<'a> = [&'a [i32; 4]; LANES];
+
+/// Corners of eight triangles.
+#[derive(Clone, Copy)]
+struct Corner<L: Lanes> {
+    x: L::I,
+    y: L::I,
+    /// The bits of 1/depth.
+    inverse_depth: L::I,
+}
+
+impl<L: Lanes> Corner<L> {
+    #[inline(always)]
+    fn new(l: L, vertices: EightCorners<'_>) -> Self {
+        let [x, y, inverse_depth, _] = l.columns(vertices);
+        Self { x, y, inverse_depth }
+    }
+
+    #[inline(always)]
+    fn select(l: L, mask: L::I, a: Self, b: Self) -> Self {
+        Self {
+            x: l.select(mask, a.x, b.x),
+            y: l.select(mask, a.y, b.y),
+            inverse_depth: l.select(mask, a.inverse_depth, b.inverse_depth),
+        }
+    }
+}
+
+impl Eight {
+    /// Sets up eight faces whose corners are on screen. Outward faces are counter-clockwise seen with
+    /// y up; with `cull` the others are left out, and always those without an area, those that cover
+    /// no pixel centre's row and column in `whole`, and those with a corner that the near plane hides.
+    #[inline(always)]
+    pub(super) fn set_up<L: Lanes>(
+        &mut self,
+        l: L,
+        [a, b, c]: [EightCorners<'_>; 3],
+        cull: bool,
+        whole: PixelRect,
+    ) {
+        let (a, b, c) = (Corner::new(l, a), Corner::new(l, b), Corner::new(l, c));
+        let (zero, one) = (l.splat_i(0), l.splat_i(1));
+        // 1/depth is not negative, and neither are its bits.
+        let farthest = l.min_i(l.min_i(a.inverse_depth, b.inverse_depth), c.inverse_depth);
+        let is_in_front = l.greater_i(farthest, zero);
+        let (left, right) = (min3(l, a.x, b.x, c.x), max3(l, a.x, b.x, c.x));
+        let (top, bottom) = (min3(l, a.y, b.y, c.y), max3(l, a.y, b.y, c.y));
+        let extent = l.max_i(l.sub_i(right, left), l.sub_i(bottom, top));
+        let is_wide = l.greater_i(extent, l.splat_i(LONGEST));
+
+        // Of wide ones this and what follows wraps.
+        let area = l.sub_i(
+            l.mul_i(l.sub_i(b.x, a.x), l.sub_i(c.y, a.y)),
+            l.mul_i(l.sub_i(b.y, a.y), l.sub_i(c.x, a.x)),
+        );
+        // y points down on the image, so these are the faces that look at the camera.
+        let is_turned = l.greater_i(zero, area);
+        let turns = if cull { zero } else { l.greater_i(area, zero) };
+        let is_seen = l.and(is_in_front, l.or(is_turned, turns));
+        let area = l.max_i(area, l.sub_i(zero, area));
+        let (b, c) = (Corner::select(l, is_turned, c, b), Corner::select(l, is_turned, b, c));
+
+        // As `PixelRect::of_centres`.
+        let left = l.max_i(pixel(l, left, SUBPIXEL / 2 - 1), l.splat_i(whole.left as i32));
+        let top = l.max_i(pixel(l, top, SUBPIXEL / 2 - 1), l.splat_i(whole.top as i32));
+        let right = l.min_i(pixel(l, right, SUBPIXEL / 2), l.splat_i(whole.right as i32));
+        let bottom = l.min_i(pixel(l, bottom, SUBPIXEL / 2), l.splat_i(whole.bottom as i32));
+        let has_centres = l.and(l.greater_i(right, left), l.greater_i(bottom, top));
+
+        let (x, y) = (centre(l, left), centre(l, top));
+        let of_first = edge(l, b, c, [x, y]);
+        let of_second = edge(l, c, a, [x, y]);
+        let of_third = edge(l, a, b, [x, y]);
+        let per_area = l.div(l.splat(1.0), l.to_f(l.max_i(area, one)));
+        let inverse_depth = l.numbers(a.inverse_depth);
+        let slope_b = l.mul(l.sub(l.numbers(b.inverse_depth), inverse_depth), per_area);
+        let slope_c = l.mul(l.sub(l.numbers(c.inverse_depth), inverse_depth), per_area);
+        let (begin, end) = (together_lanes(l, left, top), together_lanes(l, right, bottom));
+        l.rows([of_first[0], of_first[1], of_first[2], end], &mut self.first);
+        l.rows([of_second[0], of_second[1], of_second[2], begin], &mut self.second);
+        l.rows([of_third[0], of_third[1], of_third[2], l.bits(per_area)], &mut self.third);
+        l.rows([a.inverse_depth, l.bits(slope_b), l.bits(slope_c), zero], &mut self.depth);
+        self.may_cover = l.mask_bits(l.and_not(l.and(is_seen, has_centres), is_wide));
+        self.is_turned = l.mask_bits(is_turned);
+        self.is_wide = l.mask_bits(l.and(is_in_front, is_wide));
+    }
+}
+
+#[inline(always)]
+fn min3<L: Lanes>(l: L, a: L::I, b: L::I, c: L::I) -> L::I {
+    l.min_i(l.min_i(a, b), c)
+}
+
+#[inline(always)]
+fn max3<L: Lanes>(l: L, a: L::I, b: L::I, c: L::I) -> L::I {
+    l.max_i(l.max_i(a, b), c)
+}
+
+/// The whole pixels in positions with something added.
+#[inline(always)]
+fn pixel<L: Lanes>(l: L, position: L::I, added: i32) -> L::I {
+    l.shift_right_signed::<{ SUBPIXEL_BITS as i32 }>(l.add_i(position, l.splat_i(added)))
+}
+
+/// The centres of pixels, in sub-pixels.
+#[inline(always)]
+fn centre<L: Lanes>(l: L, pixel: L::I) -> L::I {
+    l.add_i(l.mul_i(pixel, l.splat_i(SUBPIXEL)), l.splat_i(SUBPIXEL / 2))
+}
+
+/// Eight edge functions at the centres (x, y), and their steps to the right and down.
+#[inline(always)]
+fn edge<L: Lanes>(l: L, from: Corner<L>, to: Corner<L>, [x, y]: [L::I; 2]) -> [L::I; 3] {
+    let zero = l.splat_i(0);
+    let (dx, dy) = (l.sub_i(to.x, from.x), l.sub_i(to.y, from.y));
+    let down = l.mul_i(dx, l.sub_i(y, from.y));
+    let right = l.mul_i(dy, l.sub_i(x, from.x));
+    // Top and left edges own the centres on them: all ones, so one is taken and given back.
+    let is_level =
+        l.and_not(l.greater_i(dx, zero), l.or(l.greater_i(dy, zero), l.greater_i(zero, dy)));
+    let is_owned = l.or(l.greater_i(zero, dy), is_level);
+    let start = l.sub_i(l.sub_i(l.sub_i(down, right), l.splat_i(1)), is_owned);
+    let steps = l.splat_i(SUBPIXEL);
+    [start, l.mul_i(l.sub_i(zero, dy), steps), l.mul_i(dx, steps)]
+}
+
+impl Visibility {
+    /// Writes triangle `k` of `eight`, as number `number`, wherever it is nearer than what is there; of
+    /// two at the same depth the first stays.
+    ///
+    /// Centres outside of the rectangle are outside of an edge as well.
+    #[inline(always)]
+    pub(super) fn fill<L: Lanes>(&mut self, l: L, eight: &Eight, k: usize, number: u32) {
+        let (first, second) = (&eight.first[k], &eight.second[k]);
+        let (third, depth) = (&eight.third[k], &eight.depth[k]);
+        let ((left, top), (right, bottom)) = (apart(second[3]), apart(first[3]));
+        let (a, b) = (EdgeAlong::new(l, first), EdgeAlong::new(l, second));
+        let c = EdgeAlong::new(l, third);
+        let inverse_depth = l.numbers(l.splat_i(depth[0]));
+        let (slope_b, slope_c) = (l.numbers(l.splat_i(depth[1])), l.numbers(l.splat_i(depth[2])));
+        let number = l.splat_i(number as i32);
+        let plane = DepthPlane { inverse_depth, slope_b, slope_c };
+        let (mut at_a, mut at_b, mut at_c) = (a.start, b.start, c.start);
+        for (depths, numbers) in self.rows_mut(top..bottom) {
+            let Some(seen) = eight_mut(depths, numbers, left) else { return };
+            plane.show(l, [at_a, at_b, at_c], number, seen);
+            if right - left > LANES {
+                // Behind the rectangle they may wrap, where nobody looks.
+                let (mut on_a, mut on_b, mut on_c) = (at_a, at_b, at_c);
+                for x in (left + LANES..right).step_by(LANES) {
+                    on_a = l.add_i(on_a, a.chunk(l));
+                    on_b = l.add_i(on_b, b.chunk(l));
+                    on_c = l.add_i(on_c, c.chunk(l));
+                    let Some(seen) = eight_mut(depths, numbers, x) else { return };
+                    plane.show(l, [on_a, on_b, on_c], number, seen);
+                }
+            }
+            at_a = l.add_i(at_a, a.step_y);
+            at_b = l.add_i(at_b, b.step_y);
+            at_c = l.add_i(at_c, c.step_y);
+        }
+    }
+}
+
+/// Eight pixels: bits of 1/depth, and numbers of triangles.
+type EightPixels<'a> = (&'a mut [i32; LANES], &'a mut [i32; LANES]);
+
+#[inline(always)]
+fn eight_mut<'a>(
+    depths: &'a mut [i32],
+    numbers: &'a mut [i32],
+    x: usize,
+) -> Option<EightPixels<'a>> {
+    let pixels = x..x + LANES;
+    let depths = depths.get_mut(pixels.clone())?.first_chunk_mut()?;
+    Some((depths, numbers.get_mut(pixels)?.first_chunk_mut()?))
+}
+
+/// 1/depth over a triangle.
+#[derive(Clone, Copy)]
+struct DepthPlane<L: Lanes> {
+    inverse_depth: L::F,
+    slope_b: L::F,
+    slope_c: L::F,
+}
+
+impl<L: Lanes> DepthPlane<L> {
+    /// Shows triangle `number` at eight pixels with these edge functions.
+    #[inline(always)]
+    fn show(self, l: L, [at_a, at_b, at_c]: [L::I; 3], number: L::I, pixels: EightPixels<'_>) {
+        let (nearest, seen) = pixels;
+        let is_outside = l.negative(l.or(l.or(at_a, at_b), at_c));
+        let of_b = l.mul(l.to_f(at_b), self.slope_b);
+        let of_c = l.mul(l.to_f(at_c), self.slope_c);
+        let bits = l.bits(l.add(l.add(self.inverse_depth, of_b), of_c));
+        // Numbers above zero are in the order of their bits, and nothing is nearer than zero.
+        let bits = l.and_not(bits, is_outside);
+        let behind = l.load_i(*nearest);
+        let is_seen = l.greater_i(bits, behind);
+        *seen = l.store_i(l.select(is_seen, number, l.load_i(*seen)));
+        *nearest = l.store_i(l.max_i(bits, behind));
+    }
+}
+
+/// One edge function along a row.
+#[derive(Clone, Copy)]
+struct EdgeAlong<L: Lanes> {
+    /// At the first pixels of the rectangle.
+    start: L::I,
+    step_x: L::I,
+    step_y: L::I,
+}
+
+impl<L: Lanes> EdgeAlong<L> {
+    #[inline(always)]
+    fn new(l: L, &[start, step_x, step_y, _]: &[i32; 4]) -> Self {
+        let step_x = l.splat_i(step_x);
+        let ramp = l.load_i([0, 1, 2, 3, 4, 5, 6, 7]);
+        Self {
+            start: l.add_i(l.splat_i(start), l.mul_i(ramp, step_x)),
+            step_x,
+            step_y: l.splat_i(step_y),
+        }
+    }
+
+    /// Over [`LANES`] pixels.
+    #[inline(always)]
+    fn chunk(&self, l: L) -> L::I {
+        l.mul_i(self.step_x, l.splat_i(LANES as i32))
+    }
+}

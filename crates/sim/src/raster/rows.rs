@@ -1,0 +1,44 @@
+//! Short records, eight at a time.
+
+use evpose_core::LANES;
+
+/// Records `first..first + 8` of `WIDTH` numbers each, with what follows them up to four. Where too
+/// little is left, they are put together in `room`, and the last one fills up.
+///
+/// # Panics
+/// If there is no such record.
+#[inline(always)]
+pub(super) fn eight_rows<'a, const WIDTH: usize>(
+    numbers: &'a [i32],
+    first: usize,
+    room: &'a mut [i32; 4 * LANES],
+) -> [&'a [i32; 4]; LANES] {
+    let here = &numbers[first * WIDTH..];
+    let here = match here.get(..(LANES - 1) * WIDTH + 4) {
+        Some(here) => here,
+        None => {
+            let last = here.len() / WIDTH - 1;
+            for k in 0..LANES {
+                let from = k.min(last) * WIDTH;
+                room[k * WIDTH..][..WIDTH].copy_from_slice(&here[from..][..WIDTH]);
+            }
+            &room[..]
+        }
+    };
+    // Spelled out: a map would go through memory.
+    [
+        row::<WIDTH>(here, 0),
+        row::<WIDTH>(here, 1),
+        row::<WIDTH>(here, 2),
+        row::<WIDTH>(here, 3),
+        row::<WIDTH>(here, 4),
+        row::<WIDTH>(here, 5),
+        row::<WIDTH>(here, 6),
+        row::<WIDTH>(here, 7),
+    ]
+}
+
+#[inline(always)]
+fn row<const WIDTH: usize>(numbers: &[i32], k: usize) -> &[i32; 4] {
+    numbers[k * WIDTH..].first_chunk().unwrap_or(&[0; 4])
+}
