@@ -1,6 +1,6 @@
 //! `evpose bench infer`: how long one prediction takes.
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use evpose_train::untrained;
 use serde::Serialize;
 
