@@ -110,6 +110,13 @@ impl Chain {
         self.crosses_levels && !self.has_renewals && !self.steps_while_deaf
     }
 
+    /// Whether a pixel answers a frame with a burst at its end, and nothing else ever acts on it.
+    pub(crate) fn goes_in_bursts(&self) -> bool {
+        let detector = &*self.detector.stage;
+        let is_plain = detector.compares_frames() && !detector.spreads() && !self.is_single;
+        is_plain && self.terms.is_empty() && !self.has_pauses()
+    }
+
     /// Whether what a pixel says follows from the light it sees and has seen, and from nothing that
     /// goes on while the light stays as it is.
     pub(crate) fn rests_with_light(&self) -> bool {

@@ -59,6 +59,7 @@ pub(crate) struct PixelArray {
     pub(super) awake: Vec<u32>,
     pub(super) accepted: Vec<Hit>,
     pub(super) queue: Queue,
+    has_dead: bool,
     /// Cleared by tests that look at the long way.
     pub(crate) may_go_straight: bool,
 }
@@ -94,6 +95,7 @@ impl PixelArray {
             awake: Vec::new(),
             accepted: Vec::new(),
             queue: Queue::default(),
+            has_dead: false,
             may_go_straight: true,
         };
         array.make_pattern(chain);
@@ -126,6 +128,7 @@ impl PixelArray {
                 link.stage.pattern(pixel, traits, noise);
             }
         }
+        self.has_dead = self.traits.iter().any(|traits| traits.is_dead);
         for (link, memory) in chain.terms.iter().zip(&mut self.terms) {
             let noise = StageNoise::at_tick(memory.noise_key, PATTERN_TICK);
             memory.table = link.stage.table(&self.traits, noise);
@@ -292,6 +295,6 @@ impl PixelArray {
 
     /// Whether background requests of this pixel are lost as well.
     pub(crate) fn is_dead(&self, pixel: u32) -> bool {
-        self.traits[pixel as usize].is_dead
+        self.has_dead && self.traits[pixel as usize].is_dead
     }
 }

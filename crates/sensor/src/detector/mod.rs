@@ -13,6 +13,7 @@ use crate::{ParamSpec, Prior, Scale};
 
 pub(crate) mod array;
 pub(crate) mod brownian_passage;
+mod burst;
 pub(crate) mod dead_pixels;
 pub(crate) mod fixed_pattern;
 pub(crate) mod frame_count;

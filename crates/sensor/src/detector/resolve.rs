@@ -71,7 +71,11 @@ impl PixelArray {
                 batch.clear();
             };
         let is_straight = step.chain.goes_straight() && self.may_go_straight;
+        let is_burst = step.chain.goes_in_bursts() && self.may_go_straight;
         for_each_pixel(&awake, &accepted, |pixel, hits| {
+            if is_burst {
+                return self.resolve_burst(step, pixel, out);
+            }
             if is_straight && hits.is_empty() && self.resolve_straight(step, pixel as u32, out) {
                 return;
             }

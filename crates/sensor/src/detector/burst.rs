@@ -1,0 +1,83 @@
+//! The short way through a step for detectors that compare frames: a pixel on which nothing acts but
+//! its light, and whose events all happen when the frame does.
+//!
+//! # Model
+//! That of the long way, so that a pixel has the same events whichever way it goes.
+
+use super::PixelArray;
+use super::resolve::Step;
+use crate::{Origin, Request};
+
+impl PixelArray {
+    /// Takes a pixel through the step.
+    #[inline(always)]
+    pub(super) fn resolve_burst(&mut self, step: Step<'_>, pixel: usize, out: &mut Vec<Request>) {
+        let seen = self.step_of(step, pixel);
+        let change = step.chain.detector.stage.next(&seen, step.tick.start_s, step.noise);
+        let Some(change) = change.filter(|change| change.count > 0) else { return };
+        for _ in 0..change.count {
+            out.push(Request {
+                t_s: change.t_s,
+                pixel: seen.pixel,
+                polarity: change.polarity,
+                origin: Origin::Signal,
+            });
+        }
+        let cell = &mut self.cells[pixel];
+        cell.memory = change.memory as f32;
+        cell.count = cell.count.wrapping_add(change.count);
+        self.arm(pixel, step.tick.end_s, false);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use evpose_core::{Event, Micros, Plane, SensorSize};
+    use proptest::prelude::*;
+
+    use crate::{EffectConfig, SensorConfig, SensorModel};
+
+    const SIZE: SensorSize = SensorSize { width: 40, height: 5 };
+
+    fn events(config: &SensorConfig, speed: f32, goes_straight: bool) -> (Vec<Event>, bool) {
+        let mut run = SensorModel::from_config(config).unwrap().start(SIZE, 3);
+        run.array_mut().may_go_straight = goes_straight;
+        let mut all = Vec::new();
+        for step in 0..30 {
+            let mut plane = Plane::for_sensor(SIZE, 0.0);
+            for (i, y) in plane.data_mut().iter_mut().enumerate() {
+                *y = 0.02 + 0.4 * (1.0 + (i as f32 * 0.21 + speed * step as f32).sin());
+            }
+            if step == 17 {
+                let mut other = config.clone();
+                other.set("frame_difference", "threshold_on", 0.3).unwrap();
+                run.retune(&SensorModel::from_config(&other).unwrap()).unwrap();
+            }
+            all.extend(run.expose(&plane, Micros(step * 1_000)).unwrap().iter());
+        }
+        (all, SensorModel::from_config(config).unwrap().chain().goes_in_bursts())
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(48))]
+
+        #[test]
+        fn both_ways_give_the_same_events(
+            speed in -1.0..1.0f32, on in 0.02..0.5f64, off in 0.02..0.5f64, cold in any::<bool>(),
+            noise in any::<bool>(),
+        ) {
+            let start = if cold { "cold" } else { "settled" };
+            let detector = EffectConfig::new("frame_difference").with("start", start);
+            let mut effects = vec![detector.with("threshold_on", on).with("threshold_off", off)];
+            if noise {
+                effects.push(EffectConfig::new("uniform_noise").with("on_hz", 20.0));
+            }
+            let config = SensorConfig { effects };
+            let (short, is_short) = events(&config, speed, true);
+            prop_assert!(is_short);
+            prop_assert!(short.len() > 10 || speed.abs() < 0.2);
+            prop_assert_eq!(short, events(&config, speed, false).0);
+        }
+    }
+}
