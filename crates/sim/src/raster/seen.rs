@@ -28,12 +28,16 @@ impl SeenPixels {
         self.triangles[behind].fill(0);
     }
 
-    /// Column + row·2¹⁶, and the number of the triangle, [`LANES`] at a time, and how many are left of
-    /// them: behind the last one are others that exist.
-    pub(crate) fn chunks(&self) -> impl Iterator<Item = (&[i32; LANES], &[i32; LANES], usize)> {
-        let chunks = self.places.as_chunks().0.iter().zip(self.triangles.as_chunks().0);
-        let left = (0..self.count).step_by(LANES).map(|start| self.count - start);
-        chunks.zip(left).map(|((places, triangles), left)| (places, triangles, left))
+    /// How many there are.
+    pub(crate) fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Column + row·2¹⁶ of each, and the number of its triangle; behind the last one are others that
+    /// exist.
+    pub(crate) fn eights(&self) -> impl Iterator<Item = (&[i32; LANES], &[i32; LANES])> {
+        let eights = self.count.div_ceil(LANES);
+        self.places.as_chunks().0.iter().zip(self.triangles.as_chunks().0).take(eights)
     }
 }
 

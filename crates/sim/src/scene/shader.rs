@@ -8,6 +8,10 @@ use evpose_core::{LANES, LaneWork, Lanes, Plane, in_lanes};
 use super::Scene;
 use crate::raster::{Mesh, Raster, SeenPixels, Varyings, apart_lanes};
 
+/// Eights of pixels that are looked up before they are lit. One by one, every step of the lookup waits
+/// for the one before.
+const TOGETHER: usize = 16;
+
 /// Memory to work in.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Shader {
@@ -47,14 +51,34 @@ impl LaneWork for Shade<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self, l: L) {
         let (width, out) = (self.luminance.width(), self.luminance.data_mut());
-        for (places, triangles, left) in self.pixels.chunks() {
-            let seen = self.varyings.at(l, self.raster, places, triangles);
-            let light = self.scene.luminance_of(l, seen);
-            let light = l.store(l.mul(light, l.splat(self.light_level)));
-            let (x, y) = apart_lanes(l, l.load_i(*places));
-            let pixels = l.store_i(l.add_i(l.mul_i(y, l.splat_i(width as i32)), x));
-            for (&pixel, light) in pixels.iter().zip(light).take(left) {
-                out[pixel as usize] = light;
+        let mut eights = self.pixels.eights();
+        let mut left = self.pixels.count();
+        let (mut seen, mut places) = ([[[0.0; LANES]; 6]; TOGETHER], [[0; LANES]; TOGETHER]);
+        while left > 0 {
+            let mut known = 0;
+            for ((seen, kept), (eight, triangles)) in
+                seen.iter_mut().zip(&mut places).zip(eights.by_ref())
+            {
+                let [x, y, z, u, v, depth, _, _] =
+                    self.varyings.at(l, self.raster, eight, triangles);
+                seen[0] = l.store(x);
+                seen[1] = l.store(y);
+                seen[2] = l.store(z);
+                seen[3] = l.store(u);
+                seen[4] = l.store(v);
+                seen[5] = l.store(depth);
+                *kept = *eight;
+                known += 1;
+            }
+            for (seen, places) in seen.iter().zip(&places).take(known) {
+                let light = self.scene.luminance_of(l, seen);
+                let light = l.store(l.mul(light, l.splat(self.light_level)));
+                let (x, y) = apart_lanes(l, l.load_i(*places));
+                let pixels = l.store_i(l.add_i(l.mul_i(y, l.splat_i(width as i32)), x));
+                for (&pixel, light) in pixels.iter().zip(light).take(left) {
+                    out[pixel as usize] = light;
+                }
+                left = left.saturating_sub(LANES);
             }
         }
     }
@@ -62,8 +86,9 @@ impl LaneWork for Shade<'_> {
 
 impl Scene {
     #[inline(always)]
-    fn luminance_of<L: Lanes>(&self, l: L, seen: [L::F; LANES]) -> L::F {
-        let [x, y, z, u, v, inverse_depth, _, _] = seen;
+    fn luminance_of<L: Lanes>(&self, l: L, seen: &[[f32; LANES]; 6]) -> L::F {
+        let [x, y, z] = [l.load(seen[0]), l.load(seen[1]), l.load(seen[2])];
+        let [u, v, inverse_depth] = [l.load(seen[3]), l.load(seen[4]), l.load(seen[5])];
         let depth = l.div(l.splat(1.0), inverse_depth);
         let albedo = self.skin.sample_lanes(l, [l.mul(u, depth), l.mul(v, depth)]);
         let radiance = self.lighting.radiance_of(l, [x, y, z], albedo);
