@@ -13,20 +13,25 @@ impl PixelArray {
     #[inline(always)]
     pub(super) fn resolve_burst(&mut self, step: Step<'_>, pixel: usize, out: &mut Vec<Request>) {
         let seen = self.step_of(step, pixel);
-        let change = step.chain.detector.stage.next(&seen, step.tick.start_s, step.noise);
-        let Some(change) = change.filter(|change| change.count > 0) else { return };
-        for _ in 0..change.count {
-            out.push(Request {
-                t_s: change.t_s,
-                pixel: seen.pixel,
-                polarity: change.polarity,
-                origin: Origin::Signal,
-            });
-        }
+        let detector = &step.chain.detector.stage;
+        let change = detector.next(&seen, step.tick.start_s, step.noise);
         let cell = &mut self.cells[pixel];
-        cell.memory = change.memory as f32;
-        cell.count = cell.count.wrapping_add(change.count);
-        self.arm(pixel, step.tick.end_s, false);
+        if let Some(change) = change.filter(|change| change.count > 0) {
+            for _ in 0..change.count {
+                out.push(Request {
+                    t_s: change.t_s,
+                    pixel: seen.pixel,
+                    polarity: change.polarity,
+                    origin: Origin::Signal,
+                });
+            }
+            cell.memory = change.memory as f32;
+            cell.count = cell.count.wrapping_add(change.count);
+        }
+        match detector.speaks_from(cell.memory, [cell.threshold_on, cell.threshold_off]) {
+            Some([on, off]) => (self.wake_on[pixel], self.wake_off[pixel]) = (on, off),
+            None => self.arm(pixel, step.tick.end_s, false),
+        }
     }
 }
 

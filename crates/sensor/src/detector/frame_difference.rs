@@ -70,6 +70,12 @@ impl ChangeDetector for FrameDifference {
         self.starts_cold
     }
 
+    /// Memories that start cold are whole thresholds above darkness, and so is what a hand leaves
+    /// behind in front of a black background: exactly one threshold away, and silent.
+    fn speaks_from(&self, memory: f32, [on, off]: [f32; 2]) -> Option<[f32; 2]> {
+        Some([first_above(memory, on), -first_above(-memory, off)])
+    }
+
     /// In single precision, as published: the bits of a recording depend on it.
     fn next(&self, pixel: &PixelStep, _from_s: f64, _noise: StageNoise) -> Option<Change> {
         let (memory, voltage) = (pixel.memory as f32, pixel.to as f32);
@@ -90,8 +96,20 @@ impl ChangeDetector for FrameDifference {
     }
 }
 
+/// The lowest voltage whose difference from `memory` is rounded to more than `threshold`.
+fn first_above(memory: f32, threshold: f32) -> f32 {
+    // More is rounded to from halfway to the next number on.
+    let halfway = 0.5 * (f64::from(threshold) + f64::from(threshold.next_up()));
+    let nearest = (f64::from(memory) + halfway) as f32;
+    if nearest - memory > threshold { nearest } else { nearest.next_up() }
+}
+
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+
+    use proptest::prelude::*;
+
     use super::*;
 
     /// Count, polarity and new memory of one pixel that remembers `memory` and sees `voltage`.
@@ -113,6 +131,37 @@ mod tests {
         let change = detector.next(&step, 0.002, StageNoise::new(0, SPEC.name, 3))?;
         assert_eq!(change.t_s, 0.003);
         Some((change.count, change.polarity, change.memory))
+    }
+
+    proptest! {
+        #[test]
+        fn a_pixel_speaks_from_where_it_is_said_to(
+            memory in -6.0..6.0f32, on in 0.01..2.0f32, off in 0.01..2.0f32, steps in -3..4i32,
+        ) {
+            let detector = FrameDifference { thresholds: [on, off], starts_cold: false };
+            let [up, down] = detector.speaks_from(memory, [on, off]).unwrap();
+            for (from, is_up) in [(up, true), (down, false)] {
+                // Some numbers above or below.
+                let further = |v: f32| if steps > 0 { v.next_up() } else { v.next_down() };
+                let voltage = (0..steps.abs()).fold(from, |v, _| further(v));
+                let step = PixelStep {
+                    start_s: 0.0,
+                    end_s: 1.0,
+                    from: 0.0,
+                    to: f64::from(voltage),
+                    memory: f64::from(memory),
+                    threshold_on: f64::from(on),
+                    threshold_off: f64::from(off),
+                    pixel: 0,
+                    count: 0,
+                    per_s: 1.0,
+                    is_single: false,
+                };
+                let speaks = if is_up { voltage >= up } else { voltage <= down };
+                let change = detector.next(&step, 0.0, StageNoise::new(0, SPEC.name, 1));
+                prop_assert_eq!(change.is_some(), speaks);
+            }
+        }
     }
 
     #[test]

@@ -84,6 +84,14 @@ pub trait ChangeDetector: Send + Sync + Debug {
         false
     }
 
+    /// For one that compares frames: the voltages from which a pixel has something to say, up and down,
+    /// if that is known to the last bit. [`next`](Self::next) has an answer there and beyond, and
+    /// nowhere else. The array otherwise asks a little early, and in every step again where a voltage
+    /// stays just within its threshold.
+    fn speaks_from(&self, _memory: f32, _thresholds: [f32; 2]) -> Option<[f32; 2]> {
+        None
+    }
+
     /// What a pixel does next, not before `from_s`: the next event, or a burst; nothing if the
     /// step ends without one. The array remembers what the answer says and asks again.
     fn next(&self, pixel: &PixelStep, from_s: f64, noise: StageNoise) -> Option<Change>;
