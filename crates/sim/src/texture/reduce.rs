@@ -82,7 +82,8 @@ mod tests {
 
     /// Black and white by columns of one texel, brighter by rows.
     fn stripes(width: usize, height: usize) -> Texture {
-        let texel = |k: usize| [if k % width % 2 == 0 { 0 } else { 200 }, (k / width) as u8, 7];
+        let texel =
+            |k: usize| [if (k % width).is_multiple_of(2) { 0 } else { 200 }, (k / width) as u8, 7];
         let rgb: Vec<u8> = (0..width * height).flat_map(texel).collect();
         Texture::from_rgb8(width, height, &rgb).unwrap()
     }
