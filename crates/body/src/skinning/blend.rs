@@ -56,7 +56,7 @@ impl LaneWork for Blend<'_> {
         for (vertex, ((skin, (posed_m, rest_m)), (posed_normal, rest_normal))) in
             model.skin.iter().zip(vertices).zip(normals).enumerate()
         {
-            // Weights descend, and two joints or fewer are what most vertices have.
+            // Weights descend: without a third there is no fourth.
             let [first, second, third, fourth] = skin.joints.map(|j| &transforms[usize::from(j)]);
             let [of_first, of_second, of_third, of_fourth] = skin.weights;
             let mut sum = [l.splat(0.0); 2];

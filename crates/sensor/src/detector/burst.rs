@@ -64,6 +64,20 @@ mod tests {
         (all, SensorModel::from_config(config).unwrap().chain().goes_in_bursts())
     }
 
+    #[test]
+    fn pixels_exactly_one_threshold_away_are_not_asked_again() {
+        let config = SensorConfig::preset("eventhands").unwrap();
+        let mut run = SensorModel::from_config(&config).unwrap().start(SIZE, 3);
+        let mut found = |step: i64, light| {
+            run.expose(&Plane::for_sensor(SIZE, light), Micros(step * 1_000)).unwrap();
+            run.array_mut().found()
+        };
+        // One threshold of 0.5 above darkness, and dark again.
+        assert_eq!(found(0, 0.0), 0);
+        assert_eq!(found(1, 1.0 / 255.0), SIZE.pixels());
+        assert_eq!([found(2, 0.0), found(3, 0.0)], [0, 0]);
+    }
+
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(48))]
 

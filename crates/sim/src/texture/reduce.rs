@@ -39,8 +39,10 @@ impl Texture {
     /// `metres`, where a metre is `px_per_m` pixels.
     pub(crate) fn reduced(self, metres: Vec2, px_per_m: f32) -> Self {
         let (width, height) = (self.width(), self.height());
-        let (columns, rows) =
-            (together(width, metres.x * px_per_m), together(height, metres.y * px_per_m));
+        let (columns, rows) = (
+            texels_per_mean(width, metres.x * px_per_m),
+            texels_per_mean(height, metres.y * px_per_m),
+        );
         if (columns, rows) == (1, 1) {
             return self;
         }
@@ -66,7 +68,7 @@ impl Texture {
 }
 
 /// How many of `texels` that are seen on `pixels` are averaged: a power of two that divides them.
-fn together(texels: usize, pixels: f32) -> usize {
+fn texels_per_mean(texels: usize, pixels: f32) -> usize {
     let mut count = 1;
     while texels.is_multiple_of(2 * count) && (2 * count) as f32 * pixels <= texels as f32 {
         count *= 2;
