@@ -28,7 +28,7 @@ pub(crate) fn run(args: &EventsArgs) -> Result<()> {
     );
     let mut run = model.start(source.size(), args.seed);
     let events = convert(&mut source, &clock, &mut run)?;
-    (format.write)(&args.out, &events.stream)?;
+    format.write(&args.out, &events.stream)?;
     // Not the name with another ending, which may be the file of the sensor.
     let mut beside = args.out.clone().into_os_string();
     beside.push(".toml");

@@ -36,6 +36,23 @@ impl EventStream {
         Ok(stream)
     }
 
+    /// Takes columns as they are, or gives them back: if they differ in length, an event lies outside
+    /// `sensor`, or one is earlier than the one before it.
+    #[expect(clippy::type_complexity, reason = "the columns that were given")]
+    pub fn from_columns(
+        sensor: SensorSize,
+        t: Vec<Micros>,
+        x: Vec<u16>,
+        y: Vec<u16>,
+        polarity: Vec<Polarity>,
+    ) -> Result<Self, (Vec<Micros>, Vec<u16>, Vec<u16>, Vec<Polarity>)> {
+        let is_even = [x.len(), y.len(), polarity.len()] == [t.len(); 3];
+        if is_even && t.is_sorted() && lie_below(&x, sensor.width) && lie_below(&y, sensor.height) {
+            return Ok(Self { sensor, t, x, y, polarity });
+        }
+        Err((t, x, y, polarity))
+    }
+
     /// Appends one event.
     ///
     /// # Errors
@@ -74,13 +91,11 @@ impl EventStream {
         if lengths != [t.len(); 4] {
             return Err(CoreError::ColumnLengths { lengths });
         }
-        // Whole columns without branches; only one that is faulty is looked at event by event.
-        let inside = |column: &[u16], limit: u16| {
-            column.iter().fold(true, |all, &value| all & (value < limit))
-        };
+        // Whole columns; only one that is faulty is looked at event by event.
         let in_order = t.is_sorted()
             && self.t.last().zip(t.first()).is_none_or(|(previous, first)| first >= previous);
-        let is_sound = in_order && inside(x, self.sensor.width) && inside(y, self.sensor.height);
+        let is_sound =
+            in_order && lie_below(x, self.sensor.width) && lie_below(y, self.sensor.height);
         if !is_sound && let Some(fault) = self.first_fault(t, x, y) {
             return Err(fault);
         }
@@ -198,6 +213,11 @@ impl EventStream {
         let end = start + self.t[start..].partition_point(|&t| t < window.end);
         start..end
     }
+}
+
+/// Whether all values are below a limit, without a branch for each.
+fn lie_below(column: &[u16], limit: u16) -> bool {
+    column.iter().fold(true, |all, &value| all & (value < limit))
 }
 
 /// Builds a stream from data that may be faulty, counting what it turns away.

@@ -1,5 +1,6 @@
 //! What can go wrong with a file, and where in it.
 
+use std::borrow::Cow;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -10,7 +11,6 @@ use crate::frames::FrameFault;
 use crate::meta::MetaFault;
 use crate::npz::NpzFault;
 use crate::open::FORMATS;
-use crate::text::TextFault;
 
 /// A file that cannot be read or written as asked.
 ///
@@ -44,6 +44,18 @@ pub enum IoError {
         /// Whole frames before it.
         frames: u64,
         /// Events in those frames.
+        events: u64,
+    },
+    /// A recording breaks its format.
+    #[error("{}: byte {byte}: {reason} ({events} events readable before it)", path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// Offset of the fault.
+        byte: u64,
+        /// What is wrong there.
+        reason: Cow<'static, str>,
+        /// Events before it.
         events: u64,
     },
     /// Events that a stream cannot take: it ends later, or its sensor is smaller.
@@ -105,23 +117,6 @@ pub enum IoError {
         /// Values before the fault.
         values: usize,
     },
-    /// A line of a text recording cannot be read.
-    #[error(
-        "{}: line {line}, byte {byte}: {fault} ({events} events readable before it)",
-        path.display()
-    )]
-    Text {
-        /// The file.
-        path: PathBuf,
-        /// The line, counted from 1.
-        line: u64,
-        /// Offset of its first byte.
-        byte: u64,
-        /// What is wrong with it.
-        fault: TextFault,
-        /// Events before it.
-        events: usize,
-    },
     /// Frames that cannot be read, or are not of one sequence.
     #[error("{}: {fault}", path.display())]
     Frames {
@@ -133,7 +128,7 @@ pub enum IoError {
     /// A name that ends like none of the formats.
     #[error(
         "{}: the name should end in {}", path.display(),
-        FORMATS.iter().flat_map(|format| format.endings).copied().collect::<Vec<_>>().join(", ")
+        FORMATS.iter().filter(|f| f.create.is_some()).flat_map(|f| f.endings).copied().collect::<Vec<_>>().join(", ")
     )]
     UnknownEnding {
         /// The file.
@@ -180,6 +175,11 @@ pub enum IoError {
 }
 
 impl IoError {
+    /// Whether what comes before the fault is readable, and whole.
+    pub fn is_damage(&self) -> bool {
+        matches!(self, Self::Damaged { .. })
+    }
+
     pub(crate) fn file(path: &Path, action: &'static str, source: io::Error) -> Self {
         Self::File { path: path.to_owned(), action, source }
     }

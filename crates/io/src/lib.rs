@@ -1,6 +1,8 @@
 //! Event, label and frame files, opened by content.
 //!
-//! * [`open`], [`info`]: any recording, whole or described. [`FORMATS`] lists the formats.
+//! * [`open`], [`info`], [`Windows`]: any recording, whole, described, or window by window.
+//!   [`FORMATS`] lists the formats; each is a way to make an [`EventSource`], and an [`EventSink`]
+//!   where it can be written.
 //! * [`evc`], [`meta`]: the sequences of EventHands, events and labels, of any size, by random
 //!   access.
 //! * [`npz`], [`text`]: recordings for other tools.
@@ -9,23 +11,29 @@
 //! A faulty file is a typed [`IoError`] that names the file, the byte and what was readable before
 //! it; files appear under their name only when they are complete.
 
+mod columns;
 mod error;
 pub mod evc;
 pub mod frames;
-mod info;
 pub mod meta;
 pub mod npz;
 mod open;
-mod order;
 mod positional;
+mod sink;
+mod source;
+mod tell;
 pub mod text;
 
+pub use columns::Columns;
 pub use error::IoError;
 pub use evc::{EvcEvent, EvcReader, EvcWindow, EvcWriter};
 pub use frames::{Encoding, FrameFault, FrameSource};
-pub use info::{Info, Labels};
 pub use meta::{MetaReader, MetaWriter};
 pub use open::{
-    FORMATS, Format, Recording, SensorOrigin, format_called, format_for, format_of, info, open,
-    open_with,
+    FORMATS, Format, Info, Labels, Recording, SensorOrigin, Windows, format_called, format_for,
+    format_of, info, open, open_as, open_with, read_as, source,
+};
+pub use sink::EventSink;
+pub use source::{
+    BlockSource, Decoder, EventSource, Fault, Header, Input, MemorySource, OpenOptions, ReadSeek,
 };

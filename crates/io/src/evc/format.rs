@@ -2,11 +2,14 @@
 
 use std::path::Path;
 
-use evpose_core::{EventStream, Micros, Rejected, SensorSize};
+use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
 
-use super::{EvcReader, EvcWindow, EvcWriter, FRAME, NEW_FRAME, RECORD};
-use crate::info::Labels;
-use crate::{Format, Info, IoError, MetaReader, Recording, SensorOrigin};
+use super::{EvcFault, EvcWriter, FRAME, NEW_FRAME, RECORD};
+use crate::open::{Format, Labels};
+use crate::{
+    BlockSource, Columns, Decoder, EventSink, EventSource, Fault, Header, Input, IoError,
+    MetaReader, OpenOptions,
+};
 
 /// The registry's entry.
 pub(crate) const FORMAT: Format = Format {
@@ -15,77 +18,90 @@ pub(crate) const FORMAT: Format = Format {
     endings: &[".evc"],
     // A marker begins the file; of text, no byte is 255.
     probe: |head| head.first_chunk::<RECORD>().is_some_and(|record| record[3] == NEW_FRAME),
-    read,
-    write,
-    info,
+    open,
+    create: Some(|path, sensor| Ok(Box::new(EvcSink::new(EvcWriter::create(path, sensor)?)))),
+    labels,
 };
 
-fn read(path: &Path, sensor: Option<SensorSize>) -> Result<Recording, IoError> {
-    let (reader, sensor_origin) = match sensor {
-        Some(sensor) => (EvcReader::open_with(path, sensor)?, SensorOrigin::Given),
-        None => (EvcReader::open(path)?, SensorOrigin::Assumed),
-    };
-    let stream = reader.read_stream(0..reader.frames())?;
-    Ok(Recording {
-        format: FORMAT.name,
-        stream,
-        rejected: Rejected::default(),
-        sorted: 0,
-        sensor_origin,
-    })
+fn open(input: Input, _: &OpenOptions) -> Result<Box<dyn EventSource>, IoError> {
+    let header = Header { usual_sensor: Some(SensorSize::DAVIS240C), ..Header::default() };
+    Ok(Box::new(BlockSource::new(input, 0, header, Records { frames: 0 })))
 }
 
-/// Frames count from time 0.
-fn write(path: &Path, events: &EventStream) -> Result<(), IoError> {
-    let mut writer = EvcWriter::create(path, events.sensor())?;
-    writer.stream(events, Micros(0))?;
-    writer.finish()
+/// Records as they follow each other.
+#[derive(Debug, Clone)]
+struct Records {
+    /// Markers so far.
+    frames: i64,
 }
 
-fn info(path: &Path, sensor: Option<SensorSize>) -> Result<Info, IoError> {
-    let (reader, sensor_origin) = match sensor {
-        Some(sensor) => (EvcReader::open_with(path, sensor)?, SensorOrigin::Given),
-        None => open_assuming(path)?,
-    };
-    let (extent, sensor) = (reader.extent(), reader.sensor());
-    let mut warnings = Vec::new();
-    match sensor_origin {
-        SensorOrigin::Inferred => warnings.push(format!(
-            "events lie outside {}: the sensor is taken to be the smallest that holds them",
-            SensorSize::DAVIS240C
-        )),
-        SensorOrigin::Assumed if 2 * extent.width <= sensor.width => warnings.push(format!(
-            "events fill no more than {extent}: the sensor may be smaller than assumed"
-        )),
-        _ => {}
+impl Decoder for Records {
+    fn decode(&mut self, bytes: &[u8], _: bool, columns: &mut Columns) -> Result<usize, Fault> {
+        let records = bytes.as_chunks::<RECORD>().0;
+        for (k, &[low, high, y, polarity]) in records.iter().enumerate() {
+            let fault = match polarity {
+                NEW_FRAME => {
+                    self.frames += 1;
+                    continue;
+                }
+                0 | 1 if self.frames > 0 => {
+                    columns.push(Event {
+                        t: Micros((self.frames - 1) * FRAME.0),
+                        x: u16::from_le_bytes([low, high]),
+                        y: y.into(),
+                        polarity: Polarity::from_on(polarity == 1),
+                    });
+                    continue;
+                }
+                0 | 1 => EvcFault::NoMarker { polarity },
+                other => EvcFault::Polarity(other),
+            };
+            return Err(Fault { at: k * RECORD, reason: fault.to_string().into() });
+        }
+        Ok(records.len() * RECORD)
     }
-    let labels = labels_beside(path, reader.frames(), &mut warnings);
-    Ok(Info {
-        path: path.to_owned(),
-        format: FORMAT.name,
-        sensor,
-        sensor_origin,
-        duration: reader.duration(),
-        events: reader.events(),
-        on_events: reader.on_events(),
-        span: span(&reader)?,
-        labels,
-        warnings,
-    })
-}
 
-/// The published sensor, or the smallest that holds every event where that one is too small.
-fn open_assuming(path: &Path) -> Result<(EvcReader, SensorOrigin), IoError> {
-    let reader = EvcReader::open_inferring_sensor(path)?;
-    let published = SensorSize::DAVIS240C;
-    let extent = reader.extent();
-    if extent.width <= published.width && extent.height <= published.height {
-        return Ok((reader.with_sensor(published), SensorOrigin::Assumed));
+    fn duration(&self) -> Option<Micros> {
+        Some(Micros(self.frames * FRAME.0))
     }
-    Ok((reader, SensorOrigin::Inferred))
 }
 
-fn labels_beside(path: &Path, frames: u64, warnings: &mut Vec<String>) -> Option<Labels> {
+/// Writes events into the frames of their times, counted from time 0.
+struct EvcSink {
+    writer: EvcWriter,
+    /// Events of the frame that comes next.
+    pending: EventStream,
+}
+
+impl EvcSink {
+    fn new(writer: EvcWriter) -> Self {
+        let pending = EventStream::empty(writer.sensor());
+        Self { writer, pending }
+    }
+}
+
+impl EventSink for EvcSink {
+    fn write(&mut self, events: &EventStream) -> Result<(), IoError> {
+        self.writer.check_times(events, Micros(0))?;
+        for event in events.iter() {
+            while event.t.0 >= (self.writer.frames() as i64 + 1) * FRAME.0 {
+                self.writer.frame(&self.pending)?;
+                self.pending.clear();
+            }
+            self.pending.push(event).map_err(|fault| self.writer.cannot(fault.to_string()))?;
+        }
+        Ok(())
+    }
+
+    fn finish(mut self: Box<Self>) -> Result<(), IoError> {
+        if !self.pending.is_empty() {
+            self.writer.frame(&self.pending)?;
+        }
+        self.writer.finish()
+    }
+}
+
+fn labels(path: &Path, source: &dyn EventSource, warnings: &mut Vec<String>) -> Option<Labels> {
     let path = path.with_extension("meta");
     if !path.is_file() {
         return None;
@@ -100,34 +116,9 @@ fn labels_beside(path: &Path, frames: u64, warnings: &mut Vec<String>) -> Option
     };
     warnings.extend(fault.map(|fault| format!("labels: {fault}")));
     let (records, values) = (labels.records(), labels.values());
+    let frames = source.duration().map_or(0, |lasts| (lasts.0 / FRAME.0) as u64);
     if records != frames {
         warnings.push(format!("{records} labels for {frames} frames: one of the files is cut"));
     }
     Some(Labels { path, records, values })
-}
-
-/// Times of the first and the last frame that have events.
-fn span(reader: &EvcReader) -> Result<Option<(Micros, Micros)>, IoError> {
-    const STEP: u64 = 1024;
-    let mut window = EvcWindow::new();
-    let time = |start: u64, frame: u32| Micros((start + u64::from(frame)) as i64 * FRAME.0);
-    let mut first = None;
-    let mut start = 0;
-    while first.is_none() && start < reader.frames() {
-        let end = reader.frames().min(start + STEP);
-        reader.read_frames(start..end, &mut window)?;
-        first = window.events().next().map(|event| time(start, event.frame));
-        start = end;
-    }
-    let Some(first) = first else { return Ok(None) };
-    let mut end = reader.frames();
-    while end > 0 {
-        let start = end.saturating_sub(STEP);
-        reader.read_frames(start..end, &mut window)?;
-        if let Some(event) = window.events().last() {
-            return Ok(Some((first, time(start, event.frame))));
-        }
-        end = start;
-    }
-    Ok(None)
 }

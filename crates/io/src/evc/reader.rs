@@ -86,11 +86,6 @@ impl EvcReader {
         Ok(reader)
     }
 
-    /// The same file taken to be from `sensor`, which holds every event.
-    pub(super) fn with_sensor(self, sensor: SensorSize) -> Self {
-        Self { sensor, ..self }
-    }
-
     /// Makes the index; the fault, if any, ends the part that can be read.
     fn scan(&mut self, size: u64) -> Result<Option<IoError>, IoError> {
         let mut block = vec![0; BLOCK.min(usize::try_from(size).unwrap_or(BLOCK))];

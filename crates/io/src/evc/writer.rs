@@ -124,23 +124,38 @@ impl EvcWriter {
     /// If an event is earlier than `origin` or more than ten days later, lies outside the sensor, or
     /// the disk is full.
     pub fn stream(&mut self, events: &EventStream, origin: Micros) -> Result<(), IoError> {
-        let frame_of = |t: Micros| t.0.saturating_sub(origin.0).div_euclid(FRAME.0);
-        if let (Some(&first), Some(&last)) = (events.t().first(), events.t().last())
-            && (first < origin || frame_of(last) > MOST_FRAMES)
-        {
-            let reason =
-                format!("events at {first} to {last} do not start at {origin}, or last for days");
-            return Err(IoError::unwritable(&self.path, reason));
-        }
+        self.check_times(events, origin)?;
         let columns = events.x().iter().zip(events.y()).zip(events.polarity());
         let mut rest = events.t().iter().zip(columns).peekable();
         let mut frame = 0;
         while rest.peek().is_some() {
-            let inside = std::iter::from_fn(|| rest.next_if(|&(&t, _)| frame_of(t) <= frame));
+            let inside =
+                std::iter::from_fn(|| rest.next_if(|&(&t, _)| frame_of(t, origin) <= frame));
             self.frame_of(inside.map(|(_, ((&x, &y), &polarity))| (x, y, polarity)))?;
             frame += 1;
         }
         Ok(())
+    }
+
+    /// Whether a recording whose time starts at `origin` fits.
+    pub(super) fn check_times(&self, events: &EventStream, origin: Micros) -> Result<(), IoError> {
+        if let (Some(&first), Some(&last)) = (events.t().first(), events.t().last())
+            && (first < origin || frame_of(last, origin) > MOST_FRAMES)
+        {
+            return Err(self.cannot(format!(
+                "events at {first} to {last} do not start at {origin}, or last for days"
+            )));
+        }
+        Ok(())
+    }
+
+    pub(super) fn cannot(&self, reason: String) -> IoError {
+        IoError::unwritable(&self.path, reason)
+    }
+
+    /// The sensor of the file.
+    pub fn sensor(&self) -> SensorSize {
+        self.sensor
     }
 
     /// Frames written so far.
@@ -163,4 +178,9 @@ impl EvcWriter {
         }
         self.file.commit().map_err(|e| IoError::file(&self.path, "finish", e))
     }
+}
+
+/// The frame of a time, where `origin` begins frame 0.
+fn frame_of(t: Micros, origin: Micros) -> i64 {
+    t.0.saturating_sub(origin.0).div_euclid(FRAME.0)
 }

@@ -4,7 +4,8 @@ use evpose_core::{Event, Micros, Polarity};
 
 use super::NpzFault;
 use super::array::{Array, Column};
-use crate::order::is_time;
+use crate::Columns;
+use crate::tell::is_time;
 
 /// The names that programs give to what an event has.
 const NAMES: [&[&str]; 4] = [
@@ -24,7 +25,7 @@ const ORDERS: [([usize; 4], &str); 4] = [
 const LONGEST_S: f64 = 1e5;
 
 /// The columns of events: times, columns, rows, polarities.
-pub(super) struct Columns<'a>(pub(super) [&'a Column; 4]);
+pub(super) struct Named<'a>(pub(super) [&'a Column; 4]);
 
 /// The first of `found` that is called like `what` (0 time, 1 column, 2 row, 3 polarity).
 pub(super) fn called<'n>(
@@ -37,7 +38,7 @@ pub(super) fn called<'n>(
 /// What a recording calls time, column, row and polarity.
 pub(super) const REQUIRED: [&str; 4] = ["t", "x", "y", "p"];
 
-impl<'a> Columns<'a> {
+impl<'a> Named<'a> {
     /// The columns of one array that holds all.
     pub(super) fn of_table(table: &'a Array) -> Result<Self, NpzFault> {
         if !table.names.is_empty() {
@@ -86,7 +87,7 @@ impl<'a> Columns<'a> {
     ///
     /// Times are microseconds if they are integers, or numbers that all have no fraction; else
     /// seconds, unless that were days.
-    pub(super) fn events(&self) -> Result<Vec<Event>, (usize, NpzFault, usize)> {
+    pub(super) fn events(&self) -> Result<Columns, (usize, NpzFault, usize)> {
         let [t, x, y, p] = self.0;
         for (what, column) in self.0.iter().enumerate() {
             if column.len() != t.len() {

@@ -19,10 +19,7 @@ mod writer;
 
 use std::fmt;
 
-pub use reader::read;
-pub use writer::write;
-
-use crate::Format;
+use crate::open::{Format, no_labels};
 
 /// The archive's entry in the registry of formats.
 pub(crate) const FORMAT: Format = Format {
@@ -33,9 +30,9 @@ pub(crate) const FORMAT: Format = Format {
         [b"PK\x03\x04", b"PK\x05\x06"].iter().any(|begin| head.starts_with(*begin))
             || head.starts_with(ARRAY)
     },
-    read,
-    write,
-    info: crate::info::of_stream,
+    open: reader::open,
+    create: Some(writer::create),
+    labels: no_labels,
 };
 
 /// How a single array begins.

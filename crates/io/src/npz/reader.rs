@@ -1,36 +1,32 @@
-//! Reads events out of a NumPy archive, or out of a single array.
+//! Events out of a NumPy archive, or out of a single array.
 
-use std::fs::File;
-use std::io::{BufReader, Read};
-use std::path::Path;
+use std::io::BufReader;
+use std::path::PathBuf;
 
-use evpose_core::{Event, SensorSize};
+use evpose_core::SensorSize;
 use zip::ZipArchive;
 
 use super::array::{self, Array, Column};
-use super::events::{Columns, REQUIRED, called};
+use super::events::{Named, REQUIRED, called};
 use super::{ARRAY, NpzFault};
-use crate::order::{Ordered, ordered};
-use crate::{IoError, Recording, SensorOrigin};
+use crate::{Columns, EventSource, Header, Input, IoError, MemorySource, OpenOptions, ReadSeek};
 
 /// One array that holds all events.
 const EVENTS: &str = "events";
 /// The sensor.
 const SIZE: [&str; 2] = ["width", "height"];
 
-/// Reads an archive or an array, with `sensor` where it does not state its own. Events outside the
-/// sensor, and single ones out of order, are left out and counted.
+/// Reads an archive or an array.
 ///
 /// # Errors
 /// If the file cannot be read, an array is missing, or an array holds something else than it
 /// should.
-pub fn read(path: &Path, sensor: Option<SensorSize>) -> Result<Recording, IoError> {
-    let mut head = [0; ARRAY.len()];
-    let mut file = File::open(path).map_err(|e| IoError::file(path, "open", e))?;
-    if file.read_exact(&mut head).is_ok() && head == *ARRAY {
-        return recording(of_array(path)?, None, sensor);
+pub(super) fn open(mut input: Input, _: &OpenOptions) -> Result<Box<dyn EventSource>, IoError> {
+    if input.head(ARRAY.len())? == ARRAY {
+        let columns = of_array(input)?;
+        return Ok(Box::new(MemorySource::new(Header::default(), columns, Vec::new())));
     }
-    let mut archive = Archive::open(path)?;
+    let mut archive = Archive::open(input)?;
     let names = archive.names();
     let is_there = |name: &str| names.iter().any(|found| found == name);
     let of_columns = [0, 1, 2, 3].map(|what| called(what, &names.iter().map(String::as_str)));
@@ -46,56 +42,42 @@ pub fn read(path: &Path, sensor: Option<SensorSize>) -> Result<Recording, IoErro
         missing.push(if stated[0] { SIZE[1] } else { SIZE[0] });
     }
     if !missing.is_empty() {
-        return Err(IoError::MissingArrays { path: path.to_owned(), missing, found: names });
+        return Err(IoError::MissingArrays { path: archive.path, missing, found: names });
     }
-    let size = match stated[0] {
+    let sensor = match stated[0] {
         true => Some(SensorSize { width: archive.size("width")?, height: archive.size("height")? }),
         false => None,
     };
-    let events = if is_table { archive.table()? } else { archive.columns(of_columns)? };
-    recording(events, size, sensor)
-}
-
-fn recording(
-    events: Vec<Event>,
-    stated: Option<SensorSize>,
-    given: Option<SensorSize>,
-) -> Result<Recording, IoError> {
-    let (sensor, sensor_origin) = match (stated, given) {
-        (Some(stated), _) => (stated, SensorOrigin::Stated),
-        (None, Some(given)) => (given, SensorOrigin::Given),
-        (None, None) => (crate::open::smallest(&events), SensorOrigin::Inferred),
-    };
-    let Ordered { stream, rejected, sorted } = ordered(sensor, events);
-    Ok(Recording { format: "npz", stream, rejected, sorted, sensor_origin })
+    let columns = if is_table { archive.table()? } else { archive.columns(of_columns)? };
+    let header = Header { sensor, ..Header::default() };
+    Ok(Box::new(MemorySource::new(header, columns, Vec::new())))
 }
 
 /// A file that is one array of events.
-fn of_array(path: &Path) -> Result<Vec<Event>, IoError> {
-    let file = File::open(path).map_err(|e| IoError::file(path, "open", e))?;
+fn of_array(input: Input) -> Result<Columns, IoError> {
+    let Input { path, bytes, .. } = input;
     let fault = |fault, values| IoError::Npz {
-        path: path.to_owned(),
+        path: path.clone(),
         array: EVENTS.to_owned(),
         byte: 0,
         fault,
         values,
     };
-    let table = array::read(file).map_err(|(what, values)| fault(what, values))?;
-    let columns = Columns::of_table(&table).map_err(|what| fault(what, 0))?;
+    let table = array::read(bytes).map_err(|(what, values)| fault(what, values))?;
+    let columns = Named::of_table(&table).map_err(|what| fault(what, 0))?;
     columns.events().map_err(|(_, what, values)| fault(what, values))
 }
 
-struct Archive<'a> {
-    path: &'a Path,
-    zip: ZipArchive<BufReader<File>>,
+struct Archive {
+    path: PathBuf,
+    zip: ZipArchive<BufReader<Box<dyn ReadSeek>>>,
 }
 
-impl<'a> Archive<'a> {
-    fn open(path: &'a Path) -> Result<Self, IoError> {
-        let file = File::open(path).map_err(|e| IoError::file(path, "open", e))?;
-        let length = file.metadata().map_err(|e| IoError::file(path, "read", e))?.len();
-        let zip = ZipArchive::new(BufReader::new(file)).map_err(|e| IoError::NotAnArchive {
-            path: path.to_owned(),
+impl Archive {
+    fn open(input: Input) -> Result<Self, IoError> {
+        let Input { path, length, bytes } = input;
+        let zip = ZipArchive::new(BufReader::new(bytes)).map_err(|e| IoError::NotAnArchive {
+            path: path.clone(),
             byte: length,
             reason: e.to_string(),
         })?;
@@ -123,7 +105,7 @@ impl<'a> Archive<'a> {
     }
 
     /// Events whose times, columns, rows and polarities are arrays of these names.
-    fn columns(&mut self, names: [Option<&str>; 4]) -> Result<Vec<Event>, IoError> {
+    fn columns(&mut self, names: [Option<&str>; 4]) -> Result<Columns, IoError> {
         let mut found = Vec::new();
         for name in names.into_iter().flatten() {
             let (array, byte) = self.array(name)?;
@@ -135,20 +117,20 @@ impl<'a> Archive<'a> {
         }
         let columns: Vec<&Column> = found.iter().map(|(_, _, column)| column).collect();
         let columns: [&Column; 4] = columns.try_into().map_err(|_| {
-            let (path, missing) = (self.path.to_owned(), REQUIRED.to_vec());
+            let (path, missing) = (self.path.clone(), REQUIRED.to_vec());
             IoError::MissingArrays { path, missing, found: Vec::new() }
         })?;
-        Columns(columns).events().map_err(|(what, fault, values)| {
+        Named(columns).events().map_err(|(what, fault, values)| {
             let (name, byte, _) = &found[what];
             self.fault(name, *byte, fault, values)
         })
     }
 
     /// Events that are the rows of one array.
-    fn table(&mut self) -> Result<Vec<Event>, IoError> {
+    fn table(&mut self) -> Result<Columns, IoError> {
         let (table, byte) = self.array(EVENTS)?;
         let columns =
-            Columns::of_table(&table).map_err(|fault| self.fault(EVENTS, byte, fault, 0))?;
+            Named::of_table(&table).map_err(|fault| self.fault(EVENTS, byte, fault, 0))?;
         columns.events().map_err(|(_, fault, values)| self.fault(EVENTS, byte, fault, values))
     }
 
@@ -165,6 +147,6 @@ impl<'a> Archive<'a> {
     }
 
     fn fault(&self, array: &str, byte: u64, fault: NpzFault, values: usize) -> IoError {
-        IoError::Npz { path: self.path.to_owned(), array: array.to_owned(), byte, fault, values }
+        IoError::Npz { path: self.path.clone(), array: array.to_owned(), byte, fault, values }
     }
 }

@@ -1,23 +1,38 @@
 //! Writes events as a NumPy archive.
 
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use evpose_core::{AtomicFile, EventStream};
+use evpose_core::{AtomicFile, EventStream, SensorSize};
 use npyz::{AutoSerialize, WriteOptions, WriterBuilder};
 use zip::write::{SimpleFileOptions, ZipWriter};
 
-use crate::IoError;
+use crate::{EventSink, IoError};
 
-/// Writes `events`, uncompressed as `numpy.savez` does.
-///
-/// # Errors
-/// If the file cannot be written.
-pub fn write(path: &Path, events: &EventStream) -> Result<(), IoError> {
-    let failed = |e| IoError::file(path, "write", e);
-    let mut file = AtomicFile::create(path).map_err(failed)?;
-    write_arrays(&mut file, events).map_err(failed)?;
-    file.commit().map_err(failed)
+/// Gathers all events: an archive holds one column after the other.
+struct NpzSink {
+    path: PathBuf,
+    events: EventStream,
+}
+
+/// Begins an archive, uncompressed as `numpy.savez` writes it.
+pub(super) fn create(path: &Path, sensor: SensorSize) -> Result<Box<dyn EventSink>, IoError> {
+    Ok(Box::new(NpzSink { path: path.to_owned(), events: EventStream::empty(sensor) }))
+}
+
+impl EventSink for NpzSink {
+    fn write(&mut self, events: &EventStream) -> Result<(), IoError> {
+        let (t, x, y, polarity) = (events.t(), events.x(), events.y(), events.polarity());
+        let taken = self.events.extend_columns(t, x, y, polarity);
+        taken.map_err(|fault| IoError::unwritable(&self.path, fault.to_string()))
+    }
+
+    fn finish(self: Box<Self>) -> Result<(), IoError> {
+        let failed = |e| IoError::file(&self.path, "write", e);
+        let mut file = AtomicFile::create(&self.path).map_err(failed)?;
+        write_arrays(&mut file, &self.events).map_err(failed)?;
+        file.commit().map_err(failed)
+    }
 }
 
 fn write_arrays(file: &mut AtomicFile, events: &EventStream) -> io::Result<()> {

@@ -1,12 +1,20 @@
-//! The registry of formats, and files opened by what is in them.
+//! Files opened by what is in them.
 
-use std::fs::File;
-use std::io::Read;
-use std::path::Path;
+mod info;
+mod registry;
+mod whole;
+mod windows;
 
-use evpose_core::{Event, EventStream, Rejected, SensorSize};
+use std::path::{Path, PathBuf};
 
-use crate::{Info, IoError};
+use evpose_core::{EventStream, Rejected, SensorSize};
+
+pub use info::{Info, Labels, info};
+pub(crate) use registry::no_labels;
+pub use registry::{FORMATS, Format, format_called, format_for, format_of};
+pub use windows::Windows;
+
+use crate::{EventSource, Input, IoError, OpenOptions};
 
 /// A whole recording in memory.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,6 +29,8 @@ pub struct Recording {
     pub sorted: usize,
     /// How the size of the sensor is known.
     pub sensor_origin: SensorOrigin,
+    /// What else a user should know of what was read, in sentences without a full stop.
+    pub remarks: Vec<String>,
 }
 
 /// How the size of a sensor is known.
@@ -36,64 +46,12 @@ pub enum SensorOrigin {
     Inferred,
 }
 
-/// A file format: one file of this crate, one line of [`FORMATS`].
-#[derive(Debug, Clone, Copy)]
-pub struct Format {
-    /// Name on the command line and in reports.
-    pub name: &'static str,
-    /// What it is, in a line.
-    pub summary: &'static str,
-    /// How names of its files end, the usual one first. Only writers go by it.
-    pub endings: &'static [&'static str],
-    /// Whether a file that begins with these bytes is of this format.
-    pub probe: fn(&[u8]) -> bool,
-    /// Reads a whole file, from the given sensor where the file does not state one.
-    pub read: fn(&Path, Option<SensorSize>) -> Result<Recording, IoError>,
-    /// Writes a whole recording.
-    pub write: fn(&Path, &EventStream) -> Result<(), IoError>,
-    /// Describes a file.
-    pub info: fn(&Path, Option<SensorSize>) -> Result<Info, IoError>,
-}
-
-/// Every format, the first whose probe agrees is taken.
-pub const FORMATS: &[Format] = &[crate::npz::FORMAT, crate::evc::FORMAT, crate::text::FORMAT];
-
-/// The format called `name`.
-pub fn format_called(name: &str) -> Option<&'static Format> {
-    FORMATS.iter().find(|format| format.name == name)
-}
-
-/// The format in which to write a file of this name.
-///
-/// # Errors
-/// If names of no format end like it.
-pub fn format_for(path: impl AsRef<Path>) -> Result<&'static Format, IoError> {
-    let path = path.as_ref();
-    let ending = path.extension().unwrap_or_default();
-    let found = FORMATS.iter().find(|format| format.endings.iter().any(|end| ending == &end[1..]));
-    found.ok_or_else(|| IoError::UnknownEnding { path: path.to_owned() })
-}
-
-/// The format of a file, by its content.
-///
-/// # Errors
-/// If it cannot be read or is of no known format.
-pub fn format_of(path: impl AsRef<Path>) -> Result<&'static Format, IoError> {
-    let path = path.as_ref();
-    let mut head = Vec::new();
-    File::open(path)
-        .and_then(|file| file.take(4096).read_to_end(&mut head))
-        .map_err(|e| IoError::file(path, "open", e))?;
-    let found = FORMATS.iter().find(|format| (format.probe)(&head));
-    found.ok_or_else(|| IoError::UnknownFormat { path: path.to_owned() })
-}
-
 /// Reads a whole recording of any format.
 ///
 /// # Errors
 /// If the file cannot be read, is of no known format, or breaks its format.
 pub fn open(path: impl AsRef<Path>) -> Result<Recording, IoError> {
-    open_with(path, None)
+    open_as(path, &OpenOptions::default())
 }
 
 /// As [`open`], with the size of the sensor for files that do not state it.
@@ -101,25 +59,45 @@ pub fn open(path: impl AsRef<Path>) -> Result<Recording, IoError> {
 /// # Errors
 /// As [`open`].
 pub fn open_with(path: impl AsRef<Path>, sensor: Option<SensorSize>) -> Result<Recording, IoError> {
-    let path = path.as_ref();
-    (format_of(path)?.read)(path, sensor)
+    open_as(path, &OpenOptions { sensor, ..OpenOptions::default() })
 }
 
-/// Describes a recording of any format.
+/// As [`open`], with a say in what the file leaves open.
 ///
 /// # Errors
 /// As [`open`].
-pub fn info(path: impl AsRef<Path>, sensor: Option<SensorSize>) -> Result<Info, IoError> {
-    let path = path.as_ref();
-    (format_of(path)?.info)(path, sensor)
+pub fn open_as(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Recording, IoError> {
+    read_as(input(path.as_ref())?, options)
 }
 
-/// The smallest sensor that holds all events which fit any.
-pub(crate) fn smallest(events: &[Event]) -> SensorSize {
-    let inside = || events.iter().filter(|e| e.x < u16::MAX && e.y < u16::MAX);
-    let width = inside().map(|e| e.x + 1).max().unwrap_or(1);
-    let height = inside().map(|e| e.y + 1).max().unwrap_or(1);
-    SensorSize { width, height }
+/// As [`open_as`], from a file that is open already, or from memory.
+///
+/// # Errors
+/// As [`open`].
+pub fn read_as(input: Input, options: &OpenOptions) -> Result<Recording, IoError> {
+    let (format, mut source) = source(input, options)?;
+    whole::read(format.name, source.as_mut(), options)
+}
+
+/// The events of a file of any format, batch by batch.
+///
+/// # Errors
+/// If it cannot be read, is of no known format, or its beginning breaks its format.
+pub fn source(
+    mut input: Input,
+    options: &OpenOptions,
+) -> Result<(&'static Format, Box<dyn EventSource>), IoError> {
+    let head = input.head(registry::HEAD)?;
+    let format = registry::of_head(&head, &input.path)?;
+    let source = (format.open)(input, options)?;
+    Ok((format, source))
+}
+
+/// Opens a file, or the log in a folder of YARP's.
+pub(crate) fn input(path: &Path) -> Result<Input, IoError> {
+    let in_folder = ["data.log", "binaryevents.log"].map(|name| path.join(name));
+    let log: Option<&PathBuf> = in_folder.iter().find(|log| log.is_file());
+    Input::file(log.map_or(path, PathBuf::as_path))
 }
 
 #[cfg(test)]

@@ -25,7 +25,7 @@ fn every_format_is_recognised_by_its_content_whatever_its_name() {
     let directory = tempfile::tempdir().unwrap();
     for format in FORMATS {
         let path = directory.path().join("recording.dat");
-        (format.write)(&path, &stream).unwrap();
+        format.write(&path, &stream).unwrap();
         let back = open(&path).unwrap();
         assert_eq!((back.format, back.stream), (format.name, stream.clone()));
         assert_eq!(back.rejected.total(), 0);
@@ -41,8 +41,8 @@ fn every_format_is_described_alike() {
     let directory = tempfile::tempdir().unwrap();
     for format in FORMATS {
         let path = directory.path().join("recording.dat");
-        (format.write)(&path, &stream).unwrap();
-        let info = info(&path, None).unwrap();
+        format.write(&path, &stream).unwrap();
+        let info = info(&path, &OpenOptions::default()).unwrap();
         assert_eq!((info.format, info.sensor), (format.name, SensorSize::DAVIS240C));
         assert_eq!((info.events, info.on_events), (30, 20));
         assert_eq!(info.span, Some((Micros(3_000), Micros(17_000))));
@@ -61,7 +61,7 @@ fn a_description_mentions_labels_and_what_is_odd() {
     let mut labels = MetaWriter::create_for_hands(path.with_extension("meta")).unwrap();
     labels.record(&[0.0; 12]).unwrap();
     labels.finish().unwrap();
-    let text = info(&path, None).unwrap().to_string();
+    let text = info(&path, &OpenOptions::default()).unwrap().to_string();
     let folder = format!("{}/", directory.path().display());
     assert_eq!(
         text.replace(&folder, ""),
@@ -99,7 +99,7 @@ fn times_at_the_ends_of_the_range_are_described_without_a_panic() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("recording");
     fs::write(&path, format!("{} 1 2 1\n{} 1 2 1\n", i64::MIN, i64::MAX)).unwrap();
-    assert_eq!(info(&path, None).unwrap().duration, Micros(i64::MAX));
+    assert_eq!(info(&path, &OpenOptions::default()).unwrap().duration, Micros(i64::MAX));
 }
 
 proptest! {
@@ -114,6 +114,6 @@ proptest! {
         let path = directory.path().join("recording");
         fs::write(&path, [beginning, &bytes].concat()).unwrap();
         let _ = open(&path);
-        let _ = info(&path, None);
+        let _ = info(&path, &OpenOptions::default());
     }
 }

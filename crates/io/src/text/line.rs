@@ -6,7 +6,7 @@ use evpose_core::{Event, Micros, Polarity, SensorSize};
 
 /// What is wrong with a line.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum TextFault {
+pub(super) enum TextFault {
     /// Longer than any line of events.
     TooLong,
     /// Not text.

@@ -14,11 +14,9 @@ mod line;
 mod reader;
 mod writer;
 
-pub use line::TextFault;
-pub use reader::read;
-pub use writer::write;
+use line::TextFault;
 
-use crate::Format;
+use crate::open::{Format, no_labels};
 
 /// The registry's entry.
 pub(crate) const FORMAT: Format = Format {
@@ -26,9 +24,9 @@ pub(crate) const FORMAT: Format = Format {
     summary: "lines of t x y p, t in seconds or microseconds",
     endings: &[".txt", ".text"],
     probe: reader::probe,
-    read: |path, sensor| read(path, sensor),
-    write,
-    info: crate::info::of_stream,
+    open: reader::open,
+    create: Some(writer::create),
+    labels: no_labels,
 };
 
 #[cfg(test)]

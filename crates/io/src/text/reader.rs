@@ -1,15 +1,13 @@
 //! Reads a recording line by line.
 
-use std::fs::File;
-use std::io::{BufRead, BufReader, Read};
-use std::path::Path;
-
 use evpose_core::SensorSize;
 
 use super::TextFault;
 use super::line::{Known, Line, names, parse};
-use crate::order::{Ordered, is_time, ordered};
-use crate::{IoError, Recording, SensorOrigin};
+use crate::tell::is_time;
+use crate::{
+    BlockSource, Columns, Decoder, EventSource, Fault, Header, Input, IoError, OpenOptions,
+};
 
 /// Ample for four numbers and a comment; a longer line is not text, or not events.
 const LONGEST_LINE: usize = 4096;
@@ -17,62 +15,92 @@ const LONGEST_LINE: usize = 4096;
 /// Fewer events say nothing of the order of columns.
 const LEAST_EVENTS: usize = 200;
 
-/// Reads a file, with `sensor` where it does not state its own. Events outside the sensor, and
-/// single ones out of order, are left out and counted.
-///
-/// # Errors
-/// If the file cannot be read, at the first line that is no event, or if the first column is not
-/// that of times.
-pub fn read(path: &Path, sensor: Option<SensorSize>) -> Result<Recording, IoError> {
-    let file = File::open(path).map_err(|e| IoError::file(path, "open", e))?;
-    let mut reader = BufReader::with_capacity(1 << 18, file);
-    let (mut stated, mut events) = (None, Vec::new());
+/// Opens a text, whose first line may state the sensor.
+pub(super) fn open(mut input: Input, _: &OpenOptions) -> Result<Box<dyn EventSource>, IoError> {
+    let head = input.head(LONGEST_LINE)?;
+    let header = Header { sensor: sensor(&head), ..Header::default() };
+    Ok(Box::new(BlockSource::new(input, 0, header, Lines::default())))
+}
+
+/// The size in the first line with something on it, if it is one.
+fn sensor(head: &[u8]) -> Option<SensorSize> {
     let mut known = Known { is_first: true, ..Known::default() };
-    let mut is_named = false;
-    let (mut byte, mut number) = (0u64, 0u64);
-    let mut line = Vec::with_capacity(LONGEST_LINE);
-    loop {
-        line.clear();
-        let mut limited = (&mut reader).take(LONGEST_LINE as u64 + 1);
-        let length =
-            limited.read_until(b'\n', &mut line).map_err(|e| IoError::file(path, "read", e))?;
-        if length == 0 {
-            break;
-        }
-        number += 1;
-        let parsed =
-            if length > LONGEST_LINE { Err(TextFault::TooLong) } else { parse(&line, &mut known) };
-        match parsed {
-            Ok(None) => {}
-            Ok(Some(Line::Sensor(size))) if stated.is_none() => stated = Some(size),
-            Ok(Some(Line::Sensor(_))) => {
-                let (path, fault) = (path.to_owned(), TextFault::Fields(2));
-                return Err(IoError::Text { path, line: number, byte, fault, events: 0 });
-            }
-            Ok(Some(Line::Names)) => is_named = true,
-            Ok(Some(Line::Event(event))) => {
-                known.is_first = false;
-                events.push(event);
-            }
-            Err(fault) => {
-                let (path, events) = (path.to_owned(), events.len());
-                return Err(IoError::Text { path, line: number, byte, fault, events });
-            }
-        }
-        byte += length as u64;
+    let lines = head.split(|&b| b == b'\n').map(|line| parse(line, &mut known));
+    match lines.into_iter().find(|parsed| *parsed != Ok(None))? {
+        Ok(Some(Line::Sensor(size))) => Some(size),
+        _ => None,
     }
-    let times = events.iter().map(|event| event.t.0 as f64);
-    if !is_named && events.len() >= LEAST_EVENTS && !is_time(&times) {
-        let (path, fault) = (path.to_owned(), TextFault::Order);
-        return Err(IoError::Text { path, line: 1, byte: 0, fault, events: events.len() });
+}
+
+/// Lines as they follow each other.
+#[derive(Debug, Clone)]
+struct Lines {
+    known: Known,
+    /// Lines so far.
+    number: u64,
+    has_size: bool,
+    is_named: bool,
+}
+
+impl Default for Lines {
+    fn default() -> Self {
+        let known = Known { is_first: true, ..Known::default() };
+        Self { known, number: 0, has_size: false, is_named: false }
     }
-    let (sensor, sensor_origin) = match (stated, sensor) {
-        (Some(stated), _) => (stated, SensorOrigin::Stated),
-        (None, Some(given)) => (given, SensorOrigin::Given),
-        (None, None) => (crate::open::smallest(&events), SensorOrigin::Inferred),
-    };
-    let Ordered { stream, rejected, sorted } = ordered(sensor, events);
-    Ok(Recording { format: "text", stream, rejected, sorted, sensor_origin })
+}
+
+impl Decoder for Lines {
+    fn decode(
+        &mut self,
+        bytes: &[u8],
+        is_last: bool,
+        columns: &mut Columns,
+    ) -> Result<usize, Fault> {
+        let (mut at, before) = (0, columns.len());
+        let is_beginning = self.known.is_first;
+        while at < bytes.len() {
+            let rest = &bytes[at..];
+            let length = match rest.iter().position(|&b| b == b'\n') {
+                Some(end) => end + 1,
+                None if is_last || rest.len() > LONGEST_LINE => rest.len(),
+                None => break,
+            };
+            self.line(&rest[..length], columns).map_err(|fault| {
+                let reason = format!("line {}: {fault}", self.number);
+                Fault { at, reason: reason.into() }
+            })?;
+            at += length;
+        }
+        if is_beginning && !self.is_named && columns.len() - before >= LEAST_EVENTS {
+            let times = columns.t[before..].iter().map(|t| t.0 as f64);
+            if !is_time(&times) {
+                columns.truncate(before);
+                let reason = TextFault::Order.to_string().into();
+                return Err(Fault { at: 0, reason });
+            }
+        }
+        Ok(at)
+    }
+}
+
+impl Lines {
+    fn line(&mut self, line: &[u8], columns: &mut Columns) -> Result<(), TextFault> {
+        self.number += 1;
+        if line.len() > LONGEST_LINE {
+            return Err(TextFault::TooLong);
+        }
+        match parse(line, &mut self.known)? {
+            None => {}
+            Some(Line::Sensor(_)) if self.has_size => return Err(TextFault::Fields(2)),
+            Some(Line::Sensor(_)) => self.has_size = true,
+            Some(Line::Names) => self.is_named = true,
+            Some(Line::Event(event)) => {
+                self.known.is_first = false;
+                columns.push(event);
+            }
+        }
+        Ok(())
+    }
 }
 
 /// Whether the beginning of a file is text whose first line with something on it looks like

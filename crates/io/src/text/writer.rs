@@ -1,24 +1,41 @@
 //! Writes a recording line by line.
 
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use evpose_core::{AtomicFile, EventStream};
+use evpose_core::{AtomicFile, EventStream, SensorSize};
 
-use crate::IoError;
+use crate::{EventSink, IoError};
 
-/// Writes `width height` and then `t x y p` lines, times in whole microseconds.
-///
-/// # Errors
-/// If the file cannot be written.
-pub fn write(path: &Path, events: &EventStream) -> Result<(), IoError> {
-    let failed = |e| IoError::file(path, "write", e);
-    let mut file = AtomicFile::create(path).map_err(failed)?;
-    let sensor = events.sensor();
-    writeln!(file, "{} {}", sensor.width, sensor.height).map_err(failed)?;
-    for event in events.iter() {
-        let polarity = event.polarity as u8;
-        writeln!(file, "{} {} {} {polarity}", event.t.0, event.x, event.y).map_err(failed)?;
+struct TextSink {
+    path: PathBuf,
+    file: AtomicFile,
+    lines: Vec<u8>,
+}
+
+/// Begins a file of `width height` and then `t x y p` lines, times in whole microseconds.
+pub(super) fn create(path: &Path, sensor: SensorSize) -> Result<Box<dyn EventSink>, IoError> {
+    let file = AtomicFile::create(path).map_err(|e| IoError::file(path, "create", e))?;
+    let lines = format!("{} {}\n", sensor.width, sensor.height).into_bytes();
+    Ok(Box::new(TextSink { path: path.to_owned(), file, lines }))
+}
+
+impl EventSink for TextSink {
+    fn write(&mut self, events: &EventStream) -> Result<(), IoError> {
+        let failed = |e| IoError::file(&self.path, "write", e);
+        for event in events.iter() {
+            let polarity = event.polarity as u8;
+            writeln!(self.lines, "{} {} {} {polarity}", event.t.0, event.x, event.y)
+                .map_err(failed)?;
+        }
+        self.file.write_all(&self.lines).map_err(failed)?;
+        self.lines.clear();
+        Ok(())
     }
-    file.commit().map_err(failed)
+
+    fn finish(mut self: Box<Self>) -> Result<(), IoError> {
+        let failed = |e| IoError::file(&self.path, "write", e);
+        self.file.write_all(&self.lines).map_err(failed)?;
+        self.file.commit().map_err(failed)
+    }
 }

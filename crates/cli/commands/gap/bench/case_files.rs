@@ -31,7 +31,7 @@ pub(super) fn write(folder: &Path, case: &Case) -> Result<()> {
             polarity: Polarity::from_on(event.on),
         });
         let events = EventStream::from_events(size, events)?;
-        (format_for(&measured)?.write)(&measured, &events)?;
+        format_for(&measured)?.write(&measured, &events)?;
         let json = dir.join("scene.json");
         atomic_write(&json, case.scene_json(which).as_bytes())
             .with_context(|| format!("writing {}", json.display()))?;

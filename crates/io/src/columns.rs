@@ -1,0 +1,91 @@
+//! Events column by column, as a file holds them.
+
+use evpose_core::{Event, Micros, Polarity};
+
+/// Events in the order of their file, nothing checked.
+///
+/// What decoders fill and refill: memory is kept from one batch to the next. The four columns are of
+/// one length between calls.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Columns {
+    /// Times.
+    pub t: Vec<Micros>,
+    /// Columns of pixels, 0 at the left.
+    pub x: Vec<u16>,
+    /// Rows of pixels, 0 at the top.
+    pub y: Vec<u16>,
+    /// Directions of change.
+    pub polarity: Vec<Polarity>,
+}
+
+impl Columns {
+    /// No events.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Number of events.
+    pub fn len(&self) -> usize {
+        self.t.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.t.is_empty()
+    }
+
+    /// Forgets the events and keeps the memory.
+    pub fn clear(&mut self) {
+        self.truncate(0);
+    }
+
+    /// Keeps the first `length` events.
+    pub fn truncate(&mut self, length: usize) {
+        self.t.truncate(length);
+        self.x.truncate(length);
+        self.y.truncate(length);
+        self.polarity.truncate(length);
+    }
+
+    /// Makes room for `events` further events.
+    pub fn reserve(&mut self, events: usize) {
+        self.t.reserve(events);
+        self.x.reserve(events);
+        self.y.reserve(events);
+        self.polarity.reserve(events);
+    }
+
+    /// Appends an event.
+    pub fn push(&mut self, event: Event) {
+        self.t.push(event.t);
+        self.x.push(event.x);
+        self.y.push(event.y);
+        self.polarity.push(event.polarity);
+    }
+
+    /// Event number `index`.
+    ///
+    /// # Panics
+    /// If there is none.
+    pub fn event(&self, index: usize) -> Event {
+        Event {
+            t: self.t[index],
+            x: self.x[index],
+            y: self.y[index],
+            polarity: self.polarity[index],
+        }
+    }
+
+    /// All events in order.
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = Event> + '_ {
+        (0..self.len()).map(|index| self.event(index))
+    }
+}
+
+impl FromIterator<Event> for Columns {
+    fn from_iter<I: IntoIterator<Item = Event>>(events: I) -> Self {
+        let mut columns = Self::new();
+        events.into_iter().for_each(|event| columns.push(event));
+        columns
+    }
+}

@@ -1,0 +1,207 @@
+//! What a recording is, in a few lines.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use evpose_core::{Micros, SensorSize};
+
+use super::SensorOrigin;
+use super::whole::{early, extent, sensor_of};
+use crate::{Columns, IoError, OpenOptions};
+
+/// A description of a recording.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Info {
+    /// The file.
+    pub path: PathBuf,
+    /// Name of its format.
+    pub format: &'static str,
+    /// What the file says of itself beside the sensor: name and value.
+    pub facts: Vec<(&'static str, String)>,
+    /// The sensor.
+    pub sensor: SensorSize,
+    /// How the sensor is known.
+    pub sensor_origin: SensorOrigin,
+    /// Length of the recording; where the format does not tell, from the first event to the last.
+    pub duration: Micros,
+    /// Number of events.
+    pub events: u64,
+    /// Number of ON events.
+    pub on_events: u64,
+    /// Times of the earliest event and of the latest.
+    pub span: Option<(Micros, Micros)>,
+    /// Labels that lie beside the file.
+    pub labels: Option<Labels>,
+    /// What a user should know before trusting the file.
+    pub warnings: Vec<String>,
+}
+
+/// A file of labels.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Labels {
+    /// The file.
+    pub path: PathBuf,
+    /// Number of records.
+    pub records: u64,
+    /// Numbers in a record.
+    pub values: usize,
+}
+
+impl Info {
+    /// Events a second, if the recording lasts.
+    pub fn rate_hz(&self) -> Option<f64> {
+        (self.duration.0 > 0).then(|| self.events as f64 / self.duration.as_seconds())
+    }
+
+    /// Share of ON events, if there are events.
+    pub fn on_share(&self) -> Option<f64> {
+        (self.events > 0).then(|| self.on_events as f64 / self.events as f64)
+    }
+}
+
+/// Describes a recording of any format, without holding it.
+///
+/// # Errors
+/// As [`crate::open`].
+pub fn info(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Info, IoError> {
+    let input = super::input(path.as_ref())?;
+    let path = input.path.clone();
+    let (format, mut source) = super::source(input, options)?;
+    let mut columns = Columns::new();
+    let mut survey = Survey::new(source.header().sensor.or(options.sensor));
+    let mut warnings = Vec::new();
+    loop {
+        columns.clear();
+        let read = source.next(&mut columns);
+        survey.add(&columns);
+        match read {
+            Ok(()) if columns.is_empty() => break,
+            Ok(()) => {}
+            Err(damage) if options.salvage && damage.is_damage() => {
+                warnings.push(format!("the rest is lost: {damage}"));
+                break;
+            }
+            Err(other) => return Err(other),
+        }
+    }
+    let (sensor, sensor_origin) = sensor_of(source.header(), options, || survey.extent);
+    warnings.splice(0..0, source.remarks());
+    warnings.extend(sensor_warning(sensor_origin, survey.extent, source.header().usual_sensor));
+    for (count, what) in [
+        (survey.outside, "lie outside the sensor: they are left out"),
+        (survey.early, "stand behind later ones: a few are left out, many are sorted"),
+    ] {
+        if count > 0 {
+            warnings.push(format!("{count} events {what}"));
+        }
+    }
+    let labels = (format.labels)(&path, source.as_ref(), &mut warnings);
+    let span = survey.first.map(|first| (first, survey.latest));
+    let lasts = span.map_or(Micros(0), |(first, last)| Micros(last.0.saturating_sub(first.0)));
+    Ok(Info {
+        path,
+        format: format.name,
+        facts: source.header().facts.clone(),
+        sensor,
+        sensor_origin,
+        duration: source.duration().unwrap_or(lasts),
+        events: survey.events,
+        on_events: survey.on,
+        span,
+        labels,
+        warnings,
+    })
+}
+
+fn sensor_warning(
+    origin: SensorOrigin,
+    extent: SensorSize,
+    usual: Option<SensorSize>,
+) -> Option<String> {
+    match (origin, usual) {
+        (SensorOrigin::Inferred, Some(usual)) => Some(format!(
+            "events lie outside {usual}: the sensor is taken to be the smallest that holds them"
+        )),
+        (SensorOrigin::Inferred, None) => Some(
+            "the file does not state its sensor: this is the smallest that holds every event"
+                .to_owned(),
+        ),
+        (SensorOrigin::Assumed, Some(usual)) if 2 * extent.width <= usual.width => Some(format!(
+            "events fill no more than {extent}: the sensor may be smaller than assumed"
+        )),
+        _ => None,
+    }
+}
+
+/// What a description needs of all events.
+#[derive(Debug)]
+struct Survey {
+    /// The sensor, where it is known beforehand.
+    sensor: Option<SensorSize>,
+    events: u64,
+    on: u64,
+    early: usize,
+    latest: Micros,
+    first: Option<Micros>,
+    outside: usize,
+    extent: SensorSize,
+}
+
+impl Survey {
+    fn new(sensor: Option<SensorSize>) -> Self {
+        let extent = SensorSize { width: 1, height: 1 };
+        let latest = Micros(i64::MIN);
+        Self { sensor, events: 0, on: 0, early: 0, latest, first: None, outside: 0, extent }
+    }
+
+    fn add(&mut self, columns: &Columns) {
+        self.events += columns.len() as u64;
+        self.on += columns.polarity.iter().filter(|p| p.is_on()).count() as u64;
+        self.first = self.first.into_iter().chain(columns.t.iter().copied()).min();
+        self.early += early(&columns.t, &mut self.latest);
+        let extent = extent(columns);
+        self.extent.width = self.extent.width.max(extent.width);
+        self.extent.height = self.extent.height.max(extent.height);
+        // What fits no sensor at all is outside of an unknown one, too.
+        let sensor = self.sensor.unwrap_or(SensorSize { width: u16::MAX, height: u16::MAX });
+        let pixels = columns.x.iter().zip(&columns.y);
+        self.outside += pixels.filter(|&(&x, &y)| !sensor.contains(x, y)).count();
+    }
+}
+
+impl fmt::Display for Info {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}", self.path.display())?;
+        writeln!(f, "  format    {}", self.format)?;
+        for (name, value) in &self.facts {
+            writeln!(f, "  {name:9} {value}")?;
+        }
+        let origin = match self.sensor_origin {
+            SensorOrigin::Stated => "stated by the file",
+            SensorOrigin::Given => "as given",
+            SensorOrigin::Assumed => "assumed, the file does not state it",
+            SensorOrigin::Inferred => "inferred from the events",
+        };
+        writeln!(f, "  sensor    {} ({origin})", self.sensor)?;
+        writeln!(f, "  duration  {:.6} s", self.duration.as_seconds())?;
+        write!(f, "  events    {}", self.events)?;
+        if let Some(share) = self.on_share() {
+            write!(f, ", {:.1} % ON, {:.1} % OFF", 100.0 * share, 100.0 * (1.0 - share))?;
+        }
+        writeln!(f)?;
+        if let Some(rate_hz) = self.rate_hz() {
+            writeln!(f, "  rate      {:.1} thousand events per second", 1e-3 * rate_hz)?;
+        }
+        if let Some((first, last)) = self.span {
+            let (first, last) = (first.as_seconds(), last.as_seconds());
+            writeln!(f, "  events at {first:.6} s to {last:.6} s")?;
+        }
+        if let Some(Labels { path, records, values }) = &self.labels {
+            writeln!(f, "  labels    {records} of {values} numbers in {}", path.display())?;
+        }
+        for warning in &self.warnings {
+            writeln!(f, "  warning   {warning}")?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,156 @@
+//! Windows of a recording of any length, without holding more of it than they need.
+
+use std::path::Path;
+
+use evpose_core::{EventStream, Micros, Rejected, SensorSize, TimeWindow};
+
+use super::whole::{extent, sensor_of};
+use super::{SensorOrigin, input, source};
+use crate::{Columns, EventSource, IoError, OpenOptions};
+
+/// How far behind its place in time an event may stand in the file and still be put there.
+const LATEST_US: i64 = 10_000;
+
+/// A recording that is read window by window, forward or from place to place.
+///
+/// Events that stand up to 10 ms behind where they belong in time are put there; later ones are
+/// counted as out of order, and those outside the sensor as that.
+pub struct Windows {
+    source: Box<dyn EventSource>,
+    sensor: SensorSize,
+    sensor_origin: SensorOrigin,
+    /// Read and not yet left behind, in the order of the file.
+    held: Columns,
+    /// Everything of the file before this time is in `held` or was left behind.
+    read_to: Micros,
+    /// What was left behind ends here.
+    left_to: Micros,
+    is_at_end: bool,
+    rejected: Rejected,
+}
+
+impl Windows {
+    /// Opens a file. The sensor of one that does not state it is taken from its first events, unless
+    /// `options` say.
+    ///
+    /// # Errors
+    /// As [`crate::open`]; damage further on is found when reading comes there.
+    pub fn open(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Self, IoError> {
+        let (_, source) = source(input(path.as_ref())?, options)?;
+        Self::of(source, options)
+    }
+
+    /// Takes a source that nothing was read from.
+    ///
+    /// # Errors
+    /// If the first events cannot be read.
+    pub fn of(mut source: Box<dyn EventSource>, options: &OpenOptions) -> Result<Self, IoError> {
+        let mut held = Columns::new();
+        source.next(&mut held)?;
+        let (sensor, sensor_origin) = sensor_of(source.header(), options, || extent(&held));
+        let is_at_end = held.is_empty();
+        let mut windows = Self {
+            source,
+            sensor,
+            sensor_origin,
+            read_to: Micros(i64::MIN),
+            left_to: Micros(i64::MIN),
+            held,
+            is_at_end,
+            rejected: Rejected::default(),
+        };
+        windows.note_read(0);
+        Ok(windows)
+    }
+
+    /// The sensor.
+    pub fn sensor(&self) -> SensorSize {
+        self.sensor
+    }
+
+    /// How it is known.
+    pub fn sensor_origin(&self) -> SensorOrigin {
+        self.sensor_origin
+    }
+
+    /// Time of the first event, if there is one; only before anything was read.
+    pub fn start(&self) -> Option<Micros> {
+        self.held.t.iter().copied().min()
+    }
+
+    /// Events left out so far.
+    pub fn rejected(&self) -> Rejected {
+        self.rejected
+    }
+
+    /// Whether there are no events at `t` or later.
+    ///
+    /// # Errors
+    /// If the file cannot be read up to there.
+    pub fn is_over_at(&mut self, t: Micros) -> Result<bool, IoError> {
+        while !self.is_at_end && self.held.t.iter().all(|&at| at < t) {
+            self.read_on()?;
+        }
+        Ok(self.held.t.iter().all(|&at| at < t))
+    }
+
+    /// Replaces what is in `events` by the events of `window`.
+    ///
+    /// Windows that follow each other read the file once; others go to where they are by its index.
+    ///
+    /// # Errors
+    /// If the file cannot be read, or is damaged before the end of the window.
+    ///
+    /// # Panics
+    /// If `events` are of a sensor of another size.
+    pub fn read(&mut self, window: TimeWindow, events: &mut EventStream) -> Result<(), IoError> {
+        assert_eq!(events.sensor(), self.sensor, "events of a sensor of another size");
+        if window.start < self.left_to || window.start.0 > self.read_to.0.saturating_add(1_000_000)
+        {
+            self.source.seek(Micros(window.start.0.saturating_sub(LATEST_US)))?;
+            self.held.clear();
+            // What comes before the window now is no fault of the file.
+            (self.read_to, self.left_to) = (Micros(i64::MIN), Micros(i64::MIN));
+            self.is_at_end = false;
+        }
+        while !self.is_at_end && self.read_to.0 < window.end.0.saturating_add(LATEST_US) {
+            self.read_on()?;
+        }
+        self.leave_behind(window.start);
+        let mut inside: Vec<usize> =
+            (0..self.held.len()).filter(|&k| window.contains(self.held.t[k])).collect();
+        // Stable: events of one time keep their order.
+        inside.sort_by_key(|&k| self.held.t[k]);
+        events.clear();
+        for k in inside {
+            if events.push(self.held.event(k)).is_err() {
+                self.rejected.outside_sensor += 1;
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads a batch.
+    fn read_on(&mut self) -> Result<(), IoError> {
+        let before = self.held.len();
+        self.source.next(&mut self.held)?;
+        self.is_at_end = self.held.len() == before;
+        self.note_read(before);
+        Ok(())
+    }
+
+    fn note_read(&mut self, from: usize) {
+        for &t in &self.held.t[from..] {
+            self.rejected.out_of_order += usize::from(t < self.left_to);
+            self.read_to = self.read_to.max(t);
+        }
+    }
+
+    /// Forgets what is before `t`.
+    fn leave_behind(&mut self, t: Micros) {
+        self.left_to = self.left_to.max(t);
+        if self.held.t.iter().any(|&at| at < t) {
+            self.held = self.held.iter().filter(|event| event.t >= t).collect();
+        }
+    }
+}

@@ -1,0 +1,197 @@
+//! Formats that are one run of records: bytes in blocks, and an index of places to start again.
+
+use std::borrow::Cow;
+use std::io::{Read, Seek, SeekFrom};
+
+use evpose_core::Micros;
+
+use super::{EventSource, Header, Input};
+use crate::{Columns, IoError};
+
+/// Bytes read at once, about what a second-level cache holds beside the columns they become.
+const BLOCK: usize = 1 << 18;
+/// Bytes between two places from which reading can start again.
+const BETWEEN_MARKS: u64 = 1 << 22;
+
+/// Turns bytes into events and can stop behind any record.
+///
+/// What it remembers from one call to the next is small: clones of it are the index of a file.
+pub trait Decoder: Clone + Send {
+    /// Appends the events of whole records at the beginning of `bytes` and returns how many bytes
+    /// those records had. What is left is the beginning of a record, and comes again with more behind
+    /// it, unless `is_last`: then nothing comes behind, and what is left is a fault of the file.
+    ///
+    /// # Errors
+    /// At the first record that is none. The events before it have been appended.
+    fn decode(
+        &mut self,
+        bytes: &[u8],
+        is_last: bool,
+        columns: &mut Columns,
+    ) -> Result<usize, Fault>;
+
+    /// As [`EventSource::duration`].
+    fn duration(&self) -> Option<Micros> {
+        None
+    }
+
+    /// As [`EventSource::remarks`].
+    fn remarks(&self) -> Vec<String> {
+        Vec::new()
+    }
+}
+
+/// What is wrong in some bytes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Fault {
+    /// Where, from the first of them.
+    pub at: usize,
+    /// What.
+    pub reason: Cow<'static, str>,
+}
+
+/// A place to start again.
+#[derive(Debug, Clone)]
+struct Mark<D> {
+    byte: u64,
+    events: u64,
+    /// The latest time before.
+    latest: Micros,
+    decoder: D,
+}
+
+/// A file that is one run of records behind its header.
+pub struct BlockSource<D> {
+    input: Input,
+    header: Header,
+    /// Bytes read and not yet decoded are `buffer[taken..]`.
+    buffer: Vec<u8>,
+    taken: usize,
+    /// Where the next byte to read is.
+    read_to: u64,
+    is_at_end: bool,
+    /// Where decoding has come to.
+    now: Mark<D>,
+    /// Ascending; the first is the beginning.
+    marks: Vec<Mark<D>>,
+}
+
+impl<D: Decoder> BlockSource<D> {
+    /// Reads `input` from byte `start` on.
+    pub fn new(input: Input, start: u64, header: Header, decoder: D) -> Self {
+        let now = Mark { byte: start, events: 0, latest: Micros(i64::MIN), decoder };
+        Self {
+            input,
+            header,
+            buffer: Vec::new(),
+            taken: 0,
+            read_to: u64::MAX,
+            is_at_end: false,
+            marks: vec![now.clone()],
+            now,
+        }
+    }
+
+    /// Makes room at the end of the buffer and reads there; whether there was anything.
+    fn fill(&mut self) -> Result<bool, IoError> {
+        self.buffer.drain(..self.taken);
+        self.taken = 0;
+        let failed = |e| IoError::file(&self.input.path, "read", e);
+        let next = self.now.byte + self.buffer.len() as u64;
+        if self.read_to != next {
+            self.input.bytes.seek(SeekFrom::Start(next)).map_err(failed)?;
+        }
+        let want = (BLOCK - self.buffer.len().min(BLOCK)) as u64;
+        let got = (&mut self.input.bytes).take(want).read_to_end(&mut self.buffer);
+        let got = got.map_err(failed)?;
+        self.read_to = next + got as u64;
+        self.is_at_end = (got as u64) < want;
+        Ok(got > 0)
+    }
+
+    fn damage(&self, at: usize, reason: Cow<'static, str>) -> IoError {
+        IoError::Damaged {
+            path: self.input.path.clone(),
+            byte: self.now.byte + at as u64,
+            reason,
+            events: self.now.events,
+        }
+    }
+}
+
+impl<D: Decoder> EventSource for BlockSource<D> {
+    fn header(&self) -> &Header {
+        &self.header
+    }
+
+    fn next(&mut self, columns: &mut Columns) -> Result<(), IoError> {
+        let before = columns.len();
+        while columns.len() == before {
+            if !self.is_at_end {
+                self.fill()?;
+            }
+            let bytes = &self.buffer[self.taken..];
+            if bytes.is_empty() {
+                return Ok(());
+            }
+            let decoded = self.now.decoder.decode(bytes, self.is_at_end, columns);
+            let (latest, length) = (self.now.latest, bytes.len());
+            self.now.latest = columns.t[before..].iter().copied().fold(latest, Micros::max);
+            self.now.events += (columns.len() - before) as u64;
+            let took = decoded.map_err(|Fault { at, reason }| self.damage(at, reason))?;
+            if took == 0 {
+                let reason = match self.is_at_end {
+                    true => format!("the file ends {length} bytes into a record"),
+                    false => format!("a record of more than {length} bytes"),
+                };
+                return Err(self.damage(0, reason.into()));
+            }
+            self.taken += took;
+            self.now.byte += took as u64;
+            if self.marks.last().is_none_or(|last| self.now.byte >= last.byte + BETWEEN_MARKS) {
+                self.marks.push(self.now.clone());
+            }
+        }
+        Ok(())
+    }
+
+    fn seek(&mut self, t: Micros) -> Result<(), IoError> {
+        let known = self.marks.partition_point(|mark| mark.latest < t);
+        let mut from = self.marks[known.saturating_sub(1)].clone();
+        // Unless the index does not reach there yet and reading has come further.
+        if known == self.marks.len() && self.now.latest < t && self.now.byte > from.byte {
+            from = self.now.clone();
+        }
+        self.go_to(from);
+        // The rest is read on, without keeping it, to the block behind which `t` is passed.
+        let mut passed = Columns::new();
+        let mut before = self.now.clone();
+        while self.now.latest < t {
+            before = self.now.clone();
+            passed.clear();
+            self.next(&mut passed)?;
+            if passed.is_empty() {
+                return Ok(());
+            }
+        }
+        self.go_to(before);
+        Ok(())
+    }
+
+    fn duration(&self) -> Option<Micros> {
+        self.now.decoder.duration()
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        self.now.decoder.remarks()
+    }
+}
+
+impl<D: Decoder> BlockSource<D> {
+    fn go_to(&mut self, mark: Mark<D>) {
+        self.buffer.clear();
+        self.taken = 0;
+        self.is_at_end = false;
+        self.now = mark;
+    }
+}
