@@ -9,8 +9,11 @@ use evpose_sim::Shard;
 
 use crate::commands::ablate::AblateCommand;
 use crate::commands::calibrate::CalibrateCommand;
+use crate::commands::convert::formats;
 use crate::commands::gap::GapCommand;
+use crate::commands::opening::{OpeningArgs, RecordingArgs};
 use crate::commands::sensor::SensorCommand;
+use crate::commands::view::ViewArgs;
 
 /// Pose estimation from event cameras: simulate, train, evaluate, infer.
 #[derive(Debug, Parser)]
@@ -62,6 +65,10 @@ pub(crate) enum Command {
     Ablate(AblateCommand),
     /// Say what is in a recording, a model of a hand, or a directory of sequences
     Info(InfoArgs),
+    /// Write a recording in another format
+    Convert(ConvertArgs),
+    /// Look at a recording: a page with a slider, a sheet or an animation
+    View(ViewArgs),
 }
 
 /// A config and changes to it.
@@ -402,11 +409,36 @@ pub(crate) struct BenchSensorArgs {
     evpose info --verify data/train"
 )]
 pub(crate) struct InfoArgs {
-    /// Files: recordings (.evc, .meta, .npz, text) or hand and body models (.pkl, .npz), recognised
-    /// by content; directories of sequences
+    /// Files: recordings of any format, or hand and body models (.pkl, .npz), recognised by content;
+    /// directories of sequences
     #[arg(required = true)]
     pub(crate) files: Vec<PathBuf>,
     /// Read every file of a directory of sequences and compare it with its digest
     #[arg(long)]
     pub(crate) verify: bool,
+    #[command(flatten)]
+    pub(crate) opening: OpeningArgs,
+}
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = format!("Examples:\n  evpose convert rec.aedat4 rec.npz\n  \
+    evpose convert rec.raw part.txt --from 1.5 --to 2 --zero-time\n  \
+    evpose convert rec.txt rec.raw --format evt2 --sensor 640x480\n\n{}", formats()))]
+pub(crate) struct ConvertArgs {
+    #[command(flatten)]
+    pub(crate) recording: RecordingArgs,
+    /// File to write; its ending says the format, unless --format does
+    pub(crate) out: PathBuf,
+    /// Name of the format to write
+    #[arg(long)]
+    pub(crate) format: Option<String>,
+    /// Begin so many seconds after the first event
+    #[arg(long, value_name = "SECONDS")]
+    pub(crate) from: Option<f64>,
+    /// End so many seconds after the first event
+    #[arg(long, value_name = "SECONDS")]
+    pub(crate) to: Option<f64>,
+    /// Let time begin at 0 with the first event, or with --from
+    #[arg(long)]
+    pub(crate) zero_time: bool,
 }

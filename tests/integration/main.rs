@@ -8,6 +8,7 @@ mod cli;
 mod conditions;
 mod demo;
 mod events;
+mod files;
 mod gap;
 mod harness;
 mod models;

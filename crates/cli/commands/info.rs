@@ -2,7 +2,6 @@
 
 use anyhow::{Result, bail};
 use evpose_body::files::ModelFile;
-use evpose_io::OpenOptions;
 
 use super::data_set;
 use crate::args::InfoArgs;
@@ -24,7 +23,7 @@ pub(crate) fn run(args: &InfoArgs) -> Result<()> {
             let model = ModelFile::read(file)?;
             say(format!("{}\n{model}", file.display()));
         } else {
-            say(evpose_io::info(file, &OpenOptions::default())?);
+            say(evpose_io::info(file, &args.opening.options())?);
         }
     }
     Ok(())

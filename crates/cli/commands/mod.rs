@@ -8,6 +8,7 @@ mod bench_sim;
 pub(crate) mod calibrate;
 mod conditions;
 mod config_source;
+pub(crate) mod convert;
 mod data_set;
 mod demo;
 mod eval;
@@ -19,9 +20,11 @@ mod info;
 #[cfg(test)]
 mod job_files;
 mod latency;
+pub(crate) mod opening;
 pub(crate) mod sensor;
 mod simulate;
 mod train;
+pub(crate) mod view;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -50,6 +53,8 @@ pub(crate) fn run(args: Args) -> Result<ExitCode> {
         Command::Bench(BenchCommand::Io(args)) => bench_io::run(&args),
         Command::Bench(BenchCommand::Sim(args)) => bench_sim::run(&args),
         Command::Info(args) => info::run(&args),
+        Command::Convert(args) => convert::run(&args),
+        Command::View(args) => view::run(&args),
     }
     .map(|()| ExitCode::SUCCESS)
 }

@@ -17,8 +17,8 @@ use glam::Vec2;
 use image::{ExtendedColorType, ImageEncoder as _, Rgb, RgbImage};
 
 use crate::commands::held_out::{self, Judged};
-use canvas::{Canvas, TRUTH, contact_sheet};
-pub(crate) use canvas::{PREDICTION, SLOW_MOTION};
+use canvas::TRUTH;
+pub(crate) use canvas::{Canvas, PREDICTION, SLOW_MOTION, contact_sheet};
 use html::Page;
 use plot::{Axes, Curve, PALETTE};
 

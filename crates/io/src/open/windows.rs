@@ -83,6 +83,34 @@ impl Windows {
         self.rejected
     }
 
+    /// Time of the latest event. The file is read to its end once, without keeping it.
+    ///
+    /// # Errors
+    /// If it cannot be read, or is damaged.
+    pub fn end(&mut self) -> Result<Micros, IoError> {
+        let mut latest = self.read_to;
+        let mut passed = Columns::new();
+        while !self.is_at_end {
+            passed.clear();
+            self.source.next(&mut passed)?;
+            self.is_at_end = passed.is_empty();
+            latest = passed.t.iter().copied().fold(latest, Micros::max);
+        }
+        self.go_to(self.start().unwrap_or(latest))?;
+        Ok(latest)
+    }
+
+    /// Time of the first event at `t` or later among those that were read ahead, or `t`: what lies
+    /// between is empty. After [`Windows::is_over_at`] there is one, unless the recording is over.
+    pub fn next_after(&self, t: Micros) -> Micros {
+        self.held.t.iter().copied().filter(|&at| at >= t).min().unwrap_or(t)
+    }
+
+    /// What a user should know of what was read so far.
+    pub fn remarks(&self) -> Vec<String> {
+        self.source.remarks()
+    }
+
     /// Whether there are no events at `t` or later.
     ///
     /// # Errors
@@ -107,11 +135,7 @@ impl Windows {
         assert_eq!(events.sensor(), self.sensor, "events of a sensor of another size");
         if window.start < self.left_to || window.start.0 > self.read_to.0.saturating_add(1_000_000)
         {
-            self.source.seek(Micros(window.start.0.saturating_sub(LATEST_US)))?;
-            self.held.clear();
-            // What comes before the window now is no fault of the file.
-            (self.read_to, self.left_to) = (Micros(i64::MIN), Micros(i64::MIN));
-            self.is_at_end = false;
+            self.go_to(window.start)?;
         }
         while !self.is_at_end && self.read_to.0 < window.end.0.saturating_add(LATEST_US) {
             self.read_on()?;
@@ -127,6 +151,16 @@ impl Windows {
                 self.rejected.outside_sensor += 1;
             }
         }
+        Ok(())
+    }
+
+    /// Goes where reading on gives every event from `t` on.
+    fn go_to(&mut self, t: Micros) -> Result<(), IoError> {
+        self.source.seek(Micros(t.0.saturating_sub(LATEST_US)))?;
+        self.held.clear();
+        // What comes before `t` now is no fault of the file.
+        (self.read_to, self.left_to) = (Micros(i64::MIN), Micros(i64::MIN));
+        self.is_at_end = false;
         Ok(())
     }
 

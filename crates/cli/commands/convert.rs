@@ -1,0 +1,181 @@
+//! `evpose convert`: a recording in another format.
+//!
+//! Files in order are converted window by window, however long they are. One whose events stand far
+//! from where they belong in time is read whole and sorted.
+
+use std::fmt::Write as _;
+use std::time::Instant;
+
+use anyhow::{Context, Result, ensure};
+use evpose_core::{EventStream, Micros, Rejected, SensorSize, TimeWindow};
+use evpose_io::{
+    EventSink, FORMATS, Format, OpenOptions, SensorOrigin, Windows, format_called, format_for,
+    open_as,
+};
+
+use crate::args::ConvertArgs;
+use crate::progress::{say, spinner};
+
+/// How much is converted at a time.
+const STEP: Micros = Micros(20_000);
+
+pub(crate) fn run(args: &ConvertArgs) -> Result<()> {
+    let format = format(args)?;
+    let options = args.recording.opening.options();
+    let begin = Instant::now();
+    let done = match windows(args, format, &options)? {
+        Some(done) => done,
+        None => whole(args, format, &options)?,
+    };
+    for remark in &done.remarks {
+        say(format!("warning   {remark}"));
+    }
+    if done.origin == SensorOrigin::Inferred {
+        say(format!(
+            "warning   the file does not state its sensor: {} holds every event; --sensor says \
+             what it was",
+            done.sensor
+        ));
+    }
+    let Rejected { outside_sensor, out_of_order } = done.rejected;
+    for (count, what) in [
+        (outside_sensor, "lie outside the sensor: left out"),
+        (out_of_order, "stand behind later ones: left out"),
+        (done.sorted, "stood behind later ones: put where they belong"),
+    ] {
+        if count > 0 {
+            say(format!("warning   {count} events {what}"));
+        }
+    }
+    let events = done.events;
+    let speed = events as f64 / begin.elapsed().as_secs_f64().max(1e-9) / 1e6;
+    say(format!(
+        "{}: {events} events of a {} sensor, as {} ({speed:.1} M events/s)",
+        args.out.display(),
+        done.sensor,
+        format.name
+    ));
+    Ok(())
+}
+
+/// The format to write.
+fn format(args: &ConvertArgs) -> Result<&'static Format> {
+    let Some(name) = &args.format else { return Ok(format_for(&args.out)?) };
+    format_called(name).with_context(|| {
+        let names = FORMATS.iter().map(|format| format.name).collect::<Vec<_>>().join(", ");
+        format!("no format is called `{name}`; there are {names}")
+    })
+}
+
+/// The formats, for the help.
+pub(crate) fn formats() -> String {
+    let mut text = "Formats (read by content, whatever the name):\n".to_owned();
+    for format in FORMATS {
+        let written = match format.create {
+            Some(_) => format.endings.join(" "),
+            None => "read only".to_owned(),
+        };
+        // Writing to a string does not fail.
+        let _ = writeln!(text, "  {:12} {:14} {}", format.name, written, format.summary);
+    }
+    text
+}
+
+/// What was converted.
+struct Done {
+    events: u64,
+    sensor: SensorSize,
+    origin: SensorOrigin,
+    rejected: Rejected,
+    sorted: usize,
+    remarks: Vec<String>,
+}
+
+/// What is taken of a recording, and what its times become.
+struct Cut {
+    window: TimeWindow,
+    shift: Micros,
+}
+
+impl Cut {
+    fn new(args: &ConvertArgs, first: Micros) -> Result<Self> {
+        let after = |seconds: f64| Micros(first.0.saturating_add(Micros::from_seconds(seconds).0));
+        let start = args.from.map_or(Micros(i64::MIN), after);
+        let end = args.to.map_or(Micros(i64::MAX), after);
+        ensure!(start < end, "--from lies behind --to");
+        let origin = if start < first { first } else { start };
+        let shift = if args.zero_time { Micros(0) - origin } else { Micros(0) };
+        Ok(Self { window: TimeWindow { start, end }, shift })
+    }
+
+    /// Writes what of `events` is taken; returns how many that is.
+    fn write(&self, events: &EventStream, sink: &mut dyn EventSink) -> Result<u64> {
+        let taken = events.slice(self.window);
+        if taken.is_empty() {
+            return Ok(0);
+        }
+        let count = taken.len() as u64;
+        if self.shift == Micros(0) {
+            sink.write(&taken)?;
+        } else {
+            let shifted = taken.iter().map(|mut event| {
+                event.t = event.t + self.shift;
+                event
+            });
+            sink.write(&EventStream::from_events(taken.sensor(), shifted)?)?;
+        }
+        Ok(count)
+    }
+}
+
+/// Converts without holding the recording; nothing where that would lose events or need all of them.
+fn windows(args: &ConvertArgs, format: &Format, options: &OpenOptions) -> Result<Option<Done>> {
+    let mut windows = Windows::open(&args.recording.input, options)?;
+    if windows.sensor_origin() == SensorOrigin::Inferred || options.salvage {
+        return Ok(None);
+    }
+    let sensor = windows.sensor();
+    let mut sink = format.create(&args.out, sensor)?;
+    let mut events = EventStream::empty(sensor);
+    let mut written = 0;
+    let progress = spinner();
+    if let Some(first) = windows.start() {
+        let cut = Cut::new(args, first)?;
+        let mut start = if cut.window.start < first { first } else { cut.window.start };
+        while start < cut.window.end && !windows.is_over_at(start)? {
+            let window = TimeWindow { start, end: start + STEP };
+            windows.read(window, &mut events)?;
+            let Rejected { out_of_order, outside_sensor } = windows.rejected();
+            let is_assumed = windows.sensor_origin() == SensorOrigin::Assumed;
+            if out_of_order > 0 || (is_assumed && outside_sensor > 0) {
+                return Ok(None);
+            }
+            written += cut.write(&events, sink.as_mut())?;
+            progress.set_message(format!("{written} events"));
+            start = window.end.max(windows.next_after(window.end));
+        }
+    }
+    progress.finish_and_clear();
+    sink.finish()?;
+    let (origin, rejected) = (windows.sensor_origin(), windows.rejected());
+    let remarks = windows.remarks();
+    Ok(Some(Done { events: written, sensor, origin, rejected, sorted: 0, remarks }))
+}
+
+/// Reads the whole recording first.
+fn whole(args: &ConvertArgs, format: &Format, options: &OpenOptions) -> Result<Done> {
+    let read = open_as(&args.recording.input, options)?;
+    let sensor = read.stream.sensor();
+    let mut sink = format.create(&args.out, sensor)?;
+    let cut = Cut::new(args, read.stream.t().first().copied().unwrap_or(Micros(0)))?;
+    let events = cut.write(&read.stream, sink.as_mut())?;
+    sink.finish()?;
+    Ok(Done {
+        events,
+        sensor,
+        origin: read.sensor_origin,
+        rejected: read.rejected,
+        sorted: read.sorted,
+        remarks: read.remarks,
+    })
+}

@@ -1,0 +1,52 @@
+//! How a recording is opened, where its file leaves a choice.
+
+use std::path::PathBuf;
+
+use anyhow::{Context, Result};
+use evpose_core::SensorSize;
+use evpose_io::OpenOptions;
+
+/// What a user knows of a recording that its file may not say.
+#[derive(Debug, clap::Args)]
+pub(crate) struct OpeningArgs {
+    /// The sensor, for files that do not state it, for example 346x260
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub(crate) sensor: Option<SensorSize>,
+    /// Which camera of a file that holds several, counted from 0
+    #[arg(long)]
+    pub(crate) camera: Option<u8>,
+    /// Microseconds in a tick of YARP's clock: 0.08 or 1
+    #[arg(long, value_name = "MICROSECONDS")]
+    pub(crate) tick_us: Option<f64>,
+    /// Take what is readable of a damaged file, and say what is lost
+    #[arg(long)]
+    pub(crate) salvage: bool,
+}
+
+impl OpeningArgs {
+    pub(crate) fn options(&self) -> OpenOptions {
+        OpenOptions {
+            sensor: self.sensor,
+            camera: self.camera,
+            tick_us: self.tick_us,
+            salvage: self.salvage,
+        }
+    }
+}
+
+/// A recording and how it is opened.
+#[derive(Debug, clap::Args)]
+pub(crate) struct RecordingArgs {
+    /// Recording of any format; `evpose convert --help` lists them
+    pub(crate) input: PathBuf,
+    #[command(flatten)]
+    pub(crate) opening: OpeningArgs,
+}
+
+fn parse_size(text: &str) -> Result<SensorSize> {
+    let (width, height) = text.split_once('x').context("expected columns x rows, as 346x260")?;
+    let pixels = |text: &str| text.parse().ok().filter(|&n: &u16| n > 0);
+    let width = pixels(width).context("columns are a whole number from 1 to 65535")?;
+    let height = pixels(height).context("rows are a whole number from 1 to 65535")?;
+    Ok(SensorSize { width, height })
+}

@@ -1,0 +1,36 @@
+//! What `evpose view` takes.
+
+use std::path::PathBuf;
+
+use crate::commands::opening::RecordingArgs;
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  evpose view rec.aedat4 --out view.html\n  \
+    evpose view rec.raw --of lnes --window-ms 100 --from 2 --to 3 --out sheet.png\n  \
+    evpose view rec.npz --of eros --pictures 200 --out eros.apng\n\n\
+    The page has a slider, plays by itself, and needs nothing beside it. Blue is ON, red is OFF.")]
+pub(crate) struct ViewArgs {
+    #[command(flatten)]
+    pub(crate) recording: RecordingArgs,
+    /// Where to write: .html (a page with a slider), .png (a sheet) or .apng (an animation)
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+    /// What to show: `events`, or a representation such as lnes or eros
+    #[arg(long, default_value = "events")]
+    pub(crate) of: String,
+    /// How long an event is shown, in milliseconds
+    #[arg(long, default_value_t = 33.0)]
+    pub(crate) window_ms: f64,
+    /// Number of pictures, evenly over the time shown [default: 12 on a sheet, 100 otherwise]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=2000))]
+    pub(crate) pictures: Option<u32>,
+    /// Begin so many seconds after the first event
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0)]
+    pub(crate) from: f64,
+    /// End so many seconds after the first event [default: with the recording]
+    #[arg(long, value_name = "SECONDS")]
+    pub(crate) to: Option<f64>,
+    /// Pictures a second while it plays
+    #[arg(long, default_value_t = 20.0)]
+    pub(crate) fps: f64,
+}

@@ -1,0 +1,42 @@
+//! Pictures as one image: beside each other, or one after the other.
+
+use anyhow::{Context, Result};
+use image::{ExtendedColorType, ImageEncoder as _, RgbImage};
+
+use super::shots::Shots;
+use crate::report::contact_sheet;
+
+/// An image as PNG.
+pub(super) fn png(image: &RgbImage) -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    let encoder = image::codecs::png::PngEncoder::new(&mut bytes);
+    let (width, height) = image.dimensions();
+    encoder
+        .write_image(image.as_raw(), width, height, ExtendedColorType::Rgb8)
+        .context("encoding a picture")?;
+    Ok(bytes)
+}
+
+/// All pictures beside each other, from left to right and top to bottom.
+pub(super) fn sheet(shots: &Shots) -> Result<Vec<u8>> {
+    let images: Vec<RgbImage> = shots.shots.iter().map(|shot| shot.image.clone()).collect();
+    let columns = if images.len() <= 4 { images.len().max(1) } else { 4 };
+    png(&contact_sheet(&images, columns))
+}
+
+/// All pictures one after the other, for ever. A program that knows no animation shows the first.
+pub(super) fn animation(shots: &Shots, fps: f64) -> Result<Vec<u8>> {
+    let (width, height) = shots.shots.first().context("no pictures")?.image.dimensions();
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_animated(shots.shots.len() as u32, 0)?;
+    encoder.set_frame_delay((1000.0 / fps).round().max(1.0) as u16, 1000)?;
+    let mut writer = encoder.write_header()?;
+    for shot in &shots.shots {
+        writer.write_image_data(shot.image.as_raw())?;
+    }
+    writer.finish()?;
+    Ok(bytes)
+}

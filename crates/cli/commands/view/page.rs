@@ -1,0 +1,110 @@
+//! Pictures in a page with a slider.
+
+use std::fmt::Write as _;
+
+use anyhow::Result;
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+
+use super::ViewArgs;
+use super::files::png;
+use super::shots::Shots;
+use crate::report::html::{Page, escape};
+
+/// Size of the curve below the picture, in pixels of the page.
+const WIDTH: f64 = 1000.0;
+const HEIGHT: f64 = 70.0;
+
+/// The whole page.
+pub(super) fn page(shots: &Shots, args: &ViewArgs) -> Result<Vec<u8>> {
+    let subtitle = format!(
+        "{} of a {} sensor: {}. The first event is at {:.6} s of the file's clock.",
+        args.of,
+        shots.sensor,
+        shots.summary(),
+        shots.origin.as_seconds()
+    );
+    let mut page = Page::new(&shots.name, &subtitle);
+    for warning in &shots.warnings {
+        page.markup(&format!("<p class=\"soft\">Warning: {}</p>", escape(warning)));
+    }
+    page.markup(&player(shots)?);
+    page.markup(&script(shots, args.fps)?);
+    Ok(page.finish().into_bytes())
+}
+
+fn player(shots: &Shots) -> Result<String> {
+    let (Some(first), Some(last)) = (shots.shots.first(), shots.shots.last()) else {
+        return Ok(String::new());
+    };
+    Ok(format!(
+        "<style>.view{{width:min(100%,{WIDTH}px)}}.view img{{width:100%;display:block}}\
+         .view input{{width:100%;margin:8px 0 0}}.view svg{{width:100%;height:{HEIGHT}px;\
+         background:#fff;border:1px solid var(--line)}}.view button{{font:inherit;padding:2px 14px}}\
+         </style>\n<div class=\"view\"><img id=\"shot\" alt=\"{}\" src=\"data:image/png;base64,{}\">\n\
+         <input id=\"time\" type=\"range\" min=\"0\" max=\"{}\" value=\"0\" aria-label=\"time\">\n{}\n\
+         <p><button id=\"play\">play</button> <span id=\"said\">{:.3} s, {} events</span> \
+         <span class=\"soft\">of {:.3} s; arrow keys step, space plays; below: events a second</span></p></div>",
+        escape(&shots.name),
+        STANDARD.encode(png(&first.image)?),
+        shots.shots.len() - 1,
+        rate(shots),
+        first.t.as_seconds(),
+        first.events,
+        last.t.as_seconds(),
+    ))
+}
+
+/// Events a second between pictures, as a filled curve.
+fn rate(shots: &Shots) -> String {
+    let most = shots.shots.iter().map(|shot| shot.events).max().unwrap_or(0).max(1) as f64;
+    let step = WIDTH / shots.shots.len() as f64;
+    let mut path = format!("M0 {HEIGHT}");
+    for (k, shot) in shots.shots.iter().enumerate() {
+        let y = HEIGHT - (HEIGHT - 14.0) * shot.events as f64 / most;
+        // Writing to a string does not fail.
+        let _ = write!(path, "V{y:.1}H{:.1}", (k + 1) as f64 * step);
+    }
+    let per_second = most / shots.every.as_seconds();
+    format!(
+        "<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" preserveAspectRatio=\"none\">\
+         <path d=\"{path}V{HEIGHT}Z\" fill=\"#b9c4d6\"/>\
+         <rect id=\"now\" x=\"0\" y=\"0\" width=\"{:.1}\" height=\"{HEIGHT}\" fill=\"#d55e00\" \
+         fill-opacity=\"0.45\"/></svg><p class=\"soft\">highest: {} events a second</p>",
+        step.max(2.0),
+        amount(per_second)
+    )
+}
+
+/// A number of events as people say it.
+fn amount(events: f64) -> String {
+    match events {
+        n if n >= 1e6 => format!("{:.1} million", n / 1e6),
+        n if n >= 1e3 => format!("{:.1} thousand", n / 1e3),
+        n => format!("{n:.0}"),
+    }
+}
+
+/// Shows the picture that the slider says; the pictures themselves are in it.
+fn script(shots: &Shots, fps: f64) -> Result<String> {
+    let mut pictures = String::new();
+    for shot in &shots.shots {
+        let text = STANDARD.encode(png(&shot.image)?);
+        let _ = write!(pictures, "[{:.6},{},\"{text}\"],", shot.t.as_seconds(), shot.events);
+    }
+    Ok(format!(
+        "<script>const P=[{pictures}];let k=0,timer=null;const at=i=>document.getElementById(i);\n\
+         function show(n){{k=Math.max(0,Math.min(P.length-1,n));const[t,e,p]=P[k];\
+         at('shot').src='data:image/png;base64,'+p;at('time').value=k;\
+         at('said').textContent=t.toFixed(3)+' s, '+e+' events';\
+         at('now').setAttribute('x',k*{WIDTH}/P.length)}}\n\
+         function play(){{if(timer){{clearInterval(timer);timer=null}}else{{\
+         timer=setInterval(()=>show((k+1)%P.length),{:.1})}}\
+         at('play').textContent=timer?'pause':'play'}}\n\
+         at('time').oninput=()=>show(+at('time').value);at('play').onclick=play;\n\
+         document.onkeydown=e=>{{if(e.target.tagName=='INPUT')return;\
+         if(e.key=='ArrowRight')show(k+1);if(e.key=='ArrowLeft')show(k-1);\
+         if(e.key==' '){{e.preventDefault();play()}}}};show(0)</script>",
+        1000.0 / fps
+    ))
+}

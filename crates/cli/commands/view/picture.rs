@@ -1,0 +1,101 @@
+//! Planes of numbers as colours.
+
+use evpose_core::{Plane, SensorSize};
+use image::{Rgb, RgbImage, imageops};
+
+use crate::report::Canvas;
+
+/// Wide enough to be seen; smaller sensors are enlarged.
+const LEAST_WIDTH_PX: u32 = 320;
+/// Share of values that are shown as they are; few large ones do not make the rest faint.
+const SHOWN: f32 = 0.995;
+
+const PAPER: [f32; 3] = [252.0, 252.0, 253.0];
+const POSITIVE: [f32; 3] = [30.0, 100.0, 200.0];
+const NEGATIVE: [f32; 3] = [200.0, 50.0, 60.0];
+const INK: [f32; 3] = [20.0, 24.0, 32.0];
+
+/// How planes are drawn.
+pub(super) struct Palette {
+    pub(super) sensor: SensorSize,
+    /// Whether values are between 0 and 1 already.
+    pub(super) is_events: bool,
+}
+
+impl Palette {
+    /// `planes`, `[channels][height][width]`: two as OFF and ON over each other, others beside each
+    /// other.
+    pub(super) fn draw(&self, planes: &[f32]) -> RgbImage {
+        let most = if self.is_events { 1.0 } else { largest(planes) };
+        let scaled = |plane: &[f32]| {
+            let mut scaled = Plane::for_sensor(self.sensor, 0.0);
+            for (to, from) in scaled.data_mut().iter_mut().zip(plane) {
+                *to = (from / most).clamp(-1.0, 1.0);
+            }
+            scaled
+        };
+        let planes: Vec<Plane<f32>> =
+            planes.chunks_exact(self.sensor.pixels()).map(scaled).collect();
+        let scale = LEAST_WIDTH_PX.div_ceil(u32::from(self.sensor.width));
+        match planes.as_slice() {
+            [off, on] => Canvas::events(on, off, scale).into_image(),
+            planes => beside(planes, scale),
+        }
+    }
+}
+
+fn beside(planes: &[Plane<f32>], scale: u32) -> RgbImage {
+    const GAP: u32 = 4;
+    let (width, height) = planes.first().map_or((1, 1), |p| (p.width() as u32, p.height() as u32));
+    let is_signed = planes.iter().any(|plane| plane.data().iter().any(|&value| value < 0.0));
+    let all = (width * scale + GAP) * planes.len() as u32 - GAP;
+    let mut image = RgbImage::from_pixel(all, height * scale, Rgb([228, 230, 235]));
+    for (i, plane) in planes.iter().enumerate() {
+        let one = RgbImage::from_fn(width * scale, height * scale, |x, y| {
+            let value = *plane.at((x / scale) as usize, (y / scale) as usize);
+            let ink = match (is_signed, value < 0.0) {
+                (false, _) => INK,
+                (true, true) => NEGATIVE,
+                (true, false) => POSITIVE,
+            };
+            let of = |c: usize| (PAPER[c] + (ink[c] - PAPER[c]) * value.abs()) as u8;
+            Rgb([of(0), of(1), of(2)])
+        });
+        imageops::replace(&mut image, &one, i64::from(i as u32 * (width * scale + GAP)), 0);
+    }
+    image
+}
+
+/// The value that all but few stay below, of those that are not 0.
+fn largest(planes: &[f32]) -> f32 {
+    let mut values: Vec<f32> = planes.iter().map(|v| v.abs()).filter(|v| *v > 0.0).collect();
+    if values.is_empty() {
+        return 1.0;
+    }
+    let at = ((values.len() - 1) as f32 * SHOWN) as usize;
+    let (_, value, _) = values.select_nth_unstable_by(at, f32::total_cmp);
+    *value
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SENSOR: SensorSize = SensorSize { width: 160, height: 1 };
+
+    #[test]
+    fn one_plane_is_ink_two_are_polarities_and_five_stand_beside_each_other() {
+        let palette = Palette { sensor: SENSOR, is_events: false };
+        let draw = |channels: usize, value: f32| {
+            let mut planes = vec![0.0; channels * SENSOR.pixels()];
+            planes[0] = value;
+            palette.draw(&planes)
+        };
+        assert_eq!(draw(1, 3.0).dimensions(), (320, 2));
+        assert_eq!(draw(1, 3.0).get_pixel(0, 0).0, [20, 24, 32]);
+        assert_eq!(draw(1, -3.0).get_pixel(0, 0).0, [200, 50, 60]);
+        assert_eq!(draw(2, 3.0).get_pixel(0, 0).0, [200, 50, 60], "OFF is first");
+        assert_eq!(draw(5, 3.0).dimensions(), (5 * 320 + 4 * 4, 2));
+        assert_eq!(draw(1, 0.0).get_pixel(0, 0).0, [252, 252, 253]);
+    }
+}

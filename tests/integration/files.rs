@@ -1,0 +1,112 @@
+//! Recordings converted and looked at on the command line.
+
+use crate::harness::{Sandbox, bytes};
+
+/// A dot that runs over a sensor of 40x30 for half a second, ON in front and OFF behind.
+fn sandbox() -> Sandbox {
+    let sandbox = Sandbox::new();
+    let mut text = "40 30\n".to_owned();
+    for k in 0..500 {
+        let (t, x) = (1_000_000 + 1000 * k, (k / 16) % 32);
+        text += &format!("{t} {} {} 1\n{t} {} {} 0\n", x + 4, 10 + k % 7, x, 10 + k % 7);
+    }
+    std::fs::write(sandbox.path("dot.txt"), text).unwrap();
+    sandbox
+}
+
+#[test]
+fn a_recording_comes_back_from_every_format_that_can_be_written() {
+    let sandbox = sandbox();
+    let help = sandbox.ok(&["convert", "--help"]);
+    for format in evpose_io::FORMATS {
+        assert!(help.contains(format.summary), "{}", format.name);
+        if format.create.is_none() {
+            let message = sandbox.fails(&["convert", "dot.txt", "no", "--format", format.name]);
+            assert!(message.contains("can only be read"), "{message}");
+            continue;
+        }
+        // Some formats count time from 0, and few hold more than some seconds.
+        let file = format!("dot.{}.bin", format.name);
+        let said =
+            sandbox.ok(&["convert", "dot.txt", &file, "--format", format.name, "--zero-time"]);
+        assert!(said.contains("1000 events of a 40x30 sensor"), "{said}");
+        sandbox.ok(&["convert", &file, "back.txt", "--sensor", "40x30"]);
+        let back = String::from_utf8(bytes(&sandbox.path("back.txt"))).unwrap();
+        let want = String::from_utf8(bytes(&sandbox.path("dot.txt"))).unwrap();
+        let sorted = |text: &str, shift: i64| {
+            let mut events: Vec<(i64, String)> = text
+                .lines()
+                .skip(1)
+                .map(|line| line.split_once(' ').unwrap())
+                .map(|(t, rest)| (t.parse::<i64>().unwrap() - shift, rest.to_owned()))
+                .collect();
+            // Some formats have an order of their own within one time.
+            events.sort();
+            events
+        };
+        assert!(sorted(&back, 0) == sorted(&want, 1_000_000), "{}", format.name);
+    }
+}
+
+#[test]
+fn a_part_is_cut_out_by_the_time_since_the_first_event() {
+    let sandbox = sandbox();
+    sandbox.ok(&["convert", "dot.txt", "part.txt", "--from", "0.1", "--to", "0.2"]);
+    let part = String::from_utf8(bytes(&sandbox.path("part.txt"))).unwrap();
+    let lines: Vec<&str> = part.lines().collect();
+    assert_eq!((lines[0], lines[1], lines.len()), ("40 30", "1100000 10 12 1", 201));
+    let message = sandbox.fails(&["convert", "dot.txt", "no.txt", "--from", "2", "--to", "1"]);
+    assert!(message.contains("--from lies behind --to"), "{message}");
+    assert!(!sandbox.path("no.txt").exists());
+}
+
+#[test]
+fn events_out_of_order_and_outside_the_sensor_are_said() {
+    let sandbox = sandbox();
+    std::fs::write(sandbox.path("odd.txt"), "4 3\n90000 1 1 1\n5 1 1 1\n90001 4 1 1\n").unwrap();
+    let said = sandbox.ok(&["convert", "odd.txt", "out.npz"]);
+    assert!(said.contains("1 events lie outside the sensor: left out"), "{said}");
+    assert!(said.contains("1 events stand behind later ones: left out"), "{said}");
+}
+
+#[test]
+fn what_is_readable_of_a_damaged_file_is_saved_only_when_asked() {
+    let sandbox = sandbox();
+    std::fs::write(sandbox.path("cut.txt"), "4 3\n1 1 1 1\n2 1 1 1\n3 1").unwrap();
+    let message = sandbox.fails(&["convert", "cut.txt", "out.txt"]);
+    assert!(message.contains("byte 20") && message.contains("2 events readable"), "{message}");
+    assert!(!sandbox.path("out.txt").exists());
+    let said = sandbox.ok(&["convert", "cut.txt", "out.txt", "--salvage"]);
+    assert!(said.contains("the rest is lost") && said.contains("2 events"), "{said}");
+}
+
+#[test]
+fn a_recording_is_seen_as_a_page_a_sheet_and_an_animation() {
+    let sandbox = sandbox();
+    let said = sandbox.ok(&["view", "dot.txt", "--out", "view.html", "--pictures", "10"]);
+    assert!(said.contains("10 pictures, one every 49.900 ms up to 0.499 s"), "{said}");
+    let page = String::from_utf8(bytes(&sandbox.path("view.html"))).unwrap();
+    assert_eq!(
+        page.matches("iVBORw0KGgo").count(),
+        11,
+        "every picture, and the first to begin with"
+    );
+    assert!(page.contains("40x30") && !page.contains("http"), "a page on its own");
+
+    sandbox.ok(&["view", "dot.txt", "--out", "sheet.png", "--of", "eci", "--pictures", "5"]);
+    let sheet = image::open(sandbox.path("sheet.png")).unwrap();
+    assert_eq!((sheet.width(), sheet.height()), (4 * 326 + 6, 2 * 246 + 6));
+
+    sandbox.ok(&["view", "dot.txt", "--out", "dot.apng", "--pictures", "7", "--from", "0.1"]);
+    let animation = bytes(&sandbox.path("dot.apng"));
+    let control = animation.windows(4).position(|part| part == b"acTL").unwrap();
+    assert_eq!(animation[control + 4..control + 8], 7u32.to_be_bytes());
+
+    let message = sandbox.fails(&["view", "dot.txt", "--out", "view.mp4"]);
+    assert!(message.contains(".html, .png or .apng"), "{message}");
+    let message = sandbox.fails(&["view", "dot.txt", "--out", "a.png", "--of", "nonsense"]);
+    assert!(message.contains("there are") && message.contains("lnes"), "{message}");
+    let message =
+        sandbox.fails(&["view", "dot.txt", "--out", "a.png", "--from", "9", "--to", "10"]);
+    assert!(message.contains("behind the last event"), "{message}");
+}
