@@ -4,6 +4,7 @@
 
 use evpose_kernels::batch_norm::BatchNorm;
 use evpose_kernels::conv2d::Conv2d;
+use evpose_kernels::depthwise::Depthwise;
 use evpose_kernels::max_pool;
 use proptest::prelude::*;
 
@@ -75,8 +76,57 @@ fn check_convolution(c: Conv2d) {
     assert_close(&c.backward_bias(&dy), &db);
 }
 
+/// Every channel is the convolution of a single one.
+fn check_depthwise(d: Depthwise) {
+    let Depthwise { batch, channels, height, width, kernel, stride, padding } = d;
+    let single = Conv2d {
+        batch: 1,
+        channels_in: 1,
+        height,
+        width,
+        channels_out: 1,
+        kernel: [kernel; 2],
+        stride,
+        padding,
+    };
+    let [rows, columns] = d.output();
+    let (plane_in, plane_out, taps) = (height * width, rows * columns, kernel * kernel);
+    let x = noise(batch * channels * plane_in, 1);
+    let w = noise(channels * taps, 2);
+    let b = noise(channels, 3);
+    let dy = noise(batch * channels * plane_out, 4);
+    let (mut y, mut dx) = (vec![0.0; dy.len()], vec![0.0; x.len()]);
+    let (mut dw, mut db) = (vec![0.0; w.len()], vec![0.0; b.len()]);
+    for plane in 0..batch * channels {
+        let channel = plane % channels;
+        let (of_in, of_out) = (plane * plane_in, plane * plane_out);
+        y[of_out..][..plane_out].fill(f64::from(b[channel]));
+        products(&single, |to, from, weight| {
+            let (to, from, weight) = (of_out + to, of_in + from, channel * taps + weight);
+            y[to] += f64::from(x[from]) * f64::from(w[weight]);
+            dx[from] += f64::from(dy[to]) * f64::from(w[weight]);
+            dw[weight] += f64::from(dy[to]) * f64::from(x[from]);
+        });
+        db[channel] += dy[of_out..][..plane_out].iter().map(|dy| f64::from(*dy)).sum::<f64>();
+    }
+    assert_close(&d.forward(&x, &w, Some(&b)), &y);
+    assert_close(&d.backward_input(&w, &dy), &dx);
+    assert_close(&d.backward_weight(&x, &dy), &dw);
+    assert_close(&d.backward_bias(&dy), &db);
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
+
+    #[test]
+    fn a_depthwise_convolution_and_its_gradients_are_their_sums(
+        (batch, channels) in (1usize..20, 1usize..5),
+        (height, width) in (1usize..22, 1usize..22),
+        (kernel, stride, padding) in (1usize..8, 1usize..4, 0usize..4),
+    ) {
+        prop_assume!(height + 2 * padding >= kernel && width + 2 * padding >= kernel);
+        check_depthwise(Depthwise { batch, channels, height, width, kernel, stride, padding });
+    }
 
     #[test]
     fn a_convolution_and_its_gradients_are_their_sums(

@@ -14,7 +14,7 @@ use evpose_kernels::batch_norm::Statistics;
 use evpose_kernels::max_pool;
 
 use super::backend::{
-    TrainingOps, batch_norm, conv_shape, convolution, norm_shape, pool, tensor, values,
+    self, TrainingOps, batch_norm, convolution, norm_shape, pool, tensor, values,
 };
 
 impl<C: CheckpointStrategy> TrainingOps for Autodiff<Flex, C> {
@@ -109,16 +109,20 @@ impl<const N: usize> Backward<Flex, N> for Convolution {
         let gradient = grads.consume::<Flex>(&ops.node).to_contiguous();
         let [input, weight] =
             inputs.map(|id| kept.retrieve_node_output::<FloatTensor<Flex>>(id).to_contiguous());
-        let conv = conv_shape(&input, &weight, stride, padding);
+        let conv = backend::Convolution::of(&input, &weight, stride, padding);
+        let (x, w, dy) = (values(&input), values(&weight), values(&gradient));
         for (index, parent) in ops.parents.iter().enumerate() {
             let Some(parent) = parent else { continue };
-            let gradient = values(&gradient);
-            let of_parent = match index {
-                0 => tensor(conv.backward_input(values(&weight), gradient), input.shape()),
-                1 => tensor(conv.backward_weight(values(&input), gradient), weight.shape()),
-                _ => tensor(conv.backward_bias(gradient), Shape::from([conv.channels_out])),
+            use backend::Convolution::{Depthwise, Full};
+            let (of_parent, shape) = match (index, &conv) {
+                (0, Full(conv)) => (conv.backward_input(w, dy), input.shape()),
+                (0, Depthwise(conv)) => (conv.backward_input(w, dy), input.shape()),
+                (1, Full(conv)) => (conv.backward_weight(x, dy), weight.shape()),
+                (1, Depthwise(conv)) => (conv.backward_weight(x, dy), weight.shape()),
+                (_, Full(conv)) => (conv.backward_bias(dy), Shape::from([conv.channels_out])),
+                (_, Depthwise(conv)) => (conv.backward_bias(dy), Shape::from([conv.channels])),
             };
-            grads.register::<Flex>(parent.id, of_parent);
+            grads.register::<Flex>(parent.id, tensor(of_parent, shape));
         }
     }
 }

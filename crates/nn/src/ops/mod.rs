@@ -48,8 +48,11 @@ pub(crate) fn conv2d(layer: &Conv2d, input: Tensor<4>) -> Tensor<4> {
         return layer.forward(input);
     };
     let [stride, stride_x] = layer.stride;
-    let square = stride == stride_x && [left, bottom, right] == [top; 3];
-    if !(square && layer.groups == 1 && layer.dilation == [1, 1] && is_ours(&input)) {
+    let is_even = stride == stride_x && [left, bottom, right] == [top; 3];
+    let [channels_out, of_group, kernel_y, kernel_x] = layer.weight.dims();
+    let is_depthwise = layer.groups == channels_out && of_group == 1 && kernel_y == kernel_x;
+    let suits = layer.groups == 1 || (is_depthwise && input.dims()[1] == channels_out);
+    if !(is_even && suits && layer.dilation == [1, 1] && is_ours(&input)) {
         return layer.forward(input);
     }
     let input = input.into_dispatch();
