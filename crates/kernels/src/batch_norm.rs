@@ -2,12 +2,13 @@
 //!
 //! # Model
 //! Per channel, with mean `m` and biased variance `v` over batch and pixels and `n = (x - m) /
-//! sqrt(v + ε)`: `y = γ n + β`, then `max(y, 0)` where a ReLU follows. The gradient by the input
+//! sqrt(v + ε)`: `y = γ n + β`, then the activation. The gradient by the input
 //! is `γ / sqrt(v + ε) (dy - mean(dy) - n mean(dy n))`.
 //!
 //! # Source
 //! Ioffe, Szegedy: *Batch Normalization*, ICML 2015.
 
+use pulp::Arch;
 use rayon::prelude::*;
 
 /// Sums held at a time in an inner loop, so that it runs on vectors.
@@ -22,8 +23,30 @@ pub struct BatchNorm {
     pub pixels: usize,
     /// Added to the variance.
     pub epsilon: f32,
-    /// Whether negative outputs become zero.
-    pub relu: bool,
+    /// What becomes of the result.
+    pub activation: Activation,
+}
+
+/// What follows a normalisation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Activation {
+    /// Nothing.
+    Identity,
+    /// Negative values become 0.
+    Relu,
+    /// As [`Relu`](Self::Relu), and values beyond 6 become 6.
+    Relu6,
+}
+
+impl Activation {
+    /// The values between which the result is left as it is.
+    fn bounds(self) -> [f32; 2] {
+        match self {
+            Self::Identity => [f32::NEG_INFINITY, f32::INFINITY],
+            Self::Relu => [0.0, f32::INFINITY],
+            Self::Relu6 => [0.0, 6.0],
+        }
+    }
 }
 
 /// Per channel: mean and biased variance.
@@ -57,20 +80,19 @@ impl BatchNorm {
         let statistics = self.statistics(input);
         let lines = self.lines(&statistics, gamma, beta);
         let mut output = vec![0.0; input.len()];
+        let [least, most] = self.activation.bounds();
         self.images(&mut output).zip(input.par_chunks(self.image())).for_each(|(to, from)| {
-            for (channel, &(scale, offset)) in lines.iter().enumerate() {
-                let from = &from[self.range(channel)];
-                let to = to[self.range(channel)].iter_mut().zip(from);
-                if self.relu {
-                    to.for_each(|(y, x)| {
+            Arch::new().dispatch(|| {
+                for (channel, &(scale, offset)) in lines.iter().enumerate() {
+                    let from = &from[self.range(channel)];
+                    for (y, x) in to[self.range(channel)].iter_mut().zip(from) {
                         let value = scale * x + offset;
-                        // Not `max`, which would turn NaN into zero.
-                        *y = if value < 0.0 { 0.0 } else { value };
-                    });
-                } else {
-                    to.for_each(|(y, x)| *y = scale * x + offset);
+                        // Not `max` and `min`, which would turn NaN into a number.
+                        let value = if value < least { least } else { value };
+                        *y = if value > most { most } else { value };
+                    }
                 }
-            }
+            });
         });
         (output, statistics)
     }
@@ -88,22 +110,27 @@ impl BatchNorm {
         assert_eq!(input.len(), gradient.len(), "length of the gradient");
         let lines = self.lines(statistics, gamma, beta);
         let count = (input.len() / self.channels.max(1)).max(1) as f64;
+        let [least, most] = self.activation.bounds();
+        // NaN goes through.
+        let passes = |value: f32| !(value <= least || value >= most);
         let sums = (0..self.channels).into_par_iter().map(|channel| {
             let (scale, offset) = lines[channel];
             let mean = statistics.mean[channel];
             let inputs = input.chunks_exact(self.image()).map(|image| &image[self.range(channel)]);
             let gradients = gradient.chunks_exact(self.image());
-            let (mut plain, mut centred) = (0.0, 0.0);
-            for (xs, image) in inputs.zip(gradients) {
-                let dys = &image[self.range(channel)];
-                let sums = sum2(xs, dys, |x, dy| {
-                    let dy = if self.relu && scale * x + offset <= 0.0 { 0.0 } else { dy };
-                    (dy, dy * (x - mean))
-                });
-                plain += sums.0;
-                centred += sums.1;
-            }
-            (plain, centred)
+            Arch::new().dispatch(|| {
+                let (mut plain, mut centred) = (0.0, 0.0);
+                for (xs, image) in inputs.zip(gradients) {
+                    let dys = &image[self.range(channel)];
+                    let sums = sum2(xs, dys, |x, dy| {
+                        let dy = if passes(scale * x + offset) { dy } else { 0.0 };
+                        (dy, dy * (x - mean))
+                    });
+                    plain += sums.0;
+                    centred += sums.1;
+                }
+                (plain, centred)
+            })
         });
         let sums: Vec<(f64, f64)> = sums.collect();
         let inverse =
@@ -122,20 +149,17 @@ impl BatchNorm {
         let mut result = vec![0.0; input.len()];
         let sources = input.par_chunks(self.image()).zip(gradient.par_chunks(self.image()));
         self.images(&mut result).zip(sources).for_each(|(to, (xs, dys))| {
-            for (channel, &[a, b, c]) in planes.iter().enumerate() {
-                let range = self.range(channel);
-                let (scale, offset) = lines[channel];
-                let sources = xs[range.clone()].iter().zip(&dys[range.clone()]);
-                let to = to[range].iter_mut().zip(sources);
-                if self.relu {
-                    to.for_each(|(dx, (&x, &dy))| {
-                        let dy = if scale * x + offset <= 0.0 { 0.0 } else { dy };
+            Arch::new().dispatch(|| {
+                for (channel, &[a, b, c]) in planes.iter().enumerate() {
+                    let range = self.range(channel);
+                    let (scale, offset) = lines[channel];
+                    let sources = xs[range.clone()].iter().zip(&dys[range.clone()]);
+                    for (dx, (&x, &dy)) in to[range].iter_mut().zip(sources) {
+                        let dy = if passes(scale * x + offset) { dy } else { 0.0 };
                         *dx = a * dy + (b * x + c);
-                    });
-                } else {
-                    to.for_each(|(dx, (&x, &dy))| *dx = a * dy + (b * x + c));
+                    }
                 }
-            }
+            });
         });
         let gamma = sums.iter().enumerate().map(|(channel, sum)| (sum.1 * inverse(channel)) as f32);
         Gradients {
@@ -150,10 +174,17 @@ impl BatchNorm {
         let of = |channel: usize| {
             let planes =
                 || input.chunks_exact(self.image()).map(|image| &image[self.range(channel)]);
-            let mean = planes().map(|xs| sum2(xs, xs, |x, _| (x, 0.0)).0).sum::<f64>() / count;
-            let mean = mean as f32;
-            let square = planes().map(|xs| sum2(xs, xs, |x, _| ((x - mean) * (x - mean), 0.0)).0);
-            (mean, (square.sum::<f64>() / count) as f32)
+            Arch::new().dispatch(|| {
+                let (mut sum, mut square) = (0.0, 0.0);
+                for xs in planes() {
+                    sum += sum2(xs, xs, |x, _| (x, 0.0)).0;
+                }
+                let mean = (sum / count) as f32;
+                for xs in planes() {
+                    square += sum2(xs, xs, |x, _| ((x - mean) * (x - mean), 0.0)).0;
+                }
+                (mean, (square / count) as f32)
+            })
         };
         let (mean, variance) = (0..self.channels).into_par_iter().map(of).unzip();
         Statistics { mean, variance }
@@ -188,6 +219,7 @@ impl BatchNorm {
 }
 
 /// The sums of both results of `term` over pairs, in an order that depends on the length alone.
+#[inline(always)]
 fn sum2(xs: &[f32], ys: &[f32], term: impl Fn(f32, f32) -> (f32, f32)) -> (f64, f64) {
     let (mut first, mut second) = ([0.0_f32; LANES], [0.0_f32; LANES]);
     let (x_blocks, x_rest) = xs.as_chunks::<LANES>();

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use evpose_kernels::batch_norm::BatchNorm;
+use evpose_kernels::batch_norm::{Activation, BatchNorm};
 use evpose_kernels::conv2d::Conv2d;
 use evpose_kernels::depthwise::Depthwise;
 use evpose_kernels::max_pool;
@@ -160,11 +160,15 @@ proptest! {
     #[test]
     fn a_batch_norm_and_its_gradients_follow_the_formula(
         (batch, channels, pixels) in (1usize..6, 1usize..5, 2usize..60),
-        relu: bool,
+        activation in prop::sample::select(vec![
+            Activation::Identity, Activation::Relu, Activation::Relu6,
+        ]),
     ) {
-        let norm = BatchNorm { channels, pixels, epsilon: 1e-5, relu };
+        let norm = BatchNorm { channels, pixels, epsilon: 1e-5, activation };
         let x: Vec<f32> = noise(batch * channels * pixels, 5).iter().map(|x| x * 3.0 + 1.0).collect();
-        let (gamma, beta, dy) = (noise(channels, 6), noise(channels, 7), noise(x.len(), 8));
+        // So that some values pass 6.
+        let gamma: Vec<f32> = noise(channels, 6).iter().map(|gamma| 5.0 * gamma).collect();
+        let (beta, dy) = (noise(channels, 7), noise(x.len(), 8));
         let count = (batch * pixels) as f64;
         let of = |at: usize| at / pixels % channels;
         let mean_of = |values: &dyn Fn(usize) -> f64| {
@@ -177,10 +181,13 @@ proptest! {
         let inverse: Vec<f64> = variance.iter().map(|v| 1.0 / (v + 1e-5).sqrt()).collect();
         let n = |at: usize| (f64::from(x[at]) - mean[of(at)]) * inverse[of(at)];
         let plain = |at: usize| f64::from(gamma[of(at)]) * n(at) + f64::from(beta[of(at)]);
-        let y: Vec<f64> = (0..x.len())
-            .map(|at| if relu { plain(at).max(0.0) } else { plain(at) })
-            .collect();
-        let masked = |at: usize| if relu && y[at] == 0.0 { 0.0 } else { f64::from(dy[at]) };
+        let (least, most) = match activation {
+            Activation::Identity => (f64::MIN, f64::MAX),
+            Activation::Relu => (0.0, f64::MAX),
+            Activation::Relu6 => (0.0, 6.0),
+        };
+        let y: Vec<f64> = (0..x.len()).map(|at| plain(at).clamp(least, most)).collect();
+        let masked = |at: usize| if y[at] == plain(at) { f64::from(dy[at]) } else { 0.0 };
         let mean_dy = mean_of(&masked);
         let mean_dyn = mean_of(&|at| masked(at) * n(at));
         let dx: Vec<f64> = (0..x.len())
@@ -268,7 +275,8 @@ fn results_are_equal_to_the_bit_on_one_and_on_more_threads() {
         stride: 1,
         padding: 1,
     };
-    let norm = BatchNorm { channels: 7, pixels: 13 * 11, epsilon: 1e-5, relu: true };
+    let norm =
+        BatchNorm { channels: 7, pixels: 13 * 11, epsilon: 1e-5, activation: Activation::Relu };
     let x = noise(64 * 5 * 13 * 11, 11);
     let w = noise(7 * 5 * 9, 12);
     let everything = |threads: usize| {

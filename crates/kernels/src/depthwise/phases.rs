@@ -69,10 +69,17 @@ impl Grid {
         &mut phases[phase * self.of_phase..][..self.of_phase]
     }
 
-    /// Lays a plane out, with zeros around it.
+    /// Lays a plane out, with zeros around it: those of the plane before, or fresh ones.
     pub(super) fn lay(&self, plane: &[f32], phases: &mut Vec<f32>) {
-        phases.clear();
         self.resize_phases(phases);
+        if self.shape.stride == 1 {
+            let start = self.shape.padding * self.columns + self.shape.padding;
+            let rows = phases[start..].chunks_mut(self.columns);
+            for (to, row) in rows.zip(plane.chunks_exact(self.shape.width)) {
+                to[..row.len()].copy_from_slice(row);
+            }
+            return;
+        }
         for (y, row) in plane.chunks_exact(self.shape.width).enumerate() {
             self.each_part(y, |x, at| {
                 let from = row[x..].iter().step_by(self.shape.stride);
@@ -83,6 +90,14 @@ impl Grid {
 
     /// The inverse of [`lay`](Self::lay).
     pub(super) fn take_input(&self, phases: &[f32], plane: &mut [f32]) {
+        if self.shape.stride == 1 {
+            let start = self.shape.padding * self.columns + self.shape.padding;
+            let rows = phases[start..].chunks(self.columns);
+            for (from, row) in rows.zip(plane.chunks_exact_mut(self.shape.width)) {
+                row.copy_from_slice(&from[..row.len()]);
+            }
+            return;
+        }
         for (y, row) in plane.chunks_exact_mut(self.shape.width).enumerate() {
             self.each_part(y, |x, at| {
                 let to = row[x..].iter_mut().step_by(self.shape.stride);
@@ -103,9 +118,9 @@ impl Grid {
         }
     }
 
-    /// Lays the gradient of a plane of outputs out, with zeros between its rows and around them.
+    /// Lays the gradient of a plane of outputs out, with zeros between its rows and around them, as
+    /// [`lay`](Self::lay) does.
     pub(super) fn lay_gradient(&self, gradient: &[f32], run: &mut Vec<f32>) {
-        run.clear();
         run.resize(self.before + self.of_phase + BLOCK, 0.0);
         let rows = run[self.before..].chunks_mut(self.columns);
         for (to, from) in rows.zip(gradient.chunks_exact(self.output[1])) {

@@ -4,7 +4,7 @@
 use burn::backend::tensor::FloatTensor;
 use burn::backend::{Backend, Flex, TensorMetadata, backend_extension};
 use burn::tensor::{Shape, TensorData};
-use evpose_kernels::batch_norm::{BatchNorm, Statistics};
+use evpose_kernels::batch_norm::{Activation, BatchNorm, Statistics};
 use evpose_kernels::conv2d::Conv2d;
 use evpose_kernels::depthwise::Depthwise;
 use evpose_kernels::max_pool;
@@ -42,7 +42,7 @@ pub(super) trait TrainingOps: Backend {
         gamma: FloatTensor<Self>,
         beta: FloatTensor<Self>,
         epsilon: f32,
-        relu: bool,
+        activation: Activation,
     ) -> (FloatTensor<Self>, FloatTensor<Self>, FloatTensor<Self>);
 
     /// # Shapes
@@ -76,10 +76,10 @@ impl TrainingOps for Flex {
         gamma: FloatTensor<Self>,
         beta: FloatTensor<Self>,
         epsilon: f32,
-        relu: bool,
+        activation: Activation,
     ) -> (FloatTensor<Self>, FloatTensor<Self>, FloatTensor<Self>) {
         let channels = gamma.shape();
-        let (output, statistics) = batch_norm([&input, &gamma, &beta], epsilon, relu);
+        let (output, statistics) = batch_norm([&input, &gamma, &beta], epsilon, activation);
         let Statistics { mean, variance } = statistics;
         (output, tensor(mean, channels.clone()), tensor(variance, channels))
     }
@@ -149,18 +149,22 @@ impl Convolution {
 pub(super) fn batch_norm(
     inputs: [&FloatTensor<Flex>; 3],
     epsilon: f32,
-    relu: bool,
+    activation: Activation,
 ) -> (FloatTensor<Flex>, Statistics) {
     let [input, gamma, beta] = inputs.map(FloatTensor::<Flex>::to_contiguous);
-    let norm = norm_shape(&input, epsilon, relu);
+    let norm = norm_shape(&input, epsilon, activation);
     let (output, statistics) = norm.forward(values(&input), values(&gamma), values(&beta));
     (tensor(output, input.shape()), statistics)
 }
 
 /// The shape of a batch normalisation of `input`.
-pub(super) fn norm_shape(input: &FloatTensor<Flex>, epsilon: f32, relu: bool) -> BatchNorm {
+pub(super) fn norm_shape(
+    input: &FloatTensor<Flex>,
+    epsilon: f32,
+    activation: Activation,
+) -> BatchNorm {
     let [_, channels, height, width] = input.shape().dims();
-    BatchNorm { channels, pixels: height * width, epsilon, relu }
+    BatchNorm { channels, pixels: height * width, epsilon, activation }
 }
 
 /// A max-pooling with the taps that its gradient needs.

@@ -19,6 +19,8 @@ use burn::nn::{BatchNorm, PaddingConfig2d};
 use burn::tensor::activation::relu;
 use burn::tensor::{DType, Device, Tensor};
 
+pub(crate) use evpose_kernels::batch_norm::Activation;
+
 use backend::TrainingOps;
 
 static ENABLED: AtomicBool = AtomicBool::new(true);
@@ -67,21 +69,25 @@ pub(crate) fn conv2d(layer: &Conv2d, input: Tensor<4>) -> Tensor<4> {
     Tensor::from_dispatch(output)
 }
 
-/// `layer.forward(input)`, and a ReLU behind it where `with_relu` is set.
+/// `layer.forward(input)`, and the activation behind it.
 ///
 /// # Shapes
 /// - input, output: `[batch, channels, height, width]`
-pub(crate) fn batch_norm(layer: &BatchNorm, input: Tensor<4>, with_relu: bool) -> Tensor<4> {
+pub(crate) fn batch_norm(layer: &BatchNorm, input: Tensor<4>, activation: Activation) -> Tensor<4> {
     if !(layer.training.is_enabled() && is_ours(&input)) {
         let output = layer.forward(input);
-        return if with_relu { relu(output) } else { output };
+        return match activation {
+            Activation::Identity => output,
+            Activation::Relu => relu(output),
+            Activation::Relu6 => output.clamp(0.0, 6.0),
+        };
     }
     let (output, mean, variance) = Dispatch::training_batch_norm(
         input.into_dispatch(),
         layer.gamma.val().into_dispatch(),
         layer.beta.val().into_dispatch(),
         layer.epsilon as f32,
-        with_relu,
+        activation,
     );
     // As the forward pass of Burn's module does.
     let updated = |old: Tensor<1>, new: Tensor<1>| {
