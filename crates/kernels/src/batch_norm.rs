@@ -13,6 +13,8 @@ use rayon::prelude::*;
 
 /// Sums held at a time in an inner loop, so that it runs on vectors.
 const LANES: usize = 16;
+/// Numbers after which lanes are added to what is held in double precision.
+const HELD: usize = 1024;
 
 /// Shape of a batch normalisation.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -119,17 +121,14 @@ impl BatchNorm {
             let inputs = input.chunks_exact(self.image()).map(|image| &image[self.range(channel)]);
             let gradients = gradient.chunks_exact(self.image());
             Arch::new().dispatch(|| {
-                let (mut plain, mut centred) = (0.0, 0.0);
+                let mut sums = Sums::default();
                 for (xs, image) in inputs.zip(gradients) {
-                    let dys = &image[self.range(channel)];
-                    let sums = sum2(xs, dys, |x, dy| {
+                    sums.add(xs, &image[self.range(channel)], |x, dy| {
                         let dy = if passes(scale * x + offset) { dy } else { 0.0 };
                         (dy, dy * (x - mean))
                     });
-                    plain += sums.0;
-                    centred += sums.1;
                 }
-                (plain, centred)
+                sums.totals()
             })
         });
         let sums: Vec<(f64, f64)> = sums.collect();
@@ -175,15 +174,12 @@ impl BatchNorm {
             let planes =
                 || input.chunks_exact(self.image()).map(|image| &image[self.range(channel)]);
             Arch::new().dispatch(|| {
-                let (mut sum, mut square) = (0.0, 0.0);
-                for xs in planes() {
-                    sum += sum2(xs, xs, |x, _| (x, 0.0)).0;
-                }
-                let mean = (sum / count) as f32;
-                for xs in planes() {
-                    square += sum2(xs, xs, |x, _| ((x - mean) * (x - mean), 0.0)).0;
-                }
-                (mean, (square / count) as f32)
+                let mut sums = Sums::default();
+                planes().for_each(|xs| sums.add(xs, xs, |x, _| (x, 0.0)));
+                let mean = (sums.totals().0 / count) as f32;
+                let mut squares = Sums::default();
+                planes().for_each(|xs| squares.add(xs, xs, |x, _| ((x - mean) * (x - mean), 0.0)));
+                (mean, (squares.totals().0 / count) as f32)
             })
         };
         let (mean, variance) = (0..self.channels).into_par_iter().map(of).unzip();
@@ -218,24 +214,50 @@ impl BatchNorm {
     }
 }
 
-/// The sums of both results of `term` over pairs, in an order that depends on the length alone.
-#[inline(always)]
-fn sum2(xs: &[f32], ys: &[f32], term: impl Fn(f32, f32) -> (f32, f32)) -> (f64, f64) {
-    let (mut first, mut second) = ([0.0_f32; LANES], [0.0_f32; LANES]);
-    let (x_blocks, x_rest) = xs.as_chunks::<LANES>();
-    let (y_blocks, y_rest) = ys.as_chunks::<LANES>();
-    for (xs, ys) in x_blocks.iter().zip(y_blocks) {
-        for lane in 0..LANES {
-            let (a, b) = term(xs[lane], ys[lane]);
+/// Two sums over many short runs, in an order that depends on their lengths alone.
+#[derive(Default)]
+struct Sums {
+    lanes: [[f32; LANES]; 2],
+    /// Numbers in the lanes.
+    held: usize,
+    totals: (f64, f64),
+}
+
+impl Sums {
+    /// Adds both results of `term` over pairs.
+    #[inline(always)]
+    fn add(&mut self, xs: &[f32], ys: &[f32], term: impl Fn(f32, f32) -> (f32, f32)) {
+        let [first, second] = &mut self.lanes;
+        let (x_blocks, x_rest) = xs.as_chunks::<LANES>();
+        let (y_blocks, y_rest) = ys.as_chunks::<LANES>();
+        for (xs, ys) in x_blocks.iter().zip(y_blocks) {
+            for lane in 0..LANES {
+                let (a, b) = term(xs[lane], ys[lane]);
+                first[lane] += a;
+                second[lane] += b;
+            }
+        }
+        for (lane, (x, y)) in x_rest.iter().zip(y_rest).enumerate() {
+            let (a, b) = term(*x, *y);
             first[lane] += a;
             second[lane] += b;
         }
+        self.held += xs.len();
+        if self.held >= HELD {
+            self.flush();
+        }
     }
-    for (lane, (x, y)) in x_rest.iter().zip(y_rest).enumerate() {
-        let (a, b) = term(*x, *y);
-        first[lane] += a;
-        second[lane] += b;
+
+    /// Lanes are summed rarely: planes of deep layers have a few pixels only.
+    fn flush(&mut self) {
+        let [first, second] = self.lanes.map(|lanes| lanes.iter().map(|&v| f64::from(v)).sum());
+        let sums: (f64, f64) = (first, second);
+        self.totals = (self.totals.0 + sums.0, self.totals.1 + sums.1);
+        (self.lanes, self.held) = ([[0.0; LANES]; 2], 0);
     }
-    let total = |lanes: [f32; LANES]| lanes.iter().map(|&lane| f64::from(lane)).sum();
-    (total(first), total(second))
+
+    fn totals(mut self) -> (f64, f64) {
+        self.flush();
+        self.totals
+    }
 }
