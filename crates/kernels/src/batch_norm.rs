@@ -8,13 +8,13 @@
 //! # Source
 //! Ioffe, Szegedy: *Batch Normalization*, ICML 2015.
 
+mod planes;
+mod sums;
+
 use pulp::Arch;
 use rayon::prelude::*;
 
-/// Sums held at a time in an inner loop, so that it runs on vectors.
-const LANES: usize = 16;
-/// Numbers after which lanes are added to what is held in double precision.
-const HELD: usize = 1024;
+use planes::{GradientByInput, GradientSums, Line, MeanAndVariance, Normalise};
 
 /// Shape of a batch normalisation.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -82,19 +82,8 @@ impl BatchNorm {
         let statistics = self.statistics(input);
         let lines = self.lines(&statistics, gamma, beta);
         let mut output = vec![0.0; input.len()];
-        let [least, most] = self.activation.bounds();
         self.images(&mut output).zip(input.par_chunks(self.image())).for_each(|(to, from)| {
-            Arch::new().dispatch(|| {
-                for (channel, &(scale, offset)) in lines.iter().enumerate() {
-                    let from = &from[self.range(channel)];
-                    for (y, x) in to[self.range(channel)].iter_mut().zip(from) {
-                        let value = scale * x + offset;
-                        // Not `max` and `min`, which would turn NaN into a number.
-                        let value = if value < least { least } else { value };
-                        *y = if value > most { most } else { value };
-                    }
-                }
-            });
+            Arch::new().dispatch(Normalise { pixels: self.pixels.max(1), lines: &lines, from, to });
         });
         (output, statistics)
     }
@@ -112,23 +101,14 @@ impl BatchNorm {
         assert_eq!(input.len(), gradient.len(), "length of the gradient");
         let lines = self.lines(statistics, gamma, beta);
         let count = (input.len() / self.channels.max(1)).max(1) as f64;
-        let [least, most] = self.activation.bounds();
-        // NaN goes through.
-        let passes = |value: f32| !(value <= least || value >= most);
         let sums = (0..self.channels).into_par_iter().map(|channel| {
-            let (scale, offset) = lines[channel];
-            let mean = statistics.mean[channel];
-            let inputs = input.chunks_exact(self.image()).map(|image| &image[self.range(channel)]);
-            let gradients = gradient.chunks_exact(self.image());
-            Arch::new().dispatch(|| {
-                let mut sums = Sums::default();
-                for (xs, image) in inputs.zip(gradients) {
-                    sums.add(xs, &image[self.range(channel)], |x, dy| {
-                        let dy = if passes(scale * x + offset) { dy } else { 0.0 };
-                        (dy, dy * (x - mean))
-                    });
-                }
-                sums.totals()
+            Arch::new().dispatch(GradientSums {
+                image: self.image(),
+                range: self.range(channel),
+                line: lines[channel],
+                mean: statistics.mean[channel],
+                input,
+                gradient,
             })
         });
         let sums: Vec<(f64, f64)> = sums.collect();
@@ -148,17 +128,8 @@ impl BatchNorm {
         let mut result = vec![0.0; input.len()];
         let sources = input.par_chunks(self.image()).zip(gradient.par_chunks(self.image()));
         self.images(&mut result).zip(sources).for_each(|(to, (xs, dys))| {
-            Arch::new().dispatch(|| {
-                for (channel, &[a, b, c]) in planes.iter().enumerate() {
-                    let range = self.range(channel);
-                    let (scale, offset) = lines[channel];
-                    let sources = xs[range.clone()].iter().zip(&dys[range.clone()]);
-                    for (dx, (&x, &dy)) in to[range].iter_mut().zip(sources) {
-                        let dy = if passes(scale * x + offset) { dy } else { 0.0 };
-                        *dx = a * dy + (b * x + c);
-                    }
-                }
-            });
+            let (pixels, lines, planes) = (self.pixels.max(1), &lines[..], &planes[..]);
+            Arch::new().dispatch(GradientByInput { pixels, lines, planes, xs, dys, to });
         });
         let gamma = sums.iter().enumerate().map(|(channel, sum)| (sum.1 * inverse(channel)) as f32);
         Gradients {
@@ -171,27 +142,20 @@ impl BatchNorm {
     fn statistics(&self, input: &[f32]) -> Statistics {
         let count = (input.len() / self.channels.max(1)).max(1) as f64;
         let of = |channel: usize| {
-            let planes =
-                || input.chunks_exact(self.image()).map(|image| &image[self.range(channel)]);
-            Arch::new().dispatch(|| {
-                let mut sums = Sums::default();
-                planes().for_each(|xs| sums.add(xs, xs, |x, _| (x, 0.0)));
-                let mean = (sums.totals().0 / count) as f32;
-                let mut squares = Sums::default();
-                planes().for_each(|xs| squares.add(xs, xs, |x, _| ((x - mean) * (x - mean), 0.0)));
-                (mean, (squares.totals().0 / count) as f32)
-            })
+            let (image, range) = (self.image(), self.range(channel));
+            Arch::new().dispatch(MeanAndVariance { image, range, count, input })
         };
         let (mean, variance) = (0..self.channels).into_par_iter().map(of).unzip();
         Statistics { mean, variance }
     }
 
-    /// Per channel, `(scale, offset)` with `y = scale x + offset`.
-    fn lines(&self, statistics: &Statistics, gamma: &[f32], beta: &[f32]) -> Vec<(f32, f32)> {
+    /// What becomes of the numbers of each channel.
+    fn lines(&self, statistics: &Statistics, gamma: &[f32], beta: &[f32]) -> Vec<Line> {
+        let [least, most] = self.activation.bounds();
         let numbers = statistics.mean.iter().zip(&statistics.variance).zip(gamma.iter().zip(beta));
         let line = |((mean, variance), (gamma, beta)): ((&f32, &f32), (&f32, &f32))| {
             let scale = gamma / (variance + self.epsilon).sqrt();
-            (scale, beta - scale * mean)
+            Line { scale, offset: beta - scale * mean, least, most }
         };
         numbers.map(line).collect()
     }
@@ -211,53 +175,5 @@ impl BatchNorm {
     fn check(&self, input: usize, gamma: &[f32], beta: &[f32]) {
         assert_eq!(input % self.image(), 0, "length of the input");
         assert!(gamma.len() == self.channels && beta.len() == self.channels, "numbers per channel");
-    }
-}
-
-/// Two sums over many short runs, in an order that depends on their lengths alone.
-#[derive(Default)]
-struct Sums {
-    lanes: [[f32; LANES]; 2],
-    /// Numbers in the lanes.
-    held: usize,
-    totals: (f64, f64),
-}
-
-impl Sums {
-    /// Adds both results of `term` over pairs.
-    #[inline(always)]
-    fn add(&mut self, xs: &[f32], ys: &[f32], term: impl Fn(f32, f32) -> (f32, f32)) {
-        let [first, second] = &mut self.lanes;
-        let (x_blocks, x_rest) = xs.as_chunks::<LANES>();
-        let (y_blocks, y_rest) = ys.as_chunks::<LANES>();
-        for (xs, ys) in x_blocks.iter().zip(y_blocks) {
-            for lane in 0..LANES {
-                let (a, b) = term(xs[lane], ys[lane]);
-                first[lane] += a;
-                second[lane] += b;
-            }
-        }
-        for (lane, (x, y)) in x_rest.iter().zip(y_rest).enumerate() {
-            let (a, b) = term(*x, *y);
-            first[lane] += a;
-            second[lane] += b;
-        }
-        self.held += xs.len();
-        if self.held >= HELD {
-            self.flush();
-        }
-    }
-
-    /// Lanes are summed rarely: planes of deep layers have a few pixels only.
-    fn flush(&mut self) {
-        let [first, second] = self.lanes.map(|lanes| lanes.iter().map(|&v| f64::from(v)).sum());
-        let sums: (f64, f64) = (first, second);
-        self.totals = (self.totals.0 + sums.0, self.totals.1 + sums.1);
-        (self.lanes, self.held) = ([[0.0; LANES]; 2], 0);
-    }
-
-    fn totals(mut self) -> (f64, f64) {
-        self.flush();
-        self.totals
     }
 }

@@ -14,7 +14,7 @@ use pulp::Arch;
 use rayon::prelude::*;
 
 use phases::Grid;
-use sums::{BLOCK, Run, dot, weighted};
+use sums::{BLOCK, Products, Run, Weighted};
 
 /// Partial sums of a weight gradient: enough for the threads of a desktop, few enough to hold.
 const PARTIALS: usize = 16;
@@ -87,24 +87,23 @@ impl Depthwise {
         if !self.check(input.len(), weight.len(), output.len()) {
             return output;
         }
-        let grid = Grid::new(self);
+        let (grid, arch) = (Grid::new(self), Arch::new());
         let images = output.par_chunks_mut(self.channels * self.plane_out());
         let images = images.zip(input.par_chunks(self.channels * self.plane_in()));
         images.for_each_init(Scratch::default, |scratch, (output, image)| {
-            Arch::new().dispatch(|| {
-                let planes = image.chunks_exact(self.plane_in());
-                let planes = planes.zip(output.chunks_exact_mut(self.plane_out()));
-                for (channel, (plane, output)) in planes.enumerate() {
-                    grid.lay(plane, &mut scratch.phases);
-                    let weight = &weight[channel * self.taps()..][..self.taps()];
-                    let runs = grid.taps.iter().zip(weight);
-                    let runs = runs.map(|(&tap, &weight)| Run { start: tap.at, weight });
-                    let bias = bias.map_or(0.0, |bias| bias[channel]);
-                    grid.resize(&mut scratch.run);
-                    weighted(&mut scratch.run, bias, &scratch.phases, runs);
-                    grid.take_output(&scratch.run, output);
-                }
-            });
+            let planes = image.chunks_exact(self.plane_in());
+            let planes = planes.zip(output.chunks_exact_mut(self.plane_out()));
+            for (channel, (plane, output)) in planes.enumerate() {
+                grid.lay(plane, &mut scratch.phases);
+                let weight = &weight[channel * self.taps()..][..self.taps()];
+                let runs = grid.taps.iter().zip(weight);
+                let runs = runs.map(|(&tap, &weight)| Run { start: tap.at, weight });
+                let bias = bias.map_or(0.0, |bias| bias[channel]);
+                grid.resize(&mut scratch.run);
+                let (out, from) = (&mut scratch.run[..], &scratch.phases[..]);
+                arch.dispatch(Weighted { out, bias, from, runs });
+                grid.take_output(&scratch.run, output);
+            }
         });
         output
     }
@@ -116,28 +115,26 @@ impl Depthwise {
         if !self.check(input.len(), weight.len(), gradient.len()) {
             return input;
         }
-        let grid = Grid::new(self);
+        let (grid, arch) = (Grid::new(self), Arch::new());
         let images = input.par_chunks_mut(self.channels * self.plane_in());
         let images = images.zip(gradient.par_chunks(self.channels * self.plane_out()));
         images.for_each_init(Scratch::default, |scratch, (input, image)| {
-            Arch::new().dispatch(|| {
-                let planes = image.chunks_exact(self.plane_out());
-                let planes = planes.zip(input.chunks_exact_mut(self.plane_in()));
-                for (channel, (gradient, input)) in planes.enumerate() {
-                    // Zeros before the first row of outputs: taps reach back to there.
-                    grid.lay_gradient(gradient, &mut scratch.run);
-                    let weight = &weight[channel * self.taps()..][..self.taps()];
-                    grid.resize_phases(&mut scratch.phases);
-                    for phase in 0..grid.phases() {
-                        let taps =
-                            grid.taps.iter().zip(weight).filter(|(tap, _)| tap.phase == phase);
-                        let runs = taps
-                            .map(|(tap, &weight)| Run { start: grid.before - tap.shift, weight });
-                        weighted(grid.phase(&mut scratch.phases, phase), 0.0, &scratch.run, runs);
-                    }
-                    grid.take_input(&scratch.phases, input);
+            let planes = image.chunks_exact(self.plane_out());
+            let planes = planes.zip(input.chunks_exact_mut(self.plane_in()));
+            for (channel, (gradient, input)) in planes.enumerate() {
+                // Zeros before the first row of outputs: taps reach back to there.
+                grid.lay_gradient(gradient, &mut scratch.run);
+                let weight = &weight[channel * self.taps()..][..self.taps()];
+                grid.resize_phases(&mut scratch.phases);
+                for phase in 0..grid.phases() {
+                    let taps = grid.taps.iter().zip(weight).filter(|(tap, _)| tap.phase == phase);
+                    let runs =
+                        taps.map(|(tap, &weight)| Run { start: grid.before - tap.shift, weight });
+                    let out = grid.phase(&mut scratch.phases, phase);
+                    arch.dispatch(Weighted { out, bias: 0.0, from: &scratch.run, runs });
                 }
-            });
+                grid.take_input(&scratch.phases, input);
+            }
         });
         input
     }
@@ -149,27 +146,23 @@ impl Depthwise {
         if !self.check(input.len(), sum.len(), gradient.len()) {
             return sum;
         }
-        let grid = Grid::new(self);
+        let (grid, arch) = (Grid::new(self), Arch::new());
         let (image_in, image_out) =
             (self.channels * self.plane_in(), self.channels * self.plane_out());
         let part = self.batch.div_ceil(PARTIALS);
         let images = input.par_chunks(part * image_in).zip(gradient.par_chunks(part * image_out));
         let partials = images.map_init(Scratch::default, |scratch, (images, gradient)| {
             let mut partial = vec![0.0; sum.len()];
-            Arch::new().dispatch(|| {
-                let planes = images.chunks_exact(self.plane_in());
-                let planes = planes.zip(gradient.chunks_exact(self.plane_out()));
-                for (index, (plane, gradient)) in planes.enumerate() {
-                    let of_channel = index % self.channels * self.taps();
-                    let partial = &mut partial[of_channel..][..self.taps()];
-                    grid.lay(plane, &mut scratch.phases);
-                    grid.lay_gradient(gradient, &mut scratch.run);
-                    let gradient = &scratch.run[grid.before..];
-                    for (sum, tap) in partial.iter_mut().zip(&grid.taps) {
-                        *sum += dot(&gradient[..grid.blocks() * BLOCK], &scratch.phases[tap.at..]);
-                    }
-                }
-            });
+            let planes = images.chunks_exact(self.plane_in());
+            let planes = planes.zip(gradient.chunks_exact(self.plane_out()));
+            for (index, (plane, gradient)) in planes.enumerate() {
+                let of_channel = index % self.channels * self.taps();
+                let sums = &mut partial[of_channel..][..self.taps()];
+                grid.lay(plane, &mut scratch.phases);
+                grid.lay_gradient(gradient, &mut scratch.run);
+                let gradient = &scratch.run[grid.before..][..grid.blocks() * BLOCK];
+                arch.dispatch(Products { sums, gradient, from: &scratch.phases, taps: &grid.taps });
+            }
             partial
         });
         let partials: Vec<Vec<f32>> = partials.collect();
