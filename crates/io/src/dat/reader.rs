@@ -24,19 +24,19 @@ pub(crate) fn is_dat(lines: &Lines, head: &[u8]) -> bool {
 /// Opens a DAT file.
 pub(super) fn open(mut input: Input, _: &OpenOptions) -> Result<Box<dyn EventSource>, IoError> {
     let lines = Lines::read(&mut input)?;
+    lines.check_end(&input)?;
     let start = lines.length + 2;
-    let data = input.head(start)?.split_off(lines.length);
+    let head = input.head(start)?;
+    let data = head.get(lines.length..).unwrap_or_default();
     let version = lines.get("Version").and_then(|version| version.parse().ok());
-    let decoder = match data[..] {
-        // All that is there of a file which ends before its events.
-        [] | [_] => None,
+    let decoder = match *data {
         [kind, size] => DatDecoder::new(kind, size, version),
         _ => None,
     };
     let fault = || IoError::Damaged {
         path: input.path.clone(),
         byte: lines.length as u64,
-        reason: match data[..] {
+        reason: match *data {
             [kind, size] => format!("events of type {kind} and {size} bytes are not read").into(),
             _ => "the file ends before the type of its events".into(),
         },

@@ -87,8 +87,8 @@ impl Batch {
         for byte in 0..BYTES {
             let bits = mask >> (8 * byte) & 0xFF;
             let first = x.wrapping_add(8 * byte as u16);
-            let columns = BITS[bits as usize].map(|bit| first.wrapping_add(bit));
-            self.x[self.events..self.events + 8].copy_from_slice(&columns);
+            let places = BITS[bits as usize].map(|bit| first.wrapping_add(bit));
+            self.x[self.events..self.events + 8].copy_from_slice(&places);
             self.events += bits.count_ones() as usize;
         }
     }

@@ -47,6 +47,7 @@ pub(crate) const EVT3: Format = Format {
 /// What a file says of itself, its encoding, and where its words begin.
 fn begin(input: &mut Input) -> Result<(Header, Encoding, u64), IoError> {
     let lines = Lines::read(input)?;
+    lines.check_end(input)?;
     let mut data = input.head(lines.length + SAMPLE)?;
     let encoding = Encoding::of(&lines, &data.split_off(lines.length.min(data.len())));
     let unknown = || IoError::Damaged {

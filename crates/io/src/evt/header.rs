@@ -83,6 +83,19 @@ impl Lines {
         }
     }
 
+    /// Checks that a file does not end within a line.
+    ///
+    /// # Errors
+    /// If it does.
+    pub(crate) fn check_end(&self, input: &Input) -> Result<(), IoError> {
+        let byte = self.length as u64;
+        if !self.is_open || input.length <= byte {
+            return Ok(());
+        }
+        let (path, reason) = (input.path.clone(), "the file ends within its header".into());
+        Err(IoError::Damaged { path, byte, reason, events: 0 })
+    }
+
     /// Whether there are none.
     pub(crate) fn is_empty(&self) -> bool {
         self.fields.is_empty()

@@ -6,10 +6,7 @@ use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize, TimeWindow};
 use proptest::prelude::*;
 
 use super::*;
-use crate::{
-    EventSource, Input, IoError, OpenOptions, Recording, SensorOrigin, Windows, open, read_as,
-    source,
-};
+use crate::{Input, IoError, OpenOptions, Recording, SensorOrigin, Windows, open, read_as, source};
 
 const SENSOR: SensorSize = SensorSize { width: 346, height: 260 };
 
@@ -25,8 +22,8 @@ fn with_header(header: &str, data: &[u8]) -> Input {
     Input::memory("test.raw", [header.as_bytes(), data].concat())
 }
 
-const EVT3: &str = "% evt 3.0\n% geometry 346x260\n% end\n";
-const EVT2: &str = "% evt 2.0\n% geometry 346x260\n% end\n";
+const EVT3_HEADER: &str = "% evt 3.0\n% geometry 346x260\n% end\n";
+const EVT2_HEADER: &str = "% evt 2.0\n% geometry 346x260\n% end\n";
 
 fn read(input: Input) -> Recording {
     read_as(input, &OpenOptions::default()).unwrap()
@@ -56,7 +53,7 @@ fn every_word_of_evt3_means_what_its_document_says() {
         0x5FFF, // 4099 µs, OFF from 32: 32..40, upper bits of a vector of 8 unused
         0x3020, 0x4001, 0x4002, 0x4001, // no vector of 8 as third: 32, 45, 56
     ]);
-    let (events, remarks) = raw(with_header(EVT3, &data), &OpenOptions::default());
+    let (events, remarks) = raw(with_header(EVT3_HEADER, &data), &OpenOptions::default());
     let mut want = vec![event(4098, 3, 7, true), event(4098, 4, 7, false)];
     want.extend([16, 27, 28, 29, 40, 47, 48].map(|x| event(4098, x, 7, true)));
     want.extend((32..40).chain([32, 45, 56]).map(|x| event(4099, x, 7, false)));
@@ -72,7 +69,7 @@ fn the_clock_of_evt3_turns_over_and_goes_back_as_in_the_vendors_decoder() {
         0x8000, 0x2005, // the same high time again changes nothing
         0x8001, 0x8000, 0x6007, 0x2006, // a small step back of the high time is one
     ]);
-    let (events, _) = raw(with_header(EVT3, &data), &OpenOptions::default());
+    let (events, _) = raw(with_header(EVT3_HEADER, &data), &OpenOptions::default());
     let turn = 1 << 24;
     let want = [turn - 1, turn, turn + 5, turn + 2, turn + 2, turn + 7];
     assert_eq!(events.iter().map(|e| e.t.0).collect::<Vec<_>>(), want);
@@ -85,7 +82,7 @@ fn what_stands_before_time_and_place_is_counted_and_not_made_up() {
         0x8001, 0x2002, 0x5003, 0x6001, 0x0002, 0x4001, // no row; then no base
         0x2003, 0xE014, 0xF001, 0xF002, 0x7003, 0xB000, 0xD000,
     ]);
-    let (events, remarks) = raw(with_header(EVT3, &data), &OpenOptions::default());
+    let (events, remarks) = raw(with_header(EVT3_HEADER, &data), &OpenOptions::default());
     assert_eq!(events, [event(4097, 3, 2, false)]);
     assert_eq!(
         remarks,
@@ -107,7 +104,7 @@ fn of_two_cameras_one_is_read_and_the_other_counted() {
     ]);
     let of = |camera| {
         let options = OpenOptions { camera, ..OpenOptions::default() };
-        let (events, remarks) = raw(with_header(EVT3, &data), &options);
+        let (events, remarks) = raw(with_header(EVT3_HEADER, &data), &options);
         (events.iter().map(|e| (e.x, e.y)).collect::<Vec<_>>(), remarks)
     };
     let (slave, remarks) = of(None);
@@ -160,9 +157,9 @@ fn every_word_of_evt2_and_its_twin_means_what_its_document_says() {
         event(turn - 1, 32, 5, false),
         event(turn, 32, 5, true),
     ];
-    let (events, found) = raw(with_header(EVT2, &data), &OpenOptions::default());
+    let (events, found) = raw(with_header(EVT2_HEADER, &data), &OpenOptions::default());
     assert_eq!((&events[..], found), (&want[..], remarks(1)));
-    assert_eq!(triggers(with_header(EVT2, &data)).unwrap(), [edge]);
+    assert_eq!(triggers(with_header(EVT2_HEADER, &data)).unwrap(), [edge]);
 
     let want = [
         event(133, 64, 4, true),
@@ -190,7 +187,7 @@ fn every_word_of_evt2_and_its_twin_means_what_its_document_says() {
 fn edges_at_trigger_inputs_of_evt3_have_the_time_of_the_events_around() {
     let data = words16(&[0x8001, 0x6002, 0xA301, 0x0001, 0x2001, 0x6003, 0xA300]);
     let edge = |t, is_rising| Trigger { t: Micros(t), channel: 3, is_rising };
-    let found = triggers(with_header(EVT3, &data)).unwrap();
+    let found = triggers(with_header(EVT3_HEADER, &data)).unwrap();
     assert_eq!(found, [edge(4098, true), edge(4099, false)]);
 }
 
@@ -207,10 +204,10 @@ fn words_tell_their_encoding_where_no_header_does() {
     };
     for stream in [synthetic::scattered(20_000), synthetic::edges(20_000)] {
         let cases = [
-            (super::EVT2.name, encoded::<Evt2Encoder>(&stream)),
-            (super::EVT21.name, encoded::<Evt21Encoder>(&stream)),
-            (super::EVT21.name, swapped(encoded::<Evt21Encoder>(&stream))),
-            (super::EVT3.name, encoded::<Evt3Encoder>(&stream)),
+            (EVT2.name, encoded::<Evt2Encoder>(&stream)),
+            (EVT21.name, encoded::<Evt21Encoder>(&stream)),
+            (EVT21.name, swapped(encoded::<Evt21Encoder>(&stream))),
+            (EVT3.name, encoded::<Evt3Encoder>(&stream)),
         ];
         for (name, data) in cases {
             for header in ["", "% serial_number 1\n", "% serial_number 1\n% end\n"] {
@@ -262,7 +259,7 @@ fn what_the_words_cannot_hold_is_refused() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("events.raw");
     let year_us = 365 * 24 * 3_600_000_000;
-    for format in [super::EVT2, super::EVT21, super::EVT3] {
+    for format in [EVT2, EVT21, EVT3] {
         for t in [-1, 100_000 * year_us] {
             let stream = EventStream::from_events(SENSOR, [event(t, 1, 1, true)]).unwrap();
             let refused = format.write(&path, &stream).unwrap_err().to_string();
@@ -299,7 +296,7 @@ fn vectors_are_used_where_they_help_and_change_nothing() {
 fn a_file_is_sought_in_by_time() {
     let directory = tempfile::tempdir().unwrap();
     let stream = synthetic::scattered(2_000_000);
-    for format in [super::EVT2, super::EVT3] {
+    for format in [EVT2, EVT3] {
         let path = directory.path().join("events.raw");
         format.write(&path, &stream).unwrap();
         let mut windows = Windows::open(&path, &OpenOptions::default()).unwrap();
@@ -329,7 +326,7 @@ fn samples() -> Vec<(&'static str, Vec<u8>, Vec<Event>)> {
         format.write(&path, &stream).unwrap();
         (format.name, fs::read(path).unwrap(), stream.iter().collect())
     };
-    [super::EVT2, super::EVT21, super::EVT3].map(make).to_vec()
+    [EVT2, EVT21, EVT3].map(make).to_vec()
 }
 
 #[test]
@@ -388,7 +385,7 @@ proptest! {
     fn a_stream_survives_the_file(stream in recordings(), cut in 0_usize..300) {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("events.raw");
-        for format in [super::EVT2, super::EVT21, super::EVT3] {
+        for format in [EVT2, EVT21, EVT3] {
             // In two pieces, of which either may be empty.
             let mut sink = format.create(&path, SENSOR).unwrap();
             for half in [&mut stream.iter().take(cut) as &mut dyn Iterator<Item = Event>,
@@ -410,7 +407,7 @@ proptest! {
         times.sort_unstable();
         let events = times.iter().map(|&t| event(t, 0, 0, true));
         let stream = EventStream::from_events(SENSOR, events).unwrap();
-        let found = read(with_header(EVT2, &encoded::<Evt2Encoder>(&stream)));
+        let found = read(with_header(EVT2_HEADER, &encoded::<Evt2Encoder>(&stream)));
         prop_assert_eq!(found.stream, stream);
     }
 
@@ -442,7 +439,7 @@ proptest! {
 
     #[test]
     fn random_words_behind_a_header_never_panic(
-        header in prop::sample::select(vec![EVT2, EVT3, "% evt 2.1\n", "% serial_number 1\n", "% a"]),
+        header in prop::sample::select(vec![EVT2_HEADER, EVT3_HEADER, "% evt 2.1\n", "% serial_number 1\n", "% a"]),
         bytes in prop::collection::vec(any::<u8>(), 0..600),
     ) {
         let _ = read_as(with_header(header, &bytes), &OpenOptions::default());
