@@ -70,7 +70,7 @@ impl WordDecoder for Evt21Decoder {
             let (upper, mask) = halves(word, self.is_legacy);
             match upper >> 28 {
                 0 | ON if !self.clock.is_set() => {
-                    self.passed.untimed += u64::from(mask.count_ones())
+                    self.passed.untimed += u64::from(mask.count_ones());
                 }
                 kind @ (0 | ON) => {
                     let t = self.clock.high() << LOW_BITS | i64::from(upper >> 22 & 0x3F);

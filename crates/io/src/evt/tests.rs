@@ -212,7 +212,7 @@ fn words_tell_their_encoding_where_no_header_does() {
         for (name, data) in cases {
             for header in ["", "% serial_number 1\n", "% serial_number 1\n% end\n"] {
                 let found = read(with_header(header, &data));
-                assert_eq!((found.format, &found.stream.t()[..]), (name, stream.t()), "{header}");
+                assert_eq!((found.format, found.stream.t()), (name, stream.t()), "{header}");
                 assert!(found.stream.iter().eq(stream.iter()), "{name} {header}");
             }
         }
