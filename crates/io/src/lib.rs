@@ -6,14 +6,17 @@
 //! * [`evc`], [`meta`]: the sequences of EventHands, events and labels, of any size, by random
 //!   access.
 //! * [`npz`], [`text`]: recordings for other tools.
+//! * [`evt`], [`dat`]: recordings of Prophesee's cameras.
 //! * [`frames`]: the light of an image sequence, one frame at a time.
 //!
 //! A faulty file is a typed [`IoError`] that names the file, the byte and what was readable before
 //! it; files appear under their name only when they are complete.
 
 mod columns;
+pub mod dat;
 mod error;
 pub mod evc;
+pub mod evt;
 pub mod frames;
 pub mod meta;
 pub mod npz;

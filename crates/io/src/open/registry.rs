@@ -27,7 +27,15 @@ pub struct Format {
 }
 
 /// Every format, the first whose probe agrees is taken.
-pub const FORMATS: &[Format] = &[crate::npz::FORMAT, crate::evc::FORMAT, crate::text::FORMAT];
+pub const FORMATS: &[Format] = &[
+    crate::npz::FORMAT,
+    crate::evc::FORMAT,
+    crate::text::FORMAT,
+    crate::dat::FORMAT,
+    crate::evt::EVT2,
+    crate::evt::EVT21,
+    crate::evt::EVT3,
+];
 
 /// Bytes that probes see.
 pub(super) const HEAD: usize = 4096;

@@ -86,7 +86,9 @@ fn a_file_of_no_known_format_is_refused_with_the_formats_there_are() {
         fs::write(&path, content).unwrap();
         let message = open(&path).unwrap_err().to_string();
         assert!(
-            message.ends_with("the content is of no known format (npz, evc, text)"),
+            message.ends_with(
+                "the content is of no known format (npz, evc, text, dat, evt2, evt2.1, evt3)"
+            ),
             "{message}"
         );
     }

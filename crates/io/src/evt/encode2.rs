@@ -1,0 +1,47 @@
+//! Writes EVT 2.0.
+
+use evpose_core::{EventStream, SensorSize};
+
+use super::WordEncoder;
+use super::clock::Clock;
+use super::evt2::{LOW_BITS, TIME_HIGH};
+
+/// Turns events into words of EVT 2.0.
+#[derive(Debug)]
+pub struct Evt2Encoder {
+    clock: Clock<28>,
+}
+
+impl WordEncoder for Evt2Encoder {
+    const NAMES: (&'static str, &'static str) = ("2.0", "EVT2");
+
+    fn new(_: SensorSize) -> Self {
+        Self { clock: Clock::new() }
+    }
+
+    fn encode(&mut self, events: &EventStream, words: &mut Vec<u8>) -> Result<(), String> {
+        for event in events.iter() {
+            go_to(&mut self.clock, event.t.0, |word| words.extend(word.to_le_bytes()))?;
+            words.extend(head(event.t.0, event.x, event.y, event.polarity as u32).to_le_bytes());
+        }
+        Ok(())
+    }
+}
+
+/// Words of high times up to that of `t`.
+pub(super) fn go_to(
+    clock: &mut Clock<28>,
+    t: i64,
+    mut word: impl FnMut(u32),
+) -> Result<(), String> {
+    if clock.is_set() && clock.high() == t >> LOW_BITS {
+        return Ok(());
+    }
+    let put = |value| word(TIME_HIGH << 28 | value as u32);
+    clock.go_to(t >> LOW_BITS, put).map_err(|reason| format!("event at {t} µs: {reason}"))
+}
+
+/// The word of an event, or the upper half of one of EVT 2.1.
+pub(super) fn head(t: i64, x: u16, y: u16, polarity: u32) -> u32 {
+    polarity << 28 | (t as u32 & 0x3F) << 22 | u32::from(x) << 11 | u32::from(y)
+}

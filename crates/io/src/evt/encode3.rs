@@ -1,0 +1,109 @@
+//! Writes EVT 3.0.
+
+use evpose_core::{EventStream, Polarity, SensorSize};
+
+use super::WordEncoder;
+use super::clock::Clock;
+use super::evt3::{ADDR_X, ADDR_Y, TIME_HIGH, TIME_LOW, VECT_8, VECT_12, VECT_BASE_X};
+
+/// Pixels of a vector: words of 12, 12 and 8, as cameras send them. Some decoders take no others.
+const PIXELS: u16 = 32;
+/// Words of a vector, without that of its base.
+const VECTOR_WORDS: usize = 3;
+
+/// Turns events into words of EVT 3.0.
+///
+/// Events that follow each other in a row, at one time, of one polarity and from left to right become
+/// vectors where these are shorter.
+#[derive(Debug)]
+pub struct Evt3Encoder {
+    clock: Clock<12>,
+    low: Option<i64>,
+    row: Option<u16>,
+    /// Where the next vector begins if no base is sent.
+    base: Option<(u16, Polarity)>,
+    width: u16,
+    has_vectors: bool,
+}
+
+impl Evt3Encoder {
+    /// The same without vectors, as cameras send what moves little.
+    pub fn without_vectors(self) -> Self {
+        Self { has_vectors: false, ..self }
+    }
+
+    /// The vector that events from number `at` on fit in: base, mask, and how many.
+    fn vector(&self, events: &EventStream, at: usize) -> Option<(u16, u32, usize)> {
+        let first = events.get(at)?;
+        // Vectors that reach beyond the sensor are faults to some decoders.
+        let last_base = self.width.checked_sub(PIXELS).filter(|_| self.has_vectors)?;
+        let goes_on = self.base.filter(|&(base, polarity)| {
+            polarity == first.polarity
+                && base <= last_base
+                && (base..base + PIXELS).contains(&first.x)
+        });
+        let base = goes_on.map_or(first.x.min(last_base), |(base, _)| base);
+        let (mut mask, mut count) = (0_u32, 0);
+        while let Some(event) = events.get(at + count)
+            && (event.t, event.y, event.polarity) == (first.t, first.y, first.polarity)
+            && (base..base + PIXELS).contains(&event.x)
+            // To the right of all before, or they would come in another order.
+            && mask >> (event.x - base) == 0
+        {
+            mask |= 1 << (event.x - base);
+            count += 1;
+        }
+        let words = VECTOR_WORDS + usize::from(goes_on.is_none());
+        (count > words).then_some((base, mask, count))
+    }
+}
+
+impl WordEncoder for Evt3Encoder {
+    const NAMES: (&'static str, &'static str) = ("3.0", "EVT3");
+
+    fn new(sensor: SensorSize) -> Self {
+        Self {
+            clock: Clock::new(),
+            low: None,
+            row: None,
+            base: None,
+            width: sensor.width,
+            has_vectors: true,
+        }
+    }
+
+    fn encode(&mut self, events: &EventStream, words: &mut Vec<u8>) -> Result<(), String> {
+        let mut word = |kind: u16, value: u16| words.extend((kind << 12 | value).to_le_bytes());
+        let mut at = 0;
+        while let Some(event) = events.get(at) {
+            let t = event.t.0;
+            if !self.clock.is_set() || self.clock.high() != t >> 12 {
+                let high = |value| word(TIME_HIGH, value as u16);
+                let went = self.clock.go_to(t >> 12, high);
+                went.map_err(|reason| format!("event at {t} µs: {reason}"))?;
+                self.low = None;
+            }
+            if self.low.replace(t & 0xFFF) != Some(t & 0xFFF) {
+                word(TIME_LOW, (t & 0xFFF) as u16);
+            }
+            if self.row.replace(event.y) != Some(event.y) {
+                word(ADDR_Y, event.y);
+            }
+            let polarity = (event.polarity as u16) << 11;
+            let Some((base, mask, count)) = self.vector(events, at) else {
+                word(ADDR_X, polarity | event.x);
+                at += 1;
+                continue;
+            };
+            if self.base != Some((base, event.polarity)) {
+                word(VECT_BASE_X, polarity | base);
+            }
+            word(VECT_12, (mask & 0xFFF) as u16);
+            word(VECT_12, (mask >> 12 & 0xFFF) as u16);
+            word(VECT_8, (mask >> 24) as u16);
+            self.base = Some((base + PIXELS, event.polarity));
+            at += count;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,120 @@
+//! EVT 2.0: 32-bit words, one an event, the upper four bits say which.
+//!
+//! | type | word | bits |
+//! |---|---|---|
+//! | 0, 1 | **event**, OFF or ON | 27..22: bits 5..0 of the time in µs, 21..11: x, 10..0: y |
+//! | 8 | high time | 27..0: bits 33..6 of the time |
+//! | A | trigger | 27..22: time, 12..8: channel, 0: edge |
+//! | E, F | monitoring data and what goes on with them | |
+//!
+//! # Source
+//! <https://docs.prophesee.ai/stable/data/encoding_formats/evt2.html>; for what that leaves open,
+//! OpenEB's `hal/cpp/include/metavision/hal/decoders/evt2`.
+
+use evpose_core::Micros;
+
+use super::batch::Batch;
+use super::clock::Clock;
+use super::{Passed, Trigger, WordDecoder};
+use crate::{Columns, Decoder, Fault};
+
+/// Events are 0 (OFF) and 1 (ON).
+pub(super) const ON: u32 = 0x1;
+pub(super) const TIME_HIGH: u32 = 0x8;
+pub(super) const EXT_TRIGGER: u32 = 0xA;
+pub(super) const OTHERS: u32 = 0xE;
+pub(super) const CONTINUED: u32 = 0xF;
+
+/// Bits of the time that are in every word of an event.
+pub(super) const LOW_BITS: u32 = 6;
+
+/// Turns the words of EVT 2.0 into events.
+#[derive(Debug, Clone)]
+pub struct Evt2Decoder {
+    clock: Clock<28>,
+    passed: Passed,
+}
+
+impl Default for Evt2Decoder {
+    fn default() -> Self {
+        Self { clock: Clock::new(), passed: Passed::default() }
+    }
+}
+
+impl Evt2Decoder {
+    /// A word that is no event.
+    #[cold]
+    fn other(&mut self, word: u32, triggers: &mut Vec<Trigger>) {
+        match word >> 28 {
+            EXT_TRIGGER => {
+                self.passed.triggers += 1;
+                if self.clock.is_set() {
+                    triggers.push(trigger(word, self.clock));
+                }
+            }
+            OTHERS | CONTINUED => self.passed.monitoring += 1,
+            _ => self.passed.unknown += 1,
+        }
+    }
+}
+
+/// What a word of a trigger says; EVT 2.1 has the same one.
+pub(super) fn trigger(word: u32, clock: Clock<28>) -> Trigger {
+    Trigger {
+        t: Micros(clock.high() << LOW_BITS | i64::from(word >> 22 & 0x3F)),
+        channel: (word >> 8 & 0x1F) as u8,
+        is_rising: word & 1 == 1,
+    }
+}
+
+impl WordDecoder for Evt2Decoder {
+    fn decode_all(
+        &mut self,
+        bytes: &[u8],
+        columns: &mut Columns,
+        triggers: &mut Vec<Trigger>,
+    ) -> usize {
+        let (words, _) = bytes.as_chunks::<4>();
+        let mut rest = words;
+        while !self.clock.is_set()
+            && let Some((&word, behind)) = rest.split_first()
+        {
+            let word = u32::from_le_bytes(word);
+            match word >> 28 {
+                0 | ON => self.passed.untimed += 1,
+                TIME_HIGH => _ = self.clock.advance((word & 0x0FFF_FFFF).into()),
+                _ => self.other(word, triggers),
+            }
+            rest = behind;
+        }
+        let mut batch = Batch::new();
+        for some in rest.chunks(Batch::WORDS) {
+            let mut high = self.clock.high() << LOW_BITS;
+            for &word in some {
+                let word = u32::from_le_bytes(word);
+                let kind = word >> 28;
+                if kind <= ON {
+                    let t = high | i64::from(word >> 22 & 0x3F);
+                    let (x, y) = ((word >> 11 & 0x7FF) as u16, (word & 0x7FF) as u16);
+                    batch.put(t, x, y, kind == ON, true);
+                } else if kind == TIME_HIGH {
+                    high = self.clock.advance((word & 0x0FFF_FFFF).into()) << LOW_BITS;
+                } else {
+                    self.other(word, triggers);
+                }
+            }
+            batch.flush(columns);
+        }
+        words.as_flattened().len()
+    }
+}
+
+impl Decoder for Evt2Decoder {
+    fn decode(&mut self, bytes: &[u8], _: bool, columns: &mut Columns) -> Result<usize, Fault> {
+        Ok(self.decode_all(bytes, columns, &mut Vec::new()))
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        self.passed.remarks()
+    }
+}

@@ -1,0 +1,97 @@
+//! EVT 2.1: 64-bit words, each up to 32 events of one row, time and polarity.
+//!
+//! The upper half is a word of EVT 2.0, whose x is a multiple of 32; the lower half has one bit for
+//! each of 32 pixels from there. Of other words it is empty, or more of what they say.
+//!
+//! Words are little-endian. Cameras older than the GenX320 send the upper half first, each half
+//! little-endian, which their headers call `endianness=legacy`.
+//!
+//! # Source
+//! <https://docs.prophesee.ai/stable/data/encoding_formats/evt21.html>; for what that leaves open,
+//! OpenEB's `hal/cpp/include/metavision/hal/decoders/evt21`.
+
+use super::batch::Batch;
+use super::clock::Clock;
+use super::evt2::{CONTINUED, EXT_TRIGGER, LOW_BITS, ON, OTHERS, TIME_HIGH, trigger};
+use super::{Passed, Trigger, WordDecoder};
+use crate::{Columns, Decoder, Fault};
+
+/// Pixels of a word.
+pub(super) const PIXELS: u16 = 32;
+
+/// Turns the words of EVT 2.1 into events.
+#[derive(Debug, Clone)]
+pub struct Evt21Decoder {
+    is_legacy: bool,
+    clock: Clock<28>,
+    passed: Passed,
+}
+
+impl Evt21Decoder {
+    /// A decoder of words whose upper half comes first, if `is_legacy`, or else last.
+    pub fn new(is_legacy: bool) -> Self {
+        Self { is_legacy, clock: Clock::new(), passed: Passed::default() }
+    }
+
+    /// A word that is no event.
+    #[cold]
+    fn other(&mut self, upper: u32, triggers: &mut Vec<Trigger>) {
+        match upper >> 28 {
+            EXT_TRIGGER => {
+                self.passed.triggers += 1;
+                if self.clock.is_set() {
+                    triggers.push(trigger(upper, self.clock));
+                }
+            }
+            OTHERS | CONTINUED => self.passed.monitoring += 1,
+            _ => self.passed.unknown += 1,
+        }
+    }
+}
+
+/// Upper and lower half of a word.
+#[inline(always)]
+pub(super) fn halves(word: [u8; 8], is_legacy: bool) -> (u32, u32) {
+    let word = u64::from_le_bytes(word);
+    let word = if is_legacy { word.rotate_left(32) } else { word };
+    ((word >> 32) as u32, word as u32)
+}
+
+impl WordDecoder for Evt21Decoder {
+    fn decode_all(
+        &mut self,
+        bytes: &[u8],
+        columns: &mut Columns,
+        triggers: &mut Vec<Trigger>,
+    ) -> usize {
+        let (words, _) = bytes.as_chunks::<8>();
+        let mut batch = Batch::new();
+        for &word in words {
+            let (upper, mask) = halves(word, self.is_legacy);
+            match upper >> 28 {
+                0 | ON if !self.clock.is_set() => {
+                    self.passed.untimed += u64::from(mask.count_ones());
+                }
+                kind @ (0 | ON) => {
+                    let t = self.clock.high() << LOW_BITS | i64::from(upper >> 22 & 0x3F);
+                    let (x, y) = ((upper >> 11 & 0x7FF) as u16, (upper & 0x7FF) as u16);
+                    batch.spread::<4>((t, x, y), kind == ON, mask, columns);
+                }
+                TIME_HIGH => _ = self.clock.advance((upper & 0x0FFF_FFFF).into()),
+                _ => self.other(upper, triggers),
+            }
+        }
+        batch.flush(columns);
+        words.as_flattened().len()
+    }
+}
+
+impl Decoder for Evt21Decoder {
+    fn decode(&mut self, bytes: &[u8], _: bool, columns: &mut Columns) -> Result<usize, Fault> {
+        Ok(self.decode_all(bytes, columns, &mut Vec::new()))
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        self.passed.remarks()
+    }
+}

@@ -1,0 +1,299 @@
+//! EVT 3.0: 16-bit words of which each changes one thing, the upper four bits say which.
+//!
+//! | type | word | lower 12 bits |
+//! |---|---|---|
+//! | 0 | row | 11: camera (0 master, 1 slave), 10..0: y |
+//! | 2 | **event** | 11: polarity, 10..0: x |
+//! | 3 | base of vectors | 11: polarity, 10..0: x |
+//! | 4 | **vector of 12** | one bit an event, the lowest at the base, which moves on by 12 |
+//! | 5 | **vector of 8** | likewise, bits 7..0 |
+//! | 6 | low time | bits 11..0 of the time in µs |
+//! | 8 | high time | bits 23..12 of the time |
+//! | A | trigger | 11..8: channel, 0: edge |
+//! | 7, E, F | monitoring data and what goes on with them | |
+//!
+//! Cameras send a row, a time or a base only where it changes, and vectors as 12, 12, 8. The first
+//! high time is where a recording begins: what comes before is incomplete. A high time that differs
+//! from the one before sets the low time to 0, until its word comes. Times that go back stay so.
+//!
+//! # Source
+//! <https://docs.prophesee.ai/stable/data/encoding_formats/evt3.html>; for what that leaves open,
+//! OpenEB's `hal/cpp/include/metavision/hal/decoders/evt3`.
+
+use evpose_core::Micros;
+
+use super::batch::Batch;
+use super::clock::Clock;
+use super::{Passed, Trigger, WordDecoder};
+use crate::{Columns, Decoder, Fault};
+
+pub(super) const ADDR_Y: u16 = 0x0;
+/// The row of a measurement of light, on sensors of the first generation.
+const ADDR_Y_OF_LIGHT: u16 = 0x1;
+pub(super) const ADDR_X: u16 = 0x2;
+pub(super) const VECT_BASE_X: u16 = 0x3;
+pub(super) const VECT_12: u16 = 0x4;
+pub(super) const VECT_8: u16 = 0x5;
+pub(super) const TIME_LOW: u16 = 0x6;
+const CONTINUED_4: u16 = 0x7;
+pub(super) const TIME_HIGH: u16 = 0x8;
+pub(super) const EXT_TRIGGER: u16 = 0xA;
+const OTHERS: u16 = 0xE;
+const CONTINUED_12: u16 = 0xF;
+
+/// Types that most words have.
+const FREQUENT: u32 = 1 << ADDR_Y | 1 << ADDR_X | 1 << TIME_LOW;
+/// Bits of a word below its type.
+const VALUE: u16 = 0xFFF;
+/// The bit above a coordinate: camera, or polarity.
+const FLAG: u16 = 0x800;
+
+/// Turns the words of EVT 3.0 into events.
+#[derive(Debug, Clone)]
+pub struct Evt3Decoder {
+    clock: Clock<12>,
+    /// The word of the low time.
+    low: u16,
+    /// The value of the last word of a row, with the bit of its camera; other than that if it is of
+    /// something else.
+    row: Option<u16>,
+    /// The bit of the camera that is read, once it is known.
+    camera: Option<u16>,
+    /// Value of the base word, and how far vectors have moved on from it.
+    base: Option<(u16, u16)>,
+    passed: Passed,
+}
+
+impl Evt3Decoder {
+    /// A decoder of the events of one camera, 0 (master) or 1 (slave); without it, of the one whose
+    /// row comes first.
+    pub fn new(camera: Option<u8>) -> Self {
+        Self {
+            clock: Clock::new(),
+            low: 0,
+            row: None,
+            camera: camera.map(|camera| if camera == 0 { 0 } else { FLAG }),
+            base: None,
+            passed: Passed::default(),
+        }
+    }
+
+    /// A word before the first row behind the first high time.
+    fn begin(&mut self, word: u16, triggers: &mut Vec<Trigger>) {
+        let value = word & VALUE;
+        match word >> 12 {
+            TIME_HIGH => self.set_high(value),
+            ADDR_X => self.lose(1),
+            VECT_12 => self.lose(value.count_ones()),
+            VECT_8 => self.lose((value & 0xFF).count_ones()),
+            VECT_BASE_X | TIME_LOW | ADDR_Y | ADDR_Y_OF_LIGHT if !self.clock.is_set() => {}
+            VECT_BASE_X => self.base = Some((value, 0)),
+            TIME_LOW => self.low = value,
+            ADDR_Y => {
+                self.row = Some(value);
+                self.camera = self.camera.or(Some(value & FLAG));
+            }
+            ADDR_Y_OF_LIGHT => self.passed.unknown += 1,
+            _ => self.other(word, triggers),
+        }
+    }
+
+    fn lose(&mut self, events: u32) {
+        let lost = match self.clock.is_set() {
+            false => &mut self.passed.untimed,
+            true => &mut self.passed.unplaced,
+        };
+        *lost += u64::from(events);
+    }
+
+    fn set_high(&mut self, value: u16) {
+        let before = self.clock;
+        self.clock.advance(value.into());
+        if before != self.clock {
+            self.low = 0;
+        }
+    }
+
+    /// Words that change nothing about events.
+    fn other(&mut self, word: u16, triggers: &mut Vec<Trigger>) {
+        match word >> 12 {
+            EXT_TRIGGER if self.clock.is_set() => {
+                self.passed.triggers += 1;
+                triggers.push(Trigger {
+                    t: Micros(self.clock.high() << 12 | i64::from(self.low)),
+                    channel: (word >> 8 & 0xF) as u8,
+                    is_rising: word & 1 == 1,
+                });
+            }
+            EXT_TRIGGER => self.passed.triggers += 1,
+            OTHERS | CONTINUED_4 | CONTINUED_12 => self.passed.monitoring += 1,
+            _ => self.passed.unknown += 1,
+        }
+    }
+
+    /// Words between two flushes of a batch. `row` and `camera` are known.
+    fn some(
+        &mut self,
+        words: &[[u8; 2]],
+        batch: &mut Batch,
+        columns: &mut Columns,
+        triggers: &mut Vec<Trigger>,
+    ) {
+        let camera = self.camera.unwrap_or(0);
+        // The last word of each type; rows with the bit of the camera clear if it is the one read.
+        let mut last = [0_u16; 16];
+        last[usize::from(ADDR_Y)] = self.row.unwrap_or(0);
+        last[usize::from(TIME_LOW)] = self.low;
+        let mut high = self.clock.high() << 12;
+        let (row_before, mut rows) = (last[0], 0);
+        let mut at = 0;
+        while let Some(&word) = words.get(at) {
+            at += 1;
+            let word = u16::from_le_bytes(word);
+            let kind = word >> 12;
+            if FREQUENT >> kind & 1 == 1 {
+                last[usize::from(kind)] = word;
+                let y = last[usize::from(ADDR_Y)] ^ camera;
+                rows |= y;
+                let is_event = (word ^ ADDR_X << 12) & !VALUE | y & FLAG == 0;
+                let t = high | i64::from(last[usize::from(TIME_LOW)] & VALUE);
+                batch.put(t, word & !FLAG & VALUE, y, word & FLAG != 0, is_event);
+                continue;
+            }
+            match kind {
+                VECT_BASE_X => self.base = Some((word & VALUE, 0)),
+                VECT_12 | VECT_8 => {
+                    let vector = vector(&words[at - 1..]);
+                    at += vector.words - 1;
+                    let y = last[usize::from(ADDR_Y)] ^ camera;
+                    let t = high | i64::from(last[usize::from(TIME_LOW)] & VALUE);
+                    match &mut self.base {
+                        Some((base, moved)) if y & FLAG == 0 => {
+                            let place = (t, (*base & !FLAG).wrapping_add(*moved), y);
+                            let is_on = *base & FLAG != 0;
+                            if vector.words == 3 {
+                                batch.spread::<4>(place, is_on, vector.mask, columns);
+                            } else {
+                                batch.spread::<2>(place, is_on, vector.mask, columns);
+                            }
+                            *moved = moved.wrapping_add(vector.width);
+                        }
+                        Some((_, moved)) => {
+                            self.passed.other_camera += u64::from(vector.mask.count_ones());
+                            *moved = moved.wrapping_add(vector.width);
+                        }
+                        None => self.passed.unplaced += u64::from(vector.mask.count_ones()),
+                    }
+                }
+                TIME_HIGH => {
+                    self.low = last[usize::from(TIME_LOW)] & VALUE;
+                    self.set_high(word & VALUE);
+                    high = self.clock.high() << 12;
+                    last[usize::from(TIME_LOW)] = self.low;
+                }
+                ADDR_Y_OF_LIGHT => {
+                    // What comes behind is no event.
+                    self.passed.unknown += 1;
+                    last[usize::from(ADDR_Y)] = camera ^ FLAG;
+                    rows |= FLAG;
+                }
+                _ => {
+                    self.low = last[usize::from(TIME_LOW)] & VALUE;
+                    self.other(word, triggers);
+                }
+            }
+        }
+        if rows & FLAG != 0 {
+            self.passed.other_camera += of_others(words, row_before ^ camera, camera);
+        }
+        self.row = Some(last[usize::from(ADDR_Y)] & VALUE);
+        self.low = last[usize::from(TIME_LOW)] & VALUE;
+    }
+}
+
+/// Vectors that are decoded together.
+struct Vector {
+    mask: u32,
+    /// Pixels.
+    width: u16,
+    words: usize,
+}
+
+/// The vectors at the beginning of `words`: three if they are of 12, 12 and 8, else the first.
+#[inline(always)]
+fn vector(words: &[[u8; 2]]) -> Vector {
+    let value = |word: &[u8; 2]| u32::from(u16::from_le_bytes(*word));
+    let whole = words.first_chunk::<3>().map(|words| words.each_ref().map(value));
+    if let Some([a, b, c]) = whole
+        && (a >> 12, b >> 12, c >> 12) == (VECT_12.into(), VECT_12.into(), VECT_8.into())
+    {
+        let mask = a & 0xFFF | (b & 0xFFF) << 12 | (c & 0xFF) << 24;
+        return Vector { mask, width: 32, words: 3 };
+    }
+    let word = words.first().map_or(0, value);
+    if word >> 12 == VECT_12.into() {
+        Vector { mask: word & 0xFFF, width: 12, words: 1 }
+    } else {
+        Vector { mask: word & 0xFF, width: 8, words: 1 }
+    }
+}
+
+/// Single events whose row is not of the camera that is read; counted apart, since few files have any.
+fn of_others(words: &[[u8; 2]], mut row: u16, camera: u16) -> u64 {
+    let mut count = 0;
+    for &word in words {
+        let word = u16::from_le_bytes(word);
+        match word >> 12 {
+            ADDR_Y => row = word & VALUE ^ camera,
+            ADDR_Y_OF_LIGHT => row = FLAG,
+            ADDR_X if row & FLAG != 0 => count += 1,
+            _ => {}
+        }
+    }
+    count
+}
+
+impl WordDecoder for Evt3Decoder {
+    fn decode_all(
+        &mut self,
+        bytes: &[u8],
+        columns: &mut Columns,
+        triggers: &mut Vec<Trigger>,
+    ) -> usize {
+        let (words, _) = bytes.as_chunks::<2>();
+        let mut rest = words;
+        while self.row.is_none()
+            && let Some((&word, behind)) = rest.split_first()
+        {
+            self.begin(u16::from_le_bytes(word), triggers);
+            rest = behind;
+        }
+        let mut batch = Batch::new();
+        for some in rest.chunks(Batch::WORDS) {
+            self.some(some, &mut batch, columns, triggers);
+            batch.flush(columns);
+        }
+        words.as_flattened().len()
+    }
+}
+
+impl Decoder for Evt3Decoder {
+    fn decode(
+        &mut self,
+        bytes: &[u8],
+        is_last: bool,
+        columns: &mut Columns,
+    ) -> Result<usize, Fault> {
+        let took = self.decode_all(bytes, columns, &mut Vec::new());
+        // Some programs end their files with an end of line.
+        if is_last && matches!(bytes[took..], [b'\n' | b'\r']) {
+            self.passed.padding += 1;
+            return Ok(bytes.len());
+        }
+        Ok(took)
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        self.passed.remarks()
+    }
+}

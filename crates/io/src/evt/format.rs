@@ -1,0 +1,122 @@
+//! RAW files in the registry of formats.
+
+use super::content::SAMPLE;
+use super::encoding::Encoding;
+use super::header::Lines;
+use super::writer::create;
+use super::{
+    Evt2Decoder, Evt2Encoder, Evt3Decoder, Evt3Encoder, Evt21Decoder, Evt21Encoder, Trigger,
+    WordDecoder,
+};
+use crate::open::{Format, no_labels};
+use crate::{BlockSource, Columns, EventSource, Header, Input, IoError, OpenOptions};
+
+/// The registry's entry of EVT 2.0.
+pub(crate) const EVT2: Format = Format {
+    name: "evt2",
+    summary: "Prophesee RAW, EVT 2.0: a word of 32 bits an event",
+    endings: &[".evt2"],
+    probe: |head| Encoding::of_head(head) == Some(Encoding::Evt2),
+    open: |input, options| open(input, options, EVT2.name),
+    create: Some(create::<Evt2Encoder>),
+    labels: no_labels,
+};
+
+/// The registry's entry of EVT 2.1.
+pub(crate) const EVT21: Format = Format {
+    name: "evt2.1",
+    summary: "Prophesee RAW, EVT 2.1: words of 64 bits for 32 pixels",
+    endings: &[".evt21"],
+    probe: |head| matches!(Encoding::of_head(head), Some(Encoding::Evt21 { .. })),
+    open: |input, options| open(input, options, EVT21.name),
+    create: Some(create::<Evt21Encoder>),
+    labels: no_labels,
+};
+
+/// The registry's entry of EVT 3.0.
+pub(crate) const EVT3: Format = Format {
+    name: "evt3",
+    summary: "Prophesee RAW, EVT 3.0: words of 16 bits that change time, row or column",
+    endings: &[".raw", ".evt3"],
+    probe: |head| Encoding::of_head(head) == Some(Encoding::Evt3),
+    open: |input, options| open(input, options, EVT3.name),
+    create: Some(create::<Evt3Encoder>),
+    labels: no_labels,
+};
+
+/// What a file says of itself, its encoding, and where its words begin.
+fn begin(input: &mut Input) -> Result<(Header, Encoding, u64), IoError> {
+    let lines = Lines::read(input)?;
+    lines.check_end(input)?;
+    let mut data = input.head(lines.length + SAMPLE)?;
+    let encoding = Encoding::of(&lines, &data.split_off(lines.length.min(data.len())));
+    let unknown = || IoError::Damaged {
+        path: input.path.clone(),
+        byte: lines.length as u64,
+        reason: match lines.get("format").or(lines.get("evt")) {
+            Some(format) => format!("words of the encoding `{format}` are not read").into(),
+            None => "neither header nor words say whether this is EVT 2.0, 2.1 or 3.0".into(),
+        },
+        events: 0,
+    };
+    let encoding = encoding.ok_or_else(unknown)?;
+    Ok((lines.header(), encoding, lines.length as u64))
+}
+
+fn open(
+    mut input: Input,
+    options: &OpenOptions,
+    name: &str,
+) -> Result<Box<dyn EventSource>, IoError> {
+    let (mut header, encoding, start) = begin(&mut input)?;
+    if encoding.name() != name {
+        // The header says so, or ends, behind what a probe sees.
+        header.facts.push(("encoding", encoding.name().to_owned()));
+    }
+    Ok(match encoding {
+        Encoding::Evt2 => Box::new(BlockSource::new(input, start, header, Evt2Decoder::default())),
+        Encoding::Evt21 { is_legacy } => {
+            Box::new(BlockSource::new(input, start, header, Evt21Decoder::new(is_legacy)))
+        }
+        Encoding::Evt3 => {
+            let decoder = Evt3Decoder::new(options.camera);
+            Box::new(BlockSource::new(input, start, header, decoder))
+        }
+    })
+}
+
+/// The edges at trigger inputs in a RAW file of any encoding.
+///
+/// # Errors
+/// If it cannot be read or is no RAW file.
+pub fn triggers(mut input: Input) -> Result<Vec<Trigger>, IoError> {
+    let (_, encoding, start) = begin(&mut input)?;
+    match encoding {
+        Encoding::Evt2 => read_triggers(input, start, Evt2Decoder::default()),
+        Encoding::Evt21 { is_legacy } => read_triggers(input, start, Evt21Decoder::new(is_legacy)),
+        Encoding::Evt3 => read_triggers(input, start, Evt3Decoder::new(None)),
+    }
+}
+
+fn read_triggers(
+    mut input: Input,
+    start: u64,
+    mut decoder: impl WordDecoder,
+) -> Result<Vec<Trigger>, IoError> {
+    use std::io::{Read, Seek, SeekFrom};
+
+    let (mut triggers, mut columns) = (Vec::new(), Columns::new());
+    let (mut words, path) = (Vec::new(), input.path);
+    let mut read = || {
+        input.bytes.seek(SeekFrom::Start(start))?;
+        // Whole words of any encoding.
+        while (&mut input.bytes).take(SAMPLE as u64).read_to_end(&mut words)? > 0 {
+            decoder.decode_all(&words, &mut columns, &mut triggers);
+            columns.clear();
+            words.clear();
+        }
+        Ok(())
+    };
+    read().map_err(|e| IoError::file(&path, "read", e))?;
+    Ok(triggers)
+}

@@ -1,0 +1,55 @@
+//! Prophesee's RAW files: the words of a camera as they came, behind a header of `%` lines.
+//!
+//! Three encodings, told apart by the header (`% format EVT3;height=720;width=1280`, or `% evt 3.0`
+//! of older programs), or by the words where it does not say: [`Evt2Decoder`], [`Evt21Decoder`],
+//! [`Evt3Decoder`]. Writers of all three are [`Evt2Encoder`], [`Evt21Encoder`], [`Evt3Encoder`].
+//! Edges at trigger inputs are no events: [`triggers`] reads them.
+//!
+//! # Source
+//! <https://docs.prophesee.ai/stable/data/file_formats/raw.html>
+
+mod batch;
+mod clock;
+mod content;
+mod encode2;
+mod encode21;
+mod encode3;
+mod encoding;
+mod evt2;
+mod evt21;
+mod evt3;
+mod format;
+pub(crate) mod header;
+mod passed;
+pub mod synthetic;
+mod trigger;
+mod writer;
+
+pub use encode2::Evt2Encoder;
+pub use encode3::Evt3Encoder;
+pub use encode21::Evt21Encoder;
+use encoding::Encoding;
+pub use evt2::Evt2Decoder;
+pub use evt3::Evt3Decoder;
+pub use evt21::Evt21Decoder;
+pub use format::triggers;
+pub(crate) use format::{EVT2, EVT3, EVT21};
+pub(crate) use passed::Passed;
+pub use trigger::Trigger;
+pub use writer::WordEncoder;
+
+use crate::{Columns, Decoder};
+
+/// A decoder that also finds edges at trigger inputs.
+pub trait WordDecoder: Decoder {
+    /// Appends the events and the edges of all whole words of `bytes`; how many bytes those are.
+    fn decode_all(
+        &mut self,
+        bytes: &[u8],
+        columns: &mut Columns,
+        triggers: &mut Vec<Trigger>,
+    ) -> usize;
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,14 @@
+//! Edges at the trigger inputs of a camera.
+
+use evpose_core::Micros;
+
+/// An edge at a trigger input.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Trigger {
+    /// When, on the clock of the events.
+    pub t: Micros,
+    /// Which input.
+    pub channel: u8,
+    /// Whether the signal rose.
+    pub is_rising: bool,
+}
