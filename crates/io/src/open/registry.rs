@@ -27,7 +27,8 @@ pub struct Format {
 }
 
 /// Every format, the first whose probe agrees is taken.
-pub const FORMATS: &[Format] = &[crate::npz::FORMAT, crate::evc::FORMAT, crate::text::FORMAT];
+pub const FORMATS: &[Format] =
+    &[crate::npz::FORMAT, crate::evc::FORMAT, crate::aedat4::FORMAT, crate::text::FORMAT];
 
 /// Bytes that probes see.
 pub(super) const HEAD: usize = 4096;
@@ -92,5 +93,11 @@ pub fn format_of(path: impl AsRef<Path>) -> Result<&'static Format, IoError> {
 
 pub(super) fn of_head(head: &[u8], path: &Path) -> Result<&'static Format, IoError> {
     let found = FORMATS.iter().find(|format| (format.probe)(head));
-    found.ok_or_else(|| IoError::UnknownFormat { path: path.to_owned() })
+    found.ok_or_else(|| match crate::aedat4::other_version(head) {
+        Some(version) => {
+            let reason = format!("AEDAT {version} is not read: DV and jAER make AEDAT 4 of it");
+            IoError::Damaged { path: path.to_owned(), byte: 0, reason: reason.into(), events: 0 }
+        }
+        None => IoError::UnknownFormat { path: path.to_owned() },
+    })
 }
