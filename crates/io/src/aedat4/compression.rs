@@ -12,6 +12,10 @@ use super::lz4;
 
 /// Bytes that a packet may become: a file of a few bytes must not fill the memory.
 pub(super) const MOST: usize = 1 << 28;
+/// Bytes that a byte of Zstandard can become: blocks of 128 KiB out of four.
+const MOST_FOLD: usize = 1 << 15;
+/// How far back every decoder of Zstandard should be able to look, RFC 8878, 3.1.1.1.2.
+const USUAL_WINDOW: usize = 1 << 23;
 
 /// How the packets of a file are compressed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -133,9 +137,7 @@ pub(super) struct Inflater {
 
 impl Inflater {
     pub(super) fn new() -> Self {
-        let mut zstd = FrameDecoder::new();
-        zstd.set_max_window_size(MOST as u64);
-        Self { zstd, out: Scratch::default() }
+        Self { zstd: FrameDecoder::new(), out: Scratch::default() }
     }
 
     /// Replaces what is in `out` by what `bytes` were compressed from; after a fault it is the part
@@ -155,12 +157,21 @@ impl Inflater {
 
     fn zstd(&mut self, mut bytes: &[u8]) -> Result<(), Cow<'static, str>> {
         let fault = |e: &dyn fmt::Display| format!("Zstandard: {e}");
+        // The window is allocated as the frame says: no larger than its bytes can fill.
+        let window = bytes.len().saturating_mul(MOST_FOLD).clamp(USUAL_WINDOW, MOST);
+        self.zstd.set_max_window_size(window as u64);
         self.zstd.reset(&mut bytes).map_err(|e| fault(&e))?;
         while !self.zstd.is_finished() {
             let some = BlockDecodingStrategy::UptoBytes(1 << 20);
             self.zstd.decode_blocks(&mut bytes, some).map_err(|e| fault(&e))?;
             self.zstd.collect_to_writer(&mut self.out).map_err(|e| fault(&e))?;
         }
-        Ok(())
+        let sums = (self.zstd.get_checksum_from_data(), self.zstd.get_calculated_checksum());
+        match sums {
+            (Some(stated), Some(found)) if stated != found => {
+                Err("Zstandard: the checksum of a frame does not fit".into())
+            }
+            _ => Ok(()),
+        }
     }
 }

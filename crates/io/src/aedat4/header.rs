@@ -127,7 +127,7 @@ pub(super) fn read(input: &mut Input) -> Result<FileHeader, IoError> {
 }
 
 /// The streams that an XML names.
-fn streams(text: &str) -> Vec<Stream> {
+pub(super) fn streams(text: &str) -> Vec<Stream> {
     let mut streams: Vec<Stream> = Vec::new();
     let mut sizes: Vec<[Option<u16>; 2]> = Vec::new();
     xml::attributes(text, |nodes, key, text| {

@@ -108,12 +108,14 @@ impl Source {
         let kind = self.kind(head.stream);
         if self.chosen == Some(head.stream) || kind.is_none() {
             self.take(&head, kind.is_none(), columns)?;
+            self.walk.pass(&head);
+        } else {
+            self.walk.skip(&head)?;
         }
         if is_new {
             self.seen_to = head.at + 1;
             self.others += u64::from(matches!(self.kind(head.stream), Some(Kind::Other(_))));
         }
-        self.walk.pass(&head);
         self.now.at = self.walk.at;
         let is_far = self.marks.last().is_none_or(|mark| mark.at + BETWEEN_MARKS <= self.now.at);
         if self.table != Index::Read && is_far {

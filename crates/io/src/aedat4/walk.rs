@@ -1,5 +1,6 @@
 //! From packet to packet through a file, in memory that is kept.
 
+use std::borrow::Cow;
 use std::io::{Read, Seek, SeekFrom};
 
 use super::compression::{Compression, Inflater, Scratch, TOO_LONG};
@@ -97,10 +98,8 @@ impl Walk {
         let there = (there as usize).min(self.body.filled().len());
         let (bytes, next) = self.body.filled().split_at(there);
         self.ahead = next.first_chunk().map(|bytes| (at + head.size, *bytes));
-        let mut reason = ((there as u64) < head.size).then(|| {
-            let size = head.size;
-            (head.at, format!("the packets end {there} bytes into a body of {size}").into())
-        });
+        let mut reason =
+            ((there as u64) < head.size).then(|| (head.at, cut(there as u64, head.size)));
         let bytes = match self.header.compression {
             Compression::None => bytes,
             compression => {
@@ -119,7 +118,17 @@ impl Walk {
         Ok(Body { bytes, fault })
     }
 
-    /// Goes on behind a packet.
+    /// Goes on behind a packet without looking into it.
+    pub(super) fn skip(&mut self, head: &Head) -> Result<(), IoError> {
+        let there = self.end.saturating_sub(head.at + HEAD);
+        if there < head.size {
+            return Err(self.damage(head.at, cut(there, head.size)));
+        }
+        self.pass(head);
+        Ok(())
+    }
+
+    /// Goes on behind a packet that was read.
     pub(super) fn pass(&mut self, head: &Head) {
         self.at = head.at + HEAD + head.size;
     }
@@ -148,7 +157,7 @@ impl Walk {
         self.damage(head.at + HEAD + inside, reason)
     }
 
-    fn damage(&self, byte: u64, reason: impl Into<std::borrow::Cow<'static, str>>) -> IoError {
+    fn damage(&self, byte: u64, reason: impl Into<Cow<'static, str>>) -> IoError {
         damage(&self.input.path, byte, reason)
     }
 
@@ -177,4 +186,8 @@ impl Walk {
         self.read_to = at + filled as u64;
         Ok(())
     }
+}
+
+fn cut(there: u64, size: u64) -> Cow<'static, str> {
+    format!("the packets end {there} bytes into a body of {size}").into()
 }
