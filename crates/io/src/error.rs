@@ -180,6 +180,14 @@ impl IoError {
         matches!(self, Self::Damaged { .. })
     }
 
+    /// The same damage with `events` readable before it.
+    pub(crate) fn behind(mut self, count: u64) -> Self {
+        if let Self::Damaged { events, .. } = &mut self {
+            *events = count;
+        }
+        self
+    }
+
     pub(crate) fn file(path: &Path, action: &'static str, source: io::Error) -> Self {
         Self::File { path: path.to_owned(), action, source }
     }

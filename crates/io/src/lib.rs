@@ -5,6 +5,7 @@
 //!   where it can be written.
 //! * [`evc`], [`meta`]: the sequences of EventHands, events and labels, of any size, by random
 //!   access.
+//! * [`aedat4`]: recordings of iniVation's cameras, with their frames, inertial samples and triggers.
 //! * [`npz`], [`text`]: recordings for other tools.
 //! * [`evt`], [`dat`]: recordings of Prophesee's cameras.
 //! * [`frames`]: the light of an image sequence, one frame at a time.
@@ -12,6 +13,7 @@
 //! A faulty file is a typed [`IoError`] that names the file, the byte and what was readable before
 //! it; files appear under their name only when they are complete.
 
+pub mod aedat4;
 mod columns;
 pub mod dat;
 mod error;

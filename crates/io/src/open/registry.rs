@@ -30,11 +30,14 @@ pub struct Format {
 pub const FORMATS: &[Format] = &[
     crate::npz::FORMAT,
     crate::evc::FORMAT,
+    crate::aedat4::FORMAT,
+    // Lines that begin as those of text.
     crate::text::FORMAT,
     crate::dat::FORMAT,
     crate::evt::EVT2,
     crate::evt::EVT21,
     crate::evt::EVT3,
+    // Without marks of their own, and so behind all others.
 ];
 
 /// Bytes that probes see.
@@ -100,5 +103,11 @@ pub fn format_of(path: impl AsRef<Path>) -> Result<&'static Format, IoError> {
 
 pub(super) fn of_head(head: &[u8], path: &Path) -> Result<&'static Format, IoError> {
     let found = FORMATS.iter().find(|format| (format.probe)(head));
-    found.ok_or_else(|| IoError::UnknownFormat { path: path.to_owned() })
+    found.ok_or_else(|| match crate::aedat4::other_version(head) {
+        Some(version) => {
+            let reason = format!("AEDAT {version} is not read: DV and jAER make AEDAT 4 of it");
+            IoError::Damaged { path: path.to_owned(), byte: 0, reason: reason.into(), events: 0 }
+        }
+        None => IoError::UnknownFormat { path: path.to_owned() },
+    })
 }

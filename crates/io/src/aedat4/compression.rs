@@ -1,0 +1,177 @@
+//! How packets are compressed, and back.
+
+use std::borrow::Cow;
+use std::fmt;
+use std::io::{self, Write};
+
+use lz4_flex::frame::{BlockMode, BlockSize, FrameEncoder, FrameInfo};
+use ruzstd::decoding::{BlockDecodingStrategy, FrameDecoder};
+use ruzstd::encoding::{CompressionLevel, compress_to_vec};
+
+use super::lz4;
+
+/// Bytes that a packet may become: a file of a few bytes must not fill the memory.
+pub(super) const MOST: usize = 1 << 28;
+/// Bytes that a byte of Zstandard can become: blocks of 128 KiB out of four.
+const MOST_FOLD: usize = 1 << 15;
+/// How far back every decoder of Zstandard should be able to look, RFC 8878, 3.1.1.1.2.
+const USUAL_WINDOW: usize = 1 << 23;
+
+/// How the packets of a file are compressed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Compression {
+    /// Not at all.
+    None,
+    /// LZ4 frames.
+    #[default]
+    Lz4,
+    /// LZ4 frames for which matches were searched longer. Only read.
+    Lz4High,
+    /// Zstandard frames.
+    Zstd,
+    /// Zstandard frames for which matches were searched longer. Only read.
+    ZstdHigh,
+}
+
+impl Compression {
+    /// All of them, in the order of their numbers in a header.
+    pub const ALL: [Self; 5] = [Self::None, Self::Lz4, Self::Lz4High, Self::Zstd, Self::ZstdHigh];
+
+    /// Whether there is a compressor for it here.
+    pub fn is_writable(self) -> bool {
+        matches!(self, Self::None | Self::Lz4 | Self::Zstd)
+    }
+
+    /// As headers name it.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::None => "NONE",
+            Self::Lz4 => "LZ4",
+            Self::Lz4High => "LZ4_HIGH",
+            Self::Zstd => "ZSTD",
+            Self::ZstdHigh => "ZSTD_HIGH",
+        }
+    }
+}
+
+impl fmt::Display for Compression {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// Compresses a packet as a frame of its own.
+pub(super) fn deflate(compression: Compression, bytes: &[u8], out: &mut Vec<u8>) -> io::Result<()> {
+    out.clear();
+    match compression {
+        Compression::None => out.extend_from_slice(bytes),
+        Compression::Lz4 | Compression::Lz4High => {
+            let info =
+                FrameInfo::new().block_size(BlockSize::Max256KB).block_mode(BlockMode::Independent);
+            let mut encoder = FrameEncoder::with_frame_info(info, out);
+            encoder.write_all(bytes)?;
+            encoder.finish().map_err(io::Error::other)?;
+        }
+        Compression::Zstd | Compression::ZstdHigh => {
+            *out = compress_to_vec(bytes, CompressionLevel::Fastest);
+        }
+    }
+    Ok(())
+}
+
+/// Memory that is kept from packet to packet. What was decompressed is `bytes[..filled]`.
+#[derive(Debug, Default)]
+pub(super) struct Scratch {
+    bytes: Vec<u8>,
+    filled: usize,
+}
+
+impl Scratch {
+    pub(super) fn clear(&mut self) {
+        self.filled = 0;
+    }
+
+    pub(super) fn filled(&self) -> &[u8] {
+        &self.bytes[..self.filled]
+    }
+
+    /// What is there, and room for `length` further bytes, if a packet may have that many.
+    pub(super) fn room(&mut self, length: usize) -> Option<(&[u8], &mut [u8])> {
+        let need = self.filled + length;
+        if need > MOST {
+            return None;
+        }
+        if self.bytes.len() < need {
+            self.bytes.resize(need, 0);
+        }
+        let (before, rest) = self.bytes.split_at_mut(self.filled);
+        Some((before, &mut rest[..length]))
+    }
+
+    /// Counts bytes that were written into the room.
+    pub(super) fn add(&mut self, length: usize) {
+        self.filled += length;
+    }
+}
+
+impl Write for Scratch {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let (_, room) = self.room(bytes.len()).ok_or_else(|| io::Error::other(TOO_LONG))?;
+        room.copy_from_slice(bytes);
+        self.add(bytes.len());
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+pub(super) const TOO_LONG: &str = "a packet of more than 256 MiB";
+
+/// Decompresses packets.
+pub(super) struct Inflater {
+    zstd: FrameDecoder,
+    pub(super) out: Scratch,
+}
+
+impl Inflater {
+    pub(super) fn new() -> Self {
+        Self { zstd: FrameDecoder::new(), out: Scratch::default() }
+    }
+
+    /// Replaces what is in `out` by what `bytes` were compressed from; after a fault it is the part
+    /// before it.
+    pub(super) fn inflate(
+        &mut self,
+        compression: Compression,
+        bytes: &[u8],
+    ) -> Result<(), Cow<'static, str>> {
+        self.out.clear();
+        match compression {
+            Compression::None => self.out.write_all(bytes).map_err(|e| e.to_string().into()),
+            Compression::Lz4 | Compression::Lz4High => lz4::inflate(bytes, &mut self.out),
+            Compression::Zstd | Compression::ZstdHigh => self.zstd(bytes),
+        }
+    }
+
+    fn zstd(&mut self, mut bytes: &[u8]) -> Result<(), Cow<'static, str>> {
+        let fault = |e: &dyn fmt::Display| format!("Zstandard: {e}");
+        // The window is allocated as the frame says: no larger than its bytes can fill.
+        let window = bytes.len().saturating_mul(MOST_FOLD).clamp(USUAL_WINDOW, MOST);
+        self.zstd.set_max_window_size(window as u64);
+        self.zstd.reset(&mut bytes).map_err(|e| fault(&e))?;
+        while !self.zstd.is_finished() {
+            let some = BlockDecodingStrategy::UptoBytes(1 << 20);
+            self.zstd.decode_blocks(&mut bytes, some).map_err(|e| fault(&e))?;
+            self.zstd.collect_to_writer(&mut self.out).map_err(|e| fault(&e))?;
+        }
+        let sums = (self.zstd.get_checksum_from_data(), self.zstd.get_calculated_checksum());
+        match sums {
+            (Some(stated), Some(found)) if stated != found => {
+                Err("Zstandard: the checksum of a frame does not fit".into())
+            }
+            _ => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,207 @@
+//! What stands before the packets: how they are compressed, and which streams there are.
+
+use std::fmt;
+use std::io::{Read, Seek, SeekFrom};
+
+use evpose_core::SensorSize;
+
+use super::build::{Builder, Field};
+use super::compression::Compression;
+use super::flat::{Broken, Table, identifier};
+use super::{MAGIC, damage, xml};
+use crate::{Input, IoError};
+
+/// What the packets of a stream hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Kind {
+    /// Events.
+    Events,
+    /// Frames.
+    Frames,
+    /// Samples of an inertial unit.
+    Imu,
+    /// Triggers.
+    Triggers,
+    /// Anything else, by its four letters.
+    Other([u8; 4]),
+}
+
+impl Kind {
+    /// What the four letters mean.
+    pub(super) fn of(letters: [u8; 4]) -> Self {
+        match &letters {
+            b"EVTS" => Self::Events,
+            b"FRME" => Self::Frames,
+            b"IMUS" => Self::Imu,
+            b"TRIG" => Self::Triggers,
+            _ => Self::Other(letters),
+        }
+    }
+
+    /// The four letters.
+    pub fn letters(self) -> [u8; 4] {
+        match self {
+            Self::Events => *b"EVTS",
+            Self::Frames => *b"FRME",
+            Self::Imu => *b"IMUS",
+            Self::Triggers => *b"TRIG",
+            Self::Other(letters) => letters,
+        }
+    }
+}
+
+impl fmt::Display for Kind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Events => f.write_str("events"),
+            Self::Frames => f.write_str("frames"),
+            Self::Imu => f.write_str("imu"),
+            Self::Triggers => f.write_str("triggers"),
+            Self::Other(letters) => write!(f, "{}", letters.escape_ascii()),
+        }
+    }
+}
+
+/// A stream of packets.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Stream {
+    /// Its number, which every packet carries.
+    pub id: i32,
+    /// What its packets hold.
+    pub kind: Kind,
+    /// Its name, such as `events`.
+    pub name: String,
+    /// The camera it is from, such as `DAVIS346_00000499`.
+    pub source: String,
+    /// Size of the sensor, where the file states it.
+    pub size: Option<SensorSize>,
+}
+
+/// The header of a file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct FileHeader {
+    pub(super) compression: Compression,
+    /// Where the data table is, if there is one.
+    pub(super) table: Option<u64>,
+    /// In the order of their numbers.
+    pub(super) streams: Vec<Stream>,
+    /// Where the packets begin.
+    pub(super) end: u64,
+}
+
+/// Reads a header.
+pub(super) fn read(input: &mut Input) -> Result<FileHeader, IoError> {
+    let start = MAGIC.len() as u64;
+    let path = input.path.clone();
+    let failed = |e| IoError::file(&path, "read", e);
+    let (mut magic, mut bytes) = (Vec::new(), Vec::new());
+    input.bytes.rewind().map_err(failed)?;
+    (&mut input.bytes).take(start).read_to_end(&mut magic).map_err(failed)?;
+    if magic != MAGIC {
+        return Err(damage(&path, 0, "the first line is not `#!AER-DAT4.0`"));
+    }
+    (&mut input.bytes).take(4).read_to_end(&mut bytes).map_err(failed)?;
+    let cut = || damage(&path, start, "the header is cut");
+    let size = u64::from(u32::from_le_bytes(*bytes.first_chunk().ok_or_else(cut)?));
+    let end = start + 4 + size;
+    if end > input.length {
+        return Err(cut());
+    }
+    (&mut input.bytes).take(size).read_to_end(&mut bytes).map_err(failed)?;
+    let broken = |Broken { at, reason }: Broken| {
+        damage(&path, start + at as u64, format!("the header: {reason}"))
+    };
+    if identifier(&bytes).map_err(broken)? != *b"IOHE" {
+        return Err(damage(&path, start + 8, "the header is none"));
+    }
+    let table = Table::root(&bytes).map_err(broken)?;
+    let number = table.i32(0).map_err(broken)?;
+    let known = usize::try_from(number).ok().and_then(|k| Compression::ALL.get(k));
+    let unknown = || damage(&path, start, format!("compression {number} is not known"));
+    let compression = *known.ok_or_else(unknown)?;
+    let place = table.i64(1).map_err(broken)?.unwrap_or(-1);
+    let text = table.vector(2).map_err(broken)?.whole(1).map_err(broken)?;
+    let streams = streams(&String::from_utf8_lossy(text));
+    input.bytes.seek(SeekFrom::Start(end)).map_err(failed)?;
+    Ok(FileHeader { compression, table: u64::try_from(place).ok(), streams, end })
+}
+
+/// The streams that an XML names.
+pub(super) fn streams(text: &str) -> Vec<Stream> {
+    let mut streams: Vec<Stream> = Vec::new();
+    let mut sizes: Vec<[Option<u16>; 2]> = Vec::new();
+    xml::attributes(text, |nodes, key, text| {
+        // Some programs keep settings of their own beside the numbers of streams.
+        let place = nodes.iter().position(|name| name == "outInfo");
+        let (id, inner) = match place.map(|place| &nodes[place + 1..]) {
+            Some([id]) => (id, None),
+            Some([id, inner]) => (id, Some(inner)),
+            _ => return,
+        };
+        let Ok(id) = id.parse() else { return };
+        let k = streams.iter().position(|stream| stream.id == id).unwrap_or_else(|| {
+            let (name, source) = (String::new(), String::new());
+            streams.push(Stream { id, kind: Kind::Other(*b"    "), name, source, size: None });
+            sizes.push([None; 2]);
+            streams.len() - 1
+        });
+        let stream = &mut streams[k];
+        match (inner.map(|name| &**name), key) {
+            (None, "typeIdentifier") => {
+                stream.kind =
+                    text.as_bytes().as_array().map_or(stream.kind, |four| Kind::of(*four));
+            }
+            (None, "originalOutputName") => stream.name = text.to_owned(),
+            (Some("info"), "source") => stream.source = text.to_owned(),
+            (Some("info"), "sizeX") => sizes[k][0] = text.parse().ok(),
+            (Some("info"), "sizeY") => sizes[k][1] = text.parse().ok(),
+            _ => {}
+        }
+    });
+    for (stream, size) in streams.iter_mut().zip(sizes) {
+        if let [Some(width @ 1..), Some(height @ 1..)] = size {
+            stream.size = Some(SensorSize { width, height });
+        }
+    }
+    streams.sort_by_key(|stream| stream.id);
+    streams
+}
+
+/// The bytes of a header, whose place of the table can be written later: they stay as many.
+pub(super) fn bytes(compression: Compression, table: Option<u64>, streams: &[Stream]) -> Vec<u8> {
+    let number = Compression::ALL.iter().position(|&other| other == compression);
+    let mut builder = Builder::default();
+    builder.begin(*b"IOHE");
+    let place = builder.root(&[
+        Field::Int(number.unwrap_or_default() as i32),
+        Field::Long(table.map_or(-1, |place| place as i64)),
+        Field::Next,
+    ]);
+    builder.string(place, &xml(compression, streams));
+    [MAGIC, builder.finish()].concat()
+}
+
+fn xml(compression: Compression, streams: &[Stream]) -> String {
+    let attribute = |key: &str, kind: &str, text: &str| {
+        format!("<attr key=\"{key}\" type=\"{kind}\">{}</attr>\n", xml::escaped(text))
+    };
+    let mut text = "<dv version=\"2.0\">\n<node name=\"outInfo\" path=\"/outInfo/\">\n".to_owned();
+    for Stream { id, kind, name, source, size } in streams {
+        let letters = kind.letters();
+        let letters = String::from_utf8_lossy(&letters);
+        text += &format!("<node name=\"{id}\" path=\"/outInfo/{id}/\">\n");
+        text += &attribute("compression", "string", compression.name());
+        text += &attribute("originalModuleName", "string", "evpose");
+        text += &attribute("originalOutputName", "string", name);
+        text += &attribute("typeDescription", "string", &kind.to_string());
+        text += &attribute("typeIdentifier", "string", &letters);
+        text += &format!("<node name=\"info\" path=\"/outInfo/{id}/info/\">\n");
+        if let Some(size) = size {
+            text += &attribute("sizeX", "int", &size.width.to_string());
+            text += &attribute("sizeY", "int", &size.height.to_string());
+        }
+        text += &attribute("source", "string", source);
+        text += "</node>\n</node>\n";
+    }
+    text + "</node>\n</dv>\n"
+}
