@@ -6,16 +6,21 @@
 //! * [`evc`], [`meta`]: the sequences of EventHands, events and labels, of any size, by random
 //!   access.
 //! * [`npz`], [`text`]: recordings for other tools.
+//! * [`aedat2`], [`nmnist`], [`yarp`]: recordings of other programs and data sets.
 //! * [`frames`]: the light of an image sequence, one frame at a time.
 //!
 //! A faulty file is a typed [`IoError`] that names the file, the byte and what was readable before
 //! it; files appear under their name only when they are complete.
 
+pub mod aedat2;
 mod columns;
 mod error;
 pub mod evc;
 pub mod frames;
+#[cfg(test)]
+mod golden;
 pub mod meta;
+pub mod nmnist;
 pub mod npz;
 mod open;
 mod positional;
@@ -23,6 +28,7 @@ mod sink;
 mod source;
 mod tell;
 pub mod text;
+pub mod yarp;
 
 pub use columns::Columns;
 pub use error::IoError;

@@ -27,7 +27,17 @@ pub struct Format {
 }
 
 /// Every format, the first whose probe agrees is taken.
-pub const FORMATS: &[Format] = &[crate::npz::FORMAT, crate::evc::FORMAT, crate::text::FORMAT];
+pub const FORMATS: &[Format] = &[
+    crate::npz::FORMAT,
+    crate::evc::FORMAT,
+    crate::aedat2::FORMAT,
+    // Lines that begin as those of text.
+    crate::yarp::LOG,
+    crate::text::FORMAT,
+    // Without marks of their own, and so behind all others.
+    crate::yarp::BINARY,
+    crate::nmnist::FORMAT,
+];
 
 /// Bytes that probes see.
 pub(super) const HEAD: usize = 4096;
