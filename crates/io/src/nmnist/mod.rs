@@ -104,7 +104,7 @@ fn probe(head: &[u8]) -> bool {
         return false;
     }
     // Of a file that is not seen whole, the last record may be cut.
-    let is_whole = head.len() % RECORD == 0 || head.len() >= 4096;
+    let is_whole = head.len().is_multiple_of(RECORD) || head.len() >= 4096;
     let lasts = columns.t[0] < columns.t[columns.len() - 1];
     let moves = columns.x.iter().any(|x| *x != columns.x[0])
         && columns.y.iter().any(|y| *y != columns.y[0]);

@@ -58,7 +58,7 @@ fn what_is_not_in_order_of_time_or_does_not_move_is_not_recognised() {
     assert!(probe(&records.concat()));
     assert!(!probe(&records[..LEAST - 1].concat()));
     assert!(!probe(&[records.concat(), vec![1]].concat()));
-    let mut swapped = records.clone();
+    let mut swapped = records;
     swapped.swap(3, 4);
     assert!(!probe(&swapped.concat()));
     assert!(!probe(&[0; 400]) && !probe(&[1, 2, 3, 4, 5].repeat(20)));
@@ -128,15 +128,13 @@ fn what_the_format_cannot_hold_is_refused() {
 /// See `tests/golden/nmnist`.
 #[test]
 fn a_file_that_numpy_wrote_is_read_as_tonic_reads_it() {
-    for (name, format, file, events, lines) in [(
+    check(
         "nmnist/synthetic.bin",
         "nmnist",
         "8f66a5b4a4024e90cbb04187976a5ab8dc74df4e0980944d339919ca9d38f008",
         400,
         "5b41b7f3d522770f725e994432857e0ef13094424a48578bb2fc6043d243c81c",
-    )] {
-        check(name, format, file, events, lines);
-    }
+    );
 }
 
 proptest! {

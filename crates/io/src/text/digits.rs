@@ -45,11 +45,11 @@ const ZEROS: u64 = 0x3030_3030_3030_3030;
 #[inline(always)]
 fn ascii(value: u64) -> u64 {
     // Halves of four digits, in lanes of 32 bits; then pairs in lanes of 16, then single digits.
-    let fours = value / 10_000 | (value % 10_000) << 32;
+    let fours = (value / 10_000) | ((value % 10_000) << 32);
     // n / 100 is n * 10486 / 2^20 below 10^4, and n / 10 is n * 103 / 2^10 below 10^2.
-    let hundreds = (fours * 10_486 >> 20) & 0x0000_007f_0000_007f;
+    let hundreds = ((fours * 10_486) >> 20) & 0x0000_007f_0000_007f;
     let pairs = hundreds | (fours - 100 * hundreds) << 16;
-    let tens = (pairs * 103 >> 10) & 0x000f_000f_000f_000f;
+    let tens = ((pairs * 103) >> 10) & 0x000f_000f_000f_000f;
     (tens | (pairs - 10 * tens) << 8) + ZEROS
 }
 

@@ -68,7 +68,7 @@ impl Decoder for Pairs {
 fn probe(head: &[u8]) -> bool {
     let (times, words): (Vec<u32>, Vec<u32>) = records(head).unzip();
     // Of a file that is not seen whole, the last record may be cut.
-    let is_whole = head.len() % RECORD == 0 || head.len() >= HEAD;
+    let is_whole = head.len().is_multiple_of(RECORD) || head.len() >= HEAD;
     let falls = times.windows(2).filter(|pair| pair[1] < pair[0]).count();
     let passes = times.first() != times.last();
     let moves = |bits: u32| words.iter().any(|word| (word ^ words[0]) & bits != 0);

@@ -136,7 +136,7 @@ impl Bottles {
         loop {
             let mut at = done;
             let mut values = [0; 4];
-            for k in 0..count {
+            for (k, value) in values[..count].iter_mut().enumerate() {
                 at += rest[at..].iter().take_while(|&&b| b == b' ').count();
                 match rest.get(at) {
                     None => return Ok(done),
@@ -149,14 +149,14 @@ impl Bottles {
                     }
                     Some(_) => {}
                 }
-                let Some((value, length)) = number(&rest[at..]) else {
+                let Some((found, length)) = number(&rest[at..]) else {
                     return Err(Fault { at, ..fault("no number of 32 bits") });
                 };
                 if at + length == rest.len() {
                     // There may be more digits behind.
                     return Ok(done);
                 }
-                values[k] = value;
+                *value = found;
                 at += length;
             }
             each(InBottle {
@@ -177,8 +177,8 @@ impl Bottles {
         loop {
             let mut at = done;
             let mut values = [0; 8];
-            for k in 0..count {
-                let (value, length) = match rest[at..] {
+            for (k, value) in values[..count].iter_mut().enumerate() {
+                let (found, length) = match rest[at..] {
                     [] | [b'\\'] => return Ok(done),
                     [b'"', ..] if k == 0 => {
                         (self.place, self.bottle) = (Place::End, self.bottle + 1);
@@ -191,18 +191,18 @@ impl Bottles {
                         return Err(Fault { at, ..fault("the line ends within a bottle") });
                     }
                     [b'\\', escaped, ..] => {
-                        let value = match escaped {
+                        let found = match escaped {
                             b'0' => 0,
                             b'n' => b'\n',
                             b'r' => b'\r',
                             b'"' | b'\\' => escaped,
                             _ => return Err(Fault { at, ..fault("an unknown escape") }),
                         };
-                        (value, 2)
+                        (found, 2)
                     }
-                    [value, ..] => (value, 1),
+                    [found, ..] => (found, 1),
                 };
-                values[k] = value;
+                *value = found;
                 at += length;
             }
             let [a, b, c, d, e, f, g, h] = values;

@@ -66,14 +66,14 @@ fn has_ticks(first: &[u8]) -> bool {
 fn survey(first: &[u8], has_ticks: bool) -> (u8, Option<(f64, f64)>) {
     let mut cameras = 0;
     let mut clock = Clock::new(Tick::new(&OpenOptions::default(), None));
-    let (mut begin, mut end): (Option<(InBottle, u64)>, Option<(InBottle, u64)>) = (None, None);
+    let (mut begin, mut end): (_, Option<(InBottle, u64)>) = (None, None);
     let _ = Bottles::new(has_ticks).read(first, false, |event| {
         if event.codec.is_event(event.word) {
             cameras |= 1 << channel(event.word);
         }
         if let Some(ticks) = event.ticks {
             let ticks = clock.ticks(ticks);
-            begin.get_or_insert((event, ticks));
+            begin = begin.or(Some((event, ticks)));
             if end.is_none_or(|(last, _)| last.bottle != event.bottle) {
                 end = Some((event, ticks));
             }
