@@ -8,19 +8,24 @@
 //! * [`aedat4`]: recordings of iniVation's cameras, with their frames, inertial samples and triggers.
 //! * [`npz`], [`text`]: recordings for other tools.
 //! * [`evt`], [`dat`]: recordings of Prophesee's cameras.
+//! * [`aedat2`], [`nmnist`], [`yarp`]: recordings of other programs and data sets.
 //! * [`frames`]: the light of an image sequence, one frame at a time.
 //!
 //! A faulty file is a typed [`IoError`] that names the file, the byte and what was readable before
 //! it; files appear under their name only when they are complete.
 
 pub mod aedat4;
+pub mod aedat2;
 mod columns;
 pub mod dat;
 mod error;
 pub mod evc;
 pub mod evt;
 pub mod frames;
+#[cfg(test)]
+mod golden;
 pub mod meta;
+pub mod nmnist;
 pub mod npz;
 mod open;
 mod positional;
@@ -28,6 +33,7 @@ mod sink;
 mod source;
 mod tell;
 pub mod text;
+pub mod yarp;
 
 pub use columns::Columns;
 pub use error::IoError;

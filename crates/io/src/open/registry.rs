@@ -31,13 +31,17 @@ pub const FORMATS: &[Format] = &[
     crate::npz::FORMAT,
     crate::evc::FORMAT,
     crate::aedat4::FORMAT,
+    crate::aedat2::FORMAT,
     // Lines that begin as those of text.
+    crate::yarp::LOG,
     crate::text::FORMAT,
     crate::dat::FORMAT,
     crate::evt::EVT2,
     crate::evt::EVT21,
     crate::evt::EVT3,
     // Without marks of their own, and so behind all others.
+    crate::yarp::BINARY,
+    crate::nmnist::FORMAT,
 ];
 
 /// Bytes that probes see.

@@ -8,12 +8,13 @@ use proptest::prelude::*;
 use super::*;
 use crate::{EvcWriter, MetaWriter};
 
-/// Whole milliseconds and raster order, so that every format keeps all of it.
+/// Whole milliseconds and raster order, so that every format keeps all of it, up to the last pixel,
+/// so that none takes the sensor to be smaller.
 fn recording(sensor: SensorSize) -> EventStream {
     let events = (0..30).map(|k| Event {
         t: Micros(1000 * (3 + k / 2)),
-        x: (k % 2) as u16,
-        y: 5,
+        x: if k != 28 { (k % 2) as u16 } else { sensor.width - 1 },
+        y: if k != 28 { 5 } else { sensor.height - 1 },
         polarity: Polarity::from_on(k % 3 > 0),
     });
     EventStream::from_events(sensor, events).unwrap()
@@ -23,7 +24,7 @@ fn recording(sensor: SensorSize) -> EventStream {
 fn every_format_is_recognised_by_its_content_whatever_its_name() {
     let stream = recording(SensorSize::DAVIS240C);
     let directory = tempfile::tempdir().unwrap();
-    for format in FORMATS {
+    for format in FORMATS.iter().filter(|format| format.create.is_some()) {
         let path = directory.path().join("recording.dat");
         format.write(&path, &stream).unwrap();
         let back = open(&path).unwrap();
@@ -39,7 +40,7 @@ fn every_format_is_recognised_by_its_content_whatever_its_name() {
 fn every_format_is_described_alike() {
     let stream = recording(SensorSize::DAVIS240C);
     let directory = tempfile::tempdir().unwrap();
-    for format in FORMATS {
+    for format in FORMATS.iter().filter(|format| format.create.is_some()) {
         let path = directory.path().join("recording.dat");
         format.write(&path, &stream).unwrap();
         let info = info(&path, &OpenOptions::default()).unwrap();

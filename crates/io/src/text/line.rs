@@ -86,9 +86,9 @@ pub(super) struct Known {
 }
 
 /// As the data sets of the Robotics and Perception Group.
-const USUAL: [usize; 4] = [0, 1, 2, 3];
+pub(super) const USUAL: [usize; 4] = [0, 1, 2, 3];
 /// `x y p t`, as tables of Prophesee's programs.
-const TIME_LAST: [usize; 4] = [3, 0, 1, 2];
+pub(super) const TIME_LAST: [usize; 4] = [3, 0, 1, 2];
 
 /// Names of t, x, y and p in a line of names.
 const NAMES: [&[&str]; 4] = [

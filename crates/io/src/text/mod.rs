@@ -10,9 +10,13 @@
 //! * `p` is 1 for ON and 0 or -1 for OFF. Fields are separated by spaces, tabs, commas or semicolons.
 //!   What follows a `#` is a comment; empty lines are skipped.
 
+mod digits;
 mod line;
+mod quick;
 mod reader;
 mod writer;
+
+pub use reader::Lines;
 
 use line::TextFault;
 

@@ -2,8 +2,8 @@
 
 use evpose_core::SensorSize;
 
-use super::TextFault;
 use super::line::{Known, Line, names, parse};
+use super::{TextFault, quick};
 use crate::tell::is_time;
 use crate::{
     BlockSource, Columns, Decoder, EventSource, Fault, Header, Input, IoError, OpenOptions,
@@ -32,9 +32,9 @@ fn sensor(head: &[u8]) -> Option<SensorSize> {
     }
 }
 
-/// Lines as they follow each other.
+/// Lines as they follow each other: a text is decoded from its first on.
 #[derive(Debug, Clone)]
-struct Lines {
+pub struct Lines {
     known: Known,
     /// Lines so far.
     number: u64,
@@ -59,6 +59,9 @@ impl Decoder for Lines {
         let (mut at, before) = (0, columns.len());
         let is_beginning = self.known.is_first;
         while at < bytes.len() {
+            let passed = quick::read(&bytes[at..], &self.known, columns);
+            self.number += passed.lines;
+            at += passed.bytes;
             let rest = &bytes[at..];
             let length = match rest.iter().position(|&b| b == b'\n') {
                 Some(end) => end + 1,

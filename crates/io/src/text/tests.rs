@@ -7,8 +7,10 @@ use evpose_core::{Event, EventStream, Micros, Polarity, Rejected, SensorSize};
 use proptest::prelude::*;
 use tempfile::TempDir;
 
+use super::line::{Known, Line, parse};
 use super::*;
-use crate::{IoError, SensorOrigin, open, open_with};
+use crate::golden::check;
+use crate::{Columns, Input, IoError, OpenOptions, SensorOrigin, open, open_with};
 
 const SENSOR: SensorSize = SensorSize { width: 240, height: 180 };
 
@@ -162,5 +164,150 @@ proptest! {
     fn random_bytes_never_panic(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
         let (_directory, path) = file(bytes);
         let _ = open(&path);
+    }
+}
+
+/// As the file would be read without the way for usual lines.
+fn line_by_line(text: &str) -> (Columns, bool) {
+    let mut known = Known { is_first: true, ..Known::default() };
+    let mut columns = Columns::new();
+    for line in text.split_inclusive('\n') {
+        match parse(line.as_bytes(), &mut known) {
+            Ok(Some(Line::Event(event))) => {
+                known.is_first = false;
+                columns.push(event);
+            }
+            Ok(_) => {}
+            Err(_) => return (columns, false),
+        }
+    }
+    (columns, true)
+}
+
+fn all_of(text: &str) -> (Columns, bool) {
+    let input = Input::memory("events.txt", text.into());
+    let mut source = (FORMAT.open)(input, &OpenOptions::default()).unwrap();
+    let mut columns = Columns::new();
+    loop {
+        let before = columns.len();
+        if source.next(&mut columns).is_err() {
+            return (columns, false);
+        }
+        if columns.len() == before {
+            return (columns, true);
+        }
+    }
+}
+
+/// Times in seconds with up to twelve decimals, some of them near half a microsecond.
+fn seconds() -> impl Strategy<Value = String> {
+    let whole = prop_oneof![0..3_u64, 0..10_000_000_u64, 0..3_000_000_000_u64];
+    let near = prop::sample::select(vec!["0005", "0004999", "0005001", "9999995", "49999", "5"]);
+    let decimals = prop_oneof![
+        (0..1_000_000_000_u64, 1..10_usize)
+            .prop_map(|(n, digits)| format!("{n:09}")[..digits].into()),
+        (0..1000_u64, near).prop_map(|(n, near)| format!("{n:03}{near}")),
+        (0..1_000_000_000_000_u64).prop_map(|n| format!("{n:012}")),
+        Just(String::new()),
+    ];
+    (whole, decimals).prop_map(|(whole, decimals)| format!("{whole}.{decimals}"))
+}
+
+/// A line, most often a usual one.
+fn any_line(time: impl Strategy<Value = String>) -> impl Strategy<Value = String> {
+    let separator = prop::sample::select(vec![" ", " ", ",", "\t", ";", "  "]);
+    let polarity = prop::sample::select(vec!["0", "1", "0", "1", "-1", "+1", "True", "1.0"]);
+    let end = prop::sample::select(vec!["\n", "\n", "\r\n", " \n", " # end\n", "\n\n"]);
+    let place = prop_oneof![0..400_u32, 0..100_000_u32];
+    (time, place.clone(), place, polarity, separator, end)
+        .prop_map(|(t, x, y, p, s, end)| format!("{t}{s}{x}{s}{y}{s}{p}{end}"))
+}
+
+fn agree(lines: &[String], damage: Option<(usize, u8)>) -> Result<(), TestCaseError> {
+    let mut text = lines.concat();
+    if let Some((at, byte)) = damage {
+        let at = at % text.len();
+        text.replace_range(at..=at, &char::from(byte % 128).to_string());
+    }
+    prop_assert_eq!(all_of(&text), line_by_line(&text), "{}", text);
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(512))]
+
+    #[test]
+    fn usual_lines_of_seconds_are_read_as_any_line_is(
+        lines in prop::collection::vec(any_line(seconds()), 1..100),
+        damage in prop::option::weighted(0.2, any::<(usize, u8)>()),
+    ) {
+        agree(&lines, damage)?;
+    }
+
+    #[test]
+    fn usual_lines_of_microseconds_are_read_as_any_line_is(
+        lines in prop::collection::vec(
+            any_line((any::<u64>(), 1..64_u32).prop_map(|(t, bits)| (t >> bits).to_string())),
+            1..100,
+        ),
+        damage in prop::option::weighted(0.2, any::<(usize, u8)>()),
+    ) {
+        agree(&lines, damage)?;
+    }
+
+    #[test]
+    fn usual_lines_with_times_last_are_read_as_any_line_is(
+        lines in prop::collection::vec((0..2000, 0..1000, 0..2, 2..1_000_000_000_000_i64), 1..100),
+    ) {
+        let line = |(x, y, p, t): &(i32, i32, i32, i64)| format!("{x},{y},{p},{t}\n");
+        agree(&lines.iter().map(line).collect::<Vec<_>>(), None)?;
+    }
+}
+
+#[test]
+fn more_lines_than_are_gathered_at_once_are_read_in_order() {
+    let text: String =
+        (0..3000).map(|k| format!("{k} {} {} {}\n", k % 640, k % 48, k % 2)).collect();
+    let (columns, is_whole) = all_of(&text);
+    let want = (0..3000).map(|k| event(k, (k % 640) as u16, (k % 48) as u16, k % 2 == 1));
+    assert!(is_whole && columns.iter().eq(want));
+}
+
+#[test]
+fn a_fault_behind_many_usual_lines_has_its_line_and_byte() {
+    let text = format!("{}5 5 5\n", "1000 96 133 0\n".repeat(1000));
+    let (_directory, path) = file(&text);
+    let message = open(&path).unwrap_err().to_string();
+    assert!(message.contains("byte 14000: line 1001: 3 fields instead"), "{message}");
+    assert!(message.ends_with("(1000 events readable before it)"), "{message}");
+}
+
+/// See `tests/golden/text`.
+#[test]
+fn files_that_numpy_wrote_hold_the_events_that_it_was_given() {
+    for (name, format, file, events, lines) in [
+        (
+            "text/seconds.txt",
+            "text",
+            "7e77c6bd37cd6befbb83a57a293e3fe3300f126fdd5b03787bde680db97f8de7",
+            200,
+            "45f52bbe846911de9f4b436129fd486c2dc7263070c56f46eec8a2b4aed4aa82",
+        ),
+        (
+            "text/nanoseconds.txt",
+            "text",
+            "55aa13b5d0fa5e06bb3d7a4a325bdbf78dc461dde995c6bef9a051fb8e5e2141",
+            200,
+            "45f52bbe846911de9f4b436129fd486c2dc7263070c56f46eec8a2b4aed4aa82",
+        ),
+        (
+            "text/named.csv",
+            "text",
+            "f0118d49a56fbe501f8da45903a01cb130d3b7526bc87e9303ba39920c30600a",
+            200,
+            "45f52bbe846911de9f4b436129fd486c2dc7263070c56f46eec8a2b4aed4aa82",
+        ),
+    ] {
+        check(name, format, file, events, lines);
     }
 }

@@ -3,39 +3,69 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use evpose_core::{AtomicFile, EventStream, SensorSize};
+use evpose_core::{AtomicFile, Event, EventStream, SensorSize};
 
+use super::digits::{REACH, put};
 use crate::{EventSink, IoError};
+
+/// Bytes that are gathered before they are written.
+const GATHERED: usize = 1 << 16;
+/// Longer than any line: a sign, 19 digits, twice 5 digits, a polarity, and what separates them.
+const LINE: usize = 35 + REACH;
 
 struct TextSink {
     path: PathBuf,
     file: AtomicFile,
     lines: Vec<u8>,
+    /// Bytes of `lines` that are to be written.
+    filled: usize,
 }
 
 /// Begins a file of `width height` and then `t x y p` lines, times in whole microseconds.
 pub(super) fn create(path: &Path, sensor: SensorSize) -> Result<Box<dyn EventSink>, IoError> {
     let file = AtomicFile::create(path).map_err(|e| IoError::file(path, "create", e))?;
-    let lines = format!("{} {}\n", sensor.width, sensor.height).into_bytes();
-    Ok(Box::new(TextSink { path: path.to_owned(), file, lines }))
+    let mut lines = vec![0; GATHERED];
+    let size = format!("{} {}\n", sensor.width, sensor.height);
+    lines[..size.len()].copy_from_slice(size.as_bytes());
+    Ok(Box::new(TextSink { path: path.to_owned(), file, lines, filled: size.len() }))
 }
 
 impl EventSink for TextSink {
     fn write(&mut self, events: &EventStream) -> Result<(), IoError> {
-        let failed = |e| IoError::file(&self.path, "write", e);
         for event in events.iter() {
-            let polarity = event.polarity as u8;
-            writeln!(self.lines, "{} {} {} {polarity}", event.t.0, event.x, event.y)
-                .map_err(failed)?;
+            if self.lines.len() - self.filled < LINE {
+                self.pass_on()?;
+            }
+            self.filled += line(&mut self.lines[self.filled..], event);
         }
-        self.file.write_all(&self.lines).map_err(failed)?;
-        self.lines.clear();
         Ok(())
     }
 
     fn finish(mut self: Box<Self>) -> Result<(), IoError> {
-        let failed = |e| IoError::file(&self.path, "write", e);
-        self.file.write_all(&self.lines).map_err(failed)?;
-        self.file.commit().map_err(failed)
+        self.pass_on()?;
+        self.file.commit().map_err(|e| IoError::file(&self.path, "write", e))
     }
+}
+
+impl TextSink {
+    fn pass_on(&mut self) -> Result<(), IoError> {
+        let written = self.file.write_all(&self.lines[..self.filled]);
+        self.filled = 0;
+        written.map_err(|e| IoError::file(&self.path, "write", e))
+    }
+}
+
+/// Writes a line at the beginning of `room`; returns its length.
+#[inline(always)]
+fn line(room: &mut [u8], event: Event) -> usize {
+    let room = &mut room[..LINE];
+    room[0] = b'-';
+    let mut at = put(room, usize::from(event.t.0 < 0), event.t.0.unsigned_abs());
+    for number in [event.x, event.y] {
+        room[at] = b' ';
+        at = put(room, at + 1, number.into());
+    }
+    let end = [b' ', b'0' + event.polarity as u8, b'\n'];
+    room[at..at + 3].copy_from_slice(&end);
+    at + 3
 }

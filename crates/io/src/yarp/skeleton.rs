@@ -1,0 +1,76 @@
+//! Skeletons in a `data.log`.
+
+use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
+
+use evpose_core::Micros;
+
+use super::bottle::head_of;
+use crate::IoError;
+use crate::open::input;
+
+/// Joints of a skeleton: head, right and left shoulder, right and left elbow, left and right hip, right
+/// and left hand, right and left knee, right and left foot.
+pub const JOINTS: usize = 13;
+
+/// No line of a skeleton is longer.
+const LONGEST_LINE: u64 = 1 << 16;
+
+/// Where the joints of a person are on the image, as hpe-core logs it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Skeleton {
+    /// When.
+    pub t: Micros,
+    /// Column and row of each of the [`JOINTS`], in pixels. DHP19's logs have row and column.
+    pub joints: [[f32; 2]; JOINTS],
+    /// Size of the head in pixels, if it is known.
+    pub head_size_px: Option<f32>,
+    /// Length from the left hip to the right shoulder in pixels, if it is known.
+    pub torso_size_px: Option<f32>,
+}
+
+/// Reads the skeletons of a log, or of the `data.log` in a folder: lines such as
+/// `7 000.12 SKLT (26 numbers) -1.0 104.3`.
+///
+/// # Errors
+/// If the file cannot be read, or a line with something on it is no skeleton.
+pub fn read_skeletons(path: impl AsRef<Path>) -> Result<Vec<Skeleton>, IoError> {
+    let input = input(path.as_ref())?;
+    let mut bytes = BufReader::new(input.bytes);
+    let (mut found, mut line, mut at) = (Vec::new(), Vec::new(), 0);
+    loop {
+        line.clear();
+        let read = (&mut bytes).take(LONGEST_LINE).read_until(b'\n', &mut line);
+        read.map_err(|e| IoError::file(&input.path, "read", e))?;
+        if line.is_empty() {
+            return Ok(found);
+        }
+        if !line.trim_ascii().is_empty() {
+            found.push(skeleton(&line).ok_or_else(|| IoError::Damaged {
+                path: input.path.clone(),
+                byte: at,
+                reason: "a number, a time, SKLT and 26 numbers in brackets were expected".into(),
+                events: found.len() as u64,
+            })?);
+        }
+        at += line.len() as u64;
+    }
+}
+
+fn skeleton(line: &[u8]) -> Option<Skeleton> {
+    let line = str::from_utf8(line).ok()?;
+    let (head, rest) = line.split_once('(')?;
+    let (inside, behind) = rest.split_once(')')?;
+    let (t, name) = head_of(head.as_bytes())?;
+    let (numbers, sizes) = (numbers(inside)?, numbers(behind)?);
+    let pairs = numbers.as_chunks::<2>();
+    let joints = pairs.0.try_into().ok().filter(|_| name == "SKLT" && pairs.1.is_empty())?;
+    // Unknown sizes are -1.
+    let size = |k: usize| sizes.get(k).copied().filter(|size| *size >= 0.0);
+    Some(Skeleton { t, joints, head_size_px: size(0), torso_size_px: size(1) })
+}
+
+fn numbers(text: &str) -> Option<Vec<f32>> {
+    let number = |word: &str| word.parse().ok().filter(|number: &f32| number.is_finite());
+    text.split_ascii_whitespace().map(number).collect()
+}
