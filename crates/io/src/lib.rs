@@ -5,7 +5,8 @@
 //!   where it can be written.
 //! * [`evc`], [`meta`]: the sequences of EventHands, events and labels, of any size, by random
 //!   access.
-//! * [`npz`], [`text`]: recordings for other tools.
+//! * [`npz`], [`text`]: recordings for other tools; HDF5 files of all usual layouts, with the Cargo
+//!   feature `hdf5`.
 //! * [`frames`]: the light of an image sequence, one frame at a time.
 //!
 //! A faulty file is a typed [`IoError`] that names the file, the byte and what was readable before
@@ -15,6 +16,7 @@ mod columns;
 mod error;
 pub mod evc;
 pub mod frames;
+mod hdf5;
 pub mod meta;
 pub mod npz;
 mod open;

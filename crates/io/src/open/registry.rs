@@ -27,7 +27,8 @@ pub struct Format {
 }
 
 /// Every format, the first whose probe agrees is taken.
-pub const FORMATS: &[Format] = &[crate::npz::FORMAT, crate::evc::FORMAT, crate::text::FORMAT];
+pub const FORMATS: &[Format] =
+    &[crate::npz::FORMAT, crate::evc::FORMAT, crate::hdf5::FORMAT, crate::text::FORMAT];
 
 /// Bytes that probes see.
 pub(super) const HEAD: usize = 4096;

@@ -23,7 +23,7 @@ fn recording(sensor: SensorSize) -> EventStream {
 fn every_format_is_recognised_by_its_content_whatever_its_name() {
     let stream = recording(SensorSize::DAVIS240C);
     let directory = tempfile::tempdir().unwrap();
-    for format in FORMATS {
+    for format in FORMATS.iter().filter(|format| format.create.is_some()) {
         let path = directory.path().join("recording.dat");
         format.write(&path, &stream).unwrap();
         let back = open(&path).unwrap();
@@ -39,7 +39,7 @@ fn every_format_is_recognised_by_its_content_whatever_its_name() {
 fn every_format_is_described_alike() {
     let stream = recording(SensorSize::DAVIS240C);
     let directory = tempfile::tempdir().unwrap();
-    for format in FORMATS {
+    for format in FORMATS.iter().filter(|format| format.create.is_some()) {
         let path = directory.path().join("recording.dat");
         format.write(&path, &stream).unwrap();
         let info = info(&path, &OpenOptions::default()).unwrap();
@@ -86,7 +86,7 @@ fn a_file_of_no_known_format_is_refused_with_the_formats_there_are() {
         fs::write(&path, content).unwrap();
         let message = open(&path).unwrap_err().to_string();
         assert!(
-            message.ends_with("the content is of no known format (npz, evc, text)"),
+            message.ends_with("the content is of no known format (npz, evc, hdf5, text)"),
             "{message}"
         );
     }
