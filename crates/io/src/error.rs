@@ -144,6 +144,19 @@ pub enum IoError {
         /// The file.
         path: PathBuf,
     },
+    /// A file that this build cannot read.
+    #[error(
+        "{}: {format} is not read by this build: build it with `--features {feature}`",
+        path.display()
+    )]
+    NeedsFeature {
+        /// The file.
+        path: PathBuf,
+        /// What it is.
+        format: &'static str,
+        /// The Cargo feature that reads it.
+        feature: &'static str,
+    },
     /// Frames were asked for that the file does not have.
     #[error("{}: frames {start}..{end} of {available}", path.display())]
     NoSuchFrames {

@@ -6,7 +6,8 @@
 //! * [`evc`], [`meta`]: the sequences of EventHands, events and labels, of any size, by random
 //!   access.
 //! * [`aedat4`]: recordings of iniVation's cameras, with their frames, inertial samples and triggers.
-//! * [`npz`], [`text`]: recordings for other tools.
+//! * [`npz`], [`text`]: recordings for other tools; HDF5 files of all usual layouts, with the Cargo
+//!   feature `hdf5`.
 //! * [`evt`], [`dat`]: recordings of Prophesee's cameras.
 //! * [`aedat2`], [`nmnist`], [`yarp`]: recordings of other programs and data sets.
 //! * [`frames`]: the light of an image sequence, one frame at a time.
@@ -24,6 +25,7 @@ pub mod evt;
 pub mod frames;
 #[cfg(test)]
 mod golden;
+mod hdf5;
 pub mod meta;
 pub mod nmnist;
 pub mod npz;

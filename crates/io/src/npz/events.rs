@@ -15,7 +15,7 @@ const NAMES: [&[&str]; 4] = [
     &["p", "ps", "pol", "polarity", "polarities"],
 ];
 /// Orders of columns without names, as places of t, x, y and p.
-const ORDERS: [([usize; 4], &str); 4] = [
+pub(crate) const ORDERS: [([usize; 4], &str); 4] = [
     ([0, 1, 2, 3], "t x y p"),
     ([2, 0, 1, 3], "x y t p"),
     ([3, 0, 1, 2], "x y p t"),
@@ -28,7 +28,7 @@ const LONGEST_S: f64 = 1e5;
 pub(super) struct Named<'a>(pub(super) [&'a Column; 4]);
 
 /// The first of `found` that is called like `what` (0 time, 1 column, 2 row, 3 polarity).
-pub(super) fn called<'n>(
+pub(crate) fn called<'n>(
     what: usize,
     found: &(impl Iterator<Item = &'n str> + Clone),
 ) -> Option<&'n str> {
@@ -36,7 +36,7 @@ pub(super) fn called<'n>(
 }
 
 /// What a recording calls time, column, row and polarity.
-pub(super) const REQUIRED: [&str; 4] = ["t", "x", "y", "p"];
+pub(crate) const REQUIRED: [&str; 4] = ["t", "x", "y", "p"];
 
 impl<'a> Named<'a> {
     /// The columns of one array that holds all.

@@ -19,6 +19,9 @@ mod writer;
 
 use std::fmt;
 
+#[cfg(feature = "hdf5")]
+pub(crate) use events::{ORDERS, REQUIRED, called};
+
 use crate::open::{Format, no_labels};
 
 /// The archive's entry in the registry of formats.

@@ -32,6 +32,7 @@ pub const FORMATS: &[Format] = &[
     crate::evc::FORMAT,
     crate::aedat4::FORMAT,
     crate::aedat2::FORMAT,
+    crate::hdf5::FORMAT,
     // Lines that begin as those of text.
     crate::yarp::LOG,
     crate::text::FORMAT,

@@ -1,0 +1,160 @@
+//! Chunks packed by Blosc (HDF5 filter 32001), the usual packing of DSEC and other data sets.
+//!
+//! A chunk, all of it little-endian, is 16 bytes of header (version of the format, version of the
+//! codec, flags, bytes a value; then, each in 32 bits, the bytes unpacked, the bytes of a block
+//! unpacked, and the bytes of all of it) and either the bytes as they are (flag 2), or 32 bits for
+//! where each block begins, and the blocks. A block is one stream or, unless flag 16 is set, one for
+//! each byte of a value: 32 bits of length, and the stream, unpacked already where it has the length
+//! of what it stands for. Unpacked blocks are shuffled by bytes (flag 1) or by bits (flag 4). Bits 5 to
+//! 7 of the flags are the codec.
+//!
+//! Source: `README_CHUNK_FORMAT.rst` and `blosc.c` of c-blosc 1.21 (BSD-3-Clause), read for the format.
+
+use std::borrow::Cow;
+
+use super::{blosclz, filters, shuffle};
+
+/// The version of the format that this is.
+const VERSION: u8 = 2;
+const HEADER: usize = 16;
+/// Flags.
+const BYTES_SHUFFLED: u8 = 1;
+const STORED: u8 = 2;
+const BITS_SHUFFLED: u8 = 4;
+const NOT_SPLIT: u8 = 16;
+/// Blocks are split for values of up to so many bytes, if there are at least so many values.
+const MOST_SPLITS: usize = 16;
+const LEAST_VALUES: usize = 128;
+
+/// What a damaged chunk is told to be.
+type Reason = Cow<'static, str>;
+
+const ENDS: Reason = Cow::Borrowed("a Blosc chunk ends before its last byte");
+
+/// Appends what is packed in `chunk` to `out`, of at most `most` bytes.
+pub(super) fn decode(chunk: &[u8], most: usize, out: &mut Vec<u8>) -> Result<(), Reason> {
+    let [version, _, flags, size, lengths @ ..] = *chunk.first_chunk::<HEADER>().ok_or(ENDS)?;
+    let length = |k: usize| u32::from_le_bytes(lengths.as_chunks().0[k]) as usize;
+    let (unpacked, block, packed) = (length(0), length(1), length(2));
+    if version != VERSION {
+        return Err(format!("a Blosc chunk of version {version}, not {VERSION}").into());
+    }
+    if unpacked > most {
+        return Err(format!("a Blosc chunk of {unpacked} bytes, more than {most}").into());
+    }
+    let chunk = chunk.get(..packed).ok_or(ENDS)?;
+    if flags & STORED != 0 {
+        out.extend_from_slice(chunk.get(HEADER..HEADER + unpacked).ok_or(ENDS)?);
+        return Ok(());
+    }
+    if block == 0 || block > unpacked.max(1) || size == 0 {
+        let reason = format!("Blosc blocks of {block} bytes, values of {size}, in {unpacked}");
+        return Err(reason.into());
+    }
+    let codec = Codec::of(flags >> 5)?;
+    let starts = chunk.get(HEADER..).unwrap_or_default();
+    let starts = starts.get(..unpacked.div_ceil(block) * 4).ok_or(ENDS)?;
+    let mut unshuffled = Vec::new();
+    for (k, start) in starts.as_chunks().0.iter().enumerate() {
+        let start = u32::from_le_bytes(*start) as usize;
+        let streams = chunk.get(start..).ok_or(ENDS)?;
+        let bytes = block.min(unpacked - k * block);
+        // No codec packs tighter, so that the memory asked for is within what the file is worth.
+        if bytes / filters::TIGHTEST > streams.len() {
+            return Err(ENDS);
+        }
+        let shape = Block { size: size.into(), bytes, is_last: bytes < block, flags };
+        let before = out.len();
+        out.resize(before + bytes, 0);
+        let out = &mut out[before..];
+        if shape.is_shuffled() {
+            unshuffled.resize(bytes, 0);
+            shape.streams(streams, codec, &mut unshuffled)?;
+            match flags & BYTES_SHUFFLED {
+                0 => shuffle::bits(&unshuffled, shape.size, out),
+                _ => shuffle::bytes(&unshuffled, shape.size, out),
+            }
+        } else {
+            shape.streams(streams, codec, out)?;
+        }
+    }
+    Ok(())
+}
+
+/// What a block is.
+#[derive(Debug, Clone, Copy)]
+struct Block {
+    /// Bytes a value.
+    size: usize,
+    /// Bytes unpacked.
+    bytes: usize,
+    /// Whether it is shorter than the others.
+    is_last: bool,
+    flags: u8,
+}
+
+impl Block {
+    fn is_shuffled(self) -> bool {
+        self.flags & BYTES_SHUFFLED != 0 && self.size > 1
+            || self.flags & BITS_SHUFFLED != 0 && self.bytes >= self.size
+    }
+
+    fn is_split(self) -> bool {
+        self.flags & NOT_SPLIT == 0
+            && self.size <= MOST_SPLITS
+            && self.bytes / self.size >= LEAST_VALUES
+            && !self.is_last
+    }
+
+    /// Unpacks the streams of the block.
+    fn streams(self, mut packed: &[u8], codec: Codec, out: &mut [u8]) -> Result<(), Reason> {
+        let streams = if self.is_split() { self.size } else { 1 };
+        if !out.len().is_multiple_of(streams) {
+            return Err(format!("a Blosc block of {} bytes in {streams}", out.len()).into());
+        }
+        for out in out.chunks_exact_mut(self.bytes / streams) {
+            let (length, rest) = packed.split_first_chunk().ok_or(ENDS)?;
+            let length = u32::from_le_bytes(*length) as usize;
+            let (stream, rest) = rest.split_at_checked(length).ok_or(ENDS)?;
+            packed = rest;
+            if stream.len() == out.len() {
+                out.copy_from_slice(stream);
+            } else {
+                codec.decode(stream, out)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// How streams are packed.
+#[derive(Debug, Clone, Copy)]
+enum Codec {
+    BloscLz,
+    Lz4,
+    Zlib,
+    Zstd,
+}
+
+impl Codec {
+    fn of(number: u8) -> Result<Self, Reason> {
+        match number {
+            0 => Ok(Self::BloscLz),
+            1 => Ok(Self::Lz4),
+            2 => Err("packed by Blosc with Snappy, which is not read".into()),
+            3 => Ok(Self::Zlib),
+            4 => Ok(Self::Zstd),
+            _ => Err(format!("packed by Blosc with codec {number}, which is not known").into()),
+        }
+    }
+
+    /// Unpacks a stream to the last byte of `out`.
+    fn decode(self, stream: &[u8], out: &mut [u8]) -> Result<(), Reason> {
+        match self {
+            Self::BloscLz => blosclz::decode(stream, out).ok_or("a damaged BloscLZ stream".into()),
+            Self::Lz4 => filters::lz4(stream, out),
+            Self::Zlib => filters::zlib(stream, out),
+            Self::Zstd => filters::zstd(stream, out),
+        }
+    }
+}

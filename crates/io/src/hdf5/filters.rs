@@ -1,0 +1,196 @@
+//! How chunks are packed, undone.
+//!
+//! Deflate, Fletcher's sum and HDF5's other own filters are `hdf5-reader`'s; Blosc, ECF, LZF, LZ4 and
+//! zstd are here.
+
+use std::borrow::Cow;
+
+use hdf5_reader::FilterRegistry;
+use hdf5_reader::filters::deflate;
+use hdf5_reader::messages::filter_pipeline::FilterDescription;
+use ruzstd::decoding::FrameDecoder;
+
+use super::{blosc, lzf, shuffle};
+
+/// Prophesee's packing of events; it takes whole tables of them, so nothing can come before it.
+const ECF: u16 = 0x8ecf;
+const SHUFFLE: u16 = 2;
+const LZF: u16 = 32000;
+const BLOSC: u16 = 32001;
+const LZ4: u16 = 32004;
+const ZSTD: u16 = 32015;
+
+/// Filters of other libraries that are known and not undone.
+const UNREAD: &[(u16, &str)] = &[
+    (307, "bzip2"),
+    (32008, "bitshuffle"),
+    (32013, "ZFP"),
+    (32017, "SZ"),
+    (32024, "SZ3"),
+    (32026, "Blosc2"),
+];
+
+/// No codec makes more bytes of one: zstd writes 128 KiB of one value in four bytes.
+pub(super) const TIGHTEST: usize = 32_768;
+
+/// What a damaged chunk is told to be.
+type Reason = Cow<'static, str>;
+
+/// The filters of a dataset in the order in which they were applied.
+pub(super) struct Filters {
+    list: Vec<FilterDescription>,
+    others: FilterRegistry,
+    /// Bytes of an element.
+    element: usize,
+    between: Vec<u8>,
+}
+
+impl Filters {
+    pub(super) fn new(list: Vec<FilterDescription>, element: usize) -> Self {
+        Self { list, others: FilterRegistry::new(), element, between: Vec::new() }
+    }
+
+    /// Whether chunks stand in the file as they are.
+    pub(super) fn is_none(&self) -> bool {
+        self.list.is_empty()
+    }
+
+    /// Names of the filters, for whoever asks what the file is.
+    pub(super) fn names(&self) -> String {
+        self.list.iter().map(name).collect::<Vec<_>>().join(", ")
+    }
+
+    /// Whether a chunk that skips the filters of the set bits of `skipped` is packed by ECF.
+    pub(super) fn is_ecf(&self, skipped: u32) -> bool {
+        self.list.first().is_some_and(|filter| filter.id == ECF) && skipped & 1 == 0
+    }
+
+    /// Unpacks a chunk in place, except for a first ECF; `whole` are the bytes that it should have.
+    pub(super) fn undo(
+        &mut self,
+        bytes: &mut Vec<u8>,
+        skipped: u32,
+        whole: usize,
+    ) -> Result<(), Reason> {
+        for (k, filter) in self.list.iter().enumerate().rev() {
+            if skipped.checked_shr(k as u32).is_some_and(|bits| bits & 1 == 1)
+                || k == 0 && filter.id == ECF
+            {
+                continue;
+            }
+            self.between.clear();
+            let out = &mut self.between;
+            match filter.id {
+                SHUFFLE => {
+                    out.resize(bytes.len(), 0);
+                    shuffle::bytes(bytes, self.element.max(1), out);
+                }
+                BLOSC => blosc::decode(bytes, whole, out)?,
+                LZ4 => lz4_blocks(bytes, whole, out)?,
+                LZF | ZSTD => {
+                    if whole / TIGHTEST > bytes.len() {
+                        return Err("a packed chunk ends before its last byte".into());
+                    }
+                    out.resize(whole, 0);
+                    match filter.id {
+                        LZF => lzf::decode(bytes, out).ok_or("a damaged LZF stream")?,
+                        _ => zstd(bytes, out)?,
+                    }
+                }
+                ECF => return Err("ECF behind another filter, which is not read".into()),
+                id if UNREAD.iter().any(|(unread, _)| *unread == id) => {
+                    return Err(format!("packed by {}, which is not read", name(filter)).into());
+                }
+                _ => {
+                    // One byte more than fits, so that it is seen; Fletcher's sum has four.
+                    let limit = Some(whole + 5);
+                    *out = self
+                        .others
+                        .apply_with_limit(filter, bytes, self.element, limit)
+                        .map_err(|fault| fault.to_string())?;
+                }
+            }
+            std::mem::swap(bytes, &mut self.between);
+        }
+        Ok(())
+    }
+}
+
+fn name(filter: &FilterDescription) -> String {
+    let known = match filter.id {
+        1 => "deflate",
+        SHUFFLE => "shuffle",
+        3 => "fletcher32",
+        LZF => "LZF",
+        BLOSC => "Blosc",
+        LZ4 => "LZ4",
+        ZSTD => "zstd",
+        ECF => "ECF",
+        id => match UNREAD.iter().find(|(unread, _)| *unread == id) {
+            Some((_, name)) => name,
+            None => return format!("filter {id}"),
+        },
+    };
+    known.to_owned()
+}
+
+/// Unpacks a block of LZ4 to the last byte of `out`.
+pub(super) fn lz4(packed: &[u8], out: &mut [u8]) -> Result<(), Reason> {
+    let unpacked = lz4_flex::block::decompress_into(packed, out);
+    fills(unpacked.map_err(|fault| format!("a damaged LZ4 stream: {fault}"))?, out)
+}
+
+/// Unpacks a zlib stream to the last byte of `out`.
+pub(super) fn zlib(packed: &[u8], out: &mut [u8]) -> Result<(), Reason> {
+    let unpacked = deflate::decompress_with_limit(packed, out.len() + 1);
+    let unpacked = unpacked.map_err(|fault| fault.to_string())?;
+    fills(unpacked.len(), out)?;
+    out.copy_from_slice(&unpacked);
+    Ok(())
+}
+
+/// Unpacks a frame of zstd to the last byte of `out`.
+pub(super) fn zstd(packed: &[u8], out: &mut [u8]) -> Result<(), Reason> {
+    let mut decoder = FrameDecoder::new();
+    // Who packs a chunk at once knows its length, and looks back no further.
+    decoder.set_max_window_size(out.len().next_power_of_two().max(1 << 20) as u64);
+    let unpacked = decoder.decode_all(packed, out);
+    fills(unpacked.map_err(|fault| format!("a damaged zstd stream: {fault}"))?, out)
+}
+
+fn fills(unpacked: usize, out: &[u8]) -> Result<(), Reason> {
+    if unpacked == out.len() {
+        return Ok(());
+    }
+    Err(format!("a packed stream of {unpacked} bytes instead of {}", out.len()).into())
+}
+
+/// HDF5's filter of LZ4: the bytes unpacked (64 bits), bytes of a block (32), and blocks behind their
+/// packed lengths (32), all of it big-endian. A block that did not shrink stands there as it is.
+fn lz4_blocks(mut packed: &[u8], most: usize, out: &mut Vec<u8>) -> Result<(), Reason> {
+    const ENDS: Reason = Cow::Borrowed("an LZ4 chunk ends before its last byte");
+    let (whole, rest) = packed.split_first_chunk().ok_or(ENDS)?;
+    let (block, rest) = rest.split_first_chunk().ok_or(ENDS)?;
+    packed = rest;
+    let (whole, block) = (u64::from_be_bytes(*whole), u32::from_be_bytes(*block) as usize);
+    if whole > most as u64 || block == 0 {
+        return Err(format!("an LZ4 chunk of {whole} bytes, more than {most}").into());
+    }
+    while out.len() < whole as usize {
+        let bytes = block.min(whole as usize - out.len());
+        let (length, rest) = packed.split_first_chunk().ok_or(ENDS)?;
+        let length = u32::from_be_bytes(*length) as usize;
+        let (stream, rest) = rest.split_at_checked(length).ok_or(ENDS)?;
+        packed = rest;
+        let before = out.len();
+        if stream.len() == bytes {
+            out.extend_from_slice(stream);
+        } else if bytes / TIGHTEST > stream.len() {
+            return Err(ENDS);
+        } else {
+            out.resize(before + bytes, 0);
+            lz4(stream, &mut out[before..])?;
+        }
+    }
+    Ok(())
+}

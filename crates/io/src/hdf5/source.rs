@@ -1,0 +1,286 @@
+//! Batches of events out of the tables of a file.
+
+use std::borrow::Cow;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use evpose_core::{Micros, Polarity};
+use hdf5_reader::Hdf5File;
+use hdf5_reader::error::Error;
+
+use super::bytes::Bytes;
+use super::layout::{self, Column, Lack, Layout};
+use super::table::{Damage, Table};
+use crate::{Columns, EventSource, Header, Input, IoError, OpenOptions};
+
+/// A batch has at least so many events, if there are as many.
+const LEAST: usize = 1 << 14;
+/// And no part of it more than these.
+const MOST: u64 = 1 << 16;
+/// Times with a fraction that come further than this are microseconds...
+const LONGEST_S: f64 = 1e5;
+/// ...unless they are seconds of the calendar, of the years 2001 to 2096.
+const CALENDAR_S: std::ops::Range<f64> = 1e9..4e9;
+
+/// Opens a file.
+pub(super) fn open(input: Input, options: &OpenOptions) -> Result<Box<dyn EventSource>, IoError> {
+    let path = input.path.clone();
+    let bytes = Arc::new(Bytes::new(input));
+    let lacks = |lack: Lack| match lack {
+        Lack::Structure(Error::Io(source)) => IoError::file(&path, "read", source),
+        Lack::Structure(error) => IoError::Damaged {
+            path: path.clone(),
+            byte: place(&error).unwrap_or(bytes.last()),
+            reason: error.to_string().into(),
+            events: 0,
+        },
+        Lack::Rows(Damage { byte, reason }) => {
+            IoError::Damaged { path: path.clone(), byte, reason, events: 0 }
+        }
+        Lack::Camera(reason) => IoError::Stream { path: path.clone(), reason },
+    };
+    // Chunks of events do not pass through the reader's cache.
+    let reader = hdf5_reader::OpenOptions::default().with_chunk_cache_bytes(0);
+    let file = Hdf5File::from_storage_with_options(Arc::<Bytes>::clone(&bytes), reader);
+    let file = file.map_err(|error| lacks(error.into()))?;
+    let layout = layout::find(&file, &bytes, options).map_err(lacks)?;
+    let mut source = Hdf5Source::new(path.clone(), layout);
+    source.tell_unit().map_err(|damage| source.damaged(damage))?;
+    Ok(Box::new(source))
+}
+
+/// Where an error says that it is.
+fn place(error: &Error) -> Option<u64> {
+    match error {
+        Error::UnexpectedEof { offset, .. } => Some(*offset),
+        Error::Context { source, .. } => place(source),
+        _ => None,
+    }
+}
+
+/// A file of events, read chunk by chunk.
+struct Hdf5Source {
+    path: PathBuf,
+    header: Header,
+    remarks: Vec<String>,
+    tables: Vec<Table>,
+    columns: [Column; 4],
+    t_offset: i64,
+    /// Microseconds in a unit of times with a fraction.
+    unit_us: f64,
+    /// The row to read next.
+    row: u64,
+    /// Rows that all tables have.
+    rows: u64,
+    /// Told at the end: tables that have more.
+    longer: Option<String>,
+}
+
+impl Hdf5Source {
+    fn new(path: PathBuf, layout: Layout) -> Self {
+        let Layout { tables, columns, t_offset, header, remarks } = layout;
+        let rows = tables.iter().map(|table| table.rows).min().unwrap_or(0);
+        let lengths = tables.iter().map(|table| format!("{} of {}", table.rows, table.name));
+        let is_longer = tables.iter().any(|table| table.rows > rows);
+        let longer = is_longer.then(|| {
+            format!("columns of unequal lengths: {}", lengths.collect::<Vec<_>>().join(", "))
+        });
+        Self {
+            path,
+            header,
+            remarks,
+            tables,
+            columns,
+            t_offset,
+            unit_us: 1.0,
+            row: 0,
+            rows,
+            longer,
+        }
+    }
+
+    /// Looks at the first times and the last, if they may have a fraction.
+    fn tell_unit(&mut self) -> Result<(), Damage> {
+        let Column { table, number } = self.columns[0];
+        let table = &mut self.tables[table];
+        if !number.is_real() || self.rows == 0 {
+            return Ok(());
+        }
+        let (mut times, mut damage) = (Vec::new(), None);
+        for row in [0, self.rows - 1] {
+            match table.hold(row) {
+                Ok(rows) => {
+                    times.extend(number.values(table.rows(row, rows.min(MOST)), table.row));
+                }
+                Err(found) => damage = Some(found),
+            }
+        }
+        let longest = times.iter().fold(0.0, |longest: f64, t| longest.max(t.abs()));
+        let has_fraction = times.iter().any(|t| t.fract() != 0.0);
+        let is_seconds = longest <= LONGEST_S || CALENDAR_S.contains(&longest);
+        self.unit_us = if has_fraction && is_seconds { 1e6 } else { 1.0 };
+        match damage {
+            // Too little is left to tell.
+            Some(damage) if is_seconds && !has_fraction => Err(damage),
+            // Told when reading comes there.
+            _ => Ok(()),
+        }
+    }
+
+    fn damaged(&self, Damage { byte, reason }: Damage) -> IoError {
+        IoError::Damaged { path: self.path.clone(), byte, reason, events: self.row }
+    }
+
+    /// Appends the rows that all tables hold from here on.
+    fn part(&mut self, columns: &mut Columns) -> Result<(), Damage> {
+        let mut rows = MOST.min(self.rows - self.row);
+        for table in &mut self.tables {
+            rows = rows.min(table.hold(self.row)?);
+        }
+        let packed = self.tables.iter().find_map(|table| Some((table, table.events(self.row)?)));
+        if let Some((table, (events, at))) = packed {
+            if self.tables.len() > 1 {
+                return Err(table.damage(self.row, "one column, packed as whole events"));
+            }
+            let to = at + rows as usize;
+            columns.t.extend_from_slice(&events.t[at..to]);
+            columns.x.extend_from_slice(&events.x[at..to]);
+            columns.y.extend_from_slice(&events.y[at..to]);
+            columns.polarity.extend_from_slice(&events.polarity[at..to]);
+            self.row += rows;
+            return Ok(());
+        }
+        let before = columns.len();
+        let faulty = self.numbers(rows, columns);
+        self.row += (columns.len() - before) as u64;
+        match faulty {
+            Some((what, reason)) => {
+                Err(self.tables[self.columns[what].table].damage(self.row, &reason))
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Appends rows that are held, up to the first with a value that no event has. Which column that
+    /// is of is the answer.
+    fn numbers(&self, rows: u64, columns: &mut Columns) -> Option<(usize, String)> {
+        let (before, rows) = (columns.len(), rows as usize);
+        columns.t.resize(before + rows, Micros(0));
+        columns.x.resize(before + rows, 0);
+        columns.y.resize(before + rows, 0);
+        columns.polarity.resize(before + rows, Polarity::Off);
+        self.fill(self.row, before, columns)?;
+        // Row by row, to find the one.
+        for k in 0..rows {
+            let mut one = Columns::new();
+            one.push(columns.event(before + k));
+            if let Some(what) = self.fill(self.row + k as u64, 0, &mut one) {
+                columns.truncate(before + k);
+                let name = ["time", "column", "row", "polarity"][what];
+                let Column { table, number } = self.columns[what];
+                let table = &self.tables[table];
+                let value = number.values(table.rows(self.row + k as u64, 1), table.row);
+                let value = value.first().copied().unwrap_or_default();
+                return Some((what, format!("{value} is no {name} of an event")));
+            }
+        }
+        None
+    }
+
+    /// Makes the events from `at` on those of the rows from `row` on. The answer is the first column
+    /// with a value that no event has.
+    fn fill(&self, row: u64, at: usize, columns: &mut Columns) -> Option<usize> {
+        let rows = (columns.len() - at) as u64;
+        let [t, x, y, p] = self.columns.map(|Column { table, number }| {
+            let table = &self.tables[table];
+            (table.rows(row, rows), table.row, number)
+        });
+        let mut is_good = [true; 4];
+        let (bytes, size, number) = t;
+        let times = &mut columns.t[at..];
+        if number.is_real() {
+            let (unit_us, offset) = (self.unit_us, self.t_offset);
+            let mut is_time = true;
+            number.floats(bytes, size, times, |value| {
+                let us = (value * unit_us).round();
+                is_time &= us.abs() < 9e18;
+                Micros((us as i64).wrapping_add(offset))
+            });
+            is_good[0] = is_time;
+        } else {
+            let offset = self.t_offset;
+            is_good[0] =
+                number.whole(bytes, size, times, |value| Micros(value.wrapping_add(offset)));
+        }
+        // A coordinate that fits no sensor becomes one that lies outside every sensor.
+        let pixel = |value: i64| u16::try_from(value).unwrap_or(u16::MAX);
+        is_good[1] = x.2.whole(x.0, x.1, &mut columns.x[at..], pixel);
+        is_good[2] = y.2.whole(y.0, y.1, &mut columns.y[at..], pixel);
+        let mut is_polarity = true;
+        let is_whole = p.2.whole(p.0, p.1, &mut columns.polarity[at..], |value| {
+            is_polarity &= (-1..=1).contains(&value);
+            Polarity::from_on(value > 0)
+        });
+        is_good[3] = is_polarity && is_whole;
+        is_good.iter().position(|is_good| !is_good)
+    }
+
+    /// The time of a row; none where the file is damaged.
+    fn time(&mut self, row: u64) -> Option<Micros> {
+        let Column { table, number } = self.columns[0];
+        let table = &mut self.tables[table];
+        table.hold(row).ok()?;
+        if let Some((events, at)) = table.events(row) {
+            return events.t.get(at).copied();
+        }
+        let (bytes, size, unit_us) = (table.rows(row, 1), table.row, self.unit_us);
+        let mut us = [0];
+        if number.is_real() {
+            number.floats(bytes, size, &mut us, |value| (value * unit_us).round() as i64);
+        } else {
+            number.whole(bytes, size, &mut us, |value| value);
+        }
+        Some(Micros(us[0].wrapping_add(self.t_offset)))
+    }
+}
+
+impl EventSource for Hdf5Source {
+    fn header(&self) -> &Header {
+        &self.header
+    }
+
+    fn next(&mut self, columns: &mut Columns) -> Result<(), IoError> {
+        let before = columns.len();
+        while columns.len() - before < LEAST && self.row < self.rows {
+            self.part(columns).map_err(|damage| self.damaged(damage))?;
+        }
+        match &self.longer {
+            Some(reason) if columns.len() == before => {
+                let byte = self.tables.first().map_or(0, Table::place);
+                let reason = Cow::Owned(reason.clone());
+                Err(self.damaged(Damage { byte, reason }))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn seek(&mut self, t: Micros) -> Result<(), IoError> {
+        // Chunks whose first event is earlier come before those whose first is not. What is damaged
+        // is told when reading comes there.
+        let step = self.tables[self.columns[0].table].chunk_rows();
+        let (mut low, mut high) = (0, self.rows.div_ceil(step));
+        while low < high {
+            let middle = low + (high - low) / 2;
+            match self.time(middle * step) {
+                Some(first) if first < t => low = middle + 1,
+                _ => high = middle,
+            }
+        }
+        self.row = low.saturating_sub(1) * step;
+        Ok(())
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        self.remarks.clone()
+    }
+}

@@ -1,0 +1,266 @@
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use std::fs;
+use std::path::PathBuf;
+
+use crate::{Input, OpenOptions};
+
+fn golden(name: &str) -> Vec<u8> {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/golden/hdf5");
+    fs::read(folder.join(name)).unwrap()
+}
+
+#[test]
+fn a_file_is_known_by_its_signature_behind_another_programs_block_too() {
+    let file = golden("prophesee-plain.hdf5");
+    for before in [0, 512, 2048] {
+        let moved = [vec![0; before], file.clone()].concat();
+        assert!((super::FORMAT.probe)(&moved[..4096]));
+    }
+    assert!(!(super::FORMAT.probe)(&file[1..]));
+}
+
+#[cfg(not(feature = "hdf5"))]
+#[test]
+fn a_build_that_does_not_read_such_files_says_how_to_get_one_that_does() {
+    let input = Input::memory("drive.h5", golden("dsec-zstd.h5"));
+    let refused = crate::read_as(input, &OpenOptions::default()).unwrap_err();
+    assert_eq!(
+        refused.to_string(),
+        "drive.h5: HDF5 is not read by this build: build it with `--features hdf5`"
+    );
+}
+
+#[cfg(feature = "hdf5")]
+mod reading {
+    use evpose_core::{Micros, SensorSize};
+    use proptest::prelude::*;
+    use sha2::{Digest, Sha256};
+
+    use super::{Input, OpenOptions, golden};
+    use crate::{Columns, EventSource, IoError, SensorOrigin, read_as};
+
+    /// Files, their events and the digest of those, as README.md there tells.
+    const GOLDEN: &[(&str, usize, &str)] = &[
+        (
+            "prophesee-ecf.hdf5",
+            1000,
+            "17cabdf3074dfa9237029d9849165beb0a590af74a68183aef6fbca1cbea7518",
+        ),
+        (
+            "prophesee-ecf-filter.hdf5",
+            900,
+            "212dd49cb490b131163b4d858cad1f601e7df56ab24c3e961c93fc829258c559",
+        ),
+        (
+            "prophesee-gzip.hdf5",
+            900,
+            "212dd49cb490b131163b4d858cad1f601e7df56ab24c3e961c93fc829258c559",
+        ),
+        (
+            "prophesee-plain.hdf5",
+            200,
+            "b76035f77fe61343bcd9213910d9880889cb4ccf5d7ba4f5fab2573d90bbaaf0",
+        ),
+        ("dsec-zstd.h5", 900, "16ae7eecd8cec8dce0f6cbe4556ec4af85fbddb268114364f3aa546ab91c2337"),
+        (
+            "dsec-lz4-bits.h5",
+            600,
+            "9fa423af5ec104626c7f4ce7598d5a8c892e0da21a37bb35b395d70c89df3801",
+        ),
+        (
+            "dsec-blosclz.h5",
+            900,
+            "16ae7eecd8cec8dce0f6cbe4556ec4af85fbddb268114364f3aa546ab91c2337",
+        ),
+        ("dsec-zlib.h5", 600, "9fa423af5ec104626c7f4ce7598d5a8c892e0da21a37bb35b395d70c89df3801"),
+        ("dsec-stored.h5", 200, "1420a955254bd6d675eb39abf18aca0bda504320f2f3b18be182ecdcf5559631"),
+        ("e2vid-lzf.h5", 300, "ca1c417dc3f092c18378c62e6faddced913c3a7e48dd36ccf4b5b6e4afc8eceb"),
+        ("e2vid-lz4.h5", 300, "ca1c417dc3f092c18378c62e6faddced913c3a7e48dd36ccf4b5b6e4afc8eceb"),
+        ("e2vid-zstd.h5", 300, "ca1c417dc3f092c18378c62e6faddced913c3a7e48dd36ccf4b5b6e4afc8eceb"),
+        ("v2e.h5", 600, "294b9e4479794d020ea6d8595b74350f343b9cb2cf35e747b0291d15723e530c"),
+        ("v2e-columns.h5", 400, "a9964e2f82b6dc2209cad31910153269c57327201d4da298340b8b3f48504fec"),
+        ("mvsec.h5", 300, "81bc1dd50aafa36e44c4b31db10125b796599f3daeb71ea2fda20e476f666df8"),
+        ("big-endian.h5", 100, "4c30f39c8c495996b01a6a39a6ac3748e9a1e753173450081b293ad75a28a293"),
+    ];
+
+    fn source(name: &str, bytes: Vec<u8>) -> Result<Box<dyn EventSource>, IoError> {
+        (crate::hdf5::FORMAT.open)(Input::memory(name, bytes), &OpenOptions::default())
+    }
+
+    /// Everything to the end or to the first fault.
+    fn events(source: &mut dyn EventSource) -> (Columns, Option<IoError>) {
+        let mut columns = Columns::new();
+        loop {
+            let before = columns.len();
+            match source.next(&mut columns) {
+                Ok(()) if columns.len() == before => return (columns, None),
+                Ok(()) => {}
+                Err(fault) => return (columns, Some(fault)),
+            }
+        }
+    }
+
+    fn whole(name: &str) -> Columns {
+        let (columns, fault) = events(source(name, golden(name)).unwrap().as_mut());
+        assert!(fault.is_none(), "{name}: {fault:?}");
+        columns
+    }
+
+    /// Of each event its time in 64 bits, column and row in 16 and polarity in 8, little-endian.
+    fn digest(columns: &Columns) -> String {
+        let mut sum = Sha256::new();
+        for event in columns.iter() {
+            sum.update(event.t.0.to_le_bytes());
+            sum.update(event.x.to_le_bytes());
+            sum.update(event.y.to_le_bytes());
+            sum.update([u8::from(event.polarity.is_on())]);
+        }
+        sum.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+    }
+
+    #[test]
+    fn files_of_other_libraries_hold_the_events_that_those_wrote() {
+        for (name, count, sum) in GOLDEN {
+            let columns = whole(name);
+            assert_eq!(columns.len(), *count, "{name}");
+            assert_eq!(digest(&columns), *sum, "{name}");
+        }
+    }
+
+    #[test]
+    fn reading_goes_on_from_any_time() {
+        for (name, ..) in GOLDEN {
+            let all = whole(name);
+            let mut source = source(name, golden(name)).unwrap();
+            let (first, last) = (all.t[0].0, all.t[all.len() - 1].0);
+            for part in 0..=20 {
+                let t = Micros(first - 5 + (last - first + 10) * part / 20);
+                source.seek(t).unwrap();
+                let (rest, fault) = events(source.as_mut());
+                assert!(fault.is_none(), "{name}: {fault:?}");
+                let from = all.len() - rest.len();
+                assert!(all.t[..from].iter().all(|&before| before < t), "{name} at {t:?}");
+                assert!(rest.iter().eq(all.iter().skip(from)), "{name} at {t:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn files_say_what_they_are() {
+        let read = |name: &str| {
+            let read = read_as(Input::memory(name, golden(name)), &OpenOptions::default()).unwrap();
+            (read.stream.sensor(), read.sensor_origin, read.remarks)
+        };
+        let vga = SensorSize { width: 640, height: 480 };
+        let triggers = "3 edges of external signals are passed over".to_owned();
+        assert_eq!(read("prophesee-ecf.hdf5"), (vga, SensorOrigin::Stated, vec![triggers]));
+        assert_eq!(read("e2vid-lzf.h5"), (vga, SensorOrigin::Stated, vec![]));
+        assert_eq!(read("dsec-zstd.h5"), (vga, SensorOrigin::Assumed, vec![]));
+        let source = source("a", golden("prophesee-ecf.hdf5")).unwrap();
+        let facts = &source.header().facts;
+        assert!(facts.contains(&("packing", "ECF".to_owned())), "{facts:?}");
+        assert!(facts.contains(&("serial", "00001621".to_owned())), "{facts:?}");
+    }
+
+    #[test]
+    fn one_camera_of_several_is_read_and_the_others_are_not_forgotten() {
+        let of = |camera| {
+            let input = Input::memory("mvsec.h5", golden("mvsec.h5"));
+            read_as(input, &OpenOptions { camera, ..OpenOptions::default() })
+        };
+        let left = of(None).unwrap();
+        let passed =
+            "the events of /davis/right/events are passed over: they are those of camera 1";
+        assert_eq!((left.stream.len(), left.remarks), (300, vec![passed.to_owned()]));
+        let right = of(Some(1)).unwrap();
+        assert_eq!((right.stream.len(), right.remarks), (5, vec![]));
+        assert_eq!(of(Some(2)).unwrap_err().to_string(), "mvsec.h5: no camera 2, it has 2");
+    }
+
+    #[test]
+    fn what_is_packed_by_a_codec_that_is_not_read_names_it() {
+        for (name, codec) in [("dsec-snappy.h5", "Snappy"), ("dsec-blosc2.h5", "Blosc2")] {
+            let (columns, fault) = events(source(name, golden(name)).unwrap().as_mut());
+            let fault = fault.unwrap();
+            assert!(columns.is_empty() && fault.is_damage());
+            assert!(fault.to_string().contains(codec), "{fault}");
+        }
+    }
+
+    /// What is left of a damaged file must be a beginning of what it held, and damage told.
+    fn check(name: &str, bytes: Vec<u8>, all: &Columns) {
+        let mut source = match source(name, bytes) {
+            Ok(source) => source,
+            Err(fault) => {
+                assert!(matches!(fault, IoError::Damaged { events: 0, .. }), "{name}: {fault:?}");
+                return;
+            }
+        };
+        let (columns, fault) = events(source.as_mut());
+        match fault {
+            None => assert!(columns == *all, "{name}: events are lost in silence"),
+            Some(IoError::Damaged { events, .. }) => {
+                assert_eq!(events, columns.len() as u64, "{name}");
+                assert!(columns.iter().eq(all.iter().take(columns.len())), "{name}");
+            }
+            Some(other) => panic!("{name}: {other}"),
+        }
+    }
+
+    #[test]
+    fn a_file_cut_anywhere_gives_what_is_before_and_an_error() {
+        for (name, ..) in GOLDEN {
+            let (bytes, all) = (golden(name), whole(name));
+            let is_of_many = !["prophesee-ecf.hdf5", "dsec-zstd.h5", "v2e.h5"].contains(name);
+            for length in (0..bytes.len()).step_by(if is_of_many { 29 } else { 1 }) {
+                check(name, bytes[..length].to_vec(), &all);
+            }
+        }
+    }
+
+    #[test]
+    fn a_file_behind_another_programs_block_is_read_from_there() {
+        for (name, before) in [("prophesee-ecf.hdf5", 512), ("prophesee-plain.hdf5", 2048)] {
+            let moved = [vec![0; before], golden(name)].concat();
+            let (columns, fault) = events(source(name, moved.clone()).unwrap().as_mut());
+            assert!(fault.is_none() && columns == whole(name), "{name}: {fault:?}");
+            for length in (0..moved.len()).step_by(97) {
+                check(name, moved[..length].to_vec(), &columns);
+            }
+        }
+    }
+
+    #[test]
+    fn chunks_that_end_early_keep_the_events_before() {
+        let (bytes, all) = (golden("prophesee-plain.hdf5"), whole("prophesee-plain.hdf5"));
+        let cut = bytes[..bytes.len() - 40].to_vec();
+        let (columns, fault) = events(source("cut", cut).unwrap().as_mut());
+        assert_eq!(columns.len(), all.len() - 3);
+        let fault = fault.unwrap().to_string();
+        assert!(fault.contains("chunk 0 ends after 197 of its 200 rows"), "{fault}");
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(2000))]
+
+        #[test]
+        fn changed_bytes_never_panic_and_reading_ends(
+            file in prop::sample::select(GOLDEN.to_vec()),
+            changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..20),
+        ) {
+            let mut bytes = golden(file.0);
+            let length = bytes.len();
+            for (at, byte) in changes {
+                bytes[at.index(length)] = byte;
+            }
+            if let Ok(mut source) = source(file.0, bytes) {
+                let (columns, fault) = events(source.as_mut());
+                if let Some(IoError::Damaged { events, .. }) = fault {
+                    prop_assert_eq!(events, columns.len() as u64);
+                }
+                let _ = source.seek(Micros(2_000));
+            }
+        }
+    }
+}
