@@ -117,13 +117,11 @@ fn taps(from: usize, to: usize) -> Vec<Tap> {
     let tap = |i: usize| {
         let at = ((i as f64 + 0.5) * scale - 0.5) as f32;
         let rest = at - at.floor();
-        let (first, rest) = match at.floor() {
-            below if below < 0.0 => (0, 0.0),
-            at if at as usize >= last => (last, 0.0),
-            at => (at as usize, rest),
-        };
+        let before = at.floor() as isize;
+        // The same pixel twice beyond the edge, truncated twice.
+        let [first, second] = [before, before + 1].map(|k| k.clamp(0, last as isize) as usize);
         let weights = [1.0 - rest, rest].map(|w| (w * WEIGHT_ONE).round_ties_even() as i32);
-        Tap { first, second: (first + 1).min(last), weights }
+        Tap { first, second, weights }
     };
     (0..to).map(tap).collect()
 }
