@@ -75,7 +75,7 @@ fn cases() -> Vec<Case> {
         {
             for name in ["eros", "eros-hpe-core", "eros-python", "tos", "sits", "pim", "sae"]
                 .into_iter()
-                .chain(["lnes", "eci", "fixed-count", "voxel-grid", "time-surface"])
+                .chain(["lnes", "eci", "voxel-grid", "time-surface"])
             {
                 let Ok(choice) = representation_called(name) else { continue };
                 let Ok(window) = StreamWindow::new(sensor, WINDOW, ChannelOrder::OffFirst) else {

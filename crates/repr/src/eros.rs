@@ -210,6 +210,5 @@ impl Representation for Eros {
     }
 }
 
-
 #[cfg(test)]
 mod tests;

@@ -35,7 +35,7 @@ pub enum ReprError {
         /// The representation.
         representation: String,
         /// The parameter.
-        parameter: Parameter,
+        parameter: &'static Parameter,
         /// The value, as given.
         text: String,
     },

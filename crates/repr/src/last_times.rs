@@ -41,8 +41,9 @@ impl LastTimes {
         let indices = self.window.indices(events, 0);
         if is_near {
             // In order, so that all others are as near.
+            let last_us = self.last_us.as_mut_slice();
             for (t, index) in indices {
-                self.last_us[index as usize] = (t.0 - start.0) as i32;
+                last_us[index as usize] = (t.0 - start.0) as i32;
             }
         } else {
             for (t, index) in indices {
@@ -72,7 +73,7 @@ impl LastTimes {
     /// Writes `value(left)` for every pixel, where `left` is the time in microseconds until its latest
     /// event leaves the window: its length for an event that happens now, 0 where it shows none.
     #[inline(always)]
-    pub(crate) fn render(&self, out: &mut [f32], value: impl Fn(i32) -> f32) {
+    pub(crate) fn render(&self, out: &mut [f32], value: impl Fn(i32) -> f32 + Copy) {
         assert_eq!(out.len(), self.last_us.len(), "planes of another size");
         let length_us = self.window.length_us;
         let now_us = match (self.clock.now, self.origin) {
@@ -80,10 +81,12 @@ impl LastTimes {
             (Some(now), Some(origin)) => now.0.saturating_sub(origin.0) as i32,
             _ => 0,
         };
+        let last_us = self.last_us.as_slice();
         wide(
+            // What is captured by reference might be among the values: it would be read again and again.
             #[inline(always)]
-            || {
-                for (out, &last_us) in out.iter_mut().zip(&self.last_us) {
+            move || {
+                for (out, &last_us) in out.iter_mut().zip(last_us) {
                     *out = value(length_us - (now_us - last_us).min(length_us));
                 }
             },

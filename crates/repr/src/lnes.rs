@@ -49,12 +49,12 @@ impl Representation for Lnes {
         let length = self.last_times.length_us() as f32;
         let inverse = 1.0 / length;
         if !fuses() {
-            return self.last_times.render(out, |left_us| left_us as f32 / length);
+            return self.last_times.render(out, move |left_us| left_us as f32 / length);
         }
         self.last_times.render(
             out,
             #[inline(always)]
-            |left_us| {
+            move |left_us| {
                 // The quotient, a remainder that is exact, and the quotient that is nearest: three
                 // operations where vectors divide in sixteen (Markstein, IBM J. Res. Dev. 1990).
                 let left = left_us as f32;

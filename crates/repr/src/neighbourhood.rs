@@ -6,6 +6,8 @@
 //! and on the cell of the event, and events lie on the sensor. Padding, as the published C++ has it, and
 //! clipping, as the published Python has it, therefore give the same.
 
+use std::ops::Range;
+
 use evpose_core::{EventStream, SensorSize, wide};
 
 use crate::clock::Clock;
@@ -123,8 +125,9 @@ impl Square {
         rule: impl Fn(u16, u16) -> u16 + Copy,
     ) {
         wide(
+            // What is captured by reference might be among the cells: it would be read again and again.
             #[inline(always)]
-            || {
+            move || {
                 let kernel = if KERNEL == ANY { self.kernel } else { KERNEL };
                 // Columns left of an event, and rows above, that belong to its square.
                 let before = kernel / 2;
@@ -132,19 +135,36 @@ impl Square {
                     // The plane is shifted by what lies before an event: the square begins here.
                     let start = usize::from(y) * self.stride + usize::from(x);
                     let centre = cells[start + before * (self.stride + 1)];
-                    for row in 0..kernel {
-                        let cells = &mut cells[start + row * self.stride..];
-                        let Some(cells) = cells.first_chunk_mut::<LANES>() else { return };
-                        for (lane, cell) in cells.iter_mut().enumerate() {
-                            // With its row, for a cell written by itself keeps the next event waiting.
-                            let is_event = row == before && lane == before;
-                            let changed = if is_event { fired } else { rule(*cell, centre) };
-                            *cell = if lane < kernel { changed } else { *cell };
-                        }
-                    }
+                    let rule = move |cell| rule(cell, centre);
+                    let (square, cells) = (Self { kernel, ..self }, &mut cells[start..]);
+                    square.change::<LANES>(0..before, cells, rule, None);
+                    // With its row: a cell that is written by itself keeps the next event waiting.
+                    square.change::<LANES>(before..before + 1, cells, rule, Some(fired));
+                    square.change::<LANES>(before + 1..kernel, cells, rule, None);
                 }
             },
         );
+    }
+
+    /// Applies `rule` to rows of the square that begins with `cells`; `fired` is for its middle column.
+    #[inline(always)]
+    fn change<const LANES: usize>(
+        self,
+        rows: Range<usize>,
+        cells: &mut [u16],
+        rule: impl Fn(u16) -> u16,
+        fired: Option<u16>,
+    ) {
+        for row in rows {
+            let Some(row) = cells[row * self.stride..].first_chunk_mut::<LANES>() else { return };
+            for (lane, cell) in row.iter_mut().enumerate() {
+                let changed = match fired {
+                    Some(fired) if lane == self.kernel / 2 => fired,
+                    _ => rule(*cell),
+                };
+                *cell = if lane < self.kernel { changed } else { *cell };
+            }
+        }
     }
 }
 

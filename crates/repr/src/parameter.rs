@@ -48,11 +48,11 @@ impl Parameter {
         (self.least..=self.most).contains(&value) && rest == 0.0
     }
 
-    fn parse(&self, representation: &str, text: &str) -> Result<f64, ReprError> {
+    fn parse(&'static self, representation: &str, text: &str) -> Result<f64, ReprError> {
         let value = text.parse().ok().filter(|&value| self.takes(value));
         value.ok_or_else(|| ReprError::ParameterValue {
             representation: representation.to_owned(),
-            parameter: *self,
+            parameter: self,
             text: text.to_owned(),
         })
     }

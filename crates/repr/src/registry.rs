@@ -30,8 +30,10 @@ pub struct RepresentationSpec {
     start: fn(StreamWindow, &ParameterValues) -> Box<dyn Representation>,
     /// Fills `[channels][height][width]` from the events of a window, ascending in frame; none where
     /// that is what a stream of these events shows.
-    fill: Option<fn(&FrameWindow, &[FrameEvent], &mut [f32])>,
+    fill: Option<Fill>,
 }
+
+type Fill = fn(&FrameWindow, &[FrameEvent], &mut [f32]);
 
 /// Which events a representation shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -108,13 +108,12 @@ impl StreamWindow {
         first: usize,
     ) -> impl ExactSizeIterator<Item = (Micros, u32)> + '_ {
         let width = u32::from(self.sensor.width);
-        let second_channel = self.sensor.pixels() as u32;
-        let flip = self.order.channel(Polarity::Off) as u32;
+        let plane = self.sensor.pixels() as u32;
+        let planes = [Polarity::Off, Polarity::On].map(|p| self.order.channel(p) as u32 * plane);
         let (t, x, y) = (&events.t()[first..], &events.x()[first..], &events.y()[first..]);
         let columns = t.iter().zip(x).zip(y).zip(&events.polarity()[first..]);
         columns.map(move |(((&t, &x), &y), &polarity)| {
-            let channel = polarity as u32 ^ flip;
-            (t, channel * second_channel + u32::from(y) * width + u32::from(x))
+            (t, planes[polarity as usize] + u32::from(y) * width + u32::from(x))
         })
     }
 }

@@ -6,15 +6,18 @@ use evpose_core::{EventStream, Micros};
 
 use crate::StreamWindow;
 
+/// When an event happened, and the index of its pixel.
+pub(crate) type Placed = (Micros, u32);
+
 /// The events of the last `length` of a stream: when, and an index each.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Sliding {
-    events: VecDeque<(Micros, u32)>,
+    events: VecDeque<Placed>,
 }
 
 impl Sliding {
     /// Appends events, with the index of each.
-    pub(crate) fn extend(&mut self, events: impl Iterator<Item = (Micros, u32)>) {
+    pub(crate) fn extend(&mut self, events: impl Iterator<Item = Placed>) {
         self.events.extend(events);
     }
 
@@ -26,7 +29,7 @@ impl Sliding {
     }
 
     /// The events of the window: the older ones, then the newer ones.
-    pub(crate) fn as_slices(&self) -> (&[(Micros, u32)], &[(Micros, u32)]) {
+    pub(crate) fn as_slices(&self) -> (&[Placed], &[Placed]) {
         self.events.as_slices()
     }
 

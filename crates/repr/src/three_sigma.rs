@@ -11,16 +11,17 @@
 
 /// The factor from counts to grey values; sums are exact, so the order of the pixels does not matter.
 pub(crate) fn three_sigma_scale(counts: impl Iterator<Item = u32>) -> f64 {
-    let (mut fired, mut sum, mut squares) = (0u64, 0u64, 0u128);
+    let (mut fired, mut sum, mut squares) = (0u64, 0u64, 0u64);
     for count in counts {
         fired += u64::from(count > 0);
         sum += u64::from(count);
-        squares += u128::from(u64::from(count) * u64::from(count));
+        // At most the square of the number of events, of which memory does not hold 2³².
+        squares += u64::from(count) * u64::from(count);
     }
     // No pixel has fired: nothing will be scaled.
     let fired = fired.max(1);
     // n²·σ², an integer.
-    let spread = u128::from(fired) * squares - u128::from(sum) * u128::from(sum);
+    let spread = u128::from(fired) * u128::from(squares) - u128::from(sum) * u128::from(sum);
     let sigma = (spread as f64).sqrt() / fired as f64;
     255.0 / (3.0 * sigma.max(0.1 / 255.0))
 }

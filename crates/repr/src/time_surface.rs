@@ -68,7 +68,7 @@ impl Representation for TimeSurface {
 
     fn render(&self, out: &mut [f32]) {
         let (length_us, rate) = (self.last_times.length_us(), -1.0 / self.tau_us);
-        self.last_times.render(out, |left_us| match left_us {
+        self.last_times.render(out, move |left_us| match left_us {
             0 => 0.0,
             left_us => (f64::from(length_us - left_us) * rate).exp() as f32,
         });
@@ -98,8 +98,7 @@ mod tests {
         let window = StreamWindow::new(sensor, Micros(1), ChannelOrder::OnFirst).unwrap();
         let mut surface = TimeSurface::new(window, TimeSurfaceConfig { tau_ms: 10.0 });
         let events = [(0, 0), (23_026, 1)];
-        let events =
-            events.map(|(t, x)| Event { t: Micros(t), x, y: 0, polarity: Polarity::On });
+        let events = events.map(|(t, x)| Event { t: Micros(t), x, y: 0, polarity: Polarity::On });
         surface.push(&EventStream::from_events(sensor, events).unwrap());
         let mut out = [f32::NAN; 4];
         surface.render(&mut out);

@@ -67,7 +67,7 @@ impl Representation for Tos {
 
     fn push(&mut self, events: &EventStream) {
         let threshold = self.threshold;
-        self.values.push(events, PEAK, |v, _| if v < threshold { 0 } else { v - 1 });
+        self.values.push(events, PEAK, move |v, _| if v < threshold { 0 } else { v - 1 });
     }
 
     fn advance(&mut self, _: Micros) {}

@@ -16,7 +16,7 @@
 use evpose_core::{EventStream, Micros};
 
 use crate::clock::Clock;
-use crate::sliding::{Sliding, first_shown};
+use crate::sliding::{Placed, Sliding, first_shown};
 use crate::{Grey, Representation, StreamWindow};
 
 /// The shape of a voxel grid.
@@ -115,7 +115,7 @@ impl VoxelGrid {
 
 /// Adds events to their bins. Between two bins, events are in order: planes change rarely.
 fn spread(
-    events: &[(Micros, u32)],
+    events: &[Placed],
     first: Micros,
     span_us: i64,
     pixels: usize,
@@ -170,8 +170,11 @@ mod tests {
     fn grid(bins: u32, events: &[(i64, u16, bool)]) -> Vec<f32> {
         let window = StreamWindow::new(SENSOR, Micros(1000), ChannelOrder::OnFirst).unwrap();
         let mut grid = VoxelGrid::new(window, VoxelGridConfig { bins });
-        let event = |&(t, x, on): &(i64, u16, bool)| {
-            Event { t: Micros(t), x, y: 0, polarity: Polarity::from_on(on) }
+        let event = |&(t, x, on): &(i64, u16, bool)| Event {
+            t: Micros(t),
+            x,
+            y: 0,
+            polarity: Polarity::from_on(on),
         };
         grid.push(&EventStream::from_events(SENSOR, events.iter().map(event)).unwrap());
         let mut out = vec![f32::NAN; bins as usize * SENSOR.pixels()];

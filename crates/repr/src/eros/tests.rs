@@ -82,7 +82,13 @@ fn images_of_any_size_are_blurred_and_resized() {
             let last = n as i64 - 1;
             let mut i = i;
             while i < 0 || i > last {
-                i = if last == 0 { 0 } else if i < 0 { -i } else { 2 * last - i };
+                i = if last == 0 {
+                    0
+                } else if i < 0 {
+                    -i
+                } else {
+                    2 * last - i
+                };
             }
             i as usize
         };

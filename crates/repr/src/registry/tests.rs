@@ -50,9 +50,8 @@ fn stream(events: &[Event]) -> EventStream {
 }
 
 fn frame_events(events: &[Event]) -> Vec<FrameEvent> {
-    let frame = |&Event { t, x, y, polarity }: &Event| {
-        FrameEvent { frame: t.0 as u32, x, y, polarity }
-    };
+    let frame =
+        |&Event { t, x, y, polarity }: &Event| FrameEvent { frame: t.0 as u32, x, y, polarity };
     events.iter().map(frame).collect()
 }
 
@@ -84,9 +83,10 @@ fn names_are_unique_and_found_and_others_are_refused_with_the_list() {
         assert_eq!((found.spec().name, found.spec().summary), (spec.name, spec.summary));
         let window = StreamWindow::new(SENSOR, Micros(1), ChannelOrder::OnFirst).unwrap();
         assert_eq!(found.start(window).channels(), found.channels());
-        assert_eq!(spec.polarity == PolarityUse::Channels, found.channels() == 2 && {
-            spec.name != "eci-s-parity"
-        });
+        assert_eq!(
+            spec.polarity == PolarityUse::Channels,
+            found.channels() == 2 && { spec.name != "eci-s-parity" }
+        );
     }
     let message = representation_called("erros").map_err(|e| e.to_string()).unwrap_err();
     let want = "no representation is called `erros`; \
