@@ -6,6 +6,8 @@
 //! and on the cell of the event, and events lie on the sensor. Padding, as the published C++ has it, and
 //! clipping, as the published Python has it, therefore give the same.
 
+use std::array::from_fn;
+use std::hint::black_box;
 use std::ops::Range;
 
 use evpose_core::{EventStream, SensorSize, wide};
@@ -131,41 +133,56 @@ impl Square {
                 let kernel = if KERNEL == ANY { self.kernel } else { KERNEL };
                 // Columns left of an event, and rows above, that belong to its square.
                 let before = kernel / 2;
+                // Seven cells would be worked on as four, two and one: masks that the compiler does not
+                // know leave vectors whole.
+                let inside: [u16; LANES] = black_box(from_fn(|lane| mask(lane < kernel)));
+                let middle: [u16; LANES] = black_box(from_fn(|lane| mask(lane == before)));
+                let nowhere = [0; LANES];
                 for (&x, &y) in x.iter().zip(y) {
                     // The plane is shifted by what lies before an event: the square begins here.
                     let start = usize::from(y) * self.stride + usize::from(x);
                     let centre = cells[start + before * (self.stride + 1)];
                     let rule = move |cell| rule(cell, centre);
-                    let (square, cells) = (Self { kernel, ..self }, &mut cells[start..]);
-                    square.change::<LANES>(0..before, cells, rule, None);
+                    let cells = &mut cells[start..];
+                    self.change(0..before, cells, &inside, rule, &nowhere, fired);
                     // With its row: a cell that is written by itself keeps the next event waiting.
-                    square.change::<LANES>(before..before + 1, cells, rule, Some(fired));
-                    square.change::<LANES>(before + 1..kernel, cells, rule, None);
+                    self.change(before..before + 1, cells, &inside, rule, &middle, fired);
+                    self.change(before + 1..kernel, cells, &inside, rule, &nowhere, fired);
                 }
             },
         );
     }
 
-    /// Applies `rule` to rows of the square that begins with `cells`; `fired` is for its middle column.
+    /// Applies `rule` to rows of the square that begins with `cells`, where `inside` is set, and writes
+    /// `fired` where `events` is.
     #[inline(always)]
     fn change<const LANES: usize>(
         self,
         rows: Range<usize>,
         cells: &mut [u16],
+        inside: &[u16; LANES],
         rule: impl Fn(u16) -> u16,
-        fired: Option<u16>,
+        events: &[u16; LANES],
+        fired: u16,
     ) {
         for row in rows {
             let Some(row) = cells[row * self.stride..].first_chunk_mut::<LANES>() else { return };
-            for (lane, cell) in row.iter_mut().enumerate() {
-                let changed = match fired {
-                    Some(fired) if lane == self.kernel / 2 => fired,
-                    _ => rule(*cell),
-                };
-                *cell = if lane < self.kernel { changed } else { *cell };
-            }
+            let before = *row;
+            *row = from_fn(
+                #[inline(always)]
+                |lane| {
+                    let cell = before[lane];
+                    let changed = cell ^ ((rule(cell) ^ cell) & inside[lane]);
+                    (changed & !events[lane]) | (fired & events[lane])
+                },
+            );
         }
     }
+}
+
+/// All bits or none.
+fn mask(is_set: bool) -> u16 {
+    if is_set { u16::MAX } else { 0 }
 }
 
 #[cfg(test)]
