@@ -132,11 +132,26 @@ impl Eros {
         });
     }
 
-    /// Rows of grey values, for filters that do not need all of them.
+    /// A row of grey values, for filters that need them one by one.
     fn row_u8(&self, since: &[u16], out: &mut [u8]) {
-        let last = self.values_u8.len() - 1;
-        for (out, &n) in out.iter_mut().zip(since) {
-            *out = self.values_u8[usize::from(n).min(last)];
+        const TOGETHER: usize = 32;
+        let values = self.values_u8.as_slice();
+        // At most 65,535: there is a value for every number of events, and no more.
+        let last = (values.len() - 1) as u16;
+        let (out, out_rest) = out.as_chunks_mut::<TOGETHER>();
+        let (since, since_rest) = since.as_chunks::<TOGETHER>();
+        for (out, since) in out.iter_mut().zip(since) {
+            // Most pixels of a scene have not fired for long.
+            if since.iter().fold(0, |any, &n| any | last.saturating_sub(n)) == 0 {
+                *out = [values[usize::from(last)]; TOGETHER];
+            } else {
+                for (out, &n) in out.iter_mut().zip(since) {
+                    *out = values[usize::from(n.min(last))];
+                }
+            }
+        }
+        for (out, &n) in out_rest.iter_mut().zip(since_rest) {
+            *out = values[usize::from(n.min(last))];
         }
     }
 }

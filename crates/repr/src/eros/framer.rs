@@ -13,6 +13,8 @@
 //! hpe-core, `eros-framer` and `movenet_online`; the arithmetic is that of OpenCV's `smooth` and
 //! `resize` for 8-bit images.
 
+use std::array::from_fn;
+
 use evpose_core::{SensorSize, wide};
 
 use crate::Eros;
@@ -54,7 +56,7 @@ impl ErosFramer {
             rows: taps(from_height, height),
             grey: vec![0; from_height * from_width],
             upright: vec![0; from_width + 2 * REACH],
-            resized: std::array::from_fn(|_| (None, vec![0; width])),
+            resized: from_fn(|_| (None, vec![0; width])),
             blurred: vec![0; from_width],
         }
     }
@@ -140,14 +142,15 @@ fn reflected(i: isize, n: usize) -> usize {
 fn blur_row(grey: &[u8], y: usize, upright: &mut [u16], out: &mut [u8]) {
     let width = out.len();
     let height = grey.len() / width;
-    let [a, b, c, d, e] = std::array::from_fn(|k| {
+    let [a, b, c, d, e] = from_fn(|k| {
         let y = reflected(y as isize + k as isize - REACH as isize, height);
         &grey[y * width..][..width]
     });
+    let sums = &mut upright[REACH..][..width];
     wide(
         #[inline(always)]
-        || {
-            for (i, sum) in upright[REACH..][..width].iter_mut().enumerate() {
+        move || {
+            for (i, sum) in sums.iter_mut().enumerate() {
                 let [a, b, c, d, e] = [a[i], b[i], c[i], d[i], e[i]].map(u16::from);
                 *sum = a + e + 4 * (b + d) + 6 * c;
             }
@@ -158,10 +161,10 @@ fn blur_row(grey: &[u8], y: usize, upright: &mut [u16], out: &mut [u8]) {
         upright[REACH - k as usize] = upright[REACH + left];
         upright[REACH + width - 1 + k as usize] = upright[REACH + right];
     }
+    let [a, b, c, d, e] = from_fn(|k| &upright[k..][..width]);
     wide(
         #[inline(always)]
-        || {
-            let [a, b, c, d, e] = std::array::from_fn(|k| &upright[k..][..width]);
+        move || {
             for (i, out) in out.iter_mut().enumerate() {
                 // At most 256 times 255 and a half: 16 bits hold it.
                 let sum = a[i] + e[i] + 4 * (b[i] + d[i]) + 6 * c[i];
@@ -182,7 +185,7 @@ fn resize_row(row: &[u8], columns: &[Tap], out: &mut [i32]) {
 fn mix_rows(first: &[i32], second: &[i32], weights: [i32; 2], out: &mut [u8]) {
     wide(
         #[inline(always)]
-        || {
+        move || {
             for ((out, &a), &b) in out.iter_mut().zip(first).zip(second) {
                 let sum = ((weights[0] * (a >> 4)) >> 16) + ((weights[1] * (b >> 4)) >> 16);
                 *out = ((sum + 2) >> 2) as u8;
