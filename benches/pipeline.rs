@@ -50,9 +50,11 @@ fn representations(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("representation of 100 ms");
     group.throughput(Throughput::Elements(events.len() as u64));
     for name in ["lnes", "eoi", "eci"] {
-        let Ok(spec) = representation_called(name) else { continue };
-        let mut planes = vec![0.0; spec.channels * sensor.pixels()];
-        group.bench_function(name, |b| b.iter(|| (spec.fill)(&window, &events, &mut planes)));
+        let Ok(representation) = representation_called(name) else { continue };
+        let mut planes = vec![0.0; representation.channels() * sensor.pixels()];
+        group.bench_function(name, |b| {
+            b.iter(|| representation.fill(&window, &events, &mut planes));
+        });
     }
     group.finish();
 }

@@ -110,7 +110,7 @@ fn predict(
 
     let order = config.representation.channel_order;
     let window = StreamWindow::new(sensor, Micros(window_ms * 1000), order)?;
-    let mut surface = (representation_called(&config.representation.name)?.start)(window);
+    let mut surface = representation_called(&config.representation.name)?.start(window);
     let mut filter = HandFilter::new(&config.filter)?;
     let size = (usize::from(sensor.height), usize::from(sensor.width));
     let mut surfaces = vec![0.0; BATCH * 2 * sensor.pixels()];

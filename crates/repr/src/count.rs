@@ -7,12 +7,10 @@
 //! # Source
 //! Rudnev et al., *EventHands*, ICCV 2021, supplement, Eq. 2 and 3.
 
-use std::collections::VecDeque;
-
 use evpose_core::{EventStream, Micros};
 
-use crate::clock::Clock;
-use crate::{FrameEvent, FrameWindow, Representation, StreamWindow};
+use crate::counts::Counts;
+use crate::{FrameEvent, FrameWindow, Grey, Representation, StreamWindow};
 
 /// What an event adds.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -31,78 +29,6 @@ impl Counting {
             Self::EveryEvent => 1.0,
             Self::OncePerFrame => 0.01,
         }
-    }
-}
-
-/// Events of a sliding window, counted per pixel and polarity.
-#[derive(Debug, Clone)]
-struct Counts {
-    window: StreamWindow,
-    counting: Counting,
-    /// `[2][height][width]`.
-    counts: Vec<u32>,
-    /// The counted events, by time, and where they count.
-    queue: VecDeque<(Micros, u32)>,
-    /// Frame in which each pixel and polarity was last counted; empty where every event counts.
-    last_frame: Vec<i64>,
-    clock: Clock,
-}
-
-const NO_FRAME: i64 = i64::MIN;
-
-impl Counts {
-    fn new(window: StreamWindow, counting: Counting) -> Self {
-        let values = 2 * window.sensor.pixels();
-        let last_frame = match counting {
-            Counting::EveryEvent => Vec::new(),
-            Counting::OncePerFrame => vec![NO_FRAME; values],
-        };
-        let (counts, queue) = (vec![0; values], VecDeque::new());
-        Self { window, counting, counts, queue, last_frame, clock: Clock::default() }
-    }
-
-    fn push(&mut self, events: &EventStream) {
-        self.window.check(events);
-        if events.t().first().is_some_and(|&first| self.clock.jumps_back(first)) {
-            self.reset();
-        }
-        for event in events.iter() {
-            let channel = self.window.order.channel(event.polarity);
-            let index = self.window.index(event.x, event.y, channel);
-            if let Some(last) = self.last_frame.get_mut(index) {
-                let frame = event.t.0.div_euclid(Micros::MILLISECOND.0);
-                if std::mem::replace(last, frame) == frame {
-                    continue;
-                }
-            }
-            self.counts[index] += 1;
-            // Two planes of at most 2^32 pixels each: sensors are 65535 wide and high at most.
-            self.queue.push_back((event.t, index as u32));
-        }
-        if let Some(&last) = events.t().last() {
-            self.clock.see(last);
-            self.expire();
-        }
-    }
-
-    fn advance(&mut self, t: Micros) {
-        self.clock.advance(t);
-        self.expire();
-    }
-
-    fn expire(&mut self) {
-        let Some(now) = self.clock.now else { return };
-        let oldest = Micros(now.0.saturating_sub(self.window.length_us.into()));
-        while let Some((_, index)) = self.queue.pop_front_if(|&mut (t, _)| t <= oldest) {
-            self.counts[index as usize] -= 1;
-        }
-    }
-
-    fn reset(&mut self) {
-        self.counts.fill(0);
-        self.queue.clear();
-        self.last_frame.fill(NO_FRAME);
-        self.clock = Clock::default();
     }
 }
 
@@ -133,11 +59,15 @@ impl Representation for Eci {
     }
 
     fn render(&self, out: &mut [f32]) {
-        assert_eq!(out.len(), self.counts.counts.len(), "planes of another size");
-        let weight = self.counts.counting.weight();
-        for (out, &count) in out.iter_mut().zip(&self.counts.counts) {
+        assert_eq!(out.len(), self.counts.per_polarity().len(), "planes of another size");
+        let weight = self.counts.counting().weight();
+        for (out, &count) in out.iter_mut().zip(self.counts.per_polarity()) {
             *out = count as f32 * weight;
         }
+    }
+
+    fn grey(&self) -> Grey {
+        Grey::Largest
     }
 
     fn reset(&mut self) {
@@ -160,7 +90,7 @@ impl EciS {
 
 impl Representation for EciS {
     fn channels(&self) -> usize {
-        match self.counts.counting {
+        match self.counts.counting() {
             Counting::EveryEvent => 1,
             Counting::OncePerFrame => 2,
         }
@@ -175,15 +105,18 @@ impl Representation for EciS {
     }
 
     fn render(&self, out: &mut [f32]) {
-        let pixels = self.counts.window.sensor.pixels();
+        let pixels = self.counts.per_polarity().len() / 2;
         assert_eq!(out.len(), self.channels() * pixels, "planes of another size");
-        let weight = self.counts.counting.weight();
-        let (first, second) = self.counts.counts.split_at(pixels);
-        for plane in out.chunks_exact_mut(pixels) {
-            for (out, (&a, &b)) in plane.iter_mut().zip(first.iter().zip(second)) {
-                *out = (a + b) as f32 * weight;
+        let weight = self.counts.counting().weight();
+        for plane in out.chunks_exact_mut(pixels.max(1)) {
+            for (out, count) in plane.iter_mut().zip(self.counts.per_pixel()) {
+                *out = count as f32 * weight;
             }
         }
+    }
+
+    fn grey(&self) -> Grey {
+        Grey::Largest
     }
 
     fn reset(&mut self) {

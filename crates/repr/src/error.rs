@@ -2,10 +2,10 @@
 
 use evpose_core::Micros;
 
-use crate::{REPRESENTATIONS, StreamWindow};
+use crate::{Parameter, ParameterKind, REPRESENTATIONS, StreamWindow};
 
 /// A request this crate cannot serve.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ReprError {
     /// No representation has this name.
     #[error(
@@ -16,10 +16,52 @@ pub enum ReprError {
         /// The name.
         name: String,
     },
+    /// A representation has no such parameter.
+    #[error(
+        "representation `{representation}` has no parameter `{parameter}`; it has {}",
+        parameter_names(parameters)
+    )]
+    UnknownParameter {
+        /// The representation.
+        representation: String,
+        /// The name.
+        parameter: String,
+        /// Those it has.
+        parameters: &'static [Parameter],
+    },
+    /// A parameter does not take this value.
+    #[error("representation `{representation}`: {}, not `{text}`", what_it_takes(parameter))]
+    ParameterValue {
+        /// The representation.
+        representation: String,
+        /// The parameter.
+        parameter: &'static Parameter,
+        /// The value, as given.
+        text: String,
+    },
     /// A window of a stream that is empty or too long.
     #[error("a window of {length} is not within 1 µs to {}", StreamWindow::LONGEST)]
     WindowLength {
         /// Its length.
         length: Micros,
     },
+}
+
+fn parameter_names(parameters: &[Parameter]) -> String {
+    match parameters {
+        [] => "none".to_owned(),
+        _ => parameters.iter().map(|parameter| parameter.name).collect::<Vec<_>>().join(", "),
+    }
+}
+
+fn what_it_takes(parameter: &Parameter) -> String {
+    let Parameter { name, unit, kind, least, most, .. } = parameter;
+    let kind = match kind {
+        ParameterKind::Real => "a number",
+        ParameterKind::Whole => "a whole number",
+        ParameterKind::Odd => "an odd number",
+        ParameterKind::Even => "an even number",
+    };
+    let of = if unit.is_empty() { "" } else { " of " };
+    format!("`{name}` is {kind}{of}{unit} from {least} to {most}")
 }

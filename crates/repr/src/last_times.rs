@@ -1,6 +1,6 @@
 //! When each pixel last fired, per polarity.
 
-use evpose_core::{EventStream, Micros};
+use evpose_core::{EventStream, Micros, wide};
 
 use crate::StreamWindow;
 use crate::clock::Clock;
@@ -32,18 +32,26 @@ impl LastTimes {
 
     pub(crate) fn push(&mut self, events: &EventStream) {
         self.window.check(events);
-        if events.t().first().is_some_and(|&first| self.clock.jumps_back(first)) {
+        let (Some(&first), Some(&last)) = (events.t().first(), events.t().last()) else { return };
+        if self.clock.jumps_back(first) {
             self.reset();
         }
-        let columns = events.t().iter().zip(events.x()).zip(events.y()).zip(events.polarity());
-        for (((&t, &x), &y), &polarity) in columns {
-            let t_us = self.since_origin(t);
-            let channel = self.window.order.channel(polarity);
-            self.last_us[self.window.index(x, y, channel)] = t_us;
+        let start = *self.origin.get_or_insert(first);
+        let is_near = first.0 >= start.0 && last.0.saturating_sub(start.0) <= FURTHEST_US;
+        let indices = self.window.indices(events, 0);
+        if is_near {
+            // In order, so that all others are as near.
+            let last_us = self.last_us.as_mut_slice();
+            for (t, index) in indices {
+                last_us[index as usize] = (t.0 - start.0) as i32;
+            }
+        } else {
+            for (t, index) in indices {
+                let t_us = self.since_origin(t);
+                self.last_us[index as usize] = t_us;
+            }
         }
-        if let Some(&last) = events.t().last() {
-            self.clock.see(last);
-        }
+        self.clock.see(last);
     }
 
     pub(crate) fn advance(&mut self, t: Micros) {
@@ -57,10 +65,15 @@ impl LastTimes {
         self.clock = Clock::default();
     }
 
-    /// Writes `value(left, length)` for every pixel, where `left` is the time in microseconds until
-    /// its latest event leaves the window of `length`: `length` for an event that happens now, 0
-    /// where the window shows none.
-    pub(crate) fn render(&self, out: &mut [f32], value: impl Fn(i32, i32) -> f32) {
+    /// The length of the window, in microseconds.
+    pub(crate) fn length_us(&self) -> i32 {
+        self.window.length_us
+    }
+
+    /// Writes `value(left)` for every pixel, where `left` is the time in microseconds until its latest
+    /// event leaves the window: its length for an event that happens now, 0 where it shows none.
+    #[inline(always)]
+    pub(crate) fn render(&self, out: &mut [f32], value: impl Fn(i32) -> f32 + Copy) {
         assert_eq!(out.len(), self.last_us.len(), "planes of another size");
         let length_us = self.window.length_us;
         let now_us = match (self.clock.now, self.origin) {
@@ -68,10 +81,16 @@ impl LastTimes {
             (Some(now), Some(origin)) => now.0.saturating_sub(origin.0) as i32,
             _ => 0,
         };
-        for (out, &last_us) in out.iter_mut().zip(&self.last_us) {
-            let left_us = length_us - (now_us - last_us).min(length_us);
-            *out = value(left_us, length_us);
-        }
+        let last_us = self.last_us.as_slice();
+        wide(
+            // What is captured by reference might be among the values: it would be read again and again.
+            #[inline(always)]
+            move || {
+                for (out, &last_us) in out.iter_mut().zip(last_us) {
+                    *out = value(length_us - (now_us - last_us).min(length_us));
+                }
+            },
+        );
     }
 
     /// A time after the origin, which moves there if the time is too far from it.

@@ -1,9 +1,15 @@
 //! Events to dense planes.
 //!
-//! * [`Representation`]: planes of a stream as it arrives; [`Lnes`], [`Eoi`], [`Eci`], [`EciS`].
-//! * [`FrameWindow`], [`FrameEvent`]: the same planes of a window of 1 ms frames at once, as training
-//!   reads them; [`fill_lnes`], [`fill_eoi`], [`fill_eci`], [`fill_eci_s`].
-//! * [`REPRESENTATIONS`]: all of them by name.
+//! * [`Representation`]: planes of a stream as it arrives, in `f32` and in 8 bits ([`Grey`]).
+//!   - of a window: [`Lnes`], [`Eoi`], [`Eci`], [`EciS`], [`Binary`], [`EventCount`], [`VoxelGrid`];
+//!   - with a memory of their own: [`Eros`], [`Tos`], [`Sits`], [`Pim`], [`Sae`], [`TimeSurface`];
+//!   - of the latest events: [`FixedCount`].
+//! * [`REPRESENTATIONS`]: all of them by name, with their [`Parameter`]s;
+//!   [`representation_called`] takes `eros:kernel=9,decay=0.5` and gives a [`RepresentationChoice`],
+//!   which starts on a stream or fills the planes of a window of frames.
+//! * [`FrameWindow`], [`FrameEvent`]: windows of 1 ms frames, as training reads them;
+//!   [`fill_lnes`], [`fill_eoi`], [`fill_eci`], [`fill_eci_s`] draw them directly.
+//! * [`ErosFramer`]: an EROS in 8 bits, blurred and resized, as the published online program sends it.
 //! * [`ChannelOrder`]: which polarity comes first, explicit everywhere.
 //! * [`WindowAugmentation`]: what varies from one training sample to the next.
 //! * [`Transitions`]: the frames in which a simulated scene jumps.
@@ -12,27 +18,58 @@
 //! Planes are `[channels][height][width]`, row by row from the top.
 
 mod augment;
+mod binary;
 mod channel;
 mod clock;
 mod count;
+mod counts;
+mod eros;
 mod error;
+mod event_count;
+mod fixed_count;
 mod frame;
+mod grey;
 mod last_times;
 mod lnes;
+mod neighbourhood;
 mod occurrence;
+mod parameter;
+mod pim;
 mod registry;
 mod representation;
+mod sae;
+mod sits;
+mod sliding;
+mod three_sigma;
+mod time_surface;
+mod tos;
 mod transition;
 mod trigger;
+mod voxel_grid;
 
 pub use augment::{WindowAugmentation, WindowDraw};
+pub use binary::Binary;
 pub use channel::ChannelOrder;
 pub use count::{Counting, Eci, EciS, fill_eci, fill_eci_s};
+pub use eros::{Eros, ErosConfig, ErosFramer};
 pub use error::ReprError;
+pub use event_count::EventCount;
+pub use fixed_count::{FixedCount, FixedCountConfig};
 pub use frame::{FrameEvent, FrameWindow};
+pub use grey::Grey;
 pub use lnes::{Lnes, fill_lnes};
 pub use occurrence::{Eoi, fill_eoi};
-pub use registry::{REPRESENTATIONS, RepresentationSpec, representation_called};
+pub use parameter::{Parameter, ParameterKind, ParameterValues};
+pub use pim::{Pim, PimConfig};
+pub use registry::{
+    Memory, PolarityUse, REPRESENTATIONS, RepresentationChoice, RepresentationSpec,
+    representation_called,
+};
 pub use representation::{Representation, StreamWindow};
+pub use sae::Sae;
+pub use sits::{Ageing, Sits, SitsConfig};
+pub use time_surface::{TimeSurface, TimeSurfaceConfig};
+pub use tos::{Tos, TosConfig};
 pub use transition::Transitions;
 pub use trigger::{SurfaceTrigger, TriggerConfig};
+pub use voxel_grid::{VoxelGrid, VoxelGridConfig};

@@ -17,7 +17,7 @@
 use evpose_core::{EventStream, Micros};
 
 use crate::last_times::LastTimes;
-use crate::{FrameEvent, FrameWindow, Representation, StreamWindow};
+use crate::{FrameEvent, FrameWindow, Grey, Representation, StreamWindow};
 
 /// The LNES of a stream, in continuous time.
 #[derive(Debug, Clone)]
@@ -46,12 +46,40 @@ impl Representation for Lnes {
     }
 
     fn render(&self, out: &mut [f32]) {
-        self.last_times.render(out, |left_us, length_us| left_us as f32 / length_us as f32);
+        let length = self.last_times.length_us() as f32;
+        let inverse = 1.0 / length;
+        if !fuses() {
+            return self.last_times.render(out, move |left_us| left_us as f32 / length);
+        }
+        self.last_times.render(
+            out,
+            #[inline(always)]
+            move |left_us| {
+                // The quotient, a remainder that is exact, and the quotient that is nearest: three
+                // operations where vectors divide in sixteen (Markstein, IBM J. Res. Dev. 1990).
+                let left = left_us as f32;
+                let quotient = left * inverse;
+                let rest = (-quotient).mul_add(length, left);
+                rest.mul_add(inverse, quotient)
+            },
+        );
+    }
+
+    fn grey(&self) -> Grey {
+        Grey::White(1.0)
     }
 
     fn reset(&mut self) {
         self.last_times.reset();
     }
+}
+
+/// Whether the processor multiplies and adds at once.
+fn fuses() -> bool {
+    #[cfg(target_arch = "x86_64")]
+    return std::arch::is_x86_feature_detected!("fma");
+    #[cfg(not(target_arch = "x86_64"))]
+    cfg!(target_arch = "aarch64")
 }
 
 /// Fills `out`, `[2][height][width]`, with the LNES of a window of frames.

@@ -9,7 +9,7 @@
 use evpose_core::{EventStream, Micros};
 
 use crate::last_times::LastTimes;
-use crate::{FrameEvent, FrameWindow, Representation, StreamWindow};
+use crate::{FrameEvent, FrameWindow, Grey, Representation, StreamWindow};
 
 /// The EOI of a stream.
 #[derive(Debug, Clone)]
@@ -38,7 +38,11 @@ impl Representation for Eoi {
     }
 
     fn render(&self, out: &mut [f32]) {
-        self.last_times.render(out, |left_us, _| if left_us > 0 { 1.0 } else { 0.0 });
+        self.last_times.render(out, |left_us| if left_us > 0 { 1.0 } else { 0.0 });
+    }
+
+    fn grey(&self) -> Grey {
+        Grey::White(1.0)
     }
 
     fn reset(&mut self) {

@@ -1,86 +1,158 @@
-//! Every representation, by name.
+//! Every representation, by name, with its parameters.
+
+use std::fmt;
+
+use evpose_core::{Event, EventStream, Micros};
 
 use crate::{
-    Counting, Eci, EciS, Eoi, FrameEvent, FrameWindow, Lnes, ReprError, Representation,
-    StreamWindow, fill_eci, fill_eci_s, fill_eoi, fill_lnes,
+    FrameEvent, FrameWindow, Parameter, ParameterValues, ReprError, Representation, StreamWindow,
 };
 
-/// A representation: what it is called and how it is made, from a stream and from frames.
-#[derive(Debug, Clone, Copy)]
+mod entries;
+pub use entries::REPRESENTATIONS;
+
+/// A representation: what it is called, what it does, and how it is made from a stream and from frames.
+#[derive(Debug)]
 pub struct RepresentationSpec {
     /// Name in configurations.
     pub name: &'static str,
     /// What it shows, in a line.
     pub summary: &'static str,
-    /// Planes it has.
-    pub channels: usize,
-    /// Starts it on a stream.
-    pub start: fn(StreamWindow) -> Box<dyn Representation>,
-    /// Fills `[channels][height][width]` from the events of a window, ascending in frame.
-    pub fill: fn(&FrameWindow, &[FrameEvent], &mut [f32]),
+    /// What can be set.
+    pub parameters: &'static [Parameter],
+    /// Which events its planes show.
+    pub memory: Memory,
+    /// What it makes of polarities.
+    pub polarity: PolarityUse,
+    /// Whether events of equal time may come in any order.
+    pub any_order_at_once: bool,
+    channels: fn(&ParameterValues) -> usize,
+    start: fn(StreamWindow, &ParameterValues) -> Box<dyn Representation>,
+    /// Fills `[channels][height][width]` from the events of a window, ascending in frame; none where
+    /// that is what a stream of these events shows.
+    fill: Option<Fill>,
 }
 
-/// All of them.
-pub const REPRESENTATIONS: &[RepresentationSpec] = &[
-    RepresentationSpec {
-        name: "lnes",
-        summary: "how recently a pixel fired, per polarity",
-        channels: 2,
-        start: |window| Box::new(Lnes::new(window)),
-        fill: |window, events, out| fill_lnes(window, events.iter().copied(), out),
-    },
-    RepresentationSpec {
-        name: "eoi",
-        summary: "whether a pixel fired, per polarity",
-        channels: 2,
-        start: |window| Box::new(Eoi::new(window)),
-        fill: |window, events, out| fill_eoi(window, events.iter().copied(), out),
-    },
-    RepresentationSpec {
-        name: "eci",
-        summary: "how often a pixel fired, per polarity",
-        channels: 2,
-        start: |window| Box::new(Eci::new(window, Counting::EveryEvent)),
-        fill: |window, events, out| {
-            fill_eci(window, Counting::EveryEvent, events.iter().copied(), out);
-        },
-    },
-    RepresentationSpec {
-        name: "eci-s",
-        summary: "how often a pixel fired",
-        channels: 1,
-        start: |window| Box::new(EciS::new(window, Counting::EveryEvent)),
-        fill: |window, events, out| {
-            fill_eci_s(window, Counting::EveryEvent, events.iter().copied(), out);
-        },
-    },
-    RepresentationSpec {
-        name: "eci-parity",
-        summary: "eci as the published program computes it: 0.01 per millisecond that fired",
-        channels: 2,
-        start: |window| Box::new(Eci::new(window, Counting::OncePerFrame)),
-        fill: |window, events, out| {
-            fill_eci(window, Counting::OncePerFrame, events.iter().copied(), out);
-        },
-    },
-    RepresentationSpec {
-        name: "eci-s-parity",
-        summary: "eci-s as the published program computes it: two equal channels",
-        channels: 2,
-        start: |window| Box::new(EciS::new(window, Counting::OncePerFrame)),
-        fill: |window, events, out| {
-            fill_eci_s(window, Counting::OncePerFrame, events.iter().copied(), out);
-        },
-    },
-];
+type Fill = fn(&FrameWindow, &[FrameEvent], &mut [f32]);
 
-/// The representation called `name`.
+/// Which events a representation shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Memory {
+    /// Those of the window.
+    Window,
+    /// All, older ones faded or written over: the length of the window is ignored.
+    Own,
+    /// The latest so many: the length of the window is ignored.
+    Count,
+}
+
+/// What a representation makes of polarities.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PolarityUse {
+    /// A channel each.
+    Channels,
+    /// ON is positive, OFF negative.
+    Sign,
+    /// Nothing.
+    Ignored,
+}
+
+impl RepresentationSpec {
+    /// This representation with the defaults of its parameters.
+    pub fn with_defaults(&'static self) -> RepresentationChoice {
+        RepresentationChoice { spec: self, values: ParameterValues::defaults(self.parameters) }
+    }
+}
+
+/// A representation and the values of its parameters.
+///
+/// Displayed as what [`representation_called`] takes, with every parameter.
+#[derive(Debug, Clone, Copy)]
+pub struct RepresentationChoice {
+    spec: &'static RepresentationSpec,
+    values: ParameterValues,
+}
+
+/// The representation called `name`, or `name:parameter=value,…`: `eros`, `eros:kernel=9,decay=0.5`.
 ///
 /// # Errors
-/// If there is none; the message lists those there are.
-pub fn representation_called(name: &str) -> Result<&'static RepresentationSpec, ReprError> {
+/// If there is none, or it has no such parameter, or not this value; the message lists what there is.
+pub fn representation_called(name: &str) -> Result<RepresentationChoice, ReprError> {
+    let (name, settings) = match name.split_once(':') {
+        Some((name, settings)) => (name, Some(settings)),
+        None => (name, None),
+    };
     let found = REPRESENTATIONS.iter().find(|spec| spec.name == name);
-    found.ok_or_else(|| ReprError::UnknownRepresentation { name: name.to_owned() })
+    let found = found.ok_or_else(|| ReprError::UnknownRepresentation { name: name.to_owned() })?;
+    let mut choice = found.with_defaults();
+    if let Some(settings) = settings {
+        choice.values.set(name, settings)?;
+    }
+    Ok(choice)
+}
+
+impl RepresentationChoice {
+    /// What is common to all its parameters' values.
+    pub fn spec(&self) -> &'static RepresentationSpec {
+        self.spec
+    }
+
+    /// The values of its parameters.
+    pub fn values(&self) -> &ParameterValues {
+        &self.values
+    }
+
+    /// Planes it has.
+    pub fn channels(&self) -> usize {
+        (self.spec.channels)(&self.values)
+    }
+
+    /// Starts it on a stream.
+    pub fn start(&self, window: StreamWindow) -> Box<dyn Representation> {
+        (self.spec.start)(window, &self.values)
+    }
+
+    /// Fills `out`, `[channels][height][width]`, from the events of a window, ascending in frame: what
+    /// a stream of these events, frame `k` at `k` ms, shows when the last frame has passed. (LNES shows it one
+    /// frame later.)
+    ///
+    /// # Panics
+    /// If `out` has another length, an event lies outside the sensor, or one is earlier than the one
+    /// before.
+    pub fn fill(&self, window: &FrameWindow, events: &[FrameEvent], out: &mut [f32]) {
+        match self.spec.fill {
+            Some(fill) => fill(window, events, out),
+            None => self.replay(window, events, out),
+        }
+    }
+
+    fn replay(&self, window: &FrameWindow, events: &[FrameEvent], out: &mut [f32]) {
+        let mut stream = EventStream::empty(window.sensor);
+        stream.reserve(events.len());
+        for &FrameEvent { frame, x, y, polarity } in events {
+            if window.shows(frame) {
+                let t = Micros(i64::from(frame) * Micros::MILLISECOND.0);
+                let taken = stream.push(Event { t, x, y, polarity });
+                assert!(taken.is_ok(), "an event outside the sensor or out of order: {taken:?}");
+            }
+        }
+        let mut representation = self.start(StreamWindow::of_frames(window));
+        representation.push(&stream);
+        let last = i64::from(window.frames) - 1;
+        representation.advance(Micros(last * Micros::MILLISECOND.0));
+        representation.render(out);
+    }
+}
+
+impl fmt::Display for RepresentationChoice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.spec.name)?;
+        for (i, (parameter, value)) in self.values.iter().enumerate() {
+            let separator = if i == 0 { ':' } else { ',' };
+            write!(f, "{separator}{}={value}", parameter.name)?;
+        }
+        Ok(())
+    }
 }
 
 #[cfg(test)]

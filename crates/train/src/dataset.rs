@@ -8,7 +8,7 @@ use evpose_core::{EventStream, SensorSize};
 use evpose_io::{EvcReader, EvcWindow, MetaReader};
 use evpose_pose::{HandParams, HandSide, PARAMETERS};
 use evpose_repr::{
-    ChannelOrder, FrameEvent, FrameWindow, RepresentationSpec, WindowAugmentation,
+    ChannelOrder, FrameEvent, FrameWindow, RepresentationChoice, WindowAugmentation,
     representation_called,
 };
 use evpose_sim::SequenceInfo;
@@ -119,7 +119,7 @@ pub struct HandDataset {
     /// `starts[i]` samples come before those of sequence `i`.
     starts: Vec<u64>,
     order: SampleOrder,
-    representation: &'static RepresentationSpec,
+    representation: RepresentationChoice,
     channel_order: ChannelOrder,
     augmentation: WindowAugmentation,
     window_frames: u32,
@@ -288,10 +288,10 @@ impl HandDataset {
         if let Some(redraw) = sequence.info.last_redraw(first..frame + 1) {
             window.visible_from = missing + (redraw - first) as u32 + 1;
         }
-        let mut surface = vec![0.0; self.representation.channels * self.sensor.pixels()];
-        (self.representation.fill)(&window, &events, &mut surface);
+        let mut surface = vec![0.0; self.representation.channels() * self.sensor.pixels()];
+        self.representation.fill(&window, &events, &mut surface);
         // The network has two input channels: a representation of one fills both.
-        if self.representation.channels == 1 {
+        if self.representation.channels() == 1 {
             surface.extend_from_within(..);
         }
         Ok(surface)

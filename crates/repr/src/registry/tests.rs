@@ -1,14 +1,31 @@
-//! Laws that hold for every representation.
+//! Laws that hold for every representation, or for those that say so.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
+use evpose_core::{Polarity, SensorSize};
 use proptest::prelude::*;
 
 use super::*;
-use crate::{ChannelOrder, Transitions};
+use crate::{ChannelOrder, ParameterKind, Transitions};
 
 const SENSOR: SensorSize = SensorSize { width: 4, height: 3 };
+
+/// Every representation as it comes, and some with parameters.
+fn choices() -> impl Iterator<Item = RepresentationChoice> {
+    let others = [
+        "eros:kernel=3,decay=0.9",
+        "eros-python:kernel=2",
+        "eros-hpe-core:kernel=11,decay=0.01",
+        "tos:kernel=3,line=8",
+        "sits:kernel=3",
+        "pim:rate=300",
+        "fixed-count:n=9",
+        "voxel-grid:bins=2",
+        "time-surface:tau_ms=0.7",
+    ];
+    let others = others.into_iter().map(|name| representation_called(name).unwrap());
+    REPRESENTATIONS.iter().map(RepresentationSpec::with_defaults).chain(others)
+}
 
 fn order() -> impl Strategy<Value = ChannelOrder> {
     prop::sample::select(vec![ChannelOrder::OnFirst, ChannelOrder::OffFirst])
@@ -32,29 +49,76 @@ fn stream(events: &[Event]) -> EventStream {
     stream
 }
 
+fn frame_events(events: &[Event]) -> Vec<FrameEvent> {
+    let frame =
+        |&Event { t, x, y, polarity }: &Event| FrameEvent { frame: t.0 as u32, x, y, polarity };
+    events.iter().map(frame).collect()
+}
+
+fn flipped(events: &[Event]) -> Vec<Event> {
+    events.iter().map(|&e| Event { polarity: e.polarity.flipped(), ..e }).collect()
+}
+
 fn rendered(representation: &dyn Representation) -> Vec<f32> {
     let mut out = vec![f32::NAN; representation.channels() * SENSOR.pixels()];
     representation.render(&mut out);
     out
 }
 
-fn filled(spec: &RepresentationSpec, window: &FrameWindow, events: &[FrameEvent]) -> Vec<f32> {
-    let mut out = vec![f32::NAN; spec.channels * SENSOR.pixels()];
-    (spec.fill)(window, events, &mut out);
+fn filled(choice: &RepresentationChoice, window: &FrameWindow, events: &[FrameEvent]) -> Vec<f32> {
+    let mut out = vec![f32::NAN; choice.channels() * SENSOR.pixels()];
+    choice.fill(window, events, &mut out);
     out
+}
+
+/// LNES of frames is that of a stream one frame after the last.
+fn frames_late(choice: &RepresentationChoice) -> i64 {
+    i64::from(choice.spec().name == "lnes")
 }
 
 #[test]
 fn names_are_unique_and_found_and_others_are_refused_with_the_list() {
     for spec in REPRESENTATIONS {
-        assert_eq!(representation_called(spec.name).map(|s| s.summary), Ok(spec.summary));
+        let found = representation_called(spec.name).unwrap();
+        assert_eq!((found.spec().name, found.spec().summary), (spec.name, spec.summary));
         let window = StreamWindow::new(SENSOR, Micros(1), ChannelOrder::OnFirst).unwrap();
-        assert_eq!((spec.start)(window).channels(), spec.channels);
+        assert_eq!(found.start(window).channels(), found.channels());
+        assert_eq!(
+            spec.polarity == PolarityUse::Channels,
+            found.channels() == 2 && { spec.name != "eci-s-parity" }
+        );
     }
-    let message = representation_called("eros").map_err(|e| e.to_string()).err();
-    let want = "no representation is called `eros`; \
-                there are lnes, eoi, eci, eci-s, eci-parity, eci-s-parity";
-    assert_eq!(message.as_deref(), Some(want));
+    let message = representation_called("erros").map_err(|e| e.to_string()).unwrap_err();
+    let want = "no representation is called `erros`; \
+                there are lnes, eoi, eci, eci-s, eci-parity, eci-s-parity, eros, ";
+    assert!(message.starts_with(want), "{message}");
+}
+
+#[test]
+fn every_parameter_takes_its_bounds_and_is_named_in_what_a_choice_displays() {
+    for spec in REPRESENTATIONS {
+        let default = spec.with_defaults();
+        let again = representation_called(&default.to_string()).unwrap();
+        assert_eq!(again.to_string(), default.to_string());
+        for parameter in spec.parameters {
+            let name = parameter.name;
+            assert_eq!(default.values().number(name), parameter.default);
+            // The nearest even number, where only those are taken.
+            let inwards = f64::from(parameter.kind == ParameterKind::Even);
+            for value in [parameter.least + inwards, parameter.default, parameter.most - inwards] {
+                let choice = representation_called(&format!("{}:{name}={value}", spec.name));
+                let choice = choice.unwrap();
+                assert_eq!(choice.values().number(name), value);
+                let window = StreamWindow::new(SENSOR, Micros(9), ChannelOrder::OnFirst).unwrap();
+                let started = choice.start(window);
+                assert!(rendered(started.as_ref()).iter().all(|&value| value == 0.0));
+            }
+            for value in [parameter.least - 2.0, parameter.most + 2.0] {
+                let refused = representation_called(&format!("{}:{name}={value}", spec.name));
+                assert!(refused.is_err(), "{} {name}={value}", spec.name);
+            }
+        }
+    }
 }
 
 proptest! {
@@ -67,10 +131,10 @@ proptest! {
         cuts.extend([0, events.len()]);
         cuts.sort_unstable();
         let window = StreamWindow::new(SENSOR, Micros(length_us), order)?;
-        for spec in REPRESENTATIONS {
-            let mut whole = (spec.start)(window);
+        for choice in choices() {
+            let mut whole = choice.start(window);
             whole.push(&stream(&events));
-            let mut pieces = (spec.start)(window);
+            let mut pieces = choice.start(window);
             for pair in cuts.windows(2) {
                 pieces.push(&stream(&events[pair[0]..pair[1]]));
                 // Looking does not change what is seen, nor does the time that has passed anyway.
@@ -79,12 +143,33 @@ proptest! {
                     pieces.advance(last.t);
                 }
             }
-            prop_assert_eq!(rendered(whole.as_ref()), rendered(pieces.as_ref()), "{}", spec.name);
+            prop_assert_eq!(rendered(whole.as_ref()), rendered(pieces.as_ref()), "{}", choice);
         }
     }
 
     #[test]
-    fn events_of_equal_time_may_come_in_any_order(
+    fn time_that_jumps_back_forgets_what_was_before(
+        before in events(3_000), after in events(3_000), length_us in 1i64..8_000, order in order(),
+    ) {
+        let window = StreamWindow::new(SENSOR, Micros(length_us), order)?;
+        // One more, so that it is later than all others.
+        let mut before = before;
+        before.push(Event { t: Micros(4_000), x: 1, y: 2, polarity: Polarity::On });
+        for choice in choices() {
+            let mut fresh = choice.start(window);
+            fresh.push(&stream(&after));
+            let mut used = choice.start(window);
+            used.push(&stream(&before));
+            if after.is_empty() {
+                used.reset();
+            }
+            used.push(&stream(&after));
+            prop_assert_eq!(rendered(fresh.as_ref()), rendered(used.as_ref()), "{}", choice);
+        }
+    }
+
+    #[test]
+    fn events_of_equal_time_may_come_in_any_order_where_a_representation_says_so(
         events in events(20), shuffle in any::<u64>(), order in order(),
     ) {
         let window = StreamWindow::new(SENSOR, Micros(15), order)?;
@@ -93,60 +178,75 @@ proptest! {
             let pixel = u64::from(e.x) * 7 + u64::from(e.y) * 3 + e.polarity as u64;
             (e.t, pixel.wrapping_add(1).wrapping_mul(shuffle | 1))
         });
-        for spec in REPRESENTATIONS {
+        for choice in choices().filter(|choice| choice.spec().any_order_at_once) {
             let render = |events: &[Event]| {
-                let mut representation = (spec.start)(window);
+                let mut representation = choice.start(window);
                 representation.push(&stream(events));
                 rendered(representation.as_ref())
             };
-            prop_assert_eq!(render(&events), render(&shuffled), "{}", spec.name);
+            prop_assert_eq!(render(&events), render(&shuffled), "{}", choice);
         }
     }
 
-    /// The window of the `frames` frames up to frame `n`, whose events are at whole milliseconds:
-    /// counts and occurrences agree at `n` ms, LNES one frame later.
+    /// The window of the `frames` frames up to frame `n`, whose events are at whole milliseconds. What has
+    /// a window forgets the events before by itself; the others are not shown them.
     #[test]
     fn a_stream_agrees_with_a_window_of_frames(
         events in events(30), frames in 1u32..25, n in 0i64..30, order in order(),
     ) {
-        let upto: Vec<_> = events
-            .iter()
-            .filter(|event| event.t.0 <= n)
-            .map(|event| Event { t: Micros(event.t.0 * 1000), ..*event })
-            .collect();
         let start = n + 1 - i64::from(frames);
         let inside: Vec<_> = events
             .iter()
             .filter(|event| (start..=n).contains(&event.t.0))
-            .map(|&Event { t, x, y, polarity }| {
-                FrameEvent { frame: (t.0 - start) as u32, x, y, polarity }
-            })
+            .map(|event| Event { t: Micros(event.t.0 - start), ..*event })
             .collect();
         let length = Micros(i64::from(frames) * 1000);
-        for spec in REPRESENTATIONS {
-            let mut streamed = (spec.start)(StreamWindow::new(SENSOR, length, order)?);
-            streamed.push(&stream(&upto));
-            streamed.advance(Micros(1000 * if spec.name == "lnes" { n + 1 } else { n }));
+        for choice in choices() {
+            let has_window = choice.spec().memory == Memory::Window;
+            let shown: Vec<_> = events
+                .iter()
+                .filter(|event| event.t.0 <= n && (has_window || event.t.0 >= start))
+                .map(|event| Event { t: Micros((event.t.0 - start) * 1000), ..*event })
+                .collect();
+            let mut streamed = choice.start(StreamWindow::new(SENSOR, length, order)?);
+            streamed.push(&stream(&shown));
+            streamed.advance(Micros(1000 * (n - start + frames_late(&choice))));
             let window = FrameWindow::new(SENSOR, frames, order);
             prop_assert_eq!(
-                rendered(streamed.as_ref()), filled(spec, &window, &inside), "{}", spec.name
+                rendered(streamed.as_ref()),
+                filled(&choice, &window, &frame_events(&inside)),
+                "{}", choice
             );
         }
     }
 
     #[test]
-    fn the_other_channel_order_is_the_channels_swapped(events in events(30)) {
-        let frames: Vec<_> = events
-            .iter()
-            .map(|&Event { t, x, y, polarity }| FrameEvent { frame: t.0 as u32, x, y, polarity })
-            .collect();
-        for spec in REPRESENTATIONS.iter().filter(|spec| spec.channels == 2) {
+    fn polarities_are_channels_or_signs_or_nothing(events in events(30), order in order()) {
+        let window = FrameWindow::new(SENSOR, 30, order);
+        for choice in choices() {
+            let planes = filled(&choice, &window, &frame_events(&events));
+            let mut other = filled(&choice, &window, &frame_events(&flipped(&events)));
+            match choice.spec().polarity {
+                PolarityUse::Channels => other.rotate_left(SENSOR.pixels()),
+                PolarityUse::Sign => other.iter_mut().for_each(|value| *value = -*value),
+                PolarityUse::Ignored => {}
+            }
+            prop_assert_eq!(planes, other, "{}", choice);
+        }
+    }
+
+    #[test]
+    fn the_other_channel_order_swaps_the_channels_and_nothing_else(events in events(30)) {
+        let frames = frame_events(&events);
+        for choice in choices() {
             let on_first =
-                filled(spec, &FrameWindow::new(SENSOR, 30, ChannelOrder::OnFirst), &frames);
+                filled(&choice, &FrameWindow::new(SENSOR, 30, ChannelOrder::OnFirst), &frames);
             let mut off_first =
-                filled(spec, &FrameWindow::new(SENSOR, 30, ChannelOrder::OffFirst), &frames);
-            off_first.rotate_left(SENSOR.pixels());
-            prop_assert_eq!(on_first, off_first, "{}", spec.name);
+                filled(&choice, &FrameWindow::new(SENSOR, 30, ChannelOrder::OffFirst), &frames);
+            if choice.spec().polarity == PolarityUse::Channels {
+                off_first.rotate_left(SENSOR.pixels());
+            }
+            prop_assert_eq!(on_first, off_first, "{}", choice);
         }
     }
 
@@ -155,10 +255,7 @@ proptest! {
     fn hiding_is_clearing_after_each_transition(
         events in events(30), start in 0u64..40, period_frames in 1u64..40,
     ) {
-        let frames: Vec<_> = events
-            .iter()
-            .map(|&Event { t, x, y, polarity }| FrameEvent { frame: t.0 as u32, x, y, polarity })
-            .collect();
+        let frames = frame_events(&events);
         let window = FrameWindow::new(SENSOR, 30, ChannelOrder::OffFirst);
         let mut remaining: Vec<FrameEvent> = Vec::new();
         for frame in 0..30 {
@@ -168,10 +265,30 @@ proptest! {
             }
         }
         let hiding = window.hiding(&Transitions::Every { period_frames }, start);
-        for spec in REPRESENTATIONS {
+        for choice in choices() {
             prop_assert_eq!(
-                filled(spec, &hiding, &frames), filled(spec, &window, &remaining), "{}", spec.name
+                filled(&choice, &hiding, &frames), filled(&choice, &window, &remaining), "{}", choice
             );
+        }
+    }
+
+    #[test]
+    fn grey_planes_are_the_planes_in_grey(events in events(30), order in order()) {
+        let window = StreamWindow::new(SENSOR, Micros(20), order)?;
+        for choice in choices() {
+            let mut representation = choice.start(window);
+            representation.push(&stream(&events));
+            let planes = rendered(representation.as_ref());
+            let (mut grey, mut want) = (vec![9; planes.len()], vec![7; planes.len()]);
+            representation.render_u8(&mut grey);
+            representation.grey().write(&planes, &mut want);
+            if choice.spec().name == "eros-hpe-core" {
+                // Rounded from f64, where 76.500000001 is no half.
+                let pairs = grey.iter().zip(&want);
+                prop_assert!(pairs.clone().all(|(a, b)| a.abs_diff(*b) <= 1), "{}", choice);
+            } else {
+                prop_assert_eq!(grey, want, "{}", choice);
+            }
         }
     }
 }

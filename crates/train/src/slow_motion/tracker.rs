@@ -58,11 +58,11 @@ impl SlowMotionTracker {
         let mode = &config.slow_motion;
         let window = Micros(i64::from(config.representation.window_ms) * 1_000);
         let order = config.representation.channel_order;
-        let spec = representation_called(&config.representation.name)?;
+        let representation = representation_called(&config.representation.name)?;
         Ok(Self {
             sensor,
             window,
-            surface: (spec.start)(StreamWindow::new(sensor, window, order)?),
+            surface: representation.start(StreamWindow::new(sensor, window, order)?),
             trigger: SurfaceTrigger::new(&mode.trigger, sensor),
             gate: StillnessGate::new(&mode.stillness, sensor)?,
             filter: AdaptiveHandFilter::new(&mode.filter)?,

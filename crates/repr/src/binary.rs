@@ -1,0 +1,64 @@
+//! The binary image: which pixels fired, whatever the polarity.
+//!
+//! # Model
+//! 255 where a pixel fired within the window, 0 elsewhere.
+//!
+//! # Borders
+//! None: an event changes its own pixel only.
+//!
+//! # Source
+//! hpe-core, class `BIN` (event-driven's has 1 for 255), which is cleared by its user instead.
+
+use evpose_core::{EventStream, Micros};
+
+use crate::last_times::LastTimes;
+use crate::{Grey, Representation, StreamWindow};
+
+/// The binary image of a stream.
+#[derive(Debug, Clone)]
+pub struct Binary {
+    last_times: LastTimes,
+    /// Both polarities, before they are joined.
+    pixels: usize,
+}
+
+const PEAK: f32 = 255.0;
+
+impl Binary {
+    /// An image without events.
+    pub fn new(window: StreamWindow) -> Self {
+        Self { last_times: LastTimes::new(window), pixels: window.sensor.pixels() }
+    }
+}
+
+impl Representation for Binary {
+    fn channels(&self) -> usize {
+        1
+    }
+
+    fn push(&mut self, events: &EventStream) {
+        self.last_times.push(events);
+    }
+
+    fn advance(&mut self, t: Micros) {
+        self.last_times.advance(t);
+    }
+
+    fn render(&self, out: &mut [f32]) {
+        assert_eq!(out.len(), self.pixels, "planes of another size");
+        let mut both = vec![0.0; 2 * self.pixels];
+        self.last_times.render(&mut both, |left_us| if left_us > 0 { PEAK } else { 0.0 });
+        let (first, second) = both.split_at(self.pixels);
+        for (out, (a, b)) in out.iter_mut().zip(first.iter().zip(second)) {
+            *out = a.max(*b);
+        }
+    }
+
+    fn grey(&self) -> Grey {
+        Grey::White(PEAK)
+    }
+
+    fn reset(&mut self) {
+        self.last_times.reset();
+    }
+}

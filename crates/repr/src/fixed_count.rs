@@ -1,0 +1,153 @@
+//! The fixed-count image: the latest so many events, in grey values.
+//!
+//! # Model
+//! The number of a pixel's events among the last `n`, whatever their polarity, scaled so that three
+//! standard deviations of the pixels that fired are 255; fractions are kept.
+//!
+//! The published data sets pair the image with a pose that is `offset` events old when the image is
+//! complete, so that it lies about in the middle: [`FixedCountConfig::range`] says which events belong to an
+//! instant.
+//!
+//! # Borders
+//! None: an event changes its own pixel only.
+//!
+//! # Source
+//! hpe-core, class `eventFrame` and the scripts that export it; Calabrese et al., *DHP19*, CVPRW 2019,
+//! for the scale and for n = 7500.
+
+use std::collections::VecDeque;
+use std::ops::Range;
+
+use evpose_core::{EventStream, Micros, SensorSize};
+
+use crate::clock::Clock;
+use crate::three_sigma::{scaled, three_sigma_scale};
+use crate::{Grey, Representation};
+
+/// Which events an image shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FixedCountConfig {
+    /// How many.
+    pub events: u32,
+    /// How many of them come after the instant that the image is of.
+    pub offset_events: u32,
+}
+
+impl FixedCountConfig {
+    /// The published data sets.
+    pub const PUBLISHED: Self = Self { events: 7_500, offset_events: 3_250 };
+
+    /// The events of the image of instant `t`, by number: the `events` that end `offset_events` after
+    /// the first event later than `t`; fewer at the ends of a recording.
+    pub fn range(&self, times: &[Micros], t: Micros) -> Range<usize> {
+        let sample = times.partition_point(|&time| time <= t);
+        let end = (sample + self.offset_events as usize).min(times.len());
+        end.saturating_sub(self.events as usize)..end
+    }
+}
+
+impl Default for FixedCountConfig {
+    fn default() -> Self {
+        Self::PUBLISHED
+    }
+}
+
+/// The fixed-count image of a stream: of its latest events, so `offset_events` is up to who pairs it
+/// with a pose. It has no window.
+#[derive(Debug, Clone)]
+pub struct FixedCount {
+    sensor: SensorSize,
+    most: usize,
+    counts: Vec<u32>,
+    /// Where the last events count, the oldest first.
+    last: VecDeque<u32>,
+    clock: Clock,
+}
+
+impl FixedCount {
+    /// An image without events.
+    pub fn new(sensor: SensorSize, config: FixedCountConfig) -> Self {
+        let (most, counts) = (config.events as usize, vec![0; sensor.pixels()]);
+        Self { sensor, most, counts, last: VecDeque::new(), clock: Clock::default() }
+    }
+}
+
+impl Representation for FixedCount {
+    fn channels(&self) -> usize {
+        1
+    }
+
+    fn push(&mut self, events: &EventStream) {
+        assert_eq!(events.sensor(), self.sensor, "events from a sensor of another size");
+        let (Some(&first), Some(&last)) = (events.t().first(), events.t().last()) else { return };
+        if self.clock.jumps_back(first) {
+            self.reset();
+        }
+        self.clock.see(last);
+        let shown = events.len().saturating_sub(self.most);
+        let gone = (self.last.len() + events.len() - shown).saturating_sub(self.most);
+        for index in self.last.drain(..gone) {
+            self.counts[index as usize] -= 1;
+        }
+        let width = u32::from(self.sensor.width);
+        let places = events.x()[shown..].iter().zip(&events.y()[shown..]);
+        let counts = &mut self.counts;
+        self.last.extend(places.map(|(&x, &y)| {
+            let index = u32::from(y) * width + u32::from(x);
+            counts[index as usize] += 1;
+            index
+        }));
+    }
+
+    fn advance(&mut self, _: Micros) {}
+
+    fn render(&self, out: &mut [f32]) {
+        assert_eq!(out.len(), self.counts.len(), "planes of another size");
+        let scale = three_sigma_scale(self.counts.iter().copied());
+        for (out, &count) in out.iter_mut().zip(&self.counts) {
+            *out = scaled(count, scale) as f32;
+        }
+    }
+
+    fn grey(&self) -> Grey {
+        Grey::White(255.0)
+    }
+
+    fn reset(&mut self) {
+        self.counts.fill(0);
+        self.last.clear();
+        self.clock = Clock::default();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+
+    use evpose_core::{Event, Polarity};
+
+    use super::*;
+
+    #[test]
+    fn the_events_of_an_instant_end_an_offset_after_it() {
+        let config = FixedCountConfig { events: 4, offset_events: 1 };
+        let times: Vec<_> = [0, 1, 1, 2, 3, 5, 8].map(Micros).to_vec();
+        assert_eq!(config.range(&times, Micros(2)), 1..5);
+        assert_eq!(config.range(&times, Micros(4)), 2..6);
+        assert_eq!(config.range(&times, Micros(0)), 0..2);
+        assert_eq!(config.range(&times, Micros(9)), 3..7);
+        assert_eq!(config.range(&[], Micros(9)), 0..0);
+    }
+
+    #[test]
+    fn only_the_latest_events_count() {
+        let sensor = SensorSize { width: 3, height: 1 };
+        let config = FixedCountConfig { events: 3, ..FixedCountConfig::PUBLISHED };
+        let mut image = FixedCount::new(sensor, config);
+        for (t, x) in [0, 0, 0, 0, 1, 2, 1].into_iter().enumerate() {
+            let event = Event { t: Micros(t as i64), x, y: 0, polarity: Polarity::Off };
+            image.push(&EventStream::from_events(sensor, [event]).unwrap());
+        }
+        assert_eq!(image.counts, [0, 2, 1]);
+    }
+}

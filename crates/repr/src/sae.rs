@@ -1,0 +1,105 @@
+//! SAE, the surface of active events: when each pixel last fired.
+//!
+//! # Model
+//! Per pixel, whatever the polarity, the time of its latest event: [`Sae::times`] in microseconds,
+//! exact; rendered in seconds, 0 where there was none. In 32 bits a microsecond is told from the
+//! next up to 8 s, a millisecond up to 2 h. A window of frames counts from the start of its first frame.
+//!
+//! # Borders
+//! None: an event changes its own pixel only.
+//!
+//! # Source
+//! Benosman et al., *Event-Based Visual Flow*, TNNLS 2014; hpe-core, class `SAE`.
+
+use evpose_core::{EventStream, Micros, SensorSize};
+
+use crate::clock::Clock;
+use crate::{Grey, Representation};
+
+/// The SAE of a stream. It has no window.
+#[derive(Debug, Clone)]
+pub struct Sae {
+    sensor: SensorSize,
+    /// [`NEVER`] where there was none.
+    last: Vec<Micros>,
+    clock: Clock,
+}
+
+const NEVER: Micros = Micros(i64::MIN);
+
+impl Sae {
+    /// A surface without events.
+    pub fn new(sensor: SensorSize) -> Self {
+        Self { sensor, last: vec![NEVER; sensor.pixels()], clock: Clock::default() }
+    }
+
+    /// When each pixel last fired, row by row; none where it never did.
+    pub fn times(&self) -> impl ExactSizeIterator<Item = Option<Micros>> + '_ {
+        self.last.iter().map(|&t| Some(t).filter(|&t| t != NEVER))
+    }
+}
+
+impl Representation for Sae {
+    fn channels(&self) -> usize {
+        1
+    }
+
+    fn push(&mut self, events: &EventStream) {
+        assert_eq!(events.sensor(), self.sensor, "events from a sensor of another size");
+        if events.t().first().is_some_and(|&first| self.clock.jumps_back(first)) {
+            self.reset();
+        }
+        let width = usize::from(self.sensor.width);
+        for ((&t, &x), &y) in events.t().iter().zip(events.x()).zip(events.y()) {
+            self.last[usize::from(y) * width + usize::from(x)] = t;
+        }
+        if let Some(&last) = events.t().last() {
+            self.clock.see(last);
+        }
+    }
+
+    fn advance(&mut self, t: Micros) {
+        self.clock.advance(t);
+    }
+
+    fn render(&self, out: &mut [f32]) {
+        assert_eq!(out.len(), self.last.len(), "planes of another size");
+        for (out, t) in out.iter_mut().zip(self.times()) {
+            *out = t.map_or(0.0, |t| t.as_seconds() as f32);
+        }
+    }
+
+    fn grey(&self) -> Grey {
+        Grey::Largest
+    }
+
+    fn reset(&mut self) {
+        self.last.fill(NEVER);
+        self.clock = Clock::default();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use evpose_core::{Event, Polarity};
+
+    use super::*;
+
+    #[test]
+    fn the_latest_event_of_a_pixel_counts_whatever_its_polarity() {
+        let sensor = SensorSize { width: 3, height: 1 };
+        let event = |t_us, x, polarity| Event { t: Micros(t_us), x, y: 0, polarity };
+        let events = [
+            event(5, 0, Polarity::On),
+            event(1_500_000, 2, Polarity::On),
+            event(2_000_001, 0, Polarity::Off),
+        ];
+        let mut sae = Sae::new(sensor);
+        sae.push(&EventStream::from_events(sensor, events).unwrap());
+        let want = [Some(Micros(2_000_001)), None, Some(Micros(1_500_000))];
+        assert!(sae.times().eq(want));
+        let mut out = [f32::NAN; 3];
+        sae.render(&mut out);
+        assert_eq!(out, [2.000_001, 0.0, 1.5]);
+    }
+}

@@ -1,0 +1,108 @@
+//! The time surface: how recently each pixel fired, fading exponentially.
+//!
+//! # Model
+//! Per pixel and polarity, with `t_last` the time of its latest event: `exp(-(t_now - t_last)/τ)`, 1 for
+//! an event that happens now, 0 where there was none. Windows are ignored: what is older than some
+//! τ is gone anyway (and what is older than 18 minutes is dropped).
+//!
+//! # Borders
+//! None: an event changes its own pixel only.
+//!
+//! # Source
+//! Lagorce et al., *HOTS*, TPAMI 2017, Eq. 3, for the whole plane at one time. No time constant is
+//! common to the literature; 30 ms is ours.
+
+use evpose_core::{EventStream, Micros};
+
+use crate::last_times::LastTimes;
+use crate::{Grey, Representation, StreamWindow};
+
+/// How a time surface fades.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TimeSurfaceConfig {
+    /// The time constant, in milliseconds.
+    pub tau_ms: f64,
+}
+
+impl TimeSurfaceConfig {
+    /// 30 ms.
+    pub const DEFAULT: Self = Self { tau_ms: 30.0 };
+}
+
+impl Default for TimeSurfaceConfig {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// The time surface of a stream.
+#[derive(Debug, Clone)]
+pub struct TimeSurface {
+    last_times: LastTimes,
+    tau_us: f64,
+}
+
+impl TimeSurface {
+    /// A surface without events. Of `window` its length is ignored.
+    ///
+    /// # Panics
+    /// If the time constant is not above 0.
+    pub fn new(window: StreamWindow, config: TimeSurfaceConfig) -> Self {
+        assert!(config.tau_ms > 0.0, "a time constant of {} ms", config.tau_ms);
+        Self { last_times: LastTimes::new(window.longest()), tau_us: config.tau_ms * 1e3 }
+    }
+}
+
+impl Representation for TimeSurface {
+    fn channels(&self) -> usize {
+        2
+    }
+
+    fn push(&mut self, events: &EventStream) {
+        self.last_times.push(events);
+    }
+
+    fn advance(&mut self, t: Micros) {
+        self.last_times.advance(t);
+    }
+
+    fn render(&self, out: &mut [f32]) {
+        let (length_us, rate) = (self.last_times.length_us(), -1.0 / self.tau_us);
+        self.last_times.render(out, move |left_us| match left_us {
+            0 => 0.0,
+            left_us => (f64::from(length_us - left_us) * rate).exp() as f32,
+        });
+    }
+
+    fn grey(&self) -> Grey {
+        Grey::White(1.0)
+    }
+
+    fn reset(&mut self) {
+        self.last_times.reset();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+
+    use evpose_core::{Event, Polarity, SensorSize};
+
+    use super::*;
+    use crate::ChannelOrder;
+
+    #[test]
+    fn a_value_is_a_tenth_after_2_3_time_constants_whatever_the_window() {
+        let sensor = SensorSize { width: 2, height: 1 };
+        let window = StreamWindow::new(sensor, Micros(1), ChannelOrder::OnFirst).unwrap();
+        let mut surface = TimeSurface::new(window, TimeSurfaceConfig { tau_ms: 10.0 });
+        let events = [(0, 0), (23_026, 1)];
+        let events = events.map(|(t, x)| Event { t: Micros(t), x, y: 0, polarity: Polarity::On });
+        surface.push(&EventStream::from_events(sensor, events).unwrap());
+        let mut out = [f32::NAN; 4];
+        surface.render(&mut out);
+        assert!((out[0] - 0.1).abs() < 2e-6, "{out:?}");
+        assert_eq!(out[1..], [1.0, 0.0, 0.0]);
+    }
+}

@@ -1,0 +1,200 @@
+//! The voxel grid: polarities of a window, spread over bins of time.
+//!
+//! # Model
+//! With `t_1` and `t_N` the times of the first and last event of the window and `B` bins, an event lies at
+//! `t* = (B - 1)·(t - t_1)/(t_N - t_1)` and adds its polarity, +1 or -1, to the bins on either side,
+//! `1 - |b - t*|` of it to bin `b`. Where all events happen at once they are in the first bin.
+//!
+//! # Borders
+//! None: an event changes its own pixel only. Along time, the first event is in the first bin as a whole,
+//! the last in the last.
+//!
+//! # Source
+//! Zhu et al., *Unsupervised Event-based Learning of Optical Flow, Depth, and Egomotion*, CVPR 2019,
+//! Eq. 1 to 3. (Tonic multiplies by `B` instead and drops what falls into bin `B`.)
+
+use evpose_core::{EventStream, Micros};
+
+use crate::clock::Clock;
+use crate::sliding::{Placed, Sliding, first_shown};
+use crate::{Grey, Representation, StreamWindow};
+
+/// The shape of a voxel grid.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct VoxelGridConfig {
+    /// Bins of time, each a channel.
+    pub bins: u32,
+}
+
+impl VoxelGridConfig {
+    /// Five, as most networks that take voxel grids; Zhu et al. have nine.
+    pub const DEFAULT: Self = Self { bins: 5 };
+}
+
+impl Default for VoxelGridConfig {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// The voxel grid of a stream.
+#[derive(Debug, Clone)]
+pub struct VoxelGrid {
+    window: StreamWindow,
+    bins: usize,
+    /// Positions in planes of two channels, OFF first.
+    events: Sliding,
+    clock: Clock,
+}
+
+impl VoxelGrid {
+    /// A grid without events. Polarities are signs: the channel order of `window` is ignored.
+    ///
+    /// # Panics
+    /// If there are no bins.
+    pub fn new(window: StreamWindow, config: VoxelGridConfig) -> Self {
+        assert!(config.bins > 0, "a grid without bins");
+        let window = window.off_first();
+        let (bins, events) = (config.bins as usize, Sliding::default());
+        Self { window, bins, events, clock: Clock::default() }
+    }
+}
+
+impl Representation for VoxelGrid {
+    fn channels(&self) -> usize {
+        self.bins
+    }
+
+    fn push(&mut self, events: &EventStream) {
+        self.window.check(events);
+        let (Some(&first), Some(&last)) = (events.t().first(), events.t().last()) else { return };
+        if self.clock.jumps_back(first) {
+            self.reset();
+        }
+        self.events.extend(self.window.indices(events, first_shown(&self.window, events)));
+        self.clock.see(last);
+        self.expire();
+    }
+
+    fn advance(&mut self, t: Micros) {
+        self.clock.advance(t);
+        self.expire();
+    }
+
+    fn render(&self, out: &mut [f32]) {
+        let pixels = self.window.sensor.pixels();
+        assert_eq!(out.len(), self.bins * pixels, "planes of another size");
+        out.fill(0.0);
+        let (older, newer) = self.events.as_slices();
+        let both = [older, newer];
+        let mut all = both.iter().flat_map(|part| [part.first(), part.last()]).flatten();
+        let Some(&(first, _)) = all.next() else { return };
+        let last = all.next_back().map_or(first, |&(t, _)| t);
+        let span_us = (last.0 - first.0).max(1);
+        for part in both {
+            spread(part, first, span_us, pixels, self.bins, out);
+        }
+    }
+
+    fn grey(&self) -> Grey {
+        Grey::Signed
+    }
+
+    fn reset(&mut self) {
+        self.events.clear();
+        self.clock = Clock::default();
+    }
+}
+
+impl VoxelGrid {
+    fn expire(&mut self) {
+        let Some(now) = self.clock.now else { return };
+        self.events.expire(&self.window, now, |_| ());
+    }
+}
+
+/// Adds events to their bins. Between two bins, events are in order: planes change rarely.
+fn spread(
+    events: &[Placed],
+    first: Micros,
+    span_us: i64,
+    pixels: usize,
+    bins: usize,
+    out: &mut [f32],
+) {
+    let per_us = (bins - 1) as f64 / span_us as f64;
+    let place = |t: Micros| (t.0 - first.0) as f64 * per_us;
+    let mut rest = events;
+    while let Some(&(t, _)) = rest.first() {
+        let bin = (place(t) as usize).min(bins - 1);
+        let upto = rest.partition_point(|&(t, _)| place(t) < (bin + 1) as f64);
+        // The last event lies on the last bin; its neighbour there is none.
+        let (these, later) = rest.split_at(if bin + 1 < bins { upto } else { rest.len() });
+        rest = later;
+        let mut planes = out[bin * pixels..].chunks_exact_mut(pixels);
+        let (Some(near), next) = (planes.next(), planes.next()) else { return };
+        let part = |t: Micros, index: u32| {
+            let index = index as usize;
+            let (at, sign) = if index < pixels { (index, -1.0) } else { (index - pixels, 1.0) };
+            (at, sign, (place(t) - bin as f64) as f32)
+        };
+        match next {
+            Some(next) => {
+                for &(t, index) in these {
+                    let (at, sign, share) = part(t, index);
+                    near[at] += sign * (1.0 - share);
+                    next[at] += sign * share;
+                }
+            }
+            None => {
+                for &(t, index) in these {
+                    let (at, sign, _) = part(t, index);
+                    near[at] += sign;
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+
+    use evpose_core::{Event, Polarity, SensorSize};
+
+    use super::*;
+    use crate::ChannelOrder;
+
+    const SENSOR: SensorSize = SensorSize { width: 2, height: 1 };
+
+    fn grid(bins: u32, events: &[(i64, u16, bool)]) -> Vec<f32> {
+        let window = StreamWindow::new(SENSOR, Micros(1000), ChannelOrder::OnFirst).unwrap();
+        let mut grid = VoxelGrid::new(window, VoxelGridConfig { bins });
+        let event = |&(t, x, on): &(i64, u16, bool)| Event {
+            t: Micros(t),
+            x,
+            y: 0,
+            polarity: Polarity::from_on(on),
+        };
+        grid.push(&EventStream::from_events(SENSOR, events.iter().map(event)).unwrap());
+        let mut out = vec![f32::NAN; bins as usize * SENSOR.pixels()];
+        grid.render(&mut out);
+        out
+    }
+
+    /// By hand: three bins over 200 µs, one every 100 µs.
+    #[test]
+    fn an_event_is_shared_by_the_bins_on_either_side() {
+        let events = [(50, 0, true), (75, 0, false), (200, 1, true), (250, 1, false)];
+        let want = [1.0 - 0.75, 0.0, -0.25, 0.5, 0.0, 0.5 - 1.0];
+        assert_eq!(grid(3, &events), want);
+        assert_eq!(grid(1, &events), [0.0, 0.0]);
+    }
+
+    #[test]
+    fn events_at_one_time_and_events_before_the_window_make_no_others() {
+        assert_eq!(grid(2, &[(7, 0, true), (7, 1, false)]), [1.0, -1.0, 0.0, 0.0]);
+        assert_eq!(grid(2, &[(7, 0, true), (2000, 1, false)]), [0.0, -1.0, 0.0, 0.0]);
+        assert_eq!(grid(2, &[]), [0.0; 4]);
+    }
+}
