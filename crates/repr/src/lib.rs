@@ -7,6 +7,7 @@
 //! * [`ChannelOrder`]: which polarity comes first, explicit everywhere.
 //! * [`WindowAugmentation`]: what varies from one training sample to the next.
 //! * [`Transitions`]: the frames in which a simulated scene jumps.
+//! * [`ErosLike`]: photographs made to look like EROS surfaces, and its steps.
 //! * [`SurfaceTrigger`]: when a running stream is worth a new surface.
 //!
 //! Planes are `[channels][height][width]`, row by row from the top.
@@ -15,6 +16,7 @@ mod augment;
 mod channel;
 mod clock;
 mod count;
+mod eros_like;
 mod error;
 mod frame;
 mod last_times;
@@ -28,6 +30,10 @@ mod trigger;
 pub use augment::{WindowAugmentation, WindowDraw};
 pub use channel::ChannelOrder;
 pub use count::{Counting, Eci, EciS, fill_eci, fill_eci_s};
+pub use eros_like::{
+    Aperture, BlurWork, Canny, CannyWork, ColourOrder, ErosLike, ErosLikeWork, GaussianKernel,
+    GradientNorm, grey_from_colour, pepper, salt_and_pepper,
+};
 pub use error::ReprError;
 pub use frame::{FrameEvent, FrameWindow};
 pub use lnes::{Lnes, fill_lnes};
