@@ -54,16 +54,20 @@ fn blur<const HALF: usize>(
         return;
     }
     let reach = HALF - 1;
-    work.padded.resize(width + 2 * reach, 0);
-    work.blurred.reset(2 * reach + 1, width);
+    // Whole vectors; what lies behind the last pixel is not read again.
+    let whole = width.next_multiple_of(64);
+    work.padded.resize(whole + 2 * reach, 0);
+    work.blurred.reset(2 * reach + 1, whole);
     let mut known = 0;
     for y in 0..height {
         while known < height.min(y + reach + 1) {
-            mirror(image.row(known), reach, &mut work.padded);
-            let (along, row) = (Around::along(&work.padded), work.blurred.row_mut(known));
+            let (padded, row) = (&mut work.padded, work.blurred.row_mut(known));
             wide(
                 #[inline(always)]
-                || blur_along(weights, along, row),
+                || {
+                    mirror(image.row(known), reach, padded);
+                    blur_along(weights, Around::along(padded), row);
+                },
             );
             known += 1;
         }
@@ -90,6 +94,7 @@ fn mirrored(place: isize, n: usize) -> usize {
     folded.min(period - folded).min(n as isize - 1) as usize
 }
 
+#[inline(always)]
 fn mirror(row: &[u8], reach: usize, padded: &mut [u16]) {
     let width = row.len();
     for (wide, value) in padded[reach..].iter_mut().zip(row) {

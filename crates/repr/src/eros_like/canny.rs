@@ -108,9 +108,9 @@ fn thin<S: Strength, const HALF: usize>(
     rest: Rest<'_>,
 ) {
     let (width, height) = (image.width(), image.height());
-    // Whole words, so that packing needs no end of its own; no pixel stays where strengths are zero.
+    // Whole words; no pixel stays where strengths are zero.
     let padded = width.next_multiple_of(64);
-    rest.gradient.start::<HALF>(width);
+    rest.gradient.start::<HALF>(padded);
     strengths.reset(3, padded + 2);
     rest.sectors.reset(2, padded);
     rest.classes.resize(padded, 0);
@@ -118,8 +118,9 @@ fn thin<S: Strength, const HALF: usize>(
     for y in 0..=height {
         let strength = strengths.row_mut(y);
         if y < height {
-            let (strength, sectors) = (&mut strength[1..=width], rest.sectors.row_mut(y));
-            rest.gradient.row(taps, image, y, strength, sectors);
+            let sectors = rest.sectors.row_mut(y);
+            rest.gradient.row(taps, image, y, &mut strength[1..=padded], sectors);
+            strength[width + 1..].fill(S::default());
         } else {
             strength.fill(S::default());
         }

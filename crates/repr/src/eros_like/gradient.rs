@@ -135,7 +135,7 @@ pub(super) struct GradientWork {
 }
 
 impl GradientWork {
-    /// Prepares for an image of a width.
+    /// Prepares for an image of at most this width: whole vectors leave loops no end of their own.
     pub(super) fn start<const HALF: usize>(&mut self, width: usize) {
         let reach = HALF - 1;
         self.padded.resize(width + 2 * reach, 0);
@@ -144,7 +144,8 @@ impl GradientWork {
         self.known = 0;
     }
 
-    /// Strength and sector of the gradients of row `y`; rows are asked for from the top.
+    /// Strength and sector of the gradients of row `y`; rows are asked for from the top. Behind the
+    /// last pixel, they mean nothing.
     pub(super) fn row<S: Strength, const HALF: usize>(
         &mut self,
         taps: Taps<HALF>,
@@ -156,13 +157,15 @@ impl GradientWork {
         let reach = HALF - 1;
         let height = image.height();
         while self.known < height.min(y + reach + 1) {
-            extend(image.row(self.known), reach, &mut self.padded);
-            let along = Around::along(&self.padded);
+            let (row, padded) = (image.row(self.known), &mut self.padded);
             let smooth = self.smooth.row_mut(self.known);
             let derived = self.derived.row_mut(self.known);
             wide(
                 #[inline(always)]
-                || split(taps, along, smooth, derived),
+                || {
+                    extend(row, reach, padded);
+                    split(taps, Around::along(padded), smooth, derived);
+                },
             );
             self.known += 1;
         }
@@ -176,6 +179,7 @@ impl GradientWork {
     }
 }
 
+#[inline(always)]
 fn extend(row: &[u8], reach: usize, padded: &mut [i16]) {
     let (first, last) = (i16::from(row[0]), i16::from(row[row.len() - 1]));
     padded[..reach].fill(first);

@@ -39,12 +39,19 @@ pub(super) struct Around<'a, T, const HALF: usize> {
 
 impl<'a, T: Copy + Default, const HALF: usize> Around<'a, T, HALF> {
     /// Along a row that has `HALF - 1` values more at both of its ends.
+    #[inline(always)]
     pub(super) fn along(padded: &'a [T]) -> Self {
         let reach = HALF - 1;
         let width = padded.len() - 2 * reach;
         Self {
-            before: std::array::from_fn(|k| &padded[reach - k..][..width]),
-            behind: std::array::from_fn(|k| &padded[reach + k..][..width]),
+            before: std::array::from_fn(
+                #[inline(always)]
+                |k| &padded[reach - k..][..width],
+            ),
+            behind: std::array::from_fn(
+                #[inline(always)]
+                |k| &padded[reach + k..][..width],
+            ),
         }
     }
 

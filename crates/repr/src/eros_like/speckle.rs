@@ -9,48 +9,56 @@ use evpose_core::{Plane, StageNoise, wide};
 /// Integers a pixel can draw: 0 to 254, as NumPy's `randint(0, 255)` of the published program.
 const LEVELS: u64 = 255;
 
+/// Bits of a draw: one less than half of a hash, so that 2³¹ is a limit as well.
+const DRAW_BITS: u32 = 31;
+
+/// Pixels that share hashes: the first half of them has the low bits, the second half the high ones.
+const BLOCK: usize = 64;
+
 /// Blackens pixels that draw less than `below`: 90 in 255 of them for `below` = 90.
 pub fn pepper(image: &mut Plane<u8>, below: u8, seed: u64) {
-    let black = first_draw(below.into());
-    draw(image, "pepper", seed, |pixel, draw| if draw < black { 0 } else { pixel });
+    let none_white = first_draw(LEVELS);
+    speckle(image, StageNoise::new(seed, "pepper", 0), first_draw(below.into()), none_white);
 }
 
-/// Blackens pixels that draw less than `low`, and makes those white that draw more than `high`.
+/// Blackens pixels that draw less than `low`, and then makes those white that draw more than `high`.
 pub fn salt_and_pepper(image: &mut Plane<u8>, low: u8, high: u8, seed: u64) {
-    let (black, white) = (first_draw(low.into()), first_draw(u64::from(high) + 1));
-    draw(image, "salt and pepper", seed, |pixel, draw| {
-        // White is drawn last: it wins where `low` is above `high`.
-        let pixel = if draw < black { 0 } else { pixel };
-        if draw >= white { 255 } else { pixel }
-    });
+    let (black_below, white_from) = (first_draw(low.into()), first_draw(u64::from(high) + 1));
+    speckle(image, StageNoise::new(seed, "salt and pepper", 0), black_below, white_from);
 }
 
-/// The lowest number of 32 bits that stands for `level` or more, as `number · 255 / 2³²`.
-fn first_draw(level: u64) -> u64 {
-    (level << 32).div_ceil(LEVELS)
+/// The lowest draw that stands for `level` or more, as `draw · 255 / 2³¹`.
+fn first_draw(level: u64) -> u32 {
+    // At most 2³¹ · 256 / 255.
+    (level << DRAW_BITS).div_ceil(LEVELS) as u32
 }
 
-fn draw(image: &mut Plane<u8>, purpose: &str, seed: u64, change: impl Fn(u8, u64) -> u8) {
-    let noise = StageNoise::new(seed, purpose, 0);
+fn speckle(image: &mut Plane<u8>, noise: StageNoise, black_below: u32, white_from: u32) {
+    let mut draws = [0; BLOCK];
+    // Levels are moved in: behind a reference, each pixel written might change them.
     wide(
         #[inline(always)]
-        || {
-            let (pairs, last) = image.data_mut().as_chunks_mut::<2>();
-            // Half of the bits for each of two pixels.
-            let halves = |index| {
-                let bits = noise.bits(index, 0);
-                [bits & 0xffff_ffff, bits >> 32]
-            };
-            let count = pairs.len();
-            for (index, pair) in pairs.iter_mut().enumerate() {
-                let [first, second] = halves(index);
-                *pair = [change(pair[0], first), change(pair[1], second)];
-            }
-            for pixel in last {
-                *pixel = change(*pixel, halves(count)[0]);
+        move || {
+            for (block, pixels) in image.data_mut().chunks_mut(BLOCK).enumerate() {
+                fill(noise, block, &mut draws);
+                for (pixel, &draw) in pixels.iter_mut().zip(&draws) {
+                    let kept = if draw < black_below { 0 } else { *pixel };
+                    *pixel = if draw >= white_from { 255 } else { kept };
+                }
             }
         },
     );
+}
+
+/// The draws of a block of pixels.
+#[inline(always)]
+fn fill(noise: StageNoise, block: usize, draws: &mut [u32; BLOCK]) {
+    let (first, second) = draws.split_at_mut(BLOCK / 2);
+    for (k, (first, second)) in first.iter_mut().zip(second).enumerate() {
+        let bits = noise.bits(block * (BLOCK / 2) + k, 0);
+        *first = (bits as u32) >> 1;
+        *second = (bits >> 33) as u32;
+    }
 }
 
 #[cfg(test)]

@@ -43,15 +43,13 @@ pub(super) fn classify<S: Strength>(
     let (below_left, below, below_right) = shifted(rows.below, width);
     for x in 0..width {
         let (sector, strength) = (sectors[x], here[x]);
-        let falling = sector == sector::FALLING;
-        let before = if falling { above_left[x] } else { above_right[x] };
-        let behind = if falling { below_right[x] } else { below_left[x] }.next();
-        let upright = sector == sector::UPRIGHT;
-        let before = if upright { above[x] } else { before };
-        let behind = if upright { below[x] } else { behind };
-        let level = sector == sector::LEVEL;
-        let before = if level { left[x] } else { before };
-        let behind = if level { right[x] } else { behind };
+        // All eight are read in any case: a choice among places would read them one by one.
+        let (rising, falling) = ((above_right[x], below_left[x]), (above_left[x], below_right[x]));
+        let (upright, level) = ((above[x], below[x]), (left[x], right[x]));
+        let (before, behind) = if sector == sector::FALLING { falling } else { rising };
+        let slanted = (before, behind.next());
+        let steep = if sector == sector::UPRIGHT { upright } else { slanted };
+        let (before, behind) = if sector == sector::LEVEL { level } else { steep };
         let stays = (strength > before) & (strength >= behind) & (strength > thresholds.low);
         let strong = stays & (strength > thresholds.high);
         classes[x] = (u8::from(stays) * CANDIDATE) | (u8::from(strong) * STRONG);
