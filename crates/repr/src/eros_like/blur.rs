@@ -116,8 +116,8 @@ fn blur_along<const HALF: usize>(
     let around = around.cut(out.len());
     for (x, out) in out.iter_mut().enumerate() {
         let mut sum = weights[0] * around.behind[0][x];
-        for k in 1..HALF {
-            sum += weights[k] * (around.before[k][x] + around.behind[k][x]);
+        for (k, weight) in weights.iter().enumerate().skip(1) {
+            sum += weight * (around.before[k][x] + around.behind[k][x]);
         }
         *out = sum;
     }
@@ -134,14 +134,14 @@ fn blur_across<const HALF: usize>(
         *out = if HALF == 3 {
             // At most 255 · 256 + 128.
             let mut sum = 128 + weights[0] * around.behind[0][x];
-            for k in 1..HALF {
-                sum += weights[k] * (around.before[k][x] + around.behind[k][x]);
+            for (k, weight) in weights.iter().enumerate().skip(1) {
+                sum += weight * (around.before[k][x] + around.behind[k][x]);
             }
             (sum >> 8) as u8
         } else {
             let mut sum = 2048 + u32::from(weights[0]) * u32::from(around.behind[0][x]);
-            for k in 1..HALF {
-                sum += u32::from(weights[k]) * u32::from(around.before[k][x] + around.behind[k][x]);
+            for (k, &weight) in weights.iter().enumerate().skip(1) {
+                sum += u32::from(weight) * u32::from(around.before[k][x] + around.behind[k][x]);
             }
             (sum >> 12) as u8
         };

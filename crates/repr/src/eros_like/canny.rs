@@ -107,31 +107,32 @@ fn thin<S: Strength, const HALF: usize>(
     strengths: &mut Ring<S>,
     rest: Rest<'_>,
 ) {
+    let Rest { gradient, sectors, classes, map } = rest;
     let (width, height) = (image.width(), image.height());
     // Whole words; no pixel stays where strengths are zero.
     let padded = width.next_multiple_of(64);
-    rest.gradient.start::<HALF>(padded);
+    gradient.start::<HALF>(padded);
     strengths.reset(3, padded + 2);
-    rest.sectors.reset(2, padded);
-    rest.classes.resize(padded, 0);
+    sectors.reset(2, padded);
+    classes.resize(padded, 0);
     // Row -1, all zero, is where row 2 will be.
     for y in 0..=height {
         let strength = strengths.row_mut(y);
         if y < height {
-            let sectors = rest.sectors.row_mut(y);
-            rest.gradient.row(taps, image, y, &mut strength[1..=padded], sectors);
+            gradient.row(taps, image, y, &mut strength[1..=padded], sectors.row_mut(y));
             strength[width + 1..].fill(S::default());
         } else {
             strength.fill(S::default());
         }
         let Some(done) = y.checked_sub(1) else { continue };
         let rows = Rows {
+            // Three rows before y + 1.
             above: strengths.row(y + 1),
             here: strengths.row(done),
             below: strengths.row(y),
         };
-        let (sectors, classes) = (rest.sectors.row(done), &mut rest.classes[..]);
-        let (candidates, strong) = rest.map.row_mut(done);
+        let (candidates, strong) = map.row_mut(done);
+        let sectors = sectors.row(done);
         wide(
             #[inline(always)]
             || {

@@ -260,7 +260,7 @@ mod tests {
     fn sectors_are_those_of_products_of_32_bits() {
         // Every magnitude along x, and along y all around both limits.
         for x in 0..=12240i32 {
-            let limits = [x * 13573 >> 15, x * (13573 + 65536) >> 15, 0, 6000];
+            let limits = [(x * 13573) >> 15, (x * (13573 + 65536)) >> 15, 0, 6000];
             for y in limits.into_iter().flat_map(|limit| limit - 2..=limit + 2) {
                 if !(0..=12240).contains(&y) || (x, y) == (0, 0) {
                     continue;

@@ -52,7 +52,7 @@ pub(crate) fn coloured(image: &Plane<u8>) -> Vec<u8> {
 /// Only the low eight bits of the pixels' values are kept.
 fn filled(width: usize, height: usize, value: impl Fn(usize, usize) -> usize) -> Plane<u8> {
     let data = (0..width * height).map(|i| value(i % width, i / width) as u8).collect();
-    Plane::from_vec(width, height, data).unwrap()
+    Plane::from_vec(width, height, data).expect("as many values as pixels")
 }
 
 fn map(image: &Plane<u8>, change: impl Fn(usize) -> usize) -> Plane<u8> {
@@ -62,7 +62,7 @@ fn map(image: &Plane<u8>, change: impl Fn(usize) -> usize) -> Plane<u8> {
 fn noise(width: usize, height: usize, seed: u64) -> Plane<u8> {
     let mut rng = CounterRng::new(seed, "image", 0);
     let data = (0..width * height).map(|_| rng.below(256) as u8).collect();
-    Plane::from_vec(width, height, data).unwrap()
+    Plane::from_vec(width, height, data).expect("as many values as pixels")
 }
 
 /// Noise whose spectrum falls as that of photographs: octaves of it, each half as strong as the one
@@ -85,7 +85,7 @@ fn clouds(width: usize, height: usize, seed: u64) -> Plane<u8> {
     }
     // At most 255 · 127, near half of it as a rule: the middle third fills the range.
     let scaled = sums.iter().map(|sum| (sum / 42).saturating_sub(255).min(255) as u8).collect();
-    Plane::from_vec(width, height, scaled).unwrap()
+    Plane::from_vec(width, height, scaled).expect("as many values as pixels")
 }
 
 /// Half waves as parabolas, of different lengths along both axes.
@@ -93,7 +93,7 @@ fn waves(x: usize, y: usize) -> usize {
     let half = |place: usize, length: usize| {
         let within = place % length;
         let height = 400 * within * (length - within) / (length * length);
-        if place / length % 2 == 0 { 100 + height } else { 100 - height }
+        if (place / length).is_multiple_of(2) { 100 + height } else { 100 - height }
     };
     (half(x, 23) + half(y, 37) + half(x + 2 * y, 61)) * 255 / 600
 }

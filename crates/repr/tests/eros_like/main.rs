@@ -2,7 +2,6 @@
 
 mod images;
 
-use std::fmt::Write as _;
 use std::path::Path;
 
 use evpose_core::Plane;
@@ -30,10 +29,7 @@ const OTHER_EDGES: [(u16, u16, Aperture, GradientNorm); 8] = [
 fn hex(parts: &[&[u8]]) -> String {
     let mut hash = Sha256::new();
     parts.iter().for_each(|part| hash.update(part));
-    hash.finalize().iter().fold(String::new(), |mut hex, byte| {
-        write!(hex, "{byte:02x}").unwrap();
-        hex
-    })
+    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// Digests of image, grey, blur 5x5, blur 7x7, edges of the blurred image, edges of the image.
