@@ -13,6 +13,7 @@
 //! * [`ChannelOrder`]: which polarity comes first, explicit everywhere.
 //! * [`WindowAugmentation`]: what varies from one training sample to the next.
 //! * [`Transitions`]: the frames in which a simulated scene jumps.
+//! * [`ErosLike`]: photographs made to look like EROS surfaces, and its steps.
 //! * [`SurfaceTrigger`]: when a running stream is worth a new surface.
 //!
 //! Planes are `[channels][height][width]`, row by row from the top.
@@ -24,6 +25,7 @@ mod clock;
 mod count;
 mod counts;
 mod eros;
+mod eros_like;
 mod error;
 mod event_count;
 mod fixed_count;
@@ -52,6 +54,10 @@ pub use binary::Binary;
 pub use channel::ChannelOrder;
 pub use count::{Counting, Eci, EciS, fill_eci, fill_eci_s};
 pub use eros::{Eros, ErosConfig, ErosFramer};
+pub use eros_like::{
+    Aperture, BlurWork, Canny, CannyWork, ColourOrder, ErosLike, ErosLikeWork, GaussianKernel,
+    GradientNorm, grey_from_colour, pepper, salt_and_pepper,
+};
 pub use error::ReprError;
 pub use event_count::EventCount;
 pub use fixed_count::{FixedCount, FixedCountConfig};
