@@ -97,7 +97,8 @@ mod tests {
         let camera = CameraFile::davis240c_eventhands();
         fs::write(&path, toml::to_string(&camera).unwrap()).unwrap();
         assert_eq!(CameraFile::load(&path).unwrap(), camera);
-        let faults: [(fn(&mut CameraFile), &str); 3] = [
+        type Spoil = fn(&mut CameraFile);
+        let faults: [(Spoil, &str); 3] = [
             (|c| c.distortion.truncate(3), "3 coefficients of distortion"),
             (|c| c.focal_px[1] = 0.0, "focal lengths of [252.91294004, 0.0] pixels"),
             (|c| c.distortion[0] = f64::NAN, "not finite"),

@@ -41,6 +41,6 @@ pub use error::CleanError;
 pub use hot::HotPixels;
 pub use mask::{Mask, Rectangle};
 pub use masking::Masking;
-pub use registry::{CLEANERS, CleanRequest, CleanerSpec, cleaner_called};
+pub use registry::{Build, CLEANERS, CleanRequest, CleanerSpec, cleaner_called};
 pub use settings::{Kind, ParamSpec, Settings};
 pub use undistort::{Inverse, Outside, Rounding, TOLERANCE_PX, Undistort, UndistortOptions};

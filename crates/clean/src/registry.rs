@@ -7,6 +7,9 @@ use evpose_core::SensorSize;
 use crate::{CleanError, Cleaner, ParamSpec, Settings};
 use crate::{background, deflicker, hot, masking, undistort};
 
+/// Makes a cleaner from checked settings, for events of a sensor.
+pub type Build = fn(&Settings, SensorSize) -> Result<Box<dyn Cleaner>, CleanError>;
+
 /// A cleaner: what it is called, what it takes and how it is made.
 #[derive(Debug)]
 pub struct CleanerSpec {
@@ -19,7 +22,7 @@ pub struct CleanerSpec {
     /// Whether events may leave it at other pixels than they came.
     pub displaces: bool,
     /// Makes it for events of a sensor.
-    pub build: fn(&Settings, SensorSize) -> Result<Box<dyn Cleaner>, CleanError>,
+    pub build: Build,
 }
 
 impl CleanerSpec {

@@ -85,8 +85,7 @@ impl Distortion {
             let next = (seen - self.sideways(direction)) * ratio;
             let step = (next - direction).abs().max_element();
             direction = next;
-            // Also ends where nothing is finite any more.
-            if !(step > STILL) {
+            if step <= STILL || step.is_nan() {
                 break;
             }
         }
