@@ -1,9 +1,13 @@
-//! The pinhole camera and where it stands.
+//! The pinhole camera, the camera with a lens, and where they stand.
 
 use glam::{Mat4, Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
 use crate::SensorSize;
+
+mod lens;
+
+pub use lens::{Distortion, LensCamera, Sight};
 
 /// A pinhole camera without distortion. Camera space is OpenGL's: x right, y up, looking along -z.
 #[derive(Debug, Clone, Copy, PartialEq)]

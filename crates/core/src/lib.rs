@@ -3,7 +3,7 @@
 //!
 //! * [`Event`], [`Polarity`], [`EventStream`]: events in time order, checked once at construction.
 //! * [`Micros`], [`TimeWindow`]: integer microseconds, half-open windows.
-//! * [`SensorSize`], [`Plane`], [`Pinhole`]: image geometry.
+//! * [`SensorSize`], [`Plane`], [`Pinhole`], [`LensCamera`]: image geometry.
 //! * [`StageNoise`], [`CounterRng`]: random numbers that depend on *what* is drawn, never on when.
 //! * [`atomic_write`]: outputs appear whole or not at all.
 //! * [`wide()`], [`Lanes`]: loops and kernels compiled for the vectors of the processor at hand.
@@ -19,7 +19,7 @@ mod stream;
 mod time;
 mod wide;
 
-pub use camera::{LookAt, Pinhole};
+pub use camera::{Distortion, LensCamera, LookAt, Pinhole, Sight};
 pub use error::CoreError;
 pub use event::{Event, Polarity, SensorSize};
 pub use lanes::{LANES, LaneWork, Lanes, in_lanes};

@@ -124,6 +124,30 @@ impl EventStream {
         None
     }
 
+    /// Keeps the events for which `keep` says so, asked in order.
+    pub fn retain(&mut self, mut keep: impl FnMut(Event) -> bool) {
+        let length = self.len();
+        // Every event is copied to where it would stay, without a branch that cannot be foreseen.
+        let (t, x) = (&mut self.t[..length], &mut self.x[..length]);
+        let (y, polarity) = (&mut self.y[..length], &mut self.polarity[..length]);
+        let mut kept = 0;
+        for i in 0..length {
+            let event = Event { t: t[i], x: x[i], y: y[i], polarity: polarity[i] };
+            (t[kept], x[kept]) = (event.t, event.x);
+            (y[kept], polarity[kept]) = (event.y, event.polarity);
+            kept += usize::from(keep(event));
+        }
+        self.t.truncate(kept);
+        self.x.truncate(kept);
+        self.y.truncate(kept);
+        self.polarity.truncate(kept);
+    }
+
+    /// Gives the columns up: times, columns, rows, polarities. See [`Self::from_columns`].
+    pub fn into_columns(self) -> (Vec<Micros>, Vec<u16>, Vec<u16>, Vec<Polarity>) {
+        (self.t, self.x, self.y, self.polarity)
+    }
+
     /// Makes room for `events` further events.
     pub fn reserve(&mut self, events: usize) {
         self.t.reserve(events);
@@ -325,6 +349,23 @@ mod tests {
             prop_assert_eq!(range.len(), inside);
             prop_assert!(stream.t()[range].iter().all(|&t| window.contains(t)));
             prop_assert_eq!(stream.slice(window).len(), inside);
+        }
+
+        #[test]
+        fn retaining_is_filtering_in_order(raw in prop::collection::vec((0u16..4, 0u16..3), 0..60)) {
+            let events: Vec<Event> =
+                raw.iter().enumerate().map(|(t, &(x, y))| event(t as i64, x, y)).collect();
+            let mut stream = EventStream::from_events(SENSOR, events.iter().copied())?;
+            let mut asked = Vec::new();
+            stream.retain(|event| {
+                asked.push(event);
+                event.x != event.y
+            });
+            prop_assert_eq!(&asked, &events);
+            let kept = events.into_iter().filter(|event| event.x != event.y);
+            prop_assert_eq!(&stream, &EventStream::from_events(SENSOR, kept)?);
+            let (t, x, y, polarity) = stream.clone().into_columns();
+            prop_assert_eq!(EventStream::from_columns(SENSOR, t, x, y, polarity), Ok(stream));
         }
 
         #[test]

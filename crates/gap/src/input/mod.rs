@@ -9,14 +9,14 @@ mod description;
 mod problems;
 mod recording;
 mod scene_dir;
-pub mod symmetry;
 pub mod units;
+
+pub use evpose_clean::symmetry::{self, Orientation, Symmetry};
 
 pub use description::{Description, Nominal};
 pub use problems::{Problem, Problems};
 pub use recording::{LoadedRecording, load_recording};
 pub use scene_dir::{LoadedScene, load_scene};
-pub use symmetry::{Orientation, Symmetry};
 
 #[cfg(test)]
 mod tests;

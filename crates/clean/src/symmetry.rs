@@ -12,8 +12,6 @@ use std::fmt;
 
 use evpose_core::{Event, EventStream, Polarity, SensorSize};
 
-use super::recording::on;
-
 /// Length of a slice.
 const SLICE_US: i64 = 20_000;
 /// Five seconds tell as much as an hour.
@@ -89,7 +87,8 @@ impl Symmetry {
             let polarity = if self.swaps_polarity { was.flipped() } else { was };
             Event { x, y, polarity, ..event }
         };
-        on(self.size(size), events.iter().map(put))
+        EventStream::from_events(self.size(size), events.iter().map(put))
+            .unwrap_or_else(|_| unreachable!("pixels go to pixels, times stay"))
     }
 
     /// What undoes it.
@@ -180,7 +179,7 @@ fn standard_errors(parts: &[f64]) -> f64 {
 }
 
 /// Pearson's correlation; zero where one of the two does not vary.
-pub(super) fn correlation(a: &[f64], b: &[f64]) -> f64 {
+pub fn correlation(a: &[f64], b: &[f64]) -> f64 {
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     let (ma, mb) = (mean(a), mean(b));
     let (mut ab, mut aa, mut bb) = (0.0, 0.0, 0.0);
@@ -289,5 +288,46 @@ impl fmt::Display for Symmetry {
         .filter_map(|(does, words)| does.then_some(words))
         .collect();
         if parts.is_empty() { f.pad("as it is") } else { f.pad(&parts.join(", ")) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use evpose_core::{CounterRng, Micros};
+
+    use super::*;
+
+    const SIZE: SensorSize = SensorSize { width: 40, height: 30 };
+
+    /// A bright spot that grows brighter while it moves and dims where it was, without any symmetry.
+    fn reference() -> EventStream {
+        let mut rng = CounterRng::new(5, "spot", 0);
+        let event = |k: i64| {
+            let along = k as f32 / 20_000.0;
+            let on = k % 3 > 0;
+            let behind = if on { 0.0 } else { 4.0 };
+            let x = 4.0 + 25.0 * along - behind + rng.uniform(0.0, 3.0);
+            let y = 3.0 + 9.0 * along * along + rng.uniform(0.0, 2.0);
+            let polarity = Polarity::from_on(on);
+            Event { t: Micros(40 * k), x: x.max(0.0) as u16, y: y as u16, polarity }
+        };
+        EventStream::from_events(SIZE, (0..20_000).map(event)).unwrap()
+    }
+
+    #[test]
+    fn each_mix_up_is_told_by_a_recording_of_the_same_scene() {
+        let reference = reference();
+        for symmetry in Symmetry::all() {
+            let orientation = find(&symmetry.apply(&reference), &reference).unwrap();
+            assert_eq!(orientation.best, symmetry.inverse(), "{symmetry}");
+            assert_eq!(orientation.is_clear, symmetry != Symmetry::default());
+            assert!((orientation.score - 1.0).abs() < 1e-6, "{orientation:?}");
+        }
+    }
+
+    #[test]
+    fn too_few_events_tell_nothing() {
+        let few = EventStream::from_events(SIZE, reference().iter().take(199)).unwrap();
+        assert_eq!(find(&few, &reference()), None);
     }
 }

@@ -1,0 +1,114 @@
+//! A camera that has been calibrated, in a file.
+//!
+//! ```toml
+//! sensor = { width = 240, height = 180 }
+//! # fx and fy, then cx and cy of OpenCV's camera matrix: pixel centres lie at whole numbers.
+//! focal_px = [252.9, 253.1]
+//! centre_px = [129.6, 89.7]
+//! # In OpenCV's order: k1 k2 p1 p2, k3, k4 k5 k6, s1 s2 s3 s4, tx ty; 0, 4, 5, 8, 12 or 14 of them.
+//! distortion = [-0.36, 0.16, 0.0, 0.0]
+//! ```
+
+use std::fs;
+use std::path::Path;
+
+use evpose_core::{Distortion, LensCamera, SensorSize};
+use serde::{Deserialize, Serialize};
+
+use crate::CleanError;
+
+/// A camera as OpenCV calibrates it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CameraFile {
+    /// Its sensor.
+    pub sensor: SensorSize,
+    /// Focal lengths in pixels.
+    pub focal_px: [f64; 2],
+    /// Where the optical axis meets the image; the centre of the first pixel is at zero.
+    pub centre_px: [f64; 2],
+    /// Coefficients of the distortion in OpenCV's order.
+    #[serde(default)]
+    pub distortion: Vec<f64>,
+}
+
+impl CameraFile {
+    /// The DAVIS240C that EventHands' real recordings were made with, as published.
+    pub fn davis240c_eventhands() -> Self {
+        Self {
+            sensor: SensorSize::DAVIS240C,
+            focal_px: [252.912_940_04, 253.082_705_35],
+            centre_px: [129.631_818_08, 89.725_985_11],
+            distortion: vec![
+                -33.078_311_8,
+                340.196_626,
+                -3.194_916_18e-4,
+                -6.280_585_71e-4,
+                167.319_020,
+                -32.743_698_1,
+                329.048_638,
+                285.123_812,
+            ],
+        }
+    }
+
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// If it cannot be read or is no camera.
+    pub fn load(path: &Path) -> Result<Self, CleanError> {
+        let text = fs::read_to_string(path)
+            .map_err(|error| CleanError::File { path: path.to_owned(), error })?;
+        let bad = |reason: String| CleanError::BadFile { path: path.to_owned(), reason };
+        let file: Self = toml::from_str(&text).map_err(|error| bad(error.to_string()))?;
+        file.camera().map_err(bad)?;
+        Ok(file)
+    }
+
+    /// The camera.
+    ///
+    /// # Errors
+    /// What is wrong with its numbers.
+    pub fn camera(&self) -> Result<LensCamera, String> {
+        let distortion = Distortion::from_opencv(&self.distortion).ok_or_else(|| {
+            let count = self.distortion.len();
+            format!("{count} coefficients of distortion; there are 0, 4, 5, 8, 12 or 14")
+        })?;
+        if !self.focal_px.iter().all(|focal| *focal > 0.0 && focal.is_finite()) {
+            return Err(format!("focal lengths of {:?} pixels", self.focal_px));
+        }
+        let numbers = self.centre_px.iter().chain(&self.distortion);
+        if !numbers.into_iter().all(|number| number.is_finite()) {
+            return Err("numbers that are not finite".to_owned());
+        }
+        let (focal, centre) = (self.focal_px.into(), self.centre_px.into());
+        Ok(LensCamera::from_opencv(focal, centre, distortion))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_is_read_as_it_was_written_and_a_faulty_one_says_what_is_wrong() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("camera.toml");
+        let camera = CameraFile::davis240c_eventhands();
+        fs::write(&path, toml::to_string(&camera).unwrap()).unwrap();
+        assert_eq!(CameraFile::load(&path).unwrap(), camera);
+        type Spoil = fn(&mut CameraFile);
+        let faults: [(Spoil, &str); 3] = [
+            (|c| c.distortion.truncate(3), "3 coefficients of distortion"),
+            (|c| c.focal_px[1] = 0.0, "focal lengths of [252.91294004, 0.0] pixels"),
+            (|c| c.distortion[0] = f64::NAN, "not finite"),
+        ];
+        for (spoil, reason) in faults {
+            let mut camera = camera.clone();
+            spoil(&mut camera);
+            fs::write(&path, toml::to_string(&camera).unwrap()).unwrap();
+            let error = CameraFile::load(&path).unwrap_err().to_string();
+            assert!(error.contains(reason), "{error}");
+        }
+    }
+}

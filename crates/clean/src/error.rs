@@ -1,0 +1,113 @@
+//! What can be wrong with a request, its files and the events.
+
+use std::io;
+use std::path::PathBuf;
+
+use evpose_core::{Micros, SensorSize};
+
+use crate::CLEANERS;
+
+/// Why a recording cannot be cleaned as asked.
+#[derive(Debug, thiserror::Error)]
+pub enum CleanError {
+    /// No cleaner has this name.
+    #[error(
+        "no cleaner is called `{name}`; there are {}",
+        CLEANERS.iter().map(|spec| spec.name).collect::<Vec<_>>().join(", ")
+    )]
+    UnknownCleaner {
+        /// The name.
+        name: String,
+    },
+    /// A cleaner has no such parameter.
+    #[error("`{cleaner}` has no parameter `{key}`; it has {}", allowed.join(", "))]
+    UnknownKey {
+        /// The cleaner.
+        cleaner: &'static str,
+        /// The key.
+        key: String,
+        /// The keys it has.
+        allowed: Vec<&'static str>,
+    },
+    /// A parameter has another kind of value.
+    #[error("`{key}` of `{cleaner}` is {value:?}, expected {expected}")]
+    BadValue {
+        /// The cleaner.
+        cleaner: &'static str,
+        /// The parameter.
+        key: &'static str,
+        /// What was given.
+        value: String,
+        /// What it takes.
+        expected: String,
+    },
+    /// A request is not `name` or `name:key=value,key=value`.
+    #[error("{0:?} is not written as `name:key=value,key=value`")]
+    BadRequest(String),
+    /// One of several parameters must be given.
+    #[error("`{cleaner}` needs {needs}")]
+    Missing {
+        /// The cleaner.
+        cleaner: &'static str,
+        /// What it needs.
+        needs: &'static str,
+    },
+    /// Two parameters that cannot go together.
+    #[error("`{cleaner}` takes `{key}` or `{other}`, not both")]
+    Conflict {
+        /// The cleaner.
+        cleaner: &'static str,
+        /// One parameter.
+        key: &'static str,
+        /// The other.
+        other: &'static str,
+    },
+    /// A file or a preset is for another sensor.
+    #[error("{what} is for a {found} sensor, the events come from one of {sensor}")]
+    OtherSensor {
+        /// Which file or preset.
+        what: String,
+        /// Its sensor.
+        found: SensorSize,
+        /// That of the events.
+        sensor: SensorSize,
+    },
+    /// Events of a sensor that the cleaners were not made for.
+    #[error("events of a {found} sensor, the cleaners are made for one of {sensor}")]
+    EventsOfOtherSensor {
+        /// That of the events.
+        found: SensorSize,
+        /// That of the cleaners.
+        sensor: SensorSize,
+    },
+    /// A batch starts before the last one ended.
+    #[error("events start at {t}, before the last ones, which end at {previous}")]
+    OutOfOrder {
+        /// First time of the batch.
+        t: Micros,
+        /// Last time before it.
+        previous: Micros,
+    },
+    /// A cleaner that has to see the whole recording first has not.
+    #[error("`{cleaner}` must see the whole recording before it cleans")]
+    NotSurveyed {
+        /// The cleaner.
+        cleaner: &'static str,
+    },
+    /// A file cannot be read or written.
+    #[error("{}: {error}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        error: io::Error,
+    },
+    /// A file holds something else than it should.
+    #[error("{}: {reason}", path.display())]
+    BadFile {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
+}

@@ -1,0 +1,85 @@
+//! Every cleaner, by name.
+
+use std::str::FromStr;
+
+use evpose_core::SensorSize;
+
+use crate::{CleanError, Cleaner, ParamSpec, Settings};
+use crate::{background, deflicker, hot, masking, undistort};
+
+/// Makes a cleaner from checked settings, for events of a sensor.
+pub type Build = fn(&Settings, SensorSize) -> Result<Box<dyn Cleaner>, CleanError>;
+
+/// A cleaner: what it is called, what it takes and how it is made.
+#[derive(Debug)]
+pub struct CleanerSpec {
+    /// Name in requests.
+    pub name: &'static str,
+    /// What it does, in a line.
+    pub summary: &'static str,
+    /// What it takes.
+    pub params: &'static [ParamSpec],
+    /// Whether events may leave it at other pixels than they came.
+    pub displaces: bool,
+    /// Makes it for events of a sensor.
+    pub build: Build,
+}
+
+impl CleanerSpec {
+    /// The parameter called `name`.
+    pub fn param(&self, name: &str) -> Option<&'static ParamSpec> {
+        self.params.iter().find(|param| param.name == name)
+    }
+}
+
+/// All of them.
+pub static CLEANERS: &[&CleanerSpec] =
+    &[&hot::SPEC, &masking::SPEC, &background::SPEC, &deflicker::SPEC, &undistort::SPEC];
+
+/// The cleaner called `name`.
+///
+/// # Errors
+/// If there is none; the message lists those there are.
+pub fn cleaner_called(name: &str) -> Result<&'static CleanerSpec, CleanError> {
+    let found = CLEANERS.iter().find(|spec| spec.name == name);
+    found.copied().ok_or_else(|| CleanError::UnknownCleaner { name: name.to_owned() })
+}
+
+/// A cleaner that is asked for, with its parameters: written `name:key=value,key=value`.
+#[derive(Debug, Clone)]
+pub struct CleanRequest {
+    spec: &'static CleanerSpec,
+    settings: Settings,
+}
+
+impl CleanRequest {
+    /// The name of the cleaner.
+    pub fn name(&self) -> &'static str {
+        self.spec.name
+    }
+
+    /// Makes the cleaner.
+    ///
+    /// # Errors
+    /// Parameters that do not go together or with `sensor`, and files that cannot be read.
+    pub fn build(&self, sensor: SensorSize) -> Result<Box<dyn Cleaner>, CleanError> {
+        (self.spec.build)(&self.settings, sensor)
+    }
+}
+
+impl FromStr for CleanRequest {
+    type Err = CleanError;
+
+    fn from_str(text: &str) -> Result<Self, CleanError> {
+        let (name, rest) = text.split_once(':').unwrap_or((text, ""));
+        let spec = cleaner_called(name)?;
+        let bad = || CleanError::BadRequest(text.to_owned());
+        let pair = |part: &str| {
+            let (key, value) = part.split_once('=').ok_or_else(bad)?;
+            Ok((key.trim().to_owned(), value.trim().to_owned()))
+        };
+        let parts = rest.split(',').filter(|part| !part.is_empty());
+        let given: Result<Vec<(String, String)>, CleanError> = parts.map(pair).collect();
+        Ok(Self { spec, settings: Settings::resolve(spec, &given?)? })
+    }
+}

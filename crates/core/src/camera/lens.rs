@@ -1,0 +1,189 @@
+//! A camera behind a lens that bends straight lines: OpenCV's rational model.
+//!
+//! # Model
+//! A direction `(x, y)` is where a ray meets the plane at distance one: x right, y down. With
+//! `r² = x² + y²` and `f = (1 + k1 r² + k2 r⁴ + k3 r⁶) / (1 + k4 r² + k5 r⁴ + k6 r⁶)`,
+//!
+//! ```text
+//! x' = x f + 2 p1 x y + p2 (r² + 2 x²) + s1 r² + s2 r⁴
+//! y' = y f + p1 (r² + 2 y²) + 2 p2 x y + s3 r² + s4 r⁴
+//! ```
+//!
+//! and a sensor that is tilted by `tx` and `ty` sees `(x', y')` from its own plane: `P R (x', y', 1)`,
+//! with `R = Ry(ty) Rx(tx)` and `P` the projection back along the axis. With `k4` to `k6`, `s` and
+//! the tilt zero it is Brown and Conrady's model.
+//!
+//! # The way back
+//! There is no formula for it. As OpenCV's `undistortPoints` does, the direction is put right by the
+//! distortion at the present guess, again and again, from the distorted direction on. How far off
+//! that ends is told in pixels, by distorting the result.
+//!
+//! # Source
+//! Brown, *Decentering distortion of lenses*, 1966; OpenCV's manual, "Camera Calibration and 3D
+//! Reconstruction", for the order and the meaning of the coefficients.
+
+use glam::{DMat3, DVec2, DVec3};
+
+/// Steps shorter than this, at distance one, change no pixel: a millionth of a pixel at a focal
+/// length of 10,000.
+const STILL: f64 = 1e-10;
+
+/// How a lens bends, see the module.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Distortion {
+    /// Radial: three coefficients above the line, three below.
+    pub radial: [f64; 6],
+    /// Tangential: `p1`, `p2`.
+    pub tangential: [f64; 2],
+    /// Of a thin prism: `s1` to `s4`.
+    pub prism: [f64; 4],
+    /// Tilt of the sensor about x and y.
+    pub tilt_rad: [f64; 2],
+}
+
+impl Distortion {
+    /// Coefficients in OpenCV's order, `k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4 tx ty`, of which there
+    /// are 0, 4, 5, 8, 12 or 14; none for any other number.
+    pub fn from_opencv(coefficients: &[f64]) -> Option<Self> {
+        if ![0, 4, 5, 8, 12, 14].contains(&coefficients.len()) {
+            return None;
+        }
+        let c = |i: usize| coefficients.get(i).copied().unwrap_or(0.0);
+        Some(Self {
+            radial: [c(0), c(1), c(4), c(5), c(6), c(7)],
+            tangential: [c(2), c(3)],
+            prism: [c(8), c(9), c(10), c(11)],
+            tilt_rad: [c(12), c(13)],
+        })
+    }
+
+    /// All fourteen coefficients in OpenCV's order.
+    pub fn to_opencv(&self) -> [f64; 14] {
+        let ([k1, k2, k3, k4, k5, k6], [p1, p2]) = (self.radial, self.tangential);
+        let ([s1, s2, s3, s4], [tx, ty]) = (self.prism, self.tilt_rad);
+        [k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4, tx, ty]
+    }
+
+    /// Where a direction is seen.
+    pub fn distorted(&self, direction: DVec2) -> DVec2 {
+        let r2 = direction.length_squared();
+        let seen = direction * (self.above(r2) / self.below(r2)) + self.sideways(direction);
+        through(self.tilt(), seen)
+    }
+
+    /// The direction that is seen at `seen`, after at most `steps` of the iteration. Not finite, or
+    /// far off, where it does not converge; as it is seen where the iteration would turn it about.
+    fn straightened(&self, seen: DVec2, steps: u32) -> DVec2 {
+        let seen = through(self.tilt().inverse(), seen);
+        let mut direction = seen;
+        for _ in 0..steps {
+            let r2 = direction.length_squared();
+            let ratio = self.below(r2) / self.above(r2);
+            if ratio < 0.0 {
+                return seen;
+            }
+            let next = (seen - self.sideways(direction)) * ratio;
+            let step = (next - direction).abs().max_element();
+            direction = next;
+            if step <= STILL || step.is_nan() {
+                break;
+            }
+        }
+        direction
+    }
+
+    fn above(&self, r2: f64) -> f64 {
+        1.0 + ((self.radial[2] * r2 + self.radial[1]) * r2 + self.radial[0]) * r2
+    }
+
+    fn below(&self, r2: f64) -> f64 {
+        1.0 + ((self.radial[5] * r2 + self.radial[4]) * r2 + self.radial[3]) * r2
+    }
+
+    fn sideways(&self, DVec2 { x, y }: DVec2) -> DVec2 {
+        let ([p1, p2], [s1, s2, s3, s4]) = (self.tangential, self.prism);
+        let r2 = x * x + y * y;
+        DVec2::new(
+            2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x) + (s2 * r2 + s1) * r2,
+            p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y + (s4 * r2 + s3) * r2,
+        )
+    }
+
+    /// `P R`; the sines have the signs of OpenCV's manual.
+    fn tilt(&self) -> DMat3 {
+        let ((sx, cx), (sy, cy)) = (self.tilt_rad[0].sin_cos(), self.tilt_rad[1].sin_cos());
+        let rows = |a: [f64; 3], b: [f64; 3], c: [f64; 3]| {
+            DMat3::from_cols_array_2d(&[a, b, c]).transpose()
+        };
+        let about_x = rows([1.0, 0.0, 0.0], [0.0, cx, sx], [0.0, -sx, cx]);
+        let about_y = rows([cy, 0.0, -sy], [0.0, 1.0, 0.0], [sy, 0.0, cy]);
+        let turned = about_y * about_x;
+        let (r13, r23, r33) = (turned.z_axis.x, turned.z_axis.y, turned.z_axis.z);
+        rows([r33, 0.0, -r13], [0.0, r33, -r23], [0.0, 0.0, 1.0]) * turned
+    }
+}
+
+fn through(projection: DMat3, point: DVec2) -> DVec2 {
+    let point = projection * point.extend(1.0);
+    point.truncate() / point.z
+}
+
+/// A camera with a lens.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LensCamera {
+    /// Focal lengths in pixels, along columns' and rows' axes.
+    pub focal_px: DVec2,
+    /// Where the optical axis meets the image, in pixels from the top-left corner of the image:
+    /// pixel centres lie at half-integers, as those of [`Pinhole`](crate::Pinhole).
+    pub principal_px: DVec2,
+    /// How the lens bends.
+    pub distortion: Distortion,
+}
+
+/// The direction from which a point of an image is seen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sight {
+    /// Where it meets the plane at distance one: x right, y down.
+    pub direction: DVec2,
+    /// How far from the point the direction is seen; not finite where nothing was found.
+    pub error_px: f64,
+}
+
+impl LensCamera {
+    /// A camera as OpenCV calibrates it: `fx, fy`, `cx, cy`, and distortion. There, pixel centres
+    /// lie at whole numbers.
+    pub fn from_opencv(focal_px: DVec2, centre_px: DVec2, distortion: Distortion) -> Self {
+        Self { focal_px, principal_px: centre_px + 0.5, distortion }
+    }
+
+    /// Image position in pixels (y down) of a point in camera space, in metres: that of
+    /// [`Pinhole`](crate::Pinhole), x right, y up, looking along -z.
+    ///
+    /// Only points in front of the camera (`z < 0`) have one.
+    pub fn image_from_camera(&self, point_m: DVec3) -> Option<DVec2> {
+        let depth_m = -point_m.z;
+        (depth_m > 0.0)
+            .then(|| self.image_from_direction(DVec2::new(point_m.x, -point_m.y) / depth_m))
+    }
+
+    /// Image position in pixels of a direction, through the lens.
+    pub fn image_from_direction(&self, direction: DVec2) -> DVec2 {
+        self.pinhole_image_from_direction(self.distortion.distorted(direction))
+    }
+
+    /// Where the same camera without distortion would see a direction.
+    pub fn pinhole_image_from_direction(&self, direction: DVec2) -> DVec2 {
+        self.principal_px + direction * self.focal_px
+    }
+
+    /// The direction of an image position, after at most `steps` of the iteration.
+    pub fn direction_from_image(&self, image_px: DVec2, steps: u32) -> Sight {
+        let seen = (image_px - self.principal_px) / self.focal_px;
+        let direction = self.distortion.straightened(seen, steps);
+        let error_px = (self.image_from_direction(direction) - image_px).length();
+        Sight { direction, error_px }
+    }
+}
+
+#[cfg(test)]
+mod tests;
