@@ -15,8 +15,8 @@
 //! A faulty file is a typed [`IoError`] that names the file, the byte and what was readable before
 //! it; files appear under their name only when they are complete.
 
-pub mod aedat4;
 pub mod aedat2;
+pub mod aedat4;
 mod columns;
 pub mod dat;
 mod error;

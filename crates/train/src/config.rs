@@ -207,7 +207,10 @@ impl HandConfig {
             return fail("representation.window_ms", "must be at least 1");
         }
         if representation_called(&self.representation.name)?.channels() > 2 {
-            return fail("representation.name", "has more channels than the network, which takes 2");
+            return fail(
+                "representation.name",
+                "has more channels than the network, which takes 2",
+            );
         }
         if self.slow_motion.batch_surfaces == 0 {
             return fail("slow_motion.batch_surfaces", "must be at least 1");

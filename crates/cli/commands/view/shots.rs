@@ -54,8 +54,8 @@ impl Shots {
         let length = Micros::from_seconds(args.window_ms * 1e-3);
         let window = StreamWindow::new(sensor, length, ChannelOrder::OffFirst)?;
         let name = if args.of == EVENTS { "lnes" } else { &args.of };
-        let spec = representation_called(name)?;
-        let mut representation = (spec.start)(window);
+        let representation = representation_called(name)?;
+        let mut representation = representation.start(window);
         let mut planes = vec![0.0; representation.channels() * sensor.pixels()];
         let palette = Palette { sensor, is_events: args.of == EVENTS };
         let mut events = EventStream::empty(sensor);
