@@ -24,6 +24,11 @@ const CI: &[Step] = &[
     },
     Step { why: "tests", args: &["test", "--workspace", "--no-fail-fast"], env: &[] },
     Step {
+        why: "HDF5 recordings, a feature of their own",
+        args: &["test", "--package", "evpose-io", "--features", "hdf5", "--no-fail-fast"],
+        env: &[],
+    },
+    Step {
         // Its recordings judge the gap workflow: a shared formula would be judged by itself.
         why: "the benchmark's pixel shares no code with the simulator",
         args: &[

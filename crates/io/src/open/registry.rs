@@ -7,6 +7,12 @@ use evpose_core::{EventStream, SensorSize};
 use super::Labels;
 use crate::{EventSink, EventSource, Input, IoError, OpenOptions};
 
+/// Opens a file for reading.
+pub type Open = fn(Input, &OpenOptions) -> Result<Box<dyn EventSource>, IoError>;
+
+/// Begins a file of events of a sensor.
+pub type Create = fn(&Path, SensorSize) -> Result<Box<dyn EventSink>, IoError>;
+
 /// A file format: one module of this crate, one line of [`FORMATS`].
 #[derive(Debug, Clone, Copy)]
 pub struct Format {
@@ -19,9 +25,9 @@ pub struct Format {
     /// Whether a file that begins with these bytes is of this format.
     pub probe: fn(&[u8]) -> bool,
     /// Opens a file for reading.
-    pub open: fn(Input, &OpenOptions) -> Result<Box<dyn EventSource>, IoError>,
+    pub open: Open,
     /// Begins a file of events of a sensor, where the format can be written.
-    pub create: Option<fn(&Path, SensorSize) -> Result<Box<dyn EventSink>, IoError>>,
+    pub create: Option<Create>,
     /// Labels that lie beside a file, and what is odd about them.
     pub labels: fn(&Path, &dyn EventSource, &mut Vec<String>) -> Option<Labels>,
 }
