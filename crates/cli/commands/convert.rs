@@ -131,7 +131,7 @@ impl Cut {
 /// Converts without holding the recording; nothing where that would lose events or need all of them.
 fn windows(args: &ConvertArgs, format: &Format, options: &OpenOptions) -> Result<Option<Done>> {
     let mut windows = Windows::open(&args.recording.input, options)?;
-    if windows.sensor_origin() == SensorOrigin::Inferred || options.salvage {
+    if windows.sensor_origin() == SensorOrigin::Inferred {
         return Ok(None);
     }
     let sensor = windows.sensor();
@@ -145,9 +145,9 @@ fn windows(args: &ConvertArgs, format: &Format, options: &OpenOptions) -> Result
         while start < cut.window.end && !windows.is_over_at(start)? {
             let window = TimeWindow { start, end: start + STEP };
             windows.read(window, &mut events)?;
-            let Rejected { out_of_order, outside_sensor } = windows.rejected();
             let is_assumed = windows.sensor_origin() == SensorOrigin::Assumed;
-            if out_of_order > 0 || (is_assumed && outside_sensor > 0) {
+            let is_too_small = is_assumed && windows.rejected().outside_sensor > 0;
+            if windows.straggling() > 0 || is_too_small {
                 return Ok(None);
             }
             written += cut.write(&events, sink.as_mut())?;

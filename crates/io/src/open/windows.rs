@@ -13,8 +13,8 @@ const LATEST_US: i64 = 10_000;
 
 /// A recording that is read window by window, forward or from place to place.
 ///
-/// Events that stand up to 10 ms behind where they belong in time are put there; later ones are
-/// counted as out of order, and those outside the sensor as that.
+/// Events that stand up to 10 ms behind where they belong in time are put there; those that come when
+/// their window has been given are counted as out of order, and those outside the sensor as that.
 pub struct Windows {
     source: Box<dyn EventSource>,
     sensor: SensorSize,
@@ -27,6 +27,10 @@ pub struct Windows {
     left_to: Micros,
     is_at_end: bool,
     rejected: Rejected,
+    straggling: u64,
+    salvages: bool,
+    /// What became of the rest of a damaged file.
+    lost: Option<String>,
 }
 
 impl Windows {
@@ -44,22 +48,24 @@ impl Windows {
     ///
     /// # Errors
     /// If the first events cannot be read.
-    pub fn of(mut source: Box<dyn EventSource>, options: &OpenOptions) -> Result<Self, IoError> {
-        let mut held = Columns::new();
-        source.next(&mut held)?;
-        let (sensor, sensor_origin) = sensor_of(source.header(), options, || extent(&held));
-        let is_at_end = held.is_empty();
+    pub fn of(source: Box<dyn EventSource>, options: &OpenOptions) -> Result<Self, IoError> {
         let mut windows = Self {
             source,
-            sensor,
-            sensor_origin,
+            sensor: SensorSize { width: 1, height: 1 },
+            sensor_origin: SensorOrigin::Inferred,
+            held: Columns::new(),
             read_to: Micros(i64::MIN),
             left_to: Micros(i64::MIN),
-            held,
-            is_at_end,
+            is_at_end: false,
             rejected: Rejected::default(),
+            straggling: 0,
+            salvages: options.salvage,
+            lost: None,
         };
-        windows.note_read(0);
+        windows.read_on()?;
+        let header = windows.source.header();
+        (windows.sensor, windows.sensor_origin) =
+            sensor_of(header, options, || extent(&windows.held));
         Ok(windows)
     }
 
@@ -92,8 +98,7 @@ impl Windows {
         let mut passed = Columns::new();
         while !self.is_at_end {
             passed.clear();
-            self.source.next(&mut passed)?;
-            self.is_at_end = passed.is_empty();
+            self.next_batch(&mut passed)?;
             latest = passed.t.iter().copied().fold(latest, Micros::max);
         }
         self.go_to(self.start().unwrap_or(latest))?;
@@ -108,7 +113,13 @@ impl Windows {
 
     /// What a user should know of what was read so far.
     pub fn remarks(&self) -> Vec<String> {
-        self.source.remarks()
+        self.source.remarks().into_iter().chain(self.lost.clone()).collect()
+    }
+
+    /// Events read so far that stood more than 10 ms behind an earlier one, whether or not they could be
+    /// put where they belong. Where there are any, reading the recording whole may give more.
+    pub fn straggling(&self) -> u64 {
+        self.straggling
     }
 
     /// Whether there are no events at `t` or later.
@@ -167,17 +178,32 @@ impl Windows {
     /// Reads a batch.
     fn read_on(&mut self) -> Result<(), IoError> {
         let before = self.held.len();
-        self.source.next(&mut self.held)?;
-        self.is_at_end = self.held.len() == before;
-        self.note_read(before);
+        let mut held = std::mem::take(&mut self.held);
+        let read = self.next_batch(&mut held);
+        self.held = held;
+        read?;
+        for &t in &self.held.t[before..] {
+            self.rejected.out_of_order += usize::from(t < self.left_to);
+            self.straggling += u64::from(t.0 < self.read_to.0.saturating_sub(LATEST_US));
+            self.read_to = self.read_to.max(t);
+        }
         Ok(())
     }
 
-    fn note_read(&mut self, from: usize) {
-        for &t in &self.held.t[from..] {
-            self.rejected.out_of_order += usize::from(t < self.left_to);
-            self.read_to = self.read_to.max(t);
+    /// Appends a batch, and notes the end: that of the file, or of what is readable of it.
+    fn next_batch(&mut self, columns: &mut Columns) -> Result<(), IoError> {
+        let before = columns.len();
+        match self.source.next(columns) {
+            Err(damage) if self.salvages && damage.is_damage() => {
+                self.lost = Some(format!("the rest is lost: {damage}"));
+                self.is_at_end = true;
+            }
+            read => {
+                read?;
+                self.is_at_end = columns.len() == before;
+            }
         }
+        Ok(())
     }
 
     /// Forgets what is before `t`.
