@@ -8,7 +8,7 @@
 //!   from there on for each of them. None are known in the data; here they are counted and remarked on.
 //! * Times that fall by more than half of their range of 2^23 µs have wrapped around.
 //! * A file states nothing, and nothing marks it: it is recognised only where no other format is, by
-//!   at least [`LEAST`] records in order of time, at several pixels. The sensor is taken to be the
+//!   at least eight records in order of time, at several pixels. The sensor is taken to be the
 //!   34x34 of N-MNIST where that holds every event; pictures of N-Caltech101 differ in size.
 //!
 //! Files that are written hold what all readers agree on: sensors of up to 256 columns and 240 rows,
