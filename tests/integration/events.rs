@@ -119,7 +119,7 @@ fn steps_between_frames_make_events_between_frames() {
 fn what_is_wrong_is_said_before_anything_is_written() {
     let sandbox = sandbox();
     let message = |args: &[&str]| sandbox.fails(args);
-    assert!(message(&args("images", "a.bin", &[])).contains(".npz"));
+    assert!(message(&args("images", "a.jpg", &[])).contains(".npz"));
     assert!(message(&args("nowhere", "a.npz", &[])).contains("nowhere"));
     std::fs::create_dir(sandbox.path("empty")).unwrap();
     assert!(message(&args("empty", "a.npz", &[])).contains("no .png"));

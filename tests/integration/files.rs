@@ -19,7 +19,7 @@ fn a_recording_comes_back_from_every_format_that_can_be_written() {
     let sandbox = sandbox();
     let help = sandbox.ok(&["convert", "--help"]);
     for format in evpose_io::FORMATS {
-        assert!(help.contains(format.summary), "{}", format.name);
+        assert!(help.contains(&format!("\n  {} ", format.name)), "{}", format.name);
         if format.create.is_none() {
             let message = sandbox.fails(&["convert", "dot.txt", "no", "--format", format.name]);
             assert!(message.contains("can only be read"), "{message}");
