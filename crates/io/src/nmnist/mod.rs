@@ -100,7 +100,8 @@ impl Decoder for Records {
 /// Whether these are records in order of time, at several pixels.
 fn probe(head: &[u8]) -> bool {
     let mut columns = Columns::new();
-    if Records::default().decode(head, false, &mut columns).is_err() || columns.len() < LEAST {
+    let mut records = Records::default();
+    if records.decode(head, false, &mut columns).is_err() || columns.len() < LEAST {
         return false;
     }
     // Of a file that is not seen whole, the last record may be cut.
@@ -108,7 +109,8 @@ fn probe(head: &[u8]) -> bool {
     let lasts = columns.t[0] < columns.t[columns.len() - 1];
     let moves = columns.x.iter().any(|x| *x != columns.x[0])
         && columns.y.iter().any(|y| *y != columns.y[0]);
-    is_whole && lasts && moves && columns.t.is_sorted()
+    // Numbers without order go back all the time, which would be time that wraps around.
+    is_whole && lasts && moves && records.wraps == 0 && columns.t.is_sorted()
 }
 
 #[cfg(test)]
