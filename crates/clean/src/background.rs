@@ -119,55 +119,59 @@ impl Background {
         let last_us = vec![NEVER; polarities * padded(sensor) + 1];
         Self { sensor, options, last_us, origin: None }
     }
-
-    /// A time after the origin, which moves there if it is too far behind.
-    fn since_origin(&mut self, t: Micros) -> i32 {
-        let origin = *self.origin.get_or_insert(t);
-        let after_us = t.0.saturating_sub(origin.0);
-        if after_us > FURTHEST_US {
-            for last_us in &mut self.last_us {
-                let moved = i64::from(*last_us).saturating_sub(after_us);
-                *last_us = moved.max(NEVER.into()) as i32;
-            }
-            self.origin = Some(t);
-            return 0;
-        }
-        after_us.max(0) as i32
-    }
 }
 
 fn padded(sensor: SensorSize) -> usize {
     (usize::from(sensor.width) + 2) * (usize::from(sensor.height) + 2)
 }
 
+/// Three neighbours of a row.
+fn three(last_us: &[i32], start: usize) -> [i32; 3] {
+    let row = &last_us[start..start + 3];
+    [row[0], row[1], row[2]]
+}
+
+/// Moves the origin of times on.
+#[cold]
+fn move_origin(last_us: &mut [i32], by_us: i64) {
+    for last_us in last_us {
+        // What falls behind `NEVER` confirms nothing.
+        *last_us = i64::from(*last_us).saturating_sub(by_us).max(NEVER.into()) as i32;
+    }
+}
+
 impl Cleaner for Background {
     fn clean(&mut self, events: &mut EventStream) {
+        let Some(&first) = events.t().first() else { return };
         let SensorSize { width, height } = self.sensor;
         let stride = usize::from(width) + 2;
         // At most so long that what never fired is out of it.
         let tau_us = self.options.tau.0.clamp(0, Self::LONGEST.0 - 1) as i32;
-        let own_pixel = self.options.own_pixel;
-        let nowhere = self.last_us.len() - 1;
+        let BackgroundOptions { own_pixel, border_confirms, .. } = self.options;
         let apart = if self.options.same_polarity { padded(self.sensor) } else { 0 };
-        let border_confirms = self.options.border_confirms;
+        let mut origin = self.origin.unwrap_or(first).0;
+        let last_us = self.last_us.as_mut_slice();
+        let nowhere = last_us.len() - 1;
         events.retain(|Event { t, x, y, polarity }| {
-            let now_us = self.since_origin(t);
+            let mut now_us = t.0.saturating_sub(origin);
+            if now_us > FURTHEST_US {
+                move_origin(last_us, now_us);
+                (origin, now_us) = (t.0, 0);
+            }
+            let now_us = now_us.max(0) as i32;
             let map = apart * usize::from(polarity.is_on());
             let pixel = map + (usize::from(y) + 1) * stride + usize::from(x) + 1;
-            let row = |start: usize| -> [i32; 3] {
-                std::array::from_fn(|i| self.last_us[start..start + 3][i])
-            };
-            let above = row(pixel - stride - 1);
-            let [left, own, right] = row(pixel - 1);
-            let below = row(pixel + stride - 1);
+            let [a, b, c] = three(last_us, pixel - stride - 1);
+            let [d, own, e] = three(last_us, pixel - 1);
+            let [f, g, h] = three(last_us, pixel + stride - 1);
             let own = if own_pixel { own } else { NEVER };
-            let outer = above.into_iter().chain(below).fold(left.max(right), i32::max);
-            let latest = outer.max(own);
-            let is_inside = x > 0 && y > 0 && x + 1 < width && y + 1 < height;
+            let latest = a.max(b).max(c).max(d.max(e)).max(f.max(g).max(h)).max(own);
+            let is_inside = (x > 0) & (y > 0) & (x + 1 < width) & (y + 1 < height);
             let place = if border_confirms | is_inside { pixel } else { nowhere };
-            self.last_us[place] = now_us;
+            last_us[place] = now_us;
             now_us - latest <= tau_us
         });
+        self.origin = Some(Micros(origin));
     }
 
     fn reset(&mut self) {
