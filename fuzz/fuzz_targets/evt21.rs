@@ -1,3 +1,3 @@
 #![no_main]
 
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| evpose_fuzz::read("evt21", bytes));
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| evpose_fuzz::read("evt2.1", bytes));

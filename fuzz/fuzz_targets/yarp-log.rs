@@ -1,3 +1,3 @@
 #![no_main]
 
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| evpose_fuzz::read("yarp-log", bytes));
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| evpose_fuzz::read("yarp", bytes));
