@@ -8,7 +8,8 @@ use sha2::{Digest as _, Sha256};
 
 use crate::{OpenOptions, open_as};
 
-fn sha256(bytes: &[u8]) -> String {
+/// A digest in hexadecimal.
+pub(crate) fn sha256(bytes: &[u8]) -> String {
     Sha256::digest(bytes).iter().fold(String::new(), |mut text, byte| {
         write!(text, "{byte:02x}").unwrap();
         text

@@ -214,3 +214,88 @@ impl Windows {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+
+    use evpose_core::Event;
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::{Input, open::read_as};
+
+    fn windows(text: &str, salvage: bool) -> Result<Windows, IoError> {
+        let options = OpenOptions { salvage, ..OpenOptions::default() };
+        let input = Input::memory("events.txt", text.as_bytes().to_vec());
+        Windows::of(source(input, &options)?.1, &options)
+    }
+
+    fn within(windows: &mut Windows, start: i64, end: i64) -> Vec<Event> {
+        let mut events = EventStream::empty(windows.sensor());
+        windows.read(TimeWindow { start: Micros(start), end: Micros(end) }, &mut events).unwrap();
+        events.iter().collect()
+    }
+
+    /// Longer than one block of bytes, with gaps of up to three seconds.
+    fn long() -> String {
+        let mut text = "4 3\n".to_owned();
+        let mut t = 5_000_000;
+        for k in 0..40_000_i64 {
+            t += if k % 9_000 == 8_999 { 3_000_000 } else { (k * k) % 50 };
+            text += &format!("{t} {} {} {}\n", k % 4, k % 3, k % 2);
+        }
+        text
+    }
+
+    #[test]
+    fn windows_in_a_row_give_every_event_once() {
+        let text = long();
+        let input = Input::memory("events.txt", text.clone().into_bytes());
+        let whole: Vec<Event> =
+            read_as(input, &OpenOptions::default()).unwrap().stream.iter().collect();
+        let mut windows = windows(&text, false).unwrap();
+        let (mut found, mut start) = (Vec::new(), windows.start().unwrap().0);
+        while !windows.is_over_at(Micros(start)).unwrap() {
+            found.extend(within(&mut windows, start, start + 70_000));
+            start += 70_000;
+        }
+        assert!(found == whole && windows.rejected().total() == 0 && windows.straggling() == 0);
+        assert_eq!(windows.end().unwrap(), whole.last().unwrap().t);
+    }
+
+    #[test]
+    fn windows_in_any_order_give_what_the_whole_recording_has_there() {
+        let text = long();
+        let input = Input::memory("events.txt", text.clone().into_bytes());
+        let whole = read_as(input, &OpenOptions::default()).unwrap().stream;
+        let windows = std::cell::RefCell::new(windows(&text, false).unwrap());
+        let mut runner = proptest::test_runner::TestRunner::default();
+        runner
+            .run(&(4_900_000..18_000_000_i64, 1..400_000_i64), |(start, length)| {
+                let window = TimeWindow { start: Micros(start), end: Micros(start + length) };
+                let want: Vec<Event> = whole.slice(window).iter().collect();
+                prop_assert_eq!(within(&mut windows.borrow_mut(), start, start + length), want);
+                Ok(())
+            })
+            .unwrap();
+    }
+
+    #[test]
+    fn an_event_a_little_late_is_put_where_it_belongs_and_a_straggler_is_told() {
+        let mut few = windows("4 3\n0 1 1 1\n9000 1 1 1\n4000 2 1 1\n", false).unwrap();
+        let times: Vec<i64> = within(&mut few, 0, 10_000).iter().map(|event| event.t.0).collect();
+        assert_eq!((times, few.straggling()), (vec![0, 4_000, 9_000], 0));
+        let far = windows("4 3\n90000 1 1 1\n5 1 1 1\n", false).unwrap();
+        assert_eq!(far.straggling(), 1);
+    }
+
+    #[test]
+    fn what_is_readable_of_a_damaged_file_is_given_where_that_is_asked() {
+        let text = "4 3\n1 1 1 1\n2 1 1 1\n3 1";
+        assert!(windows(text, false).is_err());
+        let mut windows = windows(text, true).unwrap();
+        assert_eq!(within(&mut windows, 0, 10).len(), 2);
+        assert!(windows.remarks()[0].starts_with("the rest is lost"), "{:?}", windows.remarks());
+    }
+}

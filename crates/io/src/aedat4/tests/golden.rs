@@ -2,9 +2,8 @@
 
 use std::fmt::Write as _;
 
-use sha2::{Digest as _, Sha256};
-
 use super::*;
+use crate::golden::sha256;
 
 /// From `tests/golden/aedat4/README.md`.
 const EVENTS: &str = "651d28e5f2273da880792bdc14a0671a4e1cd783934472284e1db6aac561b6a0";
@@ -38,13 +37,6 @@ const FILES: [(&str, Compression, &str); 5] = [
         "211eb9c9ec4de4f97b03e8279a941a0a10c472a2e04adb6be1a3305cfd179f52",
     ),
 ];
-
-fn sha256(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().fold(String::new(), |mut text, byte| {
-        write!(text, "{byte:02x}").unwrap();
-        text
-    })
-}
 
 fn event_lines(events: impl Iterator<Item = Event>) -> String {
     events.fold(String::new(), |mut text, e| {
