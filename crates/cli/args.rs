@@ -9,11 +9,13 @@ use evpose_sim::Shard;
 
 use crate::commands::ablate::AblateCommand;
 use crate::commands::calibrate::CalibrateCommand;
+use crate::commands::clean::CleanArgs;
 use crate::commands::convert::formats;
 use crate::commands::gap::GapCommand;
 use crate::commands::opening::{OpeningArgs, RecordingArgs};
 use crate::commands::sensor::SensorCommand;
 use crate::commands::view::ViewArgs;
+use crate::contest::PeerCommand;
 
 /// Pose estimation from event cameras: simulate, train, evaluate, infer.
 #[derive(Debug, Parser)]
@@ -67,6 +69,8 @@ pub(crate) enum Command {
     Info(InfoArgs),
     /// Write a recording in another format
     Convert(ConvertArgs),
+    /// Check a recording, straighten its lens, remove its noise
+    Clean(CleanArgs),
     /// Look at a recording: a page with a slider, a sheet or an animation
     View(ViewArgs),
 }
@@ -310,10 +314,14 @@ pub(crate) enum BenchCommand {
     Sim(BenchSimArgs),
     /// Events and labels a second from files in the page cache, on one core
     Io(BenchIoArgs),
+    /// How fast representations take events in and are drawn
+    Repr(BenchReprArgs),
 }
 
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Examples:\n  evpose bench io\n  evpose bench io --json io.json")]
+#[command(after_help = format!("Examples:\n  evpose bench io\n  evpose bench io --only aedat4 --json io.json\n  \
+    evpose bench io --file rec.raw --peer 'dv=python3 peer.py'\n\n{PEERS}\n\
+    Build with --features peers to time other decoders of EVT 3.0 in the same run."))]
 pub(crate) struct BenchIoArgs {
     /// Frames of 1 ms in the file that is made for it
     #[arg(long, default_value_t = 250_000)]
@@ -324,13 +332,55 @@ pub(crate) struct BenchIoArgs {
     /// Times each reader reads it all
     #[arg(long, default_value_t = 15)]
     pub(crate) passes: usize,
-    /// Folder for the file [default: the system's for temporary files]
+    /// Events in each file of the other formats
+    #[arg(long, default_value_t = 2_000_000)]
+    pub(crate) events: usize,
+    /// Only cases with this in their name (may be repeated: all of them)
+    #[arg(long, value_name = "WORD")]
+    pub(crate) only: Vec<String>,
+    /// A recording of yours to read as well (may be repeated)
+    #[arg(long = "file", value_name = "FILE")]
+    pub(crate) files: Vec<PathBuf>,
+    /// Another program on the same files, in the same run (may be repeated)
+    #[arg(long = "peer", value_name = "NAME=COMMAND")]
+    pub(crate) peers: Vec<PeerCommand>,
+    /// Folder for the files [default: the system's for temporary files]
     #[arg(long)]
     pub(crate) scratch: Option<PathBuf>,
     /// Where to write the numbers
     #[arg(long)]
     pub(crate) json: Option<PathBuf>,
 }
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = format!("Examples:\n  evpose bench repr\n  \
+    evpose bench repr --only eros --only 640x480 --json repr.json\n  \
+    evpose bench repr --peer 'tonic=python3 peer.py'\n\n{PEERS}"))]
+pub(crate) struct BenchReprArgs {
+    /// Events in 100 ms
+    #[arg(long, default_value_t = 1_000_000)]
+    pub(crate) events: usize,
+    /// Times each case runs; the median counts
+    #[arg(long, default_value_t = 31)]
+    pub(crate) passes: usize,
+    /// Only cases with this in their name (may be repeated: all of them)
+    #[arg(long, value_name = "WORD")]
+    pub(crate) only: Vec<String>,
+    /// Image for blur and Canny, of the size it has [default: discs, shades and grain, 1000x1000]
+    #[arg(long, value_name = "FILE")]
+    pub(crate) image: Option<PathBuf>,
+    /// Another program on the same events, in the same run (may be repeated)
+    #[arg(long = "peer", value_name = "NAME=COMMAND")]
+    pub(crate) peers: Vec<PeerCommand>,
+    /// Where to write the numbers
+    #[arg(long)]
+    pub(crate) json: Option<PathBuf>,
+}
+
+/// What a program has to do to be measured beside ours.
+const PEERS: &str = "A peer is a shell command. It finds the files of the benchmark in the folder \
+    $EVPOSE_BENCH and prints\n`CASE: FIGURE` for the cases it knows, in the unit that is printed for \
+    them.";
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  evpose bench sim\n  evpose bench sim --quick\n  \

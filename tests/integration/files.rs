@@ -110,3 +110,65 @@ fn a_recording_is_seen_as_a_page_a_sheet_and_an_animation() {
         sandbox.fails(&["view", "dot.txt", "--out", "a.png", "--from", "9", "--to", "10"]);
     assert!(message.contains("behind the last event"), "{message}");
 }
+
+/// A spot that wanders over a sensor of 40x30, brighter to one side, with a hot pixel at (39, 29) and
+/// lone events in the corner of (0, 0).
+fn noisy() -> String {
+    let mut text = "40 30\n".to_owned();
+    for k in 0..4000 {
+        let (t, a) = (7_000_000 + 500 * k, f64::from(k) * 2e-3);
+        let (x, y) = ((20.0 + 12.0 * a.sin()) as i32, (14.0 + 9.0 * (1.7 * a).cos()) as i32);
+        let p = i32::from(a.cos() > 0.0);
+        text += &format!("{t} {} {} {p}\n{t} {} {} {p}\n", x, y, x + 1, y + k % 3);
+        if k % 2 == 0 {
+            text += &format!("{t} 39 29 1\n");
+        }
+        if k % 500 == 0 {
+            text += &format!("{t} {} {} 0\n", k / 500 % 3, k / 2000);
+        }
+    }
+    text
+}
+
+#[test]
+fn a_noisy_recording_is_cleaned_and_its_mask_serves_again() {
+    let sandbox = Sandbox::new();
+    std::fs::write(sandbox.path("noisy.txt"), noisy()).unwrap();
+    let checked = sandbox.ok(&["clean", "noisy.txt"]);
+    assert!(checked.contains("check     10008 events"), "{checked}");
+    assert!(checked.contains("time stamps are multiples of 500"), "{checked}");
+    let with = ["--with", "hot", "--with", "background:tau_ms=5", "--masks", "masks"];
+    let said = sandbox.ok(&[&["clean", "noisy.txt", "clean.txt"][..], &with].concat());
+    assert!(said.contains("hot       removed 2000 of 10008 events"), "{said}");
+    assert!(said.contains("1 hot pixels"), "{said}");
+    let left = String::from_utf8(bytes(&sandbox.path("clean.txt"))).unwrap();
+    assert!(!left.contains(" 39 29 "), "{said}");
+    assert!(!left.lines().any(|line| line.ends_with(" 0 0 0")), "{said}");
+    assert!(left.lines().count() > 7900, "{said}");
+    let mask = "mask:file=masks/1-hot.toml";
+    let said = sandbox.ok(&["clean", "noisy.txt", "masked.txt", "--with", mask]);
+    assert!(said.contains("mask      removed 2000 of 10008 events"), "{said}");
+    let message = sandbox.fails(&["clean", "noisy.txt", "no.txt", "--with", "hot:factr=3"]);
+    assert!(message.contains("factor"), "{message}");
+    assert!(!sandbox.path("no.txt").exists());
+}
+
+#[test]
+fn mirrored_columns_are_found_by_events_of_the_same_scene_and_put_right() {
+    let sandbox = Sandbox::new();
+    let right = noisy();
+    let mirrored: String = right
+        .lines()
+        .map(|line| match line.split(' ').collect::<Vec<_>>()[..] {
+            [t, x, y, p] => format!("{t} {} {y} {p}\n", 39 - x.parse::<i32>().unwrap()),
+            _ => format!("{line}\n"),
+        })
+        .collect();
+    std::fs::write(sandbox.path("right.txt"), &right).unwrap();
+    std::fs::write(sandbox.path("mirrored.txt"), mirrored).unwrap();
+    let said = sandbox.ok(&["clean", "mirrored.txt", "back.txt", "--reference", "right.txt"]);
+    assert!(said.contains("axes      columns mirrored"), "{said}");
+    assert!(bytes(&sandbox.path("back.txt")) == right.into_bytes());
+    let said = sandbox.ok(&["clean", "right.txt", "--reference", "right.txt"]);
+    assert!(said.contains("as they are"), "{said}");
+}

@@ -4,15 +4,17 @@
 //! from where they belong in time is read whole and sorted.
 
 use std::fmt::Write as _;
+use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{Context, Result, ensure};
-use evpose_core::{EventStream, Micros, Rejected, SensorSize, TimeWindow};
+use evpose_core::{EventStream, Micros, TimeWindow};
 use evpose_io::{
     EventSink, FORMATS, Format, OpenOptions, SensorOrigin, Windows, format_called, format_for,
     open_as,
 };
 
+use super::account::Account;
 use crate::args::ConvertArgs;
 use crate::progress::{say, spinner};
 
@@ -20,47 +22,28 @@ use crate::progress::{say, spinner};
 const STEP: Micros = Micros(20_000);
 
 pub(crate) fn run(args: &ConvertArgs) -> Result<()> {
-    let format = format(args)?;
+    let format = format(&args.out, args.format.as_deref())?;
     let options = args.recording.opening.options();
     let begin = Instant::now();
     let done = match windows(args, format, &options)? {
         Some(done) => done,
         None => whole(args, format, &options)?,
     };
-    for remark in &done.remarks {
-        say(format!("warning   {remark}"));
-    }
-    if done.origin == SensorOrigin::Inferred {
-        say(format!(
-            "warning   the file does not state its sensor: {} holds every event; --sensor says \
-             what it was",
-            done.sensor
-        ));
-    }
-    let Rejected { outside_sensor, out_of_order } = done.rejected;
-    for (count, what) in [
-        (outside_sensor, "lie outside the sensor: left out"),
-        (out_of_order, "stand behind later ones: left out"),
-        (done.sorted, "stood behind later ones: put where they belong"),
-    ] {
-        if count > 0 {
-            say(format!("warning   {count} events {what}"));
-        }
-    }
+    done.account.say();
     let events = done.events;
     let speed = events as f64 / begin.elapsed().as_secs_f64().max(1e-9) / 1e6;
     say(format!(
         "{}: {events} events of a {} sensor, as {} ({speed:.1} M events/s)",
         args.out.display(),
-        done.sensor,
+        done.account.sensor,
         format.name
     ));
     Ok(())
 }
 
 /// The format to write.
-fn format(args: &ConvertArgs) -> Result<&'static Format> {
-    let Some(name) = &args.format else { return Ok(format_for(&args.out)?) };
+pub(super) fn format(out: &Path, name: Option<&str>) -> Result<&'static Format> {
+    let Some(name) = name else { return Ok(format_for(out)?) };
     format_called(name).with_context(|| {
         let names = FORMATS.iter().map(|format| format.name).collect::<Vec<_>>().join(", ");
         format!("no format is called `{name}`; there are {names}")
@@ -84,11 +67,7 @@ pub(crate) fn formats() -> String {
 /// What was converted.
 struct Done {
     events: u64,
-    sensor: SensorSize,
-    origin: SensorOrigin,
-    rejected: Rejected,
-    sorted: usize,
-    remarks: Vec<String>,
+    account: Account,
 }
 
 /// What is taken of a recording, and what its times become.
@@ -157,25 +136,15 @@ fn windows(args: &ConvertArgs, format: &Format, options: &OpenOptions) -> Result
     }
     progress.finish_and_clear();
     sink.finish()?;
-    let (origin, rejected) = (windows.sensor_origin(), windows.rejected());
-    let remarks = windows.remarks();
-    Ok(Some(Done { events: written, sensor, origin, rejected, sorted: 0, remarks }))
+    Ok(Some(Done { events: written, account: Account::of_windows(&windows) }))
 }
 
 /// Reads the whole recording first.
 fn whole(args: &ConvertArgs, format: &Format, options: &OpenOptions) -> Result<Done> {
     let read = open_as(&args.recording.input, options)?;
-    let sensor = read.stream.sensor();
-    let mut sink = format.create(&args.out, sensor)?;
+    let mut sink = format.create(&args.out, read.stream.sensor())?;
     let cut = Cut::new(args, read.stream.t().first().copied().unwrap_or(Micros(0)))?;
     let events = cut.write(&read.stream, sink.as_mut())?;
     sink.finish()?;
-    Ok(Done {
-        events,
-        sensor,
-        origin: read.sensor_origin,
-        rejected: read.rejected,
-        sorted: read.sorted,
-        remarks: read.remarks,
-    })
+    Ok(Done { events, account: Account::of_whole(&read) })
 }

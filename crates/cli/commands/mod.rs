@@ -1,11 +1,14 @@
 //! One file per command.
 
 pub(crate) mod ablate;
+mod account;
 mod bench_infer;
 mod bench_io;
+mod bench_repr;
 mod bench_sensor;
 mod bench_sim;
 pub(crate) mod calibrate;
+pub(crate) mod clean;
 mod conditions;
 mod config_source;
 pub(crate) mod convert;
@@ -51,9 +54,11 @@ pub(crate) fn run(args: Args) -> Result<ExitCode> {
         Command::Sensor(command) => sensor::run(&command),
         Command::Bench(BenchCommand::Sensor(args)) => bench_sensor::run(&args),
         Command::Bench(BenchCommand::Io(args)) => bench_io::run(&args),
+        Command::Bench(BenchCommand::Repr(args)) => bench_repr::run(&args),
         Command::Bench(BenchCommand::Sim(args)) => bench_sim::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Convert(args) => convert::run(&args),
+        Command::Clean(args) => clean::run(&args),
         Command::View(args) => view::run(&args),
     }
     .map(|()| ExitCode::SUCCESS)

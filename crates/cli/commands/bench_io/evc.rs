@@ -1,105 +1,24 @@
-//! `evpose bench io`: how fast recordings come from the page cache.
+//! `.evc` and `.meta`, as data sets for training have them.
 
 use std::hint::black_box;
 use std::io::Read;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use evpose_core::{CounterRng, Event, EventStream, Micros, Polarity, SensorSize};
 use evpose_io::{EvcReader, EvcWindow, EvcWriter, MetaReader, MetaWriter};
 use evpose_pose::HandParams;
-use serde::Serialize;
 
-use super::as_json;
-use crate::args::BenchIoArgs;
-use crate::machine::Machine;
-use crate::progress::say;
-use crate::run_info::COMMIT;
-use crate::timing::{outliers, quantile};
+use crate::contest::{Case, Run};
 
 const SENSOR: SensorSize = SensorSize::DAVIS240C;
 /// Frames read at a time.
 const WINDOW: u64 = 1024;
 
-/// What a benchmark measured and where.
-#[derive(Debug, Serialize)]
-struct Report {
-    machine: Machine,
-    commit: &'static str,
-    frames: u64,
-    events: u64,
-    readers: Vec<Measured>,
-}
-
-/// One way to read the file.
-#[derive(Debug, Serialize)]
-struct Measured {
-    reader: &'static str,
-    /// Millions a second, of the median pass.
-    events_m_per_s: f64,
-    frames_m_per_s: f64,
-    passes: usize,
-    outliers: usize,
-}
-
-pub(crate) fn run(args: &BenchIoArgs) -> Result<()> {
-    let scratch = match &args.scratch {
-        Some(folder) => tempfile::tempdir_in(folder),
-        None => tempfile::tempdir(),
-    }
-    .context("making a folder for the file")?;
-    let stem = scratch.path().join("bench");
-    let events = make(&stem, args.frames, args.events_per_frame)?;
-    let mut report = Report {
-        machine: Machine { threads: 1, ..Machine::this() },
-        commit: COMMIT,
-        frames: args.frames,
-        events,
-        readers: Vec::new(),
-    };
-    say(format!("machine   {}", report.machine));
-    say(format!(
-        "file      {} frames of 1 ms, {:.1} million events, in the page cache",
-        report.frames,
-        events as f64 / 1e6
-    ));
-    for (reader, mut pass) in readers(&stem)? {
-        let mut times_s = Vec::new();
-        // The first pass fills the page cache and makes the memory that is reused.
-        for count in 0..=args.passes.max(1) {
-            let begin = Instant::now();
-            pass()?;
-            if count > 0 {
-                times_s.push(begin.elapsed().as_secs_f64());
-            }
-        }
-        times_s.sort_by(f64::total_cmp);
-        let median_s = quantile(&times_s, 0.5);
-        let measured = Measured {
-            reader,
-            events_m_per_s: events as f64 / median_s / 1e6,
-            frames_m_per_s: report.frames as f64 / median_s / 1e6,
-            passes: times_s.len(),
-            outliers: outliers(&times_s),
-        };
-        say(format!(
-            "{reader:44} {:7.0} M events/s {:7.2} M frames/s",
-            measured.events_m_per_s, measured.frames_m_per_s
-        ));
-        report.readers.push(measured);
-    }
-    if report.readers.iter().any(|measured| measured.outliers * 5 > measured.passes) {
-        say("warning   many passes were outliers: the machine was busy, measure again");
-    }
-    as_json(args.json.as_deref(), &report)
-}
-
-/// Reads everything once.
-type Pass = Box<dyn FnMut() -> Result<()>>;
-
-/// Ours, and what they are held against.
-fn readers(stem: &Path) -> Result<Vec<(&'static str, Pass)>> {
+/// Ours, and what they are held against; how many frames and events there are.
+pub(super) fn cases(folder: &Path, frames: u64, events_per_frame: u32) -> Result<Vec<Case>> {
+    let stem = folder.join("bench");
+    let events = make(&stem, frames, events_per_frame)? as usize;
     let (evc, meta) = (stem.with_extension("evc"), stem.with_extension("meta"));
     let reader = || EvcReader::open_with(&evc, SENSOR);
     let (records, streams, both) = (reader()?, reader()?, reader()?);
@@ -108,9 +27,16 @@ fn readers(stem: &Path) -> Result<Vec<(&'static str, Pass)>> {
         (EvcWindow::new(), EvcWindow::new(), EvcWindow::new());
     let mut stream = EventStream::empty(SENSOR);
     Ok(vec![
-        ("evpose: .evc into reused records", Box::new(move || read_records(&records, &mut window))),
-        (
-            "evpose: .evc into a reused EventStream",
+        Case::of_events(
+            "evc into reused records",
+            events,
+            Box::new(move || read_records(&records, &mut window)),
+        )
+        .beside("unchecked bytes, no frames", plain_bytes(evc.clone()))
+        .beside("record by record, as published", record_by_record(evc)),
+        Case::of_events(
+            "evc into a reused EventStream",
+            events,
             Box::new(move || {
                 stream.clear();
                 streams.read_into(0..streams.frames(), &mut scratch, &mut stream)?;
@@ -118,8 +44,9 @@ fn readers(stem: &Path) -> Result<Vec<(&'static str, Pass)>> {
                 Ok(())
             }),
         ),
-        (
-            "evpose: .evc records and .meta labels",
+        Case::of_events(
+            "evc records and meta labels",
+            events,
             Box::new(move || {
                 read_records(&both, &mut beside)?;
                 for start in (0..labels.records()).step_by(WINDOW as usize) {
@@ -129,8 +56,6 @@ fn readers(stem: &Path) -> Result<Vec<(&'static str, Pass)>> {
                 Ok(())
             }),
         ),
-        ("peer: unchecked bytes, no frames", plain_bytes(evc.clone())),
-        ("peer: record by record, as the published loader", record_by_record(evc)),
     ])
 }
 
@@ -143,7 +68,7 @@ fn read_records(reader: &EvcReader, window: &mut EvcWindow) -> Result<()> {
 }
 
 /// What copying out of the page cache takes, into reused memory.
-fn plain_bytes(path: PathBuf) -> Pass {
+fn plain_bytes(path: PathBuf) -> Run {
     let mut block = vec![0; 1 << 20];
     Box::new(move || {
         let mut file = std::fs::File::open(&path)?;
@@ -155,7 +80,7 @@ fn plain_bytes(path: PathBuf) -> Pass {
 }
 
 /// Blocks of records, looked at one by one and sorted into frames of byte triples.
-fn record_by_record(path: PathBuf) -> Pass {
+fn record_by_record(path: PathBuf) -> Run {
     let mut block = vec![0; 4 * 512 * 512 * 64];
     let mut frames: Vec<Vec<[u8; 3]>> = Vec::new();
     Box::new(move || {

@@ -1,0 +1,164 @@
+//! `evpose bench repr`: how fast representations take events in and are drawn, on one core.
+
+mod events;
+mod picture;
+mod plain;
+
+use std::hint::black_box;
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use evpose_core::{EventStream, Micros, Plane, SensorSize};
+use evpose_io::format_called;
+use evpose_repr::{
+    BlurWork, Canny, CannyWork, ChannelOrder, Eros, ErosConfig, ErosFramer, GaussianKernel,
+    REPRESENTATIONS, Representation, StreamWindow, representation_called,
+};
+use serde::Serialize;
+
+use super::as_json;
+use crate::args::BenchReprArgs;
+use crate::contest::{Case, Line, Run, invite, time, warn_if_busy};
+use crate::machine::Machine;
+use crate::progress::say;
+use crate::run_info::COMMIT;
+
+const SENSORS: [SensorSize; 2] = [SensorSize { width: 640, height: 480 }, SensorSize::DAVIS240C];
+/// Length of a window, and of the events.
+const WINDOW: Micros = Micros(100_000);
+
+/// What was measured and where.
+#[derive(Debug, Serialize)]
+struct Report {
+    machine: Machine,
+    commit: &'static str,
+    events: usize,
+    cases: Vec<Line>,
+}
+
+pub(crate) fn run(args: &BenchReprArgs) -> Result<()> {
+    let machine = Machine { threads: 1, ..Machine::this() };
+    say(format!("machine   {machine}"));
+    say(format!(
+        "events    {} in {} ms: a hundred blobs that wander, and every tenth event noise",
+        args.events,
+        WINDOW.0 / 1000
+    ));
+    let wanted = |case: &Case| args.only.iter().all(|word| case.name.contains(word.as_str()));
+    let cases = cases(args.events, args.image.as_deref())?.into_iter().filter(wanted).collect();
+    let mut lines = time(cases, args.passes)?;
+    if !args.peers.is_empty() {
+        let folder = tempfile::tempdir().context("making a folder for the events")?;
+        for sensor in SENSORS {
+            let path = folder.path().join(format!("wandering-{sensor}.npz"));
+            let npz = format_called("npz").context("npz is a format")?;
+            npz.write(path, &events::wandering(sensor, args.events))?;
+        }
+        invite(&args.peers, folder.path(), &mut lines)?;
+    }
+    warn_if_busy(&lines);
+    let report = Report { machine, commit: COMMIT, events: args.events, cases: lines };
+    as_json(args.json.as_deref(), &report)
+}
+
+/// Updates by a stream that goes on, images of it, whole windows at once, and images made like EROS.
+fn cases(count: usize, image: Option<&Path>) -> Result<Vec<Case>> {
+    let mut cases = Vec::new();
+    for sensor in SENSORS {
+        let streams = [
+            ("wandering", events::wandering(sensor, count)),
+            ("uniform", events::uniform(sensor, count)),
+        ];
+        for (kind, events) in &streams {
+            for name in REPRESENTATIONS.iter().map(|entry| entry.name) {
+                let case = Case::of_events(
+                    format!("{name} update {sensor} {kind}"),
+                    events.len(),
+                    update(name, events)?,
+                );
+                cases.push(match name {
+                    "eros" => case.beside("plain loop over squares", plain::eros(events)),
+                    "lnes" => case.beside("plain loop over events", plain::lnes(events)),
+                    _ => case,
+                });
+            }
+        }
+        let events = &streams[0].1;
+        for name in REPRESENTATIONS.iter().map(|entry| entry.name) {
+            cases.push(Case::of_image(format!("{name} image {sensor}"), image(name, events)?));
+        }
+        for name in ["eci", "voxel-grid"] {
+            let name = (name, format!("{name} of a window {sensor}"));
+            cases.push(Case::of_events(name.1, events.len(), window(name.0, events)?));
+        }
+    }
+    cases.push(Case::of_image("eros image 8 bits blurred to 192x192", framer(count)));
+    let picture = picture::picture(image)?;
+    let name = format!("blur and Canny {}x{}", picture.width(), picture.height());
+    cases.push(Case::of_image(name, canny(picture)));
+    Ok(cases)
+}
+
+fn stream_window(sensor: SensorSize) -> Result<StreamWindow> {
+    Ok(StreamWindow::new(sensor, WINDOW, ChannelOrder::OffFirst)?)
+}
+
+fn update(name: &str, events: &EventStream) -> Result<Run> {
+    let mut running = representation_called(name)?.start(stream_window(events.sensor())?);
+    let events = events.clone();
+    Ok(Box::new(move || {
+        running.push(&events);
+        Ok(())
+    }))
+}
+
+fn image(name: &str, events: &EventStream) -> Result<Run> {
+    let mut running = representation_called(name)?.start(stream_window(events.sensor())?);
+    running.push(events);
+    let mut planes = vec![0.0; running.channels() * events.sensor().pixels()];
+    Ok(Box::new(move || {
+        running.render(&mut planes);
+        black_box(&planes);
+        Ok(())
+    }))
+}
+
+/// A recording's worth of events at once, planes included.
+fn window(name: &str, events: &EventStream) -> Result<Run> {
+    let mut running = representation_called(name)?.start(stream_window(events.sensor())?);
+    let mut planes = vec![0.0; running.channels() * events.sensor().pixels()];
+    let events = events.clone();
+    Ok(Box::new(move || {
+        running.reset();
+        running.push(&events);
+        running.render(&mut planes);
+        black_box(&planes);
+        Ok(())
+    }))
+}
+
+/// What the body network is shown.
+fn framer(count: usize) -> Run {
+    let mut eros = Eros::hpe_core(SENSORS[0], ErosConfig::ONLINE);
+    eros.push(&events::wandering(SENSORS[0], count));
+    let mut framer = ErosFramer::new(SENSORS[0], 192, 192);
+    let mut image = vec![0; 192 * 192];
+    Box::new(move || {
+        framer.resized(&eros, &mut image);
+        black_box(&image);
+        Ok(())
+    })
+}
+
+/// The first half of what MoveEnet makes of an image.
+fn canny(image: Plane<u8>) -> Run {
+    let (mut blurring, mut drawing) = (BlurWork::default(), CannyWork::default());
+    let mut blurred = Plane::filled(image.width(), image.height(), 0);
+    let mut edges = blurred.clone();
+    Box::new(move || {
+        GaussianKernel::Five.blur(&image, &mut blurring, &mut blurred);
+        Canny::default().draw(&blurred, &mut drawing, &mut edges);
+        black_box(&edges);
+        Ok(())
+    })
+}
