@@ -76,7 +76,7 @@ impl Conv2d {
     }
 
     /// Whether the patches of an image are the image itself.
-    fn is_pointwise(&self) -> bool {
+    pub(crate) fn is_pointwise(&self) -> bool {
         self.kernel == [1, 1] && self.stride == 1 && self.padding == 0
     }
 

@@ -1,6 +1,7 @@
 //! The operations that training spends its time on, for the CPU, on plain slices.
 //!
 //! * [`conv2d`]: convolution, its gradients by input and by weight.
+//! * [`depthwise`]: the same with a kernel for each channel.
 //! * [`batch_norm`]: normalisation by the statistics of the batch, with or without a ReLU behind.
 //! * [`max_pool`]: 3x3 max-pooling of stride 2.
 //! * [`matmul`](matmul()): the matrix product below them.
@@ -12,6 +13,7 @@
 
 pub mod batch_norm;
 pub mod conv2d;
+pub mod depthwise;
 mod im2col;
 mod lanes;
 mod matmul;

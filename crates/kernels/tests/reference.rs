@@ -2,8 +2,9 @@
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use evpose_kernels::batch_norm::BatchNorm;
+use evpose_kernels::batch_norm::{Activation, BatchNorm};
 use evpose_kernels::conv2d::Conv2d;
+use evpose_kernels::depthwise::Depthwise;
 use evpose_kernels::max_pool;
 use proptest::prelude::*;
 
@@ -75,8 +76,57 @@ fn check_convolution(c: Conv2d) {
     assert_close(&c.backward_bias(&dy), &db);
 }
 
+/// Every channel is the convolution of a single one.
+fn check_depthwise(d: Depthwise) {
+    let Depthwise { batch, channels, height, width, kernel, stride, padding } = d;
+    let single = Conv2d {
+        batch: 1,
+        channels_in: 1,
+        height,
+        width,
+        channels_out: 1,
+        kernel: [kernel; 2],
+        stride,
+        padding,
+    };
+    let [rows, columns] = d.output();
+    let (plane_in, plane_out, taps) = (height * width, rows * columns, kernel * kernel);
+    let x = noise(batch * channels * plane_in, 1);
+    let w = noise(channels * taps, 2);
+    let b = noise(channels, 3);
+    let dy = noise(batch * channels * plane_out, 4);
+    let (mut y, mut dx) = (vec![0.0; dy.len()], vec![0.0; x.len()]);
+    let (mut dw, mut db) = (vec![0.0; w.len()], vec![0.0; b.len()]);
+    for plane in 0..batch * channels {
+        let channel = plane % channels;
+        let (of_in, of_out) = (plane * plane_in, plane * plane_out);
+        y[of_out..][..plane_out].fill(f64::from(b[channel]));
+        products(&single, |to, from, weight| {
+            let (to, from, weight) = (of_out + to, of_in + from, channel * taps + weight);
+            y[to] += f64::from(x[from]) * f64::from(w[weight]);
+            dx[from] += f64::from(dy[to]) * f64::from(w[weight]);
+            dw[weight] += f64::from(dy[to]) * f64::from(x[from]);
+        });
+        db[channel] += dy[of_out..][..plane_out].iter().map(|dy| f64::from(*dy)).sum::<f64>();
+    }
+    assert_close(&d.forward(&x, &w, Some(&b)), &y);
+    assert_close(&d.backward_input(&w, &dy), &dx);
+    assert_close(&d.backward_weight(&x, &dy), &dw);
+    assert_close(&d.backward_bias(&dy), &db);
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
+
+    #[test]
+    fn a_depthwise_convolution_and_its_gradients_are_their_sums(
+        (batch, channels) in (1usize..20, 1usize..5),
+        (height, width) in (1usize..22, 1usize..22),
+        (kernel, stride, padding) in (1usize..8, 1usize..4, 0usize..4),
+    ) {
+        prop_assume!(height + 2 * padding >= kernel && width + 2 * padding >= kernel);
+        check_depthwise(Depthwise { batch, channels, height, width, kernel, stride, padding });
+    }
 
     #[test]
     fn a_convolution_and_its_gradients_are_their_sums(
@@ -110,11 +160,15 @@ proptest! {
     #[test]
     fn a_batch_norm_and_its_gradients_follow_the_formula(
         (batch, channels, pixels) in (1usize..6, 1usize..5, 2usize..60),
-        relu: bool,
+        activation in prop::sample::select(vec![
+            Activation::Identity, Activation::Relu, Activation::Relu6,
+        ]),
     ) {
-        let norm = BatchNorm { channels, pixels, epsilon: 1e-5, relu };
+        let norm = BatchNorm { channels, pixels, epsilon: 1e-5, activation };
         let x: Vec<f32> = noise(batch * channels * pixels, 5).iter().map(|x| x * 3.0 + 1.0).collect();
-        let (gamma, beta, dy) = (noise(channels, 6), noise(channels, 7), noise(x.len(), 8));
+        // So that some values pass 6.
+        let gamma: Vec<f32> = noise(channels, 6).iter().map(|gamma| 5.0 * gamma).collect();
+        let (beta, dy) = (noise(channels, 7), noise(x.len(), 8));
         let count = (batch * pixels) as f64;
         let of = |at: usize| at / pixels % channels;
         let mean_of = |values: &dyn Fn(usize) -> f64| {
@@ -127,10 +181,13 @@ proptest! {
         let inverse: Vec<f64> = variance.iter().map(|v| 1.0 / (v + 1e-5).sqrt()).collect();
         let n = |at: usize| (f64::from(x[at]) - mean[of(at)]) * inverse[of(at)];
         let plain = |at: usize| f64::from(gamma[of(at)]) * n(at) + f64::from(beta[of(at)]);
-        let y: Vec<f64> = (0..x.len())
-            .map(|at| if relu { plain(at).max(0.0) } else { plain(at) })
-            .collect();
-        let masked = |at: usize| if relu && y[at] == 0.0 { 0.0 } else { f64::from(dy[at]) };
+        let (least, most) = match activation {
+            Activation::Identity => (f64::MIN, f64::MAX),
+            Activation::Relu => (0.0, f64::MAX),
+            Activation::Relu6 => (0.0, 6.0),
+        };
+        let y: Vec<f64> = (0..x.len()).map(|at| plain(at).clamp(least, most)).collect();
+        let masked = |at: usize| if y[at] == plain(at) { f64::from(dy[at]) } else { 0.0 };
         let mean_dy = mean_of(&masked);
         let mean_dyn = mean_of(&|at| masked(at) * n(at));
         let dx: Vec<f64> = (0..x.len())
@@ -218,7 +275,8 @@ fn results_are_equal_to_the_bit_on_one_and_on_more_threads() {
         stride: 1,
         padding: 1,
     };
-    let norm = BatchNorm { channels: 7, pixels: 13 * 11, epsilon: 1e-5, relu: true };
+    let norm =
+        BatchNorm { channels: 7, pixels: 13 * 11, epsilon: 1e-5, activation: Activation::Relu };
     let x = noise(64 * 5 * 13 * 11, 11);
     let w = noise(7 * 5 * 9, 12);
     let everything = |threads: usize| {

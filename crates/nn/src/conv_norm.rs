@@ -5,7 +5,7 @@ use burn::nn::conv::{Conv2d, Conv2dConfig};
 use burn::nn::{BatchNorm, BatchNormConfig, PaddingConfig2d};
 use burn::tensor::{Device, Tensor};
 
-use crate::ops;
+use crate::ops::{self, Activation};
 
 /// Shape of a [`ConvNorm`]: a square kernel that keeps the image size, up to its stride.
 #[derive(Debug, Clone, Copy)]
@@ -76,11 +76,20 @@ impl ConvNorm {
     /// - input: `[batch, channels_in, height, width]`
     /// - output: `[batch, channels_out, ceil(height / stride), ceil(width / stride)]`
     pub(crate) fn forward(&self, input: Tensor<4>) -> Tensor<4> {
-        ops::batch_norm(&self.norm, ops::conv2d(&self.conv, input), false)
+        self.forward_with(input, Activation::Identity)
     }
 
     /// `relu(norm(conv(x)))`, shapes as in [`forward`](Self::forward).
     pub(crate) fn forward_relu(&self, input: Tensor<4>) -> Tensor<4> {
-        ops::batch_norm(&self.norm, ops::conv2d(&self.conv, input), true)
+        self.forward_with(input, Activation::Relu)
+    }
+
+    /// `min(relu(norm(conv(x))), 6)`, shapes as in [`forward`](Self::forward).
+    pub(crate) fn forward_relu6(&self, input: Tensor<4>) -> Tensor<4> {
+        self.forward_with(input, Activation::Relu6)
+    }
+
+    fn forward_with(&self, input: Tensor<4>, activation: Activation) -> Tensor<4> {
+        ops::batch_norm(&self.norm, ops::conv2d(&self.conv, input), activation)
     }
 }

@@ -25,10 +25,14 @@ const TILE: usize = 4;
 /// the nearest cache.
 const CHANNELS: usize = 160;
 
-/// Whether this is the way for a convolution on this processor.
+/// Whether this is the way for a convolution on this processor. Where the patches of an image are the
+/// image itself, a matrix product needs no other layout.
 pub(crate) fn suits(conv: &Conv2d) -> bool {
     let lanes = lanes();
-    lanes > 1 && conv.batch >= lanes / 2 && conv.channels_in.max(conv.channels_out) <= CHANNELS
+    !conv.is_pointwise()
+        && lanes > 1
+        && conv.batch >= lanes / 2
+        && conv.channels_in.max(conv.channels_out) <= CHANNELS
 }
 
 /// Images side by side in a vector of this processor.

@@ -98,11 +98,11 @@ impl MobileNetV2 {
     /// - input: `[batch, 3, height, width]`
     /// - output: `[batch, outputs]`
     pub fn forward(&self, input: Tensor<4>) -> Tensor<2> {
-        let mut x = relu6(self.stem.forward(input));
+        let mut x = self.stem.forward_relu6(input);
         for block in &self.blocks {
             x = block.forward(x);
         }
-        let x = relu6(self.last.forward(x));
+        let x = self.last.forward_relu6(x);
         self.head.forward(self.mean.forward(x).flatten(1, 3))
     }
 }
@@ -133,16 +133,12 @@ impl InvertedResidual {
     /// - output: `[batch, channels_out, ceil(height / stride), ceil(width / stride)]`
     fn forward(&self, input: Tensor<4>) -> Tensor<4> {
         let x = match &self.expand {
-            Some(expand) => relu6(expand.forward(input.clone())),
+            Some(expand) => expand.forward_relu6(input.clone()),
             None => input.clone(),
         };
-        let x = self.project.forward(relu6(self.depthwise.forward(x)));
+        let x = self.project.forward(self.depthwise.forward_relu6(x));
         if self.residual { x + input } else { x }
     }
-}
-
-fn relu6(x: Tensor<4>) -> Tensor<4> {
-    x.clamp(0.0, 6.0)
 }
 
 /// As torchvision initialises: Kaiming for convolutions, a narrow normal for the head.

@@ -88,7 +88,7 @@ impl ResNet {
     /// - output: `[batch, outputs]`
     pub fn forward(&self, input: Tensor<4>) -> Tensor<2> {
         let x = stride_two_seven(&self.stem.conv, input);
-        let x = ops::batch_norm(&self.stem.norm, x, true);
+        let x = ops::batch_norm(&self.stem.norm, x, ops::Activation::Relu);
         let mut x = ops::max_pool(&self.pool, x);
         for block in self.stages.iter().flatten() {
             x = block.forward(x);

@@ -4,8 +4,9 @@
 use burn::backend::tensor::FloatTensor;
 use burn::backend::{Backend, Flex, TensorMetadata, backend_extension};
 use burn::tensor::{Shape, TensorData};
-use evpose_kernels::batch_norm::{BatchNorm, Statistics};
+use evpose_kernels::batch_norm::{Activation, BatchNorm, Statistics};
 use evpose_kernels::conv2d::Conv2d;
+use evpose_kernels::depthwise::Depthwise;
 use evpose_kernels::max_pool;
 
 /// What the networks are trained with. Every tensor is `f32`.
@@ -13,7 +14,7 @@ use evpose_kernels::max_pool;
 pub(super) trait TrainingOps: Backend {
     /// # Shapes
     /// - input: `[batch, channels_in, height, width]`
-    /// - weight: `[channels_out, channels_in, ky, kx]`
+    /// - weight: `[channels_out, channels_in, ky, kx]`, or `[channels_in, 1, k, k]`: depthwise
     fn training_conv2d(
         input: FloatTensor<Self>,
         weight: FloatTensor<Self>,
@@ -41,7 +42,7 @@ pub(super) trait TrainingOps: Backend {
         gamma: FloatTensor<Self>,
         beta: FloatTensor<Self>,
         epsilon: f32,
-        relu: bool,
+        activation: Activation,
     ) -> (FloatTensor<Self>, FloatTensor<Self>, FloatTensor<Self>);
 
     /// # Shapes
@@ -75,10 +76,10 @@ impl TrainingOps for Flex {
         gamma: FloatTensor<Self>,
         beta: FloatTensor<Self>,
         epsilon: f32,
-        relu: bool,
+        activation: Activation,
     ) -> (FloatTensor<Self>, FloatTensor<Self>, FloatTensor<Self>) {
         let channels = gamma.shape();
-        let (output, statistics) = batch_norm([&input, &gamma, &beta], epsilon, relu);
+        let (output, statistics) = batch_norm([&input, &gamma, &beta], epsilon, activation);
         let Statistics { mean, variance } = statistics;
         (output, tensor(mean, channels.clone()), tensor(variance, channels))
     }
@@ -96,43 +97,74 @@ pub(super) fn convolution(
     stride: usize,
     padding: usize,
 ) -> FloatTensor<Flex> {
-    let conv = conv_shape(input, weight, stride, padding);
-    let [rows, columns] = conv.output();
+    let conv = Convolution::of(input, weight, stride, padding);
+    let (batch, channels) = (input.shape()[0], weight.shape()[0]);
     let (input, weight) = (input.to_contiguous(), weight.to_contiguous());
     let bias = bias.map(FloatTensor::<Flex>::to_contiguous);
-    let output = conv.forward(values(&input), values(&weight), bias.as_ref().map(values));
-    tensor(output, Shape::from([conv.batch, conv.channels_out, rows, columns]))
+    let (input, weight, bias) = (values(&input), values(&weight), bias.as_ref().map(values));
+    let (output, [rows, columns]) = match conv {
+        Convolution::Full(conv) => (conv.forward(input, weight, bias), conv.output()),
+        Convolution::Depthwise(conv) => (conv.forward(input, weight, bias), conv.output()),
+    };
+    tensor(output, Shape::from([batch, channels, rows, columns]))
 }
 
-/// The shape of a convolution of `input` with `weight`.
-pub(super) fn conv_shape(
-    input: &FloatTensor<Flex>,
-    weight: &FloatTensor<Flex>,
-    stride: usize,
-    padding: usize,
-) -> Conv2d {
-    let [batch, channels_in, height, width] = input.shape().dims();
-    let [channels_out, _, kernel_y, kernel_x] = weight.shape().dims();
-    let kernel = [kernel_y, kernel_x];
-    Conv2d { batch, channels_in, height, width, channels_out, kernel, stride, padding }
+/// Whether channels are mixed.
+pub(super) enum Convolution {
+    /// They are.
+    Full(Conv2d),
+    /// Each goes by itself.
+    Depthwise(Depthwise),
+}
+
+impl Convolution {
+    /// The shape of a convolution of `input` with `weight`, which says by its own shape which one it is.
+    pub(super) fn of(
+        input: &FloatTensor<Flex>,
+        weight: &FloatTensor<Flex>,
+        stride: usize,
+        padding: usize,
+    ) -> Self {
+        let [batch, channels_in, height, width] = input.shape().dims();
+        let [channels_out, of_group, kernel_y, kernel_x] = weight.shape().dims();
+        if of_group == channels_in {
+            let kernel = [kernel_y, kernel_x];
+            return Self::Full(Conv2d {
+                batch,
+                channels_in,
+                height,
+                width,
+                channels_out,
+                kernel,
+                stride,
+                padding,
+            });
+        }
+        let (channels, kernel) = (channels_in, kernel_y);
+        Self::Depthwise(Depthwise { batch, channels, height, width, kernel, stride, padding })
+    }
 }
 
 /// A batch normalisation of input, gamma and beta, with the statistics that its gradients need.
 pub(super) fn batch_norm(
     inputs: [&FloatTensor<Flex>; 3],
     epsilon: f32,
-    relu: bool,
+    activation: Activation,
 ) -> (FloatTensor<Flex>, Statistics) {
     let [input, gamma, beta] = inputs.map(FloatTensor::<Flex>::to_contiguous);
-    let norm = norm_shape(&input, epsilon, relu);
+    let norm = norm_shape(&input, epsilon, activation);
     let (output, statistics) = norm.forward(values(&input), values(&gamma), values(&beta));
     (tensor(output, input.shape()), statistics)
 }
 
 /// The shape of a batch normalisation of `input`.
-pub(super) fn norm_shape(input: &FloatTensor<Flex>, epsilon: f32, relu: bool) -> BatchNorm {
+pub(super) fn norm_shape(
+    input: &FloatTensor<Flex>,
+    epsilon: f32,
+    activation: Activation,
+) -> BatchNorm {
     let [_, channels, height, width] = input.shape().dims();
-    BatchNorm { channels, pixels: height * width, epsilon, relu }
+    BatchNorm { channels, pixels: height * width, epsilon, activation }
 }
 
 /// A max-pooling with the taps that its gradient needs.

@@ -10,11 +10,11 @@ use burn::backend::autodiff::ops::{Backward, Ops, OpsKind};
 use burn::backend::tensor::FloatTensor;
 use burn::backend::{Autodiff, Flex, TensorMetadata};
 use burn::tensor::Shape;
-use evpose_kernels::batch_norm::Statistics;
+use evpose_kernels::batch_norm::{Activation, Statistics};
 use evpose_kernels::max_pool;
 
 use super::backend::{
-    TrainingOps, batch_norm, conv_shape, convolution, norm_shape, pool, tensor, values,
+    self, TrainingOps, batch_norm, convolution, norm_shape, pool, tensor, values,
 };
 
 impl<C: CheckpointStrategy> TrainingOps for Autodiff<Flex, C> {
@@ -59,18 +59,18 @@ impl<C: CheckpointStrategy> TrainingOps for Autodiff<Flex, C> {
         gamma: FloatTensor<Self>,
         beta: FloatTensor<Self>,
         epsilon: f32,
-        relu: bool,
+        activation: Activation,
     ) -> (FloatTensor<Self>, FloatTensor<Self>, FloatTensor<Self>) {
         let channels = gamma.shape();
         let parents = [&input, &gamma, &beta];
         let nodes = parents.map(FloatTensor::<Self>::node);
         let primitives = parents.map(FloatTensor::<Self>::primitive);
-        let (output, statistics) = batch_norm(primitives, epsilon, relu);
+        let (output, statistics) = batch_norm(primitives, epsilon, activation);
         let output = match Normalisation.prepare::<C>(nodes).compute_bound().stateful() {
             OpsKind::Tracked(mut prep) => {
                 let inputs = parents.map(|parent| prep.checkpoint(parent));
                 let statistics = Arc::new(statistics.clone());
-                prep.finish(NormalisationState { inputs, statistics, epsilon, relu }, output)
+                prep.finish(NormalisationState { inputs, statistics, epsilon, activation }, output)
             }
             OpsKind::UnTracked(prep) => prep.finish(output),
         };
@@ -109,16 +109,20 @@ impl<const N: usize> Backward<Flex, N> for Convolution {
         let gradient = grads.consume::<Flex>(&ops.node).to_contiguous();
         let [input, weight] =
             inputs.map(|id| kept.retrieve_node_output::<FloatTensor<Flex>>(id).to_contiguous());
-        let conv = conv_shape(&input, &weight, stride, padding);
+        let conv = backend::Convolution::of(&input, &weight, stride, padding);
+        let (x, w, dy) = (values(&input), values(&weight), values(&gradient));
         for (index, parent) in ops.parents.iter().enumerate() {
             let Some(parent) = parent else { continue };
-            let gradient = values(&gradient);
-            let of_parent = match index {
-                0 => tensor(conv.backward_input(values(&weight), gradient), input.shape()),
-                1 => tensor(conv.backward_weight(values(&input), gradient), weight.shape()),
-                _ => tensor(conv.backward_bias(gradient), Shape::from([conv.channels_out])),
+            use backend::Convolution::{Depthwise, Full};
+            let (of_parent, shape) = match (index, &conv) {
+                (0, Full(conv)) => (conv.backward_input(w, dy), input.shape()),
+                (0, Depthwise(conv)) => (conv.backward_input(w, dy), input.shape()),
+                (1, Full(conv)) => (conv.backward_weight(x, dy), weight.shape()),
+                (1, Depthwise(conv)) => (conv.backward_weight(x, dy), weight.shape()),
+                (_, Full(conv)) => (conv.backward_bias(dy), Shape::from([conv.channels_out])),
+                (_, Depthwise(conv)) => (conv.backward_bias(dy), Shape::from([conv.channels])),
             };
-            grads.register::<Flex>(parent.id, of_parent);
+            grads.register::<Flex>(parent.id, tensor(of_parent, shape));
         }
     }
 }
@@ -132,18 +136,18 @@ struct NormalisationState {
     inputs: [NodeId; 3],
     statistics: Arc<Statistics>,
     epsilon: f32,
-    relu: bool,
+    activation: Activation,
 }
 
 impl Backward<Flex, 3> for Normalisation {
     type State = NormalisationState;
 
     fn backward(self, ops: Ops<Self::State, 3>, grads: &mut Gradients, kept: &mut Checkpointer) {
-        let NormalisationState { inputs, statistics, epsilon, relu } = ops.state;
+        let NormalisationState { inputs, statistics, epsilon, activation } = ops.state;
         let gradient = grads.consume::<Flex>(&ops.node).to_contiguous();
         let [input, gamma, beta] =
             inputs.map(|id| kept.retrieve_node_output::<FloatTensor<Flex>>(id).to_contiguous());
-        let gradients = norm_shape(&input, epsilon, relu).backward(
+        let gradients = norm_shape(&input, epsilon, activation).backward(
             values(&input),
             values(&gamma),
             values(&beta),

@@ -19,6 +19,8 @@ use burn::nn::{BatchNorm, PaddingConfig2d};
 use burn::tensor::activation::relu;
 use burn::tensor::{DType, Device, Tensor};
 
+pub(crate) use evpose_kernels::batch_norm::Activation;
+
 use backend::TrainingOps;
 
 static ENABLED: AtomicBool = AtomicBool::new(true);
@@ -48,8 +50,11 @@ pub(crate) fn conv2d(layer: &Conv2d, input: Tensor<4>) -> Tensor<4> {
         return layer.forward(input);
     };
     let [stride, stride_x] = layer.stride;
-    let square = stride == stride_x && [left, bottom, right] == [top; 3];
-    if !(square && layer.groups == 1 && layer.dilation == [1, 1] && is_ours(&input)) {
+    let is_even = stride == stride_x && [left, bottom, right] == [top; 3];
+    let [channels_out, of_group, kernel_y, kernel_x] = layer.weight.dims();
+    let is_depthwise = layer.groups == channels_out && of_group == 1 && kernel_y == kernel_x;
+    let suits = layer.groups == 1 || (is_depthwise && input.dims()[1] == channels_out);
+    if !(is_even && suits && layer.dilation == [1, 1] && is_ours(&input)) {
         return layer.forward(input);
     }
     let input = input.into_dispatch();
@@ -64,21 +69,25 @@ pub(crate) fn conv2d(layer: &Conv2d, input: Tensor<4>) -> Tensor<4> {
     Tensor::from_dispatch(output)
 }
 
-/// `layer.forward(input)`, and a ReLU behind it where `with_relu` is set.
+/// `layer.forward(input)`, and the activation behind it.
 ///
 /// # Shapes
 /// - input, output: `[batch, channels, height, width]`
-pub(crate) fn batch_norm(layer: &BatchNorm, input: Tensor<4>, with_relu: bool) -> Tensor<4> {
+pub(crate) fn batch_norm(layer: &BatchNorm, input: Tensor<4>, activation: Activation) -> Tensor<4> {
     if !(layer.training.is_enabled() && is_ours(&input)) {
         let output = layer.forward(input);
-        return if with_relu { relu(output) } else { output };
+        return match activation {
+            Activation::Identity => output,
+            Activation::Relu => relu(output),
+            Activation::Relu6 => output.clamp(0.0, 6.0),
+        };
     }
     let (output, mean, variance) = Dispatch::training_batch_norm(
         input.into_dispatch(),
         layer.gamma.val().into_dispatch(),
         layer.beta.val().into_dispatch(),
         layer.epsilon as f32,
-        with_relu,
+        activation,
     );
     // As the forward pass of Burn's module does.
     let updated = |old: Tensor<1>, new: Tensor<1>| {
