@@ -74,9 +74,26 @@ pub(super) fn deflate(compression: Compression, bytes: &[u8], out: &mut Vec<u8>)
         }
         Compression::Zstd | Compression::ZstdHigh => {
             *out = compress_to_vec(bytes, CompressionLevel::Fastest);
+            state_size(out, bytes.len());
         }
     }
     Ok(())
+}
+
+/// Writes the size of the content into the header of a frame of Zstandard that leaves it out, as the
+/// encoder does: dv-processing reads no others. RFC 8878, 3.1.1.1.
+fn state_size(frame: &mut Vec<u8>, size: usize) {
+    /// Behind the magic number: two bits for the bytes of the size, one for a single segment, ...
+    const DESCRIPTOR: usize = 4;
+    const HAS_SIZE: u8 = 0b1110_0000;
+    const FOUR_BYTES: u8 = 0b1000_0000;
+    /// ... then the window, then the size: there is no dictionary.
+    const SIZE: usize = 6;
+    let (Ok(size), Some(&descriptor)) = (u32::try_from(size), frame.get(DESCRIPTOR)) else { return };
+    if descriptor & HAS_SIZE == 0 && frame.len() > SIZE {
+        frame[DESCRIPTOR] |= FOUR_BYTES;
+        frame.splice(SIZE..SIZE, size.to_le_bytes());
+    }
 }
 
 /// Memory that is kept from packet to packet. What was decompressed is `bytes[..filled]`.
@@ -172,6 +189,26 @@ impl Inflater {
                 Err("Zstandard: the checksum of a frame does not fit".into())
             }
             _ => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_of_zstandard_state_what_they_hold() {
+        let bytes: Vec<u8> = (0..400_000_u32).map(|i| (i / 7) as u8).collect();
+        for size in [0, 1, 255, 256, 65_791, bytes.len()] {
+            let mut frame = Vec::new();
+            deflate(Compression::Zstd, &bytes[..size], &mut frame).unwrap();
+            let mut decoder = FrameDecoder::new();
+            decoder.reset(frame.as_slice()).unwrap();
+            assert_eq!(decoder.content_size(), size as u64);
+            let mut inflater = Inflater::new();
+            inflater.inflate(Compression::Zstd, &frame).unwrap();
+            assert!(inflater.out.filled() == &bytes[..size]);
         }
     }
 }
