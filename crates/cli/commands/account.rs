@@ -53,7 +53,7 @@ impl Account {
         for (count, what) in [
             (outside_sensor, "lie outside the sensor: left out"),
             (out_of_order, "stand behind later ones: left out"),
-            (self.sorted as u64, "stood behind later ones: put where they belong"),
+            (self.sorted, "stood behind later ones: put where they belong"),
         ] {
             if count > 0 {
                 say(format!("warning   {count} events {what}"));

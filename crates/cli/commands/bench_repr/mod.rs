@@ -62,7 +62,7 @@ pub(crate) fn run(args: &BenchReprArgs) -> Result<()> {
 }
 
 /// Updates by a stream that goes on, images of it, whole windows at once, and images made like EROS.
-fn cases(count: usize, image: Option<&Path>) -> Result<Vec<Case>> {
+fn cases(count: usize, photograph: Option<&Path>) -> Result<Vec<Case>> {
     let mut cases = Vec::new();
     for sensor in SENSORS {
         let streams = [
@@ -93,7 +93,7 @@ fn cases(count: usize, image: Option<&Path>) -> Result<Vec<Case>> {
         }
     }
     cases.push(Case::of_image("eros image 8 bits blurred to 192x192", framer(count)));
-    let picture = picture::picture(image)?;
+    let picture = picture::picture(photograph)?;
     let name = format!("blur and Canny {}x{}", picture.width(), picture.height());
     cases.push(Case::of_image(name, canny(picture)));
     Ok(cases)

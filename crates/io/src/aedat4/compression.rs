@@ -5,8 +5,7 @@ use std::fmt;
 use std::io::{self, Write};
 
 use lz4_flex::frame::{BlockMode, BlockSize, FrameEncoder, FrameInfo};
-use ruzstd::decoding::{BlockDecodingStrategy, FrameDecoder};
-use ruzstd::encoding::{CompressionLevel, compress_to_vec};
+use zrip::{DecompressContext, DecompressError};
 
 use super::lz4;
 
@@ -14,8 +13,8 @@ use super::lz4;
 pub(super) const MOST: usize = 1 << 28;
 /// Bytes that a byte of Zstandard can become: blocks of 128 KiB out of four.
 const MOST_FOLD: usize = 1 << 15;
-/// How far back every decoder of Zstandard should be able to look, RFC 8878, 3.1.1.1.2.
-const USUAL_WINDOW: usize = 1 << 23;
+/// Of Zstandard, as dv-processing takes it.
+const LEVEL: i32 = 3;
 
 /// How the packets of a file are compressed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -73,27 +72,11 @@ pub(super) fn deflate(compression: Compression, bytes: &[u8], out: &mut Vec<u8>)
             encoder.finish().map_err(io::Error::other)?;
         }
         Compression::Zstd | Compression::ZstdHigh => {
-            *out = compress_to_vec(bytes, CompressionLevel::Fastest);
-            state_size(out, bytes.len());
+            // With the size of its content: dv-processing reads no other frames.
+            *out = zrip::compress(bytes, LEVEL).map_err(io::Error::other)?;
         }
     }
     Ok(())
-}
-
-/// Writes the size of the content into the header of a frame of Zstandard that leaves it out, as the
-/// encoder does: dv-processing reads no others. RFC 8878, 3.1.1.1.
-fn state_size(frame: &mut Vec<u8>, size: usize) {
-    /// Behind the magic number: two bits for the bytes of the size, one for a single segment, ...
-    const DESCRIPTOR: usize = 4;
-    const HAS_SIZE: u8 = 0b1110_0000;
-    const FOUR_BYTES: u8 = 0b1000_0000;
-    /// ... then the window, then the size: there is no dictionary.
-    const SIZE: usize = 6;
-    let (Ok(size), Some(&descriptor)) = (u32::try_from(size), frame.get(DESCRIPTOR)) else { return };
-    if descriptor & HAS_SIZE == 0 && frame.len() > SIZE {
-        frame[DESCRIPTOR] |= FOUR_BYTES;
-        frame.splice(SIZE..SIZE, size.to_le_bytes());
-    }
 }
 
 /// Memory that is kept from packet to packet. What was decompressed is `bytes[..filled]`.
@@ -148,13 +131,13 @@ pub(super) const TOO_LONG: &str = "a packet of more than 256 MiB";
 
 /// Decompresses packets.
 pub(super) struct Inflater {
-    zstd: FrameDecoder,
+    zstd: DecompressContext,
     pub(super) out: Scratch,
 }
 
 impl Inflater {
     pub(super) fn new() -> Self {
-        Self { zstd: FrameDecoder::new(), out: Scratch::default() }
+        Self { zstd: DecompressContext::new(), out: Scratch::default() }
     }
 
     /// Replaces what is in `out` by what `bytes` were compressed from; after a fault it is the part
@@ -172,23 +155,20 @@ impl Inflater {
         }
     }
 
-    fn zstd(&mut self, mut bytes: &[u8]) -> Result<(), Cow<'static, str>> {
-        let fault = |e: &dyn fmt::Display| format!("Zstandard: {e}");
-        // The window is allocated as the frame says: no larger than its bytes can fill.
-        let window = bytes.len().saturating_mul(MOST_FOLD).clamp(USUAL_WINDOW, MOST);
-        self.zstd.set_max_window_size(window as u64);
-        self.zstd.reset(&mut bytes).map_err(|e| fault(&e))?;
-        while !self.zstd.is_finished() {
-            let some = BlockDecodingStrategy::UptoBytes(1 << 20);
-            self.zstd.decode_blocks(&mut bytes, some).map_err(|e| fault(&e))?;
-            self.zstd.collect_to_writer(&mut self.out).map_err(|e| fault(&e))?;
-        }
-        let sums = (self.zstd.get_checksum_from_data(), self.zstd.get_calculated_checksum());
-        match sums {
-            (Some(stated), Some(found)) if stated != found => {
-                Err("Zstandard: the checksum of a frame does not fit".into())
+    fn zstd(&mut self, bytes: &[u8]) -> Result<(), Cow<'static, str>> {
+        // A few bytes must not fill the memory.
+        let limit = bytes.len().saturating_mul(MOST_FOLD).min(MOST);
+        let out = &mut self.out;
+        out.bytes.clear();
+        let whole = self.zstd.decompress_into_with_limit(bytes, &mut out.bytes, limit);
+        out.filled = out.bytes.len();
+        match whole {
+            Ok(_) => Ok(()),
+            Err(DecompressError::OutputTooSmall) if limit == MOST => Err(TOO_LONG.into()),
+            Err(DecompressError::OutputTooSmall) => {
+                Err("Zstandard: a frame claims more than its bytes can hold".into())
             }
-            _ => Ok(()),
+            Err(fault) => Err(format!("Zstandard: {fault}").into()),
         }
     }
 }
@@ -203,9 +183,8 @@ mod tests {
         for size in [0, 1, 255, 256, 65_791, bytes.len()] {
             let mut frame = Vec::new();
             deflate(Compression::Zstd, &bytes[..size], &mut frame).unwrap();
-            let mut decoder = FrameDecoder::new();
-            decoder.reset(frame.as_slice()).unwrap();
-            assert_eq!(decoder.content_size(), size as u64);
+            // Single segment or not, some of the two highest bits or the third are set.
+            assert!(frame[4] & 0b1110_0000 != 0, "{size}");
             let mut inflater = Inflater::new();
             inflater.inflate(Compression::Zstd, &frame).unwrap();
             assert!(inflater.out.filled() == &bytes[..size]);

@@ -7,7 +7,7 @@
 //! | 10 | `i16` | row |
 //! | 12 | `bool` | ON |
 
-use evpose_core::{Micros, Polarity};
+use evpose_core::{Micros, Polarity, wide};
 
 use super::build::{Builder, Field};
 use super::flat::{Broken, Table};
@@ -23,12 +23,22 @@ pub(super) fn decode(bytes: &[u8], columns: &mut Columns) -> Result<usize, Broke
     let list = Table::root(bytes)?.vector(0)?;
     let events = list.there(EVENT).as_chunks::<EVENT>().0;
     columns.reserve(events.len());
-    for events in events.chunks(AT_ONCE) {
-        columns.t.extend(events.iter().map(|event| Micros(time(event))));
-        columns.x.extend(events.iter().map(|event| u16::from_le_bytes([event[8], event[9]])));
-        columns.y.extend(events.iter().map(|event| u16::from_le_bytes([event[10], event[11]])));
-        columns.polarity.extend(events.iter().map(|event| Polarity::from_on(event[12] != 0)));
-    }
+    wide(
+        #[inline(always)]
+        || {
+            for events in events.chunks(AT_ONCE) {
+                let fields = events.iter();
+                columns.t.extend(fields.clone().map(|event| Micros(time(event))));
+                columns
+                    .x
+                    .extend(fields.clone().map(|event| u16::from_le_bytes([event[8], event[9]])));
+                columns
+                    .y
+                    .extend(fields.clone().map(|event| u16::from_le_bytes([event[10], event[11]])));
+                columns.polarity.extend(fields.map(|event| Polarity::from_on(event[12] != 0)));
+            }
+        },
+    );
     Ok(list.count - events.len())
 }
 

@@ -1,6 +1,6 @@
 //! One stream of events of a file, as a source.
 
-use evpose_core::Micros;
+use evpose_core::{Micros, wide};
 
 use super::events;
 use super::flat::identifier;
@@ -148,7 +148,11 @@ impl Source {
                 let missing = events::decode(bytes, columns);
                 let new = &columns.t[before..];
                 self.now.events += new.len() as u64;
-                self.now.latest = new.iter().copied().fold(self.now.latest, Micros::max);
+                let latest = self.now.latest;
+                self.now.latest = wide(
+                    #[inline(always)]
+                    || new.iter().copied().fold(latest, Micros::max),
+                );
                 missing
             }
             Ok(_) if is_unnamed => Ok(0),

@@ -8,7 +8,6 @@ use std::borrow::Cow;
 use hdf5_reader::FilterRegistry;
 use hdf5_reader::filters::deflate;
 use hdf5_reader::messages::filter_pipeline::FilterDescription;
-use ruzstd::decoding::FrameDecoder;
 
 use super::{blosc, lzf, shuffle};
 
@@ -151,11 +150,11 @@ pub(super) fn zlib(packed: &[u8], out: &mut [u8]) -> Result<(), Reason> {
 
 /// Unpacks a frame of zstd to the last byte of `out`.
 pub(super) fn zstd(packed: &[u8], out: &mut [u8]) -> Result<(), Reason> {
-    let mut decoder = FrameDecoder::new();
-    // Who packs a chunk at once knows its length, and looks back no further.
-    decoder.set_max_window_size(out.len().next_power_of_two().max(1 << 20) as u64);
-    let unpacked = decoder.decode_all(packed, out);
-    fills(unpacked.map_err(|fault| format!("a damaged zstd stream: {fault}"))?, out)
+    let unpacked = zrip::decompress_with_limit(packed, out.len());
+    let unpacked = unpacked.map_err(|fault| format!("a damaged zstd stream: {fault}"))?;
+    fills(unpacked.len(), out)?;
+    out.copy_from_slice(&unpacked);
+    Ok(())
 }
 
 fn fills(unpacked: usize, out: &[u8]) -> Result<(), Reason> {
