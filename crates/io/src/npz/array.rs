@@ -66,30 +66,60 @@ impl Column {
         }
     }
 
-    /// Takes the bytes of a value.
-    fn push(&mut self, kind: Kind, bytes: &[u8]) -> Result<(), NpzFault> {
-        let mut wide = [0; 8];
-        for (k, byte) in bytes.iter().enumerate() {
-            wide[if kind.is_big { bytes.len() - 1 - k } else { k }] = *byte;
+    /// Takes the value of every row that begins `at` so many bytes. A fault comes with the number of
+    /// values before it.
+    fn extend(&mut self, kind: Kind, rows: &Rows, at: usize) -> Result<(), (NpzFault, usize)> {
+        match kind.bytes {
+            1 => self.extend_by::<1>(kind, rows, at),
+            2 => self.extend_by::<2>(kind, rows, at),
+            4 => self.extend_by::<4>(kind, rows, at),
+            _ => self.extend_by::<8>(kind, rows, at),
         }
-        let raw = u64::from_le_bytes(wide);
-        match self {
-            Self::Real(values) if kind.bytes == 4 => {
-                values.push(f32::from_bits(raw as u32).into());
+    }
+
+    fn extend_by<const BYTES: usize>(
+        &mut self,
+        kind: Kind,
+        rows: &Rows,
+        at: usize,
+    ) -> Result<(), (NpzFault, usize)> {
+        let raw = rows.bytes.chunks_exact(rows.length).filter_map(|row| {
+            let mut value: [u8; BYTES] = *row[at..].first_chunk()?;
+            if kind.is_big {
+                value.reverse();
             }
-            Self::Real(values) => values.push(f64::from_bits(raw)),
+            let mut wide = [0; 8];
+            wide[..BYTES].copy_from_slice(&value);
+            Some(u64::from_le_bytes(wide))
+        });
+        match self {
+            Self::Real(values) if BYTES == 4 => {
+                values.extend(raw.map(|raw| f64::from(f32::from_bits(raw as u32))));
+            }
+            Self::Real(values) => values.extend(raw.map(f64::from_bits)),
             Self::Whole(values) if kind.letter == TypeChar::Int => {
                 // The sign is in the first bit of as many bytes as there are.
-                let unused = 64 - 8 * kind.bytes as u32;
-                values.push((raw << unused) as i64 >> unused);
+                let unused = 64 - 8 * BYTES as u32;
+                values.extend(raw.map(|raw| (raw << unused) as i64 >> unused));
             }
             Self::Whole(values) => {
-                let too_large = |_| NpzFault::Unreadable("a value beyond 64 bits".to_owned());
-                values.push(i64::try_from(raw).map_err(too_large)?);
+                let before = values.len();
+                values.extend(raw.map(|raw| raw as i64));
+                if let Some(fits) = values[before..].iter().position(|value| *value < 0) {
+                    let fault = NpzFault::Unreadable("a value beyond 64 bits".to_owned());
+                    return Err((fault, fits));
+                }
             }
         }
         Ok(())
     }
+}
+
+/// Whole rows of an array.
+struct Rows<'a> {
+    bytes: &'a [u8],
+    /// Bytes of a row.
+    length: usize,
 }
 
 /// How numbers are stored.
@@ -120,14 +150,25 @@ pub(super) fn read(entry: impl Read) -> Result<Array, (NpzFault, usize)> {
     let header = header(&mut entry).map_err(|fault| (fault, 0))?;
     let layout = Layout::of(&header).map_err(|fault| (fault, 0))?;
     let mut columns: Vec<Column> = layout.kinds.iter().map(|kind| Column::of(*kind)).collect();
-    let mut row = vec![0; layout.kinds.iter().map(|kind| kind.bytes).sum()];
-    for k in 0..layout.rows {
-        entry.read_exact(&mut row).map_err(|e| (unreadable(&e), k as usize))?;
-        let mut rest = &row[..];
+    let length: usize = layout.kinds.iter().map(|kind| kind.bytes).sum();
+    let most = (PIECE / length).max(1) as u64;
+    let (mut bytes, mut before) = (Vec::new(), 0);
+    while before < layout.rows {
+        let wanted = most.min(layout.rows - before) as usize * length;
+        bytes.clear();
+        let got = (&mut entry).take(wanted as u64).read_to_end(&mut bytes);
+        let whole = bytes.len() / length;
+        let rows = Rows { bytes: &bytes[..whole * length], length };
+        let mut at = 0;
         for (column, kind) in columns.iter_mut().zip(&layout.kinds) {
-            let (value, behind) = rest.split_at(kind.bytes);
-            column.push(*kind, value).map_err(|fault| (fault, k as usize))?;
-            rest = behind;
+            let extended = column.extend(*kind, &rows, at);
+            extended.map_err(|(fault, fits)| (fault, before as usize + fits))?;
+            at += kind.bytes;
+        }
+        before += whole as u64;
+        got.map_err(|e| (unreadable(&e), before as usize))?;
+        if bytes.len() < wanted {
+            return Err((unreadable(&io::ErrorKind::UnexpectedEof.into()), before as usize));
         }
     }
     // The archive compares its checksum only where an entry ends.

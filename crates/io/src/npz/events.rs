@@ -1,6 +1,6 @@
 //! Which of the numbers of an archive are time, column, row and polarity.
 
-use evpose_core::{Event, Micros, Polarity};
+use evpose_core::{Micros, Polarity};
 
 use super::NpzFault;
 use super::array::{Array, Column};
@@ -115,21 +115,26 @@ impl<'a> Named<'a> {
             Some(1) => Some(Polarity::On),
             _ => None,
         };
-        let value = |what: usize, k: usize| {
+        let read = || {
+            let (t, x) = (all(0, n, time)?, all(1, n, |k| place(x, k))?);
+            let (y, polarity) = (all(2, n, |k| place(y, k))?, all(3, n, polarity)?);
+            Ok(Columns { t, x, y, polarity })
+        };
+        read().map_err(|(what, k): (usize, usize)| {
             let fault = match self.0[what].whole(k) {
                 Some(value) => NpzFault::Value(value),
                 None => NpzFault::Real(self.0[what].real(k).to_string()),
             };
             (what, fault, k)
-        };
-        let event = |k| {
-            Ok(Event {
-                t: time(k).ok_or_else(|| value(0, k))?,
-                x: place(x, k).ok_or_else(|| value(1, k))?,
-                y: place(y, k).ok_or_else(|| value(2, k))?,
-                polarity: polarity(k).ok_or_else(|| value(3, k))?,
-            })
-        };
-        (0..n).map(event).collect()
+        })
     }
+}
+
+/// All `n` values of a column, or which of them is none.
+fn all<T>(
+    what: usize,
+    n: usize,
+    value: impl Fn(usize) -> Option<T>,
+) -> Result<Vec<T>, (usize, usize)> {
+    (0..n).map(|k| value(k).ok_or((what, k))).collect()
 }
