@@ -1,10 +1,10 @@
 //! Recordings of event cameras for the Rerun viewer, as a file or sent to a viewer that runs.
 //!
-//! * [`Recording`]: pictures, the events themselves and their rate, over the time of the sensor.
-//! * [`Moment`]: what one picture shows.
-//! * [`RerunError`]: a file that cannot be written, a viewer that does not answer.
+//! * `Recording`: pictures, the events themselves and their rate, over the time of the sensor.
+//! * `Moment`: what one picture shows.
+//! * `RerunError`: a file that cannot be written, a viewer that does not answer.
 //!
-//! What is seen in the viewer:
+//! What is seen in the viewer, on the timeline `TIMELINE`:
 //!
 //! | entity | what it is |
 //! |---|---|
@@ -13,8 +13,8 @@
 //! | `events/sensor` | the border of the sensor |
 //! | `rate/on`, `rate/off` | events a second since the picture before |
 //!
-//! Times stand on the timeline [`TIMELINE`]. Without the Cargo feature `sdk`, which brings Rerun's
-//! SDK, this crate is empty.
+//! Without the Cargo feature `sdk`, which brings Rerun's SDK, this crate is empty: the names above are
+//! no links for that reason.
 
 #[cfg(feature = "sdk")]
 mod error;

@@ -18,7 +18,7 @@ const APPLICATION: &str = "evpose";
 /// Points of one picture, at most: the viewer draws so many without a pause.
 const MOST_POINTS: usize = 100_000;
 /// How long a viewer may take to answer at first.
-const ANSWER: Duration = Duration::from_secs(5);
+const ANSWER: Duration = Duration::from_secs(10);
 
 /// Pictures, events and rates over time, on their way to a file or a viewer.
 ///
