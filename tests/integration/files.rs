@@ -116,7 +116,8 @@ fn a_page_begins_where_most_happens() {
         text += "700 2 2 1\n";
     }
     std::fs::write(sandbox.path("burst.txt"), text + "999 1 1 1\n").unwrap();
-    sandbox.ok(&["view", "burst.txt", "--out", "burst.html", "--pictures", "10"]);
+    let of_a_picture = ["--pictures", "10", "--window-ms", "0.1"];
+    sandbox.ok(&[["view", "burst.txt", "--out", "burst.html"], of_a_picture].concat());
     let page = String::from_utf8(bytes(&sandbox.path("burst.html"))).unwrap();
     assert!(
         page.contains("0.001 s, 9 events") && page.contains("value=\"7\""),

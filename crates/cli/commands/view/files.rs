@@ -32,7 +32,7 @@ pub(super) fn sheet(shots: &Shots) -> Result<Vec<u8>> {
 
 /// All pictures one after the other, for ever. A program that knows no animation shows the busiest.
 pub(super) fn animation(shots: &Shots, fps: f64) -> Result<Vec<u8>> {
-    let still = captioned(shots.shots.get(shots.busiest().0).context("no pictures")?);
+    let still = captioned(shots.shots.get(shots.busiest()).context("no pictures")?);
     let (width, height) = still.dimensions();
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, width, height);

@@ -40,7 +40,7 @@ pub(super) fn page(shots: &Shots, args: &ViewArgs) -> Result<Vec<u8>> {
 }
 
 fn player(shots: &Shots) -> Result<String> {
-    let (begin, _) = shots.busiest();
+    let begin = shots.busiest();
     let (Some(shown), Some(last)) = (shots.shots.get(begin), shots.shots.last()) else {
         return Ok(String::new());
     };
@@ -67,8 +67,7 @@ fn player(shots: &Shots) -> Result<String> {
 
 /// Events a second between pictures, as a filled curve.
 fn rate(shots: &Shots) -> String {
-    let (_, most) = shots.busiest();
-    let most = most.max(1) as f64;
+    let most = shots.most_events().max(1) as f64;
     let step = WIDTH / shots.shots.len() as f64;
     let mut path = format!("M0 {HEIGHT}");
     for (k, shot) in shots.shots.iter().enumerate() {
@@ -119,6 +118,6 @@ fn script(shots: &Shots, fps: f64) -> Result<String> {
          if(e.key=='ArrowRight')show(k+1);if(e.key=='ArrowLeft')show(k-1);\
          if(e.key==' '){{e.preventDefault();play()}}}};show({})</script>",
         1000.0 / fps,
-        shots.busiest().0
+        shots.busiest()
     ))
 }

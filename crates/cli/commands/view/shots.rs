@@ -1,5 +1,7 @@
 //! Pictures of a recording at moments that lie evenly in time.
 
+use std::cmp::Reverse;
+
 use anyhow::{Context, Result, ensure};
 use evpose_core::{EventStream, Micros, SensorSize, TimeWindow};
 use evpose_io::{SensorOrigin, Windows};
@@ -151,18 +153,25 @@ impl Shots {
         Ok(Self { reel, shots })
     }
 
-    /// The picture to begin with, where most happens, and its events.
+    /// The picture to begin with: the one that shows most events.
     ///
-    /// Not the first one if there are others: simulated recordings begin with a burst of all pixels.
-    pub(super) fn busiest(&self) -> (usize, usize) {
-        let mut busiest = (0, 0);
-        for (k, shot) in self.shots.iter().enumerate() {
-            let is_first_other = busiest.0 == 0 && shot.events > 0;
-            if is_first_other || shot.events > busiest.1 {
-                busiest = (k, shot.events);
-            }
-        }
-        busiest
+    /// Those of the first one do not count: simulated recordings begin with a burst of all pixels.
+    pub(super) fn busiest(&self) -> usize {
+        let shown = ((self.reel.length.0 - 1) / self.reel.every.0 + 1) as usize;
+        let events = |k: usize| -> usize {
+            let first = (k + 1).saturating_sub(shown).max(1);
+            self.shots.get(first..=k).into_iter().flatten().map(|shot| shot.events).sum()
+        };
+        (0..self.shots.len()).max_by_key(|&k| (events(k), Reverse(k))).unwrap_or(0)
+    }
+
+    /// The most events of a picture, the first one aside if there are others with any.
+    pub(super) fn most_events(&self) -> usize {
+        let (first, others) = self
+            .shots
+            .split_first()
+            .map_or((0, [].as_slice()), |(first, others)| (first.events, others));
+        others.iter().map(|shot| shot.events).max().filter(|&most| most > 0).unwrap_or(first)
     }
 }
 
