@@ -1,7 +1,7 @@
 //! The project's checks, the same on a laptop and in CI.
 //!
 //! `cargo xtask ci` runs what every change must pass; `cargo xtask slow` the checks that need the
-//! optional devices built. The last line is the total of all tests.
+//! optional devices and Rerun's SDK built. The last line is the total of all tests.
 
 use std::io::{BufRead, BufReader};
 use std::process::{Command, ExitCode, Stdio};
@@ -54,6 +54,11 @@ const SLOW: &[Step] = &[
         args: &["test", "--release", "--package", "evpose-nn", "--features", "ndarray"],
         env: &[],
     },
+    Step {
+        why: "files for the Rerun viewer, whose SDK takes minutes to build",
+        args: &["test", "--package", "evpose-rerun", "--features", "sdk"],
+        env: &[],
+    },
     Step { why: "wgpu compiles", args: &["check", "--features", "wgpu"], env: &[] },
     Step {
         // A dependency fetches a compiler when it builds, except for documentation.
@@ -66,7 +71,7 @@ const SLOW: &[Step] = &[
 const USAGE: &str = "usage: cargo xtask ci|slow
 
   ci    formatting, lints, documentation, all tests, what the benchmark is built from (what CI runs)
-  slow  the ndarray agreement test; wgpu and cuda compile";
+  slow  the ndarray agreement test; files for Rerun; wgpu and cuda compile";
 
 struct Step {
     why: &'static str,

@@ -7,21 +7,28 @@ use crate::commands::opening::RecordingArgs;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  evpose view rec.aedat4 --out view.html\n  \
     evpose view rec.raw --of lnes --window-ms 100 --from 2 --to 3 --out sheet.png\n  \
-    evpose view rec.npz --of eros --pictures 200 --out eros.apng\n\n\
+    evpose view rec.npz --of eros --pictures 200 --out eros.apng\n  \
+    evpose view rec.npz --out rec.rrd\n  \
+    evpose view rec.npz --rerun=192.168.0.7:9876\n\n\
     The page has a slider, plays by itself, and needs nothing beside it. Blue is ON, red is OFF.")]
 pub(crate) struct ViewArgs {
     #[command(flatten)]
     pub(crate) recording: RecordingArgs,
-    /// Where to write: .html (a page with a slider), .png (a sheet) or .apng (an animation)
-    #[arg(long)]
-    pub(crate) out: PathBuf,
+    /// Where to write: .html (a page with a slider), .png (a sheet), .apng (an animation) or .rrd
+    /// (for the Rerun viewer; feature `rerun`)
+    #[arg(long, required_unless_present = "rerun", conflicts_with = "rerun")]
+    pub(crate) out: Option<PathBuf>,
+    /// Send it to a Rerun viewer that runs, by default on this machine (feature `rerun`)
+    #[arg(long, value_name = "HOST:PORT", num_args = 0..=1, require_equals = true)]
+    pub(crate) rerun: Option<Option<String>>,
     /// What to show: `events`, or a representation such as lnes or eros
     #[arg(long, default_value = "events")]
     pub(crate) of: String,
     /// How long an event is shown, in milliseconds
     #[arg(long, default_value_t = 33.0)]
     pub(crate) window_ms: f64,
-    /// Number of pictures, evenly over the time shown [default: 12 on a sheet, 100 otherwise]
+    /// Number of pictures, evenly over the time shown [default: 12 on a sheet, 300 in
+    /// Rerun, 100 otherwise]
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=2000))]
     pub(crate) pictures: Option<u32>,
     /// Begin so many seconds after the first event

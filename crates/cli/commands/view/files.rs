@@ -3,8 +3,13 @@
 use anyhow::{Context, Result};
 use image::{ExtendedColorType, ImageEncoder as _, RgbImage};
 
+use super::caption::captioned;
 use super::shots::Shots;
 use crate::report::contact_sheet;
+
+/// Wider sheets are hard to look at: they have fewer columns.
+const SHEET_WIDTH_PX: u32 = 2600;
+const MOST_COLUMNS: u32 = 4;
 
 /// An image as PNG.
 pub(super) fn png(image: &RgbImage) -> Result<Vec<u8>> {
@@ -19,23 +24,27 @@ pub(super) fn png(image: &RgbImage) -> Result<Vec<u8>> {
 
 /// All pictures beside each other, from left to right and top to bottom.
 pub(super) fn sheet(shots: &Shots) -> Result<Vec<u8>> {
-    let images: Vec<RgbImage> = shots.shots.iter().map(|shot| shot.image.clone()).collect();
-    let columns = if images.len() <= 4 { images.len().max(1) } else { 4 };
-    png(&contact_sheet(&images, columns))
+    let images: Vec<RgbImage> = shots.shots.iter().map(captioned).collect();
+    let width = images.first().context("no pictures")?.width();
+    let columns = (SHEET_WIDTH_PX / width).clamp(1, MOST_COLUMNS) as usize;
+    png(&contact_sheet(&images, columns.min(images.len())))
 }
 
-/// All pictures one after the other, for ever. A program that knows no animation shows the first.
+/// All pictures one after the other, for ever. A program that knows no animation shows the busiest.
 pub(super) fn animation(shots: &Shots, fps: f64) -> Result<Vec<u8>> {
-    let (width, height) = shots.shots.first().context("no pictures")?.image.dimensions();
+    let still = captioned(shots.shots.get(shots.busiest()).context("no pictures")?);
+    let (width, height) = still.dimensions();
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, width, height);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_animated(shots.shots.len() as u32, 0)?;
+    encoder.set_sep_def_img(true)?;
     encoder.set_frame_delay((1000.0 / fps).round().max(1.0) as u16, 1000)?;
     let mut writer = encoder.write_header()?;
+    writer.write_image_data(still.as_raw())?;
     for shot in &shots.shots {
-        writer.write_image_data(shot.image.as_raw())?;
+        writer.write_image_data(captioned(shot).as_raw())?;
     }
     writer.finish()?;
     Ok(bytes)

@@ -1,9 +1,11 @@
 //! `evpose view`: a recording to look at.
 
 mod args;
+mod caption;
 mod files;
 mod page;
 mod picture;
+mod rerun;
 mod shots;
 
 use std::path::Path;
@@ -12,7 +14,7 @@ use anyhow::{Result, bail};
 use evpose_core::atomic_write;
 
 pub(crate) use args::ViewArgs;
-use shots::Shots;
+use shots::{Reel, Shots};
 
 use crate::progress::say;
 
@@ -31,16 +33,17 @@ const TARGETS: [Target; 3] = [
 ];
 
 pub(crate) fn run(args: &ViewArgs) -> Result<()> {
-    let target = target(&args.out)?;
     if !(args.fps > 0.0 && args.fps <= 1000.0) {
         bail!("--fps {}: expected 0 to 1000 pictures a second", args.fps);
     }
-    let shots = Shots::take(args, args.pictures.unwrap_or(target.pictures))?;
-    for warning in &shots.warnings {
-        say(format!("warning   {warning}"));
+    let Some(out) = &args.out else { return rerun::send(args) };
+    if out.extension().is_some_and(|ending| ending == rerun::ENDING) {
+        return rerun::write(args, out);
     }
-    atomic_write(&args.out, &(target.make)(&shots, args)?)?;
-    say(format!("{}: {} of {}", args.out.display(), shots.summary(), shots.name));
+    let target = target(out)?;
+    let shots = Shots::take(Reel::open(args, args.pictures.unwrap_or(target.pictures))?)?;
+    atomic_write(out, &(target.make)(&shots, args)?)?;
+    report(&shots.reel, &out.display().to_string());
     Ok(())
 }
 
@@ -48,6 +51,14 @@ fn target(out: &Path) -> Result<&'static Target> {
     let ending = out.extension().unwrap_or_default();
     match TARGETS.iter().find(|target| ending == target.ending) {
         Some(target) => Ok(target),
-        None => bail!("{}: the name should end in .html, .png or .apng", out.display()),
+        None => bail!("{}: the name should end in .html, .png, .apng or .rrd", out.display()),
     }
+}
+
+/// What was shown, and where.
+fn report(reel: &Reel, place: &str) {
+    for warning in reel.warnings() {
+        say(format!("warning   {warning}"));
+    }
+    say(format!("{place}: {} of {}", reel.summary(), reel.name));
 }

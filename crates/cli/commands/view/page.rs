@@ -14,63 +14,75 @@ use crate::report::html::{Page, escape};
 /// Size of the curve below the picture, in pixels of the page.
 const WIDTH: f64 = 1000.0;
 const HEIGHT: f64 = 70.0;
+/// How high the busiest picture is.
+const CURVE: f64 = 56.0;
+/// Everything above and below the picture, which leaves the picture what the window has beside it;
+/// but no less than a width at which it can be seen.
+const BESIDE_PX: u32 = 330;
+const LEAST_PX: u32 = 240;
 
 /// The whole page.
 pub(super) fn page(shots: &Shots, args: &ViewArgs) -> Result<Vec<u8>> {
     let subtitle = format!(
         "{} of a {} sensor: {}. The first event is at {:.6} s of the file's clock.",
         args.of,
-        shots.sensor,
-        shots.summary(),
-        shots.origin.as_seconds()
+        shots.reel.sensor,
+        shots.reel.summary(),
+        shots.reel.origin.as_seconds()
     );
-    let mut page = Page::new(&shots.name, &subtitle);
-    for warning in &shots.warnings {
+    let mut page = Page::new(&shots.reel.name, &subtitle);
+    page.markup(&player(shots)?);
+    for warning in &shots.reel.warnings() {
         page.markup(&format!("<p class=\"soft\">Warning: {}</p>", escape(warning)));
     }
-    page.markup(&player(shots)?);
     page.markup(&script(shots, args.fps)?);
     Ok(page.finish().into_bytes())
 }
 
 fn player(shots: &Shots) -> Result<String> {
-    let (Some(first), Some(last)) = (shots.shots.first(), shots.shots.last()) else {
+    let begin = shots.busiest();
+    let (Some(shown), Some(last)) = (shots.shots.get(begin), shots.shots.last()) else {
         return Ok(String::new());
     };
+    let (width, height) = shown.image.dimensions();
     Ok(format!(
-        "<style>.view{{width:min(100%,{WIDTH}px)}}.view img{{width:100%;display:block}}\
+        "<style>.view{{width:min(100%,{WIDTH}px)}}.view img{{display:block;height:auto;\
+         width:min(100%,max({LEAST_PX}px,(100vh - {BESIDE_PX}px)*{width}/{height}))}}\
          .view input{{width:100%;margin:8px 0 0}}.view svg{{width:100%;height:{HEIGHT}px;\
          background:#fff;border:1px solid var(--line)}}.view button{{font:inherit;padding:2px 14px}}\
-         </style>\n<div class=\"view\"><img id=\"shot\" alt=\"{}\" src=\"data:image/png;base64,{}\">\n\
-         <input id=\"time\" type=\"range\" min=\"0\" max=\"{}\" value=\"0\" aria-label=\"time\">\n{}\n\
+         .view p{{margin:2px 0 6px;max-width:none}}</style>\n\
+         <div class=\"view\"><img id=\"shot\" alt=\"{}\" src=\"data:image/png;base64,{}\">\n\
+         <input id=\"time\" type=\"range\" min=\"0\" max=\"{}\" value=\"{begin}\" aria-label=\"time\">\n\
          <p><button id=\"play\">play</button> <span id=\"said\">{:.3} s, {} events</span> \
-         <span class=\"soft\">of {:.3} s; arrow keys step, space plays; below: events a second</span></p></div>",
-        escape(&shots.name),
-        STANDARD.encode(png(&first.image)?),
+         <span class=\"soft\">of {:.3} s; arrow keys step, space plays</span></p>\n{}</div>",
+        escape(&shots.reel.name),
+        STANDARD.encode(png(&shown.image)?),
         shots.shots.len() - 1,
-        rate(shots),
-        first.t.as_seconds(),
-        first.events,
+        shown.t.as_seconds(),
+        shown.events,
         last.t.as_seconds(),
+        rate(shots),
     ))
 }
 
 /// Events a second between pictures, as a filled curve.
 fn rate(shots: &Shots) -> String {
-    let most = shots.shots.iter().map(|shot| shot.events).max().unwrap_or(0).max(1) as f64;
+    let most = shots.most_events().max(1) as f64;
     let step = WIDTH / shots.shots.len() as f64;
     let mut path = format!("M0 {HEIGHT}");
     for (k, shot) in shots.shots.iter().enumerate() {
-        let y = HEIGHT - (HEIGHT - 14.0) * shot.events as f64 / most;
+        // A burst in the first picture may be far higher than all others.
+        let share = (shot.events as f64 / most).min(HEIGHT / CURVE);
+        let y = HEIGHT - CURVE * share;
         // Writing to a string does not fail.
         let _ = write!(path, "V{y:.1}H{:.1}", (k + 1) as f64 * step);
     }
-    let per_second = most / shots.every.as_seconds();
+    let per_second = most / shots.reel.every.as_seconds();
     format!(
         "<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" preserveAspectRatio=\"none\">\
          <path d=\"{path}V{HEIGHT}Z\" fill=\"#b9c4d6\"/>\
          <rect id=\"now\" x=\"0\" y=\"0\" width=\"{:.1}\" height=\"{HEIGHT}\" fill=\"#d55e00\" \
-         fill-opacity=\"0.45\"/></svg><p class=\"soft\">highest: {} events a second</p>",
+         fill-opacity=\"0.45\"/></svg><p class=\"soft\">events a second, {} at most after the first picture</p>",
         step.max(2.0),
         amount(per_second)
     )
@@ -104,7 +116,8 @@ fn script(shots: &Shots, fps: f64) -> Result<String> {
          at('time').oninput=()=>show(+at('time').value);at('play').onclick=play;\n\
          document.onkeydown=e=>{{if(e.target.tagName=='INPUT')return;\
          if(e.key=='ArrowRight')show(k+1);if(e.key=='ArrowLeft')show(k-1);\
-         if(e.key==' '){{e.preventDefault();play()}}}};show(0)</script>",
-        1000.0 / fps
+         if(e.key==' '){{e.preventDefault();play()}}}};show({})</script>",
+        1000.0 / fps,
+        shots.busiest()
     ))
 }

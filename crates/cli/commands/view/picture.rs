@@ -16,13 +16,27 @@ const NEGATIVE: [f32; 3] = [200.0, 50.0, 60.0];
 const INK: [f32; 3] = [20.0, 24.0, 32.0];
 
 /// How planes are drawn.
+#[derive(Clone, Copy)]
 pub(super) struct Palette {
-    pub(super) sensor: SensorSize,
+    sensor: SensorSize,
     /// Whether values are between 0 and 1 already.
-    pub(super) is_events: bool,
+    is_events: bool,
+    /// Sides of a pixel of the sensor, in pixels of the picture.
+    scale: u32,
 }
 
 impl Palette {
+    pub(super) fn new(sensor: SensorSize, is_events: bool) -> Self {
+        let scale = LEAST_WIDTH_PX.div_ceil(u32::from(sensor.width));
+        Self { sensor, is_events, scale }
+    }
+
+    /// As large as the sensor, for programs that enlarge by themselves.
+    #[cfg(feature = "rerun")]
+    pub(super) fn unscaled(self) -> Self {
+        Self { scale: 1, ..self }
+    }
+
     /// `planes`, `[channels][height][width]`: two as OFF and ON over each other, others beside each
     /// other.
     pub(super) fn draw(&self, planes: &[f32]) -> RgbImage {
@@ -36,10 +50,9 @@ impl Palette {
         };
         let planes: Vec<Plane<f32>> =
             planes.chunks_exact(self.sensor.pixels()).map(scaled).collect();
-        let scale = LEAST_WIDTH_PX.div_ceil(u32::from(self.sensor.width));
         match planes.as_slice() {
-            [off, on] => Canvas::events(on, off, scale).into_image(),
-            planes => beside(planes, scale),
+            [off, on] => Canvas::events(on, off, self.scale).into_image(),
+            planes => beside(planes, self.scale),
         }
     }
 }
@@ -85,7 +98,7 @@ mod tests {
 
     #[test]
     fn one_plane_is_ink_two_are_polarities_and_five_stand_beside_each_other() {
-        let palette = Palette { sensor: SENSOR, is_events: false };
+        let palette = Palette::new(SENSOR, false);
         let draw = |channels: usize, value: f32| {
             let mut planes = vec![0.0; channels * SENSOR.pixels()];
             planes[0] = value;

@@ -1,9 +1,11 @@
 //! Pictures of a recording at moments that lie evenly in time.
 
+use std::cmp::Reverse;
+
 use anyhow::{Context, Result, ensure};
 use evpose_core::{EventStream, Micros, SensorSize, TimeWindow};
 use evpose_io::{SensorOrigin, Windows};
-use evpose_repr::{ChannelOrder, StreamWindow, representation_called};
+use evpose_repr::{ChannelOrder, Representation, StreamWindow, representation_called};
 use image::RgbImage;
 
 use super::ViewArgs;
@@ -12,6 +14,117 @@ use crate::progress::bar;
 
 /// What plain events are drawn as.
 const EVENTS: &str = "events";
+
+/// A recording that is ready to be shown.
+pub(super) struct Reel {
+    pub(super) name: String,
+    pub(super) sensor: SensorSize,
+    /// From one picture to the next.
+    pub(super) every: Micros,
+    /// The time of the first event, as the file counts.
+    pub(super) origin: Micros,
+    pub(super) palette: Palette,
+    pictures: u32,
+    start: Micros,
+    /// How long an event is shown.
+    length: Micros,
+    windows: Windows,
+    representation: Box<dyn Representation>,
+}
+
+/// What is to be shown at one time.
+pub(super) struct Moment<'a> {
+    /// After the first event of the recording.
+    pub(super) t: Micros,
+    /// What happened since the moment before.
+    pub(super) events: &'a EventStream,
+    /// The representation, for [`Palette`].
+    pub(super) planes: &'a [f32],
+}
+
+impl Reel {
+    pub(super) fn open(args: &ViewArgs, pictures: u32) -> Result<Self> {
+        let input = &args.recording.input;
+        let options = args.recording.opening.options();
+        let mut windows = Windows::open(input, &options)?;
+        let origin = windows.start().with_context(|| format!("{}: no events", input.display()))?;
+        let sensor = windows.sensor();
+        let (start, end) = span(args, origin, &mut windows)?;
+        let every = Micros(((end.0 - start.0) / i64::from(pictures)).max(1));
+        let length = Micros::from_seconds(args.window_ms * 1e-3);
+        let window = StreamWindow::new(sensor, length, ChannelOrder::OffFirst)?;
+        let is_events = args.of == EVENTS;
+        let representation = representation_called(if is_events { "lnes" } else { &args.of })?;
+        let representation = representation.start(window);
+        let palette = Palette::new(sensor, is_events);
+        let name = input.file_name().unwrap_or(input.as_os_str()).to_string_lossy().into_owned();
+        Ok(Self {
+            name,
+            sensor,
+            every,
+            origin,
+            palette,
+            pictures,
+            start,
+            length,
+            windows,
+            representation,
+        })
+    }
+
+    /// Reads the recording up to the last picture, and has every moment shown.
+    pub(super) fn play(&mut self, mut show: impl FnMut(&Moment<'_>) -> Result<()>) -> Result<()> {
+        let mut planes = vec![0.0; self.representation.channels() * self.sensor.pixels()];
+        let mut events = EventStream::empty(self.sensor);
+        let progress = bar("pictures", u64::from(self.pictures), "pictures");
+        // What the first picture shows began before it.
+        let mut read_to = Micros(self.start.0 - self.length.0);
+        for k in 1..=i64::from(self.pictures) {
+            let t = Micros(self.start.0 + k * self.every.0);
+            self.windows.read(TimeWindow { start: read_to, end: t }, &mut events)?;
+            self.representation.push(&events);
+            self.representation.advance(t);
+            self.representation.render(&mut planes);
+            if read_to < self.start {
+                events = events.slice(TimeWindow { start: self.start, end: t });
+            }
+            read_to = t;
+            show(&Moment { t: t - self.origin, events: &events, planes: &planes })?;
+            progress.inc(1);
+        }
+        progress.finish_and_clear();
+        Ok(())
+    }
+
+    /// What is odd about the recording, as far as it was read.
+    pub(super) fn warnings(&self) -> Vec<String> {
+        let mut warnings = Vec::new();
+        if self.windows.sensor_origin() == SensorOrigin::Inferred {
+            warnings.push(format!(
+                "the file does not state its sensor: {} holds its first events; --sensor says what \
+                 it was",
+                self.sensor
+            ));
+        }
+        let outside = self.windows.rejected().outside_sensor;
+        if outside > 0 {
+            warnings.push(format!("{outside} events lie outside the sensor: not shown"));
+        }
+        warnings.extend(self.windows.remarks());
+        warnings
+    }
+
+    /// What there is, in words.
+    pub(super) fn summary(&self) -> String {
+        let last = Micros(self.start.0 + i64::from(self.pictures) * self.every.0) - self.origin;
+        format!(
+            "{} pictures, one every {:.3} ms up to {:.3} s",
+            self.pictures,
+            self.every.0 as f64 * 1e-3,
+            last.as_seconds()
+        )
+    }
+}
 
 /// One picture.
 pub(super) struct Shot {
@@ -22,77 +135,43 @@ pub(super) struct Shot {
     pub(super) image: RgbImage,
 }
 
-/// All of them.
+/// All of them, for files that hold them together.
 pub(super) struct Shots {
-    pub(super) name: String,
-    pub(super) sensor: SensorSize,
-    /// From one to the next.
-    pub(super) every: Micros,
-    /// The time of the first event, as the file counts.
-    pub(super) origin: Micros,
+    pub(super) reel: Reel,
     pub(super) shots: Vec<Shot>,
-    pub(super) warnings: Vec<String>,
 }
 
 impl Shots {
-    /// Reads the recording up to the last picture.
-    pub(super) fn take(args: &ViewArgs, pictures: u32) -> Result<Self> {
-        let input = &args.recording.input;
-        let options = args.recording.opening.options();
-        let mut windows = Windows::open(input, &options)?;
-        let origin = windows.start().with_context(|| format!("{}: no events", input.display()))?;
-        let sensor = windows.sensor();
-        let mut warnings = Vec::new();
-        if windows.sensor_origin() == SensorOrigin::Inferred {
-            warnings.push(format!(
-                "the file does not state its sensor: {sensor} holds its first events; --sensor says \
-                 what it was"
-            ));
-        }
-        let (start, end) = span(args, origin, &mut windows)?;
-        let every = Micros(((end.0 - start.0) / i64::from(pictures)).max(1));
-        let length = Micros::from_seconds(args.window_ms * 1e-3);
-        let window = StreamWindow::new(sensor, length, ChannelOrder::OffFirst)?;
-        let name = if args.of == EVENTS { "lnes" } else { &args.of };
-        let representation = representation_called(name)?;
-        let mut representation = representation.start(window);
-        let mut planes = vec![0.0; representation.channels() * sensor.pixels()];
-        let palette = Palette { sensor, is_events: args.of == EVENTS };
-        let mut events = EventStream::empty(sensor);
-        let progress = bar("pictures", u64::from(pictures), "pictures");
+    pub(super) fn take(mut reel: Reel) -> Result<Self> {
         let mut shots = Vec::new();
-        // What the first picture shows began before it.
-        let mut read_to = Micros(start.0 - length.0);
-        for k in 1..=i64::from(pictures) {
-            let t = Micros(start.0 + k * every.0);
-            windows.read(TimeWindow { start: read_to, end: t }, &mut events)?;
-            read_to = t;
-            representation.push(&events);
-            representation.advance(t);
-            representation.render(&mut planes);
-            let image = palette.draw(&planes);
-            shots.push(Shot { t: t - origin, events: events.len(), image });
-            progress.inc(1);
-        }
-        progress.finish_and_clear();
-        let outside = windows.rejected().outside_sensor;
-        if outside > 0 {
-            warnings.push(format!("{outside} events lie outside the sensor: not shown"));
-        }
-        warnings.extend(windows.remarks());
-        let name = input.file_name().unwrap_or(input.as_os_str()).to_string_lossy().into_owned();
-        Ok(Self { name, sensor, every, origin, shots, warnings })
+        let palette = reel.palette;
+        reel.play(|moment| {
+            let image = palette.draw(moment.planes);
+            shots.push(Shot { t: moment.t, events: moment.events.len(), image });
+            Ok(())
+        })?;
+        Ok(Self { reel, shots })
     }
 
-    /// What there is, in words.
-    pub(super) fn summary(&self) -> String {
-        let last = self.shots.last().map_or(Micros(0), |shot| shot.t);
-        format!(
-            "{} pictures, one every {:.3} ms up to {:.3} s",
-            self.shots.len(),
-            self.every.0 as f64 * 1e-3,
-            last.as_seconds()
-        )
+    /// The picture to begin with: the one that shows most events.
+    ///
+    /// Those of the first one do not count: simulated recordings begin with a burst of all pixels.
+    pub(super) fn busiest(&self) -> usize {
+        let shown = ((self.reel.length.0 - 1) / self.reel.every.0 + 1) as usize;
+        let events = |k: usize| -> usize {
+            let first = (k + 1).saturating_sub(shown).max(1);
+            self.shots.get(first..=k).into_iter().flatten().map(|shot| shot.events).sum()
+        };
+        (0..self.shots.len()).max_by_key(|&k| (events(k), Reverse(k))).unwrap_or(0)
+    }
+
+    /// The most events of a picture, the first one aside if there are others with any.
+    pub(super) fn most_events(&self) -> usize {
+        let (first, others) = self
+            .shots
+            .split_first()
+            .map_or((0, [].as_slice()), |(first, others)| (first.events, others));
+        others.iter().map(|shot| shot.events).max().filter(|&most| most > 0).unwrap_or(first)
     }
 }
 

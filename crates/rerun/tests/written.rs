@@ -1,0 +1,125 @@
+//! What is written is what the SDK reads, under the names that are documented.
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io::BufReader;
+use std::path::Path;
+
+use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
+use evpose_rerun::{Moment, Recording, RerunError, Sent, TIMELINE};
+use re_sdk::StoreKind;
+use re_sdk::external::re_log_encoding::DecoderApp;
+use re_sdk::log::{Chunk, LogMsg};
+
+const SENSOR: SensorSize = SensorSize { width: 8, height: 6 };
+const EVERY: Micros = Micros(1_000);
+const MOMENTS: i64 = 5;
+
+/// A dot that goes to the right, ON before it and OFF behind it; two of three events are ON.
+fn events(moment: i64) -> EventStream {
+    let column = moment as u16 + 1;
+    let at = |k: i64, x, polarity| Event { t: Micros(moment * EVERY.0 + k), x, y: 2, polarity };
+    let events = [
+        at(0, column, Polarity::On),
+        at(1, column, Polarity::On),
+        at(2, column - 1, Polarity::Off),
+    ];
+    EventStream::from_events(SENSOR, events).unwrap()
+}
+
+fn send(recording: &mut Recording, moment: i64, events: &EventStream) {
+    let t = Micros((moment + 1) * EVERY.0);
+    let moment = Moment { t, length: EVERY, events, picture: b"a picture" };
+    recording.send(&moment).unwrap();
+}
+
+/// Of every entity: rows in time, their latest time in ns, and the values of its components.
+type Entities = BTreeMap<String, (usize, i64, usize)>;
+
+fn read(path: &Path) -> Entities {
+    let mut entities = Entities::new();
+    let file = BufReader::new(File::open(path).unwrap());
+    for message in DecoderApp::decode_eager(file).unwrap() {
+        let LogMsg::ArrowMsg(store, message) = message.unwrap() else { continue };
+        if store.kind() != StoreKind::Recording {
+            continue;
+        }
+        let chunk = Chunk::from_arrow_msg(&message).unwrap();
+        let (rows, last, values) = entities.entry(chunk.entity_path().to_string()).or_default();
+        for (name, times) in chunk.timelines() {
+            assert_eq!(name.as_str(), TIMELINE, "the only timeline");
+            *rows += times.times_raw().len();
+            *last = times.times_raw().iter().copied().fold(*last, i64::max);
+        }
+        if !chunk.is_static() {
+            *values +=
+                chunk.components().list_arrays().map(|list| list.values().len()).sum::<usize>();
+        }
+    }
+    entities
+}
+
+#[test]
+fn a_file_holds_every_picture_event_and_rate_at_the_time_of_the_sensor() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("dot.rrd");
+    let mut recording = Recording::create(&path, "dot", SENSOR).unwrap();
+    for moment in 0..MOMENTS {
+        send(&mut recording, moment, &events(moment));
+    }
+    assert!(!path.exists(), "half a file is not seen");
+    assert_eq!(recording.finish().unwrap(), Sent { events: 15, points: 15 });
+    assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 1, "no temporary file stays");
+
+    let entities = read(&path);
+    let end_ns = MOMENTS * EVERY.0 * 1000;
+    // A picture has its bytes and its type.
+    for (name, values) in [
+        ("/picture", 10),
+        ("/events/on", 10),
+        ("/events/off", 5),
+        ("/rate/on", 5),
+        ("/rate/off", 5),
+    ] {
+        assert_eq!(entities[name], (MOMENTS as usize, end_ns, values), "{name}");
+    }
+    assert_eq!(entities["/events/sensor"].0, 0, "the sensor is the same at all times");
+}
+
+#[test]
+fn of_very_many_events_every_second_is_a_point() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("many.rrd");
+    let many = (0..150_000).map(|k| Event { t: Micros(k), x: 1, y: 1, polarity: Polarity::On });
+    let many = EventStream::from_events(SENSOR, many).unwrap();
+    let mut recording = Recording::create(&path, "many", SENSOR).unwrap();
+    send(&mut recording, 0, &many);
+    assert_eq!(recording.finish().unwrap(), Sent { events: 150_000, points: 75_000 });
+    assert_eq!(read(&path)["/events/on"].2, 75_000);
+}
+
+#[test]
+fn a_recording_that_is_given_up_leaves_nothing() {
+    let directory = tempfile::tempdir().unwrap();
+    let mut recording = Recording::create(&directory.path().join("a.rrd"), "a", SENSOR).unwrap();
+    send(&mut recording, 0, &events(0));
+    drop(recording);
+    assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 0);
+}
+
+#[test]
+fn a_place_that_cannot_be_written_and_an_address_that_is_none_are_said() {
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("file");
+    fs::write(&file, "").unwrap();
+    let refused = Recording::create(&file.join("a.rrd"), "a", SENSOR).err().unwrap();
+    assert!(matches!(refused, RerunError::File { .. }), "{refused}");
+    assert!(refused.to_string().contains("a.rrd"), "{refused}");
+
+    let refused = Recording::connect(Some("no place"), "a", SENSOR).err().unwrap();
+    assert!(refused.to_string().contains("expected HOST:PORT"), "{refused}");
+    // Nothing listens on port 1.
+    let refused = Recording::connect(Some("127.0.0.1:1"), "a", SENSOR).err().unwrap();
+    assert!(matches!(refused, RerunError::Viewer { .. }), "{refused}");
+}
