@@ -193,6 +193,23 @@ impl IoError {
         matches!(self, Self::Damaged { .. })
     }
 
+    /// Where in the file the fault is, if what the file holds is at fault and the fault has a place.
+    ///
+    /// What a file lacks as a whole (an array, a camera) has none, and neither have files that could
+    /// not be read at all or cannot be written.
+    pub fn byte(&self) -> Option<u64> {
+        match self {
+            Self::Evc { byte, .. }
+            | Self::Damaged { byte, .. }
+            | Self::Meta { byte, .. }
+            | Self::NotAnArchive { byte, .. }
+            | Self::Npz { byte, .. } => Some(*byte),
+            // Recognised by how it begins.
+            Self::UnknownFormat { .. } => Some(0),
+            _ => None,
+        }
+    }
+
     /// The same damage with `events` readable before it.
     pub(crate) fn behind(mut self, count: u64) -> Self {
         if let Self::Damaged { events, .. } = &mut self {

@@ -18,6 +18,9 @@ enum Item {
 /// every byte would otherwise take a hundred times its length in memory.
 const MOST_VALUES: usize = 1 << 21;
 
+/// Bytes of names of modules and classes that are copied from texts. A few dozen are usual.
+const MOST_COPIED: usize = 1 << 20;
+
 /// A program and how far it has run.
 pub(crate) struct Machine<'a> {
     bytes: &'a [u8],
@@ -27,6 +30,8 @@ pub(crate) struct Machine<'a> {
     pub(crate) nodes: Vec<Node>,
     stack: Vec<Item>,
     memo: Vec<Option<Id>>,
+    /// Bytes of texts that were copied into names.
+    copied: usize,
 }
 
 type Step<T> = Result<T, String>;
@@ -34,7 +39,7 @@ type Step<T> = Result<T, String>;
 impl<'a> Machine<'a> {
     /// The program that begins at byte `start`.
     pub(crate) fn new(bytes: &'a [u8], start: usize) -> Self {
-        Self { bytes, at: start, nodes: Vec::new(), stack: Vec::new(), memo: Vec::new() }
+        Self { bytes, at: start, nodes: Vec::new(), stack: Vec::new(), memo: Vec::new(), copied: 0 }
     }
 
     /// Executes one opcode; the root at the last one.
@@ -342,10 +347,17 @@ impl<'a> Machine<'a> {
         Ok(top)
     }
 
+    /// A copy of a text. One text can be named again and again: copies count.
     fn pop_text(&mut self) -> Step<String> {
         let id = self.pop()?;
         match &self.nodes[id.0] {
-            Node::Text(text) => Ok(text.clone()),
+            Node::Text(text) => {
+                self.copied += text.len();
+                if self.copied > MOST_COPIED {
+                    return Err(format!("more than {MOST_COPIED} bytes of names of classes"));
+                }
+                Ok(text.clone())
+            }
             _ => Err("a text was expected on the stack".to_owned()),
         }
     }

@@ -206,6 +206,16 @@ fn a_program_of_nothing_but_values_stops_at_a_limit() {
     assert!(error.to_string().contains("more than 2097152 values"), "{error}");
 }
 
+#[test]
+fn a_text_that_is_named_again_and_again_does_not_fill_the_memory() {
+    // One long text; then, in six bytes each, classes whose module and name it is.
+    let mut bytes =
+        [b"\x80\x04X", &60_000_u32.to_le_bytes()[..], &[b'a'; 60_000], b"\x940"].concat();
+    bytes.extend(b"h\0h\0\x930".repeat(10_000));
+    let error = Pickle::read(&bytes, 0).unwrap_err();
+    assert!(error.to_string().contains("bytes of names of classes"), "{error}");
+}
+
 proptest! {
     #[test]
     fn flipped_bytes_never_make_arrays_panic(

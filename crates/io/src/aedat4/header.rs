@@ -89,6 +89,9 @@ pub(super) struct FileHeader {
     pub(super) end: u64,
 }
 
+/// A recording has some for each camera. Every packet is looked up among them.
+pub(super) const MOST_STREAMS: usize = 256;
+
 /// Reads a header.
 pub(super) fn read(input: &mut Input) -> Result<FileHeader, IoError> {
     let start = MAGIC.len() as u64;
@@ -139,6 +142,9 @@ pub(super) fn streams(text: &str) -> Vec<Stream> {
             _ => return,
         };
         let Ok(id) = id.parse() else { return };
+        if streams.len() == MOST_STREAMS && streams.iter().all(|stream| stream.id != id) {
+            return;
+        }
         let k = streams.iter().position(|stream| stream.id == id).unwrap_or_else(|| {
             let (name, source) = (String::new(), String::new());
             streams.push(Stream { id, kind: Kind::Other(*b"    "), name, source, size: None });

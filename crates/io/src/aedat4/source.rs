@@ -4,7 +4,7 @@ use evpose_core::{Micros, wide};
 
 use super::events;
 use super::flat::identifier;
-use super::header::{Kind, Stream};
+use super::header::{Kind, MOST_STREAMS, Stream};
 use super::walk::{Body, HEAD, Head, Walk};
 use crate::{Columns, EventSource, Header, Input, IoError, OpenOptions};
 
@@ -134,6 +134,10 @@ impl Source {
         let Body { bytes, fault } = self.walk.body(head)?;
         let kind = identifier(bytes).map(Kind::of);
         let id = head.stream;
+        if is_unnamed && self.streams.len() >= MOST_STREAMS {
+            let reason = "packets of more streams than any recording has";
+            return Err(self.walk.broken(head, super::flat::Broken { at: 0, reason }));
+        }
         if let (true, Ok(kind)) = (is_unnamed, kind) {
             let cameras = self.streams.iter().filter(|s| s.kind == Kind::Events).count();
             if kind == Kind::Events && cameras == self.camera && self.chosen.is_none() {

@@ -5,8 +5,13 @@
 
 use std::borrow::Cow;
 
+/// Bytes of the longest name of a letter: `#x10FFFF`, and some zeros to spare.
+const LONGEST_NAME: usize = 16;
+/// Nodes in nodes; DV's are five deep. Beyond, it is no header of a recording.
+const DEEPEST: usize = 64;
+
 /// Calls `found` with the names of the nodes around an attribute, its key and its text, for each.
-/// Stops where the text is no XML.
+/// Stops where the text is no XML, or nodes are deeper than those of a header.
 pub(super) fn attributes(text: &str, mut found: impl FnMut(&[Cow<'_, str>], &str, &str)) {
     let mut nodes = Vec::new();
     let mut rest = text;
@@ -19,6 +24,9 @@ pub(super) fn attributes(text: &str, mut found: impl FnMut(&[Cow<'_, str>], &str
         let Some((tag, behind)) = tag.split_once('>') else { return };
         rest = behind;
         if tag.starts_with("node") && !tag.ends_with('/') {
+            if nodes.len() == DEEPEST {
+                return;
+            }
             nodes.push(value(tag, "name").map(plain).unwrap_or_default());
         } else if tag.starts_with("/node") {
             nodes.pop();
@@ -55,7 +63,10 @@ fn plain(text: &str) -> Cow<'_, str> {
     let mut rest = text;
     while let Some((before, behind)) = rest.split_once('&') {
         out.push_str(before);
-        let found = behind.split_once(';').and_then(|(name, behind)| {
+        // No name is longer: without an end, every `&` would be followed to the end of the text.
+        let near = behind.bytes().take(LONGEST_NAME + 1).position(|byte| byte == b';');
+        let found = near.and_then(|end| {
+            let (name, behind) = (&behind[..end], &behind[end + 1..]);
             let letter = match name {
                 "lt" => '<',
                 "gt" => '>',
@@ -126,6 +137,15 @@ mod tests {
         {
             assert!(all(text).len() <= 1, "{text}");
         }
+    }
+
+    #[test]
+    fn what_would_take_for_ever_does_not() {
+        // Of names without an end, and of nodes that are all looked through for every attribute.
+        let text = "&".repeat(1 << 20);
+        assert_eq!(plain(&text), text);
+        let deep = "<node name=\"a\">".repeat(1000) + "<attr key=\"k\">1</attr>";
+        assert!(all(&deep).is_empty());
     }
 
     proptest! {

@@ -93,6 +93,8 @@ pub enum FrameFault {
         whole: u64,
         /// Frames of the shape.
         of: u64,
+        /// Where in the file the first that is not whole begins.
+        byte: u64,
     },
     /// An array that goes on behind its shape.
     Trailing(u64),
@@ -257,8 +259,8 @@ impl fmt::Display for FrameFault {
                 "stored column by column (fortran_order), expected row by row: save \
                  numpy.ascontiguousarray(frames)",
             ),
-            Self::Truncated { whole, of } => {
-                write!(f, "truncated: {whole} of its {of} frames are there")
+            Self::Truncated { whole, of, byte } => {
+                write!(f, "truncated: {whole} of its {of} frames are there, up to byte {byte}")
             }
             Self::Trailing(bytes) => write!(f, "{bytes} bytes more than its shape says"),
             Self::TooLarge(width, height) => {

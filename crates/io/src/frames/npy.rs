@@ -5,14 +5,11 @@ use std::io::{self, BufReader, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 
 use evpose_core::{AtomicFile, SensorSize};
-use npyz::{NpyHeader, Order, WriterBuilder};
+use npyz::{Order, WriterBuilder};
 
 use super::light::Light;
 use super::{Depth, FrameFault, sensor_size};
-use crate::IoError;
-
-/// NumPy pads headers of plain arrays to 128 bytes; what claims to be longer is none.
-const LONGEST_HEADER: u64 = 4096;
+use crate::{IoError, npz};
 
 /// The frames of an array that are still to come.
 #[derive(Debug)]
@@ -57,8 +54,8 @@ impl NpyFrames {
     fn read_header(path: &Path, file: File, length: u64) -> Result<Self, FrameFault> {
         let not_an_array = |e: io::Error| FrameFault::NotAnArray(e.to_string());
         let mut reader = BufReader::with_capacity(1 << 16, file);
-        let header =
-            NpyHeader::from_reader(reader.by_ref().take(LONGEST_HEADER)).map_err(not_an_array)?;
+        let header = npz::header(&mut reader);
+        let header = header.map_err(|fault| FrameFault::NotAnArray(fault.to_string()))?;
         let begin = reader.stream_position().map_err(not_an_array)?;
         let descr = header.dtype().descr();
         // Byte order and type, as in '<u2'.
@@ -87,7 +84,8 @@ impl NpyFrames {
         let frame = (size.pixels() * values.bytes()) as u64;
         let there = length.saturating_sub(begin);
         if there / frame < frames {
-            return Err(FrameFault::Truncated { whole: there / frame, of: frames });
+            let whole = there / frame;
+            return Err(FrameFault::Truncated { whole, of: frames, byte: begin + whole * frame });
         }
         if there > frame * frames {
             return Err(FrameFault::Trailing(there - frame * frames));

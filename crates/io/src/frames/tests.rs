@@ -140,8 +140,8 @@ fn a_folder_without_images_and_a_cut_image_are_refused() {
 fn an_array_that_is_not_as_long_as_it_says_is_refused() {
     let whole = array("<u2", "False", "(3, 2, 2)", &[0; 24]);
     for (length, found) in [
-        (whole.len() - 1, FrameFault::Truncated { whole: 2, of: 3 }),
-        (whole.len() - 24, FrameFault::Truncated { whole: 0, of: 3 }),
+        (whole.len() - 1, FrameFault::Truncated { whole: 2, of: 3, byte: 144 }),
+        (whole.len() - 24, FrameFault::Truncated { whole: 0, of: 3, byte: 128 }),
     ] {
         let (_directory, path) = file(&whole[..length]);
         assert_eq!(fault(linear(&path)).1, found);

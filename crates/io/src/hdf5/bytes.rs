@@ -27,6 +27,11 @@ impl Bytes {
         self.last.load(Ordering::Relaxed)
     }
 
+    /// A place of the file: where something should be that is not there any more, its end.
+    pub(super) fn within(&self, byte: u64) -> u64 {
+        byte.min(self.length)
+    }
+
     /// Replaces what is in `bytes` by `length` bytes from `offset` on, or as many as there are.
     pub(super) fn read(&self, offset: u64, length: u64, bytes: &mut Vec<u8>) -> io::Result<()> {
         bytes.clear();

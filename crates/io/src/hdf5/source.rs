@@ -30,7 +30,7 @@ pub(super) fn open(input: Input, options: &OpenOptions) -> Result<Box<dyn EventS
         Lack::Structure(Error::Io(source)) => IoError::file(&path, "read", source),
         Lack::Structure(error) => IoError::Damaged {
             path: path.clone(),
-            byte: place(&error).unwrap_or(bytes.last()),
+            byte: bytes.within(place(&error).unwrap_or(bytes.last())),
             reason: error.to_string().into(),
             events: 0,
         },

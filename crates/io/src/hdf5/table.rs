@@ -209,14 +209,14 @@ impl Table {
 
     /// Where the chunk that was read last begins in the file.
     pub(super) fn place(&self) -> u64 {
-        self.held.address
+        self.bytes.within(self.held.address)
     }
 
     /// Damage at a row that is held.
     pub(super) fn damage(&self, row: u64, reason: &str) -> Damage {
         let is_plain = self.filters.is_none() && !self.held.is_events;
         let within = if is_plain { (row % self.chunk_rows) * self.row as u64 } else { 0 };
-        let byte = self.held.address.saturating_add(within);
+        let byte = self.bytes.within(self.held.address.saturating_add(within));
         Damage { byte, reason: format!("{}: {reason}", self.name).into() }
     }
 
@@ -228,7 +228,7 @@ impl Table {
         let (wanted_bytes, whole) =
             (wanted as usize * self.row, self.chunk_rows as usize * self.row);
         let of_file = |byte: u64, reason: Cow<'static, str>| Damage {
-            byte,
+            byte: self.bytes.within(byte),
             reason: format!("{}, chunk {number}: {reason}", self.name).into(),
         };
         match &self.place {

@@ -8,6 +8,8 @@ use super::NpzFault;
 
 /// NumPy writes 128 bytes, more for records. A longer header is no recording's.
 const LONGEST_HEADER: u16 = 4096;
+/// Brackets around anything in a header: a dictionary, a list, a field, its shape, and some to spare.
+const MOST_BRACKETS: usize = 8;
 /// Columns that an array of events may have.
 const LEAST_COLUMNS: u64 = 4;
 const MOST_COLUMNS: u64 = 16;
@@ -223,6 +225,10 @@ impl Layout {
             }
             DType::Array(..) => return Err(unfit()),
         }
+        // A record of no fields has no bytes: any number of them would be there.
+        if kinds.is_empty() {
+            return Err(unfit());
+        }
         let plain = |rows: u64| (rows, 1, false);
         let of_events = LEAST_COLUMNS..=MOST_COLUMNS;
         let (rows, columns, is_one_after_another) = match *header.shape() {
@@ -237,7 +243,7 @@ impl Layout {
             [columns, rows] if of_events.contains(&columns) => {
                 (rows, columns, header.order() == Order::C)
             }
-            [rows, columns] if columns < *of_events.start() => {
+            [rows, columns] if (1..*of_events.start()).contains(&columns) => {
                 (rows, columns, header.order() == Order::Fortran)
             }
             _ => return Err(NpzFault::Shape),
@@ -255,8 +261,14 @@ impl Layout {
     }
 }
 
-/// The header, if it is short.
-fn header(entry: &mut impl Read) -> Result<NpyHeader, NpzFault> {
+/// The header, if it is short and one that NumPy writes.
+///
+/// The parser behind it multiplies the sizes of a shape whatever they are, and calls itself for every
+/// bracket: what it is given is looked at before.
+///
+/// # Errors
+/// Whatever is wrong with it.
+pub(crate) fn header(entry: &mut impl Read) -> Result<NpyHeader, NpzFault> {
     let mut bytes = vec![0; 10];
     entry.read_exact(&mut bytes).map_err(|e| unreadable(&e))?;
     if !bytes.starts_with(b"\x93NUMPY\x01\x00") {
@@ -268,7 +280,6 @@ fn header(entry: &mut impl Read) -> Result<NpyHeader, NpzFault> {
     }
     bytes.resize(10 + usize::from(length), 0);
     entry.read_exact(&mut bytes[10..]).map_err(|e| unreadable(&e))?;
-    // First, because a product of sizes beyond 64 bits is not for the parser.
     let text = String::from_utf8_lossy(&bytes[10..]);
     let shape = text
         .split_once("'shape':")
@@ -276,12 +287,30 @@ fn header(entry: &mut impl Read) -> Result<NpyHeader, NpzFault> {
         .and_then(|(_, rest)| rest.split_once(')'))
         .ok_or_else(|| NpzFault::Unreadable("no shape in the NPY header".to_owned()))?
         .0;
+    // A second shape, or one that is spelt otherwise, would be the parser's.
+    if text.matches("shape").count() > 1 || text.contains('\\') || is_deep(&text) {
+        return Err(NpzFault::Unreadable("an NPY header as NumPy writes none".to_owned()));
+    }
     let sizes = shape.split(',').map(str::trim).filter(|size| !size.is_empty());
-    let whole = sizes
-        .map(|size| size.parse().ok())
-        .try_fold(1u64, |all, size: Option<u64>| size.and_then(|size| all.checked_mul(size)));
+    // Some products leave out the first sizes, and so a zero among them.
+    let whole = sizes.map(|size| size.parse().ok()).try_fold(1u64, |all, size: Option<u64>| {
+        size.and_then(|size| all.checked_mul(size.max(1)))
+    });
     whole.ok_or(NpzFault::Shape)?;
     NpyHeader::from_reader(bytes.as_slice()).map_err(|e| unreadable(&e))
+}
+
+/// Whether brackets stand in brackets deeper than those of records in a list in a dictionary.
+fn is_deep(text: &str) -> bool {
+    let mut depth = 0_usize;
+    text.bytes().any(|byte| {
+        match byte {
+            b'(' | b'[' | b'{' => depth += 1,
+            b')' | b']' | b'}' => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        depth > MOST_BRACKETS
+    })
 }
 
 fn unreadable(error: &io::Error) -> NpzFault {

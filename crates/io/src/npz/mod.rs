@@ -19,6 +19,7 @@ mod writer;
 
 use std::fmt;
 
+pub(crate) use array::header;
 #[cfg(feature = "hdf5")]
 pub(crate) use events::{ORDERS, REQUIRED, called};
 

@@ -204,6 +204,39 @@ fn a_header_that_claims_more_than_there_is_allocates_nothing() {
 }
 
 #[test]
+fn arrays_of_nothing_end() {
+    // As many rows as anybody likes, of no bytes each.
+    let mut arrays = three_events();
+    arrays[0].2 = "(9000000000000000000, 0)";
+    arrays[0].3.clear();
+    assert_eq!(fault_of(&arrays).1, NpzFault::Shape);
+    arrays[0].1 = "[]";
+    arrays[0].2 = "(3,)";
+    let fault = fault_of(&arrays).1;
+    assert!(matches!(fault, NpzFault::Type(_) | NpzFault::Unreadable(_)), "{fault}");
+}
+
+#[test]
+fn headers_that_would_overrun_the_parser_are_not_given_to_it() {
+    let mut arrays = three_events();
+    let deep = format!("[('t', {}'<i8'{})]", "[".repeat(2000), "]".repeat(2000));
+    for (descr, shape) in [
+        ("<i8", "(3,), 'shape': (9999999999, 9999999999, 9999999999)"),
+        ("<i8", "(3,), 'sh\\x61pe': (9999999999, 9999999999, 9999999999)"),
+        ("<i8", "(0, 9223372036854775808, 9223372036854775808)"),
+        (&deep, "(3,)"),
+    ] {
+        (arrays[0].1, arrays[0].2) = (descr, shape);
+        let header = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}");
+        let length = (header.len() as u16).to_le_bytes();
+        let array = [b"\x93NUMPY\x01\x00", &length[..], header.as_bytes()].concat();
+        let (_directory, path) = file(&array);
+        let error = open(&path).unwrap_err();
+        assert!(matches!(error, IoError::Npz { .. }), "{error}");
+    }
+}
+
+#[test]
 fn an_archive_cut_at_any_byte_is_a_typed_error() {
     let bytes = archive(&three_events());
     let (_directory, path) = file(&bytes);

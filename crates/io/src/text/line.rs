@@ -22,6 +22,8 @@ pub(super) enum TextFault {
     },
     /// The first column is not that of times.
     Order,
+    /// The file ends in it, and perhaps within its last number.
+    Open,
 }
 
 impl fmt::Display for TextFault {
@@ -35,6 +37,10 @@ impl fmt::Display for TextFault {
             Self::Order => f.write_str(
                 "the numbers of the first column go up and down as times do not: put a line that \
                  names the columns before the first, such as `x y t p`",
+            ),
+            Self::Open => f.write_str(
+                "the file ends in it, perhaps within a number: if it is whole, end it with a line \
+                 break",
             ),
         }
     }

@@ -68,7 +68,8 @@ impl Decoder for Lines {
                 None if is_last || rest.len() > LONGEST_LINE => rest.len(),
                 None => break,
             };
-            self.line(&rest[..length], columns).map_err(|fault| {
+            let is_open = !rest[..length].ends_with(b"\n");
+            self.line(&rest[..length], is_open, columns).map_err(|fault| {
                 let reason = format!("line {}: {fault}", self.number);
                 Fault { at, reason: reason.into() }
             })?;
@@ -87,17 +88,25 @@ impl Decoder for Lines {
 }
 
 impl Lines {
-    fn line(&mut self, line: &[u8], columns: &mut Columns) -> Result<(), TextFault> {
+    /// Takes a line. What may be the beginning of a longer number is not taken for a number: of an open
+    /// line, only a polarity at its end is as good as whole.
+    fn line(&mut self, line: &[u8], is_open: bool, columns: &mut Columns) -> Result<(), TextFault> {
         self.number += 1;
         if line.len() > LONGEST_LINE {
             return Err(TextFault::TooLong);
         }
+        let knew_order = self.known.order.is_some();
         match parse(line, &mut self.known)? {
             None => {}
             Some(Line::Sensor(_)) if self.has_size => return Err(TextFault::Fields(2)),
+            Some(Line::Sensor(_)) if is_open => return Err(TextFault::Open),
             Some(Line::Sensor(_)) => self.has_size = true,
             Some(Line::Names) => self.is_named = true,
             Some(Line::Event(event)) => {
+                let ends_in_polarity = self.known.order.is_some_and(|[.., p]| p == 3);
+                if is_open && !(knew_order && ends_in_polarity) {
+                    return Err(TextFault::Open);
+                }
                 self.known.is_first = false;
                 columns.push(event);
             }

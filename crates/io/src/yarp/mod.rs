@@ -49,7 +49,7 @@ mod log;
 mod skeleton;
 mod word;
 
-pub use skeleton::{JOINTS, Skeleton, read_skeletons};
+pub use skeleton::{JOINTS, Skeleton, read_skeletons, skeletons_of};
 
 pub(crate) use binary::FORMAT as BINARY;
 pub(crate) use log::FORMAT as LOG;

@@ -6,8 +6,8 @@ use std::path::Path;
 use evpose_core::Micros;
 
 use super::bottle::head_of;
-use crate::IoError;
 use crate::open::input;
+use crate::{Input, IoError};
 
 /// Joints of a skeleton: head, right and left shoulder, right and left elbow, left and right hip, right
 /// and left hand, right and left knee, right and left foot.
@@ -33,9 +33,17 @@ pub struct Skeleton {
 /// `7 000.12 SKLT (26 numbers) -1.0 104.3`.
 ///
 /// # Errors
-/// If the file cannot be read, or a line with something on it is no skeleton.
+/// If the file cannot be read, a line with something on it is no skeleton, or the last one does not
+/// end: sizes stand at the ends of lines, where a cut would go unseen.
 pub fn read_skeletons(path: impl AsRef<Path>) -> Result<Vec<Skeleton>, IoError> {
-    let input = input(path.as_ref())?;
+    skeletons_of(input(path.as_ref())?)
+}
+
+/// As [`read_skeletons`], from a file that is open already, or from memory.
+///
+/// # Errors
+/// As [`read_skeletons`].
+pub fn skeletons_of(input: Input) -> Result<Vec<Skeleton>, IoError> {
     let mut bytes = BufReader::new(input.bytes);
     let (mut found, mut line, mut at) = (Vec::new(), Vec::new(), 0);
     loop {
@@ -46,12 +54,17 @@ pub fn read_skeletons(path: impl AsRef<Path>) -> Result<Vec<Skeleton>, IoError> 
             return Ok(found);
         }
         if !line.trim_ascii().is_empty() {
-            found.push(skeleton(&line).ok_or_else(|| IoError::Damaged {
-                path: input.path.clone(),
-                byte: at,
-                reason: "a number, a time, SKLT and 26 numbers in brackets were expected".into(),
-                events: found.len() as u64,
-            })?);
+            let reason = match (skeleton(&line), line.ends_with(b"\n")) {
+                (Some(skeleton), true) => {
+                    found.push(skeleton);
+                    at += line.len() as u64;
+                    continue;
+                }
+                (Some(_), false) => "the file ends in this line, perhaps within a number",
+                (None, _) => "a number, a time, SKLT and 26 numbers in brackets were expected",
+            };
+            let (path, events) = (input.path, found.len() as u64);
+            return Err(IoError::Damaged { path, byte: at, reason: reason.into(), events });
         }
         at += line.len() as u64;
     }

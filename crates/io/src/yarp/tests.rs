@@ -288,7 +288,7 @@ fn skeletons_are_read() {
     let numbers: Vec<_> = (0..26).map(|k| (10 * k).to_string()).collect();
     let (close, wide) = (numbers.join(" "), numbers.join("   "));
     let log = format!(
-        "0 0000.0 SKLT ({close}) -1.0 104.3\n\n1 000.02 SKLT ( {wide} ) 35.5 -1.0\n2 000.04 SKLT ({close})"
+        "0 0000.0 SKLT ({close}) -1.0 104.3\n\n1 000.02 SKLT ( {wide} ) 35.5 -1.0\n2 000.04 SKLT ({close})\n"
     );
     fs::write(&path, &log).unwrap();
     let found = read_skeletons(directory.path()).unwrap();
@@ -299,6 +299,7 @@ fn skeletons_are_read() {
         (format!("0 0000.0 SKLT ({close}) -1.0 104.3\n1 0.1 SKLT ({close} 5)\n"), 0),
         (format!("0 0.0 SKLT ({close})\n1 0.1 AE ({close})\n"), 1),
         (format!("0 0.0 SKLT ({close})\n1 0.1 SKLT (1 2\n"), 1),
+        (format!("0 0.0 SKLT ({close})\n1 0.1 SKLT ({close}) 35.5 10"), 1),
     ] {
         fs::write(&path, &log).unwrap();
         let line = log.find('\n').unwrap() as u64 + 1;

@@ -86,6 +86,21 @@ fn a_packet_that_claims_more_than_the_file_has_fills_no_memory() {
 }
 
 #[test]
+fn packets_of_ever_new_streams_are_no_recording() {
+    let mut bytes = killed(file(Compression::None, &streams(), &[]));
+    // A FlatBuffer of no fields that calls itself frames.
+    let body = [16, 0, 0, 0, 8, 0, 0, 0, b'F', b'R', b'M', b'E', 4, 0, 0, 0, 4, 0, 4, 0];
+    for stream in 100..1_000_i32 {
+        bytes.extend_from_slice(&stream.to_le_bytes());
+        bytes.extend_from_slice(&(body.len() as i32).to_le_bytes());
+        bytes.extend_from_slice(&body);
+    }
+    let (_, error) = salvaged(&bytes);
+    let error = error.unwrap();
+    assert!(error.is_damage() && error.to_string().contains("more streams"), "{error}");
+}
+
+#[test]
 fn a_zstandard_bomb_is_stopped() {
     // One block of 128 KiB out of one byte, again and again: 4 bytes each.
     let mut frame = vec![0x28, 0xb5, 0x2f, 0xfd, 0x00, 0x58];
