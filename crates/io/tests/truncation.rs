@@ -76,7 +76,7 @@ fn samples() -> BTreeMap<&'static str, Vec<(String, Vec<u8>)>> {
         let sample = ("written".to_owned(), fs::read(path).unwrap());
         samples.get_mut(format.name).unwrap().push(sample);
     }
-    let word = |k: u32| k % 34 << 12 | k % 17 << 1 | k % 2;
+    let word = |k: u32| ((k % 34) << 12) | ((k % 17) << 1) | (k % 2);
     let record = |k: u32| [(100 * k).to_le_bytes(), word(k).to_le_bytes()].concat();
     let binary = ("made".to_owned(), (0..60).flat_map(record).collect());
     samples.get_mut("yarp-binary").unwrap().push(binary);
