@@ -56,6 +56,11 @@ impl Bottles {
         Self { place, has_ticks, bottle: 0, time: Micros(0), others: BTreeMap::new() }
     }
 
+    /// Whether what was read ends within a packed bottle.
+    pub(super) fn is_in_packed(&self) -> bool {
+        self.place == Place::Packed
+    }
+
     /// Calls `each` for the events in `bytes`, up to where something begins that does not end there;
     /// returns where that is.
     pub(super) fn read(

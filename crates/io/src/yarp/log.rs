@@ -27,12 +27,20 @@ pub(crate) const FORMAT: Format = Format {
 const FIRST: usize = 1 << 20;
 /// Numbers in packed bottles that tell whether events have times.
 const NUMBERS: usize = 4096;
+/// Fewer numbers of a bottle that does not end may ascend by chance.
+const LEAST_NUMBERS: usize = 32;
 /// A shorter time says nothing about a clock, in seconds.
 const LEAST_S: f64 = 0.01;
 
 fn open(mut input: Input, options: &OpenOptions) -> Result<Box<dyn EventSource>, IoError> {
     let first = input.head(FIRST)?;
-    let has_ticks = has_ticks(&first);
+    let unclear = || IoError::Damaged {
+        path: input.path.clone(),
+        byte: first.len() as u64,
+        reason: "the file ends before it is clear whether its words come with times".into(),
+        events: 0,
+    };
+    let has_ticks = has_ticks(&first).ok_or_else(unclear)?;
     let (cameras, passed) = survey(&first, has_ticks);
     let tick = Tick::new(options, passed);
     let words = Words::new(options, if cameras == 0b10 { 1 } else { 0 });
@@ -44,11 +52,12 @@ fn open(mut input: Input, options: &OpenOptions) -> Result<Box<dyn EventSource>,
 }
 
 /// Whether words in packed bottles come with times: every second number ascends then, but for a
-/// wrap-around, and bottles hold even numbers of them.
-fn has_ticks(first: &[u8]) -> bool {
-    let mut numbers = Vec::new();
+/// wrap-around, and bottles hold even numbers of them. The beginning of a bottle may be too short to
+/// tell.
+fn has_ticks(first: &[u8]) -> Option<bool> {
+    let (mut numbers, mut bottles) = (Vec::new(), Bottles::new(false));
     // What is damaged is found when it is read.
-    let _ = Bottles::new(false).read(first, false, |event| {
+    let read = bottles.read(first, false, |event| {
         if event.codec == Codec::Packed && numbers.len() < NUMBERS {
             numbers.push((event.bottle, event.word));
         }
@@ -56,9 +65,13 @@ fn has_ticks(first: &[u8]) -> bool {
     let of_bottles = numbers.chunk_by(|(a, _), (b, _)| a == b);
     // The last bottle may be cut.
     let whole = of_bottles.clone().count().saturating_sub(1);
+    let is_cut = read.is_ok() && bottles.is_in_packed();
+    if is_cut && whole == 0 && (1..LEAST_NUMBERS).contains(&numbers.len()) {
+        return None;
+    }
     let are_even = of_bottles.take(whole).all(|numbers| numbers.len() % 2 == 0);
     let times: Vec<u32> = numbers.iter().step_by(2).map(|(_, number)| *number).collect();
-    are_even && times.windows(2).filter(|pair| pair[1] < pair[0]).count() <= 1
+    Some(are_even && times.windows(2).filter(|pair| pair[1] < pair[0]).count() <= 1)
 }
 
 /// The cameras of the first events, a bit each, and how many ticks passed in how many seconds between

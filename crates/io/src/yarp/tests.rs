@@ -25,8 +25,11 @@ fn source_of(format: Format, bytes: &[u8], options: &OpenOptions) -> Box<dyn Eve
 
 /// All events, remarks, and the fault that ended it.
 fn all_of(bytes: &[u8], options: &OpenOptions) -> (Columns, Vec<String>, Option<IoError>) {
-    let mut source = source_of(LOG, bytes, options);
     let mut columns = Columns::new();
+    let mut source = match (LOG.open)(Input::memory("data.log", bytes.to_vec()), options) {
+        Ok(source) => source,
+        Err(fault) => return (columns, Vec::new(), Some(fault)),
+    };
     loop {
         let before = columns.len();
         match source.next(&mut columns) {
@@ -234,6 +237,17 @@ fn a_log_cut_at_any_byte_gives_an_error_or_the_exact_prefix() {
             assert!(fault.is_none_or(|fault| fault.is_damage()));
         }
     }
+}
+
+#[test]
+fn a_first_bottle_that_is_cut_says_too_little_of_its_words() {
+    let words: Vec<_> = (0..40).map(|k| word(k, k, true, 0)).collect();
+    let bottle = packed("0.5", &words);
+    // Four bytes a word and more: ten words of forty, which ascend as times do.
+    let (columns, _, fault) = all_of(&bottle[..80], &OpenOptions::default());
+    let fault = fault.unwrap();
+    assert!(columns.is_empty() && fault.byte() == Some(80), "{fault}");
+    assert!(fault.to_string().contains("whether its words come with times"), "{fault}");
 }
 
 #[test]
