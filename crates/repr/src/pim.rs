@@ -2,8 +2,9 @@
 //!
 //! # Model
 //! An ON event adds 1 to its pixel, an OFF event takes 1; in between, values fade to
-//! `v·exp(-rate·dt)`. The published programs fade the whole image when it is looked at; here each pixel
-//! knows when it was last written, which differs in rounding only.
+//! `v·exp(-rate·dt)`. The published programs fade the whole image when it is looked at; here an event
+//! counts `exp(rate·(t - t0))` instead, for some `t0`, and the whole is multiplied by
+//! `exp(-rate·(now - t0))` when it is looked at, which differs in rounding only.
 //!
 //! # Borders
 //! None: an event changes its own pixel only.
@@ -40,36 +41,39 @@ impl Default for PimConfig {
 pub struct Pim {
     sensor: SensorSize,
     config: PimConfig,
-    pixels: Vec<Pixel>,
+    /// Sums of weights of events, ON less OFF.
+    sums: Vec<f64>,
+    /// When an event weighs 1.
+    origin: Option<Micros>,
     clock: Clock,
 }
 
-#[derive(Debug, Clone, Copy)]
-struct Pixel {
-    /// At `t`.
-    value: f64,
-    t: Micros,
-}
-
-/// As good as any time: nothing fades to nothing.
-const EMPTY: Pixel = Pixel { value: 0.0, t: Micros(0) };
-
-impl Pixel {
-    fn at(self, now: Micros, rate_hz: f64) -> f64 {
-        // Many pixels are empty, and events of one time need no exponential.
-        if self.value == 0.0 || self.t == now {
-            return self.value;
-        }
-        let age_s = now.0.saturating_sub(self.t.0) as f64 * 1e-6;
-        self.value * (-rate_hz * age_s).exp()
-    }
-}
+/// Logarithm of the largest weight: far from what overflows, and what weighs 1 beside it is nothing.
+const HEAVIEST: f64 = 300.0;
 
 impl Pim {
     /// An image without events.
     pub fn new(sensor: SensorSize, config: PimConfig) -> Self {
-        let pixels = vec![EMPTY; sensor.pixels()];
-        Self { sensor, config, pixels, clock: Clock::default() }
+        let sums = vec![0.0; sensor.pixels()];
+        Self { sensor, config, sums, origin: None, clock: Clock::default() }
+    }
+
+    /// How much an event counts.
+    fn weight(&mut self, t: Micros) -> f64 {
+        let origin = *self.origin.get_or_insert(t);
+        let logarithm = self.fading(origin, t);
+        if logarithm <= HEAVIEST {
+            return logarithm.exp();
+        }
+        let faded = (-logarithm).exp();
+        self.sums.iter_mut().for_each(|sum| *sum *= faded);
+        self.origin = Some(t);
+        1.0
+    }
+
+    /// By how much values fade from one time to another, as a logarithm.
+    fn fading(&self, from: Micros, to: Micros) -> f64 {
+        self.config.rate_hz * to.0.saturating_sub(from.0) as f64 * 1e-6
     }
 }
 
@@ -84,11 +88,14 @@ impl Representation for Pim {
             self.reset();
         }
         let width = usize::from(self.sensor.width);
+        // Many events have the time of the one before.
+        let (mut t_before, mut weight) = (None, 0.0);
         for event in events.iter() {
-            let pixel = &mut self.pixels[usize::from(event.y) * width + usize::from(event.x)];
-            let step = if event.polarity.is_on() { 1.0 } else { -1.0 };
-            let value = pixel.at(event.t, self.config.rate_hz) + step;
-            *pixel = Pixel { value, t: event.t };
+            if t_before != Some(event.t) {
+                (t_before, weight) = (Some(event.t), self.weight(event.t));
+            }
+            let step = if event.polarity.is_on() { weight } else { -weight };
+            self.sums[usize::from(event.y) * width + usize::from(event.x)] += step;
         }
         if let Some(&last) = events.t().last() {
             self.clock.see(last);
@@ -100,10 +107,11 @@ impl Representation for Pim {
     }
 
     fn render(&self, out: &mut [f32]) {
-        assert_eq!(out.len(), self.pixels.len(), "planes of another size");
-        let now = self.clock.now.unwrap_or_default();
-        for (out, pixel) in out.iter_mut().zip(&self.pixels) {
-            *out = pixel.at(now, self.config.rate_hz) as f32;
+        assert_eq!(out.len(), self.sums.len(), "planes of another size");
+        let (now, origin) = (self.clock.now.unwrap_or_default(), self.origin.unwrap_or_default());
+        let faded = (-self.fading(origin, now)).exp();
+        for (out, sum) in out.iter_mut().zip(&self.sums) {
+            *out = (sum * faded) as f32;
         }
     }
 
@@ -112,7 +120,8 @@ impl Representation for Pim {
     }
 
     fn reset(&mut self) {
-        self.pixels.fill(EMPTY);
+        self.sums.fill(0.0);
+        self.origin = None;
         self.clock = Clock::default();
     }
 }
@@ -152,5 +161,18 @@ mod tests {
         pim.push(&later.unwrap());
         pim.render(&mut out);
         assert_eq!(out[0], ((-2f64).exp() + 1.0) as f32);
+    }
+
+    /// An hour of events at intervals in which a value fades to 1 / e: 1 + 1/e + 1/e² + …
+    #[test]
+    fn weights_never_overflow() {
+        let mut pim = Pim::new(SENSOR, PimConfig { rate_hz: 1.0 });
+        let every_s =
+            |s: i64| Event { t: Micros(1_000_000 * s), x: 1, y: 0, polarity: Polarity::On };
+        pim.push(&EventStream::from_events(SENSOR, (0..3600).map(every_s)).unwrap());
+        let mut out = [f32::NAN; 2];
+        pim.render(&mut out);
+        let want = 1.0 / (1.0 - (-1f64).exp());
+        assert!(out[0] == 0.0 && (f64::from(out[1]) - want).abs() < 1e-6, "{out:?}");
     }
 }
