@@ -24,6 +24,7 @@ use gltf::{Gltf, Semantic};
 use evpose_pose::HandSide;
 
 use super::{FieldFault, ModelFile, ModelFileError, ModelKind};
+use crate::texture_layout::coordinates;
 use crate::{BodyModel, SkinWeights};
 use evpose_pickle::Array;
 use joints::{JOINTS, is_needed};
