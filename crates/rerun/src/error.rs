@@ -11,7 +11,7 @@ use re_sdk::sink::SinkFlushError;
 #[derive(Debug, thiserror::Error)]
 pub enum RerunError {
     /// The file cannot be begun or finished.
-    #[error("{}: {source}", path.display())]
+    #[error("writing {}", path.display())]
     File {
         /// Its name.
         path: PathBuf,
@@ -19,7 +19,7 @@ pub enum RerunError {
         source: io::Error,
     },
     /// A message cannot be written to the file.
-    #[error("{}: {source}", path.display())]
+    #[error("writing {}", path.display())]
     Encode {
         /// Its name.
         path: PathBuf,
@@ -27,7 +27,7 @@ pub enum RerunError {
         source: EncodeError,
     },
     /// The address is no viewer's.
-    #[error("{address}: {source}; expected HOST:PORT or rerun+http://HOST:PORT/proxy")]
+    #[error("{address}: expected HOST:PORT or rerun+http://HOST:PORT/proxy")]
     Address {
         /// As it was given.
         address: String,
@@ -35,7 +35,7 @@ pub enum RerunError {
         source: RecordingStreamError,
     },
     /// No viewer answers, or it went away.
-    #[error("the Rerun viewer at {address}: {source}")]
+    #[error("the Rerun viewer at {address}")]
     Viewer {
         /// Where it should be.
         address: String,
@@ -43,6 +43,6 @@ pub enum RerunError {
         source: SinkFlushError,
     },
     /// Data that the SDK refuses.
-    #[error("Rerun: {0}")]
+    #[error(transparent)]
     Stream(#[from] RecordingStreamError),
 }

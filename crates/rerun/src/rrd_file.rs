@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use evpose_core::AtomicFile;
 use re_sdk::external::re_log_encoding::{EncodeError, Encoder, EncodingOptions};
-use re_sdk::log::LogMsg;
+use re_sdk::log::{ChunkBatcherConfig, LogMsg};
 use re_sdk::sink::{LogSink, SinkFlushError};
 
 use crate::RerunError;
@@ -76,5 +76,10 @@ impl LogSink for RrdFile {
     /// Whatever was sent is with the encoder.
     fn flush_blocking(&self, _timeout: Duration) -> Result<(), SinkFlushError> {
         Ok(())
+    }
+
+    /// Nobody watches a file while it is written: parts are cut by their size, not by the clock.
+    fn default_batcher_config(&self) -> ChunkBatcherConfig {
+        ChunkBatcherConfig { flush_tick: Duration::MAX, ..ChunkBatcherConfig::DEFAULT }
     }
 }
