@@ -24,8 +24,14 @@ const CI: &[Step] = &[
     },
     Step { why: "tests", args: &["test", "--workspace", "--no-fail-fast"], env: &[] },
     Step {
-        why: "HDF5 recordings, a feature of their own",
-        args: &["test", "--package", "evpose-io", "--features", "hdf5", "--no-fail-fast"],
+        why: "what has a feature of its own: HDF5 recordings, hands of glTF files",
+        args: &[
+            "test",
+            "--package=evpose-io",
+            "--package=evpose-body",
+            "--features=evpose-io/hdf5,evpose-body/gltf",
+            "--no-fail-fast",
+        ],
         env: &[],
     },
     Step {

@@ -61,6 +61,11 @@ impl Bottles {
         self.place == Place::Packed
     }
 
+    /// Which bottle with events is read, or comes next, from 0.
+    pub(super) fn bottle(&self) -> u64 {
+        self.bottle
+    }
+
     /// Calls `each` for the events in `bytes`, up to where something begins that does not end there;
     /// returns where that is.
     pub(super) fn read(

@@ -63,8 +63,10 @@ fn has_ticks(first: &[u8]) -> Option<bool> {
         }
     });
     let of_bottles = numbers.chunk_by(|(a, _), (b, _)| a == b);
-    // The last bottle may be cut.
-    let whole = of_bottles.clone().count().saturating_sub(1);
+    // The last bottle may be cut, unless another one has begun.
+    let last = numbers.last().map(|(bottle, _)| *bottle);
+    let is_behind = bottles.is_in_packed() && last.is_some_and(|last| last < bottles.bottle());
+    let whole = of_bottles.clone().count().saturating_sub(usize::from(!is_behind));
     let is_cut = read.is_ok() && bottles.is_in_packed();
     if is_cut && whole == 0 && (1..LEAST_NUMBERS).contains(&numbers.len()) {
         return None;
