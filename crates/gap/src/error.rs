@@ -29,6 +29,25 @@ pub enum GapError {
         /// Why not.
         source: std::io::Error,
     },
+    /// A recording has no frames that could be its scene.
+    #[error(
+        "{}: {problem}: give the light that it saw (--scene DIR), or compare it alone (--scene none)",
+        path.display()
+    )]
+    NoFrames {
+        /// The file.
+        path: PathBuf,
+        /// What there is instead.
+        problem: String,
+    },
+    /// The frames of a recording cannot be its scene.
+    #[error("frames of {}: {problem}", path.display())]
+    Frames {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with them.
+        problem: String,
+    },
     /// A file is not the JSON it should be.
     #[error("{}: {problem}", path.display())]
     Json {

@@ -15,6 +15,7 @@ pub mod candidate;
 mod classes;
 mod closeness;
 pub mod compare;
+pub mod davis;
 mod error;
 mod exchange;
 mod finish;

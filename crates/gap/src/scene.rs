@@ -1,6 +1,6 @@
 //! What a camera looked at: luminance over time.
 
-use evpose_core::{Micros, Plane, SensorSize};
+use evpose_core::{Event, Micros, Plane, SensorSize};
 
 use crate::GapError;
 
@@ -10,6 +10,8 @@ pub struct Scene {
     size: SensorSize,
     fps: f64,
     planes: Vec<Plane<f32>>,
+    /// Pixels of which nothing is compared; none of them if it is empty.
+    blind: Vec<bool>,
 }
 
 impl Scene {
@@ -32,7 +34,25 @@ impl Scene {
             return Err(GapError::Scene(format!("{fps} frames per second")));
         }
         let size = SensorSize { width: width as u16, height: height as u16 };
-        Ok(Self { size, fps, planes })
+        Ok(Self { size, fps, planes, blind: Vec::new() })
+    }
+
+    /// The same scene where some pixels (true, row by row) are not compared: the light that they saw is
+    /// not known.
+    #[must_use]
+    pub fn with_blind(self, blind: Vec<bool>) -> Self {
+        Self { blind, ..self }
+    }
+
+    /// Pixels that are not compared, row by row; empty if all are.
+    pub fn blind(&self) -> &[bool] {
+        &self.blind
+    }
+
+    /// Whether an event of a pixel is compared.
+    pub(crate) fn sees(&self, event: &Event) -> bool {
+        let pixel = usize::from(event.y) * usize::from(self.size.width) + usize::from(event.x);
+        !self.blind.get(pixel).copied().unwrap_or(false)
     }
 
     /// Width and height in pixels.
@@ -65,7 +85,7 @@ impl Scene {
     pub fn first(&self, duration: Micros) -> Self {
         let last = (duration.as_seconds() * self.fps).round() as usize;
         let planes = self.planes[..(last + 1).clamp(2, self.planes.len())].to_vec();
-        Self { size: self.size, fps: self.fps, planes }
+        Self { planes, blind: self.blind.clone(), ..*self }
     }
 
     /// The step between two planes.

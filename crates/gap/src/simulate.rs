@@ -25,7 +25,7 @@ impl Scene {
         let mut run = SensorModel::from_config(config)?.start(self.size(), seed);
         let mut all = EventStream::empty(self.size());
         for (k, plane) in self.planes().iter().enumerate() {
-            for event in run.expose(plane, self.time(k))?.iter() {
+            for event in run.expose(plane, self.time(k))?.iter().filter(|e| self.sees(e)) {
                 all.push(event).map_err(|error| {
                     GapError::Recording(format!("{error}\n{}", config.to_toml()))
                 })?;

@@ -37,7 +37,12 @@ impl Case {
         }
         // The last plane counts.
         let window = TimeWindow { start: Micros(0), end: scene.duration() + Micros(1) };
-        let measured = measured.slice(window);
+        let mut measured = measured.slice(window);
+        if !scene.blind().is_empty() {
+            let seen = measured.iter().filter(|event| scene.sees(event));
+            measured = EventStream::from_events(of_scene, seen)
+                .map_err(|error| GapError::Recording(error.to_string()))?;
+        }
         if measured.is_empty() {
             return Err(GapError::Recording("no events while the scene lasts".to_owned()));
         }

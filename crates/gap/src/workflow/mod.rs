@@ -16,14 +16,17 @@ mod chance;
 mod directions;
 mod errors;
 mod findings;
+mod frames;
 mod gap_value;
 mod inputs;
 mod limits;
+mod looks;
 mod model;
 mod outcome;
 mod own_run;
 mod parts;
 mod pose;
+mod spread;
 mod trials;
 
 pub use bare::{as_effect, bare};
@@ -32,13 +35,15 @@ pub use chance::chance_of_largest;
 pub use directions::{Direction, Directions};
 pub use errors::RawError;
 pub use findings::{Evidenced, evidenced, findings};
+pub use frames::OF_FRAMES;
 pub use gap_value::gap_value;
 pub use inputs::{Case, HeldOut, Inputs, Prepared};
 pub use limits::{Limits, limits};
+pub use looks::{Look, Unknown};
 pub use model::{Model, prepared, stamped};
 pub use outcome::{Outcome, answered, effects_of, evidence_of, outcome};
 pub use own_run::{OwnRun, own_run};
-pub use pose::{LIKE_TEXTURE, Look, of_poses};
+pub use pose::OF_POSES;
 pub use trials::ablation;
 
 #[cfg(test)]

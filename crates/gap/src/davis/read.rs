@@ -1,0 +1,240 @@
+//! Frames and events of an AEDAT4 recording that holds both.
+
+use std::path::Path;
+
+use evpose_core::{EventStream, Micros, SensorSize, TimeWindow};
+use evpose_io::aedat4::{Content, Depth, Frame, Kind, Packets};
+use evpose_io::{OpenOptions, Windows};
+
+use super::{Response, Shot, Shots};
+use crate::GapError;
+use crate::input::{LoadedRecording, units};
+
+/// A twin leaves every second frame out, and a part of a recording has to be held out.
+const LEAST_SHOTS: usize = 6;
+/// Where a frame comes later than this times the usual, some are missing.
+const LATE: f64 = 2.5;
+/// Exposures whose lengths differ by more than this are worth a line.
+const EVEN: f64 = 0.01;
+/// Frames that were made of something else than light on this sensor are numbered from here on, and
+/// one number among them is of simulated light.
+const FIRST_COMPUTED: i8 = 2;
+const SIMULATED: i8 = 4;
+
+/// A recording with its own frames.
+#[derive(Debug, Clone)]
+pub struct LoadedShots {
+    /// The frames.
+    pub shots: Shots,
+    /// The events between the first and the last of them.
+    pub recording: LoadedRecording,
+}
+
+/// Frames of a file, as read.
+struct Read {
+    frames: Vec<Frame>,
+    computed: usize,
+    has_stream: bool,
+    /// What lies behind is not compared.
+    end: Micros,
+}
+
+/// Reads the frames of a recording and the events that they bracket, `seconds` of it at most, from
+/// its first event on. The middle of the exposure of the first frame becomes time zero.
+///
+/// # Errors
+/// If the file is no AEDAT4 recording or holds no frames, too few of them, or frames that are no
+/// light of this sensor.
+pub fn load_shots(
+    path: impl AsRef<Path>,
+    response: Response,
+    seconds: f64,
+) -> Result<LoadedShots, GapError> {
+    let path = path.as_ref();
+    let format = evpose_io::format_of(path)?.name;
+    if format != "aedat4" {
+        let problem = format!("frames beside events are in AEDAT4 files, and this one is {format}");
+        return Err(GapError::NoFrames { path: path.to_owned(), problem });
+    }
+    let mut windows = Windows::open(path, &OpenOptions::default())?;
+    let size = windows.sensor();
+    let Some(first) = windows.start() else {
+        return Err(GapError::Recording(format!("{}: no events", path.display())));
+    };
+    let read = read(path, first, seconds)?;
+    let fault = |problem: String| GapError::Frames { path: path.to_owned(), problem };
+    if read.frames.is_empty() {
+        let problem = match (read.has_stream, read.computed) {
+            (_, 1..) => {
+                "it holds only frames that were computed from events, which are no reference"
+            }
+            (true, 0) => "it names a stream of frames, and there is none in it",
+            (false, 0) => "it holds no frames",
+        };
+        return Err(GapError::NoFrames { path: path.to_owned(), problem: problem.to_owned() });
+    }
+    let mut notes = Vec::new();
+    if read.computed > 0 {
+        notes.push(format!("{} frames that were computed from events are left out", read.computed));
+    }
+    let mut all = read.frames.iter().map(|frame| shot(frame, size)).collect::<Result<Vec<_>, _>>();
+    let all = all.as_mut().map_err(|problem| fault(std::mem::take(problem)))?;
+    all.sort_by_key(|shot| (shot.start, shot.end));
+    all.dedup_by(|b, a| b.middle_us() <= a.middle_us());
+    let whole = all.len();
+    let mut kept = bracketing(all, first, read.end);
+    if kept.len() < LEAST_SHOTS {
+        return Err(fault(format!(
+            "{} of its {whole} frames lie one after the other beside events, and at least \
+             {LEAST_SHOTS} are needed",
+            kept.len()
+        )));
+    }
+    if kept.len() < whole {
+        notes.push(format!("{} of the {whole} frames read are compared", kept.len()));
+    }
+    let zero = Micros(kept[0].middle_us().round() as i64);
+    for shot in &mut kept {
+        (shot.start, shot.end) = (shot.start - zero, shot.end - zero);
+    }
+    let white = most(read.frames[0].format.depth);
+    let shots = Shots::new(size, response, white, kept)?;
+    notes.extend(said_of(&shots));
+    let last = shots.duration();
+    let window = TimeWindow { start: zero, end: zero + last + Micros(1) };
+    let mut events = EventStream::empty(size);
+    windows.read(window, &mut events)?;
+    if events.is_empty() {
+        return Err(GapError::Recording(format!("{}: no events between frames", path.display())));
+    }
+    let provenance = vec![
+        format!(
+            "{}: {} events of a sensor of {size} in {:.6} s between frames ({format})",
+            path.display(),
+            events.len(),
+            last.as_seconds()
+        ),
+        described(path, &shots),
+    ];
+    let events = units::shifted(&events, Micros(-zero.0));
+    let rejected = windows.rejected();
+    let recording = LoadedRecording { events, rejected, tick: Micros(1), provenance, notes };
+    Ok(LoadedShots { shots, recording })
+}
+
+/// The frames of the first camera, `seconds` of them behind the first event and one more.
+fn read(path: &Path, first: Micros, seconds: f64) -> Result<Read, GapError> {
+    let mut packets = Packets::open(path)?;
+    let stream = packets.streams().iter().find(|stream| stream.kind == Kind::Frames);
+    let mut chosen = stream.map(|stream| stream.id);
+    let has_stream = chosen.is_some();
+    let mut read = Read { frames: Vec::new(), computed: 0, has_stream, end: Micros(i64::MAX) };
+    for packet in &mut packets {
+        let packet = packet?;
+        let Content::Frame(frame) = packet.content else { continue };
+        if packet.stream != *chosen.get_or_insert(packet.stream) {
+            continue;
+        }
+        if read.end == Micros(i64::MAX) {
+            let from = first.max(frame.exposure_start);
+            read.end = Micros(from.0.saturating_add(Micros::from_seconds(seconds).0));
+        }
+        let is_behind = frame.exposure_start > read.end;
+        if frame.origin >= FIRST_COMPUTED && frame.origin != SIMULATED {
+            read.computed += 1;
+        } else {
+            read.frames.push(frame);
+        }
+        if is_behind {
+            break;
+        }
+    }
+    Ok(read)
+}
+
+/// The code of white, as far as codes of 16 bits hold it.
+fn most(depth: Depth) -> u16 {
+    if depth == Depth::U8 { u16::from(u8::MAX) } else { u16::MAX }
+}
+
+fn shot(frame: &Frame, size: SensorSize) -> Result<Shot, String> {
+    let of_frame = SensorSize { width: frame.width, height: frame.height };
+    if of_frame != size || frame.position != (0, 0) {
+        return Err(format!("a frame of {of_frame} beside events of a sensor of {size}"));
+    }
+    let codes = match (frame.format.depth, frame.format.channels) {
+        (Depth::U8, 1) => frame.pixels.iter().copied().map(u16::from).collect(),
+        (Depth::U16, 1) => {
+            let (codes, _) = frame.pixels.as_chunks::<2>();
+            codes.iter().map(|bytes| u16::from_le_bytes(*bytes)).collect()
+        }
+        _ => {
+            return Err(
+                "its frames are not grey of 8 or 16 bits: pixels behind filters of colours see \
+                 other light than their neighbours"
+                    .to_owned(),
+            );
+        }
+    };
+    let (start, end) = if frame.exposure_end > frame.exposure_start {
+        (frame.exposure_start, frame.exposure_end)
+    } else {
+        (frame.t, frame.t)
+    };
+    Ok(Shot { start, end, codes })
+}
+
+/// The longest run of shots without a gap, from the last before the first event on.
+fn bracketing(all: &[Shot], first: Micros, end: Micros) -> Vec<Shot> {
+    let middle = |shot: &Shot| shot.middle_us();
+    let from = all.partition_point(|shot| middle(shot) <= first.0 as f64).saturating_sub(1);
+    let to = all.partition_point(|shot| middle(shot) <= end.0 as f64);
+    let all = all.get(from..to.max(from)).unwrap_or_default();
+    let mut steps: Vec<f64> = all.windows(2).map(|two| middle(&two[1]) - middle(&two[0])).collect();
+    let between = steps.clone();
+    steps.sort_by(f64::total_cmp);
+    let Some(usual) = steps.get(steps.len() / 2) else { return all.to_vec() };
+    let mut best = 0..0;
+    let mut start = 0;
+    for k in 0..all.len() {
+        if k > 0 && between[k - 1] > LATE * usual {
+            start = k;
+        }
+        if k + 1 - start > best.len() {
+            best = start..k + 1;
+        }
+    }
+    all[best].to_vec()
+}
+
+fn described(path: &Path, shots: &Shots) -> String {
+    format!(
+        "{}: {} frames, {:.1} a second, exposed for {:.2} ms, response {}, white {}",
+        path.display(),
+        shots.shots.len(),
+        (shots.shots.len() - 1) as f64 / shots.duration().as_seconds(),
+        1e-3 * shots.usual_exposure_us(),
+        shots.response,
+        shots.white
+    )
+}
+
+/// What a user should know of frames.
+fn said_of(shots: &Shots) -> Vec<String> {
+    let mut notes = Vec::new();
+    let usual = shots.usual_exposure_us();
+    if usual <= 0.0 {
+        notes.push("the file does not tell exposures: frames are taken for moments".to_owned());
+    } else if shots.exposures().iter().any(|share| (share - 1.0).abs() > EVEN) {
+        notes.push("exposures differ: codes are divided by their lengths".to_owned());
+    }
+    let blind = shots.blind_share();
+    if blind > EVEN {
+        notes.push(format!(
+            "{:.0} % of the pixels are black, white or too dark in some frame: their events are not \
+             compared",
+            100.0 * blind
+        ));
+    }
+    notes
+}
