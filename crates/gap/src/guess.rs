@@ -5,7 +5,7 @@ use evpose_core::EventStream;
 use evpose_sensor::SensorConfig;
 
 use crate::parameters::Parameter;
-use crate::{GapError, Lab};
+use crate::{Block, GapError, Lab, View};
 
 /// Rates are compared in bins of this length.
 const BIN_US: i64 = 250;
@@ -18,7 +18,8 @@ const FURTHEST: f64 = 0.9;
 const STEEPEST: f64 = -8.0;
 const FLATTEST: f64 = -0.4;
 
-/// The model with thresholds, with the clock, and with both set from the recording.
+/// The model with thresholds, with the clock, and with both set from the recording; where light is
+/// not known in full, also with the background.
 ///
 /// # Errors
 /// A model that cannot be shown the scene.
@@ -31,7 +32,48 @@ pub(crate) fn starts(lab: &Lab<'_>, model: &SensorConfig) -> Result<Vec<SensorCo
     let scaled = scaled(lab, model)?;
     let mut both = scaled.clone();
     Parameter::ClockOffset.set(&mut both, was_us + offset_us);
-    Ok(vec![scaled, late, both])
+    let mut starts = vec![scaled, late, both];
+    if !lab.layout.compares(Block::Crossing) {
+        // Where counts in motion say nothing, those at rest are all there is of the background, and
+        // one number at a time does not lead from none to what is far away.
+        let given = [model, &starts[0]].map(|start| with_rates_at_rest(lab, &simulated, start));
+        starts.extend(given);
+    }
+    Ok(starts)
+}
+
+/// `model` with as much more background as pixels at rest have more events than in `simulated`.
+fn with_rates_at_rest(
+    lab: &Lab<'_>,
+    simulated: &EventStream,
+    model: &SensorConfig,
+) -> SensorConfig {
+    let stage = lab.stage;
+    let counts = |events: &EventStream| {
+        let mut counts = [0.0; 2];
+        let view = View::new(stage, events, lab.window);
+        for sight in view.events().iter().filter(|sight| sight.cell.is_quiet()) {
+            counts[usize::from(sight.is_on)] += 1.0;
+        }
+        counts
+    };
+    let (measured, simulated) = (counts(&lab.events), counts(simulated));
+    let seen = stage.scene.blind().iter().filter(|blind| !**blind).count();
+    let share = if stage.scene.blind().is_empty() {
+        1.0
+    } else {
+        seen as f64 / stage.scene.size().pixels() as f64
+    };
+    let at_rest_s = share * stage.classes.quiet_pixel_s().iter().sum::<f64>();
+    let mut model = model.clone();
+    for (i, parameter) in [Parameter::NoiseOff, Parameter::NoiseOn].into_iter().enumerate() {
+        if at_rest_s > 0.0 {
+            let more_hz = (measured[i] - simulated[i]) / at_rest_s;
+            let rate_hz = parameter.value(&model) + more_hz;
+            parameter.set(&mut model, rate_hz.max(0.0));
+        }
+    }
+    model
 }
 
 /// Thresholds so that there are as many events of each polarity, by secants: counts go with one over

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Subcommand;
+use evpose_gap::davis::Response;
 
 /// How steps that name something end.
 const EXIT_CODES: &str = "Ends with 0 if there is no gap, 10 for a parameter, 11 for effects, 12 if nothing \
@@ -18,7 +19,8 @@ const EXIT_CODES: &str = "Ends with 0 if there is no gap, 10 for a parameter, 11
     nominal) and the light of every frame in `frames.npy` or `frames/`. Instead, a scene can be a\n\
     config as `evpose simulate` takes it, or a directory that it wrote, with #N for sequence N: its\n\
     light is rendered. With --poses, hands in the poses of a file are rendered, and light and\n\
-    texture are left open.")]
+    texture are left open. `--scene frames` takes the frames that a DAVIS recorded beside its\n\
+    events: what they hide is left open.")]
 pub(crate) enum GapCommand {
     /// Find what is missing in a sensor model, add it, and say how far the gap closes
     Run(RunArgs),
@@ -55,14 +57,19 @@ pub(crate) struct InputArgs {
     #[arg(long)]
     pub(crate) measured: PathBuf,
     /// Its scene: a directory, a config of `evpose simulate` (CONFIG#N for its sequence N, else
-    /// 0), or `none` for a recording alone
-    #[arg(long, value_name = "DIR|CONFIG[#N]|none")]
+    /// 0), `frames` for those that an AEDAT4 recording holds itself, or `none` for a recording alone
+    #[arg(long, value_name = "DIR|CONFIG[#N]|frames|none")]
     pub(crate) scene: PathBuf,
+    /// The response curve of a recording's own frames: linear, srgb, or an exponent such as 2.2
+    /// [default: linear]
+    #[arg(long, value_name = "CURVE")]
+    pub(crate) response: Option<Response>,
     /// Poses of the hand in the recording (.meta, as `evpose simulate` writes them); --scene is then
     /// the config with camera and sensor size, and light and texture are taken to be unknown
     #[arg(long, value_name = "FILE")]
     pub(crate) poses: Option<PathBuf>,
-    /// Seconds of a config's scene that are rendered and compared [default: all, at most 2]
+    /// Seconds of a config's scene, or of a recording with frames, that are compared [default: all,
+    /// at most 2]
     #[arg(long)]
     pub(crate) seconds: Option<f64>,
     /// The model: a preset or a TOML file of effects
@@ -72,7 +79,7 @@ pub(crate) struct InputArgs {
     #[arg(long, requires = "validate_scene")]
     pub(crate) validate: Option<PathBuf>,
     /// Its scene, as --scene
-    #[arg(long, requires = "validate", value_name = "DIR|CONFIG[#N]")]
+    #[arg(long, requires = "validate", value_name = "DIR|CONFIG[#N]|frames")]
     pub(crate) validate_scene: Option<PathBuf>,
     /// Its poses, as --poses
     #[arg(long, requires_all = ["validate", "poses"], value_name = "FILE")]
@@ -101,6 +108,7 @@ pub(crate) struct InputArgs {
     --quick\n  \
     evpose gap run --measured sim/0001.evc --scene sim#1 --out gap/\n  \
     evpose gap run --measured sim/0001.evc --scene sim --poses sim/0001.meta --out gap/\n  \
+    evpose gap run --measured davis.aedat4 --scene frames --response linear --out gap/\n  \
     evpose gap run --measured rec.npz --scene none --out gap/\n\n\
     Ends with 0 if there is no gap, 10 for a parameter, 11 for effects, 12 if nothing of the\n\
     catalogue explains it, 13 if undecided, 2 if the input cannot be used, 1 for anything else.")]

@@ -44,6 +44,9 @@ pub(super) struct RunInfo {
     /// Seconds of a config's scene that were rendered.
     #[serde(default)]
     pub(super) scene_seconds: Option<f64>,
+    /// The response curve of frames, as typed.
+    #[serde(default)]
+    pub(super) response: Option<String>,
     /// Whether recordings were taken as they are.
     pub(super) as_is: bool,
     /// What was held out, in seconds, of the second recording or else of the first.

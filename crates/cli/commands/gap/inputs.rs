@@ -5,13 +5,17 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 use evpose_core::{EventStream, Micros, TimeWindow};
 use evpose_gap::GapError;
+use evpose_gap::davis::Shots;
 use evpose_gap::input::{LoadedRecording, LoadedScene, Nominal, Problem, Problems, load_recording};
-use evpose_gap::workflow::{Case, HeldOut, Inputs, Look, Prepared, prepared, stamped};
+use evpose_gap::workflow::{
+    Case, HeldOut, Inputs, Look, OF_FRAMES, OF_POSES, Prepared, Unknown, prepared, stamped,
+};
 use evpose_sensor::{STAGES, SensorConfig, SensorModel};
 
 use super::BadInput;
 use super::args::InputArgs;
-use super::scenes::{SceneSource, as_gap_error};
+use super::davis;
+use super::scenes::{FRAMES, SceneSource, as_gap_error};
 use crate::commands::sensor::source;
 use crate::progress::say;
 
@@ -25,6 +29,8 @@ pub(super) struct Loaded {
     pub(super) tick: Micros,
     /// What was read, what was found and what was put right, a line each.
     pub(super) notes: Vec<String>,
+    /// The frames of the recording, where these are the scene.
+    pub(super) shots: Option<Shots>,
 }
 
 /// The model that was asked for, checked.
@@ -41,7 +47,8 @@ pub(super) fn load(
     model: &SensorConfig,
     as_is: bool,
 ) -> Result<Loaded> {
-    load_all(measured, scene, model, as_is).context(BadInput)
+    let load = if scene.is_frames() { davis::load } else { load_all };
+    load(measured, scene, model, as_is).context(BadInput)
 }
 
 fn load_all(
@@ -92,7 +99,7 @@ fn load_all(
     }
     let case = Case::new(&events, scene.scene)?;
     let notes = notes.iter().map(|note| note.replace("  ", " ")).collect();
-    Ok(Loaded { case, nominal: scene.nominal, tick: recording.tick, notes })
+    Ok(Loaded { case, nominal: scene.nominal, tick: recording.tick, notes, shots: None })
 }
 
 /// What is said of events that the scene does not cover.
@@ -136,9 +143,19 @@ pub(super) fn sources(args: &InputArgs) -> (SceneSource, Option<SceneSource>) {
         path: path.to_owned(),
         poses: poses.clone(),
         seconds: args.seconds,
+        response: args.response,
     };
     let held = args.validate_scene.as_deref();
     (source(&args.scene, &args.poses), held.map(|path| source(path, &args.validate_poses)))
+}
+
+/// What is not known of the scenes of a comparison; nothing if their light is given.
+pub(super) fn unknown(args: &InputArgs) -> Option<&'static Unknown> {
+    match (&args.poses, args.scene == Path::new(FRAMES)) {
+        (Some(_), _) => Some(&OF_POSES),
+        (None, true) => Some(&OF_FRAMES),
+        (None, false) => None,
+    }
 }
 
 /// Reads all that a comparison needs.
@@ -150,6 +167,10 @@ pub(super) fn prepare(args: &InputArgs) -> Result<Prepared> {
         let problem = anyhow::anyhow!("--poses with --validate takes --validate-poses as well");
         return Err(problem.context(BadInput));
     }
+    if held_scene.as_ref().is_some_and(|held| held.is_frames() != train_scene.is_frames()) {
+        let problem = anyhow::anyhow!("--scene frames and --validate-scene frames go together");
+        return Err(problem.context(BadInput));
+    }
     let train = load(&args.measured, &train_scene, &given, args.as_is)?;
     let given = stamped(&given, train.tick);
     let mut notes = train.notes;
@@ -158,13 +179,13 @@ pub(super) fn prepare(args: &InputArgs) -> Result<Prepared> {
         say(format!("note      {note}"));
         notes.push(note);
     }
-    let held = match (&args.validate, &held_scene) {
+    let (held, held_shots) = match (&args.validate, &held_scene) {
         (Some(recording), Some(scene)) => {
             let held = load(recording, scene, &given, args.as_is)?;
             notes.extend(held.notes);
-            HeldOut::Recording(held.case)
+            (HeldOut::Recording(held.case), held.shots)
         }
-        _ => HeldOut::Later,
+        _ => (HeldOut::Later, None),
     };
     let inputs = Inputs {
         train: train.case,
@@ -175,14 +196,18 @@ pub(super) fn prepare(args: &InputArgs) -> Result<Prepared> {
         seed: args.seed,
         is_quick: args.quick,
     };
-    let mut prepared = match args.poses {
-        Some(_) => {
-            let look =
-                |source: &SceneSource, i| source.look(i).map_err(|error| as_gap_error(&error));
-            let of_train = |i| look(&train_scene, i);
-            let of_held = held_scene.as_ref().map(|source| move |i| look(source, i));
+    let unknown = unknown(args);
+    let looks = |shots: Option<Shots>, source: SceneSource| {
+        move |i| match &shots {
+            Some(shots) => shots.twin(i, args.seed),
+            None => source.look(i).map_err(|error| as_gap_error(&error)),
+        }
+    };
+    let mut prepared = match unknown {
+        Some(unknown) => {
+            let of_held = held_scene.map(|scene| looks(held_shots, scene));
             let of_held = of_held.as_ref().map(|look| look as Look<'_>);
-            Prepared::of_poses(inputs, &of_train, of_held)
+            Prepared::of_looks(inputs, unknown, &looks(train.shots, train_scene), of_held)
         }
         None => Prepared::new(inputs),
     }
@@ -191,7 +216,7 @@ pub(super) fn prepare(args: &InputArgs) -> Result<Prepared> {
         say(format!("note      {note}"));
     }
     // What kind of comparison it is comes first.
-    let first = usize::from(args.poses.is_some());
+    let first = usize::from(unknown.is_some());
     prepared.notes.splice(first..first, notes);
     Ok(prepared)
 }

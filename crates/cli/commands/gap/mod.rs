@@ -2,6 +2,7 @@
 
 mod args;
 mod bench;
+mod davis;
 mod files;
 mod inputs;
 mod report;

@@ -9,7 +9,7 @@ use evpose_core::TimeWindow;
 use evpose_gap::input::{Problem, load_recording};
 use evpose_gap::report::{Fact, ReportData};
 use evpose_gap::verdict::Answer;
-use evpose_gap::workflow::{bare, of_poses, outcome, stamped};
+use evpose_gap::workflow::{bare, outcome, stamped};
 
 use super::args::{InputArgs, RunArgs};
 use super::files::{self, RunInfo, whole};
@@ -51,8 +51,8 @@ fn compared(args: &InputArgs) -> Result<Written> {
     let named = bench.name(&prepared.model.config, &prepared.left_out, &progress)?;
     clock.lap("naming");
     let mut outcome = outcome(&prepared, &bench, &named, &progress)?;
-    if args.poses.is_some() {
-        of_poses(&mut outcome.report.verdict);
+    if let Some(unknown) = inputs::unknown(args) {
+        unknown.restrict(&mut outcome.report.verdict);
     }
     clock.lap("verdict");
     spinner.finish_and_clear();
@@ -72,6 +72,7 @@ fn alone(args: &InputArgs) -> Result<Written> {
         ("--validate", args.validate.is_some()),
         ("--poses", args.poses.is_some()),
         ("--seconds", args.seconds.is_some()),
+        ("--response", args.response.is_some()),
     ];
     if let Some((option, _)) = of_a_scene.into_iter().find(|(_, is_given)| *is_given) {
         return Err(anyhow!("{option} needs a scene, and --scene is none").context(BadInput));
@@ -130,6 +131,7 @@ fn write(args: &RunArgs, written: &Written) -> Result<()> {
         poses: path(&inputs.poses)?,
         validate_poses: path(&inputs.validate_poses)?,
         scene_seconds: inputs.seconds,
+        response: inputs.response.map(|response| response.to_string()),
         as_is: inputs.as_is,
         held_s: written.held.map(|w| [w.start.as_seconds(), w.end.as_seconds()]),
         model: inputs.model.clone(),

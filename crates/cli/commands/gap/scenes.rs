@@ -6,11 +6,13 @@
 //! | a config as `evpose simulate` takes it, `#N` behind it for sequence N | that of the sequence |
 //! | a directory that `evpose simulate` wrote, with `#N` | that of its sequence N |
 //! | the latter two with poses | a hand in these poses, with a look of its own |
+//! | `frames` | that of the frames beside the events of a recording, see [`super::davis`] |
 
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail};
 use evpose_core::{Plane, SensorSize};
+use evpose_gap::davis::Response;
 use evpose_gap::input::{LoadedScene, load_scene};
 use evpose_gap::{GapError, Scene};
 use evpose_io::MetaReader;
@@ -21,10 +23,12 @@ use crate::commands::config_source;
 
 /// A recording without a scene.
 pub(super) const NONE: &str = "none";
+/// The frames that a recording holds itself.
+pub(super) const FRAMES: &str = "frames";
 /// Seconds that are rendered if the user does not say.
-const USUAL_S: f64 = 2.0;
+pub(super) const USUAL_S: f64 = 2.0;
 /// Pixels of all frames together: four seconds of a DAVIS240C at a thousand frames a second.
-const MOST_PIXELS: f64 = 180e6;
+pub(super) const MOST_PIXELS: f64 = 180e6;
 
 /// A scene as it was typed.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,6 +39,8 @@ pub(super) struct SceneSource {
     pub(super) poses: Option<PathBuf>,
     /// Seconds that are rendered.
     pub(super) seconds: Option<f64>,
+    /// How the frames of a recording are read.
+    pub(super) response: Option<Response>,
 }
 
 /// A sequence of a config.
@@ -47,8 +53,19 @@ struct Sequence {
 }
 
 impl SceneSource {
+    /// Whether it is the recording's own frames.
+    pub(super) fn is_frames(&self) -> bool {
+        self.path == Path::new(FRAMES)
+    }
+
     /// Reads or renders it.
     pub(super) fn load(&self) -> Result<LoadedScene> {
+        if self.is_frames() {
+            bail!("--scene frames goes with a recording that holds frames: there is none here");
+        }
+        if self.response.is_some() {
+            bail!("--response goes with --scene frames; light of other scenes is linear");
+        }
         let Some(sequence) = self.sequence()? else {
             if self.poses.is_some() || self.seconds.is_some() {
                 let what = if self.poses.is_some() { "--poses" } else { "--seconds" };
@@ -215,8 +232,11 @@ pub(super) fn as_gap_error(error: &anyhow::Error) -> GapError {
     GapError::Scene(format!("{error:#}"))
 }
 
-/// The path from the root; names of embedded configs stay as they are.
+/// The path from the root; names of embedded configs and of what is no file stay as they are.
 pub(super) fn whole(path: &Path) -> Result<PathBuf> {
+    if path == Path::new(FRAMES) {
+        return Ok(path.to_owned());
+    }
     let name = path.to_string_lossy();
     let name = name.split('#').next().unwrap_or_default();
     if config_source::is_embedded(name) && !Path::new(name).exists() {

@@ -122,7 +122,10 @@ fn with_name(
     let bench = prepared.bench()?;
     let spinner = spinner();
     let progress = |what: &str| spinner.set_message(what.to_owned());
-    let named = bench.name(&prepared.model.config, &prepared.left_out, &progress)?;
+    let mut named = bench.name(&prepared.model.config, &prepared.left_out, &progress)?;
+    if let Some(unknown) = inputs::unknown(args) {
+        unknown.restrict_named(&mut named);
+    }
     spinner.finish_and_clear();
     let names: Vec<&str> = named.steps.iter().map(|step| step.contenders[0].found.name).collect();
     let mut gaps = format!("gap {:.2} as given", named.before.gap);
@@ -152,7 +155,8 @@ pub(super) fn word(answer: Answer) -> &'static str {
 /// `evpose gap power`.
 pub(super) fn power(args: &PowerArgs) -> Result<()> {
     use_threads(args.threads)?;
-    let mut source = SceneSource { path: args.scene.clone(), poses: None, seconds: None };
+    let path = args.scene.clone();
+    let mut source = SceneSource { path, poses: None, seconds: None, response: None };
     if source.is_rendered() {
         source.seconds = Some(args.seconds);
     }

@@ -28,8 +28,12 @@ pub(super) fn run(args: &VerifyArgs) -> Result<()> {
             return Err(problem.context(BadInput));
         }
     };
-    let source =
-        SceneSource { path: scene.clone(), poses: poses.clone(), seconds: info.scene_seconds };
+    let source = SceneSource {
+        path: scene.clone(),
+        poses: poses.clone(),
+        seconds: info.scene_seconds,
+        response: info.response.as_deref().map(str::parse).transpose()?,
+    };
     let case = inputs::load(measured, &source, &before, info.as_is)?.case;
     let Some([from, to]) = info.held_s else { bail!("run.json says nothing of what was held out") };
     let window = TimeWindow { start: Micros::from_seconds(from), end: Micros::from_seconds(to) };

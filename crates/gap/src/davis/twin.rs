@@ -27,7 +27,10 @@ impl Shots {
         let mut rng = CounterRng::new(seed, "twin", i);
         let black = rng.uniform(-BLACK, BLACK) * f32::from(self.white);
         let share = SHORTEST.powf(rng.unit());
-        let wave = [rng.uniform(-0.05, 0.05), rng.uniform(-0.05, 0.05), rng.unit()];
+        let slant = [rng.uniform(-0.05, 0.05), rng.uniform(-0.05, 0.05)];
+        // Edges along columns, along rows, oblique, and light that changes everywhere at once.
+        let is_along = [i % 4 < 2, i % 2 == 0].map(|is_along| if is_along { 1.0 } else { 0.0 });
+        let wave = [slant[0] * is_along[0], slant[1] * is_along[1], rng.unit()];
         let exposures = self.exposures();
         let last = self.shots.len() - 1;
         let is_kept = |k: &usize| *k == 0 || *k == last || *k as u64 % 2 == i % 2;

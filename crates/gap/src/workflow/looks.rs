@@ -13,6 +13,7 @@ use evpose_sensor::SensorConfig;
 
 use super::inputs::{Inputs, Prepared};
 use super::spread::Spread;
+use crate::naming::Named;
 use crate::parameters::Parameter;
 use crate::verdict::{Answer, FindingKind, Verdict};
 use crate::{Block, GapError, Layout, Scene, View};
@@ -121,5 +122,15 @@ impl Unknown {
         verdict.untestable.extend(like);
         let why = self.thresholds.to_owned();
         verdict.untestable.insert("threshold_on, threshold_off".to_owned(), why);
+    }
+
+    /// The same of an answer before there is a verdict.
+    pub fn restrict_named(&self, named: &mut Named) {
+        let is_threshold =
+            |p: &Parameter| matches!(p, Parameter::ThresholdOn | Parameter::ThresholdOff);
+        named.moved.retain(|parameter| !is_threshold(parameter));
+        if named.answer == Answer::Parameter && named.moved.is_empty() {
+            named.answer = Answer::NoGap;
+        }
     }
 }

@@ -1,0 +1,62 @@
+//! A recording beside the frames that its camera took.
+
+use std::path::Path;
+
+use anyhow::{Result, bail};
+use evpose_gap::davis::load_shots;
+use evpose_gap::input::{Problem, Problems};
+use evpose_gap::workflow::{Case, prepared};
+use evpose_sensor::SensorConfig;
+
+use super::inputs::Loaded;
+use super::scenes::{MOST_PIXELS, SceneSource, USUAL_S};
+use crate::progress::say;
+
+/// Reads events and frames, which have one clock and one place: only axes and polarity may be mixed
+/// up.
+pub(super) fn load(
+    measured: &Path,
+    source: &SceneSource,
+    model: &SensorConfig,
+    as_is: bool,
+) -> Result<Loaded> {
+    if source.poses.is_some() {
+        bail!("--poses goes with the config of a scene, not with --scene frames");
+    }
+    let seconds = source.seconds.unwrap_or(USUAL_S);
+    if !(seconds > 0.0 && seconds.is_finite()) {
+        bail!("--seconds {seconds}: must be greater than 0");
+    }
+    let read = load_shots(measured, source.response.unwrap_or_default(), seconds)?;
+    let pixels = read.shots.planes() as f64 * read.shots.size().pixels() as f64;
+    if pixels > MOST_PIXELS {
+        bail!(
+            "{:.1} s of a sensor of {} are too much to be compared at once: give fewer --seconds",
+            read.shots.duration().as_seconds(),
+            read.shots.size()
+        );
+    }
+    let scene = read.shots.scene()?;
+    let mut problems = Problems::default();
+    if read.recording.rejected.total() > 0 {
+        problems.found.push(Problem::Lost(read.recording.rejected));
+    }
+    if !as_is {
+        let reference = scene.events(&prepared(model, None).reference, 0)?;
+        let all = Problems::find(&read.recording, scene.duration().as_seconds(), &reference).found;
+        problems.found.extend(all.into_iter().filter(|p| matches!(p, Problem::Orientation(_))));
+    }
+    let mut notes: Vec<String> =
+        read.recording.notes.iter().map(|note| format!("note      {note}")).collect();
+    for problem in &problems.found {
+        let is_repaired = matches!(problem, Problem::Orientation(_));
+        let what = if is_repaired { "put right" } else { "problem  " };
+        notes.push(format!("{what} {problem}"));
+    }
+    let lines = read.recording.provenance.iter().map(|line| format!("read      {line}"));
+    lines.chain(notes.iter().cloned()).for_each(say);
+    let case = Case::new(&problems.repair(&read.recording.events), scene)?;
+    let notes = notes.iter().map(|note| note.replace("  ", " ")).collect();
+    let tick = read.recording.tick;
+    Ok(Loaded { case, nominal: None, tick, notes, shots: Some(read.shots) })
+}

@@ -1,0 +1,205 @@
+//! Recordings of a camera with frames and events, made by our own simulator, through the workflow.
+
+use evpose_core::{Event, EventStream, Micros, Plane, SensorSize};
+use evpose_gap::davis::{LoadedShots, Response, load_shots};
+use evpose_gap::naming::Named;
+use evpose_gap::parameters::Parameter;
+use evpose_gap::verdict::Answer;
+use evpose_gap::workflow::{Case, HeldOut, Inputs, OF_FRAMES, Prepared, prepared};
+use evpose_gap::{GapError, Scene};
+use evpose_io::aedat4::{Compression, Content, Frame, Kind, Packet, PixelFormat, Stream, Writer};
+use evpose_sensor::{EffectConfig, SensorConfig};
+
+const SIZE: SensorSize = SensorSize { width: 32, height: 24 };
+/// Such files count microseconds since 1970.
+const EPOCH: i64 = 1_700_000_000_000_000;
+
+/// What the camera looks at, and how its frames come about.
+#[derive(Clone, Copy)]
+struct Shooting {
+    /// Speed of the bars in pixels a second.
+    speed_px_s: f64,
+    frames_hz: f64,
+    exposure_us: i64,
+    response: Response,
+    millis: usize,
+}
+
+const USUAL: Shooting = Shooting {
+    speed_px_s: 70.0,
+    frames_hz: 40.0,
+    exposure_us: 8_000,
+    response: Response::Srgb,
+    millis: 1_200,
+};
+
+impl Shooting {
+    /// Bars move in the lower half of the image, over a ground that is at rest in the upper.
+    fn light(self, t_s: f64, x: f64, y: f64) -> f64 {
+        let ground = 0.12 + 0.25 * x / 32.0 + 0.05 * (0.9 * y).sin();
+        let place = (x + 0.3 * y - self.speed_px_s * t_s).rem_euclid(19.0) - 7.0;
+        let bar = (0.7 * (4.0 - place.abs()) + 0.5).clamp(0.0, 1.0);
+        if y < 11.0 { ground } else { ground + (0.15 + 0.02 * y) * bar }
+    }
+
+    fn scene(self) -> Scene {
+        let plane = |k: usize| {
+            let light = (0..SIZE.pixels()).map(|i| {
+                let (x, y) = ((i % 32) as f64, (i / 32) as f64);
+                self.light(k as f64 / 1_000.0, x, y) as f32
+            });
+            Plane::from_vec(32, 24, light.collect()).unwrap()
+        };
+        Scene::new(1_000.0, (0..=self.millis).map(plane).collect()).unwrap()
+    }
+
+    fn frame(self, start_us: i64) -> Frame {
+        let looks = 16;
+        let code = |i: usize| {
+            let (x, y) = ((i % 32) as f64, (i / 32) as f64);
+            let light: f64 = (0..looks)
+                .map(|look| {
+                    let share = (f64::from(look) + 0.5) / f64::from(looks);
+                    let t_us = start_us as f64 + self.exposure_us as f64 * share;
+                    self.light(1e-6 * t_us, x, y) / f64::from(looks)
+                })
+                .sum();
+            (255.0 * self.response.code(light)).round() as u8
+        };
+        let [start, end] = [0, self.exposure_us].map(|us| Micros(EPOCH + start_us + us));
+        Frame {
+            t: start,
+            readout_start: end,
+            readout_end: end + Micros(3_000),
+            exposure_start: start,
+            exposure_end: end,
+            format: PixelFormat::GREY,
+            width: SIZE.width,
+            height: SIZE.height,
+            position: (0, 0),
+            origin: 1,
+            pixels: (0..SIZE.pixels()).map(code).collect(),
+        }
+    }
+
+    /// A file of a camera with this sensor; frames are of this origin.
+    fn record(self, sensor: &SensorConfig, origin: i8) -> (tempfile::TempDir, std::path::PathBuf) {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("rec.aedat4");
+        let stream = |id, kind, name: &str| Stream {
+            id,
+            kind,
+            name: name.to_owned(),
+            source: "DAVIS".to_owned(),
+            size: Some(SIZE),
+        };
+        let streams = [stream(0, Kind::Events, "events"), stream(1, Kind::Frames, "frames")];
+        let mut writer = Writer::create(&path, Compression::default(), &streams).unwrap();
+        let events = self.scene().events(sensor, 17).unwrap();
+        let shifted = events.iter().map(|e| Event { t: Micros(e.t.0 + EPOCH), ..e });
+        writer.events(0, &EventStream::from_events(SIZE, shifted).unwrap()).unwrap();
+        let step_us = (1e6 / self.frames_hz) as i64;
+        let last_us = 1_000 * self.millis as i64 - self.exposure_us;
+        for start_us in (3_000..last_us).step_by(step_us as usize) {
+            let frame = Frame { origin, ..self.frame(start_us) };
+            writer.packet(&Packet { stream: 1, content: Content::Frame(frame) }).unwrap();
+        }
+        writer.finish().unwrap();
+        (dir, path)
+    }
+
+    /// What is said of a recording of this sensor, whose frames are taken to be of `response`.
+    fn judged(self, sensor: &SensorConfig, response: Response) -> Named {
+        let (_dir, path) = self.record(sensor, 1);
+        let LoadedShots { shots, recording } = load_shots(&path, response, 2.0).unwrap();
+        let inputs = Inputs {
+            train: Case::new(&recording.events, shots.scene().unwrap()).unwrap(),
+            held: HeldOut::Later,
+            model: SensorConfig::default(),
+            nominal: None,
+            left_out: Vec::new(),
+            seed: 3,
+            is_quick: true,
+        };
+        let look = |i| shots.twin(i, 3);
+        let prepared = Prepared::of_looks(inputs, &OF_FRAMES, &look, None).unwrap();
+        let bench = prepared.bench().unwrap();
+        let mut named = bench.name(&prepared.model.config, &prepared.left_out, &|_| {}).unwrap();
+        OF_FRAMES.restrict_named(&mut named);
+        named
+    }
+}
+
+fn names(named: &Named) -> Vec<&'static str> {
+    named.steps.iter().map(|step| step.contenders[0].found.name).collect()
+}
+
+fn camera(effect: Option<EffectConfig>) -> SensorConfig {
+    let mut sensor = prepared(&SensorConfig::default(), None).config;
+    if effect.as_ref().is_some_and(|effect| effect.name == "scanned_readout") {
+        sensor.effects.retain(|effect| effect.name != "ideal_readout");
+    }
+    sensor.effects.extend(effect);
+    sensor
+}
+
+#[track_caller]
+fn assert_nothing_is_named(named: &Named) {
+    let gaps = [named.before.gap, named.after.gap];
+    assert_eq!((named.answer, names(named)), (Answer::NoGap, Vec::new()), "{gaps:?}");
+}
+
+/// Slow and fast motion, of which frames show much and hardly anything, and long exposures.
+#[test]
+fn what_frames_do_to_light_is_no_effect_of_the_sensor() {
+    for shooting in [
+        USUAL,
+        Shooting { speed_px_s: 20.0, ..USUAL },
+        Shooting { speed_px_s: 400.0, ..USUAL },
+        Shooting { frames_hz: 25.0, exposure_us: 20_000, ..USUAL },
+    ] {
+        assert_nothing_is_named(&shooting.judged(&camera(None), shooting.response));
+    }
+}
+
+/// Contrast is less than half of what it was, and that is all there is.
+#[test]
+fn a_response_curve_that_is_another_is_no_effect_of_the_sensor() {
+    assert_nothing_is_named(&USUAL.judged(&camera(None), Response::Linear));
+}
+
+#[test]
+fn a_leak_and_a_scanned_readout_are_named_in_spite_of_it() {
+    let leak = EffectConfig::new("leak_on").with("rate_hz", 8.0);
+    let scan = EffectConfig::new("scanned_readout")
+        .with("period_us", 2_000.0)
+        .with("axis", "rows")
+        .with("direction", "forward")
+        .with("waiting", "kept");
+    for (effect, key, value) in [(leak, "rate_hz", 8.0), (scan, "period_us", 2_000.0)] {
+        let named = USUAL.judged(&camera(Some(effect.clone())), USUAL.response);
+        assert_eq!((named.answer, names(&named)), (Answer::Effects, vec![effect.name.as_str()]));
+        let found = named.after.model.effect(&effect.name).and_then(|found| found.number(key));
+        assert!((found.unwrap() / value - 1.0).abs() < 0.1, "{found:?}");
+    }
+}
+
+#[test]
+fn background_is_a_number_of_the_model() {
+    let noise = EffectConfig::new("uniform_noise").with("on_hz", 4.0).with("off_hz", 2.0);
+    let named = USUAL.judged(&camera(Some(noise)), USUAL.response);
+    assert_eq!((named.answer, names(&named)), (Answer::Parameter, Vec::new()));
+    for (parameter, value) in [(Parameter::NoiseOn, 4.0), (Parameter::NoiseOff, 2.0)] {
+        let found = parameter.value(&named.after.model);
+        assert!((found / value - 1.0).abs() < 0.15, "{parameter:?} {found}");
+    }
+}
+
+#[test]
+fn a_recording_without_frames_of_its_own_is_refused_with_what_to_do() {
+    let (_dir, path) = USUAL.record(&camera(None), 2);
+    let refused = load_shots(&path, Response::Srgb, 2.0).unwrap_err();
+    assert!(matches!(refused, GapError::NoFrames { .. }), "{refused}");
+    let said = refused.to_string();
+    assert!(said.contains("computed from events") && said.contains("--scene none"), "{said}");
+}
