@@ -81,13 +81,15 @@ impl LastTimes {
             (Some(now), Some(origin)) => now.0.saturating_sub(origin.0) as i32,
             _ => 0,
         };
+        // Times left are times of events plus this: what was so long ago is below zero by then.
+        let offset_us = length_us - now_us;
         let last_us = self.last_us.as_slice();
         wide(
             // What is captured by reference might be among the values: it would be read again and again.
             #[inline(always)]
             move || {
                 for (out, &last_us) in out.iter_mut().zip(last_us) {
-                    *out = value(length_us - (now_us - last_us).min(length_us));
+                    *out = value((last_us + offset_us).max(0));
                 }
             },
         );
