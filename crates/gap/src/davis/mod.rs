@@ -11,6 +11,7 @@
 //! [twin](Shots::twin) is that light photographed anew, worse by as much again: what the numbers of its
 //! events differ by is what frames do not tell. Events have no part in any of it.
 
+mod between;
 mod path;
 mod read;
 mod response;
@@ -23,6 +24,7 @@ pub use read::{LoadedShots, load_shots};
 pub use response::{Response, UnknownResponse};
 
 use crate::{GapError, Scene};
+use between::Between;
 use path::{Gate, shortest};
 
 /// Planes a second of the light between frames.
@@ -73,19 +75,6 @@ pub struct Shots {
     shots: Vec<Shot>,
 }
 
-/// How light goes from one shot to the next.
-#[derive(Debug, Clone, Copy)]
-enum Between {
-    /// Evenly.
-    Evenly,
-    /// In this part of the time, each pixel at its time, so that an edge passes over the image.
-    Abruptly {
-        share: f32,
-        /// Turns per pixel along columns and rows, and at the first pixel.
-        wave: [f32; 3],
-    },
-}
-
 impl Shots {
     /// Frames of one sensor, in order of time, of codes up to `white`; the middle of the exposure of
     /// the first is time zero.
@@ -104,8 +93,9 @@ impl Shots {
             let problem = format!("{} frames that are no sequence of {size}", shots.len());
             return Err(GapError::Scene(problem));
         }
-        let noise = noise_of(&shots, white);
-        Ok(Self { size, response, white, noise, shots })
+        let mut all = Self { size, response, white, noise: 0.0, shots };
+        all.noise = all.noise_at_rest();
+        Ok(all)
     }
 
     /// The sensor.
@@ -173,6 +163,28 @@ impl Shots {
         })
     }
 
+    /// Standard deviation of the codes of pixels at rest, the quietest quarter, beyond their rounding.
+    fn noise_at_rest(&self) -> f64 {
+        let white = f64::from(self.white);
+        let exposures = self.exposures();
+        // The code that the usual exposure would have given.
+        let even = |code: u16, exposure: f64| {
+            white * self.response.code(self.response.light(f64::from(code) / white) / exposure)
+        };
+        let bends = |pixel: usize| {
+            let codes = self.shots.iter().zip(&exposures).map(|(shot, e)| (shot.codes[pixel], *e));
+            let codes = codes.filter(|(code, _)| (1..self.white).contains(code));
+            let codes: Vec<f64> = codes.map(|(code, exposure)| even(code, exposure)).collect();
+            let bends = codes.windows(3).map(|c| (c[0] - 2.0 * c[1] + c[2]).powi(2));
+            // Bends of independent codes have six times their variance.
+            (codes.len() >= 3).then(|| bends.sum::<f64>() / (6.0 * (codes.len() - 2) as f64))
+        };
+        let mut all: Vec<f64> = (0..self.size.pixels()).filter_map(bends).collect();
+        all.sort_by(f64::total_cmp);
+        let quiet = all.get(all.len() / 4).copied().unwrap_or(0.0);
+        (quiet - ROUNDING).max(0.0).sqrt()
+    }
+
     /// Exposures as multiples of their median: a camera that exposes longer sees no more light.
     fn exposures(&self) -> Vec<f64> {
         let usual = self.usual_exposure_us();
@@ -219,37 +231,6 @@ impl Shots {
             plane
         });
         Scene::new(FPS, planes.collect())
-    }
-}
-
-/// Standard deviation of the codes of pixels at rest, the quietest quarter, beyond their rounding.
-fn noise_of(shots: &[Shot], white: u16) -> f64 {
-    let bends = |pixel: usize| {
-        let codes = shots.iter().map(|shot| shot.codes[pixel]);
-        let codes: Vec<f64> = codes.filter(|c| (1..white).contains(c)).map(f64::from).collect();
-        let bends = codes.windows(3).map(|c| (c[0] - 2.0 * c[1] + c[2]).powi(2));
-        // Bends of independent codes have six times their variance.
-        (codes.len() >= 3).then(|| bends.sum::<f64>() / (6.0 * (codes.len() - 2) as f64))
-    };
-    let mut all: Vec<f64> = (0..shots[0].codes.len()).filter_map(bends).collect();
-    all.sort_by(f64::total_cmp);
-    let quiet = all.get(all.len() / 4).copied().unwrap_or(0.0);
-    (quiet - ROUNDING).max(0.0).sqrt()
-}
-
-impl Between {
-    /// How far light has gone after `share` of the time before shot `next`.
-    fn share(self, share: f32, next: usize, pixel: usize, width: usize) -> f32 {
-        match self {
-            Self::Evenly => share,
-            Self::Abruptly { share: lasts, wave: [along_x, along_y, start] } => {
-                let (x, y) = ((pixel % width) as f32, (pixel / width) as f32);
-                let turns = along_x * x + along_y * y + start + 0.382 * next as f32;
-                let place = 0.5 + 0.5 * (std::f32::consts::TAU * turns).sin();
-                let begins = (1.0 - lasts) * place;
-                ((share - begins) / lasts).clamp(0.0, 1.0)
-            }
-        }
     }
 }
 

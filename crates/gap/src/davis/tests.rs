@@ -8,6 +8,13 @@ fn shot(middle_us: i64, exposure_us: i64, code: u16) -> Shot {
     Shot { start, end: start + Micros(exposure_us), codes: vec![code; SIZE.pixels()] }
 }
 
+/// Another code in the first pixel, and all others at rest.
+fn moving(middle_us: i64, exposure_us: i64, code: u16) -> Shot {
+    let mut shot = shot(middle_us, exposure_us, 90);
+    shot.codes[0] = code;
+    shot
+}
+
 fn shots(all: Vec<Shot>) -> Shots {
     Shots::new(SIZE, Response::Linear, 255, all).unwrap()
 }
@@ -19,9 +26,9 @@ fn light_at(scene: &Scene, t_ms: usize) -> f64 {
 
 #[test]
 fn frames_are_seen_in_the_middle_of_their_exposures() {
-    let scene = shots(vec![shot(0, 8_000, 51), shot(40_000, 8_000, 51), shot(80_000, 8_000, 204)])
-        .scene()
-        .unwrap();
+    let codes = [(0, 51), (40_000, 51), (80_000, 204)];
+    let all = codes.map(|(middle_us, code)| moving(middle_us, 8_000, code));
+    let scene = shots(all.to_vec()).scene().unwrap();
     assert_eq!((scene.duration(), scene.fps(), scene.size()), (Micros(80_000), 1_000.0, SIZE));
     assert!((light_at(&scene, 10) - 0.2).abs() < 0.003);
     assert!((light_at(&scene, 80) - 0.8).abs() < 0.003);
@@ -86,7 +93,7 @@ fn noise_of_frames_is_that_of_pixels_at_rest() {
 #[test]
 fn a_twin_has_the_same_frames_of_another_light() {
     let codes = [60, 60, 70, 120, 120, 60, 60, 60, 90];
-    let all = codes.iter().enumerate().map(|(k, code)| shot(30_000 * k as i64, 5_000, *code));
+    let all = codes.iter().enumerate().map(|(k, code)| moving(30_000 * k as i64, 5_000, *code));
     let shots = shots(all.collect());
     let scene = shots.scene().unwrap();
     let twin = shots.twin(0, 1).unwrap();
@@ -96,7 +103,9 @@ fn a_twin_has_the_same_frames_of_another_light() {
         let (own, other) = (light_at(&scene, 30 * k), light_at(&twin, 30 * k));
         assert!((own - other).abs() < 3.0 / 255.0, "{k}: {own} {other}");
     }
-    assert!((light_at(&scene, 90) - light_at(&twin, 90)).abs() > 5.0 / 255.0);
+    // What the others showed is made up.
+    let apart = |k: &usize| (light_at(&scene, 30 * k) - light_at(&twin, 30 * k)).abs();
+    assert!([1, 3, 5, 7].iter().map(apart).any(|apart| apart > 5.0 / 255.0));
     let again = shots.twin(0, 1).unwrap();
     assert!(twin.planes().iter().zip(again.planes()).all(|(a, b)| a.data() == b.data()));
 }
