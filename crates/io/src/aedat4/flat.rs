@@ -9,7 +9,7 @@
 /// What is wrong in a buffer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Broken {
-    /// Where, from the beginning of the buffer, its size included.
+    /// Where, from the beginning of the buffer, its size included; its end for what lies beyond it.
     pub(super) at: usize,
     pub(super) reason: &'static str,
 }
@@ -18,7 +18,7 @@ const OUTSIDE: &str = "an offset points outside of its FlatBuffer";
 
 fn array<const N: usize>(bytes: &[u8], at: usize) -> Result<[u8; N], Broken> {
     let found = bytes.get(at..).and_then(|rest| rest.first_chunk());
-    found.copied().ok_or(Broken { at, reason: OUTSIDE })
+    found.copied().ok_or(Broken { at: at.min(bytes.len()), reason: OUTSIDE })
 }
 
 fn u16_at(bytes: &[u8], at: usize) -> Result<usize, Broken> {
@@ -133,7 +133,10 @@ impl<'a> Vector<'a> {
         let there = self.there(size);
         match there.len() / size == self.count {
             true => Ok(there),
-            false => Err(Broken { at: self.at, reason: "a list is longer than its FlatBuffer" }),
+            false => Err(Broken {
+                at: self.at.min(self.bytes.len()),
+                reason: "a list is longer than its FlatBuffer",
+            }),
         }
     }
 
@@ -157,17 +160,26 @@ mod tests {
         fn offsets_of_random_bytes_are_never_followed_outside(
             bytes in prop::collection::vec(0..40_u8, 0..120),
         ) {
-            if let Ok(table) = Table::root(&bytes) {
-                for slot in 0..20 {
-                    let _ = (table.i8(slot), table.i64(slot), table.pair(slot));
-                    if let Ok(vector) = table.vector(slot) {
-                        prop_assert!(vector.there(16).len() <= bytes.len());
-                        if let Ok(tables) = vector.tables() {
-                            prop_assert!(tables.count() <= bytes.len());
+            let mut faults = Vec::new();
+            match Table::root(&bytes) {
+                Ok(table) => for slot in 0..20 {
+                    faults.extend(table.i8(slot).err());
+                    faults.extend(table.i64(slot).err());
+                    faults.extend(table.pair(slot).err());
+                    match table.vector(slot) {
+                        Ok(vector) => {
+                            prop_assert!(vector.there(16).len() <= bytes.len());
+                            match vector.tables() {
+                                Ok(tables) => faults.extend(tables.filter_map(Result::err)),
+                                Err(fault) => faults.push(fault),
+                            }
                         }
+                        Err(fault) => faults.push(fault),
                     }
-                }
+                },
+                Err(fault) => faults.push(fault),
             }
+            prop_assert!(faults.iter().all(|fault| fault.at <= bytes.len()), "{faults:?}");
         }
     }
 

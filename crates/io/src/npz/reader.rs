@@ -70,6 +70,8 @@ fn of_array(input: Input) -> Result<Columns, IoError> {
 
 struct Archive {
     path: PathBuf,
+    /// Bytes of the file.
+    length: u64,
     zip: ZipArchive<BufReader<Box<dyn ReadSeek>>>,
 }
 
@@ -81,7 +83,7 @@ impl Archive {
             byte: length,
             reason: e.to_string(),
         })?;
-        Ok(Self { path, zip })
+        Ok(Self { path, length, zip })
     }
 
     fn names(&self) -> Vec<String> {
@@ -138,7 +140,8 @@ impl Archive {
     fn array(&mut self, name: &str) -> Result<(Array, u64), IoError> {
         let (byte, array) = {
             match self.zip.by_name(&npyz::npz::file_name_from_array_name(name)) {
-                Ok(entry) => (entry.data_start().unwrap_or(0), array::read(entry)),
+                // A broken list may name a place that no file of this length has.
+                Ok(entry) => (entry.data_start().unwrap_or(0).min(self.length), array::read(entry)),
                 Err(e) => (0, Err((NpzFault::Unreadable(e.to_string()), 0))),
             }
         };
