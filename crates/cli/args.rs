@@ -335,7 +335,7 @@ pub(crate) struct BenchIoArgs {
     /// Events in each file of the other formats
     #[arg(long, default_value_t = 2_000_000)]
     pub(crate) events: usize,
-    /// Only cases with this in their name (may be repeated: all of them)
+    /// Only cases with this in their name; given twice, with both
     #[arg(long, value_name = "WORD")]
     pub(crate) only: Vec<String>,
     /// A recording of yours to read as well (may be repeated)
@@ -363,7 +363,7 @@ pub(crate) struct BenchReprArgs {
     /// Times each case runs; the median counts
     #[arg(long, default_value_t = 31)]
     pub(crate) passes: usize,
-    /// Only cases with this in their name (may be repeated: all of them)
+    /// Only cases with this in their name; given twice, with both
     #[arg(long, value_name = "WORD")]
     pub(crate) only: Vec<String>,
     /// Image for blur and Canny, of the size it has [default: discs, shades and grain, 1000x1000]

@@ -4,7 +4,7 @@ mod command;
 
 use std::time::Instant;
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use serde::Serialize;
 
 pub(crate) use command::PeerCommand;
@@ -39,6 +39,29 @@ impl Case {
         self.peers.push((peer, run));
         self
     }
+}
+
+/// Those with all of these words in their names, whatever their case.
+///
+/// # Errors
+/// If there are none.
+pub(crate) fn chosen(mut cases: Vec<Case>, words: &[String]) -> Result<Vec<Case>> {
+    let names: Vec<String> = cases.iter().map(|case| case.name.clone()).collect();
+    cases.retain(|case| is_named(&case.name, words));
+    if cases.is_empty() {
+        bail!(
+            "no case has `{}` in its name; there are\n  {}",
+            words.join("` and `"),
+            names.join("\n  ")
+        );
+    }
+    Ok(cases)
+}
+
+/// Whether a name has all of these words in it, whatever their case.
+pub(crate) fn is_named(name: &str, words: &[String]) -> bool {
+    let name = name.to_lowercase();
+    words.iter().all(|word| name.contains(&word.to_lowercase()))
 }
 
 /// What is counted.

@@ -15,6 +15,10 @@ const SENSOR: SensorSize = SensorSize::DAVIS240C;
 /// Frames read at a time.
 const WINDOW: u64 = 1024;
 
+/// Cases of them.
+pub(super) const NAMES: [&str; 3] =
+    ["evc into reused records", "evc into a reused EventStream", "evc records and meta labels"];
+
 /// Ours, and what they are held against; how many frames and events there are.
 pub(super) fn cases(folder: &Path, frames: u64, events_per_frame: u32) -> Result<Vec<Case>> {
     let stem = folder.join("bench");
@@ -27,15 +31,11 @@ pub(super) fn cases(folder: &Path, frames: u64, events_per_frame: u32) -> Result
         (EvcWindow::new(), EvcWindow::new(), EvcWindow::new());
     let mut stream = EventStream::empty(SENSOR);
     Ok(vec![
+        Case::of_events(NAMES[0], events, Box::new(move || read_records(&records, &mut window)))
+            .beside("unchecked bytes, no frames", plain_bytes(evc.clone()))
+            .beside("record by record, as published", record_by_record(evc)),
         Case::of_events(
-            "evc into reused records",
-            events,
-            Box::new(move || read_records(&records, &mut window)),
-        )
-        .beside("unchecked bytes, no frames", plain_bytes(evc.clone()))
-        .beside("record by record, as published", record_by_record(evc)),
-        Case::of_events(
-            "evc into a reused EventStream",
+            NAMES[1],
             events,
             Box::new(move || {
                 stream.clear();
@@ -45,7 +45,7 @@ pub(super) fn cases(folder: &Path, frames: u64, events_per_frame: u32) -> Result
             }),
         ),
         Case::of_events(
-            "evc records and meta labels",
+            NAMES[2],
             events,
             Box::new(move || {
                 read_records(&both, &mut beside)?;

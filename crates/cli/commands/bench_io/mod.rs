@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use super::as_json;
 use crate::args::BenchIoArgs;
-use crate::contest::{Case, Line, invite, time, warn_if_busy};
+use crate::contest::{Case, Line, chosen, invite, is_named, time, warn_if_busy};
 use crate::machine::Machine;
 use crate::progress::say;
 use crate::run_info::COMMIT;
@@ -36,16 +36,14 @@ pub(crate) fn run(args: &BenchIoArgs) -> Result<()> {
         "files     in the page cache; .evc of {} frames of 1 ms, others of {} events",
         args.frames, args.events
     ));
-    let is_wanted = |name: &str| args.only.iter().all(|word| name.contains(word.as_str()));
     let mut cases: Vec<Case> = Vec::new();
-    if is_wanted("evc") || args.only.is_empty() {
+    if evc::NAMES.iter().any(|name| is_named(name, &args.only)) {
         cases.extend(evc::cases(scratch.path(), args.frames, args.events_per_frame)?);
     }
     cases.extend(formats::cases(scratch.path(), args.events)?);
     cases.extend(formats::of_user(&args.files)?);
-    cases.retain(|case| is_wanted(&case.name));
-    let mut lines = time(cases, args.passes)?;
-    for line in lines.iter().filter(|line| line.is_called("evc into reused records")) {
+    let mut lines = time(chosen(cases, &args.only)?, args.passes)?;
+    for line in lines.iter().filter(|line| line.is_called(evc::NAMES[0])) {
         let frames = line.passes_per_second() * args.frames as f64 / 1e6;
         say(format!("that is {frames:.2} M frames/s of evc into reused records"));
     }

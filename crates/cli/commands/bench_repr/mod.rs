@@ -18,7 +18,7 @@ use serde::Serialize;
 
 use super::as_json;
 use crate::args::BenchReprArgs;
-use crate::contest::{Case, Line, Run, invite, time, warn_if_busy};
+use crate::contest::{Case, Line, Run, chosen, invite, time, warn_if_busy};
 use crate::machine::Machine;
 use crate::progress::say;
 use crate::run_info::COMMIT;
@@ -44,9 +44,8 @@ pub(crate) fn run(args: &BenchReprArgs) -> Result<()> {
         args.events,
         WINDOW.0 / 1000
     ));
-    let wanted = |case: &Case| args.only.iter().all(|word| case.name.contains(word.as_str()));
-    let cases = cases(args.events, args.image.as_deref())?.into_iter().filter(wanted).collect();
-    let mut lines = time(cases, args.passes)?;
+    let cases = cases(args.events, args.image.as_deref())?;
+    let mut lines = time(chosen(cases, &args.only)?, args.passes)?;
     if !args.peers.is_empty() {
         let folder = tempfile::tempdir().context("making a folder for the events")?;
         for sensor in SENSORS {
