@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 mod ablate;
+mod bench;
 mod calibrate;
 mod cli;
 mod conditions;

@@ -65,6 +65,17 @@ const SLOW: &[Step] = &[
         args: &["test", "--package", "evpose-rerun", "--features", "sdk"],
         env: &[],
     },
+    Step {
+        why: "other decoders in the benchmarks compile",
+        args: &["clippy", "--features", "peers", "--quiet", "--", "-D", "warnings"],
+        env: &[],
+    },
+    Step {
+        // Not of the workspace; to run them takes a nightly compiler, to check them does not.
+        why: "fuzz targets compile",
+        args: &["check", "--manifest-path", "fuzz/Cargo.toml", "--all-targets"],
+        env: &[],
+    },
     Step { why: "wgpu compiles", args: &["check", "--features", "wgpu"], env: &[] },
     Step {
         // A dependency fetches a compiler when it builds, except for documentation.
@@ -77,7 +88,7 @@ const SLOW: &[Step] = &[
 const USAGE: &str = "usage: cargo xtask ci|slow
 
   ci    formatting, lints, documentation, all tests, what the benchmark is built from (what CI runs)
-  slow  the ndarray agreement test; files for Rerun; wgpu and cuda compile";
+  slow  the ndarray agreement test; files for Rerun; peers, fuzz targets, wgpu and cuda compile";
 
 struct Step {
     why: &'static str,

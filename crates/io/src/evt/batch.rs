@@ -13,7 +13,7 @@ const PLACES: usize = 2048;
 const MASK: usize = 32;
 
 /// For every byte, which of its bits are set, from the lowest up; what is behind them is overwritten.
-static BITS: [[u16; 8]; 256] = bits();
+pub(super) static BITS: [[u16; 8]; 256] = bits();
 
 const fn bits() -> [[u16; 8]; 256] {
     let mut table = [[0; 8]; 256];

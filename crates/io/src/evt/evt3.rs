@@ -20,10 +20,10 @@
 //! <https://docs.prophesee.ai/stable/data/encoding_formats/evt3.html>; for what that leaves open,
 //! OpenEB's `hal/cpp/include/metavision/hal/decoders/evt3`.
 
-use evpose_core::Micros;
+use evpose_core::{Micros, wide};
 
-use super::batch::Batch;
 use super::clock::Clock;
+use super::states::{State, States};
 use super::{Passed, Trigger, WordDecoder};
 use crate::{Columns, Decoder, Fault};
 
@@ -131,33 +131,30 @@ impl Evt3Decoder {
         }
     }
 
-    /// Words between two flushes of a batch. `row` and `camera` are known.
+    /// Words between two flushes. `row` and `camera` are known.
+    #[inline(always)]
     fn some(
         &mut self,
         words: &[[u8; 2]],
-        batch: &mut Batch,
+        states: &mut States,
         columns: &mut Columns,
         triggers: &mut Vec<Trigger>,
     ) {
         let camera = self.camera.unwrap_or(0);
-        // The last word of each type; rows with the bit of the camera clear if it is the one read.
-        let mut last = [0_u16; 16];
-        last[usize::from(ADDR_Y)] = self.row.unwrap_or(0);
-        last[usize::from(TIME_LOW)] = self.low;
-        let mut high = self.clock.high() << 12;
-        let (row_before, mut rows) = (last[0], 0);
-        let mut at = 0;
+        let row_before = self.row.unwrap_or(0);
+        let mut state = State::new(row_before, self.low);
+        states.set_high(self.clock.high() << 12, columns);
+        let (mut rows, mut at) = (0, 0);
         while let Some(&word) = words.get(at) {
             at += 1;
             let word = u16::from_le_bytes(word);
             let kind = word >> 12;
             if FREQUENT >> kind & 1 == 1 {
-                last[usize::from(kind)] = word;
-                let y = last[usize::from(ADDR_Y)] ^ camera;
-                rows |= y;
-                let is_event = (word ^ ADDR_X << 12) & !VALUE | y & FLAG == 0;
-                let t = high | i64::from(last[usize::from(TIME_LOW)] & VALUE);
-                batch.put(t, word & !FLAG & VALUE, y, word & FLAG != 0, is_event);
+                state = state.with(word);
+                // With the bit of the camera clear if it is the one that is read.
+                let row = state.row() ^ camera;
+                rows |= row;
+                states.put(state, (word ^ ADDR_X << 12) & !VALUE | row & FLAG == 0);
                 continue;
             }
             match kind {
@@ -165,16 +162,14 @@ impl Evt3Decoder {
                 VECT_12 | VECT_8 => {
                     let vector = vector(&words[at - 1..]);
                     at += vector.words - 1;
-                    let y = last[usize::from(ADDR_Y)] ^ camera;
-                    let t = high | i64::from(last[usize::from(TIME_LOW)] & VALUE);
                     match &mut self.base {
-                        Some((base, moved)) if y & FLAG == 0 => {
-                            let place = (t, (*base & !FLAG).wrapping_add(*moved), y);
-                            let is_on = *base & FLAG != 0;
+                        Some((base, moved)) if (state.row() ^ camera) & FLAG == 0 => {
+                            let x = (*base & !FLAG).wrapping_add(*moved);
+                            let first = (x, *base & FLAG != 0);
                             if vector.words == 3 {
-                                batch.spread::<4>(place, is_on, vector.mask, columns);
+                                states.spread::<4>(state, first, vector.mask, columns);
                             } else {
-                                batch.spread::<2>(place, is_on, vector.mask, columns);
+                                states.spread::<2>(state, first, vector.mask, columns);
                             }
                             *moved = moved.wrapping_add(vector.width);
                         }
@@ -186,19 +181,19 @@ impl Evt3Decoder {
                     }
                 }
                 TIME_HIGH => {
-                    self.low = last[usize::from(TIME_LOW)] & VALUE;
+                    self.low = state.low();
                     self.set_high(word & VALUE);
-                    high = self.clock.high() << 12;
-                    last[usize::from(TIME_LOW)] = self.low;
+                    states.set_high(self.clock.high() << 12, columns);
+                    state = state.with_low(self.low);
                 }
                 ADDR_Y_OF_LIGHT => {
                     // What comes behind is no event.
                     self.passed.unknown += 1;
-                    last[usize::from(ADDR_Y)] = camera ^ FLAG;
+                    state = state.with_row(camera ^ FLAG);
                     rows |= FLAG;
                 }
                 _ => {
-                    self.low = last[usize::from(TIME_LOW)] & VALUE;
+                    self.low = state.low();
                     self.other(word, triggers);
                 }
             }
@@ -206,8 +201,8 @@ impl Evt3Decoder {
         if rows & FLAG != 0 {
             self.passed.other_camera += of_others(words, row_before ^ camera, camera);
         }
-        self.row = Some(last[usize::from(ADDR_Y)] & VALUE);
-        self.low = last[usize::from(TIME_LOW)] & VALUE;
+        self.row = Some(state.row() & VALUE);
+        self.low = state.low();
     }
 }
 
@@ -268,11 +263,16 @@ impl WordDecoder for Evt3Decoder {
             self.begin(u16::from_le_bytes(word), triggers);
             rest = behind;
         }
-        let mut batch = Batch::new();
-        for some in rest.chunks(Batch::WORDS) {
-            self.some(some, &mut batch, columns, triggers);
-            batch.flush(columns);
-        }
+        let mut states = States::new();
+        wide(
+            #[inline(always)]
+            || {
+                for some in rest.chunks(States::WORDS) {
+                    self.some(some, &mut states, columns, triggers);
+                    states.flush(columns);
+                }
+            },
+        );
         words.as_flattened().len()
     }
 }

@@ -21,6 +21,7 @@ mod evt3;
 mod format;
 pub(crate) mod header;
 mod passed;
+mod states;
 pub mod synthetic;
 mod trigger;
 mod writer;

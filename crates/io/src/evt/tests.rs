@@ -61,6 +61,21 @@ fn every_word_of_evt3_means_what_its_document_says() {
 }
 
 #[test]
+fn vectors_further_right_than_words_go_are_still_told() {
+    let data = words16(&[
+        0x8001, 0x6002, 0x0007, 0x2803, // 4098 µs, row 7: ON at 3
+        0x3FF8, 0x4801, 0x4003, 0x5081, // ON from 2040
+        0x2004,
+    ]);
+    let input = with_header("% evt 3.0\n% end\n", &data);
+    let (events, _) = raw(input, &OpenOptions::default());
+    let xs = [3, 2040, 2051, 2052, 2053, 2064, 2071];
+    let mut want: Vec<Event> = xs.map(|x| event(4098, x, 7, true)).into();
+    want.push(event(4098, 4, 7, false));
+    assert_eq!(events, want);
+}
+
+#[test]
 fn the_clock_of_evt3_turns_over_and_goes_back_as_in_the_vendors_decoder() {
     let data = words16(&[
         0x8FFF, 0x6FFF, 0x0001, 0x2001, // the last microsecond of a turn
