@@ -12,11 +12,14 @@
 //! slice of the wrong length panics.
 
 pub mod batch_norm;
+pub mod blocked;
 pub mod conv2d;
 pub mod depthwise;
 mod im2col;
 mod lanes;
 mod matmul;
 pub mod max_pool;
+mod simd;
 
 pub use matmul::{Matrix, matmul};
+pub use simd::Level;

@@ -1,0 +1,290 @@
+//! Direct convolution of images in blocks of channels.
+//!
+//! Outputs are made a tile at a time, whose sums stay in registers; so many blocks of input channels at
+//! a time that their weights stay in the nearest cache while the tiles of the image go by.
+
+use std::ops::Range;
+
+use super::image::{Image, Line};
+use super::team::{Part, Team};
+use super::tile::{Activation, End, Start, Taps, tile};
+use crate::simd::{Kernel, LANES, Lanes, Level};
+
+/// Bytes of weights that are used over and over again, of the nearest cache of 32 KiB.
+const NEAREST: usize = 24 << 10;
+/// Pixels of a tile of stride 2 at most: the inputs of more lie too far apart.
+const TILE_OF_TWO: usize = 8;
+
+/// Shape of a square convolution that keeps the image size, up to its stride.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ConvShape {
+    /// Channels of the input.
+    pub channels_in: usize,
+    /// Channels of the output.
+    pub channels_out: usize,
+    /// Rows and columns of the kernel; odd.
+    pub kernel: usize,
+    /// Pixels between outputs: 1 or 2.
+    pub stride: usize,
+}
+
+impl ConvShape {
+    /// Rows or columns of the output for so many of the input.
+    pub fn output(&self, pixels: usize) -> usize {
+        pixels.div_ceil(self.stride)
+    }
+
+    /// Zeros that the kernel sees beyond the image.
+    pub fn padding(&self) -> usize {
+        self.kernel / 2
+    }
+
+    fn blocks_in(&self) -> usize {
+        self.channels_in.div_ceil(LANES)
+    }
+
+    fn blocks_out(&self) -> usize {
+        self.channels_out.div_ceil(LANES)
+    }
+}
+
+/// A convolution with its weights laid out for it.
+#[derive(Debug, Clone)]
+pub struct Conv {
+    shape: ConvShape,
+    level: Level,
+    /// Blocks of output channels that are made together, 2 or 1; a last odd one is alone.
+    together: usize,
+    /// `[blocks together][input block][ky][kx][channel][block][16]`.
+    weights: Vec<Line>,
+    bias: Vec<Line>,
+}
+
+impl Conv {
+    /// Lays `weight`, `[channels_out][channels_in][kernel][kernel]`, and `bias`, `[channels_out]`, out.
+    ///
+    /// # Panics
+    /// If there are more or fewer, or the stride is not 1 or 2, or the kernel is even.
+    pub fn new(shape: ConvShape, weight: &[f32], bias: &[f32], level: Level) -> Self {
+        let ConvShape { channels_in, channels_out, kernel, stride } = shape;
+        assert!(matches!(stride, 1 | 2) && kernel % 2 == 1, "a square kernel of stride 1 or 2");
+        assert_eq!(weight.len(), channels_out * channels_in * kernel * kernel, "weights");
+        assert_eq!(bias.len(), channels_out, "bias");
+        let together = if level.holds_two() { 2 } else { 1 };
+        let mut conv = Self { shape, level, together, weights: Vec::new(), bias: blocks_of(bias) };
+        for blocks in conv.groups() {
+            for channel_in_block in 0..shape.blocks_in() {
+                let first = channel_in_block * LANES;
+                let channels = LANES.min(channels_in - first);
+                for tap in 0..kernel * kernel {
+                    for channel_in in first..first + channels {
+                        for block in blocks.clone() {
+                            let mut line = Line::ZERO;
+                            for (lane, value) in line.0.iter_mut().enumerate() {
+                                let channel = block * LANES + lane;
+                                if channel < channels_out {
+                                    let row = channel * channels_in + channel_in;
+                                    *value = weight[row * kernel * kernel + tap];
+                                }
+                            }
+                            conv.weights.push(line);
+                        }
+                    }
+                }
+            }
+        }
+        conv
+    }
+
+    /// Its shape.
+    pub fn shape(&self) -> ConvShape {
+        self.shape
+    }
+
+    /// Blocks of output channels, as they are made together.
+    fn groups(&self) -> impl ExactSizeIterator<Item = Range<usize>> + use<> {
+        let (blocks, together) = (self.shape.blocks_out(), self.together);
+        (0..blocks.div_ceil(together))
+            .map(move |group| group * together..blocks.min((group + 1) * together))
+    }
+
+    /// Writes `activation(conv(input) + residual)` to `output`.
+    ///
+    /// # Panics
+    /// If an image has another size, or the border of the input is narrower than the padding.
+    pub fn run(
+        &self,
+        team: &Team,
+        input: &Image,
+        residual: Option<&Image>,
+        activation: Activation,
+        output: &mut Image,
+    ) {
+        let shape = self.shape;
+        assert_eq!(input.channels(), shape.channels_in, "channels of the input");
+        assert_eq!(output.channels(), shape.channels_out, "channels of the output");
+        assert!(input.border() >= shape.padding(), "a border as wide as the padding");
+        let size = |image: &Image| [image.height(), image.width()];
+        assert_eq!(size(output), size(input).map(|side| shape.output(side)), "size of the output");
+        assert!(residual.is_none_or(|residual| {
+            size(residual) == size(output) && residual.channels() == shape.channels_out
+        }));
+        let (rows, groups) = (output.height(), self.groups().len());
+        let out = Output {
+            pixels: output.first_mut(),
+            row_pitch: output.row_pitch() * LANES,
+            block_pitch: output.block_pitch() * LANES,
+            width: output.width(),
+        };
+        team.run(&|part: Part| {
+            // Every output belongs to one part.
+            let (groups, rows) = if groups.is_multiple_of(part.of) {
+                (part.share(groups), 0..rows)
+            } else {
+                (0..groups, part.share(rows))
+            };
+            let work = Rows { conv: self, input, residual, activation, out, groups, rows };
+            // SAFETY: sizes were compared above, outputs of the parts are disjoint, and the level is
+            // one of this processor's.
+            unsafe { self.level.run(&work) };
+        });
+    }
+}
+
+/// Values in blocks of sixteen, filled up with zeros.
+pub(super) fn blocks_of(values: &[f32]) -> Vec<Line> {
+    let block = |values: &[f32]| {
+        let mut line = Line::ZERO;
+        line.0[..values.len()].copy_from_slice(values);
+        line
+    };
+    values.chunks(LANES).map(block).collect()
+}
+
+/// Where outputs go. Distances are in `f32`.
+#[derive(Clone, Copy)]
+pub(super) struct Output {
+    pub(super) pixels: *mut f32,
+    pub(super) row_pitch: usize,
+    pub(super) block_pitch: usize,
+    pub(super) width: usize,
+}
+
+// SAFETY: each part of a team writes its own pixels through it.
+unsafe impl Send for Output {}
+// SAFETY: as above.
+unsafe impl Sync for Output {}
+
+/// Some rows of some blocks of channels.
+struct Rows<'a> {
+    conv: &'a Conv,
+    input: &'a Image,
+    residual: Option<&'a Image>,
+    activation: Activation,
+    out: Output,
+    groups: Range<usize>,
+    rows: Range<usize>,
+}
+
+impl Kernel for Rows<'_> {
+    #[inline(always)]
+    unsafe fn run<V: Lanes>(&self) {
+        let mut first = 0;
+        for (group, blocks) in self.conv.groups().enumerate() {
+            let lines = self.conv.shape.channels_in * self.conv.shape.kernel.pow(2) * blocks.len();
+            if self.groups.contains(&group) {
+                // SAFETY: the caller's.
+                unsafe {
+                    match (blocks.len(), self.conv.shape.stride) {
+                        (1, 1) => self.group::<V, 1, 1>(blocks.start, first),
+                        (1, _) => self.group::<V, 1, 2>(blocks.start, first),
+                        (_, 1) => self.group::<V, 2, 1>(blocks.start, first),
+                        _ => self.group::<V, 2, 2>(blocks.start, first),
+                    }
+                }
+            }
+            first += lines;
+        }
+    }
+}
+
+impl Rows<'_> {
+    /// # Safety
+    /// That of [`Kernel::run`]; weights of the group begin at line `first`.
+    #[inline(always)]
+    unsafe fn group<V: Lanes, const B: usize, const STRIDE: usize>(
+        &self,
+        block_out: usize,
+        first: usize,
+    ) {
+        let ConvShape { channels_in, kernel, .. } = self.conv.shape;
+        let blocks_in = self.conv.shape.blocks_in();
+        let of_block = kernel * kernel * LANES * B;
+        let at_once = (NEAREST / (of_block * size_of::<Line>())).clamp(1, blocks_in);
+        let most = if STRIDE == 2 { V::TILE[B - 1].min(TILE_OF_TWO) } else { V::TILE[B - 1] };
+        let width = self.out.width;
+        let of_tile = width.div_ceil(width.div_ceil(most));
+        for block_in in (0..blocks_in).step_by(at_once) {
+            let blocks = at_once.min(blocks_in - block_in);
+            let is_last = block_in + blocks == blocks_in;
+            let taps = Taps {
+                blocks,
+                block_pitch: self.input.block_pitch() * LANES,
+                last_channels: if is_last { channels_in - (blocks_in - 1) * LANES } else { LANES },
+                kernel,
+                row_pitch: self.input.row_pitch() * LANES,
+            };
+            let weights = self.conv.weights[first + block_in * of_block..].as_ptr().cast::<f32>();
+            let bias = self.conv.bias[block_out..].as_ptr().cast::<f32>();
+            let start = if block_in == 0 { Start::Bias(bias) } else { Start::Output };
+            for y in self.rows.clone() {
+                for x in (0..width).step_by(of_tile) {
+                    let from = self.input.tap(block_in, y * STRIDE, x * STRIDE, kernel / 2);
+                    let at = block_out * self.out.block_pitch + y * self.out.row_pitch + x * LANES;
+                    // SAFETY: the pixel is inside the output.
+                    let to = unsafe { (self.out.pixels.add(at), self.out.block_pitch) };
+                    let end = is_last.then(|| End {
+                        residual: self
+                            .residual
+                            .map_or(std::ptr::null(), |image| image.tap(block_out, y, x, 0)),
+                        residual_pitch: self.residual.map_or(0, Image::block_pitch) * LANES,
+                        activation: self.activation,
+                    });
+                    let pixels = of_tile.min(width - x);
+                    // SAFETY: the caller's; taps of these pixels are inside the input and its border.
+                    unsafe {
+                        some::<V, B, STRIDE>(pixels, &taps, from, weights, start, to, end.as_ref());
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A tile of so many pixels.
+///
+/// # Safety
+/// That of [`tile`]; there are at most twelve.
+#[inline(always)]
+pub(super) unsafe fn some<V: Lanes, const B: usize, const STRIDE: usize>(
+    pixels: usize,
+    taps: &Taps,
+    from: *const f32,
+    weights: *const f32,
+    start: Start,
+    to: (*mut f32, usize),
+    end: Option<&End>,
+) {
+    macro_rules! of {
+        ($($n:literal)*) => {
+            match pixels {
+                // SAFETY: the caller's. Larger tiles than registers hold are not compiled.
+                $($n if $n <= V::TILE[B - 1] => unsafe {
+                    tile::<V, $n, B, STRIDE>(taps, from, weights, start, to, end);
+                },)*
+                _ => unreachable!("{pixels} pixels in a tile"),
+            }
+        };
+    }
+    of!(1 2 3 4 5 6 7 8 9 10 11 12);
+}

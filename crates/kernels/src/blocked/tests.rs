@@ -1,0 +1,125 @@
+//! Every operation against plain loops in double precision, over odd shapes, on every level.
+
+use proptest::prelude::*;
+
+use super::*;
+use crate::Level;
+
+/// Numbers between -1 and 1.
+fn noise(seed: u64, count: usize) -> Vec<f32> {
+    let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
+    let mut next = || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state >> 40) as f32 / (1 << 23) as f32 - 1.0
+    };
+    (0..count).map(|_| next()).collect()
+}
+
+fn image(planes: &[f32], channels: usize, size: [usize; 2], border: usize) -> Image {
+    let mut image = Image::zeros(channels, size[0], size[1], border);
+    image.read_planes(planes);
+    image
+}
+
+fn planes(image: &Image) -> Vec<f32> {
+    let mut planes = vec![0.0; image.channels() * image.height() * image.width()];
+    image.write_planes(&mut planes);
+    planes
+}
+
+fn activated(value: f64, activation: Activation) -> f64 {
+    match activation {
+        Activation::Identity => value,
+        Activation::Relu => value.max(0.0),
+        Activation::Relu6 => value.clamp(0.0, 6.0),
+    }
+}
+
+/// A convolution as the sum that it is.
+fn convolved(shape: ConvShape, input: &[f32], size: [usize; 2], weight: &[f32]) -> Vec<f64> {
+    let ConvShape { channels_in, channels_out, kernel, stride } = shape;
+    let [height, width] = size;
+    let mut output = Vec::new();
+    for channel in 0..channels_out {
+        for y in 0..shape.output(height) {
+            for x in 0..shape.output(width) {
+                let mut sum = 0.0;
+                for from in 0..channels_in {
+                    for (tap, weight) in weight[(channel * channels_in + from) * kernel * kernel..]
+                        [..kernel * kernel]
+                        .iter()
+                        .enumerate()
+                    {
+                        let at =
+                            |out: usize, tap: usize| (out * stride + tap).checked_sub(kernel / 2);
+                        let (Some(y), Some(x)) = (at(y, tap / kernel), at(x, tap % kernel)) else {
+                            continue;
+                        };
+                        if y < height && x < width {
+                            let value = input[(from * height + y) * width + x];
+                            sum += f64::from(value) * f64::from(*weight);
+                        }
+                    }
+                }
+                output.push(sum);
+            }
+        }
+    }
+    output
+}
+
+/// Largest difference, relative to the largest value.
+fn apart(ours: &[f32], truth: &[f64]) -> f64 {
+    assert_eq!(ours.len(), truth.len());
+    let largest = truth.iter().fold(1.0, |most: f64, value| most.max(value.abs()));
+    let pairs = ours.iter().zip(truth);
+    pairs.map(|(ours, truth)| (f64::from(*ours) - truth).abs() / largest).fold(0.0, f64::max)
+}
+
+fn activations() -> impl Strategy<Value = Activation> {
+    prop_oneof![Just(Activation::Identity), Just(Activation::Relu), Just(Activation::Relu6)]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 48, ..ProptestConfig::default() })]
+
+    #[test]
+    fn a_convolution_is_the_sum_that_it_is(
+        (channels_in, channels_out) in (1..50_usize, 1..70_usize),
+        kernel in prop::sample::select(vec![1_usize, 3, 5, 7]),
+        stride in 1..3_usize,
+        size in [1..12_usize, 1..31_usize],
+        activation in activations(),
+        has_residual: bool,
+        threads in 1..4_usize,
+        seed: u64,
+    ) {
+        let shape = ConvShape { channels_in, channels_out, kernel, stride };
+        let input = noise(seed, channels_in * size[0] * size[1]);
+        let weight = noise(seed ^ 1, channels_out * channels_in * kernel * kernel);
+        let bias = noise(seed ^ 2, channels_out);
+        let out = size.map(|side| shape.output(side));
+        let residual = noise(seed ^ 3, channels_out * out[0] * out[1]);
+        let mut truth = convolved(shape, &input, size, &weight);
+        for (i, value) in truth.iter_mut().enumerate() {
+            let mut sum = *value + f64::from(bias[i / (out[0] * out[1])]);
+            if has_residual {
+                sum += f64::from(residual[i]);
+            }
+            *value = activated(sum, activation);
+        }
+        let input = image(&input, channels_in, size, kernel / 2);
+        let residual = has_residual.then(|| image(&residual, channels_out, out, 1));
+        let team = Team::new(threads);
+        for level in Level::available() {
+            let conv = Conv::new(shape, &weight, &bias, level);
+            let mut output = Image::zeros(channels_out, out[0], out[1], 1);
+            conv.run(&team, &input, residual.as_ref(), activation, &mut output);
+            let apart = apart(&planes(&output), &truth);
+            prop_assert!(apart < 2e-6, "{level}: {apart}");
+            prop_assert!(output.is_zero_outside(), "{level}: the border is not zero");
+        }
+    }
+}

@@ -1,0 +1,132 @@
+//! The micro-kernel: sums of a few pixels and one or two blocks of channels, all in registers.
+
+use crate::simd::{LANES, Lanes};
+
+/// Sums that a tile begins with.
+#[derive(Clone, Copy)]
+pub(super) enum Start {
+    /// These channels, for every pixel.
+    Bias(*const f32),
+    /// What stands where the tile is written.
+    Output,
+}
+
+/// What becomes of the sums.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Activation {
+    /// They stay as they are.
+    Identity,
+    /// Negative ones become 0.
+    Relu,
+    /// They are clipped to 0 to 6.
+    Relu6,
+}
+
+/// What is done to whole sums.
+#[derive(Clone, Copy)]
+pub(super) struct End {
+    /// Pixels to add, laid out as the output; null for none.
+    pub(super) residual: *const f32,
+    /// From a block of it to the next.
+    pub(super) residual_pitch: usize,
+    pub(super) activation: Activation,
+}
+
+/// Which inputs a tile takes. Distances are in `f32`.
+#[derive(Clone, Copy)]
+pub(super) struct Taps {
+    /// Blocks of input channels, and from one to the next.
+    pub(super) blocks: usize,
+    pub(super) block_pitch: usize,
+    /// Channels of the last of them.
+    pub(super) last_channels: usize,
+    /// Rows and columns of the kernel, and from a row to the next.
+    pub(super) kernel: usize,
+    pub(super) row_pitch: usize,
+}
+
+/// Adds what `N` neighbouring outputs of `B` blocks of channels get from `taps`.
+///
+/// Weights are `[block][ky][kx][channel][B * 16]`.
+///
+/// # Safety
+/// The processor has the instructions of `V`. Readable are the taps of `N` pixels `STRIDE` apart from
+/// `from` on, their weights, and 16 values of the bias for each block; writable are `N` pixels of `B`
+/// blocks, `pitch` apart, from `to` on; readable is as much of the residual, if there is one.
+#[inline(always)]
+pub(super) unsafe fn tile<V: Lanes, const N: usize, const B: usize, const STRIDE: usize>(
+    taps: &Taps,
+    from: *const f32,
+    mut weights: *const f32,
+    start: Start,
+    (to, pitch): (*mut f32, usize),
+    end: Option<&End>,
+) {
+    // SAFETY: the caller's; every offset below is of a pixel, a weight or a sum that is named there.
+    unsafe {
+        let mut sums = [[V::splat(0.0); B]; N];
+        match start {
+            Start::Bias(bias) => {
+                let bias: [V; B] = std::array::from_fn(|block| V::load(bias.add(block * LANES)));
+                sums = [bias; N];
+            }
+            Start::Output => {
+                for (pixel, sums) in sums.iter_mut().enumerate() {
+                    for (block, sum) in sums.iter_mut().enumerate() {
+                        *sum = V::load(to.add(block * pitch + pixel * LANES));
+                    }
+                }
+            }
+        }
+        for block in 0..taps.blocks {
+            let channels = if block + 1 == taps.blocks { taps.last_channels } else { LANES };
+            for ky in 0..taps.kernel {
+                for kx in 0..taps.kernel {
+                    let from =
+                        from.add(block * taps.block_pitch + ky * taps.row_pitch + kx * LANES);
+                    for channel in 0..channels {
+                        let weight: [V; B] =
+                            std::array::from_fn(|block| V::load(weights.add(block * LANES)));
+                        for (pixel, sums) in sums.iter_mut().enumerate() {
+                            let value = V::splat(*from.add(pixel * STRIDE * LANES + channel));
+                            for (sum, weight) in sums.iter_mut().zip(weight) {
+                                *sum = value.mul_add(weight, *sum);
+                            }
+                        }
+                        weights = weights.add(B * LANES);
+                    }
+                }
+            }
+        }
+        if let Some(end) = end {
+            if !end.residual.is_null() {
+                for (pixel, sums) in sums.iter_mut().enumerate() {
+                    for (block, sum) in sums.iter_mut().enumerate() {
+                        let at = block * end.residual_pitch + pixel * LANES;
+                        *sum = sum.add(V::load(end.residual.add(at)));
+                    }
+                }
+            }
+            sums.iter_mut().flatten().for_each(|sum| *sum = activated(*sum, end.activation));
+        }
+        for (pixel, sums) in sums.iter().enumerate() {
+            for (block, sum) in sums.iter().enumerate() {
+                sum.store(to.add(block * pitch + pixel * LANES));
+            }
+        }
+    }
+}
+
+/// # Safety
+/// The processor has the instructions of `V`.
+#[inline(always)]
+pub(super) unsafe fn activated<V: Lanes>(sum: V, activation: Activation) -> V {
+    // SAFETY: the caller's.
+    unsafe {
+        match activation {
+            Activation::Identity => sum,
+            Activation::Relu => sum.max(V::splat(0.0)),
+            Activation::Relu6 => sum.max(V::splat(0.0)).min(V::splat(6.0)),
+        }
+    }
+}
