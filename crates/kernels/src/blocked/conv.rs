@@ -130,12 +130,7 @@ impl Conv {
             size(residual) == size(output) && residual.channels() == shape.channels_out
         }));
         let (rows, groups) = (output.height(), self.groups().len());
-        let out = Output {
-            pixels: output.first_mut(),
-            row_pitch: output.row_pitch() * LANES,
-            block_pitch: output.block_pitch() * LANES,
-            width: output.width(),
-        };
+        let out = Output::of(output);
         team.run(&|part: Part| {
             // Every output belongs to one part.
             let (groups, rows) = if groups.is_multiple_of(part.of) {
@@ -168,6 +163,28 @@ pub(super) struct Output {
     pub(super) row_pitch: usize,
     pub(super) block_pitch: usize,
     pub(super) width: usize,
+}
+
+impl Output {
+    pub(super) fn of(image: &mut Image) -> Self {
+        Self {
+            pixels: image.first_mut(),
+            row_pitch: image.row_pitch() * LANES,
+            block_pitch: image.block_pitch() * LANES,
+            width: image.width(),
+        }
+    }
+
+    /// A pixel of a block of channels.
+    ///
+    /// # Safety
+    /// It is inside the image.
+    #[inline(always)]
+    pub(super) unsafe fn pixel(&self, block: usize, y: usize, x: usize) -> *mut f32 {
+        let at = block * self.block_pitch + y * self.row_pitch + x * LANES;
+        // SAFETY: the caller's.
+        unsafe { self.pixels.add(at) }
+    }
 }
 
 // SAFETY: each part of a team writes its own pixels through it.
@@ -240,9 +257,8 @@ impl Rows<'_> {
             for y in self.rows.clone() {
                 for x in (0..width).step_by(of_tile) {
                     let from = self.input.tap(block_in, y * STRIDE, x * STRIDE, kernel / 2);
-                    let at = block_out * self.out.block_pitch + y * self.out.row_pitch + x * LANES;
                     // SAFETY: the pixel is inside the output.
-                    let to = unsafe { (self.out.pixels.add(at), self.out.block_pitch) };
+                    let to = unsafe { (self.out.pixel(block_out, y, x), self.out.block_pitch) };
                     let end = is_last.then(|| End {
                         residual: self
                             .residual

@@ -2,6 +2,7 @@
 //!
 //! * [`Image`]: such an image, with a border of zeros.
 //! * [`Conv`]: convolution with bias, residual and activation in one pass.
+//! * [`Winograd`]: the same of 3x3 kernels with fewer products.
 //! * [`Team`]: threads that share the work.
 //!
 //! Every operation is compiled for every [`Level`](crate::Level) and gives the same up to rounding.
@@ -10,13 +11,16 @@
 
 mod conv;
 mod image;
+mod scheme;
 mod team;
 mod tile;
+mod winograd;
 
 pub use conv::{Conv, ConvShape};
 pub use image::Image;
 pub use team::{Part, Team};
 pub use tile::Activation;
+pub use winograd::{Scratch, TileSize, Winograd};
 
 #[cfg(test)]
 mod tests;

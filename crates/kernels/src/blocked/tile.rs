@@ -5,6 +5,7 @@ use crate::simd::{LANES, Lanes};
 /// Sums that a tile begins with.
 #[derive(Clone, Copy)]
 pub(super) enum Start {
+    Zero,
     /// These channels, for every pixel.
     Bias(*const f32),
     /// What stands where the tile is written.
@@ -66,6 +67,7 @@ pub(super) unsafe fn tile<V: Lanes, const N: usize, const B: usize, const STRIDE
     unsafe {
         let mut sums = [[V::splat(0.0); B]; N];
         match start {
+            Start::Zero => {}
             Start::Bias(bias) => {
                 let bias: [V; B] = std::array::from_fn(|block| V::load(bias.add(block * LANES)));
                 sums = [bias; N];

@@ -15,7 +15,7 @@ mod portable;
 use std::fmt;
 
 /// Lanes of a vector, and channels of a block of an image.
-pub const LANES: usize = 16;
+pub(crate) const LANES: usize = 16;
 
 /// Sixteen `f32`.
 ///

@@ -1,0 +1,113 @@
+//! The transforms of Winograd's fast convolution by three taps.
+//!
+//! # Model
+//! `OUT` outputs of a row convolved with three taps `g` are `Aᵀ ((G g) ⊙ (Bᵀ d))` with the
+//! `OUT + 2` inputs `d`: as many products as inputs instead of three an output. In two dimensions the
+//! transforms are applied along rows and columns.
+//!
+//! # Source
+//! Lavin, Gray: *Fast Algorithms for Convolutional Neural Networks*, CVPR 2016, Sec. 4.
+
+use crate::simd::Lanes;
+
+/// Inputs of the largest scheme.
+pub(super) const MOST: usize = 6;
+
+/// `F(OUT, 3)`. Arrays are longer than needed where `IN` is less than [`MOST`]; the rest is not used.
+pub(super) trait Scheme {
+    /// Outputs.
+    const OUT: usize;
+    /// Inputs.
+    const IN: usize = Self::OUT + 2;
+
+    /// `G g`.
+    fn taps(g: [f64; 3]) -> [f64; MOST];
+
+    /// `Bᵀ d`.
+    ///
+    /// # Safety
+    /// The processor has the instructions of `V`.
+    unsafe fn inputs<V: Lanes>(d: [V; MOST]) -> [V; MOST];
+
+    /// `Aᵀ m`.
+    ///
+    /// # Safety
+    /// The processor has the instructions of `V`.
+    unsafe fn outputs<V: Lanes>(m: [V; MOST]) -> [V; 4];
+}
+
+/// `F(2, 3)`: four products instead of six; adds and subtracts only.
+pub(super) struct Two;
+
+/// `F(4, 3)`: six products instead of twelve.
+pub(super) struct Four;
+
+impl Scheme for Two {
+    const OUT: usize = 2;
+
+    fn taps([a, b, c]: [f64; 3]) -> [f64; MOST] {
+        [a, 0.5 * (a + b + c), 0.5 * (a - b + c), c, 0.0, 0.0]
+    }
+
+    #[inline(always)]
+    unsafe fn inputs<V: Lanes>(d: [V; MOST]) -> [V; MOST] {
+        // SAFETY: the caller's.
+        unsafe {
+            let first = [d[0].sub(d[2]), d[1].add(d[2]), d[2].sub(d[1]), d[1].sub(d[3])];
+            [first[0], first[1], first[2], first[3], d[4], d[5]]
+        }
+    }
+
+    #[inline(always)]
+    unsafe fn outputs<V: Lanes>(m: [V; MOST]) -> [V; 4] {
+        // SAFETY: the caller's.
+        unsafe { [m[0].add(m[1]).add(m[2]), m[1].sub(m[2]).sub(m[3]), m[2], m[3]] }
+    }
+}
+
+impl Scheme for Four {
+    const OUT: usize = 4;
+
+    fn taps([a, b, c]: [f64; 3]) -> [f64; MOST] {
+        let (even, odd) = (a + c, b);
+        let (quarter, half) = (a + 4.0 * c, 2.0 * b);
+        [
+            a / 4.0,
+            -(even + odd) / 6.0,
+            -(even - odd) / 6.0,
+            (quarter + half) / 24.0,
+            (quarter - half) / 24.0,
+            c,
+        ]
+    }
+
+    #[inline(always)]
+    unsafe fn inputs<V: Lanes>(d: [V; MOST]) -> [V; MOST] {
+        // SAFETY: the caller's.
+        unsafe {
+            let [two, four, minus_five] = [2.0, 4.0, -5.0].map(|value| V::splat(value));
+            let minus_four = V::splat(-4.0);
+            let first = four.mul_add(d[0], minus_five.mul_add(d[2], d[4]));
+            let last = four.mul_add(d[1], minus_five.mul_add(d[3], d[5]));
+            let (p, q) = (minus_four.mul_add(d[2], d[4]), minus_four.mul_add(d[1], d[3]));
+            let (r, s) = (d[4].sub(d[2]), two.mul(d[3].sub(d[1])));
+            [first, p.add(q), p.sub(q), r.add(s), r.sub(s), last]
+        }
+    }
+
+    #[inline(always)]
+    unsafe fn outputs<V: Lanes>(m: [V; MOST]) -> [V; 4] {
+        // SAFETY: the caller's.
+        unsafe {
+            let [two, four, eight] = [2.0, 4.0, 8.0].map(|value| V::splat(value));
+            let (a, b) = (m[1].add(m[2]), m[1].sub(m[2]));
+            let (c, d) = (m[3].add(m[4]), m[3].sub(m[4]));
+            [
+                m[0].add(a).add(c),
+                two.mul_add(d, b),
+                four.mul_add(c, a),
+                eight.mul_add(d, b).add(m[5]),
+            ]
+        }
+    }
+}
