@@ -3,6 +3,8 @@
 //! * [`Image`]: such an image, with a border of zeros.
 //! * [`Conv`]: convolution with bias, residual and activation in one pass.
 //! * [`Winograd`]: the same of 3x3 kernels with fewer products.
+//! * [`Depthwise`]: convolution of every channel by itself.
+//! * [`MaxPool`], [`mean_pool`]: maxima and means of windows.
 //! * [`Team`]: threads that share the work.
 //!
 //! Every operation is compiled for every [`Level`](crate::Level) and gives the same up to rounding.
@@ -10,14 +12,18 @@
 #![allow(unsafe_code, reason = "kernels take pointers; contracts are written at each function")]
 
 mod conv;
+mod depthwise;
 mod image;
+mod pool;
 mod scheme;
 mod team;
 mod tile;
 mod winograd;
 
 pub use conv::{Conv, ConvShape};
+pub use depthwise::{Depthwise, DepthwiseShape};
 pub use image::Image;
+pub use pool::{MaxPool, mean_pool};
 pub use team::{Part, Team};
 pub use tile::Activation;
 pub use winograd::{Scratch, TileSize, Winograd};

@@ -177,4 +177,84 @@ proptest! {
             }
         }
     }
+
+    #[test]
+    fn every_channel_by_itself_is_a_convolution_of_one(
+        channels in 1..50_usize,
+        kernel in prop::sample::select(vec![3_usize, 5]),
+        stride in 1..3_usize,
+        size in [1..14_usize, 1..40_usize],
+        activation in activations(),
+        threads in 1..4_usize,
+        seed: u64,
+    ) {
+        let one = ConvShape { channels_in: 1, channels_out: 1, kernel, stride };
+        let pixels = size[0] * size[1];
+        let input = noise(seed, channels * pixels);
+        let weight = noise(seed ^ 1, channels * kernel * kernel);
+        let bias = noise(seed ^ 2, channels);
+        let each = input.chunks(pixels).zip(weight.chunks(kernel * kernel));
+        let sums = each.flat_map(|(input, weight)| convolved(one, input, size, weight)).collect();
+        let truth = After { bias: &bias, residual: None, activation }.applied(sums);
+        let input = image(&input, channels, size, kernel / 2);
+        let out = size.map(|side| one.output(side));
+        let team = Team::new(threads);
+        for level in Level::available() {
+            let shape = DepthwiseShape { channels, kernel, stride };
+            let conv = Depthwise::new(shape, &weight, &bias, level);
+            let mut output = Image::zeros(channels, out[0], out[1], 2);
+            conv.run(&team, &input, activation, &mut output);
+            let apart = apart(&planes(&output), &truth);
+            prop_assert!(apart < 5e-6, "{level}: {apart}");
+            prop_assert!(output.is_zero_outside(), "{level}: the border is not zero");
+        }
+    }
+
+    #[test]
+    fn pools_are_maxima_and_means_of_what_is_inside(
+        channels in 1..40_usize,
+        size in [2..20_usize, 2..30_usize],
+        (window, stride, padding) in prop::sample::select(vec![(3, 2, 1), (2, 2, 0), (3, 1, 1)]),
+        parts in [1..9_usize, 1..9_usize],
+        threads in 1..4_usize,
+        seed: u64,
+    ) {
+        let pool = MaxPool { window, stride, padding };
+        prop_assume!(size.iter().all(|side| pool.output(*side) > 0));
+        let input = noise(seed, channels * size[0] * size[1]);
+        let over = |rows: std::ops::Range<usize>, columns: std::ops::Range<usize>, channel: usize| {
+            let plane = &input[channel * size[0] * size[1]..][..size[0] * size[1]];
+            let values = rows.flat_map(|y| plane[y * size[1]..][columns.clone()].to_vec());
+            values.map(f64::from).collect::<Vec<_>>()
+        };
+        let inside = |k: usize, side: usize| {
+            let from = (k * stride) as isize - padding as isize;
+            from.max(0) as usize..((from + window as isize) as usize).min(side)
+        };
+        let out = size.map(|side| pool.output(side));
+        let (mut maxima, mut means) = (Vec::new(), Vec::new());
+        for channel in 0..channels {
+            for (y, x) in (0..out[0]).flat_map(|y| (0..out[1]).map(move |x| (y, x))) {
+                let values = over(inside(y, size[0]), inside(x, size[1]), channel);
+                maxima.push(values.into_iter().fold(f64::NEG_INFINITY, f64::max));
+            }
+            for (y, x) in (0..parts[0]).flat_map(|y| (0..parts[1]).map(move |x| (y, x))) {
+                let part = |k: usize, side: usize, of: usize| k * side / of..((k + 1) * side).div_ceil(of);
+                let values = over(part(y, size[0], parts[0]), part(x, size[1], parts[1]), channel);
+                means.push(values.iter().sum::<f64>() / values.len() as f64);
+            }
+        }
+        let image = image(&input, channels, size, 1);
+        let team = Team::new(threads);
+        for level in Level::available() {
+            let mut output = Image::zeros(channels, out[0], out[1], 1);
+            pool.run(&team, level, &image, &mut output);
+            prop_assert_eq!(apart(&planes(&output), &maxima), 0.0);
+            prop_assert!(output.is_zero_outside());
+            let mut output = Image::zeros(channels, parts[0], parts[1], 0);
+            mean_pool(&team, level, &image, &mut output);
+            prop_assert!(apart(&planes(&output), &means) < 1e-6);
+            prop_assert!(output.is_zero_outside());
+        }
+    }
 }

@@ -1,0 +1,129 @@
+//! Maxima and means of windows.
+
+use std::ops::Range;
+
+use super::conv::Output;
+use super::image::Image;
+use super::team::Team;
+use crate::simd::{Kernel, LANES, Lanes, Level};
+
+/// Windows of which the largest value counts; what lies outside of the image does not.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct MaxPool {
+    /// Rows and columns of a window.
+    pub window: usize,
+    /// Pixels between windows.
+    pub stride: usize,
+    /// Pixels by which the first window begins outside; less than the window.
+    pub padding: usize,
+}
+
+impl MaxPool {
+    /// Rows or columns of the output for so many of the input.
+    pub fn output(&self, pixels: usize) -> usize {
+        let room = (pixels + 2 * self.padding).checked_sub(self.window);
+        room.map_or(0, |room| room / self.stride + 1)
+    }
+
+    /// Writes the maxima of `input` to `output`.
+    ///
+    /// # Panics
+    /// If the output has another size, or a window lies outside altogether.
+    pub fn run(&self, team: &Team, level: Level, input: &Image, output: &mut Image) {
+        assert!(self.padding < self.window && self.stride > 0, "windows that see the image");
+        let size = [input.height(), input.width()].map(|side| self.output(side));
+        assert_eq!([output.height(), output.width()], size, "size of the output");
+        let windows = |side: usize, of: usize| -> Vec<Range<usize>> {
+            let from = |k: usize| (k * self.stride).saturating_sub(self.padding);
+            let to = |k: usize| (k * self.stride + self.window - self.padding).min(of);
+            (0..side).map(|k| from(k)..to(k)).collect()
+        };
+        let rows = windows(size[0], input.height());
+        let columns = windows(size[1], input.width());
+        pooled(team, level, input, [&rows, &columns], Of::Maxima, output);
+    }
+}
+
+/// Writes the means of windows that cover `input` evenly to `output`, as many as that has pixels.
+///
+/// # Panics
+/// If the output has other channels, or either has no pixels.
+pub fn mean_pool(team: &Team, level: Level, input: &Image, output: &mut Image) {
+    let windows = |parts: usize, of: usize| -> Vec<Range<usize>> {
+        (0..parts).map(|k| k * of / parts..((k + 1) * of).div_ceil(parts)).collect()
+    };
+    let rows = windows(output.height(), input.height());
+    let columns = windows(output.width(), input.width());
+    pooled(team, level, input, [&rows, &columns], Of::Means, output);
+}
+
+/// What is taken of a window.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Of {
+    Maxima,
+    Means,
+}
+
+fn pooled(
+    team: &Team,
+    level: Level,
+    input: &Image,
+    [rows, columns]: [&[Range<usize>]; 2],
+    of: Of,
+    output: &mut Image,
+) {
+    assert_eq!(input.channels(), output.channels(), "channels");
+    assert!(rows.iter().chain(columns).all(|window| !window.is_empty()), "windows with pixels");
+    let units = output.blocks() * rows.len();
+    let out = Output::of(output);
+    team.run(&|part| {
+        let work = Windows { input, rows, columns, of, out, units: part.share(units) };
+        // SAFETY: windows are inside the input, outputs of the parts are disjoint, and the level is
+        // one of this processor's.
+        unsafe { level.run(&work) };
+    });
+}
+
+/// Some rows of windows, block after block.
+struct Windows<'a> {
+    input: &'a Image,
+    rows: &'a [Range<usize>],
+    columns: &'a [Range<usize>],
+    of: Of,
+    out: Output,
+    units: Range<usize>,
+}
+
+impl Kernel for Windows<'_> {
+    #[inline(always)]
+    unsafe fn run<V: Lanes>(&self) {
+        let row_pitch = self.input.row_pitch() * LANES;
+        for unit in self.units.clone() {
+            let (block, row) = (unit / self.rows.len(), unit % self.rows.len());
+            let rows = &self.rows[row];
+            let from = self.input.tap(block, rows.start, 0, 0);
+            for (x, columns) in self.columns.iter().enumerate() {
+                // SAFETY: the caller's.
+                unsafe {
+                    let from = from.add(columns.start * LANES);
+                    let mut value =
+                        if self.of == Of::Means { V::splat(0.0) } else { V::load(from) };
+                    for y in 0..rows.len() {
+                        for x in 0..columns.len() {
+                            let pixel = V::load(from.add(y * row_pitch + x * LANES));
+                            value = match self.of {
+                                Of::Maxima => value.max(pixel),
+                                Of::Means => value.add(pixel),
+                            };
+                        }
+                    }
+                    if self.of == Of::Means {
+                        let pixels = (rows.len() * columns.len()) as f32;
+                        value = value.mul(V::splat(1.0 / pixels));
+                    }
+                    value.store(self.out.pixel(block, row, x));
+                }
+            }
+        }
+    }
+}
