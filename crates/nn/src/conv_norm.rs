@@ -3,9 +3,10 @@
 use burn::module::{Initializer, Module, RunningState};
 use burn::nn::conv::{Conv2d, Conv2dConfig};
 use burn::nn::{BatchNorm, BatchNormConfig, PaddingConfig2d};
-use burn::tensor::{Device, Tensor};
+use burn::tensor::Device;
 
-use crate::ops::{self, Activation};
+use crate::flow::Flow;
+use crate::ops::Activation;
 
 /// Shape of a [`ConvNorm`]: a square kernel that keeps the image size, up to its stride.
 #[derive(Debug, Clone, Copy)]
@@ -75,21 +76,17 @@ impl ConvNorm {
     /// # Shapes
     /// - input: `[batch, channels_in, height, width]`
     /// - output: `[batch, channels_out, ceil(height / stride), ceil(width / stride)]`
-    pub(crate) fn forward(&self, input: Tensor<4>) -> Tensor<4> {
-        self.forward_with(input, Activation::Identity)
+    pub(crate) fn forward<F: Flow>(&self, input: F) -> F {
+        input.conv_norm(self, Activation::Identity)
     }
 
     /// `relu(norm(conv(x)))`, shapes as in [`forward`](Self::forward).
-    pub(crate) fn forward_relu(&self, input: Tensor<4>) -> Tensor<4> {
-        self.forward_with(input, Activation::Relu)
+    pub(crate) fn forward_relu<F: Flow>(&self, input: F) -> F {
+        input.conv_norm(self, Activation::Relu)
     }
 
     /// `min(relu(norm(conv(x))), 6)`, shapes as in [`forward`](Self::forward).
-    pub(crate) fn forward_relu6(&self, input: Tensor<4>) -> Tensor<4> {
-        self.forward_with(input, Activation::Relu6)
-    }
-
-    fn forward_with(&self, input: Tensor<4>, activation: Activation) -> Tensor<4> {
-        ops::batch_norm(&self.norm, ops::conv2d(&self.conv, input), activation)
+    pub(crate) fn forward_relu6<F: Flow>(&self, input: F) -> F {
+        input.conv_norm(self, Activation::Relu6)
     }
 }

@@ -7,8 +7,9 @@ use burn::tensor::{Device, Tensor};
 use evpose_pose::PARAMETERS;
 use serde::{Deserialize, Serialize};
 
+use crate::flow::Flow;
+use crate::graph::Graph;
 use crate::init::{Law, seeded};
-use crate::ops;
 use crate::parameters::{Slot, trained_count};
 use crate::{Backbone, NnError};
 
@@ -91,7 +92,16 @@ impl HandRegressor {
     /// - events: `[batch, 2, height, width]`, values in [0, 1]
     /// - output: `[batch, 12]`
     pub fn forward(&self, events: Tensor<4>) -> Tensor<2> {
-        self.backbone.forward(ops::conv2d(&self.conv1, events))
+        self.flow(events)
+    }
+
+    /// The network, layer by layer, with its weights.
+    pub fn graph(&self) -> Graph {
+        Graph::of(self, EVENT_CHANNELS, |events| self.flow(events))
+    }
+
+    fn flow<F: Flow>(&self, events: F) -> F::Vector {
+        self.backbone.flow(events.conv(&self.conv1))
     }
 
     /// What it was built from.
@@ -117,6 +127,7 @@ impl HandRegressor {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
+    use crate::BACKBONES;
     use crate::parameters::{read, slots};
     use burn::tensor::Distribution;
 
@@ -154,7 +165,28 @@ mod tests {
             assert_eq!(ours, tensors.lines().collect::<Vec<_>>(), "{name}");
             seen += 1;
         }
-        assert_eq!(seen, crate::BACKBONES.len());
+        assert_eq!(seen, BACKBONES.len());
+    }
+
+    #[test]
+    fn a_graph_has_every_layer_by_its_path() {
+        for entry in BACKBONES {
+            let network = config(entry.name, 0.25).init(3, &Device::flex()).unwrap();
+            let graph = network.graph();
+            let convolutions = slots(&network);
+            let weights = convolutions.iter().filter(|slot| slot.name() == "weight");
+            for slot in weights {
+                let layer = slot.path.strip_suffix(".weight").unwrap();
+                let layer = layer.strip_suffix(".conv").unwrap_or(layer);
+                let found = graph.nodes.iter().filter(|node| node.name == layer).count();
+                assert_eq!(found, 1, "{}: {layer}", entry.name);
+            }
+            assert_eq!(graph.output + 1, graph.nodes.len());
+            assert_eq!(graph.nodes[graph.output].channels, PARAMETERS);
+            for (id, node) in graph.nodes.iter().enumerate() {
+                assert!(node.inputs.iter().all(|input| *input < id), "{}", node.name);
+            }
+        }
     }
 
     #[test]
@@ -221,7 +253,7 @@ mod tests {
     #[test]
     fn every_backbone_gives_twelve_finite_numbers_at_odd_sizes() {
         let device = Device::flex();
-        for entry in crate::BACKBONES {
+        for entry in BACKBONES {
             let network = config(entry.name, 0.1).init(1, &device).unwrap();
             let output = network.forward(Tensor::ones([2, 2, 45, 63], &device));
             assert_eq!(output.dims(), [2, 12]);
@@ -232,7 +264,7 @@ mod tests {
     #[test]
     fn every_backbone_trains_at_odd_sizes_and_narrow_widths() {
         let device = Device::flex().autodiff();
-        for entry in crate::BACKBONES {
+        for entry in BACKBONES {
             // As small as it goes, and both sides odd.
             let side = entry.smallest_px.max(9) | 1;
             let network = config(entry.name, 0.03).init(1, &device).unwrap();

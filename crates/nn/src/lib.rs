@@ -3,6 +3,7 @@
 //! * [`DeviceKind`]: what the arithmetic runs on, chosen by name at run time.
 //! * [`HandRegressorConfig`], [`HandRegressor`]: the EventHands network, events to 12 numbers.
 //! * [`Backbone`], [`BACKBONES`], [`backbone_called`]: what can stand inside it, by name.
+//! * [`Graph`](graph::Graph): such a network written down, for engines that compile it.
 //! * [`HandLoss`]: what it is trained on.
 //! * [`set_training_kernels`]: the arithmetic of training on the CPU, ours or Burn's.
 //! * [`weights`]: our checkpoints and PyTorch's.
@@ -15,6 +16,8 @@ mod backbone;
 mod conv_norm;
 mod device;
 mod error;
+mod flow;
+pub mod graph;
 mod hand_regressor;
 mod init;
 mod loss;

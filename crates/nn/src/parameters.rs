@@ -4,6 +4,8 @@
 //! names of enum variants are left out. Trained parameters and the running statistics of batch
 //! normalisation are treated alike.
 
+use std::collections::HashMap;
+
 use burn::module::{Module, ModuleMapper, ModuleVisitor, Param, ParamId};
 use burn::tensor::{Tensor, TensorData};
 
@@ -41,6 +43,13 @@ pub fn slots<M: Module>(module: &M) -> Vec<Slot> {
     let mut list = List { position: Position::default(), found: Vec::new() };
     module.visit(&mut list);
     list.found
+}
+
+/// The path of every parameter that training changes, by its id.
+pub(crate) fn paths<M: Module>(module: &M) -> HashMap<ParamId, String> {
+    let mut paths = Paths { position: Position::default(), found: HashMap::new() };
+    module.visit(&mut paths);
+    paths.found
 }
 
 /// How many numbers training changes by gradients: what papers call the parameter count.
@@ -127,6 +136,25 @@ impl ModuleVisitor for List {
 
     fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
         self.found.push(self.position.slot(&param.lazy_shape()));
+    }
+}
+
+struct Paths {
+    position: Position,
+    found: HashMap<ParamId, String>,
+}
+
+impl ModuleVisitor for Paths {
+    fn enter_module(&mut self, name: &str, container: &str) {
+        self.position.enter(name, container);
+    }
+
+    fn exit_module(&mut self, _name: &str, _container: &str) {
+        self.position.exit();
+    }
+
+    fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
+        self.found.insert(param.id, self.position.slot(&[]).path);
     }
 }
 

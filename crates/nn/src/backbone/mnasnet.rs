@@ -13,10 +13,11 @@
 use burn::module::{Initializer, Module};
 use burn::nn::pool::{AdaptiveAvgPool2d, AdaptiveAvgPool2dConfig};
 use burn::nn::{Linear, LinearConfig};
-use burn::tensor::{Device, Tensor};
+use burn::tensor::Device;
 
 use super::channels::multiple_of_eight;
 use crate::conv_norm::{ConvNorm, ConvNormConfig};
+use crate::flow::{Flow, FlowVector};
 use crate::init::Law;
 use crate::parameters::Slot;
 
@@ -129,13 +130,13 @@ impl MnasNet {
     /// # Shapes
     /// - input: `[batch, 3, height, width]`
     /// - output: `[batch, outputs]`
-    pub fn forward(&self, input: Tensor<4>) -> Tensor<2> {
+    pub(super) fn forward<F: Flow>(&self, input: F) -> F::Vector {
         let mut x = self.separable.forward(self.stem.forward_relu(input));
         for block in self.stacks.iter().flatten() {
             x = block.forward(x);
         }
         let x = self.last.forward_relu(x);
-        self.head.forward(self.mean.forward(x).flatten(1, 3))
+        x.means(&self.mean).linear(&self.head)
     }
 }
 
@@ -156,7 +157,7 @@ impl Separable {
         }
     }
 
-    fn forward(&self, input: Tensor<4>) -> Tensor<4> {
+    fn forward<F: Flow>(&self, input: F) -> F {
         self.project.forward(self.depthwise.forward_relu(input))
     }
 }
@@ -165,9 +166,9 @@ impl InvertedResidual {
     /// # Shapes
     /// - input: `[batch, channels_in, height, width]`
     /// - output: `[batch, channels_out, ceil(height / stride), ceil(width / stride)]`
-    fn forward(&self, input: Tensor<4>) -> Tensor<4> {
+    fn forward<F: Flow>(&self, input: F) -> F {
         let x = self.separable.forward(self.expand.forward_relu(input.clone()));
-        if self.residual { x + input } else { x }
+        if self.residual { x.add(input) } else { x }
     }
 }
 

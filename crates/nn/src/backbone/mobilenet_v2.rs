@@ -10,10 +10,11 @@
 use burn::module::{Initializer, Module};
 use burn::nn::pool::{AdaptiveAvgPool2d, AdaptiveAvgPool2dConfig};
 use burn::nn::{Linear, LinearConfig};
-use burn::tensor::{Device, Tensor};
+use burn::tensor::Device;
 
 use super::channels::multiple_of_eight;
 use crate::conv_norm::{ConvNorm, ConvNormConfig};
+use crate::flow::{Flow, FlowVector};
 use crate::init::Law;
 use crate::parameters::Slot;
 
@@ -97,13 +98,13 @@ impl MobileNetV2 {
     /// # Shapes
     /// - input: `[batch, 3, height, width]`
     /// - output: `[batch, outputs]`
-    pub fn forward(&self, input: Tensor<4>) -> Tensor<2> {
+    pub(super) fn forward<F: Flow>(&self, input: F) -> F::Vector {
         let mut x = self.stem.forward_relu6(input);
         for block in &self.blocks {
             x = block.forward(x);
         }
         let x = self.last.forward_relu6(x);
-        self.head.forward(self.mean.forward(x).flatten(1, 3))
+        x.means(&self.mean).linear(&self.head)
     }
 }
 
@@ -131,13 +132,13 @@ impl InvertedResidual {
     /// # Shapes
     /// - input: `[batch, channels_in, height, width]`
     /// - output: `[batch, channels_out, ceil(height / stride), ceil(width / stride)]`
-    fn forward(&self, input: Tensor<4>) -> Tensor<4> {
+    fn forward<F: Flow>(&self, input: F) -> F {
         let x = match &self.expand {
             Some(expand) => expand.forward_relu6(input.clone()),
             None => input.clone(),
         };
         let x = self.project.forward(self.depthwise.forward_relu6(x));
-        if self.residual { x + input } else { x }
+        if self.residual { x.add(input) } else { x }
     }
 }
 

@@ -5,13 +5,13 @@ mod mnasnet;
 mod mobilenet_v2;
 mod resnet;
 mod shufflenet_v2;
-mod stem;
 mod vgg;
 
 use burn::module::Module;
 use burn::tensor::{Device, Tensor};
 
 use crate::NnError;
+use crate::flow::Flow;
 use crate::init::Law;
 use crate::parameters::Slot;
 
@@ -146,6 +146,11 @@ impl Backbone {
     /// - input: `[batch, 3, height, width]`
     /// - output: `[batch, outputs]`
     pub fn forward(&self, input: Tensor<4>) -> Tensor<2> {
+        self.flow(input)
+    }
+
+    /// The forward pass of whatever flows.
+    pub(crate) fn flow<F: Flow>(&self, input: F) -> F::Vector {
         match self {
             Self::ResNet(network) => network.forward(input),
             Self::MobileNetV2(network) => network.forward(input),

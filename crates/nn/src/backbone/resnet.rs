@@ -6,14 +6,12 @@
 use burn::module::{Initializer, Module};
 use burn::nn::pool::{AdaptiveAvgPool2d, AdaptiveAvgPool2dConfig, MaxPool2d, MaxPool2dConfig};
 use burn::nn::{Linear, LinearConfig, PaddingConfig2d};
-use burn::tensor::activation::relu;
-use burn::tensor::{Device, Tensor};
+use burn::tensor::Device;
 
 use super::channels::scaled;
-use super::stem::stride_two_seven;
 use crate::conv_norm::{ConvNorm, ConvNormConfig};
+use crate::flow::{Flow, FlowVector};
 use crate::init::Law;
-use crate::ops;
 use crate::parameters::Slot;
 
 /// Channels of the first stage as published.
@@ -86,14 +84,12 @@ impl ResNet {
     /// # Shapes
     /// - input: `[batch, 3, height, width]`
     /// - output: `[batch, outputs]`
-    pub fn forward(&self, input: Tensor<4>) -> Tensor<2> {
-        let x = stride_two_seven(&self.stem.conv, input);
-        let x = ops::batch_norm(&self.stem.norm, x, ops::Activation::Relu);
-        let mut x = ops::max_pool(&self.pool, x);
+    pub(super) fn forward<F: Flow>(&self, input: F) -> F::Vector {
+        let mut x = self.stem.forward_relu(input).max_pool(&self.pool);
         for block in self.stages.iter().flatten() {
             x = block.forward(x);
         }
-        self.head.forward(self.mean.forward(x).flatten(1, 3))
+        x.means(&self.mean).linear(&self.head)
     }
 
     /// As torchvision initialises: Kaiming for convolutions, PyTorch's default for the head.
@@ -120,13 +116,13 @@ impl BasicBlock {
     /// # Shapes
     /// - input: `[batch, channels_in, height, width]`
     /// - output: `[batch, channels_out, ceil(height / stride), ceil(width / stride)]`
-    fn forward(&self, input: Tensor<4>) -> Tensor<4> {
+    fn forward<F: Flow>(&self, input: F) -> F {
         let x = self.second.forward(self.first.forward_relu(input.clone()));
         let shortcut = match &self.shortcut {
             Some(shortcut) => shortcut.forward(input),
             None => input,
         };
-        relu(x + shortcut)
+        x.add(shortcut).relu()
     }
 }
 

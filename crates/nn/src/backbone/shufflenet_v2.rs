@@ -8,12 +8,12 @@
 use burn::module::{Initializer, Module};
 use burn::nn::pool::{AdaptiveAvgPool2d, AdaptiveAvgPool2dConfig, MaxPool2d, MaxPool2dConfig};
 use burn::nn::{Linear, LinearConfig, PaddingConfig2d};
-use burn::tensor::{Device, Tensor};
+use burn::tensor::Device;
 
 use super::channels::scaled;
 use crate::conv_norm::{ConvNorm, ConvNormConfig};
+use crate::flow::{Flow, FlowVector};
 use crate::init::Law;
-use crate::ops;
 use crate::parameters::Slot;
 
 /// Channels of the first convolution, the same at every published width.
@@ -101,13 +101,13 @@ impl ShuffleNetV2 {
     /// # Shapes
     /// - input: `[batch, 3, height, width]`
     /// - output: `[batch, outputs]`
-    pub fn forward(&self, input: Tensor<4>) -> Tensor<2> {
-        let mut x = ops::max_pool(&self.pool, self.stem.forward_relu(input));
+    pub(super) fn forward<F: Flow>(&self, input: F) -> F::Vector {
+        let mut x = self.stem.forward_relu(input).max_pool(&self.pool);
         for unit in self.stages.iter().flatten() {
             x = unit.forward(x);
         }
         let x = self.last.forward_relu(x);
-        self.head.forward(self.mean.forward(x).flatten(1, 3))
+        x.means(&self.mean).linear(&self.head)
     }
 
     /// As torchvision initialises: PyTorch's defaults everywhere.
@@ -153,22 +153,22 @@ impl Unit {
     /// # Shapes
     /// - input: `[batch, channels_in, height, width]`
     /// - output: `[batch, 2 branch, ceil(height / stride), ceil(width / stride)]`
-    fn forward(&self, input: Tensor<4>) -> Tensor<4> {
+    fn forward<F: Flow>(&self, input: F) -> F {
         let (first, second) = match &self.halving {
             Some(halving) => (halving.forward(input.clone()), input),
             None => {
-                let branch = input.dims()[1] / 2;
-                (input.clone().narrow(1, 0, branch), input.narrow(1, branch, branch))
+                let branch = input.channels() / 2;
+                (input.clone().narrow(0..branch), input.narrow(branch..2 * branch))
             }
         };
         let second = self.depthwise.forward(self.expand.forward_relu(second));
         let second = self.project.forward_relu(second);
-        shuffled(first, second)
+        first.interleave(second)
     }
 }
 
 impl Halving {
-    fn forward(&self, input: Tensor<4>) -> Tensor<4> {
+    fn forward<F: Flow>(&self, input: F) -> F {
         self.project.forward_relu(self.depthwise.forward(input))
     }
 }
@@ -179,17 +179,6 @@ fn depthwise(channels: usize, stride: usize, device: &Device) -> ConvNorm {
         .with_stride(stride)
         .with_groups(channels)
         .init(device)
-}
-
-/// The channels of two images in turn: the first of one, the first of the other, the second of one.
-///
-/// # Shapes
-/// - inputs: `[batch, branch, height, width]`
-/// - output: `[batch, 2 branch, height, width]`
-fn shuffled(first: Tensor<4>, second: Tensor<4>) -> Tensor<4> {
-    let [batch, branch, height, width] = first.dims();
-    let pairs: Tensor<5> = Tensor::stack(vec![first, second], 2);
-    pairs.reshape([batch, 2 * branch, height, width])
 }
 
 /// `stages.0.3.expand.conv.x` is `stage2.3.branch2.0.x`.
@@ -219,13 +208,14 @@ pub(super) fn torchvision_path(path: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use burn::tensor::Tensor;
 
     #[test]
     fn channels_come_in_turn() {
         let device = Device::flex();
         let one = Tensor::<1>::from_floats([1., 2., 3.], &device).reshape([1, 3, 1, 1]);
         let other = Tensor::<1>::from_floats([4., 5., 6.], &device).reshape([1, 3, 1, 1]);
-        let values: Vec<f32> = shuffled(one, other).into_data().iter().collect();
+        let values: Vec<f32> = one.interleave(other).into_data().iter().collect();
         assert_eq!(values, [1., 4., 2., 5., 3., 6.]);
     }
 

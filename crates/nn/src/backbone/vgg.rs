@@ -12,11 +12,11 @@
 use burn::module::{Initializer, Module};
 use burn::nn::pool::{AdaptiveAvgPool2d, AdaptiveAvgPool2dConfig, MaxPool2d, MaxPool2dConfig};
 use burn::nn::{Linear, LinearConfig};
-use burn::tensor::activation::relu;
-use burn::tensor::{Device, Tensor};
+use burn::tensor::Device;
 
 use super::channels::scaled;
 use crate::conv_norm::{ConvNorm, ConvNormConfig};
+use crate::flow::{Flow, FlowVector};
 use crate::init::Law;
 use crate::parameters::Slot;
 
@@ -86,19 +86,19 @@ impl Vgg {
     /// # Shapes
     /// - input: `[batch, 3, height, width]`, at least 32 pixels high and wide
     /// - output: `[batch, outputs]`
-    pub fn forward(&self, input: Tensor<4>) -> Tensor<2> {
+    pub(super) fn forward<F: Flow>(&self, input: F) -> F::Vector {
         let mut x = input;
         for stage in &self.stages {
             for layer in stage {
                 x = layer.forward_relu(x);
             }
-            x = self.pool.forward(x);
+            x = x.max_pool(&self.pool);
         }
-        let mut x = self.mean.forward(x).flatten(1, 3);
+        let mut x = x.means(&self.mean);
         for layer in &self.hidden {
-            x = relu(layer.forward(x));
+            x = x.linear(layer).relu();
         }
-        self.head.forward(x)
+        x.linear(&self.head)
     }
 
     /// `stages.2.1.conv.x` is `features.11.x`: layers are numbered through, a convolution, its
