@@ -105,7 +105,15 @@ impl Image {
         inside.lines == self.lines
     }
 
-    fn place(&self, channel: usize, y: usize, x: usize) -> (usize, usize) {
+    pub(super) fn lines(&self) -> &[Line] {
+        &self.lines
+    }
+
+    pub(super) fn lines_mut(&mut self) -> &mut [Line] {
+        &mut self.lines
+    }
+
+    pub(super) fn place(&self, channel: usize, y: usize, x: usize) -> (usize, usize) {
         let line = channel / LANES * self.block_pitch() + self.origin() + y * self.row_pitch() + x;
         (line, channel % LANES)
     }

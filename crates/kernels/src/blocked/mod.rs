@@ -5,6 +5,7 @@
 //! * [`Winograd`]: the same of 3x3 kernels with fewer products.
 //! * [`Depthwise`]: convolution of every channel by itself.
 //! * [`MaxPool`], [`mean_pool`]: maxima and means of windows.
+//! * [`add`], [`gather`], [`flatten`]: sums, and values put elsewhere.
 //! * [`Team`]: threads that share the work.
 //!
 //! Every operation is compiled for every [`Level`](crate::Level) and gives the same up to rounding.
@@ -13,6 +14,7 @@
 
 mod conv;
 mod depthwise;
+mod elementwise;
 mod image;
 mod pool;
 mod scheme;
@@ -22,6 +24,7 @@ mod winograd;
 
 pub use conv::{Conv, ConvShape};
 pub use depthwise::{Depthwise, DepthwiseShape};
+pub use elementwise::{add, flatten, gather};
 pub use image::Image;
 pub use pool::{MaxPool, mean_pool};
 pub use team::{Part, Team};

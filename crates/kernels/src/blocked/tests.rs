@@ -257,4 +257,33 @@ proptest! {
             prop_assert!(output.is_zero_outside());
         }
     }
+
+    #[test]
+    fn sums_and_channels_are_where_they_belong(
+        channels in 1..40_usize,
+        size in [1..9_usize, 1..20_usize],
+        activation in activations(),
+        threads in 1..4_usize,
+        seed: u64,
+    ) {
+        let pixels = size[0] * size[1];
+        let [one, other] = [seed, seed ^ 1].map(|seed| noise(seed, channels * pixels));
+        let [a, b] = [&one, &other].map(|planes| image(planes, channels, size, 1));
+        let team = Team::new(threads);
+        let sums = one.iter().zip(&other).map(|(a, b)| f64::from(a + b));
+        let sums: Vec<f64> = sums.map(|sum| activated(sum, activation)).collect();
+        for level in Level::available() {
+            let mut output = Image::zeros(channels, size[0], size[1], 2);
+            add(&team, level, &a, Some(&b), activation, &mut output);
+            prop_assert_eq!(apart(&planes(&output), &sums), 0.0);
+            prop_assert!(output.is_zero_outside());
+        }
+        let mut turns = Image::zeros(2 * channels, size[0], size[1], 1);
+        gather(&mut turns, |channel| (if channel % 2 == 0 { &a } else { &b }, channel / 2));
+        let want = one.chunks(pixels).zip(other.chunks(pixels)).flat_map(|(a, b)| [a, b].concat());
+        prop_assert_eq!(planes(&turns), want.collect::<Vec<_>>());
+        let mut vector = Image::zeros(channels * pixels, 1, 1, 0);
+        flatten(&a, &mut vector);
+        prop_assert_eq!(planes(&vector), one);
+    }
 }

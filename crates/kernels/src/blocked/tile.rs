@@ -1,5 +1,6 @@
 //! The micro-kernel: sums of a few pixels and one or two blocks of channels, all in registers.
 
+pub use crate::batch_norm::Activation;
 use crate::simd::{LANES, Lanes};
 
 /// Sums that a tile begins with.
@@ -10,17 +11,6 @@ pub(super) enum Start {
     Bias(*const f32),
     /// What stands where the tile is written.
     Output,
-}
-
-/// What becomes of the sums.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Activation {
-    /// They stay as they are.
-    Identity,
-    /// Negative ones become 0.
-    Relu,
-    /// They are clipped to 0 to 6.
-    Relu6,
 }
 
 /// What is done to whole sums.
