@@ -95,6 +95,11 @@ impl Winograd {
         self.shape
     }
 
+    /// Its tiles.
+    pub fn size(&self) -> TileSize {
+        self.size
+    }
+
     /// As [`Conv::run`](super::Conv::run).
     ///
     /// # Panics

@@ -1,0 +1,75 @@
+//! What sizes images have on their way through a network.
+
+use evpose_nn::graph::{ConvLayer, Graph, Node, Operation};
+
+use crate::InferError;
+
+/// Channels, rows and columns.
+pub(crate) type Shape = [usize; 3];
+
+/// The shape of every node's output for an image of this shape.
+///
+/// # Errors
+/// If a layer does not fit what it is given.
+pub(crate) fn shapes(graph: &Graph, input: Shape) -> Result<Vec<Shape>, InferError> {
+    let mut shapes: Vec<Shape> = Vec::with_capacity(graph.nodes.len());
+    for node in &graph.nodes {
+        let inputs: Vec<Shape> = node.inputs.iter().map(|id| shapes[*id]).collect();
+        shapes.push(output(node, &inputs, input)?);
+    }
+    Ok(shapes)
+}
+
+fn output(node: &Node, inputs: &[Shape], image: Shape) -> Result<Shape, InferError> {
+    let fault = |problem: String| InferError::Shape { layer: node.name.clone(), problem };
+    let first = inputs.first().copied().unwrap_or(image);
+    let [channels, height, width] = first;
+    let shape = match &node.operation {
+        Operation::Input => {
+            if channels != node.channels {
+                return Err(fault(format!("{channels} channels instead of {}", node.channels)));
+            }
+            image
+        }
+        Operation::Conv(conv) => {
+            let [channels_out, of_group, ..] = conv.shape;
+            if of_group * conv.groups != channels {
+                return Err(fault(format!("{channels} channels instead of {of_group}")));
+            }
+            let [rows, columns] = convolved(conv, [height, width]);
+            [channels_out, rows, columns]
+        }
+        Operation::MaxPool { window, stride, padding } => {
+            let side = |k: usize, pixels: usize| {
+                let room = (pixels + 2 * padding[k]).checked_sub(window[k]);
+                room.map_or(0, |room| room / stride[k] + 1)
+            };
+            [channels, side(0, height), side(1, width)]
+        }
+        Operation::MeanPool { fields } => [channels, fields[0], fields[1]],
+        Operation::Flatten => [channels * height * width, 1, 1],
+        Operation::Linear(linear) => {
+            if channels != linear.shape[0] {
+                return Err(fault(format!("{channels} values instead of {}", linear.shape[0])));
+            }
+            [linear.shape[1], 1, 1]
+        }
+        Operation::Channels(range) => [range.len(), height, width],
+        Operation::Interleave => [2 * channels, height, width],
+        _ => first,
+    };
+    if shape.contains(&0) {
+        return Err(fault(format!("nothing is left of an image of {height}x{width} pixels")));
+    }
+    Ok(shape)
+}
+
+fn convolved(conv: &ConvLayer, size: [usize; 2]) -> [usize; 2] {
+    let [top, left, bottom, right] = conv.padding;
+    let side = |k: usize, padding: usize| {
+        let reach = conv.dilation[k] * (conv.shape[2 + k] - 1) + 1;
+        let room = (size[k] + padding).checked_sub(reach);
+        room.map_or(0, |room| room / conv.stride[k] + 1)
+    };
+    [side(0, top + bottom), side(1, left + right)]
+}

@@ -1,0 +1,195 @@
+//! The operations of a plan.
+
+use evpose_kernels::Level;
+use evpose_kernels::blocked::{
+    Conv, ConvShape, Depthwise, DepthwiseShape, Image, MaxPool, Scratch, Team, TileSize, Winograd,
+    add, flatten, gather, mean_pool,
+};
+use evpose_nn::graph::{Activation, ConvLayer, LinearLayer, Node, Operation};
+
+use crate::InferError;
+use crate::shapes::Shape;
+
+/// Bytes of transformed weights up to which `F(4, 3)` is the faster: more no longer stay in the second
+/// cache, and are read from beyond it for every image.
+const TRANSFORMED: usize = 12 << 20;
+/// Tiles of an image below which one scheme is not worth its transforms.
+const TILES: usize = 6;
+/// Channels below which a convolution has too few products to save.
+const CHANNELS: usize = 16;
+
+/// An operation with its weights laid out.
+#[derive(Debug, Clone)]
+pub(crate) enum Step {
+    Conv(Conv, Activation),
+    Winograd(Winograd, Activation),
+    Depthwise(Depthwise, Activation),
+    MaxPool(MaxPool),
+    MeanPool,
+    Flatten,
+    Sum(Activation),
+    /// Channels of the output are those of the input from here on.
+    Channels(usize),
+    Interleave,
+}
+
+/// What a step works with.
+pub(crate) struct Place<'a> {
+    pub(crate) team: &'a Team,
+    pub(crate) level: Level,
+    pub(crate) inputs: &'a [&'a Image],
+    pub(crate) output: &'a mut Image,
+    pub(crate) scratch: &'a mut Scratch,
+}
+
+impl Step {
+    /// The operation of a node that is done as it stands.
+    ///
+    /// # Errors
+    /// If there is no kernel for it.
+    pub(crate) fn of(node: &Node, level: Level) -> Result<Self, InferError> {
+        let missing = |what: &str| {
+            Err(InferError::Unsupported { layer: node.name.clone(), what: what.to_owned() })
+        };
+        match &node.operation {
+            Operation::MaxPool { window, stride, padding } => {
+                let is_square = [window, stride, padding].iter().all(|side| side[0] == side[1]);
+                if !is_square {
+                    return missing("max-pool whose windows are not square");
+                }
+                let [window, stride, padding] = [window[0], stride[0], padding[0]];
+                Ok(Self::MaxPool(MaxPool { window, stride, padding }))
+            }
+            Operation::MeanPool { .. } => Ok(Self::MeanPool),
+            Operation::Flatten => Ok(Self::Flatten),
+            Operation::Linear(linear) => Ok(Self::linear(linear, level)),
+            Operation::Relu => Ok(Self::Sum(Activation::Relu)),
+            Operation::Channels(range) => Ok(Self::Channels(range.start)),
+            Operation::Interleave => Ok(Self::Interleave),
+            other => missing(&format!("operation {other:?}")),
+        }
+    }
+
+    /// A fully connected layer is a convolution of a single pixel.
+    fn linear(linear: &LinearLayer, level: Level) -> Self {
+        let [inputs, outputs] = linear.shape;
+        let shape = ConvShape { channels_in: inputs, channels_out: outputs, kernel: 1, stride: 1 };
+        let mut weight = vec![0.0; inputs * outputs];
+        for (input, row) in linear.weight.chunks(outputs).enumerate() {
+            for (output, value) in row.iter().enumerate() {
+                weight[output * inputs + input] = *value;
+            }
+        }
+        Self::Conv(Conv::new(shape, &weight, &linear.bias, level), Activation::Identity)
+    }
+
+    /// A convolution and what follows it.
+    ///
+    /// # Errors
+    /// If there is no kernel for it.
+    pub(crate) fn conv(
+        name: &str,
+        conv: &ConvLayer,
+        output: Shape,
+        has_residual: bool,
+        activation: Activation,
+        level: Level,
+    ) -> Result<Self, InferError> {
+        let missing = |what: String| Err(InferError::Unsupported { layer: name.to_owned(), what });
+        let [channels_out, of_group, kernel, kernel_x] = conv.shape;
+        let [stride, stride_x] = conv.stride;
+        if kernel != kernel_x || stride != stride_x || conv.dilation != [1, 1] {
+            return missing(
+                "convolution that is not square, or with gaps between its taps".to_owned(),
+            );
+        }
+        if kernel % 2 == 0 || !matches!(stride, 1 | 2) || conv.padding != [kernel / 2; 4] {
+            return missing(format!(
+                "convolution of {kernel}x{kernel}, stride {stride} and padding {:?}",
+                conv.padding
+            ));
+        }
+        if conv.groups == 1 {
+            let shape = ConvShape { channels_in: of_group, channels_out, kernel, stride };
+            return Ok(match tiles_of(shape, output) {
+                None => Self::Conv(Conv::new(shape, &conv.weight, &conv.bias, level), activation),
+                Some(size) => {
+                    let channels = [of_group, channels_out];
+                    let conv = Winograd::new(channels, &conv.weight, &conv.bias, size, level);
+                    Self::Winograd(conv, activation)
+                }
+            });
+        }
+        if conv.groups != channels_out || of_group != 1 || !matches!(kernel, 3 | 5) || has_residual
+        {
+            return missing(format!("convolution of {kernel}x{kernel} in {} groups", conv.groups));
+        }
+        let shape = DepthwiseShape { channels: channels_out, kernel, stride };
+        let conv = Depthwise::new(shape, &conv.weight, &conv.bias, level);
+        Ok(Self::Depthwise(conv, activation))
+    }
+
+    /// What it is, in a word.
+    pub(crate) fn algorithm(&self) -> &'static str {
+        match self {
+            Self::Conv(..) => "direct",
+            Self::Winograd(conv, _) => match conv.size() {
+                TileSize::Two => "winograd 2",
+                TileSize::Four => "winograd 4",
+            },
+            Self::Depthwise(..) => "depthwise",
+            Self::MaxPool(_) => "max-pool",
+            Self::MeanPool => "mean",
+            Self::Flatten => "flatten",
+            Self::Sum(_) => "sum",
+            Self::Channels(_) | Self::Interleave => "channels",
+        }
+    }
+
+    /// Pixels of zeros that it needs around its input.
+    pub(crate) fn border(&self) -> usize {
+        match self {
+            Self::Conv(conv, _) => conv.shape().padding(),
+            Self::Winograd(..) => 1,
+            Self::Depthwise(conv, _) => conv.shape().kernel / 2,
+            _ => 0,
+        }
+    }
+
+    /// Does it.
+    pub(crate) fn run(&self, place: Place<'_>) {
+        let Place { team, level, inputs, output, scratch } = place;
+        let (input, other) = (inputs[0], inputs.get(1).copied());
+        match self {
+            Self::Conv(conv, activation) => conv.run(team, input, other, *activation, output),
+            Self::Winograd(conv, activation) => {
+                conv.run(team, input, other, *activation, output, scratch);
+            }
+            Self::Depthwise(conv, activation) => conv.run(team, input, *activation, output),
+            Self::MaxPool(pool) => pool.run(team, level, input, output),
+            Self::MeanPool => mean_pool(team, level, input, output),
+            Self::Flatten => flatten(input, output),
+            Self::Sum(activation) => add(team, level, input, other, *activation, output),
+            Self::Channels(start) => gather(output, |channel| (input, start + channel)),
+            Self::Interleave => {
+                let both = [input, inputs[1]];
+                gather(output, |channel| (both[channel % 2], channel / 2));
+            }
+        }
+    }
+}
+
+/// The tiles by which a convolution is the fastest; none for the direct way.
+fn tiles_of(shape: ConvShape, [_, height, width]: Shape) -> Option<TileSize> {
+    let is_small = shape.channels_in.min(shape.channels_out) < CHANNELS;
+    if shape.kernel != 3 || shape.stride != 1 || is_small {
+        return None;
+    }
+    let tiles = |side: usize| height.div_ceil(side) * width.div_ceil(side);
+    let bytes = 36 * shape.channels_in * shape.channels_out * size_of::<f32>();
+    if bytes <= TRANSFORMED && tiles(4) >= TILES {
+        Some(TileSize::Four)
+    } else {
+        (tiles(2) >= TILES).then_some(TileSize::Two)
+    }
+}

@@ -1,0 +1,120 @@
+//! Every network of the registry through the engine, against Burn's own arithmetic.
+
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use burn::tensor::{Device, Tensor, TensorData};
+use evpose_infer::{Engine, EngineOptions, InferError, Level};
+use evpose_nn::graph::{Graph, Operation};
+use evpose_nn::{BACKBONES, HandRegressor, HandRegressorConfig};
+
+/// Numbers between 0 and 1, as representations have.
+fn image(seed: u32, count: usize) -> Vec<f32> {
+    let mut state = seed;
+    let mut next = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 8) as f32 / (1 << 24) as f32
+    };
+    (0..count).map(|_| next()).collect()
+}
+
+fn network(backbone: &str, width: f32) -> HandRegressor {
+    let config = HandRegressorConfig { backbone: backbone.to_owned(), width };
+    let network = config.init(7, &Device::flex()).unwrap();
+    // Statistics that are not those of a network that has seen nothing.
+    evpose_nn::parameters::fill(network.clone(), {
+        let mut values = evpose_nn::parameters::read(&network).into_iter();
+        move |slot| {
+            let (_, values) = values.next().unwrap();
+            let noise = image(values.len() as u32, values.len());
+            let pairs = values.into_iter().zip(noise);
+            match slot.name() {
+                "running_var" => pairs.map(|(value, noise)| value * (0.5 + noise)).collect(),
+                "running_mean" | "beta" => pairs.map(|(_, noise)| 0.2 * noise - 0.1).collect(),
+                "gamma" => pairs.map(|(value, noise)| value * (0.75 + 0.5 * noise)).collect(),
+                _ => pairs.map(|(value, _)| value).collect(),
+            }
+        }
+    })
+}
+
+fn expected(network: &HandRegressor, input: &[f32], [height, width]: [usize; 2]) -> Vec<f32> {
+    let data = TensorData::new(input.to_vec(), [1, 2, height, width]);
+    let output = network.forward(Tensor::from_data(data, &Device::flex()));
+    output.into_data().iter::<f32>().collect()
+}
+
+/// The largest difference, relative to the largest value.
+fn apart(ours: &[f32], theirs: &[f32]) -> f32 {
+    assert_eq!(ours.len(), theirs.len());
+    let largest = theirs.iter().fold(0.0_f32, |most, value| most.max(value.abs()));
+    let pairs = ours.iter().zip(theirs);
+    pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max) / largest
+}
+
+#[test]
+fn every_network_says_what_it_says_in_burn() {
+    for entry in BACKBONES {
+        let network = network(entry.name, 0.5);
+        let graph = network.graph();
+        for [height, width] in [[180, 240], [61, 83]] {
+            let input = image(3, 2 * height * width);
+            let want = expected(&network, &input, [height, width]);
+            for level in Level::available() {
+                for threads in [1, 3] {
+                    let options = EngineOptions::default().with_threads(threads).with_level(level);
+                    let mut engine = Engine::compile(&graph, [2, height, width], options).unwrap();
+                    let apart = apart(engine.run(&input), &want);
+                    let what = format!("{} {height}x{width} {level} {threads}", entry.name);
+                    assert!(apart < 1e-4, "{what}: {apart}");
+                    assert_eq!(engine.run(&input).to_vec(), engine.run(&input), "{what}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn every_product_is_counted_once() {
+    let network = network("resnet18", 1.0);
+    let options = EngineOptions::default();
+    let engine = Engine::compile(&network.graph(), [2, 180, 240], options).unwrap();
+    let products: u64 = engine.layers().iter().map(|layer| layer.products).sum();
+    // Counted by hand from the published shapes: conv1, stem, four stages, head.
+    let conv =
+        |channels: [u64; 2], taps: u64, pixels: u64| channels[0] * channels[1] * taps * pixels;
+    let mut want = conv([2, 3], 9, 180 * 240) + conv([3, 64], 49, 90 * 120) + 512 * 12;
+    for (stage, pixels) in [45 * 60, 23 * 30, 12 * 15, 6 * 8].into_iter().enumerate() {
+        let channels = 64 << stage;
+        let first = if stage == 0 { 64 } else { channels / 2 };
+        want += conv([first, channels], 9, pixels) + 3 * conv([channels, channels], 9, pixels);
+        want += if stage == 0 { 0 } else { conv([first, channels], 1, pixels) };
+    }
+    assert_eq!(products, want);
+}
+
+#[test]
+fn what_the_engine_cannot_do_names_the_layer() {
+    let with = |change: &dyn Fn(&mut Graph)| {
+        let mut graph = network("resnet18", 0.25).graph();
+        change(&mut graph);
+        Engine::compile(&graph, [2, 45, 60], EngineOptions::default()).err().unwrap()
+    };
+    let dilated = with(&|graph| {
+        for node in &mut graph.nodes {
+            if let ("backbone.stages.1.0.first", Operation::Conv(conv)) =
+                (node.name.as_str(), &mut node.operation)
+            {
+                conv.stride = [3, 3];
+            }
+        }
+    });
+    let InferError::Unsupported { layer, what } = dilated else { panic!("{dilated}") };
+    assert_eq!(layer, "backbone.stages.1.0.first");
+    assert!(what.contains("stride 3"), "{what}");
+    let graph = network("resnet18", 0.25).graph();
+    let other = Engine::compile(&graph, [3, 45, 60], EngineOptions::default()).err().unwrap();
+    assert!(matches!(&other, InferError::Shape { layer, .. } if layer == "input"), "{other}");
+    let graph = network("vgg11_bn", 0.25).graph();
+    let small = Engine::compile(&graph, [2, 20, 20], EngineOptions::default()).err().unwrap();
+    assert!(small.to_string().contains("nothing is left"), "{small}");
+}
