@@ -412,6 +412,7 @@ pub(crate) struct BenchSimArgs {
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  evpose bench infer\n  \
+    evpose bench infer --threads 1 --layers\n  \
     evpose bench infer --config quick --json bench.json")]
 pub(crate) struct BenchInferArgs {
     /// A TOML file, or an embedded config: its network and image size are measured
@@ -423,6 +424,12 @@ pub(crate) struct BenchInferArgs {
     /// Windows per run
     #[arg(long, default_value_t = 1)]
     pub(crate) batch: usize,
+    /// Time Burn's arithmetic instead of our engine
+    #[arg(long)]
+    pub(crate) burn: bool,
+    /// Show where the time goes, layer by layer
+    #[arg(long, conflicts_with = "burn")]
+    pub(crate) layers: bool,
     /// Where to write the numbers
     #[arg(long)]
     pub(crate) json: Option<PathBuf>,

@@ -2,33 +2,76 @@
 
 use std::time::Instant;
 
+use anyhow::Result;
 use burn::tensor::{Device, Tensor, TensorData};
 use evpose_core::CounterRng;
+use evpose_infer::{Engine, EngineOptions};
 use evpose_nn::HandRegressor;
+
+/// What runs a network.
+pub(super) enum Runner<'a> {
+    /// Our engine, which takes one window at a time.
+    Engine(Box<Engine>),
+    /// Burn, on a device.
+    Burn(&'a HandRegressor, &'a Device),
+}
+
+impl<'a> Runner<'a> {
+    /// The engine on the CPU, Burn on other devices. `input` is `[batch, channels, height, width]`.
+    pub(super) fn usual(
+        network: &'a HandRegressor,
+        [_, channels, height, width]: [usize; 4],
+        device: &'a Device,
+    ) -> Result<Self> {
+        if *device != Device::flex() {
+            return Ok(Self::Burn(network, device));
+        }
+        let options = EngineOptions::default().with_threads(rayon::current_num_threads());
+        let engine = Engine::compile(&network.graph(), [channels, height, width], options)?;
+        Ok(Self::Engine(Box::new(engine)))
+    }
+
+    /// Predicts once; the time is without what it takes to make the input.
+    fn once(&mut self, values: &[f32], input: [usize; 4]) -> f64 {
+        match self {
+            Self::Engine(engine) => {
+                let started = Instant::now();
+                for window in values.chunks(input[1..].iter().product()) {
+                    std::hint::black_box(engine.run(window));
+                }
+                started.elapsed().as_secs_f64() * 1e3
+            }
+            Self::Burn(network, device) => {
+                let data = TensorData::new(values.to_vec(), input);
+                let surfaces = Tensor::<4>::from_data(data, *device);
+                let started = Instant::now();
+                // Reading the result back makes a device that works in the background finish.
+                std::hint::black_box(network.forward(surfaces).into_data());
+                started.elapsed().as_secs_f64() * 1e3
+            }
+        }
+    }
+}
+
+/// Random windows of shape `input`.
+pub(super) fn windows(input: [usize; 4], seed: u64) -> Vec<f32> {
+    let mut rng = CounterRng::new(seed, "bench", 0);
+    (0..input.iter().product()).map(|_| rng.unit()).collect()
+}
 
 /// Times of `runs` predictions on random windows of shape `input` in milliseconds, sorted, after a
 /// tenth as many to warm up.
 pub(super) fn sorted_ms(
-    network: &HandRegressor,
+    runner: &mut Runner<'_>,
     input: [usize; 4],
     runs: usize,
     seed: u64,
-    device: &Device,
 ) -> Vec<f64> {
-    let mut rng = CounterRng::new(seed, "bench", 0);
-    let values: Vec<f32> = (0..input.iter().product()).map(|_| rng.unit()).collect();
-    let once = || {
-        let surfaces = Tensor::<4>::from_data(TensorData::new(values.clone(), input), device);
-        let started = Instant::now();
-        // Reading the result back makes a device that works in the background finish.
-        let poses = network.forward(surfaces).into_data();
-        std::hint::black_box(poses);
-        started.elapsed().as_secs_f64() * 1e3
-    };
+    let values = windows(input, seed);
     for _ in 0..runs.div_ceil(10) {
-        once();
+        runner.once(&values, input);
     }
-    let mut times_ms: Vec<f64> = (0..runs).map(|_| once()).collect();
+    let mut times_ms: Vec<f64> = (0..runs).map(|_| runner.once(&values, input)).collect();
     times_ms.sort_by(f64::total_cmp);
     times_ms
 }

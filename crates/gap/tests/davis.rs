@@ -1,5 +1,7 @@
 //! Recordings of a camera with frames and events, made by our own simulator, through the workflow.
 
+#![allow(clippy::unwrap_used, reason = "tests")]
+
 use evpose_core::{Event, EventStream, Micros, Plane, SensorSize};
 use evpose_gap::davis::{LoadedShots, Response, load_shots};
 use evpose_gap::naming::Named;

@@ -1,5 +1,6 @@
 //! A network that is ready to run.
 
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use evpose_kernels::Level;
@@ -58,8 +59,8 @@ pub struct Layer {
 pub struct Engine {
     team: Team,
     level: Level,
-    steps: Vec<Planned>,
-    layers: Vec<Layer>,
+    steps: Arc<[Planned]>,
+    layers: Arc<[Layer]>,
     images: Vec<Image>,
     scratch: Scratch,
     input: Slot,
@@ -98,13 +99,29 @@ impl Engine {
             team: Team::new(threads),
             level,
             images: plan.memory.images(),
-            steps: plan.steps,
-            layers: plan.layers,
+            steps: plan.steps.into(),
+            layers: plan.layers.into(),
             scratch: Scratch::default(),
             input: plan.input,
             output: plan.output,
             values,
         })
+    }
+
+    /// Another that runs beside this one, with memory and threads of its own and the same weights.
+    #[must_use]
+    pub fn another(&self) -> Self {
+        Self {
+            team: Team::new(self.team.threads()),
+            level: self.level,
+            steps: Arc::clone(&self.steps),
+            layers: Arc::clone(&self.layers),
+            images: self.images.clone(),
+            scratch: Scratch::default(),
+            input: self.input,
+            output: self.output,
+            values: self.values.clone(),
+        }
     }
 
     /// What the network says of an image `[channels][height][width]`.

@@ -15,6 +15,9 @@ pub enum TrainError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// A network that cannot be compiled.
+    #[error(transparent)]
+    Engine(#[from] evpose_infer::InferError),
     /// A config that cannot be read.
     #[error("{}: {message}", path.display())]
     Config {

@@ -1,12 +1,15 @@
 //! Anything that turns windows of events into poses.
 
 use burn::tensor::{Device, Tensor, TensorData};
+use evpose_infer::{Engine, EngineOptions};
 use evpose_nn::HandRegressor;
+use evpose_nn::graph::Graph;
 use evpose_pose::{HandParams, PARAMETERS};
+use rayon::prelude::*;
 
 use crate::TrainError;
 
-/// Turns windows of events into poses: a network, a constant, later a compiled engine.
+/// Turns windows of events into poses: a network, a constant.
 pub trait Predictor {
     /// Poses of `surfaces`, which holds whole windows of `[2, height, width]`, one after another;
     /// `image_size` is `(height, width)`.
@@ -20,17 +23,26 @@ pub trait Predictor {
     ) -> Result<Vec<HandParams>, TrainError>;
 }
 
-/// The network on a device.
-#[derive(Debug)]
-pub struct NetworkPredictor {
-    network: HandRegressor,
-    device: Device,
+/// A network: on the CPU compiled, on other devices by Burn.
+pub struct NetworkPredictor(Way);
+
+enum Way {
+    Compiled(Compiled),
+    Burn { network: Box<HandRegressor>, device: Device },
 }
 
 impl NetworkPredictor {
     /// Predicts with `network`, which must live on `device`.
     pub fn new(network: HandRegressor, device: Device) -> Self {
-        Self { network, device }
+        if device == Device::flex() {
+            return Self(Way::Compiled(Compiled::new(network.graph())));
+        }
+        Self::with_burn(network, device)
+    }
+
+    /// Predicts with Burn's own arithmetic on every device.
+    pub fn with_burn(network: HandRegressor, device: Device) -> Self {
+        Self(Way::Burn { network: Box::new(network), device })
     }
 }
 
@@ -40,10 +52,15 @@ impl Predictor for NetworkPredictor {
         surfaces: &[f32],
         (height, width): (usize, usize),
     ) -> Result<Vec<HandParams>, TrainError> {
-        let count = surfaces.len() / (2 * height * width);
-        let shape = [count, 2, height, width];
-        let input = Tensor::<4>::from_data(TensorData::new(surfaces.to_vec(), shape), &self.device);
-        let values: Vec<f32> = self.network.forward(input).into_data().iter().collect();
+        let values = match &mut self.0 {
+            Way::Compiled(compiled) => compiled.values(surfaces, [2, height, width])?,
+            Way::Burn { network, device } => {
+                let shape = [surfaces.len() / (2 * height * width), 2, height, width];
+                let data = TensorData::new(surfaces.to_vec(), shape);
+                let output = network.forward(Tensor::<4>::from_data(data, &*device));
+                output.into_data().iter().collect()
+            }
+        };
         if let Some(value) = values.iter().find(|value| !value.is_finite()) {
             return Err(TrainError::Stopped(format!(
                 "the network predicted {value}: the checkpoint is damaged or diverged"
@@ -51,6 +68,62 @@ impl Predictor for NetworkPredictor {
         }
         let (poses, _) = values.as_chunks::<PARAMETERS>();
         Ok(poses.iter().map(|&pose| HandParams::from_array(pose)).collect())
+    }
+}
+
+/// A network compiled for images of one size.
+struct Compiled {
+    graph: Graph,
+    shape: [usize; 3],
+    /// One that uses all threads, for windows that come one by one.
+    alone: Option<Engine>,
+    /// One for each thread, for windows that come together.
+    together: Vec<Engine>,
+}
+
+impl Compiled {
+    fn new(graph: Graph) -> Self {
+        Self { graph, shape: [0; 3], alone: None, together: Vec::new() }
+    }
+
+    /// What the network says of windows of a shape, one after another. Bits do not depend on threads.
+    fn values(&mut self, windows: &[f32], shape: [usize; 3]) -> Result<Vec<f32>, TrainError> {
+        if shape != self.shape {
+            (self.shape, self.alone) = (shape, None);
+            self.together.clear();
+        }
+        let size: usize = shape.iter().product();
+        let threads = rayon::current_num_threads();
+        let compile = |threads| {
+            let options = EngineOptions::default().with_threads(threads);
+            Engine::compile(&self.graph, shape, options).map_err(TrainError::from)
+        };
+        if windows.len() == size {
+            let engine = match self.alone.take() {
+                Some(engine) => engine,
+                None => compile(threads)?,
+            };
+            return Ok(self.alone.insert(engine).run(windows).to_vec());
+        }
+        let count = windows.len() / size;
+        let parts = threads.clamp(1, count.max(1));
+        while self.together.len() < parts {
+            let engine = match self.together.first() {
+                Some(engine) => engine.another(),
+                None => compile(1)?,
+            };
+            self.together.push(engine);
+        }
+        let part = count.div_ceil(parts).max(1) * size;
+        let values: Vec<Vec<f32>> = self
+            .together
+            .par_iter_mut()
+            .zip(windows.par_chunks(part))
+            .map(|(engine, windows)| {
+                windows.chunks(size).flat_map(|window| engine.run(window).to_vec()).collect()
+            })
+            .collect();
+        Ok(values.concat())
     }
 }
 

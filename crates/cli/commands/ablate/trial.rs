@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use super::places::{self, Places};
 use super::watch;
-use crate::commands::latency;
+use crate::commands::latency::{self, Runner};
 use crate::machine::Machine;
 use crate::progress::bar;
 use crate::run_info::COMMIT;
@@ -139,7 +139,9 @@ pub(super) fn run(
     let checkpoint = Checkpoint::load(&dir, device)?;
     let image = config.simulation.image_size();
     let input = [1, 2, usize::from(image.height), usize::from(image.width)];
-    let times_ms = latency::sorted_ms(&checkpoint.network, input, TIMED, config.seed, device);
+    let mut runner = Runner::usual(&checkpoint.network, input, device)?;
+    let times_ms = latency::sorted_ms(&mut runner, input, TIMED, config.seed);
+    drop(runner);
     let parameters = trained_count(&checkpoint.network);
     let published = HandRegressorConfig { width: 1.0, ..config.network.clone() };
     let [filtered, unfiltered, mean_pose] = judge(places, config, checkpoint, stride_ms, device)?;

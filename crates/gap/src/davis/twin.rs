@@ -29,7 +29,8 @@ impl Shots {
         let share = SHORTEST.powf(rng.unit());
         let slant = [rng.uniform(-0.05, 0.05), rng.uniform(-0.05, 0.05)];
         // Edges along columns, along rows, oblique, and light that changes everywhere at once.
-        let is_along = [i % 4 < 2, i % 2 == 0].map(|is_along| if is_along { 1.0 } else { 0.0 });
+        let is_along =
+            [i % 4 < 2, i.is_multiple_of(2)].map(|is_along| if is_along { 1.0 } else { 0.0 });
         let wave = [slant[0] * is_along[0], slant[1] * is_along[1], rng.unit()];
         let exposures = self.exposures();
         let last = self.shots.len() - 1;

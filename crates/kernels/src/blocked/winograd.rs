@@ -7,6 +7,8 @@
 //!
 //! Rounding: outputs of `F(4, 3)` are off by some 1e-5 of the largest, of `F(2, 3)` by 2e-6.
 
+#![allow(clippy::needless_range_loop, reason = "columns become rows")]
+
 use std::marker::PhantomData;
 use std::ops::Range;
 
