@@ -6,6 +6,7 @@
 use std::ops::Range;
 
 use super::image::{Image, Line};
+use super::packing::{blocks_of, groups};
 use super::team::{Part, Team};
 use super::tile::{Activation, End, Start, Taps, tile};
 use crate::simd::{Kernel, LANES, Lanes, Level};
@@ -41,10 +42,6 @@ impl ConvShape {
 
     fn blocks_in(&self) -> usize {
         self.channels_in.div_ceil(LANES)
-    }
-
-    fn blocks_out(&self) -> usize {
-        self.channels_out.div_ceil(LANES)
     }
 }
 
@@ -101,11 +98,8 @@ impl Conv {
         self.shape
     }
 
-    /// Blocks of output channels, as they are made together.
     fn groups(&self) -> impl ExactSizeIterator<Item = Range<usize>> + use<> {
-        let (blocks, together) = (self.shape.blocks_out(), self.together);
-        (0..blocks.div_ceil(together))
-            .map(move |group| group * together..blocks.min((group + 1) * together))
+        groups(self.shape.channels_out, self.together)
     }
 
     /// Writes `activation(conv(input) + residual)` to `output`.
@@ -144,16 +138,6 @@ impl Conv {
             unsafe { self.level.run(&work) };
         });
     }
-}
-
-/// Values in blocks of sixteen, filled up with zeros.
-pub(super) fn blocks_of(values: &[f32]) -> Vec<Line> {
-    let block = |values: &[f32]| {
-        let mut line = Line::ZERO;
-        line.0[..values.len()].copy_from_slice(values);
-        line
-    };
-    values.chunks(LANES).map(block).collect()
 }
 
 /// Where outputs go. Distances are in `f32`.

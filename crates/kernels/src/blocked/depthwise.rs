@@ -2,8 +2,9 @@
 
 use std::ops::Range;
 
-use super::conv::{Output, blocks_of};
+use super::conv::Output;
 use super::image::{Image, Line};
+use super::packing::blocks_of;
 use super::team::Team;
 use super::tile::{Activation, activated};
 use crate::simd::{Kernel, LANES, Lanes, Level};

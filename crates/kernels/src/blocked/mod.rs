@@ -16,6 +16,7 @@ mod conv;
 mod depthwise;
 mod elementwise;
 mod image;
+mod packing;
 mod pool;
 mod scheme;
 mod team;
