@@ -5,7 +5,7 @@ use evpose_core::EventStream;
 use evpose_sensor::SensorConfig;
 
 use crate::parameters::Parameter;
-use crate::{Block, GapError, Lab, View};
+use crate::{GapError, Lab, View};
 
 /// Rates are compared in bins of this length.
 const BIN_US: i64 = 250;
@@ -18,8 +18,8 @@ const FURTHEST: f64 = 0.9;
 const STEEPEST: f64 = -8.0;
 const FLATTEST: f64 = -0.4;
 
-/// The model with thresholds, with the clock, and with both set from the recording; where light is
-/// not known in full, also with the background.
+/// The model with thresholds, with the clock, and with both set from the recording; where pixels
+/// at rest are known, also with the background.
 ///
 /// # Errors
 /// A model that cannot be shown the scene.
@@ -33,9 +33,9 @@ pub(crate) fn starts(lab: &Lab<'_>, model: &SensorConfig) -> Result<Vec<SensorCo
     let mut both = scaled.clone();
     Parameter::ClockOffset.set(&mut both, was_us + offset_us);
     let mut starts = vec![scaled, late, both];
-    if !lab.layout.compares(Block::Crossing) {
-        // Where counts in motion say nothing, those at rest are all there is of the background, and
-        // one number at a time does not lead from none to what is far away.
+    if lab.begins_at_rest {
+        // Where counts in motion say nothing, one number at a time does not lead from no background
+        // to what is far away.
         let given = [model, &starts[0]].map(|start| with_rates_at_rest(lab, &simulated, start));
         starts.extend(given);
     }

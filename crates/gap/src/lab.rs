@@ -48,6 +48,8 @@ pub struct Lab<'a> {
     pub events: EventStream,
     /// What was measured of it.
     pub measured: Vec<f64>,
+    /// Whether a fit may begin with the background of pixels at rest.
+    pub(crate) begins_at_rest: bool,
     seed: u64,
     /// A model with more events than this is out of the question.
     most: usize,
@@ -79,6 +81,7 @@ impl<'a> Lab<'a> {
             window,
             events: events.clone(),
             measured,
+            begins_at_rest: false,
             seed,
             most,
             chance: Vec::new(),

@@ -89,11 +89,6 @@ impl Layout {
         layout
     }
 
-    /// Whether any number of a family is compared.
-    pub fn compares(&self, block: Block) -> bool {
-        self.entries.iter().any(|entry| entry.block == block && entry.is_compared())
-    }
-
     /// The numbers of a view, each on the scale on which it is compared.
     pub fn summarise(&self, view: &View<'_>) -> Vec<f64> {
         let mut numbers = Vec::with_capacity(self.entries.len());

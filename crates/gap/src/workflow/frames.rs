@@ -26,5 +26,6 @@ pub static OF_FRAMES: Unknown = Unknown {
     thresholds: "an exponent of the response curve and thresholds are one thing",
     instead_of_thresholds: "other thresholds explain part of it, and so would another exponent of the \
                             frames' response curve",
+    begins_at_rest: true,
     place: "with what happens between frames",
 };

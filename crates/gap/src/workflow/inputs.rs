@@ -100,6 +100,7 @@ pub struct Prepared {
     pub is_quick: bool,
     /// What was assumed, a line each.
     pub notes: Vec<String>,
+    pub(super) begins_at_rest: bool,
     pub(super) screen: (Case, Stage),
     pub(super) train: (Case, Stage),
     pub(super) held: (Case, Stage),
@@ -149,6 +150,7 @@ impl Prepared {
             seed: inputs.seed,
             is_quick: inputs.is_quick,
             notes,
+            begins_at_rest: false,
         })
     }
 
@@ -167,6 +169,8 @@ impl Prepared {
     fn lab<'a>(&'a self, (case, stage): &'a (Case, Stage), i: u64) -> Result<Lab<'a>, GapError> {
         let seed = evpose_core::seed_for(self.seed, "lab", i);
         let reference = &self.model.reference;
-        Lab::new(stage, &self.layout, &case.measured, case.window, reference, seed)
+        let mut lab = Lab::new(stage, &self.layout, &case.measured, case.window, reference, seed)?;
+        lab.begins_at_rest = self.begins_at_rest;
+        Ok(lab)
     }
 }

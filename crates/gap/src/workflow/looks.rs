@@ -34,6 +34,9 @@ pub struct Unknown {
     pub thresholds: &'static str,
     /// What is said where thresholds would have been one.
     pub instead_of_thresholds: &'static str,
+    /// Whether it says which pixels are at rest, so that a fit may begin with their background. Where
+    /// texture is made up, faint motion passes for rest, and such a fit for an explanation.
+    pub begins_at_rest: bool,
     /// What is said before the place where recording and model disagree.
     pub place: &'static str,
 }
@@ -78,6 +81,7 @@ impl Prepared {
         }
         spread.widen(&mut layout);
         prepared.layout = layout;
+        prepared.begins_at_rest = unknown.begins_at_rest;
         prepared.notes.insert(0, unknown.note.to_owned());
         Ok(prepared)
     }

@@ -20,5 +20,6 @@ pub static OF_POSES: Unknown = Unknown {
     ],
     thresholds: "contrast of the texture and thresholds are one thing",
     instead_of_thresholds: "other thresholds explain part of it, and so would another contrast",
+    begins_at_rest: false,
     place: "with what light and texture do",
 };
