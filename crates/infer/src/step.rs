@@ -10,9 +10,10 @@ use evpose_nn::graph::{Activation, ConvLayer, LinearLayer, Node, Operation};
 use crate::InferError;
 use crate::shapes::Shape;
 
-/// Bytes of transformed weights up to which `F(4, 3)` is the faster: more no longer stay in the second
-/// cache, and are read from beyond it for every image.
-const TRANSFORMED: usize = 12 << 20;
+/// Channels from which kernels take longer to transform to `F(4, 3)` than that saves, with few tiles.
+const MANY: usize = 512;
+/// Tiles of `F(4, 3)` from which it is worth it for any channels.
+const ENOUGH: usize = 12;
 /// Tiles of an image below which one scheme is not worth its transforms.
 const TILES: usize = 6;
 /// Channels below which a convolution has too few products to save.
@@ -186,8 +187,7 @@ fn tiles_of(shape: ConvShape, [_, height, width]: Shape) -> Option<TileSize> {
         return None;
     }
     let tiles = |side: usize| height.div_ceil(side) * width.div_ceil(side);
-    let bytes = 36 * shape.channels_in * shape.channels_out * size_of::<f32>();
-    if bytes <= TRANSFORMED && tiles(4) >= TILES {
+    if tiles(4) >= TILES && (tiles(4) >= ENOUGH || shape.channels_in < MANY) {
         Some(TileSize::Four)
     } else {
         (tiles(2) >= TILES).then_some(TileSize::Two)

@@ -21,7 +21,13 @@ pub(super) trait Scheme {
     const IN: usize = Self::OUT + 2;
 
     /// `G g`.
-    fn taps(g: [f64; 3]) -> [f64; MOST];
+    fn exact_taps(g: [f64; 3]) -> [f64; MOST];
+
+    /// `G g`.
+    ///
+    /// # Safety
+    /// The processor has the instructions of `V`.
+    unsafe fn taps<V: Lanes>(g: [V; 3]) -> [V; MOST];
 
     /// `Bᵀ d`.
     ///
@@ -45,8 +51,18 @@ pub(super) struct Four;
 impl Scheme for Two {
     const OUT: usize = 2;
 
-    fn taps([a, b, c]: [f64; 3]) -> [f64; MOST] {
+    fn exact_taps([a, b, c]: [f64; 3]) -> [f64; MOST] {
         [a, 0.5 * (a + b + c), 0.5 * (a - b + c), c, 0.0, 0.0]
+    }
+
+    #[inline(always)]
+    unsafe fn taps<V: Lanes>([a, b, c]: [V; 3]) -> [V; MOST] {
+        // SAFETY: the caller's.
+        unsafe {
+            let half = V::splat(0.5);
+            let (even, odd) = (half.mul(a.add(c)), half.mul(b));
+            [a, even.add(odd), even.sub(odd), c, c, c]
+        }
     }
 
     #[inline(always)]
@@ -68,7 +84,7 @@ impl Scheme for Two {
 impl Scheme for Four {
     const OUT: usize = 4;
 
-    fn taps([a, b, c]: [f64; 3]) -> [f64; MOST] {
+    fn exact_taps([a, b, c]: [f64; 3]) -> [f64; MOST] {
         let (even, odd) = (a + c, b);
         let (quarter, half) = (a + 4.0 * c, 2.0 * b);
         [
@@ -79,6 +95,18 @@ impl Scheme for Four {
             (quarter - half) / 24.0,
             c,
         ]
+    }
+
+    #[inline(always)]
+    unsafe fn taps<V: Lanes>([a, b, c]: [V; 3]) -> [V; MOST] {
+        // SAFETY: the caller's.
+        unsafe {
+            let [sixth, quarter, twelfth, small] =
+                [-1.0 / 6.0, 0.25, 1.0 / 12.0, 1.0 / 24.0].map(|value| V::splat(value));
+            let (even, odd) = (sixth.mul(a.add(c)), sixth.mul(b));
+            let (wide, half) = (small.mul_add(a, V::splat(1.0 / 6.0).mul(c)), twelfth.mul(b));
+            [quarter.mul(a), even.add(odd), even.sub(odd), wide.add(half), wide.sub(half), c]
+        }
     }
 
     #[inline(always)]

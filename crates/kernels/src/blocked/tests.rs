@@ -149,6 +149,7 @@ proptest! {
         size in [1..26_usize, 1..40_usize],
         activation in activations(),
         has_residual: bool,
+        is_plain: bool,
         threads in 1..4_usize,
         seed: u64,
     ) {
@@ -167,7 +168,7 @@ proptest! {
         let mut scratch = Scratch::default();
         for level in Level::available() {
             for (tile, most) in [(TileSize::Two, 1e-6), (TileSize::Four, 5e-6)] {
-                let conv = Winograd::new(channels, &weight, &bias, tile, level);
+                let conv = Winograd::of(channels, &weight, &bias, tile, level, is_plain);
                 let mut output = Image::zeros(channels_out, size[0], size[1], 1);
                 let residual = residual.as_ref();
                 conv.run(&team, &input, residual, activation, &mut output, &mut scratch);

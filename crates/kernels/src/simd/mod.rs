@@ -36,6 +36,8 @@ pub(crate) trait Lanes: Copy {
     unsafe fn mul_add(self, factor: Self, term: Self) -> Self;
     unsafe fn max(self, other: Self) -> Self;
     unsafe fn min(self, other: Self) -> Self;
+    /// Asks for the cache line at an address, which need not be readable, for what reads it soon.
+    unsafe fn fetch(from: *const f32);
 }
 
 /// Work that is compiled for every level. Mark `run` `#[inline(always)]`.

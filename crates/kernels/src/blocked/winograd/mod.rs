@@ -1,29 +1,34 @@
 //! Winograd's convolution of 3x3 kernels of stride 1: fewer products for more additions.
 //!
-//! Tiles of outputs are transformed, multiplied as one matrix product for each of their places, and
-//! transformed back. Of a large image so many tiles are taken at a time that what lies between the
-//! transforms stays in the second cache, and each thread takes its own; of a small one the threads
-//! share every step.
+//! The inputs of all tiles are transformed. Then the outputs of one group of channels after the other are
+//! made: products at every place of a tile, added up over the input channels, and transformed back
+//! while they are still near.
+//!
+//! Transformed kernels are 1.8 or 4 times as large as the kernels. Those of small layers are
+//! transformed once and stay in the second cache. Those of large layers would come from memory for
+//! every image, which takes longer than the products: they are kept as they are, and transformed a
+//! few channels at a time where they are used, while the next ones are fetched.
 //!
 //! Rounding: outputs of `F(4, 3)` are off by some 1e-5 of the largest, of `F(2, 3)` by 2e-6.
 
 #![allow(clippy::needless_range_loop, reason = "columns become rows")]
 
+mod kernels;
 mod tiles;
 
 use std::marker::PhantomData;
-use std::ops::Range;
 
 use super::conv::{ConvShape, Output};
 use super::image::{Image, Line};
 use super::packing::{blocks_of, groups};
-use super::scheme::{Four, MOST, Scheme, Two};
+use super::scheme::{Four, Scheme, Two};
 use super::team::{Part, Team};
 use super::tile::Activation;
 use crate::simd::{LANES, Level};
-use tiles::{Step, Tiles};
+use kernels::Kernels;
+use tiles::{Tiles, pitch};
 
-/// Bytes between the transforms, of a second cache of 1 MiB.
+/// Bytes of what lies between the transforms, of a second cache of 1 MiB.
 const SECOND: usize = 760 << 10;
 /// Tiles that are multiplied at once.
 const TOGETHER: usize = 12;
@@ -37,7 +42,7 @@ pub enum TileSize {
     Four,
 }
 
-/// A 3x3 convolution of stride 1 with its weights transformed.
+/// A 3x3 convolution of stride 1 with its weights laid out for tiles.
 #[derive(Debug, Clone)]
 pub struct Winograd {
     shape: ConvShape,
@@ -45,8 +50,7 @@ pub struct Winograd {
     size: TileSize,
     /// Blocks of output channels that are made together; a last odd one is alone.
     together: usize,
-    /// `[place][blocks together][input channel][block][16]`.
-    weights: Vec<Line>,
+    kernels: Kernels,
     bias: Vec<Line>,
 }
 
@@ -55,7 +59,7 @@ pub struct Winograd {
 pub struct Scratch(Vec<Line>);
 
 impl Winograd {
-    /// Transforms `weight`, `[channels_out][channels_in][3][3]`; `bias` is `[channels_out]`.
+    /// Lays `weight`, `[channels_out][channels_in][3][3]`, and `bias`, `[channels_out]`, out.
     ///
     /// # Panics
     /// If there are more or fewer.
@@ -67,33 +71,28 @@ impl Winograd {
         level: Level,
     ) -> Self {
         let shape = ConvShape { channels_in, channels_out, kernel: 3, stride: 1 };
+        let are_large = Kernels::are_large(shape, size.inputs());
+        Self::of([channels_in, channels_out], weight, bias, size, level, are_large)
+    }
+
+    /// As [`new`](Self::new), with kernels that are kept plain, or not.
+    pub(super) fn of(
+        [channels_in, channels_out]: [usize; 2],
+        weight: &[f32],
+        bias: &[f32],
+        size: TileSize,
+        level: Level,
+        is_plain: bool,
+    ) -> Self {
+        let shape = ConvShape { channels_in, channels_out, kernel: 3, stride: 1 };
         assert_eq!(weight.len(), channels_in * channels_out * 9, "weights");
         assert_eq!(bias.len(), channels_out, "bias");
         let together = if level.holds_two() { 2 } else { 1 };
-        let transformed = match size {
-            TileSize::Two => transformed::<Two>(weight),
-            TileSize::Four => transformed::<Four>(weight),
+        let kernels = match size {
+            TileSize::Two => Kernels::new::<Two>(shape, together, weight, is_plain),
+            TileSize::Four => Kernels::new::<Four>(shape, together, weight, is_plain),
         };
-        let places = size.inputs().pow(2);
-        let mut weights = Vec::new();
-        for place in 0..places {
-            for blocks in groups(channels_out, together) {
-                for channel_in in 0..channels_in {
-                    for block in blocks.clone() {
-                        let mut line = Line::ZERO;
-                        for (lane, value) in line.0.iter_mut().enumerate() {
-                            let channel = block * LANES + lane;
-                            if channel < channels_out {
-                                let kernel = channel * channels_in + channel_in;
-                                *value = transformed[kernel * places + place];
-                            }
-                        }
-                        weights.push(line);
-                    }
-                }
-            }
-        }
-        Self { shape, level, size, together, weights, bias: blocks_of(bias) }
+        Self { shape, level, size, together, kernels, bias: blocks_of(bias) }
     }
 
     /// Its shape.
@@ -128,82 +127,95 @@ impl Winograd {
             size(residual) == size(output) && residual.channels() == self.shape.channels_out
         }));
         let out = Output::of(output);
+        let job = Job { of: self, input, residual, activation, out, size: size(input) };
         match self.size {
-            TileSize::Two => {
-                self.with::<Two>(team, input, residual, activation, out, size(input), scratch);
-            }
-            TileSize::Four => {
-                self.with::<Four>(team, input, residual, activation, out, size(input), scratch);
-            }
+            TileSize::Two => job.run::<Two>(team, scratch),
+            TileSize::Four => job.run::<Four>(team, scratch),
         }
     }
+}
 
-    #[allow(clippy::too_many_arguments, reason = "those of `run`")]
-    fn with<S: Scheme>(
-        &self,
-        team: &Team,
-        input: &Image,
-        residual: Option<&Image>,
-        activation: Activation,
-        out: Output,
-        [height, width]: [usize; 2],
-        scratch: &mut Scratch,
-    ) {
-        let [rows, columns] = [height, width].map(|side| side.div_ceil(S::OUT));
-        let tiles = rows * columns;
-        let (blocks_in, blocks_out) =
-            (self.shape.channels_in.div_ceil(LANES), self.shape.channels_out.div_ceil(LANES));
-        let lines_of_tile = S::IN * S::IN * (blocks_in + blocks_out);
-        let most = (SECOND / size_of::<Line>() / lines_of_tile).max(TOGETHER);
+/// A convolution of an image.
+#[derive(Clone, Copy)]
+struct Job<'a> {
+    of: &'a Winograd,
+    input: &'a Image,
+    residual: Option<&'a Image>,
+    activation: Activation,
+    out: Output,
+    size: [usize; 2],
+}
+
+impl Job<'_> {
+    fn run<S: Scheme>(self, team: &Team, scratch: &mut Scratch) {
+        let [rows, columns] = self.size.map(|side| side.div_ceil(S::OUT));
+        let (tiles, threads) = (rows * columns, team.threads());
+        let shape = self.of.shape;
+        let blocks_in = shape.channels_in.div_ceil(LANES);
+        let places = S::IN * S::IN;
+        let of_tile = places * (blocks_in + self.of.together);
+        let most = (self.of.kernels.between(SECOND) / size_of::<Line>() / of_tile).max(TOGETHER);
         // As many rounds for each thread, if there are any rounds.
-        let threads = team.threads();
         let rounds = match tiles.div_ceil(most) {
-            1 if tiles < 2 * threads * TOGETHER => 1,
+            1 if tiles < 2 * threads * TOGETHER || self.of.kernels.is_plain() => 1,
             rounds => rounds.next_multiple_of(threads),
         };
         let at_once = tiles.div_ceil(rounds).next_multiple_of(TOGETHER).min(tiles);
         let rounds = tiles.div_ceil(at_once);
-        let lines = lines_of_tile * at_once;
         let is_shared = rounds == 1;
-        let copies = if is_shared { 1 } else { threads };
-        if scratch.0.len() < copies * lines {
-            scratch.0.resize(copies * lines, Line::ZERO);
+        let inputs = places * pitch(blocks_in, at_once);
+        let sums = places * pitch(self.of.together, at_once);
+        let own = sums + self.of.kernels.scratch_lines();
+        let lines = if is_shared { inputs + threads * own } else { threads * (inputs + own) };
+        if scratch.0.len() < lines {
+            scratch.0.resize(lines, Line::ZERO);
         }
-        let scratch = Between { first: scratch.0.as_mut_ptr().cast(), lines };
-        let work = |part: Part, copy: usize, tiles: Range<usize>, step: Step| Tiles {
-            of: self,
-            input,
-            residual,
-            activation,
-            out,
-            size: [height, width],
-            columns,
-            tiles,
-            part,
-            step,
-            inputs: scratch.of(copy),
-            blocks: [blocks_in, blocks_out],
-            scheme: PhantomData::<S>,
+        let between = Between(scratch.0.as_mut_ptr());
+        // SAFETY of all: there are as many lines as all threads ask for.
+        let work = |thread: usize, first: usize, count: usize| {
+            let (from, own_from) = if is_shared {
+                (0, inputs + thread * own)
+            } else {
+                (thread * (inputs + own), thread * (inputs + own) + inputs)
+            };
+            let (inputs, sums, kernels) =
+                unsafe { (between.at(from), between.at(own_from), between.at(own_from + sums)) };
+            let scheme = PhantomData::<S>;
+            Tiles { job: self, columns, first, count, inputs, sums, kernels, blocks_in, scheme }
         };
+        let groups = groups(shape.channels_out, self.of.together).len();
         if is_shared {
-            for step in [Step::Inputs, Step::Products, Step::Outputs] {
-                team.run(&|part| {
-                    let work = work(part, 0, 0..tiles, step);
-                    // SAFETY: sizes were compared, what parts write is disjoint, and steps follow one
-                    // another.
-                    unsafe { self.level.run(&work) };
-                });
-            }
+            team.run(&|part: Part| {
+                let tiles = work(part.index, 0, tiles);
+                // SAFETY: sizes were compared, parts write blocks of their own, and the level is one
+                // of this processor's.
+                unsafe { self.of.level.run(&tiles.taking(part.share(blocks_in))) };
+            });
+            // Each thread makes its groups; where there are too few, only some of the tiles of each.
+            let splits = match tiles / TOGETHER {
+                _ if groups.is_multiple_of(threads) => 1,
+                splits => splits.clamp(1, threads),
+            };
+            team.run(&|part: Part| {
+                let all = work(part.index, 0, tiles);
+                for unit in part.share(groups * splits) {
+                    let split = Part { index: unit % splits, of: splits }.share(tiles);
+                    // SAFETY: as above; sums are the thread's own, and outputs of the units disjoint.
+                    unsafe { self.of.level.run(&all.making(unit / splits, split)) };
+                }
+            });
             return;
         }
-        team.run(&|part| {
+        team.run(&|part: Part| {
             for round in part.share(rounds) {
-                let tiles = round * at_once..tiles.min((round + 1) * at_once);
-                for step in [Step::Inputs, Step::Products, Step::Outputs] {
-                    let whole = Part { index: 0, of: 1 };
-                    let work = work(whole, part.index, tiles.clone(), step);
-                    // SAFETY: as above; the copy of the scratch is this thread's.
-                    unsafe { self.level.run(&work) };
+                let first = round * at_once;
+                let tiles = work(part.index, first, at_once.min(tiles - first));
+                // SAFETY: as above; all of the scratch is this thread's.
+                unsafe {
+                    self.of.level.run(&tiles.taking(0..blocks_in));
+                    for group in 0..groups {
+                        self.of.level.run(&tiles.making(group, 0..tiles.count));
+                    }
                 }
             }
         });
@@ -219,33 +231,17 @@ impl TileSize {
     }
 }
 
-/// Kernels of 3x3 as `[kernel][place]`, in double precision up to the end.
-fn transformed<S: Scheme>(weight: &[f32]) -> Vec<f32> {
-    let (kernels, _) = weight.as_chunks::<9>();
-    let mut all = Vec::with_capacity(kernels.len() * S::IN * S::IN);
-    for kernel in kernels {
-        let tap = |y: usize, x: usize| f64::from(kernel[3 * y + x]);
-        let columns: [[f64; MOST]; 3] =
-            std::array::from_fn(|x| S::taps(std::array::from_fn(|y| tap(y, x))));
-        for y in 0..S::IN {
-            let row = S::taps(std::array::from_fn(|x| columns[x][y]));
-            all.extend(row[..S::IN].iter().map(|value| *value as f32));
-        }
-    }
-    all
-}
-
 /// The scratch of all threads.
-struct Between {
-    first: *mut f32,
-    lines: usize,
-}
+struct Between(*mut Line);
 
 impl Between {
-    /// That of a thread.
-    fn of(&self, thread: usize) -> *mut f32 {
-        // SAFETY: there are as many as threads that ask for one.
-        unsafe { self.first.add(thread * self.lines * LANES) }
+    /// What begins at a line.
+    ///
+    /// # Safety
+    /// There are so many lines.
+    unsafe fn at(&self, line: usize) -> *mut f32 {
+        // SAFETY: the caller's.
+        unsafe { self.0.add(line).cast() }
     }
 }
 

@@ -1,87 +1,78 @@
-//! The steps of a tile: its inputs transformed, multiplied at every place, transformed back.
+//! The steps of tiles: inputs transformed; products at every place, transformed back.
 
 #![allow(clippy::needless_range_loop, reason = "columns become rows")]
 
 use std::marker::PhantomData;
 use std::ops::Range;
 
-use super::Winograd;
-use crate::blocked::conv::{Output, some};
-use crate::blocked::image::Image;
+use super::Job;
+use crate::blocked::conv::some;
 use crate::blocked::packing::groups;
 use crate::blocked::scheme::{MOST, Scheme};
 use crate::blocked::team::Part;
-use crate::blocked::tile::{Activation, Start, Taps, activated};
+use crate::blocked::tile::{Start, Taps, activated};
 use crate::simd::{Kernel, LANES, Lanes};
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Step {
-    Inputs,
-    Products,
-    Outputs,
-}
-
-/// A step of some tiles.
+/// Some tiles, and the memory for what lies between their transforms.
 pub(super) struct Tiles<'a, S> {
-    pub(super) of: &'a Winograd,
-    pub(super) input: &'a Image,
-    pub(super) residual: Option<&'a Image>,
-    pub(super) activation: Activation,
-    pub(super) out: Output,
-    pub(super) size: [usize; 2],
+    pub(super) job: Job<'a>,
     /// Tiles of a row.
     pub(super) columns: usize,
-    pub(super) tiles: Range<usize>,
-    pub(super) part: Part,
-    pub(super) step: Step,
-    /// `[place][block][tile][16]` of the inputs, and behind them the same of the outputs.
+    /// The first tile, and how many there are.
+    pub(super) first: usize,
+    pub(super) count: usize,
+    /// `[place][block][tile][16]`, and a line between places.
     pub(super) inputs: *mut f32,
-    /// Blocks of channels, in and out.
-    pub(super) blocks: [usize; 2],
+    /// `[place][block][tile][16]` of one group, and a line between places.
+    pub(super) sums: *mut f32,
+    /// Kernels that are transformed where they are used.
+    pub(super) kernels: *mut f32,
+    pub(super) blocks_in: usize,
     pub(super) scheme: PhantomData<S>,
 }
 
-impl<S: Scheme> Kernel for Tiles<'_, S> {
-    #[inline(always)]
-    unsafe fn run<V: Lanes>(&self) {
-        // SAFETY: the caller's.
-        unsafe {
-            match self.step {
-                Step::Inputs => self.take::<V>(),
-                Step::Products => self.multiply::<V>(),
-                Step::Outputs => self.give::<V>(),
-            }
-        }
-    }
+/// Transforms the inputs of some blocks of channels.
+pub(super) struct Taking<'a, S>(&'a Tiles<'a, S>, Range<usize>);
+
+/// Makes the outputs of a group of channels, of some of the tiles.
+pub(super) struct Making<'a, S>(&'a Tiles<'a, S>, usize, Range<usize>);
+
+/// Lines from a place to the next: one more than there are, so that places do not fall on the same lines
+/// of the cache.
+pub(super) fn pitch(blocks: usize, tiles: usize) -> usize {
+    blocks * tiles + 1
 }
 
 impl<S: Scheme> Tiles<'_, S> {
-    /// From a place to the next, of the inputs and of the outputs, in `f32`.
-    fn pitches(&self) -> [usize; 2] {
-        self.blocks.map(|blocks| blocks * self.tiles.len() * LANES)
+    pub(super) fn taking(&self, blocks: Range<usize>) -> Taking<'_, S> {
+        Taking(self, blocks)
     }
 
-    fn outputs(&self) -> *mut f32 {
-        let inputs = S::IN * S::IN * self.pitches()[0];
-        // SAFETY: both are in the same memory.
-        unsafe { self.inputs.add(inputs) }
+    pub(super) fn making(&self, group: usize, tiles: Range<usize>) -> Making<'_, S> {
+        Making(self, group, tiles)
     }
 
-    /// Transforms the inputs.
-    ///
-    /// # Safety
-    /// That of [`Kernel::run`].
+    /// Row and column of the first output of a tile.
+    fn place(&self, tile: usize) -> [usize; 2] {
+        let tile = self.first + tile;
+        [tile / self.columns * S::OUT, tile % self.columns * S::OUT]
+    }
+}
+
+impl<S: Scheme> Kernel for Taking<'_, S> {
     #[inline(always)]
-    unsafe fn take<V: Lanes>(&self) {
-        let [pitch, _] = self.pitches();
-        for block in self.part.share(self.blocks[0]) {
-            for (k, tile) in self.tiles.clone().enumerate() {
-                let (y, x) = (tile / self.columns * S::OUT, tile % self.columns * S::OUT);
-                let from = self.input.tap(block, y, x, 1);
-                let row_pitch = self.input.row_pitch() * LANES;
+    unsafe fn run<V: Lanes>(&self) {
+        let Self(tiles, blocks) = self;
+        let pitch = pitch(tiles.blocks_in, tiles.count) * LANES;
+        let input = tiles.job.input;
+        for block in blocks.clone() {
+            for tile in 0..tiles.count {
+                let [y, x] = tiles.place(tile);
+                let from = input.tap(block, y, x, 1);
+                let row_pitch = input.row_pitch() * LANES;
                 // SAFETY: inputs of a tile are inside the image, its border and what lies beyond.
                 unsafe {
-                    let to = self.inputs.add((block * self.tiles.len() + k) * LANES);
+                    let to = tiles.inputs.add((block * tiles.count + tile) * LANES);
                     let zero = V::splat(0.0);
                     let mut columns = [[zero; MOST]; MOST];
                     for (x, column) in columns.iter_mut().enumerate().take(S::IN) {
@@ -101,67 +92,94 @@ impl<S: Scheme> Tiles<'_, S> {
             }
         }
     }
+}
 
-    /// Multiplies at every place.
+impl<S: Scheme> Kernel for Making<'_, S> {
+    #[inline(always)]
+    unsafe fn run<V: Lanes>(&self) {
+        let Self(tiles, group, _) = self;
+        let shape = tiles.job.of.shape;
+        let Some(blocks) = groups(shape.channels_out, tiles.job.of.together).nth(*group) else {
+            return;
+        };
+        // SAFETY: the caller's.
+        unsafe {
+            if blocks.len() == 2 {
+                self.multiply::<V, 2>();
+                self.give::<V>(blocks);
+            } else {
+                self.multiply::<V, 1>();
+                self.give::<V>(blocks);
+            }
+        }
+    }
+}
+
+impl<S: Scheme> Making<'_, S> {
+    /// Adds up the products of every place.
     ///
     /// # Safety
     /// That of [`Kernel::run`].
     #[inline(always)]
-    unsafe fn multiply<V: Lanes>(&self) {
-        let channels_in = self.of.shape.channels_in;
-        let count = self.tiles.len();
-        let [from_pitch, to_pitch] = self.pitches();
-        let taps = Taps {
-            blocks: self.blocks[0],
-            block_pitch: count * LANES,
-            last_channels: channels_in - (self.blocks[0] - 1) * LANES,
-            kernel: 1,
-            row_pitch: 0,
-        };
-        for place in self.part.share(S::IN * S::IN) {
-            let mut first = place * channels_in * self.blocks[1];
-            for blocks in groups(self.of.shape.channels_out, self.of.together) {
-                let weights = self.of.weights[first..].as_ptr().cast::<f32>();
-                first += channels_in * blocks.len();
-                let most = V::TILE[blocks.len() - 1];
-                let at_once = count.div_ceil(count.div_ceil(most));
-                for k in (0..count).step_by(at_once) {
-                    let tiles = at_once.min(count - k);
-                    // SAFETY: the caller's; the places of these tiles are in the scratch.
-                    unsafe {
-                        let from = self.inputs.add(place * from_pitch + k * LANES);
-                        let at = place * to_pitch + (blocks.start * count + k) * LANES;
-                        let to = (self.outputs().add(at), count * LANES);
-                        if blocks.len() == 2 {
-                            some::<V, 2, 1>(tiles, &taps, from, weights, Start::Zero, to, None);
-                        } else {
-                            some::<V, 1, 1>(tiles, &taps, from, weights, Start::Zero, to, None);
-                        }
+    unsafe fn multiply<V: Lanes, const B: usize>(&self) {
+        let Self(tiles, group, range) = self;
+        let kernels = &tiles.job.of.kernels;
+        let channels_in = tiles.job.of.shape.channels_in;
+        let (count, places) = (range.len(), S::IN * S::IN);
+        let [from_pitch, to_pitch] =
+            [pitch(tiles.blocks_in, tiles.count), pitch(B, count)].map(|lines| lines * LANES);
+        let of_tile = count.div_ceil(count.div_ceil(V::TILE[B - 1]));
+        let at_once = kernels.blocks_at_once();
+        for block_in in (0..tiles.blocks_in).step_by(at_once) {
+            let blocks = at_once.min(tiles.blocks_in - block_in);
+            let last_channels = LANES.min(channels_in - (block_in + blocks - 1) * LANES);
+            let block_pitch = tiles.count * LANES;
+            let taps = Taps { blocks, block_pitch, last_channels, kernel: 1, row_pitch: 0 };
+            let start = if block_in == 0 { Start::Zero } else { Start::Output };
+            let ahead = kernels.next(*group, B, block_in);
+            // SAFETY: the caller's; the places of these tiles are in the scratch.
+            unsafe {
+                let weights = kernels.transformed::<V, S, B>(*group, block_in, tiles.kernels);
+                for place in 0..places {
+                    for line in &ahead[Part { index: place, of: places }.share(ahead.len())] {
+                        V::fetch(line.0.as_ptr());
+                    }
+                    let from = block_in * tiles.count + range.start;
+                    let from = tiles.inputs.add(place * from_pitch + from * LANES);
+                    let weights = weights.first.add(place * weights.pitch);
+                    let to = tiles.sums.add(place * to_pitch);
+                    for tile in (0..count).step_by(of_tile) {
+                        let pixels = of_tile.min(count - tile);
+                        let from = from.add(tile * LANES);
+                        let to = (to.add(tile * LANES), count * LANES);
+                        some::<V, B, 1>(pixels, &taps, from, weights, start, to, None);
                     }
                 }
             }
         }
     }
 
-    /// Transforms the outputs back.
+    /// Transforms the sums back.
     ///
     /// # Safety
     /// That of [`Kernel::run`].
     #[inline(always)]
-    unsafe fn give<V: Lanes>(&self) {
-        let [_, pitch] = self.pitches();
-        let [height, width] = self.size;
-        for block in self.part.share(self.blocks[1]) {
-            for (k, tile) in self.tiles.clone().enumerate() {
-                let (y0, x0) = (tile / self.columns * S::OUT, tile % self.columns * S::OUT);
+    unsafe fn give<V: Lanes>(&self, blocks: Range<usize>) {
+        let Self(tiles, _, range) = self;
+        let job = &tiles.job;
+        let pitch = pitch(blocks.len(), range.len()) * LANES;
+        let [height, width] = job.size;
+        for (k, block) in blocks.enumerate() {
+            for (at, tile) in range.clone().enumerate() {
+                let [y0, x0] = tiles.place(tile);
                 let (rows, columns) = (S::OUT.min(height - y0), S::OUT.min(width - x0));
-                let residual = self
+                let residual = job
                     .residual
                     .map(|image| (image.tap(block, y0, x0, 0), image.row_pitch() * LANES));
                 // SAFETY: pixels of the tile that are written are inside the output.
                 unsafe {
-                    let from = self.outputs().add((block * self.tiles.len() + k) * LANES);
-                    let bias = V::load(self.of.bias[block].0.as_ptr());
+                    let from = tiles.sums.add((k * range.len() + at) * LANES);
+                    let bias = V::load(job.of.bias[block].0.as_ptr());
                     let mut halves = [[V::splat(0.0); 4]; MOST];
                     for (x, half) in halves.iter_mut().enumerate().take(S::IN) {
                         let mut m = [V::splat(0.0); MOST];
@@ -172,13 +190,13 @@ impl<S: Scheme> Tiles<'_, S> {
                     }
                     for y in 0..rows {
                         let row = S::outputs(std::array::from_fn(|x| halves[x][y]));
-                        let to = self.out.pixel(block, y0 + y, x0);
+                        let to = job.out.pixel(block, y0 + y, x0);
                         for (x, value) in row.iter().enumerate().take(columns) {
                             let mut sum = value.add(bias);
                             if let Some((residual, row_pitch)) = residual {
                                 sum = sum.add(V::load(residual.add(y * row_pitch + x * LANES)));
                             }
-                            activated(sum, self.activation).store(to.add(x * LANES));
+                            activated(sum, job.activation).store(to.add(x * LANES));
                         }
                     }
                 }
