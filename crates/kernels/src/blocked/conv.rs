@@ -234,6 +234,8 @@ impl Rows<'_> {
                 last_channels: if is_last { channels_in - (blocks_in - 1) * LANES } else { LANES },
                 kernel,
                 row_pitch: self.input.row_pitch() * LANES,
+                ahead: std::ptr::null(),
+                ahead_lines: 0,
             };
             let weights = self.conv.weights[first + block_in * of_block..].as_ptr().cast::<f32>();
             let bias = self.conv.bias[block_out..].as_ptr().cast::<f32>();

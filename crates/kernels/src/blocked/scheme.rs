@@ -14,16 +14,19 @@ use crate::simd::Lanes;
 pub(super) const MOST: usize = 6;
 
 /// `F(OUT, 3)`. Arrays are longer than needed where `IN` is less than [`MOST`]; the rest is not used.
+///
+/// Factors of the taps are multiplied into the inputs instead, which are transformed less often.
 pub(super) trait Scheme {
     /// Outputs.
     const OUT: usize;
     /// Inputs.
     const IN: usize = Self::OUT + 2;
+    /// `G` without its factors.
+    const TAPS: [[f32; 3]; MOST];
+    /// The factors of the rows of `G`.
+    const FACTORS: [f32; MOST];
 
-    /// `G g`.
-    fn exact_taps(g: [f64; 3]) -> [f64; MOST];
-
-    /// `G g`.
+    /// `G g` without its factors.
     ///
     /// # Safety
     /// The processor has the instructions of `V`.
@@ -50,18 +53,16 @@ pub(super) struct Four;
 
 impl Scheme for Two {
     const OUT: usize = 2;
-
-    fn exact_taps([a, b, c]: [f64; 3]) -> [f64; MOST] {
-        [a, 0.5 * (a + b + c), 0.5 * (a - b + c), c, 0.0, 0.0]
-    }
+    const TAPS: [[f32; 3]; MOST] =
+        [[1.0, 0.0, 0.0], [1.0, 1.0, 1.0], [1.0, -1.0, 1.0], [0.0, 0.0, 1.0], [0.0; 3], [0.0; 3]];
+    const FACTORS: [f32; MOST] = [1.0, 0.5, 0.5, 1.0, 0.0, 0.0];
 
     #[inline(always)]
     unsafe fn taps<V: Lanes>([a, b, c]: [V; 3]) -> [V; MOST] {
         // SAFETY: the caller's.
         unsafe {
-            let half = V::splat(0.5);
-            let (even, odd) = (half.mul(a.add(c)), half.mul(b));
-            [a, even.add(odd), even.sub(odd), c, c, c]
+            let even = a.add(c);
+            [a, even.add(b), even.sub(b), c, c, c]
         }
     }
 
@@ -83,29 +84,24 @@ impl Scheme for Two {
 
 impl Scheme for Four {
     const OUT: usize = 4;
-
-    fn exact_taps([a, b, c]: [f64; 3]) -> [f64; MOST] {
-        let (even, odd) = (a + c, b);
-        let (quarter, half) = (a + 4.0 * c, 2.0 * b);
-        [
-            a / 4.0,
-            -(even + odd) / 6.0,
-            -(even - odd) / 6.0,
-            (quarter + half) / 24.0,
-            (quarter - half) / 24.0,
-            c,
-        ]
-    }
+    const TAPS: [[f32; 3]; MOST] = [
+        [1.0, 0.0, 0.0],
+        [1.0, 1.0, 1.0],
+        [1.0, -1.0, 1.0],
+        [1.0, 2.0, 4.0],
+        [1.0, -2.0, 4.0],
+        [0.0, 0.0, 1.0],
+    ];
+    const FACTORS: [f32; MOST] = [1.0 / 4.0, -1.0 / 6.0, -1.0 / 6.0, 1.0 / 24.0, 1.0 / 24.0, 1.0];
 
     #[inline(always)]
     unsafe fn taps<V: Lanes>([a, b, c]: [V; 3]) -> [V; MOST] {
         // SAFETY: the caller's.
         unsafe {
-            let [sixth, quarter, twelfth, small] =
-                [-1.0 / 6.0, 0.25, 1.0 / 12.0, 1.0 / 24.0].map(|value| V::splat(value));
-            let (even, odd) = (sixth.mul(a.add(c)), sixth.mul(b));
-            let (wide, half) = (small.mul_add(a, V::splat(1.0 / 6.0).mul(c)), twelfth.mul(b));
-            [quarter.mul(a), even.add(odd), even.sub(odd), wide.add(half), wide.sub(half), c]
+            let [two, minus_two, four] = [2.0, -2.0, 4.0].map(|value| V::splat(value));
+            let (even, wide) = (a.add(c), four.mul_add(c, a));
+            let (near, far) = (two.mul_add(b, wide), minus_two.mul_add(b, wide));
+            [a, even.add(b), even.sub(b), near, far, c]
         }
     }
 

@@ -34,6 +34,10 @@ pub(super) struct Taps {
     /// Rows and columns of the kernel, and from a row to the next.
     pub(super) kernel: usize,
     pub(super) row_pitch: usize,
+    /// Lines that are needed soon, which are fetched while products are added: one for each channel,
+    /// as many as are asked for at once hold up what is needed now.
+    pub(super) ahead: *const f32,
+    pub(super) ahead_lines: usize,
 }
 
 /// Adds what `N` neighbouring outputs of `B` blocks of channels get from `taps`.
@@ -70,6 +74,7 @@ pub(super) unsafe fn tile<V: Lanes, const N: usize, const B: usize, const STRIDE
                 }
             }
         }
+        let mut fetched = 0;
         for block in 0..taps.blocks {
             let channels = if block + 1 == taps.blocks { taps.last_channels } else { LANES };
             for ky in 0..taps.kernel {
@@ -77,6 +82,10 @@ pub(super) unsafe fn tile<V: Lanes, const N: usize, const B: usize, const STRIDE
                     let from =
                         from.add(block * taps.block_pitch + ky * taps.row_pitch + kx * LANES);
                     for channel in 0..channels {
+                        if fetched < taps.ahead_lines {
+                            V::fetch(taps.ahead.wrapping_add(fetched * LANES));
+                            fetched += 1;
+                        }
                         let weight: [V; B] =
                             std::array::from_fn(|block| V::load(weights.add(block * LANES)));
                         for (pixel, sums) in sums.iter_mut().enumerate() {

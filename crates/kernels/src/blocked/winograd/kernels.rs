@@ -1,5 +1,7 @@
 //! Kernels as Winograd's scheme multiplies by them.
 
+use std::ops::Range;
+
 use crate::blocked::conv::ConvShape;
 use crate::blocked::image::Line;
 use crate::blocked::packing::groups;
@@ -8,6 +10,9 @@ use crate::simd::{LANES, Lanes};
 
 /// Bytes of transformed kernels that stay in a second cache of 1 MiB beside what lies between.
 const NEAR: usize = 640 << 10;
+/// Blocks of input channels whose kernels are transformed at once, a row of places at a time: those stay
+/// in the nearest cache.
+const AT_ONCE: usize = 2;
 /// Bytes between the transforms where kernels are transformed for them: the more tiles, the less often.
 const BETWEEN_PLAIN: usize = 1280 << 10;
 
@@ -23,9 +28,9 @@ pub(super) struct Kernels {
     places: usize,
 }
 
-/// Kernels of some input channels for one group, at every place.
+/// Kernels of some input channels for one group, at the places of a row.
 #[derive(Clone, Copy)]
-pub(super) struct Transformed {
+pub(super) struct Row {
     /// `[place][channel][block][16]`.
     pub(super) first: *const f32,
     /// From a place to the next, in `f32`.
@@ -82,15 +87,15 @@ impl Kernels {
 
     /// Blocks of input channels that are multiplied at once.
     pub(super) fn blocks_at_once(&self) -> usize {
-        if self.is_plain { 1 } else { self.shape.channels_in.div_ceil(LANES) }
+        if self.is_plain { AT_ONCE } else { self.shape.channels_in.div_ceil(LANES) }
     }
 
     /// Lines that a thread needs to transform kernels.
     pub(super) fn scratch_lines(&self) -> usize {
-        if self.is_plain { self.places * pitch(self.together) } else { 0 }
+        if self.is_plain { MOST * pitch(self.together) } else { 0 }
     }
 
-    /// Lines of the kernels of a group of `blocks` from the block of input channels `block_in` on.
+    /// Lines of the kernels of a group of `blocks` from a block of input channels on.
     fn lines(&self, group: usize, blocks: usize, block_in: usize) -> &[Line] {
         let of_channel = if self.is_plain { 9 } else { self.places };
         let groups = group * self.shape.channels_in * of_channel * self.together;
@@ -98,68 +103,68 @@ impl Kernels {
         &self.lines[(groups + before).min(self.lines.len())..]
     }
 
-    /// The transformed kernels of a group of `B` blocks, from the block of input channels `block_in` on.
+    /// The kernels of a group of `B` blocks and of some blocks of input channels at row `y` of places.
     ///
     /// # Safety
     /// The processor has the instructions of `V`; [`scratch_lines`](Self::scratch_lines) are writable
     /// at `scratch`.
     #[inline(always)]
-    pub(super) unsafe fn transformed<V: Lanes, S: Scheme, const B: usize>(
+    pub(super) unsafe fn row<V: Lanes, S: Scheme, const B: usize>(
         &self,
         group: usize,
-        block_in: usize,
+        blocks_in: Range<usize>,
+        y: usize,
         scratch: *mut f32,
-    ) -> Transformed {
+    ) -> Row {
         let channels_in = self.shape.channels_in;
-        let lines = self.lines(group, B, block_in);
+        let lines = self.lines(group, B, blocks_in.start);
         if !self.is_plain {
             let pitch = channels_in * B * LANES;
-            return Transformed { first: lines.as_ptr().cast(), pitch };
+            let first = lines[y * S::IN * channels_in * B..].as_ptr().cast();
+            return Row { first, pitch };
         }
-        let channels = LANES.min(channels_in - block_in * LANES);
+        let channels = channels_in.min(blocks_in.end * LANES) - blocks_in.start * LANES;
         let pitch = pitch(B) * LANES;
         let lines = &lines[..channels * 9 * B];
         let from: *const f32 = lines.as_ptr().cast();
-        for channel in 0..channels {
-            for block in 0..B {
-                // SAFETY: nine taps of each channel and block are there, and as many places.
-                unsafe {
+        // SAFETY: nine taps of each channel and block are there, and as many places.
+        unsafe {
+            let factors = S::TAPS[y].map(|factor| V::splat(factor));
+            for channel in 0..channels {
+                for block in 0..B {
                     let from = from.add((channel * 9 * B + block) * LANES);
                     let to = scratch.add((channel * B + block) * LANES);
-                    let mut columns = [[V::splat(0.0); MOST]; 3];
-                    for (x, column) in columns.iter_mut().enumerate() {
-                        let mut taps = [V::splat(0.0); 3];
-                        for (y, tap) in taps.iter_mut().enumerate() {
-                            *tap = V::load(from.add((3 * y + x) * B * LANES));
-                        }
-                        *column = S::taps(taps);
+                    let mut taps = [V::splat(0.0); 3];
+                    for (x, tap) in taps.iter_mut().enumerate() {
+                        let [a, b, c] = factors;
+                        let first = V::load(from.add(x * B * LANES)).mul(a);
+                        let second = V::load(from.add((3 + x) * B * LANES)).mul_add(b, first);
+                        *tap = V::load(from.add((6 + x) * B * LANES)).mul_add(c, second);
                     }
-                    for y in 0..S::IN {
-                        let row = S::taps([columns[0][y], columns[1][y], columns[2][y]]);
-                        for (x, value) in row.iter().enumerate().take(S::IN) {
-                            value.store(to.add((y * S::IN + x) * pitch));
-                        }
+                    let row = S::taps(taps);
+                    for (x, value) in row.iter().enumerate().take(S::IN) {
+                        value.store(to.add(x * pitch));
                     }
                 }
             }
         }
-        Transformed { first: scratch, pitch }
+        Row { first: scratch, pitch }
     }
 
-    /// What is read after the kernels from `block_in` on, and how many lines of it, for fetching ahead.
-    pub(super) fn next(&self, group: usize, blocks: usize, block_in: usize) -> &[Line] {
+    /// Lines that are read after those of some blocks of input channels.
+    pub(super) fn next(&self, group: usize, blocks: usize, blocks_in: Range<usize>) -> &[Line] {
         if !self.is_plain {
             return &[];
         }
-        let after = self.lines(group, blocks, block_in + 1);
-        &after[..after.len().min(LANES * 9 * blocks)]
+        let after = self.lines(group, blocks, blocks_in.end);
+        &after[..after.len().min(AT_ONCE * LANES * 9 * blocks)]
     }
 }
 
 /// Lines from a place to the next: one channel more than there are, so that places do not fall on the
 /// same lines of the cache.
 fn pitch(blocks: usize) -> usize {
-    (LANES + 1) * blocks
+    (AT_ONCE * LANES + 1) * blocks
 }
 
 /// Kernels of 3x3 as `[kernel][place]`, in double precision up to the end.
@@ -169,11 +174,16 @@ fn transformed<S: Scheme>(weight: &[f32]) -> Vec<f32> {
     for kernel in kernels {
         let tap = |y: usize, x: usize| f64::from(kernel[3 * y + x]);
         let columns: [[f64; MOST]; 3] =
-            std::array::from_fn(|x| S::exact_taps(std::array::from_fn(|y| tap(y, x))));
+            std::array::from_fn(|x| taps::<S>(std::array::from_fn(|y| tap(y, x))));
         for y in 0..S::IN {
-            let row = S::exact_taps(std::array::from_fn(|x| columns[x][y]));
+            let row = taps::<S>(std::array::from_fn(|x| columns[x][y]));
             all.extend(row[..S::IN].iter().map(|value| *value as f32));
         }
     }
     all
+}
+
+/// `G g` without its factors.
+fn taps<S: Scheme>(g: [f64; 3]) -> [f64; MOST] {
+    S::TAPS.map(|row| row.iter().zip(g).map(|(factor, tap)| f64::from(*factor) * tap).sum())
 }

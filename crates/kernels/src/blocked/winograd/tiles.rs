@@ -85,7 +85,8 @@ impl<S: Scheme> Kernel for Taking<'_, S> {
                     for y in 0..S::IN {
                         let row = S::inputs(std::array::from_fn(|x| columns[x][y]));
                         for (x, value) in row.iter().enumerate().take(S::IN) {
-                            value.store(to.add((y * S::IN + x) * pitch));
+                            let factor = V::splat(S::FACTORS[y] * S::FACTORS[x]);
+                            value.mul(factor).store(to.add((y * S::IN + x) * pitch));
                         }
                     }
                 }
@@ -125,34 +126,45 @@ impl<S: Scheme> Making<'_, S> {
         let Self(tiles, group, range) = self;
         let kernels = &tiles.job.of.kernels;
         let channels_in = tiles.job.of.shape.channels_in;
-        let (count, places) = (range.len(), S::IN * S::IN);
+        let count = range.len();
         let [from_pitch, to_pitch] =
             [pitch(tiles.blocks_in, tiles.count), pitch(B, count)].map(|lines| lines * LANES);
         let of_tile = count.div_ceil(count.div_ceil(V::TILE[B - 1]));
         let at_once = kernels.blocks_at_once();
         for block_in in (0..tiles.blocks_in).step_by(at_once) {
-            let blocks = at_once.min(tiles.blocks_in - block_in);
-            let last_channels = LANES.min(channels_in - (block_in + blocks - 1) * LANES);
-            let block_pitch = tiles.count * LANES;
-            let taps = Taps { blocks, block_pitch, last_channels, kernel: 1, row_pitch: 0 };
+            let blocks = block_in..tiles.blocks_in.min(block_in + at_once);
+            let last_channels = LANES.min(channels_in - (blocks.end - 1) * LANES);
+            let (blocks_in, block_pitch) = (blocks.len(), tiles.count * LANES);
             let start = if block_in == 0 { Start::Zero } else { Start::Output };
-            let ahead = kernels.next(*group, B, block_in);
-            // SAFETY: the caller's; the places of these tiles are in the scratch.
-            unsafe {
-                let weights = kernels.transformed::<V, S, B>(*group, block_in, tiles.kernels);
-                for place in 0..places {
-                    for line in &ahead[Part { index: place, of: places }.share(ahead.len())] {
-                        V::fetch(line.0.as_ptr());
-                    }
-                    let from = block_in * tiles.count + range.start;
-                    let from = tiles.inputs.add(place * from_pitch + from * LANES);
-                    let weights = weights.first.add(place * weights.pitch);
-                    let to = tiles.sums.add(place * to_pitch);
-                    for tile in (0..count).step_by(of_tile) {
-                        let pixels = of_tile.min(count - tile);
-                        let from = from.add(tile * LANES);
-                        let to = (to.add(tile * LANES), count * LANES);
-                        some::<V, B, 1>(pixels, &taps, from, weights, start, to, None);
+            let ahead = kernels.next(*group, B, blocks.clone());
+            for y in 0..S::IN {
+                // SAFETY: the caller's; the places of these tiles are in the scratch.
+                unsafe {
+                    let row = kernels.row::<V, S, B>(*group, blocks.clone(), y, tiles.kernels);
+                    for x in 0..S::IN {
+                        let place = y * S::IN + x;
+                        let ahead =
+                            &ahead[Part { index: place, of: S::IN * S::IN }.share(ahead.len())];
+                        let mut taps = Taps {
+                            blocks: blocks_in,
+                            block_pitch,
+                            last_channels,
+                            kernel: 1,
+                            row_pitch: 0,
+                            ahead: ahead.as_ptr().cast(),
+                            ahead_lines: ahead.len(),
+                        };
+                        let from = block_in * tiles.count + range.start;
+                        let from = tiles.inputs.add(place * from_pitch + from * LANES);
+                        let weights = row.first.add(x * row.pitch);
+                        let to = tiles.sums.add(place * to_pitch);
+                        for tile in (0..count).step_by(of_tile) {
+                            let pixels = of_tile.min(count - tile);
+                            let from = from.add(tile * LANES);
+                            let to = (to.add(tile * LANES), count * LANES);
+                            some::<V, B, 1>(pixels, &taps, from, weights, start, to, None);
+                            taps.ahead_lines = 0;
+                        }
                     }
                 }
             }
