@@ -228,7 +228,7 @@ impl Rows<'_> {
         for block_in in (0..blocks_in).step_by(at_once) {
             let blocks = at_once.min(blocks_in - block_in);
             let is_last = block_in + blocks == blocks_in;
-            let taps = Taps {
+            let mut taps = Taps {
                 blocks,
                 block_pitch: self.input.block_pitch() * LANES,
                 last_channels: if is_last { channels_in - (blocks_in - 1) * LANES } else { LANES },
@@ -237,7 +237,11 @@ impl Rows<'_> {
                 ahead: std::ptr::null(),
                 ahead_lines: 0,
             };
-            let weights = self.conv.weights[first + block_in * of_block..].as_ptr().cast::<f32>();
+            let weights = &self.conv.weights[first + block_in * of_block..];
+            let (weights, ahead) = weights.split_at(weights.len().min(blocks * of_block));
+            let ahead = &ahead[..ahead.len().min(weights.len())];
+            let weights = weights.as_ptr().cast::<f32>();
+            let (of_row, mut tile) = (width.div_ceil(of_tile), 0);
             let bias = self.conv.bias[block_out..].as_ptr().cast::<f32>();
             let start = if block_in == 0 { Start::Bias(bias) } else { Start::Output };
             for y in self.rows.clone() {
@@ -253,6 +257,10 @@ impl Rows<'_> {
                         activation: self.activation,
                     });
                     let pixels = of_tile.min(width - x);
+                    let ahead = &ahead
+                        [Part { index: tile, of: of_row * self.rows.len() }.share(ahead.len())];
+                    (taps.ahead, taps.ahead_lines) = (ahead.as_ptr().cast(), ahead.len());
+                    tile += 1;
                     // SAFETY: the caller's; taps of these pixels are inside the input and its border.
                     unsafe {
                         some::<V, B, STRIDE>(pixels, &taps, from, weights, start, to, end.as_ref());
