@@ -13,7 +13,7 @@ impl Line {
 
 /// Pixels beyond the right and lower border that a kernel may read, and whose values do not matter: tiles
 /// of outputs end where they like.
-const BEYOND: usize = 4;
+pub(super) const BEYOND: usize = 4;
 
 /// An image `[channels / 16][height][width][16]` with a border of zeros around it, so that no kernel
 /// asks whether a pixel is inside.

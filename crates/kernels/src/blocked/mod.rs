@@ -4,6 +4,7 @@
 //! * [`Conv`]: convolution with bias, residual and activation in one pass.
 //! * [`Winograd`]: the same of 3x3 kernels with fewer products.
 //! * [`Depthwise`]: convolution of every channel by itself.
+//! * [`PackedConv`]: convolution of images of fewer bits, [`Packed`].
 //! * [`MaxPool`], [`mean_pool`]: maxima and means of windows.
 //! * [`add`], [`gather`], [`flatten`]: sums, and values put elsewhere.
 //! * [`Team`]: threads that share the work.
@@ -16,6 +17,7 @@ mod conv;
 mod depthwise;
 mod elementwise;
 mod image;
+mod packed;
 mod packing;
 mod pool;
 mod scheme;
@@ -27,6 +29,7 @@ pub use conv::{Conv, ConvShape};
 pub use depthwise::{Depthwise, DepthwiseShape};
 pub use elementwise::{add, flatten, gather};
 pub use image::Image;
+pub use packed::{Packed, PackedConv, Scale, Storage};
 pub use pool::{MaxPool, mean_pool};
 pub use team::{Part, Team};
 pub use tile::Activation;

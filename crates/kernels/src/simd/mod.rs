@@ -10,9 +10,15 @@
 mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
+#[cfg(target_arch = "x86_64")]
+mod avx512_dots;
+pub(crate) mod dots;
 mod portable;
 
 use std::fmt;
+use std::marker::PhantomData;
+
+use dots::{Bf16, Dots, Stored, Widened};
 
 /// Lanes of a vector, and channels of a block of an image.
 pub(crate) const LANES: usize = 16;
@@ -36,6 +42,59 @@ pub(crate) trait Lanes: Copy {
     unsafe fn mul_add(self, factor: Self, term: Self) -> Self;
     unsafe fn max(self, other: Self) -> Self;
     unsafe fn min(self, other: Self) -> Self;
+
+    /// Numbers of sixteen bits, the upper halves of `f32`.
+    #[inline(always)]
+    unsafe fn load_halves(from: *const u16) -> Self {
+        // SAFETY: the caller's.
+        let halves = unsafe { from.cast::<[u16; LANES]>().read_unaligned() };
+        let values = halves.map(|half| f32::from_bits(u32::from(half) << 16));
+        // SAFETY: the caller's.
+        unsafe { Self::load(values.as_ptr()) }
+    }
+
+    /// Rounds to the nearest numbers of sixteen bits.
+    #[inline(always)]
+    unsafe fn store_halves(self, to: *mut u16) {
+        // SAFETY: the caller's.
+        let halves = unsafe { self.array() }.map(|value| Bf16::nearest(value).0);
+        // SAFETY: the caller's.
+        unsafe { to.cast::<[u16; LANES]>().write_unaligned(halves) }
+    }
+
+    #[inline(always)]
+    unsafe fn load_bytes(from: *const u8) -> Self {
+        // SAFETY: the caller's.
+        let bytes = unsafe { from.cast::<[u8; LANES]>().read_unaligned() };
+        // SAFETY: the caller's.
+        unsafe { Self::load(bytes.map(f32::from).as_ptr()) }
+    }
+
+    #[inline(always)]
+    unsafe fn load_signed_bytes(from: *const i8) -> Self {
+        // SAFETY: the caller's.
+        let bytes = unsafe { from.cast::<[i8; LANES]>().read_unaligned() };
+        // SAFETY: the caller's.
+        unsafe { Self::load(bytes.map(f32::from).as_ptr()) }
+    }
+
+    /// Rounds to the nearest, of two that are as near the even one; beyond 0 and 255 these.
+    #[inline(always)]
+    unsafe fn store_bytes(self, to: *mut u8) {
+        // SAFETY: the caller's.
+        let bytes = unsafe { self.array() }.map(|value| value.round_ties_even() as u8);
+        // SAFETY: the caller's.
+        unsafe { to.cast::<[u8; LANES]>().write_unaligned(bytes) }
+    }
+
+    #[inline(always)]
+    unsafe fn array(self) -> [f32; LANES] {
+        let mut values = [0.0; LANES];
+        // SAFETY: the caller's, and there is room for all.
+        unsafe { self.store(values.as_mut_ptr()) };
+        values
+    }
+
     /// Asks for the cache line at an address, which need not be readable, for what reads it soon.
     unsafe fn fetch(from: *const f32);
 }
@@ -45,6 +104,68 @@ pub(crate) trait Kernel {
     /// # Safety
     /// That of the kernel's own constructor, and the processor has the instructions of `V`.
     unsafe fn run<V: Lanes>(&self);
+}
+
+/// Work on numbers of fewer bits that is compiled for every level. Mark `run` `#[inline(always)]`.
+pub(crate) trait PackedKernel<S: Stored> {
+    /// # Safety
+    /// That of the kernel's own constructor, and the processor has the instructions of `D`.
+    unsafe fn run<D: Dots<Stored = S>>(&self);
+}
+
+/// Such work, in `f32`.
+struct InWhole<'a, K, S>(&'a K, PhantomData<S>);
+
+impl<K: PackedKernel<S>, S: Stored> Kernel for InWhole<'_, K, S> {
+    #[inline(always)]
+    unsafe fn run<V: Lanes>(&self) {
+        // SAFETY: the caller's.
+        unsafe { self.0.run::<Widened<V, S>>() }
+    }
+}
+
+/// Numbers of fewer bits, and the instructions that there may be for them.
+pub(crate) trait Packed: Stored + Sized {
+    /// Channels that are multiplied at once.
+    fn per(level: Level) -> usize;
+
+    /// # Safety
+    /// That of the kernel. The level is one of [`Level::available`].
+    unsafe fn run(level: Level, kernel: &impl PackedKernel<Self>);
+}
+
+impl Packed for u8 {
+    fn per(level: Level) -> usize {
+        if level.has_fours() { 4 } else { 1 }
+    }
+
+    unsafe fn run(level: Level, kernel: &impl PackedKernel<Self>) {
+        // SAFETY: the caller's, and what the processor has was asked for.
+        unsafe {
+            #[cfg(target_arch = "x86_64")]
+            if level.has_fours() {
+                return with_fours(kernel);
+            }
+            level.run(&InWhole(kernel, PhantomData));
+        }
+    }
+}
+
+impl Packed for Bf16 {
+    fn per(level: Level) -> usize {
+        if level.has_pairs() { 2 } else { 1 }
+    }
+
+    unsafe fn run(level: Level, kernel: &impl PackedKernel<Self>) {
+        // SAFETY: the caller's, and what the processor has was asked for.
+        unsafe {
+            #[cfg(target_arch = "x86_64")]
+            if level.has_pairs() {
+                return with_pairs(kernel);
+            }
+            level.run(&InWhole(kernel, PhantomData));
+        }
+    }
 }
 
 /// Instructions that kernels are compiled for.
@@ -88,6 +209,26 @@ impl Level {
     pub(crate) fn holds_two(self) -> bool {
         #[cfg(target_arch = "x86_64")]
         return self == Self::Avx512;
+        #[cfg(not(target_arch = "x86_64"))]
+        false
+    }
+
+    /// Whether four bytes are multiplied at once.
+    fn has_fours(self) -> bool {
+        #[cfg(target_arch = "x86_64")]
+        return self == Self::Avx512
+            && is_x86_feature_detected!("avx512vnni")
+            && is_x86_feature_detected!("avx512bw");
+        #[cfg(not(target_arch = "x86_64"))]
+        false
+    }
+
+    /// Whether two numbers of sixteen bits are multiplied at once.
+    fn has_pairs(self) -> bool {
+        #[cfg(target_arch = "x86_64")]
+        return self == Self::Avx512
+            && is_x86_feature_detected!("avx512bf16")
+            && is_x86_feature_detected!("avx512bw");
         #[cfg(not(target_arch = "x86_64"))]
         false
     }
@@ -138,4 +279,22 @@ unsafe fn with_avx2(kernel: &impl Kernel) {
 unsafe fn with_avx512(kernel: &impl Kernel) {
     // SAFETY: the caller's.
     unsafe { kernel.run::<avx512::Whole>() }
+}
+
+/// # Safety
+/// That of the kernel, on a processor with these.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512bw,avx512vnni,avx2,fma")]
+unsafe fn with_fours(kernel: &impl PackedKernel<u8>) {
+    // SAFETY: the caller's.
+    unsafe { kernel.run::<avx512_dots::Fours>() }
+}
+
+/// # Safety
+/// That of the kernel, on a processor with these.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512bw,avx512bf16,avx2,fma")]
+unsafe fn with_pairs(kernel: &impl PackedKernel<Bf16>) {
+    // SAFETY: the caller's.
+    unsafe { kernel.run::<avx512_dots::Pairs>() }
 }

@@ -1,0 +1,366 @@
+//! Direct convolution of images of fewer bits.
+//!
+//! # Model
+//! A byte `q` stands for `(q - z) s`, a weight `w` of output `k` for `w s_k`: the sum over the taps is
+//! `s s_k (Σ q w - z Σ w)`. The first sum is made in whole numbers; the second is known beforehand and
+//! goes into the offset.
+
+use std::ops::Range;
+
+use super::image::{Packed, Scale, Storage};
+use crate::blocked::conv::ConvShape;
+use crate::blocked::image::Line;
+use crate::blocked::packing::{blocks_of, groups};
+use crate::blocked::team::{Part, Team};
+use crate::blocked::tile::{Activation, activated};
+use crate::simd::dots::{Bf16, Dots, Stored, line_bytes};
+use crate::simd::{LANES, Lanes, Level, Packed as _, PackedKernel};
+
+/// Pixels of a tile of stride 2 at most: the inputs of more lie too far apart.
+const TILE_OF_TWO: usize = 8;
+
+/// A convolution whose weights are kept in fewer bits.
+#[derive(Debug, Clone)]
+pub struct PackedConv {
+    shape: ConvShape,
+    level: Level,
+    input: Storage,
+    /// Blocks of output channels that are made together, 2 or 1; a last odd one is alone.
+    together: usize,
+    /// `[blocks together][input block][ky][kx][channels at once][block][16][channel]`.
+    weights: Vec<Line>,
+    /// What whole sums are multiplied by, and what is added to them.
+    factors: Vec<Line>,
+    bias: Vec<Line>,
+}
+
+impl PackedConv {
+    /// Lays `weight`, `[channels_out][channels_in][kernel][kernel]`, and `bias`, `[channels_out]`, out for
+    /// images that are kept as `input`.
+    ///
+    /// # Panics
+    /// If there are more or fewer, or the stride is not 1 or 2, or the kernel is even.
+    pub fn new(
+        shape: ConvShape,
+        weight: &[f32],
+        bias: &[f32],
+        input: Storage,
+        level: Level,
+    ) -> Self {
+        let ConvShape { channels_in, channels_out, kernel, stride } = shape;
+        assert!(matches!(stride, 1 | 2) && kernel % 2 == 1, "a square kernel of stride 1 or 2");
+        let of_output = channels_in * kernel * kernel;
+        assert_eq!(weight.len(), channels_out * of_output, "weights");
+        assert_eq!(bias.len(), channels_out, "bias");
+        let together = if level.holds_two() { 2 } else { 1 };
+        let mut conv = Self {
+            shape,
+            level,
+            input,
+            together,
+            weights: Vec::new(),
+            factors: Vec::new(),
+            bias: Vec::new(),
+        };
+        match input {
+            Storage::Bf16 => {
+                let weight: Vec<Bf16> = weight.iter().map(|value| Bf16::nearest(*value)).collect();
+                conv.lay_out::<Bf16>(&weight, Bf16::per(level));
+                conv.factors = blocks_of(&vec![1.0; channels_out]);
+                conv.bias = blocks_of(bias);
+            }
+            Storage::Byte(Scale { step, zero }) => {
+                let (mut bytes, mut factors, mut offsets) = (Vec::new(), Vec::new(), Vec::new());
+                for (weight, bias) in weight.chunks(of_output).zip(bias) {
+                    let largest = weight.iter().fold(0.0_f32, |most, value| most.max(value.abs()));
+                    let of_weight = if largest > 0.0 { largest / 127.0 } else { 1.0 };
+                    let rounded = weight.iter().map(|value| (value / of_weight).round() as i8);
+                    let first = bytes.len();
+                    bytes.extend(rounded);
+                    let sum: i64 = bytes[first..].iter().map(|byte| i64::from(*byte)).sum();
+                    let factor = f64::from(step) * f64::from(of_weight);
+                    factors.push(factor as f32);
+                    let shift = factor * f64::from(zero) * sum as f64;
+                    offsets.push((f64::from(*bias) - shift) as f32);
+                }
+                conv.lay_out::<u8>(&bytes, u8::per(level));
+                (conv.factors, conv.bias) = (blocks_of(&factors), blocks_of(&offsets));
+            }
+        }
+        conv
+    }
+
+    /// Its shape.
+    pub fn shape(&self) -> ConvShape {
+        self.shape
+    }
+
+    fn groups(&self) -> impl ExactSizeIterator<Item = Range<usize>> + use<> {
+        groups(self.shape.channels_out, self.together)
+    }
+
+    fn lay_out<S: Stored>(&mut self, weight: &[S::Weight], per: usize) {
+        let ConvShape { channels_in, channels_out, kernel, .. } = self.shape;
+        let taps = kernel * kernel;
+        let mut all: Vec<Option<S::Weight>> = Vec::new();
+        for blocks in self.groups() {
+            for first in (0..channels_in).step_by(LANES) {
+                let channels = LANES.min(channels_in - first);
+                for tap in 0..taps {
+                    for at_once in (first..first + channels).step_by(per) {
+                        for channel_out in blocks.start * LANES..blocks.end * LANES {
+                            all.extend((at_once..at_once + per).map(|channel_in| {
+                                let is_there =
+                                    channel_out < channels_out && channel_in < channels_in;
+                                let kernel = channel_out * channels_in + channel_in;
+                                is_there.then(|| weight[kernel * taps + tap])
+                            }));
+                        }
+                    }
+                }
+            }
+        }
+        let bytes = all.len() * size_of::<S::Weight>();
+        self.weights = vec![Line::ZERO; bytes.div_ceil(size_of::<Line>())];
+        let to: *mut S::Weight = self.weights.as_mut_ptr().cast();
+        for (at, weight) in all.into_iter().enumerate() {
+            if let Some(weight) = weight {
+                // SAFETY: there is room for all; what is not there stays zero.
+                unsafe { to.add(at).write(weight) };
+            }
+        }
+    }
+
+    /// Writes `activation(conv(input) + residual)` to `output`.
+    ///
+    /// # Panics
+    /// If an image has another size or is kept otherwise than the weights, or the border of the input is
+    /// narrower than the padding.
+    pub fn run(
+        &self,
+        team: &Team,
+        input: &Packed,
+        residual: Option<&Packed>,
+        activation: Activation,
+        output: &mut Packed,
+    ) {
+        let shape = self.shape;
+        let [channels, height, width] = input.size();
+        assert_eq!(channels, shape.channels_in, "channels of the input");
+        assert_eq!(input.storage(), self.input, "an input that the weights are made for");
+        assert!(input.border() >= shape.padding(), "a border as wide as the padding");
+        let out = [shape.channels_out, shape.output(height), shape.output(width)];
+        assert_eq!(output.size(), out, "size of the output");
+        assert!(residual.is_none_or(|residual| residual.size() == out), "size of the residual");
+        let job = |to: Out| Job { of: self, input, residual, activation, size: out, to };
+        match (self.input, output.storage()) {
+            (Storage::Bf16, Storage::Bf16) => {
+                job(Out::of::<Bf16>(output, [1.0, 0.0])).run::<Bf16>(team);
+            }
+            (Storage::Byte(_), Storage::Byte(Scale { step, zero })) => {
+                job(Out::of::<u8>(output, [1.0 / step, f32::from(zero)])).run::<u8>(team);
+            }
+            _ => panic!("images that are kept alike"),
+        }
+    }
+}
+
+/// Where outputs go. Distances are in numbers.
+#[derive(Clone, Copy)]
+struct Out {
+    pixels: *mut u8,
+    row_pitch: usize,
+    block_pitch: usize,
+    /// What results are multiplied by, and what is added then.
+    scale: [f32; 2],
+}
+
+impl Out {
+    fn of<S: Stored>(image: &mut Packed, scale: [f32; 2]) -> Self {
+        Self {
+            pixels: image.first_mut::<S>().cast(),
+            row_pitch: image.row_pitch() * LANES,
+            block_pitch: image.block_pitch() * LANES,
+            scale,
+        }
+    }
+}
+
+// SAFETY: each part of a team writes its own pixels through it.
+unsafe impl Send for Out {}
+// SAFETY: as above.
+unsafe impl Sync for Out {}
+
+/// A convolution of an image.
+struct Job<'a> {
+    of: &'a PackedConv,
+    input: &'a Packed,
+    residual: Option<&'a Packed>,
+    activation: Activation,
+    size: [usize; 3],
+    to: Out,
+}
+
+/// Some rows of some blocks of channels.
+struct Rows<'a> {
+    job: &'a Job<'a>,
+    groups: Range<usize>,
+    rows: Range<usize>,
+}
+
+impl Job<'_> {
+    fn run<S: crate::simd::Packed>(&self, team: &Team) {
+        let (rows, groups) = (self.size[1], self.of.groups().len());
+        team.run(&|part: Part| {
+            // Every output belongs to one part.
+            let (groups, rows) = if groups.is_multiple_of(part.of) {
+                (part.share(groups), 0..rows)
+            } else {
+                (0..groups, part.share(rows))
+            };
+            let work = Rows { job: self, groups, rows };
+            // SAFETY: sizes were compared, outputs of the parts are disjoint, and the level is one of
+            // this processor's.
+            unsafe { S::run(self.of.level, &work) };
+        });
+    }
+}
+
+impl<S: Stored> PackedKernel<S> for Rows<'_> {
+    #[inline(always)]
+    unsafe fn run<D: Dots<Stored = S>>(&self) {
+        let shape = self.job.of.shape;
+        let mut first = 0;
+        for (group, blocks) in self.job.of.groups().enumerate() {
+            let last = shape.channels_in % LANES;
+            let whole = shape.channels_in / LANES * (LANES / D::PER);
+            let steps = whole + last.div_ceil(D::PER);
+            let bytes = steps * shape.kernel.pow(2) * blocks.len() * line_bytes::<S>(D::PER);
+            if self.groups.contains(&group) {
+                // SAFETY: the caller's; weights of the group are there.
+                unsafe {
+                    let weights = self.job.of.weights.as_ptr().cast::<u8>().add(first);
+                    let all = size_of_val(self.job.of.weights.as_slice());
+                    let ahead = bytes.min(all - first - bytes) / size_of::<Line>();
+                    match (blocks.len(), shape.stride) {
+                        (1, 1) => self.group::<D, 1, 1>(blocks.start, weights, bytes, ahead),
+                        (1, _) => self.group::<D, 1, 2>(blocks.start, weights, bytes, ahead),
+                        (_, 1) => self.group::<D, 2, 1>(blocks.start, weights, bytes, ahead),
+                        _ => self.group::<D, 2, 2>(blocks.start, weights, bytes, ahead),
+                    }
+                }
+            }
+            first += bytes;
+        }
+    }
+}
+
+impl Rows<'_> {
+    /// # Safety
+    /// That of [`PackedKernel::run`]; weights of the group are at `weights`.
+    #[inline(always)]
+    unsafe fn group<D: Dots, const B: usize, const STRIDE: usize>(
+        &self,
+        block: usize,
+        weights: *const u8,
+        bytes: usize,
+        ahead_lines: usize,
+    ) {
+        let [_, _, width] = self.job.size;
+        let tile = <D::Lanes as Lanes>::TILE[B - 1];
+        let most = if STRIDE == 2 { tile.min(TILE_OF_TWO) } else { tile };
+        let of_tile = width.div_ceil(width.div_ceil(most));
+        let (of_row, mut done) = (width.div_ceil(of_tile), 0);
+        for y in self.rows.clone() {
+            for x in (0..width).step_by(of_tile) {
+                let ahead = Part { index: done, of: of_row * self.rows.len() }.share(ahead_lines);
+                done += 1;
+                let ahead = (weights.wrapping_add(bytes + ahead.start * 64), ahead.len());
+                let place = [block, y, x];
+                macro_rules! of {
+                    ($($n:literal)*) => {
+                        match of_tile.min(width - x) {
+                            // SAFETY: the caller's. Larger tiles than registers hold are not compiled.
+                            $($n if $n <= <D::Lanes as Lanes>::TILE[B - 1] => unsafe {
+                                self.tile::<D, $n, B, STRIDE>(place, weights, ahead);
+                            },)*
+                            pixels => unreachable!("{pixels} pixels in a tile"),
+                        }
+                    };
+                }
+                of!(1 2 3 4 5 6 7 8 9 10 11 12);
+            }
+        }
+    }
+
+    /// Makes `N` neighbouring outputs of `B` blocks of channels.
+    ///
+    /// # Safety
+    /// That of [`PackedKernel::run`]; they are inside the output.
+    #[inline(always)]
+    unsafe fn tile<D: Dots, const N: usize, const B: usize, const STRIDE: usize>(
+        &self,
+        [block, y, x]: [usize; 3],
+        mut weights: *const u8,
+        (ahead, ahead_lines): (*const u8, usize),
+    ) {
+        let Job { of, input, residual, activation, to, .. } = self.job;
+        let ConvShape { channels_in, kernel, .. } = of.shape;
+        let (row_pitch, line) = (input.row_pitch() * LANES, line_bytes::<D::Stored>(D::PER));
+        let mut fetched = 0;
+        // SAFETY: the caller's; taps of these pixels are inside the input and its border.
+        unsafe {
+            let mut sums = [[D::zero(); B]; N];
+            for first in (0..channels_in).step_by(LANES) {
+                let steps = LANES.min(channels_in - first).div_ceil(D::PER);
+                let from: *const D::Stored =
+                    input.tap(first / LANES, y * STRIDE, x * STRIDE, kernel / 2);
+                for ky in 0..kernel {
+                    for kx in 0..kernel {
+                        let from = from.add(ky * row_pitch + kx * LANES);
+                        for step in 0..steps {
+                            if fetched < ahead_lines {
+                                D::Lanes::fetch(ahead.wrapping_add(fetched * 64).cast());
+                                fetched += 1;
+                            }
+                            let weight: [D::Weights; B] =
+                                std::array::from_fn(|block| D::weights(weights.add(block * line)));
+                            for (pixel, sums) in sums.iter_mut().enumerate() {
+                                let value =
+                                    D::values(from.add(pixel * STRIDE * LANES + step * D::PER));
+                                for (sum, weight) in sums.iter_mut().zip(weight) {
+                                    *sum = D::add(*sum, value, weight);
+                                }
+                            }
+                            weights = weights.add(B * line);
+                        }
+                    }
+                }
+            }
+            let [scale, zero] = to.scale.map(|value| D::Lanes::splat(value));
+            for k in 0..B {
+                let factor = D::Lanes::load(of.factors[block + k].0.as_ptr());
+                let bias = D::Lanes::load(of.bias[block + k].0.as_ptr());
+                let residual = residual.map(|image| {
+                    let [step, zero] = match image.storage() {
+                        Storage::Bf16 => [1.0, 0.0],
+                        Storage::Byte(Scale { step, zero }) => [step, -step * f32::from(zero)],
+                    };
+                    (image.tap::<D::Stored>(block + k, y, x, 0), [step, zero])
+                });
+                let at = (block + k) * to.block_pitch + y * to.row_pitch + x * LANES;
+                let to = to.pixels.cast::<D::Stored>().add(at);
+                for (pixel, sums) in sums.iter().enumerate() {
+                    let mut sum = D::whole(sums[k]).mul_add(factor, bias);
+                    if let Some((from, [step, zero])) = residual {
+                        let value: D::Lanes = D::Stored::load(from.add(pixel * LANES));
+                        let value = value.mul_add(D::Lanes::splat(step), D::Lanes::splat(zero));
+                        sum = sum.add(value);
+                    }
+                    let value = activated(sum, *activation).mul_add(scale, zero);
+                    D::Stored::store(value, to.add(pixel * LANES));
+                }
+            }
+        }
+    }
+}

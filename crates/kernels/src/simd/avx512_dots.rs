@@ -1,0 +1,85 @@
+//! Two or four products at once, with the extensions of AVX-512 for them.
+
+use std::arch::x86_64::{
+    __m512, __m512i, _mm512_cvtepi32_ps, _mm512_dpbf16_ps, _mm512_dpbusd_epi32, _mm512_loadu_si512,
+    _mm512_set1_epi32, _mm512_setzero_ps, _mm512_setzero_si512,
+};
+use std::mem::transmute;
+
+use super::avx512::Whole;
+use super::dots::{Bf16, Dots};
+
+/// Four unsigned bytes by four signed ones, with AVX512-VNNI.
+pub(super) struct Fours;
+
+impl Dots for Fours {
+    type Stored = u8;
+    type Lanes = Whole;
+    type Sums = __m512i;
+    type Weights = __m512i;
+    type Values = __m512i;
+    const PER: usize = 4;
+
+    #[inline(always)]
+    unsafe fn zero() -> __m512i {
+        unsafe { _mm512_setzero_si512() }
+    }
+
+    #[inline(always)]
+    unsafe fn weights(from: *const u8) -> __m512i {
+        unsafe { _mm512_loadu_si512(from.cast()) }
+    }
+
+    #[inline(always)]
+    unsafe fn values(from: *const u8) -> __m512i {
+        unsafe { _mm512_set1_epi32(from.cast::<i32>().read_unaligned()) }
+    }
+
+    #[inline(always)]
+    unsafe fn add(sums: __m512i, values: __m512i, weights: __m512i) -> __m512i {
+        unsafe { _mm512_dpbusd_epi32(sums, values, weights) }
+    }
+
+    #[inline(always)]
+    unsafe fn whole(sums: __m512i) -> Whole {
+        unsafe { Whole(_mm512_cvtepi32_ps(sums)) }
+    }
+}
+
+/// Two halves by two halves, with AVX512-BF16.
+pub(super) struct Pairs;
+
+impl Dots for Pairs {
+    type Stored = Bf16;
+    type Lanes = Whole;
+    type Sums = __m512;
+    type Weights = __m512i;
+    type Values = __m512i;
+    const PER: usize = 2;
+
+    #[inline(always)]
+    unsafe fn zero() -> __m512 {
+        unsafe { _mm512_setzero_ps() }
+    }
+
+    #[inline(always)]
+    unsafe fn weights(from: *const u8) -> __m512i {
+        unsafe { _mm512_loadu_si512(from.cast()) }
+    }
+
+    #[inline(always)]
+    unsafe fn values(from: *const Bf16) -> __m512i {
+        unsafe { _mm512_set1_epi32(from.cast::<i32>().read_unaligned()) }
+    }
+
+    #[inline(always)]
+    unsafe fn add(sums: __m512, values: __m512i, weights: __m512i) -> __m512 {
+        // SAFETY: registers of one size, of which any bits are valid.
+        unsafe { _mm512_dpbf16_ps(sums, transmute(values), transmute(weights)) }
+    }
+
+    #[inline(always)]
+    unsafe fn whole(sums: __m512) -> Whole {
+        Whole(sums)
+    }
+}
