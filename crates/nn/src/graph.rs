@@ -109,8 +109,8 @@ pub struct Node {
 pub struct Graph {
     /// The first is the input.
     pub nodes: Vec<Node>,
-    /// What the network says.
-    pub output: NodeId,
+    /// What the network says, each of it.
+    pub outputs: Vec<NodeId>,
 }
 
 impl Graph {
@@ -119,15 +119,15 @@ impl Graph {
     pub(crate) fn of<M: Module>(
         module: &M,
         channels: usize,
-        forward: impl FnOnce(Written) -> Written,
+        forward: impl FnOnce(Written) -> Vec<Written>,
     ) -> Self {
         let nodes = Nodes { list: Vec::new(), paths: paths(module) };
         let nodes = Rc::new(RefCell::new(nodes));
         let blank = Written { id: 0, channels, nodes: Rc::clone(&nodes) };
         let input = blank.node("input", Operation::Input, vec![], channels);
-        let output = forward(input).id;
+        let outputs = forward(input).into_iter().map(|output| output.id).collect();
         let nodes = std::mem::take(&mut nodes.borrow_mut().list);
-        Self { nodes, output }
+        Self { nodes, outputs }
     }
 }
 
