@@ -57,6 +57,18 @@ pub enum Operation {
     Channels(Range<usize>),
     /// The channels of two images in turn.
     Interleave,
+    /// Twice as many rows and columns. Row `y` lies at `(y + 0.5) / 2 - 0.5` of the input, between the
+    /// two nearest of its rows; beyond the outermost, the values stay. So do columns.
+    Upsample,
+    /// `1 / (1 + exp(-x))`.
+    Sigmoid,
+    /// `factor * x + offset`.
+    Affine {
+        /// What values are multiplied by.
+        factor: f32,
+        /// What is added.
+        offset: f32,
+    },
 }
 
 /// A convolution with what follows it.
@@ -256,6 +268,18 @@ impl Flow for Written {
     fn interleave(self, other: Self) -> Self {
         let channels = 2 * self.channels;
         self.node("interleave", Operation::Interleave, vec![self.id, other.id], channels)
+    }
+
+    fn upsample(self) -> Self {
+        self.next("upsample", Operation::Upsample, self.channels)
+    }
+
+    fn sigmoid(self) -> Self {
+        self.next("sigmoid", Operation::Sigmoid, self.channels)
+    }
+
+    fn affine(self, factor: f32, offset: f32) -> Self {
+        self.next("affine", Operation::Affine { factor, offset }, self.channels)
     }
 
     fn means(self, layer: &AdaptiveAvgPool2d) -> Self {
