@@ -56,6 +56,15 @@ fn output(node: &Node, inputs: &[Shape], image: Shape) -> Result<Shape, InferErr
         }
         Operation::Channels(range) => [range.len(), height, width],
         Operation::Interleave => [2 * channels, height, width],
+        Operation::Upsample => [channels, 2 * height, 2 * width],
+        Operation::Add if inputs[0] != inputs[1] => {
+            let [one, other] = [inputs[0], inputs[1]].map(|[channels, height, width]| {
+                format!("{channels} channels of {height}x{width} pixels")
+            });
+            return Err(fault(format!(
+                "{one} cannot be added to {other}; images of another size might fit"
+            )));
+        }
         _ => first,
     };
     if shape.contains(&0) {

@@ -64,7 +64,7 @@ fn every_network_says_what_it_says_in_burn() {
                 for threads in [1, 3] {
                     let options = EngineOptions::default().with_threads(threads).with_level(level);
                     let mut engine = Engine::compile(&graph, [2, height, width], options).unwrap();
-                    let apart = apart(engine.run(&input), &want);
+                    let apart = apart(&engine.run(&input)[0], &want);
                     let what = format!("{} {height}x{width} {level} {threads}", entry.name);
                     assert!(apart < 1e-4, "{what}: {apart}");
                     // The same bits in every run, from any number of threads.
@@ -74,6 +74,28 @@ fn every_network_says_what_it_says_in_burn() {
                 }
             }
         }
+    }
+}
+
+#[test]
+fn whatever_is_asked_for_is_told_beside_the_end() {
+    let network = network("resnet18", 0.25);
+    let mut graph = network.graph();
+    let input = image(3, 2 * 45 * 60);
+    let run = |graph: &Graph| {
+        let options = EngineOptions::default();
+        Engine::compile(graph, [2, 45, 60], options).unwrap().run(&input).to_vec()
+    };
+    let end = run(&graph);
+    // Sums that others take up and change, where nobody asks for them.
+    let is_sum = |id: &usize| graph.nodes[*id].operation == Operation::Add;
+    let sums: Vec<_> = (0..graph.nodes.len()).filter(is_sum).collect();
+    graph.outputs = [sums.clone(), graph.outputs.clone()].concat();
+    let told = run(&graph);
+    assert!(apart(&told[sums.len()], &end[0]) < 1e-5);
+    for (id, values) in sums.into_iter().zip(told) {
+        let alone = Graph { nodes: graph.nodes[..=id].to_vec(), outputs: vec![id] };
+        assert!(apart(&values, &run(&alone)[0]) < 1e-5, "node {id}");
     }
 }
 

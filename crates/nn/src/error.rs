@@ -45,6 +45,12 @@ pub enum NnError {
         /// The width given, relative to the published network.
         width: f32,
     },
+    /// A count of a network's shape is zero.
+    #[error("`{field}` must be at least 1")]
+    TooFew {
+        /// The field of the configuration.
+        field: &'static str,
+    },
     /// A file could not be read or written at all.
     #[error("{}: {source}", path.display())]
     Io {

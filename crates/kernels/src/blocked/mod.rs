@@ -6,6 +6,8 @@
 //! * [`Depthwise`]: convolution of every channel by itself.
 //! * [`MaxPool`], [`mean_pool`]: maxima and means of windows.
 //! * [`add`], [`gather`], [`flatten`]: sums, and values put elsewhere.
+//! * [`upsample`]: twice as many rows and columns.
+//! * [`affine`], [`sigmoid`]: functions of every value by itself.
 //! * [`Team`]: threads that share the work.
 //!
 //! Every operation is compiled for every [`Level`](crate::Level) and gives the same up to rounding.
@@ -21,6 +23,8 @@ mod pool;
 mod scheme;
 mod team;
 mod tile;
+mod upsample;
+mod values;
 mod winograd;
 
 pub use conv::{Conv, ConvShape};
@@ -30,6 +34,8 @@ pub use image::Image;
 pub use pool::{MaxPool, mean_pool};
 pub use team::{Part, Team};
 pub use tile::Activation;
+pub use upsample::upsample;
+pub use values::{affine, sigmoid};
 pub use winograd::{Scratch, TileSize, Winograd};
 
 #[cfg(test)]

@@ -5,6 +5,8 @@ use proptest::prelude::*;
 use super::*;
 use crate::Level;
 
+mod values;
+
 /// Numbers between -1 and 1.
 fn noise(seed: u64, count: usize) -> Vec<f32> {
     let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
