@@ -7,6 +7,7 @@
 //! * [`MaxPool`], [`mean_pool`]: maxima and means of windows.
 //! * [`add`], [`gather`], [`flatten`]: sums, and values put elsewhere.
 //! * [`Team`]: threads that share the work.
+//! * [`peak_gflop_per_s`]: what the processor can do at best.
 //!
 //! Every operation is compiled for every [`Level`](crate::Level) and gives the same up to rounding.
 
@@ -17,6 +18,7 @@ mod depthwise;
 mod elementwise;
 mod image;
 mod packing;
+mod peak;
 mod pool;
 mod scheme;
 mod team;
@@ -27,6 +29,7 @@ pub use conv::{Conv, ConvShape};
 pub use depthwise::{Depthwise, DepthwiseShape};
 pub use elementwise::{add, flatten, gather};
 pub use image::Image;
+pub use peak::peak_gflop_per_s;
 pub use pool::{MaxPool, mean_pool};
 pub use team::{Part, Team};
 pub use tile::Activation;
