@@ -59,9 +59,9 @@ pub(super) fn windows(input: [usize; 4], seed: u64) -> Vec<f32> {
     (0..input.iter().product()).map(|_| rng.unit()).collect()
 }
 
-/// Times of `runs` predictions on random windows of shape `input` in milliseconds, sorted, after a
-/// tenth as many to warm up.
-pub(super) fn sorted_ms(
+/// Times of `runs` predictions on random windows of shape `input` in milliseconds, in their order, after
+/// a tenth as many to warm up.
+pub(super) fn times_ms(
     runner: &mut Runner<'_>,
     input: [usize; 4],
     runs: usize,
@@ -71,7 +71,17 @@ pub(super) fn sorted_ms(
     for _ in 0..runs.div_ceil(10) {
         runner.once(&values, input);
     }
-    let mut times_ms: Vec<f64> = (0..runs).map(|_| runner.once(&values, input)).collect();
+    (0..runs).map(|_| runner.once(&values, input)).collect()
+}
+
+/// The same, sorted.
+pub(super) fn sorted_ms(
+    runner: &mut Runner<'_>,
+    input: [usize; 4],
+    runs: usize,
+    seed: u64,
+) -> Vec<f64> {
+    let mut times_ms = times_ms(runner, input, runs, seed);
     times_ms.sort_by(f64::total_cmp);
     times_ms
 }

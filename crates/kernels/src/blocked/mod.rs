@@ -9,6 +9,7 @@
 //! * [`upsample`]: twice as many rows and columns.
 //! * [`affine`], [`sigmoid`]: functions of every value by itself.
 //! * [`Team`]: threads that share the work.
+//! * [`peak_gflop_per_s`]: what the processor can do at best.
 //!
 //! Every operation is compiled for every [`Level`](crate::Level) and gives the same up to rounding.
 
@@ -19,6 +20,7 @@ mod depthwise;
 mod elementwise;
 mod image;
 mod packing;
+mod peak;
 mod pool;
 mod scheme;
 mod team;
@@ -31,6 +33,7 @@ pub use conv::{Conv, ConvShape};
 pub use depthwise::{Depthwise, DepthwiseShape};
 pub use elementwise::{add, flatten, gather};
 pub use image::Image;
+pub use peak::peak_gflop_per_s;
 pub use pool::{MaxPool, mean_pool};
 pub use team::{Part, Team};
 pub use tile::Activation;
