@@ -37,6 +37,14 @@ pub enum NnError {
         /// The names there are.
         known: String,
     },
+    /// No network has this name.
+    #[error("no network is called `{name}`: choose one of {known}")]
+    UnknownNetwork {
+        /// The name given.
+        name: String,
+        /// The names there are.
+        known: String,
+    },
     /// A network this wide cannot be built.
     #[error(
         "`width` must give every layer at least one channel, at most 8 times the published width; got {width}"

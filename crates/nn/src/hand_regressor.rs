@@ -14,7 +14,7 @@ use crate::parameters::{Slot, trained_count};
 use crate::{Backbone, NnError};
 
 /// Channels of an event image: negative and positive.
-const EVENT_CHANNELS: usize = 2;
+pub(crate) const EVENT_CHANNELS: usize = 2;
 /// Channels the backbones were designed for.
 const IMAGE_CHANNELS: usize = 3;
 const KERNEL: usize = 3;

@@ -4,6 +4,7 @@
 //! * [`HandRegressorConfig`], [`HandRegressor`]: the EventHands network, events to 12 numbers.
 //! * [`Backbone`], [`BACKBONES`], [`backbone_called`]: what can stand inside it, by name.
 //! * [`MoveEnetConfig`], [`MoveEnet`]: the MoveEnet network, events to the maps of a body's joints.
+//! * [`Network`]: any of them by name.
 //! * [`Graph`](graph::Graph): such a network written down, for engines that compile it.
 //! * [`HandLoss`]: what it is trained on.
 //! * [`set_training_kernels`]: the arithmetic of training on the CPU, ours or Burn's.
@@ -24,6 +25,7 @@ mod hand_regressor;
 mod init;
 mod loss;
 mod move_enet;
+mod network;
 mod ops;
 pub mod parameters;
 pub mod weights;
@@ -37,4 +39,5 @@ pub use error::NnError;
 pub use hand_regressor::{HandRegressor, HandRegressorConfig};
 pub use loss::{HandLoss, HandLossConfig, HandLossParts};
 pub use move_enet::{MoveEnet, MoveEnetConfig};
+pub use network::{MOVE_ENET, Network};
 pub use ops::set_training_kernels;

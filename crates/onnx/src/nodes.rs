@@ -3,7 +3,7 @@
 use evpose_nn::graph::{Activation, ConvLayer, LinearLayer, NodeId, Operation};
 
 use crate::OnnxError;
-use crate::writer::{Writer, int, ints};
+use crate::writer::{Writer, int, ints, word};
 
 /// Adds the operators of a node.
 ///
@@ -46,6 +46,22 @@ pub(crate) fn operation(writer: &mut Writer<'_>, id: NodeId) -> Result<(), OnnxE
         Operation::Interleave => {
             let [channels, height, width] = writer.shape(id);
             interleave(writer, inputs, name, [channels, height, width])
+        }
+        Operation::Upsample => {
+            let scales = writer.floats(format!("{name}.scales"), &[4], &[1.0, 1.0, 2.0, 2.0]);
+            // Without a region of interest.
+            let inputs = vec![inputs[0].clone(), String::new(), scales];
+            let attributes =
+                vec![word("coordinate_transformation_mode", "half_pixel"), word("mode", "linear")];
+            writer.operator("Resize", inputs, name, attributes)
+        }
+        Operation::Sigmoid => writer.operator("Sigmoid", inputs, name, vec![]),
+        Operation::Affine { factor, offset } => {
+            let factor = writer.scalar(format!("{name}.factor"), *factor);
+            let offset = writer.scalar(format!("{name}.offset"), *offset);
+            let inputs = vec![inputs[0].clone(), factor];
+            let products = writer.operator("Mul", inputs, format!("{name}.products"), vec![]);
+            writer.operator("Add", vec![products, offset], name, vec![])
         }
         other => {
             // Weights, if it has any, are no help to anyone who reads this.

@@ -90,6 +90,9 @@ pub struct AttributeProto {
     /// A whole number, for [`AttributeType::Int`].
     #[prost(int64, tag = "3")]
     pub i: i64,
+    /// A word, for [`AttributeType::String`].
+    #[prost(bytes = "vec", tag = "4")]
+    pub s: Vec<u8>,
     /// Whole numbers, for [`AttributeType::Ints`].
     #[prost(int64, repeated, tag = "8")]
     pub ints: Vec<i64>,
@@ -106,6 +109,8 @@ pub enum AttributeType {
     Undefined = 0,
     /// One whole number.
     Int = 2,
+    /// A word.
+    String = 3,
     /// A list of them.
     Ints = 7,
 }

@@ -34,8 +34,8 @@ pub fn model(graph: &Graph, input: [usize; 3]) -> Result<ModelProto, OnnxError> 
     let of = |ids: &mut dyn Iterator<Item = NodeId>| ids.map(|id| writer.value_info(id)).collect();
     let all = 0..graph.nodes.len();
     let input = of(&mut all.clone().filter(is_input));
-    let output = of(&mut outputs(graph).into_iter());
-    let value_info = of(&mut all.filter(|id| !is_input(id) && !outputs(graph).contains(id)));
+    let output = of(&mut graph.outputs.iter().copied());
+    let value_info = of(&mut all.filter(|id| !is_input(id) && !graph.outputs.contains(id)));
     let name = "network".to_owned();
     let file = GraphProto { name, input, output, value_info, ..writer.file };
     Ok(ModelProto {
@@ -53,11 +53,6 @@ pub fn model(graph: &Graph, input: [usize; 3]) -> Result<ModelProto, OnnxError> 
 /// As [`model`].
 pub fn encoded(graph: &Graph, input: [usize; 3]) -> Result<Vec<u8>, OnnxError> {
     Ok(model(graph, input)?.encode_to_vec())
-}
-
-/// The nodes whose values the network says.
-fn outputs(graph: &Graph) -> [NodeId; 1] {
-    [graph.output]
 }
 
 /// A name for every node: its own, with its number where others are called the same.
@@ -177,13 +172,21 @@ fn is_vector(graph: &Graph, id: NodeId) -> bool {
 pub(crate) fn int(name: &str, value: usize) -> AttributeProto {
     let i = value as i64;
     let kind = AttributeType::Int.into();
-    AttributeProto { name: name.to_owned(), i, ints: Vec::new(), r#type: kind }
+    AttributeProto { name: name.to_owned(), i, r#type: kind, ..AttributeProto::default() }
 }
 
 /// A setting that is a list of whole numbers.
 pub(crate) fn ints(name: &str, values: &[usize]) -> AttributeProto {
     let kind = AttributeType::Ints.into();
-    AttributeProto { name: name.to_owned(), i: 0, ints: signed(values), r#type: kind }
+    let (name, ints) = (name.to_owned(), signed(values));
+    AttributeProto { name, ints, r#type: kind, ..AttributeProto::default() }
+}
+
+/// A setting that is a word.
+pub(crate) fn word(name: &str, value: &str) -> AttributeProto {
+    let kind = AttributeType::String.into();
+    let (name, s) = (name.to_owned(), value.as_bytes().to_vec());
+    AttributeProto { name, s, r#type: kind, ..AttributeProto::default() }
 }
 
 fn signed(values: &[usize]) -> Vec<i64> {

@@ -85,7 +85,7 @@ impl Contest<'_> {
 
     fn against(&self, engine: &mut Engine, name: &str, peer: &mut dyn Peer) -> Result<Comparison> {
         peer.run()?;
-        let difference = apart(engine.run(self.image), &peer.output()?);
+        let difference = all_apart(engine.run(self.image), &peer.outputs()?);
         let most = peer.tolerance(self.precision.tolerance());
         ensure!(
             difference <= most,
@@ -155,8 +155,16 @@ fn median(mut values: Vec<f64>) -> f64 {
     f64::midpoint(below, above)
 }
 
+/// The largest difference of any output, relative to the largest value of that.
+pub(super) fn all_apart(ours: &[Vec<f32>], theirs: &[Vec<f32>]) -> f64 {
+    if ours.len() != theirs.len() {
+        return f64::INFINITY;
+    }
+    ours.iter().zip(theirs).map(|(ours, theirs)| apart(ours, theirs)).fold(0.0, f64::max)
+}
+
 /// The largest difference, relative to the largest value of theirs.
-pub(super) fn apart(ours: &[f32], theirs: &[f32]) -> f64 {
+fn apart(ours: &[f32], theirs: &[f32]) -> f64 {
     if ours.len() != theirs.len() {
         return f64::INFINITY;
     }

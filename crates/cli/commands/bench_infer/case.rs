@@ -80,11 +80,10 @@ impl Setting<'_> {
             case.layers = layers::timed(engine, self.network.input, self.seed, peak.gflop_per_s);
             layers::table(&case.layers).iter().for_each(say);
         }
-        let [channels, height, width] = self.network.input;
         let contest = Contest {
             graph: &self.network.graph,
             shape: self.network.input,
-            image: &latency::windows([1, channels, height, width], self.seed),
+            image: &self.network.image(self.seed),
             precision,
             pairs: self.args.pairs as usize,
         };

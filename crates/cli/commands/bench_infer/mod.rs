@@ -77,7 +77,7 @@ pub(crate) fn run(args: &BenchInferArgs) -> Result<()> {
         let network = networks::network(&config, &name, &device)?;
         let setting = Setting { args, network: &network, seed: config.seed };
         if !is_engine {
-            report.cases.push(setting.burn(Runner::Burn(&network.module, &device), threads[0]));
+            report.cases.push(setting.burn(network.burn(&device), threads[0]));
             continue;
         }
         for precision in &args.precision {

@@ -46,7 +46,7 @@ pub(super) trait Peer {
     fn run(&mut self) -> Result<()>;
 
     /// What the network said in the last run.
-    fn output(&self) -> Result<Vec<f32>>;
+    fn outputs(&self) -> Result<Vec<Vec<f32>>>;
 }
 
 /// What a peer is made of.
@@ -98,24 +98,21 @@ fn library(variable: &str) -> Option<std::path::PathBuf> {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_infer::{Engine, EngineOptions};
-    use evpose_nn::BACKBONES;
+    use evpose_nn::Network;
 
     use super::*;
-    use crate::commands::bench_infer::against::apart;
+    use crate::commands::bench_infer::against::all_apart;
     use crate::commands::bench_infer::networks;
-    use crate::commands::latency;
 
     /// Every network of the registry, at sizes that are and are not multiples of what they divide by.
     fn all_agree(name: PeerName) {
-        for (backbone, scale) in
-            BACKBONES.iter().flat_map(|entry| [(entry.name, "1.0"), (entry.name, "0.34")])
-        {
+        for (backbone, scale) in Network::names().flat_map(|name| [(name, "1.0"), (name, "0.34")]) {
             let changes = [format!("simulation.image_scale={scale}"), "network.width=0.25".into()];
             let config = crate::commands::config_source::load("eventhands", &changes).unwrap();
             let network =
                 networks::network(&config, backbone, &burn::tensor::Device::flex()).unwrap();
-            let [channels, height, width] = network.input;
-            let image = latency::windows([1, channels, height, width], 3);
+            let [_, height, width] = network.input;
+            let image = network.image(3);
             let model = evpose_onnx::encoded(&network.graph, network.input).unwrap();
             for threads in [1, 2] {
                 let options = EngineOptions::default().with_threads(threads);
@@ -124,7 +121,7 @@ mod tests {
                 let job = Job { model: &model, shape, image: &image, threads, precision };
                 let mut peer = peer(name, &job).unwrap();
                 peer.run().unwrap();
-                let apart = apart(engine.run(&image), &peer.output().unwrap());
+                let apart = all_apart(engine.run(&image), &peer.outputs().unwrap());
                 assert!(apart < 1e-4, "{backbone} {height}x{width}: {apart}");
             }
         }

@@ -25,7 +25,7 @@ pub(super) struct OnnxRuntime {
     settings: String,
     session: Session,
     input: Tensor<f32>,
-    output: Vec<f32>,
+    outputs: Vec<Vec<f32>>,
     // Behind what needs it.
     _environment: Environment,
 }
@@ -61,7 +61,7 @@ impl OnnxRuntime {
             settings,
             session,
             input,
-            output: Vec::new(),
+            outputs: Vec::new(),
             _environment: environment,
         })
     }
@@ -84,13 +84,16 @@ impl Peer for OnnxRuntime {
 
     fn run(&mut self) -> Result<()> {
         let outputs = self.session.run(ort::inputs![&self.input])?;
-        let (_, values) = outputs[0].try_extract_tensor::<f32>()?;
-        self.output.clear();
-        self.output.extend_from_slice(values);
+        self.outputs.resize(outputs.len(), Vec::new());
+        for (kept, output) in self.outputs.iter_mut().zip(outputs.values()) {
+            let (_, values) = output.try_extract_tensor::<f32>()?;
+            kept.clear();
+            kept.extend_from_slice(values);
+        }
         Ok(())
     }
 
-    fn output(&self) -> Result<Vec<f32>> {
-        Ok(self.output.clone())
+    fn outputs(&self) -> Result<Vec<Vec<f32>>> {
+        Ok(self.outputs.clone())
     }
 }

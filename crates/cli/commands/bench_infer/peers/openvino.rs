@@ -24,6 +24,8 @@ pub(super) struct OpenVino {
     version: String,
     settings: String,
     is_f32: bool,
+    /// How many there are.
+    outputs: usize,
     request: InferRequest,
     // Behind what needs them.
     _model: CompiledModel,
@@ -66,6 +68,7 @@ impl OpenVino {
             version: openvino::version().build_number,
             settings: settings(&model)?,
             is_f32,
+            outputs: model.get_output_size()?,
             request,
             _model: model,
             _core: core,
@@ -106,7 +109,9 @@ impl Peer for OpenVino {
         Ok(self.request.infer()?)
     }
 
-    fn output(&self) -> Result<Vec<f32>> {
-        Ok(self.request.get_output_tensor()?.get_data::<f32>()?.to_vec())
+    fn outputs(&self) -> Result<Vec<Vec<f32>>> {
+        let values =
+            |index| Ok(self.request.get_output_tensor_by_index(index)?.get_data::<f32>()?.to_vec());
+        (0..self.outputs).map(values).collect()
     }
 }

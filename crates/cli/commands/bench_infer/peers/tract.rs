@@ -18,7 +18,7 @@ pub(super) struct Tract {
     model: Arc<TypedRunnableModel>,
     executor: Executor,
     input: TValue,
-    output: Vec<f32>,
+    outputs: Vec<Vec<f32>>,
 }
 
 impl Tract {
@@ -36,7 +36,7 @@ impl Tract {
         let [channels, height, width] = job.shape;
         let input = Tensor::from_shape(&[1, channels, height, width], job.image)?.into();
         let settings = format!("optimized model, matrix products on {} threads", job.threads);
-        Ok(Self { settings, model, executor, input, output: Vec::new() })
+        Ok(Self { settings, model, executor, input, outputs: Vec::new() })
     }
 }
 
@@ -55,11 +55,12 @@ impl Peer for Tract {
         let inputs = tvec![self.input.clone()];
         let model = &self.model;
         let outputs = multithread_tract_scope(self.executor.clone(), || model.run(inputs))?;
-        self.output = outputs[0].try_as_plain_ram()?.as_slice::<f32>()?.to_vec();
+        let values = |output: &TValue| Ok(output.try_as_plain_ram()?.as_slice::<f32>()?.to_vec());
+        self.outputs = outputs.iter().map(values).collect::<Result<_>>()?;
         Ok(())
     }
 
-    fn output(&self) -> Result<Vec<f32>> {
-        Ok(self.output.clone())
+    fn outputs(&self) -> Result<Vec<Vec<f32>>> {
+        Ok(self.outputs.clone())
     }
 }
