@@ -20,14 +20,14 @@ fn image(seed: u32, count: usize) -> Vec<f32> {
 
 fn network(backbone: &str, width: f32) -> HandRegressor {
     let config = HandRegressorConfig { backbone: backbone.to_owned(), width };
-    that_has_seen(config.init(7, &Device::flex()).unwrap(), 1.0)
+    that_has_seen(&config.init(7, &Device::flex()).unwrap(), 1.0)
 }
 
 /// Gives a network statistics that are not those of one that has seen nothing, and normalisations that
 /// give values about this size.
-fn that_has_seen<M: Module>(network: M, size: f32) -> M {
+fn that_has_seen<M: Module>(network: &M, size: f32) -> M {
     evpose_nn::parameters::fill(network.clone(), {
-        let mut values = evpose_nn::parameters::read(&network).into_iter();
+        let mut values = evpose_nn::parameters::read(network).into_iter();
         move |slot| {
             let (_, values) = values.next().unwrap();
             let noise = image(values.len() as u32, values.len());
@@ -89,7 +89,7 @@ fn the_maps_of_move_enet_are_those_of_burn() {
     let device = Device::flex();
     // Statistics of no training let every repetition double its values, up to logits of 40,000. Of
     // those, sigmoids would show rounding and nothing else.
-    let network = that_has_seen(MoveEnetConfig::default().init(7, &device).unwrap(), 0.6);
+    let network = that_has_seen(&MoveEnetConfig::default().init(7, &device).unwrap(), 0.6);
     let graph = network.graph();
     // At odd sizes, halves are rounded up, to multiples of what the coarsest level has.
     for [height, width] in [[192, 192], [128, 128], [157, 191]] {

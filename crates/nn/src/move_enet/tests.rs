@@ -14,7 +14,7 @@ fn small() -> MoveEnetConfig {
 fn parameters_are_as_many_as_published() {
     let published = MoveEnetConfig::default();
     assert_eq!(published.parameter_count().unwrap(), 2_201_106);
-    let seventeen = MoveEnetConfig { joints: 17, ..published.clone() };
+    let seventeen = MoveEnetConfig { joints: 17, ..published };
     assert_eq!(seventeen.parameter_count().unwrap(), 2_203_046);
     let network = published.zeros(&Device::flex()).unwrap();
     assert_eq!(trained_count(&network.backbone), 2_183_664);
