@@ -15,7 +15,6 @@ use evpose_kernels::blocked::{Team, peak_gflop_per_s};
 use serde::Serialize;
 
 use crate::args::BenchInferArgs;
-use crate::commands::latency::Runner;
 use crate::commands::{as_json, config_source, use_threads};
 use crate::machine::Machine;
 use crate::progress::say;
