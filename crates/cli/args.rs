@@ -3,11 +3,14 @@
 use std::path::PathBuf;
 
 use clap::{Parser, Subcommand};
+use evpose_infer::Level;
 use evpose_io::{Encoding, FrameSource};
 use evpose_nn::DeviceKind;
 use evpose_sim::Shard;
 
 use crate::commands::ablate::AblateCommand;
+use crate::commands::bench_infer::peers::PeerName;
+use crate::commands::bench_infer::precision::Precision;
 use crate::commands::calibrate::CalibrateCommand;
 use crate::commands::clean::CleanArgs;
 use crate::commands::convert::formats;
@@ -50,6 +53,8 @@ pub(crate) enum Command {
     Eval(EvalArgs),
     /// Poses of a recording
     Infer(InferArgs),
+    /// Write a network as an ONNX file, for other runtimes
+    Export(ExportArgs),
     /// Measure speed
     #[command(subcommand)]
     Bench(BenchCommand),
@@ -303,10 +308,28 @@ pub(crate) struct InferArgs {
     pub(crate) device: DeviceArgs,
 }
 
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  evpose export --checkpoint runs/hand --onnx hand.onnx\n  \
+    evpose export eventhands --set network.backbone=mobilenet_v2 --onnx untrained.onnx")]
+pub(crate) struct ExportArgs {
+    /// A TOML file, or an embedded config: its network with first weights, for the size of its images
+    #[arg(required_unless_present = "checkpoint", conflicts_with = "checkpoint")]
+    pub(crate) config: Option<String>,
+    /// Change one field, for example --set network.width=0.5 (may be repeated)
+    #[arg(long = "set", value_name = "KEY=VALUE", requires = "config")]
+    pub(crate) overrides: Vec<String>,
+    /// A trained network instead: a run directory, or a .bpk file with its .toml beside it
+    #[arg(long)]
+    pub(crate) checkpoint: Option<PathBuf>,
+    /// The file to write
+    #[arg(long)]
+    pub(crate) onnx: PathBuf,
+}
+
 /// What can be measured.
 #[derive(Debug, Subcommand)]
 pub(crate) enum BenchCommand {
-    /// Latency of the hand network on one window at a time
+    /// Latency of networks on one window at a time, layer by layer, beside other runtimes
     Infer(BenchInferArgs),
     /// Cost of the event camera per pixel and step, on one core
     Sensor(BenchSensorArgs),
@@ -413,11 +436,27 @@ pub(crate) struct BenchSimArgs {
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  evpose bench infer\n  \
     evpose bench infer --threads 1 --layers\n  \
-    evpose bench infer --config quick --json bench.json")]
+    evpose bench infer --network all --threads 1,2 --json bench.json\n  \
+    evpose bench infer --config quick --burn\n  \
+    ORT_DYLIB_PATH=libonnxruntime.so evpose bench infer --threads 1,2 --against onnxruntime,tract\n\n\
+    Other runtimes need a program built with --features peers; docs/guide/bench-infer.md says where \
+    to get their\nlibraries and what the figures mean.")]
 pub(crate) struct BenchInferArgs {
     /// A TOML file, or an embedded config: its network and image size are measured
     #[arg(long, default_value = "eventhands")]
     pub(crate) config: String,
+    /// Networks of the registry instead of the config's own, of the config's width, or `all`
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    pub(crate) network: Vec<String>,
+    /// Numbers that are computed in
+    #[arg(long, value_delimiter = ',', default_value = "f32")]
+    pub(crate) precision: Vec<Precision>,
+    /// CPU threads, one figure for each number; all cores by default
+    #[arg(long, value_delimiter = ',', value_parser = parse_threads)]
+    pub(crate) threads: Vec<usize>,
+    /// Instructions of the engine: avx512, avx2 or portable [default: the best there are]
+    #[arg(long, value_parser = parse_level)]
+    pub(crate) level: Option<Level>,
     /// Measured runs, after a tenth as many to warm up
     #[arg(long, default_value_t = 100)]
     pub(crate) runs: usize,
@@ -430,11 +469,34 @@ pub(crate) struct BenchInferArgs {
     /// Show where the time goes, layer by layer
     #[arg(long, conflicts_with = "burn")]
     pub(crate) layers: bool,
+    /// Compare with other runtimes on the same network, by turns in the same run
+    #[arg(long, value_name = "PEER", value_delimiter = ',', conflicts_with = "burn")]
+    pub(crate) against: Vec<PeerName>,
+    /// Pairs of bursts for each other runtime
+    #[arg(long, default_value_t = 30, value_parser = clap::value_parser!(u32).range(20..))]
+    pub(crate) pairs: u32,
     /// Where to write the numbers
     #[arg(long)]
     pub(crate) json: Option<PathBuf>,
-    #[command(flatten)]
-    pub(crate) device: DeviceArgs,
+    /// flex (CPU), ndarray, wgpu or cuda; all but flex need the Cargo feature of that name
+    #[arg(long, default_value = "flex")]
+    pub(crate) device: DeviceKind,
+}
+
+/// A number of threads.
+fn parse_threads(text: &str) -> Result<usize, String> {
+    let threads = text.parse().map_err(|error| format!("{error}"))?;
+    if threads == 0 { Err("at least 1".to_owned()) } else { Ok(threads) }
+}
+
+/// Instructions by their name, if this processor has them.
+fn parse_level(text: &str) -> Result<Level, String> {
+    let levels = Level::available();
+    let found = levels.iter().copied().find(|level| level.to_string() == text);
+    found.ok_or_else(|| {
+        let names: Vec<String> = levels.iter().map(Level::to_string).collect();
+        format!("this processor has {}", names.join(", "))
+    })
 }
 
 #[derive(Debug, clap::Args)]

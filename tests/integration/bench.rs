@@ -56,3 +56,79 @@ fn representations_are_timed_by_their_names() {
     let message = sandbox.fails(&[small.as_slice(), &["--only", "lness"]].concat());
     assert!(message.contains("no case has `lness` in its name") && message.contains("lnes image"));
 }
+
+/// Images and networks small enough for a test.
+const SMALL: &str = "[simulation]\nimage_scale = 0.3\n[network]\nwidth = 0.0625\n";
+
+#[test]
+fn every_network_is_timed_on_every_number_of_threads() {
+    let sandbox = Sandbox::new();
+    std::fs::write(sandbox.path("small.toml"), SMALL).unwrap();
+    let small = ["bench", "infer", "--config", "small.toml", "--runs", "3"];
+    let with = ["--network", "all", "--threads", "1,2", "--layers", "--json", "infer.json"];
+    let said = sandbox.ok(&[small.as_slice(), &with].concat());
+    assert!(said.contains("GFLOP/s") && said.contains("winograd"), "{said}");
+    let report = json(&sandbox, "infer.json");
+    let peaks = report["peaks"].as_array().unwrap();
+    assert_eq!(peaks.iter().map(|peak| &peak["threads"]).collect::<Vec<_>>(), [1, 2]);
+    let cases = report["cases"].as_array().unwrap();
+    let setting = |case: &serde_json::Value| {
+        (case["network"].as_str().unwrap().to_owned(), case["threads"].as_u64().unwrap())
+    };
+    let settings: Vec<_> = cases.iter().map(setting).collect();
+    let mut want = Vec::new();
+    for entry in evpose_nn::BACKBONES {
+        want.extend([1, 2].map(|threads| (entry.name.to_owned(), threads)));
+    }
+    assert_eq!(settings, want);
+    for case in cases {
+        let ms = |name: &str| case[name].as_f64().unwrap();
+        assert!(0.0 < ms("min_ms") && ms("min_ms") <= ms("p50_ms") && ms("p50_ms") <= ms("p99_ms"));
+        // By the figures themselves: products of all layers in the median time.
+        let layers = case["layers"].as_array().unwrap();
+        let products_m: f64 = layers.iter().map(|l| l["products_m"].as_f64().unwrap()).sum();
+        let gflop_per_s = 2.0 * products_m / 1e3 / (ms("p50_ms") / 1e3);
+        assert!((ms("gflop_per_s") / gflop_per_s - 1.0).abs() < 1e-9, "{case}");
+    }
+}
+
+#[test]
+fn what_cannot_be_measured_says_what_to_do() {
+    let sandbox = Sandbox::new();
+    std::fs::write(sandbox.path("small.toml"), SMALL).unwrap();
+    let fails = |with: &[&str]| {
+        let small = ["bench", "infer", "--config", "small.toml", "--runs", "1"];
+        sandbox.fails(&[small.as_slice(), with].concat())
+    };
+    assert!(fails(&["--network", "vgg"]).contains("no backbone is called `vgg`"));
+    assert!(fails(&["--level", "sse9"]).contains("this processor has"));
+    assert!(fails(&["--threads", "0"]).contains("'0' for '--threads"));
+    assert!(fails(&["--burn", "--threads", "1,2"]).contains("several numbers of threads"));
+    assert!(fails(&["--against", "tract", "--batch", "2"]).contains("leave --batch out"));
+    assert!(fails(&["--against", "tract", "--pairs", "5"]).contains("5 is not in 20.."));
+    let missing = fails(&["--against", "onnxruntime"]);
+    if cfg!(feature = "peers") {
+        assert!(missing.contains("$ORT_DYLIB_PATH"), "{missing}");
+    } else {
+        assert!(missing.contains("--features peers"), "{missing}");
+    }
+}
+
+/// The only other runtime that needs no library of the user's.
+#[cfg(feature = "peers")]
+#[test]
+fn another_runtime_is_timed_by_turns_with_ours() {
+    let sandbox = Sandbox::new();
+    std::fs::write(sandbox.path("small.toml"), SMALL).unwrap();
+    let small = ["bench", "infer", "--config", "small.toml", "--runs", "3", "--threads", "1"];
+    let with = ["--against", "tract", "--pairs", "20", "--json", "infer.json"];
+    let said = sandbox.ok(&[small.as_slice(), &with].concat());
+    assert!(said.contains("against tract") && said.contains("times ours ["), "{said}");
+    let tract = json(&sandbox, "infer.json")["cases"][0]["against"][0].clone();
+    assert_eq!((&tract["pairs"], &tract["peer"]), (&20.into(), &"tract".into()));
+    let ratio = &tract["ratio"];
+    let [low, estimate, high] =
+        ["low", "estimate", "high"].map(|name| ratio[name].as_f64().unwrap());
+    assert!(0.0 < low && low <= estimate && estimate <= high, "{ratio}");
+    assert!(tract["difference"].as_f64().unwrap() < 1e-4, "{tract}");
+}

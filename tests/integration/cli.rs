@@ -11,7 +11,9 @@ fn help_says_where_to_start() {
 #[test]
 fn every_command_has_an_example() {
     let sandbox = Sandbox::new();
-    for command in ["demo", "simulate", "events", "train", "eval", "infer", "info", "sensor"] {
+    for command in
+        ["demo", "simulate", "events", "train", "eval", "infer", "export", "info", "sensor"]
+    {
         let help = sandbox.ok(&[command, "--help"]);
         assert!(help.contains(&format!("evpose {command}")), "{command}:\n{help}");
     }

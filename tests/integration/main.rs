@@ -9,6 +9,7 @@ mod cli;
 mod conditions;
 mod demo;
 mod events;
+mod export;
 mod files;
 mod gap;
 mod harness;

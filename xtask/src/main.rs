@@ -66,8 +66,13 @@ const SLOW: &[Step] = &[
         env: &[],
     },
     Step {
-        why: "other decoders in the benchmarks compile",
-        args: &["clippy", "--features", "peers", "--quiet", "--", "-D", "warnings"],
+        why: "other programs in the benchmarks compile",
+        args: &["clippy", "--features=peers", "--all-targets", "--quiet", "--", "-D", "warnings"],
+        env: &[],
+    },
+    Step {
+        why: "networks say in tract what they say in ours",
+        args: &["test", "--release", "--features=peers", "--bin=evpose", "peers"],
         env: &[],
     },
     Step {
@@ -88,7 +93,8 @@ const SLOW: &[Step] = &[
 const USAGE: &str = "usage: cargo xtask ci|slow
 
   ci    formatting, lints, documentation, all tests, what the benchmark is built from (what CI runs)
-  slow  the ndarray agreement test; files for Rerun; peers, fuzz targets, wgpu and cuda compile";
+  slow  the ndarray agreement test; files for Rerun; networks in tract; peers, fuzz targets, wgpu
+        and cuda compile";
 
 struct Step {
     why: &'static str,

@@ -13,7 +13,7 @@ pub(super) enum Runner<'a> {
     /// Our engine, which takes one window at a time.
     Engine(Box<Engine>),
     /// Burn, on a device.
-    Burn(&'a HandRegressor, &'a Device),
+    Burn(Box<dyn Fn(Tensor<4>) + 'a>, &'a Device),
 }
 
 impl<'a> Runner<'a> {
@@ -24,7 +24,9 @@ impl<'a> Runner<'a> {
         device: &'a Device,
     ) -> Result<Self> {
         if *device != Device::flex() {
-            return Ok(Self::Burn(network, device));
+            // Reading the result back makes a device that works in the background finish.
+            let forward = |images| drop(std::hint::black_box(network.forward(images).into_data()));
+            return Ok(Self::Burn(Box::new(forward), device));
         }
         let options = EngineOptions::default().with_threads(rayon::current_num_threads());
         let engine = Engine::compile(&network.graph(), [channels, height, width], options)?;
@@ -41,12 +43,11 @@ impl<'a> Runner<'a> {
                 }
                 started.elapsed().as_secs_f64() * 1e3
             }
-            Self::Burn(network, device) => {
+            Self::Burn(forward, device) => {
                 let data = TensorData::new(values.to_vec(), input);
                 let surfaces = Tensor::<4>::from_data(data, *device);
                 let started = Instant::now();
-                // Reading the result back makes a device that works in the background finish.
-                std::hint::black_box(network.forward(surfaces).into_data());
+                forward(surfaces);
                 started.elapsed().as_secs_f64() * 1e3
             }
         }
@@ -59,9 +60,9 @@ pub(super) fn windows(input: [usize; 4], seed: u64) -> Vec<f32> {
     (0..input.iter().product()).map(|_| rng.unit()).collect()
 }
 
-/// Times of `runs` predictions on random windows of shape `input` in milliseconds, sorted, after a
-/// tenth as many to warm up.
-pub(super) fn sorted_ms(
+/// Times of `runs` predictions on random windows of shape `input` in milliseconds, in their order, after
+/// a tenth as many to warm up.
+pub(super) fn times_ms(
     runner: &mut Runner<'_>,
     input: [usize; 4],
     runs: usize,
@@ -71,7 +72,17 @@ pub(super) fn sorted_ms(
     for _ in 0..runs.div_ceil(10) {
         runner.once(&values, input);
     }
-    let mut times_ms: Vec<f64> = (0..runs).map(|_| runner.once(&values, input)).collect();
+    (0..runs).map(|_| runner.once(&values, input)).collect()
+}
+
+/// The same, sorted.
+pub(super) fn sorted_ms(
+    runner: &mut Runner<'_>,
+    input: [usize; 4],
+    runs: usize,
+    seed: u64,
+) -> Vec<f64> {
+    let mut times_ms = times_ms(runner, input, runs, seed);
     times_ms.sort_by(f64::total_cmp);
     times_ms
 }

@@ -2,7 +2,7 @@
 
 pub(crate) mod ablate;
 mod account;
-mod bench_infer;
+pub(crate) mod bench_infer;
 mod bench_io;
 mod bench_repr;
 mod bench_sensor;
@@ -16,6 +16,7 @@ mod data_set;
 mod demo;
 mod eval;
 mod events;
+mod export;
 pub(crate) mod gap;
 pub(crate) mod held_out;
 mod infer;
@@ -50,6 +51,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode> {
         Command::Train(args) => train::run(&args),
         Command::Eval(args) => eval::run(&args),
         Command::Infer(args) => infer::run(&args),
+        Command::Export(args) => export::run(&args),
         Command::Bench(BenchCommand::Infer(args)) => bench_infer::run(&args),
         Command::Sensor(command) => sensor::run(&command),
         Command::Bench(BenchCommand::Sensor(args)) => bench_sensor::run(&args),

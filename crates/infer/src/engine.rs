@@ -64,8 +64,8 @@ pub struct Engine {
     images: Vec<Image>,
     scratch: Scratch,
     input: Slot,
-    output: Slot,
-    values: Vec<f32>,
+    outputs: Vec<Slot>,
+    values: Vec<Vec<f32>>,
 }
 
 /// A step, and where its images are.
@@ -94,7 +94,8 @@ impl Engine {
         let shapes = shapes(graph, input)?;
         let work = work(graph, &shapes, level)?;
         let plan = plan(graph, &shapes, work);
-        let values = vec![0.0; shapes[graph.output].iter().product()];
+        let blank = |id: &usize| vec![0.0; shapes[*id].iter().product()];
+        let values = graph.outputs.iter().map(blank).collect();
         Ok(Self {
             team: Team::new(threads),
             level,
@@ -103,7 +104,7 @@ impl Engine {
             layers: plan.layers.into(),
             scratch: Scratch::default(),
             input: plan.input,
-            output: plan.output,
+            outputs: plan.outputs,
             values,
         })
     }
@@ -119,21 +120,24 @@ impl Engine {
             images: self.images.clone(),
             scratch: Scratch::default(),
             input: self.input,
-            output: self.output,
+            outputs: self.outputs.clone(),
             values: self.values.clone(),
         }
     }
 
-    /// What the network says of an image `[channels][height][width]`.
+    /// What the network says of an image `[channels][height][width]`: each of its outputs in the same
+    /// order, in the order of [`Graph::outputs`].
     ///
     /// # Panics
     /// If the image has another size than it was compiled for.
-    pub fn run(&mut self, input: &[f32]) -> &[f32] {
+    pub fn run(&mut self, input: &[f32]) -> &[Vec<f32>] {
         self.images[self.input].read_planes(input);
         for step in 0..self.steps.len() {
             self.step(step);
         }
-        self.images[self.output].write_planes(&mut self.values);
+        for (output, values) in self.outputs.iter().zip(&mut self.values) {
+            self.images[*output].write_planes(values);
+        }
         &self.values
     }
 
@@ -213,7 +217,7 @@ struct Plan {
     layers: Vec<Layer>,
     memory: Memory,
     input: Slot,
-    output: Slot,
+    outputs: Vec<Slot>,
 }
 
 /// Gives every image its memory, which others have before and after it.
@@ -226,7 +230,7 @@ fn plan(graph: &Graph, shapes: &[Shape], work: Vec<Work>) -> Plan {
         borders[inputs[0]] = borders[inputs[0]].max(step.border());
         inputs.iter().for_each(|input| last[*input] = last[*input].max(id));
     }
-    last[graph.output] = count;
+    graph.outputs.iter().for_each(|output| last[*output] = count);
     let mut memory = Memory::default();
     let mut slots = vec![0; count];
     slots[0] = memory.take(shapes[0], borders[0]);
@@ -243,7 +247,8 @@ fn plan(graph: &Graph, shapes: &[Shape], work: Vec<Work>) -> Plan {
         done.dedup();
         done.into_iter().for_each(|input| memory.give(slots[input]));
     }
-    Plan { steps, layers, memory, input: slots[0], output: slots[graph.output] }
+    let outputs = graph.outputs.iter().map(|output| slots[*output]).collect();
+    Plan { steps, layers, memory, input: slots[0], outputs }
 }
 
 fn layer(graph: &Graph, id: usize, step: &Step, inputs: &[usize], shapes: &[Shape]) -> Layer {

@@ -32,7 +32,7 @@ pub(crate) enum Fused {
 pub(crate) fn fused(graph: &Graph) -> Vec<Fused> {
     let mut seen = vec![0; graph.nodes.len()];
     graph.nodes.iter().flat_map(|node| &node.inputs).for_each(|id| seen[*id] += 1);
-    seen[graph.output] += 1;
+    graph.outputs.iter().for_each(|id| seen[*id] += 1);
     let mut fused: Vec<Fused> = Vec::with_capacity(graph.nodes.len());
     for (id, node) in graph.nodes.iter().enumerate() {
         let new = match &node.operation {

@@ -21,3 +21,4 @@ mod step;
 pub use engine::{Engine, EngineOptions, Layer};
 pub use error::InferError;
 pub use evpose_kernels::Level;
+pub use shapes::{Shape, shapes};

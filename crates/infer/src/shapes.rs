@@ -5,13 +5,13 @@ use evpose_nn::graph::{ConvLayer, Graph, Node, Operation};
 use crate::InferError;
 
 /// Channels, rows and columns.
-pub(crate) type Shape = [usize; 3];
+pub type Shape = [usize; 3];
 
 /// The shape of every node's output for an image of this shape.
 ///
 /// # Errors
-/// If a layer does not fit what it is given.
-pub(crate) fn shapes(graph: &Graph, input: Shape) -> Result<Vec<Shape>, InferError> {
+/// [`InferError::Shape`] if a layer does not fit what it is given.
+pub fn shapes(graph: &Graph, input: Shape) -> Result<Vec<Shape>, InferError> {
     let mut shapes: Vec<Shape> = Vec::with_capacity(graph.nodes.len());
     for node in &graph.nodes {
         let inputs: Vec<Shape> = node.inputs.iter().map(|id| shapes[*id]).collect();
@@ -56,6 +56,15 @@ fn output(node: &Node, inputs: &[Shape], image: Shape) -> Result<Shape, InferErr
         }
         Operation::Channels(range) => [range.len(), height, width],
         Operation::Interleave => [2 * channels, height, width],
+        Operation::Upsample => [channels, 2 * height, 2 * width],
+        Operation::Add if inputs[0] != inputs[1] => {
+            let [one, other] = [inputs[0], inputs[1]].map(|[channels, height, width]| {
+                format!("{channels} channels of {height}x{width} pixels")
+            });
+            return Err(fault(format!(
+                "{one} cannot be added to {other}; images of another size might fit"
+            )));
+        }
         _ => first,
     };
     if shape.contains(&0) {

@@ -3,7 +3,7 @@
 use evpose_kernels::Level;
 use evpose_kernels::blocked::{
     Conv, ConvShape, Depthwise, DepthwiseShape, Image, MaxPool, Scratch, Team, TileSize, Winograd,
-    add, flatten, gather, mean_pool,
+    add, affine, flatten, gather, mean_pool, sigmoid, upsample,
 };
 use evpose_nn::graph::{Activation, ConvLayer, LinearLayer, Node, Operation};
 
@@ -32,6 +32,10 @@ pub(crate) enum Step {
     /// Channels of the output are those of the input from here on.
     Channels(usize),
     Interleave,
+    Upsample,
+    Sigmoid,
+    /// Factor and offset.
+    Affine([f32; 2]),
 }
 
 /// What a step works with.
@@ -67,6 +71,9 @@ impl Step {
             Operation::Relu => Ok(Self::Sum(Activation::Relu)),
             Operation::Channels(range) => Ok(Self::Channels(range.start)),
             Operation::Interleave => Ok(Self::Interleave),
+            Operation::Upsample => Ok(Self::Upsample),
+            Operation::Sigmoid => Ok(Self::Sigmoid),
+            Operation::Affine { factor, offset } => Ok(Self::Affine([*factor, *offset])),
             other => missing(&format!("operation {other:?}")),
         }
     }
@@ -144,6 +151,9 @@ impl Step {
             Self::Flatten => "flatten",
             Self::Sum(_) => "sum",
             Self::Channels(_) | Self::Interleave => "channels",
+            Self::Upsample => "upsample",
+            Self::Sigmoid => "sigmoid",
+            Self::Affine(_) => "affine",
         }
     }
 
@@ -176,6 +186,9 @@ impl Step {
                 let both = [input, inputs[1]];
                 gather(output, |channel| (both[channel % 2], channel / 2));
             }
+            Self::Upsample => upsample(team, level, input, output),
+            Self::Sigmoid => sigmoid(team, level, input, output),
+            Self::Affine(by) => affine(team, level, input, *by, output),
         }
     }
 }

@@ -2,10 +2,11 @@
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
+use burn::module::Module;
 use burn::tensor::{Device, Tensor, TensorData};
 use evpose_infer::{Engine, EngineOptions, InferError, Level};
 use evpose_nn::graph::{Graph, Operation};
-use evpose_nn::{BACKBONES, HandRegressor, HandRegressorConfig};
+use evpose_nn::{BACKBONES, HandRegressor, HandRegressorConfig, MoveEnetConfig};
 
 /// Numbers between 0 and 1, as representations have.
 fn image(seed: u32, count: usize) -> Vec<f32> {
@@ -19,10 +20,14 @@ fn image(seed: u32, count: usize) -> Vec<f32> {
 
 fn network(backbone: &str, width: f32) -> HandRegressor {
     let config = HandRegressorConfig { backbone: backbone.to_owned(), width };
-    let network = config.init(7, &Device::flex()).unwrap();
-    // Statistics that are not those of a network that has seen nothing.
+    that_has_seen(&config.init(7, &Device::flex()).unwrap(), 1.0)
+}
+
+/// Gives a network statistics that are not those of one that has seen nothing, and normalisations that
+/// give values about this size.
+fn that_has_seen<M: Module>(network: &M, size: f32) -> M {
     evpose_nn::parameters::fill(network.clone(), {
-        let mut values = evpose_nn::parameters::read(&network).into_iter();
+        let mut values = evpose_nn::parameters::read(network).into_iter();
         move |slot| {
             let (_, values) = values.next().unwrap();
             let noise = image(values.len() as u32, values.len());
@@ -30,7 +35,9 @@ fn network(backbone: &str, width: f32) -> HandRegressor {
             match slot.name() {
                 "running_var" => pairs.map(|(value, noise)| value * (0.5 + noise)).collect(),
                 "running_mean" | "beta" => pairs.map(|(_, noise)| 0.2 * noise - 0.1).collect(),
-                "gamma" => pairs.map(|(value, noise)| value * (0.75 + 0.5 * noise)).collect(),
+                "gamma" => {
+                    pairs.map(|(value, noise)| size * value * (0.75 + 0.5 * noise)).collect()
+                }
                 _ => pairs.map(|(value, _)| value).collect(),
             }
         }
@@ -64,7 +71,7 @@ fn every_network_says_what_it_says_in_burn() {
                 for threads in [1, 3] {
                     let options = EngineOptions::default().with_threads(threads).with_level(level);
                     let mut engine = Engine::compile(&graph, [2, height, width], options).unwrap();
-                    let apart = apart(engine.run(&input), &want);
+                    let apart = apart(&engine.run(&input)[0], &want);
                     let what = format!("{} {height}x{width} {level} {threads}", entry.name);
                     assert!(apart < 1e-4, "{what}: {apart}");
                     // The same bits in every run, from any number of threads.
@@ -74,6 +81,71 @@ fn every_network_says_what_it_says_in_burn() {
                 }
             }
         }
+    }
+}
+
+#[test]
+fn the_maps_of_move_enet_are_those_of_burn() {
+    let device = Device::flex();
+    // Statistics of no training let every repetition double its values, up to logits of 40,000. Of
+    // those, sigmoids would show rounding and nothing else.
+    let network = that_has_seen(&MoveEnetConfig::default().init(7, &device).unwrap(), 0.6);
+    let graph = network.graph();
+    // At odd sizes, halves are rounded up, to multiples of what the coarsest level has.
+    for [height, width] in [[192, 192], [128, 128], [157, 191]] {
+        let input: Vec<f32> =
+            image(3, 3 * height * width).into_iter().map(|value| 255.0 * value).collect();
+        let data = TensorData::new(input.clone(), [1, 3, height, width]);
+        let want: Vec<Vec<f32>> = network
+            .forward(Tensor::from_data(data, &device))
+            .into_array()
+            .map(|map| map.into_data().iter().collect())
+            .into();
+        for level in Level::available() {
+            let mut first = None;
+            for threads in [1, 3] {
+                let options = EngineOptions::default().with_threads(threads).with_level(level);
+                let mut engine = Engine::compile(&graph, [3, height, width], options).unwrap();
+                let what = format!("{height}x{width} {level} {threads}");
+                let ours = engine.run(&input).to_vec();
+                assert_eq!(ours.len(), 4);
+                for (ours, want) in ours.iter().zip(&want) {
+                    let apart = apart(ours, want);
+                    assert!(apart < 1e-4, "{what}: {apart}");
+                }
+                let bits = first.get_or_insert_with(|| ours.clone());
+                assert_eq!(&ours, bits, "{what}");
+                assert_eq!(engine.another().run(&input), bits, "{what}");
+            }
+        }
+    }
+    let options = EngineOptions::default();
+    let engine = Engine::compile(&graph, [3, 192, 192], options).unwrap();
+    let products: u64 = engine.layers().iter().map(|layer| layer.products).sum();
+    assert_eq!(products / 100_000, 2242, "{products}, and 224.2 million as published");
+    let odd = Engine::compile(&graph, [3, 180, 240], options).err().unwrap();
+    assert!(matches!(&odd, InferError::Shape { layer, .. } if layer == "add"), "{odd}");
+}
+
+#[test]
+fn whatever_is_asked_for_is_told_beside_the_end() {
+    let network = network("resnet18", 0.25);
+    let mut graph = network.graph();
+    let input = image(3, 2 * 45 * 60);
+    let run = |graph: &Graph| {
+        let options = EngineOptions::default();
+        Engine::compile(graph, [2, 45, 60], options).unwrap().run(&input).to_vec()
+    };
+    let end = run(&graph);
+    // Sums that others take up and change, where nobody asks for them.
+    let is_sum = |id: &usize| graph.nodes[*id].operation == Operation::Add;
+    let sums: Vec<_> = (0..graph.nodes.len()).filter(is_sum).collect();
+    graph.outputs = [sums.clone(), graph.outputs.clone()].concat();
+    let told = run(&graph);
+    assert!(apart(&told[sums.len()], &end[0]) < 1e-5);
+    for (id, values) in sums.into_iter().zip(told) {
+        let alone = Graph { nodes: graph.nodes[..=id].to_vec(), outputs: vec![id] };
+        assert!(apart(&values, &run(&alone)[0]) < 1e-5, "node {id}");
     }
 }
 

@@ -37,6 +37,14 @@ pub enum NnError {
         /// The names there are.
         known: String,
     },
+    /// No network has this name.
+    #[error("no network is called `{name}`: choose one of {known}")]
+    UnknownNetwork {
+        /// The name given.
+        name: String,
+        /// The names there are.
+        known: String,
+    },
     /// A network this wide cannot be built.
     #[error(
         "`width` must give every layer at least one channel, at most 8 times the published width; got {width}"
@@ -44,6 +52,12 @@ pub enum NnError {
     Width {
         /// The width given, relative to the published network.
         width: f32,
+    },
+    /// A count of a network's shape is zero.
+    #[error("`{field}` must be at least 1")]
+    TooFew {
+        /// The field of the configuration.
+        field: &'static str,
     },
     /// A file could not be read or written at all.
     #[error("{}: {source}", path.display())]

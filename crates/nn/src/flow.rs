@@ -11,7 +11,9 @@ use burn::nn::Linear;
 use burn::nn::conv::Conv2d;
 use burn::nn::pool::{AdaptiveAvgPool2d, MaxPool2d};
 use burn::tensor::Tensor;
-use burn::tensor::activation::relu;
+use burn::tensor::activation::{relu, sigmoid};
+use burn::tensor::module::interpolate;
+use burn::tensor::ops::{InterpolateMode, InterpolateOptions};
 
 use crate::conv_norm::ConvNorm;
 use crate::ops::{self, Activation};
@@ -44,6 +46,16 @@ pub(crate) trait Flow: Clone {
 
     /// The channels of both in turn: the first of one, the first of the other, the second of one.
     fn interleave(self, other: Self) -> Self;
+
+    /// Twice as many rows and columns, each value between the four nearest pixels; pixels are squares
+    /// about their centres, and beyond the outermost centres the values stay.
+    fn upsample(self) -> Self;
+
+    /// `1 / (1 + exp(-self))`.
+    fn sigmoid(self) -> Self;
+
+    /// `factor * self + offset`.
+    fn affine(self, factor: f32, offset: f32) -> Self;
 
     /// Means, flattened.
     fn means(self, layer: &AdaptiveAvgPool2d) -> Self::Vector;
@@ -93,6 +105,22 @@ impl Flow for Tensor<4> {
         let [batch, channels, height, width] = self.dims();
         let pairs: Tensor<5> = Tensor::stack(vec![self, other], 2);
         pairs.reshape([batch, 2 * channels, height, width])
+    }
+
+    fn upsample(self) -> Self {
+        let [_, _, height, width] = self.dims();
+        let options = InterpolateOptions::new(InterpolateMode::Bilinear)
+            .with_align_corners(false)
+            .with_output_size([2 * height, 2 * width]);
+        interpolate(self, options)
+    }
+
+    fn sigmoid(self) -> Self {
+        sigmoid(self)
+    }
+
+    fn affine(self, factor: f32, offset: f32) -> Self {
+        self * factor + offset
     }
 
     fn means(self, layer: &AdaptiveAvgPool2d) -> Self::Vector {

@@ -57,6 +57,18 @@ pub enum Operation {
     Channels(Range<usize>),
     /// The channels of two images in turn.
     Interleave,
+    /// Twice as many rows and columns. Row `y` lies at `(y + 0.5) / 2 - 0.5` of the input, between the
+    /// two nearest of its rows; beyond the outermost, the values stay. So do columns.
+    Upsample,
+    /// `1 / (1 + exp(-x))`.
+    Sigmoid,
+    /// `factor * x + offset`.
+    Affine {
+        /// What values are multiplied by.
+        factor: f32,
+        /// What is added.
+        offset: f32,
+    },
 }
 
 /// A convolution with what follows it.
@@ -109,8 +121,8 @@ pub struct Node {
 pub struct Graph {
     /// The first is the input.
     pub nodes: Vec<Node>,
-    /// What the network says.
-    pub output: NodeId,
+    /// What the network says, each of it.
+    pub outputs: Vec<NodeId>,
 }
 
 impl Graph {
@@ -119,15 +131,15 @@ impl Graph {
     pub(crate) fn of<M: Module>(
         module: &M,
         channels: usize,
-        forward: impl FnOnce(Written) -> Written,
+        forward: impl FnOnce(Written) -> Vec<Written>,
     ) -> Self {
         let nodes = Nodes { list: Vec::new(), paths: paths(module) };
         let nodes = Rc::new(RefCell::new(nodes));
         let blank = Written { id: 0, channels, nodes: Rc::clone(&nodes) };
         let input = blank.node("input", Operation::Input, vec![], channels);
-        let output = forward(input).id;
+        let outputs = forward(input).into_iter().map(|output| output.id).collect();
         let nodes = std::mem::take(&mut nodes.borrow_mut().list);
-        Self { nodes, output }
+        Self { nodes, outputs }
     }
 }
 
@@ -256,6 +268,18 @@ impl Flow for Written {
     fn interleave(self, other: Self) -> Self {
         let channels = 2 * self.channels;
         self.node("interleave", Operation::Interleave, vec![self.id, other.id], channels)
+    }
+
+    fn upsample(self) -> Self {
+        self.next("upsample", Operation::Upsample, self.channels)
+    }
+
+    fn sigmoid(self) -> Self {
+        self.next("sigmoid", Operation::Sigmoid, self.channels)
+    }
+
+    fn affine(self, factor: f32, offset: f32) -> Self {
+        self.next("affine", Operation::Affine { factor, offset }, self.channels)
     }
 
     fn means(self, layer: &AdaptiveAvgPool2d) -> Self {

@@ -14,7 +14,7 @@ use crate::parameters::{Slot, trained_count};
 use crate::{Backbone, NnError};
 
 /// Channels of an event image: negative and positive.
-const EVENT_CHANNELS: usize = 2;
+pub(crate) const EVENT_CHANNELS: usize = 2;
 /// Channels the backbones were designed for.
 const IMAGE_CHANNELS: usize = 3;
 const KERNEL: usize = 3;
@@ -97,7 +97,7 @@ impl HandRegressor {
 
     /// The network, layer by layer, with its weights.
     pub fn graph(&self) -> Graph {
-        Graph::of(self, EVENT_CHANNELS, |events| self.flow(events))
+        Graph::of(self, EVENT_CHANNELS, |events| vec![self.flow(events)])
     }
 
     fn flow<F: Flow>(&self, events: F) -> F::Vector {
@@ -181,8 +181,8 @@ mod tests {
                 let found = graph.nodes.iter().filter(|node| node.name == layer).count();
                 assert_eq!(found, 1, "{}: {layer}", entry.name);
             }
-            assert_eq!(graph.output + 1, graph.nodes.len());
-            assert_eq!(graph.nodes[graph.output].channels, PARAMETERS);
+            assert_eq!(graph.outputs, [graph.nodes.len() - 1]);
+            assert_eq!(graph.nodes[graph.outputs[0]].channels, PARAMETERS);
             for (id, node) in graph.nodes.iter().enumerate() {
                 assert!(node.inputs.iter().all(|input| *input < id), "{}", node.name);
             }

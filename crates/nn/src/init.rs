@@ -41,6 +41,17 @@ impl Law {
         Self::Normal { deviation: (2.0 / (channels_out * kernel_y * kernel_x) as f32).sqrt() }
     }
 
+    /// # Model
+    /// Deviation `sqrt(2 / fan_in)`, `fan_in` the products that an output sums up: ReLUs halve the
+    /// variance of values, the 2 restores it.
+    ///
+    /// # Source
+    /// As [`kaiming_fan_out`](Self::kaiming_fan_out), with the default fan of PyTorch.
+    pub(crate) fn kaiming_fan_in(weight_shape: &[usize]) -> Self {
+        let fan_in: usize = weight_shape.iter().skip(1).product();
+        Self::Normal { deviation: (2.0 / fan_in as f32).sqrt() }
+    }
+
     /// PyTorch's default for the weight and bias of linear layers and convolutions.
     pub(crate) fn torch_default(fan_in: usize) -> Self {
         Self::Uniform { bound: 1.0 / (fan_in as f32).sqrt() }

@@ -3,6 +3,8 @@
 //! * [`DeviceKind`]: what the arithmetic runs on, chosen by name at run time.
 //! * [`HandRegressorConfig`], [`HandRegressor`]: the EventHands network, events to 12 numbers.
 //! * [`Backbone`], [`BACKBONES`], [`backbone_called`]: what can stand inside it, by name.
+//! * [`MoveEnetConfig`], [`MoveEnet`]: the MoveEnet network, events to the maps of a body's joints.
+//! * [`Network`]: any of them by name.
 //! * [`Graph`](graph::Graph): such a network written down, for engines that compile it.
 //! * [`HandLoss`]: what it is trained on.
 //! * [`set_training_kernels`]: the arithmetic of training on the CPU, ours or Burn's.
@@ -13,6 +15,7 @@
 //! ([`parameters`]), so that a file with one parameter too few or too many is an error.
 
 mod backbone;
+mod channels;
 mod conv_norm;
 mod device;
 mod error;
@@ -21,6 +24,8 @@ pub mod graph;
 mod hand_regressor;
 mod init;
 mod loss;
+mod move_enet;
+mod network;
 mod ops;
 pub mod parameters;
 pub mod weights;
@@ -33,4 +38,6 @@ pub use device::DeviceKind;
 pub use error::NnError;
 pub use hand_regressor::{HandRegressor, HandRegressorConfig};
 pub use loss::{HandLoss, HandLossConfig, HandLossParts};
+pub use move_enet::{MoveEnet, MoveEnetConfig};
+pub use network::{MOVE_ENET, Network};
 pub use ops::set_training_kernels;

@@ -4,13 +4,13 @@
 
 mod golden;
 
-use burn::module::{Module, ModuleVisitor, Param, ParamId};
+use burn::module::Module;
 use burn::optim::{AdamConfig, GradientsParams};
 use burn::tensor::{Device, Tensor};
 use evpose_nn::parameters::{Slot, fill, read};
 use evpose_nn::weights::load_pytorch;
 use evpose_nn::{BACKBONES, HandLoss, HandRegressor, HandRegressorConfig, NnError};
-use golden::{data, golden, hashed, images, small, targets, values, worst};
+use golden::{data, first_id, golden, hashed, images, small, targets, values, worst};
 
 const TOLERANCE: f32 = 1e-4;
 
@@ -90,7 +90,7 @@ fn every_backbone_has_the_gradient_of_torchvision() {
         let difference = objective.clone().into_scalar::<f32>() - expected.objective;
         assert!(difference.abs() < 1e-5, "{backbone}: {difference}");
         let gradients = GradientsParams::from_grads(objective.backward(), &network);
-        let id = weight_id(&network);
+        let id = first_id(&network);
         let gradient = values(gradients.get::<4>(id).unwrap());
         // The numbers are of double precision. In single precision PyTorch itself is off by up to
         // 3 % of the largest: fifty normalisations of few pixels amplify rounding.
@@ -98,19 +98,6 @@ fn every_backbone_has_the_gradient_of_torchvision() {
         let error = worst(&gradient, &expected.conv1_weight) / largest;
         assert!(error < 0.06, "{backbone}: {error}");
     }
-}
-
-/// The first parameter of a network: the weight of its first convolution.
-fn weight_id(network: &HandRegressor) -> ParamId {
-    struct First(Option<ParamId>);
-    impl ModuleVisitor for First {
-        fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
-            self.0.get_or_insert(param.id);
-        }
-    }
-    let mut first = First(None);
-    network.visit(&mut first);
-    first.0.unwrap()
 }
 
 /// The values of the tensor at `position` in PyTorch's order of tensors.

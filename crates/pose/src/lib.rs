@@ -2,11 +2,13 @@
 //!
 //! * [`HandParams`]: the 12 numbers EventHands regresses.
 //! * [`HandSide`], [`Mirror`]: left hands as mirrored right ones.
+//! * [`body`]: the maps that a network tells of a body, and the joints in them.
 //! * [`EVALUATION_JOINTS`]: the 21 points of the hand that are evaluated, in their published order.
 //! * [`filter`]: smoothing over time.
 //! * [`metric`]: errors, curves under which areas are taken, and intervals.
 //! * [`rotation`]: axis-angle vectors, matrices, distances.
 
+pub mod body;
 mod error;
 pub mod filter;
 mod hand_params;

@@ -103,7 +103,7 @@ impl Compiled {
                 Some(engine) => engine,
                 None => compile(threads)?,
             };
-            return Ok(self.alone.insert(engine).run(windows).to_vec());
+            return Ok(self.alone.insert(engine).run(windows).concat());
         }
         let count = windows.len() / size;
         let parts = threads.clamp(1, count.max(1));
@@ -120,7 +120,7 @@ impl Compiled {
             .par_iter_mut()
             .zip(windows.par_chunks(part))
             .map(|(engine, windows)| {
-                windows.chunks(size).flat_map(|window| engine.run(window).to_vec()).collect()
+                windows.chunks(size).flat_map(|window| engine.run(window).concat()).collect()
             })
             .collect();
         Ok(values.concat())

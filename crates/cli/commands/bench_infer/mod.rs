@@ -1,105 +1,101 @@
 //! `evpose bench infer`: how long one prediction takes.
 
+mod against;
+mod case;
 mod layers;
+mod networks;
+mod noise;
+pub(crate) mod peers;
+pub(crate) mod precision;
 
-use anyhow::Result;
-use evpose_train::untrained;
-use layers::LayerTime;
+use anyhow::{Result, ensure};
+use burn::tensor::Device;
+use evpose_infer::{Engine, EngineOptions, Level};
+use evpose_kernels::blocked::{Team, peak_gflop_per_s};
 use serde::Serialize;
 
 use crate::args::BenchInferArgs;
-use crate::commands::latency::{self, Runner};
-use crate::commands::{as_json, config_source, device};
+use crate::commands::{as_json, config_source, use_threads};
 use crate::machine::Machine;
 use crate::progress::say;
 use crate::run_info::COMMIT;
-use crate::timing::{outliers, quantile};
+use case::{Case, Setting};
 
 /// What a benchmark measured and where.
 #[derive(Debug, Serialize)]
 struct Report {
-    network: String,
-    width: f32,
-    parameters: usize,
-    input: [usize; 4],
-    device: String,
     machine: Machine,
     commit: &'static str,
-    runs: usize,
-    p50_ms: f64,
-    p95_ms: f64,
-    p99_ms: f64,
-    mean_ms: f64,
-    min_ms: f64,
-    windows_per_second: f64,
-    /// Modified z-scores above 3.5 (Iglewicz and Hoaglin 1993): signs of a busy machine.
-    outliers: usize,
-    /// What computed: our engine or Burn.
-    by: &'static str,
+    device: String,
+    seed: u64,
+    peaks: Vec<Peak>,
+    cases: Vec<Case>,
+}
+
+/// What the processor can do at best.
+#[derive(Debug, Serialize)]
+struct Peak {
+    level: String,
     threads: usize,
-    layers: Vec<LayerTime>,
+    /// Of 32 bits, in registers only.
+    gflop_per_s: f64,
 }
 
 pub(crate) fn run(args: &BenchInferArgs) -> Result<()> {
     let config = config_source::load(&args.config, &[])?;
-    let target = device(&args.device)?;
-    let network = untrained(&config, &target)?;
-    let sensor = config.simulation.image_size();
-    let input = [args.batch, 2, usize::from(sensor.height), usize::from(sensor.width)];
-    let mut runner = if args.burn {
-        Runner::Burn(&network, &target)
-    } else {
-        Runner::usual(&network, input, &target)?
-    };
-    let times_ms = latency::sorted_ms(&mut runner, input, args.runs.max(1), config.seed);
-    let by = if matches!(runner, Runner::Engine(_)) { "the engine" } else { "Burn" };
-    let layers = match &mut runner {
-        Runner::Engine(engine) if args.layers => layers::timed(engine, input, config.seed),
-        _ => Vec::new(),
-    };
-
-    let mean_ms = times_ms.iter().sum::<f64>() / times_ms.len() as f64;
-    let report = Report {
-        network: config.network.backbone.clone(),
-        width: config.network.width,
-        parameters: burn::module::Module::num_params(&network),
-        input,
-        device: args.device.device.name().to_owned(),
-        machine: Machine::this(),
+    let device = args.device.resolve()?;
+    let is_engine = !args.burn && device == Device::flex();
+    ensure!(
+        is_engine || args.threads.len() <= 1 && args.against.is_empty(),
+        "several numbers of threads and --against are for our engine, on the device flex"
+    );
+    ensure!(
+        args.against.is_empty() || args.batch == 1,
+        "other runtimes are given one window at a time: leave --batch out"
+    );
+    if !is_engine {
+        use_threads(args.threads.first().copied())?;
+    }
+    let machine = Machine::this();
+    let threads =
+        if args.threads.is_empty() { vec![machine.threads] } else { args.threads.clone() };
+    let level = args.level.unwrap_or_else(Level::best);
+    say(format!("machine   {machine}"));
+    let mut report = Report {
+        machine,
         commit: COMMIT,
-        runs: times_ms.len(),
-        p50_ms: quantile(&times_ms, 0.50),
-        p95_ms: quantile(&times_ms, 0.95),
-        p99_ms: quantile(&times_ms, 0.99),
-        mean_ms,
-        min_ms: times_ms[0],
-        windows_per_second: args.batch as f64 * 1e3 / mean_ms,
-        outliers: outliers(&times_ms),
-        by,
-        threads: rayon::current_num_threads(),
-        layers,
+        device: args.device.name().to_owned(),
+        seed: config.seed,
+        peaks: Vec::new(),
+        cases: Vec::new(),
     };
-    say(format!("machine   {}", report.machine));
-    say(format!(
-        "network   {} of width {}, {} parameters, input {:?}, on {} by {by}, {} threads",
-        report.network,
-        report.width,
-        report.parameters,
-        report.input,
-        report.device,
-        report.threads
-    ));
-    say(format!(
-        "latency   p50 {:.2} ms  p95 {:.2} ms  p99 {:.2} ms  ({} runs, mean {:.2}, min {:.2})",
-        report.p50_ms, report.p95_ms, report.p99_ms, report.runs, report.mean_ms, report.min_ms
-    ));
-    say(format!("through   {:.1} windows/s", report.windows_per_second));
-    layers::table(&report.layers).iter().for_each(say);
-    if report.outliers * 10 > report.runs {
-        say(format!(
-            "warning   {} of {} runs were outliers: the machine was busy, measure again",
-            report.outliers, report.runs
-        ));
+    if is_engine {
+        report.peaks = threads.iter().map(|threads| Peak::of(*threads, level)).collect();
+    }
+    for name in networks::names(&config, &args.network)? {
+        let network = networks::network(&config, &name, &device)?;
+        let setting = Setting { args, network: &network, seed: config.seed };
+        if !is_engine {
+            report.cases.push(setting.burn(network.burn(&device), threads[0]));
+            continue;
+        }
+        for precision in &args.precision {
+            for peak in &report.peaks {
+                let options = EngineOptions::default().with_threads(peak.threads).with_level(level);
+                let options = precision.options(options);
+                let engine = Engine::compile(&network.graph, network.input, options)?;
+                report.cases.push(setting.engine(engine, *precision, peak)?);
+            }
+        }
     }
     as_json(args.json.as_deref(), &report)
+}
+
+impl Peak {
+    /// Measures it.
+    fn of(threads: usize, level: Level) -> Self {
+        let gflop_per_s = peak_gflop_per_s(&Team::new(threads), level);
+        say(format!("peak      {gflop_per_s:.1} GFLOP/s in f32 by {level}, {threads} threads"));
+        Self { level: level.to_string(), threads, gflop_per_s }
+    }
 }

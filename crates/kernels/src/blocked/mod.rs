@@ -7,7 +7,10 @@
 //! * [`PackedConv`]: convolution of images of fewer bits, [`Packed`].
 //! * [`MaxPool`], [`mean_pool`]: maxima and means of windows.
 //! * [`add`], [`gather`], [`flatten`]: sums, and values put elsewhere.
+//! * [`upsample`]: twice as many rows and columns.
+//! * [`affine`], [`sigmoid`]: functions of every value by itself.
 //! * [`Team`]: threads that share the work.
+//! * [`peak_gflop_per_s`]: what the processor can do at best.
 //!
 //! Every operation is compiled for every [`Level`](crate::Level) and gives the same up to rounding.
 
@@ -19,10 +22,13 @@ mod elementwise;
 mod image;
 mod packed;
 mod packing;
+mod peak;
 mod pool;
 mod scheme;
 mod team;
 mod tile;
+mod upsample;
+mod values;
 mod winograd;
 
 pub use conv::{Conv, ConvShape};
@@ -30,9 +36,12 @@ pub use depthwise::{Depthwise, DepthwiseShape};
 pub use elementwise::{add, flatten, gather};
 pub use image::Image;
 pub use packed::{Packed, PackedConv, Scale, Storage};
+pub use peak::peak_gflop_per_s;
 pub use pool::{MaxPool, mean_pool};
 pub use team::{Part, Team};
 pub use tile::Activation;
+pub use upsample::upsample;
+pub use values::{affine, sigmoid};
 pub use winograd::{Scratch, TileSize, Winograd};
 
 #[cfg(test)]

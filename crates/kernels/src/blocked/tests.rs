@@ -5,8 +5,10 @@ use proptest::prelude::*;
 use super::*;
 use crate::Level;
 
+mod values;
+
 /// Numbers between -1 and 1.
-fn noise(seed: u64, count: usize) -> Vec<f32> {
+pub(super) fn noise(seed: u64, count: usize) -> Vec<f32> {
     let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
     let mut next = || {
         state ^= state << 13;
@@ -17,13 +19,13 @@ fn noise(seed: u64, count: usize) -> Vec<f32> {
     (0..count).map(|_| next()).collect()
 }
 
-fn image(planes: &[f32], channels: usize, size: [usize; 2], border: usize) -> Image {
+pub(super) fn image(planes: &[f32], channels: usize, size: [usize; 2], border: usize) -> Image {
     let mut image = Image::zeros(channels, size[0], size[1], border);
     image.read_planes(planes);
     image
 }
 
-fn planes(image: &Image) -> Vec<f32> {
+pub(super) fn planes(image: &Image) -> Vec<f32> {
     let mut planes = vec![0.0; image.channels() * image.height() * image.width()];
     image.write_planes(&mut planes);
     planes
@@ -38,7 +40,12 @@ fn activated(value: f64, activation: Activation) -> f64 {
 }
 
 /// A convolution as the sum that it is.
-fn convolved(shape: ConvShape, input: &[f32], size: [usize; 2], weight: &[f32]) -> Vec<f64> {
+pub(super) fn convolved(
+    shape: ConvShape,
+    input: &[f32],
+    size: [usize; 2],
+    weight: &[f32],
+) -> Vec<f64> {
     let ConvShape { channels_in, channels_out, kernel, stride } = shape;
     let [height, width] = size;
     let mut output = Vec::new();
@@ -71,14 +78,14 @@ fn convolved(shape: ConvShape, input: &[f32], size: [usize; 2], weight: &[f32]) 
 }
 
 /// What comes behind the sums of a convolution.
-struct After<'a> {
-    bias: &'a [f32],
-    residual: Option<&'a Vec<f32>>,
-    activation: Activation,
+pub(super) struct After<'a> {
+    pub(super) bias: &'a [f32],
+    pub(super) residual: Option<&'a Vec<f32>>,
+    pub(super) activation: Activation,
 }
 
 impl After<'_> {
-    fn applied(&self, mut sums: Vec<f64>) -> Vec<f64> {
+    pub(super) fn applied(&self, mut sums: Vec<f64>) -> Vec<f64> {
         let pixels = sums.len() / self.bias.len();
         for (i, value) in sums.iter_mut().enumerate() {
             let sum = *value + f64::from(self.bias[i / pixels]);
@@ -90,20 +97,20 @@ impl After<'_> {
 }
 
 /// The largest sum of a convolution whose products do not cancel: rounding is relative to it.
-fn magnitude(shape: ConvShape, input: &[f32], size: [usize; 2], weight: &[f32]) -> f64 {
+pub(super) fn magnitude(shape: ConvShape, input: &[f32], size: [usize; 2], weight: &[f32]) -> f64 {
     let [input, weight] =
         [input, weight].map(|values| values.iter().map(|value| value.abs()).collect::<Vec<_>>());
     convolved(shape, &input, size, &weight).into_iter().fold(1.0, f64::max)
 }
 
 /// Largest difference.
-fn apart(ours: &[f32], truth: &[f64]) -> f64 {
+pub(super) fn apart(ours: &[f32], truth: &[f64]) -> f64 {
     assert_eq!(ours.len(), truth.len());
     let pairs = ours.iter().zip(truth);
     pairs.map(|(ours, truth)| (f64::from(*ours) - truth).abs()).fold(0.0, f64::max)
 }
 
-fn activations() -> impl Strategy<Value = Activation> {
+pub(super) fn activations() -> impl Strategy<Value = Activation> {
     prop_oneof![Just(Activation::Identity), Just(Activation::Relu), Just(Activation::Relu6)]
 }
 

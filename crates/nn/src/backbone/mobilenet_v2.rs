@@ -12,7 +12,7 @@ use burn::nn::pool::{AdaptiveAvgPool2d, AdaptiveAvgPool2dConfig};
 use burn::nn::{Linear, LinearConfig};
 use burn::tensor::Device;
 
-use super::channels::multiple_of_eight;
+use crate::channels::multiple_of_eight;
 use crate::conv_norm::{ConvNorm, ConvNormConfig};
 use crate::flow::{Flow, FlowVector};
 use crate::init::Law;

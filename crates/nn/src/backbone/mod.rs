@@ -1,6 +1,5 @@
 //! Image networks that end in a vector, by name.
 
-mod channels;
 mod mnasnet;
 mod mobilenet_v2;
 mod resnet;

@@ -14,7 +14,7 @@ use burn::nn::pool::{AdaptiveAvgPool2d, AdaptiveAvgPool2dConfig, MaxPool2d, MaxP
 use burn::nn::{Linear, LinearConfig};
 use burn::tensor::Device;
 
-use super::channels::scaled;
+use crate::channels::scaled;
 use crate::conv_norm::{ConvNorm, ConvNormConfig};
 use crate::flow::{Flow, FlowVector};
 use crate::init::Law;

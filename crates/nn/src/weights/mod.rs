@@ -1,17 +1,20 @@
 //! Weight files: our own checkpoints, which say what network they belong to, and PyTorch's.
 //!
 //! * [`save`], [`load`]: a `.bpk` file with a [`ModelCard`] inside.
-//! * [`load_pytorch`]: `.pth` and Lightning `.ckpt` files of the published network.
+//! * [`load_pytorch`], [`load_move_enet`]: `.pth` and Lightning `.ckpt` files of the published networks.
+//! * [`save_safetensors`]: a MoveEnet under its names in PyTorch.
 //!
 //! Loading is strict: a parameter missing, left over or of another shape is an error that names it.
 
 mod checkpoint;
 mod model_card;
 mod pytorch;
+mod safetensors;
 mod strict;
 
 pub use checkpoint::{load, save};
 pub use model_card::{InputConfig, ModelCard};
-pub use pytorch::load_pytorch;
+pub use pytorch::{load_move_enet, load_pytorch};
+pub use safetensors::save_safetensors;
 
 pub use crate::error::Mismatch;

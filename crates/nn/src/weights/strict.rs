@@ -3,9 +3,11 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use burn::module::Module;
+
+use crate::NnError;
 use crate::error::Mismatch;
 use crate::parameters::{Slot, fill, slots};
-use crate::{HandRegressor, NnError};
 
 /// A tensor of a file, its values not yet read.
 pub(super) struct Stored {
@@ -38,13 +40,13 @@ pub(super) trait Layout {
 /// # Errors
 /// [`NnError::Mismatch`] if the tensors are not the network's, [`NnError::Unreadable`] if one cannot be
 /// read.
-pub(super) fn fill_strictly(
-    network: HandRegressor,
+pub(super) fn fill_strictly<M: Module>(
+    network: M,
     layout: &impl Layout,
     mut file: BTreeMap<String, Stored>,
     path: &Path,
     format: &'static str,
-) -> Result<HandRegressor, NnError> {
+) -> Result<M, NnError> {
     let mut mismatch = Mismatch::default();
     let mut matched = Vec::new();
     for slot in slots(&network) {

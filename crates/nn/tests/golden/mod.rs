@@ -5,6 +5,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use burn::module::{Module, ModuleVisitor, Param, ParamId};
 use burn::tensor::{Device, Tensor, TensorData};
 use evpose_nn::HandRegressorConfig;
 use serde::Deserialize;
@@ -95,4 +96,17 @@ pub(crate) fn worst(ours: &[f32], theirs: &[f32]) -> f32 {
 
 pub(crate) fn values<const D: usize>(tensor: Tensor<D>) -> Vec<f32> {
     tensor.into_data().iter().collect()
+}
+
+/// The first parameter of a network: the weight of its first convolution.
+pub(crate) fn first_id(network: &impl Module) -> ParamId {
+    struct First(Option<ParamId>);
+    impl ModuleVisitor for First {
+        fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
+            self.0.get_or_insert(param.id);
+        }
+    }
+    let mut first = First(None);
+    network.visit(&mut first);
+    first.0.unwrap()
 }

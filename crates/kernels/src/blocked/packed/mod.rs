@@ -11,3 +11,6 @@ mod image;
 
 pub use conv::PackedConv;
 pub use image::{Packed, Scale, Storage};
+
+#[cfg(test)]
+mod tests;

@@ -1,4 +1,4 @@
-//! Weights of the published PyTorch network: `.pth` files and Lightning's `.ckpt`.
+//! Weights of the published PyTorch networks: `.pth` files and Lightning's `.ckpt`.
 //!
 //! Both containers are read: the zip archive of PyTorch 1.6 and later, and the bare pickles of
 //! earlier versions, in which the published checkpoints are written. Nothing in a pickle is
@@ -12,11 +12,12 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::rc::Rc;
 
+use burn::module::Module;
 use burn::tensor::Device;
 
 use super::strict::{Layout, Stored, fill_strictly};
 use crate::parameters::Slot;
-use crate::{HandRegressor, HandRegressorConfig, NnError};
+use crate::{HandRegressor, HandRegressorConfig, MoveEnet, MoveEnetConfig, NnError};
 use container::Container;
 use view::View;
 
@@ -37,7 +38,41 @@ pub fn load_pytorch(
     config: &HandRegressorConfig,
     device: &Device,
 ) -> Result<HandRegressor, NnError> {
-    let network = config.zeros(device)?;
+    read(path, config.zeros(device)?)
+}
+
+/// Reads the weights of a network of shape `config` from a PyTorch file, in the form of the published
+/// 13-joint checkpoints: inverted residuals share the weights of their repetitions.
+///
+/// # Errors
+/// As [`load_pytorch`].
+pub fn load_move_enet(
+    path: &Path,
+    config: &MoveEnetConfig,
+    device: &Device,
+) -> Result<MoveEnet, NnError> {
+    read(path, config.zeros(device)?)
+}
+
+/// A network whose tensors have names in PyTorch.
+pub(super) trait PyTorchNames: Module {
+    /// What published checkpoints call the tensor in `slot`.
+    fn pytorch_name(&self, slot: &Slot) -> String;
+}
+
+impl PyTorchNames for HandRegressor {
+    fn pytorch_name(&self, slot: &Slot) -> String {
+        Self::pytorch_name(self, slot)
+    }
+}
+
+impl PyTorchNames for MoveEnet {
+    fn pytorch_name(&self, slot: &Slot) -> String {
+        Self::pytorch_name(self, slot)
+    }
+}
+
+fn read<M: PyTorchNames>(path: &Path, network: M) -> Result<M, NnError> {
     let layout = PyTorch { network: network.clone() };
     let bytes =
         std::fs::read(path).map_err(|source| NnError::Io { path: path.to_owned(), source })?;
@@ -64,12 +99,12 @@ fn state_dict(container: Container) -> BTreeMap<String, Stored> {
     tensors.collect()
 }
 
-/// torchvision's names; weights of fully connected layers as `[outputs, inputs]`.
-struct PyTorch {
-    network: HandRegressor,
+/// PyTorch's names; weights of fully connected layers as `[outputs, inputs]`.
+struct PyTorch<M> {
+    network: M,
 }
 
-impl Layout for PyTorch {
+impl<M: PyTorchNames> Layout for PyTorch<M> {
     fn name(&self, slot: &Slot) -> String {
         self.network.pytorch_name(slot)
     }

@@ -1,0 +1,86 @@
+//! The networks that are measured.
+
+use anyhow::{Result, ensure};
+use burn::tensor::Device;
+use evpose_nn::graph::Graph;
+use evpose_nn::{MOVE_ENET, Network as Module, NnError};
+use evpose_train::{HandConfig, untrained};
+
+use crate::commands::latency::{self, Runner};
+
+/// All of the registry.
+const ALL: &str = "all";
+
+/// A network with first weights.
+pub(super) struct Network {
+    pub(super) name: String,
+    pub(super) width: f32,
+    pub(super) parameters: usize,
+    /// Channels, rows and columns.
+    pub(super) input: [usize; 3],
+    pub(super) graph: Graph,
+    /// As Burn has it.
+    module: Module,
+}
+
+impl Network {
+    /// Burn, on a device.
+    pub(super) fn burn<'a>(&'a self, device: &'a Device) -> Runner<'a> {
+        // Values that are read back have been computed.
+        let forward = |images| drop(std::hint::black_box(self.module.values(images)));
+        Runner::Burn(Box::new(forward), device)
+    }
+
+    /// A random image.
+    pub(super) fn image(&self, seed: u64) -> Vec<f32> {
+        let [channels, height, width] = self.input;
+        let mut image = latency::windows([1, channels, height, width], seed);
+        image.iter_mut().for_each(|value| *value *= self.module.brightest());
+        image
+    }
+}
+
+/// The names that were asked for: the config's own without any.
+///
+/// # Errors
+/// If one is not in the registry.
+pub(super) fn names(config: &HandConfig, asked: &[String]) -> Result<Vec<String>> {
+    if asked.is_empty() {
+        return Ok(vec![config.network.backbone.clone()]);
+    }
+    if asked.iter().any(|name| name == ALL) {
+        ensure!(asked.len() == 1, "`--network {ALL}` leaves nothing to add");
+        return Ok(Module::names().map(str::to_owned).collect());
+    }
+    let called = |name: &String| {
+        let known = || Module::names().collect::<Vec<_>>().join(", ");
+        let unknown = || NnError::UnknownNetwork { name: name.clone(), known: known() };
+        let name = Module::names().find(|known| known == name).ok_or_else(unknown)?;
+        Ok(name.to_owned())
+    };
+    asked.iter().map(called).collect()
+}
+
+/// The network of a config with another backbone; MoveEnet with images as published.
+pub(super) fn network(config: &HandConfig, name: &str, device: &Device) -> Result<Network> {
+    let width = config.network.width;
+    let (module, input) = if name == MOVE_ENET {
+        let module = Module::untrained(name, width, config.seed, device)?;
+        let input = module.input();
+        (module, input)
+    } else {
+        let mut config = config.clone();
+        name.clone_into(&mut config.network.backbone);
+        let size = config.simulation.image_size();
+        let module = Module::Hand(Box::new(untrained(&config, device)?));
+        (module, [2, usize::from(size.height), usize::from(size.width)])
+    };
+    Ok(Network {
+        name: name.to_owned(),
+        width,
+        parameters: module.parameter_count(),
+        input,
+        graph: module.graph(),
+        module,
+    })
+}

@@ -1,0 +1,99 @@
+//! ONNX Runtime, of the user's library.
+//!
+//! All optimisations of the graph, as many threads inside an operator as ours has, one operator at a
+//! time. Threads spin as they do by default.
+//!
+//! # Source
+//! <https://onnxruntime.ai/docs/performance/tune-performance/threading.html>,
+//! <https://onnxruntime.ai/docs/performance/model-optimizations/graph-optimizations.html>
+
+use std::path::Path;
+
+use anyhow::{Context, Result, anyhow};
+use ort::environment::Environment;
+use ort::session::Session;
+use ort::session::builder::GraphOptimizationLevel;
+use ort::value::Tensor;
+
+use super::{Job, Peer, library};
+
+/// The user's library.
+const LIBRARY: &str = "ORT_DYLIB_PATH";
+
+pub(super) struct OnnxRuntime {
+    version: String,
+    settings: String,
+    session: Session,
+    input: Tensor<f32>,
+    outputs: Vec<Vec<f32>>,
+    // Behind what needs it.
+    _environment: Environment,
+}
+
+impl OnnxRuntime {
+    pub(super) fn new(job: &Job<'_>) -> Result<Self> {
+        let path = library(LIBRARY).unwrap_or_else(|| "libonnxruntime.so".into());
+        let advice = || {
+            format!(
+                "loading ONNX Runtime from {}: name its library in ${LIBRARY}; \
+                 docs/guide/bench-infer.md says where to get it",
+                path.display()
+            )
+        };
+        let environment = ort::init_from(&path).with_context(advice)?.build()?;
+        let session = Session::builder(&environment)?
+            .with_optimization_level(GraphOptimizationLevel::All)
+            .and_then(|builder| builder.with_intra_threads(job.threads))
+            .and_then(|builder| builder.with_inter_threads(1))
+            .and_then(|builder| builder.with_parallel_execution(false))
+            .map_err(|error| anyhow!("setting ONNX Runtime up: {error}"))?
+            .commit_from_memory(job.model)
+            .context("giving the network to ONNX Runtime")?;
+        let [channels, height, width] = job.shape;
+        let input = Tensor::from_array(([1, channels, height, width], job.image.to_vec()))?;
+        let settings = format!(
+            "all graph optimizations, intra-op threads {}, inter-op threads 1, sequential, spinning",
+            job.threads
+        );
+        let version = format!("{} ({})", file_name(&path), ort::info());
+        Ok(Self {
+            version,
+            settings,
+            session,
+            input,
+            outputs: Vec::new(),
+            _environment: environment,
+        })
+    }
+}
+
+/// The name of a library's file, which says its version; links do not.
+fn file_name(path: &Path) -> String {
+    let path = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+impl Peer for OnnxRuntime {
+    fn version(&self) -> &str {
+        &self.version
+    }
+
+    fn settings(&self) -> &str {
+        &self.settings
+    }
+
+    fn run(&mut self) -> Result<()> {
+        let outputs = self.session.run(ort::inputs![&self.input])?;
+        self.outputs.resize(outputs.len(), Vec::new());
+        for (kept, output) in self.outputs.iter_mut().zip(outputs.values()) {
+            let (_, values) = output.try_extract_tensor::<f32>()?;
+            kept.clear();
+            kept.extend_from_slice(values);
+        }
+        Ok(())
+    }
+
+    fn outputs(&self) -> Result<Vec<Vec<f32>>> {
+        Ok(self.outputs.clone())
+    }
+}

@@ -1,0 +1,44 @@
+//! `evpose export`: a network as an ONNX file.
+
+use anyhow::{Context, Result};
+use burn::tensor::Device;
+use evpose_core::atomic_write;
+use evpose_onnx::{Message as _, OPSET, model};
+use evpose_train::{Checkpoint, untrained};
+
+use super::config_source;
+use crate::args::ExportArgs;
+use crate::progress::say;
+
+pub(crate) fn run(args: &ExportArgs) -> Result<()> {
+    let device = Device::flex();
+    let (config, network) = match (&args.checkpoint, &args.config) {
+        (Some(path), _) => {
+            let checkpoint = Checkpoint::load(path, &device)?;
+            (checkpoint.config, checkpoint.network)
+        }
+        (None, source) => {
+            let source = source.as_deref().context("a config or a checkpoint")?;
+            let config = config_source::load(source, &args.overrides)?;
+            let network = untrained(&config, &device)?;
+            (config, network)
+        }
+    };
+    let size = config.simulation.image_size();
+    let [height, width] = [size.height, size.width].map(usize::from);
+    let graph = network.graph();
+    let channels = graph.nodes[0].channels;
+    let model = model(&graph, [channels, height, width])?;
+    let bytes = model.encode_to_vec();
+    atomic_write(&args.onnx, &bytes).with_context(|| format!("writing {}", args.onnx.display()))?;
+    let nodes = model.graph.map_or(0, |graph| graph.node.len());
+    say(format!(
+        "{}: {} of width {}, input 1x{channels}x{height}x{width}, {nodes} operators of ONNX's set \
+         {OPSET}, {:.1} MB",
+        args.onnx.display(),
+        config.network.backbone,
+        config.network.width,
+        bytes.len() as f64 / 1e6
+    ));
+    Ok(())
+}

@@ -1,0 +1,92 @@
+//! MobileNetV2 down to a 32nd of the image, and a feature pyramid back up to a quarter of it.
+
+use burn::module::Module;
+use burn::nn::conv::Conv2d;
+use burn::tensor::Device;
+
+use super::blocks::{InvertedResidual, InvertedResidualConfig, Separable, Upsampling, pointwise};
+use super::{IMAGE_CHANNELS, MoveEnetConfig};
+use crate::channels::multiple_of_eight;
+use crate::conv_norm::{ConvNorm, ConvNormConfig};
+use crate::flow::Flow;
+
+/// Channels of the first convolution, and of the separable one behind it.
+const STEM: [f32; 2] = [32.0, 16.0];
+/// Output channels, stride and repetitions of the inverted residuals.
+const STAGES: [(f32, usize, usize); 6] =
+    [(24.0, 2, 1), (32.0, 2, 2), (64.0, 2, 3), (96.0, 1, 2), (160.0, 2, 2), (320.0, 1, 0)];
+/// The first of the stages end the levels of the pyramid, at a quarter, an eighth and a 16th.
+const LEVELS: usize = 3;
+/// Channels of the widest convolution.
+const WIDE: f32 = 1280.0;
+
+/// Down and up again.
+#[derive(Module, Debug)]
+pub(super) struct Pyramid {
+    stem: ConvNorm,
+    separable: Separable,
+    stages: Vec<InvertedResidual>,
+    widen: ConvNorm,
+    narrow: Conv2d,
+    /// From the coarser to the finer level below its index plus one.
+    upsamplings: Vec<Upsampling>,
+    /// What a level keeps of the way down.
+    laterals: Vec<Conv2d>,
+    smooth: Separable,
+}
+
+/// Channels of the finest level, in `config`.
+pub(super) fn channels(config: &MoveEnetConfig) -> usize {
+    multiple_of_eight(STAGES[0].0 * config.width)
+}
+
+impl Pyramid {
+    pub(super) fn new(config: &MoveEnetConfig, device: &Device) -> Self {
+        let wide = |published: f32| multiple_of_eight(published * config.width);
+        let [first, second] = STEM.map(wide);
+        let mut channels_in = second;
+        let stage = |(published, stride, repetitions)| {
+            let hidden = config.expansion * channels_in;
+            let channels_out = wide(published);
+            let config =
+                InvertedResidualConfig { channels_in, channels_out, hidden, stride, repetitions };
+            channels_in = channels_out;
+            InvertedResidual::new(config, device)
+        };
+        let stages: Vec<_> = STAGES.into_iter().map(stage).collect();
+        let levels: Vec<usize> = STAGES[..LEVELS].iter().map(|stage| wide(stage.0)).collect();
+        let upsampling = |pair: &[usize]| Upsampling::new(pair[1], pair[0], device);
+        Self {
+            stem: ConvNormConfig::new(IMAGE_CHANNELS, first, 3).with_stride(2).init(device),
+            separable: Separable::new(first, second, device),
+            stages,
+            widen: ConvNormConfig::new(channels_in, wide(WIDE), 1).init(device),
+            narrow: pointwise(wide(WIDE), levels[LEVELS - 1], false, device),
+            upsamplings: levels.windows(2).map(upsampling).collect(),
+            laterals: levels.iter().map(|of| pointwise(*of, *of, true, device)).collect(),
+            smooth: Separable::new(levels[0], levels[0], device),
+        }
+    }
+
+    /// # Shapes
+    /// - input: `[batch, 3, height, width]`, values -1 to 1, sides multiples of 32
+    /// - output: `[batch, channels, height / 4, width / 4]`
+    pub(super) fn forward<F: Flow>(&self, input: F) -> F {
+        let mut x = self.separable.forward_relu_between(self.stem.forward_relu(input));
+        let mut levels = Vec::with_capacity(LEVELS);
+        for (index, stage) in self.stages.iter().enumerate() {
+            x = stage.forward(x);
+            if index < LEVELS {
+                levels.push(x.clone());
+            }
+        }
+        let mut x = self.widen.forward_relu(x).conv(&self.narrow).upsample();
+        for (index, (level, lateral)) in levels.into_iter().zip(&self.laterals).enumerate().rev() {
+            x = x.add(level.conv(lateral));
+            if index > 0 {
+                x = self.upsamplings[index - 1].forward(x);
+            }
+        }
+        self.smooth.forward_relu_behind(x)
+    }
+}

@@ -1,0 +1,148 @@
+//! What the network is built of: convolutions of single channels, then of all channels of a pixel.
+
+use burn::module::{Initializer, Module};
+use burn::nn::PaddingConfig2d;
+use burn::nn::conv::{Conv2d, Conv2dConfig};
+use burn::tensor::Device;
+
+use crate::conv_norm::{ConvNorm, ConvNormConfig};
+use crate::flow::Flow;
+
+/// Filter each channel with 3x3, then mix the channels.
+#[derive(Module, Debug)]
+pub(super) struct Separable {
+    depthwise: ConvNorm,
+    mix: ConvNorm,
+}
+
+impl Separable {
+    pub(super) fn new(channels_in: usize, channels_out: usize, device: &Device) -> Self {
+        Self {
+            depthwise: filter(channels_in, 1).init(device),
+            mix: ConvNormConfig::new(channels_in, channels_out, 1).init(device),
+        }
+    }
+
+    /// With its ReLU between the two, and none at the end.
+    pub(super) fn forward_relu_between<F: Flow>(&self, input: F) -> F {
+        self.mix.forward(self.depthwise.forward_relu(input))
+    }
+
+    /// With its ReLU at the end, and none between the two.
+    pub(super) fn forward_relu_behind<F: Flow>(&self, input: F) -> F {
+        self.mix.forward_relu(self.depthwise.forward(input))
+    }
+}
+
+/// Expand with 1x1, filter each channel with 3x3, project with 1x1.
+#[derive(Module, Debug)]
+struct Bottleneck {
+    expand: ConvNorm,
+    depthwise: ConvNorm,
+    project: ConvNorm,
+}
+
+impl Bottleneck {
+    fn forward<F: Flow>(&self, input: F) -> F {
+        let hidden = self.expand.forward_relu(input);
+        self.project.forward(self.depthwise.forward_relu(hidden))
+    }
+}
+
+/// Channels of an [`InvertedResidual`] and how often it repeats itself.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct InvertedResidualConfig {
+    pub(super) channels_in: usize,
+    pub(super) channels_out: usize,
+    /// Of both bottlenecks.
+    pub(super) hidden: usize,
+    pub(super) stride: usize,
+    pub(super) repetitions: usize,
+}
+
+/// A bottleneck that changes the shape, then one that is added to its own input again and again, with
+/// the same weights each time.
+///
+/// In training each of its passes moves the running statistics of its normalisations.
+#[derive(Module, Debug)]
+pub(super) struct InvertedResidual {
+    first: Bottleneck,
+    /// Kept even if there are no repetitions, as the published checkpoints do.
+    repeated: Bottleneck,
+    repetitions: usize,
+}
+
+impl InvertedResidual {
+    pub(super) fn new(config: InvertedResidualConfig, device: &Device) -> Self {
+        let InvertedResidualConfig { channels_in, channels_out, hidden, stride, repetitions } =
+            config;
+        let first = Bottleneck {
+            expand: ConvNormConfig::new(channels_in, hidden, 1).init(device),
+            // The published network has this bias, which the normalisation takes out again.
+            depthwise: filter(hidden, stride).with_bias().init(device),
+            project: ConvNormConfig::new(hidden, channels_out, 1).init(device),
+        };
+        let repeated = Bottleneck {
+            expand: ConvNormConfig::new(channels_out, hidden, 1).init(device),
+            depthwise: filter(hidden, 1).init(device),
+            project: ConvNormConfig::new(hidden, channels_out, 1).init(device),
+        };
+        Self { first, repeated, repetitions }
+    }
+
+    /// # Shapes
+    /// - input: `[batch, channels_in, height, width]`
+    /// - output: `[batch, channels_out, ceil(height / stride), ceil(width / stride)]`
+    pub(super) fn forward<F: Flow>(&self, input: F) -> F {
+        let mut x = self.first.forward(input);
+        for _ in 0..self.repetitions {
+            x = x.clone().add(self.repeated.forward(x));
+        }
+        x
+    }
+}
+
+/// Filter each channel with 3x3, mix them, double rows and columns.
+#[derive(Module, Debug)]
+pub(super) struct Upsampling {
+    /// With a bias and without normalisation.
+    depthwise: Conv2d,
+    mix: ConvNorm,
+}
+
+impl Upsampling {
+    pub(super) fn new(channels_in: usize, channels_out: usize, device: &Device) -> Self {
+        let depthwise = Conv2dConfig::new([channels_in, channels_in], [3, 3])
+            .with_padding(PaddingConfig2d::Explicit(1, 1, 1, 1))
+            .with_groups(channels_in)
+            .with_initializer(Initializer::Zeros)
+            .init(device);
+        Self { depthwise, mix: ConvNormConfig::new(channels_in, channels_out, 1).init(device) }
+    }
+
+    /// # Shapes
+    /// - input: `[batch, channels_in, height, width]`
+    /// - output: `[batch, channels_out, 2 height, 2 width]`
+    pub(super) fn forward<F: Flow>(&self, input: F) -> F {
+        self.mix.forward_relu(input.conv(&self.depthwise).relu()).upsample()
+    }
+}
+
+/// A convolution of 1x1 without normalisation.
+pub(super) fn pointwise(
+    channels_in: usize,
+    channels_out: usize,
+    bias: bool,
+    device: &Device,
+) -> Conv2d {
+    Conv2dConfig::new([channels_in, channels_out], [1, 1])
+        .with_padding(PaddingConfig2d::Explicit(0, 0, 0, 0))
+        .with_bias(bias)
+        .with_initializer(Initializer::Zeros)
+        .init(device)
+}
+
+/// A convolution of 3x3 of every channel by itself.
+fn filter(channels: usize, stride: usize) -> ConvNormConfig {
+    ConvNormConfig::new(channels, channels, 3).with_stride(stride).with_groups(channels)
+}

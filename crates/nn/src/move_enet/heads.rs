@@ -1,0 +1,69 @@
+//! The four maps that the network ends in.
+
+use burn::module::Module;
+use burn::nn::conv::Conv2d;
+use burn::tensor::Device;
+use evpose_pose::body::BodyMaps;
+
+use super::blocks::{Separable, pointwise};
+use super::{MoveEnetConfig, backbone};
+use crate::channels::multiple_of_eight;
+use crate::flow::Flow;
+
+/// Hidden channels.
+const HIDDEN: f32 = 96.0;
+
+/// A separable convolution, then one of each pixel.
+#[derive(Module, Debug)]
+struct Head {
+    separable: Separable,
+    last: Conv2d,
+}
+
+impl Head {
+    fn new(config: &MoveEnetConfig, channels: usize, device: &Device) -> Self {
+        let hidden = multiple_of_eight(HIDDEN * config.width);
+        Self {
+            separable: Separable::new(backbone::channels(config), hidden, device),
+            last: pointwise(hidden, channels, true, device),
+        }
+    }
+
+    fn forward<F: Flow>(&self, input: F) -> F {
+        self.separable.forward_relu_behind(input).conv(&self.last)
+    }
+}
+
+/// What is told of the finest level of the pyramid.
+#[derive(Module, Debug)]
+pub(super) struct Heads {
+    heatmaps: Head,
+    centers: Head,
+    regs: Head,
+    offsets: Head,
+}
+
+impl Heads {
+    pub(super) fn new(config: &MoveEnetConfig, device: &Device) -> Self {
+        let head = |channels| Head::new(config, channels, device);
+        let joints = config.joints;
+        Self {
+            heatmaps: head(joints),
+            centers: head(1),
+            regs: head(2 * joints),
+            offsets: head(2 * joints),
+        }
+    }
+
+    /// # Shapes
+    /// - input: `[batch, channels, height, width]`
+    /// - output: as many rows and columns
+    pub(super) fn forward<F: Flow>(&self, input: F) -> BodyMaps<F> {
+        BodyMaps {
+            heatmaps: self.heatmaps.forward(input.clone()).sigmoid(),
+            centers: self.centers.forward(input.clone()).sigmoid(),
+            regs: self.regs.forward(input.clone()),
+            offsets: self.offsets.forward(input),
+        }
+    }
+}

@@ -1,0 +1,139 @@
+//! The MoveEnet network: an image of events to the maps that a body's joints are read off.
+//!
+//! * [`MoveEnetConfig`], [`MoveEnet`]: the whole of it.
+//! * `backbone`: MobileNetV2 with a feature pyramid, down to a 32nd and back up to a quarter.
+//! * `heads`: the four maps.
+//! * `blocks`: what both are built of.
+//! * `names`: what PyTorch calls its tensors.
+//!
+//! # Source
+//! Goyal et al.: *MoveEnet: Online High-Frequency Human Pose Estimation with an Event Camera*, CVPRW
+//! 2023, after *MoveNet* by Google. With 13 joints it has 2,201,106 parameters, of which 627,520, those
+//! of a residual that is never repeated, are kept and never used.
+
+mod backbone;
+mod blocks;
+mod heads;
+mod names;
+
+use burn::module::Module;
+use burn::tensor::{Device, Tensor};
+use evpose_pose::body::BodyMaps;
+use serde::{Deserialize, Serialize};
+
+use crate::NnError;
+use crate::flow::Flow;
+use crate::graph::Graph;
+use crate::init::{Law, seeded};
+use crate::parameters::{Slot, trained_count};
+use backbone::Pyramid;
+use heads::Heads;
+
+/// Channels of an image; those of events hold the same value three times.
+pub(crate) const IMAGE_CHANNELS: usize = 3;
+/// What the values 0 to 255 become: -1 to 1.
+const SCALING: [f32; 2] = [1.0 / 127.5, -1.0];
+/// Relative widths that can be built; the narrowest has 8 channels everywhere.
+const WIDTHS: std::ops::RangeInclusive<f32> = 0.01..=8.0;
+
+/// Shape of a [`MoveEnet`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct MoveEnetConfig {
+    /// Joints of a body.
+    pub joints: usize,
+    /// Channels relative to the published network, rounded to multiples of 8.
+    pub width: f32,
+    /// Hidden channels for each channel of an inverted residual's input.
+    pub expansion: usize,
+}
+
+impl Default for MoveEnetConfig {
+    /// The published network.
+    fn default() -> Self {
+        Self { joints: 13, width: 1.0, expansion: 6 }
+    }
+}
+
+/// A network that tells where the joints of a body are.
+#[derive(Module, Debug)]
+pub struct MoveEnet {
+    backbone: Pyramid,
+    header: Heads,
+    #[module(skip)]
+    config: MoveEnetConfig,
+}
+
+impl MoveEnetConfig {
+    /// The network with first weights drawn from `seed`, as published: Kaiming normal for
+    /// convolutions, no bias, normalisation as the identity.
+    ///
+    /// # Errors
+    /// [`NnError::Width`], and [`NnError::TooFew`] for no joints or no hidden channels.
+    pub fn init(&self, seed: u64, device: &Device) -> Result<MoveEnet, NnError> {
+        Ok(seeded(self.zeros(device)?, seed, |slot| match (slot.layer.as_str(), slot.name()) {
+            ("BatchNorm", name) => Law::batch_norm(name),
+            (_, "weight") => Law::kaiming_fan_in(&slot.shape),
+            _ => Law::Constant(0.0),
+        }))
+    }
+
+    /// How many numbers training changes by gradients: what papers call the parameter count.
+    ///
+    /// # Errors
+    /// As [`init`](Self::init).
+    pub fn parameter_count(&self) -> Result<usize, NnError> {
+        Ok(trained_count(&self.zeros(&Device::flex())?))
+    }
+
+    /// The network with all weights zero.
+    pub(crate) fn zeros(&self, device: &Device) -> Result<MoveEnet, NnError> {
+        if !WIDTHS.contains(&self.width) {
+            return Err(NnError::Width { width: self.width });
+        }
+        for (field, count) in [("joints", self.joints), ("expansion", self.expansion)] {
+            if count == 0 {
+                return Err(NnError::TooFew { field });
+            }
+        }
+        let backbone = Pyramid::new(self, device);
+        let header = Heads::new(self, device);
+        Ok(MoveEnet { backbone, header, config: self.clone() })
+    }
+}
+
+impl MoveEnet {
+    /// What the network says of images, a quarter as high and wide.
+    ///
+    /// # Shapes
+    /// - images: `[batch, 3, height, width]`, values 0 to 255, sides multiples of 32; 192 as published
+    /// - heatmaps: `[batch, joints, height / 4, width / 4]`, centers the same of one channel, regs and
+    ///   offsets of two for each joint
+    pub fn forward(&self, images: Tensor<4>) -> BodyMaps<Tensor<4>> {
+        self.flow(images)
+    }
+
+    /// The network, layer by layer, with its weights. Outputs are in the order of
+    /// [`BodyMaps::into_array`].
+    pub fn graph(&self) -> Graph {
+        Graph::of(self, IMAGE_CHANNELS, |images| self.flow(images).into_array().into())
+    }
+
+    fn flow<F: Flow>(&self, images: F) -> BodyMaps<F> {
+        let [factor, offset] = SCALING;
+        self.header.forward(self.backbone.forward(images.affine(factor, offset)))
+    }
+
+    /// What it was built from.
+    pub fn config(&self) -> &MoveEnetConfig {
+        &self.config
+    }
+
+    /// What the published PyTorch checkpoints call the tensor in `slot`.
+    pub fn pytorch_name(&self, slot: &Slot) -> String {
+        names::pytorch(&slot.path)
+    }
+}
+
+#[cfg(test)]
+mod tests;

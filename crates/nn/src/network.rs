@@ -1,0 +1,124 @@
+//! Every network by name, for what treats all of them alike.
+
+use burn::tensor::{Device, Tensor};
+
+use crate::graph::Graph;
+use crate::hand_regressor::EVENT_CHANNELS;
+use crate::move_enet::IMAGE_CHANNELS;
+use crate::parameters::trained_count;
+use crate::{
+    BACKBONES, HandRegressor, HandRegressorConfig, MoveEnet, MoveEnetConfig, NnError,
+    backbone_called,
+};
+
+/// What the MoveEnet network is called among the others.
+pub const MOVE_ENET: &str = "move_enet";
+/// Rows and columns of the image that hands are told from.
+const HAND_IMAGE: [usize; 2] = [180, 240];
+/// Rows and columns of the image that bodies are told from.
+const BODY_IMAGE: [usize; 2] = [192, 192];
+
+/// A network of any kind.
+#[derive(Debug, Clone)]
+pub enum Network {
+    /// The EventHands network, with any of the [`BACKBONES`].
+    Hand(Box<HandRegressor>),
+    /// The MoveEnet network.
+    Body(Box<MoveEnet>),
+}
+
+impl Network {
+    /// The names of all networks: [`MOVE_ENET`], and every backbone, which stands for the hand network
+    /// that has it inside.
+    pub fn names() -> impl Iterator<Item = &'static str> {
+        BACKBONES.iter().map(|entry| entry.name).chain([MOVE_ENET])
+    }
+
+    /// The network called `name`, `width` times as wide as published, with first weights drawn from
+    /// `seed`.
+    ///
+    /// # Errors
+    /// [`NnError::UnknownNetwork`], which lists those there are, and [`NnError::Width`].
+    pub fn untrained(name: &str, width: f32, seed: u64, device: &Device) -> Result<Self, NnError> {
+        if name == MOVE_ENET {
+            let config = MoveEnetConfig { width, ..MoveEnetConfig::default() };
+            return Ok(Self::Body(Box::new(config.init(seed, device)?)));
+        }
+        let Ok(entry) = backbone_called(name) else {
+            let known: Vec<_> = Self::names().collect();
+            return Err(NnError::UnknownNetwork { name: name.to_owned(), known: known.join(", ") });
+        };
+        let config = HandRegressorConfig { backbone: entry.name.to_owned(), width };
+        Ok(Self::Hand(Box::new(config.init(seed, device)?)))
+    }
+
+    /// The network, layer by layer, with its weights.
+    pub fn graph(&self) -> Graph {
+        match self {
+            Self::Hand(network) => network.graph(),
+            Self::Body(network) => network.graph(),
+        }
+    }
+
+    /// Channels, rows and columns of an image as published.
+    pub fn input(&self) -> [usize; 3] {
+        match self {
+            Self::Hand(_) => [EVENT_CHANNELS, HAND_IMAGE[0], HAND_IMAGE[1]],
+            Self::Body(_) => [IMAGE_CHANNELS, BODY_IMAGE[0], BODY_IMAGE[1]],
+        }
+    }
+
+    /// The largest value in an image; the smallest is 0.
+    pub fn brightest(&self) -> f32 {
+        match self {
+            Self::Hand(_) => 1.0,
+            Self::Body(_) => 255.0,
+        }
+    }
+
+    /// What Burn computes of images `[batch, channels, height, width]`, output by output in the order of
+    /// [`Graph::outputs`], each for the whole batch.
+    pub fn values(&self, images: Tensor<4>) -> Vec<Vec<f32>> {
+        let of = |map: Tensor<4>| map.into_data().iter::<f32>().collect();
+        match self {
+            Self::Hand(network) => vec![network.forward(images).into_data().iter().collect()],
+            Self::Body(network) => network.forward(images).into_array().map(of).into(),
+        }
+    }
+
+    /// How many numbers training changes by gradients.
+    pub fn parameter_count(&self) -> usize {
+        match self {
+            Self::Hand(network) => trained_count(&**network),
+            Self::Body(network) => trained_count(&**network),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use super::*;
+
+    #[test]
+    fn every_name_is_a_network_with_as_many_outputs_as_its_graph() {
+        let device = Device::flex();
+        for name in Network::names() {
+            let network = Network::untrained(name, 0.1, 3, &device).unwrap();
+            let [channels, ..] = network.input();
+            let graph = network.graph();
+            assert_eq!(graph.nodes[0].channels, channels, "{name}");
+            let values = network.values(Tensor::ones([1, channels, 32, 32], &device));
+            assert_eq!(values.len(), graph.outputs.len(), "{name}");
+        }
+        let error = Network::untrained("move", 1.0, 3, &device).unwrap_err().to_string();
+        assert!(error.ends_with("mnasnet, move_enet"), "{error}");
+    }
+
+    #[test]
+    fn a_name_gives_the_published_number_of_parameters() {
+        let count = |name| Network::untrained(name, 1.0, 3, &Device::flex()).unwrap();
+        assert_eq!(count(MOVE_ENET).parameter_count(), 2_201_106);
+        assert_eq!(count("resnet18").parameter_count(), 11_182_725);
+    }
+}

@@ -1,0 +1,220 @@
+//! The MoveEnet network against PyTorch; see `tests/data/README.md`.
+
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+mod golden;
+
+use std::collections::BTreeMap;
+use std::io::Read;
+use std::path::Path;
+
+use burn::module::Module;
+use burn::optim::GradientsParams;
+use burn::tensor::{Device, Tensor, TensorData};
+use evpose_nn::parameters::{Slot, fill, read, slots};
+use evpose_nn::weights::{load_move_enet, save_safetensors};
+use evpose_nn::{MoveEnet, MoveEnetConfig, NnError};
+use golden::{data, hashed, values, worst};
+use serde::Deserialize;
+
+const TOLERANCE: f32 = 1e-4;
+/// Pixels between sampled values, modulo all values of an output.
+const STRIDE: usize = 7919;
+
+/// `move_enet.json`.
+#[derive(Deserialize)]
+struct Golden {
+    networks: Vec<Network>,
+    training: Training,
+    /// Of the checkpoints, for an image of 64x32.
+    checkpoint: Vec<Map>,
+}
+
+#[derive(Deserialize)]
+struct Network {
+    joints: usize,
+    width: f32,
+    expansion: usize,
+    images: [usize; 4],
+    maps: Vec<Map>,
+}
+
+#[derive(Deserialize)]
+struct Map {
+    /// Of absolute values.
+    mean: f64,
+    sampled: Vec<f32>,
+}
+
+#[derive(Deserialize)]
+struct Training {
+    loss: f32,
+    stem_gradient: Vec<f32>,
+    repeated_mean: Vec<f32>,
+}
+
+fn golden() -> Golden {
+    serde_json::from_slice(&std::fs::read(data("move_enet.json")).unwrap()).unwrap()
+}
+
+/// Half of the values zero, the others between 127.5 and 255.
+fn images(shape: [usize; 4], device: &Device) -> Tensor<4> {
+    let values = hashed(shape.iter().product(), 1000).into_iter();
+    let values = values.map(|u| if u > 0.5 { (255.0 * u) as f32 } else { 0.0 }).collect();
+    Tensor::from_data(TensorData::new(values, shape), device)
+}
+
+/// A network whose weights are closed forms of their position among all names of PyTorch, sorted.
+fn formula(config: &MoveEnetConfig, device: &Device) -> MoveEnet {
+    let network = config.init(0, device).unwrap();
+    let names: Vec<_> = slots(&network).iter().map(|slot| network.pytorch_name(slot)).collect();
+    let mut sorted = names.clone();
+    sorted.sort();
+    let position = |name| sorted.binary_search(name).unwrap();
+    let mut positions = names.iter().map(position);
+    fill(network, |slot| closed_form(slot, positions.next().unwrap()))
+}
+
+fn closed_form(slot: &Slot, position: usize) -> Vec<f32> {
+    let centred = hashed(slot.shape.iter().product(), position).into_iter().map(|u| u - 0.5);
+    let (offset, scale) = match (slot.name(), slot.shape.as_slice()) {
+        ("weight", &[_, channels, ky, kx]) => {
+            (0.0, 12f64.sqrt() * (2.0 / (channels * ky * kx) as f64).sqrt())
+        }
+        ("running_var", _) => (1.0, 0.5),
+        ("gamma", _) => (0.6, 0.5),
+        _ => (0.0, 0.2),
+    };
+    centred.map(|u| (offset + scale * u) as f32).collect()
+}
+
+/// Compares the four maps of `network` with those of PyTorch.
+fn assert_maps(network: &MoveEnet, shape: [usize; 4], expected: &[Map], what: &str) {
+    let maps = network.forward(images(shape, &Device::flex())).into_array();
+    assert_eq!(expected.len(), maps.len());
+    for (map, expected) in maps.into_iter().zip(expected) {
+        let ours = values(map);
+        let sampled: Vec<f32> =
+            (0..expected.sampled.len()).map(|k| ours[k * STRIDE % ours.len()]).collect();
+        let worst = worst(&sampled, &expected.sampled);
+        assert!(worst < TOLERANCE, "{what}: {worst}");
+        let sum: f64 = ours.iter().map(|value| f64::from(value.abs())).sum();
+        let difference = (sum / ours.len() as f64 - expected.mean).abs();
+        assert!(difference < f64::from(TOLERANCE), "{what}: {difference}");
+    }
+}
+
+#[test]
+fn every_map_is_that_of_pytorch() {
+    let device = Device::flex();
+    let golden = golden();
+    assert_eq!(golden.networks.len(), 4);
+    for Network { joints, width, expansion, images, maps } in golden.networks {
+        let config = MoveEnetConfig { joints, width, expansion };
+        let network = formula(&config, &device);
+        assert_maps(&network, images, &maps, &format!("{config:?} {images:?}"));
+    }
+}
+
+#[test]
+fn training_has_the_gradient_and_the_statistics_of_pytorch() {
+    let device = Device::flex().autodiff();
+    let expected = golden().training;
+    let network = formula(&MoveEnetConfig { width: 0.1, ..MoveEnetConfig::default() }, &device);
+    let maps = network.forward(images([4, 3, 96, 96], &device)).into_array();
+    let losses = maps.into_iter().map(|map| map.powi_scalar(2).mean());
+    let loss = losses.reduce(|sum, loss| sum + loss).unwrap();
+    let difference = (loss.clone().into_scalar::<f32>() - expected.loss).abs();
+    assert!(difference < TOLERANCE, "{difference}");
+    // The first parameter is the weight of the stem.
+    let gradients = GradientsParams::from_grads(loss.backward(), &network);
+    let gradient = values(gradients.get::<4>(golden::first_id(&network)).unwrap());
+    let largest = expected.stem_gradient.iter().fold(0.0_f32, |most, value| most.max(value.abs()));
+    let error = worst(&gradient, &expected.stem_gradient) / largest;
+    assert!(error < 1e-3, "{error}");
+    // Three passes in one step, each of which moves it.
+    let statistics = read(&network.valid());
+    let path = "backbone.stages.2.repeated.expand.norm.running_mean";
+    let mean = &statistics.iter().find(|(slot, _)| slot.path == path).unwrap().1;
+    assert!(worst(mean, &expected.repeated_mean) < 1e-5);
+}
+
+/// The network of the committed checkpoints.
+fn tiny() -> MoveEnetConfig {
+    MoveEnetConfig { joints: 2, width: 0.01, expansion: 1 }
+}
+
+const CONTAINERS: [&str; 2] = ["zip.pth", "legacy.pth"];
+
+/// Unpacks the checkpoint in one of the containers of `torch.save`.
+fn unpacked(name: &str, folder: &Path) -> std::path::PathBuf {
+    let file = std::fs::File::open(data("move_enet_tiny.zip")).unwrap();
+    let mut archive = zip::ZipArchive::new(file).unwrap();
+    let mut content = Vec::new();
+    archive.by_name(name).unwrap().read_to_end(&mut content).unwrap();
+    std::fs::write(folder.join(name), content).unwrap();
+    folder.join(name)
+}
+
+#[test]
+fn both_containers_of_pytorch_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let read_one = |name| {
+        let path = unpacked(name, folder.path());
+        let network = load_move_enet(&path, &tiny(), &Device::flex()).unwrap();
+        assert_maps(&network, [1, 3, 64, 32], &golden().checkpoint, name);
+        read(&network)
+    };
+    let [zip, legacy] = CONTAINERS.map(read_one);
+    assert!(zip == legacy);
+}
+
+#[test]
+fn weights_of_another_network_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = unpacked("zip.pth", folder.path());
+    let error = |config| load_move_enet(&path, &config, &Device::flex()).map(|_| ()).unwrap_err();
+    let more = error(MoveEnetConfig { joints: 3, ..tiny() });
+    let NnError::Mismatch { mismatch, .. } = &more else { panic!("{more}") };
+    let heatmaps = ("header.header_heatmaps.1.bias".to_owned(), vec![3], vec![2]);
+    assert!(mismatch.reshaped.contains(&heatmaps), "{more}");
+    assert_eq!(mismatch.reshaped.len(), 6, "{more}");
+    // Names are the same bytes in the pickle, which has no checksum when it lies bare.
+    let path = unpacked("legacy.pth", folder.path());
+    let mut bytes = std::fs::read(&path).unwrap();
+    let name = b"backbone.features4.2.conv2.3.weight";
+    let at = bytes.windows(name.len()).position(|window| window == name).unwrap();
+    bytes[at + "backbone.features4.2.".len()] = b'k';
+    std::fs::write(&path, bytes).unwrap();
+    let renamed = load_move_enet(&path, &tiny(), &Device::flex()).map(|_| ()).unwrap_err();
+    let NnError::Mismatch { mismatch, .. } = &renamed else { panic!("{renamed}") };
+    assert_eq!(mismatch.missing, ["backbone.features4.2.conv2.3.weight"]);
+    assert_eq!(mismatch.unexpected, ["backbone.features4.2.konv2.3.weight"]);
+}
+
+#[test]
+fn safetensors_hold_every_number_under_its_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("weights.safetensors");
+    let network = tiny().init(3, &Device::flex()).unwrap();
+    save_safetensors(&path, &network).unwrap();
+    let bytes = std::fs::read(&path).unwrap();
+    let (length, rest) = bytes.split_first_chunk::<8>().unwrap();
+    let (header, numbers) = rest.split_at(u64::from_le_bytes(*length) as usize);
+    #[derive(Deserialize)]
+    struct Entry {
+        dtype: String,
+        shape: Vec<usize>,
+        data_offsets: [usize; 2],
+    }
+    let mut entries: BTreeMap<String, Entry> = serde_json::from_slice(header).unwrap();
+    assert_eq!(header.len() % 8, 0);
+    for (slot, values) in read(&network) {
+        let entry = entries.remove(&network.pytorch_name(&slot)).unwrap();
+        let [begin, end] = entry.data_offsets;
+        let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+        assert_eq!((entry.dtype.as_str(), entry.shape), ("F32", slot.shape));
+        assert!(numbers[begin..end] == bytes, "{}", slot.path);
+    }
+    assert!(entries.is_empty());
+}

@@ -1,0 +1,144 @@
+//! From the maps of a network to the joints of a body.
+
+use glam::Vec2;
+
+use super::{BodyJoint, BodyMaps};
+
+/// The published threshold of [`BodyDecoder::new`].
+pub const DEFAULT_THRESHOLD: f32 = 0.1;
+/// What is added to distances, in cells: how fast the weight of a place falls off.
+const SOFTENING: f64 = 1.8;
+
+/// Reads joints off maps of one size.
+///
+/// # Model
+/// The body's middle is where the map of centres, weighted by `1 / (d + 1.8)` with the distance `d`
+/// from the middle of the map in cells, is largest. From there, regressions say roughly where
+/// each joint is, and the joint is where its heatmap, weighted in the same way about that place, is
+/// largest. Of equal values the first counts, row by row. The offset of that cell says where in it.
+///
+/// # Source
+/// The decoding of the published MoveEnet, which rounds regressions as `trunc(x + 0.5)`: towards zero,
+/// not down, so that -0.7 becomes 0 and -1.7 becomes -1.
+#[derive(Debug, Clone)]
+pub struct BodyDecoder {
+    rows: usize,
+    columns: usize,
+    threshold: f32,
+    center_weight: Vec<f32>,
+}
+
+impl BodyDecoder {
+    /// For maps of so many rows and columns; 48 of each as published. Values of heatmaps below
+    /// `threshold` count as 0, and a joint whose score is below it is not found.
+    pub fn new([rows, columns]: [usize; 2], threshold: f32) -> Self {
+        let middle = [columns, rows].map(|side| side as f64 / 2.0);
+        let weight = |cell: usize| (1.0 / softened(cell % columns, cell / columns, middle)) as f32;
+        let center_weight = (0..rows * columns).map(weight).collect();
+        Self { rows, columns, threshold, center_weight }
+    }
+
+    /// The joints of a body. Maps are `[channels][rows][columns]`.
+    ///
+    /// # Panics
+    /// If maps are of another size, or of other numbers of joints.
+    pub fn decode(&self, maps: &BodyMaps<&[f32]>) -> Vec<BodyJoint> {
+        let cells = self.rows * self.columns;
+        let joints = maps.heatmaps.len() / cells;
+        assert_eq!(maps.heatmaps.len(), joints * cells, "whole heatmaps");
+        self.assert_sizes(maps.centers, maps.regs, maps.offsets, joints);
+        let center = self.center(maps.centers);
+        let joint = |(joint, heatmap): (usize, &[f32])| {
+            let rough = self.rough(maps.regs, joint, center);
+            let cut = |value: f32| if value < self.threshold { 0.0 } else { value };
+            let cell = first_maximum((0..cells).map(|cell| {
+                let (x, y) = (cell % self.columns, cell / self.columns);
+                f64::from(cut(heatmap[cell])) / softened(x, y, rough)
+            }));
+            let score = cut(heatmap[cell]);
+            let position = || self.position(maps.offsets, joint, cell);
+            BodyJoint { position: (score >= self.threshold).then(position), score }
+        };
+        maps.heatmaps.chunks(cells).enumerate().map(joint).collect()
+    }
+
+    /// The joints of a label from the maps that a network is trained on, `is_known` saying which of them
+    /// were labelled: what predictions are compared with, since it has gone through the same grid.
+    /// Heatmaps are not looked at; scores are 1 and 0.
+    ///
+    /// # Panics
+    /// If maps are of another size, or of another number of joints.
+    pub fn decode_label(&self, maps: &BodyMaps<&[f32]>, is_known: &[bool]) -> Vec<BodyJoint> {
+        self.assert_sizes(maps.centers, maps.regs, maps.offsets, is_known.len());
+        let center = self.center(maps.centers);
+        let joint = |(joint, is_known): (usize, &bool)| {
+            let [x, y] = self.rough(maps.regs, joint, center);
+            let inside = |at: f64, side: usize| at.clamp(0.0, (side - 1) as f64) as usize;
+            let cell = inside(y, self.rows) * self.columns + inside(x, self.columns);
+            let position = is_known.then(|| self.position(maps.offsets, joint, cell));
+            BodyJoint { position, score: f32::from(*is_known) }
+        };
+        is_known.iter().enumerate().map(joint).collect()
+    }
+
+    fn assert_sizes(&self, centers: &[f32], regs: &[f32], offsets: &[f32], joints: usize) {
+        let cells = self.rows * self.columns;
+        assert_eq!(centers.len(), cells, "one map of centres");
+        assert_eq!(regs.len(), 2 * joints * cells, "two regressions for each joint");
+        assert_eq!(offsets.len(), 2 * joints * cells, "two offsets for each joint");
+    }
+
+    /// The cell of the body's middle.
+    fn center(&self, centers: &[f32]) -> usize {
+        let weighted =
+            centers.iter().zip(&self.center_weight).map(|(value, weight)| value * weight);
+        first_maximum(weighted.map(f64::from))
+    }
+
+    /// Column and row where a joint should be, as seen from the body's middle; maybe outside.
+    fn rough(&self, regs: &[f32], joint: usize, center: usize) -> [f64; 2] {
+        let from = [center % self.columns, center / self.columns];
+        let [x, y] = self.pair(regs, joint, center);
+        let rounded = |value: f32, from: usize| f64::from((value + 0.5).trunc()) + from as f64;
+        [rounded(x, from[0]), rounded(y, from[1])]
+    }
+
+    /// Where the joint of a cell is, relative to the image.
+    fn position(&self, offsets: &[f32], joint: usize, cell: usize) -> Vec2 {
+        let [x, y] = self.pair(offsets, joint, cell);
+        let relative = |at: usize, offset: f32, side: usize| {
+            ((at as f64 + f64::from(offset)) / side as f64) as f32
+        };
+        Vec2::new(
+            relative(cell % self.columns, x, self.columns),
+            relative(cell / self.columns, y, self.rows),
+        )
+    }
+
+    /// The two channels of a joint at a cell.
+    fn pair(&self, maps: &[f32], joint: usize, cell: usize) -> [f32; 2] {
+        let cells = self.rows * self.columns;
+        [maps[2 * joint * cells + cell], maps[(2 * joint + 1) * cells + cell]]
+    }
+}
+
+/// How far a cell is from a place, and a little more: the inverse of its weight.
+fn softened(x: usize, y: usize, from: [f64; 2]) -> f64 {
+    let [x, y] = [x as f64 - from[0], y as f64 - from[1]];
+    // Not `hypot`, whose last bit may differ from the published arithmetic's and decide between equals.
+    (x * x + y * y).sqrt() + SOFTENING
+}
+
+/// Where the largest value is, the first of equals; 0 without values.
+fn first_maximum(values: impl Iterator<Item = f64>) -> usize {
+    let mut best = (0, f64::NEG_INFINITY);
+    for (index, value) in values.enumerate() {
+        if value > best.1 {
+            best = (index, value);
+        }
+    }
+    best.0
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,138 @@
+//! Joints as the published arithmetic gives them, and what a reader of it could get wrong.
+
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use super::*;
+use crate::body::{positions, positions_and_scores};
+
+const SIDE: usize = 48;
+const JOINTS: usize = 13;
+const CELLS: usize = SIDE * SIDE;
+
+/// The fraction of `43758.5453 sin(12.9898 i + 78.233 stream)`.
+fn hashed(count: usize, stream: usize) -> impl Iterator<Item = f64> {
+    let value = move |i: usize| (12.9898 * i as f64 + 78.233 * stream as f64).sin() * 43758.5453;
+    (0..count).map(move |i| value(i) - value(i).floor())
+}
+
+/// Maps of noise: joint 3 is below the threshold everywhere and joint 7 is a plane.
+fn noise() -> BodyMaps<Vec<f32>> {
+    let mut heatmaps: Vec<f32> = hashed(JOINTS * CELLS, 1).map(|u| u.powi(8) as f32).collect();
+    heatmaps[3 * CELLS..4 * CELLS].iter_mut().for_each(|value| *value *= 0.05);
+    heatmaps[7 * CELLS..8 * CELLS].fill(0.5);
+    let mut centers: Vec<f32> = hashed(CELLS, 2).map(|u| u as f32).collect();
+    centers.chunks_mut(SIDE).for_each(|row| row[12..].iter_mut().for_each(|value| *value *= 0.05));
+    let regs = hashed(2 * JOINTS * CELLS, 3).map(|u| (60.0 * (u - 0.5)) as f32).collect();
+    let offsets = hashed(2 * JOINTS * CELLS, 4).map(|u| u as f32).collect();
+    BodyMaps { heatmaps, centers, regs, offsets }
+}
+
+fn slices(maps: &BodyMaps<Vec<f32>>) -> BodyMaps<&[f32]> {
+    BodyMaps {
+        heatmaps: &maps.heatmaps,
+        centers: &maps.centers,
+        regs: &maps.regs,
+        offsets: &maps.offsets,
+    }
+}
+
+fn assert_close(ours: &[f32], theirs: &[f32]) {
+    assert_eq!(ours.len(), theirs.len());
+    for (index, (a, b)) in ours.iter().zip(theirs).enumerate() {
+        assert!((a - b).abs() < 2e-6, "{index}: {a} {b}");
+    }
+}
+
+// Made with NumPy from the same closed forms, step by step as published (`argmax`, `astype(float32)`
+// for the weight of the middle, `int` of regressions plus a half), rounded to six digits.
+
+/// `x, y, score` of each joint at a threshold of 0.1.
+#[rustfmt::skip]
+const AT_0_1: [f32; 39] = [
+    0.165678, 0.66633, 0.843143, 0.646944, 0.192232, 0.614819, 0.304689, 0.330736,
+    0.713498, -1.0, -1.0, 0.0, 0.017484, 0.441185, 0.757358, 0.777813, 0.343562,
+    0.891893, 0.289495, 0.015942, 0.964455, 0.002283, 0.447207, 0.5, 0.021464, 0.71648,
+    0.910942, 0.63853, 0.01368, 0.961698, 0.145114, 0.706793, 0.976021, 0.45985,
+    0.020429, 0.816926, 0.036216, 0.895726, 0.913167,
+];
+
+/// The same at 0.6, which joint 7 does not reach.
+#[rustfmt::skip]
+const AT_0_6: [f32; 39] = [
+    0.165678, 0.66633, 0.843143, 0.646944, 0.192232, 0.614819, 0.304689, 0.330736,
+    0.713498, -1.0, -1.0, 0.0, 0.017484, 0.441185, 0.757358, 0.777813, 0.343562,
+    0.891893, 0.289495, 0.015942, 0.964455, -1.0, -1.0, 0.0, 0.021464, 0.71648,
+    0.910942, 0.63853, 0.01368, 0.961698, 0.145114, 0.706793, 0.976021, 0.45985,
+    0.020429, 0.816926, 0.036216, 0.895726, 0.913167,
+];
+
+/// `x, y` of the maps read as a label, joints 2 and 9 not labelled.
+#[rustfmt::skip]
+const LABEL: [f32; 26] = [
+    0.150325, 0.704603, 0.669837, 0.217742, -1.0, -1.0, 0.54294, 0.100616, 0.011945,
+    0.481439, 0.777813, 0.343562, 0.348884, 0.009085, 0.002283, 0.447207, 0.001127,
+    0.520307, -1.0, -1.0, 0.098942, 0.661278, 0.365532, 0.009382, 0.015194, 0.931593,
+];
+
+#[test]
+fn joints_are_those_of_the_published_arithmetic() {
+    let maps = noise();
+    for (threshold, expected) in [(DEFAULT_THRESHOLD, &AT_0_1), (0.6, &AT_0_6)] {
+        let joints = BodyDecoder::new([SIDE; 2], threshold).decode(&slices(&maps));
+        assert_close(&positions_and_scores(&joints), expected);
+        let (rows, _) = expected.as_chunks::<3>();
+        let without_scores: Vec<f32> = rows.iter().flat_map(|row| [row[0], row[1]]).collect();
+        assert_close(&positions(&joints), &without_scores);
+        assert_eq!(joints[3], BodyJoint { position: None, score: 0.0 });
+    }
+}
+
+#[test]
+fn labels_are_read_where_regressions_point() {
+    let maps = noise();
+    let is_known = std::array::from_fn::<bool, JOINTS, _>(|joint| joint != 2 && joint != 9);
+    let decoder = BodyDecoder::new([SIDE; 2], DEFAULT_THRESHOLD);
+    let joints = decoder.decode_label(&slices(&maps), &is_known);
+    assert_close(&positions(&joints), &LABEL);
+    assert_eq!(joints[2].score, 0.0);
+}
+
+/// One joint on 4x6 cells with its middle at column 3 and row 2, and regressions of `x` and `y`.
+fn small(heatmap: [f32; 24], [x, y]: [f32; 2]) -> BodyMaps<Vec<f32>> {
+    let mut centers = vec![0.0; 24];
+    centers[2 * 6 + 3] = 1.0;
+    let regs = [[x; 24], [y; 24]].concat();
+    BodyMaps { heatmaps: heatmap.to_vec(), centers, regs, offsets: vec![0.0; 48] }
+}
+
+fn cell(maps: &BodyMaps<Vec<f32>>) -> [f32; 2] {
+    let joints = BodyDecoder::new([4, 6], DEFAULT_THRESHOLD).decode(&slices(maps));
+    (joints[0].position.unwrap() * Vec2::new(6.0, 4.0)).round().into()
+}
+
+#[test]
+fn regressions_are_rounded_towards_zero() {
+    // On a plane, a joint is where the regression points.
+    let plane = [0.5; 24];
+    assert_eq!(cell(&small(plane, [-1.4, -0.6])), [3.0, 2.0], "not down to 2");
+    assert_eq!(cell(&small(plane, [-1.6, 0.4])), [2.0, 2.0]);
+    assert_eq!(cell(&small(plane, [1.5, 0.5])), [5.0, 3.0], "halves up");
+    assert_eq!(cell(&small(plane, [-9.0, 99.0])), [0.0, 3.0], "the nearest cell of those outside");
+}
+
+#[test]
+fn the_first_of_equals_counts_row_by_row() {
+    let mut heatmap = [0.0; 24];
+    for (x, y) in [(4, 2), (3, 3), (2, 2), (3, 1)] {
+        heatmap[y * 6 + x] = 0.7;
+    }
+    assert_eq!(cell(&small(heatmap, [0.0, 0.0])), [3.0, 1.0]);
+}
+
+#[test]
+fn what_is_on_no_heatmap_is_missing() {
+    let decoder = BodyDecoder::new([4, 6], DEFAULT_THRESHOLD);
+    let joints = decoder.decode(&slices(&small([0.09; 24], [0.0; 2])));
+    assert_eq!(positions(&joints), [-1.0, -1.0]);
+    assert_eq!(positions_and_scores(&joints), [-1.0, -1.0, 0.0]);
+}

@@ -1,0 +1,36 @@
+//! Networks as files for other runtimes.
+
+use evpose_onnx::Message as _;
+use evpose_onnx::proto::ModelProto;
+
+use crate::harness::{Sandbox, bytes, tiny};
+
+#[test]
+fn a_network_is_exported_before_and_after_training() {
+    let sandbox = Sandbox::new();
+    let weight = |name: &str| {
+        let graph = ModelProto::decode(&*bytes(&sandbox.path(name))).unwrap().graph.unwrap();
+        let weights = graph.initializer.into_iter();
+        weights.into_iter().find(|tensor| tensor.name == "conv1.weight").unwrap()
+    };
+    let said =
+        sandbox.ok(&["export", "quick", "--set", "network.width=0.0625", "--onnx", "a.onnx"]);
+    assert!(said.contains("a.onnx: resnet18 of width 0.0625, input 1x2x"), "{said}");
+    sandbox.ok(&tiny(&["simulate", "quick", "--out", "data"]));
+    sandbox.ok(&tiny(&["train", "quick", "--data", "data", "--out", "run"]));
+    sandbox.ok(&["export", "--checkpoint", "run", "--onnx", "trained/b.onnx"]);
+    let (untrained, trained) = (weight("a.onnx"), weight("trained/b.onnx"));
+    assert_eq!(untrained.dims, [3, 2, 3, 3]);
+    assert_eq!(untrained.dims, trained.dims);
+    assert_ne!(untrained.raw_data, trained.raw_data);
+}
+
+#[test]
+fn there_is_nothing_to_export_without_a_network() {
+    let sandbox = Sandbox::new();
+    let message = sandbox.fails(&["export", "--onnx", "a.onnx"]);
+    assert!(message.contains("<CONFIG>"), "{message}");
+    let message = sandbox.fails(&["export", "quick", "--checkpoint", "run", "--onnx", "a.onnx"]);
+    assert!(message.contains("cannot be used with"), "{message}");
+    assert!(!sandbox.path("a.onnx").exists());
+}
