@@ -3,8 +3,11 @@
 use super::blocks::Blocks;
 use super::norm::{Input, channel_sums};
 use super::weights::Weights;
-use super::{direct, winograd, winograd_weight};
+use super::{direct, few, winograd, winograd_weight};
 use crate::simd::Level;
+
+/// Pixels of a batch for which weights are worth their transforms, which are four times as large.
+const WORTH_TRANSFORMS: usize = 1500;
 
 /// A square convolution that keeps the image size, up to its stride.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -58,6 +61,9 @@ impl Conv {
         if self.is_winograd() {
             return winograd::convolved(self.output(), gradient.into(), weights, None, self.level);
         }
+        if few::suits(self) {
+            return few::backward_input(self, weight, gradient);
+        }
         direct::backward_input(self, weights, gradient)
     }
 
@@ -81,7 +87,8 @@ impl Conv {
     }
 
     fn is_winograd(&self) -> bool {
-        self.kernel == 3 && self.stride == 1
+        let pixels = self.input.batch * self.input.height * self.input.width;
+        self.kernel == 3 && self.stride == 1 && pixels >= WORTH_TRANSFORMS
     }
 
     /// Numbers of the weight.
@@ -89,7 +96,7 @@ impl Conv {
         self.channels_out * self.input.channels * self.kernel.pow(2)
     }
 
-    fn weights<'a>(&self, values: &'a [f32], is_turned: bool) -> Weights<'a> {
+    pub(super) fn weights<'a>(&self, values: &'a [f32], is_turned: bool) -> Weights<'a> {
         let shape = [self.channels_out, self.input.channels, self.kernel.pow(2)];
         Weights { values, shape, is_turned }
     }

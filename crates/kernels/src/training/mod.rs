@@ -14,6 +14,7 @@
 mod blocks;
 mod conv;
 mod direct;
+mod few;
 mod gather;
 mod norm;
 mod outer;

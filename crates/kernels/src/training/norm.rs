@@ -252,13 +252,14 @@ pub fn through(activation: Activation, output: &[f32], gradient: &[f32]) -> Vec<
     /// Numbers of a piece of work.
     const PIECE: usize = 1 << 14;
     let [least, most] = activation.bounds();
-    let mut input = gradient.to_vec();
-    input.par_chunks_mut(PIECE).zip(output.par_chunks(PIECE)).for_each(|(dys, ys)| {
+    let mut input = vec![0.0; gradient.len()];
+    let sources = output.par_chunks(PIECE).zip(gradient.par_chunks(PIECE));
+    input.par_chunks_mut(PIECE).zip(sources).for_each(|(to, (ys, dys))| {
         Arch::new().dispatch(
             #[inline(always)]
             || {
-                for (dy, y) in dys.iter_mut().zip(ys) {
-                    *dy = if (*y <= least) | (*y >= most) { 0.0 } else { *dy };
+                for (to, (y, dy)) in to.iter_mut().zip(ys.iter().zip(dys)) {
+                    *to = if (*y <= least) | (*y >= most) { 0.0 } else { *dy };
                 }
             },
         );

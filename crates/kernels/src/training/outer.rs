@@ -75,22 +75,22 @@ unsafe fn sums<V: Lanes, const M: usize, const B: usize>(
         });
         for (image, y) in (0..images).flat_map(|image| (0..rows).map(move |y| (image, y))) {
             let place = |pitch: [usize; 3]| y * pitch[1] + image * pitch[2];
-            let mut from: [*const f32; M] = {
+            let from: [*const f32; M] = {
                 let from = from.add(place(pixels.from_pitch));
                 std::array::from_fn(|channel| from.add(offsets[channel]))
             };
-            let mut gradient = gradient.add(place(pixels.gradient_pitch));
-            for _ in 0..columns {
+            let gradient = gradient.add(place(pixels.gradient_pitch));
+            for x in 0..columns {
+                let gradient = gradient.add(x * pixels.gradient_pitch[0]);
                 let dy: [V; B] =
                     std::array::from_fn(|block| V::load(gradient.add(block * pixels.block_pitch)));
-                for (sums, from) in sums.iter_mut().zip(&mut from) {
-                    let value = V::splat(**from);
+                let at = x * pixels.from_pitch[0];
+                for (sums, from) in sums.iter_mut().zip(from) {
+                    let value = V::splat(*from.add(at));
                     for (sum, dy) in sums.iter_mut().zip(dy) {
                         *sum = value.mul_add(dy, *sum);
                     }
-                    *from = from.wrapping_add(pixels.from_pitch[0]);
                 }
-                gradient = gradient.wrapping_add(pixels.gradient_pitch[0]);
             }
         }
         for (channel, sums) in sums.iter().enumerate() {
