@@ -14,6 +14,8 @@ use crate::simd::{Kernel, LANES, Lanes};
 
 /// Pixels for which weights are fetched once, if there are as many images.
 const PIXELS: usize = 512;
+/// Pixels whose gradients stay in the nearest cache while channels and taps of the input go by.
+const NEAR: usize = 192;
 /// Lines of padded images that are held for the gradient by the weight: 8 MiB.
 const HELD_LINES: usize = (8 << 20) / size_of::<Line>();
 
@@ -236,6 +238,33 @@ struct Row {
 impl Kernel for Row {
     #[inline(always)]
     unsafe fn run<V: Lanes>(&self) {
+        let [columns, rows, images] = self.pixels.size;
+        let rows_at_once = (NEAR / columns).clamp(1, rows);
+        let images_at_once = (NEAR / (columns * rows)).clamp(1, images);
+        for image in (0..images).step_by(images_at_once) {
+            for row in (0..rows).step_by(rows_at_once) {
+                let (rows, images) =
+                    (rows_at_once.min(rows - row), images_at_once.min(images - image));
+                let pixels = Pixels { size: [columns, rows, images], ..self.pixels };
+                let place = |pitch: [usize; 3]| row * pitch[1] + image * pitch[2];
+                // SAFETY: the caller's; these pixels are among all.
+                unsafe {
+                    let from = self.from.add(place(pixels.from_pitch));
+                    let gradient = self.gradient.add(place(pixels.gradient_pitch));
+                    self.some::<V>(&pixels, from, gradient);
+                }
+            }
+        }
+    }
+}
+
+impl Row {
+    /// Adds what some pixels come to.
+    ///
+    /// # Safety
+    /// That of [`Kernel::run`], for these pixels.
+    #[inline(always)]
+    unsafe fn some<V: Lanes>(&self, pixels: &Pixels, from: *const f32, gradient: *const f32) {
         let count = self.columns * self.channels;
         for first in (0..count).step_by(TOGETHER) {
             // Beyond the last, the last again: what it comes to is not looked at.
@@ -246,7 +275,7 @@ impl Kernel for Row {
             // SAFETY: the caller's; there is room for all columns of sixteen channels.
             unsafe {
                 let sums = self.sums.add(first * self.blocks * LANES);
-                outer::<V>(&self.pixels, self.from, &offsets, self.gradient, self.blocks, sums);
+                outer::<V>(pixels, from, &offsets, gradient, self.blocks, sums);
             }
         }
     }

@@ -10,6 +10,10 @@
 //! the same bits on any number of threads. Channels that fill the last block up are zero.
 
 #![allow(unsafe_code, reason = "kernels take pointers; contracts are written at each function")]
+#![allow(
+    clippy::needless_range_loop,
+    reason = "lanes of several arrays at once; columns become rows"
+)]
 
 mod blocks;
 mod conv;

@@ -74,7 +74,7 @@ impl MaxPool {
                     let value = line.value(lane, pixel[lane]);
                     // Not less: NaN goes on, and so does the first of minus infinity.
                     let is_new =
-                        (value > largest[lane]) | (value != value) | (index[lane] == u32::MAX);
+                        (value > largest[lane]) | value.is_nan() | (index[lane] == u32::MAX);
                     largest[lane] = if is_new { value } else { largest[lane] };
                     index[lane] = if is_new { tap } else { index[lane] };
                 }

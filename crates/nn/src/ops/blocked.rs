@@ -27,6 +27,7 @@ pub(crate) struct Blocked {
 }
 
 #[derive(Clone)]
+#[allow(clippy::large_enum_variant, reason = "one for each layer, never in a collection")]
 enum What {
     /// `[batch, blocks, height, width, 16]`.
     Values(Tensor<5>),
