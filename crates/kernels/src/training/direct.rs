@@ -15,7 +15,7 @@ use crate::simd::{Kernel, LANES, Lanes};
 /// Pixels for which weights are fetched once, if there are as many images.
 const PIXELS: usize = 512;
 /// Pixels whose gradients stay in the nearest cache while channels and taps of the input go by.
-const NEAR: usize = 192;
+const NEAR: usize = 96;
 /// Lines of padded images that are held for the gradient by the weight: 8 MiB.
 const HELD_LINES: usize = (8 << 20) / size_of::<Line>();
 

@@ -80,17 +80,19 @@ unsafe fn sums<V: Lanes, const M: usize, const B: usize>(
                 std::array::from_fn(|channel| from.add(offsets[channel]))
             };
             let gradient = gradient.add(place(pixels.gradient_pitch));
-            for x in 0..columns {
-                let gradient = gradient.add(x * pixels.gradient_pitch[0]);
+            let (mut at, mut at_gradient) = (0, 0);
+            for _ in 0..columns {
+                let gradient = gradient.add(at_gradient);
                 let dy: [V; B] =
                     std::array::from_fn(|block| V::load(gradient.add(block * pixels.block_pitch)));
-                let at = x * pixels.from_pitch[0];
                 for (sums, from) in sums.iter_mut().zip(from) {
                     let value = V::splat(*from.add(at));
                     for (sum, dy) in sums.iter_mut().zip(dy) {
                         *sum = value.mul_add(dy, *sum);
                     }
                 }
+                at += pixels.from_pitch[0];
+                at_gradient += pixels.gradient_pitch[0];
             }
         }
         for (channel, sums) in sums.iter().enumerate() {
