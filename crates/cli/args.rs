@@ -331,6 +331,8 @@ pub(crate) struct ExportArgs {
 pub(crate) enum BenchCommand {
     /// Latency of networks on one window at a time, layer by layer, beside other runtimes
     Infer(BenchInferArgs),
+    /// Time and memory of a training step of the hand network
+    Train(BenchTrainArgs),
     /// Cost of the event camera per pixel and step, on one core
     Sensor(BenchSensorArgs),
     /// Steps a second of the labelled hand simulation, and where the time goes
@@ -497,6 +499,31 @@ fn parse_level(text: &str) -> Result<Level, String> {
         let names: Vec<String> = levels.iter().map(Level::to_string).collect();
         format!("this processor has {}", names.join(", "))
     })
+}
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  evpose bench train\n  \
+    evpose bench train --threads 1 --burn\n  \
+    evpose bench train --config quick --steps 50 --json train.json\n\n\
+    Windows and poses are random. A step is the forward pass with the loss, the backward pass and Adam.")]
+pub(crate) struct BenchTrainArgs {
+    /// A TOML file, or an embedded config: its network and image size are measured
+    #[arg(long, default_value = "eventhands")]
+    pub(crate) config: String,
+    /// Measured steps, after two to warm up
+    #[arg(long, default_value_t = 20)]
+    pub(crate) steps: usize,
+    /// Windows of a step
+    #[arg(long, default_value_t = 16)]
+    pub(crate) batch: usize,
+    /// Time Burn's arithmetic instead of our kernels
+    #[arg(long)]
+    pub(crate) burn: bool,
+    /// Where to write the numbers
+    #[arg(long)]
+    pub(crate) json: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) device: DeviceArgs,
 }
 
 #[derive(Debug, clap::Args)]

@@ -77,8 +77,8 @@ fn every_network_is_timed_on_every_number_of_threads() {
     };
     let settings: Vec<_> = cases.iter().map(setting).collect();
     let mut want = Vec::new();
-    for entry in evpose_nn::BACKBONES {
-        want.extend([1, 2].map(|threads| (entry.name.to_owned(), threads)));
+    for name in evpose_nn::Network::names() {
+        want.extend([1, 2].map(|threads| (name.to_owned(), threads)));
     }
     assert_eq!(settings, want);
     for case in cases {
@@ -100,7 +100,7 @@ fn what_cannot_be_measured_says_what_to_do() {
         let small = ["bench", "infer", "--config", "small.toml", "--runs", "1"];
         sandbox.fails(&[small.as_slice(), with].concat())
     };
-    assert!(fails(&["--network", "vgg"]).contains("no backbone is called `vgg`"));
+    assert!(fails(&["--network", "vgg"]).contains("no network is called `vgg`"));
     assert!(fails(&["--level", "sse9"]).contains("this processor has"));
     assert!(fails(&["--threads", "0"]).contains("'0' for '--threads"));
     assert!(fails(&["--burn", "--threads", "1,2"]).contains("several numbers of threads"));

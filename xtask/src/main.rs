@@ -81,6 +81,19 @@ const SLOW: &[Step] = &[
         args: &["check", "--manifest-path", "fuzz/Cargo.toml", "--all-targets"],
         env: &[],
     },
+    Step {
+        // A nightly compiler has to be installed. What runs is compiled for every level of instructions.
+        why: "kernels read and write only what is theirs, under AddressSanitizer",
+        args: &[
+            "+nightly",
+            "test",
+            "--package=evpose-kernels",
+            "--lib",
+            "--tests",
+            "--target=x86_64-unknown-linux-gnu",
+        ],
+        env: &[("RUSTFLAGS", "-Zsanitizer=address"), ("PROPTEST_CASES", "12")],
+    },
     Step { why: "wgpu compiles", args: &["check", "--features", "wgpu"], env: &[] },
     Step {
         // A dependency fetches a compiler when it builds, except for documentation.
@@ -93,8 +106,8 @@ const SLOW: &[Step] = &[
 const USAGE: &str = "usage: cargo xtask ci|slow
 
   ci    formatting, lints, documentation, all tests, what the benchmark is built from (what CI runs)
-  slow  the ndarray agreement test; files for Rerun; networks in tract; peers, fuzz targets, wgpu
-        and cuda compile";
+  slow  the ndarray agreement test; files for Rerun; networks in tract; kernels under
+        AddressSanitizer; peers, fuzz targets, wgpu and cuda compile";
 
 struct Step {
     why: &'static str,
@@ -157,7 +170,10 @@ fn main() -> ExitCode {
 fn run(step: &Step, totals: &mut Totals) -> Result<()> {
     say(&format!("== {} (cargo {})", step.why, step.args.join(" ")));
     let started = Instant::now();
-    let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".into());
+    // Another toolchain is chosen by what rustup puts in front of cargo.
+    let is_chosen = step.args[0].starts_with('+');
+    let cargo = std::env::var("CARGO").ok().filter(|_| !is_chosen);
+    let cargo = cargo.unwrap_or_else(|| "cargo".into());
     let mut child = Command::new(cargo)
         .args(step.args)
         .envs(step.env.iter().copied())

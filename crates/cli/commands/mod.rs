@@ -7,6 +7,7 @@ mod bench_io;
 mod bench_repr;
 mod bench_sensor;
 mod bench_sim;
+mod bench_train;
 pub(crate) mod calibrate;
 pub(crate) mod clean;
 mod conditions;
@@ -53,6 +54,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode> {
         Command::Infer(args) => infer::run(&args),
         Command::Export(args) => export::run(&args),
         Command::Bench(BenchCommand::Infer(args)) => bench_infer::run(&args),
+        Command::Bench(BenchCommand::Train(args)) => bench_train::run(&args),
         Command::Sensor(command) => sensor::run(&command),
         Command::Bench(BenchCommand::Sensor(args)) => bench_sensor::run(&args),
         Command::Bench(BenchCommand::Io(args)) => bench_io::run(&args),

@@ -42,7 +42,7 @@ pub enum Activation {
 
 impl Activation {
     /// The values between which the result is left as it is.
-    fn bounds(self) -> [f32; 2] {
+    pub(crate) fn bounds(self) -> [f32; 2] {
         match self {
             Self::Identity => [f32::NEG_INFINITY, f32::INFINITY],
             Self::Relu => [0.0, f32::INFINITY],

@@ -4,6 +4,8 @@
 //! * [`depthwise`]: the same with a kernel for each channel.
 //! * [`batch_norm`]: normalisation by the statistics of the batch, with or without a ReLU behind.
 //! * [`max_pool`]: 3x3 max-pooling of stride 2.
+//! * [`training`]: all of that for batches in blocks of channels, as deep networks without depthwise layers
+//!   take it.
 //! * [`matmul`](matmul()): the matrix product below them.
 //!
 //! Images are `f32`, row-major `[batch, channels, height, width]`. Work is cut into pieces that
@@ -20,6 +22,7 @@ mod lanes;
 mod matmul;
 pub mod max_pool;
 mod simd;
+pub mod training;
 
 pub use matmul::{Matrix, matmul};
 pub use simd::Level;

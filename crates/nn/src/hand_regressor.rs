@@ -92,7 +92,7 @@ impl HandRegressor {
     /// - events: `[batch, 2, height, width]`, values in [0, 1]
     /// - output: `[batch, 12]`
     pub fn forward(&self, events: Tensor<4>) -> Tensor<2> {
-        self.flow(events)
+        self.backbone.forward(events.conv(&self.conv1))
     }
 
     /// The network, layer by layer, with its weights.

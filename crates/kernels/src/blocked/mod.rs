@@ -31,6 +31,10 @@ mod upsample;
 mod values;
 mod winograd;
 
+pub(crate) use image::Line;
+pub(crate) use packing::{blocks_of, groups};
+pub(crate) use scheme::{Four, MOST, Scheme};
+
 pub use conv::{Conv, ConvShape};
 pub use depthwise::{Depthwise, DepthwiseShape};
 pub use elementwise::{add, flatten, gather};

@@ -6,7 +6,7 @@ use super::image::Line;
 use crate::simd::LANES;
 
 /// Blocks of so many channels, as many together as are made at once; a last odd one is alone.
-pub(super) fn groups(
+pub(crate) fn groups(
     channels: usize,
     together: usize,
 ) -> impl ExactSizeIterator<Item = Range<usize>> {
@@ -16,7 +16,7 @@ pub(super) fn groups(
 }
 
 /// Values in blocks of sixteen, filled up with zeros.
-pub(super) fn blocks_of(values: &[f32]) -> Vec<Line> {
+pub(crate) fn blocks_of(values: &[f32]) -> Vec<Line> {
     let block = |values: &[f32]| {
         let mut line = Line::ZERO;
         line.0[..values.len()].copy_from_slice(values);

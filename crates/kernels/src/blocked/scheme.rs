@@ -11,12 +11,12 @@
 use crate::simd::Lanes;
 
 /// Inputs of the largest scheme.
-pub(super) const MOST: usize = 6;
+pub(crate) const MOST: usize = 6;
 
 /// `F(OUT, 3)`. Arrays are longer than needed where `IN` is less than [`MOST`]; the rest is not used.
 ///
 /// Factors of the taps are multiplied into the inputs instead, which are transformed less often.
-pub(super) trait Scheme {
+pub(crate) trait Scheme {
     /// Outputs.
     const OUT: usize;
     /// Inputs.
@@ -43,13 +43,19 @@ pub(super) trait Scheme {
     /// # Safety
     /// The processor has the instructions of `V`.
     unsafe fn outputs<V: Lanes>(m: [V; MOST]) -> [V; 4];
+
+    /// `A y`, of the gradient by the outputs.
+    ///
+    /// # Safety
+    /// The processor has the instructions of `V`.
+    unsafe fn spread<V: Lanes>(y: [V; 4]) -> [V; MOST];
 }
 
 /// `F(2, 3)`: four products instead of six; adds and subtracts only.
-pub(super) struct Two;
+pub(crate) struct Two;
 
 /// `F(4, 3)`: six products instead of twelve.
-pub(super) struct Four;
+pub(crate) struct Four;
 
 impl Scheme for Two {
     const OUT: usize = 2;
@@ -79,6 +85,12 @@ impl Scheme for Two {
     unsafe fn outputs<V: Lanes>(m: [V; MOST]) -> [V; 4] {
         // SAFETY: the caller's.
         unsafe { [m[0].add(m[1]).add(m[2]), m[1].sub(m[2]).sub(m[3]), m[2], m[3]] }
+    }
+
+    #[inline(always)]
+    unsafe fn spread<V: Lanes>(y: [V; 4]) -> [V; MOST] {
+        // SAFETY: the caller's.
+        unsafe { [y[0], y[0].add(y[1]), y[0].sub(y[1]), V::splat(0.0).sub(y[1]), y[2], y[3]] }
     }
 }
 
@@ -132,6 +144,18 @@ impl Scheme for Four {
                 four.mul_add(c, a),
                 eight.mul_add(d, b).add(m[5]),
             ]
+        }
+    }
+
+    #[inline(always)]
+    unsafe fn spread<V: Lanes>(y: [V; 4]) -> [V; MOST] {
+        // SAFETY: the caller's.
+        unsafe {
+            let [two, four] = [2.0, 4.0].map(|value| V::splat(value));
+            let (even, odd) = (y[0].add(y[2]), y[1].add(y[3]));
+            let quarter = four.mul_add(y[2], y[0]);
+            let half = two.mul(four.mul_add(y[3], y[1]));
+            [y[0], even.add(odd), even.sub(odd), quarter.add(half), quarter.sub(half), y[3]]
         }
     }
 }

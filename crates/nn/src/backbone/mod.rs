@@ -12,6 +12,7 @@ use burn::tensor::{Device, Tensor};
 use crate::NnError;
 use crate::flow::Flow;
 use crate::init::Law;
+use crate::ops::{self, Blocked};
 use crate::parameters::Slot;
 
 use mnasnet::MnasNetConfig;
@@ -145,7 +146,12 @@ impl Backbone {
     /// - input: `[batch, 3, height, width]`
     /// - output: `[batch, outputs]`
     pub fn forward(&self, input: Tensor<4>) -> Tensor<2> {
-        self.flow(input)
+        match self {
+            Self::ResNet(network) if ops::is_ours(&input) => {
+                network.forward(Blocked::from_planes(input))
+            }
+            _ => self.flow(input),
+        }
     }
 
     /// The forward pass of whatever flows.

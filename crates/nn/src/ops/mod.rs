@@ -6,9 +6,14 @@
 //!
 //! * [`backend`]: the operations as Burn's extension mechanism sees them.
 //! * [`differentiable`]: their gradients.
+//! * [`blocked`]: what flows through ResNets in training, in blocks of channels;
+//!   [`blocked_backend`] and [`blocked_gradients`] are its operations.
 //! * [`seven`]: a way for the first layer of ResNets on Burn's own arithmetic.
 
 mod backend;
+mod blocked;
+mod blocked_backend;
+mod blocked_gradients;
 mod differentiable;
 mod seven;
 
@@ -24,6 +29,7 @@ use burn::tensor::{DType, Device, Tensor};
 pub(crate) use evpose_kernels::batch_norm::Activation;
 
 use backend::TrainingOps;
+pub(crate) use blocked::Blocked;
 
 static ENABLED: AtomicBool = AtomicBool::new(true);
 
@@ -95,16 +101,27 @@ pub(crate) fn batch_norm(layer: &BatchNorm, input: Tensor<4>, activation: Activa
         layer.epsilon as f32,
         activation,
     );
-    // As the forward pass of Burn's module does.
-    let updated = |old: Tensor<1>, new: Tensor<1>| {
-        let old = old.to_device(&new.device()).mul_scalar(1.0 - layer.momentum);
-        old.add(new.detach().mul_scalar(layer.momentum)).detach()
-    };
-    let mean = updated(layer.running_mean.value_sync(), Tensor::from_dispatch(mean));
-    let variance = updated(layer.running_var.value_sync(), Tensor::from_dispatch(variance));
-    layer.running_mean.update(mean);
-    layer.running_var.update(variance);
+    update_running(layer, &Tensor::from_dispatch(mean), &Tensor::from_dispatch(variance));
     Tensor::from_dispatch(output)
+}
+
+/// Moves running statistics towards those of a batch, as the forward pass of Burn's module does.
+fn update_running(layer: &BatchNorm, mean: &Tensor<1>, variance: &Tensor<1>) {
+    let updated = |old: Tensor<1>, new: &Tensor<1>| {
+        let old = old.to_device(&new.device()).mul_scalar(1.0 - layer.momentum);
+        old.add(new.clone().detach().mul_scalar(layer.momentum)).detach()
+    };
+    layer.running_mean.update(updated(layer.running_mean.value_sync(), mean));
+    layer.running_var.update(updated(layer.running_var.value_sync(), variance));
+}
+
+/// Whether a pooling is that of ResNets.
+fn is_residual_pool(layer: &MaxPool2d) -> bool {
+    layer.kernel_size == [3, 3]
+        && layer.stride == [2, 2]
+        && layer.dilation == [1, 1]
+        && !layer.ceil_mode
+        && matches!(layer.padding, PaddingConfig2d::Explicit(1, 1, 1, 1))
 }
 
 /// `layer.forward(input)`.
@@ -113,12 +130,7 @@ pub(crate) fn batch_norm(layer: &BatchNorm, input: Tensor<4>, activation: Activa
 /// - input: `[batch, channels, height, width]`
 /// - output: `[batch, channels, height', width']`, sizes by the layer
 pub(crate) fn max_pool(layer: &MaxPool2d, input: Tensor<4>) -> Tensor<4> {
-    let residual = layer.kernel_size == [3, 3]
-        && layer.stride == [2, 2]
-        && layer.dilation == [1, 1]
-        && !layer.ceil_mode
-        && matches!(layer.padding, PaddingConfig2d::Explicit(1, 1, 1, 1));
-    if !(residual && is_ours(&input)) {
+    if !(is_residual_pool(layer) && is_ours(&input)) {
         return layer.forward(input);
     }
     Tensor::from_dispatch(Dispatch::training_max_pool(input.into_dispatch()))

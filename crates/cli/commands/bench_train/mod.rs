@@ -1,0 +1,220 @@
+//! `evpose bench train`: how long one training step takes, and how much memory.
+
+mod usage;
+
+use std::time::Instant;
+
+use anyhow::Result;
+use burn::optim::{AdamConfig, GradientsParams, ModuleOptimizer};
+use burn::tensor::{Tensor, TensorData};
+use evpose_nn::{HandLoss, HandRegressor, set_training_kernels};
+use evpose_pose::PARAMETERS;
+use evpose_train::untrained;
+use serde::Serialize;
+
+use crate::args::BenchTrainArgs;
+use crate::commands::{as_json, config_source, device, latency};
+use crate::machine::Machine;
+use crate::progress::say;
+use crate::run_info::COMMIT;
+use crate::timing::{outliers, quantile};
+use usage::{peak_resident_mib, processor_s};
+
+/// Steps before those that are measured: memory is asked for, the optimiser gets its moments.
+const WARM_UP: usize = 2;
+
+/// What a benchmark measured and where.
+#[derive(Debug, Serialize)]
+struct Report {
+    network: String,
+    width: f32,
+    parameters: usize,
+    input: [usize; 4],
+    device: String,
+    machine: Machine,
+    commit: &'static str,
+    /// What computed: our kernels or Burn.
+    by: &'static str,
+    steps: usize,
+    step: Times,
+    forward: Times,
+    backward: Times,
+    update: Times,
+    /// Processor time of all threads for a step; 0 where the system does not tell.
+    processor_ms: f64,
+    /// The most memory that the process held; 0 where the system does not tell.
+    peak_resident_mib: f64,
+    windows_per_second: f64,
+    /// Modified z-scores above 3.5 (Iglewicz and Hoaglin 1993): signs of a busy machine.
+    outliers: usize,
+    /// The loss of the last step: equal for equal bits.
+    loss: f32,
+}
+
+/// Times of a phase of a step, in milliseconds.
+#[derive(Debug, Serialize)]
+struct Times {
+    median_ms: f64,
+    /// An interval that holds the median of all steps with at least 95 % (order statistics), the
+    /// smallest and the largest where there are fewer than six.
+    interval_ms: [f64; 2],
+    min_ms: f64,
+}
+
+impl Times {
+    fn of(mut times_ms: Vec<f64>) -> Self {
+        times_ms.sort_by(f64::total_cmp);
+        let n = times_ms.len();
+        let outer = outer_rank(n);
+        Self {
+            median_ms: quantile(&times_ms, 0.5),
+            interval_ms: [times_ms[outer], times_ms[n - 1 - outer]],
+            min_ms: times_ms[0],
+        }
+    }
+}
+
+/// How many of `n` sorted values lie outside on each side of the narrowest interval of order
+/// statistics that misses the median at most one time in twenty (Conover 1999, Sec. 3.2).
+fn outer_rank(n: usize) -> usize {
+    // The chance of `k` or fewer heads of `n` throws.
+    let (mut chance, mut at_most, mut outer) = (0.5_f64.powi(n as i32), 0.0, 0);
+    for k in 0..n / 2 {
+        at_most += chance;
+        if 2.0 * at_most > 0.05 {
+            break;
+        }
+        outer = k + 1;
+        chance *= (n - k) as f64 / (k + 1) as f64;
+    }
+    outer.saturating_sub(1)
+}
+
+pub(crate) fn run(args: &BenchTrainArgs) -> Result<()> {
+    let config = config_source::load(&args.config, &[])?;
+    let target = device(&args.device)?.autodiff();
+    set_training_kernels(!args.burn);
+    let mut network = untrained(&config, &target)?;
+    let sensor = config.simulation.image_size();
+    let input = [args.batch, 2, usize::from(sensor.height), usize::from(sensor.width)];
+    let windows = latency::windows(input, config.seed);
+    let poses = latency::windows([args.batch, PARAMETERS, 1, 1], config.seed ^ 1);
+    let windows = Tensor::<4>::from_data(TensorData::new(windows, input), &target);
+    let poses = TensorData::new(poses, [args.batch, PARAMETERS]);
+    let poses = Tensor::<2>::from_data(poses, &target);
+    let mut stepper =
+        Stepper { adam: AdamConfig::new().init(), loss: HandLoss::new(config.loss), loss_was: 0.0 };
+    let parameters = burn::module::Module::num_params(&network);
+
+    let steps = args.steps.max(1);
+    let mut phases: [Vec<f64>; 4] = Default::default();
+    let mut before_s = processor_s();
+    for step in 0..WARM_UP + steps {
+        if step == WARM_UP {
+            before_s = processor_s();
+        }
+        let times;
+        (network, times) =
+            stepper.step(network, windows.clone(), poses.clone(), config.training.learning_rate);
+        if step >= WARM_UP {
+            phases.iter_mut().zip(times).for_each(|(all, time)| all.push(time));
+        }
+    }
+    let processor_ms = 1e3 * (processor_s() - before_s) / steps as f64;
+    let [step, forward, backward, update] = phases;
+    let mut sorted = step.clone();
+    sorted.sort_by(f64::total_cmp);
+    let ours = !args.burn && args.device.device.name() == "flex";
+    let [step, forward, backward, update] = [step, forward, backward, update].map(Times::of);
+    let report = Report {
+        network: config.network.backbone.clone(),
+        width: config.network.width,
+        parameters,
+        input,
+        device: args.device.device.name().to_owned(),
+        machine: Machine::this(),
+        commit: COMMIT,
+        by: if ours { "our kernels" } else { "Burn" },
+        steps,
+        windows_per_second: args.batch as f64 * 1e3 / step.median_ms,
+        step,
+        forward,
+        backward,
+        update,
+        processor_ms,
+        peak_resident_mib: peak_resident_mib(),
+        outliers: outliers(&sorted),
+        loss: stepper.loss_was,
+    };
+    tell(&report);
+    as_json(args.json.as_deref(), &report)
+}
+
+fn tell(report: &Report) {
+    say(format!("machine   {}", report.machine));
+    say(format!(
+        "network   {} of width {}, {} parameters, input {:?}, on {} by {}",
+        report.network, report.width, report.parameters, report.input, report.device, report.by
+    ));
+    let Times { median_ms, interval_ms: [low, high], min_ms } = report.step;
+    say(format!(
+        "step      {median_ms:.0} ms [{low:.0}, {high:.0}], min {min_ms:.0}, processor {:.0} ms  ({} \
+         steps, {:.1} windows/s)",
+        report.processor_ms, report.steps, report.windows_per_second
+    ));
+    say(format!(
+        "phases    forward and loss {:.0} ms, backward {:.0} ms, Adam {:.0} ms",
+        report.forward.median_ms, report.backward.median_ms, report.update.median_ms
+    ));
+    say(format!("memory    {:.0} MiB at most", report.peak_resident_mib));
+    say(format!("loss      {} after {} steps", report.loss, report.steps + WARM_UP));
+    if report.outliers * 10 > report.steps {
+        say(format!(
+            "warning   {} of {} steps were outliers: the machine was busy, measure again",
+            report.outliers, report.steps
+        ));
+    }
+}
+
+/// What a training remembers between its steps.
+struct Stepper {
+    adam: ModuleOptimizer,
+    loss: HandLoss,
+    loss_was: f32,
+}
+
+impl Stepper {
+    /// One step, with the milliseconds of all of it, its forward pass, its backward pass, its update.
+    fn step(
+        &mut self,
+        network: HandRegressor,
+        windows: Tensor<4>,
+        poses: Tensor<2>,
+        learning_rate: f64,
+    ) -> (HandRegressor, [f64; 4]) {
+        let started = Instant::now();
+        let objective = self.loss.forward(network.forward(windows), poses).objective;
+        // Reading a value makes a device that works in the background finish.
+        self.loss_was = objective.clone().into_scalar::<f32>();
+        let forward = started.elapsed();
+        let gradients = GradientsParams::from_grads(objective.backward(), &network);
+        let backward = started.elapsed();
+        let network = self.adam.step(learning_rate, network, gradients);
+        let all = started.elapsed();
+        let times = [all, forward, backward - forward, all - backward];
+        (network, times.map(|time| time.as_secs_f64() * 1e3))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn intervals_of_medians_are_those_of_the_binomial_tables() {
+        // Conover's table A3: ranks 1 and 6, 2 and 9, 6 and 15 of 6, 10 and 20 values.
+        assert_eq!([3, 6, 10, 20].map(outer_rank), [0, 0, 1, 5]);
+        let times = Times::of((1..=10).rev().map(f64::from).collect());
+        assert_eq!((times.median_ms, times.interval_ms, times.min_ms), (5.0, [2.0, 9.0], 1.0));
+    }
+}

@@ -1,0 +1,397 @@
+//! Batch normalisation by the statistics of the batch.
+//!
+//! # Model
+//! As in [`batch_norm`](crate::batch_norm): `y = γ (x - m) / sqrt(v + ε) + β`, then the activation.
+//! Statistics of images are taken about their own means and joined in double precision, so that numbers
+//! are read once.
+//!
+//! # Source
+//! Ioffe, Szegedy: *Batch Normalization*, ICML 2015. Chan, Golub, LeVeque: *Algorithms for Computing
+//! the Sample Variance*, The American Statistician 37, 1983, for the joined statistics.
+
+use pulp::Arch;
+use rayon::prelude::*;
+
+use super::blocks::Blocks;
+use crate::batch_norm::{Activation, Statistics};
+use crate::simd::LANES;
+
+type Lane = [f32; LANES];
+
+/// A normalisation by statistics that are known: a factor and an offset for each channel, an activation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Norm {
+    /// For each block of channels; zero for those that fill the last one up.
+    scales: Vec<Lane>,
+    offsets: Vec<Lane>,
+    /// Bounds of the activation.
+    least: f32,
+    most: f32,
+    means: Vec<Lane>,
+    /// `1 / sqrt(v + ε)`.
+    inverses: Vec<f64>,
+}
+
+/// Numbers that an operation takes, or those that become of them by a normalisation.
+#[derive(Debug, Clone, Copy)]
+pub struct Input<'a> {
+    /// Of the shape that the operation says.
+    pub values: &'a [f32],
+    /// What is done to them first.
+    pub norm: Option<&'a Norm>,
+}
+
+/// Gradients by the parameters of a normalisation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Gradients {
+    /// `[channels]`
+    pub gamma: Vec<f32>,
+    /// `[channels]`
+    pub beta: Vec<f32>,
+}
+
+impl<'a> From<&'a [f32]> for Input<'a> {
+    fn from(values: &'a [f32]) -> Self {
+        Self { values, norm: None }
+    }
+}
+
+/// What lies beyond the bounds of an activation is put on them; NaN stays.
+#[inline(always)]
+fn kept(value: f32, least: f32, most: f32) -> f32 {
+    let value = if value < least { least } else { value };
+    if value > most { most } else { value }
+}
+
+impl Norm {
+    /// The normalisation by `statistics`; `gamma` and `beta` are `[channels]`.
+    ///
+    /// # Panics
+    /// If there are more or fewer.
+    pub fn new(
+        statistics: &Statistics,
+        gamma: &[f32],
+        beta: &[f32],
+        epsilon: f32,
+        activation: Activation,
+    ) -> Self {
+        let Statistics { mean, variance } = statistics;
+        assert_eq!([gamma.len(), beta.len()], [mean.len(); 2], "a factor and offset each channel");
+        let inverse = |variance: &f32| 1.0 / f64::from(variance + epsilon).sqrt();
+        let inverses: Vec<f64> = variance.iter().map(inverse).collect();
+        let scales: Vec<f64> = gamma
+            .iter()
+            .zip(&inverses)
+            .map(|(gamma, inverse)| f64::from(*gamma) * inverse)
+            .collect();
+        let offset = |channel: usize| {
+            (f64::from(beta[channel]) - f64::from(mean[channel]) * scales[channel]) as f32
+        };
+        let offsets: Vec<f32> = (0..beta.len()).map(offset).collect();
+        let [least, most] = activation.bounds();
+        Self {
+            scales: lanes(&scales.iter().map(|scale| *scale as f32).collect::<Vec<_>>()),
+            offsets: lanes(&offsets),
+            least,
+            most,
+            means: lanes(mean),
+            inverses,
+        }
+    }
+
+    /// Mean and biased variance of every channel.
+    pub fn statistics(shape: &Blocks, values: &[f32]) -> Statistics {
+        assert_eq!(values.len(), shape.numbers(), "numbers of this shape");
+        let count = (shape.height * shape.width) as f64;
+        let of_image = |image: &[f32]| -> Vec<[[f64; LANES]; 2]> {
+            let blocks = image.chunks_exact(shape.block().max(1));
+            let of_block = |block: &[f32]| {
+                Arch::new().dispatch(
+                    #[inline(always)]
+                    || mean_and_squares(block),
+                )
+            };
+            blocks.map(of_block).collect()
+        };
+        let images: Vec<_> = values.par_chunks(shape.image().max(1)).map(of_image).collect();
+        let (mut mean, mut variance) = (Vec::new(), Vec::new());
+        for channel in 0..shape.channels {
+            let (block, lane) = (channel / LANES, channel % LANES);
+            let (mut joined, mut squares, mut seen) = (0.0, 0.0, 0.0);
+            for image in &images {
+                let [of_image, squares_of_image] = image[block].map(|lanes| lanes[lane]);
+                let apart = of_image - joined;
+                let all = seen + count;
+                squares += squares_of_image + apart * apart * seen * count / all;
+                joined += apart * count / all;
+                seen = all;
+            }
+            mean.push(joined as f32);
+            variance.push((squares / f64::max(seen, 1.0)) as f32);
+        }
+        Statistics { mean, variance }
+    }
+
+    /// The gradients by the numbers that are normalised, which takes the place of `gradient`, the gradient
+    /// by the result, and by the parameters.
+    pub fn backward(&self, shape: &Blocks, values: &[f32], gradient: &mut [f32]) -> Gradients {
+        assert_eq!([values.len(), gradient.len()], [shape.numbers(); 2], "numbers of this shape");
+        let size = shape.block().max(1);
+        let blocks = shape.blocks();
+        let pairs = values.par_chunks(size).zip(gradient.par_chunks(size)).enumerate();
+        let sums: Vec<_> = pairs
+            .map(|(k, (xs, dys))| {
+                let line = self.line(k % blocks);
+                let mean = self.means[k % blocks];
+                Arch::new().dispatch(
+                    #[inline(always)]
+                    || gradient_sums(line, mean, xs, dys),
+                )
+            })
+            .collect();
+        let count = (shape.batch * shape.height * shape.width).max(1) as f64;
+        let (mut gamma, mut beta) = (Vec::new(), Vec::new());
+        // The gradient by the input is `a dy + b x + c`.
+        let mut planes = vec![[[0.0; LANES]; 3]; blocks];
+        for channel in 0..shape.channels {
+            let (block, lane) = (channel / LANES, channel % LANES);
+            let total = |which: usize| -> f64 {
+                sums.iter().skip(block).step_by(blocks).map(|sums| sums[which][lane]).sum()
+            };
+            let [plain, centred] = [0, 1].map(total);
+            let inverse = self.inverses[channel];
+            let a = f64::from(self.scales[block][lane]);
+            let b = -a * inverse * inverse * centred / count;
+            let c = -a * plain / count - b * f64::from(self.means[block][lane]);
+            for (plane, value) in planes[block].iter_mut().zip([a, b, c]) {
+                plane[lane] = value as f32;
+            }
+            gamma.push((centred * inverse) as f32);
+            beta.push(plain as f32);
+        }
+        let pairs = gradient.par_chunks_mut(size).zip(values.par_chunks(size)).enumerate();
+        pairs.for_each(|(k, (dys, xs))| {
+            let line = self.line(k % blocks);
+            let [a, b, c] = planes[k % blocks];
+            Arch::new().dispatch(
+                #[inline(always)]
+                || {
+                    let pixels = dys.as_chunks_mut::<LANES>().0.iter_mut();
+                    for (dy, x) in pixels.zip(xs.as_chunks::<LANES>().0) {
+                        for lane in 0..LANES {
+                            let masked = line.masked(lane, x[lane], dy[lane]);
+                            dy[lane] = a[lane] * masked + (b[lane] * x[lane] + c[lane]);
+                        }
+                    }
+                },
+            );
+        });
+        Gradients { gamma, beta }
+    }
+
+    fn line(&self, block: usize) -> BlockLine {
+        let (scale, offset) = (self.scales[block], self.offsets[block]);
+        BlockLine { scale, offset, least: self.least, most: self.most }
+    }
+}
+
+impl Input<'_> {
+    /// `activation(input + other)`.
+    pub fn add(self, shape: &Blocks, other: Input<'_>, activation: Activation) -> Vec<f32> {
+        let lengths = [self.values.len(), other.values.len()];
+        assert_eq!(lengths, [shape.numbers(); 2], "numbers of this shape");
+        let [least, most] = activation.bounds();
+        let mut output = vec![0.0; shape.numbers()];
+        let size = shape.block().max(1);
+        let sources = self.values.par_chunks(size).zip(other.values.par_chunks(size));
+        output.par_chunks_mut(size).zip(sources).enumerate().for_each(|(k, (to, (xs, others)))| {
+            let [a, b] = [self, other].map(|input| input.line(k % shape.blocks()));
+            Arch::new().dispatch(
+                #[inline(always)]
+                || {
+                    let sources =
+                        xs.as_chunks::<LANES>().0.iter().zip(others.as_chunks::<LANES>().0);
+                    for (to, (x, other)) in to.as_chunks_mut::<LANES>().0.iter_mut().zip(sources) {
+                        for lane in 0..LANES {
+                            let sum = a.value(lane, x[lane]) + b.value(lane, other[lane]);
+                            to[lane] = kept(sum, least, most);
+                        }
+                    }
+                },
+            );
+        });
+        output
+    }
+
+    /// What the numbers are, written down.
+    pub fn written(self, shape: &Blocks) -> Vec<f32> {
+        assert_eq!(self.values.len(), shape.numbers(), "numbers of this shape");
+        let mut output = vec![0.0; shape.numbers()];
+        let size = shape.block().max(1);
+        let pairs = output.par_chunks_mut(size).zip(self.values.par_chunks(size)).enumerate();
+        pairs.for_each(|(k, (to, xs))| {
+            let line = self.line(k % shape.blocks());
+            Arch::new().dispatch(
+                #[inline(always)]
+                || line.write(xs, to),
+            );
+        });
+        output
+    }
+
+    /// What is done to numbers of a block.
+    pub(super) fn line(&self, block: usize) -> BlockLine {
+        let [least, most] = Activation::Identity.bounds();
+        let same = BlockLine { scale: [1.0; LANES], offset: [0.0; LANES], least, most };
+        self.norm.map_or(same, |norm| norm.line(block))
+    }
+}
+
+/// The gradient by what an activation was given, from its `output` and the gradient by that.
+pub fn through(activation: Activation, output: &[f32], gradient: &[f32]) -> Vec<f32> {
+    /// Numbers of a piece of work.
+    const PIECE: usize = 1 << 14;
+    let [least, most] = activation.bounds();
+    let mut input = vec![0.0; gradient.len()];
+    let sources = output.par_chunks(PIECE).zip(gradient.par_chunks(PIECE));
+    input.par_chunks_mut(PIECE).zip(sources).for_each(|(to, (ys, dys))| {
+        Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                for (to, (y, dy)) in to.iter_mut().zip(ys.iter().zip(dys)) {
+                    *to = if (*y <= least) | (*y >= most) { 0.0 } else { *dy };
+                }
+            },
+        );
+    });
+    input
+}
+
+/// What becomes of numbers of a block.
+#[derive(Clone, Copy)]
+pub(super) struct BlockLine {
+    pub(super) scale: Lane,
+    pub(super) offset: Lane,
+    pub(super) least: f32,
+    pub(super) most: f32,
+}
+
+impl BlockLine {
+    #[inline(always)]
+    pub(super) fn value(&self, lane: usize, x: f32) -> f32 {
+        kept(self.scale[lane] * x + self.offset[lane], self.least, self.most)
+    }
+
+    /// A gradient, or 0 where the value is kept at a bound. NaN goes through.
+    #[inline(always)]
+    fn masked(&self, lane: usize, x: f32, gradient: f32) -> f32 {
+        let value = self.scale[lane] * x + self.offset[lane];
+        // Without a branch.
+        if (value <= self.least) | (value >= self.most) { 0.0 } else { gradient }
+    }
+
+    #[inline(always)]
+    pub(super) fn write(&self, from: &[f32], to: &mut [f32]) {
+        let pixels = to.as_chunks_mut::<LANES>().0.iter_mut();
+        for (to, x) in pixels.zip(from.as_chunks::<LANES>().0) {
+            for lane in 0..LANES {
+                to[lane] = self.value(lane, x[lane]);
+            }
+        }
+    }
+}
+
+/// Pixels after which sums are added to what is held in double precision.
+const HELD: usize = 64 * LANES;
+
+/// Means and sums of squares about them of the pixels of a block.
+#[inline(always)]
+fn mean_and_squares(block: &[f32]) -> [[f64; LANES]; 2] {
+    let count = (block.len() / LANES).max(1) as f64;
+    let mut means = [0.0; LANES];
+    for pixels in block.chunks(HELD) {
+        let mut sums = [0.0; LANES];
+        for pixel in pixels.as_chunks::<LANES>().0 {
+            for lane in 0..LANES {
+                sums[lane] += pixel[lane];
+            }
+        }
+        for lane in 0..LANES {
+            means[lane] += f64::from(sums[lane]) / count;
+        }
+    }
+    let near: Lane = means.map(|mean| mean as f32);
+    let mut squares = [0.0; LANES];
+    for pixels in block.chunks(HELD) {
+        let mut sums = [0.0; LANES];
+        for pixel in pixels.as_chunks::<LANES>().0 {
+            for lane in 0..LANES {
+                let apart = pixel[lane] - near[lane];
+                sums[lane] += apart * apart;
+            }
+        }
+        for lane in 0..LANES {
+            squares[lane] += f64::from(sums[lane]);
+        }
+    }
+    [means, squares]
+}
+
+/// The sums over pixels of a block of `dy` and of `dy (x - mean)`.
+#[inline(always)]
+fn gradient_sums(line: BlockLine, mean: Lane, xs: &[f32], dys: &[f32]) -> [[f64; LANES]; 2] {
+    let mut totals = [[0.0; LANES]; 2];
+    for (xs, dys) in xs.chunks(HELD).zip(dys.chunks(HELD)) {
+        let mut sums = [[0.0; LANES]; 2];
+        for (x, dy) in xs.as_chunks::<LANES>().0.iter().zip(dys.as_chunks::<LANES>().0) {
+            for lane in 0..LANES {
+                let dy = line.masked(lane, x[lane], dy[lane]);
+                sums[0][lane] += dy;
+                sums[1][lane] += dy * (x[lane] - mean[lane]);
+            }
+        }
+        for (totals, sums) in totals.iter_mut().zip(sums) {
+            for lane in 0..LANES {
+                totals[lane] += f64::from(sums[lane]);
+            }
+        }
+    }
+    totals
+}
+
+/// Values in blocks of sixteen, filled up with zeros.
+fn lanes(values: &[f32]) -> Vec<Lane> {
+    let block = |values: &[f32]| {
+        let mut lanes = [0.0; LANES];
+        lanes[..values.len()].copy_from_slice(values);
+        lanes
+    };
+    values.chunks(LANES).map(block).collect()
+}
+
+/// Sums over all pixels, channel by channel.
+pub(super) fn channel_sums(shape: &Blocks, values: &[f32]) -> Vec<f32> {
+    let blocks = shape.blocks();
+    let sums: Vec<[f64; LANES]> = values
+        .par_chunks(shape.block().max(1))
+        .map(|block| {
+            let mut totals = [0.0; LANES];
+            for pixels in block.chunks(HELD) {
+                let mut sums = [0.0; LANES];
+                for pixel in pixels.as_chunks::<LANES>().0 {
+                    for lane in 0..LANES {
+                        sums[lane] += pixel[lane];
+                    }
+                }
+                for lane in 0..LANES {
+                    totals[lane] += f64::from(sums[lane]);
+                }
+            }
+            totals
+        })
+        .collect();
+    let total = |channel: usize| -> f64 {
+        sums.iter().skip(channel / LANES).step_by(blocks).map(|sums| sums[channel % LANES]).sum()
+    };
+    (0..shape.channels).map(|channel| total(channel) as f32).collect()
+}

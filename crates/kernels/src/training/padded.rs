@@ -1,0 +1,84 @@
+//! Images with a border of zeros, in memory that is used again.
+
+use pulp::Arch;
+
+use super::blocks::Blocks;
+use super::norm::Input;
+use crate::blocked::Line;
+use crate::simd::LANES;
+
+/// Images `[image][channels / 16][height + border][width + border][16]`.
+#[derive(Default)]
+pub(super) struct Padded {
+    lines: Vec<Line>,
+}
+
+/// Distances in padded images, in `f32`.
+#[derive(Clone, Copy)]
+pub(super) struct Pitches {
+    pub(super) row: usize,
+    pub(super) block: usize,
+    pub(super) image: usize,
+    border: usize,
+}
+
+impl Pitches {
+    /// Of images of this shape with so many pixels of zeros on each side.
+    pub(super) fn of(shape: &Blocks, border: usize) -> Self {
+        let row = (shape.width + 2 * border) * LANES;
+        let block = row * (shape.height + 2 * border);
+        Self { row, block, image: block * shape.blocks(), border }
+    }
+
+    /// Lines of so many images.
+    pub(super) fn lines(&self, images: usize) -> usize {
+        images * self.image / LANES
+    }
+}
+
+/// Writes an image of `shape`, normalised if it is to be, with its border.
+pub(super) fn pad(shape: &Blocks, input: Input<'_>, pitches: Pitches, to: &mut [Line]) {
+    let row_lines = pitches.row / LANES;
+    let border = pitches.border;
+    let planes = to.chunks_exact_mut(pitches.block / LANES);
+    for (block, (plane, values)) in planes.zip(input.values.chunks_exact(shape.block())).enumerate()
+    {
+        let norm = input.line(block);
+        let (above, rest) = plane.split_at_mut(border * row_lines);
+        let (rows, below) = rest.split_at_mut(shape.height * row_lines);
+        above.fill(Line::ZERO);
+        below.fill(Line::ZERO);
+        let rows = rows.chunks_exact_mut(row_lines);
+        for (row, values) in rows.zip(values.chunks_exact(shape.width * LANES)) {
+            row[..border].fill(Line::ZERO);
+            row[border + shape.width..].fill(Line::ZERO);
+            let inside = &mut row[border..border + shape.width];
+            if input.norm.is_none() {
+                for (line, values) in inside.iter_mut().zip(values.as_chunks::<LANES>().0) {
+                    line.0 = *values;
+                }
+            } else {
+                Arch::new().dispatch(
+                    #[inline(always)]
+                    || {
+                        for (to, x) in inside.iter_mut().zip(values.as_chunks::<LANES>().0) {
+                            for lane in 0..LANES {
+                                to.0[lane] = norm.value(lane, x[lane]);
+                            }
+                        }
+                    },
+                );
+            }
+        }
+    }
+}
+
+impl Padded {
+    /// Room for so many lines; what they hold does not matter.
+    pub(super) fn room(&mut self, lines: usize) -> &mut [Line] {
+        if self.lines.len() < lines {
+            self.lines.resize(lines, Line::ZERO);
+        }
+        &mut self.lines[..lines]
+    }
+}
