@@ -3,14 +3,13 @@
 use std::path::PathBuf;
 
 use clap::{Parser, Subcommand};
-use evpose_infer::Level;
+use evpose_infer::{Level, Precision};
 use evpose_io::{Encoding, FrameSource};
 use evpose_nn::DeviceKind;
 use evpose_sim::Shard;
 
 use crate::commands::ablate::AblateCommand;
 use crate::commands::bench_infer::peers::PeerName;
-use crate::commands::bench_infer::precision::Precision;
 use crate::commands::calibrate::CalibrateCommand;
 use crate::commands::clean::CleanArgs;
 use crate::commands::convert::formats;
@@ -53,6 +52,8 @@ pub(crate) enum Command {
     Eval(EvalArgs),
     /// Poses of a recording
     Infer(InferArgs),
+    /// Let a network compute in fewer bits, and measure what that costs
+    Quantize(QuantizeArgs),
     /// Write a network as an ONNX file, for other runtimes
     Export(ExportArgs),
     /// Measure speed
@@ -276,6 +277,9 @@ pub(crate) struct EvalArgs {
     /// Milliseconds between the poses that are evaluated
     #[arg(long, default_value_t = 1)]
     pub(crate) stride_ms: u32,
+    /// Bits that the network computes in: f32, bf16, or int8 after `evpose quantize`
+    #[arg(long, default_value = "f32")]
+    pub(crate) precision: Precision,
     #[command(flatten)]
     pub(crate) device: DeviceArgs,
 }
@@ -304,8 +308,40 @@ pub(crate) struct InferArgs {
     /// Write the network's poses as they are, without the Kalman filter
     #[arg(long)]
     pub(crate) unfiltered: bool,
+    /// Bits that the network computes in: f32, bf16, or int8 after `evpose quantize`
+    #[arg(long, default_value = "f32")]
+    pub(crate) precision: Precision,
     #[command(flatten)]
     pub(crate) device: DeviceArgs,
+}
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  evpose quantize --checkpoint runs/hand --data data/train \
+    --judge data/test\n  evpose infer --checkpoint runs/hand --precision int8 --events hand.evc \
+    --out poses.csv\n\nA byte stands for a step between the least and the largest value that a layer \
+    was seen to make.\nThese are measured on the data and kept in int8.json beside the checkpoint.")]
+pub(crate) struct QuantizeArgs {
+    /// A run directory, or a .bpk file with its .toml beside it
+    #[arg(long)]
+    pub(crate) checkpoint: PathBuf,
+    /// Directory of sequences to measure values on: those of the training
+    #[arg(long)]
+    pub(crate) data: PathBuf,
+    /// Windows to measure values on, spread evenly
+    #[arg(long, default_value_t = 256, value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) windows: u64,
+    /// Directory of sequences the network has not seen, to judge f32, bf16 and int8 on
+    #[arg(long)]
+    pub(crate) judge: Option<PathBuf>,
+    /// Milliseconds between the poses that are judged
+    #[arg(long, default_value_t = 20, requires = "judge")]
+    pub(crate) stride_ms: u32,
+    /// Where to write the numbers
+    #[arg(long, requires = "judge")]
+    pub(crate) json: Option<PathBuf>,
+    /// CPU threads; all cores by default
+    #[arg(long, value_parser = parse_threads)]
+    pub(crate) threads: Option<usize>,
 }
 
 #[derive(Debug, clap::Args)]
@@ -450,7 +486,7 @@ pub(crate) struct BenchInferArgs {
     /// Networks of the registry instead of the config's own, of the config's width, or `all`
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     pub(crate) network: Vec<String>,
-    /// Numbers that are computed in
+    /// Bits that are computed in: f32, bf16 or int8
     #[arg(long, value_delimiter = ',', default_value = "f32")]
     pub(crate) precision: Vec<Precision>,
     /// CPU threads, one figure for each number; all cores by default

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use burn::tensor::Device;
 use evpose_core::atomic_write;
+use evpose_pose::HandParams;
 use evpose_pose::metric::{HandRatios, HandSummary, Interval, MeanPose};
 use evpose_train::{
     Checkpoint, Condition, ConstantPose, Evaluated, HandConfig, HandDataset, Method,
@@ -15,7 +15,7 @@ use serde::Serialize;
 use serde_json::{Map, Value};
 
 use super::held_out::{cell, find};
-use super::{device, simulate};
+use super::{device, quantize, simulate};
 use crate::args::EvalArgs;
 use crate::machine::Machine;
 use crate::progress::{bar, say};
@@ -95,7 +95,11 @@ pub(crate) fn run(args: &EvalArgs) -> Result<()> {
         let dir = out.join(&*condition.name);
         say(format!("    {}", simulate::record(&config, &dir, &condition.name)?));
         let data = HandDataset::open(&dir, &config)?;
-        let (methods, usage) = judge(&config, &data, &checkpoint, &device, args.stride_ms)?;
+        let network = checkpoint.network.clone();
+        let network =
+            quantize::predictor(&args.checkpoint, network, args.precision, device.clone())?;
+        let mean = checkpoint.mean_pose;
+        let (methods, usage) = judge(&config, &data, network, mean, args.stride_ms)?;
         if args.out.is_some() {
             let plain = find(&methods, "trained_kalman")?;
             let slow = find(&methods, "slow_motion")?;
@@ -139,11 +143,11 @@ fn picture_path(out: &Path, condition: &Condition) -> PathBuf {
 fn judge(
     config: &HandConfig,
     data: &HandDataset,
-    checkpoint: &Checkpoint,
-    device: &Device,
+    mut network: NetworkPredictor,
+    mean: Option<HandParams>,
     stride_ms: u32,
 ) -> Result<(Vec<Evaluated>, SlowMotionUsage)> {
-    let mean = match checkpoint.mean_pose {
+    let mean = match mean {
         Some(mean) => mean,
         // Weights from elsewhere do not know what they were trained on.
         None => {
@@ -153,7 +157,6 @@ fn judge(
         }
     };
     let mut constant = ConstantPose(mean);
-    let mut network = NetworkPredictor::new(checkpoint.network.clone(), device.clone());
     let mut methods = [
         Method { name: "mean_pose", predictor: &mut constant, filtered: None },
         Method { name: "trained", predictor: &mut network, filtered: Some("trained_kalman") },

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
-use evpose_train::{HandDataset, TrainOptions, read_history, train_hand};
+use evpose_train::{HandDataset, NetworkPredictor, TrainOptions, read_history, train_hand};
 use serde_json::json;
 
 use super::{config_source, device, held_out, simulate};
@@ -58,7 +58,8 @@ pub(crate) fn run(args: &DemoArgs) -> Result<()> {
     let data = HandDataset::open(&test_dir, &config)?;
     let mean = summary.best.mean_pose.context("the training poses have no mean")?;
     let network = summary.best.network;
-    let mut judged = held_out::judge(&config, &data, network, mean, &device, args.stride_ms)?;
+    let trained = NetworkPredictor::new(network, device.clone());
+    let mut judged = held_out::judge(&config, &data, trained, mean, &device, args.stride_ms)?;
     judged.metrics.measured = json!({
         "simulated_steps_per_second": recorded.steps_per_second(),
         "trained_samples": summary.samples,

@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use evpose_pose::metric::MeanPose;
 use evpose_train::{Checkpoint, HandDataset};
 
-use super::{conditions, device, held_out};
+use super::{conditions, device, held_out, quantize};
 use crate::args::EvalArgs;
 use crate::progress::say;
 
@@ -33,8 +33,9 @@ fn judge(args: &EvalArgs, data: &Path) -> Result<()> {
             mean.mean().context("no poses to average")?
         }
     };
-    let judged =
-        held_out::judge(&config, &data, checkpoint.network, mean, &device, args.stride_ms)?;
+    let network = checkpoint.network;
+    let trained = quantize::predictor(&args.checkpoint, network, args.precision, device.clone())?;
+    let judged = held_out::judge(&config, &data, trained, mean, &device, args.stride_ms)?;
     held_out::print(&config, &judged);
     if let Some(path) = &args.json {
         judged.metrics.write(path)?;

@@ -5,7 +5,6 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use burn::tensor::Device;
 use evpose_core::atomic_write;
-use evpose_nn::HandRegressor;
 use evpose_pose::HandParams;
 use evpose_pose::metric::{HandRatios, HandSummary, Interval};
 use evpose_train::{
@@ -42,18 +41,17 @@ pub(crate) struct Judged {
     pub(crate) metrics: Metrics,
 }
 
-/// Judges `network` beside an untrained one and the pose `mean`.
+/// Judges `trained` beside an untrained one and the pose `mean`.
 pub(crate) fn judge(
     config: &HandConfig,
     data: &HandDataset,
-    network: HandRegressor,
+    mut trained: NetworkPredictor,
     mean: HandParams,
     device: &Device,
     stride_ms: u32,
 ) -> Result<Judged> {
     let mut mean_pose = ConstantPose(mean);
     let mut before = NetworkPredictor::new(untrained(config, device)?, device.clone());
-    let mut trained = NetworkPredictor::new(network, device.clone());
     let mut methods = [
         Method { name: "mean_pose", predictor: &mut mean_pose, filtered: None },
         Method { name: "untrained", predictor: &mut before, filtered: None },

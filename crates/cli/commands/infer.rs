@@ -13,7 +13,7 @@ use evpose_train::{
     Stage,
 };
 
-use super::device;
+use super::{device, quantize};
 use crate::args::InferArgs;
 use crate::progress::{bar, say};
 
@@ -61,7 +61,8 @@ pub(crate) fn run(args: &InferArgs) -> Result<()> {
             config.simulation.image_size()
         );
     }
-    let mut predictor = NetworkPredictor::new(checkpoint.network, device);
+    let mut predictor =
+        quantize::predictor(&args.checkpoint, checkpoint.network, args.precision, device)?;
     let estimate = if args.mode == "slow-motion" { slow_motion } else { predict };
     let poses = estimate(&config, &events, &mut predictor, !args.unfiltered)?;
 

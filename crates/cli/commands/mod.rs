@@ -26,6 +26,7 @@ mod info;
 mod job_files;
 mod latency;
 pub(crate) mod opening;
+mod quantize;
 pub(crate) mod sensor;
 mod simulate;
 mod train;
@@ -52,6 +53,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode> {
         Command::Train(args) => train::run(&args),
         Command::Eval(args) => eval::run(&args),
         Command::Infer(args) => infer::run(&args),
+        Command::Quantize(args) => quantize::run(&args),
         Command::Export(args) => export::run(&args),
         Command::Bench(BenchCommand::Infer(args)) => bench_infer::run(&args),
         Command::Bench(BenchCommand::Train(args)) => bench_train::run(&args),

@@ -4,14 +4,15 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use evpose_kernels::Level;
-use evpose_kernels::blocked::{Image, Scratch, Team};
-use evpose_nn::graph::{Graph, Node, Operation};
+use evpose_kernels::blocked::{Scratch, Team, read_planes};
+use evpose_nn::graph::{Graph, NodeId};
 
 use crate::InferError;
-use crate::fuse::{Fused, fused};
-use crate::memory::{Memory, Slot};
-use crate::shapes::{Shape, shapes};
-use crate::step::{Place, Step};
+use crate::held::Buffer;
+use crate::memory::Slot;
+use crate::plan::{Plan, Planned};
+use crate::precision::{Precision, Ranges};
+use crate::step::Place;
 
 /// How a network is run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,12 +22,14 @@ pub struct EngineOptions {
     pub threads: usize,
     /// The instructions to use.
     pub level: Level,
+    /// How images and weights are kept.
+    pub precision: Precision,
 }
 
 impl Default for EngineOptions {
-    /// One thread, the best instructions there are.
+    /// One thread, the best instructions there are, 32 bits.
     fn default() -> Self {
-        Self { threads: 1, level: Level::best() }
+        Self { threads: 1, level: Level::best(), precision: Precision::F32 }
     }
 }
 
@@ -39,6 +42,11 @@ impl EngineOptions {
     /// With these instructions.
     pub fn with_level(self, level: Level) -> Self {
         Self { level, ..self }
+    }
+
+    /// With images and weights kept so.
+    pub fn with_precision(self, precision: Precision) -> Self {
+        Self { precision, ..self }
     }
 }
 
@@ -61,18 +69,13 @@ pub struct Engine {
     level: Level,
     steps: Arc<[Planned]>,
     layers: Arc<[Layer]>,
-    images: Vec<Image>,
+    images: Vec<Buffer>,
     scratch: Scratch,
-    input: Slot,
+    input: (Slot, [f32; 2]),
+    /// The node whose values these are.
+    first: NodeId,
     outputs: Vec<Slot>,
     values: Vec<Vec<f32>>,
-}
-
-/// A step, and where its images are.
-struct Planned {
-    step: Step,
-    inputs: Vec<Slot>,
-    output: Slot,
 }
 
 impl Engine {
@@ -81,29 +84,48 @@ impl Engine {
     /// # Errors
     /// [`InferError::Unsupported`] for a layer that there is no kernel for, [`InferError::Shape`] for
     /// images that a layer cannot take, [`InferError::Level`] for instructions that the processor does
-    /// not have.
+    /// not have, [`InferError::Ranges`] for 8 bits, which need [`compile_with`](Self::compile_with).
     pub fn compile(
         graph: &Graph,
         input: [usize; 3],
         options: EngineOptions,
     ) -> Result<Self, InferError> {
-        let EngineOptions { threads, level } = options;
+        Self::compile_with(graph, input, options, None)
+    }
+
+    /// As [`compile`](Self::compile), with what is known of the values that layers make.
+    ///
+    /// # Errors
+    /// As there; [`InferError::Ranges`] if nothing is known of a layer, or of another network.
+    pub fn compile_with(
+        graph: &Graph,
+        input: [usize; 3],
+        options: EngineOptions,
+        ranges: Option<&Ranges>,
+    ) -> Result<Self, InferError> {
+        let EngineOptions { threads, level, precision } = options;
         if !Level::available().contains(&level) {
             return Err(InferError::Level { level: level.to_string() });
         }
-        let shapes = shapes(graph, input)?;
-        let work = work(graph, &shapes, level)?;
-        let plan = plan(graph, &shapes, work);
-        let blank = |id: &usize| vec![0.0; shapes[*id].iter().product()];
-        let values = graph.outputs.iter().map(blank).collect();
+        if let Some(ranges) = ranges {
+            ranges.check(graph)?;
+        }
+        let plan = Plan::new(graph, input, level, precision, ranges)?;
+        let images = plan.memory.buffers();
+        let blank = |slot: &Slot| {
+            let size: usize = images[*slot].held().size().iter().product();
+            vec![0.0; size]
+        };
+        let values = plan.outputs.iter().map(blank).collect();
         Ok(Self {
             team: Team::new(threads),
             level,
-            images: plan.memory.images(),
+            images,
             steps: plan.steps.into(),
             layers: plan.layers.into(),
             scratch: Scratch::default(),
             input: plan.input,
+            first: plan.first,
             outputs: plan.outputs,
             values,
         })
@@ -120,6 +142,7 @@ impl Engine {
             images: self.images.clone(),
             scratch: Scratch::default(),
             input: self.input,
+            first: self.first,
             outputs: self.outputs.clone(),
             values: self.values.clone(),
         }
@@ -131,14 +154,30 @@ impl Engine {
     /// # Panics
     /// If the image has another size than it was compiled for.
     pub fn run(&mut self, input: &[f32]) -> &[Vec<f32>] {
-        self.images[self.input].read_planes(input);
+        self.read(input);
         for step in 0..self.steps.len() {
             self.step(step);
         }
         for (output, values) in self.outputs.iter().zip(&mut self.values) {
-            self.images[*output].write_planes(values);
+            self.images[*output].whole().write_planes(values);
         }
         &self.values
+    }
+
+    /// Runs an image and takes the values that layers make into `ranges`, which are of the same graph.
+    /// Of an engine of 32 bits.
+    ///
+    /// # Panics
+    /// If the image has another size than it was compiled for, or values are kept in fewer bits.
+    pub fn see(&mut self, input: &[f32], ranges: &mut Ranges) {
+        self.read(input);
+        let ends = self.images[self.input.0].whole().extremes();
+        ranges.see(self.first, ends);
+        for step in 0..self.steps.len() {
+            self.step(step);
+            let Planned { node, output, .. } = &self.steps[step];
+            ranges.see(*node, self.images[*output].whole().extremes());
+        }
     }
 
     /// As [`run`](Self::run), with the time that each layer took. Times are of one run: take many.
@@ -146,7 +185,7 @@ impl Engine {
     /// # Panics
     /// If the image has another size than it was compiled for.
     pub fn run_timed(&mut self, input: &[f32]) -> Vec<Duration> {
-        self.images[self.input].read_planes(input);
+        self.read(input);
         let count = self.steps.len();
         let timed = |step| {
             let begin = Instant::now();
@@ -168,15 +207,23 @@ impl Engine {
 
     /// Bytes of all images on their way.
     pub fn image_bytes(&self) -> usize {
-        self.images.iter().map(Image::bytes).sum()
+        self.images.iter().map(Buffer::bytes).sum()
+    }
+
+    fn read(&mut self, input: &[f32]) {
+        let (slot, by) = self.input;
+        read_planes(&self.team, self.level, input, by, self.images[slot].held_mut());
     }
 
     fn step(&mut self, step: usize) {
-        let Planned { step, inputs, output } = &self.steps[step];
+        let Planned { step, inputs, output, kept, .. } = &self.steps[step];
         // The output is never one of the inputs.
-        let blank = Image::zeros(0, 0, 0, 0);
+        let blank = Buffer::zeros([0; 3], 0, None);
         let mut image = std::mem::replace(&mut self.images[*output], blank);
-        let inputs: Vec<&Image> = inputs.iter().map(|slot| &self.images[*slot]).collect();
+        if let (Buffer::Packed(image), Some(storage)) = (&mut image, kept) {
+            image.keep_as(*storage);
+        }
+        let inputs: Vec<&Buffer> = inputs.iter().map(|slot| &self.images[*slot]).collect();
         step.run(Place {
             team: &self.team,
             level: self.level,
@@ -186,86 +233,4 @@ impl Engine {
         });
         self.images[*output] = image;
     }
-}
-
-/// A step of a node, and which nodes it takes.
-type Work = Option<(Step, Vec<usize>)>;
-
-/// What is done at every node; nothing where another does it.
-fn work(graph: &Graph, shapes: &[Shape], level: Level) -> Result<Vec<Work>, InferError> {
-    let of = |(id, fused): (usize, Fused)| {
-        let node = &graph.nodes[id];
-        Ok(match fused {
-            Fused::Elsewhere => None,
-            Fused::Whole if node.operation == Operation::Input => None,
-            Fused::Whole => Some((Step::of(node, level)?, node.inputs.clone())),
-            Fused::Sum { of, activation } => Some((Step::Sum(activation), of.to_vec())),
-            Fused::Conv { conv, residual, activation } => {
-                let Node { name, operation, inputs, .. } = &graph.nodes[conv];
-                let Operation::Conv(layer) = operation else { return Ok(None) };
-                let has_residual = residual.is_some();
-                let step = Step::conv(name, layer, shapes[id], has_residual, activation, level)?;
-                Some((step, inputs.iter().copied().chain(residual).collect()))
-            }
-        })
-    };
-    fused(graph).into_iter().enumerate().map(of).collect()
-}
-
-struct Plan {
-    steps: Vec<Planned>,
-    layers: Vec<Layer>,
-    memory: Memory,
-    input: Slot,
-    outputs: Vec<Slot>,
-}
-
-/// Gives every image its memory, which others have before and after it.
-fn plan(graph: &Graph, shapes: &[Shape], work: Vec<Work>) -> Plan {
-    let count = graph.nodes.len();
-    let (mut borders, mut last) = (vec![0; count], (0..count).collect::<Vec<_>>());
-    for (id, (step, inputs)) in
-        work.iter().enumerate().filter_map(|(id, work)| work.as_ref().map(|work| (id, work)))
-    {
-        borders[inputs[0]] = borders[inputs[0]].max(step.border());
-        inputs.iter().for_each(|input| last[*input] = last[*input].max(id));
-    }
-    graph.outputs.iter().for_each(|output| last[*output] = count);
-    let mut memory = Memory::default();
-    let mut slots = vec![0; count];
-    slots[0] = memory.take(shapes[0], borders[0]);
-    // The input is written before every run.
-    last[0] = count;
-    let (mut steps, mut layers) = (Vec::new(), Vec::new());
-    for (id, work) in work.into_iter().enumerate() {
-        let Some((step, inputs)) = work else { continue };
-        slots[id] = memory.take(shapes[id], borders[id]);
-        layers.push(layer(graph, id, &step, &inputs, shapes));
-        let output = slots[id];
-        steps.push(Planned { step, inputs: inputs.iter().map(|id| slots[*id]).collect(), output });
-        let mut done: Vec<usize> = inputs.into_iter().filter(|input| last[*input] == id).collect();
-        done.dedup();
-        done.into_iter().for_each(|input| memory.give(slots[input]));
-    }
-    let outputs = graph.outputs.iter().map(|output| slots[*output]).collect();
-    Plan { steps, layers, memory, input: slots[0], outputs }
-}
-
-fn layer(graph: &Graph, id: usize, step: &Step, inputs: &[usize], shapes: &[Shape]) -> Layer {
-    let output = shapes[id];
-    // A convolution that took up what came behind it keeps its name.
-    let named = (0..=id).rev().map(|id| &graph.nodes[id]).find(|node| {
-        let is_conv = matches!(step, Step::Conv(..) | Step::Winograd(..) | Step::Depthwise(..));
-        !is_conv
-            || node.inputs.first() == inputs.first()
-                && matches!(node.operation, Operation::Conv(_) | Operation::Linear(_))
-    });
-    let node = named.unwrap_or(&graph.nodes[id]);
-    let pixels = (output[1] * output[2]) as u64;
-    let products = match &node.operation {
-        Operation::Conv(conv) => conv.weight.len() as u64 * pixels,
-        Operation::Linear(linear) => linear.weight.len() as u64,
-        _ => 0,
-    };
-    Layer { name: node.name.clone(), algorithm: step.algorithm(), output, products }
 }

@@ -26,4 +26,12 @@ pub enum InferError {
         /// What was asked for.
         level: String,
     },
+    /// Nothing is known of the values that a layer makes.
+    #[error(
+        "layer `{layer}`: its values were not measured for 8 bits; `evpose quantize` does that with a data set"
+    )]
+    Ranges {
+        /// The path of the layer.
+        layer: String,
+    },
 }

@@ -7,6 +7,8 @@
 //!
 //! * `shapes`: what sizes images have on their way.
 //! * `fuse`: sums and activations that go into the convolution before them.
+//! * `plan`: steps in order, in which bits their images are kept, and where.
+//! * `held`: images, however they are kept.
 //! * `memory`: which images share the same memory.
 //! * `step`: the operations of a plan.
 //! * [`Engine`]: a plan that runs.
@@ -14,11 +16,15 @@
 mod engine;
 mod error;
 mod fuse;
+mod held;
 mod memory;
+mod plan;
+mod precision;
 mod shapes;
 mod step;
 
 pub use engine::{Engine, EngineOptions, Layer};
 pub use error::InferError;
 pub use evpose_kernels::Level;
+pub use precision::{Precision, Ranges};
 pub use shapes::{Shape, shapes};

@@ -2,12 +2,14 @@
 
 use evpose_kernels::Level;
 use evpose_kernels::blocked::{
-    Conv, ConvShape, Depthwise, DepthwiseShape, Image, MaxPool, Scratch, Team, TileSize, Winograd,
-    add, affine, flatten, gather, mean_pool, sigmoid, upsample,
+    Conv, ConvShape, Depthwise, DepthwiseShape, Image, MaxPool, PackedConv, PackedDepthwise,
+    Scratch, Storage, Team, TileSize, Winograd, add, add_held, affine, flatten, gather,
+    max_pool_packed, mean_pool, sigmoid, upsample, upsample_packed,
 };
 use evpose_nn::graph::{Activation, ConvLayer, LinearLayer, Node, Operation};
 
 use crate::InferError;
+use crate::held::{Buffer, Kept};
 use crate::shapes::Shape;
 
 /// Channels from which kernels take longer to transform to `F(4, 3)` than that saves, with few tiles.
@@ -36,14 +38,20 @@ pub(crate) enum Step {
     Sigmoid,
     /// Factor and offset.
     Affine([f32; 2]),
+    PackedConv(PackedConv, Storage, Activation),
+    PackedDepthwise(PackedDepthwise, Storage, Activation),
+    PackedMaxPool(MaxPool),
+    PackedUpsample,
+    /// Of one image too, which is then kept otherwise.
+    PackedSum(Activation),
 }
 
 /// What a step works with.
 pub(crate) struct Place<'a> {
     pub(crate) team: &'a Team,
     pub(crate) level: Level,
-    pub(crate) inputs: &'a [&'a Image],
-    pub(crate) output: &'a mut Image,
+    pub(crate) inputs: &'a [&'a Buffer],
+    pub(crate) output: &'a mut Buffer,
     pub(crate) scratch: &'a mut Scratch,
 }
 
@@ -91,7 +99,7 @@ impl Step {
         Self::Conv(Conv::new(shape, &weight, &linear.bias, level), Activation::Identity)
     }
 
-    /// A convolution and what follows it.
+    /// A convolution and what follows it, of an image that is kept so.
     ///
     /// # Errors
     /// If there is no kernel for it.
@@ -102,6 +110,7 @@ impl Step {
         has_residual: bool,
         activation: Activation,
         level: Level,
+        kept: Kept,
     ) -> Result<Self, InferError> {
         let missing = |what: String| Err(InferError::Unsupported { layer: name.to_owned(), what });
         let [channels_out, of_group, kernel, kernel_x] = conv.shape;
@@ -119,6 +128,10 @@ impl Step {
         }
         if conv.groups == 1 {
             let shape = ConvShape { channels_in: of_group, channels_out, kernel, stride };
+            if let Some(storage) = kept {
+                let conv = PackedConv::new(shape, &conv.weight, &conv.bias, storage, level);
+                return Ok(Self::PackedConv(conv, storage, activation));
+            }
             return Ok(match tiles_of(shape, output) {
                 None => Self::Conv(Conv::new(shape, &conv.weight, &conv.bias, level), activation),
                 Some(size) => {
@@ -133,6 +146,10 @@ impl Step {
             return missing(format!("convolution of {kernel}x{kernel} in {} groups", conv.groups));
         }
         let shape = DepthwiseShape { channels: channels_out, kernel, stride };
+        if let Some(storage) = kept {
+            let conv = PackedDepthwise::new(shape, &conv.weight, &conv.bias, storage, level);
+            return Ok(Self::PackedDepthwise(conv, storage, activation));
+        }
         let conv = Depthwise::new(shape, &conv.weight, &conv.bias, level);
         Ok(Self::Depthwise(conv, activation))
     }
@@ -145,16 +162,37 @@ impl Step {
                 TileSize::Two => "winograd 2",
                 TileSize::Four => "winograd 4",
             },
+            Self::PackedConv(_, Storage::Bf16, _) => "direct bf16",
+            Self::PackedConv(_, Storage::Byte(_), _) => "direct int8",
             Self::Depthwise(..) => "depthwise",
-            Self::MaxPool(_) => "max-pool",
+            Self::PackedDepthwise(_, Storage::Bf16, _) => "depthwise bf16",
+            Self::PackedDepthwise(_, Storage::Byte(_), _) => "depthwise int8",
+            Self::MaxPool(_) | Self::PackedMaxPool(_) => "max-pool",
             Self::MeanPool => "mean",
             Self::Flatten => "flatten",
-            Self::Sum(_) => "sum",
+            Self::Sum(_) | Self::PackedSum(_) => "sum",
             Self::Channels(_) | Self::Interleave => "channels",
-            Self::Upsample => "upsample",
+            Self::Upsample | Self::PackedUpsample => "upsample",
             Self::Sigmoid => "sigmoid",
             Self::Affine(_) => "affine",
         }
+    }
+
+    /// Whether it is a convolution.
+    pub(crate) fn is_conv(&self) -> bool {
+        matches!(
+            self,
+            Self::Conv(..)
+                | Self::Winograd(..)
+                | Self::Depthwise(..)
+                | Self::PackedConv(..)
+                | Self::PackedDepthwise(..)
+        )
+    }
+
+    /// Whether it can keep its output in fewer bits.
+    pub(crate) fn writes_packed(&self) -> bool {
+        matches!(self, Self::PackedConv(..) | Self::PackedDepthwise(..) | Self::PackedSum(_))
     }
 
     /// Pixels of zeros that it needs around its input.
@@ -163,6 +201,8 @@ impl Step {
             Self::Conv(conv, _) => conv.shape().padding(),
             Self::Winograd(..) => 1,
             Self::Depthwise(conv, _) => conv.shape().kernel / 2,
+            Self::PackedConv(conv, ..) => conv.shape().padding(),
+            Self::PackedDepthwise(conv, ..) => conv.shape().kernel / 2,
             _ => 0,
         }
     }
@@ -170,6 +210,41 @@ impl Step {
     /// Does it.
     pub(crate) fn run(&self, place: Place<'_>) {
         let Place { team, level, inputs, output, scratch } = place;
+        let other = inputs.get(1).copied();
+        match self {
+            Self::PackedConv(conv, _, activation) => {
+                let residual = other.map(Buffer::held);
+                conv.run(team, inputs[0].packed(), residual, *activation, output.held_mut());
+            }
+            Self::PackedDepthwise(conv, _, activation) => {
+                conv.run(team, inputs[0].packed(), *activation, output.held_mut());
+            }
+            Self::PackedMaxPool(pool) => {
+                max_pool_packed(team, level, *pool, inputs[0].packed(), output.packed_mut());
+            }
+            Self::PackedUpsample => {
+                upsample_packed(team, level, inputs[0].packed(), output.packed_mut());
+            }
+            Self::PackedSum(activation) => {
+                let (one, other) = (inputs[0].held(), other.map(Buffer::held));
+                add_held(team, level, one, other, *activation, output.held_mut());
+            }
+            _ => {
+                let inputs: Vec<&Image> = inputs.iter().map(|input| input.whole()).collect();
+                self.run_whole(team, level, &inputs, output.whole_mut(), scratch);
+            }
+        }
+    }
+
+    /// Does it, where images are kept in 32 bits.
+    fn run_whole(
+        &self,
+        team: &Team,
+        level: Level,
+        inputs: &[&Image],
+        output: &mut Image,
+        scratch: &mut Scratch,
+    ) {
         let (input, other) = (inputs[0], inputs.get(1).copied());
         match self {
             Self::Conv(conv, activation) => conv.run(team, input, other, *activation, output),
@@ -189,6 +264,11 @@ impl Step {
             Self::Upsample => upsample(team, level, input, output),
             Self::Sigmoid => sigmoid(team, level, input, output),
             Self::Affine(by) => affine(team, level, input, *by, output),
+            Self::PackedConv(..)
+            | Self::PackedDepthwise(..)
+            | Self::PackedMaxPool(_)
+            | Self::PackedUpsample
+            | Self::PackedSum(_) => unreachable!("steps on images of fewer bits"),
         }
     }
 }

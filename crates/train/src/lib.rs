@@ -4,6 +4,7 @@
 //! * [`HandDataset`]: recordings as samples and windows.
 //! * [`train_hand`]: a run in its directory, resumable to the bit.
 //! * [`Predictor`], [`evaluate`]: networks and baselines on sequences with known poses.
+//! * [`Quantized`]: what a network has to know to compute in 8 bits.
 //! * [`SlowMotionTracker`], [`evaluate_slow_motion`]: the mode for slow hands, and how good it is.
 //! * [`Condition`]: slow hands, little light: other sequences to judge on.
 
@@ -24,6 +25,7 @@ mod metric;
 mod order;
 mod plain_renderer;
 mod predictor;
+mod quantized;
 mod retention;
 mod saved;
 mod slow_motion;
@@ -41,6 +43,7 @@ pub use error::TrainError;
 pub use evaluation::{Evaluated, Method, Stage, Track, evaluate, poses_to_judge};
 pub use history::{HistoryLine, Part, read_history, validation_losses};
 pub use predictor::{ConstantPose, NetworkPredictor, Predictor};
+pub use quantized::Quantized;
 pub use saved::Checkpoint;
 pub use slow_motion::{
     SlowMotionConfig, SlowMotionEvaluated, SlowMotionPose, SlowMotionTracker, SlowMotionUsage,

@@ -1,7 +1,7 @@
 //! Anything that turns windows of events into poses.
 
 use burn::tensor::{Device, Tensor, TensorData};
-use evpose_infer::{Engine, EngineOptions};
+use evpose_infer::{Engine, EngineOptions, Precision, Ranges};
 use evpose_nn::HandRegressor;
 use evpose_nn::graph::Graph;
 use evpose_pose::{HandParams, PARAMETERS};
@@ -27,7 +27,7 @@ pub trait Predictor {
 pub struct NetworkPredictor(Way);
 
 enum Way {
-    Compiled(Compiled),
+    Compiled(Box<Compiled>),
     Burn { network: Box<HandRegressor>, device: Device },
 }
 
@@ -35,9 +35,16 @@ impl NetworkPredictor {
     /// Predicts with `network`, which must live on `device`.
     pub fn new(network: HandRegressor, device: Device) -> Self {
         if device == Device::flex() {
-            return Self(Way::Compiled(Compiled::new(network.graph())));
+            return Self::compiled(&network, Precision::F32, None);
         }
         Self::with_burn(network, device)
+    }
+
+    /// Predicts with our engine, in so many bits; for 8 of them it has to know the values that layers
+    /// make, see [`Quantized`](crate::Quantized).
+    pub fn compiled(network: &HandRegressor, precision: Precision, ranges: Option<Ranges>) -> Self {
+        let compiled = Compiled::new(network.graph(), precision, ranges);
+        Self(Way::Compiled(Box::new(compiled)))
     }
 
     /// Predicts with Burn's own arithmetic on every device.
@@ -74,6 +81,8 @@ impl Predictor for NetworkPredictor {
 /// A network compiled for images of one size.
 struct Compiled {
     graph: Graph,
+    precision: Precision,
+    ranges: Option<Ranges>,
     shape: [usize; 3],
     /// One that uses all threads, for windows that come one by one.
     alone: Option<Engine>,
@@ -82,8 +91,8 @@ struct Compiled {
 }
 
 impl Compiled {
-    fn new(graph: Graph) -> Self {
-        Self { graph, shape: [0; 3], alone: None, together: Vec::new() }
+    fn new(graph: Graph, precision: Precision, ranges: Option<Ranges>) -> Self {
+        Self { graph, precision, ranges, shape: [0; 3], alone: None, together: Vec::new() }
     }
 
     /// What the network says of windows of a shape, one after another. Bits do not depend on threads.
@@ -95,8 +104,10 @@ impl Compiled {
         let size: usize = shape.iter().product();
         let threads = rayon::current_num_threads();
         let compile = |threads| {
-            let options = EngineOptions::default().with_threads(threads);
-            Engine::compile(&self.graph, shape, options).map_err(TrainError::from)
+            let options = EngineOptions::default();
+            let options = options.with_threads(threads).with_precision(self.precision);
+            let ranges = self.ranges.as_ref();
+            Engine::compile_with(&self.graph, shape, options, ranges).map_err(TrainError::from)
         };
         if windows.len() == size {
             let engine = match self.alone.take() {

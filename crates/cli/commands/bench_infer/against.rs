@@ -9,14 +9,14 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Result, ensure};
 use clap::ValueEnum as _;
-use evpose_infer::Engine;
+use evpose_infer::{Engine, Precision};
 use evpose_nn::graph::Graph;
 use evpose_pose::metric::{BootstrapConfig, Interval, bootstrap};
 use serde::Serialize;
 
 use super::noise::Noise;
 use super::peers::{Job, Peer, PeerName, peer};
-use super::precision::Precision;
+use super::precision::tolerance;
 use crate::progress::say;
 use crate::timing::quantile;
 
@@ -86,7 +86,7 @@ impl Contest<'_> {
     fn against(&self, engine: &mut Engine, name: &str, peer: &mut dyn Peer) -> Result<Comparison> {
         peer.run()?;
         let difference = all_apart(engine.run(self.image), &peer.outputs()?);
-        let most = peer.tolerance(self.precision.tolerance());
+        let most = peer.tolerance(tolerance(self.precision));
         ensure!(
             difference <= most,
             "{name} says something else: outputs differ by {difference:.1e} of the largest, \

@@ -1,7 +1,7 @@
 //! One network in one setting.
 
 use anyhow::Result;
-use evpose_infer::Engine;
+use evpose_infer::{Engine, Precision};
 use serde::Serialize;
 
 use super::Peak;
@@ -9,7 +9,6 @@ use super::against::{Comparison, Contest};
 use super::layers::{self, LayerTime};
 use super::networks::Network;
 use super::noise::Noise;
-use super::precision::Precision;
 use crate::args::BenchInferArgs;
 use crate::commands::latency::{self, Runner};
 use crate::progress::say;
@@ -25,7 +24,7 @@ pub(super) struct Case {
     input: [usize; 4],
     /// What computed: our engine or Burn.
     by: &'static str,
-    precision: &'static str,
+    precision: Precision,
     /// Instructions of the engine.
     level: Option<String>,
     threads: usize,
@@ -104,7 +103,7 @@ impl Setting<'_> {
             parameters: self.network.parameters,
             input,
             by: if matches!(runner, Runner::Engine(_)) { "the engine" } else { "Burn" },
-            precision: precision.name(),
+            precision,
             level: None,
             threads,
             runs: times_ms.len(),

@@ -6,11 +6,11 @@ mod layers;
 mod networks;
 mod noise;
 pub(crate) mod peers;
-pub(crate) mod precision;
+mod precision;
 
 use anyhow::{Result, ensure};
 use burn::tensor::Device;
-use evpose_infer::{Engine, EngineOptions, Level};
+use evpose_infer::{EngineOptions, Level};
 use evpose_kernels::blocked::{Team, peak_gflop_per_s};
 use serde::Serialize;
 
@@ -82,8 +82,8 @@ pub(crate) fn run(args: &BenchInferArgs) -> Result<()> {
         for precision in &args.precision {
             for peak in &report.peaks {
                 let options = EngineOptions::default().with_threads(peak.threads).with_level(level);
-                let options = precision.options(options);
-                let engine = Engine::compile(&network.graph, network.input, options)?;
+                let options = options.with_precision(*precision);
+                let engine = precision::compiled(&network, options, config.seed)?;
                 report.cases.push(setting.engine(engine, *precision, peak)?);
             }
         }

@@ -1,8 +1,10 @@
 //! The networks that are measured.
 
 use anyhow::{Result, ensure};
+use burn::module::Module as BurnModule;
 use burn::tensor::Device;
 use evpose_nn::graph::Graph;
+use evpose_nn::parameters::{fill, read};
 use evpose_nn::{MOVE_ENET, Network as Module, NnError};
 use evpose_train::{HandConfig, untrained};
 
@@ -11,7 +13,7 @@ use crate::commands::latency::{self, Runner};
 /// All of the registry.
 const ALL: &str = "all";
 
-/// A network with first weights.
+/// A network with first weights and the statistics to them.
 pub(super) struct Network {
     pub(super) name: String,
     pub(super) width: f32,
@@ -75,6 +77,10 @@ pub(super) fn network(config: &HandConfig, name: &str, device: &Device) -> Resul
         let module = Module::Hand(Box::new(untrained(&config, device)?));
         (module, [2, usize::from(size.height), usize::from(size.width)])
     };
+    let module = match module {
+        Module::Hand(network) => Module::Hand(Box::new(awake(*network))),
+        Module::Body(network) => Module::Body(Box::new(awake(*network))),
+    };
     Ok(Network {
         name: name.to_owned(),
         width,
@@ -83,4 +89,49 @@ pub(super) fn network(config: &HandConfig, name: &str, device: &Device) -> Resul
         graph: module.graph(),
         module,
     })
+}
+
+/// A network whose normalisations divide by what its weights give. As first drawn, they divide by 1, and
+/// in some networks the image fades to nothing within a few layers: outputs would then agree with those
+/// of others whatever was computed on the way.
+fn awake<M: BurnModule>(network: M) -> M {
+    let mut values = read(&network).into_iter();
+    let mut variance = 1.0;
+    fill(network, |slot| {
+        let (_, values) = values.next().unwrap_or_else(|| unreachable!("every slot is read"));
+        match slot.name() {
+            "weight" => {
+                // Of sums of inputs half of which an activation has set to zero.
+                let squares: f32 = values.iter().map(|value| value * value).sum();
+                variance = squares / (2 * slot.shape[0]) as f32;
+                values
+            }
+            "running_var" => vec![variance; values.len()],
+            _ => values,
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use evpose_infer::{Engine, EngineOptions};
+
+    use super::*;
+    use crate::commands::bench_infer::against::all_apart;
+    use crate::commands::config_source;
+
+    #[test]
+    fn outputs_tell_one_image_from_another() {
+        let changes = ["simulation.image_scale=0.5", "network.width=0.25"].map(str::to_owned);
+        let config = config_source::load("eventhands", &changes).unwrap();
+        for name in Module::names() {
+            let network = network(&config, name, &Device::flex()).unwrap();
+            let options = EngineOptions::default();
+            let mut engine = Engine::compile(&network.graph, network.input, options).unwrap();
+            let [one, other] = [1, 2].map(|seed| engine.run(&network.image(seed)).to_vec());
+            let apart = all_apart(&one, &other);
+            assert!(apart > 0.01, "{name}: {apart}");
+        }
+    }
 }

@@ -1,33 +1,37 @@
-//! In which numbers networks are computed: the one place for it.
+//! Networks of untrained weights in fewer bits.
 
-use clap::ValueEnum;
-use evpose_infer::EngineOptions;
+use anyhow::Result;
+use evpose_infer::{Engine, EngineOptions, Precision, Ranges};
 
-/// Numbers that networks are computed in.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Precision {
-    /// 32 bits: nothing is rounded that the network as trained does not round
-    F32,
+use super::networks::Network;
+
+/// Images that ranges are measured on, without those that are timed.
+const IMAGES: u64 = 4;
+
+/// An engine for a network; for 8 bits of ranges that random images give.
+///
+/// # Errors
+/// If a layer cannot be compiled.
+pub(super) fn compiled(network: &Network, options: EngineOptions, seed: u64) -> Result<Engine> {
+    let Network { graph, input, .. } = network;
+    if options.precision != Precision::Int8 {
+        return Ok(Engine::compile(graph, *input, options)?);
+    }
+    let whole = options.with_precision(Precision::F32);
+    let mut engine = Engine::compile(graph, *input, whole)?;
+    let mut ranges = Ranges::of(graph);
+    for image in 1..=IMAGES {
+        engine.see(&network.image(seed.wrapping_add(image)), &mut ranges);
+    }
+    Ok(Engine::compile_with(graph, *input, options, Some(&ranges))?)
 }
 
-impl Precision {
-    pub(super) fn name(self) -> &'static str {
-        match self {
-            Self::F32 => "f32",
-        }
-    }
-
-    /// The engine's options for it.
-    pub(super) fn options(self, options: EngineOptions) -> EngineOptions {
-        match self {
-            Self::F32 => options,
-        }
-    }
-
-    /// By how much outputs may differ from those of others in 32 bits, relative to the largest.
-    pub(super) fn tolerance(self) -> f64 {
-        match self {
-            Self::F32 => 1e-3,
-        }
+/// By how much outputs may differ from those of others, relative to the largest: more is another network.
+/// How much fewer bits cost a trained one, `evpose quantize` measures.
+pub(super) fn tolerance(precision: Precision) -> f64 {
+    match precision {
+        Precision::F32 => 1e-3,
+        Precision::Bf16 => 0.05,
+        _ => 0.25,
     }
 }

@@ -135,6 +135,23 @@ impl Image {
         }
     }
 
+    /// The least and the largest value.
+    pub fn extremes(&self) -> [f32; 2] {
+        let mut ends = [f32::INFINITY, f32::NEG_INFINITY];
+        for block in 0..self.blocks() {
+            let channels = LANES.min(self.channels - block * LANES);
+            for y in 0..self.height {
+                let (first, _) = self.place(block * LANES, y, 0);
+                for line in &self.lines[first..first + self.width] {
+                    for value in &line.0[..channels] {
+                        ends = [ends[0].min(*value), ends[1].max(*value)];
+                    }
+                }
+            }
+        }
+        ends
+    }
+
     /// Writes it as `[channels][height][width]`.
     ///
     /// # Panics

@@ -4,7 +4,8 @@
 //! * [`Conv`]: convolution with bias, residual and activation in one pass.
 //! * [`Winograd`]: the same of 3x3 kernels with fewer products.
 //! * [`Depthwise`]: convolution of every channel by itself.
-//! * [`PackedConv`]: convolution of images of fewer bits, [`Packed`].
+//! * [`PackedConv`], [`PackedDepthwise`]: convolution of images of fewer bits, [`Packed`].
+//! * [`add_held`], [`max_pool_packed`], [`upsample_packed`]: what else is done to them.
 //! * [`MaxPool`], [`mean_pool`]: maxima and means of windows.
 //! * [`add`], [`gather`], [`flatten`]: sums, and values put elsewhere.
 //! * [`upsample`]: twice as many rows and columns.
@@ -39,7 +40,10 @@ pub use conv::{Conv, ConvShape};
 pub use depthwise::{Depthwise, DepthwiseShape};
 pub use elementwise::{add, flatten, gather};
 pub use image::Image;
-pub use packed::{Packed, PackedConv, Scale, Storage};
+pub use packed::{
+    Held, HeldMut, Packed, PackedConv, PackedDepthwise, Scale, Storage, add_held, max_pool_packed,
+    read_planes, upsample_packed,
+};
 pub use peak::peak_gflop_per_s;
 pub use pool::{MaxPool, mean_pool};
 pub use team::{Part, Team};

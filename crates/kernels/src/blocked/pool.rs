@@ -25,21 +25,27 @@ impl MaxPool {
         room.map_or(0, |room| room / self.stride + 1)
     }
 
+    /// The rows and the columns of every window on an image of so many.
+    ///
+    /// # Panics
+    /// If a window lies outside altogether.
+    pub(super) fn windows(&self, size: [usize; 2]) -> [Vec<Range<usize>>; 2] {
+        assert!(self.padding < self.window && self.stride > 0, "windows that see the image");
+        size.map(|side| {
+            let from = |k: usize| (k * self.stride).saturating_sub(self.padding);
+            let to = |k: usize| (k * self.stride + self.window - self.padding).min(side);
+            (0..self.output(side)).map(|k| from(k)..to(k)).collect()
+        })
+    }
+
     /// Writes the maxima of `input` to `output`.
     ///
     /// # Panics
     /// If the output has another size, or a window lies outside altogether.
     pub fn run(&self, team: &Team, level: Level, input: &Image, output: &mut Image) {
-        assert!(self.padding < self.window && self.stride > 0, "windows that see the image");
-        let size = [input.height(), input.width()].map(|side| self.output(side));
+        let [rows, columns] = self.windows([input.height(), input.width()]);
+        let size = [rows.len(), columns.len()];
         assert_eq!([output.height(), output.width()], size, "size of the output");
-        let windows = |side: usize, of: usize| -> Vec<Range<usize>> {
-            let from = |k: usize| (k * self.stride).saturating_sub(self.padding);
-            let to = |k: usize| (k * self.stride + self.window - self.padding).min(of);
-            (0..side).map(|k| from(k)..to(k)).collect()
-        };
-        let rows = windows(size[0], input.height());
-        let columns = windows(size[1], input.width());
         pooled(team, level, input, [&rows, &columns], Of::Maxima, output);
     }
 }

@@ -8,8 +8,8 @@ use super::team::Team;
 use crate::simd::{Kernel, LANES, Lanes, Level};
 
 /// What the nearer and the farther pixel count.
-const NEAR: f32 = 0.75;
-const FAR: f32 = 0.25;
+pub(super) const NEAR: f32 = 0.75;
+pub(super) const FAR: f32 = 0.25;
 
 /// Writes `input` to `output`, which has twice as many rows and columns.
 ///
@@ -36,7 +36,7 @@ pub fn upsample(team: &Team, level: Level, input: &Image, output: &mut Image) {
 }
 
 /// The row or column that comes after `pixel / 2` in nearness to `pixel` of the output, of `count`.
-fn farther(pixel: usize, count: usize) -> usize {
+pub(super) fn farther(pixel: usize, count: usize) -> usize {
     if pixel % 2 == 1 { (pixel / 2 + 1).min(count - 1) } else { (pixel / 2).saturating_sub(1) }
 }
 

@@ -1,8 +1,9 @@
 //! Two or four products at once, with the extensions of AVX-512 for them.
 
 use std::arch::x86_64::{
-    __m512, __m512i, _mm512_cvtepi32_ps, _mm512_dpbf16_ps, _mm512_dpbusd_epi32, _mm512_loadu_si512,
-    _mm512_set1_epi32, _mm512_setzero_ps, _mm512_setzero_si512,
+    __m512, __m512bh, __m512i, _mm_loadu_si128, _mm512_broadcast_i32x4, _mm512_cvtepi32_ps,
+    _mm512_dpbf16_ps, _mm512_dpbusd_epi32, _mm512_loadu_si512, _mm512_permutexvar_epi32,
+    _mm512_set1_epi32, _mm512_setzero_ps, _mm512_setzero_si512, _mm512_shuffle_epi8,
 };
 use std::mem::transmute;
 
@@ -19,6 +20,7 @@ impl Dots for Fours {
     type Weights = __m512i;
     type Values = __m512i;
     const PER: usize = 4;
+    const HAS_ROWS: bool = true;
 
     #[inline(always)]
     unsafe fn zero() -> __m512i {
@@ -44,6 +46,26 @@ impl Dots for Fours {
     unsafe fn whole(sums: __m512i) -> Whole {
         unsafe { Whole(_mm512_cvtepi32_ps(sums)) }
     }
+
+    #[inline(always)]
+    unsafe fn row(from: *const u8) -> __m512i {
+        // Four channels of every pixel go to each of four lanes, then change places in it.
+        const LANES: [i32; 16] = [0, 4, 8, 12, 1, 5, 9, 13, 2, 6, 10, 14, 3, 7, 11, 15];
+        const BYTES: [i32; 4] = [0x0C08_0400, 0x0D09_0501, 0x0E0A_0602, 0x0F0B_0703];
+        unsafe {
+            let lanes = _mm512_loadu_si512(LANES.as_ptr().cast());
+            let bytes = _mm512_broadcast_i32x4(_mm_loadu_si128(BYTES.as_ptr().cast()));
+            let pixels = _mm512_loadu_si512(from.cast());
+            _mm512_shuffle_epi8(_mm512_permutexvar_epi32(lanes, pixels), bytes)
+        }
+    }
+}
+
+/// The same bits.
+#[inline(always)]
+fn halves(bits: __m512i) -> __m512bh {
+    // SAFETY: registers of one size, of which any bits are valid.
+    unsafe { transmute::<__m512i, __m512bh>(bits) }
 }
 
 /// Two halves by two halves, with AVX512-BF16.
@@ -74,8 +96,7 @@ impl Dots for Pairs {
 
     #[inline(always)]
     unsafe fn add(sums: __m512, values: __m512i, weights: __m512i) -> __m512 {
-        // SAFETY: registers of one size, of which any bits are valid.
-        unsafe { _mm512_dpbf16_ps(sums, transmute(values), transmute(weights)) }
+        unsafe { _mm512_dpbf16_ps(sums, halves(values), halves(weights)) }
     }
 
     #[inline(always)]

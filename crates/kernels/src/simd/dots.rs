@@ -116,12 +116,19 @@ pub(crate) trait Dots {
     type Values: Copy;
     /// Neighbouring channels that are added at once.
     const PER: usize;
+    /// Whether there is [`row`](Self::row).
+    const HAS_ROWS: bool = false;
 
     unsafe fn zero() -> Self::Sums;
     unsafe fn weights(from: *const u8) -> Self::Weights;
     unsafe fn values(from: *const Self::Stored) -> Self::Values;
     unsafe fn add(sums: Self::Sums, values: Self::Values, weights: Self::Weights) -> Self::Sums;
     unsafe fn whole(sums: Self::Sums) -> Self::Lanes;
+
+    /// Four neighbouring pixels of sixteen channels each, channel by channel.
+    unsafe fn row(_from: *const Self::Stored) -> Self::Values {
+        unreachable!("nobody asks where there are no rows")
+    }
 }
 
 /// In `f32`, channel by channel.

@@ -12,8 +12,7 @@ mod tract;
 
 use anyhow::Result;
 use clap::ValueEnum;
-
-use super::precision::Precision;
+use evpose_infer::Precision;
 
 /// Runtimes to compare with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -71,8 +70,7 @@ pub(super) fn peer(name: PeerName, job: &Job<'_>) -> Result<Box<dyn Peer>> {
     Ok(match name {
         PeerName::Onnxruntime => Box::new(onnxruntime::OnnxRuntime::new(job)?),
         PeerName::Openvino => {
-            let Precision::F32 = job.precision;
-            Box::new(openvino::OpenVino::new(job, true)?)
+            Box::new(openvino::OpenVino::new(job, job.precision == Precision::F32)?)
         }
         PeerName::OpenvinoDefault => Box::new(openvino::OpenVino::new(job, false)?),
         PeerName::Tract => Box::new(tract::Tract::new(job)?),

@@ -8,6 +8,7 @@
 //! <https://onnxruntime.ai/docs/performance/model-optimizations/graph-optimizations.html>
 
 use std::path::Path;
+use std::sync::OnceLock;
 
 use anyhow::{Context, Result, anyhow};
 use ort::environment::Environment;
@@ -26,22 +27,12 @@ pub(super) struct OnnxRuntime {
     session: Session,
     input: Tensor<f32>,
     outputs: Vec<Vec<f32>>,
-    // Behind what needs it.
-    _environment: Environment,
 }
 
 impl OnnxRuntime {
     pub(super) fn new(job: &Job<'_>) -> Result<Self> {
         let path = library(LIBRARY).unwrap_or_else(|| "libonnxruntime.so".into());
-        let advice = || {
-            format!(
-                "loading ONNX Runtime from {}: name its library in ${LIBRARY}; \
-                 docs/guide/bench-infer.md says where to get it",
-                path.display()
-            )
-        };
-        let environment = ort::init_from(&path).with_context(advice)?.build()?;
-        let session = Session::builder(&environment)?
+        let session = Session::builder(environment(&path)?)?
             .with_optimization_level(GraphOptimizationLevel::All)
             .and_then(|builder| builder.with_intra_threads(job.threads))
             .and_then(|builder| builder.with_inter_threads(1))
@@ -56,15 +47,25 @@ impl OnnxRuntime {
             job.threads
         );
         let version = format!("{} ({})", file_name(&path), ort::info());
-        Ok(Self {
-            version,
-            settings,
-            session,
-            input,
-            outputs: Vec::new(),
-            _environment: environment,
-        })
+        Ok(Self { version, settings, session, input, outputs: Vec::new() })
     }
+}
+
+/// The one environment of this process, which lasts as long as it does.
+fn environment(path: &Path) -> Result<&'static Environment> {
+    static ENVIRONMENT: OnceLock<Environment> = OnceLock::new();
+    if let Some(environment) = ENVIRONMENT.get() {
+        return Ok(environment);
+    }
+    let advice = || {
+        format!(
+            "loading ONNX Runtime from {}: name its library in ${LIBRARY}; \
+             docs/guide/bench-infer.md says where to get it",
+            path.display()
+        )
+    };
+    let environment = ort::init_from(path).with_context(advice)?.build()?;
+    Ok(ENVIRONMENT.get_or_init(|| environment))
 }
 
 /// The name of a library's file, which says its version; links do not.

@@ -85,7 +85,7 @@ fn settings(model: &CompiledModel) -> Result<String> {
         RwPropertyKey::HintInferencePrecision,
         RwPropertyKey::HintEnableCpuPinning,
     ];
-    let values = keys.map(|key| {
+    let values = keys.map(|key| -> Result<String> {
         let value = model.get_property(&PropertyKey::Rw(key.clone()))?;
         Ok(format!("{} {value}", key.as_ref()))
     });

@@ -1,13 +1,10 @@
 //! Direct convolution of images of fewer bits.
-//!
-//! # Model
-//! A byte `q` stands for `(q - z) s`, a weight `w` of output `k` for `w s_k`: the sum over the taps is
-//! `s s_k (Σ q w - z Σ w)`. The first sum is made in whole numbers; the second is known beforehand and
-//! goes into the offset.
 
 use std::ops::Range;
 
-use super::image::{Packed, Scale, Storage};
+use super::held::{From, Held, HeldMut, To};
+use super::image::{Packed, Storage};
+use super::weights::Bytes;
 use crate::blocked::conv::ConvShape;
 use crate::blocked::image::Line;
 use crate::blocked::packing::{blocks_of, groups};
@@ -49,8 +46,7 @@ impl PackedConv {
     ) -> Self {
         let ConvShape { channels_in, channels_out, kernel, stride } = shape;
         assert!(matches!(stride, 1 | 2) && kernel % 2 == 1, "a square kernel of stride 1 or 2");
-        let of_output = channels_in * kernel * kernel;
-        assert_eq!(weight.len(), channels_out * of_output, "weights");
+        assert_eq!(weight.len(), channels_out * channels_in * kernel * kernel, "weights");
         assert_eq!(bias.len(), channels_out, "bias");
         let together = if level.holds_two() { 2 } else { 1 };
         let mut conv = Self {
@@ -69,22 +65,10 @@ impl PackedConv {
                 conv.factors = blocks_of(&vec![1.0; channels_out]);
                 conv.bias = blocks_of(bias);
             }
-            Storage::Byte(Scale { step, zero }) => {
-                let (mut bytes, mut factors, mut offsets) = (Vec::new(), Vec::new(), Vec::new());
-                for (weight, bias) in weight.chunks(of_output).zip(bias) {
-                    let largest = weight.iter().fold(0.0_f32, |most, value| most.max(value.abs()));
-                    let of_weight = if largest > 0.0 { largest / 127.0 } else { 1.0 };
-                    let rounded = weight.iter().map(|value| (value / of_weight).round() as i8);
-                    let first = bytes.len();
-                    bytes.extend(rounded);
-                    let sum: i64 = bytes[first..].iter().map(|byte| i64::from(*byte)).sum();
-                    let factor = f64::from(step) * f64::from(of_weight);
-                    factors.push(factor as f32);
-                    let shift = factor * f64::from(zero) * sum as f64;
-                    offsets.push((f64::from(*bias) - shift) as f32);
-                }
-                conv.lay_out::<u8>(&bytes, u8::per(level));
-                (conv.factors, conv.bias) = (blocks_of(&factors), blocks_of(&offsets));
+            Storage::Byte(scale) => {
+                let bytes = Bytes::new(weight, bias, scale);
+                conv.lay_out::<u8>(&bytes.weight, u8::per(level));
+                (conv.factors, conv.bias) = (blocks_of(&bytes.factors), blocks_of(&bytes.offsets));
             }
         }
         conv
@@ -134,71 +118,41 @@ impl PackedConv {
     /// Writes `activation(conv(input) + residual)` to `output`.
     ///
     /// # Panics
-    /// If an image has another size or is kept otherwise than the weights, or the border of the input is
-    /// narrower than the padding.
+    /// If an image has another size, or the input is kept otherwise than the weights are made for or its
+    /// border narrower than the padding.
     pub fn run(
         &self,
         team: &Team,
         input: &Packed,
-        residual: Option<&Packed>,
+        residual: Option<Held<'_>>,
         activation: Activation,
-        output: &mut Packed,
+        mut output: HeldMut<'_>,
     ) {
         let shape = self.shape;
         let [channels, height, width] = input.size();
         assert_eq!(channels, shape.channels_in, "channels of the input");
         assert_eq!(input.storage(), self.input, "an input that the weights are made for");
         assert!(input.border() >= shape.padding(), "a border as wide as the padding");
-        let out = [shape.channels_out, shape.output(height), shape.output(width)];
-        assert_eq!(output.size(), out, "size of the output");
-        assert!(residual.is_none_or(|residual| residual.size() == out), "size of the residual");
-        let job = |to: Out| Job { of: self, input, residual, activation, size: out, to };
-        match (self.input, output.storage()) {
-            (Storage::Bf16, Storage::Bf16) => {
-                job(Out::of::<Bf16>(output, [1.0, 0.0])).run::<Bf16>(team);
-            }
-            (Storage::Byte(_), Storage::Byte(Scale { step, zero })) => {
-                job(Out::of::<u8>(output, [1.0 / step, f32::from(zero)])).run::<u8>(team);
-            }
-            _ => panic!("images that are kept alike"),
+        let size = [shape.channels_out, shape.output(height), shape.output(width)];
+        assert_eq!(output.size(), size, "size of the output");
+        assert!(residual.is_none_or(|residual| residual.size() == size), "size of the residual");
+        let residual = residual.map(|residual| residual.from());
+        let job = Job { of: self, input, residual, activation, size, to: output.to() };
+        match self.input {
+            Storage::Bf16 => job.run::<Bf16>(team),
+            Storage::Byte(_) => job.run::<u8>(team),
         }
     }
 }
-
-/// Where outputs go. Distances are in numbers.
-#[derive(Clone, Copy)]
-struct Out {
-    pixels: *mut u8,
-    row_pitch: usize,
-    block_pitch: usize,
-    /// What results are multiplied by, and what is added then.
-    scale: [f32; 2],
-}
-
-impl Out {
-    fn of<S: Stored>(image: &mut Packed, scale: [f32; 2]) -> Self {
-        Self {
-            pixels: image.first_mut::<S>().cast(),
-            row_pitch: image.row_pitch() * LANES,
-            block_pitch: image.block_pitch() * LANES,
-            scale,
-        }
-    }
-}
-
-// SAFETY: each part of a team writes its own pixels through it.
-unsafe impl Send for Out {}
-// SAFETY: as above.
-unsafe impl Sync for Out {}
 
 /// A convolution of an image.
 struct Job<'a> {
     of: &'a PackedConv,
     input: &'a Packed,
-    residual: Option<&'a Packed>,
+    residual: Option<From>,
     activation: Activation,
     size: [usize; 3],
-    to: Out,
+    to: To,
 }
 
 /// Some rows of some blocks of channels.
@@ -337,28 +291,17 @@ impl Rows<'_> {
                     }
                 }
             }
-            let [scale, zero] = to.scale.map(|value| D::Lanes::splat(value));
             for k in 0..B {
                 let factor = D::Lanes::load(of.factors[block + k].0.as_ptr());
                 let bias = D::Lanes::load(of.bias[block + k].0.as_ptr());
-                let residual = residual.map(|image| {
-                    let [step, zero] = match image.storage() {
-                        Storage::Bf16 => [1.0, 0.0],
-                        Storage::Byte(Scale { step, zero }) => [step, -step * f32::from(zero)],
-                    };
-                    (image.tap::<D::Stored>(block + k, y, x, 0), [step, zero])
-                });
-                let at = (block + k) * to.block_pitch + y * to.row_pitch + x * LANES;
-                let to = to.pixels.cast::<D::Stored>().add(at);
+                let at = to.at(block + k, y) + x * LANES;
+                let residual = residual.map(|from| (from, from.at(block + k, y) + x * LANES));
                 for (pixel, sums) in sums.iter().enumerate() {
                     let mut sum = D::whole(sums[k]).mul_add(factor, bias);
-                    if let Some((from, [step, zero])) = residual {
-                        let value: D::Lanes = D::Stored::load(from.add(pixel * LANES));
-                        let value = value.mul_add(D::Lanes::splat(step), D::Lanes::splat(zero));
-                        sum = sum.add(value);
+                    if let Some((from, at)) = residual {
+                        sum = sum.add(from.load(at + pixel * LANES));
                     }
-                    let value = activated(sum, *activation).mul_add(scale, zero);
-                    D::Stored::store(value, to.add(pixel * LANES));
+                    to.store(activated(sum, *activation), at + pixel * LANES);
                 }
             }
         }

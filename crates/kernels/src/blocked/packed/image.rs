@@ -1,8 +1,8 @@
 //! Images of numbers of fewer bits.
 
-use crate::blocked::image::{BEYOND, Image, Line};
+use crate::blocked::image::{BEYOND, Line};
 use crate::simd::LANES;
-use crate::simd::dots::{Bf16, Stored};
+use crate::simd::dots::Stored;
 
 /// What a byte stands for: `(byte - zero) * step`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,11 +21,6 @@ impl Scale {
         let step = if high > low { (high - low) / 255.0 } else { 1.0 };
         Self { step, zero: (-low / step).round_ties_even() as u8 }
     }
-
-    /// The byte that is the nearest to a value.
-    pub(super) fn byte(self, value: f32) -> u8 {
-        (value / self.step + f32::from(self.zero)).round_ties_even() as u8
-    }
 }
 
 /// How the numbers of an image are kept.
@@ -35,6 +30,17 @@ pub enum Storage {
     Bf16,
     /// In 8 bits.
     Byte(Scale),
+}
+
+impl Storage {
+    /// Whether an image of one may become one of the other.
+    pub fn is_alike(self, other: Self) -> bool {
+        match (self, other) {
+            (Self::Bf16, Self::Bf16) => true,
+            (Self::Byte(one), Self::Byte(other)) => one.zero == other.zero,
+            _ => false,
+        }
+    }
 }
 
 /// An image `[channels / 16][height][width][16]` with a border that stands for zeros.
@@ -75,6 +81,15 @@ impl Packed {
     /// How its numbers are kept.
     pub fn storage(&self) -> Storage {
         self.storage
+    }
+
+    /// From now on its numbers stand for something else; its border still for zeros.
+    ///
+    /// # Panics
+    /// If they have other bits, or another one stands for zero.
+    pub fn keep_as(&mut self, storage: Storage) {
+        assert!(self.storage.is_alike(storage), "numbers of as many bits, and the same zero");
+        self.storage = storage;
     }
 
     /// Bytes that it takes.
@@ -126,70 +141,14 @@ impl Packed {
         self.lines.as_ptr().cast::<S>().wrapping_add(at * LANES)
     }
 
-    /// The first pixel, through which all are written.
-    pub(super) fn first_mut<S: Stored>(&mut self) -> *mut S {
-        assert_eq!(size_of::<S>() * LANES, self.pixel_bytes(), "numbers of this size");
-        let origin = self.origin();
-        self.lines.as_mut_ptr().cast::<S>().wrapping_add(origin * LANES)
+    /// The bytes of the first pixel.
+    pub(super) fn first(&self) -> *const u8 {
+        self.lines.as_ptr().cast::<u8>().wrapping_add(self.origin() * self.pixel_bytes())
     }
 
-    /// Fills it from an image of the same size.
-    ///
-    /// # Panics
-    /// If the sizes differ.
-    pub fn read(&mut self, image: &Image) {
-        assert_eq!([image.channels(), image.height(), image.width()], self.size(), "sizes");
-        match self.storage {
-            Storage::Bf16 => self.fill(image, Bf16::nearest),
-            Storage::Byte(scale) => self.fill(image, |value| scale.byte(value)),
-        }
-    }
-
-    fn fill<S: Stored>(&mut self, image: &Image, of: impl Fn(f32) -> S) {
-        let (row_pitch, block_pitch) = (self.row_pitch(), self.block_pitch());
-        let first: *mut S = self.first_mut();
-        for block in 0..self.blocks() {
-            for y in 0..self.height {
-                let from = image.place(block * LANES, y, 0).0;
-                let row = &image.lines()[from..from + self.width];
-                for (x, line) in row.iter().enumerate() {
-                    let at = (block * block_pitch + y * row_pitch + x) * LANES;
-                    // SAFETY: the pixel is inside the image, and of this size.
-                    unsafe { first.add(at).cast::<[S; LANES]>().write(line.0.map(&of)) };
-                }
-            }
-        }
-    }
-
-    /// Writes its numbers to an image of the same size.
-    ///
-    /// # Panics
-    /// If the sizes differ.
-    pub fn write(&self, image: &mut Image) {
-        assert_eq!([image.channels(), image.height(), image.width()], self.size(), "sizes");
-        match self.storage {
-            Storage::Bf16 => self.give::<Bf16>(image, Bf16::value),
-            Storage::Byte(Scale { step, zero }) => {
-                self.give::<u8>(image, |byte| (f32::from(byte) - f32::from(zero)) * step);
-            }
-        }
-    }
-
-    fn give<S: Stored>(&self, image: &mut Image, of: impl Fn(S) -> f32) {
-        for block in 0..self.blocks() {
-            // Channels that fill the last block up stay zero.
-            let channels = LANES.min(self.channels - block * LANES);
-            for y in 0..self.height {
-                let to = image.place(block * LANES, y, 0).0;
-                for (x, line) in image.lines_mut()[to..to + self.width].iter_mut().enumerate() {
-                    // SAFETY: the pixel is inside the image, and of this size.
-                    let pixel =
-                        unsafe { self.tap::<S>(block, y, x, 0).cast::<[S; LANES]>().read() };
-                    for (to, from) in line.0[..channels].iter_mut().zip(pixel) {
-                        *to = of(from);
-                    }
-                }
-            }
-        }
+    /// As [`first`](Self::first); all are written through it.
+    pub(super) fn first_mut(&mut self) -> *mut u8 {
+        let first = self.origin() * self.pixel_bytes();
+        self.lines.as_mut_ptr().cast::<u8>().wrapping_add(first)
     }
 }

@@ -1,0 +1,159 @@
+//! `evpose quantize`, and predictions in fewer bits.
+
+use std::path::Path;
+use std::time::Instant;
+
+use anyhow::{Result, ensure};
+use burn::tensor::Device;
+use evpose_infer::Precision;
+use evpose_nn::HandRegressor;
+use evpose_pose::metric::HandSummary;
+use evpose_train::{
+    Checkpoint, HandConfig, HandDataset, Method, NetworkPredictor, Quantized, evaluate,
+    poses_to_judge,
+};
+use serde::Serialize;
+
+use super::held_out::cell;
+use super::{as_json, use_threads};
+use crate::args::QuantizeArgs;
+use crate::machine::Machine;
+use crate::progress::{bar, say};
+use crate::run_info::COMMIT;
+use crate::timing::quantile;
+
+/// Predictions of one window each that are timed.
+const TIMED: usize = 50;
+
+pub(crate) fn run(args: &QuantizeArgs) -> Result<()> {
+    use_threads(args.threads)?;
+    let device = Device::flex();
+    let Checkpoint { config, network, .. } = Checkpoint::load(&args.checkpoint, &device)?;
+    let data = HandDataset::open(&args.data, &config)?;
+    let progress = bar("measuring", args.windows.min(data.len()), "windows");
+    let quantized = Quantized::measure(&network, &data, args.windows, &mut || progress.inc(1))?;
+    progress.finish_and_clear();
+    let path = Quantized::path(&args.checkpoint);
+    quantized.write(&path)?;
+    say(format!("values of all layers: {}", path.display()));
+    let Some(judge) = &args.judge else { return Ok(()) };
+    let data = HandDataset::open(judge, &config)?;
+    let report = Report::of(&config, &network, &quantized, &data, args.stride_ms)?;
+    report.print();
+    as_json(args.json.as_deref(), &report)
+}
+
+/// What predicts with the network of a checkpoint, in so many bits.
+///
+/// # Errors
+/// If they are fewer than 32 on another device than flex, or 8 without `evpose quantize`.
+pub(super) fn predictor(
+    checkpoint: &Path,
+    network: HandRegressor,
+    precision: Precision,
+    device: Device,
+) -> Result<NetworkPredictor> {
+    if precision == Precision::F32 {
+        return Ok(NetworkPredictor::new(network, device));
+    }
+    ensure!(
+        device == Device::flex(),
+        "--precision {precision} is for our engine, on the device flex"
+    );
+    let ranges = match precision {
+        Precision::Int8 => {
+            let quantized = Quantized::read(&Quantized::path(checkpoint), &network)?;
+            Some(quantized.ranges().clone())
+        }
+        _ => None,
+    };
+    Ok(NetworkPredictor::compiled(&network, precision, ranges))
+}
+
+/// What fewer bits cost.
+#[derive(Debug, Serialize)]
+struct Report {
+    machine: Machine,
+    commit: &'static str,
+    threads: usize,
+    stride_ms: u32,
+    precisions: Vec<Line>,
+}
+
+/// Numbers of one precision.
+#[derive(Debug, Serialize)]
+struct Line {
+    precision: Precision,
+    /// Median time of a prediction of one window.
+    latency_ms: f64,
+    held_out: HandSummary,
+}
+
+impl Report {
+    fn of(
+        config: &HandConfig,
+        network: &HandRegressor,
+        quantized: &Quantized,
+        data: &HandDataset,
+        stride_ms: u32,
+    ) -> Result<Self> {
+        let predictor = |precision| {
+            NetworkPredictor::compiled(network, precision, Some(quantized.ranges().clone()))
+        };
+        let mut predictors = Precision::ALL.map(predictor);
+        let mut methods = Vec::new();
+        for (name, predictor) in ["f32", "bf16", "int8"].into_iter().zip(&mut predictors) {
+            methods.push(Method { name, predictor, filtered: None });
+        }
+        let progress = bar("evaluating", poses_to_judge(config, data, stride_ms), "poses");
+        let judged =
+            evaluate(config, data, &mut methods, stride_ms, &mut |done| progress.inc(done))?;
+        progress.finish_and_clear();
+        let sequence = &data.sequences()[0];
+        let window = data.surface(sequence, sequence.frames() - 1)?;
+        let mut precisions = Vec::new();
+        for (precision, (method, judged)) in
+            Precision::ALL.into_iter().zip(methods.into_iter().zip(&judged))
+        {
+            let mut times_ms = Vec::with_capacity(TIMED);
+            for _ in 0..TIMED {
+                let begin = Instant::now();
+                method.predictor.predict(&window, data.image_size())?;
+                times_ms.push(begin.elapsed().as_secs_f64() * 1e3);
+            }
+            times_ms.sort_by(f64::total_cmp);
+            precisions.push(Line {
+                precision,
+                latency_ms: quantile(&times_ms, 0.5),
+                held_out: judged.evaluation.summary(&config.evaluation.bootstrap),
+            });
+        }
+        Ok(Self {
+            machine: Machine::this(),
+            commit: COMMIT,
+            threads: rayon::current_num_threads(),
+            stride_ms,
+            precisions,
+        })
+    }
+
+    fn print(&self) {
+        say(format!(
+            "{:<10}{:>12}{:>28}{:>26}{:>26}",
+            "precision", "ms a pose", "translation mm", "rotation deg", "articulation"
+        ));
+        for Line { precision, latency_ms, held_out } in &self.precisions {
+            let error = |interval, digits| {
+                let (number, interval) = cell(interval, digits);
+                format!("{number} {interval}")
+            };
+            say(format!(
+                "{:<10}{latency_ms:>12.2}{:>28}{:>26}{:>26}",
+                precision.to_string(),
+                error(held_out.translation_mm, 2),
+                error(held_out.rotation_deg, 2),
+                error(held_out.articulation, 3)
+            ));
+        }
+    }
+}

@@ -1,0 +1,117 @@
+//! Networks in fewer bits: how far they are from 32, and that they are the same in every run.
+
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use burn::tensor::Device;
+use evpose_infer::{Engine, EngineOptions, InferError, Level, Precision, Ranges};
+use evpose_nn::graph::Graph;
+use evpose_nn::parameters::{fill, read};
+use evpose_nn::{HandRegressor, HandRegressorConfig, MoveEnetConfig, Network};
+
+/// Numbers between 0 and `most`.
+fn image(seed: u32, count: usize, most: f32) -> Vec<f32> {
+    let mut state = seed;
+    let mut next = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 8) as f32 / (1 << 24) as f32
+    };
+    (0..count).map(|_| most * next()).collect()
+}
+
+/// A network whose normalisations divide by what its weights give, so that values stay about one size.
+fn awake<M: burn::module::Module>(network: M) -> M {
+    let mut values = read(&network).into_iter();
+    let mut variance = 1.0;
+    fill(network, |slot| {
+        let (_, values) = values.next().unwrap();
+        match slot.name() {
+            "weight" => {
+                let squares: f32 = values.iter().map(|value| value * value).sum();
+                variance = squares / (2 * slot.shape[0]) as f32;
+                values
+            }
+            "running_var" => vec![variance; values.len()],
+            _ => values,
+        }
+    })
+}
+
+fn hand(backbone: &str) -> HandRegressor {
+    let config = HandRegressorConfig { backbone: backbone.to_owned(), width: 0.5 };
+    awake(config.init(7, &Device::flex()).unwrap())
+}
+
+/// The root of the mean square of differences, over that of the values themselves about their mean.
+fn apart(ours: &[f32], theirs: &[f32]) -> f32 {
+    assert_eq!(ours.len(), theirs.len());
+    let mean = theirs.iter().sum::<f32>() / theirs.len() as f32;
+    let squares = |values: &mut dyn Iterator<Item = f32>| values.map(|v| v * v).sum::<f32>();
+    let differences = squares(&mut ours.iter().zip(theirs).map(|(a, b)| a - b));
+    (differences / squares(&mut theirs.iter().map(|value| value - mean))).sqrt()
+}
+
+/// What values the layers make of some images.
+fn seen(graph: &Graph, size: [usize; 3], images: &[Vec<f32>]) -> Ranges {
+    let mut engine = Engine::compile(graph, size, EngineOptions::default()).unwrap();
+    let mut ranges = Ranges::of(graph);
+    images.iter().for_each(|image| engine.see(image, &mut ranges));
+    ranges
+}
+
+#[test]
+fn every_network_says_nearly_the_same_in_fewer_bits() {
+    let networks = Network::names().map(|name| {
+        if name == evpose_nn::MOVE_ENET {
+            let network = MoveEnetConfig::default().init(7, &Device::flex()).unwrap();
+            (name, awake(network).graph(), [3, 96, 128], 255.0)
+        } else {
+            (name, hand(name).graph(), [2, 61, 83], 1.0)
+        }
+    });
+    for (name, graph, size, most) in networks {
+        let count = size.iter().product();
+        let input = image(3, count, most);
+        let ranges = seen(&graph, size, &[input.clone(), image(4, count, most)]);
+        let options = EngineOptions::default();
+        let want = Engine::compile(&graph, size, options).unwrap().run(&input).to_vec();
+        for (precision, off) in [(Precision::Bf16, 0.1), (Precision::Int8, 0.35)] {
+            for level in Level::available() {
+                let mut first = None;
+                for threads in [1, 3] {
+                    let options =
+                        options.with_threads(threads).with_level(level).with_precision(precision);
+                    let mut engine =
+                        Engine::compile_with(&graph, size, options, Some(&ranges)).unwrap();
+                    let what = format!("{name} {precision} {level} {threads}");
+                    let ours = engine.run(&input).to_vec();
+                    for (ours, want) in ours.iter().zip(&want) {
+                        let apart = apart(ours, want);
+                        assert!(apart < off, "{what}: {apart}");
+                        assert!(apart > 0.0, "{what}: nothing was rounded");
+                    }
+                    let bits = first.get_or_insert_with(|| ours.clone());
+                    assert_eq!(&ours, bits, "{what}");
+                    assert_eq!(engine.another().run(&input), bits, "{what}");
+                    let algorithms = engine.layers().iter().map(|layer| layer.algorithm);
+                    let word = precision.to_string();
+                    assert!(algorithms.filter(|name| name.ends_with(&word)).count() > 5, "{what}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn eight_bits_need_to_know_what_layers_make() {
+    let graph = hand("resnet18").graph();
+    let size = [2, 45, 60];
+    let options = EngineOptions::default().with_precision(Precision::Int8);
+    let error = Engine::compile(&graph, size, options).err().unwrap();
+    assert!(error.to_string().contains("evpose quantize"), "{error}");
+    let unseen = Ranges::of(&graph);
+    let error = Engine::compile_with(&graph, size, options, Some(&unseen)).err().unwrap();
+    assert!(matches!(error, InferError::Ranges { .. }), "{error}");
+    let other = Ranges::of(&hand("vgg11_bn").graph());
+    let error = Engine::compile_with(&graph, size, options, Some(&other)).err().unwrap();
+    assert!(matches!(error, InferError::Ranges { .. }), "{error}");
+}

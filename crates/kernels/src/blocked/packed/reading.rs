@@ -1,0 +1,74 @@
+//! What the world brings, channel by channel, as an image in blocks of channels.
+
+use std::ops::Range;
+
+use super::held::{HeldMut, To};
+use crate::blocked::team::Team;
+use crate::simd::{Kernel, LANES, Lanes, Level};
+
+/// Writes `factor * planes + offset` of `[channels][height][width]` to an image.
+///
+/// # Panics
+/// If there are more or fewer values.
+pub fn read_planes(
+    team: &Team,
+    level: Level,
+    planes: &[f32],
+    by: [f32; 2],
+    mut output: HeldMut<'_>,
+) {
+    let size = output.size();
+    let [channels, rows, _] = size;
+    assert_eq!(planes.len(), size.iter().product(), "planes of this size");
+    let units = channels.div_ceil(LANES) * rows;
+    let to = output.to();
+    team.run(&|part| {
+        let work = Rows { planes, by, size, to, units: part.share(units) };
+        // SAFETY: sizes were compared, rows of the parts are disjoint, and the level is one of this
+        // processor's.
+        unsafe { level.run(&work) };
+    });
+}
+
+/// Some rows, block after block.
+struct Rows<'a> {
+    planes: &'a [f32],
+    by: [f32; 2],
+    size: [usize; 3],
+    to: To,
+    units: Range<usize>,
+}
+
+impl Kernel for Rows<'_> {
+    #[inline(always)]
+    unsafe fn run<V: Lanes>(&self) {
+        let [channels, height, width] = self.size;
+        let [factor, offset] = self.by;
+        for unit in self.units.clone() {
+            let (block, y) = (unit / height, unit % height);
+            let of_block = LANES.min(channels - block * LANES);
+            let row = |lane: usize| {
+                let channel = block * LANES + lane;
+                &self.planes[(channel * height + y) * width..][..width]
+            };
+            let to = self.to.at(block, y);
+            for lane in 0..of_block {
+                for (first, values) in row(lane).chunks(LANES).enumerate() {
+                    // SAFETY: the caller's.
+                    unsafe {
+                        let value = if values.len() == LANES {
+                            V::load(values.as_ptr())
+                        } else {
+                            let mut last = [0.0; LANES];
+                            last[..values.len()].copy_from_slice(values);
+                            V::load(last.as_ptr())
+                        };
+                        let value = value.mul_add(V::splat(factor), V::splat(offset));
+                        let at = to + first * LANES * LANES + lane;
+                        self.to.scatter(value, at, values.len());
+                    }
+                }
+            }
+        }
+    }
+}

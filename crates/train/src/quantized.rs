@@ -1,0 +1,113 @@
+//! What a network has to know to compute in 8 bits, in a file beside its checkpoint.
+
+use std::path::{Path, PathBuf};
+
+use evpose_core::atomic_write;
+use evpose_infer::{Engine, EngineOptions, Ranges};
+use evpose_nn::HandRegressor;
+use evpose_nn::graph::{Graph, Operation};
+use serde::{Deserialize, Serialize};
+use sha2::{Digest as _, Sha256};
+
+use crate::dataset::HandDataset;
+use crate::error::TrainError;
+
+/// In a run directory.
+const NAME: &str = "int8.json";
+
+/// The values that the layers of a network were seen to make.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Quantized {
+    /// Of which weights: SHA-256 of all of them, as they are computed with.
+    weights: String,
+    /// Windows of a data set that were looked at.
+    windows: u64,
+    ranges: Ranges,
+}
+
+impl Quantized {
+    /// Looks at what `network` makes of `windows` windows of a data set, spread evenly, and calls
+    /// `progress` after each.
+    ///
+    /// # Errors
+    /// If the network cannot be compiled, or a window cannot be read.
+    pub fn measure(
+        network: &HandRegressor,
+        data: &HandDataset,
+        windows: u64,
+        progress: &mut dyn FnMut(),
+    ) -> Result<Self, TrainError> {
+        let graph = network.graph();
+        let (height, width) = data.image_size();
+        let options = EngineOptions::default().with_threads(rayon::current_num_threads());
+        let mut engine =
+            Engine::compile(&graph, [graph.nodes[0].channels, height, width], options)?;
+        let mut ranges = Ranges::of(&graph);
+        let windows = windows.min(data.len());
+        for window in 0..windows {
+            let sample = data.plain_sample(window * data.len() / windows)?;
+            engine.see(&sample.surface, &mut ranges);
+            progress();
+        }
+        Ok(Self { weights: digest(&graph), windows, ranges })
+    }
+
+    /// The values.
+    pub fn ranges(&self) -> &Ranges {
+        &self.ranges
+    }
+
+    /// Where they are kept for a checkpoint: in the run directory, or beside the file.
+    pub fn path(checkpoint: &Path) -> PathBuf {
+        if checkpoint.is_dir() { checkpoint.join(NAME) } else { checkpoint.with_extension(NAME) }
+    }
+
+    /// Writes the file.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn write(&self, path: &Path) -> Result<(), TrainError> {
+        let text = serde_json::to_string_pretty(self)
+            .map_err(|error| TrainError::Stopped(format!("{}: {error}", path.display())))?;
+        atomic_write(path, (text + "\n").as_bytes())
+            .map_err(|source| TrainError::Io { path: path.to_path_buf(), source })
+    }
+
+    /// Reads the file of a network.
+    ///
+    /// # Errors
+    /// If there is none, it is damaged, or it is of other weights.
+    pub fn read(path: &Path, network: &HandRegressor) -> Result<Self, TrainError> {
+        let config = |message: String| TrainError::Config { path: path.to_path_buf(), message };
+        let advice = "`evpose quantize` makes it, with a data set";
+        let text = match std::fs::read_to_string(path) {
+            Ok(text) => text,
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+                return Err(config(format!("8 bits need this file; {advice}")));
+            }
+            Err(source) => return Err(TrainError::Io { path: path.to_path_buf(), source }),
+        };
+        let read: Self = serde_json::from_str(&text)
+            .map_err(|error| config(format!("damaged: {error}; {advice} again")))?;
+        if read.weights != digest(&network.graph()) {
+            return Err(config(format!("made for other weights than these; {advice} again")));
+        }
+        Ok(read)
+    }
+}
+
+/// SHA-256 of all weights of a network.
+fn digest(graph: &Graph) -> String {
+    let mut hash = Sha256::new();
+    for node in &graph.nodes {
+        let parts = match &node.operation {
+            Operation::Conv(layer) => [&layer.weight, &layer.bias],
+            Operation::Linear(layer) => [&layer.weight, &layer.bias],
+            _ => continue,
+        };
+        for value in parts.into_iter().flatten() {
+            hash.update(value.to_le_bytes());
+        }
+    }
+    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+}

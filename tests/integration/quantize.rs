@@ -1,0 +1,56 @@
+//! Networks that compute in fewer bits.
+
+use crate::harness::{Sandbox, bytes, tiny};
+
+#[test]
+fn a_network_is_quantized_judged_and_used_in_fewer_bits() {
+    let sandbox = Sandbox::new();
+    sandbox.ok(&tiny(&["simulate", "quick", "--out", "data"]));
+    sandbox.ok(&tiny(&["train", "quick", "--data", "data", "--out", "run", "--plain"]));
+    let infer = |precision: &str, out: &str| {
+        let mut args = vec!["infer", "--checkpoint", "run", "--events", "data/0000.evc"];
+        args.extend(["--unfiltered", "--precision", precision, "--out", out]);
+        args.into_iter().map(str::to_owned).collect::<Vec<_>>()
+    };
+    let refused = infer("int8", "poses.csv");
+    let refused: Vec<&str> = refused.iter().map(String::as_str).collect();
+    let message = sandbox.fails(&refused);
+    assert!(message.contains("int8.json") && message.contains("evpose quantize"), "{message}");
+
+    let quantize = ["quantize", "--checkpoint", "run", "--data", "data", "--windows", "32"];
+    let judge = ["--judge", "data", "--json", "quantized.json"];
+    let said = sandbox.ok(&[quantize.as_slice(), &judge].concat());
+    let report: serde_json::Value =
+        serde_json::from_slice(&bytes(&sandbox.path("quantized.json"))).unwrap();
+    let error = |line: usize| {
+        report["precisions"][line]["held_out"]["translation_mm"]["estimate"].as_f64().unwrap()
+    };
+    for (line, name) in ["f32", "bf16", "int8"].into_iter().enumerate() {
+        assert_eq!(report["precisions"][line]["precision"], name);
+        assert!(said.lines().any(|line| line.starts_with(name)), "{said}");
+        assert!(report["precisions"][line]["latency_ms"].as_f64().unwrap() > 0.0);
+        // A network that has hardly been trained says much the same of everything.
+        assert!((error(line) / error(0) - 1.0).abs() < 0.05, "{said}");
+    }
+
+    let poses = |precision: &str| -> Vec<f64> {
+        let out = format!("{precision}.csv");
+        let args = infer(precision, &out);
+        sandbox.ok(&args.iter().map(String::as_str).collect::<Vec<_>>());
+        let text = String::from_utf8(bytes(&sandbox.path(&out))).unwrap();
+        let lines = text.lines().skip(1);
+        lines.flat_map(|line| line.split(',').map(|n| n.parse::<f64>().unwrap())).collect()
+    };
+    let [whole, half, byte] = ["f32", "bf16", "int8"].map(poses);
+    assert_eq!(whole.len(), byte.len());
+    assert!(whole != half && whole != byte && half != byte);
+
+    // Ranges of other weights are not used.
+    sandbox.ok(&tiny(&[
+        "train", "quick", "--data", "data", "--out", "other", "--plain", "--set", "seed=9",
+    ]));
+    std::fs::copy(sandbox.path("run/int8.json"), sandbox.path("other/int8.json")).unwrap();
+    let eval = ["eval", "--checkpoint", "other", "--data", "data", "--precision", "int8"];
+    let message = sandbox.fails(&eval);
+    assert!(message.contains("other weights"), "{message}");
+}
