@@ -43,7 +43,11 @@ fn slower_beside(engine: &mut Engine, image: &[f32], others: usize) -> f64 {
         let is_over = AtomicBool::new(false);
         let beside = thread::scope(|scope| {
             for _ in 0..others {
-                scope.spawn(|| while !is_over.load(Ordering::Relaxed) {});
+                scope.spawn(|| {
+                    while !is_over.load(Ordering::Relaxed) {
+                        std::hint::spin_loop();
+                    }
+                });
             }
             let beside = median_s(engine, image);
             is_over.store(true, Ordering::Relaxed);
