@@ -56,6 +56,11 @@ const REFUSED: &str = "evpose";
 
 const SLOW: &[Step] = &[
     Step {
+        why: "twelve recordings in which an effect is hidden, or none",
+        args: &["test", "--release", "--test=integration", "twelve_blind", "--", "--ignored"],
+        env: &[],
+    },
+    Step {
         why: "ndarray and flex agree on the hand network",
         args: &["test", "--release", "--package", "evpose-nn", "--features", "ndarray"],
         env: &[],
