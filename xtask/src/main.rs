@@ -111,7 +111,7 @@ const SLOW: &[Step] = &[
 const USAGE: &str = "usage: cargo xtask ci|slow
 
   ci    formatting, lints, documentation, all tests, what the benchmark is built from (what CI runs)
-  slow  the ndarray agreement test; files for Rerun; networks in tract; kernels under
+  slow  twelve blind recordings; the ndarray agreement test; files for Rerun; networks in tract; kernels under
         AddressSanitizer; peers, fuzz targets, wgpu and cuda compile";
 
 struct Step {
