@@ -56,6 +56,11 @@ const REFUSED: &str = "evpose";
 
 const SLOW: &[Step] = &[
     Step {
+        why: "twelve recordings in which an effect is hidden, or none",
+        args: &["test", "--release", "--test=integration", "twelve_blind", "--", "--ignored"],
+        env: &[],
+    },
+    Step {
         why: "ndarray and flex agree on the hand network",
         args: &["test", "--release", "--package", "evpose-nn", "--features", "ndarray"],
         env: &[],
@@ -106,7 +111,7 @@ const SLOW: &[Step] = &[
 const USAGE: &str = "usage: cargo xtask ci|slow
 
   ci    formatting, lints, documentation, all tests, what the benchmark is built from (what CI runs)
-  slow  the ndarray agreement test; files for Rerun; networks in tract; kernels under
+  slow  twelve blind recordings; the ndarray agreement test; files for Rerun; networks in tract; kernels under
         AddressSanitizer; peers, fuzz targets, wgpu and cuda compile";
 
 struct Step {

@@ -180,13 +180,14 @@ fn what_the_engine_cannot_do_names_the_layer() {
             if let ("backbone.stages.1.0.first", Operation::Conv(conv)) =
                 (node.name.as_str(), &mut node.operation)
             {
-                conv.stride = [3, 3];
+                conv.dilation = [2, 2];
+                conv.padding = [2; 4];
             }
         }
     });
     let InferError::Unsupported { layer, what } = dilated else { panic!("{dilated}") };
     assert_eq!(layer, "backbone.stages.1.0.first");
-    assert!(what.contains("stride 3"), "{what}");
+    assert!(what.contains("gaps between its taps"), "{what}");
     let graph = network("resnet18", 0.25).graph();
     let other = Engine::compile(&graph, [3, 45, 60], EngineOptions::default()).err().unwrap();
     assert!(matches!(&other, InferError::Shape { layer, .. } if layer == "input"), "{other}");

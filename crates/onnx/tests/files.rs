@@ -49,17 +49,23 @@ fn a_file_is_read_back_with_every_weight_and_shape() {
         let constants: HashMap<&str, &TensorProto> =
             file.initializer.iter().map(|tensor| (tensor.name.as_str(), tensor)).collect();
         assert_eq!(constants.len(), file.initializer.len(), "{name}: names are unique");
-        for node in &graph.nodes {
+        for (id, node) in graph.nodes.iter().enumerate() {
             let (shape, weight, bias): (&[usize], _, _) = match &node.operation {
                 Operation::Conv(conv) => (&conv.shape, &conv.weight, &conv.bias),
                 Operation::Linear(linear) => (&linear.shape, &linear.weight, &linear.bias),
                 _ => continue,
             };
-            let written = constants[format!("{}.weight", node.name).as_str()];
+            let constant = |part: &str| {
+                // Layers of one name, as those that share weights, have their number in it.
+                let numbered = format!("{}.{id}.{part}", node.name);
+                let plain = format!("{}.{part}", node.name);
+                constants.get(plain.as_str()).unwrap_or_else(|| &constants[numbered.as_str()])
+            };
+            let written = constant("weight");
             let dims: Vec<usize> = written.dims.iter().map(|dim| *dim as usize).collect();
             assert_eq!(dims, shape, "{}", node.name);
             assert_eq!(values(written), *weight, "{}", node.name);
-            assert_eq!(values(constants[format!("{}.bias", node.name).as_str()]), *bias);
+            assert_eq!(values(constant("bias")), *bias);
         }
     }
 }
