@@ -83,7 +83,8 @@ mod tests {
     fn a_peak_is_that_of_a_processor_not_of_a_loop_that_was_left_out() {
         for level in Level::available() {
             let one = peak_gflop_per_s(&Team::new(1), level);
-            assert!((0.5..1000.0).contains(&one), "{level}: {one}");
+            // However slow the machine is; a loop that was left out would take no time.
+            assert!((0.01..1000.0).contains(&one), "{level}: {one}");
         }
     }
 }
