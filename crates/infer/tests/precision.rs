@@ -74,7 +74,10 @@ fn every_network_says_nearly_the_same_in_fewer_bits() {
         let ranges = seen(&graph, size, &[input.clone(), image(4, count, most)]);
         let options = EngineOptions::default();
         let want = Engine::compile(&graph, size, options).unwrap().run(&input).to_vec();
-        for (precision, off) in [(Precision::Bf16, 0.1), (Precision::Int8, 0.35)] {
+        // One map of a body that nobody taught is nearly the same everywhere: what little its values
+        // differ by is rounded the most.
+        let maps = if name == evpose_nn::MOVE_ENET { 2.0 } else { 1.0 };
+        for (precision, off) in [(Precision::Bf16, 0.1 * maps), (Precision::Int8, 0.25 * maps)] {
             for level in Level::available() {
                 let mut first = None;
                 for threads in [1, 3] {
