@@ -13,7 +13,7 @@ use crate::commands::latency::{self, Runner};
 /// All of the registry.
 const ALL: &str = "all";
 
-/// A network with first weights and the statistics to them.
+/// A network with first weights; of hands with the statistics to them.
 pub(super) struct Network {
     pub(super) name: String,
     pub(super) width: f32,
@@ -79,7 +79,8 @@ pub(super) fn network(config: &HandConfig, name: &str, device: &Device) -> Resul
     };
     let module = match module {
         Module::Hand(network) => Module::Hand(Box::new(awake(*network))),
-        Module::Body(network) => Module::Body(Box::new(awake(*network))),
+        // Its values grow from layer to layer as it is.
+        body @ Module::Body(_) => body,
     };
     Ok(Network {
         name: name.to_owned(),
@@ -116,6 +117,7 @@ fn awake<M: BurnModule>(network: M) -> M {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_infer::{Engine, EngineOptions};
+    use evpose_nn::BACKBONES;
 
     use super::*;
     use crate::commands::bench_infer::against::all_apart;
@@ -125,7 +127,8 @@ mod tests {
     fn outputs_tell_one_image_from_another() {
         let changes = ["simulation.image_scale=0.5", "network.width=0.25"].map(str::to_owned);
         let config = config_source::load("eventhands", &changes).unwrap();
-        for name in Module::names() {
+        for entry in BACKBONES {
+            let name = entry.name;
             let network = network(&config, name, &Device::flex()).unwrap();
             let options = EngineOptions::default();
             let mut engine = Engine::compile(&network.graph, network.input, options).unwrap();
