@@ -61,6 +61,11 @@ const SLOW: &[Step] = &[
         env: &[],
     },
     Step {
+        why: "an engine beside a busy thread",
+        args: &["test", "--package=evpose-infer", "--test=threads", "--", "--ignored"],
+        env: &[],
+    },
+    Step {
         why: "ndarray and flex agree on the hand network",
         args: &["test", "--release", "--package", "evpose-nn", "--features", "ndarray"],
         env: &[],

@@ -1,6 +1,6 @@
 //! Threads of engines: side by side, on a busy machine, and with nothing to do.
 //!
-//! One test, so that nothing else of this process runs beside it.
+//! What takes long is no test for a machine that does other things: `cargo xtask slow` runs it.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
@@ -36,19 +36,17 @@ fn median_s(engine: &mut Engine, image: &[f32]) -> f64 {
     median((0..RUNS).map(timed).collect())
 }
 
-/// How many times as long an engine takes beside so many threads that never rest.
-fn slower_beside(engine: &mut Engine, image: &[f32], others: usize) -> f64 {
+/// How many times as long an engine takes beside a thread that never rests.
+fn slower_beside(engine: &mut Engine, image: &[f32]) -> f64 {
     let ratio = |_| {
         let alone = median_s(engine, image);
         let is_over = AtomicBool::new(false);
         let beside = thread::scope(|scope| {
-            for _ in 0..others {
-                scope.spawn(|| {
-                    while !is_over.load(Ordering::Relaxed) {
-                        std::hint::spin_loop();
-                    }
-                });
-            }
+            scope.spawn(|| {
+                while !is_over.load(Ordering::Relaxed) {
+                    std::hint::spin_loop();
+                }
+            });
             let beside = median_s(engine, image);
             is_over.store(true, Ordering::Relaxed);
             beside
@@ -68,13 +66,28 @@ fn processor_s() -> f64 {
     ticks.map(|ticks| ticks.parse::<f64>().unwrap()).sum::<f64>() / 100.0
 }
 
-#[test]
-fn engines_share_the_machine() {
+fn engine() -> (Engine, Vec<f32>) {
     let config = HandRegressorConfig { backbone: "resnet18".to_owned(), width: 0.25 };
     let graph = config.init(7, &Device::flex()).unwrap().graph();
     let image: Vec<f32> = (0..SIZE.iter().product()).map(|k| (k % 97) as f32 / 97.0).collect();
     let options = EngineOptions::default().with_threads(2);
-    let mut engine = Engine::compile(&graph, SIZE, options).unwrap();
+    (Engine::compile(&graph, SIZE, options).unwrap(), image)
+}
+
+#[test]
+#[ignore = "times: `cargo xtask slow` runs it, on a machine that does nothing else"]
+fn beside_a_busy_thread_an_engine_is_slower_by_its_share() {
+    let (mut engine, image) = engine();
+    let cores = thread::available_parallelism().unwrap().get() as f64;
+    // Its threads and the other share the cores.
+    let fair = (3.0 / cores).max(1.0);
+    let slower = slower_beside(&mut engine, &image);
+    assert!(slower < MORE * fair, "{slower:.1} times as long");
+}
+
+#[test]
+fn engines_share_the_machine() {
+    let (mut engine, image) = engine();
     let alone = engine.run(&image).to_vec();
 
     // Side by side each says what it says alone.
@@ -85,14 +98,6 @@ fn engines_share_the_machine() {
             scope.spawn(move || (0..50).for_each(|_| assert_eq!(engine.run(image), alone)));
         }
     });
-
-    let cores = thread::available_parallelism().unwrap().get() as f64;
-    for others in [1, 2] {
-        // Its threads and the others share the cores.
-        let fair = ((2 + others) as f64 / cores).max(1.0);
-        let slower = slower_beside(&mut engine, &image, others);
-        assert!(slower < MORE * fair, "beside {others}: {slower:.1} times as long");
-    }
 
     #[cfg(target_os = "linux")]
     {
