@@ -103,7 +103,12 @@ impl Planner<'_> {
         let nodes = self.graph.nodes.iter().enumerate();
         let users: Vec<_> = nodes.filter(|(_, node)| node.inputs.contains(&0)).collect();
         match users.as_slice() {
-            [(id, node)] if matches!(node.operation, Operation::Affine { .. }) => *id,
+            [(id, node)]
+                if matches!(node.operation, Operation::Affine { .. })
+                    && !self.graph.outputs.contains(&0) =>
+            {
+                *id
+            }
             _ => 0,
         }
     }

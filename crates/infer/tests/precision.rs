@@ -5,7 +5,7 @@
 use burn::tensor::Device;
 use evpose_infer::{Engine, EngineOptions, InferError, Level, Precision, Ranges};
 use evpose_nn::graph::Graph;
-use evpose_nn::parameters::{fill, read};
+use evpose_nn::parameters::awake;
 use evpose_nn::{HandRegressor, HandRegressorConfig, MoveEnetConfig, Network};
 
 /// Numbers between 0 and `most`.
@@ -16,24 +16,6 @@ fn image(seed: u32, count: usize, most: f32) -> Vec<f32> {
         (state >> 8) as f32 / (1 << 24) as f32
     };
     (0..count).map(|_| most * next()).collect()
-}
-
-/// A network whose normalisations divide by what its weights give, so that values stay about one size.
-fn awake<M: burn::module::Module>(network: M) -> M {
-    let mut values = read(&network).into_iter();
-    let mut variance = 1.0;
-    fill(network, |slot| {
-        let (_, values) = values.next().unwrap();
-        match slot.name() {
-            "weight" => {
-                let squares: f32 = values.iter().map(|value| value * value).sum();
-                variance = squares / (2 * slot.shape[0]) as f32;
-                values
-            }
-            "running_var" => vec![variance; values.len()],
-            _ => values,
-        }
-    })
 }
 
 fn hand(backbone: &str) -> HandRegressor {

@@ -79,6 +79,27 @@ pub fn fill<M: Module>(module: M, source: impl FnMut(&Slot) -> Vec<f32>) -> M {
     module.map(&mut Fill { position: Position::default(), source })
 }
 
+/// A network whose normalisations divide by what its weights give. As first drawn, they divide by 1, and
+/// in some networks the image fades to nothing within a few layers: outputs would then agree with those
+/// of others whatever was computed on the way.
+pub fn awake<M: Module>(network: M) -> M {
+    let mut values = read(&network).into_iter();
+    let mut variance = 1.0;
+    fill(network, |slot| {
+        let (_, values) = values.next().unwrap_or_else(|| unreachable!("every slot is read"));
+        match slot.name() {
+            "weight" => {
+                // Of sums of inputs half of which an activation has set to zero.
+                let squares: f32 = values.iter().map(|value| value * value).sum();
+                variance = squares / (2 * slot.shape[0]) as f32;
+                values
+            }
+            "running_var" => vec![variance; values.len()],
+            _ => values,
+        }
+    })
+}
+
 /// Where a traversal stands.
 #[derive(Default)]
 struct Position {

@@ -1,10 +1,9 @@
 //! The networks that are measured.
 
 use anyhow::{Result, ensure};
-use burn::module::Module as BurnModule;
 use burn::tensor::Device;
 use evpose_nn::graph::Graph;
-use evpose_nn::parameters::{fill, read};
+use evpose_nn::parameters::awake;
 use evpose_nn::{MOVE_ENET, Network as Module, NnError};
 use evpose_train::{HandConfig, untrained};
 
@@ -89,27 +88,6 @@ pub(super) fn network(config: &HandConfig, name: &str, device: &Device) -> Resul
         input,
         graph: module.graph(),
         module,
-    })
-}
-
-/// A network whose normalisations divide by what its weights give. As first drawn, they divide by 1, and
-/// in some networks the image fades to nothing within a few layers: outputs would then agree with those
-/// of others whatever was computed on the way.
-fn awake<M: BurnModule>(network: M) -> M {
-    let mut values = read(&network).into_iter();
-    let mut variance = 1.0;
-    fill(network, |slot| {
-        let (_, values) = values.next().unwrap_or_else(|| unreachable!("every slot is read"));
-        match slot.name() {
-            "weight" => {
-                // Of sums of inputs half of which an activation has set to zero.
-                let squares: f32 = values.iter().map(|value| value * value).sum();
-                variance = squares / (2 * slot.shape[0]) as f32;
-                values
-            }
-            "running_var" => vec![variance; values.len()],
-            _ => values,
-        }
     })
 }
 
