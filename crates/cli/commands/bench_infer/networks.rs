@@ -2,13 +2,16 @@
 
 use anyhow::{Result, ensure};
 use burn::tensor::Device;
+use evpose_infer::{Engine, EngineOptions};
 use evpose_nn::graph::Graph;
-use evpose_nn::parameters::awake;
-use evpose_nn::{MOVE_ENET, Network as Module, NnError};
+use evpose_nn::parameters::{awake, fill, read};
+use evpose_nn::{MOVE_ENET, MoveEnet, Network as Module, NnError};
 use evpose_train::{HandConfig, untrained};
 
 use crate::commands::latency::{self, Runner};
 
+/// Of a body's image where there were many events.
+const BRIGHT: f32 = 255.0;
 /// All of the registry.
 const ALL: &str = "all";
 
@@ -78,8 +81,7 @@ pub(super) fn network(config: &HandConfig, name: &str, device: &Device) -> Resul
     };
     let module = match module {
         Module::Hand(network) => Module::Hand(Box::new(awake(*network))),
-        // Its values grow from layer to layer as it is.
-        body @ Module::Body(_) => body,
+        Module::Body(network) => Module::Body(Box::new(moderate(awake(*network), input)?)),
     };
     Ok(Network {
         name: name.to_owned(),
@@ -91,10 +93,25 @@ pub(super) fn network(config: &HandConfig, name: &str, device: &Device) -> Resul
     })
 }
 
+/// A body's network whose maps are about one before their sigmoids, as those of a trained one: residuals add up,
+/// and of thousands a sigmoid shows nothing but how they were rounded.
+fn moderate(network: MoveEnet, input: [usize; 3]) -> Result<MoveEnet> {
+    let mut engine = Engine::compile(&network.graph(), input, EngineOptions::default())?;
+    let values = engine.run(&vec![BRIGHT; input.iter().product()]).iter().flatten();
+    let largest = values.fold(1.0, |most: f32, value| most.max(value.abs()));
+    let mut values = read(&network).into_iter();
+    Ok(fill(network, |slot| {
+        let (_, mut values) = values.next().unwrap_or_else(|| unreachable!("every slot is read"));
+        if slot.path.ends_with("last.weight") {
+            values.iter_mut().for_each(|value| *value /= largest);
+        }
+        values
+    }))
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
-    use evpose_infer::{Engine, EngineOptions};
     use evpose_nn::BACKBONES;
 
     use super::*;

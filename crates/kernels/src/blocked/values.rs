@@ -79,8 +79,10 @@ impl Kernel for Rows<'_> {
                             V::load(from.add(at)).mul_add(V::splat(factor), V::splat(offset))
                         }
                         Of::Sigmoid => {
-                            let pixel = from.add(at).cast::<[f32; LANES]>().read();
-                            V::load(pixel.map(sigmoid_of).as_ptr())
+                            // Compilers do sixteen at once of a loop, but not of `map`.
+                            let mut pixel = from.add(at).cast::<[f32; LANES]>().read();
+                            pixel.iter_mut().for_each(|value| *value = sigmoid_of(*value));
+                            V::load(pixel.as_ptr())
                         }
                     };
                     value.mul(inside).store(to.add(at));
@@ -110,8 +112,8 @@ fn sigmoid_of(value: f32) -> f32 {
     let rounded = x * std::f32::consts::LOG2_E + ROUNDING;
     let whole = rounded - ROUNDING;
     let rest = x - whole * LN_2[0] - whole * LN_2[1];
-    let terms = [1.0 / 5040.0, 1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5, 1.0, 1.0];
-    let series = terms.into_iter().reduce(|sum, term| sum * rest + term).unwrap_or(1.0);
+    let tail = ((rest / 5040.0 + 1.0 / 720.0) * rest + 1.0 / 120.0) * rest + 1.0 / 24.0;
+    let series = (((tail * rest + 1.0 / 6.0) * rest + 0.5) * rest + 1.0) * rest + 1.0;
     let exponent = rounded.to_bits().wrapping_add(EXPONENT_OF_ONE) << MANTISSA_BITS;
     1.0 / (1.0 + series * f32::from_bits(exponent))
 }

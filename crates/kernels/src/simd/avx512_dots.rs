@@ -10,6 +10,10 @@ use std::mem::transmute;
 use super::avx512::Whole;
 use super::dots::{Bf16, Dots};
 
+/// Pixels of a tile: products take their values from a register, and beside the sums of twelve pixels
+/// and two blocks there are too few to load them ahead.
+const TILE: [usize; 2] = [12, 10];
+
 /// Four unsigned bytes by four signed ones, with AVX512-VNNI.
 pub(super) struct Fours;
 
@@ -20,6 +24,7 @@ impl Dots for Fours {
     type Weights = __m512i;
     type Values = __m512i;
     const PER: usize = 4;
+    const TILE: [usize; 2] = TILE;
     const HAS_ROWS: bool = true;
 
     #[inline(always)]
@@ -78,6 +83,7 @@ impl Dots for Pairs {
     type Weights = __m512i;
     type Values = __m512i;
     const PER: usize = 2;
+    const TILE: [usize; 2] = TILE;
 
     #[inline(always)]
     unsafe fn zero() -> __m512 {

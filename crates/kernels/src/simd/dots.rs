@@ -116,6 +116,8 @@ pub(crate) trait Dots {
     type Values: Copy;
     /// Neighbouring channels that are added at once.
     const PER: usize;
+    /// Pixels of a tile of one and of two blocks of channels whose sums stay in registers.
+    const TILE: [usize; 2];
     /// Whether there is [`row`](Self::row).
     const HAS_ROWS: bool = false;
 
@@ -141,6 +143,7 @@ impl<V: Lanes, S: Stored> Dots for Widened<V, S> {
     type Weights = V;
     type Values = V;
     const PER: usize = 1;
+    const TILE: [usize; 2] = V::TILE;
 
     #[inline(always)]
     unsafe fn zero() -> V {

@@ -221,7 +221,7 @@ impl Rows<'_> {
         ahead_lines: usize,
     ) {
         let [_, _, width] = self.job.size;
-        let tile = <D::Lanes as Lanes>::TILE[B - 1];
+        let tile = D::TILE[B - 1];
         let most = if STRIDE == 2 { tile.min(TILE_OF_TWO) } else { tile };
         let of_tile = width.div_ceil(width.div_ceil(most));
         let (of_row, mut done) = (width.div_ceil(of_tile), 0);
@@ -235,7 +235,7 @@ impl Rows<'_> {
                     ($($n:literal)*) => {
                         match of_tile.min(width - x) {
                             // SAFETY: the caller's. Larger tiles than registers hold are not compiled.
-                            $($n if $n <= <D::Lanes as Lanes>::TILE[B - 1] => unsafe {
+                            $($n if $n <= D::TILE[B - 1] => unsafe {
                                 self.tile::<D, $n, B, STRIDE>(place, weights, ahead);
                             },)*
                             pixels => unreachable!("{pixels} pixels in a tile"),
