@@ -10,8 +10,7 @@ use crate::simd::{LANES, Lanes};
 
 /// Bytes of transformed kernels that stay in a second cache of 1 MiB beside what lies between.
 const NEAR: usize = 640 << 10;
-/// Blocks of input channels whose kernels are transformed at once, a row of places at a time: those stay
-/// in the nearest cache.
+/// Blocks of input channels whose kernels are transformed at once: more would leave the second cache.
 const AT_ONCE: usize = 2;
 /// Bytes between the transforms where kernels are transformed for them: the more tiles, the less often.
 const BETWEEN_PLAIN: usize = 1280 << 10;
@@ -28,9 +27,9 @@ pub(super) struct Kernels {
     places: usize,
 }
 
-/// Kernels of some input channels for one group, at the places of a row.
+/// Kernels of some input channels for one group, at the places of a tile.
 #[derive(Clone, Copy)]
-pub(super) struct Row {
+pub(super) struct Places {
     /// `[place][channel][block][16]`.
     pub(super) first: *const f32,
     /// From a place to the next, in `f32`.
@@ -92,7 +91,7 @@ impl Kernels {
 
     /// Lines that a thread needs to transform kernels.
     pub(super) fn scratch_lines(&self) -> usize {
-        if self.is_plain { MOST * pitch(self.together) } else { 0 }
+        if self.is_plain { self.places * pitch(self.together) } else { 0 }
     }
 
     /// Lines of the kernels of a group of `blocks` from a block of input channels on.
@@ -103,52 +102,48 @@ impl Kernels {
         &self.lines[(groups + before).min(self.lines.len())..]
     }
 
-    /// The kernels of a group of `B` blocks and of some blocks of input channels at row `y` of places.
+    /// The kernels of a group of `B` blocks and of some blocks of input channels at all places.
     ///
     /// # Safety
     /// The processor has the instructions of `V`; [`scratch_lines`](Self::scratch_lines) are writable
     /// at `scratch`.
     #[inline(always)]
-    pub(super) unsafe fn row<V: Lanes, S: Scheme, const B: usize>(
+    pub(super) unsafe fn places<V: Lanes, S: Scheme, const B: usize>(
         &self,
         group: usize,
         blocks_in: Range<usize>,
-        y: usize,
         scratch: *mut f32,
-    ) -> Row {
+    ) -> Places {
         let channels_in = self.shape.channels_in;
         let lines = self.lines(group, B, blocks_in.start);
         if !self.is_plain {
-            let pitch = channels_in * B * LANES;
-            let first = lines[y * S::IN * channels_in * B..].as_ptr().cast();
-            return Row { first, pitch };
+            return Places { first: lines.as_ptr().cast(), pitch: channels_in * B * LANES };
         }
         let channels = channels_in.min(blocks_in.end * LANES) - blocks_in.start * LANES;
         let pitch = pitch(B) * LANES;
         let lines = &lines[..channels * 9 * B];
-        let from: *const f32 = lines.as_ptr().cast();
+        let mut from: *const f32 = lines.as_ptr().cast();
         // SAFETY: nine taps of each channel and block are there, and as many places.
         unsafe {
-            let factors = S::TAPS[y].map(|factor| V::splat(factor));
             for channel in 0..channels {
                 for block in 0..B {
-                    let from = from.add((channel * 9 * B + block) * LANES);
                     let to = scratch.add((channel * B + block) * LANES);
-                    let mut taps = [V::splat(0.0); 3];
-                    for (x, tap) in taps.iter_mut().enumerate() {
-                        let [a, b, c] = factors;
-                        let first = V::load(from.add(x * B * LANES)).mul(a);
-                        let second = V::load(from.add((3 + x) * B * LANES)).mul_add(b, first);
-                        *tap = V::load(from.add((6 + x) * B * LANES)).mul_add(c, second);
+                    let mut columns = [[V::splat(0.0); MOST]; 3];
+                    for (x, column) in columns.iter_mut().enumerate() {
+                        let tap = |y: usize| V::load(from.add(((3 * y + x) * B + block) * LANES));
+                        *column = S::taps([tap(0), tap(1), tap(2)]);
                     }
-                    let row = S::taps(taps);
-                    for (x, value) in row.iter().enumerate().take(S::IN) {
-                        value.store(to.add(x * pitch));
+                    for y in 0..S::IN {
+                        let row = S::taps(columns.map(|column| column[y]));
+                        for (x, value) in row.iter().enumerate().take(S::IN) {
+                            value.store(to.add((y * S::IN + x) * pitch));
+                        }
                     }
                 }
+                from = from.add(9 * B * LANES);
             }
         }
-        Row { first: scratch, pitch }
+        Places { first: scratch, pitch }
     }
 
     /// Lines that are read after those of some blocks of input channels.

@@ -137,34 +137,30 @@ impl<S: Scheme> Making<'_, S> {
             let (blocks_in, block_pitch) = (blocks.len(), tiles.count * LANES);
             let start = if block_in == 0 { Start::Zero } else { Start::Output };
             let ahead = kernels.next(*group, B, blocks.clone());
-            for y in 0..S::IN {
-                // SAFETY: the caller's; the places of these tiles are in the scratch.
-                unsafe {
-                    let row = kernels.row::<V, S, B>(*group, blocks.clone(), y, tiles.kernels);
-                    for x in 0..S::IN {
-                        let place = y * S::IN + x;
-                        let ahead =
-                            &ahead[Part { index: place, of: S::IN * S::IN }.share(ahead.len())];
-                        let mut taps = Taps {
-                            blocks: blocks_in,
-                            block_pitch,
-                            last_channels,
-                            kernel: 1,
-                            row_pitch: 0,
-                            ahead: ahead.as_ptr().cast(),
-                            ahead_lines: ahead.len(),
-                        };
-                        let from = block_in * tiles.count + range.start;
-                        let from = tiles.inputs.add(place * from_pitch + from * LANES);
-                        let weights = row.first.add(x * row.pitch);
-                        let to = tiles.sums.add(place * to_pitch);
-                        for tile in (0..count).step_by(of_tile) {
-                            let pixels = of_tile.min(count - tile);
-                            let from = from.add(tile * LANES);
-                            let to = (to.add(tile * LANES), count * LANES);
-                            some::<V, B, 1>(pixels, &taps, from, weights, start, to, None);
-                            taps.ahead_lines = 0;
-                        }
+            // SAFETY: the caller's; the places of these tiles are in the scratch.
+            unsafe {
+                let all = kernels.places::<V, S, B>(*group, blocks.clone(), tiles.kernels);
+                for place in 0..S::IN * S::IN {
+                    let ahead = &ahead[Part { index: place, of: S::IN * S::IN }.share(ahead.len())];
+                    let mut taps = Taps {
+                        blocks: blocks_in,
+                        block_pitch,
+                        last_channels,
+                        kernel: 1,
+                        row_pitch: 0,
+                        ahead: ahead.as_ptr().cast(),
+                        ahead_lines: ahead.len(),
+                    };
+                    let from = block_in * tiles.count + range.start;
+                    let from = tiles.inputs.add(place * from_pitch + from * LANES);
+                    let weights = all.first.add(place * all.pitch);
+                    let to = tiles.sums.add(place * to_pitch);
+                    for tile in (0..count).step_by(of_tile) {
+                        let pixels = of_tile.min(count - tile);
+                        let from = from.add(tile * LANES);
+                        let to = (to.add(tile * LANES), count * LANES);
+                        some::<V, B, 1>(pixels, &taps, from, weights, start, to, None);
+                        taps.ahead_lines = 0;
                     }
                 }
             }
