@@ -111,7 +111,10 @@ impl Engine {
             ranges.check(graph)?;
         }
         let plan = Plan::new(graph, input, level, precision, ranges)?;
-        let images = plan.memory.buffers();
+        let mut images = plan.memory.buffers();
+        if let Some(planes) = plan.planes {
+            images[plan.input.0] = Buffer::Planes(planes);
+        }
         let blank = |slot: &Slot| {
             let size: usize = images[*slot].held().size().iter().product();
             vec![0.0; size]
@@ -171,12 +174,12 @@ impl Engine {
     /// If the image has another size than it was compiled for, or values are kept in fewer bits.
     pub fn see(&mut self, input: &[f32], ranges: &mut Ranges) {
         self.read(input);
-        let ends = self.images[self.input.0].whole().extremes();
+        let ends = self.images[self.input.0].extremes();
         ranges.see(self.first, ends);
         for step in 0..self.steps.len() {
             self.step(step);
             let Planned { node, output, .. } = &self.steps[step];
-            ranges.see(*node, self.images[*output].whole().extremes());
+            ranges.see(*node, self.images[*output].extremes());
         }
     }
 
@@ -212,7 +215,10 @@ impl Engine {
 
     fn read(&mut self, input: &[f32]) {
         let (slot, by) = self.input;
-        read_planes(&self.team, self.level, input, by, self.images[slot].held_mut());
+        match &mut self.images[slot] {
+            Buffer::Planes(planes) => planes.read(input, by),
+            image => read_planes(&self.team, self.level, input, by, image.held_mut()),
+        }
     }
 
     fn step(&mut self, step: usize) {

@@ -1,6 +1,6 @@
 //! Images on their way, however they are kept.
 
-use evpose_kernels::blocked::{Held, HeldMut, Image, Packed, Storage};
+use evpose_kernels::blocked::{Held, HeldMut, Image, Packed, Planes, Storage};
 
 use crate::shapes::Shape;
 
@@ -12,6 +12,8 @@ pub(crate) type Kept = Option<Storage>;
 pub(crate) enum Buffer {
     Whole(Image),
     Packed(Packed),
+    /// What the world brings.
+    Planes(Planes),
 }
 
 impl Buffer {
@@ -27,6 +29,7 @@ impl Buffer {
         match self {
             Self::Whole(image) => Held::Whole(image),
             Self::Packed(image) => Held::Packed(image),
+            Self::Planes(_) => panic!("an image in blocks of channels"),
         }
     }
 
@@ -34,6 +37,7 @@ impl Buffer {
         match self {
             Self::Whole(image) => HeldMut::Whole(image),
             Self::Packed(image) => HeldMut::Packed(image),
+            Self::Planes(_) => panic!("an image in blocks of channels"),
         }
     }
 
@@ -44,7 +48,7 @@ impl Buffer {
     pub(crate) fn whole(&self) -> &Image {
         match self {
             Self::Whole(image) => image,
-            Self::Packed(_) => panic!("an image of 32 bits"),
+            _ => panic!("an image of 32 bits"),
         }
     }
 
@@ -52,7 +56,7 @@ impl Buffer {
     pub(crate) fn whole_mut(&mut self) -> &mut Image {
         match self {
             Self::Whole(image) => image,
-            Self::Packed(_) => panic!("an image of 32 bits"),
+            _ => panic!("an image of 32 bits"),
         }
     }
 
@@ -63,7 +67,7 @@ impl Buffer {
     pub(crate) fn packed(&self) -> &Packed {
         match self {
             Self::Packed(image) => image,
-            Self::Whole(_) => panic!("an image of fewer bits"),
+            _ => panic!("an image of fewer bits"),
         }
     }
 
@@ -71,7 +75,29 @@ impl Buffer {
     pub(crate) fn packed_mut(&mut self) -> &mut Packed {
         match self {
             Self::Packed(image) => image,
-            Self::Whole(_) => panic!("an image of fewer bits"),
+            _ => panic!("an image of fewer bits"),
+        }
+    }
+
+    /// In planes.
+    ///
+    /// # Panics
+    /// If it is kept otherwise: plans see to it that steps get what they take.
+    pub(crate) fn planes(&self) -> &Planes {
+        match self {
+            Self::Planes(planes) => planes,
+            _ => panic!("an image in planes"),
+        }
+    }
+
+    /// The least and the largest value.
+    ///
+    /// # Panics
+    /// If it is kept in fewer bits.
+    pub(crate) fn extremes(&self) -> [f32; 2] {
+        match self {
+            Self::Planes(planes) => planes.extremes(),
+            _ => self.whole().extremes(),
         }
     }
 
@@ -79,6 +105,7 @@ impl Buffer {
         match self {
             Self::Whole(image) => image.bytes(),
             Self::Packed(image) => image.bytes(),
+            Self::Planes(planes) => planes.bytes(),
         }
     }
 }

@@ -1,6 +1,7 @@
 //! From the nodes of a graph to the steps of a plan: what is done, in which bits, and where.
 
 use evpose_kernels::Level;
+use evpose_kernels::blocked::Planes;
 use evpose_nn::graph::{Activation, Graph, NodeId, Operation};
 
 use crate::InferError;
@@ -33,12 +34,16 @@ pub(crate) struct Plan {
     /// The node whose values these are.
     pub(crate) first: NodeId,
     pub(crate) outputs: Vec<Slot>,
+    /// That image, where it is taken in planes.
+    pub(crate) planes: Option<Planes>,
 }
 
 /// An image on its way.
 struct Value {
     node: NodeId,
     kept: Kept,
+    /// Whether it is not in blocks of channels, as only what the network is shown can be.
+    is_planes: bool,
     border: usize,
     /// The operation after which nobody needs it.
     last: usize,
@@ -116,8 +121,10 @@ impl Planner<'_> {
     /// Adds what is done at a node, if anything is.
     fn node(&mut self, id: NodeId, first: NodeId) -> Result<(), InferError> {
         if id == first {
-            let kept = self.kept(id)?;
+            let is_planes = self.of_planes(id).is_some();
+            let kept = if is_planes { None } else { self.kept(id)? };
             let value = self.value(id, kept);
+            self.values[value].is_planes = is_planes;
             debug_assert_eq!(value, 0, "the input comes first");
             return Ok(());
         }
@@ -152,6 +159,23 @@ impl Planner<'_> {
         Ok(())
     }
 
+    /// The step of the only layer that takes the image that the network is shown, at `first`, in planes.
+    fn of_planes(&self, first: NodeId) -> Option<Step> {
+        let mut users =
+            self.graph.nodes.iter().enumerate().filter(|(_, n)| n.inputs.contains(&first));
+        let (Some((id, node)), None) = (users.next(), users.next()) else { return None };
+        let end = self.fused.iter().find_map(|fused| match fused {
+            Fused::Conv { conv, residual: None, activation } if *conv == id => Some(*activation),
+            _ => None,
+        });
+        match &node.operation {
+            Operation::Conv(conv) if !self.graph.outputs.contains(&first) => {
+                Step::of_planes(conv, end?, self.level)
+            }
+            _ => None,
+        }
+    }
+
     fn push(&mut self, step: Step, inputs: Vec<usize>, output: usize) {
         let now = self.work.len();
         let border = &mut self.values[inputs[0]].border;
@@ -162,7 +186,7 @@ impl Planner<'_> {
     }
 
     fn value(&mut self, node: NodeId, kept: Kept) -> usize {
-        self.values.push(Value { node, kept, border: 0, last: 0 });
+        self.values.push(Value { node, kept, is_planes: false, border: 0, last: 0 });
         self.of_node[node].push(self.values.len() - 1);
         self.values.len() - 1
     }
@@ -260,6 +284,11 @@ impl Planner<'_> {
         let Operation::Conv(layer) = &node.operation else {
             unreachable!("only convolutions take up others")
         };
+        if self.values[self.any(node.inputs[0])].is_planes {
+            let step = self.of_planes(node.inputs[0]);
+            let step = step.unwrap_or_else(|| unreachable!("planes are for this layer"));
+            return Ok((step, vec![self.any(node.inputs[0])]));
+        }
         let [_, height, width] = self.shapes[id];
         let is_packed = self.precision != Precision::F32 && height * width > 1;
         let input = self.held(node.inputs[0], is_packed)?;
@@ -311,7 +340,9 @@ impl Planner<'_> {
             _ => [1.0, 0.0],
         };
         let outputs = of_outputs.into_iter().map(|value| slots[value]).collect();
-        Plan { steps, layers, memory, input: (slots[0], by), first, outputs }
+        let Value { node, is_planes, border, .. } = self.values[0];
+        let planes = is_planes.then(|| Planes::zeros(self.shapes[node], border));
+        Plan { steps, layers, memory, input: (slots[0], by), first, outputs, planes }
     }
 }
 

@@ -3,7 +3,7 @@
 use evpose_kernels::Level;
 use evpose_kernels::blocked::{
     Conv, ConvShape, Depthwise, DepthwiseShape, Image, MaxPool, PackedConv, PackedDepthwise,
-    Scratch, Storage, Team, TileSize, Winograd, add, add_held, affine, flatten, gather,
+    PlaneConv, Scratch, Storage, Team, TileSize, Winograd, add, add_held, affine, flatten, gather,
     max_pool_packed, mean_pool, sigmoid, upsample, upsample_packed,
 };
 use evpose_nn::graph::{Activation, ConvLayer, LinearLayer, Node, Operation};
@@ -25,6 +25,8 @@ const CHANNELS: usize = 16;
 #[derive(Debug, Clone)]
 pub(crate) enum Step {
     Conv(Conv, Activation),
+    /// Of the image that the network is shown, in planes.
+    PlaneConv(PlaneConv, Activation),
     Winograd(Winograd, Activation),
     Depthwise(Depthwise, Activation),
     MaxPool(MaxPool),
@@ -154,10 +156,30 @@ impl Step {
         Ok(Self::Depthwise(conv, activation))
     }
 
+    /// A convolution of the image that the network is shown, if that can be done in planes.
+    pub(crate) fn of_planes(
+        conv: &ConvLayer,
+        activation: Activation,
+        level: Level,
+    ) -> Option<Self> {
+        let [channels_out, channels_in, kernel, kernel_x] = conv.shape;
+        let shape = ConvShape { channels_in, channels_out, kernel, stride: conv.stride[0] };
+        let is_plain = kernel == kernel_x
+            && conv.stride[0] == conv.stride[1]
+            && conv.groups == 1
+            && conv.dilation == [1, 1]
+            && conv.padding == [kernel / 2; 4];
+        (is_plain && PlaneConv::can(shape)).then(|| {
+            let conv = PlaneConv::new(shape, &conv.weight, &conv.bias, level);
+            Self::PlaneConv(conv, activation)
+        })
+    }
+
     /// What it is, in a word.
     pub(crate) fn algorithm(&self) -> &'static str {
         match self {
             Self::Conv(..) => "direct",
+            Self::PlaneConv(..) => "planes",
             Self::Winograd(conv, _) => match conv.size() {
                 TileSize::Two => "winograd 2",
                 TileSize::Four => "winograd 4",
@@ -183,6 +205,7 @@ impl Step {
         matches!(
             self,
             Self::Conv(..)
+                | Self::PlaneConv(..)
                 | Self::Winograd(..)
                 | Self::Depthwise(..)
                 | Self::PackedConv(..)
@@ -192,13 +215,20 @@ impl Step {
 
     /// Whether it can keep its output in fewer bits.
     pub(crate) fn writes_packed(&self) -> bool {
-        matches!(self, Self::PackedConv(..) | Self::PackedDepthwise(..) | Self::PackedSum(_))
+        matches!(
+            self,
+            Self::PlaneConv(..)
+                | Self::PackedConv(..)
+                | Self::PackedDepthwise(..)
+                | Self::PackedSum(_)
+        )
     }
 
     /// Pixels of zeros that it needs around its input.
     pub(crate) fn border(&self) -> usize {
         match self {
             Self::Conv(conv, _) => conv.shape().padding(),
+            Self::PlaneConv(conv, _) => conv.shape().padding(),
             Self::Winograd(..) => 1,
             Self::Depthwise(conv, _) => conv.shape().kernel / 2,
             Self::PackedConv(conv, ..) => conv.shape().padding(),
@@ -215,6 +245,9 @@ impl Step {
             Self::PackedConv(conv, _, activation) => {
                 let residual = other.map(Buffer::held);
                 conv.run(team, inputs[0].packed(), residual, *activation, output.held_mut());
+            }
+            Self::PlaneConv(conv, activation) => {
+                conv.run(team, inputs[0].planes(), *activation, output.held_mut());
             }
             Self::PackedDepthwise(conv, _, activation) => {
                 conv.run(team, inputs[0].packed(), *activation, output.held_mut());
@@ -264,11 +297,12 @@ impl Step {
             Self::Upsample => upsample(team, level, input, output),
             Self::Sigmoid => sigmoid(team, level, input, output),
             Self::Affine(by) => affine(team, level, input, *by, output),
-            Self::PackedConv(..)
+            Self::PlaneConv(..)
+            | Self::PackedConv(..)
             | Self::PackedDepthwise(..)
             | Self::PackedMaxPool(_)
             | Self::PackedUpsample
-            | Self::PackedSum(_) => unreachable!("steps on images of fewer bits"),
+            | Self::PackedSum(_) => unreachable!("steps on images that are kept otherwise"),
         }
     }
 }

@@ -6,6 +6,7 @@
 //! * [`Depthwise`]: convolution of every channel by itself.
 //! * [`PackedConv`], [`PackedDepthwise`]: convolution of images of fewer bits, [`Packed`].
 //! * [`add_held`], [`max_pool_packed`], [`upsample_packed`]: what else is done to them.
+//! * [`PlaneConv`]: convolution of a few channels that are not in blocks, [`Planes`].
 //! * [`MaxPool`], [`mean_pool`]: maxima and means of windows.
 //! * [`add`], [`gather`], [`flatten`]: sums, and values put elsewhere.
 //! * [`upsample`]: twice as many rows and columns.
@@ -24,6 +25,7 @@ mod image;
 mod packed;
 mod packing;
 mod peak;
+mod planes;
 mod pool;
 mod scheme;
 mod team;
@@ -45,6 +47,7 @@ pub use packed::{
     read_planes, upsample_packed,
 };
 pub use peak::peak_gflop_per_s;
+pub use planes::{PlaneConv, Planes};
 pub use pool::{MaxPool, mean_pool};
 pub use team::{Part, Team};
 pub use tile::Activation;

@@ -64,7 +64,7 @@ impl HeldMut<'_> {
         }
     }
 
-    pub(super) fn to(&mut self) -> To {
+    pub(in crate::blocked) fn to(&mut self) -> To {
         match self {
             Self::Whole(image) => To {
                 pixels: image.first_mut().cast(),
@@ -157,7 +157,7 @@ impl From {
 
 /// Where numbers go, and what they stand for there. Distances are in numbers.
 #[derive(Clone, Copy)]
-pub(super) struct To {
+pub(in crate::blocked) struct To {
     pixels: *mut u8,
     kind: Kind,
     row_pitch: usize,
@@ -173,7 +173,7 @@ unsafe impl Sync for To {}
 
 impl To {
     /// How far the first pixel of a row of a block is from the first of all.
-    pub(super) fn at(&self, block: usize, y: usize) -> usize {
+    pub(in crate::blocked) fn at(&self, block: usize, y: usize) -> usize {
         block * self.block_pitch + y * self.row_pitch
     }
 
@@ -182,7 +182,7 @@ impl To {
     /// # Safety
     /// There is room for them, nobody else writes there, and the processor has the instructions of `V`.
     #[inline(always)]
-    pub(super) unsafe fn store<V: Lanes>(&self, value: V, at: usize) {
+    pub(in crate::blocked) unsafe fn store<V: Lanes>(&self, value: V, at: usize) {
         // SAFETY: the caller's.
         unsafe {
             let to = self.pixels.add(at * self.kind.bytes());
@@ -202,7 +202,7 @@ impl To {
     /// # Safety
     /// As [`store`](Self::store), for one channel of so many neighbouring pixels from `at` on.
     #[inline(always)]
-    pub(super) unsafe fn scatter<V: Lanes>(&self, value: V, at: usize, count: usize) {
+    pub(in crate::blocked) unsafe fn scatter<V: Lanes>(&self, value: V, at: usize, count: usize) {
         // SAFETY: the caller's.
         unsafe {
             match self.kind {

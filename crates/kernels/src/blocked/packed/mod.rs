@@ -21,6 +21,7 @@ mod weights;
 
 pub use conv::PackedConv;
 pub use depthwise::PackedDepthwise;
+pub(super) use held::To;
 pub use held::{Held, HeldMut};
 pub use image::{Packed, Scale, Storage};
 pub use reading::read_planes;
