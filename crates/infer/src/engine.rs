@@ -10,9 +10,9 @@ use evpose_nn::graph::{Graph, NodeId};
 use crate::InferError;
 use crate::held::Buffer;
 use crate::memory::Slot;
-use crate::plan::{Plan, Planned};
+use crate::plan::{Planned, Planner};
 use crate::precision::{Precision, Ranges};
-use crate::step::Place;
+use crate::step::{Place, Step};
 
 /// How a network is run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -24,12 +24,15 @@ pub struct EngineOptions {
     pub level: Level,
     /// How images and weights are kept.
     pub precision: Precision,
+    /// Whether every layer is done by itself, and its values are there afterwards: [`Engine::see`] needs
+    /// that, and a table of layers may. It takes longer.
+    pub has_every_layer: bool,
 }
 
 impl Default for EngineOptions {
-    /// One thread, the best instructions there are, 32 bits.
+    /// One thread, the best instructions there are, 32 bits, layers together where that is faster.
     fn default() -> Self {
-        Self { threads: 1, level: Level::best(), precision: Precision::F32 }
+        Self { threads: 1, level: Level::best(), precision: Precision::F32, has_every_layer: false }
     }
 }
 
@@ -47,6 +50,11 @@ impl EngineOptions {
     /// With images and weights kept so.
     pub fn with_precision(self, precision: Precision) -> Self {
         Self { precision, ..self }
+    }
+
+    /// With every layer by itself.
+    pub fn with_every_layer(self) -> Self {
+        Self { has_every_layer: true, ..self }
     }
 }
 
@@ -103,14 +111,18 @@ impl Engine {
         options: EngineOptions,
         ranges: Option<&Ranges>,
     ) -> Result<Self, InferError> {
-        let EngineOptions { threads, level, precision } = options;
+        let EngineOptions { threads, level, precision, has_every_layer } = options;
         if !Level::available().contains(&level) {
             return Err(InferError::Level { level: level.to_string() });
         }
         if let Some(ranges) = ranges {
             ranges.check(graph)?;
         }
-        let plan = Plan::new(graph, input, level, precision, ranges)?;
+        let mut planner = Planner::new(graph, input, level, precision, ranges)?;
+        if !has_every_layer {
+            planner.chain();
+        }
+        let plan = planner.placed();
         let mut images = plan.memory.buffers();
         if let Some(planes) = plan.planes {
             images[plan.input.0] = Buffer::Planes(planes);
@@ -168,17 +180,19 @@ impl Engine {
     }
 
     /// Runs an image and takes the values that layers make into `ranges`, which are of the same graph.
-    /// Of an engine of 32 bits.
+    /// Of an engine of 32 bits that [has every layer](EngineOptions::has_every_layer).
     ///
     /// # Panics
-    /// If the image has another size than it was compiled for, or values are kept in fewer bits.
+    /// If the image has another size than it was compiled for, values are kept in fewer bits, or layers
+    /// are done together.
     pub fn see(&mut self, input: &[f32], ranges: &mut Ranges) {
         self.read(input);
         let ends = self.images[self.input.0].extremes();
         ranges.see(self.first, ends);
         for step in 0..self.steps.len() {
             self.step(step);
-            let Planned { node, output, .. } = &self.steps[step];
+            let Planned { node, output, step, .. } = &self.steps[step];
+            assert!(!matches!(step, Step::Chain(_)), "an engine that has every layer");
             ranges.see(*node, self.images[*output].extremes());
         }
     }

@@ -13,6 +13,7 @@
 //! * `step`: the operations of a plan.
 //! * [`Engine`]: a plan that runs.
 
+mod chain;
 mod engine;
 mod error;
 mod fuse;

@@ -39,9 +39,9 @@ pub(crate) struct Plan {
 }
 
 /// An image on its way.
-struct Value {
-    node: NodeId,
-    kept: Kept,
+pub(crate) struct Value {
+    pub(crate) node: NodeId,
+    pub(crate) kept: Kept,
     /// Whether it is not in blocks of channels, as only what the network is shown can be.
     is_planes: bool,
     border: usize,
@@ -50,39 +50,42 @@ struct Value {
 }
 
 /// A step, and which images it takes and makes.
-struct Work {
-    step: Step,
-    inputs: Vec<usize>,
-    output: usize,
+pub(crate) struct Work {
+    pub(crate) step: Step,
+    pub(crate) inputs: Vec<usize>,
+    pub(crate) output: usize,
+    pub(crate) layer: Layer,
 }
 
 /// What is being planned.
-struct Planner<'a> {
-    graph: &'a Graph,
-    shapes: Vec<Shape>,
-    level: Level,
+pub(crate) struct Planner<'a> {
+    pub(crate) graph: &'a Graph,
+    pub(crate) shapes: Vec<Shape>,
+    pub(crate) level: Level,
     precision: Precision,
     ranges: Option<&'a Ranges>,
     fused: Vec<Fused>,
-    values: Vec<Value>,
+    pub(crate) values: Vec<Value>,
     /// The values of every node, as kept by whoever made them and as others needed them.
     of_node: Vec<Vec<usize>>,
-    work: Vec<Work>,
+    pub(crate) work: Vec<Work>,
+    /// The node at which the image that the network is shown is as its layers want it.
+    first: NodeId,
 }
 
-impl Plan {
-    /// Plans a network for images of `input` channels, rows and columns.
+impl<'a> Planner<'a> {
+    /// Plans a network for images of `input` channels, rows and columns, layer by layer.
     ///
     /// # Errors
     /// Those of [`Engine::compile`](crate::Engine::compile).
     pub(crate) fn new(
-        graph: &Graph,
+        graph: &'a Graph,
         input: Shape,
         level: Level,
         precision: Precision,
-        ranges: Option<&Ranges>,
+        ranges: Option<&'a Ranges>,
     ) -> Result<Self, InferError> {
-        let mut planner = Planner {
+        let mut planner = Self {
             graph,
             shapes: shapes(graph, input)?,
             level,
@@ -92,16 +95,15 @@ impl Plan {
             values: Vec::new(),
             of_node: vec![Vec::new(); graph.nodes.len()],
             work: Vec::new(),
+            first: 0,
         };
-        let first = planner.input();
+        planner.first = planner.input();
         for id in 0..graph.nodes.len() {
-            planner.node(id, first)?;
+            planner.node(id, planner.first)?;
         }
-        Ok(planner.placed(first))
+        Ok(planner)
     }
-}
 
-impl Planner<'_> {
     /// The node at which the image that the network is shown is as its layers want it: the input, or a
     /// factor and an offset behind it that nobody else sees past.
     fn input(&self) -> NodeId {
@@ -177,12 +179,10 @@ impl Planner<'_> {
     }
 
     fn push(&mut self, step: Step, inputs: Vec<usize>, output: usize) {
-        let now = self.work.len();
         let border = &mut self.values[inputs[0]].border;
         *border = (*border).max(step.border());
-        inputs.iter().for_each(|input| self.values[*input].last = now);
-        self.values[output].last = now;
-        self.work.push(Work { step, inputs, output });
+        let layer = self.layer(&step, &inputs, output);
+        self.work.push(Work { step, inputs, output, layer });
     }
 
     fn value(&mut self, node: NodeId, kept: Kept) -> usize {
@@ -311,8 +311,11 @@ impl Planner<'_> {
     }
 
     /// Gives every image its memory, which others have before and after it.
-    fn placed(mut self, first: NodeId) -> Plan {
-        let end = self.work.len();
+    pub(crate) fn placed(mut self) -> Plan {
+        let (first, end) = (self.first, self.work.len());
+        for (now, Work { inputs, output, .. }) in self.work.iter().enumerate() {
+            inputs.iter().chain([output]).for_each(|value| self.values[*value].last = now);
+        }
         // The input is written before every run.
         self.values[0].last = end;
         let of_outputs: Vec<usize> = self.graph.outputs.iter().map(|id| self.any(*id)).collect();
@@ -324,10 +327,10 @@ impl Planner<'_> {
         };
         slots[0] = take(&mut memory, &self.values[0]);
         let (mut steps, mut layers) = (Vec::new(), Vec::new());
-        for (now, Work { step, inputs, output }) in self.work.into_iter().enumerate() {
+        for (now, Work { step, inputs, output, layer }) in self.work.into_iter().enumerate() {
             let Value { node, kept, .. } = self.values[output];
             slots[output] = take(&mut memory, &self.values[output]);
-            layers.push(layer(self.graph, node, &step, &self.values, &inputs, &self.shapes));
+            layers.push(layer);
             let of_inputs = inputs.iter().map(|input| slots[*input]).collect();
             steps.push(Planned { step, inputs: of_inputs, output: slots[output], kept, node });
             let mut done = inputs;
@@ -344,30 +347,25 @@ impl Planner<'_> {
         let planes = is_planes.then(|| Planes::zeros(self.shapes[node], border));
         Plan { steps, layers, memory, input: (slots[0], by), first, outputs, planes }
     }
-}
 
-fn layer(
-    graph: &Graph,
-    id: NodeId,
-    step: &Step,
-    values: &[Value],
-    inputs: &[usize],
-    shapes: &[Shape],
-) -> Layer {
-    let output = shapes[id];
-    let from = values[inputs[0]].node;
-    // A convolution that took up what came behind it keeps its name.
-    let named = (0..=id).rev().map(|id| &graph.nodes[id]).find(|node| {
-        !step.is_conv()
-            || node.inputs.first() == Some(&from)
-                && matches!(node.operation, Operation::Conv(_) | Operation::Linear(_))
-    });
-    let node = named.unwrap_or(&graph.nodes[id]);
-    let pixels = (output[1] * output[2]) as u64;
-    let products = match &node.operation {
-        Operation::Conv(conv) if step.is_conv() => conv.weight.len() as u64 * pixels,
-        Operation::Linear(linear) if step.is_conv() => linear.weight.len() as u64,
-        _ => 0,
-    };
-    Layer { name: node.name.clone(), algorithm: step.algorithm(), output, products }
+    /// What is told of a step.
+    fn layer(&self, step: &Step, inputs: &[usize], output: usize) -> Layer {
+        let id = self.values[output].node;
+        let output = self.shapes[id];
+        let from = self.values[inputs[0]].node;
+        // A convolution that took up what came behind it keeps its name.
+        let named = (0..=id).rev().map(|id| &self.graph.nodes[id]).find(|node| {
+            !step.is_conv()
+                || node.inputs.first() == Some(&from)
+                    && matches!(node.operation, Operation::Conv(_) | Operation::Linear(_))
+        });
+        let node = named.unwrap_or(&self.graph.nodes[id]);
+        let pixels = (output[1] * output[2]) as u64;
+        let products = match &node.operation {
+            Operation::Conv(conv) if step.is_conv() => conv.weight.len() as u64 * pixels,
+            Operation::Linear(linear) if step.is_conv() => linear.weight.len() as u64,
+            _ => 0,
+        };
+        Layer { name: node.name.clone(), algorithm: step.algorithm(), output, products }
+    }
 }

@@ -2,9 +2,9 @@
 
 use evpose_kernels::Level;
 use evpose_kernels::blocked::{
-    Conv, ConvShape, Depthwise, DepthwiseShape, Image, MaxPool, PackedConv, PackedDepthwise,
-    PlaneConv, Scratch, Storage, Team, TileSize, Winograd, add, add_held, affine, flatten, gather,
-    max_pool_packed, mean_pool, sigmoid, upsample, upsample_packed,
+    Chain, Conv, ConvShape, Depthwise, DepthwiseShape, Image, Link, MaxPool, PackedConv,
+    PackedDepthwise, PlaneConv, Scratch, Source, Storage, Team, TileSize, Winograd, add, add_held,
+    affine, flatten, gather, max_pool_packed, mean_pool, sigmoid, upsample, upsample_packed,
 };
 use evpose_nn::graph::{Activation, ConvLayer, LinearLayer, Node, Operation};
 
@@ -40,6 +40,8 @@ pub(crate) enum Step {
     Sigmoid,
     /// Factor and offset.
     Affine([f32; 2]),
+    /// Several of these together.
+    Chain(Chain),
     PackedConv(PackedConv, Storage, Activation),
     PackedDepthwise(PackedDepthwise, Storage, Activation),
     PackedMaxPool(MaxPool),
@@ -180,6 +182,7 @@ impl Step {
         match self {
             Self::Conv(..) => "direct",
             Self::PlaneConv(..) => "planes",
+            Self::Chain(_) => "together",
             Self::Winograd(conv, _) => match conv.size() {
                 TileSize::Two => "winograd 2",
                 TileSize::Four => "winograd 4",
@@ -224,11 +227,23 @@ impl Step {
         )
     }
 
+    /// The same as a link of a chain, if it can be one.
+    pub(crate) fn link(&self) -> Option<Link> {
+        match self {
+            Self::PlaneConv(conv, activation) => Some(Link::Planes(conv.clone(), *activation)),
+            Self::Conv(conv, activation) => Some(Link::Conv(conv.clone(), *activation)),
+            Self::Depthwise(conv, activation) => Some(Link::Depthwise(conv.clone(), *activation)),
+            Self::MaxPool(pool) => Some(Link::MaxPool(*pool)),
+            _ => None,
+        }
+    }
+
     /// Pixels of zeros that it needs around its input.
     pub(crate) fn border(&self) -> usize {
         match self {
             Self::Conv(conv, _) => conv.shape().padding(),
             Self::PlaneConv(conv, _) => conv.shape().padding(),
+            Self::Chain(chain) => chain.border(),
             Self::Winograd(..) => 1,
             Self::Depthwise(conv, _) => conv.shape().kernel / 2,
             Self::PackedConv(conv, ..) => conv.shape().padding(),
@@ -245,6 +260,14 @@ impl Step {
             Self::PackedConv(conv, _, activation) => {
                 let residual = other.map(Buffer::held);
                 conv.run(team, inputs[0].packed(), residual, *activation, output.held_mut());
+            }
+            Self::Chain(chain) => {
+                let source = match inputs[0] {
+                    Buffer::Planes(planes) => Source::Planes(planes),
+                    image => Source::Image(image.whole()),
+                };
+                let residual = other.map(Buffer::whole);
+                chain.run(team, source, residual, output.whole_mut(), scratch);
             }
             Self::PlaneConv(conv, activation) => {
                 conv.run(team, inputs[0].planes(), *activation, output.held_mut());
@@ -297,7 +320,8 @@ impl Step {
             Self::Upsample => upsample(team, level, input, output),
             Self::Sigmoid => sigmoid(team, level, input, output),
             Self::Affine(by) => affine(team, level, input, *by, output),
-            Self::PlaneConv(..)
+            Self::Chain(_)
+            | Self::PlaneConv(..)
             | Self::PackedConv(..)
             | Self::PackedDepthwise(..)
             | Self::PackedMaxPool(_)

@@ -34,7 +34,8 @@ fn apart(ours: &[f32], theirs: &[f32]) -> f32 {
 
 /// What values the layers make of some images.
 fn seen(graph: &Graph, size: [usize; 3], images: &[Vec<f32>]) -> Ranges {
-    let mut engine = Engine::compile(graph, size, EngineOptions::default()).unwrap();
+    let mut engine =
+        Engine::compile(graph, size, EngineOptions::default().with_every_layer()).unwrap();
     let mut ranges = Ranges::of(graph);
     images.iter().for_each(|image| engine.see(image, &mut ranges));
     ranges

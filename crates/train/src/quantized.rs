@@ -39,7 +39,8 @@ impl Quantized {
     ) -> Result<Self, TrainError> {
         let graph = network.graph();
         let (height, width) = data.image_size();
-        let options = EngineOptions::default().with_threads(rayon::current_num_threads());
+        let options =
+            EngineOptions::default().with_every_layer().with_threads(rayon::current_num_threads());
         let mut engine =
             Engine::compile(&graph, [graph.nodes[0].channels, height, width], options)?;
         let mut ranges = Ranges::of(&graph);

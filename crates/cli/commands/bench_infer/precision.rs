@@ -18,7 +18,7 @@ pub(super) fn compiled(network: &Network, options: EngineOptions, seed: u64) -> 
         return Ok(Engine::compile(graph, *input, options)?);
     }
     let whole = options.with_precision(Precision::F32);
-    let mut engine = Engine::compile(graph, *input, whole)?;
+    let mut engine = Engine::compile(graph, *input, whole.with_every_layer())?;
     let mut ranges = Ranges::of(graph);
     for image in 1..=IMAGES {
         engine.see(&network.image(seed.wrapping_add(image)), &mut ranges);

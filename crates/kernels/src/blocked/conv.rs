@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use super::image::{Image, Line};
+use super::image::{Image, Input, Line};
 use super::packing::{blocks_of, groups};
 use super::team::{Part, Team};
 use super::tile::{Activation, End, Start, Taps, tile};
@@ -98,6 +98,24 @@ impl Conv {
         self.shape
     }
 
+    /// Writes so many rows from row 0 of `out` on, of all channels.
+    ///
+    /// # Safety
+    /// Taps of these rows are readable, the rows writable, and those of the residual readable.
+    pub(super) unsafe fn rows(
+        &self,
+        input: Input,
+        residual: Option<Input>,
+        activation: Activation,
+        out: Output,
+        rows: usize,
+    ) {
+        let groups = 0..self.groups().len();
+        let work = Rows { conv: self, input, residual, activation, out, groups, rows: 0..rows };
+        // SAFETY: the caller's.
+        unsafe { self.level.run(&work) };
+    }
+
     fn groups(&self) -> impl ExactSizeIterator<Item = Range<usize>> + use<> {
         groups(self.shape.channels_out, self.together)
     }
@@ -124,6 +142,7 @@ impl Conv {
             size(residual) == size(output) && residual.channels() == shape.channels_out
         }));
         let (rows, groups) = (output.height(), self.groups().len());
+        let (input, residual) = (Input::of(input), residual.map(Input::of));
         let out = Output::of(output);
         team.run(&|part: Part| {
             // Every output belongs to one part.
@@ -159,6 +178,12 @@ impl Output {
         }
     }
 
+    /// The same with another row as row 0.
+    pub(super) fn from_row(self, row: isize) -> Self {
+        let pixels = self.pixels.wrapping_offset(row * self.row_pitch as isize);
+        Self { pixels, ..self }
+    }
+
     /// A pixel of a block of channels.
     ///
     /// # Safety
@@ -179,8 +204,8 @@ unsafe impl Sync for Output {}
 /// Some rows of some blocks of channels.
 struct Rows<'a> {
     conv: &'a Conv,
-    input: &'a Image,
-    residual: Option<&'a Image>,
+    input: Input,
+    residual: Option<Input>,
     activation: Activation,
     out: Output,
     groups: Range<usize>,
@@ -230,10 +255,10 @@ impl Rows<'_> {
             let is_last = block_in + blocks == blocks_in;
             let mut taps = Taps {
                 blocks,
-                block_pitch: self.input.block_pitch() * LANES,
+                block_pitch: self.input.block_pitch,
                 last_channels: if is_last { channels_in - (blocks_in - 1) * LANES } else { LANES },
                 kernel,
-                row_pitch: self.input.row_pitch() * LANES,
+                row_pitch: self.input.row_pitch,
                 ahead: std::ptr::null(),
                 ahead_lines: 0,
             };
@@ -253,7 +278,7 @@ impl Rows<'_> {
                         residual: self
                             .residual
                             .map_or(std::ptr::null(), |image| image.tap(block_out, y, x, 0)),
-                        residual_pitch: self.residual.map_or(0, Image::block_pitch) * LANES,
+                        residual_pitch: self.residual.map_or(0, |image| image.block_pitch),
                         activation: self.activation,
                     });
                     let pixels = of_tile.min(width - x);

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::conv::Output;
-use super::image::{Image, Line};
+use super::image::{Image, Input, Line};
 use super::packing::blocks_of;
 use super::team::Team;
 use super::tile::{Activation, activated};
@@ -70,7 +70,7 @@ impl Depthwise {
         assert_eq!([output.height(), output.width()], size, "size of the output");
         let rows = output.height();
         let units = output.blocks() * rows;
-        let out = Output::of(output);
+        let (input, out) = (Input::of(input), Output::of(output));
         team.run(&|part| {
             let work = Rows { of: self, input, activation, out, rows, units: part.share(units) };
             // SAFETY: sizes were compared above, rows of the parts are disjoint, and the level is
@@ -78,12 +78,29 @@ impl Depthwise {
             unsafe { self.level.run(&work) };
         });
     }
+
+    /// Writes so many rows from row 0 of `out` on, of all channels.
+    ///
+    /// # Safety
+    /// Taps of these rows are readable, and the rows writable.
+    pub(super) unsafe fn rows(
+        &self,
+        input: Input,
+        activation: Activation,
+        out: Output,
+        rows: usize,
+    ) {
+        let units = 0..self.shape.channels.div_ceil(LANES) * rows;
+        let work = Rows { of: self, input, activation, out, rows, units };
+        // SAFETY: the caller's.
+        unsafe { self.level.run(&work) };
+    }
 }
 
 /// Some rows, block after block.
 struct Rows<'a> {
     of: &'a Depthwise,
-    input: &'a Image,
+    input: Input,
     activation: Activation,
     out: Output,
     /// Of a block.
@@ -150,7 +167,7 @@ impl Rows<'_> {
         to: *mut f32,
         x: usize,
     ) {
-        let row_pitch = self.input.row_pitch() * LANES;
+        let row_pitch = self.input.row_pitch;
         // SAFETY: the caller's.
         unsafe {
             let from = from.add(x * STRIDE * LANES);

@@ -170,6 +170,47 @@ impl Image {
     }
 }
 
+/// Where inputs come from. Distances are in `f32`.
+#[derive(Clone, Copy)]
+pub(super) struct Input {
+    /// At row 0 and column 0 of the first block.
+    pixels: *const f32,
+    pub(super) row_pitch: usize,
+    pub(super) block_pitch: usize,
+}
+
+// SAFETY: an image that somebody holds a reference to, or rows that the thread itself wrote.
+unsafe impl Send for Input {}
+// SAFETY: as above.
+unsafe impl Sync for Input {}
+
+impl Input {
+    pub(super) fn of(image: &Image) -> Self {
+        let pixels = image.lines[image.origin()..].as_ptr().cast();
+        let [row_pitch, block_pitch] =
+            [image.row_pitch(), image.block_pitch()].map(|lines| lines * LANES);
+        Self { pixels, row_pitch, block_pitch }
+    }
+
+    /// Of rows that are laid out as those of an image, from the pixel at row 0 and column 0 on.
+    pub(super) fn at(pixels: *const f32, row_pitch: usize, block_pitch: usize) -> Self {
+        Self { pixels, row_pitch, block_pitch }
+    }
+
+    /// The same with another row as row 0.
+    pub(super) fn from_row(self, row: isize) -> Self {
+        let pixels = self.pixels.wrapping_offset(row * self.row_pitch as isize);
+        Self { pixels, ..self }
+    }
+
+    /// The sixteen channels of a pixel `padding` above and to the left of row `y` and column `x`.
+    #[inline(always)]
+    pub(super) fn tap(&self, block: usize, y: usize, x: usize, padding: usize) -> *const f32 {
+        let at = block * self.block_pitch + y * self.row_pitch + x * LANES;
+        self.pixels.wrapping_add(at).wrapping_sub(padding * (self.row_pitch + LANES))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -6,6 +6,7 @@
 //! * [`Depthwise`]: convolution of every channel by itself.
 //! * [`PackedConv`], [`PackedDepthwise`]: convolution of images of fewer bits, [`Packed`].
 //! * [`add_held`], [`max_pool_packed`], [`upsample_packed`]: what else is done to them.
+//! * [`Chain`]: layers done together, some rows at a time.
 //! * [`PlaneConv`]: convolution of a few channels that are not in blocks, [`Planes`].
 //! * [`MaxPool`], [`mean_pool`]: maxima and means of windows.
 //! * [`add`], [`gather`], [`flatten`]: sums, and values put elsewhere.
@@ -18,6 +19,7 @@
 
 #![allow(unsafe_code, reason = "kernels take pointers; contracts are written at each function")]
 
+mod chain;
 mod conv;
 mod depthwise;
 mod elementwise;
@@ -38,6 +40,7 @@ pub(crate) use image::Line;
 pub(crate) use packing::{blocks_of, groups};
 pub(crate) use scheme::{Four, MOST, Scheme};
 
+pub use chain::{Chain, Link, Source};
 pub use conv::{Conv, ConvShape};
 pub use depthwise::{Depthwise, DepthwiseShape};
 pub use elementwise::{add, flatten, gather};

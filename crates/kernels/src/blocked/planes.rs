@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use super::conv::ConvShape;
+use super::conv::{ConvShape, Output};
 use super::packed::{HeldMut, To};
 use super::team::Team;
 use super::tile::{Activation, activated};
@@ -33,6 +33,11 @@ impl Planes {
     /// Channels, rows and columns.
     pub fn size(&self) -> [usize; 3] {
         self.size
+    }
+
+    /// Zeros on each side.
+    pub fn border(&self) -> usize {
+        self.border
     }
 
     /// Bytes that it takes.
@@ -143,6 +148,22 @@ impl PlaneConv {
             // processor's.
             unsafe { self.level.run(&work) };
         });
+    }
+
+    /// Writes some rows to those of `out`.
+    ///
+    /// # Safety
+    /// They are inside the input, and writable.
+    pub(super) unsafe fn rows(
+        &self,
+        input: &Planes,
+        activation: Activation,
+        out: Output,
+        rows: Range<usize>,
+    ) {
+        let work = Rows { conv: self, input, activation, to: To::of(out), rows };
+        // SAFETY: the caller's.
+        unsafe { self.level.run(&work) };
     }
 }
 

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::conv::Output;
-use super::image::Image;
+use super::image::{Image, Input};
 use super::team::Team;
 use crate::simd::{Kernel, LANES, Lanes, Level};
 
@@ -31,11 +31,13 @@ impl MaxPool {
     /// If a window lies outside altogether.
     pub(super) fn windows(&self, size: [usize; 2]) -> [Vec<Range<usize>>; 2] {
         assert!(self.padding < self.window && self.stride > 0, "windows that see the image");
-        size.map(|side| {
-            let from = |k: usize| (k * self.stride).saturating_sub(self.padding);
-            let to = |k: usize| (k * self.stride + self.window - self.padding).min(side);
-            (0..self.output(side)).map(|k| from(k)..to(k)).collect()
-        })
+        size.map(|side| (0..self.output(side)).map(|k| self.window_of(k, side)).collect())
+    }
+
+    /// What window `k` sees of so many rows or columns.
+    pub(super) fn window_of(&self, k: usize, side: usize) -> Range<usize> {
+        let from = (k * self.stride).saturating_sub(self.padding);
+        from..(k * self.stride + self.window - self.padding).min(side)
     }
 
     /// Writes the maxima of `input` to `output`.
@@ -48,6 +50,22 @@ impl MaxPool {
         assert_eq!([output.height(), output.width()], size, "size of the output");
         pooled(team, level, input, [&rows, &columns], Of::Maxima, output);
     }
+}
+
+/// Writes the maxima of so many rows of windows from row 0 of `out` on, of all blocks of channels.
+///
+/// # Safety
+/// Windows are readable, the rows writable, and the level is one of this processor's.
+pub(super) unsafe fn maxima(
+    level: Level,
+    input: Input,
+    [rows, columns]: [&[Range<usize>]; 2],
+    out: Output,
+    blocks: usize,
+) {
+    let work = Windows { input, rows, columns, of: Of::Maxima, out, units: 0..blocks * rows.len() };
+    // SAFETY: the caller's.
+    unsafe { level.run(&work) };
 }
 
 /// Writes the means of windows that cover `input` evenly to `output`, as many as that has pixels.
@@ -83,6 +101,7 @@ fn pooled(
     let units = output.blocks() * rows.len();
     let out = Output::of(output);
     team.run(&|part| {
+        let input = Input::of(input);
         let work = Windows { input, rows, columns, of, out, units: part.share(units) };
         // SAFETY: windows are inside the input, outputs of the parts are disjoint, and the level is
         // one of this processor's.
@@ -92,7 +111,7 @@ fn pooled(
 
 /// Some rows of windows, block after block.
 struct Windows<'a> {
-    input: &'a Image,
+    input: Input,
     rows: &'a [Range<usize>],
     columns: &'a [Range<usize>],
     of: Of,
@@ -103,7 +122,7 @@ struct Windows<'a> {
 impl Kernel for Windows<'_> {
     #[inline(always)]
     unsafe fn run<V: Lanes>(&self) {
-        let row_pitch = self.input.row_pitch() * LANES;
+        let row_pitch = self.input.row_pitch;
         for unit in self.units.clone() {
             let (block, row) = (unit / self.rows.len(), unit % self.rows.len());
             let rows = &self.rows[row];
@@ -153,7 +172,7 @@ impl Windows<'_> {
     /// That of [`Kernel::run`]; the first column of the `rows` is at `from`, the output at `to`.
     #[inline(always)]
     unsafe fn overlapping<V: Lanes>(&self, from: *const f32, rows: usize, to: *mut f32) {
-        let row_pitch = self.input.row_pitch() * LANES;
+        let row_pitch = self.input.row_pitch;
         // SAFETY: the caller's.
         unsafe {
             let column = |x: usize| {

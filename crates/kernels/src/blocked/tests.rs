@@ -5,6 +5,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::Level;
 
+mod chain;
 mod values;
 
 /// Numbers between -1 and 1.

@@ -58,6 +58,16 @@ pub struct Winograd {
 #[derive(Debug, Clone, Default)]
 pub struct Scratch(Vec<Line>);
 
+impl Scratch {
+    /// So many lines, whatever they hold.
+    pub(super) fn lines(&mut self, lines: usize) -> *mut Line {
+        if self.0.len() < lines {
+            self.0.resize(lines, Line::ZERO);
+        }
+        self.0.as_mut_ptr()
+    }
+}
+
 impl Winograd {
     /// Lays `weight`, `[channels_out][channels_in][3][3]`, and `bias`, `[channels_out]`, out.
     ///
@@ -167,10 +177,7 @@ impl Job<'_> {
         let sums = places * pitch(self.of.together, at_once);
         let own = sums + self.of.kernels.scratch_lines();
         let lines = if is_shared { inputs + threads * own } else { threads * (inputs + own) };
-        if scratch.0.len() < lines {
-            scratch.0.resize(lines, Line::ZERO);
-        }
-        let between = Between(scratch.0.as_mut_ptr());
+        let between = Between(scratch.lines(lines));
         // SAFETY of all: there are as many lines as all threads ask for.
         let work = |thread: usize, first: usize, count: usize| {
             let (from, own_from) = if is_shared {

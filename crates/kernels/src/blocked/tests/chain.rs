@@ -1,0 +1,114 @@
+//! Layers together say what they say one after the other, to the bit.
+
+use proptest::prelude::*;
+
+use super::{activations, image, noise};
+use crate::Level;
+use crate::blocked::*;
+
+/// Kinds of layers, and numbers that they are drawn from.
+type Drawn = (u8, usize, usize, Activation);
+
+/// A layer of so many channels.
+fn link((kind, size, stride, activation): Drawn, channels: usize, level: Level, seed: u64) -> Link {
+    let values = |count: usize| noise(seed, count);
+    match kind {
+        0 => {
+            let channels_out = 1 + size * 9;
+            let kernel = [1, 3, 5][size % 3];
+            let shape = ConvShape { channels_in: channels, channels_out, kernel, stride };
+            let weight = values(channels * channels_out * kernel * kernel);
+            Link::Conv(Conv::new(shape, &weight, &noise(seed ^ 1, channels_out), level), activation)
+        }
+        1 => {
+            let kernel = [3, 5][size % 2];
+            let shape = DepthwiseShape { channels, kernel, stride };
+            let (weight, bias) = (values(channels * kernel * kernel), noise(seed ^ 1, channels));
+            Link::Depthwise(Depthwise::new(shape, &weight, &bias, level), activation)
+        }
+        _ => Link::MaxPool(MaxPool { window: 2 + size % 2, stride, padding: size % 2 }),
+    }
+}
+
+/// One layer by itself.
+fn alone(team: &Team, level: Level, link: &Link, input: &Image, residual: Option<&Image>) -> Image {
+    let chain = Chain::new(vec![link.clone()], sizes(input), level);
+    let [channels, height, width] = chain.output();
+    let mut output = Image::zeros(channels, height, width, 2);
+    match link {
+        Link::Conv(conv, activation) => conv.run(team, input, residual, *activation, &mut output),
+        Link::Depthwise(conv, activation) => conv.run(team, input, *activation, &mut output),
+        Link::MaxPool(pool) => pool.run(team, level, input, &mut output),
+        Link::Planes(..) => unreachable!("not drawn"),
+    }
+    output
+}
+
+fn sizes(image: &Image) -> [usize; 3] {
+    [image.channels(), image.height(), image.width()]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
+
+    #[test]
+    fn layers_together_are_layers_one_by_one(
+        seed in any::<u64>(),
+        drawn in prop::collection::vec((0_u8..3, 0_usize..4, 1_usize..=2, activations()), 1..5),
+        (channels, height, width) in (1_usize..40, 8_usize..40, 8_usize..20),
+        (threads, has_residual) in (1_usize..4, any::<bool>()),
+    ) {
+        let team = Team::new(threads);
+        for level in Level::available() {
+            let input = image(&noise(seed, channels * height * width), channels, [height, width], 2);
+            let (mut links, mut now, mut before) = (Vec::new(), input.clone(), input.clone());
+            for (at, drawn) in drawn.iter().enumerate() {
+                let link = link(*drawn, now.channels(), level, seed ^ (at as u64) << 8);
+                before = now;
+                now = alone(&team, level, &link, &before, None);
+                prop_assume!(now.height() > 0 && now.width() > 0);
+                links.push(link);
+            }
+            let [out, rows, columns] = sizes(&now);
+            let residual = (has_residual && matches!(links.last(), Some(Link::Conv(..))))
+                .then(|| image(&noise(seed ^ 9, out * rows * columns), out, [rows, columns], 0));
+            if let (Some(residual), Some(last)) = (&residual, links.last()) {
+                now = alone(&team, level, last, &before, Some(residual));
+            }
+            let chain = Chain::new(links, sizes(&input), level);
+            let mut output = Image::zeros(out, rows, columns, 2);
+            // Memory holds whatever another layer left.
+            let mut scratch = Scratch::default();
+            for _ in 0..2 {
+                let source = Source::Image(&input);
+                chain.run(&team, source, residual.as_ref(), &mut output, &mut scratch);
+                prop_assert_eq!(output.lines(), now.lines(), "{}", level);
+            }
+        }
+    }
+
+    #[test]
+    fn planes_may_be_the_first(seed in any::<u64>(), rows in 4_usize..40, threads in 1_usize..4) {
+        let (team, size) = (Team::new(threads), [2, rows, 21]);
+        for level in Level::available() {
+            let few = ConvShape { channels_in: 2, channels_out: 3, kernel: 3, stride: 1 };
+            let few = PlaneConv::new(few, &noise(seed, 54), &noise(seed, 3), level);
+            let stem = ConvShape { channels_in: 3, channels_out: 20, kernel: 7, stride: 2 };
+            let stem = Conv::new(stem, &noise(seed, 3 * 20 * 49), &noise(seed, 20), level);
+            let mut planes = Planes::zeros(size, 1);
+            planes.read(&noise(seed, size.iter().product()), [1.0, 0.0]);
+
+            let mut between = Image::zeros(3, rows, 21, 3);
+            few.run(&team, &planes, Activation::Relu, HeldMut::Whole(&mut between));
+            let mut one_by_one = Image::zeros(20, rows.div_ceil(2), 11, 0);
+            stem.run(&team, &between, None, Activation::Relu, &mut one_by_one);
+
+            let links = vec![Link::Planes(few, Activation::Relu), Link::Conv(stem, Activation::Relu)];
+            let chain = Chain::new(links, size, level);
+            let mut together = Image::zeros(20, rows.div_ceil(2), 11, 0);
+            let mut scratch = Scratch::default();
+            chain.run(&team, Source::Planes(&planes), None, &mut together, &mut scratch);
+            prop_assert_eq!(together.lines(), one_by_one.lines());
+        }
+    }
+}
