@@ -172,7 +172,7 @@ impl<'a> Planner<'a> {
         });
         match &node.operation {
             Operation::Conv(conv) if !self.graph.outputs.contains(&first) => {
-                Step::of_planes(conv, end?, self.level)
+                Step::of_planes(conv, end?, self.level, self.precision == Precision::F32)
             }
             _ => None,
         }

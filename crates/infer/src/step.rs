@@ -18,6 +18,8 @@ const MANY: usize = 512;
 const ENOUGH: usize = 12;
 /// Tiles of an image below which one scheme is not worth its transforms.
 const TILES: usize = 6;
+/// Channels of an image that are taken in planes: in blocks it would be four times as large, or more.
+const PLANES: usize = 4;
 /// Channels below which a convolution has too few products to save.
 const CHANNELS: usize = 16;
 
@@ -158,11 +160,13 @@ impl Step {
         Ok(Self::Depthwise(conv, activation))
     }
 
-    /// A convolution of the image that the network is shown, if that can be done in planes.
+    /// A convolution of the image that the network is shown, if that can be done in planes. Whether it is
+    /// kept in 32 bits tells whether others could be.
     pub(crate) fn of_planes(
         conv: &ConvLayer,
         activation: Activation,
         level: Level,
+        is_whole: bool,
     ) -> Option<Self> {
         let [channels_out, channels_in, kernel, kernel_x] = conv.shape;
         let shape = ConvShape { channels_in, channels_out, kernel, stride: conv.stride[0] };
@@ -171,10 +175,12 @@ impl Step {
             && conv.groups == 1
             && conv.dilation == [1, 1]
             && conv.padding == [kernel / 2; 4];
-        (is_plain && PlaneConv::can(shape)).then(|| {
+        if is_plain && PlaneConv::can(shape) {
             let conv = PlaneConv::new(shape, &conv.weight, &conv.bias, level);
-            Self::PlaneConv(conv, activation)
-        })
+            return Some(Self::PlaneConv(conv, activation));
+        }
+        (is_plain && is_whole && channels_in <= PLANES && matches!(shape.stride, 1 | 2))
+            .then(|| Self::Conv(Conv::new(shape, &conv.weight, &conv.bias, level), activation))
     }
 
     /// What it is, in a word.
@@ -268,6 +274,9 @@ impl Step {
                 };
                 let residual = other.map(Buffer::whole);
                 chain.run(team, source, residual, output.whole_mut(), scratch);
+            }
+            Self::Conv(conv, activation) if matches!(inputs[0], Buffer::Planes(_)) => {
+                conv.run_planes(team, inputs[0].planes(), *activation, output.whole_mut());
             }
             Self::PlaneConv(conv, activation) => {
                 conv.run(team, inputs[0].planes(), *activation, output.held_mut());

@@ -67,7 +67,9 @@ struct Band {
     /// Lines from a row to the next, and from a block of channels to the next.
     row_pitch: usize,
     block_pitch: usize,
+    /// Of channels, or planes.
     blocks: usize,
+    is_planes: bool,
     /// Where it begins, in lines.
     first: usize,
 }
@@ -132,7 +134,10 @@ impl Chain {
                 Link::MaxPool(_) => sizes[at][0],
             };
             assert_eq!(channels, sizes[at][0], "channels of layer {at}");
-            assert!(at == 0 || !matches!(link, Link::Planes(..)), "only the first takes planes");
+            let is_planes = matches!(link, Link::Planes(..));
+            assert!(!is_planes || at == 0, "only the first takes planes");
+            let next = links.get(at + 1);
+            assert!(!is_planes || matches!(next, Some(Link::Conv(..))), "a convolution of planes");
             sizes.push(link.output(sizes[at]));
         }
         let columns = |(link, size): (&Link, &[usize; 3])| match link {
@@ -168,10 +173,15 @@ impl Chain {
             needed = link.needed(&needed);
             let [channels, _, width] = self.sizes[at];
             let border = link.border();
-            let row_pitch = width + 2 * border + BEYOND;
+            let is_planes = matches!(self.links[at - 1], Link::Planes(..));
+            let (row_pitch, blocks) = if is_planes {
+                // What a register reads beyond the last pixel is inside.
+                ((width + 2 * border + LANES).div_ceil(LANES), channels)
+            } else {
+                (width + 2 * border + BEYOND, channels.div_ceil(LANES))
+            };
             let block_pitch = needed.len() * row_pitch;
-            let blocks = channels.div_ceil(LANES);
-            bands.push(Band { border, row_pitch, block_pitch, blocks, first: 0 });
+            bands.push(Band { border, row_pitch, block_pitch, blocks, is_planes, first: 0 });
         }
         bands.reverse();
         let mut first = 0;
@@ -207,7 +217,7 @@ impl Chain {
                 assert_eq!(size(image), self.sizes[0], "size of the input");
                 assert!(image.border() >= self.border(), "a border as wide as the padding");
             }
-            (Source::Planes(planes), Link::Planes(..)) => {
+            (Source::Planes(planes), Link::Planes(..) | Link::Conv(..)) => {
                 assert_eq!(planes.size(), self.sizes[0], "size of the input");
                 assert!(planes.border() >= self.border(), "a border as wide as the padding");
             }
@@ -317,7 +327,7 @@ impl Job<'_> {
                 }
                 for y in missing.clone() {
                     let row = row(y, needed);
-                    if (0..height).contains(&y) {
+                    if (0..height).contains(&y) && !band.is_planes {
                         row.write_bytes(0, band.border);
                         row.add(band.row_pitch - BEYOND - band.border).write_bytes(0, band.border);
                     } else {
@@ -346,13 +356,13 @@ impl Job<'_> {
             Source::Planes(planes) if at == 0 => {
                 if let Link::Planes(conv, activation) = link {
                     // SAFETY: the caller's.
-                    unsafe { conv.rows(planes, *activation, output, rows) };
+                    return unsafe { conv.rows(planes, *activation, output, rows) };
                 }
-                return;
+                Input::of_planes(planes)
             }
             _ => {
-                let Output { pixels, row_pitch, block_pitch, .. } = self.band(at - 1);
-                Input::at(pixels, row_pitch, block_pitch).from_row(-needed[at - 1].start)
+                let is_planes = self.of.bands[at - 1].is_planes;
+                Input::at(self.band(at - 1), is_planes).from_row(-needed[at - 1].start)
             }
         };
         let of_rows = input.from_row(first * link.window()[1] as isize);
@@ -381,7 +391,9 @@ impl Job<'_> {
     /// Rows between a link and the next, from the first that the band holds on.
     fn band(&self, at: usize) -> Output {
         let band = &self.of.bands[at];
-        let pixels = self.memory.from(band.first + band.border).0.cast();
+        let pixel = if band.is_planes { 1 } else { LANES };
+        let first: *mut f32 = self.memory.from(band.first).0.cast();
+        let pixels = first.wrapping_add(band.border * pixel);
         let [row_pitch, block_pitch] =
             [band.row_pitch, band.block_pitch].map(|lines| lines * LANES);
         Output { pixels, row_pitch, block_pitch, width: self.of.sizes[at + 1][2] }

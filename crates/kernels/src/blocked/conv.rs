@@ -7,6 +7,7 @@ use std::ops::Range;
 
 use super::image::{Image, Input, Line};
 use super::packing::{blocks_of, groups};
+use super::planes::Planes;
 use super::team::{Part, Team};
 use super::tile::{Activation, End, Start, Taps, tile};
 use crate::simd::{Kernel, LANES, Lanes, Level};
@@ -98,6 +99,35 @@ impl Conv {
         self.shape
     }
 
+    /// As [`run`](Self::run), of an image in planes, of at most sixteen.
+    ///
+    /// # Panics
+    /// As there, and if there are more.
+    pub fn run_planes(
+        &self,
+        team: &Team,
+        input: &Planes,
+        activation: Activation,
+        output: &mut Image,
+    ) {
+        let [channels, height, width] = input.size();
+        assert!(channels == self.shape.channels_in && channels <= LANES, "channels of the input");
+        assert_eq!(output.channels(), self.shape.channels_out, "channels of the output");
+        assert!(input.border() >= self.shape.padding(), "a border as wide as the padding");
+        let size = [height, width].map(|side| self.shape.output(side));
+        assert_eq!([output.height(), output.width()], size, "size of the output");
+        let (rows, out) = (output.height(), Output::of(output));
+        let input = Input::of_planes(input);
+        team.run(&|part| {
+            let rows = part.share(rows);
+            let first = rows.start as isize;
+            let input = input.from_row(first * self.shape.stride as isize);
+            // SAFETY: sizes were compared, rows of the parts are disjoint, and the level is one of this
+            // processor's.
+            unsafe { self.rows(input, None, activation, out.from_row(first), rows.len()) };
+        });
+    }
+
     /// Writes so many rows from row 0 of `out` on, of all channels.
     ///
     /// # Safety
@@ -113,7 +143,13 @@ impl Conv {
         let groups = 0..self.groups().len();
         let work = Rows { conv: self, input, residual, activation, out, groups, rows: 0..rows };
         // SAFETY: the caller's.
-        unsafe { self.level.run(&work) };
+        unsafe {
+            if input.is_planes {
+                self.level.run(&OfPlanes(work));
+            } else {
+                self.level.run(&work);
+            }
+        }
     }
 
     fn groups(&self) -> impl ExactSizeIterator<Item = Range<usize>> + use<> {
@@ -215,6 +251,28 @@ struct Rows<'a> {
 impl Kernel for Rows<'_> {
     #[inline(always)]
     unsafe fn run<V: Lanes>(&self) {
+        // SAFETY: the caller's.
+        unsafe { self.all::<V, LANES>() }
+    }
+}
+
+/// The same, of an input in planes: compiled by itself, since one function for both is more than compilers
+/// keep in registers.
+struct OfPlanes<'a>(Rows<'a>);
+
+impl Kernel for OfPlanes<'_> {
+    #[inline(always)]
+    unsafe fn run<V: Lanes>(&self) {
+        // SAFETY: the caller's.
+        unsafe { self.0.all::<V, 1>() }
+    }
+}
+
+impl Rows<'_> {
+    /// # Safety
+    /// That of [`Kernel::run`].
+    #[inline(always)]
+    unsafe fn all<V: Lanes, const PIXEL: usize>(&self) {
         let mut first = 0;
         for (group, blocks) in self.conv.groups().enumerate() {
             let lines = self.conv.shape.channels_in * self.conv.shape.kernel.pow(2) * blocks.len();
@@ -222,23 +280,21 @@ impl Kernel for Rows<'_> {
                 // SAFETY: the caller's.
                 unsafe {
                     match (blocks.len(), self.conv.shape.stride) {
-                        (1, 1) => self.group::<V, 1, 1>(blocks.start, first),
-                        (1, _) => self.group::<V, 1, 2>(blocks.start, first),
-                        (_, 1) => self.group::<V, 2, 1>(blocks.start, first),
-                        _ => self.group::<V, 2, 2>(blocks.start, first),
+                        (1, 1) => self.group::<V, 1, 1, PIXEL>(blocks.start, first),
+                        (1, _) => self.group::<V, 1, 2, PIXEL>(blocks.start, first),
+                        (_, 1) => self.group::<V, 2, 1, PIXEL>(blocks.start, first),
+                        _ => self.group::<V, 2, 2, PIXEL>(blocks.start, first),
                     }
                 }
             }
             first += lines;
         }
     }
-}
 
-impl Rows<'_> {
     /// # Safety
     /// That of [`Kernel::run`]; weights of the group begin at line `first`.
     #[inline(always)]
-    unsafe fn group<V: Lanes, const B: usize, const STRIDE: usize>(
+    unsafe fn group<V: Lanes, const B: usize, const STRIDE: usize, const PIXEL: usize>(
         &self,
         block_out: usize,
         first: usize,
@@ -259,6 +315,7 @@ impl Rows<'_> {
                 last_channels: if is_last { channels_in - (blocks_in - 1) * LANES } else { LANES },
                 kernel,
                 row_pitch: self.input.row_pitch,
+                channel_pitch: if self.input.is_planes { self.input.block_pitch } else { 1 },
                 ahead: std::ptr::null(),
                 ahead_lines: 0,
             };
@@ -288,7 +345,15 @@ impl Rows<'_> {
                     tile += 1;
                     // SAFETY: the caller's; taps of these pixels are inside the input and its border.
                     unsafe {
-                        some::<V, B, STRIDE>(pixels, &taps, from, weights, start, to, end.as_ref());
+                        some::<V, B, STRIDE, PIXEL>(
+                            pixels,
+                            &taps,
+                            from,
+                            weights,
+                            start,
+                            to,
+                            end.as_ref(),
+                        );
                     }
                 }
             }
@@ -301,7 +366,7 @@ impl Rows<'_> {
 /// # Safety
 /// That of [`tile`]; there are at most twelve.
 #[inline(always)]
-pub(super) unsafe fn some<V: Lanes, const B: usize, const STRIDE: usize>(
+pub(super) unsafe fn some<V: Lanes, const B: usize, const STRIDE: usize, const PIXEL: usize>(
     pixels: usize,
     taps: &Taps,
     from: *const f32,
@@ -315,7 +380,7 @@ pub(super) unsafe fn some<V: Lanes, const B: usize, const STRIDE: usize>(
             match pixels {
                 // SAFETY: the caller's. Larger tiles than registers hold are not compiled.
                 $($n if $n <= V::TILE[B - 1] => unsafe {
-                    tile::<V, $n, B, STRIDE>(taps, from, weights, start, to, end);
+                    tile::<V, $n, B, STRIDE, PIXEL>(taps, from, weights, start, to, end);
                 },)*
                 _ => unreachable!("{pixels} pixels in a tile"),
             }

@@ -1,5 +1,7 @@
 //! Images with their channels in blocks of sixteen.
 
+use super::conv::Output;
+use super::planes::Planes;
 use crate::simd::LANES;
 
 /// Sixteen channels of a pixel, a cache line.
@@ -176,7 +178,9 @@ pub(super) struct Input {
     /// At row 0 and column 0 of the first block.
     pixels: *const f32,
     pub(super) row_pitch: usize,
+    /// In planes from one to the next.
     pub(super) block_pitch: usize,
+    pub(super) is_planes: bool,
 }
 
 // SAFETY: an image that somebody holds a reference to, or rows that the thread itself wrote.
@@ -189,12 +193,18 @@ impl Input {
         let pixels = image.lines[image.origin()..].as_ptr().cast();
         let [row_pitch, block_pitch] =
             [image.row_pitch(), image.block_pitch()].map(|lines| lines * LANES);
-        Self { pixels, row_pitch, block_pitch }
+        Self { pixels, row_pitch, block_pitch, is_planes: false }
+    }
+
+    pub(super) fn of_planes(planes: &Planes) -> Self {
+        let (pixels, row_pitch, block_pitch) = planes.first();
+        Self { pixels, row_pitch, block_pitch, is_planes: true }
     }
 
     /// Of rows that are laid out as those of an image, from the pixel at row 0 and column 0 on.
-    pub(super) fn at(pixels: *const f32, row_pitch: usize, block_pitch: usize) -> Self {
-        Self { pixels, row_pitch, block_pitch }
+    pub(super) fn at(output: Output, is_planes: bool) -> Self {
+        let Output { pixels, row_pitch, block_pitch, .. } = output;
+        Self { pixels, row_pitch, block_pitch, is_planes }
     }
 
     /// The same with another row as row 0.
@@ -206,8 +216,9 @@ impl Input {
     /// The sixteen channels of a pixel `padding` above and to the left of row `y` and column `x`.
     #[inline(always)]
     pub(super) fn tap(&self, block: usize, y: usize, x: usize, padding: usize) -> *const f32 {
-        let at = block * self.block_pitch + y * self.row_pitch + x * LANES;
-        self.pixels.wrapping_add(at).wrapping_sub(padding * (self.row_pitch + LANES))
+        let pixel = if self.is_planes { 1 } else { LANES };
+        let at = block * self.block_pitch + y * self.row_pitch + x * pixel;
+        self.pixels.wrapping_add(at).wrapping_sub(padding * (self.row_pitch + pixel))
     }
 }
 

@@ -72,6 +72,11 @@ impl Planes {
         })
     }
 
+    /// The first pixel, and how far it is to the next row and to the next plane.
+    pub(super) fn first(&self) -> (*const f32, usize, usize) {
+        (self.values[self.place(0, 0)..].as_ptr(), self.row_pitch(), self.pitch())
+    }
+
     /// From a row to the next.
     fn row_pitch(&self) -> usize {
         self.size[2] + 2 * self.border
@@ -143,6 +148,7 @@ impl PlaneConv {
         assert_eq!(output.size(), [self.shape.channels_out, height, width], "size of the output");
         let to = output.to();
         team.run(&|part| {
+            let to = Written::Blocks(to);
             let work = Rows { conv: self, input, activation, to, rows: part.share(height) };
             // SAFETY: sizes were compared, rows of the parts are disjoint, and the level is one of this
             // processor's.
@@ -150,7 +156,7 @@ impl PlaneConv {
         });
     }
 
-    /// Writes some rows to those of `out`.
+    /// Writes some rows to those of `out`, in planes.
     ///
     /// # Safety
     /// They are inside the input, and writable.
@@ -161,10 +167,17 @@ impl PlaneConv {
         out: Output,
         rows: Range<usize>,
     ) {
-        let work = Rows { conv: self, input, activation, to: To::of(out), rows };
+        let work = Rows { conv: self, input, activation, to: Written::Planes(out), rows };
         // SAFETY: the caller's.
         unsafe { self.level.run(&work) };
     }
+}
+
+/// Where outputs go.
+#[derive(Clone, Copy)]
+enum Written {
+    Blocks(To),
+    Planes(Output),
 }
 
 /// Some rows.
@@ -172,7 +185,7 @@ struct Rows<'a> {
     conv: &'a PlaneConv,
     input: &'a Planes,
     activation: Activation,
-    to: To,
+    to: Written,
     rows: Range<usize>,
 }
 
@@ -199,7 +212,6 @@ impl Rows<'_> {
         let ConvShape { channels_in, kernel, .. } = self.conv.shape;
         let [_, _, width] = self.input.size;
         for y in self.rows.clone() {
-            let to = self.to.at(0, y);
             for x in (0..width).step_by(LANES) {
                 // SAFETY: the caller's. A tap of the last of sixteen pixels may be on the next row, or
                 // behind the last of all, where there are sixteen values more; its sum is not kept.
@@ -222,7 +234,21 @@ impl Rows<'_> {
                     }
                     for (c, sum) in sums.into_iter().enumerate() {
                         let value = activated(sum, self.activation);
-                        self.to.scatter(value, to + x * LANES + c, LANES.min(width - x));
+                        let count = LANES.min(width - x);
+                        match self.to {
+                            Written::Blocks(to) => {
+                                to.scatter(value, to.at(0, y) + x * LANES + c, count);
+                            }
+                            Written::Planes(out) => {
+                                let at = c * out.block_pitch + y * out.row_pitch + x;
+                                let to = out.pixels.wrapping_add(at);
+                                if count == LANES {
+                                    value.store(to);
+                                } else {
+                                    to.copy_from(value.array().as_ptr(), count);
+                                }
+                            }
+                        }
                     }
                 }
             }

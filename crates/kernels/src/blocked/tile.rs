@@ -34,13 +34,16 @@ pub(super) struct Taps {
     /// Rows and columns of the kernel, and from a row to the next.
     pub(super) kernel: usize,
     pub(super) row_pitch: usize,
+    /// From a channel of a pixel to the next: 1 in blocks of channels.
+    pub(super) channel_pitch: usize,
     /// Lines that are needed soon, which are fetched while products are added: one for each channel,
     /// as many as are asked for at once hold up what is needed now.
     pub(super) ahead: *const f32,
     pub(super) ahead_lines: usize,
 }
 
-/// Adds what `N` neighbouring outputs of `B` blocks of channels get from `taps`.
+/// Adds what `N` neighbouring outputs of `B` blocks of channels get from `taps`. From a pixel of the input to
+/// the next are `PIXEL` values: 16 in blocks of channels, 1 in planes.
 ///
 /// Weights are `[block][ky][kx][channel][B * 16]`.
 ///
@@ -49,7 +52,13 @@ pub(super) struct Taps {
 /// `from` on, their weights, and 16 values of the bias for each block; writable are `N` pixels of `B`
 /// blocks, `pitch` apart, from `to` on; readable is as much of the residual, if there is one.
 #[inline(always)]
-pub(super) unsafe fn tile<V: Lanes, const N: usize, const B: usize, const STRIDE: usize>(
+pub(super) unsafe fn tile<
+    V: Lanes,
+    const N: usize,
+    const B: usize,
+    const STRIDE: usize,
+    const PIXEL: usize,
+>(
     taps: &Taps,
     from: *const f32,
     mut weights: *const f32,
@@ -74,14 +83,16 @@ pub(super) unsafe fn tile<V: Lanes, const N: usize, const B: usize, const STRIDE
                 }
             }
         }
+        let channel_pitch = if PIXEL == LANES { 1 } else { taps.channel_pitch };
         let mut fetched = 0;
         for block in 0..taps.blocks {
             let channels = if block + 1 == taps.blocks { taps.last_channels } else { LANES };
             for ky in 0..taps.kernel {
                 for kx in 0..taps.kernel {
                     let from =
-                        from.add(block * taps.block_pitch + ky * taps.row_pitch + kx * LANES);
+                        from.add(block * taps.block_pitch + ky * taps.row_pitch + kx * PIXEL);
                     for channel in 0..channels {
+                        let from = from.add(channel * channel_pitch);
                         if fetched < taps.ahead_lines {
                             V::fetch(taps.ahead.wrapping_add(fetched * LANES));
                             fetched += 1;
@@ -89,7 +100,7 @@ pub(super) unsafe fn tile<V: Lanes, const N: usize, const B: usize, const STRIDE
                         let weight: [V; B] =
                             std::array::from_fn(|block| V::load(weights.add(block * LANES)));
                         for (pixel, sums) in sums.iter_mut().enumerate() {
-                            let value = V::splat(*from.add(pixel * STRIDE * LANES + channel));
+                            let value = V::splat(*from.add(pixel * STRIDE * PIXEL));
                             for (sum, weight) in sums.iter_mut().zip(weight) {
                                 *sum = value.mul_add(weight, *sum);
                             }

@@ -1,7 +1,6 @@
 //! Images, however their numbers are kept, as kernels see them.
 
 use super::image::{Packed, Scale, Storage};
-use crate::blocked::conv::Output;
 use crate::blocked::image::Image;
 use crate::simd::dots::{Bf16, Stored};
 use crate::simd::{LANES, Lanes};
@@ -173,17 +172,6 @@ unsafe impl Send for To {}
 unsafe impl Sync for To {}
 
 impl To {
-    /// In 32 bits.
-    pub(in crate::blocked) fn of(output: Output) -> Self {
-        Self {
-            pixels: output.pixels.cast(),
-            kind: Kind::Whole,
-            row_pitch: output.row_pitch,
-            block_pitch: output.block_pitch,
-            scale: [1.0, 0.0],
-        }
-    }
-
     /// How far the first pixel of a row of a block is from the first of all.
     pub(in crate::blocked) fn at(&self, block: usize, y: usize) -> usize {
         block * self.block_pitch + y * self.row_pitch

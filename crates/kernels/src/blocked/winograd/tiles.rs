@@ -148,6 +148,7 @@ impl<S: Scheme> Making<'_, S> {
                         last_channels,
                         kernel: 1,
                         row_pitch: 0,
+                        channel_pitch: 1,
                         ahead: ahead.as_ptr().cast(),
                         ahead_lines: ahead.len(),
                     };
@@ -159,7 +160,7 @@ impl<S: Scheme> Making<'_, S> {
                         let pixels = of_tile.min(count - tile);
                         let from = from.add(tile * LANES);
                         let to = (to.add(tile * LANES), count * LANES);
-                        some::<V, B, 1>(pixels, &taps, from, weights, start, to, None);
+                        some::<V, B, 1, LANES>(pixels, &taps, from, weights, start, to, None);
                         taps.ahead_lines = 0;
                     }
                 }
