@@ -1,20 +1,20 @@
 //! Threads that share the work of one image.
 //!
 //! Layers of a small network take tens of microseconds, which a thread that sleeps does not wake in. Those
-//! of a team look for work for as long, then let others run, then sleep: nothing spins while there
-//! is nothing to do.
+//! of a team look for work for as long, then sleep: nothing spins while there is nothing to do. On a busy machine
+//! threads are stopped for milliseconds: a part that nobody has begun when the caller is done with its own
+//! is done by the caller, and for one that was begun it sleeps, so that its core is free for the thread
+//! that was stopped.
 
 use std::any::Any;
 use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::thread::{self, JoinHandle};
+use std::thread::{self, JoinHandle, Thread};
 
-/// Looks for work before a thread lets others run, some tens of microseconds.
-const SPINS: u32 = 800;
-/// Times it lets others run before it sleeps.
-const YIELDS: u32 = 200;
+/// Looks for work before a thread sleeps, some tens of microseconds.
+const SPINS: u32 = 1000;
 
 /// What one thread does of some work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,11 +46,16 @@ unsafe impl Send for Job {}
 struct Shared {
     /// Goes up by one with every job.
     round: AtomicUsize,
-    /// Threads that have not yet done their part of the round.
+    /// The last round that somebody began each part of, but the caller's own: no part is begun twice.
+    begun: Vec<AtomicUsize>,
+    /// Parts of the round, but the caller's own, that are not done.
     missing: AtomicUsize,
     job: Mutex<Option<Job>>,
     panic: Mutex<Option<Box<dyn Any + Send>>>,
     sleeping: Vec<AtomicBool>,
+    /// The caller, where it sleeps until all is done.
+    caller: Mutex<Option<Thread>>,
+    is_caller_asleep: AtomicBool,
     is_over: AtomicBool,
 }
 
@@ -65,7 +70,8 @@ impl Team {
     pub fn new(threads: usize) -> Self {
         let others = threads.saturating_sub(1);
         let sleeping = (0..others).map(|_| AtomicBool::new(false)).collect();
-        let shared = Arc::new(Shared { sleeping, ..Shared::default() });
+        let begun = (0..others).map(|_| AtomicUsize::new(0)).collect();
+        let shared = Arc::new(Shared { sleeping, begun, ..Shared::default() });
         let start = |index: usize| {
             let shared = Arc::clone(&shared);
             thread::spawn(move || work(&shared, Part { index: index + 1, of: others + 1 }))
@@ -78,7 +84,8 @@ impl Team {
         self.threads.len() + 1
     }
 
-    /// Does all parts of `work`, one in each thread, and returns when all are done.
+    /// Does all parts of `work`, each once, and returns when all are done. Which thread does which part is not
+    /// said.
     ///
     /// # Panics
     /// If a part does.
@@ -92,22 +99,58 @@ impl Team {
         let job = Job(unsafe { std::mem::transmute::<&Work<'_>, &'static Work<'static>>(work) });
         *lock(&shared.job) = Some(job);
         shared.missing.store(self.threads.len(), Ordering::Relaxed);
-        shared.round.fetch_add(1, Ordering::SeqCst);
+        let round = shared.round.fetch_add(1, Ordering::SeqCst) + 1;
         for (thread, sleeping) in self.threads.iter().zip(&shared.sleeping) {
             if sleeping.load(Ordering::SeqCst) {
                 thread.thread().unpark();
             }
         }
-        let own = catch_unwind(AssertUnwindSafe(|| work(Part { index: 0, of })));
-        let mut looks = 0;
-        while shared.missing.load(Ordering::Acquire) > 0 {
-            pause(&mut looks);
+        shared.part(work, Part { index: 0, of });
+        for index in 1..of {
+            let part = Part { index, of };
+            if shared.begins(part, round) {
+                shared.part(work, part);
+                shared.missing.fetch_sub(1, Ordering::Release);
+            }
         }
+        shared.wait();
         *lock(&shared.job) = None;
         let panic = lock(&shared.panic).take();
-        if let Some(panic) = own.err().or(panic) {
+        if let Some(panic) = panic {
             resume_unwind(panic);
         }
+    }
+}
+
+impl Shared {
+    /// Whether this thread, and no other, is to do a part of a round.
+    fn begins(&self, part: Part, round: usize) -> bool {
+        let begun = &self.begun[part.index - 1];
+        let before = round.wrapping_sub(1);
+        begun.compare_exchange(before, round, Ordering::AcqRel, Ordering::Relaxed).is_ok()
+    }
+
+    fn part(&self, work: &Work<'_>, part: Part) {
+        if let Err(panic) = catch_unwind(AssertUnwindSafe(|| work(part))) {
+            lock(&self.panic).get_or_insert(panic);
+        }
+    }
+
+    /// Returns when no part is missing.
+    fn wait(&self) {
+        for _ in 0..SPINS {
+            if self.missing.load(Ordering::Acquire) == 0 {
+                return;
+            }
+            std::hint::spin_loop();
+        }
+        *lock(&self.caller) = Some(thread::current());
+        self.is_caller_asleep.store(true, Ordering::SeqCst);
+        // Whoever does the last part behind this line sees that the caller sleeps.
+        while self.missing.load(Ordering::SeqCst) > 0 {
+            thread::park();
+        }
+        self.is_caller_asleep.store(false, Ordering::SeqCst);
     }
 }
 
@@ -125,29 +168,33 @@ impl Drop for Team {
 /// What a thread of a team does.
 fn work(shared: &Shared, part: Part) {
     let (mut round, mut looks) = (0, 0);
-    loop {
-        if shared.is_over.load(Ordering::SeqCst) {
-            return;
-        }
-        let now = shared.round.load(Ordering::Acquire);
+    while !shared.is_over.load(Ordering::SeqCst) {
+        let now = shared.round.load(Ordering::SeqCst);
         if now == round {
-            if looks < SPINS + YIELDS {
-                pause(&mut looks);
+            if looks < SPINS {
+                looks += 1;
+                std::hint::spin_loop();
             } else {
                 sleep(shared, part, round);
             }
             continue;
         }
         (round, looks) = (now, 0);
+        if !shared.begins(part, round) {
+            // The caller does it, or has done it.
+            continue;
+        }
         let job = *lock(&shared.job);
         if let Some(Job(work)) = job {
-            // SAFETY: `run` keeps the work until this part is counted as done.
-            let work = unsafe { &*work };
-            if let Err(panic) = catch_unwind(AssertUnwindSafe(|| work(part))) {
-                *lock(&shared.panic) = Some(panic);
+            // SAFETY: `run` keeps the work until this part, which was begun, is counted as done.
+            shared.part(unsafe { &*work }, part);
+        }
+        let is_last = shared.missing.fetch_sub(1, Ordering::SeqCst) == 1;
+        if is_last && shared.is_caller_asleep.load(Ordering::SeqCst) {
+            if let Some(caller) = &*lock(&shared.caller) {
+                caller.unpark();
             }
         }
-        shared.missing.fetch_sub(1, Ordering::Release);
     }
 }
 
@@ -160,15 +207,6 @@ fn sleep(shared: &Shared, part: Part, round: usize) {
         thread::park();
     }
     sleeping.store(false, Ordering::SeqCst);
-}
-
-fn pause(looks: &mut u32) {
-    *looks += 1;
-    if *looks < SPINS {
-        std::hint::spin_loop();
-    } else {
-        thread::yield_now();
-    }
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
