@@ -12,9 +12,16 @@ use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle, Thread};
+use std::time::{Duration, Instant};
 
-/// Looks for work before a thread sleeps, some tens of microseconds.
-const SPINS: u32 = 1000;
+/// How long a thread looks for work before it sleeps: what the caller does alone between two rounds is over by
+/// then.
+const LOOK_FOR_WORK: Duration = Duration::from_micros(400);
+/// How long the caller looks for the end of the last parts before it sleeps: threads that nobody stopped
+/// are done by then.
+const LOOK_FOR_END: Duration = Duration::from_micros(100);
+/// Looks between two looks at the clock.
+const LOOKS: u32 = 64;
 
 /// What one thread does of some work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -130,6 +137,11 @@ impl Shared {
         begun.compare_exchange(before, round, Ordering::AcqRel, Ordering::Relaxed).is_ok()
     }
 
+    /// Whether there is a round behind `round`, or the end.
+    fn has_more(&self, round: usize) -> bool {
+        self.round.load(Ordering::SeqCst) != round || self.is_over.load(Ordering::SeqCst)
+    }
+
     fn part(&self, work: &Work<'_>, part: Part) {
         if let Err(panic) = catch_unwind(AssertUnwindSafe(|| work(part))) {
             lock(&self.panic).get_or_insert(panic);
@@ -138,11 +150,8 @@ impl Shared {
 
     /// Returns when no part is missing.
     fn wait(&self) {
-        for _ in 0..SPINS {
-            if self.missing.load(Ordering::Acquire) == 0 {
-                return;
-            }
-            std::hint::spin_loop();
+        if look_for(LOOK_FOR_END, || self.missing.load(Ordering::Acquire) == 0) {
+            return;
         }
         *lock(&self.caller) = Some(thread::current());
         self.is_caller_asleep.store(true, Ordering::SeqCst);
@@ -167,19 +176,15 @@ impl Drop for Team {
 
 /// What a thread of a team does.
 fn work(shared: &Shared, part: Part) {
-    let (mut round, mut looks) = (0, 0);
-    while !shared.is_over.load(Ordering::SeqCst) {
-        let now = shared.round.load(Ordering::SeqCst);
-        if now == round {
-            if looks < SPINS {
-                looks += 1;
-                std::hint::spin_loop();
-            } else {
-                sleep(shared, part, round);
-            }
-            continue;
+    let mut round = 0;
+    loop {
+        if !look_for(LOOK_FOR_WORK, || shared.has_more(round)) {
+            sleep(shared, part, round);
         }
-        (round, looks) = (now, 0);
+        if shared.is_over.load(Ordering::SeqCst) {
+            return;
+        }
+        round = shared.round.load(Ordering::SeqCst);
         if !shared.begins(part, round) {
             // The caller does it, or has done it.
             continue;
@@ -198,12 +203,28 @@ fn work(shared: &Shared, part: Part) {
     }
 }
 
+/// Looks for something for so long; whether it was there.
+fn look_for(time: Duration, is_there: impl Fn() -> bool) -> bool {
+    let mut begin = None;
+    loop {
+        for _ in 0..LOOKS {
+            if is_there() {
+                return true;
+            }
+            std::hint::spin_loop();
+        }
+        if begin.get_or_insert_with(Instant::now).elapsed() > time {
+            return false;
+        }
+    }
+}
+
 /// Sleeps until there is a round behind `round`, or the end.
 fn sleep(shared: &Shared, part: Part, round: usize) {
     let sleeping = &shared.sleeping[part.index - 1];
     sleeping.store(true, Ordering::SeqCst);
     // Whoever begins a round behind this line sees that this thread sleeps.
-    while shared.round.load(Ordering::SeqCst) == round && !shared.is_over.load(Ordering::SeqCst) {
+    while !shared.has_more(round) {
         thread::park();
     }
     sleeping.store(false, Ordering::SeqCst);
@@ -215,10 +236,8 @@ fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::atomic::AtomicU64;
-    use std::time::Duration;
-
     use super::*;
+    use std::sync::atomic::AtomicU64;
 
     #[test]
     fn every_part_of_every_round_is_done_once() {

@@ -103,8 +103,14 @@ impl Lanes for Whole {
     #[inline(always)]
     unsafe fn store_bytes(self, to: *mut u8) {
         unsafe {
-            let positive = _mm512_max_ps(self.0, _mm512_setzero_ps());
-            let bytes = _mm512_cvtusepi32_epi8(_mm512_cvtps_epi32(positive));
+            Self(_mm512_max_ps(self.0, _mm512_setzero_ps())).store_positive_bytes(to);
+        }
+    }
+
+    #[inline(always)]
+    unsafe fn store_positive_bytes(self, to: *mut u8) {
+        unsafe {
+            let bytes = _mm512_cvtusepi32_epi8(_mm512_cvtps_epi32(self.0));
             _mm_storeu_si128(to.cast(), bytes);
         }
     }

@@ -87,6 +87,13 @@ pub(crate) trait Lanes: Copy {
         unsafe { to.cast::<[u8; LANES]>().write_unaligned(bytes) }
     }
 
+    /// As [`store_bytes`](Self::store_bytes), of values that are not below 0.
+    #[inline(always)]
+    unsafe fn store_positive_bytes(self, to: *mut u8) {
+        // SAFETY: the caller's.
+        unsafe { self.store_bytes(to) }
+    }
+
     #[inline(always)]
     unsafe fn array(self) -> [f32; LANES] {
         let mut values = [0.0; LANES];

@@ -155,11 +155,16 @@ struct Job<'a> {
     to: To,
 }
 
-/// Some rows of some blocks of channels.
-struct Rows<'a> {
+/// Some rows of a group of `B` blocks of channels. Each kind of group is compiled by itself: of one function
+/// for all, compilers leave half in memory.
+struct Rows<'a, const B: usize, const STRIDE: usize> {
     job: &'a Job<'a>,
-    groups: Range<usize>,
+    block: usize,
     rows: Range<usize>,
+    /// Weights of the group, their bytes, and lines that are read after them.
+    weights: *const u8,
+    bytes: usize,
+    ahead_lines: usize,
 }
 
 impl Job<'_> {
@@ -172,36 +177,43 @@ impl Job<'_> {
             } else {
                 (0..groups, part.share(rows))
             };
-            let work = Rows { job: self, groups, rows };
-            // SAFETY: sizes were compared, outputs of the parts are disjoint, and the level is one of
-            // this processor's.
-            unsafe { S::run(self.of.level, &work) };
+            self.groups::<S>(groups, &rows);
         });
     }
-}
 
-impl<S: Stored> PackedKernel<S> for Rows<'_> {
-    #[inline(always)]
-    unsafe fn run<D: Dots<Stored = S>>(&self) {
-        let shape = self.job.of.shape;
+    /// Makes some rows of some groups.
+    fn groups<S: crate::simd::Packed>(&self, groups: Range<usize>, rows: &Range<usize>) {
+        let ConvShape { channels_in, kernel, stride, .. } = self.of.shape;
+        let per = S::per(self.of.level);
+        let steps = channels_in / LANES * (LANES / per) + (channels_in % LANES).div_ceil(per);
         let mut first = 0;
-        for (group, blocks) in self.job.of.groups().enumerate() {
-            let last = shape.channels_in % LANES;
-            let whole = shape.channels_in / LANES * (LANES / D::PER);
-            let steps = whole + last.div_ceil(D::PER);
-            let bytes = steps * shape.kernel.pow(2) * blocks.len() * line_bytes::<S>(D::PER);
-            if self.groups.contains(&group) {
-                // SAFETY: the caller's; weights of the group are there.
-                unsafe {
-                    let weights = self.job.of.weights.as_ptr().cast::<u8>().add(first);
-                    let all = size_of_val(self.job.of.weights.as_slice());
-                    let ahead = bytes.min(all - first - bytes) / size_of::<Line>();
-                    match (blocks.len(), shape.stride) {
-                        (1, 1) => self.group::<D, 1, 1>(blocks.start, weights, bytes, ahead),
-                        (1, _) => self.group::<D, 1, 2>(blocks.start, weights, bytes, ahead),
-                        (_, 1) => self.group::<D, 2, 1>(blocks.start, weights, bytes, ahead),
-                        _ => self.group::<D, 2, 2>(blocks.start, weights, bytes, ahead),
-                    }
+        for (group, blocks) in self.of.groups().enumerate() {
+            let bytes = steps * kernel.pow(2) * blocks.len() * line_bytes::<S>(per);
+            if groups.contains(&group) {
+                let all = size_of_val(self.of.weights.as_slice());
+                let weights = self.of.weights.as_ptr().cast::<u8>().wrapping_add(first);
+                let ahead_lines = bytes.min(all - first - bytes) / size_of::<Line>();
+                let (block, rows) = (blocks.start, rows.clone());
+                macro_rules! run {
+                    ($b:literal, $stride:literal) => {{
+                        let work = Rows::<$b, $stride> {
+                            job: self,
+                            block,
+                            rows,
+                            weights,
+                            bytes,
+                            ahead_lines,
+                        };
+                        // SAFETY: sizes were compared, outputs of the parts are disjoint, and the level
+                        // is one of this processor's.
+                        unsafe { S::run(self.of.level, &work) }
+                    }};
+                }
+                match (blocks.len(), stride) {
+                    (1, 1) => run!(1, 1),
+                    (1, _) => run!(1, 2),
+                    (_, 1) => run!(2, 1),
+                    _ => run!(2, 2),
                 }
             }
             first += bytes;
@@ -209,17 +221,9 @@ impl<S: Stored> PackedKernel<S> for Rows<'_> {
     }
 }
 
-impl Rows<'_> {
-    /// # Safety
-    /// That of [`PackedKernel::run`]; weights of the group are at `weights`.
+impl<S: Stored, const B: usize, const STRIDE: usize> PackedKernel<S> for Rows<'_, B, STRIDE> {
     #[inline(always)]
-    unsafe fn group<D: Dots, const B: usize, const STRIDE: usize>(
-        &self,
-        block: usize,
-        weights: *const u8,
-        bytes: usize,
-        ahead_lines: usize,
-    ) {
+    unsafe fn run<D: Dots<Stored = S>>(&self) {
         let [_, _, width] = self.job.size;
         let tile = D::TILE[B - 1];
         let most = if STRIDE == 2 { tile.min(TILE_OF_TWO) } else { tile };
@@ -227,16 +231,17 @@ impl Rows<'_> {
         let (of_row, mut done) = (width.div_ceil(of_tile), 0);
         for y in self.rows.clone() {
             for x in (0..width).step_by(of_tile) {
-                let ahead = Part { index: done, of: of_row * self.rows.len() }.share(ahead_lines);
+                let of = of_row * self.rows.len();
+                let ahead = Part { index: done, of }.share(self.ahead_lines);
                 done += 1;
-                let ahead = (weights.wrapping_add(bytes + ahead.start * 64), ahead.len());
-                let place = [block, y, x];
+                let first = self.weights.wrapping_add(self.bytes + ahead.start * 64);
+                let (place, ahead) = ([self.block, y, x], (first, ahead.len()));
                 macro_rules! of {
                     ($($n:literal)*) => {
                         match of_tile.min(width - x) {
                             // SAFETY: the caller's. Larger tiles than registers hold are not compiled.
                             $($n if $n <= D::TILE[B - 1] => unsafe {
-                                self.tile::<D, $n, B, STRIDE>(place, weights, ahead);
+                                self.tile::<D, $n>(place, self.weights, ahead);
                             },)*
                             pixels => unreachable!("{pixels} pixels in a tile"),
                         }
@@ -246,13 +251,15 @@ impl Rows<'_> {
             }
         }
     }
+}
 
+impl<const B: usize, const STRIDE: usize> Rows<'_, B, STRIDE> {
     /// Makes `N` neighbouring outputs of `B` blocks of channels.
     ///
     /// # Safety
     /// That of [`PackedKernel::run`]; they are inside the output.
     #[inline(always)]
-    unsafe fn tile<D: Dots, const N: usize, const B: usize, const STRIDE: usize>(
+    unsafe fn tile<D: Dots, const N: usize>(
         &self,
         [block, y, x]: [usize; 3],
         mut weights: *const u8,
@@ -295,6 +302,14 @@ impl Rows<'_> {
                 let factor = D::Lanes::load(of.factors[block + k].0.as_ptr());
                 let bias = D::Lanes::load(of.bias[block + k].0.as_ptr());
                 let at = to.at(block + k, y) + x * LANES;
+                if let (Some(bytes), None) = (to.bytes(*activation), residual) {
+                    // What most layers end in, without a question for every pixel.
+                    let ends = bytes.after(factor, bias);
+                    for (pixel, sums) in sums.iter().enumerate() {
+                        bytes.store(D::whole(sums[k]), ends, at + pixel * LANES);
+                    }
+                    continue;
+                }
                 let residual = residual.map(|from| (from, from.at(block + k, y) + x * LANES));
                 for (pixel, sums) in sums.iter().enumerate() {
                     let mut sum = D::whole(sums[k]).mul_add(factor, bias);

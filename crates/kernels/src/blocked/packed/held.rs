@@ -2,6 +2,7 @@
 
 use super::image::{Packed, Scale, Storage};
 use crate::blocked::image::Image;
+use crate::blocked::tile::Activation;
 use crate::simd::dots::{Bf16, Stored};
 use crate::simd::{LANES, Lanes};
 
@@ -86,6 +87,9 @@ impl HeldMut<'_> {
         }
     }
 }
+
+/// The largest byte.
+const MOST: f32 = 255.0;
 
 /// Bits of a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -197,6 +201,18 @@ impl To {
         }
     }
 
+    /// What keeps values in bytes, if that is how they are kept, behind an activation.
+    #[inline(always)]
+    pub(super) fn bytes(&self, activation: Activation) -> Option<ToBytes> {
+        let [factor, zero] = self.scale;
+        (self.kind == Kind::Byte).then(|| {
+            let low = if activation == Activation::Identity { 0.0 } else { zero };
+            let is_cut = activation == Activation::Relu6;
+            let high = if is_cut { 6.0_f32.mul_add(factor, zero) } else { MOST };
+            ToBytes { pixels: self.pixels, factor, zero, low, high }
+        })
+    }
+
     /// Keeps the first `count` of sixteen values, each in a pixel of its own.
     ///
     /// # Safety
@@ -229,6 +245,46 @@ impl To {
                     }
                 }
             }
+        }
+    }
+}
+
+/// Where bytes go, and what sums become on their way: the steps of the bytes go into the factors, and
+/// activations into their ends.
+#[derive(Clone, Copy)]
+pub(super) struct ToBytes {
+    pixels: *mut u8,
+    factor: f32,
+    zero: f32,
+    low: f32,
+    high: f32,
+}
+
+impl ToBytes {
+    /// A factor and an offset that give values, such that they give bytes.
+    ///
+    /// # Safety
+    /// The processor has the instructions of `V`.
+    #[inline(always)]
+    pub(super) unsafe fn after<V: Lanes>(&self, factor: V, offset: V) -> [V; 2] {
+        // SAFETY: the caller's.
+        unsafe {
+            let step = V::splat(self.factor);
+            [factor.mul(step), offset.mul_add(step, V::splat(self.zero))]
+        }
+    }
+
+    /// Keeps sixteen sums.
+    ///
+    /// # Safety
+    /// As of [`To::store`].
+    #[inline(always)]
+    pub(super) unsafe fn store<V: Lanes>(&self, sum: V, [factor, offset]: [V; 2], at: usize) {
+        // SAFETY: the caller's.
+        unsafe {
+            let value = sum.mul_add(factor, offset).max(V::splat(self.low));
+            let value = value.min(V::splat(self.high));
+            value.store_positive_bytes(self.pixels.add(at));
         }
     }
 }
