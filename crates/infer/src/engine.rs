@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use evpose_kernels::Level;
-use evpose_kernels::blocked::{Scratch, Team, read_planes};
+use evpose_kernels::blocked::{Scratch, Team, read_planes, write_planes};
 use evpose_nn::graph::{Graph, NodeId};
 
 use crate::InferError;
@@ -174,7 +174,7 @@ impl Engine {
             self.step(step);
         }
         for (output, values) in self.outputs.iter().zip(&mut self.values) {
-            self.images[*output].whole().write_planes(values);
+            write_planes(&self.team, self.images[*output].whole(), values);
         }
         &self.values
     }
@@ -230,7 +230,7 @@ impl Engine {
     fn read(&mut self, input: &[f32]) {
         let (slot, by) = self.input;
         match &mut self.images[slot] {
-            Buffer::Planes(planes) => planes.read(input, by),
+            Buffer::Planes(planes) => planes.read(&self.team, self.level, input, by),
             image => read_planes(&self.team, self.level, input, by, image.held_mut()),
         }
     }

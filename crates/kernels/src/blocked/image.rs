@@ -160,13 +160,17 @@ impl Image {
     /// If there is room for more or fewer values.
     pub fn write_planes(&self, planes: &mut [f32]) {
         assert_eq!(planes.len(), self.channels * self.height * self.width, "planes of this size");
-        for channel in 0..self.channels {
-            for y in 0..self.height {
-                let (first, lane) = self.place(channel, y, 0);
-                let row = &mut planes[(channel * self.height + y) * self.width..][..self.width];
-                for (value, line) in row.iter_mut().zip(&self.lines[first..]) {
-                    *value = line.0[lane];
-                }
+        for (channel, plane) in planes.chunks_mut((self.height * self.width).max(1)).enumerate() {
+            self.write_plane(channel, plane);
+        }
+    }
+
+    /// Writes a channel as `[height][width]`.
+    pub(super) fn write_plane(&self, channel: usize, plane: &mut [f32]) {
+        for (y, row) in plane.chunks_mut(self.width.max(1)).enumerate() {
+            let (first, lane) = self.place(channel, y, 0);
+            for (value, line) in row.iter_mut().zip(&self.lines[first..]) {
+                *value = line.0[lane];
             }
         }
     }

@@ -47,7 +47,7 @@ pub use elementwise::{add, flatten, gather};
 pub use image::Image;
 pub use packed::{
     Held, HeldMut, Packed, PackedConv, PackedDepthwise, Scale, Storage, add_held, max_pool_packed,
-    read_planes, upsample_packed,
+    read_planes, upsample_packed, write_planes,
 };
 pub use peak::peak_gflop_per_s;
 pub use planes::{PlaneConv, Planes};

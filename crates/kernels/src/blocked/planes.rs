@@ -49,17 +49,19 @@ impl Planes {
     ///
     /// # Panics
     /// If there are more or fewer values.
-    pub fn read(&mut self, planes: &[f32], [factor, offset]: [f32; 2]) {
-        let [_, height, width] = self.size;
+    pub fn read(&mut self, team: &Team, level: Level, planes: &[f32], by: [f32; 2]) {
+        let [channels, height, _] = self.size;
         assert_eq!(planes.len(), self.size.iter().product(), "planes of this size");
-        if width == 0 {
-            return;
-        }
-        for (row, from) in planes.chunks(width).enumerate() {
-            let first = self.place(row / height, row % height);
-            let to = self.values[first..].iter_mut();
-            to.zip(from).for_each(|(to, from)| *to = from.mul_add(factor, offset));
-        }
+        let (row_pitch, block_pitch) = (self.row_pitch(), self.pitch());
+        let first = self.place(0, 0);
+        let pixels = self.values[first..].as_mut_ptr();
+        let to = Output { pixels, row_pitch, block_pitch, width: self.size[2] };
+        team.run(&|part| {
+            let work = Reading { planes, by, height, to, units: part.share(channels * height) };
+            // SAFETY: sizes were compared, rows of the parts are disjoint, and the level is one of this
+            // processor's.
+            unsafe { level.run(&work) };
+        });
     }
 
     /// The least and the largest value.
@@ -90,6 +92,42 @@ impl Planes {
     /// Where a row begins.
     fn place(&self, channel: usize, y: usize) -> usize {
         channel * self.pitch() + (y + self.border) * self.row_pitch() + self.border
+    }
+}
+
+/// Some rows, plane after plane, that are read.
+struct Reading<'a> {
+    planes: &'a [f32],
+    by: [f32; 2],
+    height: usize,
+    to: Output,
+    units: Range<usize>,
+}
+
+impl Kernel for Reading<'_> {
+    #[inline(always)]
+    unsafe fn run<V: Lanes>(&self) {
+        let width = self.to.width;
+        for unit in self.units.clone() {
+            let at =
+                unit / self.height * self.to.block_pitch + unit % self.height * self.to.row_pitch;
+            let row = &self.planes[unit * width..][..width];
+            // SAFETY: the caller's; the row is inside both.
+            unsafe {
+                let [factor, offset] = self.by.map(|value| V::splat(value));
+                for (first, values) in row.chunks(LANES).enumerate() {
+                    let to = self.to.pixels.add(at + first * LANES);
+                    if values.len() == LANES {
+                        V::load(values.as_ptr()).mul_add(factor, offset).store(to);
+                    } else {
+                        let mut last = [0.0; LANES];
+                        last[..values.len()].copy_from_slice(values);
+                        let last = V::load(last.as_ptr()).mul_add(factor, offset).array();
+                        to.copy_from(last.as_ptr(), values.len());
+                    }
+                }
+            }
+        }
     }
 }
 
@@ -290,7 +328,7 @@ mod tests {
             let mut input = Planes::zeros([channels_in, height, width], half);
             for level in Level::available() {
                 let conv = PlaneConv::new(shape, &weight, &bias, level);
-                input.read(&values, [2.0, -0.5]);
+                input.read(&Team::new(threads), level, &values, [2.0, -0.5]);
                 let mut output = Image::zeros(channels_out, height, width, 1);
                 conv.run(&Team::new(threads), &input, activation, HeldMut::Whole(&mut output));
                 let difference = apart(&planes(&output), &truth);
@@ -305,7 +343,7 @@ mod tests {
     fn extremes_are_those_of_values() {
         let mut planes = Planes::zeros([2, 3, 5], 1);
         let values: Vec<f32> = (1..=30).map(|value| value as f32).collect();
-        planes.read(&values, [1.0, 0.0]);
+        planes.read(&Team::new(1), Level::best(), &values, [1.0, 0.0]);
         assert_eq!(planes.extremes(), [1.0, 30.0]);
     }
 }

@@ -1,8 +1,9 @@
-//! What the world brings, channel by channel, as an image in blocks of channels.
+//! What the world brings, channel by channel, as an image in blocks of channels, and back.
 
 use std::ops::Range;
 
 use super::held::{HeldMut, To};
+use crate::blocked::image::Image;
 use crate::blocked::team::Team;
 use crate::simd::{Kernel, LANES, Lanes, Level};
 
@@ -28,6 +29,39 @@ pub fn read_planes(
         // processor's.
         unsafe { level.run(&work) };
     });
+}
+
+/// Writes an image as `[channels][height][width]`, the way back.
+///
+/// # Panics
+/// If there is room for more or fewer values.
+pub fn write_planes(team: &Team, image: &Image, planes: &mut [f32]) {
+    let (channels, pixels) = (image.channels(), image.height() * image.width());
+    assert_eq!(planes.len(), channels * pixels, "planes of this size");
+    let to = Planes(planes.as_mut_ptr());
+    team.run(&|part| {
+        for channel in part.share(channels) {
+            // SAFETY: planes of the parts are disjoint, and there are so many.
+            let plane = unsafe { to.plane(channel * pixels, pixels) };
+            image.write_plane(channel, plane);
+        }
+    });
+}
+
+/// Planes that are written.
+struct Planes(*mut f32);
+
+// SAFETY: each part of a team writes its own.
+unsafe impl Sync for Planes {}
+
+impl Planes {
+    /// # Safety
+    /// So many values are there, and nobody else has them.
+    #[allow(clippy::mut_from_ref, reason = "parts write planes of their own")]
+    unsafe fn plane(&self, first: usize, values: usize) -> &mut [f32] {
+        // SAFETY: the caller's.
+        unsafe { std::slice::from_raw_parts_mut(self.0.add(first), values) }
+    }
 }
 
 /// Some rows, block after block.

@@ -96,7 +96,7 @@ proptest! {
             let stem = ConvShape { channels_in: 3, channels_out: 20, kernel: 7, stride: 2 };
             let stem = Conv::new(stem, &noise(seed, 3 * 20 * 49), &noise(seed, 20), level);
             let mut planes = Planes::zeros(size, 1);
-            planes.read(&noise(seed, size.iter().product()), [1.0, 0.0]);
+            planes.read(&team, level, &noise(seed, size.iter().product()), [1.0, 0.0]);
 
             let mut between = Image::zeros(3, rows, 21, 3);
             few.run(&team, &planes, Activation::Relu, HeldMut::Whole(&mut between));
