@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::held::{HeldMut, To};
+use super::held::{HeldMut, To, ToBytes};
 use super::image::{Packed, Storage};
 use super::weights::Bytes;
 use crate::blocked::depthwise::DepthwiseShape;
@@ -146,6 +146,13 @@ struct Rows<'a> {
     units: Range<usize>,
 }
 
+/// What whole sums are multiplied by and what is added to them, and where they go if they go into bytes.
+#[derive(Clone, Copy)]
+struct End<V> {
+    bytes: Option<ToBytes>,
+    by: [V; 2],
+}
+
 impl<S: Stored> PackedKernel<S> for Rows<'_> {
     #[inline(always)]
     unsafe fn run<D: Dots<Stored = S>>(&self) {
@@ -180,7 +187,7 @@ impl Rows<'_> {
                     let rows = &self.of.rows[(block * 3 + ky) * 2..][..2];
                     std::array::from_fn(|shift| D::weights(rows[shift].as_ptr().cast()))
                 });
-                let to = self.to.at(block, y);
+                let (to, end) = (self.to.at(block, y), self.end::<D::Lanes>(block));
                 let row = |x: usize, ky: usize| D::row(from.add(ky * row_pitch + x * LANES));
                 let mut x = 0;
                 while STRIDE == 1 && x + 2 <= self.width {
@@ -190,8 +197,8 @@ impl Rows<'_> {
                         sums[0] = D::add(sums[0], values, weights[0]);
                         sums[1] = D::add(sums[1], values, weights[1]);
                     }
-                    self.end::<D>(block, sums[0], to + x * LANES);
-                    self.end::<D>(block, sums[1], to + (x + 1) * LANES);
+                    self.put(D::whole(sums[0]), end, to + x * LANES);
+                    self.put(D::whole(sums[1]), end, to + (x + 1) * LANES);
                     x += 2;
                 }
                 while x < self.width {
@@ -199,30 +206,41 @@ impl Rows<'_> {
                     for (ky, weights) in weights.iter().enumerate() {
                         sum = D::add(sum, row(x * STRIDE, ky), weights[0]);
                     }
-                    self.end::<D>(block, sum, to + x * LANES);
+                    self.put(D::whole(sum), end, to + x * LANES);
                     x += 1;
                 }
             }
         }
     }
 
+    /// What sums of a block become.
+    ///
     /// # Safety
-    /// That of [`PackedKernel::run`]; the pixel is inside the output.
+    /// That of [`PackedKernel::run`].
     #[inline(always)]
-    unsafe fn end<D: Dots>(&self, block: usize, sum: D::Sums, at: usize) {
+    unsafe fn end<V: Lanes>(&self, block: usize) -> End<V> {
         // SAFETY: the caller's.
-        unsafe { self.put(block, D::whole(sum), at) }
+        unsafe {
+            let factor = V::load(self.of.factors[block].0.as_ptr());
+            let bias = V::load(self.of.bias[block].0.as_ptr());
+            let bytes = self.to.bytes(self.activation);
+            End { bytes, by: bytes.map_or([factor, bias], |bytes| bytes.after(factor, bias)) }
+        }
     }
 
     /// # Safety
     /// That of [`PackedKernel::run`]; the pixel is inside the output.
     #[inline(always)]
-    unsafe fn put<V: Lanes>(&self, block: usize, sum: V, at: usize) {
+    unsafe fn put<V: Lanes>(&self, sum: V, end: End<V>, at: usize) {
         // SAFETY: the caller's.
         unsafe {
-            let factor = V::load(self.of.factors[block].0.as_ptr());
-            let bias = V::load(self.of.bias[block].0.as_ptr());
-            self.to.store(activated(sum.mul_add(factor, bias), self.activation), at);
+            match end.bytes {
+                Some(bytes) => bytes.store(sum, end.by, at),
+                None => {
+                    let sum = sum.mul_add(end.by[0], end.by[1]);
+                    self.to.store(activated(sum, self.activation), at);
+                }
+            }
         }
     }
 
@@ -279,8 +297,9 @@ impl Rows<'_> {
                     }
                 }
             }
+            let end = self.end::<D::Lanes>(block);
             for (pixel, sum) in sums.into_iter().enumerate() {
-                self.put(block, sum, to + (x + pixel) * LANES);
+                self.put(sum, end, to + (x + pixel) * LANES);
             }
         }
     }
