@@ -22,8 +22,10 @@ use crate::timing::quantile;
 
 /// Runs of a burst that count.
 const RUNS: usize = 7;
-/// Runs before them: caches and the clock of the processor are then those of this program.
+/// Runs before them, and how long these take at least: caches and the clock of the processor are then those of
+/// this program, and its threads have woken up, each on a core of its own.
 const WARM_UP: usize = 2;
+const WARM_UP_TIME: Duration = Duration::from_millis(30);
 /// Before a burst: threads of the other program, which look for work for a while, sleep by then.
 const REST: Duration = Duration::from_millis(100);
 
@@ -125,8 +127,11 @@ impl Contest<'_> {
 /// The median time of some runs.
 fn burst_ms(mut run: impl FnMut() -> Result<()>) -> Result<f64> {
     sleep(REST);
-    for _ in 0..WARM_UP {
+    let begin = Instant::now();
+    let mut runs = 0;
+    while runs < WARM_UP || begin.elapsed() < WARM_UP_TIME {
         run()?;
+        runs += 1;
     }
     let mut times_ms = Vec::with_capacity(RUNS);
     for _ in 0..RUNS {
