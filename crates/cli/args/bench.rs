@@ -15,7 +15,7 @@ use crate::contest::PeerCommand;
 pub(crate) enum BenchCommand {
     /// Latency of networks on one window at a time, layer by layer, beside other runtimes
     Infer(BenchInferArgs),
-    /// Time and memory of a training step of the hand network
+    /// Time and memory of a training step of a network
     Train(BenchTrainArgs),
     /// Cost of the event camera per pixel and step, on one core
     Sensor(BenchSensorArgs),
@@ -188,6 +188,9 @@ pub(crate) struct BenchTrainArgs {
     /// A TOML file, or an embedded config: its network and image size are measured
     #[arg(long, default_value = "eventhands")]
     pub(crate) config: String,
+    /// A network of the registry instead of the config's own, of the config's width
+    #[arg(long, value_name = "NAME")]
+    pub(crate) network: Option<String>,
     /// Measured steps, after two to warm up
     #[arg(long, default_value_t = 20)]
     pub(crate) steps: usize,

@@ -5,11 +5,12 @@ mod usage;
 use std::time::Instant;
 
 use anyhow::Result;
+use burn::module::Module as BurnModule;
 use burn::optim::{AdamConfig, GradientsParams, ModuleOptimizer};
-use burn::tensor::{Tensor, TensorData};
-use evpose_nn::{HandLoss, HandRegressor, set_training_kernels};
+use burn::tensor::{Device, Tensor, TensorData};
+use evpose_nn::{HandLoss, MOVE_ENET, Network, set_training_kernels};
 use evpose_pose::PARAMETERS;
-use evpose_train::untrained;
+use evpose_train::{HandConfig, untrained};
 use serde::Serialize;
 
 use crate::args::BenchTrainArgs;
@@ -91,21 +92,68 @@ fn outer_rank(n: usize) -> usize {
 }
 
 pub(crate) fn run(args: &BenchTrainArgs) -> Result<()> {
-    let config = config_source::load(&args.config, &[])?;
+    let mut config = config_source::load(&args.config, &[])?;
     let target = device(&args.device)?.autodiff();
     set_training_kernels(!args.burn);
-    let mut network = untrained(&config, &target)?;
+    if let Some(name) = &args.network {
+        name.clone_into(&mut config.network.backbone);
+    }
+    let report = if config.network.backbone == MOVE_ENET {
+        of_body(args, &config, &target)?
+    } else {
+        of_hand(args, &config, &target)?
+    };
+    tell(&report);
+    as_json(args.json.as_deref(), &report)
+}
+
+/// A step of a hand's network: its loss against random poses.
+fn of_hand(args: &BenchTrainArgs, config: &HandConfig, device: &Device) -> Result<Report> {
     let sensor = config.simulation.image_size();
     let input = [args.batch, 2, usize::from(sensor.height), usize::from(sensor.width)];
-    let windows = latency::windows(input, config.seed);
+    let windows = images(input, config.seed, 1.0, device);
     let poses = latency::windows([args.batch, PARAMETERS, 1, 1], config.seed ^ 1);
-    let windows = Tensor::<4>::from_data(TensorData::new(windows, input), &target);
     let poses = TensorData::new(poses, [args.batch, PARAMETERS]);
-    let poses = Tensor::<2>::from_data(poses, &target);
-    let mut stepper =
-        Stepper { adam: AdamConfig::new().init(), loss: HandLoss::new(config.loss), loss_was: 0.0 };
-    let parameters = burn::module::Module::num_params(&network);
+    let poses = Tensor::<2>::from_data(poses, device);
+    let loss = HandLoss::new(config.loss);
+    let network = untrained(config, device)?;
+    Ok(measured(args, config, input, network, |network| {
+        loss.forward(network.forward(windows.clone()), poses.clone()).objective
+    }))
+}
 
+/// A step of a body's network: the mean squares of its maps, each from random numbers.
+fn of_body(args: &BenchTrainArgs, config: &HandConfig, device: &Device) -> Result<Report> {
+    let network = Network::untrained(MOVE_ENET, config.network.width, config.seed, device)?;
+    let ([channels, height, width], brightest) = (network.input(), network.brightest());
+    let Network::Body(network) = network else { unreachable!("of this name") };
+    let input = [args.batch, channels, height, width];
+    let windows = images(input, config.seed, brightest, device);
+    let of_maps = |map: Tensor<4>| {
+        let target = images(map.dims(), config.seed ^ 1, 1.0, device);
+        (map - target).square().mean()
+    };
+    Ok(measured(args, config, input, *network, |network| {
+        let maps = network.forward(windows.clone()).into_array().map(of_maps);
+        maps.into_iter().reduce(|sum, map| sum + map).unwrap_or_else(|| unreachable!("four"))
+    }))
+}
+
+/// Random images.
+fn images(size: [usize; 4], seed: u64, brightest: f32, device: &Device) -> Tensor<4> {
+    Tensor::from_data(TensorData::new(latency::windows(size, seed), size), device) * brightest
+}
+
+/// What steps take that lower an objective.
+fn measured<M: BurnModule>(
+    args: &BenchTrainArgs,
+    config: &HandConfig,
+    input: [usize; 4],
+    mut network: M,
+    objective: impl Fn(&M) -> Tensor<1>,
+) -> Report {
+    let mut stepper = Stepper { adam: AdamConfig::new().init(), loss_was: 0.0 };
+    let parameters = network.num_params();
     let steps = args.steps.max(1);
     let mut phases: [Vec<f64>; 4] = Default::default();
     let mut before_s = processor_s();
@@ -114,8 +162,7 @@ pub(crate) fn run(args: &BenchTrainArgs) -> Result<()> {
             before_s = processor_s();
         }
         let times;
-        (network, times) =
-            stepper.step(network, windows.clone(), poses.clone(), config.training.learning_rate);
+        (network, times) = stepper.step(network, &objective, config.training.learning_rate);
         if step >= WARM_UP {
             phases.iter_mut().zip(times).for_each(|(all, time)| all.push(time));
         }
@@ -126,7 +173,7 @@ pub(crate) fn run(args: &BenchTrainArgs) -> Result<()> {
     sorted.sort_by(f64::total_cmp);
     let ours = !args.burn && args.device.device.name() == "flex";
     let [step, forward, backward, update] = [step, forward, backward, update].map(Times::of);
-    let report = Report {
+    Report {
         network: config.network.backbone.clone(),
         width: config.network.width,
         parameters,
@@ -145,9 +192,7 @@ pub(crate) fn run(args: &BenchTrainArgs) -> Result<()> {
         peak_resident_mib: peak_resident_mib(),
         outliers: outliers(&sorted),
         loss: stepper.loss_was,
-    };
-    tell(&report);
-    as_json(args.json.as_deref(), &report)
+    }
 }
 
 fn tell(report: &Report) {
@@ -179,21 +224,19 @@ fn tell(report: &Report) {
 /// What a training remembers between its steps.
 struct Stepper {
     adam: ModuleOptimizer,
-    loss: HandLoss,
     loss_was: f32,
 }
 
 impl Stepper {
     /// One step, with the milliseconds of all of it, its forward pass, its backward pass, its update.
-    fn step(
+    fn step<M: BurnModule>(
         &mut self,
-        network: HandRegressor,
-        windows: Tensor<4>,
-        poses: Tensor<2>,
+        network: M,
+        objective: &impl Fn(&M) -> Tensor<1>,
         learning_rate: f64,
-    ) -> (HandRegressor, [f64; 4]) {
+    ) -> (M, [f64; 4]) {
         let started = Instant::now();
-        let objective = self.loss.forward(network.forward(windows), poses).objective;
+        let objective = objective(&network);
         // Reading a value makes a device that works in the background finish.
         self.loss_was = objective.clone().into_scalar::<f32>();
         let forward = started.elapsed();
