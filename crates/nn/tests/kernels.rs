@@ -7,8 +7,11 @@
 mod golden;
 
 use burn::module::{Module, ModuleMapper, ModuleVisitor, Param};
-use burn::tensor::{DType, Device, Gradients, Tensor};
-use evpose_nn::{BACKBONES, HandLoss, HandRegressorConfig, set_training_kernels};
+use burn::tensor::{DType, Device, Gradients, Tensor, TensorData};
+use evpose_nn::{
+    BACKBONES, HandLoss, HandRegressor, HandRegressorConfig, MOVE_ENET, MoveEnet, MoveEnetConfig,
+    set_training_kernels,
+};
 use golden::{images, targets};
 
 struct Flattened<'a> {
@@ -57,26 +60,92 @@ fn numbers<const D: usize>(tensor: Tensor<D>) -> Vec<f64> {
     tensor.into_data().iter::<f64>().collect()
 }
 
-/// Output, gradients of all parameters, and the running statistics afterwards.
-fn step(backbone: &str, seed: u64, arithmetic: Arithmetic) -> [Vec<Vec<f64>>; 3] {
-    set_training_kernels(matches!(arithmetic, Arithmetic::Ours));
-    let device = Device::flex().autodiff();
-    let config = HandRegressorConfig { backbone: backbone.to_owned(), width: 0.125 };
-    let mut network = config.init(seed, &device).unwrap();
-    let (mut images, mut targets) = (images(6, 45, 60, &device), targets(6, &device));
-    if let Arithmetic::Double = arithmetic {
-        network = network.map(&mut ToDouble);
-        (images, targets) = (images.cast(DType::F64), targets.cast(DType::F64));
+/// A network, and what its gradients are of.
+trait Trained: Module {
+    /// Outputs and the objective for images and targets of this type.
+    fn objective(&self, dtype: DType) -> (Vec<f64>, Tensor<1>);
+}
+
+impl Trained for HandRegressor {
+    fn objective(&self, dtype: DType) -> (Vec<f64>, Tensor<1>) {
+        let device = Device::flex().autodiff();
+        let (images, targets) = (images(6, 45, 60, &device), targets(6, &device));
+        let outputs = self.forward(images.cast(dtype));
+        let loss = HandLoss::default().forward(outputs.clone(), targets.cast(dtype)).objective;
+        (numbers(outputs), loss)
     }
-    let outputs = network.forward(images);
-    let values = numbers(outputs.clone());
-    let loss = HandLoss::default().forward(outputs, targets).objective;
+}
+
+impl Trained for MoveEnet {
+    fn objective(&self, dtype: DType) -> (Vec<f64>, Tensor<1>) {
+        let device = Device::flex().autodiff();
+        let images = images(9, 64, 64, &device).reshape([6, 3, 64, 64]) * 255.0;
+        let maps = self.forward(images.cast(dtype)).into_array();
+        let values = maps.clone().map(numbers).concat();
+        let loss = maps.map(|map| map.square().mean()).into_iter().reduce(|sum, map| sum + map);
+        (values, loss.unwrap())
+    }
+}
+
+/// Output, gradients of all parameters, and the running statistics afterwards.
+fn step(network: impl Trained, arithmetic: Arithmetic) -> [Vec<Vec<f64>>; 3] {
+    set_training_kernels(matches!(arithmetic, Arithmetic::Ours));
+    let (network, dtype) = match arithmetic {
+        Arithmetic::Double => (network.map(&mut ToDouble), DType::F64),
+        _ => (network, DType::F32),
+    };
+    let (values, loss) = network.objective(dtype);
     let gradients = loss.backward();
     let mut flattened = Flattened { gradients: &gradients, found: Vec::new() };
     network.visit(&mut flattened);
     let mut state = State::default();
     network.valid().visit(&mut state);
     [vec![values], flattened.found, state.0]
+}
+
+/// Moves trained parameters along a direction of random numbers.
+struct Moved {
+    by: f64,
+    state: u64,
+}
+
+impl Moved {
+    fn next(&mut self) -> f64 {
+        self.state = self.state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        (self.state >> 33) as f64 / f64::from(1_u32 << 30) - 1.0
+    }
+}
+
+impl ModuleMapper for Moved {
+    fn map_float<const D: usize>(&mut self, param: Param<Tensor<D>>) -> Param<Tensor<D>> {
+        param.map(|tensor| {
+            if !tensor.is_require_grad() {
+                return tensor;
+            }
+            let (dims, device) = (tensor.dims(), tensor.device());
+            let count = dims.iter().product();
+            let along: Vec<f64> = (0..count).map(|_| self.by * self.next()).collect();
+            let along =
+                Tensor::<1>::from_data(TensorData::new(along, [count]), (&device, DType::F64));
+            (tensor.detach() + along.reshape(dims)).require_grad()
+        })
+    }
+}
+
+/// By how much our gradient along a direction is off the change of the objective along it, which is
+/// computed in double precision and without any gradient, relative to it.
+fn off_differences(network: &impl Trained, direction: u64) -> f64 {
+    const STEP: f64 = 1e-6;
+    let [_, gradients, _] = step(network.clone(), Arithmetic::Ours);
+    let mut along = Moved { by: 0.0, state: direction };
+    let ours: f64 = gradients.iter().flatten().map(|value| value * along.next()).sum();
+    let at = |by: f64| {
+        set_training_kernels(false);
+        let moved = network.clone().map(&mut ToDouble).map(&mut Moved { by, state: direction });
+        numbers(moved.objective(DType::F64).1)[0]
+    };
+    let change = (at(STEP) - at(-STEP)) / (2.0 * STEP);
+    (ours - change).abs() / change.abs()
 }
 
 fn size(values: &[f64]) -> f64 {
@@ -89,10 +158,23 @@ fn error(values: &[f64], truth: &[f64]) -> f64 {
     size(&differences.collect::<Vec<f64>>())
 }
 
+fn hand(backbone: &str, seed: u64) -> HandRegressor {
+    let config = HandRegressorConfig { backbone: backbone.to_owned(), width: 0.125 };
+    config.init(seed, &Device::flex().autodiff()).unwrap()
+}
+
+fn body(seed: u64) -> MoveEnet {
+    let config = MoveEnetConfig { joints: 3, width: 0.25, expansion: 2 };
+    config.init(seed, &Device::flex().autodiff()).unwrap()
+}
+
 /// What is wrong with a step of our kernels, if something is.
-fn fault(backbone: &str, seed: u64) -> Option<String> {
-    let [ours, burns, truth] = [Arithmetic::Ours, Arithmetic::Burns, Arithmetic::Double]
-        .map(|arithmetic| step(backbone, seed, arithmetic));
+fn fault(name: &str, seed: u64) -> Option<String> {
+    let [ours, burns, truth] =
+        [Arithmetic::Ours, Arithmetic::Burns, Arithmetic::Double].map(|arithmetic| match name {
+            MOVE_ENET => step(body(seed), arithmetic),
+            backbone => step(hand(backbone, seed), arithmetic),
+        });
     for (what, ((ours, burns), truth)) in
         ["output", "gradient", "state"].iter().zip(ours.iter().zip(&burns).zip(&truth))
     {
@@ -106,7 +188,7 @@ fn fault(backbone: &str, seed: u64) -> Option<String> {
             let [ours, burns] = [ours, burns].map(|values| error(values, truth));
             if ours > tolerance || ours > (8.0 * burns).max(floor) {
                 return Some(format!(
-                    "{backbone} of seed {seed}, {what} {index}: {ours:.1e}, Burn {burns:.1e}, allowed \
+                    "{name} of seed {seed}, {what} {index}: {ours:.1e}, Burn {burns:.1e}, allowed \
                      {tolerance:.1e}"
                 ));
             }
@@ -124,12 +206,22 @@ const SEEDS: [u64; 3] = [3, 4, 5];
 #[test]
 fn our_kernels_train_as_burns_do() {
     let [first, others @ ..] = SEEDS;
-    for backbone in BACKBONES.iter().map(|entry| entry.name) {
-        if let Some(found) = fault(backbone, first) {
-            let more: Vec<_> = others.iter().filter_map(|seed| fault(backbone, *seed)).collect();
+    for name in BACKBONES.iter().map(|entry| entry.name).chain([MOVE_ENET]) {
+        if let Some(found) = fault(name, first) {
+            let more: Vec<_> = others.iter().filter_map(|seed| fault(name, *seed)).collect();
             assert!(more.is_empty(), "{found}, {more:?}");
         }
     }
-    let twice = [first; 2].map(|seed| step("resnet18", seed, Arithmetic::Ours));
+    for direction in [1, 2] {
+        let off = [
+            off_differences(&hand("resnet18", first), direction),
+            off_differences(&hand("mobilenet_v2", first), direction),
+            off_differences(&body(first), direction),
+        ];
+        assert!(off.iter().all(|off| *off < 2e-3), "off by {off:?} of the change");
+    }
+    let twice = [first; 2].map(|seed| step(hand("resnet18", seed), Arithmetic::Ours));
+    assert!(twice[0] == twice[1]);
+    let twice = [first; 2].map(|seed| step(body(seed), Arithmetic::Ours));
     assert!(twice[0] == twice[1]);
 }

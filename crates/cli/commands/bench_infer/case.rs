@@ -1,7 +1,7 @@
 //! One network in one setting.
 
 use anyhow::Result;
-use evpose_infer::{Engine, Precision};
+use evpose_infer::{Engine, EngineOptions, Precision};
 use serde::Serialize;
 
 use super::Peak;
@@ -9,6 +9,7 @@ use super::against::{Comparison, Contest};
 use super::layers::{self, LayerTime};
 use super::networks::Network;
 use super::noise::Noise;
+use super::start::Start;
 use crate::args::BenchInferArgs;
 use crate::commands::latency::{self, Runner};
 use crate::progress::say;
@@ -41,6 +42,8 @@ pub(super) struct Case {
     /// The same over what the processor can do at best.
     of_peak: Option<f64>,
     noise: Noise,
+    /// Of 32 bits.
+    start: Option<Start>,
     layers: Vec<LayerTime>,
     against: Vec<Comparison>,
 }
@@ -74,6 +77,12 @@ impl Setting<'_> {
         case.of_peak = Some(gflop_per_s / peak.gflop_per_s);
         case.level = Some(peak.level.clone());
         case.say();
+        if precision == Precision::F32 {
+            let options = EngineOptions::default().with_threads(peak.threads);
+            let start = self.network.start(options)?;
+            start.say();
+            case.start = Some(start);
+        }
         let Runner::Engine(engine) = &mut runner else { return Ok(case) };
         if self.args.layers {
             case.layers = layers::timed(engine, self.network.input, self.seed, peak.gflop_per_s);
@@ -116,6 +125,7 @@ impl Setting<'_> {
             gflop_per_s: None,
             of_peak: None,
             noise: Noise::of(&times_ms),
+            start: None,
             layers: Vec::new(),
             against: Vec::new(),
         }

@@ -7,6 +7,7 @@ mod networks;
 mod noise;
 pub(crate) mod peers;
 mod precision;
+mod start;
 
 use anyhow::{Result, ensure};
 use burn::tensor::Device;

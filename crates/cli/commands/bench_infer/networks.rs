@@ -8,6 +8,7 @@ use evpose_nn::parameters::{awake, fill, read};
 use evpose_nn::{MOVE_ENET, MoveEnet, Network as Module, NnError};
 use evpose_train::{HandConfig, untrained};
 
+use super::start::Start;
 use crate::commands::latency::{self, Runner};
 
 /// Of a body's image where there were many events.
@@ -33,6 +34,14 @@ impl Network {
         // Values that are read back have been computed.
         let forward = |images| drop(std::hint::black_box(self.module.values(images)));
         Runner::Burn(Box::new(forward), device)
+    }
+
+    /// How long it takes from a checkpoint to the first pose.
+    ///
+    /// # Errors
+    /// If weights cannot be written or read.
+    pub(super) fn start(&self, options: EngineOptions) -> Result<Start> {
+        Start::of(&self.module, self.input, options)
     }
 
     /// A random image.
