@@ -5,8 +5,8 @@ use std::time::Instant;
 use anyhow::{Context, Result};
 use burn::tensor::Device;
 use evpose_infer::{Engine, EngineOptions};
-use evpose_nn::weights::{ModelCard, load, load_move_enet, save, save_safetensors};
-use evpose_nn::{MoveEnet, Network};
+use evpose_nn::Network;
+use evpose_nn::weights::{ModelCard, load, load_body, save, save_body};
 use evpose_pose::body::{BodyDecoder, BodyMaps, DEFAULT_THRESHOLD};
 use serde::Serialize;
 
@@ -37,10 +37,10 @@ impl Start {
     /// If they cannot be written or read again.
     pub(super) fn of(network: &Network, input: [usize; 3], options: EngineOptions) -> Result<Self> {
         let folder = tempfile::tempdir().context("making a folder for a checkpoint")?;
-        let path = folder.path().join("weights.safetensors");
+        let path = folder.path().join("weights.bpk");
         match network {
             Network::Hand(network) => save(&path, network, &ModelCard::default())?,
-            Network::Body(network) => save_safetensors(&path, network)?,
+            Network::Body(network) => save_body(&path, network)?,
         }
         let image = vec![0.5; input.iter().product()];
         let mut times_ms: [Vec<f64>; 4] = Default::default();
@@ -48,9 +48,7 @@ impl Start {
             let begin = Instant::now();
             let graph = match network {
                 Network::Hand(_) => load(&path, &Device::flex())?.0.graph(),
-                Network::Body(network) => {
-                    load_move_enet(&path, MoveEnet::config(network), &Device::flex())?.graph()
-                }
+                Network::Body(_) => load_body(&path, &Device::flex())?.graph(),
             };
             let read = begin.elapsed();
             let mut engine = Engine::compile(&graph, input, options)?;

@@ -5,18 +5,23 @@
 
 use std::path::Path;
 
+use burn::module::Module;
 use burn::tensor::{Bytes, DType, Device, TensorData};
 use burn_store::burn_pack::{Reader, Tensor as PackTensor, Writer};
 use evpose_core::atomic_write;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 
 use super::ModelCard;
 use super::strict::{Layout, Stored, fill_strictly};
 use crate::parameters::read;
-use crate::{HandRegressor, NnError};
+use crate::{HandRegressor, MoveEnet, MoveEnetConfig, NnError};
 
 const FORMAT: &str = "burnpack";
 /// Key of the card among the container's metadata.
 const CARD_KEY: &str = "evpose.model";
+/// The same for the config of a body's network.
+const BODY_KEY: &str = "evpose.body";
 
 /// Writes `network` to `path`, whole or not at all.
 ///
@@ -26,17 +31,7 @@ const CARD_KEY: &str = "evpose.model";
 /// [`NnError::Io`] if the file cannot be written.
 pub fn save(path: &Path, network: &HandRegressor, card: &ModelCard) -> Result<(), NnError> {
     let card = ModelCard { network: network.config().clone(), ..card.clone() };
-    let card = toml::to_string(&card)
-        .map_err(|error| NnError::Card { path: path.to_owned(), reason: error.to_string() })?;
-    let tensors = read(network).into_iter().map(|(slot, values)| {
-        let bytes = values.iter().flat_map(|value| value.to_le_bytes()).collect();
-        PackTensor::new(slot.path, DType::F32, slot.shape, None, Bytes::from_bytes_vec(bytes))
-    });
-    let bytes = Writer::new(tensors.collect())
-        .with_metadata(CARD_KEY, &card)
-        .into_bytes()
-        .map_err(|error| unreadable(path, &error))?;
-    atomic_write(path, &bytes).map_err(|source| NnError::Io { path: path.to_owned(), source })
+    write(path, network, CARD_KEY, &card)
 }
 
 /// Reads a network and its card from `path`.
@@ -45,18 +40,65 @@ pub fn save(path: &Path, network: &HandRegressor, card: &ModelCard) -> Result<()
 /// [`NnError::Io`], [`NnError::Unreadable`] for a damaged file, [`NnError::Card`] for a container
 /// without a card, [`NnError::Mismatch`] for weights of another network than the card says.
 pub fn load(path: &Path, device: &Device) -> Result<(HandRegressor, ModelCard), NnError> {
+    let (reader, card) = open::<ModelCard>(path, CARD_KEY)?;
+    let network = card.network.zeros(device)?;
+    Ok((filled(path, reader, network)?, card))
+}
+
+/// As [`save`], of a body's network with what it was built from.
+///
+/// # Errors
+/// [`NnError::Io`] if the file cannot be written.
+pub fn save_body(path: &Path, network: &MoveEnet) -> Result<(), NnError> {
+    write(path, network, BODY_KEY, network.config())
+}
+
+/// As [`load`], of a body's network.
+///
+/// # Errors
+/// As there.
+pub fn load_body(path: &Path, device: &Device) -> Result<MoveEnet, NnError> {
+    let (reader, config) = open::<MoveEnetConfig>(path, BODY_KEY)?;
+    let network = config.zeros(device)?;
+    filled(path, reader, network)
+}
+
+fn write<M: Module>(
+    path: &Path,
+    network: &M,
+    key: &str,
+    card: &impl Serialize,
+) -> Result<(), NnError> {
+    let card = toml::to_string(card)
+        .map_err(|error| NnError::Card { path: path.to_owned(), reason: error.to_string() })?;
+    let tensors = read(network).into_iter().map(|(slot, values)| {
+        let bytes = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+        PackTensor::new(slot.path, DType::F32, slot.shape, None, Bytes::from_bytes_vec(bytes))
+    });
+    let bytes = Writer::new(tensors.collect())
+        .with_metadata(key, &card)
+        .into_bytes()
+        .map_err(|error| unreadable(path, &error))?;
+    atomic_write(path, &bytes).map_err(|source| NnError::Io { path: path.to_owned(), source })
+}
+
+/// A container and the card inside.
+fn open<C: DeserializeOwned>(path: &Path, key: &str) -> Result<(Reader, C), NnError> {
     let bytes =
         std::fs::read(path).map_err(|source| NnError::Io { path: path.to_owned(), source })?;
     let reader = Reader::from_bytes(Bytes::from_bytes_vec(bytes))
         .map_err(|error| unreadable(path, &error))?;
     let without_card = |reason: String| NnError::Card { path: path.to_owned(), reason };
-    let card = reader.metadata().get(CARD_KEY);
-    let card = card.ok_or_else(|| without_card(format!("no `{CARD_KEY}` entry")))?;
-    let card: ModelCard = toml::from_str(card).map_err(|error| without_card(error.to_string()))?;
-    let network = card.network.zeros(device)?;
+    let card = reader.metadata().get(key);
+    let card = card.ok_or_else(|| without_card(format!("no `{key}` entry")))?;
+    let card = toml::from_str(card).map_err(|error| without_card(error.to_string()))?;
+    Ok((reader, card))
+}
+
+fn filled<M: Module>(path: &Path, reader: Reader, network: M) -> Result<M, NnError> {
     let tensors = reader.into_tensors().map_err(|error| unreadable(path, &error))?;
     let file = tensors.into_iter().map(|tensor| (tensor.name.clone(), stored(tensor))).collect();
-    Ok((fill_strictly(network, &Native, file, path, FORMAT)?, card))
+    fill_strictly(network, &Native, file, path, FORMAT)
 }
 
 /// Names, shapes and order as in memory.
@@ -100,6 +142,18 @@ mod tests {
 
     fn outputs(network: &HandRegressor) -> Vec<f32> {
         network.forward(images(&Device::flex())).into_data().iter().collect()
+    }
+
+    #[test]
+    fn a_body_comes_back_and_is_no_hand() {
+        let (folder, device) = (tempfile::tempdir().unwrap(), Device::flex());
+        let path = folder.path().join("body.bpk");
+        let config = MoveEnetConfig { joints: 3, width: 0.25, expansion: 2 };
+        let saved = config.init(7, &device).unwrap();
+        save_body(&path, &saved).unwrap();
+        let back = load_body(&path, &device).unwrap();
+        assert_eq!((read(&back), back.config()), (read(&saved), &config));
+        assert!(matches!(load(&path, &device), Err(NnError::Card { .. })));
     }
 
     #[test]

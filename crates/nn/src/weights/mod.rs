@@ -1,6 +1,6 @@
 //! Weight files: our own checkpoints, which say what network they belong to, and PyTorch's.
 //!
-//! * [`save`], [`load`]: a `.bpk` file with a [`ModelCard`] inside.
+//! * [`save`], [`load`]: a `.bpk` file with a [`ModelCard`] inside; [`save_body`], [`load_body`] of bodies.
 //! * [`load_pytorch`], [`load_move_enet`]: `.pth` and Lightning `.ckpt` files of the published networks.
 //! * [`save_safetensors`]: a MoveEnet under its names in PyTorch.
 //!
@@ -12,7 +12,7 @@ mod pytorch;
 mod safetensors;
 mod strict;
 
-pub use checkpoint::{load, save};
+pub use checkpoint::{load, load_body, save, save_body};
 pub use model_card::{InputConfig, ModelCard};
 pub use pytorch::{load_move_enet, load_pytorch};
 pub use safetensors::save_safetensors;
