@@ -143,13 +143,7 @@ impl Conv {
         let groups = 0..self.groups().len();
         let work = Rows { conv: self, input, residual, activation, out, groups, rows: 0..rows };
         // SAFETY: the caller's.
-        unsafe {
-            if input.is_planes {
-                self.level.run(&OfPlanes(work));
-            } else {
-                self.level.run(&work);
-            }
-        }
+        unsafe { work.run() };
     }
 
     fn groups(&self) -> impl ExactSizeIterator<Item = Range<usize>> + use<> {
@@ -190,7 +184,7 @@ impl Conv {
             let work = Rows { conv: self, input, residual, activation, out, groups, rows };
             // SAFETY: sizes were compared above, outputs of the parts are disjoint, and the level is
             // one of this processor's.
-            unsafe { self.level.run(&work) };
+            unsafe { work.run() };
         });
     }
 }
@@ -248,99 +242,98 @@ struct Rows<'a> {
     rows: Range<usize>,
 }
 
-impl Kernel for Rows<'_> {
-    #[inline(always)]
-    unsafe fn run<V: Lanes>(&self) {
-        // SAFETY: the caller's.
-        unsafe { self.all::<V, LANES>() }
-    }
-}
-
-/// The same, of an input in planes: compiled by itself, since one function for both is more than compilers
-/// keep in registers.
-struct OfPlanes<'a>(Rows<'a>);
-
-impl Kernel for OfPlanes<'_> {
-    #[inline(always)]
-    unsafe fn run<V: Lanes>(&self) {
-        // SAFETY: the caller's.
-        unsafe { self.0.all::<V, 1>() }
-    }
+/// A group of `B` blocks of them, from an input of `PIXEL` values a pixel. Each kind of group is compiled by
+/// itself: of one function for all, compilers leave half in memory.
+struct Group<'a, const B: usize, const STRIDE: usize, const PIXEL: usize> {
+    of: &'a Rows<'a>,
+    block_out: usize,
+    /// The line at which its weights begin.
+    first: usize,
 }
 
 impl Rows<'_> {
+    /// Makes them.
+    ///
     /// # Safety
-    /// That of [`Kernel::run`].
-    #[inline(always)]
-    unsafe fn all<V: Lanes, const PIXEL: usize>(&self) {
+    /// Taps of these rows are readable, the rows writable by nobody else, and those of the residual readable;
+    /// the level is one of this processor's.
+    unsafe fn run(&self) {
         let mut first = 0;
         for (group, blocks) in self.conv.groups().enumerate() {
             let lines = self.conv.shape.channels_in * self.conv.shape.kernel.pow(2) * blocks.len();
+            let block_out = blocks.start;
+            macro_rules! run {
+                ($b:literal, $stride:literal, $pixel:expr) => {{
+                    let group = Group::<$b, $stride, $pixel> { of: self, block_out, first };
+                    // SAFETY: the caller's.
+                    unsafe { self.conv.level.run(&group) }
+                }};
+            }
             if self.groups.contains(&group) {
-                // SAFETY: the caller's.
-                unsafe {
-                    match (blocks.len(), self.conv.shape.stride) {
-                        (1, 1) => self.group::<V, 1, 1, PIXEL>(blocks.start, first),
-                        (1, _) => self.group::<V, 1, 2, PIXEL>(blocks.start, first),
-                        (_, 1) => self.group::<V, 2, 1, PIXEL>(blocks.start, first),
-                        _ => self.group::<V, 2, 2, PIXEL>(blocks.start, first),
-                    }
+                match (blocks.len(), self.conv.shape.stride, self.input.is_planes) {
+                    (1, 1, false) => run!(1, 1, LANES),
+                    (1, _, false) => run!(1, 2, LANES),
+                    (_, 1, false) => run!(2, 1, LANES),
+                    (_, _, false) => run!(2, 2, LANES),
+                    (1, 1, true) => run!(1, 1, 1),
+                    (1, _, true) => run!(1, 2, 1),
+                    (_, 1, true) => run!(2, 1, 1),
+                    (_, _, true) => run!(2, 2, 1),
                 }
             }
             first += lines;
         }
     }
+}
 
-    /// # Safety
-    /// That of [`Kernel::run`]; weights of the group begin at line `first`.
+impl<const B: usize, const STRIDE: usize, const PIXEL: usize> Kernel
+    for Group<'_, B, STRIDE, PIXEL>
+{
     #[inline(always)]
-    unsafe fn group<V: Lanes, const B: usize, const STRIDE: usize, const PIXEL: usize>(
-        &self,
-        block_out: usize,
-        first: usize,
-    ) {
-        let ConvShape { channels_in, kernel, .. } = self.conv.shape;
-        let blocks_in = self.conv.shape.blocks_in();
+    unsafe fn run<V: Lanes>(&self) {
+        let Self { of: rows, block_out, first } = *self;
+        let ConvShape { channels_in, kernel, .. } = rows.conv.shape;
+        let blocks_in = rows.conv.shape.blocks_in();
         let of_block = kernel * kernel * LANES * B;
         let at_once = (NEAREST / (of_block * size_of::<Line>())).clamp(1, blocks_in);
         let most = if STRIDE == 2 { V::TILE[B - 1].min(TILE_OF_TWO) } else { V::TILE[B - 1] };
-        let width = self.out.width;
+        let width = rows.out.width;
         let of_tile = width.div_ceil(width.div_ceil(most));
         for block_in in (0..blocks_in).step_by(at_once) {
             let blocks = at_once.min(blocks_in - block_in);
             let is_last = block_in + blocks == blocks_in;
             let mut taps = Taps {
                 blocks,
-                block_pitch: self.input.block_pitch,
+                block_pitch: rows.input.block_pitch,
                 last_channels: if is_last { channels_in - (blocks_in - 1) * LANES } else { LANES },
                 kernel,
-                row_pitch: self.input.row_pitch,
-                channel_pitch: if self.input.is_planes { self.input.block_pitch } else { 1 },
+                row_pitch: rows.input.row_pitch,
+                channel_pitch: if rows.input.is_planes { rows.input.block_pitch } else { 1 },
                 ahead: std::ptr::null(),
                 ahead_lines: 0,
             };
-            let weights = &self.conv.weights[first + block_in * of_block..];
+            let weights = &rows.conv.weights[first + block_in * of_block..];
             let (weights, ahead) = weights.split_at(weights.len().min(blocks * of_block));
             let ahead = &ahead[..ahead.len().min(weights.len())];
             let weights = weights.as_ptr().cast::<f32>();
             let (of_row, mut tile) = (width.div_ceil(of_tile), 0);
-            let bias = self.conv.bias[block_out..].as_ptr().cast::<f32>();
+            let bias = rows.conv.bias[block_out..].as_ptr().cast::<f32>();
             let start = if block_in == 0 { Start::Bias(bias) } else { Start::Output };
-            for y in self.rows.clone() {
+            for y in rows.rows.clone() {
                 for x in (0..width).step_by(of_tile) {
-                    let from = self.input.tap(block_in, y * STRIDE, x * STRIDE, kernel / 2);
+                    let from = rows.input.tap(block_in, y * STRIDE, x * STRIDE, kernel / 2);
                     // SAFETY: the pixel is inside the output.
-                    let to = unsafe { (self.out.pixel(block_out, y, x), self.out.block_pitch) };
+                    let to = unsafe { (rows.out.pixel(block_out, y, x), rows.out.block_pitch) };
                     let end = is_last.then(|| End {
-                        residual: self
+                        residual: rows
                             .residual
                             .map_or(std::ptr::null(), |image| image.tap(block_out, y, x, 0)),
-                        residual_pitch: self.residual.map_or(0, |image| image.block_pitch),
-                        activation: self.activation,
+                        residual_pitch: rows.residual.map_or(0, |image| image.block_pitch),
+                        activation: rows.activation,
                     });
                     let pixels = of_tile.min(width - x);
                     let ahead = &ahead
-                        [Part { index: tile, of: of_row * self.rows.len() }.share(ahead.len())];
+                        [Part { index: tile, of: of_row * rows.rows.len() }.share(ahead.len())];
                     (taps.ahead, taps.ahead_lines) = (ahead.as_ptr().cast(), ahead.len());
                     tile += 1;
                     // SAFETY: the caller's; taps of these pixels are inside the input and its border.

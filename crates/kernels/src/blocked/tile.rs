@@ -119,7 +119,11 @@ pub(super) unsafe fn tile<
                     }
                 }
             }
-            sums.iter_mut().flatten().for_each(|sum| *sum = activated(*sum, end.activation));
+            for sums in &mut sums {
+                for sum in sums {
+                    *sum = activated(*sum, end.activation);
+                }
+            }
         }
         for (pixel, sums) in sums.iter().enumerate() {
             for (block, sum) in sums.iter().enumerate() {
