@@ -1,6 +1,7 @@
 //! What the user sees while waiting. Progress goes to standard error, results to standard output.
 
 use std::fmt::Display;
+use std::io::Write as _;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -22,8 +23,9 @@ pub(crate) fn spinner() -> ProgressBar {
     spinner
 }
 
-/// A line of result.
-#[expect(clippy::print_stdout, reason = "a command-line tool")]
+/// A line of result. Where nobody reads it any more, as behind `| head`, the program ends.
 pub(crate) fn say(line: impl Display) {
-    println!("{line}");
+    if writeln!(std::io::stdout(), "{line}").is_err() {
+        std::process::exit(1);
+    }
 }
