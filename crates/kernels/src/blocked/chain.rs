@@ -347,9 +347,9 @@ impl Job<'_> {
         let link = &self.of.links[at];
         let first = rows.start as isize;
         let (output, residual) = if at + 1 == needed.len() {
-            (self.output, self.residual.map(|image| image.from_row(first)))
+            (self.output, self.residual.map(|image| image.beginning_at(first)))
         } else {
-            (self.band(at).from_row(-needed[at].start), None)
+            (self.band(at).beginning_at(-needed[at].start), None)
         };
         let input = match self.input {
             Source::Image(image) if at == 0 => Input::of(image),
@@ -362,19 +362,25 @@ impl Job<'_> {
             }
             _ => {
                 let is_planes = self.of.bands[at - 1].is_planes;
-                Input::at(self.band(at - 1), is_planes).from_row(-needed[at - 1].start)
+                Input::at(self.band(at - 1), is_planes).beginning_at(-needed[at - 1].start)
             }
         };
-        let of_rows = input.from_row(first * link.window()[1] as isize);
+        let of_rows = input.beginning_at(first * link.window()[1] as isize);
         // SAFETY: the caller's.
         unsafe {
             match link {
                 Link::Planes(..) => unreachable!("the first takes planes"),
                 Link::Conv(conv, activation) => {
-                    conv.rows(of_rows, residual, *activation, output.from_row(first), rows.len());
+                    conv.rows(
+                        of_rows,
+                        residual,
+                        *activation,
+                        output.beginning_at(first),
+                        rows.len(),
+                    );
                 }
                 Link::Depthwise(conv, activation) => {
-                    conv.rows(of_rows, *activation, output.from_row(first), rows.len());
+                    conv.rows(of_rows, *activation, output.beginning_at(first), rows.len());
                 }
                 Link::MaxPool(pool) => {
                     let [channels, height, _] = self.of.sizes[at];
@@ -382,7 +388,7 @@ impl Job<'_> {
                         rows.map(|row| pool.window_of(row, height)).collect();
                     let windows = [windows.as_slice(), &self.of.columns[at]];
                     let blocks = channels.div_ceil(LANES);
-                    maxima(self.of.level, input, windows, output.from_row(first), blocks);
+                    maxima(self.of.level, input, windows, output.beginning_at(first), blocks);
                 }
             }
         }

@@ -121,10 +121,10 @@ impl Conv {
         team.run(&|part| {
             let rows = part.share(rows);
             let first = rows.start as isize;
-            let input = input.from_row(first * self.shape.stride as isize);
+            let input = input.beginning_at(first * self.shape.stride as isize);
             // SAFETY: sizes were compared, rows of the parts are disjoint, and the level is one of this
             // processor's.
-            unsafe { self.rows(input, None, activation, out.from_row(first), rows.len()) };
+            unsafe { self.rows(input, None, activation, out.beginning_at(first), rows.len()) };
         });
     }
 
@@ -209,7 +209,7 @@ impl Output {
     }
 
     /// The same with another row as row 0.
-    pub(super) fn from_row(self, row: isize) -> Self {
+    pub(super) fn beginning_at(self, row: isize) -> Self {
         let pixels = self.pixels.wrapping_offset(row * self.row_pitch as isize);
         Self { pixels, ..self }
     }

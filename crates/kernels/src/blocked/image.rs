@@ -212,7 +212,7 @@ impl Input {
     }
 
     /// The same with another row as row 0.
-    pub(super) fn from_row(self, row: isize) -> Self {
+    pub(super) fn beginning_at(self, row: isize) -> Self {
         let pixels = self.pixels.wrapping_offset(row * self.row_pitch as isize);
         Self { pixels, ..self }
     }

@@ -195,10 +195,11 @@ fn work(shared: &Shared, part: Part) {
             shared.part(unsafe { &*work }, part);
         }
         let is_last = shared.missing.fetch_sub(1, Ordering::SeqCst) == 1;
-        if is_last && shared.is_caller_asleep.load(Ordering::SeqCst) {
-            if let Some(caller) = &*lock(&shared.caller) {
-                caller.unpark();
-            }
+        if is_last
+            && shared.is_caller_asleep.load(Ordering::SeqCst)
+            && let Some(caller) = &*lock(&shared.caller)
+        {
+            caller.unpark();
         }
     }
 }
