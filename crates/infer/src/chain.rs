@@ -46,8 +46,8 @@ impl Planner<'_> {
             && is_read
             && other.inputs[0] == one.output
             && value.kept.is_none()
-            && one.step.link().is_some()
-            && other.step.link().is_some()
+            && one.step.is_link()
+            && other.step.is_link()
             && channels * height * width * size_of::<f32>() >= LARGE
     }
 

@@ -8,6 +8,7 @@
 //! * `shapes`: what sizes images have on their way.
 //! * `fuse`: sums and activations that go into the convolution before them.
 //! * `plan`: steps in order, in which bits their images are kept, and where.
+//! * `chain`: which steps are done together.
 //! * `held`: images, however they are kept.
 //! * `memory`: which images share the same memory.
 //! * `step`: the operations of a plan.

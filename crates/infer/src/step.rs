@@ -233,6 +233,14 @@ impl Step {
         )
     }
 
+    /// Whether it can be a link of a chain.
+    pub(crate) fn is_link(&self) -> bool {
+        matches!(
+            self,
+            Self::PlaneConv(..) | Self::Conv(..) | Self::Depthwise(..) | Self::MaxPool(_)
+        )
+    }
+
     /// The same as a link of a chain, if it can be one.
     pub(crate) fn link(&self) -> Option<Link> {
         match self {
