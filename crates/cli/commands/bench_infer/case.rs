@@ -1,7 +1,7 @@
 //! One network in one setting.
 
 use anyhow::Result;
-use evpose_infer::{Engine, EngineOptions, Precision};
+use evpose_infer::{Engine, EngineOptions, Level, Precision};
 use serde::Serialize;
 
 use super::Peak;
@@ -78,7 +78,8 @@ impl Setting<'_> {
         case.level = Some(peak.level.clone());
         case.say();
         if precision == Precision::F32 {
-            let options = EngineOptions::default().with_threads(peak.threads);
+            let level = self.args.level.unwrap_or_else(Level::best);
+            let options = EngineOptions::default().with_threads(peak.threads).with_level(level);
             let start = self.network.start(options)?;
             start.say();
             case.start = Some(start);

@@ -202,7 +202,7 @@ impl Chain {
     ///
     /// # Panics
     /// If an image has another size, or the border of the input is less than that of the first layer, or
-    /// there is a residual and no convolution for it.
+    /// there is a residual and no convolution for it, or there are more than sixteen planes.
     pub fn run(
         &self,
         team: &Team,
@@ -219,6 +219,7 @@ impl Chain {
             }
             (Source::Planes(planes), Link::Planes(..) | Link::Conv(..)) => {
                 assert_eq!(planes.size(), self.sizes[0], "size of the input");
+                assert!(self.sizes[0][0] <= LANES, "at most sixteen planes");
                 assert!(planes.border() >= self.border(), "a border as wide as the padding");
             }
             _ => panic!("an input that the first layer takes"),

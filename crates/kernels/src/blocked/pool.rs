@@ -163,7 +163,8 @@ impl Windows<'_> {
     fn overlap_by_one(&self) -> bool {
         let is_next =
             |pair: &[Range<usize>]| pair[0].end == pair[1].start + 1 && pair[1].len() <= 3;
-        self.columns.windows(2).all(is_next) && self.columns[0].len() <= 3
+        self.columns.windows(2).all(is_next)
+            && self.columns.first().is_some_and(|columns| columns.len() <= 3)
     }
 
     /// Maxima of a row of such windows: columns that two of them share are looked through once.

@@ -111,4 +111,35 @@ proptest! {
             prop_assert_eq!(together.lines(), one_by_one.lines());
         }
     }
+
+    #[test]
+    fn convolutions_take_planes_as_they_take_blocks(
+        seed in any::<u64>(),
+        (channels_in, channels_out) in (1_usize..6, 1_usize..40),
+        (half, stride) in (0_usize..4, 1_usize..=2),
+        (height, width) in (4_usize..40, 4_usize..30),
+        threads in 1_usize..4,
+    ) {
+        let (team, size) = (Team::new(threads), [channels_in, height, width]);
+        let values = noise(seed, size.iter().product());
+        for level in Level::available() {
+            let kernel = 2 * half + 1;
+            let shape = ConvShape { channels_in, channels_out, kernel, stride };
+            let weight = noise(seed ^ 1, channels_in * channels_out * kernel * kernel);
+            let conv = Conv::new(shape, &weight, &noise(seed ^ 2, channels_out), level);
+            let [rows, columns] = [height, width].map(|side| shape.output(side));
+            let mut outputs = [(); 3].map(|()| Image::zeros(channels_out, rows, columns, 1));
+            let [of_blocks, of_planes, of_chain] = &mut outputs;
+            let blocks = image(&values, channels_in, [height, width], half);
+            conv.run(&team, &blocks, None, Activation::Relu, of_blocks);
+            let mut planes = Planes::zeros(size, half);
+            planes.read(&team, level, &values, [1.0, 0.0]);
+            conv.run_planes(&team, &planes, Activation::Relu, of_planes);
+            let chain = Chain::new(vec![Link::Conv(conv, Activation::Relu)], size, level);
+            let source = Source::Planes(&planes);
+            chain.run(&team, source, None, of_chain, &mut Scratch::default());
+            prop_assert_eq!(outputs[0].lines(), outputs[1].lines(), "{}", level);
+            prop_assert_eq!(outputs[0].lines(), outputs[2].lines(), "{}", level);
+        }
+    }
 }
