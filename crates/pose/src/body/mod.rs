@@ -1,13 +1,23 @@
 //! Bodies: the maps that a network tells of one, and its joints as read off them.
 //!
+//! * [`JOINT_NAMES`], [`LIMBS`], [`MIRRORED`]: thirteen joints in the order of networks, and
+//!   [`network_from_file`] for the other.
+//! * [`BodyLabel`]: what is known of the person in an image.
 //! * [`BodyMaps`]: heatmaps, centres, regressions and offsets.
 //! * [`BodyDecoder`]: from maps to [`BodyJoint`]s.
 //! * [`positions`], [`positions_and_scores`]: joints as rows of plain numbers.
 
 mod decoder;
 mod joint;
+mod label;
 mod maps;
+mod skeleton;
 
 pub use decoder::{BodyDecoder, DEFAULT_THRESHOLD};
 pub use joint::{BodyJoint, positions, positions_and_scores};
+pub use label::{BodyLabel, Keypoint, Visibility};
 pub use maps::BodyMaps;
+pub use skeleton::{
+    BODY_JOINTS, BodyPoints, JOINT_NAMES, LIMBS, MIRRORED, file_from_network, network_from_file,
+    number, torso,
+};

@@ -1,0 +1,173 @@
+//! The annotation file of the published training: a JSON array on one line.
+
+use std::path::Path;
+
+use evpose_core::atomic_write;
+use evpose_pose::body::{BodyLabel, Keypoint, Visibility};
+use glam::Vec2;
+use serde::{Deserialize, Serialize};
+
+use crate::DatasetError;
+
+/// An image and the person on it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Annotation {
+    /// File of the image, relative to the folder of images.
+    pub image: String,
+    /// When it was taken, in seconds, if that is known.
+    pub t_s: Option<f64>,
+    /// The person.
+    pub label: BodyLabel,
+}
+
+/// An entry as written.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Entry {
+    img_name: String,
+    keypoints: Vec<f32>,
+    center: [f32; 2],
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    ts: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    head_size: Option<f32>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    head_size_scaled: Option<f32>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    torso_size: Option<f32>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    other_centers: Vec<[f32; 2]>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    other_keypoints: Vec<Vec<[f32; 2]>>,
+}
+
+/// Reads an annotation file. Fields it does not know are passed over.
+///
+/// # Errors
+/// If it cannot be read, is no JSON of this form (the message says where), or a joint is not of three
+/// numbers, the last of which is 0, 1 or 2.
+pub fn read_annotations(path: &Path) -> Result<Vec<Annotation>, DatasetError> {
+    let failed = |source| DatasetError::Io { path: path.to_owned(), action: "read it", source };
+    let bytes = std::fs::read(path).map_err(failed)?;
+    let entries: Vec<Entry> = serde_json::from_slice(&bytes).map_err(|error| {
+        let place = format!("line {}, column {}", error.line(), error.column());
+        DatasetError::malformed(path, place, error.to_string())
+    })?;
+    entries.into_iter().enumerate().map(|(index, entry)| from_entry(path, index, entry)).collect()
+}
+
+/// Writes an annotation file: one line, as published readers take it. It appears when it is complete.
+///
+/// # Errors
+/// If it cannot be written.
+pub fn write_annotations(path: &Path, annotations: &[Annotation]) -> Result<(), DatasetError> {
+    let entries: Vec<Entry> = annotations.iter().map(to_entry).collect();
+    let bytes = serde_json::to_vec(&entries)
+        .map_err(|error| DatasetError::malformed(path, "annotations", error.to_string()))?;
+    atomic_write(path, &bytes).map_err(|error| DatasetError::Io {
+        path: path.to_owned(),
+        action: "write it",
+        source: std::io::Error::other(error),
+    })
+}
+
+fn from_entry(path: &Path, index: usize, entry: Entry) -> Result<Annotation, DatasetError> {
+    let place = |field: &str| format!("entry {index} ({}), `{field}`", entry.img_name);
+    let (joints, rest) = entry.keypoints.as_chunks::<3>();
+    if !rest.is_empty() {
+        let reason = format!("{} numbers: three a joint are expected", entry.keypoints.len());
+        return Err(DatasetError::malformed(path, place("keypoints"), reason));
+    }
+    let keypoints = joints
+        .iter()
+        .map(|&[x, y, z]| {
+            let visibility = match z {
+                0.0 => Visibility::Unlabelled,
+                1.0 => Visibility::Hidden,
+                2.0 => Visibility::Visible,
+                _ => return Err(format!("a visibility of {z}: it is 0, 1 or 2")),
+            };
+            Ok(Keypoint { position: Vec2::new(x, y), visibility })
+        })
+        .collect::<Result<Vec<_>, String>>()
+        .map_err(|reason| DatasetError::malformed(path, place("keypoints"), reason))?;
+    let points = |points: &[[f32; 2]]| points.iter().map(|&point| Vec2::from(point)).collect();
+    let label = BodyLabel {
+        keypoints,
+        center: entry.center.into(),
+        head_size: entry.head_size,
+        head_size_scaled: entry.head_size_scaled,
+        torso_size: entry.torso_size,
+        other_centers: points(&entry.other_centers),
+        other_keypoints: entry.other_keypoints.iter().map(|joint| points(joint)).collect(),
+    };
+    Ok(Annotation { image: entry.img_name, t_s: entry.ts, label })
+}
+
+fn to_entry(annotation: &Annotation) -> Entry {
+    let label = &annotation.label;
+    let keypoint = |keypoint: &Keypoint| {
+        let visibility = match keypoint.visibility {
+            Visibility::Unlabelled => 0.0,
+            Visibility::Hidden => 1.0,
+            Visibility::Visible => 2.0,
+        };
+        [keypoint.position.x, keypoint.position.y, visibility]
+    };
+    let points = |points: &[Vec2]| points.iter().map(Vec2::to_array).collect();
+    Entry {
+        img_name: annotation.image.clone(),
+        keypoints: label.keypoints.iter().flat_map(keypoint).collect(),
+        center: label.center.into(),
+        ts: annotation.t_s,
+        head_size: label.head_size,
+        head_size_scaled: label.head_size_scaled,
+        torso_size: label.torso_size,
+        other_centers: points(&label.other_centers),
+        other_keypoints: label.other_keypoints.iter().map(|joint| points(joint)).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use super::*;
+
+    fn annotation() -> Annotation {
+        let keypoint = |i: usize| Keypoint {
+            position: Vec2::new(0.05 * i as f32, 1.0 - 0.05 * i as f32),
+            visibility: [Visibility::Visible, Visibility::Hidden, Visibility::Unlabelled][i % 3],
+        };
+        let label = BodyLabel {
+            keypoints: (0..13).map(keypoint).collect(),
+            center: Vec2::new(0.5, 0.25),
+            torso_size: Some(0.3),
+            other_centers: vec![Vec2::new(0.125, 0.75)],
+            ..BodyLabel::default()
+        };
+        Annotation { image: "a/b_00001.png".to_owned(), t_s: Some(0.02), label }
+    }
+
+    #[test]
+    fn what_was_written_is_read_back_from_one_line() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("poses.json");
+        write_annotations(&path, &[annotation(), annotation()]).unwrap();
+        assert_eq!(read_annotations(&path).unwrap(), [annotation(), annotation()]);
+        assert_eq!(std::fs::read_to_string(&path).unwrap().lines().count(), 1);
+    }
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("poses.json");
+        let complaint = |text: &str| {
+            std::fs::write(&path, text).unwrap();
+            read_annotations(&path).unwrap_err().to_string()
+        };
+        let message = complaint(r#"[{"img_name":"x.png","keypoints":[0.1,0.2],"center":[0,0]}]"#);
+        assert!(message.contains("x.png") && message.contains("keypoints"), "{message}");
+        let message = complaint(r#"[{"img_name":"x.png","keypoints":[0,0,3],"center":[0,0]}]"#);
+        assert!(message.contains("visibility of 3"), "{message}");
+        assert!(complaint("[{\"img_name\": 3}]").contains("column"));
+    }
+}
