@@ -1,10 +1,12 @@
 //! Parametric body models: the procedural arm and hand, skinning, motion.
 //!
-//! * [`BodyModel`]: a linear-blend-skinned body of the SMPL family; [`BodyModel::procedural_arm`] is
-//!   made in code, [`files`] reads the published hand and body models into the same type.
+//! * [`BodyModel`]: a linear-blend-skinned body of the SMPL family; [`BodyModel::procedural_arm`]
+//!   and [`BodyModel::procedural_human`] are made in code, [`files`] reads the published hand and body
+//!   models into the same type.
 //! * [`ShapedBody`], [`BodyPose`], [`PosedBody`]: one person, one pose, and the two together.
-//! * [`motion`]: the published random motion.
-//! * [`skeleton`], [`texture_layout`]: numbering of joints, what lies where on the skin.
+//! * [`motion`]: the published random motion of arm and hand; [`activity`]: what people do.
+//! * [`skeleton`], [`texture_layout`], [`clothes_layout`]: numbering of joints, what lies where on skin
+//!   and clothes.
 //!
 //! World coordinates are the model's: x to the body's left, y up, z forward, in metres.
 //!
@@ -22,7 +24,11 @@
 //! assert_eq!(label.translation_m, body.evaluation_points(&model)[0]);
 //! ```
 
+pub mod activity;
+pub mod clothes_layout;
 pub mod files;
+mod human;
+mod implicit;
 mod model;
 pub mod motion;
 mod normals;

@@ -6,9 +6,9 @@
 
 use glam::Vec3;
 
-use super::cone::{Blend, Cone, Strand, smooth_min, strand};
 use super::digits::{DIGITS, Digit, THUMB};
 use super::frame::{ELBOW_M, SHOULDER_M, WRIST_M, hand_point};
+use crate::implicit::cone::{Blend, Cone, Strand, smooth_min, strand};
 
 /// Over how much fingers blend into each other: they stay apart from half of it on.
 const BETWEEN_FINGERS_M: f32 = 0.004;

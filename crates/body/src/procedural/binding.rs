@@ -14,9 +14,9 @@ use crate::skeleton::{JOINTS, RIGHT_COLLAR, RIGHT_ELBOW, RIGHT_HAND, RIGHT_SHOUL
 use crate::texture_layout as layout;
 
 use super::anatomy::Anatomy;
-use super::cone::smooth_step;
 use super::digits::{DIGITS, Digit, THUMB};
 use super::frame::{COLLAR_M, ELBOW_M, SHOULDER_M, WRIST_M};
+use crate::implicit::cone::smooth_step;
 
 /// Where the trunk hands over at shoulder, elbow and wrist: metres before and after the joint. The
 /// forearm turns with the elbow and the wrist, so both stretches are long.

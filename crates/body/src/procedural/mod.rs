@@ -7,13 +7,11 @@
 mod anatomy;
 mod articulation;
 mod binding;
-mod cone;
 mod digits;
 mod frame;
-mod polygonise;
+mod grid;
 mod proportions;
 mod regressor;
-mod surface;
 #[cfg(test)]
 mod tests;
 
@@ -21,9 +19,10 @@ use std::f32::consts::PI;
 
 use glam::{Vec2, Vec3};
 
-use crate::BodyModel;
+use crate::implicit::surface;
 use crate::normals::area_weighted_normals;
 use crate::skeleton::{JOINTS, RIGHT_ELBOW, RIGHT_HAND, RIGHT_SHOULDER, RIGHT_WRIST, parents};
+use crate::{BodyModel, HandBasis};
 
 use anatomy::Anatomy;
 use binding::Binding;
@@ -36,7 +35,7 @@ impl BodyModel {
         let digits = digits::digits();
         let joints_m = frame::rest_joints(&digits);
         let anatomy = Anatomy::new(&digits);
-        let (template_m, faces) = surface::surface(|point_m| anatomy.distance(point_m));
+        let (template_m, faces) = surface(|point_m| anatomy.distance(point_m), &grid::grid());
         let bindings = binding::bind(&template_m, &faces, &anatomy, &digits);
         let right_hand = articulation::right_hand(&digits);
         let (joint_regressor, joint_offsets_m) = joint_rows(&template_m, &joints_m);
@@ -63,6 +62,17 @@ impl BodyModel {
             faces,
         }
     }
+}
+
+/// All joints at rest, hands included.
+pub(crate) fn rest_joints() -> [Vec3; JOINTS] {
+    frame::rest_joints(&digits::digits())
+}
+
+/// How the left and the right hand articulate.
+pub(crate) fn hands_at_rest() -> (HandBasis, HandBasis) {
+    let right = articulation::right_hand(&digits::digits());
+    (articulation::mirrored(&right), right)
 }
 
 /// Rows and offsets of all joints: those inside the surface follow it, the others stay.

@@ -2,80 +2,67 @@
 //!
 //! # Model
 //! Naive surface nets: one vertex in every cell of a grid that the surface passes, at the mean of
-//! the crossings of the cell's edges, and one quadrilateral around every edge that crosses. The
-//! grid follows the arm: slices across it with square cells whose size grows towards the shoulder,
-//! so that a finger gets as many vertices around as the upper arm.
+//! the crossings of the cell's edges, and one quadrilateral around every edge that crosses.
 //!
 //! # Source
 //! Gibson, *Constrained Elastic Surface Nets* (MICCAI 1998).
 
 use glam::Vec3;
 
-use super::frame::WRIST_M;
+/// Points at which a distance is looked up: slices of rows of points, not necessarily evenly spaced.
+pub(crate) struct Grid {
+    /// Slice by slice, each row by row.
+    pub(crate) points_m: Vec<Vec3>,
+    /// Slices, rows of a slice, points of a row.
+    pub(crate) size: [usize; 3],
+}
 
-/// Where slices lie along x and the size of their cells, both in metres; linear between. Fine for
-/// the fingers, coarser for palm and thumb, coarsest for the upper arm.
-const CELL_SIZES_M: [(f32, f32); 6] = [
-    (-0.888, 0.0046),
-    (-0.785, 0.0046),
-    (-0.745, 0.0059),
-    (-0.660, 0.0066),
-    (-0.560, 0.0140),
-    (-0.090, 0.0230),
-];
-/// Centre of every slice.
-const AXIS_M: Vec3 = Vec3::new(0.0, WRIST_M.y - 0.003, WRIST_M.z + 0.008);
-/// Cells of a slice below and above its centre.
-const HALF_HEIGHT_CELLS: usize = 10;
-/// Cells of a slice behind and before its centre: room for the thumb.
-const HALF_DEPTH_CELLS: usize = 17;
+impl Grid {
+    /// Cubic cells of `cell_m` between two corners, the upper of which may be passed by less than a cell.
+    pub(crate) fn even(low_m: Vec3, high_m: Vec3, cell_m: f32) -> Self {
+        let size = ((high_m - low_m) / cell_m).ceil().to_array().map(|cells| cells as usize + 1);
+        let mut points_m = Vec::with_capacity(size.iter().product());
+        for x in 0..size[0] {
+            for y in 0..size[1] {
+                let place = |z: usize| Vec3::new(x as f32, y as f32, z as f32);
+                points_m.extend((0..size[2]).map(|z| low_m + place(z) * cell_m));
+            }
+        }
+        Self { points_m, size }
+    }
 
-const HEIGHT: usize = 2 * HALF_HEIGHT_CELLS + 1;
-const DEPTH: usize = 2 * HALF_DEPTH_CELLS + 1;
-const SLICE: usize = HEIGHT * DEPTH;
-/// Grid points to the next one along x, y and z.
-const STRIDES: [usize; 3] = [SLICE, DEPTH, 1];
+    /// Grid points to the next one along x, y and z.
+    fn strides(&self) -> [usize; 3] {
+        [self.size[1] * self.size[2], self.size[2], 1]
+    }
+
+    /// The first grid point of every cell.
+    fn cells(&self) -> impl Iterator<Item = usize> + use<> {
+        let ([slices, rows, columns], [slice, row, _]) = (self.size, self.strides());
+        (0..slices - 1).flat_map(move |x| {
+            (0..rows - 1).flat_map(move |y| (0..columns - 1).map(move |z| x * slice + y * row + z))
+        })
+    }
+}
+
 /// How deep a filled grid point lies: little, so that the surface hardly moves.
 const FILLED_M: f32 = 1e-5;
 
 /// A closed surface: vertices and outward-facing quadrilaterals, counterclockwise from outside.
-pub(super) struct QuadMesh {
-    pub(super) vertices_m: Vec<Vec3>,
-    pub(super) quads: Vec<[u32; 4]>,
+pub(crate) struct QuadMesh {
+    pub(crate) vertices_m: Vec<Vec3>,
+    pub(crate) quads: Vec<[u32; 4]>,
 }
 
-/// Size of the cells of the slice at `x_m`; `None` beyond the last slice.
-fn cell_size_m(x_m: f32) -> Option<f32> {
-    CELL_SIZES_M.windows(2).find_map(|ends| {
-        let [(start, size), (end, next_size)] = [ends[0], ends[1]];
-        let t = (x_m - start) / (end - start);
-        (t < 1.0).then_some(size + (next_size - size) * t)
-    })
-}
-
-/// Grid points, slice by slice, each row by row.
-fn grid() -> Vec<Vec3> {
-    let mut points_m = Vec::new();
-    let mut x_m = CELL_SIZES_M[0].0;
-    while let Some(size_m) = cell_size_m(x_m) {
-        for (row, column) in (0..HEIGHT).flat_map(|row| (0..DEPTH).map(move |c| (row, c))) {
-            let up = row as f32 - HALF_HEIGHT_CELLS as f32;
-            let forward = column as f32 - HALF_DEPTH_CELLS as f32;
-            points_m.push(AXIS_M.with_x(x_m) + Vec3::new(0.0, up, forward) * size_m);
-        }
-        x_m += size_m;
-    }
-    points_m
-}
-
-/// The surface where `distance` is zero.
-pub(super) fn polygonise(distance: impl Fn(Vec3) -> f32) -> QuadMesh {
-    let points_m = grid();
+/// The surface where `distance` is zero. All of it has to lie within `grid`.
+pub(crate) fn polygonise(distance: impl Fn(Vec3) -> f32, grid: &Grid) -> QuadMesh {
+    let (points_m, strides) = (&grid.points_m, grid.strides());
+    let corner = |bits: usize| corner(strides, bits);
     let mut values: Vec<f32> = points_m.iter().map(|&point_m| distance(point_m)).collect();
-    fill_pinches(&mut values);
+    fill_pinches(&mut values, grid);
     let mut mesh = QuadMesh { vertices_m: Vec::new(), quads: Vec::new() };
     let mut vertex_of_cell = vec![u32::MAX; points_m.len()];
-    for cell in cells(points_m.len()) {
+    for cell in grid.cells() {
         let (mut sum, mut crossings) = (Vec3::ZERO, 0.0);
         for (a, b) in CELL_EDGES {
             let (a, b) = (cell + corner(a), cell + corner(b));
@@ -89,11 +76,11 @@ pub(super) fn polygonise(distance: impl Fn(Vec3) -> f32) -> QuadMesh {
             mesh.vertices_m.push(sum / crossings);
         }
     }
-    for cell in cells(points_m.len()) {
+    for cell in grid.cells() {
         for axis in 0..3 {
-            let (u, v) = (STRIDES[(axis + 1) % 3], STRIDES[(axis + 2) % 3]);
+            let (u, v) = (strides[(axis + 1) % 3], strides[(axis + 2) % 3]);
             let inside = values[cell] < 0.0;
-            if inside == (values[cell + STRIDES[axis]] < 0.0) {
+            if inside == (values[cell + strides[axis]] < 0.0) {
                 continue;
             }
             // The grid ends outside the surface, so all four cells around the edge exist.
@@ -108,11 +95,13 @@ pub(super) fn polygonise(distance: impl Fn(Vec3) -> f32) -> QuadMesh {
 /// Adds grid points to the inside until no cell has two sheets of surface to make one vertex of.
 ///
 /// A sheet that passes a cell twice would meet itself there, with edges between four faces.
-fn fill_pinches(values: &mut [f32]) {
+fn fill_pinches(values: &mut [f32], grid: &Grid) {
+    let strides = grid.strides();
+    let corner = |bits: usize| corner(strides, bits);
     let single: Vec<bool> = (0..=u8::MAX).map(is_single_sheet).collect();
     loop {
         let mut filled = false;
-        for cell in cells(values.len()) {
+        for cell in grid.cells() {
             let inside = (0..8).filter(|&bits| values[cell + corner(bits)] < 0.0);
             let mask = inside.fold(0u8, |mask, bits| mask | 1 << bits);
             if single[usize::from(mask)] {
@@ -157,8 +146,8 @@ fn is_connected(mask: u8) -> bool {
 }
 
 /// Offset of a cell's corner from its first grid point; bit 0 is x, bit 1 y, bit 2 z.
-fn corner(bits: usize) -> usize {
-    (0..3).map(|axis| (bits >> axis & 1) * STRIDES[axis]).sum()
+fn corner(strides: [usize; 3], bits: usize) -> usize {
+    (0..3).map(|axis| (bits >> axis & 1) * strides[axis]).sum()
 }
 
 /// The twelve edges of a cell as pairs of corners.
@@ -176,15 +165,6 @@ const CELL_EDGES: [(usize, usize); 12] = [
     (2, 6),
     (3, 7),
 ];
-
-/// The first grid point of every cell of a grid of `points`.
-fn cells(points: usize) -> impl Iterator<Item = usize> {
-    (0..points / SLICE - 1).flat_map(|slice| {
-        (0..HEIGHT - 1).flat_map(move |row| {
-            (0..DEPTH - 1).map(move |column| slice * SLICE + row * DEPTH + column)
-        })
-    })
-}
 
 #[cfg(test)]
 mod tests {

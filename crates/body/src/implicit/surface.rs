@@ -1,10 +1,10 @@
-//! The mesh of the arm: polygonised, evened out, drawn back onto the surface, cut into triangles.
+//! A mesh of triangles: polygonised, evened out, drawn back onto the surface, cut into triangles.
 
 use std::collections::BTreeSet;
 
 use glam::Vec3;
 
-use super::polygonise::{QuadMesh, polygonise};
+use super::polygonise::{Grid, QuadMesh, polygonise};
 
 /// How often vertices are evened out.
 const ROUNDS: usize = 12;
@@ -14,8 +14,8 @@ const STEP: f32 = 0.5;
 const PROBE_M: f32 = 1e-4;
 
 /// Vertices and outward-facing triangles of the surface where `distance` is zero.
-pub(super) fn surface(distance: impl Fn(Vec3) -> f32) -> (Vec<Vec3>, Vec<[u32; 3]>) {
-    let QuadMesh { mut vertices_m, quads } = polygonise(&distance);
+pub(crate) fn surface(distance: impl Fn(Vec3) -> f32, grid: &Grid) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+    let QuadMesh { mut vertices_m, quads } = polygonise(&distance, grid);
     let neighbours = neighbours(vertices_m.len(), &quads);
     for _ in 0..ROUNDS {
         vertices_m = neighbours

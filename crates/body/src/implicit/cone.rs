@@ -15,7 +15,7 @@ use glam::Vec3;
 
 /// A round cone, possibly flattened.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Cone {
+pub(crate) struct Cone {
     start_m: Vec3,
     axis_m: Vec3,
     inverse_length_sq: f32,
@@ -29,7 +29,7 @@ pub(super) struct Cone {
 
 impl Cone {
     /// From `start_m` with radius `radii_m[0]` to `end_m` with radius `radii_m[1]`.
-    pub(super) fn new(start_m: Vec3, end_m: Vec3, radii_m: [f32; 2]) -> Self {
+    pub(crate) fn new(start_m: Vec3, end_m: Vec3, radii_m: [f32; 2]) -> Self {
         let axis_m = end_m - start_m;
         let length_sq = axis_m.length_squared();
         Self {
@@ -44,17 +44,17 @@ impl Cone {
     }
 
     /// A ball.
-    pub(super) fn ball(centre_m: Vec3, radius_m: f32) -> Self {
+    pub(crate) fn ball(centre_m: Vec3, radius_m: f32) -> Self {
         Self::new(centre_m, centre_m, [radius_m; 2])
     }
 
     /// The same with its thickness along the unit vector `axis` times `ratio`.
-    pub(super) fn flattened(self, axis: Vec3, ratio: f32) -> Self {
+    pub(crate) fn flattened(self, axis: Vec3, ratio: f32) -> Self {
         Self { flat_axis: axis, flattening: 1.0 / ratio - 1.0, ..self }
     }
 
     /// Signed distance, negative inside.
-    pub(super) fn distance(&self, point_m: Vec3) -> f32 {
+    pub(crate) fn distance(&self, point_m: Vec3) -> f32 {
         let from_start = point_m - self.start_m;
         let along = (from_start.dot(self.axis_m) * self.inverse_length_sq).clamp(0.0, 1.0);
         let mut offset = from_start - self.axis_m * along;
@@ -64,10 +64,10 @@ impl Cone {
 }
 
 /// Cones end to end, each starting where the one before ends with the same radius.
-pub(super) type Strand = Vec<Cone>;
+pub(crate) type Strand = Vec<Cone>;
 
 /// A strand through `points_m` with `radii_m` there.
-pub(super) fn strand<const N: usize>(points_m: [Vec3; N], radii_m: [f32; N]) -> Strand {
+pub(crate) fn strand<const N: usize>(points_m: [Vec3; N], radii_m: [f32; N]) -> Strand {
     (1..N).map(|k| Cone::new(points_m[k - 1], points_m[k], [radii_m[k - 1], radii_m[k]])).collect()
 }
 
@@ -75,14 +75,14 @@ pub(super) fn strand<const N: usize>(points_m: [Vec3; N], radii_m: [f32; N]) -> 
 ///
 /// Within a strand the plain minimum is continuous; blending would swell it at every joint.
 #[derive(Debug, Clone)]
-pub(super) struct Blend {
-    pub(super) strands: Vec<Strand>,
-    pub(super) blend_m: f32,
+pub(crate) struct Blend {
+    pub(crate) strands: Vec<Strand>,
+    pub(crate) blend_m: f32,
 }
 
 impl Blend {
     /// Signed distance to the smooth union, negative inside.
-    pub(super) fn distance(&self, point_m: Vec3) -> f32 {
+    pub(crate) fn distance(&self, point_m: Vec3) -> f32 {
         self.strands.iter().fold(f32::INFINITY, |union, strand| {
             let nearest =
                 strand.iter().map(|cone| cone.distance(point_m)).fold(f32::INFINITY, f32::min);
@@ -92,13 +92,13 @@ impl Blend {
 }
 
 /// The smaller of two distances, rounded off where they differ by less than `blend_m`.
-pub(super) fn smooth_min(a: f32, b: f32, blend_m: f32) -> f32 {
+pub(crate) fn smooth_min(a: f32, b: f32, blend_m: f32) -> f32 {
     let overlap = (blend_m - (a - b).abs()).max(0.0);
     a.min(b) - overlap * overlap / (4.0 * blend_m)
 }
 
 /// 0 below `low`, 1 above `high`, and the cubic with level ends between.
-pub(super) fn smooth_step(low: f32, high: f32, x: f32) -> f32 {
+pub(crate) fn smooth_step(low: f32, high: f32, x: f32) -> f32 {
     let t = ((x - low) / (high - low)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
 }
