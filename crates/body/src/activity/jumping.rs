@@ -70,7 +70,7 @@ fn jump(rng: &mut CounterRng) -> Motion {
 }
 
 fn jacks(rng: &mut CounterRng) -> Motion {
-    let (period_s, begin) = (rng.uniform(0.8, 1.4), rng.unit());
+    let (period_s, begin) = (rng.uniform(1.0, 1.6), rng.unit());
     let (legs, arms) = (rng.uniform(0.25, 0.5), rng.uniform(2.0, 2.8));
     let heading = rng.uniform(-0.7, 0.7);
     Box::new(move |t_s| {
@@ -79,7 +79,7 @@ fn jacks(rng: &mut CounterRng) -> Motion {
         // Two hops a period.
         let hop = part(now, 0.5, 0.0);
         let rise_m = 0.28 * (hop * (0.75 - hop)).max(0.0);
-        let bend = pulse(hop, [0.7, 0.9, 0.9, 1.1]);
+        let bend = pulse(hop, [0.62, 0.8, 0.82, 1.0]);
         let leg = Leg {
             abduction: 0.03 + legs * open,
             flexion: 0.25 * bend,

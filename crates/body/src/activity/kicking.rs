@@ -12,7 +12,7 @@ pub(super) const ACTIVITY: Activity = Activity {
 };
 
 fn draw(rng: &mut CounterRng) -> Motion {
-    let (period_s, begin) = (rng.uniform(1.3, 2.4), rng.unit());
+    let (period_s, begin) = (rng.uniform(1.6, 2.6), rng.unit());
     let kicking = usize::from(rng.chance(0.5));
     let height = rng.uniform(0.7, 1.5);
     let back = rng.uniform(0.2, 0.6);
