@@ -21,7 +21,8 @@ fn draw(rng: &mut CounterRng) -> Motion {
     Box::new(move |t_s| {
         let lean = (rate * t_s + phase).sin();
         let arm = |raised: f32| {
-            let raised = raised.max(0.0).powf(0.7);
+            let raised = raised.max(0.0);
+            let raised = raised * (2.0 - raised);
             Arm {
                 abduction: 0.15 + up * raised,
                 twist: -1.2 * raised,
