@@ -43,8 +43,8 @@ pub use evc::{EvcEvent, EvcReader, EvcWindow, EvcWriter};
 pub use frames::{Encoding, FrameFault, FrameSource};
 pub use meta::{MetaReader, MetaWriter};
 pub use open::{
-    Create, FORMATS, Format, Info, Labels, Open, Recording, SensorOrigin, Windows, format_called,
-    format_for, format_of, info, open, open_as, open_with, read_as, source,
+    Create, FORMATS, Format, Info, Labels, Open, Recording, SensorOrigin, Windows, create,
+    format_called, format_for, format_of, info, open, open_as, open_with, read_as, source,
 };
 pub use sink::EventSink;
 pub use source::{

@@ -113,6 +113,30 @@ pub enum SimError {
         /// Every file that is not as it should be.
         faults: Vec<Fault>,
     },
+    /// An activity that nobody does.
+    #[error("simulation.activities: nobody knows how to do `{name}`; there are {}", known.join(", "))]
+    UnknownActivity {
+        /// What was written.
+        name: String,
+        /// What there is.
+        known: Vec<&'static str>,
+    },
+    /// A model file of something else than a whole body.
+    #[error("{}: people need a whole body (SMPL+H), not a hand", path.display())]
+    NotABody {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A table of poses that is damaged.
+    #[error("{}: line {line}: {reason}", path.display())]
+    Poses {
+        /// The file.
+        path: PathBuf,
+        /// The line, counted from 1.
+        line: usize,
+        /// What is wrong with it.
+        reason: String,
+    },
     /// The sensor refuses its configuration.
     #[error(transparent)]
     Sensor(#[from] SensorError),

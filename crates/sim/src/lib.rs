@@ -1,10 +1,11 @@
-//! A hand before an event camera, simulated and labelled.
+//! Hands and people before an event camera, simulated and labelled.
 //!
 //! * [`SimulationConfig`]: everything but the seed; the default is the published setting.
 //! * [`Simulation`]: a run, with what its sequences share; [`Simulator`]: one sequence, step by
 //!   step.
 //! * [`record`], [`record_all`], [`record_shard`]: sequences as `.evc` and `.meta` files, with a
 //!   [`SequenceInfo`] beside them.
+//! * [`person`]: whole people instead of hands.
 //! * [`set`]: a directory that several machines fill, its manifest, and whether it is still intact.
 //! * [`raster`], [`scene`], [`texture`]: the pictures the sensor sees.
 //!
@@ -30,6 +31,7 @@ pub mod config;
 mod episode;
 mod error;
 mod light;
+pub mod person;
 pub mod raster;
 mod record;
 pub mod scene;

@@ -11,7 +11,7 @@ use evpose_core::{EventStream, Rejected, SensorSize};
 
 pub use info::{Info, Labels, info};
 pub(crate) use registry::no_labels;
-pub use registry::{Create, FORMATS, Format, Open, format_called, format_for, format_of};
+pub use registry::{Create, FORMATS, Format, Open, create, format_called, format_for, format_of};
 pub use windows::Windows;
 
 use crate::{EventSource, Input, IoError, OpenOptions};

@@ -89,6 +89,18 @@ pub fn format_called(name: &str) -> Option<&'static Format> {
     FORMATS.iter().find(|format| format.name == name)
 }
 
+/// Begins a recording in the format that the name of its file says.
+///
+/// # Errors
+/// As [`format_for`], and if the file cannot be created.
+pub fn create(path: impl AsRef<Path>, sensor: SensorSize) -> Result<Box<dyn EventSink>, IoError> {
+    let path = path.as_ref();
+    match format_for(path)?.create {
+        Some(create) => create(path, sensor),
+        None => Err(IoError::unwritable(path, "a format that is only read".to_owned())),
+    }
+}
+
 /// The format in which to write a file of this name.
 ///
 /// # Errors

@@ -59,6 +59,26 @@ impl Renderer {
         &self.scene
     }
 
+    /// From now on looks from elsewhere. The backdrop is [`Self::repaint`]ed by whoever moves.
+    ///
+    /// # Panics
+    /// If the camera's image has another size.
+    pub fn look_from(&mut self, camera: Camera) {
+        assert!(camera.sensor() == self.scene.camera.sensor(), "a camera of another image size");
+        self.scene.camera = camera;
+    }
+
+    /// Changes what is behind the mesh: `paint` is given its luminance and must leave everything outside
+    /// `rect` as it is.
+    pub(crate) fn repaint(&mut self, rect: PixelRect, paint: impl FnOnce(&mut Plane<f32>)) {
+        paint(&mut self.backdrop);
+        for y in rect.top..rect.bottom {
+            let columns = rect.left..rect.right;
+            self.luminance.row_mut(y)[columns.clone()]
+                .copy_from_slice(&self.backdrop.row(y)[columns]);
+        }
+    }
+
     /// Linear luminance of `mesh` in the scene, 1 being reference white.
     pub fn render(&mut self, mesh: &Mesh<'_>) -> &Plane<f32> {
         self.see(mesh);

@@ -22,8 +22,12 @@ pub use verify::{Fault, FaultKind, Verified, verify};
 
 /// Name of the manifest.
 pub const MANIFEST: &str = "manifest.sha256";
-/// Endings of the files of a sequence, in the order of the manifest.
-const ENDINGS: [&str; 3] = ["evc", "meta", "toml"];
+/// Endings of the files of a sequence, in the order of the manifest: events, labels, the rest.
+pub type Endings = [&'static str; 3];
+/// The files of hands.
+pub const HANDS: Endings = ["evc", "meta", "toml"];
+/// The files of people.
+pub const PEOPLE: Endings = ["raw", "poses.csv", "toml"];
 /// Ending of the digests of a sequence.
 const DIGESTS: &str = "sha256";
 
@@ -32,12 +36,19 @@ const DIGESTS: &str = "sha256";
 pub struct SequenceSet {
     directory: PathBuf,
     sequences: u64,
+    endings: Endings,
 }
 
 impl SequenceSet {
-    /// The directory of a run of so many sequences. Nothing is read or written yet.
+    /// The directory of a run of so many sequences of hands. Nothing is read or written yet.
     pub fn new(directory: impl Into<PathBuf>, sequences: usize) -> Self {
-        Self { directory: directory.into(), sequences: sequences as u64 }
+        Self { directory: directory.into(), sequences: sequences as u64, endings: HANDS }
+    }
+
+    /// The same for sequences of other files.
+    #[must_use]
+    pub fn holding(self, endings: Endings) -> Self {
+        Self { endings, ..self }
     }
 
     /// The directory.
@@ -64,7 +75,7 @@ impl SequenceSet {
     pub fn holds_any(&self, shard: Shard) -> bool {
         let mut stems = shard.of(self.sequences).map(|sequence| self.stem(sequence));
         stems.any(|stem| {
-            ENDINGS.iter().chain([&DIGESTS]).any(|ending| stem.with_extension(ending).exists())
+            self.endings.iter().chain([&DIGESTS]).any(|ending| stem.with_extension(ending).exists())
         })
     }
 
@@ -100,7 +111,7 @@ impl SequenceSet {
     /// digests.
     pub(crate) fn seal(&self, sequence: u64) -> Result<(), SimError> {
         let mut text = String::new();
-        for file in files(sequence) {
+        for file in self.files(sequence) {
             text += &FileDigest::of(&self.directory, &file, &|_| {})?.line();
         }
         let path = self.stem(sequence).with_extension(DIGESTS);
@@ -115,19 +126,20 @@ impl SequenceSet {
             text.lines().map(|line| FileDigest::parse(line).ok()).collect();
         let read = read?;
         let names = read.iter().map(|digest| digest.name.as_str());
-        let whole = names.eq(files(sequence).iter().map(String::as_str))
-            && files(sequence).iter().all(|file| self.directory.join(file).exists());
+        let files = self.files(sequence);
+        let whole = names.eq(files.iter().map(String::as_str))
+            && files.iter().all(|file| self.directory.join(file).exists());
         whole.then(|| read.iter().map(FileDigest::line).collect())
+    }
+
+    /// The files of a sequence that readers use.
+    fn files(&self, sequence: u64) -> [String; 3] {
+        self.endings.map(|ending| format!("{}.{ending}", name(sequence)))
     }
 }
 
 fn name(sequence: u64) -> String {
     format!("{sequence:04}")
-}
-
-/// The files of a sequence that readers use.
-fn files(sequence: u64) -> [String; 3] {
-    ENDINGS.map(|ending| format!("{}.{ending}", name(sequence)))
 }
 
 /// Names of the files of a directory, sorted; those that are not text are none of ours.

@@ -8,7 +8,7 @@ use evpose_core::temporary_target;
 use rayon::prelude::*;
 
 use super::digest::FileDigest;
-use super::{DIGESTS, ENDINGS, MANIFEST, list, manifest};
+use super::{DIGESTS, HANDS, MANIFEST, PEOPLE, list, manifest};
 use crate::SimError;
 
 /// A directory in which every file is as it was recorded.
@@ -75,7 +75,10 @@ pub fn verify(directory: &Path, progress: &(dyn Fn(u64) + Sync)) -> Result<Verif
     let listed: BTreeSet<&str> = expected.iter().map(|digest| digest.name.as_str()).collect();
     let unlisted = names
         .iter()
-        .filter(|name| has_ending(name, &ENDINGS[..2]) && !listed.contains(name.as_str()))
+        .filter(|name| {
+            (has_ending(name, &HANDS[..2]) || has_ending(name, &PEOPLE[..2]))
+                && !listed.contains(name.as_str())
+        })
         .map(|name| Fault { path: directory.join(name), kind: FaultKind::Unlisted });
     let mut faults: Vec<Fault> = expected
         .par_iter()

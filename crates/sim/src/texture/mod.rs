@@ -2,6 +2,7 @@
 
 pub mod background;
 mod canvas;
+mod clothes;
 mod html;
 mod noise;
 mod pool;
@@ -10,6 +11,7 @@ mod sample;
 mod skin;
 mod skins;
 
+pub use clothes::paint_clothes;
 pub use html::HtmlSkins;
 pub use pool::PicturePool;
 pub(crate) use reduce::metres_per_texture;

@@ -1,0 +1,92 @@
+//! Where the camera stands, and how it moves in somebody's hand.
+
+use evpose_core::{CounterRng, LookAt, Pinhole, SensorSize};
+use glam::{Quat, Vec3};
+
+use super::config::PeopleConfig;
+
+/// Frequencies of a camera held by hand, in hertz.
+const SHAKE_HZ: [f32; 3] = [0.31, 0.83, 1.9];
+/// How far it moves aside while it turns by one radian, in metres.
+const ASIDE_M: f32 = 0.6;
+
+/// A camera over time.
+#[derive(Debug, Clone)]
+pub(super) struct CameraPath {
+    at_rest: LookAt,
+    /// Amplitudes about the image's axes, in radians: up, aside, roll.
+    amplitudes: [f32; 3],
+    phases: [[f32; 3]; 3],
+}
+
+impl CameraPath {
+    /// A camera that sees somebody of `height_m` who stands in the origin and looks along z as tall as
+    /// the configuration says, anywhere on the image where all of them is seen.
+    pub(super) fn draw(
+        config: &PeopleConfig,
+        height_m: f32,
+        rng: &mut CounterRng,
+    ) -> (Self, Pinhole) {
+        let sensor: SensorSize = config.sensor_size;
+        let uniform = |rng: &mut CounterRng, [low, high]: [f32; 2]| rng.uniform(low, high);
+        let pinhole = Pinhole::from_vertical_fov(sensor, uniform(rng, config.vertical_fov_deg));
+        let share = uniform(rng, config.height_share);
+        let (width_px, height_px) = (f32::from(sensor.width), f32::from(sensor.height));
+        let person_px = share * height_px;
+        let distance_m = height_m * pinhole.focal_px / person_px;
+        let metres_per_px = distance_m / pinhole.focal_px;
+        let room = |side_px: f32, person_px: f32| 0.5 * (side_px - person_px).max(0.0);
+        let aside_m = metres_per_px * room(width_px, 0.8 * person_px) * rng.uniform(-0.9, 0.9);
+        let above_m = metres_per_px * room(height_px, person_px) * rng.uniform(-0.9, 0.9);
+        let middle_m = 0.5 * height_m;
+        let eye_height_m = rng.uniform(0.6, 2.0);
+        // The image's middle is as far from the person as was drawn.
+        let centre_m = Vec3::new(aside_m, middle_m + above_m, 0.0);
+        let eye_m = Vec3::new(aside_m * rng.uniform(0.2, 1.0), eye_height_m, 0.0);
+        let back_m = (distance_m * distance_m - (eye_m.y - middle_m).powi(2)).max(0.3).sqrt();
+        let roll = rng.uniform(-0.06, 0.06);
+        let at_rest = LookAt {
+            eye_m: eye_m.with_z(back_m),
+            centre_m,
+            up: Vec3::new(roll.sin(), roll.cos(), 0.0),
+        };
+        let turn = if rng.chance(config.moving_cameras) {
+            config.camera_turn_deg.to_radians()
+        } else {
+            0.0
+        };
+        let amplitudes = [0.8 * turn, turn, 0.5 * turn].map(|most| most * rng.uniform(0.5, 1.5));
+        let phases = [(); 3].map(|()| [(); 3].map(|()| rng.uniform(0.0, std::f32::consts::TAU)));
+        (Self { at_rest, amplitudes, phases }, pinhole)
+    }
+
+    /// The camera as it was put.
+    pub(super) fn at_rest(&self) -> &LookAt {
+        &self.at_rest
+    }
+
+    /// The camera at a time in seconds.
+    pub(super) fn at(&self, t_s: f32) -> LookAt {
+        if self.amplitudes == [0.0; 3] {
+            return self.at_rest;
+        }
+        let angle = |axis: usize| {
+            let waves = SHAKE_HZ.iter().zip(self.phases[axis]).zip([1.0, 0.6, 0.15]);
+            let sum: f32 = waves
+                .map(|((hz, phase), share)| {
+                    share * (std::f32::consts::TAU * hz * t_s + phase).sin()
+                })
+                .sum();
+            self.amplitudes[axis] * sum
+        };
+        let LookAt { eye_m, centre_m, up } = self.at_rest;
+        let along = centre_m - eye_m;
+        let right = along.cross(up).normalize();
+        let above = right.cross(along).normalize();
+        let (tilt, pan, roll) = (angle(0), angle(1), angle(2));
+        let turned = Quat::from_axis_angle(above, pan) * Quat::from_axis_angle(right, tilt);
+        let eye_m = eye_m + ASIDE_M * (pan * right + tilt * above);
+        let up = Quat::from_axis_angle(along.normalize(), roll) * up;
+        LookAt { eye_m, centre_m: eye_m + turned * along, up }
+    }
+}
