@@ -7,7 +7,8 @@
 //! * [`Quantized`]: what a network has to know to compute in 8 bits.
 //! * [`SlowMotionTracker`], [`evaluate_slow_motion`]: the mode for slow hands, and how good it is.
 //! * [`Condition`]: slow hands, little light: other sequences to judge on.
-//! * [`BodyGrid`]: what networks of bodies are trained on.
+//! * [`BodyAugmentation`], [`BodyGrid`], [`BodyAccuracy`]: what networks of bodies are trained on and
+//!   measured by.
 
 mod ahead;
 mod body;
@@ -35,7 +36,10 @@ mod told_renderer;
 mod training;
 mod waiting;
 
-pub use body::{BodyBatch, BodyGrid, BodyTargetSlices};
+pub use body::{
+    BodyAccuracy, BodyAccuracyConfig, BodyAugmentation, BodyBatch, BodyGrid, BodyMeasure,
+    BodyTargetSlices, BodyView, Interpolation, resized,
+};
 pub use checkpoint::newest_checkpoint;
 pub use condition::{CONDITIONS, Condition};
 pub use config::{EvaluationConfig, HandConfig, RepresentationConfig, TrainingConfig};

@@ -122,7 +122,7 @@ impl BodyLoss {
     /// If shapes differ.
     pub fn forward(&self, maps: BodyMaps<Tensor<4>>, targets: BodyTargets) -> BodyLossParts {
         let heatmap = weighted_squares(maps.heatmaps.clone(), targets.heatmaps.clone());
-        let bone = self.bone(maps.heatmaps - targets.heatmaps);
+        let bone = self.bone(&(maps.heatmaps - targets.heatmaps));
         let center = weighted_squares(maps.centers, targets.centers);
         let [batch, joints, _] = targets.regs.dims();
         let at_center = targets.center_cells.reshape([batch, 1, 1]).repeat_dim(1, 2 * joints);
@@ -140,7 +140,7 @@ impl BodyLoss {
 
     /// # Shapes
     /// - error: `[batch, joints, rows, columns]`
-    fn bone(&self, error: Tensor<4>) -> Tensor<1> {
+    fn bone(&self, error: &Tensor<4>) -> Tensor<1> {
         let [batch, ..] = error.dims();
         let device = error.device();
         let ends = [0, 1].map(|end| {
