@@ -6,7 +6,7 @@
 //! * [`MoveEnetConfig`], [`MoveEnet`]: the MoveEnet network, events to the maps of a body's joints.
 //! * [`Network`]: any of them by name.
 //! * [`Graph`](graph::Graph): such a network written down, for engines that compile it.
-//! * [`HandLoss`]: what it is trained on.
+//! * [`HandLoss`], [`BodyLoss`]: what they are trained on.
 //! * [`set_training_kernels`]: the arithmetic of training on the CPU, ours or Burn's.
 //! * [`weights`]: our checkpoints and PyTorch's.
 //!
@@ -37,7 +37,9 @@ pub use backbone::{
 pub use device::DeviceKind;
 pub use error::NnError;
 pub use hand_regressor::{HandRegressor, HandRegressorConfig};
-pub use loss::{HandLoss, HandLossConfig, HandLossParts};
+pub use loss::{
+    BodyLoss, BodyLossConfig, BodyLossParts, BodyTargets, HandLoss, HandLossConfig, HandLossParts,
+};
 pub use move_enet::{MoveEnet, MoveEnetConfig};
 pub use network::{MOVE_ENET, Network};
 pub use ops::set_training_kernels;

@@ -7,8 +7,11 @@
 //! * [`Quantized`]: what a network has to know to compute in 8 bits.
 //! * [`SlowMotionTracker`], [`evaluate_slow_motion`]: the mode for slow hands, and how good it is.
 //! * [`Condition`]: slow hands, little light: other sequences to judge on.
+//! * [`BodyAugmentation`], [`BodyGrid`], [`BodyAccuracy`]: what networks of bodies are trained on and
+//!   measured by.
 
 mod ahead;
+mod body;
 mod checkpoint;
 mod condition;
 mod config;
@@ -33,6 +36,10 @@ mod told_renderer;
 mod training;
 mod waiting;
 
+pub use body::{
+    BodyAccuracy, BodyAccuracyConfig, BodyAugmentation, BodyBatch, BodyGrid, BodyMeasure,
+    BodyTargetSlices, BodyView, Interpolation, resized,
+};
 pub use checkpoint::newest_checkpoint;
 pub use condition::{CONDITIONS, Condition};
 pub use config::{EvaluationConfig, HandConfig, RepresentationConfig, TrainingConfig};

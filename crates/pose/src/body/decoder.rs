@@ -47,7 +47,7 @@ impl BodyDecoder {
         let joints = maps.heatmaps.len() / cells;
         assert_eq!(maps.heatmaps.len(), joints * cells, "whole heatmaps");
         self.assert_sizes(maps.centers, maps.regs, maps.offsets, joints);
-        let center = self.center(maps.centers);
+        let center = self.center_cell(maps.centers);
         let joint = |(joint, heatmap): (usize, &[f32])| {
             let rough = self.rough(maps.regs, joint, center);
             let cut = |value: f32| if value < self.threshold { 0.0 } else { value };
@@ -70,7 +70,7 @@ impl BodyDecoder {
     /// If maps are of another size, or of another number of joints.
     pub fn decode_label(&self, maps: &BodyMaps<&[f32]>, is_known: &[bool]) -> Vec<BodyJoint> {
         self.assert_sizes(maps.centers, maps.regs, maps.offsets, is_known.len());
-        let center = self.center(maps.centers);
+        let center = self.center_cell(maps.centers);
         let joint = |(joint, is_known): (usize, &bool)| {
             let [x, y] = self.rough(maps.regs, joint, center);
             let inside = |at: f64, side: usize| at.clamp(0.0, (side - 1) as f64) as usize;
@@ -88,8 +88,12 @@ impl BodyDecoder {
         assert_eq!(offsets.len(), 2 * joints * cells, "two offsets for each joint");
     }
 
-    /// The cell of the body's middle.
-    fn center(&self, centers: &[f32]) -> usize {
+    /// The cell of the body's middle, counted row by row.
+    ///
+    /// # Panics
+    /// If the map is of another size.
+    pub fn center_cell(&self, centers: &[f32]) -> usize {
+        assert_eq!(centers.len(), self.center_weight.len(), "one map of centres");
         let weighted =
             centers.iter().zip(&self.center_weight).map(|(value, weight)| value * weight);
         first_maximum(weighted.map(f64::from))

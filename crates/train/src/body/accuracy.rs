@@ -1,0 +1,271 @@
+//! How many joints are found nearly where they are: what training writes down after each epoch.
+
+use evpose_pose::body::{BodyJoint, BodyLabel, number};
+use glam::Vec2;
+use serde::{Deserialize, Serialize};
+
+/// What errors are compared with. Lengths are relative to the image's width and height, so that in an image
+/// wider than high an error counts for more upright than across, as published.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum BodyMeasure {
+    /// The mean of the torso's two diagonals, from hips to the shoulders of the other sides; one of them
+    /// if the other is not known, the length in the annotation if none is.
+    #[default]
+    Torso,
+    /// The torso's length in the annotation, if there is one, otherwise as `Torso`. Published
+    /// annotations of eH3.6M have the lengths of other parts there.
+    WrittenTorso,
+    /// The head's size in the annotation.
+    Head,
+}
+
+/// When a joint counts as found.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct BodyAccuracyConfig {
+    /// What errors are compared with.
+    pub measure: BodyMeasure,
+    /// The largest error, relative to it.
+    pub threshold: f32,
+}
+
+impl Default for BodyAccuracyConfig {
+    /// As published for all data but MPII, for which half of the head's size is allowed.
+    fn default() -> Self {
+        Self { measure: BodyMeasure::Torso, threshold: 0.2 }
+    }
+}
+
+/// Counts of joints that were found.
+///
+/// # Model
+/// A joint is found if it is at most `threshold` times the measure from where it should be. The share of
+/// those labelled is taken for each joint, then their mean, so that joints seldom labelled count as much.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct BodyAccuracy {
+    found: Vec<u64>,
+    labelled: Vec<u64>,
+    without_measure: u64,
+}
+
+impl BodyMeasure {
+    /// Of a person; none if it is not known.
+    pub fn of(self, label: &BodyLabel) -> Option<f32> {
+        let written = |size: Option<f32>| size.filter(|size| *size > 0.0);
+        match self {
+            Self::Torso => torso(label).or(written(label.torso_size)),
+            Self::WrittenTorso => written(label.torso_size).or_else(|| torso(label)),
+            Self::Head => written(label.head_size_scaled),
+        }
+    }
+}
+
+/// The mean of the diagonals that are known.
+fn torso(label: &BodyLabel) -> Option<f32> {
+    let at = |joint: usize| Some(label.keypoints.get(joint)?).filter(|at| at.is_labelled());
+    let diagonal =
+        |[hip, shoulder]: [usize; 2]| Some(at(hip)?.position.distance(at(shoulder)?.position));
+    let diagonals = [[number::HIP_L, number::SHOULDER_R], [number::HIP_R, number::SHOULDER_L]];
+    match diagonals.map(diagonal) {
+        [Some(a), Some(b)] => Some(0.5 * (a + b)),
+        [one, other] => one.or(other),
+    }
+}
+
+impl BodyAccuracy {
+    /// Of bodies of so many joints, none seen yet.
+    pub fn new(joints: usize) -> Self {
+        Self { found: vec![0; joints], labelled: vec![0; joints], without_measure: 0 }
+    }
+
+    /// Counts the joints of one body, compared with its label.
+    ///
+    /// # Panics
+    /// If there are other numbers of joints.
+    pub fn push(&mut self, config: BodyAccuracyConfig, found: &[BodyJoint], label: &BodyLabel) {
+        let truth =
+            label.keypoints.iter().map(|joint| joint.is_labelled().then_some(joint.position));
+        self.count(config, found, truth, label);
+    }
+
+    /// Counts the joints of one body, compared with what was read off the maps that it was trained on, as
+    /// published: with [`BodyGrid`](super::BodyGrid) of `parity` and
+    /// [`decode_label`](evpose_pose::body::BodyDecoder::decode_label). Its joints left of or above the body's
+    /// middle are up to a cell off.
+    ///
+    /// # Panics
+    /// If there are other numbers of joints.
+    pub fn push_decoded(
+        &mut self,
+        config: BodyAccuracyConfig,
+        found: &[BodyJoint],
+        truth: &[BodyJoint],
+        label: &BodyLabel,
+    ) {
+        self.count(config, found, truth.iter().map(|joint| joint.position), label);
+    }
+
+    fn count(
+        &mut self,
+        config: BodyAccuracyConfig,
+        found: &[BodyJoint],
+        truth: impl ExactSizeIterator<Item = Option<Vec2>>,
+        label: &BodyLabel,
+    ) {
+        let joints = self.found.len();
+        assert_eq!([found.len(), truth.len()], [joints; 2], "as many joints everywhere");
+        let Some(measure) = config.measure.of(label) else {
+            self.without_measure += 1;
+            return;
+        };
+        let most = config.threshold * measure;
+        for (joint, (found, truth)) in found.iter().zip(truth).enumerate() {
+            let Some(truth) = truth else { continue };
+            let is_found = found.position.is_some_and(|at| at.distance(truth) <= most);
+            self.found[joint] += u64::from(is_found);
+            self.labelled[joint] += 1;
+        }
+    }
+
+    /// Adds what another counted.
+    ///
+    /// # Panics
+    /// If it is of another number of joints.
+    pub fn merge(&mut self, other: &Self) {
+        assert_eq!(self.found.len(), other.found.len(), "as many joints in both");
+        self.without_measure += other.without_measure;
+        let add = |ours: &mut [u64], theirs: &[u64]| {
+            ours.iter_mut().zip(theirs).for_each(|(ours, theirs)| *ours += theirs);
+        };
+        add(&mut self.found, &other.found);
+        add(&mut self.labelled, &other.labelled);
+    }
+
+    /// The share found of each joint; none where it was never labelled.
+    pub fn per_joint(&self) -> Vec<Option<f64>> {
+        let share = |(&found, &labelled): (&u64, &u64)| {
+            (labelled > 0).then(|| found as f64 / labelled as f64)
+        };
+        self.found.iter().zip(&self.labelled).map(share).collect()
+    }
+
+    /// The mean over joints that were labelled; none without any.
+    pub fn mean(&self) -> Option<f64> {
+        let shares: Vec<f64> = self.per_joint().into_iter().flatten().collect();
+        (!shares.is_empty()).then(|| shares.iter().sum::<f64>() / shares.len() as f64)
+    }
+
+    /// Bodies that were not counted because nothing was known to compare errors with.
+    pub fn without_measure(&self) -> u64 {
+        self.without_measure
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use evpose_pose::body::{BodyDecoder, BodyMaps, DEFAULT_THRESHOLD, Keypoint, Visibility};
+
+    use super::*;
+    use crate::body::BodyGrid;
+
+    /// Shoulders a fifth apart, hips half of the image below: diagonals of `0.5385`.
+    fn label() -> BodyLabel {
+        let mut positions = [Vec2::splat(0.5); 13];
+        positions[number::SHOULDER_L] = Vec2::new(0.6, 0.2);
+        positions[number::SHOULDER_R] = Vec2::new(0.4, 0.2);
+        positions[number::HIP_L] = Vec2::new(0.6, 0.7);
+        positions[number::HIP_R] = Vec2::new(0.4, 0.7);
+        let keypoints =
+            positions.map(|position| Keypoint { position, visibility: Visibility::Visible });
+        BodyLabel {
+            keypoints: keypoints.to_vec(),
+            center: Vec2::splat(0.5),
+            ..BodyLabel::default()
+        }
+    }
+
+    fn off(label: &BodyLabel, by: impl Fn(usize) -> Vec2) -> Vec<BodyJoint> {
+        let joint = |(joint, at): (usize, &Keypoint)| BodyJoint {
+            position: Some(at.position + by(joint)),
+            score: 1.0,
+        };
+        label.keypoints.iter().enumerate().map(joint).collect()
+    }
+
+    #[test]
+    fn a_fifth_of_the_torso_is_allowed() {
+        let (config, label) = (BodyAccuracyConfig::default(), label());
+        let allowed = 0.2 * 0.29f32.sqrt();
+        let mut accuracy = BodyAccuracy::new(13);
+        let error =
+            |joint: usize| Vec2::new(0.0, if joint < 4 { allowed + 1e-3 } else { allowed - 1e-3 });
+        accuracy.push(config, &off(&label, error), &label);
+        assert_eq!(accuracy.mean(), Some(9.0 / 13.0));
+        assert_eq!(accuracy.per_joint()[3..5], [Some(0.0), Some(1.0)]);
+    }
+
+    #[test]
+    fn joints_count_alike_however_often_they_are_labelled() {
+        let (config, mut label) = (BodyAccuracyConfig::default(), label());
+        let mut accuracy = BodyAccuracy::new(13);
+        let right = off(&label, |_| Vec2::ZERO);
+        accuracy.push(config, &right, &label);
+        label.keypoints[0].visibility = Visibility::Unlabelled;
+        let mut missing = right;
+        missing.iter_mut().for_each(|joint| joint.position = None);
+        let mut others = BodyAccuracy::new(13);
+        (0..3).for_each(|_| others.push(config, &missing, &label));
+        accuracy.merge(&others);
+        assert_eq!(accuracy.per_joint()[..2], [Some(1.0), Some(0.25)]);
+        assert_eq!(accuracy.mean(), Some(4.0 / 13.0));
+        assert_eq!(BodyAccuracy::new(13).mean(), None);
+    }
+
+    #[test]
+    fn measures_are_of_what_is_known() {
+        let mut label = label();
+        assert_eq!(BodyMeasure::Head.of(&label), None);
+        label.head_size_scaled = Some(0.1);
+        label.torso_size = Some(0.25);
+        assert_eq!(BodyMeasure::Head.of(&label), Some(0.1));
+        assert_eq!(BodyMeasure::WrittenTorso.of(&label), Some(0.25));
+        let torso = BodyMeasure::Torso.of(&label);
+        assert!(torso.is_some_and(|torso| (torso - 0.29f32.sqrt()).abs() < 1e-6));
+        label.keypoints[number::HIP_L].position = Vec2::new(0.4, 1.2);
+        label.keypoints[number::HIP_R].visibility = Visibility::Unlabelled;
+        assert_eq!(BodyMeasure::Torso.of(&label), Some(1.0));
+        label.keypoints[number::SHOULDER_R].visibility = Visibility::Unlabelled;
+        assert_eq!(BodyMeasure::Torso.of(&label), Some(0.25));
+        label.torso_size = Some(0.0);
+        assert_eq!(BodyMeasure::WrittenTorso.of(&label), None);
+        let mut accuracy = BodyAccuracy::new(13);
+        let found = off(&label, |_| Vec2::ZERO);
+        accuracy.push(BodyAccuracyConfig::default(), &found, &label);
+        assert_eq!((accuracy.without_measure(), accuracy.mean()), (1, None));
+    }
+
+    #[test]
+    fn labels_read_off_published_maps_are_within_a_cell() {
+        let (label, side) = (label(), 48);
+        let mut maps = BodyMaps::from_array([13, 1, 26, 26].map(|c| vec![0.0; c * side * side]));
+        let BodyMaps { heatmaps, centers, regs, offsets } = &mut maps;
+        let grid = BodyGrid::new(side, true);
+        grid.write_maps(&label, &mut BodyMaps { heatmaps, centers, regs, offsets });
+        let BodyMaps { heatmaps, centers, regs, offsets } = &maps;
+        let maps = BodyMaps { heatmaps: &heatmaps[..], centers, regs, offsets };
+        let decoder = BodyDecoder::new([side; 2], DEFAULT_THRESHOLD);
+        let truth = decoder.decode_label(&maps, &[true; 13]);
+        let strict = BodyAccuracyConfig { threshold: 0.02, ..BodyAccuracyConfig::default() };
+        let (mut exact, mut decoded) = (BodyAccuracy::new(13), BodyAccuracy::new(13));
+        let found = off(&label, |_| Vec2::ZERO);
+        exact.push(strict, &found, &label);
+        decoded.push_decoded(strict, &found, &truth, &label);
+        assert_eq!(exact.mean(), Some(1.0));
+        // Left and above: regressions are cut towards zero.
+        assert!(decoded.mean() < Some(1.0));
+        let mut loose = BodyAccuracy::new(13);
+        loose.push_decoded(BodyAccuracyConfig::default(), &found, &truth, &label);
+        assert_eq!(loose.mean(), Some(1.0));
+    }
+}

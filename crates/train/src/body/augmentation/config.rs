@@ -1,0 +1,243 @@
+//! How images and labels of bodies vary from one time they are seen to the next.
+
+use evpose_pose::body::MIRRORED;
+use serde::{Deserialize, Serialize};
+
+use super::Interpolation;
+use crate::TrainError;
+
+/// Pixels of the published network's input, along either side.
+const PUBLISHED_SIDE: f32 = 192.0;
+/// Rounding of probabilities that add up to 1.
+const ROUNDING: f32 = 1e-5;
+
+/// What varies, how often and between what. Lengths are relative to the image.
+///
+/// # Model
+/// 1. Some images are mirrored, left and right joints exchanged.
+/// 2. At most one of the following is done: the image becomes smaller inside of a black border (`pad`), a
+///    part of it larger (`crop`), or it is skewed (`affine`), rotated about its middle (`rotate`) or moved
+///    (`shift`). Beside other persons it is neither skewed nor moved, and the part is the middle.
+/// 3. If too many joints leave the image by that, neither 1 nor 2 is done.
+/// 4. Some images change in contrast, then in brightness (`light`), some get noise (`noise`), and in some a
+///    square of one grey hides a joint (`blank`).
+///
+/// Joints outside of the image become unlabelled, other persons there are forgotten, and a middle there is
+/// moved onto the border. 1 and 2 are one affine map, along which the network's input is sampled from the image
+/// once: thin edges stay thin.
+///
+/// # Source
+/// Goyal et al.: *MoveEnet*, CVPRW 2023, and its published code. It differs in this: it resizes to
+/// the network's input first, in validation too by one of five interpolations at random, and samples
+/// again for 2, in 8 bits, rotations by cubics; when it skews or rotates, positions of
+/// joints are cut to whole pixels; other persons do not move with `shift`, and in a mirror their
+/// joints change numbers from first to last. Its changes of hue and saturation do nothing to grey images, and noise
+/// is drawn for each of three equal channels, here once.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct BodyAugmentation {
+    /// How the image is sampled: one of these, each as likely.
+    pub interpolation: Vec<Interpolation>,
+    /// How likely a mirror is.
+    pub mirror_probability: f32,
+    /// How likely a border is.
+    pub pad_probability: f32,
+    /// Width of the border.
+    pub pad: [f32; 2],
+    /// How likely a part is.
+    pub crop_probability: f32,
+    /// What is cut off at each side, on average of both.
+    pub crop: [f32; 2],
+    /// What is cut off left and above, relative to that average.
+    pub crop_start: [f32; 2],
+    /// How likely a skew is.
+    pub affine_probability: f32,
+    /// How far each of three points is from where it will be, along either side.
+    pub affine: [f32; 2],
+    /// How likely a rotation is.
+    pub rotate_probability: f32,
+    /// Its angle in degrees.
+    pub rotate_deg: [f32; 2],
+    /// How likely a movement is.
+    pub shift_probability: f32,
+    /// The longest one, along either side; at least half of it is done.
+    pub shift: [f32; 2],
+    /// Joints that may become unlabelled by leaving the image.
+    pub most_lost: usize,
+    /// Joints that may be unlabelled then.
+    pub most_unlabelled: usize,
+    /// How likely a change of contrast and brightness is.
+    pub light_probability: f32,
+    /// By what distances to the mean grey are multiplied.
+    pub contrast: [f32; 2],
+    /// What is added, relative to white.
+    pub brightness: [f32; 2],
+    /// How likely noise is.
+    pub noise_probability: f32,
+    /// The largest change of a pixel, of 255 levels of grey.
+    pub noise_grey: f32,
+    /// How likely a square is.
+    pub blank_probability: f32,
+    /// Half of its side.
+    pub blank: [f32; 2],
+}
+
+impl Default for BodyAugmentation {
+    /// As published, but for the interpolation, which is that of running networks.
+    fn default() -> Self {
+        Self {
+            interpolation: vec![Interpolation::Linear],
+            mirror_probability: 0.5,
+            pad_probability: 0.5 * 0.2,
+            pad: [0.06, 0.12],
+            crop_probability: 0.5 * 0.8,
+            crop: [0.1, 0.3],
+            crop_start: [0.5, 1.0],
+            affine_probability: 0.15 * 0.7,
+            affine: [-40.0 / PUBLISHED_SIDE, 0.0],
+            rotate_probability: 0.15 * 0.3,
+            rotate_deg: [-24.0, 24.0],
+            shift_probability: 0.2 * 0.5,
+            shift: [0.1, 0.2],
+            most_lost: 3,
+            most_unlabelled: 5,
+            light_probability: 0.4,
+            contrast: [0.8, 1.2],
+            brightness: [-0.2, 0.2],
+            noise_probability: 0.4,
+            noise_grey: 5.0,
+            blank_probability: 0.3,
+            blank: [3.0 / PUBLISHED_SIDE, 6.0 / PUBLISHED_SIDE],
+        }
+    }
+}
+
+impl BodyAugmentation {
+    /// Nothing varies.
+    pub fn none() -> Self {
+        Self {
+            mirror_probability: 0.0,
+            pad_probability: 0.0,
+            crop_probability: 0.0,
+            affine_probability: 0.0,
+            rotate_probability: 0.0,
+            shift_probability: 0.0,
+            light_probability: 0.0,
+            noise_probability: 0.0,
+            blank_probability: 0.0,
+            ..Self::default()
+        }
+    }
+
+    /// Interpolations as published.
+    pub fn published() -> Self {
+        Self { interpolation: Interpolation::ALL.to_vec(), ..Self::default() }
+    }
+
+    /// Whether bodies of so many joints can be varied like this.
+    ///
+    /// # Errors
+    /// [`TrainError::Field`] for what is no probability, no range, or larger than the image, and for joints
+    /// without those of the other side, which cannot be mirrored.
+    pub fn validate(&self, joints: usize) -> Result<(), TrainError> {
+        let wrong = |field, message: String| Err(TrainError::Field { field, message });
+        if self.interpolation.is_empty() {
+            return wrong("augmentation.interpolation", "name at least one".to_owned());
+        }
+        let steps = [
+            ("augmentation.pad_probability", self.pad_probability),
+            ("augmentation.crop_probability", self.crop_probability),
+            ("augmentation.affine_probability", self.affine_probability),
+            ("augmentation.rotate_probability", self.rotate_probability),
+            ("augmentation.shift_probability", self.shift_probability),
+        ];
+        let others = [
+            ("augmentation.mirror_probability", self.mirror_probability),
+            ("augmentation.light_probability", self.light_probability),
+            ("augmentation.noise_probability", self.noise_probability),
+            ("augmentation.blank_probability", self.blank_probability),
+        ];
+        for (field, probability) in steps.into_iter().chain(others) {
+            if !(0.0..=1.0).contains(&probability) {
+                return wrong(field, format!("{probability} is not between 0 and 1"));
+            }
+        }
+        let sum: f32 = steps.iter().map(|(_, probability)| probability).sum();
+        if sum > 1.0 + ROUNDING {
+            let message =
+                format!("with those of crop, affine, rotate and shift it is {sum}, above 1");
+            return wrong(steps[0].0, message);
+        }
+        let ranges = [
+            ("augmentation.pad", self.pad, [0.0, 4.0]),
+            ("augmentation.crop", self.crop, [0.0, 0.45]),
+            ("augmentation.crop_start", self.crop_start, [0.0, 2.0]),
+            ("augmentation.affine", self.affine, [-1.0, 1.0]),
+            ("augmentation.rotate_deg", self.rotate_deg, [-180.0, 180.0]),
+            ("augmentation.shift", self.shift, [0.0, 1.0]),
+            ("augmentation.contrast", self.contrast, [0.0, 16.0]),
+            ("augmentation.brightness", self.brightness, [-1.0, 1.0]),
+            ("augmentation.blank", self.blank, [0.0, 1.0]),
+            ("augmentation.noise_grey", [self.noise_grey; 2], [0.0, 255.0]),
+        ];
+        for (field, [low, high], [least, most]) in ranges {
+            if !(least <= low && low <= high && high <= most) {
+                let message =
+                    format!("{low} to {high}: a range within {least} to {most} is expected");
+                return wrong(field, message);
+            }
+        }
+        let has_other_side =
+            (0..joints).all(|joint| MIRRORED.get(joint).is_some_and(|m| *m < joints));
+        if self.mirror_probability > 0.0 && !has_other_side {
+            let message =
+                format!("{joints} joints have no mirror: take 1, 3, .. 13 of them, or 0 here");
+            return wrong(others[0].0, message);
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use super::*;
+
+    #[test]
+    fn defaults_are_valid_and_an_empty_table_is_the_defaults() {
+        for augmentation in
+            [BodyAugmentation::default(), BodyAugmentation::none(), BodyAugmentation::published()]
+        {
+            augmentation.validate(13).unwrap();
+            let text = toml::to_string(&augmentation).unwrap();
+            assert_eq!(toml::from_str::<BodyAugmentation>(&text).unwrap(), augmentation);
+        }
+        assert_eq!(toml::from_str::<BodyAugmentation>("").unwrap(), BodyAugmentation::default());
+        assert!(toml::from_str::<BodyAugmentation>("crops = 1").is_err());
+    }
+
+    #[test]
+    fn what_cannot_be_is_refused_by_name() {
+        let refused = |text: &str, joints: usize| {
+            let augmentation: BodyAugmentation = toml::from_str(text).unwrap();
+            augmentation.validate(joints).unwrap_err().to_string()
+        };
+        for (text, field) in [
+            ("interpolation = []", "interpolation"),
+            ("blank_probability = -0.1", "blank_probability"),
+            ("noise_probability = nan", "noise_probability"),
+            ("pad_probability = 0.5", "pad_probability"),
+            ("crop = [0.3, 0.1]", "crop"),
+            ("crop = [0.1, 0.5]", "crop"),
+            ("shift = [0.1, nan]", "shift"),
+            ("noise_grey = 300.0", "noise_grey"),
+        ] {
+            let message = refused(text, 13);
+            assert!(message.contains(&format!("`augmentation.{field}`")), "{text}: {message}");
+        }
+        assert!(refused("", 8).contains("mirror_probability"));
+        assert!(refused("", 17).contains("mirror_probability"));
+        BodyAugmentation::default().validate(7).unwrap();
+        BodyAugmentation::none().validate(17).unwrap();
+    }
+}

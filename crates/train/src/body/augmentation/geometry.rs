@@ -1,0 +1,153 @@
+//! What happens to places: maps from the image to what is seen of it, both from 0 to 1 along either side.
+
+use evpose_core::CounterRng;
+use evpose_pose::body::BodyLabel;
+use glam::{DAffine2, DMat2, DVec2};
+
+use super::BodyAugmentation;
+
+/// Where three points of an image are when it has been skewed.
+///
+/// # Source
+/// The published code: pixels of 192, one of them below the image.
+const SKEWED: [DVec2; 3] = [
+    DVec2::new(10.0 / 192.0, 100.0 / 192.0),
+    DVec2::new(200.0 / 192.0, 50.0 / 192.0),
+    DVec2::new(100.0 / 192.0, 250.0 / 192.0),
+];
+/// The joints of others beside which nothing is moved, as published: heads and left elbows.
+const TELLING: [usize; 2] = [0, 3];
+/// What a skew may shrink an area to, and more than the other way round none is done: points nearly on one
+/// line tell nothing of the rest.
+const LEAST_AREA: f64 = 0.1;
+
+/// Left becomes right.
+pub(super) fn mirror() -> DAffine2 {
+    DAffine2::from_cols(DVec2::NEG_X, DVec2::Y, DVec2::X)
+}
+
+impl BodyAugmentation {
+    /// Draws one of the five maps; none if nothing is to be done.
+    pub(super) fn draw_map(&self, rng: &mut CounterRng, label: &BodyLabel) -> Option<DAffine2> {
+        let is_alone = label.other_centers.is_empty();
+        // Above 0: what never happens is never chosen.
+        let mut rest = rng.unit();
+        let mut is_chosen = |probability: f32| {
+            let is_chosen = rest <= probability;
+            rest -= probability;
+            is_chosen
+        };
+        if is_chosen(self.pad_probability) {
+            Some(pad(uniform(rng, self.pad)))
+        } else if is_chosen(self.crop_probability) {
+            let cut = uniform(rng, self.crop);
+            let start = [0, 1].map(|_| uniform(rng, self.crop_start) * cut);
+            Some(crop(cut, if is_alone { DVec2::from(start) } else { DVec2::splat(cut) }))
+        } else if is_chosen(self.affine_probability) {
+            let from = SKEWED.map(|to| to + DVec2::from([0, 1].map(|_| uniform(rng, self.affine))));
+            skew(from).filter(|_| is_alone)
+        } else if is_chosen(self.rotate_probability) {
+            Some(rotation(uniform(rng, self.rotate_deg)))
+        } else if is_chosen(self.shift_probability) {
+            let most = uniform(rng, self.shift);
+            let by = [0, 1].map(|_| {
+                let by = most * uniform(rng, [0.5, 1.0]);
+                if rng.chance(0.5) { -by } else { by }
+            });
+            let others = |joint: usize| label.other_keypoints.get(joint).map_or(0, Vec::len);
+            let is_alone = is_alone && TELLING.into_iter().all(|joint| others(joint) == 0);
+            is_alone.then(|| DAffine2::from_translation(by.into()))
+        } else {
+            None
+        }
+    }
+}
+
+fn uniform(rng: &mut CounterRng, [low, high]: [f32; 2]) -> f64 {
+    f64::from(rng.uniform(low, high))
+}
+
+/// The whole image inside of a border.
+fn pad(border: f64) -> DAffine2 {
+    let scale = 1.0 / (1.0 + 2.0 * border);
+    DAffine2::from_scale_angle_translation(DVec2::splat(scale), 0.0, DVec2::splat(border * scale))
+}
+
+/// A part from `start` on, `cut` smaller at each side on average.
+fn crop(cut: f64, start: DVec2) -> DAffine2 {
+    let scale = 1.0 / (1.0 - 2.0 * cut);
+    DAffine2::from_scale_angle_translation(DVec2::splat(scale), 0.0, -start * scale)
+}
+
+/// What brings three points to where they are when skewed; none if they lie too badly.
+fn skew(from: [DVec2; 3]) -> Option<DAffine2> {
+    let sides = |[a, b, c]: [DVec2; 3]| DMat2::from_cols(b - a, c - a);
+    let (before, after) = (sides(from), sides(SKEWED));
+    let area = after.determinant() / before.determinant();
+    if !(LEAST_AREA..=1.0 / LEAST_AREA).contains(&area) {
+        return None;
+    }
+    let linear = after * before.inverse();
+    Some(DAffine2::from_mat2_translation(linear, SKEWED[0] - linear * from[0]))
+}
+
+/// About the middle.
+fn rotation(degrees: f64) -> DAffine2 {
+    let middle = DAffine2::from_translation(DVec2::splat(0.5));
+    middle * DAffine2::from_angle(degrees.to_radians()) * middle.inverse()
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use super::*;
+
+    fn close(a: DVec2, b: DVec2) {
+        assert!(a.distance(b) < 1e-12, "{a} {b}");
+    }
+
+    #[test]
+    fn maps_bring_places_to_where_they_should() {
+        close(mirror().transform_point2(DVec2::new(0.2, 0.7)), DVec2::new(0.8, 0.7));
+        // A tenth on each side: the image is 10 twelfths of what is seen.
+        close(pad(0.1).transform_point2(DVec2::new(0.0, 1.0)), DVec2::new(1.0 / 12.0, 11.0 / 12.0));
+        let part = crop(0.25, DVec2::new(0.2, 0.4));
+        close(part.transform_point2(DVec2::new(0.2, 0.9)), DVec2::new(0.0, 1.0));
+        close(rotation(90.0).transform_point2(DVec2::new(1.0, 0.5)), DVec2::new(0.5, 1.0));
+        let from = SKEWED.map(|at| at - DVec2::new(0.1, 0.2) * at.x);
+        let skewed = skew(from).unwrap();
+        from.into_iter().zip(SKEWED).for_each(|(a, b)| close(skewed.transform_point2(a), b));
+        let [a, b, _] = SKEWED;
+        assert_eq!(skew([a, b, a + 1.001 * (b - a)]), None, "on a line");
+        assert_eq!(skew([b, a, SKEWED[2]]), None, "turned over");
+    }
+
+    #[test]
+    fn each_map_is_drawn_as_often_as_it_should() {
+        let augmentation = BodyAugmentation::default();
+        let (alone, n) = (BodyLabel::default(), 20_000);
+        let crowd = BodyLabel { other_centers: vec![glam::Vec2::ZERO], ..alone.clone() };
+        let count = |label: &BodyLabel, is: fn(&DAffine2) -> bool| {
+            let draw = |i| augmentation.draw_map(&mut CounterRng::new(5, "maps", i), label);
+            (0..n).filter_map(draw).filter(is).count() as f64 / n as f64
+        };
+        let near = |share: f64, expected: f64| {
+            // Four standard deviations.
+            let slack = 4.0 * (expected * (1.0 - expected) / n as f64).sqrt();
+            assert!((share - expected).abs() <= slack, "{share} for {expected}");
+        };
+        near(
+            count(&alone, |map| map.matrix2.determinant() < 0.9 && map.matrix2.y_axis.x == 0.0),
+            0.1,
+        );
+        near(
+            count(&alone, |map| map.matrix2.determinant() > 1.5 && map.matrix2.y_axis.x == 0.0),
+            0.4,
+        );
+        near(count(&alone, |map| map.matrix2 == DMat2::IDENTITY), 0.1);
+        near(count(&alone, |map| map.matrix2.y_axis.x != 0.0), 0.15);
+        near(count(&crowd, |map| map.matrix2.y_axis.x != 0.0), 0.045);
+        near(count(&crowd, |map| map.matrix2 == DMat2::IDENTITY), 0.0);
+        near(count(&crowd, |map| map.matrix2.determinant() > 1.5), 0.4);
+    }
+}

@@ -1,0 +1,114 @@
+//! How one sample is seen once.
+
+use evpose_core::{CounterRng, Plane};
+use evpose_pose::body::BodyLabel;
+use glam::DAffine2;
+
+use super::label::{is_inside, moved, unlabelled};
+use super::light::{Square, add_noise, blank, relight};
+use super::resample::{Interpolation, sample};
+use super::{BodyAugmentation, geometry};
+
+/// An image and its label as they are seen once: drawn by [`BodyAugmentation::draw`], or
+/// [`plain`](Self::plain).
+#[derive(Debug, Clone)]
+pub struct BodyView {
+    label: BodyLabel,
+    view_from_image: DAffine2,
+    interpolation: Interpolation,
+    light: Option<[f32; 2]>,
+    noise: Option<(CounterRng, f32)>,
+    blank: Option<Square>,
+}
+
+impl BodyAugmentation {
+    /// Draws how sample number `sample` is seen, which depends on it, on `seed` and on its label only. A number
+    /// for each time that it is seen makes each different.
+    pub fn draw(&self, seed: u64, sample: u64, label: &BodyLabel) -> BodyView {
+        // What happens to places and to greys is drawn apart: either can be changed without the other.
+        let mut places = CounterRng::new(seed, "body augmentation", sample);
+        let mut greys = CounterRng::new(seed, "body augmentation greys", sample);
+        let interpolation = match self.interpolation.len() {
+            0 => Interpolation::Linear,
+            n => self.interpolation[places.below(n)],
+        };
+        let mut view = BodyView::plain(label, interpolation);
+        let is_mirrored = places.chance(self.mirror_probability);
+        let map = self.draw_map(&mut places, label);
+        if is_mirrored || map.is_some() {
+            let mirror = if is_mirrored { geometry::mirror() } else { DAffine2::IDENTITY };
+            let view_from_image = map.unwrap_or(DAffine2::IDENTITY) * mirror;
+            let seen = moved(label, view_from_image, is_mirrored);
+            let (before, after) = (unlabelled(label), unlabelled(&seen));
+            if after <= before + self.most_lost && after <= self.most_unlabelled {
+                view = BodyView { label: seen, view_from_image, ..view };
+            }
+        }
+        let [contrast, brightness] =
+            [self.contrast, self.brightness].map(|[low, high]| greys.uniform(low, high));
+        view.light = greys.chance(self.light_probability).then_some([contrast, brightness]);
+        if greys.chance(self.noise_probability) {
+            let rng = CounterRng::new(seed, "body augmentation noise", sample);
+            view.noise = Some((rng, self.noise_grey));
+        }
+        if greys.chance(self.blank_probability) {
+            view.blank = self.draw_square(&mut greys, &view.label);
+        }
+        view
+    }
+
+    /// Draws a square on a joint; none without joints.
+    fn draw_square(&self, rng: &mut CounterRng, label: &BodyLabel) -> Option<Square> {
+        let is_seen = |at: &glam::Vec2| is_inside(*at);
+        let labelled = label.keypoints.iter().filter(|keypoint| keypoint.is_labelled());
+        let seen: Vec<_> = labelled.map(|keypoint| keypoint.position).filter(is_seen).collect();
+        let half_side = rng.uniform(self.blank[0], self.blank[1]);
+        let grey = rng.below(1 << u8::BITS) as u8;
+        (!seen.is_empty()).then(|| Square { middle: seen[rng.below(seen.len())], half_side, grey })
+    }
+}
+
+impl BodyView {
+    /// As it is: for validation.
+    pub fn plain(label: &BodyLabel, interpolation: Interpolation) -> Self {
+        Self {
+            label: label.clone(),
+            view_from_image: DAffine2::IDENTITY,
+            interpolation,
+            light: None,
+            noise: None,
+            blank: None,
+        }
+    }
+
+    /// The label of what is seen.
+    pub fn label(&self) -> &BodyLabel {
+        &self.label
+    }
+
+    /// Where a place of the image is seen; both from 0 to 1 along either side.
+    pub fn view_from_image(&self) -> DAffine2 {
+        self.view_from_image
+    }
+
+    /// Writes what is seen of an image: `side` rows of as many greys, 0 to 255, the input of a network but for
+    /// its channels, which are all the same.
+    ///
+    /// # Panics
+    /// If `out` is of another size.
+    pub fn render(&self, image: &Plane<u8>, side: usize, out: &mut [f32]) {
+        sample(image, self.view_from_image.inverse(), self.interpolation, [side; 2], out);
+        if let Some([contrast, brightness]) = self.light {
+            relight(out, contrast, brightness);
+        }
+        if let Some((rng, most)) = &self.noise {
+            add_noise(out, &mut rng.clone(), *most);
+        }
+        if let Some(square) = &self.blank {
+            blank(out, side, square);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
