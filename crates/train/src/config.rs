@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 use crate::TrainError;
 use crate::devices::DeviceStrategy;
 use crate::slow_motion::SlowMotionConfig;
+use crate::toml_text;
 
 /// Everything about a hand experiment. `Default` is the published setting.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -139,14 +140,7 @@ impl HandConfig {
     /// If the file cannot be read, has unknown or wrongly typed fields, or values that make no
     /// sense; the error names the field.
     pub fn load(path: &Path, overrides: &[String]) -> Result<Self, TrainError> {
-        let text = std::fs::read_to_string(path)
-            .map_err(|source| TrainError::Io { path: path.to_path_buf(), source })?;
-        Self::parse(&text, overrides).map_err(|error| match error {
-            TrainError::Config { message, .. } => {
-                TrainError::Config { path: path.to_path_buf(), message }
-            }
-            other => other,
-        })
+        toml_text::load(path, |text| Self::parse(text, overrides))
     }
 
     /// Reads what a directory was made with, defaults filled in and nothing checked: sequences may be
@@ -155,12 +149,7 @@ impl HandConfig {
     /// # Errors
     /// If the file cannot be read, or has unknown or wrongly typed fields.
     pub fn read(path: &Path) -> Result<Self, TrainError> {
-        let text = std::fs::read_to_string(path)
-            .map_err(|source| TrainError::Io { path: path.to_path_buf(), source })?;
-        toml::from_str(&text).map_err(|error| TrainError::Config {
-            path: path.to_path_buf(),
-            message: error.to_string(),
-        })
+        toml_text::load(path, |text| toml_text::parse(text, &[]))
     }
 
     /// As [`Self::load`], from text.
@@ -168,18 +157,7 @@ impl HandConfig {
     /// # Errors
     /// As [`Self::load`].
     pub fn parse(text: &str, overrides: &[String]) -> Result<Self, TrainError> {
-        let problem = |message: String| TrainError::Config { path: "config".into(), message };
-        let config: Self = if overrides.is_empty() {
-            // Straight from the text, so that errors can point at lines.
-            toml::from_str(text).map_err(|error| problem(error.to_string()))?
-        } else {
-            let mut table: toml::Table =
-                toml::from_str(text).map_err(|error| problem(error.to_string()))?;
-            for assignment in overrides {
-                set(&mut table, assignment).map_err(problem)?;
-            }
-            table.try_into().map_err(|error: toml::de::Error| problem(error.to_string()))?
-        };
+        let config: Self = toml_text::parse(text, overrides)?;
         config.validate()?;
         Ok(config)
     }
@@ -189,10 +167,7 @@ impl HandConfig {
     /// # Errors
     /// If a value cannot be written as TOML.
     pub fn to_toml(&self) -> Result<String, TrainError> {
-        toml::to_string_pretty(self).map_err(|error| TrainError::Config {
-            path: "config".into(),
-            message: error.to_string(),
-        })
+        toml_text::written(self)
     }
 
     /// Checks what types cannot.
@@ -258,29 +233,6 @@ impl HandConfig {
         }
         Ok(())
     }
-}
-
-/// Applies `dotted.key=value` to a table; the value is TOML, or else a bare string.
-fn set(table: &mut toml::Table, assignment: &str) -> Result<(), String> {
-    let (key, value) = assignment
-        .split_once('=')
-        .ok_or_else(|| format!("--set {assignment}: write it as key=value"))?;
-    let value = value.trim();
-    let parsed: toml::Value = toml::from_str::<toml::Table>(&format!("value = {value}"))
-        .ok()
-        .and_then(|mut t| t.remove("value"))
-        .unwrap_or_else(|| toml::Value::String(value.to_owned()));
-    let (path, last) = key.trim().rsplit_once('.').unwrap_or(("", key.trim()));
-    let mut inner = table;
-    for part in path.split('.').filter(|part| !part.is_empty()) {
-        inner = inner
-            .entry(part)
-            .or_insert_with(|| toml::Value::Table(toml::Table::new()))
-            .as_table_mut()
-            .ok_or_else(|| format!("--set {assignment}: `{part}` is not a section"))?;
-    }
-    inner.insert(last.to_owned(), parsed);
-    Ok(())
 }
 
 #[cfg(test)]

@@ -3,8 +3,10 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use crate::TrainError;
+use serde::Serialize;
+
 use crate::config::HandConfig;
+use crate::{TrainError, toml_text};
 
 /// A field that two configs give different values.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -24,17 +26,14 @@ impl fmt::Display for FieldDifference {
     }
 }
 
-impl HandConfig {
-    /// The fields in which the config of a directory differs from this one.
-    ///
-    /// # Errors
-    /// If one of the two cannot be written as TOML.
-    pub fn differences(&self, there: &Self) -> Result<Vec<FieldDifference>, TrainError> {
-        let (mut given, mut there) = (fields(self)?, fields(there)?);
+impl FieldDifference {
+    /// The fields in which the config of a directory differs from the one that was `given`.
+    pub(crate) fn between<C: Serialize>(given: &C, there: &C) -> Result<Vec<Self>, TrainError> {
+        let (mut given, mut there) = (fields(given)?, fields(there)?);
         let mut names: Vec<String> = given.keys().chain(there.keys()).cloned().collect();
         names.sort_unstable();
         names.dedup();
-        let pairs = names.into_iter().map(|field| FieldDifference {
+        let pairs = names.into_iter().map(|field| Self {
             there: there.remove(&field),
             given: given.remove(&field),
             field,
@@ -43,8 +42,18 @@ impl HandConfig {
     }
 }
 
-fn fields(config: &HandConfig) -> Result<BTreeMap<String, String>, TrainError> {
-    let table: toml::Table = toml::from_str(&config.to_toml()?).map_err(|error| {
+impl HandConfig {
+    /// The fields in which the config of a directory differs from this one.
+    ///
+    /// # Errors
+    /// If one of the two cannot be written as TOML.
+    pub fn differences(&self, there: &Self) -> Result<Vec<FieldDifference>, TrainError> {
+        FieldDifference::between(self, there)
+    }
+}
+
+fn fields(config: &impl Serialize) -> Result<BTreeMap<String, String>, TrainError> {
+    let table: toml::Table = toml::from_str(&toml_text::written(config)?).map_err(|error| {
         TrainError::Config { path: "config".into(), message: error.to_string() }
     })?;
     let mut out = BTreeMap::new();

@@ -1,13 +1,13 @@
 //! The hand network as something Burn can train: one step forward, backward and measured.
 
-use std::sync::{Arc, Mutex, PoisonError};
-
 use burn::module::Module;
 use burn::tensor::Tensor;
-use burn_train::{InferenceStep, Interrupter, TrainOutput, TrainStep};
+use burn_train::metric::{Adaptor, ItemLazy};
+use burn_train::{InferenceStep, TrainOutput, TrainStep};
 use evpose_nn::{HandLoss, HandLossParts, HandRegressor};
 
-use crate::metric::StepScalars;
+use crate::guard::Guard;
+use crate::metric::{Field, LOSS, Scalars};
 
 /// Windows of events and the poses at their ends.
 #[derive(Debug, Clone)]
@@ -20,42 +20,53 @@ pub(crate) struct HandBatch {
     pub step: u64,
 }
 
-/// A loss that is no longer a number, and where it happened.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Divergence {
-    pub(crate) loss: f64,
-    pub(crate) step: u64,
+/// What a batch came to. Plain numbers: the divergence check has read them already.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct HandScalars {
+    /// Samples in the batch.
+    pub batch_size: usize,
+    /// The published loss L (not its logarithm), dimensionless.
+    pub loss: f64,
+    /// Root mean square error of the six articulation coefficients.
+    pub articulation: f64,
+    /// Root mean square error of the wrist position, in millimetres.
+    pub translation_mm: f64,
+    /// Root mean square error of the axis-angle vector, in degrees.
+    pub rotation_deg: f64,
 }
 
-/// Stops a training whose loss is no longer a number, before anything of it is saved.
-#[derive(Clone)]
-pub(crate) struct Guard {
-    interrupter: Interrupter,
-    seen: Arc<Mutex<Option<Divergence>>>,
-}
-
-impl std::fmt::Debug for Guard {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Guard").field("seen", &self.seen).finish_non_exhaustive()
+impl ItemLazy for HandScalars {
+    fn sync(self) -> Result<Self, burn::tensor::ExecutionError> {
+        Ok(self)
     }
 }
 
-impl Guard {
-    pub(crate) fn new(interrupter: Interrupter) -> Self {
-        Self { interrupter, seen: Arc::default() }
+impl Adaptor<HandScalars> for HandScalars {
+    fn adapt(&self) -> HandScalars {
+        *self
     }
+}
 
-    fn check(&self, loss: f64, step: u64) {
-        if !loss.is_finite() {
-            let mut seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
-            seen.get_or_insert(Divergence { loss, step });
-            self.interrupter.stop(Some("the loss is no longer a number"));
-        }
+impl Scalars for HandScalars {
+    fn batch_size(&self) -> usize {
+        self.batch_size
     }
+}
 
-    pub(crate) fn divergence(&self) -> Option<Divergence> {
-        *self.seen.lock().unwrap_or_else(PoisonError::into_inner)
-    }
+/// The registry: everything logged per step.
+pub(crate) const HAND_FIELDS: [Field<HandScalars>; 4] = [
+    field(LOSS, "", |s| s.loss),
+    field("articulation", "", |s| s.articulation),
+    field("translation", "mm", |s| s.translation_mm),
+    field("rotation", "deg", |s| s.rotation_deg),
+];
+
+const fn field(
+    name: &'static str,
+    unit: &'static str,
+    get: fn(&HandScalars) -> f64,
+) -> Field<HandScalars> {
+    Field { name, unit, higher_is_better: false, get }
 }
 
 /// The network together with what judges it.
@@ -79,10 +90,10 @@ impl HandLearner {
     }
 }
 
-fn scalars(parts: &HandLossParts, batch_size: usize) -> StepScalars {
+fn scalars(parts: &HandLossParts, batch_size: usize) -> HandScalars {
     let read = |tensor: &Tensor<1>| f64::from(tensor.clone().into_scalar::<f32>());
     let rms = |mean_square: f64, components: f64| (components * mean_square).sqrt();
-    StepScalars {
+    HandScalars {
         batch_size,
         loss: read(&parts.total),
         articulation: rms(read(&parts.articulation), 1.0),
@@ -93,9 +104,9 @@ fn scalars(parts: &HandLossParts, batch_size: usize) -> StepScalars {
 
 impl TrainStep for HandLearner {
     type Input = HandBatch;
-    type Output = StepScalars;
+    type Output = HandScalars;
 
-    fn step(&self, batch: HandBatch) -> TrainOutput<StepScalars> {
+    fn step(&self, batch: HandBatch) -> TrainOutput<HandScalars> {
         let step = batch.step;
         let (parts, batch_size) = self.measure(batch);
         let measured = scalars(&parts, batch_size);
@@ -106,9 +117,9 @@ impl TrainStep for HandLearner {
 
 impl InferenceStep for HandLearner {
     type Input = HandBatch;
-    type Output = StepScalars;
+    type Output = HandScalars;
 
-    fn step(&self, batch: HandBatch) -> StepScalars {
+    fn step(&self, batch: HandBatch) -> HandScalars {
         let (parts, batch_size) = self.measure(batch);
         scalars(&parts, batch_size)
     }

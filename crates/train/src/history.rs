@@ -12,7 +12,7 @@ use burn_train::metric::{MetricDefinition, MetricId, NumericEntry};
 use serde::{Deserialize, Serialize};
 
 use crate::TrainError;
-use crate::metric::FIELDS;
+use crate::metric::LOSS;
 
 /// Which part of the data a line of the history is about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -80,7 +80,7 @@ pub fn validation_losses(history: &[HistoryLine]) -> BTreeMap<usize, f64> {
     let mut sums: BTreeMap<usize, (f64, usize)> = BTreeMap::new();
     for line in history.iter().filter(|line| line.part == Part::Valid) {
         let (sum, samples) = sums.entry(line.interval).or_default();
-        *sum += line.values.get(FIELDS[0].name).copied().unwrap_or(f64::NAN) * line.samples as f64;
+        *sum += line.values.get(LOSS).copied().unwrap_or(f64::NAN) * line.samples as f64;
         *samples += line.samples;
     }
     sums.into_iter().map(|(interval, (sum, n))| (interval, sum / n as f64)).collect()

@@ -20,6 +20,7 @@ mod devices;
 mod differences;
 mod error;
 mod evaluation;
+mod guard;
 mod hand_task;
 mod history;
 mod loader;
@@ -33,6 +34,7 @@ mod retention;
 mod saved;
 mod slow_motion;
 mod told_renderer;
+mod toml_text;
 mod training;
 mod waiting;
 

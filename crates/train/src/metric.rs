@@ -1,4 +1,4 @@
-//! The numbers shown and logged while a hand network trains.
+//! Numbers that are shown and logged while a network trains.
 
 use std::sync::Arc;
 
@@ -9,55 +9,38 @@ use burn_train::metric::{
     NumericAttributes, NumericEntry, SerializedEntry,
 };
 
-/// What a batch came to. Plain numbers: the divergence check has read them already.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(crate) struct StepScalars {
+/// What checkpoints are ranked by: the first of all fields.
+pub(crate) const LOSS: &str = "loss";
+
+/// What a batch came to, as plain numbers.
+pub(crate) trait Scalars: ItemLazy + Adaptor<Self> + Copy + Send + Sync + 'static {
     /// Samples in the batch.
-    pub batch_size: usize,
-    /// The published loss L (not its logarithm), dimensionless.
-    pub loss: f64,
-    /// Root mean square error of the six articulation coefficients.
-    pub articulation: f64,
-    /// Root mean square error of the wrist position, in millimetres.
-    pub translation_mm: f64,
-    /// Root mean square error of the axis-angle vector, in degrees.
-    pub rotation_deg: f64,
+    fn batch_size(&self) -> usize;
 }
 
-impl ItemLazy for StepScalars {
-    fn sync(self) -> Result<Self, burn::tensor::ExecutionError> {
-        Ok(self)
-    }
-}
-
-/// One field of [`StepScalars`] as a metric.
+/// One number of some [`Scalars`] as a metric.
 #[derive(Clone, Copy)]
-pub(crate) struct Field {
+pub(crate) struct Field<S> {
     /// Its name in the log and on screen.
     pub name: &'static str,
     /// Its unit, empty where it has none.
     pub unit: &'static str,
-    get: fn(&StepScalars) -> f64,
+    /// Whether more of it is better.
+    pub higher_is_better: bool,
+    /// Where it is.
+    pub get: fn(&S) -> f64,
 }
-
-/// The registry: everything logged per step. The first is what checkpoints are ranked by.
-pub(crate) const FIELDS: [Field; 4] = [
-    Field { name: "loss", unit: "", get: |s| s.loss },
-    Field { name: "articulation", unit: "", get: |s| s.articulation },
-    Field { name: "translation", unit: "mm", get: |s| s.translation_mm },
-    Field { name: "rotation", unit: "deg", get: |s| s.rotation_deg },
-];
 
 /// A running mean of one [`Field`], as Burn wants it.
 #[derive(Clone)]
-pub(crate) struct FieldMetric {
-    field: Field,
+pub(crate) struct FieldMetric<S> {
+    field: Field<S>,
     state: NumericMetricState,
 }
 
-impl FieldMetric {
+impl<S: Scalars> FieldMetric<S> {
     /// The metric of `field`.
-    pub(crate) fn new(field: Field) -> Self {
+    pub(crate) fn new(field: Field<S>) -> Self {
         Self { field, state: NumericMetricState::default() }
     }
 
@@ -67,14 +50,8 @@ impl FieldMetric {
     }
 }
 
-impl Adaptor<StepScalars> for StepScalars {
-    fn adapt(&self) -> StepScalars {
-        *self
-    }
-}
-
-impl Metric for FieldMetric {
-    type Input = StepScalars;
+impl<S: Scalars> Metric for FieldMetric<S> {
+    type Input = S;
 
     fn name(&self) -> MetricName {
         Arc::new(self.field.name.to_owned())
@@ -82,15 +59,11 @@ impl Metric for FieldMetric {
 
     fn attributes(&self) -> MetricAttributes {
         let unit = (!self.field.unit.is_empty()).then(|| self.field.unit.to_owned());
-        NumericAttributes { unit, higher_is_better: false }.into()
+        NumericAttributes { unit, higher_is_better: self.field.higher_is_better }.into()
     }
 
-    fn update(
-        &mut self,
-        item: &StepScalars,
-        _: &MetricMetadata,
-    ) -> Result<SerializedEntry, TensorReadError> {
-        self.state.update((self.field.get)(item), item.batch_size);
+    fn update(&mut self, item: &S, _: &MetricMetadata) -> Result<SerializedEntry, TensorReadError> {
+        self.state.update((self.field.get)(item), item.batch_size());
         Ok(self.state.compute_update(self.format()))
     }
 
@@ -103,7 +76,7 @@ impl Metric for FieldMetric {
     }
 }
 
-impl Numeric for FieldMetric {
+impl<S: Scalars> Numeric for FieldMetric<S> {
     fn value(&self) -> Option<NumericEntry> {
         Some(self.state.current_value())
     }

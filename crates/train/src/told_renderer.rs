@@ -9,8 +9,6 @@ use burn_train::renderer::{
     MetricsRendererTraining,
 };
 
-use crate::config::TrainingConfig;
-
 /// How far a training is, those steps included that it was resumed after.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct HowFar {
@@ -37,6 +35,17 @@ impl std::fmt::Debug for Told {
     }
 }
 
+/// How long a training is.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct TrainingSpan {
+    /// Samples per optimiser step.
+    pub(crate) batch_size: usize,
+    /// Optimiser steps in all.
+    pub(crate) steps: u64,
+    /// Optimiser steps between validations.
+    pub(crate) steps_per_interval: u64,
+}
+
 /// Passes on how far it is, and nothing else.
 pub(crate) struct ToldRenderer {
     told: Told,
@@ -48,12 +57,12 @@ pub(crate) struct ToldRenderer {
 }
 
 impl ToldRenderer {
-    pub(crate) fn new(told: Told, training: &TrainingConfig) -> Self {
-        let samples = |steps: u64| steps * training.batch_size as u64;
+    pub(crate) fn new(told: Told, span: TrainingSpan) -> Self {
+        let samples = |steps: u64| steps * span.batch_size as u64;
         Self {
             told,
-            of: samples(training.steps),
-            per_interval: samples(training.steps_per_validation),
+            of: samples(span.steps),
+            per_interval: samples(span.steps_per_interval),
             interval: 1,
             validating: false,
         }
@@ -122,13 +131,8 @@ mod tests {
             let heard = Arc::clone(&heard);
             Told::new(move |how_far| heard.lock().expect("not poisoned").push(how_far.samples))
         };
-        let training = TrainingConfig {
-            batch_size: 4,
-            steps: 5,
-            steps_per_validation: 2,
-            ..TrainingConfig::default()
-        };
-        let mut renderer = ToldRenderer::new(told, &training);
+        let span = TrainingSpan { batch_size: 4, steps: 5, steps_per_interval: 2 };
+        let mut renderer = ToldRenderer::new(told, span);
         // Resumed after the first of three intervals, the last of which has one step.
         renderer.start(3, 2, None, None);
         for (split, done, ended) in

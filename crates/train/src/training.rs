@@ -19,21 +19,22 @@ use evpose_pose::metric::MeanPose;
 
 use crate::TrainError;
 use crate::checkpoint::{AtomicCheckpointer, newest_checkpoint, weights_path};
-use crate::config::{HandConfig, TrainingConfig};
+use crate::config::HandConfig;
 use crate::dataset::HandDataset;
 use crate::devices::Team;
-use crate::hand_task::{Guard, HandLearner};
+use crate::guard::Guard;
+use crate::hand_task::{HAND_FIELDS, HandLearner};
 use crate::history::History;
 use crate::loader::HandLoader;
-use crate::metric::{FIELDS, FieldMetric};
+use crate::metric::FieldMetric;
 use crate::plain_renderer::PlainRenderer;
 use crate::retention::{LastTwoAndBest, best_interval};
 use crate::saved::{BEST, Checkpoint, LAST};
-use crate::told_renderer::{Told, ToldRenderer};
+use crate::told_renderer::{Told, ToldRenderer, TrainingSpan};
 use crate::waiting::{DataWait, WaitMeter};
 
 /// PyTorch's default; Burn's is 1e-5.
-const ADAM_EPSILON: f32 = 1e-8;
+pub(crate) const ADAM_EPSILON: f32 = 1e-8;
 
 /// Poses averaged for the mean pose, at most; spread evenly over the training data.
 const MEAN_POSE_SAMPLES: u64 = 200_000;
@@ -69,19 +70,19 @@ pub struct TrainSummary {
 }
 
 /// Where a run keeps its things.
-struct RunDir<'a>(&'a Path);
+pub(crate) struct RunDir<'a>(pub(crate) &'a Path);
 
 impl RunDir<'_> {
-    fn config(&self) -> PathBuf {
+    pub(crate) fn config(&self) -> PathBuf {
         self.0.join("config.toml")
     }
-    fn history(&self) -> PathBuf {
+    pub(crate) fn history(&self) -> PathBuf {
         self.0.join("metrics.jsonl")
     }
-    fn loading(&self) -> PathBuf {
+    pub(crate) fn loading(&self) -> PathBuf {
         self.0.join("loading.jsonl")
     }
-    fn checkpoints(&self) -> PathBuf {
+    pub(crate) fn checkpoints(&self) -> PathBuf {
         self.0.join("checkpoint")
     }
 }
@@ -135,6 +136,11 @@ pub fn train_hand(
         training.learning_rate,
     );
 
+    let telling = TrainingSpan {
+        batch_size: training.batch_size,
+        steps: training.steps,
+        steps_per_interval: training.steps_per_validation,
+    };
     let [weights, optimizer, schedule] = AtomicCheckpointer::parts(&dir.checkpoints());
     let mut supervised = SupervisedTraining::new(run, Arc::new(loader), Arc::new(validation))
         .num_epochs(intervals)
@@ -143,8 +149,8 @@ pub fn train_hand(
         .with_checkpointing_strategy(LastTwoAndBest::new(history.clone()))
         .with_custom_checkpointers(weights, optimizer, schedule)
         .with_application_logger(None)
-        .renderer(renderer(&interrupter, options, training, &meter));
-    for field in FIELDS {
+        .renderer(renderer(&interrupter, options, telling, &meter));
+    for field in HAND_FIELDS {
         supervised = supervised
             .metric_train_numeric(FieldMetric::new(field))
             .metric_valid_numeric(FieldMetric::new(field));
@@ -231,15 +237,15 @@ fn prepare(config: &HandConfig, dir: &RunDir<'_>, resume: bool) -> Result<usize,
 }
 
 /// Whoever is told, or else Burn's dashboard on a terminal and plain lines elsewhere.
-fn renderer(
+pub(crate) fn renderer(
     interrupter: &Interrupter,
     options: &TrainOptions,
-    training: &TrainingConfig,
+    span: TrainingSpan,
     meter: &WaitMeter,
 ) -> Box<dyn MetricsRenderer> {
     use std::io::IsTerminal as _;
     if let Some(told) = &options.told {
-        return Box::new(ToldRenderer::new(told.clone(), training));
+        return Box::new(ToldRenderer::new(told.clone(), span));
     }
     if !options.plain && cfg!(feature = "tui") && stdout().is_terminal() {
         default_renderer(interrupter.clone(), None)

@@ -1,0 +1,70 @@
+//! Configs as text: read with changes from the command line, and written.
+
+use std::path::Path;
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use crate::TrainError;
+
+/// Reads a file with `parse`, whose errors then name it.
+pub(crate) fn load<T>(
+    path: &Path,
+    parse: impl FnOnce(&str) -> Result<T, TrainError>,
+) -> Result<T, TrainError> {
+    let text = std::fs::read_to_string(path)
+        .map_err(|source| TrainError::Io { path: path.to_path_buf(), source })?;
+    parse(&text).map_err(|error| match error {
+        TrainError::Config { message, .. } => {
+            TrainError::Config { path: path.to_path_buf(), message }
+        }
+        other => other,
+    })
+}
+
+/// Reads TOML. `overrides` are `dotted.key=value` as on the command line.
+pub(crate) fn parse<T: DeserializeOwned>(
+    text: &str,
+    overrides: &[String],
+) -> Result<T, TrainError> {
+    let problem = |message: String| TrainError::Config { path: "config".into(), message };
+    if overrides.is_empty() {
+        // Straight from the text, so that errors can point at lines.
+        return toml::from_str(text).map_err(|error| problem(error.to_string()));
+    }
+    let mut table: toml::Table =
+        toml::from_str(text).map_err(|error| problem(error.to_string()))?;
+    for assignment in overrides {
+        set(&mut table, assignment).map_err(problem)?;
+    }
+    table.try_into().map_err(|error: toml::de::Error| problem(error.to_string()))
+}
+
+/// A whole config as TOML, defaults included.
+pub(crate) fn written(config: &impl Serialize) -> Result<String, TrainError> {
+    toml::to_string_pretty(config)
+        .map_err(|error| TrainError::Config { path: "config".into(), message: error.to_string() })
+}
+
+/// Applies `dotted.key=value` to a table; the value is TOML, or else a bare string.
+fn set(table: &mut toml::Table, assignment: &str) -> Result<(), String> {
+    let (key, value) = assignment
+        .split_once('=')
+        .ok_or_else(|| format!("--set {assignment}: write it as key=value"))?;
+    let value = value.trim();
+    let parsed: toml::Value = toml::from_str::<toml::Table>(&format!("value = {value}"))
+        .ok()
+        .and_then(|mut t| t.remove("value"))
+        .unwrap_or_else(|| toml::Value::String(value.to_owned()));
+    let (path, last) = key.trim().rsplit_once('.').unwrap_or(("", key.trim()));
+    let mut inner = table;
+    for part in path.split('.').filter(|part| !part.is_empty()) {
+        inner = inner
+            .entry(part)
+            .or_insert_with(|| toml::Value::Table(toml::Table::new()))
+            .as_table_mut()
+            .ok_or_else(|| format!("--set {assignment}: `{part}` is not a section"))?;
+    }
+    inner.insert(last.to_owned(), parsed);
+    Ok(())
+}
