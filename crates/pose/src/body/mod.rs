@@ -6,12 +6,14 @@
 //! * [`BodyMaps`]: heatmaps, centres, regressions and offsets.
 //! * [`BodyDecoder`]: from maps to [`BodyJoint`]s.
 //! * [`positions`], [`positions_and_scores`]: joints as rows of plain numbers.
+//! * [`velocity`]: how fast joints move, told by events.
 
 mod decoder;
 mod joint;
 mod label;
 mod maps;
 mod skeleton;
+pub mod velocity;
 
 pub use decoder::{BodyDecoder, DEFAULT_THRESHOLD};
 pub use joint::{BodyJoint, positions, positions_and_scores};
