@@ -25,7 +25,7 @@ pub enum FlowAverage {
     ///
     /// Exact for straight edges along rows, columns and diagonals. One that is slant by little comes past
     /// the pixels along it at great speed, which the mean takes for motion: an edge 3° off the columns
-    /// seems five times as fast as it is, and almost twice where times are off by 3 % of a step.
+    /// seems more than five times as fast as it is, and almost twice where times are off by 3 % of a step.
     Triplets,
 }
 
