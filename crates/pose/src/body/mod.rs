@@ -5,13 +5,17 @@
 //! * [`BodyLabel`]: what is known of the person in an image.
 //! * [`BodyMaps`]: heatmaps, centres, regressions and offsets.
 //! * [`BodyDecoder`]: from maps to [`BodyJoint`]s.
+//! * [`fusion`]: poses of networks carried on by velocities of events.
 //! * [`positions`], [`positions_and_scores`]: joints as rows of plain numbers.
+//! * [`velocity`]: how fast joints move, told by events.
 
 mod decoder;
+pub mod fusion;
 mod joint;
 mod label;
 mod maps;
 mod skeleton;
+pub mod velocity;
 
 pub use decoder::{BodyDecoder, DEFAULT_THRESHOLD};
 pub use joint::{BodyJoint, positions, positions_and_scores};

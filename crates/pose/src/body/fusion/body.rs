@@ -1,0 +1,100 @@
+//! Detections and velocities of a body in, joints of any time out.
+
+use evpose_core::Micros;
+use glam::Vec2;
+
+use super::constant_position::ConstantPosition;
+use super::constant_velocity::ConstantVelocity;
+use super::displacement::Displacement;
+use super::filter::BodyEstimator;
+use super::integration::Integration;
+use super::published::{ForgetfulDisplacement, SharedClock};
+use super::time_order::TimeOrder;
+use super::{Estimator, FusionConfig, FusionError, ScoredPoints};
+use crate::PoseError;
+use crate::body::{BODY_JOINTS, BodyPoints};
+
+/// Follows the joints of one body, all in the order of networks.
+///
+/// Times are those of events. A measurement may come later than others of later times, as long as it
+/// describes a time that is still remembered; see [`FusionConfig::history_s`].
+#[derive(Debug)]
+pub struct BodyFusion {
+    config: FusionConfig,
+    estimator: Box<dyn BodyEstimator>,
+}
+
+impl BodyFusion {
+    /// Before the first detection.
+    ///
+    /// # Errors
+    /// If a setting is out of range.
+    pub fn new(config: &FusionConfig) -> Result<Self, PoseError> {
+        config.validate()?;
+        Ok(Self { config: *config, estimator: start(*config) })
+    }
+
+    /// Takes a pose that describes time `described` and was found at time `now`. Says how many of its joints
+    /// are believed; the others are as if they had not been found.
+    ///
+    /// # Errors
+    /// If it describes a time after `now` or before all that is remembered. It is then left out.
+    pub fn detection(
+        &mut self,
+        described: Micros,
+        pose: &ScoredPoints,
+        now: Micros,
+    ) -> Result<usize, FusionError> {
+        if described > now {
+            return Err(FusionError::NotYet { t: described, now });
+        }
+        let believed = self.config.confidence.believed(pose);
+        let count = believed.iter().flatten().count();
+        if count > 0 {
+            let positions_px = believed.map(|point| point.map(|at| at.as_dvec2()));
+            self.estimator.detection(described, &positions_px, now)?;
+        }
+        Ok(count)
+    }
+
+    /// Takes the velocities of all joints at time `t`, in px/s: those that
+    /// [`TripletVelocity`](crate::body::velocity::TripletVelocity) measures until then. Zero says that a
+    /// joint rests: nothing fires where nothing moves. One that is no number was not measured. Before
+    /// its first detection a joint has no use for them.
+    ///
+    /// # Errors
+    /// If `t` is before all that is remembered. They are then left out.
+    pub fn velocity(
+        &mut self,
+        t: Micros,
+        px_per_s: &[Vec2; BODY_JOINTS],
+    ) -> Result<(), FusionError> {
+        let measured = px_per_s.map(|velocity| velocity.is_finite().then(|| velocity.as_dvec2()));
+        self.estimator.velocity(t, &measured)
+    }
+
+    /// The joints at time `t`, in pixels; none of those that were not detected until then, or not for
+    /// [`FusionConfig::lost_after_s`].
+    pub fn query(&self, t: Micros) -> BodyPoints {
+        self.estimator.query(t)
+    }
+
+    /// Forgets every measurement.
+    pub fn reset(&mut self) {
+        self.estimator = start(self.config);
+    }
+}
+
+fn start(config: FusionConfig) -> Box<dyn BodyEstimator> {
+    use Estimator as E;
+    match (config.estimator, config.parity) {
+        (E::Integration, false) => Box::new(TimeOrder::<Integration>::new(config)),
+        (E::ConstantPosition, false) => Box::new(TimeOrder::<ConstantPosition>::new(config)),
+        (E::ConstantVelocity, false) => Box::new(TimeOrder::<ConstantVelocity>::new(config)),
+        (E::Displacement, false) => Box::new(Displacement::new(config)),
+        (E::Integration, true) => Box::new(SharedClock::<Integration>::new(config)),
+        (E::ConstantPosition, true) => Box::new(SharedClock::<ConstantPosition>::new(config)),
+        (E::ConstantVelocity, true) => Box::new(SharedClock::<ConstantVelocity>::new(config)),
+        (E::Displacement, true) => Box::new(ForgetfulDisplacement::new(config)),
+    }
+}

@@ -1,0 +1,60 @@
+//! What an estimator of one joint does; who calls it and when is said elsewhere.
+
+use std::fmt;
+
+use evpose_core::Micros;
+use glam::DVec2;
+
+use super::{FusionConfig, FusionError};
+use crate::body::{BODY_JOINTS, BodyPoints};
+
+/// What was measured of each joint: positions in px, or velocities in px/s.
+pub(super) type Measured = [Option<DVec2>; BODY_JOINTS];
+
+/// Estimates of the joints of a body.
+pub(super) trait BodyEstimator: fmt::Debug + Send {
+    /// Takes positions of time `described` that become known at `now`, not before.
+    fn detection(
+        &mut self,
+        described: Micros,
+        positions_px: &Measured,
+        now: Micros,
+    ) -> Result<(), FusionError>;
+
+    /// Takes velocities of time `t`.
+    fn velocity(&mut self, t: Micros, px_per_s: &Measured) -> Result<(), FusionError>;
+
+    /// Joints at time `t`, in px.
+    fn query(&self, t: Micros) -> BodyPoints;
+}
+
+/// An estimator of one joint, from measurements in order of time.
+pub(super) trait JointFilter: fmt::Debug + Copy + Send + 'static {
+    /// Whether hpe-core moves the clocks of all joints by a velocity, not of the first alone.
+    const ALL_CLOCKS_MOVE: bool;
+
+    /// At its first detection.
+    fn start(position_px: DVec2, config: &FusionConfig) -> Self;
+
+    /// Lets time pass.
+    fn advance(&mut self, dt_s: f64, config: &FusionConfig);
+
+    /// Corrects the state by a detection.
+    fn detect(&mut self, position_px: DVec2, config: &FusionConfig);
+
+    /// Corrects the state by a velocity, `dt_s` after the measurement before.
+    fn measure_velocity(&mut self, px_per_s: DVec2, dt_s: f64, config: &FusionConfig);
+
+    /// Where the joint is so long after the last measurement, px.
+    fn position_px(&self, ahead_s: f64) -> DVec2;
+}
+
+/// From one time to another, in seconds.
+pub(super) fn seconds(from: Micros, to: Micros) -> f64 {
+    to.0.saturating_sub(from.0) as f64 * 1e-6
+}
+
+/// As joints are given out.
+pub(super) fn pixels(position_px: DVec2) -> Option<glam::Vec2> {
+    Some(position_px.as_vec2())
+}

@@ -1,0 +1,155 @@
+//! Measurements in order of the time that they describe, whenever they come.
+
+use std::collections::VecDeque;
+
+use evpose_core::Micros;
+
+use super::filter::{BodyEstimator, JointFilter, Measured, pixels, seconds};
+use super::{FusionConfig, FusionError};
+use crate::body::{BODY_JOINTS, BodyPoints};
+
+/// Applies every measurement at its place in time: the answer is that of measurements which all came at
+/// once, bit for bit, as long as none is later than the history is long.
+///
+/// The state after each remembered measurement is kept, so that a late one costs as much as those after it.
+#[derive(Debug)]
+pub(super) struct TimeOrder<F> {
+    config: FusionConfig,
+    /// What is remembered, in order of time; of equal time, velocities first.
+    entries: VecDeque<Entry<F>>,
+    /// The state before it, and its time if there ever was a measurement before.
+    base: Tracks<F>,
+    base_t: Option<Micros>,
+}
+
+type Tracks<F> = [Option<Track<F>>; BODY_JOINTS];
+
+/// A joint that is followed.
+#[derive(Debug, Clone, Copy)]
+struct Track<F> {
+    filter: F,
+    /// The time of the state.
+    at: Micros,
+    /// The time of the last detection.
+    detected: Micros,
+}
+
+#[derive(Debug)]
+struct Entry<F> {
+    t: Micros,
+    kind: Kind,
+    measured: Measured,
+    after: Tracks<F>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Kind {
+    Velocity,
+    Detection,
+}
+
+impl<F: JointFilter> TimeOrder<F> {
+    pub(super) fn new(config: FusionConfig) -> Self {
+        let base = [None; BODY_JOINTS];
+        Self { config, entries: VecDeque::new(), base, base_t: None }
+    }
+
+    fn insert(&mut self, t: Micros, kind: Kind, measured: Measured) -> Result<(), FusionError> {
+        if let Some(oldest) = self.base_t
+            && t < oldest
+        {
+            return Err(FusionError::TooLate { t, oldest });
+        }
+        let place = self.entries.partition_point(|entry| (entry.t, entry.kind) <= (t, kind));
+        self.entries.insert(place, Entry { t, kind, measured, after: [None; BODY_JOINTS] });
+        let mut tracks = self.before(place);
+        for entry in self.entries.range_mut(place..) {
+            entry.apply(&mut tracks, &self.config);
+            entry.after = tracks;
+        }
+        self.forget();
+        Ok(())
+    }
+
+    /// The state before entry number `place`.
+    fn before(&self, place: usize) -> Tracks<F> {
+        place.checked_sub(1).map_or(self.base, |last| self.entries[last].after)
+    }
+
+    /// Drops what is older than the history is long.
+    fn forget(&mut self) {
+        let Some(newest) = self.entries.back().map(|entry| entry.t) else { return };
+        while let Some(entry) = self.entries.front()
+            && seconds(entry.t, newest) > self.config.history_s
+        {
+            (self.base, self.base_t) = (entry.after, Some(entry.t));
+            self.entries.pop_front();
+        }
+    }
+}
+
+impl<F: JointFilter> Entry<F> {
+    fn apply(&self, tracks: &mut Tracks<F>, config: &FusionConfig) {
+        for (track, measured) in tracks.iter_mut().zip(self.measured) {
+            let Some(measured) = measured else { continue };
+            match (self.kind, &mut *track) {
+                (Kind::Detection, Some(track)) if track.is_followed(self.t, config) => {
+                    track.advance(self.t, config);
+                    track.filter.detect(measured, config);
+                    track.detected = self.t;
+                }
+                (Kind::Detection, track) => {
+                    let filter = F::start(measured, config);
+                    *track = Some(Track { filter, at: self.t, detected: self.t });
+                }
+                (Kind::Velocity, Some(track)) => {
+                    let dt_s = track.advance(self.t, config);
+                    track.filter.measure_velocity(measured, dt_s, config);
+                }
+                (Kind::Velocity, None) => {}
+            }
+        }
+    }
+}
+
+impl<F: JointFilter> Track<F> {
+    /// Whether the last detection is recent enough.
+    fn is_followed(&self, t: Micros, config: &FusionConfig) -> bool {
+        seconds(self.detected, t) <= config.lost_after_s
+    }
+
+    /// To a later time; says how much later, seconds.
+    fn advance(&mut self, to: Micros, config: &FusionConfig) -> f64 {
+        let dt_s = seconds(self.at, to);
+        self.filter.advance(dt_s, config);
+        self.at = to;
+        dt_s
+    }
+}
+
+impl<F: JointFilter> BodyEstimator for TimeOrder<F> {
+    fn detection(
+        &mut self,
+        described: Micros,
+        positions_px: &Measured,
+        now: Micros,
+    ) -> Result<(), FusionError> {
+        let t = if self.config.latency_compensation { described } else { now };
+        self.insert(t, Kind::Detection, *positions_px)
+    }
+
+    fn velocity(&mut self, t: Micros, px_per_s: &Measured) -> Result<(), FusionError> {
+        self.insert(t, Kind::Velocity, *px_per_s)
+    }
+
+    /// Also of the past, as far as it is remembered, from what was measured until then.
+    fn query(&self, t: Micros) -> BodyPoints {
+        let tracks = self.before(self.entries.partition_point(|entry| entry.t <= t));
+        tracks.map(|track| {
+            let track =
+                track.filter(|track| track.at <= t && track.is_followed(t, &self.config))?;
+            let ahead_s = seconds(track.at, t).min(self.config.extrapolation_limit_s);
+            pixels(track.filter.position_px(ahead_s))
+        })
+    }
+}

@@ -1,0 +1,164 @@
+//! Velocities of joints from pixels that fired one after the other, three in a row.
+
+use evpose_core::{EventStream, SensorSize};
+use glam::{DVec2, Vec2};
+
+use super::average::{FlowMean, PixelTriplets};
+use super::surface::{ActiveSurface, NEVER};
+use super::{FlowAverage, TripletVelocityConfig};
+use crate::PoseError;
+use crate::body::{BODY_JOINTS, BodyPoints};
+
+/// Pixels from the middle of a patch to its sides: a triplet is three pixels long.
+const REACH: usize = 2;
+
+/// Rows of times about a pixel.
+type Patch<'a> = [&'a [i64]; 2 * REACH + 1];
+
+/// How fast a joint moves in the image.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct JointVelocity {
+    /// Columns and rows per second; 0 where no edge moved.
+    pub px_per_s: Vec2,
+    /// How many fitted pixels, or triplets, it is the mean of.
+    pub samples: u32,
+}
+
+/// Velocities of the regions about joints, from the events of a stream.
+///
+/// # Model
+/// Where an edge came past three pixels in a row, the times `t2`, `t1`, `t0` at which they fired are
+/// evenly spaced, and in `(t0 - t2) / 2` it makes one step in this direction. Such triplets are looked for
+/// from every pixel of a region that fired since the last query, in eight directions. How they become
+/// the velocity of the region, [`FlowAverage`] says.
+///
+/// Pixels that are less than two pixels from the side of a region or of the sensor are looked at but not
+/// from. A joint whose region, cut by the sensor, is narrower than five pixels stands still.
+///
+/// # Source
+/// hpe-core's `pwtripletvelocity`. Published times are seconds, of which 0 stands for no event; here
+/// an event of time 0 is one like all others.
+#[derive(Debug, Clone)]
+pub struct TripletVelocity {
+    config: TripletVelocityConfig,
+    surface: ActiveSurface,
+    /// Time of the newest event at the last query, microseconds.
+    seen_us: i64,
+}
+
+impl TripletVelocity {
+    /// For the events of a sensor; no event was seen yet.
+    ///
+    /// # Errors
+    /// If a setting is out of range.
+    pub fn new(sensor: SensorSize, config: TripletVelocityConfig) -> Result<Self, PoseError> {
+        config.validate()?;
+        Ok(Self { config, surface: ActiveSurface::new(sensor), seen_us: NEVER })
+    }
+
+    /// Takes further events. Some that are earlier than the last begin another stream: all
+    /// before is forgotten.
+    ///
+    /// # Panics
+    /// If they are from a sensor of another size.
+    pub fn push(&mut self, events: &EventStream) {
+        if self.surface.is_before(events) {
+            self.reset();
+        }
+        self.surface.push(events);
+    }
+
+    /// The velocities about some joints, in pixels, from the pixels that fired since the last query; of
+    /// joints that are not known, 0.
+    ///
+    /// Pixels count as new if they fired later than the latest event that the last query knew.
+    pub fn query(&mut self, joints: &BodyPoints) -> [JointVelocity; BODY_JOINTS] {
+        let velocities = joints.map(|joint| joint.map_or_else(Default::default, |at| self.at(at)));
+        self.seen_us = self.surface.newest_us();
+        velocities
+    }
+
+    /// Forgets every event.
+    pub fn reset(&mut self) {
+        self.surface.reset();
+        self.seen_us = NEVER;
+    }
+
+    /// The velocity about a place; does not count as a query, so that the same pixels can be asked for
+    /// again.
+    pub fn at(&self, place_px: Vec2) -> JointVelocity {
+        let tolerance = self.config.tolerance;
+        match self.config.average {
+            FlowAverage::NormalFlow => {
+                self.mean(place_px, |sum, pixel| sum.extend(pixel.normal_flow(tolerance)))
+            }
+            FlowAverage::Triplets => {
+                self.mean(place_px, |sum, pixel| sum.extend(pixel.velocities()))
+            }
+        }
+    }
+
+    /// The mean over the new pixels of a region, each of which adds what it has to.
+    fn mean(&self, place_px: Vec2, add: impl Fn(&mut FlowMean, &PixelTriplets)) -> JointVelocity {
+        let SensorSize { width, height } = self.surface.sensor();
+        let (columns, rows) = (self.middles(place_px.x, width), self.middles(place_px.y, height));
+        let mut sum = FlowMean::default();
+        for y in rows {
+            let patch: Patch<'_> = std::array::from_fn(|dy| self.surface.row(y + dy - REACH));
+            for x in columns.clone() {
+                if patch[REACH][x] > self.seen_us {
+                    add(&mut sum, &self.triplets(&patch, x));
+                }
+            }
+        }
+        let (px_per_us, samples) = sum.finish();
+        JointVelocity { px_per_s: (px_per_us * (1e6 * self.config.gain)).as_vec2(), samples }
+    }
+
+    /// Along one side of a region, the pixels that are the middles of whole patches; none if the region
+    /// is too narrow, or its place no number.
+    fn middles(&self, place_px: f32, side: u16) -> std::ops::Range<usize> {
+        // A float that is too large for an integer becomes the largest.
+        let (middle, radius) = (place_px.floor() as i64, i64::from(self.config.radius_px));
+        let first = middle.saturating_sub(radius).max(0);
+        let last = middle.saturating_add(radius).min(i64::from(side) - 1);
+        let reach = REACH as i64;
+        if place_px.is_nan() || last - first < 2 * reach {
+            return 0..0;
+        }
+        (first + reach) as usize..(last - reach + 1) as usize
+    }
+
+    /// The valid triplets that end at the middle of a patch.
+    #[inline]
+    fn triplets(&self, patch: &Patch<'_>, x: usize) -> PixelTriplets {
+        let newest = patch[REACH][x];
+        let mut triplets = PixelTriplets::default();
+        for (k, direction) in DIRECTIONS.iter().enumerate() {
+            let fired = |steps: isize| {
+                let row = REACH as isize - steps * direction[1];
+                patch[row as usize][(x as isize - steps * direction[0]) as usize]
+            };
+            let (near, far) = (fired(1), fired(2));
+            let (late_us, early_us) = (newest - near, near - far);
+            if late_us <= 0 || early_us <= 0 || far == NEVER {
+                continue;
+            }
+            let (late_us, early_us) = (late_us as f64, early_us as f64);
+            if (late_us - early_us).abs() <= self.config.tolerance * late_us {
+                triplets.push(k, 0.5 * (late_us + early_us));
+            }
+        }
+        triplets
+    }
+}
+
+/// The ways an edge can go from pixel to pixel.
+const DIRECTIONS: [[isize; 2]; 8] =
+    [[1, 1], [1, 0], [1, -1], [0, -1], [-1, -1], [-1, 0], [-1, 1], [0, 1]];
+
+/// A direction as a vector.
+pub(super) fn step(direction: usize) -> DVec2 {
+    let [x, y] = DIRECTIONS[direction];
+    DVec2::new(x as f64, y as f64)
+}
