@@ -1,0 +1,344 @@
+//! The file that describes an experiment with bodies.
+
+use std::path::{Path, PathBuf};
+
+use evpose_nn::{BodyLossConfig, MoveEnetConfig};
+use evpose_pose::metric::BootstrapConfig;
+use evpose_repr::{ErosLike, GaussianKernel, representation_called};
+use evpose_sim::person::PeopleConfig;
+use serde::{Deserialize, Serialize};
+
+use super::augmentation::{BodyAugmentation, Interpolation};
+use crate::{FieldDifference, TrainError, toml_text};
+
+/// What tells such files from those of hands.
+pub const TASK: &str = "body";
+
+/// Pixels of an image for each row of maps, squared away in the pyramid: sides are multiples of it.
+const SIDE_STEP_PX: usize = 32;
+
+/// Everything about an experiment with bodies.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct BodyConfig {
+    /// `"body"`.
+    pub task: String,
+    /// From which every random number of the experiment follows.
+    pub seed: u64,
+    /// Where the run is kept if the command line does not say.
+    pub out: PathBuf,
+    /// A finished run, or a file of weights, to begin with.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub start_from: Option<PathBuf>,
+    /// What is trained on.
+    pub data: BodyDataConfig,
+    /// People before an event camera, or before one that takes photographs.
+    pub simulation: PeopleConfig,
+    /// What the network sees.
+    pub image: BodyImageConfig,
+    /// How images and labels are varied.
+    pub augmentation: BodyAugmentation,
+    /// Layers.
+    pub network: MoveEnetConfig,
+    /// What training minimises.
+    pub loss: BodyLossConfig,
+    /// What targets have of the published ones' quirks.
+    pub targets: BodyTargetConfig,
+    /// Optimiser and duration.
+    pub training: BodyTrainingConfig,
+    /// Held-out data.
+    pub evaluation: BodyEvaluationConfig,
+}
+
+/// Where images come from.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum BodySourceKind {
+    /// Photographs of simulated people, as edges that look like an EROS.
+    Stills,
+    /// The same photographs in grey.
+    GreyStills,
+    /// Recordings of an event camera with tables of poses: those of `evpose simulate`.
+    #[default]
+    Recordings,
+    /// Images and an annotation file: those of `evpose prepare`.
+    Annotations,
+}
+
+/// What is trained on.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct BodyDataConfig {
+    /// Where images come from.
+    pub source: BodySourceKind,
+    /// How many photographs are taken.
+    pub stills: u64,
+    /// Time between two samples of a recording, in milliseconds.
+    pub every_ms: u32,
+    /// Before this, in milliseconds from the start, a recording has not shown enough.
+    pub first_ms: u32,
+    /// Which moment a sample's label is of.
+    pub label_at: LabelMoment,
+    /// Share of the recordings, or of the images, kept for validation.
+    pub validation_share: f64,
+    /// Samples of fewer joints on the image are left out.
+    pub fewest_joints: usize,
+}
+
+/// Which moment a label is of.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LabelMoment {
+    /// When the image is taken.
+    #[default]
+    Now,
+    /// The mean time of the last so many events, those of a frame of fixed count: `{ mean_of = 7500 }`.
+    MeanOf(usize),
+}
+
+/// What the network sees.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct BodyImageConfig {
+    /// A name from the registry of representations, with its parameters.
+    pub representation: String,
+    /// Blur of the representation's image.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub blur: Option<GaussianKernel>,
+    /// How photographs become edges.
+    pub eros_like: ErosLike,
+    /// Rows and columns of the network's input.
+    pub side_px: usize,
+    /// How images are brought to that size, but for training, where the augmentation says.
+    pub interpolation: Interpolation,
+}
+
+/// What targets have of the published ones' quirks.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct BodyTargetConfig {
+    /// All of them, see [`BodyGrid`](super::BodyGrid).
+    pub parity: bool,
+}
+
+/// Optimiser and duration.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct BodyTrainingConfig {
+    /// Images per optimiser step.
+    pub batch_size: usize,
+    /// Of Adam, at first.
+    pub learning_rate: f64,
+    /// How it changes.
+    pub schedule: super::Schedule,
+    /// Of all weights, added to gradients.
+    pub weight_decay: f32,
+    /// Optimiser steps in all.
+    pub steps: u64,
+    /// Optimiser steps between validations, each of which writes a checkpoint.
+    pub steps_per_validation: u64,
+    /// Images looked at in each validation, at most.
+    pub validation_samples: u64,
+    /// When to end before that.
+    pub early_stop: super::EarlyStop,
+}
+
+/// Held-out data.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct BodyEvaluationConfig {
+    /// How many sequences.
+    pub sequences: usize,
+    /// Length of each, in seconds.
+    pub seconds: f64,
+    /// What people do in them.
+    pub activities: Vec<String>,
+    /// Time between two predictions, in milliseconds.
+    pub every_ms: u32,
+    /// How intervals are found.
+    pub bootstrap: BootstrapConfig,
+}
+
+impl Default for BodyConfig {
+    /// Fine-tuning at the published size.
+    fn default() -> Self {
+        Self {
+            task: TASK.to_owned(),
+            seed: 1,
+            out: PathBuf::from("runs/body/finetune"),
+            start_from: None,
+            data: BodyDataConfig::default(),
+            simulation: PeopleConfig::default(),
+            image: BodyImageConfig::default(),
+            augmentation: BodyAugmentation::default(),
+            network: MoveEnetConfig::default(),
+            loss: BodyLossConfig::default(),
+            targets: BodyTargetConfig::default(),
+            training: BodyTrainingConfig::default(),
+            evaluation: BodyEvaluationConfig::default(),
+        }
+    }
+}
+
+impl Default for BodyDataConfig {
+    fn default() -> Self {
+        Self {
+            source: BodySourceKind::default(),
+            stills: 6_000,
+            every_ms: 50,
+            first_ms: 500,
+            label_at: LabelMoment::Now,
+            validation_share: 0.1,
+            fewest_joints: 8,
+        }
+    }
+}
+
+impl Default for BodyImageConfig {
+    fn default() -> Self {
+        Self {
+            representation: "eros".to_owned(),
+            blur: Some(GaussianKernel::Five),
+            eros_like: ErosLike::default(),
+            side_px: 192,
+            interpolation: Interpolation::Area,
+        }
+    }
+}
+
+impl Default for BodyTrainingConfig {
+    fn default() -> Self {
+        Self {
+            batch_size: 64,
+            learning_rate: 1e-3,
+            schedule: super::Schedule::default(),
+            weight_decay: 1e-3,
+            steps: 30_000,
+            steps_per_validation: 500,
+            validation_samples: 2_000,
+            early_stop: super::EarlyStop::default(),
+        }
+    }
+}
+
+impl Default for BodyEvaluationConfig {
+    fn default() -> Self {
+        Self {
+            sequences: 40,
+            seconds: 5.0,
+            activities: Vec::new(),
+            every_ms: 20,
+            bootstrap: BootstrapConfig::default(),
+        }
+    }
+}
+
+impl BodyConfig {
+    /// Whether a text is such a file, and not one of hands.
+    pub fn is_one(text: &str) -> bool {
+        text.parse::<toml::Table>()
+            .is_ok_and(|table| table.get("task").and_then(toml::Value::as_str) == Some(TASK))
+    }
+
+    /// Reads a TOML file and checks it. `overrides` are `dotted.key=value` as on the command line.
+    ///
+    /// # Errors
+    /// If the file cannot be read, has unknown or wrongly typed fields, or values that make no sense; the
+    /// error names the field.
+    pub fn load(path: &Path, overrides: &[String]) -> Result<Self, TrainError> {
+        toml_text::load(path, |text| Self::parse(text, overrides))
+    }
+
+    /// Reads what a directory was made with, defaults filled in and nothing checked.
+    ///
+    /// # Errors
+    /// If the file cannot be read, or has unknown or wrongly typed fields.
+    pub fn read(path: &Path) -> Result<Self, TrainError> {
+        toml_text::load(path, |text| toml_text::parse(text, &[]))
+    }
+
+    /// As [`Self::load`], from text.
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    pub fn parse(text: &str, overrides: &[String]) -> Result<Self, TrainError> {
+        let config: Self = toml_text::parse(text, overrides)?;
+        config.validate()?;
+        Ok(config)
+    }
+
+    /// The whole config as TOML, defaults included.
+    ///
+    /// # Errors
+    /// If a value cannot be written as TOML.
+    pub fn to_toml(&self) -> Result<String, TrainError> {
+        toml_text::written(self)
+    }
+
+    /// The fields in which the config of a directory differs from this one.
+    ///
+    /// # Errors
+    /// If one of the two cannot be written as TOML.
+    pub fn differences(&self, there: &Self) -> Result<Vec<FieldDifference>, TrainError> {
+        FieldDifference::between(self, there)
+    }
+
+    /// Checks what types cannot.
+    ///
+    /// # Errors
+    /// The first field that makes no sense.
+    pub fn validate(&self) -> Result<(), TrainError> {
+        let fail =
+            |field, message: &str| Err(TrainError::Field { field, message: message.to_owned() });
+        if self.task != TASK {
+            return fail("task", "must be \"body\"");
+        }
+        self.simulation.validate()?;
+        self.held_out().simulation.validate()?;
+        self.augmentation.validate(self.network.joints)?;
+        if representation_called(&self.image.representation)?.channels() != 1 {
+            return fail("image.representation", "must have one channel: the network is shown a grey image");
+        }
+        if self.image.side_px == 0 || !self.image.side_px.is_multiple_of(SIDE_STEP_PX) {
+            return fail("image.side_px", "must be a multiple of 32");
+        }
+        if self.network.joints != evpose_pose::body::BODY_JOINTS {
+            return fail("network.joints", "labels have 13 joints");
+        }
+        if self.data.every_ms == 0 || self.evaluation.every_ms == 0 {
+            return fail("data.every_ms", "must be at least 1, also in evaluation");
+        }
+        if !(0.0..1.0).contains(&self.data.validation_share) {
+            return fail("data.validation_share", "must be at least 0 and below 1");
+        }
+        if self.data.fewest_joints > self.network.joints {
+            return fail("data.fewest_joints", "nobody has so many");
+        }
+        let training = &self.training;
+        if training.batch_size == 0 || training.steps == 0 || training.steps_per_validation == 0 {
+            return fail("training", "batch_size, steps and steps_per_validation must be at least 1");
+        }
+        if !(training.learning_rate > 0.0 && training.learning_rate.is_finite()) {
+            return fail("training.learning_rate", "must be a positive number");
+        }
+        if !(training.weight_decay >= 0.0 && training.weight_decay.is_finite()) {
+            return fail("training.weight_decay", "must not be negative");
+        }
+        training.schedule.validate()?;
+        training.early_stop.validate()
+    }
+
+    /// The experiment's held-out recordings: other people, other places, a seed nothing else uses, and
+    /// what the evaluation says that is done.
+    #[must_use]
+    pub fn held_out(&self) -> Self {
+        let mut config = self.clone();
+        config.seed = evpose_core::seed_for(self.seed, "held-out people", 0) >> 1;
+        config.simulation.sequences = self.evaluation.sequences;
+        config.simulation.seconds = self.evaluation.seconds;
+        if !self.evaluation.activities.is_empty() {
+            config.simulation.activities = self.evaluation.activities.clone();
+        }
+        config
+    }
+}

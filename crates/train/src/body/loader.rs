@@ -1,0 +1,247 @@
+//! Batches of images in an order that depends on nothing but the config, so that a resumed run sees the
+//! same.
+
+use std::ops::Range;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
+
+use burn::data::dataloader::{DataLoader, DataLoaderIterator, Progress};
+use burn::data::dataset::DatasetError;
+use burn::tensor::{Device, Tensor, TensorData};
+use evpose_core::seed_for;
+use evpose_nn::BodyTargets;
+use evpose_pose::body::BodyLabel;
+use rayon::prelude::*;
+
+use super::augmentation::{BodyAugmentation, BodyView, Interpolation};
+use super::batch::BodyBatch;
+use super::config::BodyConfig;
+use super::frames::BodyFrames;
+use super::targets::BodyGrid;
+use crate::ahead::Ahead;
+use crate::order::SampleOrder;
+use crate::waiting::{DataWait, WaitMeter};
+
+/// Channels of the network's input, all the same.
+const CHANNELS: usize = 3;
+/// Pixels of the input for each cell of the maps.
+const CELL_PX: usize = 4;
+
+/// Images and what the network should say of them.
+#[derive(Debug, Clone)]
+pub(super) struct BodyItem {
+    /// `[batch, 3, side, side]`, 0 to 255.
+    pub(super) images: Tensor<4>,
+    pub(super) targets: BodyTargets,
+    pub(super) labels: Vec<BodyLabel>,
+    /// Optimiser step this batch is for, from 1.
+    pub(super) step: u64,
+}
+
+/// Which samples a pass over a [`BodyLoader`] yields.
+#[derive(Debug, Clone)]
+enum Passes {
+    /// Pass `i` (from 1) is validation interval `i` of a training of `steps` steps.
+    Training { first: Arc<AtomicUsize>, steps: u64, steps_per_interval: u64 },
+    /// Every pass is the same samples, spread evenly over the data.
+    Validation { samples: u64 },
+}
+
+/// Images as batches for Burn.
+#[derive(Clone)]
+pub(super) struct BodyLoader {
+    data: Arc<BodyFrames>,
+    batch_size: usize,
+    side_px: usize,
+    seed: u64,
+    order: SampleOrder,
+    grid: Arc<BodyGrid>,
+    augmentation: Arc<BodyAugmentation>,
+    interpolation: Interpolation,
+    passes: Passes,
+    meter: Option<WaitMeter>,
+    device: Device,
+}
+
+impl BodyLoader {
+    fn new(data: Arc<BodyFrames>, config: &BodyConfig, passes: Passes, device: Device) -> Self {
+        let side_px = config.image.side_px;
+        Self {
+            order: SampleOrder::new(data.len() as u64, seed_for(config.seed, "body order", 0)),
+            data,
+            batch_size: config.training.batch_size,
+            side_px,
+            seed: seed_for(config.seed, "body views", 0),
+            grid: Arc::new(BodyGrid::new(side_px / CELL_PX, config.targets.parity)),
+            augmentation: Arc::new(config.augmentation.clone()),
+            interpolation: config.image.interpolation,
+            passes,
+            meter: None,
+            device,
+        }
+    }
+
+    /// Batches for training, starting with interval `interval` (from 1).
+    pub(super) fn training(
+        data: Arc<BodyFrames>,
+        config: &BodyConfig,
+        interval: usize,
+        device: Device,
+        meter: WaitMeter,
+    ) -> Self {
+        let passes = Passes::Training {
+            first: Arc::new(AtomicUsize::new(interval)),
+            steps: config.training.steps,
+            steps_per_interval: config.training.steps_per_validation,
+        };
+        Self { meter: Some(meter), ..Self::new(data, config, passes, device) }
+    }
+
+    /// The same batches at every validation.
+    pub(super) fn validation(data: Arc<BodyFrames>, config: &BodyConfig, device: Device) -> Self {
+        let samples = config.training.validation_samples.min(data.len() as u64);
+        Self::new(data, config, Passes::Validation { samples }, device)
+    }
+
+    /// Number and positions (in samples) of the pass that starts now.
+    fn next_pass(&self) -> (usize, Range<u64>) {
+        match &self.passes {
+            Passes::Training { first, steps, steps_per_interval } => {
+                let interval = first.fetch_add(1, Ordering::SeqCst);
+                let start = (interval as u64 - 1) * steps_per_interval;
+                let end = (interval as u64 * steps_per_interval).min(*steps);
+                (interval, start * self.batch_size as u64..end * self.batch_size as u64)
+            }
+            Passes::Validation { samples } => (1, 0..*samples),
+        }
+    }
+
+    /// How the sample at a position is seen, and which image it is.
+    fn view(&self, position: u64) -> (usize, BodyView) {
+        match self.passes {
+            Passes::Training { .. } => {
+                let index = self.order.at(position) as usize;
+                let label = &self.data.frames[index].label;
+                (index, self.augmentation.draw(self.seed, position, label))
+            }
+            Passes::Validation { samples } => {
+                let index = (position * self.data.len() as u64 / samples) as usize;
+                let label = &self.data.frames[index].label;
+                (index, BodyView::plain(label, self.interpolation))
+            }
+        }
+    }
+
+    fn numbers(&self, positions: Range<u64>) -> Numbers {
+        let count = (positions.end - positions.start) as usize;
+        let pixels = self.side_px * self.side_px;
+        let mut images = vec![0.0; count * CHANNELS * pixels];
+        let joints = self.data.frames[0].label.keypoints.len();
+        let mut batch = BodyBatch::new(count, joints, self.side_px / CELL_PX);
+        let labels = images
+            .par_chunks_mut(CHANNELS * pixels)
+            .zip(batch.samples_mut())
+            .zip(positions)
+            .map(|((image, mut targets), position)| {
+                let (index, view) = self.view(position);
+                let (first, others) = image.split_at_mut(pixels);
+                view.render(&self.data.frames[index].image, self.side_px, first);
+                others.chunks_mut(pixels).for_each(|channel| channel.copy_from_slice(first));
+                self.grid.write(view.label(), &mut targets);
+                view.label().clone()
+            })
+            .collect();
+        Numbers { images, batch, labels }
+    }
+
+    fn item(&self, numbers: Numbers, step: u64) -> BodyItem {
+        let shape = [numbers.labels.len(), CHANNELS, self.side_px, self.side_px];
+        BodyItem {
+            images: Tensor::from_data(TensorData::new(numbers.images, shape), &self.device),
+            targets: numbers.batch.into_tensors(&self.device),
+            labels: numbers.labels,
+            step,
+        }
+    }
+}
+
+/// The numbers of a batch, not yet on the device.
+struct Numbers {
+    images: Vec<f32>,
+    batch: BodyBatch,
+    labels: Vec<BodyLabel>,
+}
+
+/// A pass that goes on.
+struct Batches<'a> {
+    loader: &'a BodyLoader,
+    interval: usize,
+    pass: Range<u64>,
+    next: u64,
+    numbers: Ahead<Numbers>,
+    started: Instant,
+}
+
+impl Iterator for Batches<'_> {
+    type Item = Result<BodyItem, DatasetError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let numbers = self.numbers.next()?;
+        self.next += numbers.labels.len() as u64;
+        let step = self.next / self.loader.batch_size as u64;
+        Some(Ok(self.loader.item(numbers, step)))
+    }
+}
+
+impl Drop for Batches<'_> {
+    fn drop(&mut self) {
+        if let Some(meter) = &self.loader.meter {
+            let wait = DataWait { training: self.started.elapsed(), waited: self.numbers.waited() };
+            meter.add(self.interval, wait);
+        }
+    }
+}
+
+impl DataLoaderIterator<BodyItem> for Batches<'_> {
+    fn progress(&self) -> Progress {
+        let items = |end: u64| (end - self.pass.start) as usize;
+        Progress::new(items(self.next), items(self.pass.end), Some("samples".to_owned()))
+    }
+}
+
+impl DataLoader<BodyItem> for BodyLoader {
+    fn iter<'a>(&'a self) -> Box<dyn DataLoaderIterator<BodyItem> + 'a> {
+        let (interval, pass) = self.next_pass();
+        let (loader, end) = (self.clone(), pass.end);
+        let starts = pass.clone().step_by(self.batch_size);
+        let size = self.batch_size as u64;
+        let numbers = Ahead::new(starts.map(move |start| loader.numbers(start..(start + size).min(end))));
+        Box::new(Batches {
+            loader: self,
+            interval,
+            next: pass.start,
+            pass,
+            numbers,
+            started: Instant::now(),
+        })
+    }
+
+    fn num_items(&self) -> usize {
+        match &self.passes {
+            Passes::Training { steps, steps_per_interval, .. } => {
+                (*steps_per_interval.min(steps)) as usize * self.batch_size
+            }
+            Passes::Validation { samples } => *samples as usize,
+        }
+    }
+
+    fn to_device(&self, device: &Device) -> Arc<dyn DataLoader<BodyItem>> {
+        Arc::new(Self { device: device.clone(), ..self.clone() })
+    }
+
+    /// One device trains: there is nothing to share.
+    fn slice(&self, _: usize, _: usize) -> Arc<dyn DataLoader<BodyItem>> {
+        Arc::new(self.clone())
+    }
+}

@@ -1,0 +1,235 @@
+//! Recordings with tables of poses, as images.
+
+use std::collections::VecDeque;
+use std::path::{Path, PathBuf};
+
+use evpose_core::{EventStream, Micros, Plane, SensorSize, TimeWindow};
+use evpose_io::{OpenOptions, Windows};
+use evpose_pose::body::BodyPoints;
+use evpose_repr::{BlurWork, ChannelOrder, GaussianKernel, Representation, StreamWindow, representation_called};
+use evpose_sim::person::PoseTable;
+use glam::Vec2;
+use rayon::prelude::*;
+
+use super::config::{BodyConfig, BodyImageConfig, LabelMoment};
+use super::frames::{BodyFrame, BodyFrames, label_of};
+use crate::TrainError;
+
+/// Ending of the tables.
+const POSES: &str = ".poses.csv";
+
+/// A directory of recordings, each `0007.raw`, or of any other format, with `0007.poses.csv` beside it.
+#[derive(Debug, Clone)]
+pub struct BodyRecordings {
+    /// Events and poses of each, by name.
+    pub files: Vec<(PathBuf, PathBuf)>,
+}
+
+impl BodyRecordings {
+    /// Finds those of a directory.
+    ///
+    /// # Errors
+    /// If it cannot be read, or holds none.
+    pub fn open(directory: &Path) -> Result<Self, TrainError> {
+        let failed = |source| TrainError::Io { path: directory.to_owned(), source };
+        let mut names = Vec::new();
+        for entry in std::fs::read_dir(directory).map_err(failed)? {
+            names.extend(entry.map_err(failed)?.file_name().into_string());
+        }
+        names.sort();
+        let mut files = Vec::new();
+        for stem in names.iter().filter_map(|name| name.strip_suffix(POSES)) {
+            let is_events = |name: &&String| {
+                let ending = name.strip_prefix(stem).and_then(|rest| rest.strip_prefix('.'));
+                ending.is_some_and(|ending| evpose_io::format_for(Path::new(name)).is_ok() && !ending.contains('.'))
+            };
+            if let Some(events) = names.iter().find(is_events) {
+                files.push((directory.join(events), directory.join(format!("{stem}{POSES}"))));
+            }
+        }
+        if files.is_empty() {
+            return Err(TrainError::Config {
+                path: directory.to_owned(),
+                message: format!(
+                    "no recording with a table of poses (0000.raw and 0000{POSES}): make some with \
+                     `evpose simulate configs/body/finetune.toml --out DIR`"
+                ),
+            });
+        }
+        Ok(Self { files })
+    }
+
+    /// Images of all recordings at even times, with the poses of those times.
+    ///
+    /// # Errors
+    /// If a file cannot be read.
+    pub fn frames(
+        &self,
+        config: &BodyConfig,
+        progress: &(dyn Fn(u64) + Sync),
+    ) -> Result<BodyFrames, TrainError> {
+        let of = |(sequence, files): (usize, &(PathBuf, PathBuf))| {
+            let frames = frames_of(config, files, sequence as u64);
+            progress(1);
+            frames
+        };
+        let frames: Vec<Vec<BodyFrame>> =
+            self.files.par_iter().enumerate().map(of).collect::<Result<_, TrainError>>()?;
+        Ok(BodyFrames { frames: frames.concat() })
+    }
+}
+
+fn frames_of(
+    config: &BodyConfig,
+    (events, poses): &(PathBuf, PathBuf),
+    sequence: u64,
+) -> Result<Vec<BodyFrame>, TrainError> {
+    let track = PoseTrack(PoseTable::read(poses)?);
+    let mut film = Film::open(events, &config.image)?;
+    let counted = match config.data.label_at {
+        LabelMoment::Now => 0,
+        LabelMoment::MeanOf(events) => events,
+    };
+    let mut recent = RecentTimes { most: counted, times: VecDeque::new() };
+    let mut frames = Vec::new();
+    let step = Micros::from_millis(i64::from(config.data.every_ms));
+    let mut t = Micros::from_millis(i64::from(config.data.first_ms));
+    while t <= track.end() {
+        let image = film.at(t, |events| recent.push(events))?;
+        let labelled_at = recent.mean().unwrap_or(t);
+        if let Some(joints_px) = track.at(labelled_at) {
+            let label = label_of(&joints_px, film.sensor());
+            frames.push(BodyFrame { image, label, sequence, t });
+        }
+        t = t + step;
+    }
+    Ok(frames)
+}
+
+/// A table of poses as a function of time.
+#[derive(Debug, Clone)]
+pub struct PoseTrack(pub PoseTable);
+
+impl PoseTrack {
+    /// The time of the last pose.
+    pub fn end(&self) -> Micros {
+        self.0.rows.last().map_or(Micros(-1), |row| row.t)
+    }
+
+    /// Where joints are at a time, between the poses around it: a joint that one of them has not is on
+    /// the image for neither. None outside of the table.
+    pub fn at(&self, t: Micros) -> Option<BodyPoints> {
+        let rows = &self.0.rows;
+        let next = rows.partition_point(|row| row.t < t);
+        let after = rows.get(next)?;
+        if after.t == t {
+            return Some(after.joints_px);
+        }
+        let before = rows.get(next.checked_sub(1)?)?;
+        let share = (t.0 - before.t.0) as f32 / (after.t.0 - before.t.0) as f32;
+        Some(std::array::from_fn(|joint| {
+            let (from, to): (Vec2, Vec2) = before.joints_px[joint].zip(after.joints_px[joint])?;
+            Some(from.lerp(to, share))
+        }))
+    }
+}
+
+/// A recording as images of a representation, forwards in time.
+pub struct Film {
+    windows: Windows,
+    representation: Box<dyn Representation>,
+    blur: Option<GaussianKernel>,
+    work: BlurWork,
+    events: EventStream,
+    read_to: Option<Micros>,
+}
+
+impl Film {
+    /// Opens a recording.
+    ///
+    /// # Errors
+    /// If it cannot be read, or the representation not be made.
+    pub fn open(path: &Path, image: &BodyImageConfig) -> Result<Self, TrainError> {
+        Self::with(path, image, &OpenOptions::default())
+    }
+
+    /// As [`Self::open`], where a file leaves a choice.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn with(path: &Path, image: &BodyImageConfig, options: &OpenOptions) -> Result<Self, TrainError> {
+        let windows = Windows::open(path, options)?;
+        let sensor = windows.sensor();
+        let window = StreamWindow::new(sensor, Micros::from_millis(100), ChannelOrder::OffFirst)?;
+        let representation = representation_called(&image.representation)?.start(window);
+        let events = EventStream::empty(sensor);
+        Ok(Self { windows, representation, blur: image.blur, work: BlurWork::default(), events, read_to: None })
+    }
+
+    /// The sensor.
+    pub fn sensor(&self) -> SensorSize {
+        self.windows.sensor()
+    }
+
+    /// When the recording begins; none if it is empty.
+    pub fn start(&self) -> Option<Micros> {
+        self.windows.start()
+    }
+
+    /// When it ends.
+    ///
+    /// # Errors
+    /// If it cannot be read to its end.
+    pub fn end(&mut self) -> Result<Micros, TrainError> {
+        Ok(self.windows.end()?)
+    }
+
+    /// The image at `t`, which is not before the last one asked for. `seen` is shown the events since
+    /// then.
+    ///
+    /// # Errors
+    /// If the recording cannot be read up to there.
+    pub fn at(&mut self, t: Micros, seen: impl FnOnce(&EventStream)) -> Result<Plane<u8>, TrainError> {
+        let begin = self.read_to.or(self.windows.start()).unwrap_or(t);
+        let end = t + Micros(1);
+        if begin < end {
+            self.windows.read(TimeWindow { start: begin, end }, &mut self.events)?;
+            self.read_to = Some(end);
+            seen(&self.events);
+            self.representation.push(&self.events);
+        }
+        self.representation.advance(t);
+        let mut image = Plane::for_sensor(self.sensor(), 0);
+        self.representation.render_u8(image.data_mut());
+        let Some(kernel) = self.blur else { return Ok(image) };
+        let mut blurred = Plane::filled(0, 0, 0);
+        kernel.blur(&image, &mut self.work, &mut blurred);
+        Ok(blurred)
+    }
+}
+
+/// Times of the last so many events.
+struct RecentTimes {
+    most: usize,
+    times: VecDeque<Micros>,
+}
+
+impl RecentTimes {
+    fn push(&mut self, events: &EventStream) {
+        if self.most == 0 {
+            return;
+        }
+        let t = events.t();
+        let newest = &t[t.len().saturating_sub(self.most)..];
+        let over = (self.times.len() + newest.len()).saturating_sub(self.most);
+        self.times.drain(..over);
+        self.times.extend(newest);
+    }
+
+    /// Their mean; none if there are none to count.
+    fn mean(&self) -> Option<Micros> {
+        let first = *self.times.front()?;
+        let sum: i64 = self.times.iter().map(|t| t.0 - first.0).sum();
+        Some(Micros(first.0 + sum / self.times.len() as i64))
+    }
+}

@@ -1,0 +1,96 @@
+//! Finished networks of bodies on disk, with everything needed to use them.
+
+use std::path::Path;
+
+use burn::tensor::Device;
+use evpose_nn::MoveEnet;
+use evpose_nn::weights::{self, BodyCard};
+use evpose_pose::body::{BODY_JOINTS, BodyPoints};
+use glam::Vec2;
+
+use super::config::BodyConfig;
+use crate::TrainError;
+use crate::saved::BEST;
+
+/// Keys of what is written beside the weights.
+const CONFIG: &str = "config";
+const MEAN_POSE: &str = "mean_pose";
+const DATA: &str = "data";
+
+/// A network of bodies together with the experiment it came from.
+#[derive(Debug)]
+pub struct BodyCheckpoint {
+    /// The experiment; the published setting for weights from elsewhere.
+    pub config: BodyConfig,
+    /// The network.
+    pub network: MoveEnet,
+    /// Mean of the poses it was trained on, relative to the image; not known for weights from elsewhere.
+    pub mean_pose: Option<BodyPoints>,
+    /// What it was trained on, as a digest.
+    pub data: Option<String>,
+}
+
+impl BodyCheckpoint {
+    /// Writes one self-describing file.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn save(&self, path: &Path) -> Result<(), TrainError> {
+        let mut card = BodyCard { network: self.network.config().clone(), ..BodyCard::default() };
+        card.provenance.insert(CONFIG.to_owned(), self.config.to_toml()?);
+        if let Some(mean) = &self.mean_pose {
+            let joint = |joint: &Option<Vec2>| match joint {
+                Some(at) => format!("{} {}", at.x, at.y),
+                None => "- -".to_owned(),
+            };
+            let joints: Vec<String> = mean.iter().map(joint).collect();
+            card.provenance.insert(MEAN_POSE.to_owned(), joints.join(" "));
+        }
+        if let Some(data) = &self.data {
+            card.provenance.insert(DATA.to_owned(), data.clone());
+        }
+        Ok(weights::save_body(path, &self.network, &card)?)
+    }
+
+    /// Reads a run directory (its best network), a `.bpk` file, or the published PyTorch weights (`.pth`).
+    ///
+    /// # Errors
+    /// If there is no network at `path`, or it is damaged or of another shape than it says.
+    pub fn load(path: &Path, device: &Device) -> Result<Self, TrainError> {
+        if path.is_dir() {
+            let best = path.join(BEST);
+            if !best.exists() {
+                let message = format!(
+                    "no {BEST} here: a run writes it when it ends; finish it with `evpose train … --resume`, \
+                     or give a .bpk or .pth file"
+                );
+                return Err(TrainError::Config { path: path.to_path_buf(), message });
+            }
+            return Self::load(&best, device);
+        }
+        let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+        if ["pth", "pt", "ckpt"].iter().any(|known| extension == *known) {
+            let config = BodyConfig::default();
+            let network = weights::load_move_enet(path, &config.network, device)?;
+            return Ok(Self { config, network, mean_pose: None, data: None });
+        }
+        let (network, card) = weights::load_body(path, device)?;
+        let config = match card.provenance.get(CONFIG) {
+            Some(text) => BodyConfig::parse(text, &[])?,
+            None => BodyConfig { network: card.network, ..BodyConfig::default() },
+        };
+        let mean_pose = card.provenance.get(MEAN_POSE).and_then(|text| read_pose(text));
+        Ok(Self { config, network, mean_pose, data: card.provenance.get(DATA).cloned() })
+    }
+}
+
+fn read_pose(text: &str) -> Option<BodyPoints> {
+    let numbers: Vec<Option<f32>> = text.split(' ').map(|number| number.parse().ok()).collect();
+    let pairs = numbers.as_chunks::<2>().0;
+    (pairs.len() == BODY_JOINTS).then(|| {
+        std::array::from_fn(|joint| {
+            let [x, y] = pairs[joint];
+            Some(Vec2::new(x?, y?))
+        })
+    })
+}
