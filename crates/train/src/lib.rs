@@ -40,7 +40,7 @@ mod waiting;
 
 pub use body::{
     BodyAccuracy, BodyAccuracyConfig, BodyAugmentation, BodyBatch, BodyGrid, BodyMeasure,
-    BodyTargetSlices, BodyView, Interpolation, resized,
+    BodyTargetSlices, BodyView, Interpolation, resize_grey,
 };
 pub use checkpoint::newest_checkpoint;
 pub use condition::{CONDITIONS, Condition};

@@ -2,7 +2,7 @@
 //! errors of what is read at single cells.
 
 use burn::tensor::{Int, Tensor, TensorData};
-use evpose_pose::body::{BODY_JOINTS, BodyMaps, LIMBS};
+use evpose_pose::body::{BodyMaps, LIMBS};
 use serde::{Deserialize, Serialize};
 
 /// How much more an error counts where the target is 1 than where it is 0, less one.
@@ -11,10 +11,11 @@ const PEAK_WEIGHT: f32 = 8.0;
 const NO_JOINT: f32 = 1e-4;
 /// The published bones, by joints of a network of seven joints that came before.
 const PARITY_BONES: [[usize; 2]; 7] = [[0, 1], [1, 2], [2, 3], [3, 4], [4, 5], [5, 6], [2, 4]];
-/// Square root of 64, the published batch: what dividing by the batch outside of a root leaves of its
-/// mean.
+/// Square root of 64, the published batch: what dividing by the batch outside of a root leaves of
+/// its mean.
 const PUBLISHED_BATCH_ROOT: f32 = 8.0;
-/// Keeps the gradient of a root finite where the target is met to the bit; lost in rounding elsewhere.
+/// Keeps the gradient of a root finite where the target is met to the bit; lost in rounding
+/// elsewhere.
 const SMALLEST_SQUARE: f32 = 1e-12;
 
 /// How much each part of the loss counts.
@@ -47,16 +48,16 @@ impl Default for BodyLossConfig {
 /// # Model
 /// Of `N` samples, `p` predicted and `t` wanted:
 /// - heatmaps and centres: `sum (p - t)² (8 t + 1) / N / channels`;
-/// - bones: for each pair of joints `a`, `b`, the norm over cells of `(p_a - p_b) - (t_a - t_b)`, their
-///   mean over pairs and samples, divided by 8;
+/// - bones: for each pair of joints `a`, `b`, the norm over cells of `(p_a - p_b) - (t_a - t_b)`,
+///   their mean over pairs and samples, divided by 8;
 /// - regressions at the cell of the body's middle and offsets at the cells of joints: for each
-///   coordinate of each joint the mean of `|p - t|` over samples that have the joint; their sum over
-///   the joints' coordinates, divided by the number of joints.
+///   coordinate of each joint the mean of `|p - t|` over samples that have the joint; their sum
+///   over the joints' coordinates, divided by the number of joints.
 ///
 /// With `parity`, bones are as published: seven pairs from the skeleton of another network, and one
-/// norm over cells and samples together, divided by `N` outside of the root, which falls with the root
-/// of the batch. By default they are the [`LIMBS`] of ours, and no matter how large the batch, they count as
-/// the published ones do in a batch of 64.
+/// norm over cells and samples together, divided by `N` outside of the root, which falls with the
+/// root of the batch. By default they are the [`LIMBS`] of ours, and no matter how large the batch,
+/// they count as the published ones do in a batch of 64.
 ///
 /// # Source
 /// Goyal et al.: *MoveEnet*, CVPRW 2023, and its published code.
@@ -103,12 +104,8 @@ pub struct BodyLossParts {
 }
 
 impl BodyLoss {
-    /// For networks of the first `joints` of the thirteen.
-    ///
-    /// # Panics
-    /// If there are fewer than two joints, or more than thirteen.
+    /// For networks of the first `joints` of the thirteen. More have no limbs, nor has one alone.
     pub fn new(config: BodyLossConfig, joints: usize) -> Self {
-        assert!((2..=BODY_JOINTS).contains(&joints), "limbs of {joints} joints");
         let bones: &[[usize; 2]] = if config.parity { &PARITY_BONES } else { &LIMBS };
         let has = |bone: &&[usize; 2]| bone.iter().all(|&joint| joint < joints);
         Self { config, bones: bones.iter().filter(has).copied().collect() }
@@ -143,6 +140,9 @@ impl BodyLoss {
     fn bone(&self, error: &Tensor<4>) -> Tensor<1> {
         let [batch, ..] = error.dims();
         let device = error.device();
+        if self.bones.is_empty() {
+            return Tensor::zeros([1], &device);
+        }
         let ends = [0, 1].map(|end| {
             let joints: Vec<i32> = self.bones.iter().map(|bone| bone[end] as i32).collect();
             Tensor::<1, Int>::from_data(TensorData::from(joints.as_slice()), &device)

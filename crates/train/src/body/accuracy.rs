@@ -4,13 +4,13 @@ use evpose_pose::body::{BodyJoint, BodyLabel, number};
 use glam::Vec2;
 use serde::{Deserialize, Serialize};
 
-/// What errors are compared with. Lengths are relative to the image's width and height, so that in an image
-/// wider than high an error counts for more upright than across, as published.
+/// What errors are compared with. Lengths are relative to the image's width and height, so that in
+/// an image wider than high an error counts for more upright than across, as published.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum BodyMeasure {
-    /// The mean of the torso's two diagonals, from hips to the shoulders of the other sides; one of them
-    /// if the other is not known, the length in the annotation if none is.
+    /// The mean of the torso's two diagonals, from hips to the shoulders of the other sides; one of
+    /// them if the other is not known, the length in the annotation if none is.
     #[default]
     Torso,
     /// The torso's length in the annotation, if there is one, otherwise as `Torso`. Published
@@ -40,8 +40,9 @@ impl Default for BodyAccuracyConfig {
 /// Counts of joints that were found.
 ///
 /// # Model
-/// A joint is found if it is at most `threshold` times the measure from where it should be. The share of
-/// those labelled is taken for each joint, then their mean, so that joints seldom labelled count as much.
+/// A joint is found if it is at most `threshold` times the measure from where it should be. The
+/// share of those labelled is taken for each joint, then their mean, so that joints seldom labelled
+/// count as much.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct BodyAccuracy {
     found: Vec<u64>,
@@ -89,10 +90,10 @@ impl BodyAccuracy {
         self.count(config, found, truth, label);
     }
 
-    /// Counts the joints of one body, compared with what was read off the maps that it was trained on, as
-    /// published: with [`BodyGrid`](super::BodyGrid) of `parity` and
-    /// [`decode_label`](evpose_pose::body::BodyDecoder::decode_label). Its joints left of or above the body's
-    /// middle are up to a cell off.
+    /// Counts the joints of one body, compared with what was read off the maps that it was trained
+    /// on, as published: with [`BodyGrid`](super::BodyGrid) of `parity` and
+    /// [`decode_label`](evpose_pose::body::BodyDecoder::decode_label). Its joints left of or above
+    /// the body's middle are up to a cell off.
     ///
     /// # Panics
     /// If there are other numbers of joints.

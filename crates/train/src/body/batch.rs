@@ -38,8 +38,8 @@ impl BodyBatch {
         }
     }
 
-    /// The memory of each sample: for [`BodyGrid::write`](super::BodyGrid::write), from as many threads as
-    /// one likes.
+    /// The memory of each sample: for [`BodyGrid::write`](super::BodyGrid::write), from as many
+    /// threads as one likes.
     pub fn samples_mut(&mut self) -> Vec<BodyTargetSlices<'_>> {
         let (joints, cells) = (self.joints, self.side * self.side);
         // Nothing is cut into pieces of nothing.

@@ -11,6 +11,6 @@ mod batch;
 mod targets;
 
 pub use accuracy::{BodyAccuracy, BodyAccuracyConfig, BodyMeasure};
-pub use augmentation::{BodyAugmentation, BodyView, Interpolation, resized};
+pub use augmentation::{BodyAugmentation, BodyView, Interpolation, resize_grey};
 pub use batch::BodyBatch;
 pub use targets::{BodyGrid, BodyTargetSlices};

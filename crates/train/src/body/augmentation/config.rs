@@ -15,24 +15,25 @@ const ROUNDING: f32 = 1e-5;
 ///
 /// # Model
 /// 1. Some images are mirrored, left and right joints exchanged.
-/// 2. At most one of the following is done: the image becomes smaller inside of a black border (`pad`), a
-///    part of it larger (`crop`), or it is skewed (`affine`), rotated about its middle (`rotate`) or moved
-///    (`shift`). Beside other persons it is neither skewed nor moved, and the part is the middle.
+/// 2. At most one of the following is done: the image becomes smaller inside of a black border
+///    (`pad`), a part of it larger (`crop`), or it is skewed (`affine`), rotated about its middle
+///    (`rotate`) or moved (`shift`). Beside other persons it is neither skewed nor moved, and the
+///    part is the middle.
 /// 3. If too many joints leave the image by that, neither 1 nor 2 is done.
-/// 4. Some images change in contrast, then in brightness (`light`), some get noise (`noise`), and in some a
-///    square of one grey hides a joint (`blank`).
+/// 4. Some images change in contrast, then in brightness (`light`), some get noise (`noise`), and
+///    in some a square of one grey hides a joint (`blank`).
 ///
-/// Joints outside of the image become unlabelled, other persons there are forgotten, and a middle there is
-/// moved onto the border. 1 and 2 are one affine map, along which the network's input is sampled from the image
-/// once: thin edges stay thin.
+/// Joints outside of the image become unlabelled, other persons there are forgotten, and a middle
+/// there is moved onto the border. 1 and 2 are one affine map, along which the network's input is
+/// sampled from the image once: thin edges stay thin.
 ///
 /// # Source
 /// Goyal et al.: *MoveEnet*, CVPRW 2023, and its published code. It differs in this: it resizes to
-/// the network's input first, in validation too by one of five interpolations at random, and samples
-/// again for 2, in 8 bits, rotations by cubics; when it skews or rotates, positions of
+/// the network's input first, in validation too by one of five interpolations at random, and
+/// samples again for 2, in 8 bits, rotations by cubics; when it skews or rotates, positions of
 /// joints are cut to whole pixels; other persons do not move with `shift`, and in a mirror their
-/// joints change numbers from first to last. Its changes of hue and saturation do nothing to grey images, and noise
-/// is drawn for each of three equal channels, here once.
+/// joints change numbers from first to last. Its changes of hue and saturation do nothing to grey
+/// images, and noise is drawn for each of three equal channels, here once.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct BodyAugmentation {
@@ -137,8 +138,8 @@ impl BodyAugmentation {
     /// Whether bodies of so many joints can be varied like this.
     ///
     /// # Errors
-    /// [`TrainError::Field`] for what is no probability, no range, or larger than the image, and for joints
-    /// without those of the other side, which cannot be mirrored.
+    /// [`TrainError::Field`] for what is no probability, no range, or larger than the image, and
+    /// for joints without those of the other side, which cannot be mirrored.
     pub fn validate(&self, joints: usize) -> Result<(), TrainError> {
         let wrong = |field, message: String| Err(TrainError::Field { field, message });
         if self.interpolation.is_empty() {

@@ -1,4 +1,5 @@
-//! What happens to places: maps from the image to what is seen of it, both from 0 to 1 along either side.
+//! What happens to places: maps from the image to what is seen of it, both from 0 to 1 along either
+//! side.
 
 use evpose_core::CounterRng;
 use evpose_pose::body::BodyLabel;
@@ -17,8 +18,8 @@ const SKEWED: [DVec2; 3] = [
 ];
 /// The joints of others beside which nothing is moved, as published: heads and left elbows.
 const TELLING: [usize; 2] = [0, 3];
-/// What a skew may shrink an area to, and more than the other way round none is done: points nearly on one
-/// line tell nothing of the rest.
+/// What a skew may shrink an area to, and more than the other way round none is done: points nearly
+/// on one line tell nothing of the rest.
 const LEAST_AREA: f64 = 0.1;
 
 /// Left becomes right.

@@ -3,8 +3,8 @@
 use evpose_pose::body::{BodyLabel, Keypoint, MIRRORED, Visibility};
 use glam::{DAffine2, Vec2};
 
-/// The label of what is seen: everything where the map brings it. Joints that leave the image become
-/// unlabelled, others there are forgotten, and the middle stays inside.
+/// The label of what is seen: everything where the map brings it. Joints that leave the image
+/// become unlabelled, others there are forgotten, and the middle stays inside.
 pub(super) fn moved(label: &BodyLabel, map: DAffine2, is_mirrored: bool) -> BodyLabel {
     let to = |at: Vec2| map.transform_point2(at.as_dvec2()).as_vec2();
     let inside =

@@ -2,7 +2,7 @@
 //!
 //! * [`BodyAugmentation`]: what varies.
 //! * [`BodyView`]: how one sample is seen once.
-//! * [`Interpolation`], [`resized`]: how images are sampled.
+//! * [`Interpolation`], [`resize_grey`]: how images are sampled.
 
 mod config;
 mod geometry;
@@ -12,5 +12,5 @@ mod resample;
 mod view;
 
 pub use config::BodyAugmentation;
-pub use resample::{Interpolation, resized};
+pub use resample::{Interpolation, resize_grey};
 pub use view::BodyView;

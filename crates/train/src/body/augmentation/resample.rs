@@ -12,9 +12,9 @@ const CUBIC: f64 = -0.75;
 
 /// How the grey between pixels is made. A pixel is a square; its grey is that of its middle.
 ///
-/// All but `Area` look at as many pixels of the image no matter how many fall into one of the result: of
-/// images that become much smaller they see some edges and miss others, as the programs do that run published
-/// networks.
+/// All but `Area` look at as many pixels of the image no matter how many fall into one of the
+/// result: of images that become much smaller they see some edges and miss others, as the programs
+/// do that run published networks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Interpolation {
@@ -22,8 +22,8 @@ pub enum Interpolation {
     Nearest,
     /// Between two pixels along either side.
     Linear,
-    /// The mean over what falls into a pixel of the result. Of rotated images, over an upright rectangle of
-    /// that size.
+    /// The mean over what falls into a pixel of the result. Of rotated images, over an upright
+    /// rectangle of that size.
     Area,
     /// A cubic through four pixels along either side, of slope -3/4.
     Cubic,
@@ -36,10 +36,10 @@ impl Interpolation {
     pub const ALL: [Self; 5] =
         [Self::Nearest, Self::Linear, Self::Area, Self::Cubic, Self::Lanczos4];
 
-    /// Writes the weights of consecutive pixels of a line of `n`, the first of which is returned. `at` and
-    /// `width` are where a pixel of the result lies and how wide it is there, in pixels from the line's
-    /// start. Beyond its ends, the line goes on as it ends as long as `at` is on it, otherwise there is
-    /// nothing.
+    /// Writes the weights of consecutive pixels of a line of `n`, the first of which is returned.
+    /// `at` and `width` are where a pixel of the result lies and how wide it is there, in pixels
+    /// from the line's start. Beyond its ends, the line goes on as it ends as long as `at` is on
+    /// it, otherwise there is nothing.
     fn weights(self, at: f64, width: f64, n: usize, weights: &mut Vec<f32>) -> usize {
         weights.clear();
         let before = (at - 0.5).floor();
@@ -63,7 +63,7 @@ impl Interpolation {
 ///
 /// # Panics
 /// If `out` is not of `width` times `height`.
-pub fn resized(
+pub fn resize_grey(
     image: &Plane<u8>,
     interpolation: Interpolation,
     [width, height]: [usize; 2],
@@ -72,8 +72,8 @@ pub fn resized(
     sample(image, DAffine2::IDENTITY, interpolation, [width, height], out);
 }
 
-/// Writes `height` rows of `width` greys, 0 to 255, black where the map leads out of the image. It leads from the
-/// result to the image, both from 0 to 1 along either side.
+/// Writes `height` rows of `width` greys, 0 to 255, black where the map leads out of the image. It
+/// leads from the result to the image, both from 0 to 1 along either side.
 ///
 /// # Panics
 /// If `out` is of another size.
@@ -127,7 +127,8 @@ impl Line {
         let mut line = Self { taps, firsts: Vec::with_capacity(to), weights: vec![0.0; taps * to] };
         for (i, padded) in line.weights.chunks_exact_mut(taps).enumerate() {
             let first = write(i, &mut weights);
-            // Weights that are not there are zeros, behind the others or, at the line's end, before them.
+            // Weights that are not there are zeros, behind the others or, at the line's end, before
+            // them.
             let shifted = first.min(from - taps);
             padded[first - shifted..][..weights.len()].copy_from_slice(&weights);
             line.firsts.push(shifted);
@@ -219,8 +220,8 @@ fn sample_turned(
     }
 }
 
-/// [`Interpolation::Linear`] at one place, in pixels from the image's corner: the usual case, without lists of
-/// weights.
+/// [`Interpolation::Linear`] at one place, in pixels from the image's corner: the usual case,
+/// without lists of weights.
 fn linear(image: &Plane<u8>, at: DVec2) -> f32 {
     let last = [image.width() - 1, image.height() - 1];
     let size = DVec2::new(image.width() as f64, image.height() as f64);

@@ -22,10 +22,11 @@ pub struct BodyView {
 }
 
 impl BodyAugmentation {
-    /// Draws how sample number `sample` is seen, which depends on it, on `seed` and on its label only. A number
-    /// for each time that it is seen makes each different.
+    /// Draws how sample number `sample` is seen, which depends on it, on `seed` and on its label
+    /// only. A number for each time that it is seen makes each different.
     pub fn draw(&self, seed: u64, sample: u64, label: &BodyLabel) -> BodyView {
-        // What happens to places and to greys is drawn apart: either can be changed without the other.
+        // What happens to places and to greys is drawn apart: either can be changed without the
+        // other.
         let mut places = CounterRng::new(seed, "body augmentation", sample);
         let mut greys = CounterRng::new(seed, "body augmentation greys", sample);
         let interpolation = match self.interpolation.len() {
@@ -91,8 +92,8 @@ impl BodyView {
         self.view_from_image
     }
 
-    /// Writes what is seen of an image: `side` rows of as many greys, 0 to 255, the input of a network but for
-    /// its channels, which are all the same.
+    /// Writes what is seen of an image: `side` rows of as many greys, 0 to 255, the input of a
+    /// network but for its channels, which are all the same.
     ///
     /// # Panics
     /// If `out` is of another size.

@@ -14,9 +14,9 @@ const RADII: std::ops::RangeInclusive<usize> = radius(SIZES[0].0)..=radius(LARGE
 /// Blobs on maps of one size.
 ///
 /// # Model
-/// At a distance `d <= r` from its cell, a blob is `exp(-3 d / r)`, further away it is 0. Where several
-/// add up to more than 1, they are 1. The published ones lack column and row `r` beyond the cell, not before
-/// it.
+/// At a distance `d <= r` from its cell, a blob is `exp(-3 d / r)`, further away it is 0. Where
+/// several add up to more than 1, they are 1. The published ones lack column and row `r` beyond the
+/// cell, not before it.
 #[derive(Debug, Clone)]
 pub(super) struct Blobs {
     side: usize,

@@ -18,21 +18,25 @@ const CENTER_SIZE: usize = 2;
 ///
 /// # Model
 /// A joint is in the cell that its position falls into.
-/// - Heatmaps have a blob at the cell of the joint and at those of other persons' joints; nothing at
-///   all for a joint that is not known. So does the map of centres, with larger blobs. Blobs are
-///   larger for persons that fill more of the image.
-/// - Regressions are read where [`BodyDecoder`] finds the middle on the map of this person alone, which
-///   is at most a cell from it. There, and at most two cells from the middle, they are from that cell
-///   to the joint's.
+/// - Heatmaps have a blob at the cell of the joint and at those of other persons' joints, or nothing
+///   at all if the joint is not known. The map of centres has larger blobs at the middles of all. The
+///   more of the image the person fills, the larger are blobs.
+/// - Regressions are read where [`BodyDecoder`] finds the middle on the map of this person alone,
+///   at most a cell from it. At all cells up to two from the middle, they lead from that cell to
+///   the joint's.
 /// - Offsets, at the joint's cell, are from its corner to the joint.
 ///
-/// With `parity` they are as published, for comparisons:
+/// Joints outside of the image are not known.
+///
+/// With `parity` targets are as published, for comparisons:
 /// - blobs lack their last column and row;
-/// - offsets are those of the pixel's corner: 0, 1/4, 1/2, 3/4;
-/// - regressions beside the middle's cell have the wrong sign left of and above column and row 23 of 48;
-/// - other persons' middles may be where regressions are read, and are 0;
-/// - joints count as known although they are outside of the image: their heatmap is empty, they regress to
-///   the middle, and their offset is that from there.
+/// - offsets are those of the pixel's corner: 0, 1/4, 1/2 or 3/4;
+/// - regressions beside the middle's cell have the wrong sign left of column 23 and above row 23 of
+///   48;
+/// - regressions are read where a decoder finds the middle among all persons: at that of another,
+///   they are 0;
+/// - joints outside of the image count as known: their heatmap is empty, their regression 0, and
+///   their offset is that from the body's middle.
 ///
 /// # Source
 /// Goyal et al.: *MoveEnet*, CVPRW 2023, and its published code.
@@ -119,8 +123,8 @@ impl BodyGrid {
         }
     }
 
-    /// Writes whole maps, `[channels][side][side]` each: what a network that makes no error would say, as far
-    /// as anything is asked of it.
+    /// Writes whole maps, `[channels][side][side]` each: what a network that makes no error would
+    /// say, as far as anything is asked of it.
     ///
     /// # Panics
     /// If slices are not of this size.

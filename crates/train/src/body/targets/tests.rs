@@ -80,9 +80,10 @@ struct Golden {
     sums: [f64; 4],
 }
 
-/// Made with NumPy 2.4 from the same closed forms: loops over joints, blobs and squares as the published rules
-/// have them, in f64, rounded to f32; the cell with `argmax` of the map of centres times
-/// `1 / (d + 1.8)`. The fifth case has other persons, the sixth joints and a middle outside of the image.
+/// Made with NumPy 2.4 from the same closed forms: loops over joints, blobs and squares as the
+/// published rules have them, in f64, rounded to f32; the cell with `argmax` of the map of centres
+/// times `1 / (d + 1.8)`. The fifth case has other persons, the sixth joints and a middle outside
+/// of the image.
 fn goldens() -> Vec<Golden> {
     let golden = |side, label, center_cell, sums| Golden { side, label, center_cell, sums };
     let mut crowd = person(5, 0.4, 0.1, [0.2, 0.2]);
@@ -212,7 +213,8 @@ fn other_persons_are_on_the_maps_but_not_where_regressions_are_read() {
 
 #[test]
 fn the_cell_that_is_read_is_the_one_that_a_decoder_finds() {
-    // A large person a cell beside the middle of the map: weighted, the blob is highest in the middle.
+    // A large person a cell beside the middle of the map: weighted, the blob is highest in the
+    // middle.
     let mut label = one(0.1, 0.1, [23.5 / 48.0, 0.5]);
     label.keypoints.extend(one(0.9, 0.9, [0.5; 2]).keypoints);
     let written = written(&BodyGrid::new(48, false), &label);
@@ -241,17 +243,18 @@ proptest! {
         let label = one(x, y, [cx, cy]);
         let exact = written(&BodyGrid::new(side, false), &label);
         let published = written(&BodyGrid::new(side, true), &label);
+        let cell = |at: i32| [at as usize % side, at as usize / side];
         let position = |written: &Written| {
-            let at = [written.joint_cells[0] as usize % side, written.joint_cells[0] as usize / side];
+            let at = cell(written.joint_cells[0]);
             [0, 1].map(|axis| (at[axis] as f32 + written.offsets[0][axis]) / side as f32)
         };
-        let center = [exact.center_cell as usize % side, exact.center_cell as usize / side];
+        let center = cell(exact.center_cell);
         for (axis, truth) in [x, y].into_iter().enumerate() {
             prop_assert!((position(&exact)[axis] - truth).abs() < 1e-6);
             // A quarter of a cell is cut off.
             let cut = truth - position(&published)[axis];
             prop_assert!((-1e-6..0.25 / side as f32 + 1e-6).contains(&cut), "{}", cut);
-            let joint = [exact.joint_cells[0] as usize % side, exact.joint_cells[0] as usize / side];
+            let joint = cell(exact.joint_cells[0]);
             prop_assert_eq!(exact.regs[0][axis], joint[axis] as f32 - center[axis] as f32);
         }
     }

@@ -70,11 +70,16 @@ fn middle(image: &[f32], side: usize) -> Vec2 {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(96))]
     #[test]
-    fn joints_are_where_the_image_shows_them(seed in 0..1000u64, sample in 0..1000u64, joint in 0..13usize) {
+    fn joints_are_where_the_image_shows_them(
+        seed in 0..1000u64,
+        sample in 0..1000u64,
+        joint in 0..13usize,
+    ) {
         let body = body(seed);
         for interpolation in Interpolation::ALL {
             let interpolation = vec![interpolation];
-            let view = BodyAugmentation { interpolation, ..places_only() }.draw(seed, sample, &body);
+            let augmentation = BodyAugmentation { interpolation, ..places_only() };
+            let view = augmentation.draw(seed, sample, &body);
             // In a mirror, another joint is where this one was.
             let from = body.keypoints[joint].position;
             let to = view.view_from_image().transform_point2(from.as_dvec2()).as_vec2();
