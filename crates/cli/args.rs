@@ -46,11 +46,11 @@ pub(crate) struct Args {
 pub(crate) enum Command {
     /// Simulate, train, evaluate and report: everything on the embedded default, in minutes
     Demo(DemoArgs),
-    /// Record a simulated hand in front of an event camera (.evc and .meta files)
+    /// Record simulated hands or people in front of an event camera, with labels
     Simulate(SimulateArgs),
     /// Turn image sequences into events
     Events(EventsArgs),
-    /// Train the hand network on simulated sequences
+    /// Train a network of hands or bodies
     Train(TrainArgs),
     /// Judge a checkpoint on sequences with known poses
     Eval(EvalArgs),
@@ -88,7 +88,8 @@ pub(crate) enum Command {
 /// A config and changes to it.
 #[derive(Debug, clap::Args)]
 pub(crate) struct ConfigArgs {
-    /// A TOML file, or an embedded config: `quick`, `ablation`, `eventhands`
+    /// A TOML file, or an embedded config: `quick`, `ablation`, `eventhands` for hands, `pretrain`,
+    /// `finetune` for bodies
     pub(crate) config: String,
     /// Change one field, for example --set training.steps=500 (may be repeated)
     #[arg(long = "set", value_name = "KEY=VALUE")]
@@ -224,16 +225,22 @@ pub(crate) struct EventsArgs {
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  evpose train quick --data data/train --out runs/hand\n  \
-    evpose train quick --data data/train --out runs/hand --resume")]
+    evpose train quick --data data/train --out runs/hand --resume\n  \
+    evpose train configs/body/pretrain.toml\n  \
+    evpose train configs/body/finetune.toml")]
 pub(crate) struct TrainArgs {
     #[command(flatten)]
     pub(crate) config: ConfigArgs,
-    /// Directory of sequences from `evpose simulate`
+    /// Directory of sequences from `evpose simulate`, or of images from `evpose prepare`. Bodies: made in
+    /// OUT/data where it is missing
     #[arg(long)]
-    pub(crate) data: PathBuf,
-    /// Directory of the run
+    pub(crate) data: Option<PathBuf>,
+    /// Directory of the run [bodies: the config's `out`]
     #[arg(long)]
-    pub(crate) out: PathBuf,
+    pub(crate) out: Option<PathBuf>,
+    /// A run or a file of weights to start from [bodies: the config's `start_from`]
+    #[arg(long, value_name = "RUN")]
+    pub(crate) start_from: Option<PathBuf>,
     /// Continue an interrupted run from its newest checkpoint
     #[arg(long)]
     pub(crate) resume: bool,

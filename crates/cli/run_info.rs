@@ -4,12 +4,43 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use evpose_core::atomic_write;
-use evpose_train::{HandConfig, TrainError};
+use evpose_train::body::BodyConfig;
+use evpose_train::{FieldDifference, HandConfig, TrainError};
 
 /// Where the program, the seed and, mostly, the command are said.
 const RUN: &str = "run.toml";
 /// Where the resolved config is.
 pub(crate) const CONFIG: &str = "config.toml";
+
+/// A config that a directory is made with.
+pub(crate) trait RunConfig: Sized {
+    fn seed(&self) -> u64;
+    fn toml(&self) -> Result<String, TrainError>;
+    fn read_from(path: &Path) -> Result<Self, TrainError>;
+    fn differs(&self, there: &Self) -> Result<Vec<FieldDifference>, TrainError>;
+}
+
+macro_rules! run_config {
+    ($config:ty) => {
+        impl RunConfig for $config {
+            fn seed(&self) -> u64 {
+                self.seed
+            }
+            fn toml(&self) -> Result<String, TrainError> {
+                self.to_toml()
+            }
+            fn read_from(path: &Path) -> Result<Self, TrainError> {
+                Self::read(path)
+            }
+            fn differs(&self, there: &Self) -> Result<Vec<FieldDifference>, TrainError> {
+                self.differences(there)
+            }
+        }
+    };
+}
+
+run_config!(HandConfig);
+run_config!(BodyConfig);
 
 /// The commit this binary was built from.
 pub(crate) const COMMIT: &str = env!("EVPOSE_COMMIT");
@@ -42,16 +73,16 @@ pub(crate) fn write(dir: &Path, seed: u64, config: Option<&HandConfig>) -> Resul
 
 /// As [`write()`], for a directory that several processes fill: without the command, which differs
 /// among them. `config.toml` comes last, so that whoever finds it finds `run.toml` too.
-pub(crate) fn write_shared(dir: &Path, config: &HandConfig) -> Result<()> {
-    write_file(&dir.join(RUN), &origin(config.seed)?.to_string())?;
-    write_file(&dir.join(CONFIG), &config.to_toml()?)
+pub(crate) fn write_shared(dir: &Path, config: &impl RunConfig) -> Result<()> {
+    write_file(&dir.join(RUN), &origin(config.seed())?.to_string())?;
+    write_file(&dir.join(CONFIG), &config.toml()?)
 }
 
 /// Refuses a directory that was begun with another config, or by another build of the program,
 /// which may draw other numbers.
-pub(crate) fn check_shared(dir: &Path, config: &HandConfig) -> Result<()> {
+pub(crate) fn check_shared<C: RunConfig>(dir: &Path, config: &C) -> Result<()> {
     let path = dir.join(CONFIG);
-    let fields = config.differences(&HandConfig::read(&path)?)?;
+    let fields = config.differs(&C::read_from(&path)?)?;
     if !fields.is_empty() {
         return Err(TrainError::ConfigDiffers { path, fields }.into());
     }
@@ -60,7 +91,7 @@ pub(crate) fn check_shared(dir: &Path, config: &HandConfig) -> Result<()> {
         std::fs::read_to_string(&path).with_context(|| format!("reading {}", path.display()))?;
     let there: toml::Table =
         toml::from_str(&text).with_context(|| format!("reading {}", path.display()))?;
-    for (key, here) in origin(config.seed)? {
+    for (key, here) in origin(config.seed())? {
         if there.get(&key) != Some(&here) {
             bail!(
                 "{}: the directory was begun by another program ({key} is {}, and this one's is \

@@ -8,6 +8,7 @@ mod bench_repr;
 mod bench_sensor;
 mod bench_sim;
 mod bench_train;
+mod body;
 pub(crate) mod calibrate;
 pub(crate) mod clean;
 mod conditions;

@@ -4,18 +4,21 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use evpose_core::atomic_write;
-use evpose_sim::set::MANIFEST;
+use evpose_sim::set::{HANDS, MANIFEST, PEOPLE};
 use evpose_sim::{SequenceSet, Shard, Simulation, record_shard};
 use evpose_train::{Condition, HandConfig};
 
-use super::{config_source, use_threads};
+use super::{body, config_source, use_threads};
 use crate::args::SimulateArgs;
 use crate::progress::{bar, say};
 use crate::report::{self, views};
-use crate::run_info;
+use crate::run_info::{self, RunConfig};
 
 pub(crate) fn run(args: &SimulateArgs) -> Result<()> {
     use_threads(args.threads)?;
+    if let Some(config) = body::config(&args.config)? {
+        return body::simulate(config, args);
+    }
     let mut config = config_source::load(&args.config.config, &args.config.overrides)?;
     if let Some(condition) = &args.condition {
         config = Condition::load(condition)?.apply(&config)?;
@@ -29,7 +32,8 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<()> {
     config.seed = args.seed.unwrap_or(config.seed);
     config.simulation.validate()?;
     let shard = args.shard.unwrap_or(Shard::WHOLE);
-    claim(&args.out, &config, shard, args.resume)?;
+    let set = SequenceSet::new(&args.out, config.simulation.sequences);
+    claim(&set, &config, shard, args.resume)?;
     let recorded = record_shard_of(&config, &args.out, shard, "simulating")?;
     recorded.say_what_was_there();
     if recorded.sequences > 0 {
@@ -51,8 +55,13 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<()> {
 }
 
 /// Makes `dir` the directory of `config`'s sequences, or says why it cannot be.
-fn claim(dir: &Path, config: &HandConfig, shard: Shard, resume: bool) -> Result<()> {
-    let set = SequenceSet::new(dir, config.simulation.sequences);
+pub(crate) fn claim(
+    set: &SequenceSet,
+    config: &impl RunConfig,
+    shard: Shard,
+    resume: bool,
+) -> Result<()> {
+    let dir = set.directory();
     let others = holds_sequences(dir);
     let ours = if shard.is_whole() { others } else { set.holds_any(shard) };
     if ours && !resume {
@@ -157,6 +166,7 @@ fn holds_sequences(dir: &Path) -> bool {
     std::fs::read_dir(dir).is_ok_and(|entries| {
         entries
             .filter_map(Result::ok)
-            .any(|entry| entry.path().extension().is_some_and(|extension| extension == "evc"))
+            .filter_map(|entry| entry.path().extension().map(std::ffi::OsStr::to_owned))
+            .any(|extension| extension == HANDS[0] || extension == PEOPLE[0])
     })
 }

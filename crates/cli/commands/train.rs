@@ -1,14 +1,23 @@
 //! `evpose train`.
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use evpose_train::{TrainOptions, train_hand};
 
-use super::{config_source, use_threads};
+use super::{body, config_source, use_threads};
 use crate::args::TrainArgs;
 use crate::progress::say;
 use crate::run_info;
 
 pub(crate) fn run(args: &TrainArgs) -> Result<()> {
+    if let Some(config) = body::config(&args.config)? {
+        return body::train(config, args);
+    }
+    let (Some(data), Some(out)) = (&args.data, &args.out) else {
+        bail!("hands need --data, a directory of sequences from `evpose simulate`, and --out");
+    };
+    if args.start_from.is_some() {
+        bail!("--start-from is for bodies: networks of hands are trained from the beginning");
+    }
     let config = config_source::load(&args.config.config, &args.config.overrides)?;
     use_threads(args.device.threads)?;
     let options = TrainOptions {
@@ -17,8 +26,8 @@ pub(crate) fn run(args: &TrainArgs) -> Result<()> {
         plain: args.plain,
         told: None,
     };
-    let summary = train_hand(&config, &args.data, &args.out, &options)?;
-    run_info::write(&args.out, config.seed, None)?;
+    let summary = train_hand(&config, data, out, &options)?;
+    run_info::write(out, config.seed, None)?;
     say(format!(
         "{} samples in {:.0} s, {:.0} samples/s",
         summary.samples,

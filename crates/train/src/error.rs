@@ -61,6 +61,9 @@ pub enum TrainError {
     /// Networks and weight files.
     #[error(transparent)]
     Network(#[from] evpose_nn::NnError),
+    /// Annotations of images.
+    #[error(transparent)]
+    Annotations(#[from] evpose_datasets::DatasetError),
     /// The loss is no longer a number.
     #[error(
         "the loss became {loss} at step {step}; training stopped. The last good checkpoint is {}. \

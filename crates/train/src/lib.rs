@@ -11,7 +11,7 @@
 //!   measured by.
 
 mod ahead;
-mod body;
+pub mod body;
 mod checkpoint;
 mod condition;
 mod config;
@@ -38,10 +38,6 @@ mod toml_text;
 mod training;
 mod waiting;
 
-pub use body::{
-    BodyAccuracy, BodyAccuracyConfig, BodyAugmentation, BodyBatch, BodyGrid, BodyMeasure,
-    BodyTargetSlices, BodyView, Interpolation, resize_grey,
-};
 pub use checkpoint::newest_checkpoint;
 pub use condition::{CONDITIONS, Condition};
 pub use config::{EvaluationConfig, HandConfig, RepresentationConfig, TrainingConfig};

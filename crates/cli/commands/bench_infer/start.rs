@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use burn::tensor::Device;
 use evpose_infer::{Engine, EngineOptions};
 use evpose_nn::Network;
-use evpose_nn::weights::{ModelCard, load, load_body, save, save_body};
+use evpose_nn::weights::{BodyCard, ModelCard, load, load_body, save, save_body};
 use evpose_pose::body::{BodyDecoder, BodyMaps, DEFAULT_THRESHOLD};
 use serde::Serialize;
 
@@ -40,7 +40,7 @@ impl Start {
         let path = folder.path().join("weights.bpk");
         match network {
             Network::Hand(network) => save(&path, network, &ModelCard::default())?,
-            Network::Body(network) => save_body(&path, network)?,
+            Network::Body(network) => save_body(&path, network, &BodyCard::default())?,
         }
         let image = vec![0.5; input.iter().product()];
         let mut times_ms: [Vec<f64>; 4] = Default::default();
@@ -48,7 +48,7 @@ impl Start {
             let begin = Instant::now();
             let graph = match network {
                 Network::Hand(_) => load(&path, &Device::flex())?.0.graph(),
-                Network::Body(_) => load_body(&path, &Device::flex())?.graph(),
+                Network::Body(_) => load_body(&path, &Device::flex())?.0.graph(),
             };
             let read = begin.elapsed();
             let mut engine = Engine::compile(&graph, input, options)?;

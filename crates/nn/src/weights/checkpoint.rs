@@ -12,10 +12,10 @@ use evpose_core::atomic_write;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::ModelCard;
 use super::strict::{Layout, Stored, fill_strictly};
+use super::{BodyCard, ModelCard};
 use crate::parameters::read;
-use crate::{HandRegressor, MoveEnet, MoveEnetConfig, NnError};
+use crate::{HandRegressor, MoveEnet, NnError};
 
 const FORMAT: &str = "burnpack";
 /// Key of the card among the container's metadata.
@@ -45,22 +45,23 @@ pub fn load(path: &Path, device: &Device) -> Result<(HandRegressor, ModelCard), 
     Ok((filled(path, reader, network)?, card))
 }
 
-/// As [`save`], of a body's network with what it was built from.
+/// As [`save`], of a body's network; the card's `network` is replaced by what it was built from.
 ///
 /// # Errors
 /// [`NnError::Io`] if the file cannot be written.
-pub fn save_body(path: &Path, network: &MoveEnet) -> Result<(), NnError> {
-    write(path, network, BODY_KEY, network.config())
+pub fn save_body(path: &Path, network: &MoveEnet, card: &BodyCard) -> Result<(), NnError> {
+    let card = BodyCard { network: network.config().clone(), ..card.clone() };
+    write(path, network, BODY_KEY, &card)
 }
 
 /// As [`load`], of a body's network.
 ///
 /// # Errors
 /// As there.
-pub fn load_body(path: &Path, device: &Device) -> Result<MoveEnet, NnError> {
-    let (reader, config) = open::<MoveEnetConfig>(path, BODY_KEY)?;
-    let network = config.zeros(device)?;
-    filled(path, reader, network)
+pub fn load_body(path: &Path, device: &Device) -> Result<(MoveEnet, BodyCard), NnError> {
+    let (reader, card) = open::<BodyCard>(path, BODY_KEY)?;
+    let network = card.network.zeros(device)?;
+    Ok((filled(path, reader, network)?, card))
 }
 
 fn write<M: Module>(
@@ -126,8 +127,8 @@ fn unreadable(path: &Path, reason: &impl ToString) -> NnError {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
-    use crate::HandRegressorConfig;
     use crate::weights::InputConfig;
+    use crate::{HandRegressorConfig, MoveEnetConfig};
     use burn::tensor::Tensor;
 
     fn network(seed: u64, device: &Device) -> HandRegressor {
@@ -150,8 +151,10 @@ mod tests {
         let path = folder.path().join("body.bpk");
         let config = MoveEnetConfig { joints: 3, width: 0.25, expansion: 2 };
         let saved = config.init(7, &device).unwrap();
-        save_body(&path, &saved).unwrap();
-        let back = load_body(&path, &device).unwrap();
+        let provenance = [("seed".to_owned(), "5".to_owned())].into();
+        save_body(&path, &saved, &BodyCard { provenance, ..BodyCard::default() }).unwrap();
+        let (back, card) = load_body(&path, &device).unwrap();
+        assert_eq!((&card.network, card.provenance["seed"].as_str()), (&config, "5"));
         assert_eq!((read(&back), back.config()), (read(&saved), &config));
         assert!(matches!(load(&path, &device), Err(NnError::Card { .. })));
     }

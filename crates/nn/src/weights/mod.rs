@@ -13,7 +13,7 @@ mod safetensors;
 mod strict;
 
 pub use checkpoint::{load, load_body, save, save_body};
-pub use model_card::{InputConfig, ModelCard};
+pub use model_card::{BodyCard, InputConfig, ModelCard};
 pub use pytorch::{load_move_enet, load_pytorch};
 pub use safetensors::save_safetensors;
 

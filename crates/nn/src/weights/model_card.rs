@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::HandRegressorConfig;
+use crate::{HandRegressorConfig, MoveEnetConfig};
 
 /// The network a weight file holds and the images it was made for, kept inside the file as TOML.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -15,6 +15,17 @@ pub struct ModelCard {
     /// What it is shown.
     pub input: InputConfig,
     /// Where the weights come from, for people: configuration, seed, steps, commit.
+    #[serde(default)]
+    pub provenance: BTreeMap<String, String>,
+}
+
+/// The network of bodies that a weight file holds, kept inside the file as TOML.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BodyCard {
+    /// The network.
+    pub network: MoveEnetConfig,
+    /// Where the weights come from: configuration, mean pose, data.
     #[serde(default)]
     pub provenance: BTreeMap<String, String>,
 }

@@ -30,6 +30,7 @@ pub(super) fn frames(
         let t = Micros((annotation.t_s.unwrap_or(0.0) * 1e6).round() as i64);
         Ok(BodyFrame { image, label: annotation.label.clone(), sequence: index as u64, t })
     };
-    let frames = annotations.par_iter().enumerate().map(frame).collect::<Result<_, TrainError>>()?;
+    let frames =
+        annotations.par_iter().enumerate().map(frame).collect::<Result<_, TrainError>>()?;
     Ok(BodyFrames { frames })
 }

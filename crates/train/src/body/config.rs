@@ -12,7 +12,7 @@ use super::augmentation::{BodyAugmentation, Interpolation};
 use crate::{FieldDifference, TrainError, toml_text};
 
 /// What tells such files from those of hands.
-pub const TASK: &str = "body";
+pub(super) const TASK: &str = "body";
 
 /// Pixels of an image for each row of maps, squared away in the pyramid: sides are multiples of it.
 const SIDE_STEP_PX: usize = 32;
@@ -297,7 +297,10 @@ impl BodyConfig {
         self.held_out().simulation.validate()?;
         self.augmentation.validate(self.network.joints)?;
         if representation_called(&self.image.representation)?.channels() != 1 {
-            return fail("image.representation", "must have one channel: the network is shown a grey image");
+            return fail(
+                "image.representation",
+                "must have one channel: the network is shown a grey image",
+            );
         }
         if self.image.side_px == 0 || !self.image.side_px.is_multiple_of(SIDE_STEP_PX) {
             return fail("image.side_px", "must be a multiple of 32");
@@ -316,7 +319,10 @@ impl BodyConfig {
         }
         let training = &self.training;
         if training.batch_size == 0 || training.steps == 0 || training.steps_per_validation == 0 {
-            return fail("training", "batch_size, steps and steps_per_validation must be at least 1");
+            return fail(
+                "training",
+                "batch_size, steps and steps_per_validation must be at least 1",
+            );
         }
         if !(training.learning_rate > 0.0 && training.learning_rate.is_finite()) {
             return fail("training.learning_rate", "must be a positive number");

@@ -83,8 +83,10 @@ impl BodyFrames {
             let label = label_of(&still.joints_px, sensor);
             BodyFrame { image, label, sequence: index, t: Micros(0) }
         };
-        let frames =
-            (0..config.data.stills).into_par_iter().map_init(ErosLikeWork::default, frame).collect();
+        let frames = (0..config.data.stills)
+            .into_par_iter()
+            .map_init(ErosLikeWork::default, frame)
+            .collect();
         Ok(Self { frames })
     }
 
@@ -106,8 +108,7 @@ impl BodyFrames {
         sequences.dedup();
         let kept = sequences.len() - (share * sequences.len() as f64).ceil() as usize;
         let first_held = sequences.get(kept).copied().unwrap_or(u64::MAX);
-        let (train, valid) =
-            self.frames.into_iter().partition(|frame| frame.sequence < first_held);
+        let (train, valid) = self.frames.into_iter().partition(|frame| frame.sequence < first_held);
         (Self { frames: train }, Self { frames: valid })
     }
 

@@ -142,9 +142,9 @@ impl BodyLoader {
         let labels = images
             .par_chunks_mut(CHANNELS * pixels)
             .zip(batch.samples_mut())
-            .zip(positions)
-            .map(|((image, mut targets), position)| {
-                let (index, view) = self.view(position);
+            .enumerate()
+            .map(|(k, (image, mut targets))| {
+                let (index, view) = self.view(positions.start + k as u64);
                 let (first, others) = image.split_at_mut(pixels);
                 view.render(&self.data.frames[index].image, self.side_px, first);
                 others.chunks_mut(pixels).for_each(|channel| channel.copy_from_slice(first));
@@ -216,7 +216,8 @@ impl DataLoader<BodyItem> for BodyLoader {
         let (loader, end) = (self.clone(), pass.end);
         let starts = pass.clone().step_by(self.batch_size);
         let size = self.batch_size as u64;
-        let numbers = Ahead::new(starts.map(move |start| loader.numbers(start..(start + size).min(end))));
+        let numbers =
+            Ahead::new(starts.map(move |start| loader.numbers(start..(start + size).min(end))));
         Box::new(Batches {
             loader: self,
             interval,

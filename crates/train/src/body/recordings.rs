@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 use evpose_core::{EventStream, Micros, Plane, SensorSize, TimeWindow};
 use evpose_io::{OpenOptions, Windows};
 use evpose_pose::body::BodyPoints;
-use evpose_repr::{BlurWork, ChannelOrder, GaussianKernel, Representation, StreamWindow, representation_called};
+use evpose_repr::{
+    BlurWork, ChannelOrder, GaussianKernel, Representation, StreamWindow, representation_called,
+};
 use evpose_sim::person::PoseTable;
 use glam::Vec2;
 use rayon::prelude::*;
@@ -41,7 +43,9 @@ impl BodyRecordings {
         for stem in names.iter().filter_map(|name| name.strip_suffix(POSES)) {
             let is_events = |name: &&String| {
                 let ending = name.strip_prefix(stem).and_then(|rest| rest.strip_prefix('.'));
-                ending.is_some_and(|ending| evpose_io::format_for(Path::new(name)).is_ok() && !ending.contains('.'))
+                ending.is_some_and(|ending| {
+                    evpose_io::format_for(Path::new(name)).is_ok() && !ending.contains('.')
+                })
             };
             if let Some(events) = names.iter().find(is_events) {
                 files.push((directory.join(events), directory.join(format!("{stem}{POSES}"))));
@@ -92,8 +96,8 @@ fn frames_of(
     };
     let mut recent = RecentTimes { most: counted, times: VecDeque::new() };
     let mut frames = Vec::new();
-    let step = Micros::from_millis(i64::from(config.data.every_ms));
-    let mut t = Micros::from_millis(i64::from(config.data.first_ms));
+    let step = Micros(1_000 * i64::from(config.data.every_ms));
+    let mut t = Micros(1_000 * i64::from(config.data.first_ms));
     while t <= track.end() {
         let image = film.at(t, |events| recent.push(events))?;
         let labelled_at = recent.mean().unwrap_or(t);
@@ -157,13 +161,24 @@ impl Film {
     ///
     /// # Errors
     /// As there.
-    pub fn with(path: &Path, image: &BodyImageConfig, options: &OpenOptions) -> Result<Self, TrainError> {
+    pub fn with(
+        path: &Path,
+        image: &BodyImageConfig,
+        options: &OpenOptions,
+    ) -> Result<Self, TrainError> {
         let windows = Windows::open(path, options)?;
         let sensor = windows.sensor();
-        let window = StreamWindow::new(sensor, Micros::from_millis(100), ChannelOrder::OffFirst)?;
+        let window = StreamWindow::new(sensor, Micros(100_000), ChannelOrder::OffFirst)?;
         let representation = representation_called(&image.representation)?.start(window);
         let events = EventStream::empty(sensor);
-        Ok(Self { windows, representation, blur: image.blur, work: BlurWork::default(), events, read_to: None })
+        Ok(Self {
+            windows,
+            representation,
+            blur: image.blur,
+            work: BlurWork::default(),
+            events,
+            read_to: None,
+        })
     }
 
     /// The sensor.
@@ -189,7 +204,11 @@ impl Film {
     ///
     /// # Errors
     /// If the recording cannot be read up to there.
-    pub fn at(&mut self, t: Micros, seen: impl FnOnce(&EventStream)) -> Result<Plane<u8>, TrainError> {
+    pub fn at(
+        &mut self,
+        t: Micros,
+        seen: impl FnOnce(&EventStream),
+    ) -> Result<Plane<u8>, TrainError> {
         let begin = self.read_to.or(self.windows.start()).unwrap_or(t);
         let end = t + Micros(1);
         if begin < end {

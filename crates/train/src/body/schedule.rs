@@ -24,7 +24,12 @@ pub struct Schedule {
 impl Default for Schedule {
     /// As published: a tenth after 70 and 100 of 300 epochs.
     fn default() -> Self {
-        Self { warm_up_steps: 0, milestones: vec![70.0 / 300.0, 100.0 / 300.0], factor: 0.1, cosine: false }
+        Self {
+            warm_up_steps: 0,
+            milestones: vec![70.0 / 300.0, 100.0 / 300.0],
+            factor: 0.1,
+            cosine: false,
+        }
     }
 }
 
@@ -155,12 +160,16 @@ mod tests {
         assert!((schedule.share(10, 1_000) - 1.0).abs() < 1e-3);
         assert!((schedule.share(500, 1_000) - 0.505).abs() < 1e-9);
         assert!(schedule.share(999, 1_000) < 0.0101);
-        assert!((0..990).all(|step| schedule.share(step + 10, 1_000) >= schedule.share(step + 11, 1_000)));
+        assert!(
+            (0..990)
+                .all(|step| schedule.share(step + 10, 1_000) >= schedule.share(step + 11, 1_000))
+        );
     }
 
     #[test]
     fn a_resumed_schedule_goes_on() {
-        let rate = ScheduledRate { schedule: Schedule::default(), learning_rate: 0.5, steps: 30, next: 0 };
+        let rate =
+            ScheduledRate { schedule: Schedule::default(), learning_rate: 0.5, steps: 30, next: 0 };
         let mut whole = rate.clone();
         let rates: Vec<f64> = (0..30).map(|_| whole.step()).collect();
         let mut first = rate.clone();

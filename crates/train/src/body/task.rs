@@ -109,7 +109,8 @@ fn accuracy(maps: &BodyMaps<Tensor<4>>, labels: &[BodyLabel]) -> f64 {
             let size = map.len() / batch;
             sample * size..(sample + 1) * size
         };
-        let maps = BodyMaps::from_array([&all[0], &all[1], &all[2], &all[3]].map(|map| &map[of(map)]));
+        let maps =
+            BodyMaps::from_array([&all[0], &all[1], &all[2], &all[3]].map(|map| &map[of(map)]));
         counts.push(BodyAccuracyConfig::default(), &decoder.decode(&maps), label);
     }
     counts.mean().unwrap_or(0.0)

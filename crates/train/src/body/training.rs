@@ -22,6 +22,7 @@ use super::loader::BodyLoader;
 use super::saved::BodyCheckpoint;
 use super::schedule::{EarlyStop, ScheduledRate};
 use super::task::{BODY_FIELDS, BodyLearner};
+use crate::TrainError;
 use crate::checkpoint::{AtomicCheckpointer, newest_checkpoint, weights_path};
 use crate::guard::Guard;
 use crate::history::History;
@@ -31,7 +32,6 @@ use crate::saved::{BEST, LAST};
 use crate::told_renderer::TrainingSpan;
 use crate::training::{ADAM_EPSILON, RunDir, TrainOptions, renderer};
 use crate::waiting::{DataWait, WaitMeter};
-use crate::TrainError;
 
 /// What a run came to.
 #[derive(Debug)]
@@ -115,7 +115,8 @@ pub fn train_body(
         steps: training.steps,
         next: 0,
     };
-    let decay = (training.weight_decay > 0.0).then(|| WeightDecayConfig::new(training.weight_decay));
+    let decay =
+        (training.weight_decay > 0.0).then(|| WeightDecayConfig::new(training.weight_decay));
     let learner = Learner::new(
         BodyLearner::new(
             first_network(config, &device)?,
@@ -186,7 +187,8 @@ pub fn train_body(
     }
     saved.save(&run.join(BEST))?;
     let done = losses.keys().last().copied().unwrap_or(intervals);
-    let steps = |interval: usize| (interval as u64 * training.steps_per_validation).min(training.steps);
+    let steps =
+        |interval: usize| (interval as u64 * training.steps_per_validation).min(training.steps);
     let samples = (steps(done) - steps(from.min(done))) * training.batch_size as u64;
     Ok(BodyTrainSummary {
         best: saved,
@@ -235,7 +237,8 @@ fn prepare(config: &BodyConfig, dir: &RunDir<'_>, resume: bool) -> Result<usize,
             return Err(TrainError::ConfigDiffers { path: dir.config(), fields });
         }
     } else if newest.is_some() {
-        let message = "it already holds checkpoints; add --resume, or choose another --out".to_owned();
+        let message =
+            "it already holds checkpoints; add --resume, or choose another --out".to_owned();
         return Err(TrainError::Resume { path: dir.0.to_path_buf(), message });
     }
     fs::create_dir_all(dir.checkpoints())
@@ -249,7 +252,8 @@ fn prepare(config: &BodyConfig, dir: &RunDir<'_>, resume: bool) -> Result<usize,
 fn restore(config: &BodyConfig, path: &Path, device: &Device) -> Result<MoveEnet, TrainError> {
     let guard = Guard::new(Interrupter::new());
     let network = config.network.init(0, device)?;
-    let learner = BodyLearner::new(network, BodyLoss::new(config.loss, config.network.joints), guard);
+    let learner =
+        BodyLearner::new(network, BodyLoss::new(config.loss, config.network.joints), guard);
     let record = ModuleRecord::load(path)
         .map_err(|error| TrainError::Stopped(format!("{}: {error}", path.display())))?;
     Ok(learner.load_record(record).network)
