@@ -157,6 +157,22 @@ pub enum IoError {
         /// The Cargo feature that reads it.
         feature: &'static str,
     },
+    /// A line of a table of numbers is no row of it.
+    #[error(
+        "{}: line {line} at byte {byte}: {reason} ({rows} rows readable before it)", path.display()
+    )]
+    Row {
+        /// The file.
+        path: PathBuf,
+        /// Which line; the first is 1.
+        line: u64,
+        /// Where it begins.
+        byte: u64,
+        /// What is wrong with it.
+        reason: String,
+        /// Rows before it.
+        rows: u64,
+    },
     /// Frames were asked for that the file does not have.
     #[error("{}: frames {start}..{end} of {available}", path.display())]
     NoSuchFrames {
@@ -202,6 +218,7 @@ impl IoError {
             Self::Evc { byte, .. }
             | Self::Damaged { byte, .. }
             | Self::Meta { byte, .. }
+            | Self::Row { byte, .. }
             | Self::NotAnArchive { byte, .. }
             | Self::Npz { byte, .. } => Some(*byte),
             // Recognised by how it begins.

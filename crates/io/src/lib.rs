@@ -10,6 +10,7 @@
 //!   feature `hdf5`.
 //! * [`evt`], [`dat`]: recordings of Prophesee's cameras.
 //! * [`aedat2`], [`nmnist`], [`yarp`]: recordings of other programs and data sets.
+//! * [`predictions`]: joints of bodies over time, as MoveEnet's programs write them.
 //! * [`frames`]: the light of an image sequence, one frame at a time.
 //!
 //! A faulty file is a typed [`IoError`] that names the file, the byte and what was readable before
@@ -31,6 +32,7 @@ pub mod nmnist;
 pub mod npz;
 mod open;
 mod positional;
+pub mod predictions;
 mod sink;
 mod source;
 mod tell;
@@ -46,6 +48,7 @@ pub use open::{
     Create, FORMATS, Format, Info, Labels, Open, Recording, SensorOrigin, Windows, create,
     format_called, format_for, format_of, info, open, open_as, open_with, read_as, source,
 };
+pub use predictions::{PredictionWriter, read_predictions};
 pub use sink::EventSink;
 pub use source::{
     BlockSource, Decoder, EventSource, Fault, Header, Input, MemorySource, OpenOptions, ReadSeek,

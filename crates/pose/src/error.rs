@@ -21,4 +21,15 @@ pub enum PoseError {
         /// Sequences of the second method.
         right: usize,
     },
+    /// A number of a pose is infinite or none.
+    #[error("{what} {row} (the first is 0) holds a number that is not finite")]
+    NotFinite {
+        /// `label` or `prediction`.
+        what: &'static str,
+        /// Which one.
+        row: usize,
+    },
+    /// A sequence without a label cannot be judged.
+    #[error("the sequence has no labels")]
+    NoLabels,
 }

@@ -10,7 +10,7 @@ use crate::Fault;
 /// Ample for what comes before a bottle's contents.
 const LONGEST_HEAD: usize = 4096;
 /// Beyond 285 years a double no longer tells microseconds apart.
-const LATEST_S: f64 = 9e9;
+pub(super) const LATEST_S: f64 = 9e9;
 
 /// Where in a line reading has come to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -40,16 +40,18 @@
 //!   skeletons beside it are on the clock of the file, though, so that would part them.
 //! * A log does not state its sensor.
 //!
-//! Nothing is written in this format.
+//! Of all this only skeletons are written, by [`write_skeletons`].
 
 mod binary;
 mod bottle;
 mod clock;
 mod log;
 mod skeleton;
+mod skeleton_writer;
 mod word;
 
-pub use skeleton::{JOINTS, Skeleton, read_skeletons, skeletons_of};
+pub use skeleton::{JOINTS, Skeleton, body_truths, read_skeletons, skeletons_of};
+pub use skeleton_writer::{SkeletonNumbers, write_skeletons};
 
 pub(crate) use binary::FORMAT as BINARY;
 pub(crate) use log::FORMAT as LOG;

@@ -4,9 +4,12 @@ use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
 use evpose_core::Micros;
+use evpose_pose::body::{BodyPoints, network_from_file, torso};
+use evpose_pose::metric::body::BodyTruth;
 
 use super::bottle::head_of;
 use crate::open::input;
+use crate::predictions::detected;
 use crate::{Input, IoError};
 
 /// Joints of a skeleton: head, right and left shoulder, right and left elbow, left and right hip, right
@@ -21,16 +24,54 @@ const LONGEST_LINE: u64 = 1 << 16;
 pub struct Skeleton {
     /// When.
     pub t: Micros,
-    /// Column and row of each of the [`JOINTS`], in pixels. DHP19's logs have row and column.
+    /// Column and row of each of the [`JOINTS`], in pixels. DHP19's logs have row and column:
+    /// [`transposed`](Self::transposed) exchanges them.
     pub joints: [[f32; 2]; JOINTS],
+    /// How sure each of them is, 0 to 1, in skeletons that a network found online.
+    pub confidences: Option<[f32; JOINTS]>,
     /// Size of the head in pixels, if it is known.
     pub head_size_px: Option<f32>,
     /// Length from the left hip to the right shoulder in pixels, if it is known.
     pub torso_size_px: Option<f32>,
 }
 
+impl Skeleton {
+    /// The same with columns and rows exchanged.
+    #[must_use]
+    pub fn transposed(mut self) -> Self {
+        self.joints.iter_mut().for_each(|joint| joint.reverse());
+        self
+    }
+
+    /// Its joints in the order of networks. Those at (-1, -1) are not known; with confidences, neither
+    /// are those at other pairs of negative whole numbers, as decoders write what they do not find.
+    pub fn points_px(&self) -> BodyPoints {
+        let is_online = self.confidences.is_some();
+        let point = |joint: [f32; 2]| {
+            if is_online { detected(joint) } else { (joint != [-1.0; 2]).then(|| joint.into()) }
+        };
+        network_from_file(&self.joints.map(point))
+    }
+}
+
+/// Skeletons as the truth of a sequence, from which errors are told.
+///
+/// They are measured with the head if the size of the first one's is known, as in the published
+/// program, and otherwise with the torso, whose diagonal is taken from joints where a line lacks it.
+pub fn body_truths(skeletons: &[Skeleton]) -> Vec<BodyTruth> {
+    let has_head = skeletons.first().is_some_and(|first| first.head_size_px.is_some());
+    let truth = |skeleton: &Skeleton| {
+        let joints_px = skeleton.points_px();
+        let torso_px = || skeleton.torso_size_px.or_else(|| torso(&joints_px));
+        let size_px = if has_head { skeleton.head_size_px } else { torso_px() };
+        BodyTruth { t_s: skeleton.t.as_seconds(), joints_px, size_px }
+    };
+    skeletons.iter().map(truth).collect()
+}
+
 /// Reads the skeletons of a log, or of the `data.log` in a folder: lines such as
-/// `7 000.12 SKLT (26 numbers) -1.0 104.3`.
+/// `7 000.12 SKLT (26 numbers) -1.0 104.3`, or with 39 numbers, the last 13 of which are confidences,
+/// as MoveEnet sends them online.
 ///
 /// # Errors
 /// If the file cannot be read, a line with something on it is no skeleton, or the last one does not
@@ -61,7 +102,9 @@ pub fn skeletons_of(input: Input) -> Result<Vec<Skeleton>, IoError> {
                     continue;
                 }
                 (Some(_), false) => "the file ends in this line, perhaps within a number",
-                (None, _) => "a number, a time, SKLT and 26 numbers in brackets were expected",
+                (None, _) => {
+                    "a number, a time, SKLT and 26 or 39 numbers in brackets were expected"
+                }
             };
             let (path, events) = (input.path, found.len() as u64);
             return Err(IoError::Damaged { path, byte: at, reason: reason.into(), events });
@@ -76,11 +119,15 @@ fn skeleton(line: &[u8]) -> Option<Skeleton> {
     let (inside, behind) = rest.split_once(')')?;
     let (t, name) = head_of(head.as_bytes())?;
     let (numbers, sizes) = (numbers(inside)?, numbers(behind)?);
-    let pairs = numbers.as_chunks::<2>();
-    let joints = pairs.0.try_into().ok().filter(|_| name == "SKLT" && pairs.1.is_empty())?;
+    let (positions, confidences) = numbers.split_at_checked(2 * JOINTS)?;
+    let joints = positions.as_chunks::<2>().0.try_into().ok().filter(|_| name == "SKLT")?;
+    let confidences = match confidences {
+        [] => None,
+        _ => Some(confidences.try_into().ok()?),
+    };
     // Unknown sizes are -1.
     let size = |k: usize| sizes.get(k).copied().filter(|size| *size >= 0.0);
-    Some(Skeleton { t, joints, head_size_px: size(0), torso_size_px: size(1) })
+    Some(Skeleton { t, joints, confidences, head_size_px: size(0), torso_size_px: size(1) })
 }
 
 fn numbers(text: &str) -> Option<Vec<f32>> {

@@ -308,10 +308,12 @@ fn skeletons_are_read() {
     let found = read_skeletons(directory.path()).unwrap();
     let facts: Vec<_> = found.iter().map(|s| (s.t.0, s.head_size_px, s.torso_size_px)).collect();
     assert_eq!(facts, [(0, None, Some(104.3)), (20_000, Some(35.5), None), (40_000, None, None)]);
+    assert!(found.iter().all(|s| s.confidences.is_none()));
     assert!(found.iter().all(|s| s.joints[0] == [0.0, 10.0] && s.joints[12] == [240.0, 250.0]));
     for (log, byte) in [
         (format!("0 0000.0 SKLT ({close}) -1.0 104.3\n1 0.1 SKLT ({close} 5)\n"), 0),
         (format!("0 0.0 SKLT ({close})\n1 0.1 AE ({close})\n"), 1),
+        (format!("0 0.0 SKLT ({close})\n1 0.1 SKLT (1 2 3)\n"), 1),
         (format!("0 0.0 SKLT ({close})\n1 0.1 SKLT (1 2\n"), 1),
         (format!("0 0.0 SKLT ({close})\n1 0.1 SKLT ({close}) 35.5 10"), 1),
     ] {
@@ -323,6 +325,16 @@ fn skeletons_are_read() {
             "{byte} {fault}"
         );
     }
+}
+
+#[test]
+fn skeletons_of_a_network_come_with_confidences() {
+    let numbers: Vec<_> = (0..39).map(|k| format!("{k}.5")).collect();
+    let log = format!("0 1700000000.123456 SKLT ({})\n", numbers.join(" "));
+    let found = skeletons_of(Input::memory("data.log", log.into_bytes())).unwrap();
+    assert_eq!((found[0].joints[12], found[0].torso_size_px), ([24.5, 25.5], None));
+    let confidences = found[0].confidences.unwrap();
+    assert_eq!((confidences[0], confidences[12]), (26.5, 38.5));
 }
 
 /// See `tests/golden/yarp`.

@@ -9,8 +9,10 @@
 //! * [`mean_interval`], [`ratio_interval`]: means and ratios with bootstrap intervals.
 //! * [`mean_of_runs`]: the mean of a few whole runs, one for each seed.
 //! * [`MeanPose`]: the predictor to beat, which never looks at an event.
+//! * [`body`]: the same for bodies in images.
 //! * [`RecordingConventions`]: rows and labels of the published real recordings.
 
+pub mod body;
 mod bootstrap;
 mod conventions;
 mod hand_error;

@@ -1,0 +1,211 @@
+//! Predictions of bodies as a table of numbers, as MoveEnet's programs write and evaluate them.
+//!
+//! A line is `t delay x0 y0 … x12 y12`: when in seconds, how long it took, and column and row of thirteen
+//! joints in pixels of the image, in the order of files. Numbers are separated by spaces; commas, as
+//! the online program writes them, are read too, and so are empty lines and comments behind `#`.
+//!
+//! * **Delays** are seconds where the training program evaluates, and milliseconds elsewhere: whoever
+//!   reads or writes says which.
+//! * **Joints that were not found** have no place in the format. They are written as `-1 -1`, or, as by
+//!   the published program, as minus the width and the height of the image, which is what it makes of
+//!   -1. Any pair of negative whole numbers is read as such. A found joint that lies at exactly such
+//!   a pair is moved by the least step of a 32-bit number.
+//!
+//! # Source
+//! hpe-core's `write_output`, `write_results` and `evaluate_hpe`.
+
+use std::fmt::Write as _;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::path::{Path, PathBuf};
+
+use evpose_core::{AtomicFile, SensorSize};
+use evpose_pose::body::{BODY_JOINTS, BodyPoints, file_from_network, network_from_file};
+use evpose_pose::metric::body::BodyPrediction;
+use glam::Vec2;
+
+use crate::{Input, IoError};
+
+/// Numbers of a line.
+const COLUMNS: usize = 2 + 2 * BODY_JOINTS;
+/// No line is longer.
+const LONGEST_LINE: u64 = 1 << 16;
+
+/// What delays are written in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum DelayUnit {
+    /// As the training program evaluates.
+    #[default]
+    Seconds,
+    /// As other programs of hpe-core.
+    Milliseconds,
+}
+
+impl DelayUnit {
+    fn per_second(self) -> f64 {
+        match self {
+            Self::Seconds => 1.0,
+            Self::Milliseconds => 1e3,
+        }
+    }
+}
+
+/// What stands for joints that were not found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Undetected {
+    /// `-1 -1`.
+    #[default]
+    MinusOne,
+    /// Minus the width and the height of the image: as published.
+    MinusSize(SensorSize),
+}
+
+/// Reads a table of predictions.
+///
+/// # Errors
+/// If the file cannot be read, a line holds anything but 28 finite numbers, or the last one does not end,
+/// as a cut number would go unseen.
+pub fn read_predictions(
+    path: impl AsRef<Path>,
+    delay: DelayUnit,
+) -> Result<Vec<BodyPrediction>, IoError> {
+    predictions_of(Input::file(path)?, delay)
+}
+
+/// As [`read_predictions`], from a file that is open already, or from memory.
+///
+/// # Errors
+/// As [`read_predictions`].
+pub fn predictions_of(input: Input, delay: DelayUnit) -> Result<Vec<BodyPrediction>, IoError> {
+    let mut bytes = BufReader::new(input.bytes);
+    let (mut rows, mut text, mut byte, mut line) = (Vec::new(), Vec::new(), 0, 0);
+    loop {
+        text.clear();
+        let read = (&mut bytes).take(LONGEST_LINE).read_until(b'\n', &mut text);
+        read.map_err(|e| IoError::file(&input.path, "read", e))?;
+        if text.is_empty() {
+            return Ok(rows);
+        }
+        line += 1;
+        match row(&text, delay) {
+            Ok(row) => rows.extend(row),
+            Err(reason) => {
+                let rows = rows.len() as u64;
+                return Err(IoError::Row { path: input.path, line, byte, reason, rows });
+            }
+        }
+        byte += text.len() as u64;
+    }
+}
+
+/// What a line says, if it says anything.
+fn row(line: &[u8], delay: DelayUnit) -> Result<Option<BodyPrediction>, String> {
+    let text = str::from_utf8(line).map_err(|_| "it is not text".to_owned())?;
+    let text = text.split('#').next().unwrap_or_default();
+    let words = text.split(|c: char| c == ',' || c.is_whitespace()).filter(|word| !word.is_empty());
+    let number = |(column, word): (usize, &str)| {
+        let number = word.parse().ok().filter(|number: &f64| number.is_finite());
+        number.ok_or_else(|| format!("column {} is {word:?}, no finite number", column + 1))
+    };
+    let numbers = words.enumerate().map(number).collect::<Result<Vec<_>, _>>()?;
+    if numbers.is_empty() {
+        return Ok(None);
+    }
+    if !line.ends_with(b"\n") {
+        return Err("the file ends in it, perhaps within a number".to_owned());
+    }
+    let [t_s, waited, positions @ ..] = numbers.as_slice() else {
+        return Err(format!("{COLUMNS} numbers were expected, {} found", numbers.len()));
+    };
+    let joints: [[f64; 2]; BODY_JOINTS] = match positions.as_chunks() {
+        (joints, []) => joints.try_into().ok(),
+        _ => None,
+    }
+    .ok_or_else(|| format!("{COLUMNS} numbers were expected, {} found", numbers.len()))?;
+    let joints = joints.map(|joint| detected(joint.map(|number| number as f32)));
+    let (joints_px, delay_s) = (network_from_file(&joints), waited / delay.per_second());
+    Ok(Some(BodyPrediction { t_s: *t_s, delay_s, joints_px }))
+}
+
+/// Where a joint is, unless the pair of numbers stands for one that was not found.
+pub(crate) fn detected(joint: [f32; 2]) -> Option<Vec2> {
+    (!stands_for_none(joint)).then(|| joint.into())
+}
+
+fn stands_for_none(joint: [f32; 2]) -> bool {
+    joint.iter().all(|number| *number < 0.0 && number.fract() == 0.0)
+}
+
+/// Writes a table of predictions line by line. Dropped before [`finish`](Self::finish), it leaves no file.
+#[derive(Debug)]
+pub struct PredictionWriter {
+    path: PathBuf,
+    file: AtomicFile,
+    delay: DelayUnit,
+    undetected: Undetected,
+    line: String,
+    rows: u64,
+}
+
+impl PredictionWriter {
+    /// Begins a file.
+    ///
+    /// # Errors
+    /// If it cannot be created.
+    pub fn create(
+        path: impl AsRef<Path>,
+        delay: DelayUnit,
+        undetected: Undetected,
+    ) -> Result<Self, IoError> {
+        let path = path.as_ref().to_owned();
+        let file = AtomicFile::create(&path).map_err(|e| IoError::file(&path, "create", e))?;
+        Ok(Self { path, file, delay, undetected, line: String::new(), rows: 0 })
+    }
+
+    /// Writes a line.
+    ///
+    /// # Errors
+    /// If a number is not finite, or cannot be written.
+    pub fn write(&mut self, prediction: &BodyPrediction) -> Result<(), IoError> {
+        let BodyPrediction { t_s, delay_s, joints_px } = prediction;
+        let delay = delay_s * self.delay.per_second();
+        let are_finite = joints_px.iter().flatten().all(|joint| joint.is_finite());
+        if !(are_finite && t_s.is_finite() && delay.is_finite()) {
+            let reason = format!("prediction {} holds a number that is not finite", self.rows);
+            return Err(IoError::unwritable(&self.path, reason));
+        }
+        self.line.clear();
+        // Text takes all that is written to it.
+        let _ = write!(self.line, "{t_s} {delay}");
+        for [x, y] in self.pairs(joints_px) {
+            let _ = write!(self.line, " {x} {y}");
+        }
+        self.line.push('\n');
+        self.rows += 1;
+        let written = self.file.write_all(self.line.as_bytes());
+        written.map_err(|e| IoError::file(&self.path, "write", e))
+    }
+
+    /// Gives the file its name.
+    ///
+    /// # Errors
+    /// If what is left cannot be written.
+    pub fn finish(self) -> Result<(), IoError> {
+        self.file.commit().map_err(|e| IoError::file(&self.path, "write", e))
+    }
+
+    /// In the order of files.
+    fn pairs(&self, joints_px: &BodyPoints) -> [[f32; 2]; BODY_JOINTS] {
+        let nothing = match self.undetected {
+            Undetected::MinusOne => [-1.0; 2],
+            Undetected::MinusSize(size) => [size.width, size.height].map(|side| -f32::from(side)),
+        };
+        file_from_network(joints_px).map(|joint| match joint.map(<[f32; 2]>::from) {
+            Some([x, y]) if stands_for_none([x, y]) => [x.next_up(), y],
+            Some(joint) => joint,
+            None => nothing,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests;

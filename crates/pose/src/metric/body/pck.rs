@@ -1,0 +1,156 @@
+//! The share of correct joints of a body, and the area under its curve.
+//!
+//! # Model
+//! A joint is correct at the threshold `T` if its error is at most `T` times the size of the body:
+//! its torso's diagonal, or its head. `PCK(T)` is the share of correct ones. It is taken at the
+//! thresholds 0.01, 0.02, …, 1, and `AUC = Σ PCK(T) / 100` is their mean, a sum of right ends for the
+//! integral from 0 to 1: perfect predictions score 1.
+//!
+//! The published program compares with `≤`, and so does this. The paper's formula is strict; the two
+//! differ for errors that lie exactly on a threshold only.
+//!
+//! # Source
+//! PCK by the torso's diagonal: Sapp and Taskar, *MODEC*, CVPR 2013, and MoveEnet's `PCK`. The area as
+//! mean over even thresholds: Mehta et al., *Monocular 3D human pose estimation in the wild using
+//! improved CNN supervision*, 3DV 2017; MoveEnet publishes none.
+
+use crate::metric::Totals;
+
+/// How many thresholds the curve has: whole percents of the size.
+pub const BODY_THRESHOLDS: usize = 100;
+
+/// Counts of errors by the first threshold they reach. Counts add up over sequences.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct BodyPck {
+    /// Errors that are correct from `i + 1` percent on.
+    counts: Vec<u64>,
+    /// All errors, those beyond every threshold included.
+    total: u64,
+}
+
+impl BodyPck {
+    /// No error yet.
+    pub fn new() -> Self {
+        Self { counts: vec![0; BODY_THRESHOLDS], total: 0 }
+    }
+
+    /// Adds an error of a body of this size, both in pixels. An infinite one is wrong at all thresholds.
+    pub fn push(&mut self, error_px: f64, size_px: f64) {
+        self.total += 1;
+        // A first guess, at most one off by rounding; the comparison itself decides.
+        let guess = (100.0 * error_px / size_px).clamp(0.0, BODY_THRESHOLDS as f64) as usize;
+        let reaches = |percent: &usize| error_px <= size_px * (*percent as f64 / 100.0);
+        let first = (guess.saturating_sub(1).max(1)..=BODY_THRESHOLDS).find(reaches);
+        if let Some(percent) = first {
+            self.counts[percent - 1] += 1;
+        }
+    }
+
+    /// Adds the errors of another sequence.
+    pub fn merge(&mut self, other: &Self) {
+        for (count, more) in self.counts.iter_mut().zip(&other.counts) {
+            *count += more;
+        }
+        self.total += other.total;
+    }
+
+    /// How many errors there are.
+    pub fn len(&self) -> u64 {
+        self.total
+    }
+
+    /// Whether nothing was measured.
+    pub fn is_empty(&self) -> bool {
+        self.total == 0
+    }
+
+    /// How many are correct at a threshold in percent of the size, and how many there are.
+    pub fn correct(&self, percent: usize) -> Totals {
+        let correct: u64 = self.counts.iter().take(percent).sum();
+        Totals { sum: correct as f64, count: self.total }
+    }
+
+    /// The share of correct ones at every threshold, or none where nothing was measured.
+    pub fn curve(&self) -> Vec<f64> {
+        (1..=BODY_THRESHOLDS).filter_map(|percent| self.correct(percent).mean()).collect()
+    }
+
+    /// What all errors contribute to the area, and their number: the area is the mean.
+    pub fn area(&self) -> Totals {
+        let above = |(i, count): (usize, &u64)| count * (BODY_THRESHOLDS - i) as u64;
+        let sum: u64 = self.counts.iter().enumerate().map(above).sum();
+        Totals { sum: sum as f64 / BODY_THRESHOLDS as f64, count: self.total }
+    }
+}
+
+impl Default for BodyPck {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn of(errors: &[f64], size_px: f64) -> BodyPck {
+        let mut pck = BodyPck::new();
+        errors.iter().for_each(|error| pck.push(*error, size_px));
+        pck
+    }
+
+    #[test]
+    fn an_error_on_a_threshold_is_correct() {
+        let pck = of(&[40.0], 100.0);
+        assert_eq!((pck.correct(39).sum, pck.correct(40).sum), (0.0, 1.0));
+        // 40 to 100 percent.
+        assert_eq!(pck.area().mean(), Some(0.61));
+    }
+
+    #[test]
+    fn perfect_predictions_score_one_and_lost_ones_nothing() {
+        assert_eq!(of(&[0.0; 4], 70.0).area().mean(), Some(1.0));
+        let lost = of(&[70.1, f64::INFINITY, f64::NAN], 70.0);
+        assert_eq!((lost.len(), lost.area().mean()), (3, Some(0.0)));
+        assert!(BodyPck::new().curve().is_empty());
+    }
+
+    #[test]
+    fn uniform_errors_have_the_area_of_a_triangle() {
+        let errors: Vec<_> = (0..100_000).map(|i| (f64::from(i) + 0.5) * 1e-3).collect();
+        let pck = of(&errors, 100.0);
+        assert!((pck.area().mean().unwrap() - 0.505).abs() < 1e-9);
+        for (i, share) in pck.curve().into_iter().enumerate() {
+            assert!((share - (i + 1) as f64 / 100.0).abs() < 1e-9, "{i}: {share}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn the_curve_is_the_count_at_every_threshold(
+            errors in prop::collection::vec(prop_oneof![0.0..120.0, (0..140).prop_map(f64::from)], 1..40),
+            size_px in prop_oneof![Just(100.0), 1.0..200.0],
+        ) {
+            let pck = of(&errors, size_px);
+            for percent in 1..=BODY_THRESHOLDS {
+                let limit = size_px * (percent as f64 / 100.0);
+                let correct = errors.iter().filter(|&&error| error <= limit).count();
+                prop_assert_eq!(pck.correct(percent).sum, correct as f64);
+            }
+            let mean = pck.curve().iter().sum::<f64>() / BODY_THRESHOLDS as f64;
+            prop_assert!((pck.area().mean().unwrap() - mean).abs() < 1e-12);
+        }
+
+        #[test]
+        fn merged_sequences_are_one(
+            a in prop::collection::vec(0.0..90.0, 0..20), b in prop::collection::vec(0.0..90.0, 0..20),
+        ) {
+            let mut merged = of(&a, 50.0);
+            merged.merge(&of(&b, 50.0));
+            prop_assert_eq!(merged, of(&[a, b].concat(), 50.0));
+        }
+    }
+}
