@@ -18,7 +18,7 @@ pub(super) fn check(
             found(start, Vec::new(), Fault::FrozenBody { frames: length });
         }
     }
-    for joint in 0..BODY_JOINTS {
+    for (joint, name) in JOINT_NAMES.into_iter().enumerate() {
         let at = |frame: usize| track.joint(frame, joint);
         for (start, length) in runs(frames.len(), |a, b| at(a).is_some() && at(a) == at(b)) {
             if length < options.frozen_frames.max(2) {
@@ -27,7 +27,7 @@ pub(super) fn check(
             let Some(torso) = torsos[start] else { continue };
             if motion(track, start, length) > options.frozen_motion * torso {
                 let fault = Fault::FrozenJoint { frames: length };
-                found(start, vec![JOINT_NAMES[joint]], fault);
+                found(start, vec![name], fault);
             }
         }
     }

@@ -1,6 +1,6 @@
 //! Joints that are not there, not on the image or no numbers, and times out of order.
 
-use evpose_pose::body::{BODY_JOINTS, JOINT_NAMES};
+use evpose_pose::body::JOINT_NAMES;
 use glam::Vec2;
 
 use super::{Fault, JointSummary, Track};
@@ -40,13 +40,13 @@ fn is_outside(point: Vec2, size: Vec2) -> bool {
 }
 
 fn missing(track: &Track, found: &mut impl FnMut(usize, Vec<&'static str>, Fault)) {
-    for joint in 0..BODY_JOINTS {
+    for (joint, name) in JOINT_NAMES.into_iter().enumerate() {
         let mut frame = 0;
         while frame < track.frames.len() {
             let rest = track.frames[frame..].iter();
             let frames = rest.take_while(|body| body.joints[joint].is_none()).count();
             if frames > 0 {
-                found(frame, vec![JOINT_NAMES[joint]], Fault::Missing { frames });
+                found(frame, vec![name], Fault::Missing { frames });
             }
             frame += frames.max(1);
         }

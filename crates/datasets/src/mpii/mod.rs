@@ -1,6 +1,6 @@
 //! MPII Human Pose, as networks for events are first trained on.
 //!
-//! * [`convert`]: photographs and annotations into images of persons, like EROS surfaces or grey
+//! * [`convert()`]: photographs and annotations into images of persons, like EROS surfaces or grey
 //!   ([`MpiiLook`]), and one annotation file.
 //! * [`Converted`]: what was converted, and what was skipped and why ([`SkipReason`]).
 //! * [`photograph_of_crop`]: from which photograph an image is, to split a set by photographs.
