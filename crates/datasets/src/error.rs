@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use crate::mat::MatError;
+
 /// A data set that cannot be read or written.
 #[derive(Debug, thiserror::Error)]
 pub enum DatasetError {
@@ -24,6 +26,14 @@ pub enum DatasetError {
         place: String,
         /// What is wrong and what was expected.
         reason: String,
+    },
+    /// A MAT-file cannot be read, or does not hold what is expected.
+    #[error("{}: {source}", path.display())]
+    Mat {
+        /// Which.
+        path: PathBuf,
+        /// Where and what.
+        source: MatError,
     },
 }
 

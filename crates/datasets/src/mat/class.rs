@@ -1,0 +1,218 @@
+//! Classes of arrays, and the types in which their numbers are stored.
+
+use std::fmt;
+
+/// What an array is to MATLAB.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MatClass {
+    /// An array of arrays.
+    Cell,
+    /// An array of structures of the same fields.
+    Struct,
+    /// An object of an old class.
+    Object,
+    /// Text.
+    Char,
+    /// A matrix of which only what is not zero is stored.
+    Sparse,
+    /// `double`.
+    F64,
+    /// `single`.
+    F32,
+    /// `int8`.
+    I8,
+    /// `uint8`.
+    U8,
+    /// `int16`.
+    I16,
+    /// `uint16`.
+    U16,
+    /// `int32`.
+    I32,
+    /// `uint32`.
+    U32,
+    /// `int64`.
+    I64,
+    /// `uint64`.
+    U64,
+    /// A handle of a function.
+    Function,
+    /// An object of a new class: `table`, `string`, `datetime`, …
+    Opaque,
+}
+
+impl MatClass {
+    pub(super) fn from_code(code: u8) -> Option<Self> {
+        Some(match code {
+            1 => Self::Cell,
+            2 => Self::Struct,
+            3 => Self::Object,
+            4 => Self::Char,
+            5 => Self::Sparse,
+            6 => Self::F64,
+            7 => Self::F32,
+            8 => Self::I8,
+            9 => Self::U8,
+            10 => Self::I16,
+            11 => Self::U16,
+            12 => Self::I32,
+            13 => Self::U32,
+            14 => Self::I64,
+            15 => Self::U64,
+            16 => Self::Function,
+            17 => Self::Opaque,
+            _ => return None,
+        })
+    }
+
+    /// Whether its arrays can be read.
+    pub(super) fn is_read(self) -> bool {
+        !matches!(self, Self::Object | Self::Sparse | Self::Function | Self::Opaque)
+    }
+}
+
+impl fmt::Display for MatClass {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Cell => "a cell array",
+            Self::Struct => "a structure",
+            Self::Object => "an object of an old class",
+            Self::Char => "text",
+            Self::Sparse => "a sparse matrix",
+            Self::F64 => "an array of double",
+            Self::F32 => "an array of single",
+            Self::I8 => "an array of int8",
+            Self::U8 => "an array of uint8",
+            Self::I16 => "an array of int16",
+            Self::U16 => "an array of uint16",
+            Self::I32 => "an array of int32",
+            Self::U32 => "an array of uint32",
+            Self::I64 => "an array of int64",
+            Self::U64 => "an array of uint64",
+            Self::Function => "a handle of a function",
+            Self::Opaque => "an object",
+        })
+    }
+}
+
+/// In which order the bytes of a number are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum ByteOrder {
+    Little,
+    Big,
+}
+
+impl ByteOrder {
+    pub(super) fn u32(self, bytes: [u8; 4]) -> u32 {
+        match self {
+            Self::Little => u32::from_le_bytes(bytes),
+            Self::Big => u32::from_be_bytes(bytes),
+        }
+    }
+}
+
+/// The type in which numbers are stored; often narrower than what their class is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Storage {
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    F32,
+    F64,
+    I64,
+    U64,
+    Utf8,
+    Utf16,
+    Utf32,
+}
+
+impl Storage {
+    pub(super) fn from_code(code: u32) -> Option<Self> {
+        Some(match code {
+            1 => Self::I8,
+            2 => Self::U8,
+            3 => Self::I16,
+            4 => Self::U16,
+            5 => Self::I32,
+            6 => Self::U32,
+            7 => Self::F32,
+            9 => Self::F64,
+            12 => Self::I64,
+            13 => Self::U64,
+            16 => Self::Utf8,
+            17 => Self::Utf16,
+            18 => Self::Utf32,
+            _ => return None,
+        })
+    }
+
+    /// Bytes that each takes.
+    pub(super) fn size(self) -> usize {
+        match self {
+            Self::I8 | Self::U8 | Self::Utf8 => 1,
+            Self::I16 | Self::U16 | Self::Utf16 => 2,
+            Self::I32 | Self::U32 | Self::F32 | Self::Utf32 => 4,
+            Self::F64 | Self::I64 | Self::U64 => 8,
+        }
+    }
+
+    pub(super) fn is_text(self) -> bool {
+        matches!(self, Self::Utf8 | Self::Utf16 | Self::Utf32)
+    }
+
+    /// The number in `bytes`, [`Self::size`] of them.
+    pub(super) fn number(self, bytes: &[u8], order: ByteOrder) -> Number {
+        let mut word = [0; 8];
+        // Little-endian at the low end, whatever the order of the file.
+        for (i, byte) in bytes.iter().enumerate().take(8) {
+            word[if order == ByteOrder::Little { i } else { bytes.len() - 1 - i }] = *byte;
+        }
+        let word = u64::from_le_bytes(word);
+        match self {
+            Self::I8 => Number::Integer(i128::from(word as u8 as i8)),
+            Self::I16 => Number::Integer(i128::from(word as u16 as i16)),
+            Self::I32 => Number::Integer(i128::from(word as u32 as i32)),
+            Self::I64 => Number::Integer(i128::from(word as i64)),
+            Self::F32 => Number::Real(f64::from(f32::from_bits(word as u32))),
+            Self::F64 => Number::Real(f64::from_bits(word)),
+            Self::U8
+            | Self::U16
+            | Self::U32
+            | Self::U64
+            | Self::Utf8
+            | Self::Utf16
+            | Self::Utf32 => Number::Integer(i128::from(word)),
+        }
+    }
+}
+
+/// A number as it is stored.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Number {
+    Integer(i128),
+    Real(f64),
+}
+
+impl Number {
+    pub(super) fn as_f64(self) -> f64 {
+        match self {
+            Self::Integer(value) => value as f64,
+            Self::Real(value) => value,
+        }
+    }
+
+    /// The same number as an integer, if it is one and fits.
+    pub(super) fn as_i64(self) -> Option<i64> {
+        match self {
+            Self::Integer(value) => i64::try_from(value).ok(),
+            // From -2⁶³ up to but without 2⁶³, both of which are exact in double precision.
+            Self::Real(value) if value.fract() == 0.0 && value.abs() < 9.223_372_036_854_776e18 => {
+                Some(value as i64)
+            }
+            Self::Real(_) => None,
+        }
+    }
+}
