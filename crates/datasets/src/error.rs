@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use evpose_io::IoError;
+
 use crate::mat::MatError;
 
 /// A data set that cannot be read or written.
@@ -35,9 +37,18 @@ pub enum DatasetError {
         /// Where and what.
         source: MatError,
     },
+    /// A recording, a log or frames cannot be read.
+    #[error(transparent)]
+    Recording(#[from] IoError),
 }
 
 impl DatasetError {
+    /// What is wrong with what the MAT-file at `path` holds.
+    pub(crate) fn mat(path: impl Into<PathBuf>) -> impl Fn(MatError) -> Self {
+        let path = path.into();
+        move |source| Self::Mat { path: path.clone(), source }
+    }
+
     /// What is wrong with the file at `path`.
     pub(crate) fn malformed(
         path: impl Into<PathBuf>,
