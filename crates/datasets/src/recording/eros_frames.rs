@@ -142,3 +142,6 @@ fn write_png(path: &Path, image: &Plane<u8>) -> Result<(), DatasetError> {
         .and_then(|()| atomic_write(path, bytes.get_ref()))
         .map_err(failed)
 }
+
+#[cfg(test)]
+mod tests;
