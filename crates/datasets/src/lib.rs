@@ -4,11 +4,14 @@
 //! * [`LabelledRecording`]: events of a camera with the joints of the person, of any data set;
 //!   [`write_eros_frames`] makes images and annotations of it.
 //! * [`dhp19`]: movements seen by four event cameras.
-//! * [`mat`]: files of MATLAB, as several data sets have them.
+//! * [`h36m`]: clips of videos that were turned into events.
+//! * [`mat`], [`cdf`]: files of MATLAB and of NASA, as data sets have them.
 
 mod annotation;
+pub mod cdf;
 pub mod dhp19;
 mod error;
+pub mod h36m;
 pub mod mat;
 mod recording;
 
