@@ -2,7 +2,7 @@
 //!
 //! * [`Annotation`]: an image and the person on it, as one line of JSON for a whole set.
 //! * [`LabelledRecording`]: events of a camera with the joints of the person, of any data set;
-//!   [`write_eros_frames`] makes images and annotations of it.
+//!   [`write_eros_frames`] makes images and annotations of it, [`FrameSet`] of many.
 //! * [`dhp19`]: movements seen by four event cameras.
 //! * [`h36m`]: clips of videos that were turned into events.
 //! * [`mat`], [`cdf`]: files of MATLAB and of NASA, as data sets have them.
@@ -18,6 +18,6 @@ mod recording;
 pub use annotation::{Annotation, read_annotations, write_annotations};
 pub use error::DatasetError;
 pub use recording::{
-    ErosFrameOptions, ErosStyle, LabelledRecording, TimedBody, TorsoRule, body_label,
+    ErosFrameOptions, ErosStyle, FrameSet, LabelledRecording, TimedBody, TorsoRule, body_label,
     write_eros_frames,
 };

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 /// Numbers and serials of the cameras.
-const CAMERAS: [(u8, &str); 4] =
+pub(super) const SERIALS: [(u8, &str); 4] =
     [(1, "54138969"), (2, "55011271"), (3, "58860488"), (4, "60457274")];
 /// Cameras in front of the person, which the set is made of.
 pub const FRONT_CAMERAS: [u8; 2] = [2, 4];
@@ -25,7 +25,7 @@ pub struct ClipName {
 impl ClipName {
     /// A clip of a camera from 1 to 4. Blanks in the name of the action become `_`.
     pub fn new(camera: u8, subject: u8, action: &str) -> Option<Self> {
-        let is_camera = CAMERAS.iter().any(|(number, _)| *number == camera);
+        let is_camera = SERIALS.iter().any(|(number, _)| *number == camera);
         let is_action = !action.is_empty() && !action.contains(['/', '\\', '.']);
         let action = action.replace(' ', "_");
         (is_camera && SUBJECTS.contains(&subject) && is_action).then_some(Self {
@@ -58,7 +58,7 @@ impl ClipName {
     /// Poses of the original data set, below its folder:
     /// `S9/Poses_D2_Positions/Walking 1.55011271.cdf`.
     pub fn poses(&self, root: &Path) -> PathBuf {
-        let serial = CAMERAS.iter().find(|(number, _)| *number == self.camera);
+        let serial = SERIALS.iter().find(|(number, _)| *number == self.camera);
         let serial = serial.map_or("", |(_, serial)| serial);
         let action = self.action.replace('_', " ");
         root.join(format!("S{}/Poses_D2_Positions/{action}.{serial}.cdf", self.subject))

@@ -24,27 +24,6 @@ pub struct Clip {
     pub remarks: Vec<String>,
 }
 
-/// The clips in a folder, in the order of their names: folders with events and labels. Other entries are
-/// passed over.
-///
-/// # Errors
-/// If the folder cannot be read.
-pub fn published_clips(folder: &Path) -> Result<Vec<ClipName>, DatasetError> {
-    let failed = |source| DatasetError::Io { path: folder.to_owned(), action: "list it", source };
-    let mut clips = Vec::new();
-    for entry in std::fs::read_dir(folder).map_err(failed)? {
-        let path = entry.map_err(failed)?.path();
-        let name = path.file_name().and_then(|name| name.to_str());
-        let Some(name) = name.and_then(|name| name.parse::<ClipName>().ok()) else { continue };
-        let parts = [ClipName::events_folder(&path), path.join(name.labels_channel())];
-        if parts.iter().all(|part| part.is_dir()) {
-            clips.push(name);
-        }
-    }
-    clips.sort();
-    Ok(clips)
-}
-
 /// Reads the clip called `name` in `folder`. How long a tick of its clock is, in microseconds, is told by
 /// the log, unless it is given.
 ///

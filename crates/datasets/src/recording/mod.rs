@@ -3,14 +3,17 @@
 //! * [`LabelledRecording`]: events and the joints at instants.
 //! * [`body_label`]: joints in pixels as the label of an image.
 //! * [`write_eros_frames`]: the surfaces that a network is trained on, an image for each instant.
+//! * [`FrameSet`]: those of many recordings, some to train and some to test on.
 
 mod eros_frames;
+mod frame_set;
 mod label;
 
 use evpose_core::{EventStream, Micros};
 use evpose_pose::body::BodyPoints;
 
 pub use eros_frames::{ErosFrameOptions, ErosStyle, write_eros_frames};
+pub use frame_set::FrameSet;
 pub use label::{TorsoRule, body_label};
 
 /// Events of one camera and where the joints of the person were.
