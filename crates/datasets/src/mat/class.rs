@@ -209,9 +209,7 @@ impl Number {
         match self {
             Self::Integer(value) => i64::try_from(value).ok(),
             // From -2⁶³ up to but without 2⁶³, both of which are exact in double precision.
-            Self::Real(value)
-                if value.fract() == 0.0 && value.abs() < 9.223_372_036_854_776e18 =>
-            {
+            Self::Real(value) if value.fract() == 0.0 && value.abs() < 9.223_372_036_854_776e18 => {
                 Some(value as i64)
             }
             Self::Real(_) => None,

@@ -97,7 +97,7 @@ pub enum MatError {
         length: usize,
     },
     /// A value that is not of the kind that is asked for.
-    #[error("{path}: {expected} is expected, this is {found}")]
+    #[error("{path}: expected {expected}, found {found}")]
     Kind {
         /// The value.
         path: String,

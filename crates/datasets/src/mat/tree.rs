@@ -60,6 +60,9 @@ pub(super) struct Tree {
 impl Tree {
     /// How many elements an array has.
     pub(super) fn count(&self, node: &Node) -> usize {
+        if matches!(node.content, Content::Nothing) {
+            return 0;
+        }
         // It was checked when it was read.
         let two = node.rows as usize * node.columns as usize;
         self.more(node).iter().fold(two, |count, &size| count * size as usize)
@@ -211,6 +214,10 @@ impl<'a> Builder<'a> {
             let reason = format!("{class} stored as type {}", element.kind);
             return self.malformed(element.tag, reason);
         };
+        // Some files of MATLAB have blanks of which nothing is stored.
+        if class == MatClass::Char && element.length == 0 {
+            return Ok(Content::Nothing);
+        }
         // Letters of UTF-8 take as many bytes as they need, one at least.
         let is_whole = match storage {
             Storage::Utf8 => count <= element.length,

@@ -145,7 +145,7 @@ impl<'a> MatValue<'a> {
     /// # Errors
     /// If it is not exactly one real number.
     pub fn number(&self) -> Result<f64, MatError> {
-        self.one("one number").map(Number::as_f64)
+        self.one("one real number").map(Number::as_f64)
     }
 
     /// Its number as an integer.
@@ -161,7 +161,7 @@ impl<'a> MatValue<'a> {
     /// # Errors
     /// If they are no real numbers.
     pub fn numbers(&self) -> Result<Vec<f64>, MatError> {
-        Ok(self.stored("numbers")?.map(Number::as_f64).collect())
+        Ok(self.stored("real numbers")?.map(Number::as_f64).collect())
     }
 
     /// Its numbers as integers, column by column.

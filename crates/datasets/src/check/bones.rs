@@ -1,0 +1,58 @@
+//! Lengths of limbs.
+//!
+//! # Model
+//! A limb's length in torsos is compared with the median over all tracks. Limbs get shorter in an image as
+//! they turn towards the camera, so that the spread is wide and what is found is mostly too long.
+
+use evpose_pose::body::{JOINT_NAMES, LIMBS};
+
+use super::track::median;
+use super::{CheckOptions, Fault, LimbSummary, Track};
+
+/// From the median of differences to the standard deviation, for normal ones.
+const DEVIATION_OF_MEDIAN: f32 = 1.4826;
+/// Fewer lengths tell nothing of an outlier.
+const LEAST_LENGTHS: usize = 8;
+
+/// An outlier: track, frame, joints and what is wrong.
+pub(super) type Outlier = (usize, usize, [&'static str; 2], Fault);
+
+/// Lengths of all limbs that are known somewhere, and all outliers.
+pub(super) fn check(
+    tracks: &[Track],
+    torsos: &[Vec<Option<f32>>],
+    options: &CheckOptions,
+) -> (Vec<LimbSummary>, Vec<Outlier>) {
+    let mut summaries = Vec::new();
+    let mut outliers = Vec::new();
+    for limb in LIMBS {
+        let mut lengths = Vec::new();
+        for (number, track) in tracks.iter().enumerate() {
+            for (frame, torso) in torsos[number].iter().enumerate() {
+                let ends = limb.map(|joint| track.joint(frame, joint));
+                if let ([Some(a), Some(b)], Some(torso)) = (ends, torso) {
+                    lengths.push((number, frame, a.distance(b) / torso));
+                }
+            }
+        }
+        let Some(middle) = median(lengths.iter().map(|length| length.2).collect()) else {
+            continue;
+        };
+        let differences = lengths.iter().map(|length| (length.2 - middle).abs()).collect();
+        let spread = DEVIATION_OF_MEDIAN * median(differences).unwrap_or(0.0);
+        let limit = options.outlier_spreads * spread.max(options.least_spread * middle);
+        let joints = limb.map(|joint| JOINT_NAMES[joint]);
+        let before = outliers.len();
+        if lengths.len() >= LEAST_LENGTHS {
+            for &(track, frame, length) in &lengths {
+                if (length - middle).abs() > limit {
+                    let fault = Fault::BoneLength { length, median: middle, spread };
+                    outliers.push((track, frame, joints, fault));
+                }
+            }
+        }
+        let (frames, outliers) = (lengths.len(), outliers.len() - before);
+        summaries.push(LimbSummary { joints, frames, median: middle, spread, outliers });
+    }
+    (summaries, outliers)
+}

@@ -1,0 +1,57 @@
+//! Joints that do not move at all.
+
+use evpose_pose::body::{BODY_JOINTS, JOINT_NAMES};
+
+use super::{CheckOptions, Fault, Track};
+
+/// Hands `found` the first frame, the joint and for how long it is frozen.
+pub(super) fn check(
+    track: &Track,
+    torsos: &[Option<f32>],
+    options: &CheckOptions,
+    found: &mut impl FnMut(usize, Vec<&'static str>, Fault),
+) {
+    let frames = &track.frames;
+    for (start, length) in runs(frames.len(), |a, b| frames[a].joints == frames[b].joints) {
+        let is_known = frames[start].joints.iter().any(Option::is_some);
+        if length >= options.frozen_frames.max(2) && is_known {
+            found(start, Vec::new(), Fault::FrozenBody { frames: length });
+        }
+    }
+    for (joint, name) in JOINT_NAMES.into_iter().enumerate() {
+        let at = |frame: usize| track.joint(frame, joint);
+        for (start, length) in runs(frames.len(), |a, b| at(a).is_some() && at(a) == at(b)) {
+            if length < options.frozen_frames.max(2) {
+                continue;
+            }
+            let Some(torso) = torsos[start] else { continue };
+            if motion(track, start, length) > options.frozen_motion * torso {
+                let fault = Fault::FrozenJoint { frames: length };
+                found(start, vec![name], fault);
+            }
+        }
+    }
+}
+
+/// Runs of frames of which each is the same as the one before: where they begin and how long they are.
+fn runs(frames: usize, is_same: impl Fn(usize, usize) -> bool) -> Vec<(usize, usize)> {
+    let mut runs = Vec::new();
+    let mut start = 0;
+    for frame in 1..=frames {
+        if frame == frames || !is_same(frame - 1, frame) {
+            runs.push((start, frame - start));
+            start = frame;
+        }
+    }
+    runs
+}
+
+/// How far the joint that goes furthest gets from where it was at `start`.
+fn motion(track: &Track, start: usize, length: usize) -> f32 {
+    let distances = (0..BODY_JOINTS).flat_map(|joint| {
+        let from = track.joint(start, joint);
+        (start..start + length)
+            .filter_map(move |frame| Some(track.joint(frame, joint)?.distance(from?)))
+    });
+    distances.fold(0.0, f32::max)
+}

@@ -1,0 +1,207 @@
+//! What was found.
+
+use std::fmt;
+
+use serde::Serialize;
+
+/// What is wrong, or looks as if it were.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Fault {
+    /// A joint is no number.
+    NotFinite,
+    /// A joint is not on the image.
+    Outside {
+        /// Column.
+        x: f32,
+        /// Row.
+        y: f32,
+    },
+    /// A joint is not labelled in a track that has others; from this frame on.
+    Missing {
+        /// For how many frames.
+        frames: usize,
+    },
+    /// A limb is much longer or shorter than it is elsewhere; lengths in torsos.
+    BoneLength {
+        /// How long it is.
+        length: f32,
+        /// Median of its length.
+        median: f32,
+        /// Spread of its length.
+        spread: f32,
+    },
+    /// Left and right seem to be exchanged, from this frame on.
+    SwappedSides {
+        /// For how many frames.
+        frames: usize,
+    },
+    /// A joint is at the very same place while others move, from this frame on.
+    FrozenJoint {
+        /// For how many frames.
+        frames: usize,
+    },
+    /// All joints are at the very same places, from this frame on.
+    FrozenBody {
+        /// For how many frames.
+        frames: usize,
+    },
+    /// The frame is not behind the one before it.
+    TimeOrder {
+        /// When that was, in seconds.
+        before_s: f64,
+    },
+}
+
+impl Fault {
+    /// What it is called in lists.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::NotFinite => "no number",
+            Self::Outside { .. } => "outside of the image",
+            Self::Missing { .. } => "missing",
+            Self::BoneLength { .. } => "length of a limb",
+            Self::SwappedSides { .. } => "left and right exchanged",
+            Self::FrozenJoint { .. } => "frozen joint",
+            Self::FrozenBody { .. } => "frozen body",
+            Self::TimeOrder { .. } => "order of time",
+        }
+    }
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::NotFinite => write!(f, "no number"),
+            Self::Outside { x, y } => write!(f, "at ({x:.1}, {y:.1}), outside of the image"),
+            Self::Missing { frames } => write!(f, "missing for {frames} frames"),
+            Self::BoneLength { length, median, spread } => {
+                write!(f, "{length:.2} torsos long, otherwise {median:.2} ± {spread:.2}")
+            }
+            Self::SwappedSides { frames } => {
+                write!(f, "left and right exchanged for {frames} frames?")
+            }
+            Self::FrozenJoint { frames } => {
+                write!(f, "at one place for {frames} frames while others move")
+            }
+            Self::FrozenBody { frames } => write!(f, "all at one place for {frames} frames"),
+            Self::TimeOrder { before_s } => write!(f, "not later than {before_s} s before it"),
+        }
+    }
+}
+
+/// A fault, and where it is.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Finding {
+    /// The track.
+    pub track: String,
+    /// The frame, or the first of several.
+    pub frame: String,
+    /// Its number in the track, from zero.
+    pub index: usize,
+    /// Its time, in seconds, if that is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub t_s: Option<f64>,
+    /// The joints; none for all of them.
+    pub joints: Vec<&'static str>,
+    /// What is wrong.
+    pub fault: Fault,
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} #{} ({}", self.track, self.index, self.frame)?;
+        if let Some(t_s) = self.t_s {
+            write!(f, ", {t_s:.3} s")?;
+        }
+        write!(f, ")")?;
+        if !self.joints.is_empty() {
+            write!(f, " {}", self.joints.join(", "))?;
+        }
+        write!(f, ": {}", self.fault)
+    }
+}
+
+/// How long a limb is, over all tracks.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LimbSummary {
+    /// Its joints.
+    pub joints: [&'static str; 2],
+    /// In how many frames it and the torso are known.
+    pub frames: usize,
+    /// Median of its length, in torsos.
+    pub median: f32,
+    /// Spread of its length, in torsos: 1.4826 times the median of the differences from the median, which is
+    /// the standard deviation of normal ones.
+    pub spread: f32,
+    /// In how many frames it is an outlier.
+    pub outliers: usize,
+}
+
+/// How often a joint is known, over all tracks.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct JointSummary {
+    /// The joint.
+    pub joint: &'static str,
+    /// In how many frames it is labelled.
+    pub labelled: usize,
+    /// In how many it is not.
+    pub missing: usize,
+    /// In how many it is labelled and not on the image.
+    pub outside: usize,
+    /// In how many it is no number.
+    pub not_finite: usize,
+}
+
+/// What was found in some tracks.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CheckReport {
+    /// How many tracks there are.
+    pub tracks: usize,
+    /// How many frames they have.
+    pub frames: usize,
+    /// Every joint.
+    pub joints: Vec<JointSummary>,
+    /// Every limb that is known somewhere.
+    pub limbs: Vec<LimbSummary>,
+    /// All that is suspected, track by track and in the order of time.
+    pub findings: Vec<Finding>,
+}
+
+/// So many findings of a kind are shown; all of them are in the report.
+const SHOWN: usize = 10;
+
+impl fmt::Display for CheckReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { tracks, frames, joints, limbs, findings } = self;
+        writeln!(f, "{frames} frames of {tracks} tracks, {} findings", findings.len())?;
+        let head = ["joint", "labelled", "missing", "outside", "no number"];
+        let [joint, labelled, missing, outside, not_finite] = head;
+        writeln!(f, "\n{joint:24}{labelled:>10}{missing:>10}{outside:>10}{not_finite:>11}")?;
+        for JointSummary { joint, labelled, missing, outside, not_finite } in joints {
+            writeln!(f, "{joint:24}{labelled:>10}{missing:>10}{outside:>10}{not_finite:>11}")?;
+        }
+        let [limb, frames, median, spread, outliers] =
+            ["limb (in torsos)", "frames", "median", "spread", "outliers"];
+        writeln!(f, "\n{limb:24}{frames:>10}{median:>10}{spread:>10}{outliers:>11}")?;
+        for LimbSummary { joints, frames, median, spread, outliers } in limbs {
+            let limb = joints.join(" - ");
+            writeln!(f, "{limb:24}{frames:>10}{median:>10.3}{spread:>10.3}{outliers:>11}")?;
+        }
+        let mut names: Vec<&str> = findings.iter().map(|finding| finding.fault.name()).collect();
+        names.sort_unstable();
+        names.dedup();
+        for name in names {
+            let of_kind = || findings.iter().filter(|finding| finding.fault.name() == name);
+            let count = of_kind().count();
+            writeln!(f, "\n{name}: {count}")?;
+            for finding in of_kind().take(SHOWN) {
+                writeln!(f, "  {finding}")?;
+            }
+            if count > SHOWN {
+                writeln!(f, "  … and {} more", count - SHOWN)?;
+            }
+        }
+        Ok(())
+    }
+}

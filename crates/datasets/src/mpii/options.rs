@@ -1,0 +1,83 @@
+//! How MPII is converted.
+
+use std::path::PathBuf;
+
+use evpose_repr::ErosLike;
+use serde::Serialize;
+
+/// What images become.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum MpiiLook {
+    /// Images like EROS surfaces.
+    ErosLike(ErosLike),
+    /// Grey images, to tell what the look of events is worth.
+    Grey,
+}
+
+/// In which format images are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum CropFormat {
+    /// Without loss.
+    Png,
+    /// As published, with loss.
+    Jpeg {
+        /// From 1 to 100; OpenCV takes 95 unless told otherwise.
+        quality: u8,
+    },
+}
+
+impl CropFormat {
+    /// Ending of its files.
+    pub fn ending(self) -> &'static str {
+        match self {
+            Self::Png => "png",
+            Self::Jpeg { .. } => "jpg",
+        }
+    }
+}
+
+/// What to convert and how.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MpiiOptions {
+    /// MPII's MAT-file, `mpii_human_pose_v1_u12_1.mat`.
+    pub annotations: PathBuf,
+    /// The folder of its photographs.
+    pub images: PathBuf,
+    /// The folder to write; only a conversion with the same options may be in there already, and is gone on
+    /// with.
+    pub output: PathBuf,
+    /// What images become.
+    pub look: MpiiLook,
+    /// In which format.
+    pub format: CropFormat,
+    /// Seed of all noise.
+    pub seed: u64,
+    /// Whether labels are those of the published program, with what is wrong with them:
+    ///
+    /// * of a photograph on which somebody is annotated in part, nobody is taken;
+    /// * a person with a point of which nobody says whether it can be seen is not taken;
+    /// * points whose visibility is written as a text are hidden, `1` or not;
+    /// * joints outside of a person's image stay labelled, which heads can be.
+    pub parity: bool,
+}
+
+impl MpiiOptions {
+    /// A conversion as published, without what is wrong with it and without loss.
+    pub fn new(
+        annotations: impl Into<PathBuf>,
+        images: impl Into<PathBuf>,
+        output: impl Into<PathBuf>,
+    ) -> Self {
+        Self {
+            annotations: annotations.into(),
+            images: images.into(),
+            output: output.into(),
+            look: MpiiLook::ErosLike(ErosLike::default()),
+            format: CropFormat::Png,
+            seed: 0,
+            parity: false,
+        }
+    }
+}

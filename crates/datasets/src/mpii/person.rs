@@ -1,0 +1,128 @@
+//! A person as MPII annotates it.
+
+use evpose_pose::body::{BODY_JOINTS, Visibility};
+use glam::DVec2;
+
+use crate::mat::{MatClass, MatError, MatValue};
+
+/// Which part of MPII each joint is, in the order of networks. The head has none: it is the middle of the
+/// head's box.
+pub(super) const PART_OF_JOINT: [Option<i64>; BODY_JOINTS] = [
+    None,
+    Some(13),
+    Some(12),
+    Some(14),
+    Some(11),
+    Some(15),
+    Some(10),
+    Some(3),
+    Some(2),
+    Some(4),
+    Some(1),
+    Some(5),
+    Some(0),
+];
+
+/// What is said of whether a point can be seen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Seen {
+    /// A number.
+    Number(bool),
+    /// The same as a text.
+    Text(bool),
+    /// An empty field.
+    Empty,
+    /// No field.
+    Missing,
+}
+
+impl Seen {
+    /// How well the point is known: one of which nothing is said is labelled, and no more than that.
+    /// The published program takes texts for hidden, and fails where there is no field.
+    pub(super) fn visibility(self, parity: bool) -> Option<Visibility> {
+        match self {
+            Self::Number(true) => Some(Visibility::Visible),
+            Self::Text(true) if !parity => Some(Visibility::Visible),
+            Self::Missing if parity => None,
+            _ => Some(Visibility::Hidden),
+        }
+    }
+}
+
+/// A point of a person, in pixels of the photograph.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Point {
+    pub(super) part: i64,
+    pub(super) at: DVec2,
+    pub(super) seen: Seen,
+}
+
+/// A person, in pixels of the photograph.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Person {
+    /// Two corners of the head's box.
+    pub(super) head: Option<[DVec2; 2]>,
+    pub(super) points: Vec<Point>,
+    /// Where the person is, roughly.
+    pub(super) center: Option<DVec2>,
+}
+
+impl Person {
+    /// Reads one element of `annorect`.
+    pub(super) fn read(rect: MatValue<'_>) -> Result<Self, MatError> {
+        let mut corners = [0.0; 4];
+        let mut has_head = true;
+        for (corner, name) in corners.iter_mut().zip(["x1", "y1", "x2", "y2"]) {
+            match rect.filled_field(name)? {
+                Some(value) => *corner = value.number()?,
+                None => has_head = false,
+            }
+        }
+        let [x1, y1, x2, y2] = corners;
+        let head = has_head.then_some([DVec2::new(x1, y1), DVec2::new(x2, y2)]);
+        let points = match rect.filled_field("annopoints")? {
+            Some(annopoints) => match annopoints.filled_field("point")? {
+                Some(points) => points.elements()?.map(point).collect::<Result<_, _>>()?,
+                None => Vec::new(),
+            },
+            None => Vec::new(),
+        };
+        let center = rect.filled_field("objpos")?.map(position).transpose()?;
+        Ok(Self { head, points, center })
+    }
+
+    /// The first point of a part.
+    pub(super) fn point(&self, part: i64) -> Option<&Point> {
+        self.points.iter().find(|point| point.part == part)
+    }
+
+    /// The middle of the head's box.
+    pub(super) fn head_center(&self) -> Option<DVec2> {
+        self.head.map(|[a, b]| (a + b) / 2.0)
+    }
+
+    /// Where a joint is.
+    pub(super) fn joint(&self, joint: usize) -> Option<DVec2> {
+        match PART_OF_JOINT[joint] {
+            None => self.head_center(),
+            Some(part) => self.point(part).map(|point| point.at),
+        }
+    }
+}
+
+fn position(value: MatValue<'_>) -> Result<DVec2, MatError> {
+    Ok(DVec2::new(value.field("x")?.number()?, value.field("y")?.number()?))
+}
+
+fn point(value: MatValue<'_>) -> Result<Point, MatError> {
+    let seen = if !value.field_names().iter().any(|name| name == "is_visible") {
+        Seen::Missing
+    } else {
+        match value.filled_field("is_visible")? {
+            None => Seen::Empty,
+            Some(seen) if seen.class() == MatClass::Char => Seen::Text(seen.text()?.trim() == "1"),
+            Some(seen) => Seen::Number(seen.number()? == 1.0),
+        }
+    };
+    Ok(Point { part: value.field("id")?.integer()?, at: position(value)?, seen })
+}

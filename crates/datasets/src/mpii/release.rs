@@ -1,0 +1,59 @@
+//! The annotations of MPII: photographs and the persons on them.
+
+use std::path::Path;
+
+use super::person::Person;
+use crate::DatasetError;
+use crate::mat::{MatError, MatFile, MatValue};
+
+/// A photograph for training.
+#[derive(Debug)]
+pub(super) struct Photograph {
+    /// The how many-th of all photographs it is.
+    pub(super) index: usize,
+    /// Its file.
+    pub(super) name: String,
+    /// The persons on it, or what is wrong with one of them.
+    pub(super) persons: Vec<Result<Person, MatError>>,
+}
+
+/// All annotations.
+#[derive(Debug)]
+pub(super) struct Release {
+    /// Photographs for training.
+    pub(super) photographs: Vec<Photograph>,
+    /// How many others there are: their joints are not published.
+    pub(super) not_for_training: usize,
+}
+
+impl Release {
+    /// Reads the variable `RELEASE` of the MAT-file at `path`.
+    pub(super) fn read(path: &Path, file: &MatFile) -> Result<Self, DatasetError> {
+        let failed = |source| DatasetError::Mat { path: path.to_owned(), source };
+        let release = file.variable("RELEASE").map_err(failed)?;
+        let images = release.field("annolist").map_err(failed)?;
+        let is_train = release.field("img_train").map_err(failed)?;
+        let flags = is_train.numbers().map_err(failed)?;
+        if flags.len() != images.len() {
+            let reason = format!("{} flags for {} images", flags.len(), images.len());
+            return Err(DatasetError::malformed(path, is_train.path(), reason));
+        }
+        let mut photographs = Vec::new();
+        for (index, image) in images.elements().map_err(failed)?.enumerate() {
+            if flags[index] == 1.0 {
+                photographs.push(photograph(index, image).map_err(failed)?);
+            }
+        }
+        let not_for_training = flags.len() - photographs.len();
+        Ok(Self { photographs, not_for_training })
+    }
+}
+
+fn photograph(index: usize, image: MatValue<'_>) -> Result<Photograph, MatError> {
+    let name = image.field("image")?.field("name")?.text()?;
+    let persons = match image.filled_field("annorect")? {
+        Some(rects) => rects.elements()?.map(Person::read).collect(),
+        None => Vec::new(),
+    };
+    Ok(Photograph { index, name, persons })
+}

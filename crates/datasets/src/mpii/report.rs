@@ -1,0 +1,104 @@
+//! What was converted, and what was not and why.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use serde::Serialize;
+
+/// Why a photograph or a person was skipped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SkipReason {
+    /// Nobody is annotated on the photograph.
+    NoPersons,
+    /// The folder has no such file.
+    NoImage,
+    /// The file is no image that can be read.
+    UnreadableImage,
+    /// The name of the file is no plain name, or another photograph has it.
+    BadName,
+    /// A field of the person is not what it should be.
+    BadField,
+    /// The person has no points.
+    NoPoints,
+    /// All points of the person are at one place.
+    NoExtent,
+    /// A point is far outside of the photograph, or is no number.
+    PointsOutside,
+    /// The person has no box of the head.
+    NoHeadBox,
+    /// The person has no middle.
+    NoCenter,
+    /// With parity: somebody else on the photograph lacks points, a head or a middle.
+    IncompleteCompanion,
+    /// With parity: it is not said of a point whether it can be seen.
+    NoVisibility,
+}
+
+impl fmt::Display for SkipReason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::NoPersons => "nobody is annotated",
+            Self::NoImage => "no such image",
+            Self::UnreadableImage => "no readable image",
+            Self::BadName => "no plain file name of its own",
+            Self::BadField => "a field of another kind",
+            Self::NoPoints => "no points",
+            Self::NoExtent => "all points at one place",
+            Self::PointsOutside => "points far outside of the image",
+            Self::NoHeadBox => "no box of the head",
+            Self::NoCenter => "no middle",
+            Self::IncompleteCompanion => "somebody else is incomplete (parity)",
+            Self::NoVisibility => "unknown whether a point is visible (parity)",
+        })
+    }
+}
+
+/// A photograph or a person that was skipped.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Skipped {
+    /// The photograph.
+    pub image: String,
+    /// Which person on it, counted from zero; none for all of it.
+    pub person: Option<usize>,
+    /// Why.
+    pub reason: SkipReason,
+    /// What exactly is wrong, where there is more to say.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub detail: Option<String>,
+}
+
+/// What a conversion did.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Converted {
+    /// Photographs from which somebody was taken.
+    pub images: usize,
+    /// Persons, each with an image.
+    pub persons: usize,
+    /// Photographs that are not for training: their joints are not published.
+    pub not_for_training: usize,
+    /// All else, in the order of the annotations.
+    pub skipped: Vec<Skipped>,
+}
+
+impl Converted {
+    /// How many were skipped for each reason.
+    pub fn skipped_by_reason(&self) -> BTreeMap<SkipReason, usize> {
+        let mut counts = BTreeMap::new();
+        for skipped in &self.skipped {
+            *counts.entry(skipped.reason).or_default() += 1;
+        }
+        counts
+    }
+}
+
+impl fmt::Display for Converted {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} persons of {} photographs", self.persons, self.images)?;
+        write!(f, "; not for training: {}", self.not_for_training)?;
+        for (reason, count) in self.skipped_by_reason() {
+            write!(f, "; {reason}: {count}")?;
+        }
+        Ok(())
+    }
+}
