@@ -174,7 +174,7 @@ pub(crate) struct SimulateArgs {
 /// Images that light is read from.
 #[derive(Debug, clap::Args)]
 pub(crate) struct FrameArgs {
-    /// A folder of .png images (8 or 16 bits, grey or colour, in natural order of their names), or
+    /// A folder of .png or .jpg images (8 or 16 bits, grey or colour, in natural order of their names), or
     /// an .npy array (frames, height, width) of u1, u2, f2, f4 or f8
     #[arg(long)]
     pub(crate) frames: PathBuf,

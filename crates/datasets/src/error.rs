@@ -2,6 +2,10 @@
 
 use std::path::PathBuf;
 
+use evpose_io::IoError;
+use evpose_sensor::SensorError;
+
+use crate::cdf::CdfError;
 use crate::mat::MatError;
 
 /// A data set that cannot be read or written.
@@ -35,9 +39,40 @@ pub enum DatasetError {
         /// Where and what.
         source: MatError,
     },
+    /// A CDF file cannot be read, or does not hold what is expected.
+    #[error("{}: {source}", path.display())]
+    Cdf {
+        /// Which.
+        path: PathBuf,
+        /// Where and what.
+        source: CdfError,
+    },
+    /// A sensor cannot be built, or not be shown the frames.
+    #[error("{}: {source}", path.display())]
+    Sensor {
+        /// Where the frames are.
+        path: PathBuf,
+        /// Why not.
+        source: SensorError,
+    },
+    /// A recording, a log or frames cannot be read.
+    #[error(transparent)]
+    Recording(#[from] IoError),
 }
 
 impl DatasetError {
+    /// What is wrong with the CDF file at `path`.
+    pub(crate) fn cdf(path: impl Into<PathBuf>) -> impl Fn(CdfError) -> Self {
+        let path = path.into();
+        move |source| Self::Cdf { path: path.clone(), source }
+    }
+
+    /// What is wrong with what the MAT-file at `path` holds.
+    pub(crate) fn mat(path: impl Into<PathBuf>) -> impl Fn(MatError) -> Self {
+        let path = path.into();
+        move |source| Self::Mat { path: path.clone(), source }
+    }
+
     /// What is wrong with the file at `path`.
     pub(crate) fn malformed(
         path: impl Into<PathBuf>,

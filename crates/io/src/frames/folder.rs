@@ -24,9 +24,13 @@ impl Folder {
         let mut images = Vec::new();
         for entry in std::fs::read_dir(path).map_err(failed)? {
             let image = entry.map_err(failed)?.path();
-            if image.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png")) {
+            if format_of(&image).is_some() {
                 images.push(image);
             }
+        }
+        // What lies beside frames without loss is no frame, but a picture of some of them.
+        if images.iter().any(|image| format_of(image) == Some(ImageFormat::Png)) {
+            images.retain(|image| format_of(image) == Some(ImageFormat::Png));
         }
         let name =
             |path: &PathBuf| path.file_name().map(|name| name.to_string_lossy().into_owned());
@@ -70,9 +74,19 @@ impl Folder {
     }
 }
 
+/// The format that the name of an image tells, if it is one of those that are read.
+fn format_of(path: &Path) -> Option<ImageFormat> {
+    let ending = path.extension()?;
+    let is = |known: &str| ending.eq_ignore_ascii_case(known);
+    if is("png") {
+        return Some(ImageFormat::Png);
+    }
+    (is("jpg") || is("jpeg")).then_some(ImageFormat::Jpeg)
+}
+
 fn decode(path: &Path) -> Result<DynamicImage, IoError> {
     let mut reader = ImageReader::open(path).map_err(|e| IoError::file(path, "open", e))?;
-    reader.set_format(ImageFormat::Png);
+    reader.set_format(format_of(path).unwrap_or(ImageFormat::Png));
     let undecodable = |e: image::ImageError| FrameFault::Undecodable(e.to_string());
     reader.decode().map_err(|e| IoError::frames(path, undecodable(e)))
 }

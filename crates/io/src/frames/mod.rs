@@ -1,7 +1,7 @@
 //! The light of an image sequence, one frame at a time.
 //!
-//! A folder of `.png` images, in the natural order of their names (2 before 10), or an `.npy` array
-//! of shape `(frames, height, width)`:
+//! A folder of `.png` images, in the natural order of their names (2 before 10), or of `.jpg` images if it
+//! has none of those, or an `.npy` array of shape `(frames, height, width)`:
 //!
 //! | source | values | white, unless given |
 //! |---|---|---|
@@ -243,7 +243,7 @@ impl fmt::Display for Depth {
 impl fmt::Display for FrameFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NoImages => f.write_str("no .png image in this folder"),
+            Self::NoImages => f.write_str("no .png image in this folder, and no .jpg either"),
             Self::Undecodable(why) => write!(f, "cannot be decoded: {why}"),
             Self::Pixels(found) => write!(f, "pixels of type {found}, expected 8 or 16 bits"),
             Self::NotAnArray(why) => write!(f, "neither a folder nor an .npy array: {why}"),

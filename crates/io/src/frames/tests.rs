@@ -68,6 +68,15 @@ fn images_come_in_natural_order_relative_to_white() {
 }
 
 #[test]
+fn jpeg_images_are_frames_where_there_are_no_others() {
+    let flat = |code| DynamicImage::from(GrayImage::from_pixel(8, 8, Luma([code])));
+    let directory = folder(&[("f10.jpg", flat(51)), ("f9.JPEG", flat(255))]);
+    assert_eq!(linear(directory.path()).unwrap(), [[1.0; 64], [0.2; 64]]);
+    flat(0).save(directory.path().join("f1.png")).unwrap();
+    assert_eq!(linear(directory.path()).unwrap(), [[0.0; 64]]);
+}
+
+#[test]
 fn colours_become_luminance_behind_the_curve() {
     let image = RgbImage::from_pixel(1, 1, Rgb([255, 128, 0]));
     let directory = folder(&[("0.png", image.into())]);

@@ -1,0 +1,60 @@
+//! Clips as they are published: folders of YARP logs.
+
+use std::path::Path;
+
+use evpose_core::SensorSize;
+use evpose_io::yarp::{JOINTS, Skeleton, read_skeletons};
+use evpose_io::{OpenOptions, open_as};
+use evpose_pose::body::network_from_file;
+use glam::Vec2;
+
+use super::{ClipName, SENSOR};
+use crate::DatasetError;
+use crate::recording::{LabelledRecording, TimedBody};
+
+/// Where a joint is that is not known.
+pub(super) const UNKNOWN: Vec2 = Vec2::NEG_ONE;
+
+/// A published clip, and what else there is to be known of its events.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Clip {
+    /// Events and joints.
+    pub recording: LabelledRecording,
+    /// In whole sentences without a full stop.
+    pub remarks: Vec<String>,
+}
+
+/// Reads the clip called `name` in `folder`. How long a tick of its clock is, in microseconds, is told by
+/// the log, unless it is given.
+///
+/// # Errors
+/// If its logs cannot be read.
+pub fn read_published(
+    folder: &Path,
+    name: &ClipName,
+    tick_us: Option<f64>,
+) -> Result<Clip, DatasetError> {
+    let clip = folder.join(name.to_string());
+    let sensor = Some(SENSOR);
+    let options = OpenOptions { sensor, tick_us, ..OpenOptions::default() };
+    let events = open_as(ClipName::events_folder(&clip), &options)?;
+    let skeletons = read_skeletons(clip.join(name.labels_channel()))?;
+    let mut remarks = events.remarks;
+    if events.rejected.total() > 0 {
+        let SensorSize { width, height } = SENSOR;
+        remarks.push(format!(
+            "{} events are outside {width}x{height} or out of order and left out",
+            events.rejected.total()
+        ));
+    }
+    let bodies = skeletons.iter().map(body).collect();
+    let recording = LabelledRecording { name: name.to_string(), events: events.stream, bodies };
+    Ok(Clip { recording, remarks })
+}
+
+fn body(skeleton: &Skeleton) -> TimedBody {
+    let point = |joint: [f32; 2]| Some(Vec2::from(joint)).filter(|at| *at != UNKNOWN);
+    // As many joints, in the order of files.
+    let joints: [Option<Vec2>; JOINTS] = skeleton.joints.map(point);
+    TimedBody { t: skeleton.t, points_px: network_from_file(&joints) }
+}
