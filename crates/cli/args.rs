@@ -285,9 +285,16 @@ pub(crate) struct EvalArgs {
     /// Length of each sequence of a condition
     #[arg(long, default_value_t = 6.0, requires = "conditions")]
     pub(crate) seconds: f64,
-    /// Milliseconds between the poses that are evaluated
-    #[arg(long, default_value_t = 1)]
-    pub(crate) stride_ms: u32,
+    /// Milliseconds between the poses that are evaluated [hands: 1; bodies: the config's]
+    #[arg(long)]
+    pub(crate) stride_ms: Option<u32>,
+    /// Bodies: also judge poses at 500 Hz, held between those of the network, and carried on by
+    /// velocities of events
+    #[arg(long)]
+    pub(crate) fusion: bool,
+    /// Bodies: draw PCK over its threshold, as an SVG file
+    #[arg(long, value_name = "FILE")]
+    pub(crate) curves: Option<PathBuf>,
     /// Bits that the network computes in: f32, bf16, or int8 after `evpose quantize`
     #[arg(long, default_value = "f32")]
     pub(crate) precision: Precision,
@@ -303,10 +310,11 @@ pub(crate) struct InferArgs {
     /// A run directory, or a .bpk file with its .toml beside it
     #[arg(long)]
     pub(crate) checkpoint: PathBuf,
-    /// Recording: .evc, .npz or text
+    /// Recording, of any format
     #[arg(long)]
     pub(crate) events: PathBuf,
-    /// Time and the 12 parameters, a line every millisecond, or for each surface of slow motion
+    /// Hands: time and the 12 parameters, a line every millisecond, or for each surface of slow motion.
+    /// Bodies: time, delay and 13 joints in pixels, as hpe-core has them
     #[arg(long)]
     pub(crate) out: PathBuf,
     /// `plain`: a pose every millisecond. `slow-motion`: where enough events came, in batches; at
@@ -316,6 +324,19 @@ pub(crate) struct InferArgs {
     /// Time and the 21 evaluated joints in pixels and in metres
     #[arg(long)]
     pub(crate) joints: Option<PathBuf>,
+    /// Bodies: milliseconds between poses [the config's]
+    #[arg(long)]
+    pub(crate) stride_ms: Option<u32>,
+    /// Bodies: joints of a lower score are not found
+    #[arg(long, default_value_t = 0.01)]
+    pub(crate) confidence: f32,
+    /// Bodies: also write skeletons as a folder of YARP's
+    #[arg(long, value_name = "DIR")]
+    pub(crate) skeletons: Option<PathBuf>,
+    /// Bodies: also write poses at 500 Hz, carried on between those of the network by velocities of
+    /// events
+    #[arg(long, value_name = "FILE")]
+    pub(crate) fused: Option<PathBuf>,
     /// Write the network's poses as they are, without the Kalman filter
     #[arg(long)]
     pub(crate) unfiltered: bool,

@@ -99,7 +99,7 @@ pub(crate) fn run(args: &EvalArgs) -> Result<()> {
         let network =
             quantize::predictor(&args.checkpoint, network, args.precision, device.clone())?;
         let mean = checkpoint.mean_pose;
-        let (methods, usage) = judge(&config, &data, network, mean, args.stride_ms)?;
+        let (methods, usage) = judge(&config, &data, network, mean, args.stride_ms.unwrap_or(1))?;
         if args.out.is_some() {
             let plain = find(&methods, "trained_kalman")?;
             let slow = find(&methods, "slow_motion")?;
@@ -200,7 +200,7 @@ fn report_of(all: &[Judged], args: &EvalArgs) -> Result<Report> {
         conditions,
         sequences: args.sequences,
         seconds: args.seconds,
-        stride_ms: args.stride_ms,
+        stride_ms: args.stride_ms.unwrap_or(1),
         seed: all.first().map_or(0, |judged| judged.config.seed),
         commit: COMMIT,
         machine: Machine::this(),

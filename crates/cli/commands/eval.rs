@@ -2,15 +2,22 @@
 
 use std::path::Path;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
+use burn::tensor::Device;
 use evpose_pose::metric::MeanPose;
 use evpose_train::{Checkpoint, HandDataset};
 
-use super::{conditions, device, held_out, quantize};
+use super::{body, conditions, device, held_out, quantize};
 use crate::args::EvalArgs;
 use crate::progress::say;
 
 pub(crate) fn run(args: &EvalArgs) -> Result<()> {
+    if let Some(checkpoint) = body::checkpoint(&args.checkpoint, &Device::flex())? {
+        return body::eval(&checkpoint, args);
+    }
+    if args.fusion || args.curves.is_some() {
+        bail!("--fusion and --curves are for bodies");
+    }
     match &args.data {
         Some(data) => judge(args, data),
         None => conditions::run(args),
@@ -35,7 +42,8 @@ fn judge(args: &EvalArgs, data: &Path) -> Result<()> {
     };
     let network = checkpoint.network;
     let trained = quantize::predictor(&args.checkpoint, network, args.precision, device.clone())?;
-    let judged = held_out::judge(&config, &data, trained, mean, &device, args.stride_ms)?;
+    let judged =
+        held_out::judge(&config, &data, trained, mean, &device, args.stride_ms.unwrap_or(1))?;
     held_out::print(&config, &judged);
     if let Some(path) = &args.json {
         judged.metrics.write(path)?;

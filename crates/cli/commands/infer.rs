@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use anyhow::{Context, Result, bail};
+use burn::tensor::Device;
 use evpose_core::{EventStream, Micros, TimeWindow, atomic_write};
 use evpose_pose::filter::HandFilter;
 use evpose_pose::metric::HandPoints;
@@ -13,7 +14,7 @@ use evpose_train::{
     Stage,
 };
 
-use super::{device, quantize};
+use super::{body, device, quantize};
 use crate::args::InferArgs;
 use crate::progress::{bar, say};
 
@@ -40,6 +41,12 @@ const PARAMETER_NAMES: [&str; 12] = [
 ];
 
 pub(crate) fn run(args: &InferArgs) -> Result<()> {
+    if let Some(checkpoint) = body::checkpoint(&args.checkpoint, &Device::flex())? {
+        return body::infer(&checkpoint, args);
+    }
+    if args.skeletons.is_some() || args.fused.is_some() || args.stride_ms.is_some() {
+        bail!("--skeletons, --fused and --stride-ms are for bodies");
+    }
     let device = device(&args.device)?;
     let checkpoint = Checkpoint::load(&args.checkpoint, &device)?;
     let config = checkpoint.config;

@@ -15,11 +15,6 @@ const EMBEDDED: &[(&str, &str)] = &[
     ("finetune-full", include_str!("../../../../configs/body/finetune-full.toml")),
 ];
 
-/// Whether there is an embedded config of this name.
-pub(crate) fn is_embedded(name: &str) -> bool {
-    EMBEDDED.iter().any(|(embedded, _)| *embedded == name)
-}
-
 /// The config that was named, if it is one of bodies.
 pub(crate) fn config(args: &ConfigArgs) -> Result<Option<BodyConfig>> {
     if let Some((name, text)) = EMBEDDED.iter().find(|(name, _)| *name == args.config) {

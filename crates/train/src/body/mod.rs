@@ -3,6 +3,7 @@
 //! * [`BodyConfig`]: the file that describes an experiment.
 //! * [`BodyFrames`], [`BodyRecordings`], [`Film`]: images with labels, from recordings or from photographs.
 //! * [`train_body`]: a run in its directory, resumable to the bit; [`BodyCheckpoint`]: what comes of it.
+//! * [`BodyPredictor`], [`evaluate_body`]: a network at work, and how good it is.
 //! * [`BodyAugmentation`], [`BodyView`]: images and labels, each time a little different.
 //! * [`BodyGrid`]: what the maps of a network should be for a label.
 //! * [`BodyBatch`]: the same for many labels, and as tensors.
@@ -13,8 +14,11 @@ mod annotated;
 mod augmentation;
 mod batch;
 mod config;
+mod evaluation;
 mod frames;
+mod fused;
 mod loader;
+mod predictor;
 mod recordings;
 mod saved;
 mod schedule;
@@ -29,7 +33,10 @@ pub use config::{
     BodyConfig, BodyDataConfig, BodyEvaluationConfig, BodyImageConfig, BodySourceKind,
     BodyTargetConfig, BodyTrainingConfig, LabelMoment,
 };
+pub use evaluation::{BodyEvaluated, BodyJudged, evaluate_body, mean_pose_of, truth_of};
 pub use frames::{BodyFrame, BodyFrames};
+pub use fused::{BetweenConfig, BetweenEvaluated, BetweenPose, evaluate_between, poses_between};
+pub use predictor::{BodyPredictor, BodyPredictorOptions, joints_in_pixels};
 pub use recordings::{BodyRecordings, Film, PoseTrack};
 pub use saved::BodyCheckpoint;
 pub use schedule::{EarlyStop, Schedule};

@@ -209,6 +209,25 @@ impl Film {
         t: Micros,
         seen: impl FnOnce(&EventStream),
     ) -> Result<Plane<u8>, TrainError> {
+        self.go_to(t, seen)?;
+        Ok(self.image())
+    }
+
+    /// As [`Self::at`], but the image only if it is wanted.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn at_if(
+        &mut self,
+        t: Micros,
+        wanted: bool,
+        seen: impl FnOnce(&EventStream),
+    ) -> Result<Option<Plane<u8>>, TrainError> {
+        self.go_to(t, seen)?;
+        Ok(wanted.then(|| self.image()))
+    }
+
+    fn go_to(&mut self, t: Micros, seen: impl FnOnce(&EventStream)) -> Result<(), TrainError> {
         let begin = self.read_to.or(self.windows.start()).unwrap_or(t);
         let end = t + Micros(1);
         if begin < end {
@@ -218,12 +237,16 @@ impl Film {
             self.representation.push(&self.events);
         }
         self.representation.advance(t);
+        Ok(())
+    }
+
+    fn image(&mut self) -> Plane<u8> {
         let mut image = Plane::for_sensor(self.sensor(), 0);
         self.representation.render_u8(image.data_mut());
-        let Some(kernel) = self.blur else { return Ok(image) };
+        let Some(kernel) = self.blur else { return image };
         let mut blurred = Plane::filled(0, 0, 0);
         kernel.blur(&image, &mut self.work, &mut blurred);
-        Ok(blurred)
+        blurred
     }
 }
 

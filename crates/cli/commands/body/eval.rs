@@ -1,0 +1,163 @@
+//! `evpose eval` of bodies.
+
+use std::path::Path;
+
+use anyhow::{Context, Result, bail};
+use evpose_core::{Micros, atomic_write};
+use evpose_pose::metric::Interval;
+use evpose_pose::metric::body::{BodyEvaluation, BodyScores, BodySummary};
+use evpose_train::body::{
+    BetweenConfig, BodyCheckpoint, BodyPredictor, BodyPredictorOptions, BodyRecordings,
+    evaluate_between, evaluate_body, mean_pose_of,
+};
+use serde::Serialize;
+
+use crate::args::EvalArgs;
+use crate::commands::{as_json, use_threads};
+use crate::machine::Machine;
+use crate::progress::{bar, say};
+use crate::report::plot::{Axes, Curve, PALETTE, lines};
+use crate::run_info::COMMIT;
+
+/// Thresholds of the PCK that are printed, in percent of the torso.
+const PERCENTS: [usize; 4] = [20, 40, 60, 80];
+
+/// What is written for programs.
+#[derive(Debug, Serialize)]
+struct Report {
+    machine: Machine,
+    commit: &'static str,
+    network: BodySummary,
+    mean_pose: BodySummary,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    held: Option<BodySummary>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    fused: Option<BodySummary>,
+}
+
+pub(crate) fn run(checkpoint: &BodyCheckpoint, args: &EvalArgs) -> Result<()> {
+    let Some(data) = &args.data else {
+        bail!("--conditions are for hands; bodies are judged on --data, a directory of recordings");
+    };
+    use_threads(args.device.threads)?;
+    let options =
+        BodyPredictorOptions { precision: args.precision, ..BodyPredictorOptions::default() };
+    let predictor = BodyPredictor::new(checkpoint, options, None)?;
+    let recordings = BodyRecordings::open(data)?;
+    let mean = match checkpoint.mean_pose {
+        Some(mean) => mean,
+        None => mean_pose_of(&recordings, checkpoint)?,
+    };
+    let every_ms = args.stride_ms.unwrap_or(checkpoint.config.evaluation.every_ms);
+    let every = Micros(1_000 * i64::from(every_ms));
+    let progress = bar("evaluating", recordings.files.len() as u64, "recordings");
+    let tell = |done| progress.inc(done);
+    let judged = evaluate_body(checkpoint, &predictor, &recordings, every, &mean, &tell)?;
+    progress.finish_and_clear();
+    let bootstrap = &checkpoint.config.evaluation.bootstrap;
+    let summary = |evaluation: BodyEvaluation| evaluation.summary(&PERCENTS, bootstrap);
+    let (network, mean_pose) = (summary(judged.network())?, summary(judged.mean_pose())?);
+    say(format!("{} recordings of {}", network.sequences, data.display()));
+    print("network", &network.raw);
+    print("mean pose", &mean_pose.raw);
+    joints(&network);
+    if let Some((delay, rate)) = network.delay_s.zip(network.rate_hz) {
+        say(format!(
+            "{:.2} ms a prediction, {:.0} predictions a second of a recording",
+            1e3 * delay.estimate,
+            rate.estimate
+        ));
+    }
+    let mut report = Report {
+        machine: Machine::this(),
+        commit: COMMIT,
+        network,
+        mean_pose,
+        held: None,
+        fused: None,
+    };
+    if args.fusion {
+        let config = BetweenConfig::default();
+        let progress = bar("fusing", recordings.files.len() as u64, "recordings");
+        let tell = |done| progress.inc(done);
+        let between = evaluate_between(checkpoint, &predictor, &recordings, &config, &tell)?;
+        progress.finish_and_clear();
+        let (held, fused) = (summary(between.held)?, summary(between.fused)?);
+        say(format!(
+            "at {} Hz, from {} poses/s of the network that are known {} ms later:",
+            config.output_hz, config.network_hz, config.latency_ms
+        ));
+        print("held", &held.resampled);
+        print("fused", &fused.resampled);
+        (report.held, report.fused) = (Some(held), Some(fused));
+    }
+    as_json(args.json.as_deref(), &report)?;
+    if let Some(path) = &args.curves {
+        draw(path, &report)?;
+    }
+    Ok(())
+}
+
+fn cell(interval: Option<Interval>, digits: usize) -> String {
+    match interval {
+        None => "-".to_owned(),
+        Some(Interval { estimate, low: Some(low), high: Some(high) }) => {
+            format!("{estimate:.digits$} [{low:.digits$}, {high:.digits$}]")
+        }
+        Some(Interval { estimate, .. }) => format!("{estimate:.digits$}"),
+    }
+}
+
+fn print(method: &str, scores: &BodyScores) {
+    let shares: Vec<String> = PERCENTS
+        .iter()
+        .zip(&scores.pck)
+        .map(|(percent, pck)| format!("PCK@0.{} {}", percent / 10, cell(*pck, 3)))
+        .collect();
+    say(format!(
+        "{method:<10} {}  AUC {}  MPJPE {} px",
+        shares.join("  "),
+        cell(scores.auc, 3),
+        cell(scores.mpjpe_px, 2)
+    ));
+}
+
+fn joints(summary: &BodySummary) {
+    say(format!(
+        "{:<12}{:>9}{:>9}{:>10}{:>9}",
+        "joint", "PCK@0.4", "PCK@0.8", "MPJPE px", "missing"
+    ));
+    let share =
+        |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.3}"));
+    for joint in &summary.raw.joints {
+        let at = |percent: usize| {
+            let place = summary.percents.iter().position(|p| *p == percent)?;
+            joint.pck.get(place).copied().flatten()
+        };
+        say(format!(
+            "{:<12}{:>9}{:>9}{:>10}{:>8.1}%",
+            joint.joint,
+            share(at(40)),
+            share(at(80)),
+            joint.mpjpe_px.map_or_else(|| "-".to_owned(), |px| format!("{px:.2}")),
+            100.0 * joint.missing as f64 / joint.labelled.max(1) as f64,
+        ));
+    }
+}
+
+/// PCK curves, as the figures of papers have them.
+fn draw(path: &Path, report: &Report) -> Result<()> {
+    let curve = |(name, summary): (&str, &BodySummary), colour| Curve {
+        label: name.to_owned(),
+        colour,
+        points: (1..).zip(&summary.raw.curve).map(|(p, y)| (f64::from(p) / 100.0, *y)).collect(),
+    };
+    let both = [("network", &report.network), ("mean pose", &report.mean_pose)];
+    let all: Vec<Curve> =
+        both.into_iter().zip(PALETTE).map(|(both, colour)| curve(both, colour)).collect();
+    let (title, x, y) = ("Correct joints", "threshold, diagonals of the torso", "share correct");
+    let svg = lines(&Axes { title, x, y, log_y: false, y_range: Some((0.0, 1.0)) }, &all)?;
+    atomic_write(path, svg.as_bytes()).with_context(|| format!("writing {}", path.display()))?;
+    say(format!("curves: {}", path.display()));
+    Ok(())
+}

@@ -1,0 +1,103 @@
+//! `evpose infer` of bodies.
+
+use std::path::Path;
+
+use anyhow::{Result, bail};
+use evpose_core::Micros;
+use evpose_io::predictions::{DelayUnit, PredictionWriter, Undetected};
+use evpose_io::yarp::{Skeleton, SkeletonNumbers, write_skeletons};
+use evpose_pose::body::{file_from_network, torso};
+use evpose_pose::metric::body::BodyPrediction;
+use evpose_train::body::{
+    BetweenConfig, BodyCheckpoint, BodyPredictor, BodyPredictorOptions, Film, poses_between,
+};
+
+use crate::args::InferArgs;
+use crate::commands::use_threads;
+use crate::progress::{bar, say};
+
+/// Channel of the skeletons of a folder.
+const CHANNEL: &str = "skeleton";
+
+pub(crate) fn run(checkpoint: &BodyCheckpoint, args: &InferArgs) -> Result<()> {
+    if args.mode != "plain" || args.joints.is_some() {
+        bail!("--mode and --joints are for hands; bodies have --skeletons and --fused");
+    }
+    use_threads(args.device.threads)?;
+    let options = BodyPredictorOptions {
+        precision: args.precision,
+        threads: rayon::current_num_threads(),
+        confidence: args.confidence,
+    };
+    let mut predictor = BodyPredictor::new(checkpoint, options, None)?;
+    let image = &checkpoint.config.image;
+    let mut film = Film::open(&args.events, image)?;
+    let Some(start) = film.start() else { bail!("{}: no events", args.events.display()) };
+    let end = film.end()?;
+    let stride_ms = args.stride_ms.unwrap_or(checkpoint.config.evaluation.every_ms);
+    let step = Micros(1_000 * i64::from(stride_ms.max(1)));
+    let mut writer = PredictionWriter::create(&args.out, DelayUnit::Seconds, Undetected::MinusOne)?;
+    let mut skeletons = Vec::new();
+    let progress = bar("inferring", (end - start).0 as u64 / 1_000, "ms");
+    let (mut t, mut count, mut delay_s) = (start + step, 0u64, 0.0);
+    while t <= end {
+        let prediction = predictor.predict(t.as_seconds(), &film.at(t, |_| {})?);
+        writer.write(&prediction)?;
+        skeletons.extend(args.skeletons.is_some().then(|| skeleton(&prediction)));
+        (count, delay_s) = (count + 1, delay_s + prediction.delay_s);
+        progress.set_position((t - start).0 as u64 / 1_000);
+        t = t + step;
+    }
+    progress.finish_and_clear();
+    writer.finish()?;
+    say(format!(
+        "{count} poses, {:.2} ms each: {}",
+        1e3 * delay_s / count.max(1) as f64,
+        args.out.display()
+    ));
+    if let Some(folder) = &args.skeletons {
+        write_skeletons(folder, CHANNEL, &skeletons, SkeletonNumbers::Whole)?;
+        say(format!("skeletons: {}", folder.display()));
+    }
+    if let Some(path) = &args.fused {
+        fused(path, &args.events, checkpoint, &mut predictor, stride_ms)?;
+    }
+    Ok(())
+}
+
+/// Poses carried on between those of the network by what events say of velocities.
+fn fused(
+    path: &Path,
+    events: &Path,
+    checkpoint: &BodyCheckpoint,
+    predictor: &mut BodyPredictor,
+    stride_ms: u32,
+) -> Result<()> {
+    let mut film = Film::open(events, &checkpoint.config.image)?;
+    let Some(start) = film.start() else { bail!("{}: no events", events.display()) };
+    let end = film.end()?;
+    let config = BetweenConfig {
+        network_hz: 1e3 / f64::from(stride_ms.max(1)),
+        latency_ms: 0.0,
+        ..BetweenConfig::default()
+    };
+    let poses = poses_between(&mut film, predictor, &config, (start, end))?;
+    let mut writer = PredictionWriter::create(path, DelayUnit::Seconds, Undetected::MinusOne)?;
+    for pose in &poses {
+        writer.write(&BodyPrediction { t_s: pose.t_s, delay_s: 0.0, joints_px: pose.fused })?;
+    }
+    writer.finish()?;
+    say(format!("{} fused poses, {} a second: {}", poses.len(), config.output_hz, path.display()));
+    Ok(())
+}
+
+fn skeleton(prediction: &BodyPrediction) -> Skeleton {
+    let joints = file_from_network(&prediction.joints_px);
+    Skeleton {
+        t: Micros::from_seconds(prediction.t_s),
+        joints: joints.map(|joint| joint.map_or([-1.0; 2], |at| at.to_array())),
+        head_size_px: None,
+        torso_size_px: torso(&prediction.joints_px),
+        confidences: None,
+    }
+}

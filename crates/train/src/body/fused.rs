@@ -1,0 +1,177 @@
+//! Poses between those of the network: how much velocities of events are worth.
+//!
+//! # Model
+//! The network is asked at a pace of its own, and what it says of a moment is known a latency later.
+//! Held, its last answer stands until the next; fused, events since then carry each joint on. Both are
+//! compared with the truth at the same instants.
+
+use std::path::{Path, PathBuf};
+
+use evpose_core::{EventStream, Micros};
+use evpose_pose::body::fusion::{BodyFusion, FusionConfig, ScoredPoints};
+use evpose_pose::body::velocity::{JointVelocity, TripletVelocity, TripletVelocityConfig};
+use evpose_pose::body::{BODY_JOINTS, BodyPoints};
+use evpose_pose::metric::body::{BodyEvaluation, BodyPrediction, BodyProtocol, BodySequence};
+use evpose_sim::person::PoseTable;
+use glam::Vec2;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::evaluation::truth_of;
+use super::predictor::BodyPredictor;
+use super::recordings::{BodyRecordings, Film};
+use super::saved::BodyCheckpoint;
+use crate::TrainError;
+
+/// How poses between those of the network are made.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct BetweenConfig {
+    /// Answers of the network a second.
+    pub network_hz: f64,
+    /// How long after the moment that it is about an answer is known, in milliseconds.
+    pub latency_ms: f64,
+    /// Poses a second.
+    pub output_hz: f64,
+    /// Fewer pixels than this tell nothing of a joint's velocity: it rests.
+    pub fewest_samples: u32,
+    /// Velocities from events.
+    pub velocity: TripletVelocityConfig,
+    /// What carries poses on.
+    pub fusion: FusionConfig,
+}
+
+impl Default for BetweenConfig {
+    fn default() -> Self {
+        Self {
+            network_hz: 50.0,
+            latency_ms: 10.0,
+            output_hz: 500.0,
+            fewest_samples: 3,
+            velocity: TripletVelocityConfig::default(),
+            fusion: FusionConfig::default(),
+        }
+    }
+}
+
+/// A pose at a moment, and whether the network said it of just that moment.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BetweenPose {
+    /// When, in seconds.
+    pub t_s: f64,
+    /// The network's last answer.
+    pub held: BodyPoints,
+    /// The same carried on.
+    pub fused: BodyPoints,
+}
+
+/// Poses of a recording at an even pace, from `first` to `end`.
+///
+/// # Errors
+/// If the recording cannot be read, or the settings are out of their range.
+pub fn poses_between(
+    film: &mut Film,
+    predictor: &mut BodyPredictor,
+    config: &BetweenConfig,
+    (first, end): (Micros, Micros),
+) -> Result<Vec<BetweenPose>, TrainError> {
+    let sensor = film.sensor();
+    let mut velocities = TripletVelocity::new(sensor, config.velocity)?;
+    let mut fusion = BodyFusion::new(&config.fusion)?;
+    let micros = |seconds: f64| Micros((seconds * 1e6).round() as i64);
+    let (step, pace) = (micros(1.0 / config.output_hz), micros(1.0 / config.network_hz));
+    let latency = micros(1e-3 * config.latency_ms);
+    let (mut held, mut next_asked) = ([None; BODY_JOINTS], first);
+    let mut on_their_way: Vec<(Micros, ScoredPoints)> = Vec::new();
+    let mut poses = Vec::new();
+    let mut t = first;
+    while t <= end {
+        let image =
+            film.at_if(t, t >= next_asked, |events: &EventStream| velocities.push(events))?;
+        if let Some(image) = image {
+            let joints = predictor.joints(&image);
+            on_their_way.push((t, ScoredPoints::in_image(&joints, sensor)));
+            next_asked = next_asked + pace;
+            if next_asked <= t {
+                next_asked = t + pace;
+            }
+        }
+        while let Some((described, _)) = on_their_way.first().filter(|(at, _)| *at + latency <= t) {
+            let described = *described;
+            let (_, pose) = on_their_way.remove(0);
+            held = pose.points;
+            // An answer that comes too late for what is remembered says nothing of now.
+            let _ = fusion.detection(described, &pose, t);
+        }
+        let told = velocities.query(&fusion.query(t));
+        let moving = told.map(
+            |JointVelocity { px_per_s, samples }| {
+                if samples < config.fewest_samples { Vec2::ZERO } else { px_per_s }
+            },
+        );
+        let _ = fusion.velocity(t, &moving);
+        poses.push(BetweenPose { t_s: t.as_seconds(), held, fused: fusion.query(t) });
+        t = t + step;
+    }
+    Ok(poses)
+}
+
+/// How good held and fused poses are on recordings.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct BetweenEvaluated {
+    /// The network's last answers.
+    pub held: BodyEvaluation,
+    /// The same carried on.
+    pub fused: BodyEvaluation,
+}
+
+/// Compares held and fused poses with the truth of recordings.
+///
+/// # Errors
+/// As [`poses_between`].
+pub fn evaluate_between(
+    checkpoint: &BodyCheckpoint,
+    predictor: &BodyPredictor,
+    recordings: &BodyRecordings,
+    config: &BetweenConfig,
+    progress: &(dyn Fn(u64) + Sync),
+) -> Result<BetweenEvaluated, TrainError> {
+    let one = |predictor: &mut BodyPredictor, (events, poses): &(PathBuf, PathBuf)| {
+        let judged = judge(checkpoint, predictor, events, poses, config);
+        progress(1);
+        judged
+    };
+    let pairs: Vec<(BodySequence, BodySequence)> = recordings
+        .files
+        .par_iter()
+        .map_init(|| predictor.another(), one)
+        .collect::<Result<_, TrainError>>()?;
+    let (held, fused) = pairs.into_iter().unzip();
+    Ok(BetweenEvaluated {
+        held: BodyEvaluation { sequences: held },
+        fused: BodyEvaluation { sequences: fused },
+    })
+}
+
+fn judge(
+    checkpoint: &BodyCheckpoint,
+    predictor: &mut BodyPredictor,
+    events: &Path,
+    poses: &Path,
+    config: &BetweenConfig,
+) -> Result<(BodySequence, BodySequence), TrainError> {
+    let truth = truth_of(&PoseTable::read(poses)?);
+    let mut film = Film::open(events, &checkpoint.config.image)?;
+    let first = Micros(1_000 * i64::from(checkpoint.config.data.first_ms));
+    let end = Micros::from_seconds(truth.last().map_or(0.0, |last| last.t_s));
+    let poses = poses_between(&mut film, predictor, config, (first, end))?;
+    let protocol = BodyProtocol { rate_hz: config.output_hz, ..BodyProtocol::default() };
+    let sequence = |joints: fn(&BetweenPose) -> BodyPoints| {
+        let found: Vec<BodyPrediction> = poses
+            .iter()
+            .map(|pose| BodyPrediction { t_s: pose.t_s, delay_s: 0.0, joints_px: joints(pose) })
+            .collect();
+        BodySequence::evaluate(&truth, &found, &protocol)
+    };
+    Ok((sequence(|pose| pose.held)?, sequence(|pose| pose.fused)?))
+}
