@@ -292,6 +292,9 @@ pub(crate) struct EvalArgs {
     /// velocities of events
     #[arg(long)]
     pub(crate) fusion: bool,
+    /// Bodies: true and predicted joints over what the network saw, as a PNG file
+    #[arg(long, value_name = "FILE")]
+    pub(crate) pictures: Option<PathBuf>,
     /// Bodies: draw PCK over its threshold, as an SVG file
     #[arg(long, value_name = "FILE")]
     pub(crate) curves: Option<PathBuf>,

@@ -4,6 +4,7 @@
 
 mod ablate;
 mod bench;
+mod body;
 mod calibrate;
 mod cli;
 mod conditions;

@@ -15,8 +15,8 @@ pub(crate) fn run(args: &EvalArgs) -> Result<()> {
     if let Some(checkpoint) = body::checkpoint(&args.checkpoint, &Device::flex())? {
         return body::eval(&checkpoint, args);
     }
-    if args.fusion || args.curves.is_some() {
-        bail!("--fusion and --curves are for bodies");
+    if args.fusion || args.curves.is_some() || args.pictures.is_some() {
+        bail!("--fusion, --curves and --pictures are for bodies");
     }
     match &args.data {
         Some(data) => judge(args, data),

@@ -9,6 +9,7 @@ use crate::progress::say;
 use crate::run_info;
 
 pub(crate) fn run(args: &TrainArgs) -> Result<()> {
+    evpose_kernels::keep_freed_memory();
     if let Some(config) = body::config(&args.config)? {
         return body::train(config, args);
     }

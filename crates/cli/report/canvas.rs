@@ -1,6 +1,7 @@
-//! Event pictures with hands drawn over them.
+//! Pictures with hands or bodies drawn over them.
 
 use evpose_core::Plane;
+use evpose_pose::body::{BodyPoints, LIMBS};
 use glam::Vec2;
 use image::{Rgb, RgbImage};
 
@@ -28,9 +29,9 @@ const BONES: [(usize, usize); 20] = [
     (14, 5), // pinky
 ];
 
-/// Colour of the true hand.
+/// Colour of what is true.
 pub(crate) const TRUTH: Rgb<u8> = Rgb([0x1a, 0x9e, 0x5c]);
-/// Colour of the predicted hand.
+/// Colour of what was predicted.
 pub(crate) const PREDICTION: Rgb<u8> = Rgb([0xe8, 0x6a, 0x17]);
 
 /// Colour of the hand predicted in the slow-motion mode.
@@ -60,6 +61,28 @@ impl Canvas {
             Rgb(std::array::from_fn(|c| (PAPER[c] + (ink[c] - PAPER[c]) * strength) as u8))
         });
         Self { image, scale }
+    }
+
+    /// A grey image, each pixel `scale` by `scale`.
+    pub(crate) fn grey(grey: &Plane<u8>, scale: u32) -> Self {
+        let (width, height) = (grey.width() as u32 * scale, grey.height() as u32 * scale);
+        let image = RgbImage::from_fn(width, height, |x, y| {
+            Rgb([*grey.at((x / scale) as usize, (y / scale) as usize); 3])
+        });
+        Self { image, scale }
+    }
+
+    /// Draws joints and the limbs between them; what is not known is left out.
+    pub(crate) fn body(&mut self, joints_px: &BodyPoints, colour: Rgb<u8>) {
+        let radius = 0.55 * self.scale as f32;
+        for [a, b] in LIMBS {
+            if let (Some(a), Some(b)) = (joints_px[a], joints_px[b]) {
+                self.line(a, b, radius, colour);
+            }
+        }
+        for joint in joints_px.iter().flatten() {
+            self.line(*joint, *joint, 2.2 * radius, colour);
+        }
     }
 
     /// Draws the 21 evaluated points (pixels of the sensor, 0 at its top-left corner) as a hand.

@@ -1,6 +1,6 @@
 //! The report of a hand experiment: curves, tables and pictures in one page.
 
-mod canvas;
+pub(crate) mod canvas;
 pub(crate) mod chart;
 pub(crate) mod html;
 pub(crate) mod plot;

@@ -21,8 +21,10 @@ mod im2col;
 mod lanes;
 mod matmul;
 pub mod max_pool;
+mod memory;
 mod simd;
 pub mod training;
 
 pub use matmul::{Matrix, matmul};
+pub use memory::keep_freed_memory;
 pub use simd::Level;

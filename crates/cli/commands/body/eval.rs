@@ -12,6 +12,7 @@ use evpose_train::body::{
 };
 use serde::Serialize;
 
+use super::pictures;
 use crate::args::EvalArgs;
 use crate::commands::{as_json, use_threads};
 use crate::machine::Machine;
@@ -90,6 +91,9 @@ pub(crate) fn run(checkpoint: &BodyCheckpoint, args: &EvalArgs) -> Result<()> {
         print("held", &held.resampled);
         print("fused", &fused.resampled);
         (report.held, report.fused) = (Some(held), Some(fused));
+    }
+    if let Some(path) = &args.pictures {
+        pictures::of_predictions(checkpoint, &judged, path)?;
     }
     as_json(args.json.as_deref(), &report)?;
     if let Some(path) = &args.curves {

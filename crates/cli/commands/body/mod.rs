@@ -3,6 +3,7 @@
 mod checkpoint;
 mod eval;
 mod infer;
+mod pictures;
 mod simulate;
 mod source;
 mod train;

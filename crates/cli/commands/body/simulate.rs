@@ -8,6 +8,7 @@ use evpose_sim::set::{MANIFEST, PEOPLE};
 use evpose_sim::{SequenceSet, Shard};
 use evpose_train::body::BodyConfig;
 
+use super::pictures;
 use crate::args::SimulateArgs;
 use crate::commands::simulate::claim;
 use crate::progress::{bar, say};
@@ -38,6 +39,9 @@ pub(crate) fn run(mut config: BodyConfig, args: &SimulateArgs) -> Result<()> {
     say(format!("written to {}", args.out.display()));
     if recorded.finished {
         say(format!("all {} sequences are there: {MANIFEST}", config.simulation.sequences));
+    }
+    if let Some(path) = &args.pictures {
+        pictures::of_people(&People::new(&config.simulation, config.seed)?, path)?;
     }
     Ok(())
 }

@@ -10,6 +10,7 @@ use glam::Vec2;
 
 use super::config::PeopleConfig;
 use super::still::{Still, still};
+use super::wall::Pictures;
 use super::{PersonSimulator, PersonStep};
 use crate::SimError;
 use crate::config::BodySource;
@@ -29,7 +30,7 @@ pub(super) struct Shared {
     pub(super) body: BodyModel,
     pub(super) is_closed: bool,
     pub(super) metres_per_texture: Vec2,
-    pub(super) pictures: PicturePool,
+    pub(super) pictures: Pictures,
     sensor: SensorConfig,
 }
 
@@ -55,7 +56,10 @@ impl People {
             seed,
             is_closed: is_closed(&body.faces),
             metres_per_texture: metres_per_texture(&body.template_m, &body.uvs, &body.faces),
-            pictures: PicturePool::new(&config.surroundings.source, pool)?,
+            pictures: Pictures::new(
+                PicturePool::new(&config.surroundings.source, pool)?,
+                config.surroundings.gamma,
+            ),
             sensor: config.sensor.resolve()?,
             body,
             config: config.clone(),

@@ -5,6 +5,8 @@
 //! quotients of linear functions of the pixel's, so a camera may stand and turn as it likes. Nothing on
 //! the wall is lit; pictures are repeated beyond their borders.
 
+use std::sync::{Arc, OnceLock};
+
 use evpose_core::{CounterRng, LookAt, Pinhole, Plane};
 use glam::{Mat3, Vec2, Vec3, Vec3A};
 
@@ -13,31 +15,54 @@ use crate::raster::PixelRect;
 use crate::scene::luminance;
 use crate::texture::{PicturePool, Texture};
 
-/// Codes of a picture's luminance are looked up in this many steps.
+/// The code of white.
 const WHITE: f32 = 255.0;
 
-/// A picture as linear luminance, repeated beyond its borders.
+/// The pictures of a pool as linear luminance, each made when it is first needed.
+#[derive(Debug)]
+pub(super) struct Pictures {
+    pool: PicturePool,
+    gamma: f32,
+    lights: Vec<OnceLock<Arc<Plane<f32>>>>,
+}
+
+impl Pictures {
+    pub(super) fn new(pool: PicturePool, gamma: f32) -> Self {
+        let lights = (0..pool.len()).map(|_| OnceLock::new()).collect();
+        Self { pool, gamma, lights }
+    }
+
+    /// Any of them.
+    fn any(&self, rng: &mut CounterRng) -> Arc<Plane<f32>> {
+        let index = rng.below(self.lights.len());
+        let light = || Arc::new(linear(self.pool.picture(index), self.gamma));
+        Arc::clone(self.lights[index].get_or_init(light))
+    }
+}
+
+fn linear(picture: &Texture, gamma: f32) -> Plane<f32> {
+    let mut values = Plane::filled(picture.width(), picture.height(), 0.0);
+    let (width, height) = (picture.width() as f32, picture.height() as f32);
+    for y in 0..values.height() {
+        for (x, value) in values.row_mut(y).iter_mut().enumerate() {
+            let uv = Vec2::new((x as f32 + 0.5) / width, (y as f32 + 0.5) / height);
+            let linear = picture.sample(uv).to_array().map(|code| code.powf(gamma));
+            *value = luminance(Vec3A::from_array(linear));
+        }
+    }
+    values
+}
+
+/// A picture's light, repeated beyond its borders.
 #[derive(Debug, Clone)]
 struct Light {
-    values: Plane<f32>,
+    values: Arc<Plane<f32>>,
+    level: f32,
 }
 
 impl Light {
-    fn of(picture: &Texture, gamma: f32, level: f32) -> Self {
-        let mut values = Plane::filled(picture.width(), picture.height(), 0.0);
-        let (width, height) = (picture.width() as f32, picture.height() as f32);
-        for y in 0..values.height() {
-            for (x, value) in values.row_mut(y).iter_mut().enumerate() {
-                let uv = Vec2::new((x as f32 + 0.5) / width, (y as f32 + 0.5) / height);
-                let linear = picture.sample(uv).to_array().map(|code| code.powf(gamma));
-                *value = level * luminance(Vec3A::from_array(linear));
-            }
-        }
-        Self { values }
-    }
-
     fn uniform(value: f32) -> Self {
-        Self { values: Plane::filled(1, 1, value) }
+        Self { values: Arc::new(Plane::filled(1, 1, value)), level: 1.0 }
     }
 
     /// Interpolated between four texels.
@@ -53,7 +78,7 @@ impl Light {
         let (left, right) = (wrap(left, width), wrap(left + 1, width));
         let upper = above[left] + (above[right] - above[left]) * fx;
         let lower = below[left] + (below[right] - below[left]) * fx;
-        upper + (lower - upper) * fy
+        self.level * (upper + (lower - upper) * fy)
     }
 }
 
@@ -73,20 +98,10 @@ struct Thing {
 }
 
 impl Thing {
-    fn draw(
-        rng: &mut CounterRng,
-        pictures: &PicturePool,
-        view: &View,
-        gamma: f32,
-        level: f32,
-    ) -> Self {
+    fn draw(rng: &mut CounterRng, pictures: &Pictures, view: &View, level: f32) -> Self {
         let extent = view.extent_m;
         Self {
-            light: Light::of(
-                pictures.picture(rng.below(pictures.len())),
-                gamma,
-                level * rng.uniform(0.4, 1.2),
-            ),
+            light: Light { values: pictures.any(rng), level: level * rng.uniform(0.4, 1.2) },
             middle_m: view.middle_m
                 + extent * Vec2::new(rng.uniform(-0.5, 0.5), rng.uniform(-0.4, 0.4)),
             swing_m: extent * Vec2::new(rng.uniform(0.05, 0.45), rng.uniform(0.0, 0.12)),
@@ -141,7 +156,7 @@ impl Wall {
     /// A wall at `z_m`, of which a camera at rest sees `view`; all its light is multiplied by `level`.
     pub(super) fn draw(
         config: &SurroundingsConfig,
-        pictures: &PicturePool,
+        pictures: &Pictures,
         z_m: f32,
         view: &View,
         level: f32,
@@ -154,14 +169,14 @@ impl Wall {
         let light = if rng.chance(config.plain) {
             Light::uniform(level * rng.uniform(0.05, 0.9))
         } else {
-            Light::of(pictures.picture(rng.below(pictures.len())), config.gamma, level)
+            Light { values: pictures.any(rng), level }
         };
         let count = if rng.chance(config.moving) && config.things > 0 {
             1 + rng.below(config.things)
         } else {
             0
         };
-        let thing = |_| Thing::draw(rng, pictures, view, config.gamma, level);
+        let thing = |_| Thing::draw(rng, pictures, view, level);
         let things = (0..count).map(thing).collect();
         Self { z_m, light, corner_m, size_m, things, shown: PixelRect::EMPTY, seen_from: None }
     }
@@ -331,7 +346,10 @@ mod tests {
 
     #[test]
     fn pictures_repeat_and_are_interpolated() {
-        let light = Light { values: Plane::from_vec(2, 1, vec![0.0, 1.0]).expect("two texels") };
+        let light = Light {
+            values: Arc::new(Plane::from_vec(2, 1, vec![0.0, 1.0]).expect("two texels")),
+            level: 1.0,
+        };
         for (u, want) in
             [(0.25, 0.0), (0.75, 1.0), (0.5, 0.5), (0.0, 0.5), (7.375, 0.25), (-0.25, 1.0)]
         {

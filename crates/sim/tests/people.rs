@@ -1,0 +1,163 @@
+//! What people before an event camera promise.
+
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use evpose_core::SensorSize;
+use evpose_sim::config::SensorChoice;
+use evpose_sim::person::{People, PeopleConfig, PoseTable, record_people};
+use evpose_sim::set::verify;
+use evpose_sim::{Shard, SimError};
+
+/// Small and short, before a camera without noise.
+fn config() -> PeopleConfig {
+    PeopleConfig {
+        sequences: 3,
+        seconds: 0.3,
+        step_hz: 250,
+        label_hz: 50,
+        sensor_size: SensorSize { width: 96, height: 72 },
+        sensor: SensorChoice::Preset("ideal".to_owned()),
+        moving_cameras: 0.0,
+        stillness: 0.0,
+        ..PeopleConfig::default()
+    }
+}
+
+fn still_walls(mut config: PeopleConfig) -> PeopleConfig {
+    config.surroundings.moving = 0.0;
+    config
+}
+
+fn tree(directory: &Path) -> BTreeMap<String, Vec<u8>> {
+    fs::read_dir(directory)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .map(|path| {
+            (path.file_name().unwrap().to_string_lossy().into_owned(), fs::read(&path).unwrap())
+        })
+        .collect()
+}
+
+#[test]
+fn shards_leave_the_bytes_of_the_whole_run_and_digests_that_hold() {
+    let people = People::new(&config(), 3).unwrap();
+    let (whole, parts) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let recorded = record_people(&people, whole.path(), Shard::WHOLE, &|_| {}).unwrap();
+    assert!(recorded.finished && recorded.events > 0);
+    for part in ["2/2", "1/2"] {
+        record_people(&people, parts.path(), part.parse().unwrap(), &|_| {}).unwrap();
+    }
+    assert_eq!(tree(whole.path()), tree(parts.path()));
+    // Events, poses, what was drawn.
+    assert_eq!(verify(whole.path(), &|_| {}).unwrap().files, 9);
+    let again = record_people(&people, whole.path(), Shard::WHOLE, &|_| {}).unwrap();
+    assert_eq!((again.sequences, again.kept), (0, 3));
+}
+
+#[test]
+fn a_changed_file_is_found() {
+    let people = People::new(&config(), 3).unwrap();
+    let directory = tempfile::tempdir().unwrap();
+    record_people(&people, directory.path(), Shard::WHOLE, &|_| {}).unwrap();
+    fs::write(directory.path().join("0001.poses.csv"), "t_us").unwrap();
+    assert!(matches!(verify(directory.path(), &|_| {}), Err(SimError::Damaged { .. })));
+}
+
+#[test]
+fn labels_are_where_the_joints_are_seen_and_come_at_their_pace() {
+    let people = People::new(&config(), 5).unwrap();
+    let directory = tempfile::tempdir().unwrap();
+    record_people(&people, directory.path(), Shard::WHOLE, &|_| {}).unwrap();
+    let table = PoseTable::read(&directory.path().join("0000.poses.csv")).unwrap();
+    let times: Vec<i64> = table.rows.iter().map(|row| row.t.0).collect();
+    assert_eq!(times, (0..15).map(|k| 20_000 * k).collect::<Vec<_>>());
+    for row in &table.rows {
+        // Upright: the head is above the ankles, on the image as in the world.
+        let (head, ankle) = (row.joints_px[0], row.joints_px[11]);
+        if let Some((head, ankle)) = head.zip(ankle) {
+            assert!(head.y < ankle.y);
+        }
+        assert!(row.joints_m[0].y > row.joints_m[11].y);
+    }
+}
+
+#[test]
+fn somebody_before_a_still_wall_makes_all_events_near_them() {
+    let config = still_walls(config());
+    let people = People::new(&config, 9).unwrap();
+    for sequence in 0..3 {
+        let (mut near, mut all) = (0, 0);
+        people
+            .play::<SimError>(sequence, |step| {
+                let joints: Vec<_> = step.joints_px.iter().flatten().collect();
+                for event in step.events.iter() {
+                    let at = glam::Vec2::new(f32::from(event.x), f32::from(event.y));
+                    all += 1;
+                    near += usize::from(joints.iter().any(|joint| joint.distance(at) < 25.0));
+                }
+                Ok(())
+            })
+            .unwrap();
+        assert!(all > 50 && near as f32 > 0.97 * all as f32, "{sequence}: {near} of {all}");
+    }
+}
+
+#[test]
+fn people_are_as_tall_on_the_image_as_the_config_says() {
+    let mut config = still_walls(config());
+    config.activities = vec!["waving".to_owned()];
+    for share in [0.4, 0.8] {
+        config.height_share = [share; 2];
+        let people = People::new(&config, 2).unwrap();
+        for sequence in 0..3 {
+            let mut simulator = people.sequence(sequence).unwrap();
+            let step = simulator.advance().unwrap();
+            let (head, ankle) = (step.joints_px[0].unwrap(), step.joints_px[11].unwrap());
+            // From the middle of the head to an ankle is five sixths of somebody who stands.
+            let seen = (ankle.y - head.y) / 72.0 / share;
+            assert!((0.72..0.95).contains(&seen), "{share}: {seen}");
+        }
+    }
+}
+
+#[test]
+fn a_camera_in_the_hand_sees_the_wall_move_and_one_that_stands_does_not() {
+    let count = |moving_cameras: f32| {
+        let mut config = still_walls(config());
+        config.moving_cameras = moving_cameras;
+        config.camera_turn_deg = 3.0;
+        config.surroundings.plain = 0.0;
+        let people = People::new(&config, 4).unwrap();
+        let mut events = 0;
+        people
+            .play::<SimError>(0, |step| {
+                events += step.events.len();
+                Ok(())
+            })
+            .unwrap();
+        events
+    };
+    let (standing, held) = (count(0.0), count(1.0));
+    assert!(held > 3 * standing, "{held} {standing}");
+}
+
+#[test]
+fn photographs_differ_and_follow_from_seed_and_number() {
+    let people = People::new(&config(), 8).unwrap();
+    assert_eq!(people.still(4), People::new(&config(), 8).unwrap().still(4));
+    assert_ne!(people.still(4).grey, people.still(5).grey);
+    assert!(people.still(4).joints_px.iter().flatten().count() >= 8);
+}
+
+#[test]
+fn what_nobody_can_do_is_refused_with_what_there_is() {
+    let config = PeopleConfig { activities: vec!["flying".to_owned()], ..config() };
+    let message = People::new(&config, 1).unwrap_err().to_string();
+    assert!(message.contains("flying") && message.contains("boxing"), "{message}");
+    let config = PeopleConfig { label_hz: 70, ..self::config() };
+    assert!(People::new(&config, 1).unwrap_err().to_string().contains("label_hz"));
+}

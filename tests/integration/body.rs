@@ -1,0 +1,160 @@
+//! Bodies from simulation to poses, in small.
+
+use std::time::{Duration, Instant};
+
+use crate::harness::{Sandbox, bytes};
+
+/// Changes that make the configs of bodies small enough for a test.
+const TINY: &[&str] = &[
+    "simulation.sequences=3",
+    "simulation.seconds=0.5",
+    "simulation.step_hz=250",
+    "simulation.label_hz=50",
+    "simulation.sensor_size={ width = 96, height = 72 }",
+    "simulation.surroundings.source={ procedural = 3 }",
+    "data.stills=12",
+    "data.first_ms=100",
+    "data.fewest_joints=4",
+    "data.validation_share=0.3",
+    "image.side_px=32",
+    "network.width=0.25",
+    "network.expansion=2",
+    "training.batch_size=4",
+    "training.steps=8",
+    "training.steps_per_validation=2",
+    "training.validation_samples=4",
+    "evaluation.sequences=2",
+    "evaluation.seconds=0.5",
+    "evaluation.bootstrap.resamples=50",
+];
+
+fn tiny<'a>(args: &[&'a str]) -> Vec<&'a str> {
+    args.iter().copied().chain(TINY.iter().flat_map(|change| ["--set", change])).collect()
+}
+
+#[test]
+fn two_stages_of_training_then_poses_of_a_recording() {
+    let sandbox = Sandbox::new();
+    sandbox.ok(&tiny(&["train", "pretrain", "--out", "pre", "--plain"]));
+    assert!(sandbox.path("pre/best.bpk").exists() && sandbox.path("pre/run.toml").exists());
+    let told = sandbox.ok(&tiny(&[
+        "train",
+        "finetune",
+        "--out",
+        "fine",
+        "--start-from",
+        "pre",
+        "--plain",
+    ]));
+    assert!(told.contains("checkpoint: fine"), "{told}");
+    assert!(sandbox.path("fine/data/manifest.sha256").exists());
+
+    sandbox.ok(&tiny(&[
+        "simulate",
+        "finetune",
+        "--held-out",
+        "--out",
+        "held",
+        "--pictures",
+        "held.png",
+    ]));
+    let judged = sandbox.ok(&[
+        "eval",
+        "--checkpoint",
+        "fine",
+        "--data",
+        "held",
+        "--json",
+        "judged.json",
+        "--fusion",
+        "--pictures",
+        "found.png",
+        "--curves",
+        "pck.svg",
+    ]);
+    for row in ["network", "mean pose", "held", "fused", "wrist_l"] {
+        assert!(judged.contains(row), "{row}: {judged}");
+    }
+    let report: serde_json::Value =
+        serde_json::from_slice(&bytes(&sandbox.path("judged.json"))).unwrap();
+    assert_eq!(report["network"]["sequences"], 2);
+    assert_eq!(report["network"]["raw"]["curve"].as_array().unwrap().len(), 100);
+    for picture in ["held.png", "found.png", "pck.svg"] {
+        assert!(bytes(&sandbox.path(picture)).len() > 1_000, "{picture}");
+    }
+
+    sandbox.ok(&[
+        "infer",
+        "--checkpoint",
+        "fine/best.bpk",
+        "--events",
+        "held/0000.raw",
+        "--out",
+        "poses.csv",
+        "--stride-ms",
+        "20",
+        "--skeletons",
+        "skeletons",
+        "--fused",
+        "fused.csv",
+    ]);
+    let poses = String::from_utf8(bytes(&sandbox.path("poses.csv"))).unwrap();
+    assert!(poses.lines().count() >= 20);
+    assert!(poses.lines().all(|line| line.split(' ').count() == 28), "{poses}");
+    let log = String::from_utf8(bytes(&sandbox.path("skeletons/data.log"))).unwrap();
+    assert_eq!(log.lines().count(), poses.lines().count());
+    let fused = String::from_utf8(bytes(&sandbox.path("fused.csv"))).unwrap();
+    assert!(fused.lines().count() > 8 * poses.lines().count());
+}
+
+#[test]
+fn a_killed_run_resumes_to_the_bit() {
+    let sandbox = Sandbox::new();
+    let train = |out: &'static str| tiny(&["train", "pretrain", "--out", out, "--plain"]);
+    sandbox.ok(&train("whole"));
+    let lines = || {
+        let path = sandbox.path("killed").join("metrics.jsonl");
+        std::fs::read_to_string(path).map_or(0, |text| text.lines().count())
+    };
+    let arguments = [&train("killed")[..], &["--resume"]].concat();
+    for kill in 0..2 {
+        let before = lines();
+        let mut child = sandbox.start(&arguments);
+        let deadline = Instant::now() + Duration::from_secs(120);
+        while lines() <= before && child.try_wait().unwrap().is_none() {
+            assert!(Instant::now() < deadline, "no progress in run {kill}");
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        child.kill().unwrap();
+        child.wait().unwrap();
+    }
+    assert!(!sandbox.path("killed/last.bpk").exists(), "the kills came too late to test anything");
+    sandbox.ok(&arguments);
+    for file in ["metrics.jsonl", "last.bpk", "best.bpk", "checkpoint/optimizer-4.bpk"] {
+        let (whole, killed) = (sandbox.path("whole").join(file), sandbox.path("killed").join(file));
+        assert!(bytes(&whole) == bytes(&killed), "{file} differs after resuming");
+    }
+}
+
+#[test]
+fn what_is_for_hands_is_refused_for_bodies_and_the_other_way_round() {
+    let sandbox = Sandbox::new();
+    let message = sandbox.fails(&["train", "quick", "--plain"]);
+    assert!(message.contains("--data") && message.contains("--out"), "{message}");
+    let message =
+        sandbox.fails(&tiny(&["simulate", "finetune", "--out", "x", "--condition", "dark"]));
+    assert!(message.contains("for hands"), "{message}");
+    let message = sandbox.fails(&[
+        "train",
+        "finetune",
+        "--out",
+        "x",
+        "--start-from",
+        "nowhere",
+        "--data",
+        "nothing",
+    ]);
+    assert!(message.contains("nothing"), "{message}");
+    let message = sandbox.fails(&["train", "pretrain", "--set", "image.side_px=100"]);
+    assert!(message.contains("image.side_px"), "{message}");
+}
