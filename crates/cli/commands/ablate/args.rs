@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::builder::{PossibleValue, PossibleValuesParser};
 
+use super::bodies::AblateBodyArgs;
 use super::rows::ROWS;
 use crate::args::DeviceArgs;
 
@@ -11,6 +12,8 @@ use crate::args::DeviceArgs;
 pub(crate) enum AblateCommand {
     /// The EventHands method: windows, representations, augmentation, filter, networks
     Hand(AblateHandArgs),
+    /// The MoveEnet method: representation, stages of training, resolution, moving cameras
+    Body(AblateBodyArgs),
 }
 
 #[derive(Debug, clap::Args)]

@@ -5,9 +5,11 @@
 //! * [`places`]: where everything lies, and what of it is finished.
 //! * [`trial`]: one row under one seed: trained, judged, timed.
 //! * [`hand`]: all rows under all seeds.
+//! * [`bodies`]: the same for bodies.
 //! * [`outcome`]: what they come to; [`table`] and [`page`] show it.
 
 mod args;
+mod bodies;
 mod finding;
 mod hand;
 mod outcome;
@@ -25,5 +27,6 @@ pub(crate) use args::AblateCommand;
 pub(crate) fn run(command: &AblateCommand) -> Result<()> {
     match command {
         AblateCommand::Hand(args) => hand::run(args),
+        AblateCommand::Body(args) => bodies::run(args),
     }
 }

@@ -13,4 +13,4 @@ pub(crate) use eval::run as eval;
 pub(crate) use infer::run as infer;
 pub(crate) use simulate::run as simulate;
 pub(crate) use source::config;
-pub(crate) use train::run as train;
+pub(crate) use train::{frames, prepare, run as train};

@@ -26,7 +26,7 @@ pub(crate) fn run(mut config: BodyConfig, args: &TrainArgs) -> Result<()> {
     }
     let out = args.out.clone().unwrap_or_else(|| config.out.clone());
     let data = args.data.clone().unwrap_or_else(|| out.join(DATA));
-    if args.data.is_none() && config.data.source == BodySourceKind::Recordings {
+    if args.data.is_none() && config.data.source.is_recorded() {
         prepare(&config, &data)?;
     }
     let frames = frames(&config, &data)?;
@@ -61,7 +61,9 @@ pub(crate) fn frames(config: &BodyConfig, data: &Path) -> Result<BodyFrames> {
         BodySourceKind::Stills | BodySourceKind::GreyStills => {
             ("photographing", config.data.stills)
         }
-        BodySourceKind::Recordings => ("looking", BodyRecordings::open(data)?.files.len() as u64),
+        BodySourceKind::Recordings | BodySourceKind::GreyRecordings => {
+            ("looking", BodyRecordings::open(data)?.files.len() as u64)
+        }
         BodySourceKind::Annotations => ("reading", 0),
     };
     let progress = bar(what, count, "");

@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use evpose_body::files::ModelFile;
 use evpose_body::{BodyModel, ShapedBody};
-use evpose_core::seed_for;
+use evpose_core::{Micros, Plane, seed_for};
 use evpose_sensor::{SensorConfig, SensorModel, Value};
 use glam::Vec2;
 
 use super::config::PeopleConfig;
-use super::still::{Still, still};
+use super::still::{Still, photographs, still};
 use super::wall::Pictures;
 use super::{PersonSimulator, PersonStep};
 use crate::SimError;
@@ -78,6 +78,11 @@ impl People {
     /// A photograph of somebody in the midst of what they do: number `index` of as many as one likes.
     pub fn still(&self, index: u64) -> Still {
         still(&self.shared, index)
+    }
+
+    /// What a camera of photographs sees of a sequence at these times, in their order.
+    pub fn photographs(&self, sequence: u64, times: &[Micros]) -> Vec<Plane<u8>> {
+        photographs(&self.shared, sequence, times)
     }
 
     /// The configuration.

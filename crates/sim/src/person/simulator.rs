@@ -11,6 +11,9 @@ use super::people::Shared;
 use super::take::Take;
 use crate::SimError;
 
+/// What random numbers of sequences are drawn for.
+pub(super) const SEQUENCES: &str = "people sequence";
+
 /// Somebody before an event camera, advanced one step at a time.
 #[derive(Debug)]
 pub struct PersonSimulator {
@@ -43,7 +46,7 @@ pub struct PersonStep<'a> {
 
 impl PersonSimulator {
     pub(super) fn new(shared: Arc<Shared>, index: u64) -> Result<Self, SimError> {
-        let seed = seed_for(shared.seed, "people sequence", 0);
+        let seed = seed_for(shared.seed, SEQUENCES, 0);
         let take = Take::draw(&shared, seed, index, shared.config.seconds as f32);
         let normal = CounterRng::new(seed, "person threshold", index).normal();
         let threshold_offset = shared.config.threshold_sd * f64::from(normal);

@@ -61,8 +61,17 @@ pub enum BodySourceKind {
     /// Recordings of an event camera with tables of poses: those of `evpose simulate`.
     #[default]
     Recordings,
+    /// Photographs of the same moments of simulated recordings, in grey.
+    GreyRecordings,
     /// Images and an annotation file: those of `evpose prepare`.
     Annotations,
+}
+
+impl BodySourceKind {
+    /// Whether a directory of recordings is needed.
+    pub fn is_recorded(self) -> bool {
+        matches!(self, Self::Recordings | Self::GreyRecordings)
+    }
 }
 
 /// What is trained on.

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use evpose_core::Micros;
-use evpose_pose::body::BodyPoints;
+use evpose_pose::body::{BODY_JOINTS, BodyPoints};
 use evpose_pose::metric::body::{
     BodyEvaluation, BodyPrediction, BodyProtocol, BodySequence, BodyTruth,
 };
@@ -11,6 +11,7 @@ use evpose_sim::person::PoseTable;
 use glam::Vec2;
 use rayon::prelude::*;
 
+use super::frames::{BodyFrame, BodyFrames};
 use super::predictor::BodyPredictor;
 use super::recordings::{BodyRecordings, Film, PoseTrack};
 use super::saved::BodyCheckpoint;
@@ -99,6 +100,43 @@ pub fn evaluate_body(
     Ok(BodyEvaluated { recordings })
 }
 
+/// Judges a network on images with labels, and beside it the mean pose.
+///
+/// # Errors
+/// If a label is not finite.
+pub fn judge_frames(
+    predictor: &BodyPredictor,
+    frames: &BodyFrames,
+    mean_pose: &BodyPoints,
+) -> Result<(BodyEvaluation, BodyEvaluation), TrainError> {
+    let sequences: Vec<&[BodyFrame]> =
+        frames.frames.chunk_by(|a, b| a.sequence == b.sequence).collect();
+    let one = |predictor: &mut BodyPredictor, frames: &&[BodyFrame]| {
+        let (mut truth, mut found, mut constant) = (Vec::new(), Vec::new(), Vec::new());
+        for frame in *frames {
+            let t_s = frame.t.as_seconds();
+            let size_px = Vec2::new(frame.image.width() as f32, frame.image.height() as f32);
+            let mut joints_px = [None; BODY_JOINTS];
+            for (joint, keypoint) in joints_px.iter_mut().zip(&frame.label.keypoints) {
+                *joint = keypoint.is_labelled().then(|| keypoint.position * size_px);
+            }
+            truth.push(BodyTruth::by_torso(t_s, joints_px));
+            found.push(predictor.predict(t_s, &frame.image));
+            let joints_px = mean_pose.map(|joint| joint.map(|at| at * size_px));
+            constant.push(BodyPrediction { t_s, delay_s: 0.0, joints_px });
+        }
+        let protocol = BodyProtocol::default();
+        let of = |found: &[BodyPrediction]| BodySequence::evaluate(&truth, found, &protocol);
+        Ok((of(&found)?, of(&constant)?))
+    };
+    let judged: Vec<(BodySequence, BodySequence)> = sequences
+        .par_iter()
+        .map_init(|| predictor.another(), one)
+        .collect::<Result<_, TrainError>>()?;
+    let (network, mean_pose) = judged.into_iter().unzip();
+    Ok((BodyEvaluation { sequences: network }, BodyEvaluation { sequences: mean_pose }))
+}
+
 /// A table of poses, each measured by its own torso.
 pub fn truth_of(table: &PoseTable) -> Vec<BodyTruth> {
     table.rows.iter().map(|row| BodyTruth::by_torso(row.t.as_seconds(), row.joints_px)).collect()
@@ -113,7 +151,7 @@ pub fn mean_pose_of(
     recordings: &BodyRecordings,
     checkpoint: &BodyCheckpoint,
 ) -> Result<BodyPoints, TrainError> {
-    let mut sums = [(Vec2::ZERO, 0u32); evpose_pose::body::BODY_JOINTS];
+    let mut sums = [(Vec2::ZERO, 0u32); BODY_JOINTS];
     for (events, poses) in &recordings.files {
         let sensor = Film::open(events, &checkpoint.config.image)?.sensor();
         let size_px = Vec2::new(f32::from(sensor.width), f32::from(sensor.height));

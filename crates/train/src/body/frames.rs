@@ -48,6 +48,9 @@ impl BodyFrames {
             BodySourceKind::Stills => Self::stills(config, true, progress)?,
             BodySourceKind::GreyStills => Self::stills(config, false, progress)?,
             BodySourceKind::Recordings => BodyRecordings::open(data)?.frames(config, progress)?,
+            BodySourceKind::GreyRecordings => {
+                BodyRecordings::open(data)?.photographs(config, data, progress)?
+            }
             BodySourceKind::Annotations => super::annotated::frames(data, progress)?,
         };
         let fewest = config.data.fewest_joints;

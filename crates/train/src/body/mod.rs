@@ -33,7 +33,9 @@ pub use config::{
     BodyConfig, BodyDataConfig, BodyEvaluationConfig, BodyImageConfig, BodySourceKind,
     BodyTargetConfig, BodyTrainingConfig, LabelMoment,
 };
-pub use evaluation::{BodyEvaluated, BodyJudged, evaluate_body, mean_pose_of, truth_of};
+pub use evaluation::{
+    BodyEvaluated, BodyJudged, evaluate_body, judge_frames, mean_pose_of, truth_of,
+};
 pub use frames::{BodyFrame, BodyFrames};
 pub use fused::{BetweenConfig, BetweenEvaluated, BetweenPose, evaluate_between, poses_between};
 pub use predictor::{BodyPredictor, BodyPredictorOptions, joints_in_pixels};

@@ -9,7 +9,7 @@ use evpose_pose::body::BodyPoints;
 use evpose_repr::{
     BlurWork, ChannelOrder, GaussianKernel, Representation, StreamWindow, representation_called,
 };
-use evpose_sim::person::PoseTable;
+use evpose_sim::person::{People, PoseTable};
 use glam::Vec2;
 use rayon::prelude::*;
 
@@ -83,6 +83,49 @@ impl BodyRecordings {
     }
 }
 
+impl BodyRecordings {
+    /// Photographs of the moments of [`Self::frames`], by those who were recorded: the directory must be
+    /// one of `evpose simulate`, with its config.
+    ///
+    /// # Errors
+    /// If a file cannot be read.
+    pub fn photographs(
+        &self,
+        config: &BodyConfig,
+        directory: &Path,
+        progress: &(dyn Fn(u64) + Sync),
+    ) -> Result<BodyFrames, TrainError> {
+        let made_with = BodyConfig::read(&directory.join("config.toml"))?;
+        let people = People::new(&made_with.simulation, made_with.seed)?;
+        let sensor = made_with.simulation.sensor_size;
+        let of = |(sequence, (_, poses)): (usize, &(PathBuf, PathBuf))| {
+            let track = PoseTrack(PoseTable::read(poses)?);
+            let (first, step) = moments(config);
+            let times: Vec<Micros> = (0..)
+                .map(|k| first + Micros(k * step.0))
+                .take_while(|t| *t <= track.end())
+                .collect();
+            let images = people.photographs(sequence as u64, &times);
+            let frames = times.into_iter().zip(images).filter_map(|(t, image)| {
+                let label = label_of(&track.at(t)?, sensor);
+                Some(BodyFrame { image, label, sequence: sequence as u64, t })
+            });
+            let frames: Vec<BodyFrame> = frames.collect();
+            progress(1);
+            Ok(frames)
+        };
+        let frames: Vec<Vec<BodyFrame>> =
+            self.files.par_iter().enumerate().map(of).collect::<Result<_, TrainError>>()?;
+        Ok(BodyFrames { frames: frames.concat() })
+    }
+}
+
+/// The first moment of a recording that is looked at, and the time to the next.
+fn moments(config: &BodyConfig) -> (Micros, Micros) {
+    let micros = |ms: u32| Micros(1_000 * i64::from(ms));
+    (micros(config.data.first_ms), micros(config.data.every_ms))
+}
+
 fn frames_of(
     config: &BodyConfig,
     (events, poses): &(PathBuf, PathBuf),
@@ -96,8 +139,7 @@ fn frames_of(
     };
     let mut recent = RecentTimes { most: counted, times: VecDeque::new() };
     let mut frames = Vec::new();
-    let step = Micros(1_000 * i64::from(config.data.every_ms));
-    let mut t = Micros(1_000 * i64::from(config.data.first_ms));
+    let (mut t, step) = moments(config);
     while t <= track.end() {
         let image = film.at(t, |events| recent.push(events))?;
         let labelled_at = recent.mean().unwrap_or(t);
