@@ -59,7 +59,7 @@ impl Take {
         let camera = Camera::new(sensor, pinhole, &placement, NEAR_M);
         let px_per_m = pinhole.focal_px / placement.eye_m.z;
         let scene = Scene {
-            camera: camera.clone(),
+            camera,
             lighting: config.lights.draw(&mut part("person lights")),
             skin: paint_clothes(&mut part("person clothes"))
                 .reduced(shared.metres_per_texture, px_per_m),
@@ -79,7 +79,7 @@ impl Take {
         let placement: LookAt = self.path.at(t_s);
         let sensor = self.camera.sensor();
         self.camera = Camera::new(sensor, self.pinhole, &placement, NEAR_M);
-        self.renderer.look_from(self.camera.clone());
+        self.renderer.look_from(self.camera);
         let size_px = [usize::from(sensor.width), usize::from(sensor.height)];
         let rect = self.wall.changed(t_s, &placement, &self.pinhole, size_px);
         let (wall, pinhole) = (&self.wall, &self.pinhole);
