@@ -16,10 +16,12 @@ pub(crate) use self::bench::{
 };
 use crate::commands::ablate::AblateCommand;
 use crate::commands::calibrate::CalibrateCommand;
+use crate::commands::check_labels::CheckLabelsArgs;
 use crate::commands::clean::CleanArgs;
 use crate::commands::convert::formats;
 use crate::commands::gap::GapCommand;
 use crate::commands::opening::{OpeningArgs, RecordingArgs};
+use crate::commands::prepare::PrepareCommand;
 use crate::commands::sensor::SensorCommand;
 use crate::commands::view::ViewArgs;
 
@@ -50,6 +52,11 @@ pub(crate) enum Command {
     Simulate(SimulateArgs),
     /// Turn image sequences into events
     Events(EventsArgs),
+    /// Turn data sets of bodies, as distributed, into what is trained on
+    #[command(subcommand)]
+    Prepare(PrepareCommand),
+    /// Look for labels of bodies that are wrong
+    CheckLabels(CheckLabelsArgs),
     /// Train a network of hands or bodies
     Train(TrainArgs),
     /// Judge a checkpoint on sequences with known poses
