@@ -12,8 +12,8 @@ use crate::commands::opening::parse_size;
     evpose check-labels data/mpii/poses.json --json findings.json\n  \
     evpose check-labels data/people/0000.poses.csv --frozen-frames 200\n  \
     evpose check-labels EH36M/cam2_S9_Walking_1/ch2GT50Hzskeleton --image-size 640x480\n\n\
-    What is found is suspected, no more: a limb that points at the camera is short, and who stands still in\n\
-    whole pixels is frozen. Ends with code 0 where nothing is found, and with 2 where something is.")]
+    What is found is suspected, no more: a limb that points at the camera is short, and who stands\n\
+    still in whole pixels is frozen.\n\nEnds with code 0 where nothing is found, and with 2 where something is.")]
 pub(crate) struct CheckLabelsArgs {
     /// Annotations (.json), poses of simulated people (.poses.csv), YARP folders of skeletons, or
     /// directories of any of these

@@ -11,8 +11,8 @@ use evpose_datasets::dhp19::CameraChoice;
 #[derive(Debug, Subcommand)]
 #[command(after_help = "Start with:\n  evpose prepare mpii MPII --out data/mpii\n  \
     evpose train pretrain --set data.source=annotations --data data/mpii\n\n\
-    Nothing is fetched: datasets/README.md says where each set is to be had, under which licence, and how \
-    its\nfolder must look.")]
+    Nothing is fetched: datasets/README.md says where each set is to be had, under which licence,\n\
+    and how its folder must look.")]
 pub(crate) enum PrepareCommand {
     /// MPII Human Pose: photographs of persons that look like events, or stay grey
     Mpii(MpiiArgs),
@@ -28,8 +28,8 @@ pub(crate) enum PrepareCommand {
 #[command(after_help = "Examples:\n  evpose prepare mpii MPII --out data/mpii\n  \
     evpose prepare mpii MPII --out data/mpii-grey --grey\n  \
     evpose prepare mpii MPII --out data/mpii-published --parity --jpeg 95\n\n\
-    OUT/images has an image of each person, OUT/poses.json its label, OUT/conversion.json who was left out \
-    and\nwhy. The same command again goes on with what was interrupted.")]
+    OUT/images has an image of each person, OUT/poses.json its label, OUT/conversion.json who was\n\
+    left out and why. The same command again goes on with what was interrupted.")]
 pub(crate) struct MpiiArgs {
     /// Folder with images/ and mpii_human_pose_v1_u12_1.mat, the latter perhaps in
     /// mpii_human_pose_v1_u12_2/
@@ -158,9 +158,10 @@ pub(crate) struct Eh36mArgs {
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  evpose prepare h36m H36M --out data/h36m\n  \
     evpose prepare h36m H36M --out data/h36m --yarp --seed 7 --subjects 1,9\n\n\
-    Videos are not read: their frames are, as 000001.jpg and so on in a folder called like the video \
-    without\n.mp4. With ffmpeg, in the folder of the set:\n  \
-    for v in S*/Videos/*.mp4; do mkdir \"${v%.mp4}\"; ffmpeg -i \"$v\" -q:v 2 \"${v%.mp4}/%06d.jpg\"; done\n\n\
+    Videos are not read: their frames are, as 000001.jpg and so on in a folder called like the\n\
+    video without .mp4. With ffmpeg, in the folder of the set:\n  \
+    for v in S*/Videos/*.mp4; do\n    \
+    mkdir \"${v%.mp4}\" && ffmpeg -i \"$v\" -q:v 2 \"${v%.mp4}/%06d.jpg\"\n  done\n\n\
     Persons 9 and 11 are tested on. OUT/conversion.json says what was left out and why.")]
 pub(crate) struct H36mArgs {
     /// Folder with S9/Poses_D2_Positions/Walking 1.55011271.cdf and so on

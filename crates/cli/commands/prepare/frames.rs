@@ -136,5 +136,7 @@ fn tell(prepared: &Prepared, unit: &str, out: &Path) {
     list("left out", &lines(left_out));
     list("remarks", &lines(remarks));
     say(format!("written to {}", out.display()));
-    say_next("finetune", out);
+    if *frames_to_train > 0 {
+        say_next("finetune", out);
+    }
 }
