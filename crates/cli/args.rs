@@ -238,8 +238,8 @@ pub(crate) struct EventsArgs {
 pub(crate) struct TrainArgs {
     #[command(flatten)]
     pub(crate) config: ConfigArgs,
-    /// Directory of sequences from `evpose simulate`, or of images from `evpose prepare`. Bodies: made in
-    /// OUT/data where it is missing
+    /// Directory of sequences from `evpose simulate`, or of images from `evpose prepare`, or the annotation
+    /// file of the latter. Bodies: made in OUT/data where it is missing
     #[arg(long)]
     pub(crate) data: Option<PathBuf>,
     /// Directory of the run [bodies: the config's `out`]

@@ -262,6 +262,28 @@ fn videos_of_human36m_become_frames_and_published_clips() {
     }
 }
 
+#[test]
+fn a_network_is_trained_on_what_was_prepared() {
+    let sandbox = dhp19();
+    sandbox.ok(&["prepare", "dhp19", "DHP19", "--out", "data", "--every", "1"]);
+    let small = [
+        "data.source=annotations",
+        "image.side_px=64",
+        "network.width=0.0625",
+        "training.batch_size=4",
+        "training.steps=2",
+        "training.steps_per_validation=2",
+        "training.validation_samples=4",
+    ];
+    for (data, run) in [("data", "one"), ("data/test.json", "two")] {
+        let args = ["train", "pretrain", "--data", data, "--out", run];
+        let small = small.iter().flat_map(|change| ["--set", change]);
+        let said = sandbox.ok(&args.into_iter().chain(small).collect::<Vec<_>>());
+        assert!(said.contains("20 images"), "{said}");
+        assert!(sandbox.path(run).join("best.bpk").is_file());
+    }
+}
+
 /// Somebody who walks, and whose left and right are exchanged in some rows.
 fn table(exchanged: std::ops::Range<usize>) -> PoseTable {
     // Columns and rows about the head, in the order of networks.
