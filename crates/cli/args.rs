@@ -16,10 +16,12 @@ pub(crate) use self::bench::{
 };
 use crate::commands::ablate::AblateCommand;
 use crate::commands::calibrate::CalibrateCommand;
+use crate::commands::check_labels::CheckLabelsArgs;
 use crate::commands::clean::CleanArgs;
 use crate::commands::convert::formats;
 use crate::commands::gap::GapCommand;
 use crate::commands::opening::{OpeningArgs, RecordingArgs};
+use crate::commands::prepare::PrepareCommand;
 use crate::commands::sensor::SensorCommand;
 use crate::commands::view::ViewArgs;
 
@@ -50,6 +52,11 @@ pub(crate) enum Command {
     Simulate(SimulateArgs),
     /// Turn image sequences into events
     Events(EventsArgs),
+    /// Turn data sets of bodies, as distributed, into what is trained on
+    #[command(subcommand)]
+    Prepare(PrepareCommand),
+    /// Look for labels of bodies that are wrong
+    CheckLabels(CheckLabelsArgs),
     /// Train a network of hands or bodies
     Train(TrainArgs),
     /// Judge a checkpoint on sequences with known poses
@@ -231,8 +238,8 @@ pub(crate) struct EventsArgs {
 pub(crate) struct TrainArgs {
     #[command(flatten)]
     pub(crate) config: ConfigArgs,
-    /// Directory of sequences from `evpose simulate`, or of images from `evpose prepare`. Bodies: made in
-    /// OUT/data where it is missing
+    /// Directory of sequences from `evpose simulate`, or of images from `evpose prepare`, or the annotation
+    /// file of the latter. Bodies: made in OUT/data where it is missing
     #[arg(long)]
     pub(crate) data: Option<PathBuf>,
     /// Directory of the run [bodies: the config's `out`]

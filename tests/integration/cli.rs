@@ -11,9 +11,19 @@ fn help_says_where_to_start() {
 #[test]
 fn every_command_has_an_example() {
     let sandbox = Sandbox::new();
-    for command in
-        ["demo", "simulate", "events", "train", "eval", "infer", "export", "info", "sensor"]
-    {
+    for command in [
+        "demo",
+        "simulate",
+        "events",
+        "train",
+        "eval",
+        "infer",
+        "export",
+        "info",
+        "sensor",
+        "prepare",
+        "check-labels",
+    ] {
         let help = sandbox.ok(&[command, "--help"]);
         assert!(help.contains(&format!("evpose {command}")), "{command}:\n{help}");
     }

@@ -15,6 +15,7 @@ mod files;
 mod gap;
 mod harness;
 mod models;
+mod prepare;
 mod quantize;
 mod resume;
 mod sensor;

@@ -10,6 +10,7 @@ mod bench_sim;
 mod bench_train;
 mod body;
 pub(crate) mod calibrate;
+pub(crate) mod check_labels;
 pub(crate) mod clean;
 mod conditions;
 mod config_source;
@@ -27,6 +28,7 @@ mod info;
 mod job_files;
 mod latency;
 pub(crate) mod opening;
+pub(crate) mod prepare;
 mod quantize;
 pub(crate) mod sensor;
 mod simulate;
@@ -46,11 +48,13 @@ use crate::args::{Args, BenchCommand, Command, DeviceArgs};
 pub(crate) fn run(args: Args) -> Result<ExitCode> {
     match args.command {
         Command::Gap(command) => return gap::run(&command),
+        Command::CheckLabels(args) => return check_labels::run(&args),
         Command::Calibrate(command) => calibrate::run(&command),
         Command::Ablate(command) => ablate::run(&command),
         Command::Demo(args) => demo::run(&args),
         Command::Simulate(args) => simulate::run(&args),
         Command::Events(args) => events::run(&args),
+        Command::Prepare(command) => prepare::run(&command),
         Command::Train(args) => train::run(&args),
         Command::Eval(args) => eval::run(&args),
         Command::Infer(args) => infer::run(&args),

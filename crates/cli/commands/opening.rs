@@ -43,7 +43,8 @@ pub(crate) struct RecordingArgs {
     pub(crate) opening: OpeningArgs,
 }
 
-fn parse_size(text: &str) -> Result<SensorSize> {
+/// Columns and rows, as 346x260.
+pub(crate) fn parse_size(text: &str) -> Result<SensorSize> {
     let (width, height) = text.split_once('x').context("expected columns x rows, as 346x260")?;
     let pixels = |text: &str| text.parse().ok().filter(|&n: &u16| n > 0);
     let width = pixels(width).context("columns are a whole number from 1 to 65535")?;

@@ -20,6 +20,25 @@ pub struct Annotation {
     pub label: BodyLabel,
 }
 
+impl Annotation {
+    /// The photograph or the clip that the image is of: its name without `_`, digits and an ending behind
+    /// it, or all of its name.
+    pub fn sequence(&self) -> &str {
+        let name = &self.image;
+        let stem = name.rsplit_once('.').map_or(name.as_str(), |(stem, _)| stem);
+        match stem.rsplit_once('_') {
+            Some((sequence, number))
+                if !sequence.is_empty()
+                    && !number.is_empty()
+                    && number.bytes().all(|byte| byte.is_ascii_digit()) =>
+            {
+                sequence
+            }
+            _ => name,
+        }
+    }
+}
+
 /// An entry as written.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Entry {
@@ -154,6 +173,23 @@ mod tests {
         write_annotations(&path, &[annotation(), annotation()]).unwrap();
         assert_eq!(read_annotations(&path).unwrap(), [annotation(), annotation()]);
         assert_eq!(std::fs::read_to_string(&path).unwrap().lines().count(), 1);
+    }
+
+    #[test]
+    fn an_image_tells_of_which_sequence_it_is() {
+        for (image, want) in [
+            ("cam2_S9_Walking_1_00002.png", "cam2_S9_Walking_1"),
+            ("b.b_0.png", "b.b"),
+            ("clips/S1_2_5_ch3_00010.jpg", "clips/S1_2_5_ch3"),
+            ("015601864.jpg", "015601864.jpg"),
+            ("left_hand.png", "left_hand.png"),
+            ("a_.png", "a_.png"),
+            ("_7.png", "_7.png"),
+            ("", ""),
+        ] {
+            let annotation = Annotation { image: image.to_owned(), ..annotation() };
+            assert_eq!(annotation.sequence(), want);
+        }
     }
 
     #[test]

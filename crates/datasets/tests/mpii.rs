@@ -84,7 +84,7 @@ fn close(a: Vec2, b: Vec2) -> bool {
 fn with_parity_labels_and_images_are_those_of_the_published_program() {
     let (_directory, mut options) = set();
     options.parity = true;
-    let converted = convert(&options, &|_| {}).unwrap();
+    let converted = convert(&options, &|_, _| {}).unwrap();
     let want = read_annotations(&golden("poses.json")).unwrap();
     assert_eq!((converted.persons, converted.images), (4, 3));
     let ours = labels(&options);
@@ -131,7 +131,7 @@ fn with_parity_labels_and_images_are_those_of_the_published_program() {
 #[test]
 fn who_can_be_taken_is_taken_and_the_rest_is_told() {
     let (_directory, options) = set();
-    let converted = convert(&options, &|_| {}).unwrap();
+    let converted = convert(&options, &|_, _| {}).unwrap();
     let ours = labels(&options);
     let names: Vec<&str> = ours.keys().map(String::as_str).collect();
     assert_eq!(names, ["a_0.png", "b.b_0.png", "b.b_1.png", "c_0.png", "h_0.png", "i_0.png"]);
@@ -170,12 +170,12 @@ fn who_can_be_taken_is_taken_and_the_rest_is_told() {
 #[test]
 fn persons_are_cut_out_of_the_whole_photographs_look() {
     let (_directory, mut options) = set();
-    convert(&options, &|_| {}).unwrap();
+    convert(&options, &|_, _| {}).unwrap();
     let grey = crop(&options, "i_0.png");
     options.look = MpiiLook::ErosLike(ErosLike::default());
     options.output = options.output.with_file_name("eros");
     options.seed = 5;
-    convert(&options, &|_| {}).unwrap();
+    convert(&options, &|_, _| {}).unwrap();
     let ours = crop(&options, "i_0.png");
     let photograph = Plane::from_vec(50, 40, pixels(8, 50, 40)).unwrap();
     let look = ErosLike::default().convert(&photograph, seed_for(5, "mpii", 8));
@@ -196,7 +196,7 @@ fn bytes_depend_neither_on_threads_nor_on_interruptions() {
     options.look = MpiiLook::ErosLike(ErosLike::default());
     let on = |threads: usize, options: &MpiiOptions| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| convert(options, &|_| {})).unwrap()
+        pool.install(|| convert(options, &|_, _| {})).unwrap()
     };
     let first = on(1, &options);
     let one = files(&options.output);
@@ -206,7 +206,7 @@ fn bytes_depend_neither_on_threads_nor_on_interruptions() {
     assert_eq!(files(&options.output), one);
 
     options.seed = 1;
-    let message = convert(&options, &|_| {}).unwrap_err().to_string();
+    let message = convert(&options, &|_, _| {}).unwrap_err().to_string();
     assert!(message.contains("settings.json") && message.contains("take another"), "{message}");
     assert_eq!(files(&options.output), one);
 }
@@ -216,7 +216,8 @@ fn images_may_be_jpeg_and_progress_counts_photographs() {
     let (_directory, mut options) = set();
     options.format = CropFormat::Jpeg { quality: 95 };
     let done = std::sync::atomic::AtomicU64::new(0);
-    let count = |more| {
+    let count = |more, all| {
+        assert_eq!(all, 9);
         done.fetch_add(more, std::sync::atomic::Ordering::Relaxed);
     };
     convert(&options, &count).unwrap();
@@ -231,7 +232,7 @@ fn what_is_odd_is_skipped_by_itself() {
     options.annotations = golden("odd.mat");
     std::fs::copy(options.images.join("a.png"), options.images.join("b.png")).unwrap();
     std::fs::write(options.images.join("c.png"), b"no image").unwrap();
-    let converted = convert(&options, &|_| {}).unwrap();
+    let converted = convert(&options, &|_, _| {}).unwrap();
     let skipped: Vec<_> =
         converted.skipped.iter().map(|s| (s.image.as_str(), s.person, s.reason)).collect();
     assert_eq!(
@@ -252,7 +253,7 @@ fn what_is_odd_is_skipped_by_itself() {
 #[test]
 fn what_is_wrong_with_the_whole_set_is_an_error() {
     let (directory, mut options) = set();
-    let complaint = |options: &MpiiOptions| convert(options, &|_| {}).unwrap_err().to_string();
+    let complaint = |options: &MpiiOptions| convert(options, &|_, _| {}).unwrap_err().to_string();
     options.annotations = golden("flags.mat");
     let message = complaint(&options);
     assert!(message.contains("RELEASE.img_train: 2 flags for 1 images"), "{message}");

@@ -39,10 +39,13 @@ const fn named(subject: u8, session: u8, movement: u8) -> Dhp19Name {
 
 const CORRUPTED: &str = "hundreds of pulses and no movement to be found between them: left out";
 
+const NO_LEFT_HIP: &str = "the marker of the left hip is missing throughout: it is not labelled";
+
 /// What is known to be wrong.
 ///
 /// # Source
-/// Comments of the published `Generate_DHP19.m`; Goyal et al., *MoveEnet*, CVPRW 2023, Sec. 4.1.3.
+/// Comments of the published `Generate_DHP19.m`; issues 13 and 23 of its repository, the second of which
+/// the authors have not answered; Goyal et al., *MoveEnet*, CVPRW 2023, Sec. 4.1.3.
 pub const KNOWN_FAULTS: &[KnownFault] = &[
     KnownFault { recording: Some(named(4, 3, 4)), is_fatal: true, what: CORRUPTED },
     KnownFault { recording: Some(named(4, 3, 6)), is_fatal: true, what: CORRUPTED },
@@ -55,6 +58,20 @@ pub const KNOWN_FAULTS: &[KnownFault] = &[
         recording: Some(named(14, 5, 3)),
         is_fatal: false,
         what: "no pulse at all: the movement is taken to be the whole recording",
+    },
+    KnownFault { recording: Some(named(14, 4, 3)), is_fatal: false, what: NO_LEFT_HIP },
+    KnownFault { recording: Some(named(14, 4, 4)), is_fatal: false, what: NO_LEFT_HIP },
+    KnownFault { recording: Some(named(14, 4, 5)), is_fatal: false, what: NO_LEFT_HIP },
+    KnownFault { recording: Some(named(14, 4, 6)), is_fatal: false, what: NO_LEFT_HIP },
+    KnownFault {
+        recording: Some(named(1, 2, 6)),
+        is_fatal: false,
+        what: "the left and the right hip seem to be exchanged at times; kept as it is",
+    },
+    KnownFault {
+        recording: Some(named(2, 4, 5)),
+        is_fatal: false,
+        what: "the right elbow and the right hand seem to be exchanged at times; kept as it is",
     },
     KnownFault {
         recording: None,

@@ -58,10 +58,20 @@ impl ClipName {
     /// Poses of the original data set, below its folder:
     /// `S9/Poses_D2_Positions/Walking 1.55011271.cdf`.
     pub fn poses(&self, root: &Path) -> PathBuf {
+        root.join(format!("S{}/Poses_D2_Positions/{}.cdf", self.subject, self.original()))
+    }
+
+    /// Where the frames of its video are, below a folder: those of `S9/Videos/Walking 1.55011271.mp4` are
+    /// in `S9/Videos/Walking 1.55011271`.
+    pub fn frames(&self, root: &Path) -> PathBuf {
+        root.join(format!("S{}/Videos/{}", self.subject, self.original()))
+    }
+
+    /// What its files are called in the original data set, without an ending.
+    fn original(&self) -> String {
         let serial = SERIALS.iter().find(|(number, _)| *number == self.camera);
         let serial = serial.map_or("", |(_, serial)| serial);
-        let action = self.action.replace('_', " ");
-        root.join(format!("S{}/Poses_D2_Positions/{action}.{serial}.cdf", self.subject))
+        format!("{}.{serial}", self.action.replace('_', " "))
     }
 
     /// The folder of events in that of a published clip.
@@ -110,6 +120,8 @@ mod tests {
         assert!(name.is_test() && !ClipName::new(4, 1, "Eating").unwrap().is_test());
         let poses = name.poses(Path::new("h"));
         assert_eq!(poses, Path::new("h/S9/Poses_D2_Positions/Walking 1.55011271.cdf"));
+        let frames = name.frames(Path::new("h"));
+        assert_eq!(frames, Path::new("h/S9/Videos/Walking 1.55011271"));
     }
 
     #[test]

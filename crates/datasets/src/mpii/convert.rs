@@ -33,7 +33,8 @@ const SETTINGS: &str = "settings.json";
 /// what was skipped and why.
 ///
 /// A conversion that was interrupted is gone on with. What is written depends on the options alone, not
-/// on the number of threads. `progress` is told of the photographs that were done since it was last told.
+/// on the number of threads. `progress` is told of the photographs that were done since it was last told,
+/// and how many there are.
 ///
 /// # Source
 /// `export_to_eros.py` and `export_to_movenet.py` of hpe-core, one behind the other: the look is made of the
@@ -44,7 +45,7 @@ const SETTINGS: &str = "settings.json";
 /// options, or a file cannot be written.
 pub fn convert(
     options: &MpiiOptions,
-    progress: &(dyn Fn(u64) + Sync),
+    progress: &(dyn Fn(u64, u64) + Sync),
 ) -> Result<Converted, DatasetError> {
     let path = &options.annotations;
     let bytes = std::fs::read(path).map_err(|source| file_error(path, "read it", source))?;
@@ -56,6 +57,7 @@ pub fn convert(
     drop(file);
     start(options, digest)?;
     let unnamed = bad_names(&release.photographs);
+    let photographs = release.photographs.len() as u64;
     let outcomes = release
         .photographs
         .par_iter()
@@ -65,7 +67,7 @@ pub fn convert(
             } else {
                 photograph_of(options, photograph, work)
             };
-            progress(1);
+            progress(1, photographs);
             outcome
         })
         .collect::<Result<Vec<_>, _>>()?;

@@ -20,20 +20,18 @@ impl FrameSet {
         Self { folder: folder.to_owned(), options, train: Vec::new(), test: Vec::new() }
     }
 
-    /// Writes the frames of a recording; returns how many there are.
+    /// Writes the frames of a recording; returns what is on them, for [`add`](Self::add). Several
+    /// recordings may be drawn at a time.
     ///
     /// # Errors
     /// As [`write_eros_frames`].
-    pub fn add(
-        &mut self,
-        recording: &LabelledRecording,
-        is_test: bool,
-    ) -> Result<usize, DatasetError> {
-        let images = self.folder.join("eros");
-        let annotations = write_eros_frames(recording, &self.options, &images)?;
-        let count = annotations.len();
-        if is_test { &mut self.test } else { &mut self.train }.extend(annotations);
-        Ok(count)
+    pub fn draw(&self, recording: &LabelledRecording) -> Result<Vec<Annotation>, DatasetError> {
+        write_eros_frames(recording, &self.options, &self.folder.join("eros"))
+    }
+
+    /// Takes frames in that were drawn, to train or to test on.
+    pub fn add(&mut self, frames: Vec<Annotation>, is_test: bool) {
+        if is_test { &mut self.test } else { &mut self.train }.extend(frames);
     }
 
     /// Writes what is on all frames; returns how many are trained and tested on.
@@ -67,7 +65,9 @@ mod tests {
                 events: EventStream::empty(SensorSize { width: 8, height: 6 }),
                 bodies: (0..bodies).map(body).collect(),
             };
-            assert_eq!(set.add(&recording, is_test).unwrap(), bodies as usize - 2);
+            let frames = set.draw(&recording).unwrap();
+            assert_eq!(frames.len(), bodies as usize - 2);
+            set.add(frames, is_test);
         }
         assert_eq!(set.finish().unwrap(), [4, 2]);
         for (file, want) in [("train.json", 4), ("test.json", 2)] {

@@ -1,0 +1,180 @@
+//! Where labels are, and what they are as tracks.
+
+use std::ffi::OsStr;
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use evpose_core::SensorSize;
+use evpose_datasets::check::{Track, TrackFrame, tracks_of};
+use evpose_datasets::h36m::{self, ClipName};
+use evpose_datasets::read_annotations;
+use evpose_io::yarp::{Skeleton, read_skeletons};
+use evpose_pose::body::BodyPoints;
+use evpose_sim::person::{PersonInfo, PoseTable};
+use glam::Vec2;
+
+use super::images::ImageSizes;
+
+/// The log in a folder of YARP.
+const LOG: &str = "data.log";
+/// What ends the name of a table of poses.
+const TABLE: &str = ".poses.csv";
+
+/// A file or a folder of labels.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Source {
+    /// An annotation file.
+    Annotations(PathBuf),
+    /// Poses of a simulated person.
+    Table(PathBuf),
+    /// A folder with a log of skeletons, or the log.
+    Skeletons(PathBuf),
+}
+
+/// The labels at `path`, or below it, in the order of their names.
+pub(super) fn find(path: &Path) -> Result<Vec<Source>> {
+    if !path.is_dir() {
+        // What is named by itself is read as what it is called; it need not exist.
+        let source = if is_table(path) {
+            Source::Table(path.to_owned())
+        } else if path.extension() == Some(OsStr::new("log")) {
+            Source::Skeletons(path.to_owned())
+        } else {
+            Source::Annotations(path.to_owned())
+        };
+        return Ok(vec![source]);
+    }
+    if path.join(LOG).is_file() {
+        return Ok(vec![Source::Skeletons(path.to_owned())]);
+    }
+    let mut found = Vec::new();
+    below(path, &mut found).with_context(|| format!("looking for labels in {}", path.display()))?;
+    found.sort();
+    Ok(found)
+}
+
+fn below(directory: &Path, found: &mut Vec<Source>) -> std::io::Result<()> {
+    for entry in std::fs::read_dir(directory)? {
+        let entry = entry?;
+        let path = entry.path();
+        // Links are not followed: they may lead around in a circle.
+        if entry.file_type()?.is_dir() {
+            if is_skeletons(&path) {
+                found.push(Source::Skeletons(path));
+            } else {
+                below(&path, found)?;
+            }
+        } else if is_table(&path) {
+            found.push(Source::Table(path));
+        } else if path.extension() == Some(OsStr::new("json")) && is_array(&path)? {
+            found.push(Source::Annotations(path));
+        }
+    }
+    Ok(())
+}
+
+fn is_table(path: &Path) -> bool {
+    path.file_name().is_some_and(|name| name.to_string_lossy().ends_with(TABLE))
+}
+
+/// As published: folders of other logs are not called so.
+fn is_skeletons(path: &Path) -> bool {
+    let name = path.file_name().map(|name| name.to_string_lossy().to_lowercase());
+    name.is_some_and(|name| name.contains("skeleton")) && path.join(LOG).is_file()
+}
+
+/// Annotations are an array; settings and reports of other programs, objects.
+fn is_array(path: &Path) -> std::io::Result<bool> {
+    for byte in std::io::BufReader::new(std::fs::File::open(path)?).bytes() {
+        match byte? {
+            byte if byte.is_ascii_whitespace() => {}
+            byte => return Ok(byte == b'['),
+        }
+    }
+    Ok(false)
+}
+
+impl Source {
+    /// The labels, on images of `image_size` if that is given.
+    pub(super) fn tracks(
+        &self,
+        image_size: Option<SensorSize>,
+        transposed: bool,
+    ) -> Result<Vec<Track>> {
+        match self {
+            Self::Annotations(path) => annotated(path, image_size),
+            Self::Table(path) => Ok(vec![simulated(path, image_size)?]),
+            Self::Skeletons(path) => Ok(vec![logged(path, image_size, transposed)?]),
+        }
+    }
+}
+
+/// Images with a time are frames of their clip, others are photographs.
+fn annotated(path: &Path, image_size: Option<SensorSize>) -> Result<Vec<Track>> {
+    let annotations = read_annotations(path)?;
+    let mut tracks = tracks_of(&annotations, Vec2::ONE, |annotation| {
+        if annotation.t_s.is_some() { annotation.sequence() } else { &annotation.image }
+    });
+    let sizes = ImageSizes::beside(path, image_size);
+    for track in &mut tracks {
+        let size = sizes.of(track)?;
+        track.image_size = Some(size);
+        for frame in &mut track.frames {
+            frame.joints = frame.joints.map(|joint| joint.map(|at| at * size));
+        }
+    }
+    Ok(tracks)
+}
+
+fn simulated(path: &Path, image_size: Option<SensorSize>) -> Result<Track> {
+    let table = PoseTable::read(path)?;
+    let name = path.to_string_lossy();
+    let name = name.strip_suffix(TABLE).unwrap_or(&name).to_owned();
+    let size = match image_size {
+        Some(size) => size,
+        None => sensor_of(Path::new(&format!("{name}.toml")))?,
+    };
+    // The first line are names, and lines count from 1.
+    let frames = table.rows.iter().zip(2..).map(|(row, line): (_, u64)| {
+        frame(format!("line {line}"), row.t.as_seconds(), row.joints_px)
+    });
+    Ok(Track { name, frames: frames.collect(), image_size: Some(pixels(size)) })
+}
+
+/// The sensor that a simulated person was before.
+fn sensor_of(path: &Path) -> Result<SensorSize> {
+    let text = std::fs::read_to_string(path).with_context(|| {
+        format!(
+            "reading {}, which tells the size of the image; or give --image-size",
+            path.display()
+        )
+    })?;
+    let info: PersonInfo =
+        toml::from_str(&text).with_context(|| format!("reading {}", path.display()))?;
+    Ok(info.sensor)
+}
+
+fn logged(path: &Path, image_size: Option<SensorSize>, transposed: bool) -> Result<Track> {
+    let skeletons = read_skeletons(path)?;
+    let frames = skeletons.into_iter().zip(1..).map(|(skeleton, line): (Skeleton, u64)| {
+        let skeleton = if transposed { skeleton.transposed() } else { skeleton };
+        frame(format!("line {line}"), skeleton.t.as_seconds(), skeleton.points_px())
+    });
+    let image_size = image_size.or_else(|| is_clip(path).then_some(h36m::SENSOR)).map(pixels);
+    Ok(Track { name: path.display().to_string(), frames: frames.collect(), image_size })
+}
+
+/// Whether a folder above is called like a clip of eH3.6M.
+fn is_clip(path: &Path) -> bool {
+    let above = path.ancestors().filter_map(|folder| folder.file_name()?.to_str());
+    above.take(3).any(|name| name.parse::<ClipName>().is_ok())
+}
+
+fn frame(name: String, t_s: f64, joints: BodyPoints) -> TrackFrame {
+    TrackFrame { name, t_s: Some(t_s), joints }
+}
+
+fn pixels(size: SensorSize) -> Vec2 {
+    Vec2::new(size.width.into(), size.height.into())
+}

@@ -1,0 +1,181 @@
+//! What `evpose prepare` takes.
+
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+
+use clap::{Subcommand, ValueEnum};
+use evpose_datasets::ErosFrameOptions;
+use evpose_datasets::dhp19::CameraChoice;
+
+/// Data sets that can be prepared.
+#[derive(Debug, Subcommand)]
+#[command(after_help = "Start with:\n  evpose prepare mpii MPII --out data/mpii\n  \
+    evpose train pretrain --set data.source=annotations --data data/mpii\n\n\
+    Nothing is fetched: datasets/README.md says where each set is to be had, under which licence,\n\
+    and how its folder must look.")]
+pub(crate) enum PrepareCommand {
+    /// MPII Human Pose: photographs of persons that look like events, or stay grey
+    Mpii(MpiiArgs),
+    /// DHP19: movements seen by four event cameras
+    Dhp19(Dhp19Args),
+    /// eH3.6M: clips of Human3.6M as events, as they are published
+    Eh36m(Eh36mArgs),
+    /// Human3.6M: its videos as events, as eH3.6M was made
+    H36m(H36mArgs),
+}
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  evpose prepare mpii MPII --out data/mpii\n  \
+    evpose prepare mpii MPII --out data/mpii-grey --grey\n  \
+    evpose prepare mpii MPII --out data/mpii-published --parity --jpeg 95\n\n\
+    OUT/images has an image of each person, OUT/poses.json its label, OUT/conversion.json who was\n\
+    left out and why. The same command again goes on with what was interrupted.")]
+pub(crate) struct MpiiArgs {
+    /// Folder with images/ and mpii_human_pose_v1_u12_1.mat, the latter perhaps in
+    /// mpii_human_pose_v1_u12_2/
+    pub(crate) data: PathBuf,
+    /// The folder of photographs [default: DATA/images]
+    #[arg(long, value_name = "DIR")]
+    pub(crate) images: Option<PathBuf>,
+    /// The annotations [default: mpii_human_pose_v1_u12_1.mat of DATA]
+    #[arg(long, value_name = "FILE.mat")]
+    pub(crate) annotations: Option<PathBuf>,
+    /// Folder to write
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+    /// Leave photographs grey, to tell what the look of events is worth
+    #[arg(long)]
+    pub(crate) grey: bool,
+    /// Labels of the published program, with its faults
+    #[arg(long)]
+    pub(crate) parity: bool,
+    /// Write JPEG images of this quality, 1 to 100, instead of PNG; published ones have 95
+    #[arg(long, value_name = "QUALITY", value_parser = clap::value_parser!(u8).range(1..=100))]
+    pub(crate) jpeg: Option<u8>,
+    /// Seed of the noise
+    #[arg(long, default_value_t = 0)]
+    pub(crate) seed: u64,
+    /// CPU threads; all cores by default. The bytes written do not depend on it
+    #[arg(long)]
+    pub(crate) threads: Option<usize>,
+}
+
+/// What becomes of recordings.
+#[derive(Debug, clap::Args)]
+pub(crate) struct FrameSetArgs {
+    /// Folder to write: surfaces in eros/, their labels in train.json and test.json
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+    /// As the published programs do it, with their faults, where numbers are to be compared
+    #[arg(long)]
+    pub(crate) parity: bool,
+    /// Take every so many-th pose only [default: 10 of the 100 a second of DHP19, else 1 of 50]
+    #[arg(long, value_name = "N")]
+    pub(crate) every: Option<NonZeroUsize>,
+    /// Only these persons, for example 1,5,9
+    #[arg(long, value_delimiter = ',', value_name = "NUMBERS")]
+    pub(crate) subjects: Vec<u8>,
+    /// CPU threads, each with a recording in memory; all cores by default. The bytes written do not
+    /// depend on it
+    #[arg(long)]
+    pub(crate) threads: Option<usize>,
+}
+
+impl FrameSetArgs {
+    /// How frames are drawn, of every `every`-th pose unless the user says otherwise.
+    pub(super) fn options(&self, every: NonZeroUsize) -> ErosFrameOptions {
+        let options =
+            if self.parity { ErosFrameOptions::PUBLISHED } else { ErosFrameOptions::default() };
+        ErosFrameOptions { every: self.every.unwrap_or(every), ..options }
+    }
+
+    /// Whether a person is asked for.
+    pub(super) fn takes(&self, subject: u8) -> bool {
+        self.subjects.is_empty() || self.subjects.contains(&subject)
+    }
+}
+
+/// Cameras of DHP19.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(crate) enum Cameras {
+    /// 2 and 3, before the person: those of published results
+    Front,
+    /// 0 and 1, beside the person
+    Side,
+    /// All four
+    All,
+}
+
+impl From<Cameras> for CameraChoice {
+    fn from(cameras: Cameras) -> Self {
+        match cameras {
+            Cameras::Front => Self::Front,
+            Cameras::Side => Self::Side,
+            Cameras::All => Self::All,
+        }
+    }
+}
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  evpose prepare dhp19 DHP19 --out data/dhp19\n  \
+    evpose prepare dhp19 DHP19 --out data/side --cameras side --subjects 1,2,13\n  \
+    evpose prepare dhp19 DHP19 --extracted DHP19/mat --out data/published --parity --every 11\n\n\
+    Persons 13 to 17 are tested on. OUT/conversion.json says what was left out and why.")]
+pub(crate) struct Dhp19Args {
+    /// Folder with DVS_movies/S1/session1/mov1.aedat and so on, Vicon_data/S1_1_1.mat and so on, and
+    /// P_matrices/P1.npy to P4.npy
+    pub(crate) data: PathBuf,
+    /// The folder of projections [default: DATA/P_matrices]
+    #[arg(long, value_name = "DIR")]
+    pub(crate) projections: Option<PathBuf>,
+    /// Instead of movies: a folder of S1_1_1.mat and so on, cut and filtered by hpe-core's preprocess.m
+    #[arg(long, value_name = "DIR")]
+    pub(crate) extracted: Option<PathBuf>,
+    /// Which cameras
+    #[arg(long, value_enum, default_value_t = Cameras::Front)]
+    pub(crate) cameras: Cameras,
+    /// Take what is readable of damaged movies, and say what is lost
+    #[arg(long, conflicts_with = "extracted")]
+    pub(crate) salvage: bool,
+    #[command(flatten)]
+    pub(crate) frames: FrameSetArgs,
+}
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  evpose prepare eh36m EH36M --out data/eh36m\n  \
+    evpose prepare eh36m EH36M --out data/eh36m-published --parity\n\n\
+    Persons 9 and 11 are tested on. OUT/conversion.json says what was left out and why.")]
+pub(crate) struct Eh36mArgs {
+    /// Folder of clips: cam2_S9_Walking_1/ch0dvs, cam2_S9_Walking_1/ch2GT50Hzskeleton and so on
+    pub(crate) data: PathBuf,
+    /// Microseconds in a tick of the logs' clock, 0.08 or 1, where a log leaves it open
+    #[arg(long, value_name = "MICROSECONDS")]
+    pub(crate) tick_us: Option<f64>,
+    #[command(flatten)]
+    pub(crate) frames: FrameSetArgs,
+}
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  evpose prepare h36m H36M --out data/h36m\n  \
+    evpose prepare h36m H36M --out data/h36m --yarp --seed 7 --subjects 1,9\n\n\
+    Videos are not read: their frames are, as 000001.jpg and so on in a folder called like the\n\
+    video without .mp4. With ffmpeg, in the folder of the set:\n  \
+    for v in S*/Videos/*.mp4; do\n    \
+    mkdir \"${v%.mp4}\" && ffmpeg -i \"$v\" -q:v 2 \"${v%.mp4}/%06d.jpg\"\n  done\n\n\
+    Persons 9 and 11 are tested on. OUT/conversion.json says what was left out and why.")]
+pub(crate) struct H36mArgs {
+    /// Folder with S9/Poses_D2_Positions/Walking 1.55011271.cdf and so on
+    pub(crate) data: PathBuf,
+    /// Folder with S9/Videos/Walking 1.55011271/ and so on, each with the frames of a video
+    /// [default: DATA]
+    #[arg(long, value_name = "DIR")]
+    pub(crate) videos: Option<PathBuf>,
+    /// Also write events and joints as eH3.6M has them, into OUT/yarp
+    #[arg(long)]
+    pub(crate) yarp: bool,
+    /// Seed of the sensor
+    #[arg(long, default_value_t = 0)]
+    pub(crate) seed: u64,
+    #[command(flatten)]
+    pub(crate) frames: FrameSetArgs,
+}

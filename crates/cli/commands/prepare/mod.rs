@@ -1,0 +1,47 @@
+//! `evpose prepare`: data sets as they are distributed into what `evpose train` reads.
+
+mod args;
+mod dhp19;
+mod frames;
+mod h36m;
+mod mpii;
+
+use std::path::Path;
+
+use anyhow::Result;
+
+pub(crate) use args::PrepareCommand;
+
+use crate::progress::say;
+
+pub(crate) fn run(command: &PrepareCommand) -> Result<()> {
+    match command {
+        PrepareCommand::Mpii(args) => mpii::run(args),
+        PrepareCommand::Dhp19(args) => dhp19::run(args),
+        PrepareCommand::Eh36m(args) => h36m::published(args),
+        PrepareCommand::H36m(args) => h36m::original(args),
+    }
+}
+
+/// So many entries of a list are shown; all of them are in the report.
+const SHOWN: usize = 10;
+/// The report, beside the labels.
+const REPORT: &str = "conversion.json";
+
+/// A list under a heading, the beginning of it if it is long.
+fn list(heading: &str, entries: &[String]) {
+    if entries.is_empty() {
+        return;
+    }
+    say(format!("{heading}: {}", entries.len()));
+    entries.iter().take(SHOWN).for_each(|entry| say(format!("  {entry}")));
+    if entries.len() > SHOWN {
+        say(format!("  … and {} more, in {REPORT}", entries.len() - SHOWN));
+    }
+}
+
+/// How a network is trained on what was prepared.
+fn say_next(config: &str, out: &Path) {
+    let out = out.display();
+    say(format!("next: evpose train {config} --set data.source=annotations --data {out}"));
+}
