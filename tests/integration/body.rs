@@ -58,6 +58,8 @@ fn two_stages_of_training_then_poses_of_a_recording() {
         "--pictures",
         "held.png",
     ]));
+    let about = sandbox.ok(&["info", "held", "--verify"]);
+    assert!(about.contains("2 of 2 complete") && about.contains("kicking"), "{about}");
     let judged = sandbox.ok(&[
         "eval",
         "--checkpoint",
@@ -103,6 +105,19 @@ fn two_stages_of_training_then_poses_of_a_recording() {
     assert!(poses.lines().all(|line| line.split(' ').count() == 28), "{poses}");
     let log = String::from_utf8(bytes(&sandbox.path("skeletons/data.log"))).unwrap();
     assert_eq!(log.lines().count(), poses.lines().count());
+    sandbox.ok(&[
+        "view",
+        "held/0000.raw",
+        "--of",
+        "eros",
+        "--joints",
+        "poses.csv",
+        "--truth",
+        "held/0000.poses.csv",
+        "--out",
+        "people.png",
+    ]);
+    assert!(bytes(&sandbox.path("people.png")).len() > 1_000);
     let fused = String::from_utf8(bytes(&sandbox.path("fused.csv"))).unwrap();
     assert!(fused.lines().count() > 8 * poses.lines().count());
 }

@@ -3,9 +3,10 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
-use evpose_sim::set::{self, MANIFEST};
+use evpose_sim::set::{self, MANIFEST, PEOPLE};
 use evpose_sim::{SequenceSet, Shard};
 use evpose_train::HandConfig;
+use evpose_train::body::BodyConfig;
 
 use crate::progress::{bar, say};
 use crate::run_info::CONFIG;
@@ -16,14 +17,27 @@ pub(super) fn describe(directory: &Path) -> Result<()> {
     if !path.exists() {
         bail!("{}: no {CONFIG}, so no directory of `evpose simulate`", directory.display());
     }
-    let config = HandConfig::read(&path)?;
-    let simulation = &config.simulation;
-    let set = SequenceSet::new(directory, simulation.sequences);
+    let text =
+        std::fs::read_to_string(&path).with_context(|| format!("reading {}", path.display()))?;
+    let is_people = BodyConfig::is_one(&text);
+    let (sequences, seconds, seed, what) = if is_people {
+        let config = BodyConfig::read(&path)?;
+        let simulation = config.simulation;
+        let what = format!("people: {}", simulation.activities.join(", "));
+        (simulation.sequences, simulation.seconds, config.seed, what)
+    } else {
+        let config = HandConfig::read(&path)?;
+        let simulation = config.simulation;
+        (simulation.sequences, simulation.seconds, config.seed, "hands".to_owned())
+    };
+    let set = SequenceSet::new(directory, sequences);
+    let set = if is_people { set.holding(PEOPLE) } else { set };
     let unfinished = set.unfinished(Shard::WHOLE).len();
-    let complete = simulation.sequences - unfinished;
+    let complete = sequences - unfinished;
     say(directory.display());
-    say(format!("  sequences {complete} of {} complete", simulation.sequences));
-    say(format!("  duration  {} s each, seed {}", simulation.seconds, config.seed));
+    say(format!("  of        {what}"));
+    say(format!("  sequences {complete} of {sequences} complete"));
+    say(format!("  duration  {seconds} s each, seed {seed}"));
     say(format!("  size      {:.3} GB", bytes_in(directory)? as f64 * 1e-9));
     say(match (set.manifest().exists(), unfinished) {
         (true, _) => format!("  manifest  {MANIFEST}"),

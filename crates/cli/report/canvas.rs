@@ -72,6 +72,11 @@ impl Canvas {
         Self { image, scale }
     }
 
+    /// A picture whose sensor's pixels are `scale` by `scale`.
+    pub(crate) fn over(image: RgbImage, scale: u32) -> Self {
+        Self { image, scale }
+    }
+
     /// Draws joints and the limbs between them; what is not known is left out.
     pub(crate) fn body(&mut self, joints_px: &BodyPoints, colour: Rgb<u8>) {
         let radius = 0.55 * self.scale as f32;

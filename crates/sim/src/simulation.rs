@@ -5,10 +5,10 @@ use std::sync::Arc;
 use evpose_body::BodyModel;
 use evpose_core::seed_for;
 use evpose_pose::HandSide;
-use evpose_sensor::{SensorConfig, SensorModel, Value};
+use evpose_sensor::{SensorConfig, SensorModel};
 
 use crate::actor::Actor;
-use crate::config::SimulationConfig;
+use crate::config::{SimulationConfig, with_thresholds_moved};
 use crate::texture::{PicturePool, Skins};
 use crate::{SimError, Simulator};
 
@@ -90,16 +90,6 @@ impl Simulation {
 impl Shared {
     /// The sensor with `offset` added to every contrast threshold.
     pub(crate) fn sensor_model(&self, offset: f64) -> Result<SensorModel, SimError> {
-        let mut config = self.sensor.clone();
-        for effect in &mut config.effects {
-            for (key, value) in &mut effect.params {
-                if let ("threshold_on" | "threshold_off", Value::Number(threshold)) =
-                    (key.as_str(), value)
-                {
-                    *threshold += offset;
-                }
-            }
-        }
-        Ok(SensorModel::from_config(&config)?)
+        Ok(with_thresholds_moved(&self.sensor, offset)?)
     }
 }

@@ -7,8 +7,7 @@
 //! * [`Quantized`]: what a network has to know to compute in 8 bits.
 //! * [`SlowMotionTracker`], [`evaluate_slow_motion`]: the mode for slow hands, and how good it is.
 //! * [`Condition`]: slow hands, little light: other sequences to judge on.
-//! * [`BodyAugmentation`], [`BodyGrid`], [`BodyAccuracy`]: what networks of bodies are trained on and
-//!   measured by.
+//! * [`body`]: the same for bodies: images, targets, training, evaluation.
 
 mod ahead;
 pub mod body;

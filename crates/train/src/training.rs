@@ -22,7 +22,7 @@ use crate::checkpoint::{AtomicCheckpointer, newest_checkpoint, weights_path};
 use crate::config::HandConfig;
 use crate::dataset::HandDataset;
 use crate::devices::Team;
-use crate::guard::Guard;
+use crate::guard::{Divergence, Guard};
 use crate::hand_task::{HAND_FIELDS, HandLearner};
 use crate::history::History;
 use crate::loader::HandLoader;
@@ -167,24 +167,8 @@ pub fn train_hand(
     let elapsed = started.elapsed();
     drop(result.renderer);
     history.flush()?;
-    if let Some(divergence) = guard.divergence() {
-        let checkpoint =
-            newest_checkpoint(&dir.checkpoints())?.map(|i| weights_path(&dir.checkpoints(), i));
-        return Err(TrainError::Diverged {
-            loss: divergence.loss,
-            step: divergence.step,
-            checkpoint,
-        });
-    }
-    if let Some(error) = result.error {
-        return Err(TrainError::Stopped(error.to_string()));
-    }
-    if let Some(interruption) = result.interrupted {
-        let reason = interruption.reason.unwrap_or_else(|| "interrupted".to_owned());
-        return Err(TrainError::Stopped(format!(
-            "{reason}; continue with --resume from the last checkpoint"
-        )));
-    }
+    let interruption = result.interrupted.map(|interruption| interruption.reason);
+    settled(&dir, &guard, result.error.map(|error| error.to_string()), interruption)?;
 
     let mut last = Checkpoint {
         config: config.clone(),
@@ -213,6 +197,31 @@ fn mean_pose(train: &HandDataset) -> Result<HandParams, TrainError> {
     let mut mean = MeanPose::default();
     train.poses(MEAN_POSE_SAMPLES)?.iter().for_each(|pose| mean.push(pose));
     mean.mean().ok_or_else(|| TrainError::Stopped("the training poses have no mean".to_owned()))
+}
+
+/// Whether a training came to its end, or what stopped it.
+pub(crate) fn settled(
+    dir: &RunDir<'_>,
+    guard: &Guard,
+    error: Option<String>,
+    interruption: Option<Option<String>>,
+) -> Result<(), TrainError> {
+    if let Some(divergence) = guard.divergence() {
+        let newest = newest_checkpoint(&dir.checkpoints())?;
+        let checkpoint = newest.map(|interval| weights_path(&dir.checkpoints(), interval));
+        let Divergence { loss, step } = divergence;
+        return Err(TrainError::Diverged { loss, step, checkpoint });
+    }
+    if let Some(error) = error {
+        return Err(TrainError::Stopped(error));
+    }
+    match interruption {
+        None => Ok(()),
+        Some(reason) => Err(TrainError::Stopped(format!(
+            "{}; continue with --resume from the last checkpoint",
+            reason.unwrap_or_else(|| "interrupted".to_owned())
+        ))),
+    }
 }
 
 /// Makes the directory ready and tells which validation interval to continue after, 0 for none.

@@ -8,6 +8,7 @@ use crate::commands::opening::RecordingArgs;
 #[command(after_help = "Examples:\n  evpose view rec.aedat4 --out view.html\n  \
     evpose view rec.raw --of lnes --window-ms 100 --from 2 --to 3 --out sheet.png\n  \
     evpose view rec.npz --of eros --pictures 200 --out eros.apng\n  \
+    evpose view people/0000.raw --joints joints.csv --truth people/0000.poses.csv --out people.html\n  \
     evpose view rec.npz --out rec.rrd\n  \
     evpose view rec.npz --rerun=192.168.0.7:9876\n\n\
     The page has a slider, plays by itself, and needs nothing beside it. Blue is ON, red is OFF.")]
@@ -37,6 +38,12 @@ pub(crate) struct ViewArgs {
     /// End so many seconds after the first event [default: with the recording]
     #[arg(long, value_name = "SECONDS")]
     pub(crate) to: Option<f64>,
+    /// Draw people over it: joints of `evpose infer` (orange), the last ones before each picture
+    #[arg(long, value_name = "FILE.csv")]
+    pub(crate) joints: Option<PathBuf>,
+    /// Draw people as they were: a table of poses of `evpose simulate` (green)
+    #[arg(long, value_name = "FILE.poses.csv")]
+    pub(crate) truth: Option<PathBuf>,
     /// Pictures a second while it plays
     #[arg(long, default_value_t = 20.0)]
     pub(crate) fps: f64,

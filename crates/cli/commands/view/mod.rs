@@ -4,6 +4,7 @@ mod args;
 mod caption;
 mod files;
 mod page;
+mod people;
 mod picture;
 mod rerun;
 mod shots;

@@ -31,6 +31,11 @@ impl Palette {
         Self { sensor, is_events, scale }
     }
 
+    /// Sides of a pixel of the sensor, in pixels of the picture.
+    pub(super) fn scale(&self) -> u32 {
+        self.scale
+    }
+
     /// As large as the sensor, for programs that enlarge by themselves.
     #[cfg(feature = "rerun")]
     pub(super) fn unscaled(self) -> Self {

@@ -9,6 +9,7 @@ use evpose_repr::{ChannelOrder, Representation, StreamWindow, representation_cal
 use image::RgbImage;
 
 use super::ViewArgs;
+use super::people::People;
 use super::picture::Palette;
 use crate::progress::bar;
 
@@ -24,6 +25,7 @@ pub(super) struct Reel {
     /// The time of the first event, as the file counts.
     pub(super) origin: Micros,
     pub(super) palette: Palette,
+    people: People,
     pictures: u32,
     start: Micros,
     /// How long an event is shown.
@@ -64,6 +66,7 @@ impl Reel {
             every,
             origin,
             palette,
+            people: People::open(args)?,
             pictures,
             start,
             length,
@@ -144,9 +147,11 @@ pub(super) struct Shots {
 impl Shots {
     pub(super) fn take(mut reel: Reel) -> Result<Self> {
         let mut shots = Vec::new();
-        let palette = reel.palette;
+        let (palette, origin) = (reel.palette, reel.origin);
+        let people = std::mem::take(&mut reel.people);
         reel.play(|moment| {
             let image = palette.draw(moment.planes);
+            let image = people.draw(image, palette.scale(), moment.t + origin);
             shots.push(Shot { t: moment.t, events: moment.events.len(), image });
             Ok(())
         })?;

@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 pub use appearance::{BackgroundConfig, BackgroundSource, LightConfig, SkinConfig, SkinSource};
 pub use body::{BodyConfig, BodySource, Hands};
 pub use sensor::SensorChoice;
+pub(crate) use sensor::with_thresholds_moved;
 
 use crate::SimError;
 use crate::raster::Camera;

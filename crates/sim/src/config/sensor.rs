@@ -1,6 +1,6 @@
 //! The sensor of a simulation: one that comes with the program, or one written out.
 
-use evpose_sensor::{SensorConfig, SensorError};
+use evpose_sensor::{SensorConfig, SensorError, SensorModel, Value};
 use serde::{Deserialize, Serialize};
 
 /// A preset's name, or a list of effects.
@@ -30,4 +30,22 @@ impl SensorChoice {
             Self::Chain(config) => Ok(config.clone()),
         }
     }
+}
+
+/// A sensor with `offset` added to every contrast threshold, in natural-log intensity.
+pub(crate) fn with_thresholds_moved(
+    sensor: &SensorConfig,
+    offset: f64,
+) -> Result<SensorModel, SensorError> {
+    let mut config = sensor.clone();
+    for effect in &mut config.effects {
+        for (key, value) in &mut effect.params {
+            if let ("threshold_on" | "threshold_off", Value::Number(threshold)) =
+                (key.as_str(), value)
+            {
+                *threshold += offset;
+            }
+        }
+    }
+    SensorModel::from_config(&config)
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use evpose_body::files::ModelFile;
 use evpose_body::{BodyModel, ShapedBody};
 use evpose_core::{Micros, Plane, seed_for};
-use evpose_sensor::{SensorConfig, SensorModel, Value};
+use evpose_sensor::{SensorConfig, SensorModel};
 use glam::Vec2;
 
 use super::config::PeopleConfig;
@@ -13,7 +13,7 @@ use super::still::{Still, photographs, still};
 use super::wall::Pictures;
 use super::{PersonSimulator, PersonStep};
 use crate::SimError;
-use crate::config::BodySource;
+use crate::config::{BodySource, with_thresholds_moved};
 use crate::raster::is_closed;
 use crate::texture::{PicturePool, metres_per_texture};
 
@@ -110,17 +110,7 @@ impl People {
 impl Shared {
     /// The sensor with `offset` added to every contrast threshold.
     pub(super) fn sensor_model(&self, offset: f64) -> Result<SensorModel, SimError> {
-        let mut config = self.sensor.clone();
-        for effect in &mut config.effects {
-            for (key, value) in &mut effect.params {
-                if let ("threshold_on" | "threshold_off", Value::Number(threshold)) =
-                    (key.as_str(), value)
-                {
-                    *threshold += offset;
-                }
-            }
-        }
-        Ok(SensorModel::from_config(&config)?)
+        Ok(with_thresholds_moved(&self.sensor, offset)?)
     }
 
     /// Height of somebody in the T-pose, in metres.

@@ -59,7 +59,7 @@ impl Renderer {
         &self.scene
     }
 
-    /// From now on looks from elsewhere. The backdrop is [`Self::repaint`]ed by whoever moves.
+    /// From now on looks from elsewhere. Whoever moves repaints the backdrop.
     ///
     /// # Panics
     /// If the camera's image has another size.

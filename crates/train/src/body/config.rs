@@ -339,8 +339,7 @@ impl BodyConfig {
         if !(training.weight_decay >= 0.0 && training.weight_decay.is_finite()) {
             return fail("training.weight_decay", "must not be negative");
         }
-        training.schedule.validate()?;
-        training.early_stop.validate()
+        training.schedule.validate()
     }
 
     /// The experiment's held-out recordings: other people, other places, a seed nothing else uses, and

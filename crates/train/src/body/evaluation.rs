@@ -5,15 +5,15 @@ use std::path::PathBuf;
 use evpose_core::Micros;
 use evpose_pose::body::{BODY_JOINTS, BodyPoints};
 use evpose_pose::metric::body::{
-    BodyEvaluation, BodyPrediction, BodyProtocol, BodySequence, BodyTruth,
+    BodyEvaluation, BodyPrediction, BodyProtocol, BodySequence, BodyTruth, MeanBody,
 };
 use evpose_sim::person::PoseTable;
 use glam::Vec2;
 use rayon::prelude::*;
 
-use super::frames::{BodyFrame, BodyFrames};
+use super::frames::{BodyFrame, BodyFrames, label_of};
 use super::predictor::BodyPredictor;
-use super::recordings::{BodyRecordings, Film, PoseTrack};
+use super::recordings::{BodyRecordings, Film};
 use super::saved::BodyCheckpoint;
 use crate::TrainError;
 
@@ -151,17 +151,12 @@ pub fn mean_pose_of(
     recordings: &BodyRecordings,
     checkpoint: &BodyCheckpoint,
 ) -> Result<BodyPoints, TrainError> {
-    let mut sums = [(Vec2::ZERO, 0u32); BODY_JOINTS];
+    let mut mean = MeanBody::default();
     for (events, poses) in &recordings.files {
         let sensor = Film::open(events, &checkpoint.config.image)?.sensor();
-        let size_px = Vec2::new(f32::from(sensor.width), f32::from(sensor.height));
-        for row in PoseTrack(PoseTable::read(poses)?).0.rows {
-            for (sum, joint) in sums.iter_mut().zip(row.joints_px) {
-                if let Some(at_px) = joint {
-                    *sum = (sum.0 + at_px / size_px, sum.1 + 1);
-                }
-            }
+        for row in PoseTable::read(poses)?.rows {
+            mean.push(&label_of(&row.joints_px, sensor));
         }
     }
-    Ok(sums.map(|(sum, count)| (count > 0).then(|| sum / count as f32)))
+    Ok(mean.mean_px(Vec2::ONE))
 }

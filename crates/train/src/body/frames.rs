@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use evpose_core::{Micros, Plane, SensorSize};
-use evpose_pose::body::{BODY_JOINTS, BodyLabel, BodyPoints, Keypoint, Visibility};
+use evpose_pose::body::{BodyLabel, BodyPoints, Keypoint, Visibility};
+use evpose_pose::metric::body::MeanBody;
 use evpose_repr::ErosLikeWork;
 use evpose_sim::person::People;
 use glam::Vec2;
@@ -118,15 +119,9 @@ impl BodyFrames {
     /// The mean position of every joint over all labels, relative to the image: what a network has to
     /// beat. None of a joint that is on no image.
     pub fn mean_pose(&self) -> BodyPoints {
-        let mut sums = [(Vec2::ZERO, 0u32); BODY_JOINTS];
-        for frame in &self.frames {
-            for (sum, keypoint) in sums.iter_mut().zip(&frame.label.keypoints) {
-                if keypoint.is_labelled() {
-                    *sum = (sum.0 + keypoint.position, sum.1 + 1);
-                }
-            }
-        }
-        sums.map(|(sum, count)| (count > 0).then(|| sum / count as f32))
+        let mut mean = MeanBody::default();
+        self.frames.iter().for_each(|frame| mean.push(&frame.label));
+        mean.mean_px(Vec2::ONE)
     }
 }
 
@@ -143,5 +138,51 @@ pub(super) fn label_of(joints_px: &BodyPoints, sensor: SensorSize) -> BodyLabel 
         keypoints: joints_px.iter().map(keypoint).collect(),
         center,
         ..BodyLabel::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+
+    use evpose_pose::body::BODY_JOINTS;
+
+    use super::*;
+
+    fn frames(sequences: &[u64]) -> BodyFrames {
+        let frame = |(k, &sequence): (usize, &u64)| {
+            let mut joints_px = [Some(Vec2::new(8.0 * k as f32, 12.0)); BODY_JOINTS];
+            joints_px[3] = None;
+            let sensor = SensorSize { width: 32, height: 24 };
+            BodyFrame {
+                image: Plane::filled(1, 1, 0),
+                label: label_of(&joints_px, sensor),
+                sequence,
+                t: Micros(k as i64),
+            }
+        };
+        BodyFrames { frames: sequences.iter().enumerate().map(frame).collect() }
+    }
+
+    #[test]
+    fn no_sequence_is_trained_on_and_validated_with() {
+        let (train, valid) = frames(&[0, 0, 1, 2, 2, 3]).split(0.25);
+        let numbers = |frames: &BodyFrames| -> Vec<u64> {
+            frames.frames.iter().map(|frame| frame.sequence).collect()
+        };
+        assert_eq!((numbers(&train), numbers(&valid)), (vec![0, 0, 1, 2, 2], vec![3]));
+        let (train, valid) = frames(&[0, 1]).split(0.0);
+        assert_eq!((train.len(), valid.len()), (2, 0));
+    }
+
+    #[test]
+    fn labels_are_relative_to_the_image_and_the_mean_pose_with_them() {
+        let frames = frames(&[0, 0, 0]);
+        let label = &frames.frames[2].label;
+        assert_eq!(label.keypoints[0].position, Vec2::new(0.5, 0.5));
+        assert!(!label.keypoints[3].is_labelled());
+        assert_eq!(label.center, Vec2::new(0.5, 0.5));
+        let mean = frames.mean_pose();
+        assert_eq!((mean[0], mean[3]), (Some(Vec2::new(0.25, 0.5)), None));
     }
 }

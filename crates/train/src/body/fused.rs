@@ -54,7 +54,7 @@ impl Default for BetweenConfig {
     }
 }
 
-/// A pose at a moment, and whether the network said it of just that moment.
+/// Two answers to where somebody is at a moment.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BetweenPose {
     /// When, in seconds.

@@ -317,3 +317,60 @@ impl RecentTimes {
         Some(Micros(first.0 + sum / self.times.len() as i64))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+
+    use evpose_core::{Event, Polarity};
+    use evpose_pose::body::BODY_JOINTS;
+    use evpose_sim::person::PoseRow;
+    use glam::Vec3;
+
+    use super::*;
+
+    fn row(t_ms: i64, x: Option<f32>) -> PoseRow {
+        let mut joints_px = [Some(Vec2::ZERO); BODY_JOINTS];
+        joints_px[4] = x.map(|x| Vec2::new(x, 2.0 * x));
+        PoseRow { t: Micros(1_000 * t_ms), joints_px, joints_m: [Vec3::ZERO; BODY_JOINTS] }
+    }
+
+    #[test]
+    fn poses_between_rows_are_linear_and_known_only_where_both_are() {
+        let rows = vec![row(10, Some(1.0)), row(20, Some(3.0)), row(30, None)];
+        let track = PoseTrack(PoseTable { rows });
+        let at = |t_us: i64| track.at(Micros(t_us)).map(|joints| joints[4]);
+        assert_eq!(at(10_000), Some(Some(Vec2::new(1.0, 2.0))));
+        assert_eq!(at(15_000), Some(Some(Vec2::new(2.0, 4.0))));
+        assert_eq!(at(25_000), Some(None), "the later one does not know it");
+        assert_eq!((at(9_999), at(30_001)), (None, None));
+        assert_eq!(track.end(), Micros(30_000));
+    }
+
+    #[test]
+    fn the_mean_time_is_that_of_the_last_events_however_they_come() {
+        let sensor = SensorSize { width: 4, height: 4 };
+        let events: Vec<Event> = (0..50)
+            .map(|k| Event { t: Micros(1_000 + k * k), x: 1, y: 2, polarity: Polarity::On })
+            .collect();
+        let mean = |pieces: usize| {
+            let mut recent = RecentTimes { most: 7, times: VecDeque::new() };
+            for piece in events.chunks(pieces) {
+                recent.push(&EventStream::from_events(sensor, piece.iter().copied()).unwrap());
+            }
+            recent.mean().unwrap()
+        };
+        let want: i64 = (43..50).map(|k| 1_000 + k * k).sum::<i64>() / 7;
+        assert_eq!([mean(1), mean(3), mean(50)], [Micros(want); 3]);
+    }
+
+    #[test]
+    fn a_directory_without_recordings_says_how_to_make_some() {
+        let directory = tempfile::tempdir().unwrap();
+        std::fs::write(directory.path().join("0000.poses.csv"), "t_us").unwrap();
+        let message = BodyRecordings::open(directory.path()).unwrap_err().to_string();
+        assert!(message.contains("evpose simulate"), "{message}");
+        std::fs::write(directory.path().join("0000.raw"), "").unwrap();
+        assert_eq!(BodyRecordings::open(directory.path()).unwrap().files.len(), 1);
+    }
+}

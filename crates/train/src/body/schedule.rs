@@ -122,10 +122,6 @@ impl Default for EarlyStop {
 }
 
 impl EarlyStop {
-    pub(super) fn validate(&self) -> Result<(), TrainError> {
-        Ok(())
-    }
-
     /// Whether a training with these validation losses by interval ends after interval `interval`.
     pub(super) fn ends(&self, losses: &BTreeMap<usize, f64>, interval: usize) -> bool {
         if self.window == 0 {

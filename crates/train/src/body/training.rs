@@ -30,7 +30,7 @@ use crate::metric::FieldMetric;
 use crate::retention::{LastTwoAndBest, best_interval};
 use crate::saved::{BEST, LAST};
 use crate::told_renderer::TrainingSpan;
-use crate::training::{ADAM_EPSILON, RunDir, TrainOptions, renderer};
+use crate::training::{ADAM_EPSILON, RunDir, TrainOptions, renderer, settled};
 use crate::waiting::{DataWait, WaitMeter};
 
 /// What a run came to.
@@ -155,24 +155,8 @@ pub fn train_body(
     let elapsed = started.elapsed();
     drop(result.renderer);
     history.flush()?;
-    if let Some(divergence) = guard.divergence() {
-        let newest = newest_checkpoint(&dir.checkpoints())?;
-        let checkpoint = newest.map(|interval| weights_path(&dir.checkpoints(), interval));
-        return Err(TrainError::Diverged {
-            loss: divergence.loss,
-            step: divergence.step,
-            checkpoint,
-        });
-    }
-    if let Some(error) = result.error {
-        return Err(TrainError::Stopped(error.to_string()));
-    }
-    if let Some(interruption) = result.interrupted {
-        let reason = interruption.reason.unwrap_or_else(|| "interrupted".to_owned());
-        return Err(TrainError::Stopped(format!(
-            "{reason}; continue with --resume from the last checkpoint"
-        )));
-    }
+    let interruption = result.interrupted.map(|interruption| interruption.reason);
+    settled(&dir, &guard, result.error.map(|error| error.to_string()), interruption)?;
 
     let losses = history.validation_losses();
     let mut saved = BodyCheckpoint {
