@@ -50,6 +50,14 @@ pub(crate) fn prepare(config: &BodyConfig, data: &Path) -> Result<()> {
         return run_info::check_shared(data, config);
     }
     run_info::write_shared(data, config)?;
+    let simulation = &config.simulation;
+    say(format!(
+        "simulating {} people of {} s at {} into {}",
+        simulation.sequences,
+        simulation.seconds,
+        simulation.sensor_size,
+        data.display()
+    ));
     let recorded = simulate::record(config, data, Shard::WHOLE)?;
     say(simulate::told(&recorded, config));
     Ok(())
