@@ -6,6 +6,7 @@
 
 mod arms;
 mod boxing;
+mod dancing;
 mod figure;
 mod jumping;
 mod kicking;
@@ -54,6 +55,7 @@ pub static ACTIVITIES: &[Activity] = &[
     arms::ACTIVITY,
     kicking::ACTIVITY,
     stretching::ACTIVITY,
+    dancing::ACTIVITY,
 ];
 
 /// The activity of a name.

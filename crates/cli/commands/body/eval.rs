@@ -4,11 +4,11 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use evpose_core::{Micros, atomic_write};
-use evpose_pose::metric::Interval;
 use evpose_pose::metric::body::{BodyEvaluation, BodyScores, BodySummary};
+use evpose_pose::metric::{BootstrapConfig, Interval};
 use evpose_train::body::{
-    BetweenConfig, BodyCheckpoint, BodyPredictor, BodyPredictorOptions, BodyRecordings,
-    evaluate_between, evaluate_body, mean_pose_of,
+    BetweenConfig, BodyCheckpoint, BodyEvaluated, BodyJudged, BodyPredictor, BodyPredictorOptions,
+    BodyRecordings, evaluate_between, evaluate_body, mean_pose_of,
 };
 use serde::Serialize;
 
@@ -29,11 +29,21 @@ struct Report {
     machine: Machine,
     commit: &'static str,
     network: BodySummary,
+    /// The network's scores on each recording.
+    recordings: Vec<RecordingScores>,
     mean_pose: BodySummary,
     #[serde(skip_serializing_if = "Option::is_none")]
     held: Option<BodySummary>,
     #[serde(skip_serializing_if = "Option::is_none")]
     fused: Option<BodySummary>,
+}
+
+/// One recording.
+#[derive(Debug, Serialize)]
+struct RecordingScores {
+    file: String,
+    #[serde(flatten)]
+    scores: BodyScores,
 }
 
 pub(crate) fn run(checkpoint: &BodyCheckpoint, args: &EvalArgs) -> Result<()> {
@@ -62,6 +72,8 @@ pub(crate) fn run(checkpoint: &BodyCheckpoint, args: &EvalArgs) -> Result<()> {
     print("network", &network.raw);
     print("mean pose", &mean_pose.raw);
     joints(&network);
+    let scores = by_recording(&judged, bootstrap)?;
+    worst(&scores);
     if let Some((delay, rate)) = network.delay_s.zip(network.rate_hz) {
         say(format!(
             "{:.2} ms a prediction, {:.0} predictions a second of a recording",
@@ -73,6 +85,7 @@ pub(crate) fn run(checkpoint: &BodyCheckpoint, args: &EvalArgs) -> Result<()> {
         machine: Machine::this(),
         commit: COMMIT,
         network,
+        recordings: scores,
         mean_pose,
         held: None,
         fused: None,
@@ -164,4 +177,36 @@ fn draw(path: &Path, report: &Report) -> Result<()> {
     atomic_write(path, svg.as_bytes()).with_context(|| format!("writing {}", path.display()))?;
     say(format!("curves: {}", path.display()));
     Ok(())
+}
+
+/// How many recordings are printed.
+const WORST: usize = 5;
+
+fn by_recording(
+    judged: &BodyEvaluated,
+    bootstrap: &BootstrapConfig,
+) -> Result<Vec<RecordingScores>> {
+    let one = |recording: &BodyJudged| {
+        let alone = BodyEvaluation { sequences: vec![recording.network.clone()] };
+        let name = recording.events.file_name().unwrap_or_default();
+        Ok(RecordingScores {
+            file: name.to_string_lossy().into_owned(),
+            scores: alone.summary(&PERCENTS, bootstrap)?.raw,
+        })
+    };
+    judged.recordings.iter().map(one).collect()
+}
+
+/// The recordings that the network is worst at: those are to be looked at.
+fn worst(recordings: &[RecordingScores]) {
+    let share = |recording: &RecordingScores| {
+        let at = PERCENTS.iter().position(|percent| *percent == 40)?;
+        recording.scores.pck.get(at).copied().flatten().map(|pck| pck.estimate)
+    };
+    let mut ordered: Vec<&RecordingScores> = recordings.iter().collect();
+    ordered.sort_by(|a, b| share(a).unwrap_or(2.0).total_cmp(&share(b).unwrap_or(2.0)));
+    say(format!("the worst of {} recordings:", recordings.len()));
+    for recording in ordered.into_iter().take(WORST) {
+        print(&recording.file, &recording.scores);
+    }
 }
