@@ -173,3 +173,32 @@ fn what_is_for_hands_is_refused_for_bodies_and_the_other_way_round() {
     let message = sandbox.fails(&["train", "pretrain", "--set", "image.side_px=100"]);
     assert!(message.contains("image.side_px"), "{message}");
 }
+
+#[test]
+fn an_ablation_trains_what_its_rows_share_once_and_keeps_it() {
+    let sandbox = Sandbox::new();
+    let args = ["ablate", "body", "--steps", "2", "--seeds", "2", "--jobs", "2", "--out", "abl"];
+    let told = sandbox.ok(&tiny(&args));
+    assert!(told.contains("14 networks to train, 2 at once"), "{told}");
+    let outcome: serde_json::Value =
+        serde_json::from_slice(&bytes(&sandbox.path("abl/ablation.json"))).expect("JSON");
+    let rows = outcome["rows"].as_array().expect("rows");
+    let names: Vec<&str> = rows.iter().filter_map(|row| row["name"].as_str()).collect();
+    assert_eq!(names.len(), 9, "{names:?}");
+    for row in rows {
+        assert_eq!(row["per_seed"].as_array().map(Vec::len), Some(2), "{row}");
+        assert_eq!(row["curve"].as_array().map(Vec::len), Some(100), "{row}");
+    }
+    // The same network before another sensor has other scores.
+    let of = |name: &str| &rows[names.iter().position(|n| *n == name).expect("a row")]["mpjpe_px"];
+    assert_ne!(of("full"), of("vga"));
+    let page = String::from_utf8(bytes(&sandbox.path("abl/ablation.html"))).expect("text");
+    assert!(page.contains("<svg") && page.contains("wo-pretrain"));
+
+    let (refused, again) = (sandbox.fails(&tiny(&args)), args.iter().chain(&["--resume"]));
+    assert!(refused.contains("--resume"), "{refused}");
+    let before = bytes(&sandbox.path("abl/ablation.json"));
+    let told = sandbox.ok(&tiny(&again.copied().collect::<Vec<_>>()));
+    assert!(!told.contains("networks to train"), "{told}");
+    assert_eq!(bytes(&sandbox.path("abl/ablation.json")), before);
+}

@@ -1,9 +1,11 @@
 //! `evpose ablate body`: what each part of the method for bodies is worth.
 //!
 //! * [`rows`]: the registry of rows, of the networks that they need and of what these are judged on.
-//! * [`trial`]: one network under one seed, trained; one row under one seed, judged.
+//! * [`networks`]: those that are needed, trained, several at once.
+//! * [`trial`]: one row under one seed, judged.
 //! * [`outcome`]: means over seeds, held against what was published; as a table and as a page.
 
+mod networks;
 mod outcome;
 mod rows;
 mod trial;
@@ -13,6 +15,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 use evpose_core::atomic_write;
+use evpose_nn::DeviceKind;
 use evpose_train::body::BodyConfig;
 
 use super::places::write;
@@ -47,6 +50,10 @@ pub(crate) struct AblateBodyArgs {
     /// Trainings of each network, from the config's seed on: intervals come from how they differ
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..=100))]
     seeds: u64,
+    /// Trainings at once, each with its share of the threads [default: a thread each, at most 4; 1
+    /// where the CPU does not compute]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    jobs: Option<u16>,
     /// Directory for data, trainings, table and page
     #[arg(long, default_value = "runs/ablation-body")]
     out: PathBuf,
@@ -104,13 +111,20 @@ pub(super) fn run(args: &AblateBodyArgs) -> Result<()> {
     let seeds: Vec<u64> = (0..args.seeds).map(|i| stages.finetune.seed.saturating_add(i)).collect();
     say(format!("machine: {}", Machine::this()));
     say(format!("output:  {}", args.out.display()));
+    let all: Vec<Stages> = seeds.iter().map(|&seed| stages.with_seed(seed)).collect();
+    let at_once = match (args.jobs, args.device.device) {
+        (Some(jobs), _) => usize::from(jobs),
+        (None, DeviceKind::Flex) => rayon::current_num_threads().min(4),
+        (None, _) => 1,
+    };
+    networks::train_all(&args.out, &chosen, &all, at_once, args.device.device)?;
     let mut trials = outcome::Trials::new();
     for (index, row) in chosen.iter().enumerate() {
         let begun = Instant::now();
         let mut of_row = Vec::new();
-        for &seed in &seeds {
+        for (stages, seed) in all.iter().zip(&seeds) {
             say(format!("row {}/{}: {}, seed {seed}", index + 1, chosen.len(), row.name));
-            let trial = trial::run(&args.out, row, &stages.with_seed(seed), args.device.device)?;
+            let trial = trial::run(&args.out, row, stages)?;
             say(format!("    PCK@0.4 {:.3}, PCK@0.8 {:.3}", trial.pck_40, trial.pck_80));
             of_row.push(trial);
         }

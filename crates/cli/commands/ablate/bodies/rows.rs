@@ -184,7 +184,7 @@ impl Network {
         match self {
             Self::Pretrained | Self::Full | Self::Scratch => {}
             Self::FixedCount => {
-                config.image.representation = format!("fixed_count:events={FIXED_COUNT}");
+                config.image.representation = format!("fixed-count:n={FIXED_COUNT}");
                 config.data.label_at = LabelMoment::MeanOf(FIXED_COUNT);
             }
             Self::Pim => config.image.representation = "pim".to_owned(),

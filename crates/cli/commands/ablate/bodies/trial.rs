@@ -1,23 +1,20 @@
-//! One network under one seed, trained; one row under one seed, judged.
+//! One network under one seed, training_s: networks::training_s(&run)?,; one row under one seed, judged.
 
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use burn::tensor::Device;
-use evpose_nn::DeviceKind;
 use evpose_pose::metric::body::BodySummary;
 use evpose_pose::metric::{BootstrapConfig, Interval};
-use evpose_train::TrainOptions;
 use evpose_train::body::{
-    BodyCheckpoint, BodyConfig, BodyFrames, BodyPredictor, BodyPredictorOptions, judge_frames,
-    train_body,
+    BodyCheckpoint, BodyConfig, BodyPredictor, BodyPredictorOptions, judge_frames,
 };
 use serde::{Deserialize, Serialize};
 
 use super::Stages;
+use super::networks;
 use super::rows::{Network, Row, Test};
 use crate::commands::ablate::places::{read, write};
-use crate::commands::ablate::watch;
 use crate::commands::body;
 use crate::run_info::COMMIT;
 
@@ -40,14 +37,14 @@ pub(super) struct Trial {
     pub(super) training_s: Option<f64>,
 }
 
-/// Runs what is not done yet of `row` under the seed of `stages`.
-pub(super) fn run(out: &Path, row: &Row, stages: &Stages, device: DeviceKind) -> Result<Trial> {
+/// Judges `row` under the seed of `stages`, where that is not done yet; its network is trained.
+pub(super) fn run(out: &Path, row: &Row, stages: &Stages) -> Result<Trial> {
     let seed = stages.finetune.seed;
     let path = out.join("rows").join(row.name).join(format!("seed-{seed}.json"));
     if let Some(trial) = read(&path)? {
         return Ok(trial);
     }
-    let run = train(out, row.network, stages, device)?;
+    let run = networks::directory(out, row.network, seed);
     let checkpoint = BodyCheckpoint::load(&run, &Device::flex())?;
     let data = recordings(out, row.judged_on, stages)?;
     let config = judged_as(row.network, row.judged_on, stages);
@@ -61,7 +58,6 @@ pub(super) fn run(out: &Path, row: &Row, stages: &Stages, device: DeviceKind) ->
         evaluation.summary(&[40, 80], &bootstrap)
     };
     let (network, mean_pose) = (summary(network)?, summary(mean_pose)?);
-    let trained: Option<Trained> = read(&run.join(TRAINED))?;
     let trial = Trial {
         row: row.name.to_owned(),
         seed,
@@ -72,7 +68,7 @@ pub(super) fn run(out: &Path, row: &Row, stages: &Stages, device: DeviceKind) ->
         mpjpe_px: estimate(network.raw.mpjpe_px)?,
         curve: network.raw.curve,
         mean_pose_40: pck(&mean_pose, 0)?,
-        training_s: trained.and_then(|trained| trained.seconds),
+        training_s: networks::training_s(&run)?,
     };
     std::fs::create_dir_all(path.parent().unwrap_or(out))
         .with_context(|| format!("creating {}", path.display()))?;
@@ -100,41 +96,6 @@ fn estimate(interval: Option<Interval>) -> Result<f64> {
 
 fn pck(summary: &BodySummary, place: usize) -> Result<f64> {
     estimate(summary.raw.pck.get(place).copied().flatten())
-}
-
-/// How long a training took, beside it.
-const TRAINED: &str = "trained.json";
-
-#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-struct Trained {
-    seconds: Option<f64>,
-}
-
-/// The run of a network, trained where it is not yet.
-fn train(out: &Path, network: Network, stages: &Stages, device: DeviceKind) -> Result<PathBuf> {
-    let seed = stages.finetune.seed;
-    let run = out.join("networks").join(network.name()).join(format!("seed-{seed}"));
-    if run.join(TRAINED).exists() {
-        return Ok(run);
-    }
-    let mut config = network.config(stages);
-    if let Some(first) = network.starts_from() {
-        config.start_from = Some(train(out, first, stages, device)?);
-    }
-    let data = out.join("data").join(format!("seed-{seed}")).join("train");
-    if config.data.source.is_recorded() {
-        body::prepare(&stages.finetune, &data)?;
-    }
-    let frames: BodyFrames = body::frames(&config, &data)?;
-    let (progress, told) = watch::training(network.name(), 1);
-    let options = TrainOptions { device, resume: true, plain: true, told: Some(told) };
-    let summary = train_body(&config, frames, &run, &options)
-        .with_context(|| format!("training {}", run.display()))?;
-    progress.finish_and_clear();
-    let all = config.training.steps as f64 * config.training.batch_size as f64;
-    let seconds = (summary.samples > 0).then(|| all / summary.samples_per_second);
-    write(&run.join(TRAINED), &Trained { seconds })?;
-    Ok(run)
 }
 
 /// The recordings that networks are judged on, simulated where they are missing.
