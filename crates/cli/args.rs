@@ -82,7 +82,7 @@ pub(crate) enum Command {
     /// What each part of a method is worth: everything trained anew without it
     #[command(subcommand)]
     Ablate(AblateCommand),
-    /// Say what is in a recording, a model of a hand, or a directory of sequences
+    /// Say what is in a recording, a model of a hand, a network, or a directory of sequences
     Info(InfoArgs),
     /// Write a recording in another format
     Convert(ConvertArgs),
@@ -407,6 +407,7 @@ pub(crate) struct ExportArgs {
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Examples:\n  evpose info data/train/0000.evc\n  evpose info MANO_RIGHT.pkl\n  \
+    evpose info checkpoints/body-quick.bpk\n  \
     evpose info --verify data/train"
 )]
 pub(crate) struct InfoArgs {

@@ -120,6 +120,8 @@ fn two_stages_of_training_then_poses_of_a_recording() {
     assert!(bytes(&sandbox.path("people.png")).len() > 1_000);
     let fused = String::from_utf8(bytes(&sandbox.path("fused.csv"))).unwrap();
     assert!(fused.lines().count() > 8 * poses.lines().count());
+    let about = sandbox.ok(&["info", "fine/best.bpk"]);
+    assert!(about.contains("bodies: 13 joints from eros") && about.contains("SHA-256"), "{about}");
 }
 
 #[test]

@@ -59,4 +59,12 @@ fn the_demo_ends_with_metrics_and_a_report_and_its_checkpoint_can_be_used() {
         .collect();
     assert!(times.len() >= 50, "{} poses of 200 ms", times.len());
     assert!(times.windows(2).all(|pair| pair[1] - pair[0] == 1000), "one a millisecond");
+
+    let view = ["view", recording, "--of", "lnes", "--pictures", "2", "--out"];
+    sandbox.ok(&[&view[..], &["plain.png"]].concat());
+    let drawn = [&view[..], &["hand.png", "--joints", "joints.csv"]].concat();
+    sandbox.ok(&[&drawn[..], &["--truth", "demo/data/held-out/0000.meta"]].concat());
+    assert_ne!(bytes(&sandbox.path("plain.png")), bytes(&sandbox.path("hand.png")));
+    let about = sandbox.ok(&["info", "demo/train/best.bpk"]);
+    assert!(about.contains("hands: resnet18") && about.contains("[representation]"), "{about}");
 }

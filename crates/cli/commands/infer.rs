@@ -5,16 +5,15 @@ use std::fmt::Write as _;
 use anyhow::{Context, Result, bail};
 use burn::tensor::Device;
 use evpose_core::{EventStream, Micros, TimeWindow, atomic_write};
+use evpose_pose::HandParams;
 use evpose_pose::filter::HandFilter;
-use evpose_pose::metric::HandPoints;
-use evpose_pose::{EVALUATION_JOINTS, HandParams};
 use evpose_repr::{StreamWindow, representation_called};
 use evpose_train::{
     Checkpoint, HandConfig, NetworkPredictor, Predictor as _, SlowMotionPose, SlowMotionTracker,
     Stage,
 };
 
-use super::{body, device, quantize};
+use super::{body, device, hand_joints, quantize};
 use crate::args::InferArgs;
 use crate::progress::{bar, say};
 
@@ -86,10 +85,9 @@ pub(crate) fn run(args: &InferArgs) -> Result<()> {
         let stage = Stage::new(&config)?;
         // A network of both hands does not say which it saw.
         let side = config.simulation.hands.side(0);
-        let mut csv = joints_header();
+        let mut csv = hand_joints::header();
         for (t, pose) in &poses {
-            let _ = write!(csv, "{}", t.0);
-            joints_line(&mut csv, &stage.points(side, pose, &[]));
+            hand_joints::push(&mut csv, *t, &stage.points(side, pose, &[]));
         }
         atomic_write(path, csv.as_bytes())
             .with_context(|| format!("writing {}", path.display()))?;
@@ -174,24 +172,4 @@ fn slow_motion(
     say(format!("slow motion: {} surfaces, {repeated} of a scene at rest", poses.len()));
     let pose = |pose: SlowMotionPose| if filtered { pose.filtered } else { pose.measured };
     Ok(poses.into_iter().map(|each| (each.t, pose(each))).collect())
-}
-
-fn joints_header() -> String {
-    let mut header = "t_us".to_owned();
-    for joint in EVALUATION_JOINTS {
-        let _ = write!(header, ",{joint}_u_px,{joint}_v_px,{joint}_x_m,{joint}_y_m,{joint}_z_m");
-    }
-    header + "\n"
-}
-
-/// Pixels are empty where a joint lies behind the camera.
-fn joints_line(csv: &mut String, points: &HandPoints) {
-    for (image, world) in points.image_px.iter().zip(&points.world_m) {
-        let _ = match image {
-            Some(p) => write!(csv, ",{},{}", p.x, p.y),
-            None => write!(csv, ",,"),
-        };
-        let _ = write!(csv, ",{},{},{}", world.x, world.y, world.z);
-    }
-    csv.push('\n');
 }

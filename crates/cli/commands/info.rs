@@ -3,7 +3,7 @@
 use anyhow::{Result, bail};
 use evpose_body::files::ModelFile;
 
-use super::data_set;
+use super::{checkpoint_info, data_set};
 use crate::args::InfoArgs;
 use crate::progress::say;
 
@@ -19,11 +19,13 @@ pub(crate) fn run(args: &InfoArgs) -> Result<()> {
             }
         } else if args.verify {
             bail!("{}: --verify is for directories of sequences", file.display());
+        } else if checkpoint_info::is_likely(file) {
+            say(checkpoint_info::describe(file)?);
         } else if ModelFile::is_likely(file) {
             let model = ModelFile::read(file)?;
             say(format!("{}\n{model}", file.display()));
         } else {
-            say(evpose_io::info(file, &args.opening.options())?);
+            say(evpose_io::info(file, &args.opening.options(file))?);
         }
     }
     Ok(())

@@ -1,10 +1,11 @@
 //! How a recording is opened, where its file leaves a choice.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use evpose_core::SensorSize;
 use evpose_io::OpenOptions;
+use evpose_sim::SequenceInfo;
 
 /// What a user knows of a recording that its file may not say.
 #[derive(Debug, clap::Args)]
@@ -24,9 +25,11 @@ pub(crate) struct OpeningArgs {
 }
 
 impl OpeningArgs {
-    pub(crate) fn options(&self) -> OpenOptions {
+    /// How to open `input`; what was simulated says beside its file what sensor it is of.
+    pub(crate) fn options(&self, input: &Path) -> OpenOptions {
+        let simulated = || SequenceInfo::beside(&input.with_extension("")).ok().flatten();
         OpenOptions {
-            sensor: self.sensor,
+            sensor: self.sensor.or_else(|| simulated().map(|info| info.sensor)),
             camera: self.camera,
             tick_us: self.tick_us,
             salvage: self.salvage,

@@ -11,9 +11,8 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use evpose_core::{Plane, atomic_write};
 use evpose_pose::HandParams;
-use evpose_pose::metric::{HandPoints, Pck};
+use evpose_pose::metric::Pck;
 use evpose_train::{Evaluated, HandConfig, HandDataset, HandSequence, HistoryLine, Part, Stage};
-use glam::Vec2;
 use image::{ExtendedColorType, ImageEncoder as _, Rgb, RgbImage};
 
 use crate::commands::held_out::{self, Judged};
@@ -277,20 +276,11 @@ fn picture(
     let truth = stage.points(hand, &sequence.pose(frame)?, betas);
     let predicted = predicted.iter().map(|(pose, colour)| (stage.points(hand, pose, &[]), *colour));
     for (points, colour) in std::iter::once((truth, TRUTH)).chain(predicted) {
-        if let Some(points) = in_front(&points) {
+        if let Some(points) = points.in_front() {
             canvas.hand(&points, colour);
         }
     }
     Ok(canvas.into_image())
-}
-
-/// The image points of a hand that is wholly in front of the camera.
-fn in_front(points: &HandPoints) -> Option<[Vec2; 21]> {
-    let mut out = [Vec2::ZERO; 21];
-    for (out, point) in out.iter_mut().zip(points.image_px) {
-        *out = point?;
-    }
-    Some(out)
 }
 
 /// The picture as a PNG file.

@@ -18,7 +18,7 @@ use super::convert::format;
 use crate::progress::say;
 
 pub(crate) fn run(args: &CleanArgs) -> Result<()> {
-    let options = args.recording.opening.options();
+    let options = args.recording.opening.options(&args.recording.input);
     // Before anything is read, which may take long.
     let target = match &args.out {
         Some(out) => Some((out.as_path(), format(out, args.format.as_deref())?)),

@@ -38,11 +38,13 @@ pub(crate) struct ViewArgs {
     /// End so many seconds after the first event [default: with the recording]
     #[arg(long, value_name = "SECONDS")]
     pub(crate) to: Option<f64>,
-    /// Draw people over it: joints of `evpose infer` (orange), the last ones before each picture
+    /// Draw people or a hand over it: joints of `evpose infer` (orange; of a hand, those of its
+    /// `--joints`), the last ones before each picture
     #[arg(long, value_name = "FILE.csv")]
     pub(crate) joints: Option<PathBuf>,
-    /// Draw people as they were: a table of poses of `evpose simulate` (green)
-    #[arg(long, value_name = "FILE.poses.csv")]
+    /// Draw people or a hand as they were: labels of `evpose simulate`, `.poses.csv` or `.meta`
+    /// (green)
+    #[arg(long, value_name = "FILE")]
     pub(crate) truth: Option<PathBuf>,
     /// Pictures a second while it plays
     #[arg(long, default_value_t = 20.0)]

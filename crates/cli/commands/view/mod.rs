@@ -3,8 +3,8 @@
 mod args;
 mod caption;
 mod files;
+mod overlay;
 mod page;
-mod people;
 mod picture;
 mod rerun;
 mod shots;

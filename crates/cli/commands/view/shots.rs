@@ -9,7 +9,7 @@ use evpose_repr::{ChannelOrder, Representation, StreamWindow, representation_cal
 use image::RgbImage;
 
 use super::ViewArgs;
-use super::people::People;
+use super::overlay::Overlay;
 use super::picture::Palette;
 use crate::progress::bar;
 
@@ -25,7 +25,7 @@ pub(super) struct Reel {
     /// The time of the first event, as the file counts.
     pub(super) origin: Micros,
     pub(super) palette: Palette,
-    people: People,
+    overlay: Overlay,
     pictures: u32,
     start: Micros,
     /// How long an event is shown.
@@ -47,7 +47,7 @@ pub(super) struct Moment<'a> {
 impl Reel {
     pub(super) fn open(args: &ViewArgs, pictures: u32) -> Result<Self> {
         let input = &args.recording.input;
-        let options = args.recording.opening.options();
+        let options = args.recording.opening.options(&args.recording.input);
         let mut windows = Windows::open(input, &options)?;
         let origin = windows.start().with_context(|| format!("{}: no events", input.display()))?;
         let sensor = windows.sensor();
@@ -66,7 +66,7 @@ impl Reel {
             every,
             origin,
             palette,
-            people: People::open(args)?,
+            overlay: Overlay::open(args)?,
             pictures,
             start,
             length,
@@ -148,10 +148,10 @@ impl Shots {
     pub(super) fn take(mut reel: Reel) -> Result<Self> {
         let mut shots = Vec::new();
         let (palette, origin) = (reel.palette, reel.origin);
-        let people = std::mem::take(&mut reel.people);
+        let overlay = std::mem::take(&mut reel.overlay);
         reel.play(|moment| {
             let image = palette.draw(moment.planes);
-            let image = people.draw(image, palette.scale(), moment.t + origin);
+            let image = overlay.draw(image, palette.scale(), moment.t + origin)?;
             shots.push(Shot { t: moment.t, events: moment.events.len(), image });
             Ok(())
         })?;

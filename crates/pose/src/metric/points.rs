@@ -22,6 +22,17 @@ pub struct HandPoints {
     pub image_px: [Option<Vec2>; 21],
 }
 
+impl HandPoints {
+    /// Its points in pixels, if the whole hand is before the camera.
+    pub fn in_front(&self) -> Option<[Vec2; 21]> {
+        let mut out = [Vec2::ZERO; 21];
+        for (out, point) in out.iter_mut().zip(self.image_px) {
+            *out = point?;
+        }
+        Some(out)
+    }
+}
+
 /// Which of the 21 points are judged in the image: wrist, fingertips, knuckle.
 pub const PALM_POINTS: [usize; 7] = [0, 1, 2, 3, 4, 5, KNUCKLE];
 

@@ -1,0 +1,135 @@
+//! People and hands drawn over a recording.
+
+use std::fs;
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use evpose_core::Micros;
+use evpose_io::Input;
+use evpose_io::predictions::{DelayUnit, predictions_of};
+use evpose_pose::body::BodyPoints;
+use evpose_sim::person::PoseTable;
+use evpose_train::{HandConfig, HandDataset, Stage};
+use glam::Vec2;
+use image::{Rgb, RgbImage};
+
+use super::ViewArgs;
+use crate::commands::hand_joints;
+use crate::report::canvas::{Canvas, PREDICTION, TRUTH};
+
+/// Joints over time, each in a colour.
+#[derive(Default)]
+pub(super) struct Overlay {
+    tracks: Vec<(Rgb<u8>, Track)>,
+}
+
+/// Where joints are, in the order of time.
+enum Track {
+    Bodies(Vec<(Micros, BodyPoints)>),
+    Hands(Vec<(Micros, Option<[Vec2; 21]>)>),
+    /// A hand that was simulated: its points follow from its pose when they are looked at.
+    Simulated(Box<SimulatedHand>),
+}
+
+struct SimulatedHand {
+    data: HandDataset,
+    /// Which of the sequences.
+    index: usize,
+    stage: Stage,
+}
+
+impl Overlay {
+    /// Those of the files that were named.
+    pub(super) fn open(args: &ViewArgs) -> Result<Self> {
+        let mut tracks = Vec::new();
+        if let Some(path) = &args.truth {
+            let is_hand = path.extension().is_some_and(|extension| extension == "meta");
+            let track = if is_hand {
+                Track::Simulated(Box::new(SimulatedHand::open(path)?))
+            } else {
+                let rows = PoseTable::read(path)?.rows.into_iter();
+                Track::Bodies(rows.map(|row| (row.t, row.joints_px)).collect())
+            };
+            tracks.push((TRUTH, track));
+        }
+        if let Some(path) = &args.joints {
+            tracks.push((PREDICTION, predicted(path)?));
+        }
+        Ok(Self { tracks })
+    }
+
+    /// Draws where they were last seen at `t`, as the file counts.
+    pub(super) fn draw(&self, image: RgbImage, scale: u32, t: Micros) -> Result<RgbImage> {
+        if self.tracks.is_empty() {
+            return Ok(image);
+        }
+        let mut canvas = Canvas::over(image, scale);
+        for (colour, track) in &self.tracks {
+            match track {
+                Track::Bodies(bodies) => {
+                    last(bodies, t).inspect(|joints_px| canvas.body(joints_px, *colour));
+                }
+                Track::Hands(hands) => {
+                    last(hands, t)
+                        .and_then(Option::as_ref)
+                        .inspect(|points_px| canvas.hand(points_px, *colour));
+                }
+                Track::Simulated(hand) => {
+                    hand.at(t)?.inspect(|points_px| canvas.hand(points_px, *colour));
+                }
+            }
+        }
+        Ok(canvas.into_image())
+    }
+}
+
+/// What was last seen at `t`.
+fn last<T>(track: &[(Micros, T)], t: Micros) -> Option<&T> {
+    let seen = track.partition_point(|(at, _)| *at <= t);
+    seen.checked_sub(1).and_then(|last| track.get(last)).map(|(_, joints)| joints)
+}
+
+/// What `evpose infer` found, of bodies or of a hand.
+fn predicted(path: &Path) -> Result<Track> {
+    let text = fs::read_to_string(path).with_context(|| format!("reading {}", path.display()))?;
+    if hand_joints::is_one(&text) {
+        let mut found = hand_joints::read(&text, path)?;
+        found.sort_by_key(|(t, _)| *t);
+        return Ok(Track::Hands(found));
+    }
+    let mut found: Vec<(Micros, BodyPoints)> =
+        predictions_of(Input::file(path)?, DelayUnit::Seconds)?
+            .into_iter()
+            .map(|found| (Micros::from_seconds(found.t_s), found.joints_px))
+            .collect();
+    found.sort_by_key(|(t, _)| *t);
+    Ok(Track::Bodies(found))
+}
+
+impl SimulatedHand {
+    /// The hand of a `.meta` file among the sequences of a directory.
+    fn open(meta: &Path) -> Result<Self> {
+        let directory = match meta.parent() {
+            Some(parent) if parent != Path::new("") => parent,
+            _ => Path::new("."),
+        };
+        let config = directory.join("config.toml");
+        let config = HandConfig::load(&config, &[])
+            .with_context(|| format!("{}: which hand and camera it is of", config.display()))?;
+        let data = HandDataset::open(directory, &config)?;
+        let name = meta.file_stem().unwrap_or_default().to_string_lossy();
+        let index = data.sequences().iter().position(|sequence| sequence.name() == name);
+        let index = index.with_context(|| format!("{}: no such sequence", meta.display()))?;
+        Ok(Self { data, index, stage: Stage::new(&config)? })
+    }
+
+    /// Its points in pixels, where all of them are before the camera.
+    fn at(&self, t: Micros) -> Result<Option<[Vec2; 21]>> {
+        let sequence = &self.data.sequences()[self.index];
+        let last = sequence.frames().saturating_sub(1);
+        let frame = u64::try_from(t.0.div_euclid(1_000)).unwrap_or(0).min(last);
+        let betas = sequence.betas(sequence.episode_of(frame));
+        let points = self.stage.points(sequence.hand(), &sequence.pose(frame)?, betas);
+        Ok(points.in_front())
+    }
+}
