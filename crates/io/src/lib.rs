@@ -46,7 +46,7 @@ pub use frames::{Encoding, FrameFault, FrameSource};
 pub use meta::{MetaReader, MetaWriter};
 pub use open::{
     Create, FORMATS, Format, Info, Labels, Open, Recording, SensorOrigin, Windows, create,
-    format_called, format_for, format_of, info, open, open_as, open_with, read_as, source,
+    format_called, format_for, format_of, info, input, open, open_as, open_with, read_as, source,
 };
 pub use predictions::{PredictionWriter, read_predictions};
 pub use sink::EventSink;

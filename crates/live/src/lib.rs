@@ -1,0 +1,35 @@
+//! Poses online: events in as they happen, poses out with the time that they describe and their latency.
+//!
+//! ```text
+//!  Source ─► feeder ─► PacketQueue ─► task: representation ─► newest image ─► network ┐
+//!  (file, socket, camera)  (drops the oldest)   └──────── filter, poses between ◄─────┘─► Sinks
+//! ```
+//!
+//! * [`source`]: where events come from; [`Packet`]s of them with the moment when they happened.
+//! * [`PacketQueue`]: between the source and all else; what does not fit is dropped, the oldest first, and
+//!   counted.
+//! * [`Task`]: what is done with events: an [`Eye`] that follows them, a [`Network`] that is shown what
+//!   the eye sees, whenever it is free.
+//! * [`run`]: all of it on three threads, until the source ends or somebody stops it.
+//! * [`sink`]: where poses go. A slow sink drops poses, and never holds up the others.
+//! * [`Meter`]: what came, what was dropped where, and how late poses were.
+//!
+//! Poses of the network and poses between them are counted apart, and every queue has a bound.
+
+mod error;
+mod meter;
+mod packet;
+mod pipeline;
+mod pose;
+mod queue;
+pub mod sink;
+pub mod source;
+mod task;
+
+pub use error::LiveError;
+pub use meter::{Latency, Meter, Report};
+pub use packet::Packet;
+pub use pipeline::{Control, LiveOptions, run};
+pub use pose::{Answer, LivePose, Origin};
+pub use queue::PacketQueue;
+pub use task::{Eye, Network, Task};

@@ -1,0 +1,60 @@
+//! Where events come from.
+
+mod replay;
+
+use std::time::Instant;
+
+use evpose_core::SensorSize;
+use evpose_io::Columns;
+
+pub use replay::{Replay, ReplayOptions};
+
+use crate::LiveError;
+
+/// Gives events as they happen. Lives on a thread of its own, which it may hold up.
+pub trait Source: Send + 'static {
+    /// What it is, for messages.
+    fn name(&self) -> String;
+
+    /// The sensor.
+    fn sensor(&self) -> SensorSize;
+
+    /// Waits for events and appends them, some thousand at most or those of a millisecond. Returns when
+    /// the last of them happened, or none when no more will come.
+    ///
+    /// # Errors
+    /// If the connection fails or what comes is damaged beyond what can be passed over.
+    fn next(&mut self, columns: &mut Columns) -> Result<Option<Instant>, LiveError>;
+
+    /// Packets that were passed over because they made no sense, so far.
+    fn malformed(&self) -> u64 {
+        0
+    }
+
+    /// A function that ends a [`Self::next`] which waits, called from another thread.
+    fn waker(&self) -> Option<Box<dyn Fn() + Send + Sync>> {
+        None
+    }
+}
+
+impl Source for Box<dyn Source> {
+    fn name(&self) -> String {
+        (**self).name()
+    }
+
+    fn sensor(&self) -> SensorSize {
+        (**self).sensor()
+    }
+
+    fn next(&mut self, columns: &mut Columns) -> Result<Option<Instant>, LiveError> {
+        (**self).next(columns)
+    }
+
+    fn malformed(&self) -> u64 {
+        (**self).malformed()
+    }
+
+    fn waker(&self) -> Option<Box<dyn Fn() + Send + Sync>> {
+        (**self).waker()
+    }
+}
