@@ -29,6 +29,7 @@ mod info;
 #[cfg(test)]
 mod job_files;
 mod latency;
+pub(crate) mod live;
 pub(crate) mod opening;
 pub(crate) mod prepare;
 mod quantize;
@@ -60,6 +61,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode> {
         Command::Train(args) => train::run(&args),
         Command::Eval(args) => eval::run(&args),
         Command::Infer(args) => infer::run(&args),
+        Command::Live(args) => live::run(&args),
         Command::Quantize(args) => quantize::run(&args),
         Command::Export(args) => export::run(&args),
         Command::Bench(BenchCommand::Infer(args)) => bench_infer::run(&args),

@@ -10,8 +10,8 @@
 //! * [`velocity`]: how fast joints move, told by events.
 
 mod decoder;
-pub mod fusion;
 mod follower;
+pub mod fusion;
 mod joint;
 mod label;
 mod maps;

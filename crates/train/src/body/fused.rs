@@ -85,8 +85,7 @@ pub fn poses_between(
     let mut poses = Vec::new();
     let mut t = first;
     while t <= end {
-        let image =
-            film.at_if(t, t >= next_asked, |events: &EventStream| follower.push(events))?;
+        let image = film.at_if(t, t >= next_asked, |events: &EventStream| follower.push(events))?;
         if let Some(image) = image {
             let joints = predictor.joints(&image);
             on_their_way.push((t, ScoredPoints::in_image(&joints, sensor)));
