@@ -162,6 +162,8 @@ pub struct BodyEvaluationConfig {
     pub seconds: f64,
     /// What people do in them.
     pub activities: Vec<String>,
+    /// Share of them in which the camera is held by hand; none for that of the simulation.
+    pub moving_cameras: Option<f32>,
     /// Time between two predictions, in milliseconds.
     pub every_ms: u32,
     /// How intervals are found.
@@ -352,6 +354,9 @@ impl BodyConfig {
         config.simulation.seconds = self.evaluation.seconds;
         if !self.evaluation.activities.is_empty() {
             config.simulation.activities = self.evaluation.activities.clone();
+        }
+        if let Some(share) = self.evaluation.moving_cameras {
+            config.simulation.moving_cameras = share;
         }
         config
     }
