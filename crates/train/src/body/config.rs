@@ -238,6 +238,7 @@ impl Default for BodyEvaluationConfig {
             sequences: 40,
             seconds: 5.0,
             activities: Vec::new(),
+            moving_cameras: None,
             every_ms: 20,
             bootstrap: BootstrapConfig::default(),
         }
