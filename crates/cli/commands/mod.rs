@@ -4,6 +4,7 @@ pub(crate) mod ablate;
 mod account;
 pub(crate) mod bench_infer;
 mod bench_io;
+pub(crate) mod bench_live;
 mod bench_repr;
 mod bench_sensor;
 mod bench_sim;
@@ -71,6 +72,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode> {
         Command::Bench(BenchCommand::Io(args)) => bench_io::run(&args),
         Command::Bench(BenchCommand::Repr(args)) => bench_repr::run(&args),
         Command::Bench(BenchCommand::Sim(args)) => bench_sim::run(&args),
+        Command::Bench(BenchCommand::Live(args)) => bench_live::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Convert(args) => convert::run(&args),
         Command::Clean(args) => clean::run(&args),

@@ -1,6 +1,7 @@
 //! `evpose live`: poses while events come.
 
 mod args;
+mod task;
 mod told;
 
 use std::fs::File;
@@ -9,28 +10,17 @@ use std::net::TcpStream;
 use std::path::Path;
 use std::time::Duration;
 
-use anyhow::{Context, Result, bail};
-use burn::tensor::Device;
+use anyhow::{Context, Result};
 use evpose_core::Micros;
 use evpose_live::sink::{JsonLines, Sinks, Table};
 use evpose_live::source::{Replay, ReplayOptions, Source};
-use evpose_live::{
-    Control, Eye, LiveOptions, Network, Task, body_task, hand_task, run as run_live,
-};
-use evpose_nn::DeviceKind;
-use evpose_train::Checkpoint;
-use evpose_train::body::{BetweenConfig, BodyPredictorOptions};
+use evpose_live::{Control, Eye, LiveOptions, Network, Task, run as run_live};
 
 pub(crate) use args::{LiveArgs, LiveTask};
+pub(crate) use task::{AnyTask, TaskOptions};
 
-use super::{as_json, body, device, quantize};
+use super::as_json;
 use crate::progress::note;
-
-/// Poses a second between those of the network.
-const BODY_HZ: f64 = 500.0;
-const HAND_HZ: f64 = 1_000.0;
-/// Surfaces at once where the CPU does not compute, as published.
-const BATCH: usize = 16;
 
 pub(crate) fn run(args: &LiveArgs) -> Result<()> {
     let replay = ReplayOptions {
@@ -42,33 +32,18 @@ pub(crate) fn run(args: &LiveArgs) -> Result<()> {
     let source = Replay::open(Path::new(&args.source), replay)?;
     let sensor = source.sensor();
     note(format!("source: {}, {sensor}", source.name()));
-    if let Some(checkpoint) = body::checkpoint(&args.checkpoint, &Device::flex())? {
-        if args.task == Some(LiveTask::Hand) {
-            bail!("{}: a network of bodies, not of hands", args.checkpoint.display());
-        }
-        let options = BodyPredictorOptions {
-            precision: args.precision,
-            confidence: args.confidence,
-            ..BodyPredictorOptions::default()
-        };
-        let task = body_task(&checkpoint, sensor, &BetweenConfig::default(), options)?;
-        return play(source, task, args, BODY_HZ);
+    let options = TaskOptions {
+        precision: args.precision,
+        device: &args.device,
+        batch: args.batch,
+        confidence: args.confidence,
+    };
+    let task = AnyTask::load(&args.checkpoint, args.task, sensor, &options)?;
+    let usual_hz = task.usual_between_hz();
+    match task {
+        AnyTask::Body(task) => play(source, *task, args, usual_hz),
+        AnyTask::Hand(task) => play(source, *task, args, usual_hz),
     }
-    if args.task == Some(LiveTask::Body) {
-        bail!("{}: a network of hands, not of bodies", args.checkpoint.display());
-    }
-    let device = device(&args.device)?;
-    let checkpoint = Checkpoint::load(&args.checkpoint, &device)?;
-    let trained_for = checkpoint.config.simulation.image_size();
-    if sensor != trained_for {
-        bail!("{}: {sensor}, but the network was trained for {trained_for}", args.source);
-    }
-    let on_cpu = args.device.device == DeviceKind::Flex;
-    let batch = args.batch.map_or(if on_cpu { 1 } else { BATCH }, usize::from);
-    let predictor =
-        quantize::predictor(&args.checkpoint, checkpoint.network, args.precision, device)?;
-    let task = hand_task(&checkpoint.config, predictor, sensor, batch)?;
-    play(source, task, args, HAND_HZ)
 }
 
 fn play<E: Eye, N: Network<Image = E::Image, Found = E::Found>>(
