@@ -95,6 +95,7 @@ pub fn run<E: Eye, N: Network<Image = E::Image, Found = E::Found>>(
         watch.until_the_end(&queue)
     });
     // Whoever still waits for a source that was left need not be waited for.
+    queue.leave();
     let fed = feeder.end(control.is_stopped() || ended.is_err());
     let report = control.meter.report();
     ended?;

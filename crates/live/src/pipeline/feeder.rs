@@ -77,6 +77,9 @@ fn feed(source: &mut impl Source, queue: &PacketQueue, meter: &Meter) -> Result<
             meter.dropped_packets.add(dropped.packets);
             meter.dropped_events.add(dropped.events);
         }
+        if queue.is_left() {
+            return Ok(());
+        }
     }
 }
 
