@@ -10,6 +10,7 @@
 //!   feature `hdf5`.
 //! * [`evt`], [`dat`]: recordings of Prophesee's cameras.
 //! * [`aedat2`], [`nmnist`], [`yarp`]: recordings of other programs and data sets.
+//! * [`framed`]: a stream for sockets and pipes, of our own.
 //! * [`predictions`]: joints of bodies over time, as MoveEnet's programs write them.
 //! * [`frames`]: the light of an image sequence, one frame at a time.
 //!
@@ -23,6 +24,7 @@ pub mod dat;
 mod error;
 pub mod evc;
 pub mod evt;
+pub mod framed;
 pub mod frames;
 #[cfg(test)]
 mod golden;
