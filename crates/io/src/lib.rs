@@ -24,6 +24,7 @@ pub mod dat;
 mod error;
 pub mod evc;
 pub mod evt;
+mod fill;
 pub mod framed;
 pub mod frames;
 #[cfg(test)]
@@ -39,6 +40,8 @@ mod sink;
 mod source;
 mod tell;
 pub mod text;
+#[cfg(test)]
+mod wire;
 pub mod yarp;
 
 pub use columns::Columns;

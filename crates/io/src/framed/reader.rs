@@ -8,6 +8,7 @@ use evpose_core::SensorSize;
 
 use super::decoder::FramedDecoder;
 use super::layout::{HEADER, sensor_of};
+use crate::fill::fill;
 use crate::{Columns, Decoder, IoError};
 
 /// Bytes that wait to be decoded, at most: 32,766 events, about what a second-level cache holds beside the
@@ -49,17 +50,10 @@ impl<R: Read> FramedReader<R> {
             events: 0,
         };
         let mut header = [0; HEADER];
-        let mut filled = 0;
-        while filled < HEADER {
-            match bytes.read(&mut header[filled..]) {
-                Ok(0) => {
-                    let reason = format!("the stream ends {filled} bytes into its header");
-                    return Err(damage((filled as u64, reason.into())));
-                }
-                Ok(got) => filled += got,
-                Err(error) if error.kind() == ErrorKind::Interrupted => {}
-                Err(error) => return Err(IoError::file(&name, "read", error)),
-            }
+        let there = fill(&mut bytes, &mut header).map_err(|e| IoError::file(&name, "read", e))?;
+        if there < HEADER {
+            let reason = format!("the stream ends {there} bytes into its header");
+            return Err(damage((there as u64, reason.into())));
         }
         let sensor = sensor_of(&header).map_err(damage)?;
         Ok(Self {

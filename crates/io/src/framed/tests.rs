@@ -1,12 +1,10 @@
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use std::collections::VecDeque;
-use std::io::{self, Read};
-
 use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
 use proptest::prelude::*;
 
 use super::*;
+use crate::wire::Wire;
 use crate::{Columns, Input, IoError, OpenOptions, Recording, open, read_as};
 
 const SENSOR: SensorSize = SensorSize { width: 346, height: 260 };
@@ -29,33 +27,6 @@ fn written(packets: &[EventStream]) -> Vec<u8> {
     let mut writer = FramedWriter::begin("test", Vec::new(), SENSOR).unwrap();
     packets.iter().for_each(|packet| writer.push(packet).unwrap());
     writer.into_inner()
-}
-
-/// Gives bytes piece by piece, as a socket does, and panics if asked when nobody is sending.
-struct Wire {
-    pieces: VecDeque<Vec<u8>>,
-    has_ended: bool,
-}
-
-impl Wire {
-    fn new(pieces: impl IntoIterator<Item = Vec<u8>>, has_ended: bool) -> Self {
-        Self { pieces: pieces.into_iter().filter(|piece| !piece.is_empty()).collect(), has_ended }
-    }
-}
-
-impl Read for Wire {
-    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
-        let Some(mut piece) = self.pieces.pop_front() else {
-            assert!(self.has_ended, "this would wait for ever");
-            return Ok(0);
-        };
-        let count = piece.len().min(out.len());
-        out[..count].copy_from_slice(&piece[..count]);
-        if count < piece.len() {
-            self.pieces.push_front(piece.split_off(count));
-        }
-        Ok(count)
-    }
 }
 
 /// All events of a stream that comes in pieces, and how it ended.
@@ -144,7 +115,7 @@ fn what_is_no_packet_is_passed_over_to_the_next() {
         spoil(&mut bytes);
         bytes
     };
-    let noise: Vec<u8> = (0..999_u32).map(|k| (k * k >> 3) as u8).collect();
+    let noise: Vec<u8> = (0..999_u32).map(|k| ((k * k) >> 3) as u8).collect();
     let cases = [
         // A marker, a count, a base, and noise in front of a packet.
         (spoilt(&|b| b[second] = b'X'), 80),
