@@ -42,7 +42,7 @@ pub use compression::Compression;
 pub use header::{Kind, Stream};
 pub use packet::{Content, Depth, Frame, ImuSample, Packet, PixelFormat, Trigger, TriggerKind};
 pub use packets::Packets;
-pub use stream::{Aedat4Stream, TELLING};
+pub use stream::{Aedat4Stream, TELLING, is_stream};
 pub use writer::Writer;
 
 use crate::IoError;

@@ -27,6 +27,11 @@ const MOST_HEADER: u32 = 1 << 24;
 /// Bytes that are asked for at once: a packet of some thousand events.
 const BUFFER: usize = 1 << 16;
 
+/// Whether a stream begins with these bytes, of which there should be [`TELLING`].
+pub fn is_stream(head: &[u8]) -> bool {
+    head.starts_with(&MAGIC[..TELLING]) || head.get(8..TELLING) == Some(IDENTIFIER)
+}
+
 /// A stream of AEDAT 4.0 that is being read.
 ///
 /// It waits for the bytes of one packet and no more. Packets of other streams are passed over.
@@ -46,11 +51,6 @@ pub struct Aedat4Stream<R> {
 }
 
 impl<R: Read> Aedat4Stream<R> {
-    /// Whether a stream begins with these bytes, of which there should be [`TELLING`].
-    pub fn is_begun_by(head: &[u8]) -> bool {
-        head.starts_with(&MAGIC[..TELLING]) || head.get(8..TELLING) == Some(IDENTIFIER)
-    }
-
     /// Reads the header of a stream, which messages call `name`, and chooses a camera, counted from 0.
     ///
     /// # Errors

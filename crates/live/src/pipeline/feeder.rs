@@ -50,12 +50,13 @@ impl Feeder {
 
 fn feed(source: &mut impl Source, queue: &PacketQueue, meter: &Meter) -> Result<(), LiveError> {
     let sensor = source.sensor();
-    let (mut columns, mut latest, mut malformed) = (Columns::new(), None, 0);
+    let (mut columns, mut latest) = (Columns::new(), None);
+    let (mut malformed, mut lost) = (0, 0);
     loop {
         columns.clear();
         let read = source.next(&mut columns);
-        let now_malformed = source.malformed();
-        meter.malformed.add(now_malformed - std::mem::replace(&mut malformed, now_malformed));
+        meter.malformed.add(risen(&mut malformed, source.malformed()));
+        meter.dropped_packets.add(risen(&mut lost, source.lost()));
         let is_over = !matches!(read, Ok(Some(_)));
         if let (Ok(Some(happened)), false) = (&read, columns.is_empty()) {
             let happened = *happened;
@@ -80,6 +81,11 @@ fn feed(source: &mut impl Source, queue: &PacketQueue, meter: &Meter) -> Result<
             return read.map(|_| ());
         }
     }
+}
+
+/// By how much a count has risen.
+fn risen(before: &mut u64, now: u64) -> u64 {
+    now.saturating_sub(std::mem::replace(before, now))
 }
 
 /// A piece of events between two jumps of time.

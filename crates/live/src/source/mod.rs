@@ -1,12 +1,23 @@
 //! Where events come from.
 
+#[cfg(feature = "cameras")]
+mod camera;
+mod dv;
+mod framed;
+mod named;
 mod replay;
+mod wire;
 
 use std::time::Instant;
 
 use evpose_core::SensorSize;
 use evpose_io::Columns;
 
+#[cfg(feature = "cameras")]
+pub use camera::Camera;
+pub use dv::Dv;
+pub use framed::Framed;
+pub use named::{SourceOptions, open};
 pub use replay::{Replay, ReplayOptions};
 
 use crate::LiveError;
@@ -31,6 +42,11 @@ pub trait Source: Send + 'static {
         0
     }
 
+    /// Packets that were lost before they could be taken, so far; how many events they had is not known.
+    fn lost(&self) -> u64 {
+        0
+    }
+
     /// A function that ends a [`Self::next`] which waits, called from another thread.
     fn waker(&self) -> Option<Box<dyn Fn() + Send + Sync>> {
         None
@@ -52,6 +68,10 @@ impl Source for Box<dyn Source> {
 
     fn malformed(&self) -> u64 {
         (**self).malformed()
+    }
+
+    fn lost(&self) -> u64 {
+        (**self).lost()
     }
 
     fn waker(&self) -> Option<Box<dyn Fn() + Send + Sync>> {

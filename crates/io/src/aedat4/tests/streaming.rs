@@ -49,7 +49,7 @@ fn streams_of_dv_processing_are_read() {
         ));
         let bytes = bytes.unwrap();
         assert_eq!(sha256(&bytes), digest);
-        assert!(Aedat4Stream::<Wire>::is_begun_by(&bytes[..TELLING]));
+        assert!(is_stream(&bytes[..TELLING]));
         for size in [1, 700, 1 << 20] {
             let (columns, malformed, ended) = read(&bytes, size);
             ended.unwrap();
@@ -152,8 +152,8 @@ fn what_is_no_stream_is_refused_at_once() {
     assert!(message(b"GET / HTTP/1.1\r\n").contains("a header of 542393671 bytes is none"));
     assert!(message(b"#!AER-").contains("byte 6: the stream ends in its header"));
     assert!(message(&[0; 40]).contains("byte 4: the header"));
-    assert!(!Aedat4Stream::<Wire>::is_begun_by(b"EVPOSE1\n\0\0\0\0"));
-    assert!(!Aedat4Stream::<Wire>::is_begun_by(b"#!AER"));
+    assert!(!is_stream(b"EVPOSE1\n\0\0\0\0"));
+    assert!(!is_stream(b"#!AER"));
 }
 
 #[test]
