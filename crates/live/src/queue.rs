@@ -235,9 +235,10 @@ mod tests {
             let next = || waits.recv_timeout(Duration::from_secs(10)).unwrap();
             for wake in [0, 1, 0] {
                 next();
-                match wake {
-                    0 => assert_eq!(queue.push(packet(0, 1)), Dropped::default()),
-                    _ => queue.nudge(),
+                if wake == 0 {
+                    queue.push(packet(0, 1));
+                } else {
+                    queue.nudge();
                 }
                 next();
             }
