@@ -8,15 +8,8 @@ use std::time::Instant;
 use evpose_core::{EventStream, Micros};
 use evpose_io::Columns;
 
-use crate::source::Source;
+use crate::source::{FARTHEST, JUMP, Source};
 use crate::{LiveError, Meter, Packet, PacketQueue};
-
-/// Time that jumps back by more than this means that another recording begins; what is earlier by less came
-/// late, and is rejected.
-const JUMP: Micros = Micros(100_000);
-
-/// Times farther from 0, about 36,000 years, are noise: differences of all others are times, too.
-const FARTHEST: Micros = Micros(1 << 60);
 
 /// The thread, and how to end it.
 pub(super) struct Feeder {

@@ -10,7 +10,7 @@ mod wire;
 
 use std::time::Instant;
 
-use evpose_core::SensorSize;
+use evpose_core::{Micros, SensorSize};
 use evpose_io::Columns;
 
 #[cfg(feature = "cameras")]
@@ -21,6 +21,13 @@ pub use named::{SourceOptions, open};
 pub use replay::{Replay, ReplayOptions};
 
 use crate::LiveError;
+
+/// Time that jumps back by more than this means that another recording begins; what is earlier by less came
+/// late.
+pub(crate) const JUMP: Micros = Micros(100_000);
+
+/// Times farther from 0, about 36,000 years, are noise: differences of all others are times, too.
+pub(crate) const FARTHEST: Micros = Micros(1 << 60);
 
 /// Gives events as they happen. Lives on a thread of its own, which it may hold up.
 pub trait Source: Send + 'static {
