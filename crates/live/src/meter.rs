@@ -40,9 +40,9 @@ pub struct Meter {
     pub rejected: Count,
     /// Packets that the source passed over because they made no sense.
     pub malformed: Count,
-    /// Packets that the queue dropped.
+    /// Packets that the queue dropped, and those that a source lost.
     pub dropped_packets: Count,
-    /// Events of these packets.
+    /// Events of the packets that the queue dropped.
     pub dropped_events: Count,
     /// Events that the eye followed.
     pub followed: Count,

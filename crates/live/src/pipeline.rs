@@ -74,10 +74,11 @@ impl Control {
 /// How often somebody who waits looks whether to stop.
 const LOOK_UP: Duration = Duration::from_millis(50);
 
-/// Turns the events of `source` into poses for `sinks`, until it ends or `control` says so.
+/// Turns the events of `source` into poses for `sinks`, until it ends, `control` says so, or no sink is left
+/// that takes them: what they failed of is told by [`Sinks::finish`].
 ///
 /// # Errors
-/// If the source, the task or all sinks fail; every pose before that has been given to the sinks.
+/// If the source or the task fail; every pose before that has been given to the sinks.
 pub fn run<E: Eye, N: Network<Image = E::Image, Found = E::Found>>(
     source: impl Source,
     task: Task<E, N>,
@@ -96,7 +97,7 @@ pub fn run<E: Eye, N: Network<Image = E::Image, Found = E::Found>>(
     });
     // Whoever still waits for a source that was left need not be waited for.
     queue.leave();
-    let fed = feeder.end(control.is_stopped() || ended.is_err());
+    let fed = feeder.end(control.is_stopped() || sinks.are_gone() || ended.is_err());
     let report = control.meter.report();
     ended?;
     fed?;
@@ -164,7 +165,7 @@ impl<'a, E: Eye> Watch<'a, E> {
             while let Some(seen) = self.looker.seen()? {
                 self.found(seen);
             }
-            if self.control.is_stopped() {
+            if self.control.is_stopped() || self.sinks.are_gone() {
                 return Ok(());
             }
         }
@@ -202,14 +203,16 @@ impl<'a, E: Eye> Watch<'a, E> {
             (self.next_between, self.next_image) = (None, None);
         }
         let happened = |t: Micros| before(packet.happened, last - t);
+        let stall = i64::try_from(self.options.stall.as_micros()).unwrap_or(i64::MAX);
         let mut pushed = first;
         while let Some((step, tick)) = self.step.zip(self.next_between).filter(|(_, t)| *t <= last)
         {
-            // Behind a gap there is no use in the poses of all the time that nobody knows of.
-            if tick < first {
-                self.next_between = Some(Micros(first.0 - (first.0 - tick.0).rem_euclid(step.0)));
-                let late = self.next_between.filter(|late| *late < first);
-                self.next_between = late.map(|late| late + step).or(self.next_between);
+            // Behind a gap there is no use in the poses of all the time that nobody knows of: one between
+            // packets, or one of a stall inside of a packet.
+            let next = events.t()[events.t().partition_point(|t| *t < tick)];
+            if tick < first || (next - tick).0 > stall {
+                let late = Micros(next.0 - (next.0 - tick.0).rem_euclid(step.0));
+                self.next_between = Some(if late < next { late + step } else { late });
                 continue;
             }
             if tick > pushed {

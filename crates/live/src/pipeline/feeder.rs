@@ -3,16 +3,13 @@
 use std::ops::Range;
 use std::sync::Arc;
 use std::thread::JoinHandle;
+use std::time::Instant;
 
 use evpose_core::{EventStream, Micros};
 use evpose_io::Columns;
 
-use crate::source::Source;
+use crate::source::{FARTHEST, JUMP, Source};
 use crate::{LiveError, Meter, Packet, PacketQueue};
-
-/// Time that jumps back by more than this means that another recording begins; what is earlier by less came
-/// late, and is rejected.
-const JUMP: Micros = Micros(100_000);
 
 /// The thread, and how to end it.
 pub(super) struct Feeder {
@@ -51,36 +48,51 @@ impl Feeder {
 
 fn feed(source: &mut impl Source, queue: &PacketQueue, meter: &Meter) -> Result<(), LiveError> {
     let sensor = source.sensor();
-    let (mut columns, mut latest, mut malformed) = (Columns::new(), None, 0);
+    let (mut columns, mut latest) = (Columns::new(), None);
+    let (mut malformed, mut lost) = (0, 0);
     loop {
         columns.clear();
         let read = source.next(&mut columns);
-        let now_malformed = source.malformed();
-        meter.malformed.add(now_malformed - std::mem::replace(&mut malformed, now_malformed));
-        let Ok(Some(happened)) = read else { return read.map(|_| ()) };
+        meter.malformed.add(risen(&mut malformed, source.malformed()));
+        meter.dropped_packets.add(risen(&mut lost, source.lost()));
+        // Events that came before a fault are whole.
+        let happened = match read {
+            Ok(None) => return Ok(()),
+            Ok(Some(happened)) => happened,
+            Err(_) => Instant::now(),
+        };
         // Usually one piece: time jumps back once in a while, if ever.
         let mut from = 0;
         while from < columns.len() {
             let restarts = latest.is_some_and(|latest| is_back(columns.t[from], latest));
-            if restarts {
-                latest = None;
-                meter.restarts.add(1);
-            }
-            let end = piece_end(&columns.t, from, latest);
-            let events = checked(&columns, from..end, latest, queue.memory(sensor));
+            let before = latest.filter(|_| !restarts);
+            let end = piece_end(&columns.t, from, before);
+            let events = checked(&columns, from..end, before, queue.memory(sensor));
             meter.rejected.add((end - from - events.len()) as u64);
+            from = end;
+            // Nothing begins anew with events that are none.
+            let Some(&newest) = events.t().last() else {
+                queue.give_back(events);
+                continue;
+            };
+            latest = Some(newest);
+            meter.restarts.add(u64::from(restarts));
             meter.packets.add(1);
             meter.events.add(events.len() as u64);
-            latest = events.t().last().copied().or(latest);
-            from = end;
             let dropped = queue.push(Packet { events, happened, restarts });
             meter.dropped_packets.add(dropped.packets);
             meter.dropped_events.add(dropped.events);
         }
+        read?;
         if queue.is_left() {
             return Ok(());
         }
     }
+}
+
+/// By how much a count has risen.
+fn risen(before: &mut u64, now: u64) -> u64 {
+    now.saturating_sub(std::mem::replace(before, now))
 }
 
 /// Whether another recording begins at `t`.
@@ -100,14 +112,16 @@ fn piece_end(t: &[Micros], from: usize, latest: Option<Micros>) -> usize {
     t[from + 1..].iter().position(jumps).map_or(t.len(), |more| from + 1 + more)
 }
 
-/// The events of `range` that are on the sensor and in order, behind `latest`, in the memory of a packet.
+/// The events of `range` that are on the sensor, in order behind `latest`, and of a time that can be, in the memory of a packet.
 fn checked(
     columns: &Columns,
     range: Range<usize>,
     latest: Option<Micros>,
     mut events: EventStream,
 ) -> EventStream {
-    let is_behind = |t: Micros| latest.is_none_or(|latest| t >= latest);
+    let fits = |t: Micros| {
+        latest.is_none_or(|latest| t >= latest) && t.0.unsigned_abs() <= FARTHEST.0.unsigned_abs()
+    };
     let of = |range: Range<usize>| {
         (
             &columns.t[range.clone()],
@@ -117,10 +131,11 @@ fn checked(
         )
     };
     let (t, x, y, polarity) = of(range.clone());
-    if is_behind(t[0]) && events.extend_columns(t, x, y, polarity).is_ok() {
+    let ends_fit = fits(t[0]) && fits(t[t.len() - 1]);
+    if ends_fit && events.extend_columns(t, x, y, polarity).is_ok() {
         return events;
     }
-    for event in range.map(|index| columns.event(index)).filter(|event| is_behind(event.t)) {
+    for event in range.map(|index| columns.event(index)).filter(|event| fits(event.t)) {
         // What is refused is told by how many are missing.
         let _ = events.push(event);
     }

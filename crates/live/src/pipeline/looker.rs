@@ -63,7 +63,10 @@ impl<I, F> Looker<I, F> {
                 self.is_busy = false;
                 seen.map(Some)
             }
-            Err(TryRecvError::Empty | TryRecvError::Disconnected) => Ok(None),
+            Err(TryRecvError::Disconnected) if self.is_busy => {
+                Err(LiveError::Task("the network's thread has ended".into()))
+            }
+            Err(_) => Ok(None),
         }
     }
 

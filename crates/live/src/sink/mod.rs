@@ -100,6 +100,11 @@ impl Sinks {
         self.sinks.iter().filter(|sink| sink.is_gone).map(|sink| sink.name.as_str())
     }
 
+    /// Whether all of them failed; without any, none did.
+    pub fn are_gone(&self) -> bool {
+        !self.sinks.is_empty() && self.sinks.iter().all(|sink| sink.is_gone)
+    }
+
     /// Waits until all poses are written. Returns what each sink dropped.
     ///
     /// # Errors

@@ -1,15 +1,33 @@
 //! Where events come from.
 
+#[cfg(feature = "cameras")]
+mod camera;
+mod dv;
+mod framed;
+mod named;
 mod replay;
+mod wire;
 
 use std::time::Instant;
 
-use evpose_core::SensorSize;
+use evpose_core::{Micros, SensorSize};
 use evpose_io::Columns;
 
+#[cfg(feature = "cameras")]
+pub use camera::Camera;
+pub use dv::Dv;
+pub use framed::Framed;
+pub use named::{SourceOptions, open};
 pub use replay::{Replay, ReplayOptions};
 
 use crate::LiveError;
+
+/// Time that jumps back by more than this means that another recording begins; what is earlier by less came
+/// late.
+pub(crate) const JUMP: Micros = Micros(100_000);
+
+/// Times farther from 0, about 36,000 years, are noise: differences of all others are times, too.
+pub(crate) const FARTHEST: Micros = Micros(1 << 60);
 
 /// Gives events as they happen. Lives on a thread of its own, which it may hold up.
 pub trait Source: Send + 'static {
@@ -28,6 +46,11 @@ pub trait Source: Send + 'static {
 
     /// Packets that were passed over because they made no sense, so far.
     fn malformed(&self) -> u64 {
+        0
+    }
+
+    /// Packets that were lost before they could be taken, so far; how many events they had is not known.
+    fn lost(&self) -> u64 {
         0
     }
 
@@ -52,6 +75,10 @@ impl Source for Box<dyn Source> {
 
     fn malformed(&self) -> u64 {
         (**self).malformed()
+    }
+
+    fn lost(&self) -> u64 {
+        (**self).lost()
     }
 
     fn waker(&self) -> Option<Box<dyn Fn() + Send + Sync>> {

@@ -4,10 +4,13 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use evpose_core::{Micros, SensorSize};
-use evpose_io::{Columns, EventSource, OpenOptions};
+use evpose_io::{Columns, EventSource, IoError, OpenOptions};
 
-use super::Source;
+use super::{FARTHEST, JUMP, Source};
 use crate::LiveError;
+
+/// Events that come together at most, whatever their times.
+const MOST_EVENTS: usize = 1 << 18;
 
 /// How a recording is played.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,7 +34,8 @@ impl Default for ReplayOptions {
 
 /// Plays a recording.
 ///
-/// A recording that is played again goes on where it ended: its times do not jump back.
+/// A recording that is played again goes on where it ended: its times do not jump back. Where they do in the
+/// recording itself, what is behind is played from then on.
 pub struct Replay {
     name: String,
     source: Box<dyn EventSource>,
@@ -49,6 +53,8 @@ pub struct Replay {
     last: Micros,
     first: Option<Micros>,
     left: u64,
+    /// What the recording failed of behind what is ahead.
+    failure: Option<IoError>,
 }
 
 impl Replay {
@@ -84,6 +90,7 @@ impl Replay {
             shift: Micros(0),
             last: Micros(i64::MIN),
             first: None,
+            failure: None,
         })
     }
 
@@ -92,8 +99,17 @@ impl Replay {
         while self.given == self.ahead.len() {
             self.ahead.clear();
             self.given = 0;
-            self.source.next(&mut self.ahead)?;
-            if self.ahead.is_empty() {
+            if let Some(failure) = self.failure.take() {
+                return Err(failure.into());
+            }
+            // Events before a fault are given before it is told.
+            self.failure = self.source.next(&mut self.ahead).err();
+            let is_noise = |t: &&Micros| t.0.unsigned_abs() > FARTHEST.0.unsigned_abs();
+            if let Some(t) = self.ahead.t.iter().find(is_noise) {
+                let reason = format!("an event at {t}: no recording lasts so long");
+                return Err(LiveError::Source { what: self.name.clone(), reason });
+            }
+            if self.ahead.is_empty() && self.failure.is_none() {
                 self.left = self.left.saturating_sub(1);
                 let Some(first) = self.first.filter(|_| self.left > 0) else { return Ok(false) };
                 self.source.seek(Micros(i64::MIN))?;
@@ -121,14 +137,19 @@ impl Source for Replay {
         let start = columns.len();
         let first = self.ahead.t[self.given] + self.shift;
         self.first.get_or_insert(first);
+        if self.began.is_some() && first + JUMP < self.last {
+            (self.began, self.packet_end) = (None, Micros(i64::MIN));
+        }
         if self.packet_end <= first {
-            self.packet_end = first + self.options.packet;
+            let next = Micros(self.packet_end.0.saturating_add(self.options.packet.0));
+            self.packet_end = if next > first { next } else { first + self.options.packet };
         }
         let mut last = first;
         while self.fill()? {
             let waiting = &self.ahead.t[self.given..];
-            let end = self.packet_end - self.shift;
-            let fit = waiting.iter().position(|t| *t >= end).unwrap_or(waiting.len());
+            let (back, end) = (first - JUMP - self.shift, self.packet_end - self.shift);
+            let fit = waiting.iter().position(|t| *t >= end || *t < back);
+            let fit = fit.unwrap_or(waiting.len()).min(MOST_EVENTS - (columns.len() - start));
             if fit == 0 {
                 break;
             }
@@ -142,10 +163,10 @@ impl Source for Replay {
             self.last = last;
         }
         debug_assert!(columns.len() > start, "a packet begins with its first event");
-        self.packet_end = self.packet_end + self.options.packet;
         let (began, origin) = *self.began.get_or_insert_with(|| (Instant::now(), first));
         let passed_s = (last - origin).as_seconds() / self.options.speed;
-        let due = began + Duration::try_from_secs_f64(passed_s.max(0.0)).unwrap_or_default();
+        let passed = Duration::try_from_secs_f64(passed_s.max(0.0)).unwrap_or_default();
+        let due = began.checked_add(passed).unwrap_or(began);
         let now = Instant::now();
         if let Some(early) = due.checked_duration_since(now) {
             std::thread::sleep(early);
@@ -154,3 +175,6 @@ impl Source for Replay {
         Ok(Some(if self.options.speed.is_finite() { due } else { now }))
     }
 }
+
+#[cfg(test)]
+mod tests;
