@@ -12,6 +12,7 @@
 //!   the eye sees, whenever it is free.
 //! * [`run`]: all of it on three threads, until the source ends or somebody stops it.
 //! * [`sink`]: where poses go. A slow sink drops poses, and never holds up the others.
+//! * [`page`]: events, poses and figures in a browser, live.
 //! * [`Meter`]: what came, what was dropped where, and how late poses were.
 //!
 //! Poses of the network and poses between them are counted apart, and every queue has a bound.
@@ -19,6 +20,7 @@
 mod error;
 mod meter;
 mod packet;
+pub mod page;
 mod pipeline;
 mod pose;
 mod queue;
@@ -29,7 +31,7 @@ mod task;
 pub use error::LiveError;
 pub use meter::{Latency, Meter, Report};
 pub use packet::Packet;
-pub use pipeline::{Control, LiveOptions, run};
+pub use pipeline::{Control, LiveOptions, Observer, run};
 pub use pose::{Answer, LivePose, Origin};
 pub use queue::PacketQueue;
 pub use task::{Eye, Network, Task};
