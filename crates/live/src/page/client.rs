@@ -127,8 +127,7 @@ fn judge(request: &Request, is_local: bool) -> Option<Status> {
     // An origin that is no text is not ours.
     let origin = request.headers().contains_key("origin");
     let origin = origin.then(|| field(request, "origin").unwrap_or_default());
-    let is_welcome =
-        origin::is_ours(host, origin) && (!is_local || origin::is_this_machine(host));
+    let is_welcome = origin::is_ours(host, origin) && (!is_local || origin::is_this_machine(host));
     (!is_welcome).then_some(Status::Forbidden)
 }
 
@@ -185,4 +184,24 @@ fn listen(socket: &mut WebSocket<TcpStream>) -> Result<(), Error> {
         let _ = socket.flush();
     }
     heard
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn frame(number: u8) -> Frame {
+        Frame { picture: vec![number].into(), words: Utf8Bytes::default() }
+    }
+
+    #[test]
+    fn the_newest_frame_wins_and_none_is_given_twice() {
+        let mailbox = Mailbox::default();
+        (1..=3).for_each(|number| mailbox.put(frame(number)));
+        assert_eq!(mailbox.fetch().map(|frame| frame.picture[0]), Some(3));
+        assert!(lock(&mailbox.slot).frame.is_none());
+        mailbox.put(frame(4));
+        mailbox.close();
+        assert!(mailbox.fetch().is_none(), "at the end nobody waits for the rest");
+    }
 }

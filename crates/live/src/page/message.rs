@@ -128,9 +128,9 @@ impl Shown {
             Answer::Hand { params, points } => {
                 self.joints = points.image_px.iter().map(joint).collect();
                 let vertices = mesh.and_then(|mesh| (mesh.vertices)(params));
-                self.vertices = vertices.filter(|all| all.iter().all(|v| v.is_finite())).map(|all| {
-                    all.iter().map(|v| [Tenth(v.x), Tenth(v.y), Tenth(v.z)]).collect()
-                });
+                self.vertices = vertices
+                    .filter(|all| all.iter().all(|v| v.is_finite()))
+                    .map(|all| all.iter().map(|v| [Tenth(v.x), Tenth(v.y), Tenth(v.z)]).collect());
             }
         }
         self

@@ -110,7 +110,11 @@ impl Page {
     ///
     /// # Errors
     /// If nobody can listen there.
-    pub fn serve(address: SocketAddr, info: PageInfo, meter: Arc<Meter>) -> Result<Self, LiveError> {
+    pub fn serve(
+        address: SocketAddr,
+        info: PageInfo,
+        meter: Arc<Meter>,
+    ) -> Result<Self, LiveError> {
         let failed = |source| LiveError::Connection { what: format!("http://{address}"), source };
         let listener = TcpListener::bind(address).map_err(failed)?;
         listener.set_nonblocking(true).map_err(failed)?;

@@ -43,7 +43,8 @@ mod tests {
         for host in own.into_iter().chain(["[::1]", "[::1]:80", "localhost."]) {
             assert!(is_this_machine(host), "{host}");
         }
-        for host in ["example.org", "10.0.0.1:80", "localhost.example.org", "", "[fe80::1]", "[::1"] {
+        for host in ["example.org", "10.0.0.1:80", "localhost.example.org", "", "[fe80::1]", "[::1"]
+        {
             assert!(!is_this_machine(host), "{host}");
         }
     }

@@ -127,9 +127,7 @@ mod tests {
         newest.take(&pose(Origin::Between, 200));
         let latency = newest.network.turn().unwrap();
         assert_eq!(latency.poses, 100);
-        for (is, want) in
-            [(latency.p50_ms, 50.0), (latency.p95_ms, 95.0), (latency.p99_ms, 99.0)]
-        {
+        for (is, want) in [(latency.p50_ms, 50.0), (latency.p95_ms, 95.0), (latency.p99_ms, 99.0)] {
             assert!((is / want - 1.0).abs() < 0.01, "{is} ms, not {want} ms");
         }
         assert_eq!(newest.between.turn().unwrap().poses, 1);

@@ -69,9 +69,8 @@ impl Point {
         network: Option<Latency>,
         between: Option<Latency>,
     ) -> Self {
-        let four = |latency: Latency| {
-            [latency.p50_ms, latency.p95_ms, latency.p99_ms, latency.max_ms]
-        };
+        let four =
+            |latency: Latency| [latency.p50_ms, latency.p95_ms, latency.p99_ms, latency.max_ms];
         let events = rates.events;
         Self { at_s, events, network: network.map(four), between: between.map(four) }
     }
@@ -123,9 +122,8 @@ fn since(first: &Report, last: &Report) -> Rates {
     if passed_s <= 0.0 {
         return Rates::default();
     }
-    let rate = |count: fn(&Report) -> u64| {
-        count(last).saturating_sub(count(first)) as f64 / passed_s
-    };
+    let rate =
+        |count: fn(&Report) -> u64| count(last).saturating_sub(count(first)) as f64 / passed_s;
     Rates {
         packets: rate(|report| report.packets),
         events: rate(|report| report.events),

@@ -60,10 +60,14 @@ function drawScene() {
   context.beginPath();
   context.rect(0, 0, columns * scale, rows * scale);
   context.clip();
+  if (frame && about.subject === 'hand') drawSurface(context, frame, scale);
   if (scene.cells) {
     const side = about.cell_px * scale;
     context.imageSmoothingEnabled = side < 1.5;
+    // As light: they are seen on the hand, too.
+    context.globalCompositeOperation = 'lighter';
     context.drawImage(scene.cells, 0, 0, scene.cells.width * side, scene.cells.height * side);
+    context.globalCompositeOperation = 'source-over';
   }
   if (frame) drawPoses(context, frame, scale);
   context.restore();
@@ -71,21 +75,25 @@ function drawScene() {
   context.strokeRect(0.5, 0.5, columns * scale - 1, rows * scale - 1);
 }
 
-function drawPoses(context, { network, between, state }, scale) {
-  // What nobody renews fades.
-  const strength = (pose) => state === 'ended' ? 1 : Math.max(0.2, Math.min(1, 1.25 - pose.age_ms / 800));
+// What nobody renews fades.
+const strength = (pose, state) => state === 'ended' ? 1 : Math.max(0.2, Math.min(1, 1.25 - pose.age_ms / 800));
+
+function drawSurface(context, { network, between, state }, scale) {
   const newest = between ?? network;
-  if (newest && scene.about.subject === 'hand') {
-    context.globalAlpha = strength(newest);
-    if (newest.vertices) drawMesh(context, newest.vertices, scale);
-    else drawHand(context, newest.joints, scale);
-  }
+  if (!newest) return;
+  context.globalAlpha = strength(newest, state);
+  if (newest.vertices) drawMesh(context, newest.vertices, scale);
+  else drawHand(context, newest.joints, scale);
+  context.globalAlpha = 1;
+}
+
+function drawPoses(context, { network, between, state }, scale) {
   if (network) {
-    context.globalAlpha = strength(network);
+    context.globalAlpha = strength(network, state);
     drawDots(context, network, scale, !between);
   }
   if (between) {
-    context.globalAlpha = strength(between);
+    context.globalAlpha = strength(between, state);
     drawLines(context, between.joints, scale, BETWEEN);
   }
   context.globalAlpha = 1;
@@ -124,7 +132,7 @@ function drawLines(context, joints, scale, colour) {
 
 function drawDots(context, { joints, tenths }, scale, isAlone) {
   if (isAlone) drawLines(context, joints, scale, NETWORK);
-  const whole = context.globalAlpha, radius = scene.about.subject === 'hand' ? 3.2 : 5.5;
+  const whole = context.globalAlpha, radius = scene.about.subject === 'hand' ? 4 : 5.5;
   joints.forEach((joint, k) => {
     if (!joint) return;
     context.globalAlpha = whole * (0.25 + 0.75 * Math.min(1, (tenths?.[k] ?? 10) / 10));
@@ -159,22 +167,30 @@ function through(context, alpha, draw) {
   context.restore();
 }
 
-// Triangles, the farthest first, each lit from above, left of the camera.
+// Triangles, the farthest first, lit from above, left of the camera, by the normals of their corners.
 function drawMesh(context, vertices, scale) {
-  const triangles = [];
-  for (const [i, j, k] of scene.about.faces ?? []) {
+  const faces = scene.about.faces ?? [];
+  const normals = vertices.map(() => [0, 0, 0]);
+  const seen = faces.filter(([i, j, k]) => {
     const a = vertices[i], b = vertices[j], c = vertices[k];
-    if (!a || !b || !c) continue;
+    if (!a || !b || !c) return false;
     const u = [b[0] - a[0], b[1] - a[1], b[2] - a[2]], v = [c[0] - a[0], c[1] - a[1], c[2] - a[2]];
     const normal = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
-    const length = Math.hypot(...normal);
+    for (const corner of [i, j, k]) normal.forEach((part, n) => { normals[corner][n] += part; });
     // Outward and towards the camera: the others are hidden.
-    if (!(length > 0) || normal[2] >= 0) continue;
-    const light = (-0.42 * normal[0] - 0.58 * normal[1] - 0.7 * normal[2]) / length;
-    triangles.push([a[2] + b[2] + c[2], 0.3 + 0.7 * Math.max(0, light), a, b, c]);
-  }
+    return normal[2] < 0;
+  });
+  const lights = normals.map((normal) => {
+    const light = (-0.42 * normal[0] - 0.58 * normal[1] - 0.7 * normal[2]) / (Math.hypot(...normal) || 1);
+    return 0.28 + 0.72 * Math.max(0, light);
+  });
+  const triangles = seen.map(([i, j, k]) => [
+    vertices[i][2] + vertices[j][2] + vertices[k][2],
+    (lights[i] + lights[j] + lights[k]) / 3,
+    vertices[i], vertices[j], vertices[k],
+  ]);
   triangles.sort((one, other) => other[0] - one[0]);
-  through(context, 0.72, (own) => {
+  through(context, 0.62, (own) => {
     own.lineJoin = 'round';
     own.lineWidth = 0.8;
     for (const [, light, ...corners] of triangles) {
