@@ -236,9 +236,9 @@ mod tests {
             for wake in [0, 1, 0] {
                 next();
                 if wake == 0 {
-                    drop(queue.push(packet(0, 1)))
+                    queue.push(packet(0, 1));
                 } else {
-                    queue.nudge()
+                    queue.nudge();
                 }
                 next();
             }

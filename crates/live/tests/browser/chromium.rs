@@ -72,26 +72,26 @@ impl Chromium {
             complaints: Vec::new(),
             _profile: profile,
         };
-        let tab = browser.call("Target.createTarget", json!({ "url": "about:blank" }));
+        let tab = browser.call("Target.createTarget", &json!({ "url": "about:blank" }));
         let to_tab = json!({ "targetId": tab["targetId"], "flatten": true });
-        browser.session = browser.call("Target.attachToTarget", to_tab)["sessionId"].clone();
-        browser.call("Runtime.enable", json!({}));
+        browser.session = browser.call("Target.attachToTarget", &to_tab)["sessionId"].clone();
+        browser.call("Runtime.enable", &json!({}));
         Some(browser)
     }
 
     pub(crate) fn open(&mut self, address: &str) {
-        self.call("Page.navigate", json!({ "url": address }));
+        self.call("Page.navigate", &json!({ "url": address }));
     }
 
     /// The value of a piece of JavaScript; nothing where it fails, as before the page is there.
     pub(crate) fn says(&mut self, expression: &str) -> Value {
         let question = json!({ "expression": expression, "returnByValue": true });
-        self.call("Runtime.evaluate", question)["result"]["value"].take()
+        self.call("Runtime.evaluate", &question)["result"]["value"].take()
     }
 
     /// What is seen, as PNG.
     pub(crate) fn picture(&mut self) -> Vec<u8> {
-        let taken = self.call("Page.captureScreenshot", json!({ "format": "png" }));
+        let taken = self.call("Page.captureScreenshot", &json!({ "format": "png" }));
         STANDARD.decode(taken["data"].as_str().unwrap()).unwrap()
     }
 
@@ -100,7 +100,7 @@ impl Chromium {
         self.complaints.clone()
     }
 
-    fn call(&mut self, method: &str, params: Value) -> Value {
+    fn call(&mut self, method: &str, params: &Value) -> Value {
         self.asked += 1;
         let mut question = json!({ "id": self.asked, "method": method, "params": params });
         if !self.session.is_null() {

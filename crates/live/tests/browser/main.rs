@@ -75,7 +75,7 @@ fn the_page_shows_what_happens() {
         return;
     };
     let pictures = std::env::var_os("EVPOSE_SCREENSHOTS").map(PathBuf::from);
-    let mut look = |browser: &mut Chromium, name: &str| {
+    let look = |browser: &mut Chromium, name: &str| {
         if let Some(folder) = &pictures {
             std::fs::write(folder.join(name), browser.picture()).unwrap();
         }

@@ -17,39 +17,40 @@ function put(id, text) {
   if (element.textContent !== text) element.textContent = text;
 }
 
-// Of each stage: what it is called, what passes it, and what it loses. A count's last entry tells whether it is
-// a loss: [name, total, rate, isLoss].
+// Of each stage: what it is called, what passes it, and what it loses. Of a count its name, what that means, its
+// total and rate, and whether it is a loss.
 const STAGES = [
   ['source', (all, rates) => [
-    ['events', all.events, rates.events],
-    ['packets', all.packets, rates.packets],
-    ['rejected events', all.rejected, rates.rejected, true],
-    ['malformed packets', all.malformed, rates.malformed, true],
+    ['events', 'that came', all.events, rates.events],
+    ['packets', 'that came', all.packets, rates.packets],
+    ['rejected', 'events outside the sensor or out of order', all.rejected, rates.rejected, true],
+    ['malformed', 'packets that made no sense', all.malformed, rates.malformed, true],
   ]],
   ['queue', (all, rates) => [
-    ['let through', all.packets - all.dropped_packets, rates.packets - rates.dropped_packets],
-    ['dropped packets', all.dropped_packets, rates.dropped_packets, true],
-    ['dropped events', all.dropped_events, rates.dropped_events, true],
+    ['packets', 'let through', all.packets - all.dropped_packets, rates.packets - rates.dropped_packets],
+    ['lost packets', 'dropped, the oldest first', all.dropped_packets, rates.dropped_packets, true],
+    ['lost events', 'in dropped packets', all.dropped_events, rates.dropped_events, true],
   ]],
   ['eye', (all, rates) => [
-    ['events followed', all.followed, rates.followed],
-    ['poses between', all.between.poses, rates.between],
-    ['stalls', all.stalls, 0, true],
-    ['time jumped back', all.restarts, 0, true],
+    ['followed', 'events', all.followed, rates.followed],
+    ['between', 'poses between those of the network', all.between.poses, rates.between],
+    ['stalls', 'of the source', all.stalls, 0, true],
+    ['jumps back', 'of time: another recording began', all.restarts, 0, true],
   ]],
   ['network', (all, rates) => [
-    ['images shown', all.images, rates.images],
-    ['nothing new', all.repeated, rates.repeated],
-    ['poses', all.network.poses, rates.network],
-    ['skipped while busy', all.skipped_strides, rates.skipped_strides],
+    ['images', 'shown to it', all.images, rates.images],
+    ['poses', 'of the network', all.network.poses, rates.network],
+    ['repeated', 'nothing was new', all.repeated, rates.repeated],
+    ['skipped', 'strides while it was busy', all.skipped_strides, rates.skipped_strides],
   ]],
   ['sinks', (all, rates) => [
-    ['poses given', all.network.poses + all.between.poses, rates.network + rates.between],
-    ['dropped poses', all.dropped_poses, rates.dropped_poses, true],
+    ['poses', 'given to them', all.network.poses + all.between.poses, rates.network + rates.between],
+    ['lost poses', 'dropped by sinks that could not keep up', all.dropped_poses, rates.dropped_poses, true],
   ]],
 ];
 
-function showStages(all, rates) {
+// What passes is told per second, in the end as a whole; what is lost always as a whole.
+function showStages(all, rates, isOver) {
   const footer = byId('stages');
   if (!footer.children.length) {
     footer.append(...STAGES.map(([name]) => {
@@ -62,12 +63,12 @@ function showStages(all, rates) {
   }
   STAGES.forEach(([, counts], k) => {
     const list = footer.children[k].lastChild;
-    counts(all, rates).forEach(([name, total, rate, isLoss], row) => {
+    counts(all, rates).forEach(([name, meaning, total, rate, isLoss], row) => {
       if (!list.children[2 * row]) list.append(document.createElement('dt'), document.createElement('dd'));
       const [label, value] = [list.children[2 * row], list.children[2 * row + 1]];
       label.textContent = name;
-      value.textContent = isLoss ? whole(total) : `${count(rate)}/s`;
-      value.title = `${total.toLocaleString('en')} since the start, ${count(rate)}/s in the last second`;
+      value.textContent = isLoss || isOver ? whole(total) : `${count(rate)}/s`;
+      label.title = value.title = `${name}: ${meaning}; ${total.toLocaleString('en')} since the start, ${count(rate)}/s in the last second`;
       value.className = !isLoss || !total ? '' : rate > 0 ? 'now' : 'some';
     });
   });
@@ -94,7 +95,7 @@ function showLatencies(point, all) {
 }
 const values4 = () => [0, 1, 2, 3];
 
-function showFigures({ network, between, t_us, figures: { point, rates, report } }) {
+function showFigures({ state, network, between, t_us, figures: { point, rates, report } }) {
   const [events, letter] = short(rates.events);
   put('events-rate', events);
   put('events-unit', `${letter} events/s`);
@@ -106,7 +107,7 @@ function showFigures({ network, between, t_us, figures: { point, rates, report }
   const last = points.at(-1);
   takePoint(point);
   if (points.at(-1) === last) return;
-  showStages(report, rates);
+  showStages(report, rates, state === 'ended');
   showLatencies(point, report);
   drawPlot();
   drawSpark();

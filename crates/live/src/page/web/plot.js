@@ -33,7 +33,7 @@ function drawPlot() {
     context.fillText('no poses yet', width / 2, height / 2);
     return;
   }
-  const [left, right, top, bottom] = [34, width - 4, 6, height - 17];
+  const [left, right, top, bottom] = [40, width - 4, 6, height - 17];
   const marks = steps(values), low = Math.log(marks[0]), high = Math.log(marks.at(-1));
   const now = points.at(-1).at_s;
   const x = (s) => right - (now - s) / SHOWN_S * (right - left);
