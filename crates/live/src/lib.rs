@@ -15,9 +15,15 @@
 //! * [`page`]: events, poses and figures in a browser, live.
 //! * [`Meter`]: what came, what was dropped where, and how late poses were.
 //!
+//! * `body_task`, `hand_task` (feature `networks`): the tasks of evpose.
+//!
 //! Poses of the network and poses between them are counted apart, and every queue has a bound.
 
+#[cfg(feature = "networks")]
+mod body;
 mod error;
+#[cfg(feature = "networks")]
+mod hand;
 mod meter;
 mod packet;
 pub mod page;
@@ -28,7 +34,11 @@ pub mod sink;
 pub mod source;
 mod task;
 
+#[cfg(feature = "networks")]
+pub use body::{BodyEye, BodyNetwork, body_task};
 pub use error::LiveError;
+#[cfg(feature = "networks")]
+pub use hand::{HandEye, HandNetwork, Surfaces, hand_task};
 pub use meter::{Latency, Meter, Report};
 pub use packet::Packet;
 pub use pipeline::{Control, LiveOptions, Observer, run};

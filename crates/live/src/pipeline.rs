@@ -208,10 +208,7 @@ impl<'a, E: Eye> Watch<'a, E> {
             self.recording += 1;
             (self.next_between, self.next_image) = (None, None);
         }
-        let happened = |t: Micros| {
-            let before = u64::try_from((last - t).0).unwrap_or(0);
-            packet.happened.checked_sub(Duration::from_micros(before)).unwrap_or(packet.happened)
-        };
+        let happened = |t: Micros| before(packet.happened, last - t);
         let mut pushed = first;
         while let Some((step, tick)) = self.step.zip(self.next_between).filter(|(_, t)| *t <= last)
         {
@@ -249,6 +246,7 @@ impl<'a, E: Eye> Watch<'a, E> {
         if self.next_image.is_some_and(|next| t < next) {
             return;
         }
+        self.eye.stride(t);
         let stride = self.options.stride;
         if self.looker.is_busy() {
             // One for every stride that passes, not for every packet.
@@ -271,13 +269,13 @@ impl<'a, E: Eye> Watch<'a, E> {
 
     fn found(&mut self, seen: looker::Seen<E::Image, E::Found>) {
         let looker::Seen { job, found } = seen;
-        self.memory = Some(job.image);
-        if job.recording == self.recording
-            && let Some(answer) = self.eye.found(job.t, found, self.now)
-        {
-            let latency = since(job.happened);
-            self.emit(LivePose { t: job.t, latency, origin: Origin::Network, answer });
+        if job.recording == self.recording {
+            for (t, answer) in self.eye.found(job.t, &job.image, found, self.now) {
+                let latency = since(before(job.happened, job.t - t));
+                self.emit(LivePose { t, latency, origin: Origin::Network, answer });
+            }
         }
+        self.memory = Some(job.image);
     }
 
     fn between(&mut self, t: Micros, happened: Instant) {
@@ -292,6 +290,12 @@ impl<'a, E: Eye> Watch<'a, E> {
         let dropped = self.sinks.give(&Arc::new(pose));
         self.control.meter.dropped_poses.add(dropped);
     }
+}
+
+/// So much time before a moment.
+fn before(moment: Instant, time: Micros) -> Instant {
+    let time = Duration::from_micros(u64::try_from(time.0).unwrap_or(0));
+    moment.checked_sub(time).unwrap_or(moment)
 }
 
 #[cfg(test)]

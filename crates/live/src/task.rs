@@ -17,12 +17,24 @@ pub trait Eye: Send {
     /// If they cannot be followed.
     fn push(&mut self, events: &EventStream) -> Result<(), LiveError>;
 
-    /// What the network is to be shown at `t`, the time of the last event, in the memory of an image that
-    /// the network is done with. None where there is nothing new to see: the last answer then stands.
+    /// A stride has passed: a surface is due at `t`, the time of the last event, for those who gather some.
+    fn stride(&mut self, t: Micros) {
+        let _ = t;
+    }
+
+    /// What the network, which is free, is to be shown at `t`, in the memory of an image that it is done with.
+    /// None where there is nothing new to see: the last answer then stands.
     fn image(&mut self, t: Micros, memory: Option<Self::Image>) -> Option<Self::Image>;
 
-    /// Takes what the network said of the image of `t`; it is `now` meanwhile. Returns the pose of `t`.
-    fn found(&mut self, t: Micros, found: Self::Found, now: Micros) -> Option<Answer>;
+    /// Takes what the network said of the image of `t`; it is `now` meanwhile. Returns the poses that the image
+    /// was of, with their times.
+    fn found(
+        &mut self,
+        t: Micros,
+        image: &Self::Image,
+        found: Self::Found,
+        now: Micros,
+    ) -> Vec<(Micros, Answer)>;
 
     /// The pose at `t`, which comes as often as the options say. None as long as nothing is known.
     fn between(&mut self, t: Micros) -> Option<Answer>;

@@ -1,5 +1,6 @@
 //! The thread that waits for the source.
 
+use std::ops::Range;
 use std::sync::Arc;
 use std::thread::JoinHandle;
 
@@ -56,71 +57,69 @@ fn feed(source: &mut impl Source, queue: &PacketQueue, meter: &Meter) -> Result<
         let read = source.next(&mut columns);
         let now_malformed = source.malformed();
         meter.malformed.add(now_malformed - std::mem::replace(&mut malformed, now_malformed));
-        let is_over = !matches!(read, Ok(Some(_)));
-        if let (Ok(Some(happened)), false) = (&read, columns.is_empty()) {
-            let happened = *happened;
-            // Usually one piece: time jumps back once in a while, if ever.
-            let mut from = 0;
-            while from < columns.len() {
-                let to = next_jump(&columns.t, from, &mut latest);
-                let restarts = to.restarts;
-                let events = checked(&columns, from..to.end, queue.memory(sensor), meter);
-                from = to.end;
-                if restarts {
-                    meter.restarts.add(1);
-                }
-                meter.packets.add(1);
-                meter.events.add(events.len() as u64);
-                let dropped = queue.push(Packet { events, happened, restarts });
-                meter.dropped_packets.add(dropped.packets);
-                meter.dropped_events.add(dropped.events);
+        let Ok(Some(happened)) = read else { return read.map(|_| ()) };
+        // Usually one piece: time jumps back once in a while, if ever.
+        let mut from = 0;
+        while from < columns.len() {
+            let restarts = latest.is_some_and(|latest| is_back(columns.t[from], latest));
+            if restarts {
+                latest = None;
+                meter.restarts.add(1);
             }
-        }
-        if is_over {
-            return read.map(|_| ());
+            let end = piece_end(&columns.t, from, latest);
+            let events = checked(&columns, from..end, latest, queue.memory(sensor));
+            meter.rejected.add((end - from - events.len()) as u64);
+            meter.packets.add(1);
+            meter.events.add(events.len() as u64);
+            latest = events.t().last().copied().or(latest);
+            from = end;
+            let dropped = queue.push(Packet { events, happened, restarts });
+            meter.dropped_packets.add(dropped.packets);
+            meter.dropped_events.add(dropped.events);
         }
     }
 }
 
-/// A piece of events between two jumps of time.
-struct Piece {
-    end: usize,
-    /// Whether time jumped back before it.
-    restarts: bool,
+/// Whether another recording begins at `t`.
+fn is_back(t: Micros, latest: Micros) -> bool {
+    t.0 < latest.0.saturating_sub(JUMP.0)
 }
 
-fn next_jump(t: &[Micros], from: usize, latest: &mut Option<Micros>) -> Piece {
-    let is_back = |t: Micros, latest: Micros| t.0 < latest.0.saturating_sub(JUMP.0);
-    let restarts = latest.is_some_and(|latest| is_back(t[from], latest));
-    let mut newest = if restarts { t[from] } else { latest.unwrap_or(t[from]) };
-    let mut end = from;
-    while end < t.len() && !is_back(t[end], newest) {
-        newest = newest.max(t[end]);
-        end += 1;
-    }
-    *latest = Some(newest);
-    Piece { end, restarts }
+/// Where time jumps back next, or the events end.
+fn piece_end(t: &[Micros], from: usize, latest: Option<Micros>) -> usize {
+    let mut newest = latest.unwrap_or(t[from]);
+    let jumps = |t: &Micros| {
+        let jumps = is_back(*t, newest);
+        newest = newest.max(*t);
+        jumps
+    };
+    // The first event of a piece has been asked for.
+    t[from + 1..].iter().position(jumps).map_or(t.len(), |more| from + 1 + more)
 }
 
-/// The events of `range` that are in order and on the sensor, in the memory of a packet.
+/// The events of `range` that are on the sensor and in order, behind `latest`, in the memory of a packet.
 fn checked(
     columns: &Columns,
-    range: std::ops::Range<usize>,
+    range: Range<usize>,
+    latest: Option<Micros>,
     mut events: EventStream,
-    meter: &Meter,
 ) -> EventStream {
-    let all = range.len();
-    let whole = events.extend_columns(
-        &columns.t[range.clone()],
-        &columns.x[range.clone()],
-        &columns.y[range.clone()],
-        &columns.polarity[range.clone()],
-    );
-    if whole.is_err() {
-        for index in range {
-            let _ = events.push(columns.event(index));
-        }
-        meter.rejected.add((all - events.len()) as u64);
+    let is_behind = |t: Micros| latest.is_none_or(|latest| t >= latest);
+    let of = |range: Range<usize>| {
+        (
+            &columns.t[range.clone()],
+            &columns.x[range.clone()],
+            &columns.y[range.clone()],
+            &columns.polarity[range],
+        )
+    };
+    let (t, x, y, polarity) = of(range.clone());
+    if is_behind(t[0]) && events.extend_columns(t, x, y, polarity).is_ok() {
+        return events;
+    }
+    for event in range.map(|index| columns.event(index)).filter(|event| is_behind(event.t)) {
+        // What is refused is told by how many are missing.
+        let _ = events.push(event);
     }
     events
 }

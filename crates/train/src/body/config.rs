@@ -162,6 +162,8 @@ pub struct BodyEvaluationConfig {
     pub seconds: f64,
     /// What people do in them.
     pub activities: Vec<String>,
+    /// Share of them in which the camera is held by hand; none for that of the simulation.
+    pub moving_cameras: Option<f32>,
     /// Time between two predictions, in milliseconds.
     pub every_ms: u32,
     /// How intervals are found.
@@ -236,6 +238,7 @@ impl Default for BodyEvaluationConfig {
             sequences: 40,
             seconds: 5.0,
             activities: Vec::new(),
+            moving_cameras: None,
             every_ms: 20,
             bootstrap: BootstrapConfig::default(),
         }
@@ -352,6 +355,9 @@ impl BodyConfig {
         config.simulation.seconds = self.evaluation.seconds;
         if !self.evaluation.activities.is_empty() {
             config.simulation.activities = self.evaluation.activities.clone();
+        }
+        if let Some(share) = self.evaluation.moving_cameras {
+            config.simulation.moving_cameras = share;
         }
         config
     }
