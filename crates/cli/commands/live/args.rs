@@ -1,5 +1,6 @@
 //! What `evpose live` takes.
 
+use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
@@ -20,12 +21,16 @@ pub(crate) enum LiveTask {
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  \
     evpose live --source rec.raw --checkpoint checkpoints/body-quick.bpk --json -\n  \
-    evpose live --source rec.aedat4 --speed 0.5 --checkpoint runs/hand --csv poses.csv --csv-between all.csv\n\n\
+    evpose live --source rec.aedat4 --speed 0.5 --checkpoint runs/hand --csv poses.csv\n  \
+    evpose live --source tcp://127.0.0.1:7777 --checkpoint runs/hand --serve\n  \
+    cat rec.evs | evpose live --source - --checkpoint checkpoints/body-quick.bpk --json -\n  \
+    evpose live --source camera --checkpoint runs/body/finetune --serve\n\n\
     Poses of the network and poses between them are written with their own `origin`, and counted apart.\n\
     Events that cannot be followed in time are dropped, the oldest first, and counted; so are images for\n\
     which the network had no time, and poses that a sink could not take.")]
 pub(crate) struct LiveArgs {
-    /// A recording of any format
+    /// FILE, tcp://HOST:PORT (DV, or plain framed events), - for standard input, or camera (feature
+    /// `live`)
     #[arg(long)]
     pub(crate) source: String,
     /// A run directory or a .bpk file
@@ -46,6 +51,10 @@ pub(crate) struct LiveArgs {
     /// Write every pose as a line of a table: a file, or - for standard output
     #[arg(long, value_name = "WHERE")]
     pub(crate) csv: Option<String>,
+    /// Serve a page that shows events, poses and figures, live; for others than this machine say
+    /// 0.0.0.0:8765
+    #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = "127.0.0.1:8765")]
+    pub(crate) serve: Option<SocketAddr>,
     /// Poses a second between those of the network; 0 for none [default: bodies 500, hands 1000]
     #[arg(long)]
     pub(crate) between_hz: Option<f64>,

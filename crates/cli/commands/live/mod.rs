@@ -8,12 +8,14 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::net::TcpStream;
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Duration;
 
 use anyhow::{Context, Result};
 use evpose_core::Micros;
 use evpose_live::sink::{JsonLines, Sinks, Table};
-use evpose_live::source::{Replay, ReplayOptions, Source};
+use evpose_live::page::{Page, PageInfo, Subject};
+use evpose_live::source::{self, ReplayOptions, Source, SourceOptions};
 use evpose_live::{Control, Eye, LiveOptions, Network, Task, run as run_live};
 
 pub(crate) use args::{LiveArgs, LiveTask};
@@ -29,7 +31,7 @@ pub(crate) fn run(args: &LiveArgs) -> Result<()> {
         open: args.opening.options(Path::new(&args.source)),
         ..ReplayOptions::default()
     };
-    let source = Replay::open(Path::new(&args.source), replay)?;
+    let source = source::open(&args.source, &SourceOptions { replay, ..SourceOptions::default() })?;
     let sensor = source.sensor();
     note(format!("source: {}, {sensor}", source.name()));
     let options = TaskOptions {
@@ -41,8 +43,8 @@ pub(crate) fn run(args: &LiveArgs) -> Result<()> {
     let task = AnyTask::load(&args.checkpoint, args.task, sensor, &options)?;
     let usual_hz = task.usual_between_hz();
     match task {
-        AnyTask::Body(task) => play(source, *task, args, usual_hz),
-        AnyTask::Hand(task) => play(source, *task, args, usual_hz),
+        AnyTask::Body(task) => play(source, *task, args, usual_hz, Subject::Body),
+        AnyTask::Hand(task) => play(source, *task, args, usual_hz, Subject::Hand),
     }
 }
 
@@ -51,8 +53,28 @@ fn play<E: Eye, N: Network<Image = E::Image, Found = E::Found>>(
     task: Task<E, N>,
     args: &LiveArgs,
     usual_hz: f64,
+    subject: Subject,
 ) -> Result<()> {
+    let mut control = Control::default();
     let mut sinks = Sinks::new();
+    let page = match args.serve {
+        None => None,
+        Some(address) => {
+            let info = PageInfo {
+                title: "evpose live".to_owned(),
+                source: source.name(),
+                sensor: source.sensor(),
+                subject,
+                hand_mesh: None,
+            };
+            let page = Page::serve(address, info, control.meter.clone())?;
+            note(format!("page:   http://{}", page.local_addr()));
+            let view = page.view();
+            control.observer = Some(Arc::new(move |events| view.push(events)));
+            sinks.add(page.sink());
+            Some(page)
+        }
+    };
     if let Some(place) = &args.json {
         sinks.add(JsonLines::new(place, writer(place)?));
     }
@@ -66,8 +88,16 @@ fn play<E: Eye, N: Network<Image = E::Image, Found = E::Found>>(
         give_up: args.give_up.map(Duration::from_secs_f64),
         ..LiveOptions::default()
     };
-    let control = Control::default();
     told::each_second(&control);
+    let at_the_end = control.clone();
+    ctrlc::set_handler(move || {
+        // Whoever insists is let go.
+        if at_the_end.is_stopped() {
+            std::process::exit(130);
+        }
+        at_the_end.stop();
+    })
+    .context("listening for Ctrl-C")?;
     if let Some(seconds) = args.seconds {
         let control = control.clone();
         std::thread::spawn(move || {
@@ -79,6 +109,7 @@ fn play<E: Eye, N: Network<Image = E::Image, Found = E::Found>>(
     let written = sinks.finish();
     let report = control.meter.report();
     told::at_the_end(&report);
+    drop(page);
     as_json(args.report.as_deref(), &report)?;
     ended?;
     for (sink, dropped) in written?.iter().filter(|(_, dropped)| *dropped > 0) {
