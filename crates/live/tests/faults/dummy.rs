@@ -1,7 +1,7 @@
 //! An eye, networks and sinks that count, and streams to feed them with.
 
 use std::io::{self, Read};
-use std::sync::mpsc::{Receiver, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
@@ -28,11 +28,7 @@ pub(crate) fn in_time<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'stat
         result
     });
     // Whether it is done or has panicked, the channel says so.
-    assert_ne!(
-        wait.recv_timeout(LONG),
-        Err(std::sync::mpsc::RecvTimeoutError::Timeout),
-        "it hangs"
-    );
+    assert!(wait.recv_timeout(LONG) != Err(RecvTimeoutError::Timeout), "it hangs");
     working.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }
 
