@@ -12,6 +12,7 @@
 //!   the eye sees, whenever it is free.
 //! * [`run`]: all of it on three threads, until the source ends or somebody stops it.
 //! * [`sink`]: where poses go. A slow sink drops poses, and never holds up the others.
+//! * [`page`]: events, poses and figures in a browser, live.
 //! * [`Meter`]: what came, what was dropped where, and how late poses were.
 //!
 //! * `body_task`, `hand_task` (feature `networks`): the tasks of evpose.
@@ -25,6 +26,7 @@ mod error;
 mod hand;
 mod meter;
 mod packet;
+pub mod page;
 mod pipeline;
 mod pose;
 mod queue;
@@ -39,7 +41,7 @@ pub use error::LiveError;
 pub use hand::{HandEye, HandNetwork, Surfaces, hand_task};
 pub use meter::{Latency, Meter, Report};
 pub use packet::Packet;
-pub use pipeline::{Control, LiveOptions, run};
+pub use pipeline::{Control, LiveOptions, Observer, run};
 pub use pose::{Answer, LivePose, Origin};
 pub use queue::PacketQueue;
 pub use task::{Eye, Network, Task};

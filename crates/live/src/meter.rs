@@ -10,7 +10,7 @@ use serde::Serialize;
 use crate::{LivePose, Origin};
 
 /// Latencies are kept to three digits, up to this long, in microseconds; later ones count as this.
-const LONGEST_US: u64 = 60_000_000;
+pub(crate) const LONGEST_US: u64 = 60_000_000;
 
 /// A number that any thread raises.
 #[derive(Debug, Default)]
@@ -148,7 +148,7 @@ pub struct Latency {
 }
 
 impl Latency {
-    fn of(histogram: &Histogram<u64>) -> Self {
+    pub(crate) fn of(histogram: &Histogram<u64>) -> Self {
         let ms = |us: u64| us as f64 * 1e-3;
         Self {
             poses: histogram.len(),

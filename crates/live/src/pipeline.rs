@@ -11,7 +11,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use evpose_core::{Micros, TimeWindow};
+use evpose_core::{EventStream, Micros, TimeWindow};
 
 use crate::meter::since;
 use crate::queue::Popped;
@@ -51,12 +51,17 @@ impl Default for LiveOptions {
     }
 }
 
+/// Is shown the events of every packet, on the thread that follows them: it must be quick.
+pub type Observer = Arc<dyn Fn(&EventStream) + Send + Sync>;
+
 /// How a pipeline is watched and ended from outside.
-#[derive(Debug, Clone, Default)]
+#[derive(Clone, Default)]
 pub struct Control {
     stop: Arc<AtomicBool>,
     /// What the pipeline did so far.
     pub meter: Arc<Meter>,
+    /// Who is shown the events.
+    pub observer: Option<Observer>,
 }
 
 impl Control {
@@ -96,6 +101,7 @@ pub fn run<E: Eye, N: Network<Image = E::Image, Found = E::Found>>(
         watch.until_the_end(&queue)
     });
     // Whoever still waits for a source that was left need not be waited for.
+    queue.leave();
     let fed = feeder.end(control.is_stopped() || sinks.are_gone() || ended.is_err());
     let report = control.meter.report();
     ended?;
@@ -156,6 +162,9 @@ impl<'a, E: Eye> Watch<'a, E> {
                 Popped::Packet(packet) => {
                     (self.heard, self.has_stalled) = (Instant::now(), false);
                     self.take(&packet)?;
+                    if let Some(observer) = &self.control.observer {
+                        observer(&packet.events);
+                    }
                     queue.give_back(packet.events);
                 }
                 Popped::Nothing => self.wait()?,

@@ -28,6 +28,7 @@ struct State {
     /// Memory of packets that somebody is done with.
     spare: Vec<EventStream>,
     is_closed: bool,
+    is_left: bool,
     is_nudged: bool,
 }
 
@@ -123,6 +124,16 @@ impl PacketQueue {
     pub fn close(&self) {
         self.lock().is_closed = true;
         self.changed.notify_all();
+    }
+
+    /// Nobody will ask for packets any more.
+    pub fn leave(&self) {
+        self.lock().is_left = true;
+    }
+
+    /// Whether nobody will ask for packets any more.
+    pub fn is_left(&self) -> bool {
+        self.lock().is_left
     }
 
     /// Empty memory for events of `sensor`.

@@ -84,6 +84,9 @@ fn feed(source: &mut impl Source, queue: &PacketQueue, meter: &Meter) -> Result<
             meter.dropped_events.add(dropped.events);
         }
         read?;
+        if queue.is_left() {
+            return Ok(());
+        }
     }
 }
 

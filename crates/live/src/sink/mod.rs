@@ -5,9 +5,8 @@ mod table;
 
 use std::io;
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, TrySendError, sync_channel};
 use std::thread::JoinHandle;
-use std::time::Duration;
 
 pub use json::JsonLines;
 pub use json::value as pose_as_json;
@@ -26,7 +25,7 @@ pub trait Sink: Send + 'static {
     /// If it cannot be taken; the sink is then not asked any more.
     fn take(&mut self, pose: &LivePose) -> io::Result<()>;
 
-    /// Nothing came for a while, or more will come later: what is kept back may be written.
+    /// Nothing waits: what was kept back is written.
     ///
     /// # Errors
     /// As [`Self::take`].
@@ -45,9 +44,6 @@ pub trait Sink: Send + 'static {
 
 /// Poses that wait for a sink, at most.
 const MOST_WAITING: usize = 4_096;
-
-/// After so long without a pose, a sink rests.
-const REST: Duration = Duration::from_millis(100);
 
 /// All sinks of a pipeline.
 #[derive(Default)]
@@ -128,12 +124,18 @@ impl Sinks {
 }
 
 fn work(sink: &mut dyn Sink, poses: &Receiver<Arc<LivePose>>) -> io::Result<()> {
-    use std::sync::mpsc::RecvTimeoutError::{Disconnected, Timeout};
     loop {
-        match poses.recv_timeout(REST) {
-            Ok(pose) => sink.take(&pose)?,
-            Err(Timeout) => sink.rest()?,
-            Err(Disconnected) => return sink.finish(),
+        let next = match poses.try_recv() {
+            Err(TryRecvError::Empty) => {
+                // Whoever reads along has everything that is known.
+                sink.rest()?;
+                poses.recv().ok()
+            }
+            next => next.ok(),
+        };
+        match next {
+            Some(pose) => sink.take(&pose)?,
+            None => return sink.finish(),
         }
     }
 }
