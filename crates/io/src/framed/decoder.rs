@@ -14,6 +14,8 @@ pub struct FramedDecoder {
     /// Events of the packet that are still to come.
     left: u32,
     base: Micros,
+    /// Packets are decoded together that begin within so much time, or all that are there.
+    together: Option<Micros>,
     /// Bytes that are no packet are passed over, or a fault.
     passes_over: bool,
     /// Whether the last bytes were none.
@@ -24,12 +26,24 @@ pub struct FramedDecoder {
 impl FramedDecoder {
     /// A decoder for which bytes that are no packet are a fault.
     pub fn strict() -> Self {
-        Self { left: 0, base: Micros(0), passes_over: false, is_lost: false, malformed: 0 }
+        Self {
+            left: 0,
+            base: Micros(0),
+            together: None,
+            passes_over: false,
+            is_lost: false,
+            malformed: 0,
+        }
     }
 
     /// A decoder that passes over them to the next packet.
     pub fn lenient() -> Self {
         Self { passes_over: true, ..Self::strict() }
+    }
+
+    /// The same that decodes packets together only if they begin within so much time.
+    pub(super) fn together(self, together: Micros) -> Self {
+        Self { together: Some(together), ..self }
     }
 
     /// At how many places bytes were passed over.
@@ -73,7 +87,7 @@ impl Decoder for FramedDecoder {
         is_last: bool,
         columns: &mut Columns,
     ) -> Result<usize, Fault> {
-        let mut at = 0;
+        let (mut at, before) = (0, columns.len());
         loop {
             let rest = &bytes[at..];
             if self.left > 0 {
@@ -108,6 +122,12 @@ impl Decoder for FramedDecoder {
             };
             let length = HEAD + head.count as usize * EVENT;
             if length > rest.len() && !is_last && (at > 0 || rest.len() < HEAD + EVENT) {
+                return Ok(at);
+            }
+            let is_apart = |(together, first): (Micros, &Micros)| {
+                !(0..together.0).contains(&(head.base.0 - first.0))
+            };
+            if self.together.zip(columns.t.get(before)).is_some_and(is_apart) {
                 return Ok(at);
             }
             self.is_lost = false;

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::io::{ErrorKind, Read};
 use std::path::PathBuf;
 
-use evpose_core::SensorSize;
+use evpose_core::{Micros, SensorSize};
 
 use super::decoder::FramedDecoder;
 use super::layout::{HEADER, sensor_of};
@@ -17,6 +17,10 @@ const BUFFER: usize = 1 << 18;
 
 /// A long packet is given in parts: as soon as so many events are there, and those of a buffer more at most.
 const ENOUGH: usize = 1 << 16;
+
+/// Packets that came at once are given at once if they begin within so much time: one by one, those of a
+/// sender that sends every event alone would cost more than their events.
+const TOGETHER: Micros = Micros(1_000);
 
 /// A framed stream that is being read.
 ///
@@ -60,7 +64,7 @@ impl<R: Read> FramedReader<R> {
             name,
             bytes,
             sensor,
-            decoder: FramedDecoder::lenient(),
+            decoder: FramedDecoder::lenient().together(TOGETHER),
             buffer: vec![0; BUFFER].into_boxed_slice(),
             taken: 0,
             filled: 0,
@@ -80,8 +84,8 @@ impl<R: Read> FramedReader<R> {
         self.decoder.malformed()
     }
 
-    /// Waits for a packet and appends its events, and those of packets that came with it; of a long packet
-    /// some ten thousand. Whether there were any: none come behind the end of the stream.
+    /// Waits for a packet and appends its events, and those of packets that came with it and are of the same
+    /// millisecond; of a long packet some ten thousand. Whether there were any: none come behind the end of the stream.
     ///
     /// # Errors
     /// If the stream cannot be read, or ends inside a packet. The events before that have been appended.

@@ -82,11 +82,20 @@ fn nothing_is_waited_for_that_is_not_needed() {
         assert!(reader.next(&mut columns).unwrap());
         assert_eq!(columns.len(), 50, "{cut}");
     }
-    // What came at once is given at once.
-    let mut reader = FramedReader::open("test", Wire::new([bytes], false)).unwrap();
+}
+
+#[test]
+fn packets_that_came_at_once_are_given_by_the_millisecond() {
+    let packet = |t: i64| EventStream::from_events(SENSOR, [event(t, 1, 1, true)]).unwrap();
+    let bytes = written(&[0, 300, 999, 1_000, 1_500, 40, 60].map(packet));
+    let mut reader = FramedReader::open("test", &bytes[..]).unwrap();
     let mut columns = Columns::new();
-    assert!(reader.next(&mut columns).unwrap());
-    assert_eq!(columns.len(), 51);
+    let lengths = [3, 5, 7].map(|_| {
+        assert!(reader.next(&mut columns).unwrap());
+        columns.len()
+    });
+    assert_eq!(lengths, [3, 5, 7]);
+    assert!(!reader.next(&mut columns).unwrap());
 }
 
 #[test]
