@@ -105,9 +105,9 @@ impl Eye for PretendedEye {
         Some(t)
     }
 
-    fn found(&mut self, _: Micros, found: Answer, _: Micros) -> Option<Answer> {
+    fn found(&mut self, t: Micros, _: &Micros, found: Answer, _: Micros) -> Vec<(Micros, Answer)> {
         self.has_seen = true;
-        Some(found)
+        vec![(t, found)]
     }
 
     fn between(&mut self, t: Micros) -> Option<Answer> {

@@ -129,7 +129,8 @@ impl Page {
             is_over: AtomicBool::new(false),
         });
         let painter = Painter::new(shared.clone(), listener, meter, info.hand_mesh);
-        let thread = std::thread::spawn(move || painter.work());
+        let thread = std::thread::Builder::new().name("page".to_owned());
+        let thread = thread.spawn(move || painter.work()).map_err(failed)?;
         Ok(Self { shared, address, painter: Some(thread) })
     }
 

@@ -27,7 +27,7 @@ const STAGES = [
     ['malformed', 'packets that made no sense', all.malformed, rates.malformed, true],
   ]],
   ['queue', (all, rates) => [
-    ['packets', 'let through', all.packets - all.dropped_packets, rates.packets - rates.dropped_packets],
+    ['packets', 'let through', Math.max(0, all.packets - all.dropped_packets), Math.max(0, rates.packets - rates.dropped_packets)],
     ['lost packets', 'dropped, the oldest first', all.dropped_packets, rates.dropped_packets, true],
     ['lost events', 'in dropped packets', all.dropped_events, rates.dropped_events, true],
   ]],
