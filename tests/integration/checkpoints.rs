@@ -1,0 +1,68 @@
+//! The networks that ship, before people and hands that are simulated for the test.
+
+use std::path::{Path, PathBuf};
+
+use sha2::{Digest, Sha256};
+
+use crate::harness::{Sandbox, bytes};
+
+fn shipped(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("checkpoints").join(name)
+}
+
+fn path(name: &str) -> String {
+    shipped(name).to_str().expect("a path of text").to_owned()
+}
+
+fn json(sandbox: &Sandbox, name: &str) -> serde_json::Value {
+    serde_json::from_slice(&bytes(&sandbox.path(name))).expect("JSON")
+}
+
+#[test]
+fn what_ships_is_what_its_sums_say() {
+    let sums = String::from_utf8(bytes(&shipped("SHA256SUMS"))).expect("text");
+    assert_eq!(sums.lines().count(), 2);
+    for line in sums.lines() {
+        let (sum, name) = line.split_once("  ").expect("as sha256sum writes them");
+        let digest = Sha256::digest(bytes(&shipped(name)));
+        let hex: String = digest.iter().map(|byte| format!("{byte:02x}")).collect();
+        assert_eq!(hex, sum, "{name}");
+    }
+}
+
+#[test]
+fn the_body_that_ships_finds_people_it_has_not_seen() {
+    let sandbox = Sandbox::new();
+    let network = path("body-quick.bpk");
+    let simulate = ["simulate", "finetune", "--held-out", "--out", "held", "--seed", "77"];
+    sandbox.ok(&[&simulate[..], &["--sequences", "3", "--seconds", "1.2"]].concat());
+    sandbox.ok(&["eval", "--checkpoint", &network, "--data", "held", "--json", "judged.json"]);
+    let judged = json(&sandbox, "judged.json");
+    let pck_40 = |method: &str| judged[method]["raw"]["pck"][1]["estimate"].as_f64().expect(method);
+    let (found, mean) = (pck_40("network"), pck_40("mean_pose"));
+    assert!(found > mean + 0.25, "PCK@0.4 {found}, of the mean pose {mean}");
+
+    let poses =
+        ["infer", "--checkpoint", &network, "--events", "held/0001.raw", "--out", "poses.csv"];
+    sandbox.ok(&poses);
+    let drawn =
+        ["view", "held/0001.raw", "--of", "eros", "--joints", "poses.csv", "--out", "seen.png"];
+    sandbox.ok(&drawn);
+    assert!(bytes(&sandbox.path("seen.png")).len() > 10_000);
+}
+
+#[test]
+fn the_hand_that_ships_finds_hands_it_has_not_seen() {
+    let sandbox = Sandbox::new();
+    let network = path("hand-quick.bpk");
+    let simulate = ["simulate", "quick", "--held-out", "--out", "held", "--seed", "77"];
+    sandbox.ok(&[&simulate[..], &["--sequences", "3", "--seconds", "1"]].concat());
+    let eval = ["eval", "--checkpoint", &network, "--data", "held", "--stride-ms", "10"];
+    sandbox.ok(&[&eval[..], &["--json", "judged.json"]].concat());
+    let judged = json(&sandbox, "judged.json");
+    let translation_mm = |method: &str| {
+        judged["held_out"][method]["translation_mm"]["estimate"].as_f64().expect(method)
+    };
+    let (found, mean) = (translation_mm("trained"), translation_mm("mean_pose"));
+    assert!(found < 0.6 * mean, "{found} mm, of the mean pose {mean} mm");
+}
