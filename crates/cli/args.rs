@@ -85,7 +85,7 @@ pub(crate) enum Command {
     /// What each part of a method is worth: everything trained anew without it
     #[command(subcommand)]
     Ablate(AblateCommand),
-    /// Say what is in a recording, a model of a hand, a network, or a directory of sequences
+    /// Say what is in a recording, a hand model, a network, a directory of sequences
     Info(InfoArgs),
     /// Write a recording in another format
     Convert(ConvertArgs),

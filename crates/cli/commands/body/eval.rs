@@ -33,9 +33,17 @@ struct Report {
     recordings: Vec<RecordingScores>,
     mean_pose: BodySummary,
     #[serde(skip_serializing_if = "Option::is_none")]
-    held: Option<BodySummary>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    fused: Option<BodySummary>,
+    fusion: Option<Fusion>,
+}
+
+/// Poses between those of the network.
+#[derive(Debug, Serialize)]
+struct Fusion {
+    held: BodySummary,
+    fused: BodySummary,
+    /// On the joints that both tell of.
+    held_where_both: BodySummary,
+    fused_where_both: BodySummary,
 }
 
 /// One recording.
@@ -87,8 +95,7 @@ pub(crate) fn run(checkpoint: &BodyCheckpoint, args: &EvalArgs) -> Result<()> {
         network,
         recordings: scores,
         mean_pose,
-        held: None,
-        fused: None,
+        fusion: None,
     };
     if args.fusion {
         let config = BetweenConfig::default();
@@ -96,14 +103,25 @@ pub(crate) fn run(checkpoint: &BodyCheckpoint, args: &EvalArgs) -> Result<()> {
         let tell = |done| progress.inc(done);
         let between = evaluate_between(checkpoint, &predictor, &recordings, &config, &tell)?;
         progress.finish_and_clear();
-        let (held, fused) = (summary(between.held)?, summary(between.fused)?);
+        let [held, fused, held_where_both, fused_where_both] =
+            [between.held, between.fused, between.held_where_both, between.fused_where_both]
+                .map(summary);
+        let fusion = Fusion {
+            held: held?,
+            fused: fused?,
+            held_where_both: held_where_both?,
+            fused_where_both: fused_where_both?,
+        };
         say(format!(
             "at {} Hz, from {} poses/s of the network that are known {} ms later:",
             config.output_hz, config.network_hz, config.latency_ms
         ));
-        print("held", &held.resampled);
-        print("fused", &fused.resampled);
-        (report.held, report.fused) = (Some(held), Some(fused));
+        print("held", &fusion.held.raw);
+        print("fused", &fusion.fused.raw);
+        say("on the joints that both tell of:");
+        print("held", &fusion.held_where_both.raw);
+        print("fused", &fusion.fused_where_both.raw);
+        report.fusion = Some(fusion);
     }
     if let Some(path) = &args.pictures {
         pictures::of_predictions(checkpoint, &judged, path)?;

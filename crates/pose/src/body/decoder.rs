@@ -18,14 +18,17 @@ const SOFTENING: f64 = 1.8;
 /// largest. Of equal values the first counts, row by row. The offset of that cell says where in it.
 ///
 /// # Source
-/// The decoding of the published MoveEnet, which rounds regressions as `trunc(x + 0.5)`: towards zero,
-/// not down, so that -0.7 becomes 0 and -1.7 becomes -1.
+/// The decoding of the published MoveEnet. That rounds regressions as `trunc(x + 0.5)`: towards zero, not
+/// down, so that -0.7 becomes 0 and -1.7 becomes -1, and what is above or to the left of the body's middle
+/// is looked for up to a cell too near to it. [`Self::as_published`] does the same; else regressions are
+/// taken as they are.
 #[derive(Debug, Clone)]
 pub struct BodyDecoder {
     rows: usize,
     columns: usize,
     threshold: f32,
     center_weight: Vec<f32>,
+    cuts_regressions: bool,
 }
 
 impl BodyDecoder {
@@ -35,7 +38,13 @@ impl BodyDecoder {
         let middle = [columns, rows].map(|side| side as f64 / 2.0);
         let weight = |cell: usize| (1.0 / softened(cell % columns, cell / columns, middle)) as f32;
         let center_weight = (0..rows * columns).map(weight).collect();
-        Self { rows, columns, threshold, center_weight }
+        Self { rows, columns, threshold, center_weight, cuts_regressions: false }
+    }
+
+    /// The same with the published rounding, for comparisons.
+    #[must_use]
+    pub fn as_published(self) -> Self {
+        Self { cuts_regressions: true, ..self }
     }
 
     /// The joints of a body. Maps are `[channels][rows][columns]`.
@@ -72,7 +81,7 @@ impl BodyDecoder {
         self.assert_sizes(maps.centers, maps.regs, maps.offsets, is_known.len());
         let center = self.center_cell(maps.centers);
         let joint = |(joint, is_known): (usize, &bool)| {
-            let [x, y] = self.rough(maps.regs, joint, center);
+            let [x, y] = self.rough(maps.regs, joint, center).map(|at| (at + 0.5).floor());
             let inside = |at: f64, side: usize| at.clamp(0.0, (side - 1) as f64) as usize;
             let cell = inside(y, self.rows) * self.columns + inside(x, self.columns);
             let position = is_known.then(|| self.position(maps.offsets, joint, cell));
@@ -103,8 +112,11 @@ impl BodyDecoder {
     fn rough(&self, regs: &[f32], joint: usize, center: usize) -> [f64; 2] {
         let from = [center % self.columns, center / self.columns];
         let [x, y] = self.pair(regs, joint, center);
-        let rounded = |value: f32, from: usize| f64::from((value + 0.5).trunc()) + from as f64;
-        [rounded(x, from[0]), rounded(y, from[1])]
+        let place = |value: f32, from: usize| {
+            let value = if self.cuts_regressions { (value + 0.5).trunc() } else { value };
+            f64::from(value) + from as f64
+        };
+        [place(x, from[0]), place(y, from[1])]
     }
 
     /// Where the joint of a cell is, relative to the image.

@@ -255,7 +255,7 @@ mod tests {
         grid.write_maps(&label, &mut BodyMaps { heatmaps, centers, regs, offsets });
         let BodyMaps { heatmaps, centers, regs, offsets } = &maps;
         let maps = BodyMaps { heatmaps: &heatmaps[..], centers, regs, offsets };
-        let decoder = BodyDecoder::new([side; 2], DEFAULT_THRESHOLD);
+        let decoder = BodyDecoder::new([side; 2], DEFAULT_THRESHOLD).as_published();
         let truth = decoder.decode_label(&maps, &[true; 13]);
         let strict = BodyAccuracyConfig { threshold: 0.02, ..BodyAccuracyConfig::default() };
         let (mut exact, mut decoded) = (BodyAccuracy::new(13), BodyAccuracy::new(13));

@@ -107,12 +107,19 @@ pub fn poses_between(
 }
 
 /// How good held and fused poses are on recordings.
+///
+/// A filter leaves joints out of which the network was not sure. A mean error over what is left would
+/// flatter it, so both are also compared on the joints that both tell of.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct BetweenEvaluated {
     /// The network's last answers.
     pub held: BodyEvaluation,
     /// The same carried on.
     pub fused: BodyEvaluation,
+    /// As `held`, where fused poses have the joint, too.
+    pub held_where_both: BodyEvaluation,
+    /// As `fused`, where held poses have the joint, too.
+    pub fused_where_both: BodyEvaluation,
 }
 
 /// Compares held and fused poses with the truth of recordings.
@@ -131,16 +138,19 @@ pub fn evaluate_between(
         progress(1);
         judged
     };
-    let pairs: Vec<(BodySequence, BodySequence)> = recordings
+    let judged: Vec<[BodySequence; 4]> = recordings
         .files
         .par_iter()
         .map_init(|| predictor.another(), one)
         .collect::<Result<_, TrainError>>()?;
-    let (held, fused) = pairs.into_iter().unzip();
-    Ok(BetweenEvaluated {
-        held: BodyEvaluation { sequences: held },
-        fused: BodyEvaluation { sequences: fused },
-    })
+    let mut all = BetweenEvaluated::default();
+    for [held, fused, held_where_both, fused_where_both] in judged {
+        all.held.sequences.push(held);
+        all.fused.sequences.push(fused);
+        all.held_where_both.sequences.push(held_where_both);
+        all.fused_where_both.sequences.push(fused_where_both);
+    }
+    Ok(all)
 }
 
 fn judge(
@@ -149,7 +159,7 @@ fn judge(
     events: &Path,
     poses: &Path,
     config: &BetweenConfig,
-) -> Result<(BodySequence, BodySequence), TrainError> {
+) -> Result<[BodySequence; 4], TrainError> {
     let truth = truth_of(&PoseTable::read(poses)?);
     let mut film = Film::open(events, &checkpoint.config.image)?;
     let first = Micros(1_000 * i64::from(checkpoint.config.data.first_ms));
@@ -163,5 +173,15 @@ fn judge(
             .collect();
         BodySequence::evaluate(&truth, &found, &protocol)
     };
-    Ok((sequence(|pose| pose.held)?, sequence(|pose| pose.fused)?))
+    Ok([
+        sequence(|pose| pose.held)?,
+        sequence(|pose| pose.fused)?,
+        sequence(|pose| where_both(&pose.held, &pose.fused))?,
+        sequence(|pose| where_both(&pose.fused, &pose.held))?,
+    ])
+}
+
+/// Those of `joints` that `others` have, too.
+fn where_both(joints: &BodyPoints, others: &BodyPoints) -> BodyPoints {
+    std::array::from_fn(|joint| joints[joint].filter(|_| others[joint].is_some()))
 }

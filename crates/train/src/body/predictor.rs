@@ -61,9 +61,11 @@ impl BodyPredictor {
             .with_precision(options.precision);
         let shape = [CHANNELS, side_px, side_px];
         let graph = checkpoint.network.graph();
+        let decoder = BodyDecoder::new([side_px / CELL_PX; 2], options.confidence);
+        let is_published = checkpoint.config.targets.parity;
         Ok(Self {
             engine: Engine::compile_with(&graph, shape, engine_options, ranges)?,
-            decoder: BodyDecoder::new([side_px / CELL_PX; 2], options.confidence),
+            decoder: if is_published { decoder.as_published() } else { decoder },
             side_px,
             interpolation: image.interpolation,
             input: vec![0.0; CHANNELS * side_px * side_px],

@@ -78,7 +78,7 @@ const LABEL: [f32; 26] = [
 fn joints_are_those_of_the_published_arithmetic() {
     let maps = noise();
     for (threshold, expected) in [(DEFAULT_THRESHOLD, &AT_0_1), (0.6, &AT_0_6)] {
-        let joints = BodyDecoder::new([SIDE; 2], threshold).decode(&slices(&maps));
+        let joints = BodyDecoder::new([SIDE; 2], threshold).as_published().decode(&slices(&maps));
         assert_close(&positions_and_scores(&joints), expected);
         let (rows, _) = expected.as_chunks::<3>();
         let without_scores: Vec<f32> = rows.iter().flat_map(|row| [row[0], row[1]]).collect();
@@ -91,7 +91,7 @@ fn joints_are_those_of_the_published_arithmetic() {
 fn labels_are_read_where_regressions_point() {
     let maps = noise();
     let is_known = std::array::from_fn::<bool, JOINTS, _>(|joint| joint != 2 && joint != 9);
-    let decoder = BodyDecoder::new([SIDE; 2], DEFAULT_THRESHOLD);
+    let decoder = BodyDecoder::new([SIDE; 2], DEFAULT_THRESHOLD).as_published();
     let joints = decoder.decode_label(&slices(&maps), &is_known);
     assert_close(&positions(&joints), &LABEL);
     assert_eq!(joints[2].score, 0.0);
@@ -105,19 +105,42 @@ fn small(heatmap: [f32; 24], [x, y]: [f32; 2]) -> BodyMaps<Vec<f32>> {
     BodyMaps { heatmaps: heatmap.to_vec(), centers, regs, offsets: vec![0.0; 48] }
 }
 
-fn cell(maps: &BodyMaps<Vec<f32>>) -> [f32; 2] {
-    let joints = BodyDecoder::new([4, 6], DEFAULT_THRESHOLD).decode(&slices(maps));
+fn cell_by(decoder: &BodyDecoder, maps: &BodyMaps<Vec<f32>>) -> [f32; 2] {
+    let joints = decoder.decode(&slices(maps));
     (joints[0].position.unwrap() * Vec2::new(6.0, 4.0)).round().into()
 }
 
+fn cell(maps: &BodyMaps<Vec<f32>>) -> [f32; 2] {
+    cell_by(&BodyDecoder::new([4, 6], DEFAULT_THRESHOLD), maps)
+}
+
 #[test]
-fn regressions_are_rounded_towards_zero() {
+fn the_published_regressions_are_rounded_towards_zero() {
     // On a plane, a joint is where the regression points.
     let plane = [0.5; 24];
-    assert_eq!(cell(&small(plane, [-1.4, -0.6])), [3.0, 2.0], "not down to 2");
-    assert_eq!(cell(&small(plane, [-1.6, 0.4])), [2.0, 2.0]);
-    assert_eq!(cell(&small(plane, [1.5, 0.5])), [5.0, 3.0], "halves up");
+    let published = BodyDecoder::new([4, 6], DEFAULT_THRESHOLD).as_published();
+    let cell = |regression: [f32; 2]| cell_by(&published, &small(plane, regression));
+    assert_eq!(cell([-1.4, -0.6]), [3.0, 2.0], "not down to 2");
+    assert_eq!(cell([-1.6, 0.4]), [2.0, 2.0]);
+    assert_eq!(cell([1.5, 0.5]), [5.0, 3.0], "halves up");
+    assert_eq!(cell([-9.0, 99.0]), [0.0, 3.0], "the nearest cell of those outside");
+}
+
+#[test]
+fn regressions_point_as_far_to_the_left_and_up_as_to_the_right_and_down() {
+    let plane = [0.5; 24];
+    assert_eq!(cell(&small(plane, [-1.4, -0.6])), [2.0, 1.0]);
+    assert_eq!(cell(&small(plane, [1.4, 0.6])), [4.0, 3.0]);
     assert_eq!(cell(&small(plane, [-9.0, 99.0])), [0.0, 3.0], "the nearest cell of those outside");
+    // The heatmap decides between cells that are almost as near.
+    let mut heatmap = plane;
+    heatmap[2 * 6 + 1] = 0.55;
+    assert_eq!(cell(&small(heatmap, [-1.48, 0.0])), [1.0, 2.0]);
+    let decoder = BodyDecoder::new([4, 6], DEFAULT_THRESHOLD);
+    let maps = small(plane, [-1.4, -0.6]);
+    let label = decoder.decode_label(&slices(&maps), &[true]);
+    let position = label[0].position.unwrap() * Vec2::new(6.0, 4.0);
+    assert_eq!(position.round(), Vec2::new(2.0, 1.0));
 }
 
 #[test]

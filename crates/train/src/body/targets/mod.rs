@@ -89,6 +89,7 @@ impl BodyGrid {
     pub fn new(side: usize, parity: bool) -> Self {
         assert!(side > 0, "maps without cells");
         let decoder = BodyDecoder::new([side; 2], DEFAULT_THRESHOLD);
+        let decoder = if parity { decoder.as_published() } else { decoder };
         Self { side, parity, blobs: Blobs::new(side, parity), decoder }
     }
 
