@@ -10,6 +10,7 @@
 //! # Source
 //! EventHands, live pipeline; there the filter's poses come with those of the network alone.
 
+use evpose_body::PosedBody;
 use evpose_core::{EventStream, Micros, SensorSize};
 use evpose_pose::filter::AdaptiveHandFilter;
 use evpose_pose::{HandParams, HandSide};
@@ -17,6 +18,7 @@ use evpose_repr::{Representation, StreamWindow, SurfaceTrigger, representation_c
 use evpose_train::{HandConfig, Predictor, Stage};
 
 use crate::body::failed;
+use crate::page::HandMesh;
 use crate::{Answer, Eye, LiveError, Network, Task};
 
 /// Input channels of the network.
@@ -52,6 +54,18 @@ pub fn hand_task<P: Predictor + Send>(
     };
     let size = (usize::from(sensor.height), usize::from(sensor.width));
     Ok(Task { eye, network: HandNetwork { predictor, size } })
+}
+
+/// The surface of the hand of `config`, for a page.
+///
+/// # Errors
+/// If the file of its model cannot be read.
+pub fn hand_mesh(config: &HandConfig) -> Result<HandMesh, LiveError> {
+    let (stage, side) = (Stage::new(config).map_err(failed)?, config.simulation.hands.side(0));
+    let faces = stage.faces(side).to_vec();
+    let mut memory = PosedBody::default();
+    let vertices = move |params: &HandParams| stage.vertices_px(side, params, &mut memory);
+    Ok(HandMesh { faces, vertices: Box::new(vertices) })
 }
 
 /// Surfaces one after another, and their times.

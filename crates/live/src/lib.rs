@@ -38,7 +38,7 @@ mod task;
 pub use body::{BodyEye, BodyNetwork, body_task};
 pub use error::LiveError;
 #[cfg(feature = "networks")]
-pub use hand::{HandEye, HandNetwork, Surfaces, hand_task};
+pub use hand::{HandEye, HandNetwork, Surfaces, hand_mesh, hand_task};
 pub use meter::{Latency, Meter, Report};
 pub use packet::Packet;
 pub use pipeline::{Control, LiveOptions, Observer, run};

@@ -143,7 +143,7 @@ impl<'a> Bench<'a> {
         let hz = between_hz / speed;
         match task {
             AnyTask::Body(task) => self.row(what, speed, hz, || Ok(*task)),
-            AnyTask::Hand(task) => self.row(what, speed, hz, || Ok(*task)),
+            AnyTask::Hand(task, _) => self.row(what, speed, hz, || Ok(*task)),
         }
     }
 
@@ -224,7 +224,7 @@ impl<'a> Bench<'a> {
         let is_over = |report: &Report| report.events as f64 >= events;
         let (report, memory) = match task {
             AnyTask::Body(task) => self.play(*task, f64::INFINITY, 500.0, is_over)?,
-            AnyTask::Hand(task) => self.play(*task, f64::INFINITY, 1_000.0, is_over)?,
+            AnyTask::Hand(task, _) => self.play(*task, f64::INFINITY, 1_000.0, is_over)?,
         };
         let row = Row {
             what: "soak".to_owned(),

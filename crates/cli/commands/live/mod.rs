@@ -14,7 +14,7 @@ use std::time::Duration;
 use anyhow::{Context, Result};
 use evpose_core::Micros;
 use evpose_live::sink::{JsonLines, Sinks, Table};
-use evpose_live::page::{Page, PageInfo, Subject};
+use evpose_live::page::{HandMesh, Page, PageInfo, Subject};
 use evpose_live::source::{self, ReplayOptions, Source, SourceOptions};
 use evpose_live::{Control, Eye, LiveOptions, Network, Task, run as run_live};
 
@@ -43,8 +43,8 @@ pub(crate) fn run(args: &LiveArgs) -> Result<()> {
     let task = AnyTask::load(&args.checkpoint, args.task, sensor, &options)?;
     let usual_hz = task.usual_between_hz();
     match task {
-        AnyTask::Body(task) => play(source, *task, args, usual_hz, Subject::Body),
-        AnyTask::Hand(task) => play(source, *task, args, usual_hz, Subject::Hand),
+        AnyTask::Body(task) => play(source, *task, args, usual_hz, None),
+        AnyTask::Hand(task, mesh) => play(source, *task, args, usual_hz, Some(mesh)),
     }
 }
 
@@ -53,7 +53,7 @@ fn play<E: Eye, N: Network<Image = E::Image, Found = E::Found>>(
     task: Task<E, N>,
     args: &LiveArgs,
     usual_hz: f64,
-    subject: Subject,
+    hand_mesh: Option<HandMesh>,
 ) -> Result<()> {
     let mut control = Control::default();
     let mut sinks = Sinks::new();
@@ -64,8 +64,8 @@ fn play<E: Eye, N: Network<Image = E::Image, Found = E::Found>>(
                 title: "evpose live".to_owned(),
                 source: source.name(),
                 sensor: source.sensor(),
-                subject,
-                hand_mesh: None,
+                subject: if hand_mesh.is_some() { Subject::Hand } else { Subject::Body },
+                hand_mesh,
             };
             let page = Page::serve(address, info, control.meter.clone())?;
             note(format!("page:   http://{}", page.local_addr()));

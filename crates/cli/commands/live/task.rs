@@ -6,7 +6,10 @@ use anyhow::{Result, bail};
 use burn::tensor::Device;
 use evpose_core::SensorSize;
 use evpose_infer::Precision;
-use evpose_live::{BodyEye, BodyNetwork, HandEye, HandNetwork, Task, body_task, hand_task};
+use evpose_live::page::HandMesh;
+use evpose_live::{
+    BodyEye, BodyNetwork, HandEye, HandNetwork, Task, body_task, hand_mesh, hand_task,
+};
 use evpose_nn::DeviceKind;
 use evpose_train::body::{BetweenConfig, BodyCheckpoint, BodyPredictorOptions};
 use evpose_train::{Checkpoint, NetworkPredictor};
@@ -31,7 +34,8 @@ pub(crate) struct TaskOptions<'a> {
 /// Eyes and networks of either kind.
 pub(crate) enum AnyTask {
     Body(Box<Task<BodyEye, BodyNetwork>>),
-    Hand(Box<Task<HandEye, HandNetwork<NetworkPredictor>>>),
+    /// And the surface of the hand.
+    Hand(Box<Task<HandEye, HandNetwork<NetworkPredictor>>>, HandMesh),
 }
 
 impl AnyTask {
@@ -85,14 +89,15 @@ impl AnyTask {
     ) -> Result<Self> {
         let on_cpu = options.device.device == DeviceKind::Flex;
         let batch = options.batch.map_or(if on_cpu { 1 } else { BATCH }, usize::from);
-        Ok(Self::Hand(Box::new(hand_task(config, predictor, sensor, batch)?)))
+        let task = hand_task(config, predictor, sensor, batch)?;
+        Ok(Self::Hand(Box::new(task), hand_mesh(config)?))
     }
 
     /// Poses a second between those of the network, if nobody says how many.
     pub(crate) fn usual_between_hz(&self) -> f64 {
         match self {
             Self::Body(_) => 500.0,
-            Self::Hand(_) => 1_000.0,
+            Self::Hand(..) => 1_000.0,
         }
     }
 }
