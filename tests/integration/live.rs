@@ -79,18 +79,12 @@ fn events_come_over_a_socket_and_poses_leave_over_another() {
     sandbox.ok(&["convert", "held/0000.raw", "held/0000.evs"]);
     let events = bytes(&sandbox.path("held/0000.evs"));
     let (camera, robot) = (listener(), listener());
-    let address = |listener: &TcpListener| format!("tcp://{}", listener.local_addr().expect("bound"));
+    let address =
+        |listener: &TcpListener| format!("tcp://{}", listener.local_addr().expect("bound"));
     let (source, sink) = (address(&camera), address(&robot));
     let network = shipped("body-quick.bpk");
-    let mut program = sandbox.start(&[
-        "live",
-        "--source",
-        &source,
-        "--checkpoint",
-        &network,
-        "--json",
-        &sink,
-    ]);
+    let mut program =
+        sandbox.start(&["live", "--source", &source, "--checkpoint", &network, "--json", &sink]);
     let sent = std::thread::spawn(move || {
         let (mut socket, _) = camera.accept().expect("the program connects");
         // In pieces that have nothing to do with packets.

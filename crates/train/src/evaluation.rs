@@ -7,6 +7,7 @@ use evpose_pose::metric::{HandEvaluation, HandPoints, SequenceScores};
 use evpose_pose::{HandParams, HandSide};
 use evpose_sim::Actor;
 use evpose_sim::raster::Camera;
+use glam::Vec3;
 
 use crate::TrainError;
 use crate::config::HandConfig;

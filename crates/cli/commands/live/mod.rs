@@ -13,8 +13,8 @@ use std::time::Duration;
 
 use anyhow::{Context, Result};
 use evpose_core::Micros;
-use evpose_live::sink::{JsonLines, Sinks, Table};
 use evpose_live::page::{HandMesh, Page, PageInfo, Subject};
+use evpose_live::sink::{JsonLines, Sinks, Table};
 use evpose_live::source::{self, ReplayOptions, Source, SourceOptions};
 use evpose_live::{Control, Eye, LiveOptions, Network, Task, run as run_live};
 
