@@ -53,7 +53,11 @@ pub fn hand_task<P: Predictor + Send>(
         last: None,
     };
     let size = (usize::from(sensor.height), usize::from(sensor.width));
-    Ok(Task { eye, network: HandNetwork { predictor, size } })
+    let mut network = HandNetwork { predictor, size };
+    // What is compiled for the first images is not for the first pose to wait for.
+    let values = vec![0.0; eye.batch * CHANNELS * sensor.pixels()];
+    network.look(&Surfaces { values, times: Vec::new() })?;
+    Ok(Task { eye, network })
 }
 
 /// The surface of the hand of `config`, for a page.

@@ -215,10 +215,9 @@ impl<'a, E: Eye> Watch<'a, E> {
         let mut pushed = first;
         while let Some((step, tick)) = self.step.zip(self.next_between).filter(|(_, t)| *t <= last)
         {
-            // Behind a gap there is no use in the poses of all the time that nobody knows of: one between
-            // packets, or one of a stall inside of a packet.
+            // Behind a stall there is no use in the poses of all the time that nobody knows of.
             let next = events.t()[events.t().partition_point(|t| *t < tick)];
-            if tick < first || (next - tick).0 > stall {
+            if (next - tick).0 > stall {
                 let late = Micros(next.0 - (next.0 - tick.0).rem_euclid(step.0));
                 self.next_between = Some(if late < next { late + step } else { late });
                 continue;

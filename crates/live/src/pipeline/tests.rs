@@ -194,6 +194,18 @@ fn poses_between_come_evenly_and_see_the_events_before_them_and_no_others() {
 }
 
 #[test]
+fn a_moment_without_events_has_its_poses() {
+    // Ticks fall between packets, and into quiet times.
+    let packets = vec![vec![0, 999], vec![1_001, 1_998], vec![2_003, 2_500], vec![9_500, 9_999]];
+    let (diary, ..) = play(packets, 1_000.0);
+    let ticks = diary.of(|asked| match asked {
+        Asked::Between(t) => Some(*t),
+        _ => None,
+    });
+    assert_eq!(ticks, (1..=9).map(|k| 999 + 1_000 * k).filter(|t| *t <= 9_999).collect::<Vec<_>>());
+}
+
+#[test]
 fn behind_a_gap_poses_go_on_without_those_of_the_gap() {
     let (diary, ..) = play(vec![vec![0, 100], vec![5_000_050, 5_004_000]], 1_000.0);
     let ticks = diary.of(|asked| match asked {
