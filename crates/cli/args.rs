@@ -20,6 +20,7 @@ use crate::commands::check_labels::CheckLabelsArgs;
 use crate::commands::clean::CleanArgs;
 use crate::commands::convert::formats;
 use crate::commands::gap::GapCommand;
+use crate::commands::live::LiveArgs;
 use crate::commands::opening::{OpeningArgs, RecordingArgs};
 use crate::commands::prepare::PrepareCommand;
 use crate::commands::sensor::SensorCommand;
@@ -63,6 +64,8 @@ pub(crate) enum Command {
     Eval(EvalArgs),
     /// Poses of a recording
     Infer(InferArgs),
+    /// Poses while events come, with their latency
+    Live(LiveArgs),
     /// Let a network compute in fewer bits, and measure what that costs
     Quantize(QuantizeArgs),
     /// Write a network as an ONNX file, for other runtimes

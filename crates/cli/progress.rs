@@ -29,3 +29,8 @@ pub(crate) fn say(line: impl Display) {
         std::process::exit(1);
     }
 }
+
+/// A line about the work, on standard error: standard output may be what somebody reads on.
+pub(crate) fn note(line: impl Display) {
+    let _ = writeln!(std::io::stderr(), "{line}");
+}

@@ -3,10 +3,12 @@
 mod beside;
 mod events;
 mod models;
+mod streams;
 
 pub use beside::{evc_frames, meta, npy, png, settings, skeletons};
 pub use events::{any, arrays, packets, read};
 pub use models::{model, pickle};
+pub use streams::streams;
 
 use evpose_io::IoError;
 

@@ -15,6 +15,7 @@ mod export;
 mod files;
 mod gap;
 mod harness;
+mod live;
 mod models;
 mod prepare;
 mod quantize;

@@ -76,6 +76,12 @@ const SLOW: &[Step] = &[
         env: &[],
     },
     Step {
+        // libusb is built along, which is C.
+        why: "packets of cameras are decoded",
+        args: &["test", "--package", "evpose-live", "--features", "cameras", "--lib"],
+        env: &[],
+    },
+    Step {
         why: "other programs in the benchmarks compile",
         args: &["clippy", "--features=peers", "--all-targets", "--quiet", "--", "-D", "warnings"],
         env: &[],
@@ -116,7 +122,8 @@ const SLOW: &[Step] = &[
 const USAGE: &str = "usage: cargo xtask ci|slow
 
   ci    formatting, lints, documentation, all tests, what the benchmark is built from (what CI runs)
-  slow  twelve blind recordings; the ndarray agreement test; files for Rerun; networks in tract; kernels under
+  slow  twelve blind recordings; the ndarray agreement test; files for Rerun; packets of
+        cameras; networks in tract; kernels under
         AddressSanitizer; peers, fuzz targets, wgpu and cuda compile";
 
 struct Step {

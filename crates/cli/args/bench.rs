@@ -8,6 +8,7 @@ use evpose_nn::DeviceKind;
 
 use super::{DeviceArgs, parse_threads};
 use crate::commands::bench_infer::peers::PeerName;
+use crate::commands::bench_live::BenchLiveArgs;
 use crate::contest::PeerCommand;
 
 /// What can be measured.
@@ -25,6 +26,8 @@ pub(crate) enum BenchCommand {
     Io(BenchIoArgs),
     /// How fast representations take events in and are drawn
     Repr(BenchReprArgs),
+    /// How much of a busy camera comes through as poses, and how late
+    Live(BenchLiveArgs),
 }
 
 #[derive(Debug, clap::Args)]

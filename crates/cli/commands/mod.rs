@@ -4,6 +4,7 @@ pub(crate) mod ablate;
 mod account;
 pub(crate) mod bench_infer;
 mod bench_io;
+pub(crate) mod bench_live;
 mod bench_repr;
 mod bench_sensor;
 mod bench_sim;
@@ -29,6 +30,7 @@ mod info;
 #[cfg(test)]
 mod job_files;
 mod latency;
+pub(crate) mod live;
 pub(crate) mod opening;
 pub(crate) mod prepare;
 mod quantize;
@@ -60,6 +62,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode> {
         Command::Train(args) => train::run(&args),
         Command::Eval(args) => eval::run(&args),
         Command::Infer(args) => infer::run(&args),
+        Command::Live(args) => live::run(&args),
         Command::Quantize(args) => quantize::run(&args),
         Command::Export(args) => export::run(&args),
         Command::Bench(BenchCommand::Infer(args)) => bench_infer::run(&args),
@@ -69,6 +72,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode> {
         Command::Bench(BenchCommand::Io(args)) => bench_io::run(&args),
         Command::Bench(BenchCommand::Repr(args)) => bench_repr::run(&args),
         Command::Bench(BenchCommand::Sim(args)) => bench_sim::run(&args),
+        Command::Bench(BenchCommand::Live(args)) => bench_live::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Convert(args) => convert::run(&args),
         Command::Clean(args) => clean::run(&args),

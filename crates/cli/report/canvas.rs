@@ -1,33 +1,10 @@
 //! Pictures with hands or bodies drawn over them.
 
 use evpose_core::Plane;
+use evpose_pose::HAND_BONES;
 use evpose_pose::body::{BodyPoints, LIMBS};
 use glam::Vec2;
 use image::{Rgb, RgbImage};
-
-/// Bones between the 21 evaluated points, as pairs of indices in their published order.
-const BONES: [(usize, usize); 20] = [
-    (0, 18),
-    (18, 19),
-    (19, 20),
-    (20, 1), // thumb
-    (0, 6),
-    (6, 7),
-    (7, 8),
-    (8, 2), // index
-    (0, 9),
-    (9, 10),
-    (10, 11),
-    (11, 3), // middle
-    (0, 15),
-    (15, 16),
-    (16, 17),
-    (17, 4), // ring
-    (0, 12),
-    (12, 13),
-    (13, 14),
-    (14, 5), // pinky
-];
 
 /// Colour of what is true.
 pub(crate) const TRUTH: Rgb<u8> = Rgb([0x1a, 0x9e, 0x5c]);
@@ -93,7 +70,7 @@ impl Canvas {
     /// Draws the 21 evaluated points (pixels of the sensor, 0 at its top-left corner) as a hand.
     pub(crate) fn hand(&mut self, points_px: &[Vec2; 21], colour: Rgb<u8>) {
         let radius = 0.35 * self.scale as f32;
-        for (a, b) in BONES {
+        for [a, b] in HAND_BONES {
             self.line(points_px[a], points_px[b], radius, colour);
         }
         for &point in points_px {

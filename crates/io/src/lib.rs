@@ -10,6 +10,7 @@
 //!   feature `hdf5`.
 //! * [`evt`], [`dat`]: recordings of Prophesee's cameras.
 //! * [`aedat2`], [`nmnist`], [`yarp`]: recordings of other programs and data sets.
+//! * [`framed`]: a stream for sockets and pipes, of our own.
 //! * [`predictions`]: joints of bodies over time, as MoveEnet's programs write them.
 //! * [`frames`]: the light of an image sequence, one frame at a time.
 //!
@@ -23,6 +24,8 @@ pub mod dat;
 mod error;
 pub mod evc;
 pub mod evt;
+mod fill;
+pub mod framed;
 pub mod frames;
 #[cfg(test)]
 mod golden;
@@ -37,6 +40,8 @@ mod sink;
 mod source;
 mod tell;
 pub mod text;
+#[cfg(test)]
+mod wire;
 pub mod yarp;
 
 pub use columns::Columns;
@@ -46,7 +51,7 @@ pub use frames::{Encoding, FrameFault, FrameSource};
 pub use meta::{MetaReader, MetaWriter};
 pub use open::{
     Create, FORMATS, Format, Info, Labels, Open, Recording, SensorOrigin, Windows, create,
-    format_called, format_for, format_of, info, open, open_as, open_with, read_as, source,
+    format_called, format_for, format_of, info, input, open, open_as, open_with, read_as, source,
 };
 pub use predictions::{PredictionWriter, read_predictions};
 pub use sink::EventSink;

@@ -31,6 +31,31 @@ pub const EVALUATION_JOINTS: [&str; 21] = [
     "thumb3",
 ];
 
+/// Bones between these points, as pairs of their indices: thumb, index, middle, ring, pinky, each from the
+/// wrist to the tip.
+pub const HAND_BONES: [[usize; 2]; 20] = [
+    [0, 18],
+    [18, 19],
+    [19, 20],
+    [20, 1],
+    [0, 6],
+    [6, 7],
+    [7, 8],
+    [8, 2],
+    [0, 9],
+    [9, 10],
+    [10, 11],
+    [11, 3],
+    [0, 15],
+    [15, 16],
+    [16, 17],
+    [17, 4],
+    [0, 12],
+    [12, 13],
+    [13, 14],
+    [14, 5],
+];
+
 /// Pose of a hand in the world, a right one unless said otherwise: what the `.meta` file stores and the network predicts.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct HandParams {
@@ -74,6 +99,19 @@ impl HandParams {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn bones_lead_from_the_wrist_to_every_tip() {
+        for finger in HAND_BONES.chunks(4) {
+            assert_eq!(finger[0][0], 0);
+            assert!(finger.windows(2).all(|pair| pair[0][1] == pair[1][0]));
+            let name = EVALUATION_JOINTS[finger[3][1]];
+            let digit = name.strip_suffix("_tip").expect("the last bone ends at a tip");
+            for (bone, number) in finger.iter().zip(1..=3) {
+                assert_eq!(EVALUATION_JOINTS[bone[1]], format!("{digit}{number}"));
+            }
+        }
+    }
 
     #[test]
     fn the_published_order_is_kept() {

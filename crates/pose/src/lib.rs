@@ -3,7 +3,8 @@
 //! * [`HandParams`]: the 12 numbers EventHands regresses.
 //! * [`HandSide`], [`Mirror`]: left hands as mirrored right ones.
 //! * [`body`]: the maps that a network tells of a body, and the joints in them.
-//! * [`EVALUATION_JOINTS`]: the 21 points of the hand that are evaluated, in their published order.
+//! * [`EVALUATION_JOINTS`]: the 21 points of the hand that are evaluated, in their published order,
+//!   and [`HAND_BONES`] between them.
 //! * [`filter`]: smoothing over time.
 //! * [`metric`]: errors, curves under which areas are taken, and intervals.
 //! * [`rotation`]: axis-angle vectors, matrices, distances.
@@ -17,5 +18,5 @@ pub mod rotation;
 mod side;
 
 pub use error::PoseError;
-pub use hand_params::{EVALUATION_JOINTS, HandParams, PARAMETERS};
+pub use hand_params::{EVALUATION_JOINTS, HAND_BONES, HandParams, PARAMETERS};
 pub use side::{HandSide, Mirror};

@@ -104,7 +104,7 @@ impl Actor {
     }
 
     /// The faces of the model as they are seen on `side`, counter-clockwise from outside.
-    pub(crate) fn faces(&self, side: HandSide) -> &[[u32; 3]] {
+    pub fn faces(&self, side: HandSide) -> &[[u32; 3]] {
         if self.is_mirrored(side) { &self.turned_faces } else { &self.body.faces }
     }
 
@@ -158,6 +158,21 @@ impl Actor {
         let own = if self.is_mirrored(side) { self.mirrored(hand) } else { *hand };
         self.body.pose_hand(shaped, &own, posed);
         self.points(posed, side)
+    }
+
+    /// The vertices of a hand of `side` with the numbers `hand`, in metres.
+    pub fn vertices_of<'a>(
+        &'a self,
+        side: HandSide,
+        hand: &HandParams,
+        shaped: &ShapedBody,
+        posed: &'a mut PosedBody,
+    ) -> impl Iterator<Item = Vec3> + 'a {
+        let is_mirrored = self.is_mirrored(side);
+        let own = if is_mirrored { self.mirrored(hand) } else { *hand };
+        self.body.pose_hand(shaped, &own, posed);
+        let place = move |m: &Vec3| if is_mirrored { self.mirror.point(*m) } else { *m };
+        posed.vertices_m.iter().map(place)
     }
 }
 

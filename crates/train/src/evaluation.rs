@@ -7,6 +7,7 @@ use evpose_pose::metric::{HandEvaluation, HandPoints, SequenceScores};
 use evpose_pose::{HandParams, HandSide};
 use evpose_sim::Actor;
 use evpose_sim::raster::Camera;
+use glam::Vec3;
 
 use crate::TrainError;
 use crate::config::HandConfig;
@@ -90,6 +91,26 @@ impl Stage {
         } else {
             self.points_of(side, pose, &self.actor.body().shaped(betas))
         }
+    }
+
+    /// The faces of a hand of `side`, counter-clockwise from outside.
+    pub fn faces(&self, side: HandSide) -> &[[u32; 3]] {
+        self.actor.faces(side)
+    }
+
+    /// The vertices of the neutral hand of `side`: pixels to the right and down, and how far from the camera,
+    /// by the scale of its wrist. None if some of it is behind the camera.
+    pub fn vertices_px(
+        &self,
+        side: HandSide,
+        pose: &HandParams,
+        memory: &mut PosedBody,
+    ) -> Option<Vec<Vec3>> {
+        let camera_from_world = self.camera.camera_from_world();
+        let depth_m = |world_m: Vec3| -camera_from_world.transform_point3(world_m).z;
+        let px_per_m = self.camera.pinhole().focal_px / depth_m(pose.translation_m);
+        let seen = |m: Vec3| Some(self.camera.image_from_world(m)?.extend(depth_m(m) * px_per_m));
+        self.actor.vertices_of(side, pose, &self.neutral, memory).map(seen).collect()
     }
 
     fn points_of(&self, side: HandSide, pose: &HandParams, shaped: &ShapedBody) -> HandPoints {

@@ -22,6 +22,7 @@ use evpose_io::{FORMATS, MetaWriter, frames};
 const GOLDEN: &[(&str, &str, &[&str])] = &[
     ("aedat2", ".aedat", &["aedat2"]),
     ("aedat4", ".aedat4", &["aedat4", "aedat4-packets"]),
+    ("aedat4-network", ".bin", &["streams"]),
     ("expelliarmus", ".dat", &["dat"]),
     ("expelliarmus", ".raw", &["evt2"]),
     ("hdf5", "5", &["hdf5"]),
@@ -89,6 +90,9 @@ fn written(folder: &Path) -> Result<()> {
         }
         if format.name == "aedat4" {
             put(folder, "aedat4-packets", "written", &bytes)?;
+        }
+        if matches!(format.name, "aedat4" | "framed") {
+            put(folder, "streams", format.name, &bytes)?;
         }
     }
     let word = |k: u32| (k % 34) << 12 | (k % 34) << 1 | k % 2;

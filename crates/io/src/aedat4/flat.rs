@@ -34,6 +34,13 @@ pub(super) fn identifier(bytes: &[u8]) -> Result<[u8; 4], Broken> {
     array(bytes, 8)
 }
 
+/// Whether a buffer is as long as its size says.
+pub(super) fn is_whole(bytes: &[u8]) -> bool {
+    bytes.split_first_chunk().is_some_and(|(size, rest)| {
+        (1..=rest.len()).contains(&(u32::from_le_bytes(*size) as usize))
+    })
+}
+
 /// A table of a buffer.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Table<'a> {

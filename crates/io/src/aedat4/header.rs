@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::io::{Read, Seek, SeekFrom};
+use std::path::Path;
 
 use evpose_core::SensorSize;
 
@@ -89,6 +90,9 @@ pub(super) struct FileHeader {
     pub(super) end: u64,
 }
 
+/// The four letters of its FlatBuffer.
+pub(super) const IDENTIFIER: &[u8; 4] = b"IOHE";
+
 /// A recording has some for each camera. Every packet is looked up among them.
 pub(super) const MOST_STREAMS: usize = 256;
 
@@ -111,21 +115,28 @@ pub(super) fn read(input: &mut Input) -> Result<FileHeader, IoError> {
         return Err(cut());
     }
     (&mut input.bytes).take(size).read_to_end(&mut bytes).map_err(failed)?;
+    let header = parse(&path, start, &bytes)?;
+    input.bytes.seek(SeekFrom::Start(end)).map_err(failed)?;
+    Ok(header)
+}
+
+/// The header that a FlatBuffer is, behind its size, from byte `start` of a file on.
+pub(super) fn parse(path: &Path, start: u64, bytes: &[u8]) -> Result<FileHeader, IoError> {
     let broken = |Broken { at, reason }: Broken| {
-        damage(&path, start + at as u64, format!("the header: {reason}"))
+        damage(path, start + at as u64, format!("the header: {reason}"))
     };
-    if identifier(&bytes).map_err(broken)? != *b"IOHE" {
-        return Err(damage(&path, start + 8, "the header is none"));
+    if identifier(bytes).map_err(broken)? != *IDENTIFIER {
+        return Err(damage(path, start + 8, "the header is none"));
     }
-    let table = Table::root(&bytes).map_err(broken)?;
+    let table = Table::root(bytes).map_err(broken)?;
     let number = table.i32(0).map_err(broken)?;
     let known = usize::try_from(number).ok().and_then(|k| Compression::ALL.get(k));
-    let unknown = || damage(&path, start, format!("compression {number} is not known"));
+    let unknown = || damage(path, start, format!("compression {number} is not known"));
     let compression = *known.ok_or_else(unknown)?;
     let place = table.i64(1).map_err(broken)?.unwrap_or(-1);
     let text = table.vector(2).map_err(broken)?.whole(1).map_err(broken)?;
     let streams = streams(&String::from_utf8_lossy(text));
-    input.bytes.seek(SeekFrom::Start(end)).map_err(failed)?;
+    let end = start + bytes.len() as u64;
     Ok(FileHeader { compression, table: u64::try_from(place).ok(), streams, end })
 }
 
@@ -177,7 +188,7 @@ pub(super) fn streams(text: &str) -> Vec<Stream> {
 pub(super) fn bytes(compression: Compression, table: Option<u64>, streams: &[Stream]) -> Vec<u8> {
     let number = Compression::ALL.iter().position(|&other| other == compression);
     let mut builder = Builder::default();
-    builder.begin(*b"IOHE");
+    builder.begin(*IDENTIFIER);
     let place = builder.root(&[
         Field::Int(number.unwrap_or_default() as i32),
         Field::Long(table.map_or(-1, |place| place as i64)),

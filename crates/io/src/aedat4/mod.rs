@@ -12,6 +12,7 @@
 //! the packets then reach to the end of the file.
 //!
 //! * [`Packets`] reads everything a file holds, packet by packet; [`Writer`] writes it.
+//! * [`Aedat4Stream`] reads events from a socket or a pipe as they come.
 //! * The registry's entry reads and writes one stream of events.
 //!
 //! LZ4 and Zstandard are read at every level, and written at the fast one.
@@ -29,6 +30,7 @@ mod lz4;
 mod packet;
 mod packets;
 mod source;
+mod stream;
 mod table;
 mod walk;
 mod writer;
@@ -40,6 +42,7 @@ pub use compression::Compression;
 pub use header::{Kind, Stream};
 pub use packet::{Content, Depth, Frame, ImuSample, Packet, PixelFormat, Trigger, TriggerKind};
 pub use packets::Packets;
+pub use stream::{Aedat4Stream, TELLING, is_stream};
 pub use writer::Writer;
 
 use crate::IoError;

@@ -4,6 +4,7 @@ mod golden;
 mod hostile;
 mod round_trip;
 mod seeking;
+mod streaming;
 
 use std::fs;
 use std::path::Path;

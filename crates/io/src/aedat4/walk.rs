@@ -1,13 +1,14 @@
 //! From packet to packet through a file, in memory that is kept.
 
 use std::borrow::Cow;
-use std::io::{Read, Seek, SeekFrom};
+use std::io::{Seek, SeekFrom};
 
 use super::compression::{Compression, Inflater, Scratch, TOO_LONG};
 use super::damage;
-use super::flat::Broken;
+use super::flat::{Broken, is_whole};
 use super::header::{self, FileHeader};
 use super::table::{self, Entry};
+use crate::fill::fill;
 use crate::{Input, IoError};
 
 /// Bytes before the body of a packet: its stream and its size.
@@ -109,8 +110,7 @@ impl Walk {
                 self.inflater.out.filled()
             }
         };
-        let size = bytes.first_chunk().map_or(0, |size| u32::from_le_bytes(*size) as usize);
-        if reason.is_none() && (size == 0 || size > bytes.len() - 4) {
+        if reason.is_none() && !is_whole(bytes) {
             reason = Some((at, "a FlatBuffer is cut".into()));
         }
         let path = &self.input.path;
@@ -173,15 +173,7 @@ impl Walk {
         let Some((_, room)) = self.body.room(length) else {
             return Err(damage(&self.input.path, at, TOO_LONG));
         };
-        let mut filled = 0;
-        while filled < room.len() {
-            match self.input.bytes.read(&mut room[filled..]) {
-                Ok(0) => break,
-                Ok(got) => filled += got,
-                Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
-                Err(error) => return Err(failed(error)),
-            }
-        }
+        let filled = fill(&mut self.input.bytes, room).map_err(failed)?;
         self.body.add(filled);
         self.read_to = at + filled as u64;
         Ok(())

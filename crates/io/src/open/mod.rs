@@ -94,7 +94,10 @@ pub fn source(
 }
 
 /// Opens a file, or the log in a folder of YARP's.
-pub(crate) fn input(path: &Path) -> Result<Input, IoError> {
+///
+/// # Errors
+/// If it is not there, or is no regular file.
+pub fn input(path: &Path) -> Result<Input, IoError> {
     let in_folder = ["data.log", "binaryevents.log"].map(|name| path.join(name));
     let log: Option<&PathBuf> = in_folder.iter().find(|log| log.is_file());
     Input::file(log.map_or(path, PathBuf::as_path))

@@ -36,6 +36,7 @@ pub struct Format {
 pub const FORMATS: &[Format] = &[
     crate::npz::FORMAT,
     crate::evc::FORMAT,
+    crate::framed::FORMAT,
     crate::aedat4::FORMAT,
     crate::aedat2::FORMAT,
     crate::hdf5::FORMAT,

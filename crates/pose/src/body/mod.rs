@@ -5,11 +5,12 @@
 //! * [`BodyLabel`]: what is known of the person in an image.
 //! * [`BodyMaps`]: heatmaps, centres, regressions and offsets.
 //! * [`BodyDecoder`]: from maps to [`BodyJoint`]s.
-//! * [`fusion`]: poses of networks carried on by velocities of events.
+//! * [`fusion`]: poses of networks carried on by velocities of events; [`BodyFollower`] does both.
 //! * [`positions`], [`positions_and_scores`]: joints as rows of plain numbers.
 //! * [`velocity`]: how fast joints move, told by events.
 
 mod decoder;
+mod follower;
 pub mod fusion;
 mod joint;
 mod label;
@@ -18,6 +19,7 @@ mod skeleton;
 pub mod velocity;
 
 pub use decoder::{BodyDecoder, DEFAULT_THRESHOLD};
+pub use follower::BodyFollower;
 pub use joint::{BodyJoint, positions, positions_and_scores};
 pub use label::{BodyLabel, Keypoint, Visibility};
 pub use maps::BodyMaps;

@@ -93,6 +93,11 @@ impl AdaptiveHandFilter {
         self.main.update(t, measured)
     }
 
+    /// What the pose will be at `t`, if it goes on as it does; none before the first measurement.
+    pub fn at(&self, t: Micros) -> Option<HandParams> {
+        self.main.at(t)
+    }
+
     /// Whether the last measurement was taken with the fast settings.
     pub fn is_fast(&self) -> bool {
         self.is_fast

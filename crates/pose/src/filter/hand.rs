@@ -84,6 +84,17 @@ impl HandFilter {
         estimate
     }
 
+    /// What the pose will be at `t`, if it goes on as it does; none before the first measurement.
+    pub fn at(&self, t: Micros) -> Option<HandParams> {
+        let mut out = [f32::NAN; PARAMETERS];
+        self.kalman.at(t, &mut out);
+        let mut ahead = HandParams::from_array(out);
+        if self.unwrap_rotation {
+            ahead.rotation = canonical_axis_angle(ahead.rotation);
+        }
+        out[0].is_finite().then_some(ahead)
+    }
+
     /// Forgets every measurement.
     pub fn reset(&mut self) {
         self.kalman.reset();

@@ -8,12 +8,11 @@
 use std::path::{Path, PathBuf};
 
 use evpose_core::{EventStream, Micros};
-use evpose_pose::body::fusion::{BodyFusion, FusionConfig, ScoredPoints};
-use evpose_pose::body::velocity::{JointVelocity, TripletVelocity, TripletVelocityConfig};
-use evpose_pose::body::{BODY_JOINTS, BodyPoints};
+use evpose_pose::body::fusion::{FusionConfig, ScoredPoints};
+use evpose_pose::body::velocity::TripletVelocityConfig;
+use evpose_pose::body::{BODY_JOINTS, BodyFollower, BodyPoints};
 use evpose_pose::metric::body::{BodyEvaluation, BodyPrediction, BodyProtocol, BodySequence};
 use evpose_sim::person::PoseTable;
-use glam::Vec2;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -76,8 +75,8 @@ pub fn poses_between(
     (first, end): (Micros, Micros),
 ) -> Result<Vec<BetweenPose>, TrainError> {
     let sensor = film.sensor();
-    let mut velocities = TripletVelocity::new(sensor, config.velocity)?;
-    let mut fusion = BodyFusion::new(&config.fusion)?;
+    let BetweenConfig { velocity, fusion, fewest_samples, .. } = config;
+    let mut follower = BodyFollower::new(sensor, *velocity, fusion, *fewest_samples)?;
     let micros = |seconds: f64| Micros((seconds * 1e6).round() as i64);
     let (step, pace) = (micros(1.0 / config.output_hz), micros(1.0 / config.network_hz));
     let latency = micros(1e-3 * config.latency_ms);
@@ -86,8 +85,7 @@ pub fn poses_between(
     let mut poses = Vec::new();
     let mut t = first;
     while t <= end {
-        let image =
-            film.at_if(t, t >= next_asked, |events: &EventStream| velocities.push(events))?;
+        let image = film.at_if(t, t >= next_asked, |events: &EventStream| follower.push(events))?;
         if let Some(image) = image {
             let joints = predictor.joints(&image);
             on_their_way.push((t, ScoredPoints::in_image(&joints, sensor)));
@@ -100,17 +98,9 @@ pub fn poses_between(
             let described = *described;
             let (_, pose) = on_their_way.remove(0);
             held = pose.points;
-            // An answer that comes too late for what is remembered says nothing of now.
-            let _ = fusion.detection(described, &pose, t);
+            follower.detection(described, &pose, t);
         }
-        let told = velocities.query(&fusion.query(t));
-        let moving = told.map(
-            |JointVelocity { px_per_s, samples }| {
-                if samples < config.fewest_samples { Vec2::ZERO } else { px_per_s }
-            },
-        );
-        let _ = fusion.velocity(t, &moving);
-        poses.push(BetweenPose { t_s: t.as_seconds(), held, fused: fusion.query(t) });
+        poses.push(BetweenPose { t_s: t.as_seconds(), held, fused: follower.at(t) });
         t = t + step;
     }
     Ok(poses)

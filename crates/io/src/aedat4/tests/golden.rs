@@ -38,7 +38,7 @@ const FILES: [(&str, Compression, &str); 5] = [
     ),
 ];
 
-fn event_lines(events: impl Iterator<Item = Event>) -> String {
+pub(super) fn event_lines(events: impl Iterator<Item = Event>) -> String {
     events.fold(String::new(), |mut text, e| {
         writeln!(text, "{} {} {} {}", e.t.0, e.x, e.y, e.polarity as u8).unwrap();
         text

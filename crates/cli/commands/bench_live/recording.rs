@@ -1,0 +1,74 @@
+//! A recording of a busy camera.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use evpose_core::{CounterRng, Event, EventStream, Micros, Polarity, SensorSize, TimeWindow};
+use evpose_sim::person::{People, PeopleConfig};
+use evpose_sim::{Simulation, SimulationConfig};
+
+/// Length of what is simulated; it is played again and again.
+const SECONDS: f64 = 2.0;
+/// The camera that people are before.
+const VGA: SensorSize = SensorSize { width: 640, height: 480 };
+/// Scenes that appear make a burst of all pixels.
+const SETTLED: Micros = Micros(200_000);
+
+/// Somebody before a camera held by hand, with noise up to `rate` events a second.
+pub(super) fn of_body(folder: &Path, rate: f64) -> Result<PathBuf> {
+    let config = PeopleConfig {
+        sensor_size: VGA,
+        sequences: 1,
+        seconds: SECONDS,
+        moving_cameras: 1.0,
+        activities: vec!["boxing".to_owned()],
+        ..PeopleConfig::default()
+    };
+    let people = People::new(&config, 1)?;
+    let mut person = people.sequence(0)?;
+    let mut events = EventStream::empty(VGA);
+    for _ in 0..config.steps() {
+        let step = person.advance()?;
+        let e = step.events;
+        events.extend_columns(e.t(), e.x(), e.y(), e.polarity())?;
+    }
+    write(folder, &events, rate)
+}
+
+/// The published hand, with noise up to `rate` events a second.
+pub(super) fn of_hand(folder: &Path, rate: f64) -> Result<PathBuf> {
+    let config = SimulationConfig { seconds: SECONDS, sequences: 1, ..SimulationConfig::default() };
+    let simulation = Simulation::new(&config, 1)?;
+    let mut events = EventStream::empty(config.image_size());
+    let mut sequence = simulation.sequence(0)?;
+    for _ in 0..config.frames() {
+        let step = sequence.advance()?;
+        let e = step.events;
+        events.extend_columns(e.t(), e.x(), e.y(), e.polarity())?;
+    }
+    write(folder, &events, rate)
+}
+
+fn write(folder: &Path, events: &EventStream, rate: f64) -> Result<PathBuf> {
+    let end = events.t().last().copied().unwrap_or_default();
+    let events = events.slice(TimeWindow { start: SETTLED, end: end + Micros(1) });
+    let sensor = events.sensor();
+    let wanted = (rate * (end - SETTLED).as_seconds()) as usize;
+    let more = wanted.saturating_sub(events.len());
+    let mut rng = CounterRng::new(1, "noise of a busy camera", 0);
+    let mut noise: Vec<Event> = (0..more)
+        .map(|k| Event {
+            t: SETTLED + Micros((k as f64 / more as f64 * (end - SETTLED).0 as f64) as i64),
+            x: rng.below(usize::from(sensor.width)) as u16,
+            y: rng.below(usize::from(sensor.height)) as u16,
+            polarity: Polarity::from_on(rng.chance(0.5)),
+        })
+        .collect();
+    noise.extend(events.iter());
+    noise.sort_by_key(|event| event.t);
+    let path = folder.join("busy.raw");
+    let all = EventStream::from_events(sensor, noise)?;
+    let format = evpose_io::format_called("evt3").context("a format that is registered")?;
+    format.write(&path, &all)?;
+    Ok(path)
+}

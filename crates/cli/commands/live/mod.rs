@@ -1,0 +1,135 @@
+//! `evpose live`: poses while events come.
+
+mod args;
+mod task;
+mod told;
+
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::net::TcpStream;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
+
+use anyhow::{Context, Result};
+use evpose_core::Micros;
+use evpose_live::page::{HandMesh, Page, PageInfo, Subject};
+use evpose_live::sink::{JsonLines, Sinks, Table};
+use evpose_live::source::{self, ReplayOptions, Source, SourceOptions};
+use evpose_live::{Control, Eye, LiveOptions, Network, Task, run as run_live};
+
+pub(crate) use args::{LiveArgs, LiveTask};
+pub(crate) use task::{AnyTask, TaskOptions};
+
+use super::as_json;
+use crate::progress::note;
+
+pub(crate) fn run(args: &LiveArgs) -> Result<()> {
+    let replay = ReplayOptions {
+        speed: args.speed,
+        times: args.times,
+        open: args.opening.options(Path::new(&args.source)),
+        ..ReplayOptions::default()
+    };
+    let source = source::open(&args.source, &SourceOptions { replay, ..SourceOptions::default() })?;
+    let sensor = source.sensor();
+    note(format!("source: {}, {sensor}", source.name()));
+    let options = TaskOptions {
+        precision: args.precision,
+        device: &args.device,
+        batch: args.batch,
+        confidence: args.confidence,
+    };
+    let task = AnyTask::load(&args.checkpoint, args.task, sensor, &options)?;
+    let usual_hz = task.usual_between_hz();
+    match task {
+        AnyTask::Body(task) => play(source, *task, args, usual_hz, None),
+        AnyTask::Hand(task, mesh) => play(source, *task, args, usual_hz, Some(mesh)),
+    }
+}
+
+fn play<E: Eye, N: Network<Image = E::Image, Found = E::Found>>(
+    source: impl Source,
+    task: Task<E, N>,
+    args: &LiveArgs,
+    usual_hz: f64,
+    hand_mesh: Option<HandMesh>,
+) -> Result<()> {
+    let mut control = Control::default();
+    let mut sinks = Sinks::new();
+    let page = match args.serve {
+        None => None,
+        Some(address) => {
+            let info = PageInfo {
+                title: "evpose live".to_owned(),
+                source: source.name(),
+                sensor: source.sensor(),
+                subject: if hand_mesh.is_some() { Subject::Hand } else { Subject::Body },
+                hand_mesh,
+            };
+            let page = Page::serve(address, info, control.meter.clone())?;
+            note(format!("page:   http://{}", page.local_addr()));
+            let view = page.view();
+            control.observer = Some(Arc::new(move |events| view.push(events)));
+            sinks.add(page.sink());
+            Some(page)
+        }
+    };
+    if let Some(place) = &args.json {
+        sinks.add(JsonLines::new(place, writer(place)?));
+    }
+    if let Some(place) = &args.csv {
+        sinks.add(Table::new(place, writer(place)?));
+    }
+    let options = LiveOptions {
+        between_hz: args.between_hz.unwrap_or(usual_hz),
+        stride: Micros((args.stride_ms * 1e3).round() as i64),
+        most_packets: usize::from(args.queue),
+        give_up: args.give_up.map(Duration::from_secs_f64),
+        ..LiveOptions::default()
+    };
+    told::each_second(&control);
+    let at_the_end = control.clone();
+    ctrlc::set_handler(move || {
+        // Whoever insists is let go.
+        if at_the_end.is_stopped() {
+            std::process::exit(130);
+        }
+        at_the_end.stop();
+    })
+    .context("listening for Ctrl-C")?;
+    if let Some(seconds) = args.seconds {
+        let control = control.clone();
+        std::thread::spawn(move || {
+            std::thread::sleep(Duration::from_secs_f64(seconds));
+            control.stop();
+        });
+    }
+    let ended = run_live(source, task, &mut sinks, &options, &control);
+    let written = sinks.finish();
+    let report = control.meter.report();
+    told::at_the_end(&report);
+    drop(page);
+    as_json(args.report.as_deref(), &report)?;
+    ended?;
+    for (sink, dropped) in written?.iter().filter(|(_, dropped)| *dropped > 0) {
+        note(format!("{sink}: {dropped} poses dropped"));
+    }
+    Ok(())
+}
+
+/// Where lines go. Files are written under their own names: what is there when somebody pulls the plug is
+/// of use.
+fn writer(place: &str) -> Result<Box<dyn Write + Send>> {
+    if place == "-" {
+        return Ok(Box::new(BufWriter::new(std::io::stdout())));
+    }
+    if let Some(address) = place.strip_prefix("tcp://") {
+        let socket =
+            TcpStream::connect(address).with_context(|| format!("connecting to {address}"))?;
+        socket.set_nodelay(true)?;
+        return Ok(Box::new(BufWriter::new(socket)));
+    }
+    let file = File::create(place).with_context(|| format!("creating {place}"))?;
+    Ok(Box::new(BufWriter::new(file)))
+}

@@ -1,0 +1,222 @@
+//! Hands online: the newest surfaces for the network, and a filter that knows poses in between.
+//!
+//! # Model
+//! A surface is due when time has passed and events have come. A network that takes one surface is shown the
+//! newest whenever it is free; one that takes a batch is shown the newest batch that is full. Surfaces of a
+//! scene at rest are not looked at: the last answer stands. Answers go through the filter of the slow-motion
+//! mode, with its two settings, at the times of their surfaces; poses between them are where the filter says
+//! that the hand goes on to.
+//!
+//! # Source
+//! EventHands, live pipeline; there the filter's poses come with those of the network alone.
+
+use evpose_body::PosedBody;
+use evpose_core::{EventStream, Micros, SensorSize};
+use evpose_pose::filter::AdaptiveHandFilter;
+use evpose_pose::{HandParams, HandSide};
+use evpose_repr::{Representation, StreamWindow, SurfaceTrigger, representation_called};
+use evpose_train::{HandConfig, Predictor, Stage};
+
+use crate::body::failed;
+use crate::page::HandMesh;
+use crate::{Answer, Eye, LiveError, Network, Task};
+
+/// Input channels of the network.
+const CHANNELS: usize = 2;
+
+/// A network of hands before events of `sensor`, shown `batch` surfaces at once.
+///
+/// # Errors
+/// If the representation is not known, the hand cannot be made, or a setting is out of range.
+pub fn hand_task<P: Predictor + Send>(
+    config: &HandConfig,
+    predictor: P,
+    sensor: SensorSize,
+    batch: usize,
+) -> Result<Task<HandEye, HandNetwork<P>>, LiveError> {
+    let mode = &config.slow_motion;
+    let length = Micros(i64::from(config.representation.window_ms) * 1_000);
+    let window = StreamWindow::new(sensor, length, config.representation.channel_order);
+    let surface = representation_called(&config.representation.name).map_err(failed)?;
+    let eye = HandEye {
+        sensor,
+        surface: surface.start(window.map_err(failed)?),
+        trigger: SurfaceTrigger::new(&mode.trigger, sensor),
+        is_due: false,
+        rest_sum: mode.stillness.rest_sum_of(sensor),
+        filter: AdaptiveHandFilter::new(&mode.filter).map_err(failed)?,
+        stage: Stage::new(config).map_err(failed)?,
+        // A network of both hands does not say which it saw.
+        side: config.simulation.hands.side(0),
+        batch: batch.max(1),
+        gathered: Surfaces::default(),
+        last: None,
+    };
+    let size = (usize::from(sensor.height), usize::from(sensor.width));
+    let mut network = HandNetwork { predictor, size };
+    // What is compiled for the first images is not for the first pose to wait for.
+    let values = vec![0.0; eye.batch * CHANNELS * sensor.pixels()];
+    network.look(&Surfaces { values, times: Vec::new() })?;
+    Ok(Task { eye, network })
+}
+
+/// The surface of the hand of `config`, for a page.
+///
+/// # Errors
+/// If the file of its model cannot be read.
+pub fn hand_mesh(config: &HandConfig) -> Result<HandMesh, LiveError> {
+    let (stage, side) = (Stage::new(config).map_err(failed)?, config.simulation.hands.side(0));
+    let faces = stage.faces(side).to_vec();
+    let mut memory = PosedBody::default();
+    let vertices = move |params: &HandParams| stage.vertices_px(side, params, &mut memory);
+    Ok(HandMesh { faces, vertices: Box::new(vertices) })
+}
+
+/// Surfaces one after another, and their times.
+#[derive(Debug, Default, Clone)]
+pub struct Surfaces {
+    values: Vec<f32>,
+    times: Vec<Micros>,
+}
+
+impl Surfaces {
+    fn clear(&mut self) {
+        self.values.clear();
+        self.times.clear();
+    }
+}
+
+/// Follows the events of a hand.
+#[derive(Debug)]
+pub struct HandEye {
+    sensor: SensorSize,
+    surface: Box<dyn Representation>,
+    trigger: SurfaceTrigger,
+    is_due: bool,
+    rest_sum: f64,
+    filter: AdaptiveHandFilter,
+    stage: Stage,
+    side: HandSide,
+    batch: usize,
+    /// Surfaces of the batch that is not full yet.
+    gathered: Surfaces,
+    /// The network's last answer.
+    last: Option<HandParams>,
+}
+
+impl HandEye {
+    fn answer(&self, params: HandParams) -> Answer {
+        Answer::Hand { params, points: Box::new(self.stage.points(self.side, &params, &[])) }
+    }
+
+    /// Adds the surface of `t`.
+    fn gather(&mut self, t: Micros) {
+        let pixels = self.sensor.pixels();
+        let start = self.gathered.values.len();
+        self.gathered.values.resize(start + CHANNELS * pixels, 0.0);
+        let own = self.surface.channels() * pixels;
+        let (own, copy) = self.gathered.values[start..].split_at_mut(own);
+        self.surface.advance(t);
+        self.surface.render(own);
+        // A representation of one channel fills both.
+        copy.copy_from_slice(&own[..copy.len()]);
+        self.gathered.times.push(t);
+    }
+
+    fn is_at_rest(&self) -> bool {
+        let sum: f64 = self.gathered.values.iter().copied().map(f64::from).sum();
+        sum <= self.rest_sum * self.gathered.times.len() as f64
+    }
+}
+
+impl Eye for HandEye {
+    type Image = Surfaces;
+    type Found = Vec<HandParams>;
+
+    fn push(&mut self, events: &EventStream) -> Result<(), LiveError> {
+        self.surface.push(events);
+        let mut from = 0;
+        while let Some(taken) = self.trigger.due(&events.t()[from..]) {
+            from += taken;
+            self.is_due = true;
+        }
+        Ok(())
+    }
+
+    fn stride(&mut self, t: Micros) {
+        if self.batch > 1 && std::mem::take(&mut self.is_due) {
+            if self.gathered.times.len() == self.batch {
+                // Nobody had time for it.
+                self.gathered.clear();
+            }
+            self.gather(t);
+        }
+    }
+
+    fn image(&mut self, t: Micros, memory: Option<Surfaces>) -> Option<Surfaces> {
+        if self.batch == 1 {
+            if !std::mem::take(&mut self.is_due) {
+                return None;
+            }
+            self.gathered.clear();
+            self.gather(t);
+        }
+        if self.gathered.times.len() < self.batch {
+            return None;
+        }
+        if let Some(last) = self.last.filter(|_| self.is_at_rest()) {
+            for t in std::mem::take(&mut self.gathered.times) {
+                self.filter.update(t, &last);
+            }
+            self.gathered.clear();
+            return None;
+        }
+        let mut next = memory.unwrap_or_default();
+        next.clear();
+        Some(std::mem::replace(&mut self.gathered, next))
+    }
+
+    fn found(
+        &mut self,
+        _t: Micros,
+        surfaces: &Surfaces,
+        found: Vec<HandParams>,
+        _now: Micros,
+    ) -> Vec<(Micros, Answer)> {
+        let poses = surfaces.times.iter().zip(found);
+        let answers = poses.map(|(&t, measured)| {
+            self.last = Some(measured);
+            let filtered = self.filter.update(t, &measured);
+            (t, self.answer(filtered))
+        });
+        answers.collect()
+    }
+
+    fn between(&mut self, t: Micros) -> Option<Answer> {
+        Some(self.answer(self.filter.at(t)?))
+    }
+
+    fn reset(&mut self) {
+        self.surface.reset();
+        self.trigger.reset();
+        self.filter.reset();
+        self.gathered.clear();
+        (self.is_due, self.last) = (false, None);
+    }
+}
+
+/// Predicts poses from surfaces.
+pub struct HandNetwork<P> {
+    predictor: P,
+    /// Height and width.
+    size: (usize, usize),
+}
+
+impl<P: Predictor + Send> Network for HandNetwork<P> {
+    type Image = Surfaces;
+    type Found = Vec<HandParams>;
+
+    fn look(&mut self, surfaces: &Surfaces) -> Result<Vec<HandParams>, LiveError> {
+        self.predictor.predict(&surfaces.values, self.size).map_err(failed)
+    }
+}

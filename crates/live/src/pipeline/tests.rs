@@ -1,0 +1,263 @@
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use std::sync::Mutex;
+use std::sync::mpsc::{Receiver, Sender, channel};
+
+use evpose_core::{Event, EventStream, Polarity, SensorSize};
+use evpose_io::Columns;
+use evpose_pose::body::BODY_JOINTS;
+
+use super::*;
+use crate::Answer;
+use crate::sink::Sink;
+
+const SENSOR: SensorSize = SensorSize { width: 8, height: 4 };
+
+/// Packets of events at these times, one after the other, as fast as they are taken.
+struct Given {
+    packets: std::vec::IntoIter<Vec<i64>>,
+    /// Asked before every packet but the first: may it come?
+    wait: Option<Receiver<()>>,
+    is_first: bool,
+}
+
+fn given(packets: Vec<Vec<i64>>) -> Given {
+    Given { packets: packets.into_iter(), wait: None, is_first: true }
+}
+
+impl Source for Given {
+    fn name(&self) -> String {
+        "given".to_owned()
+    }
+
+    fn sensor(&self) -> SensorSize {
+        SENSOR
+    }
+
+    fn next(&mut self, columns: &mut Columns) -> Result<Option<Instant>, LiveError> {
+        if !std::mem::take(&mut self.is_first)
+            && let Some(wait) = &self.wait
+        {
+            let _ = wait.recv_timeout(Duration::from_secs(10));
+        }
+        let Some(times) = self.packets.next() else { return Ok(None) };
+        for t in times {
+            columns.push(Event { t: Micros(t), x: 1, y: 2, polarity: Polarity::On });
+        }
+        Ok(Some(Instant::now()))
+    }
+}
+
+/// What an eye was asked, in order.
+#[derive(Debug, Clone, PartialEq)]
+enum Asked {
+    Pushed(Vec<i64>),
+    Between(i64),
+    Image(i64),
+    Found(i64),
+    Reset,
+}
+
+#[derive(Clone, Default)]
+struct Diary(Arc<Mutex<Vec<Asked>>>);
+
+impl Diary {
+    fn add(&self, asked: Asked) {
+        self.0.lock().unwrap().push(asked);
+    }
+
+    fn read(&self) -> Vec<Asked> {
+        self.0.lock().unwrap().clone()
+    }
+
+    fn of<T>(&self, choose: impl Fn(&Asked) -> Option<T>) -> Vec<T> {
+        self.read().iter().filter_map(choose).collect()
+    }
+}
+
+struct Scribe(Diary);
+
+fn answer() -> Answer {
+    Answer::Body { joints_px: [None; BODY_JOINTS], scores: [0.0; BODY_JOINTS] }
+}
+
+impl Eye for Scribe {
+    type Image = i64;
+    type Found = ();
+
+    fn push(&mut self, events: &EventStream) -> Result<(), LiveError> {
+        self.0.add(Asked::Pushed(events.t().iter().map(|t| t.0).collect()));
+        Ok(())
+    }
+
+    fn image(&mut self, t: Micros, _memory: Option<i64>) -> Option<i64> {
+        self.0.add(Asked::Image(t.0));
+        Some(t.0)
+    }
+
+    fn found(&mut self, t: Micros, image: &i64, (): (), _now: Micros) -> Vec<(Micros, Answer)> {
+        assert_eq!(t.0, *image);
+        self.0.add(Asked::Found(t.0));
+        vec![(t, answer())]
+    }
+
+    fn between(&mut self, t: Micros) -> Option<Answer> {
+        self.0.add(Asked::Between(t.0));
+        Some(answer())
+    }
+
+    fn reset(&mut self) {
+        self.0.add(Asked::Reset);
+    }
+}
+
+/// Says when it begins to look, and looks until it may go on.
+struct Slow {
+    begins: Sender<i64>,
+    goes_on: Receiver<()>,
+}
+
+impl Network for Slow {
+    type Image = i64;
+    type Found = ();
+
+    fn look(&mut self, image: &i64) -> Result<(), LiveError> {
+        let _ = self.begins.send(*image);
+        let _ = self.goes_on.recv_timeout(Duration::from_secs(10));
+        Ok(())
+    }
+}
+
+struct Instantly;
+
+impl Network for Instantly {
+    type Image = i64;
+    type Found = ();
+
+    fn look(&mut self, _image: &i64) -> Result<(), LiveError> {
+        Ok(())
+    }
+}
+
+/// Keeps what it is given.
+struct Kept(Arc<Mutex<Vec<LivePose>>>);
+
+impl Sink for Kept {
+    fn name(&self) -> String {
+        "kept".to_owned()
+    }
+
+    fn take(&mut self, pose: &LivePose) -> std::io::Result<()> {
+        self.0.lock().unwrap().push(pose.clone());
+        Ok(())
+    }
+}
+
+fn options(between_hz: f64) -> LiveOptions {
+    LiveOptions { between_hz, most_packets: 1_000, ..LiveOptions::default() }
+}
+
+fn play(packets: Vec<Vec<i64>>, between_hz: f64) -> (Diary, Report, Vec<LivePose>) {
+    let (diary, kept) = (Diary::default(), Arc::default());
+    let mut sinks = Sinks::new();
+    sinks.add(Kept(Arc::clone(&kept)));
+    let task = Task { eye: Scribe(diary.clone()), network: Instantly };
+    let (options, control) = (options(between_hz), Control::default());
+    let report = run(given(packets), task, &mut sinks, &options, &control).unwrap();
+    sinks.finish().unwrap();
+    let kept = kept.lock().unwrap().clone();
+    (diary, report, kept)
+}
+
+#[test]
+fn poses_between_come_evenly_and_see_the_events_before_them_and_no_others() {
+    let packets =
+        vec![vec![0, 400, 900], vec![1_000, 1_500, 1_899, 1_900], vec![1_901, 3_000, 4_950]];
+    let (diary, report, poses) = play(packets.clone(), 1_000.0);
+    let ticks = diary.of(|asked| match asked {
+        Asked::Between(t) => Some(*t),
+        _ => None,
+    });
+    assert_eq!(ticks, [1_900, 2_900, 3_900, 4_900]);
+    let mut seen: Vec<i64> = Vec::new();
+    for asked in diary.read() {
+        match asked {
+            Asked::Pushed(times) => seen.extend(times),
+            Asked::Between(tick) => assert!(seen.iter().all(|t| *t < tick), "{tick}: {seen:?}"),
+            _ => {}
+        }
+    }
+    assert_eq!(seen, packets.concat(), "every event once, in order");
+    assert_eq!(report.between.poses, 4);
+    assert_eq!(report.network.poses + report.between.poses, poses.len() as u64);
+    assert!(report.network.poses >= 1 && report.images == report.network.poses);
+}
+
+#[test]
+fn a_moment_without_events_has_its_poses() {
+    // Ticks fall between packets, and into quiet times.
+    let packets = vec![vec![0, 999], vec![1_001, 1_998], vec![2_003, 2_500], vec![9_500, 9_999]];
+    let (diary, ..) = play(packets, 1_000.0);
+    let ticks = diary.of(|asked| match asked {
+        Asked::Between(t) => Some(*t),
+        _ => None,
+    });
+    assert_eq!(ticks, (1..=9).map(|k| 999 + 1_000 * k).filter(|t| *t <= 9_999).collect::<Vec<_>>());
+}
+
+#[test]
+fn behind_a_gap_poses_go_on_without_those_of_the_gap() {
+    let (diary, ..) = play(vec![vec![0, 100], vec![5_000_050, 5_004_000]], 1_000.0);
+    let ticks = diary.of(|asked| match asked {
+        Asked::Between(t) => Some(*t),
+        _ => None,
+    });
+    assert_eq!(ticks, [5_000_100, 5_001_100, 5_002_100, 5_003_100]);
+}
+
+#[test]
+fn the_network_is_shown_the_newest_and_what_it_missed_is_counted() {
+    let (begins, begun) = channel();
+    let (go_on, goes_on) = channel();
+    let (come, may_come) = channel();
+    let packets: Vec<Vec<i64>> = (0..10).map(|k| vec![1_000 * k, 1_000 * k + 999]).collect();
+    let source = Given { wait: Some(may_come), ..given(packets) };
+    let diary = Diary::default();
+    let task = Task { eye: Scribe(diary.clone()), network: Slow { begins, goes_on } };
+    let control = Control::default();
+    let meter = control.meter.clone();
+    let report = std::thread::scope(|scope| {
+        let control = &control;
+        let running = scope
+            .spawn(move || run(source, task, &mut Sinks::new(), &options(0.0), control).unwrap());
+        assert_eq!(begun.recv_timeout(Duration::from_secs(10)).unwrap(), 999);
+        // Six packets pass while the network looks at the first.
+        (0..6).for_each(|_| come.send(()).unwrap());
+        let end = Instant::now() + Duration::from_secs(10);
+        while meter.followed.get() < 14 && Instant::now() < end {
+            std::thread::yield_now();
+        }
+        go_on.send(()).unwrap();
+        while diary.read().iter().all(|asked| *asked != Asked::Found(999)) && Instant::now() < end {
+            std::thread::yield_now();
+        }
+        come.send(()).unwrap();
+        assert_eq!(begun.recv_timeout(Duration::from_secs(10)).unwrap(), 7_999, "the newest");
+        drop((come, go_on));
+        running.join().unwrap()
+    });
+    assert!(report.skipped_strides >= 6, "{report:?}");
+    assert_eq!(report.images, report.network.poses);
+    assert_eq!((report.events, report.followed), (20, 20));
+}
+
+#[test]
+fn time_that_jumps_back_begins_anew_and_small_disorder_is_rejected() {
+    let packets = vec![vec![500_000, 500_500], vec![500_400, 501_000], vec![1_000, 2_000]];
+    let (diary, report, _) = play(packets, 0.0);
+    let asked = diary.read();
+    let reset = asked.iter().position(|asked| *asked == Asked::Reset).unwrap();
+    let behind = asked[reset + 1..].iter().find(|asked| matches!(asked, Asked::Pushed(_)));
+    assert_eq!(behind, Some(&Asked::Pushed(vec![1_000, 2_000])));
+    assert_eq!((report.restarts, report.rejected, report.events), (1, 1, 5));
+}

@@ -1,0 +1,86 @@
+//! Poses as tables of comma-separated values.
+
+use std::fmt::Write as _;
+use std::io::{self, Write};
+
+use evpose_pose::EVALUATION_JOINTS;
+use evpose_pose::body::JOINT_NAMES;
+
+use super::Sink;
+use crate::{Answer, LivePose, Origin};
+
+/// What every line begins with.
+const FIRST: &str = "t_us,origin,latency_us";
+
+/// Writes a line for every pose: its time, `network` or `between`, its latency; of a body 13 joints in
+/// pixels, of a hand 12 parameters and 21 joints in pixels. What is not known is empty.
+pub struct Table<W> {
+    name: String,
+    out: W,
+    is_begun: bool,
+    line: String,
+}
+
+impl<W: Write> Table<W> {
+    /// Writes to `out`, which messages call `name`.
+    pub fn new(name: impl Into<String>, out: W) -> Self {
+        Self { name: name.into(), out, is_begun: false, line: String::new() }
+    }
+}
+
+impl<W: Write + Send + 'static> Sink for Table<W> {
+    fn name(&self) -> String {
+        self.name.clone()
+    }
+
+    fn take(&mut self, pose: &LivePose) -> io::Result<()> {
+        let line = &mut self.line;
+        line.clear();
+        if !std::mem::replace(&mut self.is_begun, true) {
+            header(line, &pose.answer);
+        }
+        let origin = match pose.origin {
+            Origin::Network => "network",
+            Origin::Between => "between",
+        };
+        let _ = write!(line, "{},{origin},{}", pose.t.0, pose.latency.as_micros());
+        let mut pixels = |at: &Option<glam::Vec2>| {
+            let _ = match at {
+                Some(at) => write!(line, ",{:.2},{:.2}", at.x, at.y),
+                None => write!(line, ",,"),
+            };
+        };
+        match &pose.answer {
+            Answer::Body { joints_px, .. } => joints_px.iter().for_each(pixels),
+            Answer::Hand { params, points } => {
+                points.image_px.iter().for_each(&mut pixels);
+                params.to_array().iter().for_each(|value| {
+                    let _ = write!(line, ",{value}");
+                });
+            }
+        }
+        line.push('\n');
+        self.out.write_all(line.as_bytes())
+    }
+
+    fn rest(&mut self) -> io::Result<()> {
+        self.out.flush()
+    }
+}
+
+fn header(line: &mut String, answer: &Answer) {
+    line.push_str(FIRST);
+    let names: &[&str] = match answer {
+        Answer::Body { .. } => &JOINT_NAMES,
+        Answer::Hand { .. } => &EVALUATION_JOINTS,
+    };
+    for name in names {
+        let _ = write!(line, ",{name}_u_px,{name}_v_px");
+    }
+    if matches!(answer, Answer::Hand { .. }) {
+        (1..=12).for_each(|k| {
+            let _ = write!(line, ",parameter_{k}");
+        });
+    }
+    line.push('\n');
+}

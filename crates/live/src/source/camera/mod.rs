@@ -1,0 +1,132 @@
+//! Cameras on USB, and on Ethernet, without the software of their makers.
+//!
+//! What talks to a device is thin and stands here; what turns its bytes into events is in `bytes`, and is
+//! tested without one. No camera was there when this was written: it is untested on hardware.
+
+mod bytes;
+mod models;
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use evpose_core::SensorSize;
+use evpose_io::Columns;
+use neuromorphic_drivers::adapters::Adapter;
+use neuromorphic_drivers::{
+    Device, Error, Flag, Identifier, UsbEventLoop, UsbOverflow, flag_and_event_loop,
+};
+
+use super::Source;
+use crate::LiveError;
+use models::{MODELS, Model};
+
+/// How often somebody who waits for a camera looks whether to stop, and whether it is still there.
+const LOOK_UP: Duration = Duration::from_millis(100);
+
+/// What to do where a camera is there and cannot be opened.
+const ACCESS: &str = "on Linux, a rule of udev must let the user open it, see the README";
+
+/// A camera.
+pub struct Camera {
+    name: String,
+    sensor: SensorSize,
+    device: Device,
+    adapter: Adapter,
+    flag: Flag<Error, UsbOverflow>,
+    /// Drives the transfers; ends behind the device.
+    _transfers: Arc<UsbEventLoop>,
+    is_left: Arc<AtomicBool>,
+}
+
+impl Camera {
+    /// Opens the first camera that is found: of any type, of the type, or of the serial number `which`.
+    ///
+    /// # Errors
+    /// If there is none, or it cannot be opened.
+    pub fn open(which: Option<&str>) -> Result<Self, LiveError> {
+        let failed = |reason: String| LiveError::Source { what: "camera".to_owned(), reason };
+        let model = MODELS.iter().find(|model| Some(model.name) == which);
+        let (identifier, models) = match (which, model) {
+            (_, Some(model)) => (Identifier::None, std::slice::from_ref(model)),
+            (Some(serial), None) => (Identifier::Serial(serial), MODELS),
+            (None, None) => (Identifier::None, MODELS),
+        };
+        let (flag, transfers) = flag_and_event_loop().map_err(|e| failed(format!("USB: {e}")))?;
+        for model in models {
+            let Model { configuration, ring, .. } = model;
+            let opened = neuromorphic_drivers::open(
+                identifier,
+                Some(configuration()),
+                ring(),
+                transfers.clone(),
+                flag.clone(),
+            );
+            match opened {
+                Ok(device) => return Ok(Self::of(device, model, flag, transfers)),
+                Err(error) if models::is_elsewhere(&error) => {}
+                Err(error) => return Err(failed(format!("{}: {error}; {ACCESS}", model.name))),
+            }
+        }
+        let names = MODELS.iter().map(|model| model.name).collect::<Vec<_>>().join(", ");
+        Err(failed(match which {
+            None => format!("none is connected of those that are known: {names}"),
+            Some(which) => format!("no `{which}` is connected; types are {names}"),
+        }))
+    }
+
+    fn of(
+        device: Device,
+        model: &Model,
+        flag: Flag<Error, UsbOverflow>,
+        transfers: Arc<UsbEventLoop>,
+    ) -> Self {
+        Self {
+            name: format!("{} {}", device.name(), device.serial()),
+            sensor: model.sensor,
+            adapter: device.create_adapter(),
+            device,
+            flag,
+            _transfers: transfers,
+            is_left: Arc::default(),
+        }
+    }
+}
+
+impl Source for Camera {
+    fn name(&self) -> String {
+        self.name.clone()
+    }
+
+    fn sensor(&self) -> SensorSize {
+        self.sensor
+    }
+
+    fn next(&mut self, columns: &mut Columns) -> Result<Option<Instant>, LiveError> {
+        let before = columns.len();
+        while !self.is_left.load(Ordering::Relaxed) {
+            self.flag.load_error().map_err(|error| LiveError::Source {
+                what: self.name.clone(),
+                reason: error.to_string(),
+            })?;
+            let Some(buffer) = self.device.next_with_timeout(&LOOK_UP) else { continue };
+            bytes::decode(&mut self.adapter, buffer.slice, columns);
+            if columns.len() > before {
+                return Ok(Some(buffer.instant));
+            }
+        }
+        Ok(None)
+    }
+
+    fn lost(&self) -> u64 {
+        self.device.dropped_packets()
+    }
+
+    fn waker(&self) -> Option<Box<dyn Fn() + Send + Sync>> {
+        let is_left = self.is_left.clone();
+        Some(Box::new(move || is_left.store(true, Ordering::Relaxed)))
+    }
+}
+
+#[cfg(test)]
+mod tests;

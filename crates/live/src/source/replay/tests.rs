@@ -1,0 +1,146 @@
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use std::path::PathBuf;
+
+use evpose_core::{Event, EventStream, Polarity};
+
+use super::*;
+
+const SENSOR: SensorSize = SensorSize { width: 32, height: 24 };
+
+fn event(t: i64) -> Event {
+    Event { t: Micros(t), x: (t % 32) as u16, y: 3, polarity: Polarity::On }
+}
+
+/// A recording of events at these times.
+fn recording(folder: &tempfile::TempDir, times: impl IntoIterator<Item = i64>) -> PathBuf {
+    let path = folder.path().join("recording.evs");
+    let events = EventStream::from_events(SENSOR, times.into_iter().map(event)).unwrap();
+    evpose_io::format_for(&path).unwrap().write(&path, &events).unwrap();
+    path
+}
+
+/// One recording behind another, in a file: time jumps back.
+fn joined(folder: &tempfile::TempDir, parts: &[Vec<i64>]) -> PathBuf {
+    let mut text = "32 24\n".to_owned();
+    for t in parts.iter().flatten() {
+        text += &format!("{t} {} 3 1\n", t % 32);
+    }
+    let path = folder.path().join("joined.txt");
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+fn fast() -> ReplayOptions {
+    ReplayOptions { speed: f64::INFINITY, ..ReplayOptions::default() }
+}
+
+/// The times of the packets, and how it ended.
+fn packets(path: &Path, options: ReplayOptions) -> (Vec<Vec<i64>>, Result<(), LiveError>) {
+    let mut replay = Replay::open(path, options).unwrap();
+    let (mut all, mut columns) = (Vec::new(), Columns::new());
+    loop {
+        columns.clear();
+        let read = replay.next(&mut columns);
+        if !columns.is_empty() {
+            all.push(columns.t.iter().map(|t| t.0).collect());
+        }
+        match read {
+            Ok(Some(_)) => {}
+            Ok(None) => return (all, Ok(())),
+            Err(error) => return (all, Err(error)),
+        }
+    }
+}
+
+#[test]
+fn packets_end_where_their_time_does() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = recording(&folder, [100, 600, 1_099, 1_100, 2_500, 9_000, 9_999, 10_000]);
+    let (packets, ended) = packets(&path, fast());
+    ended.unwrap();
+    let want: [&[i64]; 4] = [&[100, 600, 1_099], &[1_100], &[2_500], &[9_000, 9_999]];
+    assert_eq!(packets[..4], want);
+    assert_eq!(packets[4..], [[10_000]]);
+}
+
+#[test]
+fn what_is_played_again_goes_on_where_it_ended() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = recording(&folder, [5_000, 5_500, 7_000]);
+    let (packets, ended) = packets(&path, ReplayOptions { times: 3, ..fast() });
+    ended.unwrap();
+    let want = [5_000, 5_500, 7_000, 8_000, 8_500, 10_000, 11_000, 11_500, 13_000];
+    assert_eq!(packets.concat(), want);
+}
+
+#[test]
+fn real_time_is_kept_and_scaled() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = recording(&folder, (0..101).map(|k| 1_000 * k));
+    for (speed, least_ms) in [(1.0, 100), (2.0, 50)] {
+        let began = Instant::now();
+        let mut replay =
+            Replay::open(&path, ReplayOptions { speed, ..ReplayOptions::default() }).unwrap();
+        let (mut columns, mut due) = (Columns::new(), Vec::new());
+        while let Some(moment) = replay.next(&mut columns).unwrap() {
+            assert!(moment <= Instant::now(), "nothing comes before it is due");
+            due.push(moment);
+        }
+        assert!(began.elapsed() >= Duration::from_millis(least_ms));
+        let lasted = due[due.len() - 1] - due[0];
+        assert_eq!((due.len(), lasted), (101, Duration::from_millis(least_ms)));
+    }
+}
+
+#[test]
+fn where_time_jumps_back_packets_stay_short_and_the_clock_goes_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let late = (0..40).map(|k| 60_000_000 + 1_000 * k).collect();
+    let path = joined(&folder, &[late, (0..40).map(|k| 1_000 * k).collect()]);
+    let began = Instant::now();
+    let (packets, ended) = packets(&path, ReplayOptions::default());
+    ended.unwrap();
+    assert!(packets.iter().all(|times| times.len() == 1), "{packets:?}");
+    assert_eq!(packets.len(), 80);
+    // 39 ms of each, and not a minute between them.
+    let lasted = began.elapsed();
+    assert!((Duration::from_millis(78)..Duration::from_secs(20)).contains(&lasted), "{lasted:?}");
+}
+
+#[test]
+fn events_of_one_time_do_not_fill_the_memory() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = recording(&folder, std::iter::repeat_n(7, 600_000));
+    let (packets, ended) = packets(&path, fast());
+    ended.unwrap();
+    let lengths: Vec<usize> = packets.iter().map(Vec::len).collect();
+    assert_eq!(lengths, [MOST_EVENTS, MOST_EVENTS, 600_000 - 2 * MOST_EVENTS]);
+}
+
+#[test]
+fn a_cut_recording_is_given_to_its_end_before_its_fault_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = recording(&folder, (0..1_000).map(|k| 100 * k));
+    let bytes = std::fs::read(&path).unwrap();
+    std::fs::write(&path, &bytes[..bytes.len() - 20]).unwrap();
+    let (packets, ended) = packets(&path, fast());
+    assert!(packets.concat().into_iter().eq((0..997).map(|k| 100 * k)));
+    let message = ended.unwrap_err().to_string();
+    assert!(message.contains("997 events readable before it"), "{message}");
+}
+
+#[test]
+fn impossible_times_and_settings_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = joined(&folder, &[vec![0, 10, i64::MAX - 5]]);
+    let message = packets(&path, fast()).1.unwrap_err().to_string();
+    assert!(message.contains("no recording lasts so long"), "{message}");
+    for options in [
+        ReplayOptions { speed: 0.0, ..fast() },
+        ReplayOptions { speed: f64::NAN, ..fast() },
+        ReplayOptions { packet: Micros(0), ..fast() },
+    ] {
+        assert!(matches!(Replay::open(&path, options), Err(LiveError::Setting { .. })));
+    }
+}

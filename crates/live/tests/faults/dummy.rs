@@ -1,0 +1,265 @@
+//! An eye, networks and sinks that count, and streams to feed them with.
+
+use std::io::{self, Read};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
+use evpose_io::framed::FramedWriter;
+use evpose_live::sink::Sink;
+use evpose_live::source::Framed;
+use evpose_live::{
+    Answer, Control, Eye, LiveError, LiveOptions, LivePose, Meter, Network, Origin, Task,
+};
+use evpose_pose::body::BODY_JOINTS;
+
+pub(crate) const SENSOR: SensorSize = SensorSize { width: 64, height: 48 };
+
+/// Longer than anything takes that is not broken.
+pub(crate) const LONG: Duration = Duration::from_secs(20);
+
+/// Does work that must not hang.
+pub(crate) fn in_time<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> T {
+    let (done, wait) = channel();
+    let working = std::thread::spawn(move || {
+        let result = work();
+        let _ = done.send(());
+        result
+    });
+    // Whether it is done or has panicked, the channel says so.
+    assert!(wait.recv_timeout(LONG) != Err(RecvTimeoutError::Timeout), "it hangs");
+    working.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+}
+
+/// So many events, one after the other every so many microseconds, all over the sensor.
+pub(crate) fn events(first: i64, step: i64, count: i64) -> EventStream {
+    let event = |k: i64| Event {
+        t: Micros(first + step * k),
+        x: (k % 64) as u16,
+        y: (k % 48) as u16,
+        polarity: Polarity::from_on(k % 2 == 0),
+    };
+    EventStream::from_events(SENSOR, (0..count).map(event)).unwrap()
+}
+
+/// A framed stream of these packets.
+pub(crate) fn stream(packets: impl IntoIterator<Item = EventStream>) -> Vec<u8> {
+    let mut writer = FramedWriter::begin("test", Vec::new(), SENSOR).unwrap();
+    packets.into_iter().for_each(|packet| writer.push(&packet).unwrap());
+    writer.into_inner()
+}
+
+/// A source of the bytes of a stream.
+pub(crate) fn framed(bytes: Vec<u8>) -> Framed<io::Cursor<Vec<u8>>> {
+    Framed::open("the stream", io::Cursor::new(bytes)).unwrap()
+}
+
+/// Gives what comes through a channel, and ends with it.
+pub(crate) struct Fed {
+    pieces: Receiver<Vec<u8>>,
+    piece: io::Cursor<Vec<u8>>,
+}
+
+impl Fed {
+    pub(crate) fn new(pieces: Receiver<Vec<u8>>) -> Self {
+        Self { pieces, piece: io::Cursor::default() }
+    }
+}
+
+impl Read for Fed {
+    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+        loop {
+            match self.piece.read(out)? {
+                0 => match self.pieces.recv() {
+                    Ok(piece) => self.piece = io::Cursor::new(piece),
+                    Err(_) => return Ok(0),
+                },
+                got => return Ok(got),
+            }
+        }
+    }
+}
+
+/// A stream without an end: a packet of a millisecond every millisecond or so.
+pub(crate) struct Endless {
+    packet: io::Cursor<Vec<u8>>,
+    t: i64,
+}
+
+impl Endless {
+    pub(crate) fn source() -> Framed<Self> {
+        let packet = io::Cursor::new(stream([]));
+        Framed::open("endless", Self { packet, t: 0 }).unwrap()
+    }
+}
+
+impl Read for Endless {
+    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+        loop {
+            match self.packet.read(out)? {
+                0 => {
+                    std::thread::sleep(Duration::from_millis(1));
+                    let header = stream([]).len();
+                    let packet = stream([events(self.t, 100, 10)]).split_off(header);
+                    self.packet = io::Cursor::new(packet);
+                    self.t += 1_000;
+                }
+                got => return Ok(got),
+            }
+        }
+    }
+}
+
+/// What an eye saw.
+#[derive(Debug, Default, Clone, PartialEq)]
+pub(crate) struct Seen {
+    pub events: u64,
+    pub resets: u64,
+    /// Events that waited while it looked, at most.
+    pub most_waiting: u64,
+}
+
+/// Follows events by counting them, at its ease.
+pub(crate) struct Counting {
+    pub(crate) seen: Arc<Mutex<Seen>>,
+    meter: Arc<Meter>,
+    pause: Duration,
+    latest: Micros,
+}
+
+impl Counting {
+    pub(crate) fn new(control: &Control) -> Self {
+        let meter = control.meter.clone();
+        Self { seen: Arc::default(), meter, pause: Duration::ZERO, latest: Micros(i64::MIN) }
+    }
+
+    pub(crate) fn slow(control: &Control, pause: Duration) -> Self {
+        Self { pause, ..Self::new(control) }
+    }
+}
+
+pub(crate) fn answer() -> Answer {
+    Answer::Body { joints_px: [None; BODY_JOINTS], scores: [0.0; BODY_JOINTS] }
+}
+
+impl Eye for Counting {
+    type Image = i64;
+    type Found = ();
+
+    fn push(&mut self, events: &EventStream) -> Result<(), LiveError> {
+        assert!(events.t().is_empty() || events.t()[0] >= self.latest, "events go back in time");
+        self.latest = events.t().last().copied().unwrap_or(self.latest);
+        let mut seen = self.seen.lock().unwrap();
+        seen.events += events.len() as u64;
+        let Meter { events, dropped_events, followed, .. } = &*self.meter;
+        // Read in this order, less is never subtracted from.
+        let gone = followed.get() + dropped_events.get();
+        seen.most_waiting = seen.most_waiting.max(events.get() - gone);
+        drop(seen);
+        std::thread::sleep(self.pause);
+        Ok(())
+    }
+
+    fn image(&mut self, t: Micros, _memory: Option<i64>) -> Option<i64> {
+        Some(t.0)
+    }
+
+    fn found(&mut self, t: Micros, _image: &i64, (): (), _now: Micros) -> Vec<(Micros, Answer)> {
+        vec![(t, answer())]
+    }
+
+    fn between(&mut self, _t: Micros) -> Option<Answer> {
+        Some(answer())
+    }
+
+    fn reset(&mut self) {
+        self.seen.lock().unwrap().resets += 1;
+        self.latest = Micros(i64::MIN);
+    }
+}
+
+/// Answers so many times, and then does what it is told to.
+pub(crate) struct Answering<F> {
+    pub(crate) times: usize,
+    pub(crate) then: F,
+}
+
+impl<F: FnMut() -> Result<(), LiveError> + Send> Network for Answering<F> {
+    type Image = i64;
+    type Found = ();
+
+    fn look(&mut self, _image: &i64) -> Result<(), LiveError> {
+        match self.times.checked_sub(1) {
+            Some(left) => {
+                self.times = left;
+                Ok(())
+            }
+            None => (self.then)(),
+        }
+    }
+}
+
+/// An eye and a network that always answers.
+pub(crate) fn task(eye: Counting) -> Task<Counting, impl Network<Image = i64, Found = ()>> {
+    Task { eye, network: Answering { times: 0, then: || Ok(()) } }
+}
+
+/// Poses between those of the network every 10 ms, and room for everything.
+pub(crate) fn options() -> LiveOptions {
+    LiveOptions { between_hz: 100.0, most_packets: 10_000, ..LiveOptions::default() }
+}
+
+/// Keeps the times of poses.
+#[derive(Clone, Default)]
+pub(crate) struct Kept(Arc<Mutex<Vec<(i64, Origin)>>>);
+
+impl Kept {
+    pub(crate) fn times(&self, origin: Origin) -> Vec<i64> {
+        let kept = self.0.lock().unwrap();
+        kept.iter().filter(|pose| pose.1 == origin).map(|pose| pose.0).collect()
+    }
+
+    pub(crate) fn len(&self) -> u64 {
+        self.0.lock().unwrap().len() as u64
+    }
+}
+
+impl Sink for Kept {
+    fn name(&self) -> String {
+        "kept".to_owned()
+    }
+
+    fn take(&mut self, pose: &LivePose) -> io::Result<()> {
+        self.0.lock().unwrap().push((pose.t.0, pose.origin));
+        Ok(())
+    }
+}
+
+/// Keeps them, each for so long.
+pub(crate) struct Slow(pub(crate) Kept, pub(crate) Duration);
+
+impl Sink for Slow {
+    fn name(&self) -> String {
+        "slow".to_owned()
+    }
+
+    fn take(&mut self, pose: &LivePose) -> io::Result<()> {
+        std::thread::sleep(self.1);
+        self.0.take(pose)
+    }
+}
+
+/// Takes so many, and no more.
+pub(crate) struct Broken(pub(crate) usize);
+
+impl Sink for Broken {
+    fn name(&self) -> String {
+        "broken".to_owned()
+    }
+
+    fn take(&mut self, _pose: &LivePose) -> io::Result<()> {
+        self.0 = self.0.checked_sub(1).ok_or(io::ErrorKind::StorageFull)?;
+        Ok(())
+    }
+}

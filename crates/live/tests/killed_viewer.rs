@@ -1,0 +1,136 @@
+//! A viewer that is killed, and one that never reads, leave the pipeline as it was.
+
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use std::net::{Ipv4Addr, Shutdown, SocketAddr, TcpStream};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+
+use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
+use evpose_io::Columns;
+use evpose_live::page::{Page, PageInfo, Subject};
+use evpose_live::sink::Sinks;
+use evpose_live::source::Source;
+use evpose_live::{Answer, Control, Eye, LiveError, LiveOptions, Network, Task, run};
+use evpose_pose::body::BODY_JOINTS;
+
+const SENSOR: SensorSize = SensorSize { width: 64, height: 48 };
+const PACKETS: usize = 400;
+const EVENTS: u16 = 50;
+
+/// Packets of a millisecond.
+struct Given(usize);
+
+impl Source for Given {
+    fn name(&self) -> String {
+        "given".to_owned()
+    }
+
+    fn sensor(&self) -> SensorSize {
+        SENSOR
+    }
+
+    fn next(&mut self, columns: &mut Columns) -> Result<Option<Instant>, LiveError> {
+        if self.0 == PACKETS {
+            return Ok(None);
+        }
+        self.0 += 1;
+        std::thread::sleep(Duration::from_millis(2));
+        let t = Micros(1_000 * self.0 as i64);
+        for k in 0..EVENTS {
+            columns.push(Event { t, x: k, y: k % 48, polarity: Polarity::On });
+        }
+        Ok(Some(Instant::now()))
+    }
+}
+
+fn answer() -> Answer {
+    Answer::Body { joints_px: [None; BODY_JOINTS], scores: [0.0; BODY_JOINTS] }
+}
+
+struct Sees;
+
+impl Eye for Sees {
+    type Image = ();
+    type Found = ();
+
+    fn push(&mut self, _: &EventStream) -> Result<(), LiveError> {
+        Ok(())
+    }
+
+    fn image(&mut self, _: Micros, _: Option<()>) -> Option<()> {
+        Some(())
+    }
+
+    fn found(&mut self, t: Micros, (): &(), (): (), _: Micros) -> Vec<(Micros, Answer)> {
+        vec![(t, answer())]
+    }
+
+    fn between(&mut self, _: Micros) -> Option<Answer> {
+        Some(answer())
+    }
+
+    fn reset(&mut self) {}
+}
+
+struct Looks;
+
+impl Network for Looks {
+    type Image = ();
+    type Found = ();
+
+    fn look(&mut self, (): &()) -> Result<(), LiveError> {
+        Ok(())
+    }
+}
+
+#[test]
+fn the_pipeline_goes_on() {
+    let mut control = Control::default();
+    let info = PageInfo {
+        title: "A test".to_owned(),
+        source: "given".to_owned(),
+        sensor: SENSOR,
+        subject: Subject::Body,
+        hand_mesh: None,
+    };
+    let address = SocketAddr::from((Ipv4Addr::LOCALHOST, 0));
+    let page = Page::serve(address, info, control.meter.clone()).unwrap();
+    let (view, seen) = (page.view(), Arc::new(AtomicUsize::new(0)));
+    let counted = seen.clone();
+    control.observer = Some(Arc::new(move |events| {
+        view.push(events);
+        counted.fetch_add(events.len(), Ordering::Relaxed);
+    }));
+    let mut sinks = Sinks::new();
+    sinks.add(page.sink());
+
+    let watch = || {
+        let stream = TcpStream::connect(page.local_addr()).unwrap();
+        let address = format!("ws://{}/ws", page.local_addr());
+        tungstenite::client(address, stream).unwrap().0
+    };
+    let _deaf = watch();
+    let mut killed = watch();
+    let report = std::thread::scope(|scope| {
+        scope.spawn(|| {
+            // In the middle of it, without a word.
+            (0..10).for_each(|_| drop(killed.read().unwrap()));
+            killed.get_ref().shutdown(Shutdown::Both).unwrap();
+        });
+        // Every packet has its place, however busy the machine is.
+        let options = LiveOptions { most_packets: PACKETS, ..LiveOptions::default() };
+        run(Given(0), Task { eye: Sees, network: Looks }, &mut sinks, &options, &control).unwrap()
+    });
+    let all = PACKETS * usize::from(EVENTS);
+    assert_eq!(report.followed, all as u64);
+    assert_eq!(seen.load(Ordering::Relaxed), all, "the observer sees every event");
+    assert_eq!((report.dropped_packets, report.dropped_poses), (0, 0));
+    let end = Instant::now() + Duration::from_secs(10);
+    while page.watchers() > 1 {
+        assert!(Instant::now() < end, "the killed one is not forgotten");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    assert_eq!(sinks.finish().unwrap()[0].1, 0);
+}

@@ -1,0 +1,165 @@
+//! Poses online, from a recording and from a socket.
+
+use std::io::{Read, Write};
+use std::net::TcpListener;
+use std::path::Path;
+use std::time::Duration;
+
+use crate::harness::{Sandbox, bytes};
+
+fn shipped(name: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("checkpoints").join(name);
+    path.to_str().expect("a path of text").to_owned()
+}
+
+/// Somebody who waves, before a small camera.
+fn recorded(sandbox: &Sandbox) {
+    sandbox.ok(&[
+        "simulate",
+        "finetune",
+        "--held-out",
+        "--out",
+        "held",
+        "--sequences",
+        "2",
+        "--seconds",
+        "1",
+        "--set",
+        "simulation.step_hz=250",
+        "--set",
+        "simulation.label_hz=50",
+    ]);
+}
+
+fn lines(sandbox: &Sandbox, name: &str) -> Vec<serde_json::Value> {
+    let text = String::from_utf8(bytes(&sandbox.path(name))).expect("text");
+    text.lines().map(|line| serde_json::from_str(line).expect("a line of JSON")).collect()
+}
+
+#[test]
+fn a_recording_becomes_poses_with_their_latency_and_a_report() {
+    let sandbox = Sandbox::new();
+    recorded(&sandbox);
+    let network = shipped("body-quick.bpk");
+    sandbox.ok(&[
+        "live",
+        "--source",
+        "held/0001.raw",
+        "--checkpoint",
+        &network,
+        "--json",
+        "poses.jsonl",
+        "--csv",
+        "poses.csv",
+        "--report",
+        "report.json",
+    ]);
+    let poses = lines(&sandbox, "poses.jsonl");
+    let of = |origin: &str| poses.iter().filter(|pose| pose["origin"] == origin).count() as u64;
+    let (by_network, between) = (of("network"), of("between"));
+    assert!(by_network > 3, "{by_network}");
+    // A second at 500 Hz, but for what was before the network's first answer.
+    assert!((100..=501).contains(&between), "{between}");
+    assert!(poses.iter().all(|pose| pose["latency_ms"].as_f64().is_some_and(|ms| ms > 0.0)));
+    let nose = poses.iter().find(|pose| pose["origin"] == "network").expect("some");
+    assert_eq!(nose["joints"]["head"].as_array().map(Vec::len), Some(3), "{nose}");
+    let report: serde_json::Value =
+        serde_json::from_slice(&bytes(&sandbox.path("report.json"))).expect("JSON");
+    assert_eq!(report["network"]["poses"], by_network);
+    assert_eq!(report["between"]["poses"], between);
+    let table = String::from_utf8(bytes(&sandbox.path("poses.csv"))).expect("text");
+    assert_eq!(table.lines().count() as u64, 1 + by_network + between);
+    assert!(table.lines().all(|line| line.split(',').count() == 3 + 2 * 13));
+}
+
+#[test]
+fn events_come_over_a_socket_and_poses_leave_over_another() {
+    let sandbox = Sandbox::new();
+    recorded(&sandbox);
+    sandbox.ok(&["convert", "held/0000.raw", "held/0000.evs"]);
+    let events = bytes(&sandbox.path("held/0000.evs"));
+    let (camera, robot) = (listener(), listener());
+    let address =
+        |listener: &TcpListener| format!("tcp://{}", listener.local_addr().expect("bound"));
+    let (source, sink) = (address(&camera), address(&robot));
+    let network = shipped("body-quick.bpk");
+    let mut program =
+        sandbox.start(&["live", "--source", &source, "--checkpoint", &network, "--json", &sink]);
+    let sent = std::thread::spawn(move || {
+        let (mut socket, _) = camera.accept().expect("the program connects");
+        // In pieces that have nothing to do with packets.
+        for piece in events.chunks(100_001) {
+            socket.write_all(piece).expect("the program reads");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    });
+    let (mut socket, _) = robot.accept().expect("the program connects");
+    let mut told = String::new();
+    socket.read_to_string(&mut told).expect("text, until it ends");
+    sent.join().expect("all is sent");
+    assert!(program.wait().expect("it ends").success());
+    let origins: Vec<bool> = told
+        .lines()
+        .map(|line| serde_json::from_str::<serde_json::Value>(line).expect("a line of JSON"))
+        .map(|pose| pose["origin"] == "network")
+        .collect();
+    assert!(origins.contains(&true) && origins.contains(&false), "{} poses", origins.len());
+}
+
+fn listener() -> TcpListener {
+    TcpListener::bind("127.0.0.1:0").expect("a free port")
+}
+
+#[test]
+fn what_cannot_be_followed_is_said_before_anything_begins() {
+    let sandbox = Sandbox::new();
+    let network = shipped("body-quick.bpk");
+    let error = sandbox.fails(&["live", "--source", "nothing.raw", "--checkpoint", &network]);
+    assert!(error.contains("nothing.raw"), "{error}");
+    recorded(&sandbox);
+    let hands = ["--task", "hand", "--checkpoint", &network];
+    let error = sandbox.fails(&[&["live", "--source", "held/0000.raw"], &hands[..]].concat());
+    assert!(error.contains("a network of bodies"), "{error}");
+    let hand = shipped("hand-quick.bpk");
+    let error = sandbox.fails(&["live", "--source", "held/0000.raw", "--checkpoint", &hand]);
+    assert!(error.contains("346x260") && error.contains("60x45"), "{error}");
+}
+
+#[test]
+fn a_benchmark_of_it_says_how_much_came_through() {
+    let sandbox = Sandbox::new();
+    recorded(&sandbox);
+    let network = shipped("body-quick.bpk");
+    let told = sandbox.ok(&[
+        "bench",
+        "live",
+        "--source",
+        "held/0001.raw",
+        "--checkpoint",
+        &network,
+        "--speeds",
+        "1,4",
+        "--input",
+        "2",
+        "--seconds",
+        "0.5",
+        "--json",
+        "live.json",
+    ]);
+    assert!(told.contains("input alone") && told.contains("all of it, 4x"), "{told}");
+    let measured: serde_json::Value =
+        serde_json::from_slice(&bytes(&sandbox.path("live.json"))).expect("JSON");
+    let rows = measured["rows"].as_array().expect("rows");
+    assert_eq!(rows.len(), 3);
+    assert!(rows[1]["report"]["network"]["poses"].as_u64().is_some_and(|poses| poses > 0));
+    sandbox.ok(&[
+        "bench",
+        "live",
+        "--source",
+        "held/0001.raw",
+        "--checkpoint",
+        &network,
+        "--soak",
+        "3e6",
+    ]);
+}
