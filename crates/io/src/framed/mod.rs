@@ -21,16 +21,21 @@
 //! | 20 + 8 k | `u16` | its column |
 //! | 22 + 8 k | `u16` | its row in the lower 15 bits, 1 for ON in the highest |
 //!
-//! In Python, without any library:
+//! In C, on a machine whose numbers are little-endian:
 //!
-//! ```python
-//! import socket, struct
-//! s = socket.create_server(("", 7000)).accept()[0]
-//! s.sendall(b"EVPOSE1\n" + struct.pack("<HHI", 346, 260, 0))
-//! while events := camera.read():                      # [(t_us, x, y, on), …]
-//!     base = events[0][0]
-//!     s.sendall(b"EVTS" + struct.pack("<Iq", len(events), base) + b"".join(
-//!         struct.pack("<IHH", t - base, x, y | on << 15) for t, x, y, on in events))
+//! ```c
+//! uint16_t size[4] = {346, 260, 0, 0};
+//! fwrite("EVPOSE1\n", 1, 8, out);
+//! fwrite(size, 2, 4, out);
+//! while (read_camera(&events, &count)) {              /* events[k]: t_us, x, y, on */
+//!     int64_t base = events[0].t_us;
+//!     fwrite("EVTS", 1, 4, out); fwrite(&count, 4, 1, out); fwrite(&base, 8, 1, out);
+//!     for (uint32_t k = 0; k < count; k++) {
+//!         uint32_t t = events[k].t_us - base;
+//!         uint16_t xy[2] = {events[k].x, events[k].y | events[k].on << 15};
+//!         fwrite(&t, 4, 1, out); fwrite(xy, 2, 2, out);
+//!     }
+//! }
 //! ```
 //!
 //! * [`FramedReader`] reads it from whatever gives bytes, and waits for no more of them than it needs.
