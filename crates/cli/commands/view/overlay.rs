@@ -98,7 +98,7 @@ fn predicted(path: &Path) -> Result<Track> {
         return Ok(Track::Hands(found));
     }
     let mut found: Vec<(Micros, BodyPoints)> =
-        predictions_of(Input::file(path)?, DelayUnit::Seconds)?
+        predictions_of(Input::memory(path, text.into_bytes()), DelayUnit::Seconds)?
             .into_iter()
             .map(|found| (Micros::from_seconds(found.t_s), found.joints_px))
             .collect();
