@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use hdrhistogram::Histogram;
 use serde::Serialize;
@@ -190,9 +190,4 @@ impl Report {
     pub fn per_second(&self, count: u64) -> f64 {
         count as f64 / self.seconds.max(f64::MIN_POSITIVE)
     }
-}
-
-/// How long ago something was.
-pub(crate) fn since(moment: Instant) -> Duration {
-    Instant::now().saturating_duration_since(moment)
 }

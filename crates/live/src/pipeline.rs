@@ -4,20 +4,21 @@
 //! * The eye, on the caller's thread, follows events and makes poses between those of the network.
 //! * The network looks at the newest image whenever it is free.
 
+mod clock;
 mod feeder;
 mod looker;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use evpose_core::{EventStream, Micros, TimeWindow};
 
-use crate::meter::since;
 use crate::queue::Popped;
 use crate::sink::Sinks;
 use crate::source::Source;
 use crate::{Eye, LiveError, LivePose, Meter, Network, Origin, Packet, PacketQueue, Report, Task};
+use clock::Clock;
 use feeder::Feeder;
 use looker::{Job, Looker};
 
@@ -92,12 +93,13 @@ pub fn run<E: Eye, N: Network<Image = E::Image, Found = E::Found>>(
     control: &Control,
 ) -> Result<Report, LiveError> {
     let queue = Arc::new(PacketQueue::new(options.most_packets, options.most_events));
+    let clock = Clock::new(source.pace(), options.stall);
     let feeder = Feeder::start(source, queue.clone(), control.meter.clone());
     let Task { eye, mut network } = task;
     let ended = std::thread::scope(|scope| {
         let (looker, desk) = Looker::new(queue.clone());
         scope.spawn(move || desk.work(&mut network));
-        let mut watch = Watch::new(eye, looker, sinks, options, control);
+        let mut watch = Watch::new(eye, looker, clock, sinks, options, control);
         watch.until_the_end(&queue)
     });
     // Whoever still waits for a source that was left need not be waited for.
@@ -113,6 +115,7 @@ pub fn run<E: Eye, N: Network<Image = E::Image, Found = E::Found>>(
 struct Watch<'a, E: Eye> {
     eye: E,
     looker: Looker<E::Image, E::Found>,
+    clock: Clock,
     sinks: &'a mut Sinks,
     options: &'a LiveOptions,
     control: &'a Control,
@@ -125,7 +128,6 @@ struct Watch<'a, E: Eye> {
     /// Jobs of an earlier recording are of no use.
     recording: u64,
     now: Micros,
-    heard: Instant,
     has_stalled: bool,
 }
 
@@ -133,6 +135,7 @@ impl<'a, E: Eye> Watch<'a, E> {
     fn new(
         eye: E,
         looker: Looker<E::Image, E::Found>,
+        clock: Clock,
         sinks: &'a mut Sinks,
         options: &'a LiveOptions,
         control: &'a Control,
@@ -142,6 +145,7 @@ impl<'a, E: Eye> Watch<'a, E> {
         Self {
             eye,
             looker,
+            clock,
             sinks,
             options,
             control,
@@ -151,16 +155,16 @@ impl<'a, E: Eye> Watch<'a, E> {
             memory: None,
             recording: 0,
             now: Micros(i64::MIN),
-            heard: Instant::now(),
             has_stalled: false,
         }
     }
 
     fn until_the_end(&mut self, queue: &PacketQueue) -> Result<(), LiveError> {
         loop {
-            match queue.pop(LOOK_UP) {
+            let next = self.clock.until(self.next_between);
+            match queue.pop(next.map_or(LOOK_UP, |next| next.min(LOOK_UP))) {
                 Popped::Packet(packet) => {
-                    (self.heard, self.has_stalled) = (Instant::now(), false);
+                    self.has_stalled = false;
                     self.take(&packet)?;
                     if let Some(observer) = &self.control.observer {
                         observer(&packet.events);
@@ -186,7 +190,15 @@ impl<'a, E: Eye> Watch<'a, E> {
 
     /// Nothing came.
     fn wait(&mut self) -> Result<(), LiveError> {
-        let silent = self.heard.elapsed();
+        // Nothing that happens is news, too: poses go on by the clock.
+        while let Some((step, tick)) = self.step.zip(self.next_between)
+            && self.clock.until(Some(tick)) == Some(Duration::ZERO)
+        {
+            self.now = self.now.max(tick);
+            self.between(tick);
+            self.next_between = Some(tick + step);
+        }
+        let silent = self.clock.silent();
         if silent >= self.options.stall && !self.has_stalled {
             self.has_stalled = true;
             self.control.meter.stalls.add(1);
@@ -208,16 +220,18 @@ impl<'a, E: Eye> Watch<'a, E> {
         if packet.restarts {
             self.eye.reset();
             self.recording += 1;
-            (self.next_between, self.next_image) = (None, None);
+            (self.next_between, self.next_image, self.now) = (None, None, first);
         }
-        let happened = |t: Micros| before(packet.happened, last - t);
+        let newest = self.clock.newest().filter(|_| !packet.restarts).unwrap_or(first);
+        self.clock.take(last, packet.happened);
         let stall = i64::try_from(self.options.stall.as_micros()).unwrap_or(i64::MAX);
         let mut pushed = first;
         while let Some((step, tick)) = self.step.zip(self.next_between).filter(|(_, t)| *t <= last)
         {
             // Behind a stall there is no use in the poses of all the time that nobody knows of.
-            let next = events.t()[events.t().partition_point(|t| *t < tick)];
-            if (next - tick).0 > stall {
+            let index = events.t().partition_point(|t| *t < tick);
+            let (next, before) = (events.t()[index], index.checked_sub(1));
+            if (next - before.map_or(newest, |before| events.t()[before])).0 > stall && tick < next {
                 let late = Micros(next.0 - (next.0 - tick.0).rem_euclid(step.0));
                 self.next_between = Some(if late < next { late + step } else { late });
                 continue;
@@ -226,7 +240,7 @@ impl<'a, E: Eye> Watch<'a, E> {
                 self.eye.push(&events.slice(TimeWindow { start: pushed, end: tick }))?;
                 pushed = tick;
             }
-            self.between(tick, happened(tick));
+            self.between(tick);
             self.next_between = Some(tick + step);
         }
         let end = last + Micros(1);
@@ -236,16 +250,16 @@ impl<'a, E: Eye> Watch<'a, E> {
             self.eye.push(&events.slice(TimeWindow { start: pushed, end }))?;
         }
         self.control.meter.followed.add(events.len() as u64);
-        self.now = last;
+        self.now = self.now.max(last);
         if self.next_between.is_none() {
             self.next_between = self.step.map(|step| last + step);
         }
-        self.show(last, packet.happened);
+        self.show(last);
         Ok(())
     }
 
     /// Has the network look, if it is free and it is time.
-    fn show(&mut self, t: Micros, happened: Instant) {
+    fn show(&mut self, t: Micros) {
         if self.next_image.is_some_and(|next| t < next) {
             return;
         }
@@ -264,7 +278,7 @@ impl<'a, E: Eye> Watch<'a, E> {
         match self.eye.image(t, self.memory.take()) {
             Some(image) => {
                 self.control.meter.images.add(1);
-                self.looker.show(Job { image, t, happened, recording: self.recording });
+                self.looker.show(Job { image, t, recording: self.recording, clock: self.clock });
             }
             None => self.control.meter.repeated.add(1),
         }
@@ -274,16 +288,16 @@ impl<'a, E: Eye> Watch<'a, E> {
         let looker::Seen { job, found } = seen;
         if job.recording == self.recording {
             for (t, answer) in self.eye.found(job.t, &job.image, found, self.now) {
-                let latency = since(before(job.happened, job.t - t));
+                let latency = job.clock.since(t);
                 self.emit(LivePose { t, latency, origin: Origin::Network, answer });
             }
         }
         self.memory = Some(job.image);
     }
 
-    fn between(&mut self, t: Micros, happened: Instant) {
+    fn between(&mut self, t: Micros) {
         if let Some(answer) = self.eye.between(t) {
-            let latency = since(happened);
+            let latency = self.clock.since(t);
             self.emit(LivePose { t, latency, origin: Origin::Between, answer });
         }
     }
@@ -293,12 +307,6 @@ impl<'a, E: Eye> Watch<'a, E> {
         let dropped = self.sinks.give(&Arc::new(pose));
         self.control.meter.dropped_poses.add(dropped);
     }
-}
-
-/// So much time before a moment.
-fn before(moment: Instant, time: Micros) -> Instant {
-    let time = Duration::from_micros(u64::try_from(time.0).unwrap_or(0));
-    moment.checked_sub(time).unwrap_or(moment)
 }
 
 #[cfg(test)]

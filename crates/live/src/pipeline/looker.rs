@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
-use std::time::Instant;
 
 use evpose_core::Micros;
 
+use super::clock::Clock;
 use crate::{LiveError, Network, PacketQueue};
 
 /// An image to look at.
@@ -13,7 +13,8 @@ pub(super) struct Job<I> {
     pub(super) image: I,
     /// The time that it is of.
     pub(super) t: Micros,
-    pub(super) happened: Instant,
+    /// By which its latency is told.
+    pub(super) clock: Clock,
     /// Which recording it is of, counted from 0.
     pub(super) recording: u64,
 }

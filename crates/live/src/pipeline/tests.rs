@@ -2,6 +2,7 @@
 
 use std::sync::Mutex;
 use std::sync::mpsc::{Receiver, Sender, channel};
+use std::time::Instant;
 
 use evpose_core::{Event, EventStream, Polarity, SensorSize};
 use evpose_io::Columns;
@@ -19,10 +20,11 @@ struct Given {
     /// Asked before every packet but the first: may it come?
     wait: Option<Receiver<()>>,
     is_first: bool,
+    pace: Option<f64>,
 }
 
 fn given(packets: Vec<Vec<i64>>) -> Given {
-    Given { packets: packets.into_iter(), wait: None, is_first: true }
+    Given { packets: packets.into_iter(), wait: None, is_first: true, pace: None }
 }
 
 impl Source for Given {
@@ -45,6 +47,10 @@ impl Source for Given {
             columns.push(Event { t: Micros(t), x: 1, y: 2, polarity: Polarity::On });
         }
         Ok(Some(Instant::now()))
+    }
+
+    fn pace(&self) -> Option<f64> {
+        self.pace
     }
 }
 
@@ -260,4 +266,41 @@ fn time_that_jumps_back_begins_anew_and_small_disorder_is_rejected() {
     let behind = asked[reset + 1..].iter().find(|asked| matches!(asked, Asked::Pushed(_)));
     assert_eq!(behind, Some(&Asked::Pushed(vec![1_000, 2_000])));
     assert_eq!((report.restarts, report.rejected, report.events), (1, 1, 5));
+}
+
+#[test]
+fn poses_go_on_by_the_clock_while_nothing_happens_until_the_source_has_stalled() {
+    let (come, may_come) = channel();
+    let packets = vec![vec![0, 999], vec![900_000, 901_500]];
+    let source = Given { wait: Some(may_come), pace: Some(1.0), ..given(packets) };
+    let (diary, kept) = (Diary::default(), Arc::default());
+    let mut sinks = Sinks::new();
+    sinks.add(Kept(Arc::clone(&kept)));
+    let task = Task { eye: Scribe(diary.clone()), network: Instantly };
+    let control = Control::default();
+    let meter = control.meter.clone();
+    let report = std::thread::scope(|scope| {
+        let (control, sinks) = (&control, &mut sinks);
+        let running = scope.spawn(move || run(source, task, sinks, &options(100.0), control));
+        let end = Instant::now() + Duration::from_secs(10);
+        while meter.stalls.get() == 0 && Instant::now() < end {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        come.send(()).unwrap();
+        drop(come);
+        running.join().unwrap().unwrap()
+    });
+    sinks.finish().unwrap();
+    let ticks = diary.of(|asked| match asked {
+        Asked::Between(t) => Some(*t),
+        _ => None,
+    });
+    // From 10 ms behind the first packet to the stall half a second later, and none before events come again.
+    let silent = ticks.len() - 1;
+    assert!((49..=50).contains(&silent), "{ticks:?}");
+    let evenly = (1..).map(|k| 999 + 10_000 * k).take(silent);
+    assert_eq!(ticks, evenly.chain([900_999]).collect::<Vec<_>>());
+    assert_eq!(report.stalls, 1);
+    let late = kept.lock().unwrap().iter().map(|pose| pose.latency).max();
+    assert!(late < Some(Duration::from_millis(400)), "{late:?}");
 }

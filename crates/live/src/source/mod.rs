@@ -44,6 +44,12 @@ pub trait Source: Send + 'static {
     /// If the connection fails or what comes is damaged beyond what can be passed over.
     fn next(&mut self, columns: &mut Columns) -> Result<Option<Instant>, LiveError>;
 
+    /// How much time of its events passes in the same time of this machine: 1 for what happens now. None
+    /// where events come as fast as they are taken.
+    fn pace(&self) -> Option<f64> {
+        Some(1.0)
+    }
+
     /// Packets that were passed over because they made no sense, so far.
     fn malformed(&self) -> u64 {
         0
@@ -71,6 +77,10 @@ impl Source for Box<dyn Source> {
 
     fn next(&mut self, columns: &mut Columns) -> Result<Option<Instant>, LiveError> {
         (**self).next(columns)
+    }
+
+    fn pace(&self) -> Option<f64> {
+        (**self).pace()
     }
 
     fn malformed(&self) -> u64 {

@@ -174,6 +174,10 @@ impl Source for Replay {
         // As fast as it goes, an event happens when it is read.
         Ok(Some(if self.options.speed.is_finite() { due } else { now }))
     }
+
+    fn pace(&self) -> Option<f64> {
+        Some(self.options.speed).filter(|speed| speed.is_finite())
+    }
 }
 
 #[cfg(test)]

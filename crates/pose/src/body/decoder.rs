@@ -6,8 +6,8 @@ use super::{BodyJoint, BodyMaps};
 
 /// The published threshold of [`BodyDecoder::new`].
 pub const DEFAULT_THRESHOLD: f32 = 0.1;
-/// What is added to distances, in cells: how fast the weight of a place falls off.
-const SOFTENING: f64 = 1.8;
+/// What is added to distances as published, in cells: see [`BodyDecoder::softened_by`].
+pub const DEFAULT_SOFTENING: f64 = 1.8;
 
 /// Reads joints off maps of one size.
 ///
@@ -27,6 +27,7 @@ pub struct BodyDecoder {
     rows: usize,
     columns: usize,
     threshold: f32,
+    softening: f64,
     center_weight: Vec<f32>,
     cuts_regressions: bool,
 }
@@ -35,10 +36,26 @@ impl BodyDecoder {
     /// For maps of so many rows and columns; 48 of each as published. Values of heatmaps below
     /// `threshold` count as 0, and a joint whose score is below it is not found.
     pub fn new([rows, columns]: [usize; 2], threshold: f32) -> Self {
+        let decoder = Self {
+            rows,
+            columns,
+            threshold,
+            softening: DEFAULT_SOFTENING,
+            center_weight: Vec::new(),
+            cuts_regressions: false,
+        };
+        decoder.softened_by(DEFAULT_SOFTENING)
+    }
+
+    /// The same with weights `1 / (d + cells)`: the more, the less regressions count beside heatmaps, and
+    /// the middle of the map beside the map of centres.
+    #[must_use]
+    pub fn softened_by(self, cells: f64) -> Self {
+        let Self { rows, columns, .. } = self;
         let middle = [columns, rows].map(|side| side as f64 / 2.0);
-        let weight = |cell: usize| (1.0 / softened(cell % columns, cell / columns, middle)) as f32;
-        let center_weight = (0..rows * columns).map(weight).collect();
-        Self { rows, columns, threshold, center_weight, cuts_regressions: false }
+        let weight = |cell: usize| 1.0 / (distance(cell % columns, cell / columns, middle) + cells);
+        let center_weight = (0..rows * columns).map(|cell| weight(cell) as f32).collect();
+        Self { softening: cells, center_weight, ..self }
     }
 
     /// The same with the published rounding, for comparisons.
@@ -62,7 +79,7 @@ impl BodyDecoder {
             let cut = |value: f32| if value < self.threshold { 0.0 } else { value };
             let cell = first_maximum((0..cells).map(|cell| {
                 let (x, y) = (cell % self.columns, cell / self.columns);
-                f64::from(cut(heatmap[cell])) / softened(x, y, rough)
+                f64::from(cut(heatmap[cell])) / (distance(x, y, rough) + self.softening)
             }));
             let score = cut(heatmap[cell]);
             let position = || self.position(maps.offsets, joint, cell);
@@ -138,11 +155,11 @@ impl BodyDecoder {
     }
 }
 
-/// How far a cell is from a place, and a little more: the inverse of its weight.
-fn softened(x: usize, y: usize, from: [f64; 2]) -> f64 {
+/// How far a cell is from a place.
+fn distance(x: usize, y: usize, from: [f64; 2]) -> f64 {
     let [x, y] = [x as f64 - from[0], y as f64 - from[1]];
     // Not `hypot`, whose last bit may differ from the published arithmetic's and decide between equals.
-    (x * x + y * y).sqrt() + SOFTENING
+    (x * x + y * y).sqrt()
 }
 
 /// Where the largest value is, the first of equals; 0 without values.

@@ -18,7 +18,7 @@ mod maps;
 mod skeleton;
 pub mod velocity;
 
-pub use decoder::{BodyDecoder, DEFAULT_THRESHOLD};
+pub use decoder::{BodyDecoder, DEFAULT_SOFTENING, DEFAULT_THRESHOLD};
 pub use follower::BodyFollower;
 pub use joint::{BodyJoint, positions, positions_and_scores};
 pub use label::{BodyLabel, Keypoint, Visibility};

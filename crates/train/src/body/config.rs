@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use evpose_nn::{BodyLossConfig, MoveEnetConfig};
+use evpose_pose::body::DEFAULT_SOFTENING;
 use evpose_pose::metric::BootstrapConfig;
 use evpose_repr::{ErosLike, GaussianKernel, representation_called};
 use evpose_sim::person::PeopleConfig;
@@ -44,6 +45,8 @@ pub struct BodyConfig {
     pub loss: BodyLossConfig,
     /// What targets have of the published ones' quirks.
     pub targets: BodyTargetConfig,
+    /// How joints are read off the network's maps.
+    pub decoding: BodyDecodingConfig,
     /// Optimiser and duration.
     pub training: BodyTrainingConfig,
     /// Held-out data.
@@ -130,6 +133,14 @@ pub struct BodyTargetConfig {
     pub parity: bool,
 }
 
+/// How joints are read off the network's maps.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct BodyDecodingConfig {
+    /// What is added to distances, in cells: see [`evpose_pose::body::BodyDecoder::softened_by`].
+    pub softening_cells: f64,
+}
+
 /// Optimiser and duration.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -185,6 +196,7 @@ impl Default for BodyConfig {
             network: MoveEnetConfig::default(),
             loss: BodyLossConfig::default(),
             targets: BodyTargetConfig::default(),
+            decoding: BodyDecodingConfig::default(),
             training: BodyTrainingConfig::default(),
             evaluation: BodyEvaluationConfig::default(),
         }
@@ -214,6 +226,13 @@ impl Default for BodyImageConfig {
             side_px: 192,
             interpolation: Interpolation::Area,
         }
+    }
+}
+
+impl Default for BodyDecodingConfig {
+    /// As published.
+    fn default() -> Self {
+        Self { softening_cells: DEFAULT_SOFTENING }
     }
 }
 
@@ -316,6 +335,9 @@ impl BodyConfig {
         }
         if self.image.side_px == 0 || !self.image.side_px.is_multiple_of(SIDE_STEP_PX) {
             return fail("image.side_px", "must be a multiple of 32");
+        }
+        if !(self.decoding.softening_cells.is_finite() && self.decoding.softening_cells > 0.0) {
+            return fail("decoding.softening_cells", "must be above 0");
         }
         if self.network.joints != evpose_pose::body::BODY_JOINTS {
             return fail("network.joints", "labels have 13 joints");

@@ -30,8 +30,8 @@ pub use accuracy::{BodyAccuracy, BodyAccuracyConfig, BodyMeasure};
 pub use augmentation::{BodyAugmentation, BodyView, Interpolation, resize_grey};
 pub use batch::BodyBatch;
 pub use config::{
-    BodyConfig, BodyDataConfig, BodyEvaluationConfig, BodyImageConfig, BodySourceKind,
-    BodyTargetConfig, BodyTrainingConfig, LabelMoment,
+    BodyConfig, BodyDataConfig, BodyDecodingConfig, BodyEvaluationConfig, BodyImageConfig,
+    BodySourceKind, BodyTargetConfig, BodyTrainingConfig, LabelMoment,
 };
 pub use evaluation::{
     BodyEvaluated, BodyJudged, evaluate_body, judge_frames, mean_pose_of, truth_of,

@@ -61,7 +61,8 @@ impl BodyPredictor {
             .with_precision(options.precision);
         let shape = [CHANNELS, side_px, side_px];
         let graph = checkpoint.network.graph();
-        let decoder = BodyDecoder::new([side_px / CELL_PX; 2], options.confidence);
+        let decoder = BodyDecoder::new([side_px / CELL_PX; 2], options.confidence)
+            .softened_by(checkpoint.config.decoding.softening_cells);
         let is_published = checkpoint.config.targets.parity;
         Ok(Self {
             engine: Engine::compile_with(&graph, shape, engine_options, ranges)?,

@@ -144,6 +144,24 @@ fn regressions_point_as_far_to_the_left_and_up_as_to_the_right_and_down() {
 }
 
 #[test]
+fn the_softer_the_weights_are_the_more_heatmaps_count() {
+    let mut heatmap = [0.1; 24];
+    (heatmap[2 * 6 + 3], heatmap[2 * 6 + 5]) = (0.5, 0.8);
+    let maps = small(heatmap, [0.0, 0.0]);
+    // 0.5 / s against 0.8 / (2 + s): equal at s = 10/3.
+    let decoder = BodyDecoder::new([4, 6], DEFAULT_THRESHOLD);
+    assert_eq!(cell_by(&decoder, &maps), [3.0, 2.0]);
+    assert_eq!(cell_by(&decoder.clone().softened_by(3.3), &maps), [3.0, 2.0]);
+    assert_eq!(cell_by(&decoder.softened_by(3.4), &maps), [5.0, 2.0]);
+    // So does the map of centres beside its middle, column 3 of row 2.
+    let mut centers = [0.0; 24];
+    (centers[2 * 6 + 3], centers[2 * 6 + 5]) = (0.5, 0.8);
+    let decoder = BodyDecoder::new([4, 6], DEFAULT_THRESHOLD);
+    assert_eq!(decoder.center_cell(&centers), 2 * 6 + 3);
+    assert_eq!(decoder.softened_by(3.4).center_cell(&centers), 2 * 6 + 5);
+}
+
+#[test]
 fn the_first_of_equals_counts_row_by_row() {
     let mut heatmap = [0.0; 24];
     for (x, y) in [(4, 2), (3, 3), (2, 2), (3, 1)] {
