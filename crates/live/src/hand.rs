@@ -12,17 +12,14 @@
 
 use evpose_body::PosedBody;
 use evpose_core::{EventStream, Micros, SensorSize};
-use evpose_pose::filter::AdaptiveHandFilter;
+use evpose_pose::filter::{AdaptiveHandFilter, StillnessGate};
 use evpose_pose::{HandParams, HandSide};
 use evpose_repr::{Representation, StreamWindow, SurfaceTrigger, representation_called};
-use evpose_train::{HandConfig, Predictor, Stage};
+use evpose_train::{HandConfig, Predictor, Stage, SurfaceBatch};
 
 use crate::body::failed;
 use crate::page::HandMesh;
 use crate::{Answer, Eye, LiveError, Network, Task};
-
-/// Input channels of the network.
-const CHANNELS: usize = 2;
 
 /// A network of hands before events of `sensor`, shown `batch` surfaces at once.
 ///
@@ -43,20 +40,18 @@ pub fn hand_task<P: Predictor + Send>(
         surface: surface.start(window.map_err(failed)?),
         trigger: SurfaceTrigger::new(&mode.trigger, sensor),
         is_due: false,
-        rest_sum: mode.stillness.rest_sum_of(sensor),
+        gate: StillnessGate::new(&mode.stillness, sensor).map_err(failed)?,
         filter: AdaptiveHandFilter::new(&mode.filter).map_err(failed)?,
         stage: Stage::new(config).map_err(failed)?,
         // A network of both hands does not say which it saw.
         side: config.simulation.hands.side(0),
         batch: batch.max(1),
-        gathered: Surfaces::default(),
-        last: None,
+        gathered: SurfaceBatch::default(),
     };
     let size = (usize::from(sensor.height), usize::from(sensor.width));
     let mut network = HandNetwork { predictor, size };
     // What is compiled for the first images is not for the first pose to wait for.
-    let values = vec![0.0; eye.batch * CHANNELS * sensor.pixels()];
-    network.look(&Surfaces { values, times: Vec::new() })?;
+    network.look(&SurfaceBatch::empty_surfaces(sensor, eye.batch))?;
     Ok(Task { eye, network })
 }
 
@@ -72,20 +67,6 @@ pub fn hand_mesh(config: &HandConfig) -> Result<HandMesh, LiveError> {
     Ok(HandMesh { faces, vertices: Box::new(vertices) })
 }
 
-/// Surfaces one after another, and their times.
-#[derive(Debug, Default, Clone)]
-pub struct Surfaces {
-    values: Vec<f32>,
-    times: Vec<Micros>,
-}
-
-impl Surfaces {
-    fn clear(&mut self) {
-        self.values.clear();
-        self.times.clear();
-    }
-}
-
 /// Follows the events of a hand.
 #[derive(Debug)]
 pub struct HandEye {
@@ -93,15 +74,13 @@ pub struct HandEye {
     surface: Box<dyn Representation>,
     trigger: SurfaceTrigger,
     is_due: bool,
-    rest_sum: f64,
+    gate: StillnessGate,
     filter: AdaptiveHandFilter,
     stage: Stage,
     side: HandSide,
     batch: usize,
     /// Surfaces of the batch that is not full yet.
-    gathered: Surfaces,
-    /// The network's last answer.
-    last: Option<HandParams>,
+    gathered: SurfaceBatch,
 }
 
 impl HandEye {
@@ -111,26 +90,13 @@ impl HandEye {
 
     /// Adds the surface of `t`.
     fn gather(&mut self, t: Micros) {
-        let pixels = self.sensor.pixels();
-        let start = self.gathered.values.len();
-        self.gathered.values.resize(start + CHANNELS * pixels, 0.0);
-        let own = self.surface.channels() * pixels;
-        let (own, copy) = self.gathered.values[start..].split_at_mut(own);
         self.surface.advance(t);
-        self.surface.render(own);
-        // A representation of one channel fills both.
-        copy.copy_from_slice(&own[..copy.len()]);
-        self.gathered.times.push(t);
-    }
-
-    fn is_at_rest(&self) -> bool {
-        let sum: f64 = self.gathered.values.iter().copied().map(f64::from).sum();
-        sum <= self.rest_sum * self.gathered.times.len() as f64
+        self.gathered.add(&mut *self.surface, self.sensor, t);
     }
 }
 
 impl Eye for HandEye {
-    type Image = Surfaces;
+    type Image = SurfaceBatch;
     type Found = Vec<HandParams>;
 
     fn push(&mut self, events: &EventStream) -> Result<(), LiveError> {
@@ -145,7 +111,7 @@ impl Eye for HandEye {
 
     fn stride(&mut self, t: Micros) {
         if self.batch > 1 && std::mem::take(&mut self.is_due) {
-            if self.gathered.times.len() == self.batch {
+            if self.gathered.len() == self.batch {
                 // Nobody had time for it.
                 self.gathered.clear();
             }
@@ -153,7 +119,7 @@ impl Eye for HandEye {
         }
     }
 
-    fn image(&mut self, t: Micros, memory: Option<Surfaces>) -> Option<Surfaces> {
+    fn image(&mut self, t: Micros, memory: Option<SurfaceBatch>) -> Option<SurfaceBatch> {
         if self.batch == 1 {
             if !std::mem::take(&mut self.is_due) {
                 return None;
@@ -161,12 +127,13 @@ impl Eye for HandEye {
             self.gathered.clear();
             self.gather(t);
         }
-        if self.gathered.times.len() < self.batch {
+        if self.gathered.len() < self.batch {
             return None;
         }
-        if let Some(last) = self.last.filter(|_| self.is_at_rest()) {
-            for t in std::mem::take(&mut self.gathered.times) {
-                self.filter.update(t, &last);
+        if self.gate.is_at_rest(self.gathered.values(), self.gathered.len()) {
+            let poses = self.gate.repeat(self.gathered.len());
+            for (&t, measured) in self.gathered.times().iter().zip(poses) {
+                self.filter.update(t, measured);
             }
             self.gathered.clear();
             return None;
@@ -179,17 +146,18 @@ impl Eye for HandEye {
     fn found(
         &mut self,
         _t: Micros,
-        surfaces: &Surfaces,
+        surfaces: &SurfaceBatch,
         found: Vec<HandParams>,
         _now: Micros,
     ) -> Vec<(Micros, Answer)> {
-        let poses = surfaces.times.iter().zip(found);
+        let poses = surfaces.times().iter().zip(&found);
         let answers = poses.map(|(&t, measured)| {
-            self.last = Some(measured);
-            let filtered = self.filter.update(t, &measured);
+            let filtered = self.filter.update(t, measured);
             (t, self.answer(filtered))
         });
-        answers.collect()
+        let answers = answers.collect();
+        self.gate.predicted(found);
+        answers
     }
 
     fn between(&mut self, t: Micros) -> Option<Answer> {
@@ -201,7 +169,8 @@ impl Eye for HandEye {
         self.trigger.reset();
         self.filter.reset();
         self.gathered.clear();
-        (self.is_due, self.last) = (false, None);
+        self.gate.reset();
+        self.is_due = false;
     }
 }
 
@@ -213,10 +182,10 @@ pub struct HandNetwork<P> {
 }
 
 impl<P: Predictor + Send> Network for HandNetwork<P> {
-    type Image = Surfaces;
+    type Image = SurfaceBatch;
     type Found = Vec<HandParams>;
 
-    fn look(&mut self, surfaces: &Surfaces) -> Result<Vec<HandParams>, LiveError> {
-        self.predictor.predict(&surfaces.values, self.size).map_err(failed)
+    fn look(&mut self, surfaces: &SurfaceBatch) -> Result<Vec<HandParams>, LiveError> {
+        self.predictor.predict(surfaces.values(), self.size).map_err(failed)
     }
 }

@@ -38,8 +38,8 @@ mod task;
 pub use body::{BodyEye, BodyNetwork, body_task};
 pub use error::LiveError;
 #[cfg(feature = "networks")]
-pub use hand::{HandEye, HandNetwork, Surfaces, hand_mesh, hand_task};
-pub use meter::{Latency, Meter, Report};
+pub use hand::{HandEye, HandNetwork, hand_mesh, hand_task};
+pub use meter::{Latencies, Latency, Meter, Report};
 pub use packet::Packet;
 pub use pipeline::{Control, LiveOptions, Observer, run};
 pub use pose::{Answer, LivePose, Origin};

@@ -70,10 +70,7 @@ impl Default for Meter {
 
 impl Meter {
     /// Nothing happened yet.
-    #[allow(clippy::missing_panics_doc, reason = "the bounds are constants that make sense")]
     pub fn new() -> Self {
-        let histogram =
-            || Mutex::new(Histogram::new_with_bounds(1, LONGEST_US, 3).expect("bounds in order"));
         Self {
             began: Instant::now(),
             packets: Count::default(),
@@ -89,8 +86,8 @@ impl Meter {
             stalls: Count::default(),
             restarts: Count::default(),
             dropped_poses: Count::default(),
-            network: histogram(),
-            between: histogram(),
+            network: Mutex::new(histogram()),
+            between: Mutex::new(histogram()),
         }
     }
 
@@ -103,6 +100,20 @@ impl Meter {
         };
         let mut histogram = histogram.lock().unwrap_or_else(PoisonError::into_inner);
         histogram.saturating_record(latency_us.clamp(1, LONGEST_US));
+    }
+
+    /// How late poses were since `before` was last brought up to date, those of the network and those
+    /// between: this does so.
+    pub fn latencies_since(&self, before: &mut Latencies) -> [Latency; 2] {
+        let Latencies { network, between } = before;
+        [(&self.network, network), (&self.between, between)].map(|(all, before)| {
+            let all = all.lock().unwrap_or_else(PoisonError::into_inner).clone();
+            let mut since = all.clone();
+            // It only ever grows: there is nothing to subtract that it has not.
+            let _ = since.subtract(&*before);
+            *before = all;
+            Latency::of(&since)
+        })
     }
 
     /// All of it so far.
@@ -130,6 +141,23 @@ impl Meter {
             between: latency(&self.between),
         }
     }
+}
+
+/// Latencies of all poses up to a moment, none to begin with: see [`Meter::latencies_since`].
+#[derive(Debug, Clone)]
+pub struct Latencies {
+    network: Histogram<u64>,
+    between: Histogram<u64>,
+}
+
+impl Default for Latencies {
+    fn default() -> Self {
+        Self { network: histogram(), between: histogram() }
+    }
+}
+
+fn histogram() -> Histogram<u64> {
+    Histogram::new_with_bounds(1, LONGEST_US, 3).expect("bounds in order")
 }
 
 /// How late poses were, in milliseconds from the newest event that they take into account.
@@ -189,5 +217,38 @@ impl Report {
     /// A count per second.
     pub fn per_second(&self, count: u64) -> f64 {
         count as f64 / self.seconds.max(f64::MIN_POSITIVE)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use evpose_core::Micros;
+    use evpose_pose::body::BODY_JOINTS;
+
+    use super::*;
+    use crate::Answer;
+
+    #[test]
+    fn latencies_of_a_while_are_those_of_no_other() {
+        let meter = Meter::new();
+        let add = |origin, ms| {
+            let answer =
+                Answer::Body { joints_px: [None; BODY_JOINTS], scores: [0.0; BODY_JOINTS] };
+            let latency = Duration::from_millis(ms);
+            meter.pose(&LivePose { t: Micros(0), latency, origin, answer });
+        };
+        let mut before = Latencies::default();
+        (0..100).for_each(|_| add(Origin::Network, 900));
+        add(Origin::Between, 7);
+        let [network, between] = meter.latencies_since(&mut before);
+        assert_eq!((network.poses, between.poses), (100, 1));
+        assert!((network.p99_ms / 900.0 - 1.0).abs() < 0.01, "{network:?}");
+        (0..10).for_each(|_| add(Origin::Network, 3));
+        let [network, between] = meter.latencies_since(&mut before);
+        assert_eq!((network.poses, between.poses), (10, 0));
+        assert!((network.p99_ms / 3.0 - 1.0).abs() < 0.01, "{network:?}");
+        assert!((meter.report().network.p99_ms / 900.0 - 1.0).abs() < 0.01, "all of them");
     }
 }

@@ -7,7 +7,9 @@ use std::io::BufReader;
 use std::path::Path;
 
 use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
-use evpose_rerun::{Moment, Recording, RerunError, Sent, TIMELINE};
+use evpose_rerun::{
+    Moment, PoseFigures, PoseLayout, PoseMoment, PoseRecording, Recording, RerunError, Sent, TIMELINE,
+};
 use re_sdk::StoreKind;
 use re_sdk::external::re_log_encoding::DecoderApp;
 use re_sdk::log::{Chunk, LogMsg};
@@ -122,4 +124,47 @@ fn a_place_that_cannot_be_written_and_an_address_that_is_none_are_said() {
     // Nothing listens on port 1.
     let refused = Recording::connect(Some("127.0.0.1:1"), "a", SENSOR).err().unwrap();
     assert!(matches!(refused, RerunError::Viewer { .. }), "{refused}");
+}
+
+#[test]
+fn a_file_of_poses_holds_bones_surfaces_and_figures() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("poses.rrd");
+    let layout = PoseLayout { bones: vec![[0, 1], [1, 2]], faces: vec![[0, 1, 2]] };
+    let mut recording = PoseRecording::create(&path, "poses", SENSOR, layout).unwrap();
+    for moment in 1..=MOMENTS {
+        let joints = [Some([1.0, 2.0]), Some([3.0, 4.0]), None];
+        // The network says nothing at the second moment.
+        let p99_ms = (moment != 2).then_some(3.5);
+        let network = PoseFigures { joints_px: &joints, p99_ms, per_s: 100.0 };
+        let between = PoseFigures { joints_px: &[], p99_ms: None, per_s: 0.0 };
+        let surface = [[0.0, 0.0, 1.0], [4.0, 0.0, 1.0], [0.0, 4.0, 2.0]];
+        recording
+            .send(&PoseMoment {
+                t: Micros(moment * EVERY.0),
+                events_px: [&[[0.5, 0.5]], &[[1.5, 0.5], [2.5, 0.5]]],
+                events_per_s: [1e3, 2e3],
+                poses: [network, between],
+                surface: Some(&surface),
+            })
+            .unwrap();
+    }
+    recording.finish().unwrap();
+    let entities = read(&path);
+    let (moments, end_ns) = (MOMENTS as usize, MOMENTS * EVERY.0 * 1000);
+    for (name, rows, values) in [
+        ("/events/off", moments, moments),
+        ("/events/on", moments, 2 * moments),
+        // Of two bones one has both of its joints.
+        ("/events/network", moments, moments),
+        ("/events/between", moments, 0),
+        ("/latency/network", moments - 1, moments - 1),
+        ("/poses/network", moments, moments),
+        ("/rate/on", moments, moments),
+        // Three vertices and a triangle.
+        ("/hand", moments, 4 * moments),
+    ] {
+        assert_eq!(entities[name], (rows, end_ns, values), "{name}");
+    }
+    assert_eq!(entities["/latency/between"].2, 0, "without poses no latency");
 }

@@ -51,7 +51,7 @@ pub use quantized::Quantized;
 pub use saved::Checkpoint;
 pub use slow_motion::{
     SlowMotionConfig, SlowMotionEvaluated, SlowMotionPose, SlowMotionTracker, SlowMotionUsage,
-    evaluate_slow_motion,
+    SurfaceBatch, evaluate_slow_motion,
 };
 pub use told_renderer::{HowFar, Told};
 pub use training::{TrainOptions, TrainSummary, train_hand, untrained};

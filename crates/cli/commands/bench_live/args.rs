@@ -11,8 +11,8 @@ use crate::commands::live::LiveTask;
     evpose bench live --task hand --speeds 1,10 --seconds 20 --json live.json\n  \
     evpose bench live --source rec.raw --checkpoint runs/body/finetune --speeds 1\n  \
     evpose bench live --soak 1e9\n\n\
-    Without --source, somebody is simulated before a camera held by hand, and noise is added until there\n\
-    are as many events as --rate says. Without --checkpoint, the network has the published size and random\n\
+    Without --source, somebody is simulated before a camera held by hand, and events are left out or noise\n\
+    is added until there are as many as --rate says. Without --checkpoint, the network has the published size and random\n\
     weights. Latency is from when the newest event of a pose was due to when the pose was known.")]
 pub(crate) struct BenchLiveArgs {
     /// Whose poses; a checkpoint knows

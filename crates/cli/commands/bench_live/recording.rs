@@ -1,4 +1,4 @@
-//! A recording of a busy camera.
+//! A recording of a busy camera: exactly as many events a second as are asked for.
 
 use std::path::{Path, PathBuf};
 
@@ -14,7 +14,7 @@ const VGA: SensorSize = SensorSize { width: 640, height: 480 };
 /// Scenes that appear make a burst of all pixels.
 const SETTLED: Micros = Micros(200_000);
 
-/// Somebody before a camera held by hand, with noise up to `rate` events a second.
+/// Somebody before a camera held by hand, brought to `rate` events a second.
 pub(super) fn of_body(folder: &Path, rate: f64) -> Result<PathBuf> {
     let config = PeopleConfig {
         sensor_size: VGA,
@@ -35,7 +35,7 @@ pub(super) fn of_body(folder: &Path, rate: f64) -> Result<PathBuf> {
     write(folder, &events, rate)
 }
 
-/// The published hand, with noise up to `rate` events a second.
+/// The published hand, brought to `rate` events a second.
 pub(super) fn of_hand(folder: &Path, rate: f64) -> Result<PathBuf> {
     let config = SimulationConfig { seconds: SECONDS, sequences: 1, ..SimulationConfig::default() };
     let simulation = Simulation::new(&config, 1)?;
@@ -49,25 +49,32 @@ pub(super) fn of_hand(folder: &Path, rate: f64) -> Result<PathBuf> {
     write(folder, &events, rate)
 }
 
+/// With noise where `rate` asks for more events, and some at random left out where it asks for less.
 fn write(folder: &Path, events: &EventStream, rate: f64) -> Result<PathBuf> {
     let end = events.t().last().copied().unwrap_or_default();
     let events = events.slice(TimeWindow { start: SETTLED, end: end + Micros(1) });
     let sensor = events.sensor();
     let wanted = (rate * (end - SETTLED).as_seconds()) as usize;
-    let more = wanted.saturating_sub(events.len());
     let mut rng = CounterRng::new(1, "noise of a busy camera", 0);
-    let mut noise: Vec<Event> = (0..more)
-        .map(|k| Event {
-            t: SETTLED + Micros((k as f64 / more as f64 * (end - SETTLED).0 as f64) as i64),
-            x: rng.below(usize::from(sensor.width)) as u16,
-            y: rng.below(usize::from(sensor.height)) as u16,
-            polarity: Polarity::from_on(rng.chance(0.5)),
-        })
-        .collect();
-    noise.extend(events.iter());
-    noise.sort_by_key(|event| event.t);
+    let mut all: Vec<Event> = Vec::with_capacity(wanted);
+    let mut left = events.len();
+    for event in events.iter() {
+        // As many as are wanted, every choice of them as likely as any other.
+        if rng.below(left) < wanted.saturating_sub(all.len()) {
+            all.push(event);
+        }
+        left -= 1;
+    }
+    let more = wanted - all.len();
+    all.extend((0..more).map(|k| Event {
+        t: SETTLED + Micros((k as f64 / more as f64 * (end - SETTLED).0 as f64) as i64),
+        x: rng.below(usize::from(sensor.width)) as u16,
+        y: rng.below(usize::from(sensor.height)) as u16,
+        polarity: Polarity::from_on(rng.chance(0.5)),
+    }));
+    all.sort_by_key(|event| event.t);
     let path = folder.join("busy.raw");
-    let all = EventStream::from_events(sensor, noise)?;
+    let all = EventStream::from_events(sensor, all)?;
     let format = evpose_io::format_called("evt3").context("a format that is registered")?;
     format.write(&path, &all)?;
     Ok(path)

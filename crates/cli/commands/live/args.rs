@@ -55,6 +55,10 @@ pub(crate) struct LiveArgs {
     /// 0.0.0.0:8765
     #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = "127.0.0.1:8765")]
     pub(crate) serve: Option<SocketAddr>,
+    /// Send events, poses and figures to a Rerun viewer that runs, by default on this machine, or to a
+    /// file of it, FILE.rrd (feature `rerun`)
+    #[arg(long, value_name = "WHERE", num_args = 0..=1, require_equals = true)]
+    pub(crate) rerun: Option<Option<String>>,
     /// Poses a second between those of the network; 0 for none [default: bodies 500, hands 1000]
     #[arg(long)]
     pub(crate) between_hz: Option<f64>,

@@ -1,6 +1,7 @@
 //! `evpose live`: poses while events come.
 
 mod args;
+mod rerun;
 mod task;
 mod told;
 
@@ -13,10 +14,13 @@ use std::time::Duration;
 
 use anyhow::{Context, Result};
 use evpose_core::Micros;
-use evpose_live::page::{HandMesh, Page, PageInfo, Subject};
+use evpose_live::page::{Page, PageInfo, Subject};
 use evpose_live::sink::{JsonLines, Sinks, Table};
 use evpose_live::source::{self, ReplayOptions, Source, SourceOptions};
-use evpose_live::{Control, Eye, LiveOptions, Network, Task, run as run_live};
+use evpose_live::{
+    Control, Eye, LiveOptions, Network, Observer, Task, hand_mesh, run as run_live,
+};
+use evpose_train::HandConfig;
 
 pub(crate) use args::{LiveArgs, LiveTask};
 pub(crate) use task::{AnyTask, TaskOptions};
@@ -44,7 +48,7 @@ pub(crate) fn run(args: &LiveArgs) -> Result<()> {
     let usual_hz = task.usual_between_hz();
     match task {
         AnyTask::Body(task) => play(source, *task, args, usual_hz, None),
-        AnyTask::Hand(task, mesh) => play(source, *task, args, usual_hz, Some(mesh)),
+        AnyTask::Hand(task, config) => play(source, *task, args, usual_hz, Some(&config)),
     }
 }
 
@@ -53,28 +57,47 @@ fn play<E: Eye, N: Network<Image = E::Image, Found = E::Found>>(
     task: Task<E, N>,
     args: &LiveArgs,
     usual_hz: f64,
-    hand_mesh: Option<HandMesh>,
+    hand: Option<&HandConfig>,
 ) -> Result<()> {
     let mut control = Control::default();
     let mut sinks = Sinks::new();
+    let (mut observers, sensor): (Vec<Observer>, _) = (Vec::new(), source.sensor());
     let page = match args.serve {
         None => None,
         Some(address) => {
             let info = PageInfo {
                 title: "evpose live".to_owned(),
                 source: source.name(),
-                sensor: source.sensor(),
-                subject: if hand_mesh.is_some() { Subject::Hand } else { Subject::Body },
-                hand_mesh,
+                sensor,
+                subject: if hand.is_some() { Subject::Hand } else { Subject::Body },
+                hand_mesh: hand.map(hand_mesh).transpose()?,
             };
             let page = Page::serve(address, info, control.meter.clone())?;
             note(format!("page:   http://{}", page.local_addr()));
             let view = page.view();
-            control.observer = Some(Arc::new(move |events| view.push(events)));
+            observers.push(Arc::new(move |events| view.push(events)));
             sinks.add(page.sink());
             Some(page)
         }
     };
+    let viewer = match &args.rerun {
+        None => None,
+        Some(place) => {
+            let watched = rerun::Watched {
+                name: &source.name(),
+                sensor,
+                mesh: hand.map(hand_mesh).transpose()?,
+                meter: control.meter.clone(),
+                observers: &mut observers,
+                sinks: &mut sinks,
+            };
+            Some(rerun::Viewer::open(place.as_deref(), watched)?)
+        }
+    };
+    if !observers.is_empty() {
+        control.observer =
+            Some(Arc::new(move |events| observers.iter().for_each(|show| show(events))));
+    }
     if let Some(place) = &args.json {
         sinks.add(JsonLines::new(place, writer(place)?));
     }
@@ -110,8 +133,10 @@ fn play<E: Eye, N: Network<Image = E::Image, Found = E::Found>>(
     let report = control.meter.report();
     told::at_the_end(&report);
     drop(page);
+    let shown = viewer.map_or(Ok(()), rerun::Viewer::finish);
     as_json(args.report.as_deref(), &report)?;
     ended?;
+    shown?;
     for (sink, dropped) in written?.iter().filter(|(_, dropped)| *dropped > 0) {
         note(format!("{sink}: {dropped} poses dropped"));
     }

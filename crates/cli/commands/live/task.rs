@@ -6,13 +6,10 @@ use anyhow::{Result, bail};
 use burn::tensor::Device;
 use evpose_core::SensorSize;
 use evpose_infer::Precision;
-use evpose_live::page::HandMesh;
-use evpose_live::{
-    BodyEye, BodyNetwork, HandEye, HandNetwork, Task, body_task, hand_mesh, hand_task,
-};
+use evpose_live::{BodyEye, BodyNetwork, HandEye, HandNetwork, Task, body_task, hand_task};
 use evpose_nn::DeviceKind;
 use evpose_train::body::{BetweenConfig, BodyCheckpoint, BodyPredictorOptions};
-use evpose_train::{Checkpoint, NetworkPredictor};
+use evpose_train::{Checkpoint, HandConfig, NetworkPredictor};
 
 use super::LiveTask;
 use crate::args::DeviceArgs;
@@ -34,8 +31,8 @@ pub(crate) struct TaskOptions<'a> {
 /// Eyes and networks of either kind.
 pub(crate) enum AnyTask {
     Body(Box<Task<BodyEye, BodyNetwork>>),
-    /// And the surface of the hand.
-    Hand(Box<Task<HandEye, HandNetwork<NetworkPredictor>>>, HandMesh),
+    /// And the experiment, which knows the surface of its hand.
+    Hand(Box<Task<HandEye, HandNetwork<NetworkPredictor>>>, Box<HandConfig>),
 }
 
 impl AnyTask {
@@ -82,7 +79,7 @@ impl AnyTask {
 
     /// A network of hands.
     pub(crate) fn of_hand(
-        config: &evpose_train::HandConfig,
+        config: &HandConfig,
         predictor: NetworkPredictor,
         sensor: SensorSize,
         options: &TaskOptions<'_>,
@@ -90,7 +87,7 @@ impl AnyTask {
         let on_cpu = options.device.device == DeviceKind::Flex;
         let batch = options.batch.map_or(if on_cpu { 1 } else { BATCH }, usize::from);
         let task = hand_task(config, predictor, sensor, batch)?;
-        Ok(Self::Hand(Box::new(task), hand_mesh(config)?))
+        Ok(Self::Hand(Box::new(task), Box::new(config.clone())))
     }
 
     /// Poses a second between those of the network, if nobody says how many.

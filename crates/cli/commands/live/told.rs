@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use evpose_live::{Control, Latency, Report};
+use evpose_live::{Control, Latencies, Latency, Report};
 
 use crate::progress::note;
 
@@ -10,18 +10,18 @@ use crate::progress::note;
 pub(super) fn each_second(control: &Control) {
     let control = control.clone();
     std::thread::spawn(move || {
-        let mut before = control.meter.report();
+        let (mut before, mut latencies) = (control.meter.report(), Latencies::default());
         loop {
             std::thread::sleep(Duration::from_secs(1));
             let now = control.meter.report();
-            note(line(&before, &now));
+            note(line(&before, &now, control.meter.latencies_since(&mut latencies)));
             before = now;
         }
     });
 }
 
-/// What happened between two reports.
-fn line(before: &Report, now: &Report) -> String {
+/// What happened between two reports, and how late poses between them were.
+fn line(before: &Report, now: &Report, [network, between]: [Latency; 2]) -> String {
     let seconds = (now.seconds - before.seconds).max(1e-3);
     let rate = |of: fn(&Report) -> u64| (of(now) - of(before)) as f64 / seconds;
     let mut line = format!(
@@ -29,9 +29,9 @@ fn line(before: &Report, now: &Report) -> String {
         now.seconds,
         1e-6 * rate(|r| r.events),
         rate(|r| r.network.poses),
-        now.network.p99_ms,
+        network.p99_ms,
         rate(|r| r.between.poses),
-        now.between.p99_ms,
+        between.p99_ms,
     );
     let dropped = rate(|r| r.dropped_events);
     if dropped > 0.0 {

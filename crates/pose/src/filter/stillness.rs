@@ -88,14 +88,32 @@ impl StillnessGate {
         count: usize,
         predict: impl FnOnce() -> Result<Vec<HandParams>, E>,
     ) -> Result<Gated<'_>, E> {
-        let sum = surfaces.iter().copied().map(f64::from).sum::<f64>() / count.max(1) as f64;
-        let repeated = sum <= self.rest_sum && !self.previous.is_empty();
+        let repeated = self.is_at_rest(surfaces, count);
         if !repeated {
-            self.previous = predict()?;
-        } else if let Some(&last) = self.previous.last() {
+            self.predicted(predict()?);
+        }
+        Ok(Gated { poses: self.repeat(count), repeated })
+    }
+
+    /// Whether a batch of `count` surfaces, given one after another, shows a scene at rest of which poses are
+    /// known.
+    pub fn is_at_rest(&self, surfaces: &[f32], count: usize) -> bool {
+        let sum = surfaces.iter().copied().map(f64::from).sum::<f64>() / count.max(1) as f64;
+        sum <= self.rest_sum && !self.previous.is_empty()
+    }
+
+    /// Takes the predictions of a batch.
+    pub fn predicted(&mut self, poses: Vec<HandParams>) {
+        self.previous = poses;
+    }
+
+    /// The predictions of the batch before for one of `count` surfaces: its last again where there are
+    /// fewer.
+    pub fn repeat(&mut self, count: usize) -> &[HandParams] {
+        if let Some(&last) = self.previous.last() {
             self.previous.resize(self.previous.len().max(count), last);
         }
-        Ok(Gated { poses: &self.previous[..count.min(self.previous.len())], repeated })
+        &self.previous[..count.min(self.previous.len())]
     }
 
     /// Forgets every prediction.

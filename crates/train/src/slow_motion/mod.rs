@@ -15,6 +15,7 @@
 //! EventHands, supplement and live pipeline. There the first surfaces show less than a window of
 //! events; here surfaces begin when the first window is full.
 
+mod batch;
 mod evaluate;
 mod tracker;
 
@@ -22,6 +23,7 @@ use evpose_pose::filter::{AdaptiveFilterConfig, StillnessConfig};
 use evpose_repr::TriggerConfig;
 use serde::{Deserialize, Serialize};
 
+pub use batch::SurfaceBatch;
 pub use evaluate::{SlowMotionEvaluated, SlowMotionUsage, evaluate_slow_motion};
 pub use tracker::{SlowMotionPose, SlowMotionTracker};
 

@@ -8,9 +8,7 @@ use evpose_repr::{Representation, StreamWindow, SurfaceTrigger, representation_c
 use crate::TrainError;
 use crate::config::HandConfig;
 use crate::predictor::Predictor;
-
-/// Input channels of the network.
-const CHANNELS: usize = 2;
+use crate::slow_motion::SurfaceBatch;
 
 /// A pose of the slow-motion mode.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,9 +40,8 @@ pub struct SlowMotionTracker {
     gate: StillnessGate,
     filter: AdaptiveHandFilter,
     batch_surfaces: usize,
-    /// Surfaces that wait for their batch to be full, one after another, and their times.
-    surfaces: Vec<f32>,
-    times: Vec<Micros>,
+    /// Surfaces that wait for their batch to be full.
+    waiting: SurfaceBatch,
     /// Times of the first and of the last event.
     seen: Option<[Micros; 2]>,
 }
@@ -67,8 +64,7 @@ impl SlowMotionTracker {
             gate: StillnessGate::new(&mode.stillness, sensor)?,
             filter: AdaptiveHandFilter::new(&mode.filter)?,
             batch_surfaces: mode.batch_surfaces,
-            surfaces: Vec::new(),
-            times: Vec::new(),
+            waiting: SurfaceBatch::default(),
             seen: None,
         })
     }
@@ -102,8 +98,8 @@ impl SlowMotionTracker {
             self.surface.push(&events.slice(TimeWindow { start: rest, end: after }));
             rest = after;
             if now - start >= self.window {
-                self.add_surface(now);
-                if self.times.len() == self.batch_surfaces {
+                self.waiting.add(&mut *self.surface, self.sensor, now);
+                if self.waiting.len() == self.batch_surfaces {
                     self.finish(predictor, poses)?;
                 }
             }
@@ -121,18 +117,17 @@ impl SlowMotionTracker {
         predictor: &mut dyn Predictor,
         poses: &mut Vec<SlowMotionPose>,
     ) -> Result<(), TrainError> {
-        let Some(&known) = self.times.last() else { return Ok(()) };
+        let Some(&known) = self.waiting.times().last() else { return Ok(()) };
         let size = (usize::from(self.sensor.height), usize::from(self.sensor.width));
-        let surfaces = &self.surfaces;
+        let surfaces = self.waiting.values();
         let gated =
-            self.gate.pass(surfaces, self.times.len(), || predictor.predict(surfaces, size))?;
-        for (&t, measured) in self.times.iter().zip(gated.poses) {
+            self.gate.pass(surfaces, self.waiting.len(), || predictor.predict(surfaces, size))?;
+        for (&t, measured) in self.waiting.times().iter().zip(gated.poses) {
             let filtered = self.filter.update(t, measured);
             let (repeated, fast) = (gated.repeated, self.filter.is_fast());
             poses.push(SlowMotionPose { t, known, measured: *measured, filtered, repeated, fast });
         }
-        self.surfaces.clear();
-        self.times.clear();
+        self.waiting.clear();
         Ok(())
     }
 
@@ -142,19 +137,8 @@ impl SlowMotionTracker {
         self.trigger.reset();
         self.gate.reset();
         self.filter.reset();
-        self.surfaces.clear();
-        self.times.clear();
+        self.waiting.clear();
         self.seen = None;
-    }
-
-    fn add_surface(&mut self, now: Micros) {
-        let (start, pixels) = (self.surfaces.len(), self.sensor.pixels());
-        self.surfaces.resize(start + CHANNELS * pixels, 0.0);
-        let (own, copy) = self.surfaces[start..].split_at_mut(self.surface.channels() * pixels);
-        self.surface.render(own);
-        // The network has two input channels: a representation of one fills both.
-        copy.copy_from_slice(&own[..copy.len()]);
-        self.times.push(now);
     }
 }
 
@@ -181,7 +165,7 @@ mod tests {
             surfaces: &[f32],
             (height, width): (usize, usize),
         ) -> Result<Vec<HandParams>, TrainError> {
-            let count = surfaces.len() / (CHANNELS * height * width);
+            let count = surfaces.len() / (2 * height * width);
             self.batches.push(count);
             Ok((0..count)
                 .map(|_| {
