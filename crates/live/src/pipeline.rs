@@ -231,7 +231,8 @@ impl<'a, E: Eye> Watch<'a, E> {
             // Behind a stall there is no use in the poses of all the time that nobody knows of.
             let index = events.t().partition_point(|t| *t < tick);
             let (next, before) = (events.t()[index], index.checked_sub(1));
-            if (next - before.map_or(newest, |before| events.t()[before])).0 > stall && tick < next {
+            if (next - before.map_or(newest, |before| events.t()[before])).0 > stall && tick < next
+            {
                 let late = Micros(next.0 - (next.0 - tick.0).rem_euclid(step.0));
                 self.next_between = Some(if late < next { late + step } else { late });
                 continue;

@@ -8,7 +8,8 @@ use std::path::Path;
 
 use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
 use evpose_rerun::{
-    Moment, PoseFigures, PoseLayout, PoseMoment, PoseRecording, Recording, RerunError, Sent, TIMELINE,
+    Moment, PoseFigures, PoseLayout, PoseMoment, PoseRecording, Recording, RerunError, Sent,
+    TIMELINE,
 };
 use re_sdk::StoreKind;
 use re_sdk::external::re_log_encoding::DecoderApp;

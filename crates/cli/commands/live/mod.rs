@@ -17,9 +17,7 @@ use evpose_core::Micros;
 use evpose_live::page::{Page, PageInfo, Subject};
 use evpose_live::sink::{JsonLines, Sinks, Table};
 use evpose_live::source::{self, ReplayOptions, Source, SourceOptions};
-use evpose_live::{
-    Control, Eye, LiveOptions, Network, Observer, Task, hand_mesh, run as run_live,
-};
+use evpose_live::{Control, Eye, LiveOptions, Network, Observer, Task, hand_mesh, run as run_live};
 use evpose_train::HandConfig;
 
 pub(crate) use args::{LiveArgs, LiveTask};
