@@ -163,3 +163,28 @@ fn a_benchmark_of_it_says_how_much_came_through() {
         "3e6",
     ]);
 }
+
+#[cfg(not(feature = "rerun"))]
+#[test]
+fn a_build_without_rerun_says_so_before_anything_begins() {
+    let sandbox = Sandbox::new();
+    recorded(&sandbox);
+    let network = shipped("body-quick.bpk");
+    let live = ["live", "--source", "held/0001.raw", "--checkpoint", &network];
+    let error = sandbox.fails(&[&live[..], &["--rerun=live.rrd"]].concat());
+    assert!(error.contains("--features rerun") && error.contains("--serve"), "{error}");
+}
+
+#[cfg(feature = "rerun")]
+#[test]
+fn poses_go_to_a_file_of_rerun_or_it_says_that_no_viewer_answers() {
+    let sandbox = Sandbox::new();
+    recorded(&sandbox);
+    let network = shipped("body-quick.bpk");
+    let live = ["live", "--source", "held/0001.raw", "--checkpoint", &network];
+    sandbox.ok(&[&live[..], &["--rerun=live.rrd"]].concat());
+    // Events of a second, 30 times.
+    assert!(bytes(&sandbox.path("live.rrd")).len() > 10_000);
+    let error = sandbox.fails(&[&live[..], &["--rerun=127.0.0.1:1"]].concat());
+    assert!(error.contains("the Rerun viewer at rerun+http://127.0.0.1:1/proxy"), "{error}");
+}
