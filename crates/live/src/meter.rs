@@ -52,6 +52,9 @@ pub struct Meter {
     pub images: Count,
     /// Images with nothing new, so that an earlier answer stood.
     pub repeated: Count,
+    /// For how long, in microseconds, a recording was late because it could not be read as fast as it was
+    /// to be played: its clock was set back by as much.
+    pub slipped_us: Count,
     /// How often the source gave nothing for a while.
     pub stalls: Count,
     /// How often time jumped back.
@@ -83,6 +86,7 @@ impl Meter {
             skipped_strides: Count::default(),
             images: Count::default(),
             repeated: Count::default(),
+            slipped_us: Count::default(),
             stalls: Count::default(),
             restarts: Count::default(),
             dropped_poses: Count::default(),
@@ -134,6 +138,7 @@ impl Meter {
             skipped_strides: self.skipped_strides.get(),
             images: self.images.get(),
             repeated: self.repeated.get(),
+            slipped_us: self.slipped_us.get(),
             stalls: self.stalls.get(),
             restarts: self.restarts.get(),
             dropped_poses: self.dropped_poses.get(),
@@ -204,6 +209,7 @@ pub struct Report {
     pub skipped_strides: u64,
     pub images: u64,
     pub repeated: u64,
+    pub slipped_us: u64,
     pub stalls: u64,
     pub restarts: u64,
     pub dropped_poses: u64,

@@ -65,6 +65,12 @@ pub(super) fn at_the_end(report: &Report) {
         "source:  {} rejected, {} malformed packets, {} stalls, {} restarts",
         report.rejected, report.malformed, report.stalls, report.restarts
     ));
+    if report.slipped_us > 0 {
+        note(format!(
+            "         read {:.2} s later than it was to be played",
+            1e-6 * report.slipped_us as f64
+        ));
+    }
     note(format!(
         "queue:   {} packets dropped, {} events",
         report.dropped_packets, report.dropped_events

@@ -49,12 +49,14 @@ impl Feeder {
 fn feed(source: &mut impl Source, queue: &PacketQueue, meter: &Meter) -> Result<(), LiveError> {
     let sensor = source.sensor();
     let (mut columns, mut latest) = (Columns::new(), None);
-    let (mut malformed, mut lost) = (0, 0);
+    let (mut malformed, mut lost, mut slipped_us) = (0, 0, 0);
     loop {
         columns.clear();
         let read = source.next(&mut columns);
         meter.malformed.add(risen(&mut malformed, source.malformed()));
         meter.dropped_packets.add(risen(&mut lost, source.lost()));
+        let slipped = u64::try_from(source.slipped().as_micros()).unwrap_or(u64::MAX);
+        meter.slipped_us.add(risen(&mut slipped_us, slipped));
         // Events that came before a fault are whole.
         let happened = match read {
             Ok(None) => return Ok(()),

@@ -8,7 +8,7 @@ mod named;
 mod replay;
 mod wire;
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use evpose_core::{Micros, SensorSize};
 use evpose_io::Columns;
@@ -50,6 +50,12 @@ pub trait Source: Send + 'static {
         Some(1.0)
     }
 
+    /// For how long in all events came later than they should, because they could not be read as fast as
+    /// they are to be played.
+    fn slipped(&self) -> Duration {
+        Duration::ZERO
+    }
+
     /// Packets that were passed over because they made no sense, so far.
     fn malformed(&self) -> u64 {
         0
@@ -81,6 +87,10 @@ impl Source for Box<dyn Source> {
 
     fn pace(&self) -> Option<f64> {
         (**self).pace()
+    }
+
+    fn slipped(&self) -> Duration {
+        (**self).slipped()
     }
 
     fn malformed(&self) -> u64 {

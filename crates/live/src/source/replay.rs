@@ -12,6 +12,10 @@ use crate::LiveError;
 /// Events that come together at most, whatever their times.
 const MOST_EVENTS: usize = 1 << 18;
 
+/// A recording that cannot be read as fast as it should be played is this late at most: then its clock is
+/// set back. No camera is late; whoever makes us wait for less is part of the latency.
+const LATEST: Duration = Duration::from_millis(100);
+
 /// How a recording is played.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReplayOptions {
@@ -53,6 +57,8 @@ pub struct Replay {
     last: Micros,
     first: Option<Micros>,
     left: u64,
+    /// By how much its clock was set back.
+    slipped: Duration,
     /// What the recording failed of behind what is ahead.
     failure: Option<IoError>,
 }
@@ -90,6 +96,7 @@ impl Replay {
             shift: Micros(0),
             last: Micros(i64::MIN),
             first: None,
+            slipped: Duration::ZERO,
             failure: None,
         })
     }
@@ -168,11 +175,21 @@ impl Source for Replay {
         let passed = Duration::try_from_secs_f64(passed_s.max(0.0)).unwrap_or_default();
         let due = began.checked_add(passed).unwrap_or(began);
         let now = Instant::now();
+        let late = now.saturating_duration_since(due);
+        if late > LATEST {
+            self.began = Some((began + late, origin));
+            self.slipped += if self.options.speed.is_finite() { late } else { Duration::ZERO };
+            return Ok(Some(now));
+        }
         if let Some(early) = due.checked_duration_since(now) {
             std::thread::sleep(early);
         }
         // As fast as it goes, an event happens when it is read.
         Ok(Some(if self.options.speed.is_finite() { due } else { now }))
+    }
+
+    fn slipped(&self) -> Duration {
+        self.slipped
     }
 
     fn pace(&self) -> Option<f64> {
