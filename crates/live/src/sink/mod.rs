@@ -5,8 +5,12 @@ mod table;
 
 use std::io;
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, TrySendError, sync_channel};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{
+    Receiver, RecvTimeoutError, SyncSender, TryRecvError, TrySendError, channel, sync_channel,
+};
 use std::thread::JoinHandle;
+use std::time::Duration;
 
 pub use json::JsonLines;
 pub use json::value as pose_as_json;
@@ -45,16 +49,30 @@ pub trait Sink: Send + 'static {
 /// Poses that wait for a sink, at most.
 const MOST_WAITING: usize = 4_096;
 
+/// A sink that takes nothing for so long is not waited for when all is over.
+const PATIENCE: Duration = Duration::from_secs(3);
+
 /// All sinks of a pipeline.
-#[derive(Default)]
 pub struct Sinks {
     sinks: Vec<Running>,
+    patience: Duration,
+}
+
+impl Default for Sinks {
+    fn default() -> Self {
+        Self { sinks: Vec::new(), patience: PATIENCE }
+    }
 }
 
 struct Running {
     name: String,
     poses: SyncSender<Arc<LivePose>>,
     thread: JoinHandle<io::Result<()>>,
+    /// Poses that were taken.
+    taken: Arc<AtomicU64>,
+    /// Told when the thread ends.
+    ended: Receiver<()>,
+    given: u64,
     dropped: u64,
     is_gone: bool,
 }
@@ -74,8 +92,16 @@ impl Sinks {
     pub fn add_with(&mut self, mut sink: impl Sink, most_waiting: usize) {
         let (poses, waiting) = sync_channel(most_waiting);
         let name = sink.name();
-        let thread = std::thread::spawn(move || work(&mut sink, &waiting));
-        self.sinks.push(Running { name, poses, thread, dropped: 0, is_gone: false });
+        let taken = Arc::<AtomicU64>::default();
+        let (end, ended) = channel::<()>();
+        let count = taken.clone();
+        let thread = std::thread::spawn(move || {
+            // Dropped when this ends, however it does.
+            let _end = end;
+            work(&mut sink, &waiting, &count)
+        });
+        let (given, dropped, is_gone) = (0, 0, false);
+        self.sinks.push(Running { name, poses, thread, taken, ended, given, dropped, is_gone });
     }
 
     /// Gives every sink a pose. Returns how many of them had no room for it.
@@ -83,7 +109,7 @@ impl Sinks {
         let mut dropped = 0;
         for sink in &mut self.sinks {
             match sink.poses.try_send(pose.clone()) {
-                Ok(()) => {}
+                Ok(()) => sink.given += 1,
                 Err(TrySendError::Full(_)) => {
                     sink.dropped += 1;
                     dropped += 1;
@@ -108,13 +134,13 @@ impl Sinks {
     /// Waits until all poses are written. Returns what each sink dropped.
     ///
     /// # Errors
-    /// The first sink that failed; the others have written everything.
+    /// The first sink that failed, or that takes nothing any more and is left alone; the others have written
+    /// everything.
     pub fn finish(self) -> Result<Vec<(String, u64)>, LiveError> {
         let (mut told, mut failure) = (Vec::new(), None);
-        for Running { name, poses, thread, dropped, .. } in self.sinks {
-            drop(poses);
-            let ended = thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-            if let Err(source) = ended {
+        for sink in self.sinks {
+            let (name, dropped) = (sink.name.clone(), sink.dropped);
+            if let Err(source) = sink.finish(self.patience) {
                 failure.get_or_insert(LiveError::Sink { sink: name.clone(), source });
             }
             told.push((name, dropped));
@@ -123,7 +149,26 @@ impl Sinks {
     }
 }
 
-fn work(sink: &mut dyn Sink, poses: &Receiver<Arc<LivePose>>) -> io::Result<()> {
+impl Running {
+    fn finish(self, patience: Duration) -> io::Result<()> {
+        drop(self.poses);
+        let mut before = self.taken.load(Ordering::Relaxed);
+        while self.ended.recv_timeout(patience) == Err(RecvTimeoutError::Timeout) {
+            let taken = self.taken.load(Ordering::Relaxed);
+            if std::mem::replace(&mut before, taken) == taken {
+                let left = self.given.saturating_sub(taken);
+                let message = format!(
+                    "took nothing for {:.1} s and was left, {left} poses with it",
+                    patience.as_secs_f64()
+                );
+                return Err(io::Error::new(io::ErrorKind::TimedOut, message));
+            }
+        }
+        self.thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+    }
+}
+
+fn work(sink: &mut dyn Sink, poses: &Receiver<Arc<LivePose>>, taken: &AtomicU64) -> io::Result<()> {
     loop {
         let next = match poses.try_recv() {
             Err(TryRecvError::Empty) => {
@@ -134,7 +179,10 @@ fn work(sink: &mut dyn Sink, poses: &Receiver<Arc<LivePose>>) -> io::Result<()> 
             next => next.ok(),
         };
         match next {
-            Some(pose) => sink.take(&pose)?,
+            Some(pose) => {
+                sink.take(&pose)?;
+                taken.fetch_add(1, Ordering::Relaxed);
+            }
             None => return sink.finish(),
         }
     }

@@ -123,14 +123,18 @@ fn a_viewer_that_takes_nothing_holds_up_nobody() {
     let mut sinks = Sinks::new();
     sinks.add_with(JsonLines::new("the viewer", socket), 16);
     sinks.add(kept.clone());
-    let report = in_time(move || {
+    let (report, finished) = in_time(move || {
         let control = Control::default();
         let eye = Counting::new(&control);
         let report = run(framed(bytes()), task(eye), &mut sinks, &options(), &control).unwrap();
+        // Not even the end waits for it.
+        let finished = sinks.finish();
         drop(viewer);
-        assert!(sinks.finish().is_err());
-        report
+        (report, finished)
     });
+    let Err(LiveError::Sink { sink, source }) = finished else { panic!("{finished:?}") };
+    assert_eq!((sink.as_str(), source.kind()), ("the viewer", std::io::ErrorKind::TimedOut));
+    assert!(source.to_string().contains("took nothing"), "{source}");
     assert_eq!(kept.len(), report.network.poses + report.between.poses);
     assert!(report.dropped_poses > 100, "{report:?}");
 }
