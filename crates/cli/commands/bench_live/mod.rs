@@ -284,8 +284,8 @@ impl<'a> Bench<'a> {
 impl Row {
     fn line(&self) -> String {
         let report = &self.report;
-        let lost = report.events.saturating_sub(report.followed);
-        let percent = 100.0 * lost as f64 / report.events.max(1) as f64;
+        // Packets that are on their way when the time is up are not lost.
+        let percent = 100.0 * report.dropped_events as f64 / report.events.max(1) as f64;
         let latency = |l: &evpose_live::Latency| match l.poses {
             0 => "-".to_owned(),
             _ => format!("{:.1} / {:.1} / {:.1} / {:.1}", l.p50_ms, l.p95_ms, l.p99_ms, l.max_ms),
