@@ -12,8 +12,9 @@ use crate::commands::live::LiveTask;
     evpose bench live --source rec.raw --checkpoint runs/body/finetune --speeds 1\n  \
     evpose bench live --soak 1e9\n\n\
     Without --source, somebody is simulated before a camera held by hand, and events are left out or noise\n\
-    is added until there are as many as --rate says. Without --checkpoint, the network has the published size and random\n\
-    weights. Latency is from when the newest event of a pose was due to when the pose was known.")]
+    is added until there are as many as --rate says. Without --checkpoint, the network has the published\n\
+    size and random weights. Latency is from when the newest event of a pose was due to when the pose was\n\
+    known.")]
 pub(crate) struct BenchLiveArgs {
     /// Whose poses; a checkpoint knows
     #[arg(long, default_value = "body")]

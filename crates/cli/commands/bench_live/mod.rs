@@ -165,6 +165,10 @@ impl<'a> Bench<'a> {
             memory,
         };
         say(row.line());
+        if row.report.slipped_us > 0 {
+            let slipped_s = 1e-6 * row.report.slipped_us as f64;
+            say(format!("{:<28}read {slipped_s:.1} s later than it was to be played", ""));
+        }
         Ok(row)
     }
 

@@ -4,10 +4,10 @@ use std::time::{Duration, Instant};
 
 use evpose_core::Micros;
 
-/// Nobody goes on by the clock as long as packets come as they use to, and packets that come more often
-/// than this are not waited for less.
+/// The next packet is waited for twice as long as usual, but not for less than this, before the clock goes on
+/// without it.
 const SHORTEST_QUIET: Duration = Duration::from_millis(2);
-/// Packets that come less often than this are no stream that goes on.
+/// And not for more: packets that come less often are no stream that goes on.
 const LONGEST_QUIET: Duration = Duration::from_millis(50);
 /// Of how many packets the usual time between two is known.
 const USUAL_OF: u32 = 16;
@@ -61,9 +61,9 @@ impl Clock {
     /// says nothing: there are no packets, or have not been for so long that the source has stalled, or they
     /// come as fast as they are taken.
     pub(super) fn until(&self, t: Option<Micros>) -> Option<Duration> {
-        let (t, _) = t.zip(self.pace)?;
+        self.pace?;
         let quiet = self.heard + (2 * self.usual).clamp(SHORTEST_QUIET, LONGEST_QUIET);
-        let due = self.due(t)?.max(quiet);
+        let due = self.due(t?)?.max(quiet);
         // What a stall is made of is not told, as behind it.
         (due < self.heard + self.stall).then(|| due.saturating_duration_since(Instant::now()))
     }

@@ -88,11 +88,11 @@ impl StillnessGate {
         count: usize,
         predict: impl FnOnce() -> Result<Vec<HandParams>, E>,
     ) -> Result<Gated<'_>, E> {
-        let repeated = self.is_at_rest(surfaces, count);
-        if !repeated {
-            self.predicted(predict()?);
+        if self.is_at_rest(surfaces, count) {
+            return Ok(Gated { poses: self.repeat(count), repeated: true });
         }
-        Ok(Gated { poses: self.repeat(count), repeated })
+        self.predicted(predict()?);
+        Ok(Gated { poses: &self.previous[..count.min(self.previous.len())], repeated: false })
     }
 
     /// Whether a batch of `count` surfaces, given one after another, shows a scene at rest of which poses are
