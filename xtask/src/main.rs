@@ -3,6 +3,8 @@
 //! `cargo xtask ci` runs what every change must pass; `cargo xtask slow` the checks that need the
 //! optional devices and Rerun's SDK built. The last line is the total of all tests.
 
+mod words;
+
 use std::io::{BufRead, BufReader};
 use std::process::{Command, ExitCode, Stdio};
 use std::time::Instant;
@@ -119,12 +121,13 @@ const SLOW: &[Step] = &[
     },
 ];
 
-const USAGE: &str = "usage: cargo xtask ci|slow
+const USAGE: &str = "usage: cargo xtask ci|slow|words [PATH…] [--list]
 
   ci    formatting, lints, documentation, all tests, what the benchmark is built from (what CI runs)
   slow  twelve blind recordings; the ndarray agreement test; files for Rerun; packets of
         cameras; networks in tract; kernels under
-        AddressSanitizer; peers, fuzz targets, wgpu and cuda compile";
+        AddressSanitizer; peers, fuzz targets, wgpu and cuda compile
+  words counts of words that docs/glossary.md replaces, by crate; --list shows each";
 
 struct Step {
     why: &'static str,
@@ -161,6 +164,16 @@ fn main() -> ExitCode {
     let steps = match std::env::args().nth(1).as_deref() {
         Some("ci") => CI,
         Some("slow") => SLOW,
+        Some("words") => {
+            let args: Vec<String> = std::env::args().skip(2).collect();
+            return match words::run(&args, say) {
+                Ok(()) => ExitCode::SUCCESS,
+                Err(error) => {
+                    say(&format!("{error:#}"));
+                    ExitCode::FAILURE
+                }
+            };
+        }
         _ => {
             say(USAGE);
             return ExitCode::from(2);
