@@ -1,14 +1,10 @@
 //! The event camera, effect by effect: `cargo bench --bench sensor`. Times are per step of all
 //! pixels; throughput is in pixel steps.
 
-#[allow(dead_code, reason = "the command-line tool uses the rest")]
-#[path = "../crates/cli/commands/bench_sensor/scene.rs"]
-mod scene;
-
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use evpose_bench::sensor::scene::{self, leak, lowpass, mismatch, refractory, shot, with};
 use evpose_core::Micros;
 use evpose_sensor::{EffectConfig, SensorConfig, SensorModel};
-use scene::{leak, lowpass, mismatch, refractory, shot, with};
 
 /// Thresholds that nothing reaches: what pixels cost without events.
 fn quiet() -> SensorConfig {

@@ -3,7 +3,7 @@
 use evpose_core::{Rejected, SensorSize};
 use evpose_io::{Recording, SensorOrigin, Windows};
 
-use crate::progress::say;
+use evpose_app::progress::say;
 
 /// What a user should know.
 pub(super) struct Account {

@@ -8,7 +8,7 @@ use burn::module::Module;
 use burn::tensor::Device;
 use evpose_train::Checkpoint;
 
-use super::body;
+use evpose_app::body_checkpoint;
 
 /// What the names of our weight files end with.
 const EXTENSION: &str = "bpk";
@@ -22,7 +22,7 @@ pub(super) fn is_likely(path: &Path) -> bool {
 pub(super) fn describe(path: &Path) -> Result<String> {
     let device = Device::flex();
     let mut text = path.display().to_string();
-    let config = if let Some(body) = body::checkpoint(path, &device)? {
+    let config = if let Some(body) = body_checkpoint::checkpoint(path, &device)? {
         let image = &body.config.image;
         let _ = write!(
             text,

@@ -14,13 +14,15 @@ use evpose_train::{
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-use super::held_out::{cell, find};
-use super::{device, quantize, simulate};
-use crate::args::EvalArgs;
-use crate::machine::Machine;
-use crate::progress::{bar, say};
-use crate::report::{self, PREDICTION, SLOW_MOTION};
-use crate::run_info::{self, COMMIT};
+use super::eval::EvalArgs;
+use evpose_app::machine::Machine;
+use evpose_app::progress::{bar, say};
+use evpose_app::run_info::{self, COMMIT};
+use evpose_app::{hand_predictor, recorded};
+use evpose_report::canvas::{PREDICTION, SLOW_MOTION};
+use evpose_report::hand as report;
+use evpose_report::held_out::{cell, find};
+use evpose_report::png::png;
 
 /// What `conditions.json` holds.
 #[derive(Debug, Serialize)]
@@ -57,7 +59,7 @@ struct Judged {
 }
 
 pub(crate) fn run(args: &EvalArgs) -> Result<()> {
-    let device = device(&args.device)?;
+    let device = args.device.open()?;
     let checkpoint = Checkpoint::load(&args.checkpoint, &device)?;
     // All of them first: a mistake in the last should not wait for the others.
     let conditions = args
@@ -65,7 +67,7 @@ pub(crate) fn run(args: &EvalArgs) -> Result<()> {
         .iter()
         .map(|source| {
             let condition = Condition::load(source)?;
-            let mut config = simulate::held_out(&condition.apply(&checkpoint.config)?);
+            let mut config = recorded::held_out(&condition.apply(&checkpoint.config)?);
             config.simulation.sequences = args.sequences;
             config.simulation.seconds = args.seconds;
             config.simulation.validate()?;
@@ -93,11 +95,11 @@ pub(crate) fn run(args: &EvalArgs) -> Result<()> {
     for (condition, config) in conditions {
         say(format!("{}: {}", condition.name, condition.about()));
         let dir = out.join(&*condition.name);
-        say(format!("    {}", simulate::record(&config, &dir, &condition.name)?));
+        say(format!("    {}", recorded::record(&config, &dir, &condition.name)?));
         let data = HandDataset::open(&dir, &config)?;
         let network = checkpoint.network.clone();
         let network =
-            quantize::predictor(&args.checkpoint, network, args.precision, device.clone())?;
+            hand_predictor::predictor(&args.checkpoint, network, args.precision, device.clone())?;
         let mean = checkpoint.mean_pose;
         let (methods, usage) = judge(&config, &data, network, mean, args.stride_ms.unwrap_or(1))?;
         if args.out.is_some() {
@@ -105,7 +107,7 @@ pub(crate) fn run(args: &EvalArgs) -> Result<()> {
             let slow = find(&methods, "slow_motion")?;
             let sheet = report::strip(&config, &data, &[(plain, PREDICTION), (slow, SLOW_MOTION)])?;
             let path = picture_path(out, &condition);
-            atomic_write(&path, &report::png(&sheet)?)
+            atomic_write(&path, &png(&sheet)?)
                 .with_context(|| format!("writing {}", path.display()))?;
         }
         all.push(Judged { condition, config, methods, usage });

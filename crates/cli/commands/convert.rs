@@ -15,8 +15,32 @@ use evpose_io::{
 };
 
 use super::account::Account;
-use crate::args::ConvertArgs;
-use crate::progress::{say, spinner};
+use super::opening::RecordingArgs;
+use evpose_app::progress::{say, spinner};
+use std::path::PathBuf;
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = format!("Examples:\n  evpose convert rec.aedat4 rec.npz\n  \
+    evpose convert rec.raw part.txt --from 1.5 --to 2 --zero-time\n  \
+    evpose convert rec.txt rec.raw --format evt2 --sensor 640x480\n\n{}", formats()))]
+pub(crate) struct ConvertArgs {
+    #[command(flatten)]
+    pub(crate) recording: RecordingArgs,
+    /// File to write; its ending says the format, unless --format does
+    pub(crate) out: PathBuf,
+    /// Name of the format to write
+    #[arg(long)]
+    pub(crate) format: Option<String>,
+    /// Begin so many seconds after the first event
+    #[arg(long, value_name = "SECONDS")]
+    pub(crate) from: Option<f64>,
+    /// End so many seconds after the first event
+    #[arg(long, value_name = "SECONDS")]
+    pub(crate) to: Option<f64>,
+    /// Let time begin at 0 with the first event, or with --from
+    #[arg(long)]
+    pub(crate) zero_time: bool,
+}
 
 /// How much is converted at a time.
 const STEP: Micros = Micros(20_000);

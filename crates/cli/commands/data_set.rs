@@ -8,8 +8,8 @@ use evpose_sim::{SequenceSet, Shard};
 use evpose_train::HandConfig;
 use evpose_train::body::BodyConfig;
 
-use crate::progress::{bar, say};
-use crate::run_info::CONFIG;
+use evpose_app::progress::{bar, say};
+use evpose_app::run_info::CONFIG;
 
 /// Says what the directory should hold and how far it is.
 pub(super) fn describe(directory: &Path) -> Result<()> {

@@ -7,20 +7,41 @@ use anyhow::{Context, Result, bail};
 use evpose_train::{HandDataset, NetworkPredictor, TrainOptions, read_history, train_hand};
 use serde_json::json;
 
-use super::{config_source, device, held_out, simulate};
-use crate::args::DemoArgs;
-use crate::machine::Machine;
-use crate::progress::say;
-use crate::report::{self, Material};
-use crate::run_info;
+use evpose_app::args::DeviceArgs;
+use evpose_app::hand_config;
+use evpose_app::machine::Machine;
+use evpose_app::progress::say;
+use evpose_app::recorded;
+use evpose_app::run_info;
+use evpose_report::hand::{self as report, Material};
+use evpose_report::held_out;
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  evpose demo --out runs/first")]
+pub(crate) struct DemoArgs {
+    /// Directory for data, checkpoints and report [default: a fresh one below runs/]
+    #[arg(long)]
+    pub(crate) out: Option<PathBuf>,
+    /// A TOML file, or an embedded config
+    #[arg(long, default_value = "quick")]
+    pub(crate) config: String,
+    /// Change one field, for example --set training.steps=500 (may be repeated)
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub(crate) overrides: Vec<String>,
+    /// Milliseconds between the poses that are evaluated
+    #[arg(long, default_value_t = 5)]
+    pub(crate) stride_ms: u32,
+    #[command(flatten)]
+    pub(crate) device: DeviceArgs,
+}
 
 /// Where demos go when nothing else is said.
 const RUNS: &str = "runs";
 
 pub(crate) fn run(args: &DemoArgs) -> Result<()> {
     let started = Instant::now();
-    let device = device(&args.device)?;
-    let config = config_source::load(&args.config, &args.overrides)?;
+    let device = args.device.open()?;
+    let config = hand_config::load(&args.config, &args.overrides)?;
     let out = match &args.out {
         Some(out) if out.read_dir().is_ok_and(|mut entries| entries.next().is_some()) => {
             bail!("{} is not empty: choose another --out", out.display())
@@ -35,10 +56,10 @@ pub(crate) fn run(args: &DemoArgs) -> Result<()> {
 
     let (train_dir, test_dir) = (out.join("data/train"), out.join("data/held-out"));
     say("1/4 simulating training sequences");
-    let recorded = simulate::record(&config, &train_dir, "training")?;
+    let recorded = recorded::record(&config, &train_dir, "training")?;
     say(format!("    {recorded}"));
-    let test_config = simulate::held_out(&config);
-    let test_recorded = simulate::record(&test_config, &test_dir, "held-out")?;
+    let test_config = recorded::held_out(&config);
+    let test_recorded = recorded::record(&test_config, &test_dir, "held-out")?;
     say(format!("    held out: {test_recorded}"));
 
     say(format!(

@@ -10,10 +10,35 @@ use evpose_core::{EventStream, Micros, Plane, Polarity, atomic_write};
 use evpose_io::{FrameSource, format_for};
 use evpose_sensor::{EffectConfig, SensorConfig, SensorModel, SensorRun};
 
-use super::sensor::source;
-use crate::args::EventsArgs;
-use crate::progress::{bar, say};
-use crate::run_info;
+use super::opening::FrameArgs;
+use evpose_app::progress::{bar, say};
+use evpose_app::run_info;
+use evpose_app::sensor_source as source;
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  \
+    evpose events --frames video/ --fps 120 --encoding srgb --sensor davis346 --out events.npz\n  \
+    evpose events --frames frames.npy --fps 1000 --sensor v2e-clean --out events.txt")]
+pub(crate) struct EventsArgs {
+    #[command(flatten)]
+    pub(crate) frames: FrameArgs,
+    /// A preset or a TOML file of effects
+    #[arg(long)]
+    pub(crate) sensor: String,
+    /// Where to write the events: .npz, .txt or .evc; how they were made goes to the same name
+    /// with .toml behind it
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+    /// Steps per frame, between which luminance runs in a line
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) upsample: u32,
+    /// Thresholds of every pixel: one .npy (height, width) for ON and OFF, or one each
+    #[arg(long, value_name = "FILE.npy", num_args = 1..=2)]
+    pub(crate) threshold_map: Vec<PathBuf>,
+    /// Seed of fixed patterns and noise
+    #[arg(long, default_value_t = 0)]
+    pub(crate) seed: u64,
+}
 
 pub(crate) fn run(args: &EventsArgs) -> Result<()> {
     let format = format_for(&args.out)?;

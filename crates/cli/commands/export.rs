@@ -6,9 +6,27 @@ use evpose_core::atomic_write;
 use evpose_onnx::{Message as _, OPSET, model};
 use evpose_train::{Checkpoint, untrained};
 
-use super::config_source;
-use crate::args::ExportArgs;
-use crate::progress::say;
+use evpose_app::hand_config;
+use evpose_app::progress::say;
+use std::path::PathBuf;
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  evpose export --checkpoint runs/hand --onnx hand.onnx\n  \
+    evpose export eventhands --set network.backbone=mobilenet_v2 --onnx untrained.onnx")]
+pub(crate) struct ExportArgs {
+    /// A TOML file, or an embedded config: its network with first weights, for the size of its images
+    #[arg(required_unless_present = "checkpoint", conflicts_with = "checkpoint")]
+    pub(crate) config: Option<String>,
+    /// Change one field, for example --set network.width=0.5 (may be repeated)
+    #[arg(long = "set", value_name = "KEY=VALUE", requires = "config")]
+    pub(crate) overrides: Vec<String>,
+    /// A trained network instead: a run directory, or a .bpk file with its .toml beside it
+    #[arg(long)]
+    pub(crate) checkpoint: Option<PathBuf>,
+    /// The file to write
+    #[arg(long)]
+    pub(crate) onnx: PathBuf,
+}
 
 pub(crate) fn run(args: &ExportArgs) -> Result<()> {
     let device = Device::flex();
@@ -19,7 +37,7 @@ pub(crate) fn run(args: &ExportArgs) -> Result<()> {
         }
         (None, source) => {
             let source = source.as_deref().context("a config or a checkpoint")?;
-            let config = config_source::load(source, &args.overrides)?;
+            let config = hand_config::load(source, &args.overrides)?;
             let network = untrained(&config, &device)?;
             (config, network)
         }

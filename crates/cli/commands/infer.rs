@@ -13,9 +13,57 @@ use evpose_train::{
     Stage,
 };
 
-use super::{body, device, hand_joints, quantize};
-use crate::args::InferArgs;
-use crate::progress::{bar, say};
+use super::{body, hand_joints};
+use evpose_app::args::DeviceArgs;
+use evpose_app::progress::{bar, say};
+use evpose_app::{body_checkpoint, hand_predictor};
+use evpose_infer::Precision;
+use std::path::PathBuf;
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  evpose infer --checkpoint runs/hand \
+    --events hand.evc --out poses.csv --joints joints.csv\n  evpose infer --checkpoint runs/hand \
+    --events slow.npz --out poses.csv --mode slow-motion")]
+pub(crate) struct InferArgs {
+    /// A run directory, or a .bpk file with its .toml beside it
+    #[arg(long)]
+    pub(crate) checkpoint: PathBuf,
+    /// Recording, of any format
+    #[arg(long)]
+    pub(crate) events: PathBuf,
+    /// Hands: time and the 12 parameters, a line every millisecond, or for each surface of slow motion.
+    /// Bodies: time, delay and 13 joints in pixels, as hpe-core has them
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+    /// `plain`: a pose every millisecond. `slow-motion`: where enough events came, in batches; at
+    /// rest the last ones again; smoothed less where the hand is fast
+    #[arg(long, default_value = "plain", value_parser = ["plain", "slow-motion"])]
+    pub(crate) mode: String,
+    /// Time and the 21 evaluated joints in pixels and in metres
+    #[arg(long)]
+    pub(crate) joints: Option<PathBuf>,
+    /// Bodies: milliseconds between poses [the config's]
+    #[arg(long)]
+    pub(crate) stride_ms: Option<u32>,
+    /// Bodies: joints of a lower score are not found
+    #[arg(long, default_value_t = 0.01)]
+    pub(crate) confidence: f32,
+    /// Bodies: also write skeletons as a folder of YARP's
+    #[arg(long, value_name = "DIR")]
+    pub(crate) skeletons: Option<PathBuf>,
+    /// Bodies: also write poses at 500 Hz, carried on between those of the network by velocities of
+    /// events
+    #[arg(long, value_name = "FILE")]
+    pub(crate) fused: Option<PathBuf>,
+    /// Write the network's poses as they are, without the Kalman filter
+    #[arg(long)]
+    pub(crate) unfiltered: bool,
+    /// Bits that the network computes in: f32, bf16, or int8 after `evpose quantize`
+    #[arg(long, default_value = "f32")]
+    pub(crate) precision: Precision,
+    #[command(flatten)]
+    pub(crate) device: DeviceArgs,
+}
 
 /// Windows predicted at once.
 const BATCH: usize = 64;
@@ -40,13 +88,13 @@ const PARAMETER_NAMES: [&str; 12] = [
 ];
 
 pub(crate) fn run(args: &InferArgs) -> Result<()> {
-    if let Some(checkpoint) = body::checkpoint(&args.checkpoint, &Device::flex())? {
+    if let Some(checkpoint) = body_checkpoint::checkpoint(&args.checkpoint, &Device::flex())? {
         return body::infer(&checkpoint, args);
     }
     if args.skeletons.is_some() || args.fused.is_some() || args.stride_ms.is_some() {
         bail!("--skeletons, --fused and --stride-ms are for bodies");
     }
-    let device = device(&args.device)?;
+    let device = args.device.open()?;
     let checkpoint = Checkpoint::load(&args.checkpoint, &device)?;
     let config = checkpoint.config;
     let recording = evpose_io::open_with(&args.events, Some(config.simulation.image_size()))?;
@@ -68,7 +116,7 @@ pub(crate) fn run(args: &InferArgs) -> Result<()> {
         );
     }
     let mut predictor =
-        quantize::predictor(&args.checkpoint, checkpoint.network, args.precision, device)?;
+        hand_predictor::predictor(&args.checkpoint, checkpoint.network, args.precision, device)?;
     let estimate = if args.mode == "slow-motion" { slow_motion } else { predict };
     let poses = estimate(&config, &events, &mut predictor, !args.unfiltered)?;
 

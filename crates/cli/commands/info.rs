@@ -3,9 +3,28 @@
 use anyhow::{Result, bail};
 use evpose_body::files::ModelFile;
 
+use super::opening::OpeningArgs;
 use super::{checkpoint_info, data_set};
-use crate::args::InfoArgs;
-use crate::progress::say;
+use evpose_app::progress::say;
+use std::path::PathBuf;
+
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Examples:\n  evpose info data/train/0000.evc\n  evpose info MANO_RIGHT.pkl\n  \
+    evpose info checkpoints/body-quick.bpk\n  \
+    evpose info --verify data/train"
+)]
+pub(crate) struct InfoArgs {
+    /// Files: recordings of any format, or hand and body models (.pkl, .npz), recognised by content;
+    /// directories of sequences
+    #[arg(required = true)]
+    pub(crate) files: Vec<PathBuf>,
+    /// Read every file of a directory of sequences and compare it with its digest
+    #[arg(long)]
+    pub(crate) verify: bool,
+    #[command(flatten)]
+    pub(crate) opening: OpeningArgs,
+}
 
 pub(crate) fn run(args: &InfoArgs) -> Result<()> {
     for (i, file) in args.files.iter().enumerate() {

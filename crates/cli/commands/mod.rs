@@ -1,106 +1,118 @@
-//! One file per command.
+//! One file or folder per command, and the registry of them.
 
-pub(crate) mod ablate;
 mod account;
-pub(crate) mod bench_infer;
-mod bench_io;
-pub(crate) mod bench_live;
-mod bench_repr;
-mod bench_sensor;
-mod bench_sim;
-mod bench_train;
 mod body;
-pub(crate) mod calibrate;
-pub(crate) mod check_labels;
+mod calibrate;
+mod check_labels;
 mod checkpoint_info;
-pub(crate) mod clean;
+mod clean;
 mod conditions;
-mod config_source;
-pub(crate) mod convert;
+mod convert;
 mod data_set;
 mod demo;
 mod eval;
 mod events;
 mod export;
-pub(crate) mod gap;
+mod gap;
 mod hand_joints;
-pub(crate) mod held_out;
 mod infer;
 mod info;
 #[cfg(test)]
 mod job_files;
-mod latency;
-pub(crate) mod live;
-pub(crate) mod opening;
-pub(crate) mod prepare;
+mod live;
+mod opening;
+mod prepare;
 mod quantize;
-pub(crate) mod sensor;
+mod sensor;
 mod simulate;
 mod train;
-pub(crate) mod view;
+mod view;
 
-use std::path::Path;
 use std::process::ExitCode;
 
-use anyhow::{Context, Result};
-use evpose_core::atomic_write;
-use serde::Serialize;
+use anyhow::Result;
+use clap::Subcommand;
 
-use crate::args::{Args, BenchCommand, Command, DeviceArgs};
+/// Commands that succeed end with 0; `gap` has exit codes of its own.
+trait IntoExitCode {
+    fn into_exit_code(self) -> ExitCode;
+}
 
-/// Does what was typed.
-pub(crate) fn run(args: Args) -> Result<ExitCode> {
-    match args.command {
-        Command::Gap(command) => return gap::run(&command),
-        Command::CheckLabels(args) => return check_labels::run(&args),
-        Command::Calibrate(command) => calibrate::run(&command),
-        Command::Ablate(command) => ablate::run(&command),
-        Command::Demo(args) => demo::run(&args),
-        Command::Simulate(args) => simulate::run(&args),
-        Command::Events(args) => events::run(&args),
-        Command::Prepare(command) => prepare::run(&command),
-        Command::Train(args) => train::run(&args),
-        Command::Eval(args) => eval::run(&args),
-        Command::Infer(args) => infer::run(&args),
-        Command::Live(args) => live::run(&args),
-        Command::Quantize(args) => quantize::run(&args),
-        Command::Export(args) => export::run(&args),
-        Command::Bench(BenchCommand::Infer(args)) => bench_infer::run(&args),
-        Command::Bench(BenchCommand::Train(args)) => bench_train::run(&args),
-        Command::Sensor(command) => sensor::run(&command),
-        Command::Bench(BenchCommand::Sensor(args)) => bench_sensor::run(&args),
-        Command::Bench(BenchCommand::Io(args)) => bench_io::run(&args),
-        Command::Bench(BenchCommand::Repr(args)) => bench_repr::run(&args),
-        Command::Bench(BenchCommand::Sim(args)) => bench_sim::run(&args),
-        Command::Bench(BenchCommand::Live(args)) => bench_live::run(&args),
-        Command::Info(args) => info::run(&args),
-        Command::Convert(args) => convert::run(&args),
-        Command::Clean(args) => clean::run(&args),
-        Command::View(args) => view::run(&args),
+impl IntoExitCode for () {
+    fn into_exit_code(self) -> ExitCode {
+        ExitCode::SUCCESS
     }
-    .map(|()| ExitCode::SUCCESS)
 }
 
-/// Writes what a benchmark measured to `path`, if the user gave one.
-fn as_json(path: Option<&Path>, report: &impl Serialize) -> Result<()> {
-    let Some(path) = path else { return Ok(()) };
-    let text = serde_json::to_string_pretty(report)? + "\n";
-    atomic_write(path, text.as_bytes()).with_context(|| format!("writing {}", path.display()))
-}
-
-/// Sets the number of CPU threads for everything that follows.
-fn use_threads(threads: Option<usize>) -> Result<()> {
-    if let Some(threads) = threads {
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build_global()
-            .context("setting the number of threads")?;
+impl IntoExitCode for ExitCode {
+    fn into_exit_code(self) -> ExitCode {
+        self
     }
-    Ok(())
 }
 
-/// The device that was asked for, with its threads.
-fn device(args: &DeviceArgs) -> Result<burn::tensor::Device> {
-    use_threads(args.threads)?;
-    Ok(args.device.resolve()?)
+/// Declares the subcommands: help text, name, arguments and the function that runs them.
+macro_rules! commands {
+    ($($(#[$meta:meta])* $name:ident($args:ty) => $run:path,)*) => {
+        /// The subcommands.
+        #[derive(Debug, Subcommand)]
+        pub(crate) enum Command {
+            $($(#[$meta])* $name($args),)*
+        }
+
+        /// Runs a subcommand.
+        pub(crate) fn run(command: &Command) -> Result<ExitCode> {
+            match command {
+                $(Command::$name(args) => $run(args).map(IntoExitCode::into_exit_code),)*
+            }
+        }
+    };
+}
+
+commands! {
+    /// Simulate, train, evaluate and report: everything on the embedded default, in minutes
+    Demo(demo::DemoArgs) => demo::run,
+    /// Record simulated hands or people in front of an event camera, with labels
+    Simulate(simulate::SimulateArgs) => simulate::run,
+    /// Simulate events from image sequences
+    Events(events::EventsArgs) => events::run,
+    /// Convert data sets of bodies, as distributed, to training data
+    #[command(subcommand)]
+    Prepare(prepare::PrepareCommand) => prepare::run,
+    /// Find wrong labels of bodies
+    CheckLabels(check_labels::CheckLabelsArgs) => check_labels::run,
+    /// Train a network of hands or bodies
+    Train(train::TrainArgs) => train::run,
+    /// Evaluate a checkpoint on sequences with known poses
+    Eval(eval::EvalArgs) => eval::run,
+    /// Predict the poses of a recording
+    Infer(infer::InferArgs) => infer::run,
+    /// Predict poses online from a camera, a stream or a recording, with their latency
+    Live(live::LiveArgs) => live::run,
+    /// Quantise a network to 8 bits, and measure the loss of accuracy
+    Quantize(quantize::QuantizeArgs) => quantize::run,
+    /// Write a network as an ONNX file, for other runtimes
+    Export(export::ExportArgs) => export::run,
+    /// Benchmarks
+    #[command(subcommand)]
+    Bench(evpose_bench::BenchCommand) => evpose_bench::run,
+    /// List and show sensor models: presets, effects, the signals of one pixel, a gallery
+    #[command(subcommand)]
+    Sensor(sensor::SensorCommand) => sensor::run,
+    /// Find where simulation and measurement disagree, and which effect is missing
+    #[command(subcommand)]
+    Gap(gap::GapCommand) => gap::run,
+    /// Estimate contrast thresholds, background rates and hot pixels of a camera
+    #[command(subcommand)]
+    Calibrate(calibrate::CalibrateCommand) => calibrate::run,
+    /// Ablation studies: retrain without one part at a time
+    #[command(subcommand)]
+    Ablate(evpose_ablate::AblateCommand) => evpose_ablate::run,
+    /// Describe a recording, a hand model, a network, a directory of sequences
+    Info(info::InfoArgs) => info::run,
+    /// Write a recording in another format
+    Convert(convert::ConvertArgs) => convert::run,
+    /// Check a recording, undistort it, remove noise and flicker
+    Clean(clean::CleanArgs) => clean::run,
+    /// Render a recording: a page with a slider, a contact sheet or an animation
+    View(view::ViewArgs) => view::run,
 }

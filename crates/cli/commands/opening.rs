@@ -4,8 +4,37 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use evpose_core::SensorSize;
+use evpose_io::Encoding;
+use evpose_io::FrameSource;
 use evpose_io::OpenOptions;
 use evpose_sim::SequenceInfo;
+
+/// Images that light is read from.
+#[derive(Debug, clap::Args)]
+pub(crate) struct FrameArgs {
+    /// A folder of .png or .jpg images (8 or 16 bits, grey or colour, in natural order of their names), or
+    /// an .npy array (frames, height, width) of u1, u2, f2, f4 or f8
+    #[arg(long)]
+    pub(crate) frames: PathBuf,
+    /// Frames per second; the first is at time 0
+    #[arg(long)]
+    pub(crate) fps: f64,
+    /// How values stand for light. `linear`: in proportion, as v2e takes them. `srgb`: as on a
+    /// display, which is what cameras and video files store
+    #[arg(long, default_value = "linear", value_parser = ["linear", "srgb"])]
+    pub(crate) encoding: String,
+    /// The value of reference white [default: 255 of 8 bits, 65535 of 16 bits, 1 of numbers]
+    #[arg(long)]
+    pub(crate) white: Option<f64>,
+}
+
+impl FrameArgs {
+    /// Opens them.
+    pub(crate) fn open(&self) -> Result<FrameSource> {
+        let encoding: Encoding = self.encoding.parse().map_err(anyhow::Error::msg)?;
+        Ok(FrameSource::open(&self.frames, encoding, self.white)?)
+    }
+}
 
 /// What a user knows of a recording that its file may not say.
 #[derive(Debug, clap::Args)]

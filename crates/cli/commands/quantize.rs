@@ -1,9 +1,8 @@
 //! `evpose quantize`, and predictions in fewer bits.
 
-use std::path::Path;
 use std::time::Instant;
 
-use anyhow::{Result, ensure};
+use anyhow::Result;
 use burn::tensor::Device;
 use evpose_infer::Precision;
 use evpose_nn::HandRegressor;
@@ -14,13 +13,44 @@ use evpose_train::{
 };
 use serde::Serialize;
 
-use super::held_out::cell;
-use super::{as_json, use_threads};
-use crate::args::QuantizeArgs;
-use crate::machine::Machine;
-use crate::progress::{bar, say};
-use crate::run_info::COMMIT;
-use crate::timing::quantile;
+use evpose_app::args::parse_threads;
+use evpose_app::json::write_json;
+use evpose_app::machine::Machine;
+use evpose_app::progress::{bar, say};
+use evpose_app::run_info::COMMIT;
+use evpose_app::threads::use_threads;
+use evpose_app::timing::quantile;
+use evpose_report::held_out::cell;
+use std::path::PathBuf;
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  evpose quantize --checkpoint runs/hand --data data/train \
+    --judge data/test\n  evpose infer --checkpoint runs/hand --precision int8 --events hand.evc \
+    --out poses.csv\n\nA byte stands for a step between the least and the largest value that a layer \
+    was seen to make.\nThese are measured on the data and kept in int8.json beside the checkpoint.")]
+pub(crate) struct QuantizeArgs {
+    /// A run directory, or a .bpk file with its .toml beside it
+    #[arg(long)]
+    pub(crate) checkpoint: PathBuf,
+    /// Directory of sequences to measure values on: those of the training
+    #[arg(long)]
+    pub(crate) data: PathBuf,
+    /// Windows to measure values on, spread evenly
+    #[arg(long, default_value_t = 256, value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) windows: u64,
+    /// Directory of sequences the network has not seen, to judge f32, bf16 and int8 on
+    #[arg(long)]
+    pub(crate) judge: Option<PathBuf>,
+    /// Milliseconds between the poses that are judged
+    #[arg(long, default_value_t = 20, requires = "judge")]
+    pub(crate) stride_ms: u32,
+    /// Where to write the numbers
+    #[arg(long, requires = "judge")]
+    pub(crate) json: Option<PathBuf>,
+    /// CPU threads; all cores by default
+    #[arg(long, value_parser = parse_threads)]
+    pub(crate) threads: Option<usize>,
+}
 
 /// Predictions of one window each that are timed.
 const TIMED: usize = 50;
@@ -40,34 +70,7 @@ pub(crate) fn run(args: &QuantizeArgs) -> Result<()> {
     let data = HandDataset::open(judge, &config)?;
     let report = Report::of(&config, &network, &quantized, &data, args.stride_ms)?;
     report.print();
-    as_json(args.json.as_deref(), &report)
-}
-
-/// What predicts with the network of a checkpoint, in so many bits.
-///
-/// # Errors
-/// If they are fewer than 32 on another device than flex, or 8 without `evpose quantize`.
-pub(super) fn predictor(
-    checkpoint: &Path,
-    network: HandRegressor,
-    precision: Precision,
-    device: Device,
-) -> Result<NetworkPredictor> {
-    if precision == Precision::F32 {
-        return Ok(NetworkPredictor::new(network, device));
-    }
-    ensure!(
-        device == Device::flex(),
-        "--precision {precision} is for our engine, on the device flex"
-    );
-    let ranges = match precision {
-        Precision::Int8 => {
-            let quantized = Quantized::read(&Quantized::path(checkpoint), &network)?;
-            Some(quantized.ranges().clone())
-        }
-        _ => None,
-    };
-    Ok(NetworkPredictor::compiled(&network, precision, ranges))
+    write_json(args.json.as_deref(), &report)
 }
 
 /// What fewer bits cost.

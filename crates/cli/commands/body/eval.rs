@@ -12,13 +12,14 @@ use evpose_train::body::{
 };
 use serde::Serialize;
 
-use super::pictures;
-use crate::args::EvalArgs;
-use crate::commands::{as_json, use_threads};
-use crate::machine::Machine;
-use crate::progress::{bar, say};
-use crate::report::plot::{Axes, Curve, PALETTE, lines};
-use crate::run_info::COMMIT;
+use crate::commands::eval::EvalArgs;
+use evpose_app::json::write_json;
+use evpose_app::machine::Machine;
+use evpose_app::progress::{bar, say};
+use evpose_app::run_info::COMMIT;
+use evpose_app::threads::use_threads;
+use evpose_report::people;
+use evpose_report::plot::{Axes, Curve, PALETTE, lines};
 
 /// Thresholds of the PCK that are printed, in percent of the torso.
 const PERCENTS: [usize; 4] = [20, 40, 60, 80];
@@ -124,9 +125,9 @@ pub(crate) fn run(checkpoint: &BodyCheckpoint, args: &EvalArgs) -> Result<()> {
         report.fusion = Some(fusion);
     }
     if let Some(path) = &args.pictures {
-        pictures::of_predictions(checkpoint, &judged, path)?;
+        people::of_predictions(checkpoint, &judged, path)?;
     }
-    as_json(args.json.as_deref(), &report)?;
+    write_json(args.json.as_deref(), &report)?;
     if let Some(path) = &args.curves {
         draw(path, &report)?;
     }

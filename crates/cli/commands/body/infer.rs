@@ -12,9 +12,9 @@ use evpose_train::body::{
     BetweenConfig, BodyCheckpoint, BodyPredictor, BodyPredictorOptions, Film, poses_between,
 };
 
-use crate::args::InferArgs;
-use crate::commands::use_threads;
-use crate::progress::{bar, say};
+use crate::commands::infer::InferArgs;
+use evpose_app::progress::{bar, say};
+use evpose_app::threads::use_threads;
 
 /// Channel of the skeletons of a folder.
 const CHANNEL: &str = "skeleton";

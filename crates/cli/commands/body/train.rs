@@ -1,20 +1,13 @@
 //! `evpose train` of bodies.
 
-use std::path::Path;
-
 use anyhow::{Context, Result};
-use evpose_sim::set::PEOPLE;
-use evpose_sim::{SequenceSet, Shard};
 use evpose_train::TrainOptions;
-use evpose_train::body::{
-    BodyConfig, BodyFrames, BodyRecordings, BodySourceKind, BodyTrainSummary, train_body,
-};
+use evpose_train::body::{BodyConfig, BodyTrainSummary, train_body};
 
-use super::simulate;
-use crate::args::TrainArgs;
-use crate::commands::use_threads;
-use crate::progress::{bar, say};
-use crate::run_info;
+use crate::commands::train::TrainArgs;
+use evpose_app::progress::say;
+use evpose_app::threads::use_threads;
+use evpose_app::{recorded, run_info};
 
 /// Where data are made that the command line does not name.
 const DATA: &str = "data";
@@ -27,9 +20,9 @@ pub(crate) fn run(mut config: BodyConfig, args: &TrainArgs) -> Result<()> {
     let out = args.out.clone().unwrap_or_else(|| config.out.clone());
     let data = args.data.clone().unwrap_or_else(|| out.join(DATA));
     if args.data.is_none() && config.data.source.is_recorded() {
-        prepare(&config, &data)?;
+        recorded::prepare(&config, &data)?;
     }
-    let frames = frames(&config, &data)?;
+    let frames = recorded::frames(&config, &data)?;
     let options = TrainOptions {
         device: args.device.device,
         resume: args.resume,
@@ -41,44 +34,6 @@ pub(crate) fn run(mut config: BodyConfig, args: &TrainArgs) -> Result<()> {
     run_info::write(&out, config.seed, None)?;
     tell(&summary);
     Ok(())
-}
-
-/// Simulates the recordings of `config` where they are missing.
-pub(crate) fn prepare(config: &BodyConfig, data: &Path) -> Result<()> {
-    let set = SequenceSet::new(data, config.simulation.sequences).holding(PEOPLE);
-    if set.unfinished(Shard::WHOLE).is_empty() {
-        return run_info::check_shared(data, config);
-    }
-    run_info::write_shared(data, config)?;
-    let simulation = &config.simulation;
-    say(format!(
-        "simulating {} people of {} s at {} into {}",
-        simulation.sequences,
-        simulation.seconds,
-        simulation.sensor_size,
-        data.display()
-    ));
-    let recorded = simulate::record(config, data, Shard::WHOLE)?;
-    say(simulate::told(&recorded, config));
-    Ok(())
-}
-
-/// The images that `config` trains on.
-pub(crate) fn frames(config: &BodyConfig, data: &Path) -> Result<BodyFrames> {
-    let (what, count) = match config.data.source {
-        BodySourceKind::Stills | BodySourceKind::GreyStills => {
-            ("photographing", config.data.stills)
-        }
-        BodySourceKind::Recordings | BodySourceKind::GreyRecordings => {
-            ("looking", BodyRecordings::open(data)?.files.len() as u64)
-        }
-        BodySourceKind::Annotations => ("reading", 0),
-    };
-    let progress = bar(what, count, "");
-    let frames = BodyFrames::of(config, data, &|done| progress.inc(done))?;
-    progress.finish_and_clear();
-    say(format!("{} images", frames.len()));
-    Ok(frames)
 }
 
 fn tell(summary: &BodyTrainSummary) {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use evpose_calibrate::threshold::FLOOR;
 
-use crate::args::FrameArgs;
+use crate::commands::opening::FrameArgs;
 
 #[derive(Debug, clap::Subcommand)]
 pub(crate) enum CalibrateCommand {

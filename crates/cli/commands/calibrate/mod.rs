@@ -14,7 +14,7 @@ use evpose_sensor::{EffectConfig, SensorConfig};
 
 pub(crate) use args::CalibrateCommand;
 
-use crate::progress::say;
+use evpose_app::progress::say;
 
 pub(crate) fn run(command: &CalibrateCommand) -> Result<()> {
     match command {

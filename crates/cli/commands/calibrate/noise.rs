@@ -9,7 +9,7 @@ use evpose_sensor::EffectConfig;
 
 use super::args::NoiseArgs;
 use super::{read, told, write};
-use crate::progress::say;
+use evpose_app::progress::say;
 
 /// Hot pixels that are printed.
 const SHOWN: usize = 5;

@@ -7,7 +7,7 @@ use evpose_sensor::EffectConfig;
 
 use super::args::ThresholdArgs;
 use super::{read, told, write};
-use crate::progress::{bar, say};
+use evpose_app::progress::{bar, say};
 
 /// Light of darkness, share of white: as in the `ideal` preset.
 const DARK_OFFSET: f64 = 1e-3;

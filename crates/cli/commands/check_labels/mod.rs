@@ -11,8 +11,8 @@ use evpose_datasets::check::check_labels;
 
 pub(crate) use args::CheckLabelsArgs;
 
-use super::as_json;
-use crate::progress::say;
+use evpose_app::json::write_json;
+use evpose_app::progress::say;
 
 /// How the command ends where something is found.
 const FOUND: u8 = 2;
@@ -35,7 +35,7 @@ pub(crate) fn run(args: &CheckLabelsArgs) -> Result<ExitCode> {
         tracks.extend(source.tracks(args.image_size, args.transposed)?);
     }
     let report = check_labels(&tracks, &args.thresholds.options());
-    as_json(args.json.as_deref(), &report)?;
+    write_json(args.json.as_deref(), &report)?;
     say(report.to_string().trim_end());
     Ok(if report.findings.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(FOUND) })
 }

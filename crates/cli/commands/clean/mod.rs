@@ -15,7 +15,7 @@ pub(crate) use args::CleanArgs;
 use passes::Passes;
 
 use super::convert::format;
-use crate::progress::say;
+use evpose_app::progress::say;
 
 pub(crate) fn run(args: &CleanArgs) -> Result<()> {
     let options = args.recording.opening.options(&args.recording.input);

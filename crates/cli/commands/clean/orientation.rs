@@ -8,7 +8,7 @@ use evpose_core::{Event, EventStream, Micros, SensorSize, TimeWindow};
 use evpose_io::open;
 
 use super::passes::Passes;
-use crate::progress::say;
+use evpose_app::progress::say;
 
 /// Length of the reference that is compared; the method takes no more.
 const LENGTH: Micros = Micros(5_000_000);

@@ -7,7 +7,7 @@ use evpose_core::{EventStream, Micros, TimeWindow};
 use evpose_io::{OpenOptions, Recording, SensorOrigin, Windows, open_as};
 
 use crate::commands::account::Account;
-use crate::progress::spinner;
+use evpose_app::progress::spinner;
 
 /// How much is read at a time.
 const STEP: Micros = Micros(20_000);

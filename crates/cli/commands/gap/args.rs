@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Subcommand;
+use evpose_bench::gap::{BenchArgs, CalibrateArgs, ScoreArgs};
 use evpose_gap::davis::Response;
 
 /// How steps that name something end.
@@ -171,82 +172,4 @@ pub(crate) struct VerifyArgs {
     /// Seed of these runs
     #[arg(long, default_value_t = 1_000)]
     pub(crate) seed: u64,
-}
-
-#[derive(Debug, clap::Args)]
-#[command(after_help = "Examples:\n  \
-    evpose gap bench --plan 7 --limit 12 --out runs/bench\n  \
-    evpose gap bench --plan 7 --shard 1/2 --out runs/bench-1 --resume\n  \
-    evpose gap bench --plan 7 --self 200 --out runs/bench-self --resume\n\n\
-    Every case is written as files without its label and named from those files. A line a case goes\n\
-    to results.jsonl. A whole plan is scored at once; parts of it by `evpose gap score`.")]
-pub(crate) struct BenchArgs {
-    /// Seed of the plan, or a TOML file with `seed = N`
-    #[arg(long)]
-    pub(crate) plan: String,
-    /// Part of the plan, for example 1/4
-    #[arg(long, default_value = "1/1", value_name = "I/N")]
-    pub(crate) shard: String,
-    /// Go on behind the cases that results.jsonl has
-    #[arg(long)]
-    pub(crate) resume: bool,
-    /// No more than so many cases
-    #[arg(long)]
-    pub(crate) limit: Option<usize>,
-    /// Instead of cases: N recordings of our own model in scenes of the plan; how probable each is
-    #[arg(long = "self", value_name = "N", conflicts_with_all = ["limit", "only", "keep"])]
-    pub(crate) own: Option<usize>,
-    /// Only cases of these kinds
-    #[arg(long, value_delimiter = ',',
-          value_parser = ["single", "null", "parameter", "pair", "left_out", "never_catalogued"])]
-    pub(crate) only: Vec<String>,
-    /// Directory for results and scores
-    #[arg(long)]
-    pub(crate) out: PathBuf,
-    /// Keep the files of the cases
-    #[arg(long)]
-    pub(crate) keep: bool,
-    /// CPU threads; all cores by default
-    #[arg(long)]
-    pub(crate) threads: Option<usize>,
-}
-
-#[derive(Debug, clap::Args)]
-#[command(after_help = "Example:\n  \
-    evpose gap score runs/bench-1 runs/bench-2 runs/bench-self --plan 7 --out runs/scores\n\n\
-    Opens the labels, which takes a second or two a case, and writes scores.json, confusion.csv,\n\
-    power.csv, reliability.csv, intervals.csv, times.csv and index.html.")]
-pub(crate) struct ScoreArgs {
-    /// Directories of `evpose gap bench`
-    #[arg(required = true, value_name = "DIR")]
-    pub(crate) dirs: Vec<PathBuf>,
-    /// Seed of the plan, or a TOML file with `seed = N`
-    #[arg(long)]
-    pub(crate) plan: String,
-    /// Directory for scores, tables and page
-    #[arg(long)]
-    pub(crate) out: PathBuf,
-    /// Score what is there, although cases are not done
-    #[arg(long)]
-    pub(crate) partial: bool,
-    /// CPU threads; all cores by default
-    #[arg(long)]
-    pub(crate) threads: Option<usize>,
-}
-
-#[derive(Debug, clap::Args)]
-#[command(after_help = "Example:\n  \
-    evpose gap calibrate runs/dev-1/results.jsonl runs/dev-2/results.jsonl --plan 7\n\n\
-    Prints the constants of crates/gap/src/workflow/calibration.rs. Use a plan that was drawn for\n\
-    development, never one that results are reported of.")]
-pub(crate) struct CalibrateArgs {
-    /// Results of `evpose gap bench`
-    #[arg(required = true, value_name = "RESULTS.jsonl")]
-    pub(crate) results: Vec<PathBuf>,
-    /// Seed of their plan, or a TOML file with `seed = N`
-    #[arg(long)]
-    pub(crate) plan: String,
-    /// CPU threads; all cores by default
-    #[arg(long)]
-    pub(crate) threads: Option<usize>,
 }

@@ -10,7 +10,7 @@ use evpose_sensor::SensorConfig;
 
 use super::inputs::Loaded;
 use super::scenes::{MOST_PIXELS, SceneSource, USUAL_S};
-use crate::progress::say;
+use evpose_app::progress::say;
 
 /// Reads events and frames, which have one clock and one place: only axes and polarity may be mixed
 /// up.

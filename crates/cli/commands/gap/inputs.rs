@@ -12,12 +12,12 @@ use evpose_gap::workflow::{
 };
 use evpose_sensor::{STAGES, SensorConfig, SensorModel};
 
-use super::BadInput;
 use super::args::InputArgs;
 use super::davis;
 use super::scenes::{FRAMES, SceneSource, as_gap_error};
-use crate::commands::sensor::source;
-use crate::progress::say;
+use evpose_app::bad_input::BadInput;
+use evpose_app::progress::say;
+use evpose_app::sensor_source as source;
 
 /// A recording beside its scene, as read.
 pub(super) struct Loaded {

@@ -1,19 +1,14 @@
 //! `evpose gap`: where simulation and measurement disagree, what is missing, and whether it helps.
 
 mod args;
-mod bench;
 mod davis;
-mod files;
 mod inputs;
-mod report;
 mod run;
 mod scenes;
 mod steps;
-mod terminal;
-mod verify;
-mod words;
 
-use std::fmt;
+mod verify;
+
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -24,19 +19,10 @@ use evpose_gap::verdict::Answer;
 pub(crate) use args::GapCommand;
 use args::ReportArgs;
 
-use crate::progress::say;
-
-/// What was given cannot be used; the command ends with code 2.
-#[derive(Debug)]
-pub(crate) struct BadInput;
-
-impl fmt::Display for BadInput {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("the input cannot be used")
-    }
-}
-
-impl std::error::Error for BadInput {}
+use evpose_app::bad_input::BadInput;
+use evpose_app::progress::say;
+use evpose_bench::gap as bench;
+use evpose_report::gap::{self as report, files, terminal};
 
 pub(crate) fn run(command: &GapCommand) -> Result<ExitCode> {
     let done = |result: Result<()>| result.map(|()| ExitCode::SUCCESS);

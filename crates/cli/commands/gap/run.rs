@@ -12,12 +12,15 @@ use evpose_gap::verdict::Answer;
 use evpose_gap::workflow::{bare, outcome, stamped};
 
 use super::args::{InputArgs, RunArgs};
-use super::files::{self, RunInfo, whole};
 use super::scenes::NONE;
-use super::{BadInput, inputs, report, scenes, terminal};
-use crate::commands::use_threads;
-use crate::progress::{say, spinner};
-use crate::run_info::COMMIT;
+use super::{inputs, scenes};
+use evpose_app::bad_input::BadInput;
+use evpose_app::progress::{say, spinner};
+use evpose_app::run_info::COMMIT;
+use evpose_app::threads::use_threads;
+use evpose_report::gap as report;
+use evpose_report::gap::files::{self, RunInfo, whole};
+use evpose_report::gap::terminal;
 
 /// Everything that a run writes.
 struct Written {

@@ -19,7 +19,7 @@ use evpose_io::MetaReader;
 use evpose_pose::{HandParams, HandSide};
 use evpose_sim::{SequenceInfo, Simulation};
 
-use crate::commands::config_source;
+use evpose_app::hand_config;
 
 /// A recording without a scene.
 pub(super) const NONE: &str = "none";
@@ -138,7 +138,7 @@ impl SceneSource {
         if path.is_dir() {
             return written.is_file().then(|| (written.to_string_lossy().into_owned(), index));
         }
-        (path.is_file() || config_source::is_embedded(&name)).then_some((name, index))
+        (path.is_file() || hand_config::is_embedded(&name)).then_some((name, index))
     }
 
     fn sequence(&self) -> Result<Option<Sequence>> {
@@ -155,7 +155,7 @@ impl SceneSource {
             }
             return Ok(None);
         };
-        let config = config_source::load(&name, &[])?;
+        let config = hand_config::load(&name, &[])?;
         let simulation = Simulation::new(&config.simulation, config.seed)?;
         let (frames, count) = (config.simulation.frames(), config.simulation.sequences as u64);
         if index >= count {
@@ -239,7 +239,7 @@ pub(super) fn whole(path: &Path) -> Result<PathBuf> {
     }
     let name = path.to_string_lossy();
     let name = name.split('#').next().unwrap_or_default();
-    if config_source::is_embedded(name) && !Path::new(name).exists() {
+    if hand_config::is_embedded(name) && !Path::new(name).exists() {
         return Ok(path.to_owned());
     }
     std::path::absolute(path).with_context(|| path.display().to_string())

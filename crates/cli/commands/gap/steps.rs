@@ -10,10 +10,12 @@ use evpose_gap::workflow::{
 use evpose_gap::{Lab, Layout, Stage, View, by_block, locate as places, rho_of_chance};
 
 use super::args::{CorrectArgs, InputArgs, PowerArgs};
+use super::inputs;
 use super::scenes::SceneSource;
-use super::{BadInput, inputs, words};
-use crate::commands::use_threads;
-use crate::progress::{say, spinner};
+use evpose_app::bad_input::BadInput;
+use evpose_app::progress::{say, spinner};
+use evpose_app::threads::use_threads;
+use evpose_report::gap::words;
 
 /// Runs that a model is compared by.
 const RUNS: u64 = 8;
@@ -136,20 +138,9 @@ fn with_name(
         let tried = if named.answer == Answer::Effects { "" } else { " (not named)" };
         gaps += &format!(", {:.2} with {}{tried}", named.after.gap, names.join(" + "));
     }
-    say(format!("{:<18}{gaps}", word(named.answer)));
+    say(format!("{:<18}{gaps}", words::answer_key(named.answer)));
     then(&prepared, &bench, &named)?;
     Ok(named.answer)
-}
-
-/// The answer as `verdict.json` has it.
-pub(super) fn word(answer: Answer) -> &'static str {
-    match answer {
-        Answer::NoGap => "no_gap",
-        Answer::Parameter => "parameter",
-        Answer::Effects => "effects",
-        Answer::NoneOfCatalogue => "none_of_catalogue",
-        Answer::Undecided => "undecided",
-    }
 }
 
 /// `evpose gap power`.

@@ -7,9 +7,11 @@ use evpose_sensor::SensorConfig;
 use rayon::prelude::*;
 
 use super::args::VerifyArgs;
+use super::inputs;
 use super::scenes::SceneSource;
-use super::{BadInput, files, inputs};
-use crate::progress::say;
+use evpose_app::bad_input::BadInput;
+use evpose_app::progress::say;
+use evpose_report::gap::files;
 
 pub(super) fn run(args: &VerifyArgs) -> Result<()> {
     let info = files::run_info(&args.dir).context(BadInput)?;

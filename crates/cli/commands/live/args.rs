@@ -3,20 +3,11 @@
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
-use clap::ValueEnum;
 use evpose_infer::Precision;
 
-use crate::args::DeviceArgs;
 use crate::commands::opening::OpeningArgs;
-
-/// Whose poses.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum LiveTask {
-    /// 12 parameters and 21 joints of a hand
-    Hand,
-    /// 13 joints of a person
-    Body,
-}
+use evpose_app::args::DeviceArgs;
+use evpose_app::live_task::LiveTask;
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  \

@@ -2,7 +2,6 @@
 
 mod args;
 mod rerun;
-mod task;
 mod told;
 
 use std::fs::File;
@@ -20,11 +19,11 @@ use evpose_live::source::{self, ReplayOptions, Source, SourceOptions};
 use evpose_live::{Control, Eye, LiveOptions, Network, Observer, Task, hand_mesh, run as run_live};
 use evpose_train::HandConfig;
 
-pub(crate) use args::{LiveArgs, LiveTask};
-pub(crate) use task::{AnyTask, TaskOptions};
+pub(crate) use args::LiveArgs;
+use evpose_app::live_task::{AnyTask, TaskOptions};
 
-use super::as_json;
-use crate::progress::note;
+use evpose_app::json::write_json;
+use evpose_app::progress::note;
 
 pub(crate) fn run(args: &LiveArgs) -> Result<()> {
     let replay = ReplayOptions {
@@ -132,7 +131,7 @@ fn play<E: Eye, N: Network<Image = E::Image, Found = E::Found>>(
     told::at_the_end(&report);
     drop(page);
     let shown = viewer.map_or(Ok(()), rerun::Viewer::finish);
-    as_json(args.report.as_deref(), &report)?;
+    write_json(args.report.as_deref(), &report)?;
     ended?;
     shown?;
     for (sink, dropped) in written?.iter().filter(|(_, dropped)| *dropped > 0) {

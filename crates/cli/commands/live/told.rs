@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use evpose_live::{Control, Latencies, Latency, Report};
 
-use crate::progress::note;
+use evpose_app::progress::note;
 
 /// A line every second, until the program ends.
 pub(super) fn each_second(control: &Control) {

@@ -13,7 +13,7 @@ use evpose_datasets::{DatasetError, LabelledRecording};
 
 use super::args::Dhp19Args;
 use super::frames::{Job, Reading, prepare};
-use crate::progress::say;
+use evpose_app::progress::say;
 
 /// Of 100 poses a second. The published exporter takes every eleventh.
 const EVERY: NonZeroUsize = NonZeroUsize::new(10).unwrap();

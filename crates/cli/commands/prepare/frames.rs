@@ -10,9 +10,10 @@ use serde::Serialize;
 
 use super::args::FrameSetArgs;
 use super::{REPORT, list, say_next};
-use crate::commands::{as_json, use_threads};
-use crate::progress::{bar, say};
-use crate::run_info;
+use evpose_app::json::write_json;
+use evpose_app::progress::{bar, say};
+use evpose_app::run_info;
+use evpose_app::threads::use_threads;
 
 /// What can be had of a recording.
 pub(super) enum Reading {
@@ -94,7 +95,7 @@ pub(super) fn prepare<T: Display + Sync>(
         bail!("none of {} {} can be used. {first}", job.recordings.len(), job.unit);
     }
     [prepared.frames_to_train, prepared.frames_to_test] = set.finish()?;
-    as_json(Some(&args.out.join(REPORT)), &prepared)?;
+    write_json(Some(&args.out.join(REPORT)), &prepared)?;
     run_info::write(&args.out, job.seed, None)?;
     tell(&prepared, job.unit, &args.out);
     Ok(())

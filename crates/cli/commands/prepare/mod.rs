@@ -12,7 +12,7 @@ use anyhow::Result;
 
 pub(crate) use args::PrepareCommand;
 
-use crate::progress::say;
+use evpose_app::progress::say;
 
 pub(crate) fn run(command: &PrepareCommand) -> Result<()> {
     match command {

@@ -7,9 +7,9 @@ use evpose_datasets::mpii::{Converted, CropFormat, MpiiLook, MpiiOptions, conver
 
 use super::args::MpiiArgs;
 use super::{list, say_next};
-use crate::commands::use_threads;
-use crate::progress::{bar, say};
-use crate::run_info;
+use evpose_app::progress::{bar, say};
+use evpose_app::run_info;
+use evpose_app::threads::use_threads;
 
 /// The annotations, and the folder that their archive makes.
 const ANNOTATIONS: &str = "mpii_human_pose_v1_u12_1.mat";

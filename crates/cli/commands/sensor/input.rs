@@ -1,9 +1,9 @@
 //! Scenes with a closed form, and the simulator's hand.
 
-use anyhow::{Context, Result};
-use evpose_core::{Event, Micros, Plane, SensorSize};
+use anyhow::Result;
+use evpose_core::{Event, Micros, Plane};
+use evpose_report::hand_scene;
 use evpose_sensor::{Origin, SensorRun};
-use evpose_sim::{SimulationConfig, Simulator};
 
 use super::args::Input;
 
@@ -28,37 +28,6 @@ pub(super) fn clock(input: Input) -> (Micros, Micros) {
         Input::Flicker => (Micros(100_000), Micros(100)),
         Input::Hand => (Micros(250_000), Micros(1_000)),
     }
-}
-
-/// The published simulation, in linear light without a sensor of its own.
-fn hand_config(scale: f32) -> SimulationConfig {
-    SimulationConfig {
-        image_scale: scale,
-        // Quantised light would show up as an effect.
-        frame: evpose_sim::scene::FrameResponse::Linear,
-        sensor: evpose_sim::config::SensorChoice::Preset("ideal".to_owned()),
-        ..SimulationConfig::default()
-    }
-}
-
-/// Size of the hand's pictures.
-pub(super) fn hand_size(scale: f32) -> SensorSize {
-    hand_config(scale).image_size()
-}
-
-/// Shows the hand, plane by plane, from time zero.
-pub(super) fn for_each_hand_plane(
-    scale: f32,
-    seed: u64,
-    planes: usize,
-    mut see: impl FnMut(&Plane<f32>, Micros) -> Result<()>,
-) -> Result<()> {
-    let mut simulator = Simulator::new(&hand_config(scale), seed)?;
-    for _ in 0..planes {
-        let step = simulator.advance().context("moving the hand")?;
-        see(step.luminance, step.t)?;
-    }
-    Ok(())
 }
 
 /// Lights a spot about a pixel; everything at first. A flash of the whole sensor would keep its
@@ -95,7 +64,7 @@ pub(super) fn expose(
     };
     let steps = length.0 / step.0;
     if input == Input::Hand {
-        return for_each_hand_plane(1.0, seed, steps as usize + 1, show);
+        return hand_scene::for_each_plane(1.0, seed, steps as usize + 1, show);
     }
     let mut plane = Plane::for_sensor(size, 0.0);
     for t in (0..=steps).map(|k| Micros(k * step.0)) {

@@ -5,7 +5,7 @@ use evpose_sensor::{PRESETS, ParamSpec, Prior, STAGES, StageSpec};
 use serde_json::{Value, json};
 
 use super::args::ListArgs;
-use crate::progress::say;
+use evpose_app::progress::say;
 
 const WIDTH: usize = 100;
 

@@ -5,7 +5,6 @@ mod gallery;
 mod input;
 mod list;
 mod show;
-pub(super) mod source;
 mod tap;
 
 use anyhow::Result;

@@ -5,9 +5,9 @@ use evpose_sensor::{ChainRow, PRESETS, STAGES};
 use serde_json::{Map, Value, json};
 
 use super::args::ShowArgs;
-use super::source::Source;
-use super::{list, source};
-use crate::progress::say;
+use super::list;
+use evpose_app::progress::say;
+use evpose_app::sensor_source::{self as source, Source};
 
 pub(super) fn run(args: &ShowArgs) -> Result<()> {
     let is_file = std::path::Path::new(&args.name).exists();

@@ -7,9 +7,11 @@ use evpose_core::{SensorSize, atomic_write};
 use evpose_sensor::{Domain, Origin, SensorModel, Stage};
 
 use super::args::{Input, TapArgs};
-use super::{input, source};
-use crate::progress::say;
-use crate::report::chart::{self, Axis, Chart, Mark, OFF, ON, Series};
+use super::input;
+use evpose_app::progress::say;
+use evpose_app::sensor_source as source;
+use evpose_report::chart::{self, Axis, Chart, Mark, OFF, ON, Series};
+use evpose_report::hand_scene;
 
 /// An event of the pixel.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,7 +46,7 @@ pub(super) fn run(args: &TapArgs) -> Result<()> {
     if !matches!(extension, Some("svg" | "csv")) {
         bail!("{}: the name must end in .svg or .csv", args.out.display());
     }
-    let size = input::hand_size(1.0);
+    let size = hand_scene::size(1.0);
     let trace = record(&sensor.model()?, size, args.pixel, args.input, args.seed)?;
     let text = match extension {
         Some("csv") => csv(&trace),

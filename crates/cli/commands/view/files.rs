@@ -5,7 +5,7 @@ use image::{ExtendedColorType, ImageEncoder as _, RgbImage};
 
 use super::caption::captioned;
 use super::shots::Shots;
-use crate::report::contact_sheet;
+use evpose_report::canvas::contact_sheet;
 
 /// Wider sheets are hard to look at: they have fewer columns.
 const SHEET_WIDTH_PX: u32 = 2600;

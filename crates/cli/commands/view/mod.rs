@@ -17,7 +17,7 @@ use evpose_core::atomic_write;
 pub(crate) use args::ViewArgs;
 use shots::{Reel, Shots};
 
-use crate::progress::say;
+use evpose_app::progress::say;
 
 /// A kind of file that pictures go into.
 struct Target {

@@ -15,7 +15,7 @@ use image::{Rgb, RgbImage};
 
 use super::ViewArgs;
 use crate::commands::hand_joints;
-use crate::report::canvas::{Canvas, PREDICTION, TRUTH};
+use evpose_report::canvas::{Canvas, PREDICTION, TRUTH};
 
 /// Joints over time, each in a colour.
 #[derive(Default)]

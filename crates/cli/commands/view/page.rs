@@ -9,7 +9,7 @@ use base64::engine::general_purpose::STANDARD;
 use super::ViewArgs;
 use super::files::png;
 use super::shots::Shots;
-use crate::report::html::{Page, escape};
+use evpose_report::html::{Page, escape};
 
 /// Size of the curve below the picture, in pixels of the page.
 const WIDTH: f64 = 1000.0;

@@ -3,7 +3,7 @@
 use evpose_core::{Plane, SensorSize};
 use image::{Rgb, RgbImage, imageops};
 
-use crate::report::Canvas;
+use evpose_report::canvas::Canvas;
 
 /// Wide enough to be seen; smaller sensors are enlarged.
 const LEAST_WIDTH_PX: u32 = 320;

@@ -21,7 +21,7 @@ mod sdk {
     use super::super::report;
     use super::super::shots::Reel;
     use super::{Path, Result, ViewArgs};
-    use crate::progress::say;
+    use evpose_app::progress::say;
 
     /// Pictures, unless the user says: they are small, and the viewer moves through them smoothly.
     const PICTURES: u32 = 300;

@@ -11,7 +11,7 @@ use image::RgbImage;
 use super::ViewArgs;
 use super::overlay::Overlay;
 use super::picture::Palette;
-use crate::progress::bar;
+use evpose_app::progress::bar;
 
 /// What plain events are drawn as.
 const EVENTS: &str = "events";

@@ -1,0 +1,210 @@
+//! The networks that rows need, trained several at once.
+//!
+//! One training cannot fill many cores: what lies between its large operations is done by one thread. Two
+//! trainings on a thread each are done a quarter sooner than one after the other on both, so every job
+//! has its share of the threads.
+
+use std::collections::VecDeque;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
+
+use anyhow::{Context, Result};
+use evpose_nn::DeviceKind;
+use evpose_train::body::{BodyFrames, train_body};
+use evpose_train::{Told, TrainOptions};
+use indicatif::ProgressBar;
+use serde::{Deserialize, Serialize};
+
+use super::Stages;
+use super::rows::{Network, Row};
+use crate::places::{read, write};
+use evpose_app::progress::{bar, say};
+use evpose_app::recorded;
+
+/// Trainings that follow one another: a network, and those that start from it.
+type Chain = (Vec<Network>, Stages);
+
+/// What all trainings share.
+struct Workshop<'a> {
+    out: &'a Path,
+    device: DeviceKind,
+    /// Images of all trainings.
+    progress: ProgressBar,
+    queue: Mutex<VecDeque<Chain>>,
+}
+
+/// Trains what `rows` need under the seeds of `stages`, `jobs` networks at once. What is trained stays.
+pub(super) fn train_all(
+    out: &Path,
+    rows: &[&Row],
+    stages: &[Stages],
+    jobs: usize,
+    device: DeviceKind,
+) -> Result<()> {
+    for stages in stages {
+        recorded::prepare(&stages.finetune, &train_data(out, stages.finetune.seed))?;
+    }
+    let queue = queue(out, rows, stages);
+    let networks: Vec<&Network> = queue.iter().flat_map(|(chain, _)| chain).collect();
+    if networks.is_empty() {
+        return Ok(());
+    }
+    let images = |stages: &Stages, network: Network| {
+        let training = network.config(stages).training;
+        training.steps * training.batch_size as u64
+    };
+    let all = queue.iter().flat_map(|(chain, s)| chain.iter().map(|n| images(s, *n))).sum();
+    let jobs = jobs.clamp(1, queue.len());
+    let threads = (rayon::current_num_threads() / jobs).max(1);
+    say(format!(
+        "{} networks to train, {jobs} at once, threads of each: {threads}",
+        networks.len()
+    ));
+    let progress = bar("training", all, "images");
+    let workshop = Workshop { out, device, progress, queue: Mutex::new(queue) };
+    let results: Vec<Result<()>> = std::thread::scope(|scope| {
+        let worker = || {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+            pool.install(|| workshop.work())
+        };
+        let workers: Vec<_> = (0..jobs).map(|_| scope.spawn(worker)).collect();
+        let joined = workers.into_iter().map(|worker| worker.join());
+        joined.map(|ended| ended.unwrap_or_else(|panic| std::panic::resume_unwind(panic))).collect()
+    });
+    workshop.progress.finish_and_clear();
+    results.into_iter().collect()
+}
+
+/// Chains of networks that are not trained yet, the longest first, so that none is left over at the end.
+fn queue(out: &Path, rows: &[&Row], stages: &[Stages]) -> VecDeque<Chain> {
+    let mut chains: Vec<Vec<Network>> = Vec::new();
+    for row in rows {
+        let first = row.network.starts_from().unwrap_or(row.network);
+        let chain = match chains.iter_mut().find(|chain| chain[0] == first) {
+            Some(chain) => chain,
+            None => {
+                chains.push(vec![first]);
+                chains.last_mut().expect("just pushed")
+            }
+        };
+        if !chain.contains(&row.network) {
+            chain.push(row.network);
+        }
+    }
+    chains.sort_by_key(|chain| std::cmp::Reverse(chain.len()));
+    let missing = |chain: &[Network], seed: u64| -> Vec<Network> {
+        let is_missing = |n: &Network| !directory(out, *n, seed).join(TRAINED).exists();
+        chain.iter().copied().filter(is_missing).collect()
+    };
+    chains
+        .iter()
+        .flat_map(|chain| stages.iter().map(move |s| (missing(chain, s.finetune.seed), s.clone())))
+        .filter(|(chain, _)| !chain.is_empty())
+        .collect()
+}
+
+impl Workshop<'_> {
+    /// Takes chains until there are none. After a failure nobody begins another.
+    fn work(&self) -> Result<()> {
+        loop {
+            let next = self.queue.lock().unwrap_or_else(PoisonError::into_inner).pop_front();
+            let Some((chain, stages)) = next else { return Ok(()) };
+            for network in chain {
+                if let Err(error) = self.train(network, &stages) {
+                    self.queue.lock().unwrap_or_else(PoisonError::into_inner).clear();
+                    return Err(error);
+                }
+            }
+        }
+    }
+
+    fn train(&self, network: Network, stages: &Stages) -> Result<()> {
+        let began = Instant::now();
+        let seed = stages.finetune.seed;
+        let run = directory(self.out, network, seed);
+        let mut config = network.config(stages);
+        config.start_from = network.starts_from().map(|first| directory(self.out, first, seed));
+        let frames = BodyFrames::of(&config, &train_data(self.out, seed), &|_| {})?;
+        let options = TrainOptions {
+            device: self.device,
+            resume: true,
+            plain: true,
+            told: Some(self.counted()),
+        };
+        let summary = train_body(&config, frames, &run, &options)
+            .with_context(|| format!("training {}", run.display()))?;
+        let all = config.training.steps as f64 * config.training.batch_size as f64;
+        let seconds = (summary.samples > 0).then(|| all / summary.samples_per_second);
+        write(&run.join(TRAINED), &Trained { seconds })?;
+        self.progress.suspend(|| {
+            say(format!(
+                "    {}, seed {seed}: trained in {:.1} min, {:.0} images/s",
+                network.name(),
+                began.elapsed().as_secs_f64() / 60.0,
+                summary.samples_per_second
+            ));
+        });
+        Ok(())
+    }
+
+    /// Moves the bar of all trainings by the steps of one.
+    fn counted(&self) -> Told {
+        let (progress, counted) = (self.progress.clone(), Mutex::new(0));
+        Told::new(move |how_far| {
+            let mut counted = counted.lock().unwrap_or_else(PoisonError::into_inner);
+            progress.inc(how_far.samples.saturating_sub(*counted));
+            *counted = how_far.samples;
+        })
+    }
+}
+
+/// Where a network is, or will be.
+pub(super) fn directory(out: &Path, network: Network, seed: u64) -> PathBuf {
+    out.join("networks").join(network.name()).join(format!("seed-{seed}"))
+}
+
+/// Recordings to train on.
+fn train_data(out: &Path, seed: u64) -> PathBuf {
+    out.join("data").join(format!("seed-{seed}")).join("train")
+}
+
+/// How long a training took, beside it: a network that has it is finished.
+const TRAINED: &str = "trained.json";
+
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+struct Trained {
+    seconds: Option<f64>,
+}
+
+/// How long the training of a finished network took, in seconds, where it was not interrupted.
+pub(super) fn training_s(run: &Path) -> Result<Option<f64>> {
+    let trained: Option<Trained> = read(&run.join(TRAINED))?;
+    Ok(trained.and_then(|trained| trained.seconds))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bodies::rows;
+
+    #[test]
+    fn every_network_is_trained_once_and_after_the_one_it_starts_from() {
+        let stages = Stages {
+            pretrain: evpose_train::body::BodyConfig::default(),
+            finetune: evpose_train::body::BodyConfig::default(),
+        };
+        let queue = queue(Path::new("nowhere"), &rows::chosen(&[]), &[stages]);
+        let mut before: Vec<Network> = Vec::new();
+        for (chain, _) in queue {
+            for network in chain {
+                assert!(!before.contains(&network), "{network:?} twice");
+                if let Some(first) = network.starts_from() {
+                    assert!(before.contains(&first), "{network:?} before {first:?}");
+                }
+                before.push(network);
+            }
+        }
+        assert!(rows::ROWS.iter().all(|row| before.contains(&row.network)));
+    }
+}

@@ -1,0 +1,235 @@
+//! The rows of the ablation of bodies: which network is judged on what, and what was published of it.
+//!
+//! # Source
+//! Goyal et al.: *MoveEnet*, CVPRW 2023, Table 2, Fig. 8, and section 6 on resolution and moving cameras.
+
+use clap::builder::{PossibleValue, PossibleValuesParser};
+use evpose_core::SensorSize;
+use evpose_train::body::{BodyConfig, BodySourceKind, LabelMoment};
+
+use super::Stages;
+use crate::finding::Relation;
+
+/// Events of a frame of fixed count.
+const FIXED_COUNT: usize = 7_500;
+
+/// The full method, against which all else is held.
+pub(super) const FULL: &str = "full";
+
+/// One row.
+#[derive(Debug)]
+pub(super) struct Row {
+    pub(super) name: &'static str,
+    /// One line for lists.
+    pub(super) about: &'static str,
+    pub(super) network: Network,
+    pub(super) judged_on: Test,
+    /// PCK@0.4 and PCK@0.8 on eH3.6M, where there are any.
+    pub(super) published: Option<[f64; 2]>,
+    /// How it stands to the full method by what was published.
+    pub(super) expected: Option<Relation>,
+}
+
+/// A network and how it is trained.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Network {
+    /// Stills that look like an EROS, and nothing after.
+    Pretrained,
+    /// Then recordings as EROS.
+    Full,
+    /// Recordings as EROS alone.
+    Scratch,
+    /// Recordings as frames of a fixed number of events, labelled at their mean time.
+    FixedCount,
+    /// Recordings as integrated polarities.
+    Pim,
+    /// Stills, then photographs of the same moments as the recordings, in grey.
+    GreyPretrained,
+    Grey,
+}
+
+/// What a network is judged on: the held-out people of the second stage.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Test {
+    /// As they are.
+    HeldOut,
+    /// Seen by a camera of 640x480 pixels.
+    Vga,
+    /// Seen by cameras held by hand.
+    Moving,
+}
+
+const WORSE: Option<Relation> = Some(Relation::Worse);
+const COMPARABLE: Option<Relation> = Some(Relation::Comparable);
+
+/// Every row. A new one is a line here.
+pub(super) const ROWS: &[Row] = &[
+    Row {
+        name: FULL,
+        about: "EROS, pre-trained on stills that look like one, fine-tuned on recordings",
+        network: Network::Full,
+        judged_on: Test::HeldOut,
+        published: Some([0.89, 0.93]),
+        expected: None,
+    },
+    Row {
+        name: "fixed-count",
+        about: "frames of 7500 events instead of an EROS, from scratch, labelled at their mean time",
+        network: Network::FixedCount,
+        judged_on: Test::HeldOut,
+        published: Some([0.87, 0.93]),
+        expected: COMPARABLE,
+    },
+    Row {
+        name: "wo-finetune",
+        about: "pre-trained only",
+        network: Network::Pretrained,
+        judged_on: Test::HeldOut,
+        published: Some([0.30, 0.52]),
+        expected: WORSE,
+    },
+    Row {
+        name: "wo-pretrain",
+        about: "recordings only, from scratch",
+        network: Network::Scratch,
+        judged_on: Test::HeldOut,
+        published: Some([0.59, 0.81]),
+        expected: WORSE,
+    },
+    Row {
+        name: "grey",
+        about: "photographs instead of events, in both stages: no blind spots, no noise of events",
+        network: Network::Grey,
+        judged_on: Test::HeldOut,
+        published: Some([0.84, 0.91]),
+        expected: None,
+    },
+    Row {
+        name: "pim",
+        about: "integrated polarities instead of an EROS, from scratch",
+        network: Network::Pim,
+        judged_on: Test::HeldOut,
+        published: Some([0.46, 0.54]),
+        expected: WORSE,
+    },
+    Row {
+        name: "vga",
+        about: "the full method, trained at 346x260, judged at 640x480",
+        network: Network::Full,
+        judged_on: Test::Vga,
+        published: None,
+        expected: None,
+    },
+    Row {
+        name: "moving",
+        about: "the full method before cameras held by hand",
+        network: Network::Full,
+        judged_on: Test::Moving,
+        published: None,
+        expected: None,
+    },
+    Row {
+        name: "fixed-count-moving",
+        about: "frames of 7500 events before cameras held by hand",
+        network: Network::FixedCount,
+        judged_on: Test::Moving,
+        published: None,
+        expected: WORSE,
+    },
+];
+
+/// Names for the command line.
+pub(crate) fn names() -> PossibleValuesParser {
+    PossibleValuesParser::new(ROWS.iter().map(|row| PossibleValue::new(row.name).help(row.about)))
+}
+
+/// The rows of these names, or all; the full method always.
+pub(super) fn chosen(names: &[String]) -> Vec<&'static Row> {
+    let is_chosen = |row: &&Row| {
+        row.name == FULL || names.is_empty() || names.iter().any(|name| name == row.name)
+    };
+    ROWS.iter().filter(is_chosen).collect()
+}
+
+impl Network {
+    /// Its name in a directory.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Pretrained => "pretrained",
+            Self::Full => "full",
+            Self::Scratch => "scratch",
+            Self::FixedCount => "fixed-count",
+            Self::Pim => "pim",
+            Self::GreyPretrained => "grey-pretrained",
+            Self::Grey => "grey",
+        }
+    }
+
+    /// The network that it starts from.
+    pub(super) fn starts_from(self) -> Option<Self> {
+        match self {
+            Self::Full => Some(Self::Pretrained),
+            Self::Grey => Some(Self::GreyPretrained),
+            _ => None,
+        }
+    }
+
+    /// Its training.
+    pub(super) fn config(self, stages: &Stages) -> BodyConfig {
+        let mut config = match self {
+            Self::Pretrained | Self::GreyPretrained => stages.pretrain.clone(),
+            _ => stages.finetune.clone(),
+        };
+        config.start_from = None;
+        match self {
+            Self::Pretrained | Self::Full | Self::Scratch => {}
+            Self::FixedCount => {
+                config.image.representation = format!("fixed-count:n={FIXED_COUNT}");
+                config.data.label_at = LabelMoment::MeanOf(FIXED_COUNT);
+            }
+            Self::Pim => config.image.representation = "pim".to_owned(),
+            Self::GreyPretrained => config.data.source = BodySourceKind::GreyStills,
+            Self::Grey => config.data.source = BodySourceKind::GreyRecordings,
+        }
+        if matches!(self, Self::GreyPretrained | Self::Grey) {
+            config.image.blur = None;
+        }
+        config
+    }
+}
+
+impl Test {
+    /// Its name in a directory.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::HeldOut => "held-out",
+            Self::Vga => "held-out-vga",
+            Self::Moving => "held-out-moving",
+        }
+    }
+
+    /// The recordings it is made of.
+    pub(super) fn config(self, stages: &Stages) -> BodyConfig {
+        let mut config = stages.finetune.held_out();
+        match self {
+            Self::HeldOut => {}
+            Self::Vga => config.simulation.sensor_size = SensorSize { width: 640, height: 480 },
+            Self::Moving => config.simulation.moving_cameras = 1.0,
+        }
+        config
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_one_of_a_kind_and_the_full_method_always_runs() {
+        for row in ROWS {
+            assert_eq!(ROWS.iter().filter(|other| other.name == row.name).count(), 1);
+        }
+        let chosen = chosen(&["pim".to_owned()]);
+        assert_eq!(chosen.iter().map(|row| row.name).collect::<Vec<_>>(), [FULL, "pim"]);
+    }
+}

@@ -1,0 +1,106 @@
+//! One network under one seed, training_s: networks::training_s(&run)?,; one row under one seed, judged.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use burn::tensor::Device;
+use evpose_pose::metric::body::BodySummary;
+use evpose_pose::metric::{BootstrapConfig, Interval};
+use evpose_train::body::{
+    BodyCheckpoint, BodyConfig, BodyPredictor, BodyPredictorOptions, judge_frames,
+};
+use serde::{Deserialize, Serialize};
+
+use super::Stages;
+use super::networks;
+use super::rows::{Network, Row, Test};
+use crate::places::{read, write};
+use evpose_app::recorded;
+use evpose_app::run_info::COMMIT;
+
+/// What a row came to under a seed.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct Trial {
+    row: String,
+    seed: u64,
+    commit: String,
+    /// Shares of correct joints at 0.4 and 0.8 of the torso.
+    pub(super) pck_40: f64,
+    pub(super) pck_80: f64,
+    /// At 1 %, 2 %, …, 100 %.
+    pub(super) curve: Vec<f64>,
+    pub(super) auc: f64,
+    pub(super) mpjpe_px: f64,
+    /// Of the mean training pose, at 0.4.
+    pub(super) mean_pose_40: f64,
+    /// Of its own training, without those it starts from.
+    pub(super) training_s: Option<f64>,
+}
+
+/// Judges `row` under the seed of `stages`, where that is not done yet; its network is trained.
+pub(super) fn run(out: &Path, row: &Row, stages: &Stages) -> Result<Trial> {
+    let seed = stages.finetune.seed;
+    let path = out.join("rows").join(row.name).join(format!("seed-{seed}.json"));
+    if let Some(trial) = read(&path)? {
+        return Ok(trial);
+    }
+    let run = networks::directory(out, row.network, seed);
+    let checkpoint = BodyCheckpoint::load(&run, &Device::flex())?;
+    let data = recordings(out, row.judged_on, stages)?;
+    let config = judged_as(row.network, row.judged_on, stages);
+    let frames = recorded::frames(&config, &data)?;
+    let predictor = BodyPredictor::new(&checkpoint, BodyPredictorOptions::default(), None)?;
+    let mean = checkpoint.mean_pose.context("the training poses have no mean")?;
+    let (network, mean_pose) = judge_frames(&predictor, &frames, &mean)?;
+    // Intervals come from seeds, not from sequences.
+    let bootstrap = BootstrapConfig { resamples: 0, seed: 0 };
+    let summary = |evaluation: evpose_pose::metric::body::BodyEvaluation| {
+        evaluation.summary(&[40, 80], &bootstrap)
+    };
+    let (network, mean_pose) = (summary(network)?, summary(mean_pose)?);
+    let trial = Trial {
+        row: row.name.to_owned(),
+        seed,
+        commit: COMMIT.to_owned(),
+        pck_40: pck(&network, 0)?,
+        pck_80: pck(&network, 1)?,
+        auc: estimate(network.raw.auc)?,
+        mpjpe_px: estimate(network.raw.mpjpe_px)?,
+        curve: network.raw.curve,
+        mean_pose_40: pck(&mean_pose, 0)?,
+        training_s: networks::training_s(&run)?,
+    };
+    std::fs::create_dir_all(path.parent().unwrap_or(out))
+        .with_context(|| format!("creating {}", path.display()))?;
+    write(&path, &trial)?;
+    Ok(trial)
+}
+
+/// Images as the network of a row is shown them, of what it is judged on.
+fn judged_as(network: Network, test: Test, stages: &Stages) -> BodyConfig {
+    let trained = match network {
+        // Judged on what the full method is judged on.
+        Network::Pretrained => Network::Scratch,
+        Network::GreyPretrained => Network::Grey,
+        other => other,
+    };
+    let mut config = trained.config(stages);
+    let held_out = test.config(stages);
+    (config.seed, config.simulation) = (held_out.seed, held_out.simulation);
+    config
+}
+
+fn estimate(interval: Option<Interval>) -> Result<f64> {
+    interval.map(|interval| interval.estimate).context("no pose could be judged")
+}
+
+fn pck(summary: &BodySummary, place: usize) -> Result<f64> {
+    estimate(summary.raw.pck.get(place).copied().flatten())
+}
+
+/// The recordings that networks are judged on, simulated where they are missing.
+fn recordings(out: &Path, test: Test, stages: &Stages) -> Result<PathBuf> {
+    let data = out.join("data").join(format!("seed-{}", stages.finetune.seed)).join(test.name());
+    recorded::prepare(&test.config(stages), &data)?;
+    Ok(data)
+}

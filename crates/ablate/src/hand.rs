@@ -1,0 +1,85 @@
+//! `evpose ablate hand`: all rows under all seeds.
+
+use std::time::Instant;
+
+use anyhow::{Context, Result};
+use evpose_core::atomic_write;
+use evpose_train::HandConfig;
+
+use super::args::AblateHandArgs;
+use super::outcome::{Outcome, Trials};
+use super::places::{self, Places};
+use super::rows::{self, Row};
+use super::{page, table, trial};
+use evpose_app::hand_config;
+use evpose_app::machine::Machine;
+use evpose_app::progress::say;
+use evpose_app::threads::use_threads;
+
+pub(super) fn run(args: &AblateHandArgs) -> Result<()> {
+    let started = Instant::now();
+    use_threads(args.device.threads)?;
+    let mut base = hand_config::load(&args.config, &args.overrides)?;
+    rows::check(&base)?;
+    // All rows are judged on the same poses: from where the longest window is full.
+    base.evaluation.first_ms = base.evaluation.first_ms.max(rows::longest_window_ms(&base));
+    let rows = rows::chosen(&args.rows);
+    for row in &rows {
+        row.config(&base).validate().with_context(|| format!("row {}", row.name))?;
+    }
+    let seeds: Option<Vec<u64>> = (0..args.seeds).map(|i| base.seed.checked_add(i)).collect();
+    let seeds = seeds.context("config field `seed`: too large to count on from")?;
+    let places = Places::open(&args.out, &base, args.resume)?;
+    say(format!("machine: {}", Machine::this()));
+    say(format!("output:  {}", args.out.display()));
+    for &seed in &seeds {
+        places.simulate(&base, seed)?;
+    }
+
+    let trained: Vec<&Row> = rows.iter().copied().filter(|row| row.is_filtered()).collect();
+    let mut trials = Trials::new();
+    for (index, row) in trained.iter().enumerate() {
+        let begun = Instant::now();
+        let mut of_row = Vec::new();
+        for &seed in &seeds {
+            say(format!("row {}/{}: {}, seed {seed}", index + 1, trained.len(), row.name));
+            let config = row.config(&HandConfig { seed, ..base.clone() });
+            let kind = args.device.device;
+            let trial = trial::run(&places, row.name, &config, seeds.len(), args.stride_ms, kind)?;
+            let figures = trial.filtered.figures;
+            say(format!("    AUC 2D {:.3}, AUC 3D {:.3}", figures.auc_2d, figures.auc_3d));
+            of_row.push(trial);
+        }
+        trials.insert(row.name, of_row);
+        // After every row, so that whatever comes next, what is done can be read.
+        let outcome = Outcome::new(&args.config, &seeds, args.stride_ms, &rows, &trials)?;
+        write(&places, &base, &outcome)?;
+        say(format!("    row done in {:.1} min", begun.elapsed().as_secs_f64() / 60.0));
+    }
+
+    let outcome = Outcome::new(&args.config, &seeds, args.stride_ms, &rows, &trials)?;
+    say("");
+    say(table::aligned(&outcome));
+    say(table::legend(&outcome));
+    say("");
+    say(format!("done in {:.1} minutes", started.elapsed().as_secs_f64() / 60.0));
+    for name in RESULTS {
+        say(format!("written: {}", places.result(name).display()));
+    }
+    Ok(())
+}
+
+/// Numbers, table, page.
+const RESULTS: [&str; 3] = ["ablation.json", "ablation.md", "ablation.html"];
+
+fn write(places: &Places<'_>, base: &HandConfig, outcome: &Outcome) -> Result<()> {
+    let [json, markdown, html] = RESULTS.map(|name| places.result(name));
+    places::write(&json, outcome)?;
+    let texts =
+        [(markdown, table::markdown(outcome)), (html, page::html(outcome, &base.to_toml()?)?)];
+    for (path, text) in texts {
+        atomic_write(&path, text.as_bytes())
+            .with_context(|| format!("writing {}", path.display()))?;
+    }
+    Ok(())
+}

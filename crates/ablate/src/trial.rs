@@ -1,0 +1,214 @@
+//! One row under one seed: trained, judged on held-out sequences, timed.
+
+use anyhow::{Context, Result, bail};
+use burn::tensor::Device;
+use evpose_nn::parameters::trained_count;
+use evpose_nn::{DeviceKind, HandRegressorConfig};
+use evpose_pose::metric::{BootstrapConfig, HandEvaluation, Interval};
+use evpose_train::{
+    Checkpoint, ConstantPose, HandConfig, HandDataset, Method, NetworkPredictor, TrainOptions,
+    evaluate, poses_to_judge, train_hand,
+};
+use serde::{Deserialize, Serialize};
+
+use super::places::{self, Places};
+use super::watch;
+use evpose_app::latency::{self, Runner};
+use evpose_app::machine::Machine;
+use evpose_app::progress::bar;
+use evpose_app::run_info::COMMIT;
+use evpose_app::timing::quantile;
+
+/// Predictions that are timed.
+const TIMED: usize = 100;
+/// Of the thousand thresholds of a curve, one in so many is kept: whole millimetres and percents.
+pub(super) const THINNED: usize = 10;
+
+/// What a trial came to.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct Trial {
+    row: String,
+    seed: u64,
+    /// Milliseconds between judged poses.
+    stride_ms: u32,
+    pub(super) made: Made,
+    /// Of the network as trained.
+    pub(super) parameters: usize,
+    /// Of the same network as wide as published.
+    pub(super) parameters_as_published: usize,
+    /// None where the training was resumed after its last step.
+    pub(super) training_s: Option<f64>,
+    /// Network alone, one window at a time.
+    pub(super) poses_per_s: f64,
+    pub(super) filtered: Scores,
+    pub(super) unfiltered: Scores,
+    /// Of the average training pose, which never looks at an event.
+    pub(super) mean_pose: Scores,
+}
+
+/// By which program and on what a trial was run: kept with it, because an ablation may be continued
+/// elsewhere.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Made {
+    pub(super) commit: String,
+    pub(super) machine: String,
+    /// What the network ran on.
+    pub(super) device: String,
+}
+
+impl Made {
+    fn here(device: DeviceKind) -> Self {
+        Self {
+            commit: COMMIT.to_owned(),
+            machine: Machine::this().to_string(),
+            device: device.to_string(),
+        }
+    }
+
+    /// Whether times of both can be compared.
+    pub(super) fn is_as_fast(&self, other: &Self) -> bool {
+        self.machine == other.machine && self.device == other.device
+    }
+}
+
+/// What a method scored on all held-out sequences.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct Scores {
+    pub(super) figures: Figures,
+    /// Shares correct below 0, 1, … 99 percent of the palm.
+    pub(super) pck_2d: Vec<f64>,
+    /// Shares correct below 0, 1, … 99 mm.
+    pub(super) pck_3d: Vec<f64>,
+}
+
+/// Means over all judged poses.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub(super) struct Figures {
+    pub(super) auc_2d: f64,
+    pub(super) auc_3d: f64,
+    /// Mean error of the points relative to the wrist.
+    pub(super) mpjpe_mm: f64,
+    pub(super) translation_mm: f64,
+    pub(super) rotation_deg: f64,
+    pub(super) articulation: f64,
+}
+
+/// How long the training took; kept beside it for the case that judging is interrupted.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+struct Trained {
+    seconds: Option<f64>,
+}
+
+/// Runs what is not done yet of `row` under the seed of `config`.
+pub(super) fn run(
+    places: &Places<'_>,
+    row: &str,
+    config: &HandConfig,
+    seeds: usize,
+    stride_ms: u32,
+    kind: DeviceKind,
+) -> Result<Trial> {
+    let device = &kind.resolve()?;
+    let dir = places.run(row, config.seed);
+    let (trial_path, trained_path) = (dir.join("trial.json"), dir.join("trained.json"));
+    let kept: Option<Trial> = places::read(&trial_path)?;
+    let trained: Option<Trained> = places::read(&trained_path)?;
+    if trained.is_some() && HandConfig::load(&dir.join("config.toml"), &[])? != *config {
+        bail!("{} is of another config: remove it, or choose another --out", dir.display());
+    }
+    if let Some(trial) = kept.filter(|trial| trained.is_some() && trial.stride_ms == stride_ms) {
+        return Ok(trial);
+    }
+    let trained = match trained {
+        Some(trained) => trained,
+        None => {
+            let (progress, told) = watch::training(row, seeds);
+            let options =
+                TrainOptions { device: kind, resume: true, plain: true, told: Some(told) };
+            let summary = train_hand(config, &places.train(config.seed), &dir, &options)?;
+            progress.finish_and_clear();
+            let all = config.training.steps as f64 * config.training.batch_size as f64;
+            // Of a resumed training only a part was timed; the whole follows from its speed.
+            let seconds = (summary.samples > 0).then(|| all / summary.samples_per_second);
+            let trained = Trained { seconds };
+            places::write(&trained_path, &trained)?;
+            trained
+        }
+    };
+
+    let checkpoint = Checkpoint::load(&dir, device)?;
+    let image = config.simulation.image_size();
+    let input = [1, 2, usize::from(image.height), usize::from(image.width)];
+    let mut runner = Runner::usual(&checkpoint.network, input, device)?;
+    let times_ms = latency::sorted_ms(&mut runner, input, TIMED, config.seed);
+    drop(runner);
+    let parameters = trained_count(&checkpoint.network);
+    let published = HandRegressorConfig { width: 1.0, ..config.network.clone() };
+    let [filtered, unfiltered, mean_pose] = judge(places, config, checkpoint, stride_ms, device)?;
+    let trial = Trial {
+        row: row.to_owned(),
+        seed: config.seed,
+        stride_ms,
+        made: Made::here(kind),
+        parameters,
+        parameters_as_published: published.parameter_count()?,
+        training_s: trained.seconds,
+        poses_per_s: 1e3 / quantile(&times_ms, 0.5),
+        filtered,
+        unfiltered,
+        mean_pose,
+    };
+    places::write(&trial_path, &trial)?;
+    Ok(trial)
+}
+
+/// Scores of the network with and without the filter, and of the mean pose.
+fn judge(
+    places: &Places<'_>,
+    config: &HandConfig,
+    checkpoint: Checkpoint,
+    stride_ms: u32,
+    device: &Device,
+) -> Result<[Scores; 3]> {
+    let data = HandDataset::open(&places.held_out(config.seed), config)?;
+    let mut mean_pose =
+        ConstantPose(checkpoint.mean_pose.context("the training poses have no mean")?);
+    let mut network = NetworkPredictor::new(checkpoint.network, device.clone());
+    let mut methods = [
+        Method { name: "unfiltered", predictor: &mut network, filtered: Some("filtered") },
+        Method { name: "mean_pose", predictor: &mut mean_pose, filtered: None },
+    ];
+    let progress = bar("judging", poses_to_judge(config, &data, stride_ms), "poses");
+    let judged = evaluate(config, &data, &mut methods, stride_ms, &mut |done| progress.inc(done))?;
+    progress.finish_and_clear();
+    let of = |name: &str| {
+        let method = judged.iter().find(|method| method.name == name);
+        scores(&method.with_context(|| format!("{name} was not judged"))?.evaluation)
+    };
+    Ok([of("filtered")?, of("unfiltered")?, of("mean_pose")?])
+}
+
+fn scores(evaluation: &HandEvaluation) -> Result<Scores> {
+    // Intervals come from seeds, not from sequences.
+    let summary = evaluation.summary(&BootstrapConfig { resamples: 0, seed: 0 });
+    let figure = |interval: Option<Interval>| {
+        interval.map(|interval| interval.estimate).context(
+            "no pose could be judged: lengthen config field `evaluation.seconds` beyond \
+             `evaluation.first_ms`",
+        )
+    };
+    let thinned = |curve: Vec<f64>| curve.into_iter().step_by(THINNED).collect();
+    let curves = evaluation.curves();
+    Ok(Scores {
+        figures: Figures {
+            auc_2d: figure(summary.auc_2d)?,
+            auc_3d: figure(summary.auc_3d)?,
+            mpjpe_mm: figure(summary.mpjpe_mm)?,
+            translation_mm: figure(summary.translation_mm)?,
+            rotation_deg: figure(summary.rotation_deg)?,
+            articulation: figure(summary.articulation)?,
+        },
+        pck_2d: thinned(curves.pck_2d),
+        pck_3d: thinned(curves.pck_3d),
+    })
+}

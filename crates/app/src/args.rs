@@ -1,0 +1,49 @@
+//! Groups of arguments that several commands take.
+
+use anyhow::Result;
+use burn::tensor::Device;
+use evpose_nn::DeviceKind;
+
+use crate::threads::use_threads;
+
+/// A config and changes to it.
+#[derive(Debug, clap::Args)]
+pub struct ConfigArgs {
+    /// A TOML file, or an embedded config: `quick`, `ablation`, `eventhands` for hands, `pretrain`,
+    /// `finetune` for bodies
+    pub config: String,
+    /// Change one field, for example --set training.steps=500 (may be repeated)
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub overrides: Vec<String>,
+}
+
+/// The device to compute on.
+#[derive(Debug, Clone, Copy, clap::Args)]
+pub struct DeviceArgs {
+    /// flex (CPU), ndarray, wgpu or cuda; all but flex need the Cargo feature of that name
+    #[arg(long, default_value = "flex")]
+    pub device: DeviceKind,
+    /// CPU threads; all cores by default
+    #[arg(long)]
+    pub threads: Option<usize>,
+}
+
+impl DeviceArgs {
+    /// The device that was asked for; sets the number of threads as well.
+    ///
+    /// # Errors
+    /// If the device is not part of this build, or the thread pool is already running.
+    pub fn open(&self) -> Result<Device> {
+        use_threads(self.threads)?;
+        Ok(self.device.resolve()?)
+    }
+}
+
+/// Parses a thread count of at least 1.
+///
+/// # Errors
+/// If the text is no such count.
+pub fn parse_threads(text: &str) -> Result<usize, String> {
+    let threads = text.parse().map_err(|error| format!("{error}"))?;
+    if threads == 0 { Err("at least 1".to_owned()) } else { Ok(threads) }
+}

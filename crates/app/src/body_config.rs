@@ -1,0 +1,48 @@
+//! Configs of bodies, by file or by name.
+
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use evpose_train::body::BodyConfig;
+
+use crate::args::ConfigArgs;
+
+/// Configs that are part of the binary.
+const EMBEDDED: &[(&str, &str)] = &[
+    ("pretrain", include_str!("../../../configs/body/pretrain.toml")),
+    ("finetune", include_str!("../../../configs/body/finetune.toml")),
+    ("pretrain-full", include_str!("../../../configs/body/pretrain-full.toml")),
+    ("finetune-full", include_str!("../../../configs/body/finetune-full.toml")),
+];
+
+/// The config that was named, if it is one of bodies.
+pub fn config(args: &ConfigArgs) -> Result<Option<BodyConfig>> {
+    if let Some((name, text)) = EMBEDDED.iter().find(|(name, _)| *name == args.config) {
+        let config = BodyConfig::parse(text, &args.overrides);
+        return config.map(Some).with_context(|| format!("the embedded config `{name}`"));
+    }
+    let path = Path::new(&args.config);
+    let is_body = std::fs::read_to_string(path).is_ok_and(|text| BodyConfig::is_one(&text));
+    if is_body { Ok(Some(BodyConfig::load(path, &args.overrides)?)) } else { Ok(None) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn embedded_configs_are_valid_and_say_what_they_are() -> Result<()> {
+        for (name, text) in EMBEDDED {
+            assert!(BodyConfig::is_one(text), "{name}");
+            BodyConfig::parse(text, &[]).with_context(|| (*name).to_owned())?;
+        }
+        Ok(())
+    }
+
+    #[test]
+    fn a_config_of_hands_is_none_of_bodies() -> Result<()> {
+        let args = ConfigArgs { config: "quick".to_owned(), overrides: Vec::new() };
+        assert!(config(&args)?.is_none());
+        Ok(())
+    }
+}

@@ -1,0 +1,36 @@
+//! Predictors of hand poses in a precision.
+
+use std::path::Path;
+
+use anyhow::{Result, ensure};
+use burn::tensor::Device;
+use evpose_infer::Precision;
+use evpose_nn::HandRegressor;
+use evpose_train::{NetworkPredictor, Quantized};
+
+/// What predicts with the network of a checkpoint, in so many bits.
+///
+/// # Errors
+/// If they are fewer than 32 on another device than flex, or 8 without `evpose quantize`.
+pub fn predictor(
+    checkpoint: &Path,
+    network: HandRegressor,
+    precision: Precision,
+    device: Device,
+) -> Result<NetworkPredictor> {
+    if precision == Precision::F32 {
+        return Ok(NetworkPredictor::new(network, device));
+    }
+    ensure!(
+        device == Device::flex(),
+        "--precision {precision} is for our engine, on the device flex"
+    );
+    let ranges = match precision {
+        Precision::Int8 => {
+            let quantized = Quantized::read(&Quantized::path(checkpoint), &network)?;
+            Some(quantized.ranges().clone())
+        }
+        _ => None,
+    };
+    Ok(NetworkPredictor::compiled(&network, precision, ranges))
+}

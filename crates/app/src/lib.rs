@@ -1,0 +1,31 @@
+//! What the commands of evpose share: argument groups, configs by name, run directories, progress.
+//!
+//! * [`args`]: the groups of arguments that several commands take.
+//! * [`hand_config`], [`body_config`]: embedded configs and config files.
+//! * [`run_info`]: config, seed and commit beside every output.
+//! * [`recorded`]: simulated data sets on disk, made where they are missing.
+//! * [`progress`]: bars and lines on the terminal.
+//! * [`machine`], [`latency`], [`timing`]: measurements, and the machine they were made on.
+//!
+//! ```
+//! let config = evpose_app::hand_config::load("quick", &["training.steps=10".to_owned()])?;
+//! assert_eq!(config.training.steps, 10);
+//! # Ok::<(), anyhow::Error>(())
+//! ```
+
+pub mod args;
+pub mod bad_input;
+pub mod body_checkpoint;
+pub mod body_config;
+pub mod hand_config;
+pub mod hand_predictor;
+pub mod json;
+pub mod latency;
+pub mod live_task;
+pub mod machine;
+pub mod progress;
+pub mod recorded;
+pub mod run_info;
+pub mod sensor_source;
+pub mod threads;
+pub mod timing;

@@ -1,0 +1,54 @@
+//! Simulated data sets on disk: recorded where they are missing, with config and seed beside them.
+
+mod hand;
+mod people;
+
+use std::path::Path;
+
+use anyhow::{Result, bail};
+use evpose_sim::set::{HANDS, PEOPLE};
+use evpose_sim::{SequenceSet, Shard};
+
+pub use hand::{Recorded, held_out, record, record_shard_of};
+pub use people::{frames, prepare, record as record_people_of, summary_of_people};
+
+use crate::run_info::{self, RunConfig};
+
+/// Makes `dir` the directory of `config`'s sequences.
+///
+/// # Errors
+/// If the directory belongs to another config, or holds sequences and `resume` is not set.
+pub fn claim(set: &SequenceSet, config: &impl RunConfig, shard: Shard, resume: bool) -> Result<()> {
+    let dir = set.directory();
+    let others = holds_sequences(dir);
+    let ours = if shard.is_whole() { others } else { set.holds_any(shard) };
+    if ours && !resume {
+        bail!(
+            "{} already holds sequences: add --resume to finish them, or choose another --out",
+            dir.display()
+        );
+    }
+    let begun = dir.join(run_info::CONFIG).exists();
+    if others && !begun {
+        bail!(
+            "{} already holds sequences, and no {} says which: choose another --out",
+            dir.display(),
+            run_info::CONFIG
+        );
+    }
+    // Shards that start together may all find nothing and write the same. Were one of them given
+    // another config, only one config stays; the final check of the others then fails.
+    if !begun || (shard.is_whole() && !resume) {
+        run_info::write_shared(dir, config)?;
+    }
+    run_info::check_shared(dir, config)
+}
+
+fn holds_sequences(dir: &Path) -> bool {
+    std::fs::read_dir(dir).is_ok_and(|entries| {
+        entries
+            .filter_map(Result::ok)
+            .filter_map(|entry| entry.path().extension().map(std::ffi::OsStr::to_owned))
+            .any(|extension| extension == HANDS[0] || extension == PEOPLE[0])
+    })
+}

@@ -1,0 +1,122 @@
+//! What every output directory holds beside its results: resolved config, seed, commit.
+
+use std::path::Path;
+
+use anyhow::{Context, Result, bail};
+use evpose_core::atomic_write;
+use evpose_train::body::BodyConfig;
+use evpose_train::{FieldDifference, HandConfig, TrainError};
+
+/// Where the program, the seed and, mostly, the command are said.
+const RUN: &str = "run.toml";
+/// Where the resolved config is.
+pub const CONFIG: &str = "config.toml";
+
+/// A config that a directory is made with.
+pub trait RunConfig: Sized {
+    /// The seed of the experiment.
+    fn seed(&self) -> u64;
+    /// The config as TOML.
+    ///
+    /// # Errors
+    /// If it cannot be serialised.
+    fn toml(&self) -> Result<String, TrainError>;
+    /// Reads a config.
+    ///
+    /// # Errors
+    /// If the file cannot be read or parsed.
+    fn read_from(path: &Path) -> Result<Self, TrainError>;
+    /// The fields in which two configs differ.
+    ///
+    /// # Errors
+    /// If one of them cannot be serialised.
+    fn differs(&self, there: &Self) -> Result<Vec<FieldDifference>, TrainError>;
+}
+
+macro_rules! run_config {
+    ($config:ty) => {
+        impl RunConfig for $config {
+            fn seed(&self) -> u64 {
+                self.seed
+            }
+            fn toml(&self) -> Result<String, TrainError> {
+                self.to_toml()
+            }
+            fn read_from(path: &Path) -> Result<Self, TrainError> {
+                Self::read(path)
+            }
+            fn differs(&self, there: &Self) -> Result<Vec<FieldDifference>, TrainError> {
+                self.differences(there)
+            }
+        }
+    };
+}
+
+run_config!(HandConfig);
+run_config!(BodyConfig);
+
+/// The commit this binary was built from.
+pub const COMMIT: &str = env!("EVPOSE_COMMIT");
+
+/// Seed, commit and version.
+fn origin(seed: u64) -> Result<toml::Table> {
+    let mut run = toml::Table::new();
+    run.insert("seed".into(), i64::try_from(seed).context("a seed must fit 63 bits")?.into());
+    run.insert("commit".into(), COMMIT.into());
+    run.insert("version".into(), env!("CARGO_PKG_VERSION").into());
+    Ok(run)
+}
+
+/// Command, seed, commit and version.
+pub fn table(seed: u64) -> Result<toml::Table> {
+    let mut run = origin(seed)?;
+    let command = std::env::args().collect::<Vec<_>>().join(" ");
+    run.insert("command".into(), command.into());
+    Ok(run)
+}
+
+/// Writes `run.toml` (command, seed, commit, version) and, where given, `config.toml`.
+pub fn write(dir: &Path, seed: u64, config: Option<&HandConfig>) -> Result<()> {
+    write_file(&dir.join(RUN), &table(seed)?.to_string())?;
+    match config {
+        Some(config) => write_file(&dir.join(CONFIG), &config.to_toml()?),
+        None => Ok(()),
+    }
+}
+
+/// As [`write()`], for a directory that several processes fill: without the command, which differs
+/// among them. `config.toml` comes last, so that whoever finds it finds `run.toml` too.
+pub fn write_shared(dir: &Path, config: &impl RunConfig) -> Result<()> {
+    write_file(&dir.join(RUN), &origin(config.seed())?.to_string())?;
+    write_file(&dir.join(CONFIG), &config.toml()?)
+}
+
+/// Refuses a directory that was begun with another config, or by another build of the program,
+/// which may draw other numbers.
+pub fn check_shared<C: RunConfig>(dir: &Path, config: &C) -> Result<()> {
+    let path = dir.join(CONFIG);
+    let fields = config.differs(&C::read_from(&path)?)?;
+    if !fields.is_empty() {
+        return Err(TrainError::ConfigDiffers { path, fields }.into());
+    }
+    let path = dir.join(RUN);
+    let text =
+        std::fs::read_to_string(&path).with_context(|| format!("reading {}", path.display()))?;
+    let there: toml::Table =
+        toml::from_str(&text).with_context(|| format!("reading {}", path.display()))?;
+    for (key, here) in origin(config.seed())? {
+        if there.get(&key) != Some(&here) {
+            bail!(
+                "{}: the directory was begun by another program ({key} is {}, and this one's is \
+                 {here}): finish it with the same one, or choose another --out",
+                path.display(),
+                there.get(&key).map_or_else(|| "absent".to_owned(), ToString::to_string)
+            );
+        }
+    }
+    Ok(())
+}
+
+fn write_file(path: &Path, text: &str) -> Result<()> {
+    atomic_write(path, text.as_bytes()).with_context(|| format!("writing {}", path.display()))
+}

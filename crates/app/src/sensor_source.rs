@@ -1,0 +1,63 @@
+//! Sensors by name or by file.
+
+use std::path::Path;
+
+use anyhow::{Context, Result, bail};
+use evpose_sensor::{PRESETS, STAGES, SensorConfig, SensorModel, StageSpec, nearest};
+
+/// A sensor and what is known of it.
+pub struct Source {
+    /// The preset's name, or the path.
+    pub name: String,
+    /// What it is and where it comes from.
+    pub origin: String,
+    /// Its effects.
+    pub config: SensorConfig,
+}
+
+impl Source {
+    /// The sensor, built.
+    pub fn model(&self) -> Result<SensorModel> {
+        SensorModel::from_config(&self.config).with_context(|| self.name.clone())
+    }
+}
+
+/// The preset called `name`, or else the file, whose paths begin where it is.
+pub fn sensor(name: &str) -> Result<Source> {
+    if let Some(preset) = PRESETS.iter().find(|preset| preset.name == name) {
+        let config = SensorConfig::preset(name)?;
+        return Ok(Source { name: name.to_owned(), origin: preset.origin(), config });
+    }
+    let path = Path::new(name);
+    if !path.exists() {
+        let presets: Vec<&str> = PRESETS.iter().map(|preset| preset.name).collect();
+        let effect = effect(name).map(|found| found.name);
+        if let Some(effect) = effect {
+            bail!(
+                "`{effect}` is an effect, not a sensor; sensors are files of effects, and {}",
+                presets.join(", ")
+            );
+        }
+        bail!(unknown("file or preset", name, &presets));
+    }
+    let text = std::fs::read_to_string(path).with_context(|| format!("reading {name}"))?;
+    let config = SensorConfig::from_toml(&text).with_context(|| name.to_owned())?;
+    let config = config.relative_to(path.parent().unwrap_or(Path::new("")));
+    Ok(Source { name: name.to_owned(), origin: format!("Read from {name}."), config })
+}
+
+/// The registered effect called `name`.
+pub fn effect(name: &str) -> Option<&'static StageSpec> {
+    STAGES.iter().copied().find(|spec| spec.name == name)
+}
+
+/// What to say about a name that does not exist.
+pub fn unknown(what: &str, name: &str, known: &[&str]) -> String {
+    let near = nearest(name, known.iter().copied());
+    let hint = if near.is_empty() {
+        "`evpose sensor list` shows all there are".to_owned()
+    } else {
+        format!("did you mean {}?", near.join(" or "))
+    };
+    format!("no {what} is called `{name}`; {hint}")
+}

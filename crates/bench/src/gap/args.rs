@@ -1,0 +1,84 @@
+//! Arguments of the benchmark of the gap workflow.
+
+use std::path::PathBuf;
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  \
+    evpose gap bench --plan 7 --limit 12 --out runs/bench\n  \
+    evpose gap bench --plan 7 --shard 1/2 --out runs/bench-1 --resume\n  \
+    evpose gap bench --plan 7 --self 200 --out runs/bench-self --resume\n\n\
+    Every case is written as files without its label and named from those files. A line a case goes\n\
+    to results.jsonl. A whole plan is scored at once; parts of it by `evpose gap score`.")]
+/// Arguments of `evpose gap bench`.
+pub struct BenchArgs {
+    /// Seed of the plan, or a TOML file with `seed = N`
+    #[arg(long)]
+    pub(crate) plan: String,
+    /// Part of the plan, for example 1/4
+    #[arg(long, default_value = "1/1", value_name = "I/N")]
+    pub(crate) shard: String,
+    /// Go on behind the cases that results.jsonl has
+    #[arg(long)]
+    pub(crate) resume: bool,
+    /// No more than so many cases
+    #[arg(long)]
+    pub(crate) limit: Option<usize>,
+    /// Instead of cases: N recordings of our own model in scenes of the plan; how probable each is
+    #[arg(long = "self", value_name = "N", conflicts_with_all = ["limit", "only", "keep"])]
+    pub(crate) own: Option<usize>,
+    /// Only cases of these kinds
+    #[arg(long, value_delimiter = ',',
+          value_parser = ["single", "null", "parameter", "pair", "left_out", "never_catalogued"])]
+    pub(crate) only: Vec<String>,
+    /// Directory for results and scores
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+    /// Keep the files of the cases
+    #[arg(long)]
+    pub(crate) keep: bool,
+    /// CPU threads; all cores by default
+    #[arg(long)]
+    pub(crate) threads: Option<usize>,
+}
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  \
+    evpose gap score runs/bench-1 runs/bench-2 runs/bench-self --plan 7 --out runs/scores\n\n\
+    Opens the labels, which takes a second or two a case, and writes scores.json, confusion.csv,\n\
+    power.csv, reliability.csv, intervals.csv, times.csv and index.html.")]
+/// Arguments of `evpose gap score`.
+pub struct ScoreArgs {
+    /// Directories of `evpose gap bench`
+    #[arg(required = true, value_name = "DIR")]
+    pub(crate) dirs: Vec<PathBuf>,
+    /// Seed of the plan, or a TOML file with `seed = N`
+    #[arg(long)]
+    pub(crate) plan: String,
+    /// Directory for scores, tables and page
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+    /// Score what is there, although cases are not done
+    #[arg(long)]
+    pub(crate) partial: bool,
+    /// CPU threads; all cores by default
+    #[arg(long)]
+    pub(crate) threads: Option<usize>,
+}
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  \
+    evpose gap calibrate runs/dev-1/results.jsonl runs/dev-2/results.jsonl --plan 7\n\n\
+    Prints the constants of crates/gap/src/workflow/calibration.rs. Use a plan that was drawn for\n\
+    development, never one that results are reported of.")]
+/// Arguments of `evpose gap calibrate`.
+pub struct CalibrateArgs {
+    /// Results of `evpose gap bench`
+    #[arg(required = true, value_name = "RESULTS.jsonl")]
+    pub(crate) results: Vec<PathBuf>,
+    /// Seed of their plan, or a TOML file with `seed = N`
+    #[arg(long)]
+    pub(crate) plan: String,
+    /// CPU threads; all cores by default
+    #[arg(long)]
+    pub(crate) threads: Option<usize>,
+}

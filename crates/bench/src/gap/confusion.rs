@@ -1,0 +1,97 @@
+//! What was said of what, as a matrix.
+
+use std::collections::BTreeMap;
+
+use gapbench_pixel::{CaseKind, EFFECTS};
+
+use super::opened::Opened;
+
+/// Cases of one kind of which one thing was said.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) struct Cell {
+    pub(super) n: usize,
+    /// Of them: what is to be said, and names that are not there.
+    pub(super) met: usize,
+    pub(super) wrong: usize,
+}
+
+/// The matrix: rows are what is hidden, columns what was said.
+#[derive(Debug, Default)]
+pub(super) struct Confusion {
+    pub(super) rows: Vec<String>,
+    pub(super) columns: Vec<String>,
+    pub(super) cells: Vec<Vec<Cell>>,
+}
+
+impl Confusion {
+    pub(super) fn of(opened: &[Opened]) -> Self {
+        let mut rows = BTreeMap::new();
+        let mut columns = BTreeMap::new();
+        for case in opened {
+            rows.insert((row_rank(case), case.title()), ());
+            columns.insert((column_rank(&case.told()), case.told()), ());
+        }
+        let rows: Vec<String> = rows.into_keys().map(|(_, name)| name).collect();
+        let columns: Vec<String> = columns.into_keys().map(|(_, name)| name).collect();
+        let mut cells = vec![vec![Cell::default(); columns.len()]; rows.len()];
+        for case in opened {
+            let (title, told) = (case.title(), case.told());
+            let row = rows.iter().position(|name| *name == title);
+            let column = columns.iter().position(|name| *name == told);
+            if let (Some(row), Some(column)) = (row, column) {
+                let cell = &mut cells[row][column];
+                cell.n += 1;
+                cell.met += usize::from(case.is_met());
+                cell.wrong += usize::from(case.is_wrong());
+            }
+        }
+        Self { rows, columns, cells }
+    }
+}
+
+/// Singles that show in the order of the plan, then other groups, then singles that do not show.
+fn row_rank(case: &Opened) -> (usize, usize) {
+    let effect = EFFECTS.iter().position(|effect| effect.name() == case.hidden());
+    match (case.label.kind, case.label.visible) {
+        (CaseKind::Single, true) => (0, effect.unwrap_or(EFFECTS.len())),
+        (CaseKind::Single, false) => (7, effect.unwrap_or(EFFECTS.len())),
+        (CaseKind::Pair, _) => (1, 0),
+        (CaseKind::Parameter, _) => (2, 0),
+        (CaseKind::Null, _) => (3, 0),
+        (CaseKind::LeftOut, _) => (4, 0),
+        (CaseKind::NeverCatalogued, _) => (5, 0),
+    }
+}
+
+/// Single names in the order of the plan, then others, then words that name nothing.
+fn column_rank(told: &str) -> (usize, usize) {
+    let effect = EFFECTS.iter().position(|effect| effect.name() == told);
+    let words = ["parameter", "no_gap", "undecided", "none_of_catalogue"];
+    let word = words.iter().position(|word| *word == told);
+    match (effect, word) {
+        (Some(i), _) => (0, i),
+        (_, Some(i)) => (3, i),
+        _ if told.contains(" right, ") => (1, 0),
+        _ => (2, 0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gap::example;
+
+    #[test]
+    fn every_case_is_in_one_cell_and_right_ones_are_on_the_diagonal() {
+        let opened = example::opened();
+        let matrix = Confusion::of(&opened);
+        let all: usize = matrix.cells.iter().flatten().map(|cell| cell.n).sum();
+        assert_eq!(all, opened.len());
+        for (i, effect) in EFFECTS.iter().enumerate() {
+            assert_eq!(matrix.rows[i], effect.name());
+            assert_eq!(matrix.columns[i], effect.name());
+            let cell = matrix.cells[i][i];
+            assert_eq!((cell.n, cell.met, cell.wrong), (9, 9, 0), "{}", matrix.rows[i]);
+        }
+    }
+}

@@ -1,0 +1,199 @@
+//! Cases with their labels: the only place where labels are opened, and only those of cases that
+//! have a row.
+
+use anyhow::{Context, Result};
+use evpose_gap::verdict::{Answer, Quantity};
+use gapbench_pixel::{Case, CaseKind, Label};
+use rayon::prelude::*;
+
+use super::row::Row;
+use super::truth::Truth;
+use evpose_app::progress::bar;
+use evpose_report::gap::words::answer_key;
+
+/// A case, what was said of it, and what is true.
+#[derive(Debug)]
+pub(super) struct Opened {
+    pub(super) label: Label,
+    pub(super) truth: Truth,
+    pub(super) row: Row,
+}
+
+/// Opens the label of every row. `label` makes the label of a case.
+pub(super) fn open(
+    cases: &[Case],
+    rows: Vec<Row>,
+    label: &(dyn Fn(&Case) -> Label + Sync),
+) -> Result<Vec<Opened>> {
+    let progress = bar("opening", rows.len() as u64, "labels");
+    let opened = rows
+        .into_par_iter()
+        .map(|row| {
+            let case = cases.iter().find(|case| case.id == row.id);
+            let case = case.with_context(|| format!("case {} is not of this plan", row.id))?;
+            let label = label(case);
+            progress.inc(1);
+            Ok(Opened { truth: Truth::of(&label), label, row })
+        })
+        .collect();
+    progress.finish_and_clear();
+    opened
+}
+
+impl Opened {
+    /// The effects that were named.
+    pub(super) fn names(&self) -> Vec<&str> {
+        self.row.named().map(|effect| effect.name.as_str()).collect()
+    }
+
+    pub(super) fn is_named(&self) -> bool {
+        self.row.named().next().is_some()
+    }
+
+    /// An effect is named that is not there.
+    pub(super) fn is_wrong(&self) -> bool {
+        self.row.named().any(|effect| !self.truth.holds(&effect.name))
+    }
+
+    pub(super) fn is_wrong_leniently(&self) -> bool {
+        self.row.named().any(|effect| !self.truth.holds_leniently(&effect.name))
+    }
+
+    pub(super) fn has_all(&self) -> bool {
+        let names = self.names();
+        self.truth.effects.iter().all(|truth| self.truth.is_named(truth, &names))
+    }
+
+    pub(super) fn has_all_leniently(&self) -> bool {
+        let names = self.names();
+        self.truth.effects.iter().all(|truth| self.truth.is_named_leniently(truth, &names))
+    }
+
+    /// All effects named and none beside them.
+    pub(super) fn is_right(&self) -> bool {
+        self.has_all() && !self.is_wrong()
+    }
+
+    pub(super) fn is_right_leniently(&self) -> bool {
+        self.has_all_leniently() && !self.is_wrong_leniently()
+    }
+
+    pub(super) fn is_outside(&self) -> bool {
+        self.label.outside_catalogue
+    }
+
+    /// Outside the catalogue: nothing is blamed, and if there is something to see it is said that
+    /// it has no name.
+    pub(super) fn is_unnamed(&self) -> bool {
+        match self.row.verdict {
+            Answer::NoneOfCatalogue | Answer::Undecided => true,
+            Answer::NoGap => !self.label.visible,
+            Answer::Parameter | Answer::Effects => false,
+        }
+    }
+
+    /// What was said is what is to be said.
+    pub(super) fn is_met(&self) -> bool {
+        match self.label.kind {
+            CaseKind::Single | CaseKind::Pair => self.is_right(),
+            CaseKind::Null => self.row.verdict == Answer::NoGap,
+            CaseKind::Parameter => self.row.verdict == Answer::Parameter,
+            CaseKind::LeftOut | CaseKind::NeverCatalogued => self.is_unnamed(),
+        }
+    }
+
+    /// Its numbers count: the truth was named.
+    pub(super) fn is_told(&self) -> bool {
+        match self.label.kind {
+            CaseKind::Single | CaseKind::Pair => self.is_right(),
+            CaseKind::Parameter => self.row.verdict == Answer::Parameter,
+            CaseKind::Null | CaseKind::LeftOut | CaseKind::NeverCatalogued => false,
+        }
+    }
+
+    /// What went wrong, or was not seen although it is visible.
+    pub(super) fn is_miss(&self) -> bool {
+        let is_hidden =
+            matches!(self.label.kind, CaseKind::Single | CaseKind::Pair) && !self.label.visible;
+        self.is_wrong() || !(self.is_met() || is_hidden)
+    }
+
+    /// A number that was said.
+    pub(super) fn said(&self, finding: &str, key: &str) -> Option<&Quantity> {
+        let found = self.row.effects.iter().find(|effect| effect.name == finding)?;
+        found.parameters.get(key)
+    }
+
+    /// What the case is, in words of the label.
+    pub(super) fn hidden(&self) -> String {
+        let names = self.label.truth.iter().map(|truth| truth.term.name);
+        names.collect::<Vec<_>>().join(" + ")
+    }
+
+    /// What it is, in rows of the confusion matrix.
+    pub(super) fn title(&self) -> String {
+        let unseen = if self.label.visible { "" } else { ", too weak to see" };
+        match self.label.kind {
+            CaseKind::Single => format!("{}{unseen}", self.hidden()),
+            CaseKind::Null => "nothing".to_owned(),
+            CaseKind::Parameter => format!("parameter{unseen}"),
+            CaseKind::Pair => format!("pair{unseen}"),
+            CaseKind::LeftOut => "left out of the catalogue".to_owned(),
+            CaseKind::NeverCatalogued => "never catalogued".to_owned(),
+        }
+    }
+
+    /// What was said, in columns of the confusion matrix.
+    pub(super) fn told(&self) -> String {
+        let names = self.names();
+        match self.label.kind {
+            CaseKind::Pair if !names.is_empty() => {
+                let there = names.iter().filter(|name| self.truth.holds(name)).count();
+                format!("{there} right, {} wrong", names.len() - there)
+            }
+            _ if !names.is_empty() => names.join(" + "),
+            _ => answer_key(self.row.verdict).to_owned(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Mutex;
+
+    use super::*;
+    use crate::gap::example;
+
+    #[test]
+    fn labels_are_opened_of_cases_that_have_a_row_and_of_no_others() -> Result<()> {
+        let cases = gapbench_pixel::Plan::from_seed(example::SEED);
+        let rows: Vec<Row> = example::opened().into_iter().take(5).map(|o| o.row).collect();
+        let ids: Vec<String> = rows.iter().map(|row| row.id.clone()).collect();
+        let asked = Mutex::new(Vec::new());
+        let label = |case: &Case| {
+            asked.lock().unwrap().push(case.id.clone());
+            example::label(case)
+        };
+        let opened = open(&cases, rows, &label)?;
+        let mut asked = asked.into_inner().unwrap();
+        asked.sort();
+        assert_eq!((asked, opened.len()), (ids, 5));
+        Ok(())
+    }
+
+    #[test]
+    fn outside_the_catalogue_blaming_a_number_of_the_model_is_no_better_than_a_name() {
+        let mut all = example::opened();
+        let outside = all.iter_mut().find(|o| o.is_outside() && o.label.visible).unwrap();
+        for (answer, is_met) in [
+            (Answer::NoneOfCatalogue, true),
+            (Answer::Undecided, true),
+            (Answer::Parameter, false),
+            (Answer::NoGap, false),
+        ] {
+            outside.row.verdict = answer;
+            outside.row.effects.clear();
+            assert_eq!(outside.is_met(), is_met, "{answer:?}");
+        }
+    }
+}

@@ -1,0 +1,183 @@
+//! What was named in one case, as a line of results.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::path::Path;
+use std::time::Instant;
+
+use anyhow::{Context, Result};
+use evpose_gap::input::{load_recording, load_scene};
+use evpose_gap::naming::reduction;
+use evpose_gap::verdict::{Answer, Finding, FindingKind};
+use evpose_gap::workflow::{
+    Case as Pair, Evidence, HeldOut, Inputs, Prepared, RawError, answered, evidence_of,
+};
+use evpose_sensor::SensorConfig;
+use gapbench_pixel::Case;
+use serde::{Deserialize, Serialize};
+
+use super::case_files::part;
+use evpose_app::run_info::COMMIT;
+use evpose_report::gap::words::answer_key;
+
+/// Seed of the noise of simulations, the same for all cases.
+const SEED: u64 = 1;
+
+fn one() -> usize {
+    1
+}
+
+/// One case: nothing in it comes from the label.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct Row {
+    /// The case.
+    pub(super) id: String,
+    /// The answer in one word.
+    pub(super) verdict: Answer,
+    /// What was named.
+    pub(super) effects: Vec<Finding>,
+    /// Gap of the model as given, on the second recording, and of the corrected one.
+    pub(super) gap_before: f64,
+    pub(super) gap_after: f64,
+    /// The share of it that is gone.
+    pub(super) grr: f64,
+    /// What the names of effects rest on.
+    #[serde(default)]
+    pub(super) evidence: BTreeMap<String, Evidence>,
+    /// How uncertain the numbers of findings are, before calibration.
+    #[serde(default)]
+    pub(super) errors: BTreeMap<String, BTreeMap<String, RawError>>,
+    /// The best few of each step, named or not, with what they leave of the misfit.
+    pub(super) tried: Vec<Vec<(String, f64)>>,
+    /// Events of the first recording.
+    pub(super) events: usize,
+    /// Threads that it ran on.
+    #[serde(default = "one")]
+    pub(super) threads: usize,
+    /// Seconds to make the files, and to name from them.
+    pub(super) make_s: f64,
+    pub(super) name_s: f64,
+    /// The program.
+    pub(super) commit: String,
+}
+
+impl Row {
+    /// All that it took.
+    pub(super) fn seconds(&self) -> f64 {
+        self.make_s + self.name_s
+    }
+
+    /// What it takes of a machine with two cores: one thread leaves the other core to another part
+    /// of the plan.
+    pub(super) fn seconds_on_two_cores(&self) -> f64 {
+        self.seconds() * self.threads as f64 / 2.0
+    }
+
+    /// The effects that were named, in their order.
+    pub(super) fn named(&self) -> impl Iterator<Item = &Finding> {
+        self.effects.iter().filter(|effect| effect.kind == FindingKind::Effect)
+    }
+}
+
+impl fmt::Display for Row {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let names: Vec<&str> = self.effects.iter().map(|effect| effect.name.as_str()).collect();
+        write!(
+            f,
+            "{}  {:<18}gap {:>5.2} to {:<5.2}{:>6.1} s  {}",
+            self.id,
+            answer_key(self.verdict),
+            self.gap_before,
+            self.gap_after,
+            self.seconds(),
+            names.join(" + ")
+        )
+    }
+}
+
+/// Names what is missing from the files of a case.
+pub(super) fn name(folder: &Path, case: &Case, make_s: f64) -> Result<Row> {
+    let begin = Instant::now();
+    let read = |i| -> Result<_> {
+        let (measured, dir) = part(folder, i);
+        let scene = load_scene(&dir)?;
+        let events = load_recording(&measured, Some(scene.scene.size()));
+        let Ok(recording) = events else { return Ok((None, scene)) };
+        Ok((Some(recording.events), scene))
+    };
+    let ((train, scene), (held, scene_held)) = (read(0)?, read(1)?);
+    let nominal = scene.nominal;
+    let pair = |events: Option<_>, scene| -> Result<Pair> {
+        Ok(Pair::new(&events.context("a recording without events")?, scene)?)
+    };
+    let prepared = Prepared::new(Inputs {
+        train: pair(train, scene.scene)?,
+        held: HeldOut::Recording(pair(held, scene_held.scene)?),
+        model: SensorConfig::preset("ideal")?,
+        nominal,
+        left_out: case.leave_out.iter().map(|name| (*name).to_owned()).collect(),
+        seed: SEED,
+        is_quick: true,
+    })?;
+    let bench = prepared.bench()?;
+    let named = bench.name(&prepared.model.config, &prepared.left_out, &|_| {})?;
+    let (mut effects, mut evidence, mut errors) = (Vec::new(), BTreeMap::new(), BTreeMap::new());
+    for evidenced in evidence_of(&bench, &named)? {
+        let name = &evidenced.finding.name;
+        evidence.extend(evidenced.evidence.map(|evidence| (name.clone(), evidence)));
+        errors.insert(name.clone(), evidenced.errors);
+        effects.push(evidenced.finding);
+    }
+    let after = answered(&named);
+    let tried = named.steps.iter().map(|step| {
+        let tried = step.contenders.iter();
+        tried.map(|c| (c.found.name.to_owned(), c.held.misfit)).collect()
+    });
+    Ok(Row {
+        id: case.id.clone(),
+        verdict: named.answer,
+        effects,
+        evidence,
+        errors,
+        gap_before: named.before.gap,
+        gap_after: after.gap,
+        grr: reduction(&named.before, after),
+        tried: tried.collect(),
+        events: bench.train.events.len(),
+        make_s,
+        name_s: begin.elapsed().as_secs_f64(),
+        threads: rayon::current_num_threads(),
+        commit: COMMIT.to_owned(),
+    })
+}
+
+/// Reads results to go on behind them: a last line that was cut off is removed.
+pub(super) fn resume(path: &Path) -> Result<Vec<Row>> {
+    if !path.is_file() {
+        return Ok(Vec::new());
+    }
+    let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
+    let whole = whole_lines(&text);
+    if whole.len() < text.len() {
+        evpose_core::atomic_write(path, whole.as_bytes())?;
+    }
+    parse(whole, path)
+}
+
+/// Reads results; a last line that was cut off is left out.
+pub(super) fn read(path: &Path) -> Result<Vec<Row>> {
+    let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
+    parse(whole_lines(&text), path)
+}
+
+/// A text up to the end of its last whole line.
+pub(super) fn whole_lines(text: &str) -> &str {
+    &text[..text.rfind('\n').map_or(0, |end| end + 1)]
+}
+
+fn parse(text: &str, path: &Path) -> Result<Vec<Row>> {
+    let row = |(i, line)| {
+        serde_json::from_str(line).with_context(|| format!("{}: line {}", path.display(), i + 1))
+    };
+    text.lines().enumerate().map(row).collect()
+}

@@ -1,0 +1,264 @@
+//! How much was found, how often a name was wrong, and how well numbers were met.
+
+use std::collections::BTreeMap;
+
+use evpose_gap::verdict::{Answer, Quantity};
+use gapbench_pixel::{CaseKind, EFFECTS, STRENGTHS};
+use serde::Serialize;
+
+use super::opened::Opened;
+use super::own::OwnSummary;
+use super::stats::{Bin, Median, Rate, bins, calibration_error, median};
+use super::targets::{Headline, headlines};
+
+/// The score of a part of the plan. Figures are strict: see [`Lenient`].
+#[derive(Debug, Clone, Serialize)]
+pub(super) struct Scores {
+    /// Seed of the plan.
+    pub(super) plan: u64,
+    pub(super) cases: usize,
+    /// Programs that results are of.
+    pub(super) commits: Vec<String>,
+    /// What is to be reached, and whether it is.
+    pub(super) headlines: Vec<Headline>,
+    /// Visible singles with their effect named, and nothing that is not there.
+    pub(super) singles_right: Rate,
+    /// Cases with a name that is not there.
+    pub(super) wrong_names: Rate,
+    /// Nulls in which an effect is named, and in which anything is said.
+    pub(super) nulls_named: Rate,
+    pub(super) nulls_not_closed: Rate,
+    /// Cases of parameters alone that are called so.
+    pub(super) parameters_right: Rate,
+    /// Pairs, both visible, with both named.
+    pub(super) pairs_both: Rate,
+    /// Cases outside the catalogue in which nothing is blamed.
+    pub(super) outside_unnamed: Rate,
+    /// The same figures with less strict a judge.
+    pub(super) lenient: Lenient,
+    /// Of right names: relative errors of their numbers, and whether intervals hold the truth.
+    pub(super) parameter_error: Option<Median>,
+    pub(super) intervals_hold: Rate,
+    /// Of right names: the share of the gap that is gone.
+    pub(super) grr: Option<Median>,
+    /// Stated probabilities of the first name of each case, and how far shares are from them.
+    pub(super) reliability: Vec<Bin>,
+    pub(super) calibration_error: Option<f64>,
+    /// Recordings of our own model.
+    pub(super) own: Option<OwnSummary>,
+    /// Seconds of a case on two cores, to make it and to name it.
+    pub(super) seconds_mean: f64,
+    pub(super) seconds_median: Option<f64>,
+    pub(super) seconds_most: f64,
+    /// Visible singles by strength.
+    pub(super) by_strength: BTreeMap<usize, Rate>,
+    /// Singles by effect and strength, seen or not.
+    pub(super) power: Vec<Power>,
+    /// Right numbers inside their intervals, by finding.
+    pub(super) coverage: BTreeMap<&'static str, Rate>,
+    /// What was said of what.
+    pub(super) confusion: BTreeMap<String, BTreeMap<String, usize>>,
+    /// Numbers of right names: what they are and what was said.
+    pub(super) numbers: Vec<Number>,
+    /// What went wrong, a line each.
+    pub(super) misses: Vec<String>,
+    /// What is to be said of single cases.
+    pub(super) notes: Vec<String>,
+}
+
+/// The same shares where a source follower passes for any low-pass, and where outside the catalogue
+/// it is enough that no effect is named.
+#[derive(Debug, Clone, Serialize)]
+pub(super) struct Lenient {
+    pub(super) singles_right: Rate,
+    pub(super) wrong_names: Rate,
+    pub(super) pairs_both: Rate,
+    pub(super) outside_unnamed: Rate,
+}
+
+/// How often an effect of one strength is named.
+#[derive(Debug, Clone, Serialize)]
+pub(super) struct Power {
+    pub(super) effect: &'static str,
+    pub(super) strength: usize,
+    /// Cases in which it is visible.
+    pub(super) visible: usize,
+    pub(super) right: Rate,
+}
+
+/// One number of a right name.
+#[derive(Debug, Clone, Serialize)]
+pub(super) struct Number {
+    pub(super) id: String,
+    pub(super) finding: &'static str,
+    pub(super) parameter: &'static str,
+    pub(super) truth: f64,
+    pub(super) said: Quantity,
+}
+
+impl Number {
+    /// Relative error; none where the truth is zero.
+    pub(super) fn error(&self) -> Option<f64> {
+        (self.truth != 0.0).then(|| (self.said.value / self.truth - 1.0).abs())
+    }
+
+    /// Whether the interval holds the truth.
+    pub(super) fn is_held(&self) -> bool {
+        (self.said.lo90..=self.said.hi90).contains(&self.truth)
+    }
+}
+
+/// Scores cases.
+pub(super) fn of(opened: &[Opened], own: Option<OwnSummary>, plan: u64) -> Scores {
+    let of_kind = |kind| opened.iter().filter(move |case| case.label.kind == kind);
+    let singles = || of_kind(CaseKind::Single).filter(|case| case.label.visible);
+    let pairs = || of_kind(CaseKind::Pair).filter(|case| case.label.visible);
+    let outside = || opened.iter().filter(|case| case.is_outside());
+    let nulls = || of_kind(CaseKind::Null);
+    let numbers = numbers(opened);
+    let first = |case: &Opened| {
+        let effect = case.row.named().next()?;
+        Some((effect.probability, case.truth.holds(&effect.name)))
+    };
+    let reliability = bins(&opened.iter().filter_map(first).collect::<Vec<_>>());
+    let mut confusion: BTreeMap<String, BTreeMap<String, usize>> = BTreeMap::new();
+    for case in opened {
+        *confusion.entry(case.title()).or_default().entry(case.told()).or_default() += 1;
+    }
+    let mut commits: Vec<String> = opened.iter().map(|case| case.row.commit.clone()).collect();
+    commits.sort();
+    commits.dedup();
+    let mut coverage: BTreeMap<&'static str, Vec<bool>> = BTreeMap::new();
+    for number in &numbers {
+        coverage.entry(number.finding).or_default().push(number.is_held());
+    }
+    let seconds = || opened.iter().map(|case| case.row.seconds_on_two_cores());
+    let of_strength = |strength| {
+        Rate::of(singles().filter(|c| c.label.strength == Some(strength)).map(Opened::is_right))
+    };
+    let misses = opened.iter().filter(|case| case.is_miss());
+    let miss = |case: &Opened| {
+        format!("{} {} ({}): {}", case.row.id, case.title(), case.hidden(), case.told())
+    };
+    let note = |case: &Opened| case.truth.note.as_ref().map(|n| format!("{} {n}", case.row.id));
+    let mut scores = Scores {
+        plan,
+        cases: opened.len(),
+        commits,
+        headlines: Vec::new(),
+        singles_right: Rate::of(singles().map(Opened::is_right)),
+        wrong_names: Rate::of(opened.iter().map(Opened::is_wrong)),
+        nulls_named: Rate::of(nulls().map(Opened::is_named)),
+        nulls_not_closed: Rate::of(nulls().map(|case| case.row.verdict != Answer::NoGap)),
+        parameters_right: Rate::of(of_kind(CaseKind::Parameter).map(Opened::is_met)),
+        pairs_both: Rate::of(pairs().map(Opened::has_all)),
+        outside_unnamed: Rate::of(outside().map(Opened::is_unnamed)),
+        lenient: Lenient {
+            singles_right: Rate::of(singles().map(Opened::is_right_leniently)),
+            wrong_names: Rate::of(opened.iter().map(Opened::is_wrong_leniently)),
+            pairs_both: Rate::of(pairs().map(Opened::has_all_leniently)),
+            outside_unnamed: Rate::of(outside().map(|case| !case.is_wrong())),
+        },
+        parameter_error: median(numbers.iter().filter_map(Number::error)),
+        intervals_hold: Rate::of(numbers.iter().map(Number::is_held)),
+        grr: median(opened.iter().filter(|case| case.is_told()).map(|case| case.row.grr)),
+        calibration_error: calibration_error(&reliability),
+        reliability,
+        own,
+        seconds_mean: seconds().sum::<f64>() / opened.len().max(1) as f64,
+        seconds_median: median(seconds()).map(|median| median.value),
+        seconds_most: seconds().fold(0.0, f64::max),
+        by_strength: (0..STRENGTHS).map(|strength| (strength, of_strength(strength))).collect(),
+        power: power(opened),
+        coverage: coverage.into_iter().map(|(name, held)| (name, Rate::of(held))).collect(),
+        confusion,
+        numbers,
+        misses: misses.map(miss).collect(),
+        notes: opened.iter().filter_map(note).collect(),
+    };
+    scores.headlines = headlines(&scores);
+    scores
+}
+
+fn numbers(opened: &[Opened]) -> Vec<Number> {
+    let of = |case: &Opened| -> Vec<Number> {
+        let number = |(finding, parameter, truth): &(&'static str, &'static str, f64)| {
+            let said = case.said(finding, parameter)?.clone();
+            let (id, truth) = (case.row.id.clone(), *truth);
+            Some(Number { id, finding, parameter, truth, said })
+        };
+        case.truth.numbers.iter().filter_map(number).collect()
+    };
+    opened.iter().filter(|case| case.is_told()).flat_map(of).collect()
+}
+
+fn power(opened: &[Opened]) -> Vec<Power> {
+    let of = |effect: &'static str, strength: usize| {
+        let is_it = |case: &&Opened| {
+            case.label.kind == CaseKind::Single
+                && case.label.strength == Some(strength)
+                && case.truth.effects == [effect]
+        };
+        let cases = || opened.iter().filter(is_it);
+        Power {
+            effect,
+            strength,
+            visible: cases().filter(|case| case.label.visible).count(),
+            right: Rate::of(cases().map(Opened::is_right)),
+        }
+    };
+    EFFECTS
+        .iter()
+        .flat_map(|effect| (0..STRENGTHS).map(move |strength| (effect.name(), strength)))
+        .map(|(effect, strength)| of(effect, strength))
+        .filter(|power| power.right.n > 0)
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gap::example;
+
+    #[test]
+    fn a_namer_that_knows_everything_meets_every_target() {
+        let scores = of(&example::opened(), None, example::SEED);
+        for rate in [scores.singles_right, scores.parameters_right, scores.pairs_both] {
+            assert_eq!((rate.of, rate.share), (rate.n, Some(1.0)));
+        }
+        assert_eq!((scores.wrong_names.of, scores.nulls_named.of), (0, 0));
+        assert_eq!((scores.cases, scores.misses.len()), (576, 0));
+        assert!(scores.parameter_error.is_some_and(|median| median.value < 0.05));
+        assert_eq!(scores.power.len(), 18 * 4);
+    }
+
+    #[test]
+    fn a_source_follower_for_a_lowpass_is_wrong_and_counted_leniently_beside() {
+        let mut opened = example::opened();
+        for case in opened.iter_mut().filter(|case| case.truth.effects == ["photoreceptor_lowpass"])
+        {
+            for effect in &mut case.row.effects {
+                effect.name = "source_follower".to_owned();
+            }
+        }
+        let scores = of(&opened, None, example::SEED);
+        assert!(scores.wrong_names.of > 0 && scores.lenient.wrong_names.of == 0);
+        assert!(scores.singles_right.of < scores.singles_right.n);
+        assert_eq!(scores.lenient.singles_right.of, scores.lenient.singles_right.n);
+        assert_eq!(scores.misses.len(), scores.wrong_names.of);
+        assert!(!scores.notes.is_empty());
+    }
+
+    #[test]
+    fn a_number_outside_its_interval_is_not_held() {
+        let said =
+            Quantity { value: 1.1, lo90: 1.05, hi90: 1.2, unit: String::new(), halves: None };
+        let mut number =
+            Number { id: String::new(), finding: "a", parameter: "b", truth: 1.0, said };
+        assert!(!number.is_held() && number.error().is_some_and(|e| (e - 0.1).abs() < 1e-12));
+        number.said.lo90 = 1.0;
+        assert!(number.is_held());
+        number.truth = 0.0;
+        assert_eq!(number.error(), None);
+    }
+}

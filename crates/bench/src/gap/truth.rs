@@ -1,0 +1,146 @@
+//! The truth of a case in the words of the catalogue.
+
+use gapbench_pixel::{Label, TermKind};
+
+/// Parameters of the benchmark: effect, its name there, effect and name in the catalogue, factor.
+const NAMES: &[(&str, &str, &str, &str, f64)] = &[
+    ("lamp_flicker", "frequency", "lamp_flicker", "frequency_hz", 1.0),
+    ("lamp_flicker", "depth", "lamp_flicker", "depth", 1.0),
+    ("psf_blur", "sigma", "psf_blur", "sigma_px", 1.0),
+    ("veiling_glare", "share", "veiling_glare", "fraction", 1.0),
+    ("photoreceptor_lowpass", "corner_at_white", "photoreceptor_lowpass", "cutoff_hz", 1.0),
+    ("photoreceptor_lowpass", "second_pole", "source_follower", "cutoff_hz", 1.0),
+    ("photoreceptor_noise", "sigma", "photoreceptor_noise", "sigma", 1.0),
+    ("photoreceptor_noise", "bandwidth_at_white", "photoreceptor_noise", "cutoff_hz", 1.0),
+    ("shot_noise_poisson", "rate_in_darkness", "shot_noise_poisson", "rate_hz", 1.0),
+    ("adaptive_highpass", "tau", "adaptive_highpass", "tau_s", 1.0),
+    ("dark_current", "equivalent_luminance", "dark_current", "current", 1.0),
+    ("leak_on", "rate", "leak_on", "rate_hz", 1.0),
+    ("threshold_mismatch", "sigma_C", "threshold_mismatch", "sigma", 1.0),
+    ("threshold_temporal_noise", "sigma", "threshold_temporal_noise", "sigma", 1.0),
+    ("refractory", "period", "refractory", "period_us", 1e6),
+    ("hot_pixels", "share", "hot_pixels", "fraction", 1.0),
+    ("hot_pixels", "median_rate", "hot_pixels", "median_hz", 1.0),
+    ("arbiter", "rate_in_full_rows", "arbiter", "rate_hz", 1.0),
+    ("scanned_readout", "period", "scanned_readout", "period_us", 1e6),
+    ("timestamp_jitter", "sigma", "timestamp_jitter", "sigma_us", 1e6),
+    ("timestamp_quantisation", "period", "timestamp_quantisation", "period_us", 1e6),
+    ("pixel_latency", "delay", "pixel_latency", "delay_us", 1e6),
+    ("threshold_offset", "C_on", "threshold_on", "threshold_on", 1.0),
+    ("threshold_offset", "C_off", "threshold_off", "threshold_off", 1.0),
+    ("uniform_noise", "rate_on", "noise_on_hz", "noise_on_hz", 1.0),
+    ("uniform_noise", "rate_off", "noise_off_hz", "noise_off_hz", 1.0),
+    ("clock_offset", "offset", "clock_offset", "clock_offset", 1e6),
+];
+
+/// A hidden low-pass has a source follower behind it. It is an effect of its own where its corner is
+/// no higher than that of the node at white; else it is there and does nothing that could be seen.
+const LOWPASS: &str = "photoreceptor_lowpass";
+const FOLLOWER: &str = "source_follower";
+const NODE_CORNER: &str = "corner_at_white";
+const FOLLOWER_CORNER: &str = "second_pole";
+
+/// What is hidden in a case.
+#[derive(Debug)]
+pub(super) struct Truth {
+    /// Effects, in the names of the catalogue where it has them.
+    pub(super) effects: Vec<&'static str>,
+    /// Numbers: finding, its parameter, value.
+    pub(super) numbers: Vec<(&'static str, &'static str, f64)>,
+    /// What is to be said of the case: none where names are plain.
+    pub(super) note: Option<String>,
+    /// Whether the source follower behind a hidden low-pass is an effect of its own.
+    has_follower: bool,
+}
+
+impl Truth {
+    pub(super) fn of(label: &Label) -> Self {
+        let terms = || label.truth.iter().map(|truth| &truth.term);
+        let effects = terms().filter(|term| term.kind == TermKind::Effect);
+        let numbers = terms().flat_map(|term| {
+            term.parameters.iter().filter_map(|parameter| {
+                let is_same = |(effect, name, ..): &&(&str, &str, &str, &str, f64)| {
+                    (*effect, *name) == (term.name, parameter.name)
+                };
+                let (_, _, finding, key, factor) = NAMES.iter().find(is_same)?;
+                Some((*finding, *key, factor * parameter.value))
+            })
+        });
+        let corners = terms().filter(|term| term.name == LOWPASS).find_map(|term| {
+            let value = |name| term.parameters.iter().find(|p| p.name == name).map(|p| p.value);
+            Some((value(FOLLOWER_CORNER)?, value(NODE_CORNER).unwrap_or(f64::INFINITY)))
+        });
+        let has_follower = corners.is_some_and(|(follower_hz, node_hz)| follower_hz <= node_hz);
+        let note = corners.filter(|_| has_follower).map(|(follower_hz, node_hz)| {
+            format!(
+                "two effects: a source follower of {follower_hz:.0} Hz behind a node of \
+                 {node_hz:.0} Hz at white; either name is right"
+            )
+        });
+        Self {
+            effects: effects.map(|term| term.name).collect(),
+            numbers: numbers.collect(),
+            note,
+            has_follower,
+        }
+    }
+
+    /// Whether an effect that was named is one that is there.
+    pub(super) fn holds(&self, name: &str) -> bool {
+        self.effects.contains(&name) || (self.has_follower && name == FOLLOWER)
+    }
+
+    /// The same where a source follower passes for any low-pass.
+    pub(super) fn holds_leniently(&self, name: &str) -> bool {
+        self.holds(name) || (self.effects.contains(&LOWPASS) && name == FOLLOWER)
+    }
+
+    /// Whether an effect that is there was named.
+    pub(super) fn is_named(&self, truth: &str, names: &[&str]) -> bool {
+        names.contains(&truth)
+            || (self.has_follower && truth == LOWPASS && names.contains(&FOLLOWER))
+    }
+
+    /// The same where a source follower passes for any low-pass.
+    pub(super) fn is_named_leniently(&self, truth: &str, names: &[&str]) -> bool {
+        self.is_named(truth, names) || (truth == LOWPASS && names.contains(&FOLLOWER))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gap::example;
+
+    /// The truth of a single low-pass of this strength.
+    fn lowpass(strength: usize) -> Truth {
+        let all = example::opened();
+        let is_it = |opened: &&crate::gap::opened::Opened| {
+            opened.label.strength == Some(strength) && opened.truth.effects == [LOWPASS]
+        };
+        Truth::of(&all.iter().find(is_it).expect("a low-pass").label)
+    }
+
+    #[test]
+    fn a_source_follower_far_above_the_node_is_a_wrong_name() {
+        let truth = lowpass(3);
+        assert!(!truth.holds(FOLLOWER) && !truth.is_named(LOWPASS, &[FOLLOWER]));
+        assert!(truth.holds_leniently(FOLLOWER));
+        assert!(truth.is_named_leniently(LOWPASS, &[FOLLOWER]));
+        assert!(truth.note.is_none() && truth.holds(LOWPASS));
+    }
+
+    #[test]
+    fn a_source_follower_below_the_node_is_an_effect_of_its_own_and_said_so() {
+        let truth = lowpass(0);
+        assert!(truth.holds(FOLLOWER) && truth.is_named(LOWPASS, &[FOLLOWER]));
+        assert!(truth.note.is_some_and(|note| note.contains("two effects")));
+    }
+
+    #[test]
+    fn names_that_are_not_there_are_wrong_however_leniently_one_looks() {
+        for strength in 0..4 {
+            assert!(!lowpass(strength).holds_leniently("refractory"));
+        }
+    }
+}

@@ -1,0 +1,236 @@
+//! Ours beside another runtime: bursts of runs by turns.
+//!
+//! A pair is a burst of ours and one of the peer's; which comes first changes from pair to pair, so that
+//! a machine that grows slower or faster favours neither. What is compared is the medians of a pair's
+//! bursts.
+
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use anyhow::{Result, ensure};
+use clap::ValueEnum as _;
+use evpose_infer::{Engine, Precision};
+use evpose_nn::graph::Graph;
+use evpose_pose::metric::{BootstrapConfig, Interval, bootstrap};
+use serde::Serialize;
+
+use super::noise::Noise;
+use super::peers::{Job, Peer, PeerName, peer};
+use super::precision::tolerance;
+use evpose_app::progress::say;
+use evpose_app::timing::quantile;
+
+/// Runs of a burst that count.
+const RUNS: usize = 7;
+/// Runs before them, and how long these take at least: caches and the clock of the processor are then those of
+/// this program, and its threads have woken up, each on a core of its own.
+const WARM_UP: usize = 2;
+const WARM_UP_TIME: Duration = Duration::from_millis(30);
+/// Before a burst: threads of the other program, which look for work for a while, sleep by then.
+const REST: Duration = Duration::from_millis(100);
+
+/// What came of a comparison.
+#[derive(Debug, Serialize)]
+pub(super) struct Comparison {
+    peer: String,
+    version: String,
+    settings: String,
+    /// By how much outputs differ, relative to the largest.
+    difference: f64,
+    pairs: usize,
+    /// Runs of a burst.
+    runs: usize,
+    /// Medians over all bursts.
+    ours_ms: f64,
+    theirs_ms: f64,
+    /// Time of the peer over ours: the median over pairs, with a bootstrap interval of 95 %.
+    ratio: Interval,
+    ours_noise: Noise,
+    theirs_noise: Noise,
+}
+
+/// What is compared.
+pub(super) struct Contest<'a> {
+    pub(super) graph: &'a Graph,
+    /// Channels, rows and columns.
+    pub(super) shape: [usize; 3],
+    pub(super) image: &'a [f32],
+    pub(super) precision: Precision,
+    pub(super) pairs: usize,
+}
+
+impl Contest<'_> {
+    /// Compares with each of the peers.
+    ///
+    /// # Errors
+    /// If a peer cannot be had, or says something else than we do.
+    pub(super) fn run(&self, engine: &mut Engine, names: &[PeerName]) -> Result<Vec<Comparison>> {
+        if names.is_empty() {
+            return Ok(Vec::new());
+        }
+        let model = evpose_onnx::encoded(self.graph, self.shape)?;
+        let job = Job {
+            model: &model,
+            shape: self.shape,
+            image: self.image,
+            threads: engine.threads(),
+            precision: self.precision,
+        };
+        let mut compared = Vec::with_capacity(names.len());
+        for name in names {
+            let comparison = self.against(engine, &word(*name), &mut *peer(*name, &job)?)?;
+            comparison.say();
+            compared.push(comparison);
+        }
+        Ok(compared)
+    }
+
+    fn against(&self, engine: &mut Engine, name: &str, peer: &mut dyn Peer) -> Result<Comparison> {
+        peer.run()?;
+        let difference = all_apart(engine.run(self.image), &peer.outputs()?);
+        let most = peer.tolerance(tolerance(self.precision));
+        ensure!(
+            difference <= most,
+            "{name} says something else: outputs differ by {difference:.1e} of the largest, \
+             more than {most:.0e}"
+        );
+        let (mut ours_ms, mut theirs_ms) = (Vec::new(), Vec::new());
+        for pair in 0..self.pairs {
+            for turn in 0..2 {
+                if (pair + turn) % 2 == 0 {
+                    let run = || {
+                        std::hint::black_box(engine.run(self.image));
+                        Ok(())
+                    };
+                    ours_ms.push(burst_ms(run)?);
+                } else {
+                    theirs_ms.push(burst_ms(|| peer.run())?);
+                }
+            }
+        }
+        Ok(Comparison {
+            peer: name.to_owned(),
+            version: peer.version().to_owned(),
+            settings: peer.settings().to_owned(),
+            difference,
+            pairs: self.pairs,
+            runs: RUNS,
+            ours_ms: median(ours_ms.clone()),
+            theirs_ms: median(theirs_ms.clone()),
+            ratio: ratio(&ours_ms, &theirs_ms),
+            ours_noise: Noise::of(&ours_ms),
+            theirs_noise: Noise::of(&theirs_ms),
+        })
+    }
+}
+
+/// The median time of some runs.
+fn burst_ms(mut run: impl FnMut() -> Result<()>) -> Result<f64> {
+    sleep(REST);
+    let begin = Instant::now();
+    let mut runs = 0;
+    while runs < WARM_UP || begin.elapsed() < WARM_UP_TIME {
+        run()?;
+        runs += 1;
+    }
+    let mut times_ms = Vec::with_capacity(RUNS);
+    for _ in 0..RUNS {
+        let begin = Instant::now();
+        run()?;
+        times_ms.push(begin.elapsed().as_secs_f64() * 1e3);
+    }
+    Ok(median(times_ms))
+}
+
+/// Times of theirs over ours, pair by pair: the median.
+fn ratio(ours: &[f64], theirs: &[f64]) -> Interval {
+    let ratios: Vec<f64> = theirs.iter().zip(ours).map(|(theirs, ours)| theirs / ours).collect();
+    bootstrap(ratios.len(), &BootstrapConfig::default(), |drawn| {
+        median(drawn.iter().map(|pair| ratios[*pair]).collect())
+    })
+}
+
+/// Between the two in the middle, if there are two.
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let mut turned = values.clone();
+    turned.reverse();
+    let below = quantile(&values, 0.5);
+    let above = quantile(&turned, 0.5);
+    f64::midpoint(below, above)
+}
+
+/// The largest difference of any output, relative to the largest value of that.
+pub(super) fn all_apart(ours: &[Vec<f32>], theirs: &[Vec<f32>]) -> f64 {
+    if ours.len() != theirs.len() {
+        return f64::INFINITY;
+    }
+    ours.iter().zip(theirs).map(|(ours, theirs)| apart(ours, theirs)).fold(0.0, f64::max)
+}
+
+/// The largest difference, relative to the largest value of theirs.
+fn apart(ours: &[f32], theirs: &[f32]) -> f64 {
+    if ours.len() != theirs.len() {
+        return f64::INFINITY;
+    }
+    let largest = theirs.iter().fold(0.0_f32, |most, value| most.max(value.abs()));
+    let differences = ours.iter().zip(theirs).map(|(ours, theirs)| (ours - theirs).abs());
+    // What is not a number is as far away as can be.
+    let most = differences.fold(0.0_f32, |most, value| if value <= most { most } else { value });
+    if most.is_nan() { f64::INFINITY } else { f64::from(most) / f64::from(largest) }
+}
+
+fn word(name: PeerName) -> String {
+    name.to_possible_value().map(|value| value.get_name().to_owned()).unwrap_or_default()
+}
+
+impl Comparison {
+    /// Says what came of it.
+    pub(super) fn say(&self) {
+        say(format!("  against {} {}", self.peer, self.version));
+        say(format!("    {}; outputs differ by {:.0e}", self.settings, self.difference));
+        let Interval { estimate, low, high } = self.ratio;
+        let bounds = match (low, high) {
+            (Some(low), Some(high)) => format!(" [{low:.3}, {high:.3}]"),
+            _ => String::new(),
+        };
+        say(format!(
+            "    {:.2} ms, ours {:.2} ms: {estimate:.3} times ours{bounds}, {} pairs",
+            self.theirs_ms, self.ours_ms, self.pairs
+        ));
+        for (whose, noise) in [("ours", self.ours_noise), ("theirs", self.theirs_noise)] {
+            if let Some(warning) = noise.warning() {
+                say(format!(
+                    "    warning: {whose}: {warning}: the machine was busy, measure again"
+                ));
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ratio_is_the_median_of_pairs() {
+        // A machine that is twice as slow in the middle disturbs both of a pair.
+        let ours: Vec<f64> = (0..24).map(|pair| if pair % 3 == 0 { 20.0 } else { 10.0 }).collect();
+        let theirs: Vec<f64> = ours.iter().map(|ours| 1.5 * ours).collect();
+        let Interval { estimate, low, high } = ratio(&ours, &theirs);
+        assert_eq!((estimate, low, high), (1.5, Some(1.5), Some(1.5)));
+    }
+
+    #[test]
+    fn a_median_of_even_numbers_is_in_the_middle() {
+        assert_eq!(median(vec![4.0, 1.0, 2.0, 3.0]), 2.5);
+        assert_eq!(median(vec![3.0, 1.0, 2.0]), 2.0);
+    }
+
+    #[test]
+    fn outputs_that_are_not_numbers_or_too_few_are_far_apart() {
+        assert_eq!(apart(&[1.0, 2.5], &[1.0, 2.0]), 0.25);
+        assert_eq!(apart(&[1.0, f32::NAN], &[1.0, 2.0]), f64::INFINITY);
+        assert_eq!(apart(&[1.0], &[1.0, 2.0]), f64::INFINITY);
+    }
+}

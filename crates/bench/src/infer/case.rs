@@ -1,0 +1,161 @@
+//! One network in one setting.
+
+use anyhow::Result;
+use evpose_infer::{Engine, EngineOptions, Level, Precision};
+use serde::Serialize;
+
+use super::BenchInferArgs;
+use super::Peak;
+use super::against::{Comparison, Contest};
+use super::layers::{self, LayerTime};
+use super::networks::Network;
+use super::noise::Noise;
+use super::start::Start;
+use evpose_app::latency::{self, Runner};
+use evpose_app::progress::say;
+use evpose_app::timing::quantile;
+
+/// What was measured of it.
+#[derive(Debug, Serialize)]
+pub(super) struct Case {
+    network: String,
+    width: f32,
+    parameters: usize,
+    /// Windows, channels, rows and columns.
+    input: [usize; 4],
+    /// What computed: our engine or Burn.
+    by: &'static str,
+    precision: Precision,
+    /// Instructions of the engine.
+    level: Option<String>,
+    threads: usize,
+    runs: usize,
+    p50_ms: f64,
+    p95_ms: f64,
+    p99_ms: f64,
+    mean_ms: f64,
+    min_ms: f64,
+    windows_per_second: f64,
+    /// Of the network as defined, in the median time: algorithms that need fewer products show more
+    /// than the processor can do.
+    gflop_per_s: Option<f64>,
+    /// The same over what the processor can do at best.
+    of_peak: Option<f64>,
+    noise: Noise,
+    /// Of 32 bits.
+    start: Option<Start>,
+    layers: Vec<LayerTime>,
+    against: Vec<Comparison>,
+}
+
+/// What all cases of a network share.
+pub(super) struct Setting<'a> {
+    pub(super) args: &'a BenchInferArgs,
+    pub(super) network: &'a Network,
+    pub(super) seed: u64,
+}
+
+impl Setting<'_> {
+    /// Measures Burn.
+    pub(super) fn burn(&self, mut runner: Runner<'_>, threads: usize) -> Case {
+        let case = self.timed(&mut runner, Precision::F32, threads);
+        case.say();
+        case
+    }
+
+    /// Measures our engine, and others beside it.
+    ///
+    /// # Errors
+    /// If another runtime cannot be had, or says something else.
+    pub(super) fn engine(&self, engine: Engine, precision: Precision, peak: &Peak) -> Result<Case> {
+        let products: u64 = engine.layers().iter().map(|layer| layer.products).sum();
+        let mut runner = Runner::Engine(Box::new(engine));
+        let mut case = self.timed(&mut runner, precision, peak.threads);
+        let gflop = 2e-9 * products as f64 * self.args.batch as f64;
+        let gflop_per_s = gflop / (case.p50_ms * 1e-3);
+        case.gflop_per_s = Some(gflop_per_s);
+        case.of_peak = Some(gflop_per_s / peak.gflop_per_s);
+        case.level = Some(peak.level.clone());
+        case.say();
+        if precision == Precision::F32 {
+            let level = self.args.level.unwrap_or_else(Level::best);
+            let options = EngineOptions::default().with_threads(peak.threads).with_level(level);
+            let start = self.network.start(options)?;
+            start.say();
+            case.start = Some(start);
+        }
+        let Runner::Engine(engine) = &mut runner else { return Ok(case) };
+        if self.args.layers {
+            case.layers = layers::timed(engine, self.network.input, self.seed, peak.gflop_per_s);
+            layers::table(&case.layers).iter().for_each(say);
+        }
+        let contest = Contest {
+            graph: &self.network.graph,
+            shape: self.network.input,
+            image: &self.network.image(self.seed),
+            precision,
+            pairs: self.args.pairs as usize,
+        };
+        case.against = contest.run(engine, &self.args.against)?;
+        Ok(case)
+    }
+
+    fn timed(&self, runner: &mut Runner<'_>, precision: Precision, threads: usize) -> Case {
+        let [channels, height, width] = self.network.input;
+        let input = [self.args.batch, channels, height, width];
+        let times_ms = latency::times_ms(runner, input, self.args.runs.max(1), self.seed);
+        let mut sorted_ms = times_ms.clone();
+        sorted_ms.sort_by(f64::total_cmp);
+        let mean_ms = times_ms.iter().sum::<f64>() / times_ms.len() as f64;
+        Case {
+            network: self.network.name.clone(),
+            width: self.network.width,
+            parameters: self.network.parameters,
+            input,
+            by: if matches!(runner, Runner::Engine(_)) { "the engine" } else { "Burn" },
+            precision,
+            level: None,
+            threads,
+            runs: times_ms.len(),
+            p50_ms: quantile(&sorted_ms, 0.50),
+            p95_ms: quantile(&sorted_ms, 0.95),
+            p99_ms: quantile(&sorted_ms, 0.99),
+            mean_ms,
+            min_ms: sorted_ms[0],
+            windows_per_second: self.args.batch as f64 * 1e3 / mean_ms,
+            gflop_per_s: None,
+            of_peak: None,
+            noise: Noise::of(&times_ms),
+            start: None,
+            layers: Vec::new(),
+            against: Vec::new(),
+        }
+    }
+}
+
+impl Case {
+    /// Says the figures.
+    fn say(&self) {
+        let [batch, channels, height, width] = self.input;
+        let level = self.level.as_deref().map_or_else(String::new, |level| format!(" by {level}"));
+        say(format!(
+            "network   {} of width {}, {} parameters, input {batch}x{channels}x{height}x{width}, \
+             {}, {}{level}, {} threads",
+            self.network, self.width, self.parameters, self.by, self.precision, self.threads
+        ));
+        say(format!(
+            "latency   p50 {:.2} ms  p95 {:.2} ms  p99 {:.2} ms  ({} runs, mean {:.2}, min {:.2})",
+            self.p50_ms, self.p95_ms, self.p99_ms, self.runs, self.mean_ms, self.min_ms
+        ));
+        let gflop = match (self.gflop_per_s, self.of_peak) {
+            (Some(gflop_per_s), Some(of_peak)) => {
+                format!("  {gflop_per_s:.1} GFLOP/s, {:.0} % of the peak", 100.0 * of_peak)
+            }
+            _ => String::new(),
+        };
+        say(format!("through   {:.1} windows/s{gflop}", self.windows_per_second));
+        if let Some(warning) = self.noise.warning() {
+            say(format!("warning   {warning}: the machine was busy, measure again"));
+        }
+    }
+}

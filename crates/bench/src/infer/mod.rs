@@ -1,0 +1,168 @@
+//! `evpose bench infer`: how long one prediction takes.
+
+mod against;
+mod case;
+mod layers;
+mod networks;
+mod noise;
+pub(crate) mod peers;
+mod precision;
+mod start;
+
+use anyhow::{Result, ensure};
+use burn::tensor::Device;
+use evpose_infer::{EngineOptions, Level};
+use evpose_kernels::blocked::{Team, peak_gflop_per_s};
+use serde::Serialize;
+
+use case::{Case, Setting};
+use evpose_app::args::parse_threads;
+use evpose_app::hand_config;
+use evpose_app::json::write_json;
+use evpose_app::machine::Machine;
+use evpose_app::progress::say;
+use evpose_app::run_info::COMMIT;
+use evpose_app::threads::use_threads;
+use evpose_infer::Precision;
+use evpose_nn::DeviceKind;
+use peers::PeerName;
+use std::path::PathBuf;
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  evpose bench infer\n  \
+    evpose bench infer --threads 1 --layers\n  \
+    evpose bench infer --network all --threads 1,2 --json bench.json\n  \
+    evpose bench infer --config quick --burn\n  \
+    ORT_DYLIB_PATH=libonnxruntime.so evpose bench infer --threads 1,2 --against onnxruntime,tract\n\n\
+    Other runtimes need a program built with --features peers; docs/guide/bench-infer.md says where \
+    to get their\nlibraries and what the figures mean.")]
+pub struct BenchInferArgs {
+    /// A TOML file, or an embedded config: its network and image size are measured
+    #[arg(long, default_value = "eventhands")]
+    pub(crate) config: String,
+    /// Networks of the registry instead of the config's own, of the config's width, or `all`
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    pub(crate) network: Vec<String>,
+    /// Bits that are computed in: f32, bf16 or int8
+    #[arg(long, value_delimiter = ',', default_value = "f32")]
+    pub(crate) precision: Vec<Precision>,
+    /// CPU threads, one figure for each number; all cores by default
+    #[arg(long, value_delimiter = ',', value_parser = parse_threads)]
+    pub(crate) threads: Vec<usize>,
+    /// Instructions of the engine: avx512, avx2 or portable [default: the best there are]
+    #[arg(long, value_parser = parse_level)]
+    pub(crate) level: Option<Level>,
+    /// Measured runs, after a tenth as many to warm up
+    #[arg(long, default_value_t = 100)]
+    pub(crate) runs: usize,
+    /// Windows per run
+    #[arg(long, default_value_t = 1)]
+    pub(crate) batch: usize,
+    /// Time Burn's arithmetic instead of our engine
+    #[arg(long)]
+    pub(crate) burn: bool,
+    /// Show where the time goes, layer by layer
+    #[arg(long, conflicts_with = "burn")]
+    pub(crate) layers: bool,
+    /// Compare with other runtimes on the same network, by turns in the same run
+    #[arg(long, value_name = "PEER", value_delimiter = ',', conflicts_with = "burn")]
+    pub(crate) against: Vec<PeerName>,
+    /// Pairs of bursts for each other runtime
+    #[arg(long, default_value_t = 30, value_parser = clap::value_parser!(u32).range(20..))]
+    pub(crate) pairs: u32,
+    /// Where to write the numbers
+    #[arg(long)]
+    pub(crate) json: Option<PathBuf>,
+    /// flex (CPU), ndarray, wgpu or cuda; all but flex need the Cargo feature of that name
+    #[arg(long, default_value = "flex")]
+    pub(crate) device: DeviceKind,
+}
+
+/// What a benchmark measured and where.
+#[derive(Debug, Serialize)]
+struct Report {
+    machine: Machine,
+    commit: &'static str,
+    device: String,
+    seed: u64,
+    peaks: Vec<Peak>,
+    cases: Vec<Case>,
+}
+
+/// What the processor can do at best.
+#[derive(Debug, Serialize)]
+struct Peak {
+    level: String,
+    threads: usize,
+    /// Of 32 bits, in registers only.
+    gflop_per_s: f64,
+}
+
+pub(crate) fn run(args: &BenchInferArgs) -> Result<()> {
+    let config = hand_config::load(&args.config, &[])?;
+    let device = args.device.resolve()?;
+    let is_engine = !args.burn && device == Device::flex();
+    ensure!(
+        is_engine || args.threads.len() <= 1 && args.against.is_empty(),
+        "several numbers of threads and --against are for our engine, on the device flex"
+    );
+    ensure!(
+        args.against.is_empty() || args.batch == 1,
+        "other runtimes are given one window at a time: leave --batch out"
+    );
+    if !is_engine {
+        use_threads(args.threads.first().copied())?;
+    }
+    let machine = Machine::this();
+    let threads =
+        if args.threads.is_empty() { vec![machine.threads] } else { args.threads.clone() };
+    let level = args.level.unwrap_or_else(Level::best);
+    say(format!("machine   {machine}"));
+    let mut report = Report {
+        machine,
+        commit: COMMIT,
+        device: args.device.name().to_owned(),
+        seed: config.seed,
+        peaks: Vec::new(),
+        cases: Vec::new(),
+    };
+    if is_engine {
+        report.peaks = threads.iter().map(|threads| Peak::of(*threads, level)).collect();
+    }
+    for name in networks::names(&config, &args.network)? {
+        let network = networks::network(&config, &name, &device)?;
+        let setting = Setting { args, network: &network, seed: config.seed };
+        if !is_engine {
+            report.cases.push(setting.burn(network.burn(&device), threads[0]));
+            continue;
+        }
+        for precision in &args.precision {
+            for peak in &report.peaks {
+                let options = EngineOptions::default().with_threads(peak.threads).with_level(level);
+                let options = options.with_precision(*precision);
+                let engine = precision::compiled(&network, options, config.seed)?;
+                report.cases.push(setting.engine(engine, *precision, peak)?);
+            }
+        }
+    }
+    write_json(args.json.as_deref(), &report)
+}
+
+impl Peak {
+    /// Measures it.
+    fn of(threads: usize, level: Level) -> Self {
+        let gflop_per_s = peak_gflop_per_s(&Team::new(threads), level);
+        say(format!("peak      {gflop_per_s:.1} GFLOP/s in f32 by {level}, {threads} threads"));
+        Self { level: level.to_string(), threads, gflop_per_s }
+    }
+}
+
+/// Instruction sets by name, if this processor has them.
+fn parse_level(text: &str) -> Result<Level, String> {
+    let levels = Level::available();
+    let level = levels.iter().copied().find(|level| level.to_string() == text);
+    level.ok_or_else(|| {
+        let names: Vec<String> = levels.iter().map(Level::to_string).collect();
+        format!("this processor has {}", names.join(", "))
+    })
+}

@@ -1,0 +1,144 @@
+//! The networks that are measured.
+
+use anyhow::{Result, ensure};
+use burn::tensor::Device;
+use evpose_infer::{Engine, EngineOptions};
+use evpose_nn::graph::Graph;
+use evpose_nn::parameters::{awake, fill, read};
+use evpose_nn::{MOVE_ENET, MoveEnet, Network as Module, NnError};
+use evpose_train::{HandConfig, untrained};
+
+use super::start::Start;
+use evpose_app::latency::{self, Runner};
+
+/// Of a body's image where there were many events.
+const BRIGHT: f32 = 255.0;
+/// All of the registry.
+const ALL: &str = "all";
+
+/// A network with first weights; of hands with the statistics to them.
+pub(super) struct Network {
+    pub(super) name: String,
+    pub(super) width: f32,
+    pub(super) parameters: usize,
+    /// Channels, rows and columns.
+    pub(super) input: [usize; 3],
+    pub(super) graph: Graph,
+    /// As Burn has it.
+    module: Module,
+}
+
+impl Network {
+    /// Burn, on a device.
+    pub(super) fn burn<'a>(&'a self, device: &'a Device) -> Runner<'a> {
+        // Values that are read back have been computed.
+        let forward = |images| drop(std::hint::black_box(self.module.values(images)));
+        Runner::Burn(Box::new(forward), device)
+    }
+
+    /// How long it takes from a checkpoint to the first pose.
+    ///
+    /// # Errors
+    /// If weights cannot be written or read.
+    pub(super) fn start(&self, options: EngineOptions) -> Result<Start> {
+        Start::of(&self.module, self.input, options)
+    }
+
+    /// A random image.
+    pub(super) fn image(&self, seed: u64) -> Vec<f32> {
+        let [channels, height, width] = self.input;
+        let mut image = latency::windows([1, channels, height, width], seed);
+        image.iter_mut().for_each(|value| *value *= self.module.brightest());
+        image
+    }
+}
+
+/// The names that were asked for: the config's own without any.
+///
+/// # Errors
+/// If one is not in the registry.
+pub(super) fn names(config: &HandConfig, asked: &[String]) -> Result<Vec<String>> {
+    if asked.is_empty() {
+        return Ok(vec![config.network.backbone.clone()]);
+    }
+    if asked.iter().any(|name| name == ALL) {
+        ensure!(asked.len() == 1, "`--network {ALL}` leaves nothing to add");
+        return Ok(Module::names().map(str::to_owned).collect());
+    }
+    let called = |name: &String| {
+        let known = || Module::names().collect::<Vec<_>>().join(", ");
+        let unknown = || NnError::UnknownNetwork { name: name.clone(), known: known() };
+        let name = Module::names().find(|known| known == name).ok_or_else(unknown)?;
+        Ok(name.to_owned())
+    };
+    asked.iter().map(called).collect()
+}
+
+/// The network of a config with another backbone; MoveEnet with images as published.
+pub(super) fn network(config: &HandConfig, name: &str, device: &Device) -> Result<Network> {
+    let width = config.network.width;
+    let (module, input) = if name == MOVE_ENET {
+        let module = Module::untrained(name, width, config.seed, device)?;
+        let input = module.input();
+        (module, input)
+    } else {
+        let mut config = config.clone();
+        name.clone_into(&mut config.network.backbone);
+        let size = config.simulation.image_size();
+        let module = Module::Hand(Box::new(untrained(&config, device)?));
+        (module, [2, usize::from(size.height), usize::from(size.width)])
+    };
+    let module = match module {
+        Module::Hand(network) => Module::Hand(Box::new(awake(*network))),
+        Module::Body(network) => Module::Body(Box::new(moderate(awake(*network), input)?)),
+    };
+    Ok(Network {
+        name: name.to_owned(),
+        width,
+        parameters: module.parameter_count(),
+        input,
+        graph: module.graph(),
+        module,
+    })
+}
+
+/// A body's network whose maps are about one before their sigmoids, as those of a trained one: residuals add up,
+/// and of thousands a sigmoid shows nothing but how they were rounded.
+fn moderate(network: MoveEnet, input: [usize; 3]) -> Result<MoveEnet> {
+    let mut engine = Engine::compile(&network.graph(), input, EngineOptions::default())?;
+    let values = engine.run(&vec![BRIGHT; input.iter().product()]).iter().flatten();
+    let largest = values.fold(1.0, |most: f32, value| most.max(value.abs()));
+    let mut values = read(&network).into_iter();
+    Ok(fill(network, |slot| {
+        let (_, mut values) = values.next().unwrap_or_else(|| unreachable!("every slot is read"));
+        if slot.path.ends_with("last.weight") {
+            values.iter_mut().for_each(|value| *value /= largest);
+        }
+        values
+    }))
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use evpose_nn::BACKBONES;
+
+    use super::*;
+    use crate::infer::against::all_apart;
+    use evpose_app::hand_config;
+
+    #[test]
+    fn outputs_tell_one_image_from_another() {
+        let changes = ["simulation.image_scale=0.5", "network.width=0.25"].map(str::to_owned);
+        let config = hand_config::load("eventhands", &changes).unwrap();
+        for entry in BACKBONES {
+            let name = entry.name;
+            let network = network(&config, name, &Device::flex()).unwrap();
+            let options = EngineOptions::default();
+            let mut engine = Engine::compile(&network.graph, network.input, options).unwrap();
+            let [one, other] = [1, 2].map(|seed| engine.run(&network.image(seed)).to_vec());
+            let apart = all_apart(&one, &other);
+            assert!(apart > 0.01, "{name}: {apart}");
+        }
+    }
+}

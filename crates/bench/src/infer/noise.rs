@@ -1,0 +1,70 @@
+//! Signs that a machine was doing something else.
+
+use serde::Serialize;
+
+use evpose_app::timing::{outliers, quantile};
+
+/// The share of times that may be outliers.
+const OUTLIERS: f64 = 0.1;
+/// By how much medians of the first and the second half may differ.
+const DRIFT: f64 = 0.05;
+
+/// How steady times were.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub(super) struct Noise {
+    times: usize,
+    /// Modified z-scores above 3.5 (Iglewicz and Hoaglin 1993).
+    outliers: usize,
+    /// The median of the second half over that of the first, less 1.
+    drift: f64,
+}
+
+impl Noise {
+    /// Of times in the order in which they were taken.
+    pub(super) fn of(times_ms: &[f64]) -> Self {
+        let median = |times: &[f64]| {
+            let mut sorted = times.to_vec();
+            sorted.sort_by(f64::total_cmp);
+            quantile(&sorted, 0.5)
+        };
+        let mut sorted = times_ms.to_vec();
+        sorted.sort_by(f64::total_cmp);
+        let (first, second) = times_ms.split_at(times_ms.len() / 2);
+        let drift = if first.is_empty() { 0.0 } else { median(second) / median(first) - 1.0 };
+        Self { times: times_ms.len(), outliers: outliers(&sorted), drift }
+    }
+
+    /// What to tell the user, if anything.
+    pub(super) fn warning(self) -> Option<String> {
+        let Self { times, outliers, drift } = self;
+        if outliers as f64 > OUTLIERS * times as f64 {
+            return Some(format!("{outliers} of {times} were outliers"));
+        }
+        (drift.abs() > DRIFT)
+            .then(|| format!("the second half took {:+.0} % of the first's time", 100.0 * drift))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_steady_machine_is_not_warned_of() {
+        let steady: Vec<f64> = (0..40).map(|i| 10.0 + 0.01 * f64::from(i % 7)).collect();
+        assert_eq!(Noise::of(&steady).warning(), None);
+        assert_eq!(Noise::of(&[3.0]).warning(), None);
+    }
+
+    #[test]
+    fn outliers_and_drift_are_each_told() {
+        let busy: Vec<f64> = (0..40)
+            .map(|i| if i % 5 == 0 { 30.0 } else { 10.0 + 0.01 * f64::from(i % 7) })
+            .collect();
+        assert_eq!(Noise::of(&busy).warning().as_deref(), Some("8 of 40 were outliers"));
+        let slowed: Vec<f64> =
+            (0..40).map(|i| if i < 20 { 10.0 } else { 11.0 } + 0.5 * f64::from(i % 7)).collect();
+        let warning = Noise::of(&slowed).warning().unwrap_or_default();
+        assert!(warning.starts_with("the second half took +"), "{warning}");
+    }
+}

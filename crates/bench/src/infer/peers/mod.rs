@@ -1,0 +1,144 @@
+//! Other runtimes, on the same network as an ONNX file.
+//!
+//! Each is set up as its documentation says is best for latency. Input lies where the runtime wants it
+//! before its time begins, and output is taken after it ends; ours includes both.
+
+#[cfg(feature = "peers")]
+mod onnxruntime;
+#[cfg(feature = "peers")]
+mod openvino;
+#[cfg(feature = "peers")]
+mod tract;
+
+use anyhow::Result;
+use clap::ValueEnum;
+use evpose_infer::Precision;
+
+/// Runtimes to compare with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum PeerName {
+    /// ONNX Runtime, of the library in $ORT_DYLIB_PATH
+    Onnxruntime,
+    /// OpenVINO, of the library in $OPENVINO_DYLIB_PATH: f32 beside f32, else its default precision
+    Openvino,
+    /// OpenVINO in its default precision, which is bf16 where the processor has it
+    OpenvinoDefault,
+    /// tract, which is built in
+    Tract,
+}
+
+/// A network in another runtime.
+pub(super) trait Peer {
+    /// Version of the runtime.
+    fn version(&self) -> &str;
+
+    /// How it is set up.
+    fn settings(&self) -> &str;
+
+    /// By how much outputs may differ from ours, relative to the largest; `tolerance` is that of our
+    /// own precision.
+    fn tolerance(&self, tolerance: f64) -> f64 {
+        tolerance
+    }
+
+    /// Runs the network on the image that it was made with.
+    fn run(&mut self) -> Result<()>;
+
+    /// What the network said in the last run.
+    fn outputs(&self) -> Result<Vec<Vec<f32>>>;
+}
+
+/// What a peer is made of.
+#[cfg_attr(not(feature = "peers"), expect(dead_code, reason = "there are no peers"))]
+pub(super) struct Job<'a> {
+    /// The bytes of an ONNX file.
+    pub(super) model: &'a [u8],
+    /// Channels, rows and columns.
+    pub(super) shape: [usize; 3],
+    pub(super) image: &'a [f32],
+    pub(super) threads: usize,
+    /// Ours.
+    pub(super) precision: Precision,
+}
+
+/// Makes a peer.
+///
+/// # Errors
+/// If the program was built without peers, or the runtime's library cannot be loaded.
+#[cfg(feature = "peers")]
+pub(super) fn peer(name: PeerName, job: &Job<'_>) -> Result<Box<dyn Peer>> {
+    Ok(match name {
+        PeerName::Onnxruntime => Box::new(onnxruntime::OnnxRuntime::new(job)?),
+        PeerName::Openvino => {
+            Box::new(openvino::OpenVino::new(job, job.precision == Precision::F32)?)
+        }
+        PeerName::OpenvinoDefault => Box::new(openvino::OpenVino::new(job, false)?),
+        PeerName::Tract => Box::new(tract::Tract::new(job)?),
+    })
+}
+
+/// Makes a peer.
+///
+/// # Errors
+/// Always: the program was built without peers.
+#[cfg(not(feature = "peers"))]
+pub(super) fn peer(_: PeerName, _: &Job<'_>) -> Result<Box<dyn Peer>> {
+    anyhow::bail!("this program was built without other runtimes: build it with --features peers")
+}
+
+/// The library of a runtime: the file that the user names, else what the system has.
+#[cfg(feature = "peers")]
+fn library(variable: &str) -> Option<std::path::PathBuf> {
+    std::env::var_os(variable).filter(|path| !path.is_empty()).map(Into::into)
+}
+
+#[cfg(all(test, feature = "peers"))]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use evpose_infer::{Engine, EngineOptions};
+    use evpose_nn::Network;
+
+    use super::*;
+    use crate::infer::against::all_apart;
+    use crate::infer::networks;
+
+    /// Every network of the registry, at sizes that are and are not multiples of what they divide by.
+    fn all_agree(name: PeerName) {
+        for (backbone, scale) in Network::names().flat_map(|name| [(name, "1.0"), (name, "0.34")]) {
+            let changes = [format!("simulation.image_scale={scale}"), "network.width=0.25".into()];
+            let config = evpose_app::hand_config::load("eventhands", &changes).unwrap();
+            let network =
+                networks::network(&config, backbone, &burn::tensor::Device::flex()).unwrap();
+            let [_, height, width] = network.input;
+            let image = network.image(3);
+            let model = evpose_onnx::encoded(&network.graph, network.input).unwrap();
+            for threads in [1, 2] {
+                let options = EngineOptions::default().with_threads(threads);
+                let mut engine = Engine::compile(&network.graph, network.input, options).unwrap();
+                let (shape, precision) = (network.input, Precision::F32);
+                let job = Job { model: &model, shape, image: &image, threads, precision };
+                let mut peer = peer(name, &job).unwrap();
+                peer.run().unwrap();
+                let apart = all_apart(engine.run(&image), &peer.outputs().unwrap());
+                assert!(apart < 1e-4, "{backbone} {height}x{width}: {apart}");
+            }
+        }
+    }
+
+    #[test]
+    fn every_network_says_the_same_in_tract() {
+        all_agree(PeerName::Tract);
+    }
+
+    #[test]
+    #[ignore = "needs the library of ONNX Runtime in $ORT_DYLIB_PATH"]
+    fn every_network_says_the_same_in_onnx_runtime() {
+        all_agree(PeerName::Onnxruntime);
+    }
+
+    #[test]
+    #[ignore = "needs the library of OpenVINO in $OPENVINO_DYLIB_PATH"]
+    fn every_network_says_the_same_in_openvino() {
+        all_agree(PeerName::Openvino);
+    }
+}

@@ -1,0 +1,83 @@
+//! From a checkpoint on disk to the first pose: what a robot waits for when it is switched on.
+
+use std::time::Instant;
+
+use anyhow::{Context, Result};
+use burn::tensor::Device;
+use evpose_infer::{Engine, EngineOptions};
+use evpose_nn::Network;
+use evpose_nn::weights::{BodyCard, ModelCard, load, load_body, save, save_body};
+use evpose_pose::body::{BodyDecoder, BodyMaps, DEFAULT_THRESHOLD};
+use serde::Serialize;
+
+use evpose_app::progress::say;
+use evpose_app::timing::quantile;
+
+/// Times it is done; the first brings the file into the page cache.
+const STARTS: usize = 5;
+/// Pixels of the image for one of a map.
+const OF_CELL: usize = 4;
+
+/// How long it took: medians.
+#[derive(Debug, Serialize)]
+pub(super) struct Start {
+    /// To read the weights.
+    weights_ms: f64,
+    /// To compile the network, in 32 bits.
+    compile_ms: f64,
+    /// The first image, to its pose.
+    first_ms: f64,
+    all_ms: f64,
+}
+
+impl Start {
+    /// Of a network whose weights are written to a file first.
+    ///
+    /// # Errors
+    /// If they cannot be written or read again.
+    pub(super) fn of(network: &Network, input: [usize; 3], options: EngineOptions) -> Result<Self> {
+        let folder = tempfile::tempdir().context("making a folder for a checkpoint")?;
+        let path = folder.path().join("weights.bpk");
+        match network {
+            Network::Hand(network) => save(&path, network, &ModelCard::default())?,
+            Network::Body(network) => save_body(&path, network, &BodyCard::default())?,
+        }
+        let image = vec![0.5; input.iter().product()];
+        let mut times_ms: [Vec<f64>; 4] = Default::default();
+        for _ in 0..STARTS {
+            let begin = Instant::now();
+            let graph = match network {
+                Network::Hand(_) => load(&path, &Device::flex())?.0.graph(),
+                Network::Body(_) => load_body(&path, &Device::flex())?.0.graph(),
+            };
+            let read = begin.elapsed();
+            let mut engine = Engine::compile(&graph, input, options)?;
+            let compiled = begin.elapsed();
+            let outputs = engine.run(&image);
+            if let [heatmaps, centers, regs, offsets] = outputs {
+                let maps = [heatmaps, centers, regs, offsets].map(Vec::as_slice);
+                let cells = [input[1], input[2]].map(|side| side / OF_CELL);
+                let decoder = BodyDecoder::new(cells, DEFAULT_THRESHOLD);
+                std::hint::black_box(decoder.decode(&BodyMaps::from_array(maps)));
+            }
+            let done = begin.elapsed();
+            let times = [read, compiled - read, done - compiled, done];
+            let ms = times.map(|time| time.as_secs_f64() * 1e3);
+            times_ms.iter_mut().zip(ms).for_each(|(all, ms)| all.push(ms));
+        }
+        let [weights_ms, compile_ms, first_ms, all_ms] = times_ms.map(|mut times| {
+            times.sort_by(f64::total_cmp);
+            quantile(&times, 0.5)
+        });
+        Ok(Self { weights_ms, compile_ms, first_ms, all_ms })
+    }
+
+    /// Says it.
+    pub(super) fn say(&self) {
+        say(format!(
+            "start     {:.0} ms from a checkpoint to the first pose: weights {:.0}, compiling {:.0}, first \
+             image {:.0}",
+            self.all_ms, self.weights_ms, self.compile_ms, self.first_ms
+        ));
+    }
+}

@@ -1,0 +1,89 @@
+//! `evpose bench io`: how fast recordings come from the page cache, on one core.
+
+mod evc;
+mod formats;
+#[cfg(feature = "peers")]
+mod rivals;
+
+use anyhow::{Context, Result};
+use serde::Serialize;
+
+use crate::peer_bench::{Case, Line, chosen, invite, is_named, time, warn_if_busy};
+use crate::peer_bench::{PEERS, PeerCommand};
+use evpose_app::json::write_json;
+use evpose_app::machine::Machine;
+use evpose_app::progress::say;
+use evpose_app::run_info::COMMIT;
+use std::path::PathBuf;
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = format!("Examples:\n  evpose bench io\n  evpose bench io --only aedat4 --json io.json\n  \
+    evpose bench io --file rec.raw --peer 'dv=python3 peer.py'\n\n{PEERS}\n\
+    Build with --features peers to time other decoders of EVT 3.0 in the same run."))]
+pub struct BenchIoArgs {
+    /// Frames of 1 ms in the file that is made for it
+    #[arg(long, default_value_t = 250_000)]
+    pub(crate) frames: u64,
+    /// Events in each, on average
+    #[arg(long, default_value_t = 200)]
+    pub(crate) events_per_frame: u32,
+    /// Times each reader reads it all
+    #[arg(long, default_value_t = 15)]
+    pub(crate) passes: usize,
+    /// Events in each file of the other formats
+    #[arg(long, default_value_t = 2_000_000)]
+    pub(crate) events: usize,
+    /// Only cases with this in their name; given twice, with both
+    #[arg(long, value_name = "WORD")]
+    pub(crate) only: Vec<String>,
+    /// A recording of yours to read as well (may be repeated)
+    #[arg(long = "file", value_name = "FILE")]
+    pub(crate) files: Vec<PathBuf>,
+    /// Another program on the same files, in the same run (may be repeated)
+    #[arg(long = "peer", value_name = "NAME=COMMAND")]
+    pub(crate) peers: Vec<PeerCommand>,
+    /// Folder for the files [default: the system's for temporary files]
+    #[arg(long)]
+    pub(crate) scratch: Option<PathBuf>,
+    /// Where to write the numbers
+    #[arg(long)]
+    pub(crate) json: Option<PathBuf>,
+}
+
+/// What was measured and where.
+#[derive(Debug, Serialize)]
+struct Report {
+    machine: Machine,
+    commit: &'static str,
+    frames: u64,
+    cases: Vec<Line>,
+}
+
+pub(crate) fn run(args: &BenchIoArgs) -> Result<()> {
+    let scratch = match &args.scratch {
+        Some(folder) => tempfile::tempdir_in(folder),
+        None => tempfile::tempdir(),
+    }
+    .context("making a folder for the files")?;
+    let machine = Machine { threads: 1, ..Machine::this() };
+    say(format!("machine   {machine}"));
+    say(format!(
+        "files     in the page cache; .evc of {} frames of 1 ms, others of {} events",
+        args.frames, args.events
+    ));
+    let mut cases: Vec<Case> = Vec::new();
+    if evc::NAMES.iter().any(|name| is_named(name, &args.only)) {
+        cases.extend(evc::cases(scratch.path(), args.frames, args.events_per_frame)?);
+    }
+    cases.extend(formats::cases(scratch.path(), args.events)?);
+    cases.extend(formats::of_user(&args.files)?);
+    let mut lines = time(chosen(cases, &args.only)?, args.passes)?;
+    for line in lines.iter().filter(|line| line.is_called(evc::NAMES[0])) {
+        let frames = line.passes_per_second() * args.frames as f64 / 1e6;
+        say(format!("that is {frames:.2} M frames/s of evc into reused records"));
+    }
+    invite(&args.peers, scratch.path(), &mut lines)?;
+    warn_if_busy(&lines);
+    let report = Report { machine, commit: COMMIT, frames: args.frames, cases: lines };
+    write_json(args.json.as_deref(), &report)
+}

@@ -1,0 +1,210 @@
+//! Small pieces of work timed on one core, beside other programs on the same work in the same run.
+
+mod command;
+
+use std::time::Instant;
+
+use anyhow::{Result, bail};
+use serde::Serialize;
+
+pub use command::PeerCommand;
+
+use evpose_app::progress::say;
+use evpose_app::timing::{outliers, quantile};
+
+/// The contract of a peer, for help texts.
+pub(crate) const PEERS: &str = "A peer is a shell command. It finds the files of the benchmark in the folder \
+    $EVPOSE_BENCH and prints\n`CASE: FIGURE` for the cases it knows, in the unit that is printed for \
+    them.";
+
+/// Something to time.
+pub(crate) type Run = Box<dyn FnMut() -> Result<()>>;
+
+/// A piece of work, and who else does it.
+pub(crate) struct Case {
+    pub(crate) name: String,
+    pub(crate) unit: Unit,
+    pub(crate) run: Run,
+    pub(crate) peers: Vec<(&'static str, Run)>,
+}
+
+impl Case {
+    /// Work on so many events.
+    pub(crate) fn of_events(name: impl Into<String>, events: usize, run: Run) -> Self {
+        Self { name: name.into(), unit: Unit::Events(events), run, peers: Vec::new() }
+    }
+
+    /// Work that makes an image.
+    pub(crate) fn of_image(name: impl Into<String>, run: Run) -> Self {
+        Self { name: name.into(), unit: Unit::Image, run, peers: Vec::new() }
+    }
+
+    /// With another program that does the same.
+    pub(crate) fn beside(mut self, peer: &'static str, run: Run) -> Self {
+        self.peers.push((peer, run));
+        self
+    }
+}
+
+/// Those with all of these words in their names, whatever their case.
+///
+/// # Errors
+/// If there are none.
+pub(crate) fn chosen(mut cases: Vec<Case>, words: &[String]) -> Result<Vec<Case>> {
+    let names: Vec<String> = cases.iter().map(|case| case.name.clone()).collect();
+    cases.retain(|case| is_named(&case.name, words));
+    if cases.is_empty() {
+        bail!(
+            "no case has `{}` in its name; there are\n  {}",
+            words.join("` and `"),
+            names.join("\n  ")
+        );
+    }
+    Ok(cases)
+}
+
+/// Whether a name has all of these words in it, whatever their case.
+pub(crate) fn is_named(name: &str, words: &[String]) -> bool {
+    let name = name.to_lowercase();
+    words.iter().all(|word| name.contains(&word.to_lowercase()))
+}
+
+/// What is counted.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Unit {
+    /// Millions of events a second, of so many.
+    Events(usize),
+    /// Microseconds.
+    Image,
+}
+
+impl Unit {
+    fn value(self, seconds: f64) -> f64 {
+        match self {
+            Self::Events(events) => events as f64 / seconds / 1e6,
+            Self::Image => seconds * 1e6,
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Events(_) => "M events/s",
+            Self::Image => "µs",
+        }
+    }
+
+    /// How many times as fast ours is.
+    fn ratio(self, ours: f64, theirs: f64) -> f64 {
+        match self {
+            Self::Events(_) => ours / theirs,
+            Self::Image => theirs / ours,
+        }
+    }
+}
+
+/// What was measured of a case.
+#[derive(Debug, Serialize)]
+pub(crate) struct Line {
+    case: String,
+    unit: &'static str,
+    /// Of the median pass.
+    value: f64,
+    passes: usize,
+    outliers: usize,
+    peers: Vec<Peer>,
+    #[serde(skip)]
+    kind: Unit,
+}
+
+/// What another program did in the same run.
+#[derive(Debug, Serialize)]
+struct Peer {
+    name: String,
+    value: f64,
+    /// How many times as fast ours is.
+    ratio: f64,
+}
+
+/// Times all cases, ours and the others by turns, and says what comes out.
+pub(crate) fn time(cases: Vec<Case>, passes: usize) -> Result<Vec<Line>> {
+    let mut lines = Vec::new();
+    for mut case in cases {
+        let mut times_s = vec![Vec::new(); 1 + case.peers.len()];
+        // The first pass fills caches and makes the memory that is reused.
+        for pass in 0..=passes.max(1) {
+            let others = case.peers.iter_mut().map(|(_, run)| run);
+            for (run, times_s) in [&mut case.run].into_iter().chain(others).zip(&mut times_s) {
+                let begin = Instant::now();
+                run()?;
+                if pass > 0 {
+                    times_s.push(begin.elapsed().as_secs_f64());
+                }
+            }
+        }
+        times_s.iter_mut().for_each(|times| times.sort_by(f64::total_cmp));
+        let value = |times: &[f64]| case.unit.value(quantile(times, 0.5));
+        let mut line = Line {
+            value: value(&times_s[0]),
+            passes: times_s[0].len(),
+            outliers: outliers(&times_s[0]),
+            unit: case.unit.name(),
+            kind: case.unit,
+            case: case.name,
+            peers: Vec::new(),
+        };
+        say(format!("{:46} {:9.1} {}", line.case, line.value, line.unit));
+        for ((name, _), times) in case.peers.iter().zip(&times_s[1..]) {
+            line.add((*name).to_owned(), value(times));
+        }
+        lines.push(line);
+    }
+    Ok(lines)
+}
+
+/// Runs the programs of the user on the files in `folder`, and puts their figures beside ours.
+pub(crate) fn invite(
+    peers: &[PeerCommand],
+    folder: &std::path::Path,
+    lines: &mut [Line],
+) -> Result<()> {
+    for peer in peers {
+        for (case, value) in peer.figures(folder)? {
+            match lines.iter_mut().find(|line| line.case == case) {
+                Some(line) => {
+                    say(format!("{:46} {:9.1} {}", line.case, line.value, line.unit));
+                    line.add(peer.name.clone(), value);
+                }
+                None => say(format!("warning   {}: no case is called `{case}`", peer.name)),
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Says so if the machine was busy.
+pub(crate) fn warn_if_busy(lines: &[Line]) {
+    if lines.iter().any(|line| line.outliers * 5 > line.passes) {
+        say("warning   many passes were outliers: the machine was busy, measure again");
+    }
+}
+
+impl Line {
+    /// Whether it is of this case.
+    pub(crate) fn is_called(&self, case: &str) -> bool {
+        self.case == case
+    }
+
+    /// Passes of a case of events in a second.
+    pub(crate) fn passes_per_second(&self) -> f64 {
+        match self.kind {
+            Unit::Events(events) => self.value * 1e6 / events as f64,
+            Unit::Image => 1e6 / self.value,
+        }
+    }
+
+    fn add(&mut self, name: String, value: f64) {
+        let ratio = self.kind.ratio(self.value, value);
+        say(format!("  {:44} {value:9.1} {}, ours {ratio:.1} times as fast", name, self.unit));
+        self.peers.push(Peer { name, value, ratio });
+    }
+}

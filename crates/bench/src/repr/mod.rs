@@ -1,0 +1,189 @@
+//! `evpose bench repr`: how fast representations take events in and are drawn, on one core.
+
+mod events;
+mod picture;
+mod plain;
+
+use std::hint::black_box;
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use evpose_core::{EventStream, Micros, Plane, SensorSize};
+use evpose_io::format_called;
+use evpose_repr::{
+    BlurWork, Canny, CannyWork, ChannelOrder, Eros, ErosConfig, ErosFramer, GaussianKernel,
+    REPRESENTATIONS, Representation, StreamWindow, representation_called,
+};
+use serde::Serialize;
+
+use crate::peer_bench::{Case, Line, Run, chosen, invite, time, warn_if_busy};
+use crate::peer_bench::{PEERS, PeerCommand};
+use evpose_app::json::write_json;
+use evpose_app::machine::Machine;
+use evpose_app::progress::say;
+use evpose_app::run_info::COMMIT;
+use std::path::PathBuf;
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = format!("Examples:\n  evpose bench repr\n  \
+    evpose bench repr --only eros --only 640x480 --json repr.json\n  \
+    evpose bench repr --peer 'tonic=python3 peer.py'\n\n{PEERS}"))]
+pub struct BenchReprArgs {
+    /// Events in 100 ms
+    #[arg(long, default_value_t = 1_000_000)]
+    pub(crate) events: usize,
+    /// Times each case runs; the median counts
+    #[arg(long, default_value_t = 31)]
+    pub(crate) passes: usize,
+    /// Only cases with this in their name; given twice, with both
+    #[arg(long, value_name = "WORD")]
+    pub(crate) only: Vec<String>,
+    /// Image for blur and Canny, of the size it has [default: discs, shades and grain, 1000x1000]
+    #[arg(long, value_name = "FILE")]
+    pub(crate) image: Option<PathBuf>,
+    /// Another program on the same events, in the same run (may be repeated)
+    #[arg(long = "peer", value_name = "NAME=COMMAND")]
+    pub(crate) peers: Vec<PeerCommand>,
+    /// Where to write the numbers
+    #[arg(long)]
+    pub(crate) json: Option<PathBuf>,
+}
+
+const SENSORS: [SensorSize; 2] = [SensorSize { width: 640, height: 480 }, SensorSize::DAVIS240C];
+/// Length of a window, and of the events.
+const WINDOW: Micros = Micros(100_000);
+
+/// What was measured and where.
+#[derive(Debug, Serialize)]
+struct Report {
+    machine: Machine,
+    commit: &'static str,
+    events: usize,
+    cases: Vec<Line>,
+}
+
+pub(crate) fn run(args: &BenchReprArgs) -> Result<()> {
+    let machine = Machine { threads: 1, ..Machine::this() };
+    say(format!("machine   {machine}"));
+    say(format!(
+        "events    {} in {} ms: a hundred blobs that wander, and every tenth event noise",
+        args.events,
+        WINDOW.0 / 1000
+    ));
+    let cases = cases(args.events, args.image.as_deref())?;
+    let mut lines = time(chosen(cases, &args.only)?, args.passes)?;
+    if !args.peers.is_empty() {
+        let folder = tempfile::tempdir().context("making a folder for the events")?;
+        for sensor in SENSORS {
+            let path = folder.path().join(format!("wandering-{sensor}.npz"));
+            let npz = format_called("npz").context("npz is a format")?;
+            npz.write(path, &events::wandering(sensor, args.events))?;
+        }
+        invite(&args.peers, folder.path(), &mut lines)?;
+    }
+    warn_if_busy(&lines);
+    let report = Report { machine, commit: COMMIT, events: args.events, cases: lines };
+    write_json(args.json.as_deref(), &report)
+}
+
+/// Updates by a stream that goes on, images of it, whole windows at once, and images made like EROS.
+fn cases(count: usize, photograph: Option<&Path>) -> Result<Vec<Case>> {
+    let mut cases = Vec::new();
+    for sensor in SENSORS {
+        let streams = [
+            ("wandering", events::wandering(sensor, count)),
+            ("uniform", events::uniform(sensor, count)),
+        ];
+        for (kind, events) in &streams {
+            for name in REPRESENTATIONS.iter().map(|entry| entry.name) {
+                let case = Case::of_events(
+                    format!("{name} update {sensor} {kind}"),
+                    events.len(),
+                    update(name, events)?,
+                );
+                cases.push(match name {
+                    "eros" => case.beside("plain loop over squares", plain::eros(events)),
+                    "lnes" => case.beside("plain loop over events", plain::lnes(events)),
+                    _ => case,
+                });
+            }
+        }
+        let events = &streams[0].1;
+        for name in REPRESENTATIONS.iter().map(|entry| entry.name) {
+            cases.push(Case::of_image(format!("{name} image {sensor}"), image(name, events)?));
+        }
+        for name in ["eci", "voxel-grid"] {
+            let name = (name, format!("{name} of a window {sensor}"));
+            cases.push(Case::of_events(name.1, events.len(), window(name.0, events)?));
+        }
+    }
+    cases.push(Case::of_image("eros image 8 bits blurred to 192x192", framer(count)));
+    let picture = picture::picture(photograph)?;
+    let name = format!("blur and Canny {}x{}", picture.width(), picture.height());
+    cases.push(Case::of_image(name, canny(picture)));
+    Ok(cases)
+}
+
+fn stream_window(sensor: SensorSize) -> Result<StreamWindow> {
+    Ok(StreamWindow::new(sensor, WINDOW, ChannelOrder::OffFirst)?)
+}
+
+fn update(name: &str, events: &EventStream) -> Result<Run> {
+    let mut running = representation_called(name)?.start(stream_window(events.sensor())?);
+    let events = events.clone();
+    Ok(Box::new(move || {
+        running.push(&events);
+        Ok(())
+    }))
+}
+
+fn image(name: &str, events: &EventStream) -> Result<Run> {
+    let mut running = representation_called(name)?.start(stream_window(events.sensor())?);
+    running.push(events);
+    let mut planes = vec![0.0; running.channels() * events.sensor().pixels()];
+    Ok(Box::new(move || {
+        running.render(&mut planes);
+        black_box(&planes);
+        Ok(())
+    }))
+}
+
+/// A recording's worth of events at once, planes included.
+fn window(name: &str, events: &EventStream) -> Result<Run> {
+    let mut running = representation_called(name)?.start(stream_window(events.sensor())?);
+    let mut planes = vec![0.0; running.channels() * events.sensor().pixels()];
+    let events = events.clone();
+    Ok(Box::new(move || {
+        running.reset();
+        running.push(&events);
+        running.render(&mut planes);
+        black_box(&planes);
+        Ok(())
+    }))
+}
+
+/// What the body network is shown.
+fn framer(count: usize) -> Run {
+    let mut eros = Eros::hpe_core(SENSORS[0], ErosConfig::ONLINE);
+    eros.push(&events::wandering(SENSORS[0], count));
+    let mut framer = ErosFramer::new(SENSORS[0], 192, 192);
+    let mut image = vec![0; 192 * 192];
+    Box::new(move || {
+        framer.resized(&eros, &mut image);
+        black_box(&image);
+        Ok(())
+    })
+}
+
+/// The first half of what MoveEnet makes of an image.
+fn canny(image: Plane<u8>) -> Run {
+    let (mut blurring, mut drawing) = (BlurWork::default(), CannyWork::default());
+    let mut blurred = Plane::filled(image.width(), image.height(), 0);
+    let mut edges = blurred.clone();
+    Box::new(move || {
+        GaussianKernel::Five.blur(&image, &mut blurring, &mut blurred);
+        Canny::default().draw(&blurred, &mut drawing, &mut edges);
+        black_box(&edges);
+        Ok(())
+    })
+}

@@ -1,0 +1,180 @@
+//! `evpose bench sensor`: what a step costs per pixel, beside other simulators.
+
+mod peer;
+pub mod scene;
+
+use std::time::Instant;
+
+use anyhow::{Context, Result};
+use evpose_core::{Micros, Plane};
+use evpose_io::frames::write_codes;
+use evpose_sensor::{SensorConfig, SensorModel};
+use serde::Serialize;
+
+use evpose_app::json::write_json;
+use evpose_app::machine::Machine;
+use evpose_app::progress::say;
+use evpose_app::run_info::COMMIT;
+use evpose_app::timing::{outliers, quantile};
+use peer::Peer;
+use std::path::PathBuf;
+
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "A peer is a program that is started once for each setting. In its words, which \
+    spaces divide,\n  {frames}   is an .npy file of u1 (frames, height, width), to be shown over and \
+    over,\n  {fps}      the frames per second,\n  {setting}  `thresholds` (thresholds that differ \
+    from pixel to pixel) or `all`\n             (and low-pass, leak, shot noise and a refractory \
+    period),\n  {seconds}  for how long to measure.\n\
+    It prints its nanoseconds per pixel and step, on one core, as its last line.\n\n\
+    Examples:\n  evpose bench sensor\n  \
+    evpose bench sensor --json sensor.json --peer \"other=./other {frames} {fps} {setting}\""
+)]
+/// Arguments of `evpose bench sensor`.
+pub struct BenchSensorArgs {
+    /// Seconds for each setting and peer
+    #[arg(long, default_value_t = 3.0)]
+    pub(crate) seconds: f64,
+    /// Another simulator to be timed on the same frames (may be repeated)
+    #[arg(long, value_name = "NAME=COMMAND")]
+    pub(crate) peer: Vec<String>,
+    /// Where to write the numbers
+    #[arg(long)]
+    pub(crate) json: Option<PathBuf>,
+}
+
+/// What a benchmark measured and where.
+#[derive(Debug, Serialize)]
+struct Report {
+    machine: Machine,
+    commit: &'static str,
+    sensor: String,
+    frames: usize,
+    fps: u32,
+    settings: Vec<Measured>,
+}
+
+/// One chain and its peers. Times are per pixel and step.
+#[derive(Debug, Serialize)]
+struct Measured {
+    setting: &'static str,
+    effects: Vec<String>,
+    passes: usize,
+    min_ns: f64,
+    median_ns: f64,
+    p90_ns: f64,
+    outliers: usize,
+    events_per_pixel_step: f64,
+    events_per_second: f64,
+    peers: Vec<PeerTime>,
+}
+
+#[derive(Debug, Serialize)]
+struct PeerTime {
+    name: String,
+    ns: f64,
+    ratio: f64,
+}
+
+pub(crate) fn run(args: &BenchSensorArgs) -> Result<()> {
+    let peers = args.peer.iter().map(|text| Peer::parse(text)).collect::<Result<Vec<_>>>()?;
+    let frames = scene::frames();
+    // One step is one pass of one thread, whatever the machine has.
+    let machine = Machine { threads: 1, ..Machine::this() };
+    let mut report = Report {
+        machine,
+        commit: COMMIT,
+        sensor: scene::SIZE.to_string(),
+        frames: scene::FRAMES,
+        fps: scene::FPS,
+        settings: Vec::new(),
+    };
+    say(format!("machine   {}", report.machine));
+    say(format!(
+        "frames    {} of {} at {} fps, 8 bit, in memory",
+        report.frames, report.sensor, report.fps
+    ));
+    let folder = tempfile::tempdir().context("making a folder for the frames of peers")?;
+    let file = folder.path().join("frames.npy");
+    let codes: Vec<Vec<u8>> = (0..scene::FRAMES).map(scene::codes).collect();
+    write_codes(&file, scene::SIZE, &codes)?;
+    for (setting, config) in [("thresholds", scene::thresholds()), ("all", scene::all())] {
+        let mut measured = measure(setting, &config, &frames, args.seconds)?;
+        measured.say();
+        for peer in &peers {
+            let ns = peer.measure(&file, scene::FPS, setting, args.seconds)?;
+            let ratio = ns / measured.median_ns;
+            say(format!("  {:18} {ns:8.2} ns: {ratio:.1} times ours", peer.name));
+            measured.peers.push(PeerTime { name: peer.name.clone(), ns, ratio });
+        }
+        report.settings.push(measured);
+    }
+    if report.settings.iter().any(|measured| measured.outliers * 10 > measured.passes) {
+        say("warning   many passes were outliers: the machine was busy, measure again");
+    }
+    write_json(args.json.as_deref(), &report)
+}
+
+/// Shows the frames over and over, a pass at a time.
+fn measure(
+    setting: &'static str,
+    config: &SensorConfig,
+    frames: &[Plane<f32>],
+    seconds: f64,
+) -> Result<Measured> {
+    let mut run = SensorModel::from_config(config)?.start(scene::SIZE, 1);
+    let step = 1_000_000 / i64::from(scene::FPS);
+    let pixel_steps = (frames.len() * scene::SIZE.pixels()) as f64;
+    let mut now = 0;
+    let mut pass = || -> Result<(f64, usize)> {
+        let begin = Instant::now();
+        let mut events = 0;
+        for frame in frames {
+            events += run.expose(frame, Micros(now))?.len();
+            now += step;
+        }
+        Ok((begin.elapsed().as_secs_f64() * 1e9 / pixel_steps, events))
+    };
+    for _ in 0..3 {
+        pass()?;
+    }
+    let begin = Instant::now();
+    let (mut times_ns, mut events) = (Vec::new(), 0);
+    while begin.elapsed().as_secs_f64() < seconds || times_ns.len() < 5 {
+        let (ns, count) = pass()?;
+        times_ns.push(ns);
+        events += count;
+    }
+    times_ns.sort_by(f64::total_cmp);
+    let median_ns = quantile(&times_ns, 0.5);
+    let events_per_pixel_step = events as f64 / (times_ns.len() as f64 * pixel_steps);
+    Ok(Measured {
+        setting,
+        effects: config.effects.iter().map(|effect| effect.name.clone()).collect(),
+        passes: times_ns.len(),
+        min_ns: times_ns[0],
+        median_ns,
+        p90_ns: quantile(&times_ns, 0.9),
+        outliers: outliers(&times_ns),
+        events_per_pixel_step,
+        events_per_second: events_per_pixel_step / median_ns * 1e9,
+        peers: Vec::new(),
+    })
+}
+
+impl Measured {
+    fn say(&self) {
+        say(format!("{}: {}", self.setting, self.effects.join(", ")));
+        say(format!(
+            "  {:18} {:8.2} ns per pixel and step (median of {} passes; min {:.2}, p90 {:.2}), \
+             {:.1} million events/s ({:.2} % of pixel steps)",
+            "evpose",
+            self.median_ns,
+            self.passes,
+            self.min_ns,
+            self.p90_ns,
+            1e-6 * self.events_per_second,
+            100.0 * self.events_per_pixel_step,
+        ));
+    }
+}

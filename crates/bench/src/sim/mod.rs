@@ -1,0 +1,255 @@
+//! `evpose bench sim`: steps a second of the labelled hand simulation, and where the time goes.
+
+#[cfg(feature = "peers")]
+mod euc;
+mod mesh;
+mod raster;
+
+use std::path::Path;
+use std::time::Instant;
+
+use anyhow::{Context, Result};
+use evpose_body::BodyModel;
+use evpose_sim::{Part, Simulation, SimulationConfig, record};
+use rayon::prelude::*;
+use serde::Serialize;
+
+use evpose_app::hand_config;
+use evpose_app::json::write_json;
+use evpose_app::machine::Machine;
+use evpose_app::progress::{bar, say};
+use evpose_app::run_info::COMMIT;
+use evpose_app::threads::use_threads;
+use evpose_app::timing::{outliers, quantile};
+use raster::RasterTime;
+use std::path::PathBuf;
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  evpose bench sim\n  evpose bench sim --quick\n  \
+    evpose bench sim --sequences 2 --seconds 5 --json sim.json\n\n\
+    Build with --features peers to time other rasterisers in the same run.")]
+pub struct BenchSimArgs {
+    /// A TOML file, or an embedded config: its simulation is measured
+    #[arg(long, default_value = "eventhands")]
+    pub(crate) config: String,
+    /// Sequences of each mesh
+    #[arg(long, default_value_t = 10)]
+    pub(crate) sequences: u64,
+    /// Simulated seconds of each sequence
+    #[arg(long, default_value_t = 50.0)]
+    pub(crate) seconds: f64,
+    /// A short look: 4 sequences of 2 s, in which beginnings weigh more
+    #[arg(long, conflicts_with_all = ["sequences", "seconds"])]
+    pub(crate) quick: bool,
+    /// Sequences at a time; one on each core by default
+    #[arg(long)]
+    pub(crate) threads: Option<usize>,
+    /// Folder for the files, removed after each sequence [default: the system's for temporary files]
+    #[arg(long)]
+    pub(crate) scratch: Option<PathBuf>,
+    /// Where to write the numbers
+    #[arg(long)]
+    pub(crate) json: Option<PathBuf>,
+}
+
+/// Sequences of each mesh, and their seconds, in a short look.
+const QUICK: (u64, f64) = (4, 2.0);
+
+/// Share of the image that the hand covers, on average, where figures are to be compared.
+const LEAST_COVERAGE: f64 = 0.1;
+
+/// What a benchmark measured and where.
+#[derive(Debug, Serialize)]
+struct Report {
+    machine: Machine,
+    commit: &'static str,
+    image: String,
+    sequences: u64,
+    seconds: f64,
+    meshes: Vec<Measured>,
+}
+
+/// One mesh.
+#[derive(Debug, Serialize)]
+struct Measured {
+    mesh: &'static str,
+    vertices: usize,
+    triangles: usize,
+    /// Share of the image that the hand covers, on average.
+    coverage: f64,
+    events_per_step: f64,
+    /// Steps a second of one sequence, sorted; as many run at a time as there are threads.
+    sequence_steps_per_s: Vec<f64>,
+    /// Median of those, times the threads.
+    median_steps_per_s: f64,
+    /// All steps over all time, starts and ends of sequences included.
+    overall_steps_per_s: f64,
+    outliers: usize,
+    /// Microseconds a step on one thread.
+    parts_us: Vec<(&'static str, f64)>,
+    rasterisers: Vec<RasterTime>,
+}
+
+/// One sequence.
+struct Timed {
+    steps_per_s: f64,
+    parts_s: [f64; Part::ALL.len()],
+    total_s: f64,
+    coverage: f64,
+    events: u64,
+}
+
+pub(crate) fn run(args: &BenchSimArgs) -> Result<()> {
+    use_threads(args.threads)?;
+    let mut config = hand_config::load(&args.config, &[])?;
+    let (sequences, seconds) = if args.quick { QUICK } else { (args.sequences, args.seconds) };
+    config.simulation.sequences = sequences as usize;
+    config.simulation.seconds = seconds;
+    config.simulation.validate()?;
+    let scratch = match &args.scratch {
+        Some(folder) => tempfile::tempdir_in(folder),
+        None => tempfile::tempdir(),
+    }
+    .context("making a folder for the recordings")?;
+    let simulation = &config.simulation;
+    let mut report = Report {
+        machine: Machine::this(),
+        commit: COMMIT,
+        image: simulation.image_size().to_string(),
+        sequences,
+        seconds,
+        meshes: Vec::new(),
+    };
+    say(format!("machine   {}", report.machine));
+    say(format!(
+        "steps     of {} ms at {}, {} sequences of {} s for each mesh, files written",
+        simulation.step().as_seconds() * 1e3,
+        report.image,
+        report.sequences,
+        report.seconds
+    ));
+    let arm = BodyModel::procedural_arm();
+    let fine = mesh::refined(arm.clone(), mesh::SMPLH_VERTICES);
+    for (name, body) in [("procedural", arm), ("as fine as SMPL+H", fine)] {
+        let measured = measure(name, simulation, config.seed, body, scratch.path())?;
+        measured.say(report.machine.threads, &report.image);
+        report.meshes.push(measured);
+    }
+    write_json(args.json.as_deref(), &report)
+}
+
+fn measure(
+    mesh: &'static str,
+    config: &SimulationConfig,
+    seed: u64,
+    body: BodyModel,
+    scratch: &Path,
+) -> Result<Measured> {
+    let rasterisers = raster::measure(config, &body);
+    let (vertices, triangles) = (body.template_m.len(), body.faces.len());
+    let simulation = Simulation::with_body(config, seed, body)?;
+    let progress = bar(mesh, config.sequences as u64 * config.frames(), "steps");
+    let begin = Instant::now();
+    let sequences: Vec<Timed> = (0..config.sequences)
+        .into_par_iter()
+        .with_max_len(1)
+        .map(|index| sequence(&simulation, index as u64, scratch, &|steps| progress.inc(steps)))
+        .collect::<Result<_>>()?;
+    let overall_s = begin.elapsed().as_secs_f64();
+    progress.finish_and_clear();
+
+    let steps = config.frames() as f64;
+    let count = sequences.len() as f64;
+    let per_step_us = |s: f64| s / (count * steps) * 1e6;
+    let mut parts_us: Vec<(&'static str, f64)> = Part::ALL
+        .into_iter()
+        .map(|part| {
+            let sum_s: f64 = sequences.iter().map(|timed| timed.parts_s[part as usize]).sum();
+            (part.name(), per_step_us(sum_s))
+        })
+        .collect();
+    let total_us = per_step_us(sequences.iter().map(|timed| timed.total_s).sum());
+    let known_us: f64 = parts_us.iter().map(|(_, us)| us).sum();
+    parts_us.push(("write and rest", total_us - known_us));
+    parts_us.push(("step", total_us));
+    let mut rates: Vec<f64> = sequences.iter().map(|timed| timed.steps_per_s).collect();
+    rates.sort_by(f64::total_cmp);
+    let at_a_time = rayon::current_num_threads().min(sequences.len()) as f64;
+    Ok(Measured {
+        mesh,
+        vertices,
+        triangles,
+        coverage: sequences.iter().map(|timed| timed.coverage).sum::<f64>() / count,
+        events_per_step: sequences.iter().map(|timed| timed.events as f64).sum::<f64>()
+            / (count * steps),
+        median_steps_per_s: quantile(&rates, 0.5) * at_a_time,
+        overall_steps_per_s: count * steps / overall_s,
+        outliers: outliers(&rates),
+        sequence_steps_per_s: rates,
+        parts_us,
+        rasterisers,
+    })
+}
+
+/// Records one sequence, from its first draw to its files, and removes them.
+fn sequence(
+    simulation: &Simulation,
+    index: u64,
+    scratch: &Path,
+    progress: &(dyn Fn(u64) + Sync),
+) -> Result<Timed> {
+    let frames = simulation.config().frames();
+    let begin = Instant::now();
+    let mut simulator = simulation.sequence(index)?.timed();
+    let stem = scratch.join(format!("{index:04}"));
+    let recorded = record(&mut simulator, frames, &stem, progress)?;
+    let total_s = begin.elapsed().as_secs_f64();
+    for ending in ["evc", "meta", "toml"] {
+        std::fs::remove_file(stem.with_extension(ending))
+            .with_context(|| format!("removing {}", stem.display()))?;
+    }
+    let watch = simulator.stopwatch();
+    Ok(Timed {
+        steps_per_s: frames as f64 / total_s,
+        parts_s: Part::ALL.map(|part| watch.time(part).as_secs_f64()),
+        total_s,
+        coverage: watch.coverage(),
+        events: recorded.events,
+    })
+}
+
+impl Measured {
+    fn say(&self, threads: usize, image: &str) {
+        say(format!(
+            "\n{}: {} vertices, {} triangles, {:.1} % of the image, {:.0} events a step",
+            self.mesh,
+            self.vertices,
+            self.triangles,
+            100.0 * self.coverage,
+            self.events_per_step
+        ));
+        say(format!(
+            "  {:.0} steps/s on {threads} threads: median sequence of {} ({:.0} over all time)",
+            self.median_steps_per_s,
+            self.sequence_steps_per_s.len(),
+            self.overall_steps_per_s
+        ));
+        let total_us = self.parts_us.last().map_or(1.0, |(_, us)| *us);
+        for (name, us) in &self.parts_us {
+            say(format!("  {name:16} {us:8.1} µs {:5.1} %", 100.0 * us / total_us));
+        }
+        if self.coverage < LEAST_COVERAGE {
+            say("  note: less than 10 % of the image; with more to shade a step takes longer");
+        }
+        say(format!("  rasteriser alone, {} flat triangles at {image}, one core:", self.triangles));
+        for time in &self.rasterisers {
+            say(format!(
+                "  {:20} {:8.1} µs, {:.2} times ours ({:.0} pixels)",
+                time.name, time.median_us, time.ratio, time.covered
+            ));
+        }
+        if self.outliers * 10 > self.sequence_steps_per_s.len() {
+            say("  warning: some sequences were outliers: the machine was busy, measure again");
+        }
+    }
+}

@@ -1,0 +1,294 @@
+//! `evpose bench train`: how long one training step takes, and how much memory.
+
+mod usage;
+
+use std::time::Instant;
+
+use anyhow::Result;
+use burn::module::Module as BurnModule;
+use burn::optim::{AdamConfig, GradientsParams, ModuleOptimizer};
+use burn::tensor::{Device, Tensor, TensorData};
+use evpose_nn::{HandLoss, MOVE_ENET, Network, set_training_kernels};
+use evpose_pose::PARAMETERS;
+use evpose_train::{HandConfig, untrained};
+use serde::Serialize;
+
+use evpose_app::args::DeviceArgs;
+use evpose_app::hand_config;
+use evpose_app::json::write_json;
+use evpose_app::latency;
+use evpose_app::machine::Machine;
+use evpose_app::progress::say;
+use evpose_app::run_info::COMMIT;
+use evpose_app::timing::{outliers, quantile};
+use std::path::PathBuf;
+use usage::{peak_resident_mib, processor_s};
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  evpose bench train\n  \
+    evpose bench train --threads 1 --burn\n  \
+    evpose bench train --config quick --steps 50 --json train.json\n\n\
+    Windows and poses are random. A step is the forward pass with the loss, the backward pass and Adam.")]
+pub struct BenchTrainArgs {
+    /// A TOML file, or an embedded config: its network and image size are measured
+    #[arg(long, default_value = "eventhands")]
+    pub(crate) config: String,
+    /// A network of the registry instead of the config's own, of the config's width
+    #[arg(long, value_name = "NAME")]
+    pub(crate) network: Option<String>,
+    /// Measured steps, after two to warm up
+    #[arg(long, default_value_t = 20)]
+    pub(crate) steps: usize,
+    /// Windows of a step
+    #[arg(long, default_value_t = 16)]
+    pub(crate) batch: usize,
+    /// Time Burn's arithmetic instead of our kernels
+    #[arg(long)]
+    pub(crate) burn: bool,
+    /// Where to write the numbers
+    #[arg(long)]
+    pub(crate) json: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) device: DeviceArgs,
+}
+
+/// Steps before those that are measured: memory is asked for, the optimiser gets its moments.
+const WARM_UP: usize = 2;
+
+/// What a benchmark measured and where.
+#[derive(Debug, Serialize)]
+struct Report {
+    network: String,
+    width: f32,
+    parameters: usize,
+    input: [usize; 4],
+    device: String,
+    machine: Machine,
+    commit: &'static str,
+    /// What computed: our kernels or Burn.
+    by: &'static str,
+    steps: usize,
+    step: Times,
+    forward: Times,
+    backward: Times,
+    update: Times,
+    /// Processor time of all threads for a step; 0 where the system does not tell.
+    processor_ms: f64,
+    /// The most memory that the process held; 0 where the system does not tell.
+    peak_resident_mib: f64,
+    windows_per_second: f64,
+    /// Modified z-scores above 3.5 (Iglewicz and Hoaglin 1993): signs of a busy machine.
+    outliers: usize,
+    /// The loss of the last step: equal for equal bits.
+    loss: f32,
+}
+
+/// Times of a phase of a step, in milliseconds.
+#[derive(Debug, Serialize)]
+struct Times {
+    median_ms: f64,
+    /// An interval that holds the median of all steps with at least 95 % (order statistics), the
+    /// smallest and the largest where there are fewer than six.
+    interval_ms: [f64; 2],
+    min_ms: f64,
+}
+
+impl Times {
+    fn of(mut times_ms: Vec<f64>) -> Self {
+        times_ms.sort_by(f64::total_cmp);
+        let n = times_ms.len();
+        let outer = outer_rank(n);
+        Self {
+            median_ms: quantile(&times_ms, 0.5),
+            interval_ms: [times_ms[outer], times_ms[n - 1 - outer]],
+            min_ms: times_ms[0],
+        }
+    }
+}
+
+/// How many of `n` sorted values lie outside on each side of the narrowest interval of order
+/// statistics that misses the median at most one time in twenty (Conover 1999, Sec. 3.2).
+fn outer_rank(n: usize) -> usize {
+    // The chance of `k` or fewer heads of `n` throws.
+    let (mut chance, mut at_most, mut outer) = (0.5_f64.powi(n as i32), 0.0, 0);
+    for k in 0..n / 2 {
+        at_most += chance;
+        if 2.0 * at_most > 0.05 {
+            break;
+        }
+        outer = k + 1;
+        chance *= (n - k) as f64 / (k + 1) as f64;
+    }
+    outer.saturating_sub(1)
+}
+
+pub(crate) fn run(args: &BenchTrainArgs) -> Result<()> {
+    let mut config = hand_config::load(&args.config, &[])?;
+    let target = args.device.open()?.autodiff();
+    set_training_kernels(!args.burn);
+    if let Some(name) = &args.network {
+        name.clone_into(&mut config.network.backbone);
+    }
+    let report = if config.network.backbone == MOVE_ENET {
+        of_body(args, &config, &target)?
+    } else {
+        of_hand(args, &config, &target)?
+    };
+    tell(&report);
+    write_json(args.json.as_deref(), &report)
+}
+
+/// A step of a hand's network: its loss against random poses.
+fn of_hand(args: &BenchTrainArgs, config: &HandConfig, device: &Device) -> Result<Report> {
+    let sensor = config.simulation.image_size();
+    let input = [args.batch, 2, usize::from(sensor.height), usize::from(sensor.width)];
+    let windows = images(input, config.seed, 1.0, device);
+    let poses = latency::windows([args.batch, PARAMETERS, 1, 1], config.seed ^ 1);
+    let poses = TensorData::new(poses, [args.batch, PARAMETERS]);
+    let poses = Tensor::<2>::from_data(poses, device);
+    let loss = HandLoss::new(config.loss);
+    let network = untrained(config, device)?;
+    Ok(measured(args, config, input, network, |network| {
+        loss.forward(network.forward(windows.clone()), poses.clone()).objective
+    }))
+}
+
+/// A step of a body's network: the mean squares of its maps, each from random numbers.
+fn of_body(args: &BenchTrainArgs, config: &HandConfig, device: &Device) -> Result<Report> {
+    let network = Network::untrained(MOVE_ENET, config.network.width, config.seed, device)?;
+    let ([channels, height, width], brightest) = (network.input(), network.brightest());
+    let Network::Body(network) = network else { unreachable!("of this name") };
+    let input = [args.batch, channels, height, width];
+    let windows = images(input, config.seed, brightest, device);
+    let of_maps = |map: Tensor<4>| {
+        let target = images(map.dims(), config.seed ^ 1, 1.0, device);
+        (map - target).square().mean()
+    };
+    Ok(measured(args, config, input, *network, |network| {
+        let maps = network.forward(windows.clone()).into_array().map(of_maps);
+        maps.into_iter().reduce(|sum, map| sum + map).unwrap_or_else(|| unreachable!("four"))
+    }))
+}
+
+/// Random images.
+fn images(size: [usize; 4], seed: u64, brightest: f32, device: &Device) -> Tensor<4> {
+    Tensor::from_data(TensorData::new(latency::windows(size, seed), size), device) * brightest
+}
+
+/// What steps take that lower an objective.
+fn measured<M: BurnModule>(
+    args: &BenchTrainArgs,
+    config: &HandConfig,
+    input: [usize; 4],
+    mut network: M,
+    objective: impl Fn(&M) -> Tensor<1>,
+) -> Report {
+    let mut stepper = Stepper { adam: AdamConfig::new().init(), loss_was: 0.0 };
+    let parameters = network.num_params();
+    let steps = args.steps.max(1);
+    let mut phases: [Vec<f64>; 4] = Default::default();
+    let mut before_s = processor_s();
+    for step in 0..WARM_UP + steps {
+        if step == WARM_UP {
+            before_s = processor_s();
+        }
+        let times;
+        (network, times) = stepper.step(network, &objective, config.training.learning_rate);
+        if step >= WARM_UP {
+            phases.iter_mut().zip(times).for_each(|(all, time)| all.push(time));
+        }
+    }
+    let processor_ms = 1e3 * (processor_s() - before_s) / steps as f64;
+    let [step, forward, backward, update] = phases;
+    let mut sorted = step.clone();
+    sorted.sort_by(f64::total_cmp);
+    let ours = !args.burn && args.device.device.name() == "flex";
+    let [step, forward, backward, update] = [step, forward, backward, update].map(Times::of);
+    Report {
+        network: config.network.backbone.clone(),
+        width: config.network.width,
+        parameters,
+        input,
+        device: args.device.device.name().to_owned(),
+        machine: Machine::this(),
+        commit: COMMIT,
+        by: if ours { "our kernels" } else { "Burn" },
+        steps,
+        windows_per_second: args.batch as f64 * 1e3 / step.median_ms,
+        step,
+        forward,
+        backward,
+        update,
+        processor_ms,
+        peak_resident_mib: peak_resident_mib(),
+        outliers: outliers(&sorted),
+        loss: stepper.loss_was,
+    }
+}
+
+fn tell(report: &Report) {
+    say(format!("machine   {}", report.machine));
+    say(format!(
+        "network   {} of width {}, {} parameters, input {:?}, on {} by {}",
+        report.network, report.width, report.parameters, report.input, report.device, report.by
+    ));
+    let Times { median_ms, interval_ms: [low, high], min_ms } = report.step;
+    say(format!(
+        "step      {median_ms:.0} ms [{low:.0}, {high:.0}], min {min_ms:.0}, processor {:.0} ms  ({} \
+         steps, {:.1} windows/s)",
+        report.processor_ms, report.steps, report.windows_per_second
+    ));
+    say(format!(
+        "phases    forward and loss {:.0} ms, backward {:.0} ms, Adam {:.0} ms",
+        report.forward.median_ms, report.backward.median_ms, report.update.median_ms
+    ));
+    say(format!("memory    {:.0} MiB at most", report.peak_resident_mib));
+    say(format!("loss      {} after {} steps", report.loss, report.steps + WARM_UP));
+    if report.outliers * 10 > report.steps {
+        say(format!(
+            "warning   {} of {} steps were outliers: the machine was busy, measure again",
+            report.outliers, report.steps
+        ));
+    }
+}
+
+/// What a training remembers between its steps.
+struct Stepper {
+    adam: ModuleOptimizer,
+    loss_was: f32,
+}
+
+impl Stepper {
+    /// One step, with the milliseconds of all of it, its forward pass, its backward pass, its update.
+    fn step<M: BurnModule>(
+        &mut self,
+        network: M,
+        objective: &impl Fn(&M) -> Tensor<1>,
+        learning_rate: f64,
+    ) -> (M, [f64; 4]) {
+        let started = Instant::now();
+        let objective = objective(&network);
+        // Reading a value makes a device that works in the background finish.
+        self.loss_was = objective.clone().into_scalar::<f32>();
+        let forward = started.elapsed();
+        let gradients = GradientsParams::from_grads(objective.backward(), &network);
+        let backward = started.elapsed();
+        let network = self.adam.step(learning_rate, network, gradients);
+        let all = started.elapsed();
+        let times = [all, forward, backward - forward, all - backward];
+        (network, times.map(|time| time.as_secs_f64() * 1e3))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn intervals_of_medians_are_those_of_the_binomial_tables() {
+        // Conover's table A3: ranks 1 and 6, 2 and 9, 6 and 15 of 6, 10 and 20 values.
+        assert_eq!([3, 6, 10, 20].map(outer_rank), [0, 0, 1, 5]);
+        let times = Times::of((1..=10).rev().map(f64::from).collect());
+        assert_eq!((times.median_ms, times.interval_ms, times.min_ms), (5.0, [2.0, 9.0], 1.0));
+    }
+}

@@ -1,0 +1,107 @@
+//! What a simulated camera looks at, beside its events: one sheet for a whole run.
+
+use anyhow::{Context, Result};
+use evpose_core::{Micros, Plane, SensorSize};
+use evpose_sim::Simulation;
+use glam::Vec3A;
+use image::{Rgb, RgbImage};
+use rayon::prelude::*;
+
+use super::canvas::{Canvas, contact_sheet};
+
+/// Moments on the sheet, each a view and its events.
+const MOMENTS: u64 = 8;
+/// When the first and every further moment is, in steps: far enough from the start for its burst to
+/// be forgotten, and different in every sequence.
+const FIRST_STEP: u64 = 400;
+const FURTHER_STEPS: u64 = 170;
+/// Steps between moments of the same sequence, where there are few.
+const ROUND_STEPS: u64 = 1_500;
+/// How long events stay in the picture.
+const WINDOW: Micros = Micros(50_000);
+/// Width a picture is enlarged to, at least.
+const PICTURE_PX: u32 = 240;
+/// Linear light to a screen's numbers, as in the published simulator.
+const SCREEN_GAMMA: f32 = 2.2;
+
+/// Views of the sequences of `simulation`, simulated up to there once more. The same for any number
+/// of threads.
+///
+/// # Errors
+/// If a sequence cannot be simulated.
+pub fn sheet(simulation: &Simulation) -> Result<RgbImage> {
+    let pairs: Vec<[RgbImage; 2]> =
+        (0..MOMENTS).into_par_iter().map(|i| moment(simulation, i)).collect::<Result<_>>()?;
+    Ok(contact_sheet(&pairs.concat(), 4))
+}
+
+fn moment(simulation: &Simulation, index: u64) -> Result<[RgbImage; 2]> {
+    let config = simulation.config();
+    let sequences = config.sequences as u64;
+    let steps = FIRST_STEP + FURTHER_STEPS * index + ROUND_STEPS * (index / sequences);
+    let last = steps.min(config.frames()).checked_sub(1).context("sequences without steps")?;
+    let mut simulator = simulation.sequence(index % sequences)?;
+    let sensor = simulator.camera().sensor();
+    let scale = PICTURE_PX.div_ceil(u32::from(sensor.width));
+    let mut newest = [Plane::for_sensor(sensor, None), Plane::for_sensor(sensor, None)];
+    let mut now = Micros(0);
+    for _ in 0..=last {
+        let step = simulator.advance()?;
+        now = step.t;
+        for event in step.events.iter() {
+            let plane = &mut newest[usize::from(event.polarity.is_on())];
+            *plane.at_mut(usize::from(event.x), usize::from(event.y)) = Some(event.t);
+        }
+    }
+    let [off, on] = newest.map(|newest| faded(sensor, &newest, now));
+    let events = Canvas::events(&on, &off, scale).into_image();
+    Ok([screen(&simulator.picture(), scale), events])
+}
+
+/// 1 for an event of now, 0 for none within the window.
+fn faded(sensor: SensorSize, newest: &Plane<Option<Micros>>, now: Micros) -> Plane<f32> {
+    let mut faded = Plane::for_sensor(sensor, 0.0);
+    for (value, t) in faded.data_mut().iter_mut().zip(newest.data()) {
+        if let Some(t) = t {
+            *value = (1.0 - (now.0 - t.0) as f32 / WINDOW.0 as f32).max(0.0);
+        }
+    }
+    faded
+}
+
+/// Linear colours as a screen shows them.
+fn screen(linear: &Plane<Vec3A>, scale: u32) -> RgbImage {
+    RgbImage::from_fn(linear.width() as u32 * scale, linear.height() as u32 * scale, |x, y| {
+        let rgb = *linear.at((x / scale) as usize, (y / scale) as usize);
+        let shown = rgb.clamp(Vec3A::ZERO, Vec3A::ONE).powf(1.0 / SCREEN_GAMMA) * 255.0;
+        Rgb(shown.to_array().map(|value| value.round() as u8))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use evpose_sim::SimulationConfig;
+
+    use super::*;
+
+    #[test]
+    fn the_sheet_shows_a_hand_and_its_events() -> Result<()> {
+        let mut config = SimulationConfig {
+            image_scale: 0.2,
+            sequences: 2,
+            seconds: 0.5,
+            ..SimulationConfig::default()
+        };
+        config.skin.texels = 32;
+        let simulation = Simulation::new(&config, 3)?;
+        let sheet = sheet(&simulation)?;
+        // 48x36 pixels five times as large, 16 of them with gaps of 6.
+        assert_eq!(sheet.dimensions(), (4 * 246 + 6, 4 * 186 + 6));
+        let [view, events] = moment(&simulation, 0)?;
+        let colours = |image: &RgbImage| {
+            image.pixels().map(|pixel| pixel.0).collect::<std::collections::BTreeSet<_>>().len()
+        };
+        assert!(colours(&view) > 100 && colours(&events) > 10);
+        Ok(())
+    }
+}

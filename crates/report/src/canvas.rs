@@ -1,0 +1,128 @@
+//! Pictures with hands or bodies drawn over them.
+
+use evpose_core::Plane;
+use evpose_pose::HAND_BONES;
+use evpose_pose::body::{BodyPoints, LIMBS};
+use glam::Vec2;
+use image::{Rgb, RgbImage};
+
+/// Colour of what is true.
+pub const TRUTH: Rgb<u8> = Rgb([0x1a, 0x9e, 0x5c]);
+/// Colour of what was predicted.
+pub const PREDICTION: Rgb<u8> = Rgb([0xe8, 0x6a, 0x17]);
+
+/// Colour of the hand predicted in the slow-motion mode.
+pub const SLOW_MOTION: Rgb<u8> = Rgb([0x8b, 0x3f, 0xc6]);
+
+const PAPER: [f32; 3] = [252.0, 252.0, 253.0];
+const ON_INK: [f32; 3] = [30.0, 100.0, 200.0];
+const OFF_INK: [f32; 3] = [200.0, 50.0, 60.0];
+
+/// A picture of events, enlarged, on which skeletons can be drawn.
+pub struct Canvas {
+    image: RgbImage,
+    scale: u32,
+}
+
+impl Canvas {
+    /// Draws the two polarity planes of a surface with values in 0 to 1: ON blue, OFF red, newer
+    /// events darker. Each pixel becomes `scale` by `scale`.
+    pub fn events(on: &Plane<f32>, off: &Plane<f32>, scale: u32) -> Self {
+        let (width, height) = (on.width() as u32 * scale, on.height() as u32 * scale);
+        let image = RgbImage::from_fn(width, height, |x, y| {
+            let at = ((x / scale) as usize, (y / scale) as usize);
+            let (on, off) = (*on.at(at.0, at.1), *off.at(at.0, at.1));
+            // The newer polarity is on top, as a person would see it.
+            let (ink, strength) = if on >= off { (ON_INK, on) } else { (OFF_INK, off) };
+            let strength = strength.clamp(0.0, 1.0).powf(1.5);
+            Rgb(std::array::from_fn(|c| (PAPER[c] + (ink[c] - PAPER[c]) * strength) as u8))
+        });
+        Self { image, scale }
+    }
+
+    /// A grey image, each pixel `scale` by `scale`.
+    pub fn grey(grey: &Plane<u8>, scale: u32) -> Self {
+        let (width, height) = (grey.width() as u32 * scale, grey.height() as u32 * scale);
+        let image = RgbImage::from_fn(width, height, |x, y| {
+            Rgb([*grey.at((x / scale) as usize, (y / scale) as usize); 3])
+        });
+        Self { image, scale }
+    }
+
+    /// A picture whose sensor's pixels are `scale` by `scale`.
+    pub fn over(image: RgbImage, scale: u32) -> Self {
+        Self { image, scale }
+    }
+
+    /// Draws joints and the limbs between them; what is not known is left out.
+    pub fn body(&mut self, joints_px: &BodyPoints, colour: Rgb<u8>) {
+        let radius = 0.55 * self.scale as f32;
+        for [a, b] in LIMBS {
+            if let (Some(a), Some(b)) = (joints_px[a], joints_px[b]) {
+                self.line(a, b, radius, colour);
+            }
+        }
+        for joint in joints_px.iter().flatten() {
+            self.line(*joint, *joint, 2.2 * radius, colour);
+        }
+    }
+
+    /// Draws the 21 evaluated points (pixels of the sensor, 0 at its top-left corner) as a hand.
+    pub fn hand(&mut self, points_px: &[Vec2; 21], colour: Rgb<u8>) {
+        let radius = 0.35 * self.scale as f32;
+        for [a, b] in HAND_BONES {
+            self.line(points_px[a], points_px[b], radius, colour);
+        }
+        for &point in points_px {
+            self.line(point, point, 1.6 * radius, colour);
+        }
+    }
+
+    /// A stroke of round ends: every pixel is covered by as much as lies within `radius` of it.
+    fn line(&mut self, from_px: Vec2, to_px: Vec2, radius: f32, colour: Rgb<u8>) {
+        let (a, b) = (from_px * self.scale as f32, to_px * self.scale as f32);
+        if !(a.is_finite() && b.is_finite()) {
+            return;
+        }
+        let size = Vec2::new(self.image.width() as f32, self.image.height() as f32);
+        let low = (a.min(b) - radius - 1.0).clamp(Vec2::ZERO, size);
+        let high = (a.max(b) + radius + 1.0).clamp(Vec2::ZERO, size);
+        let along = b - a;
+        for y in low.y as u32..high.y as u32 {
+            for x in low.x as u32..high.x as u32 {
+                let p = Vec2::new(x as f32 + 0.5, y as f32 + 0.5) - a;
+                let s = (p.dot(along) / along.length_squared().max(1e-6)).clamp(0.0, 1.0);
+                let cover = (radius + 0.5 - (p - along * s).length()).clamp(0.0, 1.0);
+                let pixel = self.image.get_pixel_mut(x, y);
+                for c in 0..3 {
+                    let (old, new) = (f32::from(pixel[c]), f32::from(colour[c]));
+                    pixel[c] = (old + (new - old) * cover) as u8;
+                }
+            }
+        }
+    }
+
+    /// The finished image.
+    pub fn into_image(self) -> RgbImage {
+        self.image
+    }
+}
+
+/// Pictures of one size in rows of `columns`, with a thin gap.
+pub fn contact_sheet(pictures: &[RgbImage], columns: usize) -> RgbImage {
+    const GAP: u32 = 6;
+    let Some(first) = pictures.first() else { return RgbImage::new(1, 1) };
+    let (width, height) = first.dimensions();
+    let rows = pictures.len().div_ceil(columns) as u32;
+    let mut sheet = RgbImage::from_pixel(
+        columns as u32 * (width + GAP) + GAP,
+        rows * (height + GAP) + GAP,
+        Rgb([228, 230, 235]),
+    );
+    for (i, picture) in pictures.iter().enumerate() {
+        let x = GAP + (i % columns) as u32 * (width + GAP);
+        let y = GAP + (i / columns) as u32 * (height + GAP);
+        image::imageops::replace(&mut sheet, picture, i64::from(x), i64::from(y));
+    }
+    sheet
+}

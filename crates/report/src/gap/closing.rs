@@ -1,0 +1,114 @@
+//! What was found, and how the gap closes and opens again with it.
+
+use evpose_gap::report::{Ablation, Change, ReportData};
+use evpose_gap::verdict::{FindingKind, GapValue};
+
+use super::bars::{self, Along, Bar};
+use super::sections::wrapped_table;
+use super::{CORRECTED, MODEL, key};
+use crate::gap::words::{self, short};
+use crate::html::{Page, escape};
+
+/// What was found, with its numbers.
+pub(crate) fn findings(page: &mut Page, data: &ReportData) {
+    let verdict = &data.verdict;
+    if verdict.effects.is_empty() {
+        return;
+    }
+    match verdict.is_bare() {
+        true => page.section(
+            "What it is consistent with",
+            "Both halves of the recording agree on it. Intervals are from the two halves.",
+        ),
+        false => page.section(
+            "What is missing or set wrong",
+            "Intervals are meant to hold the true value in nine of ten cases, and probabilities to be \
+             the share of names that are right: both as a part of the benchmark asks for that was \
+             drawn for this.",
+        ),
+    };
+    let rows: Vec<Vec<String>> = verdict
+        .effects
+        .iter()
+        .map(|finding| {
+            let kind = match finding.kind {
+                FindingKind::Effect => "effect",
+                FindingKind::Parameter => "number of the model",
+            };
+            let numbers: Vec<String> = finding
+                .parameters
+                .iter()
+                .map(|(name, value)| escape(&format!("{name} = {}", words::quantity(value))))
+                .collect();
+            let alike = match finding.confusable_with.is_empty() {
+                true => "nothing".to_owned(),
+                false => escape(&finding.confusable_with.join(", ")),
+            };
+            vec![
+                format!("<b>{}</b><br><small>{kind}</small>", escape(&finding.name)),
+                escape(words::summary(&finding.name).unwrap_or_default()),
+                numbers.join("<br>"),
+                match verdict.is_bare() {
+                    true => escape(&words::probability(1.0 - finding.probability)),
+                    false => short(finding.probability),
+                },
+                alike,
+            ]
+        })
+        .collect();
+    let sure = if verdict.is_bare() { "by chance" } else { "probability" };
+    let header = ["name", "what it does", "numbers", sure, "here not to be told from"];
+    wrapped_table(page, &header, &rows);
+}
+
+/// Gaps before and after, and what taking the answer back does.
+pub(crate) fn closing(page: &mut Page, data: &ReportData) {
+    let interval = |gap: &GapValue| Some((gap.lo, gap.hi));
+    if !data.ablation.is_empty() {
+        page.section(
+            "Put in, taken out, exchanged",
+            "If the answer is right, the gap closes with it, opens again without it, and stays open \
+             with the nearest other effect in its place.",
+        );
+        let largest = data.ablation.iter().map(|row| row.gap.hi).fold(1.0, f64::max);
+        let bar = |row: &Ablation| Bar {
+            label: words::change(row),
+            value: row.gap.value,
+            interval: interval(&row.gap),
+            colour: match row.change {
+                Change::Added => CORRECTED,
+                Change::None | Change::TakenOut => MODEL,
+                Change::Exchanged => (214, 140, 60),
+            },
+            note: words::gap(&row.gap),
+        };
+        let bars: Vec<Bar> = data.ablation.iter().map(bar).collect();
+        page.markup(&bars::svg(&bars, &Along { labels: 260.0, ..Along::gap(largest) }));
+    }
+    if data.blocks.is_empty() {
+        return;
+    }
+    page.section(
+        "The gap by what is measured",
+        "1 is the gap between two runs of one model. All on the part of the recording that was held \
+         out.",
+    );
+    key(page, &[("model as given", MODEL), ("corrected", CORRECTED)]);
+    let largest = data.blocks.iter().map(|row| row.before.hi.max(row.after.hi)).fold(1.0, f64::max);
+    let has_after = !data.verdict.effects.is_empty();
+    let mut bars = Vec::new();
+    for row in &data.blocks {
+        let bar = |label: &str, gap: &GapValue, colour| Bar {
+            label: label.to_owned(),
+            value: gap.value,
+            interval: interval(gap),
+            colour,
+            note: short(gap.value),
+        };
+        bars.push(bar(words::block(row.block), &row.before, MODEL));
+        if has_after {
+            bars.push(bar("", &row.after, CORRECTED));
+        }
+    }
+    page.markup(&bars::svg(&bars, &Along::gap(largest)));
+}

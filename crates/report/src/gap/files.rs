@@ -1,0 +1,94 @@
+//! The files of a run, and how it was made.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use evpose_core::atomic_write;
+use serde::{Deserialize, Serialize};
+
+/// The answer.
+pub const VERDICT: &str = "verdict.json";
+/// What the page is drawn from.
+pub const REPORT: &str = "report.json";
+/// How all of it was made.
+pub const RUN: &str = "run.json";
+/// The model that was compared, with nominal values.
+pub const MODEL: &str = "model.toml";
+/// The model with what was found.
+pub const CORRECTED: &str = "corrected.toml";
+
+/// How a run was made: what `evpose gap verify` begins with.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct RunInfo {
+    /// What was typed.
+    pub command: String,
+    /// The commit and version of the program.
+    pub commit: String,
+    /// Version of the program.
+    pub version: String,
+    /// Seed of all noise.
+    pub seed: u64,
+    /// Whether fewer replicates were made.
+    pub quick: bool,
+    /// The recording and its scene; none for a recording alone.
+    pub measured: PathBuf,
+    /// Scene of the recording.
+    pub scene: Option<PathBuf>,
+    /// The second recording and its scene.
+    pub validate: Option<PathBuf>,
+    /// Scene of the second recording.
+    pub validate_scene: Option<PathBuf>,
+    /// Poses of what was seen, where light and texture are not known.
+    #[serde(default)]
+    pub poses: Option<PathBuf>,
+    /// Poses of the second recording.
+    #[serde(default)]
+    pub validate_poses: Option<PathBuf>,
+    /// Seconds of a config's scene that were rendered.
+    #[serde(default)]
+    pub scene_seconds: Option<f64>,
+    /// The response curve of frames, as typed.
+    #[serde(default)]
+    pub response: Option<String>,
+    /// Whether recordings were taken as they are.
+    pub as_is: bool,
+    /// What was held out, in seconds, of the second recording or else of the first.
+    pub held_s: Option<[f64; 2]>,
+    /// Preset or file, as typed.
+    pub model: String,
+    /// Files in this directory: the model before and after.
+    pub model_before: String,
+    /// File of the corrected model.
+    pub model_after: String,
+    /// Effects that were not looked for.
+    pub leave_out: Vec<String>,
+    /// Seconds that each part took.
+    pub seconds: BTreeMap<String, f64>,
+    /// When it was done, seconds since 1970.
+    pub finished_unix_s: u64,
+}
+
+/// Writes a file of a directory through a temporary name.
+pub fn write(dir: &Path, name: &str, bytes: &[u8]) -> Result<()> {
+    let path = dir.join(name);
+    atomic_write(&path, bytes).with_context(|| format!("writing {}", path.display()))
+}
+
+/// The same for data as JSON that people can read.
+pub fn write_json(dir: &Path, name: &str, data: &impl Serialize) -> Result<()> {
+    write(dir, name, format!("{}\n", serde_json::to_string_pretty(data)?).as_bytes())
+}
+
+/// A path from the root, so that it holds wherever it is read.
+pub fn whole(path: &Path) -> Result<PathBuf> {
+    std::path::absolute(path).with_context(|| path.display().to_string())
+}
+
+/// Reads `run.json`.
+pub fn run_info(dir: &Path) -> Result<RunInfo> {
+    let path = dir.join(RUN);
+    let text = std::fs::read_to_string(&path)
+        .with_context(|| format!("{}: is this a directory of `evpose gap run`?", path.display()))?;
+    serde_json::from_str(&text).with_context(|| path.display().to_string())
+}

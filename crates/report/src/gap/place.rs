@@ -1,0 +1,103 @@
+//! Where measured and simulated events disagree: sentences, shares and maps.
+
+use anyhow::Result;
+use evpose_gap::locate::OddPixel;
+use evpose_gap::report::ReportData;
+
+use super::bars::{self, Along, Bar};
+use super::{MEASURED, maps};
+use crate::gap::words::{self, percent, short};
+use crate::html::{Page, escape};
+
+/// Pixels that are listed.
+const PIXELS: usize = 12;
+
+/// Where measured and simulated events disagree.
+pub(crate) fn place(page: &mut Page, data: &ReportData) -> Result<()> {
+    let before = &data.before;
+    if data.verdict.place.sentence.is_empty() && before.scan.sentence.is_empty() {
+        return Ok(());
+    }
+    page.section(
+        "Where they disagree",
+        "Regions in which the model has too many or too few events, each beyond what those before it \
+         explain, with the ratio of measured to simulated events.",
+    );
+    let sentences: Vec<String> = match before.scan.regions.is_empty() {
+        true => vec![data.verdict.place.sentence.clone()],
+        false => before.scan.regions.iter().map(|region| region.sentence.clone() + ".").collect(),
+    };
+    for sentence in sentences {
+        page.markup(&format!("<p class=\"say\">{}</p>", escape(&sentence)));
+    }
+    let shares = |shares: Vec<(String, f64)>| {
+        let bar = |(label, value): (String, f64)| Bar {
+            label,
+            value,
+            interval: None,
+            colour: MEASURED,
+            note: percent(value),
+        };
+        bars::svg(&shares.into_iter().map(bar).collect::<Vec<_>>(), &Along::shares())
+    };
+    let mut columns = String::new();
+    let mut axes: Vec<(String, f64)> = match before.attribution.is_significant() {
+        true => {
+            before.attribution.explained.iter().map(|e| (words::axis(&e.axis), e.share)).collect()
+        }
+        false => data.verdict.place.shares.iter().map(|(a, s)| (words::axis(a), *s)).collect(),
+    };
+    axes.sort_by(|a, b| b.1.total_cmp(&a.1));
+    if !axes.is_empty() {
+        columns += &format!("<div><h3>Told apart by</h3>{}</div>", shares(axes));
+    }
+    let mut stages: Vec<(String, f64)> = data.verdict.stage_shares.clone().into_iter().collect();
+    stages.sort_by(|a, b| b.1.total_cmp(&a.1));
+    if !stages.is_empty() {
+        columns +=
+            &format!("<div><h3>Part of the camera that does so</h3>{}</div>", shares(stages));
+    }
+    let first = maps::figure(&before.maps, "Model as given")?;
+    let after = match &data.after {
+        Some(after) => maps::figure(&after.maps, "Corrected model")?,
+        None => String::new(),
+    };
+    page.markup(&format!(
+        "<div class=\"row\">{columns}</div><div class=\"row\">{first}{after}{}</div>",
+        pixels(data)
+    ));
+    if !first.is_empty() {
+        page.markup(
+            "<p class=\"soft\">Orange: more events measured than simulated; blue: fewer; pale: chance \
+             does the same. Of what is called significant, one in twenty may be chance.</p>",
+        );
+    }
+    Ok(())
+}
+
+/// Pixels that stand out.
+fn pixels(data: &ReportData) -> String {
+    let pixels = &data.before.maps.pixels;
+    if pixels.is_empty() {
+        return String::new();
+    }
+    let row = |pixel: &OddPixel| {
+        format!(
+            "<tr><td>{}, {}</td><td>{:.0}</td><td>{}</td><td>{:+.1}</td></tr>",
+            pixel.x,
+            pixel.y,
+            pixel.measured,
+            short(pixel.expected),
+            pixel.z
+        )
+    };
+    let rows: String = pixels.iter().take(PIXELS).map(row).collect();
+    let title = match pixels.len() > PIXELS {
+        true => format!("The {PIXELS} oddest pixels"),
+        false => "Odd pixels".to_owned(),
+    };
+    format!(
+        "<div><h3>{title}</h3><table><tr><th>x, y</th><th>measured</th><th>model</th><th>sd</th></tr>\
+         {rows}</table></div>"
+    )
+}

@@ -1,0 +1,252 @@
+//! A verdict in words that a person understands.
+
+use evpose_gap::report::{Ablation, Change};
+use evpose_gap::verdict::{Answer, Finding, FindingKind, GapValue, Quantity, Verdict};
+use evpose_gap::{Block, parameters::Parameter};
+use evpose_sensor::STAGES;
+
+/// The answer as a heading.
+pub fn headline(verdict: &Verdict) -> String {
+    let of = |kind| names(verdict, |finding| finding.kind == kind);
+    if verdict.is_bare() {
+        let names = names(verdict, |_| true);
+        return match verdict.verdict {
+            Answer::Effects => format!("The recording alone is consistent with: {names}"),
+            Answer::NoGap => "The recording alone shows nothing that the model lacks".to_owned(),
+            _ => "The recording alone shows something, but not what".to_owned(),
+        };
+    }
+    let (effects, wrong) = (of(FindingKind::Effect), of(FindingKind::Parameter));
+    let plural = if effects.contains('+') { "s" } else { "" };
+    let also = if wrong.is_empty() { wrong.clone() } else { format!(" (and set wrong: {wrong})") };
+    match verdict.verdict {
+        Answer::NoGap => "No gap: the model explains the recording".to_owned(),
+        Answer::Parameter if wrong.is_empty() => "A number of the model is set wrong".to_owned(),
+        Answer::Parameter => format!("Nothing is missing, but set wrong: {wrong}"),
+        Answer::Effects if verdict.remaining.is_significant => {
+            format!(
+                "Missing effect{plural}: {effects}, and something that is not in the \
+                 catalogue{also}"
+            )
+        }
+        Answer::Effects => format!("Missing effect{plural}: {effects}{also}"),
+        Answer::NoneOfCatalogue => {
+            "Something is missing that the catalogue does not hold".to_owned()
+        }
+        Answer::Undecided => "There is a gap, but this recording does not tell why".to_owned(),
+    }
+}
+
+/// Names of what was found, joined.
+fn names(verdict: &Verdict, is_wanted: impl Fn(&&Finding) -> bool) -> String {
+    let found = verdict.effects.iter().filter(is_wanted);
+    let names: Vec<&str> = found.map(|finding| finding.name.as_str()).collect();
+    names.join(" + ")
+}
+
+/// What that means, for someone who has never seen such a report.
+pub fn meaning(verdict: &Verdict) -> String {
+    if verdict.is_bare() {
+        let found = match verdict.verdict {
+            Answer::Effects => "What is named stands out against these, alike in both halves",
+            Answer::NoGap => "Nothing stands out that the model does not have",
+            _ => {
+                "Times have a structure that these lack, but no effect of the catalogue that both \
+                 halves agree on does it; what moved in front of the camera may"
+            }
+        };
+        return format!("{NO_GAP} {found}; most effects need a scene to show.");
+    }
+    let (before, after) = (short(verdict.gap_before.value), short(verdict.gap_after.value));
+    let closes = format!(
+        "The gap falls from {before} to {after}, where 1 is the gap between two runs of one model: \
+         {} of it is closed.",
+        closed(verdict)
+    );
+    let what = verdict.effects.iter().filter(|f| f.kind == FindingKind::Effect);
+    let what: Vec<&str> = what.filter_map(|finding| summary(&finding.name)).collect();
+    match verdict.verdict {
+        Answer::NoGap => format!(
+            "Measured events differ from those of the model no more than two runs of the model \
+             differ from each other: the gap is {before}, and 1 is a perfect match."
+        ),
+        Answer::Parameter => {
+            format!("The model has all that it needs, with other numbers. {closes}")
+        }
+        Answer::Effects if what.is_empty() => {
+            format!("The camera does something that the model does not. {closes}")
+        }
+        Answer::Effects => format!(
+            "The camera does something that the model does not: {}. {closes}",
+            what.join("; ")
+        ),
+        Answer::NoneOfCatalogue => format!(
+            "Measured and simulated events differ (gap {before}; 1 is a perfect match), and no \
+             effect that is known explains it. The nearest part of the camera is the {}.",
+            verdict.remaining.nearest_stage
+        ),
+        Answer::Undecided => format!(
+            "Measured and simulated events differ (gap {before}; 1 is a perfect match). Several \
+             causes would do, or none is clear enough to be named."
+        ),
+    }
+}
+
+/// Why a recording alone has no gap, and what it was compared with.
+pub const NO_GAP: &str = "Without a scene there is nothing to simulate, and so no gap: the \
+                                 recording was compared with copies of itself in which times are \
+                                 redrawn inside short windows.";
+
+/// What an effect of the catalogue does, or what a number of the model is.
+pub fn summary(name: &str) -> Option<&'static str> {
+    let stage = STAGES.iter().find(|stage| stage.name == name).map(|stage| stage.summary);
+    stage.or_else(|| {
+        let parameter = Parameter::ALL.iter().find(|parameter| parameter.name() == name)?;
+        Some(match parameter {
+            Parameter::ThresholdOn => "how much brighter it must get for an ON event",
+            Parameter::ThresholdOff => "how much darker it must get for an OFF event",
+            Parameter::NoiseOn => "ON events of each pixel that nothing causes",
+            Parameter::NoiseOff => "OFF events of each pixel that nothing causes",
+            Parameter::ClockOffset => "what the clock of the recording is late",
+        })
+    })
+}
+
+/// The numbers of a finding.
+pub fn parameters(finding: &Finding) -> String {
+    let quantities: Vec<String> = finding
+        .parameters
+        .iter()
+        .map(|(name, value)| format!("{name} = {}", quantity(value)))
+        .collect();
+    quantities.join(", ")
+}
+
+/// A number with its interval and unit.
+pub fn quantity(quantity: &Quantity) -> String {
+    let Quantity { value, lo90, hi90, unit, halves } = quantity;
+    let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+    let interval = format!("{}{unit} [{}, {}]", short(*value), short(*lo90), short(*hi90));
+    match halves {
+        Some([early, late]) => {
+            format!("{interval}, halves {} and {}", short(*early), short(*late))
+        }
+        // Counted, not estimated.
+        None if lo90 == hi90 => format!("{}{unit}", short(*value)),
+        None => interval,
+    }
+}
+
+/// A gap with its interval.
+pub fn gap(gap: &GapValue) -> String {
+    format!("{} [{}, {}]", short(gap.value), short(gap.lo), short(gap.hi))
+}
+
+/// Three digits.
+pub fn short(value: f64) -> String {
+    let size = value.abs();
+    if !value.is_finite() {
+        "unknown".to_owned()
+    } else if (99.5..1e6).contains(&size) {
+        format!("{value:.0}")
+    } else if size == 0.0 {
+        "0".to_owned()
+    } else if (1e-3..1e6).contains(&size) {
+        let decimals = (2 - size.log10().floor() as i32).clamp(0, 5) as usize;
+        let text = format!("{value:.decimals$}");
+        let text = if text.contains('.') { text.trim_end_matches('0') } else { &text };
+        text.trim_end_matches('.').to_owned()
+    } else {
+        format!("{value:.1e}")
+    }
+}
+
+/// How much of a gap is closed; below one there is no gap that could be closed further.
+pub fn closed(verdict: &Verdict) -> String {
+    percent(verdict.grr.min(1.0))
+}
+
+/// A share in percent.
+pub fn percent(share: f64) -> String {
+    if share.is_finite() { format!("{:.0}%", 100.0 * share) } else { "unknown".to_owned() }
+}
+
+/// A probability; small ones as a bound, because they rest on few runs.
+pub fn probability(p: f64) -> String {
+    if p < 0.001 { "p < 0.001".to_owned() } else { format!("p = {}", short(p)) }
+}
+
+/// What events are told apart by; pairs are joined with `x`.
+pub fn axis(name: &str) -> String {
+    let words = |name: &str| match name {
+        "age" => "time since light changed".to_owned(),
+        "speed" => "speed of change".to_owned(),
+        "contrast" => "contrast of the edge".to_owned(),
+        "pause of pixel" => "time since the pixel's last event".to_owned(),
+        name => name.to_owned(),
+    };
+    name.split(" x ").map(words).collect::<Vec<_>>().join(" x ")
+}
+
+/// What a block of numbers is about.
+pub fn block(block: Block) -> &'static str {
+    match block {
+        Block::Quiet => "pixels at rest",
+        Block::Crossing => "events per change of light",
+        Block::Timing => "delays",
+        Block::Swing => "change of light per event",
+        Block::Interval => "times between events of a pixel",
+        Block::Tail => "events behind an edge",
+        Block::Spatial => "differences between pixels",
+        Block::Spectrum => "frequencies",
+        Block::Readout => "marks of readout and clock",
+        Block::Load => "busy moments",
+        Block::Geometry => "position in the image",
+    }
+}
+
+/// What was done to the model.
+pub fn change(ablation: &Ablation) -> String {
+    match ablation.change {
+        Change::None => "model as given".to_owned(),
+        Change::Added if ablation.effect.is_empty() => "corrected".to_owned(),
+        Change::Added => format!("{} added", ablation.effect),
+        Change::TakenOut => format!("{} out again", ablation.effect),
+        Change::Exchanged => format!("{} instead", ablation.effect),
+    }
+}
+
+/// The answer as `verdict.json` has it.
+pub fn answer_key(answer: Answer) -> &'static str {
+    match answer {
+        Answer::NoGap => "no_gap",
+        Answer::Parameter => "parameter",
+        Answer::Effects => "effects",
+        Answer::NoneOfCatalogue => "none_of_catalogue",
+        Answer::Undecided => "undecided",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_three_digits_and_no_idle_zeros() {
+        let cases = [
+            (0.0, "0"),
+            (11.83, "11.8"),
+            (1.3, "1.3"),
+            (117.2, "117"),
+            (0.0781, "0.0781"),
+            (2.0, "2"),
+            (100.0, "100"),
+            (12_345.6, "12346"),
+            (3.2e-5, "3.2e-5"),
+            (f64::NAN, "unknown"),
+        ];
+        for (value, expected) in cases {
+            assert_eq!(short(value), expected);
+        }
+    }
+}

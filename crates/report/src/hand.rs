@@ -1,0 +1,282 @@
+//! The report of a hand experiment: curves, tables and pictures in one page.
+
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use evpose_core::{Plane, atomic_write};
+use evpose_pose::HandParams;
+use evpose_pose::metric::Pck;
+use evpose_train::{Evaluated, HandConfig, HandDataset, HandSequence, HistoryLine, Part, Stage};
+use image::{Rgb, RgbImage};
+
+use crate::canvas::{Canvas, PREDICTION, TRUTH, contact_sheet};
+use crate::held_out::{self, Judged};
+use crate::html::Page;
+use crate::plot::{self, Axes, Curve, PALETTE};
+use crate::png::png;
+
+/// Pictures in the strip.
+const STRIP: usize = 12;
+/// Frames per second of the animation, and its length.
+const ANIMATION_HZ: u64 = 20;
+const ANIMATION_S: u64 = 3;
+/// Width a picture is enlarged to, at least.
+const PICTURE_PX: u32 = 270;
+
+/// What a report is made from.
+pub struct Material<'a> {
+    /// The experiment.
+    pub config: &'a HandConfig,
+    /// Sequences of the evaluation.
+    pub held_out: &'a HandDataset,
+    /// Scores and tracks of all methods.
+    pub judged: &'a Judged,
+    /// Losses of the training.
+    pub history: &'a [HistoryLine],
+    /// Lines about what was measured: sizes, speeds, machine.
+    pub facts: &'a [String],
+}
+
+/// Writes `report.html`, and its strip of pictures also as `picture.png`, into `dir`.
+pub fn write(dir: &Path, material: &Material<'_>) -> Result<()> {
+    let hands = [(shown(material.judged)?, PREDICTION)];
+    let strip = png(&strip(material.config, material.held_out, &hands)?)?;
+    save(&dir.join("picture.png"), &strip)?;
+    let animation = animation(material)?;
+
+    let mut page = Page::new(
+        "Hand pose from an event camera",
+        "Simulated, trained, evaluated and drawn by evpose on this machine.",
+    );
+    page.section(
+        "On sequences the network never saw",
+        "Means over all judged poses with 95% bootstrap intervals over sequences. mean_pose always \
+         predicts the average training pose; untrained is the network before its first step. \
+         AUC: larger is better; everything else: smaller.",
+    );
+    let rows: Vec<Vec<String>> = held_out::rows(material.config, material.judged)
+        .into_iter()
+        .map(|row| row.into_iter().map(|(n, i)| format!("{n} <small>{i}</small>")).collect())
+        .collect();
+    page.table(&held_out::header(), &rows);
+
+    page.section(
+        "What the network sees, and what it says",
+        "Event surfaces (ON blue, OFF red, newer darker) of held-out sequences.",
+    );
+    let key = format!(
+        "<span class=\"key\" style=\"background:{}\"></span>true hand\
+         <span class=\"key\" style=\"background:{}\"></span>predicted hand (network and Kalman filter)",
+        css(TRUTH),
+        css(PREDICTION)
+    );
+    page.picture("image/gif", &animation, "animation of a held-out sequence", &key);
+    page.picture("image/png", &strip, "held-out frames with true and predicted hands", &key);
+
+    page.section(
+        "Correct points",
+        "Share of points whose error is below a threshold (PCK). 3D: 20 points relative to the \
+         wrist. 2D: 7 points, in percent of the palm's length in the image.",
+    );
+    page.plots(&pck_plots(&material.judged.methods)?);
+    page.section("Learning curves", "Each interval ends with a validation on held-back seconds.");
+    page.plots(&learning_curves(material)?);
+
+    page.section("How it was made", "");
+    page.details("Measured", &material.facts.join("\n"));
+    page.details("Resolved config", &material.config.to_toml()?);
+    save(&dir.join("report.html"), page.finish().as_bytes())
+}
+
+fn save(path: &Path, bytes: &[u8]) -> Result<()> {
+    atomic_write(path, bytes).with_context(|| format!("writing {}", path.display()))
+}
+
+fn css(colour: Rgb<u8>) -> String {
+    let [r, g, b] = colour.0;
+    format!("rgb({r},{g},{b})")
+}
+
+fn colour(index: usize) -> (u8, u8, u8) {
+    PALETTE[index % PALETTE.len()]
+}
+
+fn pck_plots(methods: &[Evaluated]) -> Result<Vec<String>> {
+    let plot = |title, x, of_3d: bool| {
+        let curves: Vec<Curve> = methods
+            .iter()
+            .enumerate()
+            .map(|(i, method)| {
+                let curves = method.evaluation.curves();
+                let shares = if of_3d { curves.pck_3d } else { curves.pck_2d };
+                let points = shares.iter().enumerate().map(|(i, &pck)| (Pck::threshold(i), pck));
+                Curve { label: method.name.to_owned(), colour: colour(i), points: points.collect() }
+            })
+            .collect();
+        let axes = Axes { title, x, y: "share correct", log_y: false, y_range: Some((0.0, 1.0)) };
+        plot::lines(&axes, &curves)
+    };
+    Ok(vec![
+        plot("3D, relative to the wrist", "threshold in mm", true)?,
+        plot("2D", "threshold in percent of the palm", false)?,
+    ])
+}
+
+/// Loss and the errors it is made of, over training samples.
+fn learning_curves(material: &Material<'_>) -> Result<Vec<String>> {
+    let batch = material.config.training.batch_size as f64;
+    let per_interval = material.config.training.steps_per_validation as f64;
+    let train = |name: &str| -> Vec<(f64, f64)> {
+        let lines: Vec<&HistoryLine> =
+            material.history.iter().filter(|line| line.part == Part::Train).collect();
+        // About 200 points: what a plot can show.
+        let group = lines.len().div_ceil(200).max(1);
+        lines
+            .chunks(group)
+            .filter_map(|group| {
+                let values: Vec<f64> =
+                    group.iter().filter_map(|line| line.values.get(name).copied()).collect();
+                let last = group.last()?;
+                let step = (last.interval - 1) as f64 * per_interval + last.batch as f64;
+                Some((step * batch / 1e3, values.iter().sum::<f64>() / values.len() as f64))
+            })
+            .collect()
+    };
+    let valid = |name: &str| -> Vec<(f64, f64)> {
+        let intervals = material.history.iter().map(|line| line.interval).max().unwrap_or(0);
+        (1..=intervals)
+            .filter_map(|interval| {
+                let lines = material
+                    .history
+                    .iter()
+                    .filter(|line| line.part == Part::Valid && line.interval == interval);
+                let (mut sum, mut samples) = (0.0, 0);
+                for line in lines {
+                    sum += line.values.get(name)? * line.samples as f64;
+                    samples += line.samples;
+                }
+                let steps =
+                    (interval as f64 * per_interval).min(material.config.training.steps as f64);
+                (samples > 0).then(|| (steps * batch / 1e3, sum / samples as f64))
+            })
+            .collect()
+    };
+    [
+        // The first two fall by orders of magnitude.
+        ("Loss L", "loss", "L", true),
+        ("Wrist position", "translation", "RMS error in mm", true),
+        ("Wrist rotation", "rotation", "RMS error in degrees", false),
+        ("Articulation", "articulation", "RMS error", false),
+    ]
+    .into_iter()
+    .map(|(title, name, y, log_y)| {
+        let curves = [
+            Curve { label: "training".into(), colour: colour(0), points: train(name) },
+            Curve { label: "validation".into(), colour: colour(1), points: valid(name) },
+        ];
+        let x = "training windows seen, in thousands";
+        let axes = Axes { title, x, y, log_y, y_range: None };
+        plot::lines(&axes, &curves)
+    })
+    .collect()
+}
+
+/// The filtered predictions, or the last method's where there are none.
+fn shown(judged: &Judged) -> Result<&Evaluated> {
+    judged.methods.last().context("no method was judged")
+}
+
+/// Frames from all over `data`, with the hands of some methods, which were judged at the same
+/// frames, in colours of their own.
+pub fn strip(
+    config: &HandConfig,
+    data: &HandDataset,
+    shown: &[(&Evaluated, Rgb<u8>)],
+) -> Result<RgbImage> {
+    let stage = Stage::new(config)?;
+    let sequences = data.sequences();
+    let pictures: Vec<RgbImage> = (0..STRIP)
+        .map(|i| {
+            let sequence =
+                i * sequences.len() / STRIP.min(sequences.len().max(1)) % sequences.len();
+            let tracks = shown.iter().map(|(method, colour)| (&method.tracks[sequence], *colour));
+            let frames = &tracks.clone().next().context("no method is shown")?.0.frames;
+            // Spread over the sequence, away from its ends.
+            let at = (frames.len() * (2 * (i % 5) + 1)) / 10;
+            let hands: Vec<_> = tracks.map(|(track, colour)| (track.poses[at], colour)).collect();
+            picture(config, data, &stage, &sequences[sequence], frames[at], &hands)
+        })
+        .collect::<Result<_>>()?;
+    Ok(contact_sheet(&pictures, 4))
+}
+
+/// The sequence whose wrist error is the median: neither the best nor the worst.
+fn median_sequence(shown: &Evaluated) -> usize {
+    let error_mm =
+        |&i: &usize| shown.evaluation.sequences[i].translation_mm.mean().unwrap_or(f64::INFINITY);
+    let mut order: Vec<usize> = (0..shown.evaluation.sequences.len()).collect();
+    order.sort_by(|a, b| error_mm(a).total_cmp(&error_mm(b)));
+    order[order.len() / 2]
+}
+
+/// The start of a held-out sequence of median error, at half speed.
+fn animation(material: &Material<'_>) -> Result<Vec<u8>> {
+    use image::codecs::gif::{GifEncoder, Repeat};
+    let stage = Stage::new(material.config)?;
+    let shown = shown(material.judged)?;
+    let index = median_sequence(shown);
+    let sequence = &material.held_out.sequences()[index];
+    let track = &shown.tracks[index];
+    let mut gif = Vec::new();
+    {
+        let mut encoder = GifEncoder::new_with_speed(&mut gif, 20);
+        encoder.set_repeat(Repeat::Infinite)?;
+        let step_ms = 1000 / ANIMATION_HZ;
+        let mut next = track.frames.first().copied().unwrap_or(0);
+        let end = next + ANIMATION_S * 1000;
+        for (&frame, pose) in track.frames.iter().zip(&track.poses) {
+            if frame < next || frame >= end {
+                continue;
+            }
+            next = frame + step_ms;
+            let hands = [(*pose, PREDICTION)];
+            let picture =
+                picture(material.config, material.held_out, &stage, sequence, frame, &hands)?;
+            let picture = image::DynamicImage::ImageRgb8(picture).into_rgba8();
+            let delay = image::Delay::from_numer_denom_ms(2 * step_ms as u32, 1);
+            encoder.encode_frame(image::Frame::from_parts(picture, 0, 0, delay))?;
+        }
+    }
+    Ok(gif)
+}
+
+/// One window of events with the true and the predicted hands over it.
+fn picture(
+    config: &HandConfig,
+    data: &HandDataset,
+    stage: &Stage,
+    sequence: &HandSequence,
+    frame: u64,
+    predicted: &[(HandParams, Rgb<u8>)],
+) -> Result<RgbImage> {
+    use evpose_core::Polarity;
+    let surface = data.surface(sequence, frame)?;
+    let (height, width) = data.image_size();
+    let order = config.representation.channel_order;
+    let plane = |polarity| {
+        let start = order.channel(polarity) * width * height;
+        Plane::from_vec(width, height, surface[start..start + width * height].to_vec())
+    };
+    let scale = PICTURE_PX.div_ceil(width as u32);
+    let mut canvas = Canvas::events(&plane(Polarity::On)?, &plane(Polarity::Off)?, scale);
+    let betas = sequence.betas(sequence.episode_of(frame));
+    let hand = sequence.hand();
+    let truth = stage.points(hand, &sequence.pose(frame)?, betas);
+    let predicted = predicted.iter().map(|(pose, colour)| (stage.points(hand, pose, &[]), *colour));
+    for (points, colour) in std::iter::once((truth, TRUTH)).chain(predicted) {
+        if let Some(points) = points.in_front() {
+            canvas.hand(&points, colour);
+        }
+    }
+    Ok(canvas.into_image())
+}

@@ -1,0 +1,100 @@
+//! Pictures of people: what a camera sees of them, and what a network finds.
+
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use evpose_core::{Micros, Plane, SensorSize, atomic_write};
+use evpose_sim::person::{People, PersonStep};
+use evpose_train::body::{BodyCheckpoint, BodyEvaluated, Film};
+
+use crate::canvas::{Canvas, PREDICTION, TRUTH, contact_sheet};
+use crate::png::png;
+use evpose_app::progress::say;
+
+/// Sequences on a sheet.
+const PICTURES: usize = 12;
+/// Pictures in a row.
+const COLUMNS: usize = 4;
+/// What a photograph makes of luminance.
+const GAMMA: f32 = 2.2;
+/// Over how long events are shown.
+const SHOWN: Micros = Micros(30_000);
+
+/// Writes what the camera looks at, with the joints, and below it the events of a moment.
+pub fn of_people(people: &People, path: &Path) -> Result<()> {
+    let config = people.config();
+    let at = config.steps() * 2 / 3;
+    let shown = (SHOWN.0 / config.step().0).max(1) as u64;
+    let mut pairs = Vec::new();
+    for index in 0..config.sequences.min(PICTURES) as u64 {
+        let mut planes = [(); 2].map(|()| Plane::for_sensor(config.sensor_size, 0.0));
+        let mut simulator = people.sequence(index)?;
+        for frame in 0..=at {
+            let step = simulator.advance()?;
+            if frame + shown > at {
+                let age = (at - frame) as f32 / shown as f32;
+                keep(&step, 1.0 - 0.8 * age, &mut planes);
+            }
+            if frame == at {
+                let [on, off] = &planes;
+                let events = Canvas::events(on, off, 1).into_image();
+                pairs.push((photograph(&step, config.sensor_size).into_image(), events));
+            }
+        }
+    }
+    let mut pictures = Vec::new();
+    for row in pairs.chunks(COLUMNS) {
+        pictures.extend(row.iter().map(|(seen, _)| seen.clone()));
+        pictures.extend(row.iter().map(|(_, events)| events.clone()));
+    }
+    write(&contact_sheet(&pictures, COLUMNS.min(pairs.len().max(1))), path)
+}
+
+fn keep(step: &PersonStep<'_>, strength: f32, [on, off]: &mut [Plane<f32>; 2]) {
+    for event in step.events.iter() {
+        let plane = if event.polarity.is_on() { &mut *on } else { &mut *off };
+        *plane.at_mut(usize::from(event.x), usize::from(event.y)) = strength;
+    }
+}
+
+fn photograph(step: &PersonStep<'_>, sensor: SensorSize) -> Canvas {
+    let mut grey = Plane::for_sensor(sensor, 0);
+    for (code, light) in grey.data_mut().iter_mut().zip(step.luminance.data()) {
+        *code = (255.0 * light.clamp(0.0, 1.0).powf(1.0 / GAMMA)) as u8;
+    }
+    let mut canvas = Canvas::grey(&grey, 1);
+    canvas.body(&step.joints_px, TRUTH);
+    canvas
+}
+
+/// Writes what the network saw of recordings, with true and predicted joints.
+pub fn of_predictions(
+    checkpoint: &BodyCheckpoint,
+    judged: &BodyEvaluated,
+    path: &Path,
+) -> Result<()> {
+    let mut pictures = Vec::new();
+    let step = judged.recordings.len().div_ceil(PICTURES).max(1);
+    for (k, recording) in judged.recordings.iter().step_by(step).enumerate() {
+        // Not always the same moment of a motion.
+        let share = 0.35 + 0.05 * (k % PICTURES) as f64;
+        let index = (share * recording.found.len() as f64) as usize;
+        let Some(found) = recording.found.get(index) else { continue };
+        let mut film = Film::open(&recording.events, &checkpoint.config.image)?;
+        let image = film.at(Micros::from_seconds(found.t_s), |_| {})?;
+        let mut canvas = Canvas::grey(&image, 2);
+        let after = recording.truth.partition_point(|truth| truth.t_s < found.t_s - 1e-9);
+        if let Some(truth) = recording.truth.get(after) {
+            canvas.body(&truth.joints_px, TRUTH);
+        }
+        canvas.body(&found.joints_px, PREDICTION);
+        pictures.push(canvas.into_image());
+    }
+    write(&contact_sheet(&pictures, COLUMNS), path)
+}
+
+fn write(sheet: &image::RgbImage, path: &Path) -> Result<()> {
+    atomic_write(path, &png(sheet)?).with_context(|| format!("writing {}", path.display()))?;
+    say(format!("pictures: {}", path.display()));
+    Ok(())
+}
