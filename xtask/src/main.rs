@@ -3,6 +3,7 @@
 //! `cargo xtask ci` runs what every change must pass; `cargo xtask slow` the checks that need the
 //! optional devices and Rerun's SDK built. The last line is the total of all tests.
 
+mod files;
 mod words;
 
 use std::io::{BufRead, BufReader};
@@ -127,7 +128,8 @@ const USAGE: &str = "usage: cargo xtask ci|slow|words [PATH…] [--list]
   slow  twelve blind recordings; the ndarray agreement test; files for Rerun; packets of
         cameras; networks in tract; kernels under
         AddressSanitizer; peers, fuzz targets, wgpu and cuda compile
-  words counts of words that docs/glossary.md replaces, by crate; --list shows each";
+  words  words that docs/glossary.md replaces: counts by crate, by file for a PATH or crate;
+         --list shows each use and the standard word";
 
 struct Step {
     why: &'static str,

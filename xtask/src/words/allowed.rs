@@ -24,12 +24,8 @@ const fn allow(
 
 /// By word, then by path.
 pub(super) const ALLOWED: &[Exception] = &[
-    allow("surface of events", "", "time surface", "the representation of that name"),
-    allow("surface of events", "", "TimeSurface", "the representation of that name"),
-    allow("surface of events", "", "time_surface", "the representation of that name"),
-    allow("surface of events", "crates/body/src/implicit", "", "a surface in space"),
-    allow("surface of events", "crates/body/src/human", "", "a surface in space"),
-    allow("eye", "crates/body/", "", "a part of the body"),
-    allow("eye", "crates/pose/", "", "a part of the body"),
-    allow("eye", "crates/datasets/", "", "a part of the body"),
+    allow("between", "", "difference", "a difference between two poses"),
+    allow("moment", "crates/train/src/body/fused.rs", "", "moments of the optimiser's gradients"),
+    allow("surface of events", "crates/body/", "", "surfaces of bodies"),
+    allow("surface of events", "crates/sim/", "", "surfaces of bodies and scenes"),
 ];

@@ -5,148 +5,122 @@
 
 mod allowed;
 mod list;
+mod scan;
 mod split;
 
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::process::Command;
 
 use anyhow::{Context, Result, bail};
-use regex::Regex;
 
-use allowed::ALLOWED;
-use list::WORDS;
+use crate::files;
+use scan::{Finding, Scanner};
 
-/// A use of a refused word.
-struct Finding {
-    path: String,
-    line: usize,
-    word: String,
-    instead: &'static str,
-}
-
-/// Prints how many refused words each crate holds, with `--list` every one of them. Arguments that are no
-/// flags restrict the search to paths that contain one of them.
+/// Prints how many refused words each crate holds, and each file of the crates or paths that are named;
+/// with `--list` every use.
 ///
 /// # Errors
 /// If a refused word is found, or a file cannot be read.
 pub(crate) fn run(args: &[String], say: fn(&str)) -> Result<()> {
     let is_listing = args.iter().any(|arg| arg == "--list");
     let within: Vec<&String> = args.iter().filter(|arg| !arg.starts_with("--")).collect();
-    let patterns = patterns()?;
+    let is_chosen =
+        |path: &str| within.is_empty() || within.iter().any(|part| is_within(path, part));
+    let scanner = Scanner::new()?;
     let mut findings = Vec::new();
-    for path in tracked_files()? {
-        if is_text(&path) && (within.is_empty() || within.iter().any(|part| path.contains(*part))) {
-            let text = std::fs::read_to_string(&path).with_context(|| format!("reading {path}"))?;
-            scan(&path, &text, &patterns, &mut findings);
+    let mut definitions = BTreeMap::<String, Vec<(String, usize)>>::new();
+    for path in files::tracked()?.into_iter().filter(|path| is_text(path)) {
+        let text = std::fs::read_to_string(&path).with_context(|| format!("reading {path}"))?;
+        if is_chosen(&path) {
+            findings.extend(scanner.scan(&path, &text));
+        }
+        for (index, line) in text.lines().enumerate() {
+            if let Some(name) = scanner.single_name(line) {
+                definitions.entry(name.to_owned()).or_default().push((path.clone(), index + 1));
+            }
         }
     }
+    findings.extend(repeated(definitions).into_iter().filter(|finding| is_chosen(&finding.path)));
     if is_listing {
         for Finding { path, line, word, instead } in &findings {
             say(&format!("{path}:{line}: `{word}`: {instead}"));
         }
     }
-    let mut by_crate = BTreeMap::<String, usize>::new();
-    for finding in &findings {
-        *by_crate.entry(place(&finding.path)).or_default() += 1;
-    }
-    for (place, count) in &by_crate {
-        say(&format!("{count:>6}  {place}"));
-    }
-    say(&format!("{:>6}  refused words in all", findings.len()));
+    summarize(&findings, !within.is_empty(), say);
     if findings.is_empty() {
         return Ok(());
     }
-    bail!("words of docs/glossary.md's left column; `cargo xtask words --list` shows each");
+    bail!("words of docs/glossary.md's left column; `cargo xtask words CRATE --list` shows each");
 }
 
-fn patterns() -> Result<Vec<(Regex, &'static list::Word)>> {
-    let compile = |word: &'static list::Word| {
-        let pattern = Regex::new(word.pattern).with_context(|| word.pattern.to_owned())?;
-        Ok((pattern, word))
-    };
-    WORDS.iter().map(compile).collect()
+/// Public types and constants that share their name with one of another meaning.
+fn repeated(definitions: BTreeMap<String, Vec<(String, usize)>>) -> Vec<Finding> {
+    let repeated = definitions.into_iter().filter(|(_, places)| places.len() > 1);
+    repeated
+        .flat_map(|(name, places)| {
+            places.into_iter().map(move |(path, line)| Finding {
+                path,
+                line,
+                word: name.clone(),
+                instead: "one public meaning per name over the workspace",
+            })
+        })
+        .collect()
 }
 
-/// Adds the refused words of a file.
-fn scan(
-    path: &str,
-    text: &str,
-    patterns: &[(Regex, &'static list::Word)],
-    findings: &mut Vec<Finding>,
-) {
-    for (index, line) in text.lines().enumerate() {
-        let spaced = split::spaced(line);
-        for (pattern, word) in patterns {
-            for hit in pattern.find_iter(&spaced) {
-                if !is_allowed(path, line, word.name) {
-                    findings.push(Finding {
-                        path: path.to_owned(),
-                        line: index + 1,
-                        word: hit.as_str().trim().to_owned(),
-                        instead: word.instead,
-                    });
-                }
-            }
+fn summarize(findings: &[Finding], with_files: bool, say: fn(&str)) {
+    let mut by_place = BTreeMap::<String, usize>::new();
+    for finding in findings {
+        if with_files {
+            *by_place.entry(finding.path.clone()).or_default() += 1;
+        } else {
+            *by_place.entry(files::place(&finding.path)).or_default() += 1;
         }
     }
+    for (place, count) in &by_place {
+        say(&format!("{count:>6}  {place}"));
+    }
+    say(&format!("{:>6}  refused words in all", findings.len()));
 }
 
-fn is_allowed(path: &str, line: &str, word: &str) -> bool {
-    ALLOWED.iter().any(|exception| {
-        exception.word == word && path.starts_with(exception.path) && line.contains(exception.line)
-    })
+/// Whether a path lies in a folder, or in a crate given by its name.
+fn is_within(path: &str, part: &str) -> bool {
+    let part = part.trim_end_matches('/');
+    let name = part.strip_prefix("evpose-").unwrap_or(part);
+    let is_below = |folder: &str| {
+        path.strip_prefix(folder).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
+    };
+    is_below(part) || is_below(&format!("crates/{name}"))
 }
 
-fn tracked_files() -> Result<Vec<String>> {
-    let output = Command::new("git").args(["ls-files"]).output().context("running git")?;
-    Ok(String::from_utf8(output.stdout)?.lines().map(str::to_owned).collect())
-}
-
-/// Sources, documentation and configs; the glossary and the word list have to name what they refuse, and
-/// what the change log says of earlier versions is history.
+/// Sources, documentation and configs; the glossary and the word list have to name what they refuse.
 fn is_text(path: &str) -> bool {
-    const OWN: [&str; 3] = ["docs/glossary.md", "xtask/src/words/", "CHANGELOG.md"];
+    const OWN: [&str; 2] = ["docs/glossary.md", "xtask/src/words/"];
     let is_known = ["rs", "md", "toml", "js", "html"]
         .iter()
         .any(|known| Path::new(path).extension().is_some_and(|extension| extension == *known));
     is_known && !OWN.iter().any(|own| path.starts_with(own)) && Path::new(path).is_file()
 }
 
-/// The crate of a file, or its top folder.
-fn place(path: &str) -> String {
-    let depth = if path.starts_with("crates/") { 2 } else { 1 };
-    path.split('/').take(depth).collect::<Vec<_>>().join("/")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn words_of(line: &str) -> Vec<String> {
-        let mut findings = Vec::new();
-        let Ok(patterns) = patterns() else { return Vec::new() };
-        scan("crates/none.rs", line, &patterns, &mut findings);
-        findings.into_iter().map(|finding| finding.word).collect()
+    #[test]
+    fn crates_are_chosen_by_name_or_path() {
+        assert!(is_within("crates/io/src/lib.rs", "io"));
+        assert!(is_within("crates/io/src/lib.rs", "evpose-io"));
+        assert!(is_within("crates/io/src/lib.rs", "crates/io/src/"));
+        assert!(!is_within("crates/ios/src/lib.rs", "io"));
     }
 
     #[test]
-    fn parts_of_identifiers_are_words() {
-        assert_eq!(words_of("fn judge_frames() {}"), ["judge"]);
-        assert_eq!(words_of("struct HowFar;"), ["how far"]);
-        assert_eq!(words_of("let kernel = prejudge();"), Vec::<String>::new());
-    }
-
-    #[test]
-    fn documentation_does_not_begin_with_what() {
-        assert_eq!(words_of("/// What a pixel keeps."), ["/// what"]);
-        assert_eq!(words_of("/// State of a pixel: what it keeps."), Vec::<String>::new());
-    }
-
-    #[test]
-    fn every_exception_is_of_a_word_of_the_list() {
-        for exception in ALLOWED {
-            assert!(WORDS.iter().any(|word| word.name == exception.word), "{}", exception.word);
-        }
+    fn a_name_is_repeated_from_its_second_definition_on() {
+        let place = |path: &str| (path.to_owned(), 1);
+        let of = |paths: &[&str]| {
+            BTreeMap::from([("Stage".to_owned(), paths.iter().map(|path| place(path)).collect())])
+        };
+        assert_eq!(repeated(of(&["a.rs"])).len(), 0);
+        assert_eq!(repeated(of(&["a.rs", "b.rs"])).len(), 2);
     }
 }
