@@ -3,6 +3,7 @@
 //! `cargo xtask ci` runs what every change must pass; `cargo xtask slow` the checks that need the
 //! optional devices and Rerun's SDK built. The last line is the total of all tests.
 
+mod circles;
 mod files;
 mod words;
 
@@ -122,14 +123,15 @@ const SLOW: &[Step] = &[
     },
 ];
 
-const USAGE: &str = "usage: cargo xtask ci|slow|words [PATH…] [--list]
+const USAGE: &str = "usage: cargo xtask ci|slow|words [CRATE…] [--list]|circles [CRATE…]
 
   ci    formatting, lints, documentation, all tests, what the benchmark is built from (what CI runs)
   slow  twelve blind recordings; the ndarray agreement test; files for Rerun; packets of
         cameras; networks in tract; kernels under
         AddressSanitizer; peers, fuzz targets, wgpu and cuda compile
   words  words that docs/glossary.md replaces: counts by crate, by file for a PATH or crate;
-         --list shows each use and the standard word";
+         --list shows each use and the standard word
+  circles  files of a crate that import each other; every circle of the crates that are named";
 
 struct Step {
     why: &'static str,
@@ -166,9 +168,10 @@ fn main() -> ExitCode {
     let steps = match std::env::args().nth(1).as_deref() {
         Some("ci") => CI,
         Some("slow") => SLOW,
-        Some("words") => {
+        Some(check @ ("words" | "circles")) => {
             let args: Vec<String> = std::env::args().skip(2).collect();
-            return match words::run(&args, say) {
+            let run = if check == "words" { words::run } else { circles::run };
+            return match run(&args, say) {
                 Ok(()) => ExitCode::SUCCESS,
                 Err(error) => {
                     say(&format!("{error:#}"));
