@@ -11,6 +11,7 @@ mod cli;
 mod conditions;
 mod demo;
 mod events;
+mod examples;
 mod export;
 mod files;
 mod gap;

@@ -1,0 +1,45 @@
+//! The programs of `examples/` run without arguments. `cargo test` builds them beside the tests.
+
+use std::path::Path;
+use std::process::Command;
+
+/// Standard output of an example.
+fn output_of(example: &str) -> String {
+    let programs = Path::new(env!("CARGO_BIN_EXE_evpose")).parent().unwrap();
+    let path = programs.join("examples").join(example);
+    let output = Command::new(&path).current_dir(env!("CARGO_MANIFEST_DIR")).output();
+    let output = output.unwrap_or_else(|error| {
+        panic!("{}: {error}; `cargo build --examples` makes it", path.display())
+    });
+    assert!(output.status.success(), "{example}:\n{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+#[test]
+fn windows_of_a_recording_become_lnes() {
+    let output = output_of("lnes_windows");
+    assert!(output.lines().count() >= 8, "{output}");
+    assert!(output.contains("3072"), "every window holds the same stretch of the bar:\n{output}");
+}
+
+#[test]
+fn frames_become_events() {
+    let output = output_of("frames_to_events");
+    assert!(output.contains("of them ON"), "{output}");
+}
+
+#[test]
+fn the_custom_effect_costs_events_the_more_the_stronger_it_is() {
+    let output = output_of("custom_effect");
+    let counts = output.lines().map(|line| line.split_whitespace().nth(2).unwrap().parse());
+    let counts: Vec<u64> = counts.collect::<Result<_, _>>().unwrap();
+    assert!(counts.len() == 4 && counts.is_sorted_by(|a, b| a > b), "{output}");
+}
+
+#[test]
+fn a_small_network_learns_in_sixty_steps() {
+    let output = output_of("train_network");
+    let losses = output.lines().filter_map(|line| line.split_once("steps: "));
+    let losses: Vec<f64> = losses.map(|(_, loss)| loss.parse().unwrap()).collect();
+    assert!(losses.len() == 4 && losses[3] < 0.7 * losses[0], "{output}");
+}
