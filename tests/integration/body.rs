@@ -55,7 +55,7 @@ fn two_stages_of_training_then_poses_of_a_recording() {
         "--held-out",
         "--out",
         "held",
-        "--pictures",
+        "--preview",
         "held.png",
     ]));
     let about = sandbox.ok(&["info", "held", "--verify"]);

@@ -24,8 +24,7 @@ fn the_demo_ends_with_metrics_and_a_report_and_its_checkpoint_can_be_used() {
     }
     assert!(!report.contains("http://") || report.contains("www.w3.org"), "nothing from elsewhere");
     assert!(!report.contains("<script src") && !report.contains("<link"), "self-contained");
-    for file in ["config.toml", "run.toml", "picture.png", "train/metrics.jsonl", "train/best.bpk"]
-    {
+    for file in ["config.toml", "run.toml", "frames.png", "train/metrics.jsonl", "train/best.bpk"] {
         assert!(sandbox.path("demo").join(file).exists(), "{file} is missing");
     }
 
@@ -60,7 +59,7 @@ fn the_demo_ends_with_metrics_and_a_report_and_its_checkpoint_can_be_used() {
     assert!(times.len() >= 50, "{} poses of 200 ms", times.len());
     assert!(times.windows(2).all(|pair| pair[1] - pair[0] == 1000), "one a millisecond");
 
-    let view = ["view", recording, "--of", "lnes", "--pictures", "2", "--out"];
+    let view = ["view", recording, "--of", "lnes", "--frames", "2", "--out"];
     sandbox.ok(&[&view[..], &["plain.png"]].concat());
     let drawn = [&view[..], &["hand.png", "--joints", "joints.csv"]].concat();
     sandbox.ok(&[&drawn[..], &["--truth", "demo/data/held-out/0000.meta"]].concat());

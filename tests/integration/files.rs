@@ -83,18 +83,18 @@ fn what_is_readable_of_a_damaged_file_is_saved_only_when_asked() {
 #[test]
 fn a_recording_is_seen_as_a_page_a_sheet_and_an_animation() {
     let sandbox = sandbox();
-    let said = sandbox.ok(&["view", "dot.txt", "--out", "view.html", "--pictures", "10"]);
-    assert!(said.contains("10 pictures, one every 49.900 ms up to 0.499 s"), "{said}");
+    let said = sandbox.ok(&["view", "dot.txt", "--out", "view.html", "--frames", "10"]);
+    assert!(said.contains("10 frames, one every 49.900 ms up to 0.499 s"), "{said}");
     let page = String::from_utf8(bytes(&sandbox.path("view.html"))).unwrap();
-    assert_eq!(page.matches("iVBORw0KGgo").count(), 11, "every picture, and the one to begin with");
+    assert_eq!(page.matches("iVBORw0KGgo").count(), 11, "every frame, and the one to begin with");
     assert!(page.contains("40x30") && !page.contains("http"), "a page on its own");
 
-    sandbox.ok(&["view", "dot.txt", "--out", "sheet.png", "--of", "eci", "--pictures", "5"]);
+    sandbox.ok(&["view", "dot.txt", "--out", "sheet.png", "--of", "eci", "--frames", "5"]);
     let sheet = image::open(sandbox.path("sheet.png")).unwrap();
-    // Below each picture is a line of 22 pixels.
+    // Below each frame is a line of 22 pixels.
     assert_eq!((sheet.width(), sheet.height()), (4 * 326 + 6, 2 * 268 + 6));
 
-    sandbox.ok(&["view", "dot.txt", "--out", "dot.apng", "--pictures", "7", "--from", "0.1"]);
+    sandbox.ok(&["view", "dot.txt", "--out", "dot.apng", "--frames", "7", "--from", "0.1"]);
     let animation = bytes(&sandbox.path("dot.apng"));
     let control = animation.windows(4).position(|part| part == b"acTL").unwrap();
     assert_eq!(animation[control + 4..control + 8], 7u32.to_be_bytes());
@@ -116,8 +116,8 @@ fn a_page_begins_where_most_happens() {
         text += "700 2 2 1\n";
     }
     std::fs::write(sandbox.path("burst.txt"), text + "999 1 1 1\n").unwrap();
-    let of_a_picture = ["--pictures", "10", "--window-ms", "0.1"];
-    sandbox.ok(&[["view", "burst.txt", "--out", "burst.html"], of_a_picture].concat());
+    let of_a_frame = ["--frames", "10", "--window-ms", "0.1"];
+    sandbox.ok(&[["view", "burst.txt", "--out", "burst.html"], of_a_frame].concat());
     let page = String::from_utf8(bytes(&sandbox.path("burst.html"))).unwrap();
     assert!(
         page.contains("0.001 s, 9 events") && page.contains("value=\"7\""),
@@ -126,9 +126,9 @@ fn a_page_begins_where_most_happens() {
 }
 
 #[test]
-fn sheets_of_wide_pictures_have_fewer_columns() {
+fn sheets_of_wide_frames_have_fewer_columns() {
     let sandbox = sandbox();
-    sandbox.ok(&["view", "dot.txt", "--out", "v.png", "--of", "voxel-grid", "--pictures", "3"]);
+    sandbox.ok(&["view", "dot.txt", "--out", "v.png", "--of", "voxel-grid", "--frames", "3"]);
     let sheet = image::open(sandbox.path("v.png")).unwrap();
     let five_bins = 5 * 320 + 4 * 4;
     assert_eq!(sheet.width(), five_bins + 12);
@@ -151,7 +151,7 @@ fn a_build_without_rerun_says_how_to_get_one_with_it() {
 fn a_recording_goes_to_a_file_of_rerun_or_says_that_no_viewer_answers() {
     let sandbox = sandbox();
     let said = sandbox.ok(&["view", "dot.txt", "--out", "dot.rrd", "--of", "eros"]);
-    assert!(said.contains("dot.rrd: 300 pictures"), "{said}");
+    assert!(said.contains("dot.rrd: 300 frames"), "{said}");
     assert!(bytes(&sandbox.path("dot.rrd")).starts_with(b"RRF2"));
     let message = sandbox.fails(&["view", "dot.txt", "--rerun=127.0.0.1:1"]);
     assert!(message.contains("the Rerun viewer at rerun+http://127.0.0.1:1/proxy"), "{message}");

@@ -274,7 +274,7 @@ fn a_recording_in_the_manner_of_another_program_is_put_right() {
     let args = ["gap", "name", "--measured", "other.csv", "--scene", "scene"];
     let (exit, said) = code(&sandbox, &args);
     assert_eq!(exit, Some(0), "{said}");
-    assert!(said.contains("put right") && said.contains("nanoseconds"), "{said}");
+    assert!(said.contains("corrected") && said.contains("nanoseconds"), "{said}");
     assert!(said.contains("put in the order of time"), "{said}");
 }
 

@@ -1,4 +1,4 @@
-//! What `evpose ablate` takes.
+//! Arguments of `evpose ablate`.
 
 use std::path::PathBuf;
 

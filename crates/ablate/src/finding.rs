@@ -10,7 +10,7 @@ use serde::Serialize;
 /// gives no number; this one is ours.
 const COMPARABLE_AUC: f64 = 0.02;
 
-/// What was published about a row beside another one.
+/// Published order of two rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Finding {
     pub(crate) relation: Relation,
@@ -113,7 +113,7 @@ mod tests {
     fn rows_are_comparable_where_no_difference_beyond_the_margin_is_possible() {
         let comparable = |low, high| verdict(Relation::Comparable, low, high);
         assert_eq!(comparable(-0.01, 0.015), Verdict::Found);
-        assert_eq!(comparable(-0.01, 0.03), Verdict::WithinNoise, "too few seeds to tell");
+        assert_eq!(comparable(-0.01, 0.03), Verdict::WithinNoise, "too few seeds to decide");
         assert_eq!(comparable(-0.2, -0.03), Verdict::Reversed);
         assert_eq!(comparable(0.03, 0.2), Verdict::Reversed);
     }

@@ -21,7 +21,7 @@ pub(super) fn run(args: &AblateHandArgs) -> Result<()> {
     use_threads(args.device.threads)?;
     let mut base = hand_config::load(&args.config, &args.overrides)?;
     rows::check(&base)?;
-    // All rows are judged on the same poses: from where the longest window is full.
+    // All rows are evaluated on the same poses: from the first full window of the longest.
     base.evaluation.first_ms = base.evaluation.first_ms.max(rows::longest_window_ms(&base));
     let rows = rows::chosen(&args.rows);
     for row in &rows {
@@ -69,7 +69,7 @@ pub(super) fn run(args: &AblateHandArgs) -> Result<()> {
     Ok(())
 }
 
-/// Numbers, table, page.
+/// Files of results: values, table, page.
 const RESULTS: [&str; 3] = ["ablation.json", "ablation.md", "ablation.html"];
 
 fn write(places: &Places<'_>, base: &HandConfig, outcome: &Outcome) -> Result<()> {

@@ -3,7 +3,7 @@
 //! * [`rows`]: the registry of what is changed, and what was published about it.
 //! * [`finding`]: a published statement held against what was found.
 //! * [`places`]: where everything lies, and what of it is finished.
-//! * [`trial`]: one row under one seed: trained, judged, timed.
+//! * [`trial`]: one row under one seed: trained, evaluated, timed.
 //! * [`hand`]: all rows under all seeds.
 //! * [`bodies`]: the same for bodies.
 //! * [`outcome`]: what they come to; [`table`] and [`page`] show it.

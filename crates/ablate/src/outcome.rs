@@ -1,5 +1,4 @@
-//! What the trials of all rows come to: means over seeds with intervals, and published findings
-//! held against them.
+//! Means of all rows over seeds, with intervals, and published findings compared with them.
 
 use std::collections::BTreeMap;
 
@@ -26,13 +25,13 @@ const FIGURES: [Figure; 6] = [
     ("articulation", |f| f.articulation),
 ];
 
-/// What `ablation.json` holds.
+/// Content of `ablation.json`.
 #[derive(Debug, Serialize)]
 pub(super) struct Outcome {
     /// Name or file of the config of all rows.
     pub(super) config: String,
     pub(super) seeds: Vec<u64>,
-    /// Milliseconds between judged poses.
+    /// Milliseconds between evaluated poses.
     pub(super) stride_ms: u32,
     /// By which programs and on what: more than one where the ablation was continued elsewhere.
     pub(super) made: Vec<Made>,
@@ -117,7 +116,7 @@ impl Outcome {
     }
 }
 
-/// Who made the trials.
+/// Programs and machines that made the trials.
 fn distinct(trials: &Trials) -> Vec<Made> {
     let mut made: Vec<Made> = Vec::new();
     for trial in trials.values().flatten() {
@@ -183,13 +182,13 @@ fn check(row: &Row, other: &Row, finding: &Finding, trials: &Trials) -> Result<F
     let pairs = of(trials, row.trained_as())?.iter().zip(of(trials, other.trained_as())?);
     let is_speed = finding.relation == Relation::Slower;
     let measures = if is_speed { SPEED } else { ACCURACY };
-    let can_tell = !is_speed || pairs.clone().all(|(a, b)| a.made.is_as_fast(&b.made));
+    let is_comparable = !is_speed || pairs.clone().all(|(a, b)| a.made.is_as_fast(&b.made));
     let checks = measures.iter().map(|measure| {
         let value = |row, trial| (measure.get)(trial, &scores(row, trial).figures);
         let differences: Vec<f64> =
             pairs.clone().map(|(a, b)| value(row, a) - value(other, b)).collect();
         let difference = mean_of_runs(&differences).context("rows without seeds")?;
-        let verdict = match can_tell {
+        let verdict = match is_comparable {
             true => finding.relation.verdict(&difference),
             false => Verdict::OtherMachines,
         };
@@ -251,7 +250,7 @@ pub(super) mod tests {
 
     #[test]
     fn differences_are_taken_seed_by_seed() -> Result<()> {
-        // Seeds differ by far more than rows: unpaired, nothing could be told.
+        // Seeds differ by far more than rows: unpaired, nothing could be concluded.
         let outcome = outcome(&[
             (FULL, [0.30, 0.50, 0.70]),
             ("eoi", [0.28, 0.48, 0.68]),
@@ -267,7 +266,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn the_row_without_filter_is_the_full_method_judged_otherwise() -> Result<()> {
+    fn the_row_without_filter_is_the_full_method_evaluated_otherwise() -> Result<()> {
         let outcome = outcome(&[(FULL, [0.5, 0.6, 0.7]), ("no-augmentation", [0.2, 0.3, 0.4])])?;
         let names: Vec<_> = outcome.rows.iter().map(|row| row.name).collect();
         assert_eq!(names, [FULL, "no-augmentation", "no-filter"]);

@@ -25,7 +25,7 @@ const CHARTS: [(Group, &str, &str); 3] = [
 pub(super) fn html(outcome: &Outcome, config: &str) -> Result<String> {
     let mut page = Page::new(
         "What each part of the hand method is worth",
-        "Every row is the full method with one thing changed, simulated, trained and judged by \
+        "Every row is the full method with one thing changed, simulated, trained and evaluated by \
          evpose on this machine.",
     );
     page.section("All rows", &table::legend(outcome));

@@ -1,7 +1,7 @@
-//! Where an ablation keeps its things, and what of it is finished.
+//! Directories and files of an ablation, and which of its steps are finished.
 //!
 //! `data/seed-1/train` and `held-out`, shared by all rows; `rows/lnes-33/seed-1`, a training's own
-//! directory with `trial.json` once it is judged. What is not finished has another name or is not
+//! directory with `trial.json` once it is evaluated. What is not finished has another name or is not
 //! there, so that whatever is found can be kept.
 
 use std::fs;
@@ -52,7 +52,7 @@ impl<'a> Places<'a> {
         self.data(seed).join("train")
     }
 
-    /// Sequences to judge on.
+    /// Sequences of the test set.
     pub(super) fn held_out(&self, seed: u64) -> PathBuf {
         self.data(seed).join("held-out")
     }
@@ -96,7 +96,7 @@ impl<'a> Places<'a> {
     }
 }
 
-/// What a file of ours holds, if it is there.
+/// Reads a JSON file of an ablation; none where it is absent.
 pub(super) fn read<T: DeserializeOwned>(path: &Path) -> Result<Option<T>> {
     if !path.exists() {
         return Ok(None);

@@ -34,21 +34,21 @@ pub(super) struct Row {
 pub(super) enum Group {
     /// The full method.
     Full,
-    /// What the network sees.
+    /// Input of the network.
     Input,
-    /// What is done around it.
+    /// Training and filtering around the network.
     Method,
     /// The network.
     Backbone,
 }
 
-/// What a row changes.
+/// Change of a row to the full method.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Change {
     Nothing,
-    /// What is trained.
+    /// A change of the training config.
     Training(fn(&mut HandConfig)),
-    /// The poses of the full method are judged as the network gives them.
+    /// The poses of the full method are evaluated without the filter.
     Unfiltered,
 }
 
@@ -215,12 +215,12 @@ impl Row {
         config
     }
 
-    /// Whether its poses are judged after the filter.
+    /// Whether its poses are evaluated after the filter.
     pub(super) fn is_filtered(&self) -> bool {
         !matches!(self.change, Change::Unfiltered)
     }
 
-    /// The row whose network it is judged with: its own, unless nothing is trained for it.
+    /// The row whose network it is evaluated with: its own, unless nothing is trained for it.
     pub(super) fn trained_as(&self) -> &'static str {
         if self.is_filtered() { self.name } else { FULL }
     }
@@ -235,7 +235,7 @@ pub(super) fn chosen(names: &[String]) -> Vec<&'static Row> {
     ROWS.iter().filter(asked).collect()
 }
 
-/// The longest window that any row is judged with, in milliseconds.
+/// The longest window that any row is evaluated with, in milliseconds.
 pub(super) fn longest_window_ms(base: &HandConfig) -> u32 {
     ROWS.iter().map(|row| row.config(base).representation.window_ms).max().unwrap_or(0)
 }
@@ -324,7 +324,7 @@ mod tests {
     }
 
     #[test]
-    fn all_rows_are_judged_on_the_same_sequences_from_the_first_full_window_on() -> Result<()> {
+    fn all_rows_are_evaluated_on_the_same_sequences_from_the_first_full_window_on() -> Result<()> {
         let base = hand_config::load("ablation", &[])?;
         assert_eq!(longest_window_ms(&base), base.evaluation.first_ms);
         for row in ROWS {

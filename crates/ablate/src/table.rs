@@ -36,7 +36,7 @@ fn cells(row: &RowOutcome) -> Vec<String> {
     cells.push(thousands(row.parameters_as_published));
     cells.push(with_interval(&row.poses_per_s, 0));
     cells.push(row.training_s.map_or_else(|| "-".to_owned(), |s| format!("{:.0}", s.estimate)));
-    let findings: Vec<String> = row.findings.iter().map(said).collect();
+    let findings: Vec<String> = row.findings.iter().map(finding_text).collect();
     cells.push(if findings.is_empty() { "-".to_owned() } else { findings.join("; ") });
     cells
 }
@@ -48,7 +48,7 @@ fn figures(means: &Means) -> impl Iterator<Item = String> {
 }
 
 /// `worse than lnes-100: 2D found, 3D within noise`.
-fn said(finding: &FindingOutcome) -> String {
+fn finding_text(finding: &FindingOutcome) -> String {
     let checks = finding.checks.iter();
     let checks: Vec<String> =
         checks.map(|check| format!("{} {}", check.measure, check.verdict)).collect();
@@ -87,7 +87,7 @@ pub(super) fn aligned(outcome: &Outcome) -> String {
     let widths: Vec<usize> = (0..header.len()).map(|i| width(i).unwrap_or(0)).collect();
     let line = |cells: &[String]| {
         let cells = cells.iter().zip(&widths).enumerate().map(|(i, (cell, &width))| {
-            // Names and words begin at the left, numbers end at the right.
+            // Names and words begin at the left, values end at the right.
             if i == 0 || i + 1 == widths.len() {
                 format!("{cell:<width$}")
             } else {
@@ -105,7 +105,7 @@ pub(super) fn aligned(outcome: &Outcome) -> String {
     text
 }
 
-/// What `ablation.md` holds.
+/// Content of `ablation.md`.
 pub(super) fn markdown(outcome: &Outcome) -> String {
     let mut text =
         format!("# What each part of the hand method is worth\n\n{}\n", aligned(outcome));
@@ -133,7 +133,7 @@ pub(super) fn difference(interval: &Interval, measure: &str) -> String {
     with_interval(interval, if measure == "poses/s" { 0 } else { 3 })
 }
 
-/// What the columns mean and where they come from.
+/// Legend of the columns, with the origin of the values.
 pub(super) fn legend(outcome: &Outcome) -> String {
     let seeds: Vec<String> = outcome.seeds.iter().map(u64::to_string).collect();
     let made = outcome

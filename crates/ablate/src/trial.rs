@@ -1,4 +1,4 @@
-//! One row under one seed: trained, judged on held-out sequences, timed.
+//! One row under one seed: trained, evaluated on held-out sequences, timed.
 
 use anyhow::{Context, Result, bail};
 use burn::tensor::Device;
@@ -24,12 +24,12 @@ const TIMED: usize = 100;
 /// Of the thousand thresholds of a curve, one in so many is kept: whole millimetres and percents.
 pub(super) const THINNED: usize = 10;
 
-/// What a trial came to.
+/// Results of a trial.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Trial {
     row: String,
     seed: u64,
-    /// Milliseconds between judged poses.
+    /// Milliseconds between evaluated poses.
     stride_ms: u32,
     pub(super) made: Made,
     /// Of the network as trained.
@@ -52,7 +52,7 @@ pub(super) struct Trial {
 pub(super) struct Made {
     pub(super) commit: String,
     pub(super) machine: String,
-    /// What the network ran on.
+    /// Program and machine of a trial.
     pub(super) device: String,
 }
 
@@ -71,7 +71,7 @@ impl Made {
     }
 }
 
-/// What a method scored on all held-out sequences.
+/// Scores of a method on all held-out sequences.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Scores {
     pub(super) figures: Figures,
@@ -81,7 +81,7 @@ pub(super) struct Scores {
     pub(super) pck_3d: Vec<f64>,
 }
 
-/// Means over all judged poses.
+/// Means over all evaluated poses.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Figures {
     pub(super) auc_2d: f64,
@@ -93,7 +93,7 @@ pub(super) struct Figures {
     pub(super) articulation: f64,
 }
 
-/// How long the training took; kept beside it for the case that judging is interrupted.
+/// How long the training took; kept beside it for the case that the evaluation is interrupted.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Trained {
     seconds: Option<f64>,
@@ -122,9 +122,9 @@ pub(super) fn run(
     let trained = match trained {
         Some(trained) => trained,
         None => {
-            let (progress, told) = watch::training(row, seeds);
+            let (progress, callback) = watch::training(row, seeds);
             let options =
-                TrainOptions { device: kind, resume: true, plain: true, told: Some(told) };
+                TrainOptions { device: kind, resume: true, plain: true, told: Some(callback) };
             let summary = train_hand(config, &places.train(config.seed), &dir, &options)?;
             progress.finish_and_clear();
             let all = config.training.steps as f64 * config.training.batch_size as f64;
@@ -144,7 +144,8 @@ pub(super) fn run(
     drop(runner);
     let parameters = trained_count(&checkpoint.network);
     let published = HandRegressorConfig { width: 1.0, ..config.network.clone() };
-    let [filtered, unfiltered, mean_pose] = judge(places, config, checkpoint, stride_ms, device)?;
+    let [filtered, unfiltered, mean_pose] =
+        evaluate_trial(places, config, checkpoint, stride_ms, device)?;
     let trial = Trial {
         row: row.to_owned(),
         seed: config.seed,
@@ -163,7 +164,7 @@ pub(super) fn run(
 }
 
 /// Scores of the network with and without the filter, and of the mean pose.
-fn judge(
+fn evaluate_trial(
     places: &Places<'_>,
     config: &HandConfig,
     checkpoint: Checkpoint,
@@ -178,12 +179,13 @@ fn judge(
         Method { name: "unfiltered", predictor: &mut network, filtered: Some("filtered") },
         Method { name: "mean_pose", predictor: &mut mean_pose, filtered: None },
     ];
-    let progress = bar("judging", poses_to_judge(config, &data, stride_ms), "poses");
-    let judged = evaluate(config, &data, &mut methods, stride_ms, &mut |done| progress.inc(done))?;
+    let progress = bar("evaluating", poses_to_judge(config, &data, stride_ms), "poses");
+    let evaluated =
+        evaluate(config, &data, &mut methods, stride_ms, &mut |done| progress.inc(done))?;
     progress.finish_and_clear();
     let of = |name: &str| {
-        let method = judged.iter().find(|method| method.name == name);
-        scores(&method.with_context(|| format!("{name} was not judged"))?.evaluation)
+        let method = evaluated.iter().find(|method| method.name == name);
+        scores(&method.with_context(|| format!("{name} was not evaluated"))?.evaluation)
     };
     Ok([of("filtered")?, of("unfiltered")?, of("mean_pose")?])
 }
@@ -193,7 +195,7 @@ fn scores(evaluation: &HandEvaluation) -> Result<Scores> {
     let summary = evaluation.summary(&BootstrapConfig { resamples: 0, seed: 0 });
     let figure = |interval: Option<Interval>| {
         interval.map(|interval| interval.estimate).context(
-            "no pose could be judged: lengthen config field `evaluation.seconds` beyond \
+            "no pose could be evaluated: lengthen config field `evaluation.seconds` beyond \
              `evaluation.first_ms`",
         )
     };

@@ -18,7 +18,7 @@ pub(super) fn training(row: &str, seeds: usize) -> (ProgressBar, Told) {
     let progress = bar(row, 0, "windows");
     let (began, said) = (OnceLock::new(), AtomicBool::new(false));
     let moved = progress.clone();
-    let told = Told::new(move |how_far| {
+    let callback = Told::new(move |how_far| {
         let &(start, first) = began.get_or_init(|| {
             moved.set_length(how_far.of);
             moved.set_position(how_far.samples);
@@ -34,7 +34,7 @@ pub(super) fn training(row: &str, seeds: usize) -> (ProgressBar, Told) {
             moved.suspend(|| say(estimate(per_second, left, how_far.of, seeds)));
         }
     });
-    (progress, told)
+    (progress, callback)
 }
 
 /// The line: `left` of `of` windows to go in this training of one row.

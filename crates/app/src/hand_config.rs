@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn ablation_is_quick_trained_for_a_shorter_time_and_judged_where_all_windows_are_full()
+    fn ablation_is_quick_trained_for_a_shorter_time_and_evaluated_where_all_windows_are_full()
     -> Result<()> {
         const ALLOWED: &[&str] = &[
             "training.steps",

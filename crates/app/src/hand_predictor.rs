@@ -8,7 +8,7 @@ use evpose_infer::Precision;
 use evpose_nn::HandRegressor;
 use evpose_train::{NetworkPredictor, Quantized};
 
-/// What predicts with the network of a checkpoint, in so many bits.
+/// Predictor of a checkpoint's network, at the given precision.
 ///
 /// # Errors
 /// If they are fewer than 32 on another device than flex, or 8 without `evpose quantize`.

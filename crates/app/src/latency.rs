@@ -8,7 +8,7 @@ use evpose_core::CounterRng;
 use evpose_infer::{Engine, EngineOptions};
 use evpose_nn::HandRegressor;
 
-/// What runs a network.
+/// Runtime of a network.
 pub enum Runner<'a> {
     /// Our engine, which takes one window at a time.
     Engine(Box<Engine>),
@@ -45,9 +45,9 @@ impl<'a> Runner<'a> {
             }
             Self::Burn(forward, device) => {
                 let data = TensorData::new(values.to_vec(), input);
-                let surfaces = Tensor::<4>::from_data(data, *device);
+                let windows = Tensor::<4>::from_data(data, *device);
                 let started = Instant::now();
-                forward(surfaces);
+                forward(windows);
                 started.elapsed().as_secs_f64() * 1e3
             }
         }

@@ -1,4 +1,4 @@
-//! What the user sees while waiting. Progress goes to standard error, results to standard output.
+//! Progress bars and lines on the terminal. Progress goes to standard error, results to standard output.
 
 use std::fmt::Display;
 use std::io::Write as _;

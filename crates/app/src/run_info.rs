@@ -1,4 +1,4 @@
-//! What every output directory holds beside its results: resolved config, seed, commit.
+//! Provenance beside the results of an output directory: resolved config, seed, commit.
 
 use std::path::Path;
 
@@ -7,9 +7,9 @@ use evpose_core::atomic_write;
 use evpose_train::body::BodyConfig;
 use evpose_train::{FieldDifference, HandConfig, TrainError};
 
-/// Where the program, the seed and, mostly, the command are said.
+/// File of the program, the seed and, mostly, the command.
 const RUN: &str = "run.toml";
-/// Where the resolved config is.
+/// File of the resolved config.
 pub const CONFIG: &str = "config.toml";
 
 /// A config that a directory is made with.

@@ -9,7 +9,7 @@ use evpose_sensor::{PRESETS, STAGES, SensorConfig, SensorModel, StageSpec, neare
 pub struct Source {
     /// The preset's name, or the path.
     pub name: String,
-    /// What it is and where it comes from.
+    /// Description and origin.
     pub origin: String,
     /// Its effects.
     pub config: SensorConfig,
@@ -51,7 +51,7 @@ pub fn effect(name: &str) -> Option<&'static StageSpec> {
     STAGES.iter().copied().find(|spec| spec.name == name)
 }
 
-/// What to say about a name that does not exist.
+/// Error message for an unknown name, with the nearest known ones.
 pub fn unknown(what: &str, name: &str, known: &[&str]) -> String {
     let near = nearest(name, known.iter().copied());
     let hint = if near.is_empty() {

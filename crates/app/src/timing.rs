@@ -1,4 +1,4 @@
-//! What benchmarks say about their times.
+//! Quantiles and outliers of measured times.
 
 /// The value below which a share `q` of sorted values lies (nearest rank).
 pub fn quantile(sorted: &[f64], q: f64) -> f64 {

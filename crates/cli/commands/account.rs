@@ -1,11 +1,11 @@
-//! What was odd about a recording while it was read.
+//! Warnings about a recording that was read.
 
 use evpose_core::{Rejected, SensorSize};
 use evpose_io::{Recording, SensorOrigin, Windows};
 
 use evpose_app::progress::say;
 
-/// What a user should know.
+/// Anomalies of a recording: an inferred sensor size, rejected and reordered events, remarks.
 pub(super) struct Account {
     pub(super) sensor: SensorSize,
     origin: SensorOrigin,

@@ -88,13 +88,13 @@ pub(crate) fn formats() -> String {
     text
 }
 
-/// What was converted.
+/// Counts of a conversion.
 struct Done {
     events: u64,
     account: Account,
 }
 
-/// What is taken of a recording, and what its times become.
+/// Time window to convert, and the offset of its time stamps.
 struct Cut {
     window: TimeWindow,
     shift: Micros,

@@ -35,7 +35,7 @@ pub(crate) struct DemoArgs {
     pub(crate) device: DeviceArgs,
 }
 
-/// Where demos go when nothing else is said.
+/// Directory of demos without --out.
 const RUNS: &str = "runs";
 
 pub(crate) fn run(args: &DemoArgs) -> Result<()> {
@@ -80,8 +80,9 @@ pub(crate) fn run(args: &DemoArgs) -> Result<()> {
     let mean = summary.best.mean_pose.context("the training poses have no mean")?;
     let network = summary.best.network;
     let trained = NetworkPredictor::new(network, device.clone());
-    let mut judged = held_out::judge(&config, &data, trained, mean, &device, args.stride_ms)?;
-    judged.metrics.measured = json!({
+    let mut evaluation =
+        held_out::evaluate_with_baselines(&config, &data, trained, mean, &device, args.stride_ms)?;
+    evaluation.metrics.measured = json!({
         "simulated_steps_per_second": recorded.steps_per_second(),
         "trained_samples": summary.samples,
         "trained_samples_per_second": summary.samples_per_second,
@@ -114,21 +115,21 @@ pub(crate) fn run(args: &DemoArgs) -> Result<()> {
     let material = Material {
         config: &config,
         held_out: &data,
-        judged: &judged,
+        evaluation: &evaluation,
         history: &history,
         facts: &facts,
     };
     report::write(&out, &material)?;
     let total_s = started.elapsed().as_secs_f64();
-    judged.metrics.measured.insert("demo_s".to_owned(), json!(total_s));
-    judged.metrics.write(&out.join("metrics.json"))?;
+    evaluation.metrics.measured.insert("demo_s".to_owned(), json!(total_s));
+    evaluation.metrics.write(&out.join("metrics.json"))?;
 
     say("");
-    held_out::print(&config, &judged);
+    held_out::print(&config, &evaluation);
     say("");
     say(format!("done in {:.1} minutes; checkpoint: {}", total_s / 60.0, summary.path.display()));
     say(format!("metrics: {}", out.join("metrics.json").display()));
-    say(format!("picture: {}", out.join("picture.png").display()));
+    say(format!("frames: {}", out.join("frames.png").display()));
     say(format!("report:  {}", out.join("report.html").display()));
     Ok(())
 }

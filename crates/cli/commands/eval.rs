@@ -101,8 +101,14 @@ fn judge(args: &EvalArgs, data: &Path) -> Result<()> {
     let network = checkpoint.network;
     let trained =
         hand_predictor::predictor(&args.checkpoint, network, args.precision, device.clone())?;
-    let judged =
-        held_out::judge(&config, &data, trained, mean, &device, args.stride_ms.unwrap_or(1))?;
+    let judged = held_out::evaluate_with_baselines(
+        &config,
+        &data,
+        trained,
+        mean,
+        &device,
+        args.stride_ms.unwrap_or(1),
+    )?;
     held_out::print(&config, &judged);
     if let Some(path) = &args.json {
         judged.metrics.write(path)?;

@@ -176,7 +176,7 @@ impl Converted {
         ));
         if repaired > 0 {
             say(format!(
-                "warning   {repaired} values were negative or no numbers, and were taken as darkness"
+                "warning   {repaired} values were negative or NaN, and were taken as darkness"
             ));
         }
     }
@@ -218,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn rates_that_microseconds_cannot_tell_apart_are_refused() {
+    fn rates_that_microseconds_cannot_resolve_are_refused() {
         for (fps, steps) in [(0.0, 1), (-5.0, 1), (f64::NAN, 1), (2e6, 1), (1e6, 2)] {
             assert!(FrameClock::new(fps, steps).is_err(), "{fps} {steps}");
         }

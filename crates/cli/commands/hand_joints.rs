@@ -15,7 +15,7 @@ use glam::Vec2;
 /// Columns of a joint.
 const OF_JOINT: usize = 5;
 
-/// What the first line begins with.
+/// Beginning of the first line.
 const FIRST: &str = "t_us,";
 
 /// The first line.

@@ -21,7 +21,7 @@ fn commands(text: &str, prompts: &[&str]) -> Vec<String> {
     commands.filter(|command| command.starts_with("evpose ")).map(str::to_owned).collect()
 }
 
-/// Parses a command line, the words of `values` put in, and reads its config.
+/// Parses a command line, with the words of `values` filled in, and reads its config.
 fn parse(command: &str, values: &[(&str, &str)]) -> Result<Command, String> {
     let mut text = command.to_owned();
     for (word, value) in values {
@@ -54,7 +54,7 @@ fn the_tasks_of_both_array_jobs_record_every_sequence_once() {
         [(SLURM, "srun ", "--array=1-"), (KUBERNETES, "exec ", "completions: ")]
     {
         let shards = number_behind(file, last).unwrap_or_default();
-        assert_eq!(number_behind(file, "SHARDS="), Some(shards), "the two numbers differ");
+        assert_eq!(number_behind(file, "SHARDS="), Some(shards), "the two counts differ");
         let found = commands(file, &[prompt]);
         assert_eq!(found.len(), 1, "{found:?}");
         let mut recorded = Vec::new();

@@ -23,7 +23,7 @@ pub(crate) struct FrameArgs {
     /// display, which is what cameras and video files store
     #[arg(long, default_value = "linear", value_parser = ["linear", "srgb"])]
     pub(crate) encoding: String,
-    /// The value of reference white [default: 255 of 8 bits, 65535 of 16 bits, 1 of numbers]
+    /// The value of reference white [default: 255 of 8 bits, 65535 of 16 bits, 1 of floats]
     #[arg(long)]
     pub(crate) white: Option<f64>,
 }
@@ -36,13 +36,13 @@ impl FrameArgs {
     }
 }
 
-/// What a user knows of a recording that its file may not say.
+/// Properties of a recording that its file may not state.
 #[derive(Debug, clap::Args)]
 pub(crate) struct OpeningArgs {
     /// The sensor, for files that do not state it, for example 346x260
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub(crate) sensor: Option<SensorSize>,
-    /// Which camera of a file that holds several, counted from 0
+    /// Camera of a file that holds several, counted from 0
     #[arg(long)]
     pub(crate) camera: Option<u8>,
     /// Microseconds in a tick of YARP's clock: 0.08 or 1

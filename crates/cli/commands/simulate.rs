@@ -23,7 +23,7 @@ use std::path::PathBuf;
     evpose simulate quick --out data/train --shard 3/64 --resume\n  \
     evpose simulate quick --condition dark --out data/dark --held-out\n  \
     evpose simulate eventhands --set simulation.motion.variant=bottom --sequences 8 --seconds 3 \
-    --out data/bottom --pictures bottom.png\n\n\
+    --out data/bottom --preview bottom.png\n\n\
     Shards may share a directory or be copied together: the files are those of one run. The last \
     one to finish\nwrites manifest.sha256; `evpose info --verify DIR` and `sha256sum -c` check it. \
     docs/guide/scale.md says more.")]
@@ -55,8 +55,8 @@ pub(crate) struct SimulateArgs {
     #[arg(long)]
     pub(crate) condition: Option<String>,
     /// Also write a PNG file of what the camera looks at, with the events beside it
-    #[arg(long, value_name = "FILE")]
-    pub(crate) pictures: Option<PathBuf>,
+    #[arg(long, alias = "pictures", value_name = "FILE")]
+    pub(crate) preview: Option<PathBuf>,
     /// CPU threads; all cores by default. The bytes written do not depend on it
     #[arg(long)]
     pub(crate) threads: Option<usize>,
@@ -93,10 +93,10 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<()> {
     } else {
         format!("shard {shard} is complete; whoever records the last sequence writes {MANIFEST}")
     });
-    if let Some(path) = &args.pictures {
+    if let Some(path) = &args.preview {
         let sheet = camera_views::sheet(&Simulation::new(&config.simulation, config.seed)?)?;
         atomic_write(path, &png(&sheet)?).with_context(|| format!("writing {}", path.display()))?;
-        say(format!("pictures: {}", path.display()));
+        say(format!("preview: {}", path.display()));
     }
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! What a simulated camera looks at, beside its events: one sheet for a whole run.
+//! Rendered frames of a simulated camera beside its events: one sheet for a whole run.
 
 use anyhow::{Context, Result};
 use evpose_core::{Micros, Plane, SensorSize};
@@ -17,11 +17,11 @@ const FIRST_STEP: u64 = 400;
 const FURTHER_STEPS: u64 = 170;
 /// Steps between moments of the same sequence, where there are few.
 const ROUND_STEPS: u64 = 1_500;
-/// How long events stay in the picture.
+/// How long events stay in the image.
 const WINDOW: Micros = Micros(50_000);
-/// Width a picture is enlarged to, at least.
-const PICTURE_PX: u32 = 240;
-/// Linear light to a screen's numbers, as in the published simulator.
+/// Width an image is enlarged to, at least.
+const IMAGE_PX: u32 = 240;
+/// Linear light to a screen's pixel values, as in the published simulator.
 const SCREEN_GAMMA: f32 = 2.2;
 
 /// Views of the sequences of `simulation`, simulated up to there once more. The same for any number
@@ -42,7 +42,7 @@ fn moment(simulation: &Simulation, index: u64) -> Result<[RgbImage; 2]> {
     let last = steps.min(config.frames()).checked_sub(1).context("sequences without steps")?;
     let mut simulator = simulation.sequence(index % sequences)?;
     let sensor = simulator.camera().sensor();
-    let scale = PICTURE_PX.div_ceil(u32::from(sensor.width));
+    let scale = IMAGE_PX.div_ceil(u32::from(sensor.width));
     let mut newest = [Plane::for_sensor(sensor, None), Plane::for_sensor(sensor, None)];
     let mut now = Micros(0);
     for _ in 0..=last {

@@ -1,4 +1,4 @@
-//! Pictures with hands or bodies drawn over them.
+//! Images with hands or bodies drawn over them.
 
 use evpose_core::Plane;
 use evpose_pose::HAND_BONES;
@@ -18,14 +18,14 @@ const PAPER: [f32; 3] = [252.0, 252.0, 253.0];
 const ON_INK: [f32; 3] = [30.0, 100.0, 200.0];
 const OFF_INK: [f32; 3] = [200.0, 50.0, 60.0];
 
-/// A picture of events, enlarged, on which skeletons can be drawn.
+/// An event image, enlarged, on which skeletons can be drawn.
 pub struct Canvas {
     image: RgbImage,
     scale: u32,
 }
 
 impl Canvas {
-    /// Draws the two polarity planes of a surface with values in 0 to 1: ON blue, OFF red, newer
+    /// Draws the two polarity planes of a representation with values in 0 to 1: ON blue, OFF red, newer
     /// events darker. Each pixel becomes `scale` by `scale`.
     pub fn events(on: &Plane<f32>, off: &Plane<f32>, scale: u32) -> Self {
         let (width, height) = (on.width() as u32 * scale, on.height() as u32 * scale);
@@ -49,7 +49,7 @@ impl Canvas {
         Self { image, scale }
     }
 
-    /// A picture whose sensor's pixels are `scale` by `scale`.
+    /// An image whose sensor's pixels are `scale` by `scale`.
     pub fn over(image: RgbImage, scale: u32) -> Self {
         Self { image, scale }
     }
@@ -108,21 +108,21 @@ impl Canvas {
     }
 }
 
-/// Pictures of one size in rows of `columns`, with a thin gap.
-pub fn contact_sheet(pictures: &[RgbImage], columns: usize) -> RgbImage {
+/// Images of one size in rows of `columns`, with a thin gap.
+pub fn contact_sheet(images: &[RgbImage], columns: usize) -> RgbImage {
     const GAP: u32 = 6;
-    let Some(first) = pictures.first() else { return RgbImage::new(1, 1) };
+    let Some(first) = images.first() else { return RgbImage::new(1, 1) };
     let (width, height) = first.dimensions();
-    let rows = pictures.len().div_ceil(columns) as u32;
+    let rows = images.len().div_ceil(columns) as u32;
     let mut sheet = RgbImage::from_pixel(
         columns as u32 * (width + GAP) + GAP,
         rows * (height + GAP) + GAP,
         Rgb([228, 230, 235]),
     );
-    for (i, picture) in pictures.iter().enumerate() {
+    for (i, image) in images.iter().enumerate() {
         let x = GAP + (i % columns) as u32 * (width + GAP);
         let y = GAP + (i / columns) as u32 * (height + GAP);
-        image::imageops::replace(&mut sheet, picture, i64::from(x), i64::from(y));
+        image::imageops::replace(&mut sheet, image, i64::from(x), i64::from(y));
     }
     sheet
 }

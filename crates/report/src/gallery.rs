@@ -2,7 +2,7 @@
 //! measurement in which it stands out.
 
 mod bench;
-mod picture;
+mod event_image;
 mod probe;
 
 use std::path::Path;
@@ -35,7 +35,7 @@ const STYLE: &str = "<style>
 .keys{font-size:13px;max-width:none}nav{columns:4;font-size:13px}nav a{display:block;color:inherit}
 </style>";
 
-/// What a row shows.
+/// Content of a row.
 enum Entry {
     Preset(&'static Preset),
     Effect(&'static StageSpec),
@@ -163,10 +163,10 @@ fn preset_row(preset: &Preset, hand: &[Plane<f32>], seed: u64) -> Result<String>
         ("origin", escape(&preset.origin())),
         ("chain", format!("<code>{}</code>", escape(&chain.join(" > ")))),
     ]);
-    let picture = hand_figure(&model, hand, seed, "")?;
+    let image = hand_figure(&model, hand, seed, "")?;
     let rate = probe::hand_rate(&model, hand, seed)?;
     Ok(format!(
-        "<h3 id=\"{0}\">{0}</h3>\n{head}<div class=\"strip\">{picture}{1}</div>\n",
+        "<h3 id=\"{0}\">{0}</h3>\n{head}<div class=\"strip\">{image}{1}</div>\n",
         preset.name,
         chart::svg(&rate, (540, 215))?
     ))
@@ -206,7 +206,7 @@ fn facts(known: &[(&str, String)]) -> String {
     format!("<div class=\"facts\">{}</div>\n", lines.collect::<String>())
 }
 
-/// The last events of the hand as a picture, with their numbers.
+/// The last events of the hand as an image, with their counts.
 fn hand_figure(
     model: &SensorModel,
     hand: &[Plane<f32>],
@@ -215,12 +215,12 @@ fn hand_figure(
 ) -> Result<String> {
     let events = bench::watch(model, hand, seed)?;
     let from = Micros((hand.len() as i64 - 31) * 1_000);
-    let picture = picture::events(&events, bench::size_of(hand), from);
+    let image = event_image::events(&events, bench::size_of(hand), from);
     // A sensor that starts in the dark has a burst at time zero.
     let later = || events.iter().filter(|event| event.t > Micros(0));
     let on = later().filter(|event| event.polarity.is_on()).count();
     let counts = format!("150 ms: {on} ON, {} OFF", later().count() - on);
-    Ok(figure(&png(&picture)?, &format!("{caption}{counts}")))
+    Ok(figure(&png(&image)?, &format!("{caption}{counts}")))
 }
 
 fn figure(png: &[u8], caption: &str) -> String {
@@ -235,10 +235,10 @@ fn figure(png: &[u8], caption: &str) -> String {
 fn shown(measured: Shown, variants: &[Variant]) -> Result<String> {
     match measured {
         Shown::Nothing => Ok(String::new()),
-        Shown::Pictures(what, pictures) => {
+        Shown::Images(what, images) => {
             let mut strip = String::new();
-            for (picture, variant) in pictures.iter().zip(variants) {
-                strip += &figure(&png(picture)?, &variant.caption());
+            for (image, variant) in images.iter().zip(variants) {
+                strip += &figure(&png(image)?, &variant.caption());
             }
             Ok(format!("<p>{}</p><div class=\"strip\">{strip}</div>\n", escape(&what)))
         }
@@ -257,7 +257,7 @@ fn strip(charts: &[Chart], size: (u32, u32)) -> Result<String> {
     Ok(format!("<div class=\"strip\">{drawn}</div>\n"))
 }
 
-/// What the colours of a chart mean.
+/// Legend of a chart's colours.
 fn key(series: &[Series]) -> String {
     let entries = series.iter().map(|Series { label, colour: (r, g, b), .. }| {
         format!("<i class=\"key\" style=\"background:rgb({r},{g},{b})\"></i>{}", escape(label))

@@ -1,4 +1,4 @@
-//! The report of a hand experiment: curves, tables and pictures in one page.
+//! The report of a hand experiment: curves, tables and frames in one page.
 
 use std::path::Path;
 
@@ -10,38 +10,38 @@ use evpose_train::{Evaluated, HandConfig, HandDataset, HandSequence, HistoryLine
 use image::{Rgb, RgbImage};
 
 use crate::canvas::{Canvas, PREDICTION, TRUTH, contact_sheet};
-use crate::held_out::{self, Judged};
+use crate::held_out::{self, HeldOutEvaluation};
 use crate::html::Page;
 use crate::plot::{self, Axes, Curve, PALETTE};
 use crate::png::png;
 
-/// Pictures in the strip.
+/// Frames in the strip.
 const STRIP: usize = 12;
 /// Frames per second of the animation, and its length.
 const ANIMATION_HZ: u64 = 20;
 const ANIMATION_S: u64 = 3;
-/// Width a picture is enlarged to, at least.
-const PICTURE_PX: u32 = 270;
+/// Width a frame is enlarged to, at least.
+const FRAME_PX: u32 = 270;
 
-/// What a report is made from.
+/// Material of a report.
 pub struct Material<'a> {
     /// The experiment.
     pub config: &'a HandConfig,
     /// Sequences of the evaluation.
     pub held_out: &'a HandDataset,
     /// Scores and tracks of all methods.
-    pub judged: &'a Judged,
+    pub evaluation: &'a HeldOutEvaluation,
     /// Losses of the training.
     pub history: &'a [HistoryLine],
     /// Lines about what was measured: sizes, speeds, machine.
     pub facts: &'a [String],
 }
 
-/// Writes `report.html`, and its strip of pictures also as `picture.png`, into `dir`.
+/// Writes `report.html`, and its strip of frames also as `frames.png`, into `dir`.
 pub fn write(dir: &Path, material: &Material<'_>) -> Result<()> {
-    let hands = [(shown(material.judged)?, PREDICTION)];
+    let hands = [(shown(material.evaluation)?, PREDICTION)];
     let strip = png(&strip(material.config, material.held_out, &hands)?)?;
-    save(&dir.join("picture.png"), &strip)?;
+    save(&dir.join("frames.png"), &strip)?;
     let animation = animation(material)?;
 
     let mut page = Page::new(
@@ -49,20 +49,20 @@ pub fn write(dir: &Path, material: &Material<'_>) -> Result<()> {
         "Simulated, trained, evaluated and drawn by evpose on this machine.",
     );
     page.section(
-        "On sequences the network never saw",
-        "Means over all judged poses with 95% bootstrap intervals over sequences. mean_pose always \
+        "Held-out sequences",
+        "Means over all evaluated poses with 95% bootstrap intervals over sequences. mean_pose always \
          predicts the average training pose; untrained is the network before its first step. \
          AUC: larger is better; everything else: smaller.",
     );
-    let rows: Vec<Vec<String>> = held_out::rows(material.config, material.judged)
+    let rows: Vec<Vec<String>> = held_out::rows(material.config, material.evaluation)
         .into_iter()
         .map(|row| row.into_iter().map(|(n, i)| format!("{n} <small>{i}</small>")).collect())
         .collect();
     page.table(&held_out::header(), &rows);
 
     page.section(
-        "What the network sees, and what it says",
-        "Event surfaces (ON blue, OFF red, newer darker) of held-out sequences.",
+        "Input of the network, and its predictions",
+        "Event images (ON blue, OFF red, newer darker) of held-out sequences.",
     );
     let key = format!(
         "<span class=\"key\" style=\"background:{}\"></span>true hand\
@@ -70,15 +70,15 @@ pub fn write(dir: &Path, material: &Material<'_>) -> Result<()> {
         css(TRUTH),
         css(PREDICTION)
     );
-    page.picture("image/gif", &animation, "animation of a held-out sequence", &key);
-    page.picture("image/png", &strip, "held-out frames with true and predicted hands", &key);
+    page.image("image/gif", &animation, "animation of a held-out sequence", &key);
+    page.image("image/png", &strip, "held-out frames with true and predicted hands", &key);
 
     page.section(
         "Correct points",
         "Share of points whose error is below a threshold (PCK). 3D: 20 points relative to the \
          wrist. 2D: 7 points, in percent of the palm's length in the image.",
     );
-    page.plots(&pck_plots(&material.judged.methods)?);
+    page.plots(&pck_plots(&material.evaluation.methods)?);
     page.section("Learning curves", "Each interval ends with a validation on held-back seconds.");
     page.plots(&learning_curves(material)?);
 
@@ -182,11 +182,11 @@ fn learning_curves(material: &Material<'_>) -> Result<Vec<String>> {
 }
 
 /// The filtered predictions, or the last method's where there are none.
-fn shown(judged: &Judged) -> Result<&Evaluated> {
-    judged.methods.last().context("no method was judged")
+fn shown(evaluation: &HeldOutEvaluation) -> Result<&Evaluated> {
+    evaluation.methods.last().context("no method was evaluated")
 }
 
-/// Frames from all over `data`, with the hands of some methods, which were judged at the same
+/// Frames from all over `data`, with the hands of some methods, which were evaluated at the same
 /// frames, in colours of their own.
 pub fn strip(
     config: &HandConfig,
@@ -195,7 +195,7 @@ pub fn strip(
 ) -> Result<RgbImage> {
     let stage = Stage::new(config)?;
     let sequences = data.sequences();
-    let pictures: Vec<RgbImage> = (0..STRIP)
+    let frames: Vec<RgbImage> = (0..STRIP)
         .map(|i| {
             let sequence =
                 i * sequences.len() / STRIP.min(sequences.len().max(1)) % sequences.len();
@@ -204,10 +204,10 @@ pub fn strip(
             // Spread over the sequence, away from its ends.
             let at = (frames.len() * (2 * (i % 5) + 1)) / 10;
             let hands: Vec<_> = tracks.map(|(track, colour)| (track.poses[at], colour)).collect();
-            picture(config, data, &stage, &sequences[sequence], frames[at], &hands)
+            overlay(config, data, &stage, &sequences[sequence], frames[at], &hands)
         })
         .collect::<Result<_>>()?;
-    Ok(contact_sheet(&pictures, 4))
+    Ok(contact_sheet(&frames, 4))
 }
 
 /// The sequence whose wrist error is the median: neither the best nor the worst.
@@ -223,7 +223,7 @@ fn median_sequence(shown: &Evaluated) -> usize {
 fn animation(material: &Material<'_>) -> Result<Vec<u8>> {
     use image::codecs::gif::{GifEncoder, Repeat};
     let stage = Stage::new(material.config)?;
-    let shown = shown(material.judged)?;
+    let shown = shown(material.evaluation)?;
     let index = median_sequence(shown);
     let sequence = &material.held_out.sequences()[index];
     let track = &shown.tracks[index];
@@ -240,18 +240,18 @@ fn animation(material: &Material<'_>) -> Result<Vec<u8>> {
             }
             next = frame + step_ms;
             let hands = [(*pose, PREDICTION)];
-            let picture =
-                picture(material.config, material.held_out, &stage, sequence, frame, &hands)?;
-            let picture = image::DynamicImage::ImageRgb8(picture).into_rgba8();
+            let image =
+                overlay(material.config, material.held_out, &stage, sequence, frame, &hands)?;
+            let image = image::DynamicImage::ImageRgb8(image).into_rgba8();
             let delay = image::Delay::from_numer_denom_ms(2 * step_ms as u32, 1);
-            encoder.encode_frame(image::Frame::from_parts(picture, 0, 0, delay))?;
+            encoder.encode_frame(image::Frame::from_parts(image, 0, 0, delay))?;
         }
     }
     Ok(gif)
 }
 
 /// One window of events with the true and the predicted hands over it.
-fn picture(
+fn overlay(
     config: &HandConfig,
     data: &HandDataset,
     stage: &Stage,
@@ -260,14 +260,14 @@ fn picture(
     predicted: &[(HandParams, Rgb<u8>)],
 ) -> Result<RgbImage> {
     use evpose_core::Polarity;
-    let surface = data.surface(sequence, frame)?;
+    let planes = data.surface(sequence, frame)?;
     let (height, width) = data.image_size();
     let order = config.representation.channel_order;
     let plane = |polarity| {
         let start = order.channel(polarity) * width * height;
-        Plane::from_vec(width, height, surface[start..start + width * height].to_vec())
+        Plane::from_vec(width, height, planes[start..start + width * height].to_vec())
     };
-    let scale = PICTURE_PX.div_ceil(width as u32);
+    let scale = FRAME_PX.div_ceil(width as u32);
     let mut canvas = Canvas::events(&plane(Polarity::On)?, &plane(Polarity::Off)?, scale);
     let betas = sequence.betas(sequence.episode_of(frame));
     let hand = sequence.hand();

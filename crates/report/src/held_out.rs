@@ -1,4 +1,4 @@
-//! Judging a network on held-out sequences: what `evpose eval` and `evpose demo` share.
+//! Evaluation of a network on held-out sequences, beside its baselines.
 
 use std::path::Path;
 
@@ -17,7 +17,7 @@ use evpose_app::machine::Machine;
 use evpose_app::progress::{bar, say};
 use evpose_app::run_info::COMMIT;
 
-/// What `metrics.json` holds.
+/// Content of `metrics.json`.
 #[derive(Debug, Serialize)]
 pub struct Metrics {
     /// A line of the table for each method, by its name.
@@ -26,7 +26,7 @@ pub struct Metrics {
     pub trained_over_mean_pose: HandRatios,
     /// The same after the Kalman filter.
     pub trained_kalman_over_mean_pose: HandRatios,
-    /// Milliseconds between judged poses.
+    /// Milliseconds between evaluated poses.
     pub stride_ms: u32,
     /// Seed of the experiment.
     pub seed: u64,
@@ -38,23 +38,23 @@ pub struct Metrics {
     pub measured: serde_json::Map<String, serde_json::Value>,
 }
 
-/// Every method's scores and tracks, and the numbers that follow.
-pub struct Judged {
+/// Every method's scores and tracks, and the metrics that follow.
+pub struct HeldOutEvaluation {
     /// Scores and tracks, method by method.
     pub methods: Vec<Evaluated>,
     /// Contents of `metrics.json`.
     pub metrics: Metrics,
 }
 
-/// Judges `trained` beside an untrained one and the pose `mean`.
-pub fn judge(
+/// Evaluates `trained` beside an untrained network and the pose `mean`.
+pub fn evaluate_with_baselines(
     config: &HandConfig,
     data: &HandDataset,
     mut trained: NetworkPredictor,
     mean: HandParams,
     device: &Device,
     stride_ms: u32,
-) -> Result<Judged> {
+) -> Result<HeldOutEvaluation> {
     let mut mean_pose = ConstantPose(mean);
     let mut before = NetworkPredictor::new(untrained(config, device)?, device.clone());
     let mut methods = [
@@ -84,7 +84,7 @@ pub fn judge(
         machine: Machine::this(),
         measured: serde_json::Map::new(),
     };
-    Ok(Judged { methods, metrics })
+    Ok(HeldOutEvaluation { methods, metrics })
 }
 
 impl Metrics {
@@ -98,7 +98,7 @@ impl Metrics {
 /// The method called `name`.
 pub fn find<'a>(methods: &'a [Evaluated], name: &str) -> Result<&'a Evaluated> {
     let found = methods.iter().find(|method| method.name == name);
-    found.with_context(|| format!("{name} was not judged"))
+    found.with_context(|| format!("{name} was not evaluated"))
 }
 
 /// Columns of the table: heading, digits, and which number.
@@ -129,9 +129,9 @@ pub fn cell(interval: Option<Interval>, digits: usize) -> (String, String) {
 }
 
 /// A row per method and two of ratios; each cell is a number and its interval.
-pub fn rows(config: &HandConfig, judged: &Judged) -> Vec<Vec<(String, String)>> {
+pub fn rows(config: &HandConfig, evaluation: &HeldOutEvaluation) -> Vec<Vec<(String, String)>> {
     let name = |name: &str| (name.to_owned(), String::new());
-    let mut rows: Vec<Vec<(String, String)>> = judged
+    let mut rows: Vec<Vec<(String, String)>> = evaluation
         .methods
         .iter()
         .map(|method| {
@@ -141,8 +141,8 @@ pub fn rows(config: &HandConfig, judged: &Judged) -> Vec<Vec<(String, String)>> 
         })
         .collect();
     for (label, ratios) in [
-        ("trained / mean_pose", &judged.metrics.trained_over_mean_pose),
-        ("trained_kalman / mean_pose", &judged.metrics.trained_kalman_over_mean_pose),
+        ("trained / mean_pose", &evaluation.metrics.trained_over_mean_pose),
+        ("trained_kalman / mean_pose", &evaluation.metrics.trained_kalman_over_mean_pose),
     ] {
         let cells = [ratios.translation, ratios.rotation, ratios.articulation, None, None];
         rows.push(
@@ -153,7 +153,7 @@ pub fn rows(config: &HandConfig, judged: &Judged) -> Vec<Vec<(String, String)>> 
 }
 
 /// Prints the table.
-pub fn print(config: &HandConfig, judged: &Judged) {
+pub fn print(config: &HandConfig, evaluation: &HeldOutEvaluation) {
     let line = |cells: &[String]| {
         let mut text = format!("{:<27}", cells[0]);
         for cell in &cells[1..] {
@@ -162,7 +162,7 @@ pub fn print(config: &HandConfig, judged: &Judged) {
         say(text.trim_end());
     };
     line(&header().iter().map(|&h| h.to_owned()).collect::<Vec<_>>());
-    for row in rows(config, judged) {
+    for row in rows(config, evaluation) {
         let joined: Vec<String> =
             row.iter().map(|(n, i)| format!("{n} {i}").trim_end().to_owned()).collect();
         line(&joined);

@@ -67,8 +67,8 @@ impl Page {
         self.body += &format!("<div class=\"plots\">{}</div>\n", svgs.join("\n"));
     }
 
-    /// An embedded picture; `kind` is its MIME type. The caption may hold markup.
-    pub fn picture(&mut self, kind: &str, bytes: &[u8], alt: &str, caption: &str) {
+    /// An embedded image; `kind` is its MIME type. The caption may hold markup.
+    pub fn image(&mut self, kind: &str, bytes: &[u8], alt: &str, caption: &str) {
         let _ = writeln!(
             self.body,
             "<figure><img alt=\"{}\" src=\"data:{kind};base64,{}\"><figcaption>{caption}\

@@ -1,4 +1,4 @@
-//! Pictures of people: what a camera sees of them, and what a network finds.
+//! Figures of people: rendered frames with events, and predictions over the network's input.
 
 use std::path::Path;
 
@@ -12,21 +12,21 @@ use crate::png::png;
 use evpose_app::progress::say;
 
 /// Sequences on a sheet.
-const PICTURES: usize = 12;
-/// Pictures in a row.
+const SEQUENCES: usize = 12;
+/// Images in a row.
 const COLUMNS: usize = 4;
-/// What a photograph makes of luminance.
+/// Gamma of photographs.
 const GAMMA: f32 = 2.2;
 /// Over how long events are shown.
 const SHOWN: Micros = Micros(30_000);
 
-/// Writes what the camera looks at, with the joints, and below it the events of a moment.
+/// Writes rendered frames with the joints, and below them the events of the same time.
 pub fn of_people(people: &People, path: &Path) -> Result<()> {
     let config = people.config();
     let at = config.steps() * 2 / 3;
     let shown = (SHOWN.0 / config.step().0).max(1) as u64;
     let mut pairs = Vec::new();
-    for index in 0..config.sequences.min(PICTURES) as u64 {
+    for index in 0..config.sequences.min(SEQUENCES) as u64 {
         let mut planes = [(); 2].map(|()| Plane::for_sensor(config.sensor_size, 0.0));
         let mut simulator = people.sequence(index)?;
         for frame in 0..=at {
@@ -42,12 +42,12 @@ pub fn of_people(people: &People, path: &Path) -> Result<()> {
             }
         }
     }
-    let mut pictures = Vec::new();
+    let mut images = Vec::new();
     for row in pairs.chunks(COLUMNS) {
-        pictures.extend(row.iter().map(|(seen, _)| seen.clone()));
-        pictures.extend(row.iter().map(|(_, events)| events.clone()));
+        images.extend(row.iter().map(|(seen, _)| seen.clone()));
+        images.extend(row.iter().map(|(_, events)| events.clone()));
     }
-    write(&contact_sheet(&pictures, COLUMNS.min(pairs.len().max(1))), path)
+    write(&contact_sheet(&images, COLUMNS.min(pairs.len().max(1))), path)
 }
 
 fn keep(step: &PersonStep<'_>, strength: f32, [on, off]: &mut [Plane<f32>; 2]) {
@@ -70,14 +70,14 @@ fn photograph(step: &PersonStep<'_>, sensor: SensorSize) -> Canvas {
 /// Writes what the network saw of recordings, with true and predicted joints.
 pub fn of_predictions(
     checkpoint: &BodyCheckpoint,
-    judged: &BodyEvaluated,
+    evaluation: &BodyEvaluated,
     path: &Path,
 ) -> Result<()> {
-    let mut pictures = Vec::new();
-    let step = judged.recordings.len().div_ceil(PICTURES).max(1);
-    for (k, recording) in judged.recordings.iter().step_by(step).enumerate() {
+    let mut images = Vec::new();
+    let step = evaluation.recordings.len().div_ceil(SEQUENCES).max(1);
+    for (k, recording) in evaluation.recordings.iter().step_by(step).enumerate() {
         // Not always the same moment of a motion.
-        let share = 0.35 + 0.05 * (k % PICTURES) as f64;
+        let share = 0.35 + 0.05 * (k % SEQUENCES) as f64;
         let index = (share * recording.found.len() as f64) as usize;
         let Some(found) = recording.found.get(index) else { continue };
         let mut film = Film::open(&recording.events, &checkpoint.config.image)?;
@@ -88,13 +88,13 @@ pub fn of_predictions(
             canvas.body(&truth.joints_px, TRUTH);
         }
         canvas.body(&found.joints_px, PREDICTION);
-        pictures.push(canvas.into_image());
+        images.push(canvas.into_image());
     }
-    write(&contact_sheet(&pictures, COLUMNS), path)
+    write(&contact_sheet(&images, COLUMNS), path)
 }
 
 fn write(sheet: &image::RgbImage, path: &Path) -> Result<()> {
     atomic_write(path, &png(sheet)?).with_context(|| format!("writing {}", path.display()))?;
-    say(format!("pictures: {}", path.display()));
+    say(format!("figure: {}", path.display()));
     Ok(())
 }

@@ -13,7 +13,7 @@ pub struct Curve {
     pub points: Vec<(f64, f64)>,
 }
 
-/// What a plot shows beside its curves.
+/// Axes and title of a plot.
 pub struct Axes<'a> {
     /// Title above the plot.
     pub title: &'a str,

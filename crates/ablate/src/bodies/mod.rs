@@ -1,8 +1,8 @@
 //! `evpose ablate body`: what each part of the method for bodies is worth.
 //!
-//! * [`rows`]: the registry of rows, of the networks that they need and of what these are judged on.
+//! * [`rows`]: the registry of rows, of the networks that they need, and of the test sets.
 //! * [`networks`]: those that are needed, trained, several at once.
-//! * [`trial`]: one row under one seed, judged.
+//! * [`trial`]: one row under one seed, evaluated.
 //! * [`outcome`]: means over seeds, held against what was published; as a table and as a page.
 
 mod networks;
@@ -82,7 +82,7 @@ impl Stages {
             config.training.steps = args.steps;
             config.training.steps_per_validation =
                 config.training.steps_per_validation.min(args.steps);
-            // Judged as often as it is trained on.
+            // Evaluated at the rate of the training labels.
             config.evaluation.every_ms = config.data.every_ms;
             Ok(config)
         };
@@ -144,7 +144,7 @@ pub(super) fn run(args: &AblateBodyArgs) -> Result<()> {
     Ok(())
 }
 
-/// Numbers, table, page.
+/// Files of results: values, table, page.
 const RESULTS: [&str; 3] = ["ablation.json", "ablation.md", "ablation.html"];
 
 fn report(

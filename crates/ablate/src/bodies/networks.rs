@@ -25,7 +25,7 @@ use evpose_app::recorded;
 /// Trainings that follow one another: a network, and those that start from it.
 type Chain = (Vec<Network>, Stages);
 
-/// What all trainings share.
+/// State that all trainings share.
 struct Workshop<'a> {
     out: &'a Path,
     device: DeviceKind,
@@ -130,7 +130,7 @@ impl Workshop<'_> {
             device: self.device,
             resume: true,
             plain: true,
-            told: Some(self.counted()),
+            told: Some(self.progress_callback()),
         };
         let summary = train_body(&config, frames, &run, &options)
             .with_context(|| format!("training {}", run.display()))?;
@@ -149,7 +149,7 @@ impl Workshop<'_> {
     }
 
     /// Moves the bar of all trainings by the steps of one.
-    fn counted(&self) -> Told {
+    fn progress_callback(&self) -> Told {
         let (progress, counted) = (self.progress.clone(), Mutex::new(0));
         Told::new(move |how_far| {
             let mut counted = counted.lock().unwrap_or_else(PoisonError::into_inner);
@@ -159,7 +159,7 @@ impl Workshop<'_> {
     }
 }
 
-/// Where a network is, or will be.
+/// Directory of a network's run.
 pub(super) fn directory(out: &Path, network: Network, seed: u64) -> PathBuf {
     out.join("networks").join(network.name()).join(format!("seed-{seed}"))
 }

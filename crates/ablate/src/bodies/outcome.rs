@@ -1,4 +1,4 @@
-//! What the trials of all rows come to: means over seeds, held against what was published.
+//! Means of all rows over seeds, compared with the published results.
 
 use std::collections::BTreeMap;
 
@@ -16,7 +16,7 @@ use evpose_report::plot::{Axes, Curve, PALETTE, lines};
 /// The trials of every row, by its name, in the order of the seeds.
 pub(super) type Trials = BTreeMap<&'static str, Vec<Trial>>;
 
-/// What `ablation.json` holds.
+/// Content of `ablation.json`.
 #[derive(Debug, Serialize)]
 pub(super) struct Outcome {
     seeds: Vec<u64>,
@@ -37,7 +37,7 @@ struct RowOutcome {
     published: Option<[f64; 2]>,
     /// This row minus the full method at 0.4, seed by seed.
     difference_40: Interval,
-    /// What was published of its place, and whether it was found.
+    /// Published order relative to the full method, and whether it is reproduced.
     expected: Option<String>,
     verdict: Option<Verdict>,
     curve: Vec<f64>,
@@ -145,7 +145,7 @@ pub(super) fn markdown(outcome: &Outcome) -> String {
 pub(super) fn html(outcome: &Outcome, configs: &str) -> Result<String> {
     let mut page = Page::new(
         "What each part of the method for bodies is worth",
-        "Networks trained and judged by evpose on this machine, on people that no training saw.",
+        "Networks trained and evaluated by evpose on this machine, on people that are in no training set.",
     );
     page.section("All rows", &legend(outcome));
     let rows: Vec<Vec<String>> = outcome

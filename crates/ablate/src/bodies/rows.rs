@@ -1,4 +1,4 @@
-//! The rows of the ablation of bodies: which network is judged on what, and what was published of it.
+//! Rows of the ablation of bodies: network, test set and published result.
 //!
 //! # Source
 //! Goyal et al.: *MoveEnet*, CVPRW 2023, Table 2, Fig. 8, and section 6 on resolution and moving cameras.
@@ -23,7 +23,7 @@ pub(super) struct Row {
     /// One line for lists.
     pub(super) about: &'static str,
     pub(super) network: Network,
-    pub(super) judged_on: Test,
+    pub(super) evaluated_on: Test,
     /// PCK@0.4 and PCK@0.8 on eH3.6M, where there are any.
     pub(super) published: Option<[f64; 2]>,
     /// How it stands to the full method by what was published.
@@ -48,7 +48,7 @@ pub(super) enum Network {
     Grey,
 }
 
-/// What a network is judged on: the held-out people of the second stage.
+/// Test set: the held-out people of the second stage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Test {
     /// As they are.
@@ -68,7 +68,7 @@ pub(super) const ROWS: &[Row] = &[
         name: FULL,
         about: "EROS, pre-trained on stills that look like one, fine-tuned on recordings",
         network: Network::Full,
-        judged_on: Test::HeldOut,
+        evaluated_on: Test::HeldOut,
         published: Some([0.89, 0.93]),
         expected: None,
     },
@@ -76,7 +76,7 @@ pub(super) const ROWS: &[Row] = &[
         name: "fixed-count",
         about: "frames of 7500 events instead of an EROS, from scratch, labelled at their mean time",
         network: Network::FixedCount,
-        judged_on: Test::HeldOut,
+        evaluated_on: Test::HeldOut,
         published: Some([0.87, 0.93]),
         expected: COMPARABLE,
     },
@@ -84,7 +84,7 @@ pub(super) const ROWS: &[Row] = &[
         name: "wo-finetune",
         about: "pre-trained only",
         network: Network::Pretrained,
-        judged_on: Test::HeldOut,
+        evaluated_on: Test::HeldOut,
         published: Some([0.30, 0.52]),
         expected: WORSE,
     },
@@ -92,7 +92,7 @@ pub(super) const ROWS: &[Row] = &[
         name: "wo-pretrain",
         about: "recordings only, from scratch",
         network: Network::Scratch,
-        judged_on: Test::HeldOut,
+        evaluated_on: Test::HeldOut,
         published: Some([0.59, 0.81]),
         expected: WORSE,
     },
@@ -100,7 +100,7 @@ pub(super) const ROWS: &[Row] = &[
         name: "grey",
         about: "photographs instead of events, in both stages: no blind spots, no noise of events",
         network: Network::Grey,
-        judged_on: Test::HeldOut,
+        evaluated_on: Test::HeldOut,
         published: Some([0.84, 0.91]),
         expected: None,
     },
@@ -108,15 +108,15 @@ pub(super) const ROWS: &[Row] = &[
         name: "pim",
         about: "integrated polarities instead of an EROS, from scratch",
         network: Network::Pim,
-        judged_on: Test::HeldOut,
+        evaluated_on: Test::HeldOut,
         published: Some([0.46, 0.54]),
         expected: WORSE,
     },
     Row {
         name: "vga",
-        about: "the full method, trained at 346x260, judged at 640x480",
+        about: "the full method, trained at 346x260, evaluated at 640x480",
         network: Network::Full,
-        judged_on: Test::Vga,
+        evaluated_on: Test::Vga,
         published: None,
         expected: None,
     },
@@ -124,7 +124,7 @@ pub(super) const ROWS: &[Row] = &[
         name: "moving",
         about: "the full method before cameras held by hand",
         network: Network::Full,
-        judged_on: Test::Moving,
+        evaluated_on: Test::Moving,
         published: None,
         expected: None,
     },
@@ -132,7 +132,7 @@ pub(super) const ROWS: &[Row] = &[
         name: "fixed-count-moving",
         about: "frames of 7500 events before cameras held by hand",
         network: Network::FixedCount,
-        judged_on: Test::Moving,
+        evaluated_on: Test::Moving,
         published: None,
         expected: WORSE,
     },

@@ -1,4 +1,4 @@
-//! One network under one seed, training_s: networks::training_s(&run)?,; one row under one seed, judged.
+//! One row under one seed: its network, evaluated on its test set.
 
 use std::path::{Path, PathBuf};
 
@@ -18,7 +18,7 @@ use crate::places::{read, write};
 use evpose_app::recorded;
 use evpose_app::run_info::COMMIT;
 
-/// What a row came to under a seed.
+/// Results of a row under a seed.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Trial {
     row: String,
@@ -37,7 +37,7 @@ pub(super) struct Trial {
     pub(super) training_s: Option<f64>,
 }
 
-/// Judges `row` under the seed of `stages`, where that is not done yet; its network is trained.
+/// Evaluates the trained network of `row` under the seed of `stages`, unless results are stored.
 pub(super) fn run(out: &Path, row: &Row, stages: &Stages) -> Result<Trial> {
     let seed = stages.finetune.seed;
     let path = out.join("rows").join(row.name).join(format!("seed-{seed}.json"));
@@ -46,8 +46,8 @@ pub(super) fn run(out: &Path, row: &Row, stages: &Stages) -> Result<Trial> {
     }
     let run = networks::directory(out, row.network, seed);
     let checkpoint = BodyCheckpoint::load(&run, &Device::flex())?;
-    let data = recordings(out, row.judged_on, stages)?;
-    let config = judged_as(row.network, row.judged_on, stages);
+    let data = recordings(out, row.evaluated_on, stages)?;
+    let config = evaluation_config(row.network, row.evaluated_on, stages);
     let frames = recorded::frames(&config, &data)?;
     let predictor = BodyPredictor::new(&checkpoint, BodyPredictorOptions::default(), None)?;
     let mean = checkpoint.mean_pose.context("the training poses have no mean")?;
@@ -76,10 +76,10 @@ pub(super) fn run(out: &Path, row: &Row, stages: &Stages) -> Result<Trial> {
     Ok(trial)
 }
 
-/// Images as the network of a row is shown them, of what it is judged on.
-fn judged_as(network: Network, test: Test, stages: &Stages) -> BodyConfig {
+/// Input images of a row's network, on its test set.
+fn evaluation_config(network: Network, test: Test, stages: &Stages) -> BodyConfig {
     let trained = match network {
-        // Judged on what the full method is judged on.
+        // Evaluated on the test images of the full method.
         Network::Pretrained => Network::Scratch,
         Network::GreyPretrained => Network::Grey,
         other => other,
@@ -91,14 +91,14 @@ fn judged_as(network: Network, test: Test, stages: &Stages) -> BodyConfig {
 }
 
 fn estimate(interval: Option<Interval>) -> Result<f64> {
-    interval.map(|interval| interval.estimate).context("no pose could be judged")
+    interval.map(|interval| interval.estimate).context("no pose could be evaluated")
 }
 
 fn pck(summary: &BodySummary, place: usize) -> Result<f64> {
     estimate(summary.raw.pck.get(place).copied().flatten())
 }
 
-/// The recordings that networks are judged on, simulated where they are missing.
+/// Recordings of a test set, simulated where they are missing.
 fn recordings(out: &Path, test: Test, stages: &Stages) -> Result<PathBuf> {
     let data = out.join("data").join(format!("seed-{}", stages.finetune.seed)).join(test.name());
     recorded::prepare(&test.config(stages), &data)?;

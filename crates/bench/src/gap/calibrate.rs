@@ -7,7 +7,7 @@ use evpose_gap::workflow::{CALIBRATION, Calibration, ErrorScale, Evidence, FEATU
 use super::opened::Opened;
 use super::stats::{bins, calibration_error};
 
-/// What is fitted and how well it does, as lines to be pasted into the module of the constants.
+/// Fitted constants and their quality, as lines to be pasted into the module of the constants.
 pub(super) fn lines(opened: &[Opened], seed: u64) -> Vec<String> {
     let names = names(opened);
     let right = names.iter().filter(|(_, is_right)| *is_right).count();
@@ -15,7 +15,7 @@ pub(super) fn lines(opened: &[Opened], seed: u64) -> Vec<String> {
         (misses(opened, NumberKind::OfEffect), misses(opened, NumberKind::OfModel));
     let mut fitted = CALIBRATION;
     let mut lines = vec![format!(
-        "// From {} cases of plan {seed}: {} names, {right} right; {} numbers of effects, {} of the \
+        "// From {} cases of plan {seed}: {} names, {right} right; {} values of effects, {} of the \
          model.",
         opened.len(),
         names.len(),
@@ -30,7 +30,7 @@ pub(super) fn lines(opened: &[Opened], seed: u64) -> Vec<String> {
     {
         match fit_errors(misses) {
             Some(found) => *scale = found,
-            None => lines.push("// Too few numbers of one kind: its errors are kept.".to_owned()),
+            None => lines.push("// Too few values of one kind: its errors are kept.".to_owned()),
         }
     }
     lines.extend(constants(&fitted));
@@ -47,7 +47,7 @@ pub(super) fn lines(opened: &[Opened], seed: u64) -> Vec<String> {
         ("the model", &CALIBRATION.of_model, &fitted.of_model, &of_model),
     ] {
         lines.push(format!(
-            "//   numbers of {kind} inside their intervals {} -> {}",
+            "//   values of {kind} inside their intervals {} -> {}",
             known(coverage(misses, before)),
             known(coverage(misses, after))
         ));
@@ -87,22 +87,22 @@ fn names(opened: &[Opened]) -> Vec<(Evidence, bool)> {
     opened.iter().flat_map(of).collect()
 }
 
-/// How far the numbers of right names are off, in steps.
+/// Errors of the estimated values of right names, in steps.
 fn misses(opened: &[Opened], kind: NumberKind) -> Vec<Miss> {
     let of = |case: &Opened| -> Vec<Miss> {
         let miss = |(finding, key, truth): &(&'static str, &'static str, f64)| {
-            let said = case.said(finding, key)?.value;
+            let estimate = case.estimate(finding, key)?.value;
             let raw = case.row.errors.get(*finding)?.get(*key)?.steps();
             let knob = Knob::named(finding, key)?;
             let of_knob = match knob {
                 Knob::Parameter(_) => NumberKind::OfModel,
                 Knob::Effect(..) => NumberKind::OfEffect,
             };
-            (of_knob == kind).then(|| Miss { steps: knob.steps(*truth, said), raw })
+            (of_knob == kind).then(|| Miss { steps: knob.steps(*truth, estimate), raw })
         };
-        case.truth.numbers.iter().filter_map(miss).collect()
+        case.truth.values.iter().filter_map(miss).collect()
     };
-    opened.iter().filter(|case| case.is_told()).flat_map(of).collect()
+    opened.iter().filter(|case| case.counts_for_error()).flat_map(of).collect()
 }
 
 /// How far shares are from stated probabilities.
@@ -117,9 +117,9 @@ mod tests {
     use crate::gap::example;
 
     #[test]
-    fn numbers_that_are_two_percent_off_are_a_fraction_of_a_step_off() {
+    fn values_that_are_two_percent_off_are_a_fraction_of_a_step_off() {
         let misses = misses(&example::opened(), NumberKind::OfEffect);
-        // Steps of numbers on a logarithmic scale are 12 %.
+        // Steps of values on a logarithmic scale are 12 %.
         let step = 1.02_f64.ln() / 1.12_f64.ln();
         let near = misses.iter().filter(|miss| (miss.steps - step).abs() < 1e-9).count();
         assert!(near > misses.len() / 2, "{near} of {}", misses.len());

@@ -11,7 +11,7 @@ use gapbench_pixel::{Case, FPS, FRAMES, Which};
 /// The two recordings of a case, and their folders.
 const PARTS: [(Which, &str); 2] = [(Which::Train, "train"), (Which::Validation, "validation")];
 
-/// Where the recording of a part is, and its scene directory.
+/// Paths of a part's recording and of its scene directory.
 pub(super) fn part(folder: &Path, i: usize) -> (PathBuf, PathBuf) {
     let dir = folder.join(PARTS[i].1);
     (dir.join("measured.npz"), dir)

@@ -1,4 +1,4 @@
-//! What was said of what, as a matrix.
+//! Confusion matrix: answers by hidden effects.
 
 use std::collections::BTreeMap;
 
@@ -6,16 +6,16 @@ use gapbench_pixel::{CaseKind, EFFECTS};
 
 use super::opened::Opened;
 
-/// Cases of one kind of which one thing was said.
+/// Cases of one kind with one answer.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct Cell {
     pub(super) n: usize,
-    /// Of them: what is to be said, and names that are not there.
+    /// Of them: expected answers, and names that are not there.
     pub(super) met: usize,
     pub(super) wrong: usize,
 }
 
-/// The matrix: rows are what is hidden, columns what was said.
+/// The matrix: rows are hidden effects, columns answers.
 #[derive(Debug, Default)]
 pub(super) struct Confusion {
     pub(super) rows: Vec<String>,
@@ -29,15 +29,15 @@ impl Confusion {
         let mut columns = BTreeMap::new();
         for case in opened {
             rows.insert((row_rank(case), case.title()), ());
-            columns.insert((column_rank(&case.told()), case.told()), ());
+            columns.insert((column_rank(&case.answer_label()), case.answer_label()), ());
         }
         let rows: Vec<String> = rows.into_keys().map(|(_, name)| name).collect();
         let columns: Vec<String> = columns.into_keys().map(|(_, name)| name).collect();
         let mut cells = vec![vec![Cell::default(); columns.len()]; rows.len()];
         for case in opened {
-            let (title, told) = (case.title(), case.told());
+            let (title, answer) = (case.title(), case.answer_label());
             let row = rows.iter().position(|name| *name == title);
-            let column = columns.iter().position(|name| *name == told);
+            let column = columns.iter().position(|name| *name == answer);
             if let (Some(row), Some(column)) = (row, column) {
                 let cell = &mut cells[row][column];
                 cell.n += 1;
@@ -64,14 +64,14 @@ fn row_rank(case: &Opened) -> (usize, usize) {
 }
 
 /// Single names in the order of the plan, then others, then words that name nothing.
-fn column_rank(told: &str) -> (usize, usize) {
-    let effect = EFFECTS.iter().position(|effect| effect.name() == told);
+fn column_rank(answer: &str) -> (usize, usize) {
+    let effect = EFFECTS.iter().position(|effect| effect.name() == answer);
     let words = ["parameter", "no_gap", "undecided", "none_of_catalogue"];
-    let word = words.iter().position(|word| *word == told);
+    let word = words.iter().position(|word| *word == answer);
     match (effect, word) {
         (Some(i), _) => (0, i),
         (_, Some(i)) => (3, i),
-        _ if told.contains(" right, ") => (1, 0),
+        _ if answer.contains(" right, ") => (1, 0),
         _ => (2, 0),
     }
 }

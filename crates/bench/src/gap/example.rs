@@ -71,13 +71,13 @@ fn row(label: &Label, truth: &Truth) -> Row {
     let is_said = matches!(verdict, Answer::Effects | Answer::Parameter);
     let names: Vec<&str> = match kind {
         FindingKind::Effect => truth.effects.clone(),
-        FindingKind::Parameter => truth.numbers.iter().map(|(finding, ..)| *finding).collect(),
+        FindingKind::Parameter => truth.values.iter().map(|(finding, ..)| *finding).collect(),
     };
     let effects: Vec<Finding> = names
         .iter()
         .filter(|_| is_said)
         .map(|name| {
-            let of = truth.numbers.iter().filter(|(finding, ..)| finding == name);
+            let of = truth.values.iter().filter(|(finding, ..)| finding == name);
             let quantity = |value: f64| Quantity {
                 value: 1.02 * value,
                 lo90: 0.97 * value,

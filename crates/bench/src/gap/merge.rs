@@ -11,7 +11,7 @@ use super::own::{self, OwnRow};
 use super::part::Part;
 use super::row::{self, Row};
 
-/// What was found in all directories.
+/// Rows of all directories.
 #[derive(Debug)]
 pub(super) struct Merged {
     /// In the order of the names of cases.

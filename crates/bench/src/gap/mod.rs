@@ -4,7 +4,7 @@
 //! naming   every case as the files of a measurement, without its label; a row a case
 //!   -> merge    rows of all parts of a plan, each case once
 //!   -> opened   the label of each case that has a row
-//!   -> score    rates, power, reliability, numbers -> targets, tables, page
+//!   -> score    rates, power, reliability, estimates -> targets, tables, page
 //! own      recordings of our own model: how probable each is
 //! calibrate  constants of probabilities and intervals, from rows of a development plan
 //! ```
@@ -41,7 +41,7 @@ use evpose_app::threads::use_threads;
 use evpose_report::gap::files;
 use merge::Merged;
 
-/// What comes of all rows.
+/// File of the scores.
 const SCORES: &str = "scores.json";
 
 /// `evpose gap bench`.

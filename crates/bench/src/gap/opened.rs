@@ -11,7 +11,7 @@ use super::truth::Truth;
 use evpose_app::progress::bar;
 use evpose_report::gap::words::answer_key;
 
-/// A case, what was said of it, and what is true.
+/// A case with its answer and its ground truth.
 #[derive(Debug)]
 pub(super) struct Opened {
     pub(super) label: Label,
@@ -92,7 +92,7 @@ impl Opened {
         }
     }
 
-    /// What was said is what is to be said.
+    /// The answer is the expected one.
     pub(super) fn is_met(&self) -> bool {
         match self.label.kind {
             CaseKind::Single | CaseKind::Pair => self.is_right(),
@@ -102,8 +102,8 @@ impl Opened {
         }
     }
 
-    /// Its numbers count: the truth was named.
-    pub(super) fn is_told(&self) -> bool {
+    /// Its values count for the error of estimates: the truth was identified.
+    pub(super) fn counts_for_error(&self) -> bool {
         match self.label.kind {
             CaseKind::Single | CaseKind::Pair => self.is_right(),
             CaseKind::Parameter => self.row.verdict == Answer::Parameter,
@@ -111,26 +111,26 @@ impl Opened {
         }
     }
 
-    /// What went wrong, or was not seen although it is visible.
+    /// Wrong identifications, and effects that are visible and were not identified.
     pub(super) fn is_miss(&self) -> bool {
         let is_hidden =
             matches!(self.label.kind, CaseKind::Single | CaseKind::Pair) && !self.label.visible;
         self.is_wrong() || !(self.is_met() || is_hidden)
     }
 
-    /// A number that was said.
-    pub(super) fn said(&self, finding: &str, key: &str) -> Option<&Quantity> {
+    /// The estimate of a parameter of a finding.
+    pub(super) fn estimate(&self, finding: &str, key: &str) -> Option<&Quantity> {
         let found = self.row.effects.iter().find(|effect| effect.name == finding)?;
         found.parameters.get(key)
     }
 
-    /// What the case is, in words of the label.
+    /// The hidden effects, in words of the label.
     pub(super) fn hidden(&self) -> String {
         let names = self.label.truth.iter().map(|truth| truth.term.name);
         names.collect::<Vec<_>>().join(" + ")
     }
 
-    /// What it is, in rows of the confusion matrix.
+    /// Its row of the confusion matrix.
     pub(super) fn title(&self) -> String {
         let unseen = if self.label.visible { "" } else { ", too weak to see" };
         match self.label.kind {
@@ -143,8 +143,8 @@ impl Opened {
         }
     }
 
-    /// What was said, in columns of the confusion matrix.
-    pub(super) fn told(&self) -> String {
+    /// Its column of the confusion matrix.
+    pub(super) fn answer_label(&self) -> String {
         let names = self.names();
         match self.label.kind {
             CaseKind::Pair if !names.is_empty() => {
@@ -182,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn outside_the_catalogue_blaming_a_number_of_the_model_is_no_better_than_a_name() {
+    fn outside_the_catalogue_blaming_a_parameter_is_no_better_than_a_name() {
         let mut all = example::opened();
         let outside = all.iter_mut().find(|o| o.is_outside() && o.label.visible).unwrap();
         for (answer, is_met) in [

@@ -57,7 +57,7 @@ pub(super) struct OwnSummary {
     pub(super) replicates: usize,
 }
 
-/// Records and judges `sets` recordings, or the part of them that `--shard` says.
+/// Records and tests `sets` recordings, or the part of them that `--shard` says.
 pub(super) fn run(args: &BenchArgs, sets: usize) -> Result<()> {
     let seed = part::seed(&args.plan).context(BadInput)?;
     let (of, parts) = part::shard(&args.shard).context(BadInput)?;
@@ -79,7 +79,7 @@ pub(super) fn run(args: &BenchArgs, sets: usize) -> Result<()> {
         .open(&path)
         .with_context(|| format!("opening {}", path.display()))?;
     let model = SensorConfig::preset("ideal")?;
-    let progress = bar("judging", open.len() as u64, "recordings");
+    let progress = bar("testing", open.len() as u64, "recordings");
     for set in open {
         let begin = Instant::now();
         let case = &nulls[set % nulls.len()];

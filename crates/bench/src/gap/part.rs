@@ -1,4 +1,4 @@
-//! Which cases of a plan a directory is of.
+//! The cases of a plan that a directory holds.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::gap::args::BenchArgs;
 use evpose_report::gap::files;
 
-/// What a directory is to hold, written before its first case is named.
+/// File of the cases of a directory, written before its first case is identified.
 const NAME: &str = "bench.json";
 
 /// Part of a plan.
@@ -66,7 +66,7 @@ pub(super) fn cases(args: &BenchArgs, seed: u64) -> Result<Vec<Case>> {
     Ok(cases)
 }
 
-/// `I/N` as numbers, of which the first counts from one.
+/// Parses `I/N`, where I counts from one.
 pub(super) fn shard(text: &str) -> Result<(usize, usize)> {
     text.split_once('/')
         .and_then(|(i, n)| Some((i.parse::<usize>().ok()?, n.parse::<usize>().ok()?)))

@@ -1,4 +1,4 @@
-//! What was named in one case, as a line of results.
+//! Identification of one case, as a line of results.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -34,20 +34,20 @@ pub(super) struct Row {
     pub(super) id: String,
     /// The answer in one word.
     pub(super) verdict: Answer,
-    /// What was named.
+    /// Identified effects and parameters.
     pub(super) effects: Vec<Finding>,
     /// Gap of the model as given, on the second recording, and of the corrected one.
     pub(super) gap_before: f64,
     pub(super) gap_after: f64,
     /// The share of it that is gone.
     pub(super) grr: f64,
-    /// What the names of effects rest on.
+    /// Evidence of the identified effects.
     #[serde(default)]
     pub(super) evidence: BTreeMap<String, Evidence>,
-    /// How uncertain the numbers of findings are, before calibration.
+    /// Uncertainty of the estimates of findings, before calibration.
     #[serde(default)]
     pub(super) errors: BTreeMap<String, BTreeMap<String, RawError>>,
-    /// The best few of each step, named or not, with what they leave of the misfit.
+    /// The best few of each step, named or not, with the discrepancy that they leave.
     pub(super) tried: Vec<Vec<(String, f64)>>,
     /// Events of the first recording.
     pub(super) events: usize,
@@ -67,7 +67,7 @@ impl Row {
         self.make_s + self.name_s
     }
 
-    /// What it takes of a machine with two cores: one thread leaves the other core to another part
+    /// Seconds on a machine with two cores: one thread leaves the other core to another part
     /// of the plan.
     pub(super) fn seconds_on_two_cores(&self) -> f64 {
         self.seconds() * self.threads as f64 / 2.0

@@ -1,4 +1,4 @@
-//! How much was found, how often a name was wrong, and how well numbers were met.
+//! Detection rates, false identifications, and errors of estimates.
 
 use std::collections::BTreeMap;
 
@@ -19,7 +19,7 @@ pub(super) struct Scores {
     pub(super) cases: usize,
     /// Programs that results are of.
     pub(super) commits: Vec<String>,
-    /// What is to be reached, and whether it is.
+    /// Targets, and whether they are reached.
     pub(super) headlines: Vec<Headline>,
     /// Visible singles with their effect named, and nothing that is not there.
     pub(super) singles_right: Rate,
@@ -34,9 +34,9 @@ pub(super) struct Scores {
     pub(super) pairs_both: Rate,
     /// Cases outside the catalogue in which nothing is blamed.
     pub(super) outside_unnamed: Rate,
-    /// The same figures with less strict a judge.
+    /// The same figures by a less strict rule.
     pub(super) lenient: Lenient,
-    /// Of right names: relative errors of their numbers, and whether intervals hold the truth.
+    /// Of right names: relative errors of their estimates, and whether intervals hold the truth.
     pub(super) parameter_error: Option<Median>,
     pub(super) intervals_hold: Rate,
     /// Of right names: the share of the gap that is gone.
@@ -54,15 +54,15 @@ pub(super) struct Scores {
     pub(super) by_strength: BTreeMap<usize, Rate>,
     /// Singles by effect and strength, seen or not.
     pub(super) power: Vec<Power>,
-    /// Right numbers inside their intervals, by finding.
+    /// Coverage of intervals, by finding.
     pub(super) coverage: BTreeMap<&'static str, Rate>,
-    /// What was said of what.
+    /// Confusion matrix: answers by hidden effects.
     pub(super) confusion: BTreeMap<String, BTreeMap<String, usize>>,
-    /// Numbers of right names: what they are and what was said.
-    pub(super) numbers: Vec<Number>,
-    /// What went wrong, a line each.
+    /// Estimates of right names beside their true values.
+    pub(super) estimates: Vec<Estimate>,
+    /// Wrong cases, a line each.
     pub(super) misses: Vec<String>,
-    /// What is to be said of single cases.
+    /// Remarks on single cases.
     pub(super) notes: Vec<String>,
 }
 
@@ -88,23 +88,23 @@ pub(super) struct Power {
 
 /// One number of a right name.
 #[derive(Debug, Clone, Serialize)]
-pub(super) struct Number {
+pub(super) struct Estimate {
     pub(super) id: String,
     pub(super) finding: &'static str,
     pub(super) parameter: &'static str,
     pub(super) truth: f64,
-    pub(super) said: Quantity,
+    pub(super) estimate: Quantity,
 }
 
-impl Number {
+impl Estimate {
     /// Relative error; none where the truth is zero.
     pub(super) fn error(&self) -> Option<f64> {
-        (self.truth != 0.0).then(|| (self.said.value / self.truth - 1.0).abs())
+        (self.truth != 0.0).then(|| (self.estimate.value / self.truth - 1.0).abs())
     }
 
     /// Whether the interval holds the truth.
-    pub(super) fn is_held(&self) -> bool {
-        (self.said.lo90..=self.said.hi90).contains(&self.truth)
+    pub(super) fn is_covered(&self) -> bool {
+        (self.estimate.lo90..=self.estimate.hi90).contains(&self.truth)
     }
 }
 
@@ -115,7 +115,7 @@ pub(super) fn of(opened: &[Opened], own: Option<OwnSummary>, plan: u64) -> Score
     let pairs = || of_kind(CaseKind::Pair).filter(|case| case.label.visible);
     let outside = || opened.iter().filter(|case| case.is_outside());
     let nulls = || of_kind(CaseKind::Null);
-    let numbers = numbers(opened);
+    let estimates = estimates(opened);
     let first = |case: &Opened| {
         let effect = case.row.named().next()?;
         Some((effect.probability, case.truth.holds(&effect.name)))
@@ -123,14 +123,14 @@ pub(super) fn of(opened: &[Opened], own: Option<OwnSummary>, plan: u64) -> Score
     let reliability = bins(&opened.iter().filter_map(first).collect::<Vec<_>>());
     let mut confusion: BTreeMap<String, BTreeMap<String, usize>> = BTreeMap::new();
     for case in opened {
-        *confusion.entry(case.title()).or_default().entry(case.told()).or_default() += 1;
+        *confusion.entry(case.title()).or_default().entry(case.answer_label()).or_default() += 1;
     }
     let mut commits: Vec<String> = opened.iter().map(|case| case.row.commit.clone()).collect();
     commits.sort();
     commits.dedup();
     let mut coverage: BTreeMap<&'static str, Vec<bool>> = BTreeMap::new();
-    for number in &numbers {
-        coverage.entry(number.finding).or_default().push(number.is_held());
+    for estimate in &estimates {
+        coverage.entry(estimate.finding).or_default().push(estimate.is_covered());
     }
     let seconds = || opened.iter().map(|case| case.row.seconds_on_two_cores());
     let of_strength = |strength| {
@@ -138,7 +138,7 @@ pub(super) fn of(opened: &[Opened], own: Option<OwnSummary>, plan: u64) -> Score
     };
     let misses = opened.iter().filter(|case| case.is_miss());
     let miss = |case: &Opened| {
-        format!("{} {} ({}): {}", case.row.id, case.title(), case.hidden(), case.told())
+        format!("{} {} ({}): {}", case.row.id, case.title(), case.hidden(), case.answer_label())
     };
     let note = |case: &Opened| case.truth.note.as_ref().map(|n| format!("{} {n}", case.row.id));
     let mut scores = Scores {
@@ -159,9 +159,9 @@ pub(super) fn of(opened: &[Opened], own: Option<OwnSummary>, plan: u64) -> Score
             pairs_both: Rate::of(pairs().map(Opened::has_all_leniently)),
             outside_unnamed: Rate::of(outside().map(|case| !case.is_wrong())),
         },
-        parameter_error: median(numbers.iter().filter_map(Number::error)),
-        intervals_hold: Rate::of(numbers.iter().map(Number::is_held)),
-        grr: median(opened.iter().filter(|case| case.is_told()).map(|case| case.row.grr)),
+        parameter_error: median(estimates.iter().filter_map(Estimate::error)),
+        intervals_hold: Rate::of(estimates.iter().map(Estimate::is_covered)),
+        grr: median(opened.iter().filter(|case| case.counts_for_error()).map(|case| case.row.grr)),
         calibration_error: calibration_error(&reliability),
         reliability,
         own,
@@ -172,7 +172,7 @@ pub(super) fn of(opened: &[Opened], own: Option<OwnSummary>, plan: u64) -> Score
         power: power(opened),
         coverage: coverage.into_iter().map(|(name, held)| (name, Rate::of(held))).collect(),
         confusion,
-        numbers,
+        estimates,
         misses: misses.map(miss).collect(),
         notes: opened.iter().filter_map(note).collect(),
     };
@@ -180,16 +180,16 @@ pub(super) fn of(opened: &[Opened], own: Option<OwnSummary>, plan: u64) -> Score
     scores
 }
 
-fn numbers(opened: &[Opened]) -> Vec<Number> {
-    let of = |case: &Opened| -> Vec<Number> {
-        let number = |(finding, parameter, truth): &(&'static str, &'static str, f64)| {
-            let said = case.said(finding, parameter)?.clone();
+fn estimates(opened: &[Opened]) -> Vec<Estimate> {
+    let of = |case: &Opened| -> Vec<Estimate> {
+        let estimate = |(finding, parameter, truth): &(&'static str, &'static str, f64)| {
+            let estimate = case.estimate(finding, parameter)?.clone();
             let (id, truth) = (case.row.id.clone(), *truth);
-            Some(Number { id, finding, parameter, truth, said })
+            Some(Estimate { id, finding, parameter, truth, estimate })
         };
-        case.truth.numbers.iter().filter_map(number).collect()
+        case.truth.values.iter().filter_map(estimate).collect()
     };
-    opened.iter().filter(|case| case.is_told()).flat_map(of).collect()
+    opened.iter().filter(|case| case.counts_for_error()).flat_map(of).collect()
 }
 
 fn power(opened: &[Opened]) -> Vec<Power> {
@@ -251,14 +251,16 @@ mod tests {
 
     #[test]
     fn a_number_outside_its_interval_is_not_held() {
-        let said =
+        let estimate =
             Quantity { value: 1.1, lo90: 1.05, hi90: 1.2, unit: String::new(), halves: None };
-        let mut number =
-            Number { id: String::new(), finding: "a", parameter: "b", truth: 1.0, said };
-        assert!(!number.is_held() && number.error().is_some_and(|e| (e - 0.1).abs() < 1e-12));
-        number.said.lo90 = 1.0;
-        assert!(number.is_held());
-        number.truth = 0.0;
-        assert_eq!(number.error(), None);
+        let mut estimate =
+            Estimate { id: String::new(), finding: "a", parameter: "b", truth: 1.0, said };
+        assert!(
+            !estimate.is_covered() && estimate.error().is_some_and(|e| (e - 0.1).abs() < 1e-12)
+        );
+        estimate.estimate.lo90 = 1.0;
+        assert!(estimate.is_covered());
+        estimate.truth = 0.0;
+        assert_eq!(estimate.error(), None);
     }
 }

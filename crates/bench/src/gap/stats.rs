@@ -187,20 +187,20 @@ mod tests {
     #[test]
     fn probabilities_that_are_all_small_are_not_uniform() {
         let uniform: Vec<f64> = (1..=200).map(|k| f64::from(k) / 200.0).collect();
-        let told = uniformity(&uniform, 200).unwrap();
-        assert!(told.largest < 1e-9 && told.p > 0.999);
+        let measured = uniformity(&uniform, 200).unwrap();
+        assert!(measured.largest < 1e-9 && measured.p > 0.999);
         let small: Vec<f64> = uniform.iter().map(|p| 0.5 * p).collect();
-        let told = uniformity(&small, 200).unwrap();
-        assert!((told.largest - 0.5).abs() < 0.01 && told.p < 1e-6);
+        let measured = uniformity(&small, 200).unwrap();
+        assert!((measured.largest - 0.5).abs() < 0.01 && measured.p < 1e-6);
         assert_eq!(uniformity(&[], 200), None);
     }
 
     #[test]
     fn medians_lie_inside_their_intervals() {
-        let told = median((1..=100).map(f64::from)).unwrap();
-        assert!((told.value - 50.5).abs() < 1e-12);
+        let measured = median((1..=100).map(f64::from)).unwrap();
+        assert!((measured.value - 50.5).abs() < 1e-12);
         // Ranks 40 and 61, as in the tables.
-        assert_eq!((told.lo95, told.hi95, told.n), (40.0, 61.0, 100));
+        assert_eq!((measured.lo95, measured.hi95, measured.n), (40.0, 61.0, 100));
         assert_eq!(median([f64::NAN]), None);
     }
 }

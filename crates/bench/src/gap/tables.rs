@@ -84,22 +84,22 @@ fn reliability(scores: &Scores) -> Table {
 
 fn intervals(opened: &[Opened], scores: &Scores) -> Table {
     let mut table =
-        header("case,kind,finding,parameter,unit,truth,said,lo90,hi90,relative_error,held");
-    table.extend(scores.numbers.iter().map(|number| {
-        let case = opened.iter().find(|case| case.row.id == number.id);
-        let said = &number.said;
+        header("case,kind,finding,parameter,unit,truth,estimate,lo90,hi90,relative_error,covered");
+    table.extend(scores.estimates.iter().map(|estimate| {
+        let case = opened.iter().find(|case| case.row.id == estimate.id);
+        let quantity = &estimate.estimate;
         vec![
-            number.id.clone(),
+            estimate.id.clone(),
             case.map_or_else(String::new, kind),
-            number.finding.to_owned(),
-            number.parameter.to_owned(),
-            said.unit.clone(),
-            number.truth.to_string(),
-            said.value.to_string(),
-            said.lo90.to_string(),
-            said.hi90.to_string(),
-            number.error().map_or_else(String::new, |error| format!("{error:.5}")),
-            number.is_held().to_string(),
+            estimate.finding.to_owned(),
+            estimate.parameter.to_owned(),
+            quantity.unit.clone(),
+            estimate.truth.to_string(),
+            quantity.value.to_string(),
+            quantity.lo90.to_string(),
+            quantity.hi90.to_string(),
+            estimate.error().map_or_else(String::new, |error| format!("{error:.5}")),
+            estimate.is_covered().to_string(),
         ]
     }));
     table
@@ -148,7 +148,7 @@ mod tests {
         for (name, rows, first) in [
             ("power.csv", 18 * 4, "leak_on,0,0,"),
             ("reliability.csv", scores.reliability.len(), "0.98,1,"),
-            ("intervals.csv", scores.numbers.len(), ""),
+            ("intervals.csv", scores.estimates.len(), ""),
             ("times.csv", opened.len(), ""),
         ] {
             let text = std::fs::read_to_string(dir.path().join(name))?;

@@ -1,4 +1,4 @@
-//! What the benchmark is to reach, and whether it does.
+//! Targets of the benchmark, and whether they are reached.
 
 use serde::Serialize;
 
@@ -47,7 +47,7 @@ pub(super) struct Headline {
     pub(super) cases: String,
     pub(super) required: Target,
     pub(super) goal: Target,
-    /// What is to be known beside it.
+    /// A remark.
     pub(super) note: String,
 }
 
@@ -159,14 +159,14 @@ pub(super) fn headlines(scores: &Scores) -> Vec<Headline> {
         )
         .noted(format!("no effect named {}/{}", less.outside_unnamed.of, less.outside_unnamed.n)),
         Headline::of_median(
-            "error of numbers, median",
+            "error of estimates, median",
             Unit::Share,
             scores.parameter_error,
             AtMost(0.05),
             AtMost(0.04),
         ),
         Headline::of_rate(
-            "numbers inside their 90 % interval",
+            "estimates whose 90 % interval holds the truth",
             &scores.intervals_hold,
             Within(0.85, 0.95),
             Within(0.85, 0.95),
@@ -226,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn goals_and_requirements_are_told_apart() {
+    fn goals_and_requirements_are_distinguished() {
         let of = |right: usize, n: usize| {
             let rate = Rate::of((0..n).map(|i| i < right));
             Headline::of_rate("name", &rate, Target::AtLeast(0.9), Target::AtLeast(0.97)).reached()

@@ -40,14 +40,14 @@ const FOLLOWER: &str = "source_follower";
 const NODE_CORNER: &str = "corner_at_white";
 const FOLLOWER_CORNER: &str = "second_pole";
 
-/// What is hidden in a case.
+/// Ground truth of a case.
 #[derive(Debug)]
 pub(super) struct Truth {
     /// Effects, in the names of the catalogue where it has them.
     pub(super) effects: Vec<&'static str>,
-    /// Numbers: finding, its parameter, value.
-    pub(super) numbers: Vec<(&'static str, &'static str, f64)>,
-    /// What is to be said of the case: none where names are plain.
+    /// True values: finding, its parameter, value.
+    pub(super) values: Vec<(&'static str, &'static str, f64)>,
+    /// A remark on the case: none where names are plain.
     pub(super) note: Option<String>,
     /// Whether the source follower behind a hidden low-pass is an effect of its own.
     has_follower: bool,
@@ -57,7 +57,7 @@ impl Truth {
     pub(super) fn of(label: &Label) -> Self {
         let terms = || label.truth.iter().map(|truth| &truth.term);
         let effects = terms().filter(|term| term.kind == TermKind::Effect);
-        let numbers = terms().flat_map(|term| {
+        let values = terms().flat_map(|term| {
             term.parameters.iter().filter_map(|parameter| {
                 let is_same = |(effect, name, ..): &&(&str, &str, &str, &str, f64)| {
                     (*effect, *name) == (term.name, parameter.name)
@@ -79,7 +79,7 @@ impl Truth {
         });
         Self {
             effects: effects.map(|term| term.name).collect(),
-            numbers: numbers.collect(),
+            values: values.collect(),
             note,
             has_follower,
         }

@@ -67,7 +67,7 @@ fn read_records(reader: &EvcReader, window: &mut EvcWindow) -> Result<()> {
     Ok(())
 }
 
-/// What copying out of the page cache takes, into reused memory.
+/// Copies the file out of the page cache into reused memory: the lower bound of any reader.
 fn plain_bytes(path: PathBuf) -> Run {
     let mut block = vec![0; 1 << 20];
     Box::new(move || {

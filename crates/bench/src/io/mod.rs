@@ -45,12 +45,12 @@ pub struct BenchIoArgs {
     /// Folder for the files [default: the system's for temporary files]
     #[arg(long)]
     pub(crate) scratch: Option<PathBuf>,
-    /// Where to write the numbers
+    /// Where to write the results as JSON
     #[arg(long)]
     pub(crate) json: Option<PathBuf>,
 }
 
-/// What was measured and where.
+/// Content of the JSON file.
 #[derive(Debug, Serialize)]
 struct Report {
     machine: Machine,
@@ -78,7 +78,7 @@ pub(crate) fn run(args: &BenchIoArgs) -> Result<()> {
     cases.extend(formats::cases(scratch.path(), args.events)?);
     cases.extend(formats::of_user(&args.files)?);
     let mut lines = time(chosen(cases, &args.only)?, args.passes)?;
-    for line in lines.iter().filter(|line| line.is_called(evc::NAMES[0])) {
+    for line in lines.iter().filter(|line| line.is_of(evc::NAMES[0])) {
         let frames = line.passes_per_second() * args.frames as f64 / 1e6;
         say(format!("that is {frames:.2} M frames/s of evc into reused records"));
     }

@@ -69,7 +69,7 @@ pub(crate) fn is_named(name: &str, words: &[String]) -> bool {
     words.iter().all(|word| name.contains(&word.to_lowercase()))
 }
 
-/// What is counted.
+/// Unit of a figure.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Unit {
     /// Millions of events a second, of so many.
@@ -102,7 +102,7 @@ impl Unit {
     }
 }
 
-/// What was measured of a case.
+/// Figures of a case.
 #[derive(Debug, Serialize)]
 pub(crate) struct Line {
     case: String,
@@ -116,7 +116,7 @@ pub(crate) struct Line {
     kind: Unit,
 }
 
-/// What another program did in the same run.
+/// Figure of another program in the same run.
 #[derive(Debug, Serialize)]
 struct Peer {
     name: String,
@@ -125,7 +125,7 @@ struct Peer {
     ratio: f64,
 }
 
-/// Times all cases, ours and the others by turns, and says what comes out.
+/// Times all cases, ours and the others interleaved, and prints the figures.
 pub(crate) fn time(cases: Vec<Case>, passes: usize) -> Result<Vec<Line>> {
     let mut lines = Vec::new();
     for mut case in cases {
@@ -190,7 +190,7 @@ pub(crate) fn warn_if_busy(lines: &[Line]) {
 
 impl Line {
     /// Whether it is of this case.
-    pub(crate) fn is_called(&self, case: &str) -> bool {
+    pub(crate) fn is_of(&self, case: &str) -> bool {
         self.case == case
     }
 

@@ -1,7 +1,7 @@
 //! `evpose bench repr`: how fast representations take events in and are drawn, on one core.
 
 mod events;
-mod picture;
+mod photograph;
 mod plain;
 
 use std::hint::black_box;
@@ -44,7 +44,7 @@ pub struct BenchReprArgs {
     /// Another program on the same events, in the same run (may be repeated)
     #[arg(long = "peer", value_name = "NAME=COMMAND")]
     pub(crate) peers: Vec<PeerCommand>,
-    /// Where to write the numbers
+    /// Where to write the results as JSON
     #[arg(long)]
     pub(crate) json: Option<PathBuf>,
 }
@@ -53,7 +53,7 @@ const SENSORS: [SensorSize; 2] = [SensorSize { width: 640, height: 480 }, Sensor
 /// Length of a window, and of the events.
 const WINDOW: Micros = Micros(100_000);
 
-/// What was measured and where.
+/// Content of the JSON file.
 #[derive(Debug, Serialize)]
 struct Report {
     machine: Machine,
@@ -118,9 +118,9 @@ fn cases(count: usize, photograph: Option<&Path>) -> Result<Vec<Case>> {
         }
     }
     cases.push(Case::of_image("eros image 8 bits blurred to 192x192", framer(count)));
-    let picture = picture::picture(photograph)?;
-    let name = format!("blur and Canny {}x{}", picture.width(), picture.height());
-    cases.push(Case::of_image(name, canny(picture)));
+    let image = photograph::grey_image(photograph)?;
+    let name = format!("blur and Canny {}x{}", image.width(), image.height());
+    cases.push(Case::of_image(name, canny(image)));
     Ok(cases)
 }
 
@@ -162,7 +162,7 @@ fn window(name: &str, events: &EventStream) -> Result<Run> {
     }))
 }
 
-/// What the body network is shown.
+/// Input image of the body network.
 fn framer(count: usize) -> Run {
     let mut eros = Eros::hpe_core(SENSORS[0], ErosConfig::ONLINE);
     eros.push(&events::wandering(SENSORS[0], count));

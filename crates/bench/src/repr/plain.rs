@@ -11,24 +11,24 @@ pub(super) fn eros(events: &EventStream) -> Run {
     let (width, height) = (usize::from(events.sensor().width), usize::from(events.sensor().height));
     let decay = 0.3_f64.powf(1.0 / 7.0);
     let events = events.clone();
-    let mut surface = vec![0.0_f64; width * height];
+    let mut image = vec![0.0_f64; width * height];
     Box::new(move || {
         for (&x, &y) in events.x().iter().zip(events.y()) {
             let (x, y) = (usize::from(x), usize::from(y));
             for row in y.saturating_sub(3)..(y + 4).min(height) {
                 let columns = x.saturating_sub(3)..(x + 4).min(width);
-                for value in &mut surface[row * width..][columns] {
+                for value in &mut image[row * width..][columns] {
                     *value *= decay;
                 }
             }
-            surface[y * width + x] = 255.0;
+            image[y * width + x] = 255.0;
         }
-        black_box(&surface);
+        black_box(&image);
         Ok(())
     })
 }
 
-/// What an LNES keeps: the time of the last event of each pixel and polarity.
+/// State of an LNES: the time of the last event of each pixel and polarity.
 pub(super) fn lnes(events: &EventStream) -> Run {
     let width = usize::from(events.sensor().width);
     let pixels = events.sensor().pixels();

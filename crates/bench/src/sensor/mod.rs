@@ -38,12 +38,12 @@ pub struct BenchSensorArgs {
     /// Another simulator to be timed on the same frames (may be repeated)
     #[arg(long, value_name = "NAME=COMMAND")]
     pub(crate) peer: Vec<String>,
-    /// Where to write the numbers
+    /// Where to write the results as JSON
     #[arg(long)]
     pub(crate) json: Option<PathBuf>,
 }
 
-/// What a benchmark measured and where.
+/// Content of the JSON file.
 #[derive(Debug, Serialize)]
 struct Report {
     machine: Machine,

@@ -1,4 +1,4 @@
-//! What sensors are measured on: frames in memory, and the chains that look at them.
+//! Input and sensor models of the benchmark: frames in memory, and chains of effects.
 //!
 //! The criterion benches include this file as well, so that both measure the same.
 

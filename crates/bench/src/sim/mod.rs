@@ -47,7 +47,7 @@ pub struct BenchSimArgs {
     /// Folder for the files, removed after each sequence [default: the system's for temporary files]
     #[arg(long)]
     pub(crate) scratch: Option<PathBuf>,
-    /// Where to write the numbers
+    /// Where to write the results as JSON
     #[arg(long)]
     pub(crate) json: Option<PathBuf>,
 }
@@ -56,9 +56,9 @@ pub struct BenchSimArgs {
 const QUICK: (u64, f64) = (4, 2.0);
 
 /// Share of the image that the hand covers, on average, where figures are to be compared.
-const LEAST_COVERAGE: f64 = 0.1;
+const MIN_COVERAGE: f64 = 0.1;
 
-/// What a benchmark measured and where.
+/// Content of the JSON file.
 #[derive(Debug, Serialize)]
 struct Report {
     machine: Machine,
@@ -238,7 +238,7 @@ impl Measured {
         for (name, us) in &self.parts_us {
             say(format!("  {name:16} {us:8.1} µs {:5.1} %", 100.0 * us / total_us));
         }
-        if self.coverage < LEAST_COVERAGE {
+        if self.coverage < MIN_COVERAGE {
             say("  note: less than 10 % of the image; with more to shade a step takes longer");
         }
         say(format!("  rasteriser alone, {} flat triangles at {image}, one core:", self.triangles));

@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use evpose_app::timing::quantile;
 
-/// Pictures of one measurement: the hand turns a little in each.
+/// Renderings of one measurement: the hand turns a little in each.
 const POSES: usize = 32;
 const ROUNDS: usize = 30;
 
@@ -23,7 +23,7 @@ pub(super) struct RasterTime {
     pub(super) median_us: f64,
     /// Its time over ours.
     pub(super) ratio: f64,
-    /// Pixels it covered on average: the same picture is drawn.
+    /// Pixels it covered on average: all draw the same image.
     pub(super) covered: f64,
 }
 
@@ -132,7 +132,7 @@ impl Draw for Ours<'_> {
     }
 }
 
-/// What one writes first: project, cull, walk the bounding box with edge functions in `f32`, compare
+/// The straightforward rasteriser: project, cull, walk the bounding box with edge functions in `f32`, compare
 /// depths, keep the number of the face.
 struct Plain<'a> {
     projection: Mat4,

@@ -45,7 +45,7 @@ pub struct BenchTrainArgs {
     /// Time Burn's arithmetic instead of our kernels
     #[arg(long)]
     pub(crate) burn: bool,
-    /// Where to write the numbers
+    /// Where to write the results as JSON
     #[arg(long)]
     pub(crate) json: Option<PathBuf>,
     #[command(flatten)]
@@ -55,7 +55,7 @@ pub struct BenchTrainArgs {
 /// Steps before those that are measured: memory is asked for, the optimiser gets its moments.
 const WARM_UP: usize = 2;
 
-/// What a benchmark measured and where.
+/// Content of the JSON file.
 #[derive(Debug, Serialize)]
 struct Report {
     network: String,
@@ -65,16 +65,16 @@ struct Report {
     device: String,
     machine: Machine,
     commit: &'static str,
-    /// What computed: our kernels or Burn.
+    /// Implementation: our kernels or Burn.
     by: &'static str,
     steps: usize,
     step: Times,
     forward: Times,
     backward: Times,
     update: Times,
-    /// Processor time of all threads for a step; 0 where the system does not tell.
+    /// Processor time of all threads for a step; 0 where the system does not report it.
     processor_ms: f64,
-    /// The most memory that the process held; 0 where the system does not tell.
+    /// The most memory that the process held; 0 where the system does not report it.
     peak_resident_mib: f64,
     windows_per_second: f64,
     /// Modified z-scores above 3.5 (Iglewicz and Hoaglin 1993): signs of a busy machine.
@@ -134,7 +134,7 @@ pub(crate) fn run(args: &BenchTrainArgs) -> Result<()> {
     } else {
         of_hand(args, &config, &target)?
     };
-    tell(&report);
+    print(&report);
     write_json(args.json.as_deref(), &report)
 }
 
@@ -175,7 +175,7 @@ fn images(size: [usize; 4], seed: u64, brightest: f32, device: &Device) -> Tenso
     Tensor::from_data(TensorData::new(latency::windows(size, seed), size), device) * brightest
 }
 
-/// What steps take that lower an objective.
+/// Times of the steps that lower an objective.
 fn measured<M: BurnModule>(
     args: &BenchTrainArgs,
     config: &HandConfig,
@@ -226,7 +226,7 @@ fn measured<M: BurnModule>(
     }
 }
 
-fn tell(report: &Report) {
+fn print(report: &Report) {
     say(format!("machine   {}", report.machine));
     say(format!(
         "network   {} of width {}, {} parameters, input {:?}, on {} by {}",
@@ -252,7 +252,7 @@ fn tell(report: &Report) {
     }
 }
 
-/// What a training remembers between its steps.
+/// State of a training.
 struct Stepper {
     adam: ModuleOptimizer,
     loss_was: f32,

@@ -37,7 +37,7 @@ pub(crate) fn run(mut config: BodyConfig, args: &SimulateArgs) -> Result<()> {
     if recorded.finished {
         say(format!("all {} sequences are there: {MANIFEST}", config.simulation.sequences));
     }
-    if let Some(path) = &args.pictures {
+    if let Some(path) = &args.preview {
         people::of_people(&People::new(&config.simulation, config.seed)?, path)?;
     }
     Ok(())

@@ -1,4 +1,4 @@
-//! What `evpose calibrate` takes.
+//! Arguments of `evpose calibrate`.
 
 use std::path::PathBuf;
 

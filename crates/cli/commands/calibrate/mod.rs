@@ -1,4 +1,4 @@
-//! `evpose calibrate`: numbers of a camera from recordings made for it.
+//! `evpose calibrate`: parameters of a camera from recordings made for it.
 
 mod args;
 mod noise;
@@ -33,7 +33,7 @@ fn read(path: &Path, sensor: Option<SensorSize>) -> Result<EventStream> {
 }
 
 /// An estimate with its interval.
-fn told(interval: Interval, unit: &str) -> String {
+fn interval_text(interval: Interval, unit: &str) -> String {
     match (interval.low, interval.high) {
         (Some(low), Some(high)) => {
             format!("{:.4} {unit} [{low:.4}, {high:.4}]", interval.estimate)

@@ -8,7 +8,7 @@ use evpose_core::{Micros, TimeWindow, atomic_write};
 use evpose_sensor::EffectConfig;
 
 use super::args::NoiseArgs;
-use super::{read, told, write};
+use super::{interval_text, read, write};
 use evpose_app::progress::say;
 
 /// Hot pixels that are printed.
@@ -41,8 +41,16 @@ pub(super) fn run(args: &NoiseArgs) -> Result<()> {
         events.range(window).len()
     ));
     say("          rate of a pixel, without hot ones [95 % interval]; rate of the whole image");
-    say(format!("ON        {}; {:.0} per second", told(found.on_hz, "Hz"), found.all_on_hz));
-    say(format!("OFF       {}; {:.0} per second", told(found.off_hz, "Hz"), found.all_off_hz));
+    say(format!(
+        "ON        {}; {:.0} per second",
+        interval_text(found.on_hz, "Hz"),
+        found.all_on_hz
+    ));
+    say(format!(
+        "OFF       {}; {:.0} per second",
+        interval_text(found.off_hz, "Hz"),
+        found.all_off_hz
+    ));
     say(format!(
         "hot       {} of {} pixels have clearly more than {HOT} times the events of others",
         found.hot.len(),

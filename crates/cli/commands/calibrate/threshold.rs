@@ -6,7 +6,7 @@ use evpose_core::Plane;
 use evpose_sensor::EffectConfig;
 
 use super::args::ThresholdArgs;
-use super::{read, told, write};
+use super::{interval_text, read, write};
 use evpose_app::progress::{bar, say};
 
 /// Light of darkness, share of white: as in the `ideal` preset.
@@ -36,11 +36,11 @@ pub(super) fn run(args: &ThresholdArgs) -> Result<()> {
         .with_context(|| format!("{}, {}", args.frames.frames.display(), args.events.display()))?;
     say(format!("seen      {} frames, {} ON and {} OFF events", found.frames, found.on, found.off));
     say("          threshold, change of log light [95 % interval]");
-    say(format!("by steps  ON  {}", told(found.by_steps_on, "ln")));
-    say(format!("          OFF {}", told(found.by_steps_off, "ln")));
-    say(format!("by totals ON  {}", told(found.by_totals_on, "ln")));
-    say(format!("          OFF {}", told(found.by_totals_off, "ln")));
-    say(format!("          all {}", told(found.by_totals, "ln")));
+    say(format!("by steps  ON  {}", interval_text(found.by_steps_on, "ln")));
+    say(format!("          OFF {}", interval_text(found.by_steps_off, "ln")));
+    say(format!("by totals ON  {}", interval_text(found.by_totals_on, "ln")));
+    say(format!("          OFF {}", interval_text(found.by_totals_off, "ln")));
+    say(format!("          all {}", interval_text(found.by_totals, "ln")));
     let (steps, totals) = (found.by_steps_on.estimate, found.by_totals_on.estimate);
     if totals < 0.8 * steps {
         say(

@@ -1,4 +1,4 @@
-//! What `evpose check-labels` takes.
+//! Arguments of `evpose check-labels`.
 
 use std::path::PathBuf;
 
@@ -48,7 +48,7 @@ pub(crate) struct ThresholdArgs {
     /// The torso is the median over so many frames before and behind
     #[arg(long, value_name = "FRAMES", default_value_t = CheckOptions::default().torso_frames)]
     torso_frames: usize,
-    /// With sides exchanged, joints go less than this part of the way
+    /// With left and right swapped, joints go less than this part of the way
     #[arg(long, value_name = "PART", value_parser = not_negative,
         default_value_t = CheckOptions::default().swap_ratio)]
     swap_ratio: f32,

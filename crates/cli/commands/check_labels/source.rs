@@ -1,4 +1,4 @@
-//! Where labels are, and what they are as tracks.
+//! Label files, and their labels as tracks.
 
 use std::ffi::OsStr;
 use std::io::Read as _;
@@ -18,7 +18,7 @@ use super::images::ImageSizes;
 
 /// The log in a folder of YARP.
 const LOG: &str = "data.log";
-/// What ends the name of a table of poses.
+/// Suffix of the name of a table of poses.
 const TABLE: &str = ".poses.csv";
 
 /// A file or a folder of labels.
@@ -48,27 +48,28 @@ pub(super) fn find(path: &Path) -> Result<Vec<Source>> {
     if path.join(LOG).is_file() {
         return Ok(vec![Source::Skeletons(path.to_owned())]);
     }
-    let mut found = Vec::new();
-    below(path, &mut found).with_context(|| format!("looking for labels in {}", path.display()))?;
-    found.sort();
-    Ok(found)
+    let mut sources = Vec::new();
+    below(path, &mut sources)
+        .with_context(|| format!("looking for labels in {}", path.display()))?;
+    sources.sort();
+    Ok(sources)
 }
 
-fn below(directory: &Path, found: &mut Vec<Source>) -> std::io::Result<()> {
+fn below(directory: &Path, sources: &mut Vec<Source>) -> std::io::Result<()> {
     for entry in std::fs::read_dir(directory)? {
         let entry = entry?;
         let path = entry.path();
         // Links are not followed: they may lead around in a circle.
         if entry.file_type()?.is_dir() {
             if is_skeletons(&path) {
-                found.push(Source::Skeletons(path));
+                sources.push(Source::Skeletons(path));
             } else {
-                below(&path, found)?;
+                below(&path, sources)?;
             }
         } else if is_table(&path) {
-            found.push(Source::Table(path));
+            sources.push(Source::Table(path));
         } else if path.extension() == Some(OsStr::new("json")) && is_array(&path)? {
-            found.push(Source::Annotations(path));
+            sources.push(Source::Annotations(path));
         }
     }
     Ok(())
@@ -146,7 +147,7 @@ fn simulated(path: &Path, image_size: Option<SensorSize>) -> Result<Track> {
 fn sensor_of(path: &Path) -> Result<SensorSize> {
     let text = std::fs::read_to_string(path).with_context(|| {
         format!(
-            "reading {}, which tells the size of the image; or give --image-size",
+            "reading {}, which holds the size of the image; or give --image-size",
             path.display()
         )
     })?;

@@ -1,4 +1,4 @@
-//! What `evpose clean` takes.
+//! Arguments of `evpose clean`.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -21,8 +21,8 @@ pub(crate) struct CleanArgs {
     /// Cleaner to apply, NAME or NAME:KEY=VALUE,KEY=VALUE; may be repeated, and the order counts
     #[arg(long = "with", value_name = "CLEANER", requires = "out")]
     pub(crate) cleaners: Vec<CleanRequest>,
-    /// Events of the same scene by the same clock, to find mirrored, exchanged and inverted axes; with
-    /// a file to write, they are put right
+    /// Events of the same scene by the same clock, to find mirrored, swapped and inverted axes; with
+    /// a file to write, they are corrected
     #[arg(long, value_name = "FILE")]
     pub(crate) reference: Option<PathBuf>,
     /// Name of the format to write

@@ -1,4 +1,4 @@
-//! `evpose clean`: a recording checked and put right.
+//! `evpose clean`: checks and preprocesses a recording.
 
 mod args;
 mod orientation;

@@ -13,7 +13,7 @@ use evpose_app::progress::say;
 /// Length of the reference that is compared; the method takes no more.
 const LENGTH: Micros = Micros(5_000_000);
 
-/// What puts the recording right, where it is clear that something must.
+/// The transform that corrects the recording, where it is unambiguous.
 pub(super) fn find(
     passes: &Passes,
     sensor: SensorSize,
@@ -45,7 +45,7 @@ pub(super) fn find(
     }
     say(format!("axes      {} ({scores})", found.best));
     for other in found.as_good {
-        say(format!("axes      or, which the scene does not tell from it: {other}"));
+        say(format!("axes      or, indistinguishable by this scene: {other}"));
     }
     Ok(Some(found.best))
 }

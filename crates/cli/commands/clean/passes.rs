@@ -12,7 +12,7 @@ use evpose_app::progress::spinner;
 /// How much is read at a time.
 const STEP: Micros = Micros(20_000);
 
-/// Where events come from.
+/// Source of events.
 pub(super) enum Passes<'a> {
     /// The file, window by window.
     Windows(&'a Path, OpenOptions),

@@ -1,4 +1,4 @@
-//! What can be typed behind `evpose gap`.
+//! Arguments of `evpose gap`.
 
 use std::path::PathBuf;
 
@@ -11,7 +11,7 @@ const EXIT_CODES: &str = "Ends with 0 if there is no gap, 10 for a parameter, 11
                           of the catalogue\nexplains it, 13 if undecided, 2 if the input cannot be used, \
                           1 for anything else.";
 
-/// What can be done about a gap.
+/// Subcommands of `evpose gap`.
 #[derive(Debug, Subcommand)]
 #[command(after_help = "Start with:\n  \
     evpose gap run --measured rec.npz --scene scene/ --model ideal --out gap/\n  \
@@ -23,35 +23,35 @@ const EXIT_CODES: &str = "Ends with 0 if there is no gap, 10 for a parameter, 11
     texture are left open. `--scene frames` takes the frames that a DAVIS recorded beside its\n\
     events: what they hide is left open.")]
 pub(crate) enum GapCommand {
-    /// Find what is missing in a sensor model, add it, and say how far the gap closes
+    /// Find the effects that a sensor model lacks, add them, and report how far the gap closes
     Run(RunArgs),
-    /// Compare a recording with the model, number by number
+    /// Compare a recording with the model, statistic by statistic
     Probe(InputArgs),
-    /// Say in which light, where and when recording and model disagree
+    /// Report in which light, where and when recording and model disagree
     Locate(InputArgs),
-    /// Name what is missing, and stop there
+    /// Identify the missing effects, and stop there
     #[command(after_help = EXIT_CODES)]
     Name(InputArgs),
-    /// Name what is missing and write the corrected model
+    /// Identify the missing effects and write the corrected model
     Correct(CorrectArgs),
-    /// Name what is missing, then take it out again and put its nearest rival in
+    /// Identify the missing effects, then drop each one and swap it for its nearest rival
     #[command(after_help = EXIT_CODES)]
     Ablate(InputArgs),
-    /// Say what a recording of a scene could show, before there is one
+    /// Predict which effects a recording of a scene could show
     Power(PowerArgs),
-    /// Draw the report of a run once more
+    /// Draw the report of a run again
     Report(ReportArgs),
-    /// Judge a run by five plain statistics, with code that the rest does not use
+    /// Evaluate a run by five plain statistics, with code that is independent of the search
     Verify(VerifyArgs),
-    /// Hide effects in recordings of an independent pixel, and count what is found
+    /// Benchmark: hide effects in recordings of an independent pixel, and count the identified ones
     Bench(BenchArgs),
-    /// Put the results of all parts of a benchmark together: scores, tables and a page
+    /// Merge the results of all shards of a benchmark: scores, tables and a page
     Score(ScoreArgs),
     /// Fit the constants of probabilities and intervals to results of a development plan
     Calibrate(CalibrateArgs),
 }
 
-/// What is compared with what.
+/// Recording, scene and model of a comparison.
 #[derive(Debug, clap::Args)]
 pub(crate) struct InputArgs {
     /// The recording: .npz, .npy, .txt, .evc, recognised by content
@@ -76,7 +76,7 @@ pub(crate) struct InputArgs {
     /// The model: a preset or a TOML file of effects
     #[arg(long, default_value = "ideal")]
     pub(crate) model: String,
-    /// A second recording of the same sensor, to judge on; else the later part of the first
+    /// A second recording of the same sensor, for validation [default: the later part of the first]
     #[arg(long, requires = "validate_scene")]
     pub(crate) validate: Option<PathBuf>,
     /// Its scene, as --scene
@@ -88,10 +88,10 @@ pub(crate) struct InputArgs {
     /// Seed of all noise of simulations
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
-    /// Effects that are not looked for
+    /// Effects that are excluded from the search
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub(crate) leave_out: Vec<String>,
-    /// Take the recording as it is: do not put right its unit of time, start or orientation
+    /// Take the recording as it is: do not correct its time unit, start or orientation
     #[arg(long)]
     pub(crate) as_is: bool,
     /// Fewer replicates for probabilities and maps; the naming is the same
@@ -125,7 +125,7 @@ pub(crate) struct RunArgs {
 #[command(after_help = "Example:\n  \
     evpose gap correct --measured rec.npz --scene scene/ --model ideal --out corrected.toml\n\n\
     Ends with the exit codes of `evpose gap run`. Where no effect is named, the model with its\n\
-    own numbers refitted is written.")]
+    own parameters refitted is written.")]
 pub(crate) struct CorrectArgs {
     #[command(flatten)]
     pub(crate) inputs: InputArgs,
@@ -146,7 +146,7 @@ pub(crate) struct PowerArgs {
     /// Seed of all noise
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
-    /// Seconds of the scene that are looked at
+    /// Seconds of the scene that are simulated
     #[arg(long, default_value_t = 0.4)]
     pub(crate) seconds: f64,
     /// CPU threads; all cores by default

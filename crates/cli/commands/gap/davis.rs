@@ -9,7 +9,7 @@ use evpose_gap::workflow::{Case, prepared};
 use evpose_sensor::SensorConfig;
 
 use super::inputs::Loaded;
-use super::scenes::{MOST_PIXELS, SceneSource, USUAL_S};
+use super::scenes::{MAX_PIXELS, SceneSource, USUAL_S};
 use evpose_app::progress::say;
 
 /// Reads events and frames, which have one clock and one place: only axes and polarity may be mixed
@@ -29,7 +29,7 @@ pub(super) fn load(
     }
     let read = load_shots(measured, source.response.unwrap_or_default(), seconds)?;
     let pixels = read.shots.planes() as f64 * read.shots.size().pixels() as f64;
-    if pixels > MOST_PIXELS {
+    if pixels > MAX_PIXELS {
         bail!(
             "{:.1} s of a sensor of {} are too much to be compared at once: give fewer --seconds",
             read.shots.duration().as_seconds(),
@@ -50,7 +50,7 @@ pub(super) fn load(
         read.recording.notes.iter().map(|note| format!("note      {note}")).collect();
     for problem in &problems.found {
         let is_repaired = matches!(problem, Problem::Orientation(_));
-        let what = if is_repaired { "put right" } else { "problem  " };
+        let what = if is_repaired { "corrected" } else { "problem  " };
         notes.push(format!("{what} {problem}"));
     }
     let lines = read.recording.provenance.iter().map(|line| format!("read      {line}"));

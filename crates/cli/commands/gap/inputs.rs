@@ -1,4 +1,4 @@
-//! What was typed, read: problems are said before anything is compared.
+//! Reads the inputs of a comparison and reports their problems before anything is compared.
 
 use std::path::{Path, PathBuf};
 
@@ -21,13 +21,13 @@ use evpose_app::sensor_source as source;
 
 /// A recording beside its scene, as read.
 pub(super) struct Loaded {
-    /// What is compared.
+    /// Recording and scene of the comparison.
     pub(super) case: Case,
-    /// What the maker of the recording says of the sensor.
+    /// Nominal values of the sensor, as given with the recording.
     pub(super) nominal: Option<Nominal>,
-    /// What the stamps of the recording count.
+    /// Unit of the recording's time stamps.
     pub(super) tick: Micros,
-    /// What was read, what was found and what was put right, a line each.
+    /// Notes on the input, its problems and their corrections, a line each.
     pub(super) notes: Vec<String>,
     /// The frames of the recording, where these are the scene.
     pub(super) shots: Option<Shots>,
@@ -79,7 +79,7 @@ fn load_all(
             problem,
             Problem::Unit { .. } | Problem::Start { .. } | Problem::Orientation(_)
         );
-        let what = if is_repaired && repaired { "put right" } else { "problem  " };
+        let what = if is_repaired && repaired { "corrected" } else { "problem  " };
         notes.push(format!("{what} {problem}"));
     }
     let lines = scene.provenance.iter().chain(&recording.provenance);
@@ -102,7 +102,7 @@ fn load_all(
     Ok(Loaded { case, nominal: scene.nominal, tick: recording.tick, notes, shots: None })
 }
 
-/// What is said of events that the scene does not cover.
+/// A note on events that the scene does not cover.
 fn outside(events: &EventStream, end: Micros) -> Option<String> {
     let early = events.t().partition_point(|t| *t < Micros(0));
     let late = events.len() - events.t().partition_point(|t| *t <= end);
@@ -149,7 +149,7 @@ pub(super) fn sources(args: &InputArgs) -> (SceneSource, Option<SceneSource>) {
     (source(&args.scene, &args.poses), held.map(|path| source(path, &args.validate_poses)))
 }
 
-/// What is not known of the scenes of a comparison; nothing if their light is given.
+/// Nuisance of the scenes of a comparison; none if their light is given.
 pub(super) fn unknown(args: &InputArgs) -> Option<&'static Unknown> {
     match (&args.poses, args.scene == Path::new(FRAMES)) {
         (Some(_), _) => Some(&OF_POSES),
@@ -197,17 +197,17 @@ pub(super) fn prepare(args: &InputArgs) -> Result<Prepared> {
         is_quick: args.quick,
     };
     let unknown = unknown(args);
-    let looks = |shots: Option<Shots>, source: SceneSource| {
+    let samples = |shots: Option<Shots>, source: SceneSource| {
         move |i| match &shots {
             Some(shots) => shots.twin(i, args.seed),
-            None => source.look(i).map_err(|error| as_gap_error(&error)),
+            None => source.nuisance_sample(i).map_err(|error| as_gap_error(&error)),
         }
     };
     let mut prepared = match unknown {
         Some(unknown) => {
-            let of_held = held_scene.map(|scene| looks(held_shots, scene));
-            let of_held = of_held.as_ref().map(|look| look as Look<'_>);
-            Prepared::of_looks(inputs, unknown, &looks(train.shots, train_scene), of_held)
+            let of_held = held_scene.map(|scene| samples(held_shots, scene));
+            let of_held = of_held.as_ref().map(|sample| sample as Look<'_>);
+            Prepared::of_looks(inputs, unknown, &samples(train.shots, train_scene), of_held)
         }
         None => Prepared::new(inputs),
     }

@@ -5,7 +5,7 @@
 //! | a directory with `scene.json` | its frames |
 //! | a config as `evpose simulate` takes it, `#N` behind it for sequence N | that of the sequence |
 //! | a directory that `evpose simulate` wrote, with `#N` | that of its sequence N |
-//! | the latter two with poses | a hand in these poses, with a look of its own |
+//! | the latter two with poses | a hand in these poses, with light and texture drawn at random |
 //! | `frames` | that of the frames beside the events of a recording, see [`super::davis`] |
 
 use std::path::{Path, PathBuf};
@@ -28,7 +28,7 @@ pub(super) const FRAMES: &str = "frames";
 /// Seconds that are rendered if the user does not say.
 pub(super) const USUAL_S: f64 = 2.0;
 /// Pixels of all frames together: four seconds of a DAVIS240C at a thousand frames a second.
-pub(super) const MOST_PIXELS: f64 = 180e6;
+pub(super) const MAX_PIXELS: f64 = 180e6;
 
 /// A scene as it was typed.
 #[derive(Debug, Clone, PartialEq)]
@@ -107,14 +107,14 @@ impl SceneSource {
         Ok(LoadedScene { scene, nominal: None, duration_s, frames_path, provenance, notes })
     }
 
-    /// The scene with another look; see [`Simulation::light_of`].
-    pub(super) fn look(&self, look: u64) -> Result<Scene> {
+    /// The scene with another draw of light and texture; see [`Simulation::light_of`].
+    pub(super) fn nuisance_sample(&self, sample: u64) -> Result<Scene> {
         let (Some(path), Some(sequence)) = (&self.poses, self.sequence()?) else {
-            bail!("{}: the look of a scene that is known does not vary", self.path.display());
+            bail!("{}: light and texture of a known scene do not vary", self.path.display());
         };
         let hands = Hands::read(path, sequence.rendered)?;
-        // Look 0 is the one that is compared.
-        let planes = hands.light(&sequence.simulation, look + 1)?;
+        // Sample 0 is the one that is compared.
+        let planes = hands.light(&sequence.simulation, sample + 1)?;
         Ok(Scene::new(f64::from(sequence.simulation.config().step_hz), planes)?)
     }
 
@@ -174,7 +174,7 @@ impl SceneSource {
         size: SensorSize,
     ) -> Result<u64> {
         let fps = f64::from(config.step_hz);
-        let most = (MOST_PIXELS / size.pixels() as f64).floor();
+        let most = (MAX_PIXELS / size.pixels() as f64).floor();
         let wanted = match self.seconds {
             Some(seconds) if !(seconds > 0.0 && seconds.is_finite()) => {
                 bail!("--seconds {seconds}: must be greater than 0")
@@ -222,12 +222,12 @@ impl Hands {
         Ok(Self { side, poses, betas, all: reader.records() })
     }
 
-    fn light(&self, simulation: &Simulation, look: u64) -> Result<Vec<Plane<f32>>> {
-        Ok(simulation.light_of(self.side, &self.poses, &self.betas, look)?)
+    fn light(&self, simulation: &Simulation, sample: u64) -> Result<Vec<Plane<f32>>> {
+        Ok(simulation.light_of(self.side, &self.poses, &self.betas, sample)?)
     }
 }
 
-/// An error of a look as one of the workflow.
+/// An error of a sample as one of the workflow.
 pub(super) fn as_gap_error(error: &anyhow::Error) -> GapError {
     GapError::Scene(format!("{error:#}"))
 }

@@ -19,7 +19,7 @@ use evpose_report::gap::words;
 
 /// Runs that a model is compared by.
 const RUNS: u64 = 8;
-/// Numbers that are listed.
+/// Statistics that are listed.
 const LISTED: usize = 20;
 /// Effects that are this much alike are listed.
 const ALIKE: f64 = 0.9;
@@ -81,7 +81,10 @@ pub(super) fn name(args: &InputArgs) -> Result<Answer> {
         for finding in effects_of(bench, named)? {
             say(format!("  {}: {}", finding.name, words::parameters(&finding)));
             if !finding.confusable_with.is_empty() {
-                say(format!("    not to be told from {}", finding.confusable_with.join(", ")));
+                say(format!(
+                    "    not to be distinguished from {}",
+                    finding.confusable_with.join(", ")
+                ));
             }
         }
         Ok(())
@@ -95,9 +98,9 @@ pub(super) fn correct(args: &CorrectArgs) -> Result<Answer> {
         atomic_write(&args.out, answered(named).model.to_toml().as_bytes())
             .with_context(|| format!("writing {}", args.out.display()))?;
         let what = match named.answer {
-            Answer::Effects => "the model with what was found",
+            Answer::Effects => "the model with the identified effects",
             Answer::NoGap => "nothing to correct: the model as given",
-            _ => "no effect is named: the model with its numbers refitted",
+            _ => "no effect is named: the model with its parameters refitted",
         };
         say(format!("{what}, written to {}", args.out.display()));
         Ok(())
@@ -132,7 +135,7 @@ fn with_name(
     let names: Vec<&str> = named.steps.iter().map(|step| step.contenders[0].found.name).collect();
     let mut gaps = format!("gap {:.2} as given", named.before.gap);
     if named.refitted.gap != named.before.gap {
-        gaps += &format!(", {:.2} with its numbers refitted", named.refitted.gap);
+        gaps += &format!(", {:.2} with its parameters refitted", named.refitted.gap);
     }
     if !names.is_empty() {
         let tried = if named.answer == Answer::Effects { "" } else { " (not named)" };
@@ -159,8 +162,8 @@ pub(super) fn power(args: &PowerArgs) -> Result<()> {
     let events = stage.simulate(&model.config, seed_for(args.seed, "stream", 0))?;
     say(format!("{} events in {:.3} s", events.len(), window.length().as_seconds()));
     let layout = Layout::of_all_probes();
-    let lab = Lab::new(&stage, &layout, &events, window, &model.reference, args.seed)?;
-    let directions = Directions::of(&lab, &model.config, &[])?;
+    let objective = Lab::new(&stage, &layout, &events, window, &model.reference, args.seed)?;
+    let directions = Directions::of(&objective, &model.config, &[])?;
     let found = limits(&directions);
     say("would show from");
     for limit in &found.limits {

@@ -1,4 +1,4 @@
-//! `evpose gap verify`: the independent judge of a run, from its files alone.
+//! `evpose gap verify`: independent evaluation of a run, from its files alone.
 
 use anyhow::{Context, Result, bail};
 use evpose_core::{EventStream, Micros, TimeWindow, seed_for};
@@ -26,7 +26,8 @@ pub(super) fn run(args: &VerifyArgs) -> Result<()> {
         (Some(recording), Some(scene), _) => (recording, scene, &info.validate_poses),
         (_, _, Some(scene)) => (&info.measured, scene, &info.poses),
         _ => {
-            let problem = anyhow::anyhow!("a run without a scene has nothing that can be judged");
+            let problem =
+                anyhow::anyhow!("a run without a scene has nothing that can be evaluated");
             return Err(problem.context(BadInput));
         }
     };
@@ -37,7 +38,9 @@ pub(super) fn run(args: &VerifyArgs) -> Result<()> {
         response: info.response.as_deref().map(str::parse).transpose()?,
     };
     let case = inputs::load(measured, &source, &before, info.as_is)?.case;
-    let Some([from, to]) = info.held_s else { bail!("run.json says nothing of what was held out") };
+    let Some([from, to]) = info.held_s else {
+        bail!("run.json does not record the held-out window")
+    };
     let window = TimeWindow { start: Micros::from_seconds(from), end: Micros::from_seconds(to) };
     let simulated = |model: &SensorConfig| -> Result<Vec<EventStream>> {
         let run = |run: u64| -> Result<EventStream> {
@@ -49,12 +52,12 @@ pub(super) fn run(args: &VerifyArgs) -> Result<()> {
     let frames = Frames { planes: case.scene.planes(), fps: case.scene.fps() };
     let held = case.measured.slice(window);
     say(format!(
-        "judged on {} events of {} from {from:.3} s to {to:.3} s, {} runs of each model",
+        "evaluated on {} events of {} from {from:.3} s to {to:.3} s, {} runs of each model",
         held.len(),
         measured.display(),
         args.runs
     ));
-    let judgement = judge(&held, &simulated(&before)?, &simulated(&after)?, Some(frames))?;
-    say(&judgement);
-    files::write_json(&args.dir, "verify.json", &judgement)
+    let evaluation = judge(&held, &simulated(&before)?, &simulated(&after)?, Some(frames))?;
+    say(&evaluation);
+    files::write_json(&args.dir, "verify.json", &evaluation)
 }

@@ -1,4 +1,4 @@
-//! What `evpose prepare` takes.
+//! Arguments of `evpose prepare`.
 
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -43,7 +43,7 @@ pub(crate) struct MpiiArgs {
     /// Folder to write
     #[arg(long)]
     pub(crate) out: PathBuf,
-    /// Leave photographs grey, to tell what the look of events is worth
+    /// Leave photographs grey: the baseline without event-like rendering
     #[arg(long)]
     pub(crate) grey: bool,
     /// Labels of the published program, with its faults
@@ -60,13 +60,13 @@ pub(crate) struct MpiiArgs {
     pub(crate) threads: Option<usize>,
 }
 
-/// What becomes of recordings.
+/// Arguments of the data sets of recordings.
 #[derive(Debug, clap::Args)]
 pub(crate) struct FrameSetArgs {
-    /// Folder to write: surfaces in eros/, their labels in train.json and test.json
+    /// Folder to write: EROS images in eros/, their labels in train.json and test.json
     #[arg(long)]
     pub(crate) out: PathBuf,
-    /// As the published programs do it, with their faults, where numbers are to be compared
+    /// Reproduce the published programs, with their faults, to compare published figures
     #[arg(long)]
     pub(crate) parity: bool,
     /// Take every so many-th pose only [default: 10 of the 100 a second of DHP19, else 1 of 50]
@@ -131,7 +131,7 @@ pub(crate) struct Dhp19Args {
     /// Instead of movies: a folder of S1_1_1.mat and so on, cut and filtered by hpe-core's preprocess.m
     #[arg(long, value_name = "DIR")]
     pub(crate) extracted: Option<PathBuf>,
-    /// Which cameras
+    /// Cameras
     #[arg(long, value_enum, default_value_t = Cameras::Front)]
     pub(crate) cameras: Cameras,
     /// Take what is readable of damaged movies, and say what is lost

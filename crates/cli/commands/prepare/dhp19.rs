@@ -65,7 +65,7 @@ impl Projections {
         Ok(Self(projections))
     }
 
-    /// What each of the cameras saw of a movement.
+    /// Recordings of a movement, camera by camera.
     fn seen(
         &self,
         name: Dhp19Name,
@@ -113,15 +113,15 @@ fn movement(args: &Dhp19Args, name: Dhp19Name, poses: usize) -> Result<Movement,
     cut_movement(&path, &read_movie(&path, args.salvage)?, poses, &filters)
 }
 
-/// Where it is known only roughly when a movement took place.
+/// A remark where the time of a movement is known only roughly.
 fn remark_on(origin: SpanOrigin) -> Option<&'static str> {
     match origin {
         SpanOrigin::Pulses | SpanOrigin::Stated => None,
         SpanOrigin::Beginning => {
-            Some("its end is told by the number of its poses: no pulse marks it")
+            Some("its end is estimated from the count of poses: no pulse marks it")
         }
         SpanOrigin::End => {
-            Some("its beginning is told by the number of its poses: no pulse marks it")
+            Some("its beginning is estimated from the count of poses: no pulse marks it")
         }
         SpanOrigin::Recording => Some("no pulse marks it: it is taken to be the whole recording"),
     }

@@ -15,17 +15,17 @@ use evpose_app::progress::{bar, say};
 use evpose_app::run_info;
 use evpose_app::threads::use_threads;
 
-/// What can be had of a recording.
+/// Result of reading a recording.
 pub(super) enum Reading {
-    /// What cameras saw of it, and what is remarkable, in whole sentences.
+    /// Streams of its cameras, and remarks in whole sentences.
     Seen { recordings: Vec<LabelledRecording>, remarks: Vec<String> },
     /// Why it is left out.
     LeftOut(String),
 }
 
-/// What frames are made of.
+/// Source of frames.
 pub(super) struct Job<'a, T> {
-    /// What the recordings are called.
+    /// Word for a recording in messages.
     pub(super) unit: &'a str,
     pub(super) recordings: &'a [T],
     pub(super) is_test: fn(&T) -> bool,
@@ -33,7 +33,7 @@ pub(super) struct Job<'a, T> {
     pub(super) seed: u64,
 }
 
-/// What was made, as it is reported.
+/// Report of the made frames.
 #[derive(Debug, Default, Serialize)]
 struct Prepared {
     /// Recordings that frames were made of.
@@ -57,10 +57,10 @@ impl Note {
     }
 }
 
-/// What is on the frames of a recording and what is remarkable, or why it is left out.
+/// Frames of a recording and remarks, or the reason why it is skipped.
 type Drawn = Result<(Vec<Annotation>, Vec<String>), String>;
 
-/// Makes a set of frames in the folder of `args`, and tells what was made. What `read` cannot read is
+/// Makes a set of frames in the folder of `args`, and reports them. What `read` cannot read is
 /// left out; an error of it ends everything.
 pub(super) fn prepare<T: Display + Sync>(
     args: &FrameSetArgs,
@@ -97,7 +97,7 @@ pub(super) fn prepare<T: Display + Sync>(
     [prepared.frames_to_train, prepared.frames_to_test] = set.finish()?;
     write_json(Some(&args.out.join(REPORT)), &prepared)?;
     run_info::write(&args.out, job.seed, None)?;
-    tell(&prepared, job.unit, &args.out);
+    print(&prepared, job.unit, &args.out);
     Ok(())
 }
 
@@ -129,7 +129,7 @@ fn draw(set: &FrameSet, reading: Reading) -> Result<Drawn> {
     Ok(Ok((frames, remarks)))
 }
 
-fn tell(prepared: &Prepared, unit: &str, out: &Path) {
+fn print(prepared: &Prepared, unit: &str, out: &Path) {
     let Prepared { recordings, frames_to_train, frames_to_test, left_out, remarks } = prepared;
     say(format!("{frames_to_train} frames to train on and {frames_to_test} to test on"));
     say(format!("of {recordings} {unit}"));

@@ -16,7 +16,7 @@ use glam::IVec2;
 use super::args::{Eh36mArgs, FrameSetArgs, H36mArgs};
 use super::frames::{Job, Reading, prepare};
 
-/// Where clips are written as they are published.
+/// Folders of clips, as they are published.
 const YARP: &str = "yarp";
 
 /// `evpose prepare eh36m`.
@@ -74,8 +74,8 @@ fn synthesize(
     args: &H36mArgs,
     name: &ClipName,
 ) -> Result<(LabelledRecording, Vec<String>), String> {
-    let told = |error: DatasetError| error.to_string();
-    let mut poses = read_poses(&name.poses(&args.data)).map_err(told)?;
+    let message = |error: DatasetError| error.to_string();
+    let mut poses = read_poses(&name.poses(&args.data)).map_err(message)?;
     let folder = name.frames(args.videos.as_deref().unwrap_or(&args.data));
     let mut source = open(&folder)?;
     let mut remarks = Vec::new();
@@ -90,7 +90,7 @@ fn synthesize(
         .ok_or("there is no pose, or a joint of one is no number")?;
     let seed = seed_for(args.seed, &name.to_string(), 0);
     let how = Synthesis::published(seed).map_err(|error| error.to_string())?;
-    let events = events_of_frames(&mut source, &crop, &how).map_err(told)?;
+    let events = events_of_frames(&mut source, &crop, &how).map_err(message)?;
     let bodies = bodies_of_poses(&poses, &crop, frame_px, rule, FPS);
     Ok((LabelledRecording { name: name.to_string(), events, bodies }, remarks))
 }

@@ -33,7 +33,7 @@ pub(super) fn run(args: &MpiiArgs) -> Result<()> {
     })?;
     progress.finish_and_clear();
     run_info::write(&args.out, args.seed, None)?;
-    tell(&converted);
+    print(&converted);
     say(format!("written to {}", args.out.display()));
     say_next("pretrain", &args.out);
     Ok(())
@@ -54,7 +54,7 @@ fn annotations(args: &MpiiArgs) -> Result<PathBuf> {
     }
 }
 
-fn tell(converted: &Converted) {
+fn print(converted: &Converted) {
     let Converted { images, persons, not_for_training, skipped } = converted;
     say(format!("{persons} persons of {images} photographs"));
     say(format!(

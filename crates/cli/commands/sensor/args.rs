@@ -1,10 +1,10 @@
-//! What can be typed behind `evpose sensor`.
+//! Arguments of `evpose sensor`.
 
 use std::path::PathBuf;
 
 use clap::{Subcommand, ValueEnum};
 
-/// What can be seen of sensors.
+/// Subcommands of `evpose sensor`.
 #[derive(Debug, Subcommand)]
 #[command(
     after_help = "Start with:\n  evpose sensor list\n  evpose sensor show davis346\n  evpose sensor tap davis346 --pixel 120,90\n  evpose sensor gallery --out gallery.html"
@@ -53,10 +53,10 @@ pub(crate) struct TapArgs {
     /// Column and row of the pixel, of 240 x 180
     #[arg(long, value_name = "X,Y", value_parser = pixel)]
     pub(crate) pixel: (u16, u16),
-    /// Where to draw (.svg) or write (.csv) it
+    /// File to draw (.svg) or write (.csv)
     #[arg(long, default_value = "tap.svg")]
     pub(crate) out: PathBuf,
-    /// What the pixel sees
+    /// Light at the pixel
     #[arg(long, value_enum, default_value = "step")]
     pub(crate) input: Input,
     /// Seed of all noise and of the hand
@@ -64,7 +64,7 @@ pub(crate) struct TapArgs {
     pub(crate) seed: u64,
 }
 
-/// What a tapped pixel sees.
+/// Light at a tapped pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Input {
     /// Light five times as strong, and back

@@ -7,7 +7,7 @@ use evpose_sensor::{Origin, SensorRun};
 
 use super::args::Input;
 
-/// Uniform light, relative to white, at a time in seconds; none where the light is a picture.
+/// Uniform light, relative to white, at a time in seconds; none where the light is an image.
 pub(super) fn light(input: Input, t_s: f64) -> Option<f64> {
     Some(match input {
         // Light is known at exposures; 1 ns keeps rounding away from the edges.

@@ -29,7 +29,7 @@ struct Signal {
     points: Vec<(f64, f64)>,
 }
 
-/// What was seen of one pixel.
+/// Signals of one pixel.
 struct Trace {
     /// Light in front of the chain: seconds, relative to white.
     light: Vec<(f64, f64)>,
@@ -106,8 +106,8 @@ fn record(
 /// The nominal thresholds, with their signs.
 fn levels(model: &SensorModel) -> Vec<f64> {
     let row = model.describe().rows.iter().find(|row| row.spec.keys().contains(&"threshold_on"));
-    let numbers = row.map(|row| row.settings.numbers()).unwrap_or_default();
-    numbers
+    let values = row.map(|row| row.settings.numbers()).unwrap_or_default();
+    values
         .iter()
         .filter_map(|(param, value)| match param.name {
             "threshold_on" => Some(*value),

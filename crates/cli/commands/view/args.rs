@@ -1,4 +1,4 @@
-//! What `evpose view` takes.
+//! Arguments of `evpose view`.
 
 use std::path::PathBuf;
 
@@ -7,7 +7,7 @@ use crate::commands::opening::RecordingArgs;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  evpose view rec.aedat4 --out view.html\n  \
     evpose view rec.raw --of lnes --window-ms 100 --from 2 --to 3 --out sheet.png\n  \
-    evpose view rec.npz --of eros --pictures 200 --out eros.apng\n  \
+    evpose view rec.npz --of eros --frames 200 --out eros.apng\n  \
     evpose view people/0000.raw --joints joints.csv --truth people/0000.poses.csv --out people.html\n  \
     evpose view rec.npz --out rec.rrd\n  \
     evpose view rec.npz --rerun=192.168.0.7:9876\n\n\
@@ -22,16 +22,16 @@ pub(crate) struct ViewArgs {
     /// Send it to a Rerun viewer that runs, by default on this machine (feature `rerun`)
     #[arg(long, value_name = "HOST:PORT", num_args = 0..=1, require_equals = true)]
     pub(crate) rerun: Option<Option<String>>,
-    /// What to show: `events`, or a representation such as lnes or eros
+    /// Content: `events`, or a representation such as lnes or eros
     #[arg(long, default_value = "events")]
     pub(crate) of: String,
     /// How long an event is shown, in milliseconds
     #[arg(long, default_value_t = 33.0)]
     pub(crate) window_ms: f64,
-    /// Number of pictures, evenly over the time shown [default: 12 on a sheet, 300 in
+    /// Number of frames, evenly over the time shown [default: 12 on a sheet, 300 in
     /// Rerun, 100 otherwise]
-    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=2000))]
-    pub(crate) pictures: Option<u32>,
+    #[arg(long, alias = "pictures", value_parser = clap::value_parser!(u32).range(1..=2000))]
+    pub(crate) frames: Option<u32>,
     /// Begin so many seconds after the first event
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0)]
     pub(crate) from: f64,
@@ -39,14 +39,14 @@ pub(crate) struct ViewArgs {
     #[arg(long, value_name = "SECONDS")]
     pub(crate) to: Option<f64>,
     /// Draw people or a hand over it: joints of `evpose infer` (orange; of a hand, those of its
-    /// `--joints`), the last ones before each picture
+    /// `--joints`), the last ones before each frame
     #[arg(long, value_name = "FILE.csv")]
     pub(crate) joints: Option<PathBuf>,
     /// Draw people or a hand as they were: labels of `evpose simulate`, `.poses.csv` or `.meta`
     /// (green)
     #[arg(long, value_name = "FILE")]
     pub(crate) truth: Option<PathBuf>,
-    /// Pictures a second while it plays
+    /// Frames a second while it plays
     #[arg(long, default_value_t = 20.0)]
     pub(crate) fps: f64,
 }

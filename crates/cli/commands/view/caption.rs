@@ -1,8 +1,8 @@
-//! When a picture was taken and how much happened, below it.
+//! When a frame was taken and how much happened, below it.
 
 use image::{Rgb, RgbImage, imageops};
 
-use super::shots::Shot;
+use super::frames::RenderedFrame;
 
 const PAPER: Rgb<u8> = Rgb([228, 230, 235]);
 const INK: Rgb<u8> = Rgb([29, 36, 48]);
@@ -11,8 +11,8 @@ const INK: Rgb<u8> = Rgb([29, 36, 48]);
 const CELL: u32 = 6;
 const BAR: u32 = 11;
 const TOP: u32 = 2;
-/// Sides of a dot in pixels, at least, and pictures so wide have larger ones.
-const LEAST_DOT: u32 = 2;
+/// Sides of a dot in pixels, at least, and frames so wide have larger ones.
+const MIN_DOT: u32 = 2;
 const WIDTH_PER_DOT: u32 = 320;
 
 /// All that is ever said, five dots wide, from the left (the highest bit) to the right.
@@ -35,13 +35,13 @@ const LETTERS: [(char, [u8; 7]); 16] = [
     ('t', [0b01000, 0b01000, 0b11100, 0b01000, 0b01000, 0b01001, 0b00110]),
 ];
 
-/// The picture with a bar below it that says its time and its events.
-pub(super) fn captioned(shot: &Shot) -> RgbImage {
-    let text = format!("{:.3} s  {} events", shot.t.as_seconds(), shot.events);
-    let (width, height) = shot.image.dimensions();
-    let dot = (width / WIDTH_PER_DOT).max(LEAST_DOT);
+/// The frame with a bar below it that says its time and its events.
+pub(super) fn captioned(frame: &RenderedFrame) -> RgbImage {
+    let text = format!("{:.3} s  {} events", frame.t.as_seconds(), frame.events);
+    let (width, height) = frame.image.dimensions();
+    let dot = (width / WIDTH_PER_DOT).max(MIN_DOT);
     let mut image = RgbImage::from_pixel(width, height + BAR * dot, PAPER);
-    imageops::replace(&mut image, &shot.image, 0, 0);
+    imageops::replace(&mut image, &frame.image, 0, 0);
     for (k, letter) in text.chars().enumerate() {
         // What has no letter is a space.
         let rows = LETTERS.iter().find(|(known, _)| *known == letter).map(|(_, rows)| rows);
@@ -72,11 +72,11 @@ mod tests {
 
     #[test]
     fn the_picture_stays_as_it_is_and_the_bar_below_says_time_and_events() {
-        let picture = RgbImage::from_pixel(320, 10, Rgb([1, 2, 3]));
-        let shot = Shot { t: Micros(1_000), events: 7, image: picture.clone() };
-        let image = captioned(&shot);
+        let image = RgbImage::from_pixel(320, 10, Rgb([1, 2, 3]));
+        let frame = RenderedFrame { t: Micros(1_000), events: 7, image: image.clone() };
+        let image = captioned(&frame);
         assert_eq!(image.dimensions(), (320, 10 + 22));
-        assert!(image.pixels().zip(picture.pixels()).all(|(a, b)| a == b));
+        assert!(image.pixels().zip(frame.image.pixels()).all(|(a, b)| a == b));
         // `0.001 s  7 events`: the point is the second letter, the 7 the tenth.
         let dot =
             |letter: u32, x, y| *image.get_pixel((1 + letter * CELL + x) * 2, 10 + (TOP + y) * 2);
@@ -86,7 +86,7 @@ mod tests {
 
     #[test]
     fn a_picture_narrower_than_its_caption_has_what_fits() {
-        let shot = Shot { t: Micros(0), events: 0, image: RgbImage::new(9, 9) };
-        assert_eq!(captioned(&shot).dimensions(), (9, 9 + 22));
+        let frame = RenderedFrame { t: Micros(0), events: 0, image: RgbImage::new(9, 9) };
+        assert_eq!(captioned(&frame).dimensions(), (9, 9 + 22));
     }
 }

@@ -1,15 +1,15 @@
-//! Pictures as one image: beside each other, or one after the other.
+//! Frames as one image: beside each other, or one after the other.
 
 use anyhow::{Context, Result};
 use image::{ExtendedColorType, ImageEncoder as _, RgbImage};
 
 use super::caption::captioned;
-use super::shots::Shots;
+use super::frames::RenderedFrames;
 use evpose_report::canvas::contact_sheet;
 
 /// Wider sheets are hard to look at: they have fewer columns.
 const SHEET_WIDTH_PX: u32 = 2600;
-const MOST_COLUMNS: u32 = 4;
+const MAX_COLUMNS: u32 = 4;
 
 /// An image as PNG.
 pub(super) fn png(image: &RgbImage) -> Result<Vec<u8>> {
@@ -18,33 +18,33 @@ pub(super) fn png(image: &RgbImage) -> Result<Vec<u8>> {
     let (width, height) = image.dimensions();
     encoder
         .write_image(image.as_raw(), width, height, ExtendedColorType::Rgb8)
-        .context("encoding a picture")?;
+        .context("encoding a frame")?;
     Ok(bytes)
 }
 
-/// All pictures beside each other, from left to right and top to bottom.
-pub(super) fn sheet(shots: &Shots) -> Result<Vec<u8>> {
-    let images: Vec<RgbImage> = shots.shots.iter().map(captioned).collect();
-    let width = images.first().context("no pictures")?.width();
-    let columns = (SHEET_WIDTH_PX / width).clamp(1, MOST_COLUMNS) as usize;
+/// All frames beside each other, from left to right and top to bottom.
+pub(super) fn sheet(frames: &RenderedFrames) -> Result<Vec<u8>> {
+    let images: Vec<RgbImage> = frames.frames.iter().map(captioned).collect();
+    let width = images.first().context("no frames")?.width();
+    let columns = (SHEET_WIDTH_PX / width).clamp(1, MAX_COLUMNS) as usize;
     png(&contact_sheet(&images, columns.min(images.len())))
 }
 
-/// All pictures one after the other, for ever. A program that knows no animation shows the busiest.
-pub(super) fn animation(shots: &Shots, fps: f64) -> Result<Vec<u8>> {
-    let still = captioned(shots.shots.get(shots.busiest()).context("no pictures")?);
+/// All frames one after the other, for ever. A program that knows no animation shows the busiest.
+pub(super) fn animation(frames: &RenderedFrames, fps: f64) -> Result<Vec<u8>> {
+    let still = captioned(frames.frames.get(frames.busiest()).context("no frames")?);
     let (width, height) = still.dimensions();
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, width, height);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_animated(shots.shots.len() as u32, 0)?;
+    encoder.set_animated(frames.frames.len() as u32, 0)?;
     encoder.set_sep_def_img(true)?;
     encoder.set_frame_delay((1000.0 / fps).round().max(1.0) as u16, 1000)?;
     let mut writer = encoder.write_header()?;
     writer.write_image_data(still.as_raw())?;
-    for shot in &shots.shots {
-        writer.write_image_data(captioned(shot).as_raw())?;
+    for frame in &frames.frames {
+        writer.write_image_data(captioned(frame).as_raw())?;
     }
     writer.finish()?;
     Ok(bytes)

@@ -1,13 +1,13 @@
-//! `evpose view`: a recording to look at.
+//! `evpose view`: renders a recording.
 
 mod args;
 mod caption;
 mod files;
+mod frames;
 mod overlay;
 mod page;
-mod picture;
+mod palette;
 mod rerun;
-mod shots;
 
 use std::path::Path;
 
@@ -15,36 +15,37 @@ use anyhow::{Result, bail};
 use evpose_core::atomic_write;
 
 pub(crate) use args::ViewArgs;
-use shots::{Reel, Shots};
+use frames::{FrameReader, RenderedFrames};
 
 use evpose_app::progress::say;
 
-/// A kind of file that pictures go into.
+/// A kind of file that frames go into.
 struct Target {
     ending: &'static str,
-    /// Pictures, unless the user says.
-    pictures: u32,
-    make: fn(&Shots, &ViewArgs) -> Result<Vec<u8>>,
+    /// Frames, unless the user says.
+    frames: u32,
+    make: fn(&RenderedFrames, &ViewArgs) -> Result<Vec<u8>>,
 }
 
 const TARGETS: [Target; 3] = [
-    Target { ending: "html", pictures: 100, make: page::page },
-    Target { ending: "png", pictures: 12, make: |shots, _| files::sheet(shots) },
-    Target { ending: "apng", pictures: 100, make: |shots, args| files::animation(shots, args.fps) },
+    Target { ending: "html", frames: 100, make: page::page },
+    Target { ending: "png", frames: 12, make: |frames, _| files::sheet(frames) },
+    Target { ending: "apng", frames: 100, make: |frames, args| files::animation(frames, args.fps) },
 ];
 
 pub(crate) fn run(args: &ViewArgs) -> Result<()> {
     if !(args.fps > 0.0 && args.fps <= 1000.0) {
-        bail!("--fps {}: expected 0 to 1000 pictures a second", args.fps);
+        bail!("--fps {}: expected 0 to 1000 frames a second", args.fps);
     }
     let Some(out) = &args.out else { return rerun::send(args) };
     if out.extension().is_some_and(|ending| ending == rerun::ENDING) {
         return rerun::write(args, out);
     }
     let target = target(out)?;
-    let shots = Shots::take(Reel::open(args, args.pictures.unwrap_or(target.pictures))?)?;
-    atomic_write(out, &(target.make)(&shots, args)?)?;
-    report(&shots.reel, &out.display().to_string());
+    let frames =
+        RenderedFrames::take(FrameReader::open(args, args.frames.unwrap_or(target.frames))?)?;
+    atomic_write(out, &(target.make)(&frames, args)?)?;
+    report(&frames.reader, &out.display().to_string());
     Ok(())
 }
 
@@ -56,10 +57,10 @@ fn target(out: &Path) -> Result<&'static Target> {
     }
 }
 
-/// What was shown, and where.
-fn report(reel: &Reel, place: &str) {
-    for warning in reel.warnings() {
+/// Prints a summary and warnings.
+fn report(reader: &FrameReader, place: &str) {
+    for warning in reader.warnings() {
         say(format!("warning   {warning}"));
     }
-    say(format!("{place}: {} of {}", reel.summary(), reel.name));
+    say(format!("{place}: {} of {}", reader.summary(), reader.name));
 }

@@ -23,7 +23,7 @@ pub(super) struct Overlay {
     tracks: Vec<(Rgb<u8>, Track)>,
 }
 
-/// Where joints are, in the order of time.
+/// Joints over time.
 enum Track {
     Bodies(Vec<(Micros, BodyPoints)>),
     Hands(Vec<(Micros, Option<[Vec2; 21]>)>),
@@ -33,7 +33,7 @@ enum Track {
 
 struct SimulatedHand {
     data: HandDataset,
-    /// Which of the sequences.
+    /// Index of the sequence.
     index: usize,
     stage: Stage,
 }
@@ -83,13 +83,13 @@ impl Overlay {
     }
 }
 
-/// What was last seen at `t`.
+/// The last sample up to `t`.
 fn last<T>(track: &[(Micros, T)], t: Micros) -> Option<&T> {
     let seen = track.partition_point(|(at, _)| *at <= t);
     seen.checked_sub(1).and_then(|last| track.get(last)).map(|(_, joints)| joints)
 }
 
-/// What `evpose infer` found, of bodies or of a hand.
+/// Predictions of `evpose infer`, of bodies or of a hand.
 fn predicted(path: &Path) -> Result<Track> {
     let text = fs::read_to_string(path).with_context(|| format!("reading {}", path.display()))?;
     if hand_joints::is_one(&text) {
@@ -97,13 +97,13 @@ fn predicted(path: &Path) -> Result<Track> {
         found.sort_by_key(|(t, _)| *t);
         return Ok(Track::Hands(found));
     }
-    let mut found: Vec<(Micros, BodyPoints)> =
+    let mut predictions: Vec<(Micros, BodyPoints)> =
         predictions_of(Input::memory(path, text.into_bytes()), DelayUnit::Seconds)?
             .into_iter()
-            .map(|found| (Micros::from_seconds(found.t_s), found.joints_px))
+            .map(|prediction| (Micros::from_seconds(prediction.t_s), prediction.joints_px))
             .collect();
-    found.sort_by_key(|(t, _)| *t);
-    Ok(Track::Bodies(found))
+    predictions.sort_by_key(|(t, _)| *t);
+    Ok(Track::Bodies(predictions))
 }
 
 impl SimulatedHand {

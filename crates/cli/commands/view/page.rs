@@ -1,4 +1,4 @@
-//! Pictures in a page with a slider.
+//! Frames in a page with a slider.
 
 use std::fmt::Write as _;
 
@@ -8,81 +8,81 @@ use base64::engine::general_purpose::STANDARD;
 
 use super::ViewArgs;
 use super::files::png;
-use super::shots::Shots;
+use super::frames::RenderedFrames;
 use evpose_report::html::{Page, escape};
 
-/// Size of the curve below the picture, in pixels of the page.
+/// Size of the curve below the frame, in pixels of the page.
 const WIDTH: f64 = 1000.0;
 const HEIGHT: f64 = 70.0;
-/// How high the busiest picture is.
+/// How high the busiest frame is.
 const CURVE: f64 = 56.0;
-/// Everything above and below the picture, which leaves the picture what the window has beside it;
+/// Everything above and below the frame, which leaves the frame what the window has beside it;
 /// but no less than a width at which it can be seen.
 const BESIDE_PX: u32 = 330;
-const LEAST_PX: u32 = 240;
+const MIN_PX: u32 = 240;
 
 /// The whole page.
-pub(super) fn page(shots: &Shots, args: &ViewArgs) -> Result<Vec<u8>> {
+pub(super) fn page(frames: &RenderedFrames, args: &ViewArgs) -> Result<Vec<u8>> {
     let subtitle = format!(
         "{} of a {} sensor: {}. The first event is at {:.6} s of the file's clock.",
         args.of,
-        shots.reel.sensor,
-        shots.reel.summary(),
-        shots.reel.origin.as_seconds()
+        frames.reader.sensor,
+        frames.reader.summary(),
+        frames.reader.origin.as_seconds()
     );
-    let mut page = Page::new(&shots.reel.name, &subtitle);
-    page.markup(&player(shots)?);
-    for warning in &shots.reel.warnings() {
+    let mut page = Page::new(&frames.reader.name, &subtitle);
+    page.markup(&player(frames)?);
+    for warning in &frames.reader.warnings() {
         page.markup(&format!("<p class=\"soft\">Warning: {}</p>", escape(warning)));
     }
-    page.markup(&script(shots, args.fps)?);
+    page.markup(&script(frames, args.fps)?);
     Ok(page.finish().into_bytes())
 }
 
-fn player(shots: &Shots) -> Result<String> {
-    let begin = shots.busiest();
-    let (Some(shown), Some(last)) = (shots.shots.get(begin), shots.shots.last()) else {
+fn player(frames: &RenderedFrames) -> Result<String> {
+    let begin = frames.busiest();
+    let (Some(shown), Some(last)) = (frames.frames.get(begin), frames.frames.last()) else {
         return Ok(String::new());
     };
     let (width, height) = shown.image.dimensions();
     Ok(format!(
         "<style>.view{{width:min(100%,{WIDTH}px)}}.view img{{display:block;height:auto;\
-         width:min(100%,max({LEAST_PX}px,(100vh - {BESIDE_PX}px)*{width}/{height}))}}\
+         width:min(100%,max({MIN_PX}px,(100vh - {BESIDE_PX}px)*{width}/{height}))}}\
          .view input{{width:100%;margin:8px 0 0}}.view svg{{width:100%;height:{HEIGHT}px;\
          background:#fff;border:1px solid var(--line)}}.view button{{font:inherit;padding:2px 14px}}\
          .view p{{margin:2px 0 6px;max-width:none}}</style>\n\
-         <div class=\"view\"><img id=\"shot\" alt=\"{}\" src=\"data:image/png;base64,{}\">\n\
+         <div class=\"view\"><img id=\"frame\" alt=\"{}\" src=\"data:image/png;base64,{}\">\n\
          <input id=\"time\" type=\"range\" min=\"0\" max=\"{}\" value=\"{begin}\" aria-label=\"time\">\n\
          <p><button id=\"play\">play</button> <span id=\"said\">{:.3} s, {} events</span> \
          <span class=\"soft\">of {:.3} s; arrow keys step, space plays</span></p>\n{}</div>",
-        escape(&shots.reel.name),
+        escape(&frames.reader.name),
         STANDARD.encode(png(&shown.image)?),
-        shots.shots.len() - 1,
+        frames.frames.len() - 1,
         shown.t.as_seconds(),
         shown.events,
         last.t.as_seconds(),
-        rate(shots),
+        rate(frames),
     ))
 }
 
-/// Events a second between pictures, as a filled curve.
-fn rate(shots: &Shots) -> String {
-    let most = shots.most_events().max(1) as f64;
-    let step = WIDTH / shots.shots.len() as f64;
+/// Events a second between frames, as a filled curve.
+fn rate(frames: &RenderedFrames) -> String {
+    let most = frames.max_events().max(1) as f64;
+    let step = WIDTH / frames.frames.len() as f64;
     let mut path = format!("M0 {HEIGHT}");
-    for (k, shot) in shots.shots.iter().enumerate() {
-        // A burst in the first picture may be far higher than all others.
-        let share = (shot.events as f64 / most).min(HEIGHT / CURVE);
+    for (k, frame) in frames.frames.iter().enumerate() {
+        // A burst in the first frame may be far higher than all others.
+        let share = (frame.events as f64 / most).min(HEIGHT / CURVE);
         let y = HEIGHT - CURVE * share;
         // Writing to a string does not fail.
         let _ = write!(path, "V{y:.1}H{:.1}", (k + 1) as f64 * step);
     }
-    let per_second = most / shots.reel.every.as_seconds();
+    let per_second = most / frames.reader.every.as_seconds();
     format!(
         "<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" preserveAspectRatio=\"none\">\
          <path d=\"{path}V{HEIGHT}Z\" fill=\"#b9c4d6\"/>\
          <rect id=\"now\" x=\"0\" y=\"0\" width=\"{:.1}\" height=\"{HEIGHT}\" fill=\"#d55e00\" \
-         fill-opacity=\"0.45\"/></svg><p class=\"soft\">events a second, {} at most after the first picture</p>",
+         fill-opacity=\"0.45\"/></svg><p class=\"soft\">events a second, {} at most after the first frame</p>",
         step.max(2.0),
         amount(per_second)
     )
@@ -97,18 +97,18 @@ fn amount(events: f64) -> String {
     }
 }
 
-/// Shows the picture that the slider says; the pictures themselves are in it.
-fn script(shots: &Shots, fps: f64) -> Result<String> {
-    let mut pictures = String::new();
-    for shot in &shots.shots {
-        let text = STANDARD.encode(png(&shot.image)?);
-        let _ = write!(pictures, "[{:.6},{},\"{text}\"],", shot.t.as_seconds(), shot.events);
+/// Shows the frame that the slider says; the frames themselves are in it.
+fn script(frames: &RenderedFrames, fps: f64) -> Result<String> {
+    let mut rows = String::new();
+    for frame in &frames.frames {
+        let text = STANDARD.encode(png(&frame.image)?);
+        let _ = write!(rows, "[{:.6},{},\"{text}\"],", frame.t.as_seconds(), frame.events);
     }
     Ok(format!(
-        "<script>const P=[{pictures}];let k=0,timer=null;const at=i=>document.getElementById(i);\n\
+        "<script>const P=[{rows}];let k=0,timer=null;const at=i=>document.getElementById(i);\n\
          function show(n){{k=Math.max(0,Math.min(P.length-1,n));const[t,e,p]=P[k];\
-         at('shot').src='data:image/png;base64,'+p;at('time').value=k;\
-         at('said').textContent=t.toFixed(3)+' s, '+e+' events';\
+         at('frame').src='data:image/png;base64,'+p;at('time').value=k;\
+         at('caption').textContent=t.toFixed(3)+' s, '+e+' events';\
          at('now').setAttribute('x',k*{WIDTH}/P.length)}}\n\
          function play(){{if(timer){{clearInterval(timer);timer=null}}else{{\
          timer=setInterval(()=>show((k+1)%P.length),{:.1})}}\
@@ -118,6 +118,6 @@ fn script(shots: &Shots, fps: f64) -> Result<String> {
          if(e.key=='ArrowRight')show(k+1);if(e.key=='ArrowLeft')show(k-1);\
          if(e.key==' '){{e.preventDefault();play()}}}};show({})</script>",
         1000.0 / fps,
-        shots.busiest()
+        frames.busiest()
     ))
 }

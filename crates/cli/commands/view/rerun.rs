@@ -1,4 +1,4 @@
-//! Pictures, events and rates for the Rerun viewer, where the build has its feature.
+//! Frames, events and rates for the Rerun viewer, where the build has its feature.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use anyhow::Result;
 
 use super::ViewArgs;
 
-/// What names of the viewer's files end in.
+/// Extension of the viewer's files.
 pub(super) const ENDING: &str = "rrd";
 
 #[cfg(feature = "rerun")]
@@ -18,13 +18,13 @@ mod sdk {
     use evpose_rerun::{Moment, Recording, RerunError};
 
     use super::super::files::png;
+    use super::super::frames::FrameReader;
     use super::super::report;
-    use super::super::shots::Reel;
     use super::{Path, Result, ViewArgs};
     use evpose_app::progress::say;
 
-    /// Pictures, unless the user says: they are small, and the viewer moves through them smoothly.
-    const PICTURES: u32 = 300;
+    /// Frames, unless the user says: they are small, and the viewer moves through them smoothly.
+    const FRAMES: u32 = 300;
 
     /// Writes the file `out`.
     pub(in super::super) fn write(args: &ViewArgs, out: &Path) -> Result<()> {
@@ -43,22 +43,22 @@ mod sdk {
         place: &str,
         begin: impl FnOnce(&str, SensorSize) -> Result<Recording, RerunError>,
     ) -> Result<()> {
-        let mut reel = Reel::open(args, args.pictures.unwrap_or(PICTURES))?;
-        let mut recording = begin(&reel.name, reel.sensor)?;
-        let (palette, length) = (reel.palette.unscaled(), reel.every);
-        reel.play(|moment| {
-            let picture = png(&palette.draw(moment.planes))?;
-            let (t, events) = (moment.t, moment.events);
-            Ok(recording.send(&Moment { t, length, events, picture: &picture })?)
+        let mut reader = FrameReader::open(args, args.frames.unwrap_or(FRAMES))?;
+        let mut recording = begin(&reader.name, reader.sensor)?;
+        let (palette, length) = (reader.palette.unscaled(), reader.every);
+        reader.play(|data| {
+            let frame = png(&palette.draw(data.planes))?;
+            let (t, events) = (data.t, data.events);
+            Ok(recording.send(&Moment { t, length, events, picture: &frame })?)
         })?;
         let sent = recording.finish()?;
         if sent.points < sent.events {
             say(format!(
-                "note      {} of {} events are points; rates and pictures have all",
+                "note      {} of {} events are points; rates and frames have all",
                 sent.points, sent.events
             ));
         }
-        report(&reel, place);
+        report(&reader, place);
         Ok(())
     }
 }

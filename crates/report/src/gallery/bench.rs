@@ -12,17 +12,17 @@ use crate::html::escape;
 pub(super) struct Variant {
     /// In a word.
     pub(super) label: &'static str,
-    /// What is set.
+    /// Values of the parameters.
     pub(super) values: String,
     pub(super) model: SensorModel,
     pub(super) colour: (u8, u8, u8),
 }
 
-/// What a measurement gives.
+/// Result of a measurement.
 pub(super) enum Shown {
     Nothing,
-    /// A picture a variant, and what it is a picture of.
-    Pictures(String, Vec<RgbImage>),
+    /// An image a variant, and its description.
+    Images(String, Vec<RgbImage>),
     /// Charts with all variants in each.
     Together(Vec<Chart>),
     /// A chart a variant.

@@ -1,4 +1,4 @@
-//! What was found, and how the gap closes and opens again with it.
+//! Identified effects, and how the gap closes and opens again with them.
 
 use evpose_gap::report::{Ablation, Change, ReportData};
 use evpose_gap::verdict::{FindingKind, GapValue};
@@ -9,7 +9,7 @@ use super::{CORRECTED, MODEL, key};
 use crate::gap::words::{self, short};
 use crate::html::{Page, escape};
 
-/// What was found, with its numbers.
+/// Identified effects with their parameters.
 pub(crate) fn findings(page: &mut Page, data: &ReportData) {
     let verdict = &data.verdict;
     if verdict.effects.is_empty() {
@@ -33,9 +33,9 @@ pub(crate) fn findings(page: &mut Page, data: &ReportData) {
         .map(|finding| {
             let kind = match finding.kind {
                 FindingKind::Effect => "effect",
-                FindingKind::Parameter => "number of the model",
+                FindingKind::Parameter => "parameter of the model",
             };
-            let numbers: Vec<String> = finding
+            let values: Vec<String> = finding
                 .parameters
                 .iter()
                 .map(|(name, value)| escape(&format!("{name} = {}", words::quantity(value))))
@@ -47,7 +47,7 @@ pub(crate) fn findings(page: &mut Page, data: &ReportData) {
             vec![
                 format!("<b>{}</b><br><small>{kind}</small>", escape(&finding.name)),
                 escape(words::summary(&finding.name).unwrap_or_default()),
-                numbers.join("<br>"),
+                values.join("<br>"),
                 match verdict.is_bare() {
                     true => escape(&words::probability(1.0 - finding.probability)),
                     false => short(finding.probability),
@@ -57,7 +57,7 @@ pub(crate) fn findings(page: &mut Page, data: &ReportData) {
         })
         .collect();
     let sure = if verdict.is_bare() { "by chance" } else { "probability" };
-    let header = ["name", "what it does", "numbers", sure, "here not to be told from"];
+    let header = ["name", "what it does", "values", sure, "here not to be distinguished from"];
     wrapped_table(page, &header, &rows);
 }
 
@@ -66,7 +66,7 @@ pub(crate) fn closing(page: &mut Page, data: &ReportData) {
     let interval = |gap: &GapValue| Some((gap.lo, gap.hi));
     if !data.ablation.is_empty() {
         page.section(
-            "Put in, taken out, exchanged",
+            "Ablation: add one, drop one, swap",
             "If the answer is right, the gap closes with it, opens again without it, and stays open \
              with the nearest other effect in its place.",
         );

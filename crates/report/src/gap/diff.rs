@@ -1,4 +1,4 @@
-//! What changed between two texts, line by line.
+//! Differences of two texts, line by line.
 
 /// One line of either text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 /// The answer.
 pub const VERDICT: &str = "verdict.json";
-/// What the page is drawn from.
+/// Data of the page.
 pub const REPORT: &str = "report.json";
 /// How all of it was made.
 pub const RUN: &str = "run.json";
@@ -21,7 +21,7 @@ pub const CORRECTED: &str = "corrected.toml";
 /// How a run was made: what `evpose gap verify` begins with.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct RunInfo {
-    /// What was typed.
+    /// The command line.
     pub command: String,
     /// The commit and version of the program.
     pub commit: String,
@@ -53,7 +53,7 @@ pub struct RunInfo {
     pub response: Option<String>,
     /// Whether recordings were taken as they are.
     pub as_is: bool,
-    /// What was held out, in seconds, of the second recording or else of the first.
+    /// Held-out window in seconds, of the second recording or else of the first.
     pub held_s: Option<[f64; 2]>,
     /// Preset or file, as typed.
     pub model: String,

@@ -1,4 +1,4 @@
-//! Residuals over the image, along its sides and over time, as pictures.
+//! Residuals over the image, along its sides and over time, as images.
 
 use std::fmt::Write as _;
 
@@ -12,9 +12,9 @@ use crate::png::png;
 
 /// Residuals of full colour, standard deviations.
 const FULL: f64 = 6.0;
-/// What is not significant is this much of its colour.
+/// Share of the colour of what is not significant.
 const FAINT: f64 = 0.35;
-/// Width of pictures and strips, pixels.
+/// Width of images and strips, pixels.
 const WIDTH: usize = 330;
 const STRIP: f64 = 54.0;
 /// Length of the longest arrow, pixels of the page.
@@ -38,7 +38,7 @@ pub(crate) fn figure(maps: &Maps, title: &str) -> Result<String> {
     if *width == 0 || *height == 0 || residuals.z.len() != width * height {
         return Ok(String::new());
     }
-    let picture = RgbImage::from_fn(*width as u32, *height as u32, |x, y| {
+    let image = RgbImage::from_fn(*width as u32, *height as u32, |x, y| {
         let i = y as usize * width + x as usize;
         let is_significant = residuals.is_significant.get(i).copied().unwrap_or(false);
         Rgb(colour(residuals.z[i], is_significant))
@@ -53,7 +53,7 @@ pub(crate) fn figure(maps: &Maps, title: &str) -> Result<String> {
     let mut figure = format!(
         "<figure class=\"map\"><h3>{title}</h3><img alt=\"residuals over the image\" width=\"{WIDTH}\" \
          src=\"data:image/png;base64,{}\"><figcaption>significant: {caption}</figcaption>",
-        STANDARD.encode(png(&picture)?)
+        STANDARD.encode(png(&image)?)
     );
     figure += &quiver(maps, WIDTH as f64 * *height as f64 / *width as f64);
     let strips = [("columns", &maps.columns), ("rows", &maps.rows), ("time", &maps.times)];

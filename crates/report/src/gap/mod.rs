@@ -94,13 +94,13 @@ fn page(data: &ReportData) -> Result<String> {
     sections::alternatives(&mut page, data);
     sections::limits(&mut page, data);
     sections::doubts(&mut page, data);
-    sections::numbers(&mut page, data);
+    sections::statistics(&mut page, data);
     sections::origin(&mut page, data);
     page.markup(SORT);
     Ok(page.finish())
 }
 
-/// The answer in a colour, and its numbers.
+/// The answer in a colour, and its figures.
 fn banner(page: &mut Page, data: &ReportData) {
     let verdict = &data.verdict;
     let colour = match verdict.verdict {

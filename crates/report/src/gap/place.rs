@@ -1,4 +1,4 @@
-//! Where measured and simulated events disagree: sentences, shares and maps.
+//! Location of the disagreement of measured and simulated events: sentences, shares and maps.
 
 use anyhow::Result;
 use evpose_gap::locate::OddPixel;
@@ -12,7 +12,7 @@ use crate::html::{Page, escape};
 /// Pixels that are listed.
 const PIXELS: usize = 12;
 
-/// Where measured and simulated events disagree.
+/// Section on the location of the disagreement.
 pub(crate) fn place(page: &mut Page, data: &ReportData) -> Result<()> {
     let before = &data.before;
     if data.verdict.place.sentence.is_empty() && before.scan.sentence.is_empty() {
@@ -49,7 +49,7 @@ pub(crate) fn place(page: &mut Page, data: &ReportData) -> Result<()> {
     };
     axes.sort_by(|a, b| b.1.total_cmp(&a.1));
     if !axes.is_empty() {
-        columns += &format!("<div><h3>Told apart by</h3>{}</div>", shares(axes));
+        columns += &format!("<div><h3>Distinguished by</h3>{}</div>", shares(axes));
     }
     let mut stages: Vec<(String, f64)> = data.verdict.stage_shares.clone().into_iter().collect();
     stages.sort_by(|a, b| b.1.total_cmp(&a.1));

@@ -1,4 +1,4 @@
-//! What else was tried, what would not have shown, and what the answer rests on.
+//! Alternatives, limits of detection, and evidence of the answer.
 
 use evpose_gap::report::{Ranked, ReportData};
 
@@ -8,18 +8,18 @@ use super::{CORRECTED, MODEL, matrix};
 use crate::gap::words::{self, short};
 use crate::html::{Page, escape};
 
-/// Numbers that are listed.
+/// Statistics that are listed.
 const ROWS: usize = 400;
 /// Candidates that are drawn.
 const RANKED: usize = 16;
 
 /// Everything else that was tried, and what looks alike.
 pub(crate) fn alternatives(page: &mut Page, data: &ReportData) {
-    let told: Vec<String> = data.verdict.effects.iter().map(|f| f.name.clone()).collect();
+    let named: Vec<String> = data.verdict.effects.iter().map(|f| f.name.clone()).collect();
     if !data.candidates.is_empty() {
         page.section(
             "Everything that was tried",
-            "Misfit of the model with each effect of the catalogue in turn, its strength and the numbers \
+            "Discrepancy of the model with each effect of the catalogue in turn, its strength and the parameters \
              of the model fitted to it: the smaller, the better it explains the recording. Pale: tried \
              at a few strengths only, because others did better.",
         );
@@ -29,7 +29,7 @@ pub(crate) fn alternatives(page: &mut Page, data: &ReportData) {
             label: candidate.name.clone(),
             value: candidate.misfit,
             interval: candidate.error.map(|e| (candidate.misfit - e, candidate.misfit + e)),
-            colour: match (told.contains(&candidate.name), candidate.is_fitted) {
+            colour: match (named.contains(&candidate.name), candidate.is_fitted) {
                 (true, _) => CORRECTED,
                 (false, true) => MODEL,
                 (false, false) => (214, 218, 226),
@@ -38,7 +38,7 @@ pub(crate) fn alternatives(page: &mut Page, data: &ReportData) {
         };
         let bars: Vec<Bar> = data.candidates.iter().take(RANKED).map(bar).collect();
         let along = Along {
-            name: "misfit",
+            name: "discrepancy",
             range: (0.0, 1.08 * largest),
             is_log: false,
             mark: data.misfit_without.map(|misfit| (misfit, "with no effect")),
@@ -48,7 +48,7 @@ pub(crate) fn alternatives(page: &mut Page, data: &ReportData) {
         if data.candidates.len() > RANKED {
             let rest = data.candidates[RANKED..].iter();
             let rest: Vec<String> =
-                rest.map(|c| format!("{}: misfit {}", c.name, short(c.misfit))).collect();
+                rest.map(|c| format!("{}: discrepancy {}", c.name, short(c.misfit))).collect();
             page.details(&format!("{} more", rest.len()), &rest.join("\n"));
         }
     }
@@ -56,20 +56,20 @@ pub(crate) fn alternatives(page: &mut Page, data: &ReportData) {
         let alike = matrix::alike(&data.confusability);
         let alike = match alike.is_empty() {
             true => "No two effects look the same in this recording.".to_owned(),
-            false => format!("Not to be told apart here: {}.", alike.join("; ")),
+            false => format!("Not distinguishable here: {}.", alike.join("; ")),
         };
         page.section(
             "What looks alike in this recording",
             &format!(
-                "Dark where two effects change the same numbers in the same proportion (cosine of the \
+                "Dark where two effects change the same statistics in the same proportion (cosine of the \
                  angle between what they do, in percent from 80 on). {alike}"
             ),
         );
-        page.markup(&matrix::svg(&data.confusability, &told));
+        page.markup(&matrix::svg(&data.confusability, &named));
     }
 }
 
-/// What would not have been seen.
+/// Effects below the limit of detection.
 pub(crate) fn limits(page: &mut Page, data: &ReportData) {
     let verdict = &data.verdict;
     if verdict.limits.is_empty() && verdict.untestable.is_empty() {
@@ -108,7 +108,7 @@ pub(crate) fn limits(page: &mut Page, data: &ReportData) {
     page.markup("</div></div>");
 }
 
-/// What would overturn the answer.
+/// Observations that would overturn the answer.
 pub(crate) fn doubts(page: &mut Page, data: &ReportData) {
     let verdict = &data.verdict;
     if !verdict.remaining.sentence.is_empty() {
@@ -147,7 +147,7 @@ pub(crate) fn doubts(page: &mut Page, data: &ReportData) {
 }
 
 /// Every number that was compared.
-pub(crate) fn numbers(page: &mut Page, data: &ReportData) {
+pub(crate) fn statistics(page: &mut Page, data: &ReportData) {
     if data.probes.is_empty() {
         return;
     }
@@ -209,7 +209,7 @@ pub(crate) fn origin(page: &mut Page, data: &ReportData) {
     }
 }
 
-/// A table of text rather than of numbers.
+/// A table of text rather than of values.
 pub(crate) fn wrapped_table(page: &mut Page, header: &[&str], rows: &[Vec<String>]) {
     page.markup("<div class=\"wrap\">");
     page.table(header, rows);

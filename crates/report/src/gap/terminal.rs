@@ -9,7 +9,7 @@ use crate::gap::words::{self, gap, percent, probability, short};
 const COLUMNS: usize = 100;
 /// Lines at most.
 const LINES: usize = 25;
-/// Where text begins behind a label.
+/// Column of the text behind a label.
 const INDENT: usize = 8;
 
 /// The report, line by line.
@@ -17,19 +17,20 @@ pub fn lines(data: &ReportData) -> Vec<String> {
     let verdict = &data.verdict;
     let mut lines = wrapped("", &words::headline(verdict).to_uppercase(), 2, 0);
     for finding in verdict.effects.iter().take(3) {
-        let numbers = words::parameters(finding);
+        let values = words::parameters(finding);
         let sure = match verdict.is_bare() {
             true => format!("by chance {}", probability(1.0 - finding.probability)),
             false => format!("probability {}", short(finding.probability)),
         };
-        let text = [numbers, sure].into_iter().filter(|part| !part.is_empty());
+        let text = [values, sure].into_iter().filter(|part| !part.is_empty());
         let text = format!("{}: {}", finding.name, text.collect::<Vec<_>>().join("; "));
         lines.extend(wrapped("", &text, 2, 2));
         if let Some(summary) = words::summary(&finding.name).filter(|_| lines.len() < 6) {
             lines.extend(wrapped("", summary, 1, 4));
         }
         if !finding.confusable_with.is_empty() {
-            let text = format!("here not to be told from {}", finding.confusable_with.join(", "));
+            let text =
+                format!("here not to be distinguished from {}", finding.confusable_with.join(", "));
             lines.extend(wrapped("", &text, 1, 4));
         }
     }
@@ -37,7 +38,7 @@ pub fn lines(data: &ReportData) -> Vec<String> {
     lines.extend(wrapped("GAP", &gaps, 2, INDENT));
     if verdict.is_bare() {
         let text = match verdict.verdict {
-            Answer::Undecided => "; what it is, this recording does not tell without a scene",
+            Answer::Undecided => "; this recording does not determine it without a scene",
             _ => "",
         };
         let text = format!("{} of the largest deviation{text}", probability(verdict.p));
@@ -49,7 +50,7 @@ pub fn lines(data: &ReportData) -> Vec<String> {
     let axes = verdict.place.shares.iter().map(|(name, share)| (words::axis(name), *share));
     let shares = shares(&axes.collect());
     if !shares.is_empty() {
-        lines.extend(wrapped("", &format!("told apart by {shares}"), 2, INDENT));
+        lines.extend(wrapped("", &format!("distinguished by {shares}"), 2, INDENT));
     }
     let stages = self::shares(&verdict.stage_shares);
     if !stages.is_empty() {
@@ -73,7 +74,7 @@ pub fn lines(data: &ReportData) -> Vec<String> {
             format!(", {} after ({})", auc(after.auc), probability(after.p))
         });
         let text = format!(
-            "a classifier tells measured from simulated with AUC {} before ({}){after}; 0.5 is \
+            "a classifier separates measured from simulated events with AUC {} before ({}){after}; 0.5 is \
              chance",
             auc(before.auc),
             probability(before.p)
@@ -123,7 +124,7 @@ fn gaps(verdict: &Verdict) -> String {
     )
 }
 
-/// What cannot be tested, with the reason where it is not that of most.
+/// Effects that cannot be tested, with the reason where it is not that of most.
 fn unseen(verdict: &Verdict) -> String {
     if !verdict.is_bare() {
         let names: Vec<&str> = verdict.untestable.keys().map(String::as_str).collect();
@@ -164,7 +165,7 @@ fn others(data: &ReportData) -> String {
         return String::new();
     }
     format!(
-        "misfit {} at best, {} without any; next {}",
+        "discrepancy {} at best, {} without any; next {}",
         short(best.misfit),
         short(without),
         next.join(", ")

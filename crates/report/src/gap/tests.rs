@@ -37,7 +37,7 @@ fn a_bare_verdict_is_a_page_too() {
         (Answer::Parameter, "set wrong"),
         (Answer::Effects, "Missing effect"),
         (Answer::NoneOfCatalogue, "Something is missing"),
-        (Answer::Undecided, "does not tell why"),
+        (Answer::Undecided, "does not determine why"),
     ];
     for (answer, text) in answers {
         let mut verdict = example::verdict();

@@ -21,7 +21,7 @@ pub fn headline(verdict: &Verdict) -> String {
     let also = if wrong.is_empty() { wrong.clone() } else { format!(" (and set wrong: {wrong})") };
     match verdict.verdict {
         Answer::NoGap => "No gap: the model explains the recording".to_owned(),
-        Answer::Parameter if wrong.is_empty() => "A number of the model is set wrong".to_owned(),
+        Answer::Parameter if wrong.is_empty() => "A parameter of the model is set wrong".to_owned(),
         Answer::Parameter => format!("Nothing is missing, but set wrong: {wrong}"),
         Answer::Effects if verdict.remaining.is_significant => {
             format!(
@@ -33,7 +33,7 @@ pub fn headline(verdict: &Verdict) -> String {
         Answer::NoneOfCatalogue => {
             "Something is missing that the catalogue does not hold".to_owned()
         }
-        Answer::Undecided => "There is a gap, but this recording does not tell why".to_owned(),
+        Answer::Undecided => "There is a gap, but this recording does not determine why".to_owned(),
     }
 }
 
@@ -44,7 +44,7 @@ fn names(verdict: &Verdict, is_wanted: impl Fn(&&Finding) -> bool) -> String {
     names.join(" + ")
 }
 
-/// What that means, for someone who has never seen such a report.
+/// The answer in full sentences, for a reader who has never seen such a report.
 pub fn meaning(verdict: &Verdict) -> String {
     if verdict.is_bare() {
         let found = match verdict.verdict {
@@ -71,7 +71,7 @@ pub fn meaning(verdict: &Verdict) -> String {
              differ from each other: the gap is {before}, and 1 is a perfect match."
         ),
         Answer::Parameter => {
-            format!("The model has all that it needs, with other numbers. {closes}")
+            format!("The model has all that it needs, with other values. {closes}")
         }
         Answer::Effects if what.is_empty() => {
             format!("The camera does something that the model does not. {closes}")
@@ -97,7 +97,7 @@ pub const NO_GAP: &str = "Without a scene there is nothing to simulate, and so n
                                  recording was compared with copies of itself in which times are \
                                  redrawn inside short windows.";
 
-/// What an effect of the catalogue does, or what a number of the model is.
+/// Summary of an effect of the catalogue or of a parameter of the model.
 pub fn summary(name: &str) -> Option<&'static str> {
     let stage = STAGES.iter().find(|stage| stage.name == name).map(|stage| stage.summary);
     stage.or_else(|| {
@@ -112,7 +112,7 @@ pub fn summary(name: &str) -> Option<&'static str> {
     })
 }
 
-/// The numbers of a finding.
+/// The parameters of a finding.
 pub fn parameters(finding: &Finding) -> String {
     let quantities: Vec<String> = finding
         .parameters
@@ -176,7 +176,7 @@ pub fn probability(p: f64) -> String {
     if p < 0.001 { "p < 0.001".to_owned() } else { format!("p = {}", short(p)) }
 }
 
-/// What events are told apart by; pairs are joined with `x`.
+/// The variable that distinguishes events; pairs are joined with `x`.
 pub fn axis(name: &str) -> String {
     let words = |name: &str| match name {
         "age" => "time since light changed".to_owned(),
@@ -188,7 +188,7 @@ pub fn axis(name: &str) -> String {
     name.split(" x ").map(words).collect::<Vec<_>>().join(" x ")
 }
 
-/// What a block of numbers is about.
+/// Subject of a block of statistics.
 pub fn block(block: Block) -> &'static str {
     match block {
         Block::Quiet => "pixels at rest",
@@ -205,14 +205,14 @@ pub fn block(block: Block) -> &'static str {
     }
 }
 
-/// What was done to the model.
+/// Change to the model.
 pub fn change(ablation: &Ablation) -> String {
     match ablation.change {
         Change::None => "model as given".to_owned(),
         Change::Added if ablation.effect.is_empty() => "corrected".to_owned(),
         Change::Added => format!("{} added", ablation.effect),
-        Change::TakenOut => format!("{} out again", ablation.effect),
-        Change::Exchanged => format!("{} instead", ablation.effect),
+        Change::TakenOut => format!("{} dropped", ablation.effect),
+        Change::Exchanged => format!("swapped for {}", ablation.effect),
     }
 }
 
@@ -232,7 +232,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_have_three_digits_and_no_idle_zeros() {
+    fn values_have_three_digits_and_no_idle_zeros() {
         let cases = [
             (0.0, "0"),
             (11.83, "11.8"),

@@ -6,12 +6,12 @@ use anyhow::Result;
 
 use crate::gap::opened::Opened;
 use crate::gap::own::OwnRow;
-use crate::gap::score::{Number, Power};
+use crate::gap::score::{Estimate, Power};
 use crate::gap::stats::{Bin, Rate};
 use evpose_report::chart::{self, Axis, Chart, Mark, Series};
 use evpose_report::gap::bars::{self, Along, Bar};
 
-/// What was found, what is aimed at, and what is around it.
+/// Colours of results, of targets, and of the background.
 const FOUND: (u8, u8, u8) = (0, 114, 178);
 const AIM: (u8, u8, u8) = (120, 120, 120);
 const AROUND: (u8, u8, u8) = (86, 180, 233);
@@ -102,7 +102,7 @@ pub(super) fn quantiles(own: &[OwnRow]) -> Result<String> {
     chart::svg(&chart, SQUARE)
 }
 
-/// Numbers inside their intervals, a bar a finding.
+/// Coverage of the intervals of 90 %, a bar a finding.
 pub(super) fn coverage(coverage: &BTreeMap<&'static str, Rate>) -> String {
     let bar = |(name, rate): (&&'static str, &Rate)| Bar {
         label: (*name).to_owned(),
@@ -115,15 +115,16 @@ pub(super) fn coverage(coverage: &BTreeMap<&'static str, Rate>) -> String {
     bars::svg(&coverage.iter().map(bar).collect::<Vec<_>>(), &along)
 }
 
-/// Relative errors of numbers, as a histogram on a logarithmic axis.
-pub(super) fn errors(numbers: &[Number]) -> Result<String> {
-    let errors: Vec<f64> = numbers.iter().filter_map(Number::error).map(|e| e.max(1e-4)).collect();
+/// Relative errors of estimates, as a histogram on a logarithmic axis.
+pub(super) fn errors(estimates: &[Estimate]) -> Result<String> {
+    let errors: Vec<f64> =
+        estimates.iter().filter_map(Estimate::error).map(|e| e.max(1e-4)).collect();
     let logs: Vec<f64> = errors.iter().map(|error| error.log10()).collect();
     let steps = histogram(&logs, -4.0, 1.0).into_iter().map(|(x, n)| (10f64.powf(x), n)).collect();
     let chart = Chart {
-        title: "Relative error of numbers".to_owned(),
+        title: "Relative error of estimates".to_owned(),
         x: Axis::log("relative error; 1e-4 stands for less").over(1e-4, 10.0),
-        y: Axis::new("numbers"),
+        y: Axis::new("estimates"),
         series: vec![series("", FOUND, Mark::Steps, steps)],
     };
     chart::svg(&chart, (430, 300))

@@ -1,4 +1,4 @@
-//! The confusion matrix as a picture.
+//! The confusion matrix as a heatmap.
 
 use std::fmt::Write as _;
 
@@ -107,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn all_names_and_counts_are_in_the_picture() {
+    fn all_names_and_counts_are_in_the_heatmap() {
         let matrix = Confusion {
             rows: vec!["a<b".to_owned()],
             columns: vec!["said".to_owned()],

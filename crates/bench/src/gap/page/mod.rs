@@ -48,7 +48,7 @@ pub(super) fn page(opened: &[Opened], scores: &Scores, own: &[OwnRow]) -> Result
     page.section(
         "What was said of what",
         "Rows: what is hidden, with singles first. Columns: what was said. Green is what is to be \
-         said, red a name that is not there, grey neither. Numbers are cases.",
+         said, red a name that is not there, grey neither. Cells count cases.",
     );
     page.markup(&format!("<div class=\"wide\">{}</div>", matrix::svg(&Confusion::of(opened))));
     if !scores.power.is_empty() {
@@ -70,10 +70,10 @@ pub(super) fn page(opened: &[Opened], scores: &Scores, own: &[OwnRow]) -> Result
     if !scores.coverage.is_empty() {
         page.section(
             "Whether intervals hold",
-            "Share of the numbers of right names that lie inside their interval of 90 %, by what they \
-             belong to, with intervals of 95 %. On the right, how far off numbers are.",
+            "Share of the estimates of right names whose interval of 90 % holds the true value, by \
+             parameter, with intervals of 95 %. On the right, the relative errors of the estimates.",
         );
-        page.plots(&[charts::coverage(&scores.coverage), charts::errors(&scores.numbers)?]);
+        page.plots(&[charts::coverage(&scores.coverage), charts::errors(&scores.estimates)?]);
     }
     page.section("How long it takes", "Seconds a case, to make its files and to name from them.");
     page.plots(&[charts::times(opened)?]);
@@ -94,7 +94,7 @@ fn headlines(page: &mut Page, scores: &Scores) {
     page.section(
         "What is to be reached",
         "Figures are strict: a source follower for a low-pass whose follower is too fast to be seen \
-         is a wrong name. What a lenient judge would count is beside them.",
+         is a wrong name. The counts of a lenient rule are beside them.",
     );
     let row = |headline: &Headline| {
         let unit = headline.unit;
@@ -124,7 +124,7 @@ fn misses(page: &mut Page, opened: &[Opened], scores: &Scores) {
     page.section(
         "What went wrong",
         &format!(
-            "{} cases: names that are not there, and what can be seen and was not told.",
+            "{} cases: names that are not there, and visible effects that were not identified.",
             scores.misses.len()
         ),
     );
@@ -138,13 +138,13 @@ fn misses(page: &mut Page, opened: &[Opened], scores: &Scores) {
             let first = tried.iter().take(3);
             first.map(|(name, left)| format!("{name} {left:.0}")).collect::<Vec<_>>().join(", ")
         });
-        let told = if case.is_wrong() {
-            format!("<span class=\"missed\">{}</span>", escape(&case.told()))
+        let answer = if case.is_wrong() {
+            format!("<span class=\"missed\">{}</span>", escape(&case.answer_label()))
         } else {
-            escape(&case.told())
+            escape(&case.answer_label())
         };
         let names = case.names().join(" + ");
-        let named = if case.told() == names { String::new() } else { escape(&names) };
+        let named = if case.answer_label() == names { String::new() } else { escape(&names) };
         let gap = format!("{:.2} to {:.2}", case.row.gap_before, case.row.gap_after);
         let (title, hidden) = (escape(&case.title()), escape(&case.hidden()));
         vec![
@@ -153,7 +153,7 @@ fn misses(page: &mut Page, opened: &[Opened], scores: &Scores) {
             hidden,
             strength,
             scene.to_owned(),
-            told,
+            answer,
             named,
             gap,
             tried,
@@ -170,7 +170,7 @@ fn misses(page: &mut Page, opened: &[Opened], scores: &Scores) {
         "said",
         "names",
         "gap",
-        "best, with the misfit they leave",
+        "best, with the discrepancy they leave",
     ];
     page.table(&header, &rows);
     page.markup("</div>");

@@ -52,11 +52,11 @@ pub(super) fn rest(variants: &[Variant], seed: u64) -> Result<Shown> {
     let scene = Scene { size: (24, 18), steps: 8_000, step_us: 50_000, light: |_, _, _| GREY };
     for variant in variants {
         let (events, _) = scene.rest(&variant.model, seed)?;
-        let found: Vec<f64> =
+        let seconds: Vec<f64> =
             intervals(&by_pixel(&events, scene.size())).iter().map(|pair| pair.0).collect();
-        let mut curve = series(variant, Mark::Steps, histogram(&found, 0.01, 400.0));
-        if found.len() > 1 {
-            curve.label += &format!(", CV {:.2}", variation(&found));
+        let mut curve = series(variant, Mark::Steps, histogram(&seconds, 0.01, 400.0));
+        if seconds.len() > 1 {
+            curve.label += &format!(", CV {:.2}", variation(&seconds));
         } else {
             curve.label += ", none";
         }
@@ -71,12 +71,12 @@ pub(super) fn pairs(variants: &[Variant], seed: u64) -> Result<Shown> {
     let mut charts = Vec::new();
     for variant in variants {
         let (events, seconds) = scene.rest(&variant.model, seed)?;
-        let found = intervals(&by_pixel(&events, scene.size()));
+        let pairs = intervals(&by_pixel(&events, scene.size()));
         let of = |is_same: bool| -> Vec<f64> {
-            found.iter().filter(|pair| pair.1 == is_same).map(|pair| pair.0).collect()
+            pairs.iter().filter(|pair| pair.1 == is_same).map(|pair| pair.0).collect()
         };
         let (same, other) = (of(true), of(false));
-        let total = found.len().max(1) as f64;
+        let total = pairs.len().max(1) as f64;
         let part = |colour, values: &[f64]| Series {
             label: String::new(),
             colour,
@@ -112,9 +112,10 @@ pub(super) fn busy(variants: &[Variant], seed: u64) -> Result<Shown> {
     };
     for variant in variants {
         let events = scene.show(&variant.model, seed)?;
-        let found: Vec<f64> =
+        let seconds: Vec<f64> =
             intervals(&by_pixel(&events, scene.size())).iter().map(|pair| pair.0).collect();
-        let points = histogram(&found, 5e-5, 0.2).into_iter().map(|(s, n)| (1e3 * s, n)).collect();
+        let points =
+            histogram(&seconds, 5e-5, 0.2).into_iter().map(|(s, n)| (1e3 * s, n)).collect();
         let mut curve = series(variant, Mark::Steps, points);
         curve.label += &format!(", {} events", events.len());
         chart.series.push(curve);

@@ -1,11 +1,11 @@
-//! What differs from pixel to pixel, and where things are.
+//! Maps over the sensor: differences between pixels, and positions.
 
 use anyhow::Result;
 use evpose_core::{Event, Micros};
 
 use super::{GREY, Shown, Variant};
 use crate::gallery::bench::Scene;
-use crate::gallery::picture;
+use crate::gallery::event_image;
 
 fn counts(events: &[Event], width: usize, pixels: usize) -> Vec<f64> {
     let mut counts = vec![0.0; pixels];
@@ -28,10 +28,10 @@ pub(super) fn ramps(variants: &[Variant], seed: u64) -> Result<Shown> {
         maps.push(counts(&events, 90, scene.size().pixels()));
     }
     // 2 / 0.2 events ten times over.
-    let pictures = maps.iter().map(|map| picture::map(map, 90, (0.0, 200.0))).collect();
+    let images = maps.iter().map(|map| event_image::map(map, 90, (0.0, 200.0))).collect();
     let what = "Events of each pixel while all see the same light go up and down five times: the \
                 ideal sensor has 100; black none, white 200 or more.";
-    Ok(Shown::Pictures(what.to_owned(), pictures))
+    Ok(Shown::Images(what.to_owned(), images))
 }
 
 /// A second without any change.
@@ -45,13 +45,13 @@ pub(super) fn rest(variants: &[Variant], seed: u64) -> Result<Shown> {
         maps.push(map);
     }
     let high = maps.iter().flatten().copied().fold(0.0, f64::max).max(1.0);
-    let pictures = maps.iter().map(|map| picture::map(map, 90, (0.0, high))).collect();
+    let images = maps.iter().map(|map| event_image::map(map, 90, (0.0, high))).collect();
     let what = format!(
         "Events of each pixel of a grey scene in one second: black none, white {:.0}, logarithmic in \
          between.",
         high.exp_m1()
     );
-    Ok(Shown::Pictures(what, pictures))
+    Ok(Shown::Images(what, images))
 }
 
 /// Straight bright lines that appear.
@@ -62,11 +62,11 @@ pub(super) fn grid(variants: &[Variant], seed: u64) -> Result<Shown> {
         if is_line && t_s > 0.0 { 3.0 * GREY } else { GREY }
     };
     let scene = Scene { size: (270, 203), steps: 1, step_us: 1_000, light };
-    let mut pictures = Vec::new();
+    let mut images = Vec::new();
     for variant in variants {
         let events = scene.show(&variant.model, seed)?;
-        pictures.push(picture::events(&events, scene.size(), Micros(0)));
+        images.push(event_image::events(&events, scene.size(), Micros(0)));
     }
     let what = "Events of a grid of straight lines that appears on 270 x 203 pixels.";
-    Ok(Shown::Pictures(what.to_owned(), pictures))
+    Ok(Shown::Images(what.to_owned(), images))
 }

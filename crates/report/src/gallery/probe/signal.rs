@@ -1,4 +1,4 @@
-//! What a voltage does: step responses and traces.
+//! Signals of a pixel: step responses and traces.
 
 use anyhow::Result;
 use evpose_core::{Micros, Plane, SensorSize};

@@ -1,4 +1,4 @@
-//! Planes of numbers as colours.
+//! Colour maps of representation planes.
 
 use evpose_core::{Plane, SensorSize};
 use image::{Rgb, RgbImage, imageops};
@@ -6,7 +6,7 @@ use image::{Rgb, RgbImage, imageops};
 use evpose_report::canvas::Canvas;
 
 /// Wide enough to be seen; smaller sensors are enlarged.
-const LEAST_WIDTH_PX: u32 = 320;
+const MIN_WIDTH_PX: u32 = 320;
 /// Share of values that are shown as they are; few large ones do not make the rest faint.
 const SHOWN: f32 = 0.995;
 
@@ -21,17 +21,17 @@ pub(super) struct Palette {
     sensor: SensorSize,
     /// Whether values are between 0 and 1 already.
     is_events: bool,
-    /// Sides of a pixel of the sensor, in pixels of the picture.
+    /// Sides of a pixel of the sensor, in pixels of the frame.
     scale: u32,
 }
 
 impl Palette {
     pub(super) fn new(sensor: SensorSize, is_events: bool) -> Self {
-        let scale = LEAST_WIDTH_PX.div_ceil(u32::from(sensor.width));
+        let scale = MIN_WIDTH_PX.div_ceil(u32::from(sensor.width));
         Self { sensor, is_events, scale }
     }
 
-    /// Sides of a pixel of the sensor, in pixels of the picture.
+    /// Sides of a pixel of the sensor, in pixels of the frame.
     pub(super) fn scale(&self) -> u32 {
         self.scale
     }

@@ -1,4 +1,4 @@
-//! Pictures of a recording at moments that lie evenly in time.
+//! Frames of a recording at equidistant time stamps.
 
 use std::cmp::Reverse;
 
@@ -10,23 +10,23 @@ use image::RgbImage;
 
 use super::ViewArgs;
 use super::overlay::Overlay;
-use super::picture::Palette;
+use super::palette::Palette;
 use evpose_app::progress::bar;
 
-/// What plain events are drawn as.
+/// Name of plain events among the representations.
 const EVENTS: &str = "events";
 
 /// A recording that is ready to be shown.
-pub(super) struct Reel {
+pub(super) struct FrameReader {
     pub(super) name: String,
     pub(super) sensor: SensorSize,
-    /// From one picture to the next.
+    /// From one frame to the next.
     pub(super) every: Micros,
     /// The time of the first event, as the file counts.
     pub(super) origin: Micros,
     pub(super) palette: Palette,
     overlay: Overlay,
-    pictures: u32,
+    frames: u32,
     start: Micros,
     /// How long an event is shown.
     length: Micros,
@@ -34,25 +34,25 @@ pub(super) struct Reel {
     representation: Box<dyn Representation>,
 }
 
-/// What is to be shown at one time.
-pub(super) struct Moment<'a> {
+/// Events and representation of a frame.
+pub(super) struct FrameData<'a> {
     /// After the first event of the recording.
     pub(super) t: Micros,
-    /// What happened since the moment before.
+    /// Events since the frame before.
     pub(super) events: &'a EventStream,
     /// The representation, for [`Palette`].
     pub(super) planes: &'a [f32],
 }
 
-impl Reel {
-    pub(super) fn open(args: &ViewArgs, pictures: u32) -> Result<Self> {
+impl FrameReader {
+    pub(super) fn open(args: &ViewArgs, frames: u32) -> Result<Self> {
         let input = &args.recording.input;
         let options = args.recording.opening.options(&args.recording.input);
         let mut windows = Windows::open(input, &options)?;
         let origin = windows.start().with_context(|| format!("{}: no events", input.display()))?;
         let sensor = windows.sensor();
         let (start, end) = span(args, origin, &mut windows)?;
-        let every = Micros(((end.0 - start.0) / i64::from(pictures)).max(1));
+        let every = Micros(((end.0 - start.0) / i64::from(frames)).max(1));
         let length = Micros::from_seconds(args.window_ms * 1e-3);
         let window = StreamWindow::new(sensor, length, ChannelOrder::OffFirst)?;
         let is_events = args.of == EVENTS;
@@ -67,7 +67,7 @@ impl Reel {
             origin,
             palette,
             overlay: Overlay::open(args)?,
-            pictures,
+            frames,
             start,
             length,
             windows,
@@ -75,14 +75,17 @@ impl Reel {
         })
     }
 
-    /// Reads the recording up to the last picture, and has every moment shown.
-    pub(super) fn play(&mut self, mut show: impl FnMut(&Moment<'_>) -> Result<()>) -> Result<()> {
+    /// Reads the recording up to the last frame, and passes the data of each to `show`.
+    pub(super) fn play(
+        &mut self,
+        mut show: impl FnMut(&FrameData<'_>) -> Result<()>,
+    ) -> Result<()> {
         let mut planes = vec![0.0; self.representation.channels() * self.sensor.pixels()];
         let mut events = EventStream::empty(self.sensor);
-        let progress = bar("pictures", u64::from(self.pictures), "pictures");
-        // What the first picture shows began before it.
+        let progress = bar("frames", u64::from(self.frames), "frames");
+        // What the first frame shows began before it.
         let mut read_to = Micros(self.start.0 - self.length.0);
-        for k in 1..=i64::from(self.pictures) {
+        for k in 1..=i64::from(self.frames) {
             let t = Micros(self.start.0 + k * self.every.0);
             self.windows.read(TimeWindow { start: read_to, end: t }, &mut events)?;
             self.representation.push(&events);
@@ -92,14 +95,14 @@ impl Reel {
                 events = events.slice(TimeWindow { start: self.start, end: t });
             }
             read_to = t;
-            show(&Moment { t: t - self.origin, events: &events, planes: &planes })?;
+            show(&FrameData { t: t - self.origin, events: &events, planes: &planes })?;
             progress.inc(1);
         }
         progress.finish_and_clear();
         Ok(())
     }
 
-    /// What is odd about the recording, as far as it was read.
+    /// Anomalies of the recording, as far as it was read.
     pub(super) fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         if self.windows.sensor_origin() == SensorOrigin::Inferred {
@@ -117,66 +120,66 @@ impl Reel {
         warnings
     }
 
-    /// What there is, in words.
+    /// Number and spacing of the frames, as text.
     pub(super) fn summary(&self) -> String {
-        let last = Micros(self.start.0 + i64::from(self.pictures) * self.every.0) - self.origin;
+        let last = Micros(self.start.0 + i64::from(self.frames) * self.every.0) - self.origin;
         format!(
-            "{} pictures, one every {:.3} ms up to {:.3} s",
-            self.pictures,
+            "{} frames, one every {:.3} ms up to {:.3} s",
+            self.frames,
             self.every.0 as f64 * 1e-3,
             last.as_seconds()
         )
     }
 }
 
-/// One picture.
-pub(super) struct Shot {
-    /// What happened up to here, after the first event of the recording.
+/// One frame.
+pub(super) struct RenderedFrame {
+    /// End of the frame's window, after the first event of the recording.
     pub(super) t: Micros,
-    /// Events since the picture before.
+    /// Events since the frame before.
     pub(super) events: usize,
     pub(super) image: RgbImage,
 }
 
 /// All of them, for files that hold them together.
-pub(super) struct Shots {
-    pub(super) reel: Reel,
-    pub(super) shots: Vec<Shot>,
+pub(super) struct RenderedFrames {
+    pub(super) reader: FrameReader,
+    pub(super) frames: Vec<RenderedFrame>,
 }
 
-impl Shots {
-    pub(super) fn take(mut reel: Reel) -> Result<Self> {
-        let mut shots = Vec::new();
-        let (palette, origin) = (reel.palette, reel.origin);
-        let overlay = std::mem::take(&mut reel.overlay);
-        reel.play(|moment| {
-            let image = palette.draw(moment.planes);
-            let image = overlay.draw(image, palette.scale(), moment.t + origin)?;
-            shots.push(Shot { t: moment.t, events: moment.events.len(), image });
+impl RenderedFrames {
+    pub(super) fn take(mut reader: FrameReader) -> Result<Self> {
+        let mut frames = Vec::new();
+        let (palette, origin) = (reader.palette, reader.origin);
+        let overlay = std::mem::take(&mut reader.overlay);
+        reader.play(|data| {
+            let image = palette.draw(data.planes);
+            let image = overlay.draw(image, palette.scale(), data.t + origin)?;
+            frames.push(RenderedFrame { t: data.t, events: data.events.len(), image });
             Ok(())
         })?;
-        Ok(Self { reel, shots })
+        Ok(Self { reader, frames })
     }
 
-    /// The picture to begin with: the one that shows most events.
+    /// The frame to begin with: the one that shows most events.
     ///
     /// Those of the first one do not count: simulated recordings begin with a burst of all pixels.
     pub(super) fn busiest(&self) -> usize {
-        let shown = ((self.reel.length.0 - 1) / self.reel.every.0 + 1) as usize;
+        let shown = ((self.reader.length.0 - 1) / self.reader.every.0 + 1) as usize;
         let events = |k: usize| -> usize {
             let first = (k + 1).saturating_sub(shown).max(1);
-            self.shots.get(first..=k).into_iter().flatten().map(|shot| shot.events).sum()
+            self.frames.get(first..=k).into_iter().flatten().map(|frame| frame.events).sum()
         };
-        (0..self.shots.len()).max_by_key(|&k| (events(k), Reverse(k))).unwrap_or(0)
+        (0..self.frames.len()).max_by_key(|&k| (events(k), Reverse(k))).unwrap_or(0)
     }
 
-    /// The most events of a picture, the first one aside if there are others with any.
-    pub(super) fn most_events(&self) -> usize {
+    /// The most events of a frame, the first one aside if there are others with any.
+    pub(super) fn max_events(&self) -> usize {
         let (first, others) = self
-            .shots
+            .frames
             .split_first()
             .map_or((0, [].as_slice()), |(first, others)| (first.events, others));
-        others.iter().map(|shot| shot.events).max().filter(|&most| most > 0).unwrap_or(first)
+        others.iter().map(|frame| frame.events).max().filter(|&most| most > 0).unwrap_or(first)
     }
 }
 

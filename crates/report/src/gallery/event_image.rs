@@ -1,4 +1,4 @@
-//! Events and counts as pictures.
+//! Events and counts as images.
 
 use evpose_core::{Event, Micros, Plane, SensorSize};
 use image::{Rgb, RgbImage};
@@ -33,7 +33,7 @@ pub(super) fn events(events: &[Event], size: SensorSize, from: Micros) -> RgbIma
     })
 }
 
-/// Numbers per pixel, black for `low` over orange to white for `high`; each pixel three by three.
+/// Values per pixel, black for `low` over orange to white for `high`; each pixel three by three.
 pub(super) fn map(values: &[f64], width: usize, (low, high): (f64, f64)) -> RgbImage {
     const SCALE: u32 = 3;
     let height = values.len() / width.max(1);

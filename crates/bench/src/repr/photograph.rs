@@ -8,7 +8,7 @@ use evpose_core::{CounterRng, Plane};
 const SIDE: usize = 1000;
 
 /// The user's, or ours.
-pub(super) fn picture(file: Option<&Path>) -> Result<Plane<u8>> {
+pub(super) fn grey_image(file: Option<&Path>) -> Result<Plane<u8>> {
     let Some(file) = file else { return Ok(ours()) };
     let image = image::open(file).with_context(|| format!("reading {}", file.display()))?;
     let image = image.into_luma8();
