@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result};
 use evpose_core::atomic_write;
-use evpose_train::HandConfig;
+use evpose_task::hand::HandConfig;
 
 use super::args::AblateHandArgs;
 use super::outcome::{Outcome, Trials};

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use evpose_core::atomic_write;
-use evpose_train::HandConfig;
+use evpose_task::hand::HandConfig;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 

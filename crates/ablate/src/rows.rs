@@ -8,7 +8,7 @@
 
 use anyhow::{Result, bail};
 use evpose_repr::WindowAugmentation;
-use evpose_train::HandConfig;
+use evpose_task::hand::HandConfig;
 
 use super::finding::{Finding, Relation};
 

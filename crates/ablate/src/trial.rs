@@ -5,10 +5,8 @@ use burn::tensor::Device;
 use evpose_nn::parameters::trained_count;
 use evpose_nn::{DeviceKind, HandRegressorConfig};
 use evpose_pose::metric::{BootstrapConfig, HandEvaluation, Interval};
-use evpose_train::{
-    Checkpoint, ConstantPose, HandConfig, HandDataset, Method, NetworkPredictor, TrainOptions,
-    evaluate, poses_to_judge, train_hand,
-};
+use evpose_task::hand::{HandCheckpoint, ConstantPose, HandConfig, NetworkPredictor};
+use evpose_train::{HandDataset, Method, TrainOptions, evaluate, poses_to_judge, train_hand};
 use serde::{Deserialize, Serialize};
 
 use super::places::{self, Places};
@@ -136,7 +134,7 @@ pub(super) fn run(
         }
     };
 
-    let checkpoint = Checkpoint::load(&dir, device)?;
+    let checkpoint = HandCheckpoint::load(&dir, device)?;
     let image = config.simulation.image_size();
     let input = [1, 2, usize::from(image.height), usize::from(image.width)];
     let mut runner = Runner::usual(&checkpoint.network, input, device)?;
@@ -167,7 +165,7 @@ pub(super) fn run(
 fn evaluate_trial(
     places: &Places<'_>,
     config: &HandConfig,
-    checkpoint: Checkpoint,
+    checkpoint: HandCheckpoint,
     stride_ms: u32,
     device: &Device,
 ) -> Result<[Scores; 3]> {

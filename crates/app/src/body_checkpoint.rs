@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::Result;
 use burn::tensor::Device;
-use evpose_train::body::{BodyCheckpoint, BodyConfig};
+use evpose_task::body::{BodyCheckpoint, BodyConfig};
 
 /// The checkpoint at `path`, if it is one of bodies.
 pub fn checkpoint(path: &Path, device: &Device) -> Result<Option<BodyCheckpoint>> {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use evpose_train::body::BodyConfig;
+use evpose_task::body::BodyConfig;
 
 use crate::args::ConfigArgs;
 

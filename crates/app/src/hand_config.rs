@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use evpose_train::HandConfig;
+use evpose_task::hand::HandConfig;
 
 /// Configs that are part of the binary, so that nothing has to be found on disk.
 const EMBEDDED: &[(&str, &str)] = &[

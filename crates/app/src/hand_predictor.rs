@@ -6,7 +6,8 @@ use anyhow::{Result, ensure};
 use burn::tensor::Device;
 use evpose_infer::Precision;
 use evpose_nn::HandRegressor;
-use evpose_train::{NetworkPredictor, Quantized};
+use evpose_task::QuantizationRanges;
+use evpose_task::hand::NetworkPredictor;
 
 /// Predictor of a checkpoint's network, at the given precision.
 ///
@@ -27,7 +28,7 @@ pub fn predictor(
     );
     let ranges = match precision {
         Precision::Int8 => {
-            let quantized = Quantized::read(&Quantized::path(checkpoint), &network)?;
+            let quantized = QuantizationRanges::read(&QuantizationRanges::path(checkpoint), &network)?;
             Some(quantized.ranges().clone())
         }
         _ => None,

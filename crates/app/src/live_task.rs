@@ -1,21 +1,28 @@
-//! A network before events, of either kind.
+//! The streams of either task, for the online pipeline.
 
 use std::path::Path;
 
 use anyhow::{Result, bail};
 use burn::tensor::Device;
 use clap::ValueEnum;
+use evpose_body::PosedBody;
 use evpose_core::SensorSize;
 use evpose_infer::Precision;
-use evpose_live::{BodyEye, BodyNetwork, HandEye, HandNetwork, Task, body_task, hand_task};
+use evpose_live::page::HandMesh;
 use evpose_nn::DeviceKind;
-use evpose_train::body::{BetweenConfig, BodyCheckpoint, BodyPredictorOptions};
-use evpose_train::{Checkpoint, HandConfig, NetworkPredictor};
+use evpose_pose::HandParams;
+use evpose_pose::stream::PoseStream;
+use evpose_task::body::{
+    BodyCheckpoint, BodyFrontend, BodyPredictorOptions, BodyWorker, PropagationConfig, body_stream,
+};
+use evpose_task::hand::{
+    HandCheckpoint, HandConfig, HandFrontend, HandView, HandWorker, NetworkPredictor, hand_stream,
+};
 
 use crate::args::DeviceArgs;
 use crate::{body_checkpoint, hand_predictor};
 
-/// Whose poses.
+/// A task of the online pipeline.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum LiveTask {
     /// 12 parameters and 21 joints of a hand
@@ -24,7 +31,7 @@ pub enum LiveTask {
     Body,
 }
 
-/// Surfaces at once where the CPU does not compute, as published.
+/// Inputs per inference on devices other than the CPU, as published.
 const BATCH: usize = 16;
 
 /// How a network is used.
@@ -42,9 +49,9 @@ pub struct TaskOptions<'a> {
 /// Eyes and networks of either kind.
 pub enum AnyTask {
     /// A network of bodies.
-    Body(Box<Task<BodyEye, BodyNetwork>>),
+    Body(Box<PoseStream<BodyFrontend, BodyWorker>>),
     /// And the experiment, which knows the surface of its hand.
-    Hand(Box<Task<HandEye, HandNetwork<NetworkPredictor>>>, Box<HandConfig>),
+    Hand(Box<PoseStream<HandFrontend, HandWorker<NetworkPredictor>>>, Box<HandConfig>),
 }
 
 impl AnyTask {
@@ -65,7 +72,7 @@ impl AnyTask {
             bail!("{}: a network of hands, not of bodies", checkpoint.display());
         }
         let device = options.device.open()?;
-        let hand = Checkpoint::load(checkpoint, &device)?;
+        let hand = HandCheckpoint::load(checkpoint, &device)?;
         let trained_for = hand.config.simulation.image_size();
         if sensor != trained_for {
             bail!("events of {sensor}, but the network was trained for {trained_for}");
@@ -86,7 +93,7 @@ impl AnyTask {
             confidence: options.confidence,
             ..BodyPredictorOptions::default()
         };
-        let task = body_task(checkpoint, sensor, &BetweenConfig::default(), predictor)?;
+        let task = body_stream(checkpoint, sensor, &PropagationConfig::default(), predictor)?;
         Ok(Self::Body(Box::new(task)))
     }
 
@@ -99,15 +106,27 @@ impl AnyTask {
     ) -> Result<Self> {
         let on_cpu = options.device.device == DeviceKind::Flex;
         let batch = options.batch.map_or(if on_cpu { 1 } else { BATCH }, usize::from);
-        let task = hand_task(config, predictor, sensor, batch)?;
+        let task = hand_stream(config, predictor, sensor, batch)?;
         Ok(Self::Hand(Box::new(task), Box::new(config.clone())))
     }
 
     /// Poses a second between those of the network, if nobody says how many.
-    pub fn usual_between_hz(&self) -> f64 {
+    pub fn default_propagate_hz(&self) -> f64 {
         match self {
             Self::Body(_) => 500.0,
             Self::Hand(..) => 1_000.0,
         }
     }
+}
+
+/// The mesh of the hand of `config`, for a page.
+///
+/// # Errors
+/// If the file of its model cannot be read.
+pub fn hand_mesh(config: &HandConfig) -> Result<HandMesh> {
+    let (view, side) = (HandView::new(config)?, config.simulation.hands.side(0));
+    let faces = view.faces(side).to_vec();
+    let mut scratch = PosedBody::default();
+    let vertices = move |params: &HandParams| view.vertices_px(side, params, &mut scratch);
+    Ok(HandMesh { faces, vertices: Box::new(vertices) })
 }

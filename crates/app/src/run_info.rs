@@ -4,8 +4,10 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use evpose_core::atomic_write;
-use evpose_train::body::BodyConfig;
-use evpose_train::{FieldDifference, HandConfig, TrainError};
+use evpose_task::body::BodyConfig;
+use evpose_task::FieldDifference;
+use evpose_task::hand::HandConfig;
+use evpose_train::TrainError;
 
 /// File of the program, the seed and, mostly, the command.
 const RUN: &str = "run.toml";

@@ -6,7 +6,7 @@ use std::path::Path;
 use anyhow::Result;
 use burn::module::Module;
 use burn::tensor::Device;
-use evpose_train::Checkpoint;
+use evpose_task::hand::HandCheckpoint;
 
 use evpose_app::body_checkpoint;
 
@@ -37,7 +37,7 @@ pub(super) fn describe(path: &Path) -> Result<String> {
         }
         body.config.to_toml()?
     } else {
-        let hand = Checkpoint::load(path, &device)?;
+        let hand = HandCheckpoint::load(path, &device)?;
         let (representation, simulation) = (&hand.config.representation, &hand.config.simulation);
         let _ = write!(
             text,

@@ -6,11 +6,8 @@ use anyhow::{Context, Result, bail};
 use evpose_core::atomic_write;
 use evpose_pose::HandParams;
 use evpose_pose::metric::{HandRatios, HandSummary, Interval, MeanPose};
-use evpose_train::{
-    Checkpoint, Condition, ConstantPose, Evaluated, HandConfig, HandDataset, Method,
-    NetworkPredictor, SlowMotionEvaluated, SlowMotionUsage, evaluate, evaluate_slow_motion,
-    poses_to_judge,
-};
+use evpose_task::hand::{HandCheckpoint, ConstantPose, HandConfig, NetworkPredictor};
+use evpose_train::{Condition, Evaluated, HandDataset, Method, SlowMotionEvaluated, SlowMotionUsage, evaluate, evaluate_slow_motion, poses_to_judge};
 use serde::Serialize;
 use serde_json::{Map, Value};
 
@@ -60,7 +57,7 @@ struct Judged {
 
 pub(crate) fn run(args: &EvalArgs) -> Result<()> {
     let device = args.device.open()?;
-    let checkpoint = Checkpoint::load(&args.checkpoint, &device)?;
+    let checkpoint = HandCheckpoint::load(&args.checkpoint, &device)?;
     // All of them first: a mistake in the last should not wait for the others.
     let conditions = args
         .conditions

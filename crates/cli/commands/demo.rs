@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
-use evpose_train::{HandDataset, NetworkPredictor, TrainOptions, read_history, train_hand};
+use evpose_task::hand::NetworkPredictor;
+use evpose_train::{HandDataset, TrainOptions, read_history, train_hand};
 use serde_json::json;
 
 use evpose_app::args::DeviceArgs;

@@ -5,7 +5,8 @@ use std::path::Path;
 use anyhow::{Context, Result, bail};
 use burn::tensor::Device;
 use evpose_pose::metric::MeanPose;
-use evpose_train::{Checkpoint, HandDataset};
+use evpose_task::hand::HandCheckpoint;
+use evpose_train::HandDataset;
 
 use super::{body, conditions};
 use evpose_app::args::DeviceArgs;
@@ -85,7 +86,7 @@ pub(crate) fn run(args: &EvalArgs) -> Result<()> {
 /// Judges on sequences that are there.
 fn judge(args: &EvalArgs, data: &Path) -> Result<()> {
     let device = args.device.open()?;
-    let checkpoint = Checkpoint::load(&args.checkpoint, &device)?;
+    let checkpoint = HandCheckpoint::load(&args.checkpoint, &device)?;
     let config = checkpoint.config;
     let data = HandDataset::open(data, &config)?;
     // The checkpoint knows the mean of what it was trained on; foreign weights do not, and are

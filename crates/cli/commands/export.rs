@@ -4,7 +4,8 @@ use anyhow::{Context, Result};
 use burn::tensor::Device;
 use evpose_core::atomic_write;
 use evpose_onnx::{Message as _, OPSET, model};
-use evpose_train::{Checkpoint, untrained};
+use evpose_task::hand::HandCheckpoint;
+use evpose_train::untrained;
 
 use evpose_app::hand_config;
 use evpose_app::progress::say;
@@ -32,7 +33,7 @@ pub(crate) fn run(args: &ExportArgs) -> Result<()> {
     let device = Device::flex();
     let (config, network) = match (&args.checkpoint, &args.config) {
         (Some(path), _) => {
-            let checkpoint = Checkpoint::load(path, &device)?;
+            let checkpoint = HandCheckpoint::load(path, &device)?;
             (checkpoint.config, checkpoint.network)
         }
         (None, source) => {

@@ -8,10 +8,7 @@ use evpose_core::{EventStream, Micros, TimeWindow, atomic_write};
 use evpose_pose::HandParams;
 use evpose_pose::filter::HandFilter;
 use evpose_repr::{StreamWindow, representation_called};
-use evpose_train::{
-    Checkpoint, HandConfig, NetworkPredictor, Predictor as _, SlowMotionPose, SlowMotionTracker,
-    Stage,
-};
+use evpose_task::hand::{HandCheckpoint, HandConfig, NetworkPredictor, Predictor as _, HandEstimate, SlowMotionTracker, HandView};
 
 use super::{body, hand_joints};
 use evpose_app::args::DeviceArgs;
@@ -95,7 +92,7 @@ pub(crate) fn run(args: &InferArgs) -> Result<()> {
         bail!("--skeletons, --fused and --stride-ms are for bodies");
     }
     let device = args.device.open()?;
-    let checkpoint = Checkpoint::load(&args.checkpoint, &device)?;
+    let checkpoint = HandCheckpoint::load(&args.checkpoint, &device)?;
     let config = checkpoint.config;
     let recording = evpose_io::open_with(&args.events, Some(config.simulation.image_size()))?;
     if recording.rejected.total() > 0 {
@@ -130,7 +127,7 @@ pub(crate) fn run(args: &InferArgs) -> Result<()> {
     say(format!("{} poses: {}", poses.len(), args.out.display()));
 
     if let Some(path) = &args.joints {
-        let stage = Stage::new(&config)?;
+        let stage = HandView::new(&config)?;
         // A network of both hands does not say which it saw.
         let side = config.simulation.hands.side(0);
         let mut csv = hand_joints::header();
@@ -218,6 +215,6 @@ fn slow_motion(
     progress.finish_and_clear();
     let repeated = poses.iter().filter(|pose| pose.repeated).count();
     say(format!("slow motion: {} surfaces, {repeated} of a scene at rest", poses.len()));
-    let pose = |pose: SlowMotionPose| if filtered { pose.filtered } else { pose.measured };
+    let pose = |pose: HandEstimate| if filtered { pose.filtered } else { pose.measured };
     Ok(poses.into_iter().map(|each| (each.t, pose(each))).collect())
 }

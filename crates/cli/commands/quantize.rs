@@ -7,10 +7,9 @@ use burn::tensor::Device;
 use evpose_infer::Precision;
 use evpose_nn::HandRegressor;
 use evpose_pose::metric::HandSummary;
-use evpose_train::{
-    Checkpoint, HandConfig, HandDataset, Method, NetworkPredictor, Quantized, evaluate,
-    poses_to_judge,
-};
+use evpose_task::QuantizationRanges;
+use evpose_task::hand::{HandCheckpoint, HandConfig, NetworkPredictor};
+use evpose_train::{HandDataset, Method, evaluate, poses_to_judge};
 use serde::Serialize;
 
 use evpose_app::args::parse_threads;
@@ -58,12 +57,12 @@ const TIMED: usize = 50;
 pub(crate) fn run(args: &QuantizeArgs) -> Result<()> {
     use_threads(args.threads)?;
     let device = Device::flex();
-    let Checkpoint { config, network, .. } = Checkpoint::load(&args.checkpoint, &device)?;
+    let HandCheckpoint { config, network, .. } = HandCheckpoint::load(&args.checkpoint, &device)?;
     let data = HandDataset::open(&args.data, &config)?;
     let progress = bar("measuring", args.windows.min(data.len()), "windows");
-    let quantized = Quantized::measure(&network, &data, args.windows, &mut || progress.inc(1))?;
+    let quantized = QuantizationRanges::measure(&network, &data, args.windows, &mut || progress.inc(1))?;
     progress.finish_and_clear();
-    let path = Quantized::path(&args.checkpoint);
+    let path = QuantizationRanges::path(&args.checkpoint);
     quantized.write(&path)?;
     say(format!("values of all layers: {}", path.display()));
     let Some(judge) = &args.judge else { return Ok(()) };
@@ -96,7 +95,7 @@ impl Report {
     fn of(
         config: &HandConfig,
         network: &HandRegressor,
-        quantized: &Quantized,
+        quantized: &QuantizationRanges,
         data: &HandDataset,
         stride_ms: u32,
     ) -> Result<Self> {

@@ -35,7 +35,7 @@ pub enum LiveError {
         /// The reason, and what to do.
         reason: String,
     },
-    /// What follows events or computes poses failed.
+    /// A stage of the stream failed.
     #[error("{0}")]
     Task(Box<dyn std::error::Error + Send + Sync>),
     /// Poses cannot be written any more.
@@ -46,4 +46,10 @@ pub enum LiveError {
         /// The reason.
         source: io::Error,
     },
+}
+
+impl From<evpose_pose::stream::StreamError> for LiveError {
+    fn from(error: evpose_pose::stream::StreamError) -> Self {
+        Self::Task(error.0)
+    }
 }

@@ -100,7 +100,7 @@ impl Meter {
         let latency_us = u64::try_from(pose.latency.as_micros()).unwrap_or(LONGEST_US);
         let histogram = match pose.origin {
             Origin::Network => &self.network,
-            Origin::Between => &self.between,
+            Origin::Propagated => &self.between,
         };
         let mut histogram = histogram.lock().unwrap_or_else(PoisonError::into_inner);
         histogram.saturating_record(latency_us.clamp(1, LONGEST_US));
@@ -234,20 +234,20 @@ mod tests {
     use evpose_pose::body::BODY_JOINTS;
 
     use super::*;
-    use crate::Answer;
+    use evpose_pose::PoseEstimate;
 
     #[test]
     fn latencies_of_a_while_are_those_of_no_other() {
         let meter = Meter::new();
         let add = |origin, ms| {
             let answer =
-                Answer::Body { joints_px: [None; BODY_JOINTS], scores: [0.0; BODY_JOINTS] };
+                PoseEstimate::Body { joints_px: [None; BODY_JOINTS], scores: [0.0; BODY_JOINTS] };
             let latency = Duration::from_millis(ms);
             meter.pose(&LivePose { t: Micros(0), latency, origin, answer });
         };
         let mut before = Latencies::default();
         (0..100).for_each(|_| add(Origin::Network, 900));
-        add(Origin::Between, 7);
+        add(Origin::Propagated, 7);
         let [network, between] = meter.latencies_since(&mut before);
         assert_eq!((network.poses, between.poses), (100, 1));
         assert!((network.p99_ms / 900.0 - 1.0).abs() < 0.01, "{network:?}");

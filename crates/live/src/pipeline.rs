@@ -6,7 +6,7 @@
 
 mod clock;
 mod feeder;
-mod looker;
+mod inference;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -17,16 +17,19 @@ use evpose_core::{EventStream, Micros, TimeWindow};
 use crate::queue::Popped;
 use crate::sink::Sinks;
 use crate::source::Source;
-use crate::{Eye, LiveError, LivePose, Meter, Network, Origin, Packet, PacketQueue, Report, Task};
+use evpose_pose::stream::StreamFrontend;
+use evpose_pose::stream::InferenceWorker;
+use evpose_pose::stream::PoseStream;
+use crate::{LiveError, LivePose, Meter, Origin, Packet, PacketQueue, Report};
 use clock::Clock;
 use feeder::Feeder;
-use looker::{Job, Looker};
+use inference::{InferenceHandle, InferenceJob, Inferred};
 
 /// How a pipeline runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LiveOptions {
     /// Poses a second between those of the network, of the events' clock; 0 for none.
-    pub between_hz: f64,
+    pub propagate_hz: f64,
     /// Least time between two images of the network, of the events' clock.
     pub stride: Micros,
     /// Packets that wait at most.
@@ -42,7 +45,7 @@ pub struct LiveOptions {
 impl Default for LiveOptions {
     fn default() -> Self {
         Self {
-            between_hz: 500.0,
+            propagate_hz: 500.0,
             stride: Micros(1_000),
             most_packets: 16,
             most_events: 1 << 20,
@@ -85,22 +88,26 @@ const LOOK_UP: Duration = Duration::from_millis(50);
 ///
 /// # Errors
 /// If the source or the task fail; every pose before that has been given to the sinks.
-pub fn run<E: Eye, N: Network<Image = E::Image, Found = E::Found>>(
+pub fn run<F, W>(
     source: impl Source,
-    task: Task<E, N>,
+    stream: PoseStream<F, W>,
     sinks: &mut Sinks,
     options: &LiveOptions,
     control: &Control,
-) -> Result<Report, LiveError> {
+) -> Result<Report, LiveError>
+where
+    F: StreamFrontend,
+    W: InferenceWorker<Input = F::Input, Output = F::Output>,
+{
     let queue = Arc::new(PacketQueue::new(options.most_packets, options.most_events));
     let clock = Clock::new(source.pace(), options.stall);
     let feeder = Feeder::start(source, queue.clone(), control.meter.clone());
-    let Task { eye, mut network } = task;
+    let PoseStream { frontend, mut worker, .. } = stream;
     let ended = std::thread::scope(|scope| {
-        let (looker, desk) = Looker::new(queue.clone());
-        scope.spawn(move || desk.work(&mut network));
-        let mut watch = Watch::new(eye, looker, clock, sinks, options, control);
-        watch.until_the_end(&queue)
+        let (inference, thread) = InferenceHandle::new(queue.clone());
+        scope.spawn(move || thread.run(&mut worker));
+        let mut follower = Follower::new(frontend, inference, clock, sinks, options, control);
+        follower.run(&queue)
     });
     // Whoever still waits for a source that was left need not be waited for.
     queue.leave();
@@ -111,46 +118,46 @@ pub fn run<E: Eye, N: Network<Image = E::Image, Found = E::Found>>(
     Ok(report)
 }
 
-/// The eye at work.
-struct Watch<'a, E: Eye> {
-    eye: E,
-    looker: Looker<E::Image, E::Found>,
+/// The front end's loop.
+struct Follower<'a, F: StreamFrontend> {
+    frontend: F,
+    inference: InferenceHandle<F::Input, F::Output>,
     clock: Clock,
     sinks: &'a mut Sinks,
     options: &'a LiveOptions,
     control: &'a Control,
-    /// From one pose between those of the network to the next.
+    /// Interval of propagated poses.
     step: Option<Micros>,
-    next_between: Option<Micros>,
+    next_propagated: Option<Micros>,
     next_image: Option<Micros>,
-    /// Memory of the image before.
-    memory: Option<E::Image>,
-    /// Jobs of an earlier recording are of no use.
+    /// Memory of an earlier input.
+    memory: Option<F::Input>,
+    /// Index of the recording: outputs for an earlier one are dropped.
     recording: u64,
     now: Micros,
     has_stalled: bool,
 }
 
-impl<'a, E: Eye> Watch<'a, E> {
+impl<'a, F: StreamFrontend> Follower<'a, F> {
     fn new(
-        eye: E,
-        looker: Looker<E::Image, E::Found>,
+        frontend: F,
+        inference: InferenceHandle<F::Input, F::Output>,
         clock: Clock,
         sinks: &'a mut Sinks,
         options: &'a LiveOptions,
         control: &'a Control,
     ) -> Self {
-        let step = (options.between_hz > 0.0)
-            .then(|| Micros(((1e6 / options.between_hz).round() as i64).max(1)));
+        let step = (options.propagate_hz > 0.0)
+            .then(|| Micros(((1e6 / options.propagate_hz).round() as i64).max(1)));
         Self {
-            eye,
-            looker,
+            frontend,
+            inference,
             clock,
             sinks,
             options,
             control,
             step,
-            next_between: None,
+            next_propagated: None,
             next_image: None,
             memory: None,
             recording: 0,
@@ -159,9 +166,9 @@ impl<'a, E: Eye> Watch<'a, E> {
         }
     }
 
-    fn until_the_end(&mut self, queue: &PacketQueue) -> Result<(), LiveError> {
+    fn run(&mut self, queue: &PacketQueue) -> Result<(), LiveError> {
         loop {
-            let next = self.clock.until(self.next_between);
+            let next = self.clock.until(self.next_propagated);
             match queue.pop(next.map_or(LOOK_UP, |next| next.min(LOOK_UP))) {
                 Popped::Packet(packet) => {
                     self.has_stalled = false;
@@ -174,16 +181,16 @@ impl<'a, E: Eye> Watch<'a, E> {
                 Popped::Nothing => self.wait()?,
                 Popped::Closed => break,
             }
-            while let Some(seen) = self.looker.seen()? {
-                self.found(seen);
+            while let Some(inferred) = self.inference.try_finished()? {
+                self.accept(inferred);
             }
             if self.control.is_stopped() || self.sinks.are_gone() {
                 return Ok(());
             }
         }
-        // What the network is looking at belongs to the recording, too.
-        if let Some(seen) = self.looker.last()? {
-            self.found(seen);
+        // The running inference belongs to the recording, too.
+        if let Some(inferred) = self.inference.wait_for_last()? {
+            self.accept(inferred);
         }
         Ok(())
     }
@@ -191,12 +198,12 @@ impl<'a, E: Eye> Watch<'a, E> {
     /// Nothing came.
     fn wait(&mut self) -> Result<(), LiveError> {
         // Nothing that happens is news, too: poses go on by the clock.
-        while let Some((step, tick)) = self.step.zip(self.next_between)
+        while let Some((step, tick)) = self.step.zip(self.next_propagated)
             && self.clock.until(Some(tick)) == Some(Duration::ZERO)
         {
             self.now = self.now.max(tick);
-            self.between(tick);
-            self.next_between = Some(tick + step);
+            self.propagate(tick);
+            self.next_propagated = Some(tick + step);
         }
         let silent = self.clock.silent();
         if silent >= self.options.stall && !self.has_stalled {
@@ -218,15 +225,15 @@ impl<'a, E: Eye> Watch<'a, E> {
             return Ok(());
         };
         if packet.restarts {
-            self.eye.reset();
+            self.frontend.reset();
             self.recording += 1;
-            (self.next_between, self.next_image, self.now) = (None, None, first);
+            (self.next_propagated, self.next_image, self.now) = (None, None, first);
         }
         let newest = self.clock.newest().filter(|_| !packet.restarts).unwrap_or(first);
         self.clock.take(last, packet.happened);
         let stall = i64::try_from(self.options.stall.as_micros()).unwrap_or(i64::MAX);
         let mut pushed = first;
-        while let Some((step, tick)) = self.step.zip(self.next_between).filter(|(_, t)| *t <= last)
+        while let Some((step, tick)) = self.step.zip(self.next_propagated).filter(|(_, t)| *t <= last)
         {
             // Behind a stall there is no use in the poses of all the time that nobody knows of.
             let index = events.t().partition_point(|t| *t < tick);
@@ -234,39 +241,39 @@ impl<'a, E: Eye> Watch<'a, E> {
             if (next - before.map_or(newest, |before| events.t()[before])).0 > stall && tick < next
             {
                 let late = Micros(next.0 - (next.0 - tick.0).rem_euclid(step.0));
-                self.next_between = Some(if late < next { late + step } else { late });
+                self.next_propagated = Some(if late < next { late + step } else { late });
                 continue;
             }
             if tick > pushed {
-                self.eye.push(&events.slice(TimeWindow { start: pushed, end: tick }))?;
+                self.frontend.push(&events.slice(TimeWindow { start: pushed, end: tick }))?;
                 pushed = tick;
             }
-            self.between(tick);
-            self.next_between = Some(tick + step);
+            self.propagate(tick);
+            self.next_propagated = Some(tick + step);
         }
         let end = last + Micros(1);
         if pushed <= first {
-            self.eye.push(events)?;
+            self.frontend.push(events)?;
         } else if pushed < end {
-            self.eye.push(&events.slice(TimeWindow { start: pushed, end }))?;
+            self.frontend.push(&events.slice(TimeWindow { start: pushed, end }))?;
         }
         self.control.meter.followed.add(events.len() as u64);
         self.now = self.now.max(last);
-        if self.next_between.is_none() {
-            self.next_between = self.step.map(|step| last + step);
+        if self.next_propagated.is_none() {
+            self.next_propagated = self.step.map(|step| last + step);
         }
-        self.show(last);
+        self.submit(last);
         Ok(())
     }
 
-    /// Has the network look, if it is free and it is time.
-    fn show(&mut self, t: Micros) {
+    /// Starts an inference, if none is running and a stride has passed.
+    fn submit(&mut self, t: Micros) {
         if self.next_image.is_some_and(|next| t < next) {
             return;
         }
-        self.eye.stride(t);
+        self.frontend.stride(t);
         let stride = self.options.stride;
-        if self.looker.is_busy() {
+        if self.inference.is_busy() {
             // One for every stride that passes, not for every packet.
             if let Some(next) = self.next_image {
                 let missed = (t.0 - next.0) / stride.0.max(1) + 1;
@@ -276,30 +283,32 @@ impl<'a, E: Eye> Watch<'a, E> {
             return;
         }
         self.next_image = Some(t + stride);
-        match self.eye.image(t, self.memory.take()) {
-            Some(image) => {
+        match self.frontend.input(t, self.memory.take()) {
+            Some(input) => {
                 self.control.meter.images.add(1);
-                self.looker.show(Job { image, t, recording: self.recording, clock: self.clock });
+                let (recording, clock) = (self.recording, self.clock);
+                self.inference.submit(InferenceJob { input, t, recording, clock });
             }
             None => self.control.meter.repeated.add(1),
         }
     }
 
-    fn found(&mut self, seen: looker::Seen<E::Image, E::Found>) {
-        let looker::Seen { job, found } = seen;
+    fn accept(&mut self, inferred: Inferred<F::Input, F::Output>) {
+        let Inferred { job, output } = inferred;
         if job.recording == self.recording {
-            for (t, answer) in self.eye.found(job.t, &job.image, found, self.now) {
+            for (t, pose) in self.frontend.accept(job.t, &job.input, output, self.now) {
                 let latency = job.clock.since(t);
-                self.emit(LivePose { t, latency, origin: Origin::Network, answer });
+                let pose = self.frontend.estimate(&pose);
+                self.emit(LivePose { t, latency, origin: Origin::Network, pose });
             }
         }
-        self.memory = Some(job.image);
+        self.memory = Some(job.input);
     }
 
-    fn between(&mut self, t: Micros) {
-        if let Some(answer) = self.eye.between(t) {
+    fn propagate(&mut self, t: Micros) {
+        if let Some(pose) = self.frontend.propagate(t) {
             let latency = self.clock.since(t);
-            self.emit(LivePose { t, latency, origin: Origin::Between, answer });
+            self.emit(LivePose { t, latency, origin: Origin::Propagated, pose });
         }
     }
 

@@ -3,9 +3,7 @@
 use std::time::Duration;
 
 use evpose_core::Micros;
-use evpose_pose::HandParams;
-use evpose_pose::body::{BODY_JOINTS, BodyPoints};
-use evpose_pose::metric::HandPoints;
+use evpose_pose::PoseEstimate;
 
 /// Who made a pose.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -13,26 +11,7 @@ pub enum Origin {
     /// A network, from an image of events.
     Network,
     /// A filter, between two poses of the network: never counted as one of these.
-    Between,
-}
-
-/// A pose.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Answer {
-    /// Joints of a person in pixels of the sensor, and how sure the network was of each.
-    Body {
-        /// Where joints are; none that was not found.
-        joints_px: BodyPoints,
-        /// Scores of the joints, 0 to 1.
-        scores: [f32; BODY_JOINTS],
-    },
-    /// A hand.
-    Hand {
-        /// Its 12 parameters.
-        params: HandParams,
-        /// Its 21 points.
-        points: Box<HandPoints>,
-    },
+    Propagated,
 }
 
 /// A pose, when it was so, and how late it is known.
@@ -45,5 +24,5 @@ pub struct LivePose {
     /// Who made it.
     pub origin: Origin,
     /// The pose.
-    pub answer: Answer,
+    pub pose: PoseEstimate,
 }

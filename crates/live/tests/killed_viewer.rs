@@ -12,7 +12,11 @@ use evpose_io::Columns;
 use evpose_live::page::{Page, PageInfo, Subject};
 use evpose_live::sink::Sinks;
 use evpose_live::source::Source;
-use evpose_live::{Answer, Control, Eye, LiveError, LiveOptions, Network, Task, run};
+use evpose_pose::PoseEstimate;
+use evpose_pose::stream::StreamFrontend;
+use evpose_pose::stream::InferenceWorker;
+use evpose_pose::stream::PoseStream;
+use evpose_live::{Control, LiveError, LiveOptions, run};
 use evpose_pose::body::BODY_JOINTS;
 
 const SENSOR: SensorSize = SensorSize { width: 64, height: 48 };
@@ -45,15 +49,15 @@ impl Source for Given {
     }
 }
 
-fn answer() -> Answer {
-    Answer::Body { joints_px: [None; BODY_JOINTS], scores: [0.0; BODY_JOINTS] }
+fn answer() -> PoseEstimate {
+    PoseEstimate::Body { joints_px: [None; BODY_JOINTS], scores: [0.0; BODY_JOINTS] }
 }
 
 struct Sees;
 
-impl Eye for Sees {
-    type Image = ();
-    type Found = ();
+impl StreamFrontend for Sees {
+    type Input = ();
+    type Output = ();
 
     fn push(&mut self, _: &EventStream) -> Result<(), LiveError> {
         Ok(())
@@ -63,11 +67,11 @@ impl Eye for Sees {
         Some(())
     }
 
-    fn found(&mut self, t: Micros, (): &(), (): (), _: Micros) -> Vec<(Micros, Answer)> {
+    fn found(&mut self, t: Micros, (): &(), (): (), _: Micros) -> Vec<(Micros, PoseEstimate)> {
         vec![(t, answer())]
     }
 
-    fn between(&mut self, _: Micros) -> Option<Answer> {
+    fn propagate(&mut self, _: Micros) -> Option<PoseEstimate> {
         Some(answer())
     }
 
@@ -76,11 +80,11 @@ impl Eye for Sees {
 
 struct Looks;
 
-impl Network for Looks {
-    type Image = ();
-    type Found = ();
+impl InferenceWorker for Looks {
+    type Input = ();
+    type Output = ();
 
-    fn look(&mut self, (): &()) -> Result<(), LiveError> {
+    fn infer(&mut self, (): &()) -> Result<(), LiveError> {
         Ok(())
     }
 }

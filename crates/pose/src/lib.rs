@@ -7,16 +7,20 @@
 //!   and [`HAND_BONES`] between them.
 //! * [`filter`]: smoothing over time.
 //! * [`metric`]: errors, curves under which areas are taken, and intervals.
+//! * [`stream`]: the halves of the stream from events to poses, [`PoseEstimate`]: a pose of any task.
 //! * [`rotation`]: axis-angle vectors, matrices, distances.
 
 pub mod body;
 mod error;
+mod estimate;
 pub mod filter;
 mod hand_params;
 pub mod metric;
 pub mod rotation;
 mod side;
+pub mod stream;
 
 pub use error::PoseError;
+pub use estimate::PoseEstimate;
 pub use hand_params::{EVALUATION_JOINTS, HAND_BONES, HandParams, PARAMETERS};
 pub use side::{HandSide, Mirror};

@@ -6,7 +6,8 @@ use anyhow::{Context, Result};
 use evpose_core::{Plane, atomic_write};
 use evpose_pose::HandParams;
 use evpose_pose::metric::Pck;
-use evpose_train::{Evaluated, HandConfig, HandDataset, HandSequence, HistoryLine, Part, Stage};
+use evpose_task::hand::{HandConfig, HandView};
+use evpose_train::{Evaluated, HandDataset, HandSequence, HistoryLine, Part};
 use image::{Rgb, RgbImage};
 
 use crate::canvas::{Canvas, PREDICTION, TRUTH, contact_sheet};
@@ -193,7 +194,7 @@ pub fn strip(
     data: &HandDataset,
     shown: &[(&Evaluated, Rgb<u8>)],
 ) -> Result<RgbImage> {
-    let stage = Stage::new(config)?;
+    let view = HandView::new(config)?;
     let sequences = data.sequences();
     let frames: Vec<RgbImage> = (0..STRIP)
         .map(|i| {
@@ -204,7 +205,7 @@ pub fn strip(
             // Spread over the sequence, away from its ends.
             let at = (frames.len() * (2 * (i % 5) + 1)) / 10;
             let hands: Vec<_> = tracks.map(|(track, colour)| (track.poses[at], colour)).collect();
-            overlay(config, data, &stage, &sequences[sequence], frames[at], &hands)
+            overlay(config, data, &view, &sequences[sequence], frames[at], &hands)
         })
         .collect::<Result<_>>()?;
     Ok(contact_sheet(&frames, 4))
@@ -222,7 +223,7 @@ fn median_sequence(shown: &Evaluated) -> usize {
 /// The start of a held-out sequence of median error, at half speed.
 fn animation(material: &Material<'_>) -> Result<Vec<u8>> {
     use image::codecs::gif::{GifEncoder, Repeat};
-    let stage = Stage::new(material.config)?;
+    let view = HandView::new(material.config)?;
     let shown = shown(material.evaluation)?;
     let index = median_sequence(shown);
     let sequence = &material.held_out.sequences()[index];
@@ -241,7 +242,7 @@ fn animation(material: &Material<'_>) -> Result<Vec<u8>> {
             next = frame + step_ms;
             let hands = [(*pose, PREDICTION)];
             let image =
-                overlay(material.config, material.held_out, &stage, sequence, frame, &hands)?;
+                overlay(material.config, material.held_out, &view, sequence, frame, &hands)?;
             let image = image::DynamicImage::ImageRgb8(image).into_rgba8();
             let delay = image::Delay::from_numer_denom_ms(2 * step_ms as u32, 1);
             encoder.encode_frame(image::Frame::from_parts(image, 0, 0, delay))?;
@@ -254,7 +255,7 @@ fn animation(material: &Material<'_>) -> Result<Vec<u8>> {
 fn overlay(
     config: &HandConfig,
     data: &HandDataset,
-    stage: &Stage,
+    view: &HandView,
     sequence: &HandSequence,
     frame: u64,
     predicted: &[(HandParams, Rgb<u8>)],
@@ -271,8 +272,8 @@ fn overlay(
     let mut canvas = Canvas::events(&plane(Polarity::On)?, &plane(Polarity::Off)?, scale);
     let betas = sequence.betas(sequence.episode_of(frame));
     let hand = sequence.hand();
-    let truth = stage.points(hand, &sequence.pose(frame)?, betas);
-    let predicted = predicted.iter().map(|(pose, colour)| (stage.points(hand, pose, &[]), *colour));
+    let truth = view.points(hand, &sequence.pose(frame)?, betas);
+    let predicted = predicted.iter().map(|(pose, colour)| (view.points(hand, pose, &[]), *colour));
     for (points, colour) in std::iter::once((truth, TRUTH)).chain(predicted) {
         if let Some(points) = points.in_front() {
             canvas.hand(&points, colour);

@@ -7,10 +7,8 @@ use burn::tensor::Device;
 use evpose_core::atomic_write;
 use evpose_pose::HandParams;
 use evpose_pose::metric::{HandRatios, HandSummary, Interval};
-use evpose_train::{
-    ConstantPose, Evaluated, HandConfig, HandDataset, Method, NetworkPredictor, evaluate,
-    poses_to_judge, untrained,
-};
+use evpose_task::hand::{ConstantPose, HandConfig, NetworkPredictor};
+use evpose_train::{Evaluated, HandDataset, Method, evaluate, poses_to_judge, untrained};
 use serde::Serialize;
 
 use evpose_app::machine::Machine;

@@ -5,7 +5,8 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use evpose_core::{Micros, Plane, SensorSize, atomic_write};
 use evpose_sim::person::{People, PersonStep};
-use evpose_train::body::{BodyCheckpoint, BodyEvaluated, Film};
+use evpose_task::body::{BodyCheckpoint, RepresentationReader};
+use evpose_train::body::BodyEvaluated;
 
 use crate::canvas::{Canvas, PREDICTION, TRUTH, contact_sheet};
 use crate::png::png;
@@ -80,7 +81,7 @@ pub fn of_predictions(
         let share = 0.35 + 0.05 * (k % SEQUENCES) as f64;
         let index = (share * recording.found.len() as f64) as usize;
         let Some(found) = recording.found.get(index) else { continue };
-        let mut film = Film::open(&recording.events, &checkpoint.config.image)?;
+        let mut film = RepresentationReader::open(&recording.events, &checkpoint.config.image)?;
         let image = film.at(Micros::from_seconds(found.t_s), |_| {})?;
         let mut canvas = Canvas::grey(&image, 2);
         let after = recording.truth.partition_point(|truth| truth.t_s < found.t_s - 1e-9);

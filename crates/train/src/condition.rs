@@ -11,7 +11,7 @@ use std::borrow::Cow;
 use std::path::Path;
 
 use crate::TrainError;
-use crate::config::HandConfig;
+use evpose_task::hand::HandConfig;
 
 /// Sections a condition may change.
 const SECTIONS: [&str; 3] = ["simulation", "filter", "slow_motion"];

@@ -14,7 +14,7 @@ use evpose_repr::{
 use evpose_sim::SequenceInfo;
 
 use crate::TrainError;
-use crate::config::HandConfig;
+use evpose_task::hand::HandConfig;
 use crate::order::SampleOrder;
 
 /// Input channels of the network.

@@ -15,23 +15,11 @@ use burn_train::{
     ExecutionStrategy, Interrupter, LearnerModel, MultiDeviceOptim, TrainingStrategy,
 };
 use evpose_nn::DeviceKind;
-use serde::{Deserialize, Serialize};
 
 use crate::TrainError;
-use crate::config::TrainingConfig;
+use evpose_task::hand::{DeviceStrategy, TrainingConfig};
 use crate::loader::HandLoader;
 use crate::meeting::Meeting;
-
-/// How several devices work together.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum DeviceStrategy {
-    /// Distributed data parallel: a replica on each device, gradients averaged among them.
-    #[default]
-    Ddp,
-    /// Gradients summed on the first device, which optimises for all.
-    MainDevice,
-}
 
 /// The devices of a training, the first of which validates and saves.
 pub(crate) struct Team {

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::FieldDifference;
+use evpose_task::FieldDifference;
 
 /// A training or evaluation that cannot go on.
 #[derive(Debug, thiserror::Error)]
@@ -61,6 +61,9 @@ pub enum TrainError {
     /// Networks and weight files.
     #[error(transparent)]
     Network(#[from] evpose_nn::NnError),
+    /// Configs, checkpoints, predictors.
+    #[error(transparent)]
+    Task(#[from] evpose_task::TaskError),
     /// Annotations of images.
     #[error(transparent)]
     Annotations(#[from] evpose_datasets::DatasetError),

@@ -10,9 +10,10 @@ use evpose_sim::raster::Camera;
 use glam::Vec3;
 
 use crate::TrainError;
-use crate::config::HandConfig;
+use evpose_task::hand::HandView;
+use evpose_task::hand::HandConfig;
 use crate::dataset::{HandDataset, HandSequence};
-use crate::predictor::Predictor;
+use evpose_task::hand::Predictor;
 
 /// Windows predicted at once.
 const BATCH: usize = 64;
@@ -64,62 +65,6 @@ pub struct Evaluated {
     pub tracks: Vec<Track>,
 }
 
-/// Where hands are drawn and measured: hand model and camera.
-#[derive(Debug)]
-pub struct Stage {
-    actor: Actor,
-    neutral: ShapedBody,
-    camera: Camera,
-}
-
-impl Stage {
-    /// The stage of a config: its camera and its model.
-    ///
-    /// # Errors
-    /// If the file of the model cannot be read.
-    pub fn new(config: &HandConfig) -> Result<Self, TrainError> {
-        let simulation = &config.simulation;
-        let actor = Actor::load(&simulation.body, &simulation.camera)?;
-        let neutral = actor.body().shaped(&[]);
-        Ok(Self { actor, neutral, camera: simulation.camera() })
-    }
-
-    /// The evaluated points of a hand of `side` and of shape `betas` (empty: the neutral one).
-    pub fn points(&self, side: HandSide, pose: &HandParams, betas: &[f32]) -> HandPoints {
-        if betas.is_empty() {
-            self.points_of(side, pose, &self.neutral)
-        } else {
-            self.points_of(side, pose, &self.actor.body().shaped(betas))
-        }
-    }
-
-    /// The faces of a hand of `side`, counter-clockwise from outside.
-    pub fn faces(&self, side: HandSide) -> &[[u32; 3]] {
-        self.actor.faces(side)
-    }
-
-    /// The vertices of the neutral hand of `side`: pixels to the right and down, and how far from the camera,
-    /// by the scale of its wrist. None if some of it is behind the camera.
-    pub fn vertices_px(
-        &self,
-        side: HandSide,
-        pose: &HandParams,
-        memory: &mut PosedBody,
-    ) -> Option<Vec<Vec3>> {
-        let camera_from_world = self.camera.camera_from_world();
-        let depth_m = |world_m: Vec3| -camera_from_world.transform_point3(world_m).z;
-        let px_per_m = self.camera.pinhole().focal_px / depth_m(pose.translation_m);
-        let seen = |m: Vec3| Some(self.camera.image_from_world(m)?.extend(depth_m(m) * px_per_m));
-        self.actor.vertices_of(side, pose, &self.neutral, memory).map(seen).collect()
-    }
-
-    fn points_of(&self, side: HandSide, pose: &HandParams, shaped: &ShapedBody) -> HandPoints {
-        let mut posed = PosedBody::default();
-        let world_m = self.actor.points_of(side, pose, shaped, &mut posed);
-        HandPoints { world_m, image_px: world_m.map(|p| self.camera.image_from_world(p)) }
-    }
-}
-
 /// Judges `methods` on every sequence of `data`, a pose every `stride_ms`. `progress` is told how
 /// many poses are done, of [`poses_to_judge`].
 ///
@@ -134,7 +79,7 @@ pub fn evaluate(
     stride_ms: u32,
     progress: &mut dyn FnMut(u64),
 ) -> Result<Vec<Evaluated>, TrainError> {
-    let stage = Stage::new(config)?;
+    let stage = HandView::new(config)?;
     let mut results: Vec<Evaluated> = methods
         .iter()
         .flat_map(|method| [Some(method.name), method.filtered])
@@ -201,18 +146,18 @@ fn predict(
 
 /// The true points at `frames`, with the shapes the sequence was recorded with.
 fn true_points(
-    stage: &Stage,
+    stage: &HandView,
     sequence: &HandSequence,
     frames: &[u64],
 ) -> Result<Vec<HandPoints>, TrainError> {
     let mut points = Vec::with_capacity(frames.len());
     let mut episode = None;
-    let mut shaped = stage.neutral.clone();
+    let mut shaped = stage.neutral().clone();
     for &frame in frames {
         let now = sequence.episode_of(frame);
         if episode != Some(now) {
             episode = Some(now);
-            shaped = stage.actor.body().shaped(sequence.betas(now));
+            shaped = stage.shaped(sequence.betas(now));
         }
         points.push(stage.points_of(sequence.hand(), &sequence.pose(frame)?, &shaped));
     }
@@ -221,7 +166,7 @@ fn true_points(
 
 /// Judges a track that was made elsewhere.
 pub(crate) fn judge_track(
-    stage: &Stage,
+    stage: &HandView,
     sequence: &HandSequence,
     track: &Track,
 ) -> Result<SequenceScores, TrainError> {
@@ -229,7 +174,7 @@ pub(crate) fn judge_track(
 }
 
 fn judge(
-    stage: &Stage,
+    stage: &HandView,
     sequence: &HandSequence,
     track: &Track,
     truth: &[HandPoints],
@@ -237,7 +182,7 @@ fn judge(
     let mut scores = SequenceScores::default();
     for ((&frame, pose), truth) in track.frames.iter().zip(&track.poses).zip(truth) {
         scores.push_parameters(pose, &sequence.pose(frame)?);
-        scores.push_points(&stage.points_of(sequence.hand(), pose, &stage.neutral), truth);
+        scores.push_points(&stage.points_of(sequence.hand(), pose, stage.neutral()), truth);
     }
     Ok(scores)
 }

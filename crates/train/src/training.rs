@@ -19,7 +19,7 @@ use evpose_pose::metric::MeanPose;
 
 use crate::TrainError;
 use crate::checkpoint::{AtomicCheckpointer, newest_checkpoint, weights_path};
-use crate::config::HandConfig;
+use evpose_task::hand::HandConfig;
 use crate::dataset::HandDataset;
 use crate::devices::Team;
 use crate::guard::{Divergence, Guard};
@@ -29,7 +29,7 @@ use crate::loader::HandLoader;
 use crate::metric::FieldMetric;
 use crate::plain_renderer::PlainRenderer;
 use crate::retention::{LastTwoAndBest, best_interval};
-use crate::saved::{BEST, Checkpoint, LAST};
+use evpose_task::hand::{BEST, HandCheckpoint, LAST};
 use crate::told_renderer::{Told, ToldRenderer, TrainingSpan};
 use crate::waiting::{DataWait, WaitMeter};
 
@@ -56,7 +56,7 @@ pub struct TrainOptions {
 #[derive(Debug)]
 pub struct TrainSummary {
     /// The network of the best validation, with what it was trained on.
-    pub best: Checkpoint,
+    pub best: HandCheckpoint,
     /// Its file.
     pub path: PathBuf,
     /// Training windows seen by this process per second, validation included.
@@ -170,7 +170,7 @@ pub fn train_hand(
     let interruption = result.interrupted.map(|interruption| interruption.reason);
     settled(&dir, &guard, result.error.map(|error| error.to_string()), interruption)?;
 
-    let mut last = Checkpoint {
+    let mut last = HandCheckpoint {
         config: config.clone(),
         network: result.model.network,
         mean_pose: Some(mean_pose),

@@ -16,7 +16,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 use evpose_core::atomic_write;
 use evpose_nn::DeviceKind;
-use evpose_train::body::BodyConfig;
+use evpose_task::body::BodyConfig;
 
 use super::places::write;
 use evpose_app::args::ConfigArgs;

@@ -191,8 +191,8 @@ mod tests {
     #[test]
     fn every_network_is_trained_once_and_after_the_one_it_starts_from() {
         let stages = Stages {
-            pretrain: evpose_train::body::BodyConfig::default(),
-            finetune: evpose_train::body::BodyConfig::default(),
+            pretrain: evpose_task::body::BodyConfig::default(),
+            finetune: evpose_task::body::BodyConfig::default(),
         };
         let queue = queue(Path::new("nowhere"), &rows::chosen(&[]), &[stages]);
         let mut before: Vec<Network> = Vec::new();

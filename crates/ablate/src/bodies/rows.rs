@@ -5,7 +5,7 @@
 
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use evpose_core::SensorSize;
-use evpose_train::body::{BodyConfig, BodySourceKind, LabelMoment};
+use evpose_task::body::{BodyConfig, BodySourceKind, LabelMoment};
 
 use super::Stages;
 use crate::finding::Relation;

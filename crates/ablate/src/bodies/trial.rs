@@ -6,9 +6,8 @@ use anyhow::{Context, Result};
 use burn::tensor::Device;
 use evpose_pose::metric::body::BodySummary;
 use evpose_pose::metric::{BootstrapConfig, Interval};
-use evpose_train::body::{
-    BodyCheckpoint, BodyConfig, BodyPredictor, BodyPredictorOptions, judge_frames,
-};
+use evpose_task::body::{BodyCheckpoint, BodyConfig, BodyPredictor, BodyPredictorOptions};
+use evpose_train::body::judge_frames;
 use serde::{Deserialize, Serialize};
 
 use super::Stages;

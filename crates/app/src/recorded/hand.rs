@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::Result;
 use evpose_sim::{SequenceSet, Shard, Simulation, record_shard};
-use evpose_train::HandConfig;
+use evpose_task::hand::HandConfig;
 
 use crate::progress::{bar, say};
 use crate::run_info;

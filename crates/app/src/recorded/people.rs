@@ -6,7 +6,8 @@ use anyhow::Result;
 use evpose_sim::person::{People, RecordedPeople, record_people};
 use evpose_sim::set::PEOPLE;
 use evpose_sim::{SequenceSet, Shard};
-use evpose_train::body::{BodyConfig, BodyFrames, BodyRecordings, BodySourceKind};
+use evpose_task::body::{BodyConfig, BodySourceKind};
+use evpose_train::body::{BodyFrames, BodyRecordings};
 
 use crate::progress::{bar, say};
 use crate::run_info;

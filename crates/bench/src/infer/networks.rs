@@ -6,7 +6,8 @@ use evpose_infer::{Engine, EngineOptions};
 use evpose_nn::graph::Graph;
 use evpose_nn::parameters::{awake, fill, read};
 use evpose_nn::{MOVE_ENET, MoveEnet, Network as Module, NnError};
-use evpose_train::{HandConfig, untrained};
+use evpose_task::hand::HandConfig;
+use evpose_train::untrained;
 
 use super::start::Start;
 use evpose_app::latency::{self, Runner};

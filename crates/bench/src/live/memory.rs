@@ -21,7 +21,7 @@ pub(super) struct Watched {
 }
 
 impl Watched {
-    pub(super) fn look(&mut self, events: u64) {
+    pub(super) fn infer(&mut self, events: u64) {
         self.looks.extend(resident_mib().map(|mib| (events, mib)));
     }
 

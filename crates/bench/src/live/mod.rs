@@ -13,10 +13,14 @@ use evpose_core::{EventStream, Micros, SensorSize};
 use evpose_infer::Precision;
 use evpose_live::sink::Sinks;
 use evpose_live::source::{Replay, ReplayOptions, Source};
-use evpose_live::{Answer, Control, Eye, LiveError, LiveOptions, Network, Report, Task};
+use evpose_pose::PoseEstimate;
+use evpose_pose::stream::StreamFrontend;
+use evpose_pose::stream::InferenceWorker;
+use evpose_pose::stream::PoseStream;
+use evpose_live::{Control, LiveError, LiveOptions, Report};
 use evpose_nn::{HandRegressorConfig, MoveEnetConfig};
-use evpose_train::body::{BodyCheckpoint, BodyConfig};
-use evpose_train::{HandConfig, NetworkPredictor};
+use evpose_task::body::{BodyCheckpoint, BodyConfig};
+use evpose_task::hand::{HandConfig, NetworkPredictor};
 use serde::Serialize;
 
 pub(crate) use args::BenchLiveArgs;
@@ -139,25 +143,25 @@ impl<'a> Bench<'a> {
 
     fn row_of_task(&self, what: &str, speed: f64) -> Result<Row> {
         let task = self.task()?;
-        let between_hz = task.usual_between_hz();
+        let propagate_hz = task.usual_between_hz();
         // So many a second of this machine's clock.
-        let hz = between_hz / speed;
+        let hz = propagate_hz / speed;
         match task {
             AnyTask::Body(task) => self.row(what, speed, hz, || Ok(*task)),
             AnyTask::Hand(task, _) => self.row(what, speed, hz, || Ok(*task)),
         }
     }
 
-    fn row<E: Eye, N: Network<Image = E::Image, Found = E::Found>>(
+    fn row<E: StreamFrontend, N: InferenceWorker<Input = F::Input, Output = F::Output>>(
         &self,
         what: &str,
         speed: f64,
-        between_hz: f64,
+        propagate_hz: f64,
         task: impl FnOnce() -> Result<Task<E, N>>,
     ) -> Result<Row> {
         let task = task()?;
         let (report, memory) =
-            self.play(task, speed, between_hz, |report| report.seconds >= self.args.seconds)?;
+            self.play(task, speed, propagate_hz, |report| report.seconds >= self.args.seconds)?;
         let row = Row {
             what: what.to_owned(),
             speed,
@@ -174,11 +178,11 @@ impl<'a> Bench<'a> {
     }
 
     /// Plays until `is_over`, and watches the memory.
-    fn play<E: Eye, N: Network<Image = E::Image, Found = E::Found>>(
+    fn play<E: StreamFrontend, N: InferenceWorker<Input = F::Input, Output = F::Output>>(
         &self,
         task: Task<E, N>,
         speed: f64,
-        between_hz: f64,
+        propagate_hz: f64,
         is_over: impl Fn(&Report) -> bool + Sync,
     ) -> Result<(Report, Option<Memory>)> {
         let options = ReplayOptions {
@@ -195,7 +199,7 @@ impl<'a> Bench<'a> {
         let source = Replay::open(&self.path, options)?;
         let control = Control::default();
         let live = LiveOptions {
-            between_hz,
+            propagate_hz,
             stride: Micros((1e3 * speed.min(1e3)).round().max(1.0) as i64),
             most_events: 1 << 23,
             ..LiveOptions::default()
@@ -206,7 +210,7 @@ impl<'a> Bench<'a> {
                 while !control.is_stopped() {
                     std::thread::sleep(Duration::from_millis(50));
                     let report = control.meter.report();
-                    watched.look(report.events);
+                    watched.infer(report.events);
                     if is_over(&report) {
                         control.stop();
                     }
@@ -313,9 +317,9 @@ impl Row {
 /// Follows nothing: what is left is the way to it.
 struct Nobody;
 
-impl Eye for Nobody {
-    type Image = ();
-    type Found = ();
+impl StreamFrontend for Nobody {
+    type Input = ();
+    type Output = ();
 
     fn push(&mut self, _: &EventStream) -> Result<(), LiveError> {
         Ok(())
@@ -325,22 +329,22 @@ impl Eye for Nobody {
         None
     }
 
-    fn found(&mut self, _: Micros, (): &(), (): (), _: Micros) -> Vec<(Micros, Answer)> {
+    fn found(&mut self, _: Micros, (): &(), (): (), _: Micros) -> Vec<(Micros, PoseEstimate)> {
         Vec::new()
     }
 
-    fn between(&mut self, _: Micros) -> Option<Answer> {
+    fn propagate(&mut self, _: Micros) -> Option<PoseEstimate> {
         None
     }
 
     fn reset(&mut self) {}
 }
 
-impl Network for Nobody {
-    type Image = ();
-    type Found = ();
+impl InferenceWorker for Nobody {
+    type Input = ();
+    type Output = ();
 
-    fn look(&mut self, (): &()) -> Result<(), LiveError> {
+    fn infer(&mut self, (): &()) -> Result<(), LiveError> {
         Ok(())
     }
 }

@@ -10,7 +10,8 @@ use burn::optim::{AdamConfig, GradientsParams, ModuleOptimizer};
 use burn::tensor::{Device, Tensor, TensorData};
 use evpose_nn::{HandLoss, MOVE_ENET, Network, set_training_kernels};
 use evpose_pose::PARAMETERS;
-use evpose_train::{HandConfig, untrained};
+use evpose_task::hand::HandConfig;
+use evpose_train::untrained;
 use serde::Serialize;
 
 use evpose_app::args::DeviceArgs;

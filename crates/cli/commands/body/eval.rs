@@ -6,10 +6,8 @@ use anyhow::{Context, Result, bail};
 use evpose_core::{Micros, atomic_write};
 use evpose_pose::metric::body::{BodyEvaluation, BodyScores, BodySummary};
 use evpose_pose::metric::{BootstrapConfig, Interval};
-use evpose_train::body::{
-    BetweenConfig, BodyCheckpoint, BodyEvaluated, BodyJudged, BodyPredictor, BodyPredictorOptions,
-    BodyRecordings, evaluate_between, evaluate_body, mean_pose_of,
-};
+use evpose_task::body::{PropagationConfig, BodyCheckpoint, BodyPredictor, BodyPredictorOptions};
+use evpose_train::body::{BodyEvaluated, BodyJudged, BodyRecordings, evaluate_between, evaluate_body, mean_pose_of};
 use serde::Serialize;
 
 use crate::commands::eval::EvalArgs;
@@ -99,7 +97,7 @@ pub(crate) fn run(checkpoint: &BodyCheckpoint, args: &EvalArgs) -> Result<()> {
         fusion: None,
     };
     if args.fusion {
-        let config = BetweenConfig::default();
+        let config = PropagationConfig::default();
         let progress = bar("fusing", recordings.files.len() as u64, "recordings");
         let tell = |done| progress.inc(done);
         let between = evaluate_between(checkpoint, &predictor, &recordings, &config, &tell)?;

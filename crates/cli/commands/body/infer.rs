@@ -8,9 +8,8 @@ use evpose_io::predictions::{DelayUnit, PredictionWriter, Undetected};
 use evpose_io::yarp::{Skeleton, SkeletonNumbers, write_skeletons};
 use evpose_pose::body::{file_from_network, torso};
 use evpose_pose::metric::body::BodyPrediction;
-use evpose_train::body::{
-    BetweenConfig, BodyCheckpoint, BodyPredictor, BodyPredictorOptions, Film, poses_between,
-};
+use evpose_task::body::{PropagationConfig, BodyCheckpoint, BodyPredictor, BodyPredictorOptions, RepresentationReader};
+use evpose_train::body::poses_between;
 
 use crate::commands::infer::InferArgs;
 use evpose_app::progress::{bar, say};
@@ -31,7 +30,7 @@ pub(crate) fn run(checkpoint: &BodyCheckpoint, args: &InferArgs) -> Result<()> {
     };
     let mut predictor = BodyPredictor::new(checkpoint, options, None)?;
     let image = &checkpoint.config.image;
-    let mut film = Film::open(&args.events, image)?;
+    let mut film = RepresentationReader::open(&args.events, image)?;
     let Some(start) = film.start() else { bail!("{}: no events", args.events.display()) };
     let end = film.end()?;
     let stride_ms = args.stride_ms.unwrap_or(checkpoint.config.evaluation.every_ms);
@@ -73,13 +72,13 @@ fn fused(
     predictor: &mut BodyPredictor,
     stride_ms: u32,
 ) -> Result<()> {
-    let mut film = Film::open(events, &checkpoint.config.image)?;
+    let mut film = RepresentationReader::open(events, &checkpoint.config.image)?;
     let Some(start) = film.start() else { bail!("{}: no events", events.display()) };
     let end = film.end()?;
-    let config = BetweenConfig {
+    let config = PropagationConfig {
         network_hz: 1e3 / f64::from(stride_ms.max(1)),
         latency_ms: 0.0,
-        ..BetweenConfig::default()
+        ..PropagationConfig::default()
     };
     let poses = poses_between(&mut film, predictor, &config, (start, end))?;
     let mut writer = PredictionWriter::create(path, DelayUnit::Seconds, Undetected::MinusOne)?;

@@ -6,7 +6,7 @@ use evpose_app::recorded::{claim, record_people_of, summary_of_people};
 use evpose_sim::person::People;
 use evpose_sim::set::{MANIFEST, PEOPLE};
 use evpose_sim::{SequenceSet, Shard};
-use evpose_train::body::BodyConfig;
+use evpose_task::body::BodyConfig;
 
 use crate::commands::simulate::SimulateArgs;
 use evpose_report::people;

@@ -2,7 +2,8 @@
 
 use anyhow::{Context, Result};
 use evpose_train::TrainOptions;
-use evpose_train::body::{BodyConfig, BodyTrainSummary, train_body};
+use evpose_task::body::BodyConfig;
+use evpose_train::body::{BodyTrainSummary, train_body};
 
 use crate::commands::train::TrainArgs;
 use evpose_app::progress::say;

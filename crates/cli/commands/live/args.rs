@@ -52,7 +52,7 @@ pub(crate) struct LiveArgs {
     pub(crate) rerun: Option<Option<String>>,
     /// Poses a second between those of the network; 0 for none [default: bodies 500, hands 1000]
     #[arg(long)]
-    pub(crate) between_hz: Option<f64>,
+    pub(crate) propagate_hz: Option<f64>,
     /// Least time between two images of the network, in milliseconds of the events
     #[arg(long, default_value_t = 1.0)]
     pub(crate) stride_ms: f64,

@@ -16,8 +16,11 @@ use evpose_core::Micros;
 use evpose_live::page::{Page, PageInfo, Subject};
 use evpose_live::sink::{JsonLines, Sinks, Table};
 use evpose_live::source::{self, ReplayOptions, Source, SourceOptions};
-use evpose_live::{Control, Eye, LiveOptions, Network, Observer, Task, hand_mesh, run as run_live};
-use evpose_train::HandConfig;
+use evpose_pose::stream::StreamFrontend;
+use evpose_pose::stream::InferenceWorker;
+use evpose_pose::stream::PoseStream;
+use evpose_live::{Control, LiveOptions, Observer, hand_mesh, run as run_live};
+use evpose_task::hand::HandConfig;
 
 pub(crate) use args::LiveArgs;
 use evpose_app::live_task::{AnyTask, TaskOptions};
@@ -49,7 +52,7 @@ pub(crate) fn run(args: &LiveArgs) -> Result<()> {
     }
 }
 
-fn play<E: Eye, N: Network<Image = E::Image, Found = E::Found>>(
+fn play<E: StreamFrontend, N: InferenceWorker<Input = F::Input, Output = F::Output>>(
     source: impl Source,
     task: Task<E, N>,
     args: &LiveArgs,
@@ -102,7 +105,7 @@ fn play<E: Eye, N: Network<Image = E::Image, Found = E::Found>>(
         sinks.add(Table::new(place, writer(place)?));
     }
     let options = LiveOptions {
-        between_hz: args.between_hz.unwrap_or(usual_hz),
+        propagate_hz: args.propagate_hz.unwrap_or(usual_hz),
         stride: Micros((args.stride_ms * 1e3).round() as i64),
         most_packets: usize::from(args.queue),
         give_up: args.give_up.map(Duration::from_secs_f64),

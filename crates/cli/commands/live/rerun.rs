@@ -38,7 +38,8 @@ mod sdk {
     use evpose_core::{EventStream, Micros, Polarity};
     use evpose_live::page::HandMesh;
     use evpose_live::sink::Sink;
-    use evpose_live::{Answer, Latencies, LivePose, Meter, Observer, Origin};
+    use evpose_pose::PoseEstimate;
+use evpose_live::{Latencies, LivePose, Meter, Observer, Origin};
     use evpose_pose::HAND_BONES;
     use evpose_pose::body::LIMBS;
     use evpose_rerun::{PoseFigures, PoseLayout, PoseMoment, PoseRecording, RerunError};
@@ -148,7 +149,7 @@ mod sdk {
         }
 
         fn take(&mut self, pose: &LivePose) -> io::Result<()> {
-            let lane = usize::from(pose.origin == Origin::Between);
+            let lane = usize::from(pose.origin == Origin::Propagated);
             self.0.gathered().poses[lane] = Some(pose.clone());
             Ok(())
         }
@@ -213,7 +214,7 @@ mod sdk {
         /// Of the newest pose.
         fn surface(&mut self, taken: &Gathered) -> Option<Vec<[f32; 3]>> {
             let newest = taken.poses[1].as_ref().or(taken.poses[0].as_ref())?;
-            let Answer::Hand { params, .. } = &newest.answer else { return None };
+            let PoseEstimate::Hand { params, .. } = &newest.pose else { return None };
             let vertices = (self.mesh.as_mut()?.vertices)(params)?;
             vertices
                 .iter()
@@ -223,10 +224,10 @@ mod sdk {
     }
 
     fn joints_px(pose: Option<&LivePose>) -> Vec<Option<[f32; 2]>> {
-        let joints: &[_] = match pose.map(|pose| &pose.answer) {
+        let joints: &[_] = match pose.map(|pose| &pose.pose) {
             None => &[],
-            Some(Answer::Body { joints_px, .. }) => joints_px,
-            Some(Answer::Hand { points, .. }) => &points.image_px,
+            Some(PoseEstimate::Body { joints_px, .. }) => joints_px,
+            Some(PoseEstimate::Hand { points, .. }) => &points.image_px,
         };
         joints.iter().map(|at| at.filter(|at| at.is_finite()).map(|at| at.to_array())).collect()
     }

@@ -9,7 +9,8 @@ use evpose_io::Input;
 use evpose_io::predictions::{DelayUnit, predictions_of};
 use evpose_pose::body::BodyPoints;
 use evpose_sim::person::PoseTable;
-use evpose_train::{HandConfig, HandDataset, Stage};
+use evpose_task::hand::{HandConfig, HandView};
+use evpose_train::HandDataset;
 use glam::Vec2;
 use image::{Rgb, RgbImage};
 
@@ -35,7 +36,7 @@ struct SimulatedHand {
     data: HandDataset,
     /// Index of the sequence.
     index: usize,
-    stage: Stage,
+    stage: HandView,
 }
 
 impl Overlay {
@@ -120,7 +121,7 @@ impl SimulatedHand {
         let name = meta.file_stem().unwrap_or_default().to_string_lossy();
         let index = data.sequences().iter().position(|sequence| sequence.name() == name);
         let index = index.with_context(|| format!("{}: no such sequence", meta.display()))?;
-        Ok(Self { data, index, stage: Stage::new(&config)? })
+        Ok(Self { data, index, stage: HandView::new(&config)? })
     }
 
     /// Its points in pixels, where all of them are before the camera.

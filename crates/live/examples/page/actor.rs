@@ -1,7 +1,7 @@
 //! Who is seen.
 
 use evpose_core::{CounterRng, Micros, SensorSize};
-use evpose_live::Answer;
+use evpose_pose::PoseEstimate;
 use evpose_live::page::{HandMesh, Subject};
 use glam::Vec2;
 
@@ -19,7 +19,7 @@ pub(crate) trait Actor: Send + Sync {
     }
 
     /// Its pose.
-    fn pose(&self, t: Micros) -> Answer;
+    fn pose(&self, t: Micros) -> PoseEstimate;
 
     /// Its outline, at a time and a little later.
     fn outline(&self, t: Micros, later: Micros) -> Outline;

@@ -3,7 +3,7 @@
 use std::f32::consts::TAU;
 
 use evpose_core::Micros;
-use evpose_live::Answer;
+use evpose_pose::PoseEstimate;
 use evpose_live::page::Subject;
 use evpose_pose::body::{BODY_JOINTS, LIMBS, number};
 use glam::Vec2;
@@ -49,9 +49,9 @@ impl Actor for Figure {
         Subject::Body
     }
 
-    fn pose(&self, t: Micros) -> Answer {
+    fn pose(&self, t: Micros) -> PoseEstimate {
         let joints_px = Self::joints(t).map(Some);
-        Answer::Body { joints_px, scores: [0.9; BODY_JOINTS] }
+        PoseEstimate::Body { joints_px, scores: [0.9; BODY_JOINTS] }
     }
 
     fn outline(&self, t: Micros, later: Micros) -> Outline {

@@ -5,7 +5,7 @@ use std::sync::Mutex;
 
 use evpose_body::{BodyModel, PosedBody, ShapedBody};
 use evpose_core::{Micros, Pinhole};
-use evpose_live::Answer;
+use evpose_pose::PoseEstimate;
 use evpose_live::page::{HandMesh, Subject};
 use evpose_pose::HandParams;
 use evpose_pose::metric::HandPoints;
@@ -79,12 +79,12 @@ impl Actor for Hand {
         Some(HandMesh { faces, vertices: Box::new(vertices) })
     }
 
-    fn pose(&self, t: Micros) -> Answer {
+    fn pose(&self, t: Micros) -> PoseEstimate {
         let camera = camera();
         let world_m = self.posed(t, |body| body.evaluation_points(&self.model));
         let image_px = world_m.map(|point| camera.image_from_camera(point));
         let points = Box::new(HandPoints { world_m, image_px });
-        Answer::Hand { params: params(t), points }
+        PoseEstimate::Hand { params: params(t), points }
     }
 
     fn outline(&self, t: Micros, later: Micros) -> Outline {

@@ -16,7 +16,8 @@ use std::time::Duration;
 
 use evpose_live::page::{Page, PageInfo};
 use evpose_live::sink::Sinks;
-use evpose_live::{Control, LiveOptions, Task, run};
+use evpose_pose::stream::PoseStream;
+use evpose_live::{Control, LiveOptions, run};
 
 use actor::Actor;
 use pretence::{PretendedEye, PretendedNetwork, PretendedSource};

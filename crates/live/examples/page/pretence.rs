@@ -6,7 +6,10 @@ use std::time::{Duration, Instant};
 use evpose_core::{CounterRng, Event, EventStream, Micros, Polarity, SensorSize};
 use evpose_io::Columns;
 use evpose_live::source::Source;
-use evpose_live::{Answer, Eye, LiveError, Network};
+use evpose_pose::PoseEstimate;
+use evpose_pose::stream::StreamFrontend;
+use evpose_pose::stream::InferenceWorker;
+use evpose_live::LiveError;
 use glam::Vec2;
 
 use crate::actor::{Actor, Outline, SENSOR};
@@ -93,9 +96,9 @@ impl PretendedEye {
     }
 }
 
-impl Eye for PretendedEye {
-    type Image = Micros;
-    type Found = Answer;
+impl StreamFrontend for PretendedEye {
+    type Input = Micros;
+    type Output = PoseEstimate;
 
     fn push(&mut self, _: &EventStream) -> Result<(), LiveError> {
         Ok(())
@@ -105,12 +108,12 @@ impl Eye for PretendedEye {
         Some(t)
     }
 
-    fn found(&mut self, t: Micros, _: &Micros, found: Answer, _: Micros) -> Vec<(Micros, Answer)> {
+    fn found(&mut self, t: Micros, _: &Micros, found: PoseEstimate, _: Micros) -> Vec<(Micros, PoseEstimate)> {
         self.has_seen = true;
         vec![(t, found)]
     }
 
-    fn between(&mut self, t: Micros) -> Option<Answer> {
+    fn propagate(&mut self, t: Micros) -> Option<PoseEstimate> {
         self.has_seen.then(|| self.actor.pose(t))
     }
 
@@ -130,25 +133,25 @@ impl PretendedNetwork {
     }
 }
 
-impl Network for PretendedNetwork {
-    type Image = Micros;
-    type Found = Answer;
+impl InferenceWorker for PretendedNetwork {
+    type Input = Micros;
+    type Output = PoseEstimate;
 
-    fn look(&mut self, image: &Micros) -> Result<Answer, LiveError> {
+    fn infer(&mut self, image: &Micros) -> Result<PoseEstimate, LiveError> {
         self.looked += 1;
         let mut rng = CounterRng::new(2, "network", self.looked);
         std::thread::sleep(THINKS.mul_f32(rng.uniform(0.9, 1.3)));
         let mut answer = self.actor.pose(*image);
         let mut wrong = || WRONG_PX * Vec2::new(rng.uniform(-1.0, 1.0), rng.uniform(-1.0, 1.0));
         match &mut answer {
-            Answer::Body { joints_px, .. } => {
+            PoseEstimate::Body { joints_px, .. } => {
                 joints_px.iter_mut().flatten().for_each(|at| *at += wrong());
             }
-            Answer::Hand { points, .. } => {
+            PoseEstimate::Hand { points, .. } => {
                 points.image_px.iter_mut().flatten().for_each(|at| *at += wrong());
             }
         }
-        if let Answer::Body { scores, .. } = &mut answer {
+        if let PoseEstimate::Body { scores, .. } = &mut answer {
             scores.iter_mut().for_each(|score| *score = rng.uniform(0.25, 1.0));
         }
         Ok(answer)

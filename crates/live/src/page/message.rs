@@ -10,7 +10,8 @@ use super::plane::Cells;
 use super::poses::Lane;
 use super::rates::{Point, Rates, State};
 use super::{HandMesh, PageInfo, Subject};
-use crate::{Answer, Report};
+use evpose_pose::PoseEstimate;
+use crate::Report;
 
 /// The first message of every client: what is shown.
 #[derive(Serialize)]
@@ -104,7 +105,7 @@ pub(super) struct Shown {
 
 impl Shown {
     /// The newest pose of `lane`.
-    pub(super) fn newest(lane: &Lane) -> Option<(Self, Answer)> {
+    pub(super) fn newest(lane: &Lane) -> Option<(Self, PoseEstimate)> {
         let (pose, came) = lane.pose.as_ref()?;
         let Micros(t_us) = pose.t;
         let shown = Self {
@@ -115,17 +116,17 @@ impl Shown {
             tenths: None,
             vertices: None,
         };
-        Some((shown, pose.answer.clone()))
+        Some((shown, pose.pose.clone()))
     }
 
     /// With what is drawn of `answer`.
-    pub(super) fn drawn(mut self, answer: &Answer, mesh: Option<&mut HandMesh>) -> Self {
+    pub(super) fn drawn(mut self, answer: &PoseEstimate, mesh: Option<&mut HandMesh>) -> Self {
         match answer {
-            Answer::Body { joints_px, scores } => {
+            PoseEstimate::Body { joints_px, scores } => {
                 self.joints = joints_px.iter().map(joint).collect();
                 self.tenths = Some(scores.iter().map(|score| Tenth(10.0 * score)).collect());
             }
-            Answer::Hand { params, points } => {
+            PoseEstimate::Hand { params, points } => {
                 self.joints = points.image_px.iter().map(joint).collect();
                 let vertices = mesh.and_then(|mesh| (mesh.vertices)(params));
                 self.vertices = vertices

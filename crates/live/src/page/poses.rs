@@ -60,7 +60,7 @@ impl Newest {
     fn take(&mut self, pose: &LivePose) {
         let lane = match pose.origin {
             Origin::Network => &mut self.network,
-            Origin::Between => &mut self.between,
+            Origin::Propagated => &mut self.between,
         };
         let latency_us = u64::try_from(pose.latency.as_micros()).unwrap_or(LONGEST_US);
         lane.slot.saturating_record(latency_us.clamp(1, LONGEST_US));
@@ -111,10 +111,10 @@ mod tests {
     use evpose_pose::body::BODY_JOINTS;
 
     use super::*;
-    use crate::Answer;
+    use evpose_pose::PoseEstimate;
 
     fn pose(origin: Origin, latency_us: u64) -> LivePose {
-        let answer = Answer::Body { joints_px: [None; BODY_JOINTS], scores: [0.0; BODY_JOINTS] };
+        let answer = PoseEstimate::Body { joints_px: [None; BODY_JOINTS], scores: [0.0; BODY_JOINTS] };
         LivePose { t: Micros(7), latency: Duration::from_micros(latency_us), origin, answer }
     }
 
@@ -124,7 +124,7 @@ mod tests {
         for k in 1..=100 {
             newest.take(&pose(Origin::Network, 1_000 * k));
         }
-        newest.take(&pose(Origin::Between, 200));
+        newest.take(&pose(Origin::Propagated, 200));
         let latency = newest.network.turn().unwrap();
         assert_eq!(latency.poses, 100);
         for (is, want) in [(latency.p50_ms, 50.0), (latency.p95_ms, 95.0), (latency.p99_ms, 99.0)] {

@@ -13,7 +13,8 @@ use tungstenite::{Message, WebSocket};
 
 use super::*;
 use crate::sink::Sinks;
-use crate::{Answer, LivePose, Origin};
+use evpose_pose::PoseEstimate;
+use crate::{LivePose, Origin};
 
 const SENSOR: SensorSize = SensorSize { width: 640, height: 480 };
 const LONG: Duration = Duration::from_secs(20);
@@ -47,7 +48,7 @@ fn pose(origin: Origin, x: f32) -> LivePose {
     let mut joints_px = [None; BODY_JOINTS];
     joints_px[3] = Some(Vec2::new(x, 20.0));
     joints_px[4] = Some(Vec2::NAN);
-    let answer = Answer::Body { joints_px, scores: [0.5; BODY_JOINTS] };
+    let answer = PoseEstimate::Body { joints_px, scores: [0.5; BODY_JOINTS] };
     LivePose { t: Micros(77), latency: Duration::from_millis(12), origin, answer }
 }
 
@@ -155,7 +156,7 @@ fn a_client_sees_events_poses_and_figures() {
     assert_eq!(words(&mut socket)["state"], "waiting");
 
     let view = page.view();
-    for origin in [Origin::Network, Origin::Between] {
+    for origin in [Origin::Network, Origin::Propagated] {
         let pose = pose(origin, if origin == Origin::Network { 10.25 } else { 30.0 });
         meter.pose(&pose);
         sinks.give(&Arc::new(pose));

@@ -9,7 +9,7 @@ use evpose_io::Columns;
 use evpose_pose::body::BODY_JOINTS;
 
 use super::*;
-use crate::Answer;
+use evpose_pose::PoseEstimate;
 use crate::sink::Sink;
 
 const SENSOR: SensorSize = SensorSize { width: 8, height: 4 };
@@ -83,13 +83,13 @@ impl Diary {
 
 struct Scribe(Diary);
 
-fn answer() -> Answer {
-    Answer::Body { joints_px: [None; BODY_JOINTS], scores: [0.0; BODY_JOINTS] }
+fn answer() -> PoseEstimate {
+    PoseEstimate::Body { joints_px: [None; BODY_JOINTS], scores: [0.0; BODY_JOINTS] }
 }
 
-impl Eye for Scribe {
-    type Image = i64;
-    type Found = ();
+impl StreamFrontend for Scribe {
+    type Input = i64;
+    type Output = ();
 
     fn push(&mut self, events: &EventStream) -> Result<(), LiveError> {
         self.0.add(Asked::Pushed(events.t().iter().map(|t| t.0).collect()));
@@ -101,13 +101,13 @@ impl Eye for Scribe {
         Some(t.0)
     }
 
-    fn found(&mut self, t: Micros, image: &i64, (): (), _now: Micros) -> Vec<(Micros, Answer)> {
+    fn found(&mut self, t: Micros, image: &i64, (): (), _now: Micros) -> Vec<(Micros, PoseEstimate)> {
         assert_eq!(t.0, *image);
         self.0.add(Asked::Found(t.0));
         vec![(t, answer())]
     }
 
-    fn between(&mut self, t: Micros) -> Option<Answer> {
+    fn propagate(&mut self, t: Micros) -> Option<PoseEstimate> {
         self.0.add(Asked::Between(t.0));
         Some(answer())
     }
@@ -123,11 +123,11 @@ struct Slow {
     goes_on: Receiver<()>,
 }
 
-impl Network for Slow {
-    type Image = i64;
-    type Found = ();
+impl InferenceWorker for Slow {
+    type Input = i64;
+    type Output = ();
 
-    fn look(&mut self, image: &i64) -> Result<(), LiveError> {
+    fn infer(&mut self, image: &i64) -> Result<(), LiveError> {
         let _ = self.begins.send(*image);
         let _ = self.goes_on.recv_timeout(Duration::from_secs(10));
         Ok(())
@@ -136,11 +136,11 @@ impl Network for Slow {
 
 struct Instantly;
 
-impl Network for Instantly {
-    type Image = i64;
-    type Found = ();
+impl InferenceWorker for Instantly {
+    type Input = i64;
+    type Output = ();
 
-    fn look(&mut self, _image: &i64) -> Result<(), LiveError> {
+    fn infer(&mut self, _image: &i64) -> Result<(), LiveError> {
         Ok(())
     }
 }
@@ -159,16 +159,16 @@ impl Sink for Kept {
     }
 }
 
-fn options(between_hz: f64) -> LiveOptions {
-    LiveOptions { between_hz, most_packets: 1_000, ..LiveOptions::default() }
+fn options(propagate_hz: f64) -> LiveOptions {
+    LiveOptions { propagate_hz, most_packets: 1_000, ..LiveOptions::default() }
 }
 
-fn play(packets: Vec<Vec<i64>>, between_hz: f64) -> (Diary, Report, Vec<LivePose>) {
+fn play(packets: Vec<Vec<i64>>, propagate_hz: f64) -> (Diary, Report, Vec<LivePose>) {
     let (diary, kept) = (Diary::default(), Arc::default());
     let mut sinks = Sinks::new();
     sinks.add(Kept(Arc::clone(&kept)));
     let task = Task { eye: Scribe(diary.clone()), network: Instantly };
-    let (options, control) = (options(between_hz), Control::default());
+    let (options, control) = (options(propagate_hz), Control::default());
     let report = run(given(packets), task, &mut sinks, &options, &control).unwrap();
     sinks.finish().unwrap();
     let kept = kept.lock().unwrap().clone();

@@ -7,7 +7,8 @@ use evpose_pose::body::JOINT_NAMES;
 use serde_json::{Map, Value, json};
 
 use super::Sink;
-use crate::{Answer, LivePose, Origin};
+use evpose_pose::PoseEstimate;
+use crate::{LivePose, Origin};
 
 /// Writes a line for every pose: `t_us`, `origin` (`network` or `between`), `latency_ms`, and
 ///
@@ -45,20 +46,20 @@ impl<W: Write + Send + 'static> Sink for JsonLines<W> {
 pub fn value(pose: &LivePose) -> Value {
     let origin = match pose.origin {
         Origin::Network => "network",
-        Origin::Between => "between",
+        Origin::Propagated => "between",
     };
     let latency_ms = pose.latency.as_micros() as f64 * 1e-3;
     let mut line = json!({ "t_us": pose.t.0, "origin": origin, "latency_ms": latency_ms });
     let mut joints = Map::new();
-    match &pose.answer {
-        Answer::Body { joints_px, scores } => {
+    match &pose.pose {
+        PoseEstimate::Body { joints_px, scores } => {
             for ((name, at), score) in JOINT_NAMES.iter().zip(joints_px).zip(scores) {
                 if let Some(at) = at {
                     joints.insert((*name).to_owned(), json!([at.x, at.y, score]));
                 }
             }
         }
-        Answer::Hand { params, points } => {
+        PoseEstimate::Hand { params, points } => {
             line["params"] = json!(params.to_array());
             let points = points.world_m.iter().zip(&points.image_px);
             for (name, (m, px)) in EVALUATION_JOINTS.iter().zip(points) {

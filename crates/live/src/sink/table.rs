@@ -7,7 +7,8 @@ use evpose_pose::EVALUATION_JOINTS;
 use evpose_pose::body::JOINT_NAMES;
 
 use super::Sink;
-use crate::{Answer, LivePose, Origin};
+use evpose_pose::PoseEstimate;
+use crate::{LivePose, Origin};
 
 /// What every line begins with.
 const FIRST: &str = "t_us,origin,latency_us";
@@ -37,11 +38,11 @@ impl<W: Write + Send + 'static> Sink for Table<W> {
         let line = &mut self.line;
         line.clear();
         if !std::mem::replace(&mut self.is_begun, true) {
-            header(line, &pose.answer);
+            header(line, &pose.pose);
         }
         let origin = match pose.origin {
             Origin::Network => "network",
-            Origin::Between => "between",
+            Origin::Propagated => "between",
         };
         let _ = write!(line, "{},{origin},{}", pose.t.0, pose.latency.as_micros());
         let mut pixels = |at: &Option<glam::Vec2>| {
@@ -50,9 +51,9 @@ impl<W: Write + Send + 'static> Sink for Table<W> {
                 None => write!(line, ",,"),
             };
         };
-        match &pose.answer {
-            Answer::Body { joints_px, .. } => joints_px.iter().for_each(pixels),
-            Answer::Hand { params, points } => {
+        match &pose.pose {
+            PoseEstimate::Body { joints_px, .. } => joints_px.iter().for_each(pixels),
+            PoseEstimate::Hand { params, points } => {
                 points.image_px.iter().for_each(&mut pixels);
                 params.to_array().iter().for_each(|value| {
                     let _ = write!(line, ",{value}");
@@ -68,16 +69,16 @@ impl<W: Write + Send + 'static> Sink for Table<W> {
     }
 }
 
-fn header(line: &mut String, answer: &Answer) {
+fn header(line: &mut String, answer: &PoseEstimate) {
     line.push_str(FIRST);
     let names: &[&str] = match answer {
-        Answer::Body { .. } => &JOINT_NAMES,
-        Answer::Hand { .. } => &EVALUATION_JOINTS,
+        PoseEstimate::Body { .. } => &JOINT_NAMES,
+        PoseEstimate::Hand { .. } => &EVALUATION_JOINTS,
     };
     for name in names {
         let _ = write!(line, ",{name}_u_px,{name}_v_px");
     }
-    if matches!(answer, Answer::Hand { .. }) {
+    if matches!(answer, PoseEstimate::Hand { .. }) {
         (1..=12).for_each(|k| {
             let _ = write!(line, ",parameter_{k}");
         });

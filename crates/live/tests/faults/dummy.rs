@@ -9,9 +9,11 @@ use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
 use evpose_io::framed::FramedWriter;
 use evpose_live::sink::Sink;
 use evpose_live::source::Framed;
-use evpose_live::{
-    Answer, Control, Eye, LiveError, LiveOptions, LivePose, Meter, Network, Origin, Task,
-};
+use evpose_pose::PoseEstimate;
+use evpose_pose::stream::StreamFrontend;
+use evpose_pose::stream::InferenceWorker;
+use evpose_pose::stream::PoseStream;
+use evpose_live::{Control, LiveError, LiveOptions, LivePose, Meter, Origin};
 use evpose_pose::body::BODY_JOINTS;
 
 pub(crate) const SENSOR: SensorSize = SensorSize { width: 64, height: 48 };
@@ -139,13 +141,13 @@ impl Counting {
     }
 }
 
-pub(crate) fn answer() -> Answer {
-    Answer::Body { joints_px: [None; BODY_JOINTS], scores: [0.0; BODY_JOINTS] }
+pub(crate) fn answer() -> PoseEstimate {
+    PoseEstimate::Body { joints_px: [None; BODY_JOINTS], scores: [0.0; BODY_JOINTS] }
 }
 
-impl Eye for Counting {
-    type Image = i64;
-    type Found = ();
+impl StreamFrontend for Counting {
+    type Input = i64;
+    type Output = ();
 
     fn push(&mut self, events: &EventStream) -> Result<(), LiveError> {
         assert!(events.t().is_empty() || events.t()[0] >= self.latest, "events go back in time");
@@ -165,11 +167,11 @@ impl Eye for Counting {
         Some(t.0)
     }
 
-    fn found(&mut self, t: Micros, _image: &i64, (): (), _now: Micros) -> Vec<(Micros, Answer)> {
+    fn found(&mut self, t: Micros, _image: &i64, (): (), _now: Micros) -> Vec<(Micros, PoseEstimate)> {
         vec![(t, answer())]
     }
 
-    fn between(&mut self, _t: Micros) -> Option<Answer> {
+    fn propagate(&mut self, _t: Micros) -> Option<PoseEstimate> {
         Some(answer())
     }
 
@@ -185,11 +187,11 @@ pub(crate) struct Answering<F> {
     pub(crate) then: F,
 }
 
-impl<F: FnMut() -> Result<(), LiveError> + Send> Network for Answering<F> {
-    type Image = i64;
-    type Found = ();
+impl<F: FnMut() -> Result<(), LiveError> + Send> InferenceWorker for Answering<F> {
+    type Input = i64;
+    type Output = ();
 
-    fn look(&mut self, _image: &i64) -> Result<(), LiveError> {
+    fn infer(&mut self, _image: &i64) -> Result<(), LiveError> {
         match self.times.checked_sub(1) {
             Some(left) => {
                 self.times = left;
@@ -201,13 +203,13 @@ impl<F: FnMut() -> Result<(), LiveError> + Send> Network for Answering<F> {
 }
 
 /// An eye and a network that always answers.
-pub(crate) fn task(eye: Counting) -> Task<Counting, impl Network<Image = i64, Found = ()>> {
+pub(crate) fn task(eye: Counting) -> Task<Counting, impl InferenceWorker<Image = i64, Found = ()>> {
     Task { eye, network: Answering { times: 0, then: || Ok(()) } }
 }
 
 /// Poses between those of the network every 10 ms, and room for everything.
 pub(crate) fn options() -> LiveOptions {
-    LiveOptions { between_hz: 100.0, most_packets: 10_000, ..LiveOptions::default() }
+    LiveOptions { propagate_hz: 100.0, most_packets: 10_000, ..LiveOptions::default() }
 }
 
 /// Keeps the times of poses.

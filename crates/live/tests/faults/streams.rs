@@ -6,7 +6,8 @@ use std::time::{Duration, Instant};
 use evpose_core::{Event, EventStream, Micros, Polarity};
 use evpose_live::sink::Sinks;
 use evpose_live::source::Framed;
-use evpose_live::{Control, LiveError, LiveOptions, Origin, Report, Task, run};
+use evpose_pose::stream::PoseStream;
+use evpose_live::{Control, LiveError, LiveOptions, Origin, Report, run};
 
 use super::dummy::{
     Answering, Counting, Endless, Fed, Kept, LONG, SENSOR, Seen, events, framed, in_time, options,
@@ -43,7 +44,7 @@ fn a_cut_stream_gives_every_pose_of_what_came_and_then_its_error() {
     assert_eq!((seen.events, report.followed, report.dropped_events), (1_998, 1_998, 0));
     // From the end of the first packet on, every 10 ms.
     let want: Vec<i64> = (0..9).map(|k| 14_950 + 10_000 * k).collect();
-    assert_eq!(kept.times(Origin::Between), want);
+    assert_eq!(kept.times(Origin::Propagated), want);
     assert!(kept.times(Origin::Network).last().is_some_and(|t| *t > 0));
 }
 
@@ -105,7 +106,7 @@ fn time_that_jumps_back_begins_anew_and_poses_go_on() {
     let (kept, seen, ended, report) = play(bytes);
     ended.unwrap();
     assert_eq!((seen.events, seen.resets, report.restarts, report.rejected), (4_000, 1, 1, 0));
-    let between = kept.times(Origin::Between);
+    let between = kept.times(Origin::Propagated);
     let (before, after): (Vec<i64>, Vec<i64>) = between.iter().partition(|t| **t >= hour);
     assert_eq!((before.len(), after.len()), (9, 9), "{between:?}");
     assert!(between.is_sorted_by_key(|t| *t < hour), "first those of before");
@@ -128,7 +129,7 @@ fn a_jump_to_a_far_future_and_back_costs_no_more_than_its_packet() {
     // The last packet is one of them, and nothing comes behind it.
     assert_eq!((seen.events, seen.resets, report.restarts), (4_008, 7, 7));
     // 500 ms of silence, at most, are filled with poses.
-    assert!(kept.times(Origin::Between).len() < 40, "{}", kept.len());
+    assert!(kept.times(Origin::Propagated).len() < 40, "{}", kept.len());
 }
 
 #[test]
@@ -184,7 +185,7 @@ fn packets_that_make_no_sense_are_passed_over_and_counted() {
     let (kept, seen, ended, report) = play(bytes);
     ended.unwrap();
     assert_eq!((report.malformed, seen.events, report.rejected), (3, 1_800, 0));
-    assert_eq!((seen.resets, kept.times(Origin::Between).len()), (0, 9));
+    assert_eq!((seen.resets, kept.times(Origin::Propagated).len()), (0, 9));
 }
 
 #[test]

@@ -12,9 +12,10 @@ use glam::Vec2;
 use rayon::prelude::*;
 
 use super::frames::{BodyFrame, BodyFrames, label_of};
-use super::predictor::BodyPredictor;
-use super::recordings::{BodyRecordings, Film};
-use super::saved::BodyCheckpoint;
+use evpose_task::body::BodyPredictor;
+use super::recordings::BodyRecordings;
+use evpose_task::body::RepresentationReader;
+use evpose_task::body::BodyCheckpoint;
 use crate::TrainError;
 
 /// A recording, what was found on it, and what was there.
@@ -66,7 +67,7 @@ pub fn evaluate_body(
 ) -> Result<BodyEvaluated, TrainError> {
     let one = |predictor: &mut BodyPredictor, (events, poses): &(PathBuf, PathBuf)| {
         let truth = truth_of(&PoseTable::read(poses)?);
-        let mut film = Film::open(events, &checkpoint.config.image)?;
+        let mut film = RepresentationReader::open(events, &checkpoint.config.image)?;
         let first = Micros(1_000 * i64::from(checkpoint.config.data.first_ms));
         let end = Micros::from_seconds(truth.last().map_or(0.0, |last| last.t_s));
         let mut found = Vec::new();
@@ -153,7 +154,7 @@ pub fn mean_pose_of(
 ) -> Result<BodyPoints, TrainError> {
     let mut mean = MeanBody::default();
     for (events, poses) in &recordings.files {
-        let sensor = Film::open(events, &checkpoint.config.image)?.sensor();
+        let sensor = RepresentationReader::open(events, &checkpoint.config.image)?.sensor();
         for row in PoseTable::read(poses)?.rows {
             mean.push(&label_of(&row.joints_px, sensor));
         }

@@ -10,7 +10,7 @@ use evpose_sim::person::People;
 use glam::Vec2;
 use rayon::prelude::*;
 
-use super::config::{BodyConfig, BodySourceKind};
+use evpose_task::body::{BodyConfig, BodySourceKind};
 use super::recordings::BodyRecordings;
 use crate::TrainError;
 

@@ -17,41 +17,11 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::evaluation::truth_of;
-use super::predictor::BodyPredictor;
-use super::recordings::{BodyRecordings, Film};
-use super::saved::BodyCheckpoint;
+use evpose_task::body::BodyPredictor;
+use super::recordings::BodyRecordings;
+use evpose_task::body::{PropagationConfig, RepresentationReader};
+use evpose_task::body::BodyCheckpoint;
 use crate::TrainError;
-
-/// How poses between those of the network are made.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct BetweenConfig {
-    /// Answers of the network a second.
-    pub network_hz: f64,
-    /// How long after the moment that it is about an answer is known, in milliseconds.
-    pub latency_ms: f64,
-    /// Poses a second.
-    pub output_hz: f64,
-    /// Fewer pixels than this tell nothing of a joint's velocity: it rests.
-    pub fewest_samples: u32,
-    /// Velocities from events.
-    pub velocity: TripletVelocityConfig,
-    /// What carries poses on.
-    pub fusion: FusionConfig,
-}
-
-impl Default for BetweenConfig {
-    fn default() -> Self {
-        Self {
-            network_hz: 50.0,
-            latency_ms: 10.0,
-            output_hz: 500.0,
-            fewest_samples: 3,
-            velocity: TripletVelocityConfig::default(),
-            fusion: FusionConfig::default(),
-        }
-    }
-}
 
 /// Two answers to where somebody is at a moment.
 #[derive(Debug, Clone, PartialEq)]
@@ -69,14 +39,14 @@ pub struct BetweenPose {
 /// # Errors
 /// If the recording cannot be read, or the settings are out of their range.
 pub fn poses_between(
-    film: &mut Film,
+    film: &mut RepresentationReader,
     predictor: &mut BodyPredictor,
-    config: &BetweenConfig,
+    config: &PropagationConfig,
     (first, end): (Micros, Micros),
 ) -> Result<Vec<BetweenPose>, TrainError> {
     let sensor = film.sensor();
-    let BetweenConfig { velocity, fusion, fewest_samples, .. } = config;
-    let mut follower = BodyFollower::new(sensor, *velocity, fusion, *fewest_samples)?;
+    let PropagationConfig { velocity, fusion, min_samples, .. } = config;
+    let mut follower = BodyFollower::new(sensor, *velocity, fusion, *min_samples)?;
     let micros = |seconds: f64| Micros((seconds * 1e6).round() as i64);
     let (step, pace) = (micros(1.0 / config.output_hz), micros(1.0 / config.network_hz));
     let latency = micros(1e-3 * config.latency_ms);
@@ -130,7 +100,7 @@ pub fn evaluate_between(
     checkpoint: &BodyCheckpoint,
     predictor: &BodyPredictor,
     recordings: &BodyRecordings,
-    config: &BetweenConfig,
+    config: &PropagationConfig,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<BetweenEvaluated, TrainError> {
     let one = |predictor: &mut BodyPredictor, (events, poses): &(PathBuf, PathBuf)| {
@@ -158,10 +128,10 @@ fn judge(
     predictor: &mut BodyPredictor,
     events: &Path,
     poses: &Path,
-    config: &BetweenConfig,
+    config: &PropagationConfig,
 ) -> Result<[BodySequence; 4], TrainError> {
     let truth = truth_of(&PoseTable::read(poses)?);
-    let mut film = Film::open(events, &checkpoint.config.image)?;
+    let mut film = RepresentationReader::open(events, &checkpoint.config.image)?;
     let first = Micros(1_000 * i64::from(checkpoint.config.data.first_ms));
     let end = Micros::from_seconds(truth.last().map_or(0.0, |last| last.t_s));
     let poses = poses_between(&mut film, predictor, config, (first, end))?;

@@ -14,9 +14,10 @@ use evpose_nn::BodyTargets;
 use evpose_pose::body::BodyLabel;
 use rayon::prelude::*;
 
-use super::augmentation::{BodyAugmentation, BodyView, Interpolation};
+use super::augmentation::{self, BodyView};
+use evpose_task::body::{BodyAugmentation, Interpolation};
 use super::batch::BodyBatch;
-use super::config::BodyConfig;
+use evpose_task::body::BodyConfig;
 use super::frames::BodyFrames;
 use super::targets::BodyGrid;
 use crate::ahead::Ahead;
@@ -123,7 +124,7 @@ impl BodyLoader {
             Passes::Training { .. } => {
                 let index = self.order.at(position) as usize;
                 let label = &self.data.frames[index].label;
-                (index, self.augmentation.draw(self.seed, position, label))
+                (index, augmentation::draw(&self.augmentation, self.seed, position, label))
             }
             Passes::Validation { samples } => {
                 let index = (position * self.data.len() as u64 / samples) as usize;

@@ -13,9 +13,10 @@ use evpose_sim::person::{People, PoseTable};
 use glam::Vec2;
 use rayon::prelude::*;
 
-use super::config::{BodyConfig, BodyImageConfig, LabelMoment};
+use evpose_task::body::{BodyConfig, BodyImageConfig, LabelMoment};
 use super::frames::{BodyFrame, BodyFrames, label_of};
 use crate::TrainError;
+use evpose_task::body::RepresentationReader;
 
 /// Ending of the tables.
 const POSES: &str = ".poses.csv";
@@ -132,7 +133,7 @@ fn frames_of(
     sequence: u64,
 ) -> Result<Vec<BodyFrame>, TrainError> {
     let track = PoseTrack(PoseTable::read(poses)?);
-    let mut film = Film::open(events, &config.image)?;
+    let mut film = RepresentationReader::open(events, &config.image)?;
     let counted = match config.data.label_at {
         LabelMoment::Now => 0,
         LabelMoment::MeanOf(events) => events,
@@ -177,118 +178,6 @@ impl PoseTrack {
             let (from, to): (Vec2, Vec2) = before.joints_px[joint].zip(after.joints_px[joint])?;
             Some(from.lerp(to, share))
         }))
-    }
-}
-
-/// A recording as images of a representation, forwards in time.
-pub struct Film {
-    windows: Windows,
-    representation: Box<dyn Representation>,
-    blur: Option<GaussianKernel>,
-    work: BlurWork,
-    events: EventStream,
-    read_to: Option<Micros>,
-}
-
-impl Film {
-    /// Opens a recording.
-    ///
-    /// # Errors
-    /// If it cannot be read, or the representation not be made.
-    pub fn open(path: &Path, image: &BodyImageConfig) -> Result<Self, TrainError> {
-        Self::with(path, image, &OpenOptions::default())
-    }
-
-    /// As [`Self::open`], where a file leaves a choice.
-    ///
-    /// # Errors
-    /// As there.
-    pub fn with(
-        path: &Path,
-        image: &BodyImageConfig,
-        options: &OpenOptions,
-    ) -> Result<Self, TrainError> {
-        let windows = Windows::open(path, options)?;
-        let sensor = windows.sensor();
-        let window = StreamWindow::new(sensor, Micros(100_000), ChannelOrder::OffFirst)?;
-        let representation = representation_called(&image.representation)?.start(window);
-        let events = EventStream::empty(sensor);
-        Ok(Self {
-            windows,
-            representation,
-            blur: image.blur,
-            work: BlurWork::default(),
-            events,
-            read_to: None,
-        })
-    }
-
-    /// The sensor.
-    pub fn sensor(&self) -> SensorSize {
-        self.windows.sensor()
-    }
-
-    /// When the recording begins; none if it is empty.
-    pub fn start(&self) -> Option<Micros> {
-        self.windows.start()
-    }
-
-    /// When it ends.
-    ///
-    /// # Errors
-    /// If it cannot be read to its end.
-    pub fn end(&mut self) -> Result<Micros, TrainError> {
-        Ok(self.windows.end()?)
-    }
-
-    /// The image at `t`, which is not before the last one asked for. `seen` is shown the events since
-    /// then.
-    ///
-    /// # Errors
-    /// If the recording cannot be read up to there.
-    pub fn at(
-        &mut self,
-        t: Micros,
-        seen: impl FnOnce(&EventStream),
-    ) -> Result<Plane<u8>, TrainError> {
-        self.go_to(t, seen)?;
-        Ok(self.image())
-    }
-
-    /// As [`Self::at`], but the image only if it is wanted.
-    ///
-    /// # Errors
-    /// As there.
-    pub fn at_if(
-        &mut self,
-        t: Micros,
-        wanted: bool,
-        seen: impl FnOnce(&EventStream),
-    ) -> Result<Option<Plane<u8>>, TrainError> {
-        self.go_to(t, seen)?;
-        Ok(wanted.then(|| self.image()))
-    }
-
-    fn go_to(&mut self, t: Micros, seen: impl FnOnce(&EventStream)) -> Result<(), TrainError> {
-        let begin = self.read_to.or(self.windows.start()).unwrap_or(t);
-        let end = t + Micros(1);
-        if begin < end {
-            self.windows.read(TimeWindow { start: begin, end }, &mut self.events)?;
-            self.read_to = Some(end);
-            seen(&self.events);
-            self.representation.push(&self.events);
-        }
-        self.representation.advance(t);
-        Ok(())
-    }
-
-    fn image(&mut self) -> Plane<u8> {
-        let mut image = Plane::for_sensor(self.sensor(), 0);
-        self.representation.render_u8(image.data_mut());
-        let Some(kernel) = self.blur else { return image };
-        let mut blurred = Plane::filled(0, 0, 0);
-        kernel.blur(&image, &mut self.work, &mut blurred);
-        blurred
     }
 }
 

@@ -5,12 +5,12 @@ use evpose_pose::HandParams;
 use evpose_pose::metric::HandEvaluation;
 use serde::Serialize;
 
-use super::{SlowMotionPose, SlowMotionTracker};
+use evpose_task::hand::{HandEstimate, HandView, SlowMotionTracker};
 use crate::TrainError;
-use crate::config::HandConfig;
+use evpose_task::hand::HandConfig;
 use crate::dataset::{HandDataset, HandSequence};
-use crate::evaluation::{Evaluated, Stage, Track, judge_track, judged_frames};
-use crate::predictor::Predictor;
+use crate::evaluation::{Evaluated, Track, judge_track, judged_frames};
+use evpose_task::hand::Predictor;
 
 /// Frames read at once.
 const CHUNK: u64 = 500;
@@ -43,11 +43,11 @@ pub struct SlowMotionUsage {
 }
 
 impl SlowMotionUsage {
-    fn add(&mut self, poses: &[SlowMotionPose]) {
-        let count = |of: fn(&SlowMotionPose) -> bool| poses.iter().filter(|p| of(p)).count() as u64;
+    fn add(&mut self, poses: &[HandEstimate]) {
+        let count = |of: fn(&HandEstimate) -> bool| poses.iter().filter(|p| of(p)).count() as u64;
         self.surfaces += poses.len() as u64;
-        self.repeated += count(|pose| pose.repeated);
-        self.fast += count(|pose| pose.fast);
+        self.repeated += count(|pose| pose.is_repeated);
+        self.fast += count(|pose| pose.is_fast);
         self.waited_s += poses.iter().map(|p| (p.known - p.t).as_seconds()).sum::<f64>();
     }
 }
@@ -66,7 +66,7 @@ pub fn evaluate_slow_motion(
     stride_ms: u32,
     progress: &mut dyn FnMut(u64),
 ) -> Result<SlowMotionEvaluated, TrainError> {
-    let stage = Stage::new(config)?;
+    let stage = HandView::new(config)?;
     let mut methods: Vec<Evaluated> = ["slow_motion", "slow_motion_live"]
         .map(|name| Evaluated { name, evaluation: HandEvaluation::default(), tracks: Vec::new() })
         .into();
@@ -75,8 +75,8 @@ pub fn evaluate_slow_motion(
         let poses = track(config, sequence, predictor, &mut usage, progress)?;
         usage.add(&poses);
         for (method, since) in methods.iter_mut().zip([
-            (|pose: &SlowMotionPose| pose.t) as fn(&SlowMotionPose) -> Micros,
-            |pose: &SlowMotionPose| pose.known,
+            (|pose: &HandEstimate| pose.t) as fn(&HandEstimate) -> Micros,
+            |pose: &HandEstimate| pose.known,
         ]) {
             let frames: Vec<u64> = judged_frames(config, sequence, stride_ms).collect();
             let shown = frames.iter().map(|&frame| newest(&poses, frame, since));
@@ -91,10 +91,10 @@ pub fn evaluate_slow_motion(
 
 /// The newest pose by the end of a frame of 1 ms.
 fn newest(
-    poses: &[SlowMotionPose],
+    poses: &[HandEstimate],
     frame: u64,
-    since: fn(&SlowMotionPose) -> Micros,
-) -> Option<&SlowMotionPose> {
+    since: fn(&HandEstimate) -> Micros,
+) -> Option<&HandEstimate> {
     let end = Micros((frame as i64 + 1) * 1_000);
     poses[..poses.partition_point(|pose| since(pose) < end)].last()
 }
@@ -107,7 +107,7 @@ fn track(
     predictor: &mut dyn Predictor,
     usage: &mut SlowMotionUsage,
     progress: &mut dyn FnMut(u64),
-) -> Result<Vec<SlowMotionPose>, TrainError> {
+) -> Result<Vec<HandEstimate>, TrainError> {
     let mut tracker = SlowMotionTracker::new(config, sequence.sensor())?;
     let mut poses = Vec::new();
     let mut next = 0;
@@ -197,7 +197,7 @@ mod tests {
 
     #[test]
     fn the_newest_pose_is_that_of_the_frame_or_of_one_before() {
-        let pose = |t_us, known_us| SlowMotionPose {
+        let pose = |t_us, known_us| HandEstimate {
             t: Micros(t_us),
             known: Micros(known_us),
             measured: HandParams::default(),

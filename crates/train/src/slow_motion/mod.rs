@@ -15,39 +15,6 @@
 //! EventHands, supplement and live pipeline. There the first surfaces show less than a window of
 //! events; here surfaces begin when the first window is full.
 
-mod batch;
 mod evaluate;
-mod tracker;
 
-use evpose_pose::filter::{AdaptiveFilterConfig, StillnessConfig};
-use evpose_repr::TriggerConfig;
-use serde::{Deserialize, Serialize};
-
-pub use batch::SurfaceBatch;
 pub use evaluate::{SlowMotionEvaluated, SlowMotionUsage, evaluate_slow_motion};
-pub use tracker::{SlowMotionPose, SlowMotionTracker};
-
-/// Settings of the slow-motion mode. `Default` has the published numbers.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct SlowMotionConfig {
-    /// Surfaces predicted at once.
-    pub batch_surfaces: usize,
-    /// When there is a surface.
-    pub trigger: TriggerConfig,
-    /// When a batch is not predicted. Its sum is meant for LNES.
-    pub stillness: StillnessConfig,
-    /// How poses are smoothed.
-    pub filter: AdaptiveFilterConfig,
-}
-
-impl Default for SlowMotionConfig {
-    fn default() -> Self {
-        Self {
-            batch_surfaces: 16,
-            trigger: TriggerConfig::default(),
-            stillness: StillnessConfig::default(),
-            filter: AdaptiveFilterConfig::default(),
-        }
-    }
-}

@@ -5,7 +5,7 @@ use evpose_core::CounterRng;
 use evpose_pose::body::BodyLabel;
 use glam::{DAffine2, DMat2, DVec2};
 
-use super::BodyAugmentation;
+use evpose_task::body::BodyAugmentation;
 
 /// Where three points of an image are when it has been skewed.
 ///
@@ -27,40 +27,38 @@ pub(super) fn mirror() -> DAffine2 {
     DAffine2::from_cols(DVec2::NEG_X, DVec2::Y, DVec2::X)
 }
 
-impl BodyAugmentation {
-    /// Draws one of the five maps; none if nothing is to be done.
-    pub(super) fn draw_map(&self, rng: &mut CounterRng, label: &BodyLabel) -> Option<DAffine2> {
-        let is_alone = label.other_centers.is_empty();
-        // Above 0: what never happens is never chosen.
-        let mut rest = rng.unit();
-        let mut is_chosen = |probability: f32| {
-            let is_chosen = rest <= probability;
-            rest -= probability;
-            is_chosen
-        };
-        if is_chosen(self.pad_probability) {
-            Some(pad(uniform(rng, self.pad)))
-        } else if is_chosen(self.crop_probability) {
-            let cut = uniform(rng, self.crop);
-            let start = [0, 1].map(|_| uniform(rng, self.crop_start) * cut);
-            Some(crop(cut, if is_alone { DVec2::from(start) } else { DVec2::splat(cut) }))
-        } else if is_chosen(self.affine_probability) {
-            let from = SKEWED.map(|to| to + DVec2::from([0, 1].map(|_| uniform(rng, self.affine))));
-            skew(from).filter(|_| is_alone)
-        } else if is_chosen(self.rotate_probability) {
-            Some(rotation(uniform(rng, self.rotate_deg)))
-        } else if is_chosen(self.shift_probability) {
-            let most = uniform(rng, self.shift);
-            let by = [0, 1].map(|_| {
-                let by = most * uniform(rng, [0.5, 1.0]);
-                if rng.chance(0.5) { -by } else { by }
-            });
-            let others = |joint: usize| label.other_keypoints.get(joint).map_or(0, Vec::len);
-            let is_alone = is_alone && TELLING.into_iter().all(|joint| others(joint) == 0);
-            is_alone.then(|| DAffine2::from_translation(by.into()))
-        } else {
-            None
-        }
+/// Draws one of the five maps; none if nothing is to be done.
+pub(super) fn draw_map(augmentation: &BodyAugmentation, rng: &mut CounterRng, label: &BodyLabel) -> Option<DAffine2> {
+    let is_alone = label.other_centers.is_empty();
+    // Above 0: what never happens is never chosen.
+    let mut rest = rng.unit();
+    let mut is_chosen = |probability: f32| {
+        let is_chosen = rest <= probability;
+        rest -= probability;
+        is_chosen
+    };
+    if is_chosen(augmentation.pad_probability) {
+        Some(pad(uniform(rng, augmentation.pad)))
+    } else if is_chosen(augmentation.crop_probability) {
+        let cut = uniform(rng, augmentation.crop);
+        let start = [0, 1].map(|_| uniform(rng, augmentation.crop_start) * cut);
+        Some(crop(cut, if is_alone { DVec2::from(start) } else { DVec2::splat(cut) }))
+    } else if is_chosen(augmentation.affine_probability) {
+        let from = SKEWED.map(|to| to + DVec2::from([0, 1].map(|_| uniform(rng, augmentation.affine))));
+        skew(from).filter(|_| is_alone)
+    } else if is_chosen(augmentation.rotate_probability) {
+        Some(rotation(uniform(rng, augmentation.rotate_deg)))
+    } else if is_chosen(augmentation.shift_probability) {
+        let most = uniform(rng, augmentation.shift);
+        let by = [0, 1].map(|_| {
+            let by = most * uniform(rng, [0.5, 1.0]);
+            if rng.chance(0.5) { -by } else { by }
+        });
+        let others = |joint: usize| label.other_keypoints.get(joint).map_or(0, Vec::len);
+        let is_alone = is_alone && TELLING.into_iter().all(|joint| others(joint) == 0);
+        is_alone.then(|| DAffine2::from_translation(by.into()))
+    } else {
+        None
     }
 }
 

@@ -6,8 +6,9 @@ use glam::DAffine2;
 
 use super::label::{is_inside, moved, unlabelled};
 use super::light::{Square, add_noise, blank, relight};
-use super::resample::{Interpolation, sample};
-use super::{BodyAugmentation, geometry};
+use evpose_task::body::{Interpolation, sample};
+use super::geometry;
+use evpose_task::body::BodyAugmentation;
 
 /// An image and its label as they are seen once: drawn by [`BodyAugmentation::draw`], or
 /// [`plain`](Self::plain).
@@ -21,52 +22,50 @@ pub struct BodyView {
     blank: Option<Square>,
 }
 
-impl BodyAugmentation {
-    /// Draws how sample number `sample` is seen, which depends on it, on `seed` and on its label
-    /// only. A number for each time that it is seen makes each different.
-    pub fn draw(&self, seed: u64, sample: u64, label: &BodyLabel) -> BodyView {
-        // What happens to places and to greys is drawn apart: either can be changed without the
-        // other.
-        let mut places = CounterRng::new(seed, "body augmentation", sample);
-        let mut greys = CounterRng::new(seed, "body augmentation greys", sample);
-        let interpolation = match self.interpolation.len() {
-            0 => Interpolation::Linear,
-            n => self.interpolation[places.below(n)],
-        };
-        let mut view = BodyView::plain(label, interpolation);
-        let is_mirrored = places.chance(self.mirror_probability);
-        let map = self.draw_map(&mut places, label);
-        if is_mirrored || map.is_some() {
-            let mirror = if is_mirrored { geometry::mirror() } else { DAffine2::IDENTITY };
-            let view_from_image = map.unwrap_or(DAffine2::IDENTITY) * mirror;
-            let seen = moved(label, view_from_image, is_mirrored);
-            let (before, after) = (unlabelled(label), unlabelled(&seen));
-            if after <= before + self.most_lost && after <= self.most_unlabelled {
-                view = BodyView { label: seen, view_from_image, ..view };
-            }
+/// Draws how sample number `sample` is seen, which depends on it, on `seed` and on its label
+/// only. A number for each time that it is seen makes each different.
+pub fn draw(augmentation: &BodyAugmentation, seed: u64, sample: u64, label: &BodyLabel) -> BodyView {
+    // What happens to places and to greys is drawn apart: either can be changed without the
+    // other.
+    let mut places = CounterRng::new(seed, "body augmentation", sample);
+    let mut greys = CounterRng::new(seed, "body augmentation greys", sample);
+    let interpolation = match augmentation.interpolation.len() {
+        0 => Interpolation::Linear,
+        n => augmentation.interpolation[places.below(n)],
+    };
+    let mut view = BodyView::plain(label, interpolation);
+    let is_mirrored = places.chance(augmentation.mirror_probability);
+    let map = geometry::draw_map(augmentation, &mut places, label);
+    if is_mirrored || map.is_some() {
+        let mirror = if is_mirrored { geometry::mirror() } else { DAffine2::IDENTITY };
+        let view_from_image = map.unwrap_or(DAffine2::IDENTITY) * mirror;
+        let seen = moved(label, view_from_image, is_mirrored);
+        let (before, after) = (unlabelled(label), unlabelled(&seen));
+        if after <= before + augmentation.most_lost && after <= augmentation.most_unlabelled {
+            view = BodyView { label: seen, view_from_image, ..view };
         }
-        let [contrast, brightness] =
-            [self.contrast, self.brightness].map(|[low, high]| greys.uniform(low, high));
-        view.light = greys.chance(self.light_probability).then_some([contrast, brightness]);
-        if greys.chance(self.noise_probability) {
-            let rng = CounterRng::new(seed, "body augmentation noise", sample);
-            view.noise = Some((rng, self.noise_grey));
-        }
-        if greys.chance(self.blank_probability) {
-            view.blank = self.draw_square(&mut greys, &view.label);
-        }
-        view
     }
+    let [contrast, brightness] =
+        [augmentation.contrast, augmentation.brightness].map(|[low, high]| greys.uniform(low, high));
+    view.light = greys.chance(augmentation.light_probability).then_some([contrast, brightness]);
+    if greys.chance(augmentation.noise_probability) {
+        let rng = CounterRng::new(seed, "body augmentation noise", sample);
+        view.noise = Some((rng, augmentation.noise_grey));
+    }
+    if greys.chance(augmentation.blank_probability) {
+        view.blank = draw_square(augmentation, &mut greys, &view.label);
+    }
+    view
+}
 
-    /// Draws a square on a joint; none without joints.
-    fn draw_square(&self, rng: &mut CounterRng, label: &BodyLabel) -> Option<Square> {
-        let is_seen = |at: &glam::Vec2| is_inside(*at);
-        let labelled = label.keypoints.iter().filter(|keypoint| keypoint.is_labelled());
-        let seen: Vec<_> = labelled.map(|keypoint| keypoint.position).filter(is_seen).collect();
-        let half_side = rng.uniform(self.blank[0], self.blank[1]);
-        let grey = rng.below(1 << u8::BITS) as u8;
-        (!seen.is_empty()).then(|| Square { middle: seen[rng.below(seen.len())], half_side, grey })
-    }
+/// Draws a square on a joint; none without joints.
+fn draw_square(augmentation: &BodyAugmentation, rng: &mut CounterRng, label: &BodyLabel) -> Option<Square> {
+    let is_seen = |at: &glam::Vec2| is_inside(*at);
+    let labelled = label.keypoints.iter().filter(|keypoint| keypoint.is_labelled());
+    let seen: Vec<_> = labelled.map(|keypoint| keypoint.position).filter(is_seen).collect();
+    let half_side = rng.uniform(augmentation.blank[0], augmentation.blank[1]);
+    let grey = rng.below(1 << u8::BITS) as u8;
+    (!seen.is_empty()).then(|| Square { middle: seen[rng.below(seen.len())], half_side, grey })
 }
 
 impl BodyView {

@@ -1,71 +1,42 @@
-//! The slow-motion mode on one stream of events.
+//! Offline schedules of the hand's stream: the slow-motion mode, and every millisecond.
 
 use evpose_core::{EventStream, Micros, SensorSize, TimeWindow};
-use evpose_pose::HandParams;
-use evpose_pose::filter::{AdaptiveHandFilter, StillnessGate};
-use evpose_repr::{Representation, StreamWindow, SurfaceTrigger, representation_called};
+use evpose_repr::SurfaceTrigger;
 
-use crate::TrainError;
-use crate::config::HandConfig;
-use crate::predictor::Predictor;
-use crate::slow_motion::SurfaceBatch;
+use super::batch::InputBatch;
+use super::config::HandConfig;
+use super::estimator::{HandEstimate, HandEstimator};
+use super::predictor::Predictor;
+use crate::TaskError;
 
-/// A pose of the slow-motion mode.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SlowMotionPose {
-    /// Time of the surface it belongs to.
-    pub t: Micros,
-    /// When its batch was full.
-    pub known: Micros,
-    /// As predicted, now or for an earlier batch.
-    pub measured: HandParams,
-    /// After the Kalman filter.
-    pub filtered: HandParams,
-    /// Whether the scene was at rest and an earlier prediction was repeated.
-    pub repeated: bool,
-    /// Whether the filter took it with its fast settings.
-    pub fast: bool,
-}
+/// Inputs that are inferred together offline.
+const OFFLINE_BATCH: usize = 64;
 
-/// Turns packets of events into poses, in batches.
+/// The slow-motion mode: events trigger inputs, which are inferred in batches.
 ///
 /// Packets may be cut anywhere but between events of one microsecond. Time that jumps back means
 /// that the stream started again: everything before is forgotten.
 #[derive(Debug)]
 pub struct SlowMotionTracker {
-    sensor: SensorSize,
+    estimator: HandEstimator,
     window: Micros,
-    surface: Box<dyn Representation>,
     trigger: SurfaceTrigger,
-    gate: StillnessGate,
-    filter: AdaptiveHandFilter,
-    batch_surfaces: usize,
-    /// Surfaces that wait for their batch to be full.
-    waiting: SurfaceBatch,
     /// Times of the first and of the last event.
-    seen: Option<[Micros; 2]>,
+    span: Option<[Micros; 2]>,
 }
 
 impl SlowMotionTracker {
     /// The mode as `config` sets it, for events of `sensor`.
     ///
     /// # Errors
-    /// If a setting makes no sense.
-    pub fn new(config: &HandConfig, sensor: SensorSize) -> Result<Self, TrainError> {
+    /// If the representation is not known or a setting is out of range.
+    pub fn new(config: &HandConfig, sensor: SensorSize) -> Result<Self, TaskError> {
         let mode = &config.slow_motion;
-        let window = Micros(i64::from(config.representation.window_ms) * 1_000);
-        let order = config.representation.channel_order;
-        let representation = representation_called(&config.representation.name)?;
         Ok(Self {
-            sensor,
-            window,
-            surface: representation.start(StreamWindow::new(sensor, window, order)?),
+            estimator: HandEstimator::slow_motion(config, sensor, mode.batch_surfaces)?,
+            window: config.representation.window(),
             trigger: SurfaceTrigger::new(&mode.trigger, sensor),
-            gate: StillnessGate::new(&mode.stillness, sensor)?,
-            filter: AdaptiveHandFilter::new(&mode.filter)?,
-            batch_surfaces: mode.batch_surfaces,
-            waiting: SurfaceBatch::default(),
-            seen: None,
+            span: None,
         })
     }
 
@@ -80,72 +51,114 @@ impl SlowMotionTracker {
         &mut self,
         events: &EventStream,
         predictor: &mut dyn Predictor,
-        poses: &mut Vec<SlowMotionPose>,
-    ) -> Result<(), TrainError> {
+        poses: &mut Vec<HandEstimate>,
+    ) -> Result<(), TaskError> {
         let times = events.t();
         let (Some(&first), Some(&last)) = (times.first(), times.last()) else { return Ok(()) };
-        if self.seen.is_some_and(|[_, before]| first < before) {
+        if self.span.is_some_and(|[_, before]| first < before) {
             self.reset();
         }
-        let start = self.seen.map_or(first, |[start, _]| start);
-        self.seen = Some([start, last]);
+        let start = self.span.map_or(first, |[start, _]| start);
+        self.span = Some([start, last]);
         let mut rest = first;
         let mut from = 0;
+        // The packet is cut after every event that triggers an input.
         while let Some(taken) = self.trigger.due(&times[from..]) {
             from += taken;
             let now = times[from - 1];
             let after = now + Micros(1);
-            self.surface.push(&events.slice(TimeWindow { start: rest, end: after }));
+            self.estimator.push(&events.slice(TimeWindow { start: rest, end: after }));
             rest = after;
             if now - start >= self.window {
-                self.waiting.add(&mut *self.surface, self.sensor, now);
-                if self.waiting.len() == self.batch_surfaces {
+                self.estimator.sample(now, now);
+                if self.estimator.is_full() {
                     self.finish(predictor, poses)?;
                 }
             }
         }
-        self.surface.push(&events.slice(TimeWindow { start: rest, end: last + Micros(1) }));
+        self.estimator.push(&events.slice(TimeWindow { start: rest, end: last + Micros(1) }));
         Ok(())
     }
 
-    /// Appends the poses of the surfaces that still wait for their batch: at the end of a stream.
+    /// Appends the poses of the inputs that wait for their batch: at the end of a stream.
     ///
     /// # Errors
     /// If the prediction fails.
     pub fn finish(
         &mut self,
         predictor: &mut dyn Predictor,
-        poses: &mut Vec<SlowMotionPose>,
-    ) -> Result<(), TrainError> {
-        let Some(&known) = self.waiting.times().last() else { return Ok(()) };
-        let size = (usize::from(self.sensor.height), usize::from(self.sensor.width));
-        let surfaces = self.waiting.values();
-        let gated =
-            self.gate.pass(surfaces, self.waiting.len(), || predictor.predict(surfaces, size))?;
-        for (&t, measured) in self.waiting.times().iter().zip(gated.poses) {
-            let filtered = self.filter.update(t, measured);
-            let (repeated, fast) = (gated.repeated, self.filter.is_fast());
-            poses.push(SlowMotionPose { t, known, measured: *measured, filtered, repeated, fast });
-        }
-        self.waiting.clear();
-        Ok(())
+        poses: &mut Vec<HandEstimate>,
+    ) -> Result<(), TaskError> {
+        complete(&mut self.estimator, predictor, poses)
     }
 
-    /// Forgets everything, waiting surfaces too.
+    /// Forgets everything, waiting inputs too.
     pub fn reset(&mut self) {
-        self.surface.reset();
+        self.estimator.reset();
         self.trigger.reset();
-        self.gate.reset();
-        self.filter.reset();
-        self.waiting.clear();
-        self.seen = None;
+        self.span = None;
     }
+}
+
+/// Appends the poses of the batch, full or not, and empties it.
+fn complete(
+    estimator: &mut HandEstimator,
+    predictor: &mut dyn Predictor,
+    poses: &mut Vec<HandEstimate>,
+) -> Result<(), TaskError> {
+    if estimator.is_empty() {
+        return Ok(());
+    }
+    if let Some(repeated) = estimator.repeat_at_rest() {
+        poses.extend(repeated);
+        return Ok(());
+    }
+    let SensorSize { width, height } = estimator.sensor();
+    let batch = estimator.take(InputBatch::default());
+    let outputs = predictor.predict(batch.values(), (height.into(), width.into()))?;
+    poses.extend(estimator.accept(&batch, outputs));
+    Ok(())
+}
+
+/// Poses of a recording at every millisecond, from the end of the first full window on; only the last one
+/// where the recording is shorter. The pose at `k` ms is that of the events before `k + 1` ms, as in
+/// training. `progress` is called with the number of poses that were added.
+///
+/// # Errors
+/// If a setting is out of range or a prediction fails.
+pub fn poses_every_ms(
+    config: &HandConfig,
+    events: &EventStream,
+    predictor: &mut dyn Predictor,
+    progress: &mut dyn FnMut(usize),
+) -> Result<Vec<HandEstimate>, TaskError> {
+    let (Some(&first), Some(&last)) = (events.t().first(), events.t().last()) else {
+        return Ok(Vec::new());
+    };
+    let mut estimator = HandEstimator::plain(config, events.sensor(), OFFLINE_BATCH)?;
+    let last_ms = last.0.div_euclid(1000);
+    let first_ms = (first.0.div_euclid(1000) + i64::from(config.representation.window_ms)).min(last_ms);
+    let mut poses = Vec::with_capacity((last_ms - first_ms + 1) as usize);
+    let mut pushed = Micros(i64::MIN);
+    for ms in first_ms..=last_ms {
+        let end = Micros((ms + 1) * 1000);
+        estimator.push(&events.slice(TimeWindow { start: pushed, end }));
+        pushed = end;
+        estimator.sample(end - Micros(1), Micros(ms * 1000));
+        if estimator.is_full() || ms == last_ms {
+            let before = poses.len();
+            complete(&mut estimator, predictor, &mut poses)?;
+            progress(poses.len() - before);
+        }
+    }
+    Ok(poses)
 }
 
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_core::{Event, Polarity};
+    use evpose_pose::HandParams;
 
     use super::*;
 
@@ -164,7 +177,7 @@ mod tests {
             &mut self,
             surfaces: &[f32],
             (height, width): (usize, usize),
-        ) -> Result<Vec<HandParams>, TrainError> {
+        ) -> Result<Vec<HandParams>, TaskError> {
             let count = surfaces.len() / (2 * height * width);
             self.batches.push(count);
             Ok((0..count)
@@ -194,7 +207,7 @@ mod tests {
         SlowMotionTracker::new(&HandConfig::default(), SENSOR).unwrap()
     }
 
-    fn run(stream: &EventStream) -> (Vec<SlowMotionPose>, Counting) {
+    fn run(stream: &EventStream) -> (Vec<HandEstimate>, Counting) {
         let (mut tracker, mut predictor, mut poses) = (tracker(), Counting::default(), Vec::new());
         tracker.push(stream, &mut predictor, &mut poses).unwrap();
         (poses, predictor)
@@ -208,7 +221,7 @@ mod tests {
         let times: Vec<i64> = poses.iter().map(|pose| pose.t.0).collect();
         assert_eq!(times, (100..148).map(|ms| ms * 1_000).collect::<Vec<_>>());
         assert!(poses[..16].iter().all(|pose| pose.known == Micros(115_000)));
-        assert!(poses.iter().all(|pose| !pose.repeated));
+        assert!(poses.iter().all(|pose| !pose.is_repeated));
     }
 
     /// Two events a millisecond: a surface every 6 ms, and a window of 200 pixels with a mean of
@@ -221,7 +234,7 @@ mod tests {
         assert!(gaps.iter().all(|&gap| gap == 6_000), "{gaps:?}");
         assert_eq!(poses.len(), 96);
         for (i, pose) in poses.iter().enumerate() {
-            assert_eq!(pose.repeated, i >= 16);
+            assert_eq!(pose.is_repeated, i >= 16);
             assert_eq!(pose.measured, poses[i % 16].measured);
         }
     }

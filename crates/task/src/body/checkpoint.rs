@@ -9,8 +9,8 @@ use evpose_pose::body::{BODY_JOINTS, BodyPoints};
 use glam::Vec2;
 
 use super::config::BodyConfig;
-use crate::TrainError;
-use crate::saved::BEST;
+use crate::TaskError;
+use crate::hand::BEST;
 
 /// Keys of what is written beside the weights.
 const CONFIG: &str = "config";
@@ -35,7 +35,7 @@ impl BodyCheckpoint {
     ///
     /// # Errors
     /// If it cannot be written.
-    pub fn save(&self, path: &Path) -> Result<(), TrainError> {
+    pub fn save(&self, path: &Path) -> Result<(), TaskError> {
         let mut card = BodyCard { network: self.network.config().clone(), ..BodyCard::default() };
         card.provenance.insert(CONFIG.to_owned(), self.config.to_toml()?);
         if let Some(mean) = &self.mean_pose {
@@ -56,7 +56,7 @@ impl BodyCheckpoint {
     ///
     /// # Errors
     /// If there is no network at `path`, or it is damaged or of another shape than it says.
-    pub fn load(path: &Path, device: &Device) -> Result<Self, TrainError> {
+    pub fn load(path: &Path, device: &Device) -> Result<Self, TaskError> {
         if path.is_dir() {
             let best = path.join(BEST);
             if !best.exists() {
@@ -64,7 +64,7 @@ impl BodyCheckpoint {
                     "no {BEST} here: a run writes it when it ends; finish it with `evpose train … --resume`, \
                      or give a .bpk or .pth file"
                 );
-                return Err(TrainError::Config { path: path.to_path_buf(), message });
+                return Err(TaskError::Config { path: path.to_path_buf(), message });
             }
             return Self::load(&best, device);
         }

@@ -3,8 +3,8 @@
 use evpose_pose::body::MIRRORED;
 use serde::{Deserialize, Serialize};
 
-use super::Interpolation;
-use crate::TrainError;
+use super::resample::Interpolation;
+use crate::TaskError;
 
 /// Pixels of the published network's input, along either side.
 const PUBLISHED_SIDE: f32 = 192.0;
@@ -138,10 +138,10 @@ impl BodyAugmentation {
     /// Whether bodies of so many joints can be varied like this.
     ///
     /// # Errors
-    /// [`TrainError::Field`] for what is no probability, no range, or larger than the image, and
+    /// [`TaskError::Field`] for what is no probability, no range, or larger than the image, and
     /// for joints without those of the other side, which cannot be mirrored.
-    pub fn validate(&self, joints: usize) -> Result<(), TrainError> {
-        let wrong = |field, message: String| Err(TrainError::Field { field, message });
+    pub fn validate(&self, joints: usize) -> Result<(), TaskError> {
+        let wrong = |field, message: String| Err(TaskError::Field { field, message });
         if self.interpolation.is_empty() {
             return wrong("augmentation.interpolation", "name at least one".to_owned());
         }

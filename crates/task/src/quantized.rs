@@ -4,20 +4,18 @@ use std::path::{Path, PathBuf};
 
 use evpose_core::atomic_write;
 use evpose_infer::{Engine, EngineOptions, Ranges};
-use evpose_nn::HandRegressor;
 use evpose_nn::graph::{Graph, Operation};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
-use crate::dataset::HandDataset;
-use crate::error::TrainError;
+use crate::TaskError;
 
 /// In a run directory.
 const NAME: &str = "int8.json";
 
 /// The values that the layers of a network were seen to make.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Quantized {
+pub struct QuantizationRanges {
     /// Of which weights: SHA-256 of all of them, as they are computed with.
     weights: String,
     /// Windows of a data set that were looked at.
@@ -25,32 +23,29 @@ pub struct Quantized {
     ranges: Ranges,
 }
 
-impl Quantized {
-    /// Looks at what `network` makes of `windows` windows of a data set, spread evenly, and calls
-    /// `progress` after each.
+impl QuantizationRanges {
+    /// Observes the values of all layers of `graph` on inputs of the shape `[channels, rows, columns]`, and
+    /// calls `progress` after each.
     ///
     /// # Errors
-    /// If the network cannot be compiled, or a window cannot be read.
-    pub fn measure(
-        network: &HandRegressor,
-        data: &HandDataset,
-        windows: u64,
+    /// If the network cannot be compiled, or an input cannot be read.
+    pub fn calibrate<E: From<TaskError>>(
+        graph: &Graph,
+        shape: [usize; 3],
+        inputs: impl IntoIterator<Item = Result<Vec<f32>, E>>,
         progress: &mut dyn FnMut(),
-    ) -> Result<Self, TrainError> {
-        let graph = network.graph();
-        let (height, width) = data.image_size();
+    ) -> Result<Self, E> {
         let options =
             EngineOptions::default().with_every_layer().with_threads(rayon::current_num_threads());
-        let mut engine =
-            Engine::compile(&graph, [graph.nodes[0].channels, height, width], options)?;
-        let mut ranges = Ranges::of(&graph);
-        let windows = windows.min(data.len());
-        for window in 0..windows {
-            let sample = data.plain_sample(window * data.len() / windows)?;
-            engine.see(&sample.surface, &mut ranges);
+        let mut engine = Engine::compile(graph, shape, options).map_err(TaskError::from)?;
+        let mut ranges = Ranges::of(graph);
+        let mut windows = 0;
+        for input in inputs {
+            engine.see(&input?, &mut ranges);
+            windows += 1;
             progress();
         }
-        Ok(Self { weights: digest(&graph), windows, ranges })
+        Ok(Self { weights: digest(graph), windows, ranges })
     }
 
     /// The values.
@@ -67,30 +62,30 @@ impl Quantized {
     ///
     /// # Errors
     /// If it cannot be written.
-    pub fn write(&self, path: &Path) -> Result<(), TrainError> {
+    pub fn write(&self, path: &Path) -> Result<(), TaskError> {
         let text = serde_json::to_string_pretty(self)
-            .map_err(|error| TrainError::Stopped(format!("{}: {error}", path.display())))?;
+            .map_err(|error| TaskError::Config { path: path.to_path_buf(), message: error.to_string() })?;
         atomic_write(path, (text + "\n").as_bytes())
-            .map_err(|source| TrainError::Io { path: path.to_path_buf(), source })
+            .map_err(|source| TaskError::Io { path: path.to_path_buf(), source })
     }
 
     /// Reads the file of a network.
     ///
     /// # Errors
     /// If there is none, it is damaged, or it is of other weights.
-    pub fn read(path: &Path, network: &HandRegressor) -> Result<Self, TrainError> {
-        let config = |message: String| TrainError::Config { path: path.to_path_buf(), message };
+    pub fn read(path: &Path, graph: &Graph) -> Result<Self, TaskError> {
+        let config = |message: String| TaskError::Config { path: path.to_path_buf(), message };
         let advice = "`evpose quantize` makes it, with a data set";
         let text = match std::fs::read_to_string(path) {
             Ok(text) => text,
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
                 return Err(config(format!("8 bits need this file; {advice}")));
             }
-            Err(source) => return Err(TrainError::Io { path: path.to_path_buf(), source }),
+            Err(source) => return Err(TaskError::Io { path: path.to_path_buf(), source }),
         };
         let read: Self = serde_json::from_str(&text)
             .map_err(|error| config(format!("damaged: {error}; {advice} again")))?;
-        if read.weights != digest(&network.graph()) {
+        if read.weights != digest(graph) {
             return Err(config(format!("made for other weights than these; {advice} again")));
         }
         Ok(read)

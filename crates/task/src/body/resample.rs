@@ -77,7 +77,7 @@ pub fn resize_grey(
 ///
 /// # Panics
 /// If `out` is of another size.
-pub(super) fn sample(
+pub fn sample(
     image: &Plane<u8>,
     image_from_out: DAffine2,
     interpolation: Interpolation,

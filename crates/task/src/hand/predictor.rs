@@ -7,7 +7,7 @@ use evpose_nn::graph::Graph;
 use evpose_pose::{HandParams, PARAMETERS};
 use rayon::prelude::*;
 
-use crate::TrainError;
+use crate::TaskError;
 
 /// Turns windows of events into poses: a network, a constant.
 pub trait Predictor {
@@ -20,7 +20,7 @@ pub trait Predictor {
         &mut self,
         surfaces: &[f32],
         image_size: (usize, usize),
-    ) -> Result<Vec<HandParams>, TrainError>;
+    ) -> Result<Vec<HandParams>, TaskError>;
 }
 
 /// A network: on the CPU compiled, on other devices by Burn.
@@ -41,7 +41,7 @@ impl NetworkPredictor {
     }
 
     /// Predicts with our engine, in so many bits; for 8 of them it has to know the values that layers
-    /// make, see [`Quantized`](crate::Quantized).
+    /// make, see [`QuantizationRanges`](crate::QuantizationRanges).
     pub fn compiled(network: &HandRegressor, precision: Precision, ranges: Option<Ranges>) -> Self {
         let compiled = Compiled::new(network.graph(), precision, ranges);
         Self(Way::Compiled(Box::new(compiled)))
@@ -58,7 +58,7 @@ impl Predictor for NetworkPredictor {
         &mut self,
         surfaces: &[f32],
         (height, width): (usize, usize),
-    ) -> Result<Vec<HandParams>, TrainError> {
+    ) -> Result<Vec<HandParams>, TaskError> {
         let values = match &mut self.0 {
             Way::Compiled(compiled) => compiled.values(surfaces, [2, height, width])?,
             Way::Burn { network, device } => {
@@ -69,9 +69,7 @@ impl Predictor for NetworkPredictor {
             }
         };
         if let Some(value) = values.iter().find(|value| !value.is_finite()) {
-            return Err(TrainError::Stopped(format!(
-                "the network predicted {value}: the checkpoint is damaged or diverged"
-            )));
+            return Err(TaskError::NotFinite { value: *value });
         }
         let (poses, _) = values.as_chunks::<PARAMETERS>();
         Ok(poses.iter().map(|&pose| HandParams::from_array(pose)).collect())
@@ -96,7 +94,7 @@ impl Compiled {
     }
 
     /// What the network says of windows of a shape, one after another. Bits do not depend on threads.
-    fn values(&mut self, windows: &[f32], shape: [usize; 3]) -> Result<Vec<f32>, TrainError> {
+    fn values(&mut self, windows: &[f32], shape: [usize; 3]) -> Result<Vec<f32>, TaskError> {
         if shape != self.shape {
             (self.shape, self.alone) = (shape, None);
             self.together.clear();
@@ -107,7 +105,7 @@ impl Compiled {
             let options = EngineOptions::default();
             let options = options.with_threads(threads).with_precision(self.precision);
             let ranges = self.ranges.as_ref();
-            Engine::compile_with(&self.graph, shape, options, ranges).map_err(TrainError::from)
+            Engine::compile_with(&self.graph, shape, options, ranges).map_err(TaskError::from)
         };
         if windows.len() == size {
             let engine = match self.alone.take() {
@@ -147,7 +145,7 @@ impl Predictor for ConstantPose {
         &mut self,
         surfaces: &[f32],
         (height, width): (usize, usize),
-    ) -> Result<Vec<HandParams>, TrainError> {
+    ) -> Result<Vec<HandParams>, TaskError> {
         Ok(vec![self.0; surfaces.len() / (2 * height * width)])
     }
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use burn::optim::lr_scheduler::{LrScheduler, LrSchedulerRecord};
 use serde::{Deserialize, Serialize};
 
-use crate::TrainError;
+use crate::TaskError;
 
 /// How the learning rate changes: up to its value at first, and down at milestones or along a cosine.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -41,9 +41,9 @@ impl Schedule {
     ///
     /// # Errors
     /// The first field that makes no sense.
-    pub(super) fn validate(&self) -> Result<(), TrainError> {
+    pub fn validate(&self) -> Result<(), TaskError> {
         let fail =
-            |field, message: &str| Err(TrainError::Field { field, message: message.to_owned() });
+            |field, message: &str| Err(TaskError::Field { field, message: message.to_owned() });
         if self.milestones.iter().any(|at| !(0.0..=1.0).contains(at)) {
             return fail("training.schedule.milestones", "are shares of the training, from 0 to 1");
         }
@@ -54,7 +54,7 @@ impl Schedule {
     }
 
     /// What the first rate is multiplied by in step `step` (from 0) of `steps`.
-    pub(super) fn share(&self, step: u64, steps: u64) -> f64 {
+    pub fn share(&self, step: u64, steps: u64) -> f64 {
         let part = step as f64 / steps as f64;
         let warm = match self.warm_up_steps {
             0 => 1.0,
@@ -71,11 +71,15 @@ impl Schedule {
 
 /// A [`Schedule`] as Burn wants it.
 #[derive(Debug, Clone)]
-pub(super) struct ScheduledRate {
-    pub(super) schedule: Schedule,
-    pub(super) learning_rate: f64,
-    pub(super) steps: u64,
-    pub(super) next: u64,
+pub struct ScheduledRate {
+    /// Factor over time.
+    pub schedule: Schedule,
+    /// Learning rate at factor 1.
+    pub learning_rate: f64,
+    /// Steps of the training.
+    pub steps: u64,
+    /// The next step.
+    pub next: u64,
 }
 
 /// Key of the next step in a record.
@@ -123,7 +127,7 @@ impl Default for EarlyStop {
 
 impl EarlyStop {
     /// Whether a training with these validation losses by interval ends after interval `interval`.
-    pub(super) fn ends(&self, losses: &BTreeMap<usize, f64>, interval: usize) -> bool {
+    pub fn ends(&self, losses: &BTreeMap<usize, f64>, interval: usize) -> bool {
         if self.window == 0 {
             return false;
         }

@@ -8,9 +8,9 @@ use evpose_pose::body::{BODY_JOINTS, BodyDecoder, BodyJoint, BodyMaps, BodyPoint
 use evpose_pose::metric::body::BodyPrediction;
 use glam::Vec2;
 
-use super::augmentation::{Interpolation, resize_grey};
-use super::saved::BodyCheckpoint;
-use crate::TrainError;
+use super::checkpoint::BodyCheckpoint;
+use super::resample::{Interpolation, resize_grey};
+use crate::TaskError;
 
 /// Channels of the network's input, all the same.
 const CHANNELS: usize = 3;
@@ -53,7 +53,7 @@ impl BodyPredictor {
         checkpoint: &BodyCheckpoint,
         options: BodyPredictorOptions,
         ranges: Option<&Ranges>,
-    ) -> Result<Self, TrainError> {
+    ) -> Result<Self, TaskError> {
         let image = &checkpoint.config.image;
         let side_px = image.side_px;
         let engine_options = EngineOptions::default()

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use evpose_core::Micros;
 use evpose_nn::{HandLossConfig, HandRegressorConfig, backbone_called};
 use evpose_pose::filter::HandFilterConfig;
 use evpose_pose::metric::BootstrapConfig;
@@ -9,9 +10,8 @@ use evpose_repr::{ChannelOrder, WindowAugmentation, representation_called};
 use evpose_sim::SimulationConfig;
 use serde::{Deserialize, Serialize};
 
-use crate::TrainError;
-use crate::devices::DeviceStrategy;
-use crate::slow_motion::SlowMotionConfig;
+use crate::TaskError;
+use super::slow_motion::SlowMotionConfig;
 use crate::toml_text;
 
 /// Everything about a hand experiment. `Default` is the published setting.
@@ -50,6 +50,24 @@ pub struct RepresentationConfig {
     pub window_ms: u32,
     /// Which polarity is channel 0.
     pub channel_order: ChannelOrder,
+}
+
+impl RepresentationConfig {
+    /// Length of the window at evaluation.
+    pub fn window(&self) -> Micros {
+        Micros(1_000 * i64::from(self.window_ms))
+    }
+}
+
+/// How several devices work together.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum DeviceStrategy {
+    /// Distributed data parallel: a replica on each device, gradients averaged among them.
+    #[default]
+    Ddp,
+    /// Gradients summed on the first device, which optimises for all.
+    MainDevice,
 }
 
 /// Optimiser and duration.
@@ -139,7 +157,7 @@ impl HandConfig {
     /// # Errors
     /// If the file cannot be read, has unknown or wrongly typed fields, or values that make no
     /// sense; the error names the field.
-    pub fn load(path: &Path, overrides: &[String]) -> Result<Self, TrainError> {
+    pub fn load(path: &Path, overrides: &[String]) -> Result<Self, TaskError> {
         toml_text::load(path, |text| Self::parse(text, overrides))
     }
 
@@ -148,7 +166,7 @@ impl HandConfig {
     ///
     /// # Errors
     /// If the file cannot be read, or has unknown or wrongly typed fields.
-    pub fn read(path: &Path) -> Result<Self, TrainError> {
+    pub fn read(path: &Path) -> Result<Self, TaskError> {
         toml_text::load(path, |text| toml_text::parse(text, &[]))
     }
 
@@ -156,7 +174,7 @@ impl HandConfig {
     ///
     /// # Errors
     /// As [`Self::load`].
-    pub fn parse(text: &str, overrides: &[String]) -> Result<Self, TrainError> {
+    pub fn parse(text: &str, overrides: &[String]) -> Result<Self, TaskError> {
         let config: Self = toml_text::parse(text, overrides)?;
         config.validate()?;
         Ok(config)
@@ -166,7 +184,7 @@ impl HandConfig {
     ///
     /// # Errors
     /// If a value cannot be written as TOML.
-    pub fn to_toml(&self) -> Result<String, TrainError> {
+    pub fn to_toml(&self) -> Result<String, TaskError> {
         toml_text::written(self)
     }
 
@@ -174,9 +192,9 @@ impl HandConfig {
     ///
     /// # Errors
     /// The first field that makes no sense.
-    pub fn validate(&self) -> Result<(), TrainError> {
+    pub fn validate(&self) -> Result<(), TaskError> {
         let fail =
-            |field, message: &str| Err(TrainError::Field { field, message: message.to_owned() });
+            |field, message: &str| Err(TaskError::Field { field, message: message.to_owned() });
         self.simulation.validate()?;
         if self.representation.window_ms == 0 {
             return fail("representation.window_ms", "must be at least 1");
@@ -193,7 +211,7 @@ impl HandConfig {
         let backbone = backbone_called(&self.network.backbone)?;
         let image = self.simulation.image_size();
         if usize::from(image.width.min(image.height)) < backbone.smallest_px {
-            return Err(TrainError::Field {
+            return Err(TaskError::Field {
                 field: "network.backbone",
                 message: format!(
                     "{} takes images of at least {} pixels a side, these are {image}: choose \

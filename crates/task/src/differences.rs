@@ -5,8 +5,8 @@ use std::fmt;
 
 use serde::Serialize;
 
-use crate::config::HandConfig;
-use crate::{TrainError, toml_text};
+use crate::hand::HandConfig;
+use crate::{TaskError, toml_text};
 
 /// A field that two configs give different values.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -28,7 +28,7 @@ impl fmt::Display for FieldDifference {
 
 impl FieldDifference {
     /// The fields in which the config of a directory differs from the one that was `given`.
-    pub(crate) fn between<C: Serialize>(given: &C, there: &C) -> Result<Vec<Self>, TrainError> {
+    pub(crate) fn between<C: Serialize>(given: &C, there: &C) -> Result<Vec<Self>, TaskError> {
         let (mut given, mut there) = (fields(given)?, fields(there)?);
         let mut names: Vec<String> = given.keys().chain(there.keys()).cloned().collect();
         names.sort_unstable();
@@ -47,14 +47,14 @@ impl HandConfig {
     ///
     /// # Errors
     /// If one of the two cannot be written as TOML.
-    pub fn differences(&self, there: &Self) -> Result<Vec<FieldDifference>, TrainError> {
+    pub fn differences(&self, there: &Self) -> Result<Vec<FieldDifference>, TaskError> {
         FieldDifference::between(self, there)
     }
 }
 
-fn fields(config: &impl Serialize) -> Result<BTreeMap<String, String>, TrainError> {
+fn fields(config: &impl Serialize) -> Result<BTreeMap<String, String>, TaskError> {
     let table: toml::Table = toml::from_str(&toml_text::written(config)?).map_err(|error| {
-        TrainError::Config { path: "config".into(), message: error.to_string() }
+        TaskError::Config { path: "config".into(), message: error.to_string() }
     })?;
     let mut out = BTreeMap::new();
     flatten("", &table, &mut out);

@@ -5,29 +5,29 @@ use std::path::Path;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use crate::TrainError;
+use crate::TaskError;
 
 /// Reads a file with `parse`, whose errors then name it.
-pub(crate) fn load<T>(
+pub fn load<T>(
     path: &Path,
-    parse: impl FnOnce(&str) -> Result<T, TrainError>,
-) -> Result<T, TrainError> {
+    parse: impl FnOnce(&str) -> Result<T, TaskError>,
+) -> Result<T, TaskError> {
     let text = std::fs::read_to_string(path)
-        .map_err(|source| TrainError::Io { path: path.to_path_buf(), source })?;
+        .map_err(|source| TaskError::Io { path: path.to_path_buf(), source })?;
     parse(&text).map_err(|error| match error {
-        TrainError::Config { message, .. } => {
-            TrainError::Config { path: path.to_path_buf(), message }
+        TaskError::Config { message, .. } => {
+            TaskError::Config { path: path.to_path_buf(), message }
         }
         other => other,
     })
 }
 
 /// Reads TOML. `overrides` are `dotted.key=value` as on the command line.
-pub(crate) fn parse<T: DeserializeOwned>(
+pub fn parse<T: DeserializeOwned>(
     text: &str,
     overrides: &[String],
-) -> Result<T, TrainError> {
-    let problem = |message: String| TrainError::Config { path: "config".into(), message };
+) -> Result<T, TaskError> {
+    let problem = |message: String| TaskError::Config { path: "config".into(), message };
     if overrides.is_empty() {
         // Straight from the text, so that errors can point at lines.
         return toml::from_str(text).map_err(|error| problem(error.to_string()));
@@ -41,9 +41,9 @@ pub(crate) fn parse<T: DeserializeOwned>(
 }
 
 /// A whole config as TOML, defaults included.
-pub(crate) fn written(config: &impl Serialize) -> Result<String, TrainError> {
+pub fn written(config: &impl Serialize) -> Result<String, TaskError> {
     toml::to_string_pretty(config)
-        .map_err(|error| TrainError::Config { path: "config".into(), message: error.to_string() })
+        .map_err(|error| TaskError::Config { path: "config".into(), message: error.to_string() })
 }
 
 /// Applies `dotted.key=value` to a table; the value is TOML, or else a bare string.

@@ -9,8 +9,10 @@ use evpose_repr::{ErosLike, GaussianKernel, representation_called};
 use evpose_sim::person::PeopleConfig;
 use serde::{Deserialize, Serialize};
 
-use super::augmentation::{BodyAugmentation, Interpolation};
-use crate::{FieldDifference, TrainError, toml_text};
+use super::augmentation::BodyAugmentation;
+use super::resample::Interpolation;
+use super::schedule::{EarlyStop, Schedule};
+use crate::{FieldDifference, TaskError, toml_text};
 
 /// What tells such files from those of hands.
 pub(super) const TASK: &str = "body";
@@ -129,7 +131,7 @@ pub struct BodyImageConfig {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct BodyTargetConfig {
-    /// All of them, see [`BodyGrid`](super::BodyGrid).
+    /// All of them, see `BodyGrid` of the training.
     pub parity: bool,
 }
 
@@ -150,7 +152,7 @@ pub struct BodyTrainingConfig {
     /// Of Adam, at first.
     pub learning_rate: f64,
     /// How it changes.
-    pub schedule: super::Schedule,
+    pub schedule: Schedule,
     /// Of all weights, added to gradients.
     pub weight_decay: f32,
     /// Optimiser steps in all.
@@ -160,7 +162,7 @@ pub struct BodyTrainingConfig {
     /// Images looked at in each validation, at most.
     pub validation_samples: u64,
     /// When to end before that.
-    pub early_stop: super::EarlyStop,
+    pub early_stop: EarlyStop,
 }
 
 /// Held-out data.
@@ -241,12 +243,12 @@ impl Default for BodyTrainingConfig {
         Self {
             batch_size: 64,
             learning_rate: 1e-3,
-            schedule: super::Schedule::default(),
+            schedule: Schedule::default(),
             weight_decay: 1e-3,
             steps: 30_000,
             steps_per_validation: 500,
             validation_samples: 2_000,
-            early_stop: super::EarlyStop::default(),
+            early_stop: EarlyStop::default(),
         }
     }
 }
@@ -276,7 +278,7 @@ impl BodyConfig {
     /// # Errors
     /// If the file cannot be read, has unknown or wrongly typed fields, or values that make no sense; the
     /// error names the field.
-    pub fn load(path: &Path, overrides: &[String]) -> Result<Self, TrainError> {
+    pub fn load(path: &Path, overrides: &[String]) -> Result<Self, TaskError> {
         toml_text::load(path, |text| Self::parse(text, overrides))
     }
 
@@ -284,7 +286,7 @@ impl BodyConfig {
     ///
     /// # Errors
     /// If the file cannot be read, or has unknown or wrongly typed fields.
-    pub fn read(path: &Path) -> Result<Self, TrainError> {
+    pub fn read(path: &Path) -> Result<Self, TaskError> {
         toml_text::load(path, |text| toml_text::parse(text, &[]))
     }
 
@@ -292,7 +294,7 @@ impl BodyConfig {
     ///
     /// # Errors
     /// As [`Self::load`].
-    pub fn parse(text: &str, overrides: &[String]) -> Result<Self, TrainError> {
+    pub fn parse(text: &str, overrides: &[String]) -> Result<Self, TaskError> {
         let config: Self = toml_text::parse(text, overrides)?;
         config.validate()?;
         Ok(config)
@@ -302,7 +304,7 @@ impl BodyConfig {
     ///
     /// # Errors
     /// If a value cannot be written as TOML.
-    pub fn to_toml(&self) -> Result<String, TrainError> {
+    pub fn to_toml(&self) -> Result<String, TaskError> {
         toml_text::written(self)
     }
 
@@ -310,7 +312,7 @@ impl BodyConfig {
     ///
     /// # Errors
     /// If one of the two cannot be written as TOML.
-    pub fn differences(&self, there: &Self) -> Result<Vec<FieldDifference>, TrainError> {
+    pub fn differences(&self, there: &Self) -> Result<Vec<FieldDifference>, TaskError> {
         FieldDifference::between(self, there)
     }
 
@@ -318,9 +320,9 @@ impl BodyConfig {
     ///
     /// # Errors
     /// The first field that makes no sense.
-    pub fn validate(&self) -> Result<(), TrainError> {
+    pub fn validate(&self) -> Result<(), TaskError> {
         let fail =
-            |field, message: &str| Err(TrainError::Field { field, message: message.to_owned() });
+            |field, message: &str| Err(TaskError::Field { field, message: message.to_owned() });
         if self.task != TASK {
             return fail("task", "must be \"body\"");
         }

@@ -8,13 +8,13 @@ use evpose_nn::weights::{self, InputConfig, ModelCard};
 use evpose_pose::HandParams;
 use evpose_repr::ChannelOrder;
 
-use crate::TrainError;
-use crate::config::HandConfig;
+use super::config::HandConfig;
+use crate::TaskError;
 
 /// The network of the lowest validation loss, in a run directory.
-pub(crate) const BEST: &str = "best.bpk";
+pub const BEST: &str = "best.bpk";
 /// The network after the last step.
-pub(crate) const LAST: &str = "last.bpk";
+pub const LAST: &str = "last.bpk";
 
 /// Keys of the model card's provenance.
 const CONFIG: &str = "config";
@@ -22,7 +22,7 @@ const MEAN_POSE: &str = "mean_pose";
 
 /// A network together with the experiment it came from.
 #[derive(Debug)]
-pub struct Checkpoint {
+pub struct HandCheckpoint {
     /// The experiment; the published setting for weights from elsewhere.
     pub config: HandConfig,
     /// The network.
@@ -31,12 +31,12 @@ pub struct Checkpoint {
     pub mean_pose: Option<HandParams>,
 }
 
-impl Checkpoint {
+impl HandCheckpoint {
     /// Writes one self-describing file.
     ///
     /// # Errors
     /// If it cannot be written.
-    pub fn save(&self, path: &Path) -> Result<(), TrainError> {
+    pub fn save(&self, path: &Path) -> Result<(), TaskError> {
         let sensor = self.config.simulation.image_size();
         let mut card = ModelCard {
             network: self.config.network.clone(),
@@ -65,11 +65,11 @@ impl Checkpoint {
     ///
     /// # Errors
     /// If there is no network at `path`, or it is damaged or of another shape than it says.
-    pub fn load(path: &Path, device: &Device) -> Result<Self, TrainError> {
+    pub fn load(path: &Path, device: &Device) -> Result<Self, TaskError> {
         if path.is_dir() {
             let best = path.join(BEST);
             if !best.exists() {
-                return Err(TrainError::Config {
+                return Err(TaskError::Config {
                     path: path.to_path_buf(),
                     message: format!(
                         "no {BEST} here: a run writes it when it ends; finish it with \

@@ -1,0 +1,146 @@
+//! The body's stream online: a representation at the network's pace, and velocities of events in between.
+
+use evpose_core::{EventStream, Micros, Plane, SensorSize};
+use evpose_pose::PoseEstimate;
+use evpose_pose::body::fusion::ScoredPoints;
+use evpose_pose::body::{BODY_JOINTS, BodyFollower, BodyJoint, BodyPoints};
+use evpose_pose::stream::{InferenceWorker, PoseStream, StreamError, StreamFrontend};
+use evpose_repr::{
+    BlurWork, ChannelOrder, GaussianKernel, Representation, StreamWindow, representation_called,
+};
+
+use super::checkpoint::BodyCheckpoint;
+use super::config::BodyImageConfig;
+use super::predictor::{BodyPredictor, BodyPredictorOptions};
+use super::propagation::PropagationConfig;
+use crate::TaskError;
+
+/// Window of representations that have one.
+const WINDOW: Micros = Micros(100_000);
+
+/// The representation of a config, for events of `sensor`.
+///
+/// # Errors
+/// If it is not known, or cannot be made for such a sensor.
+pub(super) fn start_representation(
+    image: &BodyImageConfig,
+    sensor: SensorSize,
+) -> Result<Box<dyn Representation>, TaskError> {
+    let window = StreamWindow::new(sensor, WINDOW, ChannelOrder::OffFirst)?;
+    Ok(representation_called(&image.representation)?.start(window))
+}
+
+/// The blur of the representation's image, if the config has one.
+#[derive(Debug)]
+pub(super) struct Blur {
+    kernel: Option<GaussianKernel>,
+    work: BlurWork,
+    blurred: Plane<u8>,
+}
+
+impl Blur {
+    pub(super) fn new(kernel: Option<GaussianKernel>) -> Self {
+        Self { kernel, work: BlurWork::default(), blurred: Plane::filled(0, 0, 0) }
+    }
+
+    pub(super) fn apply<'a>(&'a mut self, image: &'a Plane<u8>) -> &'a Plane<u8> {
+        let Some(kernel) = self.kernel else { return image };
+        kernel.blur(image, &mut self.work, &mut self.blurred);
+        &self.blurred
+    }
+}
+
+/// The stream of a network of bodies, for events of `sensor`.
+///
+/// # Errors
+/// If the representation is not known, the network cannot be compiled, or a setting is out of range.
+pub fn body_stream(
+    checkpoint: &BodyCheckpoint,
+    sensor: SensorSize,
+    propagation: &PropagationConfig,
+    options: BodyPredictorOptions,
+) -> Result<PoseStream<BodyFrontend, BodyWorker>, TaskError> {
+    let image = &checkpoint.config.image;
+    let PropagationConfig { velocity, fusion, min_samples, .. } = propagation;
+    let frontend = BodyFrontend {
+        sensor,
+        representation: start_representation(image, sensor)?,
+        follower: BodyFollower::new(sensor, *velocity, fusion, *min_samples)?,
+        scores: None,
+    };
+    let predictor = BodyPredictor::new(checkpoint, options, None)?;
+    Ok(PoseStream::new(frontend, BodyWorker { predictor, blur: Blur::new(image.blur) }))
+}
+
+/// Follows the events of a person.
+#[derive(Debug)]
+pub struct BodyFrontend {
+    sensor: SensorSize,
+    representation: Box<dyn Representation>,
+    follower: BodyFollower,
+    /// Scores of the last output.
+    scores: Option<[f32; BODY_JOINTS]>,
+}
+
+impl StreamFrontend for BodyFrontend {
+    type Input = Plane<u8>;
+    type Output = Vec<BodyJoint>;
+    type Pose = (BodyPoints, [f32; BODY_JOINTS]);
+
+    fn push(&mut self, events: &EventStream) -> Result<(), StreamError> {
+        self.representation.push(events);
+        self.follower.push(events);
+        Ok(())
+    }
+
+    fn input(&mut self, t: Micros, memory: Option<Plane<u8>>) -> Option<Plane<u8>> {
+        let mut image = memory.unwrap_or_else(|| Plane::for_sensor(self.sensor, 0));
+        self.representation.advance(t);
+        self.representation.render_u8(image.data_mut());
+        Some(image)
+    }
+
+    fn accept(
+        &mut self,
+        t: Micros,
+        _input: &Plane<u8>,
+        joints: Vec<BodyJoint>,
+        now: Micros,
+    ) -> Vec<(Micros, Self::Pose)> {
+        let detection = ScoredPoints::in_image(&joints, self.sensor);
+        self.follower.detection(t, &detection, now);
+        let ScoredPoints { points, scores } = detection;
+        self.scores = Some(scores);
+        vec![(t, (points, scores))]
+    }
+
+    fn estimate(&self, &(joints_px, scores): &Self::Pose) -> PoseEstimate {
+        PoseEstimate::Body { joints_px, scores }
+    }
+
+    fn propagate(&mut self, t: Micros) -> Option<PoseEstimate> {
+        let scores = self.scores?;
+        Some(PoseEstimate::Body { joints_px: self.follower.at(t), scores })
+    }
+
+    fn reset(&mut self) {
+        self.representation.reset();
+        self.follower.reset();
+        self.scores = None;
+    }
+}
+
+/// Detects joints on images of the representation.
+pub struct BodyWorker {
+    predictor: BodyPredictor,
+    blur: Blur,
+}
+
+impl InferenceWorker for BodyWorker {
+    type Input = Plane<u8>;
+    type Output = Vec<BodyJoint>;
+
+    fn infer(&mut self, image: &Plane<u8>) -> Result<Vec<BodyJoint>, StreamError> {
+        Ok(self.predictor.joints(self.blur.apply(image)))
+    }
+}

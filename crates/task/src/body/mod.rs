@@ -1,0 +1,24 @@
+//! The body task: MoveEnet.
+
+mod augmentation;
+mod checkpoint;
+mod config;
+mod frontend;
+mod predictor;
+mod propagation;
+mod reader;
+mod resample;
+mod schedule;
+
+pub use augmentation::BodyAugmentation;
+pub use checkpoint::BodyCheckpoint;
+pub use config::{
+    BodyConfig, BodyDataConfig, BodyDecodingConfig, BodyEvaluationConfig, BodyImageConfig,
+    BodySourceKind, BodyTargetConfig, BodyTrainingConfig, LabelMoment,
+};
+pub use frontend::{BodyFrontend, BodyWorker, body_stream};
+pub use predictor::{BodyPredictor, BodyPredictorOptions, joints_in_pixels};
+pub use propagation::PropagationConfig;
+pub use reader::RepresentationReader;
+pub use resample::{Interpolation, resize_grey, sample};
+pub use schedule::{EarlyStop, Schedule, ScheduledRate};

@@ -1,0 +1,118 @@
+//! Recordings as images of a representation.
+
+use std::path::Path;
+
+use evpose_core::{EventStream, Micros, Plane, SensorSize, TimeWindow};
+use evpose_io::{OpenOptions, Windows};
+
+use super::config::BodyImageConfig;
+use super::frontend::{Blur, start_representation};
+use crate::TaskError;
+use evpose_repr::Representation;
+
+/// A recording as images of a representation, forwards in time.
+pub struct RepresentationReader {
+    windows: Windows,
+    representation: Box<dyn Representation>,
+    blur: Blur,
+    events: EventStream,
+    read_to: Option<Micros>,
+}
+
+impl RepresentationReader {
+    /// Opens a recording.
+    ///
+    /// # Errors
+    /// If it cannot be read, or the representation not be made.
+    pub fn open(path: &Path, image: &BodyImageConfig) -> Result<Self, TaskError> {
+        Self::with(path, image, &OpenOptions::default())
+    }
+
+    /// As [`Self::open`], where a file leaves a choice.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn with(
+        path: &Path,
+        image: &BodyImageConfig,
+        options: &OpenOptions,
+    ) -> Result<Self, TaskError> {
+        let windows = Windows::open(path, options)?;
+        let sensor = windows.sensor();
+        let representation = start_representation(image, sensor)?;
+        let events = EventStream::empty(sensor);
+        Ok(Self {
+            windows,
+            representation,
+            blur: Blur::new(image.blur),
+            events,
+            read_to: None,
+        })
+    }
+
+    /// The sensor.
+    pub fn sensor(&self) -> SensorSize {
+        self.windows.sensor()
+    }
+
+    /// When the recording begins; none if it is empty.
+    pub fn start(&self) -> Option<Micros> {
+        self.windows.start()
+    }
+
+    /// When it ends.
+    ///
+    /// # Errors
+    /// If it cannot be read to its end.
+    pub fn end(&mut self) -> Result<Micros, TaskError> {
+        Ok(self.windows.end()?)
+    }
+
+    /// The image at `t`, which is not before the last one asked for. `observe` receives the events since
+    /// then.
+    ///
+    /// # Errors
+    /// If the recording cannot be read up to there.
+    pub fn at(
+        &mut self,
+        t: Micros,
+        observe: impl FnOnce(&EventStream),
+    ) -> Result<Plane<u8>, TaskError> {
+        self.go_to(t, observe)?;
+        Ok(self.image())
+    }
+
+    /// As [`Self::at`], but the image only if it is wanted.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn at_if(
+        &mut self,
+        t: Micros,
+        is_wanted: bool,
+        observe: impl FnOnce(&EventStream),
+    ) -> Result<Option<Plane<u8>>, TaskError> {
+        self.go_to(t, observe)?;
+        Ok(is_wanted.then(|| self.image()))
+    }
+
+    fn go_to(&mut self, t: Micros, observe: impl FnOnce(&EventStream)) -> Result<(), TaskError> {
+        let begin = self.read_to.or(self.windows.start()).unwrap_or(t);
+        let end = t + Micros(1);
+        if begin < end {
+            self.windows.read(TimeWindow { start: begin, end }, &mut self.events)?;
+            self.read_to = Some(end);
+            observe(&self.events);
+            self.representation.push(&self.events);
+        }
+        self.representation.advance(t);
+        Ok(())
+    }
+
+    fn image(&mut self) -> Plane<u8> {
+        let mut image = Plane::for_sensor(self.sensor(), 0);
+        self.representation.render_u8(image.data_mut());
+        self.blur.apply(&image).clone()
+    }
+}
+

@@ -1,0 +1,62 @@
+//! Errors of tasks.
+
+use std::path::PathBuf;
+
+/// A config, a checkpoint or a stream that cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum TaskError {
+    /// A file cannot be read or written.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file or directory.
+        path: PathBuf,
+        /// The reason.
+        source: std::io::Error,
+    },
+    /// A network that cannot be compiled.
+    #[error(transparent)]
+    Engine(#[from] evpose_infer::InferError),
+    /// A config or a checkpoint that cannot be read.
+    #[error("{}: {message}", path.display())]
+    Config {
+        /// The file.
+        path: PathBuf,
+        /// The field, and the values it may have.
+        message: String,
+    },
+    /// A config whose values contradict each other or the data.
+    #[error("config field `{field}`: {message}")]
+    Field {
+        /// Dotted name of the field.
+        field: &'static str,
+        /// The fault and the remedy.
+        message: String,
+    },
+    /// Event or label files.
+    #[error(transparent)]
+    Data(#[from] evpose_io::IoError),
+    /// Representations.
+    #[error(transparent)]
+    Representation(#[from] evpose_repr::ReprError),
+    /// Filters and decoders.
+    #[error(transparent)]
+    Pose(#[from] evpose_pose::PoseError),
+    /// Simulation settings, body models.
+    #[error(transparent)]
+    Simulation(#[from] evpose_sim::SimError),
+    /// Networks and weight files.
+    #[error(transparent)]
+    Network(#[from] evpose_nn::NnError),
+    /// A network that predicts values that are not finite.
+    #[error("the network predicted {value}: the checkpoint is damaged or diverged")]
+    NotFinite {
+        /// The first such value.
+        value: f32,
+    },
+}
+
+impl From<TaskError> for evpose_pose::stream::StreamError {
+    fn from(error: TaskError) -> Self {
+        Self::new(error)
+    }
+}

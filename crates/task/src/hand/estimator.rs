@@ -1,0 +1,208 @@
+//! The hand's stream without its schedule: representation, batch, stillness gate, filter.
+
+use evpose_core::{EventStream, Micros, SensorSize};
+use evpose_pose::HandParams;
+use evpose_pose::filter::{AdaptiveHandFilter, HandFilter, StillnessGate};
+use evpose_repr::{Representation, StreamWindow, representation_called};
+
+use super::batch::InputBatch;
+use super::config::HandConfig;
+use crate::TaskError;
+
+/// A pose of a hand with what the gate and the filter did to it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HandEstimate {
+    /// Time stamp of its input.
+    pub t: Micros,
+    /// Time stamp of the last input of its batch: the earliest at which the pose is known.
+    pub known: Micros,
+    /// The network's output, of this batch or repeated from an earlier one.
+    pub measured: HandParams,
+    /// After the filter; the output itself where there is none.
+    pub filtered: HandParams,
+    /// Whether the scene was at rest and an earlier output was repeated.
+    pub is_repeated: bool,
+    /// Whether the filter took it with its fast settings.
+    pub is_fast: bool,
+}
+
+/// Temporal filter of the poses.
+#[derive(Debug)]
+enum Smoothing {
+    Kalman(Box<HandFilter>),
+    Adaptive(Box<AdaptiveHandFilter>),
+}
+
+impl Smoothing {
+    fn update(&mut self, t: Micros, measured: &HandParams) -> HandParams {
+        match self {
+            Self::Kalman(filter) => filter.update(t, measured),
+            Self::Adaptive(filter) => filter.update(t, measured),
+        }
+    }
+
+    fn is_fast(&self) -> bool {
+        matches!(self, Self::Adaptive(filter) if filter.is_fast())
+    }
+}
+
+/// Events to inputs of the network, and its outputs to filtered poses.
+///
+/// When inputs are taken is the schedule of the caller: every millisecond
+/// ([`poses_every_ms`](super::poses_every_ms)), where events trigger them
+/// ([`SlowMotionTracker`](super::SlowMotionTracker)), or when the network is free
+/// ([`HandFrontend`](super::HandFrontend)).
+#[derive(Debug)]
+pub struct HandEstimator {
+    sensor: SensorSize,
+    representation: Box<dyn Representation>,
+    gate: Option<StillnessGate>,
+    smoothing: Smoothing,
+    batch: usize,
+    pending: InputBatch,
+}
+
+impl HandEstimator {
+    /// The plain pipeline: every input is inferred, in batches of `batch`, and the published Kalman filter
+    /// smooths the poses.
+    ///
+    /// # Errors
+    /// If the representation is not known or a setting is out of range.
+    pub fn plain(config: &HandConfig, sensor: SensorSize, batch: usize) -> Result<Self, TaskError> {
+        let smoothing = Smoothing::Kalman(Box::new(HandFilter::new(&config.filter)?));
+        Self::new(config, sensor, batch, None, smoothing)
+    }
+
+    /// The slow-motion mode: batches of a scene at rest repeat earlier poses, and the filter has two
+    /// settings.
+    ///
+    /// # Errors
+    /// As [`Self::plain`].
+    pub fn slow_motion(
+        config: &HandConfig,
+        sensor: SensorSize,
+        batch: usize,
+    ) -> Result<Self, TaskError> {
+        let mode = &config.slow_motion;
+        let gate = StillnessGate::new(&mode.stillness, sensor)?;
+        let smoothing = Smoothing::Adaptive(Box::new(AdaptiveHandFilter::new(&mode.filter)?));
+        Self::new(config, sensor, batch, Some(gate), smoothing)
+    }
+
+    fn new(
+        config: &HandConfig,
+        sensor: SensorSize,
+        batch: usize,
+        gate: Option<StillnessGate>,
+        smoothing: Smoothing,
+    ) -> Result<Self, TaskError> {
+        let input = &config.representation;
+        let window = StreamWindow::new(sensor, input.window(), input.channel_order)?;
+        let representation = representation_called(&input.name)?.start(window);
+        let pending = InputBatch::default();
+        Ok(Self { sensor, representation, gate, smoothing, batch: batch.max(1), pending })
+    }
+
+    /// The sensor of the events.
+    pub fn sensor(&self) -> SensorSize {
+        self.sensor
+    }
+
+    /// Inputs of a full batch.
+    pub fn batch(&self) -> usize {
+        self.batch
+    }
+
+    /// Takes events.
+    pub fn push(&mut self, events: &EventStream) {
+        self.representation.push(events);
+    }
+
+    /// Adds the input at `now` to the batch, with the time stamp `t`.
+    pub fn sample(&mut self, now: Micros, t: Micros) {
+        self.representation.advance(now);
+        self.pending.add(&mut *self.representation, self.sensor, t);
+    }
+
+    /// Whether the batch is full.
+    pub fn is_full(&self) -> bool {
+        self.pending.len() >= self.batch
+    }
+
+    /// Whether the batch holds no input.
+    pub fn is_empty(&self) -> bool {
+        self.pending.is_empty()
+    }
+
+    /// Drops the inputs of the batch.
+    pub fn clear(&mut self) {
+        self.pending.clear();
+    }
+
+    /// The poses of the batch if the scene is at rest: those of an earlier batch, once more. The batch is
+    /// then empty.
+    pub fn repeat_at_rest(&mut self) -> Option<Vec<HandEstimate>> {
+        let (gate, pending) = (self.gate.as_mut()?, &self.pending);
+        if !gate.is_at_rest(pending.values(), pending.len()) {
+            return None;
+        }
+        let poses = gate.repeat(pending.len()).to_vec();
+        let batch = std::mem::take(&mut self.pending);
+        let estimates = self.smooth(&batch, &poses, true);
+        self.pending = batch;
+        self.pending.clear();
+        Some(estimates)
+    }
+
+    /// Takes the batch, leaving the memory of `next` for the one to come.
+    pub fn take(&mut self, mut next: InputBatch) -> InputBatch {
+        next.clear();
+        std::mem::replace(&mut self.pending, next)
+    }
+
+    /// Takes the network's outputs for a batch.
+    pub fn accept(&mut self, batch: &InputBatch, outputs: Vec<HandParams>) -> Vec<HandEstimate> {
+        let estimates = self.smooth(batch, &outputs, false);
+        if let Some(gate) = &mut self.gate {
+            gate.predicted(outputs);
+        }
+        estimates
+    }
+
+    fn smooth(
+        &mut self,
+        batch: &InputBatch,
+        poses: &[HandParams],
+        is_repeated: bool,
+    ) -> Vec<HandEstimate> {
+        let Some(&known) = batch.times().last() else { return Vec::new() };
+        let pairs = batch.times().iter().zip(poses);
+        let estimates = pairs.map(|(&t, measured)| {
+            let filtered = self.smoothing.update(t, measured);
+            let is_fast = self.smoothing.is_fast();
+            HandEstimate { t, known, measured: *measured, filtered, is_repeated, is_fast }
+        });
+        estimates.collect()
+    }
+
+    /// The filter's pose at `t`. None before the first output.
+    pub fn propagate(&self, t: Micros) -> Option<HandParams> {
+        match &self.smoothing {
+            Smoothing::Kalman(filter) => filter.at(t),
+            Smoothing::Adaptive(filter) => filter.at(t),
+        }
+    }
+
+    /// Forgets everything.
+    pub fn reset(&mut self) {
+        self.representation.reset();
+        self.pending.clear();
+        if let Some(gate) = &mut self.gate {
+            gate.reset();
+        }
+        match &mut self.smoothing {
+            Smoothing::Kalman(filter) => filter.reset(),
+            Smoothing::Adaptive(filter) => filter.reset(),
+        }
+    }
+}

@@ -1,0 +1,23 @@
+//! The hand task: EventHands.
+
+mod batch;
+mod checkpoint;
+mod config;
+mod estimator;
+mod frontend;
+mod predictor;
+mod slow_motion;
+mod tracker;
+mod view;
+
+pub use batch::{InputBatch, render_channels};
+pub use checkpoint::{BEST, HandCheckpoint, LAST};
+pub use config::{
+    DeviceStrategy, EvaluationConfig, HandConfig, RepresentationConfig, TrainingConfig,
+};
+pub use estimator::{HandEstimate, HandEstimator};
+pub use frontend::{HandFrontend, HandWorker, hand_stream};
+pub use predictor::{ConstantPose, NetworkPredictor, Predictor};
+pub use slow_motion::SlowMotionConfig;
+pub use tracker::{SlowMotionTracker, poses_every_ms};
+pub use view::HandView;
