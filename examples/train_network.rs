@@ -12,7 +12,8 @@
 use anyhow::{Context, Result};
 use evpose_nn::DeviceKind;
 use evpose_sim::{Simulation, record_all};
-use evpose_train::{HandConfig, TrainOptions, read_history, train_hand, validation_losses};
+use evpose_task::hand::HandConfig;
+use evpose_train::{TrainOptions, read_history, train_hand, validation_losses};
 
 /// Optimiser steps between validations.
 const STEPS_PER_VALIDATION: u64 = 15;

@@ -5,7 +5,7 @@ use burn::tensor::Device;
 use evpose_nn::parameters::trained_count;
 use evpose_nn::{DeviceKind, HandRegressorConfig};
 use evpose_pose::metric::{BootstrapConfig, HandEvaluation, Interval};
-use evpose_task::hand::{HandCheckpoint, ConstantPose, HandConfig, NetworkPredictor};
+use evpose_task::hand::{ConstantPose, HandCheckpoint, HandConfig, NetworkPredictor};
 use evpose_train::{HandDataset, Method, TrainOptions, evaluate, poses_to_judge, train_hand};
 use serde::{Deserialize, Serialize};
 

@@ -15,13 +15,10 @@
 
 pub mod args;
 pub mod bad_input;
-pub mod body_checkpoint;
 pub mod body_config;
 pub mod hand_config;
-pub mod hand_predictor;
 pub mod json;
 pub mod latency;
-pub mod live_task;
 pub mod machine;
 pub mod progress;
 pub mod recorded;

@@ -4,8 +4,9 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use evpose_core::atomic_write;
-use evpose_task::body::BodyConfig;
 use evpose_task::FieldDifference;
+use evpose_task::TaskError;
+use evpose_task::body::BodyConfig;
 use evpose_task::hand::HandConfig;
 use evpose_train::TrainError;
 
@@ -22,17 +23,17 @@ pub trait RunConfig: Sized {
     ///
     /// # Errors
     /// If it cannot be serialised.
-    fn toml(&self) -> Result<String, TrainError>;
+    fn toml(&self) -> Result<String, TaskError>;
     /// Reads a config.
     ///
     /// # Errors
     /// If the file cannot be read or parsed.
-    fn read_from(path: &Path) -> Result<Self, TrainError>;
+    fn read_from(path: &Path) -> Result<Self, TaskError>;
     /// The fields in which two configs differ.
     ///
     /// # Errors
     /// If one of them cannot be serialised.
-    fn differs(&self, there: &Self) -> Result<Vec<FieldDifference>, TrainError>;
+    fn differs(&self, there: &Self) -> Result<Vec<FieldDifference>, TaskError>;
 }
 
 macro_rules! run_config {
@@ -41,13 +42,13 @@ macro_rules! run_config {
             fn seed(&self) -> u64 {
                 self.seed
             }
-            fn toml(&self) -> Result<String, TrainError> {
+            fn toml(&self) -> Result<String, TaskError> {
                 self.to_toml()
             }
-            fn read_from(path: &Path) -> Result<Self, TrainError> {
+            fn read_from(path: &Path) -> Result<Self, TaskError> {
                 Self::read(path)
             }
-            fn differs(&self, there: &Self) -> Result<Vec<FieldDifference>, TrainError> {
+            fn differs(&self, there: &Self) -> Result<Vec<FieldDifference>, TaskError> {
                 self.differences(there)
             }
         }

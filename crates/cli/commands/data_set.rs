@@ -5,8 +5,8 @@ use std::path::Path;
 use anyhow::{Context, Result, bail};
 use evpose_sim::set::{self, MANIFEST, PEOPLE};
 use evpose_sim::{SequenceSet, Shard};
-use evpose_task::hand::HandConfig;
 use evpose_task::body::BodyConfig;
+use evpose_task::hand::HandConfig;
 
 use evpose_app::progress::{bar, say};
 use evpose_app::run_info::CONFIG;

@@ -1,18 +1,18 @@
 //! `evpose export`: a network as an ONNX file.
 
+use std::path::PathBuf;
+
 use anyhow::{Context, Result};
 use burn::tensor::Device;
-use evpose_core::atomic_write;
-use evpose_onnx::{Message as _, OPSET, model};
-use evpose_task::hand::HandCheckpoint;
-use evpose_train::untrained;
-
-use evpose_app::hand_config;
+use evpose_app::args::{ConfigArgs, DeviceArgs};
 use evpose_app::progress::say;
-use std::path::PathBuf;
+use evpose_core::atomic_write;
+use evpose_nn::DeviceKind;
+use evpose_onnx::{Message as _, OPSET, model};
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  evpose export --checkpoint runs/hand --onnx hand.onnx\n  \
+    evpose export --checkpoint checkpoints/body-quick.bpk --onnx body.onnx\n  \
     evpose export eventhands --set network.backbone=mobilenet_v2 --onnx untrained.onnx")]
 pub(crate) struct ExportArgs {
     /// A TOML file, or an embedded config: its network with first weights, for the size of its images
@@ -30,33 +30,26 @@ pub(crate) struct ExportArgs {
 }
 
 pub(crate) fn run(args: &ExportArgs) -> Result<()> {
-    let device = Device::flex();
-    let (config, network) = match (&args.checkpoint, &args.config) {
+    let pose_model = match (&args.checkpoint, &args.config) {
         (Some(path), _) => {
-            let checkpoint = HandCheckpoint::load(path, &device)?;
-            (checkpoint.config, checkpoint.network)
+            let device = DeviceArgs { device: DeviceKind::Flex, threads: None };
+            evpose_commands::open(path, &device)?
         }
         (None, source) => {
-            let source = source.as_deref().context("a config or a checkpoint")?;
-            let config = hand_config::load(source, &args.overrides)?;
-            let network = untrained(&config, &device)?;
-            (config, network)
+            let config = source.clone().context("a config or a checkpoint")?;
+            let config = ConfigArgs { config, overrides: args.overrides.clone() };
+            evpose_commands::untrained(&config, &Device::flex())?
         }
     };
-    let size = config.simulation.image_size();
-    let [height, width] = [size.height, size.width].map(usize::from);
-    let graph = network.graph();
-    let channels = graph.nodes[0].channels;
-    let model = model(&graph, [channels, height, width])?;
+    let [channels, height, width] = pose_model.input_shape();
+    let model = model(&pose_model.graph(), [channels, height, width])?;
     let bytes = model.encode_to_vec();
     atomic_write(&args.onnx, &bytes).with_context(|| format!("writing {}", args.onnx.display()))?;
     let nodes = model.graph.map_or(0, |graph| graph.node.len());
     say(format!(
-        "{}: {} of width {}, input 1x{channels}x{height}x{width}, {nodes} operators of ONNX's set \
-         {OPSET}, {:.1} MB",
+        "{}: {}, input 1x{channels}x{height}x{width}, {nodes} operators of ONNX's set {OPSET}, {:.1} MB",
         args.onnx.display(),
-        config.network.backbone,
-        config.network.width,
+        pose_model.network_name(),
         bytes.len() as f64 / 1e6
     ));
     Ok(())

@@ -1,12 +1,10 @@
 //! One file or folder per command, and the registry of them.
 
 mod account;
-mod body;
 mod calibrate;
 mod check_labels;
 mod checkpoint_info;
 mod clean;
-mod conditions;
 mod convert;
 mod data_set;
 mod demo;
@@ -14,7 +12,6 @@ mod eval;
 mod events;
 mod export;
 mod gap;
-mod hand_joints;
 mod infer;
 mod info;
 #[cfg(test)]
@@ -72,7 +69,7 @@ commands! {
     /// Simulate, train, evaluate and report: everything on the embedded default, in minutes
     Demo(demo::DemoArgs) => demo::run,
     /// Record simulated hands or people in front of an event camera, with labels
-    Simulate(simulate::SimulateArgs) => simulate::run,
+    Simulate(evpose_commands::args::SimulateArgs) => simulate::run,
     /// Simulate events from image sequences
     Events(events::EventsArgs) => events::run,
     /// Convert data sets of bodies, as distributed, to training data
@@ -81,11 +78,11 @@ commands! {
     /// Find wrong labels of bodies
     CheckLabels(check_labels::CheckLabelsArgs) => check_labels::run,
     /// Train a network of hands or bodies
-    Train(train::TrainArgs) => train::run,
+    Train(evpose_commands::args::TrainArgs) => train::run,
     /// Evaluate a checkpoint on sequences with known poses
-    Eval(eval::EvalArgs) => eval::run,
+    Eval(evpose_commands::args::EvalArgs) => eval::run,
     /// Predict the poses of a recording
-    Infer(infer::InferArgs) => infer::run,
+    Infer(evpose_commands::args::InferArgs) => infer::run,
     /// Predict poses online from a camera, a stream or a recording, with their latency
     Live(live::LiveArgs) => live::run,
     /// Quantise a network to 8 bits, and measure the loss of accuracy

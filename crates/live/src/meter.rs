@@ -243,7 +243,7 @@ mod tests {
             let answer =
                 PoseEstimate::Body { joints_px: [None; BODY_JOINTS], scores: [0.0; BODY_JOINTS] };
             let latency = Duration::from_millis(ms);
-            meter.pose(&LivePose { t: Micros(0), latency, origin, answer });
+            meter.pose(&LivePose { t: Micros(0), latency, origin, pose: answer });
         };
         let mut before = Latencies::default();
         (0..100).for_each(|_| add(Origin::Network, 900));

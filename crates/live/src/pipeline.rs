@@ -17,11 +17,11 @@ use evpose_core::{EventStream, Micros, TimeWindow};
 use crate::queue::Popped;
 use crate::sink::Sinks;
 use crate::source::Source;
-use evpose_pose::stream::StreamFrontend;
-use evpose_pose::stream::InferenceWorker;
-use evpose_pose::stream::PoseStream;
 use crate::{LiveError, LivePose, Meter, Origin, Packet, PacketQueue, Report};
 use clock::Clock;
+use evpose_pose::stream::InferenceWorker;
+use evpose_pose::stream::PoseStream;
+use evpose_pose::stream::StreamFrontend;
 use feeder::Feeder;
 use inference::{InferenceHandle, InferenceJob, Inferred};
 
@@ -233,7 +233,8 @@ impl<'a, F: StreamFrontend> Follower<'a, F> {
         self.clock.take(last, packet.happened);
         let stall = i64::try_from(self.options.stall.as_micros()).unwrap_or(i64::MAX);
         let mut pushed = first;
-        while let Some((step, tick)) = self.step.zip(self.next_propagated).filter(|(_, t)| *t <= last)
+        while let Some((step, tick)) =
+            self.step.zip(self.next_propagated).filter(|(_, t)| *t <= last)
         {
             // Behind a stall there is no use in the poses of all the time that nobody knows of.
             let index = events.t().partition_point(|t| *t < tick);

@@ -12,12 +12,13 @@ use evpose_io::Columns;
 use evpose_live::page::{Page, PageInfo, Subject};
 use evpose_live::sink::Sinks;
 use evpose_live::source::Source;
+use evpose_live::{Control, LiveError, LiveOptions, run};
 use evpose_pose::PoseEstimate;
-use evpose_pose::stream::StreamFrontend;
+use evpose_pose::body::BODY_JOINTS;
 use evpose_pose::stream::InferenceWorker;
 use evpose_pose::stream::PoseStream;
-use evpose_live::{Control, LiveError, LiveOptions, run};
-use evpose_pose::body::BODY_JOINTS;
+use evpose_pose::stream::StreamError;
+use evpose_pose::stream::StreamFrontend;
 
 const SENSOR: SensorSize = SensorSize { width: 64, height: 48 };
 const PACKETS: usize = 400;
@@ -58,17 +59,22 @@ struct Sees;
 impl StreamFrontend for Sees {
     type Input = ();
     type Output = ();
+    type Pose = PoseEstimate;
 
-    fn push(&mut self, _: &EventStream) -> Result<(), LiveError> {
+    fn push(&mut self, _: &EventStream) -> Result<(), StreamError> {
         Ok(())
     }
 
-    fn image(&mut self, _: Micros, _: Option<()>) -> Option<()> {
+    fn input(&mut self, _: Micros, _: Option<()>) -> Option<()> {
         Some(())
     }
 
-    fn found(&mut self, t: Micros, (): &(), (): (), _: Micros) -> Vec<(Micros, PoseEstimate)> {
+    fn accept(&mut self, t: Micros, (): &(), (): (), _: Micros) -> Vec<(Micros, PoseEstimate)> {
         vec![(t, answer())]
+    }
+
+    fn estimate(&self, pose: &PoseEstimate) -> PoseEstimate {
+        pose.clone()
     }
 
     fn propagate(&mut self, _: Micros) -> Option<PoseEstimate> {
@@ -84,7 +90,7 @@ impl InferenceWorker for Looks {
     type Input = ();
     type Output = ();
 
-    fn infer(&mut self, (): &()) -> Result<(), LiveError> {
+    fn infer(&mut self, (): &()) -> Result<(), StreamError> {
         Ok(())
     }
 }
@@ -125,7 +131,7 @@ fn the_pipeline_goes_on() {
         });
         // Every packet has its place, however busy the machine is.
         let options = LiveOptions { most_packets: PACKETS, ..LiveOptions::default() };
-        run(Given(0), Task { eye: Sees, network: Looks }, &mut sinks, &options, &control).unwrap()
+        run(Given(0), PoseStream::new(Sees, Looks), &mut sinks, &options, &control).unwrap()
     });
     let all = PACKETS * usize::from(EVENTS);
     assert_eq!(report.followed, all as u64);

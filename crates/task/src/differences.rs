@@ -53,9 +53,8 @@ impl HandConfig {
 }
 
 fn fields(config: &impl Serialize) -> Result<BTreeMap<String, String>, TaskError> {
-    let table: toml::Table = toml::from_str(&toml_text::written(config)?).map_err(|error| {
-        TaskError::Config { path: "config".into(), message: error.to_string() }
-    })?;
+    let table: toml::Table = toml::from_str(&toml_text::written(config)?)
+        .map_err(|error| TaskError::Config { path: "config".into(), message: error.to_string() })?;
     let mut out = BTreeMap::new();
     flatten("", &table, &mut out);
     Ok(out)

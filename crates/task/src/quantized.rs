@@ -63,8 +63,10 @@ impl QuantizationRanges {
     /// # Errors
     /// If it cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), TaskError> {
-        let text = serde_json::to_string_pretty(self)
-            .map_err(|error| TaskError::Config { path: path.to_path_buf(), message: error.to_string() })?;
+        let text = serde_json::to_string_pretty(self).map_err(|error| TaskError::Config {
+            path: path.to_path_buf(),
+            message: error.to_string(),
+        })?;
         atomic_write(path, (text + "\n").as_bytes())
             .map_err(|source| TaskError::Io { path: path.to_path_buf(), source })
     }

@@ -23,10 +23,7 @@ pub fn load<T>(
 }
 
 /// Reads TOML. `overrides` are `dotted.key=value` as on the command line.
-pub fn parse<T: DeserializeOwned>(
-    text: &str,
-    overrides: &[String],
-) -> Result<T, TaskError> {
+pub fn parse<T: DeserializeOwned>(text: &str, overrides: &[String]) -> Result<T, TaskError> {
     let problem = |message: String| TaskError::Config { path: "config".into(), message };
     if overrides.is_empty() {
         // Straight from the text, so that errors can point at lines.

@@ -14,8 +14,8 @@ use evpose_repr::{
 use evpose_sim::SequenceInfo;
 
 use crate::TrainError;
-use evpose_task::hand::HandConfig;
 use crate::order::SampleOrder;
+use evpose_task::hand::HandConfig;
 
 /// Input channels of the network.
 const CHANNELS: usize = 2;
@@ -243,6 +243,14 @@ impl HandDataset {
         let mut surface = self.window(sequence, frame, draw.frames)?;
         draw.swap_channels(&mut surface, CHANNELS);
         self.labelled(sequence, frame, surface)
+    }
+
+    /// The input of sample `index`, not augmented.
+    ///
+    /// # Errors
+    /// If the recording cannot be read.
+    pub fn plain_input(&self, index: u64) -> Result<Vec<f32>, TrainError> {
+        Ok(self.plain_sample(index)?.surface)
     }
 
     /// Sample `index` in order of recording, not augmented.

@@ -17,9 +17,9 @@ use burn_train::{
 use evpose_nn::DeviceKind;
 
 use crate::TrainError;
-use evpose_task::hand::{DeviceStrategy, TrainingConfig};
 use crate::loader::HandLoader;
 use crate::meeting::Meeting;
+use evpose_task::hand::{DeviceStrategy, TrainingConfig};
 
 /// The devices of a training, the first of which validates and saves.
 pub(crate) struct Team {

@@ -1,18 +1,14 @@
 //! How good predictors are on sequences with known poses.
 
-use evpose_body::{PosedBody, ShapedBody};
 use evpose_core::Micros;
+use evpose_pose::HandParams;
 use evpose_pose::filter::HandFilter;
 use evpose_pose::metric::{HandEvaluation, HandPoints, SequenceScores};
-use evpose_pose::{HandParams, HandSide};
-use evpose_sim::Actor;
-use evpose_sim::raster::Camera;
-use glam::Vec3;
 
 use crate::TrainError;
-use evpose_task::hand::HandView;
-use evpose_task::hand::HandConfig;
 use crate::dataset::{HandDataset, HandSequence};
+use evpose_task::hand::HandConfig;
+use evpose_task::hand::HandView;
 use evpose_task::hand::Predictor;
 
 /// Windows predicted at once.

@@ -19,7 +19,6 @@ use evpose_pose::metric::MeanPose;
 
 use crate::TrainError;
 use crate::checkpoint::{AtomicCheckpointer, newest_checkpoint, weights_path};
-use evpose_task::hand::HandConfig;
 use crate::dataset::HandDataset;
 use crate::devices::Team;
 use crate::guard::{Divergence, Guard};
@@ -29,9 +28,10 @@ use crate::loader::HandLoader;
 use crate::metric::FieldMetric;
 use crate::plain_renderer::PlainRenderer;
 use crate::retention::{LastTwoAndBest, best_interval};
-use evpose_task::hand::{BEST, HandCheckpoint, LAST};
 use crate::told_renderer::{Told, ToldRenderer, TrainingSpan};
 use crate::waiting::{DataWait, WaitMeter};
+use evpose_task::hand::HandConfig;
+use evpose_task::hand::{BEST, HandCheckpoint, LAST};
 
 /// PyTorch's default; Burn's is 1e-5.
 pub(crate) const ADAM_EPSILON: f32 = 1e-8;

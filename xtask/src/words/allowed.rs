@@ -25,7 +25,12 @@ const fn allow(
 /// By word, then by path.
 pub(super) const ALLOWED: &[Exception] = &[
     allow("judge", "crates/cli/commands/gap/verify.rs", "seed_for(", "the key of a noise stream"),
-    allow("picture", "crates/bench/src/repr/photograph.rs", "CounterRng", "the key of a noise stream"),
+    allow(
+        "picture",
+        "crates/bench/src/repr/photograph.rs",
+        "CounterRng",
+        "the key of a noise stream",
+    ),
     allow("surface of events", "crates/bench/src/sim/mesh.rs", "", "surfaces of bodies"),
     allow("between", "", "difference", "a difference between two poses"),
     allow("moment", "crates/train/src/body/fused.rs", "", "moments of the optimiser's gradients"),

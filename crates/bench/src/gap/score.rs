@@ -254,7 +254,7 @@ mod tests {
         let estimate =
             Quantity { value: 1.1, lo90: 1.05, hi90: 1.2, unit: String::new(), halves: None };
         let mut estimate =
-            Estimate { id: String::new(), finding: "a", parameter: "b", truth: 1.0, said };
+            Estimate { id: String::new(), finding: "a", parameter: "b", truth: 1.0, estimate };
         assert!(
             !estimate.is_covered() && estimate.error().is_some_and(|e| (e - 0.1).abs() < 1e-12)
         );

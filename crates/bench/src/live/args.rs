@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 use evpose_app::args::DeviceArgs;
-use evpose_app::live_task::LiveTask;
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  \
@@ -18,7 +17,7 @@ use evpose_app::live_task::LiveTask;
 pub struct BenchLiveArgs {
     /// Whose poses; a checkpoint knows
     #[arg(long, default_value = "body")]
-    pub(crate) task: LiveTask,
+    pub(crate) task: String,
     /// A run directory or a .bpk file [default: the published network, not trained]
     #[arg(long)]
     pub(crate) checkpoint: Option<PathBuf>,

@@ -2,37 +2,32 @@
 
 mod args;
 mod memory;
-mod recording;
+mod no_task;
 
 use std::path::PathBuf;
 use std::time::Duration;
 
 use anyhow::{Context, Result};
-use burn::tensor::Device;
-use evpose_core::{EventStream, Micros, SensorSize};
+use evpose_core::{Micros, SensorSize};
 use evpose_infer::Precision;
 use evpose_live::sink::Sinks;
 use evpose_live::source::{Replay, ReplayOptions, Source};
-use evpose_pose::PoseEstimate;
-use evpose_pose::stream::StreamFrontend;
-use evpose_pose::stream::InferenceWorker;
-use evpose_pose::stream::PoseStream;
-use evpose_live::{Control, LiveError, LiveOptions, Report};
-use evpose_nn::{HandRegressorConfig, MoveEnetConfig};
-use evpose_task::body::{BodyCheckpoint, BodyConfig};
-use evpose_task::hand::{HandConfig, NetworkPredictor};
+use evpose_live::{Control, LiveOptions, Report};
 use serde::Serialize;
 
 pub(crate) use args::BenchLiveArgs;
 
 use evpose_app::json::write_json;
-use evpose_app::live_task::{AnyTask, LiveTask, TaskOptions};
 use evpose_app::machine::Machine;
 use evpose_app::progress::{note, say};
 use evpose_app::run_info::COMMIT;
 use evpose_app::threads::use_threads;
+use evpose_commands::online::{OnlineOptions, OnlineStream};
 use memory::{Memory, Watched};
+use no_task::NoTask;
 
+/// Minimum score of a joint, as of the published online program.
+const MIN_CONFIDENCE: f32 = 0.01;
 /// A recording that is played again and again.
 const ENDLESS: u64 = u64::MAX;
 
@@ -76,10 +71,8 @@ pub(crate) fn run(args: &BenchLiveArgs) -> Result<()> {
         Some(path) => path.clone(),
         None => {
             note("making a recording");
-            match args.task {
-                LiveTask::Body => recording::of_body(folder.path(), args.rate)?,
-                LiveTask::Hand => recording::of_hand(folder.path(), args.rate)?,
-            }
+            evpose_commands::task_by_name(&args.task)?
+                .benchmark_recording(folder.path(), args.rate)?
         }
     };
     let bench = Bench::new(args, path)?;
@@ -132,8 +125,7 @@ impl<'a> Bench<'a> {
         let mut rows = Vec::new();
         for &millions in &self.args.input {
             let speed = 1e6 * millions / self.events_per_s;
-            let task = || Ok(Task { eye: Nobody, network: Nobody });
-            rows.push(self.row("input alone", speed, 0.0, task)?);
+            rows.push(self.row("input alone", speed, 0.0, Box::new(NoTask))?);
         }
         for &speed in &self.args.speeds {
             rows.push(self.row_of_task(&format!("all of it, {speed}x"), speed)?);
@@ -141,27 +133,22 @@ impl<'a> Bench<'a> {
         Ok(rows)
     }
 
-    fn row_of_task(&self, what: &str, speed: f64) -> Result<Row> {
-        let task = self.task()?;
-        let propagate_hz = task.usual_between_hz();
-        // So many a second of this machine's clock.
-        let hz = propagate_hz / speed;
-        match task {
-            AnyTask::Body(task) => self.row(what, speed, hz, || Ok(*task)),
-            AnyTask::Hand(task, _) => self.row(what, speed, hz, || Ok(*task)),
-        }
+    fn row_of_task(&self, label: &str, speed: f64) -> Result<Row> {
+        let stream = self.stream()?;
+        // Propagated poses per second of this machine's clock.
+        let propagate_hz = stream.propagate_hz() / speed;
+        self.row(label, speed, propagate_hz, stream)
     }
 
-    fn row<E: StreamFrontend, N: InferenceWorker<Input = F::Input, Output = F::Output>>(
+    fn row(
         &self,
         what: &str,
         speed: f64,
         propagate_hz: f64,
-        task: impl FnOnce() -> Result<Task<E, N>>,
+        stream: Box<dyn OnlineStream>,
     ) -> Result<Row> {
-        let task = task()?;
         let (report, memory) =
-            self.play(task, speed, propagate_hz, |report| report.seconds >= self.args.seconds)?;
+            self.play(stream, speed, propagate_hz, |report| report.seconds >= self.args.seconds)?;
         let row = Row {
             what: what.to_owned(),
             speed,
@@ -178,9 +165,9 @@ impl<'a> Bench<'a> {
     }
 
     /// Plays until `is_over`, and watches the memory.
-    fn play<E: StreamFrontend, N: InferenceWorker<Input = F::Input, Output = F::Output>>(
+    fn play(
         &self,
-        task: Task<E, N>,
+        stream: Box<dyn OnlineStream>,
         speed: f64,
         propagate_hz: f64,
         is_over: impl Fn(&Report) -> bool + Sync,
@@ -217,7 +204,7 @@ impl<'a> Bench<'a> {
                 }
                 watched
             });
-            let ran = evpose_live::run(source, task, &mut Sinks::new(), &live, &control);
+            let ran = stream.run(Box::new(source), &mut Sinks::new(), &live, &control);
             control.stop();
             let watched = watcher.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
             ran.map(|report| (report, watched))
@@ -228,13 +215,11 @@ impl<'a> Bench<'a> {
 
     /// Many events, as fast as they are followed.
     fn soak(&self, events: f64) -> Result<Row> {
-        let task = self.task()?;
+        let stream = self.stream()?;
         note(format!("{events:.0} events, as fast as they come"));
         let is_over = |report: &Report| report.events as f64 >= events;
-        let (report, memory) = match task {
-            AnyTask::Body(task) => self.play(*task, f64::INFINITY, 500.0, is_over)?,
-            AnyTask::Hand(task, _) => self.play(*task, f64::INFINITY, 1_000.0, is_over)?,
-        };
+        let propagate_hz = stream.propagate_hz();
+        let (report, memory) = self.play(stream, f64::INFINITY, propagate_hz, is_over)?;
         let row = Row {
             what: "soak".to_owned(),
             speed: f64::INFINITY,
@@ -258,35 +243,15 @@ impl<'a> Bench<'a> {
         Ok(row)
     }
 
-    fn task(&self) -> Result<AnyTask> {
-        let options = TaskOptions {
-            precision: Precision::F32,
-            device: &self.args.device,
-            batch: None,
-            confidence: 0.01,
+    /// The stream of the checkpoint, or of the published size with random weights: it takes as long as any.
+    fn stream(&self) -> Result<Box<dyn OnlineStream>> {
+        let options =
+            OnlineOptions { precision: Precision::F32, batch: None, confidence: MIN_CONFIDENCE };
+        let model = match &self.args.checkpoint {
+            Some(checkpoint) => evpose_commands::open(checkpoint, &self.args.device)?,
+            None => evpose_commands::task_by_name(&self.args.task)?.published()?,
         };
-        if let Some(checkpoint) = &self.args.checkpoint {
-            return AnyTask::load(checkpoint, None, self.sensor, &options);
-        }
-        self.published(&options)
-    }
-
-    /// The network of the published size, with random weights: it takes as long as any.
-    fn published(&self, options: &TaskOptions<'_>) -> Result<AnyTask> {
-        let device = Device::flex();
-        match self.args.task {
-            LiveTask::Body => {
-                let network = MoveEnetConfig::default().init(1, &device)?;
-                let config = BodyConfig::default();
-                let checkpoint = BodyCheckpoint { config, network, mean_pose: None, data: None };
-                AnyTask::of_body(&checkpoint, self.sensor, options)
-            }
-            LiveTask::Hand => {
-                let network = HandRegressorConfig::default().init(1, &device)?;
-                let predictor = NetworkPredictor::new(network, device);
-                AnyTask::of_hand(&HandConfig::default(), predictor, self.sensor, options)
-            }
-        }
+        model.stream(self.sensor, &options)
     }
 }
 
@@ -311,40 +276,5 @@ impl Row {
             latency(&report.between),
             self.memory.as_ref().map_or_else(|| "-".to_owned(), |m| format!("{:.0}", m.most_mib)),
         )
-    }
-}
-
-/// Follows nothing: what is left is the way to it.
-struct Nobody;
-
-impl StreamFrontend for Nobody {
-    type Input = ();
-    type Output = ();
-
-    fn push(&mut self, _: &EventStream) -> Result<(), LiveError> {
-        Ok(())
-    }
-
-    fn image(&mut self, _: Micros, _: Option<()>) -> Option<()> {
-        None
-    }
-
-    fn found(&mut self, _: Micros, (): &(), (): (), _: Micros) -> Vec<(Micros, PoseEstimate)> {
-        Vec::new()
-    }
-
-    fn propagate(&mut self, _: Micros) -> Option<PoseEstimate> {
-        None
-    }
-
-    fn reset(&mut self) {}
-}
-
-impl InferenceWorker for Nobody {
-    type Input = ();
-    type Output = ();
-
-    fn infer(&mut self, (): &()) -> Result<(), LiveError> {
-        Ok(())
     }
 }

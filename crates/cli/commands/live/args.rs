@@ -7,7 +7,6 @@ use evpose_infer::Precision;
 
 use crate::commands::opening::OpeningArgs;
 use evpose_app::args::DeviceArgs;
-use evpose_app::live_task::LiveTask;
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  \
@@ -29,7 +28,7 @@ pub(crate) struct LiveArgs {
     pub(crate) checkpoint: PathBuf,
     /// Whose poses; the checkpoint knows
     #[arg(long)]
-    pub(crate) task: Option<LiveTask>,
+    pub(crate) task: Option<String>,
     /// Recordings: seconds of it in a second; `max` for as fast as it goes
     #[arg(long, default_value = "1", value_parser = speed)]
     pub(crate) speed: f64,

@@ -11,19 +11,15 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use evpose_core::Micros;
-use evpose_live::page::{Page, PageInfo, Subject};
+use evpose_live::page::{Page, PageInfo};
 use evpose_live::sink::{JsonLines, Sinks, Table};
 use evpose_live::source::{self, ReplayOptions, Source, SourceOptions};
-use evpose_pose::stream::StreamFrontend;
-use evpose_pose::stream::InferenceWorker;
-use evpose_pose::stream::PoseStream;
-use evpose_live::{Control, LiveOptions, Observer, hand_mesh, run as run_live};
-use evpose_task::hand::HandConfig;
+use evpose_live::{Control, LiveOptions, Observer};
 
 pub(crate) use args::LiveArgs;
-use evpose_app::live_task::{AnyTask, TaskOptions};
+use evpose_commands::online::{OnlineOptions, OnlineStream};
 
 use evpose_app::json::write_json;
 use evpose_app::progress::note;
@@ -38,27 +34,17 @@ pub(crate) fn run(args: &LiveArgs) -> Result<()> {
     let source = source::open(&args.source, &SourceOptions { replay, ..SourceOptions::default() })?;
     let sensor = source.sensor();
     note(format!("source: {}, {sensor}", source.name()));
-    let options = TaskOptions {
-        precision: args.precision,
-        device: &args.device,
-        batch: args.batch,
-        confidence: args.confidence,
-    };
-    let task = AnyTask::load(&args.checkpoint, args.task, sensor, &options)?;
-    let usual_hz = task.usual_between_hz();
-    match task {
-        AnyTask::Body(task) => play(source, *task, args, usual_hz, None),
-        AnyTask::Hand(task, config) => play(source, *task, args, usual_hz, Some(&config)),
+    let options =
+        OnlineOptions { precision: args.precision, batch: args.batch, confidence: args.confidence };
+    let model = evpose_commands::open(&args.checkpoint, &args.device)?;
+    if let Some(task) = args.task.as_deref().filter(|task| *task != model.task()) {
+        let (path, is) = (args.checkpoint.display(), model.task());
+        bail!("{path}: a network of the task `{is}`, not `{task}`");
     }
+    play(source, model.stream(sensor, &options)?, args)
 }
 
-fn play<E: StreamFrontend, N: InferenceWorker<Input = F::Input, Output = F::Output>>(
-    source: impl Source,
-    task: Task<E, N>,
-    args: &LiveArgs,
-    usual_hz: f64,
-    hand: Option<&HandConfig>,
-) -> Result<()> {
+fn play(source: Box<dyn Source>, stream: Box<dyn OnlineStream>, args: &LiveArgs) -> Result<()> {
     let mut control = Control::default();
     let mut sinks = Sinks::new();
     let (mut observers, sensor): (Vec<Observer>, _) = (Vec::new(), source.sensor());
@@ -69,8 +55,8 @@ fn play<E: StreamFrontend, N: InferenceWorker<Input = F::Input, Output = F::Outp
                 title: "evpose live".to_owned(),
                 source: source.name(),
                 sensor,
-                subject: if hand.is_some() { Subject::Hand } else { Subject::Body },
-                hand_mesh: hand.map(hand_mesh).transpose()?,
+                subject: stream.subject(),
+                hand_mesh: stream.mesh()?,
             };
             let page = Page::serve(address, info, control.meter.clone())?;
             note(format!("page:   http://{}", page.local_addr()));
@@ -86,7 +72,7 @@ fn play<E: StreamFrontend, N: InferenceWorker<Input = F::Input, Output = F::Outp
             let watched = rerun::Watched {
                 name: &source.name(),
                 sensor,
-                mesh: hand.map(hand_mesh).transpose()?,
+                mesh: stream.mesh()?,
                 meter: control.meter.clone(),
                 observers: &mut observers,
                 sinks: &mut sinks,
@@ -105,7 +91,7 @@ fn play<E: StreamFrontend, N: InferenceWorker<Input = F::Input, Output = F::Outp
         sinks.add(Table::new(place, writer(place)?));
     }
     let options = LiveOptions {
-        propagate_hz: args.propagate_hz.unwrap_or(usual_hz),
+        propagate_hz: args.propagate_hz.unwrap_or(stream.propagate_hz()),
         stride: Micros((args.stride_ms * 1e3).round() as i64),
         most_packets: usize::from(args.queue),
         give_up: args.give_up.map(Duration::from_secs_f64),
@@ -128,7 +114,7 @@ fn play<E: StreamFrontend, N: InferenceWorker<Input = F::Input, Output = F::Outp
             control.stop();
         });
     }
-    let ended = run_live(source, task, &mut sinks, &options, &control);
+    let ended = stream.run(source, &mut sinks, &options, &control);
     let written = sinks.finish();
     let report = control.meter.report();
     told::at_the_end(&report);

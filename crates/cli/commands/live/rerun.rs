@@ -38,9 +38,9 @@ mod sdk {
     use evpose_core::{EventStream, Micros, Polarity};
     use evpose_live::page::HandMesh;
     use evpose_live::sink::Sink;
-    use evpose_pose::PoseEstimate;
-use evpose_live::{Latencies, LivePose, Meter, Observer, Origin};
+    use evpose_live::{Latencies, LivePose, Meter, Observer, Origin};
     use evpose_pose::HAND_BONES;
+    use evpose_pose::PoseEstimate;
     use evpose_pose::body::LIMBS;
     use evpose_rerun::{PoseFigures, PoseLayout, PoseMoment, PoseRecording, RerunError};
 

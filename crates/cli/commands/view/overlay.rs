@@ -15,7 +15,7 @@ use glam::Vec2;
 use image::{Rgb, RgbImage};
 
 use super::ViewArgs;
-use crate::commands::hand_joints;
+use evpose_commands::hand_joints;
 use evpose_report::canvas::{Canvas, PREDICTION, TRUTH};
 
 /// Joints over time, each in a colour.

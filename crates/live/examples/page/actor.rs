@@ -1,8 +1,8 @@
 //! Who is seen.
 
 use evpose_core::{CounterRng, Micros, SensorSize};
-use evpose_pose::PoseEstimate;
 use evpose_live::page::{HandMesh, Subject};
+use evpose_pose::PoseEstimate;
 use glam::Vec2;
 
 /// Who sees it.

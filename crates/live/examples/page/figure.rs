@@ -3,8 +3,8 @@
 use std::f32::consts::TAU;
 
 use evpose_core::Micros;
-use evpose_pose::PoseEstimate;
 use evpose_live::page::Subject;
+use evpose_pose::PoseEstimate;
 use evpose_pose::body::{BODY_JOINTS, LIMBS, number};
 use glam::Vec2;
 

@@ -5,9 +5,9 @@ use std::sync::Mutex;
 
 use evpose_body::{BodyModel, PosedBody, ShapedBody};
 use evpose_core::{Micros, Pinhole};
-use evpose_pose::PoseEstimate;
 use evpose_live::page::{HandMesh, Subject};
 use evpose_pose::HandParams;
+use evpose_pose::PoseEstimate;
 use evpose_pose::metric::HandPoints;
 use glam::{Quat, Vec2, Vec3};
 

@@ -16,8 +16,8 @@ use std::time::Duration;
 
 use evpose_live::page::{Page, PageInfo};
 use evpose_live::sink::Sinks;
-use evpose_pose::stream::PoseStream;
 use evpose_live::{Control, LiveOptions, run};
+use evpose_pose::stream::PoseStream;
 
 use actor::Actor;
 use pretence::{PretendedEye, PretendedNetwork, PretendedSource};
@@ -56,8 +56,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("http://{}", page.local_addr());
 
     let source = PretendedSource::new(actor.clone(), seconds);
-    let task =
-        Task { eye: PretendedEye::new(actor.clone()), network: PretendedNetwork::new(actor) };
+    let task = PoseStream::new(PretendedEye::new(actor.clone()), PretendedNetwork::new(actor));
     run(source, task, &mut sinks, &LiveOptions::default(), &control)?;
     sinks.finish()?;
     std::thread::sleep(STAYS);

@@ -5,11 +5,12 @@ use std::time::{Duration, Instant};
 
 use evpose_core::{CounterRng, Event, EventStream, Micros, Polarity, SensorSize};
 use evpose_io::Columns;
+use evpose_live::LiveError;
 use evpose_live::source::Source;
 use evpose_pose::PoseEstimate;
-use evpose_pose::stream::StreamFrontend;
 use evpose_pose::stream::InferenceWorker;
-use evpose_live::LiveError;
+use evpose_pose::stream::StreamError;
+use evpose_pose::stream::StreamFrontend;
 use glam::Vec2;
 
 use crate::actor::{Actor, Outline, SENSOR};
@@ -99,18 +100,29 @@ impl PretendedEye {
 impl StreamFrontend for PretendedEye {
     type Input = Micros;
     type Output = PoseEstimate;
+    type Pose = PoseEstimate;
 
-    fn push(&mut self, _: &EventStream) -> Result<(), LiveError> {
+    fn push(&mut self, _: &EventStream) -> Result<(), StreamError> {
         Ok(())
     }
 
-    fn image(&mut self, t: Micros, _: Option<Micros>) -> Option<Micros> {
+    fn input(&mut self, t: Micros, _: Option<Micros>) -> Option<Micros> {
         Some(t)
     }
 
-    fn found(&mut self, t: Micros, _: &Micros, found: PoseEstimate, _: Micros) -> Vec<(Micros, PoseEstimate)> {
+    fn accept(
+        &mut self,
+        t: Micros,
+        _: &Micros,
+        found: PoseEstimate,
+        _: Micros,
+    ) -> Vec<(Micros, PoseEstimate)> {
         self.has_seen = true;
         vec![(t, found)]
+    }
+
+    fn estimate(&self, pose: &PoseEstimate) -> PoseEstimate {
+        pose.clone()
     }
 
     fn propagate(&mut self, t: Micros) -> Option<PoseEstimate> {
@@ -137,7 +149,7 @@ impl InferenceWorker for PretendedNetwork {
     type Input = Micros;
     type Output = PoseEstimate;
 
-    fn infer(&mut self, image: &Micros) -> Result<PoseEstimate, LiveError> {
+    fn infer(&mut self, image: &Micros) -> Result<PoseEstimate, StreamError> {
         self.looked += 1;
         let mut rng = CounterRng::new(2, "network", self.looked);
         std::thread::sleep(THINKS.mul_f32(rng.uniform(0.9, 1.3)));

@@ -10,8 +10,8 @@ use super::plane::Cells;
 use super::poses::Lane;
 use super::rates::{Point, Rates, State};
 use super::{HandMesh, PageInfo, Subject};
-use evpose_pose::PoseEstimate;
 use crate::Report;
+use evpose_pose::PoseEstimate;
 
 /// The first message of every client: what is shown.
 #[derive(Serialize)]

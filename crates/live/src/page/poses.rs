@@ -114,8 +114,9 @@ mod tests {
     use evpose_pose::PoseEstimate;
 
     fn pose(origin: Origin, latency_us: u64) -> LivePose {
-        let answer = PoseEstimate::Body { joints_px: [None; BODY_JOINTS], scores: [0.0; BODY_JOINTS] };
-        LivePose { t: Micros(7), latency: Duration::from_micros(latency_us), origin, answer }
+        let answer =
+            PoseEstimate::Body { joints_px: [None; BODY_JOINTS], scores: [0.0; BODY_JOINTS] };
+        LivePose { t: Micros(7), latency: Duration::from_micros(latency_us), origin, pose: answer }
     }
 
     #[test]

@@ -13,8 +13,8 @@ use tungstenite::{Message, WebSocket};
 
 use super::*;
 use crate::sink::Sinks;
-use evpose_pose::PoseEstimate;
 use crate::{LivePose, Origin};
+use evpose_pose::PoseEstimate;
 
 const SENSOR: SensorSize = SensorSize { width: 640, height: 480 };
 const LONG: Duration = Duration::from_secs(20);
@@ -49,7 +49,7 @@ fn pose(origin: Origin, x: f32) -> LivePose {
     joints_px[3] = Some(Vec2::new(x, 20.0));
     joints_px[4] = Some(Vec2::NAN);
     let answer = PoseEstimate::Body { joints_px, scores: [0.5; BODY_JOINTS] };
-    LivePose { t: Micros(77), latency: Duration::from_millis(12), origin, answer }
+    LivePose { t: Micros(77), latency: Duration::from_millis(12), origin, pose: answer }
 }
 
 /// What is answered to a request.

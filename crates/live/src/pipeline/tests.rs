@@ -9,8 +9,9 @@ use evpose_io::Columns;
 use evpose_pose::body::BODY_JOINTS;
 
 use super::*;
-use evpose_pose::PoseEstimate;
 use crate::sink::Sink;
+use evpose_pose::PoseEstimate;
+use evpose_pose::stream::StreamError;
 
 const SENSOR: SensorSize = SensorSize { width: 8, height: 4 };
 
@@ -90,21 +91,32 @@ fn answer() -> PoseEstimate {
 impl StreamFrontend for Scribe {
     type Input = i64;
     type Output = ();
+    type Pose = PoseEstimate;
 
-    fn push(&mut self, events: &EventStream) -> Result<(), LiveError> {
+    fn push(&mut self, events: &EventStream) -> Result<(), StreamError> {
         self.0.add(Asked::Pushed(events.t().iter().map(|t| t.0).collect()));
         Ok(())
     }
 
-    fn image(&mut self, t: Micros, _memory: Option<i64>) -> Option<i64> {
+    fn input(&mut self, t: Micros, _memory: Option<i64>) -> Option<i64> {
         self.0.add(Asked::Image(t.0));
         Some(t.0)
     }
 
-    fn found(&mut self, t: Micros, image: &i64, (): (), _now: Micros) -> Vec<(Micros, PoseEstimate)> {
+    fn accept(
+        &mut self,
+        t: Micros,
+        image: &i64,
+        (): (),
+        _now: Micros,
+    ) -> Vec<(Micros, PoseEstimate)> {
         assert_eq!(t.0, *image);
         self.0.add(Asked::Found(t.0));
         vec![(t, answer())]
+    }
+
+    fn estimate(&self, pose: &PoseEstimate) -> PoseEstimate {
+        pose.clone()
     }
 
     fn propagate(&mut self, t: Micros) -> Option<PoseEstimate> {
@@ -127,7 +139,7 @@ impl InferenceWorker for Slow {
     type Input = i64;
     type Output = ();
 
-    fn infer(&mut self, image: &i64) -> Result<(), LiveError> {
+    fn infer(&mut self, image: &i64) -> Result<(), StreamError> {
         let _ = self.begins.send(*image);
         let _ = self.goes_on.recv_timeout(Duration::from_secs(10));
         Ok(())
@@ -140,7 +152,7 @@ impl InferenceWorker for Instantly {
     type Input = i64;
     type Output = ();
 
-    fn infer(&mut self, _image: &i64) -> Result<(), LiveError> {
+    fn infer(&mut self, _image: &i64) -> Result<(), StreamError> {
         Ok(())
     }
 }
@@ -167,7 +179,7 @@ fn play(packets: Vec<Vec<i64>>, propagate_hz: f64) -> (Diary, Report, Vec<LivePo
     let (diary, kept) = (Diary::default(), Arc::default());
     let mut sinks = Sinks::new();
     sinks.add(Kept(Arc::clone(&kept)));
-    let task = Task { eye: Scribe(diary.clone()), network: Instantly };
+    let task = PoseStream::new(Scribe(diary.clone()), Instantly);
     let (options, control) = (options(propagate_hz), Control::default());
     let report = run(given(packets), task, &mut sinks, &options, &control).unwrap();
     sinks.finish().unwrap();
@@ -229,7 +241,7 @@ fn the_network_is_shown_the_newest_and_what_it_missed_is_counted() {
     let packets: Vec<Vec<i64>> = (0..10).map(|k| vec![1_000 * k, 1_000 * k + 999]).collect();
     let source = Given { wait: Some(may_come), ..given(packets) };
     let diary = Diary::default();
-    let task = Task { eye: Scribe(diary.clone()), network: Slow { begins, goes_on } };
+    let task = PoseStream::new(Scribe(diary.clone()), Slow { begins, goes_on });
     let control = Control::default();
     let meter = control.meter.clone();
     let report = std::thread::scope(|scope| {
@@ -276,7 +288,7 @@ fn poses_go_on_by_the_clock_while_nothing_happens_until_the_source_has_stalled()
     let (diary, kept) = (Diary::default(), Arc::default());
     let mut sinks = Sinks::new();
     sinks.add(Kept(Arc::clone(&kept)));
-    let task = Task { eye: Scribe(diary.clone()), network: Instantly };
+    let task = PoseStream::new(Scribe(diary.clone()), Instantly);
     let control = Control::default();
     let meter = control.meter.clone();
     let report = std::thread::scope(|scope| {

@@ -7,8 +7,8 @@ use evpose_pose::body::JOINT_NAMES;
 use serde_json::{Map, Value, json};
 
 use super::Sink;
-use evpose_pose::PoseEstimate;
 use crate::{LivePose, Origin};
+use evpose_pose::PoseEstimate;
 
 /// Writes a line for every pose: `t_us`, `origin` (`network` or `between`), `latency_ms`, and
 ///

@@ -7,8 +7,8 @@ use evpose_pose::EVALUATION_JOINTS;
 use evpose_pose::body::JOINT_NAMES;
 
 use super::Sink;
-use evpose_pose::PoseEstimate;
 use crate::{LivePose, Origin};
+use evpose_pose::PoseEstimate;
 
 /// What every line begins with.
 const FIRST: &str = "t_us,origin,latency_us";

@@ -16,8 +16,8 @@ use std::time::{Duration, Instant};
 use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
 use evpose_live::page::{Page, PageInfo, Subject};
 use evpose_live::sink::Sinks;
-use evpose_pose::PoseEstimate;
 use evpose_live::{LivePose, Meter, Origin};
+use evpose_pose::PoseEstimate;
 use evpose_pose::body::BODY_JOINTS;
 use glam::Vec2;
 
@@ -49,9 +49,12 @@ fn feed(page: &Page, meter: &Meter, is_over: &AtomicBool) {
         meter.events.add(1_000);
         for (origin, latency_us) in [(Origin::Network, 12_500), (Origin::Propagated, 400)] {
             let joint = |k| Some(Vec2::new(60.0 + 10.0 * k as f32, 120.0 + 5.0 * k as f32));
-            let answer =
-                PoseEstimate::Body { joints_px: std::array::from_fn(joint), scores: [0.7; BODY_JOINTS] };
-            let pose = LivePose { t, latency: Duration::from_micros(latency_us), origin, answer };
+            let answer = PoseEstimate::Body {
+                joints_px: std::array::from_fn(joint),
+                scores: [0.7; BODY_JOINTS],
+            };
+            let pose =
+                LivePose { t, latency: Duration::from_micros(latency_us), origin, pose: answer };
             meter.pose(&pose);
             sinks.give(&Arc::new(pose));
         }

@@ -9,12 +9,13 @@ use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
 use evpose_io::framed::FramedWriter;
 use evpose_live::sink::Sink;
 use evpose_live::source::Framed;
+use evpose_live::{Control, LiveOptions, LivePose, Meter, Origin};
 use evpose_pose::PoseEstimate;
-use evpose_pose::stream::StreamFrontend;
+use evpose_pose::body::BODY_JOINTS;
 use evpose_pose::stream::InferenceWorker;
 use evpose_pose::stream::PoseStream;
-use evpose_live::{Control, LiveError, LiveOptions, LivePose, Meter, Origin};
-use evpose_pose::body::BODY_JOINTS;
+use evpose_pose::stream::StreamError;
+use evpose_pose::stream::StreamFrontend;
 
 pub(crate) const SENSOR: SensorSize = SensorSize { width: 64, height: 48 };
 
@@ -148,8 +149,9 @@ pub(crate) fn answer() -> PoseEstimate {
 impl StreamFrontend for Counting {
     type Input = i64;
     type Output = ();
+    type Pose = PoseEstimate;
 
-    fn push(&mut self, events: &EventStream) -> Result<(), LiveError> {
+    fn push(&mut self, events: &EventStream) -> Result<(), StreamError> {
         assert!(events.t().is_empty() || events.t()[0] >= self.latest, "events go back in time");
         self.latest = events.t().last().copied().unwrap_or(self.latest);
         let mut seen = self.seen.lock().unwrap();
@@ -163,12 +165,22 @@ impl StreamFrontend for Counting {
         Ok(())
     }
 
-    fn image(&mut self, t: Micros, _memory: Option<i64>) -> Option<i64> {
+    fn input(&mut self, t: Micros, _memory: Option<i64>) -> Option<i64> {
         Some(t.0)
     }
 
-    fn found(&mut self, t: Micros, _image: &i64, (): (), _now: Micros) -> Vec<(Micros, PoseEstimate)> {
+    fn accept(
+        &mut self,
+        t: Micros,
+        _image: &i64,
+        (): (),
+        _now: Micros,
+    ) -> Vec<(Micros, PoseEstimate)> {
         vec![(t, answer())]
+    }
+
+    fn estimate(&self, pose: &PoseEstimate) -> PoseEstimate {
+        pose.clone()
     }
 
     fn propagate(&mut self, _t: Micros) -> Option<PoseEstimate> {
@@ -187,11 +199,11 @@ pub(crate) struct Answering<F> {
     pub(crate) then: F,
 }
 
-impl<F: FnMut() -> Result<(), LiveError> + Send> InferenceWorker for Answering<F> {
+impl<F: FnMut() -> Result<(), StreamError> + Send> InferenceWorker for Answering<F> {
     type Input = i64;
     type Output = ();
 
-    fn infer(&mut self, _image: &i64) -> Result<(), LiveError> {
+    fn infer(&mut self, _image: &i64) -> Result<(), StreamError> {
         match self.times.checked_sub(1) {
             Some(left) => {
                 self.times = left;
@@ -203,8 +215,10 @@ impl<F: FnMut() -> Result<(), LiveError> + Send> InferenceWorker for Answering<F
 }
 
 /// An eye and a network that always answers.
-pub(crate) fn task(eye: Counting) -> Task<Counting, impl InferenceWorker<Image = i64, Found = ()>> {
-    Task { eye, network: Answering { times: 0, then: || Ok(()) } }
+pub(crate) fn task(
+    eye: Counting,
+) -> PoseStream<Counting, impl InferenceWorker<Input = i64, Output = ()>> {
+    PoseStream::new(eye, Answering { times: 0, then: || Ok(()) })
 }
 
 /// Poses between those of the network every 10 ms, and room for everything.

@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 use evpose_core::{Event, EventStream, Micros, Polarity};
 use evpose_live::sink::Sinks;
 use evpose_live::source::Framed;
-use evpose_pose::stream::PoseStream;
 use evpose_live::{Control, LiveError, LiveOptions, Origin, Report, run};
+use evpose_pose::stream::PoseStream;
 
 use super::dummy::{
     Answering, Counting, Endless, Fed, Kept, LONG, SENSOR, Seen, events, framed, in_time, options,
@@ -208,9 +208,9 @@ fn a_network_that_fails_ends_the_pipeline_with_its_error() {
     sinks.add(kept.clone());
     let (ended, sinks) = in_time(move || {
         let control = Control::default();
-        let then = || Err(LiveError::Task("no device memory is left".into()));
+        let then = || Err(evpose_pose::stream::StreamError("no device memory is left".into()));
         let network = Answering { times: 5, then };
-        let task = Task { eye: Counting::new(&control), network };
+        let task = PoseStream::new(Counting::new(&control), network);
         (run(Endless::source(), task, &mut sinks, &options(), &control), sinks)
     });
     assert_eq!(ended.unwrap_err().to_string(), "no device memory is left");
@@ -224,7 +224,7 @@ fn a_network_that_panics_does_not_leave_the_pipeline_waiting() {
         in_time(|| {
             let control = Control::default();
             let network = Answering { times: 2, then: || panic!("a bug of a network") };
-            let task = Task { eye: Counting::new(&control), network };
+            let task = PoseStream::new(Counting::new(&control), network);
             drop(run(Endless::source(), task, &mut Sinks::new(), &options(), &control));
         });
     });

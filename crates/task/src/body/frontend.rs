@@ -11,7 +11,7 @@ use evpose_repr::{
 
 use super::checkpoint::BodyCheckpoint;
 use super::config::BodyImageConfig;
-use super::predictor::{BodyPredictor, BodyPredictorOptions};
+use super::predictor::BodyPredictor;
 use super::propagation::PropagationConfig;
 use crate::TaskError;
 
@@ -58,7 +58,7 @@ pub fn body_stream(
     checkpoint: &BodyCheckpoint,
     sensor: SensorSize,
     propagation: &PropagationConfig,
-    options: BodyPredictorOptions,
+    predictor: BodyPredictor,
 ) -> Result<PoseStream<BodyFrontend, BodyWorker>, TaskError> {
     let image = &checkpoint.config.image;
     let PropagationConfig { velocity, fusion, min_samples, .. } = propagation;
@@ -68,7 +68,6 @@ pub fn body_stream(
         follower: BodyFollower::new(sensor, *velocity, fusion, *min_samples)?,
         scores: None,
     };
-    let predictor = BodyPredictor::new(checkpoint, options, None)?;
     Ok(PoseStream::new(frontend, BodyWorker { predictor, blur: Blur::new(image.blur) }))
 }
 

@@ -85,11 +85,17 @@ impl BodyPredictor {
         }
     }
 
-    /// The joints of the person on an image.
-    pub fn joints(&mut self, image: &Plane<u8>) -> Vec<BodyJoint> {
+    /// The network's input for an image, `[3][side][side]`: the resized image in each channel.
+    pub fn input(&mut self, image: &Plane<u8>) -> &[f32] {
         let (first, others) = self.input.split_at_mut(self.side_px * self.side_px);
         resize_grey(image, self.interpolation, [self.side_px; 2], first);
         others.chunks_mut(first.len()).for_each(|channel| channel.copy_from_slice(first));
+        &self.input
+    }
+
+    /// The joints of the person on an image.
+    pub fn joints(&mut self, image: &Plane<u8>) -> Vec<BodyJoint> {
+        self.input(image);
         match self.engine.run(&self.input) {
             [heatmaps, centers, regs, offsets] => {
                 let maps = [heatmaps, centers, regs, offsets].map(Vec::as_slice);

@@ -41,13 +41,7 @@ impl RepresentationReader {
         let sensor = windows.sensor();
         let representation = start_representation(image, sensor)?;
         let events = EventStream::empty(sensor);
-        Ok(Self {
-            windows,
-            representation,
-            blur: Blur::new(image.blur),
-            events,
-            read_to: None,
-        })
+        Ok(Self { windows, representation, blur: Blur::new(image.blur), events, read_to: None })
     }
 
     /// The sensor.
@@ -115,4 +109,3 @@ impl RepresentationReader {
         self.blur.apply(&image).clone()
     }
 }
-

@@ -10,8 +10,8 @@ use evpose_repr::{ChannelOrder, WindowAugmentation, representation_called};
 use evpose_sim::SimulationConfig;
 use serde::{Deserialize, Serialize};
 
-use crate::TaskError;
 use super::slow_motion::SlowMotionConfig;
+use crate::TaskError;
 use crate::toml_text;
 
 /// Everything about a hand experiment. `Default` is the published setting.

@@ -137,7 +137,8 @@ pub fn poses_every_ms(
     };
     let mut estimator = HandEstimator::plain(config, events.sensor(), OFFLINE_BATCH)?;
     let last_ms = last.0.div_euclid(1000);
-    let first_ms = (first.0.div_euclid(1000) + i64::from(config.representation.window_ms)).min(last_ms);
+    let first_ms =
+        (first.0.div_euclid(1000) + i64::from(config.representation.window_ms)).min(last_ms);
     let mut poses = Vec::with_capacity((last_ms - first_ms + 1) as usize);
     let mut pushed = Micros(i64::MIN);
     for ms in first_ms..=last_ms {

@@ -65,7 +65,8 @@ impl HandView {
         let camera_from_world = self.camera.camera_from_world();
         let depth_m = |world_m: Vec3| -camera_from_world.transform_point3(world_m).z;
         let px_per_m = self.camera.pinhole().focal_px / depth_m(pose.translation_m);
-        let projected = |m: Vec3| Some(self.camera.image_from_world(m)?.extend(depth_m(m) * px_per_m));
+        let projected =
+            |m: Vec3| Some(self.camera.image_from_world(m)?.extend(depth_m(m) * px_per_m));
         self.actor.vertices_of(side, pose, &self.neutral, scratch).map(projected).collect()
     }
 

@@ -12,11 +12,11 @@ use glam::Vec2;
 use rayon::prelude::*;
 
 use super::frames::{BodyFrame, BodyFrames, label_of};
-use evpose_task::body::BodyPredictor;
 use super::recordings::BodyRecordings;
-use evpose_task::body::RepresentationReader;
-use evpose_task::body::BodyCheckpoint;
 use crate::TrainError;
+use evpose_task::body::BodyCheckpoint;
+use evpose_task::body::BodyPredictor;
+use evpose_task::body::RepresentationReader;
 
 /// A recording, what was found on it, and what was there.
 #[derive(Debug, Clone, PartialEq)]

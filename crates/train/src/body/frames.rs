@@ -10,9 +10,9 @@ use evpose_sim::person::People;
 use glam::Vec2;
 use rayon::prelude::*;
 
-use evpose_task::body::{BodyConfig, BodySourceKind};
 use super::recordings::BodyRecordings;
 use crate::TrainError;
+use evpose_task::body::{BodyConfig, BodySourceKind};
 
 /// An image and who is on it.
 #[derive(Debug, Clone, PartialEq)]

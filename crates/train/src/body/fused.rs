@@ -8,20 +8,18 @@
 use std::path::{Path, PathBuf};
 
 use evpose_core::{EventStream, Micros};
-use evpose_pose::body::fusion::{FusionConfig, ScoredPoints};
-use evpose_pose::body::velocity::TripletVelocityConfig;
+use evpose_pose::body::fusion::ScoredPoints;
 use evpose_pose::body::{BODY_JOINTS, BodyFollower, BodyPoints};
 use evpose_pose::metric::body::{BodyEvaluation, BodyPrediction, BodyProtocol, BodySequence};
 use evpose_sim::person::PoseTable;
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
 use super::evaluation::truth_of;
-use evpose_task::body::BodyPredictor;
 use super::recordings::BodyRecordings;
-use evpose_task::body::{PropagationConfig, RepresentationReader};
-use evpose_task::body::BodyCheckpoint;
 use crate::TrainError;
+use evpose_task::body::BodyCheckpoint;
+use evpose_task::body::BodyPredictor;
+use evpose_task::body::{PropagationConfig, RepresentationReader};
 
 /// Two answers to where somebody is at a moment.
 #[derive(Debug, Clone, PartialEq)]

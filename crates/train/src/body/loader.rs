@@ -15,14 +15,14 @@ use evpose_pose::body::BodyLabel;
 use rayon::prelude::*;
 
 use super::augmentation::{self, BodyView};
-use evpose_task::body::{BodyAugmentation, Interpolation};
 use super::batch::BodyBatch;
-use evpose_task::body::BodyConfig;
 use super::frames::BodyFrames;
 use super::targets::BodyGrid;
 use crate::ahead::Ahead;
 use crate::order::SampleOrder;
 use crate::waiting::{DataWait, WaitMeter};
+use evpose_task::body::BodyConfig;
+use evpose_task::body::{BodyAugmentation, Interpolation};
 
 /// Channels of the network's input, all the same.
 const CHANNELS: usize = 3;

@@ -3,20 +3,17 @@
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 
-use evpose_core::{EventStream, Micros, Plane, SensorSize, TimeWindow};
-use evpose_io::{OpenOptions, Windows};
+use evpose_core::{EventStream, Micros, SensorSize};
 use evpose_pose::body::BodyPoints;
-use evpose_repr::{
-    BlurWork, ChannelOrder, GaussianKernel, Representation, StreamWindow, representation_called,
-};
+use evpose_repr::Representation;
 use evpose_sim::person::{People, PoseTable};
 use glam::Vec2;
 use rayon::prelude::*;
 
-use evpose_task::body::{BodyConfig, BodyImageConfig, LabelMoment};
 use super::frames::{BodyFrame, BodyFrames, label_of};
 use crate::TrainError;
 use evpose_task::body::RepresentationReader;
+use evpose_task::body::{BodyConfig, LabelMoment};
 
 /// Ending of the tables.
 const POSES: &str = ".poses.csv";

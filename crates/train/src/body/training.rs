@@ -16,11 +16,8 @@ use evpose_core::seed_for;
 use evpose_nn::{BodyLoss, MoveEnet};
 use sha2::{Digest, Sha256};
 
-use evpose_task::body::BodyConfig;
 use super::frames::BodyFrames;
 use super::loader::BodyLoader;
-use evpose_task::body::BodyCheckpoint;
-use evpose_task::body::{EarlyStop, ScheduledRate};
 use super::task::{BODY_FIELDS, BodyLearner};
 use crate::TrainError;
 use crate::checkpoint::{AtomicCheckpointer, newest_checkpoint, weights_path};
@@ -28,10 +25,13 @@ use crate::guard::Guard;
 use crate::history::History;
 use crate::metric::FieldMetric;
 use crate::retention::{LastTwoAndBest, best_interval};
-use evpose_task::hand::{BEST, LAST};
 use crate::told_renderer::TrainingSpan;
 use crate::training::{ADAM_EPSILON, RunDir, TrainOptions, renderer, settled};
 use crate::waiting::{DataWait, WaitMeter};
+use evpose_task::body::BodyCheckpoint;
+use evpose_task::body::BodyConfig;
+use evpose_task::body::{EarlyStop, ScheduledRate};
+use evpose_task::hand::{BEST, LAST};
 
 /// What a run came to.
 #[derive(Debug)]

@@ -5,12 +5,12 @@ use evpose_pose::HandParams;
 use evpose_pose::metric::HandEvaluation;
 use serde::Serialize;
 
-use evpose_task::hand::{HandEstimate, HandView, SlowMotionTracker};
 use crate::TrainError;
-use evpose_task::hand::HandConfig;
 use crate::dataset::{HandDataset, HandSequence};
 use crate::evaluation::{Evaluated, Track, judge_track, judged_frames};
+use evpose_task::hand::HandConfig;
 use evpose_task::hand::Predictor;
+use evpose_task::hand::{HandEstimate, HandView, SlowMotionTracker};
 
 /// Frames read at once.
 const CHUNK: u64 = 500;
@@ -138,7 +138,8 @@ mod tests {
     use evpose_sim::{Simulation, record_all};
 
     use super::*;
-    use crate::{Condition, ConstantPose, Method, evaluate};
+    use crate::{Condition, Method, evaluate};
+    use evpose_task::hand::ConstantPose;
 
     /// Small pictures; the rest is as published.
     fn small(seconds: f64) -> HandConfig {
@@ -202,8 +203,8 @@ mod tests {
             known: Micros(known_us),
             measured: HandParams::default(),
             filtered: HandParams::default(),
-            repeated: false,
-            fast: false,
+            is_repeated: false,
+            is_fast: false,
         };
         let poses = [pose(2_000, 4_500), pose(3_999, 4_500), pose(4_500, 4_500)];
         let at = |frame, since| newest(&poses, frame, since).map(|pose| pose.t.0);

@@ -28,7 +28,11 @@ pub(super) fn mirror() -> DAffine2 {
 }
 
 /// Draws one of the five maps; none if nothing is to be done.
-pub(super) fn draw_map(augmentation: &BodyAugmentation, rng: &mut CounterRng, label: &BodyLabel) -> Option<DAffine2> {
+pub(super) fn draw_map(
+    augmentation: &BodyAugmentation,
+    rng: &mut CounterRng,
+    label: &BodyLabel,
+) -> Option<DAffine2> {
     let is_alone = label.other_centers.is_empty();
     // Above 0: what never happens is never chosen.
     let mut rest = rng.unit();
@@ -44,7 +48,8 @@ pub(super) fn draw_map(augmentation: &BodyAugmentation, rng: &mut CounterRng, la
         let start = [0, 1].map(|_| uniform(rng, augmentation.crop_start) * cut);
         Some(crop(cut, if is_alone { DVec2::from(start) } else { DVec2::splat(cut) }))
     } else if is_chosen(augmentation.affine_probability) {
-        let from = SKEWED.map(|to| to + DVec2::from([0, 1].map(|_| uniform(rng, augmentation.affine))));
+        let from =
+            SKEWED.map(|to| to + DVec2::from([0, 1].map(|_| uniform(rng, augmentation.affine))));
         skew(from).filter(|_| is_alone)
     } else if is_chosen(augmentation.rotate_probability) {
         Some(rotation(uniform(rng, augmentation.rotate_deg)))
@@ -127,7 +132,7 @@ mod tests {
         let (alone, n) = (BodyLabel::default(), 20_000);
         let crowd = BodyLabel { other_centers: vec![glam::Vec2::ZERO], ..alone.clone() };
         let count = |label: &BodyLabel, is: fn(&DAffine2) -> bool| {
-            let draw = |i| augmentation.draw_map(&mut CounterRng::new(5, "maps", i), label);
+            let draw = |i| draw_map(&augmentation, &mut CounterRng::new(5, "maps", i), label);
             (0..n).filter_map(draw).filter(is).count() as f64 / n as f64
         };
         let near = |share: f64, expected: f64| {

@@ -7,4 +7,5 @@ mod label;
 mod light;
 mod view;
 
-pub use view::{BodyView, draw};
+pub use view::BodyView;
+pub(super) use view::draw;

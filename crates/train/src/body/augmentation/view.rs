@@ -4,11 +4,11 @@ use evpose_core::{CounterRng, Plane};
 use evpose_pose::body::BodyLabel;
 use glam::DAffine2;
 
+use super::geometry;
 use super::label::{is_inside, moved, unlabelled};
 use super::light::{Square, add_noise, blank, relight};
-use evpose_task::body::{Interpolation, sample};
-use super::geometry;
 use evpose_task::body::BodyAugmentation;
+use evpose_task::body::{Interpolation, sample};
 
 /// An image and its label as they are seen once: drawn by [`BodyAugmentation::draw`], or
 /// [`plain`](Self::plain).
@@ -24,7 +24,12 @@ pub struct BodyView {
 
 /// Draws how sample number `sample` is seen, which depends on it, on `seed` and on its label
 /// only. A number for each time that it is seen makes each different.
-pub fn draw(augmentation: &BodyAugmentation, seed: u64, sample: u64, label: &BodyLabel) -> BodyView {
+pub(in crate::body) fn draw(
+    augmentation: &BodyAugmentation,
+    seed: u64,
+    sample: u64,
+    label: &BodyLabel,
+) -> BodyView {
     // What happens to places and to greys is drawn apart: either can be changed without the
     // other.
     let mut places = CounterRng::new(seed, "body augmentation", sample);
@@ -45,8 +50,8 @@ pub fn draw(augmentation: &BodyAugmentation, seed: u64, sample: u64, label: &Bod
             view = BodyView { label: seen, view_from_image, ..view };
         }
     }
-    let [contrast, brightness] =
-        [augmentation.contrast, augmentation.brightness].map(|[low, high]| greys.uniform(low, high));
+    let [contrast, brightness] = [augmentation.contrast, augmentation.brightness]
+        .map(|[low, high]| greys.uniform(low, high));
     view.light = greys.chance(augmentation.light_probability).then_some([contrast, brightness]);
     if greys.chance(augmentation.noise_probability) {
         let rng = CounterRng::new(seed, "body augmentation noise", sample);
@@ -59,7 +64,11 @@ pub fn draw(augmentation: &BodyAugmentation, seed: u64, sample: u64, label: &Bod
 }
 
 /// Draws a square on a joint; none without joints.
-fn draw_square(augmentation: &BodyAugmentation, rng: &mut CounterRng, label: &BodyLabel) -> Option<Square> {
+fn draw_square(
+    augmentation: &BodyAugmentation,
+    rng: &mut CounterRng,
+    label: &BodyLabel,
+) -> Option<Square> {
     let is_seen = |at: &glam::Vec2| is_inside(*at);
     let labelled = label.keypoints.iter().filter(|keypoint| keypoint.is_labelled());
     let seen: Vec<_> = labelled.map(|keypoint| keypoint.position).filter(is_seen).collect();

@@ -79,7 +79,7 @@ proptest! {
         for interpolation in Interpolation::ALL {
             let interpolation = vec![interpolation];
             let augmentation = BodyAugmentation { interpolation, ..places_only() };
-            let view = augmentation.draw(seed, sample, &body);
+            let view = draw(&augmentation, seed, sample, &body);
             // In a mirror, another joint is where this one was.
             let from = body.keypoints[joint].position;
             let to = view.view_from_image().transform_point2(from.as_dvec2()).as_vec2();
@@ -99,7 +99,7 @@ proptest! {
     fn what_varies_depends_on_seed_and_sample_only(seed in 0..1000u64, sample in 0..1000u64) {
         let (body, image) = (body(1), spot(Vec2::splat(0.4)));
         let seen = |seed, sample| {
-            let view = BodyAugmentation::published().draw(seed, sample, &body);
+            let view = draw(&BodyAugmentation::published(), seed, sample, &body);
             (view.label().clone(), render(&view, &image, 32))
         };
         prop_assert_eq!(seen(seed, sample), seen(seed, sample));
@@ -114,7 +114,7 @@ proptest! {
             body.keypoints[joint].visibility = Visibility::Unlabelled;
         }
         let before = unlabelled(&body);
-        let view = places_only().draw(seed, sample, &body);
+        let view = draw(&places_only(), seed, sample, &body);
         let after = unlabelled(view.label());
         prop_assert!(after <= before + 3);
         if after > 5 {
@@ -140,9 +140,9 @@ fn a_crop_that_loses_four_joints_is_given_up_and_one_that_loses_three_is_not() {
         let at = |joint| Vec2::splat(if joint < outside { 0.01 } else { 0.5 });
         label((0..13).map(at))
     };
-    let lost = crop.draw(0, 0, &body(3));
+    let lost = draw(&crop, 0, 0, &body(3));
     assert_eq!(unlabelled(lost.label()), 3);
-    let kept = crop.draw(0, 0, &body(4));
+    let kept = draw(&crop, 0, 0, &body(4));
     assert_eq!((kept.label(), kept.view_from_image()), (&body(4), DAffine2::IDENTITY));
 }
 
@@ -152,11 +152,11 @@ fn two_mirrors_show_the_image_itself() {
     let body = body(3);
     let greys: Vec<u8> = (0..48 * 48).map(|i| (i * 37 % 251) as u8).collect();
     let image = Plane::from_vec(48, 48, greys.clone()).unwrap();
-    let once = mirror.draw(0, 0, &body);
+    let once = draw(&mirror, 0, 0, &body);
     let seen = render(&once, &image, 48).iter().map(|&grey| grey as u8).collect();
     let seen = Plane::from_vec(48, 48, seen).unwrap();
     assert_eq!((seen.at(0, 5), seen.at(47, 5)), (image.at(47, 5), image.at(0, 5)));
-    let twice = mirror.draw(0, 1, once.label());
+    let twice = draw(&mirror, 0, 1, once.label());
     let again: Vec<u8> = render(&twice, &seen, 48).iter().map(|&grey| grey as u8).collect();
     assert_eq!(again, greys);
     for (a, b) in twice.label().keypoints.iter().zip(&body.keypoints) {
@@ -169,7 +169,7 @@ fn nothing_varies_without_augmentation() {
     let (body, image) = (body(4), spot(Vec2::splat(0.3)));
     let plain = render(&BodyView::plain(&body, Interpolation::Linear), &image, 64);
     for sample in 0..50 {
-        let view = BodyAugmentation::none().draw(9, sample, &body);
+        let view = draw(&BodyAugmentation::none(), 9, sample, &body);
         assert_eq!((view.label(), render(&view, &image, 64)), (&body, plain.clone()));
     }
 }
@@ -177,7 +177,7 @@ fn nothing_varies_without_augmentation() {
 #[test]
 fn greys_vary_as_often_as_they_should() {
     let (augmentation, body, n) = (BodyAugmentation::published(), body(4), 4000);
-    let views: Vec<BodyView> = (0..n).map(|sample| augmentation.draw(2, sample, &body)).collect();
+    let views: Vec<BodyView> = (0..n).map(|sample| draw(&augmentation, 2, sample, &body)).collect();
     let share =
         |is: fn(&BodyView) -> bool| views.iter().filter(|view| is(view)).count() as f64 / n as f64;
     // Four standard deviations of a half are 0.032.
@@ -185,7 +185,8 @@ fn greys_vary_as_often_as_they_should() {
     assert!((share(|view| view.noise.is_some()) - 0.4).abs() < 0.032);
     assert!((share(|view| view.blank.is_some()) - 0.3).abs() < 0.032);
     let mirror = BodyAugmentation { mirror_probability: 0.5, ..BodyAugmentation::none() };
-    let mirrored = (0..n).filter(|&sample| mirror.draw(2, sample, &body).label() != &body).count();
+    let mirrored =
+        (0..n).filter(|&sample| draw(&mirror, 2, sample, &body).label() != &body).count();
     assert!((mirrored as f64 / n as f64 - 0.5).abs() < 0.032);
     for interpolation in Interpolation::ALL {
         let of_it = views.iter().filter(|view| view.interpolation == interpolation).count();
@@ -199,7 +200,7 @@ fn a_square_lies_on_a_joint() {
     let (body, black) = (body(6), Plane::filled(20, 20, 0));
     let mut hidden = 0;
     for sample in 0..100 {
-        let out = render(&square.draw(1, sample, &body), &black, 192);
+        let out = render(&draw(&square, 1, sample, &body), &black, 192);
         let filled = out.iter().filter(|&&grey| grey > 0.0).count();
         if filled > 0 {
             assert!([6, 8, 10, 12].iter().any(|side| side * side == filled), "{filled}");
@@ -210,6 +211,6 @@ fn a_square_lies_on_a_joint() {
     }
     assert!(hidden > 90, "but for those that are black");
     let nobody = BodyLabel::default();
-    let out = render(&square.draw(1, 0, &nobody), &black, 32);
+    let out = render(&draw(&square, 1, 0, &nobody), &black, 32);
     assert_eq!(out, [0.0; 32 * 32]);
 }

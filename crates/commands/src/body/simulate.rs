@@ -8,10 +8,10 @@ use evpose_sim::set::{MANIFEST, PEOPLE};
 use evpose_sim::{SequenceSet, Shard};
 use evpose_task::body::BodyConfig;
 
-use crate::commands::simulate::SimulateArgs;
+use crate::args::SimulateArgs;
 use evpose_report::people;
 
-pub(crate) fn run(mut config: BodyConfig, args: &SimulateArgs) -> Result<()> {
+pub(super) fn run(mut config: BodyConfig, args: &SimulateArgs) -> Result<()> {
     if args.condition.is_some() {
         bail!(
             "--condition is for hands: people have `--set simulation.light_level=0.01` and the like"

@@ -6,16 +6,18 @@ use anyhow::{Context, Result, bail};
 use evpose_core::{Micros, atomic_write};
 use evpose_pose::metric::body::{BodyEvaluation, BodyScores, BodySummary};
 use evpose_pose::metric::{BootstrapConfig, Interval};
-use evpose_task::body::{PropagationConfig, BodyCheckpoint, BodyPredictor, BodyPredictorOptions};
-use evpose_train::body::{BodyEvaluated, BodyJudged, BodyRecordings, evaluate_between, evaluate_body, mean_pose_of};
+use evpose_task::body::{BodyPredictorOptions, PropagationConfig};
+use evpose_train::body::{
+    BodyEvaluated, BodyJudged, BodyRecordings, evaluate_between, evaluate_body, mean_pose_of,
+};
 use serde::Serialize;
 
-use crate::commands::eval::EvalArgs;
+use super::BodyModel;
+use crate::args::EvalArgs;
 use evpose_app::json::write_json;
 use evpose_app::machine::Machine;
 use evpose_app::progress::{bar, say};
 use evpose_app::run_info::COMMIT;
-use evpose_app::threads::use_threads;
 use evpose_report::people;
 use evpose_report::plot::{Axes, Curve, PALETTE, lines};
 
@@ -53,14 +55,14 @@ struct RecordingScores {
     scores: BodyScores,
 }
 
-pub(crate) fn run(checkpoint: &BodyCheckpoint, args: &EvalArgs) -> Result<()> {
+pub(super) fn run(model: &BodyModel, args: &EvalArgs) -> Result<()> {
+    let checkpoint = &model.checkpoint;
     let Some(data) = &args.data else {
         bail!("--conditions are for hands; bodies are judged on --data, a directory of recordings");
     };
-    use_threads(args.device.threads)?;
     let options =
         BodyPredictorOptions { precision: args.precision, ..BodyPredictorOptions::default() };
-    let predictor = BodyPredictor::new(checkpoint, options, None)?;
+    let predictor = model.predictor(options)?;
     let recordings = BodyRecordings::open(data)?;
     let mean = match checkpoint.mean_pose {
         Some(mean) => mean,

@@ -15,7 +15,7 @@ const VGA: SensorSize = SensorSize { width: 640, height: 480 };
 const SETTLED: Micros = Micros(200_000);
 
 /// Somebody before a camera held by hand, brought to `rate` events a second.
-pub(super) fn of_body(folder: &Path, rate: f64) -> Result<PathBuf> {
+pub(crate) fn of_body(folder: &Path, rate: f64) -> Result<PathBuf> {
     let config = PeopleConfig {
         sensor_size: VGA,
         sequences: 1,
@@ -36,7 +36,7 @@ pub(super) fn of_body(folder: &Path, rate: f64) -> Result<PathBuf> {
 }
 
 /// The published hand, brought to `rate` events a second.
-pub(super) fn of_hand(folder: &Path, rate: f64) -> Result<PathBuf> {
+pub(crate) fn of_hand(folder: &Path, rate: f64) -> Result<PathBuf> {
     let config = SimulationConfig { seconds: SECONDS, sequences: 1, ..SimulationConfig::default() };
     let simulation = Simulation::new(&config, 1)?;
     let mut events = EventStream::empty(config.image_size());

@@ -8,27 +8,29 @@ use evpose_io::predictions::{DelayUnit, PredictionWriter, Undetected};
 use evpose_io::yarp::{Skeleton, SkeletonNumbers, write_skeletons};
 use evpose_pose::body::{file_from_network, torso};
 use evpose_pose::metric::body::BodyPrediction;
-use evpose_task::body::{PropagationConfig, BodyCheckpoint, BodyPredictor, BodyPredictorOptions, RepresentationReader};
+use evpose_task::body::{
+    BodyCheckpoint, BodyPredictor, BodyPredictorOptions, PropagationConfig, RepresentationReader,
+};
 use evpose_train::body::poses_between;
 
-use crate::commands::infer::InferArgs;
+use super::BodyModel;
+use crate::args::InferArgs;
 use evpose_app::progress::{bar, say};
-use evpose_app::threads::use_threads;
 
 /// Channel of the skeletons of a folder.
 const CHANNEL: &str = "skeleton";
 
-pub(crate) fn run(checkpoint: &BodyCheckpoint, args: &InferArgs) -> Result<()> {
+pub(super) fn run(model: &BodyModel, args: &InferArgs) -> Result<()> {
+    let checkpoint = &model.checkpoint;
     if args.mode != "plain" || args.joints.is_some() {
         bail!("--mode and --joints are for hands; bodies have --skeletons and --fused");
     }
-    use_threads(args.device.threads)?;
     let options = BodyPredictorOptions {
         precision: args.precision,
         threads: rayon::current_num_threads(),
         confidence: args.confidence,
     };
-    let mut predictor = BodyPredictor::new(checkpoint, options, None)?;
+    let mut predictor = model.predictor(options)?;
     let image = &checkpoint.config.image;
     let mut film = RepresentationReader::open(&args.events, image)?;
     let Some(start) = film.start() else { bail!("{}: no events", args.events.display()) };

@@ -13,7 +13,7 @@ use evpose_task::hand::NetworkPredictor;
 ///
 /// # Errors
 /// If they are fewer than 32 on another device than flex, or 8 without `evpose quantize`.
-pub fn predictor(
+pub(super) fn predictor(
     checkpoint: &Path,
     network: HandRegressor,
     precision: Precision,
@@ -28,7 +28,8 @@ pub fn predictor(
     );
     let ranges = match precision {
         Precision::Int8 => {
-            let quantized = QuantizationRanges::read(&QuantizationRanges::path(checkpoint), &network)?;
+            let quantized =
+                QuantizationRanges::read(&QuantizationRanges::path(checkpoint), &network.graph())?;
             Some(quantized.ranges().clone())
         }
         _ => None,

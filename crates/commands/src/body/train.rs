@@ -1,11 +1,11 @@
 //! `evpose train` of bodies.
 
 use anyhow::{Context, Result};
-use evpose_train::TrainOptions;
 use evpose_task::body::BodyConfig;
+use evpose_train::TrainOptions;
 use evpose_train::body::{BodyTrainSummary, train_body};
 
-use crate::commands::train::TrainArgs;
+use crate::args::TrainArgs;
 use evpose_app::progress::say;
 use evpose_app::threads::use_threads;
 use evpose_app::{recorded, run_info};
@@ -13,7 +13,7 @@ use evpose_app::{recorded, run_info};
 /// Where data are made that the command line does not name.
 const DATA: &str = "data";
 
-pub(crate) fn run(mut config: BodyConfig, args: &TrainArgs) -> Result<()> {
+pub(super) fn run(mut config: BodyConfig, args: &TrainArgs) -> Result<()> {
     use_threads(args.device.threads)?;
     if let Some(start) = &args.start_from {
         config.start_from = Some(start.clone());

@@ -19,7 +19,7 @@ const OF_JOINT: usize = 5;
 const FIRST: &str = "t_us,";
 
 /// The first line.
-pub(super) fn header() -> String {
+pub fn header() -> String {
     let mut header = "t_us".to_owned();
     for joint in EVALUATION_JOINTS {
         let _ = write!(header, ",{joint}_u_px,{joint}_v_px,{joint}_x_m,{joint}_y_m,{joint}_z_m");
@@ -28,7 +28,7 @@ pub(super) fn header() -> String {
 }
 
 /// Adds the line of a time.
-pub(super) fn push(csv: &mut String, t: Micros, points: &HandPoints) {
+pub fn push(csv: &mut String, t: Micros, points: &HandPoints) {
     let _ = write!(csv, "{}", t.0);
     for (image, world) in points.image_px.iter().zip(&points.world_m) {
         let _ = match image {
@@ -41,13 +41,13 @@ pub(super) fn push(csv: &mut String, t: Micros, points: &HandPoints) {
 }
 
 /// Whether a file is such a table, by how it begins.
-pub(super) fn is_one(text: &str) -> bool {
+pub fn is_one(text: &str) -> bool {
     text.starts_with(FIRST)
 }
 
 /// The joints of `text`, which is what `path` holds, in pixels; none for a hand of which some are behind
 /// the camera.
-pub(super) fn read(text: &str, path: &Path) -> Result<Vec<(Micros, Option<[Vec2; 21]>)>> {
+pub fn read(text: &str, path: &Path) -> Result<Vec<(Micros, Option<[Vec2; 21]>)>> {
     let line = |(number, line): (usize, &str)| {
         let row = || format!("{}: line {}", path.display(), number + 1);
         let cells: Vec<&str> = line.split(',').collect();

@@ -6,16 +6,20 @@ use anyhow::{Context, Result, bail};
 use evpose_core::atomic_write;
 use evpose_pose::HandParams;
 use evpose_pose::metric::{HandRatios, HandSummary, Interval, MeanPose};
-use evpose_task::hand::{HandCheckpoint, ConstantPose, HandConfig, NetworkPredictor};
-use evpose_train::{Condition, Evaluated, HandDataset, Method, SlowMotionEvaluated, SlowMotionUsage, evaluate, evaluate_slow_motion, poses_to_judge};
+use evpose_task::hand::{ConstantPose, HandConfig, NetworkPredictor};
+use evpose_train::{
+    Condition, Evaluated, HandDataset, Method, SlowMotionEvaluated, SlowMotionUsage, evaluate,
+    evaluate_slow_motion, poses_to_judge,
+};
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-use super::eval::EvalArgs;
+use super::HandModel;
+use crate::args::EvalArgs;
 use evpose_app::machine::Machine;
 use evpose_app::progress::{bar, say};
+use evpose_app::recorded;
 use evpose_app::run_info::{self, COMMIT};
-use evpose_app::{hand_predictor, recorded};
 use evpose_report::canvas::{PREDICTION, SLOW_MOTION};
 use evpose_report::hand as report;
 use evpose_report::held_out::{cell, find};
@@ -55,9 +59,8 @@ struct Judged {
     usage: SlowMotionUsage,
 }
 
-pub(crate) fn run(args: &EvalArgs) -> Result<()> {
-    let device = args.device.open()?;
-    let checkpoint = HandCheckpoint::load(&args.checkpoint, &device)?;
+pub(super) fn run(model: &HandModel, args: &EvalArgs) -> Result<()> {
+    let checkpoint = &model.checkpoint;
     // All of them first: a mistake in the last should not wait for the others.
     let conditions = args
         .conditions
@@ -94,9 +97,7 @@ pub(crate) fn run(args: &EvalArgs) -> Result<()> {
         let dir = out.join(&*condition.name);
         say(format!("    {}", recorded::record(&config, &dir, &condition.name)?));
         let data = HandDataset::open(&dir, &config)?;
-        let network = checkpoint.network.clone();
-        let network =
-            hand_predictor::predictor(&args.checkpoint, network, args.precision, device.clone())?;
+        let network = model.predictor(args.precision)?;
         let mean = checkpoint.mean_pose;
         let (methods, usage) = judge(&config, &data, network, mean, args.stride_ms.unwrap_or(1))?;
         if args.out.is_some() {

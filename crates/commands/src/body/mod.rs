@@ -1,0 +1,206 @@
+//! The body task: MoveEnet.
+
+mod eval;
+mod infer;
+mod precision;
+mod simulate;
+mod train;
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Result, ensure};
+use burn::module::Module;
+use burn::tensor::Device;
+use evpose_app::args::{ConfigArgs, DeviceArgs};
+use evpose_app::body_config;
+use evpose_app::threads::use_threads;
+use evpose_core::SensorSize;
+use evpose_infer::{Precision, Ranges};
+use evpose_live::page::Subject;
+use evpose_nn::MoveEnetConfig;
+use evpose_nn::graph::Graph;
+use evpose_task::QuantizationRanges;
+use evpose_task::body::{
+    BodyCheckpoint, BodyConfig, BodyPredictor, BodyPredictorOptions, PropagationConfig, body_stream,
+};
+use evpose_train::body::{BodyFrames, BodyRecordings};
+
+use crate::args::{EvalArgs, InferArgs, SimulateArgs, TrainArgs};
+use crate::benchmark_recording;
+use crate::online::{OnlineOptions, OnlineStream, TaskStream};
+use crate::task::{PoseModel, PoseTask, PrecisionScores};
+
+/// Propagated poses per second.
+const PROPAGATE_HZ: f64 = 500.0;
+/// In a run directory.
+const CONFIG: &str = "config.toml";
+
+/// The body task.
+pub(crate) struct Body;
+
+impl PoseTask for Body {
+    fn name(&self) -> &'static str {
+        "body"
+    }
+
+    fn open(&self, path: &Path, device: &DeviceArgs) -> Result<Option<Box<dyn PoseModel>>> {
+        let flex = Device::flex();
+        let checkpoint = if path.is_dir() {
+            let config = std::fs::read_to_string(path.join(CONFIG)).unwrap_or_default();
+            if !BodyConfig::is_one(&config) {
+                return Ok(None);
+            }
+            BodyCheckpoint::load(path, &flex)?
+        } else {
+            // A file that is none of bodies may be of another task, whose reader reports what is wrong.
+            let Ok(checkpoint) = BodyCheckpoint::load(path, &flex) else { return Ok(None) };
+            checkpoint
+        };
+        use_threads(device.threads)?;
+        Ok(Some(Box::new(BodyModel { checkpoint, path: Some(path.to_owned()) })))
+    }
+
+    fn untrained(
+        &self,
+        config: &ConfigArgs,
+        device: &Device,
+    ) -> Result<Option<Box<dyn PoseModel>>> {
+        let Some(config) = body_config::config(config)? else { return Ok(None) };
+        let network = config.network.init(config.seed, device)?;
+        let checkpoint = BodyCheckpoint { config, network, mean_pose: None, data: None };
+        Ok(Some(Box::new(BodyModel { checkpoint, path: None })))
+    }
+
+    fn published(&self) -> Result<Box<dyn PoseModel>> {
+        let network = MoveEnetConfig::default().init(1, &Device::flex())?;
+        let config = BodyConfig::default();
+        let checkpoint = BodyCheckpoint { config, network, mean_pose: None, data: None };
+        Ok(Box::new(BodyModel { checkpoint, path: None }))
+    }
+
+    fn simulate(&self, args: &SimulateArgs) -> Result<bool> {
+        let Some(config) = body_config::config(&args.config)? else { return Ok(false) };
+        simulate::run(config, args).map(|()| true)
+    }
+
+    fn train(&self, args: &TrainArgs) -> Result<bool> {
+        let Some(config) = body_config::config(&args.config)? else { return Ok(false) };
+        train::run(config, args).map(|()| true)
+    }
+
+    fn benchmark_recording(&self, directory: &Path, rate: f64) -> Result<PathBuf> {
+        benchmark_recording::of_body(directory, rate)
+    }
+}
+
+/// A body network with the experiment it came from.
+pub(crate) struct BodyModel {
+    checkpoint: BodyCheckpoint,
+    /// The checkpoint; none for weights that were not read.
+    path: Option<PathBuf>,
+}
+
+impl BodyModel {
+    /// A predictor; int8 takes its ranges from the file beside the checkpoint.
+    fn predictor(&self, options: BodyPredictorOptions) -> Result<BodyPredictor> {
+        let ranges = self.ranges(options.precision)?;
+        let ranges = ranges.as_ref().map(QuantizationRanges::ranges);
+        Ok(BodyPredictor::new(&self.checkpoint, options, ranges)?)
+    }
+
+    fn ranges(&self, precision: Precision) -> Result<Option<QuantizationRanges>> {
+        if precision != Precision::Int8 {
+            return Ok(None);
+        }
+        let path = QuantizationRanges::path(self.path.as_deref().unwrap_or(Path::new("")));
+        Ok(Some(QuantizationRanges::read(&path, &self.graph())?))
+    }
+}
+
+impl PoseModel for BodyModel {
+    fn task(&self) -> &'static str {
+        Body.name()
+    }
+
+    fn description(&self) -> String {
+        let BodyCheckpoint { config, network, data, .. } = &self.checkpoint;
+        let mut text = format!(
+            "bodies: {} joints from {} of {side}x{side} pixels, {} parameters",
+            network.config().joints,
+            config.image.representation,
+            network.num_params(),
+            side = config.image.side_px,
+        );
+        if let Some(data) = data {
+            text += &format!("\ntrained on data of SHA-256 {data}");
+        }
+        text
+    }
+
+    fn network_name(&self) -> String {
+        format!("move_enet of width {}", self.checkpoint.network.config().width)
+    }
+
+    fn config_toml(&self) -> Result<String> {
+        Ok(self.checkpoint.config.to_toml()?)
+    }
+
+    fn graph(&self) -> Graph {
+        self.checkpoint.network.graph()
+    }
+
+    fn input_shape(&self) -> [usize; 3] {
+        let side = self.checkpoint.config.image.side_px;
+        [self.graph().nodes[0].channels, side, side]
+    }
+
+    fn calibration_inputs(
+        &self,
+        data: &Path,
+        count: u64,
+    ) -> Result<Box<dyn ExactSizeIterator<Item = Result<Vec<f32>>> + '_>> {
+        let BodyFrames { frames } =
+            BodyRecordings::open(data)?.frames(&self.checkpoint.config, &|_| {})?;
+        ensure!(!frames.is_empty(), "{}: no images", data.display());
+        let mut predictor = self.predictor(BodyPredictorOptions::default())?;
+        let count = (count as usize).min(frames.len());
+        Ok(Box::new(
+            (0..count).map(move |k| {
+                Ok(predictor.input(&frames[k * frames.len() / count].image).to_vec())
+            }),
+        ))
+    }
+
+    fn evaluate_precisions(
+        &self,
+        data: &Path,
+        ranges: &Ranges,
+        stride_ms: u32,
+    ) -> Result<Vec<PrecisionScores>> {
+        precision::evaluate(&self.checkpoint, data, ranges, stride_ms)
+    }
+
+    fn evaluate(&self, args: &EvalArgs) -> Result<()> {
+        eval::run(self, args)
+    }
+
+    fn infer(&self, args: &InferArgs) -> Result<()> {
+        infer::run(self, args)
+    }
+
+    fn stream(&self, sensor: SensorSize, options: &OnlineOptions) -> Result<Box<dyn OnlineStream>> {
+        let predictor = self.predictor(BodyPredictorOptions {
+            precision: options.precision,
+            confidence: options.confidence,
+            ..BodyPredictorOptions::default()
+        })?;
+        let propagation = PropagationConfig::default();
+        let stream = body_stream(&self.checkpoint, sensor, &propagation, predictor)?;
+        Ok(Box::new(TaskStream {
+            stream,
+            propagate_hz: PROPAGATE_HZ,
+            subject: Subject::Body,
+            mesh: None,
+        }))
+    }
+}

@@ -1,0 +1,64 @@
+//! Accuracy and latency of a body network in each precision.
+
+use std::path::Path;
+
+use anyhow::Result;
+use evpose_app::progress::bar;
+use evpose_core::Micros;
+use evpose_infer::{Precision, Ranges};
+use evpose_pose::metric::Interval;
+use evpose_task::body::{BodyCheckpoint, BodyPredictor, BodyPredictorOptions};
+use evpose_train::body::{BodyRecordings, evaluate_body, mean_pose_of};
+
+use crate::task::PrecisionScores;
+
+/// Thresholds of the PCK, in percent of the torso.
+const PERCENTS: [usize; 2] = [40, 80];
+
+pub(super) fn evaluate(
+    checkpoint: &BodyCheckpoint,
+    data: &Path,
+    ranges: &Ranges,
+    stride_ms: u32,
+) -> Result<Vec<PrecisionScores>> {
+    let recordings = BodyRecordings::open(data)?;
+    let mean = match checkpoint.mean_pose {
+        Some(mean) => mean,
+        None => mean_pose_of(&recordings, checkpoint)?,
+    };
+    let stride = Micros(1_000 * i64::from(stride_ms.max(1)));
+    let all = (Precision::ALL.len() * recordings.files.len()) as u64;
+    let progress = bar("evaluating", all, "recordings");
+    let mut scores = Vec::new();
+    for precision in Precision::ALL {
+        let options = BodyPredictorOptions { precision, ..BodyPredictorOptions::default() };
+        let predictor = BodyPredictor::new(checkpoint, options, Some(ranges))?;
+        let done = |count| progress.inc(count);
+        let evaluated = evaluate_body(checkpoint, &predictor, &recordings, stride, &mean, &done)?;
+        let bootstrap = &checkpoint.config.evaluation.bootstrap;
+        let summary = evaluated.network().summary(&PERCENTS, bootstrap)?;
+        let pck = |index: usize| cell(summary.raw.pck.get(index).copied().flatten(), 3);
+        scores.push(PrecisionScores {
+            precision,
+            latency_ms: summary.delay_s.map_or(f64::NAN, |delay| 1e3 * delay.estimate),
+            cells: vec![
+                ("PCK@0.4", pck(0)),
+                ("PCK@0.8", pck(1)),
+                ("MPJPE px", cell(summary.raw.mpjpe_px, 2)),
+            ],
+            held_out: serde_json::to_value(&summary)?,
+        });
+    }
+    progress.finish_and_clear();
+    Ok(scores)
+}
+
+fn cell(interval: Option<Interval>, digits: usize) -> String {
+    match interval {
+        None => "-".to_owned(),
+        Some(Interval { estimate, low: Some(low), high: Some(high) }) => {
+            format!("{estimate:.digits$} [{low:.digits$}, {high:.digits$}]")
+        }
+        Some(Interval { estimate, .. }) => format!("{estimate:.digits$}"),
+    }
+}

@@ -1,0 +1,133 @@
+//! `evpose infer` of hands.
+
+use std::fmt::Write as _;
+
+use anyhow::{Context, Result, bail};
+use evpose_app::progress::{bar, say};
+use evpose_core::{EventStream, Micros, TimeWindow, atomic_write};
+use evpose_pose::HandParams;
+use evpose_task::hand::{
+    HandConfig, HandEstimate, HandView, NetworkPredictor, SlowMotionTracker, poses_every_ms,
+};
+
+use super::HandModel;
+use crate::args::InferArgs;
+use crate::hand_joints;
+
+/// Events that the slow-motion mode takes at once.
+const PACKET: Micros = Micros(100_000);
+
+/// Column names of the 12 parameters.
+const PARAMETER_NAMES: [&str; 12] = [
+    "articulation_1",
+    "articulation_2",
+    "articulation_3",
+    "articulation_4",
+    "articulation_5",
+    "articulation_6",
+    "translation_x_m",
+    "translation_y_m",
+    "translation_z_m",
+    "rotation_x_rad",
+    "rotation_y_rad",
+    "rotation_z_rad",
+];
+
+pub(super) fn run(model: &HandModel, args: &InferArgs) -> Result<()> {
+    let config = &model.checkpoint.config;
+    let recording = evpose_io::open_with(&args.events, Some(config.simulation.image_size()))?;
+    if recording.rejected.total() > 0 {
+        say(format!(
+            "warning: {}: left out {} events outside the sensor and {} out of order",
+            args.events.display(),
+            recording.rejected.outside_sensor,
+            recording.rejected.out_of_order
+        ));
+    }
+    let events = recording.stream;
+    if events.sensor() != config.simulation.image_size() {
+        bail!(
+            "{}: recorded at {}, but the network was trained for {}",
+            args.events.display(),
+            events.sensor(),
+            config.simulation.image_size()
+        );
+    }
+    let mut predictor = model.predictor(args.precision)?;
+    let estimates = if args.mode == "slow-motion" {
+        slow_motion(config, &events, &mut predictor)?
+    } else {
+        every_ms(config, &events, &mut predictor)?
+    };
+    let pose = |estimate: &HandEstimate| {
+        (estimate.t, if args.unfiltered { estimate.measured } else { estimate.filtered })
+    };
+    let poses: Vec<(Micros, HandParams)> = estimates.iter().map(pose).collect();
+
+    let mut csv = format!("t_us,{}\n", PARAMETER_NAMES.join(","));
+    for (t, pose) in &poses {
+        let values: Vec<String> = pose.to_array().iter().map(f32::to_string).collect();
+        let _ = writeln!(csv, "{},{}", t.0, values.join(","));
+    }
+    atomic_write(&args.out, csv.as_bytes())
+        .with_context(|| format!("writing {}", args.out.display()))?;
+    say(format!("{} poses: {}", poses.len(), args.out.display()));
+
+    if let Some(path) = &args.joints {
+        let view = HandView::new(config)?;
+        // A network of both hands does not say which it saw.
+        let side = config.simulation.hands.side(0);
+        let mut csv = hand_joints::header();
+        for (t, pose) in &poses {
+            hand_joints::push(&mut csv, *t, &view.points(side, pose, &[]));
+        }
+        atomic_write(path, csv.as_bytes())
+            .with_context(|| format!("writing {}", path.display()))?;
+        say(format!("joints: {}", path.display()));
+    }
+    Ok(())
+}
+
+/// The poses of every millisecond.
+fn every_ms(
+    config: &HandConfig,
+    events: &EventStream,
+    predictor: &mut NetworkPredictor,
+) -> Result<Vec<HandEstimate>> {
+    let span_us = match (events.t().first(), events.t().last()) {
+        (Some(&first), Some(&last)) => (last - first).0 as u64,
+        _ => 0,
+    };
+    let poses = (span_us / 1000).saturating_sub(config.representation.window_ms.into());
+    let progress = bar("inferring", poses, "poses");
+    let mut done = |count| progress.inc(count as u64);
+    let poses = poses_every_ms(config, events, predictor, &mut done)?;
+    progress.finish_and_clear();
+    Ok(poses)
+}
+
+/// The poses of the slow-motion mode, each with the time stamp of its input.
+fn slow_motion(
+    config: &HandConfig,
+    events: &EventStream,
+    predictor: &mut NetworkPredictor,
+) -> Result<Vec<HandEstimate>> {
+    let (Some(&first), Some(&last)) = (events.t().first(), events.t().last()) else {
+        return Ok(Vec::new());
+    };
+    let mut tracker = SlowMotionTracker::new(config, events.sensor())?;
+    let mut poses = Vec::new();
+    let progress = bar("inferring", (last - first).0 as u64 / 1000, "ms");
+    let mut start = first;
+    while start <= last {
+        let end = start + PACKET;
+        tracker.push(&events.slice(TimeWindow { start, end }), predictor, &mut poses)?;
+        start = end;
+        progress.inc(PACKET.0 as u64 / 1000);
+    }
+    tracker.finish(predictor, &mut poses)?;
+    progress.finish_and_clear();
+    let repeated = poses.iter().filter(|pose| pose.is_repeated).count();
+    say(format!("slow motion: {} inputs, {repeated} of a scene at rest", poses.len()));
+    Ok(poses)
+}

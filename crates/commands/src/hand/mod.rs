@@ -1,0 +1,203 @@
+//! The hand task: EventHands.
+
+mod conditions;
+mod eval;
+mod infer;
+mod precision;
+mod predictor;
+mod simulate;
+mod train;
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Result, bail};
+use burn::module::Module;
+use burn::tensor::Device;
+use evpose_app::args::{ConfigArgs, DeviceArgs};
+use evpose_app::hand_config;
+use evpose_body::PosedBody;
+use evpose_core::SensorSize;
+use evpose_infer::{Precision, Ranges};
+use evpose_live::page::{HandMesh, Subject};
+use evpose_nn::graph::Graph;
+use evpose_nn::{DeviceKind, HandRegressorConfig};
+use evpose_pose::HandParams;
+use evpose_task::hand::{HandCheckpoint, HandConfig, HandView, NetworkPredictor, hand_stream};
+use evpose_train::{HandDataset, untrained};
+
+use crate::args::{EvalArgs, InferArgs, SimulateArgs, TrainArgs};
+use crate::benchmark_recording;
+use crate::online::{OnlineOptions, OnlineStream, TaskStream};
+use crate::task::{PoseModel, PoseTask, PrecisionScores};
+
+/// Inputs per inference on devices other than the CPU, as published.
+const DEVICE_BATCH: usize = 16;
+/// Propagated poses per second.
+const PROPAGATE_HZ: f64 = 1_000.0;
+
+/// The hand task.
+pub(crate) struct Hand;
+
+impl PoseTask for Hand {
+    fn name(&self) -> &'static str {
+        "hand"
+    }
+
+    fn open(&self, path: &Path, device: &DeviceArgs) -> Result<Option<Box<dyn PoseModel>>> {
+        let device = device.open()?;
+        let checkpoint = HandCheckpoint::load(path, &device)?;
+        Ok(Some(Box::new(HandModel { checkpoint, path: Some(path.to_owned()), device })))
+    }
+
+    fn untrained(
+        &self,
+        config: &ConfigArgs,
+        device: &Device,
+    ) -> Result<Option<Box<dyn PoseModel>>> {
+        let config = hand_config::load(&config.config, &config.overrides)?;
+        let network = untrained(&config, device)?;
+        let checkpoint = HandCheckpoint { config, network, mean_pose: None };
+        Ok(Some(Box::new(HandModel { checkpoint, path: None, device: device.clone() })))
+    }
+
+    fn published(&self) -> Result<Box<dyn PoseModel>> {
+        let device = Device::flex();
+        let network = HandRegressorConfig::default().init(1, &device)?;
+        let checkpoint = HandCheckpoint { config: HandConfig::default(), network, mean_pose: None };
+        Ok(Box::new(HandModel { checkpoint, path: None, device }))
+    }
+
+    fn simulate(&self, args: &SimulateArgs) -> Result<bool> {
+        simulate::run(args).map(|()| true)
+    }
+
+    fn train(&self, args: &TrainArgs) -> Result<bool> {
+        train::run(args).map(|()| true)
+    }
+
+    fn benchmark_recording(&self, directory: &Path, rate: f64) -> Result<PathBuf> {
+        benchmark_recording::of_hand(directory, rate)
+    }
+}
+
+/// A hand network with the experiment it came from.
+pub(crate) struct HandModel {
+    pub(crate) checkpoint: HandCheckpoint,
+    /// The checkpoint; none for weights that were not read.
+    path: Option<PathBuf>,
+    pub(crate) device: Device,
+}
+
+impl HandModel {
+    /// A predictor in a precision.
+    pub(crate) fn predictor(&self, precision: Precision) -> Result<NetworkPredictor> {
+        let path = self.path.as_deref().unwrap_or(Path::new(""));
+        let network = self.checkpoint.network.clone();
+        predictor::predictor(path, network, precision, self.device.clone())
+    }
+}
+
+impl PoseModel for HandModel {
+    fn task(&self) -> &'static str {
+        Hand.name()
+    }
+
+    fn description(&self) -> String {
+        let config = &self.checkpoint.config;
+        let (representation, simulation) = (&config.representation, &config.simulation);
+        format!(
+            "hands: {} of width {} from {} of {} ms at {}, {} parameters",
+            config.network.backbone,
+            config.network.width,
+            representation.name,
+            representation.window_ms,
+            simulation.image_size(),
+            self.checkpoint.network.num_params(),
+        )
+    }
+
+    fn network_name(&self) -> String {
+        let network = &self.checkpoint.config.network;
+        format!("{} of width {}", network.backbone, network.width)
+    }
+
+    fn config_toml(&self) -> Result<String> {
+        Ok(self.checkpoint.config.to_toml()?)
+    }
+
+    fn graph(&self) -> Graph {
+        self.checkpoint.network.graph()
+    }
+
+    fn input_shape(&self) -> [usize; 3] {
+        let size = self.checkpoint.config.simulation.image_size();
+        [self.graph().nodes[0].channels, size.height.into(), size.width.into()]
+    }
+
+    fn calibration_inputs(
+        &self,
+        data: &Path,
+        count: u64,
+    ) -> Result<Box<dyn ExactSizeIterator<Item = Result<Vec<f32>>> + '_>> {
+        let data = HandDataset::open(data, &self.checkpoint.config)?;
+        let count = count.min(data.len()) as usize;
+        Ok(Box::new(
+            (0..count).map(move |window| {
+                Ok(data.plain_input(window as u64 * data.len() / count as u64)?)
+            }),
+        ))
+    }
+
+    fn evaluate_precisions(
+        &self,
+        data: &Path,
+        ranges: &Ranges,
+        stride_ms: u32,
+    ) -> Result<Vec<PrecisionScores>> {
+        precision::evaluate(&self.checkpoint, data, ranges, stride_ms)
+    }
+
+    fn evaluate(&self, args: &EvalArgs) -> Result<()> {
+        if args.fusion || args.curves.is_some() || args.pictures.is_some() {
+            bail!("--fusion, --curves and --pictures are for bodies");
+        }
+        match &args.data {
+            Some(data) => eval::run(self, args, data),
+            None => conditions::run(self, args),
+        }
+    }
+
+    fn infer(&self, args: &InferArgs) -> Result<()> {
+        if args.skeletons.is_some() || args.fused.is_some() || args.stride_ms.is_some() {
+            bail!("--skeletons, --fused and --stride-ms are for bodies");
+        }
+        infer::run(self, args)
+    }
+
+    fn stream(&self, sensor: SensorSize, options: &OnlineOptions) -> Result<Box<dyn OnlineStream>> {
+        let config = self.checkpoint.config.clone();
+        let trained_for = config.simulation.image_size();
+        if sensor != trained_for {
+            bail!("events of {sensor}, but the network was trained for {trained_for}");
+        }
+        let is_cpu = self.device == DeviceKind::Flex.resolve()?;
+        let batch = options.batch.map_or(if is_cpu { 1 } else { DEVICE_BATCH }, usize::from);
+        let stream = hand_stream(&config, self.predictor(options.precision)?, sensor, batch)?;
+        let mesh = move || hand_mesh(&config);
+        Ok(Box::new(TaskStream {
+            stream,
+            propagate_hz: PROPAGATE_HZ,
+            subject: Subject::Hand,
+            mesh: Some(Box::new(mesh)),
+        }))
+    }
+}
+
+/// The mesh of the hand of `config`, for a page.
+fn hand_mesh(config: &HandConfig) -> Result<HandMesh> {
+    let (view, side) = (HandView::new(config)?, config.simulation.hands.side(0));
+    let faces = view.faces(side).to_vec();
+    let mut scratch = PosedBody::default();
+    let vertices = move |params: &HandParams| view.vertices_px(side, params, &mut scratch);
+    Ok(HandMesh { faces, vertices: Box::new(vertices) })
+}

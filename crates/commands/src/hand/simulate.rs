@@ -1,0 +1,49 @@
+//! `evpose simulate` of hands.
+
+use anyhow::{Context, Result};
+use evpose_app::hand_config;
+use evpose_app::progress::say;
+use evpose_app::recorded::{claim, held_out, record_shard_of};
+use evpose_core::atomic_write;
+use evpose_report::camera_views;
+use evpose_report::png::png;
+use evpose_sim::set::MANIFEST;
+use evpose_sim::{SequenceSet, Shard, Simulation};
+use evpose_train::Condition;
+
+use crate::args::SimulateArgs;
+
+pub(super) fn run(args: &SimulateArgs) -> Result<()> {
+    let mut config = hand_config::load(&args.config.config, &args.config.overrides)?;
+    if let Some(condition) = &args.condition {
+        config = Condition::load(condition)?.apply(&config)?;
+    }
+    if args.held_out {
+        config = held_out(&config);
+    }
+    let simulation = &mut config.simulation;
+    simulation.seconds = args.seconds.unwrap_or(simulation.seconds);
+    simulation.sequences = args.sequences.unwrap_or(simulation.sequences);
+    config.seed = args.seed.unwrap_or(config.seed);
+    config.simulation.validate()?;
+    let shard = args.shard.unwrap_or(Shard::WHOLE);
+    let set = SequenceSet::new(&args.out, config.simulation.sequences);
+    claim(&set, &config, shard, args.resume)?;
+    let recorded = record_shard_of(&config, &args.out, shard, "simulating")?;
+    recorded.report_earlier_work();
+    if recorded.sequences > 0 {
+        say(&recorded);
+        say(format!("written to {}", args.out.display()));
+    }
+    say(if recorded.finished {
+        format!("all {} sequences are there: {MANIFEST}", config.simulation.sequences)
+    } else {
+        format!("shard {shard} is complete; whoever records the last sequence writes {MANIFEST}")
+    });
+    if let Some(path) = &args.preview {
+        let sheet = camera_views::sheet(&Simulation::new(&config.simulation, config.seed)?)?;
+        atomic_write(path, &png(&sheet)?).with_context(|| format!("writing {}", path.display()))?;
+        say(format!("preview: {}", path.display()));
+    }
+    Ok(())
+}

@@ -1,0 +1,37 @@
+//! `evpose train` of hands.
+
+use anyhow::{Result, bail};
+use evpose_app::progress::say;
+use evpose_app::threads::use_threads;
+use evpose_app::{hand_config, run_info};
+use evpose_train::{TrainOptions, train_hand};
+
+use crate::args::TrainArgs;
+
+pub(super) fn run(args: &TrainArgs) -> Result<()> {
+    let (Some(data), Some(out)) = (&args.data, &args.out) else {
+        bail!("hands need --data, a directory of sequences from `evpose simulate`, and --out");
+    };
+    if args.start_from.is_some() {
+        bail!("--start-from is for bodies: networks of hands are trained from the beginning");
+    }
+    let config = hand_config::load(&args.config.config, &args.config.overrides)?;
+    use_threads(args.device.threads)?;
+    let options = TrainOptions {
+        device: args.device.device,
+        resume: args.resume,
+        plain: args.plain,
+        told: None,
+    };
+    let summary = train_hand(&config, data, out, &options)?;
+    run_info::write(out, config.seed, None)?;
+    say(format!(
+        "{} samples in {:.0} s, {:.0} samples/s",
+        summary.samples,
+        summary.elapsed.as_secs_f64(),
+        summary.samples_per_second
+    ));
+    say(summary.data_wait.to_string());
+    say(format!("checkpoint: {}", summary.path.display()));
+    Ok(())
+}

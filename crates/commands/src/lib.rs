@@ -1,0 +1,66 @@
+//! The registry of pose tasks, and the commands that every task implements.
+//!
+//! * [`TASKS`]: the registry; [`open`] finds the task of a checkpoint.
+//! * [`PoseTask`], [`PoseModel`]: what a task has to implement so that every command takes it.
+//! * [`args`]: arguments of the commands whose work is the task's.
+//!
+//! ```
+//! let names: Vec<&str> = evpose_commands::TASKS.iter().map(|task| task.name()).collect();
+//! assert_eq!(names, ["body", "hand"]);
+//! ```
+
+pub mod args;
+mod benchmark_recording;
+mod body;
+mod hand;
+pub mod hand_joints;
+pub mod online;
+mod task;
+
+use std::path::Path;
+
+use anyhow::{Context, Result, bail};
+use evpose_app::args::{ConfigArgs, DeviceArgs};
+
+pub use task::{PoseModel, PoseTask, PrecisionScores};
+
+/// The pose tasks. A checkpoint is offered to each in turn; the last reports files that none can read.
+pub const TASKS: &[&dyn PoseTask] = &[&body::Body, &hand::Hand];
+
+/// The task called `name`.
+///
+/// # Errors
+/// If there is none of that name; the message lists those there are.
+pub fn task_by_name(name: &str) -> Result<&'static dyn PoseTask> {
+    let task = TASKS.iter().copied().find(|task| task.name() == name);
+    task.with_context(|| {
+        let known: Vec<&str> = TASKS.iter().map(|task| task.name()).collect();
+        format!("no task is called `{name}`; there are {}", known.join(", "))
+    })
+}
+
+/// The model of a checkpoint, of whichever task it is.
+///
+/// # Errors
+/// If no task can read it.
+pub fn open(checkpoint: &Path, device: &DeviceArgs) -> Result<Box<dyn PoseModel>> {
+    for task in TASKS {
+        if let Some(model) = task.open(checkpoint, device)? {
+            return Ok(model);
+        }
+    }
+    bail!("{}: a checkpoint of no known task", checkpoint.display())
+}
+
+/// A model with the initial weights of a config, of whichever task it is.
+///
+/// # Errors
+/// If no task has such a config.
+pub fn untrained(config: &ConfigArgs, device: &burn::tensor::Device) -> Result<Box<dyn PoseModel>> {
+    for task in TASKS {
+        if let Some(model) = task.untrained(config, device)? {
+            return Ok(model);
+        }
+    }
+    bail!("{}: a config of no known task", config.config)
+}

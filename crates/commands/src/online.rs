@@ -1,0 +1,86 @@
+//! The streams of any task, for the online pipeline.
+
+use anyhow::Result;
+use evpose_infer::Precision;
+use evpose_live::page::{HandMesh, Subject};
+use evpose_live::sink::Sinks;
+use evpose_live::source::Source;
+use evpose_live::{Control, LiveError, LiveOptions, Report};
+use evpose_pose::stream::{InferenceWorker, PoseStream, StreamFrontend};
+
+/// Options of an online stream.
+#[derive(Debug, Clone, Copy)]
+pub struct OnlineOptions {
+    /// Precision of the network.
+    pub precision: Precision,
+    /// Inputs per inference, for tasks that batch; the task's default if none.
+    pub batch: Option<u16>,
+    /// Minimum score of a detection, for tasks that score them.
+    pub confidence: f32,
+}
+
+/// A stream from events to poses that the online pipeline can run.
+pub trait OnlineStream {
+    /// Runs the pipeline, see [`evpose_live::run`].
+    ///
+    /// # Errors
+    /// As there.
+    fn run(
+        self: Box<Self>,
+        source: Box<dyn Source>,
+        sinks: &mut Sinks,
+        options: &LiveOptions,
+        control: &Control,
+    ) -> Result<Report, LiveError>;
+
+    /// Propagated poses per second by default.
+    fn propagate_hz(&self) -> f64;
+
+    /// The kind of pose, for the page.
+    fn subject(&self) -> Subject;
+
+    /// A new mesh of the pose, where it has one.
+    ///
+    /// # Errors
+    /// If the file of its model cannot be read.
+    fn mesh(&self) -> Result<Option<HandMesh>>;
+}
+
+/// Makes the mesh of a pose.
+pub(crate) type MeshMaker = Box<dyn Fn() -> Result<HandMesh>>;
+
+/// A stream with what the page has to know of its task.
+pub(crate) struct TaskStream<F: StreamFrontend, W> {
+    pub(crate) stream: PoseStream<F, W>,
+    pub(crate) propagate_hz: f64,
+    pub(crate) subject: Subject,
+    pub(crate) mesh: Option<MeshMaker>,
+}
+
+impl<F, W> OnlineStream for TaskStream<F, W>
+where
+    F: StreamFrontend,
+    W: InferenceWorker<Input = F::Input, Output = F::Output>,
+{
+    fn run(
+        self: Box<Self>,
+        source: Box<dyn Source>,
+        sinks: &mut Sinks,
+        options: &LiveOptions,
+        control: &Control,
+    ) -> Result<Report, LiveError> {
+        evpose_live::run(source, self.stream, sinks, options, control)
+    }
+
+    fn propagate_hz(&self) -> f64 {
+        self.propagate_hz
+    }
+
+    fn subject(&self) -> Subject {
+        self.subject
+    }
+
+    fn mesh(&self) -> Result<Option<HandMesh>> {
+        self.mesh.as_ref().map(|make| make()).transpose()
+    }
+}

@@ -1,0 +1,133 @@
+//! A pose task as the commands see it.
+
+use std::path::Path;
+
+use anyhow::Result;
+use burn::tensor::Device;
+use evpose_app::args::{ConfigArgs, DeviceArgs};
+use evpose_core::SensorSize;
+use evpose_infer::Precision;
+use evpose_nn::graph::Graph;
+
+use crate::args::{EvalArgs, InferArgs, SimulateArgs, TrainArgs};
+use crate::online::{OnlineOptions, OnlineStream};
+
+/// A pose task. Adding one is an implementation and a line of [`TASKS`](crate::TASKS); every command then
+/// takes its configs and its checkpoints.
+pub trait PoseTask: Sync {
+    /// Name, as `--task` takes it.
+    fn name(&self) -> &'static str;
+
+    /// The model of a checkpoint: a run directory or a file of weights. None if it is of another task.
+    ///
+    /// # Errors
+    /// If it is of this task and cannot be read.
+    fn open(&self, checkpoint: &Path, device: &DeviceArgs) -> Result<Option<Box<dyn PoseModel>>>;
+
+    /// A model with the initial weights of a config. None if the config is of another task.
+    ///
+    /// # Errors
+    /// If it is of this task and not valid.
+    fn untrained(&self, config: &ConfigArgs, device: &Device)
+    -> Result<Option<Box<dyn PoseModel>>>;
+
+    /// A model of the published size with random weights: for benchmarks.
+    ///
+    /// # Errors
+    /// If it cannot be made.
+    fn published(&self) -> Result<Box<dyn PoseModel>>;
+
+    /// `evpose simulate` of a config of this task: whether it was one.
+    ///
+    /// # Errors
+    /// If the simulation fails.
+    fn simulate(&self, args: &SimulateArgs) -> Result<bool>;
+
+    /// `evpose train` of a config of this task: whether it was one.
+    ///
+    /// # Errors
+    /// If the training fails.
+    fn train(&self, args: &TrainArgs) -> Result<bool>;
+
+    /// Simulates a recording at `rate` events a second into `directory`: for benchmarks. Returns its path.
+    ///
+    /// # Errors
+    /// If the simulation fails.
+    fn benchmark_recording(&self, directory: &Path, rate: f64) -> Result<std::path::PathBuf>;
+}
+
+/// A network with its decoder, its config and what else its checkpoint holds.
+pub trait PoseModel {
+    /// The name of its task.
+    fn task(&self) -> &'static str;
+
+    /// The network, its input and its size, and the data it was trained on, for people.
+    fn description(&self) -> String;
+
+    /// The name of the network, for one line.
+    fn network_name(&self) -> String;
+
+    /// The config as TOML.
+    ///
+    /// # Errors
+    /// If it cannot be serialised.
+    fn config_toml(&self) -> Result<String>;
+
+    /// The network, layer by layer, with its weights.
+    fn graph(&self) -> Graph;
+
+    /// Channels, rows and columns of an input.
+    fn input_shape(&self) -> [usize; 3];
+
+    /// Up to `count` inputs of a data set, spread evenly: for the calibration of int8 inference.
+    ///
+    /// # Errors
+    /// If the data set cannot be read.
+    fn calibration_inputs(
+        &self,
+        data: &Path,
+        count: u64,
+    ) -> Result<Box<dyn ExactSizeIterator<Item = Result<Vec<f32>>> + '_>>;
+
+    /// `evpose quantize --evaluate`: accuracy and latency in each precision on a data set.
+    ///
+    /// # Errors
+    /// If the data set cannot be read.
+    fn evaluate_precisions(
+        &self,
+        data: &Path,
+        ranges: &evpose_infer::Ranges,
+        stride_ms: u32,
+    ) -> Result<Vec<PrecisionScores>>;
+
+    /// `evpose eval`.
+    ///
+    /// # Errors
+    /// If the data cannot be read, or an argument is for another task.
+    fn evaluate(&self, args: &EvalArgs) -> Result<()>;
+
+    /// `evpose infer`.
+    ///
+    /// # Errors
+    /// If the recording cannot be read, or an argument is for another task.
+    fn infer(&self, args: &InferArgs) -> Result<()>;
+
+    /// The stream from events of `sensor` to poses, for the online pipeline.
+    ///
+    /// # Errors
+    /// If the model cannot be used with such a sensor.
+    fn stream(&self, sensor: SensorSize, options: &OnlineOptions) -> Result<Box<dyn OnlineStream>>;
+}
+
+/// Accuracy and latency in a precision.
+#[derive(Debug, Clone)]
+pub struct PrecisionScores {
+    /// The precision.
+    pub precision: Precision,
+    /// Median time of an inference of one input, in milliseconds.
+    pub latency_ms: f64,
+    /// Headings and cells of the table.
+    pub cells: Vec<(&'static str, String)>,
+    /// The scores as JSON.
+    pub held_out: serde_json::Value,
+}
