@@ -1,5 +1,5 @@
-//! Reads a recording of any format in windows of 50 ms and renders each as LNES, the locally normalised event
-//! surface.
+//! Reads a recording of any format in windows of 50 ms and renders each as LNES
+//! (locally normalised event surfaces).
 //!
 //! ```console
 //! $ cargo run --release --example lnes_windows [RECORDING]

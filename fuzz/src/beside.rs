@@ -85,7 +85,7 @@ pub fn meta(bytes: &[u8]) {
 /// If a fault has no place in the file.
 pub fn skeletons(bytes: &[u8]) {
     match skeletons_of(Input::memory("data.log", bytes.to_vec())) {
-        // The shortest of them has 26 numbers.
+        // The shortest of them has 26 values.
         Ok(skeletons) => assert!(skeletons.len() <= bytes.len() / 52),
         Err(error) => check(&error, bytes.len()),
     }

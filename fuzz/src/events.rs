@@ -14,7 +14,7 @@ use crate::check;
 
 /// More events than this are not gathered: a file may list a compressed chunk many times over, and is
 /// then read batch by batch.
-const MOST_EVENTS: usize = 1 << 21;
+const MAX_EVENTS: usize = 1 << 21;
 /// No batch is longer, whatever is in a file: 256 MiB of 16 bytes each, which a packet may hold.
 const LONGEST_BATCH: usize = 1 << 24;
 
@@ -36,21 +36,21 @@ pub fn read(format: &str, bytes: &[u8]) {
     let mut again = Columns::new();
     let went = source.seek(t).and_then(|()| source.next(&mut again));
     // Behind a fault there may be more, to which an index leads.
-    if end == End::OfFile && went.is_ok() && !again.is_empty() {
+    if end == ReadEnd::OfFile && went.is_ok() && !again.is_empty() {
         let first = again.event(0);
         assert!(columns.iter().any(|event| event == first), "an event that was not there");
     }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum End {
+enum ReadEnd {
     OfFile,
     Fault,
     Limit,
 }
 
 /// Everything up to the end, the first fault, or as much as is gathered.
-fn gather(source: &mut dyn EventSource, length: usize) -> (Columns, End) {
+fn gather(source: &mut dyn EventSource, length: usize) -> (Columns, ReadEnd) {
     let mut columns = Columns::new();
     loop {
         let before = columns.len();
@@ -59,15 +59,15 @@ fn gather(source: &mut dyn EventSource, length: usize) -> (Columns, End) {
         assert_eq!(lengths, [columns.len(); 3], "columns of different lengths");
         assert!(columns.len() - before <= LONGEST_BATCH, "a batch of {}", columns.len() - before);
         match read {
-            Ok(()) if columns.len() == before => return (columns, End::OfFile),
-            Ok(()) if columns.len() > MOST_EVENTS => return (columns, End::Limit),
+            Ok(()) if columns.len() == before => return (columns, ReadEnd::OfFile),
+            Ok(()) if columns.len() > MAX_EVENTS => return (columns, ReadEnd::Limit),
             Ok(()) => {}
             Err(error) => {
                 check(&error, length);
                 if let IoError::Damaged { events, .. } = error {
                     assert_eq!(events, columns.len() as u64, "events before the fault: {error}");
                 }
-                return (columns, End::Fault);
+                return (columns, ReadEnd::Fault);
             }
         }
     }
@@ -84,7 +84,7 @@ pub fn any(bytes: &[u8]) {
         Ok((_, source)) => source,
         Err(error) => return check(&error, bytes.len()),
     };
-    if gather(whole_source.as_mut(), bytes.len()).1 == End::Limit {
+    if gather(whole_source.as_mut(), bytes.len()).1 == ReadEnd::Limit {
         return;
     }
     let salvaged = read_as(input(), &salvaging);
@@ -132,8 +132,8 @@ pub fn packets(bytes: &[u8]) {
             }
             Err(error) => {
                 check(&error, bytes.len());
-                if let IoError::Damaged { events: told, .. } = error {
-                    assert_eq!(told, events, "events before the fault: {error}");
+                if let IoError::Damaged { events: reported, .. } = error {
+                    assert_eq!(reported, events, "events before the fault: {error}");
                 }
             }
         }

@@ -1,4 +1,4 @@
-//! What the targets do with the bytes they are given, and what must hold whatever the bytes are.
+//! The work of the fuzz targets: readers over arbitrary bytes, and the invariants that hold for all of them.
 
 mod beside;
 mod events;

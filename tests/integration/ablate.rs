@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use crate::harness::{Sandbox, bytes, tiny};
 
-/// Two trained rows and one that is only judged otherwise, under two seeds.
+/// Two trained rows and one that differs in evaluation only, under two seeds.
 fn ablate<'a>(out: &'a str, more: &[&'a str]) -> Vec<&'a str> {
     let mut args = tiny(&["ablate", "hand", "--rows", "eoi,no-filter", "--seeds", "2"]);
     // Windows of the longest row are full from 300 ms on.
@@ -17,7 +17,7 @@ fn outcome(sandbox: &Sandbox, out: &str) -> serde_json::Value {
     serde_json::from_slice(&bytes(&sandbox.path(out).join("ablation.json"))).unwrap()
 }
 
-/// What does not depend on how fast the machine was.
+/// The part of an outcome that does not depend on the speed of the machine.
 fn figures(outcome: &serde_json::Value) -> Vec<serde_json::Value> {
     let rows = outcome["rows"].as_array().unwrap().iter();
     rows.map(|row| serde_json::json!([row["name"], row["per_seed"], row["findings"]])).collect()
@@ -80,7 +80,7 @@ fn an_ablation_ends_with_a_table_curves_and_verdicts_and_survives_being_killed()
     // Times in it would differ if it had been made again.
     assert!(bytes(&sandbox.path("killed/rows/lnes-100/seed-2/trial.json")) == kept);
 
-    // Killed after the training, before it was judged.
+    // Killed after the training, before its evaluation.
     std::fs::remove_file(&unjudged).unwrap();
     std::fs::remove_file(sandbox.path("killed/rows/eoi/seed-1/trained.json")).unwrap();
     sandbox.ok(&ablate("killed", &["--resume"]));

@@ -117,7 +117,7 @@ fn what_cannot_be_measured_says_what_to_do() {
 /// The only other runtime that needs no library of the user's.
 #[cfg(feature = "peers")]
 #[test]
-fn another_runtime_is_timed_by_turns_with_ours() {
+fn another_runtime_is_timed_interleaved_with_ours() {
     let sandbox = Sandbox::new();
     std::fs::write(sandbox.path("small.toml"), SMALL).unwrap();
     let small = ["bench", "infer", "--config", "small.toml", "--runs", "3", "--threads", "1"];

@@ -37,7 +37,7 @@ fn two_stages_of_training_then_poses_of_a_recording() {
     let sandbox = Sandbox::new();
     sandbox.ok(&tiny(&["train", "pretrain", "--out", "pre", "--plain"]));
     assert!(sandbox.path("pre/best.bpk").exists() && sandbox.path("pre/run.toml").exists());
-    let told = sandbox.ok(&tiny(&[
+    let output = sandbox.ok(&tiny(&[
         "train",
         "finetune",
         "--out",
@@ -46,7 +46,7 @@ fn two_stages_of_training_then_poses_of_a_recording() {
         "pre",
         "--plain",
     ]));
-    assert!(told.contains("checkpoint: fine"), "{told}");
+    assert!(output.contains("checkpoint: fine"), "{output}");
     assert!(sandbox.path("fine/data/manifest.sha256").exists());
 
     sandbox.ok(&tiny(&[
@@ -60,29 +60,29 @@ fn two_stages_of_training_then_poses_of_a_recording() {
     ]));
     let about = sandbox.ok(&["info", "held", "--verify"]);
     assert!(about.contains("2 of 2 complete") && about.contains("kicking"), "{about}");
-    let judged = sandbox.ok(&[
+    let evaluated = sandbox.ok(&[
         "eval",
         "--checkpoint",
         "fine",
         "--data",
         "held",
         "--json",
-        "judged.json",
+        "metrics.json",
         "--fusion",
         "--pictures",
-        "found.png",
+        "predicted.png",
         "--curves",
         "pck.svg",
     ]);
     for row in ["network", "mean pose", "held", "fused", "wrist_l"] {
-        assert!(judged.contains(row), "{row}: {judged}");
+        assert!(evaluated.contains(row), "{row}: {evaluated}");
     }
     let report: serde_json::Value =
-        serde_json::from_slice(&bytes(&sandbox.path("judged.json"))).unwrap();
+        serde_json::from_slice(&bytes(&sandbox.path("metrics.json"))).unwrap();
     assert_eq!(report["network"]["sequences"], 2);
     assert_eq!(report["network"]["raw"]["curve"].as_array().unwrap().len(), 100);
-    for picture in ["held.png", "found.png", "pck.svg"] {
-        assert!(bytes(&sandbox.path(picture)).len() > 1_000, "{picture}");
+    for file in ["held.png", "predicted.png", "pck.svg"] {
+        assert!(bytes(&sandbox.path(file)).len() > 1_000, "{file}");
     }
 
     sandbox.ok(&[
@@ -180,8 +180,8 @@ fn what_is_for_hands_is_refused_for_bodies_and_the_other_way_round() {
 fn an_ablation_trains_what_its_rows_share_once_and_keeps_it() {
     let sandbox = Sandbox::new();
     let args = ["ablate", "body", "--steps", "2", "--seeds", "2", "--jobs", "2", "--out", "abl"];
-    let told = sandbox.ok(&tiny(&args));
-    assert!(told.contains("14 networks to train, 2 at once"), "{told}");
+    let output = sandbox.ok(&tiny(&args));
+    assert!(output.contains("14 networks to train, 2 at once"), "{output}");
     let outcome: serde_json::Value =
         serde_json::from_slice(&bytes(&sandbox.path("abl/ablation.json"))).expect("JSON");
     let rows = outcome["rows"].as_array().expect("rows");
@@ -200,7 +200,7 @@ fn an_ablation_trains_what_its_rows_share_once_and_keeps_it() {
     let (refused, again) = (sandbox.fails(&tiny(&args)), args.iter().chain(&["--resume"]));
     assert!(refused.contains("--resume"), "{refused}");
     let before = bytes(&sandbox.path("abl/ablation.json"));
-    let told = sandbox.ok(&tiny(&again.copied().collect::<Vec<_>>()));
-    assert!(!told.contains("networks to train"), "{told}");
+    let output = sandbox.ok(&tiny(&again.copied().collect::<Vec<_>>()));
+    assert!(!output.contains("networks to train"), "{output}");
     assert_eq!(bytes(&sandbox.path("abl/ablation.json")), before);
 }

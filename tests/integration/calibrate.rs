@@ -1,4 +1,4 @@
-//! Numbers of a camera, from frames and events that another command makes.
+//! Camera parameters, from frames and events that another command makes.
 
 use crate::harness::{Sandbox, bytes};
 
@@ -6,7 +6,7 @@ const WIDTH: usize = 32;
 const HEIGHT: usize = 24;
 const FRAMES: usize = 400;
 
-/// A wave of light that moves to and fro, as 32-bit numbers.
+/// A wave of light that moves to and fro, as f32.
 fn light() -> Vec<u8> {
     let value = |k: usize, x: usize, y: usize| {
         let shift = 9.0 * (0.012 * k as f32).sin();

@@ -36,9 +36,10 @@ fn the_body_that_ships_finds_people_it_has_not_seen() {
     let network = path("body-quick.bpk");
     let simulate = ["simulate", "finetune", "--held-out", "--out", "held", "--seed", "77"];
     sandbox.ok(&[&simulate[..], &["--sequences", "3", "--seconds", "1.2"]].concat());
-    sandbox.ok(&["eval", "--checkpoint", &network, "--data", "held", "--json", "judged.json"]);
-    let judged = json(&sandbox, "judged.json");
-    let pck_40 = |method: &str| judged[method]["raw"]["pck"][1]["estimate"].as_f64().expect(method);
+    sandbox.ok(&["eval", "--checkpoint", &network, "--data", "held", "--json", "metrics.json"]);
+    let evaluated = json(&sandbox, "metrics.json");
+    let pck_40 =
+        |method: &str| evaluated[method]["raw"]["pck"][1]["estimate"].as_f64().expect(method);
     let (found, mean) = (pck_40("network"), pck_40("mean_pose"));
     assert!(found > mean + 0.25, "PCK@0.4 {found}, of the mean pose {mean}");
 
@@ -58,10 +59,10 @@ fn the_hand_that_ships_finds_hands_it_has_not_seen() {
     let simulate = ["simulate", "quick", "--held-out", "--out", "held", "--seed", "77"];
     sandbox.ok(&[&simulate[..], &["--sequences", "3", "--seconds", "1"]].concat());
     let eval = ["eval", "--checkpoint", &network, "--data", "held", "--stride-ms", "10"];
-    sandbox.ok(&[&eval[..], &["--json", "judged.json"]].concat());
-    let judged = json(&sandbox, "judged.json");
+    sandbox.ok(&[&eval[..], &["--json", "metrics.json"]].concat());
+    let evaluated = json(&sandbox, "metrics.json");
     let translation_mm = |method: &str| {
-        judged["held_out"][method]["translation_mm"]["estimate"].as_f64().expect(method)
+        evaluated["held_out"][method]["translation_mm"]["estimate"].as_f64().expect(method)
     };
     let (found, mean) = (translation_mm("trained"), translation_mm("mean_pose"));
     assert!(found < 0.6 * mean, "{found} mm, of the mean pose {mean} mm");

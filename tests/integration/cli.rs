@@ -1,4 +1,4 @@
-//! What the user reads, and what bad input does.
+//! Help, messages, and errors of bad input.
 
 use crate::harness::{Sandbox, bytes, tiny};
 

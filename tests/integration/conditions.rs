@@ -11,7 +11,7 @@ fn trained() -> Sandbox {
 }
 
 #[test]
-fn a_checkpoint_is_judged_under_conditions_of_the_program_and_of_the_user() {
+fn a_checkpoint_is_evaluated_under_conditions_of_the_program_and_of_the_user() {
     let sandbox = trained();
     std::fs::write(
         sandbox.path("dusk.toml"),
@@ -20,33 +20,34 @@ fn a_checkpoint_is_judged_under_conditions_of_the_program_and_of_the_user() {
     .unwrap();
     let few = ["--sequences", "2", "--seconds", "0.4", "--stride-ms", "10"];
     let eval = ["eval", "--checkpoint", "run", "--conditions", "slow,dark,dusk.toml"];
-    let said = sandbox.ok(&[&eval[..], &few, &["--out", "judged", "--json", "also.json"]].concat());
+    let said =
+        sandbox.ok(&[&eval[..], &few, &["--out", "evaluated", "--json", "also.json"]].concat());
     assert!(said.contains("A tenth of the light.") && said.contains("surfaces/s"), "{said}");
 
-    let json = bytes(&sandbox.path("judged/conditions.json"));
+    let json = bytes(&sandbox.path("evaluated/conditions.json"));
     assert!(json == bytes(&sandbox.path("also.json")));
     let report: serde_json::Value = serde_json::from_slice(&json).unwrap();
     for condition in ["slow", "dark", "dusk"] {
-        let judged = &report["conditions"][condition];
+        let evaluated = &report["conditions"][condition];
         let methods = ["mean_pose", "trained", "trained_kalman", "slow_motion", "slow_motion_live"];
         for method in methods {
             let row = said.lines().find(|l| l.starts_with(condition) && l.contains(method));
             assert!(row.is_some(), "{condition} {method} is missing in\n{said}");
             for number in ["translation_mm", "rotation_deg", "mpjpe_mm", "auc_3d", "auc_2d"] {
-                let interval = &judged["methods"][method][number];
+                let interval = &evaluated["methods"][method][number];
                 let part = |name: &str| interval[name].as_f64().unwrap_or(f64::NAN);
                 let (low, estimate, high) = (part("low"), part("estimate"), part("high"));
                 assert!(low <= estimate && estimate <= high, "{method}.{number}: {interval}");
             }
         }
-        assert!(judged["usage"]["surfaces"].as_u64().is_some());
-        let png = bytes(&sandbox.path(&format!("judged/{condition}.png")));
+        assert!(evaluated["usage"]["surfaces"].as_u64().is_some());
+        let png = bytes(&sandbox.path(&format!("evaluated/{condition}.png")));
         assert!(png.starts_with(b"\x89PNG"));
-        assert!(sandbox.path(&format!("judged/{condition}/0001.evc")).exists());
+        assert!(sandbox.path(&format!("evaluated/{condition}/0001.evc")).exists());
     }
-    let again = sandbox.fails(&[&eval[..], &few, &["--out", "judged"]].concat());
+    let again = sandbox.fails(&[&eval[..], &few, &["--out", "evaluated"]].concat());
     assert!(again.contains("not empty"), "{again}");
-    // The same numbers without anything kept.
+    // The same metrics without any directory.
     let quiet = sandbox.ok(&[&eval[..], &few].concat());
     let table = |said: &str| {
         let lines = said.lines().skip_while(|line| !line.starts_with("condition"));

@@ -32,7 +32,7 @@ fn the_demo_ends_with_metrics_and_a_report_and_its_checkpoint_can_be_used() {
         |args: &[&str]| sandbox.ok(&[args, &["--checkpoint", "demo/train"]].concat());
     let table = use_checkpoint(&["eval", "--data", "demo/data/held-out", "--stride-ms", "10"]);
     assert!(table.contains("trained_kalman"), "{table}");
-    // The same numbers as the demo's own.
+    // The same metrics as the demo's own.
     let trained = metrics["held_out"]["trained"]["translation_mm"]["estimate"].as_f64().unwrap();
     assert!(table.contains(&format!("{trained:.1}")), "{trained} not in\n{table}");
 

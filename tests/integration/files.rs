@@ -210,7 +210,7 @@ fn a_noisy_recording_is_cleaned_and_its_mask_serves_again() {
 }
 
 #[test]
-fn mirrored_columns_are_found_by_events_of_the_same_scene_and_put_right() {
+fn mirrored_columns_are_detected_by_events_of_the_same_scene_and_corrected() {
     let sandbox = Sandbox::new();
     let right = wandering();
     let mirrored: String = right

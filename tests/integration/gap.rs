@@ -59,7 +59,7 @@ fn json(path: &Path) -> serde_json::Value {
 }
 
 #[test]
-fn a_hidden_leak_is_named_added_and_judged_to_help() {
+fn a_hidden_leak_is_identified_added_and_verified() {
     let sandbox = Sandbox::new();
     let leak = "rate_hz = 6.0\nspread_decades = 0.1\njitter = 0.1\n";
     recorded(&sandbox, &format!("[[effect]]\nname = \"leak_on\"\n{leak}"));
@@ -75,9 +75,9 @@ fn a_hidden_leak_is_named_added_and_judged_to_help() {
     for name in ["run.json", "model.toml", "corrected.toml", "report.json", "report.html"] {
         assert!(sandbox.path(&format!("gap/{name}")).is_file(), "{name}");
     }
-    let judged = sandbox.ok(&["gap", "verify", "gap"]);
-    assert!(judged.contains("closer"), "{judged}");
-    assert_ne!(json(&sandbox.path("gap/verify.json"))["verdict"], "not_closer", "{judged}");
+    let evaluated = sandbox.ok(&["gap", "verify", "gap"]);
+    assert!(evaluated.contains("closer"), "{evaluated}");
+    assert_ne!(json(&sandbox.path("gap/verify.json"))["verdict"], "not_closer", "{evaluated}");
     let page = bytes(&sandbox.path("gap/report.html"));
     std::fs::remove_file(sandbox.path("gap/report.html")).unwrap();
     sandbox.ok(&["gap", "report", "gap"]);
@@ -253,7 +253,7 @@ fn steps_end_as_a_run_does_and_write_what_they_say() {
 
 /// Stamps in nanoseconds, polarities of minus one, a line of names, and lines out of order.
 #[test]
-fn a_recording_in_the_manner_of_another_program_is_put_right() {
+fn a_recording_in_the_manner_of_another_program_is_corrected() {
     let sandbox = Sandbox::new();
     recorded(&sandbox, "");
     let camera = ["--sensor", "camera.toml", "--out", "rec.txt", "--seed", "5"];

@@ -94,11 +94,11 @@ fn events_come_over_a_socket_and_poses_leave_over_another() {
         }
     });
     let (mut socket, _) = robot.accept().expect("the program connects");
-    let mut told = String::new();
-    socket.read_to_string(&mut told).expect("text, until it ends");
+    let mut output = String::new();
+    socket.read_to_string(&mut output).expect("text, until it ends");
     sent.join().expect("all is sent");
     assert!(program.wait().expect("it ends").success());
-    let origins: Vec<bool> = told
+    let origins: Vec<bool> = output
         .lines()
         .map(|line| serde_json::from_str::<serde_json::Value>(line).expect("a line of JSON"))
         .map(|pose| pose["origin"] == "network")
@@ -130,7 +130,7 @@ fn a_benchmark_of_it_says_how_much_came_through() {
     let sandbox = Sandbox::new();
     recorded(&sandbox);
     let network = shipped("body-quick.bpk");
-    let told = sandbox.ok(&[
+    let output = sandbox.ok(&[
         "bench",
         "live",
         "--source",
@@ -146,7 +146,7 @@ fn a_benchmark_of_it_says_how_much_came_through() {
         "--json",
         "live.json",
     ]);
-    assert!(told.contains("input alone") && told.contains("all of it, 4x"), "{told}");
+    assert!(output.contains("input alone") && output.contains("all of it, 4x"), "{output}");
     let measured: serde_json::Value =
         serde_json::from_slice(&bytes(&sandbox.path("live.json"))).expect("JSON");
     let rows = measured["rows"].as_array().expect("rows");

@@ -68,7 +68,7 @@ fn dhp19() -> Sandbox {
 }
 
 #[test]
-fn mpii_becomes_persons_and_the_rest_is_told() {
+fn mpii_becomes_persons_and_the_rest_is_reported() {
     let sandbox = mpii();
     let said = sandbox.ok(&["prepare", "mpii", "MPII", "--out", "data"]);
     for line in
@@ -317,7 +317,7 @@ fn table(exchanged: std::ops::Range<usize>) -> PoseTable {
 }
 
 #[test]
-fn labels_are_checked_and_the_code_tells_whether_something_was_found() {
+fn labels_are_checked_and_the_exit_code_reports_faults() {
     let sandbox = Sandbox::new();
     let sensor = evpose_core::SensorSize { width: 346, height: 260 };
     let info =

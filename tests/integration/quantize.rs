@@ -1,9 +1,9 @@
-//! Networks that compute in fewer bits.
+//! Quantised networks.
 
 use crate::harness::{Sandbox, bytes, tiny};
 
 #[test]
-fn a_network_is_quantized_judged_and_used_in_fewer_bits() {
+fn a_network_is_quantized_evaluated_and_used() {
     let sandbox = Sandbox::new();
     sandbox.ok(&tiny(&["simulate", "quick", "--out", "data"]));
     sandbox.ok(&tiny(&["train", "quick", "--data", "data", "--out", "run", "--plain"]));
@@ -18,8 +18,8 @@ fn a_network_is_quantized_judged_and_used_in_fewer_bits() {
     assert!(message.contains("int8.json") && message.contains("evpose quantize"), "{message}");
 
     let quantize = ["quantize", "--checkpoint", "run", "--data", "data", "--windows", "32"];
-    let judge = ["--judge", "data", "--json", "quantized.json"];
-    let said = sandbox.ok(&[quantize.as_slice(), &judge].concat());
+    let evaluate = ["--judge", "data", "--json", "quantized.json"];
+    let said = sandbox.ok(&[quantize.as_slice(), &evaluate].concat());
     let report: serde_json::Value =
         serde_json::from_slice(&bytes(&sandbox.path("quantized.json"))).unwrap();
     let error = |line: usize| {

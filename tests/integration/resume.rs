@@ -80,7 +80,7 @@ fn two_devices_train_on_the_same_windows_and_resume_to_the_bit() {
     let train = |out: &'static str| tiny(&["train", "quick", "--data", "data", "--out", out]);
     let two = ["--set", "training.devices=2", "--set", "training.strategy=main-device"];
     sandbox.ok(&[&train("whole")[..], &two].concat());
-    // Each device tells of its half of every batch: twelve steps, and a validation after each third.
+    // Each device reports its half of every batch: twelve steps, and a validation after each third.
     assert_eq!(lines(&sandbox, "whole"), 12 * 2 + 4 * 2);
 
     let arguments = [&train("killed")[..], &two, &["--resume"]].concat();

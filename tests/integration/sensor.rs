@@ -17,7 +17,7 @@ fn lists_chains_and_effects_read_well_at_a_hundred_columns() {
 }
 
 #[test]
-fn machines_get_numbers() {
+fn machines_get_values() {
     let sandbox = Sandbox::new();
     let json: serde_json::Value =
         serde_json::from_str(&sandbox.ok(&["sensor", "show", "davis346", "--json"])).unwrap();

@@ -21,10 +21,10 @@ fn tree(directory: &Path) -> BTreeMap<String, Vec<u8>> {
     files.map(|path| (path.file_name().unwrap().to_str().unwrap().into(), bytes(&path))).collect()
 }
 
-/// What a directory holds that the undisturbed run does not, or not so.
-fn strays(found: &BTreeMap<String, Vec<u8>>, whole: &BTreeMap<String, Vec<u8>>) -> Vec<String> {
+/// Files of a directory that the undisturbed run does not have, or not with these bytes.
+fn strays(present: &BTreeMap<String, Vec<u8>>, whole: &BTreeMap<String, Vec<u8>>) -> Vec<String> {
     let stray = |(name, bytes): &(&String, &Vec<u8>)| whole.get(*name) != Some(*bytes);
-    found.iter().filter(stray).map(|(name, _)| name.clone()).collect()
+    present.iter().filter(stray).map(|(name, _)| name.clone()).collect()
 }
 
 #[test]
@@ -47,8 +47,8 @@ fn shards_in_one_directory_are_the_whole_run_to_the_byte() {
         String::from_utf8(output.stdout).unwrap()
     });
     assert!(said.iter().any(|said| said.contains("all 6 sequences are there")), "{said:?}");
-    let found = tree(&sandbox.path("parts"));
-    assert!(found == expected, "{:?}", strays(&found, &expected));
+    let present = tree(&sandbox.path("parts"));
+    assert!(present == expected, "{:?}", strays(&present, &expected));
 
     let info = sandbox.ok(&["info", "--verify", "parts"]);
     assert!(info.contains("6 of 6 complete") && info.contains("18 files"), "{info}");

@@ -39,7 +39,7 @@ const CI: &[Step] = &[
         env: &[],
     },
     Step {
-        // Its recordings judge the gap workflow: a shared formula would be judged by itself.
+        // Its recordings evaluate the gap workflow: a shared formula would be compared with itself.
         why: "the benchmark's pixel shares no code with the simulator",
         args: &[
             "tree",

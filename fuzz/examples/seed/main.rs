@@ -18,7 +18,7 @@ use evpose_body::skeleton;
 use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
 use evpose_io::{FORMATS, MetaWriter, frames};
 
-/// Which targets read the files of which folder of `tests/golden`, by the end of their names.
+/// Targets that read the files of each folder of `tests/golden`, by the end of their names.
 const GOLDEN: &[(&str, &str, &[&str])] = &[
     ("aedat2", ".aedat", &["aedat2"]),
     ("aedat4", ".aedat4", &["aedat4", "aedat4-packets"]),

@@ -89,7 +89,7 @@ fn end_of_comment(chars: &[char], at: usize) -> usize {
     chars.len()
 }
 
-/// Where the text of a raw or byte string begins, and its number of hashes; one more than that if raw.
+/// Start of the text of a raw or byte string, and its count of hashes, one more than that if raw.
 fn raw_hashes(chars: &[char], at: usize) -> Option<(usize, usize)> {
     if at > 0 && is_ident(chars[at - 1]) {
         return None;
@@ -124,7 +124,7 @@ fn text(chars: &[char], at: usize, raw: usize, tokens: &mut Vec<Token>) -> usize
     chars.len()
 }
 
-/// Where a character literal or a lifetime ends.
+/// End of a character literal or a lifetime.
 fn end_of_character(chars: &[char], at: usize) -> usize {
     if chars.get(at + 1) == Some(&'\\') {
         let closing = (at + 3..chars.len()).find(|&k| chars[k] == '\'');

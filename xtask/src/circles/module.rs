@@ -16,7 +16,7 @@ pub(super) struct Module {
     pub(super) uses: BTreeMap<String, Path>,
     /// Modules that are brought in whole.
     pub(super) globs: Vec<Path>,
-    /// What its code names: imports that are not re-exports, and paths of at least two parts.
+    /// Paths that its code names: imports that are not re-exports, and paths of at least two parts.
     pub(super) named: BTreeSet<Path>,
     /// Modules in files of their own, with the file's path where one is given.
     pub(super) children: Vec<(String, Option<String>)>,

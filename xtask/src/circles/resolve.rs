@@ -19,7 +19,7 @@ pub(super) struct CrateFiles {
     modules: BTreeMap<Path, (usize, Module)>,
 }
 
-/// What a path stands for.
+/// Referent of a path.
 #[derive(Clone, PartialEq, Eq)]
 enum Target {
     Module(Path),
@@ -72,7 +72,7 @@ impl CrateFiles {
         Ok(())
     }
 
-    /// Which file names items of which, and the names.
+    /// Pairs of files of which the first names items of the second, and the names.
     pub(super) fn imports(&self) -> BTreeMap<(usize, usize), BTreeSet<String>> {
         let mut imports = BTreeMap::<(usize, usize), BTreeSet<String>>::new();
         for (here, (from, module)) in &self.modules {
@@ -112,7 +112,7 @@ impl CrateFiles {
         Some(at)
     }
 
-    /// What a name stands for in a module.
+    /// Resolves a name in a module.
     fn member(&self, module: &Path, name: &str, depth: usize) -> Option<Target> {
         let child = [&module[..], &[name.to_owned()]].concat();
         if self.modules.contains_key(&child) {

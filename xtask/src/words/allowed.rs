@@ -32,6 +32,13 @@ pub(super) const ALLOWED: &[Exception] = &[
         "the key of a noise stream",
     ),
     allow("surface of events", "crates/bench/src/sim/mesh.rs", "", "surfaces of bodies"),
+    allow("kept", "xtask/src/main.rs", "passed", "tests that passed"),
+    allow(
+        "surface of events",
+        "",
+        "(locally normalised event surfaces)",
+        "the name that LNES abbreviates",
+    ),
     allow("between", "", "difference", "a difference between two poses"),
     allow("moment", "crates/train/src/body/fused.rs", "", "moments of the optimiser's gradients"),
     allow("surface of events", "crates/body/", "", "surfaces of bodies"),
