@@ -3,7 +3,6 @@
 //! ```console
 //! $ cargo run --release --example custom_effect
 //! ```
-//!
 //! An effect of evpose is such a file, plus a line in the registry; see `CONTRIBUTING.md`.
 
 #![allow(clippy::print_stdout, reason = "a program")]

@@ -43,3 +43,23 @@ fn a_small_network_learns_in_sixty_steps() {
     let losses: Vec<f64> = losses.map(|(_, loss)| loss.parse().unwrap()).collect();
     assert!(losses.len() == 4 && losses[3] < 0.7 * losses[0], "{output}");
 }
+
+#[test]
+fn the_checkpoint_predicts_the_wrist_of_a_simulated_hand() {
+    let output = output_of("run_checkpoint");
+    assert!(output.contains("mean error of the wrist"), "{output}");
+}
+
+#[test]
+fn a_sink_of_ones_own_takes_poses() {
+    let output = output_of("live_sink");
+    assert!(output.contains("late") && output.trim_end().ends_with("poses"), "{output}");
+}
+
+#[test]
+fn the_effect_of_the_contributors_page_is_the_example() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let read = |path: &str| std::fs::read_to_string(root.join(path)).unwrap();
+    let block = format!("```rust\n{}```\n", read("examples/custom_effect.rs"));
+    assert!(read("CONTRIBUTING.md").contains(&block), "copy examples/custom_effect.rs there");
+}
