@@ -7,8 +7,9 @@ use super::outcome::{Outcome, RowOutcome};
 use super::rows::Group;
 use super::table;
 use super::trial::THINNED;
+use evpose_report::chart::{self, Series};
+use evpose_report::colour::palette;
 use evpose_report::html::{Page, escape};
-use evpose_report::plot::{self, Axes, Curve, PALETTE};
 
 /// Charts: heading and what it shows.
 const CHARTS: [(Group, &str, &str); 3] = [
@@ -89,17 +90,16 @@ fn curves(
     rows: &[&RowOutcome],
     get: fn(&RowOutcome) -> &Vec<f64>,
 ) -> Result<String> {
-    let curves: Vec<Curve> = rows
+    let curves = rows
         .iter()
-        .zip(PALETTE.iter().cycle())
-        .map(|(row, &colour)| {
+        .enumerate()
+        .map(|(index, row)| {
             let points = get(row).iter().enumerate();
             let points = points.map(|(i, &share)| (Pck::threshold(i * THINNED), share));
-            Curve { label: row.name.to_owned(), colour, points: points.collect() }
+            Series::line(row.name, palette(index), points.collect())
         })
         .collect();
-    let axes = Axes { title, x, y: "share correct", log_y: false, y_range: Some((0.0, 1.0)) };
-    plot::lines(&axes, &curves)
+    Ok(chart::pck(title, x, curves)?)
 }
 
 #[cfg(test)]

@@ -1,18 +1,15 @@
 //! Charts of curves, dots and steps on linear or logarithmic axes, single or stacked, as SVG.
 
-use anyhow::{Result, anyhow};
-use plotters::coord::Shift;
 use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
 use plotters::prelude::*;
 
-/// Colour of ON events.
-pub const ON: (u8, u8, u8) = (30, 100, 200);
-/// Colour of OFF events.
-pub const OFF: (u8, u8, u8) = (200, 50, 60);
+use crate::colour::Colour;
+use crate::drawing::{Area, DrawingError, FONT, document, rgb};
 
-const FONT: &str = "system-ui, sans-serif";
 /// Charts of one stack begin at the same place.
 const LABELS_PX: u32 = 62;
+/// Size of a chart of curves, pixels.
+const CURVES: (u32, u32) = (550, 330);
 
 /// How a series is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,11 +32,18 @@ pub struct Series {
     /// In the legend; none where empty.
     pub label: String,
     /// Red, green, blue.
-    pub colour: (u8, u8, u8),
+    pub colour: Colour,
     /// How the points are drawn.
     pub mark: Mark,
     /// Points in the units of the axes.
     pub points: Vec<(f64, f64)>,
+}
+
+impl Series {
+    /// A curve, with a label in the legend.
+    pub fn line(label: impl Into<String>, colour: Colour, points: Vec<(f64, f64)>) -> Self {
+        Self { label: label.into(), colour, mark: Mark::Line, points }
+    }
 }
 
 /// One axis.
@@ -53,6 +57,8 @@ pub struct Axis {
     pub range: Option<(f64, f64)>,
     /// Of classes rather than of a quantity: whole numbers alone are labelled.
     pub is_whole: bool,
+    /// Whether zero is on a linear axis whose range follows from the data.
+    pub has_zero: bool,
 }
 
 /// One chart.
@@ -85,6 +91,12 @@ impl Axis {
         self
     }
 
+    /// Includes zero where the range follows from the data.
+    pub fn from_zero(mut self) -> Self {
+        self.has_zero = true;
+        self
+    }
+
     /// Labels ticks with integers only.
     pub fn whole(mut self) -> Self {
         self.is_whole = true;
@@ -100,7 +112,8 @@ impl Axis {
         if let Some(range) = self.range {
             return range;
         }
-        let usable = values.filter(|v| v.is_finite() && (!self.is_log || *v > 0.0));
+        let zero = (self.has_zero && !self.is_log).then_some(0.0);
+        let usable = values.chain(zero).filter(|v| v.is_finite() && (!self.is_log || *v > 0.0));
         let (low, high) =
             usable.fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(v), high.max(v)));
         match (low <= high, self.is_log) {
@@ -119,45 +132,88 @@ impl Axis {
 }
 
 /// Draws one chart of this size in pixels.
-pub fn svg(chart: &Chart, size: (u32, u32)) -> Result<String> {
+///
+/// # Errors
+/// If the SVG backend fails.
+pub fn svg(chart: &Chart, size: (u32, u32)) -> Result<String, DrawingError> {
     stack(std::slice::from_ref(chart), size)
 }
 
 /// Draws charts one below the other, each of this size.
-pub fn stack(charts: &[Chart], (width, height): (u32, u32)) -> Result<String> {
-    let mut svg = String::new();
-    {
-        let root = SVGBackend::with_string(&mut svg, (width, height * charts.len() as u32))
-            .into_drawing_area();
-        root.fill(&WHITE).map_err(plain)?;
+///
+/// # Errors
+/// If the SVG backend fails.
+pub fn stack(charts: &[Chart], (width, height): (u32, u32)) -> Result<String, DrawingError> {
+    document((width, height * charts.len() as u32), |root| {
+        root.fill(&WHITE).map_err(DrawingError::new)?;
         for (chart, area) in charts.iter().zip(root.split_evenly((charts.len(), 1))) {
             draw(chart, &area)?;
         }
-        root.present().map_err(plain)?;
-    }
-    Ok(svg)
+        Ok(())
+    })
 }
 
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-
-fn plain(error: impl std::fmt::Display) -> anyhow::Error {
-    anyhow!("drawing a chart: {error}")
+/// Draws curves of one chart in the size of reports.
+///
+/// # Errors
+/// If the SVG backend fails.
+pub fn curves(chart: &Chart) -> Result<String, DrawingError> {
+    svg(chart, CURVES)
 }
 
-fn draw(chart: &Chart, area: &Area<'_>) -> Result<()> {
+/// Draws shares of correct points over a threshold (PCK).
+///
+/// # Errors
+/// If the SVG backend fails.
+pub fn pck(title: &str, threshold: &str, series: Vec<Series>) -> Result<String, DrawingError> {
+    curves(&Chart {
+        title: title.to_owned(),
+        x: Axis::new(threshold),
+        y: Axis::new("share correct").over(0.0, 1.0),
+        series,
+    })
+}
+
+fn draw(chart: &Chart, area: &Area<'_>) -> Result<(), DrawingError> {
     let points = || chart.series.iter().flat_map(|series| &series.points);
     let x = chart.x.limits(points().map(|p| p.0), 0.0);
     let y = chart.y.limits(points().map(|p| p.1), 0.06);
+    // Axes of zero length cannot be drawn.
     let (x, y) = (x.0..x.1.max(x.0 + 1e-12), y.0..y.1.max(y.0 + 1e-12));
+    let legend = legend_position(chart, (x.start, x.end), (y.start, y.end));
+    // Linear and logarithmic axes are different types of `plotters`.
     match (chart.x.is_log, chart.y.is_log) {
-        (false, false) => draw_on(chart, area, x, y),
-        (true, false) => draw_on(chart, area, x.log_scale(), y),
-        (false, true) => draw_on(chart, area, x, y.log_scale()),
-        (true, true) => draw_on(chart, area, x.log_scale(), y.log_scale()),
+        (false, false) => draw_on(chart, area, x, y, legend),
+        (true, false) => draw_on(chart, area, x.log_scale(), y, legend),
+        (false, true) => draw_on(chart, area, x, y.log_scale(), legend),
+        (true, true) => draw_on(chart, area, x.log_scale(), y.log_scale(), legend),
     }
 }
 
-fn draw_on<X, Y>(chart: &Chart, area: &Area<'_>, x: X, y: Y) -> Result<()>
+/// The right corner in which fewer points are hidden: curves of shares rise into the upper one.
+fn legend_position(chart: &Chart, x: (f64, f64), y: (f64, f64)) -> SeriesLabelPosition {
+    let share = |axis: &Axis, value: f64, (low, high): (f64, f64)| match axis.is_log {
+        true => (value / low).ln() / (high / low).ln(),
+        false => (value - low) / (high - low),
+    };
+    let points = chart.series.iter().flat_map(|series| &series.points);
+    let right = points.filter(|p| share(&chart.x, p.0, x) > 0.6);
+    let heights: Vec<f64> = right.map(|p| share(&chart.y, p.1, y)).collect();
+    let upper = heights.iter().filter(|height| **height > 0.65).count();
+    let lower = heights.iter().filter(|height| **height < 0.35).count();
+    match upper > lower {
+        true => SeriesLabelPosition::LowerRight,
+        false => SeriesLabelPosition::UpperRight,
+    }
+}
+
+fn draw_on<X, Y>(
+    chart: &Chart,
+    area: &Area<'_>,
+    x: X,
+    y: Y,
+    legend: SeriesLabelPosition,
+) -> Result<(), DrawingError>
 where
     X: AsRangedCoord<Value = f64>,
     Y: AsRangedCoord<Value = f64>,
@@ -170,7 +226,7 @@ where
     if !chart.title.is_empty() {
         builder.caption(&chart.title, (FONT, 14));
     }
-    let mut canvas = builder.build_cartesian_2d(x, y).map_err(plain)?;
+    let mut canvas = builder.build_cartesian_2d(x, y).map_err(DrawingError::new)?;
     canvas
         .configure_mesh()
         .x_desc(&chart.x.name)
@@ -184,11 +240,10 @@ where
         .light_line_style(WHITE)
         .bold_line_style(RGBColor(232, 232, 236))
         .draw()
-        .map_err(plain)?;
+        .map_err(DrawingError::new)?;
     let mut has_labels = false;
     for series in &chart.series {
-        let (r, g, b) = series.colour;
-        let colour = RGBColor(r, g, b);
+        let colour = rgb(series.colour);
         let points = series.points.iter().copied().filter(|p| {
             let fits = |v: f64, axis: &Axis| v.is_finite() && (!axis.is_log || v > 0.0);
             fits(p.0, &chart.x) && fits(p.1, &chart.y)
@@ -209,7 +264,7 @@ where
                 canvas.draw_series([Polygon::new(around, colour.mix(0.4).filled())])
             }
         };
-        let drawn = drawn.map_err(plain)?;
+        let drawn = drawn.map_err(DrawingError::new)?;
         if !series.label.is_empty() {
             has_labels = true;
             drawn.label(&series.label).legend(move |(x, y)| {
@@ -220,12 +275,12 @@ where
     if has_labels {
         canvas
             .configure_series_labels()
-            .position(SeriesLabelPosition::UpperRight)
+            .position(legend)
             .label_font((FONT, 11))
             .background_style(WHITE.mix(0.8))
             .border_style(RGBColor(226, 226, 230))
             .draw()
-            .map_err(plain)?;
+            .map_err(DrawingError::new)?;
     }
     Ok(())
 }
@@ -261,12 +316,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn charts_of_any_scale_are_drawn() -> Result<()> {
+    fn charts_of_any_scale_are_drawn() -> Result<(), DrawingError> {
         for (x, y) in [(false, false), (true, false), (false, true), (true, true)] {
             let marks = [Mark::Line, Mark::Steps, Mark::Dots, Mark::Ticks, Mark::Band];
             let series = marks.map(|mark| Series {
                 label: format!("{mark:?}"),
-                colour: ON,
+                colour: crate::colour::ON,
                 mark,
                 points: vec![(0.0, 1.0), (1.0, 10.0), (10.0, f64::NAN)],
             });
@@ -281,7 +336,18 @@ mod tests {
     }
 
     #[test]
-    fn an_empty_chart_is_empty_and_no_error() -> Result<()> {
+    fn the_legend_leaves_the_corner_into_which_curves_rise() {
+        let chart = |end: f64| Chart {
+            series: vec![Series::line("", (0, 0, 0), vec![(0.0, 0.5), (1.0, end)])],
+            ..Chart::default()
+        };
+        let position = |end| legend_position(&chart(end), (0.0, 1.0), (0.0, 1.0));
+        assert!(matches!(position(0.9), SeriesLabelPosition::LowerRight));
+        assert!(matches!(position(0.1), SeriesLabelPosition::UpperRight));
+    }
+
+    #[test]
+    fn an_empty_chart_is_empty_and_no_error() -> Result<(), DrawingError> {
         svg(&Chart::default(), (200, 100)).map(|_| ())
     }
 

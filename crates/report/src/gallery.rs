@@ -253,7 +253,8 @@ fn shown(measured: Shown, variants: &[Variant]) -> Result<String> {
 }
 
 fn strip(charts: &[Chart], size: (u32, u32)) -> Result<String> {
-    let drawn = charts.iter().map(|chart| chart::svg(chart, size)).collect::<Result<String>>()?;
+    let drawn =
+        charts.iter().map(|chart| chart::svg(chart, size)).collect::<Result<String, _>>()?;
     Ok(format!("<div class=\"strip\">{drawn}</div>\n"))
 }
 

@@ -11,9 +11,10 @@ use evpose_train::{Evaluated, HandDataset, HandSequence, HistoryLine, Part};
 use image::{Rgb, RgbImage};
 
 use crate::canvas::{Canvas, PREDICTION, TRUTH, contact_sheet};
+use crate::chart::{self, Axis, Chart, Series};
+use crate::colour::palette;
 use crate::held_out::{self, HeldOutEvaluation};
 use crate::html::Page;
-use crate::plot::{self, Axes, Curve, PALETTE};
 use crate::png::png;
 
 /// Frames in the strip.
@@ -98,24 +99,19 @@ fn css(colour: Rgb<u8>) -> String {
     format!("rgb({r},{g},{b})")
 }
 
-fn colour(index: usize) -> (u8, u8, u8) {
-    PALETTE[index % PALETTE.len()]
-}
-
 fn pck_plots(methods: &[Evaluated]) -> Result<Vec<String>> {
     let plot = |title, x, of_3d: bool| {
-        let curves: Vec<Curve> = methods
+        let curves = methods
             .iter()
             .enumerate()
             .map(|(i, method)| {
                 let curves = method.evaluation.curves();
                 let shares = if of_3d { curves.pck_3d } else { curves.pck_2d };
                 let points = shares.iter().enumerate().map(|(i, &pck)| (Pck::threshold(i), pck));
-                Curve { label: method.name.to_owned(), colour: colour(i), points: points.collect() }
+                Series::line(method.name, palette(i), points.collect())
             })
             .collect();
-        let axes = Axes { title, x, y: "share correct", log_y: false, y_range: Some((0.0, 1.0)) };
-        plot::lines(&axes, &curves)
+        chart::pck(title, x, curves)
     };
     Ok(vec![
         plot("3D, relative to the wrist", "threshold in mm", true)?,
@@ -171,13 +167,13 @@ fn learning_curves(material: &Material<'_>) -> Result<Vec<String>> {
     ]
     .into_iter()
     .map(|(title, name, y, log_y)| {
-        let curves = [
-            Curve { label: "training".into(), colour: colour(0), points: train(name) },
-            Curve { label: "validation".into(), colour: colour(1), points: valid(name) },
+        let series = vec![
+            Series::line("training", palette(0), train(name)),
+            Series::line("validation", palette(1), valid(name)),
         ];
-        let x = "training windows seen, in thousands";
-        let axes = Axes { title, x, y, log_y, y_range: None };
-        plot::lines(&axes, &curves)
+        let x = Axis::new("training windows, in thousands").from_zero();
+        let y = if log_y { Axis::log(y) } else { Axis::new(y).from_zero() };
+        Ok(chart::curves(&Chart { title: title.to_owned(), x, y, series })?)
     })
     .collect()
 }

@@ -1,20 +1,47 @@
-//! Reports of evpose: HTML pages, charts, canvases, tables, and the pages made of them.
+//! Reports of evpose: charts, heatmaps and tables in HTML pages, and images of events with skeletons.
 //!
-//! * [`html`]: a page that needs no other file; [`chart`] and [`plot`] draw into it as SVG.
-//! * [`canvas`]: event images with skeletons over them; [`png`] encodes them.
+//! * [`chart`], [`bars`], [`heatmap`]: the one plotting layer, SVG by `plotters`, in the colours of
+//!   [`colour`].
+//! * [`html`]: a page that needs no other file.
+//! * [`canvas`]: event images with skeletons over them; [`png`](mod@png) encodes them.
 //! * [`hand`], [`people`]: reports of hand experiments, images of people; [`held_out`]: the table of an
 //!   evaluation.
 //! * [`gap`]: the page of the gap workflow; [`gallery`]: sensors and effects in one page.
+//!
+//! # Example
+//! A chart in a page:
+//!
+//! ```
+//! use evpose_report::chart::{self, Axis, Chart, Series};
+//! use evpose_report::colour::palette;
+//! use evpose_report::html::Page;
+//!
+//! let rate = Series::line("ON events", palette(0), vec![(0.0, 1.2), (0.5, 3.4), (1.0, 2.1)]);
+//! let svg = chart::curves(&Chart {
+//!     title: "Event rate".to_owned(),
+//!     x: Axis::new("time in s"),
+//!     y: Axis::new("M events / s").from_zero(),
+//!     series: vec![rate],
+//! })?;
+//! let mut page = Page::new("A recording", "Rates of its events.");
+//! page.plots(&[svg]);
+//! assert!(page.finish().contains("Event rate"));
+//! # Ok::<(), evpose_report::drawing::DrawingError>(())
+//! ```
 
+pub mod bars;
 pub mod camera_views;
 pub mod canvas;
 pub mod chart;
+pub mod colour;
+pub mod drawing;
+pub mod format;
 pub mod gallery;
 pub mod gap;
 pub mod hand;
 pub mod hand_scene;
+pub mod heatmap;
 pub mod held_out;
 pub mod html;
 pub mod people;
-pub mod plot;
 pub mod png;

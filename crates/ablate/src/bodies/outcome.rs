@@ -10,8 +10,9 @@ use super::rows::{FULL, Row};
 use super::trial::Trial;
 use crate::finding::Verdict;
 use crate::table::with_interval;
+use evpose_report::chart::{self, Series};
+use evpose_report::colour::{Colour, PALETTE};
 use evpose_report::html::{Page, escape};
-use evpose_report::plot::{Axes, Curve, PALETTE, lines};
 
 /// The trials of every row, by its name, in the order of the seeds.
 pub(super) type Trials = BTreeMap<&'static str, Vec<Trial>>;
@@ -155,15 +156,13 @@ pub(super) fn html(outcome: &Outcome, configs: &str) -> Result<String> {
         .collect();
     page.table(&HEADER, &rows);
     page.section("Correct joints", "The share of joints nearer than a threshold, mean over seeds.");
-    let curve = |(row, &colour): (&RowOutcome, &(u8, u8, u8))| Curve {
-        label: row.name.to_owned(),
-        colour,
-        points: (1..).zip(&row.curve).map(|(p, y)| (f64::from(p) / 100.0, *y)).collect(),
+    let curve = |(row, &colour): (&RowOutcome, &Colour)| {
+        let points = (1..).zip(&row.curve).map(|(p, y)| (f64::from(p) / 100.0, *y));
+        Series::line(row.name, colour, points.collect())
     };
     let parts = outcome.rows.chunks(PALETTE.len()).map(|rows| {
-        let curves: Vec<Curve> = rows.iter().zip(&PALETTE).map(curve).collect();
-        let (x, y) = ("threshold, diagonals of the torso", "share correct");
-        lines(&Axes { title: "PCK", x, y, log_y: false, y_range: Some((0.0, 1.0)) }, &curves)
+        let curves = rows.iter().zip(&PALETTE).map(curve).collect();
+        Ok(chart::pck("PCK", "threshold, diagonals of the torso", curves)?)
     });
     page.plots(&parts.collect::<Result<Vec<_>>>()?);
     let about = outcome.rows.iter().map(|row| format!("{}: {}", row.name, row.about));

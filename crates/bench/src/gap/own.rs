@@ -25,8 +25,8 @@ use super::stats::{Rate, Uniformity, uniformity};
 use crate::gap::args::BenchArgs;
 use evpose_app::bad_input::BadInput;
 use evpose_app::progress::{bar, say};
+use evpose_report::format::{percent, short};
 use evpose_report::gap::files;
-use evpose_report::gap::words::{percent, short};
 
 /// A line a recording.
 pub(super) const NAME: &str = "pvalues.csv";

@@ -251,10 +251,15 @@ mod tests {
 
     #[test]
     fn a_number_outside_its_interval_is_not_held() {
-        let estimate =
+        let quantity =
             Quantity { value: 1.1, lo90: 1.05, hi90: 1.2, unit: String::new(), halves: None };
-        let mut estimate =
-            Estimate { id: String::new(), finding: "a", parameter: "b", truth: 1.0, estimate };
+        let mut estimate = Estimate {
+            id: String::new(),
+            finding: "a",
+            parameter: "b",
+            truth: 1.0,
+            estimate: quantity,
+        };
         assert!(
             !estimate.is_covered() && estimate.error().is_some_and(|e| (e - 0.1).abs() < 1e-12)
         );

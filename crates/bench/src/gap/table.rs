@@ -2,7 +2,7 @@
 
 use super::score::Scores;
 use super::targets::{Headline, Reached, Target, Unit};
-use evpose_report::gap::words::short;
+use evpose_report::format::short;
 
 /// The table, line by line.
 pub(super) fn lines(scores: &Scores) -> Vec<String> {

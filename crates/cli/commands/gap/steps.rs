@@ -15,6 +15,7 @@ use super::scenes::SceneSource;
 use evpose_app::bad_input::BadInput;
 use evpose_app::progress::{say, spinner};
 use evpose_app::threads::use_threads;
+use evpose_report::format::{percent, short};
 use evpose_report::gap::words;
 
 /// Runs that a model is compared by.
@@ -46,8 +47,8 @@ pub(super) fn probe(args: &InputArgs) -> Result<()> {
         say(format!(
             "  {:<52}{:>12}{:>12}{:>8.1}",
             entry.name,
-            words::short(held.measured[i]),
-            words::short(expected.mean[i]),
+            short(held.measured[i]),
+            short(expected.mean[i]),
             z[i]
         ));
     }
@@ -69,7 +70,7 @@ pub(super) fn locate(args: &InputArgs) -> Result<()> {
     let place = places::locate(&view(&held.events), &runs).place();
     say(&place.sentence);
     for (axis, share) in &place.shares {
-        say(format!("  {:<40}{:>6}", words::axis(axis), words::percent(*share)));
+        say(format!("  {:<40}{:>6}", words::axis(axis), percent(*share)));
     }
     Ok(())
 }
@@ -167,7 +168,7 @@ pub(super) fn power(args: &PowerArgs) -> Result<()> {
     let found = limits(&directions);
     say("would show from");
     for limit in &found.limits {
-        let value = words::short(limit.value);
+        let value = short(limit.value);
         say(format!("  {:<28}{} = {value} {}", limit.name, limit.parameter, limit.unit));
     }
     say("would not show");

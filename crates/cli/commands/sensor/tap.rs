@@ -10,7 +10,8 @@ use super::args::{Input, TapArgs};
 use super::input;
 use evpose_app::progress::say;
 use evpose_app::sensor_source as source;
-use evpose_report::chart::{self, Axis, Chart, Mark, OFF, ON, Series};
+use evpose_report::chart::{self, Axis, Chart, Mark, Series};
+use evpose_report::colour::{OFF, ON};
 use evpose_report::hand_scene;
 
 /// An event of the pixel.
@@ -210,7 +211,7 @@ fn plot(trace: &Trace, title: &str) -> Result<String> {
         y: Axis::new("OFF    ON").over(-2.0, 2.0),
         series,
     });
-    chart::stack(&charts, (900, 170))
+    Ok(chart::stack(&charts, (900, 170))?)
 }
 
 #[cfg(test)]

@@ -18,8 +18,9 @@ use evpose_app::json::write_json;
 use evpose_app::machine::Machine;
 use evpose_app::progress::{bar, say};
 use evpose_app::run_info::COMMIT;
+use evpose_report::chart::{self, Series};
+use evpose_report::colour::PALETTE;
 use evpose_report::people;
-use evpose_report::plot::{Axes, Curve, PALETTE, lines};
 
 /// Thresholds of the PCK that are printed, in percent of the torso.
 const PERCENTS: [usize; 4] = [20, 40, 60, 80];
@@ -183,16 +184,13 @@ fn joints(summary: &BodySummary) {
 
 /// PCK curves, as the figures of papers have them.
 fn draw(path: &Path, report: &Report) -> Result<()> {
-    let curve = |(name, summary): (&str, &BodySummary), colour| Curve {
-        label: name.to_owned(),
-        colour,
-        points: (1..).zip(&summary.raw.curve).map(|(p, y)| (f64::from(p) / 100.0, *y)).collect(),
+    let curve = |(name, summary): (&str, &BodySummary), colour| {
+        let points = (1..).zip(&summary.raw.curve).map(|(p, y)| (f64::from(p) / 100.0, *y));
+        Series::line(name, colour, points.collect())
     };
     let both = [("network", &report.network), ("mean pose", &report.mean_pose)];
-    let all: Vec<Curve> =
-        both.into_iter().zip(PALETTE).map(|(both, colour)| curve(both, colour)).collect();
-    let (title, x, y) = ("Correct joints", "threshold, diagonals of the torso", "share correct");
-    let svg = lines(&Axes { title, x, y, log_y: false, y_range: Some((0.0, 1.0)) }, &all)?;
+    let all = both.into_iter().zip(PALETTE).map(|(both, colour)| curve(both, colour)).collect();
+    let svg = chart::pck("Correct joints", "threshold, diagonals of the torso", all)?;
     atomic_write(path, svg.as_bytes()).with_context(|| format!("writing {}", path.display()))?;
     say(format!("curves: {}", path.display()));
     Ok(())

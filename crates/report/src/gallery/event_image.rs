@@ -3,7 +3,7 @@
 use evpose_core::{Event, Micros, Plane, SensorSize};
 use image::{Rgb, RgbImage};
 
-use crate::chart::{OFF, ON};
+use crate::colour::{OFF, ON};
 
 /// Events in one pixel that give full colour.
 const FULL: f32 = 6.0;

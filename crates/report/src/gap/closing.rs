@@ -3,10 +3,12 @@
 use evpose_gap::report::{Ablation, Change, ReportData};
 use evpose_gap::verdict::{FindingKind, GapValue};
 
-use super::bars::{self, Along, Bar};
 use super::sections::wrapped_table;
 use super::{CORRECTED, MODEL, key};
-use crate::gap::words::{self, short};
+use crate::bars::{self, Along, Bar};
+use crate::drawing::DrawingError;
+use crate::format::short;
+use crate::gap::words;
 use crate::html::{Page, escape};
 
 /// Identified effects with their parameters.
@@ -62,7 +64,7 @@ pub(crate) fn findings(page: &mut Page, data: &ReportData) {
 }
 
 /// Gaps before and after, and what taking the answer back does.
-pub(crate) fn closing(page: &mut Page, data: &ReportData) {
+pub(crate) fn closing(page: &mut Page, data: &ReportData) -> Result<(), DrawingError> {
     let interval = |gap: &GapValue| Some((gap.lo, gap.hi));
     if !data.ablation.is_empty() {
         page.section(
@@ -83,10 +85,10 @@ pub(crate) fn closing(page: &mut Page, data: &ReportData) {
             note: words::gap(&row.gap),
         };
         let bars: Vec<Bar> = data.ablation.iter().map(bar).collect();
-        page.markup(&bars::svg(&bars, &Along { labels: 260.0, ..Along::gap(largest) }));
+        page.markup(&bars::svg(&bars, &Along { labels: 260.0, ..Along::gap(largest) })?);
     }
     if data.blocks.is_empty() {
-        return;
+        return Ok(());
     }
     page.section(
         "The gap by what is measured",
@@ -110,5 +112,6 @@ pub(crate) fn closing(page: &mut Page, data: &ReportData) {
             bars.push(bar("", &row.after, CORRECTED));
         }
     }
-    page.markup(&bars::svg(&bars, &Along::gap(largest)));
+    page.markup(&bars::svg(&bars, &Along::gap(largest))?);
+    Ok(())
 }

@@ -8,7 +8,7 @@ use base64::engine::general_purpose::STANDARD;
 use evpose_gap::report::{Film, ReportData};
 use image::{Rgb, RgbImage};
 
-use crate::chart::{OFF, ON};
+use crate::colour::{OFF, ON};
 use crate::html::{Page, escape};
 use crate::png::png;
 

@@ -1,6 +1,5 @@
 //! The report of a gap: one page with the answer, what it rests on, and what would overturn it.
 
-pub mod bars;
 mod closing;
 mod curves;
 mod diff;
@@ -24,12 +23,13 @@ use evpose_core::atomic_write;
 use evpose_gap::report::ReportData;
 use evpose_gap::verdict::Answer;
 
+use crate::colour::{Colour, css};
 use crate::html::{Page, escape};
 
 /// Colours of what was measured, of the model as given, and of the corrected model.
-const MEASURED: (u8, u8, u8) = (29, 36, 48);
-const MODEL: (u8, u8, u8) = (150, 157, 170);
-const CORRECTED: (u8, u8, u8) = (0, 138, 104);
+const MEASURED: Colour = (29, 36, 48);
+const MODEL: Colour = (150, 157, 170);
+const CORRECTED: Colour = (0, 138, 104);
 
 const STYLE: &str = "<style>
 .verdict{border-radius:10px;padding:18px 22px;margin:14px 0;color:#fff}
@@ -88,10 +88,10 @@ fn page(data: &ReportData) -> Result<String> {
     banner(&mut page, data);
     closing::findings(&mut page, data);
     place::place(&mut page, data)?;
-    closing::closing(&mut page, data);
+    closing::closing(&mut page, data)?;
     curves::curves(&mut page, data)?;
     film::section(&mut page, data)?;
-    sections::alternatives(&mut page, data);
+    sections::alternatives(&mut page, data)?;
     sections::limits(&mut page, data);
     sections::doubts(&mut page, data);
     sections::statistics(&mut page, data);
@@ -144,14 +144,9 @@ fn banner(page: &mut Page, data: &ReportData) {
 }
 
 /// Colours and what they are.
-fn key(page: &mut Page, names: &[(&str, (u8, u8, u8))]) {
-    let one = |(name, colour): &(&str, (u8, u8, u8))| {
+fn key(page: &mut Page, names: &[(&str, Colour)]) {
+    let one = |(name, colour): &(&str, Colour)| {
         format!("<span class=\"key\" style=\"background:{}\"></span>{}", css(*colour), escape(name))
     };
     page.markup(&format!("<p class=\"soft\">{}</p>", names.iter().map(one).collect::<String>()));
-}
-
-/// A colour as CSS.
-fn css((r, g, b): (u8, u8, u8)) -> String {
-    format!("rgb({r},{g},{b})")
 }

@@ -4,9 +4,10 @@ use anyhow::Result;
 use evpose_gap::locate::OddPixel;
 use evpose_gap::report::ReportData;
 
-use super::bars::{self, Along, Bar};
 use super::{MEASURED, maps};
-use crate::gap::words::{self, percent, short};
+use crate::bars::{self, Along, Bar};
+use crate::format::{percent, short};
+use crate::gap::words;
 use crate::html::{Page, escape};
 
 /// Pixels that are listed.
@@ -49,13 +50,13 @@ pub(crate) fn place(page: &mut Page, data: &ReportData) -> Result<()> {
     };
     axes.sort_by(|a, b| b.1.total_cmp(&a.1));
     if !axes.is_empty() {
-        columns += &format!("<div><h3>Distinguished by</h3>{}</div>", shares(axes));
+        columns += &format!("<div><h3>Distinguished by</h3>{}</div>", shares(axes)?);
     }
     let mut stages: Vec<(String, f64)> = data.verdict.stage_shares.clone().into_iter().collect();
     stages.sort_by(|a, b| b.1.total_cmp(&a.1));
     if !stages.is_empty() {
         columns +=
-            &format!("<div><h3>Part of the camera that does so</h3>{}</div>", shares(stages));
+            &format!("<div><h3>Part of the camera that does so</h3>{}</div>", shares(stages)?);
     }
     let first = maps::figure(&before.maps, "Model as given")?;
     let after = match &data.after {

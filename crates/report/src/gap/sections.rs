@@ -2,10 +2,12 @@
 
 use evpose_gap::report::{Ranked, ReportData};
 
-use super::bars::{self, Along, Bar};
 use super::diff::{Line, diff};
 use super::{CORRECTED, MODEL, matrix};
-use crate::gap::words::{self, short};
+use crate::bars::{self, Along, Bar};
+use crate::drawing::DrawingError;
+use crate::format::short;
+use crate::gap::words;
 use crate::html::{Page, escape};
 
 /// Statistics that are listed.
@@ -14,7 +16,7 @@ const ROWS: usize = 400;
 const RANKED: usize = 16;
 
 /// Everything else that was tried, and what looks alike.
-pub(crate) fn alternatives(page: &mut Page, data: &ReportData) {
+pub(crate) fn alternatives(page: &mut Page, data: &ReportData) -> Result<(), DrawingError> {
     let named: Vec<String> = data.verdict.effects.iter().map(|f| f.name.clone()).collect();
     if !data.candidates.is_empty() {
         page.section(
@@ -44,7 +46,7 @@ pub(crate) fn alternatives(page: &mut Page, data: &ReportData) {
             mark: data.misfit_without.map(|misfit| (misfit, "with no effect")),
             ..Along::gap(largest)
         };
-        page.markup(&bars::svg(&bars, &along));
+        page.markup(&bars::svg(&bars, &along)?);
         if data.candidates.len() > RANKED {
             let rest = data.candidates[RANKED..].iter();
             let rest: Vec<String> =
@@ -65,8 +67,9 @@ pub(crate) fn alternatives(page: &mut Page, data: &ReportData) {
                  angle between what they do, in percent from 80 on). {alike}"
             ),
         );
-        page.markup(&matrix::svg(&data.confusability, &named));
+        page.markup(&matrix::svg(&data.confusability, &named)?);
     }
+    Ok(())
 }
 
 /// Effects below the limit of detection.

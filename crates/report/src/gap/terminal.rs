@@ -3,7 +3,8 @@
 use evpose_gap::report::ReportData;
 use evpose_gap::verdict::{Answer, FindingKind, Verdict};
 
-use crate::gap::words::{self, gap, percent, probability, short};
+use crate::format::{percent, short};
+use crate::gap::words::{self, gap, probability};
 
 /// Columns of a line at most.
 const COLUMNS: usize = 100;

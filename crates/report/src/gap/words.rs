@@ -5,6 +5,8 @@ use evpose_gap::verdict::{Answer, Finding, FindingKind, GapValue, Quantity, Verd
 use evpose_gap::{Block, parameters::Parameter};
 use evpose_sensor::STAGES;
 
+use crate::format::{percent, short};
+
 /// The answer as a heading.
 pub fn headline(verdict: &Verdict) -> String {
     let of = |kind| names(verdict, |finding| finding.kind == kind);
@@ -142,33 +144,9 @@ pub fn gap(gap: &GapValue) -> String {
     format!("{} [{}, {}]", short(gap.value), short(gap.lo), short(gap.hi))
 }
 
-/// Three digits.
-pub fn short(value: f64) -> String {
-    let size = value.abs();
-    if !value.is_finite() {
-        "unknown".to_owned()
-    } else if (99.5..1e6).contains(&size) {
-        format!("{value:.0}")
-    } else if size == 0.0 {
-        "0".to_owned()
-    } else if (1e-3..1e6).contains(&size) {
-        let decimals = (2 - size.log10().floor() as i32).clamp(0, 5) as usize;
-        let text = format!("{value:.decimals$}");
-        let text = if text.contains('.') { text.trim_end_matches('0') } else { &text };
-        text.trim_end_matches('.').to_owned()
-    } else {
-        format!("{value:.1e}")
-    }
-}
-
 /// How much of a gap is closed; below one there is no gap that could be closed further.
 pub fn closed(verdict: &Verdict) -> String {
     percent(verdict.grr.min(1.0))
-}
-
-/// A share in percent.
-pub fn percent(share: f64) -> String {
-    if share.is_finite() { format!("{:.0}%", 100.0 * share) } else { "unknown".to_owned() }
 }
 
 /// A probability; small ones as a bound, because they rest on few runs.
@@ -224,29 +202,5 @@ pub fn answer_key(answer: Answer) -> &'static str {
         Answer::Effects => "effects",
         Answer::NoneOfCatalogue => "none_of_catalogue",
         Answer::Undecided => "undecided",
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn values_have_three_digits_and_no_idle_zeros() {
-        let cases = [
-            (0.0, "0"),
-            (11.83, "11.8"),
-            (1.3, "1.3"),
-            (117.2, "117"),
-            (0.0781, "0.0781"),
-            (2.0, "2"),
-            (100.0, "100"),
-            (12_345.6, "12346"),
-            (3.2e-5, "3.2e-5"),
-            (f64::NAN, "unknown"),
-        ];
-        for (value, expected) in cases {
-            assert_eq!(short(value), expected);
-        }
     }
 }

@@ -2,20 +2,20 @@
 
 use std::collections::BTreeMap;
 
-use anyhow::Result;
-
 use crate::gap::opened::Opened;
 use crate::gap::own::OwnRow;
 use crate::gap::score::{Estimate, Power};
 use crate::gap::stats::{Bin, Rate};
+use evpose_report::bars::{self, Along, Bar};
 use evpose_report::chart::{self, Axis, Chart, Mark, Series};
-use evpose_report::gap::bars::{self, Along, Bar};
+use evpose_report::colour::{Colour, PALETTE};
+use evpose_report::drawing::DrawingError;
 
 /// Colours of results, of targets, and of the background.
-const FOUND: (u8, u8, u8) = (0, 114, 178);
-const AIM: (u8, u8, u8) = (120, 120, 120);
-const AROUND: (u8, u8, u8) = (86, 180, 233);
-const CHANCE: (u8, u8, u8) = (190, 195, 204);
+const FOUND: Colour = PALETTE[0];
+const AIM: Colour = PALETTE[4];
+const AROUND: Colour = PALETTE[5];
+const CHANCE: Colour = (190, 195, 204);
 /// Sizes in pixels.
 const SMALL: (u32, u32) = (218, 178);
 const SQUARE: (u32, u32) = (430, 400);
@@ -23,7 +23,7 @@ const WIDE: (u32, u32) = (560, 300);
 /// Bins of histograms.
 const BINS: usize = 24;
 
-fn series(label: &str, colour: (u8, u8, u8), mark: Mark, points: Vec<(f64, f64)>) -> Series {
+fn series(label: &str, colour: Colour, mark: Mark, points: Vec<(f64, f64)>) -> Series {
     Series { label: label.to_owned(), colour, mark, points }
 }
 
@@ -39,7 +39,7 @@ fn shares(x: &[f64], rates: &[Rate]) -> [Series; 2] {
 }
 
 /// One chart for each effect.
-pub(super) fn power(power: &[Power]) -> Result<Vec<String>> {
+pub(super) fn power(power: &[Power]) -> Result<Vec<String>, DrawingError> {
     let of_effect = |of: &[Power]| {
         let x: Vec<f64> = of.iter().map(|power| power.strength as f64).collect();
         let rates: Vec<Rate> = of.iter().map(|power| power.right).collect();
@@ -56,7 +56,7 @@ pub(super) fn power(power: &[Power]) -> Result<Vec<String>> {
 }
 
 /// Stated probabilities and shares.
-pub(super) fn reliability(bins: &[Bin]) -> Result<String> {
+pub(super) fn reliability(bins: &[Bin]) -> Result<String, DrawingError> {
     let mut all = vec![series("", AIM, Mark::Line, vec![(0.0, 0.0), (1.0, 1.0)])];
     let x: Vec<f64> = bins.iter().map(|bin| bin.stated).collect();
     let rates: Vec<Rate> = bins.iter().map(|bin| bin.right).collect();
@@ -75,7 +75,7 @@ pub(super) fn reliability(bins: &[Bin]) -> Result<String> {
 }
 
 /// Probabilities of recordings of our own model against uniform ones.
-pub(super) fn quantiles(own: &[OwnRow]) -> Result<String> {
+pub(super) fn quantiles(own: &[OwnRow]) -> Result<String, DrawingError> {
     let mut ps: Vec<f64> = own.iter().map(|row| row.p).collect();
     ps.sort_by(f64::total_cmp);
     let n = ps.len() as f64;
@@ -103,7 +103,7 @@ pub(super) fn quantiles(own: &[OwnRow]) -> Result<String> {
 }
 
 /// Coverage of the intervals of 90 %, a bar a finding.
-pub(super) fn coverage(coverage: &BTreeMap<&'static str, Rate>) -> String {
+pub(super) fn coverage(coverage: &BTreeMap<&'static str, Rate>) -> Result<String, DrawingError> {
     let bar = |(name, rate): (&&'static str, &Rate)| Bar {
         label: (*name).to_owned(),
         value: rate.share.unwrap_or(0.0),
@@ -116,7 +116,7 @@ pub(super) fn coverage(coverage: &BTreeMap<&'static str, Rate>) -> String {
 }
 
 /// Relative errors of estimates, as a histogram on a logarithmic axis.
-pub(super) fn errors(estimates: &[Estimate]) -> Result<String> {
+pub(super) fn errors(estimates: &[Estimate]) -> Result<String, DrawingError> {
     let errors: Vec<f64> =
         estimates.iter().filter_map(Estimate::error).map(|e| e.max(1e-4)).collect();
     let logs: Vec<f64> = errors.iter().map(|error| error.log10()).collect();
@@ -131,7 +131,7 @@ pub(super) fn errors(estimates: &[Estimate]) -> Result<String> {
 }
 
 /// Seconds a case.
-pub(super) fn times(opened: &[Opened]) -> Result<String> {
+pub(super) fn times(opened: &[Opened]) -> Result<String, DrawingError> {
     let times =
         |seconds: &dyn Fn(&Opened) -> f64| -> Vec<f64> { opened.iter().map(seconds).collect() };
     let (all, naming) = (times(&|case| case.row.seconds()), times(&|case| case.row.name_s));

@@ -50,7 +50,7 @@ pub(super) fn page(opened: &[Opened], scores: &Scores, own: &[OwnRow]) -> Result
         "Rows: what is hidden, with singles first. Columns: what was said. Green is what is to be \
          said, red a name that is not there, grey neither. Cells count cases.",
     );
-    page.markup(&format!("<div class=\"wide\">{}</div>", matrix::svg(&Confusion::of(opened))));
+    page.markup(&format!("<div class=\"wide\">{}</div>", matrix::svg(&Confusion::of(opened))?));
     if !scores.power.is_empty() {
         page.section(
             "How strong an effect must be",
@@ -73,7 +73,7 @@ pub(super) fn page(opened: &[Opened], scores: &Scores, own: &[OwnRow]) -> Result
             "Share of the estimates of right names whose interval of 90 % holds the true value, by \
              parameter, with intervals of 95 %. On the right, the relative errors of the estimates.",
         );
-        page.plots(&[charts::coverage(&scores.coverage), charts::errors(&scores.estimates)?]);
+        page.plots(&[charts::coverage(&scores.coverage)?, charts::errors(&scores.estimates)?]);
     }
     page.section("How long it takes", "Seconds a case, to make its files and to name from them.");
     page.plots(&[charts::times(opened)?]);

@@ -11,7 +11,8 @@ use evpose_core::{Event, Plane};
 use evpose_sensor::{Probe, SensorModel};
 
 use super::bench::{self, Shown, Variant};
-use crate::chart::{Axis, Chart, Mark, OFF, ON, Series};
+use crate::chart::{Axis, Chart, Mark, Series};
+use crate::colour::{OFF, ON};
 
 /// Light of scenes at rest, relative to white.
 const GREY: f64 = 0.2;

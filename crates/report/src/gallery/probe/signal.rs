@@ -5,7 +5,8 @@ use evpose_core::{Micros, Plane, SensorSize};
 use evpose_sensor::{Domain, SensorModel, Stage};
 
 use super::{GREY, Shown, Variant, series};
-use crate::chart::{Axis, Chart, Mark, OFF, ON, Series};
+use crate::chart::{Axis, Chart, Mark, Series};
+use crate::colour::{OFF, ON};
 
 /// The last stage whose signal is voltage.
 fn last_voltage(model: &SensorModel) -> Result<&'static str> {

@@ -4,7 +4,8 @@ use anyhow::Result;
 use evpose_core::Event;
 
 use super::{GREY, Shown, Variant, rates, series, thin};
-use crate::chart::{Axis, Chart, Mark, OFF, ON, Series};
+use crate::chart::{Axis, Chart, Mark, Series};
+use crate::colour::{OFF, ON};
 use crate::gallery::bench::{Scene, by_pixel};
 
 /// Dots of a chart.
