@@ -3,7 +3,7 @@
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use evpose_core::{EventStream, SensorSize};
 use evpose_nn::{DeviceKind, HandRegressorConfig};
-use evpose_repr::{ChannelOrder, FrameEvent, FrameWindow, representation_called};
+use evpose_repr::{ChannelOrder, FrameEvent, FrameWindow, representation_by_name};
 use evpose_sim::{SimulationConfig, Simulator};
 
 /// A second of the published scene, as frames.
@@ -50,7 +50,7 @@ fn representations(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("representation of 100 ms");
     group.throughput(Throughput::Elements(events.len() as u64));
     for name in ["lnes", "eoi", "eci"] {
-        let Ok(representation) = representation_called(name) else { continue };
+        let Ok(representation) = representation_by_name(name) else { continue };
         let mut planes = vec![0.0; representation.channels() * sensor.pixels()];
         group.bench_function(name, |b| {
             b.iter(|| representation.fill(&window, &events, &mut planes));

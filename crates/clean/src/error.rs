@@ -5,19 +5,19 @@ use std::path::PathBuf;
 
 use evpose_core::{Micros, SensorSize};
 
-use crate::CLEANERS;
-
 /// Why a recording cannot be cleaned as asked.
 #[derive(Debug, thiserror::Error)]
 pub enum CleanError {
     /// No cleaner has this name.
     #[error(
         "no cleaner is called `{name}`; there are {}",
-        CLEANERS.iter().map(|spec| spec.name).collect::<Vec<_>>().join(", ")
+        known.join(", ")
     )]
     UnknownCleaner {
         /// The name.
         name: String,
+        /// The names of the registry.
+        known: Vec<&'static str>,
     },
     /// A cleaner has no such parameter.
     #[error("`{cleaner}` has no parameter `{key}`; it has {}", allowed.join(", "))]

@@ -24,6 +24,7 @@ mod mask;
 mod masking;
 mod registry;
 mod settings;
+mod spec;
 pub mod symmetry;
 mod undistort;
 
@@ -41,6 +42,7 @@ pub use error::CleanError;
 pub use hot::HotPixels;
 pub use mask::{Mask, Rectangle};
 pub use masking::Masking;
-pub use registry::{Build, CLEANERS, CleanRequest, CleanerSpec, cleaner_called};
+pub use registry::{CLEANERS, CleanRequest, cleaner_by_name};
 pub use settings::{Kind, ParamSpec, Settings};
+pub use spec::{Build, CleanerSpec};
 pub use undistort::{Inverse, Outside, Rounding, TOLERANCE_PX, Undistort, UndistortOptions};

@@ -4,45 +4,23 @@ use std::str::FromStr;
 
 use evpose_core::SensorSize;
 
-use crate::{CleanError, Cleaner, ParamSpec, Settings};
+use crate::{CleanError, Cleaner, CleanerSpec, Settings};
 use crate::{background, deflicker, hot, masking, undistort};
 
-/// Makes a cleaner from checked settings, for events of a sensor.
-pub type Build = fn(&Settings, SensorSize) -> Result<Box<dyn Cleaner>, CleanError>;
-
-/// A cleaner: what it is called, what it takes and how it is made.
-#[derive(Debug)]
-pub struct CleanerSpec {
-    /// Name in requests.
-    pub name: &'static str,
-    /// What it does, in a line.
-    pub summary: &'static str,
-    /// What it takes.
-    pub params: &'static [ParamSpec],
-    /// Whether events may leave it at other pixels than they came.
-    pub displaces: bool,
-    /// Makes it for events of a sensor.
-    pub build: Build,
-}
-
-impl CleanerSpec {
-    /// The parameter called `name`.
-    pub fn param(&self, name: &str) -> Option<&'static ParamSpec> {
-        self.params.iter().find(|param| param.name == name)
-    }
-}
-
-/// All of them.
+/// All cleaners, in the order of tables and help texts.
 pub static CLEANERS: &[&CleanerSpec] =
     &[&hot::SPEC, &masking::SPEC, &background::SPEC, &deflicker::SPEC, &undistort::SPEC];
 
-/// The cleaner called `name`.
+/// The cleaner of this name.
 ///
 /// # Errors
 /// If there is none; the message lists those there are.
-pub fn cleaner_called(name: &str) -> Result<&'static CleanerSpec, CleanError> {
+pub fn cleaner_by_name(name: &str) -> Result<&'static CleanerSpec, CleanError> {
     let found = CLEANERS.iter().find(|spec| spec.name == name);
-    found.copied().ok_or_else(|| CleanError::UnknownCleaner { name: name.to_owned() })
+    found.copied().ok_or_else(|| CleanError::UnknownCleaner {
+        name: name.to_owned(),
+        known: CLEANERS.iter().map(|spec| spec.name).collect(),
+    })
 }
 
 /// A cleaner that is asked for, with its parameters: written `name:key=value,key=value`.
@@ -72,7 +50,7 @@ impl FromStr for CleanRequest {
 
     fn from_str(text: &str) -> Result<Self, CleanError> {
         let (name, rest) = text.split_once(':').unwrap_or((text, ""));
-        let spec = cleaner_called(name)?;
+        let spec = cleaner_by_name(name)?;
         let bad = || CleanError::BadRequest(text.to_owned());
         let pair = |part: &str| {
             let (key, value) = part.split_once('=').ok_or_else(bad)?;

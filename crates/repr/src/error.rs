@@ -2,7 +2,7 @@
 
 use evpose_core::Micros;
 
-use crate::{Parameter, ParameterKind, REPRESENTATIONS, StreamWindow};
+use crate::{Parameter, ParameterKind, StreamWindow};
 
 /// A request this crate cannot serve.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -10,11 +10,13 @@ pub enum ReprError {
     /// No representation has this name.
     #[error(
         "no representation is called `{name}`; there are {}",
-        REPRESENTATIONS.iter().map(|spec| spec.name).collect::<Vec<_>>().join(", ")
+        known.join(", ")
     )]
     UnknownRepresentation {
         /// The name.
         name: String,
+        /// The names of the registry.
+        known: Vec<&'static str>,
     },
     /// A representation has no such parameter.
     #[error(

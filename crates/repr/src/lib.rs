@@ -5,7 +5,7 @@
 //!   - with a memory of their own: [`Eros`], [`Tos`], [`Sits`], [`Pim`], [`Sae`], [`TimeSurface`];
 //!   - of the latest events: [`FixedCount`].
 //! * [`REPRESENTATIONS`]: all of them by name, with their [`Parameter`]s;
-//!   [`representation_called`] takes `eros:kernel=9,decay=0.5` and gives a [`RepresentationChoice`],
+//!   [`representation_by_name`] takes `eros:kernel=9,decay=0.5` and gives a [`RepresentationChoice`],
 //!   which starts on a stream or fills the planes of a window of frames.
 //! * [`FrameWindow`], [`FrameEvent`]: windows of 1 ms frames, as training reads them;
 //!   [`fill_lnes`], [`fill_eoi`], [`fill_eci`], [`fill_eci_s`] draw them directly.
@@ -69,7 +69,7 @@ pub use parameter::{Parameter, ParameterKind, ParameterValues};
 pub use pim::{Pim, PimConfig};
 pub use registry::{
     Memory, PolarityUse, REPRESENTATIONS, RepresentationChoice, RepresentationSpec,
-    representation_called,
+    representation_by_name,
 };
 pub use representation::{Representation, StreamWindow};
 pub use sae::Sae;

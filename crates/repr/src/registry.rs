@@ -66,7 +66,7 @@ impl RepresentationSpec {
 
 /// A representation and the values of its parameters.
 ///
-/// Displayed as what [`representation_called`] takes, with every parameter.
+/// Displayed as what [`representation_by_name`] takes, with every parameter.
 #[derive(Debug, Clone, Copy)]
 pub struct RepresentationChoice {
     spec: &'static RepresentationSpec,
@@ -77,13 +77,16 @@ pub struct RepresentationChoice {
 ///
 /// # Errors
 /// If there is none, or it has no such parameter, or not this value; the message lists what there is.
-pub fn representation_called(name: &str) -> Result<RepresentationChoice, ReprError> {
+pub fn representation_by_name(name: &str) -> Result<RepresentationChoice, ReprError> {
     let (name, settings) = match name.split_once(':') {
         Some((name, settings)) => (name, Some(settings)),
         None => (name, None),
     };
     let found = REPRESENTATIONS.iter().find(|spec| spec.name == name);
-    let found = found.ok_or_else(|| ReprError::UnknownRepresentation { name: name.to_owned() })?;
+    let found = found.ok_or_else(|| ReprError::UnknownRepresentation {
+        name: name.to_owned(),
+        known: REPRESENTATIONS.iter().map(|spec| spec.name).collect(),
+    })?;
     let mut choice = found.with_defaults();
     if let Some(settings) = settings {
         choice.values.set(name, settings)?;

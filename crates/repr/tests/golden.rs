@@ -4,7 +4,8 @@
 
 use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
 use evpose_repr::{
-    ChannelOrder, Eros, ErosConfig, ErosFramer, Representation, StreamWindow, representation_called,
+    ChannelOrder, Eros, ErosConfig, ErosFramer, Representation, StreamWindow,
+    representation_by_name,
 };
 use sha2::{Digest, Sha256};
 
@@ -37,7 +38,7 @@ fn sha256(bytes: &[u8]) -> String {
 /// `name` on all events, at the time of the last or later.
 fn started(name: &str, events: &EventStream, at: Option<Micros>) -> Box<dyn Representation> {
     let window = StreamWindow::new(events.sensor(), StreamWindow::LONGEST, ChannelOrder::OffFirst);
-    let mut representation = representation_called(name).unwrap().start(window.unwrap());
+    let mut representation = representation_by_name(name).unwrap().start(window.unwrap());
     representation.push(events);
     representation.advance(at.unwrap_or(Micros(0)));
     representation

@@ -9,7 +9,7 @@ use evpose_io::{EvcReader, EvcWindow, MetaReader};
 use evpose_pose::{HandParams, HandSide, PARAMETERS};
 use evpose_repr::{
     ChannelOrder, FrameEvent, FrameWindow, RepresentationChoice, WindowAugmentation,
-    representation_called,
+    representation_by_name,
 };
 use evpose_sim::SequenceInfo;
 
@@ -185,7 +185,7 @@ impl HandDataset {
             parts,
             starts,
             order: SampleOrder::new(samples, config.seed),
-            representation: representation_called(&config.representation.name)?,
+            representation: representation_by_name(&config.representation.name)?,
             channel_order: config.representation.channel_order,
             augmentation: config.augmentation,
             window_frames: config.representation.window_ms,

@@ -12,7 +12,7 @@ use evpose_core::{EventStream, Micros, Plane, SensorSize};
 use evpose_io::format_called;
 use evpose_repr::{
     BlurWork, Canny, CannyWork, ChannelOrder, Eros, ErosConfig, ErosFramer, GaussianKernel,
-    REPRESENTATIONS, Representation, StreamWindow, representation_called,
+    REPRESENTATIONS, Representation, StreamWindow, representation_by_name,
 };
 use serde::Serialize;
 
@@ -129,7 +129,7 @@ fn stream_window(sensor: SensorSize) -> Result<StreamWindow> {
 }
 
 fn update(name: &str, events: &EventStream) -> Result<Run> {
-    let mut running = representation_called(name)?.start(stream_window(events.sensor())?);
+    let mut running = representation_by_name(name)?.start(stream_window(events.sensor())?);
     let events = events.clone();
     Ok(Box::new(move || {
         running.push(&events);
@@ -138,7 +138,7 @@ fn update(name: &str, events: &EventStream) -> Result<Run> {
 }
 
 fn image(name: &str, events: &EventStream) -> Result<Run> {
-    let mut running = representation_called(name)?.start(stream_window(events.sensor())?);
+    let mut running = representation_by_name(name)?.start(stream_window(events.sensor())?);
     running.push(events);
     let mut planes = vec![0.0; running.channels() * events.sensor().pixels()];
     Ok(Box::new(move || {
@@ -150,7 +150,7 @@ fn image(name: &str, events: &EventStream) -> Result<Run> {
 
 /// A recording's worth of events at once, planes included.
 fn window(name: &str, events: &EventStream) -> Result<Run> {
-    let mut running = representation_called(name)?.start(stream_window(events.sensor())?);
+    let mut running = representation_by_name(name)?.start(stream_window(events.sensor())?);
     let mut planes = vec![0.0; running.channels() * events.sensor().pixels()];
     let events = events.clone();
     Ok(Box::new(move || {

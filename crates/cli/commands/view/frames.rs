@@ -5,7 +5,7 @@ use std::cmp::Reverse;
 use anyhow::{Context, Result, ensure};
 use evpose_core::{EventStream, Micros, SensorSize, TimeWindow};
 use evpose_io::{SensorOrigin, Windows};
-use evpose_repr::{ChannelOrder, Representation, StreamWindow, representation_called};
+use evpose_repr::{ChannelOrder, Representation, StreamWindow, representation_by_name};
 use image::RgbImage;
 
 use super::ViewArgs;
@@ -56,7 +56,7 @@ impl FrameReader {
         let length = Micros::from_seconds(args.window_ms * 1e-3);
         let window = StreamWindow::new(sensor, length, ChannelOrder::OffFirst)?;
         let is_events = args.of == EVENTS;
-        let representation = representation_called(if is_events { "lnes" } else { &args.of })?;
+        let representation = representation_by_name(if is_events { "lnes" } else { &args.of })?;
         let representation = representation.start(window);
         let palette = Palette::new(sensor, is_events);
         let name = input.file_name().unwrap_or(input.as_os_str()).to_string_lossy().into_owned();

@@ -23,7 +23,7 @@ fn choices() -> impl Iterator<Item = RepresentationChoice> {
         "voxel-grid:bins=2",
         "time-surface:tau_ms=0.7",
     ];
-    let others = others.into_iter().map(|name| representation_called(name).unwrap());
+    let others = others.into_iter().map(|name| representation_by_name(name).unwrap());
     REPRESENTATIONS.iter().map(RepresentationSpec::with_defaults).chain(others)
 }
 
@@ -79,7 +79,7 @@ fn frames_late(choice: &RepresentationChoice) -> i64 {
 #[test]
 fn names_are_unique_and_found_and_others_are_refused_with_the_list() {
     for spec in REPRESENTATIONS {
-        let found = representation_called(spec.name).unwrap();
+        let found = representation_by_name(spec.name).unwrap();
         assert_eq!((found.spec().name, found.spec().summary), (spec.name, spec.summary));
         let window = StreamWindow::new(SENSOR, Micros(1), ChannelOrder::OnFirst).unwrap();
         assert_eq!(found.start(window).channels(), found.channels());
@@ -88,7 +88,7 @@ fn names_are_unique_and_found_and_others_are_refused_with_the_list() {
             found.channels() == 2 && { spec.name != "eci-s-parity" }
         );
     }
-    let message = representation_called("erros").map_err(|e| e.to_string()).unwrap_err();
+    let message = representation_by_name("erros").map_err(|e| e.to_string()).unwrap_err();
     let want = "no representation is called `erros`; \
                 there are lnes, eoi, eci, eci-s, eci-parity, eci-s-parity, eros, ";
     assert!(message.starts_with(want), "{message}");
@@ -98,7 +98,7 @@ fn names_are_unique_and_found_and_others_are_refused_with_the_list() {
 fn every_parameter_takes_its_bounds_and_is_named_in_what_a_choice_displays() {
     for spec in REPRESENTATIONS {
         let default = spec.with_defaults();
-        let again = representation_called(&default.to_string()).unwrap();
+        let again = representation_by_name(&default.to_string()).unwrap();
         assert_eq!(again.to_string(), default.to_string());
         for parameter in spec.parameters {
             let name = parameter.name;
@@ -106,7 +106,7 @@ fn every_parameter_takes_its_bounds_and_is_named_in_what_a_choice_displays() {
             // The nearest even number, where only those are taken.
             let inwards = f64::from(parameter.kind == ParameterKind::Even);
             for value in [parameter.least + inwards, parameter.default, parameter.most - inwards] {
-                let choice = representation_called(&format!("{}:{name}={value}", spec.name));
+                let choice = representation_by_name(&format!("{}:{name}={value}", spec.name));
                 let choice = choice.unwrap();
                 assert_eq!(choice.values().number(name), value);
                 let window = StreamWindow::new(SENSOR, Micros(9), ChannelOrder::OnFirst).unwrap();
@@ -114,7 +114,7 @@ fn every_parameter_takes_its_bounds_and_is_named_in_what_a_choice_displays() {
                 assert!(rendered(started.as_ref()).iter().all(|&value| value == 0.0));
             }
             for value in [parameter.least - 2.0, parameter.most + 2.0] {
-                let refused = representation_called(&format!("{}:{name}={value}", spec.name));
+                let refused = representation_by_name(&format!("{}:{name}={value}", spec.name));
                 assert!(refused.is_err(), "{} {name}={value}", spec.name);
             }
         }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use evpose_nn::{BodyLossConfig, MoveEnetConfig};
 use evpose_pose::body::DEFAULT_SOFTENING;
 use evpose_pose::metric::BootstrapConfig;
-use evpose_repr::{ErosLike, GaussianKernel, representation_called};
+use evpose_repr::{ErosLike, GaussianKernel, representation_by_name};
 use evpose_sim::person::PeopleConfig;
 use serde::{Deserialize, Serialize};
 
@@ -329,7 +329,7 @@ impl BodyConfig {
         self.simulation.validate()?;
         self.held_out().simulation.validate()?;
         self.augmentation.validate(self.network.joints)?;
-        if representation_called(&self.image.representation)?.channels() != 1 {
+        if representation_by_name(&self.image.representation)?.channels() != 1 {
             return fail(
                 "image.representation",
                 "must have one channel: the network is shown a grey image",

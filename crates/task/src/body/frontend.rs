@@ -6,7 +6,7 @@ use evpose_pose::body::fusion::ScoredPoints;
 use evpose_pose::body::{BODY_JOINTS, BodyFollower, BodyJoint, BodyPoints};
 use evpose_pose::stream::{InferenceWorker, PoseStream, StreamError, StreamFrontend};
 use evpose_repr::{
-    BlurWork, ChannelOrder, GaussianKernel, Representation, StreamWindow, representation_called,
+    BlurWork, ChannelOrder, GaussianKernel, Representation, StreamWindow, representation_by_name,
 };
 
 use super::checkpoint::BodyCheckpoint;
@@ -27,7 +27,7 @@ pub(super) fn start_representation(
     sensor: SensorSize,
 ) -> Result<Box<dyn Representation>, TaskError> {
     let window = StreamWindow::new(sensor, WINDOW, ChannelOrder::OffFirst)?;
-    Ok(representation_called(&image.representation)?.start(window))
+    Ok(representation_by_name(&image.representation)?.start(window))
 }
 
 /// The blur of the representation's image, if the config has one.

@@ -6,7 +6,7 @@ use evpose_core::Micros;
 use evpose_nn::{HandLossConfig, HandRegressorConfig, backbone_called};
 use evpose_pose::filter::HandFilterConfig;
 use evpose_pose::metric::BootstrapConfig;
-use evpose_repr::{ChannelOrder, WindowAugmentation, representation_called};
+use evpose_repr::{ChannelOrder, WindowAugmentation, representation_by_name};
 use evpose_sim::SimulationConfig;
 use serde::{Deserialize, Serialize};
 
@@ -199,7 +199,7 @@ impl HandConfig {
         if self.representation.window_ms == 0 {
             return fail("representation.window_ms", "must be at least 1");
         }
-        if representation_called(&self.representation.name)?.channels() > 2 {
+        if representation_by_name(&self.representation.name)?.channels() > 2 {
             return fail(
                 "representation.name",
                 "has more channels than the network, which takes 2",

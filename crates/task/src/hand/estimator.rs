@@ -3,7 +3,7 @@
 use evpose_core::{EventStream, Micros, SensorSize};
 use evpose_pose::HandParams;
 use evpose_pose::filter::{AdaptiveHandFilter, HandFilter, StillnessGate};
-use evpose_repr::{Representation, StreamWindow, representation_called};
+use evpose_repr::{Representation, StreamWindow, representation_by_name};
 
 use super::batch::InputBatch;
 use super::config::HandConfig;
@@ -98,7 +98,7 @@ impl HandEstimator {
     ) -> Result<Self, TaskError> {
         let input = &config.representation;
         let window = StreamWindow::new(sensor, input.window(), input.channel_order)?;
-        let representation = representation_called(&input.name)?.start(window);
+        let representation = representation_by_name(&input.name)?.start(window);
         let pending = InputBatch::default();
         Ok(Self { sensor, representation, gate, smoothing, batch: batch.max(1), pending })
     }
