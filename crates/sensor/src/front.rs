@@ -5,11 +5,12 @@ use std::ops::Range;
 
 use evpose_core::{SensorSize, StageNoise, seed_for};
 
+use crate::chain::{Chain, FrontStage, Link};
 use crate::changes::{Changes, STRIP, Task};
 use crate::detector::PixelArray;
-use crate::model::{Chain, FrontStage, Link};
-use crate::stage::{Block, State, Tick};
+use crate::stage::{Block, State};
 use crate::tap::Tap;
+use crate::tick::Tick;
 use crate::wide::wide;
 
 /// Signals, states and noise keys of one run.

@@ -4,15 +4,15 @@ use std::sync::Arc;
 
 use evpose_core::{EventStream, Micros, Plane, SensorSize, StageNoise, seed_for};
 
+use crate::chain::Chain;
 use crate::delivery::Delivery;
 use crate::detector::PixelArray;
 use crate::detector::resolve::Step;
 use crate::front::{Front, Witnesses};
-use crate::model::Chain;
-use crate::optics::adaptive_steps::Divider;
+use crate::optics::divider::Divider;
 use crate::readout::{ReadoutMemory, Service};
-use crate::stage::Tick;
 use crate::tap::Tap;
+use crate::tick::Tick;
 use crate::{Origin, Request, SensorError, SensorModel, request};
 
 /// A sensor between two exposures, with all state and memory to work in.

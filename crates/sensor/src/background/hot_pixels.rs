@@ -14,7 +14,8 @@ use evpose_core::{Polarity, SensorSize, StageNoise};
 use super::exponential;
 use crate::detector::{Hit, PixelTerm, PixelTraits, Table};
 use crate::signature::{Probe, Signature, Strength};
-use crate::stage::{Stage, Tick};
+use crate::stage::Stage;
+use crate::tick::Tick;
 use crate::{Citation, Domain, Origin, ParamSpec, Prior, Scale, StageSpec};
 
 const FRACTION: ParamSpec = ParamSpec {

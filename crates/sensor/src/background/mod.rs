@@ -5,7 +5,7 @@ use std::fmt::Debug;
 use evpose_core::{SensorSize, StageNoise};
 
 use crate::Request;
-use crate::stage::Tick;
+use crate::tick::Tick;
 
 pub(crate) mod hot_pixels;
 pub(crate) mod shot_noise_poisson;

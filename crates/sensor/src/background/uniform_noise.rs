@@ -19,7 +19,8 @@ use evpose_core::{Polarity, SensorSize, StageNoise};
 
 use super::{BackgroundStage, exponential, uniform};
 use crate::signature::{Probe, Signature, Strength};
-use crate::stage::{Stage, Tick};
+use crate::stage::Stage;
+use crate::tick::Tick;
 use crate::{ChoiceSpec, Citation, Domain, Origin, ParamSpec, Prior, Request, Scale, StageSpec};
 
 const ON: ParamSpec = ParamSpec {

@@ -5,7 +5,7 @@ use std::fmt::Debug;
 use evpose_core::{Micros, StageNoise};
 
 use crate::Request;
-use crate::stage::Tick;
+use crate::tick::Tick;
 
 pub(crate) mod clock_offset_drift;
 pub(crate) mod frame_grid;

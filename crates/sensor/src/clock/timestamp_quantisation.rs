@@ -10,7 +10,8 @@ use evpose_core::StageNoise;
 
 use super::{ClockStage, next_count_us};
 use crate::signature::{Probe, Signature, Strength};
-use crate::stage::{Stage, Tick};
+use crate::stage::Stage;
+use crate::tick::Tick;
 use crate::{Citation, Domain, ParamSpec, Prior, Request, Scale, StageSpec};
 
 const PERIOD: ParamSpec = ParamSpec {

@@ -18,8 +18,8 @@ use super::pixel::{Cell, Pause, PixelStep, PixelTraits};
 use super::queue::Queue;
 use super::resolve::Step;
 use super::term::{Hit, Table};
-use crate::model::Chain;
-use crate::stage::Tick;
+use crate::chain::Chain;
+use crate::tick::Tick;
 
 /// Seconds after which leaks are taken into the memories: long enough to cost nothing, short
 /// enough for single precision to resolve the leak of a single step.

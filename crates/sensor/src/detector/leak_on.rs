@@ -17,7 +17,8 @@ use evpose_core::{Polarity, StageNoise};
 use super::{PixelTerm, PixelTraits};
 use crate::gaussian::{PIECE, fill_normal};
 use crate::signature::{Probe, Signature, Strength};
-use crate::stage::{Stage, Tick};
+use crate::stage::Stage;
+use crate::tick::Tick;
 use crate::wide::wide;
 use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
 

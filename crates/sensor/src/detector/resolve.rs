@@ -7,8 +7,8 @@ use super::pixel::{Pause, PixelStep};
 use super::spread::Spread;
 use super::term::{Hit, Recovery};
 use super::{Change, PixelArray};
-use crate::model::Chain;
-use crate::stage::Tick;
+use crate::chain::Chain;
+use crate::tick::Tick;
 use crate::{Origin, Request};
 
 /// What a step is about.

@@ -5,8 +5,8 @@ use std::ops::Range;
 use evpose_core::StageNoise;
 
 use super::PixelArray;
-use crate::model::Chain;
-use crate::stage::Tick;
+use crate::chain::Chain;
+use crate::tick::Tick;
 use crate::wide::wide;
 
 /// Pixels looked at together. A few cache lines: wide enough for any vector unit, small enough

@@ -10,7 +10,7 @@
 //! The published emulator of v2e, which has both conventions.
 
 use super::pixel::Pause;
-use crate::stage::Tick;
+use crate::tick::Tick;
 
 /// The times of one step.
 #[derive(Debug, Clone, Copy)]

@@ -7,7 +7,7 @@ use evpose_core::{Polarity, SensorSize, StageNoise};
 
 use super::PixelTraits;
 use crate::Origin;
-use crate::stage::Tick;
+use crate::tick::Tick;
 
 /// An effect on pixels, beside the change detector. Every method has an empty default: a term
 /// gives those that it is about.

@@ -13,7 +13,8 @@
 use evpose_core::StageNoise;
 
 use crate::signature::{Probe, Signature, Strength};
-use crate::stage::{Block, PixelStage, Stage, Tick};
+use crate::stage::{Block, PixelStage, Stage};
+use crate::tick::Tick;
 use crate::wide::wide;
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
 

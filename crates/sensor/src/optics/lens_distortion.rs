@@ -11,7 +11,8 @@
 use evpose_core::{SensorSize, StageNoise};
 
 use crate::signature::{Probe, Signature, Strength};
-use crate::stage::{Block, PlaneStage, Stage, Tick};
+use crate::stage::{Block, PlaneStage, Stage};
+use crate::tick::Tick;
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
 
 const K1: ParamSpec = ParamSpec {

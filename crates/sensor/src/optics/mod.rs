@@ -5,9 +5,13 @@
 //! the camera of the scene.
 
 pub(crate) mod adaptive_steps;
+pub(crate) mod divider;
 pub(crate) mod exposure_blur;
 pub(crate) mod lamp_flicker;
 pub(crate) mod lens_distortion;
 pub(crate) mod psf_blur;
+mod step_limit;
 pub(crate) mod veiling_glare;
 pub(crate) mod vignetting;
+
+pub use step_limit::AdaptiveSteps;

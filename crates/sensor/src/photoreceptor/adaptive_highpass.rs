@@ -16,7 +16,8 @@ use super::pole::Pole;
 use crate::exponential::exp_m1;
 use crate::natural_log::ln;
 use crate::signature::{Probe, Signature, Strength};
-use crate::stage::{Block, PixelStage, Stage, Tick};
+use crate::stage::{Block, PixelStage, Stage};
+use crate::tick::Tick;
 use crate::wide::wide;
 use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
 

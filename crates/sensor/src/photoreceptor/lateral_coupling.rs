@@ -12,7 +12,8 @@ use evpose_core::{SensorSize, StageNoise};
 
 use crate::blur::Gaussian;
 use crate::signature::{Probe, Signature, Strength};
-use crate::stage::{Block, PlaneStage, Stage, Tick};
+use crate::stage::{Block, PlaneStage, Stage};
+use crate::tick::Tick;
 use crate::wide::wide;
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
 

@@ -15,7 +15,8 @@ use evpose_core::StageNoise;
 use crate::exponential::decay;
 use crate::gaussian::{PIECE, fill_normal};
 use crate::signature::{Probe, Signature, Strength};
-use crate::stage::{Block, PixelStage, Stage, Tick};
+use crate::stage::{Block, PixelStage, Stage};
+use crate::tick::Tick;
 use crate::wide::wide;
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
 

@@ -14,7 +14,8 @@ use evpose_core::StageNoise;
 use crate::Request;
 use crate::clock::ClockStage;
 use crate::signature::{Probe, Signature, Strength};
-use crate::stage::{Stage, Tick};
+use crate::stage::Stage;
+use crate::tick::Tick;
 use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
 
 const RATE: ParamSpec = ParamSpec {

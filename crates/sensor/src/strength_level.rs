@@ -1,0 +1,137 @@
+//! An effect at several strengths, for tables and pages.
+
+use crate::effect::EffectConfig;
+use crate::param::{ParamSpec, Prior};
+use crate::signature::Strength;
+use crate::spec::StageSpec;
+
+/// One setting of an effect among others.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StrengthLevel {
+    /// In a word.
+    pub label: &'static str,
+    /// The effect with all its parameters.
+    pub effect: EffectConfig,
+    /// What differs between the doses, as `name = value unit`.
+    pub values: String,
+}
+
+impl StageSpec {
+    /// The effect in the middle of what is typical of cameras. What is no property of a camera is
+    /// left out, or in the middle of its range where it must be given.
+    pub fn typical(&self) -> EffectConfig {
+        let mut effect = EffectConfig::new(self.name);
+        for param in self.params {
+            if matches!(param.prior, Prior::Typical(..)) || param.neutral.is_none() {
+                effect = effect.with(param.name, param.at(0.5));
+            }
+        }
+        effect
+    }
+
+    /// The effect at a weak, a typical and a strong setting: the ends and the middle of what is
+    /// typical of cameras, or, for what is no property of a camera, the quarters of its range.
+    /// Where a parameter has two signs, its two ends and half of the positive one. None where files
+    /// say all.
+    pub fn doses(&self) -> Vec<StrengthLevel> {
+        let (names, is_rising) = match self.signature.strength {
+            Strength::Rising(names) | Strength::RisingAlone(names) => (names, true),
+            Strength::Falling(names) => (names, false),
+            Strength::Unchanging => {
+                let (label, effect) = ("as it is", self.typical());
+                return vec![StrengthLevel { label, effect, values: "no parameters".to_owned() }];
+            }
+            Strength::FromFiles => return Vec::new(),
+        };
+        let params: Vec<&ParamSpec> =
+            self.params.iter().filter(|param| names.contains(&param.name)).collect();
+        let is_signed = params.iter().any(|param| param.half_positive().is_some());
+        let is_fixed = params.iter().any(|param| param.prior == Prior::Fixed);
+        let mut steps = match (is_signed, is_fixed) {
+            (true, _) => [("negative", Some(0.0)), ("half", None), ("positive", Some(1.0))],
+            (_, true) => [("weak", Some(0.25)), ("middle", Some(0.5)), ("strong", Some(0.75))],
+            (_, false) => [("weak", Some(0.0)), ("typical", Some(0.5)), ("strong", Some(1.0))],
+        };
+        if !is_rising && !is_signed {
+            steps = steps.map(|(label, share)| (label, share.map(|share| 1.0 - share)));
+        }
+        let dose = |(label, share)| {
+            let mut effect = match self.signature.strength {
+                Strength::RisingAlone(_) => EffectConfig::new(self.name),
+                _ => self.typical(),
+            };
+            let mut values = Vec::new();
+            for param in &params {
+                let value = match share {
+                    Some(share) => param.at(share),
+                    None => param.half_positive().unwrap_or_else(|| param.at(0.5)),
+                };
+                values.push(param.describe(value));
+                effect = effect.with(param.name, value);
+            }
+            StrengthLevel { label, effect, values: values.join(", ") }
+        };
+        steps.map(dose).into()
+    }
+}
+
+impl ParamSpec {
+    /// A fraction of the way through what is typical, or through the range where nothing is; three
+    /// digits of it.
+    fn at(&self, share: f64) -> f64 {
+        let limits = match self.prior {
+            Prior::Typical(low, high) => (low, high),
+            Prior::Fixed => self.range,
+        };
+        let value = self.between(limits, share);
+        let rounded = format!("{value:.2e}").parse().unwrap_or(value);
+        rounded.clamp(self.range.0, self.range.1)
+    }
+
+    /// Half of the positive end of what is typical, of a quantity that has two signs.
+    fn half_positive(&self) -> Option<f64> {
+        match self.prior {
+            Prior::Typical(low, high) if low < 0.0 && high > 0.0 => Some(high / 2.0),
+            _ => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use crate::{STAGES, SensorConfig, SensorModel};
+
+    #[test]
+    fn every_effect_is_a_sensor_at_every_strength() {
+        for spec in STAGES {
+            let beside = spec.signature.beside.iter().map(|name| {
+                let other = STAGES.iter().find(|other| other.name == *name);
+                other.unwrap_or_else(|| panic!("{}: no effect {name}", spec.name)).typical()
+            });
+            let beside: Vec<_> = beside.collect();
+            for dose in spec.doses() {
+                let mut config = SensorConfig { effects: beside.clone() };
+                config.effects.push(dose.effect);
+                let model = SensorModel::from_config(&config);
+                let model = model.unwrap_or_else(|error| panic!("{}: {error}", spec.name));
+                let rows = &model.describe().rows;
+                let row = rows.iter().find(|row| row.spec.name == spec.name).unwrap();
+                // The clock of a good camera counts microseconds, as streams do.
+                let is_active = row.is_active || dose.label == "weak";
+                assert!(is_active, "{} has no effect at {}", spec.name, dose.values);
+            }
+        }
+    }
+
+    #[test]
+    fn strengths_are_the_ends_and_the_middle_of_the_prior() {
+        let values = |name: &str| -> Vec<String> {
+            let spec = STAGES.iter().find(|spec| spec.name == name).unwrap();
+            spec.doses().into_iter().map(|dose| dose.values).collect()
+        };
+        assert_eq!(values("leak_on"), ["rate_hz = 0.01 Hz", "rate_hz = 0.1 Hz", "rate_hz = 1 Hz"]);
+        assert_eq!(values("source_follower")[2], "cutoff_hz = 100 Hz");
+        assert_eq!(values("lens_distortion"), ["k1 = -0.3", "k1 = 0.05", "k1 = 0.1"]);
+    }
+}
