@@ -12,7 +12,7 @@ pub struct StrengthLevel {
     pub label: &'static str,
     /// The effect with all its parameters.
     pub effect: EffectConfig,
-    /// What differs between the doses, as `name = value unit`.
+    /// What differs between the levels, as `name = value unit`.
     pub values: String,
 }
 
@@ -33,7 +33,7 @@ impl StageSpec {
     /// typical of cameras, or, for what is no property of a camera, the quarters of its range.
     /// Where a parameter has two signs, its two ends and half of the positive one. None where files
     /// say all.
-    pub fn doses(&self) -> Vec<StrengthLevel> {
+    pub fn strength_levels(&self) -> Vec<StrengthLevel> {
         let (names, is_rising) = match self.signature.strength {
             Strength::Rising(names) | Strength::RisingAlone(names) => (names, true),
             Strength::Falling(names) => (names, false),
@@ -55,7 +55,7 @@ impl StageSpec {
         if !is_rising && !is_signed {
             steps = steps.map(|(label, share)| (label, share.map(|share| 1.0 - share)));
         }
-        let dose = |(label, share)| {
+        let level = |(label, share)| {
             let mut effect = match self.signature.strength {
                 Strength::RisingAlone(_) => EffectConfig::new(self.name),
                 _ => self.typical(),
@@ -71,7 +71,7 @@ impl StageSpec {
             }
             StrengthLevel { label, effect, values: values.join(", ") }
         };
-        steps.map(dose).into()
+        steps.map(level).into()
     }
 }
 
@@ -110,16 +110,16 @@ mod tests {
                 other.unwrap_or_else(|| panic!("{}: no effect {name}", spec.name)).typical()
             });
             let beside: Vec<_> = beside.collect();
-            for dose in spec.doses() {
+            for level in spec.strength_levels() {
                 let mut config = SensorConfig { effects: beside.clone() };
-                config.effects.push(dose.effect);
+                config.effects.push(level.effect);
                 let model = SensorModel::from_config(&config);
                 let model = model.unwrap_or_else(|error| panic!("{}: {error}", spec.name));
                 let rows = &model.describe().rows;
                 let row = rows.iter().find(|row| row.spec.name == spec.name).unwrap();
                 // The clock of a good camera counts microseconds, as streams do.
-                let is_active = row.is_active || dose.label == "weak";
-                assert!(is_active, "{} has no effect at {}", spec.name, dose.values);
+                let is_active = row.is_active || level.label == "weak";
+                assert!(is_active, "{} has no effect at {}", spec.name, level.values);
             }
         }
     }
@@ -128,7 +128,7 @@ mod tests {
     fn strengths_are_the_ends_and_the_middle_of_the_prior() {
         let values = |name: &str| -> Vec<String> {
             let spec = STAGES.iter().find(|spec| spec.name == name).unwrap();
-            spec.doses().into_iter().map(|dose| dose.values).collect()
+            spec.strength_levels().into_iter().map(|level| level.values).collect()
         };
         assert_eq!(values("leak_on"), ["rate_hz = 0.01 Hz", "rate_hz = 0.1 Hz", "rate_hz = 1 Hz"]);
         assert_eq!(values("source_follower")[2], "cutoff_hz = 100 Hz");

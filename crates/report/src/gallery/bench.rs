@@ -44,9 +44,9 @@ impl Variant {
         let names = [&["ideal sensor"], spec.signature.beside].concat().join(" with ");
         let without = ("without", names, build(beside.clone())?);
         let mut variants = vec![without];
-        for dose in spec.doses() {
-            let effects = beside.iter().cloned().chain([dose.effect]).collect();
-            variants.push((dose.label, dose.values, build(effects)?));
+        for level in spec.strength_levels() {
+            let effects = beside.iter().cloned().chain([level.effect]).collect();
+            variants.push((level.label, level.values, build(effects)?));
         }
         let coloured = variants.into_iter().zip(COLOURS);
         let variants =
