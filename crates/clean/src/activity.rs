@@ -23,7 +23,7 @@ use crate::Mask;
 /// Standard deviations beyond which a count is not chance.
 const CLEAR: f64 = 5.0;
 /// Fewer events a second hurt nobody.
-const LEAST_HZ: f64 = 1.0;
+const MIN_HZ: f64 = 1.0;
 /// Pixels to each side that are neighbours.
 const REACH: usize = 2;
 
@@ -134,7 +134,7 @@ impl Activity {
                 let spread = |n: f64| 2.0 * (n + 0.375).sqrt();
                 let n = f64::from(count);
                 // Most pixels are settled without their neighbours.
-                n >= LEAST_HZ * self.seconds()
+                n >= MIN_HZ * self.seconds()
                     && spread(n) - spread(0.0) > CLEAR
                     && spread(n) - spread(factor * self.around(pixel)) > CLEAR
             }

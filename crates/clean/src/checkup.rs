@@ -8,11 +8,11 @@
 use evpose_core::{EventStream, Micros, Polarity, SensorSize};
 
 /// Of fewer events, shares mean nothing.
-const LEAST_EVENTS: u64 = 1_000;
+const MIN_EVENTS: u64 = 1_000;
 /// Shares of ON events that no scene with motion has. Real ones have 0.3 to 0.8.
 const ODD_ON_SHARE: (f64, f64) = (0.03, 0.97);
 /// Part of the image that may be dark.
-const MOST_SILENT: f64 = 0.1;
+const MAX_SILENT: f64 = 0.1;
 
 /// Looks at a recording, batch by batch.
 #[derive(Debug, Clone)]
@@ -162,7 +162,7 @@ impl Checkup {
         if findings.backwards > 0 {
             remarks.push(format!("{} events are earlier than the one before", findings.backwards));
         }
-        if findings.events < LEAST_EVENTS {
+        if findings.events < MIN_EVENTS {
             return remarks;
         }
         match findings.on_share {
@@ -179,7 +179,7 @@ impl Checkup {
         ] {
             if let Some(parity) = parity(counts) {
                 remarks.push(format!("only {parity} {what} fire: coordinates may be shifted"));
-            } else if silent as f64 > MOST_SILENT * f64::from(size) {
+            } else if silent as f64 > MAX_SILENT * f64::from(size) {
                 remarks.push(format!(
                     "{silent} of {size} {what} never fire: the sensor may be smaller, or cropped"
                 ));

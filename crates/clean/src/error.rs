@@ -1,4 +1,4 @@
-//! What can be wrong with a request, its files and the events.
+//! Errors of requests, files and events.
 
 use std::io;
 use std::path::PathBuf;
@@ -36,9 +36,9 @@ pub enum CleanError {
         cleaner: &'static str,
         /// The parameter.
         key: &'static str,
-        /// What was given.
+        /// The value given.
         value: String,
-        /// What it takes.
+        /// Accepted values.
         expected: String,
     },
     /// A request is not `name` or `name:key=value,key=value`.
@@ -49,7 +49,7 @@ pub enum CleanError {
     Missing {
         /// The cleaner.
         cleaner: &'static str,
-        /// What it needs.
+        /// The missing parameters.
         needs: &'static str,
     },
     /// Two parameters that cannot go together.
@@ -65,7 +65,7 @@ pub enum CleanError {
     /// A file or a preset is for another sensor.
     #[error("{what} is for a {found} sensor, the events come from one of {sensor}")]
     OtherSensor {
-        /// Which file or preset.
+        /// The file or preset.
         what: String,
         /// Its sensor.
         found: SensorSize,
@@ -107,7 +107,7 @@ pub enum CleanError {
     BadFile {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The reason.
         reason: String,
     },
 }

@@ -1,13 +1,31 @@
-//! Recordings of event cameras put right: events in, events out.
+//! Preprocessing of recordings: undistort, denoise, mask, deflicker. Events in, events out.
 //!
 //! * [`CLEANERS`], [`CleanRequest`]: all cleaners by name, with their parameters.
 //! * [`Chain`]: several of them, one after the other, batch by batch, with counts of what each removed.
-//! * [`Undistort`]: straightens the lens; [`CameraFile`] holds a camera.
+//! * [`Undistort`]: removes lens distortion; [`CameraFile`] holds a camera.
 //! * [`Background`]: removes events that no neighbour confirms.
 //! * [`HotPixels`], [`Activity`]: finds pixels that fire without a cause; [`Mask`], [`Masking`]: removes them.
 //! * [`Deflicker`]: removes single pixels where a lamp makes all of them fire.
-//! * [`Checkup`]: what a recording alone tells of its axes, polarities and time stamps; [`symmetry`]: what
-//!   it tells beside reference events of the same scene.
+//! * [`Checkup`]: checks of the axes, polarities and time stamps of a recording;
+//!   [`symmetry`]: checks against reference events of the same scene.
+//!
+//! ```
+//! use evpose_clean::{Chain, CleanRequest};
+//! use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
+//!
+//! let sensor = SensorSize { width: 8, height: 6 };
+//! let event = |k, x| Event { t: Micros(k), x, y: 3, polarity: Polarity::On };
+//! // 1,000 events of one pixel, and one event of another.
+//! let recording = (0..1_000).map(|k| event(k, 5)).chain([event(1_000, 2)]);
+//! let mut events = EventStream::from_events(sensor, recording)?;
+//!
+//! let mut chain = Chain::new(sensor, &["hot:count=500".parse::<CleanRequest>()?])?;
+//! chain.survey(&events)?;
+//! chain.end_survey()?;
+//! chain.clean(&mut events)?;
+//! assert_eq!(events.len(), 1);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 //!
 //! What published programs do differently is a preset, with their name.
 

@@ -15,17 +15,17 @@ use evpose_core::{Event, EventStream, Polarity, SensorSize};
 /// Length of a slice.
 const SLICE_US: i64 = 20_000;
 /// Five seconds tell as much as an hour.
-const MOST_SLICES: usize = 250;
+const MAX_SLICES: usize = 250;
 /// Slices by which a recording may be late or early.
 const LAGS: std::ops::RangeInclusive<i64> = -2..=5;
 /// Fewer events say nothing of the orientation.
-const LEAST_EVENTS: usize = 200;
+const MIN_EVENTS: usize = 200;
 /// A score must be larger than that of the recording as it is by this much, ...
-const LEAST_ADVANTAGE: f64 = 0.05;
+const MIN_ADVANTAGE: f64 = 0.05;
 /// ... by this factor, ...
-const LEAST_RATIO: f64 = 1.5;
+const MIN_RATIO: f64 = 1.5;
 /// ... and by this many standard errors.
-const LEAST_Z: f64 = 5.0;
+const MIN_Z: f64 = 5.0;
 /// Scores that are as good as the best.
 const AS_GOOD: f64 = 0.98;
 /// Tiles along each side of the image, for standard errors.
@@ -123,12 +123,12 @@ pub struct Orientation {
 /// Tries all sixteen symmetries against the reference events of the scene. None if there are too
 /// few events, or if no symmetry makes the sensor fit.
 pub fn find(recording: &EventStream, reference: &EventStream) -> Option<Orientation> {
-    if recording.len() < LEAST_EVENTS || reference.len() < LEAST_EVENTS {
+    if recording.len() < MIN_EVENTS || reference.len() < MIN_EVENTS {
         return None;
     }
     let (size, target) = (recording.sensor(), reference.sensor());
     let slices = (reference.t()[reference.len() - 1].0 / SLICE_US + 1).max(1) as usize;
-    let slices = slices.min(MOST_SLICES);
+    let slices = slices.min(MAX_SLICES);
     let (seen, wanted) = (Images::of(recording, slices), Images::of(reference, slices));
     let norm = (seen.power() * wanted.power()).sqrt();
     let (seen_rate, wanted_rate) = (seen.rate(), wanted.rate());
@@ -164,9 +164,9 @@ pub fn find(recording: &EventStream, reference: &EventStream) -> Option<Orientat
     let contradicts = if best.swaps_polarity { rate_correlation } else { -rate_correlation }
         > 3.0 / (slices as f64).sqrt();
     let is_clear = *best != Symmetry::default()
-        && score - against >= LEAST_ADVANTAGE
-        && *score >= LEAST_RATIO * against.max(0.0)
-        && advantage_z >= LEAST_Z
+        && score - against >= MIN_ADVANTAGE
+        && *score >= MIN_RATIO * against.max(0.0)
+        && advantage_z >= MIN_Z
         && !contradicts;
     let (best, score) = (*best, *score);
     Some(Orientation { best, as_good, score, as_it_is, advantage_z, rate_correlation, is_clear })

@@ -70,7 +70,7 @@ pub(crate) static SPEC: CleanerSpec = CleanerSpec {
 /// The iteration has converged where it is as close as this.
 pub const TOLERANCE_PX: f64 = 0.01;
 /// Steps for [`Inverse::Converged`]: halving the error with each would take forty.
-const MOST_STEPS: u32 = 500;
+const MAX_STEPS: u32 = 500;
 
 /// How the lens is inverted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -180,7 +180,7 @@ impl Undistort {
 /// whether the iteration converges.
 fn straightened(camera: &LensCamera, inverse: Inverse, x: u16, y: u16) -> (DVec2, bool) {
     let steps = match inverse {
-        Inverse::Converged => MOST_STEPS,
+        Inverse::Converged => MAX_STEPS,
         Inverse::Steps(steps) => steps,
     };
     let seen_px = DVec2::new(f64::from(x), f64::from(y)) + 0.5;

@@ -1,4 +1,4 @@
-//! What can be asked for that is not there.
+//! Errors of names, parameters and windows.
 
 use evpose_core::Micros;
 

@@ -1,4 +1,4 @@
-//! Events to dense planes.
+//! Event representations: events to dense planes for networks and viewers.
 //!
 //! * [`Representation`]: planes of a stream as it arrives, in `f32` and in 8 bits ([`Grey`]).
 //!   - of a window: [`Lnes`], [`Eoi`], [`Eci`], [`EciS`], [`Binary`], [`EventCount`], [`VoxelGrid`];
@@ -13,8 +13,26 @@
 //! * [`ChannelOrder`]: which polarity comes first, explicit everywhere.
 //! * [`WindowAugmentation`]: what varies from one training sample to the next.
 //! * [`Transitions`]: the frames in which a simulated scene jumps.
-//! * [`ErosLike`]: photographs made to look like EROS surfaces, and its steps.
-//! * [`SurfaceTrigger`]: when a running stream is worth a new surface.
+//! * [`ErosLike`]: photographs made to look like EROS frames, and its steps.
+//! * [`RepresentationTrigger`]: when a running stream is due for a new representation.
+//!
+//! ```
+//! use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
+//! use evpose_repr::{ChannelOrder, Lnes, Representation, StreamWindow};
+//!
+//! let sensor = SensorSize { width: 4, height: 3 };
+//! let event = Event { t: Micros(25_000), x: 2, y: 1, polarity: Polarity::On };
+//! let events = EventStream::from_events(sensor, [event])?;
+//! let window = StreamWindow::new(sensor, Micros(50_000), ChannelOrder::OffFirst)?;
+//! let mut lnes = Lnes::new(window);
+//! lnes.push(&events);
+//! lnes.advance(Micros(50_000));
+//! let mut planes = vec![0.0; lnes.channels() * sensor.pixels()];
+//! lnes.render(&mut planes);
+//! // The ON channel is the second one; an event half a window old is worth one half.
+//! assert!((planes[sensor.pixels() + 4 + 2] - 0.5).abs() < 1e-3);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 //!
 //! Planes are `[channels][height][width]`, row by row from the top.
 
@@ -77,5 +95,5 @@ pub use sits::{Ageing, Sits, SitsConfig};
 pub use time_surface::{TimeSurface, TimeSurfaceConfig};
 pub use tos::{Tos, TosConfig};
 pub use transition::Transitions;
-pub use trigger::{SurfaceTrigger, TriggerConfig};
+pub use trigger::{RepresentationTrigger, TriggerConfig};
 pub use voxel_grid::{VoxelGrid, VoxelGridConfig};

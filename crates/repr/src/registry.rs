@@ -16,13 +16,13 @@ pub use entries::REPRESENTATIONS;
 pub struct RepresentationSpec {
     /// Name in configurations.
     pub name: &'static str,
-    /// What it shows, in a line.
+    /// One line on its content.
     pub summary: &'static str,
-    /// What can be set.
+    /// Its parameters.
     pub parameters: &'static [Parameter],
-    /// Which events its planes show.
+    /// The events that its planes show.
     pub memory: Memory,
-    /// What it makes of polarities.
+    /// Use of polarities.
     pub polarity: PolarityUse,
     /// Whether events of equal time may come in any order.
     pub any_order_at_once: bool,
@@ -35,7 +35,7 @@ pub struct RepresentationSpec {
 
 type Fill = fn(&FrameWindow, &[FrameEvent], &mut [f32]);
 
-/// Which events a representation shows.
+/// The events that a representation shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Memory {
     /// Those of the window.
@@ -46,7 +46,7 @@ pub enum Memory {
     Count,
 }
 
-/// What a representation makes of polarities.
+/// Use of polarities by a representation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PolarityUse {
     /// A channel each.
@@ -95,7 +95,7 @@ pub fn representation_by_name(name: &str) -> Result<RepresentationChoice, ReprEr
 }
 
 impl RepresentationChoice {
-    /// What is common to all its parameters' values.
+    /// Its registry entry.
     pub fn spec(&self) -> &'static RepresentationSpec {
         self.spec
     }

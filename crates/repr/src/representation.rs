@@ -1,4 +1,4 @@
-//! What a representation of a running stream is.
+//! The trait of a representation of a running stream.
 
 use std::fmt::Debug;
 
@@ -33,7 +33,7 @@ pub trait Representation: Debug + Send {
     /// If `out` has another length.
     fn render(&self, out: &mut [f32]);
 
-    /// What its values look like.
+    /// Mapping of its values to 8 bits.
     fn grey(&self) -> Grey;
 
     /// Writes the planes as [`grey`](Self::grey) values, for the eye and for filters of 8 bits.
@@ -50,7 +50,7 @@ pub trait Representation: Debug + Send {
     fn reset(&mut self);
 }
 
-/// What the planes of a stream show.
+/// Sensor, length and channel order of the planes of a stream.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StreamWindow {
     pub(crate) sensor: SensorSize,

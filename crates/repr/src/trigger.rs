@@ -1,9 +1,9 @@
-//! When a running stream is worth a new surface: after some time *and* some events.
+//! When a running stream is worth a new representation: after some time *and* some events.
 //!
 //! # Model
-//! A surface is due at the first event at least `least_interval_us` after the last surface by which
+//! A representation is due at the first event at least `least_interval_us` after the last representation by which
 //! at least `least_events` events have come since. Events of one microsecond belong together: the
-//! surface shows all of them. So a fast hand gets a surface every millisecond, a slow one fewer, and
+//! representation shows all of them. So a fast hand gets a representation every millisecond, a slow one fewer, and
 //! a scene at rest as many as its noise makes.
 //!
 //! What moves passes over a number of pixels in proportion to all there are, and noise comes from
@@ -12,18 +12,18 @@
 //!
 //! # Source
 //! EventHands, slow-motion mode: 1 ms, and more than 10 events in the program, 10 or more in the
-//! supplement. There the time of the first surface counts from zero, here from the first event.
+//! supplement. There the time of the first representation counts from zero, here from the first event.
 
 use evpose_core::{Micros, SensorSize};
 use serde::{Deserialize, Serialize};
 
-/// How often a [`SurfaceTrigger`] fires.
+/// How often a [`RepresentationTrigger`] fires.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct TriggerConfig {
-    /// From one surface to the next, at least.
+    /// From one representation to the next, at least.
     pub least_interval_us: u32,
-    /// New events from one surface to the next, at least: of 240x180 pixels; other sizes in
+    /// New events from one representation to the next, at least: of 240x180 pixels; other sizes in
     /// proportion.
     pub least_events: u32,
 }
@@ -34,7 +34,7 @@ impl TriggerConfig {
     /// The supplement: 10 events or more.
     pub const SUPPLEMENT: Self = Self { least_interval_us: 1_000, least_events: 10 };
 
-    /// How many new events a surface of `sensor` needs; 1 at least.
+    /// How many new events a representation of `sensor` needs; 1 at least.
     pub fn least_events_of(&self, sensor: SensorSize) -> u64 {
         let published = SensorSize::DAVIS240C.pixels() as u64;
         (u64::from(self.least_events) * sensor.pixels() as u64).div_ceil(published).max(1)
@@ -47,18 +47,18 @@ impl Default for TriggerConfig {
     }
 }
 
-/// Watches the times of a stream's events and says when a surface is due.
+/// Watches the times of a stream's events and says when a representation is due.
 #[derive(Debug, Clone)]
-pub struct SurfaceTrigger {
+pub struct RepresentationTrigger {
     least_interval: Micros,
     least_events: u64,
-    /// Time of the last surface; of the first event before there was one.
+    /// Time of the last representation; of the first event before there was one.
     since: Option<Micros>,
     last_event: Option<Micros>,
     new_events: u64,
 }
 
-impl SurfaceTrigger {
+impl RepresentationTrigger {
     /// A trigger for the events of `sensor`.
     pub fn new(config: &TriggerConfig, sensor: SensorSize) -> Self {
         Self {
@@ -70,9 +70,9 @@ impl SurfaceTrigger {
         }
     }
 
-    /// Takes events by their ascending times until a surface is due, and returns how many that
-    /// were: the surface shows these, at the time of the last of them. None if all were taken and
-    /// no surface is due. To be called again with the rest.
+    /// Takes events by their ascending times until a representation is due, and returns how many that
+    /// were: the representation shows these, at the time of the last of them. None if all were taken and
+    /// no representation is due. To be called again with the rest.
     ///
     /// A stream may be cut anywhere but between events of one microsecond. Times before the last
     /// event taken mean that the stream started again, and so does the trigger.
@@ -98,7 +98,7 @@ impl SurfaceTrigger {
         None
     }
 
-    /// Forgets every event and surface.
+    /// Forgets every event and representation.
     pub fn reset(&mut self) {
         (self.since, self.last_event, self.new_events) = (None, None, 0);
     }
@@ -110,12 +110,12 @@ mod tests {
 
     use super::*;
 
-    fn trigger(config: TriggerConfig) -> SurfaceTrigger {
-        SurfaceTrigger::new(&config, SensorSize::DAVIS240C)
+    fn trigger(config: TriggerConfig) -> RepresentationTrigger {
+        RepresentationTrigger::new(&config, SensorSize::DAVIS240C)
     }
 
-    /// The times at which surfaces are due, the stream cut as it comes in `packets`.
-    fn surfaces_us(trigger: &mut SurfaceTrigger, packets: &[Vec<Micros>]) -> Vec<i64> {
+    /// The times at which representations are due, the stream cut as it comes in `packets`.
+    fn due_us(trigger: &mut RepresentationTrigger, packets: &[Vec<Micros>]) -> Vec<i64> {
         let mut out = Vec::new();
         for packet in packets {
             let mut from = 0;
@@ -134,11 +134,11 @@ mod tests {
     /// 20 events a millisecond: time decides. One in 250 µs: events do.
     #[test]
     fn a_surface_needs_a_millisecond_and_eleven_events() {
-        let dense = surfaces_us(&mut trigger(TriggerConfig::PROGRAM), &[every(50, 101)]);
+        let dense = due_us(&mut trigger(TriggerConfig::PROGRAM), &[every(50, 101)]);
         assert_eq!(dense, [1_000, 2_000, 3_000, 4_000, 5_000]);
-        let sparse = surfaces_us(&mut trigger(TriggerConfig::PROGRAM), &[every(250, 33)]);
+        let sparse = due_us(&mut trigger(TriggerConfig::PROGRAM), &[every(250, 33)]);
         assert_eq!(sparse, [2_500, 5_250, 8_000]);
-        let supplement = surfaces_us(&mut trigger(TriggerConfig::SUPPLEMENT), &[every(250, 30)]);
+        let supplement = due_us(&mut trigger(TriggerConfig::SUPPLEMENT), &[every(250, 30)]);
         assert_eq!(supplement, [2_250, 4_750, 7_250]);
     }
 
@@ -166,7 +166,7 @@ mod tests {
         let mut trigger = trigger(TriggerConfig::PROGRAM);
         assert_eq!(trigger.due(&[]), None);
         let packets = [vec![Micros(90_000); 10], every(100, 22)];
-        assert_eq!(surfaces_us(&mut trigger, &packets), [1_000, 2_100]);
+        assert_eq!(due_us(&mut trigger, &packets), [1_000, 2_100]);
     }
 
     proptest! {
@@ -178,9 +178,9 @@ mod tests {
                 .iter()
                 .scan(0, |t, gap| { *t += gap; Some(Micros(*t)) })
                 .collect();
-            let whole = surfaces_us(&mut trigger(TriggerConfig::PROGRAM), std::slice::from_ref(&times));
+            let whole = due_us(&mut trigger(TriggerConfig::PROGRAM), std::slice::from_ref(&times));
             let packets: Vec<Vec<Micros>> = times.chunks(cut).map(<[Micros]>::to_vec).collect();
-            prop_assert_eq!(whole, surfaces_us(&mut trigger(TriggerConfig::PROGRAM), &packets));
+            prop_assert_eq!(whole, due_us(&mut trigger(TriggerConfig::PROGRAM), &packets));
         }
     }
 }

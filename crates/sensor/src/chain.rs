@@ -16,11 +16,11 @@ pub(crate) struct Chain {
     pub(crate) front: Vec<Link<FrontStage>>,
     pub(crate) detector: Link<Box<dyn ChangeDetector>>,
     pub(crate) terms: Vec<Link<Box<dyn PixelTerm>>>,
-    /// What an event leaves behind.
+    /// The recovery of a pixel from an event.
     pub(crate) recovery: Recovery,
     /// Whether any term changes what holds until the next event.
     pub(crate) has_renewals: bool,
-    pub(crate) steps_while_deaf: bool,
+    pub(crate) steps_while_refractory: bool,
     /// Whether events happen where a level is reached, and nowhere else.
     pub(crate) crosses_levels: bool,
     /// Whether voltages and memories are rounded to single precision as published.
@@ -37,7 +37,7 @@ pub(crate) struct Link<S> {
     pub(crate) stage: S,
 }
 
-/// What acts on the signals of pixels.
+/// A stage that acts on the signals of pixels.
 #[derive(Debug)]
 pub(crate) enum FrontStage {
     /// On light, in front of the photoreceptor law.
@@ -86,14 +86,14 @@ impl Chain {
 
     /// Whether nothing acts on a pixel but its light, steady leaks and the recovery from events.
     pub(crate) fn goes_straight(&self) -> bool {
-        self.crosses_levels && !self.has_renewals && !self.steps_while_deaf
+        self.crosses_levels && !self.has_renewals && !self.steps_while_refractory
     }
 
     /// Whether a pixel answers a frame with a burst at its end, and nothing else ever acts on it.
     pub(crate) fn goes_in_bursts(&self) -> bool {
         let detector = &*self.detector.stage;
         let is_plain = detector.compares_frames() && !detector.spreads() && !self.is_single;
-        is_plain && self.terms.is_empty() && !self.has_pauses()
+        is_plain && self.terms.is_empty() && !self.has_refractory_states()
     }
 
     /// Whether what a pixel says follows from the light it sees and has seen, and from nothing that
@@ -110,9 +110,9 @@ impl Chain {
             && self.readout.stage.is_immediate()
     }
 
-    /// Whether pixels can be deaf for a while.
-    pub(crate) fn has_pauses(&self) -> bool {
-        self.recovery.pauses() || !self.readout.stage.is_immediate()
+    /// Whether pixels can be refractory for a while.
+    pub(crate) fn has_refractory_states(&self) -> bool {
+        self.recovery.is_refractory() || !self.readout.stage.is_immediate()
     }
 
     /// The shortest time in which a stage answers, in seconds.

@@ -1,4 +1,4 @@
-//! What can be wrong with a chain or with what is shown to it.
+//! Errors of configurations, chains and exposures.
 
 use std::path::PathBuf;
 
@@ -95,7 +95,7 @@ pub enum SensorError {
         key: &'static str,
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The reason.
         fault: MapFault,
     },
     /// A stage knows every pixel of a sensor of another size.

@@ -40,7 +40,7 @@ struct StageMemory {
 
 /// What a step is shown to on its way.
 #[derive(Debug)]
-pub(crate) struct Witnesses<'a> {
+pub(crate) struct Observers<'a> {
     pub(crate) array: &'a mut PixelArray,
     pub(crate) taps: &'a mut [Tap],
 }
@@ -94,7 +94,7 @@ impl Front {
         chain: &Chain,
         tick: &Tick,
         luminance: &[f32],
-        seen_by: &mut Witnesses<'_>,
+        seen_by: &mut Observers<'_>,
     ) {
         if self.may_pass_over && chain.rests_with_light() && seen_by.taps.is_empty() {
             return self.step_changes(chain, tick, luminance, seen_by.array);

@@ -80,7 +80,7 @@ pub use chain_table::{ChainRow, ChainTable};
 pub use clock::ClockStage;
 pub use config::SensorConfig;
 pub use detector::{
-    Change, ChangeDetector, Hit, PixelStep, PixelTerm, PixelTraits, Recovery, Table,
+    Change, ChangeDetector, NoiseEvent, PixelStep, PixelTerm, PixelTraits, Recovery, Table,
 };
 pub use effect::{EffectConfig, Value};
 pub use error::SensorError;

@@ -139,7 +139,7 @@ impl From<Vec<Built>> for Chain {
             terms: Vec::new(),
             recovery: Recovery::NONE,
             has_renewals: false,
-            steps_while_deaf: false,
+            steps_while_refractory: false,
             crosses_levels: true,
             is_single: false,
             background: Vec::new(),
@@ -167,7 +167,7 @@ impl From<Vec<Built>> for Chain {
                 Stage::Term(stage) => {
                     chain.recovery = chain.recovery.and(stage.recovery());
                     chain.has_renewals |= stage.renews();
-                    chain.steps_while_deaf |= stage.steps_while_deaf();
+                    chain.steps_while_refractory |= stage.steps_while_refractory();
                     chain.terms.push(Link { name, stage });
                     continue;
                 }

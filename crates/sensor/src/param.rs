@@ -16,7 +16,7 @@ pub struct ParamSpec {
     /// The value at which the quantity has no effect, allowed even outside the range. A quantity
     /// that has none must be given.
     pub neutral: Option<f64>,
-    /// What it is.
+    /// Description.
     pub doc: &'static str,
 }
 
@@ -58,7 +58,7 @@ pub enum Scale {
     Log,
 }
 
-/// What is known about a quantity before looking at data.
+/// Prior knowledge of a quantity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Prior {
     /// Cameras lie in this interval, evenly on the quantity's scale.
@@ -74,7 +74,7 @@ pub struct ChoiceSpec {
     pub name: &'static str,
     /// The words allowed.
     pub allowed: &'static [&'static str],
-    /// What they mean.
+    /// Their meaning.
     pub doc: &'static str,
 }
 
@@ -85,7 +85,7 @@ pub struct FileSpec {
     pub name: &'static str,
     /// The unit of its values.
     pub unit: &'static str,
-    /// What it holds.
+    /// Its content.
     pub doc: &'static str,
 }
 

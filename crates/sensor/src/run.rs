@@ -8,7 +8,7 @@ use crate::chain::Chain;
 use crate::delivery::Delivery;
 use crate::detector::PixelArray;
 use crate::detector::resolve::Step;
-use crate::front::{Front, Witnesses};
+use crate::front::{Front, Observers};
 use crate::optics::divider::Divider;
 use crate::readout::{ReadoutMemory, Service};
 use crate::tap::Tap;
@@ -208,7 +208,7 @@ impl SensorRun {
     /// From light to requests, or to events where the readout makes pixels wait.
     fn step(&mut self, chain: &Chain, tick: &Tick, light: &[f32], feeds_back: bool) {
         self.array.begin_scan(chain, tick);
-        let mut seen_by = Witnesses { array: &mut self.array, taps: &mut self.taps };
+        let mut seen_by = Observers { array: &mut self.array, taps: &mut self.taps };
         self.front.step(chain, tick, light, &mut seen_by);
         let (before, after) = self.front.voltages();
         let noise = StageNoise::at_tick(self.detector_key, tick.index);

@@ -1,13 +1,13 @@
 //! How an effect shows: what to look for, in which measurement, and how strong it is in cameras.
 
-/// What tells an effect from others.
+/// The observation that distinguishes an effect from others.
 #[derive(Debug, Clone, Copy)]
 pub struct Signature {
-    /// What a person sees in events or in the measurement.
+    /// Appearance in events or in the measurement.
     pub look_for: &'static str,
     /// The measurement in which it stands out.
     pub probe: Probe,
-    /// What makes it stronger.
+    /// The parameters that make it stronger.
     pub strength: Strength,
     /// Other effects, at typical values, without which it changes nothing.
     pub beside: &'static [&'static str],

@@ -1,11 +1,11 @@
-//! What the registry knows about a stage: enough to parse it, list it, document it and fit it.
+//! The registry entry of a stage: enough to parse it, list it, document it and fit it.
 
 use std::fmt;
 
 use crate::param::{ChoiceSpec, FileSpec, ParamSpec};
 use crate::{SensorError, Settings, Signature, Stage};
 
-/// Where in the camera a stage acts, in the order of the signal.
+/// The place of a stage in the camera, in the order of the signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Domain {
     /// Luminance to irradiance: what the lens does.
@@ -50,11 +50,11 @@ impl fmt::Display for Domain {
 pub struct StageSpec {
     /// The name in configurations and reports, and the key of the stage's noise.
     pub name: &'static str,
-    /// Where it acts.
+    /// Place in the signal path.
     pub domain: Domain,
     /// One sentence.
     pub summary: &'static str,
-    /// What it does to its signal, in the names of its parameters.
+    /// Effect on its signal, in the names of its parameters.
     pub formula: &'static str,
     /// Its physical quantities.
     pub params: &'static [ParamSpec],
@@ -62,7 +62,7 @@ pub struct StageSpec {
     pub choices: &'static [ChoiceSpec],
     /// Its measurements.
     pub files: &'static [FileSpec],
-    /// Where the model comes from.
+    /// Source of the model.
     pub source: Citation,
     /// How it shows.
     pub signature: Signature,

@@ -1,4 +1,4 @@
-//! What a stage is: configuration that acts on signals, with its state kept elsewhere.
+//! A stage: configuration that acts on signals, with its state kept elsewhere.
 //!
 //! A stage never changes: all that does is in planes owned by the
 //! [`SensorRun`](crate::SensorRun). A run can therefore be cut in blocks of any size, saved and
@@ -17,7 +17,7 @@ use crate::photoreceptor::Photoreceptor;
 use crate::readout::Readout;
 use crate::tick::Tick;
 
-/// What a stage sees of some consecutive pixels.
+/// Signal and state of consecutive pixels, as a stage gets them.
 #[derive(Debug)]
 pub struct Block<'a> {
     /// Which pixels, row by row from the top left.

@@ -12,7 +12,7 @@ pub struct StrengthLevel {
     pub label: &'static str,
     /// The effect with all its parameters.
     pub effect: EffectConfig,
-    /// What differs between the levels, as `name = value unit`.
+    /// The difference of the levels, as `name = value unit`.
     pub values: String,
 }
 

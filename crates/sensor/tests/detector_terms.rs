@@ -130,7 +130,7 @@ fn pixels_do_not_leak_in_step() {
 #[test]
 fn a_dead_time_that_holds_loses_what_changes_in_it() {
     let hold = effect("refractory").with("period_us", 3_300.0);
-    // 20 ln/s: a threshold in 10 ms, then 3.3 ms deaf.
+    // 20 ln/s: a threshold in 10 ms, then 3.3 ms of refractory period.
     let times = ramp(&[hold], 20.0, 1.0, 300);
     assert!(times.len() > 20);
     assert_spaced(&times, 0.01 + 0.0033);
@@ -288,7 +288,7 @@ fn counts_of_a_frame_are_spread_by_the_busiest_pixel() {
     ];
     assert_eq!(events.iter().map(|e| (e.t.0, e.x, e.polarity)).collect::<Vec<_>>(), expected);
 
-    // 1.5 ms deaf: the second of three is dropped and comes with a later frame.
+    // 1.5 ms of refractory period: the second of three is dropped and comes with a later frame.
     let defer = effect("refractory").with("period_us", 1_500.0).with("mode", "defer");
     let mut run = sensor(&[count, defer], size(3, 1), 1);
     let times = times_by_pixel(&record(&mut run, 2, 3_000, scene), run.size());

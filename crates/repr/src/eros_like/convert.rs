@@ -7,7 +7,7 @@ use super::blur::{BlurWork, GaussianKernel};
 use super::canny::{Canny, CannyWork};
 use super::speckle::{pepper, salt_and_pepper};
 
-/// How images are made to look like EROS surfaces.
+/// How images are made to look like EROS frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ErosLike {

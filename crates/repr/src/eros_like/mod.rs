@@ -1,4 +1,4 @@
-//! Images made to look like EROS surfaces, so that a network can learn poses from photographs
+//! Images made to look like EROS frames, so that a network can learn poses from photographs
 //! before it sees an event.
 //!
 //! # Model

@@ -12,7 +12,7 @@
 use evpose_core::{Polarity, SensorSize, StageNoise};
 
 use super::exponential;
-use crate::detector::{Hit, PixelTerm, PixelTraits, Table};
+use crate::detector::{NoiseEvent, PixelTerm, PixelTraits, Table};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
@@ -125,7 +125,7 @@ impl PixelTerm for HotPixels {
         _size: SensorSize,
         table: &Table,
         noise: StageNoise,
-        hits: &mut Vec<Hit>,
+        noise_events: &mut Vec<NoiseEvent>,
     ) {
         let (pairs, _) = table.sums.as_chunks::<2>();
         for &[pixel, rate_hz] in pairs {
@@ -136,7 +136,7 @@ impl PixelTerm for HotPixels {
                     break;
                 }
                 let is_on = noise.uniform(pixel as usize, POLARITIES | draw) <= self.on_share;
-                hits.push(Hit {
+                noise_events.push(NoiseEvent {
                     t_s,
                     pixel: pixel as u32,
                     polarity: Polarity::from_on(is_on),

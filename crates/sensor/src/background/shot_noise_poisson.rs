@@ -17,7 +17,7 @@
 use evpose_core::{Polarity, SensorSize, StageNoise};
 
 use super::{exponential, uniform};
-use crate::detector::{Hit, PixelTerm, PixelTraits, Table};
+use crate::detector::{NoiseEvent, PixelTerm, PixelTraits, Table};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
@@ -123,7 +123,7 @@ impl Layer {
     }
 }
 
-/// The largest part of a step by which a hit comes before its end: it lies within the step.
+/// The largest part of a step by which a noise event comes before its end: it lies within the step.
 const LAST_SHARE: f32 = 1.0 - f32::EPSILON;
 
 /// Pixels per group, whose ends are compared all at once.
@@ -174,11 +174,11 @@ impl PixelTerm for ShotNoisePoisson {
         size: SensorSize,
         table: &Table,
         noise: StageNoise,
-        hits: &mut Vec<Hit>,
+        noise_events: &mut Vec<NoiseEvent>,
     ) {
         let mut layer = Layer { index: 0, low_hz: 0.0, high_hz: LOWEST_HZ };
         while layer.low_hz < self.rate_hz {
-            self.strike_layer(tick, size, table, noise, layer, hits);
+            self.strike_layer(tick, size, table, noise, layer, noise_events);
             layer = layer.next();
         }
     }
@@ -197,7 +197,7 @@ impl ShotNoisePoisson {
         table: &Table,
         noise: StageNoise,
         layer: Layer,
-        hits: &mut Vec<Hit>,
+        noise_events: &mut Vec<NoiseEvent>,
     ) {
         let pixels = size.pixels();
         let (starts, (ends, on_parts)) = (&table.sums, table.values.split_at(pixels));
@@ -220,7 +220,7 @@ impl ShotNoisePoisson {
             let first = group * GROUP;
             let group_ends = &ends[first..(first + GROUP).min(pixels)];
             let index = group_ends.iter().map(|&end| usize::from(end <= rest)).sum::<usize>();
-            // Rounding can put a hit behind the last pixel of its group.
+            // Rounding can put a noise event behind the last pixel of its group.
             let Some(&end) = group_ends.get(index) else { continue };
             let begin = if index == 0 { 0.0 } else { group_ends[index - 1] };
             let on = on_parts[first + index];
@@ -229,7 +229,7 @@ impl ShotNoisePoisson {
             } else {
                 (Polarity::Off, (rest - begin - on) / (end - begin - on))
             };
-            hits.push(Hit {
+            noise_events.push(NoiseEvent {
                 t_s: tick.end_s - tick.dt_s() * f64::from(share.clamp(0.0, LAST_SHARE)),
                 pixel: (first + index) as u32,
                 polarity,

@@ -140,7 +140,7 @@ impl UniformNoise {
     ) {
         let rate_hz = self.on_hz + self.off_hz;
         let mean = -(-(rate_hz * tick.dt_s()).min(1.0)).ln_1p();
-        let mut hits = Vec::new();
+        let mut noise_events = Vec::new();
         let mut next = 0.0;
         for draw in 0.. {
             next += (exponential(noise, EITHER_GAPS, draw) / mean).floor();
@@ -150,11 +150,13 @@ impl UniformNoise {
             let is_on = uniform(noise, POLARITIES, draw) * rate_hz <= self.on_hz;
             let polarity = Polarity::from_on(is_on);
             let origin = Origin::Shot;
-            hits.push(Request { t_s: tick.end_s, pixel: next as u32, polarity, origin });
+            noise_events.push(Request { t_s: tick.end_s, pixel: next as u32, polarity, origin });
             next += 1.0;
         }
-        requests.retain(|r| hits.binary_search_by_key(&r.pixel, |hit| hit.pixel).is_err());
-        requests.append(&mut hits);
+        requests.retain(|r| {
+            noise_events.binary_search_by_key(&r.pixel, |noise_event| noise_event.pixel).is_err()
+        });
+        requests.append(&mut noise_events);
     }
 }
 

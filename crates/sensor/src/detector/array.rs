@@ -14,10 +14,10 @@
 
 use evpose_core::{SensorSize, StageNoise, seed_for};
 
-use super::pixel::{Cell, Pause, PixelStep, PixelTraits};
+use super::pixel::{Cell, PixelStep, PixelTraits, RefractoryState};
 use super::queue::Queue;
 use super::resolve::Step;
-use super::term::{Hit, Table};
+use super::term::{NoiseEvent, Table};
 use crate::chain::Chain;
 use crate::tick::Tick;
 
@@ -35,8 +35,8 @@ pub(crate) struct PixelArray {
     pub(super) size: SensorSize,
     pub(super) traits: Vec<PixelTraits>,
     pub(super) cells: Vec<Cell>,
-    /// Empty where pixels never pause.
-    pub(super) pauses: Vec<Pause>,
+    /// Empty where pixels are never refractory.
+    pub(super) refractory_states: Vec<RefractoryState>,
     /// A pixel may have an ON event where `x` is not below this, and an OFF event where it is not
     /// above that.
     pub(super) wake_on: Vec<f32>,
@@ -52,12 +52,12 @@ pub(crate) struct PixelArray {
     /// Per term: the key of its noise, and its table.
     pub(super) terms: Vec<TermMemory>,
     /// Hits of this exposure, in order of pixels.
-    pub(super) hits: Vec<Hit>,
-    /// Where the scan of this step is in the hits.
+    pub(super) noise_events: Vec<NoiseEvent>,
+    /// Where the scan of this step is in the noise events.
     pub(super) next_hit: usize,
-    /// What the scan of this step has found: pixels, and hits that take place.
+    /// What the scan of this step has found: pixels, and noise events that take place.
     pub(super) awake: Vec<u32>,
-    pub(super) accepted: Vec<Hit>,
+    pub(super) accepted: Vec<NoiseEvent>,
     pub(super) queue: Queue,
     has_dead: bool,
     /// Cleared by tests that look at the long way.
@@ -81,7 +81,7 @@ impl PixelArray {
             size,
             traits: Vec::with_capacity(pixels),
             cells: Vec::new(),
-            pauses: Vec::new(),
+            refractory_states: Vec::new(),
             wake_on: vec![f32::INFINITY; pixels],
             wake_off: vec![f32::NEG_INFINITY; pixels],
             leak_per_s: Vec::new(),
@@ -90,7 +90,7 @@ impl PixelArray {
             seeped: Vec::new(),
             anchor_s: 0.0,
             terms: terms.collect(),
-            hits: Vec::new(),
+            noise_events: Vec::new(),
             next_hit: 0,
             awake: Vec::new(),
             accepted: Vec::new(),
@@ -101,8 +101,8 @@ impl PixelArray {
         array.make_pattern(chain);
         array.cells = array.traits.iter().map(Cell::new).collect();
         array.renew_all(chain);
-        if chain.has_pauses() {
-            array.pauses = vec![Pause::NONE; pixels];
+        if chain.has_refractory_states() {
+            array.refractory_states = vec![RefractoryState::NONE; pixels];
         }
         array
     }
@@ -113,7 +113,7 @@ impl PixelArray {
         self.make_pattern(chain);
         self.renew_all(chain);
         for pixel in 0..self.cells.len() {
-            self.arm(pixel, now_s, chain.steps_while_deaf);
+            self.arm(pixel, now_s, chain.steps_while_refractory);
         }
     }
 
@@ -188,7 +188,7 @@ impl PixelArray {
             let start = if rests { 0.0 } else { cold.unwrap_or(v) };
             let cell = &mut self.cells[pixel];
             cell.memory = start - phase * self.traits[pixel].threshold_on;
-            self.arm(pixel, tick.start_s, chain.steps_while_deaf);
+            self.arm(pixel, tick.start_s, chain.steps_while_refractory);
         }
     }
 
@@ -203,12 +203,12 @@ impl PixelArray {
 
     /// Sets the levels at which a pixel wakes after `end_s`.
     #[inline(always)]
-    pub(super) fn arm(&mut self, pixel: usize, end_s: f64, steps_while_deaf: bool) {
+    pub(super) fn arm(&mut self, pixel: usize, end_s: f64, steps_while_refractory: bool) {
         let cell = &self.cells[pixel];
         // What is due in a later step needs a look in every step until then.
-        let is_due = self.pauses.get(pixel).is_some_and(|pause| {
-            let is_deaf = pause.free_s > end_s && !steps_while_deaf;
-            is_deaf || pause.free_s == f64::INFINITY || pause.follows_until_s > end_s
+        let is_due = self.refractory_states.get(pixel).is_some_and(|refractory| {
+            let is_deaf = refractory.free_s > end_s && !steps_while_refractory;
+            is_deaf || refractory.free_s == f64::INFINITY || refractory.follows_until_s > end_s
         });
         let (on, off) = if is_due {
             (f32::NEG_INFINITY, f32::INFINITY)
@@ -252,18 +252,20 @@ impl PixelArray {
 
     /// What pixels do by themselves in this exposure.
     pub(crate) fn strike(&mut self, chain: &Chain, tick: &Tick) {
-        self.hits.clear();
+        self.noise_events.clear();
         if tick.dt_s() <= 0.0 {
             return;
         }
         for (index, (link, memory)) in chain.terms.iter().zip(&self.terms).enumerate() {
             let noise = StageNoise::at_tick(memory.noise_key, tick.index);
-            let first = self.hits.len();
-            link.stage.strike(tick, self.size, &memory.table, noise, &mut self.hits);
-            self.hits[first..].iter_mut().for_each(|hit| hit.term = index as u8);
+            let first = self.noise_events.len();
+            link.stage.strike(tick, self.size, &memory.table, noise, &mut self.noise_events);
+            self.noise_events[first..]
+                .iter_mut()
+                .for_each(|noise_event| noise_event.term = index as u8);
         }
         // Hits come in long runs in order, of which a stable sort makes use.
-        self.hits.sort_by(|a, b| a.pixel.cmp(&b.pixel).then(a.t_s.total_cmp(&b.t_s)));
+        self.noise_events.sort_by(|a, b| a.pixel.cmp(&b.pixel).then(a.t_s.total_cmp(&b.t_s)));
     }
 
     /// A pixel as the detector sees it in a step.

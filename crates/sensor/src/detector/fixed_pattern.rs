@@ -9,7 +9,7 @@
 
 use evpose_core::{SensorSize, StageNoise};
 
-use super::threshold_mismatch::LEAST_THRESHOLD;
+use super::threshold_mismatch::MIN_THRESHOLD;
 use super::{PixelTerm, PixelTraits};
 use crate::map::{MapFault, PixelMap};
 use crate::stage::Stage;
@@ -82,8 +82,8 @@ impl FixedPattern {
             size = Some(map.size);
             Ok(map.values)
         };
-        let threshold_on = values(&THRESHOLD_ON, LEAST_THRESHOLD)?;
-        let threshold_off = values(&THRESHOLD_OFF, LEAST_THRESHOLD)?;
+        let threshold_on = values(&THRESHOLD_ON, MIN_THRESHOLD)?;
+        let threshold_off = values(&THRESHOLD_OFF, MIN_THRESHOLD)?;
         let leak_hz = values(&LEAK, 0.0)?;
         Ok(Self { size, threshold_on, threshold_off, leak_hz })
     }

@@ -5,7 +5,7 @@
 //! the largest count of any pixel in this step, event `i = 0 .. n - 1` of a pixel is at
 //! `t_start + (i + 1) dt / N`: a pixel with few events has them early.
 //!
-//! A deaf time ([`refractory`](super::refractory), `defer`) is looked at and remembered in those
+//! A refractory period ([`refractory`](super::refractory), `defer`) is looked at and remembered in those
 //! steps only in which it is longer than `dt / N`, and noise leaves none behind.
 //!
 //! `rounding = "published"` works in single precision where the published emulator does:
@@ -29,7 +29,7 @@ use crate::{ChoiceSpec, Citation, Domain, StageSpec};
 const ROUNDING: ChoiceSpec = ChoiceSpec {
     name: "rounding",
     allowed: &["exact", "published"],
-    doc: "whether deaf times and leaks are exact, or rounded to single precision as published",
+    doc: "whether refractory periods and leaks are exact, or rounded to single precision as published",
 };
 
 /// The registry entry.

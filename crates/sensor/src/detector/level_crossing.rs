@@ -85,7 +85,7 @@ pub(super) fn next_level(pixel: &PixelStep, from_s: f64) -> Option<Change> {
     } else {
         return None;
     };
-    // A level already behind, after a new threshold or a deaf time, is answered at once. Levels
+    // A level already behind, after a new threshold or a refractory period, is answered at once. Levels
     // are compared, not times: rounding a time must not lose the last event of a step.
     let is_behind = if polarity.is_on() { now >= on } else { now <= off };
     let way = (level - pixel.from) / (pixel.to - pixel.from);

@@ -36,7 +36,7 @@ pub(crate) mod threshold_temporal_noise;
 
 pub(crate) use array::PixelArray;
 pub use pixel::{PixelStep, PixelTraits};
-pub use term::{Hit, PixelTerm, Recovery, Table};
+pub use term::{NoiseEvent, PixelTerm, Recovery, Table};
 
 /// Compares the voltage of a pixel with the one it remembers.
 pub trait ChangeDetector: Send + Sync + Debug {
@@ -77,7 +77,7 @@ pub trait ChangeDetector: Send + Sync + Debug {
         false
     }
 
-    /// Whether it rounds as the published emulator does: deaf times between those even times are
+    /// Whether it rounds as the published emulator does: refractory periods between those even times are
     /// measured in seconds of single precision, and where nothing acts on the voltage behind the
     /// photoreceptor, [memories and leaks](PixelStep::is_single) are kept in it as well.
     fn rounds_as_published(&self) -> bool {
@@ -97,12 +97,12 @@ pub trait ChangeDetector: Send + Sync + Debug {
     fn next(&self, pixel: &PixelStep, from_s: f64, noise: StageNoise) -> Option<Change>;
 }
 
-/// What a detector has seen in one pixel.
+/// The answer of a detector for one pixel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Change {
     /// When.
     pub t_s: f64,
-    /// Which way.
+    /// Its polarity.
     pub polarity: Polarity,
     /// How many events at once. With none, only the memory changes.
     pub count: u32,

@@ -36,7 +36,7 @@ impl PixelTraits {
     }
 }
 
-/// What a pixel remembers. Only pixels with something to say are touched, one here and one there:
+/// State of a pixel between exposures. Only pixels with something to say are touched, one here and one there:
 /// what they need lies together.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Cell {
@@ -64,16 +64,16 @@ impl Cell {
     }
 }
 
-/// When a pixel is not itself.
+/// The state of a pixel after an event: refractory, or with a reference level that follows the voltage.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Pause {
-    /// Deaf before this time; for ever while it waits for the readout.
+pub(crate) struct RefractoryState {
+    /// Refractory before this time; for ever while it waits for the readout.
     pub(crate) free_s: f64,
     /// The memory is what the voltage will be then; minus infinity where nothing is due.
     pub(crate) follows_until_s: f64,
 }
 
-impl Pause {
+impl RefractoryState {
     pub(crate) const NONE: Self =
         Self { free_s: f64::NEG_INFINITY, follows_until_s: f64::NEG_INFINITY };
 
@@ -81,7 +81,7 @@ impl Pause {
     #[inline(always)]
     pub(crate) fn after(t_s: f64, recovery: &Recovery) -> Self {
         let until = |s: f64| if s > 0.0 { t_s + s } else { f64::NEG_INFINITY };
-        Self { free_s: until(recovery.deaf_s), follows_until_s: until(recovery.follows_s) }
+        Self { free_s: until(recovery.refractory_s), follows_until_s: until(recovery.follows_s) }
     }
 }
 
@@ -92,7 +92,7 @@ pub struct PixelStep {
     pub start_s: f64,
     /// Its end.
     pub end_s: f64,
-    /// What is compared, at the start: log voltage and leak, or light.
+    /// The compared quantity at the start: log voltage and leak, or light.
     pub from: f64,
     /// The same at the end.
     pub to: f64,
@@ -102,7 +102,7 @@ pub struct PixelStep {
     pub threshold_on: f64,
     /// Threshold in force, ln.
     pub threshold_off: f64,
-    /// Which pixel, row by row.
+    /// Index of the pixel, row by row.
     pub pixel: u32,
     /// How many events it has had.
     pub count: u32,
@@ -114,7 +114,7 @@ pub struct PixelStep {
 }
 
 impl PixelStep {
-    /// What is compared, at a time within the step.
+    /// The compared quantity at a time within the step.
     pub fn at(&self, t_s: f64) -> f64 {
         if t_s >= self.end_s {
             return self.to;
@@ -125,7 +125,7 @@ impl PixelStep {
         self.from + (self.to - self.from) * ((t_s - self.start_s) * self.per_s)
     }
 
-    /// What is compared less the memory, at the end of the step.
+    /// Difference of the compared quantity and the memory at the end of the step.
     pub fn difference(&self) -> f64 {
         self.rounded(self.to - self.memory)
     }

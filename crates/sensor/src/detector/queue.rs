@@ -12,10 +12,10 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use super::PixelArray;
-use super::resolve::{Firing, Step, Subject, for_each_pixel};
-use super::term::Hit;
+use super::resolve::{PendingEvent, PixelState, Step, for_each_pixel};
+use super::term::NoiseEvent;
 use crate::Request;
-use crate::readout::{Service, Then, Turn, Waiting};
+use crate::readout::{ServeAction, Service, Turn, Waiting};
 use crate::request::time_order;
 
 /// What is due, the earliest first.
@@ -38,9 +38,9 @@ struct Due {
 #[derive(Debug, Clone, Copy)]
 enum Entry {
     /// A pixel reaches a threshold, unless it has had another event since it had `count`.
-    Change { firing: Firing, count: u32 },
+    Change { pending: PendingEvent, count: u32 },
     /// A pixel is struck by noise.
-    Hit(Hit),
+    NoiseEvent(NoiseEvent),
     /// A request that no pixel knows of.
     Background(Request),
     /// The readout comes to a request.
@@ -55,7 +55,7 @@ enum Entry {
 #[derive(Debug, Clone, Copy)]
 struct Served {
     request: Request,
-    then: Then,
+    then: ServeAction,
 }
 
 /// Takes its turn behind all pixels.
@@ -86,13 +86,17 @@ impl PixelArray {
         for served in std::mem::take(&mut self.queue.waiting) {
             self.serve_or_wait(step, served);
         }
-        for_each_pixel(&awake, &accepted, |pixel, hits| {
-            for hit in hits {
-                self.queue.push(hit.t_s, hit.pixel, Entry::Hit(*hit));
+        for_each_pixel(&awake, &accepted, |pixel, noise_events| {
+            for noise_event in noise_events {
+                self.queue.push(
+                    noise_event.t_s,
+                    noise_event.pixel,
+                    Entry::NoiseEvent(*noise_event),
+                );
             }
             if !self.waits(pixel) {
-                let mut subject = self.take_out(step, pixel);
-                self.expect_change(step, &mut subject, step.tick.start_s);
+                let mut pixel_state = self.take_out(step, pixel);
+                self.expect_change(step, &mut pixel_state, step.tick.start_s);
             }
         });
         self.expect_selection(step, service);
@@ -107,8 +111,10 @@ impl PixelArray {
                 self.take(step, due.pixel as usize, entry, service, out);
             }
         }
-        for pixel in awake.iter().copied().chain(accepted.iter().map(|hit| hit.pixel)) {
-            self.arm(pixel as usize, step.tick.end_s, step.chain.steps_while_deaf);
+        for pixel in
+            awake.iter().copied().chain(accepted.iter().map(|noise_event| noise_event.pixel))
+        {
+            self.arm(pixel as usize, step.tick.end_s, step.chain.steps_while_refractory);
         }
         self.awake = awake;
         self.accepted = accepted;
@@ -122,16 +128,18 @@ impl PixelArray {
         service: &mut Service<'_>,
         out: &mut Vec<Request>,
     ) {
-        let mut subject = self.take_out(step, pixel);
-        let (count_now, waits) = (subject.seen.count, self.waits(pixel));
-        let firing = match entry {
-            Entry::Change { firing, count } if count == count_now && !waits => firing,
-            Entry::Hit(Hit { t_s, polarity, origin, .. }) if t_s >= subject.pause.free_s => {
-                Firing { t_s, polarity, origin, memory: subject.seen.at(t_s) }
+        let mut pixel_state = self.take_out(step, pixel);
+        let (count_now, waits) = (pixel_state.seen.count, self.waits(pixel));
+        let pending = match entry {
+            Entry::Change { pending, count } if count == count_now && !waits => pending,
+            Entry::NoiseEvent(NoiseEvent { t_s, polarity, origin, .. })
+                if t_s >= pixel_state.refractory.free_s =>
+            {
+                PendingEvent { t_s, polarity, origin, memory: pixel_state.seen.at(t_s) }
             }
             Entry::Background(request) => {
                 if service.reads_rows() {
-                    self.ask(step, service, request, Then::Nothing);
+                    self.ask(step, service, request, ServeAction::Nothing);
                 } else if let Some(t_s) = service.acknowledge(&request) {
                     out.push(Request { t_s, ..request });
                 }
@@ -143,38 +151,38 @@ impl PixelArray {
                 }
                 let Request { t_s, polarity, origin, .. } = request;
                 let memory = match then {
-                    Then::Reset => subject.seen.at(t_s),
-                    Then::Keep => subject.seen.memory,
-                    Then::Nothing => return,
+                    ServeAction::Reset => pixel_state.seen.at(t_s),
+                    ServeAction::Keep => pixel_state.seen.memory,
+                    ServeAction::Nothing => return,
                 };
-                subject.pause.free_s = f64::NEG_INFINITY;
-                let firing = Firing { t_s, polarity, origin, memory };
-                self.go_on(step, &mut subject, &firing);
+                pixel_state.refractory.free_s = f64::NEG_INFINITY;
+                let pending = PendingEvent { t_s, polarity, origin, memory };
+                self.go_on(step, &mut pixel_state, &pending);
                 return;
             }
-            Entry::Change { .. } | Entry::Hit(_) | Entry::Selection => return,
+            Entry::Change { .. } | Entry::NoiseEvent(_) | Entry::Selection => return,
         };
-        if firing.t_s < subject.pause.free_s {
+        if pending.t_s < pixel_state.refractory.free_s {
             // Deaf, but stepping: the event is lost.
-            subject.seen.memory = firing.memory;
-            self.expect_change(step, &mut subject, firing.t_s);
+            pixel_state.seen.memory = pending.memory;
+            self.expect_change(step, &mut pixel_state, pending.t_s);
             return;
         }
-        let request = firing.request(pixel as u32);
+        let request = pending.request(pixel as u32);
         if service.reads_rows() {
-            let then = self.wait(step, service.waiting(), &mut subject, &firing);
+            let then = self.wait(step, service.waiting(), &mut pixel_state, &pending);
             self.ask(step, service, request, then);
             return;
         }
         match service.acknowledge(&request) {
             // Served in the very moment, or dropped behind the pixel, which does not know.
-            None => self.go_on(step, &mut subject, &firing),
-            Some(t_s) if t_s <= firing.t_s => {
+            None => self.go_on(step, &mut pixel_state, &pending),
+            Some(t_s) if t_s <= pending.t_s => {
                 out.push(request);
-                self.go_on(step, &mut subject, &firing);
+                self.go_on(step, &mut pixel_state, &pending);
             }
             Some(t_s) => {
-                let then = self.wait(step, service.waiting(), &mut subject, &firing);
+                let then = self.wait(step, service.waiting(), &mut pixel_state, &pending);
                 self.serve_or_wait(step, Served { request: Request { t_s, ..request }, then });
             }
         }
@@ -185,30 +193,36 @@ impl PixelArray {
         &mut self,
         step: Step<'_>,
         waiting: Waiting,
-        subject: &mut Subject,
-        firing: &Firing,
-    ) -> Then {
-        let pixel = subject.seen.pixel as usize;
+        pixel_state: &mut PixelState,
+        pending: &PendingEvent,
+    ) -> ServeAction {
+        let pixel = pixel_state.seen.pixel as usize;
         match waiting {
             Waiting::Reset => {
-                self.pauses[pixel].free_s = f64::INFINITY;
-                Then::Reset
+                self.refractory_states[pixel].free_s = f64::INFINITY;
+                ServeAction::Reset
             }
             Waiting::Kept => {
                 // With the array it leaks like any other, however long it waits.
-                self.cells[pixel].memory = firing.memory as f32;
-                self.pauses[pixel].free_s = f64::INFINITY;
-                Then::Keep
+                self.cells[pixel].memory = pending.memory as f32;
+                self.refractory_states[pixel].free_s = f64::INFINITY;
+                ServeAction::Keep
             }
             Waiting::Free | Waiting::Latched => {
-                self.go_on(step, subject, firing);
-                Then::Nothing
+                self.go_on(step, pixel_state, pending);
+                ServeAction::Nothing
             }
         }
     }
 
     /// Lets a request wait for the turn of its row.
-    fn ask(&mut self, step: Step<'_>, service: &mut Service<'_>, request: Request, then: Then) {
+    fn ask(
+        &mut self,
+        step: Step<'_>,
+        service: &mut Service<'_>,
+        request: Request,
+        then: ServeAction,
+    ) {
         let was_free = service.bus().selects_s().is_none();
         service.ask(request, then);
         if was_free {
@@ -236,7 +250,7 @@ impl PixelArray {
 
     /// Whether a request of this pixel is with the readout.
     fn waits(&self, pixel: usize) -> bool {
-        self.pauses[pixel].free_s == f64::INFINITY
+        self.refractory_states[pixel].free_s == f64::INFINITY
     }
 
     /// A pixel is served in this step or in a later one.
@@ -250,18 +264,18 @@ impl PixelArray {
     }
 
     /// Resets a pixel and looks for its next change.
-    fn go_on(&mut self, step: Step<'_>, subject: &mut Subject, firing: &Firing) {
-        self.reset(step, subject, firing);
-        self.expect_change(step, subject, firing.t_s);
+    fn go_on(&mut self, step: Step<'_>, pixel_state: &mut PixelState, pending: &PendingEvent) {
+        self.reset(step, pixel_state, pending);
+        self.expect_change(step, pixel_state, pending.t_s);
     }
 
-    fn expect_change(&mut self, step: Step<'_>, subject: &mut Subject, now_s: f64) {
-        if let Some(from_s) = subject.listens_from(step, now_s)
-            && let Some(firing) = subject.next_firing(step, from_s, &mut &[][..])
+    fn expect_change(&mut self, step: Step<'_>, pixel_state: &mut PixelState, now_s: f64) {
+        if let Some(from_s) = pixel_state.listens_from(step, now_s)
+            && let Some(pending) = pixel_state.next_pending(step, from_s, &mut &[][..])
         {
-            let (pixel, count) = (subject.seen.pixel, subject.seen.count);
-            self.queue.push(firing.t_s, pixel, Entry::Change { firing, count });
+            let (pixel, count) = (pixel_state.seen.pixel, pixel_state.seen.count);
+            self.queue.push(pending.t_s, pixel, Entry::Change { pending, count });
         }
-        self.put_back(step, subject);
+        self.put_back(step, pixel_state);
     }
 }

@@ -1,4 +1,4 @@
-//! A pixel is deaf for a while behind each event.
+//! The refractory period: a pixel makes no events for a while after each one.
 //!
 //! # Model
 //! Events of a pixel are at least `period_us` apart. In between
@@ -36,7 +36,7 @@ const MODE: ChoiceSpec = ChoiceSpec {
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "refractory",
     domain: Domain::Detector,
-    summary: "a pixel is deaf for a while behind each event",
+    summary: "a pixel makes no events for a refractory period",
     formula: "no event before t + period_us; hold: M = V(t + period_us)",
     params: &[PERIOD],
     choices: &[MODE],
@@ -62,7 +62,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// A deaf time.
+/// A refractory period.
 #[derive(Debug)]
 struct Refractory {
     period_s: f64,
@@ -77,10 +77,10 @@ impl PixelTerm for Refractory {
 
     fn recovery(&self) -> Recovery {
         let follows_s = if self.holds { self.period_s } else { 0.0 };
-        Recovery { deaf_s: self.period_s, follows_s, ..Recovery::NONE }
+        Recovery { refractory_s: self.period_s, follows_s, ..Recovery::NONE }
     }
 
-    fn steps_while_deaf(&self) -> bool {
+    fn steps_while_refractory(&self) -> bool {
         self.drops
     }
 }

@@ -76,6 +76,6 @@ impl PixelTerm for ResetOvershoot {
 
     fn recovery(&self) -> Recovery {
         let Self { delay_s, fraction } = *self;
-        Recovery { deaf_s: delay_s, follows_s: delay_s, short_fraction: fraction }
+        Recovery { refractory_s: delay_s, follows_s: delay_s, short_fraction: fraction }
     }
 }

@@ -3,9 +3,9 @@
 use evpose_core::{Polarity, StageNoise};
 
 use super::level_crossing::next_level;
-use super::pixel::{Pause, PixelStep};
+use super::pixel::{PixelStep, RefractoryState};
 use super::spread::Spread;
-use super::term::{Hit, Recovery};
+use super::term::{NoiseEvent, Recovery};
 use super::{Change, PixelArray};
 use crate::chain::Chain;
 use crate::tick::Tick;
@@ -25,18 +25,18 @@ pub(crate) struct Step<'a> {
     pub(crate) noise: StageNoise,
 }
 
-/// A pixel taken out of the array to be worked on.
+/// The state of one pixel, copied from the array for the step.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Subject {
+pub(super) struct PixelState {
     pub(super) seen: PixelStep,
-    pub(super) pause: Pause,
+    pub(super) refractory: RefractoryState,
     /// What leaks in the whole step.
     pub(super) leak: f64,
 }
 
-/// An event about to happen.
+/// An event that the pixel is about to make.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Firing {
+pub(super) struct PendingEvent {
     pub(super) t_s: f64,
     pub(super) polarity: Polarity,
     pub(super) origin: Origin,
@@ -58,28 +58,32 @@ impl PixelArray {
         // What pixels remember lies apart: asking for many at once lets the memory answer while
         // the processor goes on asking.
         let mut batch = Vec::with_capacity(BATCH);
-        let work =
-            |array: &mut Self, batch: &mut Vec<(Subject, &[Hit])>, out: &mut Vec<Request>| {
-                for (subject, hits) in batch.iter_mut() {
-                    if is_frame {
-                        array.resolve_frame(step, subject, hits, spread, out);
-                    } else {
-                        array.resolve_exactly(step, subject, hits, out);
-                    }
-                    array.put_back(step, subject);
+        let work = |array: &mut Self,
+                    batch: &mut Vec<(PixelState, &[NoiseEvent])>,
+                    out: &mut Vec<Request>| {
+            for (pixel_state, noise_events) in batch.iter_mut() {
+                if is_frame {
+                    array.resolve_frame(step, pixel_state, noise_events, spread, out);
+                } else {
+                    array.resolve_exactly(step, pixel_state, noise_events, out);
                 }
-                batch.clear();
-            };
+                array.put_back(step, pixel_state);
+            }
+            batch.clear();
+        };
         let is_straight = step.chain.goes_straight() && self.may_go_straight;
         let is_burst = step.chain.goes_in_bursts() && self.may_go_straight;
-        for_each_pixel(&awake, &accepted, |pixel, hits| {
+        for_each_pixel(&awake, &accepted, |pixel, noise_events| {
             if is_burst {
                 return self.resolve_burst(step, pixel, out);
             }
-            if is_straight && hits.is_empty() && self.resolve_straight(step, pixel as u32, out) {
+            if is_straight
+                && noise_events.is_empty()
+                && self.resolve_straight(step, pixel as u32, out)
+            {
                 return;
             }
-            batch.push((self.take_out(step, pixel), hits));
+            batch.push((self.take_out(step, pixel), noise_events));
             if batch.len() == BATCH {
                 work(self, &mut batch, out);
             }
@@ -91,7 +95,7 @@ impl PixelArray {
 
     /// A pixel as it is at the start of the step, or after what it has gone through in it.
     #[inline(always)]
-    pub(super) fn take_out(&self, step: Step<'_>, pixel: usize) -> Subject {
+    pub(super) fn take_out(&self, step: Step<'_>, pixel: usize) -> PixelState {
         let seeped = self.seeped.get(pixel).map_or(0.0, |&seeped| f64::from(seeped));
         let steady = self.leak_per_s.get(pixel).map_or(0.0, |&leak| f64::from(leak));
         let mut seen = self.step_of(step, pixel);
@@ -99,23 +103,23 @@ impl PixelArray {
             // It is off the memory from the start of the step.
             seen.from -= seeped;
         }
-        Subject {
+        PixelState {
             seen,
-            pause: self.pauses.get(pixel).copied().unwrap_or(Pause::NONE),
+            refractory: self.refractory_states.get(pixel).copied().unwrap_or(RefractoryState::NONE),
             leak: steady * (step.tick.end_s - step.tick.start_s) + seeped,
         }
     }
 
     #[inline(always)]
-    pub(super) fn put_back(&mut self, step: Step<'_>, subject: &Subject) {
-        let pixel = subject.seen.pixel as usize;
+    pub(super) fn put_back(&mut self, step: Step<'_>, pixel_state: &PixelState) {
+        let pixel = pixel_state.seen.pixel as usize;
         let cell = &mut self.cells[pixel];
-        cell.memory = subject.seen.memory as f32;
-        cell.count = subject.seen.count;
-        if let Some(pause) = self.pauses.get_mut(pixel) {
-            *pause = subject.pause;
+        cell.memory = pixel_state.seen.memory as f32;
+        cell.count = pixel_state.seen.count;
+        if let Some(refractory) = self.refractory_states.get_mut(pixel) {
+            *refractory = pixel_state.refractory;
         }
-        self.arm(pixel, step.tick.end_s, step.chain.steps_while_deaf);
+        self.arm(pixel, step.tick.end_s, step.chain.steps_while_refractory);
     }
 
     /// Exact times, to the end of the step.
@@ -123,55 +127,62 @@ impl PixelArray {
     fn resolve_exactly(
         &mut self,
         step: Step<'_>,
-        subject: &mut Subject,
-        mut hits: &[Hit],
+        pixel_state: &mut PixelState,
+        mut noise_events: &[NoiseEvent],
         out: &mut Vec<Request>,
     ) {
         let mut now_s = step.tick.start_s;
-        while let Some(from_s) = subject.listens_from(step, now_s) {
-            let Some(firing) = subject.next_firing(step, from_s, &mut hits) else { break };
-            if step.chain.steps_while_deaf && firing.t_s < subject.pause.free_s {
-                subject.seen.memory = firing.memory;
+        while let Some(from_s) = pixel_state.listens_from(step, now_s) {
+            let Some(pending) = pixel_state.next_pending(step, from_s, &mut noise_events) else {
+                break;
+            };
+            if step.chain.steps_while_refractory && pending.t_s < pixel_state.refractory.free_s {
+                pixel_state.seen.memory = pending.memory;
             } else {
-                out.push(firing.request(subject.seen.pixel));
-                self.reset(step, subject, &firing);
+                out.push(pending.request(pixel_state.seen.pixel));
+                self.reset(step, pixel_state, &pending);
             }
-            now_s = firing.t_s;
+            now_s = pending.t_s;
         }
     }
 
     /// What an event that was served at once leaves behind.
     #[inline(always)]
-    pub(super) fn reset(&mut self, step: Step<'_>, subject: &mut Subject, firing: &Firing) {
-        let Firing { t_s, polarity, memory, .. } = *firing;
-        subject.seen.count = subject.seen.count.wrapping_add(1);
+    pub(super) fn reset(
+        &mut self,
+        step: Step<'_>,
+        pixel_state: &mut PixelState,
+        pending: &PendingEvent,
+    ) {
+        let PendingEvent { t_s, polarity, memory, .. } = *pending;
+        pixel_state.seen.count = pixel_state.seen.count.wrapping_add(1);
         let recovery = &step.chain.recovery;
         let threshold = match polarity {
-            Polarity::On => subject.seen.threshold_on,
-            Polarity::Off => -subject.seen.threshold_off,
+            Polarity::On => pixel_state.seen.threshold_on,
+            Polarity::Off => -pixel_state.seen.threshold_off,
         };
-        subject.seen.memory = memory - recovery.short_fraction * threshold;
-        subject.pause = Pause::after(t_s, recovery);
+        pixel_state.seen.memory = memory - recovery.short_fraction * threshold;
+        pixel_state.refractory = RefractoryState::after(t_s, recovery);
         if step.chain.has_renewals {
-            self.renew(step, subject, t_s, polarity);
+            self.renew(step, pixel_state, t_s, polarity);
         }
     }
 
     /// What holds until the next event. A new leak goes on from the level there is.
-    fn renew(&mut self, step: Step<'_>, subject: &mut Subject, t_s: f64, last: Polarity) {
-        let pixel = subject.seen.pixel as usize;
-        self.cells[pixel].count = subject.seen.count;
+    fn renew(&mut self, step: Step<'_>, pixel_state: &mut PixelState, t_s: f64, last: Polarity) {
+        let pixel = pixel_state.seen.pixel as usize;
+        self.cells[pixel].count = pixel_state.seen.count;
         let traits = self.renewed(step.chain, pixel, Some(last));
         self.cells[pixel].take(&traits);
-        let mut memory = subject.seen.memory;
+        let mut memory = pixel_state.seen.memory;
         if let Some(leak) = self.leak_per_s.get_mut(pixel) {
             memory += f64::from(traits.leak_per_s() - *leak) * (t_s - self.anchor_s);
             *leak = traits.leak_per_s();
         }
-        let pause = subject.pause;
-        *subject = self.take_out(step, pixel);
-        subject.pause = pause;
-        subject.seen.memory = memory;
+        let refractory = pixel_state.refractory;
+        *pixel_state = self.take_out(step, pixel);
+        pixel_state.refractory = refractory;
+        pixel_state.seen.memory = memory;
     }
 
     /// The largest number of events that any pixel has in this step, at least one.
@@ -188,35 +199,35 @@ impl PixelArray {
     fn resolve_frame(
         &mut self,
         step: Step<'_>,
-        subject: &mut Subject,
-        hits: &[Hit],
+        pixel_state: &mut PixelState,
+        noise_events: &[NoiseEvent],
         spread: u32,
         out: &mut Vec<Request>,
     ) {
         let Step { chain, tick, .. } = step;
-        let (pixel, end_s) = (subject.seen.pixel, tick.end_s);
-        let Recovery { deaf_s, follows_s, .. } = chain.recovery;
+        let (pixel, end_s) = (pixel_state.seen.pixel, tick.end_s);
+        let Recovery { refractory_s, follows_s, .. } = chain.recovery;
         let rounds = chain.detector.stage.rounds_as_published();
-        let times = Spread::new(tick, spread, deaf_s, rounds);
+        let times = Spread::new(tick, spread, refractory_s, rounds);
         let is_published = spread > 0 && follows_s <= 0.0;
         let is_passed = is_published && times.passes_over();
-        let is_blind = !is_published && subject.listens_from(step, tick.start_s).is_none();
-        let change = chain.detector.stage.next(&subject.seen, tick.start_s, step.noise);
-        let pause = subject.pause;
+        let is_blind = !is_published && pixel_state.listens_from(step, tick.start_s).is_none();
+        let change = chain.detector.stage.next(&pixel_state.seen, tick.start_s, step.noise);
+        let refractory = pixel_state.refractory;
         if let Some(change) = change.filter(|_| !is_blind) {
-            let origin = subject.origin(change.polarity);
-            let first = subject.seen;
+            let origin = pixel_state.origin(change.polarity);
+            let first = pixel_state.seen;
             let each = (change.memory - first.memory) / f64::from(change.count.max(1));
             let mut kept = 0;
             for k in 0..change.count {
                 let t_s = if spread == 0 { change.t_s } else { times.at(k) };
-                // As published, an event at the very end of the deaf time is lost.
+                // As published, an event at the very end of the refractory period is lost.
                 let is_deaf = match spread {
-                    0 => t_s <= subject.pause.free_s,
-                    _ => !is_passed && times.is_deaf(k, subject.pause),
+                    0 => t_s <= pixel_state.refractory.free_s,
+                    _ => !is_passed && times.is_deaf(k, pixel_state.refractory),
                 };
                 if is_deaf {
-                    kept += u32::from(chain.steps_while_deaf);
+                    kept += u32::from(chain.steps_while_refractory);
                     continue;
                 }
                 kept += 1;
@@ -226,72 +237,78 @@ impl PixelArray {
                     () if first.is_single => first.memory_behind(change.polarity, kept),
                     () => first.memory + f64::from(kept) * each,
                 };
-                let firing = Firing { t_s, polarity: change.polarity, origin, memory };
-                out.push(firing.request(pixel));
-                self.reset(step, subject, &firing);
+                let pending = PendingEvent { t_s, polarity: change.polarity, origin, memory };
+                out.push(pending.request(pixel));
+                self.reset(step, pixel_state, &pending);
                 if is_published {
-                    times.keep(k, &mut subject.pause);
+                    times.keep(k, &mut pixel_state.refractory);
                 }
             }
         }
         if is_passed {
-            subject.pause = pause;
+            pixel_state.refractory = refractory;
         }
-        let pause = subject.pause;
-        for hit in hits {
-            let memory = subject.seen.to;
-            let firing = Firing { t_s: end_s, polarity: hit.polarity, origin: hit.origin, memory };
-            out.push(firing.request(pixel));
-            self.reset(step, subject, &firing);
-            // Noise leaves no deaf time behind where times are spread, as published.
+        let refractory = pixel_state.refractory;
+        for noise_event in noise_events {
+            let memory = pixel_state.seen.to;
+            let pending = PendingEvent {
+                t_s: end_s,
+                polarity: noise_event.polarity,
+                origin: noise_event.origin,
+                memory,
+            };
+            out.push(pending.request(pixel));
+            self.reset(step, pixel_state, &pending);
+            // Noise leaves no refractory period behind where times are spread, as published.
             if is_published {
-                subject.pause = pause;
+                pixel_state.refractory = refractory;
             }
         }
     }
 }
 
-impl Subject {
-    /// The time from which a pixel listens, unless it is deaf to the end of the step.
+impl PixelState {
+    /// The time from which a pixel listens, unless it is refractory to the end of the step.
     #[inline(always)]
     pub(super) fn listens_from(&mut self, step: Step<'_>, now_s: f64) -> Option<f64> {
-        let Pause { free_s, follows_until_s } = self.pause;
+        let RefractoryState { free_s, follows_until_s } = self.refractory;
         let mut from_s = now_s.max(follows_until_s);
         if from_s > step.tick.end_s {
             return None;
         }
         if follows_until_s > f64::NEG_INFINITY {
             self.seen.memory = self.seen.at(follows_until_s);
-            self.pause.follows_until_s = f64::NEG_INFINITY;
+            self.refractory.follows_until_s = f64::NEG_INFINITY;
         }
-        if !step.chain.steps_while_deaf {
+        if !step.chain.steps_while_refractory {
             from_s = from_s.max(free_s);
         }
         (from_s <= step.tick.end_s).then_some(from_s)
     }
 
-    /// The next event: a change or a hit, whichever comes first.
+    /// The next event: a change or a noise event, whichever comes first.
     #[inline(always)]
-    pub(super) fn next_firing(
+    pub(super) fn next_pending(
         &mut self,
         step: Step<'_>,
         from_s: f64,
-        hits: &mut &[Hit],
-    ) -> Option<Firing> {
+        noise_events: &mut &[NoiseEvent],
+    ) -> Option<PendingEvent> {
         let change = if step.chain.crosses_levels {
             next_level(&self.seen, from_s)
         } else {
             step.chain.detector.stage.next(&self.seen, from_s, step.noise)
         };
-        if !hits.is_empty() {
-            let free_s = self.pause.free_s.max(from_s);
-            *hits = &hits[hits.iter().take_while(|hit| hit.t_s < free_s).count()..];
-            if let [hit, rest @ ..] = hits
-                && change.is_none_or(|change| change.count == 0 || hit.t_s < change.t_s)
+        if !noise_events.is_empty() {
+            let free_s = self.refractory.free_s.max(from_s);
+            *noise_events = &noise_events
+                [noise_events.iter().take_while(|noise_event| noise_event.t_s < free_s).count()..];
+            if let [noise_event, rest @ ..] = noise_events
+                && change.is_none_or(|change| change.count == 0 || noise_event.t_s < change.t_s)
             {
-                *hits = rest;
-                let Hit { t_s, polarity, origin, .. } = *hit;
-                return Some(Firing { t_s, polarity, origin, memory: self.seen.at(t_s) });
+                *noise_events = rest;
+                let NoiseEvent { t_s, polarity, origin, .. } = *noise_event;
+                return Some(PendingEvent { t_s, polarity, origin, memory: self.seen.at(t_s) });
             }
         }
         let Change { t_s, polarity, count, memory } = change?;
@@ -299,7 +316,7 @@ impl Subject {
             self.seen.memory = memory;
             return None;
         }
-        Some(Firing { t_s, polarity, origin: self.origin(polarity), memory })
+        Some(PendingEvent { t_s, polarity, origin: self.origin(polarity), memory })
     }
 
     /// Whether a change is one of light or of leaked charge, whichever moves more.
@@ -310,7 +327,7 @@ impl Subject {
     }
 }
 
-impl Firing {
+impl PendingEvent {
     #[inline(always)]
     pub(super) fn request(&self, pixel: u32) -> Request {
         let Self { t_s, polarity, origin, .. } = *self;
@@ -318,30 +335,31 @@ impl Firing {
     }
 }
 
-/// Calls `each(pixel, hits)` for every pixel that is awake or hit, in order.
+/// Calls `each(pixel, noise events)` for every pixel that is awake or noise event, in order.
 pub(super) fn for_each_pixel<'h>(
     mut awake: &[u32],
-    mut hits: &'h [Hit],
-    mut each: impl FnMut(usize, &'h [Hit]),
+    mut noise_events: &'h [NoiseEvent],
+    mut each: impl FnMut(usize, &'h [NoiseEvent]),
 ) {
     loop {
-        if hits.is_empty() {
+        if noise_events.is_empty() {
             awake.iter().for_each(|&pixel| each(pixel as usize, &[]));
             return;
         }
-        let pixel = match (awake, hits) {
+        let pixel = match (awake, noise_events) {
             (_, []) => return,
-            ([], [hit, ..]) => hit.pixel,
-            ([pixel, rest @ ..], [hit, ..]) => {
-                if *pixel <= hit.pixel {
+            ([], [noise_event, ..]) => noise_event.pixel,
+            ([pixel, rest @ ..], [noise_event, ..]) => {
+                if *pixel <= noise_event.pixel {
                     awake = rest;
                 }
-                hit.pixel.min(*pixel)
+                noise_event.pixel.min(*pixel)
             }
         };
-        let struck = hits.iter().take_while(|hit| hit.pixel == pixel).count();
-        let (now, later) = hits.split_at(struck);
-        hits = later;
+        let struck =
+            noise_events.iter().take_while(|noise_event| noise_event.pixel == pixel).count();
+        let (now, later) = noise_events.split_at(struck);
+        noise_events = later;
         each(pixel as usize, now);
     }
 }

@@ -139,7 +139,7 @@ impl PixelArray {
                 None => 0.0,
             };
             self.cells[pixel].memory -= steady + self.seeped.get(pixel).unwrap_or(&0.0);
-            self.arm(pixel, tick.start_s, chain.steps_while_deaf);
+            self.arm(pixel, tick.start_s, chain.steps_while_refractory);
         }
     }
 
@@ -164,18 +164,18 @@ impl PixelArray {
         }
     }
 
-    /// Keeps the hits of a block that take place, at the light there is.
+    /// Keeps the noise events of a block that take place, at the light there is.
     fn accept(&mut self, chain: &Chain, tick: &Tick, pixels: &Range<usize>, light: &[f32]) {
-        while let Some(hit) = self.hits.get(self.next_hit)
-            && (hit.pixel as usize) < pixels.end
+        while let Some(noise_event) = self.noise_events.get(self.next_hit)
+            && (noise_event.pixel as usize) < pixels.end
         {
             self.next_hit += 1;
-            let is_now = hit.t_s > tick.start_s && hit.t_s <= tick.end_s;
-            let pixel = hit.pixel as usize;
+            let is_now = noise_event.t_s > tick.start_s && noise_event.t_s <= tick.end_s;
+            let pixel = noise_event.pixel as usize;
             if is_now {
-                let term = &chain.terms[usize::from(hit.term)].stage;
-                if hit.chance <= term.acceptance(light[pixel - pixels.start]) {
-                    self.accepted.push(*hit);
+                let term = &chain.terms[usize::from(noise_event.term)].stage;
+                if noise_event.chance <= term.acceptance(light[pixel - pixels.start]) {
+                    self.accepted.push(*noise_event);
                 }
             }
         }

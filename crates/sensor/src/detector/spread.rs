@@ -1,15 +1,15 @@
-//! The even times at which the events of a frame are, and the deaf times between them.
+//! The even times at which the events of a frame are, and the refractory periods between them.
 //!
 //! # Model
 //! With `n` the largest count of any pixel, event `k = 0 .. n - 1` of a pixel is at
-//! `t_start + (k + 1) dt / n`. An event is lost if it is not later than the deaf time behind the one
-//! before, unless deaf times are not longer than `dt / n`: then they are passed over, neither
+//! `t_start + (k + 1) dt / n`. An event is lost if it is not later than the refractory period behind the one
+//! before, unless refractory periods are not longer than `dt / n`: then they are passed over, neither
 //! looked at nor kept.
 //!
 //! # Source
 //! The published emulator of v2e, which has both conventions.
 
-use super::pixel::Pause;
+use super::pixel::RefractoryState;
 use crate::tick::Tick;
 
 /// The times of one step.
@@ -18,22 +18,22 @@ pub(super) struct Spread {
     start_s: f64,
     end_s: f64,
     count: u32,
-    deaf_s: f64,
+    refractory_s: f64,
     is_rounded: bool,
 }
 
 impl Spread {
     /// `count` even times in a step, or one, at its end.
-    pub(super) fn new(tick: &Tick, count: u32, deaf_s: f64, is_rounded: bool) -> Self {
+    pub(super) fn new(tick: &Tick, count: u32, refractory_s: f64, is_rounded: bool) -> Self {
         // Exposures are at whole microseconds, whose nearest seconds are these.
         let nearest = |s: f64| if is_rounded { (s * 1e6).round() / 1e6 } else { s };
         let (start_s, end_s) = (nearest(tick.start_s), nearest(tick.end_s));
-        Self { start_s, end_s, count: count.max(1), deaf_s, is_rounded }
+        Self { start_s, end_s, count: count.max(1), refractory_s, is_rounded }
     }
 
-    /// Whether deaf times are passed over in this step.
+    /// Whether refractory periods are passed over in this step.
     pub(super) fn passes_over(&self) -> bool {
-        self.deaf_s <= (self.end_s - self.start_s) / f64::from(self.count)
+        self.refractory_s <= (self.end_s - self.start_s) / f64::from(self.count)
     }
 
     /// The time of event `k`.
@@ -41,20 +41,20 @@ impl Spread {
         self.start_s + f64::from(k + 1) / f64::from(self.count) * (self.end_s - self.start_s)
     }
 
-    /// Whether event `k` is lost in the deaf time of the one before.
-    pub(super) fn is_deaf(&self, k: u32, pause: Pause) -> bool {
+    /// Whether event `k` is lost in the refractory period of the one before.
+    pub(super) fn is_deaf(&self, k: u32, refractory: RefractoryState) -> bool {
         if !self.is_rounded {
-            return self.at(k) <= pause.free_s;
+            return self.at(k) <= refractory.free_s;
         }
-        let last_s = (pause.free_s - self.deaf_s) as f32;
-        // What is no number is no deaf time: there was no event before.
-        self.single(k) - last_s <= self.deaf_s as f32
+        let last_s = (refractory.free_s - self.refractory_s) as f32;
+        // What is no number is no refractory period: there was no event before.
+        self.single(k) - last_s <= self.refractory_s as f32
     }
 
-    /// The pause behind event `k`, if it is deaf for a while.
-    pub(super) fn keep(&self, k: u32, pause: &mut Pause) {
-        if self.is_rounded && self.deaf_s > 0.0 {
-            pause.free_s = f64::from(self.single(k)) + self.deaf_s;
+    /// The refractory state after event `k`, if there is one.
+    pub(super) fn keep(&self, k: u32, refractory: &mut RefractoryState) {
+        if self.is_rounded && self.refractory_s > 0.0 {
+            refractory.free_s = f64::from(self.single(k)) + self.refractory_s;
         }
     }
 
@@ -116,13 +116,14 @@ mod tests {
     #[test]
     fn an_event_exactly_at_the_end_of_the_deaf_time_is_lost_unless_rounding_saves_it() {
         let deaf_after = |spread: Spread| {
-            let mut pause = Pause { free_s: spread.at(1) + 0.5e-3, ..Pause::NONE };
-            spread.keep(1, &mut pause);
-            spread.is_deaf(3, pause)
+            let mut refractory =
+                RefractoryState { free_s: spread.at(1) + 0.5e-3, ..RefractoryState::NONE };
+            spread.keep(1, &mut refractory);
+            spread.is_deaf(3, refractory)
         };
-        assert!(
-            (0..300).all(|k| !spread(k * 1_000, (k + 1) * 1_000, 4, true).is_deaf(0, Pause::NONE))
-        );
+        assert!((0..300).all(|k| {
+            !spread(k * 1_000, (k + 1) * 1_000, 4, true).is_deaf(0, RefractoryState::NONE)
+        }));
         let lost = (1..300).filter(|k| deaf_after(spread(k * 1_000, (k + 1) * 1_000, 4, true)));
         let lost = lost.count();
         assert!((50..250).contains(&lost), "{lost} of 299");

@@ -7,7 +7,7 @@
 use evpose_core::Polarity;
 
 use super::PixelArray;
-use super::pixel::{Cell, Pause};
+use super::pixel::{Cell, RefractoryState};
 use super::resolve::Step;
 use crate::{Origin, Request};
 
@@ -34,13 +34,14 @@ impl PixelArray {
         };
         let Cell { memory, threshold_on, threshold_off, .. } = self.cells[index];
         let mut memory = f64::from(memory);
-        let mut pause = self.pauses.get(index).copied().unwrap_or(Pause::NONE);
-        let mut now_s = start_s.max(pause.follows_until_s);
-        if pause.follows_until_s > f64::NEG_INFINITY && now_s <= end_s {
-            memory = at(pause.follows_until_s);
-            pause.follows_until_s = f64::NEG_INFINITY;
+        let mut refractory =
+            self.refractory_states.get(index).copied().unwrap_or(RefractoryState::NONE);
+        let mut now_s = start_s.max(refractory.follows_until_s);
+        if refractory.follows_until_s > f64::NEG_INFINITY && now_s <= end_s {
+            memory = at(refractory.follows_until_s);
+            refractory.follows_until_s = f64::NEG_INFINITY;
         }
-        now_s = now_s.max(pause.free_s);
+        now_s = now_s.max(refractory.free_s);
         let (on, off) = (f64::from(threshold_on), f64::from(threshold_off));
         let now = at(now_s);
         if now_s <= end_s && (now >= memory + on || now <= memory - off) {
@@ -64,19 +65,19 @@ impl PixelArray {
             out.push(Request { t_s, pixel, polarity, origin });
             count += 1;
             memory = level - recovery.short_fraction * threshold;
-            pause = Pause::after(t_s, recovery);
-            now_s = t_s.max(pause.follows_until_s);
-            if pause.follows_until_s > f64::NEG_INFINITY && now_s <= end_s {
-                memory = at(pause.follows_until_s);
-                pause.follows_until_s = f64::NEG_INFINITY;
+            refractory = RefractoryState::after(t_s, recovery);
+            now_s = t_s.max(refractory.follows_until_s);
+            if refractory.follows_until_s > f64::NEG_INFINITY && now_s <= end_s {
+                memory = at(refractory.follows_until_s);
+                refractory.follows_until_s = f64::NEG_INFINITY;
             }
-            now_s = now_s.max(pause.free_s);
+            now_s = now_s.max(refractory.free_s);
         }
         let cell = &mut self.cells[index];
         cell.memory = memory as f32;
         cell.count = cell.count.wrapping_add(count);
-        if let Some(kept) = self.pauses.get_mut(index) {
-            *kept = pause;
+        if let Some(kept) = self.refractory_states.get_mut(index) {
+            *kept = refractory;
         }
         self.arm(index, end_s, false);
         true
@@ -113,17 +114,17 @@ mod tests {
 
         #[test]
         fn both_ways_give_the_same_events(
-            speed in -1.0..1.0f32, leak in any::<bool>(), deaf_us in 0..4_000u32,
+            speed in -1.0..1.0f32, leak in any::<bool>(), period_us in 0..4_000u32,
             mode in prop::sample::select(vec!["hold", "defer"]), fraction in -0.3..0.3f64,
         ) {
             let mut effects = vec![EffectConfig::new("threshold_mismatch").with("sigma", 0.02)];
             if leak {
                 effects.push(EffectConfig::new("leak_on").with("rate_hz", 20.0));
             }
-            if deaf_us > 1_000 {
-                let deaf = EffectConfig::new("refractory").with("mode", mode);
-                effects.push(deaf.with("period_us", f64::from(deaf_us - 1_000)));
-            } else if deaf_us > 500 {
+            if period_us > 1_000 {
+                let refractory = EffectConfig::new("refractory").with("mode", mode);
+                effects.push(refractory.with("period_us", f64::from(period_us - 1_000)));
+            } else if period_us > 500 {
                 effects.push(EffectConfig::new("reset_overshoot").with("fraction", fraction));
             }
             let short = events(&effects, speed, true);

@@ -51,8 +51,8 @@ pub trait PixelTerm: Send + Sync + Debug {
         Recovery::NONE
     }
 
-    /// Whether the memory goes on stepping in a deaf time, so that events in it are lost.
-    fn steps_while_deaf(&self) -> bool {
+    /// Whether the memory goes on stepping in a refractory period, so that events in it are lost.
+    fn steps_while_refractory(&self) -> bool {
         false
     }
 
@@ -86,11 +86,11 @@ pub trait PixelTerm: Send + Sync + Debug {
         _size: SensorSize,
         _table: &Table,
         _noise: StageNoise,
-        _hits: &mut Vec<Hit>,
+        _hits: &mut Vec<NoiseEvent>,
     ) {
     }
 
-    /// The probability that a hit takes place at this light.
+    /// The probability that a noise event takes place at this light.
     fn acceptance(&self, _light: f32) -> f32 {
         1.0
     }
@@ -105,28 +105,28 @@ pub struct Table {
     pub values: Vec<f32>,
 }
 
-/// An event that a pixel makes by itself. Its memory then is its voltage.
+/// A noise event: not caused by a change of light. It resets the memorised level to the voltage.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Hit {
+pub struct NoiseEvent {
     /// When, in seconds.
     pub t_s: f64,
-    /// Which pixel.
+    /// Index of the pixel.
     pub pixel: u32,
-    /// What kind of event.
+    /// Its polarity.
     pub polarity: Polarity,
     /// Why.
     pub origin: Origin,
-    /// Uniform in (0, 1]: the hit takes place if it is not above the acceptance.
+    /// Uniform in (0, 1]: the noise event takes place if it is not above the acceptance.
     pub chance: f32,
     /// Which term it comes from; filled in by the array.
     pub term: u8,
 }
 
-/// What an event leaves behind.
+/// The recovery of a pixel from an event.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Recovery {
-    /// How long the pixel is deaf, in seconds.
-    pub deaf_s: f64,
+    /// Refractory period after the event, in seconds.
+    pub refractory_s: f64,
     /// How long its memory follows the voltage, in seconds.
     pub follows_s: f64,
     /// The part of the threshold by which the memory falls short of the level crossed.
@@ -135,20 +135,20 @@ pub struct Recovery {
 
 impl Recovery {
     /// The memory is the level, at once.
-    pub const NONE: Self = Self { deaf_s: 0.0, follows_s: 0.0, short_fraction: 0.0 };
+    pub const NONE: Self = Self { refractory_s: 0.0, follows_s: 0.0, short_fraction: 0.0 };
 
     /// Both: the longer times, and the parts together.
     #[must_use]
     pub fn and(self, other: Self) -> Self {
         Self {
-            deaf_s: self.deaf_s.max(other.deaf_s),
+            refractory_s: self.refractory_s.max(other.refractory_s),
             follows_s: self.follows_s.max(other.follows_s),
             short_fraction: self.short_fraction + other.short_fraction,
         }
     }
 
-    /// Whether pixels pause.
-    pub(crate) fn pauses(&self) -> bool {
-        self.deaf_s > 0.0 || self.follows_s > 0.0
+    /// Whether an event leaves a refractory period or a following reference level.
+    pub(crate) fn is_refractory(&self) -> bool {
+        self.refractory_s > 0.0 || self.follows_s > 0.0
     }
 }

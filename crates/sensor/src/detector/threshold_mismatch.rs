@@ -16,7 +16,7 @@ use crate::stage::Stage;
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
 
 /// The least threshold that a pixel can have.
-pub(super) const LEAST_THRESHOLD: f32 = 0.01;
+pub(super) const MIN_THRESHOLD: f32 = 0.01;
 
 const SIGMA: ParamSpec = ParamSpec {
     name: "sigma",
@@ -83,8 +83,8 @@ impl PixelTerm for ThresholdMismatch {
         let (on, own) = (noise.normal(pixel, 0), noise.normal(pixel, 1));
         let r = self.correlation;
         let off = r * on + (1.0 - r * r).sqrt() * own;
-        traits.threshold_on = (traits.threshold_on + self.sigma * on).max(LEAST_THRESHOLD);
-        traits.threshold_off = (traits.threshold_off + self.sigma * off).max(LEAST_THRESHOLD);
+        traits.threshold_on = (traits.threshold_on + self.sigma * on).max(MIN_THRESHOLD);
+        traits.threshold_off = (traits.threshold_off + self.sigma * off).max(MIN_THRESHOLD);
     }
 }
 

@@ -10,7 +10,7 @@
 
 use evpose_core::{Polarity, StageNoise};
 
-use super::threshold_mismatch::LEAST_THRESHOLD;
+use super::threshold_mismatch::MIN_THRESHOLD;
 use super::{PixelTerm, PixelTraits};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
@@ -79,7 +79,7 @@ impl PixelTerm for ThresholdTemporalNoise {
         // Draw numbers wrap around after a billion events of one pixel.
         let draw = count.wrapping_mul(2) & 0x3fff_ffff;
         let redraw = |threshold: f32, draw: u32| {
-            (threshold + self.sigma * noise.normal(pixel, draw)).max(LEAST_THRESHOLD)
+            (threshold + self.sigma * noise.normal(pixel, draw)).max(MIN_THRESHOLD)
         };
         traits.threshold_on = redraw(traits.threshold_on, draw);
         traits.threshold_off = redraw(traits.threshold_off, draw + 1);

@@ -15,7 +15,7 @@ pub(crate) mod scanned;
 pub use row_bus::RowTimes;
 pub(crate) use row_bus::{RowBus, Turn};
 
-/// What a pixel does between its request and its service.
+/// The behaviour of a pixel between its request and its service.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Waiting {
     /// It is blind, and its memory becomes the voltage when it is served: what has changed in the
@@ -51,9 +51,9 @@ impl Waiting {
     }
 }
 
-/// What becomes of a pixel when its request is served.
+/// The reset of a pixel when its request is served.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Then {
+pub(crate) enum ServeAction {
     /// Its memory becomes the voltage.
     Reset,
     /// It goes on from the level that it has kept.
@@ -69,7 +69,7 @@ pub trait Readout: Send + Sync + Debug {
         false
     }
 
-    /// What pixels do while they wait.
+    /// Behaviour of pixels that wait.
     fn waiting(&self) -> Waiting {
         Waiting::Reset
     }
@@ -100,11 +100,11 @@ pub(crate) struct Service<'a> {
     memory: &'a mut ReadoutMemory,
 }
 
-/// What a readout remembers.
+/// State of a readout.
 #[derive(Debug)]
 pub(crate) struct ReadoutMemory {
     state: Vec<f64>,
-    bus: RowBus<Then>,
+    bus: RowBus<ServeAction>,
 }
 
 impl ReadoutMemory {
@@ -138,12 +138,12 @@ impl<'a> Service<'a> {
     }
 
     /// The bus that reads rows. What waits for it is served even where no more is asked of it.
-    pub(crate) fn bus(&mut self) -> &mut RowBus<Then> {
+    pub(crate) fn bus(&mut self) -> &mut RowBus<ServeAction> {
         &mut self.memory.bus
     }
 
     /// Lets a request wait for the turn of its row.
-    pub(crate) fn ask(&mut self, request: Request, then: Then) {
+    pub(crate) fn ask(&mut self, request: Request, then: ServeAction) {
         if let Some(times) = self.row_times {
             let row = request.pixel / u32::from(self.size.width);
             self.memory.bus.ask(times, row, request, then);
@@ -156,7 +156,7 @@ impl<'a> Service<'a> {
         if self.reads_rows() {
             for request in std::mem::take(requests) {
                 self.read_rows(|selects_s| selects_s < request.t_s, requests);
-                self.ask(request, Then::Nothing);
+                self.ask(request, ServeAction::Nothing);
             }
         } else {
             requests.retain_mut(|request| match self.acknowledge(request) {

@@ -12,7 +12,7 @@
 use evpose_core::{EventStream, Micros, SensorSize};
 use evpose_pose::stream::{InferenceWorker, PoseStream, StreamError, StreamFrontend};
 use evpose_pose::{HandParams, HandSide, PoseEstimate};
-use evpose_repr::SurfaceTrigger;
+use evpose_repr::RepresentationTrigger;
 
 use super::batch::InputBatch;
 use super::config::HandConfig;
@@ -33,7 +33,7 @@ pub fn hand_stream<P: Predictor + Send>(
 ) -> Result<PoseStream<HandFrontend, HandWorker<P>>, TaskError> {
     let frontend = HandFrontend {
         estimator: HandEstimator::slow_motion(config, sensor, batch)?,
-        trigger: SurfaceTrigger::new(&config.slow_motion.trigger, sensor),
+        trigger: RepresentationTrigger::new(&config.slow_motion.trigger, sensor),
         is_due: false,
         view: HandView::new(config)?,
         // A network of both hands does not tell them apart.
@@ -51,7 +51,7 @@ pub fn hand_stream<P: Predictor + Send>(
 #[derive(Debug)]
 pub struct HandFrontend {
     estimator: HandEstimator,
-    trigger: SurfaceTrigger,
+    trigger: RepresentationTrigger,
     is_due: bool,
     view: HandView,
     side: HandSide,

@@ -1,7 +1,7 @@
 //! Offline schedules of the hand's stream: the slow-motion mode, and every millisecond.
 
 use evpose_core::{EventStream, Micros, SensorSize, TimeWindow};
-use evpose_repr::SurfaceTrigger;
+use evpose_repr::RepresentationTrigger;
 
 use super::batch::InputBatch;
 use super::config::HandConfig;
@@ -20,7 +20,7 @@ const OFFLINE_BATCH: usize = 64;
 pub struct SlowMotionTracker {
     estimator: HandEstimator,
     window: Micros,
-    trigger: SurfaceTrigger,
+    trigger: RepresentationTrigger,
     /// Times of the first and of the last event.
     span: Option<[Micros; 2]>,
 }
@@ -35,7 +35,7 @@ impl SlowMotionTracker {
         Ok(Self {
             estimator: HandEstimator::slow_motion(config, sensor, mode.batch_surfaces)?,
             window: config.representation.window(),
-            trigger: SurfaceTrigger::new(&mode.trigger, sensor),
+            trigger: RepresentationTrigger::new(&mode.trigger, sensor),
             span: None,
         })
     }

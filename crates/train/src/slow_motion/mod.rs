@@ -2,7 +2,7 @@
 //!
 //! # Model
 //! A trigger makes a surface when enough time has passed *and* enough events have come
-//! ([`SurfaceTrigger`](evpose_repr::SurfaceTrigger)). Surfaces are gathered in batches. A full batch
+//! ([`RepresentationTrigger`](evpose_repr::RepresentationTrigger)). Surfaces are gathered in batches. A full batch
 //! is predicted, or gets the previous predictions where the scene is at rest
 //! ([`StillnessGate`](evpose_pose::filter::StillnessGate)). Each pose goes through a Kalman filter
 //! with two settings, at the time of its surface
