@@ -18,6 +18,7 @@ use evpose_sim::Shard;
     one to finish\nwrites manifest.sha256; `evpose info --verify DIR` and `sha256sum -c` check it. \
     docs/guide/scale.md says more.")]
 pub struct SimulateArgs {
+    /// Config and overrides.
     #[command(flatten)]
     pub config: ConfigArgs,
     /// Directory to write the sequences into
@@ -59,6 +60,7 @@ pub struct SimulateArgs {
     evpose train configs/body/pretrain.toml\n  \
     evpose train configs/body/finetune.toml")]
 pub struct TrainArgs {
+    /// Config and overrides.
     #[command(flatten)]
     pub config: ConfigArgs,
     /// Directory of sequences from `evpose simulate`, or of images from `evpose prepare`, or the annotation
@@ -77,6 +79,7 @@ pub struct TrainArgs {
     /// Plain lines instead of the dashboard, even on a terminal
     #[arg(long)]
     pub plain: bool,
+    /// Device and threads.
     #[command(flatten)]
     pub device: DeviceArgs,
 }
@@ -132,6 +135,7 @@ pub struct EvalArgs {
     /// Bits that the network computes in: f32, bf16, or int8 after `evpose quantize`
     #[arg(long, default_value = "f32")]
     pub precision: Precision,
+    /// Device and threads.
     #[command(flatten)]
     pub device: DeviceArgs,
 }
@@ -178,6 +182,7 @@ pub struct InferArgs {
     /// Bits that the network computes in: f32, bf16, or int8 after `evpose quantize`
     #[arg(long, default_value = "f32")]
     pub precision: Precision,
+    /// Device and threads.
     #[command(flatten)]
     pub device: DeviceArgs,
 }

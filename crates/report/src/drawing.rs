@@ -63,7 +63,7 @@ impl Words<'_> {
         let font = (FONT, 1.24 * self.size).into_font();
         let font = if self.is_bold { font.style(FontStyle::Bold) } else { font };
         let font = if self.is_upright { font.transform(FontTransform::Rotate270) } else { font };
-        let style = font.color(&rgb(self.colour)).pos(Pos::new(self.anchor.clone(), VPos::Center));
+        let style = font.color(&rgb(self.colour)).pos(Pos::new(self.anchor, VPos::Center));
         area.draw(&Text::new(self.text, pixel(x, y), style)).map_err(DrawingError::new)
     }
 }

@@ -73,7 +73,7 @@ mod tests {
     #[test]
     fn the_picture_stays_as_it_is_and_the_bar_below_says_time_and_events() {
         let image = RgbImage::from_pixel(320, 10, Rgb([1, 2, 3]));
-        let frame = RenderedFrame { t: Micros(1_000), events: 7, image: image.clone() };
+        let frame = RenderedFrame { t: Micros(1_000), events: 7, image };
         let image = captioned(&frame);
         assert_eq!(image.dimensions(), (320, 10 + 22));
         assert!(image.pixels().zip(frame.image.pixels()).all(|(a, b)| a == b));

@@ -3,9 +3,8 @@
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 
-use evpose_core::{EventStream, Micros, SensorSize};
+use evpose_core::{EventStream, Micros};
 use evpose_pose::body::BodyPoints;
-use evpose_repr::Representation;
 use evpose_sim::person::{People, PoseTable};
 use glam::Vec2;
 use rayon::prelude::*;
@@ -208,7 +207,7 @@ impl RecentTimes {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
 
-    use evpose_core::{Event, Polarity};
+    use evpose_core::{Event, Polarity, SensorSize};
     use evpose_pose::body::BODY_JOINTS;
     use evpose_sim::person::PoseRow;
     use glam::Vec3;
