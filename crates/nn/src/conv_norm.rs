@@ -5,7 +5,7 @@ use burn::nn::conv::{Conv2d, Conv2dConfig};
 use burn::nn::{BatchNorm, BatchNormConfig, PaddingConfig2d};
 use burn::tensor::Device;
 
-use crate::flow::Flow;
+use crate::net_ops::NetOps;
 use crate::ops::Activation;
 
 /// Shape of a [`ConvNorm`]: a square kernel that keeps the image size, up to its stride.
@@ -76,17 +76,17 @@ impl ConvNorm {
     /// # Shapes
     /// - input: `[batch, channels_in, height, width]`
     /// - output: `[batch, channels_out, ceil(height / stride), ceil(width / stride)]`
-    pub(crate) fn forward<F: Flow>(&self, input: F) -> F {
+    pub(crate) fn forward<F: NetOps>(&self, input: F) -> F {
         input.conv_norm(self, Activation::Identity)
     }
 
     /// `relu(norm(conv(x)))`, shapes as in [`forward`](Self::forward).
-    pub(crate) fn forward_relu<F: Flow>(&self, input: F) -> F {
+    pub(crate) fn forward_relu<F: NetOps>(&self, input: F) -> F {
         input.conv_norm(self, Activation::Relu)
     }
 
     /// `min(relu(norm(conv(x))), 6)`, shapes as in [`forward`](Self::forward).
-    pub(crate) fn forward_relu6<F: Flow>(&self, input: F) -> F {
+    pub(crate) fn forward_relu6<F: NetOps>(&self, input: F) -> F {
         input.conv_norm(self, Activation::Relu6)
     }
 }

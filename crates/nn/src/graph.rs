@@ -17,7 +17,7 @@ use burn::tensor::Tensor;
 pub use evpose_kernels::batch_norm::Activation;
 
 use crate::conv_norm::ConvNorm;
-use crate::flow::{Flow, FlowVector};
+use crate::net_ops::{NetOps, VectorOps};
 use crate::parameters::paths;
 
 /// The number of a node.
@@ -228,7 +228,7 @@ fn values<const D: usize>(tensor: Tensor<D>) -> Vec<f32> {
     tensor.into_data().iter::<f32>().collect()
 }
 
-impl Flow for Written {
+impl NetOps for Written {
     type Vector = Self;
 
     fn channels(&self) -> usize {
@@ -282,14 +282,14 @@ impl Flow for Written {
         self.next("affine", Operation::Affine { factor, offset }, self.channels)
     }
 
-    fn means(self, layer: &AdaptiveAvgPool2d) -> Self {
+    fn avg_pool(self, layer: &AdaptiveAvgPool2d) -> Self {
         let fields = layer.output_size;
         let means = self.next("means", Operation::MeanPool { fields }, self.channels);
         means.next("flatten", Operation::Flatten, means.channels * fields[0] * fields[1])
     }
 }
 
-impl FlowVector for Written {
+impl VectorOps for Written {
     fn linear(self, layer: &Linear) -> Self {
         let shape = layer.weight.dims();
         let bias = layer.bias.as_ref();
@@ -300,6 +300,6 @@ impl FlowVector for Written {
     }
 
     fn relu(self) -> Self {
-        Flow::relu(self)
+        NetOps::relu(self)
     }
 }

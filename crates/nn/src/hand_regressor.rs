@@ -1,15 +1,15 @@
 //! The EventHands network: two channels of events to the twelve numbers of a hand.
 
-use burn::module::{Initializer, Module};
+use burn::module::{self, Module};
 use burn::nn::PaddingConfig2d;
 use burn::nn::conv::{Conv2d, Conv2dConfig};
 use burn::tensor::{Device, Tensor};
 use evpose_pose::PARAMETERS;
 use serde::{Deserialize, Serialize};
 
-use crate::flow::Flow;
 use crate::graph::Graph;
-use crate::init::{Law, seeded};
+use crate::initializer::{Initializer, seeded};
+use crate::net_ops::NetOps;
 use crate::parameters::{Slot, trained_count};
 use crate::{Backbone, NnError};
 
@@ -61,7 +61,7 @@ impl HandRegressorConfig {
         let backbone = network.backbone.clone();
         Ok(seeded(network, seed, |slot| match slot.path.strip_prefix("backbone.") {
             Some(_) => backbone.initial(slot),
-            None => Law::torch_default(EVENT_CHANNELS * KERNEL * KERNEL),
+            None => Initializer::torch_default(EVENT_CHANNELS * KERNEL * KERNEL),
         }))
     }
 
@@ -77,7 +77,7 @@ impl HandRegressorConfig {
     pub(crate) fn zeros(&self, device: &Device) -> Result<HandRegressor, NnError> {
         let conv1 = Conv2dConfig::new([EVENT_CHANNELS, IMAGE_CHANNELS], [KERNEL, KERNEL])
             .with_padding(PaddingConfig2d::Explicit(1, 1, 1, 1))
-            .with_initializer(Initializer::Zeros)
+            .with_initializer(module::Initializer::Zeros)
             .init(device);
         let backbone = Backbone::build(&self.backbone, self.width, PARAMETERS, device)?;
         Ok(HandRegressor { conv1, backbone, config: self.clone() })
@@ -97,11 +97,11 @@ impl HandRegressor {
 
     /// The network, layer by layer, with its weights.
     pub fn graph(&self) -> Graph {
-        Graph::of(self, EVENT_CHANNELS, |events| vec![self.flow(events)])
+        Graph::of(self, EVENT_CHANNELS, |events| vec![self.forward_ops(events)])
     }
 
-    fn flow<F: Flow>(&self, events: F) -> F::Vector {
-        self.backbone.flow(events.conv(&self.conv1))
+    fn forward_ops<F: NetOps>(&self, events: F) -> F::Vector {
+        self.backbone.forward_ops(events.conv(&self.conv1))
     }
 
     /// What it was built from.

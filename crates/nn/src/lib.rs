@@ -2,7 +2,7 @@
 //!
 //! * [`DeviceKind`]: what the arithmetic runs on, chosen by name at run time.
 //! * [`HandRegressorConfig`], [`HandRegressor`]: the EventHands network, events to 12 numbers.
-//! * [`Backbone`], [`BACKBONES`], [`backbone_called`]: what can stand inside it, by name.
+//! * [`Backbone`], [`BACKBONES`], [`backbone_by_name`]: what can stand inside it, by name.
 //! * [`MoveEnetConfig`], [`MoveEnet`]: the MoveEnet network, events to the maps of a body's joints.
 //! * [`Network`]: any of them by name.
 //! * [`Graph`](graph::Graph): such a network written down, for engines that compile it.
@@ -19,12 +19,13 @@ mod channels;
 mod conv_norm;
 mod device;
 mod error;
-mod flow;
 pub mod graph;
 mod hand_regressor;
-mod init;
+mod initializer;
+mod linear;
 mod loss;
 mod move_enet;
+mod net_ops;
 mod network;
 mod ops;
 pub mod parameters;
@@ -32,7 +33,7 @@ pub mod weights;
 
 pub use backbone::{
     BACKBONES, Backbone, BackboneEntry, MnasNet, MobileNetV2, ResNet, ShuffleNetV2, Vgg,
-    backbone_called,
+    backbone_by_name,
 };
 pub use device::DeviceKind;
 pub use error::NnError;

@@ -8,7 +8,7 @@ use crate::move_enet::IMAGE_CHANNELS;
 use crate::parameters::trained_count;
 use crate::{
     BACKBONES, HandRegressor, HandRegressorConfig, MoveEnet, MoveEnetConfig, NnError,
-    backbone_called,
+    backbone_by_name,
 };
 
 /// What the MoveEnet network is called among the others.
@@ -44,7 +44,7 @@ impl Network {
             let config = MoveEnetConfig { width, ..MoveEnetConfig::default() };
             return Ok(Self::Body(Box::new(config.init(seed, device)?)));
         }
-        let Ok(entry) = backbone_called(name) else {
+        let Ok(entry) = backbone_by_name(name) else {
             let known: Vec<_> = Self::names().collect();
             return Err(NnError::UnknownNetwork { name: name.to_owned(), known: known.join(", ") });
         };

@@ -10,15 +10,16 @@
 //! Tan et al.: *MnasNet: Platform-Aware Neural Architecture Search for Mobile*, CVPR 2019, Figure
 //! 7a.
 
-use burn::module::{Initializer, Module};
+use burn::module::Module;
+use burn::nn::Linear;
 use burn::nn::pool::{AdaptiveAvgPool2d, AdaptiveAvgPool2dConfig};
-use burn::nn::{Linear, LinearConfig};
 use burn::tensor::Device;
 
 use crate::channels::multiple_of_eight;
 use crate::conv_norm::{ConvNorm, ConvNormConfig};
-use crate::flow::{Flow, FlowVector};
-use crate::init::Law;
+use crate::initializer::Initializer;
+use crate::linear::linear;
+use crate::net_ops::{NetOps, VectorOps};
 use crate::parameters::Slot;
 
 /// Channels of the first convolution and of the block behind it.
@@ -119,9 +120,7 @@ impl MnasNetConfig {
             stacks,
             last: ConvNormConfig::new(channels, HEAD_CHANNELS, 1).init(device),
             mean: AdaptiveAvgPool2dConfig::new([1, 1]).init(),
-            head: LinearConfig::new(HEAD_CHANNELS, self.outputs)
-                .with_initializer(Initializer::Zeros)
-                .init(device),
+            head: linear(HEAD_CHANNELS, self.outputs, device),
         }
     }
 }
@@ -130,13 +129,13 @@ impl MnasNet {
     /// # Shapes
     /// - input: `[batch, 3, height, width]`
     /// - output: `[batch, outputs]`
-    pub(super) fn forward<F: Flow>(&self, input: F) -> F::Vector {
+    pub(super) fn forward<F: NetOps>(&self, input: F) -> F::Vector {
         let mut x = self.separable.forward(self.stem.forward_relu(input));
         for block in self.stacks.iter().flatten() {
             x = block.forward(x);
         }
         let x = self.last.forward_relu(x);
-        x.means(&self.mean).linear(&self.head)
+        x.avg_pool(&self.mean).linear(&self.head)
     }
 }
 
@@ -157,7 +156,7 @@ impl Separable {
         }
     }
 
-    fn forward<F: Flow>(&self, input: F) -> F {
+    fn forward<F: NetOps>(&self, input: F) -> F {
         self.project.forward(self.depthwise.forward_relu(input))
     }
 }
@@ -166,7 +165,7 @@ impl InvertedResidual {
     /// # Shapes
     /// - input: `[batch, channels_in, height, width]`
     /// - output: `[batch, channels_out, ceil(height / stride), ceil(width / stride)]`
-    fn forward<F: Flow>(&self, input: F) -> F {
+    fn forward<F: NetOps>(&self, input: F) -> F {
         let x = self.separable.forward(self.expand.forward_relu(input.clone()));
         if self.residual { x.add(input) } else { x }
     }
@@ -174,12 +173,12 @@ impl InvertedResidual {
 
 /// As torchvision initialises: Kaiming for convolutions; the head uniform with the variance that
 /// keeps gradients, `1 / outputs`.
-pub(super) fn initial(slot: &Slot) -> Law {
+pub(super) fn initial(slot: &Slot) -> Initializer {
     match (slot.layer.as_str(), slot.shape.as_slice()) {
-        ("Conv2d", shape) => Law::kaiming_fan_out(shape),
-        ("BatchNorm", _) => Law::batch_norm(slot.name()),
-        (_, &[_, outputs]) => Law::Uniform { bound: (3.0 / outputs as f32).sqrt() },
-        _ => Law::Constant(0.0),
+        ("Conv2d", shape) => Initializer::kaiming_fan_out(shape),
+        ("BatchNorm", _) => Initializer::batch_norm(slot.name()),
+        (_, &[_, outputs]) => Initializer::Uniform { bound: (3.0 / outputs as f32).sqrt() },
+        _ => Initializer::Constant(0.0),
     }
 }
 

@@ -7,15 +7,16 @@
 //! # Source
 //! Sandler et al.: *MobileNetV2: Inverted Residuals and Linear Bottlenecks*, CVPR 2018, Table 2.
 
-use burn::module::{Initializer, Module};
+use burn::module::Module;
+use burn::nn::Linear;
 use burn::nn::pool::{AdaptiveAvgPool2d, AdaptiveAvgPool2dConfig};
-use burn::nn::{Linear, LinearConfig};
 use burn::tensor::Device;
 
 use crate::channels::multiple_of_eight;
 use crate::conv_norm::{ConvNorm, ConvNormConfig};
-use crate::flow::{Flow, FlowVector};
-use crate::init::Law;
+use crate::initializer::Initializer;
+use crate::linear::linear;
+use crate::net_ops::{NetOps, VectorOps};
 use crate::parameters::Slot;
 
 /// Table 2: expansion of the hidden channels, output channels, blocks, stride of the first block.
@@ -87,9 +88,7 @@ impl MobileNetV2Config {
             blocks,
             last: ConvNormConfig::new(channels, last, 1).init(device),
             mean: AdaptiveAvgPool2dConfig::new([1, 1]).init(),
-            head: LinearConfig::new(last, self.outputs)
-                .with_initializer(Initializer::Zeros)
-                .init(device),
+            head: linear(last, self.outputs, device),
         }
     }
 }
@@ -98,13 +97,13 @@ impl MobileNetV2 {
     /// # Shapes
     /// - input: `[batch, 3, height, width]`
     /// - output: `[batch, outputs]`
-    pub(super) fn forward<F: Flow>(&self, input: F) -> F::Vector {
+    pub(super) fn forward<F: NetOps>(&self, input: F) -> F::Vector {
         let mut x = self.stem.forward_relu6(input);
         for block in &self.blocks {
             x = block.forward(x);
         }
         let x = self.last.forward_relu6(x);
-        x.means(&self.mean).linear(&self.head)
+        x.avg_pool(&self.mean).linear(&self.head)
     }
 }
 
@@ -132,7 +131,7 @@ impl InvertedResidual {
     /// # Shapes
     /// - input: `[batch, channels_in, height, width]`
     /// - output: `[batch, channels_out, ceil(height / stride), ceil(width / stride)]`
-    fn forward<F: Flow>(&self, input: F) -> F {
+    fn forward<F: NetOps>(&self, input: F) -> F {
         let x = match &self.expand {
             Some(expand) => expand.forward_relu6(input.clone()),
             None => input.clone(),
@@ -143,12 +142,12 @@ impl InvertedResidual {
 }
 
 /// As torchvision initialises: Kaiming for convolutions, a narrow normal for the head.
-pub(super) fn initial(slot: &Slot) -> Law {
+pub(super) fn initial(slot: &Slot) -> Initializer {
     match slot.layer.as_str() {
-        "Conv2d" => Law::kaiming_fan_out(&slot.shape),
-        "BatchNorm" => Law::batch_norm(slot.name()),
-        _ if slot.is_linear_weight() => Law::Normal { deviation: 0.01 },
-        _ => Law::Constant(0.0),
+        "Conv2d" => Initializer::kaiming_fan_out(&slot.shape),
+        "BatchNorm" => Initializer::batch_norm(slot.name()),
+        _ if slot.is_linear_weight() => Initializer::Normal { deviation: 0.01 },
+        _ => Initializer::Constant(0.0),
     }
 }
 

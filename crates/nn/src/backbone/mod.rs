@@ -10,8 +10,8 @@ use burn::module::Module;
 use burn::tensor::{Device, Tensor};
 
 use crate::NnError;
-use crate::flow::Flow;
-use crate::init::Law;
+use crate::initializer::Initializer;
+use crate::net_ops::NetOps;
 use crate::ops::{self, Blocked};
 use crate::parameters::Slot;
 
@@ -104,7 +104,7 @@ pub const BACKBONES: &[BackboneEntry] = &[
 ///
 /// # Errors
 /// [`NnError::UnknownBackbone`], which lists those there are.
-pub fn backbone_called(name: &str) -> Result<&'static BackboneEntry, NnError> {
+pub fn backbone_by_name(name: &str) -> Result<&'static BackboneEntry, NnError> {
     BACKBONES.iter().find(|entry| entry.name == name).ok_or_else(|| {
         let known: Vec<_> = BACKBONES.iter().map(|entry| entry.name).collect();
         NnError::UnknownBackbone { name: name.to_owned(), known: known.join(", ") }
@@ -135,7 +135,7 @@ impl Backbone {
         outputs: usize,
         device: &Device,
     ) -> Result<Self, NnError> {
-        let entry = backbone_called(name)?;
+        let entry = backbone_by_name(name)?;
         if !(entry.narrowest..=8.0).contains(&width) {
             return Err(NnError::Width { width });
         }
@@ -150,12 +150,12 @@ impl Backbone {
             Self::ResNet(network) if ops::is_ours(&input) => {
                 network.forward(Blocked::from_planes(input))
             }
-            _ => self.flow(input),
+            _ => self.forward_ops(input),
         }
     }
 
     /// The forward pass of whatever flows.
-    pub(crate) fn flow<F: Flow>(&self, input: F) -> F::Vector {
+    pub(crate) fn forward_ops<F: NetOps>(&self, input: F) -> F::Vector {
         match self {
             Self::ResNet(network) => network.forward(input),
             Self::MobileNetV2(network) => network.forward(input),
@@ -166,7 +166,7 @@ impl Backbone {
     }
 
     /// What a tensor of the backbone starts from.
-    pub(crate) fn initial(&self, slot: &Slot) -> Law {
+    pub(crate) fn initial(&self, slot: &Slot) -> Initializer {
         match self {
             Self::ResNet(network) => network.initial(slot),
             Self::MobileNetV2(_) => mobilenet_v2::initial(slot),

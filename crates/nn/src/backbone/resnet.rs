@@ -3,15 +3,16 @@
 //! # Source
 //! He, Zhang, Ren, Sun: *Deep Residual Learning for Image Recognition*, CVPR 2016, Table 1.
 
-use burn::module::{Initializer, Module};
+use burn::module::Module;
 use burn::nn::pool::{AdaptiveAvgPool2d, AdaptiveAvgPool2dConfig, MaxPool2d, MaxPool2dConfig};
-use burn::nn::{Linear, LinearConfig, PaddingConfig2d};
+use burn::nn::{Linear, PaddingConfig2d};
 use burn::tensor::Device;
 
 use crate::channels::scaled;
 use crate::conv_norm::{ConvNorm, ConvNormConfig};
-use crate::flow::{Flow, FlowVector};
-use crate::init::Law;
+use crate::initializer::Initializer;
+use crate::linear::linear;
+use crate::net_ops::{NetOps, VectorOps};
 use crate::parameters::Slot;
 
 /// Channels of the first stage as published.
@@ -73,9 +74,7 @@ impl ResNetConfig {
                 .init(),
             stages: (0..4).map(stage).collect(),
             mean: AdaptiveAvgPool2dConfig::new([1, 1]).init(),
-            head: LinearConfig::new(self.channels * 8, self.outputs)
-                .with_initializer(Initializer::Zeros)
-                .init(device),
+            head: linear(self.channels * 8, self.outputs, device),
         }
     }
 }
@@ -84,20 +83,20 @@ impl ResNet {
     /// # Shapes
     /// - input: `[batch, 3, height, width]`
     /// - output: `[batch, outputs]`
-    pub(super) fn forward<F: Flow>(&self, input: F) -> F::Vector {
+    pub(super) fn forward<F: NetOps>(&self, input: F) -> F::Vector {
         let mut x = self.stem.forward_relu(input).max_pool(&self.pool);
         for block in self.stages.iter().flatten() {
             x = block.forward(x);
         }
-        x.means(&self.mean).linear(&self.head)
+        x.avg_pool(&self.mean).linear(&self.head)
     }
 
     /// As torchvision initialises: Kaiming for convolutions, PyTorch's default for the head.
-    pub(super) fn initial(&self, slot: &Slot) -> Law {
+    pub(super) fn initial(&self, slot: &Slot) -> Initializer {
         match slot.layer.as_str() {
-            "Conv2d" => Law::kaiming_fan_out(&slot.shape),
-            "BatchNorm" => Law::batch_norm(slot.name()),
-            _ => Law::torch_default(self.head.weight.dims()[0]),
+            "Conv2d" => Initializer::kaiming_fan_out(&slot.shape),
+            "BatchNorm" => Initializer::batch_norm(slot.name()),
+            _ => Initializer::torch_default(self.head.weight.dims()[0]),
         }
     }
 }
@@ -116,7 +115,7 @@ impl BasicBlock {
     /// # Shapes
     /// - input: `[batch, channels_in, height, width]`
     /// - output: `[batch, channels_out, ceil(height / stride), ceil(width / stride)]`
-    fn forward<F: Flow>(&self, input: F) -> F {
+    fn forward<F: NetOps>(&self, input: F) -> F {
         let x = self.second.forward(self.first.forward_relu(input.clone()));
         let shortcut = match &self.shortcut {
             Some(shortcut) => shortcut.forward(input),

@@ -5,15 +5,16 @@
 //! Ma et al.: *ShuffleNet V2: Practical Guidelines for Efficient CNN Architecture Design*, ECCV
 //! 2018, Table 5.
 
-use burn::module::{Initializer, Module};
+use burn::module::Module;
 use burn::nn::pool::{AdaptiveAvgPool2d, AdaptiveAvgPool2dConfig, MaxPool2d, MaxPool2dConfig};
-use burn::nn::{Linear, LinearConfig, PaddingConfig2d};
+use burn::nn::{Linear, PaddingConfig2d};
 use burn::tensor::Device;
 
 use crate::channels::scaled;
 use crate::conv_norm::{ConvNorm, ConvNormConfig};
-use crate::flow::{Flow, FlowVector};
-use crate::init::Law;
+use crate::initializer::Initializer;
+use crate::linear::linear;
+use crate::net_ops::{NetOps, VectorOps};
 use crate::parameters::Slot;
 
 /// Channels of the first convolution, the same at every published width.
@@ -90,9 +91,7 @@ impl ShuffleNetV2Config {
             stages,
             last: ConvNormConfig::new(channels, last, 1).init(device),
             mean: AdaptiveAvgPool2dConfig::new([1, 1]).init(),
-            head: LinearConfig::new(last, self.outputs)
-                .with_initializer(Initializer::Zeros)
-                .init(device),
+            head: linear(last, self.outputs, device),
         }
     }
 }
@@ -101,21 +100,21 @@ impl ShuffleNetV2 {
     /// # Shapes
     /// - input: `[batch, 3, height, width]`
     /// - output: `[batch, outputs]`
-    pub(super) fn forward<F: Flow>(&self, input: F) -> F::Vector {
+    pub(super) fn forward<F: NetOps>(&self, input: F) -> F::Vector {
         let mut x = self.stem.forward_relu(input).max_pool(&self.pool);
         for unit in self.stages.iter().flatten() {
             x = unit.forward(x);
         }
         let x = self.last.forward_relu(x);
-        x.means(&self.mean).linear(&self.head)
+        x.avg_pool(&self.mean).linear(&self.head)
     }
 
     /// As torchvision initialises: PyTorch's defaults everywhere.
-    pub(super) fn initial(&self, slot: &Slot) -> Law {
+    pub(super) fn initial(&self, slot: &Slot) -> Initializer {
         match slot.layer.as_str() {
-            "Conv2d" => Law::torch_default(slot.shape.iter().skip(1).product()),
-            "BatchNorm" => Law::batch_norm(slot.name()),
-            _ => Law::torch_default(self.head.weight.dims()[0]),
+            "Conv2d" => Initializer::torch_default(slot.shape.iter().skip(1).product()),
+            "BatchNorm" => Initializer::batch_norm(slot.name()),
+            _ => Initializer::torch_default(self.head.weight.dims()[0]),
         }
     }
 }
@@ -153,7 +152,7 @@ impl Unit {
     /// # Shapes
     /// - input: `[batch, channels_in, height, width]`
     /// - output: `[batch, 2 branch, ceil(height / stride), ceil(width / stride)]`
-    fn forward<F: Flow>(&self, input: F) -> F {
+    fn forward<F: NetOps>(&self, input: F) -> F {
         let (first, second) = match &self.halving {
             Some(halving) => (halving.forward(input.clone()), input),
             None => {
@@ -168,7 +167,7 @@ impl Unit {
 }
 
 impl Halving {
-    fn forward<F: Flow>(&self, input: F) -> F {
+    fn forward<F: NetOps>(&self, input: F) -> F {
         self.project.forward_relu(self.depthwise.forward(input))
     }
 }

@@ -9,15 +9,16 @@
 //! Simonyan and Zisserman: *Very Deep Convolutional Networks for Large-Scale Image Recognition*,
 //! ICLR 2015, Table 1, column A.
 
-use burn::module::{Initializer, Module};
+use burn::module::Module;
+use burn::nn::Linear;
 use burn::nn::pool::{AdaptiveAvgPool2d, AdaptiveAvgPool2dConfig, MaxPool2d, MaxPool2dConfig};
-use burn::nn::{Linear, LinearConfig};
 use burn::tensor::Device;
 
 use crate::channels::scaled;
 use crate::conv_norm::{ConvNorm, ConvNormConfig};
-use crate::flow::{Flow, FlowVector};
-use crate::init::Law;
+use crate::initializer::Initializer;
+use crate::linear::linear;
+use crate::net_ops::{NetOps, VectorOps};
 use crate::parameters::Slot;
 
 /// Channels of the five stages as published.
@@ -68,16 +69,16 @@ impl VggConfig {
             stage.collect()
         });
         let stages = stages.collect();
-        let linear = |inputs, outputs| {
-            LinearConfig::new(inputs, outputs).with_initializer(Initializer::Zeros).init(device)
-        };
         let hidden = scaled(HIDDEN, self.width);
         Vgg {
             stages,
             pool: MaxPool2dConfig::new([2, 2]).init(),
             mean: AdaptiveAvgPool2dConfig::new([FIELDS, FIELDS]).init(),
-            hidden: vec![linear(channels * FIELDS * FIELDS, hidden), linear(hidden, hidden)],
-            head: linear(hidden, self.outputs),
+            hidden: vec![
+                linear(channels * FIELDS * FIELDS, hidden, device),
+                linear(hidden, hidden, device),
+            ],
+            head: linear(hidden, self.outputs, device),
         }
     }
 }
@@ -86,7 +87,7 @@ impl Vgg {
     /// # Shapes
     /// - input: `[batch, 3, height, width]`, at least 32 pixels high and wide
     /// - output: `[batch, outputs]`
-    pub(super) fn forward<F: Flow>(&self, input: F) -> F::Vector {
+    pub(super) fn forward<F: NetOps>(&self, input: F) -> F::Vector {
         let mut x = input;
         for stage in &self.stages {
             for layer in stage {
@@ -94,7 +95,7 @@ impl Vgg {
             }
             x = x.max_pool(&self.pool);
         }
-        let mut x = x.means(&self.mean);
+        let mut x = x.avg_pool(&self.mean);
         for layer in &self.hidden {
             x = x.linear(layer).relu();
         }
@@ -121,11 +122,11 @@ impl Vgg {
 }
 
 /// As torchvision initialises: Kaiming for convolutions, narrow normals for the rest.
-pub(super) fn initial(slot: &Slot) -> Law {
+pub(super) fn initial(slot: &Slot) -> Initializer {
     match slot.layer.as_str() {
-        "Conv2d" => Law::kaiming_fan_out(&slot.shape),
-        "BatchNorm" => Law::batch_norm(slot.name()),
-        _ if slot.is_linear_weight() => Law::Normal { deviation: 0.01 },
-        _ => Law::Constant(0.0),
+        "Conv2d" => Initializer::kaiming_fan_out(&slot.shape),
+        "BatchNorm" => Initializer::batch_norm(slot.name()),
+        _ if slot.is_linear_weight() => Initializer::Normal { deviation: 0.01 },
+        _ => Initializer::Constant(0.0),
     }
 }

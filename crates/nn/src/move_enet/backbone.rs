@@ -8,7 +8,7 @@ use super::blocks::{InvertedResidual, InvertedResidualConfig, Separable, Upsampl
 use super::{IMAGE_CHANNELS, MoveEnetConfig};
 use crate::channels::multiple_of_eight;
 use crate::conv_norm::{ConvNorm, ConvNormConfig};
-use crate::flow::Flow;
+use crate::net_ops::NetOps;
 
 /// Channels of the first convolution, and of the separable one behind it.
 const STEM: [f32; 2] = [32.0, 16.0];
@@ -71,7 +71,7 @@ impl Pyramid {
     /// # Shapes
     /// - input: `[batch, 3, height, width]`, values -1 to 1, sides multiples of 32
     /// - output: `[batch, channels, height / 4, width / 4]`
-    pub(super) fn forward<F: Flow>(&self, input: F) -> F {
+    pub(super) fn forward<F: NetOps>(&self, input: F) -> F {
         let mut x = self.separable.forward_relu_between(self.stem.forward_relu(input));
         let mut levels = Vec::with_capacity(LEVELS);
         for (index, stage) in self.stages.iter().enumerate() {

@@ -1,12 +1,12 @@
 //! What the network is built of: convolutions of single channels, then of all channels of a pixel.
 
-use burn::module::{Initializer, Module};
+use burn::module::{self, Module};
 use burn::nn::PaddingConfig2d;
 use burn::nn::conv::{Conv2d, Conv2dConfig};
 use burn::tensor::Device;
 
 use crate::conv_norm::{ConvNorm, ConvNormConfig};
-use crate::flow::Flow;
+use crate::net_ops::NetOps;
 
 /// Filter each channel with 3x3, then mix the channels.
 #[derive(Module, Debug)]
@@ -24,12 +24,12 @@ impl Separable {
     }
 
     /// With its ReLU between the two, and none at the end.
-    pub(super) fn forward_relu_between<F: Flow>(&self, input: F) -> F {
+    pub(super) fn forward_relu_between<F: NetOps>(&self, input: F) -> F {
         self.mix.forward(self.depthwise.forward_relu(input))
     }
 
     /// With its ReLU at the end, and none between the two.
-    pub(super) fn forward_relu_behind<F: Flow>(&self, input: F) -> F {
+    pub(super) fn forward_relu_behind<F: NetOps>(&self, input: F) -> F {
         self.mix.forward_relu(self.depthwise.forward(input))
     }
 }
@@ -43,7 +43,7 @@ struct Bottleneck {
 }
 
 impl Bottleneck {
-    fn forward<F: Flow>(&self, input: F) -> F {
+    fn forward<F: NetOps>(&self, input: F) -> F {
         let hidden = self.expand.forward_relu(input);
         self.project.forward(self.depthwise.forward_relu(hidden))
     }
@@ -93,7 +93,7 @@ impl InvertedResidual {
     /// # Shapes
     /// - input: `[batch, channels_in, height, width]`
     /// - output: `[batch, channels_out, ceil(height / stride), ceil(width / stride)]`
-    pub(super) fn forward<F: Flow>(&self, input: F) -> F {
+    pub(super) fn forward<F: NetOps>(&self, input: F) -> F {
         let mut x = self.first.forward(input);
         for _ in 0..self.repetitions {
             x = x.clone().add(self.repeated.forward(x));
@@ -115,7 +115,7 @@ impl Upsampling {
         let depthwise = Conv2dConfig::new([channels_in, channels_in], [3, 3])
             .with_padding(PaddingConfig2d::Explicit(1, 1, 1, 1))
             .with_groups(channels_in)
-            .with_initializer(Initializer::Zeros)
+            .with_initializer(module::Initializer::Zeros)
             .init(device);
         Self { depthwise, mix: ConvNormConfig::new(channels_in, channels_out, 1).init(device) }
     }
@@ -123,7 +123,7 @@ impl Upsampling {
     /// # Shapes
     /// - input: `[batch, channels_in, height, width]`
     /// - output: `[batch, channels_out, 2 height, 2 width]`
-    pub(super) fn forward<F: Flow>(&self, input: F) -> F {
+    pub(super) fn forward<F: NetOps>(&self, input: F) -> F {
         self.mix.forward_relu(input.conv(&self.depthwise).relu()).upsample()
     }
 }
@@ -138,7 +138,7 @@ pub(super) fn pointwise(
     Conv2dConfig::new([channels_in, channels_out], [1, 1])
         .with_padding(PaddingConfig2d::Explicit(0, 0, 0, 0))
         .with_bias(bias)
-        .with_initializer(Initializer::Zeros)
+        .with_initializer(module::Initializer::Zeros)
         .init(device)
 }
 

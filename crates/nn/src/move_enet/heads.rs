@@ -8,7 +8,7 @@ use evpose_pose::body::BodyMaps;
 use super::blocks::{Separable, pointwise};
 use super::{MoveEnetConfig, backbone};
 use crate::channels::multiple_of_eight;
-use crate::flow::Flow;
+use crate::net_ops::NetOps;
 
 /// Hidden channels.
 const HIDDEN: f32 = 96.0;
@@ -29,7 +29,7 @@ impl Head {
         }
     }
 
-    fn forward<F: Flow>(&self, input: F) -> F {
+    fn forward<F: NetOps>(&self, input: F) -> F {
         self.separable.forward_relu_behind(input).conv(&self.last)
     }
 }
@@ -58,7 +58,7 @@ impl Heads {
     /// # Shapes
     /// - input: `[batch, channels, height, width]`
     /// - output: as many rows and columns
-    pub(super) fn forward<F: Flow>(&self, input: F) -> BodyMaps<F> {
+    pub(super) fn forward<F: NetOps>(&self, input: F) -> BodyMaps<F> {
         BodyMaps {
             heatmaps: self.heatmaps.forward(input.clone()).sigmoid(),
             centers: self.centers.forward(input.clone()).sigmoid(),

@@ -22,9 +22,9 @@ use evpose_pose::body::BodyMaps;
 use serde::{Deserialize, Serialize};
 
 use crate::NnError;
-use crate::flow::Flow;
 use crate::graph::Graph;
-use crate::init::{Law, seeded};
+use crate::initializer::{Initializer, seeded};
+use crate::net_ops::NetOps;
 use crate::parameters::{Slot, trained_count};
 use backbone::Pyramid;
 use heads::Heads;
@@ -72,9 +72,9 @@ impl MoveEnetConfig {
     /// [`NnError::Width`], and [`NnError::TooFew`] for no joints or no hidden channels.
     pub fn init(&self, seed: u64, device: &Device) -> Result<MoveEnet, NnError> {
         Ok(seeded(self.zeros(device)?, seed, |slot| match (slot.layer.as_str(), slot.name()) {
-            ("BatchNorm", name) => Law::batch_norm(name),
-            (_, "weight") => Law::kaiming_fan_in(&slot.shape),
-            _ => Law::Constant(0.0),
+            ("BatchNorm", name) => Initializer::batch_norm(name),
+            (_, "weight") => Initializer::kaiming_fan_in(&slot.shape),
+            _ => Initializer::Constant(0.0),
         }))
     }
 
@@ -110,16 +110,16 @@ impl MoveEnet {
     /// - heatmaps: `[batch, joints, height / 4, width / 4]`, centers the same of one channel, regs and
     ///   offsets of two for each joint
     pub fn forward(&self, images: Tensor<4>) -> BodyMaps<Tensor<4>> {
-        self.flow(images)
+        self.forward_ops(images)
     }
 
     /// The network, layer by layer, with its weights. Outputs are in the order of
     /// [`BodyMaps::into_array`].
     pub fn graph(&self) -> Graph {
-        Graph::of(self, IMAGE_CHANNELS, |images| self.flow(images).into_array().into())
+        Graph::of(self, IMAGE_CHANNELS, |images| self.forward_ops(images).into_array().into())
     }
 
-    fn flow<F: Flow>(&self, images: F) -> BodyMaps<F> {
+    fn forward_ops<F: NetOps>(&self, images: F) -> BodyMaps<F> {
         let [factor, offset] = SCALING;
         self.header.forward(self.backbone.forward(images.affine(factor, offset)))
     }

@@ -17,18 +17,18 @@ use evpose_kernels::training::{Blocks, Conv};
 use super::blocked_backend::{BlockedOps, How};
 use super::{Activation, is_residual_pool, update_running};
 use crate::conv_norm::ConvNorm;
-use crate::flow::Flow;
+use crate::net_ops::NetOps;
 
 /// A batch in blocks, or what becomes of one.
 #[derive(Clone)]
 pub(crate) struct Blocked {
     shape: Blocks,
-    what: What,
+    state: LazyActivation,
 }
 
 #[derive(Clone)]
 #[allow(clippy::large_enum_variant, reason = "one for each layer, never in a collection")]
-enum What {
+enum LazyActivation {
     /// `[batch, blocks, height, width, 16]`.
     Values(Tensor<5>),
     Normed(Normed),
@@ -67,7 +67,7 @@ impl Blocked {
         let [batch, channels, height, width] = planes.dims();
         let shape = Blocks { batch, channels, height, width };
         let values = Dispatch::blocked_from_planes(planes.into_dispatch());
-        Self { shape, what: What::Values(Tensor::from_dispatch(values)) }
+        Self { shape, state: LazyActivation::Values(Tensor::from_dispatch(values)) }
     }
 
     /// To `[batch, channels, height, width]`.
@@ -79,10 +79,10 @@ impl Blocked {
 
     /// Whatever is still to be done, done.
     fn into_values(self) -> Tensor<5> {
-        match self.what {
-            What::Values(values) => values,
-            What::Normed(normed) => Tensor::from_dispatch(call!(blocked_norm, normed)),
-            What::Sum(normed, other) => added(normed, other, Activation::Identity),
+        match self.state {
+            LazyActivation::Values(values) => values,
+            LazyActivation::Normed(normed) => Tensor::from_dispatch(call!(blocked_norm, normed)),
+            LazyActivation::Sum(normed, other) => added(normed, other, Activation::Identity),
         }
     }
 
@@ -119,7 +119,7 @@ fn added(normed: Normed, other: Tensor<5>, activation: Activation) -> Tensor<5> 
     Tensor::from_dispatch(call!(blocked_norm_add, normed, other.into_dispatch(), activation))
 }
 
-impl Flow for Blocked {
+impl NetOps for Blocked {
     type Vector = Tensor<2>;
 
     fn channels(&self) -> usize {
@@ -136,8 +136,8 @@ impl Flow for Blocked {
             return self.through_planes(|planes| planes.conv_norm(layer, activation));
         };
         let weight = conv.weight.val().into_dispatch();
-        let (values, mean, variance) = match self.what {
-            What::Normed(normed) => call!(blocked_norm_conv, normed, weight, shape),
+        let (values, mean, variance) = match self.state {
+            LazyActivation::Normed(normed) => call!(blocked_norm_conv, normed, weight, shape),
             _ => Dispatch::blocked_conv(self.into_values().into_dispatch(), weight, shape),
         };
         let (mean, variance) = (Tensor::from_dispatch(mean), Tensor::from_dispatch(variance));
@@ -150,17 +150,17 @@ impl Flow for Blocked {
             variance,
             how: How { epsilon: norm.epsilon as f32, activation },
         };
-        Self { shape: shape.output(), what: What::Normed(normed) }
+        Self { shape: shape.output(), state: LazyActivation::Normed(normed) }
     }
 
     fn max_pool(self, layer: &MaxPool2d) -> Self {
-        match self.what {
-            What::Normed(normed) if is_residual_pool(layer) => {
+        match self.state {
+            LazyActivation::Normed(normed) if is_residual_pool(layer) => {
                 let [height, width] =
                     [self.shape.height, self.shape.width].map(|side| side.div_ceil(2));
                 let values = Tensor::from_dispatch(call!(blocked_norm_max_pool, normed));
                 let shape = Blocks { height, width, ..self.shape };
-                Self { shape, what: What::Values(values) }
+                Self { shape, state: LazyActivation::Values(values) }
             }
             _ => self.through_planes(|planes| planes.max_pool(layer)),
         }
@@ -168,24 +168,24 @@ impl Flow for Blocked {
 
     fn add(self, other: Self) -> Self {
         let shape = self.shape;
-        let what = match self.what {
-            What::Normed(normed) => What::Sum(normed, other.into_values()),
-            _ => What::Values(self.into_values() + other.into_values()),
+        let state = match self.state {
+            LazyActivation::Normed(normed) => LazyActivation::Sum(normed, other.into_values()),
+            _ => LazyActivation::Values(self.into_values() + other.into_values()),
         };
-        Self { shape, what }
+        Self { shape, state }
     }
 
     fn relu(self) -> Self {
         let shape = self.shape;
-        let values = match self.what {
-            What::Sum(normed, other) => added(normed, other, Activation::Relu),
+        let values = match self.state {
+            LazyActivation::Sum(normed, other) => added(normed, other, Activation::Relu),
             _ => relu(self.into_values()),
         };
-        Self { shape, what: What::Values(values) }
+        Self { shape, state: LazyActivation::Values(values) }
     }
 
     fn narrow(self, channels: Range<usize>) -> Self {
-        self.through_planes(|planes| Flow::narrow(planes, channels))
+        self.through_planes(|planes| NetOps::narrow(planes, channels))
     }
 
     fn interleave(self, other: Self) -> Self {
@@ -194,18 +194,18 @@ impl Flow for Blocked {
     }
 
     fn upsample(self) -> Self {
-        self.through_planes(Flow::upsample)
+        self.through_planes(NetOps::upsample)
     }
 
     fn sigmoid(self) -> Self {
-        self.through_planes(Flow::sigmoid)
+        self.through_planes(NetOps::sigmoid)
     }
 
     fn affine(self, factor: f32, offset: f32) -> Self {
         self.through_planes(|planes| planes.affine(factor, offset))
     }
 
-    fn means(self, layer: &AdaptiveAvgPool2d) -> Self::Vector {
-        self.into_planes().means(layer)
+    fn avg_pool(self, layer: &AdaptiveAvgPool2d) -> Self::Vector {
+        self.into_planes().avg_pool(layer)
     }
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use evpose_core::Micros;
-use evpose_nn::{HandLossConfig, HandRegressorConfig, backbone_called};
+use evpose_nn::{HandLossConfig, HandRegressorConfig, backbone_by_name};
 use evpose_pose::filter::HandFilterConfig;
 use evpose_pose::metric::BootstrapConfig;
 use evpose_repr::{ChannelOrder, WindowAugmentation, representation_by_name};
@@ -208,7 +208,7 @@ impl HandConfig {
         if self.slow_motion.batch_surfaces == 0 {
             return fail("slow_motion.batch_surfaces", "must be at least 1");
         }
-        let backbone = backbone_called(&self.network.backbone)?;
+        let backbone = backbone_by_name(&self.network.backbone)?;
         let image = self.simulation.image_size();
         if usize::from(image.width.min(image.height)) < backbone.smallest_px {
             return Err(TaskError::Field {

@@ -19,9 +19,9 @@ use crate::conv_norm::ConvNorm;
 use crate::ops::{self, Activation};
 
 /// Images `[batch, channels, height, width]` on their way through a network.
-pub(crate) trait Flow: Clone {
+pub(crate) trait NetOps: Clone {
     /// What images become where layers are fully connected.
-    type Vector: FlowVector;
+    type Vector: VectorOps;
 
     /// Channels.
     fn channels(&self) -> usize;
@@ -58,11 +58,11 @@ pub(crate) trait Flow: Clone {
     fn affine(self, factor: f32, offset: f32) -> Self;
 
     /// Means, flattened.
-    fn means(self, layer: &AdaptiveAvgPool2d) -> Self::Vector;
+    fn avg_pool(self, layer: &AdaptiveAvgPool2d) -> Self::Vector;
 }
 
 /// Vectors `[batch, values]` on their way through a network.
-pub(crate) trait FlowVector: Clone {
+pub(crate) trait VectorOps: Clone {
     /// `layer.forward(self)`.
     fn linear(self, layer: &Linear) -> Self;
 
@@ -70,7 +70,7 @@ pub(crate) trait FlowVector: Clone {
     fn relu(self) -> Self;
 }
 
-impl Flow for Tensor<4> {
+impl NetOps for Tensor<4> {
     type Vector = Tensor<2>;
 
     fn channels(&self) -> usize {
@@ -123,12 +123,12 @@ impl Flow for Tensor<4> {
         self * factor + offset
     }
 
-    fn means(self, layer: &AdaptiveAvgPool2d) -> Self::Vector {
+    fn avg_pool(self, layer: &AdaptiveAvgPool2d) -> Self::Vector {
         layer.forward(self).flatten(1, 3)
     }
 }
 
-impl FlowVector for Tensor<2> {
+impl VectorOps for Tensor<2> {
     fn linear(self, layer: &Linear) -> Self {
         layer.forward(self)
     }

@@ -11,7 +11,7 @@ use crate::parameters::{Slot, fill};
 
 /// The distribution a tensor starts from.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Law {
+pub(crate) enum Initializer {
     /// Every value the same.
     Constant(f32),
     /// Uniform within plus or minus `bound`.
@@ -26,7 +26,7 @@ pub(crate) enum Law {
     },
 }
 
-impl Law {
+impl Initializer {
     /// # Model
     /// Deviation `sqrt(2 / fan_out)`, `fan_out` the output channels times the kernel's area:
     /// ReLUs halve the variance of gradients, the 2 restores it.
@@ -73,10 +73,10 @@ impl Law {
 }
 
 /// Gives every tensor of `module` its first values.
-pub(crate) fn seeded<M: Module>(module: M, seed: u64, law: impl Fn(&Slot) -> Law) -> M {
+pub(crate) fn seeded<M: Module>(module: M, seed: u64, initial: impl Fn(&Slot) -> Initializer) -> M {
     fill(module, |slot| {
         let mut rng = CounterRng::new(seed, &slot.path, 0);
-        law(slot).draw(slot.shape.iter().product(), &mut rng)
+        initial(slot).draw(slot.shape.iter().product(), &mut rng)
     })
 }
 
@@ -90,13 +90,13 @@ mod tests {
     }
 
     #[test]
-    fn laws_have_their_published_spread() {
+    fn initializers_have_their_published_spread() {
         let mut rng = CounterRng::new(1, "test", 0);
         let shape = [64, 3, 7, 7];
         let count = 200_000;
-        let kaiming = Law::kaiming_fan_out(&shape).draw(count, &mut rng);
+        let kaiming = Initializer::kaiming_fan_out(&shape).draw(count, &mut rng);
         assert!((deviation(&kaiming) / (2.0f64 / (64.0 * 49.0)).sqrt() - 1.0).abs() < 0.01);
-        let linear = Law::torch_default(512).draw(count, &mut rng);
+        let linear = Initializer::torch_default(512).draw(count, &mut rng);
         let bound = 1.0 / 512f32.sqrt();
         assert!(linear.iter().all(|v| v.abs() <= bound));
         assert!((deviation(&linear) / f64::from(bound) * 3f64.sqrt() - 1.0).abs() < 0.01);
