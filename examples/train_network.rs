@@ -36,7 +36,7 @@ fn main() -> Result<()> {
         device: DeviceKind::default(),
         resume: false,
         plain: true,
-        told: Some(evpose_train::Told::new(|_| {})),
+        progress: Some(evpose_train::ProgressCallback::new(|_| {})),
     };
     let summary = train_hand(&config, &data, &run, &options)?;
     println!("trained on {} windows, {:.0} a second", summary.samples, summary.samples_per_second);

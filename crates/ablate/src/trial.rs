@@ -122,7 +122,7 @@ pub(super) fn run(
         None => {
             let (progress, callback) = watch::training(row, seeds);
             let options =
-                TrainOptions { device: kind, resume: true, plain: true, told: Some(callback) };
+                TrainOptions { device: kind, resume: true, plain: true, progress: Some(callback) };
             let summary = train_hand(config, &places.train(config.seed), &dir, &options)?;
             progress.finish_and_clear();
             let all = config.training.steps as f64 * config.training.batch_size as f64;

@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use evpose_train::Told;
+use evpose_train::ProgressCallback;
 use indicatif::ProgressBar;
 
 use evpose_app::progress::{bar, say};
@@ -14,24 +14,24 @@ const AFTER: Duration = Duration::from_secs(5);
 
 /// A bar for a training, and who moves it; a line with an estimate comes after the first seconds,
 /// also where there is no terminal for a bar.
-pub(super) fn training(row: &str, seeds: usize) -> (ProgressBar, Told) {
+pub(super) fn training(row: &str, seeds: usize) -> (ProgressBar, ProgressCallback) {
     let progress = bar(row, 0, "windows");
     let (began, said) = (OnceLock::new(), AtomicBool::new(false));
     let moved = progress.clone();
-    let callback = Told::new(move |how_far| {
+    let callback = ProgressCallback::new(move |progress| {
         let &(start, first) = began.get_or_init(|| {
-            moved.set_length(how_far.of);
-            moved.set_position(how_far.samples);
+            moved.set_length(progress.total_samples);
+            moved.set_position(progress.samples);
             // What an earlier process did says nothing of the speed of this one.
             moved.reset_eta();
-            (Instant::now(), how_far.samples)
+            (Instant::now(), progress.samples)
         });
-        moved.set_position(how_far.samples);
+        moved.set_position(progress.samples);
         let elapsed = start.elapsed();
         if elapsed >= AFTER && !said.swap(true, Ordering::Relaxed) {
-            let per_second = (how_far.samples - first) as f64 / elapsed.as_secs_f64();
-            let left = how_far.of - how_far.samples;
-            moved.suspend(|| say(estimate(per_second, left, how_far.of, seeds)));
+            let per_second = (progress.samples - first) as f64 / elapsed.as_secs_f64();
+            let left = progress.total_samples - progress.samples;
+            moved.suspend(|| say(estimate(per_second, left, progress.total_samples, seeds)));
         }
     });
     (progress, callback)

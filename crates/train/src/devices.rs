@@ -17,17 +17,17 @@ use burn_train::{
 use evpose_nn::DeviceKind;
 
 use crate::TrainError;
+use crate::barrier::StepBarrier;
 use crate::loader::HandLoader;
-use crate::meeting::Meeting;
 use evpose_task::hand::{DeviceStrategy, TrainingConfig};
 
-/// The devices of a training, the first of which validates and saves.
-pub(crate) struct Team {
+/// The devices that train one network together, the first of which validates and saves.
+pub(crate) struct DeviceGroup {
     devices: Vec<Device>,
     strategy: DeviceStrategy,
 }
 
-impl Team {
+impl DeviceGroup {
     /// The devices of kind `kind` that `config` asks for.
     ///
     /// # Errors
@@ -52,15 +52,15 @@ impl Team {
         &self.devices[0]
     }
 
-    /// The loader as this team shares it.
+    /// The loader, cut into one part of every batch for each device.
     pub(crate) fn share(&self, loader: HandLoader, interrupter: &Interrupter) -> HandLoader {
         let count = self.devices.len();
-        // With one thread that asks all loaders in turn, there is nobody to meet.
-        let meets = count > 1 && self.strategy == DeviceStrategy::Ddp;
-        loader.shared_by(count, meets.then(|| Meeting::new(count, interrupter.clone())))
+        // With one thread that reads all loaders in turn, no device can run ahead of another.
+        let needs_barrier = count > 1 && self.strategy == DeviceStrategy::Ddp;
+        loader.shared_by(count, needs_barrier.then(|| StepBarrier::new(count, interrupter.clone())))
     }
 
-    /// What to tell Burn; nothing for one device, which is its default.
+    /// Burn's training strategy; none for one device, which is its default.
     pub(crate) fn strategy<M: LearnerModel>(&self) -> Option<TrainingStrategy<M>> {
         if self.devices.len() == 1 {
             return None;
@@ -90,11 +90,13 @@ mod tests {
 
     #[test]
     fn the_cpu_can_stand_for_several_devices_but_has_no_all_reduce() {
-        let team = Team::new(DeviceKind::Flex, &asked(2, DeviceStrategy::MainDevice)).unwrap();
-        assert_eq!(team.devices.len(), 2);
-        let refused = Team::new(DeviceKind::Flex, &asked(2, DeviceStrategy::Ddp)).err().unwrap();
+        let group =
+            DeviceGroup::new(DeviceKind::Flex, &asked(2, DeviceStrategy::MainDevice)).unwrap();
+        assert_eq!(group.devices.len(), 2);
+        let refused =
+            DeviceGroup::new(DeviceKind::Flex, &asked(2, DeviceStrategy::Ddp)).err().unwrap();
         let message = refused.to_string();
         assert!(message.contains("training.strategy") && message.contains("flex"), "{message}");
-        assert!(Team::new(DeviceKind::Flex, &asked(1, DeviceStrategy::Ddp)).is_ok());
+        assert!(DeviceGroup::new(DeviceKind::Flex, &asked(1, DeviceStrategy::Ddp)).is_ok());
     }
 }

@@ -7,7 +7,7 @@
 //! * [`Condition`]: slow hands, little light: other sequences to judge on.
 //! * [`body`]: the same for bodies: images, targets, training, evaluation.
 
-mod ahead;
+mod barrier;
 pub mod body;
 mod checkpoint;
 mod condition;
@@ -19,13 +19,13 @@ mod guard;
 mod hand_task;
 mod history;
 mod loader;
-mod meeting;
 mod metric;
 mod order;
 mod plain_renderer;
+mod prefetch;
+mod progress_renderer;
 mod retention;
 mod slow_motion;
-mod told_renderer;
 mod training;
 mod waiting;
 
@@ -35,7 +35,7 @@ pub use dataset::{HandDataset, HandSequence, Sample};
 pub use error::TrainError;
 pub use evaluation::{Evaluated, Method, Track, evaluate, poses_to_judge};
 pub use history::{HistoryLine, Part, read_history, validation_losses};
+pub use progress_renderer::{Progress, ProgressCallback};
 pub use slow_motion::{SlowMotionEvaluated, SlowMotionUsage, evaluate_slow_motion};
-pub use told_renderer::{HowFar, Told};
 pub use training::{TrainOptions, TrainSummary, train_hand, untrained};
 pub use waiting::DataWait;

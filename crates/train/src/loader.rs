@@ -16,10 +16,10 @@ use burn::data::dataset::DatasetError;
 use burn::tensor::{Device, Tensor, TensorData};
 use rayon::prelude::*;
 
-use crate::ahead::Ahead;
+use crate::barrier::StepBarrier;
 use crate::dataset::{HandDataset, Sample, SampleError};
 use crate::hand_task::HandBatch;
-use crate::meeting::Meeting;
+use crate::prefetch::Prefetch;
 use crate::waiting::{DataWait, WaitMeter};
 
 /// Which samples a pass over a [`HandLoader`] yields.
@@ -59,7 +59,7 @@ pub(crate) struct HandLoader {
     /// Into how many shares Burn will cut this loader.
     devices: u64,
     /// Where devices wait for each other before each batch.
-    meeting: Option<Arc<Meeting>>,
+    barrier: Option<Arc<StepBarrier>>,
     /// Of how many loaders of one thread, which waits for all of them in turn, this is one.
     in_turn: u32,
     meter: Option<WaitMeter>,
@@ -96,23 +96,23 @@ impl HandLoader {
             passes,
             share: Share::WHOLE,
             devices: 1,
-            meeting: None,
+            barrier: None,
             in_turn: 1,
             meter: None,
             device,
         }
     }
 
-    /// Tells `meter` how long the network waits for batches.
+    /// Reports to `meter` how long the network waits for batches.
     pub(crate) fn metered(self, meter: WaitMeter) -> Self {
         Self { meter: Some(meter), ..self }
     }
 
     /// For `devices` devices, among which Burn will slice it. Those that reduce gradients among
-    /// themselves have a thread each and need a `meeting`; without, one thread asks for all.
-    pub(crate) fn shared_by(self, devices: usize, meeting: Option<Meeting>) -> Self {
-        let in_turn = if meeting.is_some() { 1 } else { devices as u32 };
-        Self { devices: devices as u64, meeting: meeting.map(Arc::new), in_turn, ..self }
+    /// themselves have a thread each and need a `barrier`; without, one thread asks for all.
+    pub(crate) fn shared_by(self, devices: usize, barrier: Option<StepBarrier>) -> Self {
+        let in_turn = if barrier.is_some() { 1 } else { devices as u32 };
+        Self { devices: devices as u64, barrier: barrier.map(Arc::new), in_turn, ..self }
     }
 }
 
@@ -132,7 +132,7 @@ struct Batches<'a> {
     pass: Range<u64>,
     /// Where the next batch begins.
     next: u64,
-    windows: Ahead<Result<Windows, SampleError>>,
+    windows: Prefetch<Result<Windows, SampleError>>,
     started: Instant,
 }
 
@@ -216,10 +216,10 @@ impl Iterator for Batches<'_> {
         let windows = self.windows.next()?;
         self.next = self.loader.whole(self.next, &self.pass).end;
         let step = self.next / self.loader.batch_size as u64;
-        // Read first: a device that has no batch must not go to the meeting.
+        // Read first: a device that has no batch must not go to the barrier.
         if windows.is_ok()
-            && let Some(meeting) = &self.loader.meeting
-            && !meeting.wait()
+            && let Some(barrier) = &self.loader.barrier
+            && !barrier.wait()
         {
             self.next = self.pass.end;
             return None;
@@ -250,7 +250,7 @@ impl DataLoader<HandBatch> for HandLoader {
         let (interval, pass) = self.next_pass();
         let (loader, end) = (self.clone(), pass.clone());
         let starts = pass.clone().step_by(self.batch_size);
-        let windows = Ahead::new(starts.map(move |start| {
+        let windows = Prefetch::new(starts.map(move |start| {
             let whole = loader.whole(start, &end);
             loader.windows(loader.share.of(&whole))
         }));

@@ -20,15 +20,15 @@ use evpose_pose::metric::MeanPose;
 use crate::TrainError;
 use crate::checkpoint::{AtomicCheckpointer, newest_checkpoint, weights_path};
 use crate::dataset::HandDataset;
-use crate::devices::Team;
+use crate::devices::DeviceGroup;
 use crate::guard::{Divergence, Guard};
 use crate::hand_task::{HAND_FIELDS, HandLearner};
 use crate::history::History;
 use crate::loader::HandLoader;
 use crate::metric::FieldMetric;
 use crate::plain_renderer::PlainRenderer;
+use crate::progress_renderer::{ProgressCallback, ProgressRenderer, TrainingSpan};
 use crate::retention::{LastTwoAndBest, best_interval};
-use crate::told_renderer::{Told, ToldRenderer, TrainingSpan};
 use crate::waiting::{DataWait, WaitMeter};
 use evpose_task::hand::HandConfig;
 use evpose_task::hand::{BEST, HandCheckpoint, LAST};
@@ -48,8 +48,8 @@ pub struct TrainOptions {
     pub resume: bool,
     /// Plain lines even on a terminal.
     pub plain: bool,
-    /// Who is told how far it is, instead of lines and dashboard.
-    pub told: Option<Told>,
+    /// Receives the progress, in place of lines and dashboard.
+    pub progress: Option<ProgressCallback>,
 }
 
 /// What a run came to.
@@ -106,7 +106,7 @@ pub fn train_hand(
     run: &Path,
     options: &TrainOptions,
 ) -> Result<TrainSummary, TrainError> {
-    let team = Team::new(options.device, &config.training)?;
+    let devices = DeviceGroup::new(options.device, &config.training)?;
     let dir = RunDir(run);
     let from = prepare(config, &dir, options.resume)?;
     let training = &config.training;
@@ -114,17 +114,17 @@ pub fn train_hand(
 
     let (train, valid) = HandDataset::open(data, config)?.split(training.validation_s, config)?;
     let mean_pose = mean_pose(&train)?;
-    let device = team.main().clone().autodiff();
+    let device = devices.main().clone().autodiff();
     let interrupter = Interrupter::new();
     let span = (from + 1, training.steps, training.steps_per_validation);
     let meter = WaitMeter::resume(&dir.loading(), from)?;
     let loader = HandLoader::training(Arc::new(train), training.batch_size, span, device.clone());
-    let loader = team.share(loader.metered(meter.clone()), &interrupter);
+    let loader = devices.share(loader.metered(meter.clone()), &interrupter);
     let validation = HandLoader::validation(
         Arc::new(valid),
         training.batch_size,
         training.validation_samples,
-        team.main().clone(),
+        devices.main().clone(),
     );
 
     let history = History::resume(&dir.history(), from)?;
@@ -155,7 +155,7 @@ pub fn train_hand(
             .metric_train_numeric(FieldMetric::new(field))
             .metric_valid_numeric(FieldMetric::new(field));
     }
-    if let Some(strategy) = team.strategy() {
+    if let Some(strategy) = devices.strategy() {
         supervised = supervised.with_training_strategy(strategy);
     }
     if from > 0 {
@@ -177,7 +177,7 @@ pub fn train_hand(
     };
     last.save(&run.join(LAST))?;
     if let Some(best) = best_interval(&history.validation_losses()) {
-        last.network = restore(config, &weights_path(&dir.checkpoints(), best), team.main())?;
+        last.network = restore(config, &weights_path(&dir.checkpoints(), best), devices.main())?;
     }
     last.save(&run.join(BEST))?;
     let already = (from as u64 * training.steps_per_validation).min(training.steps);
@@ -245,7 +245,8 @@ fn prepare(config: &HandConfig, dir: &RunDir<'_>, resume: bool) -> Result<usize,
     Ok(if resume { newest.unwrap_or(0) } else { 0 })
 }
 
-/// Whoever is told, or else Burn's dashboard on a terminal and plain lines elsewhere.
+/// The progress callback if there is one, else Burn's dashboard on a terminal and plain lines
+/// elsewhere.
 pub(crate) fn renderer(
     interrupter: &Interrupter,
     options: &TrainOptions,
@@ -253,8 +254,8 @@ pub(crate) fn renderer(
     meter: &WaitMeter,
 ) -> Box<dyn MetricsRenderer> {
     use std::io::IsTerminal as _;
-    if let Some(told) = &options.told {
-        return Box::new(ToldRenderer::new(told.clone(), span));
+    if let Some(callback) = &options.progress {
+        return Box::new(ProgressRenderer::new(callback.clone(), span));
     }
     if !options.plain && cfg!(feature = "tui") && stdout().is_terminal() {
         default_renderer(interrupter.clone(), None)

@@ -12,7 +12,7 @@ use std::time::Instant;
 use anyhow::{Context, Result};
 use evpose_nn::DeviceKind;
 use evpose_train::body::{BodyFrames, train_body};
-use evpose_train::{Told, TrainOptions};
+use evpose_train::{ProgressCallback, TrainOptions};
 use indicatif::ProgressBar;
 use serde::{Deserialize, Serialize};
 
@@ -130,7 +130,7 @@ impl Workshop<'_> {
             device: self.device,
             resume: true,
             plain: true,
-            told: Some(self.progress_callback()),
+            progress: Some(self.progress_callback()),
         };
         let summary = train_body(&config, frames, &run, &options)
             .with_context(|| format!("training {}", run.display()))?;
@@ -149,12 +149,12 @@ impl Workshop<'_> {
     }
 
     /// Moves the bar of all trainings by the steps of one.
-    fn progress_callback(&self) -> Told {
-        let (progress, counted) = (self.progress.clone(), Mutex::new(0));
-        Told::new(move |how_far| {
+    fn progress_callback(&self) -> ProgressCallback {
+        let (bar, counted) = (self.progress.clone(), Mutex::new(0));
+        ProgressCallback::new(move |progress| {
             let mut counted = counted.lock().unwrap_or_else(PoisonError::into_inner);
-            progress.inc(how_far.samples.saturating_sub(*counted));
-            *counted = how_far.samples;
+            bar.inc(progress.samples.saturating_sub(*counted));
+            *counted = progress.samples;
         })
     }
 }

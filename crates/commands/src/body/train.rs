@@ -28,7 +28,7 @@ pub(super) fn run(mut config: BodyConfig, args: &TrainArgs) -> Result<()> {
         device: args.device.device,
         resume: args.resume,
         plain: args.plain,
-        told: None,
+        progress: None,
     };
     let summary = train_body(&config, frames, &out, &options)
         .with_context(|| format!("training in {}", out.display()))?;

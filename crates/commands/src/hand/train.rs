@@ -21,7 +21,7 @@ pub(super) fn run(args: &TrainArgs) -> Result<()> {
         device: args.device.device,
         resume: args.resume,
         plain: args.plain,
-        told: None,
+        progress: None,
     };
     let summary = train_hand(&config, data, out, &options)?;
     run_info::write(out, config.seed, None)?;

@@ -18,8 +18,8 @@ use super::augmentation::{self, BodyView};
 use super::batch::BodyBatch;
 use super::frames::BodyFrames;
 use super::targets::BodyGrid;
-use crate::ahead::Ahead;
 use crate::order::SampleOrder;
+use crate::prefetch::Prefetch;
 use crate::waiting::{DataWait, WaitMeter};
 use evpose_task::body::BodyConfig;
 use evpose_task::body::{BodyAugmentation, Interpolation};
@@ -180,7 +180,7 @@ struct Batches<'a> {
     interval: usize,
     pass: Range<u64>,
     next: u64,
-    numbers: Ahead<Numbers>,
+    numbers: Prefetch<Numbers>,
     started: Instant,
 }
 
@@ -218,7 +218,7 @@ impl DataLoader<BodyItem> for BodyLoader {
         let starts = pass.clone().step_by(self.batch_size);
         let size = self.batch_size as u64;
         let numbers =
-            Ahead::new(starts.map(move |start| loader.numbers(start..(start + size).min(end))));
+            Prefetch::new(starts.map(move |start| loader.numbers(start..(start + size).min(end))));
         Box::new(Batches {
             loader: self,
             interval,

@@ -1,9 +1,9 @@
-//! Where the devices of a training wait for each other before each step.
+//! A barrier at which the devices of a training wait for each other before each step.
 //!
 //! With gradients that are reduced among devices, a device that stops a step before the others leaves
-//! them waiting forever for its share. Burn's workers look at the interrupter each for itself, so one
-//! may see a stop (a loss that is no number, a file that cannot be read, a key) a step earlier than
-//! another. Behind this meeting either all devices take the next step, or none.
+//! them waiting forever for its part. Burn's workers poll the interrupter independently, so one may
+//! notice a stop (a loss that is not finite, a file that cannot be read, a key) a step earlier than
+//! another. After this barrier either all devices take the next step, or none.
 
 use std::fmt;
 use std::sync::{Condvar, Mutex, PoisonError};
@@ -11,11 +11,12 @@ use std::time::Duration;
 
 use burn_train::Interrupter;
 
-/// How often a waiting device looks whether the training has been stopped.
+/// Interval at which a waiting device polls the interrupter: short beside a training step, long
+/// beside the cost of a wake-up.
 const POLL: Duration = Duration::from_millis(20);
 
-/// A meeting of a fixed number of devices, over and over.
-pub(crate) struct Meeting {
+/// A reusable barrier for a fixed number of devices that gives up when the training is stopped.
+pub(crate) struct StepBarrier {
     devices: usize,
     interrupter: Interrupter,
     state: Mutex<State>,
@@ -24,37 +25,38 @@ pub(crate) struct Meeting {
 
 #[derive(Debug, Default)]
 struct State {
-    /// Devices that wait.
-    here: usize,
-    /// Meetings that took place.
-    held: u64,
+    /// Devices that wait at the barrier.
+    waiting: usize,
+    /// Times that the barrier was passed.
+    generation: u64,
 }
 
-impl fmt::Debug for Meeting {
+impl fmt::Debug for StepBarrier {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Meeting").field("devices", &self.devices).finish_non_exhaustive()
+        f.debug_struct("StepBarrier").field("devices", &self.devices).finish_non_exhaustive()
     }
 }
 
-impl Meeting {
+impl StepBarrier {
     pub(crate) fn new(devices: usize, interrupter: Interrupter) -> Self {
         Self { devices, interrupter, state: Mutex::default(), complete: Condvar::new() }
     }
 
-    /// Waits for all devices. False if the training is stopped and someone will not come.
+    /// Waits for all devices. False if the training is stopped before all have arrived.
     pub(crate) fn wait(&self) -> bool {
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
-        state.here += 1;
-        if state.here == self.devices {
-            state.here = 0;
-            state.held += 1;
+        state.waiting += 1;
+        if state.waiting == self.devices {
+            state.waiting = 0;
+            state.generation += 1;
             self.complete.notify_all();
             return true;
         }
-        let meeting = state.held;
-        while state.held == meeting {
+        // `std::sync::Barrier` cannot be left, so a stop would be a deadlock: hence the generations.
+        let generation = state.generation;
+        while state.generation == generation {
             if self.interrupter.should_stop() {
-                state.here -= 1;
+                state.waiting -= 1;
                 return false;
             }
             let woken = self.complete.wait_timeout(state, POLL);
@@ -70,18 +72,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn all_devices_take_the_same_number_of_steps_whoever_stops_the_training() {
+    fn all_devices_take_as_many_steps_whichever_stops_the_training() {
         for stopper in 0..3 {
             let interrupter = Interrupter::new();
-            let meeting = Meeting::new(3, interrupter.clone());
+            let barrier = StepBarrier::new(3, interrupter.clone());
             let steps: Vec<u32> = std::thread::scope(|scope| {
                 let workers: Vec<_> = (0..3)
                     .map(|device| {
-                        let (meeting, interrupter) = (&meeting, &interrupter);
-                        // As Burn's worker does: the next batch, a step, a look whether to stop.
+                        let (barrier, interrupter) = (&barrier, &interrupter);
+                        // As Burn's worker does: the next batch, a step, a poll of the interrupter.
                         scope.spawn(move || {
                             let mut steps = 0;
-                            while meeting.wait() {
+                            while barrier.wait() {
                                 steps += 1;
                                 if device == stopper && steps == 50 {
                                     interrupter.stop(None);
@@ -101,11 +103,11 @@ mod tests {
     }
 
     #[test]
-    fn a_device_that_leaves_before_a_meeting_does_not_keep_the_others() {
+    fn a_device_that_never_arrives_does_not_block_the_others() {
         let interrupter = Interrupter::new();
-        let meeting = Meeting::new(2, interrupter.clone());
+        let barrier = StepBarrier::new(2, interrupter.clone());
         std::thread::scope(|scope| {
-            let other = scope.spawn(|| meeting.wait());
+            let other = scope.spawn(|| barrier.wait());
             // The batch of this device could not be read.
             interrupter.stop(None);
             assert!(!other.join().unwrap());

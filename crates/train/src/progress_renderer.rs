@@ -1,4 +1,4 @@
-//! Training progress for whoever shows it in their own way.
+//! Training progress reported to a callback, in place of a terminal.
 
 use std::sync::Arc;
 
@@ -9,79 +9,82 @@ use burn_train::renderer::{
     MetricsRendererTraining,
 };
 
-/// How far a training is, those steps included that it was resumed after.
+/// Progress of a training, the steps before it was resumed included.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct HowFar {
-    /// Training windows seen.
+pub struct Progress {
+    /// Training samples seen.
     pub samples: u64,
-    /// Training windows in all.
-    pub of: u64,
+    /// Training samples of the whole run.
+    pub total_samples: u64,
 }
 
-/// A function that is told after every optimiser step.
+/// A function that receives the [`Progress`] of a training after every optimiser step.
 #[derive(Clone)]
-pub struct Told(Arc<dyn Fn(HowFar) + Send + Sync>);
+pub struct ProgressCallback(Arc<dyn Fn(Progress) + Send + Sync>);
 
-impl Told {
-    /// Calls `tell`, which must be quick.
-    pub fn new(tell: impl Fn(HowFar) + Send + Sync + 'static) -> Self {
-        Self(Arc::new(tell))
+impl ProgressCallback {
+    /// Wraps `callback`, which runs on the training thread and must be quick.
+    pub fn new(callback: impl Fn(Progress) + Send + Sync + 'static) -> Self {
+        Self(Arc::new(callback))
     }
 }
 
-impl std::fmt::Debug for Told {
+impl std::fmt::Debug for ProgressCallback {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Told").finish_non_exhaustive()
+        f.debug_struct("ProgressCallback").finish_non_exhaustive()
     }
 }
 
-/// How long a training is.
+/// Length of a training.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct TrainingSpan {
     /// Samples per optimiser step.
     pub(crate) batch_size: usize,
-    /// Optimiser steps in all.
+    /// Optimiser steps of the whole run.
     pub(crate) steps: u64,
     /// Optimiser steps between validations.
     pub(crate) steps_per_interval: u64,
 }
 
-/// Passes on how far it is, and nothing else.
-pub(crate) struct ToldRenderer {
-    told: Told,
-    of: u64,
-    per_interval: u64,
-    /// From 1.
+/// A renderer that reports progress to a [`ProgressCallback`] and shows nothing.
+pub(crate) struct ProgressRenderer {
+    callback: ProgressCallback,
+    total_samples: u64,
+    samples_per_interval: u64,
+    /// Validation interval, from 1.
     interval: u64,
-    validating: bool,
+    is_validating: bool,
 }
 
-impl ToldRenderer {
-    pub(crate) fn new(told: Told, span: TrainingSpan) -> Self {
+impl ProgressRenderer {
+    pub(crate) fn new(callback: ProgressCallback, span: TrainingSpan) -> Self {
         let samples = |steps: u64| steps * span.batch_size as u64;
         Self {
-            told,
-            of: samples(span.steps),
-            per_interval: samples(span.steps_per_interval),
+            callback,
+            total_samples: samples(span.steps),
+            samples_per_interval: samples(span.steps_per_interval),
             interval: 1,
-            validating: false,
+            is_validating: false,
         }
     }
 }
 
-impl TrainingProgressLogger for ToldRenderer {
+impl TrainingProgressLogger for ProgressRenderer {
     fn start(&mut self, _: usize, interval: usize, _: Option<usize>, _: Option<&str>) {
         self.interval = interval as u64;
     }
 
     fn start_split(&mut self, split: &str, _: usize) {
-        self.validating = split != "train";
+        self.is_validating = split != "train";
     }
 
     fn update_split(&mut self, done: usize) {
-        if !self.validating {
-            let before = (self.interval - 1) * self.per_interval;
-            (self.told.0)(HowFar { samples: (before + done as u64).min(self.of), of: self.of });
+        if !self.is_validating {
+            let before = (self.interval - 1) * self.samples_per_interval;
+            let total_samples = self.total_samples;
+            // The last interval may be a short one.
+            let samples = (before + done as u64).min(total_samples);
+            (self.callback.0)(Progress { samples, total_samples });
         }
     }
 
@@ -95,12 +98,12 @@ impl TrainingProgressLogger for ToldRenderer {
     fn log_event_training(&mut self, _: String) {}
 }
 
-impl MetricsRendererTraining for ToldRenderer {
+impl MetricsRendererTraining for ProgressRenderer {
     fn update_train(&mut self, _: MetricState) {}
     fn update_valid(&mut self, _: MetricState) {}
 }
 
-impl EvaluationProgressLogger for ToldRenderer {
+impl EvaluationProgressLogger for ProgressRenderer {
     fn start_global_progress(&mut self, _: usize) {}
     fn start_test(&mut self, _: &str, _: usize) {}
     fn update_test_progress(&mut self, _: usize) {}
@@ -109,11 +112,11 @@ impl EvaluationProgressLogger for ToldRenderer {
     fn log_event_evaluation(&mut self, _: String) {}
 }
 
-impl MetricsRendererEvaluation for ToldRenderer {
+impl MetricsRendererEvaluation for ProgressRenderer {
     fn update_test(&mut self, _: EvaluationName, _: MetricState) {}
 }
 
-impl MetricsRenderer for ToldRenderer {
+impl MetricsRenderer for ProgressRenderer {
     fn manual_close(&mut self) {}
     fn register_metric(&mut self, _: MetricDefinition) {}
 }
@@ -126,13 +129,15 @@ mod tests {
 
     #[test]
     fn a_resumed_training_counts_what_came_before_and_leaves_validation_out() {
-        let heard = Arc::new(Mutex::new(Vec::new()));
-        let told = {
-            let heard = Arc::clone(&heard);
-            Told::new(move |how_far| heard.lock().expect("not poisoned").push(how_far.samples))
+        let received = Arc::new(Mutex::new(Vec::new()));
+        let callback = {
+            let received = Arc::clone(&received);
+            ProgressCallback::new(move |progress| {
+                received.lock().expect("not poisoned").push(progress.samples)
+            })
         };
         let span = TrainingSpan { batch_size: 4, steps: 5, steps_per_interval: 2 };
-        let mut renderer = ToldRenderer::new(told, span);
+        let mut renderer = ProgressRenderer::new(callback, span);
         // Resumed after the first of three intervals, the last of which has one step.
         renderer.start(3, 2, None, None);
         for (split, done, ended) in
@@ -143,6 +148,6 @@ mod tests {
             renderer.end_split();
             ended.into_iter().for_each(|interval| renderer.update_epoch(interval));
         }
-        assert_eq!(*heard.lock().expect("not poisoned"), [12, 16, 20]);
+        assert_eq!(*received.lock().expect("not poisoned"), [12, 16, 20]);
     }
 }
