@@ -22,7 +22,7 @@ fn a_checkpoint_is_evaluated_under_conditions_of_the_program_and_of_the_user() {
     let eval = ["eval", "--checkpoint", "run", "--conditions", "slow,dark,dusk.toml"];
     let said =
         sandbox.ok(&[&eval[..], &few, &["--out", "evaluated", "--json", "also.json"]].concat());
-    assert!(said.contains("A tenth of the light.") && said.contains("surfaces/s"), "{said}");
+    assert!(said.contains("A tenth of the light.") && said.contains("inputs/s"), "{said}");
 
     let json = bytes(&sandbox.path("evaluated/conditions.json"));
     assert!(json == bytes(&sandbox.path("also.json")));
@@ -40,7 +40,7 @@ fn a_checkpoint_is_evaluated_under_conditions_of_the_program_and_of_the_user() {
                 assert!(low <= estimate && estimate <= high, "{method}.{number}: {interval}");
             }
         }
-        assert!(evaluated["usage"]["surfaces"].as_u64().is_some());
+        assert!(evaluated["usage"]["inputs"].as_u64().is_some());
         let png = bytes(&sandbox.path(&format!("evaluated/{condition}.png")));
         assert!(png.starts_with(b"\x89PNG"));
         assert!(sandbox.path(&format!("evaluated/{condition}/0001.evc")).exists());

@@ -6,7 +6,7 @@ use evpose_nn::parameters::trained_count;
 use evpose_nn::{DeviceKind, HandRegressorConfig};
 use evpose_pose::metric::{BootstrapConfig, HandEvaluation, Interval};
 use evpose_task::hand::{ConstantPose, HandCheckpoint, HandConfig, NetworkPredictor};
-use evpose_train::{HandDataset, Method, TrainOptions, evaluate, poses_to_judge, train_hand};
+use evpose_train::{HandDataset, Method, TrainOptions, evaluate, evaluated_pose_count, train_hand};
 use serde::{Deserialize, Serialize};
 
 use super::places::{self, Places};
@@ -177,7 +177,7 @@ fn evaluate_trial(
         Method { name: "unfiltered", predictor: &mut network, filtered: Some("filtered") },
         Method { name: "mean_pose", predictor: &mut mean_pose, filtered: None },
     ];
-    let progress = bar("evaluating", poses_to_judge(config, &data, stride_ms), "poses");
+    let progress = bar("evaluating", evaluated_pose_count(config, &data, stride_ms), "poses");
     let evaluated =
         evaluate(config, &data, &mut methods, stride_ms, &mut |done| progress.inc(done))?;
     progress.finish_and_clear();

@@ -7,7 +7,7 @@ use evpose_core::{Plane, atomic_write};
 use evpose_pose::HandParams;
 use evpose_pose::metric::Pck;
 use evpose_task::hand::{HandConfig, HandView};
-use evpose_train::{Evaluated, HandDataset, HandSequence, HistoryLine, Part};
+use evpose_train::{HandDataset, HandSequence, HistoryLine, MethodResults, Part};
 use image::{Rgb, RgbImage};
 
 use crate::canvas::{Canvas, PREDICTION, TRUTH, contact_sheet};
@@ -99,7 +99,7 @@ fn css(colour: Rgb<u8>) -> String {
     format!("rgb({r},{g},{b})")
 }
 
-fn pck_plots(methods: &[Evaluated]) -> Result<Vec<String>> {
+fn pck_plots(methods: &[MethodResults]) -> Result<Vec<String>> {
     let plot = |title, x, of_3d: bool| {
         let curves = methods
             .iter()
@@ -179,7 +179,7 @@ fn learning_curves(material: &Material<'_>) -> Result<Vec<String>> {
 }
 
 /// The filtered predictions, or the last method's where there are none.
-fn shown(evaluation: &HeldOutEvaluation) -> Result<&Evaluated> {
+fn shown(evaluation: &HeldOutEvaluation) -> Result<&MethodResults> {
     evaluation.methods.last().context("no method was evaluated")
 }
 
@@ -188,7 +188,7 @@ fn shown(evaluation: &HeldOutEvaluation) -> Result<&Evaluated> {
 pub fn strip(
     config: &HandConfig,
     data: &HandDataset,
-    shown: &[(&Evaluated, Rgb<u8>)],
+    shown: &[(&MethodResults, Rgb<u8>)],
 ) -> Result<RgbImage> {
     let view = HandView::new(config)?;
     let sequences = data.sequences();
@@ -208,7 +208,7 @@ pub fn strip(
 }
 
 /// The sequence whose wrist error is the median: neither the best nor the worst.
-fn median_sequence(shown: &Evaluated) -> usize {
+fn median_sequence(shown: &MethodResults) -> usize {
     let error_mm =
         |&i: &usize| shown.evaluation.sequences[i].translation_mm.mean().unwrap_or(f64::INFINITY);
     let mut order: Vec<usize> = (0..shown.evaluation.sequences.len()).collect();

@@ -8,7 +8,7 @@ use evpose_core::atomic_write;
 use evpose_pose::HandParams;
 use evpose_pose::metric::{HandRatios, HandSummary, Interval};
 use evpose_task::hand::{ConstantPose, HandConfig, NetworkPredictor};
-use evpose_train::{Evaluated, HandDataset, Method, evaluate, poses_to_judge, untrained};
+use evpose_train::{HandDataset, Method, MethodResults, evaluate, evaluated_pose_count, untrained};
 use serde::Serialize;
 
 use evpose_app::machine::Machine;
@@ -39,7 +39,7 @@ pub struct Metrics {
 /// Every method's scores and tracks, and the metrics that follow.
 pub struct HeldOutEvaluation {
     /// Scores and tracks, method by method.
-    pub methods: Vec<Evaluated>,
+    pub methods: Vec<MethodResults>,
     /// Contents of `metrics.json`.
     pub metrics: Metrics,
 }
@@ -60,7 +60,7 @@ pub fn evaluate_with_baselines(
         Method { name: "untrained", predictor: &mut before, filtered: None },
         Method { name: "trained", predictor: &mut trained, filtered: Some("trained_kalman") },
     ];
-    let progress = bar("evaluating", poses_to_judge(config, data, stride_ms), "poses");
+    let progress = bar("evaluating", evaluated_pose_count(config, data, stride_ms), "poses");
     let methods = evaluate(config, data, &mut methods, stride_ms, &mut |done| progress.inc(done))?;
     progress.finish_and_clear();
 
@@ -94,7 +94,7 @@ impl Metrics {
 }
 
 /// The method called `name`.
-pub fn find<'a>(methods: &'a [Evaluated], name: &str) -> Result<&'a Evaluated> {
+pub fn find<'a>(methods: &'a [MethodResults], name: &str) -> Result<&'a MethodResults> {
     let found = methods.iter().find(|method| method.name == name);
     found.with_context(|| format!("{name} was not evaluated"))
 }

@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use evpose_core::{Micros, Plane, SensorSize, atomic_write};
 use evpose_sim::person::{People, PersonStep};
 use evpose_task::body::{BodyCheckpoint, RepresentationReader};
-use evpose_train::body::BodyEvaluated;
+use evpose_train::body::BodyResults;
 
 use crate::canvas::{Canvas, PREDICTION, TRUTH, contact_sheet};
 use crate::png::png;
@@ -71,7 +71,7 @@ fn photograph(step: &PersonStep<'_>, sensor: SensorSize) -> Canvas {
 /// Writes what the network saw of recordings, with true and predicted joints.
 pub fn of_predictions(
     checkpoint: &BodyCheckpoint,
-    evaluation: &BodyEvaluated,
+    evaluation: &BodyResults,
     path: &Path,
 ) -> Result<()> {
     let mut images = Vec::new();
@@ -79,8 +79,8 @@ pub fn of_predictions(
     for (k, recording) in evaluation.recordings.iter().step_by(step).enumerate() {
         // Not always the same moment of a motion.
         let share = 0.35 + 0.05 * (k % SEQUENCES) as f64;
-        let index = (share * recording.found.len() as f64) as usize;
-        let Some(found) = recording.found.get(index) else { continue };
+        let index = (share * recording.predictions.len() as f64) as usize;
+        let Some(found) = recording.predictions.get(index) else { continue };
         let mut film = RepresentationReader::open(&recording.events, &checkpoint.config.image)?;
         let image = film.at(Micros::from_seconds(found.t_s), |_| {})?;
         let mut canvas = Canvas::grey(&image, 2);

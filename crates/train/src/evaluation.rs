@@ -1,4 +1,4 @@
-//! How good predictors are on sequences with known poses.
+//! Evaluation of predictors of hands on sequences with ground truth.
 
 use evpose_core::Micros;
 use evpose_pose::HandParams;
@@ -11,10 +11,10 @@ use evpose_task::hand::HandConfig;
 use evpose_task::hand::HandView;
 use evpose_task::hand::Predictor;
 
-/// Windows predicted at once.
+/// Windows in one inference: enough to occupy every thread, few enough for the memory.
 const BATCH: usize = 64;
 
-/// The poses a method predicted for a sequence.
+/// The poses that a method predicted for a sequence.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Track {
     /// Frames, 1 ms each, ascending.
@@ -24,7 +24,7 @@ pub struct Track {
 }
 
 impl Track {
-    /// The same poses filtered, measurement by measurement.
+    /// The same poses after the Kalman filter, one update for each.
     ///
     /// # Errors
     /// If the filter's settings make no sense.
@@ -44,15 +44,15 @@ impl Track {
 pub struct Method<'a> {
     /// `mean_pose`, `untrained`, `trained`, …
     pub name: &'static str,
-    /// What predicts.
+    /// The network, or a constant.
     pub predictor: &'a mut dyn Predictor,
-    /// Also judge its poses after the Kalman filter, under this name.
+    /// Name under which its poses after the Kalman filter are evaluated as well, if at all.
     pub filtered: Option<&'static str>,
 }
 
-/// What one method scored and predicted.
+/// Scores and predictions of one method.
 #[derive(Debug, Clone)]
-pub struct Evaluated {
+pub struct MethodResults {
     /// Name of the method.
     pub name: &'static str,
     /// Scores, a sequence at a time.
@@ -61,8 +61,8 @@ pub struct Evaluated {
     pub tracks: Vec<Track>,
 }
 
-/// Judges `methods` on every sequence of `data`, a pose every `stride_ms`. `progress` is told how
-/// many poses are done, of [`poses_to_judge`].
+/// Evaluates `methods` on every sequence of `data`, a pose every `stride_ms`. `progress` receives the
+/// number of poses after each batch, in all [`evaluated_pose_count`].
 ///
 /// The true hand has the shape it was recorded with, predicted hands the neutral one, as published.
 ///
@@ -74,13 +74,17 @@ pub fn evaluate(
     methods: &mut [Method<'_>],
     stride_ms: u32,
     progress: &mut dyn FnMut(u64),
-) -> Result<Vec<Evaluated>, TrainError> {
-    let stage = HandView::new(config)?;
-    let mut results: Vec<Evaluated> = methods
+) -> Result<Vec<MethodResults>, TrainError> {
+    let view = HandView::new(config)?;
+    let mut results: Vec<MethodResults> = methods
         .iter()
         .flat_map(|method| [Some(method.name), method.filtered])
         .flatten()
-        .map(|name| Evaluated { name, evaluation: HandEvaluation::default(), tracks: Vec::new() })
+        .map(|name| MethodResults {
+            name,
+            evaluation: HandEvaluation::default(),
+            tracks: Vec::new(),
+        })
         .collect();
     for sequence in data.sequences() {
         let mut tracks = Vec::new();
@@ -94,22 +98,22 @@ pub fn evaluate(
         {
             tracks.extend(track?.into_iter().flatten());
         }
-        let truth = true_points(&stage, sequence, &tracks[0].frames)?;
+        let truth = true_points(&view, sequence, &tracks[0].frames)?;
         for (result, track) in results.iter_mut().zip(tracks) {
-            result.evaluation.sequences.push(judge(&stage, sequence, &track, &truth)?);
+            result.evaluation.sequences.push(score(&view, sequence, &track, &truth)?);
             result.tracks.push(track);
         }
     }
     Ok(results)
 }
 
-/// How many poses [`evaluate`] judges.
-pub fn poses_to_judge(config: &HandConfig, data: &HandDataset, stride_ms: u32) -> u64 {
-    data.sequences().iter().map(|s| judged_frames(config, s, stride_ms).count() as u64).sum()
+/// Poses that [`evaluate`] compares with the ground truth.
+pub fn evaluated_pose_count(config: &HandConfig, data: &HandDataset, stride_ms: u32) -> u64 {
+    data.sequences().iter().map(|s| evaluated_frames(config, s, stride_ms).count() as u64).sum()
 }
 
-/// The frames of a sequence that are judged; the last of one that ends before the first.
-pub(crate) fn judged_frames(
+/// The frames of a sequence that are evaluated; of one that ends before `evaluation.first_ms`, the last.
+pub(crate) fn evaluated_frames(
     config: &HandConfig,
     sequence: &HandSequence,
     stride_ms: u32,
@@ -127,13 +131,13 @@ fn predict(
     stride_ms: u32,
     progress: &mut dyn FnMut(u64),
 ) -> Result<Vec<Track>, TrainError> {
-    let frames: Vec<u64> = judged_frames(config, sequence, stride_ms).collect();
+    let frames: Vec<u64> = evaluated_frames(config, sequence, stride_ms).collect();
     let mut tracks = vec![Track { frames: frames.clone(), poses: Vec::new() }; methods.len()];
-    let mut surfaces = Vec::new();
+    let mut inputs = Vec::new();
     for chunk in frames.chunks(BATCH) {
-        data.windows_ending_at(sequence, chunk, &mut surfaces)?;
+        data.windows_ending_at(sequence, chunk, &mut inputs)?;
         for (method, track) in methods.iter_mut().zip(&mut tracks) {
-            track.poses.extend(method.predictor.predict(&surfaces, data.image_size())?);
+            track.poses.extend(method.predictor.predict(&inputs, data.image_size())?);
         }
         progress(chunk.len() as u64);
     }
@@ -142,35 +146,36 @@ fn predict(
 
 /// The true points at `frames`, with the shapes the sequence was recorded with.
 fn true_points(
-    stage: &HandView,
+    view: &HandView,
     sequence: &HandSequence,
     frames: &[u64],
 ) -> Result<Vec<HandPoints>, TrainError> {
     let mut points = Vec::with_capacity(frames.len());
     let mut episode = None;
-    let mut shaped = stage.neutral().clone();
+    // The shape changes only between episodes: a hand of each is made once.
+    let mut shaped = view.neutral().clone();
     for &frame in frames {
         let now = sequence.episode_of(frame);
         if episode != Some(now) {
             episode = Some(now);
-            shaped = stage.shaped(sequence.betas(now));
+            shaped = view.shaped(sequence.betas(now));
         }
-        points.push(stage.points_of(sequence.hand(), &sequence.pose(frame)?, &shaped));
+        points.push(view.points_of(sequence.hand(), &sequence.pose(frame)?, &shaped));
     }
     Ok(points)
 }
 
-/// Judges a track that was made elsewhere.
-pub(crate) fn judge_track(
-    stage: &HandView,
+/// Scores of a track against the ground truth of its sequence.
+pub(crate) fn score_track(
+    view: &HandView,
     sequence: &HandSequence,
     track: &Track,
 ) -> Result<SequenceScores, TrainError> {
-    judge(stage, sequence, track, &true_points(stage, sequence, &track.frames)?)
+    score(view, sequence, track, &true_points(stage, sequence, &track.frames)?)
 }
 
-fn judge(
-    stage: &HandView,
+fn score(
+    view: &HandView,
     sequence: &HandSequence,
     track: &Track,
     truth: &[HandPoints],
@@ -178,7 +183,7 @@ fn judge(
     let mut scores = SequenceScores::default();
     for ((&frame, pose), truth) in track.frames.iter().zip(&track.poses).zip(truth) {
         scores.push_parameters(pose, &sequence.pose(frame)?);
-        scores.push_points(&stage.points_of(sequence.hand(), pose, stage.neutral()), truth);
+        scores.push_points(&view.points_of(sequence.hand(), pose, view.neutral()), truth);
     }
     Ok(scores)
 }

@@ -7,7 +7,7 @@ use burn::tensor::Device;
 use evpose_pose::metric::body::BodySummary;
 use evpose_pose::metric::{BootstrapConfig, Interval};
 use evpose_task::body::{BodyCheckpoint, BodyConfig, BodyPredictor, BodyPredictorOptions};
-use evpose_train::body::judge_frames;
+use evpose_train::body::evaluate_frames;
 use serde::{Deserialize, Serialize};
 
 use super::Stages;
@@ -50,7 +50,7 @@ pub(super) fn run(out: &Path, row: &Row, stages: &Stages) -> Result<Trial> {
     let frames = recorded::frames(&config, &data)?;
     let predictor = BodyPredictor::new(&checkpoint, BodyPredictorOptions::default(), None)?;
     let mean = checkpoint.mean_pose.context("the training poses have no mean")?;
-    let (network, mean_pose) = judge_frames(&predictor, &frames, &mean)?;
+    let (network, mean_pose) = evaluate_frames(&predictor, &frames, &mean)?;
     // Intervals come from seeds, not from sequences.
     let bootstrap = BootstrapConfig { resamples: 0, seed: 0 };
     let summary = |evaluation: evpose_pose::metric::body::BodyEvaluation| {
@@ -78,7 +78,7 @@ pub(super) fn run(out: &Path, row: &Row, stages: &Stages) -> Result<Trial> {
 /// Input images of a row's network, on its test set.
 fn evaluation_config(network: Network, test: Test, stages: &Stages) -> BodyConfig {
     let trained = match network {
-        // Evaluated on the test images of the full method.
+        // MethodResults on the test images of the full method.
         Network::Pretrained => Network::Scratch,
         Network::GreyPretrained => Network::Grey,
         other => other,

@@ -8,7 +8,8 @@ use evpose_pose::metric::body::{BodyEvaluation, BodyScores, BodySummary};
 use evpose_pose::metric::{BootstrapConfig, Interval};
 use evpose_task::body::{BodyPredictorOptions, PropagationConfig};
 use evpose_train::body::{
-    BodyEvaluated, BodyJudged, BodyRecordings, evaluate_between, evaluate_body, mean_pose_of,
+    BodyRecordingResult, BodyRecordings, BodyResults, evaluate_body, evaluate_propagation,
+    mean_pose_of_recordings,
 };
 use serde::Serialize;
 
@@ -67,7 +68,7 @@ pub(super) fn run(model: &BodyModel, args: &EvalArgs) -> Result<()> {
     let recordings = BodyRecordings::open(data)?;
     let mean = match checkpoint.mean_pose {
         Some(mean) => mean,
-        None => mean_pose_of(&recordings, checkpoint)?,
+        None => mean_pose_of_recordings(&recordings, checkpoint)?,
     };
     let every_ms = args.stride_ms.unwrap_or(checkpoint.config.evaluation.every_ms);
     let every = Micros(1_000 * i64::from(every_ms));
@@ -103,11 +104,15 @@ pub(super) fn run(model: &BodyModel, args: &EvalArgs) -> Result<()> {
         let config = PropagationConfig::default();
         let progress = bar("fusing", recordings.files.len() as u64, "recordings");
         let tell = |done| progress.inc(done);
-        let between = evaluate_between(checkpoint, &predictor, &recordings, &config, &tell)?;
+        let between = evaluate_propagation(checkpoint, &predictor, &recordings, &config, &tell)?;
         progress.finish_and_clear();
-        let [held, fused, held_where_both, fused_where_both] =
-            [between.held, between.fused, between.held_where_both, between.fused_where_both]
-                .map(summary);
+        let [held, fused, held_where_both, fused_where_both] = [
+            between.last_detection,
+            between.propagated,
+            between.last_detection_on_common_joints,
+            between.propagated_on_common_joints,
+        ]
+        .map(summary);
         let fusion = Fusion {
             held: held?,
             fused: fused?,
@@ -199,11 +204,8 @@ fn draw(path: &Path, report: &Report) -> Result<()> {
 /// How many recordings are printed.
 const WORST: usize = 5;
 
-fn by_recording(
-    judged: &BodyEvaluated,
-    bootstrap: &BootstrapConfig,
-) -> Result<Vec<RecordingScores>> {
-    let one = |recording: &BodyJudged| {
+fn by_recording(judged: &BodyResults, bootstrap: &BootstrapConfig) -> Result<Vec<RecordingScores>> {
+    let one = |recording: &BodyRecordingResult| {
         let alone = BodyEvaluation { sequences: vec![recording.network.clone()] };
         let name = recording.events.file_name().unwrap_or_default();
         Ok(RecordingScores {

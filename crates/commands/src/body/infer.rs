@@ -11,7 +11,7 @@ use evpose_pose::metric::body::BodyPrediction;
 use evpose_task::body::{
     BodyCheckpoint, BodyPredictor, BodyPredictorOptions, PropagationConfig, RepresentationReader,
 };
-use evpose_train::body::poses_between;
+use evpose_train::body::propagated_poses;
 
 use super::BodyModel;
 use crate::args::InferArgs;
@@ -82,10 +82,14 @@ fn fused(
         latency_ms: 0.0,
         ..PropagationConfig::default()
     };
-    let poses = poses_between(&mut film, predictor, &config, (start, end))?;
+    let poses = propagated_poses(&mut film, predictor, &config, (start, end))?;
     let mut writer = PredictionWriter::create(path, DelayUnit::Seconds, Undetected::MinusOne)?;
     for pose in &poses {
-        writer.write(&BodyPrediction { t_s: pose.t_s, delay_s: 0.0, joints_px: pose.fused })?;
+        writer.write(&BodyPrediction {
+            t_s: pose.t_s,
+            delay_s: 0.0,
+            joints_px: pose.propagated,
+        })?;
     }
     writer.finish()?;
     say(format!("{} fused poses, {} a second: {}", poses.len(), config.output_hz, path.display()));

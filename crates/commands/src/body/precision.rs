@@ -8,7 +8,7 @@ use evpose_core::Micros;
 use evpose_infer::{Precision, Ranges};
 use evpose_pose::metric::Interval;
 use evpose_task::body::{BodyCheckpoint, BodyPredictor, BodyPredictorOptions};
-use evpose_train::body::{BodyRecordings, evaluate_body, mean_pose_of};
+use evpose_train::body::{BodyRecordings, evaluate_body, mean_pose_of_recordings};
 
 use crate::task::PrecisionScores;
 
@@ -24,7 +24,7 @@ pub(super) fn evaluate(
     let recordings = BodyRecordings::open(data)?;
     let mean = match checkpoint.mean_pose {
         Some(mean) => mean,
-        None => mean_pose_of(&recordings, checkpoint)?,
+        None => mean_pose_of_recordings(&recordings, checkpoint)?,
     };
     let stride = Micros(1_000 * i64::from(stride_ms.max(1)));
     let all = (Precision::ALL.len() * recordings.files.len()) as u64;

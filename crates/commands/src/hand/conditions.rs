@@ -8,8 +8,8 @@ use evpose_pose::HandParams;
 use evpose_pose::metric::{HandRatios, HandSummary, Interval, MeanPose};
 use evpose_task::hand::{ConstantPose, HandConfig, NetworkPredictor};
 use evpose_train::{
-    Condition, Evaluated, HandDataset, Method, SlowMotionEvaluated, SlowMotionUsage, evaluate,
-    evaluate_slow_motion, poses_to_judge,
+    Condition, HandDataset, Method, MethodResults, SlowMotionResults, SlowMotionUsage, evaluate,
+    evaluate_slow_motion, evaluated_pose_count,
 };
 use serde::Serialize;
 use serde_json::{Map, Value};
@@ -55,7 +55,7 @@ struct Entry<'a> {
 struct Judged {
     condition: Condition,
     config: HandConfig,
-    methods: Vec<Evaluated>,
+    methods: Vec<MethodResults>,
     usage: SlowMotionUsage,
 }
 
@@ -146,7 +146,7 @@ fn judge(
     mut network: NetworkPredictor,
     mean: Option<HandParams>,
     stride_ms: u32,
-) -> Result<(Vec<Evaluated>, SlowMotionUsage)> {
+) -> Result<(Vec<MethodResults>, SlowMotionUsage)> {
     let mean = match mean {
         Some(mean) => mean,
         // Weights from elsewhere do not know what they were trained on.
@@ -161,7 +161,7 @@ fn judge(
         Method { name: "mean_pose", predictor: &mut constant, filtered: None },
         Method { name: "trained", predictor: &mut network, filtered: Some("trained_kalman") },
     ];
-    let progress = bar("evaluating", poses_to_judge(config, data, stride_ms), "poses");
+    let progress = bar("evaluating", evaluated_pose_count(config, data, stride_ms), "poses");
     let mut judged =
         evaluate(config, data, &mut methods, stride_ms, &mut |done| progress.inc(done))?;
     progress.finish_and_clear();
@@ -169,7 +169,7 @@ fn judge(
     let total_ms = data.sequences().iter().map(|sequence| sequence.frames()).sum();
     let progress = bar("slow motion", total_ms, "ms");
     let mut tell = |ms| progress.inc(ms);
-    let SlowMotionEvaluated { methods, usage } =
+    let SlowMotionResults { methods, usage } =
         evaluate_slow_motion(config, data, &mut network, mean, stride_ms, &mut tell)?;
     progress.finish_and_clear();
     judged.extend(methods);
@@ -238,17 +238,17 @@ fn print_scores(all: &[Judged]) {
 
 /// What the slow-motion mode did.
 fn print_usage(all: &[Judged]) {
-    let headings = ["events/s", "surfaces/s", "repeated %", "fast %", "wait ms"];
+    let headings = ["events/s", "inputs/s", "repeated %", "fast %", "wait ms"];
     let heading: String = headings.iter().map(|name| format!("{name:>14}")).collect();
     say(format!("{:<12}{:<18}{heading}", "condition", "slow motion"));
     for Judged { condition, usage, .. } in all {
-        let surfaces = usage.surfaces.max(1) as f64;
+        let inputs = usage.inputs.max(1) as f64;
         let numbers = [
             usage.events as f64 / usage.seconds,
-            usage.surfaces as f64 / usage.seconds,
-            100.0 * usage.repeated as f64 / surfaces,
-            100.0 * usage.fast as f64 / surfaces,
-            1e3 * usage.waited_s / surfaces,
+            usage.inputs as f64 / usage.seconds,
+            100.0 * usage.repeated as f64 / inputs,
+            100.0 * usage.fast as f64 / inputs,
+            1e3 * usage.waited_s / inputs,
         ];
         let cells: String = numbers.iter().map(|number| format!("{number:>14.1}")).collect();
         say(format!("{:<12}{:<18}{cells}", condition.name, ""));

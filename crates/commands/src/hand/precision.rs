@@ -9,7 +9,7 @@ use evpose_app::timing::quantile;
 use evpose_infer::{Precision, Ranges};
 use evpose_report::held_out::cell;
 use evpose_task::hand::{HandCheckpoint, NetworkPredictor};
-use evpose_train::{HandDataset, Method, evaluate as evaluate_methods, poses_to_judge};
+use evpose_train::{HandDataset, Method, evaluate as evaluate_methods, evaluated_pose_count};
 
 use crate::task::PrecisionScores;
 
@@ -30,7 +30,7 @@ pub(super) fn evaluate(
     for (name, predictor) in ["f32", "bf16", "int8"].into_iter().zip(&mut predictors) {
         methods.push(Method { name, predictor, filtered: None });
     }
-    let progress = bar("evaluating", poses_to_judge(config, &data, stride_ms), "poses");
+    let progress = bar("evaluating", evaluated_pose_count(config, &data, stride_ms), "poses");
     let mut done = |count| progress.inc(count);
     let evaluated = evaluate_methods(config, &data, &mut methods, stride_ms, &mut done)?;
     progress.finish_and_clear();

@@ -1,4 +1,4 @@
-//! Methods on recordings with known poses.
+//! Evaluation of networks of bodies on recordings with ground truth.
 
 use std::path::PathBuf;
 
@@ -18,29 +18,29 @@ use evpose_task::body::BodyCheckpoint;
 use evpose_task::body::BodyPredictor;
 use evpose_task::body::RepresentationReader;
 
-/// A recording, what was found on it, and what was there.
+/// Ground truth, predictions and scores of one recording.
 #[derive(Debug, Clone, PartialEq)]
-pub struct BodyJudged {
-    /// The recording.
+pub struct BodyRecordingResult {
+    /// The file of events.
     pub events: PathBuf,
-    /// Poses as they were.
+    /// Ground truth poses.
     pub truth: Vec<BodyTruth>,
-    /// Poses that the network found.
-    pub found: Vec<BodyPrediction>,
-    /// How good they are.
+    /// Poses predicted by the network.
+    pub predictions: Vec<BodyPrediction>,
+    /// Scores of the network.
     pub network: BodySequence,
-    /// How good the mean of all training poses is.
+    /// Scores of the mean of all training poses, the baseline.
     pub mean_pose: BodySequence,
 }
 
-/// All recordings of an evaluation.
+/// Results of an evaluation, recording by recording.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct BodyEvaluated {
+pub struct BodyResults {
     /// In the order of their names.
-    pub recordings: Vec<BodyJudged>,
+    pub recordings: Vec<BodyRecordingResult>,
 }
 
-impl BodyEvaluated {
+impl BodyResults {
     /// Scores of the network.
     pub fn network(&self) -> BodyEvaluation {
         BodyEvaluation { sequences: self.recordings.iter().map(|r| r.network.clone()).collect() }
@@ -52,8 +52,8 @@ impl BodyEvaluated {
     }
 }
 
-/// Judges a network on recordings: a prediction every `every` from the first sample of its config on, and
-/// beside it the mean pose. `progress` is told of every recording that is done.
+/// Evaluates a network on recordings: a prediction every `every` from the first sample of its config on,
+/// and for comparison the mean pose. `progress` receives 1 after each recording.
 ///
 /// # Errors
 /// If a recording cannot be read.
@@ -64,22 +64,22 @@ pub fn evaluate_body(
     every: Micros,
     mean_pose: &BodyPoints,
     progress: &(dyn Fn(u64) + Sync),
-) -> Result<BodyEvaluated, TrainError> {
+) -> Result<BodyResults, TrainError> {
     let one = |predictor: &mut BodyPredictor, (events, poses): &(PathBuf, PathBuf)| {
-        let truth = truth_of(&PoseTable::read(poses)?);
-        let mut film = RepresentationReader::open(events, &checkpoint.config.image)?;
+        let truth = ground_truth(&PoseTable::read(poses)?);
+        let mut reader = RepresentationReader::open(events, &checkpoint.config.image)?;
         let first = Micros(1_000 * i64::from(checkpoint.config.data.first_ms));
         let end = Micros::from_seconds(truth.last().map_or(0.0, |last| last.t_s));
-        let mut found = Vec::new();
+        let mut predictions = Vec::new();
         let mut t = first;
         while t <= end {
-            let image = film.at(t, |_| {})?;
-            found.push(predictor.predict(t.as_seconds(), &image));
+            let image = reader.at(t, |_| {})?;
+            predictions.push(predictor.predict(t.as_seconds(), &image));
             t = t + every;
         }
-        let sensor = film.sensor();
+        let sensor = reader.sensor();
         let size_px = Vec2::new(f32::from(sensor.width), f32::from(sensor.height));
-        let constant: Vec<BodyPrediction> = found
+        let constant: Vec<BodyPrediction> = predictions
             .iter()
             .map(|prediction| BodyPrediction {
                 joints_px: mean_pose.map(|joint| joint.map(|at| at * size_px)),
@@ -88,24 +88,25 @@ pub fn evaluate_body(
             })
             .collect();
         let protocol = BodyProtocol::default();
-        let network = BodySequence::evaluate(&truth, &found, &protocol)?;
+        let network = BodySequence::evaluate(&truth, &predictions, &protocol)?;
         let mean_pose = BodySequence::evaluate(&truth, &constant, &protocol)?;
         progress(1);
-        Ok(BodyJudged { events: events.clone(), truth, found, network, mean_pose })
+        Ok(BodyRecordingResult { events: events.clone(), truth, predictions, network, mean_pose })
     };
     let recordings = recordings
         .files
         .par_iter()
         .map_init(|| predictor.another(), one)
         .collect::<Result<_, TrainError>>()?;
-    Ok(BodyEvaluated { recordings })
+    Ok(BodyResults { recordings })
 }
 
-/// Judges a network on images with labels, and beside it the mean pose.
+/// Evaluates a network, and for comparison the mean pose, on images with labels. Returns the scores of
+/// both, in this order.
 ///
 /// # Errors
 /// If a label is not finite.
-pub fn judge_frames(
+pub fn evaluate_frames(
     predictor: &BodyPredictor,
     frames: &BodyFrames,
     mean_pose: &BodyPoints,
@@ -113,7 +114,7 @@ pub fn judge_frames(
     let sequences: Vec<&[BodyFrame]> =
         frames.frames.chunk_by(|a, b| a.sequence == b.sequence).collect();
     let one = |predictor: &mut BodyPredictor, frames: &&[BodyFrame]| {
-        let (mut truth, mut found, mut constant) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut truth, mut predictions, mut constant) = (Vec::new(), Vec::new(), Vec::new());
         for frame in *frames {
             let t_s = frame.t.as_seconds();
             let size_px = Vec2::new(frame.image.width() as f32, frame.image.height() as f32);
@@ -122,33 +123,34 @@ pub fn judge_frames(
                 *joint = keypoint.is_labelled().then(|| keypoint.position * size_px);
             }
             truth.push(BodyTruth::by_torso(t_s, joints_px));
-            found.push(predictor.predict(t_s, &frame.image));
+            predictions.push(predictor.predict(t_s, &frame.image));
             let joints_px = mean_pose.map(|joint| joint.map(|at| at * size_px));
             constant.push(BodyPrediction { t_s, delay_s: 0.0, joints_px });
         }
         let protocol = BodyProtocol::default();
-        let of = |found: &[BodyPrediction]| BodySequence::evaluate(&truth, found, &protocol);
-        Ok((of(&found)?, of(&constant)?))
+        let score =
+            |predictions: &[BodyPrediction]| BodySequence::evaluate(&truth, predictions, &protocol);
+        Ok((score(&predictions)?, score(&constant)?))
     };
-    let judged: Vec<(BodySequence, BodySequence)> = sequences
+    let scores: Vec<(BodySequence, BodySequence)> = sequences
         .par_iter()
         .map_init(|| predictor.another(), one)
         .collect::<Result<_, TrainError>>()?;
-    let (network, mean_pose) = judged.into_iter().unzip();
+    let (network, mean_pose) = scores.into_iter().unzip();
     Ok((BodyEvaluation { sequences: network }, BodyEvaluation { sequences: mean_pose }))
 }
 
-/// A table of poses, each measured by its own torso.
-pub fn truth_of(table: &PoseTable) -> Vec<BodyTruth> {
+/// The ground truth of a table of poses: the scale of each pose is its own torso.
+pub fn ground_truth(table: &PoseTable) -> Vec<BodyTruth> {
     table.rows.iter().map(|row| BodyTruth::by_torso(row.t.as_seconds(), row.joints_px)).collect()
 }
 
-/// The mean of the poses of recordings, relative to the image: for networks that do not know the mean of
-/// what they were trained on.
+/// The mean of the poses of recordings, relative to the image: the baseline for networks whose checkpoint
+/// does not hold the mean of their training poses.
 ///
 /// # Errors
 /// If a table cannot be read.
-pub fn mean_pose_of(
+pub fn mean_pose_of_recordings(
     recordings: &BodyRecordings,
     checkpoint: &BodyCheckpoint,
 ) -> Result<BodyPoints, TrainError> {

@@ -14,8 +14,8 @@ mod augmentation;
 mod batch;
 mod evaluation;
 mod frames;
-mod fused;
 mod loader;
+mod propagation;
 mod recordings;
 mod targets;
 mod task;
@@ -25,10 +25,11 @@ pub use accuracy::{BodyAccuracy, BodyAccuracyConfig, BodyMeasure};
 pub use augmentation::BodyView;
 pub use batch::BodyBatch;
 pub use evaluation::{
-    BodyEvaluated, BodyJudged, evaluate_body, judge_frames, mean_pose_of, truth_of,
+    BodyRecordingResult, BodyResults, evaluate_body, evaluate_frames, ground_truth,
+    mean_pose_of_recordings,
 };
 pub use frames::{BodyFrame, BodyFrames};
-pub use fused::{BetweenEvaluated, BetweenPose, evaluate_between, poses_between};
+pub use propagation::{PropagatedPose, PropagationResults, evaluate_propagation, propagated_poses};
 pub use recordings::{BodyRecordings, PoseTrack};
 pub use targets::{BodyGrid, BodyTargetSlices};
 pub use training::{BodyTrainSummary, first_network, train_body};

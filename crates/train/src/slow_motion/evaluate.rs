@@ -1,4 +1,4 @@
-//! How good the slow-motion mode is on sequences with known poses.
+//! Evaluation of the slow-motion mode on sequences with ground truth.
 
 use evpose_core::Micros;
 use evpose_pose::HandParams;
@@ -7,54 +7,56 @@ use serde::Serialize;
 
 use crate::TrainError;
 use crate::dataset::{HandDataset, HandSequence};
-use crate::evaluation::{Evaluated, Track, judge_track, judged_frames};
+use crate::evaluation::{MethodResults, Track, evaluated_frames, score_track};
 use evpose_task::hand::HandConfig;
 use evpose_task::hand::Predictor;
 use evpose_task::hand::{HandEstimate, HandView, SlowMotionTracker};
 
-/// Frames read at once.
+/// Frames of 1 ms read at once, which bounds the memory for events.
 const CHUNK: u64 = 500;
 
-/// The slow-motion mode's scores and what it did for them.
+/// Scores of the slow-motion mode and its usage of the network.
 #[derive(Debug, Clone)]
-pub struct SlowMotionEvaluated {
-    /// `slow_motion`: each pose counts from the time of its surface. `slow_motion_live`: only from
-    /// when its batch was full, which is what somebody in front of the camera sees.
-    pub methods: Vec<Evaluated>,
-    /// Over all sequences.
+pub struct SlowMotionResults {
+    /// `slow_motion`: each pose counts from the time stamp of its input. `slow_motion_live`: only from
+    /// when its batch was full, which is the pose on the screen of a live run.
+    pub methods: Vec<MethodResults>,
+    /// Usage, summed over all sequences.
     pub usage: SlowMotionUsage,
 }
 
-/// What the mode did.
+/// Amounts of data and of inference in the slow-motion mode.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct SlowMotionUsage {
-    /// Time of all sequences.
+    /// Duration of all sequences.
     pub seconds: f64,
     /// Events of all sequences, without those of a scene that is drawn anew.
     pub events: u64,
-    /// Surfaces made.
-    pub surfaces: u64,
-    /// Surfaces that got the predictions of an earlier batch.
+    /// Representations rendered.
+    pub inputs: u64,
+    /// Representations that got the predictions of an earlier batch.
     pub repeated: u64,
     /// Poses filtered with the fast settings.
     pub fast: u64,
-    /// Sum of the times from a surface to its pose.
+    /// Sum of the delays from the time stamp of an input until its pose is known, in seconds.
     pub waited_s: f64,
 }
 
 impl SlowMotionUsage {
     fn add(&mut self, poses: &[HandEstimate]) {
-        let count = |of: fn(&HandEstimate) -> bool| poses.iter().filter(|p| of(p)).count() as u64;
-        self.surfaces += poses.len() as u64;
+        let count = |is_counted: fn(&HandEstimate) -> bool| {
+            poses.iter().filter(|pose| is_counted(pose)).count() as u64
+        };
+        self.inputs += poses.len() as u64;
         self.repeated += count(|pose| pose.is_repeated);
         self.fast += count(|pose| pose.is_fast);
         self.waited_s += poses.iter().map(|p| (p.known - p.t).as_seconds()).sum::<f64>();
     }
 }
 
-/// Judges the slow-motion mode on every sequence of `data`, at the same frames as
-/// [`evaluate`](crate::evaluate). Before its first pose it is taken to say `before`, and between two
-/// poses the earlier one. `progress` is told how many milliseconds are done, of all sequences'.
+/// Evaluates the slow-motion mode on every sequence of `data`, at the same frames as
+/// [`evaluate`](crate::evaluate). Until its first pose, `before` stands for it; between two poses, the
+/// earlier one. `progress` receives milliseconds of the sequences.
 ///
 /// # Errors
 /// If a sequence cannot be read or a prediction fails.
@@ -65,10 +67,14 @@ pub fn evaluate_slow_motion(
     before: HandParams,
     stride_ms: u32,
     progress: &mut dyn FnMut(u64),
-) -> Result<SlowMotionEvaluated, TrainError> {
-    let stage = HandView::new(config)?;
-    let mut methods: Vec<Evaluated> = ["slow_motion", "slow_motion_live"]
-        .map(|name| Evaluated { name, evaluation: HandEvaluation::default(), tracks: Vec::new() })
+) -> Result<SlowMotionResults, TrainError> {
+    let view = HandView::new(config)?;
+    let mut methods: Vec<MethodResults> = ["slow_motion", "slow_motion_live"]
+        .map(|name| MethodResults {
+            name,
+            evaluation: HandEvaluation::default(),
+            tracks: Vec::new(),
+        })
         .into();
     let mut usage = SlowMotionUsage::default();
     for sequence in data.sequences() {
@@ -78,15 +84,15 @@ pub fn evaluate_slow_motion(
             (|pose: &HandEstimate| pose.t) as fn(&HandEstimate) -> Micros,
             |pose: &HandEstimate| pose.known,
         ]) {
-            let frames: Vec<u64> = judged_frames(config, sequence, stride_ms).collect();
-            let shown = frames.iter().map(|&frame| newest(&poses, frame, since));
-            let poses = shown.map(|pose| pose.map_or(before, |pose| pose.filtered)).collect();
+            let frames: Vec<u64> = evaluated_frames(config, sequence, stride_ms).collect();
+            let latest = frames.iter().map(|&frame| newest(&poses, frame, since));
+            let poses = latest.map(|pose| pose.map_or(before, |pose| pose.filtered)).collect();
             let track = Track { frames, poses };
-            method.evaluation.sequences.push(judge_track(&stage, sequence, &track)?);
+            method.evaluation.sequences.push(score_track(&view, sequence, &track)?);
             method.tracks.push(track);
         }
     }
-    Ok(SlowMotionEvaluated { methods, usage })
+    Ok(SlowMotionResults { methods, usage })
 }
 
 /// The newest pose by the end of a frame of 1 ms.
@@ -99,8 +105,8 @@ fn newest(
     poses[..poses.partition_point(|pose| since(pose) < end)].last()
 }
 
-/// All poses of one sequence. The burst of a scene that is drawn anew is not shown: the mode starts
-/// again behind it.
+/// All poses of one sequence. The burst of events at a change of the scene is skipped: the mode starts
+/// again after it.
 fn track(
     config: &HandConfig,
     sequence: &HandSequence,
@@ -141,7 +147,7 @@ mod tests {
     use crate::{Condition, Method, evaluate};
     use evpose_task::hand::ConstantPose;
 
-    /// Small pictures; the rest is as published.
+    /// A small image; the rest is as published.
     fn small(seconds: f64) -> HandConfig {
         let mut config = HandConfig::default();
         config.simulation.image_scale = 0.2;
@@ -153,7 +159,7 @@ mod tests {
     }
 
     /// Both evaluations of a pose that is always the same.
-    fn judged(config: &HandConfig) -> (Vec<Evaluated>, SlowMotionEvaluated) {
+    fn results(config: &HandConfig) -> (Vec<MethodResults>, SlowMotionResults) {
         let directory = tempfile::tempdir().unwrap();
         let simulation = Simulation::new(&config.simulation, config.seed).unwrap();
         record_all(&simulation, directory.path(), &|_| {}).unwrap();
@@ -172,7 +178,7 @@ mod tests {
 
     #[test]
     fn a_constant_pose_scores_the_same_in_every_mode() {
-        let (plain, slow) = judged(&small(0.6));
+        let (plain, slow) = results(&small(0.6));
         for method in &slow.methods {
             assert_eq!(method.tracks[0].frames, plain[0].tracks[0].frames);
             assert_eq!(
@@ -183,16 +189,16 @@ mod tests {
         }
     }
 
-    /// A whole movement with the rest after it, however the sequence begins.
+    /// Long enough for a whole movement and the rest after it, wherever the sequence begins.
     #[test]
-    fn slow_hands_make_fewer_surfaces_and_their_rests_repeat_predictions() {
+    fn slow_hands_need_fewer_inputs_and_rests_repeat_predictions() {
         let normal = small(12.0);
         let slow = Condition::load("slow").unwrap().apply(&normal).unwrap();
-        let [normal, slow] = [normal, slow].map(|config| judged(&config).1.usage);
+        let [normal, slow] = [normal, slow].map(|config| results(&config).1.usage);
         assert_eq!((normal.seconds, slow.seconds), (12.0, 12.0));
         assert!(3 * slow.events < normal.events, "{slow:?} {normal:?}");
-        assert!(10 * slow.surfaces < 9 * normal.surfaces, "{slow:?} {normal:?}");
-        let share = |usage: &SlowMotionUsage| usage.repeated as f64 / usage.surfaces as f64;
+        assert!(10 * slow.inputs < 9 * normal.inputs, "{slow:?} {normal:?}");
+        let share = |usage: &SlowMotionUsage| usage.repeated as f64 / usage.inputs as f64;
         assert!(share(&slow) > 0.02 && share(&slow) > share(&normal), "{slow:?} {normal:?}");
     }
 

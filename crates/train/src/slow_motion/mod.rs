@@ -17,4 +17,4 @@
 
 mod evaluate;
 
-pub use evaluate::{SlowMotionEvaluated, SlowMotionUsage, evaluate_slow_motion};
+pub use evaluate::{SlowMotionResults, SlowMotionUsage, evaluate_slow_motion};

@@ -1,0 +1,160 @@
+//! Evaluation of poses propagated from detections by the velocities of events.
+//!
+//! # Model
+//! The network runs at a rate of its own, and a detection becomes known a latency after the time stamp
+//! of its input. Without propagation the last detection stands until the next one; with propagation
+//! events since then move each joint on. Both are compared with the ground truth at the same instants.
+
+use std::path::{Path, PathBuf};
+
+use evpose_core::{EventStream, Micros};
+use evpose_pose::body::fusion::ScoredPoints;
+use evpose_pose::body::{BODY_JOINTS, BodyFollower, BodyPoints};
+use evpose_pose::metric::body::{BodyEvaluation, BodyPrediction, BodyProtocol, BodySequence};
+use evpose_sim::person::PoseTable;
+use rayon::prelude::*;
+
+use super::evaluation::ground_truth;
+use super::recordings::BodyRecordings;
+use crate::TrainError;
+use evpose_task::body::BodyCheckpoint;
+use evpose_task::body::BodyPredictor;
+use evpose_task::body::{PropagationConfig, RepresentationReader};
+
+/// The pose at one instant, without and with propagation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PropagatedPose {
+    /// Time stamp, in seconds.
+    pub t_s: f64,
+    /// The newest detection that is known by then, unchanged.
+    pub last_detection: BodyPoints,
+    /// The newest detection, propagated to this instant.
+    pub propagated: BodyPoints,
+}
+
+/// Poses of a recording at an even rate, from `first` to `end`.
+///
+/// # Errors
+/// If the recording cannot be read, or the settings are out of their range.
+pub fn propagated_poses(
+    reader: &mut RepresentationReader,
+    predictor: &mut BodyPredictor,
+    config: &PropagationConfig,
+    (first, end): (Micros, Micros),
+) -> Result<Vec<PropagatedPose>, TrainError> {
+    let sensor = reader.sensor();
+    let PropagationConfig { velocity, fusion, min_samples, .. } = config;
+    let mut follower = BodyFollower::new(sensor, *velocity, fusion, *min_samples)?;
+    let micros = |seconds: f64| Micros((seconds * 1e6).round() as i64);
+    let (step, period) = (micros(1.0 / config.output_hz), micros(1.0 / config.network_hz));
+    let latency = micros(1e-3 * config.latency_ms);
+    let (mut last_detection, mut next_inference) = ([None; BODY_JOINTS], first);
+    // Detections that are computed but, with the latency, not yet known.
+    let mut pending: Vec<(Micros, ScoredPoints)> = Vec::new();
+    let mut poses = Vec::new();
+    let mut t = first;
+    while t <= end {
+        let image =
+            reader.at_if(t, t >= next_inference, |events: &EventStream| follower.push(events))?;
+        if let Some(image) = image {
+            let joints = predictor.joints(&image);
+            pending.push((t, ScoredPoints::in_image(&joints, sensor)));
+            next_inference = next_inference + period;
+            // A network that is faster than the output runs once per output, and accumulates no debt.
+            if next_inference <= t {
+                next_inference = t + period;
+            }
+        }
+        while let Some((stamp, _)) = pending.first().filter(|(at, _)| *at + latency <= t) {
+            let stamp = *stamp;
+            let (_, pose) = pending.remove(0);
+            last_detection = pose.points;
+            follower.detection(stamp, &pose, t);
+        }
+        let propagated = follower.at(t);
+        poses.push(PropagatedPose { t_s: t.as_seconds(), last_detection, propagated });
+        t = t + step;
+    }
+    Ok(poses)
+}
+
+/// Scores of recordings without and with propagation.
+///
+/// A filter leaves out joints that the network detected with little confidence. A mean error over the
+/// remaining ones would flatter it, so both are also compared on the joints that both have.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct PropagationResults {
+    /// The last detections, unchanged.
+    pub last_detection: BodyEvaluation,
+    /// The same, propagated.
+    pub propagated: BodyEvaluation,
+    /// As `last_detection`, on the joints that propagated poses have as well.
+    pub last_detection_on_common_joints: BodyEvaluation,
+    /// As `propagated`, on the joints that the last detections have as well.
+    pub propagated_on_common_joints: BodyEvaluation,
+}
+
+/// Compares last detections and propagated poses with the ground truth of recordings. `progress`
+/// receives 1 after each recording.
+///
+/// # Errors
+/// As [`propagated_poses`].
+pub fn evaluate_propagation(
+    checkpoint: &BodyCheckpoint,
+    predictor: &BodyPredictor,
+    recordings: &BodyRecordings,
+    config: &PropagationConfig,
+    progress: &(dyn Fn(u64) + Sync),
+) -> Result<PropagationResults, TrainError> {
+    let one = |predictor: &mut BodyPredictor, (events, poses): &(PathBuf, PathBuf)| {
+        let scores = score_recording(checkpoint, predictor, events, poses, config);
+        progress(1);
+        scores
+    };
+    let scores: Vec<[BodySequence; 4]> = recordings
+        .files
+        .par_iter()
+        .map_init(|| predictor.another(), one)
+        .collect::<Result<_, TrainError>>()?;
+    let mut results = PropagationResults::default();
+    for [last_detection, propagated, last_common, propagated_common] in scores {
+        results.last_detection.sequences.push(last_detection);
+        results.propagated.sequences.push(propagated);
+        results.last_detection_on_common_joints.sequences.push(last_common);
+        results.propagated_on_common_joints.sequences.push(propagated_common);
+    }
+    Ok(results)
+}
+
+fn score_recording(
+    checkpoint: &BodyCheckpoint,
+    predictor: &mut BodyPredictor,
+    events: &Path,
+    poses: &Path,
+    config: &PropagationConfig,
+) -> Result<[BodySequence; 4], TrainError> {
+    let truth = ground_truth(&PoseTable::read(poses)?);
+    let mut reader = RepresentationReader::open(events, &checkpoint.config.image)?;
+    let first = Micros(1_000 * i64::from(checkpoint.config.data.first_ms));
+    let end = Micros::from_seconds(truth.last().map_or(0.0, |last| last.t_s));
+    let poses = propagated_poses(&mut reader, predictor, config, (first, end))?;
+    let protocol = BodyProtocol { rate_hz: config.output_hz, ..BodyProtocol::default() };
+    let sequence = |joints: fn(&PropagatedPose) -> BodyPoints| {
+        let predictions: Vec<BodyPrediction> = poses
+            .iter()
+            .map(|pose| BodyPrediction { t_s: pose.t_s, delay_s: 0.0, joints_px: joints(pose) })
+            .collect();
+        BodySequence::evaluate(&truth, &predictions, &protocol)
+    };
+    Ok([
+        sequence(|pose| pose.last_detection)?,
+        sequence(|pose| pose.propagated)?,
+        sequence(|pose| on_common_joints(&pose.last_detection, &pose.propagated))?,
+        sequence(|pose| on_common_joints(&pose.propagated, &pose.last_detection))?,
+    ])
+}
+
+/// `joints` without those that `others` lacks.
+fn on_common_joints(joints: &BodyPoints, others: &BodyPoints) -> BodyPoints {
+    std::array::from_fn(|joint| joints[joint].filter(|_| others[joint].is_some()))
+}
