@@ -1,13 +1,13 @@
 //! Channel counts of networks of another width.
 
 /// `published` channels, `width` times as many, at least one.
-pub(crate) fn scaled(published: usize, width: f32) -> usize {
+pub fn scaled(published: usize, width: f32) -> usize {
     (published as f32 * width).round().max(1.0) as usize
 }
 
 /// The multiple of 8 nearest to `channels`, at least 8 and never more than a tenth below: the
 /// rounding of MobileNets and of MnasNet.
-pub(crate) fn multiple_of_eight(channels: f32) -> usize {
+pub fn multiple_of_eight(channels: f32) -> usize {
     let nearest = (((channels + 4.0) / 8.0).floor() * 8.0).max(8.0);
     if nearest < 0.9 * channels { nearest as usize + 8 } else { nearest as usize }
 }

@@ -1,4 +1,4 @@
-//! A convolution and the batch normalisation behind it, of which every backbone is built.
+//! A convolution followed by batch normalisation, of which every backbone is built.
 
 use burn::module::{Initializer, Module, RunningState};
 use burn::nn::conv::{Conv2d, Conv2dConfig};
@@ -10,50 +10,57 @@ use crate::ops::Activation;
 
 /// Shape of a [`ConvNorm`]: a square kernel that keeps the image size, up to its stride.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct ConvNormConfig {
-    pub(crate) channels_in: usize,
-    pub(crate) channels_out: usize,
-    /// Odd.
-    pub(crate) kernel: usize,
-    pub(crate) stride: usize,
-    pub(crate) groups: usize,
+pub struct ConvNormConfig {
+    /// Channels of the input.
+    pub channels_in: usize,
+    /// Channels of the output.
+    pub channels_out: usize,
+    /// Rows and columns of the kernel; odd.
+    pub kernel: usize,
+    /// Vertical and horizontal stride, in pixels.
+    pub stride: usize,
+    /// Groups of channels; each is convolved by itself.
+    pub groups: usize,
     /// Whether the convolution has a bias, which the normalisation takes out again.
-    pub(crate) bias: bool,
+    pub bias: bool,
 }
 
-/// Ids of the running statistics of every layer.
+/// Ids of the running statistics, the same in every layer: see [`ConvNormConfig::init`].
 const MEAN: u64 = 1;
 const VARIANCE: u64 = 2;
 
 /// `norm(conv(x))`.
 #[derive(Module, Debug)]
-pub(crate) struct ConvNorm {
+pub struct ConvNorm {
     /// Weight of shape `[channels_out, channels_in / groups, kernel, kernel]`.
-    pub(crate) conv: Conv2d,
+    pub conv: Conv2d,
     /// All tensors of shape `[channels_out]`.
-    pub(crate) norm: BatchNorm,
+    pub norm: BatchNorm,
 }
 
 impl ConvNormConfig {
     /// A `kernel` x `kernel` convolution that mixes all channels.
-    pub(crate) fn new(channels_in: usize, channels_out: usize, kernel: usize) -> Self {
+    pub fn new(channels_in: usize, channels_out: usize, kernel: usize) -> Self {
         Self { channels_in, channels_out, kernel, stride: 1, groups: 1, bias: false }
     }
 
-    pub(crate) fn with_stride(self, stride: usize) -> Self {
+    /// With another stride than 1.
+    pub fn with_stride(self, stride: usize) -> Self {
         Self { stride, ..self }
     }
 
-    pub(crate) fn with_groups(self, groups: usize) -> Self {
+    /// With more groups than 1; as many as channels make a depthwise convolution.
+    pub fn with_groups(self, groups: usize) -> Self {
         Self { groups, ..self }
     }
 
-    pub(crate) fn with_bias(self) -> Self {
+    /// With a bias.
+    pub fn with_bias(self) -> Self {
         Self { bias: true, ..self }
     }
 
-    /// Weights are zero until [`crate::parameters::fill`] gives them values.
-    pub(crate) fn init(self, device: &Device) -> ConvNorm {
+    /// The layers; weights are zero until [`crate::parameters::fill`] gives them values.
+    pub fn init(self, device: &Device) -> ConvNorm {
         let Self { channels_in, channels_out, kernel, stride, groups, bias } = self;
         let pad = kernel / 2;
         let conv = Conv2dConfig::new([channels_in, channels_out], [kernel, kernel])
@@ -73,20 +80,22 @@ impl ConvNormConfig {
 }
 
 impl ConvNorm {
+    /// `norm(conv(x))`.
+    ///
     /// # Shapes
     /// - input: `[batch, channels_in, height, width]`
     /// - output: `[batch, channels_out, ceil(height / stride), ceil(width / stride)]`
-    pub(crate) fn forward<F: NetOps>(&self, input: F) -> F {
+    pub fn forward<F: NetOps>(&self, input: F) -> F {
         input.conv_norm(self, Activation::Identity)
     }
 
     /// `relu(norm(conv(x)))`, shapes as in [`forward`](Self::forward).
-    pub(crate) fn forward_relu<F: NetOps>(&self, input: F) -> F {
+    pub fn forward_relu<F: NetOps>(&self, input: F) -> F {
         input.conv_norm(self, Activation::Relu)
     }
 
     /// `min(relu(norm(conv(x))), 6)`, shapes as in [`forward`](Self::forward).
-    pub(crate) fn forward_relu6<F: NetOps>(&self, input: F) -> F {
+    pub fn forward_relu6<F: NetOps>(&self, input: F) -> F {
         input.conv_norm(self, Activation::Relu6)
     }
 }

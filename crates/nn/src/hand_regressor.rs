@@ -1,4 +1,4 @@
-//! The EventHands network: two channels of events to the twelve numbers of a hand.
+//! The EventHands network: two channels of events to the twelve parameters of a hand.
 
 use burn::module::{self, Module};
 use burn::nn::PaddingConfig2d;
@@ -7,16 +7,16 @@ use burn::tensor::{Device, Tensor};
 use evpose_pose::PARAMETERS;
 use serde::{Deserialize, Serialize};
 
+use crate::NnError;
+use crate::backbone::{Backbone, BackboneNet as _, IMAGE_CHANNELS};
 use crate::graph::Graph;
 use crate::initializer::{Initializer, seeded};
 use crate::net_ops::NetOps;
 use crate::parameters::{Slot, trained_count};
-use crate::{Backbone, NnError};
 
-/// Channels of an event image: negative and positive.
+/// Channels of an event image: OFF and ON events.
 pub(crate) const EVENT_CHANNELS: usize = 2;
-/// Channels the backbones were designed for.
-const IMAGE_CHANNELS: usize = 3;
+/// Rows and columns of the first convolution's kernel, as published.
 const KERNEL: usize = 3;
 
 /// Shape of a [`HandRegressor`].
@@ -52,7 +52,7 @@ pub struct HandRegressor {
 }
 
 impl HandRegressorConfig {
-    /// The network with first weights drawn from `seed`, as torchvision draws them.
+    /// The network with initial weights drawn from `seed`, as torchvision draws them.
     ///
     /// # Errors
     /// [`NnError::UnknownBackbone`] and [`NnError::Width`].
@@ -60,12 +60,12 @@ impl HandRegressorConfig {
         let network = self.zeros(device)?;
         let backbone = network.backbone.clone();
         Ok(seeded(network, seed, |slot| match slot.path.strip_prefix("backbone.") {
-            Some(_) => backbone.initial(slot),
+            Some(_) => backbone.initializer(slot),
             None => Initializer::torch_default(EVENT_CHANNELS * KERNEL * KERNEL),
         }))
     }
 
-    /// How many numbers training changes by gradients: what papers call the parameter count.
+    /// The number of trainable parameters.
     ///
     /// # Errors
     /// As [`init`](Self::init).
@@ -85,31 +85,31 @@ impl HandRegressorConfig {
 }
 
 impl HandRegressor {
-    /// The twelve numbers in their published order: see
+    /// The twelve hand parameters in their published order: see
     /// [`HandParams::from_array`](evpose_pose::HandParams::from_array).
     ///
     /// # Shapes
     /// - events: `[batch, 2, height, width]`, values in [0, 1]
     /// - output: `[batch, 12]`
     pub fn forward(&self, events: Tensor<4>) -> Tensor<2> {
+        self.backbone.run(events.conv(&self.conv1))
+    }
+
+    /// The graph of the network, for engines that compile it.
+    pub fn graph(&self) -> Graph {
+        Graph::trace(self, EVENT_CHANNELS, |events| vec![self.forward_ops(events)])
+    }
+
+    fn forward_ops<N: NetOps>(&self, events: N) -> N::Vector {
         self.backbone.forward(events.conv(&self.conv1))
     }
 
-    /// The network, layer by layer, with its weights.
-    pub fn graph(&self) -> Graph {
-        Graph::of(self, EVENT_CHANNELS, |events| vec![self.forward_ops(events)])
-    }
-
-    fn forward_ops<F: NetOps>(&self, events: F) -> F::Vector {
-        self.backbone.forward_ops(events.conv(&self.conv1))
-    }
-
-    /// What it was built from.
+    /// The configuration that it was built from.
     pub fn config(&self) -> &HandRegressorConfig {
         &self.config
     }
 
-    /// What the published PyTorch checkpoints call the tensor in `slot`.
+    /// The name of the tensor in `slot` in the published PyTorch checkpoints.
     pub(crate) fn pytorch_name(&self, slot: &Slot) -> String {
         let path = match slot.path.strip_prefix("backbone.") {
             Some(path) => format!("rn.{}", self.backbone.torchvision_path(path)),
@@ -178,8 +178,8 @@ mod tests {
             for slot in weights {
                 let layer = slot.path.strip_suffix(".weight").unwrap();
                 let layer = layer.strip_suffix(".conv").unwrap_or(layer);
-                let found = graph.nodes.iter().filter(|node| node.name == layer).count();
-                assert_eq!(found, 1, "{}: {layer}", entry.name);
+                let count = graph.nodes.iter().filter(|node| node.name == layer).count();
+                assert_eq!(count, 1, "{}: {layer}", entry.name);
             }
             assert_eq!(graph.outputs, [graph.nodes.len() - 1]);
             assert_eq!(graph.nodes[graph.outputs[0]].channels, PARAMETERS);
@@ -201,11 +201,11 @@ mod tests {
         assert!(weights(8) != here);
     }
 
-    /// What torchvision draws the weights of a layer from: their standard deviation, from the
-    /// name of the backbone and the shape of the weight; none for zeros.
+    /// The standard deviation of torchvision's initial weights, from the shape of the weight; none for
+    /// zeros.
     type Spread = fn(&[usize]) -> Option<f64>;
 
-    /// Of convolutions and of fully connected weights and biases, by backbone.
+    /// By backbone: of convolutions, then of fully connected weights and biases.
     const SPREADS: [(&str, Spread, Spread); 5] = [
         ("resnet18", kaiming, |_| Some((1.0 / 512.0 / 3.0f64).sqrt())),
         ("mobilenet_v2", kaiming, |shape| (shape.len() == 2).then_some(0.01)),
@@ -251,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn every_backbone_gives_twelve_finite_numbers_at_odd_sizes() {
+    fn every_backbone_gives_twelve_finite_values_at_odd_sizes() {
         let device = Device::flex();
         for entry in BACKBONES {
             let network = config(entry.name, 0.1).init(1, &device).unwrap();

@@ -9,9 +9,9 @@ use evpose_core::CounterRng;
 
 use crate::parameters::{Slot, fill};
 
-/// The distribution a tensor starts from.
+/// The distribution of the initial values of a tensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Initializer {
+pub enum Initializer {
     /// Every value the same.
     Constant(f32),
     /// Uniform within plus or minus `bound`.
@@ -27,6 +27,8 @@ pub(crate) enum Initializer {
 }
 
 impl Initializer {
+    /// Kaiming normal, `fan_out` mode.
+    ///
     /// # Model
     /// Deviation `sqrt(2 / fan_out)`, `fan_out` the output channels times the kernel's area:
     /// ReLUs halve the variance of gradients, the 2 restores it.
@@ -34,31 +36,33 @@ impl Initializer {
     /// # Source
     /// He et al.: *Delving Deep into Rectifiers*, ICCV 2015, with the fan of torchvision's ResNet
     /// and MobileNetV2, which do not divide by the groups of a depthwise convolution.
-    pub(crate) fn kaiming_fan_out(weight_shape: &[usize]) -> Self {
+    pub fn kaiming_fan_out(weight_shape: &[usize]) -> Self {
         let [channels_out, _, kernel_y, kernel_x] = *weight_shape else {
             return Self::Constant(0.0);
         };
         Self::Normal { deviation: (2.0 / (channels_out * kernel_y * kernel_x) as f32).sqrt() }
     }
 
+    /// Kaiming normal, `fan_in` mode.
+    ///
     /// # Model
-    /// Deviation `sqrt(2 / fan_in)`, `fan_in` the products that an output sums up: ReLUs halve the
+    /// Deviation `sqrt(2 / fan_in)`, `fan_in` the terms that an output sums up: ReLUs halve the
     /// variance of values, the 2 restores it.
     ///
     /// # Source
     /// As [`kaiming_fan_out`](Self::kaiming_fan_out), with the default fan of PyTorch.
-    pub(crate) fn kaiming_fan_in(weight_shape: &[usize]) -> Self {
+    pub fn kaiming_fan_in(weight_shape: &[usize]) -> Self {
         let fan_in: usize = weight_shape.iter().skip(1).product();
         Self::Normal { deviation: (2.0 / fan_in as f32).sqrt() }
     }
 
     /// PyTorch's default for the weight and bias of linear layers and convolutions.
-    pub(crate) fn torch_default(fan_in: usize) -> Self {
+    pub fn torch_default(fan_in: usize) -> Self {
         Self::Uniform { bound: 1.0 / (fan_in as f32).sqrt() }
     }
 
-    /// Batch normalisation that starts as the identity.
-    pub(crate) fn batch_norm(name: &str) -> Self {
+    /// The tensor `name` of a batch normalisation that starts as the identity.
+    pub fn batch_norm(name: &str) -> Self {
         Self::Constant(if matches!(name, "gamma" | "running_var") { 1.0 } else { 0.0 })
     }
 
@@ -72,7 +76,7 @@ impl Initializer {
     }
 }
 
-/// Gives every tensor of `module` its first values.
+/// Gives every tensor of `module` its initial values.
 pub(crate) fn seeded<M: Module>(module: M, seed: u64, initial: impl Fn(&Slot) -> Initializer) -> M {
     fill(module, |slot| {
         let mut rng = CounterRng::new(seed, &slot.path, 0);

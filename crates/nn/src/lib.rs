@@ -1,8 +1,8 @@
 //! Networks, losses and weight files.
 //!
 //! * [`DeviceKind`]: what the arithmetic runs on, chosen by name at run time.
-//! * [`HandRegressorConfig`], [`HandRegressor`]: the EventHands network, events to 12 numbers.
-//! * [`Backbone`], [`BACKBONES`], [`backbone_by_name`]: what can stand inside it, by name.
+//! * [`HandRegressorConfig`], [`HandRegressor`]: the EventHands network, events to 12 hand parameters.
+//! * [`BACKBONES`], [`backbone_by_name`]: the image networks inside it; [`backbone`]: how to write one.
 //! * [`MoveEnetConfig`], [`MoveEnet`]: the MoveEnet network, events to the maps of a body's joints.
 //! * [`Network`]: any of them by name.
 //! * [`Graph`](graph::Graph): such a network written down, for engines that compile it.
@@ -14,7 +14,7 @@
 //! on threads or on the order of construction. And the weights of a network are addressed by path
 //! ([`parameters`]), so that a file with one parameter too few or too many is an error.
 
-mod backbone;
+pub mod backbone;
 mod channels;
 mod conv_norm;
 mod device;
@@ -31,10 +31,7 @@ mod ops;
 pub mod parameters;
 pub mod weights;
 
-pub use backbone::{
-    BACKBONES, Backbone, BackboneEntry, MnasNet, MobileNetV2, ResNet, ShuffleNetV2, Vgg,
-    backbone_by_name,
-};
+pub use backbone::{BACKBONES, BackboneEntry, backbone_by_name};
 pub use device::DeviceKind;
 pub use error::NnError;
 pub use hand_regressor::{HandRegressor, HandRegressorConfig};

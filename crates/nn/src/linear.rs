@@ -6,6 +6,6 @@ use burn::tensor::Device;
 
 /// A fully connected layer, weight `[inputs, outputs]` and bias `[outputs]`. Both are zero until
 /// [`crate::parameters::fill`] gives them values.
-pub(crate) fn linear(inputs: usize, outputs: usize, device: &Device) -> Linear {
+pub fn linear(inputs: usize, outputs: usize, device: &Device) -> Linear {
     LinearConfig::new(inputs, outputs).with_initializer(Initializer::Zeros).init(device)
 }

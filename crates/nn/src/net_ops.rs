@@ -1,7 +1,7 @@
-//! What flows through a network, so that each is written once.
+//! The operations of networks, over which every forward pass is generic.
 //!
-//! The forward pass of a network is generic: with tensors it is computed, with a [`Graph`] it is
-//! written down, for engines that compile networks.
+//! One forward pass serves three purposes: with tensors it computes, with blocked tensors it trains on
+//! the CPU, and with the nodes of a [`Graph`] it is traced, for engines that compile networks.
 //!
 //! [`Graph`]: crate::graph::Graph
 
@@ -18,55 +18,56 @@ use burn::tensor::ops::{InterpolateMode, InterpolateOptions};
 use crate::conv_norm::ConvNorm;
 use crate::ops::{self, Activation};
 
-/// Images `[batch, channels, height, width]` on their way through a network.
-pub(crate) trait NetOps: Clone {
-    /// What images become where layers are fully connected.
+/// A batch of feature maps `[batch, channels, height, width]` and the operations on it, named as in
+/// PyTorch.
+pub trait NetOps: Clone {
+    /// A batch of vectors: the input of fully connected layers.
     type Vector: VectorOps;
 
-    /// Channels.
+    /// Number of channels.
     fn channels(&self) -> usize;
 
     /// `layer.forward(self)`.
     fn conv(self, layer: &Conv2d) -> Self;
 
-    /// The layers of `layer` and the activation behind them.
+    /// Convolution, batch normalisation, then `activation`.
     fn conv_norm(self, layer: &ConvNorm, activation: Activation) -> Self;
 
     /// `layer.forward(self)`.
     fn max_pool(self, layer: &MaxPool2d) -> Self;
 
-    /// The sum of both.
+    /// Elementwise sum.
     fn add(self, other: Self) -> Self;
 
-    /// Negative values become 0.
+    /// `max(self, 0)`.
     fn relu(self) -> Self;
 
-    /// Some of the channels.
+    /// The feature maps of a range of channels.
     fn narrow(self, channels: Range<usize>) -> Self;
 
-    /// The channels of both in turn: the first of one, the first of the other, the second of one.
+    /// The channels of both, alternating: the channel shuffle of two groups.
     fn interleave(self, other: Self) -> Self;
 
-    /// Twice as many rows and columns, each value between the four nearest pixels; pixels are squares
-    /// about their centres, and beyond the outermost centres the values stay.
+    /// Twice as many rows and columns by bilinear interpolation, as
+    /// `interpolate(scale_factor=2, mode="bilinear", align_corners=False)`.
     fn upsample(self) -> Self;
 
-    /// `1 / (1 + exp(-self))`.
+    /// The logistic function, `1 / (1 + exp(-self))`.
     fn sigmoid(self) -> Self;
 
     /// `factor * self + offset`.
     fn affine(self, factor: f32, offset: f32) -> Self;
 
-    /// Means, flattened.
+    /// Adaptive average pooling, flattened.
     fn avg_pool(self, layer: &AdaptiveAvgPool2d) -> Self::Vector;
 }
 
-/// Vectors `[batch, values]` on their way through a network.
-pub(crate) trait VectorOps: Clone {
+/// A batch of vectors `[batch, values]` and the operations on it.
+pub trait VectorOps: Clone {
     /// `layer.forward(self)`.
     fn linear(self, layer: &Linear) -> Self;
 
-    /// Negative values become 0.
+    /// `max(self, 0)`.
     fn relu(self) -> Self;
 }
 

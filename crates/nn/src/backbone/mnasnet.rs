@@ -1,10 +1,10 @@
-//! MnasNet-B1: inverted residuals found by a search, layout and weights as torchvision's.
+//! MnasNet-B1: inverted residuals from an architecture search, layout and weights as torchvision's.
 //!
 //! Two things in which training departs from torchvision's. Its dropout of 0.2 before the head is
 //! left out, for the reasons given in [`mobilenet_v2`](super::mobilenet_v2). And its running
 //! statistics follow a batch by 1/10 as everywhere else, not by 3/10,000: at that pace they need
-//! tens of thousands of steps to forget what they started from, and a network that is judged
-//! earlier is judged with statistics of nothing.
+//! tens of thousands of steps to forget their initial values, and a network evaluated earlier would
+//! normalise with meaningless statistics.
 //!
 //! # Source
 //! Tan et al.: *MnasNet: Platform-Aware Neural Architecture Search for Mobile*, CVPR 2019, Figure
@@ -15,6 +15,7 @@ use burn::nn::Linear;
 use burn::nn::pool::{AdaptiveAvgPool2d, AdaptiveAvgPool2dConfig};
 use burn::tensor::Device;
 
+use super::spec::{BackboneNet, BackboneSpec};
 use crate::channels::multiple_of_eight;
 use crate::conv_norm::{ConvNorm, ConvNormConfig};
 use crate::initializer::Initializer;
@@ -48,18 +49,27 @@ const STACKS: [Stack; 6] = [
     Stack { channels: 320.0, kernel: 3, stride: 1, expansion: 6, blocks: 1 },
 ];
 
+/// MnasNet-B1.
+pub(super) const MNASNET: BackboneSpec<MnasNet> = BackboneSpec {
+    name: "mnasnet",
+    about: "MnasNet-B1 (Tan et al. 2019): a quarter of the parameters",
+    smallest_px: 1,
+    narrowest: 0.01,
+    build: |width, outputs, device| MnasNetConfig::new(width, outputs).init(device),
+};
+
 /// Shape of a MnasNet.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct MnasNetConfig {
+struct MnasNetConfig {
     /// Multiplier of all channel counts but the last, 1 as published.
     width: f32,
-    /// Numbers predicted.
+    /// Values of the output vector.
     outputs: usize,
 }
 
 /// A network of inverted residuals with kernels of two sizes.
 #[derive(Module, Debug)]
-pub struct MnasNet {
+pub(crate) struct MnasNet {
     stem: ConvNorm,
     /// The first block, which expands nothing and has no residual.
     separable: Separable,
@@ -85,12 +95,12 @@ struct InvertedResidual {
 }
 
 impl MnasNetConfig {
-    pub(super) fn new(width: f32, outputs: usize) -> Self {
+    fn new(width: f32, outputs: usize) -> Self {
         Self { width, outputs }
     }
 
     /// The network with all weights zero.
-    pub(super) fn init(self, device: &Device) -> MnasNet {
+    fn init(self, device: &Device) -> MnasNet {
         let [stem, mut channels] =
             STEM_CHANNELS.map(|channels| multiple_of_eight(channels * self.width));
         let separable = Separable::new(stem, channels, 3, 1, device);
@@ -125,17 +135,29 @@ impl MnasNetConfig {
     }
 }
 
-impl MnasNet {
-    /// # Shapes
-    /// - input: `[batch, 3, height, width]`
-    /// - output: `[batch, outputs]`
-    pub(super) fn forward<F: NetOps>(&self, input: F) -> F::Vector {
+impl BackboneNet for MnasNet {
+    fn forward<N: NetOps>(&self, input: N) -> N::Vector {
         let mut x = self.separable.forward(self.stem.forward_relu(input));
         for block in self.stacks.iter().flatten() {
             x = block.forward(x);
         }
         let x = self.last.forward_relu(x);
         x.avg_pool(&self.mean).linear(&self.head)
+    }
+
+    /// As torchvision initialises: Kaiming for convolutions; the head uniform with the variance that
+    /// keeps gradients, `1 / outputs`.
+    fn initializer(&self, slot: &Slot) -> Initializer {
+        match (slot.layer.as_str(), slot.shape.as_slice()) {
+            ("Conv2d", shape) => Initializer::kaiming_fan_out(shape),
+            ("BatchNorm", _) => Initializer::batch_norm(slot.name()),
+            (_, &[_, outputs]) => Initializer::Uniform { bound: (3.0 / outputs as f32).sqrt() },
+            _ => Initializer::Constant(0.0),
+        }
+    }
+
+    fn torchvision_path(&self, path: &str) -> String {
+        torchvision_path(path)
     }
 }
 
@@ -156,7 +178,7 @@ impl Separable {
         }
     }
 
-    fn forward<F: NetOps>(&self, input: F) -> F {
+    fn forward<N: NetOps>(&self, input: N) -> N {
         self.project.forward(self.depthwise.forward_relu(input))
     }
 }
@@ -165,26 +187,15 @@ impl InvertedResidual {
     /// # Shapes
     /// - input: `[batch, channels_in, height, width]`
     /// - output: `[batch, channels_out, ceil(height / stride), ceil(width / stride)]`
-    fn forward<F: NetOps>(&self, input: F) -> F {
+    fn forward<N: NetOps>(&self, input: N) -> N {
         let x = self.separable.forward(self.expand.forward_relu(input.clone()));
         if self.residual { x.add(input) } else { x }
     }
 }
 
-/// As torchvision initialises: Kaiming for convolutions; the head uniform with the variance that
-/// keeps gradients, `1 / outputs`.
-pub(super) fn initial(slot: &Slot) -> Initializer {
-    match (slot.layer.as_str(), slot.shape.as_slice()) {
-        ("Conv2d", shape) => Initializer::kaiming_fan_out(shape),
-        ("BatchNorm", _) => Initializer::batch_norm(slot.name()),
-        (_, &[_, outputs]) => Initializer::Uniform { bound: (3.0 / outputs as f32).sqrt() },
-        _ => Initializer::Constant(0.0),
-    }
-}
-
-/// `stacks.1.0.separable.project.conv.x` is `layers.9.0.layers.6.x`: layers are numbered through,
-/// a convolution, its normalisation and its ReLU taking three numbers and a stack one.
-pub(super) fn torchvision_path(path: &str) -> String {
+/// `stacks.1.0.separable.project.conv.x` is `layers.9.0.layers.6.x`: layers are counted
+/// through, a convolution, its normalisation and its ReLU as three, a stack as one.
+fn torchvision_path(path: &str) -> String {
     const STEM: usize = 0;
     const SEPARABLE: usize = 3;
     const FIRST_STACK: usize = 8;

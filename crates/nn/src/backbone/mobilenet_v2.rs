@@ -12,6 +12,7 @@ use burn::nn::Linear;
 use burn::nn::pool::{AdaptiveAvgPool2d, AdaptiveAvgPool2dConfig};
 use burn::tensor::Device;
 
+use super::spec::{BackboneNet, BackboneSpec};
 use crate::channels::multiple_of_eight;
 use crate::conv_norm::{ConvNorm, ConvNormConfig};
 use crate::initializer::Initializer;
@@ -34,18 +35,27 @@ const STEM_CHANNELS: f32 = 32.0;
 /// Channels of the last convolution, which narrower networks keep.
 const HEAD_CHANNELS: f32 = 1280.0;
 
+/// MobileNetV2.
+pub(super) const MOBILENET_V2: BackboneSpec<MobileNetV2> = BackboneSpec {
+    name: "mobilenet_v2",
+    about: "MobileNetV2 (Sandler et al. 2018): a fifth of the parameters",
+    smallest_px: 1,
+    narrowest: 0.01,
+    build: |width, outputs, device| MobileNetV2Config::new(width, outputs).init(device),
+};
+
 /// Shape of a MobileNetV2.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct MobileNetV2Config {
+struct MobileNetV2Config {
     /// Multiplier of all channel counts, 1 as published.
     width: f32,
-    /// Numbers predicted.
+    /// Values of the output vector.
     outputs: usize,
 }
 
 /// A network of inverted residuals.
 #[derive(Module, Debug)]
-pub struct MobileNetV2 {
+pub(crate) struct MobileNetV2 {
     stem: ConvNorm,
     blocks: Vec<InvertedResidual>,
     last: ConvNorm,
@@ -65,12 +75,12 @@ struct InvertedResidual {
 }
 
 impl MobileNetV2Config {
-    pub(super) fn new(width: f32, outputs: usize) -> Self {
+    fn new(width: f32, outputs: usize) -> Self {
         Self { width, outputs }
     }
 
     /// The network with all weights zero.
-    pub(super) fn init(self, device: &Device) -> MobileNetV2 {
+    fn init(self, device: &Device) -> MobileNetV2 {
         let stem = multiple_of_eight(STEM_CHANNELS * self.width);
         let last = multiple_of_eight(HEAD_CHANNELS * self.width.max(1.0));
         let mut blocks = Vec::new();
@@ -93,17 +103,28 @@ impl MobileNetV2Config {
     }
 }
 
-impl MobileNetV2 {
-    /// # Shapes
-    /// - input: `[batch, 3, height, width]`
-    /// - output: `[batch, outputs]`
-    pub(super) fn forward<F: NetOps>(&self, input: F) -> F::Vector {
+impl BackboneNet for MobileNetV2 {
+    fn forward<N: NetOps>(&self, input: N) -> N::Vector {
         let mut x = self.stem.forward_relu6(input);
         for block in &self.blocks {
             x = block.forward(x);
         }
         let x = self.last.forward_relu6(x);
         x.avg_pool(&self.mean).linear(&self.head)
+    }
+
+    /// As torchvision initialises: Kaiming for convolutions, a narrow normal for the head.
+    fn initializer(&self, slot: &Slot) -> Initializer {
+        match slot.layer.as_str() {
+            "Conv2d" => Initializer::kaiming_fan_out(&slot.shape),
+            "BatchNorm" => Initializer::batch_norm(slot.name()),
+            _ if slot.is_linear_weight() => Initializer::Normal { deviation: 0.01 },
+            _ => Initializer::Constant(0.0),
+        }
+    }
+
+    fn torchvision_path(&self, path: &str) -> String {
+        torchvision_path(path)
     }
 }
 
@@ -131,7 +152,7 @@ impl InvertedResidual {
     /// # Shapes
     /// - input: `[batch, channels_in, height, width]`
     /// - output: `[batch, channels_out, ceil(height / stride), ceil(width / stride)]`
-    fn forward<F: NetOps>(&self, input: F) -> F {
+    fn forward<N: NetOps>(&self, input: N) -> N {
         let x = match &self.expand {
             Some(expand) => expand.forward_relu6(input.clone()),
             None => input.clone(),
@@ -141,18 +162,8 @@ impl InvertedResidual {
     }
 }
 
-/// As torchvision initialises: Kaiming for convolutions, a narrow normal for the head.
-pub(super) fn initial(slot: &Slot) -> Initializer {
-    match slot.layer.as_str() {
-        "Conv2d" => Initializer::kaiming_fan_out(&slot.shape),
-        "BatchNorm" => Initializer::batch_norm(slot.name()),
-        _ if slot.is_linear_weight() => Initializer::Normal { deviation: 0.01 },
-        _ => Initializer::Constant(0.0),
-    }
-}
-
 /// `blocks.3.depthwise.conv.x` is `features.4.conv.1.0.x`.
-pub(super) fn torchvision_path(path: &str) -> String {
+fn torchvision_path(path: &str) -> String {
     let parts: Vec<&str> = path.split('.').collect();
     let inner = |kind: &str| if kind == "conv" { 0 } else { 1 };
     match *parts.as_slice() {

@@ -8,6 +8,7 @@ use burn::nn::pool::{AdaptiveAvgPool2d, AdaptiveAvgPool2dConfig, MaxPool2d, MaxP
 use burn::nn::{Linear, PaddingConfig2d};
 use burn::tensor::Device;
 
+use super::spec::{BackboneNet, BackboneSpec};
 use crate::channels::scaled;
 use crate::conv_norm::{ConvNorm, ConvNormConfig};
 use crate::initializer::Initializer;
@@ -18,20 +19,38 @@ use crate::parameters::Slot;
 /// Channels of the first stage as published.
 const PUBLISHED_CHANNELS: usize = 64;
 
+/// ResNet-18, the network of EventHands.
+pub(super) const RESNET18: BackboneSpec<ResNet> = BackboneSpec {
+    name: "resnet18",
+    about: "ResNet-18 (He et al. 2016), the network of EventHands",
+    smallest_px: 1,
+    narrowest: 1.0 / 64.0,
+    build: |width, outputs, device| ResNetConfig::new([2, 2, 2, 2], width, outputs).init(device),
+};
+
+/// ResNet-34.
+pub(super) const RESNET34: BackboneSpec<ResNet> = BackboneSpec {
+    name: "resnet34",
+    about: "ResNet-34 (He et al. 2016): as accurate, twice the work",
+    smallest_px: 1,
+    narrowest: 1.0 / 64.0,
+    build: |width, outputs, device| ResNetConfig::new([3, 4, 6, 3], width, outputs).init(device),
+};
+
 /// Shape of a residual network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct ResNetConfig {
+struct ResNetConfig {
     /// Basic blocks in each of the four stages.
     blocks: [usize; 4],
     /// Channels of the first stage; the others have 2, 4 and 8 times as many.
     channels: usize,
-    /// Numbers predicted.
+    /// Values of the output vector.
     outputs: usize,
 }
 
 /// A residual network of basic blocks.
 #[derive(Module, Debug)]
-pub struct ResNet {
+pub(crate) struct ResNet {
     stem: ConvNorm,
     pool: MaxPool2d,
     stages: Vec<Vec<BasicBlock>>,
@@ -50,12 +69,12 @@ struct BasicBlock {
 
 impl ResNetConfig {
     /// A network `width` times as wide as published.
-    pub(super) fn new(blocks: [usize; 4], width: f32, outputs: usize) -> Self {
+    fn new(blocks: [usize; 4], width: f32, outputs: usize) -> Self {
         Self { blocks, channels: scaled(PUBLISHED_CHANNELS, width), outputs }
     }
 
     /// The network with all weights zero.
-    pub(super) fn init(self, device: &Device) -> ResNet {
+    fn init(self, device: &Device) -> ResNet {
         let stage = |index: usize| {
             let channels = self.channels << index;
             let first = match index {
@@ -79,11 +98,8 @@ impl ResNetConfig {
     }
 }
 
-impl ResNet {
-    /// # Shapes
-    /// - input: `[batch, 3, height, width]`
-    /// - output: `[batch, outputs]`
-    pub(super) fn forward<F: NetOps>(&self, input: F) -> F::Vector {
+impl BackboneNet for ResNet {
+    fn forward<N: NetOps>(&self, input: N) -> N::Vector {
         let mut x = self.stem.forward_relu(input).max_pool(&self.pool);
         for block in self.stages.iter().flatten() {
             x = block.forward(x);
@@ -92,12 +108,16 @@ impl ResNet {
     }
 
     /// As torchvision initialises: Kaiming for convolutions, PyTorch's default for the head.
-    pub(super) fn initial(&self, slot: &Slot) -> Initializer {
+    fn initializer(&self, slot: &Slot) -> Initializer {
         match slot.layer.as_str() {
             "Conv2d" => Initializer::kaiming_fan_out(&slot.shape),
             "BatchNorm" => Initializer::batch_norm(slot.name()),
             _ => Initializer::torch_default(self.head.weight.dims()[0]),
         }
+    }
+
+    fn torchvision_path(&self, path: &str) -> String {
+        torchvision_path(path)
     }
 }
 
@@ -115,7 +135,7 @@ impl BasicBlock {
     /// # Shapes
     /// - input: `[batch, channels_in, height, width]`
     /// - output: `[batch, channels_out, ceil(height / stride), ceil(width / stride)]`
-    fn forward<F: NetOps>(&self, input: F) -> F {
+    fn forward<N: NetOps>(&self, input: N) -> N {
         let x = self.second.forward(self.first.forward_relu(input.clone()));
         let shortcut = match &self.shortcut {
             Some(shortcut) => shortcut.forward(input),
@@ -126,7 +146,7 @@ impl BasicBlock {
 }
 
 /// `stages.0.1.first.conv.x` is `layer1.1.conv1.x`.
-pub(super) fn torchvision_path(path: &str) -> String {
+fn torchvision_path(path: &str) -> String {
     let parts: Vec<&str> = path.split('.').collect();
     match *parts.as_slice() {
         ["stem", "conv", name] => format!("conv1.{name}"),

@@ -10,6 +10,7 @@ use burn::nn::pool::{AdaptiveAvgPool2d, AdaptiveAvgPool2dConfig, MaxPool2d, MaxP
 use burn::nn::{Linear, PaddingConfig2d};
 use burn::tensor::Device;
 
+use super::spec::{BackboneNet, BackboneSpec};
 use crate::channels::scaled;
 use crate::conv_norm::{ConvNorm, ConvNormConfig};
 use crate::initializer::Initializer;
@@ -26,19 +27,28 @@ const UNITS: [usize; 3] = [4, 8, 4];
 /// Channels of the last convolution, which narrower networks keep.
 const HEAD_CHANNELS: usize = 1024;
 
+/// ShuffleNetV2, "1x".
+pub(super) const SHUFFLENET_V2: BackboneSpec<ShuffleNetV2> = BackboneSpec {
+    name: "shufflenet_v2",
+    about: "ShuffleNetV2 (Ma et al. 2018): a ninth of the parameters",
+    smallest_px: 1,
+    narrowest: 1.0 / 58.0,
+    build: |width, outputs, device| ShuffleNetV2Config::new(width, outputs).init(device),
+};
+
 /// Shape of a ShuffleNetV2.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct ShuffleNetV2Config {
+struct ShuffleNetV2Config {
     /// Multiplier of the channels of the stages, 1 for the published "1x". Those published as 0.5x,
     /// 1.5x and 2x follow no formula and are not among these.
     width: f32,
-    /// Numbers predicted.
+    /// Values of the output vector.
     outputs: usize,
 }
 
 /// A network of shuffled units.
 #[derive(Module, Debug)]
-pub struct ShuffleNetV2 {
+pub(crate) struct ShuffleNetV2 {
     stem: ConvNorm,
     pool: MaxPool2d,
     stages: Vec<Vec<Unit>>,
@@ -50,8 +60,8 @@ pub struct ShuffleNetV2 {
 /// Two branches beside each other, then a shuffle of their channels.
 #[derive(Module, Debug)]
 struct Unit {
-    /// What the first branch does where the image is halved; elsewhere it does nothing, and each
-    /// branch has half of the input.
+    /// The first branch where the unit halves the image. Elsewhere it is the identity, and each branch
+    /// has half of the input channels.
     halving: Option<Halving>,
     expand: ConvNorm,
     depthwise: ConvNorm,
@@ -66,12 +76,12 @@ struct Halving {
 }
 
 impl ShuffleNetV2Config {
-    pub(super) fn new(width: f32, outputs: usize) -> Self {
+    fn new(width: f32, outputs: usize) -> Self {
         Self { width, outputs }
     }
 
     /// The network with all weights zero.
-    pub(super) fn init(self, device: &Device) -> ShuffleNetV2 {
+    fn init(self, device: &Device) -> ShuffleNetV2 {
         let mut channels = STEM_CHANNELS;
         let mut stages = Vec::new();
         for (index, units) in UNITS.into_iter().enumerate() {
@@ -96,11 +106,8 @@ impl ShuffleNetV2Config {
     }
 }
 
-impl ShuffleNetV2 {
-    /// # Shapes
-    /// - input: `[batch, 3, height, width]`
-    /// - output: `[batch, outputs]`
-    pub(super) fn forward<F: NetOps>(&self, input: F) -> F::Vector {
+impl BackboneNet for ShuffleNetV2 {
+    fn forward<N: NetOps>(&self, input: N) -> N::Vector {
         let mut x = self.stem.forward_relu(input).max_pool(&self.pool);
         for unit in self.stages.iter().flatten() {
             x = unit.forward(x);
@@ -110,12 +117,16 @@ impl ShuffleNetV2 {
     }
 
     /// As torchvision initialises: PyTorch's defaults everywhere.
-    pub(super) fn initial(&self, slot: &Slot) -> Initializer {
+    fn initializer(&self, slot: &Slot) -> Initializer {
         match slot.layer.as_str() {
             "Conv2d" => Initializer::torch_default(slot.shape.iter().skip(1).product()),
             "BatchNorm" => Initializer::batch_norm(slot.name()),
             _ => Initializer::torch_default(self.head.weight.dims()[0]),
         }
+    }
+
+    fn torchvision_path(&self, path: &str) -> String {
+        torchvision_path(path)
     }
 }
 
@@ -152,7 +163,7 @@ impl Unit {
     /// # Shapes
     /// - input: `[batch, channels_in, height, width]`
     /// - output: `[batch, 2 branch, ceil(height / stride), ceil(width / stride)]`
-    fn forward<F: NetOps>(&self, input: F) -> F {
+    fn forward<N: NetOps>(&self, input: N) -> N {
         let (first, second) = match &self.halving {
             Some(halving) => (halving.forward(input.clone()), input),
             None => {
@@ -167,7 +178,7 @@ impl Unit {
 }
 
 impl Halving {
-    fn forward<F: NetOps>(&self, input: F) -> F {
+    fn forward<N: NetOps>(&self, input: N) -> N {
         self.project.forward_relu(self.depthwise.forward(input))
     }
 }
@@ -181,7 +192,7 @@ fn depthwise(channels: usize, stride: usize, device: &Device) -> ConvNorm {
 }
 
 /// `stages.0.3.expand.conv.x` is `stage2.3.branch2.0.x`.
-pub(super) fn torchvision_path(path: &str) -> String {
+fn torchvision_path(path: &str) -> String {
     let parts: Vec<&str> = path.split('.').collect();
     let inner = |kind: &str| usize::from(kind == "norm");
     match *parts.as_slice() {

@@ -14,6 +14,7 @@ use burn::nn::Linear;
 use burn::nn::pool::{AdaptiveAvgPool2d, AdaptiveAvgPool2dConfig, MaxPool2d, MaxPool2dConfig};
 use burn::tensor::Device;
 
+use super::spec::{BackboneNet, BackboneSpec};
 use crate::channels::scaled;
 use crate::conv_norm::{ConvNorm, ConvNormConfig};
 use crate::initializer::Initializer;
@@ -29,22 +30,32 @@ const HIDDEN: usize = 4096;
 const FIELDS: usize = 7;
 
 /// The smallest side of an image: five times halved, it is still a pixel.
-pub(super) const SMALLEST_PX: usize = 1 << STAGE_CHANNELS.len();
+const SMALLEST_PX: usize = 1 << STAGE_CHANNELS.len();
+
+/// VGG-11 with batch normalisation, configuration A of Table 1.
+pub(super) const VGG11_BN: BackboneSpec<Vgg> = BackboneSpec {
+    name: "vgg11_bn",
+    about: "VGG-11 with batch normalisation (Simonyan and Zisserman 2015): eleven times the \
+            parameters",
+    smallest_px: SMALLEST_PX,
+    narrowest: 1.0 / 64.0,
+    build: |width, outputs, device| VggConfig::new([1, 1, 2, 2, 2], width, outputs).init(device),
+};
 
 /// Shape of a VGG.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct VggConfig {
+struct VggConfig {
     /// Convolutions in each of the five stages.
     convolutions: [usize; 5],
     /// Multiplier of all channel counts and hidden outputs, 1 as published.
     width: f32,
-    /// Numbers predicted.
+    /// Values of the output vector.
     outputs: usize,
 }
 
 /// Stages of convolutions, then fully connected layers.
 #[derive(Module, Debug)]
-pub struct Vgg {
+pub(crate) struct Vgg {
     stages: Vec<Vec<ConvNorm>>,
     pool: MaxPool2d,
     mean: AdaptiveAvgPool2d,
@@ -53,12 +64,12 @@ pub struct Vgg {
 }
 
 impl VggConfig {
-    pub(super) fn new(convolutions: [usize; 5], width: f32, outputs: usize) -> Self {
+    fn new(convolutions: [usize; 5], width: f32, outputs: usize) -> Self {
         Self { convolutions, width, outputs }
     }
 
     /// The network with all weights zero.
-    pub(super) fn init(self, device: &Device) -> Vgg {
+    fn init(self, device: &Device) -> Vgg {
         let mut channels = 3;
         let stages = STAGE_CHANNELS.iter().zip(self.convolutions).map(|(&published, count)| {
             let output = scaled(published, self.width);
@@ -83,11 +94,8 @@ impl VggConfig {
     }
 }
 
-impl Vgg {
-    /// # Shapes
-    /// - input: `[batch, 3, height, width]`, at least 32 pixels high and wide
-    /// - output: `[batch, outputs]`
-    pub(super) fn forward<F: NetOps>(&self, input: F) -> F::Vector {
+impl BackboneNet for Vgg {
+    fn forward<N: NetOps>(&self, input: N) -> N::Vector {
         let mut x = input;
         for stage in &self.stages {
             for layer in stage {
@@ -102,31 +110,31 @@ impl Vgg {
         x.linear(&self.head)
     }
 
-    /// `stages.2.1.conv.x` is `features.11.x`: layers are numbered through, a convolution, its
-    /// normalisation and its ReLU taking three numbers and a pooling one.
-    pub(super) fn torchvision_path(&self, path: &str) -> String {
+    /// As torchvision initialises: Kaiming for convolutions, narrow normals for the rest.
+    fn initializer(&self, slot: &Slot) -> Initializer {
+        match slot.layer.as_str() {
+            "Conv2d" => Initializer::kaiming_fan_out(&slot.shape),
+            "BatchNorm" => Initializer::batch_norm(slot.name()),
+            _ if slot.is_linear_weight() => Initializer::Normal { deviation: 0.01 },
+            _ => Initializer::Constant(0.0),
+        }
+    }
+
+    /// `stages.2.1.conv.x` is `features.11.x`: layers are counted through, a convolution, its
+    /// normalisation and its ReLU as three, a pooling as one.
+    fn torchvision_path(&self, path: &str) -> String {
         let parts: Vec<&str> = path.split('.').collect();
-        let number = |text: &str| text.parse::<usize>().unwrap_or(0);
+        let index_of = |text: &str| text.parse::<usize>().unwrap_or(0);
         match *parts.as_slice() {
             ["stages", stage, index, kind, name] => {
-                let stage = number(stage);
+                let stage = index_of(stage);
                 let before: usize = self.stages.iter().take(stage).map(Vec::len).sum();
-                let layer = 3 * (before + number(index)) + stage + usize::from(kind == "norm");
+                let layer = 3 * (before + index_of(index)) + stage + usize::from(kind == "norm");
                 format!("features.{layer}.{name}")
             }
-            ["hidden", index, name] => format!("classifier.{}.{name}", 3 * number(index)),
+            ["hidden", index, name] => format!("classifier.{}.{name}", 3 * index_of(index)),
             ["head", name] => format!("classifier.{}.{name}", 3 * self.hidden.len()),
             _ => path.to_owned(),
         }
-    }
-}
-
-/// As torchvision initialises: Kaiming for convolutions, narrow normals for the rest.
-pub(super) fn initial(slot: &Slot) -> Initializer {
-    match slot.layer.as_str() {
-        "Conv2d" => Initializer::kaiming_fan_out(&slot.shape),
-        "BatchNorm" => Initializer::batch_norm(slot.name()),
-        _ if slot.is_linear_weight() => Initializer::Normal { deviation: 0.01 },
-        _ => Initializer::Constant(0.0),
     }
 }
