@@ -5,7 +5,7 @@
 use burn::tensor::Device;
 use evpose_infer::{Engine, EngineOptions, InferError, Level, Precision, Ranges};
 use evpose_nn::graph::Graph;
-use evpose_nn::parameters::awake;
+use evpose_nn::parameters::with_matched_variances;
 use evpose_nn::{HandRegressor, HandRegressorConfig, MoveEnetConfig, Network};
 
 /// Numbers between 0 and `most`.
@@ -20,7 +20,7 @@ fn image(seed: u32, count: usize, most: f32) -> Vec<f32> {
 
 fn hand(backbone: &str) -> HandRegressor {
     let config = HandRegressorConfig { backbone: backbone.to_owned(), width: 0.5 };
-    awake(config.init(7, &Device::flex()).unwrap())
+    with_matched_variances(config.init(7, &Device::flex()).unwrap())
 }
 
 /// The root of the mean square of differences, over that of the values themselves about their mean.
@@ -46,7 +46,7 @@ fn every_network_says_nearly_the_same_in_fewer_bits() {
     let networks = Network::names().map(|name| {
         if name == evpose_nn::MOVE_ENET {
             let network = MoveEnetConfig::default().init(7, &Device::flex()).unwrap();
-            (name, awake(network).graph(), [3, 96, 128], 255.0)
+            (name, with_matched_variances(network).graph(), [3, 96, 128], 255.0)
         } else {
             (name, hand(name).graph(), [2, 61, 83], 1.0)
         }

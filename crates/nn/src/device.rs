@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::NnError;
 
-/// What the arithmetic of a network runs on.
+/// A kind of device that networks are computed on.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum DeviceKind {
@@ -37,7 +37,7 @@ impl DeviceKind {
         }
     }
 
-    /// The device itself. For training, ask it for `.autodiff()`.
+    /// The device. Training needs its `.autodiff()`.
     ///
     /// # Errors
     /// [`NnError::DeviceNotBuilt`] where this build leaves the device out. Whether the machine
@@ -73,9 +73,9 @@ impl DeviceKind {
             #[allow(unreachable_patterns, reason = "with every feature on, nothing is left")]
             absent => return Err(NnError::DeviceNotBuilt { device: absent.name() }),
         };
-        let found = devices.len();
-        if found < count {
-            return Err(NnError::TooFewDevices { device: self.name(), found, count });
+        let available = devices.len();
+        if available < count {
+            return Err(NnError::TooFewDevices { device: self.name(), available, count });
         }
         devices.truncate(count);
         Ok(devices)
@@ -92,8 +92,8 @@ impl FromStr for DeviceKind {
     type Err = NnError;
 
     fn from_str(name: &str) -> Result<Self, NnError> {
-        let found = Self::ALL.into_iter().find(|kind| kind.name() == name);
-        found.ok_or_else(|| NnError::UnknownDevice { name: name.to_owned() })
+        let kind = Self::ALL.into_iter().find(|kind| kind.name() == name);
+        kind.ok_or_else(|| NnError::UnknownDevice { name: name.to_owned() })
     }
 }
 

@@ -1,17 +1,17 @@
-//! What can go wrong with a device, a configuration or a weight file.
+//! Errors of devices, configurations and weight files.
 
 use std::path::PathBuf;
 
 /// Errors of this crate.
 #[derive(Debug, thiserror::Error)]
 pub enum NnError {
-    /// No device has this name.
+    /// An unknown name of a device.
     #[error("no device is called `{name}`: choose one of flex, ndarray, wgpu, cuda")]
     UnknownDevice {
-        /// The name given.
+        /// The unknown name.
         name: String,
     },
-    /// The device exists but was not compiled in.
+    /// A device that this build leaves out.
     #[error("this build has no {device} device: rebuild with `--features {device}`")]
     DeviceNotBuilt {
         /// The device, which is also the name of its Cargo feature.
@@ -19,33 +19,33 @@ pub enum NnError {
     },
     /// The machine has fewer devices of a kind than were asked for.
     #[error(
-        "{count} {device} devices were asked for, and there are {found}: lower training.devices"
+        "{count} {device} devices were asked for, and there are {available}: lower training.devices"
     )]
     TooFewDevices {
         /// The kind of device.
         device: &'static str,
-        /// How many there are.
-        found: usize,
-        /// How many were asked for.
+        /// Devices of this kind on this machine.
+        available: usize,
+        /// Devices that the configuration asks for.
         count: usize,
     },
-    /// No backbone has this name.
+    /// An unknown name of a backbone.
     #[error("no backbone is called `{name}`: choose one of {known}")]
     UnknownBackbone {
-        /// The name given.
+        /// The unknown name.
         name: String,
-        /// The names there are.
+        /// The known names, separated by commas.
         known: String,
     },
-    /// No network has this name.
+    /// An unknown name of a network.
     #[error("no network is called `{name}`: choose one of {known}")]
     UnknownNetwork {
-        /// The name given.
+        /// The unknown name.
         name: String,
-        /// The names there are.
+        /// The known names, separated by commas.
         known: String,
     },
-    /// A network this wide cannot be built.
+    /// A relative width outside of the range of the network.
     #[error(
         "`width` must give every layer at least one channel, at most 8 times the published width; got {width}"
     )]
@@ -53,18 +53,18 @@ pub enum NnError {
         /// The width given, relative to the published network.
         width: f32,
     },
-    /// A count of a network's shape is zero.
+    /// A count in the shape of a network that is zero.
     #[error("`{field}` must be at least 1")]
     TooFew {
         /// The field of the configuration.
         field: &'static str,
     },
-    /// A file could not be read or written at all.
+    /// A file that cannot be read or written.
     #[error("{}: {source}", path.display())]
     Io {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The reason.
         source: std::io::Error,
     },
     /// A file is not a weight file of the expected kind, or is damaged.
@@ -72,17 +72,17 @@ pub enum NnError {
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// What it was taken for.
+        /// The format that was expected.
         format: &'static str,
-        /// What the reader said.
+        /// The message of the reader.
         reason: String,
     },
-    /// A weight file does not say which network it belongs to.
+    /// A weight file without a description of its network.
     #[error("{}: the weights carry no description of their network: {reason}", path.display())]
     Card {
         /// The file.
         path: PathBuf,
-        /// What is missing or malformed.
+        /// The missing or malformed part.
         reason: String,
     },
     /// The parameters in a file are not those of the network.
@@ -90,7 +90,7 @@ pub enum NnError {
     Mismatch {
         /// The file.
         path: PathBuf,
-        /// Which parameters differ.
+        /// The parameters that differ.
         mismatch: Mismatch,
     },
 }

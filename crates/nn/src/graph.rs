@@ -1,7 +1,8 @@
-//! A network written down: its layers in order, with their weights, for engines that compile it.
+//! The graph of a network: its layers in order with their weights, for engines that compile it.
 //!
-//! Normalisation of a trained network is a factor and an offset for each channel, which go into the
-//! convolution before it, in double precision.
+//! It is traced from the forward pass, as `torch.fx` does. Batch normalisation of a trained network is a
+//! scale and a shift for each channel; both are folded into the convolution before it, in double
+//! precision.
 
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -20,123 +21,122 @@ use crate::conv_norm::ConvNorm;
 use crate::net_ops::{NetOps, VectorOps};
 use crate::parameters::paths;
 
-/// The number of a node.
+/// Index of a node in [`Graph::nodes`].
 pub type NodeId = usize;
 
-/// What a node does with its inputs.
+/// The operation of a node; the names of ONNX where there is one.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Operation {
-    /// The image that the network is shown.
+    /// The input image.
     Input,
-    /// A convolution, an offset, an activation.
+    /// Convolution, bias, activation.
     Conv(ConvLayer),
-    /// The largest value of windows; what lies outside of the image does not count.
+    /// Max pooling; padding does not count.
     MaxPool {
         /// Rows and columns of a window.
         window: [usize; 2],
-        /// Pixels between windows, down and across.
+        /// Vertical and horizontal stride, in pixels.
         stride: [usize; 2],
-        /// Pixels by which the first window begins above and to the left.
+        /// Pixels of padding above and to the left.
         padding: [usize; 2],
     },
-    /// Means over so many rows and columns of fields, which cover the image evenly.
+    /// Adaptive average pooling to a fixed number of fields, which cover the image evenly.
     MeanPool {
         /// Rows and columns of the output.
         fields: [usize; 2],
     },
-    /// All values of an image, channel by channel, as a vector.
+    /// All values, channel by channel, as a vector.
     Flatten,
     /// A fully connected layer.
     Linear(LinearLayer),
-    /// The sum of two.
+    /// Elementwise sum of two inputs.
     Add,
-    /// Negative values become 0.
+    /// `max(x, 0)`.
     Relu,
-    /// Some of the channels.
+    /// A range of the channels.
     Channels(Range<usize>),
-    /// The channels of two images in turn.
+    /// The channels of two inputs, alternating.
     Interleave,
-    /// Twice as many rows and columns. Row `y` lies at `(y + 0.5) / 2 - 0.5` of the input, between the
-    /// two nearest of its rows; beyond the outermost, the values stay. So do columns.
+    /// Twice as many rows and columns by bilinear interpolation with half-pixel centres: row `y` lies at
+    /// `(y + 0.5) / 2 - 0.5` of the input, clamped to its rows; columns alike.
     Upsample,
-    /// `1 / (1 + exp(-x))`.
+    /// The logistic function, `1 / (1 + exp(-x))`.
     Sigmoid,
     /// `factor * x + offset`.
     Affine {
-        /// What values are multiplied by.
+        /// The multiplier of every value.
         factor: f32,
-        /// What is added.
+        /// The summand.
         offset: f32,
     },
 }
 
-/// A convolution with what follows it.
+/// A convolution with its bias and activation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ConvLayer {
-    /// Channels of the output, channels of the input for each group, rows and columns of the kernel.
+    /// Output channels, input channels per group, rows and columns of the kernel.
     pub shape: [usize; 4],
-    /// Groups of channels that are not mixed.
+    /// Groups of channels; each is convolved by itself.
     pub groups: usize,
-    /// Pixels between outputs, down and across.
+    /// Vertical and horizontal stride, in pixels.
     pub stride: [usize; 2],
-    /// Zeros above, to the left, below and to the right.
+    /// Zeros above, on the left, below and on the right.
     pub padding: [usize; 4],
-    /// Pixels between taps, down and across.
+    /// Vertical and horizontal dilation, in pixels.
     pub dilation: [usize; 2],
-    /// The kernels, of `shape`.
+    /// Weights of `shape`, row-major.
     pub weight: Vec<f32>,
-    /// One for each channel of the output.
+    /// One value for each output channel.
     pub bias: Vec<f32>,
-    /// What becomes of the sums.
+    /// The activation of the sums.
     pub activation: Activation,
 }
 
 /// A fully connected layer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinearLayer {
-    /// Values of input and output.
+    /// Input and output values.
     pub shape: [usize; 2],
-    /// `[inputs][outputs]`.
+    /// Weights `[inputs, outputs]`, row-major.
     pub weight: Vec<f32>,
-    /// One for each output.
+    /// One value for each output.
     pub bias: Vec<f32>,
 }
 
-/// A step of a network.
+/// A layer or another operation of a network.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Node {
-    /// What it is called: the path of its layer, such as `backbone.stages.0.1.first`, or what it does.
+    /// Its name: the path of its layer, such as `backbone.stages.0.1.first`, else the operation.
     pub name: String,
-    /// What it does.
+    /// The operation.
     pub operation: Operation,
-    /// With what; nodes before it.
+    /// The nodes of its inputs, all before it.
     pub inputs: Vec<NodeId>,
-    /// Channels or values of the output.
+    /// Channels of the output, values of a vector.
     pub channels: usize,
 }
 
-/// A network, node after node.
+/// A network as its nodes in topological order.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Graph {
-    /// The first is the input.
+    /// All nodes; the first is the input.
     pub nodes: Vec<Node>,
-    /// What the network says, each of it.
+    /// The nodes of the outputs.
     pub outputs: Vec<NodeId>,
 }
 
 impl Graph {
-    /// Writes down what `forward` does with an image of so many channels. Layers are named by their
-    /// paths in `module`.
-    pub(crate) fn of<M: Module>(
+    /// Traces `forward` with an image of `channels` channels. Layers are named by their paths in `module`.
+    pub(crate) fn trace<M: Module>(
         module: &M,
         channels: usize,
-        forward: impl FnOnce(Written) -> Vec<Written>,
+        forward: impl FnOnce(TracedNode) -> Vec<TracedNode>,
     ) -> Self {
         let nodes = Nodes { list: Vec::new(), paths: paths(module) };
         let nodes = Rc::new(RefCell::new(nodes));
-        let blank = Written { id: 0, channels, nodes: Rc::clone(&nodes) };
-        let input = blank.node("input", Operation::Input, vec![], channels);
+        let root = TracedNode { id: 0, channels, nodes: Rc::clone(&nodes) };
+        let input = root.node("input", Operation::Input, vec![], channels);
         let outputs = forward(input).into_iter().map(|output| output.id).collect();
         let nodes = std::mem::take(&mut nodes.borrow_mut().list);
         Self { nodes, outputs }
@@ -148,15 +148,15 @@ struct Nodes {
     paths: HashMap<ParamId, String>,
 }
 
-/// A node that is written down, as it flows through a network.
+/// A node that stands for its value while a network is traced: a `Proxy` of `torch.fx`.
 #[derive(Clone)]
-pub(crate) struct Written {
+pub(crate) struct TracedNode {
     id: NodeId,
     channels: usize,
     nodes: Rc<RefCell<Nodes>>,
 }
 
-impl Written {
+impl TracedNode {
     fn node(&self, name: &str, operation: Operation, inputs: Vec<NodeId>, channels: usize) -> Self {
         let mut nodes = self.nodes.borrow_mut();
         let id = nodes.list.len();
@@ -175,7 +175,12 @@ impl Written {
         path.rsplit_once('.').map_or(path, |(layer, _)| layer).to_owned()
     }
 
-    fn convolved(&self, layer: &Conv2d, norm: Option<&BatchNorm>, activation: Activation) -> Self {
+    fn convolution(
+        &self,
+        layer: &Conv2d,
+        norm: Option<&BatchNorm>,
+        activation: Activation,
+    ) -> Self {
         let shape = layer.weight.dims();
         let mut weight = values(layer.weight.val());
         let bias = layer.bias.as_ref();
@@ -186,7 +191,7 @@ impl Written {
         let [top, left, bottom, right] = match layer.padding {
             PaddingConfig2d::Explicit(top, left, bottom, right) => [top, left, bottom, right],
             PaddingConfig2d::Valid => [0; 4],
-            // As Burn pads a kernel that is as far from either side as it can be.
+            // As Burn pads: an odd remainder goes below and to the right.
             PaddingConfig2d::Same => {
                 let [down, across] = [shape[2] - 1, shape[3] - 1];
                 [down / 2, across / 2, down - down / 2, across - across / 2]
@@ -208,19 +213,19 @@ impl Written {
     }
 }
 
-/// Puts the factor and the offset of a trained normalisation into the convolution before it.
+/// Folds the scale and the shift of a trained normalisation into the convolution before it.
 fn fold(norm: &BatchNorm, weight: &mut [f32], bias: &mut [f32]) {
     let gamma = values(norm.gamma.val());
     let beta = values(norm.beta.val());
     let mean = values(norm.running_mean.value_sync());
     let variance = values(norm.running_var.value_sync());
-    let taps = weight.len() / bias.len();
-    for (channel, kernel) in weight.chunks_mut(taps).enumerate() {
+    let kernel_size = weight.len() / bias.len();
+    for (channel, kernel) in weight.chunks_mut(kernel_size).enumerate() {
         let [gamma, beta, mean, variance] =
             [&gamma, &beta, &mean, &variance].map(|values| f64::from(values[channel]));
-        let factor = gamma / (variance + norm.epsilon).sqrt();
-        kernel.iter_mut().for_each(|value| *value = (f64::from(*value) * factor) as f32);
-        bias[channel] = ((f64::from(bias[channel]) - mean) * factor + beta) as f32;
+        let scale = gamma / (variance + norm.epsilon).sqrt();
+        kernel.iter_mut().for_each(|value| *value = (f64::from(*value) * scale) as f32);
+        bias[channel] = ((f64::from(bias[channel]) - mean) * scale + beta) as f32;
     }
 }
 
@@ -228,7 +233,7 @@ fn values<const D: usize>(tensor: Tensor<D>) -> Vec<f32> {
     tensor.into_data().iter::<f32>().collect()
 }
 
-impl NetOps for Written {
+impl NetOps for TracedNode {
     type Vector = Self;
 
     fn channels(&self) -> usize {
@@ -236,11 +241,11 @@ impl NetOps for Written {
     }
 
     fn conv(self, layer: &Conv2d) -> Self {
-        self.convolved(layer, None, Activation::Identity)
+        self.convolution(layer, None, Activation::Identity)
     }
 
     fn conv_norm(self, layer: &ConvNorm, activation: Activation) -> Self {
-        self.convolved(&layer.conv, Some(&layer.norm), activation)
+        self.convolution(&layer.conv, Some(&layer.norm), activation)
     }
 
     fn max_pool(self, layer: &MaxPool2d) -> Self {
@@ -284,12 +289,12 @@ impl NetOps for Written {
 
     fn avg_pool(self, layer: &AdaptiveAvgPool2d) -> Self {
         let fields = layer.output_size;
-        let means = self.next("means", Operation::MeanPool { fields }, self.channels);
-        means.next("flatten", Operation::Flatten, means.channels * fields[0] * fields[1])
+        let pooled = self.next("means", Operation::MeanPool { fields }, self.channels);
+        pooled.next("flatten", Operation::Flatten, pooled.channels * fields[0] * fields[1])
     }
 }
 
-impl VectorOps for Written {
+impl VectorOps for TracedNode {
     fn linear(self, layer: &Linear) -> Self {
         let shape = layer.weight.dims();
         let bias = layer.bias.as_ref();

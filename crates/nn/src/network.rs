@@ -1,4 +1,4 @@
-//! Every network by name, for what treats all of them alike.
+//! All networks by name, for benchmarks and exports that treat them alike.
 
 use burn::tensor::{Device, Tensor};
 
@@ -11,14 +11,14 @@ use crate::{
     backbone_by_name,
 };
 
-/// What the MoveEnet network is called among the others.
+/// The name of the MoveEnet network.
 pub const MOVE_ENET: &str = "move_enet";
-/// Rows and columns of the image that hands are told from.
+/// Rows and columns of the hand network's input as published: a DAVIS240C.
 const HAND_IMAGE: [usize; 2] = [180, 240];
-/// Rows and columns of the image that bodies are told from.
+/// Rows and columns of the body network's input as published.
 const BODY_IMAGE: [usize; 2] = [192, 192];
 
-/// A network of any kind.
+/// A network of either task.
 #[derive(Debug, Clone)]
 pub enum Network {
     /// The EventHands network, with any of the [`BACKBONES`].
@@ -34,11 +34,11 @@ impl Network {
         BACKBONES.iter().map(|entry| entry.name).chain([MOVE_ENET])
     }
 
-    /// The network called `name`, `width` times as wide as published, with first weights drawn from
+    /// The network of the name `name`, `width` times as wide as published, with initial weights drawn from
     /// `seed`.
     ///
     /// # Errors
-    /// [`NnError::UnknownNetwork`], which lists those there are, and [`NnError::Width`].
+    /// [`NnError::UnknownNetwork`], which lists the known names, and [`NnError::Width`].
     pub fn untrained(name: &str, width: f32, seed: u64, device: &Device) -> Result<Self, NnError> {
         if name == MOVE_ENET {
             let config = MoveEnetConfig { width, ..MoveEnetConfig::default() };
@@ -52,7 +52,7 @@ impl Network {
         Ok(Self::Hand(Box::new(config.init(seed, device)?)))
     }
 
-    /// The network, layer by layer, with its weights.
+    /// The graph of the network, for engines that compile it.
     pub fn graph(&self) -> Graph {
         match self {
             Self::Hand(network) => network.graph(),
@@ -60,7 +60,7 @@ impl Network {
         }
     }
 
-    /// Channels, rows and columns of an image as published.
+    /// Channels, rows and columns of the input as published.
     pub fn input(&self) -> [usize; 3] {
         match self {
             Self::Hand(_) => [EVENT_CHANNELS, HAND_IMAGE[0], HAND_IMAGE[1]],
@@ -68,25 +68,25 @@ impl Network {
         }
     }
 
-    /// The largest value in an image; the smallest is 0.
-    pub fn brightest(&self) -> f32 {
+    /// The largest value of an input; the smallest is 0.
+    pub fn max_input(&self) -> f32 {
         match self {
             Self::Hand(_) => 1.0,
             Self::Body(_) => 255.0,
         }
     }
 
-    /// What Burn computes of images `[batch, channels, height, width]`, output by output in the order of
+    /// The outputs for images `[batch, channels, height, width]`, computed by Burn: in the order of
     /// [`Graph::outputs`], each for the whole batch.
-    pub fn values(&self, images: Tensor<4>) -> Vec<Vec<f32>> {
-        let of = |map: Tensor<4>| map.into_data().iter::<f32>().collect();
+    pub fn outputs(&self, images: Tensor<4>) -> Vec<Vec<f32>> {
+        let values = |map: Tensor<4>| map.into_data().iter::<f32>().collect();
         match self {
             Self::Hand(network) => vec![network.forward(images).into_data().iter().collect()],
-            Self::Body(network) => network.forward(images).into_array().map(of).into(),
+            Self::Body(network) => network.forward(images).into_array().map(values).into(),
         }
     }
 
-    /// How many numbers training changes by gradients.
+    /// The number of trainable parameters.
     pub fn parameter_count(&self) -> usize {
         match self {
             Self::Hand(network) => trained_count(&**network),
@@ -108,7 +108,7 @@ mod tests {
             let [channels, ..] = network.input();
             let graph = network.graph();
             assert_eq!(graph.nodes[0].channels, channels, "{name}");
-            let values = network.values(Tensor::ones([1, channels, 32, 32], &device));
+            let values = network.outputs(Tensor::ones([1, channels, 32, 32], &device));
             assert_eq!(values.len(), graph.outputs.len(), "{name}");
         }
         let error = Network::untrained("move", 1.0, 3, &device).unwrap_err().to_string();

@@ -12,9 +12,9 @@ use burn::tensor::{Tensor, TensorData};
 /// One tensor of a module.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Slot {
-    /// Where it is.
+    /// The path, field names joined by dots.
     pub path: String,
-    /// The layer that holds it: `Conv2d`, `BatchNorm`, `Linear`.
+    /// The type of the layer that holds it: `Conv2d`, `BatchNorm`, `Linear`.
     pub layer: String,
     /// Its shape.
     pub shape: Vec<usize>,
@@ -26,7 +26,7 @@ impl Slot {
         self.path.rsplit('.').next().unwrap_or_default()
     }
 
-    /// Whether training changes it by gradients; running statistics it does not.
+    /// Whether it is trained by gradients; running statistics are not.
     pub fn is_trained(&self) -> bool {
         !self.name().starts_with("running_")
     }
@@ -40,19 +40,19 @@ impl Slot {
 
 /// Every tensor of `module` in the order of its fields.
 pub fn slots<M: Module>(module: &M) -> Vec<Slot> {
-    let mut list = List { position: Position::default(), found: Vec::new() };
+    let mut list = List { position: Position::default(), slots: Vec::new() };
     module.visit(&mut list);
-    list.found
+    list.slots
 }
 
 /// The path of every parameter that training changes, by its id.
 pub(crate) fn paths<M: Module>(module: &M) -> HashMap<ParamId, String> {
-    let mut paths = Paths { position: Position::default(), found: HashMap::new() };
-    module.visit(&mut paths);
-    paths.found
+    let mut visitor = Paths { position: Position::default(), paths: HashMap::new() };
+    module.visit(&mut visitor);
+    visitor.paths
 }
 
-/// How many numbers training changes by gradients: what papers call the parameter count.
+/// The number of trainable parameters, as papers count them.
 pub fn trained_count<M: Module>(module: &M) -> usize {
     let trained = slots(module).into_iter().filter(Slot::is_trained);
     trained.map(|slot| slot.shape.iter().product::<usize>()).sum()
@@ -63,9 +63,9 @@ pub fn trained_count<M: Module>(module: &M) -> usize {
 /// Running statistics are those of the last training step: Burn keeps the newest update of each
 /// thread aside until the next forward pass, and a plain visit would miss it.
 pub fn read<M: Module>(module: &M) -> Vec<(Slot, Vec<f32>)> {
-    let mut read = Read { position: Position::default(), found: Vec::new() };
+    let mut read = Read { position: Position::default(), tensors: Vec::new() };
     module.valid().visit(&mut read);
-    read.found
+    read.tensors
 }
 
 /// Gives every tensor of `module` the values of `source`, in row-major order.
@@ -79,17 +79,18 @@ pub fn fill<M: Module>(module: M, source: impl FnMut(&Slot) -> Vec<f32>) -> M {
     module.map(&mut Fill { position: Position::default(), source })
 }
 
-/// A network whose normalisations divide by what its weights give. As first drawn, they divide by 1, and
-/// in some networks the image fades to nothing within a few layers: outputs would then agree with those
-/// of others whatever was computed on the way.
-pub fn awake<M: Module>(network: M) -> M {
+/// The network with running variances that match its weights, for comparisons of untrained networks.
+///
+/// Initial running variances are 1, with which the activations of some networks vanish within a few
+/// layers: outputs of two implementations would then agree whatever either computes.
+pub fn with_matched_variances<M: Module>(network: M) -> M {
     let mut values = read(&network).into_iter();
     let mut variance = 1.0;
     fill(network, |slot| {
         let (_, values) = values.next().unwrap_or_else(|| unreachable!("every slot is read"));
         match slot.name() {
             "weight" => {
-                // Of sums of inputs half of which an activation has set to zero.
+                // The variance of a sum whose inputs are half set to zero by a ReLU.
                 let squares: f32 = values.iter().map(|value| value * value).sum();
                 variance = squares / (2 * slot.shape[0]) as f32;
                 values
@@ -100,7 +101,7 @@ pub fn awake<M: Module>(network: M) -> M {
     })
 }
 
-/// Where a traversal stands.
+/// The position of a traversal among nested modules.
 #[derive(Default)]
 struct Position {
     names: Vec<String>,
@@ -133,7 +134,7 @@ fn is_enum(container: &str) -> bool {
     container.starts_with("Enum:")
 }
 
-/// FNV-1a.
+/// The 64-bit FNV-1a hash of a path.
 fn id_of(path: &str) -> ParamId {
     let hash = path.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
         (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
@@ -143,7 +144,7 @@ fn id_of(path: &str) -> ParamId {
 
 struct List {
     position: Position,
-    found: Vec<Slot>,
+    slots: Vec<Slot>,
 }
 
 impl ModuleVisitor for List {
@@ -156,13 +157,13 @@ impl ModuleVisitor for List {
     }
 
     fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
-        self.found.push(self.position.slot(&param.lazy_shape()));
+        self.slots.push(self.position.slot(&param.lazy_shape()));
     }
 }
 
 struct Paths {
     position: Position,
-    found: HashMap<ParamId, String>,
+    paths: HashMap<ParamId, String>,
 }
 
 impl ModuleVisitor for Paths {
@@ -175,13 +176,13 @@ impl ModuleVisitor for Paths {
     }
 
     fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
-        self.found.insert(param.id, self.position.slot(&[]).path);
+        self.paths.insert(param.id, self.position.slot(&[]).path);
     }
 }
 
 struct Read {
     position: Position,
-    found: Vec<(Slot, Vec<f32>)>,
+    tensors: Vec<(Slot, Vec<f32>)>,
 }
 
 impl ModuleVisitor for Read {
@@ -196,7 +197,7 @@ impl ModuleVisitor for Read {
     fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
         let tensor = param.val();
         let slot = self.position.slot(&tensor.dims());
-        self.found.push((slot, tensor.into_data().iter::<f32>().collect()));
+        self.tensors.push((slot, tensor.into_data().iter::<f32>().collect()));
     }
 }
 
@@ -235,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_filled_in_is_read_back() {
+    fn values_filled_in_are_read_back() {
         let filled = fill(linear(), |slot| {
             let first = if slot.is_linear_weight() { 0 } else { 10 };
             (first..first + slot.shape.iter().product::<usize>()).map(|i| i as f32).collect()

@@ -16,13 +16,13 @@ use golden::{images, targets};
 
 struct Flattened<'a> {
     gradients: &'a Gradients,
-    found: Vec<Vec<f64>>,
+    list: Vec<Vec<f64>>,
 }
 
 impl ModuleVisitor for Flattened<'_> {
     fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
         if let Some(gradient) = param.val().grad(self.gradients) {
-            self.found.push(numbers(gradient));
+            self.list.push(values_of(gradient));
         }
     }
 }
@@ -32,11 +32,11 @@ struct State(Vec<Vec<f64>>);
 
 impl ModuleVisitor for State {
     fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
-        self.0.push(numbers(param.val()));
+        self.0.push(values_of(param.val()));
     }
 }
 
-/// What computes a step.
+/// The implementation that computes a step.
 #[derive(Debug, Clone, Copy)]
 enum Arithmetic {
     Ours,
@@ -56,11 +56,11 @@ impl ModuleMapper for ToDouble {
     }
 }
 
-fn numbers<const D: usize>(tensor: Tensor<D>) -> Vec<f64> {
+fn values_of<const D: usize>(tensor: Tensor<D>) -> Vec<f64> {
     tensor.into_data().iter::<f64>().collect()
 }
 
-/// A network, and what its gradients are of.
+/// A network with an objective.
 trait Trained: Module {
     /// Outputs and the objective for images and targets of this type.
     fn objective(&self, dtype: DType) -> (Vec<f64>, Tensor<1>);
@@ -72,7 +72,7 @@ impl Trained for HandRegressor {
         let (images, targets) = (images(6, 45, 60, &device), targets(6, &device));
         let outputs = self.forward(images.cast(dtype));
         let loss = HandLoss::default().forward(outputs.clone(), targets.cast(dtype)).objective;
-        (numbers(outputs), loss)
+        (values_of(outputs), loss)
     }
 }
 
@@ -81,7 +81,7 @@ impl Trained for MoveEnet {
         let device = Device::flex().autodiff();
         let images = images(9, 64, 64, &device).reshape([6, 3, 64, 64]) * 255.0;
         let maps = self.forward(images.cast(dtype)).into_array();
-        let values = maps.clone().map(numbers).concat();
+        let values = maps.clone().map(values_of).concat();
         let loss = maps.map(|map| map.square().mean()).into_iter().reduce(|sum, map| sum + map);
         (values, loss.unwrap())
     }
@@ -96,11 +96,11 @@ fn step(network: impl Trained, arithmetic: Arithmetic) -> [Vec<Vec<f64>>; 3] {
     };
     let (values, loss) = network.objective(dtype);
     let gradients = loss.backward();
-    let mut flattened = Flattened { gradients: &gradients, found: Vec::new() };
+    let mut flattened = Flattened { gradients: &gradients, list: Vec::new() };
     network.visit(&mut flattened);
     let mut state = State::default();
     network.valid().visit(&mut state);
-    [vec![values], flattened.found, state.0]
+    [vec![values], flattened.list, state.0]
 }
 
 /// Moves trained parameters along a direction of random numbers.
@@ -148,9 +148,9 @@ impl ModuleVisitor for Along<'_> {
         }
         let along: Vec<f64> =
             (0..tensor.dims().iter().product()).map(|_| self.direction.next()).collect();
-        // What is never used has none.
+        // Parameters that are never used have none.
         if let Some(gradient) = tensor.grad(self.gradients) {
-            for (value, along) in numbers(gradient).into_iter().zip(along) {
+            for (value, along) in values_of(gradient).into_iter().zip(along) {
                 self.sum += value * along;
                 self.squares += value * value;
             }
@@ -172,7 +172,7 @@ fn off_differences<M: Trained>(network: impl Fn() -> M, direction: u64) -> f64 {
     set_training_kernels(false);
     let at = |by: f64| {
         let moved = network().map(&mut ToDouble).map(&mut start(by));
-        numbers(moved.objective(DType::F64).1)[0]
+        values_of(moved.objective(DType::F64).1)[0]
     };
     let change = (at(STEP) - at(-STEP)) / (2.0 * STEP);
     (along.sum - change).abs() / along.squares.sqrt()
@@ -198,7 +198,7 @@ fn body(seed: u64) -> MoveEnet {
     config.init(seed, &Device::flex().autodiff()).unwrap()
 }
 
-/// What is wrong with a step of our kernels, if something is.
+/// The first deviation of a step of our kernels beyond its tolerance.
 fn fault(name: &str, seed: u64) -> Option<String> {
     let [ours, burns, truth] =
         [Arithmetic::Ours, Arithmetic::Burns, Arithmetic::Double].map(|arithmetic| match name {
@@ -228,7 +228,7 @@ fn fault(name: &str, seed: u64) -> Option<String> {
 }
 
 /// The seed of the networks, and those of two others, which both have to be without fault where one of
-/// the first is not: where rounding takes a number to the other side of zero, a ReLU lets another
+/// the first is not: where rounding takes a value to the other side of zero, a ReLU lets another
 /// gradient through, which is no matter of tolerance. Of 48 residual networks that happened to three with
 /// our kernels and to one with Burn's; the others were equally exact.
 const SEEDS: [u64; 3] = [3, 4, 5];

@@ -193,14 +193,14 @@ fn weights_of_another_network_are_named() {
 }
 
 #[test]
-fn safetensors_hold_every_number_under_its_name() {
+fn safetensors_hold_every_value_under_its_name() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("weights.safetensors");
     let network = tiny().init(3, &Device::flex()).unwrap();
     save_safetensors(&path, &network).unwrap();
     let bytes = std::fs::read(&path).unwrap();
     let (length, rest) = bytes.split_first_chunk::<8>().unwrap();
-    let (header, numbers) = rest.split_at(u64::from_le_bytes(*length) as usize);
+    let (header, data) = rest.split_at(u64::from_le_bytes(*length) as usize);
     #[derive(Deserialize)]
     struct Entry {
         dtype: String,
@@ -214,7 +214,7 @@ fn safetensors_hold_every_number_under_its_name() {
         let [begin, end] = entry.data_offsets;
         let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
         assert_eq!((entry.dtype.as_str(), entry.shape), ("F32", slot.shape));
-        assert!(numbers[begin..end] == bytes, "{}", slot.path);
+        assert!(data[begin..end] == bytes, "{}", slot.path);
     }
     assert!(entries.is_empty());
 }

@@ -39,7 +39,7 @@ fn a_bare_state_dict_is_read_like_a_checkpoint() {
     assert!(worst(&outputs, &golden().state_dict) < TOLERANCE);
 }
 
-/// Relative widths at which PyTorch's numbers were made.
+/// Relative widths at which PyTorch's values were computed.
 const WIDTHS: [(&str, f32); 6] = [
     ("resnet18", 0.25),
     ("resnet34", 0.125),
@@ -92,7 +92,7 @@ fn every_backbone_has_the_gradient_of_torchvision() {
         let gradients = GradientsParams::from_grads(objective.backward(), &network);
         let id = first_id(&network);
         let gradient = values(gradients.get::<4>(id).unwrap());
-        // The numbers are of double precision. In single precision PyTorch itself is off by up to
+        // The golden values are of double precision. In single precision PyTorch itself is off by up to
         // 3 % of the largest: fifty normalisations of few pixels amplify rounding.
         let largest = expected.conv1_weight.iter().fold(0.0f32, |a, b| a.max(b.abs()));
         let error = worst(&gradient, &expected.conv1_weight) / largest;

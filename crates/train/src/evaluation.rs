@@ -171,7 +171,7 @@ pub(crate) fn score_track(
     sequence: &HandSequence,
     track: &Track,
 ) -> Result<SequenceScores, TrainError> {
-    score(view, sequence, track, &true_points(stage, sequence, &track.frames)?)
+    score(view, sequence, track, &true_points(view, sequence, &track.frames)?)
 }
 
 fn score(

@@ -4,7 +4,7 @@ use anyhow::{Result, ensure};
 use burn::tensor::Device;
 use evpose_infer::{Engine, EngineOptions};
 use evpose_nn::graph::Graph;
-use evpose_nn::parameters::{awake, fill, read};
+use evpose_nn::parameters::{fill, read, with_matched_variances};
 use evpose_nn::{MOVE_ENET, MoveEnet, Network as Module, NnError};
 use evpose_task::hand::HandConfig;
 use evpose_train::untrained;
@@ -33,7 +33,7 @@ impl Network {
     /// Burn, on a device.
     pub(super) fn burn<'a>(&'a self, device: &'a Device) -> Runner<'a> {
         // Values that are read back have been computed.
-        let forward = |images| drop(std::hint::black_box(self.module.values(images)));
+        let forward = |images| drop(std::hint::black_box(self.module.outputs(images)));
         Runner::Burn(Box::new(forward), device)
     }
 
@@ -49,7 +49,7 @@ impl Network {
     pub(super) fn image(&self, seed: u64) -> Vec<f32> {
         let [channels, height, width] = self.input;
         let mut image = latency::windows([1, channels, height, width], seed);
-        image.iter_mut().for_each(|value| *value *= self.module.brightest());
+        image.iter_mut().for_each(|value| *value *= self.module.max_input());
         image
     }
 }
@@ -90,8 +90,10 @@ pub(super) fn network(config: &HandConfig, name: &str, device: &Device) -> Resul
         (module, [2, usize::from(size.height), usize::from(size.width)])
     };
     let module = match module {
-        Module::Hand(network) => Module::Hand(Box::new(awake(*network))),
-        Module::Body(network) => Module::Body(Box::new(moderate(awake(*network), input)?)),
+        Module::Hand(network) => Module::Hand(Box::new(with_matched_variances(*network))),
+        Module::Body(network) => {
+            Module::Body(Box::new(moderate(with_matched_variances(*network), input)?))
+        }
     };
     Ok(Network {
         name: name.to_owned(),

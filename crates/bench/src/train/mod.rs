@@ -157,7 +157,7 @@ fn of_hand(args: &BenchTrainArgs, config: &HandConfig, device: &Device) -> Resul
 /// A step of a body's network: the mean squares of its maps, each from random numbers.
 fn of_body(args: &BenchTrainArgs, config: &HandConfig, device: &Device) -> Result<Report> {
     let network = Network::untrained(MOVE_ENET, config.network.width, config.seed, device)?;
-    let ([channels, height, width], brightest) = (network.input(), network.brightest());
+    let ([channels, height, width], brightest) = (network.input(), network.max_input());
     let Network::Body(network) = network else { unreachable!("of this name") };
     let input = [args.batch, channels, height, width];
     let windows = images(input, config.seed, brightest, device);

@@ -1,13 +1,13 @@
-//! The loss of MoveEnet: squared errors of likelihoods, of the shape of limbs on them, and absolute
-//! errors of what is read at single cells.
+//! The loss of MoveEnet: squared errors of heatmaps and of limbs on them, and absolute errors of the
+//! regressions at single cells.
 
 use burn::tensor::{Int, Tensor, TensorData};
 use evpose_pose::body::{BodyMaps, LIMBS};
 use serde::{Deserialize, Serialize};
 
-/// How much more an error counts where the target is 1 than where it is 0, less one.
+/// Weight of an error where the target is 1, relative to where it is 0, less one. As published.
 const PEAK_WEIGHT: f32 = 8.0;
-/// Keeps the mean over samples finite where none has the joint.
+/// Added to counts of samples: keeps the mean finite where none has the joint. As published.
 const NO_JOINT: f32 = 1e-4;
 /// The published bones, by joints of a network of seven joints that came before.
 const PARITY_BONES: [[usize; 2]; 7] = [[0, 1], [1, 2], [2, 3], [3, 4], [4, 5], [5, 6], [2, 4]];
@@ -18,19 +18,19 @@ const PUBLISHED_BATCH_ROOT: f32 = 8.0;
 /// elsewhere.
 const SMALLEST_SQUARE: f32 = 1e-12;
 
-/// How much each part of the loss counts.
+/// The weights of the parts of the loss.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct BodyLossConfig {
-    /// Heatmaps of joints.
+    /// Of the heatmaps of joints.
     pub heatmap: f32,
-    /// Limbs on the heatmaps.
+    /// Of limbs on the heatmaps.
     pub bone: f32,
-    /// The map of body middles.
+    /// Of the heatmap of body centres.
     pub center: f32,
-    /// Where joints are as seen from the body's middle.
+    /// Of the positions of joints relative to the body centre.
     pub regs: f32,
-    /// Where in its cell a joint is.
+    /// Of the positions of joints within their cells.
     pub offsets: f32,
     /// Bones as published, see [`BodyLoss`].
     pub parity: bool,
@@ -46,11 +46,11 @@ impl Default for BodyLossConfig {
 /// The loss of MoveEnet.
 ///
 /// # Model
-/// Of `N` samples, `p` predicted and `t` wanted:
+/// Of `N` samples, `p` the prediction and `t` the target:
 /// - heatmaps and centres: `sum (p - t)² (8 t + 1) / N / channels`;
 /// - bones: for each pair of joints `a`, `b`, the norm over cells of `(p_a - p_b) - (t_a - t_b)`,
 ///   their mean over pairs and samples, divided by 8;
-/// - regressions at the cell of the body's middle and offsets at the cells of joints: for each
+/// - regressions at the cell of the body centre and offsets at the cells of joints: for each
 ///   coordinate of each joint the mean of `|p - t|` over samples that have the joint; their sum
 ///   over the joints' coordinates, divided by the number of joints.
 ///
@@ -67,18 +67,18 @@ pub struct BodyLoss {
     bones: Vec<[usize; 2]>,
 }
 
-/// What the maps of a batch should be. Cells are counted row by row.
+/// The target maps of a batch. Cells are counted row by row.
 #[derive(Debug, Clone)]
 pub struct BodyTargets {
-    /// How likely each joint is in each cell: `[batch, joints, rows, columns]`.
+    /// Likelihood of each joint in each cell: `[batch, joints, rows, columns]`.
     pub heatmaps: Tensor<4>,
-    /// How likely the body's middle is in each cell: `[batch, 1, rows, columns]`.
+    /// Likelihood of the body centre in each cell: `[batch, 1, rows, columns]`.
     pub centers: Tensor<4>,
     /// The cell at which regressions are read: `[batch]`.
     pub center_cells: Tensor<1, Int>,
     /// The cells at which offsets are read: `[batch, joints]`.
     pub joint_cells: Tensor<2, Int>,
-    /// x and y of joints as seen from the cell of the middle, in cells: `[batch, joints, 2]`.
+    /// x and y of joints relative to the cell of the centre, in cells: `[batch, joints, 2]`.
     pub regs: Tensor<3>,
     /// x and y of joints in their cells, in cells: `[batch, joints, 2]`.
     pub offsets: Tensor<3>,
@@ -86,25 +86,25 @@ pub struct BodyTargets {
     pub known: Tensor<2>,
 }
 
-/// A [`BodyLoss`] and what it is made of, each of shape `[1]` and before its weight.
+/// A [`BodyLoss`] and its parts, each of shape `[1]` and before its weight.
 #[derive(Debug, Clone)]
 pub struct BodyLossParts {
-    /// What training minimises: the weighted sum.
+    /// The weighted sum, which training minimises.
     pub total: Tensor<1>,
-    /// Of heatmaps.
+    /// The part of the heatmaps.
     pub heatmap: Tensor<1>,
-    /// Of limbs.
+    /// The part of the limbs.
     pub bone: Tensor<1>,
-    /// Of body middles.
+    /// The part of the body centres.
     pub center: Tensor<1>,
-    /// Of regressions.
+    /// The part of the regressions.
     pub regs: Tensor<1>,
-    /// Of offsets.
+    /// The part of the offsets.
     pub offsets: Tensor<1>,
 }
 
 impl BodyLoss {
-    /// For networks of the first `joints` of the thirteen. More have no limbs, nor has one alone.
+    /// The loss of networks of the first `joints` of the thirteen joints. Joints beyond them have no limbs.
     pub fn new(config: BodyLossConfig, joints: usize) -> Self {
         let bones: &[[usize; 2]] = if config.parity { &PARITY_BONES } else { &LIMBS };
         let has = |bone: &&[usize; 2]| bone.iter().all(|&joint| joint < joints);

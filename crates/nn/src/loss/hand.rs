@@ -5,22 +5,24 @@ use burn::tensor::Tensor;
 use evpose_pose::PARAMETERS;
 use serde::{Deserialize, Serialize};
 
-/// Where the parts of a pose lie in its twelve numbers.
+/// The six articulation coefficients among the twelve hand parameters.
 const ARTICULATION: std::ops::Range<usize> = 0..6;
+/// The position of the wrist.
 const TRANSLATION: std::ops::Range<usize> = 6..9;
+/// The axis-angle vector of the wrist.
 const ROTATION: std::ops::Range<usize> = 9..12;
 /// The z coordinate of the wrist.
 const DEPTH: std::ops::Range<usize> = 8..9;
 
-/// The mean squared error at which each part of the loss counts one.
+/// The scales of the loss: the mean squared error at which each part counts one.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct HandLossConfig {
-    /// Squared articulation coefficients.
+    /// Of the articulation coefficients, dimensionless.
     pub articulation: f32,
-    /// Square metres.
+    /// Of the position, in square metres.
     pub translation_m2: f32,
-    /// Square radians.
+    /// Of the rotation vector, in square radians.
     pub rotation_rad2: f32,
 }
 
@@ -46,12 +48,12 @@ pub struct HandLoss {
     config: HandLossConfig,
 }
 
-/// A [`HandLoss`] and what it is made of, each of shape `[1]`.
+/// A [`HandLoss`] and its parts, each of shape `[1]`.
 #[derive(Debug, Clone)]
 pub struct HandLossParts {
-    /// `log10 L`: what training minimises. Minus infinity for a perfect prediction.
+    /// `log10 L`, the objective of training. Minus infinity for a perfect prediction.
     pub objective: Tensor<1>,
-    /// `L`: what validation reports.
+    /// `L`, the loss that validation reports.
     pub total: Tensor<1>,
     /// Mean squared error of the articulation coefficients.
     pub articulation: Tensor<1>,
@@ -111,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn an_error_of_one_scale_in_every_number_costs_one() {
+    fn an_error_of_one_scale_in_every_parameter_costs_one() {
         let (m, t, r) = (0.1f32.sqrt(), 0.01, 0.05f32.sqrt());
         let error = [m, m, m, m, m, m, t, t, t, r, r, r];
         let parts = parts(&[error, error.map(|e| -e)], &[[0.0; 12]; 2]);

@@ -1,4 +1,4 @@
-//! What networks are trained on.
+//! The losses of the two networks.
 
 mod body;
 mod hand;

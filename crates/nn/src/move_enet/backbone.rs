@@ -15,12 +15,12 @@ const STEM: [f32; 2] = [32.0, 16.0];
 /// Output channels, stride and repetitions of the inverted residuals.
 const STAGES: [(f32, usize, usize); 6] =
     [(24.0, 2, 1), (32.0, 2, 2), (64.0, 2, 3), (96.0, 1, 2), (160.0, 2, 2), (320.0, 1, 0)];
-/// The first of the stages end the levels of the pyramid, at a quarter, an eighth and a 16th.
+/// Levels of the pyramid: the outputs of the first stages, at a quarter, an eighth and a 16th.
 const LEVELS: usize = 3;
 /// Channels of the widest convolution.
 const WIDE: f32 = 1280.0;
 
-/// Down and up again.
+/// The encoder and the feature pyramid.
 #[derive(Module, Debug)]
 pub(super) struct Pyramid {
     stem: ConvNorm,
@@ -28,9 +28,9 @@ pub(super) struct Pyramid {
     stages: Vec<InvertedResidual>,
     widen: ConvNorm,
     narrow: Conv2d,
-    /// From the coarser to the finer level below its index plus one.
+    /// Entry `i` goes from level `i + 1` to the finer level `i`.
     upsamplings: Vec<Upsampling>,
-    /// What a level keeps of the way down.
+    /// The 1x1 convolutions of the lateral connections, one a level.
     laterals: Vec<Conv2d>,
     smooth: Separable,
 }
@@ -63,7 +63,7 @@ impl Pyramid {
             widen: ConvNormConfig::new(channels_in, wide(WIDE), 1).init(device),
             narrow: pointwise(wide(WIDE), levels[LEVELS - 1], false, device),
             upsamplings: levels.windows(2).map(upsampling).collect(),
-            laterals: levels.iter().map(|of| pointwise(*of, *of, true, device)).collect(),
+            laterals: levels.iter().map(|width| pointwise(*width, *width, true, device)).collect(),
             smooth: Separable::new(levels[0], levels[0], device),
         }
     }

@@ -1,4 +1,4 @@
-//! What the network is built of: convolutions of single channels, then of all channels of a pixel.
+//! The blocks of the network: depthwise separable convolutions and inverted residuals.
 
 use burn::module::{self, Module};
 use burn::nn::PaddingConfig2d;
@@ -8,7 +8,7 @@ use burn::tensor::Device;
 use crate::conv_norm::{ConvNorm, ConvNormConfig};
 use crate::net_ops::NetOps;
 
-/// Filter each channel with 3x3, then mix the channels.
+/// A depthwise separable convolution: 3x3 of each channel, then 1x1.
 #[derive(Module, Debug)]
 pub(super) struct Separable {
     depthwise: ConvNorm,
@@ -18,23 +18,23 @@ pub(super) struct Separable {
 impl Separable {
     pub(super) fn new(channels_in: usize, channels_out: usize, device: &Device) -> Self {
         Self {
-            depthwise: filter(channels_in, 1).init(device),
+            depthwise: depthwise(channels_in, 1).init(device),
             mix: ConvNormConfig::new(channels_in, channels_out, 1).init(device),
         }
     }
 
-    /// With its ReLU between the two, and none at the end.
+    /// With a ReLU between the two, and none at the end.
     pub(super) fn forward_relu_between<F: NetOps>(&self, input: F) -> F {
         self.mix.forward(self.depthwise.forward_relu(input))
     }
 
-    /// With its ReLU at the end, and none between the two.
+    /// With a ReLU at the end, and none between the two.
     pub(super) fn forward_relu_behind<F: NetOps>(&self, input: F) -> F {
         self.mix.forward_relu(self.depthwise.forward(input))
     }
 }
 
-/// Expand with 1x1, filter each channel with 3x3, project with 1x1.
+/// An inverted bottleneck: 1x1 to more channels, 3x3 depthwise, 1x1 back.
 #[derive(Module, Debug)]
 struct Bottleneck {
     expand: ConvNorm,
@@ -49,7 +49,7 @@ impl Bottleneck {
     }
 }
 
-/// Channels of an [`InvertedResidual`] and how often it repeats itself.
+/// Shape of an [`InvertedResidual`].
 #[derive(Debug, Clone, Copy)]
 pub(super) struct InvertedResidualConfig {
     pub(super) channels_in: usize,
@@ -79,12 +79,12 @@ impl InvertedResidual {
         let first = Bottleneck {
             expand: ConvNormConfig::new(channels_in, hidden, 1).init(device),
             // The published network has this bias, which the normalisation takes out again.
-            depthwise: filter(hidden, stride).with_bias().init(device),
+            depthwise: depthwise(hidden, stride).with_bias().init(device),
             project: ConvNormConfig::new(hidden, channels_out, 1).init(device),
         };
         let repeated = Bottleneck {
             expand: ConvNormConfig::new(channels_out, hidden, 1).init(device),
-            depthwise: filter(hidden, 1).init(device),
+            depthwise: depthwise(hidden, 1).init(device),
             project: ConvNormConfig::new(hidden, channels_out, 1).init(device),
         };
         Self { first, repeated, repetitions }
@@ -102,7 +102,7 @@ impl InvertedResidual {
     }
 }
 
-/// Filter each channel with 3x3, mix them, double rows and columns.
+/// A depthwise separable convolution, then bilinear interpolation to twice the rows and columns.
 #[derive(Module, Debug)]
 pub(super) struct Upsampling {
     /// With a bias and without normalisation.
@@ -128,7 +128,7 @@ impl Upsampling {
     }
 }
 
-/// A convolution of 1x1 without normalisation.
+/// A 1x1 convolution without normalisation.
 pub(super) fn pointwise(
     channels_in: usize,
     channels_out: usize,
@@ -142,7 +142,7 @@ pub(super) fn pointwise(
         .init(device)
 }
 
-/// A convolution of 3x3 of every channel by itself.
-fn filter(channels: usize, stride: usize) -> ConvNormConfig {
+/// A 3x3 depthwise convolution.
+fn depthwise(channels: usize, stride: usize) -> ConvNormConfig {
     ConvNormConfig::new(channels, channels, 3).with_stride(stride).with_groups(channels)
 }

@@ -1,4 +1,4 @@
-//! The four maps that the network ends in.
+//! The four heads of the network, one for each output map.
 
 use burn::module::Module;
 use burn::nn::conv::Conv2d;
@@ -10,10 +10,10 @@ use super::{MoveEnetConfig, backbone};
 use crate::channels::multiple_of_eight;
 use crate::net_ops::NetOps;
 
-/// Hidden channels.
+/// Hidden channels of a head as published.
 const HIDDEN: f32 = 96.0;
 
-/// A separable convolution, then one of each pixel.
+/// A depthwise separable convolution, then a 1x1 convolution.
 #[derive(Module, Debug)]
 struct Head {
     separable: Separable,
@@ -34,7 +34,7 @@ impl Head {
     }
 }
 
-/// What is told of the finest level of the pyramid.
+/// The four heads on the finest level of the pyramid.
 #[derive(Module, Debug)]
 pub(super) struct Heads {
     heatmaps: Head,

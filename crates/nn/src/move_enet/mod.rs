@@ -1,10 +1,10 @@
-//! The MoveEnet network: an image of events to the maps that a body's joints are read off.
+//! The MoveEnet network: an event image to the maps from which the joints of a body are decoded.
 //!
-//! * [`MoveEnetConfig`], [`MoveEnet`]: the whole of it.
+//! * [`MoveEnetConfig`], [`MoveEnet`]: the network.
 //! * `backbone`: MobileNetV2 with a feature pyramid, down to a 32nd and back up to a quarter.
 //! * `heads`: the four maps.
-//! * `blocks`: what both are built of.
-//! * `names`: what PyTorch calls its tensors.
+//! * `blocks`: the building blocks of both.
+//! * `names`: the names of its tensors in PyTorch.
 //!
 //! # Source
 //! Goyal et al.: *MoveEnet: Online High-Frequency Human Pose Estimation with an Event Camera*, CVPRW
@@ -31,7 +31,7 @@ use heads::Heads;
 
 /// Channels of an image; those of events hold the same value three times.
 pub(crate) const IMAGE_CHANNELS: usize = 3;
-/// What the values 0 to 255 become: -1 to 1.
+/// Factor and offset from the values 0 to 255 to -1 to 1.
 const SCALING: [f32; 2] = [1.0 / 127.5, -1.0];
 /// Relative widths that can be built; the narrowest has 8 channels everywhere.
 const WIDTHS: std::ops::RangeInclusive<f32> = 0.01..=8.0;
@@ -55,7 +55,7 @@ impl Default for MoveEnetConfig {
     }
 }
 
-/// A network that tells where the joints of a body are.
+/// A network from event images to heatmaps and regressions of the joints of a body.
 #[derive(Module, Debug)]
 pub struct MoveEnet {
     backbone: Pyramid,
@@ -65,7 +65,7 @@ pub struct MoveEnet {
 }
 
 impl MoveEnetConfig {
-    /// The network with first weights drawn from `seed`, as published: Kaiming normal for
+    /// The network with initial weights drawn from `seed`, as published: Kaiming normal for
     /// convolutions, no bias, normalisation as the identity.
     ///
     /// # Errors
@@ -78,7 +78,7 @@ impl MoveEnetConfig {
         }))
     }
 
-    /// How many numbers training changes by gradients: what papers call the parameter count.
+    /// The number of trainable parameters.
     ///
     /// # Errors
     /// As [`init`](Self::init).
@@ -103,7 +103,7 @@ impl MoveEnetConfig {
 }
 
 impl MoveEnet {
-    /// What the network says of images, a quarter as high and wide.
+    /// The output maps, a quarter as high and wide as the images.
     ///
     /// # Shapes
     /// - images: `[batch, 3, height, width]`, values 0 to 255, sides multiples of 32; 192 as published
@@ -113,10 +113,10 @@ impl MoveEnet {
         self.forward_ops(images)
     }
 
-    /// The network, layer by layer, with its weights. Outputs are in the order of
+    /// The graph of the network, for engines that compile it. Outputs are in the order of
     /// [`BodyMaps::into_array`].
     pub fn graph(&self) -> Graph {
-        Graph::of(self, IMAGE_CHANNELS, |images| self.forward_ops(images).into_array().into())
+        Graph::trace(self, IMAGE_CHANNELS, |images| self.forward_ops(images).into_array().into())
     }
 
     fn forward_ops<F: NetOps>(&self, images: F) -> BodyMaps<F> {
@@ -124,12 +124,12 @@ impl MoveEnet {
         self.header.forward(self.backbone.forward(images.affine(factor, offset)))
     }
 
-    /// What it was built from.
+    /// The configuration that it was built from.
     pub fn config(&self) -> &MoveEnetConfig {
         &self.config
     }
 
-    /// What the published PyTorch checkpoints call the tensor in `slot`.
+    /// The name of the tensor in `slot` in the published PyTorch checkpoints.
     pub fn pytorch_name(&self, slot: &Slot) -> String {
         names::pytorch(&slot.path)
     }

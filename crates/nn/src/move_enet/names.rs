@@ -1,8 +1,8 @@
-//! What PyTorch calls the network's tensors.
+//! The names of the network's tensors in PyTorch.
 //!
-//! In the published definition, layers are numbered in sequences in which activations count too.
+//! In the published definition, layers are counted in sequences in which activations count too.
 
-/// Where the inverted residuals are, finest level first.
+/// Modules of the inverted residuals, finest level first.
 const STAGES: [&str; 6] =
     ["features1.2", "features2", "features3", "features4.0", "features4.1", "features4.2"];
 

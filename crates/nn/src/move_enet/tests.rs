@@ -1,4 +1,4 @@
-//! Counts, names, first weights and the graph of the network.
+//! Counts, names, initial weights and the graph of the network.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
@@ -67,12 +67,12 @@ fn a_graph_has_every_layer_as_often_as_it_runs() {
     let channels: Vec<_> = graph.outputs.iter().map(|id| graph.nodes[*id].channels).collect();
     assert_eq!(channels, [5, 1, 10, 10]);
     let outputs = graph.outputs.iter().map(|id| &graph.nodes[*id].operation);
-    let is_sigmoid: Vec<_> = outputs.map(|of| *of == Operation::Sigmoid).collect();
+    let is_sigmoid: Vec<_> = outputs.map(|operation| *operation == Operation::Sigmoid).collect();
     assert_eq!(is_sigmoid, [true, true, false, false]);
 }
 
 #[test]
-fn first_weights_are_as_published() {
+fn initial_weights_are_as_published() {
     let network = MoveEnetConfig::default().init(3, &Device::flex()).unwrap();
     for (slot, values) in read(&network) {
         if slot.layer == "BatchNorm" || slot.name() == "bias" {

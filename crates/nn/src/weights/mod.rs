@@ -1,6 +1,6 @@
-//! Weight files: our own checkpoints, which say what network they belong to, and PyTorch's.
+//! Weight files: our own checkpoints, which describe their network, and PyTorch's.
 //!
-//! * [`save`], [`load`]: a `.bpk` file with a [`ModelCard`] inside; [`save_body`], [`load_body`] of bodies.
+//! * [`save`], [`load`]: a `.bpk` file with a [`ModelCard`] inside; [`save_body`], [`load_body`]: the same of bodies.
 //! * [`load_pytorch`], [`load_move_enet`]: `.pth` and Lightning `.ckpt` files of the published networks.
 //! * [`save_safetensors`]: a MoveEnet under its names in PyTorch.
 //!

@@ -1,4 +1,4 @@
-//! What a weight file says about itself.
+//! The descriptions that weight files carry.
 
 use std::collections::BTreeMap;
 
@@ -12,9 +12,9 @@ use crate::{HandRegressorConfig, MoveEnetConfig};
 pub struct ModelCard {
     /// The network.
     pub network: HandRegressorConfig,
-    /// What it is shown.
+    /// The input that it was trained on.
     pub input: InputConfig,
-    /// Where the weights come from, for people: configuration, seed, steps, commit.
+    /// The origin of the weights, for people: configuration, seed, steps, commit.
     #[serde(default)]
     pub provenance: BTreeMap<String, String>,
 }
@@ -25,7 +25,7 @@ pub struct ModelCard {
 pub struct BodyCard {
     /// The network.
     pub network: MoveEnetConfig,
-    /// Where the weights come from: configuration, mean pose, data.
+    /// The origin of the weights: configuration, mean pose, data.
     #[serde(default)]
     pub provenance: BTreeMap<String, String>,
 }

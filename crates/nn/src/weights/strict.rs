@@ -1,4 +1,4 @@
-//! Filling a network from the tensors of a file, all of them and nothing else.
+//! Strict loading: every tensor of the network from the file, and none left over.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -13,23 +13,23 @@ use crate::parameters::{Slot, fill, slots};
 pub(super) struct Stored {
     /// Its shape in the file.
     pub(super) shape: Vec<usize>,
-    /// Reads its values in row-major order, or says why not.
+    /// Reads its values in row-major order; the error is the reason.
     pub(super) read: Box<dyn FnOnce() -> Result<Vec<f32>, String>>,
 }
 
-/// How a file format writes a network down. The defaults are our own.
+/// Names, shapes and order of a network's tensors in a file format. The defaults are our own.
 pub(super) trait Layout {
-    /// What it calls a tensor.
+    /// The name of a tensor.
     fn name(&self, slot: &Slot) -> String {
         slot.path.clone()
     }
 
-    /// Which shape it gives it.
+    /// The shape of a tensor.
     fn shape(&self, slot: &Slot) -> Vec<usize> {
         slot.shape.clone()
     }
 
-    /// Its values, put into the order of the network.
+    /// The values of a tensor in the order of the network.
     fn adopt(&self, _slot: &Slot, values: Vec<f32>) -> Vec<f32> {
         values
     }

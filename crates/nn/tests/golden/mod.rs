@@ -1,4 +1,4 @@
-//! Numbers that PyTorch gave, and the closed forms they were computed from; see `tests/data/README.md`.
+//! Golden values of PyTorch, and the closed forms they were computed from; see `tests/data/README.md`.
 
 #![allow(clippy::unwrap_used, dead_code, reason = "tests, each of which uses a part")]
 
@@ -66,7 +66,7 @@ pub(crate) fn small() -> HandRegressorConfig {
     HandRegressorConfig { backbone: "resnet18".to_owned(), width: 0.0625 }
 }
 
-/// `count` numbers in [0, 1): the fraction of `43758.5453 sin(12.9898 i + 78.233 stream)`.
+/// `count` values in [0, 1): the fraction of `43758.5453 sin(12.9898 i + 78.233 stream)`.
 pub(crate) fn hashed(count: usize, stream: usize) -> Vec<f64> {
     let value = |i: usize| (12.9898 * i as f64 + 78.233 * stream as f64).sin() * 43758.5453;
     (0..count).map(|i| value(i) - value(i).floor()).collect()

@@ -76,7 +76,7 @@ fn close(ours: f32, theirs: f32) {
 
 // Made with PyTorch 2.15 in f64 from the same closed forms, written as the published program has
 // them (loops over joints and bones, indices into dense maps); by default with our limbs and a norm
-// for each sample. Gradients are those of the total, multiplied by hashed numbers (streams 20 to
+// for each sample. Gradients are those of the total, multiplied by hashed values (streams 20 to
 // 23) and summed over each of the four maps.
 const PARITY: [f32; 6] = [153.9307, 32.6319, 2.601128, 27.71302, 13.64787, 0.6196107];
 const PARITY_GRADIENTS: [f32; 4] = [14.04356, 21.37881, -0.09409189, -0.3608149];
@@ -104,13 +104,13 @@ fn the_loss_and_its_gradients_are_those_of_another_program() {
 }
 
 #[test]
-fn what_is_as_wanted_costs_nothing_and_moves_nothing() {
+fn a_perfect_prediction_has_neither_loss_nor_gradient() {
     let device = Device::flex().autodiff();
     let targets = targets(&device);
-    // Planes of what is wanted: right wherever it is read.
-    let plane = |numbers: Tensor<3>| {
-        let numbers = numbers.reshape([BATCH, 2 * JOINTS, 1, 1]);
-        numbers.repeat_dim(2, SIDE).repeat_dim(3, SIDE)
+    // Constant maps of the targets: right at whichever cell they are read.
+    let plane = |target: Tensor<3>| {
+        let target = target.reshape([BATCH, 2 * JOINTS, 1, 1]);
+        target.repeat_dim(2, SIDE).repeat_dim(3, SIDE)
     };
     let maps = BodyMaps {
         heatmaps: targets.heatmaps.clone(),

@@ -1,4 +1,4 @@
-//! The two containers of `torch.save`: a pickle that describes tensors, and their numbers.
+//! The two containers of `torch.save`: a pickle that describes tensors, and their storages.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -14,12 +14,12 @@ const ZIP_MAGIC: &[u8] = b"PK\x03\x04";
 /// The integer that is the first pickle of a file of PyTorch 1.5 and earlier, little-endian.
 const LEGACY_MAGIC: [u8; 10] = [0x6c, 0xfc, 0x9c, 0x46, 0xf9, 0x20, 0x6a, 0xa8, 0x50, 0x19];
 
-/// Numbers would have to be swapped; nobody has such a file.
+/// Refused: bytes would have to be swapped, and no such file is known.
 const BIG_ENDIAN: &str = "written on a big-endian machine";
 
-/// A file of `torch.save` with the numbers of its tensors beside it.
+/// A file of `torch.save`: its pickle and the storages of its tensors.
 pub(super) struct Container {
-    /// What was saved, with persistent ids where numbers belong.
+    /// The saved object, with persistent ids in place of storages.
     pub(super) pickle: Pickle,
     storages: BTreeMap<String, Vec<u8>>,
 }
@@ -28,7 +28,7 @@ impl Container {
     /// Reads either container.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// A description of the damage.
     pub(super) fn read(bytes: Vec<u8>) -> Result<Self, String> {
         if bytes.starts_with(ZIP_MAGIC) { Self::zip(bytes) } else { Self::legacy(&bytes) }
     }
@@ -68,7 +68,7 @@ impl Container {
     }
 
     /// Five pickles (a magic number, the protocol, the machine, the object, the storage keys), then
-    /// for each key a count and that many numbers.
+    /// for each key the count of elements and the elements.
     fn legacy(bytes: &[u8]) -> Result<Self, String> {
         let magic = Pickle::read(bytes, 0).map_err(|error| format!("no PyTorch file: {error}"))?;
         if !matches!(magic.node(magic.root()), Node::LongInt(magic) if *magic == LEGACY_MAGIC) {

@@ -22,7 +22,7 @@ use container::Container;
 use view::View;
 
 const FORMAT: &str = "PyTorch";
-/// Where Lightning keeps the weights among its other state.
+/// The key of the weights in a checkpoint of Lightning.
 const LIGHTNING_KEY: &str = "state_dict";
 /// Training steps seen by a batch normalisation, which only PyTorch counts.
 const STEP_COUNT: &str = ".num_batches_tracked";
@@ -56,7 +56,7 @@ pub fn load_move_enet(
 
 /// A network whose tensors have names in PyTorch.
 pub(super) trait PyTorchNames: Module {
-    /// What published checkpoints call the tensor in `slot`.
+    /// The name of the tensor in `slot` in the published checkpoints.
     fn pytorch_name(&self, slot: &Slot) -> String;
 }
 

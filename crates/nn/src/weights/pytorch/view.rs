@@ -65,12 +65,12 @@ impl View {
         })
     }
 
-    /// Its numbers in row-major order.
+    /// Its values in row-major order.
     ///
     /// # Errors
     /// If they are no floats, or lie outside of their storage.
     pub(super) fn values(&self, container: &Container) -> Result<Vec<f32>, String> {
-        let dtype = self.dtype.ok_or("its numbers are no floats")?;
+        let dtype = self.dtype.ok_or("its values are no floats")?;
         let storage = container.storage(&self.storage);
         let storage = storage.ok_or_else(|| format!("storage {} is missing", self.storage))?;
         let bytes = if self.is_contiguous() { self.slice(storage) } else { self.gather(storage) };
