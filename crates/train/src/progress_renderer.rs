@@ -133,7 +133,7 @@ mod tests {
         let callback = {
             let received = Arc::clone(&received);
             ProgressCallback::new(move |progress| {
-                received.lock().expect("not poisoned").push(progress.samples)
+                received.lock().expect("not poisoned").push(progress.samples);
             })
         };
         let span = TrainingSpan { batch_size: 4, steps: 5, steps_per_interval: 2 };
