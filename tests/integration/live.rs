@@ -119,7 +119,7 @@ fn what_cannot_be_followed_is_said_before_anything_begins() {
     recorded(&sandbox);
     let hands = ["--task", "hand", "--checkpoint", &network];
     let error = sandbox.fails(&[&["live", "--source", "held/0000.raw"], &hands[..]].concat());
-    assert!(error.contains("a network of bodies"), "{error}");
+    assert!(error.contains("`body`, not `hand`"), "{error}");
     let hand = shipped("hand-quick.bpk");
     let error = sandbox.fails(&["live", "--source", "held/0000.raw", "--checkpoint", &hand]);
     assert!(error.contains("346x260") && error.contains("60x45"), "{error}");
