@@ -34,7 +34,7 @@ impl Sink for WristSink {
         "wrist".to_owned()
     }
 
-    fn take(&mut self, pose: &LivePose) -> io::Result<()> {
+    fn write(&mut self, pose: &LivePose) -> io::Result<()> {
         self.count += 1;
         if let PoseEstimate::Hand { params, .. } = &pose.pose
             && pose.t >= self.next

@@ -56,19 +56,19 @@ fn a_recording_becomes_poses_with_their_latency_and_a_report() {
     ]);
     let poses = lines(&sandbox, "poses.jsonl");
     let of = |origin: &str| poses.iter().filter(|pose| pose["origin"] == origin).count() as u64;
-    let (by_network, between) = (of("network"), of("between"));
+    let (by_network, propagated) = (of("network"), of("propagated"));
     assert!(by_network > 3, "{by_network}");
     // A second at 500 Hz, but for what was before the network's first answer.
-    assert!((100..=501).contains(&between), "{between}");
+    assert!((100..=501).contains(&propagated), "{propagated}");
     assert!(poses.iter().all(|pose| pose["latency_ms"].as_f64().is_some_and(|ms| ms >= 0.0)));
     let nose = poses.iter().find(|pose| pose["origin"] == "network").expect("some");
     assert_eq!(nose["joints"]["head"].as_array().map(Vec::len), Some(3), "{nose}");
     let report: serde_json::Value =
         serde_json::from_slice(&bytes(&sandbox.path("report.json"))).expect("JSON");
     assert_eq!(report["network"]["poses"], by_network);
-    assert_eq!(report["between"]["poses"], between);
+    assert_eq!(report["propagated"]["poses"], propagated);
     let table = String::from_utf8(bytes(&sandbox.path("poses.csv"))).expect("text");
-    assert_eq!(table.lines().count() as u64, 1 + by_network + between);
+    assert_eq!(table.lines().count() as u64, 1 + by_network + propagated);
     assert!(table.lines().all(|line| line.split(',').count() == 3 + 2 * 13));
 }
 
@@ -146,7 +146,7 @@ fn a_benchmark_of_it_says_how_much_came_through() {
         "--json",
         "live.json",
     ]);
-    assert!(output.contains("input alone") && output.contains("all of it, 4x"), "{output}");
+    assert!(output.contains("input alone") && output.contains("whole pipeline, 4x"), "{output}");
     let measured: serde_json::Value =
         serde_json::from_slice(&bytes(&sandbox.path("live.json"))).expect("JSON");
     let rows = measured["rows"].as_array().expect("rows");

@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use evpose_infer::Precision;
-use evpose_live::page::{HandMesh, Subject};
+use evpose_live::page::{HandMesh, Skeleton};
 use evpose_live::sink::Sinks;
 use evpose_live::source::Source;
 use evpose_live::{Control, LiveError, LiveOptions, Report};
@@ -24,7 +24,7 @@ pub trait OnlineStream {
     /// Runs the pipeline, see [`evpose_live::run`].
     ///
     /// # Errors
-    /// As there.
+    /// As [`evpose_live::run`].
     fn run(
         self: Box<Self>,
         source: Box<dyn Source>,
@@ -36,10 +36,10 @@ pub trait OnlineStream {
     /// Propagated poses per second by default.
     fn propagate_hz(&self) -> f64;
 
-    /// The kind of pose, for the page.
-    fn subject(&self) -> Subject;
+    /// Skeleton of the poses.
+    fn skeleton(&self) -> Skeleton;
 
-    /// A new mesh of the pose, where it has one.
+    /// A new mesh of the pose, for tasks that have one.
     ///
     /// # Errors
     /// If the file of its model cannot be read.
@@ -49,11 +49,11 @@ pub trait OnlineStream {
 /// Makes the mesh of a pose.
 pub(crate) type MeshMaker = Box<dyn Fn() -> Result<HandMesh>>;
 
-/// A stream with what the page has to know of its task.
+/// A stream with the properties of its task.
 pub(crate) struct TaskStream<F: StreamFrontend, W> {
     pub(crate) stream: PoseStream<F, W>,
     pub(crate) propagate_hz: f64,
-    pub(crate) subject: Subject,
+    pub(crate) skeleton: Skeleton,
     pub(crate) mesh: Option<MeshMaker>,
 }
 
@@ -76,8 +76,8 @@ where
         self.propagate_hz
     }
 
-    fn subject(&self) -> Subject {
-        self.subject
+    fn skeleton(&self) -> Skeleton {
+        self.skeleton
     }
 
     fn mesh(&self) -> Result<Option<HandMesh>> {

@@ -1,8 +1,8 @@
-//! What can go wrong online.
+//! Errors of the online pipeline.
 
 use std::io;
 
-/// Why a pipeline cannot begin, or ended before its source did.
+/// A failure to start a pipeline, or one that ended it before its source did.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum LiveError {
@@ -10,38 +10,38 @@ pub enum LiveError {
     #[error(transparent)]
     Io(#[from] evpose_io::IoError),
     /// A connection failed.
-    #[error("{what}: {source}")]
+    #[error("{endpoint}: {source}")]
     Connection {
-        /// What was connected to, or listened on.
-        what: String,
+        /// Address that was connected to or listened on.
+        endpoint: String,
         /// The reason.
         source: io::Error,
     },
-    /// A setting that makes no sense.
-    #[error("{what} is {value}: {rule}")]
+    /// A setting outside its valid range.
+    #[error("{setting} is {value}: {rule}")]
     Setting {
-        /// Which setting.
-        what: &'static str,
-        /// What it was.
+        /// Name of the setting.
+        setting: &'static str,
+        /// Its value.
         value: String,
-        /// What it may be.
+        /// Its valid range.
         rule: &'static str,
     },
-    /// A source that says it is something else than it is, or that ended for a reason of its own.
-    #[error("{what}: {reason}")]
+    /// A source with an unknown format, or one that failed.
+    #[error("{name}: {reason}")]
     Source {
-        /// Which source.
-        what: String,
-        /// The reason, and what to do.
+        /// Name of the source.
+        name: String,
+        /// The reason, and how to fix it.
         reason: String,
     },
     /// A stage of the stream failed.
     #[error("{0}")]
     Task(Box<dyn std::error::Error + Send + Sync>),
-    /// Poses cannot be written any more.
+    /// A sink failed to write poses.
     #[error("{sink}: {source}")]
     Sink {
-        /// Which sink.
+        /// Name of the sink.
         sink: String,
         /// The reason.
         source: io::Error,

@@ -1,4 +1,4 @@
-//! What came, what was dropped where, and how late poses were.
+//! Counters of every stage, and histograms of latency.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -9,60 +9,60 @@ use serde::Serialize;
 
 use crate::{LivePose, Origin};
 
-/// Latencies are kept to three digits, up to this long, in microseconds; later ones count as this.
-pub(crate) const LONGEST_US: u64 = 60_000_000;
+/// Upper end of the latency histograms, in microseconds: a minute. Longer latencies count as this.
+pub(crate) const MAX_LATENCY_US: u64 = 60_000_000;
 
-/// A number that any thread raises.
+/// A counter that any thread may increment.
 #[derive(Debug, Default)]
-pub struct Count(AtomicU64);
+pub struct Counter(AtomicU64);
 
-impl Count {
-    /// Adds.
-    pub fn add(&self, more: u64) {
-        self.0.fetch_add(more, Ordering::Relaxed);
+impl Counter {
+    /// Adds `count`.
+    pub fn add(&self, count: u64) {
+        self.0.fetch_add(count, Ordering::Relaxed);
     }
 
-    /// What it came to.
+    /// The current count.
     pub fn get(&self) -> u64 {
         self.0.load(Ordering::Relaxed)
     }
 }
 
-/// Counts of every stage, raised while the pipeline runs.
+/// Counters of every stage, incremented while the pipeline runs.
 #[derive(Debug)]
 pub struct Meter {
     began: Instant,
     /// Packets from the source.
-    pub packets: Count,
-    /// Events from the source, without those that were rejected.
-    pub events: Count,
+    pub packets: Counter,
+    /// Events from the source, without rejected ones.
+    pub events: Counter,
     /// Events outside the sensor, or earlier than one before them.
-    pub rejected: Count,
-    /// Packets that the source passed over because they made no sense.
-    pub malformed: Count,
-    /// Packets that the queue dropped, and those that a source lost.
-    pub dropped_packets: Count,
+    pub rejected: Counter,
+    /// Packets that the source skipped as malformed.
+    pub malformed: Counter,
+    /// Packets that the queue dropped, and packets lost by the source.
+    pub dropped_packets: Counter,
     /// Events of the packets that the queue dropped.
-    pub dropped_events: Count,
-    /// Events that the eye followed.
-    pub followed: Count,
-    /// Strides at which the network was busy, so that nothing was made for it.
-    pub skipped_strides: Count,
-    /// Images that the network was shown.
-    pub images: Count,
-    /// Images with nothing new, so that an earlier answer stood.
-    pub repeated: Count,
-    /// For how long, in microseconds, a recording was late because it could not be read as fast as it was
-    /// to be played: its clock was set back by as much.
-    pub slipped_us: Count,
-    /// How often the source gave nothing for a while.
-    pub stalls: Count,
-    /// How often time jumped back.
-    pub restarts: Count,
+    pub dropped_events: Counter,
+    /// Events that the front end processed.
+    pub followed: Counter,
+    /// Strides without an input because the network was busy.
+    pub skipped_strides: Counter,
+    /// Inputs of the network.
+    pub images: Counter,
+    /// Strides without an input because the representation had not changed.
+    pub repeated: Counter,
+    /// Total time in microseconds by which the replay clock was set back because a recording could not be
+    /// read at its playback speed.
+    pub slipped_us: Counter,
+    /// Pauses of the source of at least [`LiveOptions::stall`](crate::LiveOptions::stall).
+    pub stalls: Counter,
+    /// Backward jumps of the time stamps: each begins another recording.
+    pub restarts: Counter,
     /// Poses that sinks dropped because they could not keep up.
-    pub dropped_poses: Count,
+    pub dropped_poses: Counter,
     network: Mutex<Histogram<u64>>,
-    between: Mutex<Histogram<u64>>,
+    propagated: Mutex<Histogram<u64>>,
 }
 
 impl Default for Meter {
@@ -72,59 +72,60 @@ impl Default for Meter {
 }
 
 impl Meter {
-    /// Nothing happened yet.
+    /// All counters at zero, starting now.
     pub fn new() -> Self {
         Self {
             began: Instant::now(),
-            packets: Count::default(),
-            events: Count::default(),
-            rejected: Count::default(),
-            malformed: Count::default(),
-            dropped_packets: Count::default(),
-            dropped_events: Count::default(),
-            followed: Count::default(),
-            skipped_strides: Count::default(),
-            images: Count::default(),
-            repeated: Count::default(),
-            slipped_us: Count::default(),
-            stalls: Count::default(),
-            restarts: Count::default(),
-            dropped_poses: Count::default(),
+            packets: Counter::default(),
+            events: Counter::default(),
+            rejected: Counter::default(),
+            malformed: Counter::default(),
+            dropped_packets: Counter::default(),
+            dropped_events: Counter::default(),
+            followed: Counter::default(),
+            skipped_strides: Counter::default(),
+            images: Counter::default(),
+            repeated: Counter::default(),
+            slipped_us: Counter::default(),
+            stalls: Counter::default(),
+            restarts: Counter::default(),
+            dropped_poses: Counter::default(),
             network: Mutex::new(histogram()),
-            between: Mutex::new(histogram()),
+            propagated: Mutex::new(histogram()),
         }
     }
 
-    /// Counts a pose and its latency.
-    pub fn pose(&self, pose: &LivePose) {
-        let latency_us = u64::try_from(pose.latency.as_micros()).unwrap_or(LONGEST_US);
+    /// Counts a pose and adds its latency to the histogram of its origin.
+    pub fn record(&self, pose: &LivePose) {
+        let latency_us = u64::try_from(pose.latency.as_micros()).unwrap_or(MAX_LATENCY_US);
         let histogram = match pose.origin {
             Origin::Network => &self.network,
-            Origin::Propagated => &self.between,
+            Origin::Propagated => &self.propagated,
         };
         let mut histogram = histogram.lock().unwrap_or_else(PoisonError::into_inner);
-        histogram.saturating_record(latency_us.clamp(1, LONGEST_US));
+        histogram.saturating_record(latency_us.clamp(1, MAX_LATENCY_US));
     }
 
-    /// How late poses were since `before` was last brought up to date, those of the network and those
-    /// between: this does so.
-    pub fn latencies_since(&self, before: &mut Latencies) -> [Latency; 2] {
-        let Latencies { network, between } = before;
-        [(&self.network, network), (&self.between, between)].map(|(all, before)| {
+    /// Latencies of the inferred and of the propagated poses since `before`, which is then set to now.
+    pub fn latencies_since(&self, before: &mut LatencyBaseline) -> [LatencySummary; 2] {
+        let LatencyBaseline { network, propagated } = before;
+        [(&self.network, network), (&self.propagated, propagated)].map(|(all, before)| {
             let all = all.lock().unwrap_or_else(PoisonError::into_inner).clone();
             let mut since = all.clone();
-            // It only ever grows: there is nothing to subtract that it has not.
+            // Histograms only grow, so that the earlier one is always contained in the later one.
             let _ = since.subtract(&*before);
             *before = all;
-            Latency::of(&since)
+            LatencySummary::from_histogram(&since)
         })
     }
 
-    /// All of it so far.
+    /// A snapshot of all counters.
     pub fn report(&self) -> Report {
         let seconds = self.began.elapsed().as_secs_f64();
         let latency = |histogram: &Mutex<Histogram<u64>>| {
-            Latency::of(&histogram.lock().unwrap_or_else(PoisonError::into_inner))
+            LatencySummary::from_histogram(
+                &histogram.lock().unwrap_or_else(PoisonError::into_inner),
+            )
         };
         Report {
             seconds,
@@ -143,45 +144,45 @@ impl Meter {
             restarts: self.restarts.get(),
             dropped_poses: self.dropped_poses.get(),
             network: latency(&self.network),
-            between: latency(&self.between),
+            propagated: latency(&self.propagated),
         }
     }
 }
 
-/// Latencies of all poses up to a moment, none to begin with: see [`Meter::latencies_since`].
+/// Histograms of latency at an earlier time, empty by default: see [`Meter::latencies_since`].
 #[derive(Debug, Clone)]
-pub struct Latencies {
+pub struct LatencyBaseline {
     network: Histogram<u64>,
-    between: Histogram<u64>,
+    propagated: Histogram<u64>,
 }
 
-impl Default for Latencies {
+impl Default for LatencyBaseline {
     fn default() -> Self {
-        Self { network: histogram(), between: histogram() }
+        Self { network: histogram(), propagated: histogram() }
     }
 }
 
 fn histogram() -> Histogram<u64> {
-    Histogram::new_with_bounds(1, LONGEST_US, 3).expect("bounds in order")
+    Histogram::new_with_bounds(1, MAX_LATENCY_US, 3).expect("bounds in order")
 }
 
-/// How late poses were, in milliseconds from the newest event that they take into account.
+/// Quantiles of latency in milliseconds, counted from the newest event that a pose depends on.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Latency {
-    /// How many poses.
+pub struct LatencySummary {
+    /// Number of poses.
     pub poses: u64,
-    /// Half of them were at most so late.
+    /// Median.
     pub p50_ms: f64,
-    /// 95 of 100.
+    /// 0.95 quantile.
     pub p95_ms: f64,
-    /// 99 of 100.
+    /// 0.99 quantile.
     pub p99_ms: f64,
-    /// The latest.
+    /// Maximum.
     pub max_ms: f64,
 }
 
-impl Latency {
-    pub(crate) fn of(histogram: &Histogram<u64>) -> Self {
+impl LatencySummary {
+    pub(crate) fn from_histogram(histogram: &Histogram<u64>) -> Self {
         let ms = |us: u64| us as f64 * 1e-3;
         Self {
             poses: histogram.len(),
@@ -193,11 +194,11 @@ impl Latency {
     }
 }
 
-/// What a pipeline did. Rates are per second of this machine's clock, over all of [`Self::seconds`].
+/// A snapshot of a [`Meter`]. Rates are per second of host time, over all of [`Self::seconds`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[allow(missing_docs, reason = "as in `Meter`")]
 pub struct Report {
-    /// Since the pipeline began.
+    /// Host time since the pipeline began.
     pub seconds: f64,
     pub packets: u64,
     pub events: u64,
@@ -213,14 +214,14 @@ pub struct Report {
     pub stalls: u64,
     pub restarts: u64,
     pub dropped_poses: u64,
-    /// Poses of the network.
-    pub network: Latency,
-    /// Poses between them.
-    pub between: Latency,
+    /// Inferred poses.
+    pub network: LatencySummary,
+    /// Propagated poses. Reports of earlier versions call it `between`.
+    pub propagated: LatencySummary,
 }
 
 impl Report {
-    /// A count per second.
+    /// `count` per second of host time.
     pub fn per_second(&self, count: u64) -> f64 {
         count as f64 / self.seconds.max(f64::MIN_POSITIVE)
     }
@@ -237,23 +238,23 @@ mod tests {
     use evpose_pose::PoseEstimate;
 
     #[test]
-    fn latencies_of_a_while_are_those_of_no_other() {
+    fn latencies_since_a_baseline_exclude_earlier_ones() {
         let meter = Meter::new();
         let add = |origin, ms| {
-            let answer =
+            let pose =
                 PoseEstimate::Body { joints_px: [None; BODY_JOINTS], scores: [0.0; BODY_JOINTS] };
             let latency = Duration::from_millis(ms);
-            meter.pose(&LivePose { t: Micros(0), latency, origin, pose: answer });
+            meter.record(&LivePose { t: Micros(0), latency, origin, pose });
         };
-        let mut before = Latencies::default();
+        let mut before = LatencyBaseline::default();
         (0..100).for_each(|_| add(Origin::Network, 900));
         add(Origin::Propagated, 7);
-        let [network, between] = meter.latencies_since(&mut before);
-        assert_eq!((network.poses, between.poses), (100, 1));
+        let [network, propagated] = meter.latencies_since(&mut before);
+        assert_eq!((network.poses, propagated.poses), (100, 1));
         assert!((network.p99_ms / 900.0 - 1.0).abs() < 0.01, "{network:?}");
         (0..10).for_each(|_| add(Origin::Network, 3));
-        let [network, between] = meter.latencies_since(&mut before);
-        assert_eq!((network.poses, between.poses), (10, 0));
+        let [network, propagated] = meter.latencies_since(&mut before);
+        assert_eq!((network.poses, propagated.poses), (10, 0));
         assert!((network.p99_ms / 3.0 - 1.0).abs() < 0.01, "{network:?}");
         assert!((meter.report().network.p99_ms / 900.0 - 1.0).abs() < 0.01, "all of them");
     }

@@ -1,17 +1,17 @@
-//! Events that arrived together.
+//! A packet of events.
 
 use std::time::Instant;
 
 use evpose_core::EventStream;
 
-/// Events that arrived together, and when they happened by the clock of this machine.
+/// Events that arrived together, and their host time.
 #[derive(Debug, Clone)]
 pub struct Packet {
-    /// In the order of time.
+    /// Events in time order.
     pub events: EventStream,
-    /// When the last of them happened: of a recording, when it was due; of a camera, when they arrived.
+    /// Host time of the last event: for a recording, when it was due; for a camera, when it arrived.
     /// Latencies count from here.
-    pub happened: Instant,
-    /// Whether time jumped back before it: all that came before belongs to another recording.
-    pub restarts: bool,
+    pub host_time: Instant,
+    /// Whether time jumped back before this packet: earlier packets belong to another recording.
+    pub is_restart: bool,
 }

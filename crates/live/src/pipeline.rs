@@ -1,8 +1,8 @@
-//! From events to poses, on three threads.
+//! The pipeline from events to poses, on three threads.
 //!
-//! * The feeder waits for the source, checks its events and fills the queue.
-//! * The eye, on the caller's thread, follows events and makes poses between those of the network.
-//! * The network looks at the newest image whenever it is free.
+//! * The feeder waits for the source, validates its events and fills the queue.
+//! * The front end, on the caller's thread, updates the representation and propagates poses.
+//! * The inference worker takes the newest input whenever it is idle.
 
 mod clock;
 mod feeder;
@@ -14,7 +14,7 @@ use std::time::Duration;
 
 use evpose_core::{EventStream, Micros, TimeWindow};
 
-use crate::queue::Popped;
+use crate::queue::PopOutcome;
 use crate::sink::Sinks;
 use crate::source::Source;
 use crate::{LiveError, LivePose, Meter, Origin, Packet, PacketQueue, Report};
@@ -25,20 +25,20 @@ use evpose_pose::stream::StreamFrontend;
 use feeder::Feeder;
 use inference::{InferenceHandle, InferenceJob, Inferred};
 
-/// How a pipeline runs.
+/// Options of a pipeline.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LiveOptions {
-    /// Poses a second between those of the network, of the events' clock; 0 for none.
+    /// Propagated poses per second of event time; 0 for none.
     pub propagate_hz: f64,
-    /// Least time between two images of the network, of the events' clock.
+    /// Minimum event time from one input of the network to the next.
     pub stride: Micros,
-    /// Packets that wait at most.
-    pub most_packets: usize,
-    /// Events that wait at most.
-    pub most_events: usize,
-    /// A source that gives nothing for so long has stalled.
+    /// Capacity of the queue in packets.
+    pub max_packets: usize,
+    /// Capacity of the queue in events.
+    pub max_events: usize,
+    /// Host time without events after which the source counts as stalled.
     pub stall: Duration,
-    /// The pipeline ends when the source has stalled for so long.
+    /// Host time without events after which the pipeline ends with an error.
     pub give_up: Option<Duration>,
 }
 
@@ -47,47 +47,47 @@ impl Default for LiveOptions {
         Self {
             propagate_hz: 500.0,
             stride: Micros(1_000),
-            most_packets: 16,
-            most_events: 1 << 20,
+            max_packets: 16,
+            max_events: 1 << 20,
             stall: Duration::from_millis(500),
             give_up: None,
         }
     }
 }
 
-/// Is shown the events of every packet, on the thread that follows them: it must be quick.
+/// A callback with the events of every packet, on the front end's thread: it must be quick.
 pub type Observer = Arc<dyn Fn(&EventStream) + Send + Sync>;
 
-/// How a pipeline is watched and ended from outside.
+/// Handle to watch and to stop a running pipeline.
 #[derive(Clone, Default)]
 pub struct Control {
     stop: Arc<AtomicBool>,
-    /// What the pipeline did so far.
+    /// Counters of the pipeline.
     pub meter: Arc<Meter>,
-    /// Who is shown the events.
+    /// Callback with the events.
     pub observer: Option<Observer>,
 }
 
 impl Control {
-    /// Has the pipeline end with what it has.
+    /// Requests that the pipeline ends after the current packet.
     pub fn stop(&self) {
         self.stop.store(true, Ordering::Relaxed);
     }
 
-    /// Whether it was told to.
+    /// Whether a stop was requested.
     pub fn is_stopped(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
     }
 }
 
-/// How often somebody who waits looks whether to stop.
-const LOOK_UP: Duration = Duration::from_millis(50);
+/// Interval at which waiting threads check for a stop request: short enough that Ctrl-C feels immediate.
+const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
-/// Turns the events of `source` into poses for `sinks`, until it ends, `control` says so, or no sink is left
-/// that takes them: what they failed of is told by [`Sinks::finish`].
+/// Runs the stream on the events of `source` and sends its poses to `sinks`, until the source ends,
+/// [`Control::stop`] is called, or every sink has failed; [`Sinks::finish`] returns the errors of sinks.
 ///
 /// # Errors
-/// If the source or the task fail; every pose before that has been given to the sinks.
+/// If the source or the stream fails; every pose before that has been sent to the sinks.
 pub fn run<F, W>(
     source: impl Source,
     stream: PoseStream<F, W>,
@@ -99,7 +99,7 @@ where
     F: StreamFrontend,
     W: InferenceWorker<Input = F::Input, Output = F::Output>,
 {
-    let queue = Arc::new(PacketQueue::new(options.most_packets, options.most_events));
+    let queue = Arc::new(PacketQueue::new(options.max_packets, options.max_events));
     let clock = Clock::new(source.pace(), options.stall);
     let feeder = Feeder::start(source, queue.clone(), control.meter.clone());
     let PoseStream { frontend, mut worker, .. } = stream;
@@ -109,9 +109,9 @@ where
         let mut follower = Follower::new(frontend, inference, clock, sinks, options, control);
         follower.run(&queue)
     });
-    // Whoever still waits for a source that was left need not be waited for.
-    queue.leave();
-    let fed = feeder.end(control.is_stopped() || sinks.are_gone() || ended.is_err());
+    // A feeder that is blocked on an abandoned source must not block the caller.
+    queue.abandon();
+    let fed = feeder.end(control.is_stopped() || sinks.have_all_failed() || ended.is_err());
     let report = control.meter.report();
     ended?;
     fed?;
@@ -169,22 +169,22 @@ impl<'a, F: StreamFrontend> Follower<'a, F> {
     fn run(&mut self, queue: &PacketQueue) -> Result<(), LiveError> {
         loop {
             let next = self.clock.until(self.next_propagated);
-            match queue.pop(next.map_or(LOOK_UP, |next| next.min(LOOK_UP))) {
-                Popped::Packet(packet) => {
+            match queue.pop(next.map_or(POLL_INTERVAL, |next| next.min(POLL_INTERVAL))) {
+                PopOutcome::Packet(packet) => {
                     self.has_stalled = false;
                     self.take(&packet)?;
                     if let Some(observer) = &self.control.observer {
                         observer(&packet.events);
                     }
-                    queue.give_back(packet.events);
+                    queue.recycle(packet.events);
                 }
-                Popped::Nothing => self.wait()?,
-                Popped::Closed => break,
+                PopOutcome::Empty => self.wait()?,
+                PopOutcome::Closed => break,
             }
             while let Some(inferred) = self.inference.try_finished()? {
                 self.accept(inferred);
             }
-            if self.control.is_stopped() || self.sinks.are_gone() {
+            if self.control.is_stopped() || self.sinks.have_all_failed() {
                 return Ok(());
             }
         }
@@ -195,9 +195,9 @@ impl<'a, F: StreamFrontend> Follower<'a, F> {
         Ok(())
     }
 
-    /// Nothing came.
+    /// Handles a timeout of the queue: propagates poses by the clock and detects stalls.
     fn wait(&mut self) -> Result<(), LiveError> {
-        // Nothing that happens is news, too: poses go on by the clock.
+        // No events are information, too: the pose is propagated by the clock.
         while let Some((step, tick)) = self.step.zip(self.next_propagated)
             && self.clock.until(Some(tick)) == Some(Duration::ZERO)
         {
@@ -205,16 +205,16 @@ impl<'a, F: StreamFrontend> Follower<'a, F> {
             self.propagate(tick);
             self.next_propagated = Some(tick + step);
         }
-        let silent = self.clock.silent();
-        if silent >= self.options.stall && !self.has_stalled {
+        let silence = self.clock.silence();
+        if silence >= self.options.stall && !self.has_stalled {
             self.has_stalled = true;
             self.control.meter.stalls.add(1);
         }
-        match self.options.give_up.filter(|most| silent >= *most) {
+        match self.options.give_up.filter(|limit| silence >= *limit) {
             None => Ok(()),
-            Some(most) => Err(LiveError::Source {
-                what: "the source".to_owned(),
-                reason: format!("no events for {:.1} s", most.as_secs_f64()),
+            Some(limit) => Err(LiveError::Source {
+                name: "the source".to_owned(),
+                reason: format!("no events for {:.1} s", limit.as_secs_f64()),
             }),
         }
     }
@@ -224,19 +224,19 @@ impl<'a, F: StreamFrontend> Follower<'a, F> {
         let (Some(&first), Some(&last)) = (events.t().first(), events.t().last()) else {
             return Ok(());
         };
-        if packet.restarts {
+        if packet.is_restart {
             self.frontend.reset();
             self.recording += 1;
             (self.next_propagated, self.next_image, self.now) = (None, None, first);
         }
-        let newest = self.clock.newest().filter(|_| !packet.restarts).unwrap_or(first);
-        self.clock.take(last, packet.happened);
+        let newest = self.clock.newest().filter(|_| !packet.is_restart).unwrap_or(first);
+        self.clock.update(last, packet.host_time);
         let stall = i64::try_from(self.options.stall.as_micros()).unwrap_or(i64::MAX);
         let mut pushed = first;
         while let Some((step, tick)) =
             self.step.zip(self.next_propagated).filter(|(_, t)| *t <= last)
         {
-            // Behind a stall there is no use in the poses of all the time that nobody knows of.
+            // After a gap, poses of the time without events are of no use.
             let index = events.t().partition_point(|t| *t < tick);
             let (next, before) = (events.t()[index], index.checked_sub(1));
             if (next - before.map_or(newest, |before| events.t()[before])).0 > stall && tick < next
@@ -275,7 +275,7 @@ impl<'a, F: StreamFrontend> Follower<'a, F> {
         self.frontend.stride(t);
         let stride = self.options.stride;
         if self.inference.is_busy() {
-            // One for every stride that passes, not for every packet.
+            // Counts strides, not packets.
             if let Some(next) = self.next_image {
                 let missed = (t.0 - next.0) / stride.0.max(1) + 1;
                 self.control.meter.skipped_strides.add(missed.unsigned_abs());
@@ -314,8 +314,8 @@ impl<'a, F: StreamFrontend> Follower<'a, F> {
     }
 
     fn emit(&mut self, pose: LivePose) {
-        self.control.meter.pose(&pose);
-        let dropped = self.sinks.give(&Arc::new(pose));
+        self.control.meter.record(&pose);
+        let dropped = self.sinks.send(&Arc::new(pose));
         self.control.meter.dropped_poses.add(dropped);
     }
 }

@@ -1,27 +1,27 @@
-//! Poses that come out.
+//! Poses of the online pipeline.
 
 use std::time::Duration;
 
 use evpose_core::Micros;
 use evpose_pose::PoseEstimate;
 
-/// Who made a pose.
+/// Origin of a pose.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Origin {
-    /// A network, from an image of events.
+    /// Inferred by the network from a representation of events.
     Network,
-    /// A filter, between two poses of the network: never counted as one of these.
+    /// Propagated by the filter after an inferred pose; counted separately.
     Propagated,
 }
 
-/// A pose, when it was so, and how late it is known.
+/// A pose with its event time stamp and latency.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LivePose {
-    /// Time of the newest event that it takes into account, by the clock of the events.
+    /// Event time of the newest event that it depends on.
     pub t: Micros,
-    /// From when that event happened to when the pose was known.
+    /// Host time from that event to the pose.
     pub latency: Duration,
-    /// Who made it.
+    /// Origin.
     pub origin: Origin,
     /// The pose.
     pub pose: PoseEstimate,

@@ -1,4 +1,4 @@
-//! Between the source and all else: packets wait here, and the oldest are dropped when there are too many.
+//! The bounded queue of packets behind the source.
 
 use std::collections::VecDeque;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
@@ -8,16 +8,15 @@ use evpose_core::{EventStream, SensorSize};
 
 use crate::Packet;
 
-/// Packets on their way from the source to whoever follows events.
+/// A queue of packets from the source to the front end, bounded in packets and in events.
 ///
-/// What waits is bounded in packets and in events. Somebody who cannot keep up is given the newest: the
-/// oldest packets are dropped, whole, and counted.
+/// A consumer that cannot keep up gets the newest packets: the oldest are dropped whole, and counted.
 #[derive(Debug)]
 pub struct PacketQueue {
     state: Mutex<State>,
     changed: Condvar,
-    most_packets: usize,
-    most_events: usize,
+    max_packets: usize,
+    max_events: usize,
 }
 
 #[derive(Debug, Default)]
@@ -25,63 +24,62 @@ struct State {
     packets: VecDeque<Packet>,
     /// Events in `packets`.
     events: usize,
-    /// Memory of packets that somebody is done with.
+    /// Buffers of consumed packets.
     spare: Vec<EventStream>,
     is_closed: bool,
-    is_left: bool,
-    is_nudged: bool,
+    is_abandoned: bool,
+    is_notified: bool,
 }
 
-/// What did not fit.
+/// Counts of dropped packets and events.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Dropped {
+pub struct DropCounts {
     /// Packets.
     pub packets: u64,
-    /// Their events.
+    /// Events of these packets.
     pub events: u64,
 }
 
-/// What somebody who waits for a packet gets.
+/// Outcome of waiting for a packet.
 #[derive(Debug)]
-pub enum Popped {
+pub enum PopOutcome {
     /// A packet.
     Packet(Packet),
-    /// Nothing yet: time is up, or somebody else has something to say.
-    Nothing,
-    /// No packet will come any more.
+    /// No packet: the wait timed out, or [`PacketQueue::notify`] was called.
+    Empty,
+    /// The queue is closed and empty.
     Closed,
 }
 
 impl PacketQueue {
-    /// A queue of at most so many packets with at most so many events. A single packet of more events is
-    /// let through.
-    pub fn new(most_packets: usize, most_events: usize) -> Self {
+    /// A queue with a capacity in packets and in events. A single packet may exceed the latter.
+    pub fn new(max_packets: usize, max_events: usize) -> Self {
         Self {
             state: Mutex::default(),
             changed: Condvar::new(),
-            most_packets: most_packets.max(1),
-            most_events,
+            max_packets: max_packets.max(1),
+            max_events,
         }
     }
 
     /// Adds a packet, and drops the oldest until there is room for it.
-    pub fn push(&self, mut packet: Packet) -> Dropped {
+    pub fn push(&self, mut packet: Packet) -> DropCounts {
         let mut state = self.lock();
-        let mut dropped = Dropped::default();
+        let mut dropped = DropCounts::default();
         let new = packet.events.len();
         while !state.packets.is_empty()
-            && (state.packets.len() >= self.most_packets || state.events + new > self.most_events)
+            && (state.packets.len() >= self.max_packets || state.events + new > self.max_events)
         {
             let Some(oldest) = state.packets.pop_front() else { break };
             dropped.packets += 1;
             dropped.events += oldest.events.len() as u64;
             state.events -= oldest.events.len();
-            // Whoever comes next is the first of what began here.
+            // The next packet is now the first of the recording that began here.
             match state.packets.front_mut() {
-                Some(next) => next.restarts |= oldest.restarts,
-                None => packet.restarts |= oldest.restarts,
+                Some(next) => next.is_restart |= oldest.is_restart,
+                None => packet.is_restart |= oldest.is_restart,
             }
-            keep(&mut state.spare, oldest.events);
+            store_spare(&mut state.spare, oldest.events);
         }
         state.events += new;
         state.packets.push_back(packet);
@@ -90,71 +88,71 @@ impl PacketQueue {
         dropped
     }
 
-    /// The oldest packet, as soon as there is one, or nothing after `wait` or [`Self::nudge`].
-    pub fn pop(&self, wait: Duration) -> Popped {
+    /// Waits for the oldest packet, until `wait` has passed or [`Self::notify`] is called.
+    pub fn pop(&self, wait: Duration) -> PopOutcome {
         let end = Instant::now() + wait;
         let mut state = self.lock();
         loop {
             if let Some(packet) = state.packets.pop_front() {
                 state.events -= packet.events.len();
-                return Popped::Packet(packet);
+                return PopOutcome::Packet(packet);
             }
-            if std::mem::take(&mut state.is_nudged) {
-                return Popped::Nothing;
+            if std::mem::take(&mut state.is_notified) {
+                return PopOutcome::Empty;
             }
             if state.is_closed {
-                return Popped::Closed;
+                return PopOutcome::Closed;
             }
             let Some(left) = end.checked_duration_since(Instant::now()).filter(|d| !d.is_zero())
             else {
-                return Popped::Nothing;
+                return PopOutcome::Empty;
             };
             let waited = self.changed.wait_timeout(state, left);
             state = waited.unwrap_or_else(PoisonError::into_inner).0;
         }
     }
 
-    /// Has whoever waits look elsewhere.
-    pub fn nudge(&self) {
-        self.lock().is_nudged = true;
+    /// Wakes the consumer without a packet.
+    pub fn notify(&self) {
+        self.lock().is_notified = true;
         self.changed.notify_all();
     }
 
-    /// No packet will come any more; those that are there stay.
+    /// Closes the queue; queued packets can still be popped.
     pub fn close(&self) {
         self.lock().is_closed = true;
         self.changed.notify_all();
     }
 
-    /// Nobody will ask for packets any more.
-    pub fn leave(&self) {
-        self.lock().is_left = true;
+    /// Marks the queue as without a consumer.
+    pub fn abandon(&self) {
+        self.lock().is_abandoned = true;
     }
 
-    /// Whether nobody will ask for packets any more.
-    pub fn is_left(&self) -> bool {
-        self.lock().is_left
+    /// Whether the consumer has ended.
+    pub fn is_abandoned(&self) -> bool {
+        self.lock().is_abandoned
     }
 
-    /// Empty memory for events of `sensor`.
-    pub fn memory(&self, sensor: SensorSize) -> EventStream {
+    /// An empty buffer for events of `sensor`, recycled if possible.
+    pub fn buffer(&self, sensor: SensorSize) -> EventStream {
         let spare = self.lock().spare.pop();
         spare
             .filter(|events| events.sensor() == sensor)
             .unwrap_or_else(|| EventStream::empty(sensor))
     }
 
-    /// Takes memory back.
-    pub fn give_back(&self, events: EventStream) {
-        keep(&mut self.lock().spare, events);
+    /// Returns a buffer for reuse.
+    pub fn recycle(&self, events: EventStream) {
+        store_spare(&mut self.lock().spare, events);
     }
 
-    /// How many packets wait.
+    /// Number of queued packets.
     pub fn len(&self) -> usize {
         self.lock().packets.len()
     }
 
-    /// Whether none waits.
+    /// Whether no packet is queued.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -164,11 +162,11 @@ impl PacketQueue {
     }
 }
 
-/// More memory than this is not kept for later.
-const MOST_SPARE: usize = 8;
+/// Buffers that are retained for reuse: a queue's usual depth and some more.
+const MAX_SPARE_BUFFERS: usize = 8;
 
-fn keep(spare: &mut Vec<EventStream>, mut events: EventStream) {
-    if spare.len() < MOST_SPARE {
+fn store_spare(spare: &mut Vec<EventStream>, mut events: EventStream) {
+    if spare.len() < MAX_SPARE_BUFFERS {
         events.clear();
         spare.push(events);
     }
@@ -187,13 +185,13 @@ mod tests {
     fn packet(t: i64, events: i64) -> Packet {
         let event = |k| Event { t: Micros(t + k), x: 1, y: 1, polarity: Polarity::On };
         let events = EventStream::from_events(SENSOR, (0..events).map(event)).unwrap();
-        Packet { events, happened: Instant::now(), restarts: false }
+        Packet { events, host_time: Instant::now(), is_restart: false }
     }
 
     fn times(queue: &PacketQueue) -> Vec<i64> {
         std::iter::from_fn(|| match queue.pop(Duration::ZERO) {
-            Popped::Packet(packet) => Some(packet.events.t()[0].0),
-            Popped::Nothing | Popped::Closed => None,
+            PopOutcome::Packet(packet) => Some(packet.events.t()[0].0),
+            PopOutcome::Empty | PopOutcome::Closed => None,
         })
         .collect()
     }
@@ -209,22 +207,22 @@ mod tests {
     #[test]
     fn events_are_bounded_too_but_one_packet_always_fits() {
         let queue = PacketQueue::new(100, 10);
-        assert_eq!(queue.push(packet(0, 6)), Dropped::default());
-        assert_eq!(queue.push(packet(10, 6)), Dropped { packets: 1, events: 6 });
-        assert_eq!(queue.push(packet(20, 40)), Dropped { packets: 1, events: 6 });
+        assert_eq!(queue.push(packet(0, 6)), DropCounts::default());
+        assert_eq!(queue.push(packet(10, 6)), DropCounts { packets: 1, events: 6 });
+        assert_eq!(queue.push(packet(20, 40)), DropCounts { packets: 1, events: 6 });
         assert_eq!(times(&queue), [20]);
     }
 
     #[test]
     fn a_restart_is_not_lost_with_its_packet() {
         let queue = PacketQueue::new(2, 100);
-        queue.push(Packet { restarts: true, ..packet(0, 1) });
+        queue.push(Packet { is_restart: true, ..packet(0, 1) });
         queue.push(packet(10, 1));
         queue.push(packet(20, 1));
-        let Popped::Packet(first) = queue.pop(Duration::ZERO) else { panic!("two wait") };
-        assert!(first.restarts && first.events.t()[0] == Micros(10));
-        let Popped::Packet(second) = queue.pop(Duration::ZERO) else { panic!("one waits") };
-        assert!(!second.restarts);
+        let PopOutcome::Packet(first) = queue.pop(Duration::ZERO) else { panic!("two wait") };
+        assert!(first.is_restart && first.events.t()[0] == Micros(10));
+        let PopOutcome::Packet(second) = queue.pop(Duration::ZERO) else { panic!("one waits") };
+        assert!(!second.is_restart);
     }
 
     #[test]
@@ -241,7 +239,7 @@ mod tests {
                     begun.send(()).unwrap();
                     drop(popped);
                 }
-                assert!(matches!(queue.pop(long), Popped::Closed));
+                assert!(matches!(queue.pop(long), PopOutcome::Closed));
             });
             let next = || waits.recv_timeout(Duration::from_secs(10)).unwrap();
             for wake in [0, 1, 0] {
@@ -249,12 +247,12 @@ mod tests {
                 if wake == 0 {
                     queue.push(packet(0, 1));
                 } else {
-                    queue.nudge();
+                    queue.notify();
                 }
                 next();
             }
             queue.close();
         });
-        assert!(matches!(queue.pop(Duration::ZERO), Popped::Closed));
+        assert!(matches!(queue.pop(Duration::ZERO), PopOutcome::Closed));
     }
 }

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
 use evpose_io::Columns;
-use evpose_live::page::{Page, PageInfo, Subject};
+use evpose_live::page::{Page, PageInfo, Skeleton};
 use evpose_live::sink::Sinks;
 use evpose_live::source::Source;
 use evpose_live::{Control, LiveError, LiveOptions, run};
@@ -25,9 +25,9 @@ const PACKETS: usize = 400;
 const EVENTS: u16 = 50;
 
 /// Packets of a millisecond.
-struct Given(usize);
+struct PacketSource(usize);
 
-impl Source for Given {
+impl Source for PacketSource {
     fn name(&self) -> String {
         "given".to_owned()
     }
@@ -54,9 +54,9 @@ fn answer() -> PoseEstimate {
     PoseEstimate::Body { joints_px: [None; BODY_JOINTS], scores: [0.0; BODY_JOINTS] }
 }
 
-struct Sees;
+struct ConstantFrontend;
 
-impl StreamFrontend for Sees {
+impl StreamFrontend for ConstantFrontend {
     type Input = ();
     type Output = ();
     type Pose = PoseEstimate;
@@ -84,9 +84,9 @@ impl StreamFrontend for Sees {
     fn reset(&mut self) {}
 }
 
-struct Looks;
+struct ConstantWorker;
 
-impl InferenceWorker for Looks {
+impl InferenceWorker for ConstantWorker {
     type Input = ();
     type Output = ();
 
@@ -102,7 +102,7 @@ fn the_pipeline_goes_on() {
         title: "A test".to_owned(),
         source: "given".to_owned(),
         sensor: SENSOR,
-        subject: Subject::Body,
+        skeleton: Skeleton::Body,
         hand_mesh: None,
     };
     let address = SocketAddr::from((Ipv4Addr::LOCALHOST, 0));
@@ -121,7 +121,7 @@ fn the_pipeline_goes_on() {
         let address = format!("ws://{}/ws", page.local_addr());
         tungstenite::client(address, stream).unwrap().0
     };
-    let _deaf = watch();
+    let _silent = watch();
     let mut killed = watch();
     let report = std::thread::scope(|scope| {
         scope.spawn(|| {
@@ -130,8 +130,15 @@ fn the_pipeline_goes_on() {
             killed.get_ref().shutdown(Shutdown::Both).unwrap();
         });
         // Every packet has its place, however busy the machine is.
-        let options = LiveOptions { most_packets: PACKETS, ..LiveOptions::default() };
-        run(Given(0), PoseStream::new(Sees, Looks), &mut sinks, &options, &control).unwrap()
+        let options = LiveOptions { max_packets: PACKETS, ..LiveOptions::default() };
+        run(
+            PacketSource(0),
+            PoseStream::new(ConstantFrontend, ConstantWorker),
+            &mut sinks,
+            &options,
+            &control,
+        )
+        .unwrap()
     });
     let all = PACKETS * usize::from(EVENTS);
     assert_eq!(report.followed, all as u64);

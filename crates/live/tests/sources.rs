@@ -1,4 +1,4 @@
-//! Sources as users name them: files, connections, cameras.
+//! Sources by name: files, connections, cameras.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 use std::io::Write;
@@ -14,7 +14,7 @@ use evpose_live::source::{ReplayOptions, Source, SourceOptions, open};
 
 const SENSOR: SensorSize = SensorSize { width: 346, height: 260 };
 
-/// Longer than anything takes that is not broken.
+/// Timeout of the tests.
 const LONG: Duration = Duration::from_secs(20);
 
 fn events(range: std::ops::Range<i64>) -> EventStream {
@@ -35,7 +35,7 @@ fn server(work: impl FnOnce(TcpStream) + Send + 'static) -> (String, JoinHandle<
 }
 
 fn options() -> SourceOptions {
-    SourceOptions { patience: Duration::from_millis(300), ..SourceOptions::default() }
+    SourceOptions { timeout: Duration::from_millis(300), ..SourceOptions::default() }
 }
 
 fn reading(open: OpenOptions) -> SourceOptions {
@@ -83,8 +83,8 @@ fn a_framed_stream_comes_over_a_connection_packet_by_packet() {
     let mut columns = Columns::new();
     for k in 1..=3 {
         let asked = Instant::now();
-        let happened = source.next(&mut columns).unwrap().unwrap();
-        assert!(happened >= asked, "events happen when they come");
+        let host_time = source.next(&mut columns).unwrap().unwrap();
+        assert!(host_time >= asked, "events happen when they come");
         assert_eq!(columns.len(), 100 * k, "no packet waits for the next");
         go_on.send(()).unwrap();
     }
@@ -94,7 +94,7 @@ fn a_framed_stream_comes_over_a_connection_packet_by_packet() {
 }
 
 #[test]
-fn a_stream_of_dv_is_told_by_how_it_begins() {
+fn a_stream_of_dv_is_detected_by_its_first_bytes() {
     let golden = concat!(
         env!("CARGO_MANIFEST_DIR"),
         "/../io/tests/golden/aedat4-network/dv_network_lz4.bin"

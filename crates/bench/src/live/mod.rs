@@ -1,4 +1,4 @@
-//! `evpose bench live`: how much comes through, and how late.
+//! `evpose bench live`: throughput and latency of the online pipeline.
 
 mod args;
 mod memory;
@@ -23,38 +23,38 @@ use evpose_app::progress::{note, say};
 use evpose_app::run_info::COMMIT;
 use evpose_app::threads::use_threads;
 use evpose_commands::online::{OnlineOptions, OnlineStream};
-use memory::{Memory, Watched};
+use memory::{Memory, MemorySamples};
 use no_task::NoTask;
 
 /// Minimum score of a joint, as of the published online program.
 const MIN_CONFIDENCE: f32 = 0.01;
-/// A recording that is played again and again.
+/// Repetitions of an endless replay.
 const ENDLESS: u64 = u64::MAX;
 
-/// What is written for programs.
+/// Results, as written to JSON.
 #[derive(Debug, Serialize)]
 struct Measured {
     machine: Machine,
     commit: &'static str,
     recording: String,
     sensor: SensorSize,
-    /// Of the recording, by its own clock.
+    /// Event rate of the recording in event time.
     events_per_s: f64,
     rows: Vec<Row>,
 }
 
-/// A row of the table.
+/// A measurement: a row of the table.
 #[derive(Debug, Serialize)]
 struct Row {
-    what: String,
+    name: String,
     speed: f64,
-    /// Events a second that were offered.
+    /// Events per second of host time at the playback speed.
     offered_per_s: f64,
     report: Report,
     memory: Option<Memory>,
 }
 
-/// A recording and how to play it.
+/// A recording and the options of its measurements.
 struct Bench<'a> {
     args: &'a BenchLiveArgs,
     path: PathBuf,
@@ -110,11 +110,11 @@ impl<'a> Bench<'a> {
             "{:<28}{:>9}{:>9}{:>9}{:>10}{:>24}{:>10}{:>24}{:>9}",
             "",
             "offered",
-            "followed",
+            "processed",
             "dropped",
             "network",
             "p50 / 95 / 99 / max ms",
-            "between",
+            "propagated",
             "p50 / 95 / 99 / max ms",
             "memory"
         ));
@@ -128,12 +128,12 @@ impl<'a> Bench<'a> {
             rows.push(self.row("input alone", speed, 0.0, Box::new(NoTask))?);
         }
         for &speed in &self.args.speeds {
-            rows.push(self.row_of_task(&format!("all of it, {speed}x"), speed)?);
+            rows.push(self.task_row(&format!("whole pipeline, {speed}x"), speed)?);
         }
         Ok(rows)
     }
 
-    fn row_of_task(&self, label: &str, speed: f64) -> Result<Row> {
+    fn task_row(&self, label: &str, speed: f64) -> Result<Row> {
         let stream = self.stream()?;
         // Propagated poses per second of this machine's clock.
         let propagate_hz = stream.propagate_hz() / speed;
@@ -142,7 +142,7 @@ impl<'a> Bench<'a> {
 
     fn row(
         &self,
-        what: &str,
+        name: &str,
         speed: f64,
         propagate_hz: f64,
         stream: Box<dyn OnlineStream>,
@@ -150,7 +150,7 @@ impl<'a> Bench<'a> {
         let (report, memory) =
             self.play(stream, speed, propagate_hz, |report| report.seconds >= self.args.seconds)?;
         let row = Row {
-            what: what.to_owned(),
+            name: name.to_owned(),
             speed,
             offered_per_s: speed * self.events_per_s,
             report,
@@ -159,12 +159,15 @@ impl<'a> Bench<'a> {
         say(row.line());
         if row.report.slipped_us > 0 {
             let slipped_s = 1e-6 * row.report.slipped_us as f64;
-            say(format!("{:<28}read {slipped_s:.1} s later than it was to be played", ""));
+            say(format!(
+                "{:<28}replay clock set back by {slipped_s:.1} s: the recording could not be read in time",
+                ""
+            ));
         }
         Ok(row)
     }
 
-    /// Plays until `is_over`, and watches the memory.
+    /// Plays until `is_over`, and samples the memory.
     fn play(
         &self,
         stream: Box<dyn OnlineStream>,
@@ -188,47 +191,47 @@ impl<'a> Bench<'a> {
         let live = LiveOptions {
             propagate_hz,
             stride: Micros((1e3 * speed.min(1e3)).round().max(1.0) as i64),
-            most_events: 1 << 23,
+            max_events: 1 << 23,
             ..LiveOptions::default()
         };
-        let watched = std::thread::scope(|scope| {
-            let watcher = scope.spawn(|| {
-                let mut watched = Watched::default();
+        let samples = std::thread::scope(|scope| {
+            let sampler = scope.spawn(|| {
+                let mut samples = MemorySamples::default();
                 while !control.is_stopped() {
                     std::thread::sleep(Duration::from_millis(50));
                     let report = control.meter.report();
-                    watched.infer(report.events);
+                    samples.sample(report.events);
                     if is_over(&report) {
                         control.stop();
                     }
                 }
-                watched
+                samples
             });
             let ran = stream.run(Box::new(source), &mut Sinks::new(), &live, &control);
             control.stop();
-            let watched = watcher.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-            ran.map(|report| (report, watched))
+            let samples = sampler.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+            ran.map(|report| (report, samples))
         });
-        let (report, watched) = watched?;
-        Ok((report, watched.memory()))
+        let (report, samples) = samples?;
+        Ok((report, samples.memory()))
     }
 
-    /// Many events, as fast as they are followed.
+    /// Plays many events, as fast as they are processed.
     fn soak(&self, events: f64) -> Result<Row> {
         let stream = self.stream()?;
-        note(format!("{events:.0} events, as fast as they come"));
+        note(format!("{events:.0} events, as fast as possible"));
         let is_over = |report: &Report| report.events as f64 >= events;
         let propagate_hz = stream.propagate_hz();
         let (report, memory) = self.play(stream, f64::INFINITY, propagate_hz, is_over)?;
         let row = Row {
-            what: "soak".to_owned(),
+            name: "soak".to_owned(),
             speed: f64::INFINITY,
             offered_per_s: report.per_second(report.events),
             report,
             memory,
         };
         say(format!(
-            "{} events in {:.1} s, {:.1} M events/s; {:.1} M/s followed, the others dropped",
+            "{} events in {:.1} s, {:.1} M events/s; {:.1} M/s processed, the others dropped",
             report.events,
             report.seconds,
             1e-6 * report.per_second(report.events),
@@ -237,7 +240,7 @@ impl<'a> Bench<'a> {
         if let Some(memory) = &row.memory {
             say(format!(
                 "memory: {:.1} MiB after a tenth of the events, {:.1} MiB at most from then on, {:.1} MiB at the end",
-                memory.settled_mib, memory.most_mib, memory.end_mib
+                memory.settled_mib, memory.max_mib, memory.end_mib
             ));
         }
         Ok(row)
@@ -260,21 +263,21 @@ impl Row {
         let report = &self.report;
         // Packets that are on their way when the time is up are not lost.
         let percent = 100.0 * report.dropped_events as f64 / report.events.max(1) as f64;
-        let latency = |l: &evpose_live::Latency| match l.poses {
+        let latency = |l: &evpose_live::LatencySummary| match l.poses {
             0 => "-".to_owned(),
             _ => format!("{:.1} / {:.1} / {:.1} / {:.1}", l.p50_ms, l.p95_ms, l.p99_ms, l.max_ms),
         };
         format!(
             "{:<28}{:>9.1}{:>9.1}{:>9.2}{:>10.0}{:>24}{:>10.0}{:>24}{:>9}",
-            self.what,
+            self.name,
             1e-6 * self.offered_per_s,
             1e-6 * report.per_second(report.followed),
             percent,
             report.per_second(report.network.poses),
             latency(&report.network),
-            report.per_second(report.between.poses),
-            latency(&report.between),
-            self.memory.as_ref().map_or_else(|| "-".to_owned(), |m| format!("{:.0}", m.most_mib)),
+            report.per_second(report.propagated.poses),
+            latency(&report.propagated),
+            self.memory.as_ref().map_or_else(|| "-".to_owned(), |m| format!("{:.0}", m.max_mib)),
         )
     }
 }

@@ -3,7 +3,7 @@
 use anyhow::Result;
 use evpose_commands::online::OnlineStream;
 use evpose_core::{EventStream, Micros};
-use evpose_live::page::{HandMesh, Subject};
+use evpose_live::page::{HandMesh, Skeleton};
 use evpose_live::sink::Sinks;
 use evpose_live::source::Source;
 use evpose_live::{Control, LiveError, LiveOptions, Report};
@@ -28,8 +28,8 @@ impl OnlineStream for NoTask {
         0.0
     }
 
-    fn subject(&self) -> Subject {
-        Subject::Body
+    fn skeleton(&self) -> Skeleton {
+        Skeleton::Body
     }
 
     fn mesh(&self) -> Result<Option<HandMesh>> {

@@ -1,4 +1,4 @@
-//! What `evpose live` takes.
+//! Arguments of `evpose live`.
 
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -15,9 +15,8 @@ use evpose_app::args::DeviceArgs;
     evpose live --source tcp://127.0.0.1:7777 --checkpoint runs/hand --serve\n  \
     cat rec.evs | evpose live --source - --checkpoint checkpoints/body-quick.bpk --json -\n  \
     evpose live --source camera --checkpoint runs/body/finetune --serve\n\n\
-    Poses of the network and poses between them are written with their own `origin`, and counted apart.\n\
-    Events that cannot be followed in time are dropped, the oldest first, and counted; so are images for\n\
-    which the network had no time, and poses that a sink could not take.")]
+    Each pose has an `origin`, `network` or `propagated`, and the two are counted separately. Under load the\n\
+    oldest events, inputs of the network, and poses for slow outputs are dropped, and counted.")]
 pub(crate) struct LiveArgs {
     /// FILE, tcp://HOST:PORT (DV, or plain framed events), - for standard input, or camera (feature
     /// `live`)
@@ -26,54 +25,53 @@ pub(crate) struct LiveArgs {
     /// A run directory or a .bpk file
     #[arg(long)]
     pub(crate) checkpoint: PathBuf,
-    /// Whose poses; the checkpoint knows
+    /// Task that the checkpoint must be of, `hand` or `body` [default: any]
     #[arg(long)]
     pub(crate) task: Option<String>,
-    /// Recordings: seconds of it in a second; `max` for as fast as it goes
+    /// Playback speed of a recording; `max` for as fast as possible
     #[arg(long, default_value = "1", value_parser = speed)]
     pub(crate) speed: f64,
-    /// Recordings: how often it is played
+    /// Repetitions of a recording
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) times: u64,
-    /// Write every pose as a line of JSON: a file, - for standard output, or tcp://HOST:PORT
-    #[arg(long, value_name = "WHERE")]
+    /// Write poses as JSON Lines to a file, - for standard output, or tcp://HOST:PORT
+    #[arg(long, value_name = "OUTPUT")]
     pub(crate) json: Option<String>,
-    /// Write every pose as a line of a table: a file, or - for standard output
-    #[arg(long, value_name = "WHERE")]
+    /// Write poses as CSV to a file, - for standard output, or tcp://HOST:PORT
+    #[arg(long, value_name = "OUTPUT")]
     pub(crate) csv: Option<String>,
-    /// Serve a page that shows events, poses and figures, live; for others than this machine say
-    /// 0.0.0.0:8765
+    /// Serve a web page that shows events, poses and latencies; 0.0.0.0:8765 lets other machines connect
     #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = "127.0.0.1:8765")]
     pub(crate) serve: Option<SocketAddr>,
-    /// Send events, poses and figures to a Rerun viewer that runs, by default on this machine, or to a
-    /// file of it, FILE.rrd (feature `rerun`)
-    #[arg(long, value_name = "WHERE", num_args = 0..=1, require_equals = true)]
+    /// Send events, poses and latencies to a running Rerun viewer, by default on this machine, or write
+    /// them to FILE.rrd (feature `rerun`)
+    #[arg(long, value_name = "VIEWER", num_args = 0..=1, require_equals = true)]
     pub(crate) rerun: Option<Option<String>>,
-    /// Poses a second between those of the network; 0 for none [default: bodies 500, hands 1000]
-    #[arg(long)]
+    /// Propagated poses per second; 0 for none [default: bodies 500, hands 1000]
+    #[arg(long, alias = "between-hz")]
     pub(crate) propagate_hz: Option<f64>,
-    /// Least time between two images of the network, in milliseconds of the events
+    /// Minimum event time from one inference to the next, in milliseconds
     #[arg(long, default_value_t = 1.0)]
     pub(crate) stride_ms: f64,
-    /// Hands: surfaces that the network is shown at once [default: 1 on the CPU, 16 elsewhere]
+    /// Batch size of hands [default: 1 on the CPU, 16 on other devices]
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=256))]
     pub(crate) batch: Option<u16>,
-    /// Bodies: joints of a lower score are not found
+    /// Minimum score of a detected joint of bodies
     #[arg(long, default_value_t = 0.01)]
     pub(crate) confidence: f32,
-    /// Packets that wait at most
+    /// Capacity of the event queue in packets
     #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) queue: u16,
-    /// End when nothing came for so many seconds
+    /// End after so many seconds without events
     #[arg(long, value_name = "SECONDS")]
     pub(crate) give_up: Option<f64>,
     /// End after so many seconds
     #[arg(long)]
     pub(crate) seconds: Option<f64>,
-    /// Write the report as JSON when it ends
+    /// Write the final report as JSON
     #[arg(long, value_name = "FILE")]
     pub(crate) report: Option<PathBuf>,
-    /// Bits that the network computes in: f32, bf16, or int8 after `evpose quantize`
+    /// Precision of the inference: f32, bf16, or int8 after `evpose quantize`
     #[arg(long, default_value = "f32")]
     pub(crate) precision: Precision,
     #[command(flatten)]
@@ -87,5 +85,5 @@ fn speed(text: &str) -> Result<f64, String> {
         return Ok(f64::INFINITY);
     }
     let speed = text.parse().ok().filter(|speed: &f64| *speed > 0.0);
-    speed.ok_or_else(|| "a number above 0, or `max`".to_owned())
+    speed.ok_or_else(|| "expected a number above 0, or `max`".to_owned())
 }

@@ -1,8 +1,8 @@
-//! `evpose live`: poses while events come.
+//! `evpose live`: online pose estimation.
 
 mod args;
 mod rerun;
-mod told;
+mod status;
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -47,15 +47,16 @@ pub(crate) fn run(args: &LiveArgs) -> Result<()> {
 fn play(source: Box<dyn Source>, stream: Box<dyn OnlineStream>, args: &LiveArgs) -> Result<()> {
     let mut control = Control::default();
     let mut sinks = Sinks::new();
-    let (mut observers, sensor): (Vec<Observer>, _) = (Vec::new(), source.sensor());
+    let mut observers: Vec<Observer> = Vec::new();
+    let (name, sensor) = (source.name(), source.sensor());
     let page = match args.serve {
         None => None,
         Some(address) => {
             let info = PageInfo {
                 title: "evpose live".to_owned(),
-                source: source.name(),
+                source: name.clone(),
                 sensor,
-                subject: stream.subject(),
+                skeleton: stream.skeleton(),
                 hand_mesh: stream.mesh()?,
             };
             let page = Page::serve(address, info, control.meter.clone())?;
@@ -69,15 +70,15 @@ fn play(source: Box<dyn Source>, stream: Box<dyn OnlineStream>, args: &LiveArgs)
     let viewer = match &args.rerun {
         None => None,
         Some(place) => {
-            let watched = rerun::Watched {
-                name: &source.name(),
+            let pipeline = rerun::Pipeline {
+                name: &name,
                 sensor,
                 mesh: stream.mesh()?,
                 meter: control.meter.clone(),
                 observers: &mut observers,
                 sinks: &mut sinks,
             };
-            Some(rerun::Viewer::open(place.as_deref(), watched)?)
+            Some(rerun::Viewer::open(place.as_deref(), pipeline)?)
         }
     };
     if !observers.is_empty() {
@@ -93,33 +94,22 @@ fn play(source: Box<dyn Source>, stream: Box<dyn OnlineStream>, args: &LiveArgs)
     let options = LiveOptions {
         propagate_hz: args.propagate_hz.unwrap_or(stream.propagate_hz()),
         stride: Micros((args.stride_ms * 1e3).round() as i64),
-        most_packets: usize::from(args.queue),
+        max_packets: usize::from(args.queue),
         give_up: args.give_up.map(Duration::from_secs_f64),
         ..LiveOptions::default()
     };
-    told::each_second(&control);
-    let at_the_end = control.clone();
-    ctrlc::set_handler(move || {
-        // Whoever insists is let go.
-        if at_the_end.is_stopped() {
-            std::process::exit(130);
-        }
-        at_the_end.stop();
-    })
-    .context("listening for Ctrl-C")?;
+    status::print_each_second(&control);
+    stop_on_ctrl_c(&control)?;
     if let Some(seconds) = args.seconds {
-        let control = control.clone();
-        std::thread::spawn(move || {
-            std::thread::sleep(Duration::from_secs_f64(seconds));
-            control.stop();
-        });
+        stop_after(Duration::from_secs_f64(seconds), &control);
     }
     let ended = stream.run(source, &mut sinks, &options, &control);
     let written = sinks.finish();
     let report = control.meter.report();
-    told::at_the_end(&report);
+    status::print_summary(&report);
     drop(page);
     let shown = viewer.map_or(Ok(()), rerun::Viewer::finish);
+    // The report is written first: it is of use after a failure, too.
     write_json(args.report.as_deref(), &report)?;
     ended?;
     shown?;
@@ -129,8 +119,30 @@ fn play(source: Box<dyn Source>, stream: Box<dyn OnlineStream>, args: &LiveArgs)
     Ok(())
 }
 
-/// Where lines go. Files are written under their own names: what is there when somebody pulls the plug is
-/// of use.
+/// Stops the pipeline on Ctrl-C; a second Ctrl-C exits at once.
+fn stop_on_ctrl_c(control: &Control) -> Result<()> {
+    let control = control.clone();
+    ctrlc::set_handler(move || {
+        if control.is_stopped() {
+            // 128 plus the number of SIGINT, as shells report it.
+            std::process::exit(130);
+        }
+        control.stop();
+    })
+    .context("listening for Ctrl-C")
+}
+
+/// Stops the pipeline after `time`.
+fn stop_after(time: Duration, control: &Control) {
+    let control = control.clone();
+    std::thread::spawn(move || {
+        std::thread::sleep(time);
+        control.stop();
+    });
+}
+
+/// The output for lines of poses. Files are written under their final names, so that an interrupted run
+/// leaves its poses.
 fn writer(place: &str) -> Result<Box<dyn Write + Send>> {
     if place == "-" {
         return Ok(Box::new(BufWriter::new(std::io::stdout())));

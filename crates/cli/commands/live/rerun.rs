@@ -1,4 +1,4 @@
-//! Events, poses and figures for the Rerun viewer while they come, where the build has its feature.
+//! Output to the Rerun viewer, in builds with its feature.
 
 use std::sync::Arc;
 
@@ -13,12 +13,12 @@ pub(super) use sdk::Viewer;
 #[cfg(not(feature = "rerun"))]
 pub(super) use missing::Viewer;
 
-/// A pipeline to be watched.
-#[cfg_attr(not(feature = "rerun"), allow(dead_code, reason = "nobody watches"))]
-pub(super) struct Watched<'a> {
+/// The pipeline that a viewer shows.
+#[cfg_attr(not(feature = "rerun"), allow(dead_code, reason = "used by the viewer alone"))]
+pub(super) struct Pipeline<'a> {
     pub(super) name: &'a str,
     pub(super) sensor: SensorSize,
-    /// Of hands.
+    /// Mesh of hands.
     pub(super) mesh: Option<HandMesh>,
     pub(super) meter: Arc<Meter>,
     pub(super) observers: &'a mut Vec<Observer>,
@@ -38,18 +38,18 @@ mod sdk {
     use evpose_core::{EventStream, Micros, Polarity};
     use evpose_live::page::HandMesh;
     use evpose_live::sink::Sink;
-    use evpose_live::{Latencies, LivePose, Meter, Observer, Origin};
+    use evpose_live::{LatencyBaseline, LivePose, Meter, Observer, Origin};
     use evpose_pose::HAND_BONES;
     use evpose_pose::PoseEstimate;
     use evpose_pose::body::LIMBS;
-    use evpose_rerun::{PoseFigures, PoseLayout, PoseMoment, PoseRecording, RerunError};
+    use evpose_rerun::{PoseFrame, PoseLayout, PoseRecording, PoseStatus, RerunError};
 
-    use super::Watched;
+    use super::Pipeline;
 
-    /// From one moment to the next.
-    const MOMENT: Duration = Duration::from_millis(33);
-    /// Events of each polarity that are points of one moment, at most: the newest.
-    const MOST_POINTS: usize = 50_000;
+    /// Interval of frames: 30 per second, as the viewer draws them.
+    const FRAME: Duration = Duration::from_millis(33);
+    /// Upper bound of the points of each polarity in a frame: the newest events.
+    const MAX_POINTS: usize = 50_000;
 
     /// A viewer, or its file, and the thread that sends to it.
     pub(in super::super) struct Viewer {
@@ -59,13 +59,13 @@ mod sdk {
 
     #[derive(Default)]
     struct Shared {
-        gathered: Mutex<Gathered>,
+        input: Mutex<FrameInput>,
         is_over: AtomicBool,
     }
 
-    /// What came since the moment before.
+    /// Events and poses since the last frame.
     #[derive(Default)]
-    struct Gathered {
+    struct FrameInput {
         events: [Points; 2],
         t: Option<Micros>,
         poses: [Option<LivePose>; 2],
@@ -80,8 +80,8 @@ mod sdk {
 
     impl Points {
         fn push(&mut self, at: [f32; 2]) {
-            match self.px.get_mut(self.count % MOST_POINTS) {
-                Some(old) if self.count >= MOST_POINTS => *old = at,
+            match self.px.get_mut(self.count % MAX_POINTS) {
+                Some(old) if self.count >= MAX_POINTS => *old = at,
                 _ => self.px.push(at),
             }
             self.count += 1;
@@ -94,15 +94,15 @@ mod sdk {
     }
 
     impl Shared {
-        fn gathered(&self) -> MutexGuard<'_, Gathered> {
-            self.gathered.lock().unwrap_or_else(PoisonError::into_inner)
+        fn input(&self) -> MutexGuard<'_, FrameInput> {
+            self.input.lock().unwrap_or_else(PoisonError::into_inner)
         }
     }
 
     impl Viewer {
-        /// Sends to the viewer at `place`, or to a file if it is called so.
-        pub(in super::super) fn open(place: Option<&str>, watched: Watched<'_>) -> Result<Self> {
-            let Watched { name, sensor, mesh, meter, observers, sinks } = watched;
+        /// Sends to the viewer at `place`, or to a file if that ends in `.rrd`.
+        pub(in super::super) fn open(place: Option<&str>, pipeline: Pipeline<'_>) -> Result<Self> {
+            let Pipeline { name, sensor, mesh, meter, observers, sinks } = pipeline;
             let layout = match &mesh {
                 None => PoseLayout { bones: LIMBS.to_vec(), faces: Vec::new() },
                 Some(mesh) => PoseLayout { bones: HAND_BONES.to_vec(), faces: mesh.faces.clone() },
@@ -112,13 +112,13 @@ mod sdk {
                 None => PoseRecording::connect(place, name, sensor, layout)?,
             };
             let shared = Arc::<Shared>::default();
-            observers.push(gather(shared.clone()));
+            observers.push(event_observer(shared.clone()));
             sinks.add(ViewerSink(shared.clone()));
             let sender = Sender { shared: shared.clone(), recording, mesh, meter };
             Ok(Self { shared, thread: std::thread::spawn(move || sender.work()) })
         }
 
-        /// Waits until everything has arrived; a file gets its name.
+        /// Waits until everything is sent; a file gets its final name.
         pub(in super::super) fn finish(self) -> Result<()> {
             self.shared.is_over.store(true, Ordering::Relaxed);
             let sent = self.thread.join();
@@ -126,21 +126,21 @@ mod sdk {
         }
     }
 
-    /// Takes the events that are shown.
-    fn gather(shared: Arc<Shared>) -> Observer {
+    /// An observer that buffers the events.
+    fn event_observer(shared: Arc<Shared>) -> Observer {
         Arc::new(move |events: &EventStream| {
-            let mut gathered = shared.gathered();
+            let mut input = shared.input();
             let places = events.x().iter().zip(events.y()).zip(events.polarity());
             for ((&x, &y), &polarity) in places {
                 // Pixel 0 reaches from 0 to 1.
                 let at = [f32::from(x) + 0.5, f32::from(y) + 0.5];
-                gathered.events[polarity as usize].push(at);
+                input.events[polarity as usize].push(at);
             }
-            gathered.t = events.t().last().copied().or(gathered.t);
+            input.t = events.t().last().copied().or(input.t);
         })
     }
 
-    /// Takes the poses that are shown.
+    /// A sink that keeps the newest pose of each origin.
     struct ViewerSink(Arc<Shared>);
 
     impl Sink for ViewerSink {
@@ -148,14 +148,14 @@ mod sdk {
             "Rerun viewer".to_owned()
         }
 
-        fn take(&mut self, pose: &LivePose) -> io::Result<()> {
-            let lane = usize::from(pose.origin == Origin::Propagated);
-            self.0.gathered().poses[lane] = Some(pose.clone());
+        fn write(&mut self, pose: &LivePose) -> io::Result<()> {
+            let origin = usize::from(pose.origin == Origin::Propagated);
+            self.0.input().poses[origin] = Some(pose.clone());
             Ok(())
         }
     }
 
-    /// The thread that sends.
+    /// The thread that sends frames.
     struct Sender {
         shared: Arc<Shared>,
         recording: PoseRecording,
@@ -165,55 +165,55 @@ mod sdk {
 
     impl Sender {
         fn work(mut self) -> Result<(), RerunError> {
-            let mut taken = Gathered::default();
-            let mut latencies = Latencies::default();
+            let mut frame = FrameInput::default();
+            let mut latencies = LatencyBaseline::default();
             let mut before = Instant::now();
             loop {
-                // What came before the end is sent, too.
+                // Read first, so that what came before the end is sent, too.
                 let is_over = self.shared.is_over.load(Ordering::Relaxed);
-                std::mem::swap(&mut *self.shared.gathered(), &mut taken);
+                std::mem::swap(&mut *self.shared.input(), &mut frame);
                 let passed_s = before.elapsed().as_secs_f64().max(1e-3);
                 before = Instant::now();
-                self.send(&taken, passed_s, &mut latencies)?;
-                taken.events.iter_mut().for_each(Points::clear);
-                (taken.t, taken.poses) = (None, [None, None]);
+                self.send(&frame, passed_s, &mut latencies)?;
+                frame.events.iter_mut().for_each(Points::clear);
+                (frame.t, frame.poses) = (None, [None, None]);
                 if is_over {
                     return self.recording.finish();
                 }
-                std::thread::sleep(MOMENT.saturating_sub(before.elapsed()));
+                std::thread::sleep(FRAME.saturating_sub(before.elapsed()));
             }
         }
 
         fn send(
             &mut self,
-            taken: &Gathered,
+            frame: &FrameInput,
             passed_s: f64,
-            latencies: &mut Latencies,
+            latencies: &mut LatencyBaseline,
         ) -> Result<(), RerunError> {
-            let newest = taken.poses.iter().flatten().map(|pose| pose.t).max();
-            let Some(t) = taken.t.max(newest) else { return Ok(()) };
-            let late = self.meter.latencies_since(latencies);
-            let joints = [0, 1].map(|lane| joints_px(taken.poses[lane].as_ref()));
-            let figures = [0, 1].map(|lane| PoseFigures {
-                joints_px: &joints[lane],
-                p99_ms: (late[lane].poses > 0).then_some(late[lane].p99_ms),
-                per_s: late[lane].poses as f64 / passed_s,
+            let newest = frame.poses.iter().flatten().map(|pose| pose.t).max();
+            let Some(t) = frame.t.max(newest) else { return Ok(()) };
+            let latencies_ms = self.meter.latencies_since(latencies);
+            let joints = [0, 1].map(|origin| joints_px(frame.poses[origin].as_ref()));
+            let status = [0, 1].map(|origin| PoseStatus {
+                joints_px: &joints[origin],
+                p99_ms: (latencies_ms[origin].poses > 0).then_some(latencies_ms[origin].p99_ms),
+                per_s: latencies_ms[origin].poses as f64 / passed_s,
             });
-            let surface = self.surface(taken);
-            let of = |polarity: Polarity| &taken.events[polarity as usize];
-            let (off, on) = (of(Polarity::Off), of(Polarity::On));
-            self.recording.send(&PoseMoment {
+            let mesh_vertices = self.mesh_vertices(frame);
+            let points = |polarity: Polarity| &frame.events[polarity as usize];
+            let (off, on) = (points(Polarity::Off), points(Polarity::On));
+            self.recording.send(&PoseFrame {
                 t,
                 events_px: [&off.px, &on.px],
                 events_per_s: [off, on].map(|points| points.count as f64 / passed_s),
-                poses: figures,
-                surface: surface.as_deref(),
+                poses: status,
+                mesh_vertices: mesh_vertices.as_deref(),
             })
         }
 
-        /// Of the newest pose.
-        fn surface(&mut self, taken: &Gathered) -> Option<Vec<[f32; 3]>> {
-            let newest = taken.poses[1].as_ref().or(taken.poses[0].as_ref())?;
+        /// Vertices of the mesh of the newest pose.
+        fn mesh_vertices(&mut self, frame: &FrameInput) -> Option<Vec<[f32; 3]>> {
+            let newest = frame.poses[1].as_ref().or(frame.poses[0].as_ref())?;
             let PoseEstimate::Hand { params, .. } = &newest.pose else { return None };
             let vertices = (self.mesh.as_mut()?.vertices)(params)?;
             vertices
@@ -237,16 +237,16 @@ mod sdk {
 mod missing {
     use anyhow::{Result, bail};
 
-    use super::Watched;
+    use super::Pipeline;
 
-    /// Never made.
+    /// A viewer that cannot be opened in this build.
     pub(in super::super) struct Viewer;
 
     impl Viewer {
-        pub(in super::super) fn open(_place: Option<&str>, _watched: Watched<'_>) -> Result<Self> {
+        pub(in super::super) fn open(_place: Option<&str>, _watched: Pipeline<'_>) -> Result<Self> {
             bail!(
-                "--rerun: this build knows no Rerun viewer: build it with `--features rerun`, or look at \
-                 the page of --serve"
+                "--rerun: this build has no support for the Rerun viewer: build it with `--features rerun`, or use \
+                 the web page of --serve"
             )
         }
 

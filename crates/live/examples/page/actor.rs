@@ -1,19 +1,19 @@
-//! Who is seen.
+//! Moving subjects of the example.
 
 use evpose_core::{CounterRng, Micros, SensorSize};
-use evpose_live::page::{HandMesh, Subject};
+use evpose_live::page::{HandMesh, Skeleton};
 use evpose_pose::PoseEstimate;
 use glam::Vec2;
 
-/// Who sees it.
+/// The simulated sensor.
 pub(crate) const SENSOR: SensorSize = SensorSize { width: 640, height: 480 };
 
-/// Somebody who moves.
+/// A moving subject.
 pub(crate) trait Actor: Send + Sync {
-    /// What it is.
-    fn subject(&self) -> Subject;
+    /// Skeleton of its poses.
+    fn skeleton(&self) -> Skeleton;
 
-    /// Its surface, if it has one.
+    /// Its mesh, if it has one.
     fn mesh(&self) -> Option<HandMesh> {
         None
     }
@@ -21,20 +21,20 @@ pub(crate) trait Actor: Send + Sync {
     /// Its pose.
     fn pose(&self, t: Micros) -> PoseEstimate;
 
-    /// Its outline, at a time and a little later.
+    /// Its outline at `t` and at `later`.
     fn outline(&self, t: Micros, later: Micros) -> Outline;
 }
 
-/// Where an outline was, where it is.
+/// An outline at two times.
 pub(crate) struct Outline {
-    /// Strokes, each from one point to another: before and now.
+    /// Strokes, each with its end points: before and now.
     pub(crate) strokes: Vec<[[Vec2; 2]; 2]>,
     /// Half the thickness of a stroke, in pixels.
     pub(crate) radius_px: f32,
 }
 
 impl Outline {
-    /// A place on a side of a stroke drawn by chance: where it was, where it is, and the way outwards.
+    /// A random point of a stroke: its position before and now, and the outward normal.
     pub(crate) fn draw(&self, rng: &mut CounterRng) -> [Vec2; 3] {
         let index = (rng.unit() * self.strokes.len() as f32) as usize;
         let [before, now] = self.strokes[index.min(self.strokes.len() - 1)];

@@ -3,7 +3,7 @@
 use std::f32::consts::TAU;
 
 use evpose_core::Micros;
-use evpose_live::page::Subject;
+use evpose_live::page::Skeleton;
 use evpose_pose::PoseEstimate;
 use evpose_pose::body::{BODY_JOINTS, LIMBS, number};
 use glam::Vec2;
@@ -45,8 +45,8 @@ impl Figure {
 }
 
 impl Actor for Figure {
-    fn subject(&self) -> Subject {
-        Subject::Body
+    fn skeleton(&self) -> Skeleton {
+        Skeleton::Body
     }
 
     fn pose(&self, t: Micros) -> PoseEstimate {

@@ -1,11 +1,11 @@
-//! A hand that turns and grasps, with its surface.
+//! A hand that turns and grasps, with its mesh.
 
 use std::f32::consts::PI;
 use std::sync::Mutex;
 
 use evpose_body::{BodyModel, PosedBody, ShapedBody};
 use evpose_core::{Micros, Pinhole};
-use evpose_live::page::{HandMesh, Subject};
+use evpose_live::page::{HandMesh, Skeleton};
 use evpose_pose::HandParams;
 use evpose_pose::PoseEstimate;
 use evpose_pose::metric::HandPoints;
@@ -43,10 +43,10 @@ impl Hand {
         Self { model, person, memory: Mutex::default() }
     }
 
-    fn posed<T>(&self, t: Micros, see: impl FnOnce(&PosedBody) -> T) -> T {
+    fn posed<T>(&self, t: Micros, read: impl FnOnce(&PosedBody) -> T) -> T {
         let mut body = self.memory.lock().expect("nobody panics with it");
         self.model.pose_hand(&self.person, &params(t), &mut body);
-        see(&body)
+        read(&body)
     }
 
     fn outline_at(&self, t: Micros) -> Vec<Vec2> {
@@ -59,8 +59,8 @@ impl Hand {
 }
 
 impl Actor for Hand {
-    fn subject(&self) -> Subject {
-        Subject::Hand
+    fn skeleton(&self) -> Skeleton {
+        Skeleton::Hand
     }
 
     fn mesh(&self) -> Option<HandMesh> {

@@ -1,6 +1,6 @@
-//! The page, fed by a figure or a hand that moves: `cargo run -p evpose-live --example page [hand]`.
+//! The page with a simulated figure or hand: `cargo run -p evpose-live --example page [hand]`.
 //!
-//! Events and poses are made up; the pipeline, its latencies and its figures are real. With `--seconds S` it ends
+//! Events and poses are simulated; the pipeline, its latencies and its rates are real. With `--seconds S` it ends
 //! after so long, with `--port P` it listens there.
 
 #![allow(clippy::print_stdout, reason = "a program")]
@@ -8,7 +8,7 @@
 mod actor;
 mod figure;
 mod hand;
-mod pretence;
+mod simulated;
 
 use std::net::{Ipv4Addr, SocketAddr};
 use std::sync::Arc;
@@ -20,10 +20,10 @@ use evpose_live::{Control, LiveOptions, run};
 use evpose_pose::stream::PoseStream;
 
 use actor::Actor;
-use pretence::{PretendedEye, PretendedNetwork, PretendedSource};
+use simulated::{SimulatedFrontend, SimulatedNetwork, SimulatedSource};
 
-/// After the source ended, its last picture stays for so long.
-const STAYS: Duration = Duration::from_secs(10);
+/// Time for which the last frame stays after the end of the source.
+const LINGER: Duration = Duration::from_secs(10);
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (mut is_hand, mut seconds, mut port) = (false, f64::INFINITY, 8000);
@@ -42,9 +42,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut control = Control::default();
     let info = PageInfo {
         title: format!("A {} that moves", if is_hand { "hand" } else { "figure" }),
-        source: "made up".to_owned(),
+        source: "simulated".to_owned(),
         sensor: actor::SENSOR,
-        subject: actor.subject(),
+        skeleton: actor.skeleton(),
         hand_mesh: actor.mesh(),
     };
     let address = SocketAddr::from((Ipv4Addr::LOCALHOST, port));
@@ -55,10 +55,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     sinks.add(page.sink());
     println!("http://{}", page.local_addr());
 
-    let source = PretendedSource::new(actor.clone(), seconds);
-    let task = PoseStream::new(PretendedEye::new(actor.clone()), PretendedNetwork::new(actor));
+    let source = SimulatedSource::new(actor.clone(), seconds);
+    let task = PoseStream::new(SimulatedFrontend::new(actor.clone()), SimulatedNetwork::new(actor));
     run(source, task, &mut sinks, &LiveOptions::default(), &control)?;
     sinks.finish()?;
-    std::thread::sleep(STAYS);
+    std::thread::sleep(LINGER);
     Ok(())
 }

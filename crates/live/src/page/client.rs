@@ -1,4 +1,4 @@
-//! One who connects: a thread that answers, and if it is asked to, tells every frame.
+//! A connected client: a thread that answers its request, and streams frames to a WebSocket.
 
 use std::io;
 use std::net::{Shutdown, TcpStream};
@@ -12,23 +12,23 @@ use tungstenite::protocol::{Role, WebSocketConfig};
 use tungstenite::{Bytes, Error, Message, Utf8Bytes, WebSocket};
 
 use super::request::{Status, answer, field, read};
-use super::{MOST_WATCHERS, Shared, lock, origin};
+use super::{MAX_WATCHERS, Shared, lock, origin};
 
-/// A client that fetches nothing for so long is left.
-const PATIENCE: Duration = Duration::from_secs(3);
+/// Write timeout, after which a client is disconnected.
+const WRITE_TIMEOUT: Duration = Duration::from_secs(3);
 
-/// The page has nothing to say; what others may send, at once and in one message.
-const MOST_MESSAGES: usize = 8;
-const MOST_BYTES: usize = 4_096;
+/// Bounds of incoming messages, in one poll and in bytes: the page itself sends none.
+const MAX_MESSAGES: usize = 8;
+const MAX_MESSAGE_BYTES: usize = 4_096;
 
-/// What is shown at a moment; all clients are given the same memory.
+/// A frame; its buffers are shared by all clients.
 #[derive(Clone)]
 pub(super) struct Frame {
-    pub(super) picture: Bytes,
-    pub(super) words: Utf8Bytes,
+    pub(super) event_image: Bytes,
+    pub(super) text: Utf8Bytes,
 }
 
-/// Where a frame waits for its client.
+/// The newest frame that its client has not read.
 #[derive(Default)]
 struct Mailbox {
     slot: Mutex<Slot>,
@@ -42,8 +42,8 @@ struct Slot {
 }
 
 impl Mailbox {
-    /// Replaces what was not fetched.
-    fn put(&self, frame: Frame) {
+    /// Replaces a frame that was not fetched.
+    fn replace(&self, frame: Frame) {
         lock(&self.slot).frame = Some(frame);
         self.changed.notify_one();
     }
@@ -53,7 +53,7 @@ impl Mailbox {
         self.changed.notify_one();
     }
 
-    /// Waits for a frame; none when there will be no more.
+    /// Waits for a frame. None after [`Self::close`].
     fn fetch(&self) -> Option<Frame> {
         let mut slot = self
             .changed
@@ -74,25 +74,25 @@ impl Client {
     pub(super) fn start(stream: TcpStream, shared: Arc<Shared>) -> io::Result<Self> {
         stream.set_nonblocking(false)?;
         stream.set_nodelay(true)?;
-        stream.set_write_timeout(Some(PATIENCE))?;
+        stream.set_write_timeout(Some(WRITE_TIMEOUT))?;
         let mailbox = Arc::new(Mailbox::default());
         let (own, theirs) = (stream.try_clone()?, mailbox.clone());
         let thread = std::thread::Builder::new()
             .name("page client".to_owned())
-            // How it ends concerns nobody else.
+            // Errors of a connection concern its client only.
             .spawn(move || drop(serve(own, &theirs, &shared)))?;
         Ok(Self { mailbox, stream, thread })
     }
 
-    pub(super) fn give(&self, frame: Frame) {
-        self.mailbox.put(frame);
+    pub(super) fn send(&self, frame: Frame) {
+        self.mailbox.replace(frame);
     }
 
-    pub(super) fn is_gone(&self) -> bool {
+    pub(super) fn is_finished(&self) -> bool {
         self.thread.is_finished()
     }
 
-    /// Ends it, whatever it waits for.
+    /// Ends the thread, whatever it waits for.
     pub(super) fn end(self) {
         self.mailbox.close();
         let _ = self.stream.shutdown(Shutdown::Both);
@@ -105,13 +105,13 @@ fn serve(mut stream: TcpStream, mailbox: &Mailbox, shared: &Shared) -> Result<()
         Ok(request) => request,
         Err(status) => return Ok(status.map_or(Ok(()), |status| answer(&mut stream, status))?),
     };
-    let status = match (judge(&request, shared.is_local), request.uri().path()) {
+    let status = match (refusal(&request, shared.is_local), request.uri().path()) {
         (Some(status), _) => status,
         (None, "/") => Status::Page,
         (None, "/ws") => match (create_response(&request), Watcher::new(&shared.watchers)) {
             (Ok(response), Some(_watcher)) => {
                 write_response(&mut stream, &response)?;
-                return tell(stream, mailbox, shared);
+                return send_frames(stream, mailbox, shared);
             }
             (Err(_), _) => Status::BadRequest,
             (_, None) => Status::Busy,
@@ -121,23 +121,23 @@ fn serve(mut stream: TcpStream, mailbox: &Mailbox, shared: &Shared) -> Result<()
     Ok(answer(&mut stream, status)?)
 }
 
-/// What is wrong with who asks.
-fn judge(request: &Request, is_local: bool) -> Option<Status> {
+/// The status that refuses a request, if it is not allowed.
+fn refusal(request: &Request, is_local: bool) -> Option<Status> {
     let Some(host) = field(request, "host") else { return Some(Status::BadRequest) };
-    // An origin that is no text is not ours.
+    // A header that is not text becomes an empty origin, which is refused.
     let origin = request.headers().contains_key("origin");
     let origin = origin.then(|| field(request, "origin").unwrap_or_default());
     let is_welcome = origin::is_ours(host, origin) && (!is_local || origin::is_this_machine(host));
     (!is_welcome).then_some(Status::Forbidden)
 }
 
-/// Somebody who is counted as long as this lives.
+/// A counted watcher, until this is dropped.
 struct Watcher<'a>(&'a AtomicUsize);
 
 impl<'a> Watcher<'a> {
-    /// None if there are enough.
+    /// Counts a watcher; none at [`MAX_WATCHERS`].
     fn new(count: &'a AtomicUsize) -> Option<Self> {
-        let more = |watchers| (watchers < MOST_WATCHERS).then_some(watchers + 1);
+        let more = |watchers| (watchers < MAX_WATCHERS).then_some(watchers + 1);
         let added = count.fetch_update(Ordering::Relaxed, Ordering::Relaxed, more);
         added.is_ok().then_some(Self(count))
     }
@@ -149,41 +149,41 @@ impl Drop for Watcher<'_> {
     }
 }
 
-fn tell(stream: TcpStream, mailbox: &Mailbox, shared: &Shared) -> Result<(), Error> {
+fn send_frames(stream: TcpStream, mailbox: &Mailbox, shared: &Shared) -> Result<(), Error> {
     let config = WebSocketConfig::default()
-        .read_buffer_size(MOST_BYTES)
-        .max_message_size(Some(MOST_BYTES))
-        .max_frame_size(Some(MOST_BYTES));
+        .read_buffer_size(MAX_MESSAGE_BYTES)
+        .max_message_size(Some(MAX_MESSAGE_BYTES))
+        .max_frame_size(Some(MAX_MESSAGE_BYTES));
     let mut socket = WebSocket::from_raw_socket(stream, Role::Server, Some(config));
     let about = shared.about.with(&lock(&shared.history));
     socket.send(Message::text(about))?;
     while let Some(frame) = mailbox.fetch() {
-        socket.write(Message::Binary(frame.picture))?;
-        socket.send(Message::Text(frame.words))?;
-        listen(&mut socket)?;
+        socket.write(Message::Binary(frame.event_image))?;
+        socket.send(Message::Text(frame.text))?;
+        read_incoming(&mut socket)?;
     }
     Ok(())
 }
 
-/// Takes what the client sent meanwhile: that it closes, or a question whether we live.
-fn listen(socket: &mut WebSocket<TcpStream>) -> Result<(), Error> {
+/// Handles messages from the client: close and ping.
+fn read_incoming(socket: &mut WebSocket<TcpStream>) -> Result<(), Error> {
     socket.get_ref().set_nonblocking(true)?;
-    let mut heard = Ok(());
-    for _ in 0..MOST_MESSAGES {
+    let mut result = Ok(());
+    for _ in 0..MAX_MESSAGES {
         match socket.read() {
-            Ok(Message::Close(_)) => heard = Err(Error::ConnectionClosed),
+            Ok(Message::Close(_)) => result = Err(Error::ConnectionClosed),
             Ok(_) => continue,
             Err(Error::Io(error)) if error.kind() == io::ErrorKind::WouldBlock => {}
-            Err(error) => heard = Err(error),
+            Err(error) => result = Err(error),
         }
         break;
     }
     socket.get_ref().set_nonblocking(false)?;
-    if heard.is_err() {
-        // The answer to its farewell, if it waits for one.
+    if result.is_err() {
+        // Completes the closing handshake.
         let _ = socket.flush();
     }
-    heard
+    result
 }
 
 #[cfg(test)]
@@ -191,17 +191,17 @@ mod tests {
     use super::*;
 
     fn frame(number: u8) -> Frame {
-        Frame { picture: vec![number].into(), words: Utf8Bytes::default() }
+        Frame { event_image: vec![number].into(), text: Utf8Bytes::default() }
     }
 
     #[test]
     fn the_newest_frame_wins_and_none_is_given_twice() {
         let mailbox = Mailbox::default();
-        (1..=3).for_each(|number| mailbox.put(frame(number)));
-        assert_eq!(mailbox.fetch().map(|frame| frame.picture[0]), Some(3));
+        (1..=3).for_each(|number| mailbox.replace(frame(number)));
+        assert_eq!(mailbox.fetch().map(|frame| frame.event_image[0]), Some(3));
         assert!(lock(&mailbox.slot).frame.is_none());
-        mailbox.put(frame(4));
+        mailbox.replace(frame(4));
         mailbox.close();
-        assert!(mailbox.fetch().is_none(), "at the end nobody waits for the rest");
+        assert!(mailbox.fetch().is_none(), "a closed mailbox drops its frame");
     }
 }

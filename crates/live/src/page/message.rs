@@ -1,4 +1,4 @@
-//! What the page is told, as JSON.
+//! JSON messages to the page.
 
 use evpose_core::{Micros, SensorSize};
 use evpose_pose::body::{JOINT_NAMES, LIMBS};
@@ -6,23 +6,23 @@ use evpose_pose::{EVALUATION_JOINTS, HAND_BONES};
 use glam::Vec2;
 use serde::{Serialize, Serializer};
 
-use super::plane::Cells;
-use super::poses::Lane;
+use super::event_counts::Cells;
+use super::poses::OriginPoses;
 use super::rates::{Point, Rates, State};
-use super::{HandMesh, PageInfo, Subject};
+use super::{HandMesh, PageInfo, Skeleton};
 use crate::Report;
 use evpose_pose::PoseEstimate;
 
-/// The first message of every client: what is shown.
+/// First message to every client: a description of the stream.
 #[derive(Serialize)]
 pub(super) struct About {
     kind: &'static str,
     title: String,
     source: String,
     sensor: SensorSize,
-    /// Pixels of the sensor along a side of a cell of the picture.
+    /// Side of a cell of the event image, in pixels of the sensor.
     cell_px: u16,
-    subject: &'static str,
+    skeleton: &'static str,
     joints: &'static [&'static str],
     bones: &'static [[usize; 2]],
     faces: Option<Vec<[u32; 3]>>,
@@ -30,9 +30,9 @@ pub(super) struct About {
 
 impl About {
     pub(super) fn new(info: &PageInfo) -> Self {
-        let (subject, joints, bones): (_, &[_], &[_]) = match info.subject {
-            Subject::Body => ("body", &JOINT_NAMES, &LIMBS),
-            Subject::Hand => ("hand", &EVALUATION_JOINTS, &HAND_BONES),
+        let (skeleton, joints, bones): (_, &[_], &[_]) = match info.skeleton {
+            Skeleton::Body => ("body", &JOINT_NAMES, &LIMBS),
+            Skeleton::Hand => ("hand", &EVALUATION_JOINTS, &HAND_BONES),
         };
         Self {
             kind: "about",
@@ -40,7 +40,7 @@ impl About {
             source: info.source.clone(),
             sensor: info.sensor,
             cell_px: Cells::of(info.sensor).side_px,
-            subject,
+            skeleton,
             joints,
             bones,
             faces: info.hand_mesh.as_ref().map(|mesh| mesh.faces.clone()),
@@ -51,7 +51,7 @@ impl About {
         self.sensor
     }
 
-    /// With the figures of the last seconds.
+    /// The message with the measurements of the last seconds.
     pub(super) fn with(&self, history: &[Point]) -> String {
         #[derive(Serialize)]
         struct Message<'a> {
@@ -59,54 +59,54 @@ impl About {
             about: &'a About,
             history: &'a [Point],
         }
-        text(&Message { about: self, history })
+        to_json(&Message { about: self, history })
     }
 }
 
-/// The text of a frame.
+/// Text message of a frame.
 #[derive(Serialize)]
-pub(super) struct Words<'a> {
+pub(super) struct FrameMessage<'a> {
     pub(super) kind: &'static str,
     pub(super) state: State,
     /// Time of the newest event.
     pub(super) t_us: Option<i64>,
-    pub(super) network: Option<Shown>,
-    pub(super) between: Option<Shown>,
+    pub(super) network: Option<PoseMessage>,
+    pub(super) propagated: Option<PoseMessage>,
     pub(super) figures: &'a Figures,
 }
 
-/// Figures, new ten times a second.
+/// Measurements, updated ten times a second.
 #[derive(Serialize)]
 pub(super) struct Figures {
-    /// The latencies of the last second.
+    /// Latencies of the last second.
     pub(super) point: Point,
-    /// The rates of the last second.
+    /// Rates of the last second.
     pub(super) rates: Rates,
-    /// All since the pipeline began.
+    /// Counts since the pipeline began.
     pub(super) report: Report,
 }
 
 /// A pose as it is drawn.
 #[derive(Serialize)]
-pub(super) struct Shown {
+pub(super) struct PoseMessage {
     t_us: i64,
     latency_ms: f64,
-    /// Since it came.
+    /// Time since it arrived.
     age_ms: f64,
-    /// Of every joint pixels to the right and down.
+    /// Pixel coordinates of every joint.
     joints: Vec<Option<[Tenth; 2]>>,
-    /// Of every joint how sure the network was, in tenths.
+    /// Score of every joint, times ten.
     #[serde(skip_serializing_if = "Option::is_none")]
     tenths: Option<Vec<Tenth>>,
-    /// Of every vertex pixels to the right, down, and away from the camera.
+    /// Pixels of every vertex to the right, down, and away from the camera.
     #[serde(skip_serializing_if = "Option::is_none")]
     vertices: Option<Vec<[Tenth; 3]>>,
 }
 
-impl Shown {
-    /// The newest pose of `lane`.
-    pub(super) fn newest(lane: &Lane) -> Option<(Self, PoseEstimate)> {
-        let (pose, came) = lane.pose.as_ref()?;
+impl PoseMessage {
+    /// The newest pose of an origin.
+    pub(super) fn newest(poses: &OriginPoses) -> Option<(Self, PoseEstimate)> {
+        let (pose, came) = poses.pose.as_ref()?;
         let Micros(t_us) = pose.t;
         let shown = Self {
             t_us,
@@ -119,9 +119,9 @@ impl Shown {
         Some((shown, pose.pose.clone()))
     }
 
-    /// With what is drawn of `answer`.
-    pub(super) fn drawn(mut self, answer: &PoseEstimate, mesh: Option<&mut HandMesh>) -> Self {
-        match answer {
+    /// The message with the joints and vertices of `estimate`.
+    pub(super) fn drawn(mut self, estimate: &PoseEstimate, mesh: Option<&mut HandMesh>) -> Self {
+        match estimate {
             PoseEstimate::Body { joints_px, scores } => {
                 self.joints = joints_px.iter().map(joint).collect();
                 self.tenths = Some(scores.iter().map(|score| Tenth(10.0 * score)).collect());
@@ -142,7 +142,7 @@ fn joint(at: &Option<Vec2>) -> Option<[Tenth; 2]> {
     at.filter(|at| at.is_finite()).map(|at| [Tenth(at.x), Tenth(at.y)])
 }
 
-/// A number that is told to a tenth.
+/// A value rounded to a tenth, which keeps messages short.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Tenth(f32);
 
@@ -153,7 +153,7 @@ impl Serialize for Tenth {
 }
 
 /// A message as JSON.
-pub(super) fn text(message: &impl Serialize) -> String {
-    // Fields have names, and nothing here can fail.
+pub(super) fn to_json(message: &impl Serialize) -> String {
+    // Serialising structs with string keys cannot fail.
     serde_json::to_string(message).unwrap_or_default()
 }

@@ -1,28 +1,27 @@
-//! Events, poses and figures in a browser, live: a page that this machine serves.
+//! A web page that shows events, poses and measurements while they arrive.
 //!
 //! ```text
-//!  eye's thread ─► PageEvents ┐
-//!  sink's thread ─► PageSink  ├─► painter, 30 times a second ─► mailbox of each client ─► its thread, WebSocket
-//!  everyone ─► Meter          ┘                                 (the newest frame wins)
+//!  front end ─► PageEvents ┐
+//!  sink ─────► PageSink    ├─► painter, 30 frames/s ─► mailbox of each client ─► its thread, WebSocket
+//!  all ──────► Meter       ┘                           (the newest frame wins)
 //! ```
 //!
-//! * `GET /` is the page: one document, with nothing from elsewhere.
-//! * `GET /ws` becomes a WebSocket. A first text says what is shown; then every frame is a binary message,
-//!   the events, and a text, the poses and figures.
+//! * `GET /` is the page: one document without external resources.
+//! * `GET /ws` becomes a WebSocket. A first text message describes the stream; then every frame is a binary
+//!   message, the event image, and a text message, the poses and measurements.
 //!
-//! What a client does holds up nobody: frames that it does not fetch in time are replaced by newer ones, and
-//! one that fetches nothing for three seconds is forgotten. Without clients, events cost nothing.
+//! No client blocks the pipeline: frames that it does not read in time are replaced by newer ones, and a
+//! client that reads nothing for three seconds is disconnected. Without clients, events cost nothing.
 //!
-//! A page of another site is refused: the browser tells its origin, which must be the host that it asks. A
-//! server of this machine alone answers only to names of this machine, so that no other name can be made to
-//! lead here.
+//! Requests from pages of other sites are refused: the `Origin` header must equal the `Host` header. A server
+//! on a loopback address answers only to loopback names, as a defence against DNS rebinding.
 
 mod client;
+mod event_counts;
+mod event_image;
 mod message;
 mod origin;
 mod painter;
-mod picture;
-mod plane;
 mod poses;
 mod rates;
 mod request;
@@ -36,94 +35,94 @@ use evpose_core::SensorSize;
 use evpose_pose::HandParams;
 use glam::Vec3;
 
-pub use plane::PageEvents;
+pub use event_counts::PageEvents;
 pub use poses::PageSink;
 
 use crate::{LiveError, Meter};
+use event_counts::EventCounts;
 use painter::Painter;
-use plane::Plane;
-use poses::Newest;
+use poses::NewestPoses;
 use rates::Point;
 
-/// Clients that watch at the same time, at most.
-const MOST_WATCHERS: usize = 8;
+/// Upper bound of simultaneous watchers: each costs a thread and the bandwidth of its frames.
+const MAX_WATCHERS: usize = 8;
 
-/// What poses are of.
+/// Skeleton of the poses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Subject {
+pub enum Skeleton {
     /// A person: 13 joints.
     Body,
     /// A hand: 21 joints.
     Hand,
 }
 
-/// What a page shows.
+/// Description of the stream that a page shows.
 pub struct PageInfo {
     /// Its title.
     pub title: String,
-    /// Where events come from, as a person calls it.
+    /// Name of the source.
     pub source: String,
-    /// The sensor.
+    /// Size of the sensor.
     pub sensor: SensorSize,
-    /// What poses are of.
-    pub subject: Subject,
-    /// The surface of hands; without it they are drawn from their joints.
+    /// Skeleton of the poses.
+    pub skeleton: Skeleton,
+    /// Mesh of a hand; without it hands are drawn from their joints.
     pub hand_mesh: Option<HandMesh>,
 }
 
-/// Where the vertices of a hand are: pixels to the right, down, and away from the camera, the last by the
-/// scale that the others have at the wrist. None where the hand lies behind the camera; else the same number
-/// for every hand.
+/// Projection of a hand's vertices: pixels to the right, down, and away from the camera, the last in pixels
+/// at the depth of the wrist. None behind the camera; else the same count for every hand.
 pub type HandVertices = Box<dyn FnMut(&HandParams) -> Option<Vec<Vec3>> + Send>;
 
-/// The surface of a hand.
+/// Mesh of a hand.
 pub struct HandMesh {
     /// Triangles, as indices of vertices.
     pub faces: Vec<[u32; 3]>,
-    /// Its vertices.
+    /// Vertices of a pose.
     pub vertices: HandVertices,
 }
 
-/// A page that is served, until this is dropped.
+/// A page, served until this is dropped.
 pub struct Page {
     shared: Arc<Shared>,
     address: SocketAddr,
     painter: Option<JoinHandle<()>>,
 }
 
-/// What the threads of a page share.
+/// State shared by the threads of a page.
 struct Shared {
-    /// The first text of every client, without the history.
+    /// First message to every client, without the history.
     about: message::About,
-    /// Whether only this machine can connect.
+    /// Whether the address is a loopback address.
     is_local: bool,
-    plane: Mutex<Plane>,
-    newest: Mutex<Newest>,
-    /// Figures of the last seconds, for clients that come later.
+    event_counts: Mutex<EventCounts>,
+    newest: Mutex<NewestPoses>,
+    /// Measurements of the last seconds, for clients that connect later.
     history: Mutex<Vec<Point>>,
     watchers: AtomicUsize,
     is_over: AtomicBool,
 }
 
 impl Page {
-    /// Serves a page at `address`, port 0 for any that is free, with the figures of `meter`.
+    /// Serves a page at `address`, port 0 for any free one, with the measurements of `meter`.
     ///
     /// # Errors
-    /// If nobody can listen there.
+    /// If the address cannot be bound.
     pub fn serve(
         address: SocketAddr,
         info: PageInfo,
         meter: Arc<Meter>,
     ) -> Result<Self, LiveError> {
-        let failed = |source| LiveError::Connection { what: format!("http://{address}"), source };
+        let failed =
+            |source| LiveError::Connection { endpoint: format!("http://{address}"), source };
         let listener = TcpListener::bind(address).map_err(failed)?;
         listener.set_nonblocking(true).map_err(failed)?;
         let address = listener.local_addr().map_err(failed)?;
         let shared = Arc::new(Shared {
             about: message::About::new(&info),
             is_local: address.ip().is_loopback(),
-            plane: Mutex::new(Plane::new(info.sensor)),
-            newest: Mutex::new(Newest::new()),
+            event_counts: Mutex::new(EventCounts::new(info.sensor)),
+            newest: Mutex::new(NewestPoses::new()),
             history: Mutex::default(),
             watchers: AtomicUsize::new(0),
             is_over: AtomicBool::new(false),
@@ -134,22 +133,22 @@ impl Page {
         Ok(Self { shared, address, painter: Some(thread) })
     }
 
-    /// Where it is served.
+    /// Address of the page.
     pub fn local_addr(&self) -> SocketAddr {
         self.address
     }
 
-    /// Takes the events that are shown.
+    /// Input of the events.
     pub fn view(&self) -> PageEvents {
         PageEvents::new(self.shared.clone())
     }
 
-    /// Takes the poses that are shown.
+    /// Sink of the poses.
     pub fn sink(&self) -> PageSink {
         PageSink::new(self.shared.clone(), self.address)
     }
 
-    /// How many clients watch.
+    /// Number of watching clients.
     pub fn watchers(&self) -> usize {
         self.shared.watchers.load(Ordering::Relaxed)
     }
@@ -159,7 +158,7 @@ impl Drop for Page {
     fn drop(&mut self) {
         self.shared.is_over.store(true, Ordering::Relaxed);
         if let Some(painter) = self.painter.take() {
-            // Its panic was told when it happened; there is nothing to save.
+            // The panic hook has reported a panic; there is nothing to save.
             let _ = painter.join();
         }
     }

@@ -1,17 +1,17 @@
-//! Who may connect.
+//! Checks of the `Host` and `Origin` headers.
 
 use std::net::IpAddr;
 
-/// Whether the page that asks is one of ours. A program other than a browser tells no origin, and could say
-/// what it likes.
+/// Whether a request comes from our own page. Programs other than browsers send no origin, and could forge
+/// any.
 pub(super) fn is_ours(host: &str, origin: Option<&str>) -> bool {
     let Some(origin) = origin else { return true };
     let site = origin.strip_prefix("http://").or_else(|| origin.strip_prefix("https://"));
     site.is_some_and(|site| site.eq_ignore_ascii_case(host))
 }
 
-/// Whether `host`, with or without a port, is a name that always means this machine. Any other can be made
-/// to lead here by whoever owns it.
+/// Whether `host`, with or without a port, is a loopback name. Any other name could be pointed here by its
+/// owner (DNS rebinding).
 pub(super) fn is_this_machine(host: &str) -> bool {
     let name = match host.strip_prefix('[').and_then(|rest| rest.split_once(']')) {
         Some((address, _)) => address,

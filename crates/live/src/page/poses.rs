@@ -1,4 +1,4 @@
-//! Poses that are shown, and how late those of the last second were.
+//! The newest poses, and the latencies of the last second.
 
 use std::collections::VecDeque;
 use std::io;
@@ -9,14 +9,14 @@ use std::time::Instant;
 use hdrhistogram::Histogram;
 
 use super::{Shared, lock};
-use crate::meter::LONGEST_US;
+use crate::meter::MAX_LATENCY_US;
 use crate::sink::Sink;
-use crate::{Latency, LivePose, Origin};
+use crate::{LatencySummary, LivePose, Origin};
 
-/// Slots that make up the last second.
+/// Slots of the sliding window of one second.
 const SLOTS: usize = super::rates::PER_SECOND;
 
-/// Gives a page the poses that it shows.
+/// Sink of the poses that a page shows.
 pub struct PageSink {
     shared: Arc<Shared>,
     address: SocketAddr,
@@ -33,8 +33,8 @@ impl Sink for PageSink {
         format!("page at http://{}", self.address)
     }
 
-    fn take(&mut self, pose: &LivePose) -> io::Result<()> {
-        lock(&self.shared.newest).take(pose);
+    fn write(&mut self, pose: &LivePose) -> io::Result<()> {
+        lock(&self.shared.newest).record(pose);
         Ok(())
     }
 
@@ -45,60 +45,60 @@ impl Sink for PageSink {
 }
 
 /// The newest poses.
-pub(super) struct Newest {
-    pub(super) network: Lane,
-    pub(super) between: Lane,
-    /// Whether no pose will come any more.
+pub(super) struct NewestPoses {
+    pub(super) network: OriginPoses,
+    pub(super) propagated: OriginPoses,
+    /// Whether the pipeline has ended.
     pub(super) is_over: bool,
 }
 
-impl Newest {
+impl NewestPoses {
     pub(super) fn new() -> Self {
-        Self { network: Lane::new(), between: Lane::new(), is_over: false }
+        Self { network: OriginPoses::new(), propagated: OriginPoses::new(), is_over: false }
     }
 
-    fn take(&mut self, pose: &LivePose) {
-        let lane = match pose.origin {
+    fn record(&mut self, pose: &LivePose) {
+        let poses = match pose.origin {
             Origin::Network => &mut self.network,
-            Origin::Propagated => &mut self.between,
+            Origin::Propagated => &mut self.propagated,
         };
-        let latency_us = u64::try_from(pose.latency.as_micros()).unwrap_or(LONGEST_US);
-        lane.slot.saturating_record(latency_us.clamp(1, LONGEST_US));
-        lane.pose = Some((pose.clone(), Instant::now()));
+        let latency_us = u64::try_from(pose.latency.as_micros()).unwrap_or(MAX_LATENCY_US);
+        poses.slot.saturating_record(latency_us.clamp(1, MAX_LATENCY_US));
+        poses.pose = Some((pose.clone(), Instant::now()));
     }
 }
 
 /// Poses of one origin.
-pub(super) struct Lane {
-    /// The newest and when it came.
+pub(super) struct OriginPoses {
+    /// The newest pose and its time of arrival.
     pub(super) pose: Option<(LivePose, Instant)>,
-    /// Latencies since the last turn.
+    /// Latencies since the last rotation.
     slot: Histogram<u64>,
-    /// Latencies of the turns before, the newest last.
+    /// Latencies of the slots before, the newest last.
     slots: VecDeque<Histogram<u64>>,
 }
 
-impl Lane {
+impl OriginPoses {
     fn new() -> Self {
         let slots = std::iter::repeat_with(latencies).take(SLOTS).collect();
         Self { pose: None, slot: latencies(), slots }
     }
 
-    /// Ends a slot. Returns the latencies of the last second, if there were poses.
-    pub(super) fn turn(&mut self) -> Option<Latency> {
+    /// Begins another slot. Returns the latencies of the last second, if there were poses.
+    pub(super) fn rotate(&mut self) -> Option<LatencySummary> {
         let mut oldest = self.slots.pop_front()?;
         oldest.reset();
         self.slots.push_back(std::mem::replace(&mut self.slot, oldest));
         let mut second = latencies();
-        // All have the same bounds.
+        // Histograms of equal bounds can be added.
         let added = self.slots.iter().try_for_each(|slot| second.add(slot));
-        (added.is_ok() && !second.is_empty()).then(|| Latency::of(&second))
+        (added.is_ok() && !second.is_empty()).then(|| LatencySummary::from_histogram(&second))
     }
 }
 
-/// To two digits: what a plot can show.
+/// A histogram of two significant digits, as much as a plot can show.
 fn latencies() -> Histogram<u64> {
-    Histogram::new_with_bounds(1, LONGEST_US, 2).expect("bounds in order")
+    Histogram::new_with_bounds(1, MAX_LATENCY_US, 2).expect("bounds in order")
 }
 
 #[cfg(test)]
@@ -114,28 +114,33 @@ mod tests {
     use evpose_pose::PoseEstimate;
 
     fn pose(origin: Origin, latency_us: u64) -> LivePose {
-        let answer =
+        let estimate =
             PoseEstimate::Body { joints_px: [None; BODY_JOINTS], scores: [0.0; BODY_JOINTS] };
-        LivePose { t: Micros(7), latency: Duration::from_micros(latency_us), origin, pose: answer }
+        LivePose {
+            t: Micros(7),
+            latency: Duration::from_micros(latency_us),
+            origin,
+            pose: estimate,
+        }
     }
 
     #[test]
     fn latencies_are_those_of_the_last_second() {
-        let mut newest = Newest::new();
+        let mut newest = NewestPoses::new();
         for k in 1..=100 {
-            newest.take(&pose(Origin::Network, 1_000 * k));
+            newest.record(&pose(Origin::Network, 1_000 * k));
         }
-        newest.take(&pose(Origin::Propagated, 200));
-        let latency = newest.network.turn().unwrap();
+        newest.record(&pose(Origin::Propagated, 200));
+        let latency = newest.network.rotate().unwrap();
         assert_eq!(latency.poses, 100);
         for (is, want) in [(latency.p50_ms, 50.0), (latency.p95_ms, 95.0), (latency.p99_ms, 99.0)] {
             assert!((is / want - 1.0).abs() < 0.01, "{is} ms, not {want} ms");
         }
-        assert_eq!(newest.between.turn().unwrap().poses, 1);
+        assert_eq!(newest.propagated.rotate().unwrap().poses, 1);
         for _ in 1..SLOTS {
-            assert_eq!(newest.network.turn().unwrap().poses, 100);
+            assert_eq!(newest.network.rotate().unwrap().poses, 100);
         }
-        assert_eq!(newest.network.turn(), None);
+        assert_eq!(newest.network.rotate(), None);
         assert!(newest.network.pose.is_some(), "the newest pose stays");
     }
 }

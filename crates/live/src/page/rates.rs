@@ -1,39 +1,39 @@
-//! What came in the last second.
+//! Rates of the last second.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
-use crate::{Latency, Report};
+use crate::{LatencySummary, Report};
 
-/// How often figures are taken.
+/// Measurements per second.
 pub(super) const PER_SECOND: usize = 10;
 
-/// From one time that figures are taken to the next.
-pub(super) const EVERY: Duration = Duration::from_millis(1_000 / PER_SECOND as u64);
+/// Interval of measurements.
+pub(super) const INTERVAL: Duration = Duration::from_millis(1_000 / PER_SECOND as u64);
 
-/// Figures are kept for so many seconds: what the plot shows.
-const KEPT_S: usize = 10;
+/// Length of the history in seconds, as the plot shows it.
+const HISTORY_S: usize = 10;
 
-/// A source that gives nothing for so long has stalled.
+/// Time without events after which the page shows a stall.
 const STALL: Duration = Duration::from_millis(500);
 
-/// What a pipeline is doing.
+/// State of a pipeline.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum State {
-    /// No event came yet.
+    /// Before the first event.
     Waiting,
-    /// Events come.
+    /// Events arrive.
     Live,
-    /// None came for a while.
+    /// No events for [`STALL`].
     Stalled,
-    /// None will come any more.
+    /// After the end.
     Ended,
 }
 
-/// Counts of a second, each per second.
+/// Rates of all counters, per second.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub(super) struct Rates {
     packets: f64,
@@ -48,57 +48,58 @@ pub(super) struct Rates {
     repeated: f64,
     dropped_poses: f64,
     network: f64,
-    between: f64,
+    propagated: f64,
 }
 
-/// A second in the plots: its events, and how late its poses were, in milliseconds: half of them, 95 of 100
-/// and 99 of 100 at most so, and the latest.
+/// A point of the plots: the rate of events, and the median, 0.95 quantile, 0.99 quantile and maximum of the
+/// latencies of the last second, in milliseconds.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub(super) struct Point {
-    /// Where it ends, in seconds since the pipeline began.
+    /// Time in seconds since the pipeline began.
     at_s: f64,
     events: f64,
     network: Option<[f64; 4]>,
-    between: Option<[f64; 4]>,
+    propagated: Option<[f64; 4]>,
 }
 
 impl Point {
     pub(super) fn new(
         at_s: f64,
         rates: &Rates,
-        network: Option<Latency>,
-        between: Option<Latency>,
+        network: Option<LatencySummary>,
+        propagated: Option<LatencySummary>,
     ) -> Self {
-        let four =
-            |latency: Latency| [latency.p50_ms, latency.p95_ms, latency.p99_ms, latency.max_ms];
+        let four = |latency: LatencySummary| {
+            [latency.p50_ms, latency.p95_ms, latency.p99_ms, latency.max_ms]
+        };
         let events = rates.events;
-        Self { at_s, events, network: network.map(four), between: between.map(four) }
+        Self { at_s, events, network: network.map(four), propagated: propagated.map(four) }
     }
 
-    /// Adds itself to those of the last seconds.
+    /// Appends itself to the history and removes the oldest point.
     pub(super) fn join(self, history: &mut Vec<Self>) {
-        if history.len() >= KEPT_S * PER_SECOND {
+        if history.len() >= HISTORY_S * PER_SECOND {
             history.remove(0);
         }
         history.push(self);
     }
 }
 
-/// Reports of the last second.
-pub(super) struct Recent {
+/// A sliding window of reports over the last second.
+pub(super) struct RateWindow {
     reports: VecDeque<Report>,
-    heard: Option<Instant>,
+    last_events: Option<Instant>,
 }
 
-impl Recent {
+impl RateWindow {
     pub(super) fn new() -> Self {
-        Self { reports: VecDeque::new(), heard: None }
+        Self { reports: VecDeque::new(), last_events: None }
     }
 
-    /// Takes a report of `now`. Returns what came since the one a second before.
-    pub(super) fn take(&mut self, report: Report, now: Instant) -> Rates {
+    /// Appends the report at `now`. Returns the rates since the one a second before.
+    pub(super) fn push(&mut self, report: Report, now: Instant) -> Rates {
         if report.events > self.reports.back().map_or(0, |last| last.events) {
-            self.heard = Some(now);
+            self.last_events = Some(now);
         }
         if self.reports.len() > PER_SECOND {
             self.reports.pop_front();
@@ -108,10 +109,12 @@ impl Recent {
     }
 
     pub(super) fn state(&self, is_over: bool, now: Instant) -> State {
-        match self.heard {
+        match self.last_events {
             _ if is_over => State::Ended,
             None => State::Waiting,
-            Some(heard) if now.saturating_duration_since(heard) >= STALL => State::Stalled,
+            Some(last_events) if now.saturating_duration_since(last_events) >= STALL => {
+                State::Stalled
+            }
             Some(_) => State::Live,
         }
     }
@@ -137,7 +140,7 @@ fn since(first: &Report, last: &Report) -> Rates {
         repeated: rate(|report| report.repeated),
         dropped_poses: rate(|report| report.dropped_poses),
         network: rate(|report| report.network.poses),
-        between: rate(|report| report.between.poses),
+        propagated: rate(|report| report.propagated.poses),
     }
 }
 
@@ -149,14 +152,14 @@ mod tests {
     #[test]
     fn rates_are_those_of_the_last_second() {
         let (began, nothing) = (Instant::now(), Meter::new().report());
-        let mut recent = Recent::new();
+        let mut recent = RateWindow::new();
         assert_eq!(recent.state(false, began), State::Waiting);
         let mut rates = Rates::default();
         for tick in 0..=40_u64 {
             let at_s = tick as f64 * 0.1;
             // 1000 a second for two seconds, 5000 a second later.
             let events = 100 * tick.min(20) + 500 * tick.saturating_sub(20);
-            rates = recent.take(
+            rates = recent.push(
                 Report { seconds: at_s, events, skipped_strides: tick, ..nothing },
                 began + Duration::from_secs_f64(at_s),
             );

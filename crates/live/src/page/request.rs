@@ -1,4 +1,4 @@
-//! The head of a request, and what is answered where no WebSocket begins.
+//! HTTP requests, and the responses other than a WebSocket.
 
 use std::io::{self, Read, Write};
 use std::net::{Shutdown, TcpStream};
@@ -7,13 +7,13 @@ use std::time::{Duration, Instant};
 use tungstenite::handshake::machine::TryParse;
 use tungstenite::handshake::server::Request;
 
-/// A request whose head is longer than this is none for us.
-const MOST_BYTES: usize = 16 * 1024;
+/// Upper bound of the head of a request.
+const MAX_HEAD_BYTES: usize = 16 * 1024;
 
-/// A head that takes longer is given up.
-const PATIENCE: Duration = Duration::from_secs(5);
+/// Timeout of the head of a request.
+const READ_TIMEOUT: Duration = Duration::from_secs(5);
 
-/// The page: style and programs are in it, nothing is fetched from elsewhere.
+/// The page, with its style and scripts inline: nothing is fetched from other hosts.
 const PAGE: &str = concat!(
     include_str!("web/head.html"),
     "<style>\n",
@@ -28,7 +28,7 @@ const PAGE: &str = concat!(
     "</script>\n",
 );
 
-/// What is answered.
+/// Status of a response.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Status {
     Page,
@@ -39,9 +39,9 @@ pub(super) enum Status {
     Busy,
 }
 
-/// Reads the head of a request. The error is what to answer, or nothing where nobody waits for it.
+/// Reads the head of a request. The error is the status to respond with, or none if the client has left.
 pub(super) fn read(stream: &mut TcpStream) -> Result<Request, Option<Status>> {
-    let end = Instant::now() + PATIENCE;
+    let end = Instant::now() + READ_TIMEOUT;
     let (mut head, mut chunk) = (Vec::new(), [0; 1024]);
     loop {
         let left = end.saturating_duration_since(Instant::now());
@@ -55,9 +55,9 @@ pub(super) fn read(stream: &mut TcpStream) -> Result<Request, Option<Status>> {
             Err(_) => return Err(None),
         }
         match Request::try_parse(&head) {
-            // Nothing may follow: what a WebSocket sends comes after our answer.
+            // Nothing may follow the head: a WebSocket client sends only after our response.
             Ok(Some((size, request))) if size == head.len() => return Ok(request),
-            Ok(None) if head.len() < MOST_BYTES => {}
+            Ok(None) if head.len() < MAX_HEAD_BYTES => {}
             Ok(_) => return Err(Some(Status::BadRequest)),
             Err(tungstenite::Error::Protocol(
                 tungstenite::error::ProtocolError::WrongHttpMethod,
@@ -67,12 +67,12 @@ pub(super) fn read(stream: &mut TcpStream) -> Result<Request, Option<Status>> {
     }
 }
 
-/// A field of the head, if it is text.
+/// A header, if it is text.
 pub(super) fn field<'a>(request: &'a Request, name: &str) -> Option<&'a str> {
     request.headers().get(name).and_then(|value| value.to_str().ok())
 }
 
-/// Answers, and ends the connection.
+/// Sends a response and closes the connection.
 pub(super) fn answer(stream: &mut TcpStream, status: Status) -> io::Result<()> {
     let (line, body) = match status {
         Status::Page => ("200 OK", PAGE),
@@ -85,7 +85,7 @@ pub(super) fn answer(stream: &mut TcpStream, status: Status) -> io::Result<()> {
         Status::Busy => ("503 Service Unavailable", "Too many are watching.\n"),
     };
     let kind = if status == Status::Page { "html" } else { "plain" };
-    // The browser itself sees to it that the page stays alone.
+    // The content security policy lets the browser enforce that nothing is fetched from other hosts.
     let head = format!(
         "HTTP/1.1 {line}\r\nContent-Type: text/{kind}; charset=utf-8\r\nContent-Length: {}\r\n\
          Connection: close\r\nCache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\n\

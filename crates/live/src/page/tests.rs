@@ -24,7 +24,7 @@ fn page() -> (Page, Arc<Meter>) {
         title: "A <test>".to_owned(),
         source: "events made up".to_owned(),
         sensor: SENSOR,
-        subject: Subject::Body,
+        skeleton: Skeleton::Body,
         hand_mesh: None,
     };
     let meter = Arc::new(Meter::new());
@@ -32,7 +32,7 @@ fn page() -> (Page, Arc<Meter>) {
     (Page::serve(address, info, meter.clone()).unwrap(), meter)
 }
 
-/// Noise that fills pictures.
+/// Noise that fills event images.
 fn noise(index: u64) -> EventStream {
     let mut rng = CounterRng::new(1, "noise", index);
     let event = |_| Event {
@@ -48,11 +48,11 @@ fn pose(origin: Origin, x: f32) -> LivePose {
     let mut joints_px = [None; BODY_JOINTS];
     joints_px[3] = Some(Vec2::new(x, 20.0));
     joints_px[4] = Some(Vec2::NAN);
-    let answer = PoseEstimate::Body { joints_px, scores: [0.5; BODY_JOINTS] };
-    LivePose { t: Micros(77), latency: Duration::from_millis(12), origin, pose: answer }
+    let estimate = PoseEstimate::Body { joints_px, scores: [0.5; BODY_JOINTS] };
+    LivePose { t: Micros(77), latency: Duration::from_millis(12), origin, pose: estimate }
 }
 
-/// What is answered to a request.
+/// The response to a request.
 fn asked(page: &Page, request: &str) -> String {
     let mut stream = TcpStream::connect(page.local_addr()).unwrap();
     stream.set_read_timeout(Some(LONG)).unwrap();
@@ -83,7 +83,7 @@ fn watch(page: &Page) -> WebSocket<TcpStream> {
     upgrade(page, &page.local_addr().to_string(), None).unwrap()
 }
 
-fn words(socket: &mut WebSocket<TcpStream>) -> Value {
+fn next_text(socket: &mut WebSocket<TcpStream>) -> Value {
     loop {
         if let Message::Text(text) = socket.read().unwrap() {
             return serde_json::from_str(&text).unwrap();
@@ -91,10 +91,10 @@ fn words(socket: &mut WebSocket<TcpStream>) -> Value {
     }
 }
 
-fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
+fn wait_until(name: &str, mut is_so: impl FnMut() -> bool) {
     let end = Instant::now() + LONG;
     while !is_so() {
-        assert!(Instant::now() < end, "{what} did not come");
+        assert!(Instant::now() < end, "{name} did not come");
         std::thread::sleep(Duration::from_millis(5));
     }
 }
@@ -149,17 +149,17 @@ fn a_client_sees_events_poses_and_figures() {
     let mut sinks = Sinks::new();
     sinks.add(page.sink());
     let mut socket = watch(&page);
-    let about = words(&mut socket);
+    let about = next_text(&mut socket);
     assert_eq!(about["kind"], "about");
     assert_eq!((&about["title"], &about["joints"][3]), (&"A <test>".into(), &"elbow_l".into()));
     assert_eq!(about["sensor"]["width"], 640);
-    assert_eq!(words(&mut socket)["state"], "waiting");
+    assert_eq!(next_text(&mut socket)["state"], "waiting");
 
     let view = page.view();
     for origin in [Origin::Network, Origin::Propagated] {
         let pose = pose(origin, if origin == Origin::Network { 10.25 } else { 30.0 });
-        meter.pose(&pose);
-        sinks.give(&Arc::new(pose));
+        meter.record(&pose);
+        sinks.send(&Arc::new(pose));
     }
     let mut pushed = 0;
     let (mut brightest, mut shown) = (0, Value::Null);
@@ -167,12 +167,12 @@ fn a_client_sees_events_poses_and_figures() {
         meter.events.add(1_000);
         pushed += 1;
         view.push(&noise(pushed));
-        if let Message::Binary(picture) = socket.read().unwrap() {
-            brightest = brightest.max(picture.iter().skip(4).copied().max().unwrap());
-            assert_eq!(picture[..4], [128, 2, 224, 1], "640 x 480");
+        if let Message::Binary(image) = socket.read().unwrap() {
+            brightest = brightest.max(image.iter().skip(4).copied().max().unwrap());
+            assert_eq!(image[..4], [128, 2, 224, 1], "640 x 480");
         }
-        shown = words(&mut socket);
-        !shown["between"].is_null() && shown["figures"]["rates"]["events"].as_f64() > Some(0.0)
+        shown = next_text(&mut socket);
+        !shown["propagated"].is_null() && shown["figures"]["rates"]["events"].as_f64() > Some(0.0)
     });
     assert!(brightest > 0);
     assert_eq!(shown["state"], "live");
@@ -181,18 +181,18 @@ fn a_client_sees_events_poses_and_figures() {
         (&shown["network"]["joints"][4], &shown["network"]["tenths"][3]),
         (&Value::Null, &5.0.into())
     );
-    assert_eq!(shown["between"]["joints"][3][0], 30.0);
-    wait_until("the latency", || words(&mut socket)["figures"]["point"]["network"].is_array());
+    assert_eq!(shown["propagated"]["joints"][3][0], 30.0);
+    wait_until("the latency", || next_text(&mut socket)["figures"]["point"]["network"].is_array());
 
-    wait_until("a stall", || words(&mut socket)["state"] == "stalled");
+    wait_until("a stall", || next_text(&mut socket)["state"] == "stalled");
     sinks.finish().unwrap();
-    wait_until("the end", || words(&mut socket)["state"] == "ended");
+    wait_until("the end", || next_text(&mut socket)["state"] == "ended");
 }
 
 #[test]
 fn a_client_that_never_reads_is_left_and_holds_up_nobody() {
     let (page, _) = page();
-    let (deaf, mut awake) = (watch(&page), watch(&page));
+    let (silent, mut awake) = (watch(&page), watch(&page));
     wait_until("both", || page.watchers() == 2);
     let view = page.view();
     let (mut pushed, mut longest) = (0, Duration::ZERO);
@@ -209,7 +209,7 @@ fn a_client_that_never_reads_is_left_and_holds_up_nobody() {
         page.watchers() == 1
     });
     assert!(longest < Duration::from_secs(2), "held up for {longest:?}");
-    drop(deaf);
+    drop(silent);
     awake.read().unwrap();
 }
 
@@ -245,10 +245,10 @@ fn a_client_that_sends_too_much_is_left() {
 fn there_is_room_for_eight_and_for_another_when_one_goes() {
     let (page, _) = page();
     let host = page.local_addr().to_string();
-    let mut all: Vec<_> = (0..MOST_WATCHERS).map(|_| watch(&page)).collect();
+    let mut all: Vec<_> = (0..MAX_WATCHERS).map(|_| watch(&page)).collect();
     assert_eq!(upgrade(&page, &host, None).err(), Some(503));
     all.pop();
-    wait_until("room", || page.watchers() < MOST_WATCHERS);
+    wait_until("room", || page.watchers() < MAX_WATCHERS);
     assert!(upgrade(&page, &host, None).is_ok());
 }
 
@@ -267,13 +267,13 @@ fn a_page_that_is_dropped_ends_whatever_its_clients_do() {
 }
 
 #[test]
-fn an_address_that_is_taken_is_told() {
+fn an_address_in_use_is_an_error() {
     let (page, _) = page();
     let info = PageInfo {
         title: String::new(),
         source: String::new(),
         sensor: SENSOR,
-        subject: Subject::Hand,
+        skeleton: Skeleton::Hand,
         hand_mesh: None,
     };
     let error = Page::serve(page.local_addr(), info, Arc::default()).err().unwrap();

@@ -1,80 +1,79 @@
-//! Times of events by the clock of this machine.
+//! Event time in host time.
 
 use std::time::{Duration, Instant};
 
 use evpose_core::Micros;
 
-/// The next packet is waited for twice as long as usual, but not for less than this, before the clock goes on
-/// without it.
-const SHORTEST_QUIET: Duration = Duration::from_millis(2);
-/// And not for more: packets that come less often are no stream that goes on.
-const LONGEST_QUIET: Duration = Duration::from_millis(50);
-/// Of how many packets the usual time between two is known.
-const USUAL_OF: u32 = 16;
+/// Poses are propagated by the clock after twice the usual interval of packets without one, but not before
+/// this: below it, jitter of the scheduler would look like a gap.
+const MIN_WAIT: Duration = Duration::from_millis(2);
+/// Upper bound of the same: packets that are further apart are no continuous stream.
+const MAX_WAIT: Duration = Duration::from_millis(50);
+/// Packets of the moving average of the interval.
+const AVERAGED_PACKETS: u32 = 16;
 
-/// When events happen, told from the last of every packet.
+/// Map from event time to host time, updated with the last event of every packet.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Clock {
-    /// Time of events in the same time of this machine; none where both have nothing to do with each other.
+    /// Event time per host time; none where the two are unrelated.
     pace: Option<f64>,
-    /// A silence of so long is told as a stall.
+    /// Host time without packets that counts as a stall.
     stall: Duration,
-    /// Time of the newest event, and when it happened.
+    /// Event time and host time of the newest event.
     newest: Option<(Micros, Instant)>,
-    /// When the last packet was taken, or this began.
-    heard: Instant,
-    /// From one packet to the next, as a rule.
-    usual: Duration,
+    /// Host time of the last packet, or of the start.
+    last_packet: Instant,
+    /// Moving average of the interval of packets.
+    interval: Duration,
 }
 
 impl Clock {
-    /// Before the first packet.
+    /// A clock before the first packet.
     pub(super) fn new(pace: Option<f64>, stall: Duration) -> Self {
-        let heard = Instant::now();
-        Self { pace, stall, newest: None, heard, usual: SHORTEST_QUIET }
+        let last_packet = Instant::now();
+        Self { pace, stall, newest: None, last_packet, interval: MIN_WAIT }
     }
 
-    /// A packet, and when the last of its events happened.
-    pub(super) fn take(&mut self, last: Micros, happened: Instant) {
+    /// Takes the event time and the host time of the last event of a packet.
+    pub(super) fn update(&mut self, last: Micros, host_time: Instant) {
         let now = Instant::now();
-        let passed = now.saturating_duration_since(self.heard).min(LONGEST_QUIET);
-        self.usual = (self.usual * (USUAL_OF - 1) + passed) / USUAL_OF;
-        (self.newest, self.heard) = (Some((last, happened)), now);
+        let passed = now.saturating_duration_since(self.last_packet).min(MAX_WAIT);
+        self.interval = (self.interval * (AVERAGED_PACKETS - 1) + passed) / AVERAGED_PACKETS;
+        (self.newest, self.last_packet) = (Some((last, host_time)), now);
     }
 
-    /// Time of the newest event.
+    /// Event time of the newest event.
     pub(super) fn newest(&self) -> Option<Micros> {
         self.newest.map(|(t, _)| t)
     }
 
-    /// For how long no packet came.
-    pub(super) fn silent(&self) -> Duration {
-        self.heard.elapsed()
+    /// Host time since the last packet.
+    pub(super) fn silence(&self) -> Duration {
+        self.last_packet.elapsed()
     }
 
-    /// How long ago it was `t`: nothing at times to come, and before the first packet.
+    /// Host time since event time `t`: zero in the future, and before the first packet.
     pub(super) fn since(&self, t: Micros) -> Duration {
         self.due(t).map_or(Duration::ZERO, |due| Instant::now().saturating_duration_since(due))
     }
 
-    /// How long to wait until it is `t` and no event will be the next thing to happen. None where the clock
-    /// says nothing: there are no packets, or have not been for so long that the source has stalled, or they
-    /// come as fast as they are taken.
+    /// Host time to wait until event time `t`, if no packet comes before. None where the clock is unknown:
+    /// without packets, after a stall, and for sources that are read as fast as possible.
     pub(super) fn until(&self, t: Option<Micros>) -> Option<Duration> {
         self.pace?;
-        let quiet = self.heard + (2 * self.usual).clamp(SHORTEST_QUIET, LONGEST_QUIET);
+        let quiet = self.last_packet + (2 * self.interval).clamp(MIN_WAIT, MAX_WAIT);
         let due = self.due(t?)?.max(quiet);
-        // What a stall is made of is not told, as behind it.
-        (due < self.heard + self.stall).then(|| due.saturating_duration_since(Instant::now()))
+        // No poses within a stall, as after it.
+        (due < self.last_packet + self.stall).then(|| due.saturating_duration_since(Instant::now()))
     }
 
-    /// When it is, or was, `t`.
+    /// Host time of event time `t`.
     fn due(&self, t: Micros) -> Option<Instant> {
-        let (newest, happened) = self.newest?;
-        let Some(pace) = self.pace else { return Some(happened) };
+        let (newest, host_time) = self.newest?;
+        let Some(pace) = self.pace else { return Some(host_time) };
         let later_s = (t - newest).as_seconds() / pace;
         let apart = Duration::try_from_secs_f64(later_s.abs()).ok()?;
-        if later_s < 0.0 { happened.checked_sub(apart) } else { happened.checked_add(apart) }
+        if later_s < 0.0 { host_time.checked_sub(apart) } else { host_time.checked_add(apart) }
     }
 }
 
@@ -91,12 +90,12 @@ mod tests {
     }
 
     #[test]
-    fn times_are_told_at_the_pace_of_the_recording() {
+    fn event_time_passes_at_the_pace_of_the_recording() {
         let now = Instant::now();
         for (pace, seconds) in [(1.0, 2), (4.0, 8), (0.5, 1)] {
             let mut clock = Clock::new(Some(pace), STALL);
             assert_eq!(clock.since(Micros(3)), Duration::ZERO, "nothing is known yet");
-            clock.take(Micros(0), now);
+            clock.update(Micros(0), now);
             let before = Micros(-seconds * 1_000_000);
             assert!(near(clock.since(before), 2_000 * MS), "{pace}: {:?}", clock.since(before));
             assert_eq!(clock.since(Micros(600_000_000)), Duration::ZERO, "to come");
@@ -104,9 +103,9 @@ mod tests {
     }
 
     #[test]
-    fn what_comes_as_fast_as_it_is_taken_happens_when_it_comes() {
+    fn without_a_pace_the_host_time_is_that_of_arrival() {
         let mut clock = Clock::new(None, STALL);
-        clock.take(Micros(7_000_000), Instant::now());
+        clock.update(Micros(7_000_000), Instant::now());
         assert!(near(clock.since(Micros(0)), Duration::ZERO));
         assert_eq!(clock.until(Some(Micros(8_000_000))), None);
     }
@@ -115,7 +114,7 @@ mod tests {
     fn the_clock_goes_on_until_the_source_has_stalled() {
         let mut clock = Clock::new(Some(1.0), STALL);
         assert_eq!(clock.until(Some(Micros(0))), None, "nothing has come");
-        clock.take(Micros(0), Instant::now());
+        clock.update(Micros(0), Instant::now());
         assert_eq!(clock.until(None), None);
         assert!(clock.until(Some(Micros(1_000))).is_some_and(|left| left <= 4 * MS));
         assert!(clock.until(Some(Micros(300_000))).is_some_and(|left| left <= 300 * MS));

@@ -8,10 +8,10 @@ use std::time::Instant;
 use evpose_core::{EventStream, Micros};
 use evpose_io::Columns;
 
-use crate::source::{FARTHEST, JUMP, Source};
+use crate::source::{MAX_TIME, RESTART_JUMP, Source};
 use crate::{LiveError, Meter, Packet, PacketQueue};
 
-/// The thread, and how to end it.
+/// The thread, and a function that wakes it.
 pub(super) struct Feeder {
     thread: JoinHandle<Result<(), LiveError>>,
     wake: Option<Box<dyn Fn() + Send + Sync>>,
@@ -32,13 +32,13 @@ impl Feeder {
         Self { thread, wake }
     }
 
-    /// Ends it. Where nobody waits for its events any more, it is left alone if it cannot be woken: a
-    /// terminal that somebody may yet type on.
-    pub(super) fn end(self, is_left: bool) -> Result<(), LiveError> {
-        if is_left {
+    /// Joins the thread. An abandoned thread that cannot be woken, such as one that reads a terminal, is
+    /// detached.
+    pub(super) fn end(self, is_abandoned: bool) -> Result<(), LiveError> {
+        if is_abandoned {
             let Some(wake) = self.wake else { return Ok(()) };
             wake();
-            // How a connection ends that we closed is of no interest.
+            // Errors of a connection that we closed ourselves carry no information.
             let _ = self.thread.join();
             return Ok(());
         }
@@ -53,68 +53,69 @@ fn feed(source: &mut impl Source, queue: &PacketQueue, meter: &Meter) -> Result<
     loop {
         columns.clear();
         let read = source.next(&mut columns);
-        meter.malformed.add(risen(&mut malformed, source.malformed()));
-        meter.dropped_packets.add(risen(&mut lost, source.lost()));
+        meter.malformed.add(increase(&mut malformed, source.malformed()));
+        meter.dropped_packets.add(increase(&mut lost, source.lost()));
         let slipped = u64::try_from(source.slipped().as_micros()).unwrap_or(u64::MAX);
-        meter.slipped_us.add(risen(&mut slipped_us, slipped));
-        // Events that came before a fault are whole.
-        let happened = match read {
+        meter.slipped_us.add(increase(&mut slipped_us, slipped));
+        // Events before a fault are valid.
+        let host_time = match read {
             Ok(None) => return Ok(()),
-            Ok(Some(happened)) => happened,
+            Ok(Some(host_time)) => host_time,
             Err(_) => Instant::now(),
         };
-        // Usually one piece: time jumps back once in a while, if ever.
+        // Usually one piece: time jumps back rarely.
         let mut from = 0;
         while from < columns.len() {
-            let restarts = latest.is_some_and(|latest| is_back(columns.t[from], latest));
+            let restarts = latest.is_some_and(|latest| is_restart(columns.t[from], latest));
             let before = latest.filter(|_| !restarts);
             let end = piece_end(&columns.t, from, before);
-            let events = checked(&columns, from..end, before, queue.memory(sensor));
+            let events = checked(&columns, from..end, before, queue.buffer(sensor));
             meter.rejected.add((end - from - events.len()) as u64);
             from = end;
-            // Nothing begins anew with events that are none.
+            // A piece of rejected events alone does not begin another recording.
             let Some(&newest) = events.t().last() else {
-                queue.give_back(events);
+                queue.recycle(events);
                 continue;
             };
             latest = Some(newest);
             meter.restarts.add(u64::from(restarts));
             meter.packets.add(1);
             meter.events.add(events.len() as u64);
-            let dropped = queue.push(Packet { events, happened, restarts });
+            let dropped = queue.push(Packet { events, host_time, is_restart: restarts });
             meter.dropped_packets.add(dropped.packets);
             meter.dropped_events.add(dropped.events);
         }
         read?;
-        if queue.is_left() {
+        if queue.is_abandoned() {
             return Ok(());
         }
     }
 }
 
-/// By how much a count has risen.
-fn risen(before: &mut u64, now: u64) -> u64 {
+/// Increase of a counter since `before`, which is set to `now`.
+fn increase(before: &mut u64, now: u64) -> u64 {
     now.saturating_sub(std::mem::replace(before, now))
 }
 
 /// Whether another recording begins at `t`.
-fn is_back(t: Micros, latest: Micros) -> bool {
-    t.0 < latest.0.saturating_sub(JUMP.0)
+fn is_restart(t: Micros, latest: Micros) -> bool {
+    t.0 < latest.0.saturating_sub(RESTART_JUMP.0)
 }
 
-/// Where time jumps back next, or the events end.
+/// Index of the next backward jump of time, or of the end of the events.
 fn piece_end(t: &[Micros], from: usize, latest: Option<Micros>) -> usize {
     let mut newest = latest.unwrap_or(t[from]);
     let jumps = |t: &Micros| {
-        let jumps = is_back(*t, newest);
+        let jumps = is_restart(*t, newest);
         newest = newest.max(*t);
         jumps
     };
-    // The first event of a piece has been asked for.
+    // The caller has checked the first event of the piece.
     t[from + 1..].iter().position(jumps).map_or(t.len(), |more| from + 1 + more)
 }
 
-/// The events of `range` that are on the sensor, in order behind `latest`, and of a time that can be, in the memory of a packet.
+/// The events of `range` that lie on the sensor, in time order after `latest` and within
+/// [`MAX_TIME`], in the buffer of a packet.
 fn checked(
     columns: &Columns,
     range: Range<usize>,
@@ -122,9 +123,9 @@ fn checked(
     mut events: EventStream,
 ) -> EventStream {
     let fits = |t: Micros| {
-        latest.is_none_or(|latest| t >= latest) && t.0.unsigned_abs() <= FARTHEST.0.unsigned_abs()
+        latest.is_none_or(|latest| t >= latest) && t.0.unsigned_abs() <= MAX_TIME.0.unsigned_abs()
     };
-    let of = |range: Range<usize>| {
+    let columns_of = |range: Range<usize>| {
         (
             &columns.t[range.clone()],
             &columns.x[range.clone()],
@@ -132,13 +133,13 @@ fn checked(
             &columns.polarity[range],
         )
     };
-    let (t, x, y, polarity) = of(range.clone());
+    let (t, x, y, polarity) = columns_of(range.clone());
     let ends_fit = fits(t[0]) && fits(t[t.len() - 1]);
     if ends_fit && events.extend_columns(t, x, y, polarity).is_ok() {
         return events;
     }
     for event in range.map(|index| columns.event(index)).filter(|event| fits(event.t)) {
-        // What is refused is told by how many are missing.
+        // The caller counts rejected events by how many are missing.
         let _ = events.push(event);
     }
     events

@@ -92,8 +92,8 @@ impl<I, O> InferenceThread<I, O> {
             if self.inferred.send(inferred).is_err() || is_failure {
                 break;
             }
-            self.queue.nudge();
+            self.queue.notify();
         }
-        self.queue.nudge();
+        self.queue.notify();
     }
 }

@@ -16,19 +16,19 @@ use evpose_pose::stream::StreamError;
 const SENSOR: SensorSize = SensorSize { width: 8, height: 4 };
 
 /// Packets of events at these times, one after the other, as fast as they are taken.
-struct Given {
+struct ScriptedSource {
     packets: std::vec::IntoIter<Vec<i64>>,
-    /// Asked before every packet but the first: may it come?
+    /// Call before every packet but the first: may it come?
     wait: Option<Receiver<()>>,
     is_first: bool,
     pace: Option<f64>,
 }
 
-fn given(packets: Vec<Vec<i64>>) -> Given {
-    Given { packets: packets.into_iter(), wait: None, is_first: true, pace: None }
+fn given(packets: Vec<Vec<i64>>) -> ScriptedSource {
+    ScriptedSource { packets: packets.into_iter(), wait: None, is_first: true, pace: None }
 }
 
-impl Source for Given {
+impl Source for ScriptedSource {
     fn name(&self) -> String {
         "given".to_owned()
     }
@@ -55,51 +55,51 @@ impl Source for Given {
     }
 }
 
-/// What an eye was asked, in order.
+/// Calls of a front end.
 #[derive(Debug, Clone, PartialEq)]
-enum Asked {
-    Pushed(Vec<i64>),
-    Between(i64),
-    Image(i64),
-    Found(i64),
+enum Call {
+    Push(Vec<i64>),
+    Propagate(i64),
+    Input(i64),
+    Accept(i64),
     Reset,
 }
 
 #[derive(Clone, Default)]
-struct Diary(Arc<Mutex<Vec<Asked>>>);
+struct CallLog(Arc<Mutex<Vec<Call>>>);
 
-impl Diary {
-    fn add(&self, asked: Asked) {
+impl CallLog {
+    fn add(&self, asked: Call) {
         self.0.lock().unwrap().push(asked);
     }
 
-    fn read(&self) -> Vec<Asked> {
+    fn read(&self) -> Vec<Call> {
         self.0.lock().unwrap().clone()
     }
 
-    fn of<T>(&self, choose: impl Fn(&Asked) -> Option<T>) -> Vec<T> {
+    fn of<T>(&self, choose: impl Fn(&Call) -> Option<T>) -> Vec<T> {
         self.read().iter().filter_map(choose).collect()
     }
 }
 
-struct Scribe(Diary);
+struct LoggingFrontend(CallLog);
 
 fn answer() -> PoseEstimate {
     PoseEstimate::Body { joints_px: [None; BODY_JOINTS], scores: [0.0; BODY_JOINTS] }
 }
 
-impl StreamFrontend for Scribe {
+impl StreamFrontend for LoggingFrontend {
     type Input = i64;
     type Output = ();
     type Pose = PoseEstimate;
 
     fn push(&mut self, events: &EventStream) -> Result<(), StreamError> {
-        self.0.add(Asked::Pushed(events.t().iter().map(|t| t.0).collect()));
+        self.0.add(Call::Push(events.t().iter().map(|t| t.0).collect()));
         Ok(())
     }
 
     fn input(&mut self, t: Micros, _memory: Option<i64>) -> Option<i64> {
-        self.0.add(Asked::Image(t.0));
+        self.0.add(Call::Input(t.0));
         Some(t.0)
     }
 
@@ -111,7 +111,7 @@ impl StreamFrontend for Scribe {
         _now: Micros,
     ) -> Vec<(Micros, PoseEstimate)> {
         assert_eq!(t.0, *image);
-        self.0.add(Asked::Found(t.0));
+        self.0.add(Call::Accept(t.0));
         vec![(t, answer())]
     }
 
@@ -120,22 +120,22 @@ impl StreamFrontend for Scribe {
     }
 
     fn propagate(&mut self, t: Micros) -> Option<PoseEstimate> {
-        self.0.add(Asked::Between(t.0));
+        self.0.add(Call::Propagate(t.0));
         Some(answer())
     }
 
     fn reset(&mut self) {
-        self.0.add(Asked::Reset);
+        self.0.add(Call::Reset);
     }
 }
 
-/// Says when it begins to look, and looks until it may go on.
-struct Slow {
+/// A worker that reports its start, and blocks until it may continue.
+struct SlowWorker {
     begins: Sender<i64>,
     goes_on: Receiver<()>,
 }
 
-impl InferenceWorker for Slow {
+impl InferenceWorker for SlowWorker {
     type Input = i64;
     type Output = ();
 
@@ -146,9 +146,9 @@ impl InferenceWorker for Slow {
     }
 }
 
-struct Instantly;
+struct ImmediateWorker;
 
-impl InferenceWorker for Instantly {
+impl InferenceWorker for ImmediateWorker {
     type Input = i64;
     type Output = ();
 
@@ -157,29 +157,29 @@ impl InferenceWorker for Instantly {
     }
 }
 
-/// Keeps what it is given.
-struct Kept(Arc<Mutex<Vec<LivePose>>>);
+/// A sink that collects poses.
+struct CollectingSink(Arc<Mutex<Vec<LivePose>>>);
 
-impl Sink for Kept {
+impl Sink for CollectingSink {
     fn name(&self) -> String {
         "kept".to_owned()
     }
 
-    fn take(&mut self, pose: &LivePose) -> std::io::Result<()> {
+    fn write(&mut self, pose: &LivePose) -> std::io::Result<()> {
         self.0.lock().unwrap().push(pose.clone());
         Ok(())
     }
 }
 
 fn options(propagate_hz: f64) -> LiveOptions {
-    LiveOptions { propagate_hz, most_packets: 1_000, ..LiveOptions::default() }
+    LiveOptions { propagate_hz, max_packets: 1_000, ..LiveOptions::default() }
 }
 
-fn play(packets: Vec<Vec<i64>>, propagate_hz: f64) -> (Diary, Report, Vec<LivePose>) {
-    let (diary, kept) = (Diary::default(), Arc::default());
+fn play(packets: Vec<Vec<i64>>, propagate_hz: f64) -> (CallLog, Report, Vec<LivePose>) {
+    let (diary, kept) = (CallLog::default(), Arc::default());
     let mut sinks = Sinks::new();
-    sinks.add(Kept(Arc::clone(&kept)));
-    let task = PoseStream::new(Scribe(diary.clone()), Instantly);
+    sinks.add(CollectingSink(Arc::clone(&kept)));
+    let task = PoseStream::new(LoggingFrontend(diary.clone()), ImmediateWorker);
     let (options, control) = (options(propagate_hz), Control::default());
     let report = run(given(packets), task, &mut sinks, &options, &control).unwrap();
     sinks.finish().unwrap();
@@ -188,36 +188,36 @@ fn play(packets: Vec<Vec<i64>>, propagate_hz: f64) -> (Diary, Report, Vec<LivePo
 }
 
 #[test]
-fn poses_between_come_evenly_and_see_the_events_before_them_and_no_others() {
+fn propagated_poses_are_evenly_spaced_and_follow_exactly_the_events_before_them() {
     let packets =
         vec![vec![0, 400, 900], vec![1_000, 1_500, 1_899, 1_900], vec![1_901, 3_000, 4_950]];
     let (diary, report, poses) = play(packets.clone(), 1_000.0);
     let ticks = diary.of(|asked| match asked {
-        Asked::Between(t) => Some(*t),
+        Call::Propagate(t) => Some(*t),
         _ => None,
     });
     assert_eq!(ticks, [1_900, 2_900, 3_900, 4_900]);
     let mut seen: Vec<i64> = Vec::new();
     for asked in diary.read() {
         match asked {
-            Asked::Pushed(times) => seen.extend(times),
-            Asked::Between(tick) => assert!(seen.iter().all(|t| *t < tick), "{tick}: {seen:?}"),
+            Call::Push(times) => seen.extend(times),
+            Call::Propagate(tick) => assert!(seen.iter().all(|t| *t < tick), "{tick}: {seen:?}"),
             _ => {}
         }
     }
     assert_eq!(seen, packets.concat(), "every event once, in order");
-    assert_eq!(report.between.poses, 4);
-    assert_eq!(report.network.poses + report.between.poses, poses.len() as u64);
+    assert_eq!(report.propagated.poses, 4);
+    assert_eq!(report.network.poses + report.propagated.poses, poses.len() as u64);
     assert!(report.network.poses >= 1 && report.images == report.network.poses);
 }
 
 #[test]
-fn a_moment_without_events_has_its_poses() {
+fn poses_are_propagated_through_times_without_events() {
     // Ticks fall between packets, and into quiet times.
     let packets = vec![vec![0, 999], vec![1_001, 1_998], vec![2_003, 2_500], vec![9_500, 9_999]];
     let (diary, ..) = play(packets, 1_000.0);
     let ticks = diary.of(|asked| match asked {
-        Asked::Between(t) => Some(*t),
+        Call::Propagate(t) => Some(*t),
         _ => None,
     });
     assert_eq!(ticks, (1..=9).map(|k| 999 + 1_000 * k).filter(|t| *t <= 9_999).collect::<Vec<_>>());
@@ -227,7 +227,7 @@ fn a_moment_without_events_has_its_poses() {
 fn behind_a_gap_poses_go_on_without_those_of_the_gap() {
     let (diary, ..) = play(vec![vec![0, 100], vec![5_000_050, 5_004_000]], 1_000.0);
     let ticks = diary.of(|asked| match asked {
-        Asked::Between(t) => Some(*t),
+        Call::Propagate(t) => Some(*t),
         _ => None,
     });
     assert_eq!(ticks, [5_000_100, 5_001_100, 5_002_100, 5_003_100]);
@@ -239,9 +239,9 @@ fn the_network_is_shown_the_newest_and_what_it_missed_is_counted() {
     let (go_on, goes_on) = channel();
     let (come, may_come) = channel();
     let packets: Vec<Vec<i64>> = (0..10).map(|k| vec![1_000 * k, 1_000 * k + 999]).collect();
-    let source = Given { wait: Some(may_come), ..given(packets) };
-    let diary = Diary::default();
-    let task = PoseStream::new(Scribe(diary.clone()), Slow { begins, goes_on });
+    let source = ScriptedSource { wait: Some(may_come), ..given(packets) };
+    let diary = CallLog::default();
+    let task = PoseStream::new(LoggingFrontend(diary.clone()), SlowWorker { begins, goes_on });
     let control = Control::default();
     let meter = control.meter.clone();
     let report = std::thread::scope(|scope| {
@@ -249,14 +249,14 @@ fn the_network_is_shown_the_newest_and_what_it_missed_is_counted() {
         let running = scope
             .spawn(move || run(source, task, &mut Sinks::new(), &options(0.0), control).unwrap());
         assert_eq!(begun.recv_timeout(Duration::from_secs(10)).unwrap(), 999);
-        // Six packets pass while the network looks at the first.
+        // Six packets pass while the network infers the first.
         (0..6).for_each(|_| come.send(()).unwrap());
         let end = Instant::now() + Duration::from_secs(10);
         while meter.followed.get() < 14 && Instant::now() < end {
             std::thread::yield_now();
         }
         go_on.send(()).unwrap();
-        while diary.read().iter().all(|asked| *asked != Asked::Found(999)) && Instant::now() < end {
+        while diary.read().iter().all(|asked| *asked != Call::Accept(999)) && Instant::now() < end {
             std::thread::yield_now();
         }
         come.send(()).unwrap();
@@ -274,9 +274,9 @@ fn time_that_jumps_back_begins_anew_and_small_disorder_is_rejected() {
     let packets = vec![vec![500_000, 500_500], vec![500_400, 501_000], vec![1_000, 2_000]];
     let (diary, report, _) = play(packets, 0.0);
     let asked = diary.read();
-    let reset = asked.iter().position(|asked| *asked == Asked::Reset).unwrap();
-    let behind = asked[reset + 1..].iter().find(|asked| matches!(asked, Asked::Pushed(_)));
-    assert_eq!(behind, Some(&Asked::Pushed(vec![1_000, 2_000])));
+    let reset = asked.iter().position(|asked| *asked == Call::Reset).unwrap();
+    let behind = asked[reset + 1..].iter().find(|asked| matches!(asked, Call::Push(_)));
+    assert_eq!(behind, Some(&Call::Push(vec![1_000, 2_000])));
     assert_eq!((report.restarts, report.rejected, report.events), (1, 1, 5));
 }
 
@@ -284,11 +284,11 @@ fn time_that_jumps_back_begins_anew_and_small_disorder_is_rejected() {
 fn poses_go_on_by_the_clock_while_nothing_happens_until_the_source_has_stalled() {
     let (come, may_come) = channel();
     let packets = vec![vec![0, 999], vec![900_000, 901_500]];
-    let source = Given { wait: Some(may_come), pace: Some(1.0), ..given(packets) };
-    let (diary, kept) = (Diary::default(), Arc::default());
+    let source = ScriptedSource { wait: Some(may_come), pace: Some(1.0), ..given(packets) };
+    let (diary, kept) = (CallLog::default(), Arc::default());
     let mut sinks = Sinks::new();
-    sinks.add(Kept(Arc::clone(&kept)));
-    let task = PoseStream::new(Scribe(diary.clone()), Instantly);
+    sinks.add(CollectingSink(Arc::clone(&kept)));
+    let task = PoseStream::new(LoggingFrontend(diary.clone()), ImmediateWorker);
     let control = Control::default();
     let meter = control.meter.clone();
     let report = std::thread::scope(|scope| {
@@ -304,7 +304,7 @@ fn poses_go_on_by_the_clock_while_nothing_happens_until_the_source_has_stalled()
     });
     sinks.finish().unwrap();
     let ticks = diary.of(|asked| match asked {
-        Asked::Between(t) => Some(*t),
+        Call::Propagate(t) => Some(*t),
         _ => None,
     });
     // From 10 ms behind the first packet to the stall half a second later, and none before events come again.

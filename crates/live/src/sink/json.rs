@@ -1,4 +1,4 @@
-//! Poses as lines of JSON, to a file, a pipe or a socket.
+//! Poses as JSON Lines, to a file, a pipe or a socket.
 
 use std::io::{self, Write};
 
@@ -10,18 +10,18 @@ use super::Sink;
 use crate::{LivePose, Origin};
 use evpose_pose::PoseEstimate;
 
-/// Writes a line for every pose: `t_us`, `origin` (`network` or `between`), `latency_ms`, and
+/// Writes a line for every pose: `t_us`, `origin` (`network` or `propagated`), `latency_ms`, and
 ///
-/// * of a body `joints`: for each that was found its pixels and its score;
-/// * of a hand `params`, its 12 parameters, and `joints`: for each of its 21 points metres and pixels, these
-///   missing behind the camera.
+/// * for a body, `joints`: pixels and score of each detected joint;
+/// * for a hand, `params`, its 12 parameters, and `joints`: metres and pixels of each of its 21 points, the
+///   latter null behind the camera.
 pub struct JsonLines<W> {
     name: String,
     out: W,
 }
 
 impl<W: Write> JsonLines<W> {
-    /// Writes to `out`, which messages call `name`.
+    /// Writes to `out`; `name` identifies it in messages.
     pub fn new(name: impl Into<String>, out: W) -> Self {
         Self { name: name.into(), out }
     }
@@ -32,12 +32,12 @@ impl<W: Write + Send + 'static> Sink for JsonLines<W> {
         self.name.clone()
     }
 
-    fn take(&mut self, pose: &LivePose) -> io::Result<()> {
+    fn write(&mut self, pose: &LivePose) -> io::Result<()> {
         serde_json::to_writer(&mut self.out, &value(pose))?;
         self.out.write_all(b"\n")
     }
 
-    fn rest(&mut self) -> io::Result<()> {
+    fn flush(&mut self) -> io::Result<()> {
         self.out.flush()
     }
 }
@@ -46,7 +46,7 @@ impl<W: Write + Send + 'static> Sink for JsonLines<W> {
 pub fn value(pose: &LivePose) -> Value {
     let origin = match pose.origin {
         Origin::Network => "network",
-        Origin::Propagated => "between",
+        Origin::Propagated => "propagated",
     };
     let latency_ms = pose.latency.as_micros() as f64 * 1e-3;
     let mut line = json!({ "t_us": pose.t.0, "origin": origin, "latency_ms": latency_ms });

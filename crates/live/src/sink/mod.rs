@@ -1,4 +1,4 @@
-//! Where poses go: each sink on a thread of its own, behind a queue with a bound.
+//! Sinks of poses: each on its own thread, behind a bounded queue.
 
 mod json;
 mod table;
@@ -18,148 +18,156 @@ pub use table::Table;
 
 use crate::{LiveError, LivePose};
 
-/// Takes poses. Lives on a thread of its own, which it may hold up.
+/// A consumer of poses. It runs on its own thread and may block.
 pub trait Sink: Send + 'static {
-    /// What it is, for messages.
+    /// Name in messages.
     fn name(&self) -> String;
 
-    /// Takes a pose.
+    /// Writes a pose.
     ///
     /// # Errors
-    /// If it cannot be taken; the sink is then not asked any more.
-    fn take(&mut self, pose: &LivePose) -> io::Result<()>;
+    /// If it cannot be written; the sink is then not called again.
+    fn write(&mut self, pose: &LivePose) -> io::Result<()>;
 
-    /// Nothing waits: what was kept back is written.
+    /// Writes what is buffered; called when no pose is queued.
     ///
     /// # Errors
-    /// As [`Self::take`].
-    fn rest(&mut self) -> io::Result<()> {
+    /// As [`Self::write`].
+    fn flush(&mut self) -> io::Result<()> {
         Ok(())
     }
 
-    /// No pose will come any more.
+    /// Ends the output.
     ///
     /// # Errors
-    /// As [`Self::take`].
+    /// As [`Self::write`].
     fn finish(&mut self) -> io::Result<()> {
-        self.rest()
+        self.flush()
     }
 }
 
-/// Poses that wait for a sink, at most.
-const MOST_WAITING: usize = 4_096;
+/// Default capacity of a sink's queue in poses: four seconds at 1,000 poses per second.
+const QUEUE_CAPACITY: usize = 4_096;
 
-/// A sink that takes nothing for so long is not waited for when all is over.
-const PATIENCE: Duration = Duration::from_secs(3);
+/// Time without progress after which [`Sinks::finish`] gives up on a sink.
+const FINISH_TIMEOUT: Duration = Duration::from_secs(3);
 
 /// All sinks of a pipeline.
 pub struct Sinks {
-    sinks: Vec<Running>,
-    patience: Duration,
+    sinks: Vec<RunningSink>,
+    timeout: Duration,
 }
 
 impl Default for Sinks {
     fn default() -> Self {
-        Self { sinks: Vec::new(), patience: PATIENCE }
+        Self { sinks: Vec::new(), timeout: FINISH_TIMEOUT }
     }
 }
 
-struct Running {
+struct RunningSink {
     name: String,
     poses: SyncSender<Arc<LivePose>>,
     thread: JoinHandle<io::Result<()>>,
-    /// Poses that were taken.
-    taken: Arc<AtomicU64>,
-    /// Told when the thread ends.
+    /// Poses written.
+    written: Arc<AtomicU64>,
+    /// Disconnects when the thread ends.
     ended: Receiver<()>,
-    given: u64,
+    sent: u64,
     dropped: u64,
-    is_gone: bool,
+    has_failed: bool,
 }
 
 impl Sinks {
-    /// None.
+    /// No sinks.
     pub fn new() -> Self {
         Self::default()
     }
 
     /// Adds a sink.
     pub fn add(&mut self, sink: impl Sink) {
-        self.add_with(sink, MOST_WAITING);
+        self.add_with_capacity(sink, QUEUE_CAPACITY);
     }
 
-    /// Adds a sink for which at most so many poses wait.
-    pub fn add_with(&mut self, mut sink: impl Sink, most_waiting: usize) {
-        let (poses, waiting) = sync_channel(most_waiting);
+    /// Adds a sink with a queue of `capacity` poses.
+    pub fn add_with_capacity(&mut self, mut sink: impl Sink, capacity: usize) {
+        let (poses, waiting) = sync_channel(capacity);
         let name = sink.name();
-        let taken = Arc::<AtomicU64>::default();
+        let written = Arc::<AtomicU64>::default();
         let (end, ended) = channel::<()>();
-        let count = taken.clone();
+        let count = written.clone();
         let thread = std::thread::spawn(move || {
-            // Dropped when this ends, however it does.
+            // Dropped when the thread ends, also by a panic.
             let _end = end;
-            work(&mut sink, &waiting, &count)
+            write_all(&mut sink, &waiting, &count)
         });
-        let (given, dropped, is_gone) = (0, 0, false);
-        self.sinks.push(Running { name, poses, thread, taken, ended, given, dropped, is_gone });
+        let (sent, dropped, has_failed) = (0, 0, false);
+        self.sinks.push(RunningSink {
+            name,
+            poses,
+            thread,
+            written,
+            ended,
+            sent,
+            dropped,
+            has_failed,
+        });
     }
 
-    /// Gives every sink a pose. Returns how many of them had no room for it.
-    pub fn give(&mut self, pose: &Arc<LivePose>) -> u64 {
+    /// Sends a pose to every sink. Returns the number of sinks whose queue was full.
+    pub fn send(&mut self, pose: &Arc<LivePose>) -> u64 {
         let mut dropped = 0;
         for sink in &mut self.sinks {
             match sink.poses.try_send(pose.clone()) {
-                Ok(()) => sink.given += 1,
+                Ok(()) => sink.sent += 1,
                 Err(TrySendError::Full(_)) => {
                     sink.dropped += 1;
                     dropped += 1;
                 }
-                // It failed; what it failed of is told at the end.
-                Err(TrySendError::Disconnected(_)) => sink.is_gone = true,
+                // `finish` returns its error.
+                Err(TrySendError::Disconnected(_)) => sink.has_failed = true,
             }
         }
         dropped
     }
 
-    /// The sinks that failed so far.
-    pub fn gone(&self) -> impl Iterator<Item = &str> {
-        self.sinks.iter().filter(|sink| sink.is_gone).map(|sink| sink.name.as_str())
+    /// Names of the sinks that have failed.
+    pub fn failed(&self) -> impl Iterator<Item = &str> {
+        self.sinks.iter().filter(|sink| sink.has_failed).map(|sink| sink.name.as_str())
     }
 
-    /// Whether all of them failed; without any, none did.
-    pub fn are_gone(&self) -> bool {
-        !self.sinks.is_empty() && self.sinks.iter().all(|sink| sink.is_gone)
+    /// Whether there are sinks and all of them have failed.
+    pub fn have_all_failed(&self) -> bool {
+        !self.sinks.is_empty() && self.sinks.iter().all(|sink| sink.has_failed)
     }
 
-    /// Waits until all poses are written. Returns what each sink dropped.
+    /// Waits until all poses are written. Returns the name of each sink and the number of poses that it dropped.
     ///
     /// # Errors
-    /// The first sink that failed, or that takes nothing any more and is left alone; the others have written
-    /// everything.
+    /// The error of the first sink that failed or made no progress; the others have written every pose.
     pub fn finish(self) -> Result<Vec<(String, u64)>, LiveError> {
-        let (mut told, mut failure) = (Vec::new(), None);
+        let (mut drop_counts, mut failure) = (Vec::new(), None);
         for sink in self.sinks {
             let (name, dropped) = (sink.name.clone(), sink.dropped);
-            if let Err(source) = sink.finish(self.patience) {
+            if let Err(source) = sink.finish(self.timeout) {
                 failure.get_or_insert(LiveError::Sink { sink: name.clone(), source });
             }
-            told.push((name, dropped));
+            drop_counts.push((name, dropped));
         }
-        failure.map_or(Ok(told), Err)
+        failure.map_or(Ok(drop_counts), Err)
     }
 }
 
-impl Running {
-    fn finish(self, patience: Duration) -> io::Result<()> {
+impl RunningSink {
+    fn finish(self, timeout: Duration) -> io::Result<()> {
         drop(self.poses);
-        let mut before = self.taken.load(Ordering::Relaxed);
-        while self.ended.recv_timeout(patience) == Err(RecvTimeoutError::Timeout) {
-            let taken = self.taken.load(Ordering::Relaxed);
-            if std::mem::replace(&mut before, taken) == taken {
-                let left = self.given.saturating_sub(taken);
+        let mut before = self.written.load(Ordering::Relaxed);
+        while self.ended.recv_timeout(timeout) == Err(RecvTimeoutError::Timeout) {
+            let written = self.written.load(Ordering::Relaxed);
+            if std::mem::replace(&mut before, written) == written {
+                let left = self.sent.saturating_sub(written);
                 let message = format!(
-                    "took nothing for {:.1} s and was left, {left} poses with it",
-                    patience.as_secs_f64()
+                    "took nothing for {:.1} s and was abandoned with {left} poses queued",
+                    timeout.as_secs_f64()
                 );
                 return Err(io::Error::new(io::ErrorKind::TimedOut, message));
             }
@@ -168,20 +176,24 @@ impl Running {
     }
 }
 
-fn work(sink: &mut dyn Sink, poses: &Receiver<Arc<LivePose>>, taken: &AtomicU64) -> io::Result<()> {
+fn write_all(
+    sink: &mut dyn Sink,
+    poses: &Receiver<Arc<LivePose>>,
+    written: &AtomicU64,
+) -> io::Result<()> {
     loop {
         let next = match poses.try_recv() {
             Err(TryRecvError::Empty) => {
-                // Whoever reads along has everything that is known.
-                sink.rest()?;
+                // A reader of a pipe or socket sees every pose at once.
+                sink.flush()?;
                 poses.recv().ok()
             }
             next => next.ok(),
         };
         match next {
             Some(pose) => {
-                sink.take(&pose)?;
-                taken.fetch_add(1, Ordering::Relaxed);
+                sink.write(&pose)?;
+                written.fetch_add(1, Ordering::Relaxed);
             }
             None => return sink.finish(),
         }

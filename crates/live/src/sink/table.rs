@@ -1,4 +1,4 @@
-//! Poses as tables of comma-separated values.
+//! Poses as a CSV table.
 
 use std::fmt::Write as _;
 use std::io::{self, Write};
@@ -10,11 +10,11 @@ use super::Sink;
 use crate::{LivePose, Origin};
 use evpose_pose::PoseEstimate;
 
-/// What every line begins with.
-const FIRST: &str = "t_us,origin,latency_us";
+/// First columns of every table.
+const COMMON_COLUMNS: &str = "t_us,origin,latency_us";
 
-/// Writes a line for every pose: its time, `network` or `between`, its latency; of a body 13 joints in
-/// pixels, of a hand 12 parameters and 21 joints in pixels. What is not known is empty.
+/// Writes a line for every pose: its time stamp, `network` or `propagated`, its latency, and for a body 13
+/// joints in pixels, for a hand 21 joints in pixels and 12 parameters. Unknown values are empty.
 pub struct Table<W> {
     name: String,
     out: W,
@@ -23,7 +23,7 @@ pub struct Table<W> {
 }
 
 impl<W: Write> Table<W> {
-    /// Writes to `out`, which messages call `name`.
+    /// Writes to `out`; `name` identifies it in messages.
     pub fn new(name: impl Into<String>, out: W) -> Self {
         Self { name: name.into(), out, is_begun: false, line: String::new() }
     }
@@ -34,7 +34,7 @@ impl<W: Write + Send + 'static> Sink for Table<W> {
         self.name.clone()
     }
 
-    fn take(&mut self, pose: &LivePose) -> io::Result<()> {
+    fn write(&mut self, pose: &LivePose) -> io::Result<()> {
         let line = &mut self.line;
         line.clear();
         if !std::mem::replace(&mut self.is_begun, true) {
@@ -42,7 +42,7 @@ impl<W: Write + Send + 'static> Sink for Table<W> {
         }
         let origin = match pose.origin {
             Origin::Network => "network",
-            Origin::Propagated => "between",
+            Origin::Propagated => "propagated",
         };
         let _ = write!(line, "{},{origin},{}", pose.t.0, pose.latency.as_micros());
         let mut pixels = |at: &Option<glam::Vec2>| {
@@ -64,21 +64,21 @@ impl<W: Write + Send + 'static> Sink for Table<W> {
         self.out.write_all(line.as_bytes())
     }
 
-    fn rest(&mut self) -> io::Result<()> {
+    fn flush(&mut self) -> io::Result<()> {
         self.out.flush()
     }
 }
 
-fn header(line: &mut String, answer: &PoseEstimate) {
-    line.push_str(FIRST);
-    let names: &[&str] = match answer {
+fn header(line: &mut String, pose: &PoseEstimate) {
+    line.push_str(COMMON_COLUMNS);
+    let names: &[&str] = match pose {
         PoseEstimate::Body { .. } => &JOINT_NAMES,
         PoseEstimate::Hand { .. } => &EVALUATION_JOINTS,
     };
     for name in names {
         let _ = write!(line, ",{name}_u_px,{name}_v_px");
     }
-    if matches!(answer, PoseEstimate::Hand { .. }) {
+    if matches!(pose, PoseEstimate::Hand { .. }) {
         (1..=12).for_each(|k| {
             let _ = write!(line, ",parameter_{k}");
         });

@@ -1,4 +1,4 @@
-//! A stream of iniVation's DV: see [`Aedat4Stream`].
+//! A source of iniVation's DV streams: see [`Aedat4Stream`].
 
 use std::io::Read;
 use std::time::Instant;
@@ -8,24 +8,24 @@ use evpose_io::aedat4::Aedat4Stream;
 use evpose_io::{Columns, OpenOptions};
 
 use super::Source;
-use super::wire::Hook;
+use super::connection::ShutdownHandle;
 use crate::LiveError;
 
-/// Events that dv-processing's `NetworkWriter` sends, or an AEDAT 4.0 file that is piped. They happened
-/// when they came.
+/// Events from dv-processing's `NetworkWriter`, or a piped AEDAT 4.0 file; their host time is that of
+/// arrival.
 pub struct Dv<R> {
     name: String,
     stream: Aedat4Stream<R>,
     sensor: SensorSize,
-    hook: Hook,
+    shutdown: ShutdownHandle,
 }
 
 impl<R: Read + Send + 'static> Dv<R> {
-    /// Reads the header of a stream, which messages call `name`. Of the options, the camera and the sensor
-    /// are heeded.
+    /// Reads the header of a stream, which messages refer to as `name`. Of the options, the camera and
+    /// the sensor are used.
     ///
     /// # Errors
-    /// If the header cannot be read, is none, does not name the camera, or not its sensor.
+    /// If the header is unreadable or invalid, lacks the camera, or lacks its sensor.
     pub fn open(
         name: impl Into<String>,
         bytes: R,
@@ -34,15 +34,15 @@ impl<R: Read + Send + 'static> Dv<R> {
         let name = name.into();
         let stream = Aedat4Stream::open(&name, bytes, options.camera.unwrap_or(0))?;
         let sensor = options.sensor.or(stream.sensor()).ok_or_else(|| LiveError::Source {
-            what: name.clone(),
+            name: name.clone(),
             reason: "the stream does not state its sensor: give it, as 346x260".to_owned(),
         })?;
-        Ok(Self { name, stream, sensor, hook: Hook::default() })
+        Ok(Self { name, stream, sensor, shutdown: ShutdownHandle::default() })
     }
 
-    /// The same of a connection.
-    pub(super) fn hooked(self, hook: Hook) -> Self {
-        Self { hook, ..self }
+    /// The same source with a handle that unblocks it.
+    pub(super) fn with_shutdown_handle(self, shutdown: ShutdownHandle) -> Self {
+        Self { shutdown, ..self }
     }
 }
 
@@ -64,6 +64,6 @@ impl<R: Read + Send + 'static> Source for Dv<R> {
     }
 
     fn waker(&self) -> Option<Box<dyn Fn() + Send + Sync>> {
-        self.hook.waker()
+        self.shutdown.waker()
     }
 }

@@ -1,4 +1,4 @@
-//! A framed stream, as anybody writes it: see [`evpose_io::framed`].
+//! A source of a framed stream: see [`evpose_io::framed`].
 
 use std::io::Read;
 use std::time::Instant;
@@ -8,34 +8,34 @@ use evpose_io::Columns;
 use evpose_io::framed::FramedReader;
 
 use super::Source;
-use super::wire::Hook;
+use super::connection::ShutdownHandle;
 use crate::LiveError;
 
-/// Events of a framed stream. They happened when they came.
+/// Events of a framed stream; their host time is that of arrival.
 pub struct Framed<R> {
     name: String,
     reader: FramedReader<R>,
     sensor: SensorSize,
-    hook: Hook,
+    shutdown: ShutdownHandle,
 }
 
 impl<R: Read + Send + 'static> Framed<R> {
-    /// Reads the header of a stream, which messages call `name`.
+    /// Reads the header of a stream, which messages refer to as `name`.
     ///
     /// # Errors
     /// If it cannot be read, or is none.
     pub fn open(name: impl Into<String>, bytes: R) -> Result<Self, LiveError> {
         let name = name.into();
         let reader = FramedReader::open(&name, bytes)?;
-        Ok(Self { name, sensor: reader.sensor(), reader, hook: Hook::default() })
+        Ok(Self { name, sensor: reader.sensor(), reader, shutdown: ShutdownHandle::default() })
     }
 
-    /// The same of a connection.
-    pub(super) fn hooked(self, hook: Hook) -> Self {
-        Self { hook, ..self }
+    /// The same source with a handle that unblocks it.
+    pub(super) fn with_shutdown_handle(self, shutdown: ShutdownHandle) -> Self {
+        Self { shutdown, ..self }
     }
 
-    /// The same with the sensor that the user says it is from.
+    /// The same source with the sensor size that the user gives.
     pub(super) fn of_sensor(self, given: Option<SensorSize>) -> Self {
         Self { sensor: given.unwrap_or(self.sensor), ..self }
     }
@@ -59,6 +59,6 @@ impl<R: Read + Send + 'static> Source for Framed<R> {
     }
 
     fn waker(&self) -> Option<Box<dyn Fn() + Send + Sync>> {
-        self.hook.waker()
+        self.shutdown.waker()
     }
 }

@@ -1,12 +1,12 @@
-//! Where events come from.
+//! Sources of events: recordings, sockets and cameras.
 
 #[cfg(feature = "cameras")]
 mod camera;
+mod connection;
 mod dv;
 mod framed;
 mod named;
 mod replay;
-mod wire;
 
 use std::time::{Duration, Instant};
 
@@ -22,51 +22,50 @@ pub use replay::{Replay, ReplayOptions};
 
 use crate::LiveError;
 
-/// Time that jumps back by more than this means that another recording begins; what is earlier by less came
-/// late.
-pub(crate) const JUMP: Micros = Micros(100_000);
+/// A backward jump of time by more than this begins another recording; earlier events within it are late
+/// ones, which are rejected.
+pub(crate) const RESTART_JUMP: Micros = Micros(100_000);
 
-/// Times farther from 0, about 36,000 years, are noise: differences of all others are times, too.
-pub(crate) const FARTHEST: Micros = Micros(1 << 60);
+/// Bound of valid time stamps, about 36,000 years: differences of valid ones do not overflow.
+pub(crate) const MAX_TIME: Micros = Micros(1 << 60);
 
-/// Gives events as they happen. Lives on a thread of its own, which it may hold up.
+/// A source of events. It runs on its own thread and may block.
 pub trait Source: Send + 'static {
-    /// What it is, for messages.
+    /// Name in messages.
     fn name(&self) -> String;
 
-    /// The sensor.
+    /// Size of the sensor.
     fn sensor(&self) -> SensorSize;
 
-    /// Waits for events and appends them, some thousand at most or those of a millisecond. Returns when
-    /// the last of them happened, or none when no more will come.
+    /// Waits for events and appends them: about a millisecond, or some thousand. Returns the host time of
+    /// the last one, or none at the end.
     ///
     /// # Errors
-    /// If the connection fails or what comes is damaged beyond what can be passed over.
+    /// If the connection fails, or the data are damaged beyond recovery.
     fn next(&mut self, columns: &mut Columns) -> Result<Option<Instant>, LiveError>;
 
-    /// How much time of its events passes in the same time of this machine: 1 for what happens now. None
-    /// where events come as fast as they are taken.
+    /// Event time per host time: 1 for a camera, the speed for a recording. None where events are read as
+    /// fast as possible.
     fn pace(&self) -> Option<f64> {
         Some(1.0)
     }
 
-    /// For how long in all events came later than they should, because they could not be read as fast as
-    /// they are to be played.
+    /// Total lag of a recording that could not be read at its playback speed.
     fn slipped(&self) -> Duration {
         Duration::ZERO
     }
 
-    /// Packets that were passed over because they made no sense, so far.
+    /// Malformed packets skipped so far.
     fn malformed(&self) -> u64 {
         0
     }
 
-    /// Packets that were lost before they could be taken, so far; how many events they had is not known.
+    /// Packets lost by the device so far; their number of events is unknown.
     fn lost(&self) -> u64 {
         0
     }
 
-    /// A function that ends a [`Self::next`] which waits, called from another thread.
+    /// A function that ends a blocked [`Self::next`] from another thread.
     fn waker(&self) -> Option<Box<dyn Fn() + Send + Sync>> {
         None
     }

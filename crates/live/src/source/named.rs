@@ -1,4 +1,4 @@
-//! Sources as users name them.
+//! Sources by the names that users give.
 
 use std::io::{Cursor, Read};
 use std::path::Path;
@@ -7,76 +7,76 @@ use std::time::Duration;
 use evpose_io::aedat4::{TELLING, is_stream};
 use evpose_io::framed::MAGIC;
 
-use super::wire::Wire;
+use super::connection::Connection;
 use super::{Dv, Framed, Replay, ReplayOptions, Source};
 use crate::LiveError;
 
-/// How a source is opened.
+/// Options of a source.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SourceOptions {
-    /// How a recording is played. Streams heed its sensor and its camera.
+    /// Options of a recording. Of these, streams use the sensor and the camera.
     pub replay: ReplayOptions,
-    /// How long a connection is waited for, and then the header of what it sends.
-    pub patience: Duration,
+    /// Timeout of the connection, and then of the header of its stream.
+    pub timeout: Duration,
 }
 
 impl Default for SourceOptions {
     fn default() -> Self {
-        Self { replay: ReplayOptions::default(), patience: Duration::from_secs(5) }
+        Self { replay: ReplayOptions::default(), timeout: Duration::from_secs(5) }
     }
 }
 
-/// What names a source.
+/// Valid names of sources.
 const RULE: &str = "FILE, tcp://HOST:PORT, - for standard input, camera or camera:TYPE";
 
-/// Opens what `text` names:
+/// Opens a source by its name:
 ///
-/// | text | source |
+/// | name | source |
 /// |---|---|
 /// | `FILE` | [`Replay`] of a recording of any format |
-/// | `tcp://HOST:PORT` | connects; [`Framed`] or [`Dv`], by what comes first |
+/// | `tcp://HOST:PORT` | a connection; [`Framed`] or [`Dv`], by its first bytes |
 /// | `-` | standard input, likewise |
-/// | `camera` | the first camera that is found; needs the Cargo feature |
-/// | `camera:TYPE` | one of a type, such as `davis346`, or of a serial number |
+/// | `camera` | the first camera found; needs the Cargo feature |
+/// | `camera:TYPE` | a camera by type, such as `davis346`, or by serial number |
 ///
 /// # Errors
-/// If the text names none, or the source cannot be opened.
+/// If the name is invalid, or the source cannot be opened.
 pub fn open(text: &str, options: &SourceOptions) -> Result<Box<dyn Source>, LiveError> {
     if text == "-" {
-        return stream(Wire::standard_input(), options);
+        return stream(Connection::standard_input(), options);
     }
     match text.split_once(':') {
         None if text == "camera" => camera(None),
         Some(("camera", which)) => camera(Some(which)),
         Some(("tcp", rest)) if rest.starts_with("//") => {
-            stream(Wire::connect(&rest[2..], options.patience)?, options)
+            stream(Connection::connect(&rest[2..], options.timeout)?, options)
         }
         Some((_, rest)) if rest.starts_with("//") => {
-            Err(LiveError::Setting { what: "the source", value: text.to_owned(), rule: RULE })
+            Err(LiveError::Setting { setting: "the source", value: text.to_owned(), rule: RULE })
         }
         _ => Ok(Box::new(Replay::open(Path::new(text), options.replay.clone())?)),
     }
 }
 
-/// A stream, by how it begins.
-fn stream(wire: Wire, options: &SourceOptions) -> Result<Box<dyn Source>, LiveError> {
-    let Wire { name, mut bytes, hook } = wire;
+/// Opens a stream in the format that its first bytes identify.
+fn stream(connection: Connection, options: &SourceOptions) -> Result<Box<dyn Source>, LiveError> {
+    let Connection { name, mut bytes, shutdown } = connection;
     let mut head = Vec::with_capacity(TELLING);
     (&mut bytes)
         .take(TELLING as u64)
         .read_to_end(&mut head)
-        .map_err(|source| LiveError::Connection { what: name.clone(), source })?;
+        .map_err(|source| LiveError::Connection { endpoint: name.clone(), source })?;
     let bytes = Cursor::new(head.clone()).chain(bytes);
     let open = &options.replay.open;
     if head.starts_with(MAGIC) {
         let stream = Framed::open(&name, bytes)?.of_sensor(open.sensor);
-        hook.be_patient(&name)?;
-        return Ok(Box::new(stream.hooked(hook)));
+        shutdown.clear_read_timeout(&name)?;
+        return Ok(Box::new(stream.with_shutdown_handle(shutdown)));
     }
     if is_stream(&head) {
         let stream = Dv::open(&name, bytes, open)?;
-        hook.be_patient(&name)?;
-        return Ok(Box::new(stream.hooked(hook)));
+        shutdown.clear_read_timeout(&name)?;
+        return Ok(Box::new(stream.with_shutdown_handle(shutdown)));
     }
     let reason = match head.len() {
         0 => "ended before anything came".to_owned(),
@@ -85,7 +85,7 @@ fn stream(wire: Wire, options: &SourceOptions) -> Result<Box<dyn Source>, LiveEr
             head.escape_ascii()
         ),
     };
-    Err(LiveError::Source { what: name, reason })
+    Err(LiveError::Source { name, reason })
 }
 
 #[cfg(feature = "cameras")]
@@ -96,7 +96,7 @@ fn camera(which: Option<&str>) -> Result<Box<dyn Source>, LiveError> {
 #[cfg(not(feature = "cameras"))]
 fn camera(_: Option<&str>) -> Result<Box<dyn Source>, LiveError> {
     Err(LiveError::Source {
-        what: "camera".to_owned(),
+        name: "camera".to_owned(),
         reason: "cameras are not in this build: build it with `--features live`".to_owned(),
     })
 }

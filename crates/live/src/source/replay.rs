@@ -1,4 +1,4 @@
-//! A recording, at the speed of its clock or faster.
+//! Replay of a recording, in real time or at another speed.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -6,60 +6,60 @@ use std::time::{Duration, Instant};
 use evpose_core::{Micros, SensorSize};
 use evpose_io::{Columns, EventSource, IoError, OpenOptions};
 
-use super::{FARTHEST, JUMP, Source};
+use super::{MAX_TIME, RESTART_JUMP, Source};
 use crate::LiveError;
 
-/// Events that come together at most, whatever their times.
-const MOST_EVENTS: usize = 1 << 18;
+/// Upper bound of the events in a packet, so that a burst at one time stamp fills no memory.
+const MAX_EVENTS: usize = 1 << 18;
 
-/// A recording that cannot be read as fast as it should be played is this late at most: then its clock is
-/// set back. No camera is late; whoever makes us wait for less is part of the latency.
-const LATEST: Duration = Duration::from_millis(100);
+/// Lag at which the clock of a recording that cannot be read at its playback speed is set back: a camera is
+/// never late. A smaller lag is part of the latency.
+const MAX_REPLAY_LAG: Duration = Duration::from_millis(100);
 
-/// How a recording is played.
+/// Options of a replay.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReplayOptions {
-    /// Seconds of the recording in a second; infinite for as fast as it goes.
+    /// Playback speed: event time per host time; infinite for as fast as possible.
     pub speed: f64,
-    /// Events of so much time of the recording come together.
+    /// Event time of a packet.
     pub packet: Micros,
-    /// How often it is played.
+    /// Number of repetitions.
     pub times: u64,
-    /// Where its file leaves a choice.
+    /// Options of the file format.
     pub open: OpenOptions,
 }
 
 impl Default for ReplayOptions {
-    /// Once, as it happened, in packets of a millisecond.
+    /// Once, in real time, in packets of a millisecond.
     fn default() -> Self {
         Self { speed: 1.0, packet: Micros(1_000), times: 1, open: OpenOptions::default() }
     }
 }
 
-/// Plays a recording.
+/// A recording as a source.
 ///
-/// A recording that is played again goes on where it ended: its times do not jump back. Where they do in the
-/// recording itself, what is behind is played from then on.
+/// Repetitions continue the time stamps. Where these jump back within the recording, the replay clock starts
+/// again at the jump.
 pub struct Replay {
     name: String,
     source: Box<dyn EventSource>,
     sensor: SensorSize,
     options: ReplayOptions,
-    /// Read, and given up to `given`.
-    ahead: Columns,
-    given: usize,
-    /// When the first event was due, and its time.
+    /// Events that were read, of which the first `sent` were returned.
+    buffer: Columns,
+    sent: usize,
+    /// Host time and event time of the first event.
     began: Option<(Instant, Micros)>,
-    /// Where the packet that comes next ends, as the recording counts.
+    /// Event time at which the next packet ends.
     packet_end: Micros,
-    /// What is added to times of the recording: it has been played before.
+    /// Offset of the time stamps in this repetition.
     shift: Micros,
     last: Micros,
     first: Option<Micros>,
     left: u64,
-    /// By how much its clock was set back.
+    /// Total time by which the clock was set back.
     slipped: Duration,
-    /// What the recording failed of behind what is ahead.
+    /// Error of the recording after the buffered events.
     failure: Option<IoError>,
 }
 
@@ -67,20 +67,21 @@ impl Replay {
     /// Opens a recording.
     ///
     /// # Errors
-    /// If it cannot be read, does not say its sensor, or an option makes no sense.
+    /// If it cannot be read, does not state its sensor, or an option is out of range.
     pub fn open(path: &Path, options: ReplayOptions) -> Result<Self, LiveError> {
-        let setting = |what, value: String, rule| Err(LiveError::Setting { what, value, rule });
+        let invalid =
+            |setting, value: String, rule| Err(LiveError::Setting { setting, value, rule });
         if options.speed.is_nan() || options.speed <= 0.0 {
-            return setting("speed", options.speed.to_string(), "above zero");
+            return invalid("speed", options.speed.to_string(), "above zero");
         }
         if options.packet.0 <= 0 {
-            return setting("packet", options.packet.0.to_string(), "at least a microsecond");
+            return invalid("packet", options.packet.0.to_string(), "at least a microsecond");
         }
         let (_, source) = evpose_io::source(evpose_io::input(path)?, &options.open)?;
         let header = source.header();
         let known = options.open.sensor.or(header.sensor).or(header.usual_sensor);
         let sensor = known.ok_or_else(|| LiveError::Source {
-            what: path.display().to_string(),
+            name: path.display().to_string(),
             reason: "the file does not state its sensor: give it, as 346x260".to_owned(),
         })?;
         Ok(Self {
@@ -89,8 +90,8 @@ impl Replay {
             sensor,
             left: options.times,
             options,
-            ahead: Columns::new(),
-            given: 0,
+            buffer: Columns::new(),
+            sent: 0,
             began: None,
             packet_end: Micros(i64::MIN),
             shift: Micros(0),
@@ -101,26 +102,26 @@ impl Replay {
         })
     }
 
-    /// Reads on until there is an event; whether there is one.
+    /// Fills the buffer. Returns false at the end of the last repetition.
     fn fill(&mut self) -> Result<bool, LiveError> {
-        while self.given == self.ahead.len() {
-            self.ahead.clear();
-            self.given = 0;
+        while self.sent == self.buffer.len() {
+            self.buffer.clear();
+            self.sent = 0;
             if let Some(failure) = self.failure.take() {
                 return Err(failure.into());
             }
-            // Events before a fault are given before it is told.
-            self.failure = self.source.next(&mut self.ahead).err();
-            let is_noise = |t: &&Micros| t.0.unsigned_abs() > FARTHEST.0.unsigned_abs();
-            if let Some(t) = self.ahead.t.iter().find(is_noise) {
+            // Events before a fault are returned before its error.
+            self.failure = self.source.next(&mut self.buffer).err();
+            let is_noise = |t: &&Micros| t.0.unsigned_abs() > MAX_TIME.0.unsigned_abs();
+            if let Some(t) = self.buffer.t.iter().find(is_noise) {
                 let reason = format!("an event at {t}: no recording lasts so long");
-                return Err(LiveError::Source { what: self.name.clone(), reason });
+                return Err(LiveError::Source { name: self.name.clone(), reason });
             }
-            if self.ahead.is_empty() && self.failure.is_none() {
+            if self.buffer.is_empty() && self.failure.is_none() {
                 self.left = self.left.saturating_sub(1);
                 let Some(first) = self.first.filter(|_| self.left > 0) else { return Ok(false) };
                 self.source.seek(Micros(i64::MIN))?;
-                // The first event of the next time comes a packet after the last of this.
+                // A repetition starts one packet after the end of the last.
                 self.shift = Micros(self.last.0 - first.0 + self.options.packet.0);
             }
         }
@@ -142,9 +143,9 @@ impl Source for Replay {
             return Ok(None);
         }
         let start = columns.len();
-        let first = self.ahead.t[self.given] + self.shift;
+        let first = self.buffer.t[self.sent] + self.shift;
         self.first.get_or_insert(first);
-        if self.began.is_some() && first + JUMP < self.last {
+        if self.began.is_some() && first + RESTART_JUMP < self.last {
             (self.began, self.packet_end) = (None, Micros(i64::MIN));
         }
         if self.packet_end <= first {
@@ -153,20 +154,20 @@ impl Source for Replay {
         }
         let mut last = first;
         while self.fill()? {
-            let waiting = &self.ahead.t[self.given..];
-            let (back, end) = (first - JUMP - self.shift, self.packet_end - self.shift);
+            let waiting = &self.buffer.t[self.sent..];
+            let (back, end) = (first - RESTART_JUMP - self.shift, self.packet_end - self.shift);
             let fit = waiting.iter().position(|t| *t >= end || *t < back);
-            let fit = fit.unwrap_or(waiting.len()).min(MOST_EVENTS - (columns.len() - start));
+            let fit = fit.unwrap_or(waiting.len()).min(MAX_EVENTS - (columns.len() - start));
             if fit == 0 {
                 break;
             }
-            let range = self.given..self.given + fit;
-            last = self.ahead.t[range.end - 1] + self.shift;
-            columns.t.extend(self.ahead.t[range.clone()].iter().map(|t| *t + self.shift));
-            columns.x.extend_from_slice(&self.ahead.x[range.clone()]);
-            columns.y.extend_from_slice(&self.ahead.y[range.clone()]);
-            columns.polarity.extend_from_slice(&self.ahead.polarity[range.clone()]);
-            self.given = range.end;
+            let range = self.sent..self.sent + fit;
+            last = self.buffer.t[range.end - 1] + self.shift;
+            columns.t.extend(self.buffer.t[range.clone()].iter().map(|t| *t + self.shift));
+            columns.x.extend_from_slice(&self.buffer.x[range.clone()]);
+            columns.y.extend_from_slice(&self.buffer.y[range.clone()]);
+            columns.polarity.extend_from_slice(&self.buffer.polarity[range.clone()]);
+            self.sent = range.end;
             self.last = last;
         }
         debug_assert!(columns.len() > start, "a packet begins with its first event");
@@ -176,7 +177,7 @@ impl Source for Replay {
         let due = began.checked_add(passed).unwrap_or(began);
         let now = Instant::now();
         let late = now.saturating_duration_since(due);
-        if late > LATEST {
+        if late > MAX_REPLAY_LAG {
             self.began = Some((began + late, origin));
             self.slipped += if self.options.speed.is_finite() { late } else { Duration::ZERO };
             return Ok(Some(now));
@@ -184,7 +185,7 @@ impl Source for Replay {
         if let Some(early) = due.checked_duration_since(now) {
             std::thread::sleep(early);
         }
-        // As fast as it goes, an event happens when it is read.
+        // Without a speed, the host time of an event is that of reading it.
         Ok(Some(if self.options.speed.is_finite() { due } else { now }))
     }
 

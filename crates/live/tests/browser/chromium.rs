@@ -1,4 +1,4 @@
-//! A Chromium without a screen, told what to do by its DevTools protocol.
+//! A headless Chromium, driven by its DevTools protocol.
 
 use std::io::{BufRead, BufReader};
 use std::net::TcpStream;
@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use tempfile::TempDir;
 use tungstenite::{Message, WebSocket};
 
-/// What it is usually called.
+/// Usual names of its program.
 const NAMES: [&str; 6] = [
     "chromium",
     "chromium-browser",
@@ -27,12 +27,12 @@ pub(crate) struct Chromium {
     session: Value,
     asked: u64,
     complaints: Vec<String>,
-    /// Kept as long as it runs.
+    /// Deleted on drop.
     _profile: TempDir,
 }
 
 impl Chromium {
-    /// Starts one, if there is one.
+    /// Starts Chromium, if it is installed.
     pub(crate) fn start() -> Option<Self> {
         let named = std::env::var("EVPOSE_CHROMIUM").ok();
         let names = named.as_deref().into_iter().chain(NAMES);
@@ -89,8 +89,8 @@ impl Chromium {
         self.call("Runtime.evaluate", &question)["result"]["value"].take()
     }
 
-    /// What is seen, as PNG.
-    pub(crate) fn picture(&mut self) -> Vec<u8> {
+    /// A screenshot as PNG.
+    pub(crate) fn screenshot(&mut self) -> Vec<u8> {
         let taken = self.call("Page.captureScreenshot", &json!({ "format": "png" }));
         STANDARD.decode(taken["data"].as_str().unwrap()).unwrap()
     }

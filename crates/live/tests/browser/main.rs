@@ -1,7 +1,7 @@
-//! The page in a browser without a screen, where one is installed.
+//! The page in a headless browser, where one is installed.
 //!
-//! The variable `EVPOSE_CHROMIUM` says which; else the usual names are tried. With `EVPOSE_SCREENSHOTS`, pictures
-//! of the page are written to that folder for a person to look at.
+//! The variable `EVPOSE_CHROMIUM` says which; else the usual names are tried. With `EVPOSE_SCREENSHOTS`, screenshots
+//! of the page are written to that folder.
 
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "tests")]
 
@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
-use evpose_live::page::{Page, PageInfo, Subject};
+use evpose_live::page::{Page, PageInfo, Skeleton};
 use evpose_live::sink::Sinks;
 use evpose_live::{LivePose, Meter, Origin};
 use evpose_pose::PoseEstimate;
@@ -30,13 +30,13 @@ fn serve(address: SocketAddr, meter: &Arc<Meter>) -> Page {
         title: "A <b>title</b>".to_owned(),
         source: "made up".to_owned(),
         sensor: SENSOR,
-        subject: Subject::Body,
+        skeleton: Skeleton::Body,
         hand_mesh: None,
     };
     Page::serve(address, info, meter.clone()).unwrap()
 }
 
-/// Feeds a page a thousand events and a pose of each kind every ten milliseconds, until told to end.
+/// Feeds a page a thousand events and a pose of each kind every ten milliseconds, until `is_over`.
 fn feed(page: &Page, meter: &Meter, is_over: &AtomicBool) {
     let (view, mut sinks) = (page.view(), Sinks::new());
     sinks.add(page.sink());
@@ -49,14 +49,14 @@ fn feed(page: &Page, meter: &Meter, is_over: &AtomicBool) {
         meter.events.add(1_000);
         for (origin, latency_us) in [(Origin::Network, 12_500), (Origin::Propagated, 400)] {
             let joint = |k| Some(Vec2::new(60.0 + 10.0 * k as f32, 120.0 + 5.0 * k as f32));
-            let answer = PoseEstimate::Body {
+            let estimate = PoseEstimate::Body {
                 joints_px: std::array::from_fn(joint),
                 scores: [0.7; BODY_JOINTS],
             };
             let pose =
-                LivePose { t, latency: Duration::from_micros(latency_us), origin, pose: answer };
-            meter.pose(&pose);
-            sinks.give(&Arc::new(pose));
+                LivePose { t, latency: Duration::from_micros(latency_us), origin, pose: estimate };
+            meter.record(&pose);
+            sinks.send(&Arc::new(pose));
         }
     }
     sinks.finish().unwrap();
@@ -78,10 +78,10 @@ fn the_page_shows_what_happens() {
         eprintln!("skipped: no Chromium; install one, or name it in EVPOSE_CHROMIUM");
         return;
     };
-    let pictures = std::env::var_os("EVPOSE_SCREENSHOTS").map(PathBuf::from);
-    let look = |browser: &mut Chromium, name: &str| {
-        if let Some(folder) = &pictures {
-            std::fs::write(folder.join(name), browser.picture()).unwrap();
+    let folder = std::env::var_os("EVPOSE_SCREENSHOTS").map(PathBuf::from);
+    let save = |browser: &mut Chromium, name: &str| {
+        if let Some(folder) = &folder {
+            std::fs::write(folder.join(name), browser.screenshot()).unwrap();
         }
     };
     let text = |id: &str| format!("document.getElementById('{id}').textContent");
@@ -100,7 +100,7 @@ fn the_page_shows_what_happens() {
         assert_eq!(browser.says(&text("events-unit")), "k events/s");
         wait_until(&mut browser, &format!("parseFloat({}) > 10", text("network-rate")));
         assert_eq!(browser.says(&text("network-late")), "12.5 ms late");
-        assert_eq!(browser.says(&text("between-late")), "0.40 ms late");
+        assert_eq!(browser.says(&text("propagated-late")), "0.40 ms late");
         assert_eq!(browser.says(&text("title")), "A <b>title</b>");
         assert_eq!(browser.says("document.querySelectorAll('.stage').length"), 5);
         // Blue where events are, and nothing where there are none.
@@ -112,15 +112,15 @@ fn the_page_shows_what_happens() {
         assert_eq!(browser.says(&colour(10, 10)), false);
         assert_eq!(browser.says("document.documentElement.scrollWidth <= innerWidth"), true);
         std::thread::sleep(Duration::from_secs(2));
-        look(&mut browser, "live.png");
+        save(&mut browser, "live.png");
         is_over.store(true, Ordering::Relaxed);
     });
     wait_until(&mut browser, &format!("{} === 'ended'", text("state")));
-    look(&mut browser, "ended.png");
+    save(&mut browser, "ended.png");
 
     drop(page);
     wait_until(&mut browser, &format!("{} === 'disconnected, trying again'", text("state")));
-    look(&mut browser, "lost.png");
+    save(&mut browser, "lost.png");
     let _page = serve(address, &meter);
     wait_until(&mut browser, &format!("{} !== 'disconnected, trying again'", text("state")));
     assert_eq!(browser.complaints(), Vec::<String>::new());

@@ -1,4 +1,4 @@
-//! An eye, networks and sinks that count, and streams to feed them with.
+//! A front end, networks and sinks that count, and streams to feed them with.
 
 use std::io::{self, Read};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
@@ -19,10 +19,10 @@ use evpose_pose::stream::StreamFrontend;
 
 pub(crate) const SENSOR: SensorSize = SensorSize { width: 64, height: 48 };
 
-/// Longer than anything takes that is not broken.
+/// Timeout of the tests.
 pub(crate) const LONG: Duration = Duration::from_secs(20);
 
-/// Does work that must not hang.
+/// Runs work that must not hang.
 pub(crate) fn in_time<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> T {
     let (done, wait) = channel();
     let working = std::thread::spawn(move || {
@@ -58,19 +58,19 @@ pub(crate) fn framed(bytes: Vec<u8>) -> Framed<io::Cursor<Vec<u8>>> {
     Framed::open("the stream", io::Cursor::new(bytes)).unwrap()
 }
 
-/// Gives what comes through a channel, and ends with it.
-pub(crate) struct Fed {
+/// A reader of byte pieces from a channel.
+pub(crate) struct ChannelReader {
     pieces: Receiver<Vec<u8>>,
     piece: io::Cursor<Vec<u8>>,
 }
 
-impl Fed {
+impl ChannelReader {
     pub(crate) fn new(pieces: Receiver<Vec<u8>>) -> Self {
         Self { pieces, piece: io::Cursor::default() }
     }
 }
 
-impl Read for Fed {
+impl Read for ChannelReader {
     fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
         loop {
             match self.piece.read(out)? {
@@ -84,20 +84,20 @@ impl Read for Fed {
     }
 }
 
-/// A stream without an end: a packet of a millisecond every millisecond or so.
-pub(crate) struct Endless {
+/// An endless stream: a packet of a millisecond about every millisecond.
+pub(crate) struct EndlessStream {
     packet: io::Cursor<Vec<u8>>,
     t: i64,
 }
 
-impl Endless {
+impl EndlessStream {
     pub(crate) fn source() -> Framed<Self> {
         let packet = io::Cursor::new(stream([]));
         Framed::open("endless", Self { packet, t: 0 }).unwrap()
     }
 }
 
-impl Read for Endless {
+impl Read for EndlessStream {
     fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
         loop {
             match self.packet.read(out)? {
@@ -114,31 +114,31 @@ impl Read for Endless {
     }
 }
 
-/// What an eye saw.
+/// Counts of a front end.
 #[derive(Debug, Default, Clone, PartialEq)]
-pub(crate) struct Seen {
+pub(crate) struct FrontendCounts {
     pub events: u64,
     pub resets: u64,
-    /// Events that waited while it looked, at most.
-    pub most_waiting: u64,
+    /// Maximum of the events that waited during a call.
+    pub max_waiting: u64,
 }
 
-/// Follows events by counting them, at its ease.
-pub(crate) struct Counting {
-    pub(crate) seen: Arc<Mutex<Seen>>,
+/// A front end that counts events, with a delay.
+pub(crate) struct CountingFrontend {
+    pub(crate) counts: Arc<Mutex<FrontendCounts>>,
     meter: Arc<Meter>,
-    pause: Duration,
+    delay: Duration,
     latest: Micros,
 }
 
-impl Counting {
+impl CountingFrontend {
     pub(crate) fn new(control: &Control) -> Self {
         let meter = control.meter.clone();
-        Self { seen: Arc::default(), meter, pause: Duration::ZERO, latest: Micros(i64::MIN) }
+        Self { counts: Arc::default(), meter, delay: Duration::ZERO, latest: Micros(i64::MIN) }
     }
 
-    pub(crate) fn slow(control: &Control, pause: Duration) -> Self {
-        Self { pause, ..Self::new(control) }
+    pub(crate) fn slow(control: &Control, delay: Duration) -> Self {
+        Self { delay, ..Self::new(control) }
     }
 }
 
@@ -146,7 +146,7 @@ pub(crate) fn answer() -> PoseEstimate {
     PoseEstimate::Body { joints_px: [None; BODY_JOINTS], scores: [0.0; BODY_JOINTS] }
 }
 
-impl StreamFrontend for Counting {
+impl StreamFrontend for CountingFrontend {
     type Input = i64;
     type Output = ();
     type Pose = PoseEstimate;
@@ -154,14 +154,14 @@ impl StreamFrontend for Counting {
     fn push(&mut self, events: &EventStream) -> Result<(), StreamError> {
         assert!(events.t().is_empty() || events.t()[0] >= self.latest, "events go back in time");
         self.latest = events.t().last().copied().unwrap_or(self.latest);
-        let mut seen = self.seen.lock().unwrap();
-        seen.events += events.len() as u64;
+        let mut counts = self.counts.lock().unwrap();
+        counts.events += events.len() as u64;
         let Meter { events, dropped_events, followed, .. } = &*self.meter;
         // Read in this order, less is never subtracted from.
         let gone = followed.get() + dropped_events.get();
-        seen.most_waiting = seen.most_waiting.max(events.get() - gone);
-        drop(seen);
-        std::thread::sleep(self.pause);
+        counts.max_waiting = counts.max_waiting.max(events.get() - gone);
+        drop(counts);
+        std::thread::sleep(self.delay);
         Ok(())
     }
 
@@ -188,18 +188,18 @@ impl StreamFrontend for Counting {
     }
 
     fn reset(&mut self) {
-        self.seen.lock().unwrap().resets += 1;
+        self.counts.lock().unwrap().resets += 1;
         self.latest = Micros(i64::MIN);
     }
 }
 
-/// Answers so many times, and then does what it is told to.
-pub(crate) struct Answering<F> {
+/// Infers `times` inputs, and then calls `then`.
+pub(crate) struct ScriptedWorker<F> {
     pub(crate) times: usize,
     pub(crate) then: F,
 }
 
-impl<F: FnMut() -> Result<(), StreamError> + Send> InferenceWorker for Answering<F> {
+impl<F: FnMut() -> Result<(), StreamError> + Send> InferenceWorker for ScriptedWorker<F> {
     type Input = i64;
     type Output = ();
 
@@ -214,23 +214,23 @@ impl<F: FnMut() -> Result<(), StreamError> + Send> InferenceWorker for Answering
     }
 }
 
-/// An eye and a network that always answers.
+/// A front end with a network that never fails.
 pub(crate) fn task(
-    eye: Counting,
-) -> PoseStream<Counting, impl InferenceWorker<Input = i64, Output = ()>> {
-    PoseStream::new(eye, Answering { times: 0, then: || Ok(()) })
+    frontend: CountingFrontend,
+) -> PoseStream<CountingFrontend, impl InferenceWorker<Input = i64, Output = ()>> {
+    PoseStream::new(frontend, ScriptedWorker { times: 0, then: || Ok(()) })
 }
 
-/// Poses between those of the network every 10 ms, and room for everything.
+/// Poses propagated every 10 ms, and room for everything.
 pub(crate) fn options() -> LiveOptions {
-    LiveOptions { propagate_hz: 100.0, most_packets: 10_000, ..LiveOptions::default() }
+    LiveOptions { propagate_hz: 100.0, max_packets: 10_000, ..LiveOptions::default() }
 }
 
-/// Keeps the times of poses.
+/// A sink that collects time stamps.
 #[derive(Clone, Default)]
-pub(crate) struct Kept(Arc<Mutex<Vec<(i64, Origin)>>>);
+pub(crate) struct CollectingSink(Arc<Mutex<Vec<(i64, Origin)>>>);
 
-impl Kept {
+impl CollectingSink {
     pub(crate) fn times(&self, origin: Origin) -> Vec<i64> {
         let kept = self.0.lock().unwrap();
         kept.iter().filter(|pose| pose.1 == origin).map(|pose| pose.0).collect()
@@ -241,40 +241,40 @@ impl Kept {
     }
 }
 
-impl Sink for Kept {
+impl Sink for CollectingSink {
     fn name(&self) -> String {
         "kept".to_owned()
     }
 
-    fn take(&mut self, pose: &LivePose) -> io::Result<()> {
+    fn write(&mut self, pose: &LivePose) -> io::Result<()> {
         self.0.lock().unwrap().push((pose.t.0, pose.origin));
         Ok(())
     }
 }
 
-/// Keeps them, each for so long.
-pub(crate) struct Slow(pub(crate) Kept, pub(crate) Duration);
+/// A slow sink: each pose takes this long.
+pub(crate) struct SlowSink(pub(crate) CollectingSink, pub(crate) Duration);
 
-impl Sink for Slow {
+impl Sink for SlowSink {
     fn name(&self) -> String {
         "slow".to_owned()
     }
 
-    fn take(&mut self, pose: &LivePose) -> io::Result<()> {
+    fn write(&mut self, pose: &LivePose) -> io::Result<()> {
         std::thread::sleep(self.1);
-        self.0.take(pose)
+        self.0.write(pose)
     }
 }
 
-/// Takes so many, and no more.
-pub(crate) struct Broken(pub(crate) usize);
+/// A sink that fails after so many poses.
+pub(crate) struct FailingSink(pub(crate) usize);
 
-impl Sink for Broken {
+impl Sink for FailingSink {
     fn name(&self) -> String {
         "broken".to_owned()
     }
 
-    fn take(&mut self, _pose: &LivePose) -> io::Result<()> {
+    fn write(&mut self, _pose: &LivePose) -> io::Result<()> {
         self.0 = self.0.checked_sub(1).ok_or(io::ErrorKind::StorageFull)?;
         Ok(())
     }

@@ -1,4 +1,4 @@
-//! What goes wrong around a pipeline: it goes on, or ends with a clear error, and never grows without bound.
+//! Faults of sources, networks and sinks: the pipeline goes on or ends with a clear error, in bounded memory.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 mod dummy;

@@ -8,7 +8,8 @@ use evpose_live::sink::{JsonLines, Sinks};
 use evpose_live::{Control, LiveError, run};
 
 use super::dummy::{
-    Broken, Counting, Endless, Kept, LONG, Slow, events, framed, in_time, options, stream, task,
+    CollectingSink, CountingFrontend, EndlessStream, FailingSink, LONG, SlowSink, events, framed,
+    in_time, options, stream, task,
 };
 
 /// Two seconds, with a pose every 10 ms.
@@ -18,18 +19,19 @@ fn bytes() -> Vec<u8> {
 
 #[test]
 fn a_slow_sink_drops_its_poses_and_holds_up_nobody() {
-    let (kept, slow) = (Kept::default(), Kept::default());
+    let (kept, slow) = (CollectingSink::default(), CollectingSink::default());
     let mut sinks = Sinks::new();
     sinks.add(kept.clone());
-    sinks.add_with(Slow(slow.clone(), Duration::from_millis(100)), 4);
+    sinks.add_with_capacity(SlowSink(slow.clone(), Duration::from_millis(100)), 4);
     let (report, lasted, dropped) = in_time(move || {
         let (control, began) = (Control::default(), Instant::now());
-        let eye = Counting::new(&control);
-        let report = run(framed(bytes()), task(eye), &mut sinks, &options(), &control).unwrap();
+        let frontend = CountingFrontend::new(&control);
+        let report =
+            run(framed(bytes()), task(frontend), &mut sinks, &options(), &control).unwrap();
         (report, began.elapsed(), sinks.finish().unwrap())
     });
-    let all = report.network.poses + report.between.poses;
-    assert!(report.between.poses == 199 && report.network.poses > 0, "{report:?}");
+    let all = report.network.poses + report.propagated.poses;
+    assert!(report.propagated.poses == 199 && report.network.poses > 0, "{report:?}");
     // Had it waited for the slow one, it would have taken twenty seconds.
     assert!(lasted < Duration::from_secs(10), "{lasted:?}");
     assert_eq!(kept.len(), all);
@@ -40,35 +42,36 @@ fn a_slow_sink_drops_its_poses_and_holds_up_nobody() {
 }
 
 #[test]
-fn a_sink_that_fails_is_told_at_the_end_and_the_others_get_all() {
-    let kept = Kept::default();
+fn the_error_of_a_sink_is_returned_at_the_end_and_the_others_get_every_pose() {
+    let kept = CollectingSink::default();
     let mut sinks = Sinks::new();
-    sinks.add(Broken(3));
+    sinks.add(FailingSink(3));
     sinks.add(kept.clone());
     let (report, finished) = in_time(move || {
         let control = Control::default();
-        let eye = Counting::new(&control);
-        let report = run(framed(bytes()), task(eye), &mut sinks, &options(), &control).unwrap();
+        let frontend = CountingFrontend::new(&control);
+        let report =
+            run(framed(bytes()), task(frontend), &mut sinks, &options(), &control).unwrap();
         (report, sinks.finish())
     });
     assert_eq!((report.events, report.followed), (4_000, 4_000));
-    assert_eq!(kept.len(), report.network.poses + report.between.poses);
+    assert_eq!(kept.len(), report.network.poses + report.propagated.poses);
     let Err(LiveError::Sink { sink, source }) = finished else { panic!("{finished:?}") };
     assert_eq!((sink.as_str(), source.kind()), ("broken", std::io::ErrorKind::StorageFull));
 }
 
 #[test]
-fn a_pipeline_without_a_sink_that_is_left_ends() {
+fn a_pipeline_ends_when_every_sink_has_failed() {
     let mut sinks = Sinks::new();
-    sinks.add(Broken(2));
-    sinks.add(Broken(5));
+    sinks.add(FailingSink(2));
+    sinks.add(FailingSink(5));
     let (report, finished) = in_time(move || {
         let control = Control::default();
-        let eye = Counting::new(&control);
-        let report = run(Endless::source(), task(eye), &mut sinks, &options(), &control);
+        let frontend = CountingFrontend::new(&control);
+        let report = run(EndlessStream::source(), task(frontend), &mut sinks, &options(), &control);
         (report.unwrap(), sinks.finish())
     });
-    assert!(report.network.poses + report.between.poses >= 6);
+    assert!(report.network.poses + report.propagated.poses >= 6);
     assert!(matches!(finished, Err(LiveError::Sink { .. })));
 }
 
@@ -77,13 +80,13 @@ fn a_viewer_that_is_killed_ends_its_sink_alone() {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let socket = TcpStream::connect(listener.local_addr().unwrap()).unwrap();
     let viewer = listener.accept().unwrap().0;
-    let kept = Kept::default();
+    let kept = CollectingSink::default();
     let mut sinks = Sinks::new();
     sinks.add(JsonLines::new("the viewer", socket));
     sinks.add(kept.clone());
     let (gone, report, finished) = in_time(move || {
         let control = Control::default();
-        let eye = Counting::new(&control);
+        let frontend = CountingFrontend::new(&control);
         let (meter, stop) = (control.meter.clone(), control.clone());
         let killer = std::thread::spawn(move || {
             let wait = |poses: u64| {
@@ -98,13 +101,14 @@ fn a_viewer_that_is_killed_ends_its_sink_alone() {
             wait(200);
             stop.stop();
         });
-        let report = run(Endless::source(), task(eye), &mut sinks, &options(), &control).unwrap();
+        let report =
+            run(EndlessStream::source(), task(frontend), &mut sinks, &options(), &control).unwrap();
         killer.join().unwrap();
-        let gone: Vec<String> = sinks.gone().map(str::to_owned).collect();
+        let gone: Vec<String> = sinks.failed().map(str::to_owned).collect();
         (gone, report, sinks.finish())
     });
     assert_eq!(gone, ["the viewer"]);
-    assert_eq!(kept.len(), report.network.poses + report.between.poses);
+    assert_eq!(kept.len(), report.network.poses + report.propagated.poses);
     assert!(report.network.poses >= 200, "{report:?}");
     let Err(LiveError::Sink { sink, .. }) = finished else { panic!("{finished:?}") };
     assert_eq!(sink, "the viewer");
@@ -119,14 +123,15 @@ fn a_viewer_that_takes_nothing_holds_up_nobody() {
     socket.set_nonblocking(true).unwrap();
     while socket.write(&[b' '; 1 << 16]).is_ok() {}
     socket.set_nonblocking(false).unwrap();
-    let kept = Kept::default();
+    let kept = CollectingSink::default();
     let mut sinks = Sinks::new();
-    sinks.add_with(JsonLines::new("the viewer", socket), 16);
+    sinks.add_with_capacity(JsonLines::new("the viewer", socket), 16);
     sinks.add(kept.clone());
     let (report, finished) = in_time(move || {
         let control = Control::default();
-        let eye = Counting::new(&control);
-        let report = run(framed(bytes()), task(eye), &mut sinks, &options(), &control).unwrap();
+        let frontend = CountingFrontend::new(&control);
+        let report =
+            run(framed(bytes()), task(frontend), &mut sinks, &options(), &control).unwrap();
         // Not even the end waits for it.
         let finished = sinks.finish();
         drop(viewer);
@@ -135,6 +140,6 @@ fn a_viewer_that_takes_nothing_holds_up_nobody() {
     let Err(LiveError::Sink { sink, source }) = finished else { panic!("{finished:?}") };
     assert_eq!((sink.as_str(), source.kind()), ("the viewer", std::io::ErrorKind::TimedOut));
     assert!(source.to_string().contains("took nothing"), "{source}");
-    assert_eq!(kept.len(), report.network.poses + report.between.poses);
+    assert_eq!(kept.len(), report.network.poses + report.propagated.poses);
     assert!(report.dropped_poses > 100, "{report:?}");
 }

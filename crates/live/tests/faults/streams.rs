@@ -10,20 +10,20 @@ use evpose_live::{Control, LiveError, LiveOptions, Origin, Report, run};
 use evpose_pose::stream::PoseStream;
 
 use super::dummy::{
-    Answering, Counting, Endless, Fed, Kept, LONG, SENSOR, Seen, events, framed, in_time, options,
-    stream, task,
+    ChannelReader, CollectingSink, CountingFrontend, EndlessStream, FrontendCounts, LONG, SENSOR,
+    ScriptedWorker, events, framed, in_time, options, stream, task,
 };
 
-/// Runs a stream of bytes to its end, slowly enough for the network to see some of it. What the sink got, what
-/// the eye saw, what it came to, and the counts.
-fn play(bytes: Vec<u8>) -> (Kept, Seen, Result<(), LiveError>, Report) {
+/// Runs a stream of bytes to its end, slowly enough for some inferences. Returns the poses of the sink, the
+/// counts of the front end, the outcome and the report.
+fn play(bytes: Vec<u8>) -> (CollectingSink, FrontendCounts, Result<(), LiveError>, Report) {
     in_time(move || {
-        let (control, kept) = (Control::default(), Kept::default());
-        let eye = Counting::slow(&control, Duration::from_millis(2));
-        let seen = eye.seen.clone();
+        let (control, kept) = (Control::default(), CollectingSink::default());
+        let frontend = CountingFrontend::slow(&control, Duration::from_millis(2));
+        let seen = frontend.counts.clone();
         let mut sinks = Sinks::new();
         sinks.add(kept.clone());
-        let ended = run(framed(bytes), task(eye), &mut sinks, &options(), &control);
+        let ended = run(framed(bytes), task(frontend), &mut sinks, &options(), &control);
         sinks.finish().unwrap();
         let seen = seen.lock().unwrap().clone();
         (kept, seen, ended.map(drop), control.meter.report())
@@ -55,14 +55,14 @@ fn a_stall_is_counted_and_the_pipeline_goes_on_when_events_come_again() {
         let bytes = stream([events(0, 100, 100), events(5_000_000, 100, 100)]);
         let first = stream([events(0, 100, 100)]).len();
         feed.send(bytes[..first].to_vec()).unwrap();
-        let (control, kept) = (Control::default(), Kept::default());
-        let (meter, eye) = (control.meter.clone(), Counting::new(&control));
+        let (control, kept) = (Control::default(), CollectingSink::default());
+        let (meter, frontend) = (control.meter.clone(), CountingFrontend::new(&control));
         let mut sinks = Sinks::new();
         sinks.add(kept.clone());
         let running = std::thread::spawn(move || {
             let options = LiveOptions { stall: Duration::from_millis(60), ..options() };
-            let source = Framed::open("fed", Fed::new(fed)).unwrap();
-            let report = run(source, task(eye), &mut sinks, &options, &control).unwrap();
+            let source = Framed::open("fed", ChannelReader::new(fed)).unwrap();
+            let report = run(source, task(frontend), &mut sinks, &options, &control).unwrap();
             sinks.finish().unwrap();
             report
         });
@@ -87,11 +87,11 @@ fn a_source_that_is_given_up_ends_the_pipeline_with_an_error() {
     feed.send(stream([events(0, 100, 100)])).unwrap();
     let (ended, lasted) = in_time(|| {
         let control = Control::default();
-        let (began, eye) = (Instant::now(), Counting::new(&control));
+        let (began, frontend) = (Instant::now(), CountingFrontend::new(&control));
         let give_up = Some(Duration::from_millis(200));
         let options = LiveOptions { give_up, ..options() };
-        let source = Framed::open("fed", Fed::new(fed)).unwrap();
-        (run(source, task(eye), &mut Sinks::new(), &options, &control), began.elapsed())
+        let source = Framed::open("fed", ChannelReader::new(fed)).unwrap();
+        (run(source, task(frontend), &mut Sinks::new(), &options, &control), began.elapsed())
     });
     let message = ended.unwrap_err().to_string();
     assert!(message.ends_with("no events for 0.2 s"), "{message}");
@@ -106,10 +106,10 @@ fn time_that_jumps_back_begins_anew_and_poses_go_on() {
     let (kept, seen, ended, report) = play(bytes);
     ended.unwrap();
     assert_eq!((seen.events, seen.resets, report.restarts, report.rejected), (4_000, 1, 1, 0));
-    let between = kept.times(Origin::Propagated);
-    let (before, after): (Vec<i64>, Vec<i64>) = between.iter().partition(|t| **t >= hour);
-    assert_eq!((before.len(), after.len()), (9, 9), "{between:?}");
-    assert!(between.is_sorted_by_key(|t| *t < hour), "first those of before");
+    let propagated = kept.times(Origin::Propagated);
+    let (before, after): (Vec<i64>, Vec<i64>) = propagated.iter().partition(|t| **t >= hour);
+    assert_eq!((before.len(), after.len()), (9, 9), "{propagated:?}");
+    assert!(propagated.is_sorted_by_key(|t| *t < hour), "first those of before");
     assert!(kept.times(Origin::Network).iter().any(|t| *t < hour));
 }
 
@@ -146,12 +146,12 @@ fn a_hot_pixel_fills_no_memory() {
     let bytes = stream((0..100).map(packet));
     let (seen, report) = in_time(move || {
         let control = Control::default();
-        let eye = Counting::slow(&control, Duration::from_millis(5));
-        let seen = eye.seen.clone();
-        let options = LiveOptions { most_packets: 8, most_events: 60_000, ..options() };
+        let frontend = CountingFrontend::slow(&control, Duration::from_millis(5));
+        let seen = frontend.counts.clone();
+        let options = LiveOptions { max_packets: 8, max_events: 60_000, ..options() };
         let mut sinks = Sinks::new();
-        sinks.add(Kept::default());
-        let report = run(framed(bytes), task(eye), &mut sinks, &options, &control).unwrap();
+        sinks.add(CollectingSink::default());
+        let report = run(framed(bytes), task(frontend), &mut sinks, &options, &control).unwrap();
         sinks.finish().unwrap();
         let seen = seen.lock().unwrap().clone();
         (seen, report)
@@ -160,9 +160,9 @@ fn a_hot_pixel_fills_no_memory() {
     assert!(report.dropped_packets > 10, "{report:?}");
     assert_eq!(report.followed + report.dropped_events, report.events);
     assert_eq!(seen.events, report.followed);
-    // The queue, the packet that the eye has, and one that is about to be queued, each of 32,766 at most.
-    assert!(seen.most_waiting <= 60_000 + 2 * 32_766, "{seen:?}");
-    assert!(report.network.poses > 0 && report.between.poses > 0, "{report:?}");
+    // The queue, the packet that the front end has, and one that is about to be queued, each of 32,766 at most.
+    assert!(seen.max_waiting <= 60_000 + 2 * 32_766, "{seen:?}");
+    assert!(report.network.poses > 0 && report.propagated.poses > 0, "{report:?}");
 }
 
 #[test]
@@ -203,15 +203,15 @@ fn events_that_cannot_be_are_rejected_and_counted() {
 
 #[test]
 fn a_network_that_fails_ends_the_pipeline_with_its_error() {
-    let kept = Kept::default();
+    let kept = CollectingSink::default();
     let mut sinks = Sinks::new();
     sinks.add(kept.clone());
     let (ended, sinks) = in_time(move || {
         let control = Control::default();
         let then = || Err(evpose_pose::stream::StreamError("no device memory is left".into()));
-        let network = Answering { times: 5, then };
-        let task = PoseStream::new(Counting::new(&control), network);
-        (run(Endless::source(), task, &mut sinks, &options(), &control), sinks)
+        let network = ScriptedWorker { times: 5, then };
+        let task = PoseStream::new(CountingFrontend::new(&control), network);
+        (run(EndlessStream::source(), task, &mut sinks, &options(), &control), sinks)
     });
     assert_eq!(ended.unwrap_err().to_string(), "no device memory is left");
     in_time(|| sinks.finish()).unwrap();
@@ -223,9 +223,9 @@ fn a_network_that_panics_does_not_leave_the_pipeline_waiting() {
     let ended = std::panic::catch_unwind(|| {
         in_time(|| {
             let control = Control::default();
-            let network = Answering { times: 2, then: || panic!("a bug of a network") };
-            let task = PoseStream::new(Counting::new(&control), network);
-            drop(run(Endless::source(), task, &mut Sinks::new(), &options(), &control));
+            let network = ScriptedWorker { times: 2, then: || panic!("a bug of a network") };
+            let task = PoseStream::new(CountingFrontend::new(&control), network);
+            drop(run(EndlessStream::source(), task, &mut Sinks::new(), &options(), &control));
         });
     });
     let panic = ended.unwrap_err();

@@ -1,7 +1,7 @@
-// The connection: what comes is shown with the next picture of the screen; when it breaks, it is tried again.
+// The connection: messages are drawn with the next frame of the screen; a lost connection is retried.
 
-const SILENCE_MS = 4000, AGAIN_MS = 1000;
-const SAID = {
+const SILENCE_MS = 4000, RETRY_MS = 1000;
+const LABELS = {
   connecting: 'connecting',
   waiting: 'waiting for events',
   live: 'live',
@@ -9,17 +9,17 @@ const SAID = {
   ended: 'ended',
   lost: 'disconnected, trying again',
 };
-let heard = 0;
+let lastMessage = 0;
 
 function showState(state) {
   const badge = byId('state');
-  if (badge.dataset.state === state && badge.textContent === SAID[state]) return;
+  if (badge.dataset.state === state && badge.textContent === LABELS[state]) return;
   badge.dataset.state = state;
-  badge.textContent = SAID[state];
-  document.title = `${scene.about?.title ?? 'evpose'}: ${SAID[state]}`;
+  badge.textContent = LABELS[state];
+  document.title = `${scene.about?.title ?? 'evpose'}: ${LABELS[state]}`;
   const veil = byId('veil');
   veil.hidden = !['lost', 'waiting'].includes(state);
-  veil.textContent = SAID[state];
+  veil.textContent = LABELS[state];
 }
 
 function show() {
@@ -34,18 +34,18 @@ function redraw() {
   requestAnimationFrame(show);
 }
 
-function takeWords(words) {
-  if (words.kind === 'about') {
-    scene.about = words;
+function takeMessage(message) {
+  if (message.kind === 'about') {
+    scene.about = message;
     scene.frame = null;
     points.length = 0;
-    words.history.forEach(takePoint);
-    put('title', words.title);
-    put('source', words.source);
-    put('sensor', `${words.sensor.width}\u2009×\u2009${words.sensor.height} px`);
+    message.history.forEach(takePoint);
+    put('title', message.title);
+    put('source', message.source);
+    put('sensor', `${message.sensor.width}\u2009×\u2009${message.sensor.height} px`);
   } else {
-    scene.frame = words;
-    showState(words.state);
+    scene.frame = message;
+    showState(message.state);
   }
   redraw();
 }
@@ -53,21 +53,21 @@ function takeWords(words) {
 function connect() {
   const socket = new WebSocket(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/ws`);
   socket.binaryType = 'arraybuffer';
-  socket.onopen = () => { heard = performance.now(); };
+  socket.onopen = () => { lastMessage = performance.now(); };
   socket.onmessage = ({ data }) => {
-    heard = performance.now();
-    if (typeof data === 'string') takeWords(JSON.parse(data));
-    else takePicture(data);
+    lastMessage = performance.now();
+    if (typeof data === 'string') takeMessage(JSON.parse(data));
+    else takeEventImage(data);
   };
-  // A server that was stopped rather than ended says nothing, not even farewell.
+  // A server that was killed does not close the connection.
   const watch = setInterval(() => {
-    if (socket.readyState === WebSocket.OPEN && performance.now() - heard > SILENCE_MS) socket.close();
-    if (performance.now() - heard > SILENCE_MS) showState('lost');
+    if (socket.readyState === WebSocket.OPEN && performance.now() - lastMessage > SILENCE_MS) socket.close();
+    if (performance.now() - lastMessage > SILENCE_MS) showState('lost');
   }, 500);
   socket.onclose = () => {
     clearInterval(watch);
     showState('lost');
-    setTimeout(connect, AGAIN_MS);
+    setTimeout(connect, RETRY_MS);
   };
 }
 

@@ -1,4 +1,4 @@
-// Numbers: rates, latencies, and what each stage got and lost.
+// Measurements: rates, latencies, and the counts and losses of each stage.
 
 // Three digits and the letter of a power of a thousand.
 function short(value) {
@@ -17,39 +17,38 @@ function put(id, text) {
   if (element.textContent !== text) element.textContent = text;
 }
 
-// Of each stage: what it is called, what passes it, and what it loses. Of a count its name, what that means, its
-// total and rate, and whether it is a loss.
+// Stages with their counts: name, meaning, total, rate, and whether the count is a loss.
 const STAGES = [
   ['source', (all, rates) => [
-    ['events', 'that came', all.events, rates.events],
-    ['packets', 'that came', all.packets, rates.packets],
+    ['events', 'received', all.events, rates.events],
+    ['packets', 'received', all.packets, rates.packets],
     ['rejected', 'events outside the sensor or out of order', all.rejected, rates.rejected, true],
-    ['malformed', 'packets that made no sense', all.malformed, rates.malformed, true],
+    ['malformed', 'packets that could not be decoded', all.malformed, rates.malformed, true],
   ]],
   ['queue', (all, rates) => [
     ['packets', 'let through', Math.max(0, all.packets - all.dropped_packets), Math.max(0, rates.packets - rates.dropped_packets)],
     ['lost packets', 'dropped, the oldest first', all.dropped_packets, rates.dropped_packets, true],
     ['lost events', 'in dropped packets', all.dropped_events, rates.dropped_events, true],
   ]],
-  ['eye', (all, rates) => [
-    ['followed', 'events', all.followed, rates.followed],
-    ['between', 'poses between those of the network', all.between.poses, rates.between],
+  ['front end', (all, rates) => [
+    ['processed', 'events', all.followed, rates.followed],
+    ['propagated', 'poses by the filter, after those of the network', all.propagated.poses, rates.propagated],
     ['stalls', 'of the source', all.stalls, 0, true],
     ['jumps back', 'of time: another recording began', all.restarts, 0, true],
   ]],
   ['network', (all, rates) => [
-    ['images', 'shown to it', all.images, rates.images],
+    ['inputs', 'representations inferred', all.images, rates.images],
     ['poses', 'of the network', all.network.poses, rates.network],
-    ['repeated', 'nothing was new', all.repeated, rates.repeated],
+    ['repeated', 'strides without a change', all.repeated, rates.repeated],
     ['skipped', 'strides while it was busy', all.skipped_strides, rates.skipped_strides],
   ]],
   ['sinks', (all, rates) => [
-    ['poses', 'given to them', all.network.poses + all.between.poses, rates.network + rates.between],
+    ['poses', 'sent to them', all.network.poses + all.propagated.poses, rates.network + rates.propagated],
     ['lost poses', 'dropped by sinks that could not keep up', all.dropped_poses, rates.dropped_poses, true],
   ]],
 ];
 
-// What passes is told per second, in the end as a whole; what is lost always as a whole.
+// Throughput is shown per second, and as a total at the end; losses always as totals.
 function showStages(all, rates, isOver) {
   const footer = byId('stages');
   if (!footer.children.length) {
@@ -95,14 +94,14 @@ function showLatencies(point, all) {
 }
 const values4 = () => [0, 1, 2, 3];
 
-function showFigures({ state, network, between, t_us, figures: { point, rates, report } }) {
+function showFigures({ state, network, propagated, t_us, figures: { point, rates, report } }) {
   const [events, letter] = short(rates.events);
   put('events-rate', events);
   put('events-unit', `${letter} events/s`);
   put('network-rate', perSecond(rates.network));
-  put('between-rate', perSecond(rates.between));
+  put('propagated-rate', perSecond(rates.propagated));
   put('network-late', network ? `${ms(network.latency_ms)} ms late` : '–');
-  put('between-late', between ? `${ms(between.latency_ms)} ms late` : '–');
+  put('propagated-late', propagated ? `${ms(propagated.latency_ms)} ms late` : '–');
   put('clock', t_us === null ? '' : `t = ${(t_us / 1e6).toFixed(2)} s`);
   const last = points.at(-1);
   takePoint(point);

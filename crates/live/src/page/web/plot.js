@@ -2,7 +2,7 @@
 
 const SHOWN_S = 10;
 const points = [];
-const SERIES = [['network', NETWORK], ['between', BETWEEN]];
+const SERIES = [['network', NETWORK], ['propagated', PROPAGATED]];
 
 function takePoint(point) {
   const last = points.at(-1);
@@ -13,12 +13,12 @@ function takePoint(point) {
 
 // 1, 2 and 5 times powers of ten that reach over all that is shown, as logarithms.
 function steps(values) {
-  const [least, most] = [Math.min(...values) / 1.3, Math.max(...values) * 1.3];
+  const [low, high] = [Math.min(...values) / 1.3, Math.max(...values) * 1.3];
   const all = [];
   for (let power = -4; power < 6; power++) {
     for (const digit of [1, 2, 5]) all.push(digit * 10 ** power);
   }
-  const from = all.findLastIndex((step) => step <= least), to = all.findIndex((step) => step >= most);
+  const from = all.findLastIndex((step) => step <= low), to = all.findIndex((step) => step >= high);
   return all.slice(Math.max(0, from), to < 0 ? all.length : to + 1);
 }
 
@@ -26,7 +26,7 @@ function drawPlot() {
   const { context, width, height } = prepared(byId('plot'));
   context.font = '11px system-ui, "DejaVu Sans", sans-serif';
   context.fillStyle = '#7d8a98';
-  const values = points.flatMap(({ network, between }) => [network, between])
+  const values = points.flatMap(({ network, propagated }) => [network, propagated])
     .flatMap((late) => late ? late.slice(0, 3) : []).filter((ms) => ms > 0);
   if (!values.length) {
     context.textAlign = 'center';

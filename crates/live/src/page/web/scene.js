@@ -1,11 +1,11 @@
-// Events and poses: what is seen.
+// The scene: events and poses.
 
 const byId = (id) => document.getElementById(id);
 const view = byId('view');
 const ON = [77, 163, 255], OFF = [255, 122, 64], DARK = [15, 20, 26];
-const NETWORK = '#c3a2ff', BETWEEN = '#62f0b4';
+const NETWORK = '#c3a2ff', PROPAGATED = '#62f0b4';
 
-// A cell's byte is ON in the upper four bits, OFF in the lower; its colour, as images keep it.
+// Colour of a cell's byte (ON in the upper four bits, OFF in the lower) in the byte order of ImageData.
 const palette = Uint32Array.from({ length: 256 }, (_, cell) => {
   const [on, off] = [(cell >> 4) / 15, (cell & 15) / 15].map((bright) => bright ** 0.75);
   const mixed = DARK.map((dark, c) => Math.min(255, dark + (ON[c] - dark) * on + (OFF[c] - dark) * off));
@@ -14,8 +14,8 @@ const palette = Uint32Array.from({ length: 256 }, (_, cell) => {
 
 const scene = { about: null, frame: null, cells: null, image: null, pixels: null, isDrawn: true };
 
-// Dark cells come as a 0 and how many there are.
-function takePicture(buffer) {
+// A run of dark cells is a 0 and its length.
+function takeEventImage(buffer) {
   const size = new DataView(buffer), bytes = new Uint8Array(buffer, 4);
   const width = size.getUint16(0, true), height = size.getUint16(2, true);
   if (!width || !height) return;
@@ -60,11 +60,11 @@ function drawScene() {
   context.beginPath();
   context.rect(0, 0, columns * scale, rows * scale);
   context.clip();
-  if (frame && about.subject === 'hand') drawSurface(context, frame, scale);
+  if (frame && about.skeleton === 'hand') drawHandModel(context, frame, scale);
   if (scene.cells) {
     const side = about.cell_px * scale;
     context.imageSmoothingEnabled = side < 1.5;
-    // As light: they are seen on the hand, too.
+    // Additive, so that events are visible on the hand, too.
     context.globalCompositeOperation = 'lighter';
     context.drawImage(scene.cells, 0, 0, scene.cells.width * side, scene.cells.height * side);
     context.globalCompositeOperation = 'source-over';
@@ -75,11 +75,11 @@ function drawScene() {
   context.strokeRect(0.5, 0.5, columns * scale - 1, rows * scale - 1);
 }
 
-// What nobody renews fades.
+// A pose fades until a newer one arrives.
 const strength = (pose, state) => state === 'ended' ? 1 : Math.max(0.2, Math.min(1, 1.25 - pose.age_ms / 800));
 
-function drawSurface(context, { network, between, state }, scale) {
-  const newest = between ?? network;
+function drawHandModel(context, { network, propagated, state }, scale) {
+  const newest = propagated ?? network;
   if (!newest) return;
   context.globalAlpha = strength(newest, state);
   if (newest.vertices) drawMesh(context, newest.vertices, scale);
@@ -87,19 +87,19 @@ function drawSurface(context, { network, between, state }, scale) {
   context.globalAlpha = 1;
 }
 
-function drawPoses(context, { network, between, state }, scale) {
+function drawPoses(context, { network, propagated, state }, scale) {
   if (network) {
     context.globalAlpha = strength(network, state);
-    drawDots(context, network, scale, !between);
+    drawDots(context, network, scale, !propagated);
   }
-  if (between) {
-    context.globalAlpha = strength(between, state);
-    drawLines(context, between.joints, scale, BETWEEN);
+  if (propagated) {
+    context.globalAlpha = strength(propagated, state);
+    drawLines(context, propagated.joints, scale, PROPAGATED);
   }
   context.globalAlpha = 1;
 }
 
-// Pairs of points between which something is drawn.
+// Pairs of joints that a bone connects.
 function* bones(joints) {
   const { about } = scene;
   for (const [a, b] of about.bones) if (joints[a] && joints[b]) yield [joints[a], joints[b]];
@@ -132,7 +132,7 @@ function drawLines(context, joints, scale, colour) {
 
 function drawDots(context, { joints, tenths }, scale, isAlone) {
   if (isAlone) drawLines(context, joints, scale, NETWORK);
-  const whole = context.globalAlpha, radius = scene.about.subject === 'hand' ? 4 : 5.5;
+  const whole = context.globalAlpha, radius = scene.about.skeleton === 'hand' ? 4 : 5.5;
   joints.forEach((joint, k) => {
     if (!joint) return;
     context.globalAlpha = whole * (0.25 + 0.75 * Math.min(1, (tenths?.[k] ?? 10) / 10));
@@ -147,9 +147,9 @@ function drawDots(context, { joints, tenths }, scale, isAlone) {
   context.globalAlpha = whole;
 }
 
-// What lies on its own canvas first, so that it is seen through as a whole.
-function through(context, alpha, draw) {
-  const layer = through.layer ??= document.createElement('canvas');
+// Draws on a layer first, so that overlapping parts share one opacity.
+function drawLayer(context, alpha, draw) {
+  const layer = drawLayer.layer ??= document.createElement('canvas');
   const { canvas } = context;
   if (layer.width !== canvas.width || layer.height !== canvas.height) {
     [layer.width, layer.height] = [canvas.width, canvas.height];
@@ -171,7 +171,7 @@ function through(context, alpha, draw) {
 function drawMesh(context, vertices, scale) {
   const faces = scene.about.faces ?? [];
   const normals = vertices.map(() => [0, 0, 0]);
-  const seen = faces.filter(([i, j, k]) => {
+  const visible = faces.filter(([i, j, k]) => {
     const a = vertices[i], b = vertices[j], c = vertices[k];
     if (!a || !b || !c) return false;
     const u = [b[0] - a[0], b[1] - a[1], b[2] - a[2]], v = [c[0] - a[0], c[1] - a[1], c[2] - a[2]];
@@ -184,13 +184,13 @@ function drawMesh(context, vertices, scale) {
     const light = (-0.42 * normal[0] - 0.58 * normal[1] - 0.7 * normal[2]) / (Math.hypot(...normal) || 1);
     return 0.28 + 0.72 * Math.max(0, light);
   });
-  const triangles = seen.map(([i, j, k]) => [
+  const triangles = visible.map(([i, j, k]) => [
     vertices[i][2] + vertices[j][2] + vertices[k][2],
     (lights[i] + lights[j] + lights[k]) / 3,
     vertices[i], vertices[j], vertices[k],
   ]);
   triangles.sort((one, other) => other[0] - one[0]);
-  through(context, 0.62, (own) => {
+  drawLayer(context, 0.62, (own) => {
     own.lineJoin = 'round';
     own.lineWidth = 0.8;
     for (const [, light, ...corners] of triangles) {
@@ -210,7 +210,7 @@ function drawHand(context, joints, scale) {
   const palm = ['wrist', 'thumb1', 'index1', 'middle1', 'ring1', 'pinky1'].map(named);
   if (palm.some((joint) => !joint)) return;
   const width = 0.2 * scale * Math.hypot(palm[3][0] - palm[0][0], palm[3][1] - palm[0][1]);
-  through(context, 0.6, (own) => {
+  drawLayer(context, 0.6, (own) => {
     own.lineCap = own.lineJoin = 'round';
     for (const [colour, part, shift] of [['#3b3350', 1, 0], ['#7e70a6', 0.78, -0.05], ['#b9abdf', 0.4, -0.14]]) {
       own.save();

@@ -1,11 +1,11 @@
-//! From the bytes that a camera sends to events.
+//! Decoding of transfers into events.
 
 use evpose_core::{Event, Micros, Polarity};
 use evpose_io::Columns;
 use neuromorphic_drivers::adapters::Adapter;
 use neuromorphic_drivers::types;
 
-/// Appends the events of a transfer. Frames, inertial samples and triggers are passed over.
+/// Appends the events of a transfer. Frames, inertial samples and triggers are skipped.
 pub(super) fn decode(adapter: &mut Adapter, bytes: &[u8], columns: &mut Columns) {
     let push = |event: types::PolarityEvent<u64, u16, u16>| {
         let types::PolarityEvent { t, x, y, polarity } = event;

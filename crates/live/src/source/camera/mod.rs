@@ -1,7 +1,7 @@
-//! Cameras on USB, and on Ethernet, without the software of their makers.
+//! USB and Ethernet cameras, without vendor software.
 //!
-//! What talks to a device is thin and stands here; what turns its bytes into events is in `bytes`, and is
-//! tested without one. No camera was there when this was written: it is untested on hardware.
+//! This file is a thin layer over the driver; `bytes` decodes the transfers and is tested without a device.
+//! **Untested on hardware.**
 
 mod bytes;
 mod models;
@@ -21,10 +21,10 @@ use super::Source;
 use crate::LiveError;
 use models::{MODELS, Model};
 
-/// How often somebody who waits for a camera looks whether to stop, and whether it is still there.
-const LOOK_UP: Duration = Duration::from_millis(100);
+/// Interval at which a waiting reader checks for a stop request and for a disconnected device.
+const POLL_INTERVAL: Duration = Duration::from_millis(100);
 
-/// What to do where a camera is there and cannot be opened.
+/// Hint for a camera that is connected but cannot be opened.
 const ACCESS: &str = "on Linux, a rule of udev must let the user open it, see the README";
 
 /// A camera.
@@ -34,18 +34,18 @@ pub struct Camera {
     device: Device,
     adapter: Adapter,
     flag: Flag<Error, UsbOverflow>,
-    /// Drives the transfers; ends behind the device.
+    /// Drives the transfers; dropped after the device.
     _transfers: Arc<UsbEventLoop>,
-    is_left: Arc<AtomicBool>,
+    is_stopped: Arc<AtomicBool>,
 }
 
 impl Camera {
-    /// Opens the first camera that is found: of any type, of the type, or of the serial number `which`.
+    /// Opens the first camera found, of any type, or of the type or serial number `which`.
     ///
     /// # Errors
     /// If there is none, or it cannot be opened.
     pub fn open(which: Option<&str>) -> Result<Self, LiveError> {
-        let failed = |reason: String| LiveError::Source { what: "camera".to_owned(), reason };
+        let failed = |reason: String| LiveError::Source { name: "camera".to_owned(), reason };
         let model = MODELS.iter().find(|model| Some(model.name) == which);
         let (identifier, models) = match (which, model) {
             (_, Some(model)) => (Identifier::None, std::slice::from_ref(model)),
@@ -88,7 +88,7 @@ impl Camera {
             device,
             flag,
             _transfers: transfers,
-            is_left: Arc::default(),
+            is_stopped: Arc::default(),
         }
     }
 }
@@ -104,12 +104,12 @@ impl Source for Camera {
 
     fn next(&mut self, columns: &mut Columns) -> Result<Option<Instant>, LiveError> {
         let before = columns.len();
-        while !self.is_left.load(Ordering::Relaxed) {
+        while !self.is_stopped.load(Ordering::Relaxed) {
             self.flag.load_error().map_err(|error| LiveError::Source {
-                what: self.name.clone(),
+                name: self.name.clone(),
                 reason: error.to_string(),
             })?;
-            let Some(buffer) = self.device.next_with_timeout(&LOOK_UP) else { continue };
+            let Some(buffer) = self.device.next_with_timeout(&POLL_INTERVAL) else { continue };
             bytes::decode(&mut self.adapter, buffer.slice, columns);
             if columns.len() > before {
                 return Ok(Some(buffer.instant));
@@ -123,8 +123,8 @@ impl Source for Camera {
     }
 
     fn waker(&self) -> Option<Box<dyn Fn() + Send + Sync>> {
-        let is_left = self.is_left.clone();
-        Some(Box::new(move || is_left.store(true, Ordering::Relaxed)))
+        let is_stopped = self.is_stopped.clone();
+        Some(Box::new(move || is_stopped.store(true, Ordering::Relaxed)))
     }
 }
 

@@ -1,4 +1,4 @@
-//! The cameras that are known.
+//! Supported cameras.
 
 use evpose_core::SensorSize;
 use neuromorphic_drivers::{
@@ -8,12 +8,12 @@ use neuromorphic_drivers::{
 
 /// A type of camera.
 pub(super) struct Model {
-    /// As users name it.
+    /// Name for users.
     pub(super) name: &'static str,
     pub(super) sensor: SensorSize,
-    /// Biases and all else, as the driver has them by default.
+    /// Default biases and settings of the driver.
     pub(super) configuration: fn() -> Configuration,
-    /// Memory of what was not taken yet; the driver's own choice where there is none.
+    /// Ring buffer of transfers; the driver's default where none.
     pub(super) ring: fn() -> Option<RingConfiguration>,
 }
 
@@ -33,7 +33,7 @@ macro_rules! model {
     };
 }
 
-/// What a user opens is the first of these that is connected.
+/// In the order in which [`super::Camera::open`] tries them.
 pub(super) const MODELS: &[Model] = &[
     model!("davis346", inivation_davis346, InivationDavis346, ring),
     model!("dvxplorer", inivation_dvxplorer, InivationDvxplorer, ring),
@@ -54,7 +54,7 @@ fn ring() -> Option<RingConfiguration> {
     })
 }
 
-/// Whether an error says no more than that another type of camera, or none, is connected.
+/// Whether an error only means that no camera of this type is connected.
 pub(super) fn is_elsewhere(error: &Error) -> bool {
     matches!(
         error,

@@ -78,19 +78,19 @@ fn what_is_played_again_goes_on_where_it_ended() {
 fn real_time_is_kept_and_scaled() {
     let folder = tempfile::tempdir().unwrap();
     let path = recording(&folder, (0..101).map(|k| 1_000 * k));
-    for (speed, least_ms) in [(1.0, 100), (2.0, 50)] {
+    for (speed, min_ms) in [(1.0, 100), (2.0, 50)] {
         let began = Instant::now();
         let mut replay =
             Replay::open(&path, ReplayOptions { speed, ..ReplayOptions::default() }).unwrap();
         let (mut columns, mut due) = (Columns::new(), Vec::new());
-        while let Some(moment) = replay.next(&mut columns).unwrap() {
-            assert!(moment <= Instant::now(), "nothing comes before it is due");
-            due.push(moment);
+        while let Some(host_time) = replay.next(&mut columns).unwrap() {
+            assert!(host_time <= Instant::now(), "nothing comes before it is due");
+            due.push(host_time);
         }
-        assert!(began.elapsed() >= Duration::from_millis(least_ms));
+        assert!(began.elapsed() >= Duration::from_millis(min_ms));
         let lasted = due[due.len() - 1] - due[0];
         // A machine that is busy for long sets its clock back.
-        let expected = Duration::from_millis(least_ms) + replay.slipped();
+        let expected = Duration::from_millis(min_ms) + replay.slipped();
         assert_eq!((due.len(), lasted), (101, expected));
     }
 }
@@ -104,13 +104,13 @@ fn a_recording_that_is_read_too_slowly_is_late_for_a_while_at_most() {
     replay.next(&mut columns).unwrap().unwrap();
     assert_eq!(replay.slipped(), Duration::ZERO);
     std::thread::sleep(Duration::from_millis(300));
-    let happened = replay.next(&mut columns).unwrap().unwrap();
-    assert!(happened.elapsed() < Duration::from_millis(250), "it happens now");
+    let host_time = replay.next(&mut columns).unwrap().unwrap();
+    assert!(host_time.elapsed() < Duration::from_millis(250), "it happens now");
     let slipped = replay.slipped();
     assert!(slipped >= Duration::from_millis(290), "{slipped:?}");
     // From here on it goes at its pace again.
     let next = replay.next(&mut columns).unwrap().unwrap();
-    assert!(next >= happened + Duration::from_millis(10));
+    assert!(next >= host_time + Duration::from_millis(10));
 }
 
 #[test]
@@ -135,11 +135,11 @@ fn events_of_one_time_do_not_fill_the_memory() {
     let (packets, ended) = packets(&path, fast());
     ended.unwrap();
     let lengths: Vec<usize> = packets.iter().map(Vec::len).collect();
-    assert_eq!(lengths, [MOST_EVENTS, MOST_EVENTS, 600_000 - 2 * MOST_EVENTS]);
+    assert_eq!(lengths, [MAX_EVENTS, MAX_EVENTS, 600_000 - 2 * MAX_EVENTS]);
 }
 
 #[test]
-fn a_cut_recording_is_given_to_its_end_before_its_fault_is_told() {
+fn a_cut_recording_is_given_to_its_end_before_its_error() {
     let folder = tempfile::tempdir().unwrap();
     let path = recording(&folder, (0..1_000).map(|k| 100 * k));
     let bytes = std::fs::read(&path).unwrap();

@@ -1,4 +1,4 @@
-//! A source, an eye and a network that know the truth.
+//! A source, a front end and a network that know the true pose.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -15,18 +15,18 @@ use glam::Vec2;
 
 use crate::actor::{Actor, Outline, SENSOR};
 
-/// Events of so much time come together.
+/// Event time of a packet.
 const PACKET: Micros = Micros(1_000);
-/// The outline is looked at once in so many packets.
-const LOOK: u64 = 8;
-/// Places that are looked at for a packet, and events of noise in it.
-const PLACES: usize = 2_500;
+/// Packets from one computation of the outline to the next.
+const PACKETS_PER_OUTLINE: u64 = 8;
+/// Points of the outline drawn for a packet, and noise events in it.
+const POINTS: usize = 2_500;
 const NOISE: usize = 30;
-/// How long the network takes, and what it is wrong by.
-const THINKS: Duration = Duration::from_millis(9);
-const WRONG_PX: f32 = 2.5;
+/// Mean inference time, and error of the joints.
+const INFERENCE_TIME: Duration = Duration::from_millis(9);
+const ERROR_PX: f32 = 2.5;
 
-pub(crate) struct PretendedSource {
+pub(crate) struct SimulatedSource {
     actor: Arc<dyn Actor>,
     began: Instant,
     packet: u64,
@@ -34,15 +34,15 @@ pub(crate) struct PretendedSource {
     outline: Option<Outline>,
 }
 
-impl PretendedSource {
+impl SimulatedSource {
     pub(crate) fn new(actor: Arc<dyn Actor>, end_s: f64) -> Self {
         Self { actor, began: Instant::now(), packet: 0, end_s, outline: None }
     }
 }
 
-impl Source for PretendedSource {
+impl Source for SimulatedSource {
     fn name(&self) -> String {
-        "made up".to_owned()
+        "simulated".to_owned()
     }
 
     fn sensor(&self) -> SensorSize {
@@ -50,7 +50,7 @@ impl Source for PretendedSource {
     }
 
     fn next(&mut self, columns: &mut Columns) -> Result<Option<Instant>, LiveError> {
-        let part = self.packet % LOOK;
+        let part = self.packet % PACKETS_PER_OUTLINE;
         self.packet += 1;
         let t = Micros(self.packet as i64 * PACKET.0);
         let due = self.began + Duration::from_secs_f64(t.as_seconds());
@@ -58,7 +58,7 @@ impl Source for PretendedSource {
             return Ok(None);
         }
         let mut rng = CounterRng::new(1, "events", self.packet);
-        let ahead = t + Micros(LOOK as i64 * PACKET.0);
+        let ahead = t + Micros(PACKETS_PER_OUTLINE as i64 * PACKET.0);
         let outline = self.outline.take().filter(|_| part > 0);
         let outline = outline.unwrap_or_else(|| self.actor.outline(t, ahead));
         let mut push = |at: Vec2, polarity| {
@@ -67,12 +67,12 @@ impl Source for PretendedSource {
                 columns.push(Event { t, x: at.x as u16, y: at.y as u16, polarity });
             }
         };
-        for _ in 0..PLACES {
+        for _ in 0..POINTS {
             let [before, now, out] = outline.draw(&mut rng);
-            // The faster an edge moves across itself, the more of it is seen.
+            // The faster an edge moves along its normal, the more events it causes.
             let across_px = (now - before).dot(out);
             if across_px.abs() > 8.0 * rng.unit() {
-                let passed = (part as f32 + rng.unit()) / LOOK as f32;
+                let passed = (part as f32 + rng.unit()) / PACKETS_PER_OUTLINE as f32;
                 push(before.lerp(now, passed), Polarity::from_on(across_px > 0.0));
             }
         }
@@ -86,18 +86,18 @@ impl Source for PretendedSource {
     }
 }
 
-pub(crate) struct PretendedEye {
+pub(crate) struct SimulatedFrontend {
     actor: Arc<dyn Actor>,
-    has_seen: bool,
+    has_pose: bool,
 }
 
-impl PretendedEye {
+impl SimulatedFrontend {
     pub(crate) fn new(actor: Arc<dyn Actor>) -> Self {
-        Self { actor, has_seen: false }
+        Self { actor, has_pose: false }
     }
 }
 
-impl StreamFrontend for PretendedEye {
+impl StreamFrontend for SimulatedFrontend {
     type Input = Micros;
     type Output = PoseEstimate;
     type Pose = PoseEstimate;
@@ -114,11 +114,11 @@ impl StreamFrontend for PretendedEye {
         &mut self,
         t: Micros,
         _: &Micros,
-        found: PoseEstimate,
+        pose: PoseEstimate,
         _: Micros,
     ) -> Vec<(Micros, PoseEstimate)> {
-        self.has_seen = true;
-        vec![(t, found)]
+        self.has_pose = true;
+        vec![(t, pose)]
     }
 
     fn estimate(&self, pose: &PoseEstimate) -> PoseEstimate {
@@ -126,46 +126,46 @@ impl StreamFrontend for PretendedEye {
     }
 
     fn propagate(&mut self, t: Micros) -> Option<PoseEstimate> {
-        self.has_seen.then(|| self.actor.pose(t))
+        self.has_pose.then(|| self.actor.pose(t))
     }
 
     fn reset(&mut self) {
-        self.has_seen = false;
+        self.has_pose = false;
     }
 }
 
-pub(crate) struct PretendedNetwork {
+pub(crate) struct SimulatedNetwork {
     actor: Arc<dyn Actor>,
-    looked: u64,
+    inferences: u64,
 }
 
-impl PretendedNetwork {
+impl SimulatedNetwork {
     pub(crate) fn new(actor: Arc<dyn Actor>) -> Self {
-        Self { actor, looked: 0 }
+        Self { actor, inferences: 0 }
     }
 }
 
-impl InferenceWorker for PretendedNetwork {
+impl InferenceWorker for SimulatedNetwork {
     type Input = Micros;
     type Output = PoseEstimate;
 
     fn infer(&mut self, image: &Micros) -> Result<PoseEstimate, StreamError> {
-        self.looked += 1;
-        let mut rng = CounterRng::new(2, "network", self.looked);
-        std::thread::sleep(THINKS.mul_f32(rng.uniform(0.9, 1.3)));
-        let mut answer = self.actor.pose(*image);
-        let mut wrong = || WRONG_PX * Vec2::new(rng.uniform(-1.0, 1.0), rng.uniform(-1.0, 1.0));
-        match &mut answer {
+        self.inferences += 1;
+        let mut rng = CounterRng::new(2, "network", self.inferences);
+        std::thread::sleep(INFERENCE_TIME.mul_f32(rng.uniform(0.9, 1.3)));
+        let mut estimate = self.actor.pose(*image);
+        let mut error = || ERROR_PX * Vec2::new(rng.uniform(-1.0, 1.0), rng.uniform(-1.0, 1.0));
+        match &mut estimate {
             PoseEstimate::Body { joints_px, .. } => {
-                joints_px.iter_mut().flatten().for_each(|at| *at += wrong());
+                joints_px.iter_mut().flatten().for_each(|at| *at += error());
             }
             PoseEstimate::Hand { points, .. } => {
-                points.image_px.iter_mut().flatten().for_each(|at| *at += wrong());
+                points.image_px.iter_mut().flatten().for_each(|at| *at += error());
             }
         }
-        if let PoseEstimate::Body { scores, .. } = &mut answer {
+        if let PoseEstimate::Body { scores, .. } = &mut estimate {
             scores.iter_mut().for_each(|score| *score = rng.uniform(0.25, 1.0));
         }
-        Ok(answer)
+        Ok(estimate)
     }
 }

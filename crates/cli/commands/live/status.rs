@@ -1,37 +1,41 @@
-//! What somebody who watches is told.
+//! Progress lines and the final summary on standard error.
 
 use std::time::Duration;
 
-use evpose_live::{Control, Latencies, Latency, Report};
+use evpose_live::{Control, LatencyBaseline, LatencySummary, Report};
 
 use evpose_app::progress::note;
 
-/// A line every second, until the program ends.
-pub(super) fn each_second(control: &Control) {
+/// Prints a line every second until the program ends.
+pub(super) fn print_each_second(control: &Control) {
     let control = control.clone();
     std::thread::spawn(move || {
-        let (mut before, mut latencies) = (control.meter.report(), Latencies::default());
+        let (mut before, mut latencies) = (control.meter.report(), LatencyBaseline::default());
         loop {
             std::thread::sleep(Duration::from_secs(1));
             let now = control.meter.report();
-            note(line(&before, &now, control.meter.latencies_since(&mut latencies)));
+            note(progress_line(&before, &now, control.meter.latencies_since(&mut latencies)));
             before = now;
         }
     });
 }
 
-/// What happened between two reports, and how late poses between them were.
-fn line(before: &Report, now: &Report, [network, between]: [Latency; 2]) -> String {
+/// Rates and latencies from one report to the next.
+fn progress_line(
+    before: &Report,
+    now: &Report,
+    [network, propagated]: [LatencySummary; 2],
+) -> String {
     let seconds = (now.seconds - before.seconds).max(1e-3);
     let rate = |of: fn(&Report) -> u64| (of(now) - of(before)) as f64 / seconds;
     let mut line = format!(
-        "{:7.1} s  {:6.2} M events/s  network {:4.0}/s p99 {:5.1} ms  between {:4.0}/s p99 {:5.1} ms",
+        "{:7.1} s  {:6.2} M events/s  network {:4.0}/s p99 {:5.1} ms  propagated {:4.0}/s p99 {:5.1} ms",
         now.seconds,
         1e-6 * rate(|r| r.events),
         rate(|r| r.network.poses),
         network.p99_ms,
-        rate(|r| r.between.poses),
-        between.p99_ms,
+        rate(|r| r.propagated.poses),
+        propagated.p99_ms,
     );
     let dropped = rate(|r| r.dropped_events);
     if dropped > 0.0 {
@@ -40,11 +44,11 @@ fn line(before: &Report, now: &Report, [network, between]: [Latency; 2]) -> Stri
     line
 }
 
-/// All of it.
-pub(super) fn at_the_end(report: &Report) {
-    let latency = |name: &str, l: &Latency| {
+/// Prints the totals of a pipeline.
+pub(super) fn print_summary(report: &Report) {
+    let latency = |name: &str, l: &LatencySummary| {
         note(format!(
-            "{name:<9}{:>8} poses {:>7.1}/s   latency p50 {:.2}, p95 {:.2}, p99 {:.2}, max {:.2} ms",
+            "{name:<11}{:>8} poses {:>7.1}/s   latency p50 {:.2}, p95 {:.2}, p99 {:.2}, max {:.2} ms",
             l.poses,
             report.per_second(l.poses),
             l.p50_ms,
@@ -60,14 +64,14 @@ pub(super) fn at_the_end(report: &Report) {
         1e-6 * report.per_second(report.events)
     ));
     latency("network", &report.network);
-    latency("between", &report.between);
+    latency("propagated", &report.propagated);
     note(format!(
         "source:  {} rejected, {} malformed packets, {} stalls, {} restarts",
         report.rejected, report.malformed, report.stalls, report.restarts
     ));
     if report.slipped_us > 0 {
         note(format!(
-            "         read {:.2} s later than it was to be played",
+            "         replay clock set back by {:.2} s: the recording could not be read in time",
             1e-6 * report.slipped_us as f64
         ));
     }
@@ -76,7 +80,7 @@ pub(super) fn at_the_end(report: &Report) {
         report.dropped_packets, report.dropped_events
     ));
     note(format!(
-        "network: {} images shown, {} strides skipped while it was busy, {} with nothing new",
+        "network: {} inputs, {} strides skipped while it was busy, {} without a change",
         report.images, report.skipped_strides, report.repeated
     ));
     note(format!("sinks:   {} poses dropped", report.dropped_poses));

@@ -1,4 +1,4 @@
-//! Events counted in cells, between the thread that follows them and the one that draws them.
+//! Counts of events per cell, from the front end's thread to the painter's.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -7,10 +7,10 @@ use evpose_core::{EventStream, Micros, SensorSize};
 
 use super::{Shared, lock};
 
-/// Cells along the longer side, at most: more is not seen on a screen.
-const MOST_CELLS: u16 = 640;
+/// Upper bound of the cells along the longer side: more are not visible on a screen.
+const MAX_CELLS: u16 = 640;
 
-/// Gives a page the events that it shows.
+/// Input of the events that a page shows.
 #[derive(Clone)]
 pub struct PageEvents {
     shared: Arc<Shared>,
@@ -21,29 +21,28 @@ impl PageEvents {
         Self { shared }
     }
 
-    /// Shows events; those of another sensor than the page's are left out. As long as nobody watches, they
-    /// are not looked at.
+    /// Counts events; those of a sensor of another size are ignored. Without watchers this does nothing.
     pub fn push(&self, events: &EventStream) {
         if self.shared.watchers.load(Ordering::Relaxed) > 0 {
-            lock(&self.shared.plane).count(events);
+            lock(&self.shared.event_counts).count(events);
         }
     }
 }
 
-/// How the pixels of a sensor are gathered in square cells.
+/// Division of a sensor into square cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Cells {
     /// Columns.
     pub(super) width: u16,
     /// Rows.
     pub(super) height: u16,
-    /// Pixels along a side of a cell.
+    /// Side of a cell in pixels.
     pub(super) side_px: u16,
 }
 
 impl Cells {
     pub(super) fn of(sensor: SensorSize) -> Self {
-        let side_px = sensor.width.max(sensor.height).div_ceil(MOST_CELLS).max(1);
+        let side_px = sensor.width.max(sensor.height).div_ceil(MAX_CELLS).max(1);
         Self {
             width: sensor.width.div_ceil(side_px),
             height: sensor.height.div_ceil(side_px),
@@ -57,9 +56,9 @@ impl Cells {
 }
 
 /// Events since the last frame.
-pub(super) struct Plane {
+pub(super) struct EventCounts {
     sensor: SensorSize,
-    /// Where the counts of a column begin in a row, and those of a row in all.
+    /// Offset of the counts of a column in a row, and of a row in all.
     column: Vec<u32>,
     row: Vec<u32>,
     /// OFF and ON of every cell, row by row.
@@ -68,7 +67,7 @@ pub(super) struct Plane {
     newest: Option<Micros>,
 }
 
-impl Plane {
+impl EventCounts {
     pub(super) fn new(sensor: SensorSize) -> Self {
         let cells = Cells::of(sensor);
         let cell = |px: u16| u32::from(px / cells.side_px);
@@ -93,8 +92,8 @@ impl Plane {
         self.newest = events.t().last().copied().or(self.newest);
     }
 
-    /// Exchanges the counts for `empty` ones, and tells the time of the newest event so far.
-    pub(super) fn take(&mut self, empty: &mut Vec<u8>) -> Option<Micros> {
+    /// Swaps the counts with `empty` ones. Returns the time of the newest event so far.
+    pub(super) fn swap(&mut self, empty: &mut Vec<u8>) -> Option<Micros> {
         std::mem::swap(&mut self.counts, empty);
         self.newest
     }
@@ -123,13 +122,13 @@ mod tests {
     fn events_are_counted_in_their_cells() {
         let sensor = SensorSize { width: 1280, height: 720 };
         let at = |t, x, y, polarity| Event { t: Micros(t), x, y, polarity };
-        let mut plane = Plane::new(sensor);
+        let mut event_counts = EventCounts::new(sensor);
         let corner = [at(5, 1279, 719, Polarity::On), at(6, 1278, 718, Polarity::On)];
-        plane.count(&EventStream::from_events(sensor, corner).unwrap());
+        event_counts.count(&EventStream::from_events(sensor, corner).unwrap());
         let many = (0..300).map(|k| at(7 + k, 2, 0, Polarity::Off));
-        plane.count(&EventStream::from_events(sensor, many).unwrap());
+        event_counts.count(&EventStream::from_events(sensor, many).unwrap());
         let mut counts = vec![0; 2 * 640 * 360];
-        assert_eq!(plane.take(&mut counts), Some(Micros(306)));
+        assert_eq!(event_counts.swap(&mut counts), Some(Micros(306)));
         assert_eq!(counts.pop(), Some(2), "ON of the last cell");
         assert_eq!(counts[2], u8::MAX, "OFF of the second cell");
         assert_eq!(counts.iter().filter(|&&count| count > 0).count(), 1);
@@ -139,10 +138,10 @@ mod tests {
     fn events_of_another_sensor_are_left_out() {
         let event = Event { t: Micros(1), x: 90, y: 3, polarity: Polarity::On };
         let other = SensorSize { width: 100, height: 10 };
-        let mut plane = Plane::new(SensorSize { width: 10, height: 10 });
-        plane.count(&EventStream::from_events(other, [event]).unwrap());
+        let mut event_counts = EventCounts::new(SensorSize { width: 10, height: 10 });
+        event_counts.count(&EventStream::from_events(other, [event]).unwrap());
         let mut counts = vec![0; 200];
-        assert_eq!(plane.take(&mut counts), None);
+        assert_eq!(event_counts.swap(&mut counts), None);
         assert!(counts.iter().all(|&count| count == 0));
     }
 }
