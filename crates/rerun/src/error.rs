@@ -1,4 +1,4 @@
-//! What can go wrong between a recording and the viewer.
+//! Errors of files and viewers.
 
 use std::io;
 use std::path::PathBuf;
@@ -10,36 +10,36 @@ use re_sdk::sink::SinkFlushError;
 /// A recording that could not be written or sent.
 #[derive(Debug, thiserror::Error)]
 pub enum RerunError {
-    /// The file cannot be begun or finished.
+    /// The file cannot be created or finished.
     #[error("writing {}", path.display())]
     File {
-        /// Its name.
+        /// Path of the file.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the system.
         source: io::Error,
     },
     /// A message cannot be written to the file.
     #[error("writing {}", path.display())]
     Encode {
-        /// Its name.
+        /// Path of the file.
         path: PathBuf,
-        /// What the SDK says.
+        /// Error of the SDK.
         source: EncodeError,
     },
-    /// The address is no viewer's.
+    /// The address is malformed.
     #[error("{address}: expected HOST:PORT or rerun+http://HOST:PORT/proxy")]
     Address {
-        /// As it was given.
+        /// The address as given.
         address: String,
-        /// What the SDK says.
+        /// Error of the SDK.
         source: RecordingStreamError,
     },
-    /// No viewer answers, or it went away.
+    /// No viewer answers, or the connection was lost.
     #[error("the Rerun viewer at {address}")]
     Viewer {
-        /// Where it should be.
+        /// Address of the viewer.
         address: String,
-        /// What the SDK says.
+        /// Error of the SDK.
         source: SinkFlushError,
     },
     /// Data that the SDK refuses.

@@ -1,4 +1,4 @@
-//! What the viewer shows where: names of entities, colours, and the views to begin with.
+//! Entity paths, colours, and the initial views.
 
 use evpose_core::{Polarity, SensorSize};
 use re_sdk::blueprint::{Blueprint, ContainerLike, Horizontal, Spatial2DView, Spatial3DView};
@@ -10,19 +10,19 @@ use re_sdk_types::components::{Color, Radius};
 /// The timeline of all data: the sensor's time since the first event of the recording.
 pub const TIMELINE: &str = "sensor_time";
 
-pub(crate) const PICTURE: &str = "picture";
+pub(crate) const EVENT_IMAGE: &str = "event_image";
 const EVENTS: &str = "events";
 const SENSOR: &str = "events/sensor";
 const RATE: &str = "rate";
-pub(crate) const SURFACE: &str = "hand";
+pub(crate) const MESH: &str = "hand";
 const LATENCY: &str = "latency";
 const POSES: &str = "poses";
 
-/// How large a part of the window pictures get, for one of the curve.
-const PICTURES_HEIGHT: f32 = 3.0;
+/// Height of the 2D and 3D views, relative to that of the plots.
+const VIEW_SHARE: f32 = 3.0;
 
-/// One polarity in the viewer.
-pub(crate) struct Side {
+/// Entity paths of a polarity.
+pub(crate) struct PolarityPaths {
     pub(crate) polarity: Polarity,
     pub(crate) events: &'static str,
     pub(crate) rate: &'static str,
@@ -30,16 +30,16 @@ pub(crate) struct Side {
     rgb: [u8; 3],
 }
 
-/// Blue is ON, red is OFF, as in every picture of ours; lighter, since the viewer is dark.
-pub(crate) const SIDES: [Side; 2] = [
-    Side {
+/// Blue is ON, red is OFF, as in all our figures; lighter here, since the viewer is dark.
+pub(crate) const POLARITIES: [PolarityPaths; 2] = [
+    PolarityPaths {
         polarity: Polarity::On,
         events: "events/on",
         rate: "rate/on",
         name: "ON events/s",
         rgb: [80, 150, 255],
     },
-    Side {
+    PolarityPaths {
         polarity: Polarity::Off,
         events: "events/off",
         rate: "rate/off",
@@ -48,28 +48,28 @@ pub(crate) const SIDES: [Side; 2] = [
     },
 ];
 
-/// The picture beside the events, their rate below.
-pub(crate) fn of_recordings() -> Blueprint {
-    let picture = Spatial2DView::new("picture").with_origin(PICTURE);
-    let rate = TimeSeriesView::new("events a second").with_origin(RATE);
-    let pictures = Horizontal::new([ContainerLike::from(picture), events_view()]);
-    blueprint(pictures.into(), rate.into())
+/// Views of a recording: the event image and the events side by side, their rate below.
+pub(crate) fn recording_views() -> Blueprint {
+    let event_image = Spatial2DView::new("event image").with_origin(EVENT_IMAGE);
+    let rate = TimeSeriesView::new("events/s").with_origin(RATE);
+    let above = Horizontal::new([ContainerLike::from(event_image), events_view()]);
+    blueprint(above.into(), rate.into())
 }
 
-/// Events with poses over them, beside them the surface of a hand; below, figures.
-pub(crate) fn of_poses(has_surface: bool) -> Blueprint {
-    let above = if has_surface {
-        let surface = Spatial3DView::new("hand").with_origin(SURFACE);
-        Horizontal::new([events_view(), surface.into()]).into()
+/// Views of poses: events with poses over them and the mesh of a hand; latencies and rates below.
+pub(crate) fn pose_views(has_mesh: bool) -> Blueprint {
+    let above = if has_mesh {
+        let mesh = Spatial3DView::new("hand").with_origin(MESH);
+        Horizontal::new([events_view(), mesh.into()]).into()
     } else {
         events_view()
     };
-    let figures = [
+    let plots = [
         TimeSeriesView::new("latency, ms").with_origin(LATENCY),
-        TimeSeriesView::new("poses a second").with_origin(POSES),
-        TimeSeriesView::new("events a second").with_origin(RATE),
+        TimeSeriesView::new("poses/s").with_origin(POSES),
+        TimeSeriesView::new("events/s").with_origin(RATE),
     ];
-    blueprint(above, Horizontal::new(figures.map(ContainerLike::from)).into())
+    blueprint(above, Horizontal::new(plots.map(ContainerLike::from)).into())
 }
 
 fn events_view() -> ContainerLike {
@@ -77,13 +77,13 @@ fn events_view() -> ContainerLike {
 }
 
 fn blueprint(above: ContainerLike, below: ContainerLike) -> Blueprint {
-    Blueprint::new(Vertical::new([above, below]).with_row_shares([PICTURES_HEIGHT, 1.0]))
+    Blueprint::new(Vertical::new([above, below]).with_row_shares([VIEW_SHARE, 1.0]))
         .with_time_panel(TimePanel::new().with_timeline(TIMELINE))
         .with_auto_views(false)
 }
 
-/// One origin of poses in the viewer.
-pub(crate) struct Lane {
+/// Entity paths of the poses of an origin.
+pub(crate) struct OriginPaths {
     pub(crate) bones: &'static str,
     pub(crate) latency: &'static str,
     pub(crate) poses: &'static str,
@@ -91,57 +91,57 @@ pub(crate) struct Lane {
     rgb: [u8; 3],
 }
 
-/// Poses of the network, and those between them, in the colours of the page.
-pub(crate) const LANES: [Lane; 2] = [
-    Lane {
+/// Inferred and propagated poses, in colours that stand out from those of events.
+pub(crate) const ORIGINS: [OriginPaths; 2] = [
+    OriginPaths {
         bones: "events/network",
         latency: "latency/network",
         poses: "poses/network",
         name: "network",
         rgb: [255, 160, 60],
     },
-    Lane {
-        bones: "events/between",
-        latency: "latency/between",
-        poses: "poses/between",
-        name: "between",
+    OriginPaths {
+        bones: "events/propagated",
+        latency: "latency/propagated",
+        poses: "poses/propagated",
+        name: "propagated",
         rgb: [90, 220, 140],
     },
 ];
 
-/// What does not change with time of poses.
-pub(crate) fn send_lanes(stream: &RecordingStream) -> RecordingStreamResult<()> {
-    for lane in &LANES {
-        let [r, g, b] = lane.rgb;
+/// Sends the static properties of poses: colours and names of series.
+pub(crate) fn send_origins(stream: &RecordingStream) -> RecordingStreamResult<()> {
+    for origin in &ORIGINS {
+        let [r, g, b] = origin.rgb;
         let colour = Color::from_rgb(r, g, b);
         let bones = LineStrips2D::update_fields()
             .with_colors([colour])
             .with_radii([Radius::new_ui_points(1.5)]);
-        stream.log_static(lane.bones, &bones)?;
-        for series in [lane.latency, lane.poses] {
-            let line = SeriesLines::new().with_colors([colour]).with_names([lane.name]);
+        stream.log_static(origin.bones, &bones)?;
+        for series in [origin.latency, origin.poses] {
+            let line = SeriesLines::new().with_colors([colour]).with_names([origin.name]);
             stream.log_static(series, &line)?;
         }
     }
     Ok(())
 }
 
-/// What does not change with time. Points have their colour from here: it costs nothing per event.
+/// Sends the static properties of events: the sensor's border, and colours, which then cost nothing per event.
 pub(crate) fn send(stream: &RecordingStream, sensor: SensorSize) -> RecordingStreamResult<()> {
     let size = (f32::from(sensor.width), f32::from(sensor.height));
     let border = Boxes2D::from_mins_and_sizes([(0.0, 0.0)], [size])
         .with_colors([Color::from_rgb(128, 128, 128)])
         .with_radii([Radius::new_ui_points(0.5)]);
     stream.log_static(SENSOR, &border)?;
-    for side in &SIDES {
-        let [r, g, b] = side.rgb;
+    for paths in &POLARITIES {
+        let [r, g, b] = paths.rgb;
         let colour = Color::from_rgb(r, g, b);
         let points = Points2D::update_fields()
             .with_colors([colour])
             .with_radii([Radius::new_scene_units(0.5)]);
-        stream.log_static(side.events, &points)?;
-        let line = SeriesLines::new().with_colors([colour]).with_names([side.name]);
-        stream.log_static(side.rate, &line)?;
+        stream.log_static(paths.events, &points)?;
+        let line = SeriesLines::new().with_colors([colour]).with_names([paths.name]);
+        stream.log_static(paths.rate, &line)?;
     }
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! Poses on their way to the viewer while they are found.
+//! Online poses for the viewer.
 
 use std::path::Path;
 
@@ -6,51 +6,51 @@ use evpose_core::{Micros, SensorSize};
 use re_sdk_types::archetypes::{LineStrips2D, Mesh3D, Points2D, Scalars};
 
 use crate::RerunError;
-use crate::layout::{self, LANES, SIDES, SURFACE};
-use crate::outlet::Outlet;
+use crate::layout::{self, MESH, ORIGINS, POLARITIES};
+use crate::output::Output;
 
-/// Events, poses, latencies and rates, on their way to a file or a viewer.
+/// A recording of events, poses, latencies and rates, to a file or a viewer.
 ///
 /// Dropped before [`finish`](Self::finish), a file does not appear.
 pub struct PoseRecording {
-    outlet: Outlet,
+    output: Output,
     bones: Vec<[usize; 2]>,
-    /// Triangles of the surface.
+    /// Triangles of the mesh.
     faces: Vec<[u32; 3]>,
 }
 
-/// What poses are made of.
+/// Topology of the poses.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PoseLayout {
-    /// Joints that belong together, as indices.
+    /// Bones, as pairs of joint indices.
     pub bones: Vec<[usize; 2]>,
-    /// Triangles of a surface, as indices of its vertices; none without a surface.
+    /// Triangles of the mesh, as indices of its vertices; empty without a mesh.
     pub faces: Vec<[u32; 3]>,
 }
 
-/// What the viewer gets at one time.
+/// Data of one time stamp.
 #[derive(Debug, Clone, Copy)]
-pub struct PoseMoment<'a> {
+pub struct PoseFrame<'a> {
     /// Time of the newest event.
     pub t: Micros,
-    /// Middles of the pixels of OFF and of ON events, in pixels.
+    /// Pixel centres of OFF and of ON events, in pixels.
     pub events_px: [&'a [[f32; 2]]; 2],
-    /// Events a second, OFF and ON.
+    /// OFF and ON events per second.
     pub events_per_s: [f64; 2],
-    /// Poses of the network, and those between.
-    pub poses: [PoseFigures<'a>; 2],
-    /// Vertices of the surface: pixels to the right, down, and away from the camera.
-    pub surface: Option<&'a [[f32; 3]]>,
+    /// Inferred and propagated poses.
+    pub poses: [PoseStatus<'a>; 2],
+    /// Vertices of the mesh: pixels to the right, down, and away from the camera.
+    pub mesh_vertices: Option<&'a [[f32; 3]]>,
 }
 
-/// The newest pose of an origin, and how it does.
+/// The newest pose of an origin, its latency and its rate.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct PoseFigures<'a> {
-    /// Joints in pixels, none that is not known; empty where there is no pose.
+pub struct PoseStatus<'a> {
+    /// Joints in pixels, none for undetected ones; empty without a pose.
     pub joints_px: &'a [Option<[f32; 2]>],
-    /// 99 of 100 poses since the moment before were at most so late; none without poses.
+    /// 0.99 quantile of latency since the frame before; none without poses.
     pub p99_ms: Option<f64>,
-    /// Poses a second.
+    /// Poses per second.
     pub per_s: f64,
 }
 
@@ -65,66 +65,66 @@ impl PoseRecording {
         sensor: SensorSize,
         layout: PoseLayout,
     ) -> Result<Self, RerunError> {
-        let views = layout::of_poses(!layout.faces.is_empty());
-        Self::begin(Outlet::create(path, name, views)?, sensor, layout)
+        let views = layout::pose_views(!layout.faces.is_empty());
+        Self::begin(Output::create(path, name, views)?, sensor, layout)
     }
 
     /// Connects to the viewer at `address`, `HOST:PORT` or a URL; none is the viewer's default.
     ///
     /// # Errors
-    /// If the address is none, or nobody answers there.
+    /// If the address is malformed, or no viewer answers.
     pub fn connect(
         address: Option<&str>,
         name: &str,
         sensor: SensorSize,
         layout: PoseLayout,
     ) -> Result<Self, RerunError> {
-        let views = layout::of_poses(!layout.faces.is_empty());
-        Self::begin(Outlet::connect(address, name, views)?, sensor, layout)
+        let views = layout::pose_views(!layout.faces.is_empty());
+        Self::begin(Output::connect(address, name, views)?, sensor, layout)
     }
 
-    fn begin(outlet: Outlet, sensor: SensorSize, layout: PoseLayout) -> Result<Self, RerunError> {
-        layout::send(&outlet.stream, sensor)?;
-        layout::send_lanes(&outlet.stream)?;
+    fn begin(output: Output, sensor: SensorSize, layout: PoseLayout) -> Result<Self, RerunError> {
+        layout::send(&output.stream, sensor)?;
+        layout::send_origins(&output.stream)?;
         let PoseLayout { bones, faces } = layout;
-        Ok(Self { outlet, bones, faces })
+        Ok(Self { output, bones, faces })
     }
 
-    /// Sends what is known now.
+    /// Sends a frame.
     ///
     /// # Errors
-    /// If the SDK refuses the data. What goes wrong on the way is told by [`finish`](Self::finish).
-    pub fn send(&mut self, moment: &PoseMoment<'_>) -> Result<(), RerunError> {
-        self.outlet.set_time(moment.t);
-        let stream = &self.outlet.stream;
-        for side in &SIDES {
-            let of = side.polarity as usize;
-            let points = moment.events_px[of].iter().copied();
-            stream.log(side.events, &Points2D::update_fields().with_positions(points))?;
-            stream.log(side.rate, &Scalars::single(moment.events_per_s[of]))?;
+    /// If the SDK refuses the data. Errors of the transport are returned by [`finish`](Self::finish).
+    pub fn send(&mut self, frame: &PoseFrame<'_>) -> Result<(), RerunError> {
+        self.output.set_time(frame.t);
+        let stream = &self.output.stream;
+        for paths in &POLARITIES {
+            let index = paths.polarity as usize;
+            let points = frame.events_px[index].iter().copied();
+            stream.log(paths.events, &Points2D::update_fields().with_positions(points))?;
+            stream.log(paths.rate, &Scalars::single(frame.events_per_s[index]))?;
         }
-        for (lane, figures) in LANES.iter().zip(&moment.poses) {
-            let joint = |index: usize| figures.joints_px.get(index).copied().flatten();
+        for (origin, status) in ORIGINS.iter().zip(&frame.poses) {
+            let joint = |index: usize| status.joints_px.get(index).copied().flatten();
             let bones = self.bones.iter().filter_map(|&[a, b]| Some([joint(a)?, joint(b)?]));
-            stream.log(lane.bones, &LineStrips2D::update_fields().with_strips(bones))?;
-            if let Some(p99_ms) = figures.p99_ms {
-                stream.log(lane.latency, &Scalars::single(p99_ms))?;
+            stream.log(origin.bones, &LineStrips2D::update_fields().with_strips(bones))?;
+            if let Some(p99_ms) = status.p99_ms {
+                stream.log(origin.latency, &Scalars::single(p99_ms))?;
             }
-            stream.log(lane.poses, &Scalars::single(figures.per_s))?;
+            stream.log(origin.poses, &Scalars::single(status.per_s))?;
         }
-        if let Some(vertices) = moment.surface {
-            let surface = Mesh3D::new(vertices.iter().copied())
+        if let Some(vertices) = frame.mesh_vertices {
+            let mesh = Mesh3D::new(vertices.iter().copied())
                 .with_triangle_indices(self.faces.iter().copied());
-            stream.log(SURFACE, &surface)?;
+            stream.log(MESH, &mesh)?;
         }
         Ok(())
     }
 
-    /// Waits until everything has arrived; a file gets its name.
+    /// Waits until everything has arrived, and gives a file its final name.
     ///
     /// # Errors
-    /// If the file could not be written, or the viewer went away.
+    /// If the file could not be written, or the connection was lost.
     pub fn finish(self) -> Result<(), RerunError> {
-        self.outlet.finish()
+        self.output.finish()
     }
 }

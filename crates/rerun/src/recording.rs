@@ -1,4 +1,4 @@
-//! A recording on its way to the viewer.
+//! A recording for the viewer.
 
 use std::path::Path;
 
@@ -7,39 +7,39 @@ use re_sdk_types::archetypes::{EncodedImage, Points2D, Scalars};
 use re_sdk_types::components::MediaType;
 
 use crate::RerunError;
-use crate::layout::{self, PICTURE, SIDES};
-use crate::outlet::Outlet;
+use crate::layout::{self, EVENT_IMAGE, POLARITIES};
+use crate::output::Output;
 
-/// Points of one picture, at most: the viewer draws so many without a pause.
-const MOST_POINTS: usize = 100_000;
+/// Upper bound of the points of a frame, which the viewer draws without a delay.
+const MAX_POINTS: usize = 100_000;
 
-/// Pictures, events and rates over time, on their way to a file or a viewer.
+/// A recording of event images, events and rates, to a file or a viewer.
 ///
 /// Dropped before [`finish`](Self::finish), a file does not appear.
 pub struct Recording {
-    outlet: Outlet,
-    sent: Sent,
+    output: Output,
+    counts: SendCounts,
 }
 
-/// What the viewer gets at one time.
+/// Data of one time stamp.
 #[derive(Debug, Clone, Copy)]
-pub struct Moment<'a> {
-    /// The sensor's time since the first event of the recording.
+pub struct Frame<'a> {
+    /// Event time since the first event of the recording.
     pub t: Micros,
-    /// Since the moment before.
+    /// Time since the frame before.
     pub length: Micros,
     /// Events of that length.
     pub events: &'a EventStream,
-    /// A picture of the sensor's size, as a PNG file.
-    pub picture: &'a [u8],
+    /// The event image of the sensor's size, as a PNG file.
+    pub event_image: &'a [u8],
 }
 
-/// How much the viewer got.
+/// Counts of what was sent.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Sent {
+pub struct SendCounts {
     /// Events that the rates count.
     pub events: u64,
-    /// Events that are points: of a moment with very many, every second, third, … one.
+    /// Events that are points: of frames with very many, every second, third, … event.
     pub points: u64,
 }
 
@@ -49,41 +49,41 @@ impl Recording {
     /// # Errors
     /// If it cannot be written.
     pub fn create(path: &Path, name: &str, sensor: SensorSize) -> Result<Self, RerunError> {
-        Self::begin(Outlet::create(path, name, layout::of_recordings())?, sensor)
+        Self::begin(Output::create(path, name, layout::recording_views())?, sensor)
     }
 
     /// Connects to the viewer at `address`, `HOST:PORT` or a URL; none is the viewer's default.
     ///
     /// # Errors
-    /// If the address is none, or nobody answers there.
+    /// If the address is malformed, or no viewer answers.
     pub fn connect(
         address: Option<&str>,
         name: &str,
         sensor: SensorSize,
     ) -> Result<Self, RerunError> {
-        Self::begin(Outlet::connect(address, name, layout::of_recordings())?, sensor)
+        Self::begin(Output::connect(address, name, layout::recording_views())?, sensor)
     }
 
-    fn begin(outlet: Outlet, sensor: SensorSize) -> Result<Self, RerunError> {
-        layout::send(&outlet.stream, sensor)?;
-        Ok(Self { outlet, sent: Sent::default() })
+    fn begin(output: Output, sensor: SensorSize) -> Result<Self, RerunError> {
+        layout::send(&output.stream, sensor)?;
+        Ok(Self { output, counts: SendCounts::default() })
     }
 
-    /// Sends the next picture and its events.
+    /// Sends the next frame.
     ///
     /// # Errors
-    /// If the SDK refuses the data. What goes wrong on the way is told by [`finish`](Self::finish).
-    pub fn send(&mut self, moment: &Moment<'_>) -> Result<(), RerunError> {
-        self.outlet.set_time(moment.t);
-        let stream = &self.outlet.stream;
-        let picture = EncodedImage::new(moment.picture.to_vec()).with_media_type(MediaType::png());
-        stream.log(PICTURE, &picture)?;
-        let every = moment.events.len().div_ceil(MOST_POINTS).max(1);
-        for side in &SIDES {
+    /// If the SDK refuses the data. Errors of the transport are returned by [`finish`](Self::finish).
+    pub fn send(&mut self, frame: &Frame<'_>) -> Result<(), RerunError> {
+        self.output.set_time(frame.t);
+        let stream = &self.output.stream;
+        let image = EncodedImage::new(frame.event_image.to_vec()).with_media_type(MediaType::png());
+        stream.log(EVENT_IMAGE, &image)?;
+        let every = frame.events.len().div_ceil(MAX_POINTS).max(1);
+        for paths in &POLARITIES {
             let mut count = 0_u64;
             let mut points = Vec::new();
-            for (k, event) in moment.events.iter().enumerate() {
-                if event.polarity != side.polarity {
+            for (k, event) in frame.events.iter().enumerate() {
+                if event.polarity != paths.polarity {
                     continue;
                 }
                 count += 1;
@@ -92,22 +92,22 @@ impl Recording {
                     points.push((f32::from(event.x) + 0.5, f32::from(event.y) + 0.5));
                 }
             }
-            self.sent.events += count;
-            self.sent.points += points.len() as u64;
+            self.counts.events += count;
+            self.counts.points += points.len() as u64;
             let points = Points2D::update_fields().with_positions(points);
-            stream.log(side.events, &points)?;
-            let per_second = count as f64 / moment.length.as_seconds();
-            stream.log(side.rate, &Scalars::single(per_second))?;
+            stream.log(paths.events, &points)?;
+            let per_second = count as f64 / frame.length.as_seconds();
+            stream.log(paths.rate, &Scalars::single(per_second))?;
         }
         Ok(())
     }
 
-    /// Waits until everything has arrived; a file gets its name.
+    /// Waits until everything has arrived, and gives a file its final name.
     ///
     /// # Errors
-    /// If the file could not be written, or the viewer went away.
-    pub fn finish(self) -> Result<Sent, RerunError> {
-        self.outlet.finish()?;
-        Ok(self.sent)
+    /// If the file could not be written, or the connection was lost.
+    pub fn finish(self) -> Result<SendCounts, RerunError> {
+        self.output.finish()?;
+        Ok(self.counts)
     }
 }

@@ -1,4 +1,4 @@
-//! A file of the viewer that appears whole or not at all.
+//! A file of the viewer, created atomically.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -12,9 +12,7 @@ use re_sdk::sink::{LogSink, SinkFlushError};
 
 use crate::RerunError;
 
-/// A file that messages go to.
-///
-/// The SDK's own writes under the final name, and only logs what goes wrong.
+/// A file sink. The SDK's own sink writes under the final name, and only logs errors.
 #[derive(Clone)]
 pub(crate) struct RrdFile {
     path: PathBuf,
@@ -39,7 +37,7 @@ impl RrdFile {
         Ok(Self { path: path.to_owned(), state })
     }
 
-    /// Gives the file its name. Messages that come later are dropped.
+    /// Gives the file its final name. Later messages are dropped.
     pub(crate) fn commit(&self) -> Result<(), RerunError> {
         let state = std::mem::replace(&mut *self.state(), State::Finished);
         let finished = match state {
@@ -52,12 +50,12 @@ impl RrdFile {
         file.commit().map_err(|source| RerunError::File { path: path(), source })
     }
 
-    /// What to say where the stream to the file has broken down.
+    /// The error for a failed flush.
     pub(crate) fn failed(&self, error: &SinkFlushError) -> RerunError {
         RerunError::File { path: self.path.clone(), source: io::Error::other(error.to_string()) }
     }
 
-    /// A thread that panicked while it wrote has not made the other messages wrong.
+    /// A panic of another writer does not invalidate the messages written so far.
     fn state(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -73,12 +71,12 @@ impl LogSink for RrdFile {
         }
     }
 
-    /// Whatever was sent is with the encoder.
+    /// Messages are encoded as they are sent: nothing is left to flush.
     fn flush_blocking(&self, _timeout: Duration) -> Result<(), SinkFlushError> {
         Ok(())
     }
 
-    /// Nobody watches a file while it is written: parts are cut by their size, not by the clock.
+    /// Nobody watches a file while it is written: chunks are cut by size, not by time.
     fn default_batcher_config(&self) -> ChunkBatcherConfig {
         ChunkBatcherConfig { flush_tick: Duration::MAX, ..ChunkBatcherConfig::DEFAULT }
     }

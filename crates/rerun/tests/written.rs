@@ -1,4 +1,4 @@
-//! What is written is what the SDK reads, under the names that are documented.
+//! Files of the viewer, read back by the SDK under the documented entity paths.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 use std::collections::BTreeMap;
@@ -8,7 +8,7 @@ use std::path::Path;
 
 use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
 use evpose_rerun::{
-    Moment, PoseFigures, PoseLayout, PoseMoment, PoseRecording, Recording, RerunError, Sent,
+    Frame, PoseFrame, PoseLayout, PoseRecording, PoseStatus, Recording, RerunError, SendCounts,
     TIMELINE,
 };
 use re_sdk::StoreKind;
@@ -16,13 +16,13 @@ use re_sdk::external::re_log_encoding::DecoderApp;
 use re_sdk::log::{Chunk, LogMsg};
 
 const SENSOR: SensorSize = SensorSize { width: 8, height: 6 };
-const EVERY: Micros = Micros(1_000);
-const MOMENTS: i64 = 5;
+const INTERVAL: Micros = Micros(1_000);
+const FRAMES: i64 = 5;
 
 /// A dot that goes to the right, ON before it and OFF behind it; two of three events are ON.
-fn events(moment: i64) -> EventStream {
-    let column = moment as u16 + 1;
-    let at = |k: i64, x, polarity| Event { t: Micros(moment * EVERY.0 + k), x, y: 2, polarity };
+fn events(frame: i64) -> EventStream {
+    let column = frame as u16 + 1;
+    let at = |k: i64, x, polarity| Event { t: Micros(frame * INTERVAL.0 + k), x, y: 2, polarity };
     let events = [
         at(0, column, Polarity::On),
         at(1, column, Polarity::On),
@@ -31,10 +31,10 @@ fn events(moment: i64) -> EventStream {
     EventStream::from_events(SENSOR, events).unwrap()
 }
 
-fn send(recording: &mut Recording, moment: i64, events: &EventStream) {
-    let t = Micros((moment + 1) * EVERY.0);
-    let moment = Moment { t, length: EVERY, events, picture: b"a picture" };
-    recording.send(&moment).unwrap();
+fn send(recording: &mut Recording, frame: i64, events: &EventStream) {
+    let t = Micros((frame + 1) * INTERVAL.0);
+    let frame = Frame { t, length: INTERVAL, events, event_image: b"a PNG file" };
+    recording.send(&frame).unwrap();
 }
 
 /// Of every entity: rows in time, their latest time in ns, and the values of its components.
@@ -64,28 +64,28 @@ fn read(path: &Path) -> Entities {
 }
 
 #[test]
-fn a_file_holds_every_picture_event_and_rate_at_the_time_of_the_sensor() {
+fn a_file_holds_every_event_image_event_and_rate_at_the_time_of_the_sensor() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("dot.rrd");
     let mut recording = Recording::create(&path, "dot", SENSOR).unwrap();
-    for moment in 0..MOMENTS {
-        send(&mut recording, moment, &events(moment));
+    for frame in 0..FRAMES {
+        send(&mut recording, frame, &events(frame));
     }
-    assert!(!path.exists(), "half a file is not seen");
-    assert_eq!(recording.finish().unwrap(), Sent { events: 15, points: 15 });
+    assert!(!path.exists(), "the file appears when it is finished");
+    assert_eq!(recording.finish().unwrap(), SendCounts { events: 15, points: 15 });
     assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 1, "no temporary file stays");
 
     let entities = read(&path);
-    let end_ns = MOMENTS * EVERY.0 * 1000;
-    // A picture has its bytes and its type.
+    let end_ns = FRAMES * INTERVAL.0 * 1000;
+    // An event image has its bytes and its type.
     for (name, values) in [
-        ("/picture", 10),
+        ("/event_image", 10),
         ("/events/on", 10),
         ("/events/off", 5),
         ("/rate/on", 5),
         ("/rate/off", 5),
     ] {
-        assert_eq!(entities[name], (MOMENTS as usize, end_ns, values), "{name}");
+        assert_eq!(entities[name], (FRAMES as usize, end_ns, values), "{name}");
     }
     assert_eq!(entities["/events/sensor"].0, 0, "the sensor is the same at all times");
 }
@@ -98,12 +98,12 @@ fn of_very_many_events_every_second_is_a_point() {
     let many = EventStream::from_events(SENSOR, many).unwrap();
     let mut recording = Recording::create(&path, "many", SENSOR).unwrap();
     send(&mut recording, 0, &many);
-    assert_eq!(recording.finish().unwrap(), Sent { events: 150_000, points: 75_000 });
+    assert_eq!(recording.finish().unwrap(), SendCounts { events: 150_000, points: 75_000 });
     assert_eq!(read(&path)["/events/on"].2, 75_000);
 }
 
 #[test]
-fn a_recording_that_is_given_up_leaves_nothing() {
+fn a_dropped_recording_leaves_no_file() {
     let directory = tempfile::tempdir().unwrap();
     let mut recording = Recording::create(&directory.path().join("a.rrd"), "a", SENSOR).unwrap();
     send(&mut recording, 0, &events(0));
@@ -112,7 +112,7 @@ fn a_recording_that_is_given_up_leaves_nothing() {
 }
 
 #[test]
-fn a_place_that_cannot_be_written_and_an_address_that_is_none_are_said() {
+fn unwritable_paths_and_invalid_addresses_are_errors() {
     let directory = tempfile::tempdir().unwrap();
     let file = directory.path().join("file");
     fs::write(&file, "").unwrap();
@@ -128,44 +128,44 @@ fn a_place_that_cannot_be_written_and_an_address_that_is_none_are_said() {
 }
 
 #[test]
-fn a_file_of_poses_holds_bones_surfaces_and_figures() {
+fn a_file_of_poses_holds_bones_meshes_latencies_and_rates() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("poses.rrd");
     let layout = PoseLayout { bones: vec![[0, 1], [1, 2]], faces: vec![[0, 1, 2]] };
     let mut recording = PoseRecording::create(&path, "poses", SENSOR, layout).unwrap();
-    for moment in 1..=MOMENTS {
+    for frame in 1..=FRAMES {
         let joints = [Some([1.0, 2.0]), Some([3.0, 4.0]), None];
-        // The network says nothing at the second moment.
-        let p99_ms = (moment != 2).then_some(3.5);
-        let network = PoseFigures { joints_px: &joints, p99_ms, per_s: 100.0 };
-        let between = PoseFigures { joints_px: &[], p99_ms: None, per_s: 0.0 };
-        let surface = [[0.0, 0.0, 1.0], [4.0, 0.0, 1.0], [0.0, 4.0, 2.0]];
+        // No inferred pose in the second frame.
+        let p99_ms = (frame != 2).then_some(3.5);
+        let network = PoseStatus { joints_px: &joints, p99_ms, per_s: 100.0 };
+        let propagated = PoseStatus { joints_px: &[], p99_ms: None, per_s: 0.0 };
+        let vertices = [[0.0, 0.0, 1.0], [4.0, 0.0, 1.0], [0.0, 4.0, 2.0]];
         recording
-            .send(&PoseMoment {
-                t: Micros(moment * EVERY.0),
+            .send(&PoseFrame {
+                t: Micros(frame * INTERVAL.0),
                 events_px: [&[[0.5, 0.5]], &[[1.5, 0.5], [2.5, 0.5]]],
                 events_per_s: [1e3, 2e3],
-                poses: [network, between],
-                surface: Some(&surface),
+                poses: [network, propagated],
+                mesh_vertices: Some(&vertices),
             })
             .unwrap();
     }
     recording.finish().unwrap();
     let entities = read(&path);
-    let (moments, end_ns) = (MOMENTS as usize, MOMENTS * EVERY.0 * 1000);
+    let (frames, end_ns) = (FRAMES as usize, FRAMES * INTERVAL.0 * 1000);
     for (name, rows, values) in [
-        ("/events/off", moments, moments),
-        ("/events/on", moments, 2 * moments),
+        ("/events/off", frames, frames),
+        ("/events/on", frames, 2 * frames),
         // Of two bones one has both of its joints.
-        ("/events/network", moments, moments),
-        ("/events/between", moments, 0),
-        ("/latency/network", moments - 1, moments - 1),
-        ("/poses/network", moments, moments),
-        ("/rate/on", moments, moments),
+        ("/events/network", frames, frames),
+        ("/events/propagated", frames, 0),
+        ("/latency/network", frames - 1, frames - 1),
+        ("/poses/network", frames, frames),
+        ("/rate/on", frames, frames),
         // Three vertices and a triangle.
-        ("/hand", moments, 4 * moments),
+        ("/hand", frames, 4 * frames),
     ] {
         assert_eq!(entities[name], (rows, end_ns, values), "{name}");
     }
-    assert_eq!(entities["/latency/between"].2, 0, "without poses no latency");
+    assert_eq!(entities["/latency/propagated"].2, 0, "without poses no latency");
 }

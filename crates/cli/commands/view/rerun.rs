@@ -15,7 +15,7 @@ pub(super) use sdk::{send, write};
 #[cfg(feature = "rerun")]
 mod sdk {
     use evpose_core::SensorSize;
-    use evpose_rerun::{Moment, Recording, RerunError};
+    use evpose_rerun::{Frame, Recording, RerunError};
 
     use super::super::files::png;
     use super::super::frames::FrameReader;
@@ -23,7 +23,7 @@ mod sdk {
     use super::{Path, Result, ViewArgs};
     use evpose_app::progress::say;
 
-    /// Frames, unless the user says: they are small, and the viewer moves through them smoothly.
+    /// Default number of frames: they are small, and the viewer scrubs through them smoothly.
     const FRAMES: u32 = 300;
 
     /// Writes the file `out`.
@@ -32,7 +32,7 @@ mod sdk {
         show(args, &place, |name, sensor| Recording::create(out, name, sensor))
     }
 
-    /// Sends it to the viewer that the user says.
+    /// Sends the recording to the viewer at the given address.
     pub(in super::super) fn send(args: &ViewArgs) -> Result<()> {
         let address = args.rerun.as_ref().and_then(Option::as_deref);
         show(args, "the Rerun viewer", |name, sensor| Recording::connect(address, name, sensor))
@@ -49,12 +49,12 @@ mod sdk {
         reader.play(|data| {
             let frame = png(&palette.draw(data.planes))?;
             let (t, events) = (data.t, data.events);
-            Ok(recording.send(&Moment { t, length, events, picture: &frame })?)
+            Ok(recording.send(&Frame { t, length, events, event_image: &frame })?)
         })?;
         let sent = recording.finish()?;
         if sent.points < sent.events {
             say(format!(
-                "note      {} of {} events are points; rates and frames have all",
+                "note      {} of {} events are drawn as points; rates and frames count all",
                 sent.points, sent.events
             ));
         }
@@ -74,4 +74,5 @@ pub(super) fn send(_args: &ViewArgs) -> Result<()> {
 }
 
 #[cfg(not(feature = "rerun"))]
-const MISSING: &str = "this build knows no Rerun viewer: build it with `--features rerun`";
+const MISSING: &str =
+    "this build has no support for the Rerun viewer: build it with `--features rerun`";

@@ -1,4 +1,4 @@
-//! The way to the viewer: a file of its own, or a connection.
+//! Destination of a recording: a file, or a running viewer.
 
 use std::path::Path;
 use std::time::Duration;
@@ -12,15 +12,15 @@ use crate::RerunError;
 use crate::layout::TIMELINE;
 use crate::rrd_file::RrdFile;
 
-/// The name under which the viewer keeps how its windows are arranged.
+/// Application id, under which the viewer stores the arrangement of its views.
 const APPLICATION: &str = "evpose";
-/// How long a viewer may take to answer at first.
-const ANSWER: Duration = Duration::from_secs(10);
+/// Timeout of the first response of a viewer.
+const CONNECT_TIMEOUT: Duration = Duration::from_secs(10);
 
-/// What is sent, and where it goes.
-pub(crate) struct Outlet {
+/// A stream of messages and its destination.
+pub(crate) struct Output {
     pub(crate) stream: RecordingStream,
-    to: Destination,
+    destination: Destination,
 }
 
 enum Destination {
@@ -28,7 +28,7 @@ enum Destination {
     Viewer(String),
 }
 
-impl Outlet {
+impl Output {
     /// Begins the file `path`, which appears with [`Self::finish`].
     pub(crate) fn create(path: &Path, name: &str, views: Blueprint) -> Result<Self, RerunError> {
         let stream = builder(name, views).buffered()?;
@@ -52,28 +52,28 @@ impl Outlet {
             Ok(stream) => stream,
             Err(source) => return Err(RerunError::Address { address, source }),
         };
-        let outlet = Self::new(stream, Destination::Viewer(address));
-        // Before a long recording is read for nobody.
-        outlet.flush(ANSWER)?;
-        Ok(outlet)
+        let output = Self::new(stream, Destination::Viewer(address));
+        // Fails now rather than after a long recording is read.
+        output.flush(CONNECT_TIMEOUT)?;
+        Ok(output)
     }
 
-    fn new(stream: RecordingStream, to: Destination) -> Self {
-        // When an event was sent to the viewer says nothing about it.
+    fn new(stream: RecordingStream, destination: Destination) -> Self {
+        // The host time of sending carries no information.
         stream.set_log_time_enabled(false);
-        Self { stream, to }
+        Self { stream, destination }
     }
 
-    /// The time of what is sent from now on.
+    /// Sets the event time of the following messages.
     pub(crate) fn set_time(&self, t: Micros) {
         let ns = t.0.saturating_mul(1_000);
         self.stream.set_time(TIMELINE, TimeCell::from_duration_nanos(ns));
     }
 
-    /// Waits until everything has arrived; a file gets its name.
+    /// Waits until everything has arrived, and gives a file its final name.
     pub(crate) fn finish(&self) -> Result<(), RerunError> {
         self.flush(Duration::MAX)?;
-        match &self.to {
+        match &self.destination {
             Destination::File(file) => file.commit(),
             Destination::Viewer(_) => Ok(()),
         }
@@ -84,7 +84,7 @@ impl Outlet {
     }
 
     fn failed(&self, source: SinkFlushError) -> RerunError {
-        match &self.to {
+        match &self.destination {
             Destination::File(file) => file.failed(&source),
             Destination::Viewer(address) => RerunError::Viewer { address: address.clone(), source },
         }
@@ -94,7 +94,7 @@ impl Outlet {
 fn builder(name: &str, views: Blueprint) -> RecordingStreamBuilder {
     RecordingStreamBuilder::new(APPLICATION)
         .recording_name(name)
-        // Whoever asks for a file gets one, whatever the environment says.
+        // Overrides the SDK's environment variable RERUN.
         .enabled(true)
         .with_blueprint(views)
 }
