@@ -69,7 +69,7 @@ fn two_stages_of_training_then_poses_of_a_recording() {
         "--json",
         "metrics.json",
         "--fusion",
-        "--pictures",
+        "--preview",
         "predicted.png",
         "--curves",
         "pck.svg",

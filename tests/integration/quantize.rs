@@ -18,7 +18,7 @@ fn a_network_is_quantized_evaluated_and_used() {
     assert!(message.contains("int8.json") && message.contains("evpose quantize"), "{message}");
 
     let quantize = ["quantize", "--checkpoint", "run", "--data", "data", "--windows", "32"];
-    let evaluate = ["--judge", "data", "--json", "quantized.json"];
+    let evaluate = ["--evaluate", "data", "--json", "quantized.json"];
     let said = sandbox.ok(&[quantize.as_slice(), &evaluate].concat());
     let report: serde_json::Value =
         serde_json::from_slice(&bytes(&sandbox.path("quantized.json"))).unwrap();

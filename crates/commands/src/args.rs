@@ -1,4 +1,4 @@
-//! Arguments of the commands whose work is the task's.
+//! Arguments of the commands that tasks implement.
 
 use std::path::PathBuf;
 
@@ -33,10 +33,10 @@ pub struct SimulateArgs {
     /// Seed, instead of the config's
     #[arg(long)]
     pub seed: Option<u64>,
-    /// Record the held-out set: its number and length of sequences, and seeds of its own
+    /// Record the held-out set, with its own number and length of sequences and its own seeds
     #[arg(long)]
     pub held_out: bool,
-    /// Record only part I of N of the sequences (I from 1), beside those of other shards
+    /// Record only shard I of N of the sequences (I from 1)
     #[arg(long, value_name = "I/N")]
     pub shard: Option<Shard>,
     /// Keep the sequences that are complete and record the others
@@ -45,7 +45,7 @@ pub struct SimulateArgs {
     /// A condition to record under (`evpose eval --help` lists them), or a TOML file of one
     #[arg(long)]
     pub condition: Option<String>,
-    /// Also write a PNG file of what the camera looks at, with the events beside it
+    /// Also write a PNG file of rendered frames and their events side by side
     #[arg(long, alias = "pictures", value_name = "FILE")]
     pub preview: Option<PathBuf>,
     /// CPU threads; all cores by default. The bytes written do not depend on it
@@ -64,7 +64,7 @@ pub struct TrainArgs {
     #[command(flatten)]
     pub config: ConfigArgs,
     /// Directory of sequences from `evpose simulate`, or of images from `evpose prepare`, or the annotation
-    /// file of the latter. Bodies: made in OUT/data where it is missing
+    /// file of the latter [bodies: simulated into OUT/data where it is missing]
     #[arg(long)]
     pub data: Option<PathBuf>,
     /// Directory of the run [bodies: the config's `out`]
@@ -87,8 +87,8 @@ pub struct TrainArgs {
 /// Arguments of `evpose eval`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Conditions:\n  \
-    normal      as the network was trained\n  \
-    slow        the hand at a tenth of the speed, with rests\n  \
+    normal      as in training\n  \
+    slow        a tenth of the speed, with rests\n  \
     lit         office light, DAVIS240C\n  \
     dark        a hundredth of the light, same camera\n  \
     night       a thousandth\n  \
@@ -100,17 +100,17 @@ pub struct EvalArgs {
     /// A run directory, or a .bpk file with its .toml beside it
     #[arg(long)]
     pub checkpoint: PathBuf,
-    /// Directory of sequences the network has not seen
+    /// Directory of held-out sequences
     #[arg(long, required_unless_present = "conditions")]
     pub data: Option<PathBuf>,
-    /// Instead: simulate sequences under these conditions (names below, or TOML files), and judge
-    /// the slow-motion mode beside the plain pipeline
+    /// Hands: simulate sequences under these conditions instead (names below, or TOML files), and compare
+    /// the slow-motion mode with the plain pipeline
     #[arg(long, value_delimiter = ',', conflicts_with = "data")]
     pub conditions: Vec<String>,
-    /// Where to write the numbers
+    /// Where to write the metrics as JSON
     #[arg(long)]
     pub json: Option<PathBuf>,
-    /// Where to keep sequences, numbers and a picture of each condition
+    /// Where to keep the sequences, metrics and a figure of each condition
     #[arg(long, requires = "conditions")]
     pub out: Option<PathBuf>,
     /// Sequences of each condition
@@ -122,17 +122,17 @@ pub struct EvalArgs {
     /// Milliseconds between the poses that are evaluated [hands: 1; bodies: the config's]
     #[arg(long)]
     pub stride_ms: Option<u32>,
-    /// Bodies: also judge poses at 500 Hz, held between those of the network, and carried on by
-    /// velocities of events
+    /// Bodies: also evaluate poses at 500 Hz, held constant after each inference, and propagated by
+    /// velocities from events
     #[arg(long)]
     pub fusion: bool,
-    /// Bodies: true and predicted joints over what the network saw, as a PNG file
-    #[arg(long, value_name = "FILE")]
-    pub pictures: Option<PathBuf>,
-    /// Bodies: draw PCK over its threshold, as an SVG file
+    /// Bodies: draw true and predicted joints over inputs of the network, as a PNG file
+    #[arg(long, alias = "pictures", value_name = "FILE")]
+    pub preview: Option<PathBuf>,
+    /// Bodies: plot PCK against its threshold, as an SVG file
     #[arg(long, value_name = "FILE")]
     pub curves: Option<PathBuf>,
-    /// Bits that the network computes in: f32, bf16, or int8 after `evpose quantize`
+    /// Precision of the inference: f32, bf16, or int8 after `evpose quantize`
     #[arg(long, default_value = "f32")]
     pub precision: Precision,
     /// Device and threads.
@@ -149,37 +149,36 @@ pub struct InferArgs {
     /// A run directory, or a .bpk file with its .toml beside it
     #[arg(long)]
     pub checkpoint: PathBuf,
-    /// Recording, of any format
+    /// Recording, in any supported format
     #[arg(long)]
     pub events: PathBuf,
-    /// Hands: time and the 12 parameters, a line every millisecond, or for each surface of slow motion.
-    /// Bodies: time, delay and 13 joints in pixels, as hpe-core has them
+    /// Output as CSV. Hands: time stamp and 12 parameters, a line every millisecond, or per inference of slow
+    /// motion. Bodies: time stamp, delay and 13 joints in pixels, in the format of hpe-core
     #[arg(long)]
     pub out: PathBuf,
-    /// `plain`: a pose every millisecond. `slow-motion`: where enough events came, in batches; at
-    /// rest the last ones again; smoothed less where the hand is fast
+    /// Hands: `plain` infers every millisecond; `slow-motion` infers in batches once enough events have
+    /// arrived, repeats the last poses of a hand at rest, and smooths a fast hand less
     #[arg(long, default_value = "plain", value_parser = ["plain", "slow-motion"])]
     pub mode: String,
-    /// Time and the 21 evaluated joints in pixels and in metres
+    /// Hands: also write the 21 evaluated joints in pixels and metres, as CSV
     #[arg(long)]
     pub joints: Option<PathBuf>,
     /// Bodies: milliseconds between poses [the config's]
     #[arg(long)]
     pub stride_ms: Option<u32>,
-    /// Bodies: joints of a lower score are not found
+    /// Bodies: minimum score of a detected joint
     #[arg(long, default_value_t = 0.01)]
     pub confidence: f32,
-    /// Bodies: also write skeletons as a folder of YARP's
+    /// Bodies: also write skeletons as a YARP folder
     #[arg(long, value_name = "DIR")]
     pub skeletons: Option<PathBuf>,
-    /// Bodies: also write poses at 500 Hz, carried on between those of the network by velocities of
-    /// events
+    /// Bodies: also write poses at 500 Hz, propagated from each inference by velocities from events
     #[arg(long, value_name = "FILE")]
     pub fused: Option<PathBuf>,
-    /// Write the network's poses as they are, without the Kalman filter
+    /// Hands: write the poses of the network without the Kalman filter
     #[arg(long)]
     pub unfiltered: bool,
-    /// Bits that the network computes in: f32, bf16, or int8 after `evpose quantize`
+    /// Precision of the inference: f32, bf16, or int8 after `evpose quantize`
     #[arg(long, default_value = "f32")]
     pub precision: Precision,
     /// Device and threads.

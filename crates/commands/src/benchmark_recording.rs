@@ -1,4 +1,4 @@
-//! A recording of a busy camera: exactly as many events a second as are asked for.
+//! Simulated recordings with a given event rate, for benchmarks.
 
 use std::path::{Path, PathBuf};
 
@@ -7,14 +7,14 @@ use evpose_core::{CounterRng, Event, EventStream, Micros, Polarity, SensorSize, 
 use evpose_sim::person::{People, PeopleConfig};
 use evpose_sim::{Simulation, SimulationConfig};
 
-/// Length of what is simulated; it is played again and again.
+/// Simulated time, which benchmarks replay repeatedly.
 const SECONDS: f64 = 2.0;
-/// The camera that people are before.
+/// Sensor of recordings of people.
 const VGA: SensorSize = SensorSize { width: 640, height: 480 };
-/// Scenes that appear make a burst of all pixels.
+/// Time skipped at the start, where the appearing scene causes a burst of all pixels.
 const SETTLED: Micros = Micros(200_000);
 
-/// Somebody before a camera held by hand, brought to `rate` events a second.
+/// Writes a recording of a person before a hand-held camera, resampled to `rate` events per second.
 pub(crate) fn of_body(folder: &Path, rate: f64) -> Result<PathBuf> {
     let config = PeopleConfig {
         sensor_size: VGA,
@@ -35,7 +35,7 @@ pub(crate) fn of_body(folder: &Path, rate: f64) -> Result<PathBuf> {
     write(folder, &events, rate)
 }
 
-/// The published hand, brought to `rate` events a second.
+/// Writes a recording of the published hand, resampled to `rate` events per second.
 pub(crate) fn of_hand(folder: &Path, rate: f64) -> Result<PathBuf> {
     let config = SimulationConfig { seconds: SECONDS, sequences: 1, ..SimulationConfig::default() };
     let simulation = Simulation::new(&config, 1)?;
@@ -49,7 +49,7 @@ pub(crate) fn of_hand(folder: &Path, rate: f64) -> Result<PathBuf> {
     write(folder, &events, rate)
 }
 
-/// With noise where `rate` asks for more events, and some at random left out where it asks for less.
+/// Writes `events` resampled to `rate` events per second: noise is added, or random events are removed.
 fn write(folder: &Path, events: &EventStream, rate: f64) -> Result<PathBuf> {
     let end = events.t().last().copied().unwrap_or_default();
     let events = events.slice(TimeWindow { start: SETTLED, end: end + Micros(1) });
@@ -59,7 +59,7 @@ fn write(folder: &Path, events: &EventStream, rate: f64) -> Result<PathBuf> {
     let mut all: Vec<Event> = Vec::with_capacity(wanted);
     let mut left = events.len();
     for event in events.iter() {
-        // As many as are wanted, every choice of them as likely as any other.
+        // Selection sampling (Knuth, TAOCP 2, algorithm S): every subset of the size is equally likely.
         if rng.below(left) < wanted.saturating_sub(all.len()) {
             all.push(event);
         }

@@ -1,6 +1,6 @@
 //! The table of a hand's 21 joints over time, as `evpose infer --joints` writes it.
 //!
-//! A line is `t_us` and for each joint `u_px,v_px,x_m,y_m,z_m`; pixels are empty where a joint lies behind
+//! Each line holds `t_us` and for each joint `u_px,v_px,x_m,y_m,z_m`; pixels are empty where a joint lies behind
 //! the camera.
 
 use std::fmt::Write as _;
@@ -13,12 +13,12 @@ use evpose_pose::metric::HandPoints;
 use glam::Vec2;
 
 /// Columns of a joint.
-const OF_JOINT: usize = 5;
+const COLUMNS_PER_JOINT: usize = 5;
 
-/// Beginning of the first line.
-const FIRST: &str = "t_us,";
+/// Beginning of the header line.
+const HEADER_START: &str = "t_us,";
 
-/// The first line.
+/// The header line.
 pub fn header() -> String {
     let mut header = "t_us".to_owned();
     for joint in EVALUATION_JOINTS {
@@ -27,7 +27,7 @@ pub fn header() -> String {
     header + "\n"
 }
 
-/// Adds the line of a time.
+/// Appends the line of a time stamp.
 pub fn push(csv: &mut String, t: Micros, points: &HandPoints) {
     let _ = write!(csv, "{}", t.0);
     for (image, world) in points.image_px.iter().zip(&points.world_m) {
@@ -40,18 +40,18 @@ pub fn push(csv: &mut String, t: Micros, points: &HandPoints) {
     csv.push('\n');
 }
 
-/// Whether a file is such a table, by how it begins.
+/// Whether a file is such a table, by its header.
 pub fn is_one(text: &str) -> bool {
-    text.starts_with(FIRST)
+    text.starts_with(HEADER_START)
 }
 
-/// The joints of `text`, which is what `path` holds, in pixels; none for a hand of which some are behind
-/// the camera.
+/// Parses the joints in pixels of `text`, the contents of `path`; none for a hand with joints behind the
+/// camera.
 pub fn read(text: &str, path: &Path) -> Result<Vec<(Micros, Option<[Vec2; 21]>)>> {
     let line = |(number, line): (usize, &str)| {
         let row = || format!("{}: line {}", path.display(), number + 1);
         let cells: Vec<&str> = line.split(',').collect();
-        let expected = 1 + OF_JOINT * EVALUATION_JOINTS.len();
+        let expected = 1 + COLUMNS_PER_JOINT * EVALUATION_JOINTS.len();
         if cells.len() != expected {
             bail!("{}: {} columns, expected {expected}", row(), cells.len());
         }
@@ -59,17 +59,17 @@ pub fn read(text: &str, path: &Path) -> Result<Vec<(Micros, Option<[Vec2; 21]>)>
         let mut points_px = [Vec2::ZERO; 21];
         let mut in_front = true;
         for ((point, cells), joint) in
-            points_px.iter_mut().zip(cells[1..].chunks(OF_JOINT)).zip(EVALUATION_JOINTS)
+            points_px.iter_mut().zip(cells[1..].chunks(COLUMNS_PER_JOINT)).zip(EVALUATION_JOINTS)
         {
             in_front &= !cells[0].is_empty();
             if in_front {
-                let number = |cell: &str, axis| {
-                    let number: f32 =
+                let pixel = |cell: &str, axis| {
+                    let value: f32 =
                         cell.parse().with_context(|| format!("{}: {joint}_{axis}_px", row()))?;
-                    anyhow::ensure!(number.is_finite(), "{}: {joint}_{axis}_px: {number}", row());
-                    Ok(number)
+                    anyhow::ensure!(value.is_finite(), "{}: {joint}_{axis}_px: {value}", row());
+                    Ok(value)
                 };
-                *point = Vec2::new(number(cells[0], "u")?, number(cells[1], "v")?);
+                *point = Vec2::new(pixel(cells[0], "u")?, pixel(cells[1], "v")?);
             }
         }
         Ok((t, in_front.then_some(points_px)))
@@ -83,7 +83,7 @@ mod tests {
     use glam::Vec3;
 
     #[test]
-    fn what_is_written_is_read_again_and_damage_is_found() {
+    fn tables_round_trip_and_damage_is_reported() {
         let points = |u: f32| HandPoints {
             world_m: [Vec3::ONE; 21],
             image_px: std::array::from_fn(|k| Some(Vec2::new(u, k as f32))),

@@ -5,8 +5,22 @@
 //! * [`args`]: arguments of the commands whose work is the task's.
 //!
 //! ```
+//! use evpose_app::args::DeviceArgs;
+//! use evpose_nn::DeviceKind;
+//!
+//! # fn main() -> anyhow::Result<()> {
 //! let names: Vec<&str> = evpose_commands::TASKS.iter().map(|task| task.name()).collect();
 //! assert_eq!(names, ["body", "hand"]);
+//!
+//! // The task of a checkpoint is found from its contents.
+//! let shipped = concat!(env!("CARGO_MANIFEST_DIR"), "/../../checkpoints/body-quick.bpk");
+//! let device = DeviceArgs { device: DeviceKind::Flex, threads: None };
+//! let model = evpose_commands::open(shipped.as_ref(), &device)?;
+//! assert_eq!(model.task(), "body");
+//! let [channels, height, width] = model.input_shape();
+//! assert_eq!((channels, height), (1, width));
+//! # Ok(())
+//! # }
 //! ```
 
 pub mod args;

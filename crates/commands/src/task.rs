@@ -34,16 +34,16 @@ pub trait PoseTask: Sync {
     /// A model of the published size with random weights: for benchmarks.
     ///
     /// # Errors
-    /// If it cannot be made.
+    /// If the network cannot be initialised.
     fn published(&self) -> Result<Box<dyn PoseModel>>;
 
-    /// `evpose simulate` of a config of this task: whether it was one.
+    /// Runs `evpose simulate`. Returns false if the config is of another task.
     ///
     /// # Errors
     /// If the simulation fails.
     fn simulate(&self, args: &SimulateArgs) -> Result<bool>;
 
-    /// `evpose train` of a config of this task: whether it was one.
+    /// Runs `evpose train`. Returns false if the config is of another task.
     ///
     /// # Errors
     /// If the training fails.
@@ -56,15 +56,15 @@ pub trait PoseTask: Sync {
     fn benchmark_recording(&self, directory: &Path, rate: f64) -> Result<std::path::PathBuf>;
 }
 
-/// A network with its decoder, its config and what else its checkpoint holds.
+/// A network with its decoder and its config, as a checkpoint holds them.
 pub trait PoseModel {
     /// The name of its task.
     fn task(&self) -> &'static str;
 
-    /// The network, its input and its size, and the data it was trained on, for people.
+    /// A description of the network, its input, its size and its training data.
     fn description(&self) -> String;
 
-    /// The name of the network, for one line.
+    /// The name of the network.
     fn network_name(&self) -> String;
 
     /// The config as TOML.
@@ -89,7 +89,7 @@ pub trait PoseModel {
         count: u64,
     ) -> Result<Box<dyn ExactSizeIterator<Item = Result<Vec<f32>>> + '_>>;
 
-    /// `evpose quantize --evaluate`: accuracy and latency in each precision on a data set.
+    /// Runs `evpose quantize --evaluate`: accuracy and latency in each precision on a data set.
     ///
     /// # Errors
     /// If the data set cannot be read.
@@ -100,13 +100,13 @@ pub trait PoseModel {
         stride_ms: u32,
     ) -> Result<Vec<PrecisionScores>>;
 
-    /// `evpose eval`.
+    /// Runs `evpose eval`.
     ///
     /// # Errors
     /// If the data cannot be read, or an argument is for another task.
     fn evaluate(&self, args: &EvalArgs) -> Result<()>;
 
-    /// `evpose infer`.
+    /// Runs `evpose infer`.
     ///
     /// # Errors
     /// If the recording cannot be read, or an argument is for another task.

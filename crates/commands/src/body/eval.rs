@@ -26,7 +26,7 @@ use evpose_report::people;
 /// Thresholds of the PCK that are printed, in percent of the torso.
 const PERCENTS: [usize; 4] = [20, 40, 60, 80];
 
-/// What is written for programs.
+/// Results, as written to JSON.
 #[derive(Debug, Serialize)]
 struct Report {
     machine: Machine,
@@ -39,17 +39,18 @@ struct Report {
     fusion: Option<Fusion>,
 }
 
-/// Poses between those of the network.
+/// Scores of poses at the output rate: held constant after each inference, and propagated.
 #[derive(Debug, Serialize)]
 struct Fusion {
-    held: BodySummary,
-    fused: BodySummary,
-    /// On the joints that both tell of.
-    held_where_both: BodySummary,
-    fused_where_both: BodySummary,
+    /// The newest inferred pose, held constant.
+    last_detection: BodySummary,
+    propagated: BodySummary,
+    /// On the joints that both predict.
+    last_detection_on_common_joints: BodySummary,
+    propagated_on_common_joints: BodySummary,
 }
 
-/// One recording.
+/// Scores of one recording.
 #[derive(Debug, Serialize)]
 struct RecordingScores {
     file: String,
@@ -60,7 +61,9 @@ struct RecordingScores {
 pub(super) fn run(model: &BodyModel, args: &EvalArgs) -> Result<()> {
     let checkpoint = &model.checkpoint;
     let Some(data) = &args.data else {
-        bail!("--conditions are for hands; bodies are judged on --data, a directory of recordings");
+        bail!(
+            "--conditions are for hands; bodies are evaluated on --data, a directory of recordings"
+        );
     };
     let options =
         BodyPredictorOptions { precision: args.precision, ..BodyPredictorOptions::default() };
@@ -73,21 +76,21 @@ pub(super) fn run(model: &BodyModel, args: &EvalArgs) -> Result<()> {
     let every_ms = args.stride_ms.unwrap_or(checkpoint.config.evaluation.every_ms);
     let every = Micros(1_000 * i64::from(every_ms));
     let progress = bar("evaluating", recordings.files.len() as u64, "recordings");
-    let tell = |done| progress.inc(done);
-    let judged = evaluate_body(checkpoint, &predictor, &recordings, every, &mean, &tell)?;
+    let advance = |done| progress.inc(done);
+    let evaluated = evaluate_body(checkpoint, &predictor, &recordings, every, &mean, &advance)?;
     progress.finish_and_clear();
     let bootstrap = &checkpoint.config.evaluation.bootstrap;
     let summary = |evaluation: BodyEvaluation| evaluation.summary(&PERCENTS, bootstrap);
-    let (network, mean_pose) = (summary(judged.network())?, summary(judged.mean_pose())?);
+    let (network, mean_pose) = (summary(evaluated.network())?, summary(evaluated.mean_pose())?);
     say(format!("{} recordings of {}", network.sequences, data.display()));
     print("network", &network.raw);
     print("mean pose", &mean_pose.raw);
-    joints(&network);
-    let scores = by_recording(&judged, bootstrap)?;
-    worst(&scores);
+    print_joints(&network);
+    let scores = by_recording(&evaluated, bootstrap)?;
+    print_lowest(&scores);
     if let Some((delay, rate)) = network.delay_s.zip(network.rate_hz) {
         say(format!(
-            "{:.2} ms a prediction, {:.0} predictions a second of a recording",
+            "{:.2} ms per prediction, {:.0} predictions per second of a recording",
             1e3 * delay.estimate,
             rate.estimate
         ));
@@ -103,35 +106,35 @@ pub(super) fn run(model: &BodyModel, args: &EvalArgs) -> Result<()> {
     if args.fusion {
         let config = PropagationConfig::default();
         let progress = bar("fusing", recordings.files.len() as u64, "recordings");
-        let tell = |done| progress.inc(done);
-        let between = evaluate_propagation(checkpoint, &predictor, &recordings, &config, &tell)?;
+        let advance = |done| progress.inc(done);
+        let propagated = evaluate_propagation(checkpoint, &predictor, &recordings, &config, &advance)?;
         progress.finish_and_clear();
         let [held, fused, held_where_both, fused_where_both] = [
-            between.last_detection,
-            between.propagated,
-            between.last_detection_on_common_joints,
-            between.propagated_on_common_joints,
+            propagated.last_detection,
+            propagated.propagated,
+            propagated.last_detection_on_common_joints,
+            propagated.propagated_on_common_joints,
         ]
         .map(summary);
         let fusion = Fusion {
-            held: held?,
-            fused: fused?,
-            held_where_both: held_where_both?,
-            fused_where_both: fused_where_both?,
+            last_detection: held?,
+            propagated: fused?,
+            last_detection_on_common_joints: held_where_both?,
+            propagated_on_common_joints: fused_where_both?,
         };
         say(format!(
-            "at {} Hz, from {} poses/s of the network that are known {} ms later:",
+            "at {} Hz, from {} inferences/s with a latency of {} ms:",
             config.output_hz, config.network_hz, config.latency_ms
         ));
-        print("held", &fusion.held.raw);
-        print("fused", &fusion.fused.raw);
-        say("on the joints that both tell of:");
-        print("held", &fusion.held_where_both.raw);
-        print("fused", &fusion.fused_where_both.raw);
+        print("last pose", &fusion.last_detection.raw);
+        print("propagated", &fusion.propagated.raw);
+        say("on the joints that both predict:");
+        print("last pose", &fusion.last_detection_on_common_joints.raw);
+        print("propagated", &fusion.propagated_on_common_joints.raw);
         report.fusion = Some(fusion);
     }
-    if let Some(path) = &args.pictures {
-        people::of_predictions(checkpoint, &judged, path)?;
+    if let Some(path) = &args.preview {
+        people::of_predictions(checkpoint, &evaluated, path)?;
     }
     write_json(args.json.as_deref(), &report)?;
     if let Some(path) = &args.curves {
@@ -140,7 +143,8 @@ pub(super) fn run(model: &BodyModel, args: &EvalArgs) -> Result<()> {
     Ok(())
 }
 
-fn cell(interval: Option<Interval>, digits: usize) -> String {
+/// A value with its confidence interval.
+pub(super) fn cell(interval: Option<Interval>, digits: usize) -> String {
     match interval {
         None => "-".to_owned(),
         Some(Interval { estimate, low: Some(low), high: Some(high) }) => {
@@ -164,12 +168,12 @@ fn print(method: &str, scores: &BodyScores) {
     ));
 }
 
-fn joints(summary: &BodySummary) {
+fn print_joints(summary: &BodySummary) {
     say(format!(
         "{:<12}{:>9}{:>9}{:>10}{:>9}",
         "joint", "PCK@0.4", "PCK@0.8", "MPJPE px", "missing"
     ));
-    let share =
+    let formatted =
         |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.3}"));
     for joint in &summary.raw.joints {
         let at = |percent: usize| {
@@ -179,15 +183,15 @@ fn joints(summary: &BodySummary) {
         say(format!(
             "{:<12}{:>9}{:>9}{:>10}{:>8.1}%",
             joint.joint,
-            share(at(40)),
-            share(at(80)),
+            formatted(at(40)),
+            formatted(at(80)),
             joint.mpjpe_px.map_or_else(|| "-".to_owned(), |px| format!("{px:.2}")),
             100.0 * joint.missing as f64 / joint.labelled.max(1) as f64,
         ));
     }
 }
 
-/// PCK curves, as the figures of papers have them.
+/// Plots PCK against its threshold.
 fn draw(path: &Path, report: &Report) -> Result<()> {
     let curve = |(name, summary): (&str, &BodySummary), colour| {
         let points = (1..).zip(&summary.raw.curve).map(|(p, y)| (f64::from(p) / 100.0, *y));
@@ -201,11 +205,14 @@ fn draw(path: &Path, report: &Report) -> Result<()> {
     Ok(())
 }
 
-/// How many recordings are printed.
-const WORST: usize = 5;
+/// Number of the recordings with the lowest scores that are printed.
+const LOWEST: usize = 5;
 
-fn by_recording(judged: &BodyResults, bootstrap: &BootstrapConfig) -> Result<Vec<RecordingScores>> {
-    let one = |recording: &BodyRecordingResult| {
+fn by_recording(
+    evaluated: &BodyResults,
+    bootstrap: &BootstrapConfig,
+) -> Result<Vec<RecordingScores>> {
+    let scores_of = |recording: &BodyRecordingResult| {
         let alone = BodyEvaluation { sequences: vec![recording.network.clone()] };
         let name = recording.events.file_name().unwrap_or_default();
         Ok(RecordingScores {
@@ -213,19 +220,19 @@ fn by_recording(judged: &BodyResults, bootstrap: &BootstrapConfig) -> Result<Vec
             scores: alone.summary(&PERCENTS, bootstrap)?.raw,
         })
     };
-    judged.recordings.iter().map(one).collect()
+    evaluated.recordings.iter().map(scores_of).collect()
 }
 
-/// The recordings that the network is worst at: those are to be looked at.
-fn worst(recordings: &[RecordingScores]) {
+/// Prints the recordings with the lowest PCK@0.4.
+fn print_lowest(recordings: &[RecordingScores]) {
     let share = |recording: &RecordingScores| {
         let at = PERCENTS.iter().position(|percent| *percent == 40)?;
         recording.scores.pck.get(at).copied().flatten().map(|pck| pck.estimate)
     };
     let mut ordered: Vec<&RecordingScores> = recordings.iter().collect();
     ordered.sort_by(|a, b| share(a).unwrap_or(2.0).total_cmp(&share(b).unwrap_or(2.0)));
-    say(format!("the worst of {} recordings:", recordings.len()));
-    for recording in ordered.into_iter().take(WORST) {
+    say(format!("lowest PCK@0.4 of {} recordings:", recordings.len()));
+    for recording in ordered.into_iter().take(LOWEST) {
         print(&recording.file, &recording.scores);
     }
 }

@@ -32,9 +32,9 @@ pub(super) fn run(model: &BodyModel, args: &InferArgs) -> Result<()> {
     };
     let mut predictor = model.predictor(options)?;
     let image = &checkpoint.config.image;
-    let mut film = RepresentationReader::open(&args.events, image)?;
-    let Some(start) = film.start() else { bail!("{}: no events", args.events.display()) };
-    let end = film.end()?;
+    let mut reader = RepresentationReader::open(&args.events, image)?;
+    let Some(start) = reader.start() else { bail!("{}: no events", args.events.display()) };
+    let end = reader.end()?;
     let stride_ms = args.stride_ms.unwrap_or(checkpoint.config.evaluation.every_ms);
     let step = Micros(1_000 * i64::from(stride_ms.max(1)));
     let mut writer = PredictionWriter::create(&args.out, DelayUnit::Seconds, Undetected::MinusOne)?;
@@ -42,7 +42,7 @@ pub(super) fn run(model: &BodyModel, args: &InferArgs) -> Result<()> {
     let progress = bar("inferring", (end - start).0 as u64 / 1_000, "ms");
     let (mut t, mut count, mut delay_s) = (start + step, 0u64, 0.0);
     while t <= end {
-        let prediction = predictor.predict(t.as_seconds(), &film.at(t, |_| {})?);
+        let prediction = predictor.predict(t.as_seconds(), &reader.at(t, |_| {})?);
         writer.write(&prediction)?;
         skeletons.extend(args.skeletons.is_some().then(|| skeleton(&prediction)));
         (count, delay_s) = (count + 1, delay_s + prediction.delay_s);
@@ -61,28 +61,28 @@ pub(super) fn run(model: &BodyModel, args: &InferArgs) -> Result<()> {
         say(format!("skeletons: {}", folder.display()));
     }
     if let Some(path) = &args.fused {
-        fused(path, &args.events, checkpoint, &mut predictor, stride_ms)?;
+        write_propagated(path, &args.events, checkpoint, &mut predictor, stride_ms)?;
     }
     Ok(())
 }
 
-/// Poses carried on between those of the network by what events say of velocities.
-fn fused(
+/// Writes poses at the output rate, propagated by velocities from events.
+fn write_propagated(
     path: &Path,
     events: &Path,
     checkpoint: &BodyCheckpoint,
     predictor: &mut BodyPredictor,
     stride_ms: u32,
 ) -> Result<()> {
-    let mut film = RepresentationReader::open(events, &checkpoint.config.image)?;
-    let Some(start) = film.start() else { bail!("{}: no events", events.display()) };
-    let end = film.end()?;
+    let mut reader = RepresentationReader::open(events, &checkpoint.config.image)?;
+    let Some(start) = reader.start() else { bail!("{}: no events", events.display()) };
+    let end = reader.end()?;
     let config = PropagationConfig {
         network_hz: 1e3 / f64::from(stride_ms.max(1)),
         latency_ms: 0.0,
         ..PropagationConfig::default()
     };
-    let poses = propagated_poses(&mut film, predictor, &config, (start, end))?;
+    let poses = propagated_poses(&mut reader, predictor, &config, (start, end))?;
     let mut writer = PredictionWriter::create(path, DelayUnit::Seconds, Undetected::MinusOne)?;
     for pose in &poses {
         writer.write(&BodyPrediction {
@@ -92,7 +92,12 @@ fn fused(
         })?;
     }
     writer.finish()?;
-    say(format!("{} fused poses, {} a second: {}", poses.len(), config.output_hz, path.display()));
+    say(format!(
+        "{} propagated poses, {} per second: {}",
+        poses.len(),
+        config.output_hz,
+        path.display()
+    ));
     Ok(())
 }
 

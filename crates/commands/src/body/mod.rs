@@ -16,7 +16,7 @@ use evpose_app::body_config;
 use evpose_app::threads::use_threads;
 use evpose_core::SensorSize;
 use evpose_infer::{Precision, Ranges};
-use evpose_live::page::Subject;
+use evpose_live::page::Skeleton;
 use evpose_nn::MoveEnetConfig;
 use evpose_nn::graph::Graph;
 use evpose_task::QuantizationRanges;
@@ -199,7 +199,7 @@ impl PoseModel for BodyModel {
         Ok(Box::new(TaskStream {
             stream,
             propagate_hz: PROPAGATE_HZ,
-            subject: Subject::Body,
+            skeleton: Skeleton::Body,
             mesh: None,
         }))
     }

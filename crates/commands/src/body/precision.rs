@@ -6,10 +6,10 @@ use anyhow::Result;
 use evpose_app::progress::bar;
 use evpose_core::Micros;
 use evpose_infer::{Precision, Ranges};
-use evpose_pose::metric::Interval;
 use evpose_task::body::{BodyCheckpoint, BodyPredictor, BodyPredictorOptions};
 use evpose_train::body::{BodyRecordings, evaluate_body, mean_pose_of_recordings};
 
+use super::eval::cell;
 use crate::task::PrecisionScores;
 
 /// Thresholds of the PCK, in percent of the torso.
@@ -51,14 +51,4 @@ pub(super) fn evaluate(
     }
     progress.finish_and_clear();
     Ok(scores)
-}
-
-fn cell(interval: Option<Interval>, digits: usize) -> String {
-    match interval {
-        None => "-".to_owned(),
-        Some(Interval { estimate, low: Some(low), high: Some(high) }) => {
-            format!("{estimate:.digits$} [{low:.digits$}, {high:.digits$}]")
-        }
-        Some(Interval { estimate, .. }) => format!("{estimate:.digits$}"),
-    }
 }

@@ -10,7 +10,7 @@ use evpose_app::progress::say;
 use evpose_app::threads::use_threads;
 use evpose_app::{recorded, run_info};
 
-/// Where data are made that the command line does not name.
+/// Directory of simulated data in a run, without --data.
 const DATA: &str = "data";
 
 pub(super) fn run(mut config: BodyConfig, args: &TrainArgs) -> Result<()> {
@@ -33,11 +33,11 @@ pub(super) fn run(mut config: BodyConfig, args: &TrainArgs) -> Result<()> {
     let summary = train_body(&config, frames, &out, &options)
         .with_context(|| format!("training in {}", out.display()))?;
     run_info::write(&out, config.seed, None)?;
-    tell(&summary);
+    print_summary(&summary);
     Ok(())
 }
 
-fn tell(summary: &BodyTrainSummary) {
+fn print_summary(summary: &BodyTrainSummary) {
     say(format!(
         "{} images in {:.0} s, {:.0} images/s",
         summary.samples,

@@ -1,4 +1,4 @@
-//! `evpose eval --conditions`: a network on slow hands and in little light, on sequences made for it.
+//! `evpose eval --conditions`: evaluation on sequences simulated under several conditions, such as low light.
 
 use std::path::{Path, PathBuf};
 
@@ -25,7 +25,7 @@ use evpose_report::hand as report;
 use evpose_report::held_out::{cell, find};
 use evpose_report::png::png;
 
-/// What `conditions.json` holds.
+/// Contents of `conditions.json`.
 #[derive(Debug, Serialize)]
 struct Report {
     conditions: Map<String, Value>,
@@ -38,21 +38,21 @@ struct Report {
     machine: Machine,
 }
 
-/// One condition in it.
+/// Entry of a condition.
 #[derive(Debug, Serialize)]
 struct Entry<'a> {
     about: String,
-    /// A line of the table for each method, by its name.
+    /// Metrics of each method, by its name.
     methods: Map<String, Value>,
     /// Errors of the slow-motion mode over those of the plain pipeline, paired by sequence.
     slow_motion_over_trained_kalman: HandRatios,
     usage: &'a SlowMotionUsage,
-    /// As it was simulated.
+    /// Config of the simulation as TOML.
     config: String,
 }
 
-/// One condition, judged.
-struct Judged {
+/// Evaluation of a condition.
+struct ConditionEvaluation {
     condition: Condition,
     config: HandConfig,
     methods: Vec<MethodResults>,
@@ -61,7 +61,7 @@ struct Judged {
 
 pub(super) fn run(model: &HandModel, args: &EvalArgs) -> Result<()> {
     let checkpoint = &model.checkpoint;
-    // All of them first: a mistake in the last should not wait for the others.
+    // All configs are validated first: an error in the last should not wait for the others.
     let conditions = args
         .conditions
         .iter()
@@ -99,16 +99,17 @@ pub(super) fn run(model: &HandModel, args: &EvalArgs) -> Result<()> {
         let data = HandDataset::open(&dir, &config)?;
         let network = model.predictor(args.precision)?;
         let mean = checkpoint.mean_pose;
-        let (methods, usage) = judge(&config, &data, network, mean, args.stride_ms.unwrap_or(1))?;
+        let (methods, usage) =
+            evaluate_methods(&config, &data, network, mean, args.stride_ms.unwrap_or(1))?;
         if args.out.is_some() {
             let plain = find(&methods, "trained_kalman")?;
             let slow = find(&methods, "slow_motion")?;
             let sheet = report::strip(&config, &data, &[(plain, PREDICTION), (slow, SLOW_MOTION)])?;
-            let path = picture_path(out, &condition);
+            let path = figure_path(out, &condition);
             atomic_write(&path, &png(&sheet)?)
                 .with_context(|| format!("writing {}", path.display()))?;
         }
-        all.push(Judged { condition, config, methods, usage });
+        all.push(ConditionEvaluation { condition, config, methods, usage });
     }
 
     say("");
@@ -128,19 +129,19 @@ pub(super) fn run(model: &HandModel, args: &EvalArgs) -> Result<()> {
         say(format!("written to {}", path.display()));
     }
     if args.out.is_some() {
-        for judged in &all {
-            say(format!("picture: {}", picture_path(out, &judged.condition).display()));
+        for evaluation in &all {
+            say(format!("figure: {}", figure_path(out, &evaluation.condition).display()));
         }
     }
     Ok(())
 }
 
-fn picture_path(out: &Path, condition: &Condition) -> PathBuf {
+fn figure_path(out: &Path, condition: &Condition) -> PathBuf {
     out.join(format!("{}.png", condition.name))
 }
 
 /// The mean pose, the plain pipeline without and with its filter, and the slow-motion mode.
-fn judge(
+fn evaluate_methods(
     config: &HandConfig,
     data: &HandDataset,
     mut network: NetworkPredictor,
@@ -149,7 +150,7 @@ fn judge(
 ) -> Result<(Vec<MethodResults>, SlowMotionUsage)> {
     let mean = match mean {
         Some(mean) => mean,
-        // Weights from elsewhere do not know what they were trained on.
+        // Imported weights carry no mean pose of their training data.
         None => {
             let mut mean = MeanPose::default();
             data.poses(100_000)?.iter().for_each(|pose| mean.push(pose));
@@ -162,23 +163,23 @@ fn judge(
         Method { name: "trained", predictor: &mut network, filtered: Some("trained_kalman") },
     ];
     let progress = bar("evaluating", evaluated_pose_count(config, data, stride_ms), "poses");
-    let mut judged =
+    let mut evaluated =
         evaluate(config, data, &mut methods, stride_ms, &mut |done| progress.inc(done))?;
     progress.finish_and_clear();
 
     let total_ms = data.sequences().iter().map(|sequence| sequence.frames()).sum();
     let progress = bar("slow motion", total_ms, "ms");
-    let mut tell = |ms| progress.inc(ms);
+    let mut advance = |ms| progress.inc(ms);
     let SlowMotionResults { methods, usage } =
-        evaluate_slow_motion(config, data, &mut network, mean, stride_ms, &mut tell)?;
+        evaluate_slow_motion(config, data, &mut network, mean, stride_ms, &mut advance)?;
     progress.finish_and_clear();
-    judged.extend(methods);
-    Ok((judged, usage))
+    evaluated.extend(methods);
+    Ok((evaluated, usage))
 }
 
-fn report_of(all: &[Judged], args: &EvalArgs) -> Result<Report> {
+fn report_of(all: &[ConditionEvaluation], args: &EvalArgs) -> Result<Report> {
     let mut conditions = Map::new();
-    for Judged { condition, config, methods, usage } in all {
+    for ConditionEvaluation { condition, config, methods, usage } in all {
         let bootstrap = &config.evaluation.bootstrap;
         let mut lines = Map::new();
         for method in methods {
@@ -201,13 +202,13 @@ fn report_of(all: &[Judged], args: &EvalArgs) -> Result<Report> {
         sequences: args.sequences,
         seconds: args.seconds,
         stride_ms: args.stride_ms.unwrap_or(1),
-        seed: all.first().map_or(0, |judged| judged.config.seed),
+        seed: all.first().map_or(0, |evaluation| evaluation.config.seed),
         commit: COMMIT,
         machine: Machine::this(),
     })
 }
 
-/// A column of the table: heading, digits, and which number.
+/// A column of the table: heading, digits, and metric.
 type Column = (&'static str, usize, fn(&HandSummary) -> Option<Interval>);
 
 const COLUMNS: [Column; 5] = [
@@ -218,39 +219,39 @@ const COLUMNS: [Column; 5] = [
     ("AUC 2D", 3, |s| s.auc_2d),
 ];
 
-fn print_scores(all: &[Judged]) {
+fn print_scores(all: &[ConditionEvaluation]) {
     let heading: String = COLUMNS.iter().map(|(name, ..)| format!("{name:>24}")).collect();
     say(format!("{:<12}{:<18}{heading}", "condition", "method"));
-    for judged in all {
-        for method in &judged.methods {
-            let summary = method.evaluation.summary(&judged.config.evaluation.bootstrap);
+    for evaluation in all {
+        for method in &evaluation.methods {
+            let summary = method.evaluation.summary(&evaluation.config.evaluation.bootstrap);
             let cells: String = COLUMNS
                 .iter()
                 .map(|(_, digits, get)| {
-                    let (number, interval) = cell(get(&summary), *digits);
-                    format!("{:>24}", format!("{number} {interval}").trim_end())
+                    let (value, interval) = cell(get(&summary), *digits);
+                    format!("{:>24}", format!("{value} {interval}").trim_end())
                 })
                 .collect();
-            say(format!("{:<12}{:<18}{cells}", judged.condition.name, method.name));
+            say(format!("{:<12}{:<18}{cells}", evaluation.condition.name, method.name));
         }
     }
 }
 
-/// What the slow-motion mode did.
-fn print_usage(all: &[Judged]) {
+/// Prints rates of the slow-motion mode.
+fn print_usage(all: &[ConditionEvaluation]) {
     let headings = ["events/s", "inputs/s", "repeated %", "fast %", "wait ms"];
     let heading: String = headings.iter().map(|name| format!("{name:>14}")).collect();
     say(format!("{:<12}{:<18}{heading}", "condition", "slow motion"));
-    for Judged { condition, usage, .. } in all {
+    for ConditionEvaluation { condition, usage, .. } in all {
         let inputs = usage.inputs.max(1) as f64;
-        let numbers = [
+        let values = [
             usage.events as f64 / usage.seconds,
             usage.inputs as f64 / usage.seconds,
             100.0 * usage.repeated as f64 / inputs,
             100.0 * usage.fast as f64 / inputs,
             1e3 * usage.waited_s / inputs,
         ];
-        let cells: String = numbers.iter().map(|number| format!("{number:>14.1}")).collect();
+        let cells: String = values.iter().map(|value| format!("{value:>14.1}")).collect();
         say(format!("{:<12}{:<18}{cells}", condition.name, ""));
     }
 }

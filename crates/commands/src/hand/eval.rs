@@ -16,8 +16,8 @@ pub(super) fn run(model: &HandModel, args: &EvalArgs, data: &Path) -> Result<()>
     let checkpoint = &model.checkpoint;
     let config = &checkpoint.config;
     let data = HandDataset::open(data, config)?;
-    // The checkpoint knows the mean of what it was trained on; foreign weights do not, and are
-    // held against the mean of the very data they are judged on, which is harder to beat.
+    // Imported weights carry no mean pose of their training data. They are compared with the mean of the test
+    // data, which is a stronger baseline.
     let mean = match checkpoint.mean_pose {
         Some(mean) => mean,
         None => {
@@ -27,7 +27,7 @@ pub(super) fn run(model: &HandModel, args: &EvalArgs, data: &Path) -> Result<()>
         }
     };
     let trained = model.predictor(args.precision)?;
-    let judged = held_out::evaluate_with_baselines(
+    let evaluated = held_out::evaluate_with_baselines(
         config,
         &data,
         trained,
@@ -35,9 +35,9 @@ pub(super) fn run(model: &HandModel, args: &EvalArgs, data: &Path) -> Result<()>
         &model.device,
         args.stride_ms.unwrap_or(1),
     )?;
-    held_out::print(config, &judged);
+    held_out::print(config, &evaluated);
     if let Some(path) = &args.json {
-        judged.metrics.write(path)?;
+        evaluated.metrics.write(path)?;
         say(format!("written to {}", path.display()));
     }
     Ok(())

@@ -14,7 +14,7 @@ use super::HandModel;
 use crate::args::InferArgs;
 use crate::hand_joints;
 
-/// Events that the slow-motion mode takes at once.
+/// Event time of the packets of the slow-motion mode.
 const PACKET: Micros = Micros(100_000);
 
 /// Column names of the 12 parameters.
@@ -75,7 +75,7 @@ pub(super) fn run(model: &HandModel, args: &InferArgs) -> Result<()> {
 
     if let Some(path) = &args.joints {
         let view = HandView::new(config)?;
-        // A network of both hands does not say which it saw.
+        // A network of both hands does not predict the side.
         let side = config.simulation.hands.side(0);
         let mut csv = hand_joints::header();
         for (t, pose) in &poses {
@@ -88,7 +88,7 @@ pub(super) fn run(model: &HandModel, args: &InferArgs) -> Result<()> {
     Ok(())
 }
 
-/// The poses of every millisecond.
+/// Infers every millisecond.
 fn every_ms(
     config: &HandConfig,
     events: &EventStream,
@@ -106,7 +106,7 @@ fn every_ms(
     Ok(poses)
 }
 
-/// The poses of the slow-motion mode, each with the time stamp of its input.
+/// Infers in the slow-motion mode; each pose has the time stamp of its input.
 fn slow_motion(
     config: &HandConfig,
     events: &EventStream,
@@ -128,6 +128,6 @@ fn slow_motion(
     tracker.finish(predictor, &mut poses)?;
     progress.finish_and_clear();
     let repeated = poses.iter().filter(|pose| pose.is_repeated).count();
-    say(format!("slow motion: {} inputs, {repeated} of a scene at rest", poses.len()));
+    say(format!("slow motion: {} inputs, {repeated} repeated at rest", poses.len()));
     Ok(poses)
 }

@@ -18,7 +18,7 @@ use evpose_app::hand_config;
 use evpose_body::PosedBody;
 use evpose_core::SensorSize;
 use evpose_infer::{Precision, Ranges};
-use evpose_live::page::{HandMesh, Subject};
+use evpose_live::page::{HandMesh, Skeleton};
 use evpose_nn::graph::Graph;
 use evpose_nn::{DeviceKind, HandRegressorConfig};
 use evpose_pose::HandParams;
@@ -158,8 +158,8 @@ impl PoseModel for HandModel {
     }
 
     fn evaluate(&self, args: &EvalArgs) -> Result<()> {
-        if args.fusion || args.curves.is_some() || args.pictures.is_some() {
-            bail!("--fusion, --curves and --pictures are for bodies");
+        if args.fusion || args.curves.is_some() || args.preview.is_some() {
+            bail!("--fusion, --curves and --preview are for bodies");
         }
         match &args.data {
             Some(data) => eval::run(self, args, data),
@@ -187,7 +187,7 @@ impl PoseModel for HandModel {
         Ok(Box::new(TaskStream {
             stream,
             propagate_hz: PROPAGATE_HZ,
-            subject: Subject::Hand,
+            skeleton: Skeleton::Hand,
             mesh: Some(Box::new(mesh)),
         }))
     }

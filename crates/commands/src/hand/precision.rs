@@ -13,7 +13,7 @@ use evpose_train::{HandDataset, Method, evaluate as evaluate_methods, evaluated_
 
 use crate::task::PrecisionScores;
 
-/// Inferences of one input each that are timed.
+/// Timed inferences of one input each: enough for a median.
 const TIMED: usize = 50;
 
 pub(super) fn evaluate(

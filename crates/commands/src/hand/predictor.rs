@@ -12,7 +12,7 @@ use evpose_task::hand::NetworkPredictor;
 /// Predictor of a checkpoint's network, at the given precision.
 ///
 /// # Errors
-/// If they are fewer than 32 on another device than flex, or 8 without `evpose quantize`.
+/// If the precision is not f32 on a device other than flex, or int8 without ranges from `evpose quantize`.
 pub(super) fn predictor(
     checkpoint: &Path,
     network: HandRegressor,
