@@ -1,9 +1,28 @@
-//! Benchmarks of evpose, and of other programs interleaved with it.
+//! Benchmarks of evpose, and of peer programs interleaved with it.
 //!
 //! * [`BenchCommand`]: `evpose bench`: inference, training, sensor, simulation, files, representations, the
 //!   online pipeline.
-//! * [`peer_bench`]: other programs on the same input, interleaved in the same run.
+//! * [`peer_bench`]: peer programs on the same input, interleaved in the same run.
 //! * [`gap`]: the blind benchmark of the gap workflow.
+//!
+//! Benchmarks are subcommands, run in-process:
+//!
+//! ```
+//! use clap::{FromArgMatches as _, Subcommand as _};
+//! use evpose_bench::BenchCommand;
+//!
+//! # fn main() -> anyhow::Result<()> {
+//! let folder = tempfile::tempdir()?;
+//! let json = folder.path().join("sensor.json");
+//! let bench = BenchCommand::augment_subcommands(clap::Command::new("bench"));
+//! let json_argument = json.display().to_string();
+//! let args = ["bench", "sensor", "--seconds", "0.01", "--json", &json_argument];
+//! let command = BenchCommand::from_arg_matches(&bench.try_get_matches_from(args)?)?;
+//! evpose_bench::run(&command)?;
+//! assert!(std::fs::read_to_string(json)?.contains("settings"));
+//! # Ok(())
+//! # }
+//! ```
 
 pub mod gap;
 mod infer;
@@ -40,17 +59,17 @@ macro_rules! benchmarks {
 }
 
 benchmarks! {
-    /// Latency of networks on one window at a time, layer by layer, beside other runtimes
+    /// Latency of networks at batch size 1, per layer, compared with other runtimes
     Infer(infer::BenchInferArgs) => infer::run,
     /// Time and memory of a training step of a network
     Train(train::BenchTrainArgs) => train::run,
-    /// Cost of the event camera per pixel and step, on one core
+    /// Cost of the simulated sensor per pixel and step, on one core
     Sensor(sensor::BenchSensorArgs) => sensor::run,
-    /// Steps a second of the labelled hand simulation, and the share of each part
+    /// Simulation steps per second of labelled hands, and the share of each stage
     Sim(sim::BenchSimArgs) => sim::run,
-    /// Events and labels a second from files in the page cache, on one core
+    /// Events and labels per second read from files in the page cache, on one core
     Io(io::BenchIoArgs) => io::run,
-    /// Events a second into representations, and the time of an image
+    /// Events per second into representations, and the time to render an input
     Repr(repr::BenchReprArgs) => repr::run,
     /// Throughput and latency of the online pipeline at the event rates of busy cameras
     Live(live::BenchLiveArgs) => live::run,

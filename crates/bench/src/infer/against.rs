@@ -1,8 +1,7 @@
-//! Ours beside another runtime: bursts of runs by turns.
+//! Comparison with another runtime, in interleaved bursts of runs.
 //!
-//! A pair is a burst of ours and one of the peer's; which comes first changes from pair to pair, so that
-//! a machine that grows slower or faster favours neither. What is compared is the medians of a pair's
-//! bursts.
+//! A pair is a burst of ours and one of the peer; their order alternates from pair to pair, so that drift
+//! of the machine favours neither. The medians of the bursts of a pair are compared.
 
 use std::thread::sleep;
 use std::time::{Duration, Instant};
@@ -20,22 +19,22 @@ use super::precision::tolerance;
 use evpose_app::progress::say;
 use evpose_app::timing::quantile;
 
-/// Runs of a burst that count.
+/// Timed runs of a burst.
 const RUNS: usize = 7;
-/// Runs before them, and how long these take at least: caches and the clock of the processor are then those of
-/// this program, and its threads have woken up, each on a core of its own.
+/// Minimum number and time of warm-up runs, after which caches and clock frequency are in a steady state and
+/// threads are awake, each on its own core.
 const WARM_UP: usize = 2;
 const WARM_UP_TIME: Duration = Duration::from_millis(30);
-/// Before a burst: threads of the other program, which look for work for a while, sleep by then.
-const REST: Duration = Duration::from_millis(100);
+/// Pause before a burst, after which spinning threads of the other program are asleep.
+const IDLE_TIME: Duration = Duration::from_millis(100);
 
-/// What came of a comparison.
+/// Result of a comparison.
 #[derive(Debug, Serialize)]
 pub(super) struct Comparison {
     peer: String,
     version: String,
     settings: String,
-    /// By how much outputs differ, relative to the largest.
+    /// Maximum difference of outputs, relative to the largest.
     difference: f64,
     pairs: usize,
     /// Runs of a burst.
@@ -43,14 +42,14 @@ pub(super) struct Comparison {
     /// Medians over all bursts.
     ours_ms: f64,
     theirs_ms: f64,
-    /// Time of the peer over ours: the median over pairs, with a bootstrap interval of 95 %.
+    /// Time of the peer over ours: median over pairs with a 95 % bootstrap interval.
     ratio: Interval,
     ours_noise: Noise,
     theirs_noise: Noise,
 }
 
-/// What is compared.
-pub(super) struct Contest<'a> {
+/// A network and an input to compare on.
+pub(super) struct PeerBenchmark<'a> {
     pub(super) graph: &'a Graph,
     /// Channels, rows and columns.
     pub(super) shape: [usize; 3],
@@ -59,11 +58,11 @@ pub(super) struct Contest<'a> {
     pub(super) pairs: usize,
 }
 
-impl Contest<'_> {
+impl PeerBenchmark<'_> {
     /// Compares with each of the peers.
     ///
     /// # Errors
-    /// If a peer cannot be had, or says something else than we do.
+    /// If a peer is not available, or its outputs differ from ours.
     pub(super) fn run(&self, engine: &mut Engine, names: &[PeerName]) -> Result<Vec<Comparison>> {
         if names.is_empty() {
             return Ok(Vec::new());
@@ -87,17 +86,17 @@ impl Contest<'_> {
 
     fn against(&self, engine: &mut Engine, name: &str, peer: &mut dyn Peer) -> Result<Comparison> {
         peer.run()?;
-        let difference = all_apart(engine.run(self.image), &peer.outputs()?);
-        let most = peer.tolerance(tolerance(self.precision));
+        let difference = max_difference(engine.run(self.image), &peer.outputs()?);
+        let limit = peer.tolerance(tolerance(self.precision));
         ensure!(
-            difference <= most,
-            "{name} says something else: outputs differ by {difference:.1e} of the largest, \
-             more than {most:.0e}"
+            difference <= limit,
+            "{name}: outputs differ by {difference:.1e} of the largest, \
+             more than {limit:.0e}"
         );
         let (mut ours_ms, mut theirs_ms) = (Vec::new(), Vec::new());
         for pair in 0..self.pairs {
-            for turn in 0..2 {
-                if (pair + turn) % 2 == 0 {
+            for order in 0..2 {
+                if (pair + order) % 2 == 0 {
                     let run = || {
                         std::hint::black_box(engine.run(self.image));
                         Ok(())
@@ -124,9 +123,9 @@ impl Contest<'_> {
     }
 }
 
-/// The median time of some runs.
+/// Median time of a burst.
 fn burst_ms(mut run: impl FnMut() -> Result<()>) -> Result<f64> {
-    sleep(REST);
+    sleep(IDLE_TIME);
     let begin = Instant::now();
     let mut runs = 0;
     while runs < WARM_UP || begin.elapsed() < WARM_UP_TIME {
@@ -142,7 +141,7 @@ fn burst_ms(mut run: impl FnMut() -> Result<()>) -> Result<f64> {
     Ok(median(times_ms))
 }
 
-/// Times of theirs over ours, pair by pair: the median.
+/// Median over pairs of their time over ours.
 fn ratio(ours: &[f64], theirs: &[f64]) -> Interval {
     let ratios: Vec<f64> = theirs.iter().zip(ours).map(|(theirs, ours)| theirs / ours).collect();
     bootstrap(ratios.len(), &BootstrapConfig::default(), |drawn| {
@@ -150,7 +149,7 @@ fn ratio(ours: &[f64], theirs: &[f64]) -> Interval {
     })
 }
 
-/// Between the two in the middle, if there are two.
+/// The median; the midpoint of the middle two values for an even count.
 fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     let mut turned = values.clone();
@@ -160,22 +159,25 @@ fn median(mut values: Vec<f64>) -> f64 {
     f64::midpoint(below, above)
 }
 
-/// The largest difference of any output, relative to the largest value of that.
-pub(super) fn all_apart(ours: &[Vec<f32>], theirs: &[Vec<f32>]) -> f64 {
+/// Maximum relative difference over all outputs.
+pub(super) fn max_difference(ours: &[Vec<f32>], theirs: &[Vec<f32>]) -> f64 {
     if ours.len() != theirs.len() {
         return f64::INFINITY;
     }
-    ours.iter().zip(theirs).map(|(ours, theirs)| apart(ours, theirs)).fold(0.0, f64::max)
+    ours.iter()
+        .zip(theirs)
+        .map(|(ours, theirs)| output_difference(ours, theirs))
+        .fold(0.0, f64::max)
 }
 
-/// The largest difference, relative to the largest value of theirs.
-fn apart(ours: &[f32], theirs: &[f32]) -> f64 {
+/// Maximum difference of an output, relative to its largest value.
+fn output_difference(ours: &[f32], theirs: &[f32]) -> f64 {
     if ours.len() != theirs.len() {
         return f64::INFINITY;
     }
     let largest = theirs.iter().fold(0.0_f32, |most, value| most.max(value.abs()));
     let differences = ours.iter().zip(theirs).map(|(ours, theirs)| (ours - theirs).abs());
-    // What is not a number is as far away as can be.
+    // NaN counts as an infinite difference.
     let most = differences.fold(0.0_f32, |most, value| if value <= most { most } else { value });
     if most.is_nan() { f64::INFINITY } else { f64::from(most) / f64::from(largest) }
 }
@@ -185,7 +187,7 @@ fn word(name: PeerName) -> String {
 }
 
 impl Comparison {
-    /// Says what came of it.
+    /// Prints the comparison.
     pub(super) fn say(&self) {
         say(format!("  against {} {}", self.peer, self.version));
         say(format!("    {}; outputs differ by {:.0e}", self.settings, self.difference));
@@ -201,7 +203,7 @@ impl Comparison {
         for (whose, noise) in [("ours", self.ours_noise), ("theirs", self.theirs_noise)] {
             if let Some(warning) = noise.warning() {
                 say(format!(
-                    "    warning: {whose}: {warning}: the machine was busy, measure again"
+                    "    warning: {whose}: {warning}: the machine was under load, measure again"
                 ));
             }
         }
@@ -222,15 +224,15 @@ mod tests {
     }
 
     #[test]
-    fn a_median_of_even_numbers_is_in_the_middle() {
+    fn the_median_of_an_even_count_is_the_midpoint() {
         assert_eq!(median(vec![4.0, 1.0, 2.0, 3.0]), 2.5);
         assert_eq!(median(vec![3.0, 1.0, 2.0]), 2.0);
     }
 
     #[test]
-    fn outputs_that_are_not_numbers_or_too_few_are_far_apart() {
-        assert_eq!(apart(&[1.0, 2.5], &[1.0, 2.0]), 0.25);
-        assert_eq!(apart(&[1.0, f32::NAN], &[1.0, 2.0]), f64::INFINITY);
-        assert_eq!(apart(&[1.0], &[1.0, 2.0]), f64::INFINITY);
+    fn nan_and_missing_outputs_have_an_infinite_difference() {
+        assert_eq!(output_difference(&[1.0, 2.5], &[1.0, 2.0]), 0.25);
+        assert_eq!(output_difference(&[1.0, f32::NAN], &[1.0, 2.0]), f64::INFINITY);
+        assert_eq!(output_difference(&[1.0], &[1.0, 2.0]), f64::INFINITY);
     }
 }

@@ -1,4 +1,4 @@
-//! One network in one setting.
+//! Measurement of one network in one setting.
 
 use anyhow::Result;
 use evpose_infer::{Engine, EngineOptions, Level, Precision};
@@ -6,27 +6,27 @@ use serde::Serialize;
 
 use super::BenchInferArgs;
 use super::Peak;
-use super::against::{Comparison, Contest};
+use super::against::{Comparison, PeerBenchmark};
 use super::layers::{self, LayerTime};
 use super::networks::Network;
 use super::noise::Noise;
-use super::start::Start;
+use super::start::StartTime;
 use evpose_app::latency::{self, Runner};
 use evpose_app::progress::say;
 use evpose_app::timing::quantile;
 
-/// What was measured of it.
+/// Results of a measurement.
 #[derive(Debug, Serialize)]
 pub(super) struct Case {
     network: String,
     width: f32,
     parameters: usize,
-    /// Windows, channels, rows and columns.
+    /// Batch size, channels, rows and columns.
     input: [usize; 4],
-    /// What computed: our engine or Burn.
+    /// The runtime: our engine or Burn.
     by: &'static str,
     precision: Precision,
-    /// Instructions of the engine.
+    /// Instruction set of the engine.
     level: Option<String>,
     threads: usize,
     runs: usize,
@@ -36,19 +36,18 @@ pub(super) struct Case {
     mean_ms: f64,
     min_ms: f64,
     windows_per_second: f64,
-    /// Of the network as defined, in the median time: algorithms that need fewer products show more
-    /// than the processor can do.
+    /// MACs of the network as defined over the median time: algorithms with fewer MACs may exceed the peak.
     gflop_per_s: Option<f64>,
-    /// The same over what the processor can do at best.
+    /// The same relative to the peak of the processor.
     of_peak: Option<f64>,
     noise: Noise,
-    /// Of 32 bits.
-    start: Option<Start>,
+    /// Start-up time in f32.
+    start: Option<StartTime>,
     layers: Vec<LayerTime>,
     against: Vec<Comparison>,
 }
 
-/// What all cases of a network share.
+/// Settings shared by the cases of a network.
 pub(super) struct Setting<'a> {
     pub(super) args: &'a BenchInferArgs,
     pub(super) network: &'a Network,
@@ -63,15 +62,15 @@ impl Setting<'_> {
         case
     }
 
-    /// Measures our engine, and others beside it.
+    /// Measures our engine, and compares it with other runtimes.
     ///
     /// # Errors
-    /// If another runtime cannot be had, or says something else.
+    /// If another runtime is not available, or its outputs differ.
     pub(super) fn engine(&self, engine: Engine, precision: Precision, peak: &Peak) -> Result<Case> {
-        let products: u64 = engine.layers().iter().map(|layer| layer.products).sum();
+        let macs: u64 = engine.layers().iter().map(|layer| layer.products).sum();
         let mut runner = Runner::Engine(Box::new(engine));
         let mut case = self.timed(&mut runner, precision, peak.threads);
-        let gflop = 2e-9 * products as f64 * self.args.batch as f64;
+        let gflop = 2e-9 * macs as f64 * self.args.batch as f64;
         let gflop_per_s = gflop / (case.p50_ms * 1e-3);
         case.gflop_per_s = Some(gflop_per_s);
         case.of_peak = Some(gflop_per_s / peak.gflop_per_s);
@@ -89,14 +88,14 @@ impl Setting<'_> {
             case.layers = layers::timed(engine, self.network.input, self.seed, peak.gflop_per_s);
             layers::table(&case.layers).iter().for_each(say);
         }
-        let contest = Contest {
+        let benchmark = PeerBenchmark {
             graph: &self.network.graph,
             shape: self.network.input,
             image: &self.network.image(self.seed),
             precision,
             pairs: self.args.pairs as usize,
         };
-        case.against = contest.run(engine, &self.args.against)?;
+        case.against = benchmark.run(engine, &self.args.against)?;
         Ok(case)
     }
 
@@ -134,7 +133,7 @@ impl Setting<'_> {
 }
 
 impl Case {
-    /// Says the figures.
+    /// Prints the results.
     fn say(&self) {
         let [batch, channels, height, width] = self.input;
         let level = self.level.as_deref().map_or_else(String::new, |level| format!(" by {level}"));
@@ -153,9 +152,9 @@ impl Case {
             }
             _ => String::new(),
         };
-        say(format!("through   {:.1} windows/s{gflop}", self.windows_per_second));
+        say(format!("rate      {:.1} windows/s{gflop}", self.windows_per_second));
         if let Some(warning) = self.noise.warning() {
-            say(format!("warning   {warning}: the machine was busy, measure again"));
+            say(format!("warning   {warning}: the machine was under load, measure again"));
         }
     }
 }

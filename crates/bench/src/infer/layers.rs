@@ -1,4 +1,4 @@
-//! Where the time of a network goes, layer by layer.
+//! Time per layer of a network.
 
 use evpose_infer::Engine;
 use serde::Serialize;
@@ -6,20 +6,20 @@ use serde::Serialize;
 use evpose_app::latency;
 use evpose_app::timing::quantile;
 
-/// Runs of which the median counts.
+/// Runs per layer, for a median.
 const RUNS: usize = 25;
 
-/// A layer and the time it took.
+/// A layer and its median time.
 #[derive(Debug, Serialize)]
 pub(super) struct LayerTime {
     name: String,
     algorithm: &'static str,
     /// Channels, rows and columns of the output.
     output: [usize; 3],
-    /// Millions of products of the layer as defined.
-    products_m: f64,
+    /// Millions of multiply-accumulates of the layer as defined.
+    macs_m: f64,
     median_ms: f64,
-    /// Of the layer as defined: an algorithm that needs fewer products shows more than the processor
+    /// Of the layer as defined: an algorithm with fewer MACs may exceed the peak of the processor
     /// can do.
     gflop_per_s: f64,
     /// The same over what the processor can do at best.
@@ -44,7 +44,7 @@ pub(super) fn timed(
             name: layer.name.clone(),
             algorithm: layer.algorithm,
             output: layer.output,
-            products_m: layer.products as f64 / 1e6,
+            macs_m: layer.products as f64 / 1e6,
             median_ms: median_s * 1e3,
             gflop_per_s,
             of_peak: gflop_per_s / peak,
@@ -60,7 +60,7 @@ pub(super) fn table(layers: &[LayerTime]) -> Vec<String> {
     }
     let head = format!(
         "{:34} {:11} {:>12} {:>8} {:>8} {:>8} {:>7}",
-        "layer", "algorithm", "output", "M prod.", "ms", "GFLOP/s", "of peak"
+        "layer", "algorithm", "output", "M MACs", "ms", "GFLOP/s", "of peak"
     );
     let line = |layer: &LayerTime| {
         let [channels, height, width] = layer.output;
@@ -69,7 +69,7 @@ pub(super) fn table(layers: &[LayerTime]) -> Vec<String> {
             layer.name,
             layer.algorithm,
             format!("{channels}x{height}x{width}"),
-            layer.products_m,
+            layer.macs_m,
             layer.median_ms,
             layer.gflop_per_s,
             100.0 * layer.of_peak

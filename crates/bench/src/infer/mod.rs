@@ -1,4 +1,4 @@
-//! `evpose bench infer`: how long one prediction takes.
+//! `evpose bench infer`: latency of an inference.
 
 mod against;
 mod case;
@@ -34,43 +34,43 @@ use std::path::PathBuf;
     evpose bench infer --network all --threads 1,2 --json bench.json\n  \
     evpose bench infer --config quick --burn\n  \
     ORT_DYLIB_PATH=libonnxruntime.so evpose bench infer --threads 1,2 --against onnxruntime,tract\n\n\
-    Other runtimes need a program built with --features peers; docs/guide/bench-infer.md says where \
-    to get their\nlibraries and what the figures mean.")]
+    Other runtimes need a program built with --features peers; docs/guide/bench-infer.md describes \
+    where to get their\nlibraries and how to read the results.")]
 pub struct BenchInferArgs {
     /// A TOML file, or an embedded config: its network and image size are measured
     #[arg(long, default_value = "eventhands")]
     pub(crate) config: String,
-    /// Networks of the registry instead of the config's own, of the config's width, or `all`
+    /// Networks of the registry instead of the config's own, at the config's width, or `all`
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     pub(crate) network: Vec<String>,
-    /// Bits that are computed in: f32, bf16 or int8
+    /// Precisions: f32, bf16 or int8
     #[arg(long, value_delimiter = ',', default_value = "f32")]
     pub(crate) precision: Vec<Precision>,
-    /// CPU threads, one figure for each number; all cores by default
+    /// Counts of CPU threads, one measurement each; all cores by default
     #[arg(long, value_delimiter = ',', value_parser = parse_threads)]
     pub(crate) threads: Vec<usize>,
-    /// Instructions of the engine: avx512, avx2 or portable [default: the best there are]
+    /// Instruction set of the engine: avx512, avx2 or portable [default: the best available]
     #[arg(long, value_parser = parse_level)]
     pub(crate) level: Option<Level>,
-    /// Measured runs, after a tenth as many to warm up
+    /// Timed runs, after a tenth as many warm-up runs
     #[arg(long, default_value_t = 100)]
     pub(crate) runs: usize,
     /// Windows per run
     #[arg(long, default_value_t = 1)]
     pub(crate) batch: usize,
-    /// Time Burn's arithmetic instead of our engine
+    /// Time Burn instead of our engine
     #[arg(long)]
     pub(crate) burn: bool,
-    /// Show where the time goes, layer by layer
+    /// Show the time per layer
     #[arg(long, conflicts_with = "burn")]
     pub(crate) layers: bool,
-    /// Compare with other runtimes on the same network, by turns in the same run
+    /// Compare with other runtimes on the same network, interleaved in the same run
     #[arg(long, value_name = "PEER", value_delimiter = ',', conflicts_with = "burn")]
     pub(crate) against: Vec<PeerName>,
     /// Pairs of bursts for each other runtime
     #[arg(long, default_value_t = 30, value_parser = clap::value_parser!(u32).range(20..))]
     pub(crate) pairs: u32,
-    /// Where to write the numbers
+    /// Where to write the results as JSON
     #[arg(long)]
     pub(crate) json: Option<PathBuf>,
     /// flex (CPU), ndarray, wgpu or cuda; all but flex need the Cargo feature of that name
@@ -78,7 +78,7 @@ pub struct BenchInferArgs {
     pub(crate) device: DeviceKind,
 }
 
-/// What a benchmark measured and where.
+/// Results, as written to JSON.
 #[derive(Debug, Serialize)]
 struct Report {
     machine: Machine,
@@ -89,12 +89,12 @@ struct Report {
     cases: Vec<Case>,
 }
 
-/// What the processor can do at best.
+/// Peak throughput of the processor.
 #[derive(Debug, Serialize)]
 struct Peak {
     level: String,
     threads: usize,
-    /// Of 32 bits, in registers only.
+    /// In f32, on registers only.
     gflop_per_s: f64,
 }
 
@@ -104,11 +104,11 @@ pub(crate) fn run(args: &BenchInferArgs) -> Result<()> {
     let is_engine = !args.burn && device == Device::flex();
     ensure!(
         is_engine || args.threads.len() <= 1 && args.against.is_empty(),
-        "several numbers of threads and --against are for our engine, on the device flex"
+        "several thread counts and --against are for our engine, on the device flex"
     );
     ensure!(
         args.against.is_empty() || args.batch == 1,
-        "other runtimes are given one window at a time: leave --batch out"
+        "other runtimes run at batch size 1: leave --batch out"
     );
     if !is_engine {
         use_threads(args.threads.first().copied())?;
@@ -149,7 +149,7 @@ pub(crate) fn run(args: &BenchInferArgs) -> Result<()> {
 }
 
 impl Peak {
-    /// Measures it.
+    /// Measures the peak.
     fn of(threads: usize, level: Level) -> Self {
         let gflop_per_s = peak_gflop_per_s(&Team::new(threads), level);
         say(format!("peak      {gflop_per_s:.1} GFLOP/s in f32 by {level}, {threads} threads"));

@@ -1,4 +1,4 @@
-//! The networks that are measured.
+//! Networks to measure.
 
 use anyhow::{Result, ensure};
 use burn::tensor::Device;
@@ -9,15 +9,15 @@ use evpose_nn::{MOVE_ENET, MoveEnet, Network as Module, NnError};
 use evpose_task::hand::HandConfig;
 use evpose_train::untrained;
 
-use super::start::Start;
+use super::start::StartTime;
 use evpose_app::latency::{self, Runner};
 
-/// Of a body's image where there were many events.
+/// Maximum of a body network's input.
 const BRIGHT: f32 = 255.0;
-/// All of the registry.
+/// Name that selects every network of the registry.
 const ALL: &str = "all";
 
-/// A network with first weights; of hands with the statistics to them.
+/// A network with initial weights, and running statistics to match.
 pub(super) struct Network {
     pub(super) name: String,
     pub(super) width: f32,
@@ -25,24 +25,24 @@ pub(super) struct Network {
     /// Channels, rows and columns.
     pub(super) input: [usize; 3],
     pub(super) graph: Graph,
-    /// As Burn has it.
+    /// The Burn module.
     module: Module,
 }
 
 impl Network {
-    /// Burn, on a device.
+    /// A runner of the Burn module on `device`.
     pub(super) fn burn<'a>(&'a self, device: &'a Device) -> Runner<'a> {
-        // Values that are read back have been computed.
-        let forward = |images| drop(std::hint::black_box(self.module.outputs(images)));
+        // Reading values back waits for the computation.
+        let forward = |images| drop(std::hint::black_box(self.module.values(images)));
         Runner::Burn(Box::new(forward), device)
     }
 
-    /// How long it takes from a checkpoint to the first pose.
+    /// Measures the time from a checkpoint to the first pose.
     ///
     /// # Errors
     /// If weights cannot be written or read.
-    pub(super) fn start(&self, options: EngineOptions) -> Result<Start> {
-        Start::of(&self.module, self.input, options)
+    pub(super) fn start(&self, options: EngineOptions) -> Result<StartTime> {
+        StartTime::of(&self.module, self.input, options)
     }
 
     /// A random image.
@@ -54,7 +54,7 @@ impl Network {
     }
 }
 
-/// The names that were asked for: the config's own without any.
+/// Names of the selected networks; by default that of the config.
 ///
 /// # Errors
 /// If one is not in the registry.
@@ -127,11 +127,11 @@ mod tests {
     use evpose_nn::BACKBONES;
 
     use super::*;
-    use crate::infer::against::all_apart;
+    use crate::infer::against::max_difference;
     use evpose_app::hand_config;
 
     #[test]
-    fn outputs_tell_one_image_from_another() {
+    fn outputs_differ_between_images() {
         let changes = ["simulation.image_scale=0.5", "network.width=0.25"].map(str::to_owned);
         let config = hand_config::load("eventhands", &changes).unwrap();
         for entry in BACKBONES {
@@ -140,8 +140,8 @@ mod tests {
             let options = EngineOptions::default();
             let mut engine = Engine::compile(&network.graph, network.input, options).unwrap();
             let [one, other] = [1, 2].map(|seed| engine.run(&network.image(seed)).to_vec());
-            let apart = all_apart(&one, &other);
-            assert!(apart > 0.01, "{name}: {apart}");
+            let difference = max_difference(&one, &other);
+            assert!(difference > 0.01, "{name}: {difference}");
         }
     }
 }

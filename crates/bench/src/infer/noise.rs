@@ -1,15 +1,15 @@
-//! Signs that a machine was doing something else.
+//! Detection of a machine under load: outliers and drift of timings.
 
 use serde::Serialize;
 
 use evpose_app::timing::{outliers, quantile};
 
-/// The share of times that may be outliers.
-const OUTLIERS: f64 = 0.1;
-/// By how much medians of the first and the second half may differ.
-const DRIFT: f64 = 0.05;
+/// Maximum fraction of outliers before a warning.
+const MAX_OUTLIERS: f64 = 0.1;
+/// Maximum relative difference of the medians of both halves before a warning.
+const MAX_DRIFT: f64 = 0.05;
 
-/// How steady times were.
+/// Noise of a series of timings.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub(super) struct Noise {
     times: usize,
@@ -20,7 +20,7 @@ pub(super) struct Noise {
 }
 
 impl Noise {
-    /// Of times in the order in which they were taken.
+    /// The noise of timings in the order of measurement.
     pub(super) fn of(times_ms: &[f64]) -> Self {
         let median = |times: &[f64]| {
             let mut sorted = times.to_vec();
@@ -34,13 +34,13 @@ impl Noise {
         Self { times: times_ms.len(), outliers: outliers(&sorted), drift }
     }
 
-    /// What to tell the user, if anything.
+    /// A warning for the user, if the noise is too high.
     pub(super) fn warning(self) -> Option<String> {
         let Self { times, outliers, drift } = self;
-        if outliers as f64 > OUTLIERS * times as f64 {
+        if outliers as f64 > MAX_OUTLIERS * times as f64 {
             return Some(format!("{outliers} of {times} were outliers"));
         }
-        (drift.abs() > DRIFT)
+        (drift.abs() > MAX_DRIFT)
             .then(|| format!("the second half took {:+.0} % of the first's time", 100.0 * drift))
     }
 }
@@ -57,7 +57,7 @@ mod tests {
     }
 
     #[test]
-    fn outliers_and_drift_are_each_told() {
+    fn outliers_and_drift_each_cause_a_warning() {
         let busy: Vec<f64> = (0..40)
             .map(|i| if i % 5 == 0 { 30.0 } else { 10.0 + 0.01 * f64::from(i % 7) })
             .collect();

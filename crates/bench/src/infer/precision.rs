@@ -1,14 +1,14 @@
-//! Networks of untrained weights in fewer bits.
+//! Untrained networks in reduced precision.
 
 use anyhow::Result;
 use evpose_infer::{Engine, EngineOptions, Precision, Ranges};
 
 use super::networks::Network;
 
-/// Images that ranges are measured on, without those that are timed.
+/// Calibration images, distinct from the timed ones.
 const IMAGES: u64 = 4;
 
-/// An engine for a network; for 8 bits of ranges that random images give.
+/// Compiles an engine for a network; int8 is calibrated on random images.
 ///
 /// # Errors
 /// If a layer cannot be compiled.
@@ -26,8 +26,8 @@ pub(super) fn compiled(network: &Network, options: EngineOptions, seed: u64) -> 
     Ok(Engine::compile_with(graph, *input, options, Some(&ranges))?)
 }
 
-/// By how much outputs may differ from those of others, relative to the largest: more is another network.
-/// How much fewer bits cost a trained one, `evpose quantize` measures.
+/// Maximum difference of outputs between runtimes, relative to the largest: more means another network. The
+/// loss of accuracy of a trained network is measured by `evpose quantize`.
 pub(super) fn tolerance(precision: Precision) -> f64 {
     match precision {
         Precision::F32 => 1e-3,

@@ -1,4 +1,4 @@
-//! From a checkpoint on disk to the first pose: what a robot waits for when it is switched on.
+//! Start-up time: from a checkpoint on disk to the first pose.
 
 use std::time::Instant;
 
@@ -13,25 +13,25 @@ use serde::Serialize;
 use evpose_app::progress::say;
 use evpose_app::timing::quantile;
 
-/// Times it is done; the first brings the file into the page cache.
+/// Repetitions; the first one brings the file into the page cache.
 const STARTS: usize = 5;
-/// Pixels of the image for one of a map.
-const OF_CELL: usize = 4;
+/// Stride of the output maps in pixels.
+const MAP_STRIDE: usize = 4;
 
-/// How long it took: medians.
+/// Median start-up times.
 #[derive(Debug, Serialize)]
-pub(super) struct Start {
-    /// To read the weights.
+pub(super) struct StartTime {
+    /// Reading the weights.
     weights_ms: f64,
-    /// To compile the network, in 32 bits.
+    /// Compiling the network in f32.
     compile_ms: f64,
-    /// The first image, to its pose.
+    /// First inference, decoding included.
     first_ms: f64,
     all_ms: f64,
 }
 
-impl Start {
-    /// Of a network whose weights are written to a file first.
+impl StartTime {
+    /// Writes the weights of a network to a file and measures the start-up from there.
     ///
     /// # Errors
     /// If they cannot be written or read again.
@@ -56,7 +56,7 @@ impl Start {
             let outputs = engine.run(&image);
             if let [heatmaps, centers, regs, offsets] = outputs {
                 let maps = [heatmaps, centers, regs, offsets].map(Vec::as_slice);
-                let cells = [input[1], input[2]].map(|side| side / OF_CELL);
+                let cells = [input[1], input[2]].map(|side| side / MAP_STRIDE);
                 let decoder = BodyDecoder::new(cells, DEFAULT_THRESHOLD);
                 std::hint::black_box(decoder.decode(&BodyMaps::from_array(maps)));
             }
@@ -72,7 +72,7 @@ impl Start {
         Ok(Self { weights_ms, compile_ms, first_ms, all_ms })
     }
 
-    /// Says it.
+    /// Prints the times.
     pub(super) fn say(&self) {
         say(format!(
             "start     {:.0} ms from a checkpoint to the first pose: weights {:.0}, compiling {:.0}, first \

@@ -32,8 +32,8 @@ pub(super) fn cases(folder: &Path, frames: u64, events_per_frame: u32) -> Result
     let mut stream = EventStream::empty(SENSOR);
     Ok(vec![
         Case::of_events(NAMES[0], events, Box::new(move || read_records(&records, &mut window)))
-            .beside("unchecked bytes, no frames", plain_bytes(evc.clone()))
-            .beside("record by record, as published", record_by_record(evc)),
+            .with_peer("unchecked bytes, no frames", plain_bytes(evc.clone()))
+            .with_peer("record by record, as published", record_by_record(evc)),
         Case::of_events(
             NAMES[1],
             events,

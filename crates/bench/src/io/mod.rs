@@ -8,7 +8,7 @@ mod rivals;
 use anyhow::{Context, Result};
 use serde::Serialize;
 
-use crate::peer_bench::{Case, Line, chosen, invite, is_named, time, warn_if_busy};
+use crate::peer_bench::{Case, CaseResult, is_named, matching, run_peers, time, warn_under_load};
 use crate::peer_bench::{PEERS, PeerCommand};
 use evpose_app::json::write_json;
 use evpose_app::machine::Machine;
@@ -56,7 +56,7 @@ struct Report {
     machine: Machine,
     commit: &'static str,
     frames: u64,
-    cases: Vec<Line>,
+    cases: Vec<CaseResult>,
 }
 
 pub(crate) fn run(args: &BenchIoArgs) -> Result<()> {
@@ -77,13 +77,13 @@ pub(crate) fn run(args: &BenchIoArgs) -> Result<()> {
     }
     cases.extend(formats::cases(scratch.path(), args.events)?);
     cases.extend(formats::of_user(&args.files)?);
-    let mut lines = time(chosen(cases, &args.only)?, args.passes)?;
+    let mut lines = time(matching(cases, &args.only)?, args.passes)?;
     for line in lines.iter().filter(|line| line.is_of(evc::NAMES[0])) {
         let frames = line.passes_per_second() * args.frames as f64 / 1e6;
         say(format!("that is {frames:.2} M frames/s of evc into reused records"));
     }
-    invite(&args.peers, scratch.path(), &mut lines)?;
-    warn_if_busy(&lines);
+    run_peers(&args.peers, scratch.path(), &mut lines)?;
+    warn_under_load(&lines);
     let report = Report { machine, commit: COMMIT, frames: args.frames, cases: lines };
     write_json(args.json.as_deref(), &report)
 }

@@ -13,7 +13,7 @@ use crate::peer_bench::{Case, Run};
 pub(super) fn beside(case: Case, path: &Path) -> Result<Case> {
     let ending = path.extension().unwrap_or_default();
     if ending == "evt3" || ending == "evt3-scalar" {
-        Ok(case.beside("crate evt3, columns, from memory", evt3(path)?))
+        Ok(case.with_peer("crate evt3, columns, from memory", evt3(path)?))
     } else {
         Ok(case)
     }

@@ -1,4 +1,4 @@
-//! Programs of others, as the user has them.
+//! Peer programs as shell commands.
 
 use std::path::Path;
 use std::process::Command;
@@ -6,10 +6,10 @@ use std::str::FromStr;
 
 use anyhow::{Context, Error, Result, ensure};
 
-/// A shell command that does the work of a benchmark's cases: `NAME=COMMAND`.
+/// A peer as a shell command: `NAME=COMMAND`.
 ///
-/// It finds the benchmark's files in the folder `$EVPOSE_BENCH` and prints a line for each case that
-/// it knows, `CASE: FIGURE`, in the benchmark's own unit.
+/// It reads the benchmark's files in the folder `$EVPOSE_BENCH` and prints a line for each case that it
+/// supports, `CASE: VALUE`, in the unit of the case.
 #[derive(Debug, Clone)]
 pub struct PeerCommand {
     pub(super) name: String,
@@ -26,8 +26,8 @@ impl FromStr for PeerCommand {
 }
 
 impl PeerCommand {
-    /// Cases and figures that it printed.
-    pub(super) fn figures(&self, folder: &Path) -> Result<Vec<(String, f64)>> {
+    /// Runs the command. Returns the cases and values that it printed.
+    pub(super) fn results(&self, folder: &Path) -> Result<Vec<(String, f64)>> {
         let output = Command::new("sh")
             .args(["-c", &self.command])
             .env("EVPOSE_BENCH", folder)
@@ -36,11 +36,11 @@ impl PeerCommand {
         let errors = String::from_utf8_lossy(&output.stderr);
         ensure!(output.status.success(), "the peer {} failed: {}", self.name, errors.trim());
         let text = String::from_utf8_lossy(&output.stdout);
-        let figures = text.lines().filter_map(|line| {
-            let (case, figure) = line.rsplit_once(':')?;
-            Some((case.trim().to_owned(), figure.trim().parse().ok()?))
+        let results = text.lines().filter_map(|line| {
+            let (case, value) = line.rsplit_once(':')?;
+            Some((case.trim().to_owned(), value.trim().parse().ok()?))
         });
-        Ok(figures.collect())
+        Ok(results.collect())
     }
 }
 
@@ -49,11 +49,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn figures_are_lines_with_a_number_behind_a_colon() {
+    fn results_are_lines_of_a_case_and_a_value() {
         let peer: PeerCommand =
             "two=echo a line; echo lnes update: 4.5; echo x: y".parse().unwrap();
-        assert_eq!(peer.figures(Path::new(".")).unwrap(), [("lnes update".to_owned(), 4.5)]);
+        assert_eq!(peer.results(Path::new(".")).unwrap(), [("lnes update".to_owned(), 4.5)]);
         let peer: PeerCommand = "bad=echo gone >&2; false".parse().unwrap();
-        assert!(peer.figures(Path::new(".")).unwrap_err().to_string().ends_with("failed: gone"));
+        assert!(peer.results(Path::new(".")).unwrap_err().to_string().ends_with("failed: gone"));
     }
 }

@@ -1,4 +1,4 @@
-//! Small pieces of work timed on one core, beside other programs on the same work in the same run.
+//! Micro-benchmarks on one core, interleaved with peer programs on the same input.
 
 mod command;
 
@@ -13,14 +13,13 @@ use evpose_app::progress::say;
 use evpose_app::timing::{outliers, quantile};
 
 /// The contract of a peer, for help texts.
-pub(crate) const PEERS: &str = "A peer is a shell command. It finds the files of the benchmark in the folder \
-    $EVPOSE_BENCH and prints\n`CASE: FIGURE` for the cases it knows, in the unit that is printed for \
-    them.";
+pub(crate) const PEERS: &str = "A peer is a shell command. It reads the files of the benchmark in the folder \
+    $EVPOSE_BENCH and prints\n`CASE: VALUE` for the cases that it supports, in the unit of the case.";
 
-/// Something to time.
+/// A timed function.
 pub(crate) type Run = Box<dyn FnMut() -> Result<()>>;
 
-/// A piece of work, and who else does it.
+/// A benchmark case and its peers.
 pub(crate) struct Case {
     pub(crate) name: String,
     pub(crate) unit: Unit,
@@ -29,28 +28,28 @@ pub(crate) struct Case {
 }
 
 impl Case {
-    /// Work on so many events.
+    /// A case that processes `events` events per pass.
     pub(crate) fn of_events(name: impl Into<String>, events: usize, run: Run) -> Self {
         Self { name: name.into(), unit: Unit::Events(events), run, peers: Vec::new() }
     }
 
-    /// Work that makes an image.
+    /// A case that renders one input per pass.
     pub(crate) fn of_image(name: impl Into<String>, run: Run) -> Self {
         Self { name: name.into(), unit: Unit::Image, run, peers: Vec::new() }
     }
 
-    /// With another program that does the same.
-    pub(crate) fn beside(mut self, peer: &'static str, run: Run) -> Self {
+    /// Adds a peer that does the same work.
+    pub(crate) fn with_peer(mut self, peer: &'static str, run: Run) -> Self {
         self.peers.push((peer, run));
         self
     }
 }
 
-/// Those with all of these words in their names, whatever their case.
+/// The cases whose names contain all of these words, ignoring case.
 ///
 /// # Errors
 /// If there are none.
-pub(crate) fn chosen(mut cases: Vec<Case>, words: &[String]) -> Result<Vec<Case>> {
+pub(crate) fn matching(mut cases: Vec<Case>, words: &[String]) -> Result<Vec<Case>> {
     let names: Vec<String> = cases.iter().map(|case| case.name.clone()).collect();
     cases.retain(|case| is_named(&case.name, words));
     if cases.is_empty() {
@@ -63,16 +62,16 @@ pub(crate) fn chosen(mut cases: Vec<Case>, words: &[String]) -> Result<Vec<Case>
     Ok(cases)
 }
 
-/// Whether a name has all of these words in it, whatever their case.
+/// Whether a name contains all of these words, ignoring case.
 pub(crate) fn is_named(name: &str, words: &[String]) -> bool {
     let name = name.to_lowercase();
     words.iter().all(|word| name.contains(&word.to_lowercase()))
 }
 
-/// Unit of a figure.
+/// Unit of a result.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Unit {
-    /// Millions of events a second, of so many.
+    /// Millions of events per second, for so many events per pass.
     Events(usize),
     /// Microseconds.
     Image,
@@ -93,7 +92,7 @@ impl Unit {
         }
     }
 
-    /// How many times as fast ours is.
+    /// Speed of ours relative to the peer.
     fn ratio(self, ours: f64, theirs: f64) -> f64 {
         match self {
             Self::Events(_) => ours / theirs,
@@ -102,12 +101,12 @@ impl Unit {
     }
 }
 
-/// Figures of a case.
+/// Result of a case.
 #[derive(Debug, Serialize)]
-pub(crate) struct Line {
+pub(crate) struct CaseResult {
     case: String,
     unit: &'static str,
-    /// Of the median pass.
+    /// Value of the median pass.
     value: f64,
     passes: usize,
     outliers: usize,
@@ -116,21 +115,21 @@ pub(crate) struct Line {
     kind: Unit,
 }
 
-/// Figure of another program in the same run.
+/// Result of a peer in the same run.
 #[derive(Debug, Serialize)]
 struct Peer {
     name: String,
     value: f64,
-    /// How many times as fast ours is.
+    /// Speed of ours relative to the peer.
     ratio: f64,
 }
 
-/// Times all cases, ours and the others interleaved, and prints the figures.
-pub(crate) fn time(cases: Vec<Case>, passes: usize) -> Result<Vec<Line>> {
+/// Times all cases, ours and their peers interleaved, and prints the results.
+pub(crate) fn time(cases: Vec<Case>, passes: usize) -> Result<Vec<CaseResult>> {
     let mut lines = Vec::new();
     for mut case in cases {
         let mut times_s = vec![Vec::new(); 1 + case.peers.len()];
-        // The first pass fills caches and makes the memory that is reused.
+        // The first pass fills caches and allocates reused buffers; it is not timed.
         for pass in 0..=passes.max(1) {
             let others = case.peers.iter_mut().map(|(_, run)| run);
             for (run, times_s) in [&mut case.run].into_iter().chain(others).zip(&mut times_s) {
@@ -143,7 +142,7 @@ pub(crate) fn time(cases: Vec<Case>, passes: usize) -> Result<Vec<Line>> {
         }
         times_s.iter_mut().for_each(|times| times.sort_by(f64::total_cmp));
         let value = |times: &[f64]| case.unit.value(quantile(times, 0.5));
-        let mut line = Line {
+        let mut line = CaseResult {
             value: value(&times_s[0]),
             passes: times_s[0].len(),
             outliers: outliers(&times_s[0]),
@@ -161,40 +160,40 @@ pub(crate) fn time(cases: Vec<Case>, passes: usize) -> Result<Vec<Line>> {
     Ok(lines)
 }
 
-/// Runs the programs of the user on the files in `folder`, and puts their figures beside ours.
-pub(crate) fn invite(
+/// Runs peer commands on the files in `folder`, and adds their results to ours.
+pub(crate) fn run_peers(
     peers: &[PeerCommand],
     folder: &std::path::Path,
-    lines: &mut [Line],
+    lines: &mut [CaseResult],
 ) -> Result<()> {
     for peer in peers {
-        for (case, value) in peer.figures(folder)? {
+        for (case, value) in peer.results(folder)? {
             match lines.iter_mut().find(|line| line.case == case) {
                 Some(line) => {
                     say(format!("{:46} {:9.1} {}", line.case, line.value, line.unit));
                     line.add(peer.name.clone(), value);
                 }
-                None => say(format!("warning   {}: no case is called `{case}`", peer.name)),
+                None => say(format!("warning   {}: there is no case `{case}`", peer.name)),
             }
         }
     }
     Ok(())
 }
 
-/// Says so if the machine was busy.
-pub(crate) fn warn_if_busy(lines: &[Line]) {
+/// Warns if many passes were outliers.
+pub(crate) fn warn_under_load(lines: &[CaseResult]) {
     if lines.iter().any(|line| line.outliers * 5 > line.passes) {
-        say("warning   many passes were outliers: the machine was busy, measure again");
+        say("warning   many passes were outliers: the machine was under load, measure again");
     }
 }
 
-impl Line {
-    /// Whether it is of this case.
+impl CaseResult {
+    /// Whether this is the result of a case.
     pub(crate) fn is_of(&self, case: &str) -> bool {
         self.case == case
     }
 
-    /// Passes of a case of events in a second.
+    /// Passes per second.
     pub(crate) fn passes_per_second(&self) -> f64 {
         match self.kind {
             Unit::Events(events) => self.value * 1e6 / events as f64,

@@ -16,7 +16,7 @@ use evpose_repr::{
 };
 use serde::Serialize;
 
-use crate::peer_bench::{Case, Line, Run, chosen, invite, time, warn_if_busy};
+use crate::peer_bench::{Case, CaseResult, Run, matching, run_peers, time, warn_under_load};
 use crate::peer_bench::{PEERS, PeerCommand};
 use evpose_app::json::write_json;
 use evpose_app::machine::Machine;
@@ -59,7 +59,7 @@ struct Report {
     machine: Machine,
     commit: &'static str,
     events: usize,
-    cases: Vec<Line>,
+    cases: Vec<CaseResult>,
 }
 
 pub(crate) fn run(args: &BenchReprArgs) -> Result<()> {
@@ -71,7 +71,7 @@ pub(crate) fn run(args: &BenchReprArgs) -> Result<()> {
         WINDOW.0 / 1000
     ));
     let cases = cases(args.events, args.image.as_deref())?;
-    let mut lines = time(chosen(cases, &args.only)?, args.passes)?;
+    let mut lines = time(matching(cases, &args.only)?, args.passes)?;
     if !args.peers.is_empty() {
         let folder = tempfile::tempdir().context("making a folder for the events")?;
         for sensor in SENSORS {
@@ -79,9 +79,9 @@ pub(crate) fn run(args: &BenchReprArgs) -> Result<()> {
             let npz = format_called("npz").context("npz is a format")?;
             npz.write(path, &events::wandering(sensor, args.events))?;
         }
-        invite(&args.peers, folder.path(), &mut lines)?;
+        run_peers(&args.peers, folder.path(), &mut lines)?;
     }
-    warn_if_busy(&lines);
+    warn_under_load(&lines);
     let report = Report { machine, commit: COMMIT, events: args.events, cases: lines };
     write_json(args.json.as_deref(), &report)
 }
@@ -102,8 +102,8 @@ fn cases(count: usize, photograph: Option<&Path>) -> Result<Vec<Case>> {
                     update(name, events)?,
                 );
                 cases.push(match name {
-                    "eros" => case.beside("plain loop over squares", plain::eros(events)),
-                    "lnes" => case.beside("plain loop over events", plain::lnes(events)),
+                    "eros" => case.with_peer("plain loop over squares", plain::eros(events)),
+                    "lnes" => case.with_peer("plain loop over events", plain::lnes(events)),
                     _ => case,
                 });
             }

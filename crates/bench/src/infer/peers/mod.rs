@@ -1,7 +1,7 @@
 //! Other runtimes, on the same network as an ONNX file.
 //!
-//! Each is set up as its documentation says is best for latency. Input lies where the runtime wants it
-//! before its time begins, and output is taken after it ends; ours includes both.
+//! Each is configured for latency as its documentation recommends. Copies of input and output are outside
+//! the timing of peers, and inside the timing of our engine.
 
 #[cfg(feature = "peers")]
 mod onnxruntime;
@@ -19,7 +19,7 @@ use evpose_infer::Precision;
 pub(crate) enum PeerName {
     /// ONNX Runtime, of the library in $ORT_DYLIB_PATH
     Onnxruntime,
-    /// OpenVINO, of the library in $OPENVINO_DYLIB_PATH: f32 beside f32, else its default precision
+    /// OpenVINO, of the library in $OPENVINO_DYLIB_PATH: f32 if ours is f32, else its default precision
     Openvino,
     /// OpenVINO in its default precision, which is bf16 where the processor has it
     OpenvinoDefault,
@@ -32,23 +32,23 @@ pub(super) trait Peer {
     /// Version of the runtime.
     fn version(&self) -> &str;
 
-    /// How it is set up.
+    /// Its settings.
     fn settings(&self) -> &str;
 
-    /// By how much outputs may differ from ours, relative to the largest; `tolerance` is that of our
-    /// own precision.
+    /// Maximum difference of outputs from ours, relative to the largest; `tolerance` is that of our
+    /// precision.
     fn tolerance(&self, tolerance: f64) -> f64 {
         tolerance
     }
 
-    /// Runs the network on the image that it was made with.
+    /// Runs the network on its image.
     fn run(&mut self) -> Result<()>;
 
-    /// What the network said in the last run.
+    /// Outputs of the last run.
     fn outputs(&self) -> Result<Vec<Vec<f32>>>;
 }
 
-/// What a peer is made of.
+/// Input of a peer: network, image and settings.
 #[cfg_attr(not(feature = "peers"), expect(dead_code, reason = "there are no peers"))]
 pub(super) struct Job<'a> {
     /// The bytes of an ONNX file.
@@ -57,7 +57,7 @@ pub(super) struct Job<'a> {
     pub(super) shape: [usize; 3],
     pub(super) image: &'a [f32],
     pub(super) threads: usize,
-    /// Ours.
+    /// Precision of our engine.
     pub(super) precision: Precision,
 }
 
@@ -86,7 +86,7 @@ pub(super) fn peer(_: PeerName, _: &Job<'_>) -> Result<Box<dyn Peer>> {
     anyhow::bail!("this program was built without other runtimes: build it with --features peers")
 }
 
-/// The library of a runtime: the file that the user names, else what the system has.
+/// Path of a runtime's library, from an environment variable.
 #[cfg(feature = "peers")]
 fn library(variable: &str) -> Option<std::path::PathBuf> {
     std::env::var_os(variable).filter(|path| !path.is_empty()).map(Into::into)
@@ -99,7 +99,7 @@ mod tests {
     use evpose_nn::Network;
 
     use super::*;
-    use crate::infer::against::all_apart;
+    use crate::infer::against::max_difference;
     use crate::infer::networks;
 
     /// Every network of the registry, at sizes that are and are not multiples of what they divide by.
@@ -119,26 +119,26 @@ mod tests {
                 let job = Job { model: &model, shape, image: &image, threads, precision };
                 let mut peer = peer(name, &job).unwrap();
                 peer.run().unwrap();
-                let apart = all_apart(engine.run(&image), &peer.outputs().unwrap());
-                assert!(apart < 1e-4, "{backbone} {height}x{width}: {apart}");
+                let difference = max_difference(engine.run(&image), &peer.outputs().unwrap());
+                assert!(difference < 1e-4, "{backbone} {height}x{width}: {difference}");
             }
         }
     }
 
     #[test]
-    fn every_network_says_the_same_in_tract() {
+    fn every_network_agrees_with_tract() {
         all_agree(PeerName::Tract);
     }
 
     #[test]
     #[ignore = "needs the library of ONNX Runtime in $ORT_DYLIB_PATH"]
-    fn every_network_says_the_same_in_onnx_runtime() {
+    fn every_network_agrees_with_onnx_runtime() {
         all_agree(PeerName::Onnxruntime);
     }
 
     #[test]
     #[ignore = "needs the library of OpenVINO in $OPENVINO_DYLIB_PATH"]
-    fn every_network_says_the_same_in_openvino() {
+    fn every_network_agrees_with_openvino() {
         all_agree(PeerName::Openvino);
     }
 }

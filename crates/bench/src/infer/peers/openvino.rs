@@ -17,17 +17,17 @@ use super::{Job, Peer, library};
 
 /// The user's library.
 const LIBRARY: &str = "OPENVINO_DYLIB_PATH";
-/// By how much outputs may differ in bf16, which has eight bits.
+/// Maximum difference of outputs in bf16, which has eight significant bits.
 const DEFAULT_TOLERANCE: f64 = 0.1;
 
 pub(super) struct OpenVino {
     version: String,
     settings: String,
     is_f32: bool,
-    /// How many there are.
+    /// Number of outputs.
     outputs: usize,
     request: InferRequest,
-    // Behind what needs them.
+    // Dropped after the request that needs them.
     _model: CompiledModel,
     _core: Core,
 }
@@ -76,7 +76,7 @@ impl OpenVino {
     }
 }
 
-/// What it says of its own settings: those that were made, and those that are its defaults.
+/// The effective settings of a compiled model.
 fn settings(model: &CompiledModel) -> Result<String> {
     let keys = [
         RwPropertyKey::HintPerformanceMode,
