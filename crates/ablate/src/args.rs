@@ -11,7 +11,7 @@ use evpose_app::args::DeviceArgs;
 /// The ablation studies.
 #[derive(Debug, clap::Subcommand)]
 pub enum AblateCommand {
-    /// The EventHands method: windows, representations, augmentation, filter, networks
+    /// The EventHands method: window lengths, representations, augmentation, filter, networks
     Hand(AblateHandArgs),
     /// The MoveEnet method: representation, stages of training, resolution, moving cameras
     Body(AblateBodyArgs),
@@ -22,7 +22,7 @@ pub enum AblateCommand {
     evpose ablate hand --out runs/ablation --resume\n  \
     evpose ablate hand --rows lnes-33,eoi,no-filter --seeds 5 --out runs/inputs\n\n\
     Every row is the full method with one thing changed. Sequences are simulated once for each seed\n\
-    and shared by all rows; the full method always runs, since every row is held against it. More\n\
+    and shared by all rows; the full method always runs, since every row is compared with it. More\n\
     rows and seeds can be added to a directory later, with --resume.")]
 pub struct AblateHandArgs {
     /// A TOML file, or an embedded config: `ablation`, `quick`, `eventhands`
@@ -31,16 +31,16 @@ pub struct AblateHandArgs {
     /// Change one field of all rows, for example --set training.steps=500 (may be repeated)
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) overrides: Vec<String>,
-    /// Rows to run, divided by commas [default: all]
+    /// Rows to run, comma-separated [default: all]
     #[arg(long, value_delimiter = ',', value_parser = row_names())]
     pub(crate) rows: Vec<String>,
-    /// Trainings of each row, from the config's seed on: intervals come from how they differ
+    /// Number of seeds, from that of the config on: intervals are over seeds
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..=100))]
     pub(crate) seeds: u64,
-    /// Directory for data, trainings, tables and page
+    /// Directory for data, trainings, tables and the page
     #[arg(long, default_value = "runs/ablation")]
     pub(crate) out: PathBuf,
-    /// Keep what is finished in the directory, and continue what was interrupted
+    /// Continue an interrupted study in the directory
     #[arg(long)]
     pub(crate) resume: bool,
     /// Milliseconds between the poses that are evaluated and filtered

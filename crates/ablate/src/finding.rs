@@ -1,7 +1,7 @@
-//! A published statement about two rows, held against what was found.
+//! The test of a published statement about two rows.
 //!
-//! Nobody writes a verdict: it follows from the 95% interval of the difference between the two rows,
-//! taken seed by seed, so that what the data of a seed do to both rows cancels.
+//! The verdict follows from the 95 % interval of the difference between the two rows, paired by seed, so that
+//! effects of the data of a seed on both rows cancel.
 
 use evpose_pose::metric::Interval;
 use serde::Serialize;
@@ -20,7 +20,7 @@ pub(crate) struct Finding {
     pub(crate) words: &'static str,
 }
 
-/// How a row stands to another one.
+/// Published relation of a row to another one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Relation {
@@ -32,7 +32,7 @@ pub(crate) enum Relation {
     Slower,
 }
 
-/// Whether a published statement was found.
+/// Outcome of the test of a published statement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Verdict {

@@ -7,8 +7,8 @@ use evpose_core::atomic_write;
 use evpose_task::hand::HandConfig;
 
 use super::args::AblateHandArgs;
+use super::directories::{self, StudyDirectory};
 use super::outcome::{Outcome, Trials};
-use super::places::{self, Places};
 use super::rows::{self, Row};
 use super::{page, table, trial};
 use evpose_app::hand_config;
@@ -23,17 +23,17 @@ pub(super) fn run(args: &AblateHandArgs) -> Result<()> {
     rows::check(&base)?;
     // All rows are evaluated on the same poses: from the first full window of the longest.
     base.evaluation.first_ms = base.evaluation.first_ms.max(rows::longest_window_ms(&base));
-    let rows = rows::chosen(&args.rows);
+    let rows = rows::selected(&args.rows);
     for row in &rows {
         row.config(&base).validate().with_context(|| format!("row {}", row.name))?;
     }
     let seeds: Option<Vec<u64>> = (0..args.seeds).map(|i| base.seed.checked_add(i)).collect();
     let seeds = seeds.context("config field `seed`: too large to count on from")?;
-    let places = Places::open(&args.out, &base, args.resume)?;
+    let directory = StudyDirectory::open(&args.out, &base, args.resume)?;
     say(format!("machine: {}", Machine::this()));
     say(format!("output:  {}", args.out.display()));
     for &seed in &seeds {
-        places.simulate(&base, seed)?;
+        directory.simulate(&base, seed)?;
     }
 
     let trained: Vec<&Row> = rows.iter().copied().filter(|row| row.is_filtered()).collect();
@@ -45,15 +45,16 @@ pub(super) fn run(args: &AblateHandArgs) -> Result<()> {
             say(format!("row {}/{}: {}, seed {seed}", index + 1, trained.len(), row.name));
             let config = row.config(&HandConfig { seed, ..base.clone() });
             let kind = args.device.device;
-            let trial = trial::run(&places, row.name, &config, seeds.len(), args.stride_ms, kind)?;
+            let trial =
+                trial::run(&directory, row.name, &config, seeds.len(), args.stride_ms, kind)?;
             let figures = trial.filtered.figures;
             say(format!("    AUC 2D {:.3}, AUC 3D {:.3}", figures.auc_2d, figures.auc_3d));
             of_row.push(trial);
         }
         trials.insert(row.name, of_row);
-        // After every row, so that whatever comes next, what is done can be read.
+        // After every row, so that an interrupted study has results.
         let outcome = Outcome::new(&args.config, &seeds, args.stride_ms, &rows, &trials)?;
-        write(&places, &base, &outcome)?;
+        write(&directory, &base, &outcome)?;
         say(format!("    row done in {:.1} min", begun.elapsed().as_secs_f64() / 60.0));
     }
 
@@ -64,7 +65,7 @@ pub(super) fn run(args: &AblateHandArgs) -> Result<()> {
     say("");
     say(format!("done in {:.1} minutes", started.elapsed().as_secs_f64() / 60.0));
     for name in RESULTS {
-        say(format!("written: {}", places.result(name).display()));
+        say(format!("written: {}", directory.result(name).display()));
     }
     Ok(())
 }
@@ -72,9 +73,9 @@ pub(super) fn run(args: &AblateHandArgs) -> Result<()> {
 /// Files of results: values, table, page.
 const RESULTS: [&str; 3] = ["ablation.json", "ablation.md", "ablation.html"];
 
-fn write(places: &Places<'_>, base: &HandConfig, outcome: &Outcome) -> Result<()> {
-    let [json, markdown, html] = RESULTS.map(|name| places.result(name));
-    places::write(&json, outcome)?;
+fn write(directory: &StudyDirectory<'_>, base: &HandConfig, outcome: &Outcome) -> Result<()> {
+    let [json, markdown, html] = RESULTS.map(|name| directory.result(name));
+    directories::write(&json, outcome)?;
     let texts =
         [(markdown, table::markdown(outcome)), (html, page::html(outcome, &base.to_toml()?)?)];
     for (path, text) in texts {

@@ -1,24 +1,46 @@
-//! `evpose ablate`: what each part of a method is worth.
+//! `evpose ablate`: ablation studies of the hand and the body method.
 //!
-//! * [`rows`]: the registry of what is changed, and what was published about it.
-//! * [`finding`]: a published statement held against what was found.
-//! * [`places`]: where everything lies, and what of it is finished.
-//! * [`trial`]: one row under one seed: trained, evaluated, timed.
-//! * [`hand`]: all rows under all seeds.
-//! * [`bodies`]: the same for bodies.
-//! * [`outcome`]: what they come to; [`table`] and [`page`] show it.
+//! Every row of a study retrains the full method with one change, under several seeds, and compares the
+//! result with the published statement about that change.
+//!
+//! * `rows`: the registry of changes, with the published statements.
+//! * `finding`: the test of a published statement.
+//! * `directories`: files of a study, and which of its steps are finished.
+//! * `trial`: one row under one seed: trained, evaluated, timed.
+//! * `hand`, `bodies`: all rows under all seeds.
+//! * `outcome`: means over seeds with intervals; `table` and `page` render them.
+//!
+//! ```
+//! use clap::{FromArgMatches as _, Subcommand as _};
+//! use evpose_ablate::AblateCommand;
+//!
+//! # fn main() -> anyhow::Result<()> {
+//! let ablate = AblateCommand::augment_subcommands(clap::Command::new("ablate"));
+//! let parse = |args: [&str; 6]| ablate.clone().try_get_matches_from(args);
+//!
+//! // LNES windows of 33 ms, and poses without the Kalman filter, each compared with the full method.
+//! let args = ["ablate", "hand", "--rows", "lnes-33,no-filter", "--out", "runs/ablation"];
+//! let command = AblateCommand::from_arg_matches(&parse(args)?)?;
+//! assert!(matches!(command, AblateCommand::Hand(_)));
+//! // `evpose_ablate::run(&command)` simulates, trains and evaluates, and writes the tables and a page.
+//!
+//! let unknown = ["ablate", "hand", "--rows", "no-such-row", "--out", "runs/ablation"];
+//! assert!(parse(unknown).unwrap_err().to_string().contains("no-filter"), "known rows are listed");
+//! # Ok(())
+//! # }
+//! ```
 
 mod args;
 mod bodies;
+mod directories;
 mod finding;
 mod hand;
 mod outcome;
 mod page;
-mod places;
+mod progress;
 mod rows;
 mod table;
 mod trial;
-mod watch;
 
 use anyhow::Result;
 

@@ -8,15 +8,15 @@ use serde::Serialize;
 
 use super::finding::{Finding, Relation, Verdict};
 use super::rows::{FULL, Row};
-use super::trial::{Figures, Made, Scores, Trial};
+use super::trial::{Metrics, Provenance, Scores, Trial};
 
 /// The trials of every trained row, by its name, in the order of the seeds.
 pub(super) type Trials = BTreeMap<&'static str, Vec<Trial>>;
 
-/// A figure of a method by its name.
-type Figure = (&'static str, fn(&Figures) -> f64);
+/// A metric of a method by its name.
+type Metric = (&'static str, fn(&Metrics) -> f64);
 
-const FIGURES: [Figure; 6] = [
+const METRICS: [Metric; 6] = [
     ("auc_2d", |f| f.auc_2d),
     ("auc_3d", |f| f.auc_3d),
     ("mpjpe_mm", |f| f.mpjpe_mm),
@@ -33,10 +33,10 @@ pub(super) struct Outcome {
     pub(super) seeds: Vec<u64>,
     /// Milliseconds between evaluated poses.
     pub(super) stride_ms: u32,
-    /// By which programs and on what: more than one where the ablation was continued elsewhere.
-    pub(super) made: Vec<Made>,
+    /// Programs and machines of the trials: more than one if the study was continued elsewhere.
+    pub(super) made: Vec<Provenance>,
     pub(super) rows: Vec<RowOutcome>,
-    /// Figures of the average training pose.
+    /// Metrics of the average training pose.
     pub(super) mean_pose: Means,
 }
 
@@ -55,15 +55,15 @@ pub(super) struct RowOutcome {
     pub(super) poses_per_s: Interval,
     pub(super) training_s: Option<Interval>,
     pub(super) findings: Vec<FindingOutcome>,
-    per_seed: Vec<Figures>,
+    per_seed: Vec<Metrics>,
     pub(super) pck_2d: Vec<f64>,
     pub(super) pck_3d: Vec<f64>,
 }
 
-/// Means over seeds, by the name of the figure.
+/// Means over seeds, by the name of the metric.
 pub(super) type Means = BTreeMap<&'static str, Interval>;
 
-/// A published statement and what was found of it.
+/// A published statement and the outcome of its tests.
 #[derive(Debug, Serialize)]
 pub(super) struct FindingOutcome {
     pub(super) published: &'static str,
@@ -72,7 +72,7 @@ pub(super) struct FindingOutcome {
     pub(super) checks: Vec<Check>,
 }
 
-/// A statement held against one measure.
+/// Test of a statement on one measure.
 #[derive(Debug, Serialize)]
 pub(super) struct Check {
     pub(super) measure: &'static str,
@@ -81,10 +81,10 @@ pub(super) struct Check {
     pub(super) verdict: Verdict,
 }
 
-/// Something two rows can differ in, large where good.
+/// A measure to compare rows by, larger is better.
 struct Measure {
     name: &'static str,
-    get: fn(&Trial, &Figures) -> f64,
+    get: fn(&Trial, &Metrics) -> f64,
 }
 
 const ACCURACY: &[Measure] = &[
@@ -94,7 +94,7 @@ const ACCURACY: &[Measure] = &[
 const SPEED: &[Measure] = &[Measure { name: "poses/s", get: |trial, _| trial.poses_per_s }];
 
 impl Outcome {
-    /// The outcome of those of `rows` whose trials are there.
+    /// The outcome of the rows that have trials.
     pub(super) fn new(
         config: &str,
         seeds: &[u64],
@@ -116,9 +116,9 @@ impl Outcome {
     }
 }
 
-/// Programs and machines that made the trials.
-fn distinct(trials: &Trials) -> Vec<Made> {
-    let mut made: Vec<Made> = Vec::new();
+/// Programs and machines of the trials.
+fn distinct(trials: &Trials) -> Vec<Provenance> {
+    let mut made: Vec<Provenance> = Vec::new();
     for trial in trials.values().flatten() {
         if !made.contains(&trial.made) {
             made.push(trial.made.clone());
@@ -138,7 +138,7 @@ fn scores<'a>(row: &Row, trial: &'a Trial) -> &'a Scores {
 fn row_outcome(row: &'static Row, done: &[&Row], trials: &Trials) -> Result<RowOutcome> {
     let ours = of(trials, row.trained_as())?;
     let first = ours.first().context("a row without seeds")?;
-    let per_seed: Vec<Figures> = ours.iter().map(|trial| scores(row, trial).figures).collect();
+    let per_seed: Vec<Metrics> = ours.iter().map(|trial| scores(row, trial).figures).collect();
     let speeds: Vec<f64> = ours.iter().map(|trial| trial.poses_per_s).collect();
     let seconds: Vec<f64> = ours.iter().filter_map(|trial| trial.training_s).collect();
     let curve = |get: fn(&Scores) -> &[f64]| {
@@ -170,12 +170,12 @@ fn row_outcome(row: &'static Row, done: &[&Row], trials: &Trials) -> Result<RowO
     })
 }
 
-fn means(per_seed: &[Figures]) -> Result<Means> {
-    let mean = |get: fn(&Figures) -> f64| {
+fn means(per_seed: &[Metrics]) -> Result<Means> {
+    let mean = |get: fn(&Metrics) -> f64| {
         let values: Vec<f64> = per_seed.iter().map(get).collect();
         mean_of_runs(&values).context("a row without seeds")
     };
-    FIGURES.iter().map(|&(name, get)| Ok((name, mean(get)?))).collect()
+    METRICS.iter().map(|&(name, get)| Ok((name, mean(get)?))).collect()
 }
 
 fn check(row: &Row, other: &Row, finding: &Finding, trials: &Trials) -> Result<FindingOutcome> {
@@ -204,7 +204,7 @@ fn check(row: &Row, other: &Row, finding: &Finding, trials: &Trials) -> Result<F
 
 #[cfg(test)]
 pub(super) mod tests {
-    use super::super::rows::{ROWS, chosen};
+    use super::super::rows::{ROWS, selected};
     use super::*;
 
     /// Trials of one row whose areas are these, one a seed; unfiltered ones are 0.1 lower.
@@ -284,7 +284,7 @@ pub(super) mod tests {
             .map(|row| (row, trials(row, &[0.5, 0.6], 500.0)))
             .into_iter()
             .collect();
-        let rows = chosen(&["no-augmentation".to_owned(), "resnet34".to_owned()]);
+        let rows = selected(&["no-augmentation".to_owned(), "resnet34".to_owned()]);
         let outcome = Outcome::new("test", &[1, 2], 1, &rows, &trials)?;
         assert_eq!(outcome.rows.len(), 2);
         assert_eq!(verdicts(&outcome, "no-augmentation").len(), 1);
@@ -293,7 +293,7 @@ pub(super) mod tests {
 
     #[test]
     fn a_network_is_slower_by_its_speed_and_not_by_its_accuracy() -> Result<()> {
-        let rows = chosen(&["resnet34".to_owned()]);
+        let rows = selected(&["resnet34".to_owned()]);
         let trials: Trials = [
             (FULL, trials(FULL, &[0.5, 0.6, 0.7], 900.0)),
             ("resnet34", trials("resnet34", &[0.501, 0.6, 0.7], 400.0)),
@@ -308,7 +308,7 @@ pub(super) mod tests {
 
     #[test]
     fn speeds_of_two_machines_are_not_compared_and_both_are_named() -> Result<()> {
-        let rows = chosen(&["resnet34".to_owned()]);
+        let rows = selected(&["resnet34".to_owned()]);
         let mut elsewhere = trials("resnet34", &[0.2, 0.3, 0.4], 400.0);
         elsewhere[1].made.machine = "another".to_owned();
         let trials: Trials =

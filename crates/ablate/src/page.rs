@@ -6,26 +6,26 @@ use evpose_pose::metric::Pck;
 use super::outcome::{Outcome, RowOutcome};
 use super::rows::Group;
 use super::table;
-use super::trial::THINNED;
+use super::trial::CURVE_STRIDE;
 use evpose_report::chart::{self, Series};
 use evpose_report::colour::palette;
 use evpose_report::html::{Page, escape};
 
-/// Charts: heading and what it shows.
+/// Charts: group, heading and text.
 const CHARTS: [(Group, &str, &str); 3] = [
     (
         Group::Input,
-        "What the network sees",
-        "Windows of other lengths, and representations that do not say when a pixel fired.",
+        "Input of the network",
+        "Windows of other lengths, and representations without time stamps.",
     ),
-    (Group::Method, "What is done around it", "Without augmentation, and without the filter."),
+    (Group::Method, "Augmentation and filter", "Without augmentation, and without the filter."),
     (Group::Backbone, "The network", "Other backbones at the same relative width."),
 ];
 
-/// The page, in one piece.
+/// The page as one HTML document.
 pub(super) fn html(outcome: &Outcome, config: &str) -> Result<String> {
     let mut page = Page::new(
-        "What each part of the hand method is worth",
+        "Ablation of the hand method",
         "Every row is the full method with one thing changed, simulated, trained and evaluated by \
          evpose on this machine.",
     );
@@ -41,9 +41,9 @@ pub(super) fn html(outcome: &Outcome, config: &str) -> Result<String> {
 
     page.section(
         "Published findings",
-        "What the supplement of EventHands says, and what these trainings say: the difference of \
-         the areas under the curves (of poses per second where speed is meant) between the row and \
-         the one it is compared with.",
+        "Statements of the supplement of EventHands, and their tests: the difference of the areas under \
+         the curves (of poses per second for statements about speed) between the row and the one it is \
+         compared with.",
     );
     page.table(&["row", "published", "measure", "difference", "here"], &findings(outcome));
 
@@ -95,7 +95,7 @@ fn curves(
         .enumerate()
         .map(|(index, row)| {
             let points = get(row).iter().enumerate();
-            let points = points.map(|(i, &share)| (Pck::threshold(i * THINNED), share));
+            let points = points.map(|(i, &share)| (Pck::threshold(i * CURVE_STRIDE), share));
             Series::line(row.name, palette(index), points.collect())
         })
         .collect();

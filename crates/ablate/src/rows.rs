@@ -1,4 +1,4 @@
-//! The rows of the ablation of the hand method: what each changes, and what was published of it.
+//! Rows of the ablation of the hand method: change and published statements.
 //!
 //! # Source
 //! Rudnev et al.: *EventHands: Real-Time Neural 3D Hand Pose Estimation from an Event Stream*, ICCV
@@ -12,24 +12,24 @@ use evpose_task::hand::HandConfig;
 
 use super::finding::{Finding, Relation};
 
-/// The full method, against which all else is held.
+/// The full method, with which every row is compared.
 pub(super) const FULL: &str = "lnes-100";
 const UNFILTERED: &str = "no-filter";
 
-/// One row.
+/// A row of the study.
 #[derive(Debug)]
 pub(super) struct Row {
     pub(super) name: &'static str,
-    /// One line for lists.
+    /// Description in one line.
     pub(super) about: &'static str,
     pub(super) group: Group,
     pub(super) change: Change,
-    /// The fields of the config that this one change is made of.
+    /// Fields of the config that the change sets.
     pub(super) fields: &'static [&'static str],
     pub(super) published: &'static [Finding],
 }
 
-/// Rows that are drawn in one chart, each with the full method.
+/// Group of rows that one chart shows with the full method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Group {
     /// The full method.
@@ -42,7 +42,7 @@ pub(super) enum Group {
     Backbone,
 }
 
-/// Change of a row to the full method.
+/// Change of a row relative to the full method.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Change {
     Nothing,
@@ -228,7 +228,7 @@ impl Row {
 
 /// The rows of these names, or all where there are none, in the order of the registry; the full
 /// method is always among them.
-pub(super) fn chosen(names: &[String]) -> Vec<&'static Row> {
+pub(super) fn selected(names: &[String]) -> Vec<&'static Row> {
     let asked = |row: &&Row| {
         names.is_empty() || row.name == FULL || names.iter().any(|name| name == row.name)
     };
@@ -349,8 +349,8 @@ mod tests {
     fn the_full_method_is_always_chosen() {
         let names = |chosen: Vec<&Row>| chosen.into_iter().map(|row| row.name).collect::<Vec<_>>();
         let asked = ["no-filter".to_owned(), "eoi".to_owned()];
-        assert_eq!(names(chosen(&asked)), [FULL, "eoi", "no-filter"]);
-        assert_eq!(chosen(&[]).len(), ROWS.len());
+        assert_eq!(names(selected(&asked)), [FULL, "eoi", "no-filter"]);
+        assert_eq!(selected(&[]).len(), ROWS.len());
     }
 
     #[test]

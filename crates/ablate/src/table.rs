@@ -4,8 +4,8 @@ use evpose_pose::metric::Interval;
 
 use super::outcome::{FindingOutcome, Means, Outcome, RowOutcome};
 
-/// Figures of the table: heading, name of the figure, digits.
-const FIGURES: [(&str, &str, usize); 4] = [
+/// Metrics of the table: heading, name of the figure, digits.
+const METRICS: [(&str, &str, usize); 4] = [
     ("AUC 2D", "auc_2d", 3),
     ("AUC 3D", "auc_3d", 3),
     ("MPJPE mm", "mpjpe_mm", 1),
@@ -14,12 +14,12 @@ const FIGURES: [(&str, &str, usize); 4] = [
 
 /// Headings.
 pub(super) fn header() -> Vec<&'static str> {
-    let figures = FIGURES.iter().map(|figure| figure.0);
+    let figures = METRICS.iter().map(|figure| figure.0);
     let rest = ["parameters", "at full width", "poses/s", "training s", "published: here"];
     std::iter::once("row").chain(figures).chain(rest).collect()
 }
 
-/// A row for each row, and one for the pose that never looks at an event.
+/// The cells of each row, and of the mean pose.
 pub(super) fn rows(outcome: &Outcome) -> Vec<Vec<String>> {
     let mut rows: Vec<Vec<String>> = outcome.rows.iter().map(cells).collect();
     let mut last = vec!["mean pose".to_owned()];
@@ -42,7 +42,7 @@ fn cells(row: &RowOutcome) -> Vec<String> {
 }
 
 fn figures(means: &Means) -> impl Iterator<Item = String> {
-    FIGURES.iter().map(|(_, name, digits)| {
+    METRICS.iter().map(|(_, name, digits)| {
         means.get(name).map_or_else(|| "-".to_owned(), |mean| with_interval(mean, *digits))
     })
 }

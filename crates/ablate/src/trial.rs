@@ -9,18 +9,18 @@ use evpose_task::hand::{ConstantPose, HandCheckpoint, HandConfig, NetworkPredict
 use evpose_train::{HandDataset, Method, TrainOptions, evaluate, evaluated_pose_count, train_hand};
 use serde::{Deserialize, Serialize};
 
-use super::places::{self, Places};
-use super::watch;
+use super::directories::{self, StudyDirectory};
+use super::progress;
 use evpose_app::latency::{self, Runner};
 use evpose_app::machine::Machine;
 use evpose_app::progress::bar;
 use evpose_app::run_info::COMMIT;
 use evpose_app::timing::quantile;
 
-/// Predictions that are timed.
+/// Timed inferences.
 const TIMED: usize = 100;
-/// Of the thousand thresholds of a curve, one in so many is kept: whole millimetres and percents.
-pub(super) const THINNED: usize = 10;
+/// Stride of the stored thresholds of a curve: every tenth of a thousand is a whole millimetre or percent.
+pub(super) const CURVE_STRIDE: usize = 10;
 
 /// Results of a trial.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -29,32 +29,31 @@ pub(super) struct Trial {
     seed: u64,
     /// Milliseconds between evaluated poses.
     stride_ms: u32,
-    pub(super) made: Made,
-    /// Of the network as trained.
+    pub(super) made: Provenance,
+    /// Parameters of the network as trained.
     pub(super) parameters: usize,
-    /// Of the same network as wide as published.
+    /// Parameters of the network at the published width.
     pub(super) parameters_as_published: usize,
     /// None where the training was resumed after its last step.
     pub(super) training_s: Option<f64>,
-    /// Network alone, one window at a time.
+    /// Throughput of the network alone, at batch size 1.
     pub(super) poses_per_s: f64,
     pub(super) filtered: Scores,
     pub(super) unfiltered: Scores,
-    /// Of the average training pose, which never looks at an event.
+    /// Scores of the mean training pose, which does not depend on events.
     pub(super) mean_pose: Scores,
 }
 
-/// By which program and on what a trial was run: kept with it, because an ablation may be continued
-/// elsewhere.
+/// Program and machine of a trial, since a study may be continued elsewhere.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct Made {
+pub(super) struct Provenance {
     pub(super) commit: String,
     pub(super) machine: String,
     /// Program and machine of a trial.
     pub(super) device: String,
 }
 
-impl Made {
+impl Provenance {
     fn here(device: DeviceKind) -> Self {
         Self {
             commit: COMMIT.to_owned(),
@@ -63,7 +62,7 @@ impl Made {
         }
     }
 
-    /// Whether times of both can be compared.
+    /// Whether timings of both are comparable.
     pub(super) fn is_as_fast(&self, other: &Self) -> bool {
         self.machine == other.machine && self.device == other.device
     }
@@ -72,7 +71,7 @@ impl Made {
 /// Scores of a method on all held-out sequences.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Scores {
-    pub(super) figures: Figures,
+    pub(super) figures: Metrics,
     /// Shares correct below 0, 1, … 99 percent of the palm.
     pub(super) pck_2d: Vec<f64>,
     /// Shares correct below 0, 1, … 99 mm.
@@ -81,7 +80,7 @@ pub(super) struct Scores {
 
 /// Means over all evaluated poses.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-pub(super) struct Figures {
+pub(super) struct Metrics {
     pub(super) auc_2d: f64,
     pub(super) auc_3d: f64,
     /// Mean error of the points relative to the wrist.
@@ -91,15 +90,15 @@ pub(super) struct Figures {
     pub(super) articulation: f64,
 }
 
-/// How long the training took; kept beside it for the case that the evaluation is interrupted.
+/// Duration of a training, stored in case the evaluation is interrupted.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Trained {
     seconds: Option<f64>,
 }
 
-/// Runs what is not done yet of `row` under the seed of `config`.
+/// Runs the unfinished steps of `row` under the seed of `config`.
 pub(super) fn run(
-    places: &Places<'_>,
+    directory: &StudyDirectory<'_>,
     row: &str,
     config: &HandConfig,
     seeds: usize,
@@ -107,10 +106,10 @@ pub(super) fn run(
     kind: DeviceKind,
 ) -> Result<Trial> {
     let device = &kind.resolve()?;
-    let dir = places.run(row, config.seed);
+    let dir = directory.run(row, config.seed);
     let (trial_path, trained_path) = (dir.join("trial.json"), dir.join("trained.json"));
-    let kept: Option<Trial> = places::read(&trial_path)?;
-    let trained: Option<Trained> = places::read(&trained_path)?;
+    let kept: Option<Trial> = directories::read(&trial_path)?;
+    let trained: Option<Trained> = directories::read(&trained_path)?;
     if trained.is_some() && HandConfig::load(&dir.join("config.toml"), &[])? != *config {
         bail!("{} is of another config: remove it, or choose another --out", dir.display());
     }
@@ -120,16 +119,16 @@ pub(super) fn run(
     let trained = match trained {
         Some(trained) => trained,
         None => {
-            let (progress, callback) = watch::training(row, seeds);
+            let (progress, callback) = progress::training_bar(row, seeds);
             let options =
-                TrainOptions { device: kind, resume: true, plain: true, progress: Some(callback) };
-            let summary = train_hand(config, &places.train(config.seed), &dir, &options)?;
+                TrainOptions { device: kind, resume: true, plain: true, told: Some(callback) };
+            let summary = train_hand(config, &directory.train(config.seed), &dir, &options)?;
             progress.finish_and_clear();
             let all = config.training.steps as f64 * config.training.batch_size as f64;
-            // Of a resumed training only a part was timed; the whole follows from its speed.
+            // A resumed training was timed in part; its full duration follows from its speed.
             let seconds = (summary.samples > 0).then(|| all / summary.samples_per_second);
             let trained = Trained { seconds };
-            places::write(&trained_path, &trained)?;
+            directories::write(&trained_path, &trained)?;
             trained
         }
     };
@@ -143,12 +142,12 @@ pub(super) fn run(
     let parameters = trained_count(&checkpoint.network);
     let published = HandRegressorConfig { width: 1.0, ..config.network.clone() };
     let [filtered, unfiltered, mean_pose] =
-        evaluate_trial(places, config, checkpoint, stride_ms, device)?;
+        evaluate_trial(directory, config, checkpoint, stride_ms, device)?;
     let trial = Trial {
         row: row.to_owned(),
         seed: config.seed,
         stride_ms,
-        made: Made::here(kind),
+        made: Provenance::here(kind),
         parameters,
         parameters_as_published: published.parameter_count()?,
         training_s: trained.seconds,
@@ -157,19 +156,19 @@ pub(super) fn run(
         unfiltered,
         mean_pose,
     };
-    places::write(&trial_path, &trial)?;
+    directories::write(&trial_path, &trial)?;
     Ok(trial)
 }
 
 /// Scores of the network with and without the filter, and of the mean pose.
 fn evaluate_trial(
-    places: &Places<'_>,
+    directory: &StudyDirectory<'_>,
     config: &HandConfig,
     checkpoint: HandCheckpoint,
     stride_ms: u32,
     device: &Device,
 ) -> Result<[Scores; 3]> {
-    let data = HandDataset::open(&places.held_out(config.seed), config)?;
+    let data = HandDataset::open(&directory.held_out(config.seed), config)?;
     let mut mean_pose =
         ConstantPose(checkpoint.mean_pose.context("the training poses have no mean")?);
     let mut network = NetworkPredictor::new(checkpoint.network, device.clone());
@@ -197,10 +196,10 @@ fn scores(evaluation: &HandEvaluation) -> Result<Scores> {
              `evaluation.first_ms`",
         )
     };
-    let thinned = |curve: Vec<f64>| curve.into_iter().step_by(THINNED).collect();
+    let thinned = |curve: Vec<f64>| curve.into_iter().step_by(CURVE_STRIDE).collect();
     let curves = evaluation.curves();
     Ok(Scores {
-        figures: Figures {
+        figures: Metrics {
             auc_2d: figure(summary.auc_2d)?,
             auc_3d: figure(summary.auc_3d)?,
             mpjpe_mm: figure(summary.mpjpe_mm)?,

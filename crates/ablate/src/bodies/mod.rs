@@ -1,9 +1,9 @@
-//! `evpose ablate body`: what each part of the method for bodies is worth.
+//! `evpose ablate body`: ablation study of the body method.
 //!
 //! * [`rows`]: the registry of rows, of the networks that they need, and of the test sets.
-//! * [`networks`]: those that are needed, trained, several at once.
+//! * [`networks`]: training of the required networks, several at once.
 //! * [`trial`]: one row under one seed, evaluated.
-//! * [`outcome`]: means over seeds, held against what was published; as a table and as a page.
+//! * [`outcome`]: means over seeds, compared with the published results; as a table and a page.
 
 mod networks;
 mod outcome;
@@ -18,7 +18,7 @@ use evpose_core::atomic_write;
 use evpose_nn::DeviceKind;
 use evpose_task::body::BodyConfig;
 
-use super::places::write;
+use super::directories::write;
 use evpose_app::args::ConfigArgs;
 use evpose_app::args::DeviceArgs;
 use evpose_app::body_config;
@@ -46,20 +46,20 @@ pub struct AblateBodyArgs {
     /// Optimiser steps of every training, instead of the configs'
     #[arg(long, default_value_t = 1_500, value_parser = clap::value_parser!(u64).range(1..))]
     steps: u64,
-    /// Rows to run, divided by commas [default: all]
+    /// Rows to run, comma-separated [default: all]
     #[arg(long, value_delimiter = ',', value_parser = rows::names())]
     rows: Vec<String>,
-    /// Trainings of each network, from the config's seed on: intervals come from how they differ
+    /// Number of seeds, from that of the config on: intervals are over seeds
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..=100))]
     seeds: u64,
-    /// Trainings at once, each with its share of the threads [default: a thread each, at most 4; 1
-    /// where the CPU does not compute]
+    /// Concurrent trainings, each with its share of the threads [default: one per thread, at most 4; 1 on
+    /// other devices than the CPU]
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     jobs: Option<u16>,
-    /// Directory for data, trainings, table and page
+    /// Directory for data, trainings, the table and the page
     #[arg(long, default_value = "runs/ablation-body")]
     out: PathBuf,
-    /// Keep what is finished in the directory, and continue what was interrupted
+    /// Continue an interrupted study in the directory
     #[arg(long)]
     resume: bool,
     #[command(flatten)]
@@ -109,7 +109,7 @@ pub(super) fn run(args: &AblateBodyArgs) -> Result<()> {
         bail!("{} is not empty: add --resume, or choose another --out", args.out.display());
     }
     claim(args, &stages)?;
-    let chosen = rows::chosen(&args.rows);
+    let chosen = rows::selected(&args.rows);
     let seeds: Vec<u64> = (0..args.seeds).map(|i| stages.finetune.seed.saturating_add(i)).collect();
     say(format!("machine: {}", Machine::this()));
     say(format!("output:  {}", args.out.display()));
@@ -131,7 +131,7 @@ pub(super) fn run(args: &AblateBodyArgs) -> Result<()> {
             of_row.push(trial);
         }
         trials.insert(row.name, of_row);
-        // After every row, so that whatever comes next, what is done can be read.
+        // After every row, so that an interrupted study has results.
         report(args, &stages, &seeds, &chosen, &trials)?;
         say(format!("    row done in {:.1} min", begun.elapsed().as_secs_f64() / 60.0));
     }
@@ -167,7 +167,7 @@ fn report(
     Ok(())
 }
 
-/// Makes the directory that of these stages, or says why it cannot be.
+/// Claims the directory for these stages.
 fn claim(args: &AblateBodyArgs, stages: &Stages) -> Result<()> {
     for (name, config) in [("pretrain.toml", &stages.pretrain), ("finetune.toml", &stages.finetune)]
     {

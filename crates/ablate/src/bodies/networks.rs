@@ -1,8 +1,8 @@
-//! The networks that rows need, trained several at once.
+//! Training of the networks of the rows, several at once.
 //!
-//! One training cannot fill many cores: what lies between its large operations is done by one thread. Two
-//! trainings on a thread each are done a quarter sooner than one after the other on both, so every job
-//! has its share of the threads.
+//! One training does not use many cores well: the work between its large operations is single-threaded. Two
+//! trainings on one thread each finish a quarter sooner than one after the other on both threads, so every
+//! training has its share of the threads.
 
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
@@ -18,23 +18,23 @@ use serde::{Deserialize, Serialize};
 
 use super::Stages;
 use super::rows::{Network, Row};
-use crate::places::{read, write};
+use crate::directories::{read, write};
 use evpose_app::progress::{bar, say};
 use evpose_app::recorded;
 
-/// Trainings that follow one another: a network, and those that start from it.
+/// A chain of trainings: a network, and those that start from it.
 type Chain = (Vec<Network>, Stages);
 
-/// State that all trainings share.
-struct Workshop<'a> {
+/// State shared by the workers.
+struct TrainingQueue<'a> {
     out: &'a Path,
     device: DeviceKind,
-    /// Images of all trainings.
+    /// Progress in images over all trainings.
     progress: ProgressBar,
     queue: Mutex<VecDeque<Chain>>,
 }
 
-/// Trains what `rows` need under the seeds of `stages`, `jobs` networks at once. What is trained stays.
+/// Trains the networks of `rows` under the seeds of `stages`, `jobs` at once. Finished networks are kept.
 pub(super) fn train_all(
     out: &Path,
     rows: &[&Row],
@@ -62,21 +62,21 @@ pub(super) fn train_all(
         networks.len()
     ));
     let progress = bar("training", all, "images");
-    let workshop = Workshop { out, device, progress, queue: Mutex::new(queue) };
+    let trainings = TrainingQueue { out, device, progress, queue: Mutex::new(queue) };
     let results: Vec<Result<()>> = std::thread::scope(|scope| {
         let worker = || {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
-            pool.install(|| workshop.work())
+            pool.install(|| trainings.work())
         };
         let workers: Vec<_> = (0..jobs).map(|_| scope.spawn(worker)).collect();
         let joined = workers.into_iter().map(|worker| worker.join());
         joined.map(|ended| ended.unwrap_or_else(|panic| std::panic::resume_unwind(panic))).collect()
     });
-    workshop.progress.finish_and_clear();
+    trainings.progress.finish_and_clear();
     results.into_iter().collect()
 }
 
-/// Chains of networks that are not trained yet, the longest first, so that none is left over at the end.
+/// Chains of untrained networks, the longest first, which shortens the time in which workers are idle.
 fn queue(out: &Path, rows: &[&Row], stages: &[Stages]) -> VecDeque<Chain> {
     let mut chains: Vec<Vec<Network>> = Vec::new();
     for row in rows {
@@ -104,8 +104,8 @@ fn queue(out: &Path, rows: &[&Row], stages: &[Stages]) -> VecDeque<Chain> {
         .collect()
 }
 
-impl Workshop<'_> {
-    /// Takes chains until there are none. After a failure nobody begins another.
+impl TrainingQueue<'_> {
+    /// Trains chains until the queue is empty. A failure clears the queue.
     fn work(&self) -> Result<()> {
         loop {
             let next = self.queue.lock().unwrap_or_else(PoisonError::into_inner).pop_front();
@@ -148,10 +148,10 @@ impl Workshop<'_> {
         Ok(())
     }
 
-    /// Moves the bar of all trainings by the steps of one.
+    /// A callback that advances the bar by the samples of one training.
     fn progress_callback(&self) -> ProgressCallback {
-        let (bar, counted) = (self.progress.clone(), Mutex::new(0));
-        ProgressCallback::new(move |progress| {
+        let (progress, counted) = (self.progress.clone(), Mutex::new(0));
+        ProgressCallback::new(move |how_far| {
             let mut counted = counted.lock().unwrap_or_else(PoisonError::into_inner);
             bar.inc(progress.samples.saturating_sub(*counted));
             *counted = progress.samples;
@@ -169,7 +169,7 @@ fn train_data(out: &Path, seed: u64) -> PathBuf {
     out.join("data").join(format!("seed-{seed}")).join("train")
 }
 
-/// How long a training took, beside it: a network that has it is finished.
+/// File with the duration of a training, which marks a finished network.
 const TRAINED: &str = "trained.json";
 
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
@@ -177,7 +177,7 @@ struct Trained {
     seconds: Option<f64>,
 }
 
-/// How long the training of a finished network took, in seconds, where it was not interrupted.
+/// Duration of the training of a finished network in seconds; none if it was interrupted.
 pub(super) fn training_s(run: &Path) -> Result<Option<f64>> {
     let trained: Option<Trained> = read(&run.join(TRAINED))?;
     Ok(trained.and_then(|trained| trained.seconds))
@@ -194,7 +194,7 @@ mod tests {
             pretrain: evpose_task::body::BodyConfig::default(),
             finetune: evpose_task::body::BodyConfig::default(),
         };
-        let queue = queue(Path::new("nowhere"), &rows::chosen(&[]), &[stages]);
+        let queue = queue(Path::new("nowhere"), &rows::selected(&[]), &[stages]);
         let mut before: Vec<Network> = Vec::new();
         for (chain, _) in queue {
             for network in chain {

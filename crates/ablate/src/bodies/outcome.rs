@@ -46,7 +46,7 @@ struct RowOutcome {
 }
 
 impl Outcome {
-    /// The outcome of those of `rows` whose trials are there.
+    /// The outcome of the rows that have trials.
     pub(super) fn new(seeds: &[u64], rows: &[&'static Row], trials: &Trials) -> Result<Self> {
         let full = trials.get(FULL).context("the full method has no trials")?;
         let outcomes = rows.iter().filter_map(|row| Some((row, trials.get(row.name)?)));

@@ -13,29 +13,29 @@ use crate::finding::Relation;
 /// Events of a frame of fixed count.
 const FIXED_COUNT: usize = 7_500;
 
-/// The full method, against which all else is held.
+/// The full method, with which every row is compared.
 pub(super) const FULL: &str = "full";
 
-/// One row.
+/// A row of the study.
 #[derive(Debug)]
 pub(super) struct Row {
     pub(super) name: &'static str,
-    /// One line for lists.
+    /// Description in one line.
     pub(super) about: &'static str,
     pub(super) network: Network,
     pub(super) evaluated_on: Test,
     /// PCK@0.4 and PCK@0.8 on eH3.6M, where there are any.
     pub(super) published: Option<[f64; 2]>,
-    /// How it stands to the full method by what was published.
+    /// Published relation to the full method.
     pub(super) expected: Option<Relation>,
 }
 
 /// A network and how it is trained.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Network {
-    /// Stills that look like an EROS, and nothing after.
+    /// EROS-like stills alone.
     Pretrained,
-    /// Then recordings as EROS.
+    /// Stills, then recordings as EROS.
     Full,
     /// Recordings as EROS alone.
     Scratch,
@@ -43,7 +43,7 @@ pub(super) enum Network {
     FixedCount,
     /// Recordings as integrated polarities.
     Pim,
-    /// Stills, then photographs of the same moments as the recordings, in grey.
+    /// Stills, then grey frames at the same times as the recordings.
     GreyPretrained,
     Grey,
 }
@@ -51,18 +51,18 @@ pub(super) enum Network {
 /// Test set: the held-out people of the second stage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Test {
-    /// As they are.
+    /// Unchanged.
     HeldOut,
-    /// Seen by a camera of 640x480 pixels.
+    /// From a camera of 640x480 pixels.
     Vga,
-    /// Seen by cameras held by hand.
+    /// From hand-held cameras.
     Moving,
 }
 
 const WORSE: Option<Relation> = Some(Relation::Worse);
 const COMPARABLE: Option<Relation> = Some(Relation::Comparable);
 
-/// Every row. A new one is a line here.
+/// The registry of rows.
 pub(super) const ROWS: &[Row] = &[
     Row {
         name: FULL,
@@ -144,7 +144,7 @@ pub(crate) fn names() -> PossibleValuesParser {
 }
 
 /// The rows of these names, or all; the full method always.
-pub(super) fn chosen(names: &[String]) -> Vec<&'static Row> {
+pub(super) fn selected(names: &[String]) -> Vec<&'static Row> {
     let is_chosen = |row: &&Row| {
         row.name == FULL || names.is_empty() || names.iter().any(|name| name == row.name)
     };
@@ -152,7 +152,7 @@ pub(super) fn chosen(names: &[String]) -> Vec<&'static Row> {
 }
 
 impl Network {
-    /// Its name in a directory.
+    /// Name of its directory.
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::Pretrained => "pretrained",
@@ -199,7 +199,7 @@ impl Network {
 }
 
 impl Test {
-    /// Its name in a directory.
+    /// Name of its directory.
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::HeldOut => "held-out",
@@ -229,7 +229,7 @@ mod tests {
         for row in ROWS {
             assert_eq!(ROWS.iter().filter(|other| other.name == row.name).count(), 1);
         }
-        let chosen = chosen(&["pim".to_owned()]);
+        let chosen = selected(&["pim".to_owned()]);
         assert_eq!(chosen.iter().map(|row| row.name).collect::<Vec<_>>(), [FULL, "pim"]);
     }
 }

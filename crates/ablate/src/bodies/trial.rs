@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use super::Stages;
 use super::networks;
 use super::rows::{Network, Row, Test};
-use crate::places::{read, write};
+use crate::directories::{read, write};
 use evpose_app::recorded;
 use evpose_app::run_info::COMMIT;
 

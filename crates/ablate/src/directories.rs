@@ -1,8 +1,8 @@
-//! Directories and files of an ablation, and which of its steps are finished.
+//! Directories and files of a study, and which of its steps are finished.
 //!
-//! `data/seed-1/train` and `held-out`, shared by all rows; `rows/lnes-33/seed-1`, a training's own
-//! directory with `trial.json` once it is evaluated. What is not finished has another name or is not
-//! there, so that whatever is found can be kept.
+//! `data/seed-1/train` and `held-out` are shared by all rows; `rows/lnes-33/seed-1` is the directory of a
+//! training, with `trial.json` once it is evaluated. Unfinished files have another name or do not exist, so
+//! that every existing file is complete.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -17,14 +17,14 @@ use evpose_app::progress::say;
 use evpose_app::recorded;
 use evpose_app::run_info;
 
-/// The directory of an ablation.
-pub(super) struct Places<'a> {
+/// Directory of a study.
+pub(super) struct StudyDirectory<'a> {
     out: &'a Path,
 }
 
-impl<'a> Places<'a> {
-    /// Makes `out` ready for the ablation of `base`; what it holds already is kept if `resume` is
-    /// set and it is of the same base.
+impl<'a> StudyDirectory<'a> {
+    /// Opens `out` for the study of `base`. Existing files are kept if `resume` is set and the config is the
+    /// same.
     pub(super) fn open(out: &'a Path, base: &HandConfig, resume: bool) -> Result<Self> {
         let config = out.join("config.toml");
         if out.read_dir().is_ok_and(|mut entries| entries.next().is_some()) {
@@ -40,7 +40,7 @@ impl<'a> Places<'a> {
                     config.display()
                 );
             }
-            // Who began it stays written; who made each trial stands beside the trial.
+            // `run.toml` of the first process stays; each trial has its own provenance.
             return Ok(Self { out });
         }
         run_info::write(out, base.seed, Some(base))?;
@@ -61,17 +61,17 @@ impl<'a> Places<'a> {
         self.out.join(format!("data/seed-{seed}"))
     }
 
-    /// The training of a row under a seed.
+    /// Directory of the training of a row under a seed.
     pub(super) fn run(&self, row: &str, seed: u64) -> PathBuf {
         self.out.join("rows").join(row).join(format!("seed-{seed}"))
     }
 
-    /// A result of the whole.
+    /// Path of a result of the study.
     pub(super) fn result(&self, name: &str) -> PathBuf {
         self.out.join(name)
     }
 
-    /// Simulates the sequences of a seed, those that are not there yet.
+    /// Simulates the missing sequences of a seed.
     pub(super) fn simulate(&self, base: &HandConfig, seed: u64) -> Result<()> {
         let config = HandConfig { seed, ..base.clone() };
         let sets = [
@@ -107,7 +107,7 @@ pub(super) fn read<T: DeserializeOwned>(path: &Path) -> Result<Option<T>> {
     })
 }
 
-/// Writes a file of ours, whole or not at all.
+/// Writes a JSON file atomically.
 pub(super) fn write<T: Serialize>(path: &Path, value: &T) -> Result<()> {
     let text = serde_json::to_string_pretty(value)? + "\n";
     atomic_write(path, text.as_bytes()).with_context(|| format!("writing {}", path.display()))
