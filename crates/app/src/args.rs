@@ -1,4 +1,4 @@
-//! Groups of arguments that several commands take.
+//! Argument groups shared by several commands.
 
 use anyhow::Result;
 use burn::tensor::Device;
@@ -29,7 +29,7 @@ pub struct DeviceArgs {
 }
 
 impl DeviceArgs {
-    /// The device that was asked for; sets the number of threads as well.
+    /// Opens the device and sets the thread count.
     ///
     /// # Errors
     /// If the device is not part of this build, or the thread pool is already running.

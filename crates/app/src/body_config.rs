@@ -7,7 +7,7 @@ use evpose_task::body::BodyConfig;
 
 use crate::args::ConfigArgs;
 
-/// Configs that are part of the binary.
+/// Configs embedded in the binary.
 const EMBEDDED: &[(&str, &str)] = &[
     ("pretrain", include_str!("../../../configs/body/pretrain.toml")),
     ("finetune", include_str!("../../../configs/body/finetune.toml")),
@@ -15,7 +15,7 @@ const EMBEDDED: &[(&str, &str)] = &[
     ("finetune-full", include_str!("../../../configs/body/finetune-full.toml")),
 ];
 
-/// The config that was named, if it is one of bodies.
+/// Loads a config by name or path. None if it is not of the body task.
 pub fn config(args: &ConfigArgs) -> Result<Option<BodyConfig>> {
     if let Some((name, text)) = EMBEDDED.iter().find(|(name, _)| *name == args.config) {
         let config = BodyConfig::parse(text, &args.overrides);

@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use evpose_task::hand::HandConfig;
 
-/// Configs that are part of the binary, so that nothing has to be found on disk.
+/// Configs embedded in the binary.
 const EMBEDDED: &[(&str, &str)] = &[
     ("quick", include_str!("../../../configs/hand/quick.toml")),
     ("ablation", include_str!("../../../configs/hand/ablation.toml")),
@@ -17,7 +17,7 @@ pub fn is_embedded(name: &str) -> bool {
     EMBEDDED.iter().any(|(embedded, _)| *embedded == name)
 }
 
-/// Reads the embedded config called `source`, or else the file.
+/// Loads the embedded config `source`, or else the file of that path.
 pub fn load(source: &str, overrides: &[String]) -> Result<HandConfig> {
     if let Some((name, text)) = EMBEDDED.iter().find(|(name, _)| *name == source) {
         return HandConfig::parse(text, overrides)

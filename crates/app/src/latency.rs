@@ -1,4 +1,4 @@
-//! How long a network takes for a batch, run by run.
+//! Latencies of a network, run by run.
 
 use std::time::Instant;
 
@@ -10,7 +10,7 @@ use evpose_nn::HandRegressor;
 
 /// Runtime of a network.
 pub enum Runner<'a> {
-    /// Our engine, which takes one window at a time.
+    /// Our engine, at batch size 1.
     Engine(Box<Engine>),
     /// Burn, on a device.
     Burn(Box<dyn Fn(Tensor<4>) + 'a>, &'a Device),
@@ -24,7 +24,7 @@ impl<'a> Runner<'a> {
         device: &'a Device,
     ) -> Result<Self> {
         if *device != Device::flex() {
-            // Reading the result back makes a device that works in the background finish.
+            // Reading the result back waits for asynchronous devices.
             let forward = |images| drop(std::hint::black_box(network.forward(images).into_data()));
             return Ok(Self::Burn(Box::new(forward), device));
         }
@@ -33,7 +33,7 @@ impl<'a> Runner<'a> {
         Ok(Self::Engine(Box::new(engine)))
     }
 
-    /// Predicts once; the time is without what it takes to make the input.
+    /// Runs one inference and returns its time in milliseconds, without that of preparing the input.
     fn once(&mut self, values: &[f32], input: [usize; 4]) -> f64 {
         match self {
             Self::Engine(engine) => {
@@ -70,7 +70,7 @@ pub fn times_ms(runner: &mut Runner<'_>, input: [usize; 4], runs: usize, seed: u
     (0..runs).map(|_| runner.once(&values, input)).collect()
 }
 
-/// The same, sorted.
+/// Times of [`times_ms`], sorted.
 pub fn sorted_ms(runner: &mut Runner<'_>, input: [usize; 4], runs: usize, seed: u64) -> Vec<f64> {
     let mut times_ms = times_ms(runner, input, runs, seed);
     times_ms.sort_by(f64::total_cmp);

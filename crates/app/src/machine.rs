@@ -16,7 +16,7 @@ pub struct Machine {
 impl Machine {
     /// The machine this runs on.
     pub fn this() -> Self {
-        // Only Linux names it without a dependency; elsewhere the architecture must do.
+        // Linux alone reports the processor without a dependency; elsewhere the architecture stands in.
         let cpu = std::fs::read_to_string("/proc/cpuinfo")
             .ok()
             .and_then(|text| {

@@ -14,7 +14,7 @@ pub use people::{frames, prepare, record as record_people_of, summary_of_people}
 
 use crate::run_info::{self, RunConfig};
 
-/// Makes `dir` the directory of `config`'s sequences.
+/// Claims `dir` for the sequences of `config`.
 ///
 /// # Errors
 /// If the directory belongs to another config, or holds sequences and `resume` is not set.
@@ -36,8 +36,8 @@ pub fn claim(set: &SequenceSet, config: &impl RunConfig, shard: Shard, resume: b
             run_info::CONFIG
         );
     }
-    // Shards that start together may all find nothing and write the same. Were one of them given
-    // another config, only one config stays; the final check of the others then fails.
+    // Shards that start at the same time may all find no config and write the same. If one had another
+    // config, one file wins, and the final check of the other shards fails.
     if !begun || (shard.is_whole() && !resume) {
         run_info::write_shared(dir, config)?;
     }

@@ -15,7 +15,7 @@ const RUN: &str = "run.toml";
 /// File of the resolved config.
 pub const CONFIG: &str = "config.toml";
 
-/// A config that a directory is made with.
+/// A config of an output directory.
 pub trait RunConfig: Sized {
     /// The seed of the experiment.
     fn seed(&self) -> u64;
@@ -87,15 +87,15 @@ pub fn write(dir: &Path, seed: u64, config: Option<&HandConfig>) -> Result<()> {
     }
 }
 
-/// As [`write()`], for a directory that several processes fill: without the command, which differs
-/// among them. `config.toml` comes last, so that whoever finds it finds `run.toml` too.
+/// As [`write()`], for a directory that several processes share: without the command, which differs between
+/// them. `config.toml` is written last, so that its existence implies that of `run.toml`.
 pub fn write_shared(dir: &Path, config: &impl RunConfig) -> Result<()> {
     write_file(&dir.join(RUN), &origin(config.seed())?.to_string())?;
     write_file(&dir.join(CONFIG), &config.toml()?)
 }
 
-/// Refuses a directory that was begun with another config, or by another build of the program,
-/// which may draw other numbers.
+/// Refuses a directory of another config, or of another build of the program, whose random draws may
+/// differ.
 pub fn check_shared<C: RunConfig>(dir: &Path, config: &C) -> Result<()> {
     let path = dir.join(CONFIG);
     let fields = config.differs(&C::read_from(&path)?)?;

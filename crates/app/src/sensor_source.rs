@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{Context, Result, bail};
 use evpose_sensor::{PRESETS, STAGES, SensorConfig, SensorModel, StageSpec, nearest};
 
-/// A sensor and what is known of it.
+/// A sensor with its description and origin.
 pub struct Source {
     /// The preset's name, or the path.
     pub name: String,
@@ -16,13 +16,13 @@ pub struct Source {
 }
 
 impl Source {
-    /// The sensor, built.
+    /// Builds the sensor.
     pub fn model(&self) -> Result<SensorModel> {
         SensorModel::from_config(&self.config).with_context(|| self.name.clone())
     }
 }
 
-/// The preset called `name`, or else the file, whose paths begin where it is.
+/// Loads the preset `name`, or else the file of that path; paths inside are relative to the file.
 pub fn sensor(name: &str) -> Result<Source> {
     if let Some(preset) = PRESETS.iter().find(|preset| preset.name == name) {
         let config = SensorConfig::preset(name)?;
@@ -46,7 +46,7 @@ pub fn sensor(name: &str) -> Result<Source> {
     Ok(Source { name: name.to_owned(), origin: format!("Read from {name}."), config })
 }
 
-/// The registered effect called `name`.
+/// The registered effect of a name.
 pub fn effect(name: &str) -> Option<&'static StageSpec> {
     STAGES.iter().copied().find(|spec| spec.name == name)
 }

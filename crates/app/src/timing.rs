@@ -1,13 +1,13 @@
 //! Quantiles and outliers of measured times.
 
-/// The value below which a share `q` of sorted values lies (nearest rank).
+/// Quantile `q` of sorted values (nearest rank).
 pub fn quantile(sorted: &[f64], q: f64) -> f64 {
     let rank = (q * sorted.len() as f64).ceil() as usize;
     sorted[rank.clamp(1, sorted.len()) - 1]
 }
 
-/// How many of sorted times have a modified z-score above 3.5 (Iglewicz and Hoaglin 1993): signs of
-/// a busy machine.
+/// Number of sorted times with a modified z-score above 3.5 (Iglewicz and Hoaglin 1993): a sign of a machine
+/// under load.
 pub fn outliers(sorted: &[f64]) -> usize {
     let median = quantile(sorted, 0.5);
     let mut deviations: Vec<f64> = sorted.iter().map(|t| (t - median).abs()).collect();

@@ -74,7 +74,7 @@ impl Recorded {
         self.steps as f64 / self.elapsed_s
     }
 
-    /// Prints what an earlier run left: complete sequences, and unfinished files.
+    /// Prints how many complete sequences and unfinished files an earlier run left.
     pub fn report_earlier_work(&self) {
         if self.reused > 0 {
             say(format!("kept {} complete sequences", self.reused));
