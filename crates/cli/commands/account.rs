@@ -15,8 +15,8 @@ pub(super) struct Account {
 }
 
 impl Account {
-    /// Of a recording that was read to the end.
-    pub(super) fn of_windows(windows: &Windows) -> Self {
+    /// Anomalies of a recording that was read to the end in windows.
+    pub(super) fn from_windows(windows: &Windows) -> Self {
         Self {
             sensor: windows.sensor(),
             origin: windows.sensor_origin(),
@@ -26,8 +26,8 @@ impl Account {
         }
     }
 
-    /// Of a recording that was read whole.
-    pub(super) fn of_whole(recording: &Recording) -> Self {
+    /// Anomalies of a recording that was read at once.
+    pub(super) fn from_recording(recording: &Recording) -> Self {
         Self {
             sensor: recording.stream.sensor(),
             origin: recording.sensor_origin,
@@ -37,26 +37,26 @@ impl Account {
         }
     }
 
-    /// Says it, if there is anything.
-    pub(super) fn say(&self) {
+    /// Prints the warnings.
+    pub(super) fn print(&self) {
         for remark in &self.remarks {
             say(format!("warning   {remark}"));
         }
         if self.origin == SensorOrigin::Inferred {
             say(format!(
-                "warning   the file does not state its sensor: {} holds every event; --sensor says \
-                 what it was",
+                "warning   the file does not state its sensor: {} contains every event; set it with \
+                 --sensor",
                 self.sensor
             ));
         }
         let Rejected { outside_sensor, out_of_order } = self.rejected;
-        for (count, what) in [
-            (outside_sensor, "lie outside the sensor: left out"),
-            (out_of_order, "stand behind later ones: left out"),
-            (self.sorted, "stood behind later ones: put where they belong"),
+        for (count, anomaly) in [
+            (outside_sensor, "outside the sensor: skipped"),
+            (out_of_order, "out of order: skipped"),
+            (self.sorted, "out of order: sorted"),
         ] {
             if count > 0 {
-                say(format!("warning   {count} events {what}"));
+                say(format!("warning   {count} events {anomaly}"));
             }
         }
     }

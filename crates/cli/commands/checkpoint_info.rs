@@ -1,4 +1,4 @@
-//! Descriptions of `.bpk` files.
+//! Descriptions of checkpoints.
 
 use std::path::Path;
 
@@ -6,23 +6,18 @@ use anyhow::Result;
 use evpose_app::args::DeviceArgs;
 use evpose_nn::DeviceKind;
 
-/// Extension of our weight files.
+/// Extension of checkpoints.
 const EXTENSION: &str = "bpk";
 
-/// Whether the name of a file is that of a weight file.
+/// Whether a file is a checkpoint, by its extension.
 pub(super) fn is_likely(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension == EXTENSION)
 }
 
-/// The network, the data it was trained on, and the experiment.
+/// A description of the network and its training data, and the config.
 pub(super) fn describe(path: &Path) -> Result<String> {
     let device = DeviceArgs { device: DeviceKind::Flex, threads: None };
     let model = evpose_commands::open(path, &device)?;
     let config = model.config_toml()?;
-    Ok(format!(
-        "{}\n{}\nthe experiment it came from:\n\n{}",
-        path.display(),
-        model.description(),
-        config.trim_end()
-    ))
+    Ok(format!("{}\n{}\nconfig:\n\n{}", path.display(), model.description(), config.trim_end()))
 }

@@ -1,7 +1,7 @@
 //! `evpose convert`: a recording in another format.
 //!
-//! Files in order are converted window by window, however long they are. One whose events stand far
-//! from where they belong in time is read whole and sorted.
+//! Files in time order are converted window by window, in constant memory. Files that are far out of order are
+//! read whole and sorted.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -26,7 +26,7 @@ use std::path::PathBuf;
 pub(crate) struct ConvertArgs {
     #[command(flatten)]
     pub(crate) recording: RecordingArgs,
-    /// File to write; its ending says the format, unless --format does
+    /// File to write, in the format of its extension or of --format
     pub(crate) out: PathBuf,
     /// Name of the format to write
     #[arg(long)]
@@ -37,12 +37,12 @@ pub(crate) struct ConvertArgs {
     /// End so many seconds after the first event
     #[arg(long, value_name = "SECONDS")]
     pub(crate) to: Option<f64>,
-    /// Let time begin at 0 with the first event, or with --from
+    /// Shift time stamps so that the first event, or --from, is at 0
     #[arg(long)]
     pub(crate) zero_time: bool,
 }
 
-/// How much is converted at a time.
+/// Event time of a window.
 const STEP: Micros = Micros(20_000);
 
 pub(crate) fn run(args: &ConvertArgs) -> Result<()> {
@@ -53,7 +53,7 @@ pub(crate) fn run(args: &ConvertArgs) -> Result<()> {
         Some(done) => done,
         None => whole(args, format, &options)?,
     };
-    done.account.say();
+    done.account.print();
     let events = done.events;
     let speed = events as f64 / begin.elapsed().as_secs_f64().max(1e-9) / 1e6;
     say(format!(
@@ -74,7 +74,7 @@ pub(super) fn format(out: &Path, name: Option<&str>) -> Result<&'static Format> 
     })
 }
 
-/// The formats, for the help.
+/// The table of formats for the help text.
 pub(crate) fn formats() -> String {
     let mut text = "Formats (read by content, whatever the name):\n".to_owned();
     for format in FORMATS {
@@ -111,7 +111,7 @@ impl Cut {
         Ok(Self { window: TimeWindow { start, end }, shift })
     }
 
-    /// Writes what of `events` is taken; returns how many that is.
+    /// Writes the events inside the cut, and returns their count.
     fn write(&self, events: &EventStream, sink: &mut dyn EventSink) -> Result<u64> {
         let taken = events.slice(self.window);
         if taken.is_empty() {
@@ -131,7 +131,7 @@ impl Cut {
     }
 }
 
-/// Converts without holding the recording; nothing where that would lose events or need all of them.
+/// Converts window by window. None if that would lose events or need all of them.
 fn windows(args: &ConvertArgs, format: &Format, options: &OpenOptions) -> Result<Option<Done>> {
     let mut windows = Windows::open(&args.recording.input, options)?;
     if windows.sensor_origin() == SensorOrigin::Inferred {
@@ -160,15 +160,15 @@ fn windows(args: &ConvertArgs, format: &Format, options: &OpenOptions) -> Result
     }
     progress.finish_and_clear();
     sink.finish()?;
-    Ok(Some(Done { events: written, account: Account::of_windows(&windows) }))
+    Ok(Some(Done { events: written, account: Account::from_windows(&windows) }))
 }
 
-/// Reads the whole recording first.
+/// Converts a recording that is read whole.
 fn whole(args: &ConvertArgs, format: &Format, options: &OpenOptions) -> Result<Done> {
     let read = open_as(&args.recording.input, options)?;
     let mut sink = format.create(&args.out, read.stream.sensor())?;
     let cut = Cut::new(args, read.stream.t().first().copied().unwrap_or(Micros(0)))?;
     let events = cut.write(&read.stream, sink.as_mut())?;
     sink.finish()?;
-    Ok(Done { events, account: Account::of_whole(&read) })
+    Ok(Done { events, account: Account::from_recording(&read) })
 }

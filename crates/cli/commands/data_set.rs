@@ -1,4 +1,4 @@
-//! `evpose info DIR`: a directory of sequences, described and checked.
+//! `evpose info DIR`: description and verification of a directory of sequences.
 
 use std::path::Path;
 
@@ -11,20 +11,20 @@ use evpose_task::hand::HandConfig;
 use evpose_app::progress::{bar, say};
 use evpose_app::run_info::CONFIG;
 
-/// Says what the directory should hold and how far it is.
+/// Prints the contents of the directory and how much of them is complete.
 pub(super) fn describe(directory: &Path) -> Result<()> {
     let path = directory.join(CONFIG);
     if !path.exists() {
-        bail!("{}: no {CONFIG}, so no directory of `evpose simulate`", directory.display());
+        bail!("{}: not a directory of `evpose simulate`: no {CONFIG}", directory.display());
     }
     let text =
         std::fs::read_to_string(&path).with_context(|| format!("reading {}", path.display()))?;
     let is_people = BodyConfig::is_one(&text);
-    let (sequences, seconds, seed, what) = if is_people {
+    let (sequences, seconds, seed, content) = if is_people {
         let config = BodyConfig::read(&path)?;
         let simulation = config.simulation;
-        let what = format!("people: {}", simulation.activities.join(", "));
-        (simulation.sequences, simulation.seconds, config.seed, what)
+        let content = format!("people: {}", simulation.activities.join(", "));
+        (simulation.sequences, simulation.seconds, config.seed, content)
     } else {
         let config = HandConfig::read(&path)?;
         let simulation = config.simulation;
@@ -35,16 +35,13 @@ pub(super) fn describe(directory: &Path) -> Result<()> {
     let unfinished = set.unfinished(Shard::WHOLE).len();
     let complete = sequences - unfinished;
     say(directory.display());
-    say(format!("  of        {what}"));
+    say(format!("  content   {content}"));
     say(format!("  sequences {complete} of {sequences} complete"));
     say(format!("  duration  {seconds} s each, seed {seed}"));
     say(format!("  size      {:.3} GB", bytes_in(directory)? as f64 * 1e-9));
     say(match (set.manifest().exists(), unfinished) {
         (true, _) => format!("  manifest  {MANIFEST}"),
-        (false, 0) => {
-            "  manifest  none yet: `evpose simulate … --resume` writes it, once all are in place"
-                .to_owned()
-        }
+        (false, 0) => "  manifest  none yet: `evpose simulate … --resume` writes it".to_owned(),
         (false, _) => "  manifest  none: the set is not finished".to_owned(),
     });
     Ok(())
@@ -63,7 +60,7 @@ pub(super) fn verify(directory: &Path) -> Result<()> {
     ));
     if verified.leftovers > 0 {
         say(format!(
-            "  leftovers {} unfinished files of interrupted runs, which no reader looks at",
+            "  leftovers {} unfinished files of interrupted runs, which readers ignore",
             verified.leftovers
         ));
     }

@@ -1,18 +1,18 @@
-//! `evpose demo`: the whole pipeline on the embedded default.
+//! `evpose demo`: the whole hand pipeline on the embedded default.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
-use evpose_task::hand::NetworkPredictor;
-use evpose_train::{HandDataset, TrainOptions, read_history, train_hand};
-use serde_json::json;
+use evpose_task::hand::{HandConfig, NetworkPredictor};
+use evpose_train::{HandDataset, TrainOptions, TrainSummary, read_history, train_hand};
+use serde_json::{Map, Value, json};
 
 use evpose_app::args::DeviceArgs;
 use evpose_app::hand_config;
 use evpose_app::machine::Machine;
 use evpose_app::progress::say;
-use evpose_app::recorded;
+use evpose_app::recorded::{self, Recorded};
 use evpose_app::run_info;
 use evpose_report::hand::{self as report, Material};
 use evpose_report::held_out;
@@ -43,25 +43,12 @@ pub(crate) fn run(args: &DemoArgs) -> Result<()> {
     let started = Instant::now();
     let device = args.device.open()?;
     let config = hand_config::load(&args.config, &args.overrides)?;
-    let out = match &args.out {
-        Some(out) if out.read_dir().is_ok_and(|mut entries| entries.next().is_some()) => {
-            bail!("{} is not empty: choose another --out", out.display())
-        }
-        Some(out) => out.clone(),
-        None => fresh(Path::new(RUNS)),
-    };
+    let out = output_directory(args)?;
     let machine = Machine::this();
     say(format!("machine: {machine}"));
     say(format!("output:  {}", out.display()));
     run_info::write(&out, config.seed, Some(&config))?;
-
-    let (train_dir, test_dir) = (out.join("data/train"), out.join("data/held-out"));
-    say("1/4 simulating training sequences");
-    let recorded = recorded::record(&config, &train_dir, "training")?;
-    say(format!("    {recorded}"));
-    let test_config = recorded::held_out(&config);
-    let test_recorded = recorded::record(&test_config, &test_dir, "held-out")?;
-    say(format!("    held out: {test_recorded}"));
+    let sets = DataSets::simulate(&config, &out)?;
 
     say(format!(
         "2/4 training {} of width {} for {} steps of {}",
@@ -73,45 +60,21 @@ pub(crate) fn run(args: &DemoArgs) -> Result<()> {
     let run = out.join("train");
     // Plain lines: a dashboard would wait for a key at the end.
     let options =
-        TrainOptions { device: args.device.device, resume: false, plain: true, progress: None };
-    let summary = train_hand(&config, &train_dir, &run, &options)?;
+        TrainOptions { device: args.device.device, resume: false, plain: true, told: None };
+    let summary = train_hand(&config, &sets.train_dir, &run, &options)?;
 
-    say("3/4 evaluating on sequences the network never saw");
-    let data = HandDataset::open(&test_dir, &config)?;
+    say("3/4 evaluating on held-out sequences");
+    let data = HandDataset::open(&sets.held_out_dir, &config)?;
     let mean = summary.best.mean_pose.context("the training poses have no mean")?;
-    let network = summary.best.network;
-    let trained = NetworkPredictor::new(network, device.clone());
+    let trained = NetworkPredictor::new(summary.best.network.clone(), device.clone());
     let mut evaluation =
         held_out::evaluate_with_baselines(&config, &data, trained, mean, &device, args.stride_ms)?;
-    evaluation.metrics.measured = json!({
-        "simulated_steps_per_second": recorded.steps_per_second(),
-        "trained_samples": summary.samples,
-        "trained_samples_per_second": summary.samples_per_second,
-        "training_s": summary.elapsed.as_secs_f64(),
-        "training_waited_for_data_share": summary.data_wait.share(),
-    })
-    .as_object()
-    .cloned()
-    .unwrap_or_default();
+    evaluation.metrics.measured = measured(&sets, &summary);
 
     say("4/4 writing the report");
-    let facts = [
-        format!("machine: {machine}"),
-        format!("commit: {}", run_info::COMMIT),
-        format!("seed: {}", config.seed),
-        format!("training data: {recorded}"),
-        format!("held-out data: {test_recorded}"),
-        format!(
-            "training: {} samples in {:.0} s, {:.0} samples/s on {}, {}",
-            summary.samples,
-            summary.elapsed.as_secs_f64(),
-            summary.samples_per_second,
-            args.device.device.name(),
-            summary.data_wait
-        ),
-        format!("evaluation: a pose every {} ms", args.stride_ms),
-        format!("time until this report: {:.0} s", started.elapsed().as_secs_f64()),
-    ];
+    let mut facts = vec![format!("machine: {machine}"), format!("commit: {}", run_info::COMMIT)];
+    facts.extend(experiment_facts(&config, args, &sets, &summary));
+    facts.push(format!("time until this report: {:.0} s", started.elapsed().as_secs_f64()));
     let history = read_history(&run.join("metrics.jsonl"))?;
     let material = Material {
         config: &config,
@@ -133,6 +96,72 @@ pub(crate) fn run(args: &DemoArgs) -> Result<()> {
     say(format!("frames: {}", out.join("frames.png").display()));
     say(format!("report:  {}", out.join("report.html").display()));
     Ok(())
+}
+
+/// The directory of the demo: that of the arguments, which must be empty, or a fresh one.
+fn output_directory(args: &DemoArgs) -> Result<PathBuf> {
+    match &args.out {
+        Some(out) if out.read_dir().is_ok_and(|mut entries| entries.next().is_some()) => {
+            bail!("{} is not empty: choose another --out", out.display())
+        }
+        Some(out) => Ok(out.clone()),
+        None => Ok(fresh(Path::new(RUNS))),
+    }
+}
+
+/// Simulated training and held-out sequences.
+struct DataSets {
+    train_dir: PathBuf,
+    held_out_dir: PathBuf,
+    train: Recorded,
+    held_out: Recorded,
+}
+
+impl DataSets {
+    fn simulate(config: &HandConfig, out: &Path) -> Result<Self> {
+        let (train_dir, held_out_dir) = (out.join("data/train"), out.join("data/held-out"));
+        say("1/4 simulating training sequences");
+        let train = recorded::record(config, &train_dir, "training")?;
+        say(format!("    {train}"));
+        let held_out = recorded::record(&recorded::held_out(config), &held_out_dir, "held-out")?;
+        say(format!("    held out: {held_out}"));
+        Ok(Self { train_dir, held_out_dir, train, held_out })
+    }
+}
+
+/// Speeds of the demo, for `metrics.json`.
+fn measured(sets: &DataSets, summary: &TrainSummary) -> Map<String, Value> {
+    let measured = json!({
+        "simulated_steps_per_second": sets.train.steps_per_second(),
+        "trained_samples": summary.samples,
+        "trained_samples_per_second": summary.samples_per_second,
+        "training_s": summary.elapsed.as_secs_f64(),
+        "training_waited_for_data_share": summary.data_wait.share(),
+    });
+    measured.as_object().cloned().unwrap_or_default()
+}
+
+/// Lines of the report about the experiment.
+fn experiment_facts(
+    config: &HandConfig,
+    args: &DemoArgs,
+    sets: &DataSets,
+    summary: &TrainSummary,
+) -> [String; 5] {
+    [
+        format!("seed: {}", config.seed),
+        format!("training data: {}", sets.train),
+        format!("held-out data: {}", sets.held_out),
+        format!(
+            "training: {} samples in {:.0} s, {:.0} samples/s on {}, {}",
+            summary.samples,
+            summary.elapsed.as_secs_f64(),
+            summary.samples_per_second,
+            args.device.device.name(),
+            summary.data_wait
+        ),
+        format!("evaluation: a pose every {} ms", args.stride_ms),
+    ]
 }
 
 /// The first of `runs/demo`, `runs/demo-2`, … that does not exist.

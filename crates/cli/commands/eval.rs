@@ -1,4 +1,4 @@
-//! `evpose eval`.
+//! `evpose eval`, by the task of the checkpoint.
 
 use anyhow::Result;
 use evpose_commands::args::EvalArgs;

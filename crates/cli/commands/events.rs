@@ -25,14 +25,13 @@ pub(crate) struct EventsArgs {
     /// A preset or a TOML file of effects
     #[arg(long)]
     pub(crate) sensor: String,
-    /// Where to write the events: .npz, .txt or .evc; how they were made goes to the same name
-    /// with .toml behind it
+    /// Where to write the events: .npz, .txt or .evc; the config and seed are written to OUT.toml
     #[arg(long)]
     pub(crate) out: PathBuf,
-    /// Steps per frame, between which luminance runs in a line
+    /// Simulation steps per frame; luminance is interpolated linearly
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) upsample: u32,
-    /// Thresholds of every pixel: one .npy (height, width) for ON and OFF, or one each
+    /// Per-pixel thresholds as .npy (height, width): one file for ON and OFF, or one each
     #[arg(long, value_name = "FILE.npy", num_args = 1..=2)]
     pub(crate) threshold_map: Vec<PathBuf>,
     /// Seed of fixed patterns and noise
@@ -48,24 +47,24 @@ pub(crate) fn run(args: &EventsArgs) -> Result<()> {
     let mut source = args.frames.open()?;
     ensure!(
         source.frames() > 1,
-        "{}: one frame alone makes no events",
+        "{}: at least two frames are required",
         args.frames.frames.display()
     );
     let mut run = model.start(source.size(), args.seed);
     let events = convert(&mut source, &clock, &mut run)?;
     format.write(&args.out, &events.stream)?;
-    // Not the name with another ending, which may be the file of the sensor.
+    // The extension is appended, not replaced: OUT with `.toml` could be the sensor's file.
     let mut beside = args.out.clone().into_os_string();
     beside.push(".toml");
     let beside = PathBuf::from(beside);
     atomic_write(&beside, provenance(args, &source, &sensor)?.as_bytes())
         .with_context(|| format!("writing {}", beside.display()))?;
     events.report(&source, &clock, run.repaired_pixels());
-    say(format!("written to {}, how it was made to {}", args.out.display(), beside.display()));
+    say(format!("written to {}, its config to {}", args.out.display(), beside.display()));
     Ok(())
 }
 
-/// The sensor asked for; maps of thresholds come behind all its effects.
+/// The sensor of the arguments, with per-pixel thresholds after its other effects.
 fn sensor(args: &EventsArgs) -> Result<SensorConfig> {
     let mut sensor = source::sensor(&args.sensor)?.config;
     let (on, off) = match args.threshold_map.as_slice() {
@@ -84,7 +83,7 @@ fn sensor(args: &EventsArgs) -> Result<SensorConfig> {
     Ok(sensor)
 }
 
-/// When frames, and steps between them, are shown.
+/// Time stamps of frames and of the steps between them.
 struct FrameClock {
     fps: f64,
     steps: u32,
@@ -100,7 +99,7 @@ impl FrameClock {
         Ok(Self { fps, steps })
     }
 
-    /// The time of a step of a frame, counted from the frame before: the last is the frame itself.
+    /// Time stamp of a step towards a frame: the last step is the frame itself.
     fn at(&self, frame: u64, step: u32) -> Micros {
         let steps = f64::from(self.steps);
         let frames = frame as f64 - f64::from(self.steps - step) / steps;
@@ -108,7 +107,7 @@ impl FrameClock {
     }
 }
 
-/// The events of a sequence and what they took.
+/// The events of a sequence, with counts and times.
 struct Converted {
     stream: EventStream,
     steps: u64,
@@ -182,7 +181,7 @@ impl Converted {
     }
 }
 
-/// Run, frames and sensor as TOML, with whole paths.
+/// Run, frames and sensor as TOML, with absolute paths.
 fn provenance(args: &EventsArgs, source: &FrameSource, sensor: &SensorConfig) -> Result<String> {
     let whole = |path: &Path| -> Result<String> {
         Ok(std::path::absolute(path)?.to_string_lossy().into_owned())

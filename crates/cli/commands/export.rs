@@ -15,17 +15,17 @@ use evpose_onnx::{Message as _, OPSET, model};
     evpose export --checkpoint checkpoints/body-quick.bpk --onnx body.onnx\n  \
     evpose export eventhands --set network.backbone=mobilenet_v2 --onnx untrained.onnx")]
 pub(crate) struct ExportArgs {
-    /// A TOML file, or an embedded config: its network with first weights, for the size of its images
+    /// A TOML file, or an embedded config: export its network with initial weights
     #[arg(required_unless_present = "checkpoint", conflicts_with = "checkpoint")]
     pub(crate) config: Option<String>,
     /// Change one field, for example --set network.width=0.5 (may be repeated)
     #[arg(long = "set", value_name = "KEY=VALUE", requires = "config")]
     pub(crate) overrides: Vec<String>,
-    /// A trained network instead: a run directory, or a .bpk file with its .toml beside it
+    /// Export a trained network: a run directory, or a .bpk file with its .toml beside it
     #[arg(long)]
     pub(crate) checkpoint: Option<PathBuf>,
-    /// The file to write
-    #[arg(long)]
+    /// The ONNX file to write
+    #[arg(long, alias = "out")]
     pub(crate) onnx: PathBuf,
 }
 
@@ -47,7 +47,7 @@ pub(crate) fn run(args: &ExportArgs) -> Result<()> {
     atomic_write(&args.onnx, &bytes).with_context(|| format!("writing {}", args.onnx.display()))?;
     let nodes = model.graph.map_or(0, |graph| graph.node.len());
     say(format!(
-        "{}: {}, input 1x{channels}x{height}x{width}, {nodes} operators of ONNX's set {OPSET}, {:.1} MB",
+        "{}: {}, input 1x{channels}x{height}x{width}, {nodes} operators of opset {OPSET}, {:.1} MB",
         args.onnx.display(),
         pose_model.network_name(),
         bytes.len() as f64 / 1e6

@@ -1,4 +1,4 @@
-//! `evpose info`.
+//! `evpose info`: descriptions of files and data sets.
 
 use anyhow::{Result, bail};
 use evpose_body::files::ModelFile;

@@ -30,7 +30,7 @@ use std::process::ExitCode;
 use anyhow::Result;
 use clap::Subcommand;
 
-/// Commands that succeed end with 0; `gap` has exit codes of its own.
+/// Exit code of a successful command: 0, except for the codes of `gap` and `check-labels`.
 trait IntoExitCode {
     fn into_exit_code(self) -> ExitCode;
 }
@@ -66,16 +66,16 @@ macro_rules! commands {
 }
 
 commands! {
-    /// Simulate, train, evaluate and report: everything on the embedded default, in minutes
+    /// Simulate, train, evaluate and write a report with the default config, in minutes
     Demo(demo::DemoArgs) => demo::run,
-    /// Record simulated hands or people in front of an event camera, with labels
+    /// Simulate labelled event recordings of hands or people
     Simulate(evpose_commands::args::SimulateArgs) => simulate::run,
     /// Simulate events from image sequences
     Events(events::EventsArgs) => events::run,
-    /// Convert data sets of bodies, as distributed, to training data
+    /// Convert public body data sets to training data
     #[command(subcommand)]
     Prepare(prepare::PrepareCommand) => prepare::run,
-    /// Find wrong labels of bodies
+    /// Check body labels for errors
     CheckLabels(check_labels::CheckLabelsArgs) => check_labels::run,
     /// Train a network of hands or bodies
     Train(evpose_commands::args::TrainArgs) => train::run,
@@ -83,33 +83,33 @@ commands! {
     Eval(evpose_commands::args::EvalArgs) => eval::run,
     /// Predict the poses of a recording
     Infer(evpose_commands::args::InferArgs) => infer::run,
-    /// Predict poses online from a camera, a stream or a recording, with their latency
+    /// Predict poses online from a camera, a stream or a recording
     Live(live::LiveArgs) => live::run,
-    /// Quantise a network to 8 bits, and measure the loss of accuracy
+    /// Calibrate int8 inference, and measure its loss of accuracy
     Quantize(quantize::QuantizeArgs) => quantize::run,
-    /// Write a network as an ONNX file, for other runtimes
+    /// Export a network as an ONNX file
     Export(export::ExportArgs) => export::run,
     /// Benchmarks
     #[command(subcommand)]
     Bench(evpose_bench::BenchCommand) => evpose_bench::run,
-    /// List and show sensor models: presets, effects, the signals of one pixel, a gallery
+    /// List, show and plot sensor models and their effects
     #[command(subcommand)]
     Sensor(sensor::SensorCommand) => sensor::run,
-    /// Find where simulation and measurement disagree, and which effect is missing
+    /// Compare a sensor model with a recording, and identify missing effects
     #[command(subcommand)]
     Gap(gap::GapCommand) => gap::run,
-    /// Estimate contrast thresholds, background rates and hot pixels of a camera
+    /// Estimate contrast thresholds, noise rates and hot pixels of a camera
     #[command(subcommand)]
     Calibrate(calibrate::CalibrateCommand) => calibrate::run,
-    /// Ablation studies: retrain without one part at a time
+    /// Ablation studies: retrain with one change at a time
     #[command(subcommand)]
     Ablate(evpose_ablate::AblateCommand) => evpose_ablate::run,
-    /// Describe a recording, a hand model, a network, a directory of sequences
+    /// Describe recordings, checkpoints, body models and data sets
     Info(info::InfoArgs) => info::run,
-    /// Write a recording in another format
+    /// Convert a recording to another format
     Convert(convert::ConvertArgs) => convert::run,
-    /// Check a recording, undistort it, remove noise and flicker
+    /// Check a recording; undistort it, remove noise and flicker
     Clean(clean::CleanArgs) => clean::run,
-    /// Render a recording: a page with a slider, a contact sheet or an animation
+    /// Render a recording as a web page, a contact sheet or an animation
     View(view::ViewArgs) => view::run,
 }

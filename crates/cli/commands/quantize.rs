@@ -17,25 +17,25 @@ use serde::Serialize;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  evpose quantize --checkpoint runs/hand --data data/train \
     --evaluate data/test\n  evpose infer --checkpoint runs/hand --precision int8 --events hand.evc \
-    --out poses.csv\n\nCalibration observes the range of the values of every layer on the data; int8.json \
-    beside the checkpoint\nholds scale and zero point as these ranges.")]
+    --out poses.csv\n\nCalibration observes the value range of every layer on the data, and writes the ranges to int8.json\n\
+    beside the checkpoint.")]
 pub(crate) struct QuantizeArgs {
     /// A run directory, or a .bpk file with its .toml beside it
     #[arg(long)]
     pub(crate) checkpoint: PathBuf,
-    /// Data set for the calibration: that of the training
+    /// Data set for the calibration: the training data
     #[arg(long)]
     pub(crate) data: PathBuf,
     /// Inputs for the calibration, spread evenly over the data
     #[arg(long, default_value_t = 256, value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) windows: u64,
-    /// Held-out data set, to evaluate f32, bf16 and int8 on
+    /// Held-out data set to evaluate f32, bf16 and int8 on
     #[arg(long, alias = "judge")]
     pub(crate) evaluate: Option<PathBuf>,
-    /// Milliseconds between the poses that are evaluated
+    /// Milliseconds between evaluated poses
     #[arg(long, default_value_t = 20, requires = "evaluate")]
     pub(crate) stride_ms: u32,
-    /// Where to write the results
+    /// Where to write the results as JSON
     #[arg(long, requires = "evaluate")]
     pub(crate) json: Option<PathBuf>,
     /// CPU threads; all cores by default
@@ -116,7 +116,7 @@ impl Report {
 /// Prints a row per precision.
 fn print(scores: &[PrecisionScores]) {
     let Some(first) = scores.first() else { return };
-    let mut heading = format!("{:<10}{:>12}", "precision", "ms a pose");
+    let mut heading = format!("{:<10}{:>12}", "precision", "ms/pose");
     for (index, (name, _)) in first.cells.iter().enumerate() {
         heading += &format!("{name:>width$}", width = width(index));
     }

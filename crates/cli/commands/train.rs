@@ -1,4 +1,4 @@
-//! `evpose train`.
+//! `evpose train`, by the task of the config.
 
 use anyhow::Result;
 use evpose_commands::TASKS;

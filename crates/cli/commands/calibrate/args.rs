@@ -10,7 +10,7 @@ use crate::commands::opening::FrameArgs;
 pub(crate) enum CalibrateCommand {
     /// Contrast thresholds, from frames and events of a moving pattern
     Threshold(ThresholdArgs),
-    /// Background rates and hot pixels, from a recording of a scene at rest
+    /// Noise rates and hot pixels, from a recording of a static scene
     Noise(NoiseArgs),
 }
 
@@ -22,18 +22,18 @@ pub(crate) enum CalibrateCommand {
     events (EventHands, eqs. 7 and 8); `by steps` the median change between two events of a pixel,\n\
     which noise and what is left at turns do not touch.")]
 pub(crate) struct ThresholdArgs {
-    /// Events of any format
+    /// Recording in any supported format
     #[arg(long)]
     pub(crate) events: PathBuf,
     #[command(flatten)]
     pub(crate) frames: FrameArgs,
-    /// Light below this share of white is taken to be this: where frames show noise
+    /// Noise floor of the frames, relative to white: darker luminance is clamped to this
     #[arg(long, default_value_t = FLOOR)]
     pub(crate) floor: f32,
-    /// A sensor with these thresholds (by steps), as TOML
+    /// Where to write a sensor with these thresholds as TOML
     #[arg(long)]
     pub(crate) out: Option<PathBuf>,
-    /// Seed of the intervals
+    /// Seed of the bootstrap
     #[arg(long, default_value_t = 0)]
     pub(crate) seed: u64,
 }
@@ -43,19 +43,19 @@ pub(crate) struct ThresholdArgs {
     evpose calibrate noise --events wall.npz --skip 0.5 --out noise.toml --hot hot.csv\n\n\
     Point the camera at a wall, in light that does not flicker, for a minute.")]
 pub(crate) struct NoiseArgs {
-    /// Events of any format
+    /// Recording in any supported format
     #[arg(long)]
     pub(crate) events: PathBuf,
-    /// Seconds at the beginning that do not count
+    /// Seconds skipped at the beginning
     #[arg(long, default_value_t = 0.0)]
     pub(crate) skip: f64,
-    /// These rates as effects of a sensor, as TOML
+    /// Where to write a sensor with these rates as TOML
     #[arg(long)]
     pub(crate) out: Option<PathBuf>,
-    /// Hot pixels as CSV: column, row, ON and OFF events per second
+    /// Where to write hot pixels as CSV: column, row, ON and OFF events per second
     #[arg(long)]
     pub(crate) hot: Option<PathBuf>,
-    /// Seed of the intervals
+    /// Seed of the bootstrap
     #[arg(long, default_value_t = 0)]
     pub(crate) seed: u64,
 }

@@ -1,4 +1,4 @@
-//! `evpose calibrate`: parameters of a camera from recordings made for it.
+//! `evpose calibrate`: camera parameters from calibration recordings.
 
 mod args;
 mod noise;
@@ -23,7 +23,7 @@ pub(crate) fn run(command: &CalibrateCommand) -> Result<()> {
     }
 }
 
-/// All events of a file; `sensor` is its size where the file does not say.
+/// Reads all events of a file; `sensor` is the size for files that do not state it.
 fn read(path: &Path, sensor: Option<SensorSize>) -> Result<EventStream> {
     let read = load_recording(path, sensor)?;
     for note in &read.notes {
@@ -42,7 +42,7 @@ fn interval_text(interval: Interval, unit: &str) -> String {
     }
 }
 
-/// Writes effects as a file that takes them as a sensor.
+/// Writes effects as the TOML file of a sensor.
 fn write(path: &Path, head: &str, effects: Vec<EffectConfig>) -> Result<()> {
     let mut config = SensorConfig::from_toml("")?;
     config.effects = effects;

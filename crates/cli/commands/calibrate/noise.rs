@@ -1,4 +1,4 @@
-//! `evpose calibrate noise`.
+//! `evpose calibrate noise`: noise rates and hot pixels.
 
 use std::fmt::Write as _;
 
@@ -11,7 +11,7 @@ use super::args::NoiseArgs;
 use super::{interval_text, read, write};
 use evpose_app::progress::say;
 
-/// Hot pixels that are printed.
+/// Number of printed hot pixels.
 const SHOWN: usize = 5;
 /// From here on the scene was hardly at rest.
 const RESTLESS: f64 = 2.0;

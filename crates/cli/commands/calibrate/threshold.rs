@@ -1,4 +1,4 @@
-//! `evpose calibrate threshold`.
+//! `evpose calibrate threshold`: contrast thresholds.
 
 use anyhow::{Context, Result};
 use evpose_calibrate::threshold::ThresholdRun;
@@ -9,7 +9,7 @@ use super::args::ThresholdArgs;
 use super::{interval_text, read, write};
 use evpose_app::progress::{bar, say};
 
-/// Light of darkness, share of white: as in the `ideal` preset.
+/// Offset of the logarithm, relative to white, as in the `ideal` preset.
 const DARK_OFFSET: f64 = 1e-3;
 
 pub(super) fn run(args: &ThresholdArgs) -> Result<()> {

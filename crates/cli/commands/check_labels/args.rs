@@ -12,59 +12,59 @@ use crate::commands::opening::parse_size;
     evpose check-labels data/mpii/poses.json --json findings.json\n  \
     evpose check-labels data/people/0000.poses.csv --frozen-frames 200\n  \
     evpose check-labels EH36M/cam2_S9_Walking_1/ch2GT50Hzskeleton --image-size 640x480\n\n\
-    What is found is suspected, no more: a limb that points at the camera is short, and who stands\n\
-    still in whole pixels is frozen.\n\nEnds with code 0 where nothing is found, and with 2 where something is.")]
+    Findings may be false alarms: a limb that points at the camera is short, and a person who stands\n\
+    still has constant integer labels.\n\nExit codes: 0 without findings, 2 with findings.")]
 pub(crate) struct CheckLabelsArgs {
     /// Annotations (.json), poses of simulated people (.poses.csv), YARP folders of skeletons, or
     /// directories of any of these
     #[arg(required = true)]
     pub(crate) paths: Vec<PathBuf>,
-    /// Where to write all findings
+    /// Where to write the findings as JSON
     #[arg(long)]
     pub(crate) json: Option<PathBuf>,
-    /// Size of the images [default: of images beside annotations, of the sensor of simulated people, of
-    /// eH3.6M's clips]
+    /// Size of the images [default: from the images beside annotations, the sensor of simulated people, or
+    /// the published size of eH3.6M]
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub(crate) image_size: Option<SensorSize>,
-    /// Skeletons have rows before columns, as published logs of DHP19
+    /// Skeletons store rows before columns, as the published logs of DHP19 do
     #[arg(long)]
     pub(crate) transposed: bool,
     #[command(flatten)]
     pub(crate) thresholds: ThresholdArgs,
 }
 
-/// When a label is suspected.
+/// Thresholds of findings.
 #[derive(Debug, clap::Args)]
-#[command(next_help_heading = "When a label is suspected")]
+#[command(next_help_heading = "Thresholds")]
 pub(crate) struct ThresholdArgs {
-    /// A limb is so many spreads longer or shorter than the median of its length
+    /// Limb length: maximum deviation from its median, in robust standard deviations
     #[arg(long, value_name = "SPREADS", value_parser = not_negative,
         default_value_t = CheckOptions::default().outlier_spreads)]
     outlier_spreads: f32,
-    /// The spread is taken for no smaller than this part of the median
-    #[arg(long, value_name = "PART", value_parser = not_negative,
+    /// Limb length: minimum robust standard deviation, relative to the median
+    #[arg(long, value_name = "FRACTION", value_parser = not_negative,
         default_value_t = CheckOptions::default().least_spread)]
     least_spread: f32,
-    /// The torso is the median over so many frames before and behind
+    /// Torso size: median over so many frames before and after
     #[arg(long, value_name = "FRAMES", default_value_t = CheckOptions::default().torso_frames)]
     torso_frames: usize,
-    /// With left and right swapped, joints go less than this part of the way
-    #[arg(long, value_name = "PART", value_parser = not_negative,
+    /// Swapped sides: maximum path length after swapping, relative to that before
+    #[arg(long, value_name = "FRACTION", value_parser = not_negative,
         default_value_t = CheckOptions::default().swap_ratio)]
     swap_ratio: f32,
-    /// And the way gets shorter by this many torsos
+    /// Swapped sides: minimum reduction of path length, in torso sizes
     #[arg(long, value_name = "TORSOS", value_parser = not_negative,
         default_value_t = CheckOptions::default().swap_gain)]
     swap_gain: f32,
-    /// A joint is at the very same place for so many frames
+    /// Frozen joint: minimum number of frames at the same position
     #[arg(long, value_name = "FRAMES", value_parser = at_least_two,
         default_value_t = CheckOptions::default().frozen_frames)]
     frozen_frames: usize,
-    /// And another one moves by this many torsos meanwhile
+    /// Frozen joint: minimum motion of another joint meanwhile, in torso sizes
     #[arg(long, value_name = "TORSOS", value_parser = not_negative,
         default_value_t = CheckOptions::default().frozen_motion)]
     frozen_motion: f32,
-    /// Frames further apart than this do not follow each other
+    /// Maximum time between consecutive frames
     #[arg(long, value_name = "SECONDS", value_parser = seconds,
         default_value_t = CheckOptions::default().gap_s)]
     gap: f64,
@@ -97,15 +97,15 @@ impl ThresholdArgs {
 
 fn not_negative(text: &str) -> Result<f32, String> {
     let number = text.parse().ok().filter(|number: &f32| *number >= 0.0);
-    number.ok_or_else(|| "a number from 0 on is expected".to_owned())
+    number.ok_or_else(|| "expected a number of at least 0".to_owned())
 }
 
 fn seconds(text: &str) -> Result<f64, String> {
     let number = text.parse().ok().filter(|number: &f64| *number >= 0.0);
-    number.ok_or_else(|| "a number of seconds from 0 on is expected".to_owned())
+    number.ok_or_else(|| "expected a number of seconds of at least 0".to_owned())
 }
 
 fn at_least_two(text: &str) -> Result<usize, String> {
     let number = text.parse().ok().filter(|number: &usize| *number >= 2);
-    number.ok_or_else(|| "a whole number from 2 on is expected".to_owned())
+    number.ok_or_else(|| "expected an integer of at least 2".to_owned())
 }

@@ -1,4 +1,4 @@
-//! How large the images of annotations are.
+//! Image sizes of annotations.
 
 use std::path::{Path, PathBuf};
 
@@ -7,17 +7,17 @@ use evpose_core::SensorSize;
 use evpose_datasets::check::Track;
 use glam::Vec2;
 
-/// Folders of images, as they are beside annotations.
+/// Usual folders of images beside annotations.
 const FOLDERS: [&str; 2] = ["images", "eros"];
 
-/// Sizes of images: what the user says, or what their files say.
+/// Image sizes, from the arguments or from the files.
 pub(super) enum ImageSizes {
     Given(Vec2),
     Beside { annotations: PathBuf, folders: Vec<PathBuf> },
 }
 
 impl ImageSizes {
-    /// Of the annotations at `path`.
+    /// Image sizes of the annotations at `path`.
     pub(super) fn beside(path: &Path, given: Option<SensorSize>) -> Self {
         if let Some(SensorSize { width, height }) = given {
             return Self::Given(Vec2::new(width.into(), height.into()));
@@ -27,7 +27,7 @@ impl ImageSizes {
         Self::Beside { annotations: path.to_owned(), folders }
     }
 
-    /// Columns and rows of a track's images, all of which are as large as the first.
+    /// Width and height of a track's images, which are all of the size of the first.
     pub(super) fn of(&self, track: &Track) -> Result<Vec2> {
         let (annotations, folders) = match self {
             Self::Given(size) => return Ok(*size),

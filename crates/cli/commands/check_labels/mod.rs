@@ -1,4 +1,4 @@
-//! `evpose check-labels`: labels of bodies that are wrong, or look as if they were.
+//! `evpose check-labels`: detection of implausible body labels.
 
 mod args;
 mod images;
@@ -14,21 +14,21 @@ pub(crate) use args::CheckLabelsArgs;
 use evpose_app::json::write_json;
 use evpose_app::progress::say;
 
-/// How the command ends where something is found.
-const FOUND: u8 = 2;
+/// Exit code with findings.
+const HAS_FINDINGS: u8 = 2;
 
 pub(crate) fn run(args: &CheckLabelsArgs) -> Result<ExitCode> {
     let mut sources = Vec::new();
     for path in &args.paths {
-        let found = source::find(path)?;
-        if found.is_empty() {
+        let labels = source::find(path)?;
+        if labels.is_empty() {
             bail!(
-                "{}: no labels are here: annotations (.json), poses (.poses.csv) or folders of \
-                 skeletons with a data.log are expected",
+                "{}: no labels: expected annotations (.json), poses (.poses.csv) or folders of skeletons \
+                 with a data.log",
                 path.display()
             );
         }
-        sources.extend(found);
+        sources.extend(labels);
     }
     let mut tracks = Vec::new();
     for source in &sources {
@@ -37,5 +37,5 @@ pub(crate) fn run(args: &CheckLabelsArgs) -> Result<ExitCode> {
     let report = check_labels(&tracks, &args.thresholds.options());
     write_json(args.json.as_deref(), &report)?;
     say(report.to_string().trim_end());
-    Ok(if report.findings.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(FOUND) })
+    Ok(if report.findings.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(HAS_FINDINGS) })
 }

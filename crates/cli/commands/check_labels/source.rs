@@ -16,7 +16,7 @@ use glam::Vec2;
 
 use super::images::ImageSizes;
 
-/// The log in a folder of YARP.
+/// Name of the log in a YARP folder.
 const LOG: &str = "data.log";
 /// Suffix of the name of a table of poses.
 const TABLE: &str = ".poses.csv";
@@ -32,10 +32,10 @@ pub(super) enum Source {
     Skeletons(PathBuf),
 }
 
-/// The labels at `path`, or below it, in the order of their names.
+/// Label files at `path` or below it, sorted by name.
 pub(super) fn find(path: &Path) -> Result<Vec<Source>> {
     if !path.is_dir() {
-        // What is named by itself is read as what it is called; it need not exist.
+        // A file given by name is read by its extension, even if its content differs.
         let source = if is_table(path) {
             Source::Table(path.to_owned())
         } else if path.extension() == Some(OsStr::new("log")) {
@@ -59,7 +59,7 @@ fn below(directory: &Path, sources: &mut Vec<Source>) -> std::io::Result<()> {
     for entry in std::fs::read_dir(directory)? {
         let entry = entry?;
         let path = entry.path();
-        // Links are not followed: they may lead around in a circle.
+        // Symbolic links are not followed: they may form cycles.
         if entry.file_type()?.is_dir() {
             if is_skeletons(&path) {
                 sources.push(Source::Skeletons(path));
@@ -79,13 +79,13 @@ fn is_table(path: &Path) -> bool {
     path.file_name().is_some_and(|name| name.to_string_lossy().ends_with(TABLE))
 }
 
-/// As published: folders of other logs are not called so.
+/// Whether a folder has the published name of skeleton logs.
 fn is_skeletons(path: &Path) -> bool {
     let name = path.file_name().map(|name| name.to_string_lossy().to_lowercase());
     name.is_some_and(|name| name.contains("skeleton")) && path.join(LOG).is_file()
 }
 
-/// Annotations are an array; settings and reports of other programs, objects.
+/// Whether a JSON file is an array, as annotations are; settings and reports are objects.
 fn is_array(path: &Path) -> std::io::Result<bool> {
     for byte in std::io::BufReader::new(std::fs::File::open(path)?).bytes() {
         match byte? {
@@ -97,7 +97,7 @@ fn is_array(path: &Path) -> std::io::Result<bool> {
 }
 
 impl Source {
-    /// The labels, on images of `image_size` if that is given.
+    /// Reads the labels, on images of `image_size` if given.
     pub(super) fn tracks(
         &self,
         image_size: Option<SensorSize>,
@@ -111,7 +111,7 @@ impl Source {
     }
 }
 
-/// Images with a time are frames of their clip, others are photographs.
+/// Tracks of annotations: images with a time stamp are frames of a clip, others are single photographs.
 fn annotated(path: &Path, image_size: Option<SensorSize>) -> Result<Vec<Track>> {
     let annotations = read_annotations(path)?;
     let mut tracks = tracks_of(&annotations, Vec2::ONE, |annotation| {
@@ -136,14 +136,14 @@ fn simulated(path: &Path, image_size: Option<SensorSize>) -> Result<Track> {
         Some(size) => size,
         None => sensor_of(Path::new(&format!("{name}.toml")))?,
     };
-    // The first line are names, and lines count from 1.
+    // The first line is a header, and lines count from 1.
     let frames = table.rows.iter().zip(2..).map(|(row, line): (_, u64)| {
         frame(format!("line {line}"), row.t.as_seconds(), row.joints_px)
     });
     Ok(Track { name, frames: frames.collect(), image_size: Some(pixels(size)) })
 }
 
-/// The sensor that a simulated person was before.
+/// Sensor of a simulated person.
 fn sensor_of(path: &Path) -> Result<SensorSize> {
     let text = std::fs::read_to_string(path).with_context(|| {
         format!(
@@ -166,7 +166,7 @@ fn logged(path: &Path, image_size: Option<SensorSize>, transposed: bool) -> Resu
     Ok(Track { name: path.display().to_string(), frames: frames.collect(), image_size })
 }
 
-/// Whether a folder above is called like a clip of eH3.6M.
+/// Whether a parent folder has the name of an eH3.6M clip.
 fn is_clip(path: &Path) -> bool {
     let above = path.ancestors().filter_map(|folder| folder.file_name()?.to_str());
     above.take(3).any(|name| name.parse::<ClipName>().is_ok())

@@ -15,20 +15,20 @@ use crate::commands::opening::RecordingArgs;
 pub(crate) struct CleanArgs {
     #[command(flatten)]
     pub(crate) recording: RecordingArgs,
-    /// File to write; its ending says the format, unless --format does. Without one, the recording is
-    /// checked only
+    /// File to write, in the format of its extension or of --format; without it, the recording is only
+    /// checked
     pub(crate) out: Option<PathBuf>,
-    /// Cleaner to apply, NAME or NAME:KEY=VALUE,KEY=VALUE; may be repeated, and the order counts
+    /// Cleaner to apply, NAME or NAME:KEY=VALUE,KEY=VALUE; may be repeated, applied in order
     #[arg(long = "with", value_name = "CLEANER", requires = "out")]
     pub(crate) cleaners: Vec<CleanRequest>,
-    /// Events of the same scene by the same clock, to find mirrored, swapped and inverted axes; with
-    /// a file to write, they are corrected
+    /// Events of the same scene by the same clock, to detect and correct mirrored or swapped axes and
+    /// inverted polarity
     #[arg(long, value_name = "FILE")]
     pub(crate) reference: Option<PathBuf>,
     /// Name of the format to write
     #[arg(long, requires = "out")]
     pub(crate) format: Option<String>,
-    /// Directory for the masks that cleaners apply or have found, as `mask:file=` takes them
+    /// Directory for the masks of the cleaners, as `mask:file=` reads them
     #[arg(long, value_name = "DIR", requires = "out")]
     pub(crate) masks: Option<PathBuf>,
 }

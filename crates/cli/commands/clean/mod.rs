@@ -19,13 +19,13 @@ use evpose_app::progress::say;
 
 pub(crate) fn run(args: &CleanArgs) -> Result<()> {
     let options = args.recording.opening.options(&args.recording.input);
-    // Before anything is read, which may take long.
+    // Errors of the target are reported before the recording is read, which may take long.
     let target = match &args.out {
         Some(out) => Some((out.as_path(), format(out, args.format.as_deref())?)),
         None => None,
     };
     let (passes, account) = Passes::open(&args.recording.input, options)?;
-    account.say();
+    account.print();
     check(&passes, Checkup::new(account.sensor))?;
     let symmetry = match &args.reference {
         Some(reference) => orientation::find(&passes, account.sensor, reference)?,
@@ -33,15 +33,15 @@ pub(crate) fn run(args: &CleanArgs) -> Result<()> {
     };
     let Some((out, format)) = target else { return Ok(()) };
     let sensor = symmetry.map_or(account.sensor, |symmetry| symmetry.size(account.sensor));
-    let upright = |events: &mut EventStream| {
+    let transform = |events: &mut EventStream| {
         if let Some(symmetry) = symmetry {
             *events = symmetry.apply(events);
         }
     };
     let mut chain = Chain::new(sensor, &args.cleaners)?;
     while chain.surveys() > 0 {
-        passes.read("looking", |events| {
-            upright(events);
+        passes.read("surveying", |events| {
+            transform(events);
             Ok(chain.survey(events)?)
         })?;
         chain.end_survey()?;
@@ -49,7 +49,7 @@ pub(crate) fn run(args: &CleanArgs) -> Result<()> {
     let mut sink = format.create(out, sensor)?;
     let mut written = 0;
     passes.read("cleaning", |events| {
-        upright(events);
+        transform(events);
         chain.clean(events)?;
         written += events.len();
         Ok(sink.write(events)?)
@@ -59,14 +59,14 @@ pub(crate) fn run(args: &CleanArgs) -> Result<()> {
     sink.finish()?;
     report(&chain);
     if let Some(folder) = &args.masks {
-        masks(&chain, folder)?;
+        write_masks(&chain, folder)?;
     }
     let (path, events) = (out.display(), written + rest.len());
     say(format!("{path}: {events} events of a {sensor} sensor, as {}", format.name));
     Ok(())
 }
 
-/// Says what is odd about the events.
+/// Prints a summary of the events, and anomalies.
 fn check(passes: &Passes, mut checkup: Checkup) -> Result<()> {
     passes.read("checking", |events| {
         checkup.push(events);
@@ -82,12 +82,12 @@ fn check(passes: &Passes, mut checkup: Checkup) -> Result<()> {
     }
     say(line);
     for remark in findings.remarks {
-        say(format!("odd       {remark}"));
+        say(format!("warning   {remark}"));
     }
     Ok(())
 }
 
-/// Says what each cleaner did.
+/// Prints the removed events of each cleaner.
 fn report(chain: &Chain) {
     for report in chain.report() {
         let removed = report.removed();
@@ -103,8 +103,8 @@ fn report(chain: &Chain) {
     }
 }
 
-/// Writes the masks into a folder; of several by one cleaner, all have their place in its name.
-fn masks(chain: &Chain, folder: &Path) -> Result<()> {
+/// Writes the masks into a folder, numbered in the order of the chain.
+fn write_masks(chain: &Chain, folder: &Path) -> Result<()> {
     fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))?;
     for (place, (name, mask)) in chain.masks().enumerate() {
         let path = folder.join(format!("{}-{name}.toml", place + 1));

@@ -1,4 +1,4 @@
-//! Whether axes or polarities are mixed up, by events of the same scene.
+//! Detection of swapped or mirrored axes and inverted polarity, by a reference recording.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use evpose_io::open;
 use super::passes::Passes;
 use evpose_app::progress::say;
 
-/// Length of the reference that is compared; the method takes no more.
+/// Length of the compared part of the reference, the maximum of the method.
 const LENGTH: Micros = Micros(5_000_000);
 
 /// The transform that corrects the recording, where it is unambiguous.

@@ -1,4 +1,4 @@
-//! A recording that is read several times, from its beginning to its end.
+//! A recording that is read in several passes.
 
 use std::path::Path;
 
@@ -9,20 +9,20 @@ use evpose_io::{OpenOptions, Recording, SensorOrigin, Windows, open_as};
 use crate::commands::account::Account;
 use evpose_app::progress::spinner;
 
-/// How much is read at a time.
+/// Event time of a batch.
 const STEP: Micros = Micros(20_000);
 
 /// Source of events.
 pub(super) enum Passes<'a> {
     /// The file, window by window.
     Windows(&'a Path, OpenOptions),
-    /// Memory: the file's events stand far from where they belong in time, or its sensor is known
-    /// only when all of them are.
+    /// In memory: the events of the file are far out of order, or its sensor size is inferred from all
+    /// of them.
     Whole(Box<Recording>),
 }
 
 impl<'a> Passes<'a> {
-    /// Finds out which, by reading the recording once.
+    /// Reads the recording once, and decides whether it can be read in windows.
     pub(super) fn open(path: &'a Path, options: OpenOptions) -> Result<(Self, Account)> {
         let mut windows = Windows::open(path, &options)?;
         if windows.sensor_origin() != SensorOrigin::Inferred && windows.start().is_some() {
@@ -30,16 +30,16 @@ impl<'a> Passes<'a> {
             let is_assumed = windows.sensor_origin() == SensorOrigin::Assumed;
             let is_too_small = is_assumed && windows.rejected().outside_sensor > 0;
             if windows.straggling() == 0 && !is_too_small {
-                let account = Account::of_windows(&windows);
+                let account = Account::from_windows(&windows);
                 return Ok((Self::Windows(path, options), account));
             }
         }
         let recording = open_as(path, &options)?;
-        let account = Account::of_whole(&recording);
+        let account = Account::from_recording(&recording);
         Ok((Self::Whole(Box::new(recording)), account))
     }
 
-    /// Gives `each` the events in order, a batch at a time, to do with as it likes.
+    /// Calls `each` with batches of events in time order.
     pub(super) fn read(
         &self,
         what: &str,

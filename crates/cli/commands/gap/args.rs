@@ -6,30 +6,29 @@ use clap::Subcommand;
 use evpose_bench::gap::{BenchArgs, CalibrateArgs, ScoreArgs};
 use evpose_gap::davis::Response;
 
-/// How steps that name something end.
-const EXIT_CODES: &str = "Ends with 0 if there is no gap, 10 for a parameter, 11 for effects, 12 if nothing \
-                          of the catalogue\nexplains it, 13 if undecided, 2 if the input cannot be used, \
-                          1 for anything else.";
+/// Exit codes of the identification.
+const EXIT_CODES: &str = "Exit codes: 0 no gap, 10 a parameter differs, 11 effects are missing, 12 no known \
+                          effect explains the gap,\n13 undecided, 2 invalid input, 1 any other \
+                          error.";
 
 /// Subcommands of `evpose gap`.
 #[derive(Debug, Subcommand)]
 #[command(after_help = "Start with:\n  \
     evpose gap run --measured rec.npz --scene scene/ --model ideal --out gap/\n  \
     evpose gap verify gap/\n\n\
-    A scene directory holds `scene.json` (width, height, fps, duration_s, and if known white and\n\
-    nominal) and the light of every frame in `frames.npy` or `frames/`. Instead, a scene can be a\n\
-    config as `evpose simulate` takes it, or a directory that it wrote, with #N for sequence N: its\n\
-    light is rendered. With --poses, hands in the poses of a file are rendered, and light and\n\
-    texture are left open. `--scene frames` takes the frames that a DAVIS recorded beside its\n\
-    events: what they hide is left open.")]
+    A scene directory holds `scene.json` (width, height, fps, duration_s, and optionally white and\n\
+    nominal) and the luminance of every frame in `frames.npy` or `frames/`. A scene can also be a config\n\
+    or an output directory of `evpose simulate`, with #N for sequence N, which is then rendered. With\n\
+    --poses, hands are rendered in the poses of a file, with unknown light and texture. With\n\
+    `--scene frames`, the scene is estimated from the frames of a DAVIS recording.")]
 pub(crate) enum GapCommand {
-    /// Find the effects that a sensor model lacks, add them, and report how far the gap closes
+    /// Identify missing effects, add them to the model, and report the gap closed
     Run(RunArgs),
     /// Compare a recording with the model, statistic by statistic
     Probe(InputArgs),
-    /// Report in which light, where and when recording and model disagree
+    /// Report at which luminance, where and when recording and model disagree
     Locate(InputArgs),
-    /// Identify the missing effects, and stop there
+    /// Identify the missing effects without correcting the model
     #[command(after_help = EXIT_CODES)]
     Name(InputArgs),
     /// Identify the missing effects and write the corrected model
@@ -39,11 +38,11 @@ pub(crate) enum GapCommand {
     Ablate(InputArgs),
     /// Predict which effects a recording of a scene could show
     Power(PowerArgs),
-    /// Draw the report of a run again
+    /// Render the report of a run again
     Report(ReportArgs),
-    /// Evaluate a run by five plain statistics, with code that is independent of the search
+    /// Evaluate a run by five statistics, with code independent of the search
     Verify(VerifyArgs),
-    /// Benchmark: hide effects in recordings of an independent pixel, and count the identified ones
+    /// Blind benchmark: identify hidden effects in recordings of an independent pixel model
     Bench(BenchArgs),
     /// Merge the results of all shards of a benchmark: scores, tables and a page
     Score(ScoreArgs),
@@ -54,23 +53,22 @@ pub(crate) enum GapCommand {
 /// Recording, scene and model of a comparison.
 #[derive(Debug, clap::Args)]
 pub(crate) struct InputArgs {
-    /// The recording: .npz, .npy, .txt, .evc, recognised by content
+    /// The recording (.npz, .npy, .txt, .evc), recognised by content
     #[arg(long)]
     pub(crate) measured: PathBuf,
-    /// Its scene: a directory, a config of `evpose simulate` (CONFIG#N for its sequence N, else
-    /// 0), `frames` for those that an AEDAT4 recording holds itself, or `none` for a recording alone
+    /// Its scene: a directory, a config of `evpose simulate` (CONFIG#N for sequence N, default 0),
+    /// `frames` for the frames in an AEDAT4 recording, or `none` for an unknown scene
     #[arg(long, value_name = "DIR|CONFIG[#N]|frames|none")]
     pub(crate) scene: PathBuf,
-    /// The response curve of a recording's own frames: linear, srgb, or an exponent such as 2.2
+    /// Response curve of the frames in the recording: linear, srgb, or a gamma such as 2.2
     /// [default: linear]
     #[arg(long, value_name = "CURVE")]
     pub(crate) response: Option<Response>,
-    /// Poses of the hand in the recording (.meta, as `evpose simulate` writes them); --scene is then
-    /// the config with camera and sensor size, and light and texture are taken to be unknown
+    /// Hand poses of the recording (.meta, as `evpose simulate` writes them); --scene is then the config
+    /// of camera and sensor, with unknown light and texture
     #[arg(long, value_name = "FILE")]
     pub(crate) poses: Option<PathBuf>,
-    /// Seconds of a config's scene, or of a recording with frames, that are compared [default: all,
-    /// at most 2]
+    /// Seconds to compare, for scenes of a config or of recorded frames [default: all, at most 2]
     #[arg(long)]
     pub(crate) seconds: Option<f64>,
     /// The model: a preset or a TOML file of effects
@@ -91,13 +89,13 @@ pub(crate) struct InputArgs {
     /// Effects that are excluded from the search
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub(crate) leave_out: Vec<String>,
-    /// Take the recording as it is: do not correct its time unit, start or orientation
+    /// Do not correct the time unit, start or orientation of the recording
     #[arg(long)]
     pub(crate) as_is: bool,
-    /// Fewer replicates for probabilities and maps; the naming is the same
+    /// Fewer replicates for probabilities and maps; the identification is the same
     #[arg(long)]
     pub(crate) quick: bool,
-    /// CPU threads; all cores by default. What is found does not depend on it
+    /// CPU threads; all cores by default. The result does not depend on it
     #[arg(long)]
     pub(crate) threads: Option<usize>,
 }
@@ -111,12 +109,12 @@ pub(crate) struct InputArgs {
     evpose gap run --measured sim/0001.evc --scene sim --poses sim/0001.meta --out gap/\n  \
     evpose gap run --measured davis.aedat4 --scene frames --response linear --out gap/\n  \
     evpose gap run --measured rec.npz --scene none --out gap/\n\n\
-    Ends with 0 if there is no gap, 10 for a parameter, 11 for effects, 12 if nothing of the\n\
-    catalogue explains it, 13 if undecided, 2 if the input cannot be used, 1 for anything else.")]
+    Exit codes: 0 no gap, 10 a parameter differs, 11 effects are missing, 12 no known effect explains\n\
+    the gap, 13 undecided, 2 invalid input, 1 any other error.")]
 pub(crate) struct RunArgs {
     #[command(flatten)]
     pub(crate) inputs: InputArgs,
-    /// Directory for verdict.json, corrected.toml, report.html and how they were made
+    /// Directory for verdict.json, corrected.toml, report.html and run.json
     #[arg(long)]
     pub(crate) out: PathBuf,
 }
@@ -124,8 +122,8 @@ pub(crate) struct RunArgs {
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  \
     evpose gap correct --measured rec.npz --scene scene/ --model ideal --out corrected.toml\n\n\
-    Ends with the exit codes of `evpose gap run`. Where no effect is named, the model with its\n\
-    own parameters refitted is written.")]
+    Exit codes as of `evpose gap run`. If no effect is identified, the model is written with refitted\n\
+    parameters.")]
 pub(crate) struct CorrectArgs {
     #[command(flatten)]
     pub(crate) inputs: InputArgs,

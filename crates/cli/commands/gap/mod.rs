@@ -1,4 +1,4 @@
-//! `evpose gap`: where simulation and measurement disagree, what is missing, and whether it helps.
+//! `evpose gap`: comparison of a sensor model with a recording, and identification of missing effects.
 
 mod args;
 mod davis;
@@ -46,7 +46,7 @@ fn exit(answer: Answer) -> ExitCode {
     ExitCode::from(answer.exit_code())
 }
 
-/// `evpose gap report`: draws the page once more.
+/// `evpose gap report`: renders the page again.
 fn again(args: &ReportArgs) -> Result<()> {
     let data = read(&args.dir).context(BadInput)?;
     terminal::lines(&data).iter().for_each(say);

@@ -11,16 +11,15 @@ use evpose_datasets::dhp19::CameraChoice;
 #[derive(Debug, Subcommand)]
 #[command(after_help = "Start with:\n  evpose prepare mpii MPII --out data/mpii\n  \
     evpose train pretrain --set data.source=annotations --data data/mpii\n\n\
-    Nothing is fetched: datasets/README.md says where each set is to be had, under which licence,\n\
-    and how its folder must look.")]
+    Nothing is downloaded: datasets/README.md describes the sources, licences and folder layouts.")]
 pub(crate) enum PrepareCommand {
-    /// MPII Human Pose: photographs of persons that look like events, or stay grey
+    /// MPII Human Pose: photographs, rendered to look like events or in grey
     Mpii(MpiiArgs),
-    /// DHP19: movements seen by four event cameras
+    /// DHP19: movements recorded by four event cameras
     Dhp19(Dhp19Args),
-    /// eH3.6M: clips of Human3.6M as events, as they are published
+    /// eH3.6M: the published event clips of Human3.6M
     Eh36m(Eh36mArgs),
-    /// Human3.6M: its videos as events, as eH3.6M was made
+    /// Human3.6M: videos converted to events, as eH3.6M was made
     H36m(H36mArgs),
 }
 
@@ -28,8 +27,8 @@ pub(crate) enum PrepareCommand {
 #[command(after_help = "Examples:\n  evpose prepare mpii MPII --out data/mpii\n  \
     evpose prepare mpii MPII --out data/mpii-grey --grey\n  \
     evpose prepare mpii MPII --out data/mpii-published --parity --jpeg 95\n\n\
-    OUT/images has an image of each person, OUT/poses.json its label, OUT/conversion.json who was\n\
-    left out and why. The same command again goes on with what was interrupted.")]
+    OUT/images has an image of each person, OUT/poses.json its label, OUT/conversion.json the skipped\n\
+    persons with reasons. An interrupted conversion is continued by the same command.")]
 pub(crate) struct MpiiArgs {
     /// Folder with images/ and mpii_human_pose_v1_u12_1.mat, the latter perhaps in
     /// mpii_human_pose_v1_u12_2/
@@ -43,10 +42,10 @@ pub(crate) struct MpiiArgs {
     /// Folder to write
     #[arg(long)]
     pub(crate) out: PathBuf,
-    /// Leave photographs grey: the baseline without event-like rendering
+    /// Grey photographs: the baseline without event-like rendering
     #[arg(long)]
     pub(crate) grey: bool,
-    /// Labels of the published program, with its faults
+    /// Reproduce the labels of the published program, including its errors
     #[arg(long)]
     pub(crate) parity: bool,
     /// Write JPEG images of this quality, 1 to 100, instead of PNG; published ones have 95
@@ -66,14 +65,14 @@ pub(crate) struct FrameSetArgs {
     /// Folder to write: EROS images in eros/, their labels in train.json and test.json
     #[arg(long)]
     pub(crate) out: PathBuf,
-    /// Reproduce the published programs, with their faults, to compare published figures
+    /// Reproduce the published programs, including their errors, to compare with published results
     #[arg(long)]
     pub(crate) parity: bool,
-    /// Take every so many-th pose only [default: 10 of the 100 a second of DHP19, else 1 of 50]
+    /// Use every N-th pose [default: 10 for DHP19 at 100 Hz, else 1 at 50 Hz]
     #[arg(long, value_name = "N")]
     pub(crate) every: Option<NonZeroUsize>,
-    /// Only these persons, for example 1,5,9
-    #[arg(long, value_delimiter = ',', value_name = "NUMBERS")]
+    /// Only these subjects, for example 1,5,9
+    #[arg(long, value_delimiter = ',', value_name = "SUBJECTS")]
     pub(crate) subjects: Vec<u8>,
     /// CPU threads, each with a recording in memory; all cores by default. The bytes written do not
     /// depend on it
@@ -82,14 +81,14 @@ pub(crate) struct FrameSetArgs {
 }
 
 impl FrameSetArgs {
-    /// How frames are drawn, of every `every`-th pose unless the user says otherwise.
+    /// Options of the frames; `every` is the default stride of poses.
     pub(super) fn options(&self, every: NonZeroUsize) -> ErosFrameOptions {
         let options =
             if self.parity { ErosFrameOptions::PUBLISHED } else { ErosFrameOptions::default() };
         ErosFrameOptions { every: self.every.unwrap_or(every), ..options }
     }
 
-    /// Whether a person is asked for.
+    /// Whether a subject is selected.
     pub(super) fn takes(&self, subject: u8) -> bool {
         self.subjects.is_empty() || self.subjects.contains(&subject)
     }
@@ -134,7 +133,7 @@ pub(crate) struct Dhp19Args {
     /// Cameras
     #[arg(long, value_enum, default_value_t = Cameras::Front)]
     pub(crate) cameras: Cameras,
-    /// Take what is readable of damaged movies, and say what is lost
+    /// Read the intact parts of damaged movies, and report what is lost
     #[arg(long, conflicts_with = "extracted")]
     pub(crate) salvage: bool,
     #[command(flatten)]
@@ -148,7 +147,7 @@ pub(crate) struct Dhp19Args {
 pub(crate) struct Eh36mArgs {
     /// Folder of clips: cam2_S9_Walking_1/ch0dvs, cam2_S9_Walking_1/ch2GT50Hzskeleton and so on
     pub(crate) data: PathBuf,
-    /// Microseconds in a tick of the logs' clock, 0.08 or 1, where a log leaves it open
+    /// Microseconds per tick of the logs' clock, 0.08 or 1, for logs that do not state it
     #[arg(long, value_name = "MICROSECONDS")]
     pub(crate) tick_us: Option<f64>,
     #[command(flatten)]
@@ -170,7 +169,7 @@ pub(crate) struct H36mArgs {
     /// [default: DATA]
     #[arg(long, value_name = "DIR")]
     pub(crate) videos: Option<PathBuf>,
-    /// Also write events and joints as eH3.6M has them, into OUT/yarp
+    /// Also write events and joints in the format of eH3.6M, into OUT/yarp
     #[arg(long)]
     pub(crate) yarp: bool,
     /// Seed of the sensor

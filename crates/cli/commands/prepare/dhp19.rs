@@ -15,7 +15,7 @@ use super::args::Dhp19Args;
 use super::frames::{Job, Reading, prepare};
 use evpose_app::progress::say;
 
-/// Of 100 poses a second. The published exporter takes every eleventh.
+/// Default stride of the poses at 100 Hz. The published exporter takes every eleventh.
 const EVERY: NonZeroUsize = NonZeroUsize::new(10).unwrap();
 
 pub(super) fn run(args: &Dhp19Args) -> Result<()> {
@@ -44,7 +44,7 @@ pub(super) fn run(args: &Dhp19Args) -> Result<()> {
     prepare(&args.frames, &job, |name| Ok(read(args, &projections, *name)))
 }
 
-/// The file of a movement's events.
+/// Path of a movement's events.
 fn events(args: &Dhp19Args, name: Dhp19Name) -> PathBuf {
     match &args.extracted {
         Some(folder) => folder.join(format!("{name}.mat")),
@@ -52,7 +52,7 @@ fn events(args: &Dhp19Args, name: Dhp19Name) -> PathBuf {
     }
 }
 
-/// Those of the cameras that are used.
+/// Projections of the selected cameras.
 struct Projections([Option<Projection>; CAMERAS]);
 
 impl Projections {
@@ -65,7 +65,7 @@ impl Projections {
         Ok(Self(projections))
     }
 
-    /// Recordings of a movement, camera by camera.
+    /// Labels of a movement, camera by camera.
     fn seen(
         &self,
         name: Dhp19Name,
@@ -113,7 +113,7 @@ fn movement(args: &Dhp19Args, name: Dhp19Name, poses: usize) -> Result<Movement,
     cut_movement(&path, &read_movie(&path, args.salvage)?, poses, &filters)
 }
 
-/// A remark where the time of a movement is known only roughly.
+/// A remark for movements whose time is only approximate.
 fn remark_on(origin: SpanOrigin) -> Option<&'static str> {
     match origin {
         SpanOrigin::Pulses | SpanOrigin::Stated => None,

@@ -1,4 +1,4 @@
-//! Recordings into a set of frames, many at a time.
+//! Conversion of recordings to a set of frames, in parallel.
 
 use std::fmt::Display;
 use std::path::Path;
@@ -19,13 +19,13 @@ use evpose_app::threads::use_threads;
 pub(super) enum Reading {
     /// Streams of its cameras, and remarks in whole sentences.
     Seen { recordings: Vec<LabelledRecording>, remarks: Vec<String> },
-    /// Why it is left out.
+    /// Reason why it is skipped.
     LeftOut(String),
 }
 
 /// Source of frames.
 pub(super) struct Job<'a, T> {
-    /// Word for a recording in messages.
+    /// Name of a recording in messages.
     pub(super) unit: &'a str,
     pub(super) recordings: &'a [T],
     pub(super) is_test: fn(&T) -> bool,
@@ -36,7 +36,7 @@ pub(super) struct Job<'a, T> {
 /// Report of the made frames.
 #[derive(Debug, Default, Serialize)]
 struct Prepared {
-    /// Recordings that frames were made of.
+    /// Converted recordings.
     recordings: usize,
     frames_to_train: usize,
     frames_to_test: usize,
@@ -44,7 +44,7 @@ struct Prepared {
     remarks: Vec<Note>,
 }
 
-/// Something to be known of a recording.
+/// A remark about a recording.
 #[derive(Debug, Serialize)]
 struct Note {
     recording: String,
@@ -60,8 +60,8 @@ impl Note {
 /// Frames of a recording and remarks, or the reason why it is skipped.
 type Drawn = Result<(Vec<Annotation>, Vec<String>), String>;
 
-/// Makes a set of frames in the folder of `args`, and reports them. What `read` cannot read is
-/// left out; an error of it ends everything.
+/// Writes a set of frames into the folder of `args`, and prints a report. Recordings that `read` skips are
+/// listed; an error of `read` ends the conversion.
 pub(super) fn prepare<T: Display + Sync>(
     args: &FrameSetArgs,
     job: &Job<'_, T>,
@@ -101,7 +101,7 @@ pub(super) fn prepare<T: Display + Sync>(
     Ok(())
 }
 
-/// Frames of a set that is complete are not drawn over.
+/// Refuses to overwrite a complete set.
 fn refuse_complete(out: &Path) -> Result<()> {
     let complete = ["train.json", "test.json"].map(|name| out.join(name));
     match complete.iter().find(|path| path.exists()) {

@@ -16,7 +16,7 @@ use glam::IVec2;
 use super::args::{Eh36mArgs, FrameSetArgs, H36mArgs};
 use super::frames::{Job, Reading, prepare};
 
-/// Folders of clips, as they are published.
+/// Folder of clips in the published layout.
 const YARP: &str = "yarp";
 
 /// `evpose prepare eh36m`.
@@ -69,7 +69,7 @@ fn job<'a>(clips: &'a [ClipName], args: &FrameSetArgs, seed: u64) -> Job<'a, Cli
     Job { unit: "clips", recordings: clips, is_test: ClipName::is_test, options, seed }
 }
 
-/// The events and the joints of a clip and what is remarkable, or why there are none.
+/// Events and joints of a clip with remarks, or the reason why it is skipped.
 fn synthesize(
     args: &H36mArgs,
     name: &ClipName,
@@ -95,7 +95,7 @@ fn synthesize(
     Ok((LabelledRecording { name: name.to_string(), events, bodies }, remarks))
 }
 
-/// The frames of a video. Its sensor takes code values for light.
+/// Opens the frames of a video. The sensor treats code values as light, as published.
 fn open(folder: &Path) -> Result<FrameSource, String> {
     if !folder.is_dir() {
         return Err(format!("{}: there is no such folder of frames", folder.display()));

@@ -1,4 +1,4 @@
-//! `evpose prepare`: data sets as they are distributed into what `evpose train` reads.
+//! `evpose prepare`: conversion of public data sets to training data.
 
 mod args;
 mod dhp19;
@@ -23,12 +23,12 @@ pub(crate) fn run(command: &PrepareCommand) -> Result<()> {
     }
 }
 
-/// So many entries of a list are shown; all of them are in the report.
+/// Maximum number of printed entries of a list; the report has all of them.
 const SHOWN: usize = 10;
-/// The report, beside the labels.
+/// Name of the report beside the labels.
 const REPORT: &str = "conversion.json";
 
-/// A list under a heading, the beginning of it if it is long.
+/// Prints the first entries of a list under a heading.
 fn list(heading: &str, entries: &[String]) {
     if entries.is_empty() {
         return;
@@ -40,7 +40,7 @@ fn list(heading: &str, entries: &[String]) {
     }
 }
 
-/// How a network is trained on what was prepared.
+/// Prints the command that trains on the prepared data.
 fn say_next(config: &str, out: &Path) {
     let out = out.display();
     say(format!("next: evpose train {config} --set data.source=annotations --data {out}"));

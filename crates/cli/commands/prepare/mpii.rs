@@ -11,7 +11,7 @@ use evpose_app::progress::{bar, say};
 use evpose_app::run_info;
 use evpose_app::threads::use_threads;
 
-/// The annotations, and the folder that their archive makes.
+/// File of the annotations, and the folder in their archive.
 const ANNOTATIONS: &str = "mpii_human_pose_v1_u12_1.mat";
 const ARCHIVE: &str = "mpii_human_pose_v1_u12_2";
 

@@ -12,18 +12,18 @@ use clap::{Subcommand, ValueEnum};
 pub(crate) enum SensorCommand {
     /// All presets, and all effects with their parameters
     List(ListArgs),
-    /// The chain of a sensor as a table, or one effect in full
+    /// The chain of a sensor as a table, or the description of an effect
     Show(ShowArgs),
-    /// The signal of one pixel behind every stage, plotted
+    /// Plot the signal of one pixel after every stage
     Tap(TapArgs),
-    /// Every preset and every effect at three strengths, on one HTML page
+    /// Every preset and every effect at three strengths, on one web page
     Gallery(GalleryArgs),
 }
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  evpose sensor list")]
 pub(crate) struct ListArgs {
-    /// Machine-readable, with ranges, priors and sources
+    /// Print JSON, with ranges, priors and sources
     #[arg(long)]
     pub(crate) json: bool,
 }
@@ -34,7 +34,7 @@ pub(crate) struct ListArgs {
 pub(crate) struct ShowArgs {
     /// A preset, a TOML file of effects, or the name of one effect
     pub(crate) name: String,
-    /// Machine-readable, with ranges, priors and sources
+    /// Print JSON, with ranges, priors and sources
     #[arg(long)]
     pub(crate) json: bool,
 }
@@ -53,7 +53,7 @@ pub(crate) struct TapArgs {
     /// Column and row of the pixel, of 240 x 180
     #[arg(long, value_name = "X,Y", value_parser = pixel)]
     pub(crate) pixel: (u16, u16),
-    /// File to draw (.svg) or write (.csv)
+    /// Output: a plot (.svg) or a table (.csv)
     #[arg(long, default_value = "tap.svg")]
     pub(crate) out: PathBuf,
     /// Light at the pixel
@@ -67,11 +67,11 @@ pub(crate) struct TapArgs {
 /// Light at a tapped pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Input {
-    /// Light five times as strong, and back
+    /// A step to five times the light, and back
     Step,
-    /// Log light along a line, up and down
+    /// A ramp of log light, up and down
     Ramp,
-    /// A lamp of 50 Hz
+    /// Flicker of 50 Hz
     Flicker,
     /// The simulator's moving hand
     Hand,
@@ -87,10 +87,10 @@ pub(crate) struct GalleryArgs {
     /// Only these presets and effects
     #[arg(long, value_delimiter = ',')]
     pub(crate) only: Vec<String>,
-    /// Factor on both sides of the image
+    /// Scale of the image
     #[arg(long, default_value_t = 1.0)]
     pub(crate) scale: f32,
-    /// Seed of the hand and of all noise; 10 has all fingers in view
+    /// Seed of the hand and of all noise; with 10, all fingers are visible
     #[arg(long, default_value_t = 10)]
     pub(crate) seed: u64,
     /// CPU threads; all cores by default

@@ -1,4 +1,4 @@
-//! Scenes with a closed form, and the simulator's hand.
+//! Inputs of `evpose sensor tap`: closed-form light, and the simulated hand.
 
 use anyhow::Result;
 use evpose_core::{Event, Micros, Plane};
@@ -10,7 +10,7 @@ use super::args::Input;
 /// Uniform light, relative to white, at a time in seconds; none where the light is an image.
 pub(super) fn light(input: Input, t_s: f64) -> Option<f64> {
     Some(match input {
-        // Light is known at exposures; 1 ns keeps rounding away from the edges.
+        // 1 ns keeps the exposures at the edges of the step on one side of rounding.
         Input::Step => (if (0.05..0.15).contains(&(t_s + 1e-9)) { -0.7_f64 } else { -2.3 }).exp(),
         Input::Ramp => {
             let rise = (t_s / 0.1).clamp(0.0, 1.0) - ((t_s - 0.15) / 0.1).clamp(0.0, 1.0);
@@ -30,9 +30,9 @@ pub(super) fn clock(input: Input) -> (Micros, Micros) {
     }
 }
 
-/// Lights a spot about a pixel; everything at first. A flash of the whole sensor would keep its
-/// readout busy, and say more about that than about the pixel.
-fn shine(plane: &mut Plane<f32>, (x, y): (u16, u16), is_everywhere: bool, light: f32) {
+/// Illuminates a spot around a pixel, or everything at the start. A flash of the whole sensor would saturate
+/// the readout and hide the response of the pixel.
+fn illuminate(plane: &mut Plane<f32>, (x, y): (u16, u16), is_everywhere: bool, light: f32) {
     const RADIUS: u16 = 7;
     let reach = |centre: u16, side: usize| {
         let radius = if is_everywhere { u16::MAX } else { RADIUS };
@@ -45,21 +45,21 @@ fn shine(plane: &mut Plane<f32>, (x, y): (u16, u16), is_everywhere: bool, light:
     }
 }
 
-/// Shows an input to a sensor; what is behind every exposure goes to `see`: events, their origins
-/// if the sensor keeps them, the light and the time.
+/// Exposes a sensor to an input. Calls `observe` after every exposure with the events, their origins if the
+/// sensor records them, the light and the time.
 pub(super) fn expose(
     run: &mut SensorRun,
     input: Input,
     pixel: (u16, u16),
     seed: u64,
-    mut see: impl FnMut(&[Event], Option<&[Origin]>, &Plane<f32>, Micros),
+    mut observe: impl FnMut(&[Event], Option<&[Origin]>, &Plane<f32>, Micros),
 ) -> Result<()> {
     let (length, step) = clock(input);
     let (size, mut events) = (run.size(), Vec::new());
     let mut show = |plane: &Plane<f32>, t: Micros| {
         events.clear();
         events.extend(run.expose(plane, t)?.iter());
-        see(&events, run.origins(), plane, t);
+        observe(&events, run.origins(), plane, t);
         Ok(())
     };
     let steps = length.0 / step.0;
@@ -69,7 +69,7 @@ pub(super) fn expose(
     let mut plane = Plane::for_sensor(size, 0.0);
     for t in (0..=steps).map(|k| Micros(k * step.0)) {
         if let Some(light) = light(input, t.as_seconds()) {
-            shine(&mut plane, pixel, t == Micros(0), light as f32);
+            illuminate(&mut plane, pixel, t == Micros(0), light as f32);
         }
         show(&plane, t)?;
     }

@@ -1,4 +1,4 @@
-//! `evpose sensor list`.
+//! `evpose sensor list`: presets and effects.
 
 use anyhow::Result;
 use evpose_sensor::{PRESETS, ParamSpec, Prior, STAGES, StageSpec};
@@ -32,7 +32,7 @@ pub(super) fn run(args: &ListArgs) -> Result<()> {
     Ok(())
 }
 
-/// Parameters with their units, choices with their words, and files.
+/// Parameters with their units, choices with their values, and files.
 fn settings(spec: &StageSpec) -> String {
     let params = spec.params.iter().map(|param| match param.unit {
         "" => param.name.to_owned(),
@@ -44,7 +44,7 @@ fn settings(spec: &StageSpec) -> String {
     params.chain(choices).chain(files).collect::<Vec<_>>().join(", ")
 }
 
-/// Everything that the registry knows.
+/// The registry as JSON.
 fn catalogue() -> Value {
     let presets = PRESETS.iter().map(
         |preset| json!({ "name": preset.name, "origin": preset.origin(), "toml": preset.toml }),
@@ -78,7 +78,7 @@ pub(super) fn effect(spec: &StageSpec) -> Value {
     })
 }
 
-/// One parameter; infinity, which JSON lacks, is a word.
+/// A parameter as JSON; infinity, which JSON lacks, is a string.
 pub(super) fn parameter(param: &ParamSpec) -> Value {
     let typical = match param.prior {
         Prior::Typical(low, high) => json!([low, high]),
@@ -95,12 +95,12 @@ pub(super) fn parameter(param: &ParamSpec) -> Value {
     })
 }
 
-/// A number as JSON can hold it.
+/// A value as JSON, which lacks infinity.
 pub(super) fn number(value: f64) -> Value {
     if value.is_finite() { json!(value) } else { json!(value.to_string()) }
 }
 
-/// Up to the first full stop that ends one: not that of `et al.`, and outside of parentheses.
+/// The first sentence of a text: a full stop of `et al.` or in parentheses does not end it.
 pub(super) fn first_sentence(text: &str) -> String {
     let mut depth = 0;
     let mut before = ' ';
@@ -114,7 +114,7 @@ pub(super) fn first_sentence(text: &str) -> String {
     end.map_or(text, |(i, _)| &text[..=i]).to_owned()
 }
 
-/// Text behind a label, broken where the line is full.
+/// Text after a label, wrapped at the line width.
 pub(super) fn column(label: &str, text: &str) -> String {
     let indent = label.chars().count();
     let (mut lines, mut line) = (Vec::new(), label.to_owned());

@@ -1,4 +1,4 @@
-//! `evpose sensor`: what sensors there are, what is in them, and what that looks like.
+//! `evpose sensor`: lists, tables and plots of sensor models.
 
 mod args;
 mod gallery;

@@ -1,4 +1,4 @@
-//! `evpose sensor show`.
+//! `evpose sensor show`: the chain of a sensor.
 
 use anyhow::{Result, bail};
 use evpose_sensor::{ChainRow, PRESETS, STAGES};

@@ -1,4 +1,4 @@
-//! `evpose sensor tap`: one pixel's signal through the stages.
+//! `evpose sensor tap`: the signal of one pixel after every stage.
 
 use std::fmt::Write as _;
 
@@ -22,22 +22,22 @@ struct Tick {
     origin: Origin,
 }
 
-/// A voltage behind a stage.
+/// Signal after a stage.
 struct Signal {
     stage: &'static str,
     domain: Domain,
-    /// Seconds and what is there: ln of light behind the photoreceptor, light before it.
+    /// Time in seconds and value: light before the photoreceptor, log light after it.
     points: Vec<(f64, f64)>,
 }
 
 /// Signals of one pixel.
 struct Trace {
-    /// Light in front of the chain: seconds, relative to white.
+    /// Input light: time in seconds, relative to white.
     light: Vec<(f64, f64)>,
-    /// Behind each stage with a signal, under its name.
+    /// Signals after each stage that has one, by the name of the stage.
     signals: Vec<Signal>,
     events: Vec<Tick>,
-    /// Thresholds of the sensor, ON and OFF, if it has such.
+    /// ON and OFF thresholds of the sensor, if it has them.
     levels: Vec<f64>,
 }
 
@@ -104,7 +104,7 @@ fn record(
     Ok(Trace { light, signals: signals.collect(), events, levels: levels(model) })
 }
 
-/// The nominal thresholds, with their signs.
+/// Nominal thresholds with their signs.
 fn levels(model: &SensorModel) -> Vec<f64> {
     let row = model.describe().rows.iter().find(|row| row.spec.keys().contains(&"threshold_on"));
     let values = row.map(|row| row.settings.numbers()).unwrap_or_default();
@@ -118,7 +118,7 @@ fn levels(model: &SensorModel) -> Vec<f64> {
         .collect()
 }
 
-/// Long form: one line a sample or event.
+/// The trace as CSV in long form: one line per sample or event.
 fn csv(trace: &Trace) -> String {
     let mut text = "t_s,signal,value\n".to_owned();
     let mut add = |name: &str, points: &[(f64, f64)]| {
@@ -146,7 +146,7 @@ fn word(origin: Origin) -> &'static str {
     }
 }
 
-/// Signal events in the colours of their signs; the rest apart from them and from each other.
+/// Colour of an event: by sign for signal events, by origin for noise.
 fn colour(origin: Origin, is_on: bool) -> (u8, u8, u8) {
     match (origin, is_on) {
         (Origin::Signal, true) => ON,
@@ -157,7 +157,7 @@ fn colour(origin: Origin, is_on: bool) -> (u8, u8, u8) {
     }
 }
 
-/// One panel a stage, all over the same time; events at the bottom.
+/// Plots one panel per stage over the same time axis, with the events at the bottom.
 fn plot(trace: &Trace, title: &str) -> Result<String> {
     const INK: (u8, u8, u8) = (29, 36, 48);
     let end_ms = trace.light.last().map_or(1.0, |point| 1e3 * point.0);

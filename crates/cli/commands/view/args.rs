@@ -11,7 +11,7 @@ use crate::commands::opening::RecordingArgs;
     evpose view people/0000.raw --joints joints.csv --truth people/0000.poses.csv --out people.html\n  \
     evpose view rec.npz --out rec.rrd\n  \
     evpose view rec.npz --rerun=192.168.0.7:9876\n\n\
-    The page has a slider, plays by itself, and needs nothing beside it. Blue is ON, red is OFF.")]
+    The page has a slider and an animation, and needs no other file. ON events are blue, OFF events red.")]
 pub(crate) struct ViewArgs {
     #[command(flatten)]
     pub(crate) recording: RecordingArgs,
@@ -19,34 +19,31 @@ pub(crate) struct ViewArgs {
     /// (for the Rerun viewer; feature `rerun`)
     #[arg(long, required_unless_present = "rerun", conflicts_with = "rerun")]
     pub(crate) out: Option<PathBuf>,
-    /// Send it to a Rerun viewer that runs, by default on this machine (feature `rerun`)
+    /// Send the recording to a running Rerun viewer, by default on this machine (feature `rerun`)
     #[arg(long, value_name = "HOST:PORT", num_args = 0..=1, require_equals = true)]
     pub(crate) rerun: Option<Option<String>>,
     /// Content: `events`, or a representation such as lnes or eros
     #[arg(long, default_value = "events")]
     pub(crate) of: String,
-    /// How long an event is shown, in milliseconds
+    /// Time window of a frame, in milliseconds
     #[arg(long, default_value_t = 33.0)]
     pub(crate) window_ms: f64,
-    /// Number of frames, evenly over the time shown [default: 12 on a sheet, 300 in
-    /// Rerun, 100 otherwise]
+    /// Number of frames, evenly spaced [default: 12 on a sheet, 300 in Rerun, 100 otherwise]
     #[arg(long, alias = "pictures", value_parser = clap::value_parser!(u32).range(1..=2000))]
     pub(crate) frames: Option<u32>,
     /// Begin so many seconds after the first event
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0)]
     pub(crate) from: f64,
-    /// End so many seconds after the first event [default: with the recording]
+    /// End so many seconds after the first event [default: the end of the recording]
     #[arg(long, value_name = "SECONDS")]
     pub(crate) to: Option<f64>,
-    /// Draw people or a hand over it: joints of `evpose infer` (orange; of a hand, those of its
-    /// `--joints`), the last ones before each frame
+    /// Overlay predicted joints in orange: the output of `evpose infer`, for hands that of its `--joints`
     #[arg(long, value_name = "FILE.csv")]
     pub(crate) joints: Option<PathBuf>,
-    /// Draw people or a hand as they were: labels of `evpose simulate`, `.poses.csv` or `.meta`
-    /// (green)
+    /// Overlay true joints in green: labels of `evpose simulate`, `.poses.csv` or `.meta`
     #[arg(long, value_name = "FILE")]
     pub(crate) truth: Option<PathBuf>,
-    /// Frames a second while it plays
+    /// Frames per second of the animation
     #[arg(long, default_value_t = 20.0)]
     pub(crate) fps: f64,
 }

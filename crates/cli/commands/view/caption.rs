@@ -1,4 +1,4 @@
-//! When a frame was taken and how much happened, below it.
+//! Caption of a frame: its time and event rate.
 
 use image::{Rgb, RgbImage, imageops};
 
@@ -71,7 +71,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_picture_stays_as_it_is_and_the_bar_below_says_time_and_events() {
+    fn the_frame_is_unchanged_and_the_caption_has_time_and_events() {
         let image = RgbImage::from_pixel(320, 10, Rgb([1, 2, 3]));
         let frame = RenderedFrame { t: Micros(1_000), events: 7, image };
         let image = captioned(&frame);
@@ -85,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn a_picture_narrower_than_its_caption_has_what_fits() {
+    fn captions_of_narrow_frames_are_cut() {
         let frame = RenderedFrame { t: Micros(0), events: 0, image: RgbImage::new(9, 9) };
         assert_eq!(captioned(&frame).dimensions(), (9, 9 + 22));
     }

@@ -19,10 +19,10 @@ use frames::{FrameReader, RenderedFrames};
 
 use evpose_app::progress::say;
 
-/// A kind of file that frames go into.
+/// An output format.
 struct Target {
     ending: &'static str,
-    /// Frames, unless the user says.
+    /// Default number of frames.
     frames: u32,
     make: fn(&RenderedFrames, &ViewArgs) -> Result<Vec<u8>>,
 }
