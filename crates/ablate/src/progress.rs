@@ -18,20 +18,20 @@ pub(super) fn training_bar(row: &str, seeds: usize) -> (ProgressBar, ProgressCal
     let progress = bar(row, 0, "windows");
     let (began, is_estimated) = (OnceLock::new(), AtomicBool::new(false));
     let bar_handle = progress.clone();
-    let callback = ProgressCallback::new(move |how_far| {
+    let callback = ProgressCallback::new(move |done| {
         let &(start, first) = began.get_or_init(|| {
-            bar_handle.set_length(how_far.of);
-            bar_handle.set_position(how_far.samples);
+            bar_handle.set_length(done.total_samples);
+            bar_handle.set_position(done.samples);
             // Samples of an earlier process carry no information about the speed of this one.
             bar_handle.reset_eta();
-            (Instant::now(), how_far.samples)
+            (Instant::now(), done.samples)
         });
-        bar_handle.set_position(how_far.samples);
+        bar_handle.set_position(done.samples);
         let elapsed = start.elapsed();
         if elapsed >= ESTIMATE_AFTER && !is_estimated.swap(true, Ordering::Relaxed) {
-            let per_second = (how_far.samples - first) as f64 / elapsed.as_secs_f64();
-            let left = how_far.of - how_far.samples;
-            bar_handle.suspend(|| say(estimate(per_second, left, how_far.of, seeds)));
+            let per_second = (done.samples - first) as f64 / elapsed.as_secs_f64();
+            let left = done.total_samples - done.samples;
+            bar_handle.suspend(|| say(estimate(per_second, left, done.total_samples, seeds)));
         }
     });
     (progress, callback)

@@ -121,7 +121,7 @@ pub(super) fn run(
         None => {
             let (progress, callback) = progress::training_bar(row, seeds);
             let options =
-                TrainOptions { device: kind, resume: true, plain: true, told: Some(callback) };
+                TrainOptions { device: kind, resume: true, plain: true, progress: Some(callback) };
             let summary = train_hand(config, &directory.train(config.seed), &dir, &options)?;
             progress.finish_and_clear();
             let all = config.training.steps as f64 * config.training.batch_size as f64;

@@ -150,8 +150,8 @@ impl TrainingQueue<'_> {
 
     /// A callback that advances the bar by the samples of one training.
     fn progress_callback(&self) -> ProgressCallback {
-        let (progress, counted) = (self.progress.clone(), Mutex::new(0));
-        ProgressCallback::new(move |how_far| {
+        let (bar, counted) = (self.progress.clone(), Mutex::new(0));
+        ProgressCallback::new(move |progress| {
             let mut counted = counted.lock().unwrap_or_else(PoisonError::into_inner);
             bar.inc(progress.samples.saturating_sub(*counted));
             *counted = progress.samples;

@@ -33,7 +33,7 @@ impl Network {
     /// A runner of the Burn module on `device`.
     pub(super) fn burn<'a>(&'a self, device: &'a Device) -> Runner<'a> {
         // Reading values back waits for the computation.
-        let forward = |images| drop(std::hint::black_box(self.module.values(images)));
+        let forward = |images| drop(std::hint::black_box(self.module.outputs(images)));
         Runner::Burn(Box::new(forward), device)
     }
 
