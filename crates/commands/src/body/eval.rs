@@ -107,7 +107,8 @@ pub(super) fn run(model: &BodyModel, args: &EvalArgs) -> Result<()> {
         let config = PropagationConfig::default();
         let progress = bar("fusing", recordings.files.len() as u64, "recordings");
         let advance = |done| progress.inc(done);
-        let propagated = evaluate_propagation(checkpoint, &predictor, &recordings, &config, &advance)?;
+        let propagated =
+            evaluate_propagation(checkpoint, &predictor, &recordings, &config, &advance)?;
         progress.finish_and_clear();
         let [held, fused, held_where_both, fused_where_both] = [
             propagated.last_detection,
