@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
-use evpose_task::hand::{HandConfig, NetworkPredictor};
+use evpose_task::hand::{HandCheckpoint, HandConfig, NetworkPredictor};
 use evpose_train::{HandDataset, TrainOptions, TrainSummary, read_history, train_hand};
 use serde_json::{Map, Value, json};
 
@@ -130,7 +130,7 @@ impl DataSets {
 }
 
 /// Speeds of the demo, for `metrics.json`.
-fn measured(sets: &DataSets, summary: &TrainSummary) -> Map<String, Value> {
+fn measured(sets: &DataSets, summary: &TrainSummary<HandCheckpoint>) -> Map<String, Value> {
     let measured = json!({
         "simulated_steps_per_second": sets.train.steps_per_second(),
         "trained_samples": summary.samples,
@@ -146,7 +146,7 @@ fn experiment_facts(
     config: &HandConfig,
     args: &DemoArgs,
     sets: &DataSets,
-    summary: &TrainSummary,
+    summary: &TrainSummary<HandCheckpoint>,
 ) -> [String; 5] {
     [
         format!("seed: {}", config.seed),

@@ -47,6 +47,14 @@ impl DeviceGroup {
         Ok(Self { devices, strategy })
     }
 
+    /// One device of kind `kind`.
+    ///
+    /// # Errors
+    /// If this build lacks it.
+    pub(crate) fn single(kind: DeviceKind) -> Result<Self, TrainError> {
+        Ok(Self { devices: vec![kind.resolve()?], strategy: DeviceStrategy::default() })
+    }
+
     /// The device that validates.
     pub(crate) fn main(&self) -> &Device {
         &self.devices[0]

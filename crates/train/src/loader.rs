@@ -8,7 +8,6 @@
 
 use std::ops::Range;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use burn::data::dataloader::{DataLoader, DataLoaderIterator, Progress};
@@ -18,18 +17,10 @@ use rayon::prelude::*;
 
 use crate::barrier::StepBarrier;
 use crate::dataset::{HandDataset, Sample, SampleError};
-use crate::hand_task::HandBatch;
+use crate::hand_learner::HandBatch;
+use crate::passes::{Passes, TrainingSpan};
 use crate::prefetch::Prefetch;
 use crate::waiting::{DataWait, WaitMeter};
-
-/// Which samples a pass over a [`HandLoader`] yields.
-#[derive(Debug, Clone)]
-pub(crate) enum Passes {
-    /// Pass `i` (from 1) is validation interval `i` of a training of `steps` steps.
-    Training { first: Arc<AtomicUsize>, steps: u64, steps_per_interval: u64 },
-    /// Every pass is the same `samples` samples, spread evenly over the data.
-    Validation { samples: u64 },
-}
 
 /// Which part of every batch is a device's.
 #[derive(Debug, Clone, Copy)]
@@ -70,12 +61,11 @@ impl HandLoader {
     /// Batches for training, starting with interval `interval` (from 1).
     pub(crate) fn training(
         data: Arc<HandDataset>,
-        batch_size: usize,
-        (interval, steps, steps_per_interval): (usize, u64, u64),
+        interval: usize,
+        span: TrainingSpan,
         device: Device,
     ) -> Self {
-        let first = Arc::new(AtomicUsize::new(interval));
-        Self::new(data, batch_size, Passes::Training { first, steps, steps_per_interval }, device)
+        Self::new(data, span.batch_size, Passes::training(interval, span), device)
     }
 
     /// The same batches at every validation.
@@ -137,32 +127,9 @@ struct Batches<'a> {
 }
 
 impl HandLoader {
-    /// Number and positions (in samples) of the pass that starts now.
-    fn next_pass(&self) -> (usize, Range<u64>) {
-        match &self.passes {
-            Passes::Training { first, steps, steps_per_interval } => {
-                let interval = first.fetch_add(1, Ordering::SeqCst);
-                let start = (interval as u64 - 1) * steps_per_interval;
-                let end = (interval as u64 * steps_per_interval).min(*steps);
-                (interval, start * self.batch_size as u64..end * self.batch_size as u64)
-            }
-            Passes::Validation { samples } => (1, 0..*samples),
-        }
-    }
-
     /// Positions of the batch that begins at `start`, those of other devices included.
     fn whole(&self, start: u64, pass: &Range<u64>) -> Range<u64> {
         start..(start + self.batch_size as u64).min(pass.end)
-    }
-
-    /// Samples of a whole interval, those of other devices included.
-    fn whole_items(&self) -> u64 {
-        match &self.passes {
-            Passes::Training { steps, steps_per_interval, .. } => {
-                *steps_per_interval.min(steps) * self.batch_size as u64
-            }
-            Passes::Validation { samples } => *samples,
-        }
     }
 
     /// How many of the samples between two batch boundaries, or a boundary and the end, are this
@@ -247,7 +214,7 @@ impl DataLoaderIterator<HandBatch> for Batches<'_> {
 
 impl DataLoader<HandBatch> for HandLoader {
     fn iter<'a>(&'a self) -> Box<dyn DataLoaderIterator<HandBatch> + 'a> {
-        let (interval, pass) = self.next_pass();
+        let (interval, pass) = self.passes.start();
         let (loader, end) = (self.clone(), pass.clone());
         let starts = pass.clone().step_by(self.batch_size);
         let windows = Prefetch::new(starts.map(move |start| {
@@ -259,7 +226,7 @@ impl DataLoader<HandBatch> for HandLoader {
     }
 
     fn num_items(&self) -> usize {
-        self.shared_items(self.whole_items()) as usize
+        self.shared_items(self.passes.samples()) as usize
     }
 
     fn to_device(&self, device: &Device) -> Arc<dyn DataLoader<HandBatch>> {
@@ -269,13 +236,10 @@ impl DataLoader<HandBatch> for HandLoader {
     /// Burn cuts a loader into one run of items for each device; of them, only the number matters
     /// here.
     fn slice(&self, start: usize, _: usize) -> Arc<dyn DataLoader<HandBatch>> {
-        let device = start as u64 * self.devices / self.whole_items();
-        let mut slice = Self { share: Share { device, devices: self.devices }, ..self.clone() };
-        // Every share counts its own passes.
-        if let Passes::Training { first, .. } = &mut slice.passes {
-            *first = Arc::new(AtomicUsize::new(first.load(Ordering::SeqCst)));
-        }
-        Arc::new(slice)
+        let device = start as u64 * self.devices / self.passes.samples();
+        let share = Share { device, devices: self.devices };
+        // Every share counts its own passes: each device iterates over its slice.
+        Arc::new(Self { share, passes: self.passes.detached(), ..self.clone() })
     }
 }
 

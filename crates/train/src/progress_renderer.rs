@@ -9,6 +9,8 @@ use burn_train::renderer::{
     MetricsRendererTraining,
 };
 
+use crate::passes::TrainingSpan;
+
 /// Progress of a training, the steps before it was resumed included.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Progress {
@@ -33,17 +35,6 @@ impl std::fmt::Debug for ProgressCallback {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("ProgressCallback").finish_non_exhaustive()
     }
-}
-
-/// Length of a training.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct TrainingSpan {
-    /// Samples per optimiser step.
-    pub(crate) batch_size: usize,
-    /// Optimiser steps of the whole run.
-    pub(crate) steps: u64,
-    /// Optimiser steps between validations.
-    pub(crate) steps_per_interval: u64,
 }
 
 /// A renderer that reports progress to a [`ProgressCallback`] and shows nothing.

@@ -1,9 +1,9 @@
 //! `evpose train` of bodies.
 
 use anyhow::{Context, Result};
-use evpose_task::body::BodyConfig;
-use evpose_train::TrainOptions;
-use evpose_train::body::{BodyTrainSummary, train_body};
+use evpose_task::body::{BodyCheckpoint, BodyConfig};
+use evpose_train::body::train_body;
+use evpose_train::{TrainOptions, TrainSummary};
 
 use crate::args::TrainArgs;
 use evpose_app::progress::say;
@@ -37,7 +37,7 @@ pub(super) fn run(mut config: BodyConfig, args: &TrainArgs) -> Result<()> {
     Ok(())
 }
 
-fn print_summary(summary: &BodyTrainSummary) {
+fn print_summary(summary: &TrainSummary<BodyCheckpoint>) {
     say(format!(
         "{} images in {:.0} s, {:.0} images/s",
         summary.samples,

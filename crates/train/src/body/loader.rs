@@ -3,7 +3,6 @@
 
 use std::ops::Range;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use burn::data::dataloader::{DataLoader, DataLoaderIterator, Progress};
@@ -19,6 +18,7 @@ use super::batch::BodyBatch;
 use super::frames::BodyFrames;
 use super::targets::BodyGrid;
 use crate::order::SampleOrder;
+use crate::passes::{Passes, TrainingSpan};
 use crate::prefetch::Prefetch;
 use crate::waiting::{DataWait, WaitMeter};
 use evpose_task::body::BodyConfig;
@@ -38,15 +38,6 @@ pub(super) struct BodyItem {
     pub(super) labels: Vec<BodyLabel>,
     /// Optimiser step this batch is for, from 1.
     pub(super) step: u64,
-}
-
-/// Which samples a pass over a [`BodyLoader`] yields.
-#[derive(Debug, Clone)]
-enum Passes {
-    /// Pass `i` (from 1) is validation interval `i` of a training of `steps` steps.
-    Training { first: Arc<AtomicUsize>, steps: u64, steps_per_interval: u64 },
-    /// Every pass is the same samples, spread evenly over the data.
-    Validation { samples: u64 },
 }
 
 /// Images as batches for Burn.
@@ -87,15 +78,11 @@ impl BodyLoader {
     pub(super) fn training(
         data: Arc<BodyFrames>,
         config: &BodyConfig,
-        interval: usize,
+        (interval, span): (usize, TrainingSpan),
         device: Device,
         meter: WaitMeter,
     ) -> Self {
-        let passes = Passes::Training {
-            first: Arc::new(AtomicUsize::new(interval)),
-            steps: config.training.steps,
-            steps_per_interval: config.training.steps_per_validation,
-        };
+        let passes = Passes::training(interval, span);
         Self { meter: Some(meter), ..Self::new(data, config, passes, device) }
     }
 
@@ -103,19 +90,6 @@ impl BodyLoader {
     pub(super) fn validation(data: Arc<BodyFrames>, config: &BodyConfig, device: Device) -> Self {
         let samples = config.training.validation_samples.min(data.len() as u64);
         Self::new(data, config, Passes::Validation { samples }, device)
-    }
-
-    /// Number and positions (in samples) of the pass that starts now.
-    fn next_pass(&self) -> (usize, Range<u64>) {
-        match &self.passes {
-            Passes::Training { first, steps, steps_per_interval } => {
-                let interval = first.fetch_add(1, Ordering::SeqCst);
-                let start = (interval as u64 - 1) * steps_per_interval;
-                let end = (interval as u64 * steps_per_interval).min(*steps);
-                (interval, start * self.batch_size as u64..end * self.batch_size as u64)
-            }
-            Passes::Validation { samples } => (1, 0..*samples),
-        }
     }
 
     /// How the sample at a position is seen, and which image it is.
@@ -213,7 +187,7 @@ impl DataLoaderIterator<BodyItem> for Batches<'_> {
 
 impl DataLoader<BodyItem> for BodyLoader {
     fn iter<'a>(&'a self) -> Box<dyn DataLoaderIterator<BodyItem> + 'a> {
-        let (interval, pass) = self.next_pass();
+        let (interval, pass) = self.passes.start();
         let (loader, end) = (self.clone(), pass.end);
         let starts = pass.clone().step_by(self.batch_size);
         let size = self.batch_size as u64;
@@ -230,12 +204,7 @@ impl DataLoader<BodyItem> for BodyLoader {
     }
 
     fn num_items(&self) -> usize {
-        match &self.passes {
-            Passes::Training { steps, steps_per_interval, .. } => {
-                (*steps_per_interval.min(steps)) as usize * self.batch_size
-            }
-            Passes::Validation { samples } => *samples as usize,
-        }
+        self.passes.samples() as usize
     }
 
     fn to_device(&self, device: &Device) -> Arc<dyn DataLoader<BodyItem>> {

@@ -14,11 +14,11 @@ mod augmentation;
 mod batch;
 mod evaluation;
 mod frames;
+mod learner;
 mod loader;
 mod propagation;
 mod recordings;
 mod targets;
-mod task;
 mod training;
 
 pub use accuracy::{BodyAccuracy, BodyAccuracyConfig, BodyMeasure};
@@ -32,4 +32,4 @@ pub use frames::{BodyFrame, BodyFrames};
 pub use propagation::{PropagatedPose, PropagationResults, evaluate_propagation, propagated_poses};
 pub use recordings::{BodyRecordings, PoseTrack};
 pub use targets::{BodyGrid, BodyTargetSlices};
-pub use training::{BodyTrainSummary, first_network, train_body};
+pub use training::{first_network, train_body};

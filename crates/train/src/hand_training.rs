@@ -1,0 +1,135 @@
+//! Training of the hand network.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use burn::optim::AdamConfig;
+use burn::optim::lr_scheduler::module_lr_scheduler::ModuleLrScheduler;
+use burn::tensor::Device;
+use evpose_core::seed_for;
+use evpose_nn::{HandLoss, HandRegressor};
+use evpose_pose::HandParams;
+use evpose_pose::metric::MeanPose;
+use evpose_task::hand::{HandCheckpoint, HandConfig};
+use evpose_task::{FieldDifference, TaskError};
+
+use crate::TrainError;
+use crate::dataset::HandDataset;
+use crate::devices::DeviceGroup;
+use crate::guard::Guard;
+use crate::hand_learner::{HAND_FIELDS, HandBatch, HandLearner, HandScalars};
+use crate::loader::HandLoader;
+use crate::metric::Field;
+use crate::passes::TrainingSpan;
+use crate::training::{
+    ADAM_EPSILON, Loaders, Run, RunConfig, TrainOptions, TrainSummary, TrainingTask,
+};
+
+/// Poses averaged for the mean pose, at most; spread evenly over the training data.
+const MEAN_POSE_SAMPLES: u64 = 200_000;
+
+/// A network of `config` with initial weights; the seed decides every one of them.
+///
+/// # Errors
+/// If the config names no known network.
+pub fn untrained(config: &HandConfig, device: &Device) -> Result<HandRegressor, TrainError> {
+    let seed = seed_for(config.seed, "weights", 0);
+    Ok(config.network.init(seed, device)?)
+}
+
+/// Trains the hand network of `config` on the sequences in `data`. Writes to the directory `run`:
+/// `config.toml`, `metrics.jsonl`, `loading.jsonl` (the time it waited for data), `checkpoint/`, and the
+/// networks `best.bpk` and `last.bpk`.
+///
+/// # Errors
+/// If the data or the directory cannot be used, if `run` holds another run, or if the loss stops
+/// being finite; checkpoints written before stay.
+pub fn train_hand(
+    config: &HandConfig,
+    data: &Path,
+    run: &Path,
+    options: &TrainOptions,
+) -> Result<TrainSummary<HandCheckpoint>, TrainError> {
+    let training = &config.training;
+    let devices = DeviceGroup::new(options.device, training)?;
+    let span = TrainingSpan {
+        batch_size: training.batch_size,
+        steps: training.steps,
+        steps_per_interval: training.steps_per_validation,
+    };
+    let run = Run::open(run, config, span, options)?;
+    let (train, valid) = HandDataset::open(data, config)?.split(training.validation_s, config)?;
+    let task = HandTask { config, mean_pose: mean_pose(&train)? };
+    let device = devices.main().clone();
+    let train = HandLoader::training(
+        Arc::new(train),
+        run.first_interval(),
+        span,
+        device.clone().autodiff(),
+    );
+    let train = devices.share(train.metered(run.meter().clone()), run.interrupter());
+    let samples = training.validation_samples;
+    let valid = HandLoader::validation(Arc::new(valid), training.batch_size, samples, device);
+    run.train(&task, &devices, Loaders { train: Arc::new(train), valid: Arc::new(valid) })
+}
+
+/// The mean of the training poses, the baseline of evaluations.
+fn mean_pose(train: &HandDataset) -> Result<HandParams, TrainError> {
+    let mut mean = MeanPose::default();
+    train.poses(MEAN_POSE_SAMPLES)?.iter().for_each(|pose| mean.push(pose));
+    mean.mean().ok_or_else(|| TrainError::Stopped("the training poses have no mean".to_owned()))
+}
+
+struct HandTask<'a> {
+    config: &'a HandConfig,
+    mean_pose: HandParams,
+}
+
+impl RunConfig for HandConfig {
+    fn to_toml(&self) -> Result<String, TaskError> {
+        Self::to_toml(self)
+    }
+
+    fn differences_from(&self, path: &Path) -> Result<Vec<FieldDifference>, TaskError> {
+        self.differences(&Self::read(path)?)
+    }
+}
+
+impl TrainingTask for HandTask<'_> {
+    type Batch = HandBatch;
+    type Scalars = HandScalars;
+    type Network = HandRegressor;
+    type Learner = HandLearner;
+    type Checkpoint = HandCheckpoint;
+
+    const FIELDS: &'static [Field<HandScalars>] = &HAND_FIELDS;
+
+    fn untrained(&self, device: &Device) -> Result<HandRegressor, TrainError> {
+        untrained(self.config, device)
+    }
+
+    fn learner(&self, network: HandRegressor, guard: Guard) -> HandLearner {
+        HandLearner::new(network, HandLoss::new(self.config.loss), guard)
+    }
+
+    fn network(learner: HandLearner) -> HandRegressor {
+        learner.network
+    }
+
+    fn optimizer(&self) -> AdamConfig {
+        AdamConfig::new().with_epsilon(ADAM_EPSILON)
+    }
+
+    fn learning_rate(&self) -> ModuleLrScheduler {
+        self.config.training.learning_rate.into()
+    }
+
+    fn checkpoint(&self, network: HandRegressor) -> HandCheckpoint {
+        let (config, mean_pose) = (self.config.clone(), Some(self.mean_pose));
+        HandCheckpoint { config, network, mean_pose }
+    }
+
+    fn save(checkpoint: &HandCheckpoint, path: &Path) -> Result<(), TrainError> {
+        Ok(checkpoint.save(path)?)
+    }
+}

@@ -1,0 +1,89 @@
+//! The passes of a training over its data: an interval after the other, each followed by a validation.
+
+use std::ops::Range;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Length of a training.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct TrainingSpan {
+    /// Samples per optimiser step, those of all devices together.
+    pub(crate) batch_size: usize,
+    /// Optimiser steps of the whole run.
+    pub(crate) steps: u64,
+    /// Optimiser steps between validations.
+    pub(crate) steps_per_interval: u64,
+}
+
+impl TrainingSpan {
+    /// Validation intervals of the whole run; the last may be a short one.
+    pub(crate) fn intervals(&self) -> usize {
+        self.steps.div_ceil(self.steps_per_interval) as usize
+    }
+
+    /// Optimiser steps of the first `intervals` intervals.
+    pub(crate) fn steps_by(&self, intervals: usize) -> u64 {
+        (intervals as u64 * self.steps_per_interval).min(self.steps)
+    }
+}
+
+/// The passes of a loader: the positions of the samples that each yields.
+#[derive(Debug, Clone)]
+pub(crate) enum Passes {
+    /// Pass `i` (from 1) is validation interval `i` of a training.
+    Training { next: Arc<AtomicUsize>, span: TrainingSpan },
+    /// Every pass is the same `samples` samples, spread evenly over the data.
+    Validation { samples: u64 },
+}
+
+impl Passes {
+    /// The passes of a training, from validation interval `interval` (from 1) on.
+    pub(crate) fn training(interval: usize, span: TrainingSpan) -> Self {
+        Self::Training { next: Arc::new(AtomicUsize::new(interval)), span }
+    }
+
+    /// Interval and positions (in samples) of the pass that starts now.
+    pub(crate) fn start(&self) -> (usize, Range<u64>) {
+        match self {
+            Self::Training { next, span } => {
+                let interval = next.fetch_add(1, Ordering::SeqCst);
+                let position = |intervals| span.steps_by(intervals) * span.batch_size as u64;
+                (interval, position(interval - 1)..position(interval))
+            }
+            Self::Validation { samples } => (1, 0..*samples),
+        }
+    }
+
+    /// Samples of a whole pass.
+    pub(crate) fn samples(&self) -> u64 {
+        match self {
+            Self::Training { span, .. } => span.steps_by(1) * span.batch_size as u64,
+            Self::Validation { samples } => *samples,
+        }
+    }
+
+    /// The same passes with a counter of their own.
+    pub(crate) fn detached(&self) -> Self {
+        match self {
+            Self::Training { next, span } => Self::training(next.load(Ordering::SeqCst), *span),
+            Self::Validation { .. } => self.clone(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn passes_cover_a_training_once_and_validations_are_equal() {
+        let span = TrainingSpan { batch_size: 4, steps: 5, steps_per_interval: 2 };
+        assert_eq!(span.intervals(), 3);
+        let passes = Passes::training(2, span);
+        let detached = passes.detached();
+        assert_eq!([passes.start(), passes.start()], [(2, 8..16), (3, 16..20)]);
+        assert_eq!((detached.start(), passes.samples()), ((2, 8..16), 8));
+        let validation = Passes::Validation { samples: 7 };
+        assert_eq!([validation.start(), validation.start()], [(1, 0..7), (1, 0..7)]);
+    }
+}

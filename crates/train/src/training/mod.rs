@@ -1,0 +1,271 @@
+//! A training run of any task in its directory: started, interrupted, resumed, finished.
+
+mod directory;
+mod task;
+
+use std::io::stdout;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use burn::module::Module as _;
+use burn::store::ModuleRecord;
+use burn::tensor::Device;
+use burn_train::metric::store::EventStoreClient;
+use burn_train::renderer::{MetricsRenderer, default_renderer};
+use burn_train::{EarlyStoppingStrategy, Interrupter, Learner, SupervisedTraining};
+use evpose_nn::DeviceKind;
+use evpose_task::body::EarlyStop;
+use evpose_task::hand::{BEST, LAST};
+
+use crate::TrainError;
+use crate::checkpoint::{AtomicCheckpointer, newest_checkpoint, weights_path};
+use crate::devices::DeviceGroup;
+use crate::guard::{Divergence, Guard};
+use crate::history::History;
+use crate::metric::FieldMetric;
+use crate::passes::TrainingSpan;
+use crate::plain_renderer::PlainRenderer;
+use crate::progress_renderer::{ProgressCallback, ProgressRenderer};
+use crate::retention::{LastTwoAndBest, best_interval};
+use crate::waiting::{DataWait, WaitMeter};
+use directory::RunDirectory;
+
+pub(crate) use task::{Loaders, RunConfig, TrainingTask};
+
+/// PyTorch's default; Burn's is 1e-5.
+pub(crate) const ADAM_EPSILON: f32 = 1e-8;
+
+/// The options of a run that do not change its result.
+#[derive(Debug, Clone)]
+pub struct TrainOptions {
+    /// The kind of device; the config says how many of them.
+    pub device: DeviceKind,
+    /// Continue from the newest complete checkpoint of the directory.
+    pub resume: bool,
+    /// Plain lines even on a terminal.
+    pub plain: bool,
+    /// Receives the progress, in place of lines and dashboard.
+    pub progress: Option<ProgressCallback>,
+}
+
+/// The result of a run that came to its end.
+#[derive(Debug)]
+pub struct TrainSummary<C> {
+    /// The network of the best validation, with the experiment it came from.
+    pub best: C,
+    /// Its file.
+    pub path: PathBuf,
+    /// Training samples of this process.
+    pub samples: u64,
+    /// Those per second, validation included.
+    pub samples_per_second: f64,
+    /// Time for which this process trained.
+    pub elapsed: Duration,
+    /// The part of it, validation left out, in which the network waited for data.
+    pub data_wait: DataWait,
+    /// Whether it ended before all of its steps, because the validation loss had stopped falling.
+    pub ended_early: bool,
+}
+
+/// A run whose directory is ready.
+pub(crate) struct Run<'a> {
+    directory: RunDirectory<'a>,
+    /// The validation interval of the checkpoint that is continued, 0 for none.
+    resumed: usize,
+    span: TrainingSpan,
+    options: &'a TrainOptions,
+    interrupter: Interrupter,
+    meter: WaitMeter,
+}
+
+impl<'a> Run<'a> {
+    /// Prepares the directory `path` for a training of `config`.
+    ///
+    /// # Errors
+    /// If it cannot be written, or holds another run.
+    pub(crate) fn open(
+        path: &'a Path,
+        config: &impl RunConfig,
+        span: TrainingSpan,
+        options: &'a TrainOptions,
+    ) -> Result<Self, TrainError> {
+        let directory = RunDirectory(path);
+        let resumed = directory.prepare(config, options.resume)?;
+        let meter = WaitMeter::resume(&directory.loading(), resumed)?;
+        Ok(Self { directory, resumed, span, options, interrupter: Interrupter::new(), meter })
+    }
+
+    /// The first validation interval to train, from 1.
+    pub(crate) fn first_interval(&self) -> usize {
+        self.resumed + 1
+    }
+
+    /// Stops the training.
+    pub(crate) fn interrupter(&self) -> &Interrupter {
+        &self.interrupter
+    }
+
+    /// Measures how long the network waits for data.
+    pub(crate) fn meter(&self) -> &WaitMeter {
+        &self.meter
+    }
+
+    /// Trains to the end, and writes the last and the best network.
+    ///
+    /// # Errors
+    /// If a batch or a file cannot be read or written, if the loss stops being finite, or if the run is
+    /// interrupted; checkpoints written before stay.
+    pub(crate) fn train<T: TrainingTask>(
+        self,
+        task: &T,
+        devices: &DeviceGroup,
+        loaders: Loaders<T::Batch>,
+    ) -> Result<TrainSummary<T::Checkpoint>, TrainError> {
+        let history = History::resume(&self.directory.history(), self.resumed)?;
+        let guard = Guard::new(self.interrupter.clone());
+        let network = task.initial_network(&devices.main().clone().autodiff())?;
+        let learner = Learner::new(
+            task.learner(network, guard.clone()),
+            task.optimizer().init(),
+            task.learning_rate(),
+        );
+        let supervised = self.supervised(task, devices, loaders, &history);
+
+        let started = Instant::now();
+        let result = supervised.launch(learner);
+        let elapsed = started.elapsed();
+        // A dashboard gives the terminal back when it is dropped, before anything is printed.
+        drop(result.renderer);
+        history.flush()?;
+        let interruption = result.interrupted.map(|interruption| interruption.reason);
+        self.check_end(&guard, result.error.map(|error| error.to_string()), interruption)?;
+
+        let last = task.checkpoint(T::network(result.model));
+        T::save(&last, &self.directory.0.join(LAST))?;
+        let losses = history.validation_losses();
+        let best = match best_interval(&losses) {
+            Some(best) => task.checkpoint(self.restore(task, best, devices.main())?),
+            None => last,
+        };
+        let path = self.directory.0.join(BEST);
+        T::save(&best, &path)?;
+
+        let intervals = self.span.intervals();
+        let done = losses.keys().last().copied().unwrap_or(intervals);
+        let steps = self.span.steps_by(done) - self.span.steps_by(self.resumed.min(done));
+        let samples = steps * self.span.batch_size as u64;
+        Ok(TrainSummary {
+            best,
+            path,
+            samples,
+            samples_per_second: samples as f64 / elapsed.as_secs_f64(),
+            elapsed,
+            data_wait: self.meter.total()?,
+            ended_early: done < intervals,
+        })
+    }
+
+    fn supervised<T: TrainingTask>(
+        &self,
+        task: &T,
+        devices: &DeviceGroup,
+        loaders: Loaders<T::Batch>,
+        history: &History,
+    ) -> SupervisedTraining<T::Learner> {
+        let [weights, optimizer, schedule] =
+            AtomicCheckpointer::parts(&self.directory.checkpoints());
+        let mut supervised =
+            SupervisedTraining::new(self.directory.0, loaders.train, loaders.valid)
+                .num_epochs(self.span.intervals())
+                .with_interrupter(self.interrupter.clone())
+                .with_metric_logger(history.clone())
+                .with_checkpointing_strategy(LastTwoAndBest::new(history.clone()))
+                .with_custom_checkpointers(weights, optimizer, schedule)
+                .with_application_logger(None)
+                .renderer(self.renderer());
+        for field in T::FIELDS {
+            supervised = supervised
+                .metric_train_numeric(FieldMetric::new(*field))
+                .metric_valid_numeric(FieldMetric::new(*field));
+        }
+        if let Some(rule) = task.early_stop() {
+            supervised = supervised.early_stopping(EndsEarly { rule, history: history.clone() });
+        }
+        if let Some(strategy) = devices.strategy() {
+            supervised = supervised.with_training_strategy(strategy);
+        }
+        if self.resumed > 0 {
+            supervised = supervised.checkpoint(self.resumed);
+        }
+        supervised
+    }
+
+    /// The progress callback if there is one, else Burn's dashboard on a terminal and plain lines
+    /// elsewhere.
+    fn renderer(&self) -> Box<dyn MetricsRenderer> {
+        use std::io::IsTerminal as _;
+        if let Some(callback) = &self.options.progress {
+            return Box::new(ProgressRenderer::new(callback.clone(), self.span));
+        }
+        if !self.options.plain && cfg!(feature = "tui") && stdout().is_terminal() {
+            default_renderer(self.interrupter.clone(), None)
+        } else {
+            Box::new(PlainRenderer::new(stdout(), self.meter.clone()))
+        }
+    }
+
+    /// # Errors
+    /// The reason why the training did not come to its end, if it did not.
+    fn check_end(
+        &self,
+        guard: &Guard,
+        error: Option<String>,
+        interruption: Option<Option<String>>,
+    ) -> Result<(), TrainError> {
+        // The guard interrupts the training: its reason comes first.
+        if let Some(Divergence { loss, step }) = guard.divergence() {
+            let checkpoints = self.directory.checkpoints();
+            let newest = newest_checkpoint(&checkpoints)?;
+            let checkpoint = newest.map(|interval| weights_path(&checkpoints, interval));
+            return Err(TrainError::Diverged { loss, step, checkpoint });
+        }
+        if let Some(error) = error {
+            return Err(TrainError::Stopped(error));
+        }
+        match interruption {
+            None => Ok(()),
+            Some(reason) => Err(TrainError::Stopped(format!(
+                "{}; continue with --resume from the last checkpoint",
+                reason.unwrap_or_else(|| "interrupted".to_owned())
+            ))),
+        }
+    }
+
+    /// The network of the checkpoint of validation interval `interval`.
+    fn restore<T: TrainingTask>(
+        &self,
+        task: &T,
+        interval: usize,
+        device: &Device,
+    ) -> Result<T::Network, TrainError> {
+        let path = weights_path(&self.directory.checkpoints(), interval);
+        let guard = Guard::new(Interrupter::new());
+        let learner = task.learner(task.untrained(device)?, guard);
+        let record = ModuleRecord::load(&path)
+            .map_err(|error| TrainError::Stopped(format!("{}: {error}", path.display())))?;
+        Ok(T::network(learner.load_record(record)))
+    }
+}
+
+/// Ends a training by the rule of its config.
+#[derive(Clone)]
+struct EndsEarly {
+    rule: EarlyStop,
+    history: History,
+}
+
+impl EarlyStoppingStrategy for EndsEarly {
+    fn should_stop(&mut self, interval: usize, _: &EventStoreClient) -> bool {
+        self.rule.ends(&self.history.validation_losses(), interval)
+    }
+}
