@@ -63,3 +63,23 @@ fn the_effect_of_the_contributors_page_is_the_example() {
     let block = format!("```rust\n{}```\n", read("examples/custom_effect.rs"));
     assert!(read("CONTRIBUTING.md").contains(&block), "copy examples/custom_effect.rs there");
 }
+
+#[test]
+fn the_custom_backbone_learns_and_is_compiled() {
+    let output = output_of("custom_backbone");
+    let losses = output.lines().filter_map(|line| line.split_once("loss "));
+    let losses: Vec<f64> = losses.map(|(_, loss)| loss.parse().unwrap()).collect();
+    assert!(losses.len() == 4 && losses[3] < 0.1 * losses[0], "{output}");
+    let (_, values) = output.split_once("Burn ").unwrap();
+    let (burn, engine) = values.trim_end().split_once(", engine ").unwrap();
+    let [burn, engine] = [burn, engine].map(|value| value.parse::<f64>().unwrap());
+    assert!((burn - engine).abs() < 0.002, "{output}");
+}
+
+#[test]
+fn the_backbone_of_the_contributors_page_is_the_example() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let read = |path: &str| std::fs::read_to_string(root.join(path)).unwrap();
+    let block = format!("```rust\n{}```\n", read("examples/custom_backbone.rs"));
+    assert!(read("CONTRIBUTING.md").contains(&block), "copy examples/custom_backbone.rs there");
+}
