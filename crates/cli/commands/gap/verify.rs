@@ -2,7 +2,7 @@
 
 use anyhow::{Context, Result, bail};
 use evpose_core::{EventStream, Micros, TimeWindow, seed_for};
-use evpose_gap_judge::{Frames, judge};
+use evpose_gap_eval::{Frames, evaluate};
 use evpose_sensor::SensorConfig;
 use rayon::prelude::*;
 
@@ -50,14 +50,14 @@ pub(super) fn run(args: &VerifyArgs) -> Result<()> {
         (0..args.runs).into_par_iter().map(run).collect()
     };
     let frames = Frames { planes: case.scene.planes(), fps: case.scene.fps() };
-    let held = case.measured.slice(window);
+    let held_out = case.measured.slice(window);
     say(format!(
         "evaluated on {} events of {} from {from:.3} s to {to:.3} s, {} runs of each model",
-        held.len(),
+        held_out.len(),
         measured.display(),
         args.runs
     ));
-    let evaluation = judge(&held, &simulated(&before)?, &simulated(&after)?, Some(frames))?;
+    let evaluation = evaluate(&held_out, &simulated(&before)?, &simulated(&after)?, Some(frames))?;
     say(&evaluation);
     files::write_json(&args.dir, "verify.json", &evaluation)
 }

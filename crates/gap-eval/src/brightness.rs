@@ -1,10 +1,10 @@
-//! Events by the luminance that their pixel saw.
+//! Event counts by the luminance of their pixel.
 
 use evpose_core::{EventStream, Plane, SensorSize};
 
-use crate::{JudgeError, relative_difference};
+use crate::{EvalError, relative_difference};
 
-/// Luminance over time: frame `i` is seen at `i / fps`.
+/// Luminance over time: frame `i` is at time `i / fps`.
 #[derive(Debug, Clone, Copy)]
 pub struct Frames<'a> {
     /// Luminance of every pixel.
@@ -13,33 +13,35 @@ pub struct Frames<'a> {
     pub fps: f64,
 }
 
-/// Classes that hold equally many pixels and times.
+/// Number of classes, with equally many pixels and times each.
 const CLASSES: usize = 8;
-/// Every so manieth value is looked at for the limits of classes.
-const SAMPLE: usize = 61;
+/// Stride of the sample of luminance values that the edges of classes are taken from.
+const SAMPLE_STRIDE: usize = 61;
 
-/// Limits of classes, and the frames to look up.
+/// Brightness classes of a scene.
 pub(crate) struct Classes<'a> {
     frames: Frames<'a>,
-    limits: Vec<f32>,
+    /// Inner edges of the classes.
+    edges: Vec<f32>,
 }
 
 impl<'a> Classes<'a> {
-    pub(crate) fn of(frames: Frames<'a>, sensor: SensorSize) -> Result<Self, JudgeError> {
+    pub(crate) fn of(frames: Frames<'a>, sensor: SensorSize) -> Result<Self, EvalError> {
         let fits = |plane: &&Plane<f32>| {
             (plane.width(), plane.height()) == (sensor.width.into(), sensor.height.into())
         };
         if let Some(other) = frames.planes.iter().find(|plane| !fits(plane)) {
-            return Err(JudgeError::Frames(other.width(), other.height(), sensor));
+            return Err(EvalError::Frames(other.width(), other.height(), sensor));
         }
         let all = frames.planes.iter().flat_map(|plane| plane.data());
-        let mut sample: Vec<f32> = all.step_by(SAMPLE).copied().collect();
+        let mut sample: Vec<f32> = all.step_by(SAMPLE_STRIDE).copied().collect();
         sample.sort_by(f32::total_cmp);
-        let limit = |class: usize| sample.get(class * sample.len() / CLASSES).copied();
-        let limits = (1..CLASSES).filter_map(limit).collect();
-        Ok(Self { frames, limits })
+        let edge = |class: usize| sample.get(class * sample.len() / CLASSES).copied();
+        let edges = (1..CLASSES).filter_map(edge).collect();
+        Ok(Self { frames, edges })
     }
 
+    /// Relative difference of the counts of classes.
     pub(crate) fn distance(&self, a: &EventStream, b: &EventStream) -> f64 {
         relative_difference(&self.counts(a), &self.counts(b))
     }
@@ -51,7 +53,7 @@ impl<'a> Classes<'a> {
             let frame = (event.t.as_seconds() * self.frames.fps).max(0.0) as usize;
             let plane = &self.frames.planes[frame.min(last)];
             let light = *plane.at(event.x.into(), event.y.into());
-            counts[self.limits.partition_point(|limit| *limit <= light)] += 1.0;
+            counts[self.edges.partition_point(|edge| *edge <= light)] += 1.0;
         }
         counts
     }

@@ -1,7 +1,8 @@
-//! An independent judge: whether a simulator came closer to a recording.
+//! Independent evaluation of a simulator: whether a change of it has brought it closer to a
+//! recording.
 //!
-//! Five plain statistics, from the events alone, with code that nothing else of the workflow uses.
-//! What a change of the simulator has brought is measured by none of the means that found it.
+//! Five plain statistics of the events, with code that nothing else of the gap workflow uses: the
+//! change is evaluated by none of the means that found it.
 //!
 //! | statistic | distance |
 //! |---|---|
@@ -11,40 +12,40 @@
 //! | counts by brightness | relative difference over eight classes of luminance |
 //! | counts by place | relative difference over blocks of 8 x 8 pixels |
 //!
-//! A simulator with noise is at a distance from itself: that of its runs from each other is the
-//! floor below which no distance means anything.
+//! Runs of a noisy simulator differ: the distances between them are the noise floor of all
+//! distances.
 //!
 //! ```
 //! use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
-//! use evpose_gap_judge::{Verdict, judge};
+//! use evpose_gap_eval::{Verdict, evaluate};
 //!
 //! let at = |step: i64| {
 //!     let event = |k| Event { t: Micros(k * step), x: 1, y: 1, polarity: Polarity::On };
 //!     EventStream::from_events(SensorSize { width: 4, height: 3 }, (0..100).map(event))
 //! };
 //! let (measured, slow) = (at(1_000)?, at(3_000)?);
-//! let judgement = judge(&measured, &[slow.clone(), slow], &[at(1_000)?, at(1_000)?], None)?;
-//! assert_eq!(judgement.verdict, Verdict::Closer);
+//! let evaluation = evaluate(&measured, &[slow.clone(), slow], &[at(1_000)?, at(1_000)?], None)?;
+//! assert_eq!(evaluation.verdict, Verdict::Closer);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 mod brightness;
 mod counts;
+mod evaluation;
+mod image_blocks;
 mod intervals;
-mod judgement;
-mod places;
 mod rate;
 
 use evpose_core::EventStream;
 
 pub use brightness::Frames;
-pub use judgement::{Judgement, Row, Spread, Verdict};
+pub use evaluation::{Evaluation, Row, Spread, Verdict};
 
-/// Why nothing can be judged.
+/// Inputs that cannot be evaluated.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-pub enum JudgeError {
-    /// A simulator was not run often enough to know how far it is from itself.
+pub enum EvalError {
+    /// Fewer than two runs of a simulator, between which there is no distance.
     #[error("{0} runs of the simulator {1}: at least two are needed")]
     Runs(usize, &'static str),
     /// Events of different sensors.
@@ -58,35 +59,35 @@ pub enum JudgeError {
     Empty,
 }
 
-/// A distance between two recordings, zero for the same.
+/// A distance between two recordings, zero for equal ones.
 type Distance<'a> = Box<dyn Fn(&EventStream, &EventStream) -> f64 + 'a>;
 
-/// Compares a recording with runs of a simulator before and after it was changed, with several
-/// seeds each. Without frames, counts by brightness are left out.
+/// Compares a recording with runs of a simulator before and after a change, with several seeds
+/// each. Without frames, counts by brightness are left out.
 ///
 /// # Errors
-/// If there are fewer than two runs of either, no events, or other sensors.
-pub fn judge(
+/// Fewer than two runs of either, no events, or different sensor sizes.
+pub fn evaluate(
     measured: &EventStream,
     before: &[EventStream],
     after: &[EventStream],
     frames: Option<Frames<'_>>,
-) -> Result<Judgement, JudgeError> {
+) -> Result<Evaluation, EvalError> {
     let sensor = measured.sensor();
     for (runs, when) in [(before, "before"), (after, "after")] {
         if runs.len() < 2 {
-            return Err(JudgeError::Runs(runs.len(), when));
+            return Err(EvalError::Runs(runs.len(), when));
         }
         if let Some(other) = runs.iter().map(EventStream::sensor).find(|size| *size != sensor) {
-            return Err(JudgeError::Sensor(sensor, other));
+            return Err(EvalError::Sensor(sensor, other));
         }
     }
     if measured.is_empty() {
-        return Err(JudgeError::Empty);
+        return Err(EvalError::Empty);
     }
     let mut statistics: Vec<(&'static str, &'static str, Distance<'_>)> = vec![
-        ("ON events", "", Box::new(|a, b| counts::of_totals(a, b, true))),
-        ("OFF events", "", Box::new(|a, b| counts::of_totals(a, b, false))),
+        ("ON events", "", Box::new(|a, b| counts::total(a, b, true))),
+        ("OFF events", "", Box::new(|a, b| counts::total(a, b, false))),
         ("ON events per pixel", "", Box::new(|a, b| counts::per_pixel(a, b, true))),
         ("OFF events per pixel", "", Box::new(|a, b| counts::per_pixel(a, b, false))),
         ("intervals", "", Box::new(intervals::distance)),
@@ -98,15 +99,15 @@ pub fn judge(
         let distance = move |a: &_, b: &_| classes.distance(a, b);
         statistics.push(("events by brightness", "", Box::new(distance)));
     }
-    statistics.push(("events by place", "", Box::new(places::distance)));
+    statistics.push(("events by place", "", Box::new(image_blocks::distance)));
     let rows = statistics
         .into_iter()
         .map(|(name, unit, distance)| Row::of(name, unit, &distance, measured, before, after))
         .collect();
-    Ok(Judgement::of(rows))
+    Ok(Evaluation::of(rows))
 }
 
-/// Sum of absolute differences over the mean of the two sums; zero if both are empty.
+/// Sum of absolute differences relative to the mean of the two sums; zero if both are zero.
 fn relative_difference(a: &[f64], b: &[f64]) -> f64 {
     let apart: f64 = a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum();
     let sum: f64 = a.iter().chain(b).sum();

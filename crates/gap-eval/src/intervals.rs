@@ -1,19 +1,19 @@
-//! Times between two events of a pixel.
+//! Inter-event intervals of pixels.
 
 use evpose_core::EventStream;
 
-/// Bins a decade.
+/// Bins per decade.
 const PER_DECADE: f64 = 5.0;
-/// Same stamp, then from 1 us to 10 s.
+/// Bins: one for equal time stamps, then from 1 us to 10 s.
 const BINS: usize = 37;
 
-/// Total variation between the histograms over the logarithm of the interval: at most one.
+/// Total variation distance of the histograms over the logarithm of the interval, at most one.
 pub(crate) fn distance(a: &EventStream, b: &EventStream) -> f64 {
     let (a, b) = (histogram(a), histogram(b));
     0.5 * a.iter().zip(&b).map(|(a, b)| (a - b).abs()).sum::<f64>()
 }
 
-/// Shares of all intervals; a recording without any has its share in a bin of its own.
+/// Fractions of all intervals; a recording without intervals has an extra bin.
 fn histogram(events: &EventStream) -> [f64; BINS + 1] {
     let width = usize::from(events.sensor().width);
     let mut last = vec![None; events.sensor().pixels()];

@@ -1,4 +1,4 @@
-//! Distances before and after, against those of a simulator from itself.
+//! Distances before and after a change of a simulator, against those between its runs.
 
 use std::fmt;
 
@@ -7,19 +7,19 @@ use serde::Serialize;
 
 use crate::Distance;
 
-/// Standard deviations of the simulator's distances from itself that are still chance.
+/// Standard deviations of the distances between runs within which a distance is chance.
 const CHANCE: f64 = 3.0;
-/// Standard errors that a distance must have shrunk by.
+/// Minimum decrease of a distance that is significant, standard errors.
 const CLEAR: f64 = 2.0;
 
-/// Distances over several runs.
+/// Mean and standard deviation of distances over runs.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Spread {
-    /// Their mean.
+    /// Mean.
     pub mean: f64,
-    /// Their standard deviation.
+    /// Standard deviation.
     pub sd: f64,
-    /// How many there are.
+    /// Number of distances.
     pub n: usize,
 }
 
@@ -31,10 +31,9 @@ impl Spread {
         Self { mean, sd: (squares / (n.max(2) - 1) as f64).sqrt(), n }
     }
 
-    /// Whether a mean distance is one that the simulator has from itself, of which this is the
-    /// spread.
+    /// Whether a mean distance is consistent with this distribution of distances between runs.
     fn covers(&self, distance: f64) -> bool {
-        // Distances that are exactly alike differ by rounding.
+        // Equal distances differ by rounding errors.
         distance <= self.mean + CHANCE * self.sd + 1e-12
     }
 
@@ -43,25 +42,25 @@ impl Spread {
     }
 }
 
-/// One statistic.
+/// Evaluation by one statistic.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Row {
-    /// Its name.
+    /// Name of the statistic.
     pub name: &'static str,
-    /// The unit of its distances; empty for parts of one.
+    /// Unit of its distances; empty for dimensionless ones.
     pub unit: &'static str,
-    /// From the recording to the simulator before.
+    /// Distances from the recording to the simulator before.
     pub before: Spread,
-    /// From the recording to the simulator after.
+    /// Distances from the recording to the simulator after.
     pub after: Spread,
-    /// Between runs of the simulator before.
+    /// Distances between runs of the simulator before.
     pub chance_before: Spread,
-    /// Between runs of the simulator after.
+    /// Distances between runs of the simulator after.
     pub chance_after: Spread,
-    /// Whether the distance has shrunk by more than chance; none if it is one of the simulator from
-    /// itself after, and was before as far as can be told.
+    /// Whether the distance has decreased significantly; none if it is consistent with distances
+    /// between runs after, and was so before or did not decrease.
     pub came_closer: Option<bool>,
-    /// Whether the distance after is one that the simulator has from itself.
+    /// Whether the distance after is consistent with distances between runs.
     pub is_closed: bool,
 }
 
@@ -88,7 +87,7 @@ impl Row {
         let has_shrunk = before.mean - after.mean > CLEAR * error;
         let came_closer = match (chance_before.covers(before.mean), is_closed) {
             (true, true) => None,
-            // Hardly beyond chance before, and chance after: nothing to shrink, nothing left.
+            // Hardly beyond chance before, and chance after: no evidence either way.
             (false, true) if !has_shrunk => None,
             _ => Some(has_shrunk),
         };
@@ -96,30 +95,30 @@ impl Row {
     }
 }
 
-/// All statistics together.
+/// Summary of all statistics.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// Every distance is one of the simulator from itself, before and after.
+    /// All distances are chance, before and after.
     Chance,
-    /// Every distance that means something has shrunk.
+    /// All significant distances have decreased.
     Closer,
-    /// Some have shrunk, some have not.
+    /// Some have decreased, some have not.
     Partly,
-    /// None has shrunk.
+    /// None has decreased.
     NotCloser,
 }
 
-/// What the judge says.
+/// Result of an evaluation.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Judgement {
-    /// The statistics.
+pub struct Evaluation {
+    /// Rows, one per statistic.
     pub rows: Vec<Row>,
-    /// All of them together.
+    /// Summary of all rows.
     pub verdict: Verdict,
 }
 
-impl Judgement {
+impl Evaluation {
     pub(crate) fn of(rows: Vec<Row>) -> Self {
         let any = |answer| rows.iter().any(|row| row.came_closer == Some(answer));
         let verdict = match (any(true), any(false)) {
@@ -143,7 +142,7 @@ impl fmt::Display for Verdict {
     }
 }
 
-impl fmt::Display for Judgement {
+impl fmt::Display for Evaluation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,

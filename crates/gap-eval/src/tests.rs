@@ -6,7 +6,7 @@ use super::*;
 
 const SIZE: SensorSize = SensorSize { width: 24, height: 16 };
 
-/// What a simulator may do or not.
+/// Effects of a simulator.
 #[derive(Clone, Copy, Default)]
 struct Effects {
     delay_us: i64,
@@ -61,21 +61,21 @@ fn planes() -> Vec<Plane<f32>> {
     vec![plane; 10]
 }
 
-fn judged(measured: Effects, before: Effects, after: Effects) -> Judgement {
+fn evaluated(measured: Effects, before: Effects, after: Effects) -> Evaluation {
     let planes = planes();
     let frames = Some(Frames { planes: &planes, fps: 10.0 });
-    judge(&run(measured, 1_000), &runs(before, 0), &runs(after, 100), frames).unwrap()
+    evaluate(&run(measured, 1_000), &runs(before, 0), &runs(after, 100), frames).unwrap()
 }
 
-fn row<'a>(judgement: &'a Judgement, name: &str) -> &'a Row {
-    judgement.rows.iter().find(|row| row.name == name).unwrap()
+fn row<'a>(evaluation: &'a Evaluation, name: &str) -> &'a Row {
+    evaluation.rows.iter().find(|row| row.name == name).unwrap()
 }
 
 #[test]
 fn a_run_of_the_simulator_itself_is_as_close_as_chance() {
     for effects in [Effects::default(), Effects { dark_noise: 0.5, ..Effects::default() }] {
-        let judgement = judged(effects, effects, effects);
-        assert_eq!(judgement.verdict, Verdict::Chance, "{judgement}");
+        let evaluation = evaluated(effects, effects, effects);
+        assert_eq!(evaluation.verdict, Verdict::Chance, "{evaluation}");
     }
 }
 
@@ -83,19 +83,19 @@ fn a_run_of_the_simulator_itself_is_as_close_as_chance() {
 fn chance_is_hardly_ever_taken_for_a_difference() {
     let none = Effects::default();
     let (before, after) = (runs(none, 0), runs(none, 100));
-    let of = |seed| judge(&run(none, seed), &before, &after, None).unwrap().rows;
+    let of = |seed| evaluate(&run(none, seed), &before, &after, None).unwrap().rows;
     let rows: Vec<Row> = (1_000..1_015).flat_map(of).collect();
-    let told = rows.iter().filter(|row| row.came_closer.is_some()).count();
-    assert!(20 * told <= rows.len(), "{told} of {}", rows.len());
+    let significant = rows.iter().filter(|row| row.came_closer.is_some()).count();
+    assert!(20 * significant <= rows.len(), "{significant} of {}", rows.len());
 }
 
 #[test]
 fn the_same_events_are_at_no_distance() {
     let events = run(Effects::default(), 1);
     let same = [events.clone(), events.clone()];
-    let judgement = judge(&events, &same, &same, None).unwrap();
-    assert_eq!(judgement.verdict, Verdict::Chance);
-    assert!(judgement.rows.iter().all(|row| row.before.mean == 0.0 && row.after.mean == 0.0));
+    let evaluation = evaluate(&events, &same, &same, None).unwrap();
+    assert_eq!(evaluation.verdict, Verdict::Chance);
+    assert!(evaluation.rows.iter().all(|row| row.before.mean == 0.0 && row.after.mean == 0.0));
 }
 
 #[test]
@@ -109,14 +109,14 @@ fn an_effect_that_is_added_comes_closer_where_it_shows() {
         (noise, &["ON events", "events by brightness", "events by place"]),
         (dead, &["ON events", "OFF events", "intervals"]),
     ] {
-        let judgement = judged(effects, none, effects);
-        assert_eq!(judgement.verdict, Verdict::Closer, "{judgement}");
+        let evaluation = evaluated(effects, none, effects);
+        assert_eq!(evaluation.verdict, Verdict::Closer, "{evaluation}");
         for name in shown {
-            let row = row(&judgement, name);
-            assert!(row.came_closer == Some(true) && row.is_closed, "{judgement}");
+            let row = row(&evaluation, name);
+            assert!(row.came_closer == Some(true) && row.is_closed, "{evaluation}");
         }
         // And the other way round.
-        assert_eq!(judged(none, effects, none).verdict, Verdict::Closer);
+        assert_eq!(evaluated(none, effects, none).verdict, Verdict::Closer);
     }
 }
 
@@ -124,20 +124,20 @@ fn an_effect_that_is_added_comes_closer_where_it_shows() {
 fn an_effect_that_is_not_there_takes_the_simulator_away() {
     let none = Effects::default();
     let noise = Effects { dark_noise: 1.0, ..none };
-    let judgement = judged(none, none, noise);
-    assert_eq!(judgement.verdict, Verdict::NotCloser, "{judgement}");
-    assert_eq!(row(&judgement, "ON events").came_closer, Some(false));
-    assert_eq!(row(&judgement, "lag of the rate").came_closer, None);
+    let evaluation = evaluated(none, none, noise);
+    assert_eq!(evaluation.verdict, Verdict::NotCloser, "{evaluation}");
+    assert_eq!(row(&evaluation, "ON events").came_closer, Some(false));
+    assert_eq!(row(&evaluation, "lag of the rate").came_closer, None);
 }
 
 #[test]
 fn one_of_two_effects_is_a_part() {
     let none = Effects::default();
     let both = Effects { delay_us: 4_000, dead_us: 900, ..none };
-    let judgement = judged(both, none, Effects { dead_us: 900, ..none });
-    assert_eq!(judgement.verdict, Verdict::Partly, "{judgement}");
-    assert_eq!(row(&judgement, "intervals").came_closer, Some(true));
-    assert_eq!(row(&judgement, "lag of the rate").came_closer, Some(false));
+    let evaluation = evaluated(both, none, Effects { dead_us: 900, ..none });
+    assert_eq!(evaluation.verdict, Verdict::Partly, "{evaluation}");
+    assert_eq!(row(&evaluation, "intervals").came_closer, Some(true));
+    assert_eq!(row(&evaluation, "lag of the rate").came_closer, Some(false));
 }
 
 #[test]
@@ -154,12 +154,12 @@ fn distances_have_their_closed_form() {
     let a = events(&[(0, 0, true), (100, 0, true), (10_000, 0, true), (10_100, 9, false)]);
     let b = events(&[(0, 0, true), (100, 9, true)]);
     // 3 against 2 ON events.
-    assert!((counts::of_totals(&a, &b, true) - 1.0 / 2.5).abs() < 1e-12);
-    assert!((counts::of_totals(&a, &b, false) - 2.0).abs() < 1e-12);
+    assert!((counts::total(&a, &b, true) - 1.0 / 2.5).abs() < 1e-12);
+    assert!((counts::total(&a, &b, false) - 2.0).abs() < 1e-12);
     // Pixel 0: 3 and 1; pixel 9: 0 and 1.
     assert!((counts::per_pixel(&a, &b, true) - 3.0 / 2.5).abs() < 1e-12);
     // Blocks 0 and 1: 3, 1 and 1, 1.
-    assert!((places::distance(&a, &b) - 2.0 / 3.0).abs() < 1e-12);
+    assert!((image_blocks::distance(&a, &b) - 2.0 / 3.0).abs() < 1e-12);
     // Steps of 5 ms: 2, 0, 2 and 2, 0, 0.
     assert!((rate::distance(&a, &b) - 2.0 / 3.0).abs() < 1e-12);
     // Intervals of 100 us and 9.9 ms against none.
@@ -179,15 +179,15 @@ fn a_delay_is_measured_to_a_fifth_of_a_millisecond() {
 }
 
 #[test]
-fn what_cannot_be_judged_is_refused() {
+fn invalid_inputs_are_refused() {
     let events = run(Effects::default(), 1);
     let two = [events.clone(), events.clone()];
-    let refused = judge(&events, &two, &two[..1], None).unwrap_err();
+    let refused = evaluate(&events, &two, &two[..1], None).unwrap_err();
     assert_eq!(refused.to_string(), "1 runs of the simulator after: at least two are needed");
     let other = EventStream::empty(SensorSize { width: 2, height: 2 });
-    assert!(matches!(judge(&other, &two, &two, None), Err(JudgeError::Sensor(..))));
-    assert_eq!(judge(&EventStream::empty(SIZE), &two, &two, None), Err(JudgeError::Empty));
+    assert!(matches!(evaluate(&other, &two, &two, None), Err(EvalError::Sensor(..))));
+    assert_eq!(evaluate(&EventStream::empty(SIZE), &two, &two, None), Err(EvalError::Empty));
     let planes = [Plane::filled(2, 2, 1.0f32)];
     let frames = Some(Frames { planes: &planes, fps: 1.0 });
-    assert!(matches!(judge(&events, &two, &two, frames), Err(JudgeError::Frames(2, 2, _))));
+    assert!(matches!(evaluate(&events, &two, &two, frames), Err(EvalError::Frames(2, 2, _))));
 }

@@ -1,23 +1,23 @@
-//! How many events there are, and how many each pixel has.
+//! Event counts, in total and per pixel.
 
 use evpose_core::EventStream;
 
 use crate::relative_difference;
 
-/// Difference of the numbers of events of a polarity over their mean.
-pub(crate) fn of_totals(a: &EventStream, b: &EventStream, is_on: bool) -> f64 {
-    let total = |events: &EventStream| {
+/// Relative difference of the total counts of a polarity.
+pub(crate) fn total(a: &EventStream, b: &EventStream, is_on: bool) -> f64 {
+    let count = |events: &EventStream| {
         events.polarity().iter().filter(|polarity| polarity.is_on() == is_on).count() as f64
     };
-    relative_difference(&[total(a)], &[total(b)])
+    relative_difference(&[count(a)], &[count(b)])
 }
 
-/// Mean absolute difference of the counts of a pixel over the mean count.
+/// Mean absolute difference of the counts of pixels, relative to the mean count.
 pub(crate) fn per_pixel(a: &EventStream, b: &EventStream, is_on: bool) -> f64 {
-    relative_difference(&of_pixels(a, is_on), &of_pixels(b, is_on))
+    relative_difference(&counts(a, is_on), &counts(b, is_on))
 }
 
-fn of_pixels(events: &EventStream, is_on: bool) -> Vec<f64> {
+fn counts(events: &EventStream, is_on: bool) -> Vec<f64> {
     let mut counts = vec![0.0; events.sensor().pixels()];
     for event in events.iter().filter(|event| event.polarity.is_on() == is_on) {
         counts[usize::from(event.y) * usize::from(events.sensor().width) + usize::from(event.x)] +=

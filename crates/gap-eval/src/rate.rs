@@ -1,46 +1,46 @@
-//! Events of all pixels over time.
+//! Event rate of all pixels over time.
 
 use evpose_core::EventStream;
 
 use crate::relative_difference;
 
-/// Step of the lag.
+/// Time step of the cross-correlation.
 const LAG_STEP_US: i64 = 200;
-/// Longest lag looked for: 60 ms.
-const MOST_STEPS: i64 = 300;
-/// Rates are smoothed over this many steps on both sides before the lag is looked for.
+/// Maximum lag, in steps: 60 ms.
+const MAX_STEPS: i64 = 300;
+/// Half width, in steps, over which rates are smoothed before the cross-correlation.
 const SMOOTH_STEPS: usize = 10;
-/// Step in which rates are compared.
+/// Bin length in which rates are compared.
 const RATE_STEP_US: i64 = 5_000;
 
-/// How late one recording is against the other, whichever it is, where their rates overlap best.
+/// Absolute lag between two recordings, milliseconds, at the maximum of their cross-correlation.
 pub(crate) fn lag_ms(a: &EventStream, b: &EventStream) -> f64 {
-    let (a, b) = together(a, b, LAG_STEP_US);
+    let (a, b) = binned(a, b, LAG_STEP_US);
     let (a, b) = (smoothed(&a), smoothed(&b));
     let overlap = |lag: i64| -> f64 {
         let pair = |(k, a): (usize, &f64)| Some(a * b.get(k.checked_add_signed(lag as isize)?)?);
         a.iter().enumerate().filter_map(pair).sum()
     };
     let mut best = (overlap(0), 0i64);
-    for steps in 1..=MOST_STEPS {
+    for steps in 1..=MAX_STEPS {
         for lag in [-steps, steps] {
-            let found = overlap(lag);
-            if found > best.0 {
-                best = (found, lag);
+            let value = overlap(lag);
+            if value > best.0 {
+                best = (value, lag);
             }
         }
     }
     (best.1 * LAG_STEP_US).abs() as f64 * 1e-3
 }
 
-/// Relative difference of the counts in steps of 5 ms.
+/// Relative difference of the counts in bins of 5 ms.
 pub(crate) fn distance(a: &EventStream, b: &EventStream) -> f64 {
-    let (a, b) = together(a, b, RATE_STEP_US);
+    let (a, b) = binned(a, b, RATE_STEP_US);
     relative_difference(&a, &b)
 }
 
-/// Counts of both in the same steps, from the earliest event of the two to the last.
-fn together(a: &EventStream, b: &EventStream, step_us: i64) -> (Vec<f64>, Vec<f64>) {
+/// Counts of both recordings in common bins, from the first event of the two to the last.
+fn binned(a: &EventStream, b: &EventStream, step_us: i64) -> (Vec<f64>, Vec<f64>) {
     let step = |events: &EventStream, i: usize| events.t().get(i).map(|t| t.0.div_euclid(step_us));
     let first = step(a, 0).into_iter().chain(step(b, 0)).min().unwrap_or(0);
     let ends = [a, b].map(|events| step(events, events.len().wrapping_sub(1)));
@@ -55,7 +55,7 @@ fn together(a: &EventStream, b: &EventStream, step_us: i64) -> (Vec<f64>, Vec<f6
     (count(a), count(b))
 }
 
-/// Means over neighbouring steps, less the mean of all.
+/// Moving average, minus the mean of all.
 fn smoothed(counts: &[f64]) -> Vec<f64> {
     let mean = counts.iter().sum::<f64>() / counts.len() as f64;
     let around = |k: usize| {

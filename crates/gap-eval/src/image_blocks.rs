@@ -1,10 +1,10 @@
-//! Where in the image events are.
+//! Event counts by blocks of the image.
 
 use evpose_core::EventStream;
 
 use crate::relative_difference;
 
-/// Side of a block in pixels.
+/// Side of a block, pixels.
 const BLOCK: usize = 8;
 
 /// Relative difference of the counts of blocks.
