@@ -1,64 +1,64 @@
-//! What may be missing: the effects of the catalogue that are properties of a camera, and the
-//! values they are tried at.
+//! Candidates: the effects of the catalogue that are properties of a camera, their variants, and
+//! the parameter values that they are tried at.
 
 use evpose_sensor::{
     EffectConfig, ParamSpec, Prior, STAGES, SensorConfig, Settings, StageSpec, Strength,
 };
 
-/// What is typical of cameras is where the search begins; it goes on beyond, by this factor.
+/// Factor by which the search goes beyond the typical range of a parameter on either side.
 const BEYOND: f64 = 8.0;
-/// The same for readouts, which small sensors share among fewer pixels.
+/// The same for rates of readouts, which in a small sensor serve fewer pixels.
 const BEYOND_OF_READOUTS: f64 = 400.0;
-/// Values of the strength that an effect is first tried at.
+/// Strengths of the screening grid of an effect.
 const STRENGTHS: usize = 14;
 
-/// An effect that a recording may show and the model may lack.
+/// An effect that a model may lack.
 #[derive(Debug, Clone, Copy)]
 pub struct Candidate {
-    /// Its entry in the registry.
+    /// Entry in the registry.
     pub spec: &'static StageSpec,
 }
 
-/// One way in which a candidate is looked for: a choice of words, with numbers to fit.
+/// A variant of a candidate: its choices (keyword parameters), and the numeric parameters to fit.
 #[derive(Debug, Clone)]
 pub struct Trial {
-    /// The effect with the values to begin with.
+    /// The effect with its starting values.
     pub effect: EffectConfig,
-    /// The numbers to fit; the first is the strength.
+    /// The parameters to fit; the first is the strength.
     pub params: Vec<&'static ParamSpec>,
 }
 
 impl Candidate {
-    /// Effects that `model` does not hold yet, without those of `left_out`.
+    /// The effects of the catalogue that `model` lacks, without those of `left_out`.
     ///
-    /// A candidate has a strength that is a property of cameras, which leaves out conventions of
-    /// simulators and how frames of a scene came about, and is no other detector or photoreceptor in
-    /// the place of that of the model.
-    pub fn beside(model: &SensorConfig, left_out: &[String]) -> Vec<Self> {
-        let is_open = |spec: &&StageSpec| {
+    /// A candidate has a strength that is a property of cameras. That excludes conventions of
+    /// simulators, the exposure of a scene's frames, and other detectors or photoreceptors in the
+    /// place of the model's.
+    pub fn missing_from(model: &SensorConfig, left_out: &[String]) -> Vec<Self> {
+        let is_missing = |spec: &&StageSpec| {
             model.effect(spec.name).is_none() && !left_out.iter().any(|name| name == spec.name)
         };
-        let candidates = STAGES.iter().copied().filter(is_open).map(|spec| Self { spec });
-        candidates.filter(|candidate| candidate.is_nameable()).collect()
+        let candidates = STAGES.iter().copied().filter(is_missing).map(|spec| Self { spec });
+        candidates.filter(|candidate| candidate.is_identifiable()).collect()
     }
 
-    fn is_nameable(self) -> bool {
-        let has_place = match place(self.spec) {
+    fn is_identifiable(self) -> bool {
+        let has_slot = match slot(self.spec) {
             None => true,
-            Some(place) => place == READOUT,
+            Some(slot) => slot == READOUT,
         };
         self.strength().is_some()
             && !is_parameter(self.name())
             && !is_of_scene(self.name())
-            && has_place
+            && has_slot
     }
 
-    /// The name in the catalogue.
+    /// Name in the catalogue.
     pub fn name(self) -> &'static str {
         self.spec.name
     }
 
-    /// The first number that makes it stronger.
+    /// The first parameter that makes the effect stronger.
     fn strength(self) -> Option<&'static ParamSpec> {
         let names = match self.spec.signature.strength {
             Strength::Rising(names) | Strength::RisingAlone(names) | Strength::Falling(names) => {
@@ -67,12 +67,13 @@ impl Candidate {
             Strength::Unchanging | Strength::FromFiles => return None,
         };
         let spec = self.spec;
-        let named = names.first().and_then(|name| spec.params.iter().find(|p| p.name == *name))?;
-        matches!(named.prior, Prior::Typical(..)).then_some(named)
+        let first = names.first().and_then(|name| spec.params.iter().find(|p| p.name == *name))?;
+        matches!(first.prior, Prior::Typical(..)).then_some(first)
     }
 
-    /// All ways to look for it, form by form: every word of every choice that changes the physics,
-    /// and effects with two strengths by each of them. The first of a form is the plainest.
+    /// All variants, grouped by form: every combination of choices that change the physics, and
+    /// each strength of effects with two. Within a form, variants differ in their optional
+    /// parameters; the first has the fewest.
     pub fn trials(self) -> Vec<Vec<Trial>> {
         let Some(strength) = self.strength() else { return Vec::new() };
         let is_alone = matches!(self.spec.signature.strength, Strength::RisingAlone(_));
@@ -92,11 +93,11 @@ impl Candidate {
                 !is_alone && p.name != head.name && matches!(p.prior, Prior::Typical(..))
             });
             let params: Vec<_> = std::iter::once(head).chain(rest).collect();
-            let is_meant = |words: &Vec<(&str, &str)>| {
-                // Rows that take time are what a bus serves row by row.
+            let is_consistent = |words: &Vec<(&str, &str)>| {
+                // A time per row makes sense only if the bus serves row by row.
                 head.name != "row_ns" || words.contains(&("order", "rows"))
             };
-            for words in words(self.spec).into_iter().filter(is_meant) {
+            for words in words(self.spec).into_iter().filter(is_consistent) {
                 let mut effect = typical.clone();
                 if head.name != strength.name
                     && let (Prior::Typical(low, high), Strength::Falling(_)) =
@@ -117,34 +118,35 @@ impl Candidate {
     }
 }
 
-/// The place of readouts.
+/// Exclusive slot of readouts in a sensor.
 const READOUT: &str = "readout";
 
-/// The place that an effect takes, of which a sensor has one.
-fn place(spec: &'static StageSpec) -> Option<&'static str> {
+/// The exclusive slot that an effect occupies, if it has one.
+fn slot(spec: &'static StageSpec) -> Option<&'static str> {
     let settings = Settings::resolve(spec, &spec.typical()).ok()?;
     (spec.build)(&settings).ok()?.place()
 }
 
-/// What the model has anyway: numbers of these are refitted before any effect is looked for.
+/// Whether an effect belongs to every model: its parameters are refitted before effects are tried.
 pub fn is_parameter(effect: &str) -> bool {
     matches!(effect, "uniform_noise" | "level_crossing" | "logarithmic" | "clock_offset_drift")
 }
 
-/// How frames of a scene came about, rather than what a camera does.
+/// Whether an effect describes how frames of a scene were taken, rather than the event camera.
 fn is_of_scene(effect: &str) -> bool {
     effect == "exposure_blur"
 }
 
-/// Effects that a second number makes strong on its own. The first is then as strong as is typical,
-/// so that it shows which way to turn it.
+/// Effects with a second parameter that makes them strong on its own. The first one then has its
+/// typical value, so that its derivative is not zero.
 const SECOND_STRENGTHS: &[(&str, &str)] = &[("arbiter", "row_ns")];
 
-/// Effects that happen between the frames of a scene, the parts that steps are divided in while they
-/// are looked for, and those that the best is fitted with.
+/// Effects faster than the frames of a scene: name, substeps per frame while they are screened, and
+/// substeps of the final fit.
 const FAST: &[(&str, f64, f64)] = &[("photoreceptor_noise", 2.0, 8.0), ("lamp_flicker", 2.0, 4.0)];
 
-/// Choices whose words are different physics rather than conventions of simulators.
+/// Choices that change the physics rather than follow conventions of simulators: effect, key,
+/// words.
 const PHYSICAL_CHOICES: &[(&str, &str, &[&str])] = &[
     ("refractory", "mode", &["hold", "defer"]),
     ("scanned_readout", "waiting", &["reset", "latched", "kept"]),
@@ -155,7 +157,7 @@ const PHYSICAL_CHOICES: &[(&str, &str, &[&str])] = &[
     ("photoreceptor_lowpass", "signal", &["small", "large"]),
 ];
 
-/// All combinations of words.
+/// All combinations of the physical choices of an effect.
 fn words(spec: &StageSpec) -> Vec<Vec<(&'static str, &'static str)>> {
     let choices = PHYSICAL_CHOICES.iter().filter(|(effect, ..)| *effect == spec.name);
     choices.fold(vec![Vec::new()], |all, (_, key, words)| {
@@ -172,15 +174,15 @@ fn words(spec: &StageSpec) -> Vec<Vec<(&'static str, &'static str)>> {
 }
 
 impl Trial {
-    /// The same without what the effect can do without, a spread over pixels for example: without
-    /// any of it, and with one part of it each.
+    /// Variants with fewer optional parameters, a spread over pixels for example: with none of
+    /// them, and with each of them alone.
     fn plainer(&self) -> Vec<Self> {
         let (head, rest) = (self.params[0], &self.params[1..]);
-        let spare: Vec<&'static ParamSpec> =
+        let optional: Vec<&'static ParamSpec> =
             rest.iter().copied().filter(|param| param.neutral.is_some()).collect();
         let with_only = |kept: Option<&'static ParamSpec>| {
             let is_dropped = |name: &str| {
-                spare.iter().any(|param| param.name == name)
+                optional.iter().any(|param| param.name == name)
                     && kept.is_none_or(|kept| kept.name != name)
             };
             let mut effect = self.effect.clone();
@@ -188,17 +190,17 @@ impl Trial {
             let rest = rest.iter().copied().filter(|param| !is_dropped(param.name));
             Self { effect, params: std::iter::once(head).chain(rest).collect() }
         };
-        match spare.len() {
+        match optional.len() {
             0 => Vec::new(),
             1 => vec![with_only(None)],
             _ => std::iter::once(None)
-                .chain(spare.iter().copied().map(Some))
+                .chain(optional.iter().copied().map(Some))
                 .map(with_only)
                 .collect(),
         }
     }
 
-    /// Whether both have the same words.
+    /// Whether both have the same choices.
     pub fn is_form_of(&self, other: &Self) -> bool {
         PHYSICAL_CHOICES
             .iter()
@@ -206,7 +208,7 @@ impl Trial {
             .all(|(_, key, _)| self.effect.params.get(*key) == other.effect.params.get(*key))
     }
 
-    /// The strengths to begin with.
+    /// Strengths of the screening grid.
     pub fn strengths(&self) -> Vec<f64> {
         let head = self.params[0];
         let limits = limits(head);
@@ -216,7 +218,7 @@ impl Trial {
             .collect()
     }
 
-    /// The strengths to begin with, and whether each is stronger than the one before.
+    /// Strengths of the screening grid, and whether each is stronger than the one before.
     pub(crate) fn rising(&self) -> (Vec<f64>, bool) {
         let head = self.params[0];
         let mut strengths = self.strengths();
@@ -227,18 +229,18 @@ impl Trial {
         {
             strengths.reverse();
         }
-        // Linear ones have a sign.
+        // Values on a linear scale may have either sign: strength does not rise along them.
         (strengths, head.scale == evpose_sensor::Scale::Log)
     }
 
-    /// The same with one number set.
+    /// The same variant with one parameter set.
     #[must_use]
     pub fn with(&self, param: &ParamSpec, value: f64) -> Self {
         let effect = self.effect.clone().with(param.name, value);
         Self { effect, params: self.params.clone() }
     }
 
-    /// The value of a number of the effect.
+    /// Value of a parameter of the effect.
     pub fn value(&self, param: &ParamSpec) -> Option<f64> {
         self.effect.number(param.name)
     }
@@ -247,7 +249,8 @@ impl Trial {
         FAST.iter().find(|(name, ..)| *name == self.effect.name)
     }
 
-    /// `model`, which has the effect, with steps short enough for it; none if they are.
+    /// `model`, which has the effect, with time steps short enough for it; none if they are
+    /// already.
     pub(crate) fn with_short_steps(&self, model: &SensorConfig) -> Option<SensorConfig> {
         let (.., parts) = self.fast()?;
         let mut config = model.clone();
@@ -255,12 +258,11 @@ impl Trial {
         (config != *model).then_some(config)
     }
 
-    /// `model` with this effect. A readout takes the place of the ideal one.
-    pub fn beside(&self, model: &SensorConfig) -> SensorConfig {
+    /// `model` with this effect added. A readout replaces the ideal one.
+    pub fn added_to(&self, model: &SensorConfig) -> SensorConfig {
         let mut config = model.clone();
-        let is_readout = |name: &str| {
-            STAGES.iter().any(|spec| spec.name == name && place(spec) == Some(READOUT))
-        };
+        let is_readout =
+            |name: &str| STAGES.iter().any(|spec| spec.name == name && slot(spec) == Some(READOUT));
         if is_readout(&self.effect.name) {
             config.effects.retain(|effect| !is_readout(&effect.name));
         }
@@ -272,7 +274,7 @@ impl Trial {
     }
 }
 
-/// Divides steps in no fewer parts.
+/// Makes the model divide its time steps into at least this many parts.
 fn divide(config: &mut SensorConfig, parts: f64) {
     let name = "adaptive_steps";
     let known = config.effect(name).and_then(|effect| effect.number("max_parts"));
@@ -281,7 +283,15 @@ fn divide(config: &mut SensorConfig, parts: f64) {
     config.effects.push(EffectConfig::new(name).with("max_parts", parts));
 }
 
-/// Where a number is looked for: what is typical and beyond, inside what the stage takes.
+/// `model` without an effect.
+pub(crate) fn without_effect(model: &SensorConfig, name: &str) -> SensorConfig {
+    let mut model = model.clone();
+    model.effects.retain(|effect| effect.name != name);
+    model
+}
+
+/// Search range of a parameter: its typical range extended on both sides, within the range that the
+/// stage accepts.
 pub fn limits(param: &ParamSpec) -> (f64, f64) {
     let (low, high) = match param.prior {
         Prior::Typical(low, high) => (low, high),

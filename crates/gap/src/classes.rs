@@ -1,33 +1,38 @@
-//! What the scene does at a pixel and a time: the keys by which events are compared.
+//! Classes of pixels and times by brightness, speed, age and contrast: the strata of the
+//! comparison.
 //!
-//! All of it comes from the luminance that is known, never from events, so that a class cannot leak
+//! They are computed from the known luminance alone, never from events, so that a class cannot leak
 //! the answer.
 
 use crate::Scene;
 
-/// Added to luminance before its logarithm: what keeps the classes of perfect darkness finite.
+/// Added to luminance before the logarithm, so that perfect darkness has a finite class.
 const FLOOR: f32 = 1e-5;
-/// Changes of log luminance slower than this (per second) are rest.
+/// Rate of change of log luminance, per second, below which a pixel is at rest.
 const REST_PER_S: f32 = 0.4;
-/// Half the window of the speed of change, seconds.
+/// Half the window over which the rate of change is taken, seconds.
 const HALF_WINDOW_S: f64 = 0.002;
-/// Limits of the time since the last change, seconds.
+/// Edges of the age classes: time since the last change, seconds.
 const AGES_S: [f64; 6] = [0.005, 0.01, 0.02, 0.05, 0.1, 0.2];
-/// Limits of the change of log luminance of a whole monotone stretch.
+/// Edges of the contrast classes: change of log luminance over a monotone stretch.
 const CONTRASTS: [f32; 3] = [0.3, 0.8, 1.5];
 
-/// The classes of one pixel between two planes.
+/// Strides of the samples of luminance, speed and curvature; primes, so that they do not follow
+/// rows.
+const SAMPLE_STRIDES: [usize; 3] = [97, 101, 103];
+
+/// Classes of one pixel between two planes, packed in 12 bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Cell(u16);
 
 impl Cell {
-    /// Numbers of classes of brightness, speed, age and contrast.
+    /// Number of brightness classes.
     pub const BRIGHTNESSES: usize = 5;
-    /// Rest, slow, middle and fast.
+    /// Number of speed classes: rest, slow, middle and fast.
     pub const SPEEDS: usize = 4;
-    /// Moving, six ages, and at rest for long.
+    /// Number of age classes: moving, six ages, and at rest for long.
     pub const AGES: usize = 8;
-    /// Of the stretch that is under way or was the last.
+    /// Number of contrast classes.
     pub const CONTRASTS: usize = 4;
 
     fn new(
@@ -42,43 +47,43 @@ impl Cell {
         Self(bits as u16 | u16::from(rises) << 10 | u16::from(fine) << 11)
     }
 
-    /// Fifths of all pixels and times by luminance, the darkest first.
+    /// Brightness class: fifths of all pixels and times by luminance, the darkest first.
     pub fn brightness(self) -> usize {
         usize::from(self.0 & 7)
     }
 
-    /// Zero at rest, then thirds of what moves by the speed of the change of log luminance.
+    /// Speed class: zero at rest, then thirds of all moving pixels and times by rate of change.
     pub fn speed(self) -> usize {
         usize::from(self.0 >> 3 & 3)
     }
 
-    /// Zero while light changes, then by the time since it did, up to 200 ms; seven later.
+    /// Age class: zero while luminance changes, then by the time since it did; seven after 200 ms.
     pub fn age(self) -> usize {
         usize::from(self.0 >> 5 & 7)
     }
 
-    /// Of the monotone stretch that is under way or was the last: its change of log luminance.
+    /// Contrast class: change of log luminance over the current or last monotone stretch.
     pub fn contrast(self) -> usize {
         usize::from(self.0 >> 8 & 3)
     }
 
-    /// Whether light rises in that stretch.
+    /// Whether luminance rises in the current or last monotone stretch.
     pub fn rises(self) -> bool {
         self.0 >> 10 & 1 == 1
     }
 
-    /// Whether luminance is strongly curved over the neighbouring pixels.
+    /// Whether luminance has fine structure here: a Laplacian in the upper quarter.
     pub fn is_fine(self) -> bool {
         self.0 >> 11 & 1 == 1
     }
 
-    /// Whether light has been at rest for at least 50 ms.
+    /// Whether luminance has been at rest for at least 50 ms.
     pub fn is_quiet(self) -> bool {
         self.age() >= 5
     }
 }
 
-/// Log luminance and classes of a scene.
+/// Log luminance and classes of all pixels and times of a scene.
 #[derive(Debug)]
 pub struct Classes {
     pixels: usize,
@@ -87,12 +92,12 @@ pub struct Classes {
     /// Log luminance, plane after plane.
     log: Vec<f32>,
     cells: Vec<Cell>,
-    /// Pixel seconds of every brightness class at rest.
+    /// Time at rest by brightness class, in pixel seconds.
     quiet_pixel_s: [f64; Cell::BRIGHTNESSES],
 }
 
 impl Classes {
-    /// Looks at a scene.
+    /// Computes the classes of a scene.
     pub fn of(scene: &Scene) -> Self {
         let pixels = scene.size().pixels();
         let steps = scene.planes().len() - 1;
@@ -152,13 +157,13 @@ impl Classes {
         ((t_s * self.fps) as usize).min(self.steps - 1)
     }
 
-    /// The classes of a pixel at a time in seconds.
+    /// Classes of a pixel at a time in seconds.
     pub fn cell(&self, pixel: usize, t_s: f64) -> Cell {
-        // An event at the time of a plane is one of the step before.
+        // An event at the time of a plane belongs to the step before it.
         self.cells[self.step_of(t_s - 1e-9) * self.pixels + pixel]
     }
 
-    /// Log luminance of a pixel, in a line between planes.
+    /// Log luminance of a pixel, interpolated linearly between planes.
     pub fn log_at(&self, pixel: usize, t_s: f64) -> f32 {
         let k = self.step_of(t_s);
         let share = (t_s * self.fps - k as f64).clamp(0.0, 1.0) as f32;
@@ -166,30 +171,30 @@ impl Classes {
         a + (b - a) * share
     }
 
-    /// Change of log luminance per second.
+    /// Rate of change of log luminance, per second.
     pub fn slope_at(&self, pixel: usize, t_s: f64) -> f32 {
         let k = self.step_of(t_s - 1e-9);
         let (a, b) = (self.log[k * self.pixels + pixel], self.log[(k + 1) * self.pixels + pixel]);
         (b - a) * self.fps as f32
     }
 
-    /// Pixel seconds at rest, by brightness.
+    /// Time at rest by brightness class, in pixel seconds.
     pub fn quiet_pixel_s(&self) -> [f64; Cell::BRIGHTNESSES] {
         self.quiet_pixel_s
     }
 }
 
-/// Limits of fifths of log luminance.
+/// Edges of the fifths of log luminance, from a sample.
 fn levels(log: &[f32]) -> [f32; 4] {
-    let mut sample: Vec<f32> = log.iter().step_by(97).copied().collect();
+    let mut sample: Vec<f32> = log.iter().step_by(SAMPLE_STRIDES[0]).copied().collect();
     sample.sort_by(f32::total_cmp);
     [1, 2, 3, 4].map(|i| sample[(sample.len() * i / 5).min(sample.len() - 1)])
 }
 
-/// Limits of thirds of the speeds of what moves.
+/// Edges of the thirds of the rates of change of moving pixels, from a sample.
 fn speed_limits(steps: usize, pixels: usize, change: &impl Fn(usize, usize) -> f32) -> [f32; 2] {
     let mut sample: Vec<f32> = (0..steps * pixels)
-        .step_by(101)
+        .step_by(SAMPLE_STRIDES[1])
         .map(|i| change(i / pixels, i % pixels).abs())
         .filter(|rate| *rate >= REST_PER_S)
         .collect();
@@ -198,7 +203,10 @@ fn speed_limits(steps: usize, pixels: usize, change: &impl Fn(usize, usize) -> f
     [at(1), at(2)]
 }
 
-/// The Laplacian of log luminance and the limit of its upper quarter.
+/// Smallest Laplacian that counts as fine structure.
+const MIN_CURVATURE: f32 = 0.02;
+
+/// Laplacian of log luminance, and the edge of its upper quarter.
 struct Curvature<'a> {
     log: &'a [f32],
     width: usize,
@@ -208,12 +216,14 @@ struct Curvature<'a> {
 
 impl<'a> Curvature<'a> {
     fn of(log: &'a [f32], width: usize, pixels: usize, steps: usize) -> Self {
-        let mut found = Self { log, width, pixels, limit: 0.0 };
-        let mut sample: Vec<f32> =
-            (0..steps * pixels).step_by(103).map(|i| found.at(i / pixels, i % pixels)).collect();
+        let mut curvature = Self { log, width, pixels, limit: 0.0 };
+        let mut sample: Vec<f32> = (0..steps * pixels)
+            .step_by(SAMPLE_STRIDES[2])
+            .map(|i| curvature.at(i / pixels, i % pixels))
+            .collect();
         sample.sort_by(f32::total_cmp);
-        found.limit = sample[sample.len() * 3 / 4].max(0.02);
-        found
+        curvature.limit = sample[sample.len() * 3 / 4].max(MIN_CURVATURE);
+        curvature
     }
 
     fn at(&self, k: usize, p: usize) -> f32 {

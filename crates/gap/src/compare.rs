@@ -1,47 +1,49 @@
-//! Two summaries against each other: how far apart, in units of what chance and tolerance allow.
+//! Comparison of summaries: deviations in standard units, the discrepancy statistic and the gap.
 
-use crate::summary::{Block, Kind, Layout};
+use crate::entry::{Block, Kind};
+use crate::layout::Layout;
 
-/// Degrees of freedom of the robust distance: a number that is far off counts, but does not decide
-/// alone.
-const NU: f64 = 4.0;
-/// What a number is worth that only one of two summaries has.
+/// Degrees of freedom of the Student t distribution whose log-likelihood [`rho`] is: an outlying
+/// statistic counts, but does not decide alone.
+pub(crate) const RHO_FREEDOM: f64 = 4.0;
+/// Deviation of a statistic that is defined on one side only.
 const MISSING: f64 = 3.0;
-/// What every number is worth of a model that has far too many events.
+/// Deviation of all statistics of a model with far too many events.
 const HOPELESS: f64 = 100.0;
-/// Variance of a count on its scale that nothing goes below: two simulators that agree on the
-/// physics still round edges differently.
+/// Minimum variance of a transformed count: two simulators of the same physics still round the
+/// edges of bins differently.
 const COUNT_VARIANCE: f64 = 0.25;
 
-/// Robust measure of a squared deviation.
+/// Robust loss of a squared deviation: twice the negative log-likelihood of a Student t
+/// distribution, up to a factor.
 pub fn rho(z2: f64) -> f64 {
-    NU * (z2 / NU).ln_1p()
+    RHO_FREEDOM * (z2 / RHO_FREEDOM).ln_1p()
 }
 
-/// The mean of [`rho`] over a standard normal deviation: what chance alone gives.
+/// Mean of [`rho`] over a standard normal deviation, which is its value by chance.
 pub fn rho_of_chance() -> f64 {
     let step = 0.01;
     let density = |z: f64| (-0.5 * z * z).exp() / std::f64::consts::TAU.sqrt();
     (-800..=800).map(|i| f64::from(i) * step).map(|z| rho(z * z) * density(z) * step).sum()
 }
 
-/// What a model expects of a summary.
+/// Expected summary of a model.
 #[derive(Debug, Clone)]
 pub struct Expectation {
-    /// The mean of every number, NaN where there is none.
+    /// Mean of every statistic, NaN where it is undefined.
     pub mean: Vec<f64>,
-    /// Its variance from run to run, without tolerance.
+    /// Variance of every statistic from run to run, without tolerance.
     pub variance: Vec<f64>,
-    /// Events in all.
+    /// Total number of events.
     events: f64,
 }
 
 impl Expectation {
     /// Mean and variance of runs with different seeds.
     ///
-    /// A number varies at least by `least`: few runs do not tell, and a model without noise is no
-    /// reason to take chance in the recording for a difference.
-    pub fn of_runs(layout: &Layout, runs: &[Vec<f64>], least: &[f64]) -> Self {
+    /// `min_variances` are lower bounds: few runs estimate a variance badly, and the recording is
+    /// noisy even if the model has no noise.
+    pub fn of_runs(layout: &Layout, runs: &[Vec<f64>], min_variances: &[f64]) -> Self {
         let n = runs.len() as f64;
         let mut mean = vec![0.0; layout.entries.len()];
         let mut variance = vec![0.0; layout.entries.len()];
@@ -53,18 +55,18 @@ impl Expectation {
                 // The mean of few runs is itself uncertain.
                 variance[i] = spread / (n - 1.0) * (1.0 + 1.0 / n);
             }
-            variance[i] = variance[i].max(least.get(i).copied().unwrap_or(0.0));
+            variance[i] = variance[i].max(min_variances.get(i).copied().unwrap_or(0.0));
         }
         let events = layout.events(&mean);
         Self { mean, variance, events }
     }
 
-    /// How far a summary is from this, number by number, in standard deviations.
+    /// Deviation of every statistic of a summary from its expectation, in standard deviations.
     pub fn deviations(&self, layout: &Layout, summary: &[f64]) -> Vec<f64> {
         (0..self.mean.len()).map(|i| self.deviation(layout, i, summary[i]).unwrap_or(0.0)).collect()
     }
 
-    /// The deviation of one number; none where neither side has it.
+    /// Deviation of one statistic; none where it is undefined on both sides.
     fn deviation(&self, layout: &Layout, i: usize, value: f64) -> Option<f64> {
         let mean = self.mean[i];
         if !layout.entries[i].is_compared() {
@@ -80,21 +82,21 @@ impl Expectation {
         }
     }
 
-    /// Standard deviation of a number with tolerance.
+    /// Standard deviation of a statistic, including its tolerance.
     pub fn scale(&self, layout: &Layout, i: usize) -> f64 {
         if !self.mean[i].is_finite() || !layout.entries[i].is_compared() {
             return 1.0;
         }
         let floor = match layout.entries[i].kind {
             Kind::Count(_) => COUNT_VARIANCE,
-            Kind::Number(_) => 0.0,
+            Kind::Value(_) => 0.0,
         };
         let tolerance = layout.tolerance(i, self.mean[i], self.events);
         (self.variance[i].max(floor) + tolerance * tolerance).sqrt()
     }
 }
 
-/// Mean robust distance of each block that has numbers.
+/// Mean robust loss of each block that has compared statistics.
 pub fn by_block(layout: &Layout, deviations: &[f64]) -> Vec<(Block, f64)> {
     let mut sums: std::collections::BTreeMap<Block, (f64, f64)> = std::collections::BTreeMap::new();
     for (entry, z) in layout.entries.iter().zip(deviations) {
@@ -108,16 +110,16 @@ pub fn by_block(layout: &Layout, deviations: &[f64]) -> Vec<(Block, f64)> {
     sums.into_iter().map(|(block, (sum, count))| (block, sum / count)).collect()
 }
 
-/// The gap: the mean distance of blocks over that of chance. One cannot be told from a fresh run of
-/// the model.
+/// The gap: mean over blocks of their mean robust loss, divided by its value by chance. A gap of
+/// one is that of another run of the model.
 pub fn gap(layout: &Layout, deviations: &[f64]) -> f64 {
     let blocks = by_block(layout, deviations);
     let sum: f64 = blocks.iter().map(|(_, distance)| distance).sum();
     sum / blocks.len() as f64 / rho_of_chance()
 }
 
-/// The distance that fits make small: all numbers together.
-pub fn misfit(deviations: &[f64]) -> f64 {
+/// The discrepancy statistic, which fits minimise: the sum of the robust losses of all deviations.
+pub fn discrepancy(deviations: &[f64]) -> f64 {
     deviations.iter().map(|z| rho(z * z)).sum()
 }
 
@@ -125,20 +127,21 @@ pub fn misfit(deviations: &[f64]) -> f64 {
 mod tests {
     use super::*;
 
-    /// However far off they are.
     #[test]
-    fn numbers_of_blocks_that_are_left_out_count_for_nothing() {
+    fn excluded_blocks_do_not_count_however_far_off_they_are() {
         let all = Layout::of_all_probes();
-        let some = Layout::of_blocks(|block| block != Block::Swing);
+        let some = Layout::of_blocks(|block| block != Block::LogIntensityStep);
         let mean = vec![100.0; all.entries.len()];
         let expected = Expectation::of_runs(&all, &[mean.clone(), mean.clone()], &[]);
         let mut summary = mean;
         for (value, entry) in summary.iter_mut().zip(&all.entries) {
-            *value = if entry.block == Block::Swing { f64::NAN } else { *value };
+            *value = if entry.block == Block::LogIntensityStep { f64::NAN } else { *value };
         }
         let of = |layout: &Layout| expected.deviations(layout, &summary);
         assert!(gap(&all, &of(&all)) > 0.1);
-        assert_eq!((gap(&some, &of(&some)), misfit(&of(&some))), (0.0, 0.0));
-        assert!(by_block(&some, &of(&some)).iter().all(|(block, _)| *block != Block::Swing));
+        assert_eq!((gap(&some, &of(&some)), discrepancy(&of(&some))), (0.0, 0.0));
+        assert!(
+            by_block(&some, &of(&some)).iter().all(|(block, _)| *block != Block::LogIntensityStep)
+        );
     }
 }

@@ -1,4 +1,4 @@
-//! What can be wrong with the inputs of the workflow.
+//! Errors of the workflow's inputs.
 
 use std::path::{Path, PathBuf};
 
@@ -9,13 +9,13 @@ use evpose_sensor::SensorError;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum GapError {
-    /// The scene cannot be used.
+    /// The scene is invalid.
     #[error("scene: {0}")]
     Scene(String),
-    /// The recording cannot be used.
+    /// The recording is invalid.
     #[error("recording: {0}")]
     Recording(String),
-    /// The sensor model cannot be built or shown the scene.
+    /// The sensor model cannot be built or simulated on the scene.
     #[error("sensor model: {0}")]
     Sensor(#[from] SensorError),
     /// A file of events or frames cannot be read.
@@ -26,7 +26,7 @@ pub enum GapError {
     File {
         /// The file.
         path: PathBuf,
-        /// Why not.
+        /// The I/O error.
         source: std::io::Error,
     },
     /// A recording has no frames that could be its scene.
@@ -37,7 +37,7 @@ pub enum GapError {
     NoFrames {
         /// The file.
         path: PathBuf,
-        /// What there is instead.
+        /// Description of the file's contents.
         problem: String,
     },
     /// The frames of a recording cannot be its scene.
@@ -45,25 +45,25 @@ pub enum GapError {
     Frames {
         /// The file.
         path: PathBuf,
-        /// What is wrong with them.
+        /// Description of the problem.
         problem: String,
     },
-    /// A file is not the JSON it should be.
+    /// A file is not valid JSON of the expected form.
     #[error("{}: {problem}", path.display())]
     Json {
         /// The file.
         path: PathBuf,
-        /// What is wrong, and where.
+        /// Description of the problem, with its position.
         problem: String,
     },
-    /// A field of a JSON file is missing or means nothing.
+    /// A field of a JSON file is missing or invalid.
     #[error("{}: field `{field}`: {problem}", path.display())]
     Field {
         /// The file.
         path: PathBuf,
-        /// The field, with those it lies in.
+        /// Path of the field, with its parents.
         field: String,
-        /// What is wrong with it.
+        /// Description of the problem.
         problem: String,
     },
 }

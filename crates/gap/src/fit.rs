@@ -1,79 +1,82 @@
-//! Numbers of a model fitted to a summary.
+//! Fit of parameters of a model to a summary.
 //!
 //! # Model
-//! Gauss-Newton steps on the robust misfit `sum rho(z)`: derivatives are differences of simulations
-//! with the same draws, which makes them smooth; weights are those of the robust distance; a wide
-//! prior keeps numbers that a recording says nothing about where they are.
+//! Gauss-Newton steps on the robust discrepancy `sum rho(z)`, by iteratively reweighted least
+//! squares with the weights of `rho`. Derivatives are finite differences of simulations, smooth
+//! because of common random numbers. A wide normal prior keeps parameters in place that a recording
+//! does not constrain.
 
 use evpose_sensor::SensorConfig;
 use rayon::prelude::*;
 
-use crate::compare::{Expectation, misfit};
-use crate::knob::Knob;
+use crate::compare::{Expectation, RHO_FREEDOM, discrepancy};
+use crate::free_parameter::FreeParameter;
 use crate::linear::solve;
-use crate::{GapError, Lab};
+use crate::{GapError, Objective};
 
-/// Fractions of a step that are tried.
+/// Fractions of a Gauss-Newton step that are tried in one line search.
 const FRACTIONS: [f64; 3] = [1.0, 0.4, 0.12];
-/// No number moves further in one round, steps.
-const FURTHEST: f64 = 8.0;
-/// A gain below this is none.
-const LEAST_GAIN: f64 = 0.3;
+/// Largest change of a parameter in one round, steps.
+const MAX_STEPS: f64 = 8.0;
+/// Decrease of the discrepancy below which a fit has converged.
+const MIN_GAIN: f64 = 0.3;
+/// Reweighted least-squares solutions per step; the weights have converged after a few.
+const REWEIGHTINGS: usize = 4;
 
-/// A model fitted to a lab's recording.
+/// A model fitted to a recording.
 #[derive(Debug, Clone)]
 pub struct Fit {
-    /// The model with its numbers.
+    /// The model with its fitted parameters.
     pub model: SensorConfig,
-    /// What is left of the misfit.
-    pub misfit: f64,
+    /// Its discrepancy statistic.
+    pub discrepancy: f64,
 }
 
-/// How the expected summary of a model changes with its knobs.
+/// Derivatives of the expected summary of a model with respect to free parameters.
 #[derive(Debug, Clone)]
 pub struct Slopes {
-    /// One column a knob, per step, in the units of summaries.
+    /// One column per parameter: change per step, in the units of the summary.
     pub columns: Vec<Vec<f64>>,
 }
 
 impl Slopes {
-    /// Differences of simulations around a model.
+    /// Finite differences of simulations around a model, each from `runs` runs.
     ///
     /// # Errors
     /// A model that cannot be built or shown the scene.
     pub fn around(
-        lab: &Lab<'_>,
+        objective: &Objective<'_>,
         model: &SensorConfig,
-        knobs: &[Knob],
+        free_parameters: &[FreeParameter],
         runs: u64,
     ) -> Result<Self, GapError> {
-        let centre = lab.expect(model, runs)?;
-        let column = |knob: &Knob| -> Result<Vec<f64>, GapError> {
-            let step = if knob.is_at_top(model) { -1.0 } else { 1.0 };
-            let moved = lab.expect(&knob.turned(model, step), runs)?;
+        let centre = objective.expect(model, runs)?;
+        let column = |free_parameter: &FreeParameter| -> Result<Vec<f64>, GapError> {
+            let step = if free_parameter.is_at_top(model) { -1.0 } else { 1.0 };
+            let moved = objective.expect(&free_parameter.stepped(model, step), runs)?;
             let slope = |(a, b): (&f64, &f64)| {
                 let slope = (b - a) / step;
                 if slope.is_finite() { slope } else { 0.0 }
             };
             Ok(centre.mean.iter().zip(&moved.mean).map(slope).collect())
         };
-        let columns = knobs.par_iter().map(column).collect::<Result<Vec<_>, _>>()?;
+        let columns = free_parameters.par_iter().map(column).collect::<Result<Vec<_>, _>>()?;
         Ok(Self { columns })
     }
 
-    /// The steps of all knobs that make the misfit of `deviations` least, and that misfit, if
-    /// summaries were linear in the knobs.
+    /// Minimises the discrepancy of a linearised model: the steps of all parameters, each limited
+    /// to `max_steps`, and the discrepancy that is left of `deviations` there.
     pub fn best(
         &self,
-        furthest: f64,
-        lab: &Lab<'_>,
+        max_steps: f64,
+        objective: &Objective<'_>,
         expected: &Expectation,
         deviations: &[f64],
-        knobs: &[Knob],
+        free_parameters: &[FreeParameter],
     ) -> (Vec<f64>, f64) {
-        let n = knobs.len();
+        let n = free_parameters.len();
         let scales: Vec<f64> =
-            (0..deviations.len()).map(|i| expected.scale(lab.layout, i)).collect();
+            (0..deviations.len()).map(|i| expected.scale(objective.layout, i)).collect();
         let mut steps = vec![0.0; n];
         let left = |steps: &[f64]| -> Vec<f64> {
             (0..deviations.len())
@@ -83,12 +86,12 @@ impl Slopes {
                 })
                 .collect()
         };
-        for _ in 0..4 {
+        for _ in 0..REWEIGHTINGS {
             let z = left(&steps);
             let mut matrix = vec![vec![0.0; n]; n];
             let mut right = vec![0.0; n];
             for i in 0..z.len() {
-                let weight = 1.0 / (1.0 + z[i] * z[i] / 4.0);
+                let weight = 1.0 / (1.0 + z[i] * z[i] / RHO_FREEDOM);
                 for a in 0..n {
                     let slope = weight * self.columns[a][i] / scales[i];
                     if slope == 0.0 {
@@ -101,69 +104,65 @@ impl Slopes {
                 }
             }
             for a in 0..n {
-                let prior = 1.0 / knobs[a].prior_steps().powi(2);
+                let prior = 1.0 / free_parameters[a].prior_steps().powi(2);
                 matrix[a][a] += prior + 1e-9;
                 right[a] -= prior * steps[a];
             }
             let Some(change) = solve(matrix, right) else { break };
             for (step, change) in steps.iter_mut().zip(change) {
-                *step = (*step + change).clamp(-furthest, furthest);
+                *step = (*step + change).clamp(-max_steps, max_steps);
             }
         }
-        let rest = misfit(&left(&steps));
+        let rest = discrepancy(&left(&steps));
         (steps, rest)
     }
 }
 
-/// Turns knobs until the misfit gets no smaller. What is known to change in a line with further
-/// knobs is given with their slopes.
+/// Descends from `start` in the parameters `free` until the discrepancy stops decreasing, for at
+/// most `rounds` rounds. Parameters of `linear` follow by slopes that are given with them, without
+/// simulations of their own.
 ///
 /// # Errors
 /// A model that cannot be built or shown the scene.
 pub fn descend(
-    lab: &Lab<'_>,
+    objective: &Objective<'_>,
     start: &SensorConfig,
-    own: &[Knob],
-    beside: Option<(&[Knob], &Slopes)>,
+    free: &[FreeParameter],
+    linear: Option<(&[FreeParameter], &Slopes)>,
     runs: u64,
     rounds: usize,
 ) -> Result<Fit, GapError> {
-    let mut knobs = own.to_vec();
-    knobs.extend(beside.iter().flat_map(|(knobs, _)| knobs.iter()));
+    let mut free_parameters = free.to_vec();
+    free_parameters.extend(linear.iter().flat_map(|(parameters, _)| parameters.iter()));
     let mut model = start.clone();
-    let mut best = misfit_of(lab, &model, runs)?;
+    let mut best = objective.discrepancy(&model, runs)?;
     for _ in 0..rounds {
-        let expected = lab.expect(&model, runs)?;
-        let deviations = expected.deviations(lab.layout, &lab.measured);
-        let mut slopes = Slopes::around(lab, &model, own, runs)?;
-        slopes.columns.extend(beside.iter().flat_map(|(_, slopes)| slopes.columns.iter().cloned()));
-        let (steps, _) = slopes.best(FURTHEST, lab, &expected, &deviations, &knobs);
+        let expected = objective.expect(&model, runs)?;
+        let deviations = expected.deviations(objective.layout, &objective.measured);
+        let mut slopes = Slopes::around(objective, &model, free, runs)?;
+        slopes.columns.extend(linear.iter().flat_map(|(_, slopes)| slopes.columns.iter().cloned()));
+        let (steps, _) =
+            slopes.best(MAX_STEPS, objective, &expected, &deviations, &free_parameters);
         let tried = FRACTIONS
             .par_iter()
             .map(|fraction| {
-                let moved = knobs.iter().zip(&steps).fold(model.clone(), |model, (knob, step)| {
-                    knob.turned(&model, fraction * step)
-                });
-                Ok((misfit_of(lab, &moved, runs)?, moved))
+                let moved = free_parameters
+                    .iter()
+                    .zip(&steps)
+                    .fold(model.clone(), |model, (free_parameter, step)| {
+                        free_parameter.stepped(&model, fraction * step)
+                    });
+                Ok((objective.discrepancy(&moved, runs)?, moved))
             })
             .collect::<Result<Vec<_>, GapError>>()?;
-        let found = tried.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
-        match found {
-            Some((value, moved)) if value < best - LEAST_GAIN => {
+        let best_of_line = tried.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
+        match best_of_line {
+            Some((value, moved)) if value < best - MIN_GAIN => {
                 best = value;
                 model = moved;
             }
             _ => break,
         }
     }
-    Ok(Fit { model, misfit: best })
-}
-
-/// The misfit of a model as it is.
-///
-/// # Errors
-/// A model that cannot be built or shown the scene.
-pub fn misfit_of(lab: &Lab<'_>, model: &SensorConfig, runs: u64) -> Result<f64, GapError> {
-    let expected = lab.expect(model, runs)?;
-    Ok(misfit(&expected.deviations(lab.layout, &lab.measured)))
+    Ok(Fit { model, discrepancy: best })
 }

@@ -1,54 +1,83 @@
-//! Finds where simulated and measured events disagree, and names the missing effect.
+//! Identification of the effects that a sensor model lacks, from a recording of a known scene.
 //!
 //! ```text
 //! recording + scene + sensor model
-//!   -> Stage      the scene, its classes, the reference's events
-//!   -> Summary    the same probes on measured and simulated events
-//!   -> Null       replicates of the model: what differences chance makes
-//!   -> Naming     every effect of the catalogue fitted; parameters first
-//!   -> Verdict    no gap, a parameter, effects, none of the catalogue, undecided
+//!   -> ReferenceScene   the scene, its classes, the events of the reference sensor
+//!   -> Layout           summary statistics, the same of measured and of simulated events
+//!   -> Objective        discrepancy of a model: deviations from its simulated runs
+//!   -> Identification   parameters refitted first, then effects of the catalogue selected
+//!   -> Verdict          no gap, a parameter, effects, none of the catalogue, undecided
+//! ```
+//!
+//! A camera that leaks, compared with the ideal sensor model:
+//!
+//! ```
+//! use evpose_core::Plane;
+//! use evpose_gap::Scene;
+//! use evpose_gap::verdict::Answer;
+//! use evpose_gap::workflow::{Case, HeldOut, Inputs, Prepared, prepared};
+//! use evpose_sensor::{EffectConfig, SensorConfig};
+//!
+//! // Bars that move over 24 x 16 pixels for half a second.
+//! let plane = |k: u16| {
+//!     let light = (0..24 * 16).map(|i| {
+//!         let (x, y, t) = ((i % 24) as f32, (i / 24) as f32, f32::from(k) / 500.0);
+//!         0.3 + 0.25 * (0.5 * x + 0.1 * y - 9.0 * t).sin()
+//!     });
+//!     Plane::from_vec(24, 16, light.collect())
+//! };
+//! let scene = Scene::new(500.0, (0..=250).map(plane).collect::<Result<_, _>>()?)?;
+//! let mut camera = prepared(&SensorConfig::default(), None).config;
+//! camera.effects.push(EffectConfig::new("leak_on").with("rate_hz", 3.0));
+//!
+//! let inputs = Inputs {
+//!     train: Case::new(&scene.events(&camera, 11)?, scene.clone())?,
+//!     held_out: HeldOut::Later,
+//!     model: SensorConfig::default(),
+//!     nominal: None,
+//!     left_out: Vec::new(),
+//!     seed: 3,
+//!     is_quick: true,
+//! };
+//! let prepared = Prepared::new(inputs)?;
+//! let splits = prepared.data_splits()?;
+//! let result = splits.identify(&prepared.model.config, &[], &|_| {})?;
+//! assert_eq!(result.answer, Answer::Effects);
+//! assert_eq!(result.added_effects[0].name(), "leak_on");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod answer;
 pub mod c2st;
 pub mod candidate;
 mod classes;
-mod closeness;
 pub mod compare;
 pub mod davis;
+mod entry;
 mod error;
-mod exchange;
-mod finish;
 pub mod fit;
-mod guess;
-mod hint;
+pub mod free_parameter;
 pub mod input;
-pub mod knob;
-mod lab;
+mod layout;
 mod linear;
 pub mod locate;
-pub mod naming;
 mod normal;
-mod pair;
+mod objective;
 pub mod parameters;
-mod polish;
 pub mod probe;
 pub mod report;
 mod scene;
-mod screen;
 pub mod search;
 mod simulate;
-mod step;
-mod summary;
 pub mod surrogate;
 pub mod verdict;
 mod view;
 pub mod workflow;
 
 pub use classes::{Cell, Classes};
-pub use compare::{Expectation, by_block, gap, misfit, rho, rho_of_chance};
+pub use compare::{Expectation, by_block, discrepancy, gap, rho, rho_of_chance};
+pub use entry::{Block, Entry, Kind};
 pub use error::GapError;
-pub use lab::Lab;
+pub use layout::Layout;
+pub use objective::Objective;
 pub use scene::Scene;
-pub use summary::{Block, Entry, Kind, Layout};
-pub use view::{Expected, Sight, Stage, View};
+pub use view::{EventFeatures, Expected, ReferenceScene, View};

@@ -1,6 +1,6 @@
 //! Small systems of linear equations.
 
-/// Solves `matrix x = right` by elimination with pivots; none where the matrix is singular.
+/// Solves `matrix x = right` by Gaussian elimination with partial pivoting; none if it is singular.
 pub(crate) fn solve(mut matrix: Vec<Vec<f64>>, mut right: Vec<f64>) -> Option<Vec<f64>> {
     let n = right.len();
     for column in 0..n {

@@ -1,6 +1,6 @@
-//! Samples and tails of the normal distribution.
+//! Moments of samples, and the upper tail of the normal distribution.
 
-/// Probability that a standard normal number is larger than `z`.
+/// Probability that a standard normal variable exceeds `z`.
 ///
 /// # Source
 /// The rational Chebyshev form of Press et al., *Numerical Recipes*, 6.2: relative error 1.2e-7.
@@ -24,7 +24,7 @@ pub(crate) fn upper_tail(z: f64) -> f64 {
     if z >= 0.0 { tail } else { 1.0 - tail }
 }
 
-/// Mean and standard deviation of a sample; NaN of nothing.
+/// Mean and standard deviation of a sample; NaN if it is empty.
 pub(crate) fn moments(values: &[f64]) -> (f64, f64) {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;

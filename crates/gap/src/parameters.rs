@@ -1,10 +1,10 @@
-//! Numbers that the model has anyway. What moving them removes is a parameter that was set wrong,
-//! not an effect that is missing.
+//! Parameters that every sensor model has. A gap that refitting them closes is a wrong parameter,
+//! not a missing effect.
 
 use evpose_sensor::{EffectConfig, SensorConfig};
 use serde::Serialize;
 
-/// One number of the model that is fitted before and beside effects.
+/// A parameter of the model that is refitted before and together with effects.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Parameter {
@@ -12,16 +12,27 @@ pub enum Parameter {
     ThresholdOn,
     /// OFF threshold, fitted as a ratio.
     ThresholdOff,
-    /// ON events of the background per pixel and second.
+    /// Background rate of ON events per pixel, Hz.
     NoiseOn,
-    /// OFF events of the background per pixel and second.
+    /// Background rate of OFF events per pixel, Hz.
     NoiseOff,
-    /// What the clock of the recording is late, microseconds.
+    /// Delay of the recording's clock, microseconds.
     ClockOffset,
 }
 
+/// Step of a threshold, as a logarithm: 3 % changes counts of a typical recording significantly.
+const THRESHOLD_STEP: f64 = 0.03;
+/// Step of the square root of a background rate, in the square root of Hz.
+const ROOT_RATE_STEP: f64 = 0.1;
+/// Step of the clock offset, microseconds: a tenth of the frame interval of a scene of 1 kHz.
+const OFFSET_STEP_US: f64 = 100.0;
+/// Largest clock offset, microseconds.
+const MAX_OFFSET_US: f64 = 1e5;
+/// Smallest positive rate of the noise stage, Hz.
+const MIN_RATE_HZ: f64 = 1e-4;
+
 impl Parameter {
-    /// All of them.
+    /// All parameters.
     pub const ALL: [Self; 5] =
         [Self::ThresholdOn, Self::ThresholdOff, Self::NoiseOn, Self::NoiseOff, Self::ClockOffset];
 
@@ -45,7 +56,7 @@ impl Parameter {
         }
     }
 
-    /// The effect and its key that hold the number.
+    /// Effect and key of the parameter in a sensor config.
     fn place(self) -> (&'static str, &'static str) {
         match self {
             Self::ThresholdOn => ("level_crossing", "threshold_on"),
@@ -66,12 +77,12 @@ impl Parameter {
     pub fn set(self, model: &mut SensorConfig, value: f64) {
         let (name, key) = self.place();
         if matches!(self, Self::ThresholdOn | Self::ThresholdOff) && value <= 0.0 {
-            // The model has another detector, of which this is no number.
+            // The model has another change detector, without thresholds.
             return;
         }
         let value = match self {
-            // Stages take no rate that is positive but below their range: that is none.
-            Self::NoiseOn | Self::NoiseOff if value < 1e-4 => 0.0,
+            // The noise stage accepts zero, but no smaller positive rate.
+            Self::NoiseOn | Self::NoiseOff if value < MIN_RATE_HZ => 0.0,
             Self::ThresholdOn | Self::ThresholdOff => value.clamp(0.01, 5.0),
             _ => value,
         };
@@ -84,7 +95,7 @@ impl Parameter {
         for effect in model.effects.iter_mut().filter(|effect| effect.name == name) {
             *effect = effect.clone().with(key, value);
         }
-        // Background and clock that do nothing are not worth a line in a model.
+        // Stages without background or clock offset would be entries without an effect.
         let is_idle = |effect: &EffectConfig| {
             matches!(name, "uniform_noise" | "clock_offset_drift")
                 && effect.name == name
@@ -93,29 +104,31 @@ impl Parameter {
         model.effects.retain(|effect| !is_idle(effect));
     }
 
-    /// The value a number of steps away, a step being what shows well in a summary.
+    /// The value some steps away. A step is a change that shows well in a summary.
     pub fn stepped(self, value: f64, steps: f64) -> f64 {
         match self {
-            Self::ThresholdOn | Self::ThresholdOff => value * (0.03 * steps).exp(),
-            // The square root of a rate moves evenly in counts.
+            Self::ThresholdOn | Self::ThresholdOff => value * (THRESHOLD_STEP * steps).exp(),
+            // The square root stabilises the variance of counts.
             Self::NoiseOn | Self::NoiseOff => {
-                let root = value.sqrt() + 0.1 * steps;
+                let root = value.sqrt() + ROOT_RATE_STEP * steps;
                 if root > 0.0 { root * root } else { 0.0 }
             }
-            Self::ClockOffset => (value + 100.0 * steps).clamp(-1e5, 1e5),
+            Self::ClockOffset => {
+                (value + OFFSET_STEP_US * steps).clamp(-MAX_OFFSET_US, MAX_OFFSET_US)
+            }
         }
     }
 
     /// Steps from one value to another.
     pub fn steps(self, from: f64, to: f64) -> f64 {
         match self {
-            Self::ThresholdOn | Self::ThresholdOff => (to / from).ln() / 0.03,
-            Self::NoiseOn | Self::NoiseOff => (to.sqrt() - from.sqrt()) / 0.1,
-            Self::ClockOffset => (to - from) / 100.0,
+            Self::ThresholdOn | Self::ThresholdOff => (to / from).ln() / THRESHOLD_STEP,
+            Self::NoiseOn | Self::NoiseOff => (to.sqrt() - from.sqrt()) / ROOT_RATE_STEP,
+            Self::ClockOffset => (to - from) / OFFSET_STEP_US,
         }
     }
 
-    /// Standard deviation, in steps, of what is likely before looking at data.
+    /// Standard deviation of the prior, in steps.
     pub fn prior_steps(self) -> f64 {
         match self {
             Self::ThresholdOn | Self::ThresholdOff => 10.0,
@@ -125,8 +138,8 @@ impl Parameter {
     }
 }
 
-/// A model with the numbers that `given` has anyway.
-pub(crate) fn with_given_numbers(model: &SensorConfig, given: &SensorConfig) -> SensorConfig {
+/// `model` with the parameters of `given`.
+pub(crate) fn with_given_parameters(model: &SensorConfig, given: &SensorConfig) -> SensorConfig {
     let mut model = model.clone();
     for parameter in Parameter::ALL {
         parameter.set(&mut model, parameter.value(given));

@@ -1,21 +1,21 @@
-//! What a camera looked at: luminance over time.
+//! Luminance over time in front of the camera.
 
 use evpose_core::{Event, Micros, Plane, SensorSize};
 
 use crate::GapError;
 
-/// Luminance planes at equal steps of time, the first at time zero.
+/// Luminance planes at equal time steps, the first at time zero.
 #[derive(Debug, Clone)]
 pub struct Scene {
     size: SensorSize,
     fps: f64,
     planes: Vec<Plane<f32>>,
-    /// Pixels of which nothing is compared; none of them if it is empty.
-    blind: Vec<bool>,
+    /// Pixels (true, row by row) that are excluded from the comparison; empty if there are none.
+    masked: Vec<bool>,
 }
 
 impl Scene {
-    /// A scene of planes that are `1 / fps` seconds apart, linear and relative to white.
+    /// A scene of planes `1 / fps` seconds apart, of linear luminance relative to white.
     ///
     /// # Errors
     /// Fewer than two planes, planes of different sizes, or a rate that is not positive.
@@ -34,25 +34,25 @@ impl Scene {
             return Err(GapError::Scene(format!("{fps} frames per second")));
         }
         let size = SensorSize { width: width as u16, height: height as u16 };
-        Ok(Self { size, fps, planes, blind: Vec::new() })
+        Ok(Self { size, fps, planes, masked: Vec::new() })
     }
 
-    /// The same scene where some pixels (true, row by row) are not compared: the light that they saw is
-    /// not known.
+    /// The same scene with some pixels (true, row by row) excluded from the comparison, because
+    /// their light is not known.
     #[must_use]
-    pub fn with_blind(self, blind: Vec<bool>) -> Self {
-        Self { blind, ..self }
+    pub fn with_mask(self, masked: Vec<bool>) -> Self {
+        Self { masked, ..self }
     }
 
-    /// Pixels that are not compared, row by row; empty if all are.
-    pub fn blind(&self) -> &[bool] {
-        &self.blind
+    /// Pixels that are excluded from the comparison (true, row by row); empty if there are none.
+    pub fn masked(&self) -> &[bool] {
+        &self.masked
     }
 
-    /// Whether an event of a pixel is compared.
-    pub(crate) fn sees(&self, event: &Event) -> bool {
+    /// Whether the pixel of an event is compared.
+    pub(crate) fn is_compared(&self, event: &Event) -> bool {
         let pixel = usize::from(event.y) * usize::from(self.size.width) + usize::from(event.x);
-        !self.blind.get(pixel).copied().unwrap_or(false)
+        !self.masked.get(pixel).copied().unwrap_or(false)
     }
 
     /// Width and height in pixels.
@@ -70,25 +70,25 @@ impl Scene {
         &self.planes
     }
 
-    /// When plane `k` is seen.
+    /// Time of plane `k`.
     pub fn time(&self, k: usize) -> Micros {
         Micros::from_seconds(k as f64 / self.fps)
     }
 
-    /// When the last plane is seen.
+    /// Time of the last plane.
     pub fn duration(&self) -> Micros {
         self.time(self.planes.len() - 1)
     }
 
-    /// The first part of the scene, of at least two planes.
+    /// The first `duration` of the scene, at least two planes.
     #[must_use]
     pub fn first(&self, duration: Micros) -> Self {
         let last = (duration.as_seconds() * self.fps).round() as usize;
         let planes = self.planes[..(last + 1).clamp(2, self.planes.len())].to_vec();
-        Self { planes, blind: self.blind.clone(), ..*self }
+        Self { planes, masked: self.masked.clone(), ..*self }
     }
 
-    /// The step between two planes.
+    /// Time between two planes, seconds.
     pub fn step_s(&self) -> f64 {
         1.0 / self.fps
     }

@@ -1,12 +1,12 @@
-//! The model at work on a scene.
+//! Simulation of a sensor model on a scene.
 
 use evpose_core::EventStream;
 use evpose_sensor::{SensorConfig, SensorModel};
 
-use crate::{Classes, Expected, GapError, Scene, Stage};
+use crate::{Classes, Expected, GapError, ReferenceScene, Scene};
 
 impl Scene {
-    /// The events that a sensor makes of the scene.
+    /// Simulates the events of a sensor on the scene.
     ///
     /// # Errors
     /// A model that cannot be built or shown the scene.
@@ -15,22 +15,22 @@ impl Scene {
         Ok(all.unwrap_or_else(|| EventStream::empty(self.size())))
     }
 
-    /// The same; nothing as soon as there are more than `most` events.
+    /// As [`Self::events`], or none as soon as there are more than `max_events`.
     fn events_up_to(
         &self,
         config: &SensorConfig,
         seed: u64,
-        most: usize,
+        max_events: usize,
     ) -> Result<Option<EventStream>, GapError> {
         let mut run = SensorModel::from_config(config)?.start(self.size(), seed);
         let mut all = EventStream::empty(self.size());
         for (k, plane) in self.planes().iter().enumerate() {
-            for event in run.expose(plane, self.time(k))?.iter().filter(|e| self.sees(e)) {
+            for event in run.expose(plane, self.time(k))?.iter().filter(|e| self.is_compared(e)) {
                 all.push(event).map_err(|error| {
                     GapError::Recording(format!("{error}\n{}", config.to_toml()))
                 })?;
             }
-            if all.len() > most {
+            if all.len() > max_events {
                 return Ok(None);
             }
         }
@@ -38,20 +38,20 @@ impl Scene {
     }
 }
 
-impl Stage {
-    /// A scene, and `reference` as the model that probes take times and places from: the sensor
-    /// without noise and without delays.
+impl ReferenceScene {
+    /// Computes the classes of a scene and its reference events: those of `reference`, the sensor
+    /// without noise and delays.
     ///
     /// # Errors
     /// A reference that cannot be built or shown the scene.
     pub fn new(scene: Scene, reference: &SensorConfig) -> Result<Self, GapError> {
         let classes = Classes::of(&scene);
-        let mut stage = Self { scene, classes, expected: Expected::default() };
-        stage.expected = Expected::of(&stage.simulate(reference, 0)?);
-        Ok(stage)
+        let mut reference_scene = Self { scene, classes, expected: Expected::default() };
+        reference_scene.expected = Expected::of(&reference_scene.simulate(reference, 0)?);
+        Ok(reference_scene)
     }
 
-    /// The events that a sensor makes of the scene.
+    /// Simulates the events of a sensor on the scene.
     ///
     /// # Errors
     /// A model that cannot be built or shown the scene.
@@ -59,7 +59,7 @@ impl Stage {
         self.scene.events(config, seed)
     }
 
-    /// The same; nothing as soon as there are more than `most` events.
+    /// As [`Self::simulate`], or none as soon as there are more than `max_events`.
     ///
     /// # Errors
     /// A model that cannot be built or shown the scene.
@@ -67,8 +67,8 @@ impl Stage {
         &self,
         config: &SensorConfig,
         seed: u64,
-        most: usize,
+        max_events: usize,
     ) -> Result<Option<EventStream>, GapError> {
-        self.scene.events_up_to(config, seed, most)
+        self.scene.events_up_to(config, seed, max_events)
     }
 }

@@ -1,28 +1,28 @@
-//! What the workflow says in the end, as data.
+//! The verdict of the workflow, as data: `verdict.json`.
 
 use serde::{Deserialize, Serialize};
 
-/// The version of the form of [`Verdict`].
+/// Schema version of [`Verdict`].
 pub const SCHEMA: u32 = 1;
 
-/// The answer in one word.
+/// The answer of the workflow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Answer {
     /// The model explains the recording.
     NoGap,
-    /// A number of the model was set wrong.
+    /// A parameter of the model has a wrong value.
     Parameter,
     /// Effects of the catalogue are missing.
     Effects,
-    /// Something is missing that the catalogue does not hold.
+    /// An effect is missing that is not in the catalogue.
     NoneOfCatalogue,
-    /// There is a gap, and nothing that can be said of it with confidence.
+    /// There is a gap, and the recording does not determine its cause.
     Undecided,
 }
 
 impl Answer {
-    /// The exit code of the command.
+    /// Exit code of the command.
     pub fn exit_code(self) -> u8 {
         match self {
             Self::NoGap => 0,
@@ -34,51 +34,51 @@ impl Answer {
     }
 }
 
-/// Whether a finding is an effect or a number that the model has anyway.
+/// Whether a finding is a missing effect or a wrong parameter of the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FindingKind {
     /// An effect of the catalogue.
     Effect,
-    /// A number of the model.
+    /// A parameter of the model.
     Parameter,
 }
 
-/// A number with its interval of 90 %.
+/// An estimate with its 90 % interval.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Quantity {
-    /// The best value.
+    /// Best value.
     pub value: f64,
     /// Lower end of the interval.
     pub lo90: f64,
     /// Upper end of the interval.
     pub hi90: f64,
-    /// Its unit; empty for a pure number.
+    /// Unit; empty for a dimensionless quantity.
     pub unit: String,
-    /// In the first half of a recording and in the second, where halves are compared.
+    /// Values in the first and the second half of a recording, where halves are compared.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub halves: Option<[f64; 2]>,
 }
 
-/// One thing that is missing or set wrong.
+/// A missing effect or a wrong parameter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Finding {
-    /// The name in the catalogue.
+    /// Name in the catalogue.
     pub name: String,
     /// Effect or parameter.
     pub kind: FindingKind,
-    /// Its numbers.
+    /// Estimates of its parameters, by name.
     pub parameters: std::collections::BTreeMap<String, Quantity>,
-    /// How probable it is that this is the right name.
+    /// Calibrated probability that the identification is right.
     pub probability: f64,
-    /// What cannot be told from it in this recording.
+    /// Effects that this recording does not distinguish from it.
     pub confusable_with: Vec<String>,
 }
 
-/// A gap with its interval of 90 %; one cannot be told from a fresh run of the model.
+/// A gap with its 90 % interval; one is the gap of another run of the model.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct GapValue {
-    /// The gap.
+    /// Value of the gap.
     #[serde(deserialize_with = "or_unknown")]
     pub value: f64,
     /// Lower end.
@@ -89,93 +89,94 @@ pub struct GapValue {
     pub hi: f64,
 }
 
-/// What is left unexplained.
+/// The remaining disagreement of the corrected model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Remaining {
-    /// Whether it matters.
+    /// Whether it is significant.
     pub is_significant: bool,
-    /// The domain of the chain that is nearest to it.
+    /// Domain of the signal chain whose effects explain most of it.
     pub nearest_stage: String,
-    /// The part of the image, of time and of light that it is in.
+    /// Location in image, time and light, as a sentence.
     pub sentence: String,
 }
 
-/// Where measured and simulated events disagree.
+/// Location of the disagreement of measured and simulated events.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Where {
-    /// In words.
+pub struct Location {
+    /// Description as a sentence.
     pub sentence: String,
-    /// Share of the disagreement along each axis: brightness, speed, age, polarity, place, time.
+    /// Fraction of the disagreement that each axis explains: brightness, speed, age, polarity,
+    /// place, time.
     pub shares: std::collections::BTreeMap<String, f64>,
 }
 
-/// The least strength of an effect that this recording would show.
+/// Detection limit of an effect in this recording.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Limit {
-    /// The effect.
+    /// Name of the effect.
     pub name: String,
-    /// The number that makes it strong.
+    /// Parameter that is the effect's strength.
     pub parameter: String,
-    /// The least value that shows.
+    /// Smallest detectable value.
     pub value: f64,
     /// Its unit.
     pub unit: String,
 }
 
-/// How well a classifier tells patches of measured from patches of simulated events.
+/// Result of a classifier two-sample test on patches of measured and simulated events.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TwoSample {
-    /// Area under the curve; one half is chance.
+    /// Area under the ROC curve; one half is chance.
     pub auc: f64,
-    /// Probability of such a value by chance.
+    /// p-value of a permutation test.
     pub p: f64,
 }
 
-/// The whole answer; the same bytes for the same inputs.
+/// The complete verdict; the same bytes for the same inputs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
-    /// The version of this form.
+    /// Schema version.
     pub schema: u32,
-    /// The answer in one word.
+    /// The answer.
     pub verdict: Answer,
-    /// What is missing or set wrong, the most important first.
+    /// Missing effects and wrong parameters, effects first.
     pub effects: Vec<Finding>,
-    /// What is left.
+    /// Remaining disagreement.
     pub remaining: Remaining,
-    /// The gap of the model as given, on what was held out.
+    /// Gap of the model as given, on held-out data.
     pub gap_before: GapValue,
-    /// The gap of the corrected model there.
+    /// Gap of the corrected model, on held-out data.
     pub gap_after: GapValue,
-    /// One less the ratio of what is above one, after and before.
+    /// Gap closed (fraction), see [`crate::search::gap_closed`].
     #[serde(deserialize_with = "or_unknown")]
     pub grr: f64,
-    /// Probability of the largest deviation by chance, all probes together.
+    /// p-value of the largest deviation over all statistics.
     pub p: f64,
-    /// Where they disagree.
+    /// Location of the disagreement.
     #[serde(rename = "where")]
-    pub place: Where,
-    /// Share of the disagreement that the effects of each domain span.
+    pub place: Location,
+    /// Fraction of the disagreement in the span of the effects of each domain.
     pub stage_shares: std::collections::BTreeMap<String, f64>,
-    /// What would have been seen.
+    /// Detection limits.
     pub limits: Vec<Limit>,
-    /// Effects that this recording says nothing about, with the reason.
+    /// Effects that are not testable in this recording, with the reason.
     pub untestable: std::collections::BTreeMap<String, String>,
-    /// The classifier check before; none where it was not made.
+    /// Two-sample test of the model as given; none where it was not made.
     pub c2st_before: Option<TwoSample>,
-    /// The classifier check after.
+    /// Two-sample test of the corrected model.
     pub c2st_after: Option<TwoSample>,
-    /// What was found to be unusual about the inputs, and what was assumed.
+    /// Unusual properties of the inputs, and assumptions.
     pub notes: Vec<String>,
 }
 
 impl Verdict {
-    /// Whether it is of a recording alone: without a scene there is no gap.
-    pub fn is_bare(&self) -> bool {
+    /// Whether it was made without a scene, in which case there is no gap.
+    pub fn is_scene_free(&self) -> bool {
         self.gap_before.value.is_nan()
     }
 }
 
-/// A number that may be `null`, which is what JSON makes of one that is not known.
+/// Reads `null`, which is how JSON holds an unknown value, as NaN.
 fn or_unknown<'a, D: serde::Deserializer<'a>>(from: D) -> Result<f64, D::Error> {
     Ok(Option::<f64>::deserialize(from)?.unwrap_or(f64::NAN))
 }

@@ -1,4 +1,4 @@
-//! Events beside the scene that they came from: what probes look at.
+//! Events with the features of the scene at their pixel and time: the input of probes.
 
 use std::ops::Range;
 
@@ -6,27 +6,27 @@ use evpose_core::{EventStream, Micros, SensorSize, TimeWindow};
 
 use crate::{Cell, Classes, Scene};
 
-/// A scene with its classes and the events that the model without any effect makes of it.
+/// A scene with its classes and reference events.
 #[derive(Debug)]
-pub struct Stage {
+pub struct ReferenceScene {
     /// Luminance over time.
     pub scene: Scene,
-    /// What the scene does at every pixel and time.
+    /// Classes of every pixel and time.
     pub classes: Classes,
-    /// Events of the reference model, by pixel and polarity.
+    /// Events of the reference: the sensor model without noise and delays.
     pub expected: Expected,
 }
 
-/// Times of the reference model's events, sorted, by pixel and polarity.
+/// Sorted times of events, by pixel and polarity.
 #[derive(Debug, Default)]
 pub struct Expected {
-    /// Where the times of list `2 pixel + polarity` begin.
+    /// Start of list `2 pixel + polarity` in `t_us`.
     starts: Vec<usize>,
     t_us: Vec<i64>,
 }
 
 impl Expected {
-    /// Sorts events into lists.
+    /// Sorts events into lists by pixel and polarity.
     pub fn of(events: &EventStream) -> Self {
         let lists = 2 * events.sensor().pixels();
         let list = |event: evpose_core::Event| {
@@ -51,27 +51,27 @@ impl Expected {
         Self { starts, t_us }
     }
 
-    /// How many there are.
+    /// Number of events.
     pub fn events(&self) -> usize {
         self.t_us.len()
     }
 
-    /// Times of the events of a pixel and a polarity, in microseconds.
+    /// Times of the events of a pixel and a polarity, microseconds.
     pub fn times(&self, pixel: usize, is_on: bool) -> &[i64] {
         let list = 2 * pixel + usize::from(is_on);
         &self.t_us[self.starts[list]..self.starts[list + 1]]
     }
 
-    /// Where all lists begin.
-    fn places(&self) -> Places {
-        Places(self.starts[..self.starts.len().saturating_sub(1)].to_vec())
+    /// A cursor at the beginning of every list.
+    fn cursors(&self) -> Cursors {
+        Cursors(self.starts[..self.starts.len().saturating_sub(1)].to_vec())
     }
 
-    /// From the nearest event of the reference to `t_us`: positive where that is later. Calls are
-    /// in order of time, for which `places` keeps how far each list has been passed.
-    fn lag_us(&self, places: &mut Places, pixel: usize, is_on: bool, t_us: i64) -> Option<i64> {
+    /// Lag of `t_us` behind the nearest event of a list; positive if it is later. Calls must be in
+    /// order of time, because `cursors` only move forward.
+    fn lag_us(&self, cursors: &mut Cursors, pixel: usize, is_on: bool, t_us: i64) -> Option<i64> {
         let list = 2 * pixel + usize::from(is_on);
-        let (Some(next), Some(&start)) = (places.0.get_mut(list), self.starts.get(list)) else {
+        let (Some(next), Some(&start)) = (cursors.0.get_mut(list), self.starts.get(list)) else {
             return None;
         };
         let end = self.starts[list + 1];
@@ -82,117 +82,120 @@ impl Expected {
         let after = (*next < end).then(|| t_us - self.t_us[*next]);
         match (before, after) {
             (Some(b), Some(a)) => Some(if b <= -a { b } else { a }),
-            (found, None) | (None, found) => found,
+            (lag, None) | (None, lag) => lag,
         }
     }
 }
 
-/// How far lists were passed.
-struct Places(Vec<usize>);
+/// Index of the next event of every list.
+struct Cursors(Vec<usize>);
 
-/// One event and what the scene says about it. Small, since there are many, and all probes go
-/// through all of them.
+/// An event with the features that probes use. Small, because all probes iterate over all events.
 #[derive(Debug, Clone, Copy)]
-pub struct Sight {
-    /// When, in microseconds.
+pub struct EventFeatures {
+    /// Time, microseconds.
     pub t_us: i64,
-    /// Which pixel, row by row.
+    /// Index of the pixel, row by row.
     pub pixel: u32,
-    /// Microseconds since the event before, [`NONE`] where there is none.
-    pause_us: i32,
-    /// Microseconds from the nearest event of the reference, [`NONE`] where there is none.
+    /// Microseconds since the pixel's previous event, or [`NONE`].
+    interval_us: i32,
+    /// Lag behind the nearest reference event, microseconds, or [`NONE`].
     lag_us: i32,
-    /// Change of log luminance since the event before in the same pixel (or since the start), in
+    /// Change of log luminance since the pixel's previous event (or since the start), positive in
     /// the direction of this event: one threshold, for the ideal sensor.
-    pub swing: f32,
+    pub log_step: f32,
     /// Change of log luminance per second.
     pub slope: f32,
-    /// The classes of the pixel then.
+    /// Classes of the pixel at this time.
     pub cell: Cell,
     /// Its polarity.
     pub is_on: bool,
     was_on: bool,
 }
 
-/// A time that is not there.
+/// An undefined time.
 const NONE: i32 = i32::MIN;
 
-/// Times beyond half an hour are as good as half an hour.
-fn short(us: i64) -> i32 {
+/// Clips a time to 32 bits, about half an hour.
+fn clipped(us: i64) -> i32 {
     us.clamp(i64::from(-i32::MAX), i64::from(i32::MAX)) as i32
 }
 
-impl Sight {
-    /// Microseconds since the event before in the same pixel, and whether that was ON.
+impl EventFeatures {
+    /// Interval since the previous event of the same pixel, microseconds, and whether that was ON.
     pub fn before(&self) -> Option<(i64, bool)> {
-        (self.pause_us != NONE).then_some((i64::from(self.pause_us), self.was_on))
+        (self.interval_us != NONE).then_some((i64::from(self.interval_us), self.was_on))
     }
 
-    /// Microseconds from the nearest event of the reference in the same pixel and polarity.
+    /// Lag behind the nearest reference event of the same pixel and polarity, microseconds.
     pub fn lag_us(&self) -> Option<i64> {
         (self.lag_us != NONE).then_some(i64::from(self.lag_us))
     }
 }
 
-/// Events of a part of a recording.
+/// The events of a window of a recording, with their features.
 #[derive(Debug)]
 pub struct View<'a> {
-    /// The scene.
-    pub stage: &'a Stage,
-    /// The part of time.
+    /// Scene, classes and reference events.
+    pub reference_scene: &'a ReferenceScene,
+    /// The window.
     pub window: TimeWindow,
     /// All events of the recording.
-    sights: Vec<Sight>,
+    events: Vec<EventFeatures>,
     range: Range<usize>,
 }
 
 impl<'a> View<'a> {
-    /// Looks at the events of a window. Events before it count as what came before.
-    pub fn new(stage: &'a Stage, events: &EventStream, window: TimeWindow) -> Self {
-        let size = stage.scene.size();
+    /// Computes the features of all events. Events before the window count as previous events.
+    pub fn new(
+        reference_scene: &'a ReferenceScene,
+        events: &EventStream,
+        window: TimeWindow,
+    ) -> Self {
+        let size = reference_scene.scene.size();
         let width = usize::from(size.width);
-        // Time, polarity and log light of the last event of every pixel.
+        // Time, polarity and log luminance of the last event of every pixel.
         let mut last: Vec<Option<(i64, bool, f32)>> = vec![None; size.pixels()];
-        let mut sights = Vec::with_capacity(events.len());
-        let classes = &stage.classes;
-        let mut places = stage.expected.places();
-        // In a loop of its own, since nearly every look at a scene waits for memory.
-        let seen = events.iter().map(|event| {
+        let mut of_events = Vec::with_capacity(events.len());
+        let classes = &reference_scene.classes;
+        let mut cursors = reference_scene.expected.cursors();
+        // In a loop of its own, since nearly every access to the scene waits for memory.
+        let features = events.iter().map(|event| {
             let pixel = usize::from(event.y) * width + usize::from(event.x);
             let t_s = event.t.as_seconds();
             let (log, slope) = (classes.log_at(pixel, t_s), classes.slope_at(pixel, t_s));
             (pixel, log, slope, classes.cell(pixel, t_s))
         });
-        let seen: Vec<_> = seen.collect();
-        for (event, (pixel, log, slope, cell)) in events.iter().zip(seen) {
+        let features: Vec<_> = features.collect();
+        for (event, (pixel, log, slope, cell)) in events.iter().zip(features) {
             let (t_us, is_on) = (event.t.0, event.polarity.is_on());
             let before = last[pixel].replace((t_us, is_on, log));
             let change = log - before.map_or_else(|| classes.log_at(pixel, 0.0), |(.., log)| log);
-            let lag_us = stage.expected.lag_us(&mut places, pixel, is_on, t_us);
-            sights.push(Sight {
+            let lag_us = reference_scene.expected.lag_us(&mut cursors, pixel, is_on, t_us);
+            of_events.push(EventFeatures {
                 t_us,
                 pixel: pixel as u32,
                 is_on,
                 cell,
-                pause_us: before.map_or(NONE, |(t, ..)| short(t_us - t)),
+                interval_us: before.map_or(NONE, |(t, ..)| clipped(t_us - t)),
                 was_on: before.is_some_and(|(_, on, _)| on),
-                swing: if is_on { change } else { -change },
+                log_step: if is_on { change } else { -change },
                 slope,
-                lag_us: lag_us.map_or(NONE, short),
+                lag_us: lag_us.map_or(NONE, clipped),
             });
         }
         let range = events.range(window);
-        Self { stage, window, sights, range }
+        Self { reference_scene, window, events: of_events, range }
     }
 
     /// The events of the window, in order of time.
-    pub fn events(&self) -> &[Sight] {
-        &self.sights[self.range.clone()]
+    pub fn events(&self) -> &[EventFeatures] {
+        &self.events[self.range.clone()]
     }
 
     /// Width and height in pixels.
     pub fn size(&self) -> SensorSize {
-        self.stage.scene.size()
+        self.reference_scene.scene.size()
     }
 
     /// Length of the window in seconds.
@@ -200,15 +203,15 @@ impl<'a> View<'a> {
         self.window.length().as_seconds()
     }
 
-    /// The time since the window began, in microseconds.
+    /// Time since the start of the window, microseconds.
     pub fn since_start_us(&self, t_us: i64) -> i64 {
         t_us - self.window.start.0
     }
 
-    /// The same view of another window.
+    /// The same features over another window.
     #[must_use]
     pub fn over(mut self, window: TimeWindow) -> Self {
-        let at = |t: Micros| self.sights.partition_point(|sight| sight.t_us < t.0);
+        let at = |t: Micros| self.events.partition_point(|event| event.t_us < t.0);
         self.range = at(window.start)..at(window.end);
         self.window = window;
         self

@@ -4,10 +4,10 @@
 
 use evpose_core::{Event, EventStream, Micros, Plane, SensorSize};
 use evpose_gap::davis::{LoadedShots, Response, load_shots};
-use evpose_gap::naming::Named;
 use evpose_gap::parameters::Parameter;
+use evpose_gap::search::Identification;
 use evpose_gap::verdict::Answer;
-use evpose_gap::workflow::{Case, HeldOut, Inputs, OF_FRAMES, Prepared, prepared};
+use evpose_gap::workflow::{Case, FRAME_NUISANCE, HeldOut, Inputs, Prepared, prepared};
 use evpose_gap::{GapError, Scene};
 use evpose_io::aedat4::{Compression, Content, Frame, Kind, Packet, PixelFormat, Stream, Writer};
 use evpose_sensor::{EffectConfig, SensorConfig};
@@ -16,7 +16,7 @@ const SIZE: SensorSize = SensorSize { width: 32, height: 24 };
 /// Such files count microseconds since 1970.
 const EPOCH: i64 = 1_700_000_000_000_000;
 
-/// What the camera looks at, and how its frames come about.
+/// The scene in front of the camera, and how its frames are taken.
 #[derive(Clone, Copy)]
 struct Shooting {
     /// Speed of the bars in pixels a second.
@@ -56,14 +56,14 @@ impl Shooting {
     }
 
     fn frame(self, start_us: i64) -> Frame {
-        let looks = 16;
+        let samples = 16;
         let code = |i: usize| {
             let (x, y) = ((i % 32) as f64, (i / 32) as f64);
-            let light: f64 = (0..looks)
-                .map(|look| {
-                    let share = (f64::from(look) + 0.5) / f64::from(looks);
+            let light: f64 = (0..samples)
+                .map(|sample| {
+                    let share = (f64::from(sample) + 0.5) / f64::from(samples);
                     let t_us = start_us as f64 + self.exposure_us as f64 * share;
-                    self.light(1e-6 * t_us, x, y) / f64::from(looks)
+                    self.light(1e-6 * t_us, x, y) / f64::from(samples)
                 })
                 .sum();
             (255.0 * self.response.code(light)).round() as u8
@@ -110,30 +110,31 @@ impl Shooting {
         (dir, path)
     }
 
-    /// What is said of a recording of this sensor, whose frames are taken to be of `response`.
-    fn judged(self, sensor: &SensorConfig, response: Response) -> Named {
+    /// Identifies effects in a recording of this sensor, with frames of an assumed response curve.
+    fn identified(self, sensor: &SensorConfig, response: Response) -> Identification {
         let (_dir, path) = self.record(sensor, 1);
         let LoadedShots { shots, recording } = load_shots(&path, response, 2.0).unwrap();
         let inputs = Inputs {
             train: Case::new(&recording.events, shots.scene().unwrap()).unwrap(),
-            held: HeldOut::Later,
+            held_out: HeldOut::Later,
             model: SensorConfig::default(),
             nominal: None,
             left_out: Vec::new(),
             seed: 3,
             is_quick: true,
         };
-        let look = |i| shots.twin(i, 3);
-        let prepared = Prepared::of_looks(inputs, &OF_FRAMES, &look, None).unwrap();
-        let bench = prepared.bench().unwrap();
-        let mut named = bench.name(&prepared.model.config, &prepared.left_out, &|_| {}).unwrap();
-        OF_FRAMES.restrict_named(&mut named);
-        named
+        let sample = |i| shots.twin(i, 3);
+        let prepared = Prepared::with_nuisance(inputs, &FRAME_NUISANCE, &sample, None).unwrap();
+        let splits = prepared.data_splits().unwrap();
+        let mut result =
+            splits.identify(&prepared.model.config, &prepared.left_out, &|_| {}).unwrap();
+        FRAME_NUISANCE.restrict_identification(&mut result);
+        result
     }
 }
 
-fn names(named: &Named) -> Vec<&'static str> {
-    named.steps.iter().map(|step| step.contenders[0].found.name).collect()
+fn names(result: &Identification) -> Vec<&'static str> {
+    result.added_effects.iter().map(evpose_gap::search::AddedEffect::name).collect()
 }
 
 fn camera(effect: Option<EffectConfig>) -> SensorConfig {
@@ -146,9 +147,9 @@ fn camera(effect: Option<EffectConfig>) -> SensorConfig {
 }
 
 #[track_caller]
-fn assert_nothing_is_named(named: &Named) {
-    let gaps = [named.before.gap, named.after.gap];
-    assert_eq!((named.answer, names(named)), (Answer::NoGap, Vec::new()), "{gaps:?}");
+fn assert_nothing_is_named(result: &Identification) {
+    let gaps = [result.before.gap, result.after.gap];
+    assert_eq!((result.answer, names(result)), (Answer::NoGap, Vec::new()), "{gaps:?}");
 }
 
 /// Slow and fast motion, of which frames show much and hardly anything, and long exposures.
@@ -160,14 +161,14 @@ fn what_frames_do_to_light_is_no_effect_of_the_sensor() {
         Shooting { speed_px_s: 400.0, ..USUAL },
         Shooting { frames_hz: 25.0, exposure_us: 20_000, ..USUAL },
     ] {
-        assert_nothing_is_named(&shooting.judged(&camera(None), shooting.response));
+        assert_nothing_is_named(&shooting.identified(&camera(None), shooting.response));
     }
 }
 
 /// Contrast is less than half of what it was, and that is all there is.
 #[test]
 fn a_response_curve_that_is_another_is_no_effect_of_the_sensor() {
-    assert_nothing_is_named(&USUAL.judged(&camera(None), Response::Linear));
+    assert_nothing_is_named(&USUAL.identified(&camera(None), Response::Linear));
 }
 
 #[test]
@@ -179,20 +180,20 @@ fn a_leak_and_a_scanned_readout_are_named_in_spite_of_it() {
         .with("direction", "forward")
         .with("waiting", "kept");
     for (effect, key, value) in [(leak, "rate_hz", 8.0), (scan, "period_us", 2_000.0)] {
-        let named = USUAL.judged(&camera(Some(effect.clone())), USUAL.response);
-        assert_eq!((named.answer, names(&named)), (Answer::Effects, vec![effect.name.as_str()]));
-        let found = named.after.model.effect(&effect.name).and_then(|found| found.number(key));
+        let result = USUAL.identified(&camera(Some(effect.clone())), USUAL.response);
+        assert_eq!((result.answer, names(&result)), (Answer::Effects, vec![effect.name.as_str()]));
+        let found = result.after.model.effect(&effect.name).and_then(|found| found.number(key));
         assert!((found.unwrap() / value - 1.0).abs() < 0.1, "{found:?}");
     }
 }
 
 #[test]
-fn background_is_a_number_of_the_model() {
+fn background_is_a_parameter_of_the_model() {
     let noise = EffectConfig::new("uniform_noise").with("on_hz", 4.0).with("off_hz", 2.0);
-    let named = USUAL.judged(&camera(Some(noise)), USUAL.response);
-    assert_eq!((named.answer, names(&named)), (Answer::Parameter, Vec::new()));
+    let result = USUAL.identified(&camera(Some(noise)), USUAL.response);
+    assert_eq!((result.answer, names(&result)), (Answer::Parameter, Vec::new()));
     for (parameter, value) in [(Parameter::NoiseOn, 4.0), (Parameter::NoiseOff, 2.0)] {
-        let found = parameter.value(&named.after.model);
+        let found = parameter.value(&result.after.model);
         assert!((found / value - 1.0).abs() < 0.15, "{parameter:?} {found}");
     }
 }
@@ -202,6 +203,7 @@ fn a_recording_without_frames_of_its_own_is_refused_with_what_to_do() {
     let (_dir, path) = USUAL.record(&camera(None), 2);
     let refused = load_shots(&path, Response::Srgb, 2.0).unwrap_err();
     assert!(matches!(refused, GapError::NoFrames { .. }), "{refused}");
-    let said = refused.to_string();
-    assert!(said.contains("computed from events") && said.contains("--scene none"), "{said}");
+    let message = refused.to_string();
+    assert!(message.contains("computed from events"), "{message}");
+    assert!(message.contains("--scene none"), "{message}");
 }

@@ -7,10 +7,10 @@ use std::time::Instant;
 
 use anyhow::{Context, Result};
 use evpose_gap::input::{load_recording, load_scene};
-use evpose_gap::naming::reduction;
+use evpose_gap::search::gap_closed;
 use evpose_gap::verdict::{Answer, Finding, FindingKind};
 use evpose_gap::workflow::{
-    Case as Pair, Evidence, HeldOut, Inputs, Prepared, RawError, answered, evidence_of,
+    Case as Pair, Evidence, HeldOut, Inputs, Prepared, RawError, answer_score, evidence_of_answer,
 };
 use evpose_sensor::SensorConfig;
 use gapbench_pixel::Case;
@@ -105,45 +105,45 @@ pub(super) fn name(folder: &Path, case: &Case, make_s: f64) -> Result<Row> {
         let Ok(recording) = events else { return Ok((None, scene)) };
         Ok((Some(recording.events), scene))
     };
-    let ((train, scene), (held, scene_held)) = (read(0)?, read(1)?);
+    let ((train, scene), (held_out, held_out_scene)) = (read(0)?, read(1)?);
     let nominal = scene.nominal;
     let pair = |events: Option<_>, scene| -> Result<Pair> {
         Ok(Pair::new(&events.context("a recording without events")?, scene)?)
     };
     let prepared = Prepared::new(Inputs {
         train: pair(train, scene.scene)?,
-        held: HeldOut::Recording(pair(held, scene_held.scene)?),
+        held_out: HeldOut::Recording(pair(held_out, held_out_scene.scene)?),
         model: SensorConfig::preset("ideal")?,
         nominal,
         left_out: case.leave_out.iter().map(|name| (*name).to_owned()).collect(),
         seed: SEED,
         is_quick: true,
     })?;
-    let bench = prepared.bench()?;
-    let named = bench.name(&prepared.model.config, &prepared.left_out, &|_| {})?;
+    let splits = prepared.data_splits()?;
+    let result = splits.identify(&prepared.model.config, &prepared.left_out, &|_| {})?;
     let (mut effects, mut evidence, mut errors) = (Vec::new(), BTreeMap::new(), BTreeMap::new());
-    for evidenced in evidence_of(&bench, &named)? {
+    for evidenced in evidence_of_answer(&splits, &result)? {
         let name = &evidenced.finding.name;
         evidence.extend(evidenced.evidence.map(|evidence| (name.clone(), evidence)));
         errors.insert(name.clone(), evidenced.errors);
         effects.push(evidenced.finding);
     }
-    let after = answered(&named);
-    let tried = named.steps.iter().map(|step| {
-        let tried = step.contenders.iter();
-        tried.map(|c| (c.found.name.to_owned(), c.held.misfit)).collect()
+    let after = answer_score(&result);
+    let tried = result.added_effects.iter().map(|added| {
+        let tried = added.contenders.iter();
+        tried.map(|c| (c.candidate.name.to_owned(), c.held_out.discrepancy)).collect()
     });
     Ok(Row {
         id: case.id.clone(),
-        verdict: named.answer,
+        verdict: result.answer,
         effects,
         evidence,
         errors,
-        gap_before: named.before.gap,
+        gap_before: result.before.gap,
         gap_after: after.gap,
-        grr: reduction(&named.before, after),
+        grr: gap_closed(&result.before, after),
         tried: tried.collect(),
-        events: bench.train.events.len(),
+        events: splits.train.events.len(),
         make_s,
         name_s: begin.elapsed().as_secs_f64(),
         threads: rayon::current_num_threads(),

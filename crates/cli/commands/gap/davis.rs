@@ -39,16 +39,16 @@ pub(super) fn load(
     let scene = read.shots.scene()?;
     let mut problems = Problems::default();
     if read.recording.rejected.total() > 0 {
-        problems.found.push(Problem::Lost(read.recording.rejected));
+        problems.list.push(Problem::Lost(read.recording.rejected));
     }
     if !as_is {
         let reference = scene.events(&prepared(model, None).reference, 0)?;
-        let all = Problems::find(&read.recording, scene.duration().as_seconds(), &reference).found;
-        problems.found.extend(all.into_iter().filter(|p| matches!(p, Problem::Orientation(_))));
+        let all = Problems::find(&read.recording, scene.duration().as_seconds(), &reference).list;
+        problems.list.extend(all.into_iter().filter(|p| matches!(p, Problem::Orientation(_))));
     }
     let mut notes: Vec<String> =
         read.recording.notes.iter().map(|note| format!("note      {note}")).collect();
-    for problem in &problems.found {
+    for problem in &problems.list {
         let is_repaired = matches!(problem, Problem::Orientation(_));
         let what = if is_repaired { "corrected" } else { "problem  " };
         notes.push(format!("{what} {problem}"));

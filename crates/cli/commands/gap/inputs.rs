@@ -8,7 +8,8 @@ use evpose_gap::GapError;
 use evpose_gap::davis::Shots;
 use evpose_gap::input::{LoadedRecording, LoadedScene, Nominal, Problem, Problems, load_recording};
 use evpose_gap::workflow::{
-    Case, HeldOut, Inputs, Look, OF_FRAMES, OF_POSES, Prepared, Unknown, prepared, stamped,
+    Case, FRAME_NUISANCE, HeldOut, Inputs, Nuisance, NuisanceSample, POSE_NUISANCE, Prepared,
+    prepared, with_stamp_period,
 };
 use evpose_sensor::{STAGES, SensorConfig, SensorModel};
 
@@ -74,7 +75,7 @@ fn load_all(
     let reference = scene.scene.events(&reference, 0)?;
     let problems = Problems::find(&recording, duration_s, &reference);
     let repaired = !as_is && !problems.is_hopeless();
-    for problem in &problems.found {
+    for problem in &problems.list {
         let is_repaired = matches!(
             problem,
             Problem::Unit { .. } | Problem::Start { .. } | Problem::Orientation(_)
@@ -145,15 +146,15 @@ pub(super) fn sources(args: &InputArgs) -> (SceneSource, Option<SceneSource>) {
         seconds: args.seconds,
         response: args.response,
     };
-    let held = args.validate_scene.as_deref();
-    (source(&args.scene, &args.poses), held.map(|path| source(path, &args.validate_poses)))
+    let held_out = args.validate_scene.as_deref();
+    (source(&args.scene, &args.poses), held_out.map(|path| source(path, &args.validate_poses)))
 }
 
 /// Nuisance of the scenes of a comparison; none if their light is given.
-pub(super) fn unknown(args: &InputArgs) -> Option<&'static Unknown> {
+pub(super) fn nuisance(args: &InputArgs) -> Option<&'static Nuisance> {
     match (&args.poses, args.scene == Path::new(FRAMES)) {
-        (Some(_), _) => Some(&OF_POSES),
-        (None, true) => Some(&OF_FRAMES),
+        (Some(_), _) => Some(&POSE_NUISANCE),
+        (None, true) => Some(&FRAME_NUISANCE),
         (None, false) => None,
     }
 }
@@ -162,52 +163,60 @@ pub(super) fn unknown(args: &InputArgs) -> Option<&'static Unknown> {
 pub(super) fn prepare(args: &InputArgs) -> Result<Prepared> {
     let given = model(&args.model)?;
     check_names(&args.leave_out)?;
-    let (train_scene, held_scene) = sources(args);
+    let (train_scene, held_out_scene) = sources(args);
     if args.poses.is_some() && args.validate.is_some() && args.validate_poses.is_none() {
         let problem = anyhow::anyhow!("--poses with --validate takes --validate-poses as well");
         return Err(problem.context(BadInput));
     }
-    if held_scene.as_ref().is_some_and(|held| held.is_frames() != train_scene.is_frames()) {
+    if held_out_scene
+        .as_ref()
+        .is_some_and(|held_out| held_out.is_frames() != train_scene.is_frames())
+    {
         let problem = anyhow::anyhow!("--scene frames and --validate-scene frames go together");
         return Err(problem.context(BadInput));
     }
     let train = load(&args.measured, &train_scene, &given, args.as_is)?;
-    let given = stamped(&given, train.tick);
+    let given = with_stamp_period(&given, train.tick);
     let mut notes = train.notes;
     if train.tick > Micros(1) {
         let note = format!("stamps count {} us: the model's do as well", train.tick.0);
         say(format!("note      {note}"));
         notes.push(note);
     }
-    let (held, held_shots) = match (&args.validate, &held_scene) {
+    let (held_out, held_out_shots) = match (&args.validate, &held_out_scene) {
         (Some(recording), Some(scene)) => {
-            let held = load(recording, scene, &given, args.as_is)?;
-            notes.extend(held.notes);
-            (HeldOut::Recording(held.case), held.shots)
+            let held_out = load(recording, scene, &given, args.as_is)?;
+            notes.extend(held_out.notes);
+            (HeldOut::Recording(held_out.case), held_out.shots)
         }
         _ => (HeldOut::Later, None),
     };
     let inputs = Inputs {
         train: train.case,
-        held,
+        held_out,
         model: given,
         nominal: train.nominal,
         left_out: args.leave_out.clone(),
         seed: args.seed,
         is_quick: args.quick,
     };
-    let unknown = unknown(args);
+    let nuisance = nuisance(args);
     let samples = |shots: Option<Shots>, source: SceneSource| {
         move |i| match &shots {
             Some(shots) => shots.twin(i, args.seed),
             None => source.nuisance_sample(i).map_err(|error| as_gap_error(&error)),
         }
     };
-    let mut prepared = match unknown {
-        Some(unknown) => {
-            let of_held = held_scene.map(|scene| samples(held_shots, scene));
-            let of_held = of_held.as_ref().map(|sample| sample as Look<'_>);
-            Prepared::of_looks(inputs, unknown, &samples(train.shots, train_scene), of_held)
+    let mut prepared = match nuisance {
+        Some(nuisance) => {
+            let of_held_out = held_out_scene.map(|scene| samples(held_out_shots, scene));
+            let of_held_out = of_held_out.as_ref().map(|sample| sample as NuisanceSample<'_>);
+            Prepared::with_nuisance(
+                inputs,
+                nuisance,
+                &samples(train.shots, train_scene),
+                of_held_out,
+            )
         }
         None => Prepared::new(inputs),
     }
@@ -216,7 +225,7 @@ pub(super) fn prepare(args: &InputArgs) -> Result<Prepared> {
         say(format!("note      {note}"));
     }
     // What kind of comparison it is comes first.
-    let first = usize::from(unknown.is_some());
+    let first = usize::from(nuisance.is_some());
     prepared.notes.splice(first..first, notes);
     Ok(prepared)
 }

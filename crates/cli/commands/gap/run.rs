@@ -9,7 +9,7 @@ use evpose_core::TimeWindow;
 use evpose_gap::input::{Problem, load_recording};
 use evpose_gap::report::{Fact, ReportData};
 use evpose_gap::verdict::Answer;
-use evpose_gap::workflow::{bare, outcome, stamped};
+use evpose_gap::workflow::{outcome, scene_free_verdict, with_stamp_period};
 
 use super::args::{InputArgs, RunArgs};
 use super::scenes::NONE;
@@ -27,7 +27,7 @@ struct Written {
     report: ReportData,
     before: String,
     after: String,
-    held: Option<TimeWindow>,
+    held_out: Option<TimeWindow>,
     seconds: BTreeMap<String, f64>,
 }
 
@@ -47,15 +47,15 @@ pub(super) fn run(args: &RunArgs) -> Result<Answer> {
 fn compared(args: &InputArgs) -> Result<Written> {
     let mut clock = Clock::start();
     let prepared = inputs::prepare(args)?;
-    let bench = prepared.bench()?;
+    let splits = prepared.data_splits()?;
     clock.lap("inputs");
     let spinner = spinner();
     let progress = |what: &str| spinner.set_message(what.to_owned());
-    let named = bench.name(&prepared.model.config, &prepared.left_out, &progress)?;
+    let result = splits.identify(&prepared.model.config, &prepared.left_out, &progress)?;
     clock.lap("naming");
-    let mut outcome = outcome(&prepared, &bench, &named, &progress)?;
-    if let Some(unknown) = inputs::unknown(args) {
-        unknown.restrict(&mut outcome.report.verdict);
+    let mut outcome = outcome(&prepared, &splits, &result, &progress)?;
+    if let Some(nuisance) = inputs::nuisance(args) {
+        nuisance.restrict(&mut outcome.report.verdict);
     }
     clock.lap("verdict");
     spinner.finish_and_clear();
@@ -63,7 +63,7 @@ fn compared(args: &InputArgs) -> Result<Written> {
         report: outcome.report,
         before: prepared.model.config.to_toml(),
         after: outcome.corrected.to_toml(),
-        held: Some(bench.held.window),
+        held_out: Some(splits.held_out.window),
         seconds: clock.seconds,
     })
 }
@@ -88,9 +88,9 @@ fn alone(args: &InputArgs) -> Result<Written> {
     for note in &recording.notes {
         say(format!("note      {note}"));
     }
-    let model = stamped(&model, recording.tick);
+    let model = with_stamp_period(&model, recording.tick);
     clock.lap("inputs");
-    let mut verdict = bare(&recording.events, &model, args.quick, args.seed);
+    let mut verdict = scene_free_verdict(&recording.events, &model, args.quick, args.seed);
     verdict.notes.extend(recording.notes);
     if recording.rejected.total() > 0 {
         verdict.notes.push(Problem::Lost(recording.rejected).to_string());
@@ -106,7 +106,7 @@ fn alone(args: &InputArgs) -> Result<Written> {
         before: model.to_toml(),
         after: after.to_toml(),
         report,
-        held: None,
+        held_out: None,
         seconds: clock.seconds,
     })
 }
@@ -136,7 +136,7 @@ fn write(args: &RunArgs, written: &Written) -> Result<()> {
         scene_seconds: inputs.seconds,
         response: inputs.response.map(|response| response.to_string()),
         as_is: inputs.as_is,
-        held_s: written.held.map(|w| [w.start.as_seconds(), w.end.as_seconds()]),
+        held_s: written.held_out.map(|w| [w.start.as_seconds(), w.end.as_seconds()]),
         model: inputs.model.clone(),
         model_before: files::MODEL.to_owned(),
         model_after: files::CORRECTED.to_owned(),

@@ -2,12 +2,14 @@
 
 use anyhow::{Context, Result};
 use evpose_core::{Micros, TimeWindow, atomic_write, seed_for};
-use evpose_gap::naming::{Bench, Named};
+use evpose_gap::search::{DataSplits, Identification};
 use evpose_gap::verdict::Answer;
 use evpose_gap::workflow::{
-    Directions, Prepared, ablation, answered, effects_of, limits, prepared,
+    Directions, Prepared, ablation, answer_score, findings_of_answer, limits, prepared,
 };
-use evpose_gap::{Lab, Layout, Stage, View, by_block, locate as places, rho_of_chance};
+use evpose_gap::{
+    Layout, Objective, ReferenceScene, View, by_block, locate as places, rho_of_chance,
+};
 
 use super::args::{CorrectArgs, InputArgs, PowerArgs};
 use super::inputs;
@@ -29,25 +31,25 @@ const ALIKE: f64 = 0.9;
 pub(super) fn probe(args: &InputArgs) -> Result<()> {
     use_threads(args.threads)?;
     let prepared = inputs::prepare(args)?;
-    let held = prepared.bench()?.held;
-    let expected = held.expect(&prepared.model.config, RUNS)?;
-    let z = expected.deviations(held.layout, &held.measured);
+    let held_out = prepared.data_splits()?.held_out;
+    let expected = held_out.expect(&prepared.model.config, RUNS)?;
+    let z = expected.deviations(held_out.layout, &held_out.measured);
     say(format!(
         "gap       {:.2}; 1 is a fresh run of the model",
-        evpose_gap::gap(held.layout, &z)
+        evpose_gap::gap(held_out.layout, &z)
     ));
-    for (block, distance) in by_block(held.layout, &z) {
+    for (block, distance) in by_block(held_out.layout, &z) {
         say(format!("  {:<34}{:>8.2}", words::block(block), distance / rho_of_chance()));
     }
     say(format!("{:<54}{:>12}{:>12}{:>8}", "largest deviations", "measured", "expected", "z"));
     let mut order: Vec<usize> = (0..z.len()).collect();
     order.sort_by(|a, b| z[*b].abs().total_cmp(&z[*a].abs()));
     for i in order.into_iter().take(LISTED) {
-        let entry = &held.layout.entries[i];
+        let entry = &held_out.layout.entries[i];
         say(format!(
             "  {:<52}{:>12}{:>12}{:>8.1}",
             entry.name,
-            short(held.measured[i]),
+            short(held_out.measured[i]),
             short(expected.mean[i]),
             z[i]
         ));
@@ -59,15 +61,15 @@ pub(super) fn probe(args: &InputArgs) -> Result<()> {
 pub(super) fn locate(args: &InputArgs) -> Result<()> {
     use_threads(args.threads)?;
     let prepared = inputs::prepare(args)?;
-    let held = prepared.bench()?.held;
+    let held_out = prepared.data_splits()?.held_out;
     let simulated = |run| {
         let seed = seed_for(args.seed, "stream", run);
-        held.stage.simulate(&prepared.model.config, seed)
+        held_out.reference_scene.simulate(&prepared.model.config, seed)
     };
     let runs = (0..RUNS).map(simulated).collect::<Result<Vec<_>, _>>()?;
-    let view = |events| View::new(held.stage, events, held.window);
+    let view = |events| View::new(held_out.reference_scene, events, held_out.window);
     let runs: Vec<View<'_>> = runs.iter().map(view).collect();
-    let place = places::locate(&view(&held.events), &runs).place();
+    let place = places::locate(&view(&held_out.events), &runs).location();
     say(&place.sentence);
     for (axis, share) in &place.shares {
         say(format!("  {:<40}{:>6}", words::axis(axis), percent(*share)));
@@ -78,8 +80,8 @@ pub(super) fn locate(args: &InputArgs) -> Result<()> {
 /// `evpose gap name`.
 pub(super) fn name(args: &InputArgs) -> Result<Answer> {
     use_threads(args.threads)?;
-    with_name(args, |_, bench, named| {
-        for finding in effects_of(bench, named)? {
+    with_name(args, |_, splits, result| {
+        for finding in findings_of_answer(splits, result)? {
             say(format!("  {}: {}", finding.name, words::parameters(&finding)));
             if !finding.confusable_with.is_empty() {
                 say(format!(
@@ -95,10 +97,10 @@ pub(super) fn name(args: &InputArgs) -> Result<Answer> {
 /// `evpose gap correct`.
 pub(super) fn correct(args: &CorrectArgs) -> Result<Answer> {
     use_threads(args.inputs.threads)?;
-    with_name(&args.inputs, |_, _, named| {
-        atomic_write(&args.out, answered(named).model.to_toml().as_bytes())
+    with_name(&args.inputs, |_, _, result| {
+        atomic_write(&args.out, answer_score(result).model.to_toml().as_bytes())
             .with_context(|| format!("writing {}", args.out.display()))?;
-        let what = match named.answer {
+        let what = match result.answer {
             Answer::Effects => "the model with the identified effects",
             Answer::NoGap => "nothing to correct: the model as given",
             _ => "no effect is named: the model with its parameters refitted",
@@ -111,8 +113,8 @@ pub(super) fn correct(args: &CorrectArgs) -> Result<Answer> {
 /// `evpose gap ablate`.
 pub(super) fn ablate(args: &InputArgs) -> Result<Answer> {
     use_threads(args.threads)?;
-    with_name(args, |prepared, bench, named| {
-        for row in ablation(bench, named, prepared.seed)? {
+    with_name(args, |prepared, splits, result| {
+        for row in ablation(splits, result, prepared.seed)? {
             say(format!("  {:<44} gap {}", words::change(&row), words::gap(&row.gap)));
         }
         Ok(())
@@ -122,29 +124,29 @@ pub(super) fn ablate(args: &InputArgs) -> Result<Answer> {
 /// Names what is missing, says so, and goes on.
 fn with_name(
     args: &InputArgs,
-    then: impl FnOnce(&Prepared, &Bench<'_>, &Named) -> Result<()>,
+    then: impl FnOnce(&Prepared, &DataSplits<'_>, &Identification) -> Result<()>,
 ) -> Result<Answer> {
     let prepared = inputs::prepare(args)?;
-    let bench = prepared.bench()?;
+    let splits = prepared.data_splits()?;
     let spinner = spinner();
     let progress = |what: &str| spinner.set_message(what.to_owned());
-    let mut named = bench.name(&prepared.model.config, &prepared.left_out, &progress)?;
-    if let Some(unknown) = inputs::unknown(args) {
-        unknown.restrict_named(&mut named);
+    let mut result = splits.identify(&prepared.model.config, &prepared.left_out, &progress)?;
+    if let Some(nuisance) = inputs::nuisance(args) {
+        nuisance.restrict_identification(&mut result);
     }
     spinner.finish_and_clear();
-    let names: Vec<&str> = named.steps.iter().map(|step| step.contenders[0].found.name).collect();
-    let mut gaps = format!("gap {:.2} as given", named.before.gap);
-    if named.refitted.gap != named.before.gap {
-        gaps += &format!(", {:.2} with its parameters refitted", named.refitted.gap);
+    let names: Vec<&str> = result.added_effects.iter().map(|added| added.name()).collect();
+    let mut gaps = format!("gap {:.2} as given", result.before.gap);
+    if result.refitted.gap != result.before.gap {
+        gaps += &format!(", {:.2} with its parameters refitted", result.refitted.gap);
     }
     if !names.is_empty() {
-        let tried = if named.answer == Answer::Effects { "" } else { " (not named)" };
-        gaps += &format!(", {:.2} with {}{tried}", named.after.gap, names.join(" + "));
+        let tried = if result.answer == Answer::Effects { "" } else { " (not named)" };
+        gaps += &format!(", {:.2} with {}{tried}", result.after.gap, names.join(" + "));
     }
-    say(format!("{:<18}{gaps}", words::answer_key(named.answer)));
-    then(&prepared, &bench, &named)?;
-    Ok(named.answer)
+    say(format!("{:<18}{gaps}", words::answer_key(result.answer)));
+    then(&prepared, &splits, &result)?;
+    Ok(result.answer)
 }
 
 /// `evpose gap power`.
@@ -159,11 +161,12 @@ pub(super) fn power(args: &PowerArgs) -> Result<()> {
     let model = prepared(&inputs::model(&args.model)?, loaded.nominal.as_ref());
     let scene = loaded.scene.first(Micros::from_seconds(args.seconds));
     let window = TimeWindow { start: Micros(0), end: scene.duration() + Micros(1) };
-    let stage = Stage::new(scene, &model.reference)?;
-    let events = stage.simulate(&model.config, seed_for(args.seed, "stream", 0))?;
+    let reference_scene = ReferenceScene::new(scene, &model.reference)?;
+    let events = reference_scene.simulate(&model.config, seed_for(args.seed, "stream", 0))?;
     say(format!("{} events in {:.3} s", events.len(), window.length().as_seconds()));
     let layout = Layout::of_all_probes();
-    let objective = Lab::new(&stage, &layout, &events, window, &model.reference, args.seed)?;
+    let objective =
+        Objective::new(&reference_scene, &layout, &events, window, &model.reference, args.seed)?;
     let directions = Directions::of(&objective, &model.config, &[])?;
     let found = limits(&directions);
     say("would show from");

@@ -1,49 +1,51 @@
-//! A patch of events as numbers: how many, how they alternate, how far apart they are in time, in
-//! which order they are read, and how they lie in the patch.
+//! Features of a patch of events: counts, alternation of polarity, intervals, order of readout, and
+//! positions in the patch.
 
 use std::f64::consts::TAU;
 
-use super::patches::{LENGTH_US, SIDE_PX};
-
-/// How many numbers there are.
+/// Side of a patch, pixels.
+pub(super) const SIDE_PX: usize = 32;
+/// Length of a patch, microseconds.
+pub(super) const LENGTH_US: i64 = 20_000;
+/// Number of features.
 pub(super) const COUNT: usize = 43;
-/// The numbers of one patch.
-pub(super) type Numbers = [f64; COUNT];
+/// The features of one patch.
+pub(super) type Features = [f64; COUNT];
 
-/// Periods of which clocks and readouts leave marks, microseconds.
+/// Periods of clocks and readouts whose phase locking is measured, microseconds.
 const PERIODS_US: [i64; 4] = [10, 50, 100, 1_000];
-/// Intervals shorter than these are counted, microseconds.
+/// Upper limits of the intervals that are counted, microseconds.
 const SHORT_US: [i64; 2] = [500, 2_000];
-/// Bins of time in which rates are compared: their length in microseconds.
+/// Lengths of the time bins of rates, microseconds.
 const BINS_US: [i64; 2] = [1_000, 5_000];
-/// Side of the blocks in which crowding is measured, pixels.
+/// Side of the blocks whose dispersion is measured, pixels.
 const CROWD_PX: usize = 4;
 
 /// An event in a patch.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Local {
-    /// Since the patch begins.
+    /// Time since the start of the patch.
     pub(super) t_us: i64,
-    /// In the recording.
+    /// Time stamp in the recording.
     pub(super) stamp_us: i64,
     pub(super) x: usize,
     pub(super) y: usize,
     pub(super) is_on: bool,
 }
 
-/// The numbers of a patch, whose events are in order of time.
-pub(super) fn of(events: &[Local]) -> Numbers {
-    let mut numbers = Vec::with_capacity(COUNT);
+/// Computes the features of a patch, whose events are in order of time.
+pub(super) fn patch_features(events: &[Local]) -> Features {
+    let mut features = Vec::with_capacity(COUNT);
     let pixels = Pixels::of(events);
-    numbers.extend(pixels.numbers(events.len()));
-    numbers.extend(pairs_of_pixels(events));
-    numbers.extend(order(events));
-    numbers.extend(PERIODS_US.map(|period_us| coherence(events, period_us)));
-    numbers.extend(times(events));
-    numbers.extend(pixels.places());
-    numbers.extend(spread(events));
-    debug_assert_eq!(numbers.len(), COUNT);
-    std::array::from_fn(|i| numbers.get(i).copied().unwrap_or(0.0))
+    features.extend(pixels.counts(events.len()));
+    features.extend(pairs_of_pixels(events));
+    features.extend(order(events));
+    features.extend(PERIODS_US.map(|period_us| coherence(events, period_us)));
+    features.extend(times(events));
+    features.extend(pixels.places());
+    features.extend(spread(events));
+    debug_assert_eq!(features.len(), COUNT);
+    std::array::from_fn(|i| features.get(i).copied().unwrap_or(0.0))
 }
 
 fn share(part: usize, all: usize) -> f64 {
@@ -64,32 +66,32 @@ impl Pixels {
         Self { counts }
     }
 
-    /// How many events there are and how they share pixels: nine numbers.
-    fn numbers(&self, events: usize) -> [f64; 9] {
+    /// Event counts and their distribution over pixels: nine features.
+    fn counts(&self, events: usize) -> [f64; 9] {
         let on = self.counts.iter().map(|count| count[1] as usize).sum::<usize>();
         let off = events - on;
         let sums = || self.counts.iter().map(|[off, on]| off + on).filter(|sum| *sum > 0);
         let active = sums().count();
         let both = self.counts.iter().filter(|[off, on]| *off > 0 && *on > 0).count();
-        let most = sums().max().unwrap_or(0);
+        let max = sums().max().unwrap_or(0);
         [
             (on as f64).ln_1p(),
             (off as f64).ln_1p(),
             ((on as f64 + 0.5) / (off as f64 + 0.5)).ln(),
             (active as f64).ln_1p(),
             share(events, active),
-            f64::from(most).ln_1p(),
+            f64::from(max).ln_1p(),
             share(sums().filter(|sum| *sum >= 2).count(), active),
             share(sums().filter(|sum| *sum >= 4).count(), active),
             share(both, active),
         ]
     }
 
-    /// Crowding in rows, columns and blocks, and active pixels without an active neighbour: four
-    /// numbers.
+    /// Dispersion over rows, columns and blocks, and active pixels without an active neighbour:
+    /// four features.
     fn places(&self) -> [f64; 4] {
         let blocks = SIDE_PX / CROWD_PX;
-        let crowding = |bins: usize, bin: &dyn Fn(usize, usize) -> usize| {
+        let dispersion_over = |bins: usize, bin: &dyn Fn(usize, usize) -> usize| {
             let mut sums = vec![0.0; bins];
             for (p, [off, on]) in self.counts.iter().enumerate() {
                 sums[bin(p % SIDE_PX, p / SIDE_PX)] += f64::from(off + on);
@@ -109,15 +111,15 @@ impl Pixels {
             }
         }
         [
-            crowding(SIDE_PX, &|_, y| y),
-            crowding(SIDE_PX, &|x, _| x),
-            crowding(blocks * blocks, &|x, y| y / CROWD_PX * blocks + x / CROWD_PX),
+            dispersion_over(SIDE_PX, &|_, y| y),
+            dispersion_over(SIDE_PX, &|x, _| x),
+            dispersion_over(blocks * blocks, &|x, y| y / CROWD_PX * blocks + x / CROWD_PX),
             share(alone, active),
         ]
     }
 }
 
-/// Logarithm of variance over mean.
+/// Logarithm of variance over mean (the Fano factor), shrunk for small counts.
 fn dispersion(counts: &[f64]) -> f64 {
     let n = counts.len() as f64;
     let mean = counts.iter().sum::<f64>() / n;
@@ -125,7 +127,7 @@ fn dispersion(counts: &[f64]) -> f64 {
     ((variance + 0.05) / (mean + 0.05)).ln()
 }
 
-/// Three quantiles of `log10(1 + interval)`; those of a whole patch where there is no interval.
+/// Three quantiles of `log10(1 + interval)`; the length of a patch where there is no interval.
 fn quantiles(intervals_us: &mut [i64]) -> [f64; 3] {
     intervals_us.sort_unstable();
     [0.1, 0.5, 0.9].map(|share| {
@@ -135,7 +137,7 @@ fn quantiles(intervals_us: &mut [i64]) -> [f64; 3] {
     })
 }
 
-/// Pairs of events of one pixel: intervals, polarities, alternation: ten numbers.
+/// Successive events of one pixel: intervals, polarities, alternation; ten features.
 fn pairs_of_pixels(events: &[Local]) -> [f64; 10] {
     let mut last: Vec<Option<(i64, bool)>> = vec![None; SIDE_PX * SIDE_PX];
     let mut intervals = Vec::new();
@@ -156,7 +158,7 @@ fn pairs_of_pixels(events: &[Local]) -> [f64; 10] {
     [low, middle, high, shortest, short, off_off, off_on, on_off, on_on, alternation]
 }
 
-/// Successive events of the patch: how far apart in time and place: eight numbers.
+/// Successive events of the patch: distances in time and place; eight features.
 fn order(events: &[Local]) -> [f64; 8] {
     let pairs = || events.windows(2).map(|pair| (&pair[0], &pair[1]));
     let mut intervals: Vec<i64> = pairs().map(|(a, b)| b.t_us - a.t_us).collect();
@@ -176,7 +178,7 @@ fn order(events: &[Local]) -> [f64; 8] {
     ]
 }
 
-/// How much stamps keep to a period: zero on average for times of chance, one for one phase.
+/// Phase locking of time stamps to a period: zero on average for uniform phases, one for one phase.
 fn coherence(events: &[Local], period_us: i64) -> f64 {
     let n = events.len() as f64;
     let (mut re, mut im) = (0.0, 0.0);
@@ -188,7 +190,7 @@ fn coherence(events: &[Local], period_us: i64) -> f64 {
     if n > 1.0 { ((re * re + im * im) / n - 1.0) / (n - 1.0) } else { 0.0 }
 }
 
-/// How events are spread over the patch's time: five numbers.
+/// Distribution of events over the patch's time: five features.
 fn times(events: &[Local]) -> [f64; 5] {
     let counts = |bin_us: i64| {
         let mut counts = vec![0.0; (LENGTH_US / bin_us) as usize];
@@ -202,7 +204,8 @@ fn times(events: &[Local]) -> [f64; 5] {
     [quarter(0), quarter(1), quarter(2), dispersion(&fine), dispersion(&coarse)]
 }
 
-/// Spread in x and y, pixels, and how polarity goes with time and place: three numbers.
+/// Standard deviations in x and y, pixels, and the correlation of polarity with time: three
+/// features.
 fn spread(events: &[Local]) -> [f64; 3] {
     let n = events.len().max(1) as f64;
     let moments = |value: &dyn Fn(&Local) -> f64| {
@@ -228,12 +231,13 @@ mod tests {
     }
 
     #[test]
-    fn a_patch_without_events_has_finite_numbers() {
-        assert!(of(&[]).iter().chain(&of(&[event(3, 0, 0, true)])).all(|x| x.is_finite()));
+    fn a_patch_without_events_has_finite_features() {
+        let one = patch_features(&[event(3, 0, 0, true)]);
+        assert!(patch_features(&[]).iter().chain(&one).all(|x| x.is_finite()));
     }
 
     #[test]
-    fn pairs_of_a_pixel_are_told_by_polarity() {
+    fn pairs_of_a_pixel_are_counted_by_polarity() {
         let events = [event(0, 1, 1, true), event(10, 2, 1, true), event(999, 1, 1, false)];
         let [low, .., off_on, on_off, _, alternation] = pairs_of_pixels(&events);
         assert!((low - 3.0).abs() < 1e-12);

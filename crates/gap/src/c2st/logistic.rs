@@ -1,49 +1,50 @@
-//! Logistic regression, judged on what it was not trained on.
+//! Cross-validated logistic regression.
 //!
 //! # Source
-//! Steps with one bound of all Hessians instead of the Hessian itself: Böhning: *Multinomial
-//! logistic regression algorithm*, Ann. Inst. Statist. Math. 44, 1992. The bound depends on the
-//! numbers alone, so that other labels cost no new matrix.
+//! Newton steps with an upper bound of all Hessians: Böhning: *Multinomial logistic regression
+//! algorithm*, Ann. Inst. Statist. Math. 44, 1992. The bound depends on the features alone, so that
+//! permuted labels need no new matrix.
 
 use super::features::COUNT;
 use super::patches::{FOLDS, Pair};
 use crate::linear::solve;
 
-/// Numbers and a constant.
+/// Features and a constant.
 const COLUMNS: usize = COUNT + 1;
-/// Steps: labels that can be told apart are told apart after a few.
+/// Newton steps; separable labels are separated after a few.
 const STEPS: usize = 12;
-/// Keeps weights small where numbers are redundant, per sample.
+/// Ridge per sample, for redundant features.
 const RIDGE: f64 = 1e-3;
-/// Numbers further from their mean count as this far, standard deviations.
-const FURTHEST: f32 = 4.0;
+/// Features are clipped at this many standard deviations from their mean.
+const MAX_DEVIATION: f32 = 4.0;
 
 type Row = [f32; COLUMNS];
 
-/// Patches in the form that is fitted.
+/// Standardised features of all patches, with what all fits share.
 pub(super) struct Data {
     rows: Vec<Row>,
     folds: Vec<usize>,
-    /// What turns a gradient into a step, when a fold is held out.
+    /// Inverse of the bound of the Hessian, for each held-out fold.
     inverses: Vec<Vec<[f64; COLUMNS]>>,
 }
 
 impl Data {
-    /// Scales all numbers to mean zero and variance one.
+    /// Standardises all features to mean zero and variance one.
     pub(super) fn of(pairs: &[Pair]) -> Self {
-        let all = || pairs.iter().flat_map(|pair| &pair.numbers);
+        let all = || pairs.iter().flat_map(|pair| &pair.features);
         let n = 2.0 * pairs.len() as f64;
         let mut means = [0.0; COUNT];
         let mut sds = [0.0; COUNT];
         for i in 0..COUNT {
-            means[i] = all().map(|numbers| numbers[i]).sum::<f64>() / n;
-            let squares: f64 = all().map(|numbers| (numbers[i] - means[i]).powi(2)).sum();
+            means[i] = all().map(|features| features[i]).sum::<f64>() / n;
+            let squares: f64 = all().map(|features| (features[i] - means[i]).powi(2)).sum();
             sds[i] = (squares / n).sqrt().max(1e-9);
         }
-        let scaled = |numbers: &[f64; COUNT]| -> Row {
+        let scaled = |features: &[f64; COUNT]| -> Row {
             std::array::from_fn(|i| match i {
                 COUNT => 1.0,
-                _ => (((numbers[i] - means[i]) / sds[i]) as f32).clamp(-FURTHEST, FURTHEST),
+                _ => (((features[i] - means[i]) / sds[i]) as f32)
+                    .clamp(-MAX_DEVIATION, MAX_DEVIATION),
             })
         };
         let rows: Vec<Row> = all().map(scaled).collect();
@@ -52,7 +53,7 @@ impl Data {
         Self { rows, folds, inverses }
     }
 
-    /// Area under the curve of all patches, each judged by the fit that has not seen it.
+    /// Cross-validated area under the ROC curve: each patch is scored by the fit without its fold.
     pub(super) fn auc(&self, labels: &[bool]) -> f64 {
         let (mut sum, mut weight) = (0.0, 0.0);
         for fold in 0..FOLDS {
@@ -98,7 +99,7 @@ fn product(a: &Row, b: &Row) -> f32 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// Inverse of a quarter of the second moments, which is at least the Hessian anywhere.
+/// Inverse of a quarter of the second moments, which bounds the Hessian from above.
 fn inverse(rows: &[Row], folds: &[usize], held_out: usize) -> Vec<[f64; COLUMNS]> {
     let mut matrix = vec![vec![0.0; COLUMNS]; COLUMNS];
     let mut used = 0.0;
@@ -123,8 +124,8 @@ fn inverse(rows: &[Row], folds: &[usize], held_out: usize) -> Vec<[f64; COLUMNS]
         .collect()
 }
 
-/// Pairs of a true and a false score in which the true one is larger, equal ones half, and all
-/// pairs.
+/// Number of pairs of a true and a false score in which the true one is larger (ties count half),
+/// and the number of all pairs.
 fn area(mut scores: Vec<(f32, bool)>) -> (f64, f64) {
     scores.sort_by(|a, b| a.0.total_cmp(&b.0));
     let (mut below, mut area, mut positives) = (0.0, 0.0, 0.0);
@@ -150,12 +151,12 @@ mod tests {
     }
 
     #[test]
-    fn a_number_that_tells_is_found_and_noise_is_not() {
+    fn an_informative_feature_separates_and_noise_does_not() {
         let mut rng = evpose_core::CounterRng::new(1, "numbers", 0);
         let mut pairs = |shift: f64| -> Vec<Pair> {
             (0..300)
                 .map(|i| Pair {
-                    numbers: [0.0, shift].map(|shift| {
+                    features: [0.0, shift].map(|shift| {
                         std::array::from_fn(|k| {
                             let shift = if k == 7 { shift } else { 0.0 };
                             f64::from(rng.normal()) + shift
@@ -167,9 +168,9 @@ mod tests {
                 .collect()
         };
         let labels: Vec<bool> = (0..600).map(|i| i % 2 == 0).collect();
-        let told = Data::of(&pairs(2.0)).auc(&labels);
+        let informed = Data::of(&pairs(2.0)).auc(&labels);
         // Two standard deviations apart: the best possible area is Phi(2 / sqrt 2) = 0.921.
-        assert!((0.87..0.94).contains(&told), "{told}");
+        assert!((0.87..0.94).contains(&informed), "{informed}");
         let chance = Data::of(&pairs(0.0)).auc(&labels);
         assert!((chance - 0.5).abs() < 0.08, "{chance}");
     }

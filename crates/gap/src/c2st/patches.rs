@@ -2,27 +2,24 @@
 
 use evpose_core::{EventStream, StageNoise, TimeWindow};
 
-use super::features::{self, Local, Numbers};
+use super::features::{Features, LENGTH_US, Local, SIDE_PX, patch_features};
 
-/// Side of a patch, pixels.
-pub(super) const SIDE_PX: usize = 32;
-/// Its length, microseconds.
-pub(super) const LENGTH_US: i64 = 20_000;
-/// Events that a patch has at least, on average over measured and simulated.
-const LEAST_EVENTS: usize = 6;
-/// Pairs that are used at most.
-const MOST_PAIRS: usize = 1_500;
-/// Parts of the data that are held out in turn.
+/// Minimum events of a patch, on average over measured and simulated.
+const MIN_EVENTS: usize = 6;
+/// Maximum number of pairs.
+const MAX_PAIRS: usize = 1_500;
+/// Cross-validation folds.
 pub(super) const FOLDS: usize = 5;
-/// Fewer tiles give too few ways to exchange labels.
-const LEAST_TILES: usize = 8;
+/// Minimum tiles whose labels are permuted as a whole; fewer allow too few permutations.
+const MIN_TILES: usize = 8;
 
 /// A measured and a simulated patch of one place and time.
 pub(super) struct Pair {
-    pub(super) numbers: [Numbers; 2],
-    /// Where labels are exchanged together.
+    /// Features of the measured and of the simulated patch.
+    pub(super) features: [Features; 2],
+    /// Group of pairs whose labels are swapped together.
     pub(super) group: usize,
-    /// When it is held out.
+    /// Cross-validation fold.
     pub(super) fold: usize,
 }
 
@@ -47,7 +44,7 @@ impl Sorted {
             let tile = y / SIDE_PX * grid.columns + x / SIDE_PX;
             block * grid.tiles + tile
         };
-        // The last patches of a window that is no whole number of them are not looked at.
+        // An incomplete last patch of the window is left out.
         let inside = || range.clone().filter(|i| patch(*i) < grid.patches);
         let mut starts = vec![0; grid.patches + 1];
         for i in inside() {
@@ -77,7 +74,7 @@ impl Sorted {
     }
 }
 
-/// Pairs of patches in which something happens, no more than fifteen hundred, drawn by `seed`.
+/// Draws pairs of patches with enough events, at most 1,500.
 pub(super) fn pairs(
     measured: &EventStream,
     simulated: &[EventStream],
@@ -95,21 +92,21 @@ pub(super) fn pairs(
     let measured = Sorted::of(measured, window, &grid);
     let simulated: Vec<Sorted> =
         simulated.iter().map(|events| Sorted::of(events, window, &grid)).collect();
-    // One stream a tile: what its pixels are like is then one thing on both sides.
+    // One stream per tile, so that properties of its pixels are the same over time.
     let other = |patch: usize| simulated[patch % tiles % simulated.len()].patch(patch);
     let has_events =
-        |patch: &usize| measured.patch(*patch).len() + other(*patch).len() >= 2 * LEAST_EVENTS;
+        |patch: &usize| measured.patch(*patch).len() + other(*patch).len() >= 2 * MIN_EVENTS;
     let mut chosen: Vec<usize> = (0..grid.patches).filter(has_events).collect();
     let noise = StageNoise::new(seed, "patches", 0);
     chosen.sort_by_key(|patch| (noise.bits(*patch, 0), *patch));
-    chosen.truncate(MOST_PAIRS);
+    chosen.truncate(MAX_PAIRS);
     chosen.sort_unstable();
     let pair = |patch: usize| {
         let (tile, block) = (patch % tiles, patch / tiles);
         let part = block * FOLDS / blocks;
-        let group = if tiles < LEAST_TILES { tile * FOLDS + part } else { tile };
+        let group = if tiles < MIN_TILES { tile * FOLDS + part } else { tile };
         Pair {
-            numbers: [features::of(measured.patch(patch)), features::of(other(patch))],
+            features: [patch_features(measured.patch(patch)), patch_features(other(patch))],
             group,
             fold: (tile + part) % FOLDS,
         }

@@ -32,7 +32,7 @@ fn stream(seed: u64, count: usize, alternation: f32) -> EventStream {
 }
 
 #[test]
-fn streams_of_one_kind_are_not_told_apart() {
+fn streams_of_one_kind_are_not_separated() {
     let simulated = [stream(100, 20_000, 0.3), stream(101, 20_000, 0.3)];
     let small = (0..8)
         .map(|seed| two_sample(&stream(seed, 20_000, 0.3), &simulated, window(), seed))

@@ -1,17 +1,18 @@
-//! The frames of a camera that records both frames and events, as the scene that its events are of.
+//! Frames of a camera that records both frames and events, as the scene of its events.
 //!
 //! ```text
-//! AEDAT4 file -> Shots   frames with their exposures, and what of them bracket events
-//!             -> Scene   the straightest light that these frames allow, a plane a millisecond
-//!             -> twins   other light that frames like these allow
+//! AEDAT4 file -> Shots   frames with their exposures, those that bracket events
+//!             -> Scene   the smoothest luminance consistent with them, a plane per millisecond
+//!             -> twins   samples of other luminance consistent with such frames
 //! ```
 //!
-//! Frames are a coarse look at light: a few dozen a second, averaged over an exposure, in steps, by a
-//! curve that may not be known. [`Shots::scene`] is the plainest light that gives them. A
-//! [twin](Shots::twin) is that light photographed anew, worse by as much again: what the numbers of its
-//! events differ by is what frames do not tell. Events have no part in any of it.
+//! Frames sample luminance coarsely: a few dozen per second, averaged over an exposure, quantised,
+//! with a response curve that may be unknown. [`Shots::scene`] is the smoothest luminance
+//! consistent with them. A [twin](Shots::twin) repeats the sampling on that luminance: the
+//! differences of its summary statistics are the uncertainty due to the frames. Events are used in
+//! none of it.
 
-mod between;
+mod interpolation;
 mod path;
 mod read;
 mod response;
@@ -24,35 +25,35 @@ pub use read::{LoadedShots, load_shots};
 pub use response::{Response, UnknownResponse};
 
 use crate::{GapError, Scene};
-use between::Between;
+use interpolation::Interpolation;
 use path::{Gate, shortest};
 
-/// Planes a second of the light between frames.
+/// Planes per second of the interpolated luminance.
 const FPS: f64 = 1_000.0;
-/// Light of a code is uncertain by half a step and so many standard deviations of its noise.
+/// Standard deviations of the noise by which the light of a code is uncertain, beyond half a step.
 const NOISE_WIDTHS: f64 = 2.0;
-/// A pixel whose light is less certain than this (ln) in any frame says nothing.
-const LEAST_CERTAIN: f64 = 0.15;
-/// So large a share of pixels may say nothing.
-const MOST_BLIND: f64 = 0.9;
-/// Variance of a number that is rounded.
+/// Largest uncertainty (ln) of a pixel's light in any frame; other pixels are excluded.
+const MAX_UNCERTAINTY: f64 = 0.15;
+/// Maximum fraction of excluded pixels.
+const MAX_MASKED: f64 = 0.9;
+/// Variance of rounding to whole codes.
 const ROUNDING: f64 = 1.0 / 12.0;
-/// The least light there is, of white.
+/// Minimum light, relative to white.
 const DARK: f64 = 1e-5;
 
 /// One frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shot {
-    /// When its exposure began, from the first shot's middle on.
+    /// Start of the exposure, from the middle of the first frame's exposure on.
     pub start: Micros,
-    /// When its exposure ended.
+    /// End of the exposure.
     pub end: Micros,
-    /// Its codes, row by row.
+    /// Codes of pixels, row by row.
     pub codes: Vec<u16>,
 }
 
 impl Shot {
-    /// The middle of the exposure, microseconds.
+    /// Middle of the exposure, microseconds.
     pub fn middle_us(&self) -> f64 {
         0.5 * (self.start.0 as f64 + self.end.0 as f64)
     }
@@ -67,17 +68,17 @@ impl Shot {
 pub struct Shots {
     size: SensorSize,
     response: Response,
-    /// The code of white, which is also where light is cut off.
+    /// Code of white, at which light saturates.
     white: u16,
-    /// Standard deviation of codes of light at rest, beyond their rounding.
+    /// Standard deviation of the codes of constant light, beyond their rounding.
     noise: f64,
-    /// At least two, in order of time.
+    /// Frames in order of time, at least two.
     shots: Vec<Shot>,
 }
 
 impl Shots {
-    /// Frames of one sensor, in order of time, of codes up to `white`; the middle of the exposure of
-    /// the first is time zero.
+    /// Frames of one sensor, in order of time, of codes up to `white`; the middle of the exposure
+    /// of the first is time zero.
     ///
     /// # Errors
     /// Fewer than two frames, or some that are out of order or of another size.
@@ -98,63 +99,63 @@ impl Shots {
         Ok(all)
     }
 
-    /// The sensor.
+    /// Size of the sensor.
     pub fn size(&self) -> SensorSize {
         self.size
     }
 
-    /// From the first frame to the last.
+    /// Time from the first frame to the last.
     pub fn duration(&self) -> Micros {
         let last = self.shots.last().map_or(0.0, Shot::middle_us);
         Micros(last.round() as i64)
     }
 
-    /// How many planes their scene has.
+    /// Number of planes of the scene.
     pub fn planes(&self) -> usize {
         (self.duration().as_seconds() * FPS).floor() as usize + 1
     }
 
-    /// The plainest light that gives these frames.
+    /// The smoothest luminance that is consistent with these frames.
     ///
     /// # Errors
-    /// If frames are too dark or too bright to say what light there was.
+    /// Frames that are too dark or too bright to determine the luminance.
     pub fn scene(&self) -> Result<Scene, GapError> {
-        let share = self.blind_share();
-        if share > MOST_BLIND {
+        let fraction = self.masked_fraction();
+        if fraction > MAX_MASKED {
             return Err(GapError::Scene(format!(
                 "{:.0} % of the pixels of the frames are black or white, or too dark for steps of \
                  one in {}: there is no light to compare with",
-                100.0 * share,
+                100.0 * fraction,
                 self.white
             )));
         }
-        Ok(self.light(Between::Evenly)?.with_blind(self.blind()))
+        Ok(self.light(Interpolation::Linear)?.with_mask(self.masked()))
     }
 
-    /// The part of the pixels that says nothing.
-    fn blind_share(&self) -> f64 {
-        let blind = self.blind();
-        blind.iter().filter(|blind| **blind).count() as f64 / blind.len() as f64
+    /// Fraction of excluded pixels.
+    fn masked_fraction(&self) -> f64 {
+        let masked = self.masked();
+        masked.iter().filter(|masked| **masked).count() as f64 / masked.len() as f64
     }
 
-    /// Pixels that are cut off, or so dark that a step of the code is a large step of light, in any
-    /// frame. What happens there is not compared: motion would look like noise.
-    fn blind(&self) -> Vec<bool> {
-        let is_blind = |code: u16| {
+    /// Pixels that are saturated, or so dark that a step of the code is a large step of light, in
+    /// any frame. They are excluded, because motion there would look like noise.
+    fn masked(&self) -> Vec<bool> {
+        let is_masked = |code: u16| {
             let [low, high] = self.limits(code, 1.0);
-            code >= self.white || 0.5 * (high - low) > LEAST_CERTAIN
+            code >= self.white || 0.5 * (high - low) > MAX_UNCERTAINTY
         };
-        let is_blind: Vec<bool> = (0..=self.white).map(is_blind).collect();
-        let mut blind = vec![false; self.size.pixels()];
+        let is_masked: Vec<bool> = (0..=self.white).map(is_masked).collect();
+        let mut masked = vec![false; self.size.pixels()];
         for shot in &self.shots {
-            for (blind, code) in blind.iter_mut().zip(&shot.codes) {
-                *blind |= is_blind[usize::from(*code.min(&self.white))];
+            for (masked, code) in masked.iter_mut().zip(&shot.codes) {
+                *masked |= is_masked[usize::from(*code.min(&self.white))];
             }
         }
-        blind
+        masked
     }
 
-    /// Between which log luminances the light of a code was, at so many times the usual exposure.
+    /// Lower and upper log luminance of a code, at `exposure` times the usual exposure.
     fn limits(&self, code: u16, exposure: f64) -> [f64; 2] {
         let half = 0.5 + NOISE_WIDTHS * self.noise;
         [-half, half].map(|off| {
@@ -163,11 +164,12 @@ impl Shots {
         })
     }
 
-    /// Standard deviation of the codes of pixels at rest, the quietest quarter, beyond their rounding.
+    /// Standard deviation of the codes of pixels at rest (the lower quartile of all pixels), beyond
+    /// their rounding.
     fn noise_at_rest(&self) -> f64 {
         let white = f64::from(self.white);
         let exposures = self.exposures();
-        // The code that the usual exposure would have given.
+        // Code at the usual exposure.
         let even = |code: u16, exposure: f64| {
             white * self.response.code(self.response.light(f64::from(code) / white) / exposure)
         };
@@ -176,7 +178,7 @@ impl Shots {
             let codes = codes.filter(|(code, _)| (1..self.white).contains(code));
             let codes: Vec<f64> = codes.map(|(code, exposure)| even(code, exposure)).collect();
             let bends = codes.windows(3).map(|c| (c[0] - 2.0 * c[1] + c[2]).powi(2));
-            // Bends of independent codes have six times their variance.
+            // Second differences of independent codes have six times their variance.
             (codes.len() >= 3).then(|| bends.sum::<f64>() / (6.0 * (codes.len() - 2) as f64))
         };
         let mut all: Vec<f64> = (0..self.size.pixels()).filter_map(bends).collect();
@@ -185,7 +187,7 @@ impl Shots {
         (quiet - ROUNDING).max(0.0).sqrt()
     }
 
-    /// Exposures as multiples of their median: a camera that exposes longer sees no more light.
+    /// Exposures relative to their median, by which codes are divided.
     fn exposures(&self) -> Vec<f64> {
         let usual = self.usual_exposure_us();
         let of = |shot: &Shot| {
@@ -200,11 +202,12 @@ impl Shots {
         all[all.len() / 2]
     }
 
-    fn light(&self, between: Between) -> Result<Scene, GapError> {
+    /// Luminance on the shortest path through the limits of all frames.
+    fn light(&self, interpolation: Interpolation) -> Result<Scene, GapError> {
         let pixels = self.size.pixels();
         let exposures = self.exposures();
         let times: Vec<f64> = self.shots.iter().map(Shot::middle_us).collect();
-        // Log light of every shot, pixel after pixel.
+        // Log luminance of every frame, pixel after pixel.
         let of_shots = times.len();
         let mut logs = vec![0f32; pixels * of_shots];
         logs.par_chunks_mut(of_shots).enumerate().for_each(|(pixel, logs)| {
@@ -223,7 +226,7 @@ impl Shots {
             let (from, to) = (times[next - 1], times[next]);
             let share = ((t_us - from) / (to - from)).clamp(0.0, 1.0) as f32;
             let light = logs.chunks(of_shots).enumerate().map(|(pixel, logs)| {
-                let share = between.share(share, next, pixel, usize::from(self.size.width));
+                let share = interpolation.share(share, next, pixel, usize::from(self.size.width));
                 (logs[next - 1] + (logs[next] - logs[next - 1]) * share).exp()
             });
             let mut plane = Plane::for_sensor(self.size, 0.0);

@@ -1,29 +1,30 @@
-//! The straightest path through a row of gates.
+//! Shortest path through a sequence of gates (the taut-string algorithm).
 //!
-//! Frames say of light that it was between two values, not which. Of all paths between them the
-//! shortest has no steps that the gates do not force: light at rest stays at rest although its codes
-//! flicker by one, and light that drifts does so evenly.
+//! Frames bound luminance between two values. The shortest path between the bounds has no steps
+//! that they do not force: luminance at rest stays constant although its codes flicker by one, and
+//! drifts are uniform.
 
-/// Between which values a path goes at a time.
+/// Bounds of a path at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Gate {
-    /// When, in any unit.
+    /// Time, in any unit.
     pub(super) t: f64,
-    /// The lowest value.
+    /// Lower bound.
     pub(super) low: f64,
-    /// The highest.
+    /// Upper bound.
     pub(super) high: f64,
 }
 
-/// Where the shortest path from the middle of the first gate to that of the last passes each.
+/// Computes the shortest path from the middle of the first gate to that of the last: its value at
+/// each.
 pub(super) fn shortest(gates: &[Gate], path: &mut Vec<f64>) {
     path.clear();
     let (Some(first), Some(last)) = (gates.first(), gates.last()) else { return };
     path.push(middle(*first));
     let (mut at, mut value) = (0, middle(*first));
     while at + 1 < gates.len() {
-        // The slopes that pass all gates so far, and the gates that make them the limits.
-        let (mut least, mut most) = (f64::NEG_INFINITY, f64::INFINITY);
+        // Range of slopes that pass all gates so far, and the gates that bound it.
+        let (mut min_slope, mut max_slope) = (f64::NEG_INFINITY, f64::INFINITY);
         let (mut bend_up, mut bend_down) = (at + 1, at + 1);
         let mut bend = None;
         for (k, gate) in gates.iter().enumerate().skip(at + 1) {
@@ -31,19 +32,19 @@ pub(super) fn shortest(gates: &[Gate], path: &mut Vec<f64>) {
             let lasts = gate.t - gates[at].t;
             let low = (end.unwrap_or(gate.low) - value) / lasts;
             let high = (end.unwrap_or(gate.high) - value) / lasts;
-            if low > most {
+            if low > max_slope {
                 bend = Some((bend_down, gates[bend_down].high));
                 break;
             }
-            if high < least {
+            if high < min_slope {
                 bend = Some((bend_up, gates[bend_up].low));
                 break;
             }
-            if low >= least {
-                (least, bend_up) = (low, k);
+            if low >= min_slope {
+                (min_slope, bend_up) = (low, k);
             }
-            if high <= most {
-                (most, bend_down) = (high, k);
+            if high <= max_slope {
+                (max_slope, bend_down) = (high, k);
             }
         }
         let (to, reached) = bend.unwrap_or((gates.len() - 1, middle(*last)));

@@ -10,32 +10,33 @@ use super::{Response, Shot, Shots};
 use crate::GapError;
 use crate::input::{LoadedRecording, units};
 
-/// A twin leaves every second frame out, and a part of a recording has to be held out.
-const LEAST_SHOTS: usize = 6;
-/// Where a frame comes later than this times the usual, some are missing.
+/// Minimum frames: a twin uses every second one, and a part of a recording has to be held out.
+const MIN_SHOTS: usize = 6;
+/// Interval, relative to the usual one, from which frames are missing in between.
 const LATE: f64 = 2.5;
-/// Exposures whose lengths differ by more than this are worth a line.
+/// Relative difference of exposures, and fraction of excluded pixels, that is noted.
 const EVEN: f64 = 0.01;
-/// Frames that were made of something else than light on this sensor are numbered from here on, and
-/// one number among them is of simulated light.
+/// First origin code of computed frames in AEDAT4, and the one of simulated light among them.
 const FIRST_COMPUTED: i8 = 2;
 const SIMULATED: i8 = 4;
 
-/// A recording with its own frames.
+/// A recording with its frames.
 #[derive(Debug, Clone)]
 pub struct LoadedShots {
     /// The frames.
     pub shots: Shots,
-    /// The events between the first and the last of them.
+    /// Events between the first and the last frame.
     pub recording: LoadedRecording,
 }
 
-/// Frames of a file, as read.
-struct Read {
+/// Frames of a file.
+struct FileFrames {
     frames: Vec<Frame>,
+    /// Number of frames that were computed from events.
     computed: usize,
+    /// Whether the file declares a stream of frames.
     has_stream: bool,
-    /// What lies behind is not compared.
+    /// End of the compared time.
     end: Micros,
 }
 
@@ -43,8 +44,7 @@ struct Read {
 /// its first event on. The middle of the exposure of the first frame becomes time zero.
 ///
 /// # Errors
-/// If the file is no AEDAT4 recording or holds no frames, too few of them, or frames that are no
-/// light of this sensor.
+/// A file that is no AEDAT4 recording, or without enough frames of light on this sensor.
 pub fn load_shots(
     path: impl AsRef<Path>,
     response: Response,
@@ -68,7 +68,7 @@ pub fn load_shots(
             (_, 1..) => {
                 "it holds only frames that were computed from events, which are no reference"
             }
-            (true, 0) => "it names a stream of frames, and there is none in it",
+            (true, 0) => "it declares a stream of frames, and holds none",
             (false, 0) => "it holds no frames",
         };
         return Err(GapError::NoFrames { path: path.to_owned(), problem: problem.to_owned() });
@@ -82,24 +82,24 @@ pub fn load_shots(
     all.sort_by_key(|shot| (shot.start, shot.end));
     all.dedup_by(|b, a| b.middle_us() <= a.middle_us());
     let whole = all.len();
-    let mut kept = bracketing(all, first, read.end);
-    if kept.len() < LEAST_SHOTS {
+    let mut chosen = bracketing(all, first, read.end);
+    if chosen.len() < MIN_SHOTS {
         return Err(fault(format!(
             "{} of its {whole} frames lie one after the other beside events, and at least \
-             {LEAST_SHOTS} are needed",
-            kept.len()
+             {MIN_SHOTS} are needed",
+            chosen.len()
         )));
     }
-    if kept.len() < whole {
-        notes.push(format!("{} of the {whole} frames read are compared", kept.len()));
+    if chosen.len() < whole {
+        notes.push(format!("{} of the {whole} frames read are compared", chosen.len()));
     }
-    let zero = Micros(kept[0].middle_us().round() as i64);
-    for shot in &mut kept {
+    let zero = Micros(chosen[0].middle_us().round() as i64);
+    for shot in &mut chosen {
         (shot.start, shot.end) = (shot.start - zero, shot.end - zero);
     }
-    let white = most(read.frames[0].format.depth);
-    let shots = Shots::new(size, response, white, kept)?;
-    notes.extend(said_of(&shots));
+    let white = max_code(read.frames[0].format.depth);
+    let shots = Shots::new(size, response, white, chosen)?;
+    notes.extend(notes_on(&shots));
     let last = shots.duration();
     let window = TimeWindow { start: zero, end: zero + last + Micros(1) };
     let mut events = EventStream::empty(size);
@@ -122,13 +122,14 @@ pub fn load_shots(
     Ok(LoadedShots { shots, recording })
 }
 
-/// The frames of the first camera, `seconds` of them behind the first event and one more.
-fn read(path: &Path, first: Micros, seconds: f64) -> Result<Read, GapError> {
+/// Reads the frames of the first camera up to `seconds` behind the first event, and one more.
+fn read(path: &Path, first: Micros, seconds: f64) -> Result<FileFrames, GapError> {
     let mut packets = Packets::open(path)?;
     let stream = packets.streams().iter().find(|stream| stream.kind == Kind::Frames);
     let mut chosen = stream.map(|stream| stream.id);
     let has_stream = chosen.is_some();
-    let mut read = Read { frames: Vec::new(), computed: 0, has_stream, end: Micros(i64::MAX) };
+    let mut read =
+        FileFrames { frames: Vec::new(), computed: 0, has_stream, end: Micros(i64::MAX) };
     for packet in &mut packets {
         let packet = packet?;
         let Content::Frame(frame) = packet.content else { continue };
@@ -152,8 +153,8 @@ fn read(path: &Path, first: Micros, seconds: f64) -> Result<Read, GapError> {
     Ok(read)
 }
 
-/// The code of white, as far as codes of 16 bits hold it.
-fn most(depth: Depth) -> u16 {
+/// Code of white at a bit depth, clipped to 16 bits.
+fn max_code(depth: Depth) -> u16 {
     if depth == Depth::U8 { u16::from(u8::MAX) } else { u16::MAX }
 }
 
@@ -184,7 +185,7 @@ fn shot(frame: &Frame, size: SensorSize) -> Result<Shot, String> {
     Ok(Shot { start, end, codes })
 }
 
-/// The longest run of shots without a gap, from the last before the first event on.
+/// Longest run of frames without a gap, from the last frame before the first event on.
 fn bracketing(all: &[Shot], first: Micros, end: Micros) -> Vec<Shot> {
     let middle = |shot: &Shot| shot.middle_us();
     let from = all.partition_point(|shot| middle(shot) <= first.0 as f64).saturating_sub(1);
@@ -219,21 +220,23 @@ fn described(path: &Path, shots: &Shots) -> String {
     )
 }
 
-/// What a user should know of frames.
-fn said_of(shots: &Shots) -> Vec<String> {
+/// Notes on frames for the user.
+fn notes_on(shots: &Shots) -> Vec<String> {
     let mut notes = Vec::new();
     let usual = shots.usual_exposure_us();
     if usual <= 0.0 {
-        notes.push("the file does not tell exposures: frames are taken for moments".to_owned());
+        notes.push(
+            "the file has no exposure times: frames are taken to be instantaneous".to_owned(),
+        );
     } else if shots.exposures().iter().any(|share| (share - 1.0).abs() > EVEN) {
         notes.push("exposures differ: codes are divided by their lengths".to_owned());
     }
-    let blind = shots.blind_share();
-    if blind > EVEN {
+    let masked = shots.masked_fraction();
+    if masked > EVEN {
         notes.push(format!(
             "{:.0} % of the pixels are black, white or too dark in some frame: their events are not \
              compared",
-            100.0 * blind
+            100.0 * masked
         ));
     }
     notes

@@ -1,22 +1,22 @@
-//! From light to the codes of a frame, and back.
+//! Response curves: from light to the codes of a frame, and back.
 
 use std::fmt;
 use std::str::FromStr;
 
-/// The curve that a camera's frames were written with. One is white, zero is black, on both sides.
+/// Response curve of a camera's frames. One is white, zero is black, on both sides.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Response {
-    /// Codes in proportion to light, as sensors of a DAVIS give them.
+    /// Codes proportional to light, as in the raw frames of a DAVIS.
     #[default]
     Linear,
-    /// As on a display, IEC 61966-2-1.
+    /// sRGB, IEC 61966-2-1.
     Srgb,
-    /// Light is a power of the code: 2.2 for what is called gamma 2.2.
+    /// Light is this power of the code: 2.2 for a gamma of 2.2.
     Power(f64),
 }
 
 impl Response {
-    /// The light of a code between 0 and 1.
+    /// Light of a code, both between 0 and 1.
     pub fn light(self, code: f64) -> f64 {
         let code = code.max(0.0);
         match self {
@@ -27,7 +27,7 @@ impl Response {
         }
     }
 
-    /// The code of light between 0 and 1.
+    /// Code of light, both between 0 and 1.
     pub fn code(self, light: f64) -> f64 {
         let light = light.max(0.0);
         match self {
@@ -49,7 +49,7 @@ impl fmt::Display for Response {
     }
 }
 
-/// A response curve that is none.
+/// A text that is no response curve.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("`{0}` is no response curve: linear, srgb, or an exponent between 0.2 and 5 such as 2.2")]
 pub struct UnknownResponse(String);

@@ -25,7 +25,7 @@ fn light_at(scene: &Scene, t_ms: usize) -> f64 {
 }
 
 #[test]
-fn frames_are_seen_in_the_middle_of_their_exposures() {
+fn frames_are_at_the_middle_of_their_exposures() {
     let codes = [(0, 51), (40_000, 51), (80_000, 204)];
     let all = codes.map(|(middle_us, code)| moving(middle_us, 8_000, code));
     let scene = shots(all.to_vec()).scene().unwrap();
@@ -58,9 +58,9 @@ fn steps_of_the_codes_are_no_motion() {
     let all = codes.iter().enumerate().map(|(k, code)| shot(30_000 * k as i64, 5_000, *code));
     let scene = shots(all.collect()).scene().unwrap();
     let light: Vec<f64> = (0..=210).map(|t_ms| light_at(&scene, t_ms)).collect();
-    let (least, most) =
+    let (min, max) =
         (light.iter().copied().fold(9.0, f64::min), light.iter().copied().fold(0.0, f64::max));
-    assert!((most / least).ln() < 1.0 / 80.0, "{least} {most}");
+    assert!((max / min).ln() < 1.0 / 80.0, "{min} {max}");
 }
 
 #[test]
@@ -69,8 +69,8 @@ fn pixels_whose_light_is_not_known_are_not_compared() {
     all[3].codes[1] = 255;
     all[4].codes[2] = 2;
     let scene = shots(all).scene().unwrap();
-    let blind: Vec<usize> = (0..SIZE.pixels()).filter(|pixel| scene.blind()[*pixel]).collect();
-    assert_eq!(blind, [1, 2]);
+    let masked: Vec<usize> = (0..SIZE.pixels()).filter(|pixel| scene.masked()[*pixel]).collect();
+    assert_eq!(masked, [1, 2]);
     let black = shots((0..6).map(|k| shot(30_000 * k, 5_000, 0)).collect());
     assert!(matches!(black.scene(), Err(GapError::Scene(_))));
 }
@@ -85,8 +85,8 @@ fn noise_of_frames_is_that_of_pixels_at_rest() {
         }
         shot
     };
-    let found = shots((0..200).map(noisy).collect()).noise;
-    assert!((2.4..3.4).contains(&found), "{found}");
+    let noise = shots((0..200).map(noisy).collect()).noise;
+    assert!((2.4..3.4).contains(&noise), "{noise}");
     assert_eq!(shots((0..9).map(|k| shot(30_000 * k, 5_000, 9)).collect()).noise, 0.0);
 }
 
@@ -97,13 +97,13 @@ fn a_twin_has_the_same_frames_of_another_light() {
     let shots = shots(all.collect());
     let scene = shots.scene().unwrap();
     let twin = shots.twin(0, 1).unwrap();
-    assert_eq!((twin.duration(), twin.blind()), (scene.duration(), scene.blind()));
-    // Every second frame is kept, a step of a code apart at the most, with another black.
+    assert_eq!((twin.duration(), twin.masked()), (scene.duration(), scene.masked()));
+    // Every second frame is used, a step of a code apart at the most, with another black.
     for k in [0, 2, 4, 6, 8] {
         let (own, other) = (light_at(&scene, 30 * k), light_at(&twin, 30 * k));
         assert!((own - other).abs() < 3.0 / 255.0, "{k}: {own} {other}");
     }
-    // What the others showed is made up.
+    // The light of the others is drawn at random.
     let apart = |k: &usize| (light_at(&scene, 30 * k) - light_at(&twin, 30 * k)).abs();
     assert!([1, 3, 5, 7].iter().map(apart).any(|apart| apart > 5.0 / 255.0));
     let again = shots.twin(0, 1).unwrap();

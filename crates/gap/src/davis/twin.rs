@@ -1,27 +1,27 @@
-//! Other light that gives frames like the ones there are.
+//! Samples of other luminance that is consistent with frames like those of a recording.
 
 use evpose_core::{CounterRng, Plane, StageNoise, seed_for};
 
-use super::{Between, DARK, Shot, Shots};
+use super::{DARK, Interpolation, Shot, Shots};
 use crate::{GapError, Scene};
 
-/// Looks at the light during an exposure.
-const LOOKS: usize = 8;
-/// Black is this far from code zero at most, of white.
+/// Samples of the luminance during an exposure.
+const EXPOSURE_SAMPLES: usize = 8;
+/// Maximum offset of black from code zero, relative to white.
 const BLACK: f32 = 0.004;
-/// Of the time between two frames, light takes this part at least to change.
+/// Minimum duration of a change of luminance, as a fraction of the time between two frames.
 const SHORTEST: f32 = 0.02;
 
 impl Shots {
-    /// Twin number `i` of the light of these frames: it is photographed with every second
-    /// frame, whose codes are rounded in another place, of another black, and as noisy. From one of
-    /// these to the next, light changes in a part of the time, as edges do that pass by.
+    /// Draws twin `i` of the luminance of these frames. The scene is exposed again at every second
+    /// frame, with another rounding, another black and the same noise; from one of these to the
+    /// next, luminance changes abruptly, as edges that pass by do.
     ///
-    /// What frames like these do to the light that they show is thus done twice, and what they cannot
-    /// show at all, when between two of them light changed, is made up.
+    /// The losses of frames are thus applied twice, and what they do not determine at all, the time
+    /// of a change between two of them, is drawn at random.
     ///
     /// # Errors
-    /// As [`Shots::scene`].
+    /// Those of [`Shots::scene`].
     pub fn twin(&self, i: u64, seed: u64) -> Result<Scene, GapError> {
         let scene = self.scene()?;
         let mut rng = CounterRng::new(seed, "twin", i);
@@ -34,7 +34,7 @@ impl Shots {
         let wave = [slant[0] * is_along[0], slant[1] * is_along[1], rng.unit()];
         let exposures = self.exposures();
         let last = self.shots.len() - 1;
-        let is_kept = |k: &usize| *k == 0 || *k == last || *k as u64 % 2 == i % 2;
+        let is_used = |k: &usize| *k == 0 || *k == last || *k as u64 % 2 == i % 2;
         let place = StageNoise::new(seed_for(seed, "rounding", i), "twin", 0);
         let noise = |k: usize| StageNoise::new(seed_for(seed, "frame", i), "twin", k as u64);
         let shot = |k: usize| {
@@ -44,35 +44,35 @@ impl Shots {
             let code = |(pixel, light): (usize, &f32)| {
                 let exact = self.response.code(f64::from(*light) * exposures[k]) as f32;
                 let off = black + place.uniform(pixel, 0) - 0.5;
-                let seen = exact * f32::from(self.white)
+                let value = exact * f32::from(self.white)
                     + off
                     + self.noise as f32 * noise.normal(pixel, 0);
-                seen.round().clamp(0.0, f32::from(self.white)) as u16
+                value.round().clamp(0.0, f32::from(self.white)) as u16
             };
             let codes = light.data().iter().enumerate().map(code).collect();
             Shot { codes, ..*shot }
         };
-        let shots = (0..=last).filter(is_kept).map(shot).collect();
+        let shots = (0..=last).filter(is_used).map(shot).collect();
         let twin = Self { shots, ..*self };
-        let light = twin.light(Between::Abruptly { share, wave })?;
-        Ok(light.with_blind(scene.blind().to_vec()))
+        let light = twin.light(Interpolation::Edge { share, wave })?;
+        Ok(light.with_mask(scene.masked().to_vec()))
     }
 }
 
-/// The mean light during an exposure.
+/// Mean luminance during an exposure.
 fn exposed(scene: &Scene, shot: &Shot) -> Plane<f32> {
     let planes = scene.planes();
     let (width, height) = (planes[0].width(), planes[0].height());
     let mut mean = Plane::filled(width, height, 0.0);
     let lasts_us = (shot.end - shot.start).0 as f64;
-    for look in 0..LOOKS {
-        let t = shot.start.0 as f64 + lasts_us * (look as f64 + 0.5) / LOOKS as f64;
+    for sample in 0..EXPOSURE_SAMPLES {
+        let t = shot.start.0 as f64 + lasts_us * (sample as f64 + 0.5) / EXPOSURE_SAMPLES as f64;
         let place = (t * 1e-6 * scene.fps()).clamp(0.0, (planes.len() - 1) as f64);
         let k = (place as usize).min(planes.len() - 2);
         let share = (place - k as f64) as f32;
         let both = planes[k].data().iter().zip(planes[k + 1].data());
         for (mean, (a, b)) in mean.data_mut().iter_mut().zip(both) {
-            *mean += (a + (b - a) * share).max(DARK as f32) / LOOKS as f32;
+            *mean += (a + (b - a) * share).max(DARK as f32) / EXPOSURE_SAMPLES as f32;
         }
     }
     mean

@@ -1,12 +1,12 @@
-//! `scene.json`: what is known of a scene beside its frames.
+//! `scene.json`: description of a scene beside its frames.
 //!
 //! | field | meaning | unit |
 //! |---|---|---|
 //! | `width`, `height` | the sensor | pixels |
-//! | `fps` | frame i is seen at i / fps | frames a second |
+//! | `fps` | frame i is at time i / fps | frames per second |
 //! | `duration_s` | length of the recording | seconds |
-//! | `white` | the value of white in the frames; may be missing | |
-//! | `nominal` | what the maker says of the sensor, see [`Nominal`]; may be missing | |
+//! | `white` | the value of white in the frames; optional | |
+//! | `nominal` | nominal values of the sensor, see [`Nominal`]; optional | |
 
 use std::path::Path;
 
@@ -18,21 +18,21 @@ use crate::GapError;
 /// The fields of `scene.json`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Description {
-    /// The sensor.
+    /// Size of the sensor.
     pub size: SensorSize,
-    /// Frames a second.
+    /// Frames per second.
     pub fps: f64,
     /// Length of the recording in seconds.
     pub duration_s: f64,
-    /// The value of white in the frames.
+    /// Value of white in the frames.
     pub white: Option<f64>,
-    /// What the maker says of the sensor.
+    /// Nominal values of the sensor.
     pub nominal: Option<Nominal>,
-    /// Fields that are none of these.
+    /// Names of unknown fields.
     pub unknown: Vec<String>,
 }
 
-/// What the maker of a recording says of the sensor. What is missing is as the model has it.
+/// Nominal values of the sensor, as given with a recording. Missing ones are as in the model.
 ///
 /// | field | of | unit |
 /// |---|---|---|
@@ -56,7 +56,7 @@ pub struct Nominal {
 const KNOWN: [&str; 6] = ["width", "height", "fps", "duration_s", "white", "nominal"];
 const NOMINAL: [&str; 5] = ["C_on", "C_off", "sigma_C", "noise_on_hz", "noise_off_hz"];
 
-/// What a number may be.
+/// Allowed range of a value.
 #[derive(Clone, Copy)]
 enum Range {
     Positive,
@@ -64,10 +64,10 @@ enum Range {
 }
 
 impl Description {
-    /// Reads a file.
+    /// Reads a `scene.json`.
     ///
     /// # Errors
-    /// If it cannot be read, is no JSON object, or a field is missing or means nothing.
+    /// A file that cannot be read or is no JSON object, and a field that is missing or invalid.
     pub fn read(path: &Path) -> Result<Self, GapError> {
         let text = std::fs::read_to_string(path)
             .map_err(|source| GapError::File { path: path.to_owned(), source })?;
@@ -80,7 +80,7 @@ impl Description {
     }
 }
 
-/// The fields of one JSON object, and how to name them.
+/// The fields of a JSON object, with the path for messages.
 struct Fields<'a> {
     path: &'a Path,
     parent: &'a str,
@@ -106,7 +106,7 @@ impl Fields<'_> {
     }
 
     fn nominal(&self) -> Result<Nominal, GapError> {
-        // A slip in one of these names would leave the model as it is without a word.
+        // A misspelt name must not be ignored in silence.
         if let Some(key) = self.object.keys().find(|key| !NOMINAL.contains(&key.as_str())) {
             let known = NOMINAL.join(", ");
             return Err(self.fault(key, format!("unknown; there are {known}")));
@@ -137,18 +137,18 @@ impl Fields<'_> {
             None | Some(Value::Null) => return Ok(None),
             Some(value) => value,
         };
-        let (expected, least) = match range {
+        let (expected, min) = match range {
             Range::Positive => ("a positive number", f64::MIN_POSITIVE),
             Range::NotNegative => ("a number not below zero", 0.0),
         };
-        match value.as_f64().filter(|number| *number >= least) {
+        match value.as_f64().filter(|number| *number >= min) {
             Some(number) => Ok(Some(number)),
             None => Err(self.unfit(field, expected, value)),
         }
     }
 
-    fn unfit(&self, field: &str, expected: &str, found: &Value) -> GapError {
-        self.fault(field, format!("expected {expected}, found {found}"))
+    fn unfit(&self, field: &str, expected: &str, value: &Value) -> GapError {
+        self.fault(field, format!("expected {expected}, found {value}"))
     }
 
     fn fault(&self, field: &str, problem: String) -> GapError {

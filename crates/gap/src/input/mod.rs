@@ -1,9 +1,9 @@
-//! What the workflow is given: a scene directory and a recording, and what does not fit together.
+//! Inputs of the workflow: a scene directory and a recording, and checks that they fit together.
 //!
 //! * [`load_scene`]: `scene.json` with `frames.npy` or `frames/`.
 //! * [`load_recording`]: events of any format.
-//! * [`Problems`]: size, duration, start, unit of time, orientation and polarity, found before
-//!   anything is compared, said, and repaired only where that is asked for.
+//! * [`Problems`]: wrong size, duration, start, unit of time, orientation or polarity. They are
+//!   detected and reported before anything is compared, and corrected on request.
 
 mod description;
 mod problems;

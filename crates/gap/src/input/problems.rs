@@ -1,4 +1,4 @@
-//! What does not fit together between a recording and a scene: said before anything is compared.
+//! Mismatches between a recording and a scene, detected before anything is compared.
 
 use std::fmt;
 
@@ -7,116 +7,116 @@ use evpose_core::{EventStream, Micros, Rejected, SensorSize};
 use super::symmetry::{self, Orientation};
 use super::{LoadedRecording, units};
 
-/// Part of the duration by which lengths may differ.
+/// Tolerance of the length, as a fraction of the duration.
 const DURATION_TOLERANCE: f64 = 0.02;
-/// Shifts up to this are what a clock does, not a mistake.
-const LEAST_SHIFT_S: f64 = 0.05;
-/// Finest step at which rates are laid upon each other, seconds.
+/// Minimum shift that is a mistake; smaller ones are clock offsets.
+const MIN_SHIFT_S: f64 = 0.05;
+/// Minimum step of the cross-correlation of rates, seconds.
 const STEP_S: f64 = 0.002;
-/// Steps in the duration, at most.
-const MOST_STEPS: f64 = 2_000.0;
-/// Correlation of rates from which on they say where the recording lies.
-const LEAST_AGREEMENT: f64 = 0.3;
-/// What it must gain by a shift.
-const LEAST_GAIN: f64 = 0.1;
+/// Maximum steps of the cross-correlation over the duration.
+const MAX_STEPS: f64 = 2_000.0;
+/// Minimum correlation of rates that determines the start.
+const MIN_AGREEMENT: f64 = 0.3;
+/// Minimum increase of the correlation by a shift.
+const MIN_GAIN: f64 = 0.1;
 
-/// Something that does not fit.
+/// A mismatch.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Problem {
-    /// Events of the file that could not be used.
+    /// Events of the file that were rejected.
     Lost(Rejected),
     /// The recording is of another sensor.
     Size {
-        /// The recording's sensor.
+        /// Sensor size of the recording.
         recording: SensorSize,
-        /// The scene's.
+        /// Sensor size of the scene.
         scene: SensorSize,
     },
-    /// Stamps are not microseconds.
+    /// Time stamps are not microseconds.
     Unit {
-        /// How many times too long the recording is.
+        /// Factor by which the recording is too long.
         too_long_by: f64,
     },
     /// Time zero of the recording is not that of the scene.
     Start {
-        /// The first event.
+        /// Time of the first event.
         first_s: f64,
-        /// What must be added to stamps.
+        /// Shift that must be added to time stamps.
         shift_s: f64,
     },
     /// The recording is longer or shorter than the scene.
     Duration {
-        /// The last event, the start put right.
+        /// Time of the last event, with the start corrected.
         recording_s: f64,
-        /// The end of the scene.
+        /// End of the scene.
         scene_s: f64,
     },
-    /// Columns, rows or polarities are mixed up.
+    /// Columns, rows or polarities are swapped or inverted.
     Orientation(Orientation),
 }
 
-/// All that does not fit.
+/// All mismatches of a recording and a scene.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Problems {
-    /// In the order in which they are repaired.
-    pub found: Vec<Problem>,
+    /// Mismatches in the order in which they are corrected.
+    pub list: Vec<Problem>,
 }
 
 impl Problems {
-    /// Looks for problems. `reference` are the events that the model has of the scene, which lasts
+    /// Detects mismatches. `reference` are the simulated events of the scene, which lasts
     /// `duration_s`.
     pub fn find(recording: &LoadedRecording, duration_s: f64, reference: &EventStream) -> Self {
-        let mut found = Vec::new();
+        let mut list = Vec::new();
         if recording.rejected.total() > 0 {
-            found.push(Problem::Lost(recording.rejected));
+            list.push(Problem::Lost(recording.rejected));
         }
         let mut events = recording.events.clone();
         if events.sensor() != reference.sensor() {
             let (recording, scene) = (events.sensor(), reference.sensor());
-            found.push(Problem::Size { recording, scene });
+            list.push(Problem::Size { recording, scene });
         }
         let expected_s = units::span_s(reference).filter(|_| reference.len() > 1);
         if let Some(too_long_by) = units::too_long_by(&events, expected_s.unwrap_or(duration_s)) {
-            found.push(Problem::Unit { too_long_by });
+            list.push(Problem::Unit { too_long_by });
             events = units::divided(&events, too_long_by);
         }
         if let Some(shift_s) = shift_s(&events, reference, duration_s) {
             let first_s = events.t()[0].as_seconds();
-            found.push(Problem::Start { first_s, shift_s });
+            list.push(Problem::Start { first_s, shift_s });
             events = units::shifted(&events, Micros::from_seconds(shift_s));
         }
         let end_s = events.t()[events.len() - 1].as_seconds();
         if is_other_length(&events, reference, duration_s) {
-            found.push(Problem::Duration { recording_s: end_s, scene_s: duration_s });
+            list.push(Problem::Duration { recording_s: end_s, scene_s: duration_s });
         }
         if let Some(orientation) = symmetry::find(&events, reference).filter(|o| o.is_clear) {
-            found.push(Problem::Orientation(orientation));
+            list.push(Problem::Orientation(orientation));
         }
-        Self { found }
+        Self { list }
     }
 
-    /// Whether all fits.
+    /// Whether there is no mismatch.
     pub fn is_empty(&self) -> bool {
-        self.found.is_empty()
+        self.list.is_empty()
     }
 
-    /// Whether a comparison makes no sense, whatever is repaired.
+    /// Whether no correction makes a comparison possible.
     pub fn is_hopeless(&self) -> bool {
-        let turned = self.found.iter().any(|problem| {
+        let turned = self.list.iter().any(|problem| {
             matches!(problem, Problem::Orientation(orientation) if orientation.best.transposes)
         });
-        self.found.iter().any(|problem| match problem {
+        self.list.iter().any(|problem| match problem {
             Problem::Size { .. } => !turned,
             Problem::Unit { too_long_by } => *too_long_by < 1e-4,
             _ => false,
         })
     }
 
-    /// The recording with unit, start and orientation put right. What is lost stays lost.
+    /// Corrects unit, start and orientation of a recording.
     pub fn repair(&self, events: &EventStream) -> EventStream {
         let mut events = events.clone();
-        for problem in &self.found {
+        for problem in &self.list {
             match problem {
                 Problem::Unit { too_long_by } => events = units::divided(&events, *too_long_by),
                 Problem::Start { shift_s, .. } => {
@@ -130,9 +130,9 @@ impl Problems {
     }
 }
 
-/// What must be added to stamps, if that is more than a clock does.
+/// Shift that must be added to time stamps, if it is larger than a clock offset.
 fn shift_s(events: &EventStream, reference: &EventStream, duration_s: f64) -> Option<f64> {
-    let limit_s = LEAST_SHIFT_S.max(DURATION_TOLERANCE * duration_s);
+    let limit_s = MIN_SHIFT_S.max(DURATION_TOLERANCE * duration_s);
     let first_s = events.t()[0].as_seconds();
     let last_s = events.t()[events.len() - 1].as_seconds();
     let expected_s = reference.t().first().map_or(0.0, |t| t.as_seconds());
@@ -140,7 +140,7 @@ fn shift_s(events: &EventStream, reference: &EventStream, duration_s: f64) -> Op
     if begins && last_s <= duration_s + limit_s {
         return None;
     }
-    let step_s = STEP_S.max(duration_s / MOST_STEPS);
+    let step_s = STEP_S.max(duration_s / MAX_STEPS);
     let steps = (duration_s / step_s).ceil() as i64;
     let place = |t_s: f64| (t_s / step_s).floor() as i64;
     let count = |events: &EventStream, from_s: f64| {
@@ -154,7 +154,7 @@ fn shift_s(events: &EventStream, reference: &EventStream, duration_s: f64) -> Op
     };
     let (seen, mut wanted) = (count(events, first_s), count(reference, 0.0));
     wanted.truncate(steps as usize);
-    // The lag of the recording, behind its first event, against the scene.
+    // Correlation of the rates at a lag of the recording, from its first event on.
     let agreement = |lag: i64| {
         let then = |k: i64| usize::try_from(k + lag).ok().and_then(|k| seen.get(k)).copied();
         let late: Vec<f64> = (0..steps).map(|k| then(k).unwrap_or(0.0)).collect();
@@ -163,18 +163,18 @@ fn shift_s(events: &EventStream, reference: &EventStream, duration_s: f64) -> Op
     let as_it_is = agreement(place(-first_s));
     let mut best = (f64::NEG_INFINITY, 0);
     for lag in -steps..steps {
-        let found = agreement(lag);
-        if found > best.0 {
-            best = (found, lag);
+        let correlation = agreement(lag);
+        if correlation > best.0 {
+            best = (correlation, lag);
         }
     }
-    if begins && as_it_is >= best.0 - LEAST_GAIN {
+    if begins && as_it_is >= best.0 - MIN_GAIN {
         return None;
     }
-    let shift_s = if best.0 >= LEAST_AGREEMENT {
+    let shift_s = if best.0 >= MIN_AGREEMENT {
         -(first_s + best.1 as f64 * step_s)
     } else if begins {
-        // Rates say nothing, and only the end is late.
+        // The rates do not determine a shift, and only the end is late.
         return None;
     } else {
         expected_s - first_s
@@ -182,7 +182,7 @@ fn shift_s(events: &EventStream, reference: &EventStream, duration_s: f64) -> Op
     (shift_s.abs() > limit_s).then_some(shift_s)
 }
 
-/// Whether events end later than the scene, or earlier than the reference's do.
+/// Whether events end later than the scene, or earlier than the reference events.
 fn is_other_length(events: &EventStream, reference: &EventStream, duration_s: f64) -> bool {
     let tolerance_s = DURATION_TOLERANCE * duration_s;
     let last_s = events.t()[events.len() - 1].as_seconds();
@@ -220,14 +220,14 @@ impl fmt::Display for Problem {
             Self::Duration { recording_s, scene_s } => {
                 write!(f, "the recording ends at {recording_s:.4} s, the scene at {scene_s:.4} s")
             }
-            Self::Orientation(found) => {
-                write!(f, "the recording fits the scene with {}: ", found.best)?;
-                write!(f, "agreement {:.2}", found.score)?;
-                match found.as_it_is {
+            Self::Orientation(orientation) => {
+                write!(f, "the recording fits the scene with {}: ", orientation.best)?;
+                write!(f, "agreement {:.2}", orientation.score)?;
+                match orientation.as_it_is {
                     Some(score) => write!(f, ", against {score:.2} as it is")?,
                     None => write!(f, ", and not at all as it is")?,
                 }
-                for other in &found.as_good {
+                for other in &orientation.as_good {
                     write!(f, "; {other} fits as well")?;
                 }
                 Ok(())
@@ -238,6 +238,6 @@ impl fmt::Display for Problem {
 
 impl fmt::Display for Problems {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.found.iter().try_for_each(|problem| writeln!(f, "{problem}"))
+        self.list.iter().try_for_each(|problem| writeln!(f, "{problem}"))
     }
 }

@@ -7,26 +7,26 @@ use evpose_io::SensorOrigin;
 
 use crate::GapError;
 
-/// A recording and what was found with it.
+/// A recording with its provenance and notes.
 #[derive(Debug, Clone)]
 pub struct LoadedRecording {
     /// The events, in order of time.
     pub events: EventStream,
-    /// Events that were left out, because they were out of order or outside the sensor.
+    /// Counts of rejected events, out of order or outside the sensor.
     pub rejected: Rejected,
-    /// What the stamps of the format count; a microsecond if it does not say.
+    /// Unit of the format's time stamps; a microsecond if it has none.
     pub tick: Micros,
-    /// What was read, a line each.
+    /// Provenance, a line per file.
     pub provenance: Vec<String>,
-    /// What a user should know, a line each.
+    /// Notes for the user, a line each.
     pub notes: Vec<String>,
 }
 
-/// Reads a recording. `sensor` is used where the file does not state its own; whether it is that
-/// of the scene is for [`Problems`](super::Problems) to say.
+/// Reads a recording. `sensor` is used if the file does not state its own;
+/// [`Problems`](super::Problems) compares it with that of the scene.
 ///
 /// # Errors
-/// If the file cannot be read or holds no events.
+/// A file that cannot be read or has no events.
 pub fn load_recording(
     path: impl AsRef<Path>,
     sensor: Option<SensorSize>,
@@ -43,14 +43,14 @@ pub fn load_recording(
     }
     if read.sorted > 0 {
         notes.push(format!(
-            "{} events stood behind later ones: all are put in the order of time",
+            "{} events stood behind later ones: all are sorted by time",
             read.sorted
         ));
     }
     let is_framed = read.format == "evc";
     let tick = if is_framed { evpose_io::evc::FRAME } else { Micros(1) };
     if is_framed {
-        // Inside a frame there is no time: pixel by pixel, as simulated events of one time are.
+        // Events of one frame have no order in time: sort them by pixel, as simulated ones are.
         read.stream = by_pixel(&read.stream);
     }
     let (events, rejected) = (read.stream, read.rejected);
@@ -75,28 +75,28 @@ pub fn load_recording(
     Ok(LoadedRecording { events, rejected, tick, provenance, notes })
 }
 
-/// Events of one time in the order of their pixels, row by row from the top.
+/// Sorts events of equal time by pixel, row by row from the top.
 fn by_pixel(events: &EventStream) -> EventStream {
     let mut all: Vec<Event> = events.iter().collect();
     all.sort_by_key(|event| (event.t, event.y, event.x));
     on(events.sensor(), all)
 }
 
-/// Events of a file that does not state its sensor, on the given one or on the same one turned.
+/// Puts events of a file without a sensor size on the given sensor, or on the transposed one.
 fn placed(events: &EventStream, given: SensorSize, notes: &mut Vec<String>) -> EventStream {
-    let least = events.sensor();
+    let smallest = events.sensor();
     let turned = SensorSize { width: given.height, height: given.width };
-    let holds = |size: SensorSize| least.width <= size.width && least.height <= size.height;
+    let holds = |size: SensorSize| smallest.width <= size.width && smallest.height <= size.height;
     let (size, how) = match (holds(given), holds(turned)) {
         (true, _) => (given, "as the scene has it"),
-        (false, true) => (turned, "the scene's with width and height exchanged"),
-        (false, false) => (least, "the smallest that holds every event"),
+        (false, true) => (turned, "the scene's with width and height swapped"),
+        (false, false) => (smallest, "the smallest that holds every event"),
     };
     notes.push(format!("the recording does not state its sensor: {size} is taken, {how}"));
     on(size, events.iter())
 }
 
-/// Events on a sensor that holds all of them, in order of time.
+/// Puts events, in order of time, on a sensor that contains all of them.
 pub(super) fn on(size: SensorSize, events: impl IntoIterator<Item = Event>) -> EventStream {
     let mut builder = EventStreamBuilder::new(size);
     events.into_iter().for_each(|event| builder.push(event));

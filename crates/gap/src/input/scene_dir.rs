@@ -1,4 +1,4 @@
-//! A scene directory: `scene.json`, and the light of every frame in `frames.npy` or `frames/`.
+//! Scene directories: `scene.json`, and luminance frames in `frames.npy` or `frames/`.
 
 use std::path::{Path, PathBuf};
 
@@ -8,71 +8,70 @@ use evpose_io::{Encoding, FrameSource};
 use super::{Description, Nominal};
 use crate::{GapError, Scene};
 
-/// A scene and what was found with it.
+/// A scene with its provenance and notes.
 #[derive(Debug, Clone)]
 pub struct LoadedScene {
     /// Luminance over time.
     pub scene: Scene,
-    /// What the maker says of the sensor.
+    /// Nominal values of the sensor.
     pub nominal: Option<Nominal>,
-    /// Length of the recording as it is stated, in seconds.
+    /// Stated length of the recording, seconds.
     pub duration_s: f64,
-    /// Where the frames come from.
+    /// Path of the frames.
     pub frames_path: PathBuf,
-    /// What was read, a line each.
+    /// Provenance, a line per file.
     pub provenance: Vec<String>,
-    /// What a user should know, a line each.
+    /// Notes for the user, a line each.
     pub notes: Vec<String>,
 }
 
-/// Frames are counted exactly by most, one of the two ends more by some, and with a rate that is
-/// rounded by a few.
+/// Tolerance of the number of frames: some programs count both ends, and some round the rate.
 const SPARE_FRAMES: f64 = 1.5;
 
 /// Reads a scene directory. Frames are linear luminance.
 ///
 /// # Errors
-/// If a file or a field is missing or means nothing, or if frames are not what the fields say.
+/// A file or field that is missing or invalid, and frames that contradict the fields.
 pub fn load_scene(dir: impl AsRef<Path>) -> Result<LoadedScene, GapError> {
     let dir = dir.as_ref();
     let json = dir.join("scene.json");
-    let said = Description::read(&json)?;
+    let description = Description::read(&json)?;
     let field = |field: &str, problem: String| GapError::Field {
         path: json.clone(),
         field: field.to_owned(),
         problem,
     };
     let mut notes = Vec::new();
-    for key in &said.unknown {
+    for key in &description.unknown {
         notes.push(format!("{}: `{key}` is not used", json.display()));
     }
     let frames_path = frames_of(dir, &mut notes)?;
-    let mut source = FrameSource::open(&frames_path, Encoding::Linear, said.white)?;
-    let (got, size) = (source.size(), said.size);
+    let mut source = FrameSource::open(&frames_path, Encoding::Linear, description.white)?;
+    let (got, size) = (source.size(), description.size);
     if got != size {
         let name = if got.width == size.width { "height" } else { "width" };
         let turned = SensorSize { width: size.height, height: size.width };
-        let hint = if got == turned { ": width and height are exchanged" } else { "" };
+        let hint = if got == turned { ": width and height are swapped" } else { "" };
         let frames = frames_path.display();
         return Err(field(name, format!("{size}, but frames of {frames} are {got}{hint}")));
     }
-    let expected = said.fps * said.duration_s;
+    let expected = description.fps * description.duration_s;
     let frames = source.frames();
     let spare = frames as f64 - expected;
     if spare.abs() > SPARE_FRAMES {
         let problem = format!(
             "{} s at {} frames per second are {expected:.1} frames, but {} has {frames}",
-            said.duration_s,
-            said.fps,
+            description.duration_s,
+            description.fps,
             frames_path.display()
         );
         return Err(field("duration_s", problem));
     }
     if spare < 0.5 {
-        let last_s = (frames as f64 - 1.0) / said.fps;
+        let last_s = (frames as f64 - 1.0) / description.fps;
         notes.push(format!(
             "the last of {frames} frames is seen at {last_s:.4} s: the rest of {} s is not compared",
-            said.duration_s
+            description.duration_s
         ));
     }
     let planes = read_all(&mut source, &mut notes)?;
@@ -80,8 +79,8 @@ pub fn load_scene(dir: impl AsRef<Path>) -> Result<LoadedScene, GapError> {
         format!(
             "{}: {size}, {} frames per second, {} s",
             json.display(),
-            said.fps,
-            said.duration_s
+            description.fps,
+            description.duration_s
         ),
         format!(
             "{}: {frames} frames, {}, white {}",
@@ -90,8 +89,8 @@ pub fn load_scene(dir: impl AsRef<Path>) -> Result<LoadedScene, GapError> {
             source.white()
         ),
     ];
-    let scene = Scene::new(said.fps, planes)?;
-    let (nominal, duration_s) = (said.nominal, said.duration_s);
+    let scene = Scene::new(description.fps, planes)?;
+    let (nominal, duration_s) = (description.nominal, description.duration_s);
     Ok(LoadedScene { scene, nominal, duration_s, frames_path, provenance, notes })
 }
 

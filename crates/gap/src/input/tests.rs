@@ -19,7 +19,7 @@ fn light(x: usize, y: usize, t_s: f64) -> f64 {
     0.1 + 0.7 * blob(6.0, 5.0, 5.0, 18.0, 7.0) + 0.5 * blob(30.0, 22.0, 7.0, -5.0, -16.0)
 }
 
-/// What the ideal sensor sees in 0.6 s.
+/// Events of the ideal sensor in 0.6 s.
 fn reference() -> EventStream {
     let mut run = SensorModel::from_config(&SensorConfig::default()).unwrap().start(SIZE, 1);
     let mut all = EventStream::empty(SIZE);
@@ -120,7 +120,7 @@ fn a_wrong_field_is_named_with_its_file() {
         (replaced(": 4", ": 5"), "field `width`: 5x3, but frames"),
         (
             replaced("\"width\": 4, \"height\": 3", "\"width\": 3, \"height\": 4"),
-            "are 4x3: width and height are exchanged",
+            "are 4x3: width and height are swapped",
         ),
         (replaced("}", ", \"white\": 0}"), "field `white`: expected a positive number, found 0"),
         (replaced("}", ", \"nominal\": 3}"), "field `nominal`: expected an object, { … }, found 3"),
@@ -183,7 +183,7 @@ fn a_recording_of_nothing_is_refused_and_a_disordered_one_counted() {
     write(&path, &[(0, 0, 0), (9, 1, 1), (5, 2, 2)]);
     let loaded = load_recording(&path, Some(SIZE)).unwrap();
     assert_eq!(loaded.rejected.out_of_order, 1);
-    assert!(matches!(Problems::find(&loaded, 1.0, &reference()).found[0], Problem::Lost(_)));
+    assert!(matches!(Problems::find(&loaded, 1.0, &reference()).list[0], Problem::Lost(_)));
 }
 
 #[test]
@@ -204,12 +204,12 @@ fn every_symmetry_is_undone_by_its_inverse() {
 }
 
 #[test]
-fn each_of_the_sixteen_symmetries_is_found_and_put_right() {
+fn each_of_the_sixteen_symmetries_is_detected_and_corrected() {
     let reference = reference();
     for symmetry in Symmetry::all() {
         let mixed = recording(symmetry.apply(&reference));
         let problems = Problems::find(&mixed, 0.6, &reference);
-        let found = problems.found.iter().find_map(|problem| match problem {
+        let found = problems.list.iter().find_map(|problem| match problem {
             Problem::Orientation(orientation) => Some(orientation.best),
             _ => None,
         });
@@ -227,7 +227,7 @@ fn each_of_the_sixteen_symmetries_is_found_and_put_right() {
 }
 
 #[test]
-fn late_and_noisy_events_are_not_taken_for_a_mix_up() {
+fn late_and_noisy_events_are_no_orientation_mismatch() {
     let reference = reference();
     for late_us in [5_000, 30_000, 60_000] {
         let late = units::shifted(&reference, Micros(late_us));
@@ -251,7 +251,7 @@ fn other_units_are_said_and_undone() {
     for factor in [1e3, 1e6, 1e-3] {
         let wrong = recording(units::divided(&reference, 1.0 / factor));
         let problems = Problems::find(&wrong, 0.6, &reference);
-        assert_eq!(problems.found[0], Problem::Unit { too_long_by: factor }, "{problems}");
+        assert_eq!(problems.list[0], Problem::Unit { too_long_by: factor }, "{problems}");
         let repaired = problems.repair(&wrong.events);
         let resolution_us = (1.0 / factor).max(1.0) as i64;
         for (a, b) in repaired.t().iter().zip(reference.t()) {
@@ -268,7 +268,7 @@ fn a_recording_with_the_time_of_day_is_laid_on_the_scene() {
     for shift_us in [1_700_000_000_000_000, 300_000, -400_000] {
         let shifted = recording(units::shifted(&reference, Micros(shift_us)));
         let problems = Problems::find(&shifted, 0.6, &reference);
-        assert!(matches!(problems.found[..], [Problem::Start { .. }]), "{problems}");
+        assert!(matches!(problems.list[..], [Problem::Start { .. }]), "{problems}");
         let repaired = problems.repair(&shifted.events);
         assert!((repaired.t()[0].0 - reference.t()[0].0).abs() <= 4_000);
     }
@@ -287,12 +287,12 @@ fn recordings_that_are_too_long_or_too_short_are_said() {
     let short = reference.iter().filter(|event| event.t < Micros(400_000));
     let short = recording(EventStream::from_events(SIZE, short).unwrap());
     let problems = Problems::find(&short, 0.6, &reference);
-    assert!(matches!(problems.found[..], [Problem::Duration { .. }]), "{problems}");
+    assert!(matches!(problems.list[..], [Problem::Duration { .. }]), "{problems}");
     let again = units::shifted(&reference, Micros(600_000));
     let long =
         recording(EventStream::from_events(SIZE, reference.iter().chain(again.iter())).unwrap());
     let problems = Problems::find(&long, 0.6, &reference);
-    assert!(matches!(problems.found[..], [Problem::Duration { .. }]), "{problems}");
+    assert!(matches!(problems.list[..], [Problem::Duration { .. }]), "{problems}");
 }
 
 #[test]

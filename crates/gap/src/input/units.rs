@@ -1,21 +1,21 @@
-//! Stamps in another unit than microseconds, told by how long the recording then is.
+//! Time stamps in another unit than microseconds, detected by the length of the recording.
 
 use evpose_core::{Event, EventStream, Micros};
 
 use super::recording::on;
 
-/// Fewer events say nothing of the unit.
-const LEAST_EVENTS: usize = 100;
-/// How far the span of events may be from the expected one, once the unit is right.
+/// Minimum events for the detection of the unit.
+const MIN_EVENTS: usize = 100;
+/// Range of the ratio of the span of events to the expected one, in the right unit.
 const FITS: std::ops::Range<f64> = 0.5..1.1;
-/// How many times too long or too short a recording is in one unit read as another.
+/// Ratios of the units that may be confused.
 const RATIOS: [f64; 4] = [1e-6, 1e-3, 1e3, 1e6];
 
-/// By what factor a recording is too long if it has the wrong unit, where `expected_s` is the time
-/// from its first event to its last.
+/// Factor by which a recording is too long in a wrong unit, if it is; `expected_s` is the expected
+/// time from the first event to the last.
 pub fn too_long_by(events: &EventStream, expected_s: f64) -> Option<f64> {
     let span_s = span_s(events)?;
-    if events.len() < LEAST_EVENTS || expected_s <= 0.0 {
+    if events.len() < MIN_EVENTS || expected_s <= 0.0 {
         return None;
     }
     if span_s * 1e6 <= expected_s.ceil() {
@@ -25,14 +25,14 @@ pub fn too_long_by(events: &EventStream, expected_s: f64) -> Option<f64> {
     RATIOS.into_iter().find(|ratio| FITS.contains(&(span_s / expected_s / ratio)))
 }
 
-/// From the first event to the last.
+/// Time from the first event to the last, seconds.
 pub fn span_s(events: &EventStream) -> Option<f64> {
     let (first, last) = (events.t().first()?, events.t().last()?);
     // At least one count of the clock.
     Some((last.0 - first.0).max(1) as f64 * 1e-6)
 }
 
-/// What the stamps seem to be.
+/// Describes the unit that the time stamps seem to have.
 pub fn words(too_long_by: f64) -> &'static str {
     match too_long_by {
         r if r >= 1e6 => "microseconds read as seconds",
@@ -42,7 +42,7 @@ pub fn words(too_long_by: f64) -> &'static str {
     }
 }
 
-/// The recording with all stamps divided by a factor.
+/// Divides all time stamps by a factor.
 pub fn divided(events: &EventStream, factor: f64) -> EventStream {
     let scaled = |event: Event| {
         let t = Micros((event.t.0 as f64 / factor).round() as i64);
@@ -51,7 +51,7 @@ pub fn divided(events: &EventStream, factor: f64) -> EventStream {
     on(events.sensor(), events.iter().map(scaled))
 }
 
-/// The recording with all stamps later by `by`.
+/// Shifts all time stamps by `by`.
 pub fn shifted(events: &EventStream, by: Micros) -> EventStream {
     on(events.sensor(), events.iter().map(|event| Event { t: event.t + by, ..event }))
 }

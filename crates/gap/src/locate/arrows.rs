@@ -1,36 +1,35 @@
-//! How far parts of the image are from where the model has them.
+//! Displacement of parts of the image between the model and the recording.
 
 use serde::{Deserialize, Serialize};
 
 use crate::View;
 use crate::probe::{TILES, displacements};
 
-/// Differences up to this do not matter, pixels, nor do those up to so many standard deviations of
-/// runs of the model.
+/// Tolerance of a displacement, pixels, beyond this many standard deviations of runs of the model.
 const TOLERANCE_PX: f64 = 0.1;
 const SPREADS: f64 = 3.0;
 
-/// The displacement of a part of the image, from the model to the recording.
+/// Displacement of a part of the image, from the model to the recording.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Arrow {
-    /// Its centre, as parts of width and height.
+    /// Column of its centre, as a fraction of the width.
     pub x: f64,
-    /// See `x`.
+    /// Row of its centre, as a fraction of the height.
     pub y: f64,
-    /// How far right, pixels.
+    /// Displacement to the right, pixels.
     pub dx_px: f64,
-    /// How far down, pixels.
+    /// Displacement downwards, pixels.
     pub dy_px: f64,
-    /// Whether it is more than chance and matters.
+    /// Whether it is significant and beyond tolerance.
     pub is_significant: bool,
 }
 
-/// Arrows of all parts in which enough moves to tell.
+/// Arrows of all parts of the image with enough motion to determine a displacement.
 pub(super) fn arrows(measured: &View<'_>, runs: &[View<'_>]) -> Vec<Arrow> {
-    let found = displacements(measured);
+    let of_measured = displacements(measured);
     let of_runs: Vec<_> = runs.iter().map(displacements).collect();
-    let arrow = |(tile, found): (usize, &Option<(f64, f64)>)| {
-        let (x, y) = (*found)?;
+    let arrow = |(tile, displacement): (usize, &Option<(f64, f64)>)| {
+        let (x, y) = (*displacement)?;
         let others: Vec<(f64, f64)> = of_runs.iter().filter_map(|run| run[tile]).collect();
         let n = others.len() as f64;
         let mean = |of: fn(&(f64, f64)) -> f64| others.iter().map(of).sum::<f64>() / n;
@@ -47,7 +46,7 @@ pub(super) fn arrows(measured: &View<'_>, runs: &[View<'_>]) -> Vec<Arrow> {
             is_significant: dx_px.hypot(dy_px) > TOLERANCE_PX + SPREADS * spread,
         })
     };
-    found.iter().enumerate().filter_map(arrow).collect()
+    of_measured.iter().enumerate().filter_map(arrow).collect()
 }
 
 #[cfg(test)]
@@ -61,11 +60,11 @@ mod tests {
     fn a_shift_shows_as_arrows_that_agree() {
         let shifted =
             testing::changed(|event| (event.x < 94).then(|| Event { x: event.x + 2, ..event }));
-        let view = |events| View::new(testing::stage(), events, testing::whole());
+        let view = |events| View::new(testing::reference_scene(), events, testing::whole());
         let own = view(testing::events());
-        let found = arrows(&view(&shifted), &[view(testing::events())]);
-        assert!(found.len() > 4, "{}", found.len());
-        for arrow in &found {
+        let shift = arrows(&view(&shifted), &[view(testing::events())]);
+        assert!(shift.len() > 4, "{}", shift.len());
+        for arrow in &shift {
             let Arrow { dx_px, dy_px, is_significant, .. } = *arrow;
             assert!(is_significant && (dx_px - 2.0).abs() < 1.0 && dy_px.abs() < 0.6, "{arrow:?}");
         }

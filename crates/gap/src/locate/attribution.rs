@@ -1,12 +1,12 @@
-//! What share of the disagreement each axis explains.
+//! Attribution of the disagreement to axes: the fraction that each explains.
 //!
 //! # Model
 //! The difference `d` of measured and expected events of a class is `v` times a sum of effects of
 //! its levels, where `v` is the variance of `d` for independent events. Effects are fitted on one
-//! half of all classes, in blocks of tile and time, and judged on the other: an axis that explains
-//! nothing gains nothing, however many levels it has. Axes of the scene enter in the order of what
-//! they add; then pairs of the three that add most, and the pause since the last event of the
-//! pixel. That is last because any event that is lost or added changes the pauses of others.
+//! half of all classes, in blocks of tile and time, and validated on the other: an axis that
+//! explains nothing gains nothing, however many levels it has. Axes of the scene are selected
+//! forward; then pairs of the three best, and the inter-event interval. The interval comes last,
+//! because any event that is lost or added changes the intervals of others.
 
 use std::collections::BTreeMap;
 
@@ -18,43 +18,43 @@ use super::table::{Sample, Table, tile};
 use super::term::{MAIN, SCENE, Term};
 use crate::linear::solve;
 
-/// Runs that are compared with the others, at most, to know what chance explains.
+/// Maximum number of runs that are compared with the others, for the gain by chance.
 const NULL_RUNS: usize = 4;
-/// What an axis must add: in units of squared standard deviations, and as a share of all.
-const LEAST_GAIN: f64 = 6.0;
-const LEAST_SHARE: f64 = 0.01;
-/// Axes of which pairs are tried.
+/// Minimum gain of a selected axis: in squared standard deviations, and as a fraction of the total.
+const MIN_GAIN: f64 = 6.0;
+const MIN_SHARE: f64 = 0.01;
+/// Number of axes whose pairs are tried.
 const PAIRED: usize = 3;
-/// Keeps levels with few events near none.
+/// Ridge that shrinks effects of levels with few events.
 const RIDGE: f64 = 0.5;
 
-/// What axes explain of the difference between measured and simulated events.
+/// Fractions of the difference between measured and simulated events that axes explain.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Attribution {
-    /// Axes and pairs of axes in the order in which they were found to add most.
+    /// Axes and pairs of axes in the order of selection.
     pub explained: Vec<Explained>,
-    /// All that they explain, squared standard deviations on data not fitted to.
+    /// Total gain on validation data, squared standard deviations.
     pub gain: f64,
-    /// The most that any run of the model has against the others.
+    /// Largest total gain of a run of the model against the others.
     pub gain_by_chance: f64,
 }
 
-/// What one axis, or a pair, adds.
+/// Gain of one axis or pair of axes.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Explained {
-    /// Its name; a pair is `a x b`.
+    /// Name; a pair is `a x b`.
     pub axis: String,
-    /// Its share of all that is explained.
+    /// Fraction of the total gain.
     pub share: f64,
 }
 
 impl Attribution {
-    /// Whether runs of the model differ less among themselves.
+    /// Whether the gain is beyond that of runs of the model among themselves.
     pub fn is_significant(&self) -> bool {
-        self.gain > 2.0 * self.gain_by_chance + LEAST_GAIN
+        self.gain > 2.0 * self.gain_by_chance + MIN_GAIN
     }
 
-    /// Shares by name; none where nothing significant is explained.
+    /// Fractions by name; empty unless the gain is significant.
     pub fn shares(&self) -> BTreeMap<String, f64> {
         let explained = self.explained.iter().filter(|_| self.is_significant());
         explained.map(|one| (one.axis.clone(), one.share)).collect()
@@ -106,18 +106,20 @@ impl Fit {
         Self { terms, starts, halves }
     }
 
-    /// What some terms explain of each half when they are fitted on the other.
+    /// Cross-validated gain of some terms: fitted on one half, validated on the other, and vice
+    /// versa.
     fn gain(&self, chosen: &[usize]) -> f64 {
         let columns: Vec<usize> =
             chosen.iter().flat_map(|term| self.starts[*term]..self.starts[*term + 1]).collect();
         let [a, b] = &self.halves;
         [(a, b), (b, a)]
-            .map(|(fitted, judged)| judged.gain(&fitted.effects(&columns), &columns))
+            .map(|(fitted, validated)| validated.gain(&fitted.effects(&columns), &columns))
             .iter()
             .sum()
     }
 
-    /// Adds to `chosen` whichever of `open` adds most, as long as that is worth it.
+    /// Forward selection: moves the term with the largest gain from `open` to `chosen` until no
+    /// gain is large enough.
     fn select(&self, chosen: &mut Vec<usize>, open: &mut Vec<usize>, gains: &mut Vec<f64>) {
         let mut total = self.gain(chosen);
         loop {
@@ -129,7 +131,7 @@ impl Fit {
             let Some(best) = tried.into_iter().reduce(|a, b| if b.1 > a.1 { b } else { a }) else {
                 return;
             };
-            if best.1 - total < LEAST_GAIN.max(LEAST_SHARE * best.1) {
+            if best.1 - total < MIN_GAIN.max(MIN_SHARE * best.1) {
                 return;
             }
             gains.push(best.1 - total);
@@ -141,7 +143,7 @@ impl Fit {
 }
 
 impl Half {
-    /// Of a symmetric matrix only the lower part is kept.
+    /// Element of the symmetric matrix, of which only the lower triangle is stored.
     fn at(&self, a: usize, b: usize) -> f64 {
         self.matrix[a.max(b)][a.min(b)]
     }
@@ -168,6 +170,8 @@ impl Half {
     }
 }
 
+/// Attributes the difference of the first sample, the recording, to axes; the other samples are
+/// runs of the model.
 pub(super) fn attribute(table: &Table, samples: &[Sample]) -> Attribution {
     let main = |sample: &Sample| {
         let fit = Fit::of(MAIN.to_vec(), &table.keys, sample);
@@ -184,9 +188,9 @@ pub(super) fn attribute(table: &Table, samples: &[Sample]) -> Attribution {
         .iter()
         .enumerate()
         .flat_map(|(i, a)| paired[..i].iter().map(|b| Term::Pair(*a.min(b), *a.max(b))));
-    // The speed is at rest wherever the age says so: that is no pair.
-    let told = |pair: &Term| *pair != Term::Pair(2, 3) && !matches!(pair, Term::Pair(0, _));
-    let terms: Vec<Term> = MAIN.into_iter().chain(pairs.filter(told)).collect();
+    // The age determines where the speed is zero, and the level is constant: those are no pairs.
+    let is_crossed = |pair: &Term| *pair != Term::Pair(2, 3) && !matches!(pair, Term::Pair(0, _));
+    let terms: Vec<Term> = MAIN.into_iter().chain(pairs.filter(is_crossed)).collect();
     let fit = Fit::of(terms, &table.keys, &samples[0]);
     fit.select(&mut chosen, &mut (SCENE..fit.terms.len()).collect(), &mut gains);
     let gain = gains.iter().fold(0.0, |sum, gain| sum + gain);

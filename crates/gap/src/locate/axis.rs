@@ -1,30 +1,30 @@
-//! The axes along which events are sorted, and what ranges of them are called.
+//! Axes along which events are classified, and descriptions of ranges of them.
 
-use crate::{Sight, View};
+use crate::{EventFeatures, View};
 
-/// Columns and rows of tiles.
+/// Number of columns and rows of tiles.
 pub(super) const TILES: (usize, usize) = (6, 4);
-/// Parts of the window of time.
+/// Number of parts of the window of time.
 pub(super) const TIMES: usize = 10;
-/// Limits of the time since the last event of the pixel, microseconds.
-const PAUSES_US: [i64; 4] = [1_000, 5_000, 20_000, 100_000];
-/// Limits of the time since the last change of light, milliseconds; see [`crate::Cell::age`].
+/// Edges of the interval since the pixel's last event, microseconds.
+const INTERVALS_US: [i64; 4] = [1_000, 5_000, 20_000, 100_000];
+/// Edges of the time since luminance last changed, milliseconds; see [`crate::Cell::age`].
 const AGES_MS: [u32; 7] = [0, 5, 10, 20, 50, 100, 200];
-/// Limits of the change of log light of an edge; see [`crate::Cell::contrast`].
+/// Edges of the change of log luminance over an edge; see [`crate::Cell::contrast`].
 const CONTRASTS: [&str; 3] = ["0.3", "0.8", "1.5"];
-/// First of the levels of [`Axis::Motion`] at which light is at rest.
+/// First level of [`Axis::Motion`] at which luminance is at rest.
 const REST: usize = 3;
 
 /// One property of an event, in levels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Axis {
-    /// Fifths of all light, the darkest first.
+    /// Fifths of luminance, the darkest first.
     Brightness,
-    /// Light that changes fast, at middle speed or slowly; then by the time since it did.
+    /// Luminance that changes fast, at middle speed or slowly; then the time since it did.
     Motion,
-    /// Change of log light of the edge that passes or passed last.
+    /// Change of log luminance over the current or last edge.
     Contrast,
-    /// ON while or after light rises or falls, and OFF while or after it falls or rises.
+    /// ON while or after luminance rises or falls, and OFF while or after it falls or rises.
     Sign,
     /// Sixths of the image from left to right.
     Column,
@@ -32,15 +32,15 @@ pub enum Axis {
     Row,
     /// Tenths of the window.
     Time,
-    /// Time since the last event of the same pixel.
-    Pause,
+    /// Interval since the pixel's last event.
+    Interval,
 }
 
 /// A subset of the levels of an axis, one bit each.
 pub(super) type Levels = u64;
 
 impl Axis {
-    /// All of them.
+    /// All axes.
     pub const ALL: [Self; 8] = [
         Self::Brightness,
         Self::Motion,
@@ -49,10 +49,10 @@ impl Axis {
         Self::Column,
         Self::Row,
         Self::Time,
-        Self::Pause,
+        Self::Interval,
     ];
 
-    /// How many levels it has.
+    /// Number of levels.
     pub(super) const fn count(self) -> usize {
         match self {
             Self::Brightness => 5,
@@ -61,11 +61,11 @@ impl Axis {
             Self::Column => TILES.0,
             Self::Row => TILES.1,
             Self::Time => TIMES,
-            Self::Pause => 6,
+            Self::Interval => 6,
         }
     }
 
-    /// Where its bits begin in a key of all axes.
+    /// First bit in a key of all axes.
     pub(super) const fn shift(self) -> u32 {
         let mut shift = 0;
         let mut i = 0;
@@ -76,18 +76,18 @@ impl Axis {
         shift
     }
 
-    /// Its bits in a key of all axes.
+    /// Bits in a key of all axes.
     pub(super) const fn bits(self) -> u64 {
         ((1 << self.count()) - 1) << self.shift()
     }
 
-    /// The level of a key that has one level of every axis.
+    /// Level of a key that has one level of every axis.
     pub(super) fn level(self, key: u64) -> usize {
         ((key & self.bits()) >> self.shift()).trailing_zeros() as usize
     }
 
-    /// Subsets of levels that have a name: what lies between two limits, and for signs what goes
-    /// up, what goes down, and what goes with or against the light.
+    /// Subsets of levels that have a description: intervals of levels; for signs, ON, OFF, with and
+    /// against the light, rising, falling, and their unions.
     pub(super) fn ranges(self) -> Vec<Levels> {
         if self == Self::Sign {
             return vec![1, 2, 4, 8, 0b0011, 0b1100, 0b0110, 0b1001, 0b0101, 0b1010, 0b1111];
@@ -97,8 +97,8 @@ impl Axis {
         ranges.map(|(from, to)| (1 << to) - (1 << from)).collect()
     }
 
-    /// The level of an event.
-    pub(super) fn level_of(self, event: &Sight, view: &View<'_>) -> usize {
+    /// Level of an event.
+    pub(super) fn level_of(self, event: &EventFeatures, view: &View<'_>) -> usize {
         let size = view.size();
         let (width, height) = (usize::from(size.width), usize::from(size.height));
         let cell = event.cell;
@@ -119,19 +119,19 @@ impl Axis {
                 let since = view.since_start_us(event.t_us).max(0) as usize;
                 (since * TIMES / (view.window.length().0.max(1) as usize)).min(TIMES - 1)
             }
-            Self::Pause => event.before().map_or(PAUSES_US.len() + 1, |(pause_us, _)| {
-                PAUSES_US.iter().filter(|limit| pause_us >= **limit).count()
+            Self::Interval => event.before().map_or(INTERVALS_US.len() + 1, |(interval_us, _)| {
+                INTERVALS_US.iter().filter(|edge| interval_us >= **edge).count()
             }),
         }
     }
 }
 
-/// First level of a range and the one behind its last.
+/// First level of a range, and the level behind its last.
 pub(super) fn ends(levels: Levels) -> (usize, usize) {
     (levels.trailing_zeros() as usize, 64 - levels.leading_zeros() as usize)
 }
 
-/// What events of some signs are called; empty where they are all events.
+/// Polarity of events of some signs; empty for both.
 pub(super) fn polarity(sign: Levels) -> &'static str {
     match (sign & 0b0011 != 0, sign & 0b1100 != 0) {
         (true, false) => "ON ",
@@ -140,8 +140,7 @@ pub(super) fn polarity(sign: Levels) -> &'static str {
     }
 }
 
-/// What light does at a range of [`Axis::Motion`], for events of some signs; empty where that is
-/// everything.
+/// Describes a range of [`Axis::Motion`], for events of some signs; empty for the whole range.
 pub(super) fn motion(motion: Levels, sign: Levels) -> String {
     let (from, to) = ends(motion);
     let (does, did) = match sign {
@@ -183,7 +182,7 @@ pub(super) fn motion(motion: Levels, sign: Levels) -> String {
     [against, &words].into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(", ")
 }
 
-/// A range of [`Axis::Brightness`]; empty where that is all.
+/// Describes a range of [`Axis::Brightness`]; empty for the whole range.
 pub(super) fn brightness(levels: Levels) -> String {
     const COUNTS: [&str; 5] = ["", "", "two ", "three ", "four "];
     let (from, to) = ends(levels);
@@ -198,7 +197,7 @@ pub(super) fn brightness(levels: Levels) -> String {
     }
 }
 
-/// A range of [`Axis::Contrast`]; empty where that is all.
+/// Describes a range of [`Axis::Contrast`]; empty for the whole range.
 pub(super) fn contrast(levels: Levels) -> String {
     let of = "at edges of log contrast";
     match ends(levels) {
@@ -209,10 +208,10 @@ pub(super) fn contrast(levels: Levels) -> String {
     }
 }
 
-/// A range of [`Axis::Pause`]; empty where that is all.
-pub(super) fn pause(levels: Levels) -> String {
-    let first = PAUSES_US.len() + 1;
-    let ms = |limit: usize| PAUSES_US[limit - 1] / 1_000;
+/// Describes a range of [`Axis::Interval`]; empty for the whole range.
+pub(super) fn interval(levels: Levels) -> String {
+    let first = INTERVALS_US.len() + 1;
+    let ms = |limit: usize| INTERVALS_US[limit - 1] / 1_000;
     let last = "the pixel's last event";
     match ends(levels) {
         (0, to) if to == first + 1 => String::new(),
@@ -243,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn ranges_are_said_as_a_person_would() {
+    fn ranges_are_described_in_plain_words() {
         let range = |from: u32, to: u32| (1u64 << to) - (1 << from);
         assert_eq!(motion(range(5, 7), 0b1100), "10-50 ms after light changed");
         assert_eq!(motion(range(5, 7), 0b0100), "10-50 ms after light fell");
@@ -255,7 +254,7 @@ mod tests {
         assert_eq!(brightness(0b00011), "in the darkest two fifths of all pixels");
         assert_eq!(brightness(0b10000), "in the brightest fifth of all pixels");
         assert_eq!(contrast(0b0110), "at edges of log contrast 0.3-1.5");
-        assert_eq!(pause(0b000001), "less than 1 ms after the pixel's last event");
-        assert_eq!(pause(0b111111), "");
+        assert_eq!(interval(0b000001), "less than 1 ms after the pixel's last event");
+        assert_eq!(interval(0b111111), "");
     }
 }

@@ -1,9 +1,9 @@
-//! Residuals over the image, its rows and columns, and time: what is significant in each.
+//! Residuals over the image, its rows and columns, and time, with their significance.
 //!
 //! # Model
-//! Counts are compared as `2 sqrt(n + 3/8)`, of variance one for independent events; what runs of
-//! the model differ by among themselves, at counts of that size, scales it. One percent more or
-//! fewer does not matter. Of what is called significant, one in twenty may be chance.
+//! Counts are compared as `2 sqrt(n + 3/8)`, of variance one for independent events, scaled by the
+//! scatter of runs of the model at counts of that size. The tolerance is one percent of the count.
+//! The false discovery rate is 5 %.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,84 +11,85 @@ use super::arrows::{Arrow, arrows};
 use super::significance::discoveries;
 use crate::View;
 
-/// Most columns of a residual image.
+/// Maximum columns of a residual image.
 const IMAGE_COLUMNS: usize = 96;
-/// Parts of the window.
+/// Number of parts of the window.
 const STRIP: usize = 100;
-/// Odd pixels that are listed.
+/// Number of outlier pixels that are listed.
 const LISTED: usize = 50;
-/// Runs of which the oddest pixel is looked for.
-const TRIED: usize = 4;
-/// Pixels of about the same count, at least, of which the scatter is taken.
-const ALIKE: f64 = 100.0;
-/// How far around a pixel reaches, pixels.
-const AROUND: usize = 2;
-/// Part of a count that does not matter.
+/// Number of runs whose largest outlier is computed.
+const NULL_RUNS: usize = 4;
+/// Minimum pixels per run in a class of similar counts for a scatter of its own.
+const MIN_CLASS: f64 = 100.0;
+/// Radius of the neighbourhood of a pixel, pixels.
+const RADIUS: usize = 2;
+/// Tolerance as a fraction of a count.
 const TOLERANCE: f64 = 0.01;
-/// Least that the scatter of runs is taken for.
-const LEAST_SCATTER: f64 = 0.5;
+/// Lower bound of the scatter of runs.
+const MIN_SCATTER: f64 = 0.5;
 
 /// Residuals of a recording.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Maps {
-    /// Over the image.
+    /// Map over the image.
     pub image: ResidualImage,
-    /// Row by row.
+    /// Profile over rows.
     pub rows: Profile,
-    /// Column by column.
+    /// Profile over columns.
     pub columns: Profile,
-    /// Over the window, hundredths of it.
+    /// Profile over hundredths of the window.
     pub times: Profile,
-    /// Pixels with too many or too few events, the oddest first; no more than fifty.
+    /// Outlier pixels with too many or too few events, the largest deviation first; at most fifty.
     pub pixels: Vec<OddPixel>,
-    /// How many pixels have too many.
+    /// Number of pixels with too many events.
     pub hot: usize,
-    /// How many have too few.
+    /// Number of pixels with too few events.
     pub silent: usize,
-    /// Events that hot pixels have beyond those of the model.
+    /// Excess events of all hot pixels over the model.
     pub hot_events: f64,
-    /// How far parts of the image are displaced.
+    /// Displacements of parts of the image.
     #[serde(default)]
     pub arrows: Vec<Arrow>,
 }
 
-/// Residuals over the image, several pixels together where there are many.
+/// Residuals over the image, binned to blocks of pixels.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct ResidualImage {
     /// Columns of the map.
     pub width: usize,
-    /// Its rows.
+    /// Rows of the map.
     pub height: usize,
-    /// Side of what is one in the map, pixels.
+    /// Side of a block, pixels.
     pub side_px: usize,
-    /// In standard deviations, positive where more was measured.
+    /// Residuals of blocks, row by row.
     pub residuals: Profile,
 }
 
 /// Residuals along a line.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Profile {
-    /// In standard deviations, positive where more was measured.
+    /// In standard deviations, positive where more events were measured.
     pub z: Vec<f64>,
-    /// Which are significant.
+    /// Significance of each residual.
     pub is_significant: Vec<bool>,
 }
 
-/// A pixel that neither the model nor the pixels around it explain.
+/// A pixel that deviates from the model and from its neighbours.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct OddPixel {
     /// Column.
     pub x: u16,
     /// Row.
     pub y: u16,
-    /// Events measured.
+    /// Number of measured events.
     pub measured: f64,
-    /// Those of the model, the mean of its runs.
+    /// Mean number of events over runs of the model.
     pub expected: f64,
-    /// In standard deviations, less the mean of the pixels around it.
+    /// Deviation in standard deviations, minus the mean of its neighbours.
     pub z: f64,
 }
 
+/// Computes all maps of a recording against runs of the model.
 pub(super) fn maps(measured: &View<'_>, runs: &[View<'_>]) -> Maps {
     let size = measured.size();
     let (width, height) = (usize::from(size.width), usize::from(size.height));
@@ -123,7 +124,7 @@ pub(super) fn maps(measured: &View<'_>, runs: &[View<'_>]) -> Maps {
         counts
     };
     let alone = stand_out(&Profile::of(&pixels, &of_runs).z, width);
-    // Some models make odd pixels of their own: what a run has against the others is none.
+    // Some models have outlier pixels of their own: only larger ones than between runs count.
     let of_run = |i: usize| {
         let others: Vec<&Vec<f64>> =
             of_runs.iter().enumerate().filter(|(k, _)| *k != i).map(|(_, run)| run).collect();
@@ -131,7 +132,7 @@ pub(super) fn maps(measured: &View<'_>, runs: &[View<'_>]) -> Maps {
             .into_iter()
             .fold(0.0, |a: f64, z| a.max(z.abs()))
     };
-    let by_chance = (0..of_runs.len().min(TRIED)).map(of_run).fold(0.0, f64::max);
+    let by_chance = (0..of_runs.len().min(NULL_RUNS)).map(of_run).fold(0.0, f64::max);
     let is_odd = discoveries(&alone);
     let is_odd = |p: &usize| is_odd[*p] && alone[*p].abs() > by_chance;
     let mut odd: Vec<usize> = (0..pixels.len()).filter(is_odd).collect();
@@ -140,7 +141,7 @@ pub(super) fn maps(measured: &View<'_>, runs: &[View<'_>]) -> Maps {
     let hot_events = hot.iter().map(|p| pixels[*p] - expected(*p)).sum();
     let (hot, silent) = (hot.len(), odd.len() - hot.len());
     odd.sort_by(|a, b| alone[*b].abs().total_cmp(&alone[*a].abs()));
-    let tell = |p: &usize| OddPixel {
+    let describe = |p: &usize| OddPixel {
         x: (p % width) as u16,
         y: (p / width) as u16,
         measured: pixels[*p],
@@ -157,7 +158,7 @@ pub(super) fn maps(measured: &View<'_>, runs: &[View<'_>]) -> Maps {
         rows: along(height, &|p| p / width),
         columns: along(width, &|p| p % width),
         times: Profile::of(&strip(measured), &runs.iter().map(strip).collect::<Vec<_>>()),
-        pixels: odd.iter().take(LISTED).map(tell).collect(),
+        pixels: odd.iter().take(LISTED).map(describe).collect(),
         hot,
         silent,
         hot_events,
@@ -165,13 +166,13 @@ pub(super) fn maps(measured: &View<'_>, runs: &[View<'_>]) -> Maps {
     }
 }
 
-/// Residuals of pixels less the mean of those around them.
+/// Residuals of pixels minus the mean of their neighbours.
 fn stand_out(z: &[f64], width: usize) -> Vec<f64> {
     let height = z.len() / width;
     let alone = |p: usize| {
         let (x, y) = (p % width, p / width);
-        let (left, right) = (x.saturating_sub(AROUND), (x + AROUND + 1).min(width));
-        let (top, bottom) = (y.saturating_sub(AROUND), (y + AROUND + 1).min(height));
+        let (left, right) = (x.saturating_sub(RADIUS), (x + RADIUS + 1).min(width));
+        let (top, bottom) = (y.saturating_sub(RADIUS), (y + RADIUS + 1).min(height));
         let rows = (top..bottom).map(|y| z[y * width + left..y * width + right].iter());
         let sum: f64 = rows.flatten().sum();
         let others = (right - left) * (bottom - top) - 1;
@@ -181,7 +182,7 @@ fn stand_out(z: &[f64], width: usize) -> Vec<f64> {
 }
 
 impl Profile {
-    /// Residuals of counts against those of runs.
+    /// Residuals of counts against runs of the model.
     fn of<T: AsRef<[f64]>>(counts: &[f64], runs: &[T]) -> Self {
         let sum = |i: usize| runs.iter().map(|run| run.as_ref()[i]).sum::<f64>();
         let n = runs.len() as f64;
@@ -191,7 +192,7 @@ impl Profile {
             let sd = (1.0 + 1.0 / n + tolerance * tolerance).sqrt();
             2.0 * ((count + 0.375).sqrt() - (expected + 0.375).sqrt()) / sd
         };
-        // Thresholds that differ from pixel to pixel scatter large counts more than small ones.
+        // Threshold mismatch scatters large counts more than small ones.
         let class = |sum: f64| (1.0 + sum / n).log2() as usize;
         let mut scatter = [(0.0, 0.0); 64];
         let mut all = (0.0, 0.0);
@@ -209,8 +210,8 @@ impl Profile {
         }
         let scatter = |sum: f64| {
             let own = scatter[class(sum)];
-            let (squares, used) = if own.1 >= ALIKE * n { own } else { all };
-            if used > 0.0 { f64::sqrt(squares / used).max(LEAST_SCATTER) } else { 1.0 }
+            let (squares, used) = if own.1 >= MIN_CLASS * n { own } else { all };
+            if used > 0.0 { f64::sqrt(squares / used).max(MIN_SCATTER) } else { 1.0 }
         };
         let z = |(i, count): (usize, &f64)| deviation(*count, sum(i), n) / scatter(sum(i));
         let z: Vec<f64> = counts.iter().enumerate().map(z).collect();
@@ -218,7 +219,7 @@ impl Profile {
         Self { z, is_significant }
     }
 
-    /// How many are significant.
+    /// Number of significant residuals.
     pub fn significant(&self) -> usize {
         self.is_significant.iter().filter(|is| **is).count()
     }

@@ -1,16 +1,16 @@
-//! Where measured and simulated events disagree: in which light, which part of the image, when, and
-//! how long after a change.
+//! Localisation of the disagreement of measured and simulated events: in light, image, time, and
+//! time after a change of luminance.
 //!
 //! ```text
 //! measured events + runs of the model
-//!   -> Table        how many events each has of every class, see [`Axis`]
-//!   -> Attribution  what share of the disagreement each axis explains
-//!   -> Scan         the classes in which it is largest, and a sentence that says so
+//!   -> Table        event counts of every class, see [`Axis`]
+//!   -> Attribution  fraction of the disagreement that each axis explains
+//!   -> Scan         the classes in which it is largest, described by a sentence
 //!   -> Maps         residuals over the image, its rows and columns, and time
 //! ```
 //!
-//! All of it compares numbers of events with those of several runs of the model. What such runs do
-//! among themselves is what chance does.
+//! Counts are compared with those of several runs of the model. Differences among the runs give the
+//! distribution by chance.
 
 mod arrows;
 mod attribution;
@@ -28,7 +28,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::View;
-use crate::verdict::Where;
+use crate::verdict::Location;
 
 pub use arrows::Arrow;
 pub use attribution::{Attribution, Explained};
@@ -39,38 +39,38 @@ pub use scan::Scan;
 
 use table::Table;
 
-/// Hot pixels are told with a region that they have this part of, at least.
+/// Hot pixels are reported with a region of whose excess they have at least this fraction.
 const HOT: f64 = 0.5;
 
-/// Where a recording and a model disagree.
+/// Location of the disagreement of a recording and a model.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Located {
-    /// What share of the disagreement each axis explains.
+    /// Fraction of the disagreement that each axis explains.
     pub attribution: Attribution,
-    /// The classes of events in which it is largest.
+    /// Classes of events in which it is largest.
     pub scan: Scan,
     /// Residuals over image and time.
     pub maps: Maps,
 }
 
 impl Located {
-    /// The same in the form of the verdict.
-    pub fn place(&self) -> Where {
+    /// Summary for the verdict.
+    pub fn location(&self) -> Location {
         let mut sentence = self.scan.sentence.clone();
         let Maps { hot, hot_events, .. } = self.maps;
         let region = self.scan.regions.first();
-        // Regions are of light and place: only the map sees single pixels.
+        // Regions are ranges of light and place: only the map resolves single pixels.
         if hot > 0 && region.is_some_and(|r| hot_events > HOT * (r.measured - r.expected).abs()) {
             sentence +=
                 &format!(" Of hot pixels there are {hot}, with {hot_events:.0} events too many.");
         }
-        Where { sentence, shares: self.attribution.shares() }
+        Location { sentence, shares: self.attribution.shares() }
     }
 }
 
-/// Compares measured events with runs of a model on the same stage and window.
+/// Compares measured events with runs of a model on the same scene and window.
 ///
-/// Four runs say where; eight say it with confidence. With fewer than two nothing is said.
+/// Four runs locate the disagreement; eight do so with confidence. Fewer than two locate nothing.
 pub fn locate(measured: &View<'_>, runs: &[View<'_>]) -> Located {
     let streams: Vec<&View<'_>> = std::iter::once(measured).chain(runs).collect();
     if runs.len() < 2 {

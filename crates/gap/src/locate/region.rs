@@ -1,4 +1,4 @@
-//! A range of light, motion, image and time in which a model has too few or too many events.
+//! Regions of light, motion, image and time in which a model has too few or too many events.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,31 +6,31 @@ use super::axis::{self, Axis, TILES, TIMES};
 use super::table::{Sample, tile};
 use crate::View;
 
-/// Standard deviations of an interval of 90 %.
+/// Standard deviations to either end of a 90 % interval.
 const Z90: f64 = 1.645;
 
-/// Classes of events of which there are more or fewer than the model makes.
+/// A box of classes with more or fewer measured than simulated events.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Region {
-    /// In words.
+    /// Description as a sentence.
     pub sentence: String,
-    /// Measured events.
+    /// Number of measured events.
     pub measured: f64,
-    /// Those of the model, the mean of its runs.
+    /// Mean number of events over runs of the model.
     pub expected: f64,
-    /// Measured over expected; a half is added to the runs' events where they have none.
+    /// Measured over expected; expected is at least half an event over all runs.
     pub ratio: f64,
-    /// Lower end of the ratio's interval of 90 %.
+    /// Lower end of the ratio's 90 % interval.
     pub lo90: f64,
     /// Upper end.
     pub hi90: f64,
-    /// Logarithm of the likelihood ratio against a model that is right.
+    /// Log-likelihood ratio against a correct model.
     pub score: f64,
-    /// Probability of such a score by chance, over all regions looked at.
+    /// p-value of the score over all regions searched.
     pub p: f64,
 }
 
-/// Sums over the classes of a box.
+/// Sums of events over the classes of a box.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct Sums {
     pub(super) events: f64,
@@ -38,8 +38,8 @@ pub(super) struct Sums {
 }
 
 impl Sums {
-    /// Logarithm of the likelihood ratio of two rates against one rate of both, for events that
-    /// are independent: Kulldorff's statistic where the expected number is itself counted.
+    /// Log-likelihood ratio of two Poisson rates against a common one: Kulldorff's statistic with
+    /// an expected count that is itself sampled from `runs` runs.
     pub(super) fn score(self, runs: f64) -> f64 {
         let all = self.events + self.runs;
         let term = |count: f64, share: f64| {
@@ -69,8 +69,8 @@ impl Region {
         let floored = sums.runs.max(0.5);
         let expected = floored / sample.runs;
         let ratio = sums.events.max(0.5) / expected;
-        // Events come in groups, that of one edge in one tile; scatter between tiles and times
-        // knows that, and independent events are the least there is.
+        // Events of one edge come in groups: the scatter between tiles and times includes that, and
+        // the variance of independent events is a lower bound.
         let filled = groups.iter().filter(|g| g.events + g.runs > 0.0).count() as f64;
         let off = |g: &Sums| g.events - ratio * g.runs / sample.runs;
         let scatter: f64 = groups.iter().map(|g| off(g).powi(2)).sum();
@@ -81,11 +81,11 @@ impl Region {
         let (measured, expected) = (sums.events, sums.runs / sample.runs);
         let mut region =
             Self { sentence: String::new(), measured, expected, ratio, lo90, hi90, score, p };
-        region.sentence = region.say(levels, view);
+        region.sentence = region.describe(levels, view);
         region
     }
 
-    fn say(&self, levels: u64, view: &View<'_>) -> String {
+    fn describe(&self, levels: u64, view: &View<'_>) -> String {
         let of = |axis: Axis| (levels & axis.bits()) >> axis.shift();
         let sign = of(Axis::Sign);
         let polarity = axis::polarity(sign);
@@ -100,7 +100,7 @@ impl Region {
             axis::motion(of(Axis::Motion), sign),
             axis::brightness(of(Axis::Brightness)),
             axis::contrast(of(Axis::Contrast)),
-            axis::pause(of(Axis::Pause)),
+            axis::interval(of(Axis::Interval)),
             place(of(Axis::Column), of(Axis::Row), view),
             time(of(Axis::Time), view),
         ];
@@ -118,7 +118,7 @@ impl Region {
     }
 }
 
-/// Two digits, three from one hundred on.
+/// Formats with two significant digits, and whole values from ten on.
 fn short(value: f64) -> String {
     match value.abs() {
         v if v >= 9.95 => format!("{value:.0}"),

@@ -1,11 +1,11 @@
-//! Which of many numbers are unusual, with a limit on how many of those are so by chance.
+//! Significance of many deviations at a false discovery rate, and of a maximum.
 
 use crate::normal::upper_tail;
 
-/// Share of what is called significant that may be so by chance.
-const FALSE_SHARE: f64 = 0.05;
+/// False discovery rate.
+const FALSE_DISCOVERY_RATE: f64 = 0.05;
 
-/// Which deviations are significant at a false discovery rate of 5 %, either side.
+/// Marks the deviations that are significant at a false discovery rate of 5 %, two-sided.
 ///
 /// # Source
 /// Benjamini, Hochberg: *Controlling the false discovery rate*, J. R. Statist. Soc. B 57, 1995.
@@ -14,18 +14,18 @@ pub(super) fn discoveries(z: &[f64]) -> Vec<bool> {
     let mut sorted = p.clone();
     sorted.sort_by(f64::total_cmp);
     let n = sorted.len() as f64;
-    let passes = |(i, p): &(usize, &f64)| **p <= FALSE_SHARE * (*i + 1) as f64 / n;
+    let passes = |(i, p): &(usize, &f64)| **p <= FALSE_DISCOVERY_RATE * (*i + 1) as f64 / n;
     let limit = sorted.iter().enumerate().rfind(passes).map(|(_, p)| *p);
     p.iter().map(|p| limit.is_some_and(|limit| *p <= limit)).collect()
 }
 
-/// Probability of a maximum of at least `found` where some maxima by chance were as in `null`:
-/// a Gumbel distribution of the same moments, wider where they are few.
+/// Probability of a maximum of at least `maximum` by chance, given maxima `null` by chance: the
+/// tail of a Gumbel distribution of the same moments, wider if they are few.
 ///
 /// # Source
 /// Abrams, Kulldorff, Kleinman: *Gumbel based p-value approximations for spatial scan statistics*,
 /// Int. J. Health Geographics 9, 2010.
-pub(super) fn chance_of_maximum(found: f64, null: &[f64]) -> f64 {
+pub(super) fn chance_of_maximum(maximum: f64, null: &[f64]) -> f64 {
     /// Mean of the standard Gumbel distribution.
     const EULER: f64 = 0.577_215_664_901_532_9;
     let n = null.len() as f64;
@@ -35,7 +35,7 @@ pub(super) fn chance_of_maximum(found: f64, null: &[f64]) -> f64 {
     // A likelihood ratio of events that are independent has a scale of one.
     let scale = (sd * 6f64.sqrt() / std::f64::consts::PI * (1.0 + 2.0 / n)).max(1.0);
     let place = mean - EULER * scale;
-    -(-(-(found - place) / scale).exp()).exp_m1()
+    -(-(-(maximum - place) / scale).exp()).exp_m1()
 }
 
 #[cfg(test)]

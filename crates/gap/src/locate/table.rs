@@ -1,28 +1,28 @@
-//! Numbers of events of every class that occurs, of the measured recording and of each run.
+//! Event counts of every occupied class, of the recording and of each run.
 
 use crate::View;
 
 use super::axis::{Axis, TILES};
 
-/// Events of one class: one level of every axis.
+/// Contingency table over all axes, sparse: only classes that have events.
 #[derive(Debug)]
 pub(super) struct Table {
-    /// The levels of each class that has events, one bit an axis.
+    /// Levels of each occupied class, one bit per axis.
     pub(super) keys: Vec<u64>,
     /// `counts[s][i]`: events of class `i` in the recording (`s = 0`) or in run `s`.
     counts: Vec<Vec<f64>>,
-    /// Sums over all runs.
+    /// Sums of counts over all runs.
     sums: Vec<f64>,
 }
 
-/// One recording against runs: the measured one against all, or a run against all others.
+/// One stream against runs: the recording against all runs, or a run against the others.
 #[derive(Debug, Clone)]
 pub(super) struct Sample {
-    /// Events of each class.
+    /// Events of the stream in each class.
     pub(super) events: Vec<f64>,
-    /// Sums over the runs that it is compared with.
+    /// Sums of counts over the runs that it is compared with.
     pub(super) sums: Vec<f64>,
-    /// How many these are.
+    /// Number of these runs.
     pub(super) runs: f64,
 }
 
@@ -58,12 +58,12 @@ impl Table {
         Self { keys, counts, sums }
     }
 
-    /// How many runs of the model there are.
+    /// Number of runs of the model.
     pub(super) fn runs(&self) -> usize {
         self.counts.len() - 1
     }
 
-    /// The measured recording (`0`) or a run against the other runs.
+    /// The recording (`0`) or a run, against the other runs.
     pub(super) fn sample(&self, stream: usize) -> Sample {
         let events = self.counts[stream].clone();
         let others = self.runs() - usize::from(stream > 0);
@@ -75,7 +75,7 @@ impl Table {
     }
 }
 
-/// The tile of a class.
+/// Tile of a class.
 pub(super) fn tile(key: u64) -> usize {
     Axis::Row.level(key) * TILES.0 + Axis::Column.level(key)
 }

@@ -1,12 +1,12 @@
-//! The ways to sort classes that are asked how much of a disagreement they explain.
+//! Terms of the attribution: groupings of classes by one or two properties.
 
 use super::axis::{Axis, TILES, TIMES};
 use super::table::tile;
 
-/// A way to sort classes.
+/// A grouping of classes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Term {
-    /// All are one: measured events are more or fewer everywhere.
+    /// One group: measured events are more or fewer everywhere.
     Level,
     Brightness,
     Speed,
@@ -16,11 +16,11 @@ pub(super) enum Term {
     Direction,
     Place,
     Time,
-    Pause,
+    Interval,
     Pair(usize, usize),
 }
 
-/// Those of one property each.
+/// Groupings by one property each.
 pub(super) const MAIN: [Term; 10] = [
     Term::Level,
     Term::Brightness,
@@ -31,13 +31,14 @@ pub(super) const MAIN: [Term; 10] = [
     Term::Direction,
     Term::Place,
     Term::Time,
-    Term::Pause,
+    Term::Interval,
 ];
 
-/// How many of these the scene alone decides.
+/// Number of leading terms that depend on the scene alone.
 pub(super) const SCENE: usize = MAIN.len() - 1;
 
 impl Term {
+    /// Name in verdicts and reports.
     pub(super) fn name(self) -> String {
         let name = match self {
             Self::Level => "overall number",
@@ -49,16 +50,17 @@ impl Term {
             Self::Direction => "direction of light",
             Self::Place => "place",
             Self::Time => "time",
-            Self::Pause => "pause of pixel",
+            Self::Interval => "interval of pixel",
             Self::Pair(a, b) => return format!("{} x {}", MAIN[a].name(), MAIN[b].name()),
         };
         name.to_owned()
     }
 
+    /// Number of groups.
     pub(super) fn count(self) -> usize {
         match self {
             Self::Level => 1,
-            Self::Brightness | Self::Contrast | Self::Pause => self.axis().count(),
+            Self::Brightness | Self::Contrast | Self::Interval => self.axis().count(),
             Self::Speed => 4,
             Self::Age => 8,
             Self::Polarity | Self::Direction => 2,
@@ -71,7 +73,7 @@ impl Term {
     fn axis(self) -> Axis {
         match self {
             Self::Contrast => Axis::Contrast,
-            Self::Pause => Axis::Pause,
+            Self::Interval => Axis::Interval,
             Self::Speed | Self::Age => Axis::Motion,
             Self::Polarity | Self::Direction => Axis::Sign,
             Self::Time => Axis::Time,
@@ -79,6 +81,7 @@ impl Term {
         }
     }
 
+    /// Group of a class.
     pub(super) fn level(self, key: u64) -> usize {
         let level = self.axis().level(key);
         match self {

@@ -4,14 +4,14 @@ use evpose_core::{
 use evpose_sensor::{EffectConfig, SensorConfig};
 
 use crate::locate::{Located, locate};
-use crate::{Scene, Stage, View};
+use crate::{ReferenceScene, Scene, View};
 
 const SIZE: SensorSize = SensorSize { width: 48, height: 36 };
 const PLANES: usize = 501;
 const RUNS: u64 = 5;
 
 /// A pattern that moves for 300 ms and then rests.
-fn stage() -> Stage {
+fn reference_scene() -> ReferenceScene {
     let plane = |k: usize| {
         let moved = 0.06 * k.min(300) as f32;
         let value = |x: usize, y: usize| {
@@ -22,7 +22,8 @@ fn stage() -> Stage {
         let pixels = (0..width * height).map(|p| value(p % width, p / width));
         Plane::from_vec(width, height, pixels.collect()).unwrap()
     };
-    Stage::new(Scene::new(1_000.0, (0..PLANES).map(plane).collect()).unwrap(), &model()).unwrap()
+    ReferenceScene::new(Scene::new(1_000.0, (0..PLANES).map(plane).collect()).unwrap(), &model())
+        .unwrap()
 }
 
 fn model() -> SensorConfig {
@@ -41,16 +42,17 @@ fn stream(mut events: Vec<Event>) -> EventStream {
     EventStream::from_events(SIZE, events).unwrap()
 }
 
-fn located(stage: &Stage, measured: &EventStream) -> Located {
+fn located(reference_scene: &ReferenceScene, measured: &EventStream) -> Located {
     let runs: Vec<EventStream> =
-        (0..RUNS).map(|i| stage.simulate(&model(), 100 + i).unwrap()).collect();
-    let views: Vec<View<'_>> = runs.iter().map(|run| View::new(stage, run, window())).collect();
-    locate(&View::new(stage, measured, window()), &views)
+        (0..RUNS).map(|i| reference_scene.simulate(&model(), 100 + i).unwrap()).collect();
+    let views: Vec<View<'_>> =
+        runs.iter().map(|run| View::new(reference_scene, run, window())).collect();
+    locate(&View::new(reference_scene, measured, window()), &views)
 }
 
 /// Events of chance over all pixels and times, those that `is_kept`.
 fn scattered(
-    stage: &Stage,
+    reference_scene: &ReferenceScene,
     count: usize,
     polarity: Polarity,
     is_kept: impl Fn(&Event, crate::Cell) -> bool,
@@ -62,7 +64,7 @@ fn scattered(
         let pixel = rng.below(SIZE.pixels());
         let (x, y) = (pixel % usize::from(SIZE.width), pixel / usize::from(SIZE.width));
         let event = Event { t, x: x as u16, y: y as u16, polarity };
-        if is_kept(&event, stage.classes.cell(pixel, t.as_seconds())) {
+        if is_kept(&event, reference_scene.classes.cell(pixel, t.as_seconds())) {
             events.push(event);
         }
     }
@@ -71,9 +73,9 @@ fn scattered(
 
 #[test]
 fn a_run_of_the_model_differs_nowhere() {
-    let stage = stage();
+    let reference_scene = reference_scene();
     for seed in 0..8 {
-        let found = located(&stage, &stage.simulate(&model(), seed).unwrap());
+        let found = located(&reference_scene, &reference_scene.simulate(&model(), seed).unwrap());
         assert!(found.scan.regions.is_empty(), "seed {seed}: {:?}", found.scan);
         assert!(found.scan.sentence.starts_with("No part"));
         assert!(found.attribution.shares().is_empty(), "seed {seed}: {:?}", found.attribution);
@@ -84,11 +86,11 @@ fn a_run_of_the_model_differs_nowhere() {
 
 #[test]
 fn events_behind_edges_are_found_and_said() {
-    let stage = stage();
-    let mut events: Vec<Event> = stage.simulate(&model(), 1).unwrap().iter().collect();
+    let reference_scene = reference_scene();
+    let mut events: Vec<Event> = reference_scene.simulate(&model(), 1).unwrap().iter().collect();
     let behind = |_: &Event, cell: crate::Cell| matches!(cell.age(), 3 | 4) && !cell.rises();
-    events.extend(scattered(&stage, 700, Polarity::Off, behind));
-    let found = located(&stage, &stream(events));
+    events.extend(scattered(&reference_scene, 700, Polarity::Off, behind));
+    let found = located(&reference_scene, &stream(events));
     let region = &found.scan.regions[0];
     let said = &region.sentence;
     assert!(said.starts_with("Excess x"), "{said}");
@@ -103,12 +105,12 @@ fn events_behind_edges_are_found_and_said() {
 
 #[test]
 fn events_that_are_lost_in_one_corner_are_found_there() {
-    let stage = stage();
+    let reference_scene = reference_scene();
     let mut rng = CounterRng::new(1, "lost", 0);
-    let all = stage.simulate(&model(), 1).unwrap();
+    let all = reference_scene.simulate(&model(), 1).unwrap();
     let is_there = |event: &Event| event.x >= 24 && event.y < 18;
     let kept = all.iter().filter(|event| !is_there(event) || rng.chance(0.5)).collect();
-    let found = located(&stage, &stream(kept));
+    let found = located(&reference_scene, &stream(kept));
     let region = &found.scan.regions[0];
     assert!(region.sentence.starts_with("Deficit x"), "{}", region.sentence);
     assert!(region.sentence.contains("in columns 24-47 of rows 0-17"), "{}", region.sentence);
@@ -119,23 +121,24 @@ fn events_that_are_lost_in_one_corner_are_found_there() {
 
 #[test]
 fn a_hot_pixel_is_listed_and_nothing_beside_it() {
-    let stage = stage();
-    let mut events: Vec<Event> = stage.simulate(&model(), 1).unwrap().iter().collect();
+    let reference_scene = reference_scene();
+    let mut events: Vec<Event> = reference_scene.simulate(&model(), 1).unwrap().iter().collect();
     let hot = |i: i64| Event { t: Micros(8_000 * i), x: 20, y: 11, polarity: Polarity::On };
     events.extend((0..60).map(hot));
-    let found = located(&stage, &stream(events));
+    let found = located(&reference_scene, &stream(events));
     assert_eq!(found.maps.hot, 1, "{:?}", found.maps.pixels);
     assert_eq!((found.maps.pixels[0].x, found.maps.pixels[0].y), (20, 11));
     assert!(found.maps.pixels[0].measured >= 60.0);
-    let said = found.place().sentence;
-    assert!(said.contains("Of hot pixels there are 1,") || found.scan.regions.is_empty(), "{said}");
+    let sentence = found.location().sentence;
+    let is_reported = sentence.contains("Of hot pixels there are 1,");
+    assert!(is_reported || found.scan.regions.is_empty(), "{sentence}");
 }
 
 #[test]
 fn fewer_than_two_runs_say_nothing_and_no_events_are_no_error() {
-    let stage = stage();
+    let reference_scene = reference_scene();
     let none = EventStream::empty(SIZE);
-    let view = || View::new(&stage, &none, window());
+    let view = || View::new(&reference_scene, &none, window());
     assert!(locate(&view(), &[view()]).scan.sentence.contains("two runs"));
     let found = locate(&view(), &[view(), view(), view()]);
     assert!(found.scan.regions.is_empty() && found.maps.pixels.is_empty());

@@ -1,6 +1,7 @@
-//! Events by what light does: how many a change of light is worth, and how many come without one.
+//! Event counts by the classes of the scene: events per change of luminance, and events without
+//! one.
 
-use crate::probe::Probe;
+use crate::probe::interface::Probe;
 use crate::{Block, Cell, Entry, Kind, View};
 
 /// Counts by brightness, speed or age, contrast, fineness and polarity.
@@ -8,12 +9,12 @@ use crate::{Block, Cell, Entry, Kind, View};
 pub(super) struct Crossing;
 
 const POLARITIES: usize = 2;
-/// Two halves of brightness.
+/// Halves of the brightness range.
 const HALVES: usize = 2;
-/// An event goes with the stretch of light before it, or against it.
+/// Senses of an event relative to the last change of luminance: with it or against it.
 const SENSES: usize = 2;
 
-/// The first histogram has every event once.
+/// Entries of the histogram over brightness and speed, which counts every event once.
 pub(super) const BY_SPEED: usize = Cell::BRIGHTNESSES * Cell::SPEEDS * POLARITIES;
 const BY_CONTRAST: usize = Cell::CONTRASTS * (Cell::SPEEDS - 1) * POLARITIES;
 const BY_AGE: usize = HALVES * (Cell::AGES - 1) * SENSES;

@@ -11,18 +11,18 @@ use crate::probe::image::Image;
 pub(crate) const TILES: (usize, usize) = (6, 4);
 /// Shift in x and in y, scale, rotation and the cube of the radius, the latter at the corner.
 pub(super) const TERMS: usize = 5;
-/// Pixels at the border where smooth images end in nothing, which does not move.
+/// Width of the border, pixels, in which smoothed images are truncated.
 const BORDER: usize = 5;
-/// Displacements beyond this are not found by gradients.
+/// Largest displacement, pixels, that image gradients can determine.
 const MAX_PX: f64 = 5.0;
-/// What pulls displacements to zero where the reference has few events or no gradient: a share of
-/// its gradients, and as many squared counts.
+/// Ridge regularisation where the reference has few events or no gradient: a fraction of the
+/// squared gradients, and a constant in squared counts.
 const RIDGE: (f64, f64) = (0.005, 5.0);
 
-/// Squared counts of gradients from which a tile says where it is.
-const TELLING: f64 = 10.0;
+/// Smallest sum of squared gradients of a tile whose displacement is determined.
+const MIN_GRADIENT: f64 = 10.0;
 
-/// Equations of the displacement of a tile: their symmetric matrix and their right side.
+/// Normal equations of the displacement of a tile: symmetric matrix and right side.
 #[derive(Debug, Clone, Copy, Default)]
 struct Tile {
     xx: f64,
@@ -30,7 +30,7 @@ struct Tile {
     yy: f64,
     bx: f64,
     by: f64,
-    /// Squares of the gradient of the reference.
+    /// Sum of squared gradients of the reference.
     weight: f64,
 }
 
@@ -51,7 +51,7 @@ impl Tile {
     }
 }
 
-/// What pairs of images say about displacement.
+/// Displacement field over tiles, from pairs of images.
 #[derive(Debug, Default)]
 pub(super) struct Displacement {
     tiles: [Tile; TILES.0 * TILES.1],
@@ -83,14 +83,14 @@ impl Displacement {
         }
     }
 
-    /// How far tiles are displaced, row by row; none where too little moves to tell.
+    /// Displacements of tiles, row by row; none where too little moves to determine one.
     pub(super) fn of_tiles(&self) -> Vec<Option<(f64, f64)>> {
-        let moves = |tile: &Tile| tile.weight > TELLING;
-        self.tiles.iter().map(|tile| moves(tile).then(|| tile.displacement())).collect()
+        let is_determined = |tile: &Tile| tile.weight > MIN_GRADIENT;
+        self.tiles.iter().map(|tile| is_determined(tile).then(|| tile.displacement())).collect()
     }
 
-    /// The terms of the field in pixels, and the root of mean squares of what they leave, for an
-    /// image of a height over width.
+    /// Terms of the field in pixels, and the root mean square of its residuals, for an image of
+    /// aspect ratio (height over width) `aspect`.
     pub(super) fn field(&self, aspect: f64) -> ([f64; TERMS], f64) {
         let bases: Vec<_> = (0..self.tiles.len()).map(|tile| basis(tile, aspect)).collect();
         let terms = field(&self.tiles, &bases);
@@ -98,8 +98,8 @@ impl Displacement {
     }
 }
 
-/// How shift in x and y, scale, rotation and the cube of the radius move the centre of a tile, in
-/// units of half the diagonal of the image.
+/// Displacement of the centre of a tile by a unit of each term: shift in x and y, scale, rotation
+/// and the cube of the radius; coordinates in units of half the image diagonal.
 fn basis(tile: usize, aspect: f64) -> [[f64; TERMS]; 2] {
     let at = |i: usize, n: usize| (i as f64 + 0.5) / n as f64 * 2.0 - 1.0;
     let half = (1.0 + aspect * aspect).sqrt();
@@ -108,7 +108,7 @@ fn basis(tile: usize, aspect: f64) -> [[f64; TERMS]; 2] {
     [[1.0, 0.0, x, -y, x * square], [0.0, 1.0, y, x, y * square]]
 }
 
-/// Least squares over tiles.
+/// Least-squares fit of the terms to all tiles.
 fn field(tiles: &[Tile], bases: &[[[f64; TERMS]; 2]]) -> [f64; TERMS] {
     let mut matrix = [[0.0; TERMS + 1]; TERMS];
     for (tile, [bx, by]) in tiles.iter().zip(bases) {
@@ -126,7 +126,7 @@ fn field(tiles: &[Tile], bases: &[[[f64; TERMS]; 2]]) -> [f64; TERMS] {
     solved(matrix).map(|term| term.clamp(-MAX_PX, MAX_PX))
 }
 
-/// Gauss elimination with pivots; a term that nothing says anything about is zero.
+/// Solves the normal equations by Gaussian elimination with pivots; zero if they are singular.
 fn solved(mut matrix: [[f64; TERMS + 1]; TERMS]) -> [f64; TERMS] {
     for i in 0..TERMS {
         let pivot = (i..TERMS).max_by(|a, b| matrix[*a][i].abs().total_cmp(&matrix[*b][i].abs()));
@@ -143,7 +143,7 @@ fn solved(mut matrix: [[f64; TERMS + 1]; TERMS]) -> [f64; TERMS] {
     std::array::from_fn(|i| matrix[i][TERMS] / matrix[i][i])
 }
 
-/// What displacements of tiles are from those of the field, root of mean squares.
+/// Root mean square of the residuals of tiles about the field, weighted.
 fn rest(tiles: &[Tile], bases: &[[[f64; TERMS]; 2]], terms: &[f64; TERMS]) -> f64 {
     let (mut squares, mut weights) = (0.0, 0.0);
     for (tile, [bx, by]) in tiles.iter().zip(bases) {

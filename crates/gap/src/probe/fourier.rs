@@ -1,19 +1,19 @@
-//! A discrete Fourier transform of a power of two.
+//! Discrete Fourier transform whose length is a power of two.
 //!
-//! Radix two, decimation in frequency (Gentleman and Sande 1966): numbers go in in order and come
-//! out with the bits of their indices reversed, which [`Fourier::place`] undoes. Sums over blocks
-//! are then taken before anything is put in order.
+//! Radix two, decimation in frequency (Gentleman and Sande 1966): input is in natural order, output
+//! in bit-reversed order, which [`Fourier::place`] maps back. Powers can thus be summed over blocks
+//! before any reordering.
 
 use std::f64::consts::TAU;
 use std::sync::OnceLock;
 
-/// Logarithm of the longest transform.
+/// Logarithm to base two of the longest transform.
 const MAX_BITS: u32 = 15;
-/// The longest transform.
+/// Length of the longest transform.
 pub(super) const MAX_LENGTH: usize = 1 << MAX_BITS;
 
-/// Real and imaginary parts of `exp(-2 pi i j / 2h)` for `j < h`, for every `h = 1, 2, 4, ...`:
-/// those of `h` are at `h - 1 + j`.
+/// Twiddle factors: real and imaginary parts of `exp(-2 pi i j / 2h)` for `j < h`, for every `h =
+/// 1, 2, 4, ...`: those of `h` are at `h - 1 + j`.
 struct Roots {
     re: Vec<f32>,
     im: Vec<f32>,
@@ -32,7 +32,7 @@ impl Roots {
     }
 }
 
-/// A signal of complex numbers and, after [`Fourier::transform`], its spectrum.
+/// A complex signal and, after [`Fourier::transform`], its spectrum.
 #[derive(Debug, Clone)]
 pub(super) struct Fourier {
     /// Real parts.
@@ -42,7 +42,7 @@ pub(super) struct Fourier {
 }
 
 impl Fourier {
-    /// A signal of zeros, of at least `length` numbers up to [`MAX_LENGTH`].
+    /// A signal of zeros with the next power of two of `length` values, up to [`MAX_LENGTH`].
     pub(super) fn zeros(length: usize) -> Self {
         let length = length.next_power_of_two().clamp(2, MAX_LENGTH);
         Self { re: vec![0.0; length], im: vec![0.0; length] }
@@ -59,17 +59,17 @@ impl Fourier {
         self.im.fill(0.0);
     }
 
-    /// Turns the signal into its spectrum `sum_n z_n exp(-2 pi i k n / N)`, in reversed order.
+    /// Transforms the signal into its spectrum `sum_n z_n exp(-2 pi i k n / N)`, in reversed order.
     pub(super) fn transform(&mut self) {
-        // Compiled for the widest vectors there are; nothing is reordered.
+        // Dispatched to the widest SIMD registers of the processor.
         pulp::Arch::new().dispatch(
             #[inline(always)]
-            || self.turn(),
+            || self.butterflies(),
         );
     }
 
     #[inline(always)]
-    fn turn(&mut self) {
+    fn butterflies(&mut self) {
         let roots = Roots::get();
         let mut half = self.length() / 2;
         while half > 1 {
@@ -87,19 +87,19 @@ impl Fourier {
             }
             half /= 2;
         }
-        // Sums and differences of neighbours, whose root is one.
+        // The last stage: sums and differences of neighbours, whose twiddle factor is one.
         for pair in self.re.chunks_exact_mut(2).chain(self.im.chunks_exact_mut(2)) {
             (pair[0], pair[1]) = (pair[0] + pair[1], pair[0] - pair[1]);
         }
     }
 
-    /// Where frequency `k` (cycles per signal, modulo its length) lies in the spectrum.
+    /// Index of frequency `k` (cycles per signal, modulo its length) in the spectrum.
     pub(super) fn place(&self, k: usize) -> usize {
         place(k, self.length())
     }
 }
 
-/// Where frequency `k` lies in a spectrum of `length`.
+/// Index of frequency `k` in a bit-reversed spectrum of `length` values.
 pub(super) fn place(k: usize, length: usize) -> usize {
     k.reverse_bits() >> (usize::BITS - length.trailing_zeros())
 }

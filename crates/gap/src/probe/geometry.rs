@@ -1,24 +1,25 @@
-//! Where in the image events are, against where the reference has them.
+//! Displacement of events in the image against the reference.
 //!
 //! Images of signed events over 20 ms are compared, in the slices of time in which the reference
-//! has most events. Displacement is in pixels, from the reference to the measured image. Events
-//! that are late lie behind along the motion; that is also a matter of [`timing`](super::timing).
+//! has most events. Displacements are in pixels, from the reference to the measured image. Late
+//! events are displaced along the motion, which [`timing`](super::timing) measures as well.
 
 use crate::probe::displacement::Displacement;
 pub(crate) use crate::probe::displacement::TILES;
 use crate::probe::image::{Image, dot};
-use crate::probe::{Probe, reference};
+use crate::probe::interface::Probe;
+use crate::probe::reference;
 use crate::{Block, Entry, View};
 
-/// Terms of the field of displacement, what is left of it, and correlations of images.
+/// Terms of the displacement field, its residual, and correlations of images.
 #[derive(Debug)]
 pub(super) struct Geometry;
 
 const SLICE_US: i64 = 20_000;
 const MAX_SLICES: usize = 8;
-/// Large images have enough events in fewer slices.
+/// Pixels of all slices together: large images have enough events in fewer slices.
 const MAX_PIXELS: usize = 250_000;
-/// Events of one pixel in one slice beyond this tell nothing about geometry.
+/// Counts of a pixel and slice are clipped here: larger ones come from noise, not from edges.
 const MAX_COUNT: f32 = 8.0;
 const TOLERANCE_PX: f64 = 0.05;
 const TOLERANCE: f64 = 0.02;
@@ -61,7 +62,7 @@ fn images(view: &View<'_>) -> Vec<[Image; 2]> {
     images
 }
 
-/// The displacement of a view's images, tile by tile.
+/// Displacements of a view's images, tile by tile.
 pub(crate) fn displacements(view: &View<'_>) -> Vec<Option<(f64, f64)>> {
     let mut displacement = Displacement::default();
     for [measured, expected] in images(view) {
@@ -82,17 +83,17 @@ impl Probe for Geometry {
             "rest of displacement",
         ];
         let terms =
-            terms.map(|name| Entry::number(Block::Geometry, format!("{name}, px"), TOLERANCE_PX));
+            terms.map(|name| Entry::value(Block::Geometry, format!("{name}, px"), TOLERANCE_PX));
         let likeness = [0, 1, 2].map(|blur| {
             let name = format!("correlation of images, blur {blur} px");
-            Entry::number(Block::Geometry, name, TOLERANCE)
+            Entry::value(Block::Geometry, name, TOLERANCE)
         });
         terms.into_iter().chain(likeness).collect()
     }
 
     fn measure(&self, view: &View<'_>, out: &mut Vec<f64>) {
         let mut displacement = Displacement::default();
-        // Of measured and expected, measured and measured, expected and expected.
+        // Scalar products: measured with expected, measured with measured, expected with expected.
         let mut products = [[0.0; 3]; 3];
         for [mut measured, mut expected] in images(view) {
             for (blur, products) in products.iter_mut().enumerate() {
@@ -134,14 +135,14 @@ mod tests {
         })
     }
 
-    fn number(events: &EventStream, name: &str) -> f64 {
-        testing::number(&Geometry, events, name)
+    fn value(events: &EventStream, name: &str) -> f64 {
+        testing::value(&Geometry, events, name)
     }
 
     #[test]
     fn events_in_their_place_are_not_displaced() {
         for entry in Geometry.entries() {
-            let value = number(testing::events(), &entry.name);
+            let value = value(testing::events(), &entry.name);
             let expected = if entry.name.starts_with("correlation") { 1.0 } else { 0.0 };
             assert!((value - expected).abs() < 1e-3, "{}: {value}", entry.name);
         }
@@ -151,10 +152,10 @@ mod tests {
     fn a_shift_by_a_pixel_is_a_pixel() {
         for (dx, dy) in [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (1.0, -1.0)] {
             let shifted = moved(|x, y| (x + dx, y + dy));
-            let found = ["x", "y"].map(|axis| number(&shifted, &format!("shift in {axis}, px")));
-            assert!((found[0] - dx).abs() < 0.1, "{dx} {dy}: {found:?}");
-            assert!((found[1] - dy).abs() < 0.1, "{dx} {dy}: {found:?}");
-            assert!(number(&shifted, "correlation of images, blur 0 px") < 0.95);
+            let shift = ["x", "y"].map(|axis| value(&shifted, &format!("shift in {axis}, px")));
+            assert!((shift[0] - dx).abs() < 0.1, "{dx} {dy}: {shift:?}");
+            assert!((shift[1] - dy).abs() < 0.1, "{dx} {dy}: {shift:?}");
+            assert!(value(&shifted, "correlation of images, blur 0 px") < 0.95);
         }
     }
 
@@ -162,7 +163,7 @@ mod tests {
     fn noise_does_not_shrink_a_shift() {
         let shifted = moved(|x, y| (x + 1.0, y));
         let noisy = testing::stream(shifted.iter().chain(testing::noise(20_000, 7)));
-        let dx = number(&noisy, "shift in x, px");
+        let dx = value(&noisy, "shift in x, px");
         assert!((dx - 1.0).abs() < 0.15, "{dx}");
     }
 
@@ -171,11 +172,11 @@ mod tests {
         let (cx, cy) = (47.5, 35.5);
         let corner = f64::from(48 * 48 + 36 * 36).sqrt();
         let scaled = moved(|x, y| (cx + (x - cx) * 1.03, cy + (y - cy) * 1.03));
-        let found = number(&scaled, "scale, at the corner, px")
-            + number(&scaled, "cube of the radius, at the corner, px");
-        assert!((found - 0.03 * corner).abs() < 0.4, "{found}");
+        let corner_shift = value(&scaled, "scale, at the corner, px")
+            + value(&scaled, "cube of the radius, at the corner, px");
+        assert!((corner_shift - 0.03 * corner).abs() < 0.4, "{corner_shift}");
         let turned = moved(|x, y| (x - 0.03 * (y - cy), y + 0.03 * (x - cx)));
-        let found = number(&turned, "rotation, at the corner, px");
-        assert!((found - 0.03 * corner).abs() < 0.4, "{found}");
+        let rotation = value(&turned, "rotation, at the corner, px");
+        assert!((rotation - 0.03 * corner).abs() < 0.4, "{rotation}");
     }
 }

@@ -1,6 +1,6 @@
-//! Images of signed events, smoothed and differentiated. Outside there are no events.
+//! Images of signed event counts, smoothing and gradients. Outside the image, counts are zero.
 
-/// Binomial weights, which are close to a Gaussian of one spacing.
+/// Binomial weights, close to a Gaussian whose standard deviation is one spacing.
 const WEIGHTS: [f32; 5] = [1.0 / 16.0, 4.0 / 16.0, 6.0 / 16.0, 4.0 / 16.0, 1.0 / 16.0];
 
 /// Values of pixels, row by row.
@@ -23,7 +23,7 @@ impl Image {
         self.data.len() / self.width
     }
 
-    /// The image smoothed over a standard deviation of `spacing` pixels.
+    /// Smooths with a standard deviation of `spacing` pixels.
     pub(super) fn smoothed(&self, spacing: usize) -> Self {
         let (width, height) = (self.width, self.height());
         let edge = 2 * spacing;
@@ -47,7 +47,7 @@ impl Image {
         both
     }
 
-    /// Change per pixel along the row and down the column, at a pixel that is not at the border.
+    /// Central differences along the row and the column, at a pixel that is not at the border.
     pub(super) fn gradient(&self, at: usize) -> (f32, f32) {
         let across = self.data[at + 1] - self.data[at - 1];
         let down = self.data[at + self.width] - self.data[at - self.width];
@@ -55,7 +55,7 @@ impl Image {
     }
 }
 
-/// Sum of products of what two slices have in common, in lanes that do not wait for each other.
+/// Dot product over the common length of two slices, with eight independent accumulators.
 pub(super) fn dot(a: &[f32], b: &[f32]) -> f64 {
     const LANES: usize = 8;
     let length = a.len().min(b.len());

@@ -1,10 +1,10 @@
-//! Times between two events of a pixel.
+//! Inter-event intervals of pixels.
 
-use crate::probe::Probe;
+use crate::probe::interface::Probe;
 use crate::{Block, Entry, Kind, View};
 
-/// Histograms over the logarithm of the interval, by the polarities of the two events, and of
-/// pixels at rest.
+/// Histograms over the logarithm of the interval, by the polarities of the two events; separate
+/// ones for pixels at rest.
 #[derive(Debug)]
 pub(super) struct Interval;
 
@@ -12,7 +12,7 @@ pub(super) struct Interval;
 const PER_DECADE: usize = 6;
 const BINS: usize = 5 * PER_DECADE + 2;
 const PAIRS: [&str; 4] = ["OFF OFF", "ON OFF", "OFF ON", "ON ON"];
-/// Share of all events that the edge of a bin may move.
+/// Fraction of all events that may fall to either side of the edge of a bin.
 const BIN_TOLERANCE: f64 = 0.001;
 /// Coarser bins at rest: 0.1 ms to 1 s.
 const QUIET_BINS: usize = 10;

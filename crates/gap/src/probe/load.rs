@@ -1,39 +1,42 @@
-//! What happens when many pixels have events at once: caps, queues and lost events.
+//! Behaviour under load, while many pixels have events at once: rate limits, queues and lost
+//! events.
 
+use crate::probe::interface::Probe;
 use crate::probe::quantile::{self, Lags};
-use crate::probe::{Probe, reference};
+use crate::probe::reference;
 use crate::{Block, Entry, View};
 
-/// Quantiles of load, lag and counts where the reference is busy, and the shortest intervals of
-/// the whole sensor.
+/// Quantiles of load, lag and counts while the reference is busy, and the shortest intervals of the
+/// whole sensor.
 #[derive(Debug)]
 pub(super) struct Load;
 
-/// The finest bins, and how many of them make the others.
+/// Finest bins, and the widths of all bins as multiples.
 const BIN_US: i64 = 100;
 const WIDTHS: [usize; 3] = [1, 10, 100];
 const LOADS: [f64; 3] = [0.5, 0.9, 0.99];
 const INTERVALS: [f64; 4] = [0.01, 0.05, 0.1, 0.5];
-/// Longer intervals between events of the whole sensor are all the same.
+/// Intervals of the whole sensor are clipped here, microseconds.
 const MAX_INTERVAL_US: usize = 1 << 15;
-/// Share of milliseconds that are busy.
+/// Fraction of all milliseconds that count as busy.
 const BUSY: f64 = 0.05;
-/// Lags up to this are compared: a pair further apart may be none.
+/// Largest lag that is compared: events further apart may be unrelated.
 const NEAR_US: i64 = 5_000;
-/// Events fewer than this pull ratios to one.
+/// Prior count that shrinks ratios of few events towards one.
 const SETTLED: f64 = 20.0;
 
-/// Logarithms of quantiles and of the maximum of one more than the number of events per bin.
+/// `ln(1 + n)` for three quantiles and the maximum of the events `n` per bin.
 fn loads(bins: &[u32], width: usize) -> [f64; 4] {
     let coarse: Vec<u32> = bins.chunks(width).map(|bins| bins.iter().sum()).collect();
-    let most = coarse.iter().max().copied().unwrap_or(0);
-    let mut histogram = vec![0_u32; most as usize + 1];
+    let max = coarse.iter().max().copied().unwrap_or(0);
+    let mut histogram = vec![0_u32; max as usize + 1];
     coarse.iter().for_each(|n| histogram[*n as usize] += 1);
     let [a, b, c] = LOADS.map(|share| quantile::of_histogram(&histogram, share).ln_1p());
-    [a, b, c, f64::from(most).ln_1p()]
+    [a, b, c, f64::from(max).ln_1p()]
 }
 
-/// Which milliseconds the reference is busiest in, and its events in calm and in busy ones.
+/// Marks the milliseconds in which the reference is busiest, and counts its events in calm and in
+/// busy ones.
 fn busy(view: &View<'_>, milliseconds: usize) -> (Vec<bool>, [f64; 2]) {
     let mut counts = vec![0_u32; milliseconds];
     for list in reference::lists(view, view.window) {
@@ -42,10 +45,10 @@ fn busy(view: &View<'_>, milliseconds: usize) -> (Vec<bool>, [f64; 2]) {
         }
     }
     let mut order: Vec<usize> = (0..milliseconds).collect();
-    let most = ((BUSY * milliseconds as f64) as usize).max(1).min(milliseconds);
+    let count = ((BUSY * milliseconds as f64) as usize).max(1).min(milliseconds);
     order.sort_by_key(|bin| (std::cmp::Reverse(counts[*bin]), *bin));
     let mut is_busy = vec![false; milliseconds];
-    order[..most].iter().for_each(|bin| is_busy[*bin] = true);
+    order[..count].iter().for_each(|bin| is_busy[*bin] = true);
     let mut events = [0.0; 2];
     for (count, is_busy) in counts.iter().zip(&is_busy) {
         events[usize::from(*is_busy)] += f64::from(*count);
@@ -55,12 +58,12 @@ fn busy(view: &View<'_>, milliseconds: usize) -> (Vec<bool>, [f64; 2]) {
 
 impl Probe for Load {
     fn entries(&self) -> Vec<Entry> {
-        let number = |name: String, tolerance| Entry::number(Block::Load, name, tolerance);
+        let value = |name: String, tolerance| Entry::value(Block::Load, name, tolerance);
         let loads = WIDTHS.iter().flat_map(|width| {
             let name = ["quantile 0.5", "quantile 0.9", "quantile 0.99", "maximum"];
             name.map(|name| {
                 let us = width * BIN_US as usize;
-                number(format!("log {name} of events per {us} us"), 0.02)
+                value(format!("log {name} of events per {us} us"), 0.02)
             })
         });
         let others = [
@@ -68,9 +71,9 @@ impl Probe for Load {
             ("log of events against expected, calm milliseconds", 0.01),
             ("log of events against expected, busy milliseconds", 0.01),
         ];
-        let others = others.map(|(name, tolerance)| number(name.to_owned(), tolerance));
+        let others = others.map(|(name, tolerance)| value(name.to_owned(), tolerance));
         let intervals = INTERVALS
-            .map(|share| number(format!("log10 of quantile {share} of intervals of all"), 0.02));
+            .map(|share| value(format!("log10 of quantile {share} of intervals of all"), 0.02));
         loads.chain(others).chain(intervals).collect()
     }
 
@@ -92,8 +95,8 @@ impl Probe for Load {
         }
         out.extend(WIDTHS.iter().flat_map(|width| loads(&bins, *width)));
         let [calm, busy] = &lags;
-        let lag_us = calm.trust().min(busy.trust()) * (busy.median_us() - calm.median_us());
-        out.push(1e-6 * lag_us * view.stage.scene.fps());
+        let lag_us = calm.shrinkage().min(busy.shrinkage()) * (busy.median_us() - calm.median_us());
+        out.push(1e-6 * lag_us * view.reference_scene.scene.fps());
         out.extend([0, 1].map(|i| ((events[i] + SETTLED) / (expected[i] + SETTLED)).ln()));
 
         let mut intervals = vec![0_u32; MAX_INTERVAL_US + 1];
@@ -113,7 +116,7 @@ mod tests {
     use crate::probe::testing;
 
     fn is_busy() -> Vec<bool> {
-        let view = View::new(testing::stage(), testing::events(), testing::whole());
+        let view = View::new(testing::reference_scene(), testing::events(), testing::whole());
         busy(&view, 601).0
     }
 
@@ -125,8 +128,8 @@ mod tests {
             Some(Event { t: event.t + Micros(if waits { 100 } else { 0 }), ..event })
         });
         let name = "lag in busy less that in calm milliseconds, in steps";
-        assert_eq!(testing::number(&Load, testing::events(), name), 0.0);
-        assert!((testing::number(&Load, &late, name) - 0.1).abs() < 1e-9);
+        assert_eq!(testing::value(&Load, testing::events(), name), 0.0);
+        assert!((testing::value(&Load, &late, name) - 0.1).abs() < 1e-9);
     }
 
     #[test]
@@ -137,12 +140,12 @@ mod tests {
             count += 1;
             (count % 2 == 0 || !is_busy[(event.t.0 / 1_000) as usize]).then_some(event)
         });
-        let number = |kind| {
+        let log_ratio = |kind| {
             let name = format!("log of events against expected, {kind} milliseconds");
-            testing::number(&Load, &lossy, &name)
+            testing::value(&Load, &lossy, &name)
         };
-        assert_eq!(number("calm"), 0.0);
-        assert!((number("busy") + 2_f64.ln()).abs() < 0.05, "{}", number("busy"));
+        assert_eq!(log_ratio("calm"), 0.0);
+        assert!((log_ratio("busy") + 2_f64.ln()).abs() < 0.05, "{}", log_ratio("busy"));
     }
 
     #[test]
@@ -154,7 +157,7 @@ mod tests {
             polarity: Polarity::On,
         });
         let burst = testing::stream(burst.chain(testing::events().iter()));
-        let log = testing::number(&Load, &burst, "log maximum of events per 100 us");
+        let log = testing::value(&Load, &burst, "log maximum of events per 100 us");
         assert!((501_f64.ln()..560_f64.ln()).contains(&log), "{log}");
     }
 
@@ -166,7 +169,7 @@ mod tests {
             y: (i % 70) as u16,
             polarity: Polarity::On,
         }));
-        let log = testing::number(&Load, &regular, "log10 of quantile 0.5 of intervals of all");
+        let log = testing::value(&Load, &regular, "log10 of quantile 0.5 of intervals of all");
         assert!((log - 51_f64.log10()).abs() < 1e-9, "{log}");
     }
 }

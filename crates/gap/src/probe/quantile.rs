@@ -1,9 +1,10 @@
-//! Quantiles that shrink to zero where there is little to take them of.
+//! Quantiles that are shrunk towards zero for small samples, so that they have no outliers.
 
-/// Samples smaller than this count by their share of it.
+/// Sample size from which on quantiles are not shrunk.
 const SETTLED: f64 = 20.0;
 
-fn trust(samples: usize) -> f64 {
+/// Shrinkage factor of a sample of `n` values: `n / 20`, at most one.
+fn shrinkage(samples: usize) -> f64 {
     (samples as f64 / SETTLED).min(1.0)
 }
 
@@ -12,21 +13,22 @@ fn at(values: &mut [f32], share: f64) -> f64 {
     f64::from(*values.select_nth_unstable_by(place, f32::total_cmp).1)
 }
 
-/// The median, pulled to zero below twenty values.
-pub(super) fn median(values: &mut [f32]) -> f64 {
-    if values.is_empty() { 0.0 } else { trust(values.len()) * at(values, 0.5) }
+/// Median of a sample, shrunk towards zero below twenty values; zero of an empty sample.
+pub(super) fn shrunk_median(values: &mut [f32]) -> f64 {
+    if values.is_empty() { 0.0 } else { shrinkage(values.len()) * at(values, 0.5) }
 }
 
-/// The distance of the quartiles, pulled to zero below twenty values.
-pub(super) fn spread(values: &mut [f32]) -> f64 {
+/// Interquartile range of a sample (twice the median absolute deviation if it is symmetric), shrunk
+/// towards zero below twenty values; zero of an empty sample.
+pub(super) fn shrunk_iqr(values: &mut [f32]) -> f64 {
     if values.is_empty() {
         0.0
     } else {
-        trust(values.len()) * (at(values, 0.75) - at(values, 0.25))
+        shrinkage(values.len()) * (at(values, 0.75) - at(values, 0.25))
     }
 }
 
-/// How often lags in whole microseconds occur, up to a limit.
+/// Histogram of lags in whole microseconds, up to a limit.
 #[derive(Debug, Clone)]
 pub(super) struct Lags {
     counts: Vec<u32>,
@@ -34,7 +36,7 @@ pub(super) struct Lags {
 }
 
 impl Lags {
-    /// Lags of a size below `limit_us`.
+    /// An empty histogram of lags whose size is below `limit_us`.
     pub(super) fn below(limit_us: i64) -> Self {
         Self { counts: vec![0; 2 * limit_us as usize - 1], events: 0 }
     }
@@ -48,12 +50,12 @@ impl Lags {
         }
     }
 
-    /// One, or less below twenty events.
-    pub(super) fn trust(&self) -> f64 {
-        trust(self.events)
+    /// Shrinkage factor of the median.
+    pub(super) fn shrinkage(&self) -> f64 {
+        shrinkage(self.events)
     }
 
-    /// The median, pulled to zero below twenty events.
+    /// Median lag, shrunk towards zero below twenty events.
     pub(super) fn median_us(&self) -> f64 {
         let mut left = self.events / 2;
         let place = self.counts.iter().position(|count| {
@@ -62,12 +64,12 @@ impl Lags {
             is_here
         });
         let middle = self.counts.len() as f64 / 2.0 - 0.5;
-        place.map_or(0.0, |place| self.trust() * (place as f64 - middle))
+        place.map_or(0.0, |place| self.shrinkage() * (place as f64 - middle))
     }
 }
 
-/// A quantile of whole numbers from how often each occurs. Equal numbers are spread over one unit,
-/// so that it moves smoothly with the shares.
+/// Quantile of integers from their histogram. Ties are spread over one unit, so that the quantile
+/// is a continuous function of the counts.
 pub(super) fn of_histogram(histogram: &[u32], share: f64) -> f64 {
     let all: u64 = histogram.iter().map(|n| u64::from(*n)).sum();
     let wanted = share * all as f64;
@@ -87,12 +89,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn few_values_count_by_their_share() {
+    fn quantiles_of_few_values_are_shrunk() {
         let mut many: Vec<f32> = (0..41).map(|i| i as f32).collect();
-        assert_eq!(median(&mut many), 20.0);
-        assert_eq!(spread(&mut many), 20.0);
-        assert_eq!(median(&mut [8.0; 5]), 2.0);
-        assert_eq!((median(&mut []), spread(&mut [])), (0.0, 0.0));
+        assert_eq!(shrunk_median(&mut many), 20.0);
+        assert_eq!(shrunk_iqr(&mut many), 20.0);
+        assert_eq!(shrunk_median(&mut [8.0; 5]), 2.0);
+        assert_eq!((shrunk_median(&mut []), shrunk_iqr(&mut [])), (0.0, 0.0));
     }
 
     #[test]
@@ -108,7 +110,7 @@ mod tests {
 
     #[test]
     fn ties_are_spread_over_one_unit() {
-        // Half of all numbers are 3, which reach from 2.5 to 3.5; the others are 7.
+        // Half of all values are 3, spread from 2.5 to 3.5; the others are 7.
         let histogram = [0, 0, 0, 50, 0, 0, 0, 50];
         assert!((of_histogram(&histogram, 0.25) - 3.0).abs() < 1e-12);
         assert!((of_histogram(&histogram, 0.5) - 3.5).abs() < 1e-12);

@@ -1,28 +1,28 @@
-//! Marks that a readout and a clock leave in stamps and in the order of events.
+//! Marks that a readout and a clock leave in the time stamps and in the order of events.
 
 use std::f64::consts::TAU;
 
-use crate::probe::Probe;
+use crate::probe::interface::Probe;
 use crate::probe::scan::{self, Spot};
 use crate::{Block, Entry, View};
 
-/// Residues, shared stamps, neighbours in order, and scans.
+/// Phases of time stamps, shared stamps, successive events, and scans.
 #[derive(Debug)]
 pub(super) struct Readout;
 
-/// Periods of stamps. All divide [`COMMON_US`].
+/// Periods of stamps whose phases are tested. All divide [`COMMON_US`].
 const PERIODS_US: [usize; 13] = [2, 5, 10, 20, 50, 100, 125, 200, 250, 500, 1_000, 2_000, 5_000];
 const COMMON_US: usize = 10_000;
-/// Logarithm of the number of phases of the step of the scene.
+/// Logarithm to base two of the phase bins of the scene's time step.
 const STEP_BITS: u32 = 10;
-/// Stamps this close in time may belong to one visit of the readout.
+/// Largest interval between stamps of one pass of the readout.
 const CLOSE_US: i64 = 100;
-/// Events or pairs of stamps fewer than this pull shares to zero.
+/// Prior count that shrinks fractions of few events towards zero.
 const SETTLED: f64 = 20.0;
-/// Differences of a share or a correlation up to this do not matter.
+/// Tolerance of fractions and correlations.
 const TOLERANCE: f64 = 0.02;
 
-/// Length of a mean of `n` unit vectors with sum `(x, y)`, less what chance makes of it.
+/// Resultant length of `n` unit vectors with sum `(x, y)`, corrected for its value by chance.
 fn resultant(x: f64, y: f64, n: f64) -> f64 {
     if n < 2.0 {
         return 0.0;
@@ -30,7 +30,7 @@ fn resultant(x: f64, y: f64, n: f64) -> f64 {
     ((x * x + y * y - n) / (n * (n - 1.0))).clamp(0.0, 1.0).sqrt()
 }
 
-/// The resultant of events that are counted by phase.
+/// Resultant length of events that are counted by phase.
 fn of_phases(phases: &[u32]) -> f64 {
     let (mut x, mut y, mut n) = (0.0, 0.0, 0.0);
     for (phase, &events) in phases.iter().enumerate() {
@@ -42,16 +42,16 @@ fn of_phases(phases: &[u32]) -> f64 {
     resultant(x, y, n)
 }
 
-/// How strongly stamps keep to one phase of each period, and of the step of the scene.
+/// Phase locking of stamps to each period, and to the time step of the scene.
 fn residues(view: &View<'_>, out: &mut Vec<f64>) {
     let mut common = vec![0_u32; COMMON_US];
     let mut in_step = [0_u32; 1 << STEP_BITS];
-    // Turns as a fraction of 2^64, whose overflow is the whole turns.
-    let turn_per_us = (1e-6 * view.stage.scene.fps() * 2_f64.powi(64)) as u64;
+    // Turns as a fraction of 2^64: whole turns overflow.
+    let turn_per_us = (1e-6 * view.reference_scene.scene.fps() * 2_f64.powi(64)) as u64;
     for event in view.events() {
         common[event.t_us.rem_euclid(COMMON_US as i64) as usize] += 1;
         let turn = (event.t_us as u64).wrapping_mul(turn_per_us);
-        // Rounded, so that all of a phase are in one place and not in the two beside it.
+        // Rounded, so that stamps of one phase fall into one bin and not into two.
         let half = 1_u64 << (63 - STEP_BITS);
         in_step[(turn.wrapping_add(half) >> (64 - STEP_BITS)) as usize] += 1;
     }
@@ -65,7 +65,7 @@ fn residues(view: &View<'_>, out: &mut Vec<f64>) {
     out.push(of_phases(&in_step));
 }
 
-/// Which lines of the sensor a group of events has touched.
+/// The lines (rows or columns) that a group of events has touched.
 struct Touched {
     group_of: Vec<usize>,
     again: f64,
@@ -85,8 +85,9 @@ impl Touched {
     }
 }
 
-/// Events that share a stamp, and what rows and columns they share. Neither this nor what follows
-/// depends on the order of events with one stamp, which is a convention of files.
+/// Fractions of events that share a stamp, and that share rows and columns with others of their
+/// stamp. No statistic depends on the order of events with one stamp, which is a convention of
+/// files.
 fn shared(view: &View<'_>, spots: &[Spot], out: &mut Vec<f64>) {
     let size = view.size();
     let (mut rows, mut columns) = (Touched::new(size.height), Touched::new(size.width));
@@ -110,8 +111,8 @@ fn shared(view: &View<'_>, spots: &[Spot], out: &mut Vec<f64>) {
     out.push(columns.again / (in_company + SETTLED));
 }
 
-/// How often the events of a stamp are, in the mean, in the row or the column of those of the stamp
-/// before, and whether rows and columns go up or down between two that are close in time.
+/// Fraction of stamps whose mean position is in the row or column of the previous stamp, and the
+/// mean direction of rows and columns between stamps that are close in time.
 fn succession(spots: &[Spot], out: &mut Vec<f64>) {
     let (mut pairs, mut row, mut column) = (0.0, 0.0, 0.0);
     let (mut close, mut down, mut right) = (0.0, 0.0, 0.0);
@@ -147,8 +148,8 @@ fn sign(difference: f32) -> f64 {
 
 impl Probe for Readout {
     fn entries(&self) -> Vec<Entry> {
-        let number = |name: String| Entry::number(Block::Readout, name, TOLERANCE);
-        let residues = PERIODS_US.iter().map(|us| number(format!("stamps modulo {us} us")));
+        let value = |name: String| Entry::value(Block::Readout, name, TOLERANCE);
+        let residues = PERIODS_US.iter().map(|us| value(format!("stamps modulo {us} us")));
         let others = [
             "stamps modulo the step of the scene",
             "share of events that share their stamp",
@@ -161,9 +162,9 @@ impl Probe for Readout {
             "columns go up between close stamps",
         ];
         let scans = scan::AXES.iter().flat_map(|axis| {
-            (0..scan::BANDS).map(move |band| number(format!("clock locked to {axis}, band {band}")))
+            (0..scan::BANDS).map(move |band| value(format!("clock locked to {axis}, band {band}")))
         });
-        residues.chain(others.map(|name| number(name.to_owned()))).chain(scans).collect()
+        residues.chain(others.map(|name| value(name.to_owned()))).chain(scans).collect()
     }
 
     fn measure(&self, view: &View<'_>, out: &mut Vec<f64>) {
@@ -189,14 +190,14 @@ mod tests {
     #[test]
     fn quantised_stamps_keep_to_one_phase_of_the_period_and_its_parts() {
         let quantised = stamped(|t| t.div_euclid(250) * 250);
-        let number = |us| testing::number(&Readout, &quantised, &format!("stamps modulo {us} us"));
+        let locking = |us| testing::value(&Readout, &quantised, &format!("stamps modulo {us} us"));
         for us in [2, 5, 10, 50, 125, 250] {
-            assert!((number(us) - 1.0).abs() < 1e-9, "{us}: {}", number(us));
+            assert!((locking(us) - 1.0).abs() < 1e-9, "{us}: {}", locking(us));
         }
         // Four phases of a millisecond.
-        assert!(number(1_000) < 0.1, "{}", number(1_000));
+        assert!(locking(1_000) < 0.1, "{}", locking(1_000));
         let free = stamped(|t| t);
-        assert!(testing::number(&Readout, &free, "stamps modulo 250 us") < 0.1);
+        assert!(testing::value(&Readout, &free, "stamps modulo 250 us") < 0.1);
     }
 
     #[test]
@@ -209,13 +210,13 @@ mod tests {
         });
         assert_ne!(quantised, backward);
         for entry in Readout.entries() {
-            let [a, b] = [&quantised, &backward]
-                .map(|events| testing::number(&Readout, events, &entry.name));
+            let [a, b] =
+                [&quantised, &backward].map(|events| testing::value(&Readout, events, &entry.name));
             // Sums of waves are rounded in another order.
             assert!((a - b).abs() < 1e-6, "{}: {a} {b}", entry.name);
         }
         let share = "share of events that share their stamp";
-        assert!(testing::number(&Readout, &quantised, share) > 0.9);
+        assert!(testing::value(&Readout, &quantised, share) > 0.9);
     }
 
     #[test]
@@ -225,7 +226,7 @@ mod tests {
             let t = event.t.0.div_euclid(1_000) * 1_000 + i64::from(event.y) * 5;
             Some(Event { t: Micros(t), ..event })
         });
-        assert!(testing::number(&Readout, &sorted, name) > 0.9);
-        assert!(testing::number(&Readout, testing::events(), name).abs() < 0.2);
+        assert!(testing::value(&Readout, &sorted, name) > 0.9);
+        assert!(testing::value(&Readout, testing::events(), name).abs() < 0.2);
     }
 }

@@ -1,16 +1,16 @@
-//! How far pixels are from the reference, and what pixels share.
+//! Residuals of event counts per pixel against the reference, and their correlations.
 //!
 //! # Model
-//! The residual of a pixel is `sqrt(n + 3/8) - sqrt(g e + 3/8)` (Anscombe 1948) of its events `n`
-//! and those of the reference `e`, with one gain `g` for all pixels: its variance is 1/4 for
-//! independent events and next to nothing where each event has its cause in the light.
+//! The residual of a pixel is `sqrt(n + 3/8) - sqrt(g e + 3/8)` (Anscombe 1948) of its count `n`
+//! and that of the reference `e`, with one gain `g` for all pixels. Its variance is 1/4 for
+//! independent events, and nearly zero for events caused by the light alone.
 
 use crate::probe::image::dot;
 
-/// Correlations over fewer pixels than this cannot be had.
+/// Minimum pixels of a correlation.
 const ENOUGH_PIXELS: usize = 50;
-/// Mean squares below this pull what is divided by them to zero: those of one event more or less in
-/// every sixth pixel, which two simulators differ by where light comes back to where it was.
+/// Prior variance that shrinks correlations of small residuals towards zero: one event more or less
+/// in every sixth pixel, by which two simulators differ where light returns to its former level.
 const SETTLED: f64 = 0.004;
 
 /// Residuals, row by row.
@@ -18,7 +18,7 @@ const SETTLED: f64 = 0.004;
 pub(super) struct Residuals(Vec<f32>);
 
 impl Residuals {
-    /// Those of numbers of events per pixel.
+    /// Residuals of measured against expected counts per pixel.
     pub(super) fn of(measured: &[f32], expected: &[f32]) -> Self {
         let (mut n, mut e) = (0.0, 0.0);
         for (measured, expected) in measured.iter().zip(expected).filter(|(_, e)| **e > 0.0) {
@@ -30,7 +30,7 @@ impl Residuals {
         Self(pairs.map(|(n, e)| (n + 0.375).sqrt() - (gain * e + 0.375).sqrt()).collect())
     }
 
-    /// Mean square over the pixels that are chosen, at least fifty.
+    /// Mean square over the chosen pixels, of which there count at least fifty.
     pub(super) fn mean_square(&self, is_chosen: impl Fn(usize) -> bool) -> f64 {
         let (mut n, mut squares) = (0, 0.0);
         for pixel in (0..self.0.len()).filter(|pixel| is_chosen(*pixel)) {
@@ -40,14 +40,14 @@ impl Residuals {
         squares / n.max(ENOUGH_PIXELS) as f64
     }
 
-    /// Takes their mean from all.
+    /// Subtracts the mean.
     pub(super) fn centre(&mut self) {
         let mean = self.0.iter().map(|d| f64::from(*d)).sum::<f64>() / self.0.len() as f64;
         self.0.iter_mut().for_each(|d| *d -= mean as f32);
     }
 
-    /// Moran's index (1950) of pixels at a distance along rows and columns: their correlation, if
-    /// residuals are centred.
+    /// Moran's index of spatial autocorrelation (1950) at a distance along rows and columns, of
+    /// centred residuals.
     pub(super) fn moran(&self, width: usize, distance: usize) -> f64 {
         let height = self.0.len() / width;
         if distance >= width || distance >= height {
@@ -60,8 +60,8 @@ impl Residuals {
         (along + down) * per_pair / (dot(&self.0, &self.0) + SETTLED * self.0.len() as f64)
     }
 
-    /// Logarithms of the variance of sums over rows, and over columns, against that of residuals
-    /// that share nothing.
+    /// Logarithms of the variance of sums over rows, and over columns, relative to independent
+    /// residuals.
     pub(super) fn line_dispersions(&self, width: usize) -> [f64; 2] {
         let mut columns = vec![0.0; width];
         let mut rows = Vec::with_capacity(self.0.len() / width);
@@ -78,7 +78,7 @@ impl Residuals {
     }
 }
 
-/// Correlation over the pixels that are chosen.
+/// Correlation over the chosen pixels; NaN if they are too few.
 pub(super) fn correlation(a: &Residuals, b: &Residuals, is_chosen: impl Fn(usize) -> bool) -> f64 {
     let (mut n, mut sums) = (0, [0.0_f64; 5]);
     for pixel in (0..a.0.len()).filter(|pixel| is_chosen(*pixel)) {

@@ -1,31 +1,31 @@
-//! How strongly stamps are locked to a clock, and the clock to a row or a column.
+//! Phase locking of time stamps to a clock, and of the clock to rows or columns.
 //!
 //! # Model
-//! A readout that visits row `y` of `H` at `t = k T + T y / H` makes `exp(2 pi i (t / T - y / H))`
-//! the same for all events. Its mean over events is a Fourier transform of events that weigh
+//! A readout that scans row `y` of `H` at `t = k T + T y / H` makes `exp(2 pi i (t / T - y / H))`
+//! the same for all events. The mean over events is a Fourier transform of events with weights
 //! `exp(-+2 pi i y / H)`, which gives all periods `T` and both directions at once. Power is summed
-//! over blocks of a third of a second, so that a clock may drift; from it goes that of
-//! neighbouring frequencies, so that motion, which has no lines, does not show, and what chance
-//! makes of the highest of many.
+//! over blocks of a third of a second, so that a clock may drift. Subtracted are the power at
+//! neighbouring frequencies, so that motion, which has no spectral lines, does not show, and the
+//! expected maximum by chance.
 
 use std::f64::consts::TAU;
 
 use evpose_core::EventStream;
 
 use crate::probe::fourier::{self, Fourier, MAX_LENGTH};
-use crate::{Sight, View};
+use crate::{EventFeatures, View};
 
-/// Shorter periods than two bins cannot be told.
+/// Length of a bin; the shortest measurable period is two bins.
 const BIN_US: i64 = 10;
 const BLOCK_US: i64 = BIN_US * MAX_LENGTH as i64;
-/// Blocks are spread evenly where there would be more.
+/// Maximum number of blocks, spread evenly over the window.
 const MAX_BLOCKS: i64 = 5;
-/// Neighbours on either side, and those of them that a line touches itself.
+/// Neighbouring frequencies on either side, and those of them that a line leaks into.
 const AROUND: usize = 16;
 const TOUCHED: usize = 2;
 /// Periods from 20 us to 20 ms, a decade each.
 pub(super) const BANDS: usize = 3;
-/// What the clock may be locked to.
+/// Coordinates that the clock may be locked to.
 pub(super) const AXES: [&str; 3] = ["no coordinate", "the column", "the row"];
 
 /// Frequencies of a band, in cycles per block.
@@ -36,7 +36,7 @@ fn band(index: usize) -> std::ops::Range<usize> {
     cycles(longest_us).max(AROUND)..highest
 }
 
-/// When and where an event was.
+/// Time and position of an event.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Spot {
     /// Microseconds.
@@ -48,10 +48,10 @@ pub(super) struct Spot {
 }
 
 impl Spot {
-    /// Those of all events of a view.
+    /// Spots of all events of a view.
     pub(super) fn of(view: &View<'_>) -> Vec<Self> {
         let width = u32::from(view.size().width);
-        let spot = |event: &Sight| {
+        let spot = |event: &EventFeatures| {
             let (x, y) = ((event.pixel % width) as u16, (event.pixel / width) as u16);
             Self { t_us: event.t_us, x, y }
         };
@@ -59,7 +59,7 @@ impl Spot {
     }
 }
 
-/// Resultant lengths, axis by axis and band by band: one where all events are locked.
+/// Resultant lengths, axis by axis and band by band; one where all events are locked.
 pub(super) fn resultants(view: &View<'_>, spots: &[Spot]) -> [f64; AXES.len() * BANDS] {
     let size = view.size();
     let phases = |n: u16| -> Vec<(f32, f32)> {
@@ -98,9 +98,9 @@ pub(super) fn resultants(view: &View<'_>, spots: &[Spot]) -> [f64; AXES.len() * 
             }
         }
     }
-    let mut found = [0.0; AXES.len() * BANDS];
+    let mut lengths = [0.0; AXES.len() * BANDS];
     if pairs == 0.0 {
-        return found;
+        return lengths;
     }
     let chance = pairs.sqrt();
     for (axis, power) in powers.iter().enumerate() {
@@ -111,23 +111,24 @@ pub(super) fn resultants(view: &View<'_>, spots: &[Spot]) -> [f64; AXES.len() * 
                 let highest = chance * (band.len() as f64).ln();
                 let best = excess[band].iter().fold(0.0, |best: f64, e| best.max(*e));
                 let square = ((best - highest) / pairs).clamp(0.0, 1.0);
-                found[axis * BANDS + b] = square.sqrt().max(found[axis * BANDS + b]);
+                let length = &mut lengths[axis * BANDS + b];
+                *length = square.sqrt().max(*length);
             }
         }
     }
-    found
+    lengths
 }
 
-/// A readout that visits lines in turn, as stamps show it.
+/// A scanned readout, as the time stamps show it.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Scan {
-    /// From one visit of a line to the next, microseconds.
+    /// Period of the scan, microseconds.
     pub(crate) period_us: f64,
-    /// Whether it visits rows rather than columns.
+    /// Whether it scans rows rather than columns.
     pub(crate) is_by_row: bool,
-    /// Whether it goes from the last line to the first.
+    /// Whether it scans from the last line to the first.
     pub(crate) is_backward: bool,
-    /// Resultant length of stamps: one where all are locked.
+    /// Resultant length of time stamps; one where all are locked.
     pub(crate) locked: f64,
 }
 
@@ -137,8 +138,8 @@ pub(crate) fn scan_of(events: &EventStream) -> Option<Scan> {
     let from = events.t().partition_point(|t| t.0 < 0);
     let mut spots: Vec<Spot> =
         events.iter().skip(from).map(|e| Spot { t_us: e.t.0, x: e.x, y: e.y }).collect();
-    let many = MOST_SPOTS.max(spots.partition_point(|spot| spot.t_us < BLOCK_US));
-    spots.truncate(many.min(spots.partition_point(|spot| spot.t_us < LONGEST_US)));
+    let count = MAX_SPOTS.max(spots.partition_point(|spot| spot.t_us < BLOCK_US));
+    spots.truncate(count.min(spots.partition_point(|spot| spot.t_us < MAX_LENGTH_US)));
     let length_us = spots.last()?.t_us as f64;
     let mut best: Option<Scan> = None;
     for is_by_row in [true, false] {
@@ -213,8 +214,8 @@ pub(crate) fn scan_of(events: &EventStream) -> Option<Scan> {
     best
 }
 
-/// Turns per microsecond that a clock with such phases (in turns, at times in microseconds) is
-/// fast: the slope of the line through those of its phases that are near zero.
+/// Correction of a clock's frequency, turns per microsecond, from the phases of events (in turns,
+/// at times in microseconds): the slope of a line through those near zero.
 fn drift(phases: impl Iterator<Item = (f64, f64)>) -> f64 {
     let near = phases.filter(|(_, turns)| turns.abs() < NEAR_TURNS);
     let sums = near.fold([0.0; 5], |[n, t, p, tt, tp], (at, turns)| {
@@ -225,15 +226,15 @@ fn drift(phases: impl Iterator<Item = (f64, f64)>) -> f64 {
     if spread > 0.0 { (t * p - n * tp) / spread } else { 0.0 }
 }
 
-/// A longer period that explains this share of what the best does is the one.
+/// A longer period is preferred from this fraction of the best one's locking on.
 const AS_LOCKED: f64 = 0.8;
-/// Phases that belong to a clock.
+/// Largest phase, turns, that belongs to a clock.
 const NEAR_TURNS: f64 = 0.08;
 
-/// So many events, and so long a time in microseconds, tell the period; finer steps are tried the
-/// longer it is.
-const MOST_SPOTS: usize = 40_000;
-const LONGEST_US: i64 = 4_000_000;
+/// Events, and time in microseconds, that the period is estimated from: the steps of the search get
+/// finer, and so more, the longer it is.
+const MAX_SPOTS: usize = 40_000;
+const MAX_LENGTH_US: i64 = 4_000_000;
 
 fn block_starts(view: &View<'_>) -> impl Iterator<Item = i64> {
     let (start_us, length_us) = (view.window.start.0, view.window.length().0);
@@ -242,7 +243,8 @@ fn block_starts(view: &View<'_>) -> impl Iterator<Item = i64> {
     (0..blocks).map(move |b| start_us + room_us * b / (blocks - 1).max(1))
 }
 
-/// Power at two neighbouring frequencies, between which a line may lie, above that around them.
+/// Excess of the power at two adjacent frequencies, between which a line may lie, over the mean
+/// power around them.
 fn excess(power: &[f32], backward: bool) -> Vec<f64> {
     let half = power.len() / 2;
     let at = |k: usize| {
@@ -251,7 +253,7 @@ fn excess(power: &[f32], backward: bool) -> Vec<f64> {
     };
     let mut sums = Vec::with_capacity(half + 1);
     sums.push(0.0);
-    // The mean is no line.
+    // The zero frequency is the mean rate, not a line.
     let ordered: Vec<f64> = (0..half).map(|k| if k == 0 { 0.0 } else { at(k) }).collect();
     for power in &ordered {
         sums.push(sums[sums.len() - 1] + power);
@@ -285,8 +287,8 @@ mod tests {
         })
     }
 
-    fn found(events: &EventStream) -> [f64; AXES.len() * BANDS] {
-        let view = View::new(testing::stage(), events, testing::whole());
+    fn locking(events: &EventStream) -> [f64; AXES.len() * BANDS] {
+        let view = View::new(testing::reference_scene(), events, testing::whole());
         resultants(&view, &Spot::of(&view))
     }
 
@@ -295,10 +297,10 @@ mod tests {
         for (period_us, band) in [(130.0, 0), (1_037.0, 1), (7_310.0, 2)] {
             for (visits_rows, axis) in [(true, 2), (false, 1)] {
                 for backward in [false, true] {
-                    let found = found(&scanned(period_us, visits_rows, backward));
+                    let locking = locking(&scanned(period_us, visits_rows, backward));
                     // Other decades have the clock of single lines and harmonics.
                     for other in 0..AXES.len() {
-                        let strength = found[other * BANDS + band];
+                        let strength = locking[other * BANDS + band];
                         let right = if other == axis { strength > 0.8 } else { strength < 0.6 };
                         assert!(right, "{period_us} us, {backward}: {other} {strength}");
                     }
@@ -308,14 +310,14 @@ mod tests {
     }
 
     #[test]
-    fn period_axis_and_direction_of_a_scan_are_read_off_the_stamps() {
+    fn period_axis_and_direction_of_a_scan_are_estimated_from_the_stamps() {
         for period_us in [130.0, 960.0, 7_310.0] {
             for visits_rows in [true, false] {
                 for backward in [false, true] {
-                    let found = scan_of(&scanned(period_us, visits_rows, backward)).unwrap();
-                    assert!((found.period_us / period_us - 1.0).abs() < 1e-4, "{found:?}");
-                    assert_eq!((found.is_by_row, found.is_backward), (visits_rows, backward));
-                    assert!(found.locked > 0.9, "{found:?}");
+                    let scan = scan_of(&scanned(period_us, visits_rows, backward)).unwrap();
+                    assert!((scan.period_us / period_us - 1.0).abs() < 1e-4, "{scan:?}");
+                    assert_eq!((scan.is_by_row, scan.is_backward), (visits_rows, backward));
+                    assert!(scan.locked > 0.9, "{scan:?}");
                 }
             }
         }
@@ -324,8 +326,8 @@ mod tests {
     }
 
     #[test]
-    fn events_that_no_clock_holds_show_none() {
-        for strength in found(&testing::stream(testing::noise(20_000, 2))) {
+    fn events_without_a_clock_show_none() {
+        for strength in locking(&testing::stream(testing::noise(20_000, 2))) {
             assert!(strength < 0.02, "{strength}");
         }
     }

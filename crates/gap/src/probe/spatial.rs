@@ -1,33 +1,36 @@
-//! How events differ from pixel to pixel.
+//! Differences between pixels.
 //!
-//! A pattern that is fixed to pixels shows in both halves of the time, which are made of every
-//! other 50 ms; so do hot pixels, which chance does not make busiest in both.
+//! A fixed pattern shows in both halves of the time, which alternate every 50 ms. So do hot pixels,
+//! which chance does not make busiest in both halves.
 
+use crate::probe::interface::Probe;
+use crate::probe::reference;
 use crate::probe::residual::{Residuals, correlation};
-use crate::probe::{Probe, reference};
 use crate::{Block, Entry, View};
 
-/// Shares of the busiest pixels, silent pixels, and the statistics of residuals.
+/// Fractions of events of the busiest pixels, silent pixels, and statistics of residuals.
 #[derive(Debug)]
 pub(super) struct Spatial;
 
-/// Halves are made of every other block of this, less this at either end.
+/// Length of the alternating parts of the two halves, and the margin that is left out at either
+/// end.
 const HALF_US: i64 = 50_000;
 const APART_US: i64 = 5_000;
 const SHARES: [f64; 4] = [0.001, 0.005, 0.01, 0.05];
-/// A pixel is silent where the reference has at least this many events and there is none.
-const SPOKEN: f32 = 8.0;
+/// Minimum reference events of a pixel that counts as silent if it has none.
+const MIN_SILENT: f32 = 8.0;
 /// Distances of pairs of pixels.
 const DISTANCES: [usize; 3] = [1, 2, 4];
 const RINGS: usize = 5;
 const TILES: (usize, usize) = (6, 4);
-/// Events fewer than this pull shares and dispersions to those of events without structure.
+/// Prior count that shrinks fractions and dispersions of few events towards those of independent
+/// events.
 const SETTLED: f64 = 50.0;
-/// Differences of a share or a correlation up to this do not matter.
+/// Tolerance of fractions and correlations.
 const TOLERANCE: f64 = 0.02;
 
-/// Which part of the time: a half, or neither, close to where the halves meet. Otherwise an event
-/// that is late goes from one half to the other, and ties the two together.
+/// Part of a time: the first half, the second, or neither (2) close to their boundary, where a late
+/// event would fall into the other half and correlate the two.
 fn part(since_start_us: i64) -> usize {
     let within_us = since_start_us.rem_euclid(HALF_US);
     if !(APART_US..HALF_US - APART_US).contains(&within_us) {
@@ -36,12 +39,13 @@ fn part(since_start_us: i64) -> usize {
     (since_start_us.div_euclid(HALF_US) % 2) as usize
 }
 
-/// Events per pixel in each part of the time.
+/// Event counts per pixel in each part of the time.
 struct Maps {
-    /// Of part `h` and polarity `p` at `2 h + p`.
+    /// Measured counts; part `h` and polarity `p` at `2 h + p`.
     measured: [Vec<f32>; 6],
+    /// Counts of the reference, likewise.
     expected: [Vec<f32>; 6],
-    /// Of pixels at rest.
+    /// Measured counts while the pixel is at rest, by part.
     quiet: [Vec<f32>; 3],
 }
 
@@ -77,15 +81,15 @@ fn sum(first: &[f32], others: &[&[f32]]) -> Vec<f32> {
     sums
 }
 
-/// Pixels with most events in `by`, and the shares of events that they have in `of`.
+/// Fractions of the events of `of` in the pixels with most events in `by`.
 fn top_shares(by: &[f32], of: &[f32]) -> [f64; 4] {
     let count = |share: f64| ((share * by.len() as f64).round() as usize).max(1);
     let mut busy: Vec<u32> = (0..by.len() as u32).filter(|p| by[*p as usize] > 0.0).collect();
     let order = |a: &u32, b: &u32| by[*b as usize].total_cmp(&by[*a as usize]).then(a.cmp(b));
-    let most = count(SHARES[3]);
-    if busy.len() > most {
-        busy.select_nth_unstable_by(most, order);
-        busy.truncate(most);
+    let max = count(SHARES[3]);
+    if busy.len() > max {
+        busy.select_nth_unstable_by(max, order);
+        busy.truncate(max);
     }
     busy.sort_unstable_by(order);
     let all: f64 = of.iter().map(|n| f64::from(*n)).sum();
@@ -95,7 +99,7 @@ fn top_shares(by: &[f32], of: &[f32]) -> [f64; 4] {
     })
 }
 
-/// Variance over mean of the events of pixels at rest, as a logarithm.
+/// Logarithm of the Fano factor (variance over mean) of counts of pixels at rest.
 fn log_fano(quiet: &[f32]) -> f64 {
     let all: f64 = quiet.iter().map(|n| f64::from(*n)).sum();
     let mean = all / quiet.len() as f64;
@@ -104,7 +108,7 @@ fn log_fano(quiet: &[f32]) -> f64 {
 }
 
 /// Counts by distance from the centre, and by tile and polarity.
-fn places(view: &View<'_>, [off, on]: &[Vec<f32>; 2], out: &mut Vec<f64>) {
+fn rings_and_tiles(view: &View<'_>, [off, on]: &[Vec<f32>; 2], out: &mut Vec<f64>) {
     let (width, height) = (usize::from(view.size().width), usize::from(view.size().height));
     let mut rings = [0.0; RINGS];
     let mut tiles = [0.0; TILES.0 * TILES.1 * 2];
@@ -128,15 +132,15 @@ fn places(view: &View<'_>, [off, on]: &[Vec<f32>; 2], out: &mut Vec<f64>) {
 
 impl Probe for Spatial {
     fn entries(&self) -> Vec<Entry> {
-        let number = |name: String, tolerance| Entry::number(Block::Spatial, name, tolerance);
+        let value = |name: String, tolerance| Entry::value(Block::Spatial, name, tolerance);
         let percent = |share: &f64| 100.0 * share;
         let quiet = SHARES.iter().map(|share| {
             let name =
                 format!("share at rest of the {} % busiest in the other half", percent(share));
-            number(name, TOLERANCE)
+            value(name, TOLERANCE)
         });
         let all = SHARES.iter().map(|share| {
-            number(format!("share of the {} % busiest pixels", percent(share)), TOLERANCE)
+            value(format!("share of the {} % busiest pixels", percent(share)), TOLERANCE)
         });
         let silent = Entry::count(Block::Spatial, "silent pixels");
         let others = [
@@ -148,9 +152,9 @@ impl Probe for Spatial {
             ("log dispersion of rows", 0.1),
             ("log dispersion of columns", 0.1),
         ];
-        let others = others.map(|(name, tolerance)| number(name.to_owned(), tolerance));
+        let others = others.map(|(name, tolerance)| value(name.to_owned(), tolerance));
         let morans =
-            DISTANCES.map(|d| number(format!("likeness of residuals {d} pixels apart"), TOLERANCE));
+            DISTANCES.map(|d| value(format!("likeness of residuals {d} pixels apart"), TOLERANCE));
         let count = |name| Entry::count(Block::Spatial, name);
         let rings = (0..RINGS).map(|ring| count(format!("events of ring {ring}")));
         let tiles = (0..TILES.0 * TILES.1 * 2)
@@ -171,7 +175,7 @@ impl Probe for Spatial {
         let (n_sign, e_sign) = (signs(&measured), signs(&expected));
         let (n, e) = (sum(&n_sign[0], &[&n_sign[1]]), sum(&e_sign[0], &[&e_sign[1]]));
         out.extend(top_shares(&n, &n));
-        out.push(n.iter().zip(&e).filter(|(n, e)| **n == 0.0 && **e >= SPOKEN).count() as f64);
+        out.push(n.iter().zip(&e).filter(|(n, e)| **n == 0.0 && **e >= MIN_SILENT).count() as f64);
 
         out.push(log_fano(&sum(&quiet[0], &[&quiet[1], &quiet[2]])));
         let [first, second] = [0, 1].map(|half| Residuals::of(&n_half[half], &e_half[half]));
@@ -186,7 +190,7 @@ impl Probe for Spatial {
         let width = usize::from(view.size().width);
         out.extend(whole.line_dispersions(width));
         out.extend(DISTANCES.map(|distance| whole.moran(width, distance)));
-        places(view, &n_sign, out);
+        rings_and_tiles(view, &n_sign, out);
     }
 }
 
@@ -197,7 +201,7 @@ mod tests {
     use super::*;
     use crate::probe::testing;
 
-    /// Leaves out a share of the events of a pixel, by chance.
+    /// Drops a random fraction of the events of a pixel.
     fn thinned(share: impl Fn(Event) -> f32) -> EventStream {
         let noise = StageNoise::new(5, "thin", 0);
         let mut index = 0;
@@ -207,8 +211,8 @@ mod tests {
         })
     }
 
-    fn number(events: &EventStream, name: &str) -> f64 {
-        testing::number(&Spatial, events, name)
+    fn value(events: &EventStream, name: &str) -> f64 {
+        testing::value(&Spatial, events, name)
     }
 
     #[test]
@@ -223,15 +227,15 @@ mod tests {
         let even = testing::stream(testing::events().iter().chain(noise.clone()));
         let spiked = testing::stream(testing::events().iter().chain(noise).chain(hot));
         let name = "share at rest of the 0.1 % busiest in the other half";
-        assert!(number(&even, name) < 0.02, "{}", number(&even, name));
-        assert!(number(&spiked, name) > 0.3, "{}", number(&spiked, name));
+        assert!(value(&even, name) < 0.02, "{}", value(&even, name));
+        assert!(value(&spiked, name) > 0.3, "{}", value(&spiked, name));
         let name = "log variance over mean at rest";
-        assert!(number(&even, name).abs() < 0.3, "{}", number(&even, name));
-        assert!(number(&spiked, name) > 2.0, "{}", number(&spiked, name));
+        assert!(value(&even, name).abs() < 0.3, "{}", value(&even, name));
+        assert!(value(&spiked, name) > 2.0, "{}", value(&spiked, name));
     }
 
     #[test]
-    fn silent_pixels_are_counted_where_the_reference_speaks() {
+    fn silent_pixels_are_counted_where_the_reference_has_events() {
         let mut counts = std::collections::HashMap::new();
         for event in testing::events().iter().filter(|event| event.y == 40) {
             *counts.entry(event.x).or_insert(0) += 1;
@@ -239,33 +243,33 @@ mod tests {
         let spoken = counts.values().filter(|count| **count >= 8).count();
         assert!(spoken > 20);
         let dead = testing::changed(|event| (event.y != 40).then_some(event));
-        assert_eq!(number(testing::events(), "silent pixels"), 0.0);
-        assert_eq!(number(&dead, "silent pixels"), spoken as f64);
+        assert_eq!(value(testing::events(), "silent pixels"), 0.0);
+        assert_eq!(value(&dead, "silent pixels"), spoken as f64);
     }
 
     #[test]
     fn a_fixed_pattern_shows_in_both_halves_and_chance_does_not() {
         let name = "correlation of residuals of halves, pixels active in both";
-        let by_chance = number(&thinned(|_| 0.3), name);
-        let fixed = number(&thinned(|event| 0.6 * f32::from((event.x + event.y) % 2)), name);
+        let by_chance = value(&thinned(|_| 0.3), name);
+        let fixed = value(&thinned(|event| 0.6 * f32::from((event.x + event.y) % 2)), name);
         assert!(by_chance.abs() < 0.1, "{by_chance}");
         assert!(fixed > 0.3, "{fixed}");
         let name = "correlation of residuals of ON and OFF";
-        assert!(number(&thinned(|event| 0.6 * f32::from((event.x + event.y) % 2)), name) > 0.3);
+        assert!(value(&thinned(|event| 0.6 * f32::from((event.x + event.y) % 2)), name) > 0.3);
     }
 
     #[test]
     fn late_events_do_not_tie_the_halves_together() {
         let name = "correlation of residuals of halves, pixels active in both";
         let late = testing::changed(|event| Some(Event { t: event.t + Micros(500), ..event }));
-        assert!(number(&late, name).abs() < 0.1, "{}", number(&late, name));
+        assert!(value(&late, name).abs() < 0.1, "{}", value(&late, name));
     }
 
     #[test]
     fn a_pattern_of_columns_shows_along_columns_and_not_along_rows() {
         let columns = thinned(|event| 0.6 * f32::from(event.x % 2));
-        let along = number(&columns, "log dispersion of columns");
-        let across = number(&columns, "log dispersion of rows");
+        let along = value(&columns, "log dispersion of columns");
+        let across = value(&columns, "log dispersion of rows");
         assert!(along > across + 1.0, "{along} {across}");
     }
 
@@ -273,6 +277,6 @@ mod tests {
     fn neighbours_are_alike_in_a_pattern_of_patches() {
         let patches = thinned(|event| 0.6 * f32::from((event.x / 8 + event.y / 8) % 2));
         let name = "likeness of residuals 1 pixels apart";
-        assert!(number(&patches, name) > number(&thinned(|_| 0.3), name) + 0.2);
+        assert!(value(&patches, name) > value(&thinned(|_| 0.3), name) + 0.2);
     }
 }

@@ -1,16 +1,17 @@
-//! Rates over frequency: flicker shows as a line, with ON and OFF in antiphase.
+//! Spectrum of event rates: flicker is a line, with ON and OFF in antiphase.
 //!
 //! # Model
-//! Events are counted in bins of half a millisecond, ON and OFF apart. Without structure the power
-//! `|F|^2` at every frequency is the number of events; powers are given relative to that. The line
-//! is the strongest ordinate between 30 and 950 Hz as a share of all of them (Fisher 1929).
+//! ON and OFF events are counted in bins of half a millisecond. For independent events the power
+//! `|F|^2` at every frequency is the number of events; powers are relative to that. The line
+//! statistic is Fisher's (1929): the largest ordinate between 30 and 950 Hz as a fraction of their
+//! sum.
 
-use crate::probe::Probe;
 use crate::probe::fourier::{Fourier, MAX_LENGTH};
+use crate::probe::interface::Probe;
 use crate::{Block, Entry, View};
 
-/// Power in bands, the strongest line and how its polarities lie, of all pixels and of those at
-/// rest.
+/// Power in bands, the strongest line and the agreement of its polarities, for all pixels and for
+/// those at rest.
 #[derive(Debug)]
 pub(super) struct Spectrum;
 
@@ -18,9 +19,9 @@ const BIN_US: i64 = 500;
 const BANDS: usize = 12;
 const LOW_HZ: f64 = 4.0;
 const HIGH_HZ: f64 = 1_000.0;
-/// Where lines are sought: above most motion, below the highest frequency of the bins.
+/// Frequency range of lines: above most motion, below the Nyquist frequency of the bins.
 const LINE_HZ: (f64, f64) = (30.0, 950.0);
-/// Fewer events than this pull powers to those of events without structure.
+/// Prior count that shrinks powers of few events towards those of independent events.
 const SETTLED: f64 = 10.0;
 const GROUPS: [&str; 2] = ["all pixels", "pixels at rest"];
 
@@ -29,7 +30,7 @@ fn band(hz: f64) -> Option<usize> {
     (0.0..BANDS as f64).contains(&place).then_some(place as usize)
 }
 
-/// ON events in the real part and OFF events in the imaginary one, less their means.
+/// ON rate in the real part and OFF rate in the imaginary part, without their means.
 struct Rates {
     counts: Fourier,
     bins: usize,
@@ -60,7 +61,7 @@ impl Rates {
         for k in 1..length / 2 {
             let hz = k as f64 * step_hz;
             let (a, b) = (self.counts.place(k), self.counts.place(length - k));
-            // The spectra of two real signals, of the real and of the imaginary part.
+            // Spectra of two real signals from one complex transform.
             let (ar, ai) = (f64::from(self.counts.re[a]), f64::from(self.counts.im[a]));
             let (br, bi) = (f64::from(self.counts.re[b]), f64::from(self.counts.im[b]));
             let (on_re, on_im) = (0.5 * (ar + br), 0.5 * (ai - bi));
@@ -84,7 +85,7 @@ impl Rates {
             let mean = if *ordinates > 0.0 { power / ordinates } else { self.events };
             ((mean + SETTLED) / (self.events + SETTLED)).log10()
         }));
-        // Zeros behind the signal spread a line over neighbours, which does not weaken it.
+        // Zero padding spreads a line over neighbouring ordinates, which is no weaker line.
         let spread = length as f64 / self.bins as f64;
         let line = if all > 0.0 { (spread * strongest / all).min(1.0) } else { 0.0 };
         let line = line * self.events / (self.events + SETTLED);
@@ -94,12 +95,12 @@ impl Rates {
 
 impl Probe for Spectrum {
     fn entries(&self) -> Vec<Entry> {
-        let number = |name, tolerance| Entry::number(Block::Spectrum, name, tolerance);
+        let value = |name, tolerance| Entry::value(Block::Spectrum, name, tolerance);
         let group = |group: &'static str| {
             let bands = (0..BANDS)
-                .map(move |band| number(format!("log10 power of {group}, band {band}"), 0.1));
-            let line = number(format!("strongest line of {group}"), 0.02);
-            let phase = number(format!("agreement of ON and OFF in the line of {group}"), 0.02);
+                .map(move |band| value(format!("log10 power of {group}, band {band}"), 0.1));
+            let line = value(format!("strongest line of {group}"), 0.02);
+            let phase = value(format!("agreement of ON and OFF in the line of {group}"), 0.02);
             bands.chain([line, phase])
         };
         GROUPS.iter().flat_map(|name| group(name)).collect()
@@ -111,7 +112,7 @@ impl Probe for Spectrum {
         for event in view.events() {
             let bin = (view.since_start_us(event.t_us) / BIN_US) as usize;
             if bin >= bins {
-                // What is left at the end, or beyond the longest transform.
+                // An incomplete last bin, or beyond the longest transform.
                 break;
             }
             all.add(bin, event.is_on);
@@ -147,39 +148,39 @@ mod tests {
     fn flicker_is_a_line_with_on_and_off_in_antiphase() {
         let even = testing::noise(2_000, 3).into_iter().chain(testing::events().iter());
         let even = testing::stream(even);
-        let number = |events: &EventStream, name: &str| testing::number(&Spectrum, events, name);
+        let value = |events: &EventStream, name: &str| testing::value(&Spectrum, events, name);
         let line = "strongest line of pixels at rest";
         let phase = "agreement of ON and OFF in the line of pixels at rest";
-        assert!(number(&even, line) < 0.05, "{}", number(&even, line));
+        assert!(value(&even, line) < 0.05, "{}", value(&even, line));
         // Pulses have harmonics, seven of them below the limit.
-        assert!(number(&flicker(true), line) > 0.1, "{}", number(&flicker(true), line));
-        assert!(number(&flicker(false), phase) > 0.9 * number(&flicker(false), line));
+        assert!(value(&flicker(true), line) > 0.1, "{}", value(&flicker(true), line));
+        assert!(value(&flicker(false), phase) > 0.9 * value(&flicker(false), line));
     }
 
     #[test]
-    fn the_phase_of_the_first_harmonic_tells_opposed_from_common() {
+    fn the_phase_of_the_first_harmonic_distinguishes_opposed_from_common() {
         let mut rates = Rates::new(1_200);
         for bin in 0..1_200 {
             // 100 Hz: twenty bins a cycle, ten of ON and then ten of OFF.
             rates.add(bin, bin % 20 < 10);
         }
-        let mut numbers = Vec::new();
-        rates.measure(&mut numbers);
-        let [.., line, agreement] = numbers[..] else { panic!("no line") };
+        let mut values = Vec::new();
+        rates.measure(&mut values);
+        let [.., line, agreement] = values[..] else { panic!("no line") };
         // Harmonics of the pulses and the place between two ordinates take the rest.
         assert!(line > 0.6 && agreement < -0.95 * line, "{line} {agreement}");
     }
 
     #[test]
-    fn events_without_structure_have_the_power_of_their_number() {
+    fn the_power_of_independent_events_is_their_count() {
         let mut rates = Rates::new(1_200);
         for event in testing::noise(20_000, 4) {
             rates.add((event.t.0 / BIN_US) as usize, event.polarity.is_on());
         }
-        let mut numbers = Vec::new();
-        rates.measure(&mut numbers);
+        let mut values = Vec::new();
+        rates.measure(&mut values);
         // The upper bands have tens of ordinates.
-        for power in &numbers[6..BANDS] {
+        for power in &values[6..BANDS] {
             assert!(power.abs() < 0.2, "{power}");
         }
     }

@@ -1,4 +1,4 @@
-//! A small stage on which probes are tested: a pattern that moves beside one at rest.
+//! A small scene for tests of probes: a moving pattern beside one at rest.
 
 use std::sync::OnceLock;
 
@@ -7,9 +7,9 @@ use evpose_core::{
 };
 use evpose_sensor::{SensorConfig, SensorModel};
 
-use crate::probe::Probe;
+use crate::probe::interface::Probe;
 use crate::view::Expected;
-use crate::{Classes, Scene, Stage, View};
+use crate::{Classes, ReferenceScene, Scene, View};
 
 /// Columns from here on are at rest.
 pub(crate) const REST_FROM: u16 = 64;
@@ -24,9 +24,9 @@ fn luminance(x: usize, y: usize, t_s: f32) -> f32 {
     (-1.5 + 0.6 * (0.35 * x + 0.1 * y).sin() + 0.4 * (0.15 * x - 0.3 * y).cos()).exp()
 }
 
-fn made() -> &'static (Stage, EventStream) {
-    static MADE: OnceLock<(Stage, EventStream)> = OnceLock::new();
-    MADE.get_or_init(|| {
+fn example() -> &'static (ReferenceScene, EventStream) {
+    static EXAMPLE: OnceLock<(ReferenceScene, EventStream)> = OnceLock::new();
+    EXAMPLE.get_or_init(|| {
         let (width, height) = (usize::from(SIZE.width), usize::from(SIZE.height));
         let plane = |k: usize| {
             let t_s = (k as f64 / FPS) as f32;
@@ -42,54 +42,55 @@ fn made() -> &'static (Stage, EventStream) {
                 events.push(event).unwrap();
             }
         }
-        let stage = Stage { classes: Classes::of(&scene), expected: Expected::of(&events), scene };
-        (stage, events)
+        let reference_scene =
+            ReferenceScene { classes: Classes::of(&scene), expected: Expected::of(&events), scene };
+        (reference_scene, events)
     })
 }
 
-/// The scene and the events of an ideal sensor.
-pub(crate) fn stage() -> &'static Stage {
-    &made().0
+/// The scene, with the events of an ideal sensor as reference.
+pub(crate) fn reference_scene() -> &'static ReferenceScene {
+    &example().0
 }
 
 /// The events of the ideal sensor, as if measured.
 pub(crate) fn events() -> &'static EventStream {
-    &made().1
+    &example().1
 }
 
-/// A stage of two steps in which nothing happens.
-pub(crate) fn tiny(width: u16, height: u16) -> Stage {
+/// A constant scene of two steps.
+pub(crate) fn tiny(width: u16, height: u16) -> ReferenceScene {
     let size = SensorSize { width, height };
     let scene = Scene::new(FPS, vec![Plane::for_sensor(size, 0.5); 3]).unwrap();
     let events = corner_events(width, height);
-    Stage { classes: Classes::of(&scene), expected: Expected::of(&events), scene }
+    ReferenceScene { classes: Classes::of(&scene), expected: Expected::of(&events), scene }
 }
 
-/// Events at either end of a sensor.
+/// Events in opposite corners of a sensor.
 pub(crate) fn corner_events(width: u16, height: u16) -> EventStream {
     let at = |t, x, y| Event { t: Micros(t), x, y, polarity: Polarity::On };
     let events = [at(0, 0, 0), at(700, width - 1, height - 1), at(700, 0, 0)];
     EventStream::from_events(SensorSize { width, height }, events).unwrap()
 }
 
-/// All of the scene.
+/// The window of the whole scene.
 pub(crate) fn whole() -> TimeWindow {
     TimeWindow { start: Micros(0), end: Micros(600_001) }
 }
 
-/// Events in order of time, whatever order they come in.
+/// Sorts events by time into a stream.
 pub(crate) fn stream(events: impl IntoIterator<Item = Event>) -> EventStream {
     let mut events: Vec<Event> = events.into_iter().collect();
     events.sort_by_key(|event| event.t);
     EventStream::from_events(SIZE, events).unwrap()
 }
 
-/// The events of the ideal sensor, each changed or taken out.
+/// The events of the ideal sensor, each changed or dropped.
 pub(crate) fn changed(change: impl FnMut(Event) -> Option<Event>) -> EventStream {
     stream(events().iter().filter_map(change))
 }
 
-/// Events without a cause, anywhere and at any time.
+/// Noise events, uniform over pixels and times.
 pub(crate) fn noise(count: usize, seed: u64) -> Vec<Event> {
     let mut rng = CounterRng::new(seed, "noise", 0);
     let mut event = || Event {
@@ -101,12 +102,12 @@ pub(crate) fn noise(count: usize, seed: u64) -> Vec<Event> {
     (0..count).map(|_| event()).collect()
 }
 
-/// One number of a probe, before any change of scale.
-pub(crate) fn number(probe: &dyn Probe, events: &EventStream, name: &str) -> f64 {
+/// One statistic of a probe, before any transform.
+pub(crate) fn value(probe: &dyn Probe, events: &EventStream, name: &str) -> f64 {
     let entries = probe.entries();
     let place = entries.iter().position(|entry| entry.name == name);
-    let mut numbers = Vec::new();
-    probe.measure(&View::new(stage(), events, whole()), &mut numbers);
-    assert_eq!(numbers.len(), entries.len());
-    numbers[place.unwrap_or_else(|| panic!("no entry `{name}`"))]
+    let mut values = Vec::new();
+    probe.measure(&View::new(reference_scene(), events, whole()), &mut values);
+    assert_eq!(values.len(), entries.len());
+    values[place.unwrap_or_else(|| panic!("no entry `{name}`"))]
 }

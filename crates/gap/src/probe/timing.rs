@@ -1,35 +1,38 @@
-//! Times against the reference: how late events are, where, and which never come.
+//! Lags of events behind the reference, and reference events that are missing.
 
 use evpose_core::{Micros, TimeWindow};
 
+use crate::probe::interface::{Probe, brightness_third, is_moving};
 use crate::probe::quantile::Lags;
-use crate::probe::{Probe, brightness_third, is_moving, reference};
+use crate::probe::reference;
 use crate::{Block, Cell, Entry, Kind, View};
 
-/// Lag behind the nearest event of the reference in the same pixel and polarity.
+/// Histograms and medians of the lag behind the nearest reference event of the same pixel and
+/// polarity, and counts of missing events.
 #[derive(Debug)]
 pub(super) struct Timing;
 
-/// Limits of the size of a lag, microseconds.
+/// Edges of the size of a lag, microseconds.
 const EDGES_US: [i64; 9] = [30, 100, 200, 400, 800, 1_600, 3_200, 6_400, 15_000];
-/// Both signs, one bin in the middle, and one for events that have no partner.
+/// Bins: both signs, one in the middle, and one for events without a partner.
 const BINS: usize = 2 * EDGES_US.len();
 /// Thirds of brightness and two polarities.
 const HISTOGRAMS: usize = 3 * 2;
 const CLASSES: usize = Cell::BRIGHTNESSES * 2;
 const THIRDS: usize = 3;
-/// Lags up to this go into medians: a pair further apart may be none.
+/// Largest lag that goes into medians: events further apart may be unrelated.
 const NEAR_US: i64 = 3_000;
-/// An expected event without a measured one within this time has not come.
+/// A reference event without a measured one within this time is missing.
 const REACH_US: i64 = 5_000;
-/// Differences of a lag up to this share of the scene's step do not matter.
+/// Tolerance of lags, as a fraction of the scene's time step.
 const TOLERANCE_STEPS: f64 = 0.05;
 
-/// Share of all events that the edge of a bin may move.
+/// Fraction of all events that may fall to either side of the edge of a bin.
 const BIN_TOLERANCE: f64 = 0.004;
-/// Lags are known to some share of the scene's step, over which each is spread: this is half the
-/// distance of two of the places it is put at.
+/// Lags are uncertain by a fraction of the scene's time step, so that each is spread over bins by a
+/// triangular kernel with this spacing, in time steps.
 const GRAIN_STEPS: f64 = 0.02;
+/// Offsets in spacings, and weights, of the kernel.
 const KERNEL: [(i64, f64); 9] = [
     (-4, 0.04),
     (-3, 0.08),
@@ -41,17 +44,17 @@ const KERNEL: [(i64, f64); 9] = [
     (3, 0.08),
     (4, 0.04),
 ];
-/// Share of all events that may be lost or be there by rounding alone.
+/// Fraction of all events that may be missing by rounding alone.
 const ROUNDED: f64 = 0.0005;
 
-/// Which bins an event goes to, and how much of it.
+/// Kernel weights of an event on the bins of lags.
 struct Spread {
     grain_us: i64,
-    /// Of lags from `-NARROW_US` to `NARROW_US`: bins that follow each other, from the first.
+    /// First bin and weights of five successive bins, for lags from `-NARROW_US` to `NARROW_US`.
     near: Vec<(usize, [f64; 5])>,
 }
 
-/// Beyond this, bins are wide against the grain of lags.
+/// Largest lag with precomputed weights; beyond it, bins are wide against the kernel.
 const NARROW_US: i64 = 500;
 
 impl Spread {
@@ -86,7 +89,7 @@ fn sign(is_on: usize) -> &'static str {
     ["OFF", "ON"][is_on]
 }
 
-/// The middle is zero lag; lags to either side follow; the last is none within reach.
+/// Bin of a lag: zero lag is in the middle; the last bin is for events without a partner.
 fn bin(lag_us: Option<i64>) -> usize {
     let none = BINS - 1;
     let Some(lag_us) = lag_us else { return none };
@@ -99,7 +102,8 @@ fn bin(lag_us: Option<i64>) -> usize {
     }
 }
 
-/// Expected events, away from the ends of the window, without a measured one within reach.
+/// Counts reference events without a measured one within reach, away from the ends of the window,
+/// by brightness and polarity.
 fn missing(view: &View<'_>) -> [f64; CLASSES] {
     let mut missing = [0.0; CLASSES];
     let reach = Micros(REACH_US);
@@ -108,10 +112,10 @@ fn missing(view: &View<'_>) -> [f64; CLASSES] {
         return missing;
     }
     let mut miss = |pixel: usize, is_on: bool, t_us: i64| {
-        let cell = view.stage.classes.cell(pixel, 1e-6 * t_us as f64);
+        let cell = view.reference_scene.classes.cell(pixel, 1e-6 * t_us as f64);
         missing[2 * cell.brightness() + usize::from(is_on)] += 1.0;
     };
-    // What is left of every list behind the events seen so far.
+    // Rest of every list behind the events processed so far.
     let mut left: Vec<&[i64]> = vec![&[]; 2 * view.size().pixels()];
     for list in reference::lists(view, inner) {
         left[2 * list.pixel + usize::from(list.is_on)] = list.t_us;
@@ -136,7 +140,7 @@ fn missing(view: &View<'_>) -> [f64; CLASSES] {
 
 impl Probe for Timing {
     fn entries(&self) -> Vec<Entry> {
-        let lag = |name| Entry::number(Block::Timing, name, TOLERANCE_STEPS);
+        let lag = |name| Entry::value(Block::Timing, name, TOLERANCE_STEPS);
         let histogram = (0..HISTOGRAMS * BINS).map(|i| {
             let (bin, is_on, third) = (i % BINS, i / BINS % 2, i / BINS / 2);
             let name =
@@ -160,7 +164,7 @@ impl Probe for Timing {
         let mut by_class = vec![Lags::below(NEAR_US); CLASSES];
         let mut by_third = vec![Lags::below(NEAR_US); THIRDS];
         let length_us = view.window.length().0.max(1);
-        let grain_us = (1e6 * GRAIN_STEPS * view.stage.scene.step_s()).round() as i64;
+        let grain_us = (1e6 * GRAIN_STEPS * view.reference_scene.scene.step_s()).round() as i64;
         let spread = Spread::new(grain_us);
         for event in view.events().iter().filter(|event| is_moving(event.cell)) {
             let is_on = usize::from(event.is_on);
@@ -173,7 +177,7 @@ impl Probe for Timing {
             }
         }
         out.extend(histogram);
-        let steps_per_us = 1e-6 / view.stage.scene.step_s();
+        let steps_per_us = 1e-6 / view.reference_scene.scene.step_s();
         let lags = by_class.iter().chain(&by_third);
         out.extend(lags.map(|lags| steps_per_us * lags.median_us()));
         out.extend(missing(view));
@@ -203,8 +207,8 @@ mod tests {
         // Steps are a millisecond.
         let late = later(|_| 100);
         for name in Timing.entries().iter().filter(|entry| entry.name.starts_with("median lag")) {
-            assert_eq!(testing::number(&Timing, testing::events(), &name.name), 0.0);
-            let lag = testing::number(&Timing, &late, &name.name);
+            assert_eq!(testing::value(&Timing, testing::events(), &name.name), 0.0);
+            let lag = testing::value(&Timing, &late, &name.name);
             assert!((lag - 0.1).abs() < 1e-9, "{}: {lag}", name.name);
         }
     }
@@ -214,15 +218,15 @@ mod tests {
         let fast = later(|t| t.0 / 1_000);
         for (third, lag) in [0.1, 0.3, 0.5].into_iter().enumerate() {
             let name = format!("median lag in steps, third {third} of time");
-            let found = testing::number(&Timing, &fast, &name);
-            assert!((found - lag).abs() < 0.02, "{third}: {found}");
+            let value = testing::value(&Timing, &fast, &name);
+            assert!((value - lag).abs() < 0.02, "{third}: {value}");
         }
     }
 
     #[test]
     fn events_that_never_come_are_counted() {
         let missed = |events: &EventStream| -> f64 {
-            missing(&View::new(testing::stage(), events, testing::whole())).iter().sum()
+            missing(&View::new(testing::reference_scene(), events, testing::whole())).iter().sum()
         };
         assert_eq!(missed(testing::events()), 0.0);
         let inner = REACH_US..testing::whole().end.0 - REACH_US;

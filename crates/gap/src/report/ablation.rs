@@ -1,4 +1,4 @@
-//! What was tried beside the answer, and what would overturn it.
+//! Alternatives to the answer: ranked candidates, confusable effects, ablation, and assumptions.
 
 use std::collections::BTreeMap;
 
@@ -6,67 +6,70 @@ use serde::{Deserialize, Serialize};
 
 use crate::verdict::{Answer, GapValue, Quantity, Verdict};
 
-/// A candidate that was fitted.
+/// A candidate of the search.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Ranked {
-    /// The name in the catalogue.
+    /// Name in the catalogue.
     pub name: String,
-    /// What is left of the misfit with it.
-    pub misfit: f64,
-    /// Standard error of its difference to the best, where that is known.
+    /// Discrepancy of the model with it.
+    #[serde(alias = "misfit")]
+    pub discrepancy: f64,
+    /// Standard error of its difference to the best, if known.
     #[serde(default)]
     pub error: Option<f64>,
-    /// Whether all its numbers were fitted, or only its strength was tried at a few values.
+    /// Whether all its parameters were fitted, or only its strength was screened.
     pub is_fitted: bool,
-    /// Its numbers at the best fit.
+    /// Fitted parameters.
     #[serde(default)]
     pub parameters: BTreeMap<String, Quantity>,
 }
 
-/// How alike what effects do looks: one for pairs that cannot be told apart.
+/// Similarity of the directions of effects; one for indistinguishable pairs.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Confusability {
     /// Names of effects, in the order of rows and columns.
     pub names: Vec<String>,
-    /// `|cos|` of the angle between what they do to the numbers measured.
+    /// `|cos|` of the angle between the changes of the summary that they cause.
     pub cosines: Vec<Vec<f64>>,
 }
 
-/// What was done to the model.
+/// Change of the model in an ablation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Change {
-    /// Nothing: the model as given.
+    /// None: the model as given.
     None,
-    /// What was named is in it.
+    /// All identified effects are added.
     Added,
-    /// One of several that were named is out again.
-    TakenOut,
-    /// Another effect, the nearest one, is there in its place.
-    Exchanged,
+    /// One identified effect is dropped.
+    #[serde(alias = "taken_out")]
+    Dropped,
+    /// One identified effect is swapped for its nearest rival.
+    #[serde(alias = "exchanged")]
+    Swapped,
 }
 
-/// The gap of one variant of the model.
+/// Gap of one variant of the model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Ablation {
-    /// What was done.
+    /// The change.
     pub change: Change,
-    /// The effect that it was done with; empty where there is none.
+    /// Effect that was added, dropped, or swapped in; empty if there is none.
     pub effect: String,
-    /// The gap that is left.
+    /// Gap of the variant.
     pub gap: GapValue,
 }
 
-/// Something that the answer rests on.
+/// An assumption of the answer, with an observation that would overturn it.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Doubt {
-    /// What is assumed.
+    /// The assumption.
     pub assumption: String,
-    /// What would show that it does not hold.
+    /// Observation that would show that it does not hold.
     pub overturned_by: String,
 }
 
-/// The note of an answer that was judged on a second recording.
+/// Note of a verdict whose held-out data is a second recording.
 pub(crate) const SECOND_RECORDING: &str = "held out: a second recording";
 
 impl Doubt {
@@ -74,29 +77,29 @@ impl Doubt {
         Self { assumption: assumption.into(), overturned_by: overturned_by.into() }
     }
 
-    /// What an answer without a scene rests on.
+    /// Assumptions of a verdict without a scene.
     fn of_recording_alone() -> Vec<Self> {
         vec![
             Self::new(
                 "Nothing in front of the camera has a structure in time finer than the windows \
                  in which times were redrawn.",
-                "A lamp or a screen that flickers, or a motion that repeats, does: look at the same \
-                 scene in daylight. What is named is what the recording is consistent with.",
+                "A lamp or a screen that flickers, or a motion that repeats, does: record the same scene \
+                 in daylight. The listed effects are those that the recording is consistent with.",
             ),
             Self::new(
                 "Both halves of the recording see the same camera.",
                 "Settings or temperature that change meanwhile: record again and compare.",
             ),
             Self::new(
-                "What is not named was either looked for or is listed as untestable.",
+                "Other effects were either tested or are listed as untestable.",
                 "A recording of a known scene, with `--scene`: most effects need one to show.",
             ),
         ]
     }
 
-    /// What every answer rests on, and what this one does.
+    /// Assumptions of a verdict.
     pub fn of(verdict: &Verdict) -> Vec<Self> {
-        if verdict.is_bare() {
+        if verdict.is_scene_free() {
             return Self::of_recording_alone();
         }
         let mut doubts = vec![
@@ -143,9 +146,9 @@ impl Doubt {
         }
         if verdict.c2st_after.is_some_and(|after| after.p < 0.05) {
             doubts.push(Self::new(
-                "The numbers that are compared hold all that matters.",
-                "They do not: a classifier still tells patches of measured events from simulated \
-                 ones. Something is left that no probe looks at.",
+                "The compared statistics hold all that matters.",
+                "They do not: a classifier still separates patches of measured events from \
+                 simulated ones. Something is left that no probe measures.",
             ));
         }
         doubts

@@ -1,10 +1,10 @@
-//! Everything that a report shows, as data: written beside the verdict, read back to draw the page.
+//! Data of a report: written beside the verdict, and read back to draw the page.
 
 mod ablation;
-mod film;
 mod plot;
 mod plots;
 mod probes;
+mod side_by_side;
 
 use std::path::Path;
 
@@ -16,59 +16,57 @@ use crate::verdict::Verdict;
 
 pub(crate) use ablation::SECOND_RECORDING;
 pub use ablation::{Ablation, Change, Confusability, Doubt, Ranked};
-pub use film::{Film, Frame};
 pub use plot::{Plot, Scale};
 pub use plots::plots;
 pub use probes::{BlockGap, ProbeRow, block_gaps, probe_rows};
+pub use side_by_side::{Frame, SideBySide};
 
-/// What a report is drawn from. Everything but the verdict may be left as it is by default: the
-/// page leaves out what is empty.
+/// All data of a report. Everything but the verdict may be empty: the page omits empty sections.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ReportData {
-    /// The answer.
+    /// The verdict.
     pub verdict: Verdict,
-    /// What was compared, by whom and with what: recording, scene, model, hashes, seed, version,
-    /// time taken.
+    /// Provenance: recording, scene, model, seed, version, time taken.
     #[serde(default)]
     pub provenance: Vec<Fact>,
-    /// The gap of each block before and after, see [`block_gaps`].
+    /// Gap of each block before and after, see [`block_gaps`].
     #[serde(default)]
     pub blocks: Vec<BlockGap>,
-    /// Every number that was measured, see [`probe_rows`].
+    /// All statistics, see [`probe_rows`].
     #[serde(default)]
     pub probes: Vec<ProbeRow>,
-    /// Where the model as given disagrees.
+    /// Location of the disagreement with the model as given.
     #[serde(default)]
     pub before: Located,
-    /// Where the corrected model does.
+    /// Location of the disagreement with the corrected model.
     #[serde(default)]
     pub after: Option<Located>,
     /// Measured, simulated and corrected curves, see [`plots()`].
     #[serde(default)]
     pub plots: Vec<Plot>,
-    /// Every candidate that was tried, the best first.
+    /// Candidates of the search, the best first.
     #[serde(default)]
     pub candidates: Vec<Ranked>,
-    /// The misfit of the model when only its own numbers are refitted: what candidates must beat.
-    #[serde(default)]
-    pub misfit_without: Option<f64>,
-    /// How alike what effects do looks in this recording.
+    /// Discrepancy of the model with its own parameters refitted, the baseline of candidates.
+    #[serde(default, alias = "misfit_without")]
+    pub discrepancy_without: Option<f64>,
+    /// Similarity of effects in this recording.
     #[serde(default)]
     pub confusability: Confusability,
-    /// The gap with effects added, taken out, and exchanged.
+    /// Gaps of the ablation: effects added, dropped and swapped.
     #[serde(default)]
     pub ablation: Vec<Ablation>,
     /// Measured, simulated and corrected events side by side.
-    #[serde(default)]
-    pub film: Option<Film>,
-    /// The model as given, as TOML.
+    #[serde(default, alias = "film")]
+    pub side_by_side: Option<SideBySide>,
+    /// Model as given, as TOML.
     #[serde(default)]
     pub model_before: String,
-    /// The corrected model, as TOML.
+    /// Corrected model, as TOML.
     #[serde(default)]
     pub model_after: String,
-    /// What was assumed, and what would overturn the answer; see [`Doubt::of`].
+    /// Assumptions, and observations that would overturn the answer; see [`Doubt::of`].
     #[serde(default)]
     pub doubts: Vec<Doubt>,
 }
@@ -76,21 +74,21 @@ pub struct ReportData {
 /// A line of provenance.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Fact {
-    /// What it is about.
+    /// Name of the fact.
     pub name: String,
-    /// What it is.
+    /// Value of the fact.
     pub value: String,
 }
 
 impl Fact {
-    /// A name and a value.
+    /// A fact of this name and value.
     pub fn new(name: impl Into<String>, value: impl Into<String>) -> Self {
         Self { name: name.into(), value: value.into() }
     }
 }
 
 impl ReportData {
-    /// A report that shows the verdict and nothing else yet.
+    /// A report of the verdict alone.
     pub fn of(verdict: Verdict) -> Self {
         Self {
             doubts: Doubt::of(&verdict),
@@ -102,24 +100,25 @@ impl ReportData {
             after: None,
             plots: Vec::new(),
             candidates: Vec::new(),
-            misfit_without: None,
+            discrepancy_without: None,
             confusability: Confusability::default(),
             ablation: Vec::new(),
-            film: None,
+            side_by_side: None,
             model_before: String::new(),
             model_after: String::new(),
         }
     }
 
-    /// As JSON; the same bytes for the same data. Numbers that are not finite become `null`.
+    /// Serialises to JSON; the same bytes for the same data. Values that are not finite become
+    /// `null`.
     ///
     /// # Errors
-    /// Data that JSON cannot hold.
+    /// Data that cannot be serialised.
     pub fn to_json(&self, path: &Path) -> Result<String, GapError> {
         serde_json::to_string(self).map_err(|error| GapError::json(path, error.to_string()))
     }
 
-    /// Reads what [`Self::to_json`] made; `path` is for the message.
+    /// Parses the output of [`Self::to_json`]; `path` is for the message.
     ///
     /// # Errors
     /// Text that is no report.
@@ -128,7 +127,7 @@ impl ReportData {
     }
 }
 
-/// Numbers of which some may be missing: `null` in JSON, NaN in memory.
+/// Serialisation of values of which some may be missing: `null` in JSON, NaN in memory.
 mod gaps {
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 

@@ -1,57 +1,57 @@
-//! One curve of a measured recording, of the model and of the corrected model.
+//! A curve of the recording, of the model and of the corrected model.
 
 use serde::{Deserialize, Serialize};
 
 use super::gaps;
 use crate::normal::moments;
 
-/// How an axis is drawn.
+/// Scale of an axis.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Scale {
-    /// Evenly.
+    /// Linear.
     #[default]
     Linear,
-    /// By the logarithm.
+    /// Logarithmic.
     Log,
 }
 
-/// A measured curve with the band that runs of the model fill.
+/// A measured curve with the band of runs of the model.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Plot {
-    /// What it shows.
+    /// Title.
     pub title: String,
-    /// What to look for, in a sentence.
+    /// Explanation in a sentence.
     pub caption: String,
     /// Name and unit of the horizontal axis.
     pub x_name: String,
-    /// How it is drawn.
+    /// Scale of the horizontal axis.
     pub x_scale: Scale,
     /// Name and unit of the vertical axis.
     pub y_name: String,
-    /// How it is drawn.
+    /// Scale of the vertical axis.
     pub y_scale: Scale,
-    /// Places on the horizontal axis; the curves have one value at each. A value that is not known
-    /// is NaN.
+    /// Positions on the horizontal axis; the curves have one value at each. An unknown value is
+    /// NaN.
     #[serde(with = "gaps")]
     pub x: Vec<f64>,
-    /// What was measured.
+    /// Measured curve.
     #[serde(with = "gaps")]
     pub measured: Vec<f64>,
-    /// Lower edge of what runs of the model give.
+    /// Lower edge of the band of runs of the model.
     #[serde(with = "gaps")]
     pub low: Vec<f64>,
-    /// Upper edge.
+    /// Upper edge of the band.
     #[serde(with = "gaps")]
     pub high: Vec<f64>,
-    /// The mean of runs of the corrected model; empty where there is none.
+    /// Mean of runs of the corrected model; empty if there is none.
     #[serde(with = "gaps", default)]
     pub corrected: Vec<f64>,
 }
 
 impl Plot {
-    /// Takes a measured curve, curves of runs of the model, and of the corrected model. The band is
-    /// the mean of the runs with twice their standard deviation on either side.
+    /// Sets the measured curve, the band from runs of the model (mean and two standard deviations
+    /// to either side), and the mean of the corrected model.
     #[must_use]
     pub fn with(mut self, measured: Vec<f64>, runs: &[Vec<f64>], corrected: &[Vec<f64>]) -> Self {
         let is_log = self.y_scale == Scale::Log;
@@ -59,10 +59,10 @@ impl Plot {
         for i in 0..measured.len() {
             let values: Vec<f64> = known(runs, i).collect();
             let (mean, sd) = moments(&values);
-            let least = values.iter().copied().fold(f64::INFINITY, f64::min);
-            // The logarithm has no room below zero: there the least run is the edge.
+            let min = values.iter().copied().fold(f64::INFINITY, f64::min);
+            // On a logarithmic axis an edge below zero is replaced by the smallest run.
             let edge = mean - 2.0 * sd;
-            low.push(if is_log && edge <= 0.0 { least.min(mean) } else { edge });
+            low.push(if is_log && edge <= 0.0 { min.min(mean) } else { edge });
             high.push(mean + 2.0 * sd);
         }
         let mean = |i: usize| moments(&known(corrected, i).collect::<Vec<_>>()).0;
@@ -84,7 +84,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_band_is_two_standard_deviations_and_leaves_out_what_is_not_known() {
+    fn the_band_is_two_standard_deviations_without_unknown_values() {
         let runs = [vec![1.0, f64::NAN], vec![3.0, f64::NAN], vec![2.0, 7.0]];
         let plot = Plot::default().with(vec![2.0, f64::NAN], &runs, &[vec![2.5, 6.0]]);
         assert_eq!((plot.low[0], plot.high[0]), (0.0, 4.0));

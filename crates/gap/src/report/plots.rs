@@ -1,111 +1,119 @@
-//! The curves of a report: what effects are seen in.
+//! The curves of a report, in which effects are visible.
 
 use std::f64::consts::TAU;
 
 use super::{Plot, Scale};
-use crate::{Cell, Sight, View};
+use crate::{Cell, EventFeatures, View};
 
-/// Bins of intervals a decade, from ten microseconds to one second.
+/// Bins of intervals per decade, and decades, from ten microseconds to one second.
 const PER_DECADE: usize = 8;
 const DECADES: usize = 5;
-/// Frequencies of the spectrum, from 4 to 450 Hz, and the bins of its rate.
+/// Frequencies of the spectrum, their range, and the bin length of its rate.
 const FREQUENCIES: usize = 56;
 const LOWEST_HZ: f64 = 4.0;
 const HIGHEST_HZ: f64 = 450.0;
 const RATE_BIN_US: i64 = 1_000;
-/// Bins of a period of the clock, and its length.
+/// Phase bins of a period of the clock, and its length.
 const RESIDUES: usize = 50;
 const PERIOD_US: i64 = 1_000;
-/// Lags beyond this are of another edge, microseconds.
+/// Maximum lag, microseconds; larger ones belong to another edge.
 const LONGEST_LAG_US: i64 = 20_000;
-/// Fewer events have no median.
-const LEAST_EVENTS: usize = 10;
+/// Minimum events of a median.
+const MIN_EVENTS: usize = 10;
 
 type Curve = fn(&View<'_>) -> Vec<f64>;
 
-/// All curves of a measured recording, of runs of the model and of the corrected model, which may
-/// be none.
+/// Computes all curves of a recording, of runs of the model, and of the corrected model if there
+/// are any.
 pub fn plots(measured: &View<'_>, runs: &[View<'_>], corrected: &[View<'_>]) -> Vec<Plot> {
-    let of = |plot: Plot, curve: Curve| {
+    let fill = |(plot, curve): (Plot, Curve)| {
         let all = |views: &[View<'_>]| views.iter().map(curve).collect::<Vec<_>>();
         plot.with(curve(measured), &all(runs), &all(corrected))
     };
-    let plot = |title: &str, caption: &str, x_name: &str, y_name: &str, x: Vec<f64>| Plot {
+    [over_intervals(), by_brightness(), by_speed(), by_age(), over_frequency(), over_phase()]
+        .into_iter()
+        .map(fill)
+        .collect()
+}
+
+/// A plot with linear axes and without curves.
+fn plot(title: &str, caption: &str, [x_name, y_name]: [&str; 2], x: Vec<f64>) -> Plot {
+    Plot {
         title: title.to_owned(),
         caption: caption.to_owned(),
         x_name: x_name.to_owned(),
         y_name: y_name.to_owned(),
         x,
         ..Plot::default()
-    };
-    let classes = |count: usize| (1..=count).map(|i| i as f64).collect::<Vec<_>>();
-    let residues = (0..RESIDUES).map(|i| (i as f64 + 0.5) * PERIOD_US as f64 / RESIDUES as f64);
-    let spectrum = plot(
-        "Spectrum of the event rate",
-        "A line is a lamp or a clock; a fall towards high frequencies is a slow pixel.",
-        "frequency in Hz",
-        "power over mean rate",
-        (0..FREQUENCIES).map(frequency_hz).collect(),
-    );
-    let log = |plot: Plot| Plot { x_scale: Scale::Log, y_scale: Scale::Log, ..plot };
-    let interval = plot(
+    }
+}
+
+/// Classes as positions on an axis, counted from one.
+fn classes(count: usize) -> Vec<f64> {
+    (1..=count).map(|i| i as f64).collect()
+}
+
+fn over_intervals() -> (Plot, Curve) {
+    let plot = plot(
         "Times between events of a pixel",
-        "An empty left end is dead time, a peak is a regular source, a long tail is noise.",
-        "interval in ms",
-        "events a bin",
+        "An empty left end is a refractory period, a peak is a regular source, a long tail is \
+         noise.",
+        ["interval in ms", "events a bin"],
         (0..PER_DECADE * DECADES).map(|i| interval_us(i as f64 + 0.5) / 1e3).collect(),
     );
-    vec![
-        of(log(interval), intervals),
-        of(
-            plot(
-                "Lag behind the ideal sensor, by brightness",
-                "A slow photoreceptor is later in the dark; a delay or a clock is the same everywhere.",
-                "fifth by brightness, the darkest first",
-                "median lag in ms",
-                classes(Cell::BRIGHTNESSES),
-            ),
-            lags,
-        ),
-        of(
-            Plot {
-                y_scale: Scale::Log,
-                ..plot(
-                    "Events by speed of change",
-                    "Missing events at high speed are a slow pixel, at low speed a leak or a high-pass.",
-                    "1 at rest, 2 slow, 3 middle, 4 fast",
-                    "events over ideal sensor",
-                    classes(Cell::SPEEDS),
-                )
-            },
-            speeds,
-        ),
-        of(
-            Plot {
-                y_scale: Scale::Log,
-                ..plot(
-                    "Events behind an edge",
-                    "A tail is a slow pixel or a bouncing comparator, a level that stays is noise. Class 1 \
-                     is while light changes, then up to 5, 10, 20, 50, 100, 200 ms later, and rest.",
-                    "time since light changed, by class",
-                    "events",
-                    classes(Cell::AGES),
-                )
-            },
-            ages,
-        ),
-        of(log(spectrum), spectrum_of),
-        of(
-            plot(
-                "Times within a millisecond",
-                "Level if stamps are fine; steps and peaks are the clock or the readout.",
-                "time modulo 1 ms, microseconds",
-                "share of events",
-                residues.collect(),
-            ),
-            residues_of,
-        ),
-    ]
+    (Plot { x_scale: Scale::Log, y_scale: Scale::Log, ..plot }, intervals)
+}
+
+fn by_brightness() -> (Plot, Curve) {
+    let plot = plot(
+        "Lag behind the ideal sensor, by brightness",
+        "A slow photoreceptor is later in the dark; a delay or a clock is the same everywhere.",
+        ["fifth by brightness, the darkest first", "median lag in ms"],
+        classes(Cell::BRIGHTNESSES),
+    );
+    (plot, lags)
+}
+
+fn by_speed() -> (Plot, Curve) {
+    let plot = plot(
+        "Events by speed of change",
+        "Missing events at high speed are a slow pixel, at low speed a leak or a high-pass.",
+        ["1 at rest, 2 slow, 3 middle, 4 fast", "events over ideal sensor"],
+        classes(Cell::SPEEDS),
+    );
+    (Plot { y_scale: Scale::Log, ..plot }, speeds)
+}
+
+fn by_age() -> (Plot, Curve) {
+    let plot = plot(
+        "Events behind an edge",
+        "A tail is a slow pixel or a bouncing comparator, a level that stays is noise. Class 1 is \
+         while light changes, then up to 5, 10, 20, 50, 100, 200 ms later, and rest.",
+        ["time since light changed, by class", "events"],
+        classes(Cell::AGES),
+    );
+    (Plot { y_scale: Scale::Log, ..plot }, ages)
+}
+
+fn over_frequency() -> (Plot, Curve) {
+    let plot = plot(
+        "Spectrum of the event rate",
+        "A line is a lamp or a clock; a fall towards high frequencies is a slow pixel.",
+        ["frequency in Hz", "power over mean rate"],
+        (0..FREQUENCIES).map(frequency_hz).collect(),
+    );
+    (Plot { x_scale: Scale::Log, y_scale: Scale::Log, ..plot }, spectrum_of)
+}
+
+fn over_phase() -> (Plot, Curve) {
+    let phases = (0..RESIDUES).map(|i| (i as f64 + 0.5) * PERIOD_US as f64 / RESIDUES as f64);
+    let plot = plot(
+        "Times within a millisecond",
+        "Level if stamps are fine; steps and peaks are the clock or the readout.",
+        ["time modulo 1 ms, microseconds", "share of events"],
+        phases.collect(),
+    );
+    (plot, residues_of)
 }
 
 fn interval_us(bin: f64) -> f64 {
@@ -120,7 +128,7 @@ fn intervals(view: &View<'_>) -> Vec<f64> {
             counts[place as usize] += 1.0;
         }
     }
-    // Nothing has no place on a logarithmic axis.
+    // Zero has no place on a logarithmic axis.
     counts.into_iter().map(|count| if count > 0.0 { count } else { f64::NAN }).collect()
 }
 
@@ -133,7 +141,7 @@ fn lags(view: &View<'_>) -> Vec<f64> {
     }
     lags.iter_mut()
         .map(|lags| {
-            if lags.len() < LEAST_EVENTS {
+            if lags.len() < MIN_EVENTS {
                 return f64::NAN;
             }
             let middle = lags.len() / 2;
@@ -146,16 +154,16 @@ fn speeds(view: &View<'_>) -> Vec<f64> {
     let mut expected = [0.0; Cell::SPEEDS];
     for pixel in 0..view.size().pixels() {
         for is_on in [false, true] {
-            let times = view.stage.expected.times(pixel, is_on);
+            let times = view.reference_scene.expected.times(pixel, is_on);
             let inside = times.iter().filter(|t| view.window.contains(evpose_core::Micros(**t)));
             for t in inside {
-                expected[view.stage.classes.cell(pixel, *t as f64 * 1e-6).speed()] += 1.0;
+                expected[view.reference_scene.classes.cell(pixel, *t as f64 * 1e-6).speed()] += 1.0;
             }
         }
     }
     let counts = counts(view, Cell::SPEEDS, |event| event.cell.speed());
     let ratio = |(count, expected): (f64, f64)| {
-        if expected >= LEAST_EVENTS as f64 { count / expected } else { f64::NAN }
+        if expected >= MIN_EVENTS as f64 { count / expected } else { f64::NAN }
     };
     counts.into_iter().zip(expected).map(ratio).collect()
 }
@@ -166,13 +174,14 @@ fn ages(view: &View<'_>) -> Vec<f64> {
 }
 
 fn residues_of(view: &View<'_>) -> Vec<f64> {
-    let bin =
-        |event: &Sight| (event.t_us.rem_euclid(PERIOD_US) * RESIDUES as i64 / PERIOD_US) as usize;
+    let bin = |event: &EventFeatures| {
+        (event.t_us.rem_euclid(PERIOD_US) * RESIDUES as i64 / PERIOD_US) as usize
+    };
     let all = view.events().len().max(1) as f64;
     counts(view, RESIDUES, bin).into_iter().map(|count| count / all).collect()
 }
 
-fn counts(view: &View<'_>, bins: usize, bin: impl Fn(&Sight) -> usize) -> Vec<f64> {
+fn counts(view: &View<'_>, bins: usize, bin: impl Fn(&EventFeatures) -> usize) -> Vec<f64> {
     let mut counts = vec![0.0; bins];
     for event in view.events() {
         counts[bin(event)] += 1.0;
@@ -184,10 +193,10 @@ fn frequency_hz(i: usize) -> f64 {
     LOWEST_HZ * (HIGHEST_HZ / LOWEST_HZ).powf(i as f64 / (FREQUENCIES - 1) as f64)
 }
 
-/// Power of the rate in millisecond bins, in units of what independent events give.
+/// Power spectrum of the rate in millisecond bins, relative to independent events.
 fn spectrum_of(view: &View<'_>) -> Vec<f64> {
     let bins = (view.window.length().0 / RATE_BIN_US).max(1) as usize;
-    let bin = |event: &Sight| {
+    let bin = |event: &EventFeatures| {
         ((view.since_start_us(event.t_us) / RATE_BIN_US).max(0) as usize).min(bins - 1)
     };
     let rate = counts(view, bins, bin);

@@ -1,42 +1,41 @@
-//! Every number that was compared, and what blocks of them say.
+//! All compared statistics, and gaps of their blocks.
 
 use serde::{Deserialize, Serialize};
 
 use crate::compare::by_block;
-use crate::summary::Kind;
+use crate::entry::Kind;
 use crate::verdict::GapValue;
 use crate::{Block, Expectation, Layout, rho_of_chance};
 
-/// The gap of one block of numbers.
+/// Gap of one block of statistics.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct BlockGap {
     /// The block.
     pub block: Block,
-    /// With the model as given.
+    /// Gap of the model as given.
     pub before: GapValue,
-    /// With the corrected model.
+    /// Gap of the corrected model.
     pub after: GapValue,
 }
 
-/// One number that was compared.
+/// One compared statistic.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ProbeRow {
     /// Its block.
     pub block: Block,
-    /// What it is.
+    /// Name.
     pub name: String,
-    /// Standard deviations from the model as given.
+    /// Deviation from the model as given, standard deviations.
     pub before: f64,
-    /// Standard deviations from the corrected model.
+    /// Deviation from the corrected model, standard deviations.
     pub after: f64,
-    /// Measured over expected for counts, less one; none for other numbers.
+    /// Measured over expected minus one, for counts.
     pub relative: Option<f64>,
 }
 
-/// Gaps of blocks from the deviations of the model as given and the corrected one.
+/// Gaps of blocks, from the deviations of the model as given and of the corrected one.
 ///
-/// `resampled` are the same pairs for resamples or parts of the recording, from which intervals of
-/// 90 % are taken; without them they have no width.
+/// `resampled` are pairs of deviations from bootstrap resamples, for 90 % intervals.
 pub fn block_gaps(
     layout: &Layout,
     (before, after): (&[f64], &[f64]),
@@ -68,8 +67,8 @@ pub fn block_gaps(
     .collect()
 }
 
-/// All numbers of a summary against two expectations, the most deviant first; what neither side
-/// has is left out.
+/// All statistics of a summary against two expectations, the largest deviation first, without those
+/// undefined on both sides.
 pub fn probe_rows(
     layout: &Layout,
     measured: &[f64],

@@ -1,33 +1,33 @@
-//! Parameters that both halves of a recording agree on, with the interval that they give.
+//! Agreement of both halves of a recording on a parameter, and the interval from it.
 
-use super::findings::{BareEffect, BareParameter};
+use super::findings::{SceneFreeEffect, SceneFreeParameter};
 use super::train::Train;
 
-/// Quantile of Student's t with one degree of freedom, which two halves have, for 90 %.
+/// Two-sided 90 % quantile of Student's t with one degree of freedom, for the mean of two halves.
 const T90: f64 = 6.314;
-/// How near two halves must be to each other.
+/// Largest difference of two halves that agree.
 pub(super) struct Agreement {
-    /// As a part of their mean.
+    /// Relative to their mean.
     pub(super) tolerance: f64,
-    /// What cannot be told apart in any case.
+    /// Absolute, in units of the parameter.
     pub(super) resolution: f64,
 }
 
 impl Agreement {
-    /// None if the halves do not agree.
+    /// The parameter with its interval; none if the halves do not agree.
     pub(super) fn parameter(
         &self,
         name: &'static str,
         unit: &'static str,
         value: f64,
         [early, late]: [f64; 2],
-    ) -> Option<BareParameter> {
+    ) -> Option<SceneFreeParameter> {
         let apart = (early - late).abs();
         if apart > self.tolerance * 0.5 * (early + late).abs() + 2.0 * self.resolution {
             return None;
         }
         let reach = (T90 * 0.5 * apart).max(self.resolution);
-        Some(BareParameter {
+        Some(SceneFreeParameter {
             name,
             unit,
             value,
@@ -38,21 +38,29 @@ impl Agreement {
     }
 }
 
-/// A number that is counted.
-pub(super) fn exact(name: &'static str, unit: &'static str, value: f64) -> BareParameter {
-    BareParameter { name, unit, value, lo90: value, hi90: value, halves: None }
+/// A parameter that is counted, without uncertainty.
+pub(super) fn exact(name: &'static str, unit: &'static str, value: f64) -> SceneFreeParameter {
+    SceneFreeParameter { name, unit, value, lo90: value, hi90: value, halves: None }
 }
 
+/// An effect with its parameters.
 pub(super) fn effect(
     name: &'static str,
-    parameters: Vec<BareParameter>,
+    parameters: Vec<SceneFreeParameter>,
     confusable_with: &[&'static str],
-) -> BareEffect {
+) -> SceneFreeEffect {
     let confusable_with = confusable_with.to_vec();
-    BareEffect { name, variant: None, parameters, p: None, confusable_with, pixels: Vec::new() }
+    SceneFreeEffect {
+        name,
+        variant: None,
+        parameters,
+        p: None,
+        confusable_with,
+        pixels: Vec::new(),
+    }
 }
 
-impl BareEffect {
+impl SceneFreeEffect {
     pub(super) fn with_variant(mut self, variant: &'static str) -> Self {
         self.variant = Some(variant);
         self

@@ -1,44 +1,46 @@
-//! Clocks: stamps that are multiples of a period, and rows or columns that are visited in turn.
+//! Clocks: time stamps that are multiples of a period, and scans of rows or columns.
 //!
 //! # Method
-//! `A(f, k) = sum over events of exp(2 pi i (k y / rows - f t))`. A clock of period `T` makes it
-//! large at `f = 1/T` and `k = 0`; a scan of the rows at `k = 1` or, from the last row to the
-//! first, at `k = -1`, since the phase of its clock goes once around over the rows. Powers are
-//! summed over stretches of 65 ms, and compared with their neighbours: what light does is smooth
-//! over frequency.
+//! `A(f, k) = sum over events of exp(2 pi i (k y / rows - f t))` is large at `f = 1/T` and `k = 0`
+//! for a clock of period `T`, and at `k = 1` for a scan of the rows (`k = -1` from the last row to
+//! the first), because the phase of its clock goes once around over the rows. Powers are summed
+//! over stretches of 65 ms, and compared with neighbouring frequencies: the spectrum of motion is
+//! smooth.
 
 use std::f64::consts::{PI, TAU};
 
 use super::fourier::{Complex, Fourier};
 use super::train::{Mark, Train};
 
-/// Step of the transform: periods from 4 us.
+/// Minimum events of a spectral line.
+const MIN_LINE_EVENTS: usize = 50;
+/// Time step of the transform; the shortest period is 4 us.
 const STEP_US: i64 = 2;
 /// Steps of one stretch.
 const STEPS: usize = 1 << 15;
 /// Length of one stretch.
 const STRETCH_US: i64 = STEP_US * STEPS as i64;
-/// Stretches looked at, at most.
-const MOST_STRETCHES: i64 = 16;
-/// The longest period is this part of a stretch.
-const LEAST_TURNS: usize = 3;
-/// Neighbours that a power is compared with.
+/// Maximum number of stretches.
+const MAX_STRETCHES: i64 = 16;
+/// Minimum turns of a period in a stretch.
+const MIN_TURNS: usize = 3;
+/// Number of neighbouring frequencies that a power is compared with.
 const NEIGHBOURS: usize = 32;
-/// Part of the strongest line's contrast that a slower one needs to be taken instead.
+/// Fraction of the strongest line's contrast from which a slower line is preferred.
 const AS_STRONG: f64 = 0.3;
-/// Mean length of the sum of unit vectors from which on a clock is one.
-const LEAST_LOCKING: f64 = 0.4;
-/// How much better events must be locked with the phase of their line than without.
-const LEAST_GAIN: f64 = 1.3;
-/// Part of the stamps that are multiples of a clock's period.
-const LEAST_MULTIPLES: f64 = 0.98;
-/// The longest count of a clock.
-const LONGEST_COUNT_US: i64 = 100_000;
+/// Minimum resultant length of a clock.
+const MIN_LOCKING: f64 = 0.4;
+/// Minimum ratio of the locking with the phase of the row or column to that without.
+const MIN_GAIN: f64 = 1.3;
+/// Minimum fraction of stamps that are multiples of a clock's period.
+const MIN_MULTIPLES: f64 = 0.98;
+/// Maximum period of a clock in whole microseconds.
+const MAX_COUNT_US: i64 = 100_000;
 
-/// What goes with the phase of a clock.
+/// Coordinate that the phase of a clock depends on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Axis {
-    /// Nothing: one clock for all pixels.
+    /// None: one clock for all pixels.
     None,
     /// The row.
     Rows,
@@ -49,7 +51,7 @@ pub(super) enum Axis {
 impl Axis {
     pub(super) const ALL: [Self; 3] = [Self::None, Self::Rows, Self::Columns];
 
-    /// The phase of a pixel in turns, less than one.
+    /// Phase of a pixel in turns, below one.
     fn phase(self, train: &Train, pixel: u32) -> f64 {
         let (width, height) = (u32::from(train.size.width), u32::from(train.size.height));
         match self {
@@ -60,23 +62,24 @@ impl Axis {
     }
 }
 
-/// The strongest line: its power over that of its neighbours, and its frequency in turns of a
-/// stretch, negative for a scan from the last line to the first.
+/// A spectral line.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Line {
+pub(super) struct SpectralLine {
+    /// Power relative to neighbouring frequencies.
     pub(super) contrast: f64,
+    /// Frequency in turns per stretch, negative for a scan from the last line to the first.
     turns: f64,
 }
 
-/// The strongest lines of the three axes.
-pub(super) fn lines(train: &Train) -> [Option<Line>; 3] {
+/// The strongest lines of the three axes; none with fewer than fifty events.
+pub(super) fn lines(train: &Train) -> [Option<SpectralLine>; 3] {
     let fourier = Fourier::new(STEPS);
     Axis::ALL.map(|axis| line(train, axis, &fourier))
 }
 
-fn line(train: &Train, axis: Axis, fourier: &Fourier) -> Option<Line> {
+fn line(train: &Train, axis: Axis, fourier: &Fourier) -> Option<SpectralLine> {
     let (start, end) = train.span_us();
-    let stretches = ((end - start) / STRETCH_US).clamp(1, MOST_STRETCHES);
+    let stretches = ((end - start) / STRETCH_US).clamp(1, MAX_STRETCHES);
     let spare = (end - start - stretches * STRETCH_US).max(0);
     let mut power = vec![0.0; STEPS];
     let mut n = 0usize;
@@ -96,11 +99,11 @@ fn line(train: &Train, axis: Axis, fourier: &Fourier) -> Option<Line> {
         fourier.transform(&mut values);
         power.iter_mut().zip(&values).for_each(|(power, value)| *power += value.power());
     }
-    if n < 50 {
+    if n < MIN_LINE_EVENTS {
         return None;
     }
-    // Without an axis the other half is a mirror image.
-    let end = if axis == Axis::None { STEPS / 2 } else { STEPS - LEAST_TURNS };
+    // Without an axis the signal is real, and its spectrum symmetric.
+    let end = if axis == Axis::None { STEPS / 2 } else { STEPS - MIN_TURNS };
     let mut sorted = [0.0; NEIGHBOURS];
     for block in power.chunks_exact_mut(NEIGHBOURS) {
         sorted.copy_from_slice(block);
@@ -108,12 +111,12 @@ fn line(train: &Train, axis: Axis, fourier: &Fourier) -> Option<Line> {
         let background = median.max(n as f64);
         block.iter_mut().for_each(|power| *power /= background);
     }
-    let contrast = power[LEAST_TURNS..end].iter().copied().fold(0.0, f64::max);
+    let contrast = power[MIN_TURNS..end].iter().copied().fold(0.0, f64::max);
     let turns = |f: usize| if f < STEPS / 2 { f as f64 } else { f as f64 - STEPS as f64 };
-    // Harmonics, and turns of a whole line more, are as strong: the slowest is the clock.
-    let strong = (LEAST_TURNS..end).filter(|f| power[*f] >= AS_STRONG * contrast);
+    // Harmonics and aliases are as strong: the slowest line is the clock.
+    let strong = (MIN_TURNS..end).filter(|f| power[*f] >= AS_STRONG * contrast);
     let slowest = strong.map(turns).min_by(|a, b| a.abs().total_cmp(&b.abs()))?;
-    Some(Line { contrast, turns: slowest })
+    Some(SpectralLine { contrast, turns: slowest })
 }
 
 fn within(marks: &[Mark], from: i64, to: i64) -> &[Mark] {
@@ -122,7 +125,7 @@ fn within(marks: &[Mark], from: i64, to: i64) -> &[Mark] {
     &marks[begin..end]
 }
 
-/// A readout that visits rows or columns in turn.
+/// A scanned readout of rows or columns.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Scan {
     pub(super) axis: Axis,
@@ -130,7 +133,7 @@ pub(super) struct Scan {
     pub(super) is_backward: bool,
 }
 
-/// The scan that all events are locked to, if there is one.
+/// Finds the scan that all events are locked to, if there is one.
 pub(super) fn scan(train: &Train) -> Option<Scan> {
     let lines = lines(train);
     let (axis, line) = [(Axis::Rows, lines[1]?), (Axis::Columns, lines[2]?)]
@@ -138,47 +141,48 @@ pub(super) fn scan(train: &Train) -> Option<Scan> {
         .max_by(|a, b| a.1.contrast.total_cmp(&b.1.contrast))?;
     let (frequency, locking) = refined(train, axis, line.turns);
     let plain = locked(train, Axis::None, frequency);
-    (locking >= LEAST_LOCKING && locking >= LEAST_GAIN * plain).then(|| Scan {
+    (locking >= MIN_LOCKING && locking >= MIN_GAIN * plain).then(|| Scan {
         axis,
         period_us: 1.0 / frequency.abs(),
         is_backward: frequency < 0.0,
     })
 }
 
-/// The period of the clock that stamps all events, in microseconds.
+/// Finds the period of the clock of all time stamps, microseconds.
 pub(super) fn count_us(train: &Train) -> Option<f64> {
     if let Some(us) = whole_count_us(train) {
         return Some(us as f64);
     }
     let line = lines(train)[0]?;
     let (frequency, _) = refined(train, Axis::None, line.turns);
-    // Stamps of a clock are off by no more than the rounding to whole microseconds.
+    // Stamps of a clock deviate from it only by the rounding to whole microseconds.
     let is_clock = (1..=2).all(|turns| {
         let frequency = f64::from(turns) * frequency;
         let rounded = (PI * frequency).sin() / (PI * frequency);
-        locked(train, Axis::None, frequency) >= LEAST_MULTIPLES * rounded
+        locked(train, Axis::None, frequency) >= MIN_MULTIPLES * rounded
     });
     is_clock.then(|| 1.0 / frequency)
 }
 
-/// The longest whole count of which nearly all stamps are multiples, but for an offset.
+/// The longest period in whole microseconds of which nearly all stamps are multiples, up to an
+/// offset.
 fn whole_count_us(train: &Train) -> Option<i64> {
-    if train.marks.len() < 50 {
+    if train.marks.len() < MIN_LINE_EVENTS {
         return None;
     }
     let mut gaps: Vec<i64> =
         train.marks.windows(2).map(|pair| pair[1].t_us - pair[0].t_us).collect();
     gaps.retain(|gap| *gap > 0);
     gaps.sort_unstable();
-    let most = gaps.chunk_by(|a, b| a == b).max_by_key(|chunk| chunk.len())?[0];
-    // The most frequent gap is a multiple of the count. A few events tell most that are not.
+    let common = gaps.chunk_by(|a, b| a == b).max_by_key(|chunk| chunk.len())?[0];
+    // The most frequent interval is a multiple of the period. A few events exclude most candidates.
     let few = &train.marks[..train.marks.len().min(200)];
-    let divisors = (2..=most.min(LONGEST_COUNT_US)).rev().filter(|count| most % count == 0);
+    let divisors = (2..=common.min(MAX_COUNT_US)).rev().filter(|count| common % count == 0);
     let mut possible = divisors.filter(|count| multiples(few, *count) >= 0.9);
-    possible.find(|count| multiples(&train.marks, *count) >= LEAST_MULTIPLES)
+    possible.find(|count| multiples(&train.marks, *count) >= MIN_MULTIPLES)
 }
 
-/// Part of the stamps with the most frequent rest.
+/// Fraction of stamps with the most frequent remainder.
 fn multiples(marks: &[Mark], count_us: i64) -> f64 {
     let mut rests: Vec<i64> = marks.iter().map(|mark| mark.t_us.rem_euclid(count_us)).collect();
     rests.sort_unstable();
@@ -186,7 +190,8 @@ fn multiples(marks: &[Mark], count_us: i64) -> f64 {
     largest as f64 / marks.len() as f64
 }
 
-/// How well events are locked to a frequency in turns a microsecond: one if all have one phase.
+/// Resultant length of all events at a frequency in turns per microsecond; one if all have one
+/// phase.
 fn locked(train: &Train, axis: Axis, frequency: f64) -> f64 {
     locking(train, axis, &train.marks, frequency)
 }
@@ -203,9 +208,8 @@ fn locking(train: &Train, axis: Axis, marks: &[Mark], frequency: f64) -> f64 {
     f64::hypot(re, im) / marks.len().max(1) as f64
 }
 
-/// The frequency near `turns` of a stretch to which events are locked best, in turns a
-/// microsecond, and how well they are: over longer and longer parts of the recording, each of
-/// which tells it more exactly.
+/// Refines a frequency near `turns` per stretch on longer and longer parts of the recording: the
+/// frequency of the largest resultant length, turns per microsecond, and that length.
 fn refined(train: &Train, axis: Axis, turns: f64) -> (f64, f64) {
     let (start, end) = train.span_us();
     let mut length = STRETCH_US.min(end - start);

@@ -1,27 +1,27 @@
-//! Effects that the whole recording and both of its halves agree on.
+//! Effects whose parameters the whole recording and both of its halves agree on.
 
 use super::agreement::{Agreement, effect, exact};
+use super::background::Background;
 use super::clock::{self, Axis};
-use super::findings::BareEffect;
-use super::places::Counts;
-use super::quiet::Background;
+use super::findings::SceneFreeEffect;
+use super::pixel_counts::Counts;
 use super::train::Train;
 use super::{interval, line, load};
 
-/// Contrast of a line of a lamp.
-const LEAST_LINE: f64 = 12.0;
-/// Regular background: its shortest intervals are this many times those of chance.
-const LEAST_REGULARITY: f64 = 1.5;
-/// Background of chance: its shortest intervals are about those of chance.
-const CHANCE: std::ops::Range<f64> = 0.8..1.25;
-/// Fewest events of a background.
-const LEAST_BACKGROUND: usize = 50;
-/// More of one polarity than this many times the other is a background of that polarity.
+/// Minimum contrast of the spectral line of a lamp.
+const MIN_LINE: f64 = 12.0;
+/// Minimum regularity of a leak: its shortest intervals relative to those of Poisson events.
+const MIN_REGULARITY: f64 = 1.5;
+/// Regularity of Poisson noise.
+const POISSON: std::ops::Range<f64> = 0.8..1.25;
+/// Minimum events of a background.
+const MIN_BACKGROUND: usize = 50;
+/// Ratio of ON to OFF rates from which on a background is one of ON events.
 const ONE_SIDED: f64 = 2.0;
-/// Alternating background: this part of neighbouring events differ in polarity.
-const LEAST_ALTERNATION: f64 = 0.6;
+/// Minimum fraction of successive events of opposite polarity in photoreceptor noise.
+const MIN_ALTERNATION: f64 = 0.6;
 
-/// A recording, its halves, and their backgrounds.
+/// A recording with its halves, outlier pixels and backgrounds.
 pub(super) struct Parts {
     pub(super) whole: Train,
     halves: [Train; 2],
@@ -51,57 +51,58 @@ impl Parts {
         Self { whole, halves, hot, dead, background, half_backgrounds }
     }
 
-    /// All effects that the parts agree on, and those that one of these hides, with the reason.
-    pub(super) fn effects(&self) -> (Vec<BareEffect>, Vec<(&'static str, &'static str)>) {
-        let (mut found, mut hidden) = (Vec::new(), Vec::new());
+    /// All effects that the parts agree on, and effects that these mask, with the reason.
+    pub(super) fn effects(&self) -> (Vec<SceneFreeEffect>, Vec<(&'static str, &'static str)>) {
+        let (mut agreed, mut masked) = (Vec::new(), Vec::new());
         let scan = self.scan();
         let count = if scan.is_none() { self.count() } else { None };
         let clock_us =
             [&scan, &count].into_iter().flatten().map(|effect| effect.parameters[0].value).next();
-        // A clock has lines as well, at its multiples.
+        // A clock has spectral lines as well, at multiples of its frequency.
         let is_clock = |frequency_hz: f64| {
             let apart =
-                |turns: i32, us: f64| line::shown_hz(f64::from(turns) * 1e6 / us) - frequency_hz;
+                |turns: i32, us: f64| line::alias_hz(f64::from(turns) * 1e6 / us) - frequency_hz;
             clock_us.is_some_and(|us| (1..=20).any(|turns| apart(turns, us).abs() < 3.0))
         };
         let lamp = self.lamp().filter(|lamp| !is_clock(lamp.parameters[0].value));
         match clock_us {
-            None => found.extend(self.bus()),
-            Some(_) => hidden.push(("arbiter", "the clock sets the gaps between events")),
+            None => agreed.extend(self.bus()),
+            Some(_) => masked.push(("arbiter", "the clock sets the gaps between events")),
         }
         match clock_us {
             Some(us) if us >= 100.0 => {
-                hidden.push(("event_rate_control", "the clock gathers events"));
+                masked.push(("event_rate_control", "the clock gathers events"));
             }
-            _ => found.extend(self.ceiling()),
+            _ => agreed.extend(self.ceiling()),
         }
         if lamp.is_some() {
-            hidden.push(("refractory", "the lamp sets the intervals of pixels"));
-            hidden.push(("photoreceptor_noise", "events alternate with the lamp"));
+            masked.push(("refractory", "the lamp sets the intervals of pixels"));
+            masked.push(("photoreceptor_noise", "events alternate with the lamp"));
         } else {
-            // Visits of a scan and counts of a clock are apart as well.
+            // Passes of a scan and ticks of a clock bound intervals from below as well.
             let is_own = |us: f64| clock_us.is_none_or(|clock_us| us > 1.5 * clock_us);
-            let dead = self.dead_time().filter(|effect| is_own(effect.parameters[0].value));
-            if dead.is_none() && clock_us.is_some_and(|us| us >= 50.0) {
-                hidden.push(("refractory", "the clock sets the intervals of pixels"));
+            let refractory = self.refractory().filter(|effect| is_own(effect.parameters[0].value));
+            if refractory.is_none() && clock_us.is_some_and(|us| us >= 50.0) {
+                masked.push(("refractory", "the clock sets the intervals of pixels"));
             }
-            found.extend(dead);
+            agreed.extend(refractory);
         }
-        found.extend(self.hot_pixels());
-        found.extend(self.dead_pixels());
-        let is_lit = |effect: &BareEffect| lamp.is_none() || effect.name != "photoreceptor_noise";
-        found.extend(self.background_effect().filter(is_lit));
-        found.extend([scan, count, lamp].into_iter().flatten());
-        (found, hidden)
+        agreed.extend(self.hot_pixels());
+        agreed.extend(self.dead_pixels());
+        let is_lit =
+            |effect: &SceneFreeEffect| lamp.is_none() || effect.name != "photoreceptor_noise";
+        agreed.extend(self.background_effect().filter(is_lit));
+        agreed.extend([scan, count, lamp].into_iter().flatten());
+        (agreed, masked)
     }
 
-    /// A number that is found in the whole and in both halves.
+    /// A value that the whole and both halves have.
     fn each<T>(&self, find: impl Fn(&Train) -> Option<T>) -> Option<(T, [T; 2])> {
         let [early, late] = &self.halves;
         Some((find(&self.whole)?, [find(early)?, find(late)?]))
     }
 
-    fn scan(&self) -> Option<BareEffect> {
+    fn scan(&self) -> Option<SceneFreeEffect> {
         let (whole, halves) = self.each(clock::scan)?;
         let same =
             |half: &clock::Scan| (half.axis, half.is_backward) == (whole.axis, whole.is_backward);
@@ -120,17 +121,17 @@ impl Parts {
         Some(effect("scanned_readout", vec![period], &[]).with_variant(variant))
     }
 
-    fn count(&self) -> Option<BareEffect> {
+    fn count(&self) -> Option<SceneFreeEffect> {
         let (whole, halves) = self.each(clock::count_us)?;
         let agreement = Agreement { tolerance: 0.01, resolution: 0.01 };
         let period = agreement.parameter("period_us", "us", whole, halves)?;
         Some(effect("timestamp_quantisation", vec![period], &["frame_grid"]))
     }
 
-    fn lamp(&self) -> Option<BareEffect> {
+    fn lamp(&self) -> Option<SceneFreeEffect> {
         let clear = |train: &Train| {
             let line = line::strongest(train)?;
-            (line.contrast >= LEAST_LINE && line.is_alone).then_some(line.frequency_hz)
+            (line.contrast >= MIN_LINE && line.is_alone).then_some(line.frequency_hz)
         };
         let (whole, halves) = self.each(clear)?;
         let resolution = 1.0 / self.whole.seconds();
@@ -139,28 +140,28 @@ impl Parts {
         Some(effect("lamp_flicker", vec![frequency], &[]))
     }
 
-    fn bus(&self) -> Option<BareEffect> {
+    fn bus(&self) -> Option<SceneFreeEffect> {
         let (whole, halves) = self.each(load::bus_rate_hz)?;
         let agreement = Agreement { tolerance: 0.1, resolution: 0.0 };
         let rate = agreement.parameter("rate_hz", "Hz", whole, halves)?;
         Some(effect("arbiter", vec![rate], &[]))
     }
 
-    fn ceiling(&self) -> Option<BareEffect> {
+    fn ceiling(&self) -> Option<SceneFreeEffect> {
         let (whole, halves) = self.each(load::ceiling_hz)?;
         let agreement = Agreement { tolerance: 0.05, resolution: 0.0 };
         let rate = agreement.parameter("rate_hz", "Hz", whole, halves)?;
         Some(effect("event_rate_control", vec![rate], &["arbiter"]))
     }
 
-    fn dead_time(&self) -> Option<BareEffect> {
-        let (whole, halves) = self.each(interval::dead_time_us)?;
+    fn refractory(&self) -> Option<SceneFreeEffect> {
+        let (whole, halves) = self.each(interval::refractory_us)?;
         let agreement = Agreement { tolerance: 0.1, resolution: 1.0 };
         let period = agreement.parameter("period_us", "us", whole, halves)?;
         Some(effect("refractory", vec![period], &[]))
     }
 
-    fn hot_pixels(&self) -> Option<BareEffect> {
+    fn hot_pixels(&self) -> Option<SceneFreeEffect> {
         if self.hot.is_empty() {
             return None;
         }
@@ -179,7 +180,7 @@ impl Parts {
         Some(effect("hot_pixels", parameters, &[]).with_pixels(&self.whole, &self.hot))
     }
 
-    fn dead_pixels(&self) -> Option<BareEffect> {
+    fn dead_pixels(&self) -> Option<SceneFreeEffect> {
         if self.dead.is_empty() {
             return None;
         }
@@ -188,18 +189,18 @@ impl Parts {
         Some(effect("dead_pixels", vec![fraction], &[]).with_pixels(&self.whole, &self.dead))
     }
 
-    /// The one effect that the background looks like.
-    fn background_effect(&self) -> Option<BareEffect> {
+    /// The effect that explains the background, if one does.
+    fn background_effect(&self) -> Option<SceneFreeEffect> {
         let [early, late] = &self.half_backgrounds;
         let (whole, halves) = (self.background.as_ref()?, [early.as_ref()?, late.as_ref()?]);
-        if whole.len() < LEAST_BACKGROUND {
+        if whole.len() < MIN_BACKGROUND {
             return None;
         }
         let rates = Agreement { tolerance: 0.3, resolution: 0.01 };
         let (on_hz, off_hz) = whole.rates_hz();
         let half_rates = halves.map(Background::rates_hz);
         let alternates =
-            |part: &Background| part.alternation().is_some_and(|part| part >= LEAST_ALTERNATION);
+            |part: &Background| part.alternation().is_some_and(|part| part >= MIN_ALTERNATION);
         if alternates(whole) && halves.iter().all(|half| alternates(half)) {
             let agreement = Agreement { tolerance: 0.5, resolution: 1.0 };
             let halves = [halves[0].return_us()?, halves[1].return_us()?];
@@ -207,11 +208,11 @@ impl Parts {
             let names = &["lamp_flicker", "brownian_passage"];
             return Some(effect("photoreceptor_noise", vec![back], names));
         }
-        let regular = |part: &Background| {
-            part.regularity(true).is_some_and(|regularity| regularity >= LEAST_REGULARITY)
+        let is_regular = |part: &Background| {
+            part.regularity(true).is_some_and(|regularity| regularity >= MIN_REGULARITY)
         };
-        if regular(whole) && on_hz >= ONE_SIDED * off_hz {
-            if !halves.iter().all(|half| regular(half)) {
+        if is_regular(whole) && on_hz >= ONE_SIDED * off_hz {
+            if !halves.iter().all(|half| is_regular(half)) {
                 return None;
             }
             let leaks = [halves[0].leak()?, halves[1].leak()?];
@@ -224,11 +225,11 @@ impl Parts {
             }
             return Some(effect("leak_on", parameters, &["parasitic_photo_leak"]));
         }
-        let chance = |is_on: bool| {
-            whole.regularity(is_on).is_none_or(|regularity| CHANCE.contains(&regularity))
+        let is_poisson = |is_on: bool| {
+            whole.regularity(is_on).is_none_or(|regularity| POISSON.contains(&regularity))
         };
         let known = whole.regularity(true).or(whole.regularity(false));
-        if known.is_none() || !chance(true) || !chance(false) {
+        if known.is_none() || !is_poisson(true) || !is_poisson(false) {
             return None;
         }
         let parameters = vec![
@@ -239,7 +240,7 @@ impl Parts {
     }
 }
 
-/// Median rate of some pixels, and the part of their events that are ON.
+/// Median rate of some pixels, and the fraction of their events that are ON.
 fn hot_rates(train: &Train, pixels: &[u32]) -> (f64, f64) {
     let (mut counts, mut on) = (vec![0.0; pixels.len()], 0.0);
     for mark in &train.marks {

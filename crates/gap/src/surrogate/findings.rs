@@ -1,17 +1,17 @@
-//! What is found in a recording alone.
+//! Results of the tests of a recording without a scene.
 
 use std::fmt;
 
 use serde::Serialize;
 
-/// A statistic of the recording against its surrogates.
+/// A statistic of the recording with its distribution over surrogates.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct BareStatistic {
-    /// What it is.
+pub struct SceneFreeStatistic {
+    /// Name.
     pub name: &'static str,
-    /// What the surrogates forget.
+    /// The structure that is randomised in the surrogates.
     pub null: &'static str,
-    /// Its value.
+    /// Value of the recording.
     pub observed: f64,
     /// Mean over the surrogates.
     pub mean: f64,
@@ -19,78 +19,78 @@ pub struct BareStatistic {
     pub sd: f64,
     /// p-value of this statistic alone.
     pub p: f64,
-    /// p-value over all statistics; none for a second look at the same number, with surrogates of
-    /// another window, which tells the time scale.
+    /// p-value corrected for all statistics; none for a repetition with surrogates of another
+    /// window, which shows the time scale.
     pub adjusted_p: Option<f64>,
-    /// The effect that it is evidence for.
+    /// Effect that it is evidence for.
     pub effect: Option<&'static str>,
 }
 
 /// A parameter of an effect.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct BareParameter {
-    /// The name in the catalogue, or what it is where the catalogue's cannot be had.
+pub struct SceneFreeParameter {
+    /// Name in the catalogue, or a description where the catalogue's parameter cannot be estimated.
     pub name: &'static str,
-    /// Its unit.
+    /// Unit.
     pub unit: &'static str,
-    /// Over the whole recording.
+    /// Estimate from the whole recording.
     pub value: f64,
     /// Lower end of the 90 % interval from the two halves.
     pub lo90: f64,
     /// Upper end.
     pub hi90: f64,
-    /// In the first half and in the second; none for what is counted over the whole.
+    /// Estimates from the first and the second half; none for counts over the whole.
     pub halves: Option<[f64; 2]>,
 }
 
 /// An effect that the recording is consistent with.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct BareEffect {
-    /// The name in the catalogue.
+pub struct SceneFreeEffect {
+    /// Name in the catalogue.
     pub name: &'static str,
-    /// Its variant, in words.
+    /// Variant, as words.
     pub variant: Option<&'static str>,
-    /// What is known of its strength.
-    pub parameters: Vec<BareParameter>,
-    /// The least adjusted p-value of its statistics; none for a background that is only measured.
+    /// Estimated parameters.
+    pub parameters: Vec<SceneFreeParameter>,
+    /// Smallest corrected p-value of its statistics; none for a background that is only estimated.
     pub p: Option<f64>,
-    /// Effects that a recording alone does not tell from it.
+    /// Effects that a recording without a scene does not distinguish from it.
     pub confusable_with: Vec<&'static str>,
-    /// The pixels concerned, column and row, where it is about single ones.
+    /// Affected pixels (column, row), for effects of single pixels.
     pub pixels: Vec<(u16, u16)>,
 }
 
-/// An effect that this recording alone says nothing about.
+/// An effect that is not testable in this recording.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Untestable {
-    /// The name in the catalogue.
+    /// Name in the catalogue.
     pub name: &'static str,
-    /// Why.
+    /// Reason.
     pub why: String,
 }
 
-/// All that is found in a recording alone.
+/// Results of all tests of a recording without a scene.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct BareFindings {
-    /// Events looked at.
+pub struct SceneFreeFindings {
+    /// Number of tested events.
     pub events: usize,
     /// From the first event to the last, in seconds.
     pub seconds: f64,
-    /// Surrogates of each kind.
+    /// Number of surrogates of each kind.
     pub replicates: usize,
-    /// Every statistic.
-    pub statistics: Vec<BareStatistic>,
+    /// All statistics.
+    pub statistics: Vec<SceneFreeStatistic>,
     /// Effects that both halves of the recording agree on.
-    pub effects: Vec<BareEffect>,
-    /// Effects that were looked for and not found.
+    pub effects: Vec<SceneFreeEffect>,
+    /// Effects that were tested and are not significant.
     pub absent: Vec<&'static str>,
-    /// Effects that could not be looked for.
+    /// Effects that were not testable.
     pub untestable: Vec<Untestable>,
-    /// What a user should know.
+    /// Notes for the user.
     pub notes: Vec<String>,
 }
 
-impl fmt::Display for BareFindings {
+impl fmt::Display for SceneFreeFindings {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,

@@ -1,4 +1,4 @@
-//! A fast Fourier transform of a power of two of values (Cooley and Tukey 1965).
+//! Fast Fourier transform whose length is a power of two (Cooley and Tukey 1965).
 
 use std::f64::consts::TAU;
 
@@ -15,7 +15,7 @@ impl Complex {
     }
 }
 
-/// The factors of one length.
+/// Twiddle factors of one length.
 #[derive(Debug)]
 pub(super) struct Fourier {
     factors: Vec<Complex>,

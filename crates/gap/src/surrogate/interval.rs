@@ -1,38 +1,38 @@
-//! Times between two events of a pixel: their lower edge, and how polarities follow each other.
+//! Inter-event intervals of pixels: their lower edge, and the succession of polarities.
 
 use super::train::Train;
 
-/// Part of the short intervals that lie below the edge that is compared.
+/// Quantile of the short intervals that is the lower edge.
 const EDGE: f64 = 0.02;
-/// Part of the events around an edge that may lie below it.
+/// Largest fraction of the intervals around an edge that lie below it.
 const BELOW: f64 = 0.05;
-/// Fewest events above an edge.
-const LEAST_ABOVE: usize = 30;
-/// Logarithm of the ratio up to which edges are the same.
+/// Minimum intervals above an edge.
+const MIN_ABOVE: usize = 30;
+/// Largest logarithm of the ratio of two edges that agree.
 const SAME_EDGE: f64 = 0.15;
-/// Edges looked for: 10 us to 50 ms, in steps of 2 %.
+/// Range of edges: 10 us to 50 ms, in steps of 2 %.
 const EDGES_US: (f64, f64) = (10.0, 5e4);
 
-/// An interval, and whether the polarities of its ends differ.
+/// An interval in microseconds, and whether the polarities of its ends differ.
 pub(super) type Interval = (i64, bool);
 
-/// Intervals of at most `most_us`, in order of their ends, and the pixels they belong to.
-pub(super) fn intervals(train: &Train, most_us: i64) -> Vec<(u32, Interval)> {
+/// Intervals shorter than `max_us`, in order of their ends, with their pixels.
+pub(super) fn intervals(train: &Train, max_us: i64) -> Vec<(u32, Interval)> {
     let mut last = vec![None; train.size.pixels()];
-    let mut found = Vec::new();
+    let mut intervals = Vec::new();
     for mark in &train.marks {
         if let Some((t_us, is_on)) = last[mark.pixel as usize].replace((mark.t_us, mark.is_on)) {
             let interval_us: i64 = mark.t_us - t_us;
-            if interval_us < most_us {
-                found.push((mark.pixel, (interval_us, is_on != mark.is_on)));
+            if interval_us < max_us {
+                intervals.push((mark.pixel, (interval_us, is_on != mark.is_on)));
             }
         }
     }
-    found
+    intervals
 }
 
-/// Logarithm of the length below which a fiftieth of the intervals shorter than a window lie;
-/// large behind a dead time. None with fewer than fifty.
+/// Logarithm of the 2 % quantile of the intervals shorter than a window, which is large under a
+/// refractory period. None with fewer than fifty intervals.
 pub(super) fn lower_edge(intervals: &[(u32, Interval)]) -> Option<f64> {
     let mut lengths: Vec<i64> = intervals.iter().map(|(_, (us, _))| *us).collect();
     let rank = (EDGE * lengths.len() as f64) as usize;
@@ -43,17 +43,16 @@ pub(super) fn lower_edge(intervals: &[(u32, Interval)]) -> Option<f64> {
     Some((*edge as f64 + 0.5).ln())
 }
 
-/// Part of the intervals shorter than a window between events of opposite polarity.
+/// Fraction of the intervals shorter than a window that are between events of opposite polarity.
 pub(super) fn alternation(intervals: &[(u32, Interval)]) -> Option<f64> {
     let changes = intervals.iter().filter(|(_, (_, changes))| *changes).count();
     (!intervals.is_empty()).then(|| changes as f64 / intervals.len() as f64)
 }
 
-/// The dead time of all pixels, in microseconds: an edge below which there are hardly any
-/// intervals and above which there are many at once. Light makes edges as well; a dead time is the
-/// same in the busier and in the quieter half of the pixels, and between events of the same and of
-/// opposite polarity.
-pub(super) fn dead_time_us(train: &Train) -> Option<f64> {
+/// Refractory period of all pixels, microseconds: an edge with hardly any intervals below and many
+/// above. Light makes edges as well; a refractory period is the same in the busier and in the
+/// quieter half of the pixels, and between events of the same and of opposite polarity.
+pub(super) fn refractory_us(train: &Train) -> Option<f64> {
     let all = intervals(train, 2 * EDGES_US.1 as i64);
     let mut counts = vec![0u32; train.size.pixels()];
     for mark in &train.marks {
@@ -74,7 +73,7 @@ pub(super) fn dead_time_us(train: &Train) -> Option<f64> {
     };
     for is_busy in [false, true] {
         let half = lengths(&|pixel, _| (counts[pixel as usize] > middle) == is_busy);
-        // Pixels that are all alike are all in one half.
+        // Pixels with equal counts are all in one half.
         if half.len() * 5 > all.len() && !agrees(&half) {
             return None;
         }
@@ -83,8 +82,8 @@ pub(super) fn dead_time_us(train: &Train) -> Option<f64> {
     kinds.iter().all(|kind| agrees(kind)).then_some(whole_us)
 }
 
-/// The sharpest edge of sorted lengths: the one with the largest likelihood ratio between a
-/// density of one height from half of it to 1.2 of it, and densities of two heights.
+/// The sharpest edge of sorted lengths: the largest likelihood ratio of a density with a step at
+/// the edge against a constant one, from half of the edge to 1.2 times it.
 fn edge_us(lengths: &[i64]) -> Option<f64> {
     let below = |us: f64| lengths.partition_point(|length| (*length as f64) < us);
     let mut best = (0.0, None);
@@ -93,7 +92,7 @@ fn edge_us(lengths: &[i64]) -> Option<f64> {
         let (half, at, near, far) =
             (below(0.5 * edge_us), below(edge_us), below(1.2 * edge_us), below(1.44 * edge_us));
         let (under, above, beyond) = ((at - half) as f64, (near - at) as f64, (far - near) as f64);
-        let is_edge = near - at >= LEAST_ABOVE
+        let is_edge = near - at >= MIN_ABOVE
             && at as f64 * 0.2 <= BELOW * above
             && under / 0.5 <= BELOW * above / 0.2
             && above / 0.2 >= 0.8 * beyond / 0.24;

@@ -1,35 +1,35 @@
-//! A line in the spectrum at which ON and OFF rates are in antiphase: a lamp that flickers.
+//! Spectral line at which ON and OFF rates are in antiphase: a flickering lamp.
 
 use super::fourier::{Complex, Fourier};
 use super::train::Train;
 
-/// Step of the rates.
+/// Bin length of the rates.
 const STEP_US: i64 = 250;
-/// Steps at most: 65 s.
-const MOST_STEPS: usize = 1 << 18;
-/// Frequencies looked at.
+/// Maximum bins: 65 s.
+const MAX_STEPS: usize = 1 << 18;
+/// Frequency range.
 const LIMITS_HZ: (f64, f64) = (25.0, 1_900.0);
-/// Neighbours on each side that a power is compared with.
+/// Neighbouring frequencies on each side that a power is compared with.
 const NEIGHBOURS: usize = 16;
-/// Part of the largest contrast that a line needs to be the lamp's.
+/// Minimum contrast of a prominent line, relative to the largest.
 const AS_STRONG: f64 = 0.1;
 
-/// The strongest line.
+/// The strongest line in antiphase.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Line {
-    /// The largest power in antiphase over that of its neighbours.
+pub(super) struct LampLine {
+    /// Power in antiphase relative to neighbouring frequencies.
     pub(super) contrast: f64,
-    /// Of the most power in antiphase among those that stand out.
+    /// Frequency of the most powerful prominent line.
     pub(super) frequency_hz: f64,
-    /// Whether all others that stand out are its harmonics: what moves periodically has many, too
-    /// close to each other.
+    /// Whether all other prominent lines are its harmonics. Periodic motion has many lines that are
+    /// not.
     pub(super) is_alone: bool,
 }
 
-/// The strongest line in antiphase. None with fewer than fifty events of a polarity.
-pub(super) fn strongest(train: &Train) -> Option<Line> {
+/// Finds the strongest line in antiphase; none with fewer than fifty events of a polarity.
+pub(super) fn strongest(train: &Train) -> Option<LampLine> {
     let (start, end) = train.span_us();
-    let steps = (((end - start) / STEP_US + 1) as usize).min(MOST_STEPS);
+    let steps = (((end - start) / STEP_US + 1) as usize).min(MAX_STEPS);
     let length = steps.next_power_of_two();
     let mut values = vec![Complex::default(); length];
     let (mut on, mut off) = (0.0f64, 0.0f64);
@@ -73,17 +73,17 @@ pub(super) fn strongest(train: &Train) -> Option<Line> {
     };
     let mut best = 0.0;
     for (i, power) in powers.iter().enumerate() {
-        // A contrast is at most the power.
+        // The contrast is at most the power, so that weaker powers need no contrast.
         if *power > best {
             best = contrast(i).max(best);
         }
     }
-    // Harmonics may stand out as much, but hold less power.
+    // Harmonics may have as much contrast, but less power.
     let is_strong = |i: &usize| powers[*i] >= AS_STRONG * best && contrast(*i) >= AS_STRONG * best;
     let strong: Vec<usize> = (0..powers.len()).filter(is_strong).collect();
     let strongest = *strong.iter().max_by(|a, b| powers[**a].total_cmp(&powers[**b]))?;
     let frequency = (first + strongest) as f64;
-    // A line is a few steps wide, by the length of the recording, and its harmonics are as well.
+    // The length of the recording limits the resolution: a line and its harmonics have a width.
     let width = 3.0 * length as f64 / steps as f64;
     let is_harmonic = |i: &usize| {
         let f = (first + i) as f64;
@@ -91,11 +91,11 @@ pub(super) fn strongest(train: &Train) -> Option<Line> {
         (f - turns * frequency).abs() <= width * turns.max(1.0)
     };
     let is_alone = strong.iter().all(is_harmonic);
-    Some(Line { contrast: best, frequency_hz: frequency * step_hz, is_alone })
+    Some(LampLine { contrast: best, frequency_hz: frequency * step_hz, is_alone })
 }
 
-/// Where a frequency shows in rates over whole steps.
-pub(super) fn shown_hz(frequency_hz: f64) -> f64 {
+/// Alias of a frequency at the sampling rate of the bins.
+pub(super) fn alias_hz(frequency_hz: f64) -> f64 {
     let steps_hz = 1e6 / STEP_US as f64;
     (frequency_hz - (frequency_hz / steps_hz).round() * steps_hz).abs()
 }

@@ -1,9 +1,9 @@
-//! What a recording tells alone, without a scene.
+//! Surrogate tests of a recording without a scene.
 //!
-//! The light is unknown, but what it does is slower than what a readout or a clock does.
-//! [`surrogates`] keep every event in its window of time and forget where in the window it was: a
-//! statistic of structure finer than the window is then compared with a recording that has none,
-//! exactly, whatever the light did. [`bare::examine`] does so with many statistics.
+//! The light is unknown, but it changes more slowly than a readout or a clock. [`surrogates`] keep
+//! every event in its window of time and randomise its time within the window: a test of structure
+//! finer than the window is then exact, whatever the light did. [`scene_free::test_recording`]
+//! applies many such tests.
 //!
 //! # Source
 //! Interval jitter in fixed windows: Amarasingham, Harrison, Hatsopoulos, Geman: *Conditional
@@ -12,7 +12,7 @@
 //! can mistake temporal structure*, Neural Computation 29, 2017.
 
 mod agreement;
-pub mod bare;
+mod background;
 mod clock;
 mod evidence;
 mod findings;
@@ -22,19 +22,20 @@ mod line;
 mod load;
 mod multiplicity;
 mod null;
-mod places;
-mod quiet;
+mod pixel_counts;
+pub mod scene_free;
+mod stretches;
 mod train;
 
 use evpose_core::{CounterRng, EventStream, Micros};
 
-pub use findings::{BareEffect, BareFindings, BareParameter, BareStatistic, Untestable};
+pub use findings::{
+    SceneFreeEffect, SceneFreeFindings, SceneFreeParameter, SceneFreeStatistic, Untestable,
+};
 
-/// The recording with every event at a time of chance inside its window: windows begin at whole
-/// multiples of their length. Pixel and polarity stay. The first window begins with the first event
-/// and the last ends with the last, so that nothing leaves the recording.
-///
-/// The same seed and index give the same surrogate.
+/// Draws a surrogate: every event at a uniformly random time within its window. Windows begin at
+/// multiples of their length, the first at the first event; the last ends with the last event.
+/// Pixel and polarity stay. The same seed and index give the same surrogate.
 pub fn surrogates(events: &EventStream, window: Micros, seed: u64, index: u64) -> EventStream {
     let mut rng = CounterRng::new(seed, "interval jitter", index);
     train::Train::of(events).jittered(window.0.max(1), &mut rng).into_stream()

@@ -1,34 +1,35 @@
-//! Many statistics against their surrogates, with one level for all.
+//! Correction for multiple tests against surrogates.
 //!
 //! # Method
-//! Westfall and Young 1993, single step: a statistic's adjusted p-value is the part of the
-//! surrogates whose largest deviation over all statistics is at least as large as its own.
-//! Deviations are in standard deviations over the recording and its surrogates together, so that
-//! none of them is set apart, and in the direction that is looked for.
+//! Westfall and Young 1993, single step: a statistic's corrected p-value is the fraction of
+//! surrogates whose largest deviation over all statistics is at least its own. Deviations are
+//! one-sided, in standard deviations over the recording and its surrogates together, so that all
+//! are exchangeable under the null hypothesis.
 
 use crate::normal::moments;
 
-/// How a statistic is tested.
+/// Properties of a test.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Test {
-    /// Whether large values are deviant, or small ones.
+    /// Whether large values are significant, or small ones.
     pub(super) is_upper: bool,
-    /// Whether it is one of those that the adjusted p-value is over.
+    /// Whether it counts for the correction.
     pub(super) counts: bool,
 }
 
-/// One statistic against its surrogates.
+/// Result of a test.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Tested {
     pub(super) mean: f64,
     pub(super) sd: f64,
-    /// For this statistic alone.
+    /// p-value of this test alone.
     pub(super) p: f64,
-    /// Over all statistics that count, for one of them.
+    /// p-value corrected for all tests that count, if this one does.
     pub(super) adjusted_p: Option<f64>,
 }
 
-/// `values[r][j]` is statistic `j` of the recording (`r = 0`) or of surrogate `r`.
+/// Tests all statistics. `values[r][j]` is statistic `j` of the recording (`r = 0`) or of surrogate
+/// `r`.
 pub(super) fn test(values: &[Vec<f64>], tests: &[Test]) -> Vec<Tested> {
     let n = values.len() as f64;
     let deviations: Vec<Vec<f64>> = tests
@@ -38,7 +39,7 @@ pub(super) fn test(values: &[Vec<f64>], tests: &[Test]) -> Vec<Tested> {
             let column: Vec<f64> = values.iter().map(|row| row[j]).collect();
             let (mean, sd) = moments(&column);
             let sign = if test.is_upper { 1.0 } else { -1.0 };
-            // Less than rounding is nothing.
+            // Variation within rounding errors is none.
             let scale = if sd > 1e-9 * mean.abs() { sign / sd } else { 0.0 };
             column.iter().map(|value| (value - mean) * scale).collect()
         })
@@ -46,8 +47,8 @@ pub(super) fn test(values: &[Vec<f64>], tests: &[Test]) -> Vec<Tested> {
     let counting = || deviations.iter().zip(tests).filter(|(_, test)| test.counts);
     let largest = |r: usize| counting().map(|(column, _)| column[r]).fold(f64::MIN, f64::max);
     let largest: Vec<f64> = (1..values.len()).map(largest).collect();
-    let rank = |found: &mut dyn Iterator<Item = f64>, own: f64| {
-        (1 + found.filter(|other| *other >= own).count()) as f64 / n
+    let rank = |others: &mut dyn Iterator<Item = f64>, own: f64| {
+        (1 + others.filter(|other| *other >= own).count()) as f64 / n
     };
     let tested = deviations.iter().enumerate().map(|(j, column)| {
         let surrogates: Vec<f64> = values[1..].iter().map(|row| row[j]).collect();
@@ -67,8 +68,8 @@ mod tests {
     const UPPER: Test = Test { is_upper: true, counts: true };
     const LOWER: Test = Test { is_upper: false, counts: true };
 
-    fn assert_p(found: Option<f64>, expected: f64) {
-        assert!(found.is_some_and(|p| (p - expected).abs() < 1e-12), "{found:?}");
+    fn assert_p(actual: Option<f64>, expected: f64) {
+        assert!(actual.is_some_and(|p| (p - expected).abs() < 1e-12), "{actual:?}");
     }
 
     #[test]
@@ -86,7 +87,7 @@ mod tests {
     }
 
     #[test]
-    fn a_second_look_does_not_count() {
+    fn a_repeated_test_does_not_count() {
         // The second statistic is the largest once in the recording and four times elsewhere.
         let values: Vec<Vec<f64>> =
             (0..10).map(|r| vec![f64::from(u8::from(r == 0)), f64::from(r % 2)]).collect();

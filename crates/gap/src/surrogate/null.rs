@@ -1,20 +1,23 @@
-//! Surrogates that forget one thing, and the statistics that show it.
+//! Null hypotheses: the structure that surrogates randomise, and the statistics that test it.
 
 use evpose_core::CounterRng;
 use rayon::prelude::*;
 
+use super::background::Background;
 use super::evidence::Parts;
-use super::findings::BareStatistic;
-use super::places::Counts;
-use super::quiet::Background;
+use super::findings::SceneFreeStatistic;
+use super::pixel_counts::Counts;
 use super::train::Train;
 use super::{clock, interval, line, load, multiplicity};
 
-/// What surrogates forget.
+/// The structure that surrogates randomise.
 #[derive(Debug, Clone, Copy)]
 enum Null {
+    /// Times within windows of this length, microseconds.
     Window(i64),
+    /// Times within quiet stretches.
     Stretch,
+    /// Places within blocks of pixels.
     Block,
 }
 
@@ -25,11 +28,11 @@ const NULLS: [Null; 5] =
 #[derive(Debug, Clone, Copy)]
 struct Listed {
     name: &'static str,
-    /// Whether large or small values are looked for.
+    /// Whether large values are significant, or small ones.
     is_upper: bool,
     effect: Option<&'static str>,
-    /// Whether it counts for the p-value over all; else it is a second look at the same number,
-    /// which tells the time scale.
+    /// Whether it counts for the correction; else it repeats a test with another window, to show
+    /// the time scale.
     is_first: bool,
 }
 
@@ -38,7 +41,8 @@ fn upper(name: &'static str, effect: Option<&'static str>, is_first: bool) -> Li
 }
 
 impl Null {
-    fn words(self) -> &'static str {
+    /// Description. It is also the key of the surrogates' random numbers.
+    fn description(self) -> &'static str {
         match self {
             Self::Window(5_000) => "time in 5 ms",
             Self::Window(20_000) => "time in 20 ms",
@@ -87,7 +91,7 @@ impl Null {
         listed
     }
 
-    /// The statistics of the recording, or of one of its surrogates.
+    /// Computes the statistics of the recording, or of a surrogate drawn by `rng`.
     fn measure(
         self,
         train: &Train,
@@ -147,11 +151,11 @@ fn of_places(train: &Train) -> Vec<Option<f64>> {
     vec![Some(counts.hottest()), Some(counts.deadest())]
 }
 
-/// Every statistic of a recording against its surrogates.
-pub(super) fn statistics(parts: &Parts, replicates: usize, seed: u64) -> Vec<BareStatistic> {
+/// Tests every statistic of a recording against its surrogates.
+pub(super) fn statistics(parts: &Parts, replicates: usize, seed: u64) -> Vec<SceneFreeStatistic> {
     let measured = |null: Null, replicate: usize| {
         let surrogate =
-            (replicate > 0).then(|| CounterRng::new(seed, null.words(), replicate as u64));
+            (replicate > 0).then(|| CounterRng::new(seed, null.description(), replicate as u64));
         null.measure(&parts.whole, parts.background.as_ref(), surrogate)
     };
     let values: Vec<Vec<Option<f64>>> = (0..=replicates)
@@ -163,13 +167,13 @@ pub(super) fn statistics(parts: &Parts, replicates: usize, seed: u64) -> Vec<Bar
         .flat_map(|null| null.statistics().into_iter().map(|listed| (*null, listed)))
         .collect();
     let known: Vec<usize> = (0..listed.len()).filter(|j| values[0][*j].is_some()).collect();
-    // A surrogate without a number is one like the others.
+    // An undefined statistic of a surrogate is replaced by the mean of the others.
     let usual: Vec<f64> =
         known.iter().map(|j| mean(values[1..].iter().filter_map(|v| v[*j]))).collect();
-    let number = |row: &Vec<Option<f64>>| -> Vec<f64> {
+    let imputed = |row: &Vec<Option<f64>>| -> Vec<f64> {
         known.iter().zip(&usual).map(|(j, usual)| row[*j].unwrap_or(*usual)).collect()
     };
-    let numbers: Vec<Vec<f64>> = values.iter().map(number).collect();
+    let values: Vec<Vec<f64>> = values.iter().map(imputed).collect();
     let tests: Vec<multiplicity::Test> = known
         .iter()
         .map(|j| multiplicity::Test {
@@ -177,13 +181,13 @@ pub(super) fn statistics(parts: &Parts, replicates: usize, seed: u64) -> Vec<Bar
             counts: listed[*j].1.is_first,
         })
         .collect();
-    let tested = multiplicity::test(&numbers, &tests);
-    let rows = known.iter().zip(&numbers[0]).zip(tested);
+    let tested = multiplicity::test(&values, &tests);
+    let rows = known.iter().zip(&values[0]).zip(tested);
     rows.map(|((j, observed), tested)| {
         let (null, listed) = listed[*j];
-        BareStatistic {
+        SceneFreeStatistic {
             name: listed.name,
-            null: null.words(),
+            null: null.description(),
             observed: *observed,
             mean: tested.mean,
             sd: tested.sd,

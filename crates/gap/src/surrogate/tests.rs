@@ -5,11 +5,11 @@ use std::collections::BTreeMap;
 use evpose_core::{CounterRng, Event, EventStream, Micros, Plane, Polarity, SensorSize};
 use evpose_sensor::{EffectConfig, STAGES, SensorConfig, SensorModel};
 
-use super::bare::examine;
+use super::scene_free::test_recording;
 use super::*;
 
 const SIZE: SensorSize = SensorSize { width: 32, height: 24 };
-/// Enough for a p-value of a twentieth although one surrogate is odd.
+/// Enough for a p-value of 0.05 although one surrogate is an outlier.
 const REPLICATES: usize = 39;
 
 /// Poisson events at `rate_hz` a pixel, most of them ON.
@@ -67,19 +67,19 @@ fn background() -> EffectConfig {
     EffectConfig::new("uniform_noise").with("on_hz", 0.5).with("off_hz", 0.3)
 }
 
-fn found<'a>(findings: &'a BareFindings, name: &str) -> &'a BareEffect {
-    let found = findings.effects.iter().find(|effect| effect.name == name);
-    found.unwrap_or_else(|| panic!("no {name}: {findings}\n{:#?}", findings.statistics))
+fn effect<'a>(findings: &'a SceneFreeFindings, name: &str) -> &'a SceneFreeEffect {
+    let effect = findings.effects.iter().find(|effect| effect.name == name);
+    effect.unwrap_or_else(|| panic!("no {name}: {findings}\n{:#?}", findings.statistics))
 }
 
 #[track_caller]
-fn assert_parameter(effect: &BareEffect, name: &str, expected: f64, relative: f64) {
+fn assert_parameter(effect: &SceneFreeEffect, name: &str, expected: f64, relative: f64) {
     let found = effect.parameters.iter().find(|p| p.name == name).unwrap();
     assert!((found.value / expected - 1.0).abs() <= relative, "{found:?}, expected {expected}");
     assert!(found.lo90 <= found.value && found.value <= found.hi90);
 }
 
-fn names(findings: &BareFindings) -> Vec<&'static str> {
+fn names(findings: &SceneFreeFindings) -> Vec<&'static str> {
     findings.effects.iter().map(|effect| effect.name).collect()
 }
 
@@ -128,7 +128,7 @@ fn p_values_of_poisson_events_are_uniform() {
     let mut least = vec![0usize; REPLICATES + 2];
     let mut single: BTreeMap<(&str, &str), Vec<f64>> = BTreeMap::new();
     for repeat in 0..REPEATS {
-        let findings = examine(&poisson(size, 40.0, 0.15, repeat as u64), REPLICATES, 1);
+        let findings = test_recording(&poisson(size, 40.0, 0.15, repeat as u64), REPLICATES, 1);
         let p = findings.statistics.iter().filter_map(|row| row.adjusted_p).fold(1.0, f64::min);
         least[(p * (REPLICATES + 1) as f64).round() as usize] += 1;
         for row in &findings.statistics {
@@ -174,9 +174,9 @@ fn nothing_is_found_in_scenes_seen_by_the_ideal_sensor() {
             config.effects.extend(noisy.then(background));
             let mismatch = EffectConfig::new("threshold_mismatch").with("sigma", 0.03);
             config.effects.push(mismatch);
-            let findings = examine(&seen(&config, 1.5, scene), REPLICATES, 1);
+            let findings = test_recording(&seen(&config, 1.5, scene), REPLICATES, 1);
             let names = names(&findings);
-            // Mixed with what moves slowly, noise may not be told from it.
+            // Noise may be indistinguishable from slow motion.
             let is_known = |name: &&str| noisy && *name == "uniform_noise";
             assert!(names.iter().all(is_known), "scene {i}, {noisy}: {findings}");
         }
@@ -184,11 +184,11 @@ fn nothing_is_found_in_scenes_seen_by_the_ideal_sensor() {
 }
 
 #[test]
-fn a_dead_time_is_found() {
+fn a_refractory_period_is_found() {
     let dead = EffectConfig::new("refractory").with("period_us", 3_000.0);
     let noise = EffectConfig::new("shot_noise_poisson").with("rate_hz", 60.0);
-    let findings = examine(&recorded(&[dead, noise], 1.0), REPLICATES, 1);
-    assert_parameter(found(&findings, "refractory"), "period_us", 3_000.0, 0.02);
+    let findings = test_recording(&recorded(&[dead, noise], 1.0), REPLICATES, 1);
+    assert_parameter(effect(&findings, "refractory"), "period_us", 3_000.0, 0.02);
 }
 
 #[test]
@@ -204,8 +204,8 @@ fn hot_pixels_are_found_at_their_places() {
         }
     }
     all.sort_by_key(|event| event.t);
-    let findings = examine(&EventStream::from_events(SIZE, all).unwrap(), REPLICATES, 1);
-    let hot = found(&findings, "hot_pixels");
+    let findings = test_recording(&EventStream::from_events(SIZE, all).unwrap(), REPLICATES, 1);
+    let hot = effect(&findings, "hot_pixels");
     assert!(places.iter().all(|place| hot.pixels.contains(place)), "{:?}", hot.pixels);
     assert_eq!(hot.pixels.len(), places.len());
     assert_parameter(hot, "median_hz", 100.0, 0.1);
@@ -217,15 +217,15 @@ fn dead_pixels_are_found_at_their_places() {
     let places = [(5u16, 6u16), (22, 17)];
     let events = poisson(SIZE, 30.0, 1.5, 3);
     let alive = events.iter().filter(|event| !places.contains(&(event.x, event.y)));
-    let findings = examine(&EventStream::from_events(SIZE, alive).unwrap(), REPLICATES, 1);
-    assert_eq!(found(&findings, "dead_pixels").pixels, places);
+    let findings = test_recording(&EventStream::from_events(SIZE, alive).unwrap(), REPLICATES, 1);
+    assert_eq!(effect(&findings, "dead_pixels").pixels, places);
 }
 
 #[test]
 fn a_leak_is_found_as_regular_on_events() {
     let leak = EffectConfig::new("leak_on").with("rate_hz", 4.0).with("jitter", 0.1);
-    let findings = examine(&recorded(&[leak], 4.0), REPLICATES, 1);
-    let leak = found(&findings, "leak_on");
+    let findings = test_recording(&recorded(&[leak], 4.0), REPLICATES, 1);
+    let leak = effect(&findings, "leak_on");
     assert_parameter(leak, "rate_hz", 4.0, 0.05);
     assert_parameter(leak, "jitter", 0.1, 0.4);
     assert!(!names(&findings).contains(&"uniform_noise"));
@@ -234,8 +234,8 @@ fn a_leak_is_found_as_regular_on_events() {
 #[test]
 fn poisson_noise_is_measured_and_no_leak() {
     let noise = EffectConfig::new("uniform_noise").with("on_hz", 3.0).with("off_hz", 0.5);
-    let findings = examine(&recorded(&[noise], 2.0), REPLICATES, 1);
-    let noise = found(&findings, "uniform_noise");
+    let findings = test_recording(&recorded(&[noise], 2.0), REPLICATES, 1);
+    let noise = effect(&findings, "uniform_noise");
     assert_parameter(noise, "on_hz", 3.0, 0.1);
     assert_parameter(noise, "off_hz", 0.5, 0.2);
     assert!(!names(&findings).contains(&"leak_on"));
@@ -245,8 +245,8 @@ fn poisson_noise_is_measured_and_no_leak() {
 fn noise_of_the_photoreceptor_alternates() {
     let noise =
         EffectConfig::new("photoreceptor_noise").with("sigma", 0.07).with("cutoff_hz", 60.0);
-    let findings = examine(&recorded(&[noise], 2.0), REPLICATES, 1);
-    found(&findings, "photoreceptor_noise");
+    let findings = test_recording(&recorded(&[noise], 2.0), REPLICATES, 1);
+    effect(&findings, "photoreceptor_noise");
 }
 
 #[test]
@@ -258,8 +258,8 @@ fn a_scan_is_found_with_its_period_axis_and_direction() {
             .with("period_us", 1_370.0)
             .with("axis", axis)
             .with("direction", direction);
-        let findings = examine(&recorded(&[scan, background()], 1.5), REPLICATES, 1);
-        let scan = found(&findings, "scanned_readout");
+        let findings = test_recording(&recorded(&[scan, background()], 1.5), REPLICATES, 1);
+        let scan = effect(&findings, "scanned_readout");
         assert_eq!(scan.variant, Some(words));
         assert_parameter(scan, "period_us", 1_370.0, 1e-3);
         let names = names(&findings);
@@ -271,8 +271,8 @@ fn a_scan_is_found_with_its_period_axis_and_direction() {
 fn a_coarse_clock_is_found_whole_or_not() {
     for period_us in [50.0, 1_000.0, 333.3] {
         let clock = EffectConfig::new("timestamp_quantisation").with("period_us", period_us);
-        let findings = examine(&recorded(&[clock, background()], 1.5), REPLICATES, 1);
-        let clock = found(&findings, "timestamp_quantisation");
+        let findings = test_recording(&recorded(&[clock, background()], 1.5), REPLICATES, 1);
+        let clock = effect(&findings, "timestamp_quantisation");
         assert_parameter(clock, "period_us", period_us, 1e-3);
         assert!(!names(&findings).contains(&"scanned_readout"));
     }
@@ -281,8 +281,8 @@ fn a_coarse_clock_is_found_whole_or_not() {
 #[test]
 fn a_lamp_is_found_by_its_frequency() {
     let lamp = EffectConfig::new("lamp_flicker").with("frequency_hz", 100.0).with("depth", 0.25);
-    let findings = examine(&recorded(&[lamp, background()], 1.5), REPLICATES, 1);
-    assert_parameter(found(&findings, "lamp_flicker"), "frequency_hz", 100.0, 0.01);
+    let findings = test_recording(&recorded(&[lamp, background()], 1.5), REPLICATES, 1);
+    assert_parameter(effect(&findings, "lamp_flicker"), "frequency_hz", 100.0, 0.01);
     assert!(!names(&findings).contains(&"refractory"), "{findings}");
 }
 
@@ -290,8 +290,8 @@ fn a_lamp_is_found_by_its_frequency() {
 fn a_bus_is_found_by_the_time_that_an_event_takes() {
     let bus = EffectConfig::new("arbiter").with("rate_hz", 1e5);
     let noise = EffectConfig::new("shot_noise_poisson").with("rate_hz", 40.0);
-    let findings = examine(&recorded(&[bus, noise], 1.5), REPLICATES, 1);
-    assert_parameter(found(&findings, "arbiter"), "rate_hz", 1e5, 0.03);
+    let findings = test_recording(&recorded(&[bus, noise], 1.5), REPLICATES, 1);
+    assert_parameter(effect(&findings, "arbiter"), "rate_hz", 1e5, 0.03);
 }
 
 #[test]
@@ -303,22 +303,22 @@ fn a_ceiling_of_the_rate_is_found() {
     let lively = |x: f64, y: f64, t_s: f64| 0.3 + 0.25 * (0.9 * x + 0.5 * y + 40.0 * t_s).sin();
     let mut config = SensorConfig::default();
     config.effects.extend([control, background()]);
-    let findings = examine(&seen(&config, 1.5, lively), REPLICATES, 1);
-    assert_parameter(found(&findings, "event_rate_control"), "rate_hz", 1e5, 0.02);
+    let findings = test_recording(&seen(&config, 1.5, lively), REPLICATES, 1);
+    assert_parameter(effect(&findings, "event_rate_control"), "rate_hz", 1e5, 0.02);
 }
 
 #[test]
 fn every_effect_of_the_catalogue_is_found_absent_untestable_or_a_model() {
-    let findings = examine(&poisson(SIZE, 1.0, 1.0, 1), REPLICATES, 1);
-    let mut said = names(&findings);
-    said.extend(&findings.absent);
-    said.extend(findings.untestable.iter().map(|untestable| untestable.name));
+    let findings = test_recording(&poisson(SIZE, 1.0, 1.0, 1), REPLICATES, 1);
+    let mut reported = names(&findings);
+    reported.extend(&findings.absent);
+    reported.extend(findings.untestable.iter().map(|untestable| untestable.name));
     let known = |name: &&str| STAGES.iter().any(|stage| stage.name == *name);
-    assert!(said.iter().all(known), "{said:?}");
-    let mut once = said.clone();
+    assert!(reported.iter().all(known), "{reported:?}");
+    let mut once = reported.clone();
     once.sort_unstable();
     once.dedup();
-    assert_eq!(once.len(), said.len(), "{said:?}");
+    assert_eq!(once.len(), reported.len(), "{reported:?}");
     for name in ["psf_blur", "photoreceptor_lowpass", "clock_offset_drift"] {
         assert!(findings.untestable.iter().any(|untestable| untestable.name == name));
     }
@@ -326,6 +326,6 @@ fn every_effect_of_the_catalogue_is_found_absent_untestable_or_a_model() {
 
 #[test]
 fn no_events_are_no_findings() {
-    let findings = examine(&EventStream::empty(SIZE), 5, 1);
+    let findings = test_recording(&EventStream::empty(SIZE), 5, 1);
     assert!(findings.effects.is_empty() && findings.absent.is_empty(), "{findings}");
 }

@@ -1,22 +1,22 @@
-//! Events as one list, and its surrogates.
+//! Event train (a marked point process) of all pixels, and its surrogates.
 
 use evpose_core::{
     CounterRng, Event, EventStream, EventStreamBuilder, Micros, Polarity, SensorSize,
 };
 
-/// Side of the blocks in which events change places.
+/// Side of the blocks within which surrogates displace events, pixels.
 const BLOCK: usize = 4;
 
-/// An event.
+/// An event of a train.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Mark {
     pub(super) t_us: i64,
-    /// Row by row.
+    /// Index of the pixel, row by row.
     pub(super) pixel: u32,
     pub(super) is_on: bool,
 }
 
-/// Events in order of time and, at equal times, of pixels.
+/// Events sorted by time and, at equal times, by pixel.
 #[derive(Debug, Clone)]
 pub(super) struct Train {
     pub(super) size: SensorSize,
@@ -54,7 +54,7 @@ impl Train {
         builder.finish().0
     }
 
-    /// Time of the first event, and the time behind the last.
+    /// Half-open interval from the first to behind the last event, microseconds.
     pub(super) fn span_us(&self) -> (i64, i64) {
         match (self.marks.first(), self.marks.last()) {
             (Some(first), Some(last)) => (first.t_us, last.t_us + 1),
@@ -71,7 +71,7 @@ impl Train {
         usize::from(self.size.width)
     }
 
-    /// Both halves of the time.
+    /// First and second half of the time.
     pub(super) fn halves(&self) -> [Self; 2] {
         let (start, end) = self.span_us();
         let middle = self.marks.partition_point(|mark| mark.t_us < start + (end - start) / 2);
@@ -79,22 +79,22 @@ impl Train {
         [early, late].map(|marks| Self { size: self.size, marks: marks.to_vec() })
     }
 
-    /// The part without the events of these pixels, which are in order.
+    /// Removes the events of some pixels, which are sorted.
     pub(super) fn without(&self, pixels: &[u32]) -> Self {
         let stays = |mark: &&Mark| pixels.binary_search(&mark.pixel).is_err();
         Self { size: self.size, marks: self.marks.iter().filter(stays).copied().collect() }
     }
 
-    /// As many events as `most`, from the middle of the recording.
-    pub(super) fn middle(mut self, most: usize) -> Self {
-        if self.marks.len() > most {
-            let skipped = (self.marks.len() - most) / 2;
-            self.marks = self.marks[skipped..skipped + most].to_vec();
+    /// At most `max_events` events from the middle of the recording.
+    pub(super) fn middle(mut self, max_events: usize) -> Self {
+        if self.marks.len() > max_events {
+            let skipped = (self.marks.len() - max_events) / 2;
+            self.marks = self.marks[skipped..skipped + max_events].to_vec();
         }
         self
     }
 
-    /// Every event at a time of chance inside its window.
+    /// Surrogate with every event at a random time within its window.
     pub(super) fn jittered(&self, window_us: i64, rng: &mut CounterRng) -> Self {
         let (start, end) = self.span_us();
         let moved = |mark: &Mark| {
@@ -105,7 +105,7 @@ impl Train {
         Self::sorted(self.size, self.marks.iter().map(moved).collect())
     }
 
-    /// Every event at a pixel of chance inside its block.
+    /// Surrogate with every event at a random pixel within its block.
     pub(super) fn displaced(&self, rng: &mut CounterRng) -> Self {
         let (width, height) = (self.width(), usize::from(self.size.height));
         let mut pick = |at: usize, length: usize| {

@@ -1,13 +1,13 @@
-//! Constants of the calibration, from cases whose truth is known.
+//! Fit of the constants of the calibration to cases whose truth is known.
 //!
 //! # Method
-//! Probabilities: logistic regression with a ridge, by Newton's steps. Features are scaled to mean
-//! zero and variance one; slopes have a standard normal prior, the intercept has none. A slope whose
-//! sign makes no sense (a larger gap that makes a name likelier) is an accident of few cases: its
-//! feature is left out.
+//! Probabilities: ridge logistic regression, by Newton steps. Features are standardised; slopes
+//! have a standard normal prior, the intercept has none. A slope of the wrong sign (a larger gap
+//! that makes an identification more probable) is an accident of few cases: its feature is left
+//! out.
 //!
-//! Errors: of all factors and floors the pair with the least interval score, which is proper for
-//! intervals of 90 %: their width, and 2 / 0.1 times what the truth is outside.
+//! Errors: grid search over factor and floor for the least interval score, which is proper for 90 %
+//! intervals: width plus 2 / 0.1 times the distance of the truth outside.
 //!
 //! # Source
 //! Gneiting and Raftery: *Strictly proper scoring rules, prediction, and estimation*, J. Am. Stat.
@@ -17,37 +17,37 @@ use super::calibration::{ErrorScale, Evidence, FEATURES};
 use super::findings::SIDE;
 use crate::linear::solve;
 
-/// Numbers of a fit: the features and a constant.
+/// Columns of the design matrix: a constant and the features.
 const COLUMNS: usize = FEATURES.len() + 1;
-/// Newton's method needs few steps.
+/// Maximum Newton steps; few are needed.
 const STEPS: usize = 50;
-/// The sign that each slope may have; zero for either.
+/// Sign that each slope must have; zero for either.
 const SIGNS: [f64; FEATURES.len()] = [1.0, 1.0, -1.0, 0.0];
-/// A feature beyond the first wants so many wrong names more.
-const WRONG_A_FEATURE: usize = 5;
-/// Fewer intervals than these are no ground to change anything.
-const FEWEST: usize = 10;
-/// Floors that are tried, in steps of a knob.
+/// Wrong identifications required per feature beyond the first.
+const WRONG_PER_FEATURE: usize = 5;
+/// Minimum estimates for a fit of their errors.
+const MIN_ESTIMATES: usize = 10;
+/// Floors of the grid search, in steps of a parameter.
 const FLOORS: [f64; 14] = [0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.5, 2.0, 3.0];
-/// Factors that are tried: from a quarter to 16, in steps of 2 %.
+/// Number of factors of the grid search: from a quarter to 16, in steps of 2 %.
 const FACTORS: i32 = 210;
 
-/// One number that was said, and the truth of it.
+/// Error of an estimate whose true value is known.
 #[derive(Debug, Clone, Copy)]
-pub struct Miss {
-    /// What it is off, in steps of its knob.
+pub struct EstimateError {
+    /// Error in steps of the parameter.
     pub steps: f64,
-    /// Its raw standard deviation, in steps.
+    /// Its uncalibrated standard deviation, in steps.
     pub raw: f64,
 }
 
-/// Intercept and slopes from names that were right or not. None without both.
-pub fn fit_probability(names: &[(Evidence, bool)]) -> Option<(f64, [f64; FEATURES.len()])> {
-    let wrong = names.iter().filter(|(_, is_right)| !is_right).count();
+/// Fits intercept and slopes to identifications that were right or wrong; none unless both occur.
+pub fn fit_probability(cases: &[(Evidence, bool)]) -> Option<(f64, [f64; FEATURES.len()])> {
+    let wrong = cases.iter().filter(|(_, is_right)| !is_right).count();
     let mut is_used = [false; FEATURES.len()];
-    is_used[..(wrong / WRONG_A_FEATURE).clamp(1, FEATURES.len())].fill(true);
+    is_used[..(wrong / WRONG_PER_FEATURE).clamp(1, FEATURES.len())].fill(true);
     loop {
-        let (intercept, slopes) = fit_with(names, &is_used)?;
+        let (intercept, slopes) = fit_with(cases, &is_used)?;
         let wrong = (0..FEATURES.len()).find(|i| slopes[*i] * SIGNS[*i] < 0.0);
         match wrong {
             Some(i) => is_used[i] = false,
@@ -57,18 +57,18 @@ pub fn fit_probability(names: &[(Evidence, bool)]) -> Option<(f64, [f64; FEATURE
 }
 
 fn fit_with(
-    names: &[(Evidence, bool)],
+    cases: &[(Evidence, bool)],
     is_used: &[bool; FEATURES.len()],
 ) -> Option<(f64, [f64; FEATURES.len()])> {
-    let right = names.iter().filter(|(_, is_right)| *is_right).count();
-    if right == 0 || right == names.len() {
+    let right = cases.iter().filter(|(_, is_right)| *is_right).count();
+    if right == 0 || right == cases.len() {
         return None;
     }
-    let n = names.len() as f64;
-    let mean = |i: usize| names.iter().map(|(e, _)| e.features()[i]).sum::<f64>() / n;
+    let n = cases.len() as f64;
+    let mean = |i: usize| cases.iter().map(|(e, _)| e.features()[i]).sum::<f64>() / n;
     let means: [f64; FEATURES.len()] = std::array::from_fn(mean);
     let spread = |i: usize| {
-        let squares = names.iter().map(|(e, _)| (e.features()[i] - means[i]).powi(2));
+        let squares = cases.iter().map(|(e, _)| (e.features()[i] - means[i]).powi(2));
         (squares.sum::<f64>() / n).sqrt()
     };
     let spreads: [f64; FEATURES.len()] = std::array::from_fn(spread);
@@ -81,7 +81,7 @@ fn fit_with(
         })
     };
     let rows: Vec<([f64; COLUMNS], f64)> =
-        names.iter().map(|(e, is_right)| (row(e), f64::from(u8::from(*is_right)))).collect();
+        cases.iter().map(|(e, is_right)| (row(e), f64::from(u8::from(*is_right)))).collect();
     let mut weights = [0.0; COLUMNS];
     for _ in 0..STEPS {
         let mut matrix = vec![vec![0.0; COLUMNS]; COLUMNS];
@@ -120,11 +120,11 @@ fn logistic(x: f64) -> f64 {
     1.0 / (1.0 + (-x).exp())
 }
 
-/// The scale of errors with the least interval score; none from too few numbers.
-pub fn fit_errors(misses: &[Miss]) -> Option<ErrorScale> {
-    let usable: Vec<Miss> =
-        misses.iter().copied().filter(|m| m.steps.is_finite() && m.raw.is_finite()).collect();
-    if usable.len() < FEWEST {
+/// Fits the scale of errors by the least interval score; none for too few estimates.
+pub fn fit_errors(errors: &[EstimateError]) -> Option<ErrorScale> {
+    let usable: Vec<EstimateError> =
+        errors.iter().copied().filter(|m| m.steps.is_finite() && m.raw.is_finite()).collect();
+    if usable.len() < MIN_ESTIMATES {
         return None;
     }
     let factors = (0..FACTORS).map(|i| 0.25 * 1.02_f64.powi(i));
@@ -136,19 +136,20 @@ pub fn fit_errors(misses: &[Miss]) -> Option<ErrorScale> {
     scored.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, scale)| scale)
 }
 
-/// The mean interval score of intervals of 90 %, in steps.
-pub fn interval_score(misses: &[Miss], scale: &ErrorScale) -> f64 {
-    let score = |miss: &Miss| {
-        let half = SIDE * scale.of(miss.raw);
-        2.0 * half + 2.0 / 0.1 * (miss.steps.abs() - half).max(0.0)
+/// Mean interval score of 90 % intervals, in steps.
+pub fn interval_score(errors: &[EstimateError], scale: &ErrorScale) -> f64 {
+    let score = |error: &EstimateError| {
+        let half = SIDE * scale.of(error.raw);
+        2.0 * half + 2.0 / 0.1 * (error.steps.abs() - half).max(0.0)
     };
-    misses.iter().map(score).sum::<f64>() / misses.len().max(1) as f64
+    errors.iter().map(score).sum::<f64>() / errors.len().max(1) as f64
 }
 
-/// The share of intervals of 90 % that hold the truth; none of nothing.
-pub fn coverage(misses: &[Miss], scale: &ErrorScale) -> Option<f64> {
-    let held = misses.iter().filter(|miss| miss.steps.abs() <= SIDE * scale.of(miss.raw)).count();
-    (!misses.is_empty()).then(|| held as f64 / misses.len() as f64)
+/// Fraction of 90 % intervals that contain the truth; none without estimates.
+pub fn coverage(errors: &[EstimateError], scale: &ErrorScale) -> Option<f64> {
+    let inside =
+        errors.iter().filter(|error| error.steps.abs() <= SIDE * scale.of(error.raw)).count();
+    (!errors.is_empty()).then(|| inside as f64 / errors.len() as f64)
 }
 
 #[cfg(test)]
@@ -161,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn odds_that_are_twice_too_sure_are_halved() {
+    fn odds_that_are_twice_too_large_are_halved() {
         let mut rng = CounterRng::new(3, "names", 0);
         let names: Vec<(Evidence, bool)> = (0..20_000)
             .map(|_| {
@@ -171,7 +172,7 @@ mod tests {
             .collect();
         let (intercept, slopes) = fit_probability(&names).unwrap();
         assert!((slopes[0] - 0.5).abs() < 0.03 && (intercept + 1.0).abs() < 0.1, "{slopes:?}");
-        // What is the same in all cases says nothing.
+        // Constant features have no slope.
         assert_eq!((slopes[1], slopes[2], slopes[3]), (0.0, 0.0, 0.0));
     }
 
@@ -185,8 +186,8 @@ mod tests {
     }
 
     #[test]
-    fn a_slope_that_makes_no_sense_is_left_out() {
-        // Here names are right where much of the gap is left.
+    fn a_slope_of_the_wrong_sign_is_left_out() {
+        // Here identifications are right where much of the gap is left.
         let gap = |i: i32| if i % 2 == 0 { 0.2 } else { 2.0 };
         let names: Vec<_> = (0..400).map(|i| (evidence(0.0, gap(i)), i % 2 == 1)).collect();
         let (_, slopes) = fit_probability(&names).unwrap();
@@ -196,34 +197,37 @@ mod tests {
     #[test]
     fn errors_that_are_three_times_too_small_are_scaled_by_three() {
         let mut rng = CounterRng::new(4, "numbers", 0);
-        let misses: Vec<Miss> = (0..20_000)
+        let errors: Vec<EstimateError> = (0..20_000)
             .map(|_| {
                 let raw = 0.2 + f64::from(rng.unit());
-                Miss { steps: 3.0 * raw * f64::from(rng.normal()), raw }
+                EstimateError { steps: 3.0 * raw * f64::from(rng.normal()), raw }
             })
             .collect();
-        let scale = fit_errors(&misses).unwrap();
+        let scale = fit_errors(&errors).unwrap();
         assert!((scale.factor - 3.0).abs() < 0.1 && scale.floor <= 0.3, "{scale:?}");
-        assert!((coverage(&misses, &scale).unwrap() - 0.9).abs() < 0.01);
+        assert!((coverage(&errors, &scale).unwrap() - 0.9).abs() < 0.01);
     }
 
     #[test]
-    fn what_data_cannot_say_better_is_a_floor() {
+    fn an_irreducible_error_is_a_floor() {
         let mut rng = CounterRng::new(5, "numbers", 0);
-        let misses: Vec<Miss> = (0..20_000)
-            .map(|i| Miss { steps: 0.5 * f64::from(rng.normal()), raw: 0.001 * f64::from(i % 9) })
+        let errors: Vec<EstimateError> = (0..20_000)
+            .map(|i| EstimateError {
+                steps: 0.5 * f64::from(rng.normal()),
+                raw: 0.001 * f64::from(i % 9),
+            })
             .collect();
-        let scale = fit_errors(&misses).unwrap();
+        let scale = fit_errors(&errors).unwrap();
         assert!((scale.floor - 0.5).abs() < 1e-9, "{scale:?}");
-        assert!(fit_errors(&misses[..5]).is_none());
+        assert!(fit_errors(&errors[..5]).is_none());
     }
 
     #[test]
     fn the_interval_score_is_width_and_twenty_times_what_is_outside() {
         let scale = ErrorScale { factor: 1.0, floor: 0.0 };
-        let inside = Miss { steps: 1.0, raw: 1.0 };
+        let inside = EstimateError { steps: 1.0, raw: 1.0 };
         assert!((interval_score(&[inside], &scale) - 3.29).abs() < 1e-12);
-        let outside = Miss { steps: -2.0, raw: 1.0 };
+        let outside = EstimateError { steps: -2.0, raw: 1.0 };
         assert!((interval_score(&[outside], &scale) - (3.29 + 20.0 * 0.355)).abs() < 1e-12);
     }
 }

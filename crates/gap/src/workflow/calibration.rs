@@ -1,19 +1,20 @@
-//! What makes probabilities and intervals hold what they say.
+//! Calibration of probabilities and intervals.
 //!
 //! # Model
-//! The probability that a name is right is `logistic(intercept + slopes . features)`; the standard
-//! deviation of a number is `hypot(factor * raw, floor)`, in steps of its knob. The floor is what two
-//! simulators of one thing differ by, however much data there is.
+//! The probability that an identification is right is `logistic(intercept + slopes . features)`;
+//! the standard deviation of an estimate is `hypot(factor * raw, floor)`, in steps of its
+//! parameter. The floor is the difference of two simulators of one camera, which more data does not
+//! reduce.
 //!
 //! # Source
-//! The constants are fitted, by `evpose gap calibrate RESULTS.jsonl --plan SEED`, to cases of
-//! benchmark plans that were drawn for development, never to those of a plan that results are
-//! reported of. These come from 98 cases of plan 9001, in which 40 of 41 names were right: one wrong
-//! name tells how far odds are to be believed, and no more than that.
+//! `evpose gap calibrate RESULTS.jsonl --plan SEED` fits the constants to cases of benchmark plans
+//! drawn for development, never to a plan that results are reported of. These are from 98 cases of
+//! plan 9001, in which 40 of 41 identifications were right: one wrong case determines the scale of
+//! the odds, and no other slope.
 
 use serde::{Deserialize, Serialize};
 
-/// The constants in use. Paste what `evpose gap calibrate` prints.
+/// The constants in use, as printed by `evpose gap calibrate`.
 pub const CALIBRATION: Calibration = Calibration {
     intercept: 2.144,
     slopes: [0.323, 0.0, 0.0, 0.0],
@@ -21,37 +22,37 @@ pub const CALIBRATION: Calibration = Calibration {
     of_model: ErrorScale { factor: 1.22, floor: 0.05 },
 };
 
-/// What features are, in their order.
+/// Descriptions of the features, in their order.
 pub const FEATURES: [&str; 4] = [
     "log-odds against rivals and nothing, -2 to 8",
-    "share of the misfit that it takes away",
+    "fraction of the discrepancy that it explains",
     "ln of the gap that is left, over .42",
     "ln of events, over 50,000",
 ];
 
-/// No probability is nearer to none or all than this: a few hundred cases say no more.
-const LEAST: f64 = 0.002;
-/// Odds beyond these say no more.
+/// Smallest distance of a probability from zero and one: a few hundred cases resolve no more.
+const MIN_PROBABILITY: f64 = 0.002;
+/// Range that log-odds are clipped to.
 const ODDS: (f64, f64) = (-2.0, 8.0);
-/// Gap and events that features are counted from.
+/// Gap and number of events at which their features are zero.
 const GAP: f64 = 0.42;
 const EVENTS: f64 = 5e4;
 
-/// What the name of an effect rests on.
+/// Evidence for an identified effect.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Evidence {
-    /// Log-odds against everything that was judged beside it and against adding nothing, tempered.
+    /// Tempered log-odds against all other contenders and against no effect.
     pub log_odds: f64,
-    /// The share of the misfit that it takes away, on what was held out.
+    /// Fraction of the held-out discrepancy that it explains.
     pub gain_share: f64,
-    /// The gap that the whole answer leaves there.
+    /// Gap of the corrected model on held-out data.
     pub gap_after: f64,
-    /// Events of the recording that was fitted.
+    /// Number of events of the training data.
     pub events: usize,
 }
 
 impl Evidence {
-    /// The numbers that a probability is made of, see [`FEATURES`].
+    /// Features of the logistic regression, see [`FEATURES`].
     pub fn features(&self) -> [f64; FEATURES.len()] {
         [
             self.log_odds.clamp(ODDS.0, ODDS.1),
@@ -62,59 +63,59 @@ impl Evidence {
     }
 }
 
-/// Whether a number belongs to an effect that was added or to the model as given.
+/// Whether a parameter belongs to an added effect or to the model as given.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum NumberKind {
-    /// Of an effect that was added.
+pub enum ParameterKind {
+    /// Parameter of an added effect.
     OfEffect,
-    /// Of the model as given: thresholds, background, clock.
+    /// Parameter of the model as given: thresholds, background, clock.
     OfModel,
 }
 
-/// From a raw standard deviation to one that holds.
+/// Calibration of standard deviations.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ErrorScale {
-    /// What raw ones are multiplied by.
+    /// Factor on raw standard deviations.
     pub factor: f64,
-    /// What they are at least, in steps of a knob.
+    /// Lower bound, in steps of a parameter, added in quadrature.
     pub floor: f64,
 }
 
 impl ErrorScale {
-    /// The standard deviation that holds, in steps.
+    /// Calibrated standard deviation, in steps.
     pub fn of(&self, raw: f64) -> f64 {
         (self.factor * raw).hypot(self.floor)
     }
 }
 
-/// All constants.
+/// All constants of the calibration.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Calibration {
-    /// Log-odds of a name where all features are zero.
+    /// Log-odds where all features are zero.
     pub intercept: f64,
-    /// What each feature adds to them.
+    /// Slope of the log-odds along each feature.
     pub slopes: [f64; FEATURES.len()],
-    /// Errors of numbers of effects.
+    /// Errors of parameters of effects.
     pub of_effect: ErrorScale,
-    /// Errors of numbers of the model.
+    /// Errors of parameters of the model.
     pub of_model: ErrorScale,
 }
 
 impl Calibration {
-    /// The probability that a name is right.
+    /// Probability that an identification is right.
     pub fn probability(&self, evidence: &Evidence) -> f64 {
         let features = evidence.features();
         let sum: f64 = self.slopes.iter().zip(features).map(|(slope, x)| slope * x).sum();
         let probability = 1.0 / (1.0 + (-self.intercept - sum).exp());
-        probability.clamp(LEAST, 1.0 - LEAST)
+        probability.clamp(MIN_PROBABILITY, 1.0 - MIN_PROBABILITY)
     }
 
-    /// The standard deviation of a number, in steps, from the raw one.
-    pub fn error(&self, kind: NumberKind, raw: f64) -> f64 {
+    /// Calibrated standard deviation of an estimate, in steps.
+    pub fn error(&self, kind: ParameterKind, raw: f64) -> f64 {
         match kind {
-            NumberKind::OfEffect => self.of_effect.of(raw),
-            NumberKind::OfModel => self.of_model.of(raw),
+            ParameterKind::OfEffect => self.of_effect.of(raw),
+            ParameterKind::OfModel => self.of_model.of(raw),
         }
     }
 }
@@ -135,20 +136,20 @@ mod tests {
     }
 
     #[test]
-    fn neutral_constants_take_odds_at_their_word() {
+    fn neutral_constants_leave_odds_unchanged() {
         assert!((NEUTRAL.probability(&evidence(0.0)) - 0.5).abs() < 1e-12);
         let three_to_one = NEUTRAL.probability(&evidence(3.0_f64.ln()));
         assert!((three_to_one - 0.75).abs() < 1e-12);
-        assert!((NEUTRAL.error(NumberKind::OfEffect, 0.7) - 0.7).abs() < 1e-12);
+        assert!((NEUTRAL.error(ParameterKind::OfEffect, 0.7) - 0.7).abs() < 1e-12);
     }
 
     #[test]
     fn nothing_is_certain() {
         let certain = evidence(1e9);
-        let told = Calibration { intercept: 50.0, ..NEUTRAL };
-        assert!((told.probability(&certain) - (1.0 - LEAST)).abs() < 1e-12);
+        let certain_constants = Calibration { intercept: 50.0, ..NEUTRAL };
+        assert!((certain_constants.probability(&certain) - (1.0 - MIN_PROBABILITY)).abs() < 1e-12);
         let denied = Calibration { intercept: -50.0, ..NEUTRAL };
-        assert!((denied.probability(&certain) - LEAST).abs() < 1e-12);
+        assert!((denied.probability(&certain) - MIN_PROBABILITY).abs() < 1e-12);
     }
 
     #[test]
@@ -157,7 +158,7 @@ mod tests {
         assert!((scale.of(0.2) - 0.5).abs() < 1e-12);
         assert!((scale.of(0.0) - 0.3).abs() < 1e-12);
         let one = Calibration { of_model: scale, ..NEUTRAL };
-        assert!((one.error(NumberKind::OfModel, 0.2) - 0.5).abs() < 1e-12);
-        assert!((one.error(NumberKind::OfEffect, 0.2) - 0.2).abs() < 1e-12);
+        assert!((one.error(ParameterKind::OfModel, 0.2) - 0.5).abs() < 1e-12);
+        assert!((one.error(ParameterKind::OfEffect, 0.2) - 0.2).abs() < 1e-12);
     }
 }

@@ -1,132 +1,161 @@
-//! What was named, with numbers and their intervals.
+//! Findings: identified effects and parameters with estimates, intervals and probabilities.
 //!
 //! # Method
-//! An interval of 90 % ends 1.645 standard deviations away, on the scale that each number is fitted
-//! on. Standard deviations are those of the `errors` module, calibrated; so is the probability of a
-//! name, which weighs everything that was judged, and nothing at all, by the misfit on what was held
-//! out, at a temper that allows for what the numbers share.
+//! A 90 % interval ends 1.645 standard deviations away, on the scale on which the parameter is
+//! fitted. Standard deviations are those of the `errors` module, calibrated. The probability of an
+//! effect is calibrated from a softmax over all contenders, and no effect, by held-out discrepancy,
+//! at a temperature that allows for the correlation of statistics.
 
 use std::collections::BTreeMap;
 
-use evpose_sensor::STAGES;
+use evpose_sensor::SensorConfig;
 
-use super::calibration::{CALIBRATION, Evidence, NumberKind};
+use super::calibration::{CALIBRATION, Evidence, ParameterKind};
 use super::errors::{RawError, errors};
 use crate::GapError;
-use crate::knob::Knob;
-use crate::naming::{Bench, Contender, Named};
+use crate::free_parameter::FreeParameter;
 use crate::normal::upper_tail;
 use crate::parameters::Parameter;
+use crate::search::{AddedEffect, DataSplits, Identification};
 use crate::verdict::{Finding, FindingKind, Quantity};
 
-/// Standard deviations to either end of an interval of 90 %.
+/// Standard deviations to either end of a 90 % interval.
 pub(super) const SIDE: f64 = 1.645;
-/// Numbers of a summary share what they see: this many misfits count as one.
-const TEMPER: f64 = 10.0;
+/// Temperature: statistics are correlated, so that this much discrepancy counts as one.
+const TEMPERATURE: f64 = 10.0;
 
-/// A finding with what it rests on.
+/// A finding with its evidence.
 #[derive(Debug, Clone)]
-pub struct Evidenced {
-    /// What is said.
+pub struct EvidencedFinding {
+    /// The finding.
     pub finding: Finding,
-    /// What the name of an effect rests on; none for a number of the model.
+    /// Evidence of an effect; none for a parameter of the model.
     pub evidence: Option<Evidence>,
-    /// How uncertain its numbers are, before calibration.
+    /// Uncalibrated errors of its parameters.
     pub errors: BTreeMap<String, RawError>,
 }
 
-/// Effects and parameters of an answer, the effects first.
+/// Findings of a search: effects first, then parameters.
 ///
 /// # Errors
 /// A model that cannot be built or shown the scene.
-pub fn findings(bench: &Bench<'_>, named: &Named) -> Result<Vec<Finding>, GapError> {
-    let all = evidenced(bench, named)?;
+pub fn findings(
+    splits: &DataSplits<'_>,
+    result: &Identification,
+) -> Result<Vec<Finding>, GapError> {
+    let all = evidenced_findings(splits, result)?;
     Ok(all.into_iter().map(|evidenced| evidenced.finding).collect())
 }
 
-/// The same with what each rests on.
+/// Findings with their evidence.
 ///
 /// # Errors
 /// A model that cannot be built or shown the scene.
-pub fn evidenced(bench: &Bench<'_>, named: &Named) -> Result<Vec<Evidenced>, GapError> {
-    let model = &named.after.model;
-    let owned: Vec<Vec<Knob>> = named.steps.iter().map(|step| knobs(&step.contenders[0])).collect();
-    let mut all: Vec<Knob> = owned.iter().flatten().copied().collect();
-    all.extend(Parameter::ALL.map(Knob::Parameter));
-    let raw = errors(&bench.train, model, &all)?;
-    let calibrated = |knob: Knob, raw: &RawError| CALIBRATION.error(kind(knob), raw.steps());
-    let quantity = |knob: Knob, raw: &RawError| {
-        let error = calibrated(knob, raw);
-        let at = |sides: f64| knob.value(&knob.turned(model, sides * SIDE * error));
-        let (value, a, b) = (knob.value(model), at(-1.0), at(1.0));
-        let unit = match knob {
-            Knob::Parameter(parameter) => parameter.unit(),
-            Knob::Effect(_, param) => param.unit,
-        };
-        let (lo90, hi90) = (a.min(b).min(value), a.max(b).max(value));
-        Quantity { value, lo90, hi90, unit: unit.into(), halves: None }
-    };
-    let mut found = Vec::new();
-    let mut place = 0;
-    for (i, (step, knobs)) in named.steps.iter().zip(&owned).enumerate() {
-        let mut parameters = BTreeMap::new();
-        let mut errors = BTreeMap::new();
-        for knob in knobs {
-            if let Knob::Effect(_, param) = knob {
-                parameters.insert(param.name.to_owned(), quantity(*knob, &raw[place]));
-                errors.insert(param.name.to_owned(), raw[place]);
-            }
-            place += 1;
+pub fn evidenced_findings(
+    splits: &DataSplits<'_>,
+    result: &Identification,
+) -> Result<Vec<EvidencedFinding>, GapError> {
+    let trials = result.added_effects.iter().map(|added| &added.contenders[0].candidate.trial);
+    let of_effects: Vec<Vec<FreeParameter>> = trials.map(FreeParameter::of_effect).collect();
+    let mut free: Vec<FreeParameter> = of_effects.iter().flatten().copied().collect();
+    free.extend(Parameter::ALL.map(FreeParameter::Model));
+    // All parameters together, so that errors include their correlations.
+    let errors = errors(&splits.train, &result.after.model, &free)?;
+    let (mut rest, of_model) = errors.split_at(errors.len() - Parameter::ALL.len());
+    let mut findings = Vec::new();
+    for (i, free) in of_effects.iter().enumerate() {
+        let (own, others) = rest.split_at(free.len());
+        rest = others;
+        findings.push(effect_finding(splits, result, i, free.iter().zip(own)));
+    }
+    for parameter in &result.changed_parameters {
+        let i = Parameter::ALL.iter().position(|other| other == parameter);
+        findings.extend(i.map(|i| parameter_finding(result, *parameter, of_model[i])));
+    }
+    Ok(findings)
+}
+
+/// Finding of added effect number `i`, with the errors of its parameters.
+fn effect_finding<'a>(
+    splits: &DataSplits<'_>,
+    result: &Identification,
+    i: usize,
+    parameters: impl Iterator<Item = (&'a FreeParameter, &'a RawError)>,
+) -> EvidencedFinding {
+    let added = &result.added_effects[i];
+    let mut quantities = BTreeMap::new();
+    let mut errors = BTreeMap::new();
+    for (free, raw) in parameters {
+        if let FreeParameter::Effect(_, param) = free {
+            quantities.insert(param.name.to_owned(), quantity(*free, &result.after.model, raw));
+            errors.insert(param.name.to_owned(), *raw);
         }
-        let evidence = evidence(bench, named, i);
-        let finding = Finding {
-            name: step.contenders[0].found.name.to_owned(),
-            kind: FindingKind::Effect,
-            parameters,
-            probability: CALIBRATION.probability(&evidence),
-            confusable_with: step
-                .confusable
-                .iter()
-                .copied()
-                .chain(same_as(step.contenders[0].found.name))
-                .map(str::to_owned)
-                .collect(),
-        };
-        found.push(Evidenced { finding, evidence: Some(evidence), errors });
     }
-    for parameter in &named.moved {
-        let Some(i) = Parameter::ALL.iter().position(|other| other == parameter) else { continue };
-        let (knob, raw) = (Knob::Parameter(*parameter), raw[place + i]);
-        let from = parameter.value(&named.before.model);
-        let z = parameter.steps(from, parameter.value(model)) / calibrated(knob, &raw).max(1e-9);
-        let name = parameter.name().to_owned();
-        let finding = Finding {
-            name: name.clone(),
-            kind: FindingKind::Parameter,
-            parameters: BTreeMap::from([(name.clone(), quantity(knob, &raw))]),
-            // That it differs at all.
-            probability: 1.0 - 2.0 * upper_tail(z.abs()),
-            confusable_with: if parameter.value(model) > from {
-                same_as(&name).map(str::to_owned).into_iter().collect()
-            } else {
-                Vec::new()
-            },
-        };
-        found.push(Evidenced { finding, evidence: None, errors: BTreeMap::from([(name, raw)]) });
-    }
-    Ok(found)
+    let evidence = evidence(splits, result, added);
+    let confusable = added.confusable.iter().copied().chain(same_as(added.name()));
+    let finding = Finding {
+        name: added.name().to_owned(),
+        kind: FindingKind::Effect,
+        parameters: quantities,
+        probability: CALIBRATION.probability(&evidence),
+        confusable_with: confusable.map(str::to_owned).collect(),
+    };
+    EvidencedFinding { finding, evidence: Some(evidence), errors }
 }
 
-/// Errors of effects and of numbers of the model are calibrated apart.
-fn kind(knob: Knob) -> NumberKind {
-    match knob {
-        Knob::Parameter(_) => NumberKind::OfModel,
-        Knob::Effect(..) => NumberKind::OfEffect,
+/// Finding of a parameter of the model that differs from its given value.
+fn parameter_finding(
+    result: &Identification,
+    parameter: Parameter,
+    raw: RawError,
+) -> EvidencedFinding {
+    let (given, fitted) =
+        (parameter.value(&result.before.model), parameter.value(&result.after.model));
+    let free = FreeParameter::Model(parameter);
+    let z = parameter.steps(given, fitted) / calibrated(free, &raw).max(1e-9);
+    let name = parameter.name().to_owned();
+    let quantity = quantity(free, &result.after.model, &raw);
+    // An early clock is no latency.
+    let same = same_as(&name).filter(|_| fitted > given);
+    let finding = Finding {
+        name: name.clone(),
+        kind: FindingKind::Parameter,
+        parameters: BTreeMap::from([(name.clone(), quantity)]),
+        // Probability that it differs from the given value.
+        probability: 1.0 - 2.0 * upper_tail(z.abs()),
+        confusable_with: same.map(str::to_owned).into_iter().collect(),
+    };
+    EvidencedFinding { finding, evidence: None, errors: BTreeMap::from([(name, raw)]) }
+}
+
+/// Calibrated standard deviation of a parameter, in its steps.
+fn calibrated(free: FreeParameter, raw: &RawError) -> f64 {
+    CALIBRATION.error(kind(free), raw.steps())
+}
+
+/// Value of a parameter in a model, with its 90 % interval.
+fn quantity(free: FreeParameter, model: &SensorConfig, raw: &RawError) -> Quantity {
+    let error = calibrated(free, raw);
+    let at = |sides: f64| free.value(&free.stepped(model, sides * SIDE * error));
+    let (value, a, b) = (free.value(model), at(-1.0), at(1.0));
+    let unit = match free {
+        FreeParameter::Model(parameter) => parameter.unit(),
+        FreeParameter::Effect(_, param) => param.unit,
+    };
+    let (lo90, hi90) = (a.min(b).min(value), a.max(b).max(value));
+    Quantity { value, lo90, hi90, unit: unit.into(), halves: None }
+}
+
+/// Kind of a parameter: errors of effects and of the model are calibrated separately.
+fn kind(free: FreeParameter) -> ParameterKind {
+    match free {
+        FreeParameter::Model(_) => ParameterKind::OfModel,
+        FreeParameter::Effect(..) => ParameterKind::OfEffect,
     }
 }
 
-/// What no recording can tell a finding from: a lag of the pixels and one of the clock, where no
-/// other clock has seen the scene.
+/// Finding that no recording distinguishes from another: a delay of all pixels is an offset of the
+/// clock.
 fn same_as(name: &str) -> Option<&'static str> {
     match name {
         "pixel_latency" => Some("clock_offset"),
@@ -135,32 +164,25 @@ fn same_as(name: &str) -> Option<&'static str> {
     }
 }
 
-/// The knobs of an effect.
-pub(super) fn knobs(contender: &Contender) -> Vec<Knob> {
-    let name = STAGES.iter().find(|spec| spec.name == contender.found.name).map(|spec| spec.name);
-    let knob = |name| contender.found.trial.params.iter().map(move |param| (name, *param));
-    name.into_iter().flat_map(knob).map(|(name, param)| Knob::Effect(name, param)).collect()
-}
-
-/// What the name of step `i` rests on.
-fn evidence(bench: &Bench<'_>, named: &Named, i: usize) -> Evidence {
-    let (judged, before) = (&named.steps[i].contenders, named.steps[i].without);
-    let best = &judged[0].held;
-    let rivals = judged.iter().skip(1).map(|other| other.held.misfit).chain([before]);
-    let known = bench.held.measured.iter().filter(|number| number.is_finite()).count();
+/// Evidence for an added effect.
+fn evidence(splits: &DataSplits<'_>, result: &Identification, added: &AddedEffect) -> Evidence {
+    let without = added.discrepancy_without;
+    let best = added.contenders[0].held_out.discrepancy;
+    let rivals = added.contenders.iter().skip(1).map(|other| other.held_out.discrepancy);
+    let statistics = splits.held_out.measured.iter().filter(|value| value.is_finite()).count();
     Evidence {
-        log_odds: log_odds(best.misfit, rivals, known),
-        gain_share: 1.0 - best.misfit / before.max(1e-9),
-        gap_after: named.after.gap,
-        events: bench.train.events.len(),
+        log_odds: log_odds(best, rivals.chain([without]), statistics),
+        gain_share: 1.0 - best / without.max(1e-9),
+        gap_after: result.after.gap,
+        events: splits.train.events.len(),
     }
 }
 
-/// Log-odds of the best of all that were judged. Adding nothing is one of its rivals, so that there
-/// always is one.
-fn log_odds(best: f64, rivals: impl Iterator<Item = f64>, numbers: usize) -> f64 {
-    let temper = TEMPER * (best / numbers.max(1) as f64).max(1.0);
-    let weights = rivals.map(|rival| (-(rival - best) / (2.0 * temper)).exp());
+/// Tempered log-odds of the best discrepancy against those of its rivals. No effect is always one
+/// of the rivals.
+fn log_odds(best: f64, rivals: impl Iterator<Item = f64>, statistics: usize) -> f64 {
+    let temperature = TEMPERATURE * (best / statistics.max(1) as f64).max(1.0);
+    let weights = rivals.map(|rival| (-(rival - best) / (2.0 * temperature)).exp());
     -weights.sum::<f64>().max(f64::MIN_POSITIVE).ln()
 }
 
@@ -171,15 +193,15 @@ mod tests {
     #[test]
     fn a_rival_as_good_as_the_best_makes_even_odds_and_a_hopeless_one_none() {
         assert!(log_odds(200.0, [200.0].into_iter(), 600).abs() < 1e-12);
-        // Ten misfits count as one: 40 more are exp(-2).
+        // A discrepancy of ten counts as one: 40 more are exp(-2).
         assert!((log_odds(200.0, [240.0].into_iter(), 600) - 2.0).abs() < 1e-12);
-        // Unexplained misfit is worth less: twice the numbers, half the odds.
+        // With an unexplained discrepancy, differences weigh less: half the log-odds.
         assert!((log_odds(1200.0, [1240.0].into_iter(), 600) - 1.0).abs() < 1e-12);
         assert!(log_odds(200.0, [1e9].into_iter(), 600) > 100.0);
     }
 
     #[test]
-    fn the_only_contender_is_weighed_against_nothing_at_all() {
+    fn the_only_contender_is_compared_with_no_effect() {
         let weak = log_odds(200.0, std::iter::once(210.0), 600);
         let strong = log_odds(200.0, std::iter::once(2000.0), 600);
         assert!((weak - 0.5).abs() < 1e-12 && strong > 20.0);

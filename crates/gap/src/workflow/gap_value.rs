@@ -1,34 +1,37 @@
-//! Gaps with intervals.
+//! Gaps with bootstrap intervals.
 //!
 //! # Method
-//! Bootstrap: the runs that a model is judged by are drawn again with replacement, and so are the
-//! blocks of numbers that a gap is the mean of. The interval holds nine tenths of the gaps of
-//! resamples.
+//! Percentile bootstrap: the runs by which a model is scored are resampled with replacement, and so
+//! are the blocks of statistics that a gap is the mean of.
 
 use evpose_core::CounterRng;
 use evpose_sensor::SensorConfig;
 
 use crate::compare::{by_block, rho_of_chance};
 use crate::verdict::GapValue;
-use crate::{GapError, Lab, gap};
+use crate::{GapError, Objective, gap};
 
-/// Runs that a model is judged by: as many as naming takes.
+/// Runs by which a model is scored, as many as in the search.
 pub(super) const RUNS: u64 = 4;
 /// Resamples.
 const RESAMPLES: u64 = 200;
 
-/// The gap of a model in a lab with its interval of 90 %.
+/// Gap of a model with its 90 % interval.
 ///
 /// # Errors
 /// A model that cannot be built or shown the scene.
-pub fn gap_value(lab: &Lab<'_>, model: &SensorConfig, seed: u64) -> Result<GapValue, GapError> {
-    let value = gap(lab.layout, &deviations(lab, model)?);
+pub fn gap_value(
+    objective: &Objective<'_>,
+    model: &SensorConfig,
+    seed: u64,
+) -> Result<GapValue, GapError> {
+    let value = gap(objective.layout, &deviations(objective, model)?);
     let chance = rho_of_chance();
-    let mut gaps: Vec<f64> = resampled(lab, model, seed, RESAMPLES)?
+    let mut gaps: Vec<f64> = resampled(objective, model, seed, RESAMPLES)?
         .iter()
         .enumerate()
         .map(|(i, deviations)| {
-            let blocks = by_block(lab.layout, deviations);
+            let blocks = by_block(objective.layout, deviations);
             let mut rng = CounterRng::new(seed, "blocks of a gap", i as u64);
             let drawn = (0..blocks.len()).map(|_| blocks[rng.below(blocks.len())].1);
             drawn.sum::<f64>() / blocks.len() as f64 / chance
@@ -39,20 +42,23 @@ pub fn gap_value(lab: &Lab<'_>, model: &SensorConfig, seed: u64) -> Result<GapVa
     Ok(GapValue { value, lo: at(0.05).min(value), hi: at(0.95).max(value) })
 }
 
-/// Deviations of the recording of a lab from a model.
-pub(super) fn deviations(lab: &Lab<'_>, model: &SensorConfig) -> Result<Vec<f64>, GapError> {
-    Ok(lab.expect(model, RUNS)?.deviations(lab.layout, &lab.measured))
+/// Deviations of the recording from a model.
+pub(super) fn deviations(
+    objective: &Objective<'_>,
+    model: &SensorConfig,
+) -> Result<Vec<f64>, GapError> {
+    Ok(objective.expect(model, RUNS)?.deviations(objective.layout, &objective.measured))
 }
 
-/// The same for resamples of the runs of the model.
+/// Deviations of the recording from resampled runs of a model.
 pub(super) fn resampled(
-    lab: &Lab<'_>,
+    objective: &Objective<'_>,
     model: &SensorConfig,
     seed: u64,
     resamples: u64,
 ) -> Result<Vec<Vec<f64>>, GapError> {
-    let expected = lab.expect(model, RUNS)?;
-    let runs = (0..RUNS).map(|run| lab.run(model, run)).collect::<Result<Vec<_>, _>>()?;
+    let expected = objective.expect(model, RUNS)?;
+    let runs = (0..RUNS).map(|run| objective.run(model, run)).collect::<Result<Vec<_>, _>>()?;
     Ok((0..resamples)
         .map(|i| {
             let mut rng = CounterRng::new(seed, "runs of a gap", i);
@@ -61,7 +67,7 @@ pub(super) fn resampled(
             for (k, mean) in resample.mean.iter_mut().enumerate() {
                 *mean = drawn.iter().map(|run| runs[*run][k]).sum::<f64>() / drawn.len() as f64;
             }
-            resample.deviations(lab.layout, &lab.measured)
+            resample.deviations(objective.layout, &objective.measured)
         })
         .collect())
 }

@@ -1,30 +1,30 @@
-//! What is compared with what: a model with one part of the data to fit and one to judge on.
+//! Inputs of a comparison: a model, training data and held-out data.
 
 use evpose_core::{EventStream, Micros, SensorSize, TimeWindow};
 use evpose_sensor::SensorConfig;
 
 use super::{Model, prepared};
 use crate::input::Nominal;
-use crate::naming::Bench;
 use crate::report::SECOND_RECORDING;
-use crate::{GapError, Lab, Layout, Scene, Stage};
+use crate::search::DataSplits;
+use crate::{GapError, Layout, Objective, ReferenceScene, Scene};
 
-/// Part of a single recording that is fitted; the rest is held out.
+/// Fraction of a single recording that is training data; the rest is held out.
 const FITTED: f64 = 0.6;
 
-/// A recording beside its scene, both of the same sensor.
+/// A recording with its scene, both of the same sensor size.
 #[derive(Debug, Clone)]
 pub struct Case {
-    /// The events.
+    /// Events of the recording.
     pub measured: EventStream,
-    /// The light.
+    /// Luminance of the scene.
     pub scene: Scene,
-    /// The part of time that is compared.
+    /// Window of time that is compared.
     pub window: TimeWindow,
 }
 
 impl Case {
-    /// All of a recording that its scene covers.
+    /// The part of a recording that its scene covers.
     ///
     /// # Errors
     /// If they are of different sensors or there are no events.
@@ -35,12 +35,12 @@ impl Case {
                 "of a sensor of {of_events}, but the scene is of one of {of_scene}"
             )));
         }
-        // The last plane counts.
+        // The window includes the time of the last plane.
         let window = TimeWindow { start: Micros(0), end: scene.duration() + Micros(1) };
         let mut measured = measured.slice(window);
-        if !scene.blind().is_empty() {
-            let seen = measured.iter().filter(|event| scene.sees(event));
-            measured = EventStream::from_events(of_scene, seen)
+        if !scene.masked().is_empty() {
+            let compared = measured.iter().filter(|event| scene.is_compared(event));
+            measured = EventStream::from_events(of_scene, compared)
                 .map_err(|error| GapError::Recording(error.to_string()))?;
         }
         if measured.is_empty() {
@@ -49,7 +49,7 @@ impl Case {
         Ok(Self { measured, scene, window })
     }
 
-    /// The first part of the recording.
+    /// The first `duration` of the recording.
     pub(super) fn first(&self, duration: Micros) -> Self {
         let scene = self.scene.first(duration);
         let window = TimeWindow { start: Micros(0), end: scene.duration() + Micros(1) };
@@ -57,67 +57,67 @@ impl Case {
     }
 }
 
-/// What the answer is judged on.
+/// Held-out data that models are scored on.
 #[derive(Debug, Clone)]
 pub enum HeldOut {
-    /// A second recording, best of another scene.
+    /// A second recording, preferably of another scene.
     Recording(Case),
     /// The later part of the only recording.
     Later,
 }
 
-/// All that a comparison needs.
+/// All inputs of a comparison.
 #[derive(Debug, Clone)]
 pub struct Inputs {
-    /// What is fitted.
+    /// Training data.
     pub train: Case,
-    /// What the answer is judged on.
-    pub held: HeldOut,
-    /// The model.
+    /// Held-out data that models are scored on.
+    pub held_out: HeldOut,
+    /// The sensor model.
     pub model: SensorConfig,
-    /// What the maker says of the sensor.
+    /// Nominal values of the sensor, which override the model's.
     pub nominal: Option<Nominal>,
-    /// Effects that are not looked for.
+    /// Effects that are excluded from the search.
     pub left_out: Vec<String>,
     /// Seed of all noise of simulations.
     pub seed: u64,
-    /// Fewer runs of everything but the naming.
+    /// Whether fewer runs are made of everything but the search.
     pub is_quick: bool,
 }
 
-/// Inputs with all that is made of them once.
+/// Inputs with their reference scenes, layout and notes.
 #[derive(Debug)]
 pub struct Prepared {
-    /// The model.
+    /// The model and its reference.
     pub model: Model,
-    /// What is measured of events.
+    /// Layout of the summary statistics.
     pub layout: Layout,
-    /// Effects that are not looked for.
+    /// Effects that are excluded from the search.
     pub left_out: Vec<String>,
     /// Seed of all noise.
     pub seed: u64,
-    /// Fewer runs of everything but the naming.
+    /// Whether fewer runs are made of everything but the search.
     pub is_quick: bool,
-    /// What was assumed, a line each.
+    /// Assumptions, a line each.
     pub notes: Vec<String>,
     pub(super) begins_at_rest: bool,
-    pub(super) screen: (Case, Stage),
-    pub(super) train: (Case, Stage),
-    pub(super) held: (Case, Stage),
+    pub(super) screen: (Case, ReferenceScene),
+    pub(super) train: (Case, ReferenceScene),
+    pub(super) held_out: (Case, ReferenceScene),
 }
 
 impl Prepared {
-    /// Makes the stages of a comparison.
+    /// Prepares the reference scenes of all data splits.
     ///
     /// # Errors
     /// A model that cannot be built or shown the scene.
     pub fn new(inputs: Inputs) -> Result<Self, GapError> {
         let model = prepared(&inputs.model, inputs.nominal.as_ref());
         let mut notes = model.notes.clone();
-        let (train, held) = match inputs.held {
-            HeldOut::Recording(held) => {
+        let (train, held_out) = match inputs.held_out {
+            HeldOut::Recording(held_out) => {
                 notes.push(SECOND_RECORDING.to_owned());
-                (inputs.train, held)
+                (inputs.train, held_out)
             }
             HeldOut::Later => {
                 let all = inputs.train;
@@ -132,18 +132,18 @@ impl Prepared {
             }
         };
         let whole = train.window.end;
-        let train = train.fitted(inputs.is_quick);
+        let train = train.training(inputs.is_quick);
         if train.window.end < whole {
             notes.push(format!("fitted: the first {:.3} s", train.window.end.as_seconds()));
         }
-        let staged = |case: Case| -> Result<(Case, Stage), GapError> {
-            let stage = Stage::new(case.scene.clone(), &model.reference)?;
-            Ok((case, stage))
+        let with_reference = |case: Case| -> Result<(Case, ReferenceScene), GapError> {
+            let reference_scene = ReferenceScene::new(case.scene.clone(), &model.reference)?;
+            Ok((case, reference_scene))
         };
         Ok(Self {
-            screen: staged(train.screen())?,
-            train: staged(train)?,
-            held: staged(held)?,
+            screen: with_reference(train.screen())?,
+            train: with_reference(train)?,
+            held_out: with_reference(held_out)?,
             model,
             layout: Layout::of_all_probes(),
             left_out: inputs.left_out,
@@ -154,23 +154,34 @@ impl Prepared {
         })
     }
 
-    /// The labs of a comparison.
+    /// Objectives of all data splits.
     ///
     /// # Errors
     /// A model that cannot be built or shown the scene.
-    pub fn bench(&self) -> Result<Bench<'_>, GapError> {
-        Ok(Bench {
-            screen: self.lab(&self.screen, 2)?,
-            train: self.lab(&self.train, 0)?,
-            held: self.lab(&self.held, 1)?,
+    pub fn data_splits(&self) -> Result<DataSplits<'_>, GapError> {
+        Ok(DataSplits {
+            screen: self.objective(&self.screen, 2)?,
+            train: self.objective(&self.train, 0)?,
+            held_out: self.objective(&self.held_out, 1)?,
         })
     }
 
-    fn lab<'a>(&'a self, (case, stage): &'a (Case, Stage), i: u64) -> Result<Lab<'a>, GapError> {
+    fn objective<'a>(
+        &'a self,
+        (case, reference_scene): &'a (Case, ReferenceScene),
+        i: u64,
+    ) -> Result<Objective<'a>, GapError> {
         let seed = evpose_core::seed_for(self.seed, "lab", i);
         let reference = &self.model.reference;
-        let mut lab = Lab::new(stage, &self.layout, &case.measured, case.window, reference, seed)?;
-        lab.begins_at_rest = self.begins_at_rest;
-        Ok(lab)
+        let mut objective = Objective::new(
+            reference_scene,
+            &self.layout,
+            &case.measured,
+            case.window,
+            reference,
+            seed,
+        )?;
+        objective.begins_at_rest = self.begins_at_rest;
+        Ok(objective)
     }
 }

@@ -1,25 +1,25 @@
-//! What a recording would have shown, and what it says nothing about.
+//! Detection limits of effects in a recording, and effects that are not testable.
 
 use std::collections::BTreeMap;
 
 use super::Directions;
 use crate::verdict::Limit;
 
-/// What can be found, and what cannot.
+/// Detection limits and untestable effects.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Limits {
-    /// The least strengths that show.
+    /// Detection limits.
     pub limits: Vec<Limit>,
-    /// Effects of which none does, with the reason.
+    /// Effects without a detection limit, with the reason.
     pub untestable: BTreeMap<String, String>,
 }
 
-/// Limits from what every candidate does.
+/// Detection limits from the directions of all candidates.
 pub fn limits(directions: &Directions) -> Limits {
-    let mut found = Limits { limits: Vec::new(), untestable: BTreeMap::new() };
+    let mut result = Limits { limits: Vec::new(), untestable: BTreeMap::new() };
     for direction in &directions.all {
         match direction.limit {
-            Some(value) => found.limits.push(Limit {
+            Some(value) => result.limits.push(Limit {
                 name: direction.name.to_owned(),
                 parameter: direction.parameter.to_owned(),
                 value,
@@ -27,13 +27,13 @@ pub fn limits(directions: &Directions) -> Limits {
             }),
             None => {
                 let reason = format!(
-                    "{} = {} {} changes nothing that shows in this scene",
+                    "{} = {} {} changes nothing detectable in this scene",
                     direction.parameter, direction.strongest, direction.unit
                 );
                 let reason = reason.replace("  ", " ");
-                found.untestable.insert(direction.name.to_owned(), reason);
+                result.untestable.insert(direction.name.to_owned(), reason);
             }
         }
     }
-    found
+    result
 }

@@ -1,50 +1,50 @@
-//! The whole way from a recording to a verdict, as library calls.
+//! The workflow from a recording to a verdict, as library calls.
 //!
 //! ```text
-//! Inputs   two recordings with their scenes, a model, what its maker says of the sensor
-//!   -> Prepared   the model and its reference; stages of what is fitted and what is held out
-//!   -> Named      what is missing, see [`naming`](crate::naming)
-//!   -> Outcome    the verdict with intervals, limits and checks; the corrected model; a report
+//! Inputs   two recordings with their scenes, a model, nominal values of the sensor
+//!   -> Prepared         the model and its reference; reference scenes of training and held-out data
+//!   -> Identification   the missing effects, see [`search`](crate::search)
+//!   -> Outcome          the verdict with intervals, limits and checks; the corrected model; a report
 //! ```
 //!
-//! Everything is judged on what was held out: another recording, or the later part of the only one.
+//! Models are scored on held-out data: another recording, or the later part of the only one.
 
-mod bare;
+mod ablation;
 pub mod calibrate;
 mod calibration;
 mod chance;
 mod directions;
 mod errors;
 mod findings;
-mod frames;
+mod frame_nuisance;
 mod gap_value;
 mod inputs;
 mod limits;
-mod looks;
 mod model;
+mod nuisance;
+mod nuisance_spread;
 mod outcome;
 mod own_run;
-mod parts;
-mod pose;
-mod spread;
-mod trials;
+mod pose_nuisance;
+mod scene_free_verdict;
+mod subsets;
 
-pub use bare::{as_effect, bare};
-pub use calibration::{CALIBRATION, Calibration, ErrorScale, Evidence, FEATURES, NumberKind};
-pub use chance::chance_of_largest;
+pub use ablation::ablation;
+pub use calibration::{CALIBRATION, Calibration, ErrorScale, Evidence, FEATURES, ParameterKind};
+pub use chance::p_of_largest_deviation;
 pub use directions::{Direction, Directions};
 pub use errors::RawError;
-pub use findings::{Evidenced, evidenced, findings};
-pub use frames::OF_FRAMES;
+pub use findings::{EvidencedFinding, evidenced_findings, findings};
+pub use frame_nuisance::FRAME_NUISANCE;
 pub use gap_value::gap_value;
 pub use inputs::{Case, HeldOut, Inputs, Prepared};
 pub use limits::{Limits, limits};
-pub use looks::{Look, Unknown};
-pub use model::{Model, prepared, stamped};
-pub use outcome::{Outcome, answered, effects_of, evidence_of, outcome};
+pub use model::{Model, prepared, with_stamp_period};
+pub use nuisance::{Nuisance, NuisanceSample};
+pub use outcome::{Outcome, answer_score, evidence_of_answer, findings_of_answer, outcome};
 pub use own_run::{OwnRun, own_run};
-pub use pose::OF_POSES;
-pub use trials::ablation;
+pub use pose_nuisance::POSE_NUISANCE;
+pub use scene_free_verdict::{as_effect, scene_free_verdict};
 
 #[cfg(test)]
 mod tests;

@@ -1,235 +1,263 @@
-//! The verdict, the corrected model and the report, from what was named.
+//! The verdict, the corrected model and the report, from the result of a search.
 
 use evpose_core::{EventStream, Micros, seed_for};
 use evpose_sensor::SensorConfig;
 use rayon::prelude::*;
 
-use super::chance::chance_of_largest;
-use super::findings::{Evidenced, evidenced};
+use super::chance::p_of_largest_deviation;
+use super::findings::{EvidencedFinding, evidenced_findings};
 use super::gap_value::{RUNS, deviations, resampled};
 use super::{Directions, Prepared, ablation, gap_value, limits};
-use crate::answer::reduction;
 use crate::c2st::two_sample;
 use crate::locate::{Located, locate};
-use crate::naming::{Bench, Judged, Named};
 use crate::report::{
-    Confusability, Doubt, Film, Ranked, ReportData, block_gaps, plots, probe_rows,
+    Confusability, Doubt, Ranked, ReportData, SideBySide, block_gaps, plots, probe_rows,
+};
+use crate::search::{
+    Contender, DataSplits, Identification, ModelScore, ProgressCallback, gap_closed,
 };
 use crate::verdict::{Answer, Finding, Remaining, SCHEMA, TwoSample, Verdict};
-use crate::{GapError, Lab, View};
+use crate::{GapError, Objective, View};
 
-/// Replicates for the probability of the largest deviation, in full and quick.
+/// Replicates for the p-value of the largest deviation, in full and in quick runs.
 const REPLICATES: [u64; 2] = [199, 39];
-/// Runs that say where models disagree, in full and quick.
-const LOCATING: [u64; 2] = [8, 4];
-/// Resamples for gaps of blocks.
+/// Runs that locate the disagreement, in full and in quick runs.
+const LOCATING_RUNS: [u64; 2] = [8, 4];
+/// Runs of the classifier two-sample test.
+const CLASSIFIED_RUNS: usize = 4;
+/// Bootstrap resamples for gaps of blocks.
 const RESAMPLES: u64 = 60;
-/// Gaps above this are larger than those of fresh runs of the model.
-const CLOSED: f64 = 1.0;
-/// Frames of the film and how long each is.
+/// Gap of a run of the model itself, above which a remaining gap is significant.
+const GAP_BY_CHANCE: f64 = 1.0;
+/// Frames of the side-by-side animation, and the length of each.
 const FRAMES: usize = 24;
 const FRAME: Micros = Micros(10_000);
+/// Maximum effects in the matrix of confusable effects.
+const MAX_CONFUSABLE: usize = 16;
 
-/// All that comes of a comparison.
+/// All results of a comparison.
 #[derive(Debug, Clone)]
 pub struct Outcome {
-    /// The answer.
+    /// The verdict.
     pub verdict: Verdict,
-    /// The sensor model with what was found.
+    /// The corrected sensor model.
     pub corrected: SensorConfig,
-    /// What a page is drawn from.
+    /// Data of the report.
     pub report: ReportData,
 }
 
-/// What an answer stands for: effects are added only where they are named.
-pub fn answered(named: &Named) -> &Judged {
-    match named.answer {
-        Answer::Effects | Answer::Parameter => &named.after,
-        Answer::NoGap => &named.before,
-        Answer::NoneOfCatalogue | Answer::Undecided => &named.refitted,
+/// The model that an answer stands for: added effects count only if the answer is that effects are
+/// missing.
+pub fn answer_score(result: &Identification) -> &ModelScore {
+    match result.answer {
+        Answer::Effects | Answer::Parameter => &result.after,
+        Answer::NoGap => &result.before,
+        Answer::NoneOfCatalogue | Answer::Undecided => &result.refitted,
     }
 }
 
-/// The findings of an answer: none where nothing is named.
+/// Findings of an answer; empty unless effects or parameters are identified.
 ///
 /// # Errors
 /// A model that cannot be built or shown the scene.
-pub fn effects_of(bench: &Bench<'_>, named: &Named) -> Result<Vec<Finding>, GapError> {
-    let all = evidence_of(bench, named)?;
+pub fn findings_of_answer(
+    splits: &DataSplits<'_>,
+    result: &Identification,
+) -> Result<Vec<Finding>, GapError> {
+    let all = evidence_of_answer(splits, result)?;
     Ok(all.into_iter().map(|evidenced| evidenced.finding).collect())
 }
 
-/// The same with what each finding rests on.
+/// Findings of an answer with their evidence.
 ///
 /// # Errors
 /// A model that cannot be built or shown the scene.
-pub fn evidence_of(bench: &Bench<'_>, named: &Named) -> Result<Vec<Evidenced>, GapError> {
-    match named.answer {
-        Answer::Effects | Answer::Parameter => evidenced(bench, named),
+pub fn evidence_of_answer(
+    splits: &DataSplits<'_>,
+    result: &Identification,
+) -> Result<Vec<EvidencedFinding>, GapError> {
+    match result.answer {
+        Answer::Effects | Answer::Parameter => evidenced_findings(splits, result),
         Answer::NoGap | Answer::NoneOfCatalogue | Answer::Undecided => Ok(Vec::new()),
     }
 }
 
-/// Makes the verdict of what was named.
+/// Makes verdict, corrected model and report from the result of a search.
 ///
 /// # Errors
 /// A model that cannot be built or shown the scene.
 pub fn outcome(
     prepared: &Prepared,
-    bench: &Bench<'_>,
-    named: &Named,
-    say: &dyn Fn(&str),
+    splits: &DataSplits<'_>,
+    result: &Identification,
+    progress: ProgressCallback<'_>,
 ) -> Result<Outcome, GapError> {
-    let (held, seed) = (&bench.held, prepared.seed);
+    let (held_out, seed) = (&splits.held_out, prepared.seed);
     let quick = usize::from(prepared.is_quick);
-    let (given, after) = (&named.before.model, answered(named));
-    say("numbers with their intervals");
-    let effects = effects_of(bench, named)?;
-    say("what would have shown");
-    let directions = Directions::of(&bench.screen, given, &prepared.left_out)?;
+    let (given, after) = (&result.before.model, answer_score(result));
+    progress("estimates with their intervals");
+    let effects = findings_of_answer(splits, result)?;
+    progress("detection limits");
+    let directions = Directions::of(&splits.screen, given, &prepared.left_out)?;
     let limits = limits(&directions);
-    say("where they disagree");
-    let runs = streams(held, given, LOCATING[quick], seed)?;
-    let corrected = streams(held, &after.model, LOCATING[quick], seed)?;
+    progress("location of the disagreement");
+    let runs = streams(held_out, given, LOCATING_RUNS[quick], seed)?;
+    let corrected = streams(held_out, &after.model, LOCATING_RUNS[quick], seed)?;
     let (measured, run_views, corrected_views) =
-        (view(held, &held.events), views(held, &runs), views(held, &corrected));
+        (view(held_out, &held_out.events), views(held_out, &runs), views(held_out, &corrected));
     let before = locate(&measured, &run_views);
     let left = locate(&measured, &corrected_views);
-    say("whether a classifier tells them apart");
+    progress("classifier two-sample test");
     let check = |runs: &[EventStream]| -> TwoSample {
-        two_sample(&held.events, &runs[..runs.len().min(4)], held.window, seed)
+        let runs = &runs[..runs.len().min(CLASSIFIED_RUNS)];
+        two_sample(&held_out.events, runs, held_out.window, seed)
     };
     let (c2st_before, c2st_after) = (check(&runs), check(&corrected));
-    say("the probability of chance");
-    let p = chance_of_largest(held, given, REPLICATES[quick])?;
-    say("taking it out again");
-    let trials = ablation(bench, &of_answer(named), seed)?;
-    let spread = |model: &SensorConfig| deviations(&bench.screen, model);
-    let remaining = remaining(named, &left, &directions, &spread(&after.model)?);
+    progress("p-value of the largest deviation");
+    let p = p_of_largest_deviation(held_out, given, REPLICATES[quick])?;
+    progress("ablation");
+    let ablation = ablation(splits, &without_failed(result), seed)?;
+    let on_screen = |model: &SensorConfig| deviations(&splits.screen, model);
     let verdict = Verdict {
         schema: SCHEMA,
-        verdict: named.answer,
+        verdict: result.answer,
         effects,
-        remaining,
-        gap_before: gap_value(held, given, seed)?,
-        gap_after: gap_value(held, &after.model, seed)?,
-        grr: reduction(&named.before, after),
+        remaining: remaining(result, &left, &directions, &on_screen(&after.model)?),
+        gap_before: gap_value(held_out, given, seed)?,
+        gap_after: gap_value(held_out, &after.model, seed)?,
+        grr: gap_closed(&result.before, after),
         p,
-        place: before.place(),
-        stage_shares: directions.shares(&spread(given)?),
+        place: before.location(),
+        stage_shares: directions.shares(&on_screen(given)?),
         limits: limits.limits,
         untestable: limits.untestable,
         c2st_before: Some(c2st_before),
         c2st_after: Some(c2st_after),
         notes: prepared.notes.clone(),
     };
-    let z = (deviations(held, given)?, deviations(held, &after.model)?);
-    let pairs: Vec<_> = resampled(held, given, seed, RESAMPLES)?
-        .into_iter()
-        .zip(resampled(held, &after.model, seed, RESAMPLES)?)
-        .collect();
-    let expected = (held.expect(given, RUNS)?, held.expect(&after.model, RUNS)?);
-    let sets = [("measured", &held.events), ("model", &runs[0]), ("corrected", &corrected[0])];
+    let sets = [("measured", &held_out.events), ("model", &runs[0]), ("corrected", &corrected[0])];
     let report = ReportData {
-        blocks: block_gaps(held.layout, (&z.0, &z.1), &pairs),
-        probes: probe_rows(held.layout, &held.measured, &expected.0, &expected.1),
         before,
         after: Some(left),
         plots: plots(&measured, &run_views, &corrected_views),
-        candidates: ranked(named),
-        misfit_without: Some(named.refitted.misfit),
-        confusability: confusability(&directions, named),
-        ablation: trials,
-        film: Film::of(&sets, held.window, FRAME, FRAMES),
+        candidates: ranked(result),
+        discrepancy_without: Some(result.refitted.discrepancy),
+        confusability: confusability(&directions, result),
+        ablation,
+        side_by_side: SideBySide::of(&sets, held_out.window, FRAME, FRAMES),
         model_before: given.to_toml(),
         model_after: after.model.to_toml(),
         doubts: Doubt::of(&verdict),
-        ..ReportData::of(verdict.clone())
+        ..statistics(held_out, given, &after.model, &verdict, seed)?
     };
     Ok(Outcome { verdict, corrected: after.model.clone(), report })
 }
 
-/// What is named, without what was tried in vain.
-fn of_answer(named: &Named) -> Named {
-    let mut answer = named.clone();
-    answer.after = answered(named).clone();
-    if !matches!(named.answer, Answer::Effects) {
-        answer.steps.clear();
+/// A report with the statistics of all blocks, before and after.
+fn statistics(
+    held_out: &Objective<'_>,
+    given: &SensorConfig,
+    corrected: &SensorConfig,
+    verdict: &Verdict,
+    seed: u64,
+) -> Result<ReportData, GapError> {
+    let z = (deviations(held_out, given)?, deviations(held_out, corrected)?);
+    let pairs: Vec<_> = resampled(held_out, given, seed, RESAMPLES)?
+        .into_iter()
+        .zip(resampled(held_out, corrected, seed, RESAMPLES)?)
+        .collect();
+    let expected = (held_out.expect(given, RUNS)?, held_out.expect(corrected, RUNS)?);
+    Ok(ReportData {
+        blocks: block_gaps(held_out.layout, (&z.0, &z.1), &pairs),
+        probes: probe_rows(held_out.layout, &held_out.measured, &expected.0, &expected.1),
+        ..ReportData::of(verdict.clone())
+    })
+}
+
+/// The result without effects that the answer does not identify.
+fn without_failed(result: &Identification) -> Identification {
+    let mut answer = result.clone();
+    answer.after = answer_score(result).clone();
+    if !matches!(result.answer, Answer::Effects) {
+        answer.added_effects.clear();
     }
     answer
 }
 
 fn streams(
-    lab: &Lab<'_>,
+    objective: &Objective<'_>,
     model: &SensorConfig,
     runs: u64,
     seed: u64,
 ) -> Result<Vec<EventStream>, GapError> {
     (0..runs)
         .into_par_iter()
-        .map(|run| lab.stage.simulate(model, seed_for(seed, "stream", run)))
+        .map(|run| objective.reference_scene.simulate(model, seed_for(seed, "stream", run)))
         .collect()
 }
 
-fn view<'a>(lab: &Lab<'a>, events: &EventStream) -> View<'a> {
-    View::new(lab.stage, events, lab.window)
+fn view<'a>(objective: &Objective<'a>, events: &EventStream) -> View<'a> {
+    View::new(objective.reference_scene, events, objective.window)
 }
 
-fn views<'a>(lab: &Lab<'a>, streams: &[EventStream]) -> Vec<View<'a>> {
-    streams.par_iter().map(|events| view(lab, events)).collect()
+fn views<'a>(objective: &Objective<'a>, streams: &[EventStream]) -> Vec<View<'a>> {
+    streams.par_iter().map(|events| view(objective, events)).collect()
 }
 
+/// The remaining disagreement of the answer's model, located in `left`.
 fn remaining(
-    named: &Named,
+    result: &Identification,
     left: &Located,
     directions: &Directions,
     deviations: &[f64],
 ) -> Remaining {
     let shares = directions.shares(deviations);
     let nearest = shares.iter().max_by(|a, b| a.1.total_cmp(b.1));
-    let is_open = answered(named).gap > CLOSED;
-    let is_unnamed = matches!(named.answer, Answer::NoneOfCatalogue | Answer::Undecided);
+    let is_open = answer_score(result).gap > GAP_BY_CHANCE;
+    let is_unexplained = matches!(result.answer, Answer::NoneOfCatalogue | Answer::Undecided);
     let mut sentence = left.scan.sentence.clone();
-    if named.answer == Answer::Undecided {
-        let names = named.steps.iter().flat_map(|step| {
-            let best = step.contenders.first().map(|best| best.found.name);
-            best.into_iter().chain(step.confusable.iter().copied())
+    if result.answer == Answer::Undecided {
+        let names = result.added_effects.iter().flat_map(|added| {
+            let best = added.contenders.first().map(|best| best.candidate.name);
+            best.into_iter().chain(added.confusable.iter().copied())
         });
         let names: Vec<&str> = names.collect();
         sentence = format!("Any of these would do: {}. {sentence}", names.join(", "));
     }
     Remaining {
-        is_significant: is_open || is_unnamed,
+        is_significant: is_open || is_unexplained,
         nearest_stage: nearest.map_or_else(String::new, |(name, _)| name.clone()),
         sentence,
     }
 }
 
-/// Every candidate that was judged, by what it leaves on what was held out.
-fn ranked(named: &Named) -> Vec<Ranked> {
-    let Some(step) = named.steps.first() else { return Vec::new() };
-    let row = |contender: &crate::naming::Contender| Ranked {
-        name: contender.found.name.to_owned(),
-        misfit: contender.held.misfit,
+/// Contenders for the first effect, by their discrepancy on held-out data.
+fn ranked(result: &Identification) -> Vec<Ranked> {
+    let Some(added) = result.added_effects.first() else { return Vec::new() };
+    let row = |contender: &Contender| Ranked {
+        name: contender.candidate.name.to_owned(),
+        discrepancy: contender.held_out.discrepancy,
         error: None,
         is_fitted: true,
         parameters: Default::default(),
     };
-    step.contenders.iter().map(row).collect()
+    added.contenders.iter().map(row).collect()
 }
 
-/// How alike what was judged looks, or all that shows where nothing was.
-fn confusability(directions: &Directions, named: &Named) -> Confusability {
-    let judged: Vec<&str> = named
-        .steps
+/// Cosines between the directions of all contenders, or of all detectable effects if there are
+/// none.
+fn confusability(directions: &Directions, result: &Identification) -> Confusability {
+    let tested: Vec<&str> = result
+        .added_effects
         .iter()
-        .flat_map(|step| step.contenders.iter().map(|contender| contender.found.name))
+        .flat_map(|added| added.contenders.iter().map(|contender| contender.candidate.name))
         .collect();
     let is_shown = |i: &usize| {
         let direction = &directions.all[*i];
-        direction.limit.is_some() && (judged.is_empty() || judged.contains(&direction.name))
+        direction.limit.is_some() && (tested.is_empty() || tested.contains(&direction.name))
     };
-    let shown: Vec<usize> = (0..directions.all.len()).filter(is_shown).take(16).collect();
+    let shown: Vec<usize> =
+        (0..directions.all.len()).filter(is_shown).take(MAX_CONFUSABLE).collect();
     let row = |a: &usize| shown.iter().map(|b| directions.likeness(*a, *b)).collect();
     Confusability {
         names: shown.iter().map(|i| directions.all[*i].name.to_owned()).collect(),

@@ -1,24 +1,24 @@
-//! A recording that is a run of our own model: what chance alone must not be taken for a gap.
+//! Runs of the model itself as recordings: they have no gap, so that their p-values must be
+//! uniform.
 
 use evpose_core::seed_for;
 use evpose_sensor::SensorConfig;
 
-use super::{Case, chance_of_largest, prepared};
+use super::{Case, p_of_largest_deviation, prepared};
 use crate::input::Nominal;
-use crate::{GapError, Lab, Layout, Scene, Stage};
+use crate::{GapError, Layout, Objective, ReferenceScene, Scene};
 
-/// What comes of such a recording.
+/// Result of such a recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OwnRun {
-    /// The probability of its largest deviation, see
-    /// [`chance_of_largest`](super::chance_of_largest).
+    /// p-value of its largest deviation, see [`p_of_largest_deviation`].
     pub p: f64,
-    /// Events of the recording.
+    /// Number of events of the recording.
     pub events: usize,
 }
 
-/// Records `scene` with `model` and its nominal values and asks how probable that is. Over seeds, `p`
-/// is uniform where the model has noise; a model without noise makes the same events every time.
+/// Records `scene` with `model` and its nominal values, and tests the recording against the model.
+/// Over seeds, `p` is uniform if the model has noise; without noise, all runs have the same events.
 ///
 /// # Errors
 /// A model that cannot be built or shown the scene, or that makes no events.
@@ -30,11 +30,13 @@ pub fn own_run(
     seed: u64,
 ) -> Result<OwnRun, GapError> {
     let model = prepared(model, nominal);
-    let stage = Stage::new(scene.clone(), &model.reference)?;
-    let events = stage.simulate(&model.config, seed_for(seed, "recording of our own", 0))?;
+    let reference_scene = ReferenceScene::new(scene.clone(), &model.reference)?;
+    let events =
+        reference_scene.simulate(&model.config, seed_for(seed, "recording of our own", 0))?;
     let Case { measured, window, .. } = Case::new(&events, scene)?;
     let layout = Layout::of_all_probes();
-    let lab = Lab::new(&stage, &layout, &measured, window, &model.reference, seed)?;
-    let p = chance_of_largest(&lab, &model.config, replicates)?;
+    let objective =
+        Objective::new(&reference_scene, &layout, &measured, window, &model.reference, seed)?;
+    let p = p_of_largest_deviation(&objective, &model.config, replicates)?;
     Ok(OwnRun { p, events: measured.len() })
 }

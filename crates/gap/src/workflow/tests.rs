@@ -2,11 +2,12 @@ use evpose_core::{Micros, Plane};
 use evpose_sensor::{EffectConfig, SensorConfig};
 
 use super::*;
+use crate::free_parameter::FreeParameter;
 use crate::input::Nominal;
-use crate::naming::Bench;
 use crate::parameters::Parameter;
+use crate::search::DataSplits;
 use crate::verdict::Answer;
-use crate::{Scene, Stage};
+use crate::{ReferenceScene, Scene};
 
 /// Bars that move over a dark ground, 24 x 16 pixels, 0.5 s.
 fn scene(phase: f32) -> Scene {
@@ -22,14 +23,15 @@ fn scene(phase: f32) -> Scene {
 }
 
 fn recording(scene: &Scene, model: &SensorConfig, seed: u64) -> Case {
-    let stage = Stage::new(scene.clone(), &prepared(model, None).reference).unwrap();
-    Case::new(&stage.simulate(model, seed).unwrap(), scene.clone()).unwrap()
+    let reference_scene =
+        ReferenceScene::new(scene.clone(), &prepared(model, None).reference).unwrap();
+    Case::new(&reference_scene.simulate(model, seed).unwrap(), scene.clone()).unwrap()
 }
 
 fn inputs(hidden: &SensorConfig) -> Inputs {
     Inputs {
         train: recording(&scene(0.0), hidden, 11),
-        held: HeldOut::Recording(recording(&scene(2.0), hidden, 12)),
+        held_out: HeldOut::Recording(recording(&scene(2.0), hidden, 12)),
         model: SensorConfig::default(),
         nominal: None,
         left_out: Vec::new(),
@@ -52,12 +54,12 @@ fn nominal_values_take_the_place_of_those_of_the_model() {
         ..Nominal::default()
     };
     let model = prepared(&SensorConfig::default(), Some(&nominal));
-    let number = |effect: &str, key| model.config.effect(effect).unwrap().number(key);
-    assert_eq!(number("level_crossing", "threshold_on"), Some(0.3));
-    assert_eq!(number("level_crossing", "threshold_off"), Some(0.2));
-    assert_eq!(number("threshold_mismatch", "sigma"), Some(0.02));
-    assert_eq!(number("uniform_noise", "on_hz"), Some(0.5));
-    assert_eq!(number("logarithmic", "dark_offset"), Some(1e-5));
+    let value = |effect: &str, key| model.config.effect(effect).unwrap().number(key);
+    assert_eq!(value("level_crossing", "threshold_on"), Some(0.3));
+    assert_eq!(value("level_crossing", "threshold_off"), Some(0.2));
+    assert_eq!(value("threshold_mismatch", "sigma"), Some(0.02));
+    assert_eq!(value("uniform_noise", "on_hz"), Some(0.5));
+    assert_eq!(value("logarithmic", "dark_offset"), Some(1e-5));
     assert_eq!(model.reference.effects.len(), 2);
     let quiet = Nominal { threshold_sigma: Some(0.0), ..Nominal::default() };
     let model = prepared(&SensorConfig::default(), Some(&quiet));
@@ -77,25 +79,25 @@ fn a_model_without_levels_keeps_its_detector() {
 #[test]
 fn the_only_recording_is_held_out_in_its_later_part() {
     let mut all = inputs(&ideal());
-    all.held = HeldOut::Later;
+    all.held_out = HeldOut::Later;
     let prepared = Prepared::new(all).unwrap();
-    let Bench { train, held, .. } = prepared.bench().unwrap();
-    assert_eq!(train.window.end, held.window.start);
-    assert_eq!(held.window.end, Micros(500_001));
+    let DataSplits { train, held_out, .. } = prepared.data_splits().unwrap();
+    assert_eq!(train.window.end, held_out.window.start);
+    assert_eq!(held_out.window.end, Micros(500_001));
     assert!(prepared.notes.iter().any(|note| note.contains("only recording")));
 }
 
 #[test]
 fn a_recording_of_the_model_has_no_gap_and_is_no_surprise() {
     let prepared = Prepared::new(inputs(&ideal())).unwrap();
-    let bench = prepared.bench().unwrap();
-    let named = bench.name(&prepared.model.config, &[], &|_| {}).unwrap();
-    let found = outcome(&prepared, &bench, &named, &|_| {}).unwrap();
-    assert_eq!(found.verdict.verdict, Answer::NoGap);
-    assert!(found.verdict.effects.is_empty());
-    assert!(found.verdict.p > 0.5, "{}", found.verdict.p);
-    assert_eq!(found.corrected, prepared.model.config);
-    let shown: Vec<&str> = found.verdict.limits.iter().map(|limit| limit.name.as_str()).collect();
+    let splits = prepared.data_splits().unwrap();
+    let result = splits.identify(&prepared.model.config, &[], &|_| {}).unwrap();
+    let outcome = outcome(&prepared, &splits, &result, &|_| {}).unwrap();
+    assert_eq!(outcome.verdict.verdict, Answer::NoGap);
+    assert!(outcome.verdict.effects.is_empty());
+    assert!(outcome.verdict.p > 0.5, "{}", outcome.verdict.p);
+    assert_eq!(outcome.corrected, prepared.model.config);
+    let shown: Vec<&str> = outcome.verdict.limits.iter().map(|limit| limit.name.as_str()).collect();
     assert!(shown.contains(&"leak_on") && shown.contains(&"refractory"), "{shown:?}");
 }
 
@@ -115,23 +117,23 @@ fn a_run_of_a_model_without_noise_is_no_surprise_and_one_with_noise_is_like_its_
 }
 
 #[test]
-fn what_a_name_rests_on_is_kept_beside_it() {
+fn evidence_of_an_effect_goes_with_its_finding() {
     let mut leaky = ideal();
     leaky.effects.push(EffectConfig::new("leak_on").with("rate_hz", 3.0));
     let prepared = Prepared::new(inputs(&leaky)).unwrap();
-    let bench = prepared.bench().unwrap();
-    let named = bench.name(&prepared.model.config, &[], &|_| {}).unwrap();
-    let all = evidence_of(&bench, &named).unwrap();
+    let splits = prepared.data_splits().unwrap();
+    let result = splits.identify(&prepared.model.config, &[], &|_| {}).unwrap();
+    let all = evidence_of_answer(&splits, &result).unwrap();
     let leak = all.iter().find(|one| one.finding.name == "leak_on").unwrap();
     let evidence = leak.evidence.unwrap();
     assert!(evidence.gain_share > 0.5 && evidence.log_odds > 0.0, "{evidence:?}");
-    assert_eq!(evidence.events, bench.train.events.len());
+    assert_eq!(evidence.events, splits.train.events.len());
     assert!((leak.finding.probability - CALIBRATION.probability(&evidence)).abs() < 1e-12);
     // The interval is what the constants make of the raw error.
-    let (raw, said) = (leak.errors["rate_hz"], &leak.finding.parameters["rate_hz"]);
-    let knob = crate::knob::Knob::named("leak_on", "rate_hz").unwrap();
-    let half = 0.5 * knob.steps(said.lo90, said.hi90);
-    let error = CALIBRATION.error(NumberKind::OfEffect, raw.steps());
+    let (raw, quantity) = (leak.errors["rate_hz"], &leak.finding.parameters["rate_hz"]);
+    let free = FreeParameter::by_name("leak_on", "rate_hz").unwrap();
+    let half = 0.5 * free.steps(quantity.lo90, quantity.hi90);
+    let error = CALIBRATION.error(ParameterKind::OfEffect, raw.steps());
     assert!((half - 1.645 * error).abs() < 1e-6, "{half} {error}");
 }
 
@@ -142,11 +144,11 @@ fn thresholds_that_are_far_off_are_parameters_with_their_values() {
     Parameter::ThresholdOn.set(&mut dull, 1.45 * Parameter::ThresholdOn.value(&ideal()));
     Parameter::ThresholdOff.set(&mut dull, 1.38 * Parameter::ThresholdOff.value(&ideal()));
     let prepared = Prepared::new(inputs(&dull)).unwrap();
-    let bench = prepared.bench().unwrap();
-    let named = bench.name(&prepared.model.config, &[], &|_| {}).unwrap();
-    assert_eq!(named.answer, Answer::Parameter);
+    let splits = prepared.data_splits().unwrap();
+    let result = splits.identify(&prepared.model.config, &[], &|_| {}).unwrap();
+    assert_eq!(result.answer, Answer::Parameter);
     for parameter in [Parameter::ThresholdOn, Parameter::ThresholdOff] {
-        let steps = parameter.steps(parameter.value(&dull), parameter.value(&named.after.model));
+        let steps = parameter.steps(parameter.value(&dull), parameter.value(&result.after.model));
         assert!(steps.abs() < 0.5, "{parameter:?} is {steps} steps off");
     }
 }
@@ -157,10 +159,10 @@ fn a_clock_that_is_off_is_a_parameter_with_its_offset() {
     let mut late = ideal();
     late.effects.push(EffectConfig::new("clock_offset_drift").with("offset_us", 4_000.0));
     let prepared = Prepared::new(inputs(&late)).unwrap();
-    let bench = prepared.bench().unwrap();
-    let named = bench.name(&prepared.model.config, &[], &|_| {}).unwrap();
-    assert_eq!(named.answer, Answer::Parameter);
-    let found = findings(&bench, &named).unwrap();
+    let splits = prepared.data_splits().unwrap();
+    let result = splits.identify(&prepared.model.config, &[], &|_| {}).unwrap();
+    assert_eq!(result.answer, Answer::Parameter);
+    let found = findings(&splits, &result).unwrap();
     let [offset] = found.as_slice() else { panic!("{found:?}") };
     assert_eq!(offset.name, "clock_offset");
     let value = offset.parameters["clock_offset"].value;
@@ -172,17 +174,17 @@ fn intervals_of_a_gap_hold_it_and_are_the_same_every_time() {
     let mut noisy = ideal();
     noisy.effects.push(EffectConfig::new("leak_on").with("rate_hz", 3.0));
     let prepared = Prepared::new(inputs(&noisy)).unwrap();
-    let held = prepared.bench().unwrap().held;
-    let gap = gap_value(&held, &prepared.model.config, 1).unwrap();
+    let held_out = prepared.data_splits().unwrap().held_out;
+    let gap = gap_value(&held_out, &prepared.model.config, 1).unwrap();
     assert!(gap.lo <= gap.value && gap.value <= gap.hi && gap.lo < gap.hi, "{gap:?}");
     assert!(gap.value > 1.0, "{gap:?}");
-    assert_eq!(gap, gap_value(&held, &prepared.model.config, 1).unwrap());
+    assert_eq!(gap, gap_value(&held_out, &prepared.model.config, 1).unwrap());
 }
 
 #[test]
 fn a_disagreement_along_one_effect_is_of_its_domain() {
     let prepared = Prepared::new(inputs(&ideal())).unwrap();
-    let screen = prepared.bench().unwrap().screen;
+    let screen = prepared.data_splits().unwrap().screen;
     let directions = Directions::of(&screen, &prepared.model.config, &[]).unwrap();
     let leak = directions.all.iter().find(|direction| direction.name == "leak_on").unwrap();
     let shares = directions.shares(&leak.change);

@@ -17,7 +17,7 @@ pub(crate) fn findings(page: &mut Page, data: &ReportData) {
     if verdict.effects.is_empty() {
         return;
     }
-    match verdict.is_bare() {
+    match verdict.is_scene_free() {
         true => page.section(
             "What it is consistent with",
             "Both halves of the recording agree on it. Intervals are from the two halves.",
@@ -50,7 +50,7 @@ pub(crate) fn findings(page: &mut Page, data: &ReportData) {
                 format!("<b>{}</b><br><small>{kind}</small>", escape(&finding.name)),
                 escape(words::summary(&finding.name).unwrap_or_default()),
                 values.join("<br>"),
-                match verdict.is_bare() {
+                match verdict.is_scene_free() {
                     true => escape(&words::probability(1.0 - finding.probability)),
                     false => short(finding.probability),
                 },
@@ -58,7 +58,7 @@ pub(crate) fn findings(page: &mut Page, data: &ReportData) {
             ]
         })
         .collect();
-    let sure = if verdict.is_bare() { "by chance" } else { "probability" };
+    let sure = if verdict.is_scene_free() { "by chance" } else { "probability" };
     let header = ["name", "what it does", "values", sure, "here not to be distinguished from"];
     wrapped_table(page, &header, &rows);
 }
@@ -79,8 +79,8 @@ pub(crate) fn closing(page: &mut Page, data: &ReportData) -> Result<(), DrawingE
             interval: interval(&row.gap),
             colour: match row.change {
                 Change::Added => CORRECTED,
-                Change::None | Change::TakenOut => MODEL,
-                Change::Exchanged => (214, 140, 60),
+                Change::None | Change::Dropped => MODEL,
+                Change::Swapped => (214, 140, 60),
             },
             note: words::gap(&row.gap),
         };

@@ -5,12 +5,12 @@ use std::collections::BTreeMap;
 use evpose_gap::Block;
 use evpose_gap::locate::{Arrow, Located, Profile, Region};
 use evpose_gap::report::{
-    Ablation, BlockGap, Change, Confusability, Fact, Film, Frame, Plot, ProbeRow, Ranked,
-    ReportData, Scale,
+    Ablation, BlockGap, Change, Confusability, Fact, Frame, Plot, ProbeRow, Ranked, ReportData,
+    Scale, SideBySide,
 };
 use evpose_gap::verdict::{
-    Answer, Finding, FindingKind, GapValue, Limit, Quantity, Remaining, SCHEMA, TwoSample, Verdict,
-    Where,
+    Answer, Finding, FindingKind, GapValue, Limit, Location, Quantity, Remaining, SCHEMA,
+    TwoSample, Verdict,
 };
 
 fn gap(value: f64) -> GapValue {
@@ -40,7 +40,7 @@ pub(crate) fn verdict() -> Verdict {
         gap_after: gap(1.1),
         grr: 0.99,
         p: 1e-9,
-        place: Where {
+        place: Location {
             sentence: "Excess x9.1 [8.8, 9.5] of ON events where light is at rest, everywhere in \
                        the image: 9120 measured, 1002 expected."
                 .to_owned(),
@@ -64,7 +64,8 @@ pub(crate) fn verdict() -> Verdict {
 pub(crate) fn data() -> ReportData {
     let mut data = ReportData::of(verdict());
     data.provenance = vec![Fact::new("recording", "events.npz & more")];
-    data.blocks = vec![BlockGap { block: Block::Quiet, before: gap(20.0), after: gap(1.0) }];
+    let block = |block| BlockGap { block, before: gap(20.0), after: gap(1.0) };
+    data.blocks = vec![block(Block::Quiet), block(Block::LogIntensityStep)];
     data.probes = vec![ProbeRow {
         block: Block::Quiet,
         name: "ON, darkest".to_owned(),
@@ -75,27 +76,28 @@ pub(crate) fn data() -> ReportData {
     data.candidates = ["leak_on", "hot_pixels"]
         .into_iter()
         .zip([120.0, 800.0])
-        .map(|(name, misfit)| Ranked {
+        .map(|(name, discrepancy)| Ranked {
             name: name.to_owned(),
-            misfit,
+            discrepancy,
             error: None,
-            is_fitted: misfit < 500.0,
+            is_fitted: discrepancy < 500.0,
             parameters: BTreeMap::new(),
         })
         .collect();
-    data.misfit_without = Some(2_100.0);
+    data.discrepancy_without = Some(2_100.0);
     data.confusability = Confusability {
         names: vec!["leak_on".to_owned(), "parasitic_photo_leak".to_owned()],
         cosines: vec![vec![1.0, 0.97], vec![0.97, 1.0]],
     };
-    data.ablation = [(Change::None, "", 11.8), (Change::Added, "leak_on", 1.1)]
-        .into_iter()
-        .map(|(change, effect, value)| Ablation {
-            change,
-            effect: effect.to_owned(),
-            gap: gap(value),
-        })
-        .collect();
+    data.ablation = [
+        (Change::None, "", 11.8),
+        (Change::Added, "leak_on", 1.1),
+        (Change::Dropped, "leak_on", 11.7),
+        (Change::Swapped, "parasitic_photo_leak", 2.3),
+    ]
+    .into_iter()
+    .map(|(change, effect, value)| Ablation { change, effect: effect.to_owned(), gap: gap(value) })
+    .collect();
     data.before = located();
     data.after = Some(Located::default());
     let curve = |title: &str, scale| Plot {
@@ -112,12 +114,12 @@ pub(crate) fn data() -> ReportData {
         curve("evenly", Scale::Linear).with(measured.clone(), &runs, &[]),
         curve("by the logarithm", Scale::Log).with(measured, &runs, &runs),
     ];
-    data.film = Some(Film {
+    data.side_by_side = Some(SideBySide {
         names: vec!["measured".to_owned(), "model".to_owned()],
         width: 2,
         height: 2,
         frame_us: 10_000,
-        frames: vec![Frame { t_us: 0, pictures: vec!["0f41".to_owned(), "0000".to_owned()] }],
+        frames: vec![Frame { t_us: 0, images: vec!["0f41".to_owned(), "0000".to_owned()] }],
     });
     data.model_before = "[[effect]]\nname = \"level_crossing\"".to_owned();
     data.model_after = "[[effect]]\nname = \"level_crossing\"\n[[effect]]".to_owned();

@@ -6,11 +6,11 @@ mod diff;
 #[cfg(test)]
 pub(crate) mod example;
 pub mod files;
-mod film;
 mod maps;
 mod matrix;
 mod place;
 mod sections;
+mod side_by_side;
 pub mod terminal;
 #[cfg(test)]
 mod tests;
@@ -46,9 +46,9 @@ svg text{font-family:system-ui,sans-serif}
 .sort th{cursor:pointer}figure{margin:6px 0}
 pre.diff{max-width:92ch}pre.diff .add{color:#00704f;background:#e2f4ec;display:block}
 pre.diff .del{color:#a3262e;background:#fbe8e8;display:block}pre.diff span{display:block}
-.film{image-rendering:pixelated;background-repeat:no-repeat;border:1px solid var(--line)}
-.film:hover{animation-play-state:paused}
-@media (prefers-reduced-motion:reduce){.film{animation:none!important}}
+.sequence{image-rendering:pixelated;background-repeat:no-repeat;border:1px solid var(--line)}
+.sequence:hover{animation-play-state:paused}
+@media (prefers-reduced-motion:reduce){.sequence{animation:none!important}}
 .names{display:grid;font-size:13px;color:var(--soft)}
 .plots figure{margin:0;width:366px}figure.map{width:330px}
 .halo{paint-order:stroke;stroke:#fcfcfd;stroke-width:3px}
@@ -73,7 +73,7 @@ pub fn write(dir: &Path, data: &ReportData) -> Result<PathBuf> {
 
 /// The whole page.
 fn page(data: &ReportData) -> Result<String> {
-    let (title, about) = match data.verdict.is_bare() {
+    let (title, about) = match data.verdict.is_scene_free() {
         true => (
             "A recording alone",
             "What its events say of the camera without a scene, and what they do not.",
@@ -90,7 +90,7 @@ fn page(data: &ReportData) -> Result<String> {
     place::place(&mut page, data)?;
     closing::closing(&mut page, data)?;
     curves::curves(&mut page, data)?;
-    film::section(&mut page, data)?;
+    side_by_side::section(&mut page, data)?;
     sections::alternatives(&mut page, data)?;
     sections::limits(&mut page, data);
     sections::doubts(&mut page, data);
@@ -119,13 +119,13 @@ fn banner(page: &mut Page, data: &ReportData) {
         page.markup(&format!("<p class=\"say\">{}</p>", escape(mode)));
     }
     let mut cards = Vec::new();
-    if verdict.is_bare() {
+    if verdict.is_scene_free() {
         cards.push((verdict.effects.len().to_string(), "effects found without a scene"));
         cards.push((verdict.untestable.len().to_string(), "effects not testable without one"));
     } else {
         cards.push((words::gap(&verdict.gap_before), "gap of the model as given"));
     }
-    if !verdict.effects.is_empty() && !verdict.is_bare() {
+    if !verdict.effects.is_empty() && !verdict.is_scene_free() {
         cards.push((words::gap(&verdict.gap_after), "gap of the corrected model"));
         cards.push((words::closed(verdict), "of the gap closed"));
     }

@@ -25,32 +25,34 @@ pub(crate) fn alternatives(page: &mut Page, data: &ReportData) -> Result<(), Dra
              of the model fitted to it: the smaller, the better it explains the recording. Pale: tried \
              at a few strengths only, because others did better.",
         );
-        let largest = data.candidates.iter().map(|c| c.misfit).fold(0.0, f64::max);
-        let largest = data.misfit_without.unwrap_or(0.0).max(largest);
+        let largest = data.candidates.iter().map(|c| c.discrepancy).fold(0.0, f64::max);
+        let largest = data.discrepancy_without.unwrap_or(0.0).max(largest);
         let bar = |candidate: &Ranked| Bar {
             label: candidate.name.clone(),
-            value: candidate.misfit,
-            interval: candidate.error.map(|e| (candidate.misfit - e, candidate.misfit + e)),
+            value: candidate.discrepancy,
+            interval: candidate
+                .error
+                .map(|e| (candidate.discrepancy - e, candidate.discrepancy + e)),
             colour: match (named.contains(&candidate.name), candidate.is_fitted) {
                 (true, _) => CORRECTED,
                 (false, true) => MODEL,
                 (false, false) => (214, 218, 226),
             },
-            note: short(candidate.misfit),
+            note: short(candidate.discrepancy),
         };
         let bars: Vec<Bar> = data.candidates.iter().take(RANKED).map(bar).collect();
         let along = Along {
             name: "discrepancy",
             range: (0.0, 1.08 * largest),
             is_log: false,
-            mark: data.misfit_without.map(|misfit| (misfit, "with no effect")),
+            mark: data.discrepancy_without.map(|discrepancy| (discrepancy, "with no effect")),
             ..Along::gap(largest)
         };
         page.markup(&bars::svg(&bars, &along)?);
         if data.candidates.len() > RANKED {
             let rest = data.candidates[RANKED..].iter();
             let rest: Vec<String> =
-                rest.map(|c| format!("{}: discrepancy {}", c.name, short(c.misfit))).collect();
+                rest.map(|c| format!("{}: discrepancy {}", c.name, short(c.discrepancy))).collect();
             page.details(&format!("{} more", rest.len()), &rest.join("\n"));
         }
     }

@@ -16,16 +16,27 @@ const INDENT: usize = 8;
 /// The report, line by line.
 pub fn lines(data: &ReportData) -> Vec<String> {
     let verdict = &data.verdict;
+    let mut lines = answer(verdict);
+    lines.extend(gap_and_location(verdict));
+    lines.extend(alternatives(data));
+    lines.extend(limits_and_notes(verdict));
+    lines.truncate(LINES);
+    lines
+}
+
+/// The headline, and the first findings with their values.
+fn answer(verdict: &Verdict) -> Vec<String> {
     let mut lines = wrapped("", &words::headline(verdict).to_uppercase(), 2, 0);
     for finding in verdict.effects.iter().take(3) {
         let values = words::parameters(finding);
-        let sure = match verdict.is_bare() {
+        let sure = match verdict.is_scene_free() {
             true => format!("by chance {}", probability(1.0 - finding.probability)),
             false => format!("probability {}", short(finding.probability)),
         };
         let text = [values, sure].into_iter().filter(|part| !part.is_empty());
         let text = format!("{}: {}", finding.name, text.collect::<Vec<_>>().join("; "));
         lines.extend(wrapped("", &text, 2, 2));
+        // Summaries only while there is room for the rest of the report.
         if let Some(summary) = words::summary(&finding.name).filter(|_| lines.len() < 6) {
             lines.extend(wrapped("", summary, 1, 4));
         }
@@ -35,9 +46,15 @@ pub fn lines(data: &ReportData) -> Vec<String> {
             lines.extend(wrapped("", &text, 1, 4));
         }
     }
-    let gaps = if verdict.is_bare() { words::NO_GAP.to_owned() } else { gaps(verdict) };
-    lines.extend(wrapped("GAP", &gaps, 2, INDENT));
-    if verdict.is_bare() {
+    lines
+}
+
+/// The gap, or the p-value without a scene, and the location of the disagreement.
+fn gap_and_location(verdict: &Verdict) -> Vec<String> {
+    let is_scene_free = verdict.is_scene_free();
+    let gaps = if is_scene_free { words::NO_GAP.to_owned() } else { gaps(verdict) };
+    let mut lines = wrapped("GAP", &gaps, 2, INDENT);
+    if is_scene_free {
         let text = match verdict.verdict {
             Answer::Undecided => "; this recording does not determine it without a scene",
             _ => "",
@@ -49,19 +66,24 @@ pub fn lines(data: &ReportData) -> Vec<String> {
         lines.extend(wrapped("WHERE", &verdict.place.sentence, 3, INDENT));
     }
     let axes = verdict.place.shares.iter().map(|(name, share)| (words::axis(name), *share));
-    let shares = shares(&axes.collect());
-    if !shares.is_empty() {
-        lines.extend(wrapped("", &format!("distinguished by {shares}"), 2, INDENT));
+    let by_axis = shares(&axes.collect());
+    if !by_axis.is_empty() {
+        lines.extend(wrapped("", &format!("distinguished by {by_axis}"), 2, INDENT));
     }
-    let stages = self::shares(&verdict.stage_shares);
+    let stages = shares(&verdict.stage_shares);
     if !stages.is_empty() {
         lines.extend(wrapped("STAGE", &stages, 1, INDENT));
     }
-    let trials: Vec<String> = data
-        .ablation
-        .iter()
-        .map(|row| format!("{}: {}", words::change(row), short(row.gap.value)))
-        .collect();
+    lines
+}
+
+/// The ablation, the next best candidates, the classifier, and the remaining disagreement.
+fn alternatives(data: &ReportData) -> Vec<String> {
+    let verdict = &data.verdict;
+    let mut lines = Vec::new();
+    let ablation = data.ablation.iter();
+    let trials: Vec<String> =
+        ablation.map(|row| format!("{}: {}", words::change(row), short(row.gap.value))).collect();
     if !trials.is_empty() {
         lines.extend(wrapped("TRIED", &format!("gap with {}", trials.join("; ")), 2, INDENT));
     }
@@ -75,8 +97,8 @@ pub fn lines(data: &ReportData) -> Vec<String> {
             format!(", {} after ({})", auc(after.auc), probability(after.p))
         });
         let text = format!(
-            "a classifier separates measured from simulated events with AUC {} before ({}){after}; 0.5 is \
-             chance",
+            "a classifier separates measured from simulated events with AUC {} before \
+             ({}){after}; 0.5 is chance",
             auc(before.auc),
             probability(before.p)
         );
@@ -89,6 +111,12 @@ pub fn lines(data: &ReportData) -> Vec<String> {
         );
         lines.extend(wrapped("LEFT", &text, 2, INDENT));
     }
+    lines
+}
+
+/// Detection limits, untestable effects, and notes.
+fn limits_and_notes(verdict: &Verdict) -> Vec<String> {
+    let mut lines = Vec::new();
     let limits: Vec<String> = verdict
         .limits
         .iter()
@@ -102,12 +130,11 @@ pub fn lines(data: &ReportData) -> Vec<String> {
     if !verdict.untestable.is_empty() {
         lines.extend(wrapped("UNSEEN", &unseen(verdict), 3, INDENT));
     }
-    // Of a recording alone, notes are much of what there is to say.
-    let notes = if verdict.is_bare() { 6 } else { 2 };
+    // Without a scene, notes are much of the report.
+    let notes = if verdict.is_scene_free() { 6 } else { 2 };
     for note in verdict.notes.iter().take(notes) {
         lines.extend(wrapped("NOTE", note, 2, INDENT));
     }
-    lines.truncate(LINES);
     lines
 }
 
@@ -127,7 +154,7 @@ fn gaps(verdict: &Verdict) -> String {
 
 /// Effects that cannot be tested, with the reason where it is not that of most.
 fn unseen(verdict: &Verdict) -> String {
-    if !verdict.is_bare() {
+    if !verdict.is_scene_free() {
         let names: Vec<&str> = verdict.untestable.keys().map(String::as_str).collect();
         return format!("not testable here: {}", names.join(", "));
     }
@@ -156,25 +183,27 @@ fn shares(shares: &std::collections::BTreeMap<String, f64>) -> String {
 /// The next best candidates.
 fn others(data: &ReportData) -> String {
     let is_named = |name: &str| data.verdict.effects.iter().any(|finding| finding.name == name);
-    let (Some(best), Some(without)) = (data.candidates.first(), data.misfit_without) else {
+    let (Some(best), Some(without)) = (data.candidates.first(), data.discrepancy_without) else {
         return String::new();
     };
     let next = data.candidates.iter().filter(|candidate| !is_named(&candidate.name)).take(3);
-    let next: Vec<String> =
-        next.map(|candidate| format!("{} {}", candidate.name, short(candidate.misfit))).collect();
+    let next: Vec<String> = next
+        .map(|candidate| format!("{} {}", candidate.name, short(candidate.discrepancy)))
+        .collect();
     if next.is_empty() {
         return String::new();
     }
     format!(
         "discrepancy {} at best, {} without any; next {}",
-        short(best.misfit),
+        short(best.discrepancy),
         short(without),
         next.join(", ")
     )
 }
 
-/// `text` behind a label, in lines of no more than a hundred columns, shortened to `most` lines.
-fn wrapped(label: &str, text: &str, most: usize, indent: usize) -> Vec<String> {
+/// `text` behind a label, in lines of no more than a hundred columns, shortened to `max_lines`
+/// lines.
+fn wrapped(label: &str, text: &str, max_lines: usize, indent: usize) -> Vec<String> {
     let mut lines = vec![format!("{label:<indent$}")];
     let mut is_new = true;
     for word in text.split_whitespace() {
@@ -191,9 +220,9 @@ fn wrapped(label: &str, text: &str, most: usize, indent: usize) -> Vec<String> {
         lines[last].push_str(word);
         is_new = false;
     }
-    if lines.len() > most {
-        lines.truncate(most);
-        let last = &mut lines[most - 1];
+    if lines.len() > max_lines {
+        lines.truncate(max_lines);
+        let last = &mut lines[max_lines - 1];
         while last.chars().count() > COLUMNS - 4 {
             last.pop();
         }

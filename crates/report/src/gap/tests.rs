@@ -47,6 +47,29 @@ fn a_bare_verdict_is_a_page_too() {
     }
 }
 
+/// `CHANGELOG.md` lists the names of earlier releases.
+#[test]
+fn a_report_of_an_earlier_release_is_read() {
+    let path = std::path::Path::new("report.json");
+    let data = example::data();
+    let mut json = data.to_json(path).unwrap();
+    for (new, old) in [
+        ("\"discrepancy\"", "\"misfit\""),
+        ("\"discrepancy_without\"", "\"misfit_without\""),
+        ("\"side_by_side\"", "\"film\""),
+        ("\"images\"", "\"pictures\""),
+        ("\"swapped\"", "\"exchanged\""),
+        ("\"dropped\"", "\"taken_out\""),
+        ("\"log_intensity_step\"", "\"swing\""),
+    ] {
+        assert!(json.contains(new), "{new}");
+        json = json.replace(new, old);
+    }
+    // Plots have values that are NaN, so that the data itself is not equal.
+    let back = ReportData::from_json(&json, path).unwrap();
+    assert_eq!(page(&back).unwrap(), page(&data).unwrap());
+}
+
 #[test]
 fn a_report_is_read_back_as_it_was_written() {
     let path = std::path::Path::new("report.json");

@@ -10,7 +10,7 @@ use crate::format::{percent, short};
 /// The answer as a heading.
 pub fn headline(verdict: &Verdict) -> String {
     let of = |kind| names(verdict, |finding| finding.kind == kind);
-    if verdict.is_bare() {
+    if verdict.is_scene_free() {
         let names = names(verdict, |_| true);
         return match verdict.verdict {
             Answer::Effects => format!("The recording alone is consistent with: {names}"),
@@ -48,7 +48,7 @@ fn names(verdict: &Verdict, is_wanted: impl Fn(&&Finding) -> bool) -> String {
 
 /// The answer in full sentences, for a reader who has never seen such a report.
 pub fn meaning(verdict: &Verdict) -> String {
-    if verdict.is_bare() {
+    if verdict.is_scene_free() {
         let found = match verdict.verdict {
             Answer::Effects => "What is named stands out against these, alike in both halves",
             Answer::NoGap => "Nothing stands out that the model does not have",
@@ -160,7 +160,8 @@ pub fn axis(name: &str) -> String {
         "age" => "time since light changed".to_owned(),
         "speed" => "speed of change".to_owned(),
         "contrast" => "contrast of the edge".to_owned(),
-        "pause of pixel" => "time since the pixel's last event".to_owned(),
+        // The second is the name in reports of earlier releases.
+        "interval of pixel" | "pause of pixel" => "time since the pixel's last event".to_owned(),
         name => name.to_owned(),
     };
     name.split(" x ").map(words).collect::<Vec<_>>().join(" x ")
@@ -172,7 +173,7 @@ pub fn block(block: Block) -> &'static str {
         Block::Quiet => "pixels at rest",
         Block::Crossing => "events per change of light",
         Block::Timing => "delays",
-        Block::Swing => "change of light per event",
+        Block::LogIntensityStep => "change of light per event",
         Block::Interval => "times between events of a pixel",
         Block::Tail => "events behind an edge",
         Block::Spatial => "differences between pixels",
@@ -189,8 +190,8 @@ pub fn change(ablation: &Ablation) -> String {
         Change::None => "model as given".to_owned(),
         Change::Added if ablation.effect.is_empty() => "corrected".to_owned(),
         Change::Added => format!("{} added", ablation.effect),
-        Change::TakenOut => format!("{} dropped", ablation.effect),
-        Change::Exchanged => format!("swapped for {}", ablation.effect),
+        Change::Dropped => format!("{} dropped", ablation.effect),
+        Change::Swapped => format!("swapped for {}", ablation.effect),
     }
 }
 

@@ -1,0 +1,139 @@
+//! Free parameters of a fit, on scales on which summary statistics change about linearly.
+
+use evpose_sensor::{ParamSpec, STAGES, Scale, SensorConfig};
+
+use crate::candidate::{Trial, limits};
+use crate::parameters::Parameter;
+
+/// One free parameter of a fit.
+#[derive(Debug, Clone, Copy)]
+pub enum FreeParameter {
+    /// A parameter that the model has anyway.
+    Model(Parameter),
+    /// A parameter of an added effect: name of the effect and its parameter.
+    Effect(&'static str, &'static ParamSpec),
+}
+
+/// Factor of one step of a parameter on a logarithmic scale. A tenth or so is the coarsest step at
+/// which summary statistics change about linearly.
+const LOG_STEP_RATIO: f64 = 1.12;
+/// Steps across the typical range of a parameter on a linear scale.
+const LINEAR_STEPS: f64 = 30.0;
+
+impl FreeParameter {
+    /// The model parameters that every fit may change. The offset of the clock is not among them,
+    /// because beside an effect it would take the place of a latency.
+    pub fn of_model() -> Vec<Self> {
+        let is_free = |parameter: &&Parameter| **parameter != Parameter::ClockOffset;
+        Parameter::ALL.iter().filter(is_free).map(|parameter| Self::Model(*parameter)).collect()
+    }
+
+    /// The fitted parameters of a trial, the strength first.
+    pub fn of_effect(trial: &Trial) -> Vec<Self> {
+        let spec = STAGES.iter().find(|spec| spec.name == trial.effect.name);
+        let name = spec.map_or("", |spec| spec.name);
+        trial.params.iter().map(|param| Self::Effect(name, param)).collect()
+    }
+
+    /// Finds a parameter by the names of a finding and of its parameter in a verdict.
+    pub fn by_name(finding: &str, parameter: &str) -> Option<Self> {
+        if let Some(parameter) = Parameter::ALL.iter().find(|known| known.name() == finding) {
+            return Some(Self::Model(*parameter));
+        }
+        let spec = STAGES.iter().find(|spec| spec.name == finding)?;
+        let param = spec.params.iter().find(|param| param.name == parameter)?;
+        Some(Self::Effect(spec.name, param))
+    }
+
+    /// Steps from one value to another; not finite where a logarithmic scale has no such value.
+    pub fn steps(self, from: f64, to: f64) -> f64 {
+        match self {
+            Self::Model(parameter) => parameter.steps(from, to),
+            Self::Effect(_, param) => match param.scale {
+                Scale::Log => (to / from).ln() / LOG_STEP_RATIO.ln(),
+                Scale::Linear => {
+                    let (low, high) = limits(param);
+                    (to - from) * LINEAR_STEPS / (high - low)
+                }
+            },
+        }
+    }
+
+    /// Value in a model.
+    pub fn value(self, model: &SensorConfig) -> f64 {
+        match self {
+            Self::Model(parameter) => parameter.value(model),
+            Self::Effect(effect, param) => model
+                .effect(effect)
+                .and_then(|effect| effect.number(param.name))
+                .or(param.neutral)
+                .unwrap_or(0.0),
+        }
+    }
+
+    /// The model with the parameter changed by some steps.
+    pub fn stepped(self, model: &SensorConfig, steps: f64) -> SensorConfig {
+        let mut stepped = model.clone();
+        let value = self.value(model);
+        match self {
+            Self::Model(parameter) => {
+                parameter.set(&mut stepped, parameter.stepped(value, steps));
+            }
+            Self::Effect(name, param) => {
+                let (low, high) = limits(param);
+                let value = match param.scale {
+                    Scale::Log => value.max(low) * LOG_STEP_RATIO.powf(steps),
+                    Scale::Linear => value + (high - low) / LINEAR_STEPS * steps,
+                };
+                let value = value.clamp(low, high);
+                for effect in stepped.effects.iter_mut().filter(|effect| effect.name == name) {
+                    *effect = effect.clone().with(param.name, value);
+                }
+            }
+        }
+        stepped
+    }
+
+    /// Whether the next step upwards would leave the allowed range.
+    pub fn is_at_top(self, model: &SensorConfig) -> bool {
+        match self {
+            Self::Model(_) => false,
+            Self::Effect(_, param) => self.value(model) >= limits(param).1 * 0.999,
+        }
+    }
+
+    /// Standard deviation of the prior, in steps.
+    pub fn prior_steps(self) -> f64 {
+        match self {
+            Self::Model(parameter) => parameter.prior_steps(),
+            // A decade of a logarithmic parameter: hardly a constraint.
+            Self::Effect(..) => 20.0,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use evpose_sensor::EffectConfig;
+
+    #[test]
+    fn steps_are_the_inverse_of_stepping() {
+        let effect = |name: &str, key, value| SensorConfig {
+            effects: vec![EffectConfig::new(name).with(key, value)],
+        };
+        let cases = [
+            (effect("leak_on", "rate_hz", 0.3), "leak_on", "rate_hz"),
+            (effect("veiling_glare", "fraction", 0.05), "veiling_glare", "fraction"),
+            (effect("level_crossing", "threshold_on", 0.25), "threshold_on", "threshold_on"),
+            (effect("clock_offset_drift", "offset_us", 900.0), "clock_offset", "clock_offset"),
+        ];
+        for (model, finding, parameter) in cases {
+            let free = FreeParameter::by_name(finding, parameter).unwrap();
+            let stepped = free.stepped(&model, 1.5);
+            let steps = free.steps(free.value(&model), free.value(&stepped));
+            assert!((steps - 1.5).abs() < 1e-9, "{finding}: {steps}");
+        }
+        assert!(FreeParameter::by_name("leak_on", "no such parameter").is_none());
+    }
+}

@@ -1,0 +1,151 @@
+//! Direct estimates: parameters of effects that a recording shows without a simulation, where a fit
+//! would not find them by gradient descent.
+
+use evpose_core::EventStream;
+use evpose_sensor::{ParamSpec, STAGES, SensorConfig};
+
+use super::recording_marks::{Estimate, all_estimates};
+use crate::candidate::{Candidate, Trial};
+use crate::parameters::Parameter;
+
+/// Fraction of time stamps consistent with a readout above which the readout is proven.
+const PROVEN: f64 = 0.9;
+
+/// Usual behaviour of pixels that wait for a readout, and usual order of service.
+const USUAL_CHOICES: &[(&str, &[(&str, &str)])] = &[
+    ("arbiter", &[("order", "rows"), ("waiting", "free")]),
+    ("scanned_readout", &[("waiting", "latched")]),
+];
+
+/// Parameters whose estimates are rough, and which are therefore fitted as well: events lag behind
+/// the wave of a lamp, and stamps of a bus are whole microseconds.
+const ROUGH: &[(&str, &str)] =
+    &[("lamp_flicker", "phase_turns"), ("arbiter", "rate_hz"), ("arbiter", "row_ns")];
+
+/// Lags of events behind a lamp, turns: near the threshold, pixels fire up to the turning point of
+/// the light.
+const LAG_TURNS: [f64; 6] = [0.0, 0.04, 0.08, 0.12, 0.16, 0.2];
+/// Peak-to-peak amplitudes of a lamp, in thresholds. Event counts change most where the amplitude
+/// hardly exceeds one threshold.
+const AMPLITUDES: [f64; 9] = [0.85, 1.0, 1.04, 1.09, 1.14, 1.2, 1.27, 1.36, 1.5];
+
+/// Direct estimates of a recording, at most one per effect.
+#[derive(Debug, Clone)]
+pub(super) struct DirectEstimates {
+    estimates: Vec<Estimate>,
+}
+
+impl DirectEstimates {
+    /// Estimates from the events of a recording.
+    pub(super) fn of(events: &EventStream) -> Self {
+        Self { estimates: all_estimates(events) }
+    }
+
+    fn find(&self, name: &str) -> Option<&Estimate> {
+        self.estimates.iter().find(|estimate| estimate.name == name)
+    }
+
+    /// The readout that the time stamps prove, if `model` lacks one, as a trial.
+    pub(super) fn proven_readout(
+        &self,
+        model: &SensorConfig,
+        left_out: &[String],
+    ) -> Option<(&'static str, Trial)> {
+        let is_proven = |estimate: &&Estimate| estimate.consistent > PROVEN;
+        let name = self.estimates.iter().rev().find(is_proven)?.name;
+        let candidates = Candidate::missing_from(model, left_out);
+        let candidate = candidates.into_iter().find(|one| one.name() == name)?;
+        let (_, choices) = USUAL_CHOICES.iter().find(|(effect, _)| *effect == name)?;
+        let has_choices = |trial: &Trial| {
+            choices.iter().all(|(key, word)| {
+                trial.effect.params.get(*key) == Some(&evpose_sensor::Value::from(*word))
+            })
+        };
+        let mut plainest =
+            candidate.trials().into_iter().filter_map(|form| form.into_iter().next());
+        let trial = plainest.rfind(has_choices)?;
+        Some((name, self.applied(name, &trial)))
+    }
+
+    /// The trial with its estimated parameters set. They are no longer fitted, except rough ones.
+    pub(super) fn applied(&self, name: &str, trial: &Trial) -> Trial {
+        let mut applied = trial.clone();
+        let Some(Estimate { effect, .. }) = self.find(name) else { return applied };
+        applied.effect.params.extend(effect.params.clone());
+        // The strength stays free, so that there is something to fit.
+        let strength = trial.params[0];
+        applied.params.retain(|p| p.name == strength.name || !effect.params.contains_key(p.name));
+        let spec = STAGES.iter().find(|spec| spec.name == name);
+        let is_rough = |p: &&ParamSpec| p.name != strength.name && ROUGH.contains(&(name, p.name));
+        applied.params.extend(spec.iter().flat_map(|spec| spec.params.iter().filter(is_rough)));
+        applied
+    }
+
+    /// Other interpretations of the estimate that a trial was made with; none for most effects.
+    pub(super) fn interpretations(
+        &self,
+        name: &str,
+        trial: &Trial,
+        model: &SensorConfig,
+    ) -> Vec<Trial> {
+        let estimate = self.find(name).filter(|_| name == "lamp_flicker");
+        let Some(turns) = estimate.and_then(|estimate| estimate.effect.number("phase_turns"))
+        else {
+            return Vec::new();
+        };
+        let threshold =
+            Parameter::ThresholdOn.value(model).min(Parameter::ThresholdOff.value(model));
+        let mut all = Vec::new();
+        for lag in LAG_TURNS {
+            for amplitude in AMPLITUDES {
+                for word in ["now", "trough"] {
+                    // Log light goes from ln(1 - depth) to ln(1 + depth).
+                    let depth = (0.5 * amplitude * threshold).tanh();
+                    let at = trial.with(trial.params[0], depth);
+                    let effect = at.effect.with("phase_turns", (turns + lag).rem_euclid(1.0));
+                    all.push(Trial { effect: effect.with("memory", word), params: at.params });
+                }
+            }
+        }
+        all
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use evpose_core::{Event, Micros, Polarity, SensorSize};
+
+    use super::*;
+
+    #[test]
+    fn a_lamp_may_lag_and_its_amplitude_just_exceed_the_threshold() {
+        // ON events of a lamp of 100 Hz, for four of ten milliseconds, a sixth of a turn behind its
+        // steepest rise on the whole.
+        let pulse = |k: i32| (-4..=4).map(move |i| (1e4 * (f64::from(k) + 1.0 / 6.0), i));
+        let events = (1..100).flat_map(pulse).map(|(t_us, i)| Event {
+            t: Micros((t_us + 500.0 * f64::from(i)) as i64),
+            x: 3,
+            y: 4,
+            polarity: Polarity::On,
+        });
+        let size = SensorSize { width: 20, height: 30 };
+        let estimates = DirectEstimates::of(&EventStream::from_events(size, events).unwrap());
+        let mut model = SensorConfig::from_toml("").unwrap();
+        Parameter::ThresholdOn.set(&mut model, 0.25);
+        Parameter::ThresholdOff.set(&mut model, 0.3);
+        let interpretations = |name: &str| {
+            let candidates = Candidate::missing_from(&model, &[]);
+            let candidate = candidates.into_iter().find(|one| one.name() == name).unwrap();
+            estimates.interpretations(name, &candidate.trials()[0][0], &model)
+        };
+        let trials = interpretations("lamp_flicker");
+        let is_near = |trial: &Trial| {
+            let value = |name| trial.effect.number(name).unwrap();
+            let turns = (value("phase_turns") + 0.5).rem_euclid(1.0) - 0.5;
+            let amplitude = 2.0 * value("depth").atanh();
+            turns.abs() < 0.025 && (amplitude / (1.1 * 0.25) - 1.0).abs() < 0.05
+        };
+        assert!(trials.iter().any(is_near), "none of {}", trials.len());
+        assert!(interpretations("refractory").is_empty());
+    }
+}

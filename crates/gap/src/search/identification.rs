@@ -1,0 +1,97 @@
+//! The data that a search works on, and its result.
+
+use evpose_sensor::SensorConfig;
+
+use crate::candidate::Trial;
+use crate::fit::Fit;
+use crate::parameters::Parameter;
+use crate::verdict::Answer;
+use crate::{GapError, Objective};
+
+/// Simulated runs by which a model is scored.
+pub(super) const SCORE_RUNS: u64 = 4;
+
+/// The data splits of a search, each with its objective.
+#[derive(Debug)]
+pub struct DataSplits<'a> {
+    /// A short part of the training data, for screening.
+    pub screen: Objective<'a>,
+    /// The training data that models are fitted to.
+    pub train: Objective<'a>,
+    /// The held-out data that models are scored on.
+    pub held_out: Objective<'a>,
+}
+
+impl DataSplits<'_> {
+    /// Scores a model on the held-out data.
+    pub(super) fn score(&self, model: &SensorConfig) -> Result<ModelScore, GapError> {
+        let (discrepancy, gap) = self.held_out.score(model, SCORE_RUNS)?;
+        Ok(ModelScore { model: model.clone(), discrepancy, gap })
+    }
+}
+
+/// A model with its scores on held-out data.
+#[derive(Debug, Clone)]
+pub struct ModelScore {
+    /// The model.
+    pub model: SensorConfig,
+    /// Its discrepancy statistic, see [`crate::discrepancy`].
+    pub discrepancy: f64,
+    /// Its gap, see [`crate::gap()`].
+    pub gap: f64,
+}
+
+/// A candidate effect fitted to the training data.
+#[derive(Debug, Clone)]
+pub struct FittedCandidate {
+    /// Name of the effect in the catalogue.
+    pub name: &'static str,
+    /// The model with the effect.
+    pub fit: Fit,
+    /// The effect's variant with the parameters that were fitted.
+    pub trial: Trial,
+}
+
+/// A fitted candidate with its scores on held-out data.
+#[derive(Debug, Clone)]
+pub struct Contender {
+    /// The candidate.
+    pub candidate: FittedCandidate,
+    /// Scores of the model with it.
+    pub held_out: ModelScore,
+}
+
+/// An effect that was added to the model, and the contenders that it was selected from.
+#[derive(Debug, Clone)]
+pub struct AddedEffect {
+    /// All contenders that were scored, the best first.
+    pub contenders: Vec<Contender>,
+    /// Names of contenders that do as well as the best.
+    pub confusable: Vec<&'static str>,
+    /// Discrepancy of the model without the effect.
+    pub discrepancy_without: f64,
+}
+
+impl AddedEffect {
+    /// Name of the effect in the catalogue.
+    pub fn name(&self) -> &'static str {
+        self.contenders[0].candidate.name
+    }
+}
+
+/// Result of a search.
+#[derive(Debug, Clone)]
+pub struct Identification {
+    /// The answer.
+    pub answer: Answer,
+    /// Scores of the model as given.
+    pub before: ModelScore,
+    /// Scores of the model with its own parameters refitted.
+    pub refitted: ModelScore,
+    /// Effects in the order in which they were added.
+    pub added_effects: Vec<AddedEffect>,
+    /// Scores of the corrected model.
+    pub after: ModelScore,
+    /// Parameters of the model that differ significantly from the given ones.
+    pub changed_parameters: Vec<Parameter>,
+}

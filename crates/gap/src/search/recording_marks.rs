@@ -1,0 +1,226 @@
+//! Marks that lamps, clocks, hot pixels and readouts leave in the time stamps and places of events,
+//! and the parameters estimated from them.
+
+use std::f64::consts::TAU;
+
+use evpose_core::EventStream;
+use evpose_sensor::EffectConfig;
+
+/// Parameters of one effect estimated from a recording.
+#[derive(Debug, Clone)]
+pub(super) struct Estimate {
+    /// Name of the effect in the catalogue.
+    pub(super) name: &'static str,
+    /// The effect with the estimated parameters.
+    pub(super) effect: EffectConfig,
+    /// Fraction of the time stamps that are consistent with it; zero where that is not known.
+    pub(super) consistent: f64,
+}
+
+impl Estimate {
+    fn new(effect: EffectConfig, name: &'static str, consistent: f64) -> Self {
+        Self { name, effect, consistent }
+    }
+}
+
+/// All estimates of a recording.
+pub(super) fn all_estimates(events: &EventStream) -> Vec<Estimate> {
+    let estimates = [flicker(events), tick(events), hot_pixels(events), scan(events), bus(events)];
+    estimates.into_iter().flatten().collect()
+}
+
+/// Bin length of the rate that lamps are searched in.
+const FLICKER_BIN_US: i64 = 500;
+/// Frequencies of lamps, pulsed or on mains.
+const FLICKER_HZ: (f64, f64) = (30.0, 900.0);
+
+/// Frequency and phase of the strongest spectral line of the ON rate minus the OFF rate: light that
+/// rises and falls makes them alternate.
+fn flicker(events: &EventStream) -> Option<Estimate> {
+    let end = events.t().last()?.0;
+    let mut rate = vec![0.0_f64; (end / FLICKER_BIN_US) as usize + 1];
+    for event in events.iter().filter(|event| event.t.0 >= 0) {
+        let sign = if event.polarity.is_on() { 1.0 } else { -1.0 };
+        rate[(event.t.0 / FLICKER_BIN_US) as usize] += sign;
+    }
+    let seconds = 1e-6 * end as f64;
+    let transform = |hz: f64| -> (f64, f64) {
+        let turn = TAU * hz * 1e-6 * FLICKER_BIN_US as f64;
+        // On average, stamps lie in the middle of their bins.
+        let phase = |k: usize| turn * (k as f64 + 0.5);
+        rate.iter().enumerate().fold((0.0, 0.0), |(c, s), (k, n)| {
+            let (sin, cos) = phase(k).sin_cos();
+            (c + n * cos, s + n * sin)
+        })
+    };
+    let power = |hz: f64| {
+        let (c, s) = transform(hz);
+        c * c + s * s
+    };
+    let step_hz = 0.5 / seconds;
+    let steps = ((FLICKER_HZ.1 - FLICKER_HZ.0) / step_hz) as usize;
+    let coarse = (0..steps).map(|i| FLICKER_HZ.0 + step_hz * i as f64);
+    let best = coarse.max_by(|a, b| power(*a).total_cmp(&power(*b)))?;
+    let fine = (-10..=10).map(|i| best + 0.1 * step_hz * f64::from(i));
+    let hz = fine.max_by(|a, b| power(*a).total_cmp(&power(*b)))?;
+    let (c, s) = transform(hz);
+    // Light 1 + m sin(2 pi f t + phi) changes as cos(2 pi f t + phi), whose transform this is.
+    let phase_turns = (-s).atan2(c) / TAU;
+    let effect = EffectConfig::new("lamp_flicker").with("frequency_hz", hz);
+    let effect = effect.with("phase_turns", phase_turns.rem_euclid(1.0));
+    Some(Estimate::new(effect, "lamp_flicker", 0.0))
+}
+
+/// Period of the time stamps: the greatest common divisor of their differences; none if that is a
+/// microsecond.
+fn tick(events: &EventStream) -> Option<Estimate> {
+    let gcd = |mut a: i64, mut b: i64| {
+        while b != 0 {
+            (a, b) = (b, a % b);
+        }
+        a
+    };
+    let first = events.t().first()?.0;
+    let tick = events.t().iter().fold(0, |tick, t| gcd(tick, t.0 - first));
+    let name = "timestamp_quantisation";
+    let effect = EffectConfig::new(name).with("period_us", tick as f64);
+    (tick > 1).then(|| Estimate::new(effect, name, 0.0))
+}
+
+/// Events by which, and factor by which, a hot pixel exceeds the median of its neighbours.
+const HOT_EXCESS: f64 = 8.0;
+const HOT_FACTOR: f64 = 4.0;
+
+/// Fraction of pixels far above their eight neighbours, and the median of their rates.
+fn hot_pixels(events: &EventStream) -> Option<Estimate> {
+    let size = events.sensor();
+    let (width, height) = (usize::from(size.width), usize::from(size.height));
+    let seconds = 1e-6 * events.t().last()?.0 as f64;
+    let mut counts = vec![0.0_f64; size.pixels()];
+    for event in events.iter() {
+        counts[usize::from(event.y) * width + usize::from(event.x)] += 1.0;
+    }
+    let mut excesses = Vec::new();
+    for y in 0..height {
+        for x in 0..width {
+            let mut near = Vec::with_capacity(8);
+            for v in y.saturating_sub(1)..(y + 2).min(height) {
+                for u in x.saturating_sub(1)..(x + 2).min(width) {
+                    if (u, v) != (x, y) {
+                        near.push(counts[v * width + u]);
+                    }
+                }
+            }
+            near.sort_by(f64::total_cmp);
+            let (median, max) = (near[near.len() / 2], near[near.len() - 1]);
+            let count = counts[y * width + x];
+            if count > HOT_FACTOR * median + HOT_EXCESS && count > 2.0 * max {
+                excesses.push(count - median);
+            }
+        }
+    }
+    excesses.sort_by(f64::total_cmp);
+    let median = excesses.get(excesses.len() / 2)?;
+    let fraction = (excesses.len() as f64 / size.pixels() as f64).clamp(1e-6, 0.5);
+    let effect = EffectConfig::new("hot_pixels").with("fraction", fraction);
+    let effect = effect.with("median_hz", (median / seconds).max(0.1));
+    Some(Estimate::new(effect, "hot_pixels", 0.0))
+}
+
+/// Fraction of time stamps that must be locked to a scan for its period to be used.
+const MIN_LOCKED: f64 = 0.2;
+
+/// Axis and direction of a readout that scans lines in turn, and its period if it is significant.
+fn scan(events: &EventStream) -> Option<Estimate> {
+    let scan = crate::probe::scan_of(events)?;
+    let effect = EffectConfig::new("scanned_readout")
+        .with("axis", if scan.is_by_row { "rows" } else { "columns" })
+        .with("direction", if scan.is_backward { "backward" } else { "forward" });
+    let is_locked = scan.locked > MIN_LOCKED;
+    let effect = if is_locked { effect.with("period_us", scan.period_us) } else { effect };
+    Some(Estimate::new(effect, "scanned_readout", scan.locked))
+}
+
+/// Longest interval between two events of a busy bus, microseconds.
+const MAX_SERVICE_US: usize = 1_000;
+/// Fraction of the intervals that the most common one must have for a bus to set it.
+const MIN_PACED: f64 = 0.25;
+
+/// Service times of a bus per event and per change of row: the most common intervals between
+/// successive events in one row and in two.
+fn bus(events: &EventStream) -> Option<Estimate> {
+    let mut histograms = [vec![0_usize; MAX_SERVICE_US], vec![0_usize; MAX_SERVICE_US]];
+    let all: Vec<(i64, u16)> = events.iter().map(|event| (event.t.0, event.y)).collect();
+    for pair in all.windows(2) {
+        let &[(before_us, row), (now_us, other)] = pair else { continue };
+        let histogram = &mut histograms[usize::from(row != other)];
+        if let Some(n) = histogram.get_mut((now_us - before_us) as usize) {
+            *n += 1;
+        }
+    }
+    let service = histograms.map(|counts| {
+        // Stamps are cut to whole microseconds: one interval falls into two bins.
+        let at = |us: usize| counts[us] + counts[us - 1];
+        let best = (2..MAX_SERVICE_US).max_by_key(|us| at(*us))?;
+        let (n, m) = (counts[best] as f64, counts[best - 1] as f64);
+        let all: usize = counts.iter().sum();
+        let mean_us = best as f64 - m / (n + m);
+        let fraction = (n + m) / all.max(1) as f64;
+        (fraction > MIN_PACED).then_some((mean_us, fraction))
+    });
+    let [Some((event_us, of_events)), Some((row_us, of_rows))] = service else { return None };
+    let row_ns = (1e3 * (row_us - event_us)).max(1.0);
+    let effect = EffectConfig::new("arbiter").with("rate_hz", 1e6 / event_us);
+    Some(Estimate::new(effect.with("row_ns", row_ns), "arbiter", of_events.min(of_rows)))
+}
+
+#[cfg(test)]
+mod tests {
+    use evpose_core::{Event, Micros, Polarity, SensorSize};
+
+    use super::*;
+
+    fn stream(events: impl IntoIterator<Item = (f64, u16, u16)>) -> EventStream {
+        let size = SensorSize { width: 20, height: 30 };
+        let event = |(t_us, x, y): (f64, u16, u16)| Event {
+            t: Micros(t_us as i64),
+            x,
+            y,
+            polarity: Polarity::On,
+        };
+        EventStream::from_events(size, events.into_iter().map(event)).unwrap()
+    }
+
+    #[test]
+    fn service_times_are_the_intervals_of_a_busy_bus() {
+        for (event_us, row_us) in [(4.0, 60.0), (2.7, 31.4)] {
+            let mut t_us = 100.0;
+            let mut busy = Vec::new();
+            for sweep in 0..40_u16 {
+                for y in 0..30 {
+                    t_us += row_us;
+                    for x in (0..20).filter(|x| (x + y + sweep) % 3 > 0) {
+                        t_us += event_us;
+                        busy.push((t_us, x, y));
+                    }
+                }
+                t_us += 3_000.0;
+            }
+            let Estimate { effect, consistent, .. } = bus(&stream(busy)).unwrap();
+            assert!(consistent > 0.9, "{consistent}");
+            let value = |key| effect.number(key).unwrap();
+            assert!((1e6 / value("rate_hz") - event_us).abs() < 0.1, "{effect:?}");
+            assert!((1e-3 * value("row_ns") - row_us).abs() < 0.6, "{effect:?}");
+        }
+    }
+
+    #[test]
+    fn events_at_random_times_show_no_bus() {
+        let spread = (0..9_000_u32).map(|k| {
+            let place = k.wrapping_mul(2_654_435_761) >> 8;
+            let late = f64::from(k.wrapping_mul(40_503) % 97);
+            (100.0 * f64::from(k) + late, (place % 20) as u16, (place / 20 % 30) as u16)
+        });
+        assert!(bus(&stream(spread)).is_none());
+    }
+}

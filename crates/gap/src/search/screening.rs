@@ -1,0 +1,277 @@
+//! Screening: every candidate at a grid of strengths, on a short part of a recording.
+//!
+//! # Method
+//! Each trial is one simulation; the model's own parameters follow linearly, by the slopes around
+//! the base model. Passes: a coarse grid of strengths, the neighbours of the best strengths,
+//! variants with more parameters, and other interpretations of parameters that were estimated
+//! directly.
+
+use evpose_sensor::{Domain, SensorConfig};
+use rayon::prelude::*;
+
+use super::direct_estimates::DirectEstimates;
+use crate::candidate::{Candidate, Trial};
+use crate::compare::Expectation;
+use crate::fit::Slopes;
+use crate::free_parameter::FreeParameter;
+use crate::{GapError, Objective};
+
+/// Trials per base model that are tried at the neighbours of their strength.
+const FINER: usize = 10;
+/// Trials per base model that are tried with more parameters.
+const RICHER: usize = 8;
+/// Factors on the strength at which variants with more parameters are tried.
+const RICHER_FACTORS: [f64; 2] = [0.6, 1.7];
+/// Strengths beyond one that multiplies the discrepancy by this are not tried.
+const TOO_STRONG: f64 = 4.0;
+/// Trials of one candidate and base that are followed: a short part of a recording does not
+/// distinguish variants that differ from pixel to pixel only.
+const VARIANTS: usize = 3;
+/// Steps up to which the effect of the model's parameters is taken to be linear.
+pub(super) const MAX_LINEAR_STEPS: f64 = 2.0;
+
+/// Effects without any events below a strength and with many above: the best trial on a short part
+/// need not lead to the best fit.
+const SUDDEN: &[&str] = &["lamp_flicker"];
+
+/// A variant of a candidate added to one of the base models, with its discrepancy.
+#[derive(Debug, Clone)]
+pub(super) struct ScreenedTrial {
+    /// Name of the effect in the catalogue.
+    pub(super) name: &'static str,
+    /// Domain of the signal chain that the effect acts in.
+    domain: Domain,
+    /// Index of the base model.
+    pub(super) base: usize,
+    /// The effect with its strength.
+    pub(super) trial: Trial,
+    /// Discrepancy on the screen.
+    pub(super) discrepancy: f64,
+}
+
+impl ScreenedTrial {
+    /// Strength of the effect; none if the trial leaves it at the default.
+    fn strength(&self) -> Option<f64> {
+        self.trial.value(self.trial.params[0])
+    }
+}
+
+/// A model that effects are added to on the screen.
+pub(super) struct ScreeningBase<'a> {
+    objective: &'a Objective<'a>,
+    estimates: &'a DirectEstimates,
+    model: &'a SensorConfig,
+    summary: std::sync::Arc<Vec<f64>>,
+    slopes: Slopes,
+    /// Discrepancy without any added effect.
+    pub(super) discrepancy_without: f64,
+}
+
+impl<'a> ScreeningBase<'a> {
+    /// Simulates a base model and the slopes of its parameters.
+    ///
+    /// # Errors
+    /// A model that cannot be built or shown the scene.
+    pub(super) fn new(
+        objective: &'a Objective<'a>,
+        estimates: &'a DirectEstimates,
+        model: &'a SensorConfig,
+    ) -> Result<Self, GapError> {
+        let slopes = Slopes::around(objective, model, &FreeParameter::of_model(), 1)?;
+        let summary = objective.run(model, 0)?;
+        let discrepancy_without = f64::INFINITY;
+        let mut base = Self { objective, estimates, model, summary, slopes, discrepancy_without };
+        base.discrepancy_without = base.profiled(&objective.expect(model, 1)?);
+        Ok(base)
+    }
+
+    /// Discrepancy of an expectation, minimised over the model's parameters by their slopes.
+    fn profiled(&self, expected: &Expectation) -> f64 {
+        let deviations = expected.deviations(self.objective.layout, &self.objective.measured);
+        let free = FreeParameter::of_model();
+        self.slopes.best(MAX_LINEAR_STEPS, self.objective, expected, &deviations, &free).1
+    }
+
+    /// Discrepancy with a trial; none if the trial changes nothing, which explains nothing.
+    fn score(&self, trial: &Trial) -> Result<Option<f64>, GapError> {
+        let expected = self.objective.expect(&trial.added_to(self.model), 1)?;
+        let is_idle = expected.mean.iter().zip(&*self.summary).all(|(a, b)| a == b);
+        Ok((!is_idle).then(|| self.profiled(&expected)))
+    }
+
+    /// The best of some strengths. With `is_rising`, strengths beyond a far too strong one are
+    /// skipped.
+    fn best_of(
+        &self,
+        screened: &ScreenedTrial,
+        strengths: &[f64],
+        is_rising: bool,
+    ) -> Result<ScreenedTrial, GapError> {
+        let strength = screened.trial.params[0];
+        let mut best = screened.clone();
+        for value in strengths {
+            let trial = screened.trial.with(strength, *value);
+            let Some(discrepancy) = self.score(&trial)? else { continue };
+            if discrepancy < best.discrepancy {
+                best = ScreenedTrial { trial, discrepancy, ..best };
+            }
+            let bearable = TOO_STRONG * self.discrepancy_without.min(best.discrepancy);
+            if is_rising && (discrepancy.is_nan() || discrepancy >= bearable) {
+                break;
+            }
+        }
+        Ok(best)
+    }
+
+    /// The variant with the fewest parameters of each form of each candidate, not screened yet.
+    fn trials(&self, base: usize, left_out: &[String]) -> Vec<ScreenedTrial> {
+        let of_candidate = |candidate: Candidate| {
+            let forms = candidate.trials().into_iter().flat_map(|form| form.into_iter().take(1));
+            forms
+                .map(|trial| self.estimates.applied(candidate.name(), &trial))
+                .map(move |trial| ScreenedTrial {
+                    name: candidate.name(),
+                    domain: candidate.spec.domain,
+                    base,
+                    trial,
+                    discrepancy: f64::INFINITY,
+                })
+                .collect::<Vec<_>>()
+        };
+        Candidate::missing_from(self.model, left_out).into_iter().flat_map(of_candidate).collect()
+    }
+
+    /// Screens a trial at the coarse grid of strengths, and at its direct estimate if there is one.
+    fn coarse(&self, screened: &ScreenedTrial) -> Result<ScreenedTrial, GapError> {
+        // Readouts, delays and jitter of time stamps show only where they are nearly right: they
+        // need the whole grid. The queue of a bus grows evenly with its time per event.
+        let is_sharp = matches!(screened.domain, Domain::Clock | Domain::Readout);
+        let stride = if is_sharp && screened.name != "arbiter" { 1 } else { 2 };
+        let (strengths, is_rising) = screened.trial.rising();
+        let strengths: Vec<f64> = strengths.into_iter().step_by(stride).collect();
+        let at_estimate = self.best_of(screened, screened.strength().as_slice(), false)?;
+        self.best_of(&at_estimate, &strengths, is_rising)
+    }
+
+    /// Screens the neighbours of a trial's strength on the grid.
+    fn finer(&self, screened: &ScreenedTrial) -> Result<ScreenedTrial, GapError> {
+        let value = screened.strength();
+        let strengths = screened.trial.strengths();
+        let at = strengths.iter().position(|strength| Some(*strength) == value);
+        let neighbours = at.into_iter().flat_map(|i| [i.checked_sub(1), Some(i + 1)]);
+        let neighbours = neighbours.flatten().filter_map(|i| strengths.get(i).copied());
+        self.best_of(screened, &neighbours.collect::<Vec<_>>(), false)
+    }
+
+    /// Variants of a candidate with more parameters than `screened`, at its strength.
+    fn richer(&self, screened: &ScreenedTrial, left_out: &[String]) -> Vec<ScreenedTrial> {
+        let strength = screened.trial.params[0];
+        let value = screened.strength();
+        let candidates = Candidate::missing_from(self.model, left_out);
+        let candidate = candidates.into_iter().find(|other| other.name() == screened.name);
+        let forms = candidate.into_iter().flat_map(Candidate::trials);
+        forms
+            .filter(|form| {
+                form[0].params[0].name == strength.name && form[0].is_form_of(&screened.trial)
+            })
+            .flat_map(|form| form.into_iter().skip(1))
+            .map(|trial| self.estimates.applied(screened.name, &trial))
+            .map(|trial| ScreenedTrial {
+                trial: value.map_or(trial.clone(), |value| trial.with(strength, value)),
+                discrepancy: f64::INFINITY,
+                ..screened.clone()
+            })
+            .collect()
+    }
+
+    /// Screens a variant with more parameters at its strength and at two strengths around it.
+    fn around(&self, screened: &ScreenedTrial) -> Result<ScreenedTrial, GapError> {
+        let value = screened.strength().unwrap_or(0.0);
+        let strengths = screened.trial.strengths();
+        let nearest = |factor: f64| {
+            let wanted = value * factor;
+            let distance = |s: &&f64| (*s / wanted).ln().abs();
+            strengths.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))).copied()
+        };
+        let others = RICHER_FACTORS.iter().filter_map(|factor| nearest(*factor));
+        let tried: Vec<f64> = std::iter::once(value).chain(others).collect();
+        self.best_of(screened, &tried, false)
+    }
+
+    /// Screens other interpretations of the directly estimated parameters of a trial.
+    fn interpretations(&self, screened: &ScreenedTrial) -> Result<Vec<ScreenedTrial>, GapError> {
+        let trials = self.estimates.interpretations(screened.name, &screened.trial, self.model);
+        let scored = trials.into_par_iter().map(|trial| {
+            let discrepancy = self.score(&trial)?.unwrap_or(f64::INFINITY);
+            Ok(ScreenedTrial { trial, discrepancy, ..screened.clone() })
+        });
+        scored.collect()
+    }
+}
+
+/// Screens every candidate added to every base model; the best trials first.
+pub(super) fn screen(
+    bases: &[ScreeningBase<'_>],
+    left_out: &[String],
+) -> Result<Vec<ScreenedTrial>, GapError> {
+    let trials: Vec<ScreenedTrial> =
+        bases.iter().enumerate().flat_map(|(i, base)| base.trials(i, left_out)).collect();
+    let mut screened = trials
+        .par_iter()
+        .map(|trial| bases[trial.base].coarse(trial))
+        .collect::<Result<Vec<_>, GapError>>()?;
+    sort(&mut screened);
+    let ranks = ranks(&screened, bases.len());
+    screened.par_iter_mut().zip(&ranks).filter(|(_, rank)| **rank < FINER).try_for_each(
+        |(trial, _)| {
+            *trial = bases[trial.base].finer(trial)?;
+            Ok::<(), GapError>(())
+        },
+    )?;
+    // Ranks of the coarse grid, by intent: the finer strengths are not sorted in yet.
+    let best = screened.iter().zip(&ranks).filter(|(_, rank)| **rank < RICHER);
+    let richer: Vec<ScreenedTrial> =
+        best.flat_map(|(trial, _)| bases[trial.base].richer(trial, left_out)).collect();
+    let richer = richer
+        .par_iter()
+        .map(|trial| bases[trial.base].around(trial))
+        .collect::<Result<Vec<_>, GapError>>()?;
+    screened.extend(richer);
+    sort(&mut screened);
+    for (i, base) in bases.iter().enumerate() {
+        // A periodic signal with a slightly wrong phase looks worse than noise.
+        let mut best = screened.iter().filter(|trial| trial.base == i).take(RICHER);
+        if let Some(trial) = best.find(|trial| SUDDEN.contains(&trial.name)).cloned() {
+            screened.extend(base.interpretations(&trial)?);
+        }
+    }
+    sort(&mut screened);
+    keep_best_variants(&mut screened);
+    Ok(screened)
+}
+
+fn sort(screened: &mut [ScreenedTrial]) {
+    screened.sort_by(|a, b| a.discrepancy.total_cmp(&b.discrepancy));
+}
+
+/// Rank of each trial among those of its own base: all trials added to a worse base look worse.
+fn ranks(screened: &[ScreenedTrial], bases: usize) -> Vec<usize> {
+    let mut counts = vec![0; bases];
+    let rank = |trial: &ScreenedTrial| {
+        counts[trial.base] += 1;
+        counts[trial.base] - 1
+    };
+    screened.iter().map(rank).collect()
+}
+
+/// Keeps the best variants of each candidate and base.
+fn keep_best_variants(screened: &mut Vec<ScreenedTrial>) {
+    let mut seen = Vec::new();
+    screened.retain(|trial| {
+        let key = (trial.name, trial.base);
+        let before = seen.iter().filter(|other| **other == key).count();
+        seen.push(key);
+        let max = if SUDDEN.contains(&trial.name) { 2 * VARIANTS } else { VARIANTS };
+        before < max && trial.discrepancy.is_finite()
+    });
+}

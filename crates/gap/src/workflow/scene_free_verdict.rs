@@ -1,0 +1,109 @@
+//! Verdict of a recording without a scene.
+
+use std::collections::BTreeMap;
+
+use evpose_core::EventStream;
+use evpose_sensor::{EffectConfig, STAGES, SensorConfig};
+
+use crate::surrogate::scene_free::test_recording;
+use crate::surrogate::{SceneFreeEffect, SceneFreeFindings, SceneFreeParameter};
+use crate::verdict::{
+    Answer, Finding, FindingKind, GapValue, Location, Quantity, Remaining, SCHEMA, Verdict,
+};
+
+/// Surrogates of each kind, in full and in quick runs.
+const REPLICATES: [usize; 2] = [199, 39];
+
+/// Significance level of the smallest corrected p-value.
+const LEVEL: f64 = 0.05;
+
+/// Reports the effects that a recording shows without a scene and that `model` lacks. Without a
+/// scene there is no gap: all gaps are NaN.
+pub fn scene_free_verdict(
+    events: &EventStream,
+    model: &SensorConfig,
+    is_quick: bool,
+    seed: u64,
+) -> Verdict {
+    let results = test_recording(events, REPLICATES[usize::from(is_quick)], seed);
+    let is_missing =
+        |effect: &&SceneFreeEffect| effect.p.is_some() && model.effect(effect.name).is_none();
+    let effects: Vec<Finding> = results.effects.iter().filter(is_missing).map(finding).collect();
+    let ps = results.statistics.iter().filter_map(|statistic| statistic.adjusted_p);
+    let none = GapValue { value: f64::NAN, lo: f64::NAN, hi: f64::NAN };
+    let p = ps.fold(1.0, f64::min);
+    let is_unexplained = results.effects.iter().all(|effect| effect.p.is_none());
+    let verdict = match effects.is_empty() {
+        false => Answer::Effects,
+        // A statistic is significant, and no effect that both halves agree on explains it.
+        true if is_unexplained && p <= LEVEL => Answer::Undecided,
+        true => Answer::NoGap,
+    };
+    Verdict {
+        schema: SCHEMA,
+        verdict,
+        effects,
+        remaining: Remaining {
+            is_significant: false,
+            nearest_stage: String::new(),
+            sentence: String::new(),
+        },
+        gap_before: none,
+        gap_after: none,
+        grr: f64::NAN,
+        p,
+        place: Location { sentence: String::new(), shares: BTreeMap::new() },
+        stage_shares: BTreeMap::new(),
+        limits: Vec::new(),
+        untestable: results.untestable.iter().map(|u| (u.name.to_owned(), u.why.clone())).collect(),
+        c2st_before: None,
+        c2st_after: None,
+        notes: notes(&results),
+    }
+}
+
+/// Converts a finding to an effect of a sensor model, with the parameters that the catalogue knows.
+pub fn as_effect(finding: &Finding) -> Option<EffectConfig> {
+    let spec = STAGES.iter().find(|spec| spec.name == finding.name)?;
+    let mut effect = spec.typical();
+    for param in spec.params {
+        let value = finding.parameters.get(param.name).map(|quantity| quantity.value);
+        if let Some(value) = value.filter(|value| param.allows(*value)) {
+            effect = effect.with(param.name, value);
+        }
+    }
+    Some(effect)
+}
+
+fn finding(effect: &SceneFreeEffect) -> Finding {
+    let quantity = |p: &SceneFreeParameter| {
+        let (value, unit, halves) = (p.value, p.unit.to_owned(), p.halves);
+        (p.name.to_owned(), Quantity { value, lo90: p.lo90, hi90: p.hi90, unit, halves })
+    };
+    Finding {
+        name: effect.name.to_owned(),
+        kind: FindingKind::Effect,
+        parameters: effect.parameters.iter().map(quantity).collect(),
+        probability: 1.0 - effect.p.unwrap_or(1.0),
+        confusable_with: effect.confusable_with.iter().map(|name| (*name).to_owned()).collect(),
+    }
+}
+
+fn notes(results: &SceneFreeFindings) -> Vec<String> {
+    let mut notes = vec![format!(
+        "mode C, the recording alone: {} events in {:.3} s against {} surrogates of each kind; both \
+         halves of the recording must agree on an effect",
+        results.events, results.seconds, results.replicates
+    )];
+    if !results.absent.is_empty() {
+        notes.push(format!("tested and not significant: {}", results.absent.join(", ")));
+    }
+    for effect in results.effects.iter().filter(|effect| effect.p.is_none()) {
+        let estimates =
+            effect.parameters.iter().map(|p| format!("{} {:.4} {}", p.name, p.value, p.unit));
+        let estimates = estimates.collect::<Vec<_>>().join(", ");
+        notes.push(format!("measured, no evidence of an effect: {} {estimates}", effect.name));
+    }
+    notes.extend(results.notes.iter().cloned());
+    notes
+}

@@ -1,0 +1,92 @@
+//! Subsets of a recording for screening and for fits: as long as needed, no longer.
+
+use evpose_core::Micros;
+
+use super::Case;
+
+/// Length of the screening part.
+const SCREEN: Micros = Micros(400_000);
+/// The screening part is shortened to this many events, though not below the minimum length.
+const SCREEN_EVENTS: usize = 40_000;
+const MIN_SCREEN: Micros = Micros(120_000);
+/// The screening part is extended to this many events.
+const MIN_EVENTS: usize = 4_000;
+/// Maximum events of the training part, which determine parameters to a fraction of a percent.
+const FITTED_EVENTS: usize = 200_000;
+/// Maximum pixels times frames of the training part in quick runs.
+const QUICK_PIXELS: usize = 24_000_000;
+/// Minimum length of the training part.
+const MIN_FITTED: Micros = Micros(500_000);
+
+impl Case {
+    /// The screening part.
+    pub(super) fn screen(&self) -> Self {
+        let short = self.time_of(SCREEN_EVENTS).clamp(MIN_SCREEN, SCREEN);
+        self.first(short.max(self.time_of(MIN_EVENTS)))
+    }
+
+    /// The training part.
+    pub(super) fn training(self, is_quick: bool) -> Self {
+        let size = self.scene.size();
+        let frames = QUICK_PIXELS / size.pixels();
+        let quick = Micros::from_seconds(frames as f64 / self.scene.fps());
+        let enough = self.time_of(FITTED_EVENTS);
+        let length = if is_quick { enough.min(quick) } else { enough }.max(MIN_FITTED);
+        if length < self.scene.duration() { self.first(length) } else { self }
+    }
+
+    /// Time of event number `events`; the end of the scene if there are fewer.
+    fn time_of(&self, events: usize) -> Micros {
+        let times = self.measured.t();
+        times.get(events).map_or(self.scene.duration(), |t| (*t).max(Micros(1)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use evpose_core::{Event, EventStream, Plane, Polarity, SensorSize};
+
+    use super::*;
+    use crate::Scene;
+
+    /// Events at an even rate over `seconds` of a scene of 1000 frames per second.
+    fn case(size: SensorSize, seconds: f64, events: usize) -> Case {
+        let frames = (1_000.0 * seconds) as usize + 1;
+        let plane = Plane::filled(usize::from(size.width), usize::from(size.height), 0.5_f32);
+        let scene = Scene::new(1_000.0, vec![plane; frames]).unwrap();
+        let step_us = 1e6 * seconds / events as f64;
+        let event = |k: usize| Event {
+            t: Micros((step_us * k as f64) as i64),
+            x: 0,
+            y: 0,
+            polarity: Polarity::On,
+        };
+        let events = EventStream::from_events(size, (0..events).map(event)).unwrap();
+        Case::new(&events, scene).unwrap()
+    }
+
+    #[test]
+    fn the_screening_part_has_enough_events_and_no_more() {
+        let small = SensorSize { width: 8, height: 6 };
+        let seconds = |events| case(small, 2.0, events).screen().scene.duration().as_seconds();
+        assert!((seconds(100_000) - 0.4).abs() < 2e-3);
+        assert!((seconds(400_000) - 0.2).abs() < 2e-3);
+        assert!((seconds(2_000_000) - 0.12).abs() < 2e-3);
+        assert!((seconds(8_000) - 1.0).abs() < 2e-3);
+        assert!((seconds(50) - 2.0).abs() < 2e-3);
+    }
+
+    #[test]
+    fn large_recordings_are_fitted_in_part() {
+        let small = SensorSize { width: 8, height: 6 };
+        let large = SensorSize { width: 240, height: 180 };
+        let seconds = |size, events, is_quick| {
+            case(size, 2.0, events).training(is_quick).scene.duration().as_seconds()
+        };
+        assert!((seconds(small, 10_000, true) - 2.0).abs() < 1e-9);
+        assert!((seconds(large, 10_000, false) - 2.0).abs() < 1e-9);
+        assert!((seconds(large, 10_000, true) - 24.0 / 43.2).abs() < 2e-3);
+        assert!((seconds(small, 500_000, false) - 0.8).abs() < 2e-3);
+        assert!((seconds(small, 4_000_000, false) - 0.5).abs() < 2e-3);
+    }
+}
