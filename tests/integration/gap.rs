@@ -47,7 +47,7 @@ fn recorded(sandbox: &Sandbox, effects: &str) {
 
 const RUN: [&str; 6] = ["gap", "run", "--measured", "rec.npz", "--scene", "scene"];
 
-/// The exit code of a run, with what it said.
+/// Exit code of a run, with its output.
 fn code(sandbox: &Sandbox, args: &[&str]) -> (Option<i32>, String) {
     let output = sandbox.evpose(args).output().unwrap();
     let said = String::from_utf8_lossy(&output.stdout).into_owned() + &stderr(&output);
@@ -190,7 +190,7 @@ fn a_scene_config_is_the_scene_of_what_it_simulates() {
     }
 }
 
-/// The look is another than that of the recording: skin, lights, background, arm.
+/// The appearance differs from that of the recording: skin, lights, background, arm.
 #[test]
 fn with_poses_alone_an_effect_is_named_and_a_texture_is_not() {
     let sandbox = Sandbox::new();
@@ -226,15 +226,14 @@ fn steps_end_as_a_run_does_and_write_what_they_say() {
     assert!(exit == Some(11) && said.contains("leak_on: "), "{said}");
     let (exit, said) = step("ablate", &[]);
     assert_eq!(exit, Some(11), "{said}");
-    for row in ["model as given", "leak_on added", "leak_on out again", "instead"] {
+    for row in ["model as given", "leak_on added", "leak_on dropped", "swapped for"] {
         assert!(said.contains(row), "{row} is missing in\n{said}");
     }
     let (exit, said) = step("correct", &["--out", "corrected.toml"]);
-    assert!(exit == Some(11) && said.contains("the model with what was found"), "{said}");
+    assert!(exit == Some(11) && said.contains("the model with the identified effects"), "{said}");
     let corrected = std::fs::read_to_string(sandbox.path("corrected.toml")).unwrap();
     assert!(corrected.contains("leak_on"), "{corrected}");
-    // Of the corrected model nothing is left to be named; one with another threshold has a number
-    // set wrong.
+    // The corrected model lacks nothing; one with another threshold has a wrong parameter.
     let (exit, said) = step("name", &["--model", "corrected.toml"]);
     assert!(exit == Some(0) || exit == Some(13), "{exit:?} {said}");
     let is_on = |line: &&str| line.starts_with("threshold_on");
@@ -243,7 +242,7 @@ fn steps_end_as_a_run_does_and_write_what_they_say() {
     std::fs::write(sandbox.path("off.toml"), off).unwrap();
     let (exit, said) = step("name", &["--model", "off.toml"]);
     assert!(exit == Some(10) && said.contains("threshold_on"), "{said}");
-    // What is not looked for is not named, and nothing else is in its place.
+    // Excluded effects are not identified, and no other effect in their place.
     let (exit, said) = step("name", &["--leave-out", "leak_on,parasitic_photo_leak"]);
     assert!(exit == Some(12) || exit == Some(13), "{exit:?} {said}");
     let alone = ["gap", "name", "--measured", "rec.npz", "--scene", "none"];
@@ -275,7 +274,7 @@ fn a_recording_in_the_manner_of_another_program_is_corrected() {
     let (exit, said) = code(&sandbox, &args);
     assert_eq!(exit, Some(0), "{said}");
     assert!(said.contains("corrected") && said.contains("nanoseconds"), "{said}");
-    assert!(said.contains("put in the order of time"), "{said}");
+    assert!(said.contains("sorted by time"), "{said}");
 }
 
 #[test]

@@ -33,8 +33,9 @@ const NAMES: &[(&str, &str, &str, &str, f64)] = &[
     ("clock_offset", "offset", "clock_offset", "clock_offset", 1e6),
 ];
 
-/// A hidden low-pass has a source follower behind it. It is an effect of its own where its corner is
-/// no higher than that of the node at white; else it is there and does nothing that could be seen.
+/// A hidden low-pass has a source follower behind it. It is an effect of its own where its corner
+/// is no higher than that of the node at white; else it is there and does nothing that could be
+/// seen.
 const LOWPASS: &str = "photoreceptor_lowpass";
 const FOLLOWER: &str = "source_follower";
 const NODE_CORNER: &str = "corner_at_white";
