@@ -57,7 +57,7 @@ impl DataSplits<'_> {
         result.added_effects[0] =
             AddedEffect { contenders, confusable, discrepancy_without: without };
         if is_swapped && let Some(second) = result.added_effects.pop() {
-            result.added_effects.push(self.rescore(second, &result.after)?);
+            result.added_effects.push(self.rescore(&second, &result.after)?);
         }
         Ok(())
     }
@@ -73,13 +73,13 @@ impl DataSplits<'_> {
         let free = FreeParameter::of_effect(&second.contenders[0].candidate.trial);
         let fit = descend(&self.train, without_first, &free, None, 1, ROUNDS)?;
         alone.after = self.score(&fit.model)?;
-        alone.added_effects = vec![self.rescore(second, &alone.after)?];
+        alone.added_effects = vec![self.rescore(&second, &alone.after)?];
         Ok(alone)
     }
 
     /// Scores an added effect and its rivals again after the other effects of the model have
     /// changed.
-    fn rescore(&self, added: AddedEffect, after: &ModelScore) -> Result<AddedEffect, GapError> {
+    fn rescore(&self, added: &AddedEffect, after: &ModelScore) -> Result<AddedEffect, GapError> {
         let base = without_effect(&after.model, added.name());
         let without = self.score(&base)?.discrepancy;
         let rivals: Vec<_> = added.contenders.iter().skip(1).take(RIVALS).collect();
