@@ -2,11 +2,10 @@
 
 use std::path::PathBuf;
 
+use evpose_cdf::CdfError;
 use evpose_io::IoError;
+use evpose_mat::MatError;
 use evpose_sensor::SensorError;
-
-use crate::cdf::CdfError;
-use crate::mat::MatError;
 
 /// A data set that cannot be read or written.
 #[derive(Debug, thiserror::Error)]

@@ -8,16 +8,14 @@
 //! * [`dhp19`]: movements seen by four event cameras.
 //! * [`h36m`]: clips of videos that were turned into events.
 //! * [`mpii`]: photographs of persons, made to look like events.
-//! * [`mat`], [`cdf`]: files of MATLAB and of NASA, as data sets have them.
 
 mod annotation;
-pub mod cdf;
 pub mod check;
 pub mod dhp19;
 mod error;
 pub mod h36m;
-pub mod mat;
 pub mod mpii;
+mod open;
 mod recording;
 mod split;
 

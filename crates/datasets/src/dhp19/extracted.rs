@@ -3,10 +3,11 @@
 use std::path::Path;
 
 use evpose_core::{Event, EventStream, EventStreamBuilder, Micros, Polarity, TimeWindow};
+use evpose_mat::{MatError, MatValue};
 
 use super::{CAMERAS, Movement, SENSOR, Span, SpanOrigin};
 use crate::DatasetError;
-use crate::mat::{MatError, MatFile, MatValue};
+use crate::open::open_mat;
 
 /// Reads a movement that was cut and filtered by hpe-core's `preprocess.m`: a structure `out` with
 /// `data.cam0.dvs.x` and so on, `extra.startTime` and `extra.stopTime`.
@@ -16,7 +17,7 @@ use crate::mat::{MatError, MatFile, MatValue};
 /// # Errors
 /// If the file cannot be read or holds something else.
 pub fn read_extracted(path: &Path) -> Result<Movement, DatasetError> {
-    let file = MatFile::open(path)?;
+    let file = open_mat(path)?;
     let mat = DatasetError::mat(path);
     let (window, cameras) = (|| {
         let out = file.variable("out")?;

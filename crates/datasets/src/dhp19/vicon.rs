@@ -3,11 +3,12 @@
 use std::path::Path;
 
 use evpose_core::Micros;
+use evpose_mat::{MatError, MatValue};
 use evpose_pose::body::{BODY_JOINTS, network_from_file};
 use glam::DVec3;
 
 use crate::DatasetError;
-use crate::mat::{MatError, MatFile, MatValue};
+use crate::open::open_mat;
 
 /// Fields of the joints, in the order of files.
 const FIELDS: [&str; BODY_JOINTS] = [
@@ -38,7 +39,7 @@ pub type Pose = [Option<DVec3>; BODY_JOINTS];
 /// # Errors
 /// If the file cannot be read or holds something else.
 pub fn read_vicon(path: &Path) -> Result<Vec<Pose>, DatasetError> {
-    let file = MatFile::open(path)?;
+    let file = open_mat(path)?;
     let all = file.variable("XYZPOS").map_err(DatasetError::mat(path))?;
     let mut rows = None;
     let mut joints = Vec::with_capacity(BODY_JOINTS);
@@ -59,10 +60,10 @@ pub fn read_vicon(path: &Path) -> Result<Vec<Pose>, DatasetError> {
 fn positions(joint: MatValue<'_>) -> Result<Vec<Option<DVec3>>, MatError> {
     let &[rows, 3] = joint.dimensions().as_slice() else {
         let sizes: Vec<String> = joint.dimensions().iter().map(ToString::to_string).collect();
-        let (expected, found) = ("an array of three columns", format!("of {}", sizes.join("×")));
-        return Err(MatError::Kind { path: joint.path(), expected, found });
+        let (expected, actual) = ("an array of three columns", format!("of {}", sizes.join("×")));
+        return Err(MatError::Kind { path: joint.path(), expected, actual });
     };
-    let numbers = joint.numbers()?;
-    let position = |row: usize| DVec3::from([0, 1, 2].map(|column| numbers[column * rows + row]));
+    let values = joint.values()?;
+    let position = |row: usize| DVec3::from([0, 1, 2].map(|column| values[column * rows + row]));
     Ok((0..rows).map(|row| Some(position(row)).filter(|at| at.is_finite())).collect())
 }

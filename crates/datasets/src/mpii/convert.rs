@@ -5,6 +5,7 @@ use std::io;
 use std::path::Path;
 
 use evpose_core::{Plane, atomic_write, seed_for};
+use evpose_mat::MatFile;
 use evpose_repr::ErosLikeWork;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -16,7 +17,6 @@ use super::picture::{read_grey, size, write};
 use super::release::{Photograph, Release};
 use super::window::Window;
 use super::{Converted, CropFormat, MpiiLook, MpiiOptions, SkipReason, Skipped};
-use crate::mat::MatFile;
 use crate::{Annotation, DatasetError, write_annotations};
 
 /// Images of persons.

@@ -1,9 +1,8 @@
 //! A person as MPII annotates it.
 
+use evpose_mat::{MatClass, MatError, MatValue};
 use evpose_pose::body::{BODY_JOINTS, Visibility};
 use glam::DVec2;
-
-use crate::mat::{MatClass, MatError, MatValue};
 
 /// Which part of MPII each joint is, in the order of networks. The head has none: it is the middle of the
 /// head's box.
@@ -74,7 +73,7 @@ impl Person {
         let mut has_head = true;
         for (corner, name) in corners.iter_mut().zip(["x1", "y1", "x2", "y2"]) {
             match rect.filled_field(name)? {
-                Some(value) => *corner = value.number()?,
+                Some(value) => *corner = value.scalar()?,
                 None => has_head = false,
             }
         }
@@ -111,7 +110,7 @@ impl Person {
 }
 
 fn position(value: MatValue<'_>) -> Result<DVec2, MatError> {
-    Ok(DVec2::new(value.field("x")?.number()?, value.field("y")?.number()?))
+    Ok(DVec2::new(value.field("x")?.scalar()?, value.field("y")?.scalar()?))
 }
 
 fn point(value: MatValue<'_>) -> Result<Point, MatError> {
@@ -121,7 +120,7 @@ fn point(value: MatValue<'_>) -> Result<Point, MatError> {
         match value.filled_field("is_visible")? {
             None => Seen::Empty,
             Some(seen) if seen.class() == MatClass::Char => Seen::Text(seen.text()?.trim() == "1"),
-            Some(seen) => Seen::Number(seen.number()? == 1.0),
+            Some(seen) => Seen::Number(seen.scalar()? == 1.0),
         }
     };
     Ok(Point { part: value.field("id")?.integer()?, at: position(value)?, seen })

@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
+use evpose_mat::{MatError, MatFile, MatValue};
+
 use super::person::Person;
 use crate::DatasetError;
-use crate::mat::{MatError, MatFile, MatValue};
 
 /// A photograph for training.
 #[derive(Debug)]
@@ -33,7 +34,7 @@ impl Release {
         let release = file.variable("RELEASE").map_err(failed)?;
         let images = release.field("annolist").map_err(failed)?;
         let is_train = release.field("img_train").map_err(failed)?;
-        let flags = is_train.numbers().map_err(failed)?;
+        let flags = is_train.values().map_err(failed)?;
         if flags.len() != images.len() {
             let reason = format!("{} flags for {} images", flags.len(), images.len());
             return Err(DatasetError::malformed(path, is_train.path(), reason));

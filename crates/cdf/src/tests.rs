@@ -1,20 +1,20 @@
-//! Against files of another program; see `tests/golden/cdf`.
+//! Comparison with files of another program; see `tests/golden`.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use proptest::prelude::*;
 
 use super::*;
 
-fn golden(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/cdf").join(name)
+fn golden(name: &str) -> Vec<u8> {
+    fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(name)).unwrap()
 }
 
-fn numbers(file: &str, variable: &str) -> CdfArray {
-    CdfFile::open(&golden(file)).unwrap().numbers(variable).unwrap()
+fn values(file: &str, variable: &str) -> CdfArray {
+    CdfFile::parse(golden(file)).unwrap().values(variable).unwrap()
 }
 
 fn poses() -> Vec<f64> {
@@ -28,34 +28,34 @@ fn poses_are_read_from_every_layout() {
         ("records.cdf", 7, vec![64]),
         ("whole.cdf", 7, vec![64]),
     ] {
-        let found = numbers(file, "Pose");
-        assert_eq!((found.records, found.sizes), (records, sizes), "{file}");
-        assert_eq!(found.values, poses(), "{file}");
+        let array = values(file, "Pose");
+        assert_eq!((array.records, array.sizes), (records, sizes), "{file}");
+        assert_eq!(array.values, poses(), "{file}");
     }
 }
 
 #[test]
-fn numbers_of_other_kinds_and_dimensions_are_read() {
-    let frame = numbers("records.cdf", "Frame");
+fn values_of_other_types_and_dimensions_are_read() {
+    let frame = values("records.cdf", "Frame");
     assert_eq!((frame.records, frame.sizes), (7, vec![]));
     assert_eq!(frame.values, [0.0, -3.0, -6.0, -9.0, -12.0, -15.0, -18.0]);
     for (file, sizes, count) in [("records.cdf", vec![2, 3], 12), ("cube.cdf", vec![2, 3, 4], 48)] {
-        let cube = numbers(file, "Cube");
+        let cube = values(file, "Cube");
         assert_eq!((cube.records, cube.sizes), (2, sizes), "{file}");
         assert_eq!(cube.values, (0..count).map(f64::from).collect::<Vec<_>>(), "{file}");
     }
 }
 
 #[test]
-fn what_is_not_there_or_not_read_is_named() {
-    let file = CdfFile::open(&golden("records.cdf")).unwrap();
+fn errors_name_missing_and_unsupported_variables() {
+    let file = CdfFile::parse(golden("records.cdf")).unwrap();
     assert_eq!(file.names().collect::<Vec<_>>(), ["Frame", "Pose", "Cube", "When"]);
-    let failed = file.numbers("Poses").unwrap_err().to_string();
+    let failed = file.values("Poses").unwrap_err().to_string();
     assert!(failed.contains("`Poses`") && failed.contains("`Frame`, `Pose`"), "{failed}");
-    let failed = file.numbers("When").unwrap_err();
+    let failed = file.values("When").unwrap_err();
     assert!(matches!(&failed, CdfError::Unsupported { what, .. } if what == "times"), "{failed}");
 
-    let mut bytes = fs::read(golden("records.cdf")).unwrap();
+    let mut bytes = golden("records.cdf");
     assert_eq!(CdfFile::parse(b"{}".to_vec()).unwrap_err(), CdfError::NotCdf);
     bytes[..4].copy_from_slice(&[0xcd, 0xf2, 0x60, 0x02]);
     assert_eq!(CdfFile::parse(bytes.clone()).unwrap_err(), CdfError::Version2);
@@ -64,32 +64,30 @@ fn what_is_not_there_or_not_read_is_named() {
     bytes[39] = 3;
     let failed = CdfFile::parse(bytes).unwrap_err();
     assert!(matches!(failed, CdfError::Unsupported { byte: 36, .. }), "{failed}");
-    let failed = CdfFile::open(&golden("nothing.cdf")).unwrap_err().to_string();
-    assert!(failed.contains("nothing.cdf"), "{failed}");
 }
 
 #[test]
 fn a_file_cut_at_any_byte_gives_an_error_or_all_of_it() {
     for name in ["one_record.cdf", "records.cdf", "whole.cdf"] {
-        let bytes = fs::read(golden(name)).unwrap();
+        let bytes = golden(name);
         for cut in 0..bytes.len() {
-            let found = CdfFile::parse(bytes[..cut].to_vec()).and_then(|file| file.numbers("Pose"));
-            assert!(found.is_err() || found.unwrap().values == poses(), "{name} {cut}");
+            let result = CdfFile::parse(bytes[..cut].to_vec()).and_then(|file| file.values("Pose"));
+            assert!(result.is_err() || result.unwrap().values == poses(), "{name} {cut}");
         }
     }
 }
 
-/// Where the poses' variable says something, in `records.cdf`.
+/// Offset of the descriptor of the variable `Pose` in `records.cdf`.
 fn pose_record(bytes: &[u8]) -> usize {
     bytes.windows(6).position(|part| part == b"Pose\0\0").unwrap() - 84
 }
 
 #[test]
-fn records_that_are_not_there_are_missed() {
-    let bytes = fs::read(golden("records.cdf")).unwrap();
+fn missing_records_are_reported() {
+    let bytes = golden("records.cdf");
     let at = pose_record(&bytes);
     for (from, value, part) in [
-        // Nine records, an index that is nowhere, sizes of gigabytes, as many dimensions, a loop.
+        // Nine records, an index outside the file, dimensions of gigabytes, as many dimensions, a loop.
         (at + 27, [8].as_slice(), "record 7 of the 9"),
         (at + 28, &[0x7f], "record is expected here"),
         (at + 344, &[0x7f], "more than"),
@@ -98,7 +96,7 @@ fn records_that_are_not_there_are_missed() {
     ] {
         let mut bytes = bytes.clone();
         bytes[from..from + value.len()].copy_from_slice(value);
-        let failed = CdfFile::parse(bytes).and_then(|file| file.numbers("Pose")).unwrap_err();
+        let failed = CdfFile::parse(bytes).and_then(|file| file.values("Pose")).unwrap_err();
         assert!(failed.to_string().contains(part), "{part}: {failed}");
     }
 }
@@ -111,7 +109,7 @@ proptest! {
         changes in prop::collection::vec(any::<(usize, u8)>(), 1..8), which in 0..4_usize,
     ) {
         let name = ["one_record.cdf", "records.cdf", "whole.cdf", "cube.cdf"][which];
-        let mut bytes = fs::read(golden(name)).unwrap();
+        let mut bytes = golden(name);
         for (at, byte) in changes {
             let at = at % bytes.len();
             bytes[at] = byte;
@@ -119,9 +117,9 @@ proptest! {
         if let Ok(file) = CdfFile::parse(bytes) {
             let names: Vec<String> = file.names().map(str::to_owned).collect();
             for name in names {
-                if let Ok(array) = file.numbers(&name) {
-                    let of_each: usize = array.sizes.iter().product();
-                    prop_assert_eq!(array.values.len(), array.records * of_each);
+                if let Ok(array) = file.values(&name) {
+                    let values_per_record: usize = array.sizes.iter().product();
+                    prop_assert_eq!(array.values.len(), array.records * values_per_record);
                 }
             }
         }

@@ -1,15 +1,15 @@
-//! What can be wrong with a MAT-file, or with what is asked of it.
+//! Errors of MAT-files and of requests for their values.
 
 use std::fmt;
 
-use super::MatClass;
+use crate::MatClass;
 
 /// A byte of a MAT-file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MatPosition {
-    /// The byte of the file; of a compressed element, where it begins.
+    /// Byte of the file; of a compressed element, its beginning.
     pub byte: usize,
-    /// The byte of what the compressed element there holds, if that is meant.
+    /// Byte within the inflated content of the compressed element there, if that is meant.
     pub inflated_byte: Option<usize>,
 }
 
@@ -24,12 +24,12 @@ impl fmt::Display for MatPosition {
     }
 }
 
-/// A MAT-file that cannot be read, or that does not hold what is asked of it.
+/// A MAT-file that cannot be read, or that does not hold the requested value.
 ///
 /// Paths are written as MATLAB takes them, which counts from one: `RELEASE.annolist(12).annorect`.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum MatError {
-    /// No MAT-file.
+    /// Not a MAT-file.
     #[error("this is no MAT-file: it has no header of 128 bytes that ends in `IM` or `MI`")]
     NotMat,
     /// A MAT-file of version 7.3, which is an HDF5 file.
@@ -44,74 +44,74 @@ pub enum MatError {
          `s = load('FILE.mat'); save('NEW.mat', '-struct', 's', '-v7')` saves it so"
     )]
     Version4,
-    /// The file does not hold what its format says.
+    /// Bytes that violate the format.
     #[error("{at}: {reason}")]
     Malformed {
-        /// Where.
+        /// Position of the fault.
         at: MatPosition,
-        /// What is wrong and what was expected.
+        /// The fault, and the expected content.
         reason: String,
     },
-    /// Arrays in arrays in arrays, more than any program writes.
+    /// Arrays nested deeper than any program writes.
     #[error("{at}: arrays are nested more than {limit} deep")]
     TooDeep {
-        /// Where.
+        /// Position of the innermost array.
         at: MatPosition,
-        /// How deep they may be.
+        /// Maximal depth.
         limit: usize,
     },
-    /// More bytes than may be taken.
+    /// Inflated content beyond the limit.
     #[error("byte {byte}: what is compressed here and before takes more than {limit} bytes")]
     TooLarge {
-        /// The byte of the file.
+        /// Byte of the file.
         byte: usize,
-        /// How many there may be.
+        /// Maximal count of inflated bytes.
         limit: u64,
     },
-    /// A variable that is not in the file.
+    /// A request for a variable that the file lacks.
     #[error("there is no variable `{name}`: there are {known}")]
     NoVariable {
-        /// Its name.
+        /// The requested name.
         name: String,
-        /// Those that are there.
+        /// Names of the variables of the file.
         known: String,
     },
-    /// A field that is not in a structure.
+    /// A request for a field that the structure lacks.
     #[error("{path} has no field `{field}`: it has {known}")]
     NoField {
-        /// The structure.
+        /// Path of the structure.
         path: String,
-        /// Its name.
+        /// The requested name.
         field: String,
-        /// Those that are there.
+        /// Names of the fields of the structure.
         known: String,
     },
-    /// An element behind the last.
-    #[error("{path} has no element {number}: it has {length}")]
+    /// A request for an element behind the last.
+    #[error("{path} has no element {position}: it has {length}")]
     NoElement {
-        /// The array.
+        /// Path of the array.
         path: String,
-        /// Which, from one.
-        number: usize,
-        /// How many it has.
+        /// The requested element, counted from one.
+        position: usize,
+        /// Count of elements of the array.
         length: usize,
     },
-    /// A value that is not of the kind that is asked for.
-    #[error("{path}: expected {expected}, found {found}")]
+    /// A value of another kind than requested.
+    #[error("{path}: expected {expected}, found {actual}")]
     Kind {
-        /// The value.
+        /// Path of the value.
         path: String,
-        /// What it should be.
+        /// Requested kind.
         expected: &'static str,
-        /// What it is.
-        found: String,
+        /// Class and dimensions of the value.
+        actual: String,
     },
-    /// An array of a class that is not read.
+    /// An array of a class whose content is not read.
     #[error("{path} is {class}, which is not read: save its content as a plain array or structure")]
     Unsupported {
-        /// The value.
+        /// Path of the value.
         path: String,
-        /// Of which class.
+        /// Its class.
         class: MatClass,
     },
 }

@@ -1,16 +1,17 @@
-//! The values of a variable: where they are, and in which order.
+//! Decoding of the values of a variable: its index of records, and the order of dimensions.
 
 use std::borrow::Cow;
 
-use super::file::Variable;
-use super::kind::NumberKind;
-use super::record::{Record, kind};
-use super::{CdfArray, CdfError, CdfFile, compression};
+use crate::file::Variable;
+use crate::kind::NumberKind;
+use crate::record::{Record, kind};
+use crate::{CdfArray, CdfError, CdfFile, compression};
 
-/// Indices of indices of indices, more than any program writes.
-const DEEPEST: usize = 8;
+/// Maximal depth of nested indices; no program writes more.
+const MAX_INDEX_DEPTH: usize = 8;
 
-pub(super) fn numbers(
+/// Reads all records of a variable and decodes them.
+pub(crate) fn decode(
     file: &CdfFile,
     variable: &Variable,
     kind: NumberKind,
@@ -18,43 +19,44 @@ pub(super) fn numbers(
     if let Some(at) = variable.compression {
         compression::check(&file.bytes, at)?;
     }
-    let record_bytes = variable.of_each * kind.size() as u64;
-    let mut stored =
-        Stored { file: &file.bytes, variable, record_bytes, bytes: Vec::new(), next: 0 };
+    let record_bytes = variable.values_per_record * kind.size() as u64;
+    let mut records =
+        StoredRecords { file: &file.bytes, variable, record_bytes, bytes: Vec::new(), next: 0 };
     if let Some(index) = variable.index.filter(|_| variable.records > 0) {
-        stored.read_index(index, 0)?;
+        records.read_index(index, 0)?;
     }
-    if stored.next != variable.records {
-        return Err(stored.missing(variable.at));
+    if records.next != variable.records {
+        return Err(records.missing(variable.at));
     }
-    let values = stored.bytes.chunks_exact(kind.size()).map(|bytes| kind.number(bytes, file.order));
+    let values =
+        records.bytes.chunks_exact(kind.size()).map(|bytes| kind.decode(bytes, file.order));
     let mut values: Vec<f64> = values.collect();
     if !file.is_row_major {
-        values = row_major(&values, &variable.sizes, variable.of_each as usize);
+        values = row_major(&values, &variable.sizes, variable.values_per_record as usize);
     }
     let sizes = variable.sizes.iter().map(|&size| size as usize).collect();
-    // The limit of a variable keeps them within any machine's memory.
+    // The limit of a variable keeps the count within any machine's memory.
     Ok(CdfArray { records: variable.records as usize, sizes, values })
 }
 
-/// Records as they are stored, one behind the other.
-struct Stored<'a> {
+/// Records of a variable, collected in order as they are stored.
+struct StoredRecords<'a> {
     file: &'a [u8],
     variable: &'a Variable,
     record_bytes: u64,
     bytes: Vec<u8>,
-    /// The record that comes next.
+    /// Index of the next record.
     next: u64,
 }
 
-impl Stored<'_> {
-    /// Reads what the index at `at` and those behind it list.
+impl StoredRecords<'_> {
+    /// Reads the records that the index at `at` and those linked behind it list.
     fn read_index(&mut self, at: u64, depth: usize) -> Result<(), CdfError> {
         let (mut next, mut visited) = (Some(at), 0);
         while let Some(at) = next {
             let index = Record::of_kind(self.file, at, kind::INDEX)?;
             visited += 1;
-            if depth > DEEPEST || visited * 28 > self.file.len() {
+            if depth > MAX_INDEX_DEPTH || visited * 28 > self.file.len() {
                 return Err(CdfError::malformed(at, "an index that leads back to itself"));
             }
             let [entries, used] = [index.u32(20)? as usize, index.u32(24)? as usize];
@@ -65,10 +67,10 @@ impl Stored<'_> {
             for entry in 0..used {
                 let first = index.u32(28 + 4 * entry)?;
                 let last = index.u32(28 + 4 * entries + 4 * entry)?;
-                let place = index.u64(28 + 8 * entries + 8 * entry)?;
-                self.read_entry(at, first.into(), last.into(), place, depth)?;
+                let offset = index.u64(28 + 8 * entries + 8 * entry)?;
+                self.read_entry(at, first.into(), last.into(), offset, depth)?;
             }
-            next = index.place(12)?;
+            next = index.offset(12)?;
         }
         Ok(())
     }
@@ -78,10 +80,10 @@ impl Stored<'_> {
         index: u64,
         first: u64,
         last: u64,
-        place: u64,
+        offset: u64,
         depth: usize,
     ) -> Result<(), CdfError> {
-        // Records may be allotted beyond those that are used.
+        // Records may be allocated beyond those in use.
         let end = (last + 1).min(self.variable.records);
         if first >= end {
             return Ok(());
@@ -89,22 +91,22 @@ impl Stored<'_> {
         if first != self.next {
             return Err(self.missing(index));
         }
-        let record = Record::at(self.file, place)?;
-        // Records of a variable are limited, so that this cannot run over.
-        let (used, allotted) = ((end - first) * self.record_bytes, (last + 1 - first));
+        let record = Record::at(self.file, offset)?;
+        // The limit of a variable's values keeps the product from overflowing.
+        let (used, allocated) = ((end - first) * self.record_bytes, (last + 1 - first));
         let bytes = match record.kind {
-            kind::INDEX => return self.read_index(place, depth + 1),
+            kind::INDEX => return self.read_index(offset, depth + 1),
             kind::VALUES => Cow::Borrowed(record.bytes(12, used as usize)?),
             kind::COMPRESSED_VALUES => {
                 let length = usize::try_from(record.u64(16)?).unwrap_or(usize::MAX);
-                let allotted = allotted.saturating_mul(self.record_bytes);
-                let bytes = compression::inflate(record.bytes(24, length)?, allotted, place)?;
+                let allocated = allocated.saturating_mul(self.record_bytes);
+                let bytes = compression::inflate(record.bytes(24, length)?, allocated, offset)?;
                 Cow::Owned(bytes)
             }
             kind => {
                 let reason =
                     format!("values of `{}` are expected, kind {kind}", self.variable.name);
-                return Err(CdfError::malformed(place, reason));
+                return Err(CdfError::malformed(offset, reason));
             }
         };
         self.bytes.extend(&bytes[..used as usize]);
@@ -119,8 +121,8 @@ impl Stored<'_> {
     }
 }
 
-/// Records whose first dimension runs first, with the last one first.
-fn row_major(values: &[f64], sizes: &[u32], of_each: usize) -> Vec<f64> {
+/// Reorders column-major records into row-major ones.
+fn row_major(values: &[f64], sizes: &[u32], values_per_record: usize) -> Vec<f64> {
     let (mut strides, mut stride) = (Vec::with_capacity(sizes.len()), 1);
     for &size in sizes {
         strides.push(stride);
@@ -134,6 +136,8 @@ fn row_major(values: &[f64], sizes: &[u32], of_each: usize) -> Vec<f64> {
         }
         place
     };
-    let records = values.chunks_exact(of_each.max(1));
-    records.flat_map(|record| (0..of_each).map(move |index| record[place(index)])).collect()
+    let records = values.chunks_exact(values_per_record.max(1));
+    records
+        .flat_map(|record| (0..values_per_record).map(move |index| record[place(index)]))
+        .collect()
 }

@@ -1,36 +1,36 @@
-//! Records: what a file is made of.
+//! Records: the units that a file is made of.
 
-use super::CdfError;
+use crate::CdfError;
 
-/// What records are.
-pub(super) mod kind {
-    pub(in super::super) const DESCRIPTION: u32 = 1;
-    pub(in super::super) const GLOBAL: u32 = 2;
-    pub(in super::super) const R_VARIABLE: u32 = 3;
-    pub(in super::super) const INDEX: u32 = 6;
-    pub(in super::super) const VALUES: u32 = 7;
-    pub(in super::super) const Z_VARIABLE: u32 = 8;
-    pub(in super::super) const COMPRESSED_FILE: u32 = 10;
-    pub(in super::super) const COMPRESSION: u32 = 11;
-    pub(in super::super) const COMPRESSED_VALUES: u32 = 13;
+/// The format's codes of record types.
+pub(crate) mod kind {
+    pub(crate) const DESCRIPTION: u32 = 1;
+    pub(crate) const GLOBAL: u32 = 2;
+    pub(crate) const R_VARIABLE: u32 = 3;
+    pub(crate) const INDEX: u32 = 6;
+    pub(crate) const VALUES: u32 = 7;
+    pub(crate) const Z_VARIABLE: u32 = 8;
+    pub(crate) const COMPRESSED_FILE: u32 = 10;
+    pub(crate) const COMPRESSION: u32 = 11;
+    pub(crate) const COMPRESSED_VALUES: u32 = 13;
 }
 
 /// Bytes of the size and the kind that every record begins with.
 const HEAD: usize = 12;
 
-/// A record: its size, its kind, and numbers with the highest byte first.
+/// A record: its size, its kind, and big-endian fields.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Record<'a> {
-    /// Where it is in the file.
-    pub(super) at: u64,
-    pub(super) kind: u32,
-    /// All of it, its size and kind included.
+pub(crate) struct Record<'a> {
+    /// Its offset in the file.
+    pub(crate) at: u64,
+    pub(crate) kind: u32,
+    /// The whole record, size and kind included.
     bytes: &'a [u8],
 }
 
 impl<'a> Record<'a> {
-    /// The record at `at`.
-    pub(super) fn at(file: &'a [u8], at: u64) -> Result<Self, CdfError> {
+    /// Reads the record at `at`.
+    pub(crate) fn at(file: &'a [u8], at: u64) -> Result<Self, CdfError> {
         let rest = usize::try_from(at).ok().and_then(|at| file.get(at..));
         let Some((rest, head)) = rest.and_then(|rest| Some((rest, rest.first_chunk::<HEAD>()?)))
         else {
@@ -51,8 +51,8 @@ impl<'a> Record<'a> {
         }
     }
 
-    /// The record at `at`, which is of this kind.
-    pub(super) fn of_kind(file: &'a [u8], at: u64, kind: u32) -> Result<Self, CdfError> {
+    /// Reads the record at `at`, which must be of `kind`.
+    pub(crate) fn of_kind(file: &'a [u8], at: u64, kind: u32) -> Result<Self, CdfError> {
         let record = Self::at(file, at)?;
         if record.kind != kind {
             let reason = format!("a record of kind {kind} is expected, this is {}", record.kind);
@@ -61,8 +61,8 @@ impl<'a> Record<'a> {
         Ok(record)
     }
 
-    /// So many bytes from `from` on.
-    pub(super) fn bytes(&self, from: usize, length: usize) -> Result<&'a [u8], CdfError> {
+    /// Returns `length` bytes from `from` on.
+    pub(crate) fn bytes(&self, from: usize, length: usize) -> Result<&'a [u8], CdfError> {
         from.checked_add(length).and_then(|end| self.bytes.get(from..end)).ok_or_else(|| {
             let reason = format!(
                 "a record of {} bytes, of which {from} to {} are needed",
@@ -73,23 +73,23 @@ impl<'a> Record<'a> {
         })
     }
 
-    /// All bytes from `from` on.
-    pub(super) fn rest(&self, from: usize) -> Result<&'a [u8], CdfError> {
+    /// Returns all bytes from `from` on.
+    pub(crate) fn rest(&self, from: usize) -> Result<&'a [u8], CdfError> {
         self.bytes(from, self.bytes.len().saturating_sub(from))
     }
 
-    pub(super) fn u32(&self, from: usize) -> Result<u32, CdfError> {
+    pub(crate) fn u32(&self, from: usize) -> Result<u32, CdfError> {
         let bytes = self.bytes(from, 4)?;
-        Ok(bytes.iter().fold(0, |number, &byte| number << 8 | u32::from(byte)))
+        Ok(bytes.iter().fold(0, |value, &byte| value << 8 | u32::from(byte)))
     }
 
-    pub(super) fn u64(&self, from: usize) -> Result<u64, CdfError> {
+    pub(crate) fn u64(&self, from: usize) -> Result<u64, CdfError> {
         Ok(u64::from(self.u32(from)?) << 32 | u64::from(self.u32(from + 4)?))
     }
 
-    /// A place in the file; none where there is nothing.
-    pub(super) fn place(&self, from: usize) -> Result<Option<u64>, CdfError> {
-        // Some writers mark nothing with all bits set.
-        Ok(Some(self.u64(from)?).filter(|place| !matches!(*place, 0 | u64::MAX)))
+    /// Reads an offset in the file; none for the null offset.
+    pub(crate) fn offset(&self, from: usize) -> Result<Option<u64>, CdfError> {
+        // Some writers set all bits of a null offset.
+        Ok(Some(self.u64(from)?).filter(|offset| !matches!(*offset, 0 | u64::MAX)))
     }
 }

@@ -1,18 +1,16 @@
-//! The file: its header, and its variables one behind the other.
+//! Files: the header, and the variables one behind the other.
 
 use std::io::Read;
-use std::path::Path;
 
 use flate2::read::ZlibDecoder;
 
-use super::class::ByteOrder;
-use super::element::{COMPRESSED, MATRIX, Origin, Reader};
-use super::tree::{Tree, read_tree};
-use super::{MatError, MatValue};
-use crate::DatasetError;
+use crate::class::ByteOrder;
+use crate::element::{COMPRESSED, MATRIX, Origin, Reader};
+use crate::tree::{Tree, read_tree};
+use crate::{MatError, MatValue};
 
 const HEADER_BYTES: usize = 128;
-/// How many bytes all compressed variables of a file may take, unless told otherwise.
+/// Default limit of the inflated bytes of all variables, against archives that expand without end.
 const INFLATED_LIMIT: u64 = 4 << 30;
 
 /// A MAT-file of version 5 to 7.2 in memory.
@@ -21,38 +19,28 @@ pub struct MatFile {
     variables: Vec<Variable>,
 }
 
-/// A variable, and the bytes that its arrays refer to.
+/// A variable: the tree of its arrays, and the bytes that they refer to.
 #[derive(Debug)]
-pub(super) struct Variable {
-    pub(super) name: String,
-    pub(super) bytes: Vec<u8>,
-    pub(super) order: ByteOrder,
-    pub(super) tree: Tree,
+pub(crate) struct Variable {
+    pub(crate) name: String,
+    pub(crate) bytes: Vec<u8>,
+    pub(crate) order: ByteOrder,
+    pub(crate) tree: Tree,
 }
 
 impl MatFile {
-    /// Reads a file.
+    /// Parses the bytes of a file; compressed variables may inflate to 4 GiB.
     ///
     /// # Errors
-    /// If it cannot be read, or is not such a file from its first byte to its last.
-    pub fn open(path: &Path) -> Result<Self, DatasetError> {
-        let failed = |source| DatasetError::Io { path: path.to_owned(), action: "read it", source };
-        let bytes = std::fs::read(path).map_err(failed)?;
-        Self::parse(&bytes).map_err(|source| DatasetError::Mat { path: path.to_owned(), source })
-    }
-
-    /// Reads the bytes of a file.
-    ///
-    /// # Errors
-    /// As [`Self::parse_within`]; what is compressed may take 4 GiB.
+    /// As [`Self::parse_within`].
     pub fn parse(bytes: &[u8]) -> Result<Self, MatError> {
         Self::parse_within(bytes, INFLATED_LIMIT)
     }
 
-    /// The same; all that is compressed may take `inflated_limit` bytes.
+    /// Parses the bytes of a file whose compressed variables may inflate to `inflated_limit` bytes.
     ///
     /// # Errors
-    /// If they are no such file, with the byte; if what is compressed takes more.
+    /// If a byte violates the format, or the inflated content exceeds the limit.
     pub fn parse_within(bytes: &[u8], inflated_limit: u64) -> Result<Self, MatError> {
         let order = header(bytes)?;
         let origin = Origin::File { start: 0 };
@@ -81,7 +69,7 @@ impl MatFile {
                 }
             };
             let variable = variable(bytes, order, origin)?;
-            // What has no name is MATLAB's own: what objects refer to.
+            // A variable without a name is MATLAB's own subsystem data, which objects refer to.
             if !variable.name.is_empty() {
                 variables.push(variable);
             }
@@ -94,16 +82,16 @@ impl MatFile {
         self.variables.iter().map(|variable| variable.name.as_str())
     }
 
-    /// The variable of this name.
+    /// Returns the variable `name`.
     ///
     /// # Errors
-    /// If there is none.
+    /// If the file has no such variable.
     pub fn variable(&self, name: &str) -> Result<MatValue<'_>, MatError> {
         // The last one, as in MATLAB, should there be several.
-        let found = self.variables.iter().rev().find(|variable| variable.name == name);
-        found.map(MatValue::root).ok_or_else(|| MatError::NoVariable {
+        let last = self.variables.iter().rev().find(|variable| variable.name == name);
+        last.map(MatValue::root).ok_or_else(|| MatError::NoVariable {
             name: name.to_owned(),
-            known: super::value::list(self.names()),
+            known: crate::value::list(self.names()),
         })
     }
 }
@@ -129,8 +117,8 @@ fn header(bytes: &[u8]) -> Result<ByteOrder, MatError> {
     }
 }
 
-/// Whether these are the numbers that a file of version 4 begins with: a type, rows, columns, whether it
-/// is complex, and how long the name is.
+/// Whether `bytes` begin with a header of version 4: type, rows, columns, complex
+/// flag, length of the name.
 fn is_version_4(bytes: &[u8]) -> bool {
     let Some(header) = bytes.first_chunk::<20>() else { return false };
     let (words, _) = header.as_chunks::<4>();
@@ -143,7 +131,7 @@ fn is_version_4(bytes: &[u8]) -> bool {
     })
 }
 
-/// What a compressed element holds; at most one byte more than `limit`.
+/// Inflates a compressed element; at most one byte more than `limit`, so that the caller sees an excess.
 fn inflate(data: &[u8], limit: u64) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::new();
     let mut decoder = ZlibDecoder::new(data).take(limit.saturating_add(1));

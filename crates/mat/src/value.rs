@@ -1,16 +1,16 @@
-//! Values, and how they are asked for what they hold.
+//! Access to values by field, index and type.
 
 use std::fmt::Write;
 
-use super::class::{Number, Storage};
-use super::file::Variable;
-use super::text::text_of;
-use super::tree::{Content, Node};
-use super::{MatClass, MatError};
+use crate::class::{Number, Storage};
+use crate::file::Variable;
+use crate::text::text_of;
+use crate::tree::{Content, Node};
+use crate::{MatClass, MatError};
 
 /// A value of a MAT-file: an array, or one element of an array.
 ///
-/// It is a small reference, to be copied at will, and knows where it is: every error of it says so.
+/// A small reference, copied at will. It knows its path, which every error carries.
 #[derive(Debug, Clone, Copy)]
 pub struct MatValue<'a> {
     variable: &'a Variable,
@@ -19,7 +19,7 @@ pub struct MatValue<'a> {
 }
 
 impl<'a> MatValue<'a> {
-    pub(super) fn root(variable: &'a Variable) -> Self {
+    pub(crate) fn root(variable: &'a Variable) -> Self {
         Self { variable, node: 0, element: None }
     }
 
@@ -36,17 +36,17 @@ impl<'a> MatValue<'a> {
         }
     }
 
-    /// Of which class it is.
+    /// MATLAB's class of the array.
     pub fn class(&self) -> MatClass {
         self.node().class
     }
 
-    /// Whether its numbers are truth values.
+    /// Whether the array is `logical`.
     pub fn is_logical(&self) -> bool {
         self.node().is_logical
     }
 
-    /// Sizes of the array, rows and columns first.
+    /// Dimensions of the array, rows and columns first.
     pub fn dimensions(&self) -> Vec<usize> {
         if self.element.is_some() {
             return vec![1, 1];
@@ -56,7 +56,7 @@ impl<'a> MatValue<'a> {
         [node.rows, node.columns].iter().chain(more).map(|&size| size as usize).collect()
     }
 
-    /// How many elements it has; letters are elements.
+    /// Count of elements; characters of text are elements.
     pub fn len(&self) -> usize {
         match self.element {
             Some(_) => 1,
@@ -64,21 +64,21 @@ impl<'a> MatValue<'a> {
         }
     }
 
-    /// Whether it has no element, as fields have in MATLAB which nobody filled.
+    /// Whether it has no element, like unset fields in MATLAB.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// The element of this number, counted from zero column by column: of a cell array what the cell
-    /// holds, of all others an array of one.
+    /// Returns the element at `index`, counted from zero in column-major order: the content of a cell, or
+    /// a 1×1 array of any other class.
     ///
     /// # Errors
-    /// If there are fewer, or it is of a class that is not read.
+    /// If `index` is out of range, or the class is not read.
     pub fn index(&self, index: usize) -> Result<Self, MatError> {
         let content = self.content()?;
         if index >= self.len() {
             let (path, length) = (self.path(), self.len());
-            return Err(MatError::NoElement { path, number: index + 1, length });
+            return Err(MatError::NoElement { path, position: index + 1, length });
         }
         let element = self.element.unwrap_or(index);
         Ok(match content {
@@ -90,17 +90,17 @@ impl<'a> MatValue<'a> {
         })
     }
 
-    /// All elements in order, each as [`Self::index`] gives it.
+    /// Iterates over all elements, each as [`Self::index`] returns it.
     ///
     /// # Errors
-    /// If it is of a class that is not read.
+    /// If the class is not read.
     pub fn elements(&self) -> Result<impl Iterator<Item = Self> + use<'a>, MatError> {
         self.content()?;
         let array = *self;
         Ok((0..array.len()).filter_map(move |index| array.index(index).ok()))
     }
 
-    /// Names of its fields, if it is a structure.
+    /// Names of the fields of a structure; empty for other classes.
     pub fn field_names(&self) -> &'a [String] {
         match (self.class(), self.node().content) {
             (MatClass::Struct, Content::Arrays { names, .. }) => &self.variable.tree.names[names],
@@ -108,10 +108,10 @@ impl<'a> MatValue<'a> {
         }
     }
 
-    /// The field of this name of a structure.
+    /// Returns the field `name` of a 1×1 structure.
     ///
     /// # Errors
-    /// If it is no structure, not exactly one, or has no such field.
+    /// If it is no 1×1 structure, or has no such field.
     pub fn field(&self, name: &str) -> Result<Self, MatError> {
         self.field_if_any(name)?.ok_or_else(|| MatError::NoField {
             path: self.path(),
@@ -120,10 +120,10 @@ impl<'a> MatValue<'a> {
         })
     }
 
-    /// The field of this name, if the structure has one and it is not empty.
+    /// Returns the field `name` if the structure has it and it is not empty.
     ///
     /// # Errors
-    /// If it is no structure, or not exactly one.
+    /// If it is no 1×1 structure.
     pub fn filled_field(&self, name: &str) -> Result<Option<Self>, MatError> {
         Ok(self.field_if_any(name)?.filter(|value| !value.is_empty()))
     }
@@ -140,40 +140,40 @@ impl<'a> MatValue<'a> {
         Ok(Some(Self { node, element: None, ..*self }))
     }
 
-    /// Its number. Integers beyond 2⁵³ are rounded.
+    /// Returns the value of a real 1×1 array. Integers beyond 2⁵³ are rounded.
     ///
     /// # Errors
     /// If it is not exactly one real number.
-    pub fn number(&self) -> Result<f64, MatError> {
+    pub fn scalar(&self) -> Result<f64, MatError> {
         self.one("one real number").map(Number::as_f64)
     }
 
-    /// Its number as an integer.
+    /// Returns the value of a 1×1 array as an integer.
     ///
     /// # Errors
-    /// If it is not exactly one number, or that is no integer of 64 bits.
+    /// If it is not exactly one value, or that is no integer of 64 bits.
     pub fn integer(&self) -> Result<i64, MatError> {
         self.one("one integer")?.as_i64().map_or_else(|| self.not("one integer"), Ok)
     }
 
-    /// Its numbers, column by column. Integers beyond 2⁵³ are rounded.
+    /// Returns all values in column-major order. Integers beyond 2⁵³ are rounded.
     ///
     /// # Errors
     /// If they are no real numbers.
-    pub fn numbers(&self) -> Result<Vec<f64>, MatError> {
+    pub fn values(&self) -> Result<Vec<f64>, MatError> {
         Ok(self.stored("real numbers")?.map(Number::as_f64).collect())
     }
 
-    /// Its numbers as integers, column by column.
+    /// Returns all values as integers, in column-major order.
     ///
     /// # Errors
     /// If one is no integer of 64 bits.
     pub fn integers(&self) -> Result<Vec<i64>, MatError> {
-        let numbers = self.stored("integers")?;
-        numbers.map(|number| number.as_i64().map_or_else(|| self.not("integers"), Ok)).collect()
+        let values = self.stored("integers")?;
+        values.map(|value| value.as_i64().map_or_else(|| self.not("integers"), Ok)).collect()
     }
 
-    /// Its text, of one line or none.
+    /// Returns text of one line or none.
     ///
     /// # Errors
     /// If it is no text, has several lines, or is no valid Unicode.
@@ -194,9 +194,9 @@ impl<'a> MatValue<'a> {
     }
 
     fn one(&self, expected: &'static str) -> Result<Number, MatError> {
-        let mut numbers = self.stored(expected)?;
-        match (numbers.next(), numbers.next()) {
-            (Some(number), None) => Ok(number),
+        let mut values = self.stored(expected)?;
+        match (values.next(), values.next()) {
+            (Some(value), None) => Ok(value),
             _ => self.not(expected),
         }
     }
@@ -221,13 +221,13 @@ impl<'a> MatValue<'a> {
             _ => (Storage::U8, &[]),
         };
         let order = self.variable.order;
-        Ok(bytes.chunks_exact(storage.size()).map(move |bytes| storage.number(bytes, order)))
+        Ok(bytes.chunks_exact(storage.size()).map(move |bytes| storage.decode(bytes, order)))
     }
 
-    /// That it is not what is expected.
+    /// The error for a value of another kind than expected.
     fn not<T>(&self, expected: &'static str) -> Result<T, MatError> {
         self.content()?;
-        Err(MatError::Kind { path: self.path(), expected, found: self.description() })
+        Err(MatError::Kind { path: self.path(), expected, actual: self.description() })
     }
 
     fn description(&self) -> String {
@@ -236,7 +236,7 @@ impl<'a> MatValue<'a> {
         format!("{} of {complex}{}", self.class(), sizes.join("×"))
     }
 
-    /// Where it is, as MATLAB takes it: `RELEASE.annolist(12).annorect`, counted from one.
+    /// Path of the value in MATLAB's notation, counted from one: `RELEASE.annolist(12).annorect`.
     pub fn path(&self) -> String {
         let tree = &self.variable.tree;
         let mut steps = Vec::new();
@@ -269,8 +269,8 @@ impl<'a> MatValue<'a> {
     }
 }
 
-/// Names as a message lists them.
-pub(super) fn list<'a>(names: impl Iterator<Item = &'a str>) -> String {
+/// Formats names for an error message.
+pub(crate) fn list<'a>(names: impl Iterator<Item = &'a str>) -> String {
     let names: Vec<String> = names.map(|name| format!("`{name}`")).collect();
     if names.is_empty() { "none".to_owned() } else { names.join(", ") }
 }

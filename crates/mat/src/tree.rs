@@ -1,16 +1,16 @@
-//! Arrays as a tree of small nodes over the bytes of a variable: numbers and texts stay where they are.
+//! Arrays as a tree of small nodes over the bytes of a variable: values and text are not copied.
 //!
-//! A structure of a million fields, of one number each, takes a node for each and nothing more.
+//! A structure of a million scalar fields takes a node for each and nothing more.
 
 use std::collections::HashMap;
 
-use super::MatError;
-use super::class::{MatClass, Storage};
-use super::element::{Element, MATRIX, Reader};
+use crate::MatError;
+use crate::class::{MatClass, Storage};
+use crate::element::{Element, MATRIX, Reader};
 
-/// How deep arrays may be nested.
-pub(super) const DEPTH_LIMIT: usize = 64;
-/// How many structures without any field an array may hold: they take no bytes, and loops take them all.
+/// Maximal depth of nested arrays; reading recurses once a level.
+pub(crate) const DEPTH_LIMIT: usize = 64;
+/// Maximal count of structures without any field: they take no bytes, so that only a limit bounds loops over them.
 const FIELDLESS_LIMIT: usize = 1 << 16;
 
 const INT32: u32 = 5;
@@ -18,57 +18,57 @@ const UINT32: u32 = 6;
 const COMPLEX: u32 = 0x800;
 const LOGICAL: u32 = 0x200;
 
-/// What an array holds.
+/// Content of an array.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Content {
-    /// Numbers or text, as bytes from `start` on.
+pub(crate) enum Content {
+    /// Values or text, as bytes from `start` on.
     Data { storage: Storage, start: usize, length: usize },
-    /// Arrays: links from `first` on, and which set of names they have in structures.
+    /// Arrays: links from `first` on, and the index of their set of names in structures.
     Arrays { first: usize, names: usize },
-    /// An array of no element.
+    /// No element.
     Nothing,
-    /// A class that is not read.
+    /// Content of a class that is not read.
     Unread,
 }
 
-/// An array.
+/// An array of the tree.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Node {
-    /// The array that holds it; itself at the root.
-    pub(super) parent: u32,
-    /// The how many-th of its arrays it is.
-    pub(super) slot: u32,
-    pub(super) rows: u32,
-    pub(super) columns: u32,
-    /// Which dimensions it has behind these two, if any: one more than their index.
-    pub(super) more: u32,
-    pub(super) class: MatClass,
-    pub(super) is_logical: bool,
-    pub(super) is_complex: bool,
-    pub(super) content: Content,
+pub(crate) struct Node {
+    /// Index of the array that holds it; itself at the root.
+    pub(crate) parent: u32,
+    /// Its index among the arrays of the parent.
+    pub(crate) slot: u32,
+    pub(crate) rows: u32,
+    pub(crate) columns: u32,
+    /// One more than the index of its further dimensions behind these two; zero without any.
+    pub(crate) more: u32,
+    pub(crate) class: MatClass,
+    pub(crate) is_logical: bool,
+    pub(crate) is_complex: bool,
+    pub(crate) content: Content,
 }
 
 /// All arrays of a variable; the first is the variable itself.
 #[derive(Debug, Default)]
-pub(super) struct Tree {
-    pub(super) nodes: Vec<Node>,
-    pub(super) links: Vec<u32>,
-    pub(super) names: Vec<Vec<String>>,
-    pub(super) more_dimensions: Vec<Vec<u32>>,
+pub(crate) struct Tree {
+    pub(crate) nodes: Vec<Node>,
+    pub(crate) links: Vec<u32>,
+    pub(crate) names: Vec<Vec<String>>,
+    pub(crate) more_dimensions: Vec<Vec<u32>>,
 }
 
 impl Tree {
-    /// How many elements an array has.
-    pub(super) fn count(&self, node: &Node) -> usize {
+    /// Count of elements of an array.
+    pub(crate) fn count(&self, node: &Node) -> usize {
         if matches!(node.content, Content::Nothing) {
             return 0;
         }
-        // It was checked when it was read.
+        // Reading has checked that the product does not overflow.
         let two = node.rows as usize * node.columns as usize;
         self.more(node).iter().fold(two, |count, &size| count * size as usize)
     }
 
-    pub(super) fn more(&self, node: &Node) -> &[u32] {
+    pub(crate) fn more(&self, node: &Node) -> &[u32] {
         match node.more {
             0 => &[],
             index => &self.more_dimensions[index as usize - 1],
@@ -76,8 +76,8 @@ impl Tree {
     }
 }
 
-/// Reads a variable: its name and its arrays.
-pub(super) fn read_tree(reader: Reader<'_>, element: &Element) -> Result<(String, Tree), MatError> {
+/// Reads the name and the arrays of a variable.
+pub(crate) fn read_tree(reader: Reader<'_>, element: &Element) -> Result<(String, Tree), MatError> {
     let mut builder = Builder { reader, tree: Tree::default(), known_names: HashMap::new() };
     let (_, name) = builder.matrix(element, 0, 0, 0)?;
     Ok((name, builder.tree))
@@ -86,7 +86,7 @@ pub(super) fn read_tree(reader: Reader<'_>, element: &Element) -> Result<(String
 struct Builder<'a> {
     reader: Reader<'a>,
     tree: Tree,
-    /// Sets of names by how long each may be and their bytes: most structures have the same.
+    /// Indices of sets of names by the length of a name and their bytes: most structures share one set.
     known_names: HashMap<(usize, &'a [u8]), usize>,
 }
 
@@ -95,7 +95,7 @@ impl<'a> Builder<'a> {
         Err(self.reader.origin.malformed(at, reason))
     }
 
-    /// Reads an array and all that it holds.
+    /// Reads an array with all nested ones; returns its index and its name.
     fn matrix(
         &mut self,
         element: &Element,
@@ -160,7 +160,7 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Reads the size of an array and how many elements that are.
+    /// Reads the dimensions of an array into `node` and returns the count of elements.
     fn dimensions(&mut self, parts: &mut Reader<'a>, node: &mut Node) -> Result<usize, MatError> {
         let element = parts.element("the size of an array")?;
         let sizes = integers(parts, &element);
@@ -207,14 +207,14 @@ impl<'a> Builder<'a> {
         if count == 0 {
             return Ok(Content::Nothing);
         }
-        let element = parts.element("the numbers of an array")?;
+        let element = parts.element("the values of an array")?;
         let storage = Storage::from_code(element.kind)
             .filter(|storage| class == MatClass::Char || !storage.is_text());
         let Some(storage) = storage.filter(|storage| fits(class, *storage)) else {
             let reason = format!("{class} stored as type {}", element.kind);
             return self.malformed(element.tag, reason);
         };
-        // Some files of MATLAB have blanks of which nothing is stored.
+        // Some files of MATLAB have texts of blanks of which nothing is stored.
         if class == MatClass::Char && element.length == 0 {
             return Ok(Content::Nothing);
         }
@@ -276,7 +276,7 @@ impl<'a> Builder<'a> {
         depth: usize,
     ) -> Result<Content, MatError> {
         let left = parts.end - parts.at;
-        // Each has a tag: what follows is no longer than what is there.
+        // Each array has a tag of eight bytes, which bounds the count before anything is allocated.
         if count > left / 8 {
             return self.malformed(parts.at, format!("{count} arrays cannot be in {left} bytes"));
         }
@@ -291,7 +291,7 @@ impl<'a> Builder<'a> {
     }
 }
 
-/// Numbers of 32 bits; none if their bytes are not those of such numbers.
+/// Decodes integers of 32 bits; none if the length is no multiple of four bytes.
 fn integers(reader: &Reader<'_>, element: &Element) -> Option<Vec<u32>> {
     let (words, rest) = reader.data(element).as_chunks::<4>();
     rest.is_empty().then(|| words.iter().map(|&word| reader.order.u32(word)).collect())
@@ -308,7 +308,7 @@ fn names_of(bytes: &[u8], room: usize) -> Option<Vec<String>> {
     bytes.chunks_exact(room).map(name).collect()
 }
 
-/// Whether numbers of a class can be stored as this type: one that it has room for.
+/// Whether values of a class may be stored as this type: integers are never stored as floats.
 fn fits(class: MatClass, storage: Storage) -> bool {
     match class {
         MatClass::Char => !matches!(storage, Storage::F32 | Storage::F64),

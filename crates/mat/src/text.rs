@@ -1,13 +1,13 @@
-//! Text as it is stored.
+//! Decoding of stored text.
 
-use super::class::{ByteOrder, Storage};
+use crate::class::{ByteOrder, Storage};
 
-/// Text of these bytes; none if they are no valid Unicode.
+/// Decodes text; none if the bytes are no valid Unicode.
 ///
 /// # Source
 /// MATLAB's letters are UTF-16. Old programs store those of one byte as integers of 8 bits: they are the
 /// first 256 of Unicode.
-pub(super) fn text_of(bytes: &[u8], storage: Storage, order: ByteOrder) -> Option<String> {
+pub(crate) fn text_of(bytes: &[u8], storage: Storage, order: ByteOrder) -> Option<String> {
     match storage {
         Storage::Utf8 => std::str::from_utf8(bytes).ok().map(str::to_owned),
         Storage::U8 | Storage::I8 => Some(bytes.iter().map(|&byte| char::from(byte)).collect()),

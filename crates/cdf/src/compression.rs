@@ -1,19 +1,20 @@
-//! What is compressed.
+//! Gzip-compressed files and variables.
 
 use std::io::Read;
 
 use flate2::read::GzDecoder;
 
-use super::CdfError;
-use super::record::{Record, kind};
+use crate::CdfError;
+use crate::record::{Record, kind};
 
-/// How much a file or a variable may take when it is decompressed.
-pub(super) const LIMIT: u64 = 1 << 30;
+/// Maximal bytes of a decompressed file or variable, against data that expand without end.
+pub(crate) const LIMIT: u64 = 1 << 30;
 
+/// The format's code of gzip.
 const GZIP: u32 = 5;
 
-/// That the compression which the record at `at` describes is the one that is read.
-pub(super) fn check(file: &[u8], at: u64) -> Result<(), CdfError> {
+/// Checks that the compression record at `at` is of gzip, the only compression that is read.
+pub(crate) fn check(file: &[u8], at: u64) -> Result<(), CdfError> {
     let kind = Record::of_kind(file, at, kind::COMPRESSION)?.u32(12)?;
     if kind == GZIP {
         return Ok(());
@@ -28,8 +29,8 @@ pub(super) fn check(file: &[u8], at: u64) -> Result<(), CdfError> {
     Err(CdfError::Unsupported { byte: at, what, instead })
 }
 
-/// What `bytes`, which are at `byte` of the file, decompress to: `length` bytes.
-pub(super) fn inflate(bytes: &[u8], length: u64, byte: u64) -> Result<Vec<u8>, CdfError> {
+/// Decompresses `bytes`, which stand at `byte` of the file, to exactly `length` bytes.
+pub(crate) fn inflate(bytes: &[u8], length: u64, byte: u64) -> Result<Vec<u8>, CdfError> {
     if length > LIMIT {
         let what = "what is compressed here".to_owned();
         return Err(CdfError::TooLarge { byte, what, limit: LIMIT });
@@ -43,7 +44,7 @@ pub(super) fn inflate(bytes: &[u8], length: u64, byte: u64) -> Result<Vec<u8>, C
         Ok(_) if out.len() as u64 > length => {
             format!("more than {length} bytes are compressed here")
         }
-        Ok(found) => format!("{length} bytes should be compressed here, there are {found}"),
+        Ok(actual) => format!("{length} bytes should be compressed here, there are {actual}"),
     };
     Err(CdfError::malformed(byte, reason))
 }

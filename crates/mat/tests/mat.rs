@@ -1,13 +1,13 @@
-//! MAT-files of SciPy, and files that are damaged.
+//! MAT-files of SciPy, and damaged files.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use evpose_datasets::mat::{MatClass, MatError, MatFile, MatValue};
+use evpose_mat::{MatClass, MatError, MatFile, MatValue};
 use proptest::prelude::*;
 
-const KINDS: &[u8] = include_bytes!("golden/mat/kinds.mat");
-const COMPRESSED: &[u8] = include_bytes!("golden/mat/kinds_compressed.mat");
-const BIG_ENDIAN: &[u8] = include_bytes!("golden/mat/big_endian.mat");
+const KINDS: &[u8] = include_bytes!("golden/kinds.mat");
+const COMPRESSED: &[u8] = include_bytes!("golden/kinds_compressed.mat");
+const BIG_ENDIAN: &[u8] = include_bytes!("golden/big_endian.mat");
 
 fn both(check: impl Fn(&MatFile)) {
     for bytes in [KINDS, COMPRESSED] {
@@ -16,7 +16,7 @@ fn both(check: impl Fn(&MatFile)) {
 }
 
 #[test]
-fn numbers_of_all_classes_are_those_that_scipy_wrote() {
+fn values_of_all_classes_are_those_that_scipy_wrote() {
     both(|file| {
         let integers = |name: &str| file.variable(name).unwrap().integers().unwrap();
         let column_by_column = |min: i64, max: i64| vec![min, 3, 1, 4, 2, max];
@@ -28,21 +28,21 @@ fn numbers_of_all_classes_are_those_that_scipy_wrote() {
         assert_eq!(integers("uint32"), column_by_column(0, u32::MAX.into()));
         assert_eq!(integers("int64"), column_by_column(i64::MIN, i64::MAX));
         let wide = file.variable("uint64").unwrap();
-        assert_eq!(wide.index(5).unwrap().number().unwrap(), u64::MAX as f64);
+        assert_eq!(wide.index(5).unwrap().scalar().unwrap(), u64::MAX as f64);
         let message = wide.integers().unwrap_err().to_string();
         assert_eq!(message, "uint64: expected integers, found an array of uint64 of 2×3");
-        let numbers = |name: &str| file.variable(name).unwrap().numbers().unwrap();
-        assert_eq!(numbers("single"), [f64::from(0.1_f32), f64::NEG_INFINITY]);
-        assert_eq!(numbers("double"), [1.5, 2.5, std::f64::consts::PI]);
-        assert_eq!(numbers("yes"), [1.0, 0.0, 1.0]);
+        let values = |name: &str| file.variable(name).unwrap().values().unwrap();
+        assert_eq!(values("single"), [f64::from(0.1_f32), f64::NEG_INFINITY]);
+        assert_eq!(values("double"), [1.5, 2.5, std::f64::consts::PI]);
+        assert_eq!(values("yes"), [1.0, 0.0, 1.0]);
         assert!(file.variable("yes").unwrap().is_logical());
         assert_eq!(file.variable("double").unwrap().dimensions(), [3, 1]);
-        assert!(numbers("empty").is_empty());
+        assert!(values("empty").is_empty());
         assert_eq!(file.variable("empty").unwrap().dimensions(), [0, 3]);
         let cube = file.variable("cube").unwrap();
         assert_eq!(cube.dimensions(), [2, 3, 4]);
         // Row-major in NumPy: element (1, 2, 3) is the last, (1, 0, 0) the second.
-        assert_eq!((numbers("cube")[23], numbers("cube")[1]), (23.0, 12.0));
+        assert_eq!((values("cube")[23], values("cube")[1]), (23.0, 12.0));
     });
 }
 
@@ -56,7 +56,7 @@ fn text_is_that_of_scipy() {
         let message = text("two_lines").unwrap_err().to_string();
         assert_eq!(message, "two_lines: expected one line of text, found text of 2×2");
         assert!(text("double").is_err());
-        assert!(file.variable("ascii").unwrap().numbers().is_err());
+        assert!(file.variable("ascii").unwrap().values().is_err());
     });
 }
 
@@ -67,15 +67,15 @@ fn structures_and_cells_hold_what_scipy_put_into_them() {
         let point = points.field("point").unwrap();
         assert_eq!((point.len(), point.field_names().len()), (2, 3));
         let [first, second] = [0, 1].map(|i| point.index(i).unwrap());
-        assert_eq!(first.field("y").unwrap().number().unwrap(), 2.0);
+        assert_eq!(first.field("y").unwrap().scalar().unwrap(), 2.0);
         assert_eq!(first.field("note").unwrap().text().unwrap(), "first");
-        assert_eq!(second.field("x").unwrap().number().unwrap(), 3.0);
+        assert_eq!(second.field("x").unwrap().scalar().unwrap(), 3.0);
         assert!(second.filled_field("y").unwrap().is_none());
         assert!(second.filled_field("z").unwrap().is_none());
         let deepest = points.field("deep").unwrap().field("deeper").unwrap();
         assert_eq!(deepest.field("deepest").unwrap().integer().unwrap(), 42);
         let cell = file.variable("cell").unwrap();
-        assert_eq!(cell.index(0).unwrap().number().unwrap(), 7.0);
+        assert_eq!(cell.index(0).unwrap().scalar().unwrap(), 7.0);
         assert_eq!(cell.index(1).unwrap().text().unwrap(), "seven");
         let kinds: Vec<_> = cell.elements().unwrap().map(|value| value.class()).collect();
         assert_eq!(kinds, [MatClass::F64, MatClass::Char, MatClass::Cell]);
@@ -101,41 +101,41 @@ fn errors_say_where_in_the_words_of_matlab() {
         assert_eq!(message(point.index(2)), "points.point has no element 3: it has 2");
         let empty = point.index(1).unwrap().field("y").unwrap();
         assert_eq!(
-            empty.number().unwrap_err().to_string(),
+            empty.scalar().unwrap_err().to_string(),
             "points.point(2).y: expected one real number, found an array of double of 0×0"
         );
         let inner = file.variable("cell").unwrap().index(2).unwrap();
         assert_eq!(inner.index(1).unwrap().path(), "cell{3}{2}");
         let sparse = file.variable("sparse").unwrap();
         assert_eq!((sparse.class(), sparse.path()), (MatClass::Sparse, "sparse".to_owned()));
-        assert!(sparse.numbers().unwrap_err().to_string().contains("is a sparse matrix"));
+        assert!(sparse.values().unwrap_err().to_string().contains("is a sparse matrix"));
         assert!(sparse.elements().is_err());
-        let complex = file.variable("complex").unwrap().numbers().unwrap_err().to_string();
+        let complex = file.variable("complex").unwrap().values().unwrap_err().to_string();
         assert!(complex.contains("complex 1×1"), "{complex}");
         assert!(message(file.variable("Points")).contains("`points`"));
     });
 }
 
 #[test]
-fn big_endian_files_and_narrow_numbers_are_read() {
+fn big_endian_files_and_narrow_values_are_read() {
     let file = MatFile::parse(BIG_ENDIAN).unwrap();
-    let numbers = |name: &str| file.variable(name).unwrap().numbers().unwrap();
-    assert_eq!(numbers("narrow"), [1.0, 2.0, 250.0]);
+    let values = |name: &str| file.variable(name).unwrap().values().unwrap();
+    assert_eq!(values("narrow"), [1.0, 2.0, 250.0]);
     assert_eq!(file.variable("narrow").unwrap().class(), MatClass::F64);
-    assert_eq!(numbers("signed"), [-300.0, 5.0]);
-    assert_eq!(numbers("real"), [0.1, -1e300]);
+    assert_eq!(values("signed"), [-300.0, 5.0]);
+    assert_eq!(values("real"), [0.1, -1e300]);
     assert_eq!(file.variable("text").unwrap().text().unwrap(), "né");
     let s = file.variable("s").unwrap();
     let [first, second] = [0, 1].map(|i| s.index(i).unwrap());
     assert_eq!(first.field("x").unwrap().integer().unwrap(), 7);
     assert_eq!(first.field("id").unwrap().text().unwrap(), "3");
     assert!(second.field("x").unwrap().is_empty());
-    assert_eq!(second.field("id").unwrap().number().unwrap(), 2.5);
+    assert_eq!(second.field("id").unwrap().scalar().unwrap(), 2.5);
 }
 
 #[test]
-fn files_of_other_versions_are_told_and_say_how_to_save_them() {
-    let version_4 = include_bytes!("golden/mat/version4.mat");
+fn errors_for_other_versions_explain_how_to_save_the_file() {
+    let version_4 = include_bytes!("golden/version4.mat");
     assert_eq!(MatFile::parse(version_4).unwrap_err(), MatError::Version4);
     let mut hdf5 = vec![0; 512];
     hdf5[..19].copy_from_slice(b"MATLAB 7.3 MAT-file");
@@ -231,16 +231,16 @@ fn a_file_that_ends_anywhere_is_an_error_or_has_fewer_variables() {
     }
 }
 
-/// Asks for all that a value holds.
-fn take_all(value: MatValue<'_>) {
-    let _ = (value.path(), value.numbers(), value.integers(), value.text(), value.number());
+/// Calls every accessor of a value and of all nested ones.
+fn access_all(value: MatValue<'_>) {
+    let _ = (value.path(), value.values(), value.integers(), value.text(), value.scalar());
     if let (MatClass::Cell | MatClass::Struct, Ok(elements)) = (value.class(), value.elements()) {
         for element in elements {
             for name in value.field_names() {
-                take_all(element.field(name).unwrap());
+                access_all(element.field(name).unwrap());
             }
             if value.class() == MatClass::Cell {
-                take_all(element);
+                access_all(element);
             }
         }
     }
@@ -261,7 +261,7 @@ proptest! {
         }
         if let Ok(file) = MatFile::parse_within(&bytes, 1 << 20) {
             for name in file.names() {
-                take_all(file.variable(name).unwrap());
+                access_all(file.variable(name).unwrap());
             }
         }
     }

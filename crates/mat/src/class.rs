@@ -1,8 +1,8 @@
-//! Classes of arrays, and the types in which their numbers are stored.
+//! Classes of arrays, and the types in which their values are stored.
 
 use std::fmt;
 
-/// What an array is to MATLAB.
+/// MATLAB's class of an array.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MatClass {
     /// An array of arrays.
@@ -13,7 +13,7 @@ pub enum MatClass {
     Object,
     /// Text.
     Char,
-    /// A matrix of which only what is not zero is stored.
+    /// A sparse matrix: only nonzero elements are stored.
     Sparse,
     /// `double`.
     F64,
@@ -35,14 +35,14 @@ pub enum MatClass {
     I64,
     /// `uint64`.
     U64,
-    /// A handle of a function.
+    /// A function handle.
     Function,
     /// An object of a new class: `table`, `string`, `datetime`, …
     Opaque,
 }
 
 impl MatClass {
-    pub(super) fn from_code(code: u8) -> Option<Self> {
+    pub(crate) fn from_code(code: u8) -> Option<Self> {
         Some(match code {
             1 => Self::Cell,
             2 => Self::Struct,
@@ -65,8 +65,8 @@ impl MatClass {
         })
     }
 
-    /// Whether its arrays can be read.
-    pub(super) fn is_read(self) -> bool {
+    /// Whether the content of arrays of this class is read.
+    pub(crate) fn is_read(self) -> bool {
         !matches!(self, Self::Object | Self::Sparse | Self::Function | Self::Opaque)
     }
 }
@@ -95,15 +95,15 @@ impl fmt::Display for MatClass {
     }
 }
 
-/// In which order the bytes of a number are.
+/// Byte order of stored values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum ByteOrder {
+pub(crate) enum ByteOrder {
     Little,
     Big,
 }
 
 impl ByteOrder {
-    pub(super) fn u32(self, bytes: [u8; 4]) -> u32 {
+    pub(crate) fn u32(self, bytes: [u8; 4]) -> u32 {
         match self {
             Self::Little => u32::from_le_bytes(bytes),
             Self::Big => u32::from_be_bytes(bytes),
@@ -111,9 +111,9 @@ impl ByteOrder {
     }
 }
 
-/// The type in which numbers are stored; often narrower than what their class is.
+/// Data type in which values are stored; often narrower than their class.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Storage {
+pub(crate) enum Storage {
     I8,
     U8,
     I16,
@@ -130,7 +130,7 @@ pub(super) enum Storage {
 }
 
 impl Storage {
-    pub(super) fn from_code(code: u32) -> Option<Self> {
+    pub(crate) fn from_code(code: u32) -> Option<Self> {
         Some(match code {
             1 => Self::I8,
             2 => Self::U8,
@@ -149,8 +149,8 @@ impl Storage {
         })
     }
 
-    /// Bytes that each takes.
-    pub(super) fn size(self) -> usize {
+    /// Bytes of a value.
+    pub(crate) fn size(self) -> usize {
         match self {
             Self::I8 | Self::U8 | Self::Utf8 => 1,
             Self::I16 | Self::U16 | Self::Utf16 => 2,
@@ -159,12 +159,12 @@ impl Storage {
         }
     }
 
-    pub(super) fn is_text(self) -> bool {
+    pub(crate) fn is_text(self) -> bool {
         matches!(self, Self::Utf8 | Self::Utf16 | Self::Utf32)
     }
 
-    /// The number in `bytes`, [`Self::size`] of them.
-    pub(super) fn number(self, bytes: &[u8], order: ByteOrder) -> Number {
+    /// Decodes `bytes`, which are [`Self::size`] long.
+    pub(crate) fn decode(self, bytes: &[u8], order: ByteOrder) -> Number {
         let mut word = [0; 8];
         // Little-endian at the low end, whatever the order of the file.
         for (i, byte) in bytes.iter().enumerate().take(8) {
@@ -189,23 +189,23 @@ impl Storage {
     }
 }
 
-/// A number as it is stored.
+/// A stored value before conversion.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Number {
+pub(crate) enum Number {
     Integer(i128),
     Real(f64),
 }
 
 impl Number {
-    pub(super) fn as_f64(self) -> f64 {
+    pub(crate) fn as_f64(self) -> f64 {
         match self {
             Self::Integer(value) => value as f64,
             Self::Real(value) => value,
         }
     }
 
-    /// The same number as an integer, if it is one and fits.
-    pub(super) fn as_i64(self) -> Option<i64> {
+    /// The value as an integer, if it has no fraction and fits.
+    pub(crate) fn as_i64(self) -> Option<i64> {
         match self {
             Self::Integer(value) => i64::try_from(value).ok(),
             // From -2⁶³ up to but without 2⁶³, both of which are exact in double precision.

@@ -1,17 +1,17 @@
-//! Kinds of numbers, and how machines store them.
+//! Numeric types, and their storage by machine.
 
-use super::CdfError;
+use crate::CdfError;
 
-/// The order of the bytes of a number.
+/// Byte order of stored values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum ByteOrder {
+pub(crate) enum ByteOrder {
     Big,
     Little,
 }
 
 impl ByteOrder {
-    /// Of a file that was written for a machine; `byte` is where that is stated.
-    pub(super) fn of_encoding(encoding: u32, byte: u64) -> Result<Self, CdfError> {
+    /// The byte order of the format's code of a machine, which stands at `byte`.
+    pub(crate) fn of_encoding(encoding: u32, byte: u64) -> Result<Self, CdfError> {
         match encoding {
             // Network, Sun, Silicon Graphics, IBM RS, Macintosh, HP, NeXT and big ARM.
             1 | 2 | 5 | 7 | 9 | 11 | 12 | 18 => Ok(Self::Big),
@@ -19,16 +19,16 @@ impl ByteOrder {
             4 | 6 | 13 | 16 | 17 | 19 => Ok(Self::Little),
             _ => Err(CdfError::Unsupported {
                 byte,
-                what: format!("numbers of machine {encoding}"),
+                what: format!("values of machine {encoding}"),
                 instead: "those of all machines but VAX are",
             }),
         }
     }
 }
 
-/// A kind of number.
+/// Numeric type of a variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum NumberKind {
+pub(crate) enum NumberKind {
     I8,
     I16,
     I32,
@@ -41,9 +41,9 @@ pub(super) enum NumberKind {
 }
 
 impl NumberKind {
-    /// By the number of the format.
-    pub(super) fn of_type(number: u32, byte: u64) -> Result<Self, CdfError> {
-        Ok(match number {
+    /// The type by the format's code, which stands at `byte`.
+    pub(crate) fn of_type(code: u32, byte: u64) -> Result<Self, CdfError> {
+        Ok(match code {
             1 | 41 => Self::I8,
             2 => Self::I16,
             4 => Self::I32,
@@ -54,18 +54,18 @@ impl NumberKind {
             21 | 44 => Self::F32,
             22 | 45 => Self::F64,
             _ => {
-                let what = match number {
+                let what = match code {
                     31..=33 => "times".to_owned(),
                     51 | 52 => "text".to_owned(),
-                    _ => format!("values of type {number}"),
+                    _ => format!("values of type {code}"),
                 };
-                return Err(CdfError::Unsupported { byte, what, instead: "numbers are" });
+                return Err(CdfError::Unsupported { byte, what, instead: "numeric types are" });
             }
         })
     }
 
-    /// Bytes of a number.
-    pub(super) fn size(self) -> usize {
+    /// Bytes of a value.
+    pub(crate) fn size(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,
             Self::I16 | Self::U16 => 2,
@@ -74,8 +74,8 @@ impl NumberKind {
         }
     }
 
-    /// The number that these bytes are, of which there are [`Self::size`].
-    pub(super) fn number(self, bytes: &[u8], order: ByteOrder) -> f64 {
+    /// Decodes `bytes`, which are [`Self::size`] long.
+    pub(crate) fn decode(self, bytes: &[u8], order: ByteOrder) -> f64 {
         let push = |bits: u64, &byte: &u8| bits << 8 | u64::from(byte);
         let bits = match order {
             ByteOrder::Big => bytes.iter().fold(0, push),

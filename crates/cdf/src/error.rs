@@ -1,11 +1,11 @@
-//! What can be wrong with a CDF file, or with what is asked of it.
+//! Errors of CDF files and of requests for their values.
 
-/// A CDF file that cannot be read, or that does not hold what is asked of it.
+/// A CDF file that cannot be read, or that does not hold the requested variable.
 ///
 /// Bytes count from the beginning of the file; of a compressed one, of what it decompresses to.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum CdfError {
-    /// No CDF file.
+    /// Not a CDF file.
     #[error("this is no CDF file: it does not begin with CDF30001")]
     NotCdf,
     /// A CDF file of version 2.
@@ -13,46 +13,46 @@ pub enum CdfError {
         "this CDF file is of version 2, of which only 3 is read: NASA's `cdfconvert FILE NEW` makes one"
     )]
     Version2,
-    /// The file does not hold what its format says.
+    /// Bytes that violate the format.
     #[error("byte {byte}: {reason}")]
     Malformed {
-        /// Where.
+        /// Byte of the fault.
         byte: u64,
-        /// What is wrong and what was expected.
+        /// The fault, and the expected content.
         reason: String,
     },
-    /// Something that the format knows and that is not read.
+    /// A feature of the format that is not read.
     #[error("byte {byte}: {what}, which is not read: {instead}")]
     Unsupported {
-        /// Where.
+        /// Byte of the fault.
         byte: u64,
-        /// What it is.
+        /// The feature.
         what: String,
-        /// What is read.
+        /// The supported alternative.
         instead: &'static str,
     },
-    /// More bytes than may be taken.
+    /// Content beyond the limit.
     #[error("byte {byte}: {what} takes more than {limit} bytes")]
     TooLarge {
-        /// Where.
+        /// Byte of the fault.
         byte: u64,
-        /// What is so large.
+        /// The content that is too large.
         what: String,
-        /// How many there may be.
+        /// Maximal count of bytes.
         limit: u64,
     },
-    /// A variable that is not in the file.
+    /// A request for a variable that the file lacks.
     #[error("there is no variable `{name}`: there are {known}")]
     NoVariable {
-        /// Its name.
+        /// The requested name.
         name: String,
-        /// Those that are there.
+        /// Names of the variables of the file.
         known: String,
     },
 }
 
 impl CdfError {
-    pub(super) fn malformed(byte: u64, reason: impl Into<String>) -> Self {
+    pub(crate) fn malformed(byte: u64, reason: impl Into<String>) -> Self {
         Self::Malformed { byte, reason: reason.into() }
     }
 }
