@@ -234,7 +234,10 @@ fn clips_of_eh36m_become_frames_once() {
 fn videos_of_human36m_become_frames_and_published_clips() {
     let sandbox = Sandbox::new();
     let cdf = "H36M/S9/Poses_D2_Positions/Walking 1.55011271.cdf";
-    copy(&golden("cdf/one_record.cdf"), &sandbox.path(cdf));
+    copy(
+        &Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/cdf/tests/golden/one_record.cdf"),
+        &sandbox.path(cdf),
+    );
     let args = ["prepare", "h36m", "H36M", "--out", "data", "--yarp"];
     let message = sandbox.fails(&args);
     assert!(message.contains("S9/Videos/Walking 1.55011271: there is no such folder"), "{message}");

@@ -10,7 +10,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, ensure};
 use evpose_core::{EventStream, Micros, TimeWindow};
 use evpose_io::{
-    EventSink, FORMATS, Format, OpenOptions, SensorOrigin, Windows, format_called, format_for,
+    EventSink, FORMATS, Format, OpenOptions, SensorOrigin, Windows, format_by_name, format_for,
     open_as,
 };
 
@@ -68,7 +68,7 @@ pub(crate) fn run(args: &ConvertArgs) -> Result<()> {
 /// The format to write.
 pub(super) fn format(out: &Path, name: Option<&str>) -> Result<&'static Format> {
     let Some(name) = name else { return Ok(format_for(out)?) };
-    format_called(name).with_context(|| {
+    format_by_name(name).with_context(|| {
         let names = FORMATS.iter().map(|format| format.name).collect::<Vec<_>>().join(", ");
         format!("no format is called `{name}`; there are {names}")
     })

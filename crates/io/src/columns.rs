@@ -4,27 +4,27 @@ use evpose_core::{Event, Micros, Polarity};
 
 /// Events in the order of their file, nothing checked.
 ///
-/// What decoders fill and refill: memory is kept from one batch to the next. The four columns are of
+/// Decoders refill one value batch by batch, so that its memory is allocated once. The four columns are of
 /// one length between calls.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Columns {
-    /// Times.
+    /// Time stamps.
     pub t: Vec<Micros>,
     /// Columns of pixels, 0 at the left.
     pub x: Vec<u16>,
     /// Rows of pixels, 0 at the top.
     pub y: Vec<u16>,
-    /// Directions of change.
+    /// Polarities.
     pub polarity: Vec<Polarity>,
 }
 
 impl Columns {
-    /// No events.
+    /// Empty columns.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Number of events.
+    /// Count of events.
     pub fn len(&self) -> usize {
         self.t.len()
     }
@@ -34,7 +34,7 @@ impl Columns {
         self.t.is_empty()
     }
 
-    /// Forgets the events and keeps the memory.
+    /// Removes all events and keeps the memory.
     pub fn clear(&mut self) {
         self.truncate(0);
     }
@@ -63,10 +63,10 @@ impl Columns {
         self.polarity.push(event.polarity);
     }
 
-    /// Event number `index`.
+    /// Returns the event at `index`.
     ///
     /// # Panics
-    /// If there is none.
+    /// If `index` is out of range.
     pub fn event(&self, index: usize) -> Event {
         Event {
             t: self.t[index],
@@ -76,7 +76,7 @@ impl Columns {
         }
     }
 
-    /// All events in order.
+    /// Iterates over the events in order.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = Event> + '_ {
         (0..self.len()).map(|index| self.event(index))
     }

@@ -1,4 +1,4 @@
-//! What can go wrong with a file, and where in it.
+//! Errors of files, with the byte of the fault.
 
 use std::borrow::Cow;
 use std::io;
@@ -10,11 +10,10 @@ use crate::evc::EvcFault;
 use crate::frames::FrameFault;
 use crate::meta::MetaFault;
 use crate::npz::NpzFault;
-use crate::open::FORMATS;
 
 /// A file that cannot be read or written as asked.
 ///
-/// Every variant names the file; what is wrong with its contents also carries the byte offset and
+/// Every variant names the file; a fault of the content also carries the byte offset and
 /// how much could be read before it.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -24,9 +23,9 @@ pub enum IoError {
     File {
         /// The file.
         path: PathBuf,
-        /// What was tried, an infinitive.
+        /// The failed action, an infinitive.
         action: &'static str,
-        /// Why not.
+        /// The reason.
         source: io::Error,
     },
     /// An `.evc` file breaks its format.
@@ -39,7 +38,7 @@ pub enum IoError {
         path: PathBuf,
         /// Offset of the faulty record.
         byte: u64,
-        /// What is wrong there.
+        /// The fault.
         fault: EvcFault,
         /// Whole frames before it.
         frames: u64,
@@ -53,7 +52,7 @@ pub enum IoError {
         path: PathBuf,
         /// Offset of the fault.
         byte: u64,
-        /// What is wrong there.
+        /// The fault.
         reason: Cow<'static, str>,
         /// Events before it.
         events: u64,
@@ -63,7 +62,7 @@ pub enum IoError {
     Stream {
         /// The file the events are from.
         path: PathBuf,
-        /// Why not.
+        /// The reason.
         reason: String,
     },
     /// A `.meta` file breaks its format.
@@ -73,7 +72,7 @@ pub enum IoError {
         path: PathBuf,
         /// Offset of the fault.
         byte: u64,
-        /// What is wrong there.
+        /// The fault.
         fault: MetaFault,
         /// Whole records before it.
         records: u64,
@@ -85,20 +84,20 @@ pub enum IoError {
         path: PathBuf,
         /// The end of the file, where the directory should be.
         byte: u64,
-        /// What is wrong with it.
+        /// The fault.
         reason: String,
     },
     /// A NumPy archive without all the arrays of a recording.
     #[error(
-        "{}: no array {} (found: {})", path.display(), missing.join(", "), found.join(", ")
+        "{}: no array {} (found: {})", path.display(), missing.join(", "), present.join(", ")
     )]
     MissingArrays {
         /// The file.
         path: PathBuf,
-        /// What it lacks.
+        /// Names of the missing arrays.
         missing: Vec<&'static str>,
-        /// What it has.
-        found: Vec<String>,
+        /// Names of the arrays in the archive.
+        present: Vec<String>,
     },
     /// An array of a NumPy archive does not hold what it should.
     #[error(
@@ -110,9 +109,9 @@ pub enum IoError {
         path: PathBuf,
         /// The array.
         array: String,
-        /// Where its data begin in the file.
+        /// Offset of its data in the file.
         byte: u64,
-        /// What is wrong with it.
+        /// The fault.
         fault: NpzFault,
         /// Values before the fault.
         values: usize,
@@ -122,27 +121,28 @@ pub enum IoError {
     Frames {
         /// The file, or the folder.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The fault.
         fault: FrameFault,
     },
     /// A name that ends like none of the formats.
     #[error(
-        "{}: the name should end in {}", path.display(),
-        FORMATS.iter().filter(|f| f.create.is_some()).flat_map(|f| f.endings).copied().collect::<Vec<_>>().join(", ")
+        "{}: the name should end in {known}", path.display()
     )]
     UnknownEnding {
         /// The file.
         path: PathBuf,
+        /// Extensions of the formats that can be written.
+        known: String,
     },
     /// A file whose content fits no format.
     #[error(
-        "{}: byte 0: the content is of no known format ({})",
-        path.display(),
-        FORMATS.iter().map(|format| format.name).collect::<Vec<_>>().join(", ")
+        "{}: byte 0: the content is of no known format ({known})", path.display()
     )]
     UnknownFormat {
         /// The file.
         path: PathBuf,
+        /// Names of the formats that were tried.
+        known: String,
     },
     /// A file that this build cannot read.
     #[error(
@@ -152,23 +152,23 @@ pub enum IoError {
     NeedsFeature {
         /// The file.
         path: PathBuf,
-        /// What it is.
+        /// The format of the file.
         format: &'static str,
         /// The Cargo feature that reads it.
         feature: &'static str,
     },
-    /// A line of a table of numbers is no row of it.
+    /// A line of a table that is not a valid row.
     #[error(
         "{}: line {line} at byte {byte}: {reason} ({rows} rows readable before it)", path.display()
     )]
     Row {
         /// The file.
         path: PathBuf,
-        /// Which line; the first is 1.
+        /// Line, counted from 1.
         line: u64,
-        /// Where it begins.
+        /// Offset of its beginning.
         byte: u64,
-        /// What is wrong with it.
+        /// The fault.
         reason: String,
         /// Rows before it.
         rows: u64,
@@ -198,20 +198,20 @@ pub enum IoError {
     Unwritable {
         /// The file.
         path: PathBuf,
-        /// What does not fit.
+        /// The content that does not fit.
         reason: String,
     },
 }
 
 impl IoError {
-    /// Whether what comes before the fault is readable, and whole.
+    /// Whether the content before the fault is readable, and whole.
     pub fn is_damage(&self) -> bool {
         matches!(self, Self::Damaged { .. })
     }
 
-    /// Where in the file the fault is, if what the file holds is at fault and the fault has a place.
+    /// Offset of the fault, if the content of the file is at fault and the fault has a position.
     ///
-    /// What a file lacks as a whole (an array, a camera) has none, and neither have files that could
+    /// A missing array or camera has none, and neither have files that could
     /// not be read at all or cannot be written.
     pub fn byte(&self) -> Option<u64> {
         match self {
@@ -221,7 +221,7 @@ impl IoError {
             | Self::Row { byte, .. }
             | Self::NotAnArchive { byte, .. }
             | Self::Npz { byte, .. } => Some(*byte),
-            // Recognised by how it begins.
+            // A format is detected by its first bytes.
             Self::UnknownFormat { .. } => Some(0),
             _ => None,
         }

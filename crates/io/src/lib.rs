@@ -37,9 +37,10 @@ mod open;
 mod positional;
 pub mod predictions;
 mod sink;
+mod sniff;
 mod source;
-mod tell;
 pub mod text;
+mod time_stamp;
 #[cfg(test)]
 mod wire;
 pub mod yarp;
@@ -51,7 +52,7 @@ pub use frames::{Encoding, FrameFault, FrameSource};
 pub use meta::{MetaReader, MetaWriter};
 pub use open::{
     Create, FORMATS, Format, Info, Labels, Open, Recording, SensorOrigin, Windows, create,
-    format_called, format_for, format_of, info, input, open, open_as, open_with, read_as, source,
+    format_by_name, format_for, format_of, info, input, open, open_as, open_with, read_as, source,
 };
 pub use predictions::{PredictionWriter, read_predictions};
 pub use sink::EventSink;

@@ -7,7 +7,7 @@ use std::path::Path;
 use evpose_core::{Event, Micros, Polarity};
 use evpose_io::open;
 
-/// What `golden/expelliarmus/README.md` says.
+/// Counts and digests of `golden/expelliarmus/README.md`.
 fn expelliarmus() -> impl Iterator<Item = Event> {
     (0..600).map(|k| {
         let (g, i) = (k / 12, k % 12);

@@ -10,13 +10,13 @@ use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
 use evpose_io::aedat4::{Packet, Packets};
 use evpose_io::yarp::skeletons_of;
 use evpose_io::{
-    Columns, EventSource, FORMATS, Format, Input, IoError, OpenOptions, format_called, read_as,
+    Columns, EventSource, FORMATS, Format, Input, IoError, OpenOptions, format_by_name, read_as,
 };
 
 /// Places at which a sample is cut: all, or so many that lie evenly.
 const CUTS: usize = 4096;
 
-/// Which folders of `tests/golden` hold which formats; those of `expelliarmus` are of two.
+/// Formats by folder of `tests/golden`; those of `expelliarmus` are of two.
 const GOLDEN: &[(&str, &str)] = &[
     ("aedat2", "aedat2"),
     ("aedat4", "aedat4"),
@@ -35,7 +35,7 @@ fn is_read(format: &Format) -> bool {
     format.name != "hdf5" || cfg!(feature = "hdf5")
 }
 
-/// A clock that a file leaves open is told by what is in it; here, it is known.
+/// A tick that a file does not state is measured by its content; here, it is given.
 fn options() -> OpenOptions {
     OpenOptions { tick_us: Some(0.08), ..OpenOptions::default() }
 }
@@ -115,15 +115,15 @@ fn cuts(length: usize) -> impl Iterator<Item = usize> {
 fn check_fault(error: &IoError, cut: usize, events: usize, what: &str) {
     let byte = error.byte().unwrap_or_else(|| panic!("{what}: no place: {error}"));
     assert!(byte <= cut as u64, "{what}: {error}");
-    if let IoError::Damaged { events: told, .. } = error {
-        assert_eq!(*told, events as u64, "{what}: {error}");
+    if let IoError::Damaged { events: reported, .. } = error {
+        assert_eq!(*reported, events as u64, "{what}: {error}");
     }
 }
 
 #[test]
 fn what_is_read_of_a_cut_recording_is_how_it_begins() {
     for (name, samples) in samples() {
-        let format = format_called(name).unwrap();
+        let format = format_by_name(name).unwrap();
         if !is_read(format) {
             continue;
         }
@@ -149,7 +149,7 @@ fn what_is_read_of_a_cut_recording_is_how_it_begins() {
 #[test]
 fn a_cut_recording_of_any_name_is_an_error_with_a_place_or_begins_like_the_whole() {
     for (name, samples) in samples() {
-        if !is_read(format_called(name).unwrap()) {
+        if !is_read(format_by_name(name).unwrap()) {
             continue;
         }
         let (sample, bytes) = &samples[0];
@@ -179,16 +179,16 @@ fn packets_of_a_cut_file_are_those_that_are_whole() {
         let whole: Vec<Packet> = packets(bytes).unwrap().map(Result::unwrap).collect();
         for cut in cuts(bytes.len()) {
             let what = format!("{sample} cut at {cut}");
-            let (mut found, mut fault) = (Vec::new(), None);
+            let (mut read, mut fault) = (Vec::new(), None);
             match packets(&bytes[..cut]) {
                 Err(error) => fault = Some(error),
                 Ok(packets) => packets.for_each(|packet| match packet {
-                    Ok(packet) => found.push(packet),
+                    Ok(packet) => read.push(packet),
                     Err(error) => fault = Some(error),
                 }),
             }
-            assert!(found == whole[..found.len()], "{what}");
-            assert!(found.len() == whole.len() || fault.is_some(), "{what}: lost in silence");
+            assert!(read == whole[..read.len()], "{what}");
+            assert!(read.len() == whole.len() || fault.is_some(), "{what}: lost in silence");
             fault.iter().for_each(|f| assert!(f.byte().is_some_and(|b| b <= cut as u64), "{what}"));
         }
     }
@@ -202,7 +202,7 @@ fn skeletons_of_a_cut_log_are_those_that_are_whole() {
     let whole = read(log.len()).unwrap();
     for cut in 0..log.len() {
         match read(cut) {
-            Ok(found) => assert_eq!(found, whole[..found.len()], "{cut}"),
+            Ok(skeletons) => assert_eq!(skeletons, whole[..skeletons.len()], "{cut}"),
             Err(error) => check_fault(&error, cut, log[..cut].matches('\n').count(), "skeletons"),
         }
     }

@@ -9,7 +9,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 use evpose_core::{EventStream, Micros, Plane, SensorSize};
-use evpose_io::format_called;
+use evpose_io::format_by_name;
 use evpose_repr::{
     BlurWork, Canny, CannyWork, ChannelOrder, Eros, ErosConfig, ErosFramer, GaussianKernel,
     REPRESENTATIONS, Representation, StreamWindow, representation_by_name,
@@ -76,7 +76,7 @@ pub(crate) fn run(args: &BenchReprArgs) -> Result<()> {
         let folder = tempfile::tempdir().context("making a folder for the events")?;
         for sensor in SENSORS {
             let path = folder.path().join(format!("wandering-{sensor}.npz"));
-            let npz = format_called("npz").context("npz is a format")?;
+            let npz = format_by_name("npz").context("npz is a format")?;
             npz.write(path, &events::wandering(sensor, args.events))?;
         }
         run_peers(&args.peers, folder.path(), &mut lines)?;

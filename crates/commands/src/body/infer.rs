@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{Result, bail};
 use evpose_core::Micros;
 use evpose_io::predictions::{DelayUnit, PredictionWriter, Undetected};
-use evpose_io::yarp::{Skeleton, SkeletonNumbers, write_skeletons};
+use evpose_io::yarp::{CoordinateFormat, Skeleton, write_skeletons};
 use evpose_pose::body::{file_from_network, torso};
 use evpose_pose::metric::body::BodyPrediction;
 use evpose_task::body::{
@@ -57,7 +57,7 @@ pub(super) fn run(model: &BodyModel, args: &InferArgs) -> Result<()> {
         args.out.display()
     ));
     if let Some(folder) = &args.skeletons {
-        write_skeletons(folder, CHANNEL, &skeletons, SkeletonNumbers::Whole)?;
+        write_skeletons(folder, CHANNEL, &skeletons, CoordinateFormat::Whole)?;
         say(format!("skeletons: {}", folder.display()));
     }
     if let Some(path) = &args.fused {

@@ -110,14 +110,19 @@ fn a_clip_becomes_frames_and_annotations() {
     assert!((label.torso_size.unwrap() - want).abs() < 1e-6);
 }
 
+/// A file of the tests of `evpose-cdf`.
+fn cdf_file(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../cdf/tests/golden").join(name)
+}
+
 #[test]
 fn poses_are_read_and_files_of_other_variables_are_not() {
     for file in ["one_record.cdf", "records.cdf", "whole.cdf"] {
-        let poses = read_poses(&golden("cdf").join(file)).unwrap();
+        let poses = read_poses(&cdf_file(file)).unwrap();
         assert_eq!(poses.len(), 7);
         assert_eq!(poses[6][31], Vec2::new(662.25, 663.25), "{file}");
     }
-    let failed = read_poses(&golden("cdf/cube.cdf")).unwrap_err().to_string();
+    let failed = read_poses(&cdf_file("cube.cdf")).unwrap_err().to_string();
     assert!(failed.contains("cube.cdf") && failed.contains("`Pose`"), "{failed}");
 }
 

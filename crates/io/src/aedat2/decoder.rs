@@ -4,12 +4,15 @@ use evpose_core::{Micros, Polarity};
 
 use super::header::{Layout, Recorder};
 use super::special::SpecialEvent;
+use crate::time_stamp::{HalfPeriodFall, WraparoundCounter};
 use crate::{Columns, Decoder, Fault};
 
-/// Most cameras that an address of 4 bits tells apart.
+/// Cameras that an address of 4 bits distinguishes.
 const CAMERAS: usize = 16;
+/// Bits of a time stamp.
+const TIME_BITS: u32 = 32;
 
-/// Records as they follow each other.
+/// Decoder of consecutive records.
 #[derive(Debug, Clone)]
 pub(super) struct Records {
     layout: Layout,
@@ -19,17 +22,16 @@ pub(super) struct Records {
     last: [u16; 2],
     /// The camera that is read, where addresses hold one.
     pub(super) camera: Option<u8>,
-    /// Time of the last record, as written and unwrapped.
-    written: Option<u32>,
-    t: i64,
-    /// What was passed over.
+    /// Time stamps, in microseconds.
+    counter: WraparoundCounter,
+    /// Counts of skipped records: of other cameras, special events, frame and motion readings.
     others: [u64; CAMERAS],
     special: u64,
     frames: u64,
     motion: u64,
 }
 
-/// What an address stands for.
+/// A decoded address.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Word {
     Event {
@@ -40,7 +42,7 @@ enum Word {
     Special,
     /// A pixel of a frame.
     Frame,
-    /// A number of a sample of motion.
+    /// A value of a motion sample.
     Motion,
 }
 
@@ -52,8 +54,7 @@ impl Records {
             address: recorder.address,
             last,
             camera: None,
-            written: None,
-            t: 0,
+            counter: WraparoundCounter::new(TIME_BITS, HalfPeriodFall::StepBack),
             others: [0; CAMERAS],
             special: 0,
             frames: 0,
@@ -66,7 +67,7 @@ impl Records {
         self.address + 4
     }
 
-    /// Calls `each` for every record: its address and its time.
+    /// Calls `each` with the address and the time of every whole record; returns the bytes of these records.
     #[inline(always)]
     fn each(&mut self, bytes: &[u8], mut each: impl FnMut(&mut Self, u32, Micros)) -> usize {
         let long = bytes.as_chunks::<8>().0.iter().map(|record| {
@@ -91,15 +92,9 @@ impl Records {
         bytes.len() / self.length() * self.length()
     }
 
-    /// The time nearest to that of the record before which has these 32 bits.
     #[inline(always)]
-    fn unwrap(&mut self, written: u32) -> Micros {
-        self.t = match self.written {
-            None => written.into(),
-            Some(before) => self.t + i64::from(written.wrapping_sub(before) as i32),
-        };
-        self.written = Some(written);
-        Micros(self.t)
+    fn unwrap(&mut self, stamp: u32) -> Micros {
+        Micros(self.counter.advance_to_nearest(stamp.into()))
     }
 
     #[inline(always)]
@@ -118,12 +113,16 @@ impl Records {
             Layout::Dvs128 => [address >> 1 & 0x7f, address >> 8 & 0x7f, !address & 1],
             Layout::Dvs640 => [address >> 1 & 0x3ff, address >> 11 & 0x3ff, address & 1],
         };
-        // From the other side; what is outside the sensor goes where no sensor reaches.
-        let turned = |value: u32, last: u16| last.checked_sub(value as u16).unwrap_or(u16::MAX);
-        Word::Event { x: turned(x, self.last[0]), y: turned(y, self.last[1]), is_on: is_on == 1 }
+        // Counted from the other side; a coordinate outside the sensor becomes one that no sensor has.
+        let mirrored = |value: u32, last: u16| last.checked_sub(value as u16).unwrap_or(u16::MAX);
+        Word::Event {
+            x: mirrored(x, self.last[0]),
+            y: mirrored(y, self.last[1]),
+            is_on: is_on == 1,
+        }
     }
 
-    /// The first camera that any event of `bytes` is of.
+    /// The lowest camera of the events of `bytes`.
     pub(super) fn first_camera(mut self, bytes: &[u8]) -> Option<u8> {
         let mut first = None;
         self.each(bytes, |records, address, _| {
@@ -135,11 +134,11 @@ impl Records {
         first
     }
 
-    /// Appends the special events of whole records; returns how many bytes those had.
-    pub(super) fn special_events(&mut self, bytes: &[u8], found: &mut Vec<SpecialEvent>) -> usize {
+    /// Appends the special events of whole records; returns the bytes of these records.
+    pub(super) fn special_events(&mut self, bytes: &[u8], events: &mut Vec<SpecialEvent>) -> usize {
         self.each(bytes, |records, address, t| {
             if records.word(address) == Word::Special {
-                found.push(SpecialEvent { t, address });
+                events.push(SpecialEvent { t, address });
             }
         })
     }

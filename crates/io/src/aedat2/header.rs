@@ -1,4 +1,4 @@
-//! The lines before the first record, and what they say of the camera.
+//! The lines before the first record, which describe the camera.
 
 use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -7,10 +7,10 @@ use evpose_core::SensorSize;
 
 use crate::{Input, IoError, OpenOptions};
 
-/// No line of preferences is longer.
-const LONGEST_LINE: u64 = 1 << 20;
+/// Maximal length of a line; no line of jAER's preferences is longer.
+const MAX_LINE: u64 = 1 << 20;
 
-/// How a chip packs an event into an address.
+/// Packing of an event into an address, by chip.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Layout {
     Davis,
@@ -18,7 +18,7 @@ pub(super) enum Layout {
     Dvs640,
 }
 
-/// Sensors by what the names of their chips contain, in lower case. The first that fits is taken.
+/// Sensors by a part of the lower-case name of their chip. The first match is taken.
 const CHIPS: &[(&str, Layout, SensorSize)] = &[
     ("davis346", Layout::Davis, DAVIS346),
     ("davis240", Layout::Davis, SensorSize::DAVIS240C),
@@ -39,18 +39,18 @@ const fn size(width: u16, height: u16) -> SensorSize {
     SensorSize { width, height }
 }
 
-/// What a file says of how it was recorded.
+/// Camera, layout and date that the header of a file states.
 #[derive(Debug, Clone)]
 pub(super) struct Recorder {
-    /// Where records begin.
+    /// Offset of the first record.
     pub(super) start: u64,
     /// Bytes of an address.
     pub(super) address: usize,
     pub(super) layout: Layout,
     pub(super) sensor: SensorSize,
-    /// Whether the sensor is that of a chip in the file.
+    /// Whether the sensor follows from the chip that the file states.
     pub(super) is_stated: bool,
-    /// Whether addresses hold the number of a camera.
+    /// Whether addresses hold the index of a camera.
     pub(super) has_cameras: bool,
     chip: Option<String>,
     date: Option<String>,
@@ -70,10 +70,10 @@ impl Recorder {
         let mut line = Vec::new();
         loop {
             line.clear();
-            let read = (&mut bytes).take(LONGEST_LINE).read_until(b'\n', &mut line);
+            let read = (&mut bytes).take(MAX_LINE).read_until(b'\n', &mut line);
             read.map_err(|e| failed(&input.path, e))?;
             let Some(text) = text_of(&line) else { break };
-            if line.len() as u64 == LONGEST_LINE {
+            if line.len() as u64 == MAX_LINE {
                 return Err(damage(
                     &input.path,
                     start,
@@ -83,7 +83,7 @@ impl Recorder {
             if let Some(version) = text.strip_prefix("!AER-DAT") {
                 address = if version.starts_with('1') { 2 } else { 4 };
             } else if let Some(name) = text.strip_prefix("AEChip:") {
-                // Of a class of Java, without the packages that it is in.
+                // The name of a Java class: drop its packages.
                 let name = name.trim().rsplit('.').next().unwrap_or_default();
                 if chip.is_none() {
                     (chip, chip_at) = (Some(name.to_owned()), start);
@@ -123,7 +123,7 @@ impl Recorder {
         Ok(Self { start, address, layout, sensor, is_stated, has_cameras, chip, date })
     }
 
-    /// Facts for whoever asks what the file is.
+    /// Facts of the header for descriptions of the file.
     pub(super) fn facts(&self, camera: Option<u8>) -> Vec<(&'static str, String)> {
         let chip = self.chip.clone().unwrap_or_else(|| "not stated".to_owned());
         let mut facts = vec![("chip", chip)];
@@ -137,7 +137,7 @@ fn damage(path: &Path, byte: u64, reason: String) -> IoError {
     IoError::Damaged { path: path.to_owned(), byte, reason: reason.into(), events: 0 }
 }
 
-/// How a camera that is not known packs its addresses, by its sensor.
+/// Address layout of an unknown camera, by its sensor.
 fn layout_of(sensor: SensorSize) -> Layout {
     match sensor {
         DVS128 => Layout::Dvs128,
@@ -178,11 +178,11 @@ fn text_of(line: &[u8]) -> Option<&str> {
     is_text.then_some(text.trim())
 }
 
-/// Up to `most` bytes of a file from `start` on.
-pub(super) fn bytes_at(input: &mut Input, start: u64, most: usize) -> Result<Vec<u8>, IoError> {
+/// Reads up to `max` bytes of a file from `start` on.
+pub(super) fn bytes_at(input: &mut Input, start: u64, max: usize) -> Result<Vec<u8>, IoError> {
     let mut bytes = Vec::new();
     let sought = input.bytes.seek(SeekFrom::Start(start));
-    let read = sought.and_then(|_| (&mut input.bytes).take(most as u64).read_to_end(&mut bytes));
+    let read = sought.and_then(|_| (&mut input.bytes).take(max as u64).read_to_end(&mut bytes));
     read.map_err(|e| IoError::file(&input.path, "read", e))?;
     Ok(bytes)
 }

@@ -12,15 +12,15 @@
 //!
 //! * Columns and rows are counted from the right and from the bottom in these addresses. Here they
 //!   are turned the right way round, as jAER shows them and as DHP19's programs do (`346 - x` and
-//!   `260 - y` where the first is 1). Other readers give the numbers as they are in the file.
-//! * Where the chip's name begins with `Multi`, bits 0-3 are the number of the camera. DHP19 is
+//!   `260 - y` where the first is 1). Other readers give the coordinates as stored.
+//! * Where the chip's name begins with `Multi`, bits 0-3 are the index of the camera. DHP19 is
 //!   recorded with `MultiDAVIS346BCameraChip`, 346x260 each.
 //! * Of several cameras, [`OpenOptions::camera`] picks one; without it, it is the first in the file's
-//!   first records. What is passed over is counted: other cameras, special events, pixels of frames
+//!   first records. Skipped records are counted: other cameras, special events, pixels of frames
 //!   and samples of motion.
 //! * [`special_events`] lists the pulses at external pins, by which DHP19 marks the beginning and
 //!   the end of a movement.
-//! * Files without a chip (v2e writes such ones) are told apart by the sensor that the caller gives,
+//! * Files without a chip (v2e writes such ones) are distinguished by the sensor that the caller gives,
 //!   else by the bits that the first addresses use: up to 16 are of a DVS128, up to 21 of a DVS640, more
 //!   of a DAVIS, of 240x180 if that holds the first events. The sensor is assumed then. Chips that
 //!   are not known here need the caller's sensor.
@@ -51,7 +51,7 @@ pub(crate) const FORMAT: Format = Format {
     labels: no_labels,
 };
 
-/// Bytes of records in which cameras are looked for.
+/// Bytes of the first records, which decide about cameras.
 const FIRST: usize = 1 << 18;
 
 fn open(mut input: Input, options: &OpenOptions) -> Result<Box<dyn EventSource>, IoError> {

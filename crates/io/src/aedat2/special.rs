@@ -12,14 +12,14 @@ use crate::{Input, IoError, OpenOptions};
 /// A pulse at an external pin of a camera.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SpecialEvent {
-    /// When, on the clock of the events.
+    /// Time stamp, on the clock of the events.
     pub t: Micros,
-    /// The address as it is in the file. Of a DAVIS, its lowest 10 bits tell what happened (2 is a
-    /// falling edge, 3 a rising one, 4 a pulse) or, of several, the camera.
+    /// The address as it is in the file. Of a DAVIS, its lowest 10 bits are the kind of pulse (2 is a
+    /// falling edge, 3 a rising one, 4 a pulse) or, with several cameras, the camera.
     pub address: u32,
 }
 
-/// The special events of a file, in its order.
+/// Reads the special events of a file, in its order.
 ///
 /// DHP19 marks a movement with them: of three or five, the first is its beginning and the last its
 /// end; of one, it is the nearer of the two; two or four are pulses near one end; there may be none.
@@ -36,14 +36,17 @@ pub fn special_events(
 /// As [`special_events`], from a file that is open already, or from memory.
 pub(super) fn read(mut input: Input, options: &OpenOptions) -> Result<Vec<SpecialEvent>, IoError> {
     if !(super::FORMAT.probe)(&input.head(16)?) {
-        return Err(IoError::UnknownFormat { path: input.path });
+        return Err(IoError::UnknownFormat {
+            path: input.path,
+            known: super::FORMAT.name.to_owned(),
+        });
     }
     let recorder = Recorder::read(&mut input, options)?;
     let mut records = Records::new(&recorder);
     let mut bytes = bytes_at(&mut input, recorder.start, super::FIRST)?;
-    let (mut found, mut start) = (Vec::new(), recorder.start);
+    let (mut events, mut start) = (Vec::new(), recorder.start);
     loop {
-        let length = records.special_events(&bytes, &mut found);
+        let length = records.special_events(&bytes, &mut events);
         bytes.drain(..length);
         start += length as u64;
         let room = super::FIRST as u64;
@@ -57,8 +60,8 @@ pub(super) fn read(mut input: Input, options: &OpenOptions) -> Result<Vec<Specia
             path: input.path,
             byte: start,
             reason: format!("the file ends {} bytes into a record", bytes.len()).into(),
-            events: found.len() as u64,
+            events: events.len() as u64,
         });
     }
-    Ok(found)
+    Ok(events)
 }

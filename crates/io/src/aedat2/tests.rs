@@ -148,7 +148,7 @@ fn a_dvs128_has_addresses_of_its_own_in_both_versions() {
 }
 
 #[test]
-fn a_chip_that_is_not_stated_is_told_by_its_addresses_or_the_callers_sensor() {
+fn a_chip_that_is_not_stated_is_detected_by_its_addresses_or_the_callers_sensor() {
     let size = |width, height| SensorSize { width, height };
     let cases = [
         (1 << 8 | 2 << 1, size(128, 128)),

@@ -11,7 +11,7 @@ pub(super) enum Field {
     Int(i32),
     Long(i64),
     Float(f32),
-    /// Two numbers side by side.
+    /// Two scalars side by side.
     Pair([i32; 2]),
     /// The list or string that is written next.
     Next,
@@ -58,7 +58,7 @@ impl Field {
 #[derive(Debug, Default)]
 pub(super) struct Builder {
     bytes: Vec<u8>,
-    /// Where the last list of slots is: tables that look alike share it.
+    /// Offset of the last list of slots, which tables of the same fields share.
     slots: std::ops::Range<usize>,
     slots_new: Vec<u8>,
 }

@@ -10,9 +10,9 @@ use zrip::{DecompressContext, DecompressError};
 use super::lz4;
 
 /// Bytes that a packet may become: a file of a few bytes must not fill the memory.
-pub(super) const MOST: usize = 1 << 28;
+pub(super) const MAX_BYTES: usize = 1 << 28;
 /// Bytes that a byte of Zstandard can become: blocks of 128 KiB out of four.
-const MOST_FOLD: usize = 1 << 15;
+const MAX_RATIO: usize = 1 << 15;
 /// Of Zstandard, as dv-processing takes it.
 const LEVEL: i32 = 3;
 
@@ -33,7 +33,7 @@ pub enum Compression {
 }
 
 impl Compression {
-    /// All of them, in the order of their numbers in a header.
+    /// All algorithms, in the order of their codes in a header.
     pub const ALL: [Self; 5] = [Self::None, Self::Lz4, Self::Lz4High, Self::Zstd, Self::ZstdHigh];
 
     /// Whether there is a compressor for it here.
@@ -95,10 +95,10 @@ impl Scratch {
         &self.bytes[..self.filled]
     }
 
-    /// What is there, and room for `length` further bytes, if a packet may have that many.
+    /// Appends room for `length` further bytes, if a packet may have that many.
     pub(super) fn room(&mut self, length: usize) -> Option<(&[u8], &mut [u8])> {
         let need = self.filled + length;
-        if need > MOST {
+        if need > MAX_BYTES {
             return None;
         }
         if self.bytes.len() < need {
@@ -157,14 +157,14 @@ impl Inflater {
 
     fn zstd(&mut self, bytes: &[u8]) -> Result<(), Cow<'static, str>> {
         // A few bytes must not fill the memory.
-        let limit = bytes.len().saturating_mul(MOST_FOLD).min(MOST);
+        let limit = bytes.len().saturating_mul(MAX_RATIO).min(MAX_BYTES);
         let out = &mut self.out;
         out.bytes.clear();
         let whole = self.zstd.decompress_into_with_limit(bytes, &mut out.bytes, limit);
         out.filled = out.bytes.len();
         match whole {
             Ok(_) => Ok(()),
-            Err(DecompressError::OutputTooSmall) if limit == MOST => Err(TOO_LONG.into()),
+            Err(DecompressError::OutputTooSmall) if limit == MAX_BYTES => Err(TOO_LONG.into()),
             Err(DecompressError::OutputTooSmall) => {
                 Err("Zstandard: a frame claims more than its bytes can hold".into())
             }

@@ -6,10 +6,10 @@
 //! # Source
 //! <https://flatbuffers.dev/internals/>
 
-/// What is wrong in a buffer.
+/// A fault in a buffer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Broken {
-    /// Where, from the beginning of the buffer, its size included; its end for what lies beyond it.
+    /// Offset from the beginning of the buffer, its size included; its end for a fault beyond it.
     pub(super) at: usize,
     pub(super) reason: &'static str,
 }
@@ -75,7 +75,7 @@ impl<'a> Table<'a> {
         Ok(Self { bytes, at, slots_at, slots_length })
     }
 
-    /// Where a field is, if it has not its default.
+    /// Offset of a field, unless it has its default.
     fn field(&self, slot: usize) -> Result<Option<usize>, Broken> {
         let slot = 4 + 2 * slot;
         if slot + 2 > self.slots_length {
@@ -109,7 +109,7 @@ impl<'a> Table<'a> {
         Ok(self.scalar(slot)?.map(i64::from_le_bytes))
     }
 
-    /// Two numbers side by side.
+    /// Two scalars side by side.
     pub(super) fn pair(&self, slot: usize) -> Result<[i32; 2], Broken> {
         let eight = self.scalar::<8>(slot)?.unwrap_or_default();
         let halves = eight.as_chunks::<4>().0;

@@ -1,4 +1,4 @@
-//! What stands before the packets: how they are compressed, and which streams there are.
+//! The header before the packets: their compression, and the list of streams.
 
 use std::fmt;
 use std::io::{Read, Seek, SeekFrom};
@@ -12,7 +12,7 @@ use super::flat::{Broken, Table, identifier};
 use super::{MAGIC, damage, xml};
 use crate::{Input, IoError};
 
-/// What the packets of a stream hold.
+/// Content of the packets of a stream.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Kind {
     /// Events.
@@ -28,7 +28,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// What the four letters mean.
+    /// The content of a four-letter type identifier.
     pub(super) fn of(letters: [u8; 4]) -> Self {
         match &letters {
             b"EVTS" => Self::Events,
@@ -68,7 +68,7 @@ impl fmt::Display for Kind {
 pub struct Stream {
     /// Its number, which every packet carries.
     pub id: i32,
-    /// What its packets hold.
+    /// Content of its packets.
     pub kind: Kind,
     /// Its name, such as `events`.
     pub name: String,
@@ -82,11 +82,11 @@ pub struct Stream {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct FileHeader {
     pub(super) compression: Compression,
-    /// Where the data table is, if there is one.
+    /// Offset of the data table, if there is one.
     pub(super) table: Option<u64>,
-    /// In the order of their numbers.
+    /// Streams, in ascending order of their identifiers.
     pub(super) streams: Vec<Stream>,
-    /// Where the packets begin.
+    /// Offset of the first packet.
     pub(super) end: u64,
 }
 
@@ -94,7 +94,7 @@ pub(super) struct FileHeader {
 pub(super) const IDENTIFIER: &[u8; 4] = b"IOHE";
 
 /// A recording has some for each camera. Every packet is looked up among them.
-pub(super) const MOST_STREAMS: usize = 256;
+pub(super) const MAX_STREAMS: usize = 256;
 
 /// Reads a header.
 pub(super) fn read(input: &mut Input) -> Result<FileHeader, IoError> {
@@ -145,7 +145,7 @@ pub(super) fn streams(text: &str) -> Vec<Stream> {
     let mut streams: Vec<Stream> = Vec::new();
     let mut sizes: Vec<[Option<u16>; 2]> = Vec::new();
     xml::attributes(text, |nodes, key, text| {
-        // Some programs keep settings of their own beside the numbers of streams.
+        // Some programs keep settings of their own beside the identifiers of streams.
         let place = nodes.iter().position(|name| name == "outInfo");
         let (id, inner) = match place.map(|place| &nodes[place + 1..]) {
             Some([id]) => (id, None),
@@ -153,7 +153,7 @@ pub(super) fn streams(text: &str) -> Vec<Stream> {
             _ => return,
         };
         let Ok(id) = id.parse() else { return };
-        if streams.len() == MOST_STREAMS && streams.iter().all(|stream| stream.id != id) {
+        if streams.len() == MAX_STREAMS && streams.iter().all(|stream| stream.id != id) {
             return;
         }
         let k = streams.iter().position(|stream| stream.id == id).unwrap_or_else(|| {

@@ -11,9 +11,9 @@ use twox_hash::XxHash32;
 
 use super::compression::{Scratch, TOO_LONG};
 
-/// What a frame begins with.
+/// Magic number of a frame.
 const MAGIC: u32 = 0x184D_2204;
-/// What frames of a user's own begin with, but for the last four bits; they are passed over.
+/// Magic number of skippable frames, but for the last four bits.
 const SKIPPED: u32 = 0x184D_2A50;
 /// How far back a match may be.
 const WINDOW: usize = 1 << 16;

@@ -7,7 +7,7 @@
 //! | packets | `i32` stream, `i32` size, then a body, compressed as the header says |
 //! | `FileDataTable` | compressed alike: place, stream, elements and times of every packet |
 //!
-//! Header, bodies and table are FlatBuffers behind their `u32` size. Numbers are little-endian, times
+//! Header, bodies and table are FlatBuffers behind their `u32` size. Scalars are little-endian, times
 //! microseconds of Unix time. The table is missing (its place negative) where a recorder was killed:
 //! the packets then reach to the end of the file.
 //!
@@ -42,7 +42,7 @@ pub use compression::Compression;
 pub use header::{Kind, Stream};
 pub use packet::{Content, Depth, Frame, ImuSample, Packet, PixelFormat, Trigger, TriggerKind};
 pub use packets::Packets;
-pub use stream::{Aedat4Stream, TELLING, is_stream};
+pub use stream::{Aedat4Stream, SNIFF_BYTES, is_stream};
 pub use writer::Writer;
 
 use crate::IoError;
@@ -68,7 +68,7 @@ pub(crate) fn other_version(head: &[u8]) -> Option<&str> {
     str::from_utf8(line).ok().filter(|version| (1..=8).contains(&version.len()))
 }
 
-/// What is wrong at `byte` of a file.
+/// The error for a fault at `byte` of a file.
 fn damage(path: &Path, byte: u64, reason: impl Into<std::borrow::Cow<'static, str>>) -> IoError {
     IoError::Damaged { path: path.to_owned(), byte, reason: reason.into(), events: 0 }
 }

@@ -1,4 +1,4 @@
-//! What packets hold, typed: to and from their bytes.
+//! Typed content of packets, to and from their bytes.
 
 use evpose_core::Micros;
 
@@ -13,11 +13,11 @@ use crate::Columns;
 pub struct Packet {
     /// The stream it belongs to.
     pub stream: i32,
-    /// What is in it.
+    /// Typed content.
     pub content: Content,
 }
 
-/// What is in a packet.
+/// Content of a packet.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Content {
     /// Events.
@@ -38,38 +38,38 @@ pub struct Frame {
     /// Its time: DV gives the middle of the exposure, dv-processing and frames that were computed the
     /// beginning.
     pub t: Micros,
-    /// When its readout began, where the file tells, else 0.
+    /// Begin of its readout, where the file states it, else 0.
     pub readout_start: Micros,
-    /// When its readout ended, where the file tells, else 0.
+    /// End of its readout, where the file states it, else 0.
     pub readout_end: Micros,
     /// When its exposure began.
     pub exposure_start: Micros,
     /// When its exposure ended.
     pub exposure_end: Micros,
-    /// What a pixel is.
+    /// Format of a pixel.
     pub format: PixelFormat,
     /// Columns.
     pub width: u16,
     /// Rows.
     pub height: u16,
-    /// Where its upper left corner is on the sensor, column and row.
+    /// Position of its upper left corner on the sensor, column and row.
     pub position: (i16, i16),
-    /// Where it is from: 0 unknown, 1 the sensor, 2 and more computed.
+    /// Source: 0 unknown, 1 the sensor, 2 and more computed.
     pub origin: i8,
     /// Row by row; channels of a pixel side by side; samples of several bytes little-endian.
     pub pixels: Vec<u8>,
 }
 
-/// What the pixels of a frame are. Three channels are blue, green, red; four have opacity behind them.
+/// Format of the pixels of a frame. Three channels are blue, green, red; four have opacity behind them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PixelFormat {
-    /// What a sample is.
+    /// Type of a sample.
     pub depth: Depth,
     /// Samples of a pixel, 1 to 4.
     pub channels: u8,
 }
 
-/// What a sample of a pixel is, in OpenCV's order.
+/// Type of a sample of a pixel, in OpenCV's order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Depth {
     /// 8 bits without sign.
@@ -89,7 +89,7 @@ pub enum Depth {
 }
 
 impl Depth {
-    /// In the order of their numbers.
+    /// All variants, in the order of their codes.
     pub const ALL: [Self; 7] =
         [Self::U8, Self::I8, Self::U16, Self::I16, Self::I32, Self::F32, Self::F64];
 
@@ -149,11 +149,11 @@ pub struct ImuSample {
 pub struct Trigger {
     /// When.
     pub t: Micros,
-    /// What it tells.
+    /// Kind of the trigger.
     pub kind: TriggerKind,
 }
 
-/// What a trigger tells.
+/// Kind of a trigger.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TriggerKind {
     /// The camera's clock was set to zero.
@@ -181,7 +181,7 @@ pub enum TriggerKind {
 }
 
 impl TriggerKind {
-    /// In the order of their numbers.
+    /// All variants, in the order of their codes.
     const NAMED: [Self; 10] = [
         Self::TimestampReset,
         Self::ExternalRising,
@@ -211,7 +211,7 @@ impl TriggerKind {
 }
 
 impl Content {
-    /// What a FlatBuffer behind its size holds.
+    /// The content of a FlatBuffer behind its size.
     pub(super) fn decode(bytes: &[u8]) -> Result<Self, Broken> {
         let letters = identifier(bytes)?;
         let table = Table::root(bytes)?;
@@ -236,7 +236,7 @@ impl Content {
         })
     }
 
-    /// What it is.
+    /// Content of the packet.
     pub fn kind(&self) -> Kind {
         match self {
             Self::Events(_) => Kind::Events,

@@ -4,7 +4,7 @@ use evpose_core::{Micros, wide};
 
 use super::events;
 use super::flat::identifier;
-use super::header::{Kind, MOST_STREAMS, Stream};
+use super::header::{Kind, MAX_STREAMS, Stream};
 use super::walk::{Body, HEAD, Head, Walk};
 use crate::{Columns, EventSource, Header, Input, IoError, OpenOptions};
 
@@ -62,7 +62,7 @@ struct Mark {
     latest: Micros,
 }
 
-/// What is known of the data table.
+/// State of the data table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Index {
     /// There is none.
@@ -78,13 +78,13 @@ enum Index {
 struct Source {
     walk: Walk,
     header: Header,
-    /// Those of the header, and behind them those that only packets tell of.
+    /// Streams of the header, and behind them those that only packets reveal.
     streams: Vec<Stream>,
     camera: usize,
     /// Number of the stream of events that is read.
     chosen: Option<i32>,
     table: Index,
-    /// Where reading has come to.
+    /// Offset of the next packet.
     now: Mark,
     /// Ascending; the first is the beginning.
     marks: Vec<Mark>,
@@ -134,7 +134,7 @@ impl Source {
         let Body { bytes, fault } = self.walk.body(head)?;
         let kind = identifier(bytes).map(Kind::of);
         let id = head.stream;
-        if is_unnamed && self.streams.len() >= MOST_STREAMS {
+        if is_unnamed && self.streams.len() >= MAX_STREAMS {
             let reason = "packets of more streams than any recording has";
             return Err(self.walk.broken(head, super::flat::Broken { at: 0, reason }));
         }
@@ -253,14 +253,14 @@ impl EventSource for Source {
             from = self.now;
         }
         self.go_to(from);
-        // The rest is read on, without keeping it, to the packet behind which `t` is passed.
-        let mut passed = Columns::new();
+        // The table ends here: read and discard packets up to the one that reaches `t`.
+        let mut discarded = Columns::new();
         let mut before = from;
         while self.now.latest < t {
             before = self.now;
-            passed.clear();
-            self.next(&mut passed)?;
-            if passed.is_empty() {
+            discarded.clear();
+            self.next(&mut discarded)?;
+            if discarded.is_empty() {
                 return Ok(());
             }
         }

@@ -12,7 +12,7 @@ use std::path::PathBuf;
 
 use evpose_core::SensorSize;
 
-use super::compression::{Inflater, MOST, TOO_LONG};
+use super::compression::{Inflater, MAX_BYTES, TOO_LONG};
 use super::flat::{identifier, is_whole};
 use super::header::{self, FileHeader, IDENTIFIER, Kind};
 use super::walk::HEAD;
@@ -20,16 +20,16 @@ use super::{MAGIC, damage, events};
 use crate::fill::fill;
 use crate::{Columns, IoError};
 
-/// So many bytes tell a stream of AEDAT 4.0.
-pub const TELLING: usize = 12;
+/// Bytes by which [`is_stream`] detects a stream of AEDAT 4.0.
+pub const SNIFF_BYTES: usize = 12;
 /// Bytes of a header, at most; those of recordings with many streams have some ten thousand.
-const MOST_HEADER: u32 = 1 << 24;
+const MAX_HEADER: u32 = 1 << 24;
 /// Bytes that are asked for at once: a packet of some thousand events.
 const BUFFER: usize = 1 << 16;
 
-/// Whether a stream begins with these bytes, of which there should be [`TELLING`].
+/// Whether a stream begins with these bytes, of which there should be [`SNIFF_BYTES`].
 pub fn is_stream(head: &[u8]) -> bool {
-    head.starts_with(&MAGIC[..TELLING]) || head.get(8..TELLING) == Some(IDENTIFIER)
+    head.starts_with(&MAGIC[..SNIFF_BYTES]) || head.get(8..SNIFF_BYTES) == Some(IDENTIFIER)
 }
 
 /// A stream of AEDAT 4.0 that is being read.
@@ -42,7 +42,7 @@ pub struct Aedat4Stream<R> {
     /// The stream of events that is read.
     chosen: i32,
     sensor: Option<SensorSize>,
-    /// Where in the stream the next byte is.
+    /// Offset of the next byte in the stream.
     at: u64,
     events: u64,
     malformed: u64,
@@ -80,7 +80,7 @@ impl<R: Read> Aedat4Stream<R> {
             start = MAGIC.len() as u64;
         }
         let size = head.first_chunk().map_or(0, |size| u32::from_le_bytes(*size));
-        if size > MOST_HEADER {
+        if size > MAX_HEADER {
             return Err(damage(&name, start, format!("a header of {size} bytes is none")));
         }
         head.resize(4 + size as usize, 0);
@@ -166,7 +166,7 @@ impl<R: Read> Aedat4Stream<R> {
         let [a, b, c, d, size @ ..] = head;
         match usize::try_from(i32::from_le_bytes(size)) {
             Err(_) => Err(self.damage(self.at + 4, "a packet has a size below zero")),
-            Ok(size) if size > MOST => Err(self.damage(self.at + 4, TOO_LONG)),
+            Ok(size) if size > MAX_BYTES => Err(self.damage(self.at + 4, TOO_LONG)),
             Ok(size) => Ok(Some((i32::from_le_bytes([a, b, c, d]), size as u64))),
         }
     }

@@ -8,7 +8,7 @@ use super::flat::{Broken, Table, identifier};
 /// A packet, as the table knows it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Entry {
-    /// Where its body begins in the file.
+    /// Offset of its body in the file.
     pub(super) body: i64,
     pub(super) stream: i32,
     /// Bytes of its body.

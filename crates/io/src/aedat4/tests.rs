@@ -126,7 +126,7 @@ fn another_camera_of_a_file_is_read_where_it_is_asked_for() {
 }
 
 #[test]
-fn the_header_tells_the_source_and_the_streams() {
+fn the_header_names_the_source_and_the_streams() {
     let bytes = file(Compression::Zstd, &streams(), &[]);
     let source = source(&bytes);
     let want = [
@@ -150,7 +150,7 @@ fn a_file_whose_recorder_was_killed_is_read_to_its_end() {
 }
 
 #[test]
-fn streams_that_no_header_names_are_told_by_their_packets() {
+fn streams_that_no_header_names_are_detected_by_their_packets() {
     // Every stream that the XML names gets a number that it cannot have.
     let mut bytes = file(Compression::None, &streams(), &recording());
     let places: Vec<usize> = (0..bytes.len() - 5)

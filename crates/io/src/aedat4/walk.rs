@@ -18,19 +18,19 @@ pub(super) const HEAD: u64 = 8;
 pub(super) struct Walk {
     input: Input,
     pub(super) header: FileHeader,
-    /// Where the next packet begins.
+    /// Offset of the next packet.
     pub(super) at: u64,
-    /// Where packets end: at the data table, or with the file.
+    /// End of the packets: the data table, or the end of the file.
     end: u64,
     /// The head of the packet behind a body is read with it.
     ahead: Option<(u64, [u8; HEAD as usize])>,
-    /// Where the next byte to read is.
+    /// Offset of the next byte to read.
     read_to: u64,
     body: Scratch,
     inflater: Inflater,
 }
 
-/// What stands before a packet.
+/// Head of a packet.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Head {
     pub(super) at: u64,
@@ -90,7 +90,7 @@ impl Walk {
         Ok(Some(Head { at, stream: i32::from_le_bytes([a, b, c, d]), size }))
     }
 
-    /// What is in a packet.
+    /// Body of a packet.
     pub(super) fn body(&mut self, head: &Head) -> Result<Body<'_>, IoError> {
         let at = head.at + HEAD;
         let left = self.end.saturating_sub(at);
@@ -151,7 +151,7 @@ impl Walk {
         Ok(table::decode(self.inflater.out.filled()).ok())
     }
 
-    /// What is wrong in the FlatBuffer of a packet.
+    /// The error for a fault in the FlatBuffer of a packet.
     pub(super) fn broken(&self, head: &Head, Broken { at, reason }: Broken) -> IoError {
         let inside = if self.header.compression == Compression::None { at as u64 } else { 0 };
         self.damage(head.at + HEAD + inside, reason)

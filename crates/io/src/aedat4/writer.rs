@@ -16,7 +16,7 @@ use crate::{EventSink, IoError};
 /// Events in a packet: with what stands before them, one LZ4 block of 256 KiB.
 const EVENTS: usize = 16_000;
 /// Columns and rows that the format has room for.
-const MOST_PIXELS: u16 = 1 << 15;
+const MAX_PIXELS: u16 = 1 << 15;
 
 /// A file that is being written. It appears when it is finished; dropped before, it leaves none.
 pub struct Writer {
@@ -52,7 +52,7 @@ impl Writer {
                 let reason = format!("two streams of number {}", stream.id);
                 return Err(IoError::unwritable(path, reason));
             }
-            let is_large = |s: SensorSize| s.width > MOST_PIXELS || s.height > MOST_PIXELS;
+            let is_large = |s: SensorSize| s.width > MAX_PIXELS || s.height > MAX_PIXELS;
             if let Some(size) = stream.size.filter(|&size| is_large(size)) {
                 let reason = format!("a sensor of {size}, and rows and columns end at 32767");
                 return Err(IoError::unwritable(path, reason));
@@ -141,8 +141,8 @@ impl Writer {
 
     fn check_pixels(&self, x: &[u16], y: &[u16]) -> Result<(), IoError> {
         match x.iter().chain(y).max() {
-            Some(&most) if most >= MOST_PIXELS => {
-                let reason = format!("an event in column or row {most}: they end at 32767");
+            Some(&largest) if largest >= MAX_PIXELS => {
+                let reason = format!("an event in column or row {largest}: they end at 32767");
                 Err(IoError::unwritable(&self.path, reason))
             }
             _ => Ok(()),

@@ -1,7 +1,7 @@
 //! The XML of a header: nodes in nodes, and attributes with a text each.
 //!
 //! Only what DV and jAER write is understood: `<node name="…">`, and in it
-//! `<attr key="…" type="…">text</attr>`. What is anything else is passed over.
+//! `<attr key="…" type="…">text</attr>`. Everything else is skipped.
 
 use std::borrow::Cow;
 
@@ -39,7 +39,7 @@ pub(super) fn attributes(text: &str, mut found: impl FnMut(&[Cow<'_, str>], &str
     }
 }
 
-/// What stands in quotes behind `name=`.
+/// The quoted value behind `name=`.
 fn value<'a>(tag: &'a str, name: &str) -> Option<&'a str> {
     let mut rest = tag;
     loop {

@@ -2,13 +2,13 @@
 
 use evpose_core::{Micros, Polarity};
 
-use super::time::Clock;
-use super::{EVENT_2D, EVENT_CD, EXT_TRIGGER, RECORD};
+use super::{EVENT_2D, EVENT_CD, EXT_TRIGGER, RECORD, counter};
 use crate::evt::header::Lines;
-use crate::evt::{Passed, Trigger, WordDecoder};
+use crate::evt::{SkippedRecords, Trigger, WordDecoder};
+use crate::time_stamp::WraparoundCounter;
 use crate::{BlockSource, Columns, Decoder, EventSource, Fault, Input, IoError, OpenOptions};
 
-/// What most files begin with.
+/// First line of most files, behind its key.
 const FIRST_LINE: &str = "file containing";
 
 /// Whether a header, and the two bytes behind it, are those of a DAT file.
@@ -50,13 +50,13 @@ pub(super) fn open(mut input: Input, _: &OpenOptions) -> Result<Box<dyn EventSou
 #[derive(Debug, Clone)]
 pub struct DatDecoder {
     layout: Layout,
-    clock: Clock,
+    counter: WraparoundCounter,
     /// Bits of all records so far that are in no field.
     stray: u32,
     triggers: u64,
 }
 
-/// What the upper half of a record holds.
+/// Layout of the upper half of a record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Layout {
     /// x of 14 bits, y of 14, polarity.
@@ -77,7 +77,7 @@ impl DatDecoder {
             (EXT_TRIGGER, _) => Layout::Trigger,
             _ => return None,
         };
-        Some(Self { layout, clock: Clock::default(), stray: 0, triggers: 0 })
+        Some(Self { layout, counter: counter(), stray: 0, triggers: 0 })
     }
 
     /// Appends events whose coordinates have `X` and `Y` bits.
@@ -86,11 +86,13 @@ impl DatDecoder {
         records: &[[u8; RECORD]],
         columns: &mut Columns,
     ) {
-        let stamp = |record: &[u8; RECORD]| u64::from_le_bytes(*record) as u32;
+        let stamp = |record: &[u8; RECORD]| i64::from(u64::from_le_bytes(*record) as u32);
         let rest = |record: &[u8; RECORD]| (u64::from_le_bytes(*record) >> 32) as u32;
-        let mut clock = self.clock;
-        columns.t.extend(records.iter().map(|record| Micros(clock.unwrap(stamp(record)))));
-        self.clock = clock;
+        let mut counter = self.counter;
+        columns
+            .t
+            .extend(records.iter().map(|record| Micros(counter.advance_or_late(stamp(record)))));
+        self.counter = counter;
         columns.x.extend(records.iter().map(|record| (rest(record) & ((1 << X) - 1)) as u16));
         columns.y.extend(records.iter().map(|record| (rest(record) >> X & ((1 << Y) - 1)) as u16));
         let is_on = |record| rest(record) >> (X + Y) & 1 == 1;
@@ -116,7 +118,7 @@ impl WordDecoder for DatDecoder {
                 triggers.extend(records.iter().map(|&record| {
                     let record = u64::from_le_bytes(record);
                     Trigger {
-                        t: Micros(self.clock.unwrap(record as u32)),
+                        t: Micros(self.counter.advance_or_late((record as u32).into())),
                         channel: (record >> 58) as u8,
                         is_rising: record >> 32 & 1 == 1,
                     }
@@ -133,7 +135,8 @@ impl Decoder for DatDecoder {
     }
 
     fn remarks(&self) -> Vec<String> {
-        let mut remarks = Passed { triggers: self.triggers, ..Passed::default() }.remarks();
+        let skipped = SkippedRecords { triggers: self.triggers, ..SkippedRecords::default() };
+        let mut remarks = skipped.remarks();
         if self.stray != 0 {
             remarks.push("bits beside the fields of events are set, and passed over".to_owned());
         }

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use evpose_core::{AtomicFile, EventStream, SensorSize};
 
-use super::time::Clock;
-use super::{EVENT_CD, RECORD};
+use super::{EVENT_CD, RECORD, counter};
+use crate::time_stamp::WraparoundCounter;
 use crate::{EventSink, IoError};
 
 /// Sensors of the coordinates that records hold, 14 bits each.
@@ -16,8 +16,8 @@ struct DatSink {
     path: PathBuf,
     file: AtomicFile,
     sensor: SensorSize,
-    /// As a reader's, to see that it reads what is written.
-    clock: Clock,
+    /// The counter of a reader, to check that it unwraps the stamps as they are meant.
+    counter: WraparoundCounter,
     bytes: Vec<u8>,
 }
 
@@ -34,7 +34,7 @@ pub(super) fn create(path: &Path, sensor: SensorSize) -> Result<Box<dyn EventSin
     );
     let mut bytes = header.into_bytes();
     bytes.extend([EVENT_CD, RECORD as u8]);
-    Ok(Box::new(DatSink { path: path.to_owned(), file, sensor, clock: Clock::default(), bytes }))
+    Ok(Box::new(DatSink { path: path.to_owned(), file, sensor, counter: counter(), bytes }))
 }
 
 impl EventSink for DatSink {
@@ -45,7 +45,7 @@ impl EventSink for DatSink {
                 let reason = format!("event at ({x}, {y}) of {}", self.sensor);
                 return Err(IoError::unwritable(&self.path, reason));
             }
-            if self.clock.unwrap(t as u32) != t {
+            if self.counter.advance_or_late((t as u32).into()) != t {
                 let reason = format!("event at {t} µs: readers would take it for another time");
                 return Err(IoError::unwritable(&self.path, reason));
             }

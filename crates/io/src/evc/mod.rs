@@ -10,7 +10,7 @@
 //!
 //! A frame is 1 ms. The file is `marker, events of frame 0, marker, events of frame 1, …`: it
 //! begins with a marker and the last frame has no closing one, so a file cut between two records
-//! cannot be told from a whole one. Inside a frame events are in the raster order of the
+//! cannot be distinguished from a whole one. Inside a frame events are in the raster order of the
 //! published simulator's frame buffer: bottom row first, columns ascending; a pixel that fires `n`
 //! times has `n` identical records.
 //!

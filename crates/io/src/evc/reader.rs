@@ -46,7 +46,7 @@ impl EvcReader {
         Self::open_with(path, SensorSize::DAVIS240C)
     }
 
-    /// Opens a file recorded with `sensor`, which the file itself does not tell.
+    /// Opens a file recorded with `sensor`, which the file itself does not state.
     ///
     /// # Errors
     /// As [`EvcReader::open`].

@@ -6,7 +6,7 @@ use evpose_core::SensorSize;
 
 use super::{NEW_FRAME, RECORD};
 
-/// What is wrong with a record.
+/// A fault of a record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EvcFault {
     /// The file has no bytes.

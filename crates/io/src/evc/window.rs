@@ -24,7 +24,7 @@ pub struct EvcEvent {
 /// Keeps its memory from one read to the next. Its records are valid: they were checked.
 #[derive(Debug, Clone, Default)]
 pub struct EvcWindow {
-    /// What was read, which may begin and end with frames that were not asked for.
+    /// The bytes read, which may begin and end with frames outside the window.
     pub(super) bytes: Vec<u8>,
     /// The frames that were asked for, as bytes; begins with a marker.
     pub(super) inside: Range<usize>,
@@ -37,7 +37,7 @@ impl EvcWindow {
         Self::default()
     }
 
-    /// Which frames of the file these are.
+    /// Range of the frames in the file.
     pub fn frames(&self) -> Range<u64> {
         self.frames.clone()
     }

@@ -10,7 +10,7 @@ use crate::IoError;
 
 /// Ten days of frames. Later events are more likely to count from 1970 than from the start of the
 /// recording, and would fill the disk with empty frames.
-const MOST_FRAMES: i64 = 10 * 24 * 3_600_000;
+const MAX_FRAMES: i64 = 10 * 24 * 3_600_000;
 
 /// Writes an `.evc` file, which appears under its name on [`EvcWriter::finish`].
 #[derive(Debug)]
@@ -140,7 +140,7 @@ impl EvcWriter {
     /// Whether a recording whose time starts at `origin` fits.
     pub(super) fn check_times(&self, events: &EventStream, origin: Micros) -> Result<(), IoError> {
         if let (Some(&first), Some(&last)) = (events.t().first(), events.t().last())
-            && (first < origin || frame_of(last, origin) > MOST_FRAMES)
+            && (first < origin || frame_of(last, origin) > MAX_FRAMES)
         {
             return Err(self.cannot(format!(
                 "events at {first} to {last} do not start at {origin}, or last for days"

@@ -1,7 +1,7 @@
 //! Decoded events on their way into columns.
 //!
-//! Events are written to a fixed place whether they are events or not, and counted if they are: a
-//! branch on what a word is costs more than that, since nothing predicts it.
+//! Every word is written to the next place and counted only if it is an event: a branch on the type of
+//! a word costs more than that, since no predictor knows it.
 
 use evpose_core::{Micros, Polarity};
 
@@ -58,7 +58,7 @@ impl Batch {
     /// Puts an event, if it is one.
     #[inline(always)]
     pub(super) fn put(&mut self, t: i64, x: u16, y: u16, is_on: bool, is_event: bool) {
-        // Never beyond the places, as flushed in time; this tells the compiler.
+        // Flushed before the places run out; the remainder spares the bounds check.
         let at = self.events % PLACES;
         self.t[at] = Micros(t);
         self.x[at] = x;

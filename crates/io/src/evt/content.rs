@@ -1,4 +1,4 @@
-//! Which encoding words are of, where no header says so.
+//! Detection of the encoding by its words, where no header states it.
 //!
 //! Conservative: every word must be of a type that the encoding has, time must go forward as it does
 //! in recordings, and there must be events behind it. Words of one encoding taken for those of
@@ -9,17 +9,17 @@ use super::evt2::{CONTINUED, EXT_TRIGGER, LOW_BITS, ON, OTHERS, TIME_HIGH};
 use super::evt3::{self, ADDR_X, ADDR_Y, TIME_LOW, VECT_8, VECT_12, VECT_BASE_X};
 use super::evt21::{PIXELS, halves};
 
-/// Bytes that are looked at.
+/// Bytes of the sample that is inspected.
 pub(super) const SAMPLE: usize = 1 << 16;
-/// Fewer events say nothing.
-const LEAST_EVENTS: u32 = 8;
-/// Share of steps in which time may go back: cameras do so once in a while.
+/// Minimal count of events for a decision.
+const MIN_EVENTS: u32 = 8;
+/// Maximal share of steps in which time goes back, as it occasionally does in recordings of cameras.
 const BACK: f64 = 0.02;
-/// Longest silence between two high times, or between a time and the one before.
-const LONGEST_SILENCE_US: i64 = 60_000_000;
+/// Longest silence between two time stamps.
+const MAX_SILENCE_US: i64 = 60_000_000;
 
 /// The only encoding that `data`, the beginning of all words, may be of.
-pub(super) fn tell(data: &[u8]) -> Option<Encoding> {
+pub(super) fn detect(data: &[u8]) -> Option<Encoding> {
     let data = &data[..data.len().min(SAMPLE)];
     let candidates = [
         (is_evt3(data), Encoding::Evt3),
@@ -27,24 +27,24 @@ pub(super) fn tell(data: &[u8]) -> Option<Encoding> {
         (is_evt21(data, false), Encoding::Evt21 { is_legacy: false }),
         (is_evt21(data, true), Encoding::Evt21 { is_legacy: true }),
     ];
-    let mut found = candidates.into_iter().filter(|&(may_be, _)| may_be);
-    match (found.next(), found.next()) {
+    let mut compatible = candidates.into_iter().filter(|&(may_be, _)| may_be);
+    match (compatible.next(), compatible.next()) {
         (Some((_, encoding)), None) => Some(encoding),
         _ => None,
     }
 }
 
-/// As [`tell`], of data that nothing but themselves says are events: they begin with a high time.
-pub(super) fn tell_without_header(data: &[u8]) -> Option<Encoding> {
-    let byte = match tell(data)? {
+/// As [`detect`], for data without any header, which must begin with a high time.
+pub(super) fn detect_without_header(data: &[u8]) -> Option<Encoding> {
+    let byte = match detect(data)? {
         Encoding::Evt3 => 1,
         Encoding::Evt2 | Encoding::Evt21 { is_legacy: true } => 3,
         Encoding::Evt21 { is_legacy: false } => 7,
     };
-    data.get(byte).filter(|&&byte| byte >> 4 == 8).and(tell(data))
+    data.get(byte).filter(|&&byte| byte >> 4 == 8).and(detect(data))
 }
 
-/// Whether words of EVT 2.1 have their upper half first, as far as they tell.
+/// Whether words of EVT 2.1 have their upper half first; none if the words are compatible with both orders.
 pub(super) fn is_legacy(data: &[u8]) -> Option<bool> {
     let data = &data[..data.len().min(SAMPLE)];
     match (is_evt21(data, true), is_evt21(data, false)) {
@@ -54,9 +54,9 @@ pub(super) fn is_legacy(data: &[u8]) -> Option<bool> {
     }
 }
 
-/// How time goes on.
+/// Statistics of consecutive time stamps.
 #[derive(Default)]
-struct Course {
+struct TimeCourse {
     last: Option<i64>,
     steps: u32,
     back: u32,
@@ -64,25 +64,26 @@ struct Course {
     events: u32,
 }
 
-impl Course {
+impl TimeCourse {
     fn at(&mut self, t: i64) {
         if let Some(last) = self.last {
             self.steps += 1;
             self.back += u32::from(t < last);
-            self.jumps += u32::from(t - last > LONGEST_SILENCE_US);
+            self.jumps += u32::from(t - last > MAX_SILENCE_US);
         }
         self.last = Some(t);
     }
 
-    fn is_one(&self) -> bool {
-        self.events >= LEAST_EVENTS
+    fn is_plausible(&self) -> bool {
+        self.events >= MIN_EVENTS
             && self.jumps == 0
             && f64::from(self.back) <= BACK * f64::from(self.steps)
     }
 }
 
 fn is_evt3(data: &[u8]) -> bool {
-    let (mut course, mut high, mut has_row, mut has_low) = (Course::default(), None, false, false);
+    let (mut course, mut high, mut has_row, mut has_low) =
+        (TimeCourse::default(), None, false, false);
     for &word in data.as_chunks::<2>().0 {
         let word = u16::from_le_bytes(word);
         let value = i64::from(word & 0xFFF);
@@ -97,7 +98,7 @@ fn is_evt3(data: &[u8]) -> bool {
                 }
             }
             evt3::TIME_HIGH => {
-                // The clock may turn over: only steps of any size forward are looked at.
+                // The counter may wrap around, so that only steps forward are compared.
                 if high.is_some_and(|before| value < before) {
                     course.last = None;
                 }
@@ -107,12 +108,12 @@ fn is_evt3(data: &[u8]) -> bool {
             VECT_BASE_X.. => {}
         }
     }
-    has_row && has_low && high.is_some() && course.is_one()
+    has_row && has_low && high.is_some() && course.is_plausible()
 }
 
 fn is_evt2(data: &[u8]) -> bool {
     let words = data.as_chunks::<4>().0;
-    follow(words.iter().map(|&word| (u32::from_le_bytes(word), 1)))
+    are_plausible(words.iter().map(|&word| (u32::from_le_bytes(word), 1)))
 }
 
 fn is_evt21(data: &[u8], is_legacy: bool) -> bool {
@@ -123,12 +124,12 @@ fn is_evt21(data: &[u8], is_legacy: bool) -> bool {
         is_aligned &= upper >> 28 > ON || (upper >> 11 & 0x7FF).is_multiple_of(PIXELS.into());
         (upper, mask.count_ones())
     });
-    follow(words) && is_aligned
+    are_plausible(words) && is_aligned
 }
 
-/// Whether words of EVT 2.0, each with its number of events, are such.
-fn follow(words: impl Iterator<Item = (u32, u32)>) -> bool {
-    let (mut course, mut high) = (Course::default(), None);
+/// Whether words of EVT 2.0, each with its count of events, are plausible.
+fn are_plausible(words: impl Iterator<Item = (u32, u32)>) -> bool {
+    let (mut course, mut high) = (TimeCourse::default(), None);
     for (word, events) in words {
         match word >> 28 {
             0 | ON => {
@@ -149,5 +150,5 @@ fn follow(words: impl Iterator<Item = (u32, u32)>) -> bool {
             _ => return false,
         }
     }
-    course.is_one()
+    course.is_plausible()
 }

@@ -3,42 +3,44 @@
 use evpose_core::{EventStream, SensorSize};
 
 use super::WordEncoder;
-use super::clock::Clock;
 use super::evt2::{LOW_BITS, TIME_HIGH};
+use super::time_high::TimeHigh;
 
 /// Turns events into words of EVT 2.0.
 #[derive(Debug)]
 pub struct Evt2Encoder {
-    clock: Clock<28>,
+    time_high: TimeHigh<28>,
 }
 
 impl WordEncoder for Evt2Encoder {
     const NAMES: (&'static str, &'static str) = ("2.0", "EVT2");
 
     fn new(_: SensorSize) -> Self {
-        Self { clock: Clock::new() }
+        Self { time_high: TimeHigh::new() }
     }
 
     fn encode(&mut self, events: &EventStream, words: &mut Vec<u8>) -> Result<(), String> {
         for event in events.iter() {
-            go_to(&mut self.clock, event.t.0, |word| words.extend(word.to_le_bytes()))?;
+            write_time_high(&mut self.time_high, event.t.0, |word| {
+                words.extend(word.to_le_bytes());
+            })?;
             words.extend(head(event.t.0, event.x, event.y, event.polarity as u32).to_le_bytes());
         }
         Ok(())
     }
 }
 
-/// Words of high times up to that of `t`.
-pub(super) fn go_to(
-    clock: &mut Clock<28>,
+/// Writes words of high times up to that of `t`.
+pub(super) fn write_time_high(
+    time_high: &mut TimeHigh<28>,
     t: i64,
     mut word: impl FnMut(u32),
 ) -> Result<(), String> {
-    if clock.is_set() && clock.high() == t >> LOW_BITS {
+    if time_high.is_set() && time_high.value() == t >> LOW_BITS {
         return Ok(());
     }
     let put = |value| word(TIME_HIGH << 28 | value as u32);
-    clock.go_to(t >> LOW_BITS, put).map_err(|reason| format!("event at {t} µs: {reason}"))
+    time_high.advance_to(t >> LOW_BITS, put).map_err(|reason| format!("event at {t} µs: {reason}"))
 }
 
 /// The word of an event, or the upper half of one of EVT 2.1.

@@ -3,22 +3,22 @@
 use evpose_core::{EventStream, SensorSize};
 
 use super::WordEncoder;
-use super::clock::Clock;
-use super::encode2::{go_to, head};
+use super::encode2::{head, write_time_high};
 use super::evt21::PIXELS;
+use super::time_high::TimeHigh;
 
 /// Turns events into words of EVT 2.1: one for the events that follow each other within one of the
 /// blocks of 32 pixels, at one time, of one polarity and from left to right.
 #[derive(Debug)]
 pub struct Evt21Encoder {
-    clock: Clock<28>,
+    time_high: TimeHigh<28>,
 }
 
 impl WordEncoder for Evt21Encoder {
     const NAMES: (&'static str, &'static str) = ("2.1", "EVT21;endianness=little");
 
     fn new(_: SensorSize) -> Self {
-        Self { clock: Clock::new() }
+        Self { time_high: TimeHigh::new() }
     }
 
     fn encode(&mut self, events: &EventStream, words: &mut Vec<u8>) -> Result<(), String> {
@@ -27,7 +27,7 @@ impl WordEncoder for Evt21Encoder {
         };
         let mut rest = events.iter().peekable();
         while let Some(first) = rest.next() {
-            go_to(&mut self.clock, first.t.0, |upper| word(upper, 0))?;
+            write_time_high(&mut self.time_high, first.t.0, |upper| word(upper, 0))?;
             let block = first.x - first.x % PIXELS;
             let mut mask = 1_u32 << (first.x - block);
             while let Some(event) = rest.next_if(|event| {

@@ -3,8 +3,8 @@
 use evpose_core::{EventStream, Polarity, SensorSize};
 
 use super::WordEncoder;
-use super::clock::Clock;
 use super::evt3::{ADDR_X, ADDR_Y, TIME_HIGH, TIME_LOW, VECT_8, VECT_12, VECT_BASE_X};
+use super::time_high::TimeHigh;
 
 /// Pixels of a vector: words of 12, 12 and 8, as cameras send them. Some decoders take no others.
 const PIXELS: u16 = 32;
@@ -17,10 +17,10 @@ const VECTOR_WORDS: usize = 3;
 /// vectors where these are shorter.
 #[derive(Debug)]
 pub struct Evt3Encoder {
-    clock: Clock<12>,
+    time_high: TimeHigh<12>,
     low: Option<i64>,
     row: Option<u16>,
-    /// Where the next vector begins if no base is sent.
+    /// Begin of the next vector if no base is sent.
     base: Option<(u16, Polarity)>,
     width: u16,
     has_vectors: bool,
@@ -32,7 +32,7 @@ impl Evt3Encoder {
         Self { has_vectors: false, ..self }
     }
 
-    /// The vector that events from number `at` on fit in: base, mask, and how many.
+    /// Packs events from index `at` on into a vector: base, mask, and count of events.
     fn vector(&self, events: &EventStream, at: usize) -> Option<(u16, u32, usize)> {
         let first = events.get(at)?;
         // Vectors that reach beyond the sensor are faults to some decoders.
@@ -63,7 +63,7 @@ impl WordEncoder for Evt3Encoder {
 
     fn new(sensor: SensorSize) -> Self {
         Self {
-            clock: Clock::new(),
+            time_high: TimeHigh::new(),
             low: None,
             row: None,
             base: None,
@@ -77,10 +77,10 @@ impl WordEncoder for Evt3Encoder {
         let mut at = 0;
         while let Some(event) = events.get(at) {
             let t = event.t.0;
-            if !self.clock.is_set() || self.clock.high() != t >> 12 {
+            if !self.time_high.is_set() || self.time_high.value() != t >> 12 {
                 let high = |value| word(TIME_HIGH, value as u16);
-                let went = self.clock.go_to(t >> 12, high);
-                went.map_err(|reason| format!("event at {t} µs: {reason}"))?;
+                let advanced = self.time_high.advance_to(t >> 12, high);
+                advanced.map_err(|reason| format!("event at {t} µs: {reason}"))?;
                 self.low = None;
             }
             if self.low.replace(t & 0xFFF) != Some(t & 0xFFF) {

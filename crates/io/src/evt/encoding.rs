@@ -1,6 +1,6 @@
-//! Which encoding a file is in.
+//! Detection of the encoding of a file.
 
-use super::content::{is_legacy, tell, tell_without_header};
+use super::content::{detect, detect_without_header, is_legacy};
 use super::header::Lines;
 
 /// An encoding of words.
@@ -41,7 +41,7 @@ impl Encoding {
         }
     }
 
-    /// The encoding that a header states, or that the words behind it tell.
+    /// The encoding that a header states, or that is detected by the words behind it.
     pub(super) fn of(lines: &Lines, data: &[u8]) -> Option<Self> {
         let format = lines.get("format").and_then(|format| format.split(';').next());
         match (format, lines.get("evt")) {
@@ -61,8 +61,8 @@ impl Encoding {
                     }
                 }
             }
-            (None, None) if lines.is_empty() => tell_without_header(data),
-            (None, None) => tell(data),
+            (None, None) if lines.is_empty() => detect_without_header(data),
+            (None, None) => detect(data),
             _ => None,
         }
     }

@@ -14,8 +14,8 @@
 use evpose_core::Micros;
 
 use super::batch::Batch;
-use super::clock::Clock;
-use super::{Passed, Trigger, WordDecoder};
+use super::time_high::TimeHigh;
+use super::{SkippedRecords, Trigger, WordDecoder};
 use crate::{Columns, Decoder, Fault};
 
 /// Events are 0 (OFF) and 1 (ON).
@@ -31,37 +31,37 @@ pub(super) const LOW_BITS: u32 = 6;
 /// Turns the words of EVT 2.0 into events.
 #[derive(Debug, Clone)]
 pub struct Evt2Decoder {
-    clock: Clock<28>,
-    passed: Passed,
+    time_high: TimeHigh<28>,
+    skipped: SkippedRecords,
 }
 
 impl Default for Evt2Decoder {
     fn default() -> Self {
-        Self { clock: Clock::new(), passed: Passed::default() }
+        Self { time_high: TimeHigh::new(), skipped: SkippedRecords::default() }
     }
 }
 
 impl Evt2Decoder {
-    /// A word that is no event.
+    /// Takes a word that is no event.
     #[cold]
     fn other(&mut self, word: u32, triggers: &mut Vec<Trigger>) {
         match word >> 28 {
             EXT_TRIGGER => {
-                self.passed.triggers += 1;
-                if self.clock.is_set() {
-                    triggers.push(trigger(word, self.clock));
+                self.skipped.triggers += 1;
+                if self.time_high.is_set() {
+                    triggers.push(trigger(word, self.time_high));
                 }
             }
-            OTHERS | CONTINUED => self.passed.monitoring += 1,
-            _ => self.passed.unknown += 1,
+            OTHERS | CONTINUED => self.skipped.monitoring += 1,
+            _ => self.skipped.unknown += 1,
         }
     }
 }
 
-/// What a word of a trigger says; EVT 2.1 has the same one.
-pub(super) fn trigger(word: u32, clock: Clock<28>) -> Trigger {
+/// Decodes the word of a trigger, which EVT 2.1 shares.
+pub(super) fn trigger(word: u32, time_high: TimeHigh<28>) -> Trigger {
     Trigger {
-        t: Micros(clock.high() << LOW_BITS | i64::from(word >> 22 & 0x3F)),
+        t: Micros(time_high.value() << LOW_BITS | i64::from(word >> 22 & 0x3F)),
         channel: (word >> 8 & 0x1F) as u8,
         is_rising: word & 1 == 1,
     }
@@ -76,20 +76,20 @@ impl WordDecoder for Evt2Decoder {
     ) -> usize {
         let (words, _) = bytes.as_chunks::<4>();
         let mut rest = words;
-        while !self.clock.is_set()
+        while !self.time_high.is_set()
             && let Some((&word, behind)) = rest.split_first()
         {
             let word = u32::from_le_bytes(word);
             match word >> 28 {
-                0 | ON => self.passed.untimed += 1,
-                TIME_HIGH => _ = self.clock.advance((word & 0x0FFF_FFFF).into()),
+                0 | ON => self.skipped.untimed += 1,
+                TIME_HIGH => _ = self.time_high.advance((word & 0x0FFF_FFFF).into()),
                 _ => self.other(word, triggers),
             }
             rest = behind;
         }
         let mut batch = Batch::new();
         for some in rest.chunks(Batch::WORDS) {
-            let mut high = self.clock.high() << LOW_BITS;
+            let mut high = self.time_high.value() << LOW_BITS;
             for &word in some {
                 let word = u32::from_le_bytes(word);
                 let kind = word >> 28;
@@ -98,7 +98,7 @@ impl WordDecoder for Evt2Decoder {
                     let (x, y) = ((word >> 11 & 0x7FF) as u16, (word & 0x7FF) as u16);
                     batch.put(t, x, y, kind == ON, true);
                 } else if kind == TIME_HIGH {
-                    high = self.clock.advance((word & 0x0FFF_FFFF).into()) << LOW_BITS;
+                    high = self.time_high.advance((word & 0x0FFF_FFFF).into()) << LOW_BITS;
                 } else {
                     self.other(word, triggers);
                 }
@@ -115,6 +115,6 @@ impl Decoder for Evt2Decoder {
     }
 
     fn remarks(&self) -> Vec<String> {
-        self.passed.remarks()
+        self.skipped.remarks()
     }
 }

@@ -11,9 +11,9 @@
 //! OpenEB's `hal/cpp/include/metavision/hal/decoders/evt21`.
 
 use super::batch::Batch;
-use super::clock::Clock;
 use super::evt2::{CONTINUED, EXT_TRIGGER, LOW_BITS, ON, OTHERS, TIME_HIGH, trigger};
-use super::{Passed, Trigger, WordDecoder};
+use super::time_high::TimeHigh;
+use super::{SkippedRecords, Trigger, WordDecoder};
 use crate::{Columns, Decoder, Fault};
 
 /// Pixels of a word.
@@ -23,28 +23,28 @@ pub(super) const PIXELS: u16 = 32;
 #[derive(Debug, Clone)]
 pub struct Evt21Decoder {
     is_legacy: bool,
-    clock: Clock<28>,
-    passed: Passed,
+    time_high: TimeHigh<28>,
+    skipped: SkippedRecords,
 }
 
 impl Evt21Decoder {
     /// A decoder of words whose upper half comes first, if `is_legacy`, or else last.
     pub fn new(is_legacy: bool) -> Self {
-        Self { is_legacy, clock: Clock::new(), passed: Passed::default() }
+        Self { is_legacy, time_high: TimeHigh::new(), skipped: SkippedRecords::default() }
     }
 
-    /// A word that is no event.
+    /// Takes a word that is no event.
     #[cold]
     fn other(&mut self, upper: u32, triggers: &mut Vec<Trigger>) {
         match upper >> 28 {
             EXT_TRIGGER => {
-                self.passed.triggers += 1;
-                if self.clock.is_set() {
-                    triggers.push(trigger(upper, self.clock));
+                self.skipped.triggers += 1;
+                if self.time_high.is_set() {
+                    triggers.push(trigger(upper, self.time_high));
                 }
             }
-            OTHERS | CONTINUED => self.passed.monitoring += 1,
-            _ => self.passed.unknown += 1,
+            OTHERS | CONTINUED => self.skipped.monitoring += 1,
+            _ => self.skipped.unknown += 1,
         }
     }
 }
@@ -69,15 +69,15 @@ impl WordDecoder for Evt21Decoder {
         for &word in words {
             let (upper, mask) = halves(word, self.is_legacy);
             match upper >> 28 {
-                0 | ON if !self.clock.is_set() => {
-                    self.passed.untimed += u64::from(mask.count_ones());
+                0 | ON if !self.time_high.is_set() => {
+                    self.skipped.untimed += u64::from(mask.count_ones());
                 }
                 kind @ (0 | ON) => {
-                    let t = self.clock.high() << LOW_BITS | i64::from(upper >> 22 & 0x3F);
+                    let t = self.time_high.value() << LOW_BITS | i64::from(upper >> 22 & 0x3F);
                     let (x, y) = ((upper >> 11 & 0x7FF) as u16, (upper & 0x7FF) as u16);
                     batch.spread::<4>((t, x, y), kind == ON, mask, columns);
                 }
-                TIME_HIGH => _ = self.clock.advance((upper & 0x0FFF_FFFF).into()),
+                TIME_HIGH => _ = self.time_high.advance((upper & 0x0FFF_FFFF).into()),
                 _ => self.other(upper, triggers),
             }
         }
@@ -92,6 +92,6 @@ impl Decoder for Evt21Decoder {
     }
 
     fn remarks(&self) -> Vec<String> {
-        self.passed.remarks()
+        self.skipped.remarks()
     }
 }

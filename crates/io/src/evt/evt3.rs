@@ -22,9 +22,9 @@
 
 use evpose_core::{Micros, wide};
 
-use super::clock::Clock;
 use super::states::{State, States};
-use super::{Passed, Trigger, WordDecoder};
+use super::time_high::TimeHigh;
+use super::{SkippedRecords, Trigger, WordDecoder};
 use crate::{Columns, Decoder, Fault};
 
 pub(super) const ADDR_Y: u16 = 0x0;
@@ -51,7 +51,7 @@ const FLAG: u16 = 0x800;
 /// Turns the words of EVT 3.0 into events.
 #[derive(Debug, Clone)]
 pub struct Evt3Decoder {
-    clock: Clock<12>,
+    time_high: TimeHigh<12>,
     /// The word of the low time.
     low: u16,
     /// The value of the last word of a row, with the bit of its camera; other than that if it is of
@@ -59,9 +59,9 @@ pub struct Evt3Decoder {
     row: Option<u16>,
     /// The bit of the camera that is read, once it is known.
     camera: Option<u16>,
-    /// Value of the base word, and how far vectors have moved on from it.
+    /// Value of the base word, and the columns by which vectors have advanced from it.
     base: Option<(u16, u16)>,
-    passed: Passed,
+    skipped: SkippedRecords,
 }
 
 impl Evt3Decoder {
@@ -69,71 +69,71 @@ impl Evt3Decoder {
     /// row comes first.
     pub fn new(camera: Option<u8>) -> Self {
         Self {
-            clock: Clock::new(),
+            time_high: TimeHigh::new(),
             low: 0,
             row: None,
             camera: camera.map(|camera| if camera == 0 { 0 } else { FLAG }),
             base: None,
-            passed: Passed::default(),
+            skipped: SkippedRecords::default(),
         }
     }
 
-    /// A word before the first row behind the first high time.
+    /// Takes a word before the first row behind the first high time.
     fn begin(&mut self, word: u16, triggers: &mut Vec<Trigger>) {
         let value = word & VALUE;
         match word >> 12 {
             TIME_HIGH => self.set_high(value),
-            ADDR_X => self.lose(1),
-            VECT_12 => self.lose(value.count_ones()),
-            VECT_8 => self.lose((value & 0xFF).count_ones()),
-            VECT_BASE_X | TIME_LOW | ADDR_Y | ADDR_Y_OF_LIGHT if !self.clock.is_set() => {}
+            ADDR_X => self.count_lost(1),
+            VECT_12 => self.count_lost(value.count_ones()),
+            VECT_8 => self.count_lost((value & 0xFF).count_ones()),
+            VECT_BASE_X | TIME_LOW | ADDR_Y | ADDR_Y_OF_LIGHT if !self.time_high.is_set() => {}
             VECT_BASE_X => self.base = Some((value, 0)),
             TIME_LOW => self.low = value,
             ADDR_Y => {
                 self.row = Some(value);
                 self.camera = self.camera.or(Some(value & FLAG));
             }
-            ADDR_Y_OF_LIGHT => self.passed.unknown += 1,
+            ADDR_Y_OF_LIGHT => self.skipped.unknown += 1,
             _ => self.other(word, triggers),
         }
     }
 
-    fn lose(&mut self, events: u32) {
-        let lost = match self.clock.is_set() {
-            false => &mut self.passed.untimed,
-            true => &mut self.passed.unplaced,
+    fn count_lost(&mut self, events: u32) {
+        let lost = match self.time_high.is_set() {
+            false => &mut self.skipped.untimed,
+            true => &mut self.skipped.unplaced,
         };
         *lost += u64::from(events);
     }
 
     fn set_high(&mut self, value: u16) {
-        let before = self.clock;
-        self.clock.advance(value.into());
-        if before != self.clock {
+        let before = self.time_high;
+        self.time_high.advance(value.into());
+        if before != self.time_high {
             self.low = 0;
         }
     }
 
-    /// Words that change nothing about events.
+    /// Takes a word that does not affect events.
     fn other(&mut self, word: u16, triggers: &mut Vec<Trigger>) {
         match word >> 12 {
-            EXT_TRIGGER if self.clock.is_set() => {
-                self.passed.triggers += 1;
+            EXT_TRIGGER if self.time_high.is_set() => {
+                self.skipped.triggers += 1;
                 triggers.push(Trigger {
-                    t: Micros(self.clock.high() << 12 | i64::from(self.low)),
+                    t: Micros(self.time_high.value() << 12 | i64::from(self.low)),
                     channel: (word >> 8 & 0xF) as u8,
                     is_rising: word & 1 == 1,
                 });
             }
-            EXT_TRIGGER => self.passed.triggers += 1,
-            OTHERS | CONTINUED_4 | CONTINUED_12 => self.passed.monitoring += 1,
-            _ => self.passed.unknown += 1,
+            EXT_TRIGGER => self.skipped.triggers += 1,
+            OTHERS | CONTINUED_4 | CONTINUED_12 => self.skipped.monitoring += 1,
+            _ => self.skipped.unknown += 1,
         }
     }
 
-    /// Words between two flushes. `row` and `camera` are known.
+    /// Decodes the words between two flushes. `row` and `camera` are known.
     #[inline(always)]
-    fn some(
+    fn decode_words(
         &mut self,
         words: &[[u8; 2]],
         states: &mut States,
@@ -143,7 +143,7 @@ impl Evt3Decoder {
         let camera = self.camera.unwrap_or(0);
         let row_before = self.row.unwrap_or(0);
         let mut state = State::new(row_before, self.low);
-        states.set_high(self.clock.high() << 12, columns);
+        states.set_high(self.time_high.value() << 12, columns);
         let (mut rows, mut at) = (0, 0);
         while let Some(&word) = words.get(at) {
             at += 1;
@@ -174,21 +174,21 @@ impl Evt3Decoder {
                             *moved = moved.wrapping_add(vector.width);
                         }
                         Some((_, moved)) => {
-                            self.passed.other_camera += u64::from(vector.mask.count_ones());
+                            self.skipped.other_camera += u64::from(vector.mask.count_ones());
                             *moved = moved.wrapping_add(vector.width);
                         }
-                        None => self.passed.unplaced += u64::from(vector.mask.count_ones()),
+                        None => self.skipped.unplaced += u64::from(vector.mask.count_ones()),
                     }
                 }
                 TIME_HIGH => {
                     self.low = state.low();
                     self.set_high(word & VALUE);
-                    states.set_high(self.clock.high() << 12, columns);
+                    states.set_high(self.time_high.value() << 12, columns);
                     state = state.with_low(self.low);
                 }
                 ADDR_Y_OF_LIGHT => {
                     // What comes behind is no event.
-                    self.passed.unknown += 1;
+                    self.skipped.unknown += 1;
                     state = state.with_row(camera ^ FLAG);
                     rows |= FLAG;
                 }
@@ -199,7 +199,7 @@ impl Evt3Decoder {
             }
         }
         if rows & FLAG != 0 {
-            self.passed.other_camera += of_others(words, row_before ^ camera, camera);
+            self.skipped.other_camera += events_of_other_camera(words, row_before ^ camera, camera);
         }
         self.row = Some(state.row() & VALUE);
         self.low = state.low();
@@ -233,8 +233,8 @@ fn vector(words: &[[u8; 2]]) -> Vector {
     }
 }
 
-/// Single events whose row is not of the camera that is read; counted apart, since few files have any.
-fn of_others(words: &[[u8; 2]], mut row: u16, camera: u16) -> u64 {
+/// Counts single events of the other camera; a pass of its own, since few files have any.
+fn events_of_other_camera(words: &[[u8; 2]], mut row: u16, camera: u16) -> u64 {
     let mut count = 0;
     for &word in words {
         let word = u16::from_le_bytes(word);
@@ -268,7 +268,7 @@ impl WordDecoder for Evt3Decoder {
             #[inline(always)]
             || {
                 for some in rest.chunks(States::WORDS) {
-                    self.some(some, &mut states, columns, triggers);
+                    self.decode_words(some, &mut states, columns, triggers);
                     states.flush(columns);
                 }
             },
@@ -287,13 +287,13 @@ impl Decoder for Evt3Decoder {
         let took = self.decode_all(bytes, columns, &mut Vec::new());
         // Some programs end their files with an end of line.
         if is_last && matches!(bytes[took..], [b'\n' | b'\r']) {
-            self.passed.padding += 1;
+            self.skipped.padding += 1;
             return Ok(bytes.len());
         }
         Ok(took)
     }
 
     fn remarks(&self) -> Vec<String> {
-        self.passed.remarks()
+        self.skipped.remarks()
     }
 }

@@ -44,7 +44,7 @@ pub(crate) const EVT3: Format = Format {
     labels: no_labels,
 };
 
-/// What a file says of itself, its encoding, and where its words begin.
+/// Reads the header of a file; returns it with the encoding and the offset of the first word.
 fn begin(input: &mut Input) -> Result<(Header, Encoding, u64), IoError> {
     let lines = Lines::read(input)?;
     lines.check_end(input)?;
@@ -85,7 +85,7 @@ fn open(
     })
 }
 
-/// The edges at trigger inputs in a RAW file of any encoding.
+/// Reads the edges at trigger inputs in a RAW file of any encoding.
 ///
 /// # Errors
 /// If it cannot be read or is no RAW file.

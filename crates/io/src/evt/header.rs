@@ -9,14 +9,13 @@ use evpose_core::SensorSize;
 use crate::{Header, Input, IoError};
 
 /// Ample for one key and its value; what is longer is data.
-const LONGEST_LINE: usize = 4096;
+const MAX_LINE: usize = 4096;
 /// No camera writes more than some hundred bytes.
-const LONGEST_HEADER: usize = 1 << 20;
-/// What is read at first.
+const MAX_HEADER: usize = 1 << 20;
+/// Bytes that are read first.
 const USUAL_HEADER: usize = 1 << 16;
 
-/// What vendors call what a user may want to know, and how it is called here; of several keys the
-/// first that the file has.
+/// Names of facts, and the vendors' keys for each; the first key that the file has is taken.
 const FACTS: &[(&str, &[&str])] = &[
     ("camera", &["camera_integrator_name", "integrator_name", "plugin_name"]),
     ("chip", &["sensor_name", "sensor_generation", "generation"]),
@@ -64,14 +63,14 @@ impl Lines {
     /// # Errors
     /// If it cannot be read, or has no data within a mebibyte.
     pub(crate) fn read(input: &mut Input) -> Result<Self, IoError> {
-        let mut most = USUAL_HEADER;
+        let mut max = USUAL_HEADER;
         loop {
-            let bytes = input.head(most)?;
+            let bytes = input.head(max)?;
             let lines = Self::parse(&bytes);
-            if !lines.is_open || bytes.len() < most {
+            if !lines.is_open || bytes.len() < max {
                 return Ok(lines);
             }
-            if most >= LONGEST_HEADER {
+            if max >= MAX_HEADER {
                 return Err(IoError::Damaged {
                     path: input.path.clone(),
                     byte: lines.length as u64,
@@ -79,7 +78,7 @@ impl Lines {
                     events: 0,
                 });
             }
-            most *= 2;
+            max *= 2;
         }
     }
 
@@ -113,7 +112,7 @@ impl Lines {
         pairs.find(|(key, _)| key.trim() == name).map(|(_, value)| value.trim())
     }
 
-    /// What the lines say of the recording.
+    /// The sensor and the facts that the lines state.
     pub(crate) fn header(&self) -> Header {
         let facts = FACTS.iter().filter_map(|&(name, keys)| {
             let value = keys.iter().find_map(|key| self.get(key).filter(|v| !v.is_empty()))?;
@@ -153,11 +152,11 @@ fn line(bytes: &[u8]) -> Result<Option<&str>, Unfinished> {
         [b'%', b' ' | b'\t', ..] => {}
         _ => return Ok(None),
     }
-    let near = &bytes[..bytes.len().min(LONGEST_LINE)];
+    let near = &bytes[..bytes.len().min(MAX_LINE)];
     let end = near.iter().position(|&b| b < b' ' && b != b'\t' && b != b'\r');
     match end {
         Some(end) if near[end] == b'\n' => Ok(str::from_utf8(&near[..end]).ok()),
-        None if near.len() < LONGEST_LINE => Err(Unfinished),
+        None if near.len() < MAX_LINE => Err(Unfinished),
         _ => Ok(None),
     }
 }

@@ -1,6 +1,6 @@
 //! Prophesee's RAW files: the words of a camera as they came, behind a header of `%` lines.
 //!
-//! Three encodings, told apart by the header (`% format EVT3;height=720;width=1280`, or `% evt 3.0`
+//! Three encodings, distinguished by the header (`% format EVT3;height=720;width=1280`, or `% evt 3.0`
 //! of older programs), or by the words where it does not say: [`Evt2Decoder`], [`Evt21Decoder`],
 //! [`Evt3Decoder`]. Writers of all three are [`Evt2Encoder`], [`Evt21Encoder`], [`Evt3Encoder`].
 //! Edges at trigger inputs are no events: [`triggers`] reads them.
@@ -9,7 +9,6 @@
 //! <https://docs.prophesee.ai/stable/data/file_formats/raw.html>
 
 mod batch;
-mod clock;
 mod content;
 mod encode2;
 mod encode21;
@@ -20,10 +19,12 @@ mod evt21;
 mod evt3;
 mod format;
 pub(crate) mod header;
-mod passed;
+mod skipped;
 mod states;
 pub mod synthetic;
+mod time_high;
 mod trigger;
+mod word_decoder;
 mod writer;
 
 pub use encode2::Evt2Encoder;
@@ -35,22 +36,10 @@ pub use evt3::Evt3Decoder;
 pub use evt21::Evt21Decoder;
 pub use format::triggers;
 pub(crate) use format::{EVT2, EVT3, EVT21};
-pub(crate) use passed::Passed;
+pub(crate) use skipped::SkippedRecords;
 pub use trigger::Trigger;
+pub use word_decoder::WordDecoder;
 pub use writer::WordEncoder;
-
-use crate::{Columns, Decoder};
-
-/// A decoder that also finds edges at trigger inputs.
-pub trait WordDecoder: Decoder {
-    /// Appends the events and the edges of all whole words of `bytes`; how many bytes those are.
-    fn decode_all(
-        &mut self,
-        bytes: &[u8],
-        columns: &mut Columns,
-        triggers: &mut Vec<Trigger>,
-    ) -> usize;
-}
 
 #[cfg(test)]
 mod tests;

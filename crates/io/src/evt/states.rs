@@ -18,9 +18,9 @@ use crate::Columns;
 const PLACES: usize = 2048;
 /// Places that a mask may fill.
 const MASK: usize = 32;
-/// Where the word of the column is.
+/// Bit offset of the word of the column.
 const X: u32 = 16;
-/// Where the word of the low time is.
+/// Bit offset of the word of the low time.
 const LOW: u32 = 48;
 /// Coordinates of a word.
 const COORDINATE: u64 = 0x7FF;
@@ -84,7 +84,7 @@ impl States {
         Self { places: [0; PLACES], events: 0, high_us: 0 }
     }
 
-    /// What comes from here on has this high time.
+    /// Sets the high time of all events from here on.
     pub(super) fn set_high(&mut self, high_us: i64, columns: &mut Columns) {
         if high_us != self.high_us {
             self.flush(columns);
@@ -95,7 +95,7 @@ impl States {
     /// Puts an event, if it is one.
     #[inline(always)]
     pub(super) fn put(&mut self, state: State, is_event: bool) {
-        // Never beyond the places, as flushed in time; this tells the compiler.
+        // Flushed before the places run out; the remainder spares the bounds check.
         self.places[self.events % PLACES] = state.0;
         self.events += usize::from(is_event);
     }

@@ -6,7 +6,9 @@ use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize, TimeWindow};
 use proptest::prelude::*;
 
 use super::*;
-use crate::{Input, IoError, OpenOptions, Recording, SensorOrigin, Windows, open, read_as, source};
+use crate::{
+    Columns, Input, IoError, OpenOptions, Recording, SensorOrigin, Windows, open, read_as, source,
+};
 
 const SENSOR: SensorSize = SensorSize { width: 346, height: 260 };
 
@@ -61,7 +63,7 @@ fn every_word_of_evt3_means_what_its_document_says() {
 }
 
 #[test]
-fn vectors_further_right_than_words_go_are_still_told() {
+fn vectors_beyond_the_coordinates_of_words_are_still_decoded() {
     let data = words16(&[
         0x8001, 0x6002, 0x0007, 0x2803, // 4098 µs, row 7: ON at 3
         0x3FF8, 0x4801, 0x4003, 0x5081, // ON from 2040
@@ -213,7 +215,7 @@ fn encoded<E: WordEncoder>(events: &EventStream) -> Vec<u8> {
 }
 
 #[test]
-fn words_tell_their_encoding_where_no_header_does() {
+fn the_encoding_is_detected_by_words_where_no_header_states_it() {
     let swapped = |words: Vec<u8>| -> Vec<u8> {
         words.as_chunks::<8>().0.iter().flat_map(|w| [&w[4..], &w[..4]].concat()).collect()
     };
@@ -242,11 +244,11 @@ fn words_tell_their_encoding_where_no_header_does() {
 #[test]
 fn what_is_no_event_file_is_not_taken_for_one() {
     let text = "% A comment of a program\nx = 1\n".repeat(200);
-    let numbers: Vec<u8> = (0..9000_u32).flat_map(|k| (k % 50).to_le_bytes()).collect();
+    let integers: Vec<u8> = (0..9000_u32).flat_map(|k| (k % 50).to_le_bytes()).collect();
     let floats: Vec<u8> = (0..9000).flat_map(|k| (k as f32).sqrt().to_le_bytes()).collect();
     let noise: Vec<u8> =
         (0..9000_u32).map(|k| (k.wrapping_mul(2_654_435_761) >> 13) as u8).collect();
-    for bytes in [text.into_bytes(), numbers, floats, noise, b"% ".to_vec(), b"%".to_vec()] {
+    for bytes in [text.into_bytes(), integers, floats, noise, b"% ".to_vec(), b"%".to_vec()] {
         let opened = read_as(Input::memory("other", bytes), &OpenOptions::default());
         assert!(matches!(opened, Err(IoError::UnknownFormat { .. })), "{opened:?}");
     }
@@ -351,7 +353,7 @@ fn a_file_cut_at_any_byte_gives_an_error_or_the_exact_prefix() {
             let input = Input::memory("cut.raw", bytes[..cut].to_vec());
             let salvage = OpenOptions { salvage: true, ..OpenOptions::default() };
             let Ok(found) = read_as(input, &salvage) else {
-                // No more of the header than it takes to tell nothing.
+                // A head that ends before the header states the encoding.
                 assert!(cut < 100, "{name} cut at {cut}");
                 continue;
             };
@@ -370,7 +372,7 @@ fn a_file_cut_at_any_byte_gives_an_error_or_the_exact_prefix() {
     }
 }
 
-/// Any recording that words hold: out of raster order, with gaps of turns of the clock.
+/// Any recording that words hold: out of raster order, with gaps of several wraparounds.
 fn recordings() -> impl Strategy<Value = EventStream> {
     let step = prop_oneof![
         6 => Just(0_i64), 3 => 0_i64..100, 1 => 0_i64..100_000, 1 => 0_i64..40_000_000

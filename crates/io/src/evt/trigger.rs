@@ -5,9 +5,9 @@ use evpose_core::Micros;
 /// An edge at a trigger input.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Trigger {
-    /// When, on the clock of the events.
+    /// Time stamp, on the clock of the events.
     pub t: Micros,
-    /// Which input.
+    /// Index of the input.
     pub channel: u8,
     /// Whether the signal rose.
     pub is_rising: bool,

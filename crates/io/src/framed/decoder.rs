@@ -70,7 +70,7 @@ impl FramedDecoder {
         count * EVENT
     }
 
-    /// Where the next packet may begin behind the first byte, which is none.
+    /// Offset at which the next packet may begin, behind the first byte, where none does.
     fn search(&mut self, bytes: &[u8], is_last: bool) -> usize {
         self.malformed += u64::from(!std::mem::replace(&mut self.is_lost, true));
         let found = bytes.windows(MARKER.len()).skip(1).position(|four| four == MARKER);

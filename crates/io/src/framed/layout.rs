@@ -6,12 +6,12 @@ use evpose_core::{Micros, Polarity, SensorSize, wide};
 
 use crate::Columns;
 
-/// What a stream begins with.
+/// Magic bytes of a stream.
 pub const MAGIC: &[u8; 8] = b"EVPOSE1\n";
 /// Bytes of what stands before the packets.
 pub(super) const HEADER: usize = 16;
 
-/// What a packet begins with.
+/// Magic bytes of a packet.
 pub(super) const MARKER: &[u8; 4] = b"EVTS";
 /// Bytes of what stands before its events.
 pub(super) const HEAD: usize = 16;
@@ -19,11 +19,11 @@ pub(super) const HEAD: usize = 16;
 pub(super) const EVENT: usize = 8;
 
 /// Events of a packet, at most: a sender that lives does not wait for more, and a count beyond is noise.
-pub(super) const MOST_EVENTS: u32 = 1 << 22;
+pub(super) const MAX_EVENTS: u32 = 1 << 22;
 /// Times lie so far from 0 at most, about 36,000 years: their differences are times, too.
 pub(super) const LONGEST_US: i64 = 1 << 60;
 /// Rows have 15 bits.
-pub(super) const MOST_ROWS: u16 = 1 << 15;
+pub(super) const MAX_ROWS: u16 = 1 << 15;
 
 /// Events that stay in the first-level cache while one column after the other is filled.
 const AT_ONCE: usize = 1024;
@@ -37,7 +37,7 @@ pub(super) fn sensor_of(header: &[u8; HEADER]) -> Result<SensorSize, (u64, Cow<'
     let [w0, w1, h0, h1, reserved @ ..] = rest;
     let sensor =
         SensorSize { width: u16::from_le_bytes([w0, w1]), height: u16::from_le_bytes([h0, h1]) };
-    if sensor.pixels() == 0 || sensor.height > MOST_ROWS {
+    if sensor.pixels() == 0 || sensor.height > MAX_ROWS {
         return Err((8, format!("a sensor of {sensor}").into()));
     }
     if reserved != [0; 4] {
@@ -55,7 +55,7 @@ pub(super) fn header(sensor: SensorSize) -> [u8; HEADER] {
     bytes
 }
 
-/// What stands before the events of a packet.
+/// Head of a packet, before its events.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Head {
     pub(super) count: u32,
@@ -71,7 +71,7 @@ impl Head {
             base: Micros(i64::from_le_bytes(base)),
         };
         let is_head = [a, b, c, d] == *MARKER
-            && head.count <= MOST_EVENTS
+            && head.count <= MAX_EVENTS
             && (-LONGEST_US..=LONGEST_US).contains(&head.base.0);
         is_head.then_some(head)
     }
@@ -95,7 +95,7 @@ pub(super) fn decode(base: Micros, events: &[[u8; EVENT]], columns: &mut Columns
                 let words = events.iter().map(|event| u64::from_le_bytes(*event));
                 columns.t.extend(words.clone().map(|w| Micros(base.0 + i64::from(w as u32))));
                 columns.x.extend(words.clone().map(|w| (w >> 32) as u16));
-                columns.y.extend(words.clone().map(|w| (w >> 48) as u16 & (MOST_ROWS - 1)));
+                columns.y.extend(words.clone().map(|w| (w >> 48) as u16 & (MAX_ROWS - 1)));
                 columns.polarity.extend(words.map(|w| Polarity::from_on(w >> 63 != 0)));
             }
         },

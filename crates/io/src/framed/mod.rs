@@ -1,6 +1,6 @@
 //! A framed stream of events of our own, for sockets, pipes and files: ten lines of any language write it.
 //!
-//! Numbers are little-endian, times microseconds. A stream begins with 16 bytes:
+//! Fields are little-endian, times microseconds. A stream begins with 16 bytes:
 //!
 //! | offset | type | meaning |
 //! |---|---|---|
@@ -21,7 +21,7 @@
 //! | 20 + 8 k | `u16` | its column |
 //! | 22 + 8 k | `u16` | its row in the lower 15 bits, 1 for ON in the highest |
 //!
-//! In C, on a machine whose numbers are little-endian:
+//! In C, on a little-endian machine:
 //!
 //! ```c
 //! uint16_t size[4] = {346, 260, 0, 0};

@@ -35,7 +35,7 @@ pub struct FramedReader<R> {
     taken: usize,
     filled: usize,
     is_at_end: bool,
-    /// Where in the stream decoding has come to.
+    /// Offset in the stream of the next byte to decode.
     at: u64,
     events: u64,
 }
@@ -79,7 +79,7 @@ impl<R: Read> FramedReader<R> {
         self.sensor
     }
 
-    /// At how many places bytes were passed over because they are no packet.
+    /// Count of places at which bytes were skipped because they are no packet.
     pub fn malformed(&self) -> u64 {
         self.decoder.malformed()
     }

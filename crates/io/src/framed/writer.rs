@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use evpose_core::{EventStream, SensorSize};
 
-use super::layout::{EVENT, HEAD, Head, LONGEST_US, MOST_ROWS, encode, header};
+use super::layout::{EVENT, HEAD, Head, LONGEST_US, MAX_ROWS, encode, header};
 use crate::IoError;
 
 /// Events of a packet, at most: readers give them at once.
@@ -30,7 +30,7 @@ impl<W: Write> FramedWriter<W> {
         sensor: SensorSize,
     ) -> Result<Self, IoError> {
         let name = name.into();
-        if sensor.pixels() == 0 || sensor.height > MOST_ROWS {
+        if sensor.pixels() == 0 || sensor.height > MAX_ROWS {
             let reason = format!("a sensor of {sensor}, and there is room for 1 to 32768 rows");
             return Err(IoError::unwritable(&name, reason));
         }
@@ -73,7 +73,7 @@ impl<W: Write> FramedWriter<W> {
         self.out.flush().map_err(|e| IoError::file(&self.name, "write", e))
     }
 
-    /// What the stream is written to.
+    /// Writer of the stream.
     pub fn into_inner(self) -> W {
         self.out
     }

@@ -28,7 +28,7 @@ impl Folder {
                 images.push(image);
             }
         }
-        // What lies beside frames without loss is no frame, but a picture of some of them.
+        // JPEG images beside lossless frames are previews, not frames.
         if images.iter().any(|image| format_of(image) == Some(ImageFormat::Png)) {
             images.retain(|image| format_of(image) == Some(ImageFormat::Png));
         }
@@ -74,7 +74,7 @@ impl Folder {
     }
 }
 
-/// The format that the name of an image tells, if it is one of those that are read.
+/// Image format by the extension, if it is one of those that are read.
 fn format_of(path: &Path) -> Option<ImageFormat> {
     let ending = path.extension()?;
     let is = |known: &str| ending.eq_ignore_ascii_case(known);

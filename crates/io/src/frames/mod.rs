@@ -7,7 +7,7 @@
 //! |---|---|---|
 //! | 8-bit images, `u1` | codes | 255 |
 //! | 16-bit images, `u2` | codes | 65535 |
-//! | `f2`, `f4`, `f8` | numbers | 1 |
+//! | `f2`, `f4`, `f8` | floats | 1 |
 //!
 //! Frames come as luminance relative to white: `value / white`, through the curve of sRGB where
 //! the encoding is sRGB. Colours become `0.2126 R + 0.7152 G + 0.0722 B` behind the curve. Alpha
@@ -16,6 +16,7 @@
 //! # Source
 //! IEC 61966-2-1:1999 for the curve, ITU-R BT.709 for the weights.
 
+mod fault;
 mod folder;
 mod light;
 mod natural;
@@ -32,18 +33,19 @@ use folder::Folder;
 use light::Light;
 use npy::NpyFrames;
 
+pub use fault::{Depth, FrameFault};
 pub use npy::write_codes;
 
-/// How values stand for light.
+/// Transfer curve from values to light.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Encoding {
-    /// In proportion.
+    /// Values proportional to luminance.
     Linear,
-    /// As on a display.
+    /// The curve of sRGB.
     Srgb,
 }
 
-/// Frames in order.
+/// A sequence of frames, read one at a time.
 #[derive(Debug)]
 pub struct FrameSource {
     path: PathBuf,
@@ -56,66 +58,6 @@ pub struct FrameSource {
 enum Kind {
     Folder(Folder),
     Npy(NpyFrames),
-}
-
-/// What the numbers of a source are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Depth {
-    /// Codes of 8 bits.
-    Eight,
-    /// Codes of 16 bits.
-    Sixteen,
-    /// Floating-point numbers.
-    Float,
-}
-
-/// Why there are no frames to be had.
-#[derive(Debug, Clone, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum FrameFault {
-    /// A folder without images.
-    NoImages,
-    /// An image that cannot be decoded.
-    Undecodable(String),
-    /// An image whose pixels are neither codes of 8 nor of 16 bits.
-    Pixels(String),
-    /// A file that is no `.npy` array, with the reason.
-    NotAnArray(String),
-    /// An array of another shape than frames, height, width, or without any of them.
-    Shape(Vec<u64>),
-    /// An array of values that are none of u1, u2, f2, f4, f8.
-    Type(String),
-    /// An array stored column by column.
-    Columns,
-    /// An array that ends before its shape does.
-    Truncated {
-        /// Whole frames that are there.
-        whole: u64,
-        /// Frames of the shape.
-        of: u64,
-        /// Where in the file the first that is not whole begins.
-        byte: u64,
-    },
-    /// An array that goes on behind its shape.
-    Trailing(u64),
-    /// More columns or rows than a sensor can have.
-    TooLarge(u64, u64),
-    /// A frame that differs in size from the first.
-    Size {
-        /// Its size.
-        got: SensorSize,
-        /// That of the first.
-        first: SensorSize,
-    },
-    /// A frame that differs in depth from the first.
-    Depth {
-        /// Its depth.
-        got: Depth,
-        /// That of the first.
-        first: Depth,
-    },
-    /// A level of white that is not a positive number.
-    White,
 }
 
 impl FrameSource {
@@ -158,7 +100,7 @@ impl FrameSource {
         }
     }
 
-    /// The number of frames, read or not.
+    /// Count of frames, read or not.
     pub fn frames(&self) -> u64 {
         match &self.kind {
             Kind::Folder(folder) => folder.frames(),
@@ -166,17 +108,17 @@ impl FrameSource {
         }
     }
 
-    /// What the numbers are.
+    /// Type of the values.
     pub fn depth(&self) -> Depth {
         self.light.depth()
     }
 
-    /// How they stand for light.
+    /// Transfer curve of the values.
     pub fn encoding(&self) -> Encoding {
         self.encoding
     }
 
-    /// The number that is white.
+    /// The value of white.
     pub fn white(&self) -> f64 {
         self.light.white()
     }
@@ -197,7 +139,7 @@ impl FrameSource {
     }
 }
 
-/// A size that a sensor can have.
+/// Checks that a size is one that a sensor can have.
 fn sensor_size(width: u64, height: u64) -> Result<SensorSize, FrameFault> {
     match (u16::try_from(width), u16::try_from(height)) {
         (Ok(width), Ok(height)) => Ok(SensorSize { width, height }),
@@ -227,49 +169,6 @@ impl FromStr for Encoding {
 impl fmt::Display for Encoding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(self.name())
-    }
-}
-
-impl fmt::Display for Depth {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
-            Self::Eight => "8 bit",
-            Self::Sixteen => "16 bit",
-            Self::Float => "floating point",
-        })
-    }
-}
-
-impl fmt::Display for FrameFault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NoImages => f.write_str("no .png image in this folder, and no .jpg either"),
-            Self::Undecodable(why) => write!(f, "cannot be decoded: {why}"),
-            Self::Pixels(found) => write!(f, "pixels of type {found}, expected 8 or 16 bits"),
-            Self::NotAnArray(why) => write!(f, "neither a folder nor an .npy array: {why}"),
-            Self::Shape(shape) => {
-                write!(f, "an array of shape {shape:?}, expected (frames, height, width)")
-            }
-            Self::Type(found) => write!(
-                f,
-                "values of type {found}, expected u1, u2, f2, f4 or f8: save \
-                 frames.astype('float32')"
-            ),
-            Self::Columns => f.write_str(
-                "stored column by column (fortran_order), expected row by row: save \
-                 numpy.ascontiguousarray(frames)",
-            ),
-            Self::Truncated { whole, of, byte } => {
-                write!(f, "truncated: {whole} of its {of} frames are there, up to byte {byte}")
-            }
-            Self::Trailing(bytes) => write!(f, "{bytes} bytes more than its shape says"),
-            Self::TooLarge(width, height) => {
-                write!(f, "{width}x{height} pixels, more than 65535 in a row or column")
-            }
-            Self::Size { got, first } => write!(f, "{got} pixels, but the first frame has {first}"),
-            Self::Depth { got, first } => write!(f, "{got}, but the first frame is {first}"),
-            Self::White => f.write_str("the level of white must be a positive number"),
-        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::cmp::Ordering;
 
-/// Compares runs of digits as numbers, all else byte by byte.
+/// Compares runs of digits by value, all else byte by byte.
 pub(super) fn compare(a: &str, b: &str) -> Ordering {
     let (mut a_rest, mut b_rest) = (a.as_bytes(), b.as_bytes());
     loop {
@@ -40,7 +40,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_count_wherever_they_are() {
+    fn runs_of_digits_compare_by_value_wherever_they_are() {
         let sorted =
             ["", "1.png", "01.png", "2.png", "10.png", "a", "a2b9", "a2b10", "a10", "b", "b0"];
         for (i, a) in sorted.iter().enumerate() {

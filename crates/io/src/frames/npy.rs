@@ -128,12 +128,12 @@ impl NpyFrames {
             Values::U16 => fill(out, pairs().map(|code| light.of_code(code))),
             Values::F16 => fill(out, pairs().map(|bits| light.of_number(half(bits)))),
             Values::F32 => {
-                let numbers = self.bytes.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b));
-                fill(out, numbers.map(|value| light.of_number(value.into())));
+                let values = self.bytes.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b));
+                fill(out, values.map(|value| light.of_number(value.into())));
             }
             Values::F64 => {
-                let numbers = self.bytes.as_chunks::<8>().0.iter().map(|b| f64::from_le_bytes(*b));
-                fill(out, numbers.map(|value| light.of_number(value)));
+                let values = self.bytes.as_chunks::<8>().0.iter().map(|b| f64::from_le_bytes(*b));
+                fill(out, values.map(|value| light.of_number(value)));
             }
         }
         Ok(true)

@@ -23,10 +23,10 @@ const STORED: u8 = 2;
 const BITS_SHUFFLED: u8 = 4;
 const NOT_SPLIT: u8 = 16;
 /// Blocks are split for values of up to so many bytes, if there are at least so many values.
-const MOST_SPLITS: usize = 16;
-const LEAST_VALUES: usize = 128;
+const MAX_SPLITS: usize = 16;
+const MIN_VALUES: usize = 128;
 
-/// What a damaged chunk is told to be.
+/// Reason in errors of damaged chunks.
 type Reason = Cow<'static, str>;
 
 const ENDS: Reason = Cow::Borrowed("a Blosc chunk ends before its last byte");
@@ -81,7 +81,7 @@ pub(super) fn decode(chunk: &[u8], most: usize, out: &mut Vec<u8>) -> Result<(),
     Ok(())
 }
 
-/// What a block is.
+/// Layout of a block.
 #[derive(Debug, Clone, Copy)]
 struct Block {
     /// Bytes a value.
@@ -101,8 +101,8 @@ impl Block {
 
     fn is_split(self) -> bool {
         self.flags & NOT_SPLIT == 0
-            && self.size <= MOST_SPLITS
-            && self.bytes / self.size >= LEAST_VALUES
+            && self.size <= MAX_SPLITS
+            && self.bytes / self.size >= MIN_VALUES
             && !self.is_last
     }
 

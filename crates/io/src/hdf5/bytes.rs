@@ -13,7 +13,7 @@ use crate::{Input, ReadSeek};
 pub(super) struct Bytes {
     length: u64,
     reader: Mutex<Box<dyn ReadSeek>>,
-    /// Where the structure was read last: the best there is to say where its damage is.
+    /// Offset of the last read of file structure, the best available position for its damage.
     last: AtomicU64,
 }
 
@@ -22,7 +22,7 @@ impl Bytes {
         Self { length: input.length, reader: Mutex::new(input.bytes), last: AtomicU64::new(0) }
     }
 
-    /// Where the structure was read last.
+    /// Offset of the last read of file structure.
     pub(super) fn last(&self) -> u64 {
         self.last.load(Ordering::Relaxed)
     }

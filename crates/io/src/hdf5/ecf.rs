@@ -22,7 +22,7 @@ use evpose_core::{Micros, Polarity};
 use crate::{Columns, Fault};
 
 /// The most events of a chunk.
-const MOST: usize = 65_535;
+const MAX_EVENTS: usize = 65_535;
 /// Runs of up to so many events are written with one store of this length.
 const SHORT: usize = 8;
 
@@ -40,7 +40,7 @@ pub(super) fn decode(bytes: &[u8], columns: &mut Columns) -> Result<usize, Fault
     })
 }
 
-/// What a damaged chunk is told to be.
+/// Reason in errors of damaged chunks.
 type Reason = Cow<'static, str>;
 
 const ENDS: &str = "a chunk ends before its last event";
@@ -72,8 +72,8 @@ impl Packed<'_> {
         let header = u32::from_le_bytes(self.take()?);
         let (events, is_packed, has_polarity) =
             ((header >> 2) as usize, header & 2 != 0, header & 1 != 0);
-        if events > MOST {
-            return Err(format!("a chunk of {events} events, more than {MOST}").into());
+        if events > MAX_EVENTS {
+            return Err(format!("a chunk of {events} events, more than {MAX_EVENTS}").into());
         }
         let before = columns.len();
         columns.t.resize(before + events, Micros(0));

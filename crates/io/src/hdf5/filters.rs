@@ -32,7 +32,7 @@ const UNREAD: &[(u16, &str)] = &[
 /// No codec makes more bytes of one: zstd writes 128 KiB of one value in four bytes.
 pub(super) const TIGHTEST: usize = 32_768;
 
-/// What a damaged chunk is told to be.
+/// Reason in errors of damaged chunks.
 type Reason = Cow<'static, str>;
 
 /// The filters of a dataset in the order in which they were applied.

@@ -1,4 +1,4 @@
-//! Where in a file its events are, and what its attributes say of them.
+//! Detection of the datasets of events in a file, and their attributes.
 
 use std::sync::Arc;
 
@@ -10,14 +10,14 @@ use hdf5_reader::{Attribute, Dataset, Datatype, Hdf5File};
 use super::bytes::Bytes;
 use super::number::Number;
 use super::table::{Damage, Table};
-use crate::npz::{ORDERS, REQUIRED, called};
-use crate::tell::is_time;
+use crate::npz::{ORDERS, REQUIRED, array_by_name};
+use crate::sniff::is_time;
 use crate::{Header, OpenOptions};
 
 /// A place of events in a file.
 struct Place {
     path: &'static str,
-    /// Whose files have it.
+    /// Program whose files have it.
     layout: &'static str,
     /// The sensor they are of, where they do not say.
     usual_sensor: Option<SensorSize>,
@@ -39,12 +39,12 @@ const PLACES: &[Place] = &[
     place("prophesee/right", "M3ED", (1280, 720)),
     place("", "table", (0, 0)),
 ];
-/// What DSEC's files have beside their events, and their sensor.
+/// Dataset that DSEC's files have beside their events, and their sensor.
 const DSEC: (&str, &str, SensorSize) =
     ("ms_to_idx", "DSEC", SensorSize { width: 640, height: 480 });
 /// Added to all times.
 const T_OFFSET: &str = "t_offset";
-/// Where Prophesee's files have the edges of external signals.
+/// Path of the edges of external signals in Prophesee's files.
 const TRIGGERS: &str = "EXT_TRIGGER/events";
 /// Attributes that are worth showing: our name, theirs.
 const FACTS: [(&str, &str); 4] = [
@@ -53,7 +53,7 @@ const FACTS: [(&str, &str); 4] = [
     ("serial", "serial_number"),
     ("version", "version"),
 ];
-/// Rows from which the order of columns without names is told.
+/// Rows by which the order of columns without names is detected.
 const LOOKED_AT: u64 = 4096;
 
 /// A column of the events of a file.
@@ -74,23 +74,23 @@ pub(super) struct Layout {
     pub(super) remarks: Vec<String>,
 }
 
-/// Why a file has no events that can be read.
-pub(super) enum Lack {
-    /// Its structure is damaged, or none that is known.
+/// Error of a file without events that can be read.
+pub(super) enum LayoutError {
+    /// A damaged or unknown structure.
     Structure(Error),
-    /// Its first rows are damaged.
+    /// Damaged first rows.
     Rows(Damage),
-    /// It has not as many cameras.
+    /// A camera that the file lacks.
     Camera(String),
 }
 
-impl From<Error> for Lack {
+impl From<Error> for LayoutError {
     fn from(error: Error) -> Self {
         Self::Structure(error)
     }
 }
 
-/// What is at a path.
+/// Object at a path.
 enum Node {
     Group(Group),
     Dataset(Box<Dataset>),
@@ -101,31 +101,32 @@ pub(super) fn find(
     file: &Hdf5File,
     bytes: &Arc<Bytes>,
     options: &OpenOptions,
-) -> Result<Layout, Lack> {
+) -> Result<Layout, LayoutError> {
     let root = file.root_group()?;
-    let mut found = Vec::new();
+    let mut cameras = Vec::new();
     for place in PLACES {
         if let Some(node) = at(&root, place.path)?
             && is_events(&node)?
         {
-            found.push((place, node));
+            cameras.push((place, node));
         }
     }
     let camera = usize::from(options.camera.unwrap_or(0));
-    if found.is_empty() {
+    if cameras.is_empty() {
         let (groups, datasets) = root.member_names()?;
         let names = [groups, datasets].concat().join(", ");
         return Err(Error::Other(format!("no events in any known place (it has: {names})")).into());
     }
-    if camera >= found.len() {
-        return Err(Lack::Camera(format!("no camera {camera}, it has {}", found.len())));
+    if camera >= cameras.len() {
+        return Err(LayoutError::Camera(format!("no camera {camera}, it has {}", cameras.len())));
     }
     let mut remarks = Vec::new();
-    let others = found.iter().enumerate().filter(|(k, _)| *k != camera && options.camera.is_none());
+    let others =
+        cameras.iter().enumerate().filter(|(k, _)| *k != camera && options.camera.is_none());
     remarks.extend(others.map(|(k, (place, _))| {
         format!("the events of /{} are passed over: they are those of camera {k}", place.path)
     }));
-    let (place, node) = found.swap_remove(camera);
+    let (place, node) = cameras.swap_remove(camera);
     let (tables, columns) = match &node {
         Node::Group(group) => of_group(file, bytes, group)?,
         Node::Dataset(dataset) => of_dataset(file, bytes, dataset)?,
@@ -157,7 +158,7 @@ pub(super) fn find(
     Ok(Layout { tables, columns, t_offset, header, remarks })
 }
 
-/// What is at `path` below `group`, if anything.
+/// The object at `path` below `group`, if there is one.
 fn at(group: &Group, path: &str) -> Result<Option<Node>, Error> {
     let (name, rest) = match path.split_once('/') {
         None if path.is_empty() => return Ok(Some(Node::Group(group.clone()))),
@@ -180,7 +181,7 @@ fn is_events(node: &Node) -> Result<bool, Error> {
         Node::Group(group) => {
             let (_, datasets) = group.member_names()?;
             let names = datasets.iter().map(String::as_str);
-            (0..4).all(|what| called(what, &names).is_some())
+            (0..4).all(|what| array_by_name(what, &names).is_some())
         }
         Node::Dataset(_) => true,
     })
@@ -189,13 +190,13 @@ fn is_events(node: &Node) -> Result<bool, Error> {
 type Columns = (Vec<Table>, [Column; 4]);
 
 /// Four datasets, a column each.
-fn of_group(file: &Hdf5File, bytes: &Arc<Bytes>, group: &Group) -> Result<Columns, Lack> {
+fn of_group(file: &Hdf5File, bytes: &Arc<Bytes>, group: &Group) -> Result<Columns, LayoutError> {
     let (_, datasets) = group.member_names()?;
     let names = datasets.iter().map(String::as_str);
     let (mut tables, mut columns) = (Vec::new(), Vec::new());
     for (what, required) in REQUIRED.into_iter().enumerate() {
         let missing = || Error::DatasetNotFound(required.to_owned());
-        let name = called(what, &names).ok_or_else(missing)?;
+        let name = array_by_name(what, &names).ok_or_else(missing)?;
         let dataset = group.dataset(name)?;
         let is_column = matches!(dataset.shape(), [_] | [_, 1]);
         let number = Number::of(dataset.dtype(), 0).filter(|_| is_column);
@@ -207,12 +208,16 @@ fn of_group(file: &Hdf5File, bytes: &Arc<Bytes>, group: &Group) -> Result<Column
 }
 
 /// One dataset of all columns, which have names or places.
-fn of_dataset(file: &Hdf5File, bytes: &Arc<Bytes>, dataset: &Dataset) -> Result<Columns, Lack> {
+fn of_dataset(
+    file: &Hdf5File,
+    bytes: &Arc<Bytes>,
+    dataset: &Dataset,
+) -> Result<Columns, LayoutError> {
     if let (Datatype::Compound { fields, .. }, [_]) = (dataset.dtype(), dataset.shape()) {
         let names = fields.iter().map(|field| field.name.as_str());
         let mut columns = Vec::new();
         for what in 0..4 {
-            let name = called(what, &names).ok_or_else(|| not_events(dataset))?;
+            let name = array_by_name(what, &names).ok_or_else(|| not_events(dataset))?;
             let field = fields.iter().find(|field| field.name == name);
             let number =
                 field.and_then(|field| Number::of(&field.datatype, field.byte_offset as usize));
@@ -233,11 +238,11 @@ fn of_dataset(file: &Hdf5File, bytes: &Arc<Bytes>, dataset: &Dataset) -> Result<
         number.offset = (place % width) as usize * number.size();
         columns.push(Column { table: tables.len() - 1, number });
     }
-    let order = order(&mut tables, &columns).map_err(Lack::Rows)?;
+    let order = order(&mut tables, &columns).map_err(LayoutError::Rows)?;
     four(tables, &order.map(|place| columns[place]))
 }
 
-fn four(tables: Vec<Table>, columns: &[Column]) -> Result<Columns, Lack> {
+fn four(tables: Vec<Table>, columns: &[Column]) -> Result<Columns, LayoutError> {
     let missing = || Error::InvalidData("not four columns".to_owned());
     Ok((tables, columns.try_into().map_err(|_| missing())?))
 }
@@ -249,8 +254,8 @@ fn not_events(dataset: &Dataset) -> Error {
             let names: Vec<_> = fields.iter().map(|field| field.name.as_str()).collect();
             format!("fields {}", names.join(", "))
         }
-        Datatype::FixedPoint { .. } | Datatype::FloatingPoint { .. } => "numbers".to_owned(),
-        _ => "values that are no numbers".to_owned(),
+        Datatype::FixedPoint { .. } | Datatype::FloatingPoint { .. } => "plain values".to_owned(),
+        _ => "values that are not numeric".to_owned(),
     };
     Error::Other(format!("{name}: {kind} in the shape {shape:?} are no events (t, x, y, p)"))
 }
@@ -262,11 +267,11 @@ fn order(tables: &mut [Table], columns: &[Column]) -> Result<[usize; 4], Damage>
         if table.rows == 0 {
             return Ok(ORDERS[0].0);
         }
-        let held = table.hold(0)?;
-        if held < table.rows.min(table.chunk_rows()) {
-            damage = table.hold(held).err();
+        let loaded = table.load_row(0)?;
+        if loaded < table.rows.min(table.chunk_rows()) {
+            damage = table.load_row(loaded).err();
         }
-        rows = rows.min(held);
+        rows = rows.min(loaded);
     }
     let values = |place: usize| {
         let Column { table, number } = columns[place];
@@ -283,7 +288,7 @@ fn order(tables: &mut [Table], columns: &[Column]) -> Result<[usize; 4], Damage>
     let orders = ORDERS.iter().rev().map(|(order, _)| *order);
     let fitting: Vec<_> = orders.filter(|order| fits(order.map(|place| &values[place]))).collect();
     match damage {
-        // Too little is left to tell.
+        // Too few rows are left for a decision.
         Some(damage) if fitting.len() > 1 => return Err(damage),
         _ => {}
     }
@@ -304,14 +309,14 @@ fn fits([t, x, y, p]: [&Vec<f64>; 4]) -> bool {
 }
 
 /// A dataset of one whole number.
-fn whole(file: &Hdf5File, bytes: &Arc<Bytes>, dataset: &Dataset) -> Result<i64, Lack> {
+fn whole(file: &Hdf5File, bytes: &Arc<Bytes>, dataset: &Dataset) -> Result<i64, LayoutError> {
     let number = Number::of(dataset.dtype(), 0).ok_or_else(|| not_events(dataset))?;
     let mut table = Table::new(file, bytes, dataset, 0)?;
-    table.hold(0).map_err(Lack::Rows)?;
+    table.load_row(0).map_err(LayoutError::Rows)?;
     let mut value = [0];
     if !number.whole(table.rows(0, 1), table.row, &mut value, |value| value) {
         let reason = "is no whole number of microseconds";
-        return Err(Lack::Rows(table.damage(0, reason)));
+        return Err(LayoutError::Rows(table.damage(0, reason)));
     }
     Ok(value[0])
 }
@@ -325,7 +330,7 @@ fn sensor(root: &Group, events: &Node) -> Option<SensorSize> {
         };
         beside.or_else(|_| root.attribute(name)).ok()
     };
-    let numbers = |attribute: &Attribute| {
+    let values = |attribute: &Attribute| {
         let number = Number::of(&attribute.datatype, 0)?;
         Some(number.values(&attribute.raw_data, number.size()))
     };
@@ -341,11 +346,11 @@ fn sensor(root: &Group, events: &Node) -> Option<SensorSize> {
     }
     // Those of E2VID and of what writes for it: rows, columns.
     if let Some(resolution) = attribute("sensor_resolution") {
-        return match numbers(&resolution)?.as_slice() {
+        return match values(&resolution)?.as_slice() {
             [height, width, ..] => size(*width, *height),
             _ => None,
         };
     }
-    let one = |name| attribute(name).and_then(|found| numbers(&found)?.first().copied());
+    let one = |name| attribute(name).and_then(|attribute| values(&attribute)?.first().copied());
     size(one("width")?, one("height")?)
 }

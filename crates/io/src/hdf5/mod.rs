@@ -1,4 +1,4 @@
-//! HDF5 recordings: what they hold tells which of the usual layouts they have.
+//! HDF5 recordings: their datasets decide which of the usual layouts they have.
 //!
 //! * Prophesee's (Metavision): `/CD/events`, a table of `x y p t`, chunks packed by its ECF.
 //! * DSEC's and others of the Robotics and Perception Group: `events/{t,x,y,p}`, times counted from
@@ -42,7 +42,7 @@ use crate::open::{Format, no_labels};
 
 /// How the data of every HDF5 file begin.
 const SIGNATURE: &[u8] = b"\x89HDF\r\n\x1a\n";
-/// Where the signature may stand: behind what another program put before it, too.
+/// Offsets at which the signature may stand: a user block may precede it.
 const PLACES: [usize; 4] = [0, 512, 1024, 2048];
 
 /// The registry's entry.

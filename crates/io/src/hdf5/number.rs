@@ -1,11 +1,11 @@
-//! Columns of numbers in rows of bytes.
+//! Numeric columns in rows of bytes.
 
 use hdf5_reader::{ByteOrder, Datatype};
 
 /// Bytes of the rows of Prophesee's tables and of v2e's.
 const USUAL: usize = 16;
 
-/// What a number is.
+/// Type of a value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
     I8,
@@ -25,7 +25,7 @@ enum Kind {
 pub(super) struct Number {
     kind: Kind,
     is_big_endian: bool,
-    /// Where it stands in its row.
+    /// Offset in its row.
     pub(super) offset: usize,
 }
 
@@ -33,7 +33,7 @@ pub(super) struct Number {
 pub(super) type IsWhole = bool;
 
 impl Number {
-    /// The numbers of a type; none if it is no type of plain numbers. Truth values are.
+    /// The value type of an HDF5 type; none if it is not numeric. Booleans are numeric.
     pub(super) fn of(datatype: &Datatype, offset: usize) -> Option<Self> {
         use Kind::{F32, F64, I8, I16, I32, I64, U8, U16, U32, U64};
         let (kind, order) = match datatype {
@@ -75,7 +75,7 @@ impl Number {
     }
 
     /// Makes every value of `out` of the number in its row, the first of `rows` being its first.
-    /// Numbers that are not whole, or beyond 63 bits, become -1, and the answer is no.
+    /// Values that are not integers, or beyond 63 bits, become -1, and the result is false.
     #[inline(always)]
     pub(super) fn whole<T>(
         self,
@@ -113,7 +113,7 @@ impl Number {
         is_whole
     }
 
-    /// As [`Number::whole`], for numbers with a fraction.
+    /// As [`Number::whole`], for values with a fraction.
     #[inline(always)]
     pub(super) fn floats<T>(
         self,
@@ -130,7 +130,7 @@ impl Number {
         }
     }
 
-    /// The numbers of all `rows`.
+    /// Decodes the values of all `rows`.
     pub(super) fn values(self, rows: &[u8], row: usize) -> Vec<f64> {
         let mut out = vec![0.0; rows.len() / row];
         if self.is_real() {
@@ -155,8 +155,8 @@ impl Number {
         let order = self.is_big_endian;
         let value = |bytes: [u8; N]| if order { big(bytes) } else { little(bytes) };
         if row == N {
-            let numbers = rows.as_chunks::<N>().0;
-            out.iter_mut().zip(numbers).for_each(|(out, bytes)| *out = make(value(*bytes)));
+            let values = rows.as_chunks::<N>().0;
+            out.iter_mut().zip(values).for_each(|(out, bytes)| *out = make(value(*bytes)));
         } else if row == USUAL {
             let rows = rows.as_chunks::<USUAL>().0;
             for (out, row) in out.iter_mut().zip(rows) {

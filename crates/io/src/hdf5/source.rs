@@ -1,4 +1,4 @@
-//! Batches of events out of the tables of a file.
+//! Batches of events from the tables of a file.
 
 use std::borrow::Cow;
 use std::path::PathBuf;
@@ -9,16 +9,16 @@ use hdf5_reader::Hdf5File;
 use hdf5_reader::error::Error;
 
 use super::bytes::Bytes;
-use super::layout::{self, Column, Lack, Layout};
+use super::layout::{self, Column, Layout, LayoutError};
 use super::table::{Damage, Table};
 use crate::{Columns, EventSource, Header, Input, IoError, OpenOptions};
 
-/// A batch has at least so many events, if there are as many.
-const LEAST: usize = 1 << 14;
-/// And no part of it more than these.
-const MOST: u64 = 1 << 16;
-/// Times with a fraction that come further than this are microseconds...
-const LONGEST_S: f64 = 1e5;
+/// Minimal count of events in a batch, except at the end.
+const MIN_BATCH: usize = 1 << 14;
+/// Maximal count of rows that are decoded together.
+const MAX_ROWS: u64 = 1 << 16;
+/// Times with a fraction are microseconds if they exceed this...
+const MAX_RECORDING_S: f64 = 1e5;
 /// ...unless they are seconds of the calendar, of the years 2001 to 2096.
 const CALENDAR_S: std::ops::Range<f64> = 1e9..4e9;
 
@@ -26,34 +26,34 @@ const CALENDAR_S: std::ops::Range<f64> = 1e9..4e9;
 pub(super) fn open(input: Input, options: &OpenOptions) -> Result<Box<dyn EventSource>, IoError> {
     let path = input.path.clone();
     let bytes = Arc::new(Bytes::new(input));
-    let lacks = |lack: Lack| match lack {
-        Lack::Structure(Error::Io(source)) => IoError::file(&path, "read", source),
-        Lack::Structure(error) => IoError::Damaged {
+    let failed = |error: LayoutError| match error {
+        LayoutError::Structure(Error::Io(source)) => IoError::file(&path, "read", source),
+        LayoutError::Structure(error) => IoError::Damaged {
             path: path.clone(),
-            byte: bytes.within(place(&error).unwrap_or(bytes.last())),
+            byte: bytes.within(offset(&error).unwrap_or(bytes.last())),
             reason: error.to_string().into(),
             events: 0,
         },
-        Lack::Rows(Damage { byte, reason }) => {
+        LayoutError::Rows(Damage { byte, reason }) => {
             IoError::Damaged { path: path.clone(), byte, reason, events: 0 }
         }
-        Lack::Camera(reason) => IoError::Stream { path: path.clone(), reason },
+        LayoutError::Camera(reason) => IoError::Stream { path: path.clone(), reason },
     };
     // Chunks of events do not pass through the reader's cache.
     let reader = hdf5_reader::OpenOptions::default().with_chunk_cache_bytes(0);
     let file = Hdf5File::from_storage_with_options(Arc::<Bytes>::clone(&bytes), reader);
-    let file = file.map_err(|error| lacks(error.into()))?;
-    let layout = layout::find(&file, &bytes, options).map_err(lacks)?;
+    let file = file.map_err(|error| failed(error.into()))?;
+    let layout = layout::find(&file, &bytes, options).map_err(failed)?;
     let mut source = Hdf5Source::new(path.clone(), layout);
-    source.tell_unit().map_err(|damage| source.damaged(damage))?;
+    source.detect_unit().map_err(|damage| source.damaged(damage))?;
     Ok(Box::new(source))
 }
 
-/// Where an error says that it is.
-fn place(error: &Error) -> Option<u64> {
+/// Offset that an error of the reader states.
+fn offset(error: &Error) -> Option<u64> {
     match error {
         Error::UnexpectedEof { offset, .. } => Some(*offset),
-        Error::Context { source, .. } => place(source),
+        Error::Context { source, .. } => offset(source),
         _ => None,
     }
 }
@@ -72,7 +72,7 @@ struct Hdf5Source {
     row: u64,
     /// Rows that all tables have.
     rows: u64,
-    /// Told at the end: tables that have more.
+    /// Reported at the end: tables with more rows.
     longer: Option<String>,
 }
 
@@ -99,8 +99,8 @@ impl Hdf5Source {
         }
     }
 
-    /// Looks at the first times and the last, if they may have a fraction.
-    fn tell_unit(&mut self) -> Result<(), Damage> {
+    /// Detects the unit of times by the first and the last of them, if they may have a fraction.
+    fn detect_unit(&mut self) -> Result<(), Damage> {
         let Column { table, number } = self.columns[0];
         let table = &mut self.tables[table];
         if !number.is_real() || self.rows == 0 {
@@ -108,21 +108,21 @@ impl Hdf5Source {
         }
         let (mut times, mut damage) = (Vec::new(), None);
         for row in [0, self.rows - 1] {
-            match table.hold(row) {
+            match table.load_row(row) {
                 Ok(rows) => {
-                    times.extend(number.values(table.rows(row, rows.min(MOST)), table.row));
+                    times.extend(number.values(table.rows(row, rows.min(MAX_ROWS)), table.row));
                 }
-                Err(found) => damage = Some(found),
+                Err(error) => damage = Some(error),
             }
         }
         let longest = times.iter().fold(0.0, |longest: f64, t| longest.max(t.abs()));
         let has_fraction = times.iter().any(|t| t.fract() != 0.0);
-        let is_seconds = longest <= LONGEST_S || CALENDAR_S.contains(&longest);
+        let is_seconds = longest <= MAX_RECORDING_S || CALENDAR_S.contains(&longest);
         self.unit_us = if has_fraction && is_seconds { 1e6 } else { 1.0 };
         match damage {
-            // Too little is left to tell.
+            // Too few rows are readable for a decision.
             Some(damage) if is_seconds && !has_fraction => Err(damage),
-            // Told when reading comes there.
+            // Reported when reading comes there.
             _ => Ok(()),
         }
     }
@@ -131,11 +131,11 @@ impl Hdf5Source {
         IoError::Damaged { path: self.path.clone(), byte, reason, events: self.row }
     }
 
-    /// Appends the rows that all tables hold from here on.
+    /// Appends the rows from here on whose chunks are loaded in all tables.
     fn part(&mut self, columns: &mut Columns) -> Result<(), Damage> {
-        let mut rows = MOST.min(self.rows - self.row);
+        let mut rows = MAX_ROWS.min(self.rows - self.row);
         for table in &mut self.tables {
-            rows = rows.min(table.hold(self.row)?);
+            rows = rows.min(table.load_row(self.row)?);
         }
         let packed = self.tables.iter().find_map(|table| Some((table, table.events(self.row)?)));
         if let Some((table, (events, at))) = packed {
@@ -151,7 +151,7 @@ impl Hdf5Source {
             return Ok(());
         }
         let before = columns.len();
-        let faulty = self.numbers(rows, columns);
+        let faulty = self.decode(rows, columns);
         self.row += (columns.len() - before) as u64;
         match faulty {
             Some((what, reason)) => {
@@ -161,16 +161,16 @@ impl Hdf5Source {
         }
     }
 
-    /// Appends rows that are held, up to the first with a value that no event has. Which column that
-    /// is of is the answer.
-    fn numbers(&self, rows: u64, columns: &mut Columns) -> Option<(usize, String)> {
+    /// Appends loaded rows up to the first with a value that no event has; returns the column of that
+    /// value and the reason.
+    fn decode(&self, rows: u64, columns: &mut Columns) -> Option<(usize, String)> {
         let (before, rows) = (columns.len(), rows as usize);
         columns.t.resize(before + rows, Micros(0));
         columns.x.resize(before + rows, 0);
         columns.y.resize(before + rows, 0);
         columns.polarity.resize(before + rows, Polarity::Off);
         self.fill(self.row, before, columns)?;
-        // Row by row, to find the one.
+        // Row by row, to find the faulty one.
         for k in 0..rows {
             let mut one = Columns::new();
             one.push(columns.event(before + k));
@@ -187,8 +187,8 @@ impl Hdf5Source {
         None
     }
 
-    /// Makes the events from `at` on those of the rows from `row` on. The answer is the first column
-    /// with a value that no event has.
+    /// Overwrites the events from `at` on with the rows from `row` on; returns the first column with a
+    /// value that no event has.
     fn fill(&self, row: u64, at: usize, columns: &mut Columns) -> Option<usize> {
         let rows = (columns.len() - at) as u64;
         let [t, x, y, p] = self.columns.map(|Column { table, number }| {
@@ -229,7 +229,7 @@ impl Hdf5Source {
     fn time(&mut self, row: u64) -> Option<Micros> {
         let Column { table, number } = self.columns[0];
         let table = &mut self.tables[table];
-        table.hold(row).ok()?;
+        table.load_row(row).ok()?;
         if let Some((events, at)) = table.events(row) {
             return events.t.get(at).copied();
         }
@@ -251,12 +251,12 @@ impl EventSource for Hdf5Source {
 
     fn next(&mut self, columns: &mut Columns) -> Result<(), IoError> {
         let before = columns.len();
-        while columns.len() - before < LEAST && self.row < self.rows {
+        while columns.len() - before < MIN_BATCH && self.row < self.rows {
             self.part(columns).map_err(|damage| self.damaged(damage))?;
         }
         match &self.longer {
             Some(reason) if columns.len() == before => {
-                let byte = self.tables.first().map_or(0, Table::place);
+                let byte = self.tables.first().map_or(0, Table::chunk_byte);
                 let reason = Cow::Owned(reason.clone());
                 Err(self.damaged(Damage { byte, reason }))
             }
@@ -265,8 +265,7 @@ impl EventSource for Hdf5Source {
     }
 
     fn seek(&mut self, t: Micros) -> Result<(), IoError> {
-        // Chunks whose first event is earlier come before those whose first is not. What is damaged
-        // is told when reading comes there.
+        // Bisection by the first event of chunks. Damage is reported when reading comes there.
         let step = self.tables[self.columns[0].table].chunk_rows();
         let (mut low, mut high) = (0, self.rows.div_ceil(step));
         while low < high {

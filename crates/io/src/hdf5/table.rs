@@ -1,4 +1,4 @@
-//! Rows of a dataset, a chunk at a time, each read and unpacked where it stands in the file.
+//! Rows of a dataset, loaded and unpacked one chunk at a time.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -12,6 +12,7 @@ use hdf5_reader::error::Error;
 use hdf5_reader::extensible_array::collect_extensible_array_chunk_entries_storage;
 use hdf5_reader::fixed_array::collect_fixed_array_chunk_entries_storage;
 use hdf5_reader::messages::HdfMessage;
+use hdf5_reader::messages::filter_pipeline::FilterDescription;
 use hdf5_reader::messages::layout::{ChunkIndexing, DataLayout};
 use hdf5_reader::{Dataset, Hdf5File, dtype_element_size};
 
@@ -20,17 +21,17 @@ use super::ecf;
 use super::filters::Filters;
 use crate::Columns;
 
-/// Bytes of a part of a dataset that has no chunks of its own.
+/// Bytes that are loaded at once of a dataset without chunks.
 const PART: usize = 1 << 20;
-/// The most bytes of a chunk: those of programs for events have some hundred thousand.
-const MOST: usize = 1 << 28;
-/// The most chunks: of a thousand events, they hold four thousand million.
-const MOST_CHUNKS: u64 = 1 << 22;
+/// Maximal bytes of a chunk: those of programs for events have some hundred thousand.
+const MAX_CHUNK_BYTES: usize = 1 << 28;
+/// Maximal count of chunks: with a thousand events each, they hold four thousand million.
+const MAX_CHUNKS: u64 = 1 << 22;
 
-/// What is wrong in a file, and where.
+/// A fault in a file.
 #[derive(Debug)]
 pub(super) struct Damage {
-    /// From the beginning of the file.
+    /// Offset in the file.
     pub(super) byte: u64,
     pub(super) reason: Cow<'static, str>,
 }
@@ -43,19 +44,19 @@ pub(super) struct Table {
     /// Bytes of a row of a chunk.
     pub(super) row: usize,
     chunk_rows: u64,
-    place: Place,
+    storage: Storage,
     filters: Filters,
     bytes: Arc<Bytes>,
-    /// What HDF5's addresses are counted from.
+    /// Offset of HDF5's base address.
     base: u64,
-    held: Held,
+    loaded: LoadedChunk,
 }
 
-/// Where the rows are.
-enum Place {
+/// Storage of the rows.
+enum Storage {
     Inline(Vec<u8>),
     Contiguous(u64),
-    /// Ascending by number.
+    /// In ascending order of their indices.
     Chunks(Vec<Chunk>),
 }
 
@@ -71,103 +72,74 @@ struct Chunk {
 
 /// The chunk that was read last.
 #[derive(Default)]
-struct Held {
+struct LoadedChunk {
     number: Option<u64>,
-    /// Where it begins in the file.
+    /// Offset of its beginning in the file.
     address: u64,
-    /// Whole rows of it that are there.
+    /// Whole rows that could be loaded.
     rows: u64,
     /// The rows, unless they are `events`.
     bytes: Vec<u8>,
     /// Rows that were packed as events.
     events: Columns,
     is_events: bool,
-    /// What cost the rows that are missing.
+    /// Reason for missing rows.
     damage: Option<Cow<'static, str>>,
 }
 
 impl Table {
-    /// The rows of a dataset of one column, or those of the columns of one of several that stand in a
-    /// chunk with column `column`.
+    /// The rows of a dataset of one column, or, of a dataset of several, those of the columns that share
+    /// their chunks with `column`.
     pub(super) fn new(
         file: &Hdf5File,
         bytes: &Arc<Bytes>,
         dataset: &Dataset,
         column: u64,
     ) -> Result<Self, Error> {
-        let header = file.get_or_parse_header(dataset.address())?;
-        let (mut layout, mut filters) = (None, Vec::new());
-        for message in &header.messages {
-            match message {
-                HdfMessage::DataLayout(found) => layout = Some(found.layout.clone()),
-                HdfMessage::FilterPipeline(found) => filters = found.filters.clone(),
-                HdfMessage::ExternalFiles(_) => {
-                    let reason = "its data are in another file, which is not read";
-                    return Err(Error::Other(reason.to_owned()));
-                }
-                _ => {}
-            }
-        }
-        let layout = layout.ok_or_else(|| Error::InvalidData("no layout".to_owned()))?;
+        let (layout, filters) = read_messages(file, dataset)?;
         let element = dtype_element_size(dataset.dtype())?;
         let shape = dataset.shape();
-        let rows = shape.first().copied().unwrap_or(1);
         let columns = shape.get(1).copied().unwrap_or(1);
-        let bytes_of = |columns: u64| {
-            let row = usize::try_from(columns).ok().and_then(|n| n.checked_mul(element));
-            let fits = row.filter(|row| (1..=MOST).contains(row));
-            fits.ok_or_else(|| Error::ResourceLimit(format!("rows of {columns} columns")))
-        };
         let part_rows = |row: usize| (PART / row).max(1) as u64;
-        let (place, row, chunk_rows) = match layout {
+        let (storage, row, chunk_rows) = match layout {
             DataLayout::Compact { data } => {
-                let row = bytes_of(columns)?;
-                (Place::Inline(data), row, part_rows(row))
+                let row = row_bytes(columns, element)?;
+                (Storage::Inline(data), row, part_rows(row))
             }
             DataLayout::Contiguous { address, .. } => {
-                let row = bytes_of(columns)?;
-                (Place::Contiguous(address), row, part_rows(row))
+                let row = row_bytes(columns, element)?;
+                (Storage::Contiguous(address), row, part_rows(row))
             }
             DataLayout::Chunked { address, mut dims, chunk_indexing, .. } => {
                 dims.truncate(shape.len());
                 let width = dims.get(1).copied().unwrap_or(1).max(1).into();
-                let row = bytes_of(width)?;
-                let chunk_rows = dims.first().copied().unwrap_or(0);
-                if dims.len() != shape.len().max(1) || chunk_rows == 0 {
-                    return Err(Error::InvalidData(format!("chunks of {dims:?} of {shape:?}")));
-                }
-                if (chunk_rows as usize).saturating_mul(row) > MOST {
-                    return Err(Error::ResourceLimit(format!("chunks of {dims:?}")));
-                }
-                let blocks = columns.div_ceil(width);
-                if rows.div_ceil(chunk_rows.into()).saturating_mul(blocks) > MOST_CHUNKS {
-                    return Err(Error::ResourceLimit(format!("chunks of {dims:?} of {shape:?}")));
-                }
+                let row = row_bytes(width, element)?;
+                let chunk_rows = check_chunks(&dims, shape, row)?;
                 let index = Index { file, dataset, dims: &dims, element };
                 let mut entries = index.entries(address, chunk_indexing.as_ref())?;
                 let block = column / width * width;
                 entries.retain(|entry| entry.offsets.get(1).is_none_or(|&at| at == block));
                 let chunk = |entry: &ChunkEntry| Chunk {
-                    number: entry.offsets.first().copied().unwrap_or(0) / u64::from(chunk_rows),
+                    number: entry.offsets.first().copied().unwrap_or(0) / chunk_rows,
                     address: entry.address,
                     size: entry.size,
                     skipped: entry.filter_mask,
                 };
                 let mut chunks: Vec<Chunk> = entries.iter().map(chunk).collect();
                 chunks.sort_by_key(|chunk| chunk.number);
-                (Place::Chunks(chunks), row, chunk_rows.into())
+                (Storage::Chunks(chunks), row, chunk_rows)
             }
         };
         Ok(Self {
             name: dataset.name().to_owned(),
-            rows,
+            rows: shape.first().copied().unwrap_or(1),
             row,
             chunk_rows,
-            place,
+            storage,
             filters: Filters::new(filters, element),
             bytes: Arc::clone(bytes),
             base: file.superblock().base_address,
-            held: Held::default(),
+            loaded: LoadedChunk::default(),
         })
     }
 
@@ -181,49 +153,49 @@ impl Table {
         self.chunk_rows
     }
 
-    /// Holds the chunk of `row`, and says how many rows it has from there on.
-    pub(super) fn hold(&mut self, row: u64) -> Result<u64, Damage> {
+    /// Loads the chunk of `row`; returns the count of its rows from there on.
+    pub(super) fn load_row(&mut self, row: u64) -> Result<u64, Damage> {
         let number = row / self.chunk_rows;
-        if self.held.number != Some(number) {
-            self.held.number = None;
+        if self.loaded.number != Some(number) {
+            self.loaded.number = None;
             self.load(number)?;
-            self.held.number = Some(number);
+            self.loaded.number = Some(number);
         }
-        let rows = (number * self.chunk_rows + self.held.rows).saturating_sub(row);
-        match &self.held.damage {
+        let rows = (number * self.chunk_rows + self.loaded.rows).saturating_sub(row);
+        match &self.loaded.damage {
             Some(reason) if rows == 0 => Err(self.damage(row, reason)),
             _ => Ok(rows),
         }
     }
 
-    /// The bytes of `rows` rows from `row` on, which are held; none of rows that were packed as events.
+    /// The bytes of `rows` loaded rows from `row` on; empty for rows that were packed as events.
     pub(super) fn rows(&self, row: u64, rows: u64) -> &[u8] {
         let from = (row % self.chunk_rows) as usize * self.row;
-        self.held.bytes.get(from..from + rows as usize * self.row).unwrap_or_default()
+        self.loaded.bytes.get(from..from + rows as usize * self.row).unwrap_or_default()
     }
 
-    /// The held events, and which of them is that of `row`, if they were packed as such.
+    /// The loaded events and the index of that of `row`, if they were packed as whole events.
     pub(super) fn events(&self, row: u64) -> Option<(&Columns, usize)> {
-        self.held.is_events.then_some((&self.held.events, (row % self.chunk_rows) as usize))
+        self.loaded.is_events.then_some((&self.loaded.events, (row % self.chunk_rows) as usize))
     }
 
-    /// Where the chunk that was read last begins in the file.
-    pub(super) fn place(&self) -> u64 {
-        self.bytes.within(self.held.address)
+    /// Offset of the loaded chunk in the file.
+    pub(super) fn chunk_byte(&self) -> u64 {
+        self.bytes.within(self.loaded.address)
     }
 
-    /// Damage at a row that is held.
+    /// The error for a fault at a loaded row.
     pub(super) fn damage(&self, row: u64, reason: &str) -> Damage {
-        let is_plain = self.filters.is_none() && !self.held.is_events;
+        let is_plain = self.filters.is_none() && !self.loaded.is_events;
         let within = if is_plain { (row % self.chunk_rows) * self.row as u64 } else { 0 };
-        let byte = self.bytes.within(self.held.address.saturating_add(within));
+        let byte = self.bytes.within(self.loaded.address.saturating_add(within));
         Damage { byte, reason: format!("{}: {reason}", self.name).into() }
     }
 
     fn load(&mut self, number: u64) -> Result<(), Damage> {
-        let (first, held) = (number * self.chunk_rows, &mut self.held);
-        (held.is_events, held.rows, held.damage) = (false, 0, None);
-        held.bytes.clear();
+        let (first, loaded) = (number * self.chunk_rows, &mut self.loaded);
+        (loaded.is_events, loaded.rows, loaded.damage) = (false, 0, None);
+        loaded.bytes.clear();
         let wanted = self.chunk_rows.min(self.rows - first);
         let (wanted_bytes, whole) =
             (wanted as usize * self.row, self.chunk_rows as usize * self.row);
@@ -231,67 +203,115 @@ impl Table {
             byte: self.bytes.within(byte),
             reason: format!("{}, chunk {number}: {reason}", self.name).into(),
         };
-        match &self.place {
-            Place::Inline(data) => {
+        match &self.storage {
+            Storage::Inline(data) => {
                 let from = (first as usize).saturating_mul(self.row).min(data.len());
                 let to = from.saturating_add(wanted_bytes).min(data.len());
-                held.address = self.bytes.last();
-                held.bytes.extend_from_slice(&data[from..to]);
+                loaded.address = self.bytes.last();
+                loaded.bytes.extend_from_slice(&data[from..to]);
             }
-            Place::Contiguous(address) => {
+            Storage::Contiguous(address) => {
                 let start = first.saturating_mul(self.row as u64);
-                held.address = self.base.saturating_add(*address).saturating_add(start);
-                let read = self.bytes.read(held.address, wanted_bytes as u64, &mut held.bytes);
-                read.map_err(|fault| of_file(held.address, fault.to_string().into()))?;
+                loaded.address = self.base.saturating_add(*address).saturating_add(start);
+                let read = self.bytes.read(loaded.address, wanted_bytes as u64, &mut loaded.bytes);
+                read.map_err(|fault| of_file(loaded.address, fault.to_string().into()))?;
             }
-            Place::Chunks(chunks) => {
-                let found = chunks.binary_search_by_key(&number, |chunk| chunk.number);
-                let Ok(chunk) = found.map(|at| chunks[at]) else {
+            Storage::Chunks(chunks) => {
+                let position = chunks.binary_search_by_key(&number, |chunk| chunk.number);
+                let Ok(chunk) = position.map(|at| chunks[at]) else {
                     let byte = self.bytes.last();
                     return Err(of_file(byte, "not in the file: its events are missing".into()));
                 };
-                held.address = self.base.saturating_add(chunk.address);
+                loaded.address = self.base.saturating_add(chunk.address);
                 // Chunks without filters may have no size of their own.
                 let is_plain = self.filters.is_none();
                 let size = if is_plain || chunk.size == 0 { whole as u64 } else { chunk.size };
-                let read = self.bytes.read(held.address, size, &mut held.bytes);
-                read.map_err(|fault| of_file(held.address, fault.to_string().into()))?;
-                if !is_plain && (held.bytes.len() as u64) < size {
+                let read = self.bytes.read(loaded.address, size, &mut loaded.bytes);
+                read.map_err(|fault| of_file(loaded.address, fault.to_string().into()))?;
+                if !is_plain && (loaded.bytes.len() as u64) < size {
                     let reason =
-                        format!("the file ends in it, {} of {size} bytes", held.bytes.len());
-                    return Err(of_file(held.address, reason.into()));
+                        format!("the file ends in it, {} of {size} bytes", loaded.bytes.len());
+                    return Err(of_file(loaded.address, reason.into()));
                 }
-                let undone = self.filters.undo(&mut held.bytes, chunk.skipped, whole);
-                undone.map_err(|reason| of_file(held.address, reason))?;
+                let undone = self.filters.undo(&mut loaded.bytes, chunk.skipped, whole);
+                undone.map_err(|reason| of_file(loaded.address, reason))?;
                 if self.filters.is_ecf(chunk.skipped) {
-                    held.is_events = true;
-                    held.events.clear();
-                    let decoded = ecf::decode(&held.bytes, &mut held.events);
+                    loaded.is_events = true;
+                    loaded.events.clear();
+                    let decoded = ecf::decode(&loaded.bytes, &mut loaded.events);
                     let events = decoded.map_err(|fault| {
-                        of_file(held.address.saturating_add(fault.at as u64), fault.reason)
+                        of_file(loaded.address.saturating_add(fault.at as u64), fault.reason)
                     })?;
-                    held.rows = events as u64;
+                    loaded.rows = events as u64;
                 }
             }
         }
-        if !held.is_events {
-            held.rows = (held.bytes.len() / self.row) as u64;
+        if !loaded.is_events {
+            loaded.rows = (loaded.bytes.len() / self.row) as u64;
         }
-        if held.rows > self.chunk_rows {
-            let reason = format!("{} rows, it has room for {}", held.rows, self.chunk_rows);
-            return Err(of_file(held.address, reason.into()));
+        if loaded.rows > self.chunk_rows {
+            let reason = format!("{} rows, it has room for {}", loaded.rows, self.chunk_rows);
+            return Err(of_file(loaded.address, reason.into()));
         }
-        if held.rows < wanted {
-            let reason = format!("chunk {number} ends after {} of its {wanted} rows", held.rows);
-            held.damage = Some(reason.into());
+        if loaded.rows < wanted {
+            let reason = format!("chunk {number} ends after {} of its {wanted} rows", loaded.rows);
+            loaded.damage = Some(reason.into());
         }
-        // What chunks hold beyond the last row is no data.
-        held.rows = held.rows.min(wanted);
+        // Chunks are padded beyond the last row.
+        loaded.rows = loaded.rows.min(wanted);
         Ok(())
     }
 }
 
-/// What lists the chunks of a dataset.
+/// Reads the storage layout and the filters of a dataset from its object header.
+fn read_messages(
+    file: &Hdf5File,
+    dataset: &Dataset,
+) -> Result<(DataLayout, Vec<FilterDescription>), Error> {
+    let header = file.get_or_parse_header(dataset.address())?;
+    let (mut layout, mut filters) = (None, Vec::new());
+    for message in &header.messages {
+        match message {
+            HdfMessage::DataLayout(message) => layout = Some(message.layout.clone()),
+            HdfMessage::FilterPipeline(message) => filters = message.filters.clone(),
+            HdfMessage::ExternalFiles(_) => {
+                let reason = "its data are in another file, which is not read";
+                return Err(Error::Other(reason.to_owned()));
+            }
+            _ => {}
+        }
+    }
+    let layout = layout.ok_or_else(|| Error::InvalidData("no layout".to_owned()))?;
+    Ok((layout, filters))
+}
+
+/// Bytes of a row of `columns` elements, checked against the limit of a chunk.
+fn row_bytes(columns: u64, element: usize) -> Result<usize, Error> {
+    let row = usize::try_from(columns).ok().and_then(|n| n.checked_mul(element));
+    let fits = row.filter(|row| (1..=MAX_CHUNK_BYTES).contains(row));
+    fits.ok_or_else(|| Error::ResourceLimit(format!("rows of {columns} columns")))
+}
+
+/// Checks the dimensions of chunks against the limits before anything is allocated; returns the rows of a
+/// chunk.
+fn check_chunks(dims: &[u32], shape: &[u64], row: usize) -> Result<u64, Error> {
+    let [rows, columns] = [0, 1].map(|axis| shape.get(axis).copied().unwrap_or(1));
+    let width = dims.get(1).copied().unwrap_or(1).max(1).into();
+    let chunk_rows = dims.first().copied().unwrap_or(0);
+    if dims.len() != shape.len().max(1) || chunk_rows == 0 {
+        return Err(Error::InvalidData(format!("chunks of {dims:?} of {shape:?}")));
+    }
+    if (chunk_rows as usize).saturating_mul(row) > MAX_CHUNK_BYTES {
+        return Err(Error::ResourceLimit(format!("chunks of {dims:?}")));
+    }
+    let blocks = columns.div_ceil(width);
+    if rows.div_ceil(chunk_rows.into()).saturating_mul(blocks) > MAX_CHUNKS {
+        return Err(Error::ResourceLimit(format!("chunks of {dims:?} of {shape:?}")));
+    }
+    Ok(chunk_rows.into())
+}
+
+/// Index of the chunks of a dataset.
 struct Index<'a> {
     file: &'a Hdf5File,
     dataset: &'a Dataset,
@@ -329,16 +349,16 @@ impl Index<'_> {
                 collect_v2_chunk_entries_storage(storage, address, offset, length, rank, dims, None)
             }
             Some(ChunkIndexing::Implicit) => {
-                let most = storage.len();
-                collect_implicit_chunk_entries(address, shape, dims, element, None, most)
+                let max_address = storage.len();
+                collect_implicit_chunk_entries(address, shape, dims, element, None, max_address)
             }
             Some(ChunkIndexing::FixedArray { .. }) => collect_fixed_array_chunk_entries_storage(
                 storage, address, offset, length, shape, dims, None,
             ),
             Some(ChunkIndexing::ExtensibleArray { .. }) => {
-                let most = dataset.max_dims();
+                let max_dims = dataset.max_dims();
                 collect_extensible_array_chunk_entries_storage(
-                    storage, address, offset, length, shape, most, dims, None,
+                    storage, address, offset, length, shape, max_dims, dims, None,
                 )
             }
         }

@@ -40,7 +40,7 @@ mod reading {
     use super::{Input, OpenOptions, golden};
     use crate::{Columns, EventSource, IoError, SensorOrigin, read_as};
 
-    /// Files, their events and the digest of those, as README.md there tells.
+    /// Files, their events and the digest of those, as README.md there lists them.
     const GOLDEN: &[(&str, usize, &str)] = &[
         (
             "prophesee-ecf.hdf5",
@@ -188,7 +188,7 @@ mod reading {
         }
     }
 
-    /// What is left of a damaged file must be a beginning of what it held, and damage told.
+    /// The readable part of a damaged file must be a beginning of its content, and the damage reported.
     fn check(name: &str, bytes: Vec<u8>, all: &Columns) {
         let mut source = match source(name, bytes) {
             Ok(source) => source,

@@ -8,18 +8,18 @@
 //! # Source
 //! Rudnev et al., *EventHands*, ICCV 2021, supplement, Sec. 4.3.
 
+mod fault;
 mod reader;
 mod writer;
 
-pub use reader::{MetaFault, MetaReader};
+pub use fault::MetaFault;
+pub use reader::MetaReader;
 pub use writer::MetaWriter;
 
 /// Bytes of the count at the start.
 const HEADER: u64 = 4;
 /// The bytes that end every record.
 const MAGIC: [u8; 2] = [0x04, 0x0d];
-/// More values than any label has: a larger count is a corrupt file, not a reason to allocate.
-const MOST_VALUES: usize = 1 << 16;
 
 #[cfg(test)]
 mod tests;

@@ -1,62 +1,17 @@
 //! Random access to the records of a `.meta` file.
 
-use std::fmt;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use evpose_pose::{HandParams, PARAMETERS};
 
-use super::{HEADER, MAGIC, MOST_VALUES};
+use super::fault::{MAX_VALUES, MetaFault};
+use super::{HEADER, MAGIC};
 use crate::IoError;
 use crate::positional::PositionalFile;
 
-/// What is wrong with a `.meta` file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum MetaFault {
-    /// The file ends inside the count.
-    NoCount {
-        /// How many of the four bytes are there.
-        bytes: u64,
-    },
-    /// A count that no label has.
-    Count(i32),
-    /// A record does not end with the magic bytes.
-    Magic([u8; 2]),
-    /// The file ends inside a record.
-    Truncated {
-        /// How many bytes of the record are there.
-        bytes: u64,
-        /// How many it has.
-        of: u64,
-    },
-    /// A value is not a number, or infinite.
-    NotFinite {
-        /// Which value of the record.
-        value: usize,
-    },
-    /// Hands were asked for, and the records hold something else.
-    NotAHand {
-        /// Values of a record.
-        values: usize,
-    },
-}
-
-impl fmt::Display for MetaFault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::NoCount { bytes } => write!(f, "the file ends {bytes} bytes into the count"),
-            Self::Count(n) => write!(f, "{n} values a record is not within 1 to {MOST_VALUES}"),
-            Self::Magic([a, b]) => write!(f, "a record ends with {a}, {b} instead of 4, 13"),
-            Self::Truncated { bytes, of } => {
-                write!(f, "the file ends {bytes} bytes into a record of {of}")
-            }
-            Self::NotFinite { value } => write!(f, "value {value} of the record is not finite"),
-            Self::NotAHand { values } => {
-                write!(f, "records of {values} values are no hands, which have {PARAMETERS}")
-            }
-        }
-    }
-}
+/// Bytes that are read at once.
+const READ_BYTES: u64 = 1 << 18;
 
 /// An open `.meta` file, not held in memory.
 ///
@@ -95,7 +50,7 @@ impl MetaReader {
         reader.read_at(&mut count, 0)?;
         let count = i32::from_le_bytes(count);
         match usize::try_from(count) {
-            Ok(values) if (1..=MOST_VALUES).contains(&values) => reader.values = values,
+            Ok(values) if (1..=MAX_VALUES).contains(&values) => reader.values = values,
             _ => return Err(reader.fault(0, 0, MetaFault::Count(count))),
         }
         let of = reader.record_bytes();
@@ -112,12 +67,12 @@ impl MetaReader {
         &self.path
     }
 
-    /// Numbers in a record.
+    /// Values in a record.
     pub fn values(&self) -> usize {
         self.values
     }
 
-    /// Number of records: the frames of the `.evc` file beside it.
+    /// Count of records: the frames of the `.evc` file beside it.
     pub fn records(&self) -> u64 {
         self.records
     }
@@ -143,7 +98,7 @@ impl MetaReader {
         hands.first().map(|&hand| HandParams::from_f64(hand)).ok_or_else(|| self.missing(k, k + 1))
     }
 
-    /// Reads the 12 numbers of each of `records`, in the published order.
+    /// Reads the 12 parameters of each of `records`, in the published order.
     ///
     /// # Errors
     /// As [`MetaReader::read_hand`].
@@ -154,12 +109,12 @@ impl MetaReader {
         let mut hands = Vec::new();
         self.for_each(records, |k, record| {
             let mut hand = [0.0; PARAMETERS];
-            for (value, (slot, number)) in hand.iter_mut().zip(record).enumerate() {
-                if !number.is_finite() {
+            for (value, (slot, parameter)) in hand.iter_mut().zip(record).enumerate() {
+                if !parameter.is_finite() {
                     let byte = self.offset(k) + 8 * value as u64;
                     return Err(self.fault(byte, k, MetaFault::NotFinite { value }));
                 }
-                *slot = number;
+                *slot = parameter;
             }
             hands.push(hand);
             Ok(())
@@ -167,7 +122,7 @@ impl MetaReader {
         Ok(hands)
     }
 
-    /// Calls `visit` with the number and the values of each of `records`.
+    /// Calls `visit` with the index and the values of each of `records`.
     fn for_each(
         &self,
         records: Range<u64>,
@@ -177,7 +132,7 @@ impl MetaReader {
             return Err(self.missing(records.start, records.end));
         }
         let size = self.record_bytes() as usize;
-        let at_once = ((1 << 18) / size as u64).max(1);
+        let at_once = (READ_BYTES / size as u64).max(1);
         let mut bytes = Vec::new();
         let mut start = records.start;
         while start < records.end {

@@ -7,6 +7,7 @@ use evpose_pose::HandParams;
 use proptest::prelude::*;
 use tempfile::TempDir;
 
+use super::fault::MAX_VALUES;
 use super::*;
 use crate::IoError;
 
@@ -80,7 +81,7 @@ fn a_label_that_is_not_a_number_is_refused() {
 
 #[test]
 fn a_count_no_label_has_is_refused_before_anything_is_allocated() {
-    for count in [0, -1, i32::MAX, i32::MIN, (MOST_VALUES + 1) as i32] {
+    for count in [0, -1, i32::MAX, i32::MIN, (MAX_VALUES + 1) as i32] {
         let (_directory, path) = file(&[&count.to_le_bytes()[..], &[0; 100]].concat());
         let error = MetaReader::open(&path).unwrap_err();
         let named = matches!(error, IoError::Meta { byte: 0, fault: MetaFault::Count(n), .. } if n == count);

@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use evpose_core::AtomicFile;
 use evpose_pose::{HandParams, PARAMETERS};
 
-use super::{MAGIC, MOST_VALUES};
+use super::MAGIC;
+use super::fault::MAX_VALUES;
 use crate::IoError;
 
 /// Writes a `.meta` file, which appears under its name on [`MetaWriter::finish`].
@@ -19,15 +20,15 @@ pub struct MetaWriter {
 }
 
 impl MetaWriter {
-    /// Starts a file with `values` numbers a record.
+    /// Starts a file with records of `values` values.
     ///
     /// # Errors
     /// If the file cannot be created or no label has that many values.
     pub fn create(path: impl AsRef<Path>, values: usize) -> Result<Self, IoError> {
         let path = path.as_ref().to_owned();
-        let count = i32::try_from(values).ok().filter(|_| (1..=MOST_VALUES).contains(&values));
+        let count = i32::try_from(values).ok().filter(|_| (1..=MAX_VALUES).contains(&values));
         let Some(count) = count else {
-            let reason = format!("a record has 1 to {MOST_VALUES} values, not {values}");
+            let reason = format!("a record has 1 to {MAX_VALUES} values, not {values}");
             return Err(IoError::unwritable(&path, reason));
         };
         let file = AtomicFile::create(&path).map_err(|e| IoError::file(&path, "create", e))?;
@@ -36,7 +37,7 @@ impl MetaWriter {
         Ok(writer)
     }
 
-    /// Starts a file of hands, 12 numbers a record.
+    /// Starts a file of hands, 12 parameters a record.
     ///
     /// # Errors
     /// If the file cannot be created.

@@ -9,7 +9,7 @@
 //! * Times that fall by more than half of their range of 2^23 µs have wrapped around.
 //! * A file states nothing, and nothing marks it: it is recognised only where no other format is, by
 //!   at least eight records in order of time, at several pixels. The sensor is taken to be the
-//!   34x34 of N-MNIST where that holds every event; pictures of N-Caltech101 differ in size.
+//!   34x34 of N-MNIST where that holds every event; images of N-Caltech101 differ in size.
 //!
 //! Files that are written hold what all readers agree on: sensors of up to 256 columns and 240 rows,
 //! and times from 0 to less than 2^23 µs.
@@ -19,6 +19,7 @@ mod writer;
 use evpose_core::{Micros, Polarity, SensorSize};
 
 use crate::open::{Format, no_labels};
+use crate::time_stamp::{HalfPeriodFall, WraparoundCounter};
 use crate::{
     BlockSource, Columns, Decoder, EventSource, Fault, Header, Input, IoError, OpenOptions,
 };
@@ -36,14 +37,16 @@ pub(crate) const FORMAT: Format = Format {
 
 /// Bytes of a record.
 const RECORD: usize = 5;
-/// Times wrap around here, in microseconds.
-const RANGE_US: i64 = 1 << 23;
+/// Bits of a time stamp in microseconds.
+const TIME_BITS: u32 = 23;
+/// Period of the counter of time stamps, in microseconds.
+const PERIOD_US: i64 = 1 << TIME_BITS;
 /// The row of records that are no events.
 const OVERFLOW_ROW: u8 = 240;
-/// What such a record adds, in microseconds.
+/// Offset that such a record adds to all later times, in microseconds.
 const OVERFLOW_US: i64 = 1 << 13;
 /// Records from which a file can be recognised.
-const LEAST: usize = 8;
+const MIN_RECORDS: usize = 8;
 /// The sensor of N-MNIST.
 const USUAL: SensorSize = SensorSize { width: 34, height: 34 };
 
@@ -53,14 +56,16 @@ fn open(input: Input, _: &OpenOptions) -> Result<Box<dyn EventSource>, IoError> 
 }
 
 /// Records as they follow each other.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 struct Records {
-    /// The latest time as it was written.
-    written_us: i64,
-    /// What is added to times as they are written.
-    ahead_us: i64,
+    counter: WraparoundCounter,
     overflows: u64,
-    wraps: u64,
+}
+
+impl Default for Records {
+    fn default() -> Self {
+        Self { counter: WraparoundCounter::new(TIME_BITS, HalfPeriodFall::StepBack), overflows: 0 }
+    }
 }
 
 impl Decoder for Records {
@@ -68,18 +73,13 @@ impl Decoder for Records {
         let records = bytes.as_chunks::<RECORD>().0;
         columns.reserve(records.len());
         for &[x, y, high, middle, low] in records {
-            let written_us = i64::from(u32::from_be_bytes([0, high & 0x7f, middle, low]));
-            if self.written_us - written_us > RANGE_US / 2 {
-                self.ahead_us += RANGE_US;
-                self.wraps += 1;
-            }
-            self.written_us = written_us;
+            let stamp_us = u32::from_be_bytes([0, high & 0x7f, middle, low]);
+            let unwrapped_us = self.counter.advance(stamp_us.into());
             if y == OVERFLOW_ROW {
-                self.ahead_us += OVERFLOW_US;
                 self.overflows += 1;
                 continue;
             }
-            columns.t.push(Micros(self.ahead_us + written_us));
+            columns.t.push(Micros(unwrapped_us + OVERFLOW_US * self.overflows as i64));
             columns.x.push(x.into());
             columns.y.push(y.into());
             columns.polarity.push(Polarity::from_on(high & 0x80 != 0));
@@ -91,9 +91,10 @@ impl Decoder for Records {
         let overflows = (self.overflows > 0).then(|| {
             format!("{} records of row 240 are marks that put times 8.192 ms on", self.overflows)
         });
-        let wraps = (self.wraps > 0)
-            .then(|| format!("times wrapped around {} times, each after 8.389 s", self.wraps));
-        overflows.into_iter().chain(wraps).collect()
+        let wraparounds = self.counter.wraparounds();
+        let wraparounds = (wraparounds > 0)
+            .then(|| format!("times wrapped around {wraparounds} times, each after 8.389 s"));
+        overflows.into_iter().chain(wraparounds).collect()
     }
 }
 
@@ -101,7 +102,7 @@ impl Decoder for Records {
 fn probe(head: &[u8]) -> bool {
     let mut columns = Columns::new();
     let mut records = Records::default();
-    if records.decode(head, false, &mut columns).is_err() || columns.len() < LEAST {
+    if records.decode(head, false, &mut columns).is_err() || columns.len() < MIN_RECORDS {
         return false;
     }
     // Of a file that is not seen whole, the last record may be cut.
@@ -109,8 +110,8 @@ fn probe(head: &[u8]) -> bool {
     let lasts = columns.t[0] < columns.t[columns.len() - 1];
     let moves = columns.x.iter().any(|x| *x != columns.x[0])
         && columns.y.iter().any(|y| *y != columns.y[0]);
-    // Numbers without order go back all the time, which would be time that wraps around.
-    is_whole && lasts && moves && records.wraps == 0 && columns.t.is_sorted()
+    // Unordered bytes go back all the time, which would be wraparounds.
+    is_whole && lasts && moves && records.counter.wraparounds() == 0 && columns.t.is_sorted()
 }
 
 #[cfg(test)]

@@ -56,7 +56,7 @@ fn a_recording_is_recognised_and_its_sensor_assumed() {
 fn what_is_not_in_order_of_time_or_does_not_move_is_not_recognised() {
     let records = sample();
     assert!(probe(&records.concat()));
-    assert!(!probe(&records[..LEAST - 1].concat()));
+    assert!(!probe(&records[..MIN_RECORDS - 1].concat()));
     assert!(!probe(&[records.concat(), vec![1]].concat()));
     let mut swapped = records;
     swapped.swap(3, 4);

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use evpose_core::{AtomicFile, EventStream, SensorSize};
 
-use super::{OVERFLOW_ROW, RANGE_US};
+use super::{OVERFLOW_ROW, PERIOD_US};
 use crate::{EventSink, IoError};
 
 struct RecordSink {
@@ -33,8 +33,8 @@ impl EventSink for RecordSink {
         }
         // Events are in order, and on the sensor.
         let ends = [events.t().first(), events.t().last()];
-        if let Some(t) = ends.into_iter().flatten().find(|t| !(0..RANGE_US).contains(&t.0)) {
-            let reason = format!("times are 0 to {} µs, an event is at {t}", RANGE_US - 1);
+        if let Some(t) = ends.into_iter().flatten().find(|t| !(0..PERIOD_US).contains(&t.0)) {
+            let reason = format!("times are 0 to {} µs, an event is at {t}", PERIOD_US - 1);
             return Err(IoError::unwritable(&self.path, reason));
         }
         self.records.clear();

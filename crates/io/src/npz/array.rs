@@ -1,4 +1,4 @@
-//! One array of numbers, column by column, without trusting its header.
+//! One numeric array, column by column, without trusting its header.
 
 use std::io::{self, BufReader, Read};
 
@@ -9,19 +9,19 @@ use super::NpzFault;
 /// NumPy writes 128 bytes, more for records. A longer header is no recording's.
 const LONGEST_HEADER: u16 = 4096;
 /// Brackets around anything in a header: a dictionary, a list, a field, its shape, and some to spare.
-const MOST_BRACKETS: usize = 8;
+const MAX_BRACKETS: usize = 8;
 /// Columns that an array of events may have.
-const LEAST_COLUMNS: u64 = 4;
-const MOST_COLUMNS: u64 = 16;
+const MIN_COLUMNS: u64 = 4;
+const MAX_COLUMNS: u64 = 16;
 /// Bytes that are taken at a time.
 const PIECE: usize = 1 << 16;
 
-/// A column of numbers.
+/// A column of values.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Column {
     /// Integers.
     Whole(Vec<i64>),
-    /// Numbers that need not be.
+    /// Values that need not be integers.
     Real(Vec<f64>),
 }
 
@@ -124,7 +124,7 @@ struct Rows<'a> {
     length: usize,
 }
 
-/// How numbers are stored.
+/// Storage type of values.
 #[derive(Debug, Clone, Copy)]
 struct Kind {
     letter: TypeChar,
@@ -230,7 +230,7 @@ impl Layout {
             return Err(unfit());
         }
         let plain = |rows: u64| (rows, 1, false);
-        let of_events = LEAST_COLUMNS..=MOST_COLUMNS;
+        let of_events = MIN_COLUMNS..=MAX_COLUMNS;
         let (rows, columns, is_one_after_another) = match *header.shape() {
             [] => plain(1),
             [rows] => plain(rows),
@@ -309,7 +309,7 @@ fn is_deep(text: &str) -> bool {
             b')' | b']' | b'}' => depth = depth.saturating_sub(1),
             _ => {}
         }
-        depth > MOST_BRACKETS
+        depth > MAX_BRACKETS
     })
 }
 

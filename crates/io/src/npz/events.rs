@@ -1,11 +1,11 @@
-//! Which of the numbers of an archive are time, column, row and polarity.
+//! Assignment of the arrays of an archive to time, column, row and polarity.
 
 use evpose_core::{Micros, Polarity};
 
 use super::NpzFault;
 use super::array::{Array, Column};
 use crate::Columns;
-use crate::tell::is_time;
+use crate::sniff::is_time;
 
 /// The names that programs give to what an event has.
 const NAMES: [&[&str]; 4] = [
@@ -27,15 +27,15 @@ const LONGEST_S: f64 = 1e5;
 /// The columns of events: times, columns, rows, polarities.
 pub(super) struct Named<'a>(pub(super) [&'a Column; 4]);
 
-/// The first of `found` that is called like `what` (0 time, 1 column, 2 row, 3 polarity).
-pub(crate) fn called<'n>(
+/// The first of `names` that is a usual one of column `what` (0 time, 1 column, 2 row, 3 polarity).
+pub(crate) fn array_by_name<'n>(
     what: usize,
-    found: &(impl Iterator<Item = &'n str> + Clone),
+    names: &(impl Iterator<Item = &'n str> + Clone),
 ) -> Option<&'n str> {
-    NAMES[what].iter().find_map(|name| found.clone().find(|found| found == name))
+    NAMES[what].iter().find_map(|name| names.clone().find(|known| known == name))
 }
 
-/// What a recording calls time, column, row and polarity.
+/// Columns of time, column, row and polarity of a recording.
 pub(crate) const REQUIRED: [&str; 4] = ["t", "x", "y", "p"];
 
 impl<'a> Named<'a> {
@@ -45,7 +45,7 @@ impl<'a> Named<'a> {
             let mut places = [0; 4];
             for (what, place) in places.iter_mut().enumerate() {
                 let names = table.names.iter().map(String::as_str);
-                let name = called(what, &names).ok_or_else(|| {
+                let name = array_by_name(what, &names).ok_or_else(|| {
                     let (missing, found) = (REQUIRED[what], table.names.join(", "));
                     NpzFault::Columns(format!("no field {missing} (found: {found})"))
                 })?;
@@ -59,20 +59,20 @@ impl<'a> Named<'a> {
                 table.columns.len()
             )));
         }
-        let numbers = |column: &'a Column| (0..column.len()).map(|k| column.real(k));
+        let values = |column: &'a Column| (0..column.len()).map(|k| column.real(k));
         let fits = |(order, _): &&([usize; 4], &str)| {
             let [t, x, y, p] = order.map(|place| &table.columns[place]);
-            let is_pixel = |column| numbers(column).all(|v| (0.0..65_536.0).contains(&v));
-            numbers(p).all(|value| [0.0, 1.0, -1.0].contains(&value))
+            let is_pixel = |column| values(column).all(|v| (0.0..65_536.0).contains(&v));
+            values(p).all(|value| [0.0, 1.0, -1.0].contains(&value))
                 && is_pixel(x)
                 && is_pixel(y)
-                && is_time(&numbers(t))
+                && is_time(&values(t))
         };
         // Of several that fit, the one whose times reach furthest: few columns go from one end of
         // a sensor to the other.
         let span = |(order, _): &([usize; 4], &str)| {
             let t = &table.columns[order[0]];
-            let ends = |pick: fn(f64, f64) -> f64, from| numbers(t).fold(from, pick);
+            let ends = |pick: fn(f64, f64) -> f64, from| values(t).fold(from, pick);
             ends(f64::max, f64::MIN) - ends(f64::min, f64::MAX)
         };
         let fitting = ORDERS.iter().rev().filter(fits);
@@ -85,7 +85,7 @@ impl<'a> Named<'a> {
 
     /// The events. A fault comes with the place of its column and the number of values before it.
     ///
-    /// Times are microseconds if they are integers, or numbers that all have no fraction; else
+    /// Times are microseconds if they are integers, or floats that all have no fraction; else
     /// seconds, unless that were days.
     pub(super) fn events(&self) -> Result<Columns, (usize, NpzFault, usize)> {
         let [t, x, y, p] = self.0;

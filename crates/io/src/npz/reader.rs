@@ -7,7 +7,7 @@ use evpose_core::SensorSize;
 use zip::ZipArchive;
 
 use super::array::{self, Array, Column};
-use super::events::{Named, REQUIRED, called};
+use super::events::{Named, REQUIRED, array_by_name};
 use super::{ARRAY, NpzFault};
 use crate::{Columns, EventSource, Header, Input, IoError, MemorySource, OpenOptions, ReadSeek};
 
@@ -29,7 +29,8 @@ pub(super) fn open(mut input: Input, _: &OpenOptions) -> Result<Box<dyn EventSou
     let mut archive = Archive::open(input)?;
     let names = archive.names();
     let is_there = |name: &str| names.iter().any(|found| found == name);
-    let of_columns = [0, 1, 2, 3].map(|what| called(what, &names.iter().map(String::as_str)));
+    let of_columns =
+        [0, 1, 2, 3].map(|what| array_by_name(what, &names.iter().map(String::as_str)));
     let is_table = is_there(EVENTS) && of_columns.iter().any(Option::is_none);
     let mut missing: Vec<&'static str> = Vec::new();
     if !is_table {
@@ -42,7 +43,7 @@ pub(super) fn open(mut input: Input, _: &OpenOptions) -> Result<Box<dyn EventSou
         missing.push(if stated[0] { SIZE[1] } else { SIZE[0] });
     }
     if !missing.is_empty() {
-        return Err(IoError::MissingArrays { path: archive.path, missing, found: names });
+        return Err(IoError::MissingArrays { path: archive.path, missing, present: names });
     }
     let sensor = match stated[0] {
         true => Some(SensorSize { width: archive.size("width")?, height: archive.size("height")? }),
@@ -120,7 +121,7 @@ impl Archive {
         let columns: Vec<&Column> = found.iter().map(|(_, _, column)| column).collect();
         let columns: [&Column; 4] = columns.try_into().map_err(|_| {
             let (path, missing) = (self.path.clone(), REQUIRED.to_vec());
-            IoError::MissingArrays { path, missing, found: Vec::new() }
+            IoError::MissingArrays { path, missing, present: Vec::new() }
         })?;
         Named(columns).events().map_err(|(what, fault, values)| {
             let (name, byte, _) = &found[what];

@@ -245,7 +245,7 @@ fn an_archive_cut_at_any_byte_is_a_typed_error() {
         let error = open(&path).unwrap_err();
         match error {
             IoError::NotAnArchive { byte, .. } => assert_eq!(byte, cut as u64),
-            // Too short to tell what it was.
+            // Too short to detect the format.
             IoError::UnknownFormat { .. } => assert!(cut < 4, "{cut}"),
             other => panic!("{cut}: {other}"),
         }

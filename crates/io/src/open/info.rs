@@ -1,12 +1,12 @@
-//! What a recording is, in a few lines.
+//! Description of a recording in a few lines.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
 
 use evpose_core::{Micros, SensorSize};
 
-use super::SensorOrigin;
 use super::whole::{early, extent, sensor_of};
+use super::{Labels, SensorOrigin};
 use crate::{Columns, IoError, OpenOptions};
 
 /// A description of a recording.
@@ -16,35 +16,24 @@ pub struct Info {
     pub path: PathBuf,
     /// Name of its format.
     pub format: &'static str,
-    /// What the file says of itself beside the sensor: name and value.
+    /// Facts of the header beside the sensor: name and value.
     pub facts: Vec<(&'static str, String)>,
     /// The sensor.
     pub sensor: SensorSize,
-    /// How the sensor is known.
+    /// Origin of the size of the sensor.
     pub sensor_origin: SensorOrigin,
-    /// Length of the recording; where the format does not tell, from the first event to the last.
+    /// Length of the recording; if the format does not state it, from the first event to the last.
     pub duration: Micros,
-    /// Number of events.
+    /// Count of events.
     pub events: u64,
-    /// Number of ON events.
+    /// Count of ON events.
     pub on_events: u64,
     /// Times of the earliest event and of the latest.
     pub span: Option<(Micros, Micros)>,
     /// Labels that lie beside the file.
     pub labels: Option<Labels>,
-    /// What a user should know before trusting the file.
+    /// Warnings about the file.
     pub warnings: Vec<String>,
-}
-
-/// A file of labels.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Labels {
-    /// The file.
-    pub path: PathBuf,
-    /// Number of records.
-    pub records: u64,
-    /// Numbers in a record.
-    pub values: usize,
 }
 
 impl Info {
@@ -133,7 +122,7 @@ fn sensor_warning(
     }
 }
 
-/// What a description needs of all events.
+/// Statistics over all events.
 #[derive(Debug)]
 struct Survey {
     /// The sensor, where it is known beforehand.
@@ -162,7 +151,7 @@ impl Survey {
         let extent = extent(columns);
         self.extent.width = self.extent.width.max(extent.width);
         self.extent.height = self.extent.height.max(extent.height);
-        // What fits no sensor at all is outside of an unknown one, too.
+        // A coordinate that no sensor has is outside an unknown one, too.
         let sensor = self.sensor.unwrap_or(SensorSize { width: u16::MAX, height: u16::MAX });
         let pixels = columns.x.iter().zip(&columns.y);
         self.outside += pixels.filter(|&(&x, &y)| !sensor.contains(x, y)).count();
@@ -197,7 +186,7 @@ impl fmt::Display for Info {
             writeln!(f, "  events at {first:.6} s to {last:.6} s")?;
         }
         if let Some(Labels { path, records, values }) = &self.labels {
-            writeln!(f, "  labels    {records} of {values} numbers in {}", path.display())?;
+            writeln!(f, "  labels    {records} of {values} values in {}", path.display())?;
         }
         for warning in &self.warnings {
             writeln!(f, "  warning   {warning}")?;

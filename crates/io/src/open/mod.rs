@@ -1,5 +1,6 @@
-//! Files opened by what is in them.
+//! Files opened by their content.
 
+mod format;
 mod info;
 mod registry;
 mod whole;
@@ -9,9 +10,10 @@ use std::path::{Path, PathBuf};
 
 use evpose_core::{EventStream, Rejected, SensorSize};
 
-pub use info::{Info, Labels, info};
-pub(crate) use registry::no_labels;
-pub use registry::{Create, FORMATS, Format, Open, create, format_called, format_for, format_of};
+pub(crate) use format::no_labels;
+pub use format::{Create, Format, Labels, Open};
+pub use info::{Info, info};
+pub use registry::{FORMATS, create, format_by_name, format_for, format_of};
 pub use windows::Windows;
 
 use crate::{EventSource, Input, IoError, OpenOptions};
@@ -23,17 +25,17 @@ pub struct Recording {
     pub format: &'static str,
     /// The events.
     pub stream: EventStream,
-    /// Events of the file that broke a rule and were left out.
+    /// Counts of events that were left out.
     pub rejected: Rejected,
-    /// Events that stood behind later ones and were put where they belong.
+    /// Count of events that stood behind later ones and were sorted.
     pub sorted: usize,
-    /// How the size of the sensor is known.
+    /// Origin of the size of the sensor.
     pub sensor_origin: SensorOrigin,
-    /// What else a user should know of what was read, in sentences without a full stop.
+    /// Remarks on the content, in sentences without a full stop.
     pub remarks: Vec<String>,
 }
 
-/// How the size of a sensor is known.
+/// Origin of the size of a sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SensorOrigin {
     /// The file states it.
@@ -62,7 +64,7 @@ pub fn open_with(path: impl AsRef<Path>, sensor: Option<SensorSize>) -> Result<R
     open_as(path, &OpenOptions { sensor, ..OpenOptions::default() })
 }
 
-/// As [`open`], with a say in what the file leaves open.
+/// As [`open`], with options for files that leave a choice.
 ///
 /// # Errors
 /// As [`open`].
@@ -79,7 +81,7 @@ pub fn read_as(input: Input, options: &OpenOptions) -> Result<Recording, IoError
     whole::read(format.name, source.as_mut(), options)
 }
 
-/// The events of a file of any format, batch by batch.
+/// Opens a file of any format as a source of events.
 ///
 /// # Errors
 /// If it cannot be read, is of no known format, or its beginning breaks its format.

@@ -4,33 +4,8 @@ use std::path::Path;
 
 use evpose_core::{EventStream, SensorSize};
 
-use super::Labels;
-use crate::{EventSink, EventSource, Input, IoError, OpenOptions};
-
-/// Opens a file for reading.
-pub type Open = fn(Input, &OpenOptions) -> Result<Box<dyn EventSource>, IoError>;
-
-/// Begins a file of events of a sensor.
-pub type Create = fn(&Path, SensorSize) -> Result<Box<dyn EventSink>, IoError>;
-
-/// A file format: one module of this crate, one line of [`FORMATS`].
-#[derive(Debug, Clone, Copy)]
-pub struct Format {
-    /// Name on the command line and in reports.
-    pub name: &'static str,
-    /// What it is, in a line.
-    pub summary: &'static str,
-    /// How names of its files end, the usual one first. Only writers go by it.
-    pub endings: &'static [&'static str],
-    /// Whether a file that begins with these bytes is of this format.
-    pub probe: fn(&[u8]) -> bool,
-    /// Opens a file for reading.
-    pub open: Open,
-    /// Begins a file of events of a sensor, where the format can be written.
-    pub create: Option<Create>,
-    /// Labels that lie beside a file, and what is odd about them.
-    pub labels: fn(&Path, &dyn EventSource, &mut Vec<String>) -> Option<Labels>,
-}
+use super::Format;
+use crate::{EventSink, IoError};
 
 /// Every format, the first whose probe agrees is taken.
 pub const FORMATS: &[Format] = &[
@@ -52,7 +27,7 @@ pub const FORMATS: &[Format] = &[
     crate::nmnist::FORMAT,
 ];
 
-/// Bytes that probes see.
+/// Bytes at the beginning of a file that probes inspect.
 pub(super) const HEAD: usize = 4096;
 
 impl Format {
@@ -80,13 +55,8 @@ impl Format {
     }
 }
 
-/// For formats without labels.
-pub(crate) fn no_labels(_: &Path, _: &dyn EventSource, _: &mut Vec<String>) -> Option<Labels> {
-    None
-}
-
-/// The format called `name`.
-pub fn format_called(name: &str) -> Option<&'static Format> {
+/// Returns the format `name`, if there is one.
+pub fn format_by_name(name: &str) -> Option<&'static Format> {
     FORMATS.iter().find(|format| format.name == name)
 }
 
@@ -112,8 +82,11 @@ pub fn format_for(path: impl AsRef<Path>) -> Result<&'static Format, IoError> {
     let is_its = |format: &&Format| {
         format.create.is_some() && format.endings.iter().any(|end| ending == &end[1..])
     };
-    let found = FORMATS.iter().find(is_its);
-    found.ok_or_else(|| IoError::UnknownEnding { path: path.to_owned() })
+    FORMATS.iter().find(is_its).ok_or_else(|| {
+        let writable = FORMATS.iter().filter(|format| format.create.is_some());
+        let known: Vec<&str> = writable.flat_map(|format| format.endings).copied().collect();
+        IoError::UnknownEnding { path: path.to_owned(), known: known.join(", ") }
+    })
 }
 
 /// The format of a file, by its content.
@@ -126,12 +99,15 @@ pub fn format_of(path: impl AsRef<Path>) -> Result<&'static Format, IoError> {
 }
 
 pub(super) fn of_head(head: &[u8], path: &Path) -> Result<&'static Format, IoError> {
-    let found = FORMATS.iter().find(|format| (format.probe)(head));
-    found.ok_or_else(|| match crate::aedat4::other_version(head) {
+    let detected = FORMATS.iter().find(|format| (format.probe)(head));
+    detected.ok_or_else(|| match crate::aedat4::other_version(head) {
         Some(version) => {
             let reason = format!("AEDAT {version} is not read: DV and jAER make AEDAT 4 of it");
             IoError::Damaged { path: path.to_owned(), byte: 0, reason: reason.into(), events: 0 }
         }
-        None => IoError::UnknownFormat { path: path.to_owned() },
+        None => {
+            let known: Vec<&str> = FORMATS.iter().map(|format| format.name).collect();
+            IoError::UnknownFormat { path: path.to_owned(), known: known.join(", ") }
+        }
     })
 }

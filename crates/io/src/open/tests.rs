@@ -32,7 +32,7 @@ fn every_format_is_recognised_by_its_content_whatever_its_name() {
         assert_eq!(back.rejected.total(), 0);
         let head = fs::read(&path).unwrap();
         assert_eq!(FORMATS.iter().filter(|f| (f.probe)(&head)).count(), 1, "{}", format.name);
-        assert_eq!(format_called(format.name).map(|f| f.name), Some(format.name));
+        assert_eq!(format_by_name(format.name).map(|f| f.name), Some(format.name));
     }
 }
 
@@ -73,7 +73,7 @@ fn a_description_mentions_labels_and_what_is_odd() {
          \x20 events    32, 65.6 % ON, 34.4 % OFF\n\
          \x20 rate      1.7 thousand events per second\n\
          \x20 events at 0.003000 s to 0.018000 s\n\
-         \x20 labels    1 of 12 numbers in hand.meta\n\
+         \x20 labels    1 of 12 values in hand.meta\n\
          \x20 warning   events lie outside 240x180: the sensor is taken to be the smallest that holds them\n\
          \x20 warning   1 labels for 19 frames: one of the files is cut\n"
     );

@@ -8,8 +8,8 @@ use super::whole::{extent, sensor_of};
 use super::{SensorOrigin, input, source};
 use crate::{Columns, EventSource, IoError, OpenOptions};
 
-/// How far behind its place in time an event may stand in the file and still be put there.
-const LATEST_US: i64 = 10_000;
+/// Maximal delay of an event in the file behind its place in time, up to which it is sorted.
+const MAX_DELAY_US: i64 = 10_000;
 
 /// A recording that is read window by window, forward or from place to place.
 ///
@@ -19,17 +19,17 @@ pub struct Windows {
     source: Box<dyn EventSource>,
     sensor: SensorSize,
     sensor_origin: SensorOrigin,
-    /// Read and not yet left behind, in the order of the file.
-    held: Columns,
-    /// Everything of the file before this time is in `held` or was left behind.
+    /// Events that were read and not yet discarded, in the order of the file.
+    buffer: Columns,
+    /// Everything of the file before this time is in `buffer` or was discarded.
     read_to: Micros,
-    /// What was left behind ends here.
+    /// End of the discarded part.
     left_to: Micros,
     is_at_end: bool,
     rejected: Rejected,
     straggling: u64,
     salvages: bool,
-    /// What became of the rest of a damaged file.
+    /// Remark on the lost rest of a damaged file.
     lost: Option<String>,
 }
 
@@ -53,7 +53,7 @@ impl Windows {
             source,
             sensor: SensorSize { width: 1, height: 1 },
             sensor_origin: SensorOrigin::Inferred,
-            held: Columns::new(),
+            buffer: Columns::new(),
             read_to: Micros(i64::MIN),
             left_to: Micros(i64::MIN),
             is_at_end: false,
@@ -65,7 +65,7 @@ impl Windows {
         windows.read_on()?;
         let header = windows.source.header();
         (windows.sensor, windows.sensor_origin) =
-            sensor_of(header, options, || extent(&windows.held));
+            sensor_of(header, options, || extent(&windows.buffer));
         Ok(windows)
     }
 
@@ -74,14 +74,14 @@ impl Windows {
         self.sensor
     }
 
-    /// How it is known.
+    /// Origin of the size of the sensor.
     pub fn sensor_origin(&self) -> SensorOrigin {
         self.sensor_origin
     }
 
     /// Time of the first event, if there is one; only before anything was read.
     pub fn start(&self) -> Option<Micros> {
-        self.held.t.iter().copied().min()
+        self.buffer.t.iter().copied().min()
     }
 
     /// Events left out so far.
@@ -95,11 +95,11 @@ impl Windows {
     /// If it cannot be read, or is damaged.
     pub fn end(&mut self) -> Result<Micros, IoError> {
         let mut latest = self.read_to;
-        let mut passed = Columns::new();
+        let mut discarded = Columns::new();
         while !self.is_at_end {
-            passed.clear();
-            self.next_batch(&mut passed)?;
-            latest = passed.t.iter().copied().fold(latest, Micros::max);
+            discarded.clear();
+            self.next_batch(&mut discarded)?;
+            latest = discarded.t.iter().copied().fold(latest, Micros::max);
         }
         self.go_to(self.start().unwrap_or(latest))?;
         Ok(latest)
@@ -108,10 +108,10 @@ impl Windows {
     /// Time of the first event at `t` or later among those that were read ahead, or `t`: what lies
     /// between is empty. After [`Windows::is_over_at`] there is one, unless the recording is over.
     pub fn next_after(&self, t: Micros) -> Micros {
-        self.held.t.iter().copied().filter(|&at| at >= t).min().unwrap_or(t)
+        self.buffer.t.iter().copied().filter(|&at| at >= t).min().unwrap_or(t)
     }
 
-    /// What a user should know of what was read so far.
+    /// Remarks on the content read so far, in sentences without a full stop.
     pub fn remarks(&self) -> Vec<String> {
         self.source.remarks().into_iter().chain(self.lost.clone()).collect()
     }
@@ -127,10 +127,10 @@ impl Windows {
     /// # Errors
     /// If the file cannot be read up to there.
     pub fn is_over_at(&mut self, t: Micros) -> Result<bool, IoError> {
-        while !self.is_at_end && self.held.t.iter().all(|&at| at < t) {
+        while !self.is_at_end && self.buffer.t.iter().all(|&at| at < t) {
             self.read_on()?;
         }
-        Ok(self.held.t.iter().all(|&at| at < t))
+        Ok(self.buffer.t.iter().all(|&at| at < t))
     }
 
     /// Replaces what is in `events` by the events of `window`.
@@ -148,17 +148,17 @@ impl Windows {
         {
             self.go_to(window.start)?;
         }
-        while !self.is_at_end && self.read_to.0 < window.end.0.saturating_add(LATEST_US) {
+        while !self.is_at_end && self.read_to.0 < window.end.0.saturating_add(MAX_DELAY_US) {
             self.read_on()?;
         }
         self.leave_behind(window.start);
         let mut inside: Vec<usize> =
-            (0..self.held.len()).filter(|&k| window.contains(self.held.t[k])).collect();
+            (0..self.buffer.len()).filter(|&k| window.contains(self.buffer.t[k])).collect();
         // Stable: events of one time keep their order.
-        inside.sort_by_key(|&k| self.held.t[k]);
+        inside.sort_by_key(|&k| self.buffer.t[k]);
         events.clear();
         for k in inside {
-            if events.push(self.held.event(k)).is_err() {
+            if events.push(self.buffer.event(k)).is_err() {
                 self.rejected.outside_sensor += 1;
             }
         }
@@ -167,9 +167,9 @@ impl Windows {
 
     /// Goes where reading on gives every event from `t` on.
     fn go_to(&mut self, t: Micros) -> Result<(), IoError> {
-        self.source.seek(Micros(t.0.saturating_sub(LATEST_US)))?;
-        self.held.clear();
-        // What comes before `t` now is no fault of the file.
+        self.source.seek(Micros(t.0.saturating_sub(MAX_DELAY_US)))?;
+        self.buffer.clear();
+        // Events before `t` are not out of order behind a seek.
         (self.read_to, self.left_to) = (Micros(i64::MIN), Micros(i64::MIN));
         self.is_at_end = false;
         Ok(())
@@ -177,14 +177,14 @@ impl Windows {
 
     /// Reads a batch.
     fn read_on(&mut self) -> Result<(), IoError> {
-        let before = self.held.len();
-        let mut held = std::mem::take(&mut self.held);
-        let read = self.next_batch(&mut held);
-        self.held = held;
+        let before = self.buffer.len();
+        let mut buffer = std::mem::take(&mut self.buffer);
+        let read = self.next_batch(&mut buffer);
+        self.buffer = buffer;
         read?;
-        for &t in &self.held.t[before..] {
+        for &t in &self.buffer.t[before..] {
             self.rejected.out_of_order += usize::from(t < self.left_to);
-            self.straggling += u64::from(t.0 < self.read_to.0.saturating_sub(LATEST_US));
+            self.straggling += u64::from(t.0 < self.read_to.0.saturating_sub(MAX_DELAY_US));
             self.read_to = self.read_to.max(t);
         }
         Ok(())
@@ -209,8 +209,8 @@ impl Windows {
     /// Forgets what is before `t`.
     fn leave_behind(&mut self, t: Micros) {
         self.left_to = self.left_to.max(t);
-        if self.held.t.iter().any(|&at| at < t) {
-            self.held = self.held.iter().filter(|event| event.t >= t).collect();
+        if self.buffer.t.iter().any(|&at| at < t) {
+            self.buffer = self.buffer.iter().filter(|event| event.t >= t).collect();
         }
     }
 }
@@ -282,7 +282,7 @@ mod tests {
     }
 
     #[test]
-    fn an_event_a_little_late_is_put_where_it_belongs_and_a_straggler_is_told() {
+    fn an_event_a_little_late_is_put_where_it_belongs_and_a_straggler_is_reported() {
         let mut few = windows("4 3\n0 1 1 1\n9000 1 1 1\n4000 2 1 1\n", false).unwrap();
         let times: Vec<i64> = within(&mut few, 0, 10_000).iter().map(|event| event.t.0).collect();
         assert_eq!((times, few.straggling()), (vec![0, 4_000, 9_000], 0));

@@ -1,7 +1,7 @@
-//! Predictions of bodies as a table of numbers, as MoveEnet's programs write and evaluate them.
+//! Predictions of bodies as a table, as MoveEnet's programs write and evaluate them.
 //!
 //! A line is `t delay x0 y0 … x12 y12`: when in seconds, how long it took, and column and row of thirteen
-//! joints in pixels of the image, in the order of files. Numbers are separated by spaces; commas, as
+//! joints in pixels of the image, in the order of files. Values are separated by spaces; commas, as
 //! the online program writes them, are read too, and so are empty lines and comments behind `#`.
 //!
 //! * **Delays** are seconds where the training program evaluates, and milliseconds elsewhere: whoever
@@ -25,12 +25,12 @@ use glam::Vec2;
 
 use crate::{Input, IoError};
 
-/// Numbers of a line.
+/// Values of a line.
 const COLUMNS: usize = 2 + 2 * BODY_JOINTS;
 /// No line is longer.
 const LONGEST_LINE: u64 = 1 << 16;
 
-/// What delays are written in.
+/// Unit in which delays are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum DelayUnit {
     /// As the training program evaluates.
@@ -49,7 +49,7 @@ impl DelayUnit {
     }
 }
 
-/// What stands for joints that were not found.
+/// Coordinates that stand for joints without a detection.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Undetected {
     /// `-1 -1`.
@@ -62,7 +62,7 @@ pub enum Undetected {
 /// Reads a table of predictions.
 ///
 /// # Errors
-/// If the file cannot be read, a line holds anything but 28 finite numbers, or the last one does not end,
+/// If the file cannot be read, a line holds anything but 28 finite values, or the last one does not end,
 /// as a cut number would go unseen.
 pub fn read_predictions(
     path: impl AsRef<Path>,
@@ -97,7 +97,7 @@ pub fn predictions_of(input: Input, delay: DelayUnit) -> Result<Vec<BodyPredicti
     }
 }
 
-/// What a line says, if it says anything.
+/// Parses a line; none for an empty one.
 fn row(line: &[u8], delay: DelayUnit) -> Result<Option<BodyPrediction>, String> {
     let text = str::from_utf8(line).map_err(|_| "it is not text".to_owned())?;
     let text = text.split('#').next().unwrap_or_default();
@@ -106,27 +106,27 @@ fn row(line: &[u8], delay: DelayUnit) -> Result<Option<BodyPrediction>, String> 
         let number = word.parse().ok().filter(|number: &f64| number.is_finite());
         number.ok_or_else(|| format!("column {} is {word:?}, no finite number", column + 1))
     };
-    let numbers = words.enumerate().map(number).collect::<Result<Vec<_>, _>>()?;
-    if numbers.is_empty() {
+    let values = words.enumerate().map(number).collect::<Result<Vec<_>, _>>()?;
+    if values.is_empty() {
         return Ok(None);
     }
     if !line.ends_with(b"\n") {
         return Err("the file ends in it, perhaps within a number".to_owned());
     }
-    let [t_s, waited, positions @ ..] = numbers.as_slice() else {
-        return Err(format!("{COLUMNS} numbers were expected, {} found", numbers.len()));
+    let [t_s, waited, positions @ ..] = values.as_slice() else {
+        return Err(format!("{COLUMNS} values were expected, {} found", values.len()));
     };
     let joints: [[f64; 2]; BODY_JOINTS] = match positions.as_chunks() {
         (joints, []) => joints.try_into().ok(),
         _ => None,
     }
-    .ok_or_else(|| format!("{COLUMNS} numbers were expected, {} found", numbers.len()))?;
+    .ok_or_else(|| format!("{COLUMNS} values were expected, {} found", values.len()))?;
     let joints = joints.map(|joint| detected(joint.map(|number| number as f32)));
     let (joints_px, delay_s) = (network_from_file(&joints), waited / delay.per_second());
     Ok(Some(BodyPrediction { t_s: *t_s, delay_s, joints_px }))
 }
 
-/// Where a joint is, unless the pair of numbers stands for one that was not found.
+/// Position of a joint, unless the pair of values stands for a joint without a detection.
 pub(crate) fn detected(joint: [f32; 2]) -> Option<Vec2> {
     (!stands_for_none(joint)).then(|| joint.into())
 }

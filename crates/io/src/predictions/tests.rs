@@ -81,9 +81,9 @@ fn a_faulty_line_is_named_with_its_byte() {
     let good = format!("0.04 0.0125 {}\n", JOINTS.replace("LOST", "-1 -1"));
     let second = good.len();
     for (bad, reason) in [
-        ("0.5\n".to_owned(), "28 numbers were expected, 1 found"),
-        (good.replacen("0.04 ", "", 1), "28 numbers were expected, 27 found"),
-        (good.replace(" 200 ", " 200 7 "), "28 numbers were expected, 29 found"),
+        ("0.5\n".to_owned(), "28 values were expected, 1 found"),
+        (good.replacen("0.04 ", "", 1), "28 values were expected, 27 found"),
+        (good.replace(" 200 ", " 200 7 "), "28 values were expected, 29 found"),
         (good.replace("200", "x"), "column 4 is \"x\", no finite number"),
         (good.replace("200", "nan"), "column 4 is \"nan\", no finite number"),
         (good.trim_end().to_owned(), "the file ends in it, perhaps within a number"),
@@ -110,7 +110,7 @@ fn a_table_cut_at_any_byte_gives_an_error_or_the_exact_prefix() {
 }
 
 #[test]
-fn numbers_that_are_not_finite_are_not_written() {
+fn values_that_are_not_finite_are_not_written() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("a.csv");
     let mut writer =

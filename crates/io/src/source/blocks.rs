@@ -15,7 +15,7 @@ const BETWEEN_MARKS: u64 = 1 << 22;
 
 /// Turns bytes into events and can stop behind any record.
 ///
-/// What it remembers from one call to the next is small: clones of it are the index of a file.
+/// The state between calls is small: clones of it are the index of a file.
 pub trait Decoder: Clone + Send {
     /// Appends the events of whole records at the beginning of `bytes` and returns how many bytes
     /// those records had. What is left is the beginning of a record, and comes again with more behind
@@ -41,16 +41,16 @@ pub trait Decoder: Clone + Send {
     }
 }
 
-/// What is wrong in some bytes.
+/// A fault in some bytes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Fault {
-    /// Where, from the first of them.
+    /// Offset from the first of them.
     pub at: usize,
-    /// What.
+    /// The reason.
     pub reason: Cow<'static, str>,
 }
 
-/// A place to start again.
+/// A place at which decoding can start again.
 #[derive(Debug, Clone)]
 struct Mark<D> {
     byte: u64,
@@ -67,10 +67,10 @@ pub struct BlockSource<D> {
     /// Bytes read and not yet decoded are `buffer[taken..]`.
     buffer: Vec<u8>,
     taken: usize,
-    /// Where the next byte to read is.
+    /// Offset of the next byte to read.
     read_to: u64,
     is_at_end: bool,
-    /// Where decoding has come to.
+    /// Position of the decoder.
     now: Mark<D>,
     /// Ascending; the first is the beginning.
     marks: Vec<Mark<D>>,
@@ -163,14 +163,14 @@ impl<D: Decoder> EventSource for BlockSource<D> {
             from = self.now.clone();
         }
         self.go_to(from);
-        // The rest is read on, without keeping it, to the block behind which `t` is passed.
-        let mut passed = Columns::new();
+        // The index ends here: read and discard blocks up to the one that reaches `t`.
+        let mut discarded = Columns::new();
         let mut before = self.now.clone();
         while self.now.latest < t {
             before = self.now.clone();
-            passed.clear();
-            self.next(&mut passed)?;
-            if passed.is_empty() {
+            discarded.clear();
+            self.next(&mut discarded)?;
+            if discarded.is_empty() {
                 return Ok(());
             }
         }

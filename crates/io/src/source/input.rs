@@ -6,12 +6,12 @@ use std::path::{Path, PathBuf};
 
 use crate::IoError;
 
-/// What can be read from any place on.
+/// A reader with random access.
 pub trait ReadSeek: Read + Seek + Send {}
 
 impl<R: Read + Seek + Send> ReadSeek for R {}
 
-/// What a recording is read from.
+/// The bytes of a recording, in a file or in memory.
 pub struct Input {
     /// Name of the file, for messages, and for files that lie beside it.
     pub path: PathBuf,
@@ -46,15 +46,15 @@ impl Input {
         Self { path: name.into(), length, bytes: Box::new(Cursor::new(bytes)) }
     }
 
-    /// The first `most` bytes, or all there are; the place of reading is the beginning again.
+    /// Reads the first `max` bytes, or all of a shorter file, and rewinds.
     ///
     /// # Errors
     /// If they cannot be read.
-    pub fn head(&mut self, most: usize) -> Result<Vec<u8>, IoError> {
+    pub fn head(&mut self, max: usize) -> Result<Vec<u8>, IoError> {
         let mut head = Vec::new();
         let mut read = || {
             self.bytes.rewind()?;
-            (&mut self.bytes).take(most as u64).read_to_end(&mut head)?;
+            (&mut self.bytes).take(max as u64).read_to_end(&mut head)?;
             self.bytes.rewind()
         };
         read().map_err(|e| IoError::file(&self.path, "read", e))?;

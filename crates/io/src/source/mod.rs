@@ -1,4 +1,4 @@
-//! Recordings in batches: where bytes come from, what a file says of itself, and the events behind.
+//! Recordings in batches: the bytes, the header, and the events behind it.
 
 mod blocks;
 mod input;
@@ -12,34 +12,34 @@ pub use memory::MemorySource;
 
 use crate::{Columns, IoError};
 
-/// What to do where a file leaves a choice.
+/// Options for files that leave a choice.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct OpenOptions {
     /// The sensor, for files that do not state it.
     pub sensor: Option<SensorSize>,
-    /// Which camera of a file that holds several, counted from 0. Without it, a file with one camera
+    /// Camera of a file that holds several, counted from 0. Without it, a file with one camera
     /// is that camera; of a file with several, the first is read and the others are remarked on.
     pub camera: Option<u8>,
-    /// Microseconds in a tick of a file whose clock is not known (YARP: 0.08 or 1).
+    /// Microseconds of a tick, for files that do not state it (YARP: 0.08 or 1).
     pub tick_us: Option<f64>,
     /// Keep what is readable of a damaged file, instead of refusing it.
     pub salvage: bool,
 }
 
-/// What a file says of itself before its first event.
+/// The header of a file, before its first event.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Header {
     /// The sensor, where the file states it.
     pub sensor: Option<SensorSize>,
     /// The sensor such files usually come from, where they never state it.
     pub usual_sensor: Option<SensorSize>,
-    /// Further facts for whoever asks what the file is: name and value, such as camera and date.
+    /// Further facts for descriptions of the file: name and value, such as camera and date.
     pub facts: Vec<(&'static str, String)>,
 }
 
 /// A recording that is read from its beginning, or from a time, in batches.
 pub trait EventSource: Send {
-    /// What the file says of itself.
+    /// The header of the file.
     fn header(&self) -> &Header;
 
     /// Appends the next batch, some thousand events in the order of the file; none at the end of the
@@ -57,12 +57,12 @@ pub trait EventSource: Send {
     /// If the file cannot be read.
     fn seek(&mut self, t: Micros) -> Result<(), IoError>;
 
-    /// How long what was read so far lasts, where the format tells more than its events do.
+    /// Duration of the content read so far, if the format states more than its events do.
     fn duration(&self) -> Option<Micros> {
         None
     }
 
-    /// What a user should know of what was read so far, in whole sentences without a full stop.
+    /// Remarks on the content read so far, in whole sentences without a full stop.
     fn remarks(&self) -> Vec<String> {
         Vec::new()
     }

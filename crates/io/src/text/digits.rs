@@ -1,4 +1,4 @@
-//! Numbers written as digits, eight at a time.
+//! Integers written as digits, eight at a time.
 
 /// Bytes that [`put`] may touch behind the place where it writes.
 pub(super) const REACH: usize = 24;

@@ -1,10 +1,13 @@
-//! What a line of a text recording says.
+//! Parsing of a line of a text recording.
 
 use std::fmt;
 
 use evpose_core::{Event, Micros, Polarity, SensorSize};
 
-/// What is wrong with a line.
+/// Beyond 285 years a double no longer resolves microseconds.
+const MAX_SECONDS: f64 = 9e9;
+
+/// A fault of a line.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum TextFault {
     /// Longer than any line of events.
@@ -17,7 +20,7 @@ pub(super) enum TextFault {
     Field {
         /// Its name.
         name: &'static str,
-        /// What stands there.
+        /// Its text.
         text: String,
     },
     /// The first column is not that of times.
@@ -35,7 +38,7 @@ impl fmt::Display for TextFault {
             Self::Fields(n) => write!(f, "{n} fields instead of t x y p"),
             Self::Field { name, text } => write!(f, "`{text}` is no {name}"),
             Self::Order => f.write_str(
-                "the numbers of the first column go up and down as times do not: put a line that \
+                "the values of the first column go up and down as times do not: put a line that \
                  names the columns before the first, such as `x y t p`",
             ),
             Self::Open => f.write_str(
@@ -46,7 +49,7 @@ impl fmt::Display for TextFault {
     }
 }
 
-/// How times are written.
+/// Unit of times.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum TimeUnit {
     Seconds,
@@ -68,8 +71,7 @@ impl TimeUnit {
             Self::Microseconds => text.parse().ok().map(Micros),
             Self::Seconds => {
                 let seconds = text.parse::<f64>().ok();
-                // Beyond 285 years a double no longer tells microseconds apart.
-                seconds.filter(|s| s.abs() < 9e9).map(Micros::from_seconds)
+                seconds.filter(|s| s.abs() < MAX_SECONDS).map(Micros::from_seconds)
             }
         };
         let name = match self {
@@ -80,18 +82,18 @@ impl TimeUnit {
     }
 }
 
-/// What is known of a file from the lines before.
+/// Properties of a file that earlier lines establish.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Known {
     /// Whether nothing but comments came before.
     pub(super) is_first: bool,
-    /// How times are written; none until an event says so.
+    /// Unit of times; none until an event decides it.
     pub(super) unit: Option<TimeUnit>,
-    /// Places of t, x, y and p in a line; none until a line says so.
+    /// Indices of t, x, y and p in a line; none until a line decides them.
     pub(super) order: Option<[usize; 4]>,
 }
 
-/// As the data sets of the Robotics and Perception Group.
+/// Order of the data sets of the Robotics and Perception Group.
 pub(super) const USUAL: [usize; 4] = [0, 1, 2, 3];
 /// `x y p t`, as tables of Prophesee's programs.
 pub(super) const TIME_LAST: [usize; 4] = [3, 0, 1, 2];
@@ -104,7 +106,7 @@ const NAMES: [&[&str]; 4] = [
     &["p", "pol", "polarity", "ps", "on"],
 ];
 
-/// A line with something on it.
+/// A line that is neither empty nor a comment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Line {
     Sensor(SensorSize),
@@ -119,15 +121,15 @@ fn fields(text: &str) -> impl Iterator<Item = &str> {
 
 /// The places of t, x, y and p in a line that names them.
 pub(super) fn names(text: &str) -> Option<[usize; 4]> {
-    let found: Vec<String> = fields(text).map(str::to_ascii_lowercase).collect();
+    let listed: Vec<String> = fields(text).map(str::to_ascii_lowercase).collect();
     let mut places = USUAL;
     for (place, known) in places.iter_mut().zip(NAMES) {
-        *place = found.iter().position(|name| known.contains(&name.as_str()))?;
+        *place = listed.iter().position(|name| known.contains(&name.as_str()))?;
     }
-    (found.len() == 4).then_some(places)
+    (listed.len() == 4).then_some(places)
 }
 
-/// Reads a line; what it says of those to come is noted in `known`.
+/// Parses a line, and updates `known` for the lines behind it.
 pub(super) fn parse(bytes: &[u8], known: &mut Known) -> Result<Option<Line>, TextFault> {
     let text = str::from_utf8(bytes).map_err(|_| TextFault::NotText)?;
     let text = text.split('#').next().unwrap_or_default();
@@ -168,7 +170,7 @@ fn polarity(text: &str) -> Result<Polarity, TextFault> {
         "0" | "-1" | "False" | "false" => Ok(Polarity::Off),
         "1" | "+1" | "True" | "true" => Ok(Polarity::On),
         _ => match text.parse::<f64>() {
-            // Tables of floating-point numbers.
+            // Tables of floats.
             Ok(0.0 | -1.0) => Ok(Polarity::Off),
             Ok(1.0) => Ok(Polarity::On),
             _ => {

@@ -1,7 +1,7 @@
 //! The usual lines, read many bytes at a time.
 //!
-//! One window of bytes holds a line. Where its fields end is found for all of them at once, and digits
-//! become numbers eight at a time, so that nothing is decided digit by digit. Whatever is unusual
+//! One window of bytes holds a line. The ends of all its fields are located at once, and digits
+//! become integers eight at a time, so that nothing is decided digit by digit. Whatever is unusual
 //! about a line (a sign, a comment, an exponent, two spaces) makes it none of these: it is left to
 //! [`super::line`], which gives the same for every line that is read here.
 
@@ -13,12 +13,12 @@ use crate::Columns;
 /// Bytes in which the fields of a line end.
 const WINDOW: usize = 32;
 /// Bytes that may be touched from the beginning of a line: the last field may begin behind the
-/// window, and numbers are taken 16 bytes at a time.
+/// window, and integers are taken 16 bytes at a time.
 const REACH: usize = WINDOW + 16;
 /// Lines that are gathered before they are appended.
 const BATCH: usize = 128;
 
-/// How lines of a file look.
+/// Shape of the lines of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Shape {
     /// `3811 96 133 0`
@@ -29,49 +29,49 @@ enum Shape {
     TimeLast,
 }
 
-/// What was read.
+/// Bytes and lines that were read.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(super) struct Passed {
+pub(super) struct Progress {
     pub(super) bytes: usize,
     pub(super) lines: u64,
 }
 
 /// Appends the events of usual lines at the beginning of `bytes`, as far as these go.
-pub(super) fn read(bytes: &[u8], known: &Known, columns: &mut Columns) -> Passed {
+pub(super) fn read(bytes: &[u8], known: &Known, columns: &mut Columns) -> Progress {
     match (known.order, known.unit) {
         (Some(USUAL), Some(TimeUnit::Microseconds)) => run(bytes, Shape::Microseconds, columns),
         (Some(USUAL), Some(TimeUnit::Seconds)) => run(bytes, Shape::Seconds, columns),
         (Some(TIME_LAST), Some(TimeUnit::Microseconds)) => run(bytes, Shape::TimeLast, columns),
-        _ => Passed::default(),
+        _ => Progress::default(),
     }
 }
 
 /// As [`read`], compiled for each shape.
 #[inline(always)]
-fn run(bytes: &[u8], shape: Shape, columns: &mut Columns) -> Passed {
-    let mut passed = Passed::default();
+fn run(bytes: &[u8], shape: Shape, columns: &mut Columns) -> Progress {
+    let mut progress = Progress::default();
     loop {
         let mut t = [Micros(0); BATCH];
         let (mut x, mut y) = ([0; BATCH], [0; BATCH]);
         let mut polarity = [Polarity::Off; BATCH];
         let mut count = 0;
         while count < BATCH
-            && let Some(here) = bytes[passed.bytes..].first_chunk::<REACH>()
+            && let Some(here) = bytes[progress.bytes..].first_chunk::<REACH>()
             && let Some(line) = line(here, shape)
         {
             t[count] = Micros(line.t);
             (x[count], y[count]) = (line.x, line.y);
             polarity[count] = Polarity::from_on(line.is_on);
-            passed.bytes += line.length;
+            progress.bytes += line.length;
             count += 1;
         }
         columns.t.extend_from_slice(&t[..count]);
         columns.x.extend_from_slice(&x[..count]);
         columns.y.extend_from_slice(&y[..count]);
         columns.polarity.extend_from_slice(&polarity[..count]);
-        passed.lines += count as u64;
+        progress.lines += count as u64;
         if count < BATCH {
-            return passed;
+            return progress;
         }
     }
 }

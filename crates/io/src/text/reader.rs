@@ -4,20 +4,20 @@ use evpose_core::SensorSize;
 
 use super::line::{Known, Line, names, parse};
 use super::{TextFault, quick};
-use crate::tell::is_time;
+use crate::sniff::is_time;
 use crate::{
     BlockSource, Columns, Decoder, EventSource, Fault, Header, Input, IoError, OpenOptions,
 };
 
-/// Ample for four numbers and a comment; a longer line is not text, or not events.
-const LONGEST_LINE: usize = 4096;
+/// Ample for four values and a comment; a longer line is not text, or not events.
+const MAX_LINE: usize = 4096;
 
-/// Fewer events say nothing of the order of columns.
-const LEAST_EVENTS: usize = 200;
+/// Minimal count of events that decides about the order of columns.
+const MIN_EVENTS: usize = 200;
 
 /// Opens a text, whose first line may state the sensor.
 pub(super) fn open(mut input: Input, _: &OpenOptions) -> Result<Box<dyn EventSource>, IoError> {
-    let head = input.head(LONGEST_LINE)?;
+    let head = input.head(MAX_LINE)?;
     let header = Header { sensor: sensor(&head), ..Header::default() };
     Ok(Box::new(BlockSource::new(input, 0, header, Lines::default())))
 }
@@ -32,7 +32,7 @@ fn sensor(head: &[u8]) -> Option<SensorSize> {
     }
 }
 
-/// Lines as they follow each other: a text is decoded from its first on.
+/// Decoder of consecutive lines, from the first of a text on.
 #[derive(Debug, Clone)]
 pub struct Lines {
     known: Known,
@@ -59,13 +59,13 @@ impl Decoder for Lines {
         let (mut at, before) = (0, columns.len());
         let is_beginning = self.known.is_first;
         while at < bytes.len() {
-            let passed = quick::read(&bytes[at..], &self.known, columns);
-            self.number += passed.lines;
-            at += passed.bytes;
+            let progress = quick::read(&bytes[at..], &self.known, columns);
+            self.number += progress.lines;
+            at += progress.bytes;
             let rest = &bytes[at..];
             let length = match rest.iter().position(|&b| b == b'\n') {
                 Some(end) => end + 1,
-                None if is_last || rest.len() > LONGEST_LINE => rest.len(),
+                None if is_last || rest.len() > MAX_LINE => rest.len(),
                 None => break,
             };
             let is_open = !rest[..length].ends_with(b"\n");
@@ -75,7 +75,7 @@ impl Decoder for Lines {
             })?;
             at += length;
         }
-        if is_beginning && !self.is_named && columns.len() - before >= LEAST_EVENTS {
+        if is_beginning && !self.is_named && columns.len() - before >= MIN_EVENTS {
             let times = columns.t[before..].iter().map(|t| t.0 as f64);
             if !is_time(&times) {
                 columns.truncate(before);
@@ -88,11 +88,11 @@ impl Decoder for Lines {
 }
 
 impl Lines {
-    /// Takes a line. What may be the beginning of a longer number is not taken for a number: of an open
-    /// line, only a polarity at its end is as good as whole.
+    /// Takes a line. An open line may be cut within its last numeral, so it counts only if it ends in a
+    /// polarity.
     fn line(&mut self, line: &[u8], is_open: bool, columns: &mut Columns) -> Result<(), TextFault> {
         self.number += 1;
-        if line.len() > LONGEST_LINE {
+        if line.len() > MAX_LINE {
             return Err(TextFault::TooLong);
         }
         let knew_order = self.known.order.is_some();
@@ -115,8 +115,8 @@ impl Lines {
     }
 }
 
-/// Whether the beginning of a file is text whose first line with something on it looks like
-/// numbers, or names the columns.
+/// Whether the beginning of a file is text whose first line with content begins with a numeral, or names the
+/// columns.
 pub(super) fn probe(head: &[u8]) -> bool {
     let printable = |b: &u8| b.is_ascii_graphic() || b.is_ascii_whitespace();
     let lines = head.split(|&b| b == b'\n').map(<[u8]>::trim_ascii);

@@ -26,7 +26,7 @@ fn event(t: i64, x: u16, y: u16, on: bool) -> Event {
 }
 
 #[test]
-fn seconds_and_microseconds_are_told_apart_by_the_first_event() {
+fn seconds_and_microseconds_are_distinguished_by_the_first_event() {
     let want = EventStream::from_events(
         SENSOR,
         [event(3811, 96, 133, false), event(4_000_000, 1, 2, true)],

@@ -1,6 +1,6 @@
 //! `binaryevents.log` in the registry of formats.
 
-use super::clock::{Clock, Tick};
+use super::ticks::{Tick, TickCounter};
 use super::word::{Codec, Words, channel};
 use crate::open::{Format, no_labels};
 use crate::{
@@ -21,7 +21,7 @@ pub(crate) const FORMAT: Format = Format {
 /// Bytes of a record.
 const RECORD: usize = 8;
 /// Records from which a file can be recognised.
-const LEAST: usize = 8;
+const MIN_RECORDS: usize = 8;
 /// Bytes that a probe sees of a longer file.
 const HEAD: usize = 4096;
 
@@ -32,7 +32,7 @@ fn open(mut input: Input, options: &OpenOptions) -> Result<Box<dyn EventSource>,
     let tick = Tick::new(options, None);
     let facts = vec![words.fact(), tick.fact()];
     let header = Header { facts, ..Header::default() };
-    let pairs = Pairs { clock: Clock::new(tick), words };
+    let pairs = Pairs { ticks: TickCounter::new(tick), words };
     Ok(Box::new(BlockSource::new(input, 0, header, pairs)))
 }
 
@@ -46,21 +46,21 @@ fn records(bytes: &[u8]) -> impl Iterator<Item = (u32, u32)> {
 /// Records as they follow each other.
 #[derive(Debug, Clone)]
 struct Pairs {
-    clock: Clock,
+    ticks: TickCounter,
     words: Words,
 }
 
 impl Decoder for Pairs {
     fn decode(&mut self, bytes: &[u8], _: bool, columns: &mut Columns) -> Result<usize, Fault> {
         columns.reserve(bytes.len() / RECORD);
-        for (ticks, word) in records(bytes) {
-            self.words.take(Codec::Bits24, self.clock.time(ticks), word, columns);
+        for (stored, word) in records(bytes) {
+            self.words.take(Codec::Bits24, self.ticks.time(stored), word, columns);
         }
         Ok(bytes.len() / RECORD * RECORD)
     }
 
     fn remarks(&self) -> Vec<String> {
-        [self.clock.remarks(), self.words.remarks()].concat()
+        [self.ticks.remarks(), self.words.remarks()].concat()
     }
 }
 
@@ -73,7 +73,7 @@ fn probe(head: &[u8]) -> bool {
     let passes = times.first() != times.last();
     let moves = |bits: u32| words.iter().any(|word| (word ^ words[0]) & bits != 0);
     is_whole
-        && times.len() >= LEAST
+        && times.len() >= MIN_RECORDS
         && falls <= 1
         && passes
         && words.iter().all(|&word| Codec::Bits24.is_event(word))

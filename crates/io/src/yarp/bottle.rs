@@ -8,17 +8,17 @@ use super::word::Codec;
 use crate::Fault;
 
 /// Ample for what comes before a bottle's contents.
-const LONGEST_HEAD: usize = 4096;
-/// Beyond 285 years a double no longer tells microseconds apart.
-pub(super) const LATEST_S: f64 = 9e9;
+const MAX_HEAD: usize = 4096;
+/// Beyond 285 years a double no longer resolves microseconds.
+pub(super) const MAX_SECONDS: f64 = 9e9;
 
-/// Where in a line reading has come to.
+/// Position of the reader in a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Place {
     /// Before its number.
     Begin,
-    /// Among decimal numbers, so many for each event.
-    Numbers(usize),
+    /// Among decimal integers, with their count per event.
+    Decimal(usize),
     /// Among bytes in quotes.
     Packed,
     /// Behind its contents.
@@ -28,7 +28,7 @@ enum Place {
 /// An event in a bottle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct InBottle {
-    /// Which bottle with events this is, from 0.
+    /// Index of the bottle among those with events, from 0.
     pub(super) bottle: u64,
     /// Time of the bottle.
     pub(super) time: Micros,
@@ -38,7 +38,7 @@ pub(super) struct InBottle {
     pub(super) word: u32,
 }
 
-/// Bottles as they follow each other.
+/// Decoder of consecutive bottles.
 #[derive(Debug, Clone)]
 pub(super) struct Bottles {
     place: Place,
@@ -61,13 +61,12 @@ impl Bottles {
         self.place == Place::Packed
     }
 
-    /// Which bottle with events is read, or comes next, from 0.
+    /// Index of the bottle with events that is read, or comes next, from 0.
     pub(super) fn bottle(&self) -> u64 {
         self.bottle
     }
 
-    /// Calls `each` for the events in `bytes`, up to where something begins that does not end there;
-    /// returns where that is.
+    /// Calls `each` for the whole events in `bytes`; returns the bytes that were read.
     pub(super) fn read(
         &mut self,
         bytes: &[u8],
@@ -79,7 +78,7 @@ impl Bottles {
             let rest = &bytes[at..];
             let step = match self.place {
                 Place::Begin => self.begin(rest, is_last),
-                Place::Numbers(count) => self.numbers(rest, count, &mut each),
+                Place::Decimal(count) => self.decimal(rest, count, &mut each),
                 Place::Packed => self.packed(rest, &mut each),
                 Place::End => Ok(self.end(rest)),
             };
@@ -97,10 +96,10 @@ impl Bottles {
         if blank > 0 {
             return Ok(blank);
         }
-        let head = &rest[..rest.len().min(LONGEST_HEAD)];
+        let head = &rest[..rest.len().min(MAX_HEAD)];
         let end = match head.iter().position(|b| matches!(b, b'(' | b'"' | b'\n')) {
             Some(end) => end,
-            None if rest.len() >= LONGEST_HEAD => return Err(fault("no bottle in this line")),
+            None if rest.len() >= MAX_HEAD => return Err(fault("no bottle in this line")),
             None if is_last => head.len(),
             None => return Ok(0),
         };
@@ -110,13 +109,13 @@ impl Bottles {
                 _ => fault("a bottle begins with its number, its time in seconds and its name"),
             });
         };
-        let numbers = match name {
+        let values_per_event = match name {
             "AE" => 2,
             "LAE" => 3,
             "FLOW" => 4,
             _ => 0,
         };
-        if numbers == 0 || !matches!(rest.get(end), Some(b'(' | b'"')) {
+        if values_per_event == 0 || !matches!(rest.get(end), Some(b'(' | b'"')) {
             *self.others.entry(name.into()).or_default() += 1;
             self.place = Place::End;
             return Ok(end);
@@ -125,18 +124,18 @@ impl Bottles {
         let Some(inside) = quoted else { return Ok(0) };
         let is_packed = rest[end + inside] == b'"';
         if is_packed && name != "AE" {
-            // Nobody is known to write these, and so how.
+            // No program is known to write these, so their layout is unknown.
             *self.others.entry(name.into()).or_default() += 1;
             self.place = Place::End;
             return Ok(end);
         }
         self.time = time;
-        self.place = if is_packed { Place::Packed } else { Place::Numbers(numbers) };
+        self.place = if is_packed { Place::Packed } else { Place::Decimal(values_per_event) };
         Ok(end + if is_packed { inside + 1 } else { 1 })
     }
 
-    /// Reads events in decimal numbers.
-    fn numbers(
+    /// Reads events of decimal integers.
+    fn decimal(
         &mut self,
         rest: &[u8],
         count: usize,
@@ -159,14 +158,14 @@ impl Bottles {
                     }
                     Some(_) => {}
                 }
-                let Some((found, length)) = number(&rest[at..]) else {
+                let Some((integer, length)) = integer(&rest[at..]) else {
                     return Err(Fault { at, ..fault("no number of 32 bits") });
                 };
                 if at + length == rest.len() {
                     // There may be more digits behind.
                     return Ok(done);
                 }
-                *value = found;
+                *value = integer;
                 at += length;
             }
             each(InBottle {
@@ -188,7 +187,7 @@ impl Bottles {
             let mut at = done;
             let mut values = [0; 8];
             for (k, value) in values[..count].iter_mut().enumerate() {
-                let (found, length) = match rest[at..] {
+                let (byte, length) = match rest[at..] {
                     [] | [b'\\'] => return Ok(done),
                     [b'"', ..] if k == 0 => {
                         (self.place, self.bottle) = (Place::End, self.bottle + 1);
@@ -201,18 +200,18 @@ impl Bottles {
                         return Err(Fault { at, ..fault("the line ends within a bottle") });
                     }
                     [b'\\', escaped, ..] => {
-                        let found = match escaped {
+                        let byte = match escaped {
                             b'0' => 0,
                             b'n' => b'\n',
                             b'r' => b'\r',
                             b'"' | b'\\' => escaped,
                             _ => return Err(Fault { at, ..fault("an unknown escape") }),
                         };
-                        (found, 2)
+                        (byte, 2)
                     }
-                    [found, ..] => (found, 1),
+                    [byte, ..] => (byte, 1),
                 };
-                *value = found;
+                *value = byte;
                 at += length;
             }
             let [a, b, c, d, e, f, g, h] = values;
@@ -229,7 +228,7 @@ impl Bottles {
         }
     }
 
-    /// Passes over the rest of a line.
+    /// Skips the rest of a line.
     fn end(&mut self, rest: &[u8]) -> usize {
         match rest.iter().position(|&b| b == b'\n') {
             Some(end) => {
@@ -250,15 +249,15 @@ pub(super) fn head_of(head: &[u8]) -> Option<(Micros, &str)> {
     let mut words = str::from_utf8(head).ok()?.split_ascii_whitespace();
     words.next()?.parse::<i64>().ok()?;
     let time = words.next().filter(|time| time.contains('.'))?;
-    let time: f64 = time.parse().ok().filter(|s: &f64| s.abs() < LATEST_S)?;
+    let time: f64 = time.parse().ok().filter(|s: &f64| s.abs() < MAX_SECONDS)?;
     let is_name = |c: char| c.is_ascii_alphabetic() || c == '[';
     let name = words.next().filter(|name| name.starts_with(is_name))?;
     Some((Micros::from_seconds(time), name))
 }
 
-/// A number of 32 bits and the length of its digits. Some programs write those from 2^31 on as
+/// An integer of 32 bits and the length of its digits. Some programs write those from 2^31 on as
 /// negative.
-fn number(bytes: &[u8]) -> Option<(u32, usize)> {
+fn integer(bytes: &[u8]) -> Option<(u32, usize)> {
     let is_negative = bytes.first() == Some(&b'-');
     let begin = usize::from(is_negative);
     let digits = bytes[begin..].iter().take_while(|b| b.is_ascii_digit());

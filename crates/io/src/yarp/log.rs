@@ -1,7 +1,7 @@
 //! `data.log` in the registry of formats.
 
 use super::bottle::{Bottles, InBottle, head_of};
-use super::clock::{Clock, Tick};
+use super::ticks::{Tick, TickCounter};
 use super::word::{Codec, Words, channel};
 use crate::open::{Format, no_labels};
 use crate::{
@@ -13,7 +13,7 @@ pub(crate) const FORMAT: Format = Format {
     name: "yarp",
     summary: "data.log of YARP: bottles of events, in text or packed",
     endings: &[".log"],
-    // Numbers, too, begin lines of events in text, but no name is third in those.
+    // Lines of text recordings begin with numerals, too, but their third field is not a name.
     probe: |head| {
         let first = head.trim_ascii_start().split(|b| matches!(b, b'(' | b'"' | b'\n')).next();
         first.is_some_and(|first| head_of(first).is_some())
@@ -23,14 +23,14 @@ pub(crate) const FORMAT: Format = Format {
     labels: no_labels,
 };
 
-/// Bytes at the beginning that tell what is common to all of a file.
+/// Bytes at the beginning that decide about the whole file.
 const FIRST: usize = 1 << 20;
-/// Numbers in packed bottles that tell whether events have times.
-const NUMBERS: usize = 4096;
-/// Fewer numbers of a bottle that does not end may ascend by chance.
-const LEAST_NUMBERS: usize = 32;
-/// A shorter time says nothing about a clock, in seconds.
-const LEAST_S: f64 = 0.01;
+/// Values of packed bottles that decide whether events have times.
+const SAMPLE_VALUES: usize = 4096;
+/// Minimal count of values of an unfinished bottle that decides; fewer may ascend by chance.
+const MIN_VALUES: usize = 32;
+/// Minimal time that decides about the length of a tick, in seconds.
+const MIN_ELAPSED_S: f64 = 0.01;
 
 fn open(mut input: Input, options: &OpenOptions) -> Result<Box<dyn EventSource>, IoError> {
     let first = input.head(FIRST)?;
@@ -41,38 +41,37 @@ fn open(mut input: Input, options: &OpenOptions) -> Result<Box<dyn EventSource>,
         events: 0,
     };
     let has_ticks = has_ticks(&first).ok_or_else(unclear)?;
-    let (cameras, passed) = survey(&first, has_ticks);
-    let tick = Tick::new(options, passed);
+    let (cameras, elapsed) = survey(&first, has_ticks);
+    let tick = Tick::new(options, elapsed);
     let words = Words::new(options, if cameras == 0b10 { 1 } else { 0 });
     let facts = vec![words.fact(), tick.fact()];
-    let (bottles, clock) = (Bottles::new(has_ticks), Clock::new(tick));
-    let log = Log { bottles, clock, words, without_ticks: 0 };
+    let (bottles, ticks) = (Bottles::new(has_ticks), TickCounter::new(tick));
+    let log = Log { bottles, ticks, words, without_ticks: 0 };
     let header = Header { facts, ..Header::default() };
     Ok(Box::new(BlockSource::new(input, 0, header, log)))
 }
 
-/// Whether words in packed bottles come with times: every second number ascends then, but for a
-/// wrap-around, and bottles hold even numbers of them. The beginning of a bottle may be too short to
-/// tell.
+/// Whether words in packed bottles come with times: every second value ascends then, but for a
+/// wrap-around, and bottles hold an even count of them. None if the beginning is too short for a decision.
 fn has_ticks(first: &[u8]) -> Option<bool> {
-    let (mut numbers, mut bottles) = (Vec::new(), Bottles::new(false));
-    // What is damaged is found when it is read.
+    let (mut values, mut bottles) = (Vec::new(), Bottles::new(false));
+    // Damage is reported when decoding reaches it.
     let read = bottles.read(first, false, |event| {
-        if event.codec == Codec::Packed && numbers.len() < NUMBERS {
-            numbers.push((event.bottle, event.word));
+        if event.codec == Codec::Packed && values.len() < SAMPLE_VALUES {
+            values.push((event.bottle, event.word));
         }
     });
-    let of_bottles = numbers.chunk_by(|(a, _), (b, _)| a == b);
+    let of_bottles = values.chunk_by(|(a, _), (b, _)| a == b);
     // The last bottle may be cut, unless another one has begun.
-    let last = numbers.last().map(|(bottle, _)| *bottle);
+    let last = values.last().map(|(bottle, _)| *bottle);
     let is_behind = bottles.is_in_packed() && last.is_some_and(|last| last < bottles.bottle());
     let whole = of_bottles.clone().count().saturating_sub(usize::from(!is_behind));
     let is_cut = read.is_ok() && bottles.is_in_packed();
-    if is_cut && whole == 0 && (1..LEAST_NUMBERS).contains(&numbers.len()) {
+    if is_cut && whole == 0 && (1..MIN_VALUES).contains(&values.len()) {
         return None;
     }
-    let are_even = of_bottles.take(whole).all(|numbers| numbers.len() % 2 == 0);
-    let times: Vec<u32> = numbers.iter().step_by(2).map(|(_, number)| *number).collect();
+    let are_even = of_bottles.take(whole).all(|bottle| bottle.len() % 2 == 0);
+    let times: Vec<u32> = values.iter().step_by(2).map(|(_, value)| *value).collect();
     Some(are_even && times.windows(2).filter(|pair| pair[1] < pair[0]).count() <= 1)
 }
 
@@ -80,31 +79,31 @@ fn has_ticks(first: &[u8]) -> Option<bool> {
 /// the first bottle and the last.
 fn survey(first: &[u8], has_ticks: bool) -> (u8, Option<(f64, f64)>) {
     let mut cameras = 0;
-    let mut clock = Clock::new(Tick::new(&OpenOptions::default(), None));
-    let (mut begin, mut end): (_, Option<(InBottle, u64)>) = (None, None);
+    let mut counter = TickCounter::new(Tick::new(&OpenOptions::default(), None));
+    let (mut begin, mut end): (_, Option<(InBottle, i64)>) = (None, None);
     let _ = Bottles::new(has_ticks).read(first, false, |event| {
         if event.codec.is_event(event.word) {
             cameras |= 1 << channel(event.word);
         }
         if let Some(ticks) = event.ticks {
-            let ticks = clock.ticks(ticks);
+            let ticks = counter.ticks(ticks);
             begin = begin.or(Some((event, ticks)));
             if end.is_none_or(|(last, _)| last.bottle != event.bottle) {
                 end = Some((event, ticks));
             }
         }
     });
-    let passed = begin.zip(end).map(|((a, from), (b, to))| {
+    let elapsed = begin.zip(end).map(|((a, from), (b, to))| {
         (to.saturating_sub(from) as f64, b.time.as_seconds() - a.time.as_seconds())
     });
-    (cameras, passed.filter(|(ticks, seconds)| *ticks > 0.0 && *seconds >= LEAST_S))
+    (cameras, elapsed.filter(|(ticks, seconds)| *ticks > 0.0 && *seconds >= MIN_ELAPSED_S))
 }
 
-/// Events as they follow each other.
+/// Decoder of consecutive events.
 #[derive(Debug, Clone)]
 struct Log {
     bottles: Bottles,
-    clock: Clock,
+    ticks: TickCounter,
     words: Words,
     /// Words that have the time of their bottle.
     without_ticks: u64,
@@ -117,10 +116,10 @@ impl Decoder for Log {
         is_last: bool,
         columns: &mut Columns,
     ) -> Result<usize, Fault> {
-        let Self { bottles, clock, words, without_ticks } = self;
+        let Self { bottles, ticks, words, without_ticks } = self;
         bottles.read(bytes, is_last, |event| {
             let t = match event.ticks {
-                Some(ticks) => clock.time(ticks),
+                Some(stored) => ticks.time(stored),
                 None => {
                     *without_ticks += 1;
                     event.time
@@ -131,7 +130,7 @@ impl Decoder for Log {
     }
 
     fn remarks(&self) -> Vec<String> {
-        let mut remarks = self.clock.remarks();
+        let mut remarks = self.ticks.remarks();
         remarks.extend(self.words.remarks());
         if self.without_ticks > 0 {
             remarks.push(format!(

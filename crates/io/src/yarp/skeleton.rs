@@ -16,18 +16,18 @@ use crate::{Input, IoError};
 /// and left hand, right and left knee, right and left foot.
 pub const JOINTS: usize = 13;
 
-/// No line of a skeleton is longer.
-const LONGEST_LINE: u64 = 1 << 16;
+/// Maximal length of a line; no line of a skeleton is longer.
+const MAX_LINE: u64 = 1 << 16;
 
-/// Where the joints of a person are on the image, as hpe-core logs it.
+/// Joints of a person on the image, as hpe-core logs them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Skeleton {
-    /// When.
+    /// Time stamp.
     pub t: Micros,
     /// Column and row of each of the [`JOINTS`], in pixels. DHP19's logs have row and column:
     /// [`transposed`](Self::transposed) exchanges them.
     pub joints: [[f32; 2]; JOINTS],
-    /// How sure each of them is, 0 to 1, in skeletons that a network found online.
+    /// Confidence of each joint, 0 to 1, in skeletons that a network detected online.
     pub confidences: Option<[f32; JOINTS]>,
     /// Size of the head in pixels, if it is known.
     pub head_size_px: Option<f32>,
@@ -54,7 +54,7 @@ impl Skeleton {
     }
 }
 
-/// Skeletons as the truth of a sequence, from which errors are told.
+/// Converts skeletons to the ground truth of a sequence, for metrics.
 ///
 /// They are measured with the head if the size of the first one's is known, as in the published
 /// program, and otherwise with the torso, whose diagonal is taken from joints where a line lacks it.
@@ -70,7 +70,7 @@ pub fn body_truths(skeletons: &[Skeleton]) -> Vec<BodyTruth> {
 }
 
 /// Reads the skeletons of a log, or of the `data.log` in a folder: lines such as
-/// `7 000.12 SKLT (26 numbers) -1.0 104.3`, or with 39 numbers, the last 13 of which are confidences,
+/// `7 000.12 SKLT (26 values) -1.0 104.3`, or with 39 values, the last 13 of which are confidences,
 /// as MoveEnet sends them online.
 ///
 /// # Errors
@@ -86,27 +86,25 @@ pub fn read_skeletons(path: impl AsRef<Path>) -> Result<Vec<Skeleton>, IoError> 
 /// As [`read_skeletons`].
 pub fn skeletons_of(input: Input) -> Result<Vec<Skeleton>, IoError> {
     let mut bytes = BufReader::new(input.bytes);
-    let (mut found, mut line, mut at) = (Vec::new(), Vec::new(), 0);
+    let (mut skeletons, mut line, mut at) = (Vec::new(), Vec::new(), 0);
     loop {
         line.clear();
-        let read = (&mut bytes).take(LONGEST_LINE).read_until(b'\n', &mut line);
+        let read = (&mut bytes).take(MAX_LINE).read_until(b'\n', &mut line);
         read.map_err(|e| IoError::file(&input.path, "read", e))?;
         if line.is_empty() {
-            return Ok(found);
+            return Ok(skeletons);
         }
         if !line.trim_ascii().is_empty() {
             let reason = match (skeleton(&line), line.ends_with(b"\n")) {
                 (Some(skeleton), true) => {
-                    found.push(skeleton);
+                    skeletons.push(skeleton);
                     at += line.len() as u64;
                     continue;
                 }
                 (Some(_), false) => "the file ends in this line, perhaps within a number",
-                (None, _) => {
-                    "a number, a time, SKLT and 26 or 39 numbers in brackets were expected"
-                }
+                (None, _) => "a number, a time, SKLT and 26 or 39 values in brackets were expected",
             };
-            let (path, events) = (input.path, found.len() as u64);
+            let (path, events) = (input.path, skeletons.len() as u64);
             return Err(IoError::Damaged { path, byte: at, reason: reason.into(), events });
         }
         at += line.len() as u64;
@@ -118,8 +116,8 @@ fn skeleton(line: &[u8]) -> Option<Skeleton> {
     let (head, rest) = line.split_once('(')?;
     let (inside, behind) = rest.split_once(')')?;
     let (t, name) = head_of(head.as_bytes())?;
-    let (numbers, sizes) = (numbers(inside)?, numbers(behind)?);
-    let (positions, confidences) = numbers.split_at_checked(2 * JOINTS)?;
+    let (values, sizes) = (values(inside)?, values(behind)?);
+    let (positions, confidences) = values.split_at_checked(2 * JOINTS)?;
     let joints = positions.as_chunks::<2>().0.try_into().ok().filter(|_| name == "SKLT")?;
     let confidences = match confidences {
         [] => None,
@@ -130,7 +128,7 @@ fn skeleton(line: &[u8]) -> Option<Skeleton> {
     Some(Skeleton { t, joints, confidences, head_size_px: size(0), torso_size_px: size(1) })
 }
 
-fn numbers(text: &str) -> Option<Vec<f32>> {
+fn values(text: &str) -> Option<Vec<f32>> {
     let number = |word: &str| word.parse().ok().filter(|number: &f32| number.is_finite());
     text.split_ascii_whitespace().map(number).collect()
 }

@@ -5,13 +5,13 @@ use std::path::Path;
 
 use evpose_core::{Micros, atomic_write};
 
-use super::bottle::LATEST_S;
+use super::bottle::MAX_SECONDS;
 use super::skeleton::Skeleton;
 use crate::IoError;
 
 /// How joints are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum SkeletonNumbers {
+pub enum CoordinateFormat {
     /// Rounded to whole pixels: hpe-core reads nothing else.
     #[default]
     Whole,
@@ -20,7 +20,7 @@ pub enum SkeletonNumbers {
 }
 
 /// Writes a folder of `info.log` and `data.log`, which comes last, as hpe-core does: lines such as
-/// `7 000.12 SKLT (26 numbers) -1.0 104.3`, sizes that are not known as -1. Where skeletons have
+/// `7 000.12 SKLT (26 values) -1.0 104.3`, sizes that are not known as -1. Where skeletons have
 /// confidences, these follow the joints in the brackets, and sizes are left out if none is known.
 ///
 /// `channel` is a name such as `ch0GTskeleton`. hpe-core looks for folders with `skeleton` in their name.
@@ -32,7 +32,7 @@ pub fn write_skeletons(
     folder: impl AsRef<Path>,
     channel: &str,
     skeletons: &[Skeleton],
-    numbers: SkeletonNumbers,
+    format: CoordinateFormat,
 ) -> Result<(), IoError> {
     let [info, data] = ["info.log", "data.log"].map(|name| folder.as_ref().join(name));
     if channel.is_empty() || channel.contains(|c: char| c.is_whitespace() || c.is_control()) {
@@ -44,7 +44,7 @@ pub fn write_skeletons(
             return Err(IoError::unwritable(&data, format!("skeleton {counter}: {reason}")));
         }
         lines += &format!("{counter} {} SKLT (", seconds(skeleton.t));
-        put(&mut lines, skeleton, numbers);
+        put(&mut lines, skeleton, format);
     }
     let write = |path: &Path, text: &str| {
         atomic_write(path, text.as_bytes()).map_err(|e| IoError::file(path, "write", e))
@@ -55,24 +55,24 @@ pub fn write_skeletons(
 
 /// Why a skeleton could not be read again.
 fn fault(skeleton: &Skeleton) -> Option<&'static str> {
-    let mut numbers = skeleton.joints.iter().flatten().chain(skeleton.confidences.iter().flatten());
+    let mut values = skeleton.joints.iter().flatten().chain(skeleton.confidences.iter().flatten());
     let mut sizes = [skeleton.head_size_px, skeleton.torso_size_px].into_iter().flatten();
-    if !numbers.all(|number| number.is_finite()) {
+    if !values.all(|value| value.is_finite()) {
         Some("a joint or a confidence is not finite")
     } else if !sizes.all(|size| size.is_finite() && size >= 0.0) {
         Some("a size is negative or not finite")
-    } else if skeleton.t.as_seconds().abs() >= LATEST_S {
+    } else if skeleton.t.as_seconds().abs() >= MAX_SECONDS {
         Some("no log is that long")
     } else {
         None
     }
 }
 
-/// What stands behind the opening bracket.
-fn put(lines: &mut String, skeleton: &Skeleton, numbers: SkeletonNumbers) {
-    let position = |&number: &f32| match numbers {
-        SkeletonNumbers::Whole => format!("{}", number.round_ties_even() as i64),
-        SkeletonNumbers::Exact => format!("{number:?}"),
+/// Appends the content behind the opening bracket.
+fn put(lines: &mut String, skeleton: &Skeleton, format: CoordinateFormat) {
+    let position = |&value: &f32| match format {
+        CoordinateFormat::Whole => format!("{}", value.round_ties_even() as i64),
+        CoordinateFormat::Exact => format!("{value:?}"),
     };
     let mut inside: Vec<_> = skeleton.joints.iter().flatten().map(position).collect();
     inside
@@ -129,7 +129,7 @@ mod tests {
         online.confidences = Some([0.5; JOINTS]);
         online.torso_size_px = None;
         let skeletons = [skeleton(0), skeleton(20_000), skeleton(-1_500_000), online];
-        write_skeletons(&folder, "ch0GTskeleton", &skeletons, SkeletonNumbers::Whole).unwrap();
+        write_skeletons(&folder, "ch0GTskeleton", &skeletons, CoordinateFormat::Whole).unwrap();
         let info = fs::read_to_string(folder.join("info.log")).unwrap();
         assert_eq!(info, "Type: Bottle;\n[0.0] /file/ch0GTskeleton:o [connected]\n");
         let joints = "0 400 10 399 20 398 30 397 40 396 50 395 60 394 70 393 80 392 90 391 100 390 \
@@ -153,7 +153,7 @@ mod tests {
                 directory.path(),
                 channel,
                 &[skeleton(0), bad],
-                SkeletonNumbers::Exact,
+                CoordinateFormat::Exact,
             );
             let message = written.unwrap_err().to_string();
             assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 0, "{message}");
@@ -210,18 +210,18 @@ mod tests {
         ) {
             let skeletons: Vec<_> = rows
                 .iter()
-                .map(|(t, numbers, confidence, size)| Skeleton {
+                .map(|(t, values, confidence, size)| Skeleton {
                     t: Micros(*t),
-                    joints: std::array::from_fn(|k| [numbers[2 * k], numbers[2 * k + 1]]),
+                    joints: std::array::from_fn(|k| [values[2 * k], values[2 * k + 1]]),
                     confidences: confidence.map(|confidence| [confidence; JOINTS]),
                     head_size_px: *size,
                     torso_size_px: size.map(|size| size / 3.0),
                 })
                 .collect();
             let directory = tempfile::tempdir().unwrap();
-            write_skeletons(directory.path(), "x", &skeletons, SkeletonNumbers::Exact).unwrap();
+            write_skeletons(directory.path(), "x", &skeletons, CoordinateFormat::Exact).unwrap();
             prop_assert_eq!(&read_skeletons(directory.path()).unwrap(), &skeletons);
-            write_skeletons(directory.path(), "x", &skeletons, SkeletonNumbers::Whole).unwrap();
+            write_skeletons(directory.path(), "x", &skeletons, CoordinateFormat::Whole).unwrap();
             for (read, written) in read_skeletons(directory.path()).unwrap().iter().zip(&skeletons) {
                 prop_assert_eq!(read.joints, written.joints.map(|joint| joint.map(f32::round_ties_even)));
             }

@@ -44,17 +44,17 @@ fn all_of(bytes: &[u8], options: &OpenOptions) -> (Columns, Vec<String>, Option<
 fn text(events: &[(u32, u32)], tick_us: f64) -> String {
     let mut lines = String::new();
     for (k, bottle) in events.chunk_by(|a, b| a.0 / 25_000 == b.0 / 25_000).enumerate() {
-        let numbers: Vec<_> = bottle.iter().map(|(t, word)| format!("{t} {word}")).collect();
+        let values: Vec<_> = bottle.iter().map(|(t, word)| format!("{t} {word}")).collect();
         let time = 1e-6 * tick_us * f64::from(bottle[0].0);
-        lines += &format!("{k} {time:.6} AE ({})\n", numbers.join(" "));
+        lines += &format!("{k} {time:.6} AE ({})\n", values.join(" "));
     }
     lines
 }
 
-/// A bottle of binary numbers.
-fn packed(time: &str, numbers: &[u32]) -> Vec<u8> {
+/// A bottle of binary values.
+fn packed(time: &str, values: &[u32]) -> Vec<u8> {
     let mut line = format!("3 {time} AE 1998 \"").into_bytes();
-    for byte in numbers.iter().flat_map(|number| number.to_le_bytes()) {
+    for byte in values.iter().flat_map(|value| value.to_le_bytes()) {
         match byte {
             0 => line.extend_from_slice(b"\\0"),
             b'\n' => line.extend_from_slice(b"\\n"),
@@ -81,7 +81,7 @@ fn events_of(sample: &[(u32, u32)], tick_us: f64) -> impl Iterator<Item = Event>
 }
 
 #[test]
-fn a_log_tells_by_its_bottles_how_long_a_tick_is() {
+fn the_length_of_a_tick_is_measured_by_the_times_of_bottles() {
     for tick_us in [0.08, 1.0] {
         let log = text(&sample(), tick_us);
         let (columns, remarks, fault) = all_of(log.as_bytes(), &OpenOptions::default());
@@ -94,14 +94,14 @@ fn a_log_tells_by_its_bottles_how_long_a_tick_is() {
         let (columns, ..) = all_of(log.as_bytes(), &options);
         assert!(columns.iter().eq(events_of(&sample(), 0.5)));
     }
-    // One bottle tells nothing.
+    // One bottle decides nothing.
     let (columns, remarks, _) = all_of(b"0 0.000080 AE (1000 3)\n", &OpenOptions::default());
     assert_eq!(columns.t, [Micros(80)]);
     assert!(remarks[0].starts_with("a tick is taken to be 0.08 µs"), "{remarks:?}");
 }
 
 #[test]
-fn packed_bottles_with_times_and_without_are_told_apart() {
+fn packed_bottles_with_times_and_without_are_distinguished() {
     let sample = sample();
     let bottle = |events: &[(u32, u32)]| {
         let time = format!("{:.6}", f64::from(events[0].0) * 8e-8);
@@ -225,8 +225,8 @@ fn a_bottle_of_any_length_is_read() {
 fn a_log_cut_at_any_byte_gives_an_error_or_the_exact_prefix() {
     let sample = &sample()[..60];
     let text = text(sample, 0.08).into_bytes();
-    let numbers: Vec<_> = sample.iter().flat_map(|(t, word)| [*t, *word]).collect();
-    let packed: Vec<u8> = numbers.chunks(10).flat_map(|part| packed("0.1", part)).collect();
+    let values: Vec<_> = sample.iter().flat_map(|(t, word)| [*t, *word]).collect();
+    let packed: Vec<u8> = values.chunks(10).flat_map(|part| packed("0.1", part)).collect();
     let options = OpenOptions { tick_us: Some(0.08), ..OpenOptions::default() };
     for log in [text, packed] {
         let (whole, ..) = all_of(&log, &options);
@@ -251,7 +251,7 @@ fn a_first_bottle_that_is_cut_says_too_little_of_its_words() {
 }
 
 #[test]
-fn a_folder_is_opened_and_told_from_text() {
+fn a_folder_is_opened_and_distinguished_from_text() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("data.log");
     fs::write(&path, text(&sample(), 0.08)).unwrap();
@@ -299,8 +299,8 @@ fn binary_events_are_recognised_and_read() {
 fn skeletons_are_read() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("data.log");
-    let numbers: Vec<_> = (0..26).map(|k| (10 * k).to_string()).collect();
-    let (close, wide) = (numbers.join(" "), numbers.join("   "));
+    let values: Vec<_> = (0..26).map(|k| (10 * k).to_string()).collect();
+    let (close, wide) = (values.join(" "), values.join("   "));
     let log = format!(
         "0 0000.0 SKLT ({close}) -1.0 104.3\n\n1 000.02 SKLT ( {wide} ) 35.5 -1.0\n2 000.04 SKLT ({close})\n"
     );
@@ -329,8 +329,8 @@ fn skeletons_are_read() {
 
 #[test]
 fn skeletons_of_a_network_come_with_confidences() {
-    let numbers: Vec<_> = (0..39).map(|k| format!("{k}.5")).collect();
-    let log = format!("0 1700000000.123456 SKLT ({})\n", numbers.join(" "));
+    let values: Vec<_> = (0..39).map(|k| format!("{k}.5")).collect();
+    let log = format!("0 1700000000.123456 SKLT ({})\n", values.join(" "));
     let found = skeletons_of(Input::memory("data.log", log.into_bytes())).unwrap();
     assert_eq!((found[0].joints[12], found[0].torso_size_px), ([24.5, 25.5], None));
     let confidences = found[0].confidences.unwrap();
@@ -386,9 +386,9 @@ proptest! {
             t += step;
             (t, word(x, y, on, 0))
         }).collect();
-        let numbers: Vec<_> = events.iter().flat_map(|(t, word)| [*t, *word]).collect();
+        let values: Vec<_> = events.iter().flat_map(|(t, word)| [*t, *word]).collect();
         let options = OpenOptions { tick_us: Some(0.08), ..OpenOptions::default() };
-        let packed: Vec<u8> = numbers.chunks(16).flat_map(|part| packed("0.1", part)).collect();
+        let packed: Vec<u8> = values.chunks(16).flat_map(|part| packed("0.1", part)).collect();
         for log in [text(&events, 0.08).into_bytes(), packed] {
             let (columns, _, fault) = all_of(&log, &options);
             prop_assert!(fault.is_none() && columns.iter().eq(events_of(&events, 0.08)));
@@ -400,8 +400,8 @@ proptest! {
         changes in prop::collection::vec(any::<(usize, u8)>(), 1..20), is_packed in any::<bool>(),
     ) {
         let sample = &sample()[..60];
-        let numbers: Vec<_> = sample.iter().flat_map(|(t, word)| [*t, *word]).collect();
-        let mut log = if is_packed { packed("0.1", &numbers) } else { text(sample, 0.08).into_bytes() };
+        let values: Vec<_> = sample.iter().flat_map(|(t, word)| [*t, *word]).collect();
+        let mut log = if is_packed { packed("0.1", &values) } else { text(sample, 0.08).into_bytes() };
         for (at, byte) in changes {
             let at = at % log.len();
             log[at] = byte;

@@ -4,12 +4,12 @@ use evpose_core::{Micros, Polarity};
 
 use crate::{Columns, OpenOptions};
 
-/// How the upper bits of a word are used.
+/// Use of the upper bits of a word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Codec {
     /// All are 0 in an event.
     Bits24,
-    /// One tells corners.
+    /// All but the bit of corners are 0 in an event.
     Packed,
 }
 
@@ -37,20 +37,20 @@ pub(super) struct Words {
     /// Events of the other camera.
     others: u64,
     /// Words that are no events.
-    passed: u64,
+    skipped: u64,
 }
 
 impl Words {
     /// Takes events of the camera asked for, or of `first`.
     pub(super) fn new(options: &OpenOptions, first: u8) -> Self {
-        Self { camera: options.camera.unwrap_or(first), others: 0, passed: 0 }
+        Self { camera: options.camera.unwrap_or(first), others: 0, skipped: 0 }
     }
 
-    /// Appends the event that `word` is.
+    /// Appends the event of `word`, or counts a word that is none.
     #[inline]
     pub(super) fn take(&mut self, codec: Codec, t: Micros, word: u32, columns: &mut Columns) {
         if !codec.is_event(word) {
-            self.passed += 1;
+            self.skipped += 1;
         } else if channel(word) != self.camera {
             self.others += 1;
         } else {
@@ -73,7 +73,7 @@ impl Words {
         };
         [
             (self.others, format!("events {others}")),
-            (self.passed, "words that are no events".into()),
+            (self.skipped, "words that are no events".into()),
         ]
         .into_iter()
         .filter(|(count, _)| *count > 0)

@@ -4,7 +4,7 @@ use std::io::{Cursor, Read};
 use std::path::Path;
 use std::time::Duration;
 
-use evpose_io::aedat4::{TELLING, is_stream};
+use evpose_io::aedat4::{SNIFF_BYTES, is_stream};
 use evpose_io::framed::MAGIC;
 
 use super::connection::Connection;
@@ -61,9 +61,9 @@ pub fn open(text: &str, options: &SourceOptions) -> Result<Box<dyn Source>, Live
 /// Opens a stream in the format that its first bytes identify.
 fn stream(connection: Connection, options: &SourceOptions) -> Result<Box<dyn Source>, LiveError> {
     let Connection { name, mut bytes, shutdown } = connection;
-    let mut head = Vec::with_capacity(TELLING);
+    let mut head = Vec::with_capacity(SNIFF_BYTES);
     (&mut bytes)
-        .take(TELLING as u64)
+        .take(SNIFF_BYTES as u64)
         .read_to_end(&mut head)
         .map_err(|source| LiveError::Connection { endpoint: name.clone(), source })?;
     let bytes = Cursor::new(head.clone()).chain(bytes);

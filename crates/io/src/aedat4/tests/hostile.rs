@@ -6,7 +6,7 @@ use super::*;
 
 const WRITABLE: [Compression; 3] = [Compression::None, Compression::Lz4, Compression::Zstd];
 
-/// What of a file is readable, and what is wrong with it.
+/// The readable part of a file, and its fault.
 fn salvaged(bytes: &[u8]) -> (Columns, Option<IoError>) {
     let mut columns = Columns::new();
     let input = Input::memory("recording.aedat4", bytes.to_vec());

@@ -1,4 +1,4 @@
-//! What is written is what is read.
+//! Round trips: reading returns the written content.
 
 use std::io::Write as _;
 

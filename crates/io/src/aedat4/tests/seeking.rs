@@ -71,11 +71,11 @@ fn a_data_table_that_does_not_fit_the_packets_is_not_used() {
 }
 
 #[test]
-fn the_data_table_knows_places_times_and_numbers() {
+fn the_data_table_has_offsets_times_and_counts() {
     let bytes = file(Compression::None, &streams(), &recording());
     let table = header::read(&mut Input::memory("x", bytes.clone())).unwrap().table.unwrap();
     let entries = table::decode(&bytes[table as usize..]).unwrap();
-    let found: Vec<_> = entries
+    let listed: Vec<_> = entries
         .iter()
         .map(|e| (e.stream, e.elements, e.first.0 - START, e.last.0 - START))
         .collect();
@@ -88,7 +88,7 @@ fn the_data_table_knows_places_times_and_numbers() {
         (3, 2, 70, 70),
         (0, 49, 410, 890),
     ];
-    assert_eq!(found, want);
+    assert_eq!(listed, want);
     for entry in entries {
         let head = entry.body as usize - 8;
         assert_eq!(bytes[head..head + 4], entry.stream.to_le_bytes());

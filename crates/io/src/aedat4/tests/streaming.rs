@@ -49,7 +49,7 @@ fn streams_of_dv_processing_are_read() {
         ));
         let bytes = bytes.unwrap();
         assert_eq!(sha256(&bytes), digest);
-        assert!(is_stream(&bytes[..TELLING]));
+        assert!(is_stream(&bytes[..SNIFF_BYTES]));
         for size in [1, 700, 1 << 20] {
             let (columns, malformed, ended) = read(&bytes, size);
             ended.unwrap();

@@ -179,12 +179,12 @@ fn a_chunk_as_long_as_can_be_comes_back() {
         y: (k / 70 % 720) as u16,
         polarity: Polarity::from_on(k % 300 < 200),
     };
-    let events: Columns = (0..MOST as i64).map(event).collect();
+    let events: Columns = (0..MAX_EVENTS as i64).map(event).collect();
     for coding in CODINGS {
         let mut columns = Columns::new();
-        assert_eq!(decode(&encode(&events, coding), &mut columns).unwrap(), MOST);
+        assert_eq!(decode(&encode(&events, coding), &mut columns).unwrap(), MAX_EVENTS);
         assert!(columns == events, "{coding:?}");
     }
-    let longer = (MOST as u32 + 1) << 2;
+    let longer = (MAX_EVENTS as u32 + 1) << 2;
     assert!(decode(&longer.to_le_bytes(), &mut Columns::new()).is_err());
 }

@@ -1,16 +1,16 @@
-//! What a column of numbers without a name may be.
+//! Detection of columns without a name.
 
-/// Share of steps in which times do not go back.
-const TIMELY: f64 = 0.9;
+/// Minimal share of steps in which times do not go back.
+const MIN_FORWARD: f64 = 0.9;
 
-/// Whether a column of numbers may be that of times: over a twentieth of its length, numbers of any
-/// other column fall as often as they rise.
+/// Whether a column may hold times: over a lag of a twentieth of its length, values of any other column
+/// fall as often as they rise.
 pub(crate) fn is_time(values: &(impl ExactSizeIterator<Item = f64> + Clone)) -> bool {
     let lag = (values.len() / 20).max(1);
     let pairs = values.clone().zip(values.clone().skip(lag));
     let steps = values.len().saturating_sub(lag);
     let forward = pairs.filter(|(a, b)| b >= a).count();
-    forward as f64 >= TIMELY * steps as f64
+    forward as f64 >= MIN_FORWARD * steps as f64
 }
 
 #[cfg(test)]
@@ -18,7 +18,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn times_are_told_from_columns_and_polarities() {
+    fn times_are_distinguished_from_coordinates_and_polarities() {
         let is_time = |value: fn(usize) -> usize| {
             let values: Vec<f64> = (0..1000).map(|k| value(k) as f64).collect();
             is_time(&values.iter().copied())

@@ -1,8 +1,8 @@
-//! What decoders pass over, counted.
+//! Counts of words and events that decoders skip.
 
-/// Words and events that became no event of the recording.
+/// Counts of words and events that are not events of the recording.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(crate) struct Passed {
+pub(crate) struct SkippedRecords {
     /// Events before the first word that sets the time.
     pub(crate) untimed: u64,
     /// Events before the first row, or vectors before the first base.
@@ -19,8 +19,8 @@ pub(crate) struct Passed {
     pub(crate) padding: u64,
 }
 
-impl Passed {
-    /// A sentence for each that is not 0.
+impl SkippedRecords {
+    /// A sentence for each count that is not 0.
     pub(crate) fn remarks(&self) -> Vec<String> {
         [
             (self.untimed, "events stand before the first time stamp: they are left out"),
