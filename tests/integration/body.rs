@@ -14,7 +14,7 @@ const TINY: &[&str] = &[
     "simulation.surroundings.source={ procedural = 3 }",
     "data.stills=12",
     "data.first_ms=100",
-    "data.fewest_joints=4",
+    "data.min_joints=4",
     "data.validation_share=0.3",
     "image.side_px=32",
     "network.width=0.25",

@@ -15,7 +15,7 @@ fn a_checkpoint_is_evaluated_under_conditions_of_the_program_and_of_the_user() {
     let sandbox = trained();
     std::fs::write(
         sandbox.path("dusk.toml"),
-        "# A tenth of the light.\n[simulation]\nlight_level = 0.1\n[slow_motion]\nbatch_surfaces = 4\n",
+        "# A tenth of the light.\n[simulation]\nlight_level = 0.1\n[slow_motion]\nbatch_inputs = 4\n",
     )
     .unwrap();
     let few = ["--sequences", "2", "--seconds", "0.4", "--stride-ms", "10"];

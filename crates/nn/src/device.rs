@@ -57,8 +57,8 @@ impl DeviceKind {
         }
     }
 
-    /// The first `count` devices of this kind. The CPU can stand for any number, to try what several
-    /// devices do.
+    /// The first `count` devices of this kind. The CPU can stand for any number, to try what
+    /// several devices do.
     ///
     /// # Errors
     /// As [`resolve`](Self::resolve), and [`NnError::TooFewDevices`] where the machine has fewer.

@@ -1,8 +1,8 @@
 //! The graph of a network: its layers in order with their weights, for engines that compile it.
 //!
-//! It is traced from the forward pass, as `torch.fx` does. Batch normalisation of a trained network is a
-//! scale and a shift for each channel; both are folded into the convolution before it, in double
-//! precision.
+//! It is traced from the forward pass, as `torch.fx` does. Batch normalisation of a trained network
+//! is a scale and a shift for each channel; both are folded into the convolution before it, in
+//! double precision.
 
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -58,8 +58,8 @@ pub enum Operation {
     Channels(Range<usize>),
     /// The channels of two inputs, alternating.
     Interleave,
-    /// Twice as many rows and columns by bilinear interpolation with half-pixel centres: row `y` lies at
-    /// `(y + 0.5) / 2 - 0.5` of the input, clamped to its rows; columns alike.
+    /// Twice as many rows and columns by bilinear interpolation with half-pixel centres: row `y`
+    /// lies at `(y + 0.5) / 2 - 0.5` of the input, clamped to its rows; columns alike.
     Upsample,
     /// The logistic function, `1 / (1 + exp(-x))`.
     Sigmoid,
@@ -127,7 +127,8 @@ pub struct Graph {
 }
 
 impl Graph {
-    /// Traces `forward` with an image of `channels` channels. Layers are named by their paths in `module`.
+    /// Traces `forward` with an image of `channels` channels. Layers are named by their paths in
+    /// `module`.
     pub(crate) fn trace<M: Module>(
         module: &M,
         channels: usize,

@@ -201,8 +201,8 @@ mod tests {
         assert!(weights(8) != here);
     }
 
-    /// The standard deviation of torchvision's initial weights, from the shape of the weight; none for
-    /// zeros.
+    /// The standard deviation of torchvision's initial weights, from the shape of the weight; none
+    /// for zeros.
     type Spread = fn(&[usize]) -> Option<f64>;
 
     /// By backbone: of convolutions, then of fully connected weights and biases.

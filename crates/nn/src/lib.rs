@@ -1,18 +1,35 @@
-//! Networks, losses and weight files.
+//! Networks for hands and bodies, their losses, and weight files.
 //!
-//! * [`DeviceKind`]: what the arithmetic runs on, chosen by name at run time.
-//! * [`HandRegressorConfig`], [`HandRegressor`]: the EventHands network, events to 12 hand parameters.
-//! * [`BACKBONES`], [`backbone_by_name`]: the image networks inside it; [`backbone`]: how to write one.
-//! * [`MoveEnetConfig`], [`MoveEnet`]: the MoveEnet network, events to the maps of a body's joints.
-//! * [`Network`]: any of them by name.
-//! * [`Graph`](graph::Graph): such a network written down, for engines that compile it.
-//! * [`HandLoss`], [`BodyLoss`]: what they are trained on.
-//! * [`set_training_kernels`]: the arithmetic of training on the CPU, ours or Burn's.
+//! * [`HandRegressorConfig`], [`HandRegressor`]: the EventHands network, events to 12 hand
+//!   parameters.
+//! * [`BACKBONES`], [`backbone_by_name`]: the image networks inside it; [`backbone`]: how to write
+//!   one.
+//! * [`MoveEnetConfig`], [`MoveEnet`]: the MoveEnet network, event images to the maps of a body's
+//!   joints.
+//! * [`Network`]: either of them by name.
+//! * [`Graph`](graph::Graph): the graph of a network, for engines that compile it.
+//! * [`HandLoss`], [`BodyLoss`]: their losses.
+//! * [`DeviceKind`]: the devices that networks are computed on, chosen by name at run time.
+//! * [`set_training_kernels`]: training on the CPU with our kernels or with Burn's.
 //! * [`weights`]: our checkpoints and PyTorch's.
 //!
-//! Two rules hold everywhere. Initial weights depend on a seed and on each parameter's name, never
-//! on threads or on the order of construction. And the weights of a network are addressed by path
-//! ([`parameters`]), so that a file with one parameter too few or too many is an error.
+//! Initial weights depend on a seed and on each parameter's path, never on threads or on the order
+//! of construction. Weights are addressed by path ([`parameters`]), so that a file with one
+//! parameter too few or too many is an error.
+//!
+//! ```
+//! use burn::tensor::{Device, Tensor};
+//! use evpose_nn::HandRegressorConfig;
+//!
+//! # fn main() -> Result<(), evpose_nn::NnError> {
+//! let config = HandRegressorConfig { backbone: "mobilenet_v2".to_owned(), width: 0.25 };
+//! let network = config.init(1, &Device::flex())?;
+//! let events = Tensor::<4>::zeros([2, 2, 45, 60], &Device::flex());
+//! assert_eq!(network.forward(events).dims(), [2, 12]);
+//! assert_eq!(network.graph().nodes[0].channels, 2);
+//! # Ok(())
+//! # }
+//! ```
 
 pub mod backbone;
 mod channels;

@@ -1,7 +1,7 @@
 //! The operations of networks, over which every forward pass is generic.
 //!
-//! One forward pass serves three purposes: with tensors it computes, with blocked tensors it trains on
-//! the CPU, and with the nodes of a [`Graph`] it is traced, for engines that compile networks.
+//! One forward pass serves three purposes: with tensors it computes, with blocked tensors it trains
+//! on the CPU, and with the nodes of a [`Graph`] it is traced, for engines that compile networks.
 //!
 //! [`Graph`]: crate::graph::Graph
 

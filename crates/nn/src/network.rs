@@ -28,14 +28,14 @@ pub enum Network {
 }
 
 impl Network {
-    /// The names of all networks: [`MOVE_ENET`], and every backbone, which stands for the hand network
-    /// that has it inside.
+    /// The names of all networks: [`MOVE_ENET`], and every backbone, which stands for the hand
+    /// network that has it inside.
     pub fn names() -> impl Iterator<Item = &'static str> {
         BACKBONES.iter().map(|entry| entry.name).chain([MOVE_ENET])
     }
 
-    /// The network of the name `name`, `width` times as wide as published, with initial weights drawn from
-    /// `seed`.
+    /// The network of the name `name`, `width` times as wide as published, with initial weights
+    /// drawn from `seed`.
     ///
     /// # Errors
     /// [`NnError::UnknownNetwork`], which lists the known names, and [`NnError::Width`].

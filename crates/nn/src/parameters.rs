@@ -79,7 +79,8 @@ pub fn fill<M: Module>(module: M, source: impl FnMut(&Slot) -> Vec<f32>) -> M {
     module.map(&mut Fill { position: Position::default(), source })
 }
 
-/// The network with running variances that match its weights, for comparisons of untrained networks.
+/// The network with running variances that match its weights, for comparisons of untrained
+/// networks.
 ///
 /// Initial running variances are 1, with which the activations of some networks vanish within a few
 /// layers: outputs of two implementations would then agree whatever either computes.

@@ -257,7 +257,7 @@ fn overlay(
     predicted: &[(HandParams, Rgb<u8>)],
 ) -> Result<RgbImage> {
     use evpose_core::Polarity;
-    let planes = data.surface(sequence, frame)?;
+    let planes = data.evaluation_input(sequence, frame)?;
     let (height, width) = data.image_size();
     let order = config.representation.channel_order;
     let plane = |polarity| {

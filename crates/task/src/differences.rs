@@ -1,4 +1,4 @@
-//! In what two configs differ, field by field.
+//! The differences of two configs, field by field.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -11,11 +11,11 @@ use crate::{TaskError, toml_text};
 /// A field that two configs give different values.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FieldDifference {
-    /// Its name, with dots.
+    /// Dotted name of the field.
     pub field: String,
-    /// What it is in the directory, as TOML.
+    /// Its value in the directory, as TOML.
     pub there: Option<String>,
-    /// What it is in the config that was given.
+    /// Its value in the given config, as TOML.
     pub given: Option<String>,
 }
 

@@ -1,9 +1,30 @@
 //! Pose tasks: experiments, checkpoints, predictors, and the stream from events to poses.
 //!
-//! * [`PoseStream`](evpose_pose::stream::PoseStream): events → representation → network → decoding → filter → pose.
+//! * [`PoseStream`](evpose_pose::stream::PoseStream): events → representation → network → decoding
+//!   → filter → pose.
 //! * [`hand`], [`body`]: configs, checkpoints, predictors and front ends of the two tasks.
 //! * [`QuantizationRanges`]: calibration of int8 inference, for any network.
 //! * [`FieldDifference`]: the fields in which two configs differ.
+//!
+//! ```
+//! use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
+//! use evpose_pose::HandParams;
+//! use evpose_task::hand::{ConstantPose, HandConfig, poses_every_ms};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let config = HandConfig::parse("[representation]\nwindow_ms = 50", &[])?;
+//! let mut events = EventStream::empty(SensorSize { width: 32, height: 24 });
+//! for ms in 0..60 {
+//!     events.push(Event { t: Micros(1_000 * ms), x: 5, y: 7, polarity: Polarity::On })?;
+//! }
+//! // A network takes the place of the constant: see `NetworkPredictor`.
+//! let mut predictor = ConstantPose(HandParams::default());
+//! let poses = poses_every_ms(&config, &events, &mut predictor, &mut |_| {})?;
+//! assert_eq!(poses.len(), 10);
+//! assert_eq!(poses[0].t, Micros(50_000));
+//! # Ok(())
+//! # }
+//! ```
 
 pub mod body;
 mod differences;

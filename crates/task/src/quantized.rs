@@ -1,4 +1,4 @@
-//! What a network has to know to compute in 8 bits, in a file beside its checkpoint.
+//! Calibration of int8 inference: the value ranges of all layers, in a file beside the checkpoint.
 
 use std::path::{Path, PathBuf};
 
@@ -10,22 +10,22 @@ use sha2::{Digest as _, Sha256};
 
 use crate::TaskError;
 
-/// In a run directory.
+/// Name of the file in a run directory.
 const NAME: &str = "int8.json";
 
-/// The values that the layers of a network were seen to make.
+/// The calibrated value ranges of the layers of a network.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct QuantizationRanges {
-    /// Of which weights: SHA-256 of all of them, as they are computed with.
+    /// SHA-256 of the weights that were calibrated.
     weights: String,
-    /// Windows of a data set that were looked at.
+    /// Number of inputs observed.
     windows: u64,
     ranges: Ranges,
 }
 
 impl QuantizationRanges {
-    /// Observes the values of all layers of `graph` on inputs of the shape `[channels, rows, columns]`, and
-    /// calls `progress` after each.
+    /// Observes the values of all layers of `graph` on inputs of the shape `[channels, rows,
+    /// columns]`, and calls `progress` after each.
     ///
     /// # Errors
     /// If the network cannot be compiled, or an input cannot be read.
@@ -48,12 +48,12 @@ impl QuantizationRanges {
         Ok(Self { weights: digest(graph), windows, ranges })
     }
 
-    /// The values.
+    /// The value ranges.
     pub fn ranges(&self) -> &Ranges {
         &self.ranges
     }
 
-    /// Where they are kept for a checkpoint: in the run directory, or beside the file.
+    /// The file of a checkpoint: in the run directory, or beside the weight file.
     pub fn path(checkpoint: &Path) -> PathBuf {
         if checkpoint.is_dir() { checkpoint.join(NAME) } else { checkpoint.with_extension(NAME) }
     }

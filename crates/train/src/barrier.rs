@@ -1,9 +1,9 @@
 //! A barrier at which the devices of a training wait for each other before each step.
 //!
-//! With gradients that are reduced among devices, a device that stops a step before the others leaves
-//! them waiting forever for its part. Burn's workers poll the interrupter independently, so one may
-//! notice a stop (a loss that is not finite, a file that cannot be read, a key) a step earlier than
-//! another. After this barrier either all devices take the next step, or none.
+//! With gradients that are reduced among devices, a device that stops a step before the others
+//! leaves them waiting forever for its part. Burn's workers poll the interrupter independently, so
+//! one may notice a stop (a loss that is not finite, a file that cannot be read, a key) a step
+//! earlier than another. After this barrier either all devices take the next step, or none.
 
 use std::fmt;
 use std::sync::{Condvar, Mutex, PoisonError};
@@ -52,7 +52,8 @@ impl StepBarrier {
             self.complete.notify_all();
             return true;
         }
-        // `std::sync::Barrier` cannot be left, so a stop would be a deadlock: hence the generations.
+        // `std::sync::Barrier` cannot be left, so a stop would be a deadlock: hence the
+        // generations.
         let generation = state.generation;
         while state.generation == generation {
             if self.interrupter.should_stop() {

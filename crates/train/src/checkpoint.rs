@@ -1,8 +1,8 @@
 //! Training checkpoints that are whole or absent.
 //!
-//! A checkpoint is three files: weights, optimiser state and learning-rate schedule. Each is written
-//! under a temporary name and renamed, and a checkpoint counts only once all three are there, so a
-//! run killed at any instant resumes from the newest complete one.
+//! A checkpoint is three files: weights, optimiser state and learning-rate schedule. Each is
+//! written under a temporary name and renamed, and a checkpoint counts only once all three are
+//! there, so a run killed at any instant resumes from the newest complete one.
 
 use std::fs;
 use std::path::{Path, PathBuf};

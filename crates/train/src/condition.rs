@@ -1,4 +1,4 @@
-//! Conditions under which a trained network is judged: slow hands, little light.
+//! Conditions under which a trained network is evaluated: slow hands, little light.
 //!
 //! A condition is a piece of TOML that changes an experiment: how its held-out sequences are
 //! simulated, and how poses are estimated from them. What is trained stays as it is. Its first
@@ -12,6 +12,7 @@ use std::path::Path;
 
 use crate::TrainError;
 use evpose_task::hand::HandConfig;
+use evpose_task::toml_text::current_spelling;
 
 /// Sections a condition may change.
 const SECTIONS: [&str; 3] = ["simulation", "filter", "slow_motion"];
@@ -21,7 +22,7 @@ const WHOLE: [&str; 2] = ["sensor", "source"];
 /// A changed experiment, by name.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Condition {
-    /// What it is called in tables and directories.
+    /// Name in tables and directories.
     pub name: Cow<'static, str>,
     /// The changes, with a comment at the head that says what they make.
     pub toml: Cow<'static, str>,
@@ -74,7 +75,7 @@ impl Condition {
         }
     }
 
-    /// What it is: the first paragraph of the comment at its head.
+    /// The description: the first paragraph of the comment at its head.
     pub fn about(&self) -> String {
         let head = self.toml.lines().map_while(|line| line.strip_prefix('#'));
         let words: Vec<&str> = head
@@ -117,6 +118,7 @@ impl Condition {
 /// Sets every value of `changes` in `table`, going into sections that both have.
 fn merge(table: &mut toml::Table, changes: toml::Table) {
     for (key, change) in changes {
+        let key = current_spelling(&key).to_owned();
         match (table.get_mut(&key), change) {
             (Some(toml::Value::Table(inner)), toml::Value::Table(change))
                 if !WHOLE.contains(&key.as_str()) =>
@@ -188,7 +190,7 @@ mod tests {
 
     #[test]
     fn one_thing_is_replaced_and_sections_are_gone_into() {
-        let changes = "[simulation]\nbackgrounds.source = { folder = \"pictures\" }\n\
+        let changes = "[simulation]\nbackgrounds.source = { folder = \"images\" }\n\
                        [[simulation.sensor.effect]]\nname = \"level_crossing\"\n\
                        threshold_on = 0.3\nthreshold_off = 0.3\n\
                        [slow_motion.stillness]\nrest_sum = 200.0\n";
@@ -196,7 +198,7 @@ mod tests {
         assert!(matches!(changed.simulation.sensor, SensorChoice::Chain(_)));
         assert_eq!(changed.simulation.backgrounds.scale, 1.3);
         assert_eq!(changed.slow_motion.stillness.rest_sum, 200.0);
-        assert_eq!(changed.slow_motion.batch_surfaces, 16);
+        assert_eq!(changed.slow_motion.batch_inputs, 16);
     }
 
     #[test]

@@ -27,7 +27,7 @@ pub(crate) type SampleError = evpose_io::IoError;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sample {
     /// `[2, height, width]`, row by row.
-    pub surface: Vec<f32>,
+    pub input: Vec<f32>,
     /// The 12 parameters.
     pub pose: [f32; PARAMETERS],
 }
@@ -68,7 +68,7 @@ impl HandSequence {
         self.info.sensor
     }
 
-    /// Which hand it shows.
+    /// The hand in the image.
     pub fn hand(&self) -> HandSide {
         self.info.hand
     }
@@ -99,7 +99,7 @@ impl HandSequence {
         self.info.last_redraw(frame..frame + 1).is_some()
     }
 
-    /// Which stretch of constant shape, texture and background a frame belongs to.
+    /// Index of the episode of a frame: a stretch of constant shape, texture and background.
     pub fn episode_of(&self, frame: u64) -> usize {
         self.info.episode_of(frame)
     }
@@ -224,7 +224,7 @@ impl HandDataset {
         self.len() == 0
     }
 
-    /// `(height, width)` of the surfaces.
+    /// `(height, width)` of the inputs.
     pub fn image_size(&self) -> (usize, usize) {
         (usize::from(self.sensor.height), usize::from(self.sensor.width))
     }
@@ -240,9 +240,9 @@ impl HandDataset {
     pub(crate) fn training_sample(&self, position: u64) -> Result<Sample, SampleError> {
         let (sequence, frame) = self.locate(self.order.at(position));
         let draw = self.augmentation.draw(self.seed, position);
-        let mut surface = self.window(sequence, frame, draw.frames)?;
-        draw.swap_channels(&mut surface, CHANNELS);
-        self.labelled(sequence, frame, surface)
+        let mut input = self.window(sequence, frame, draw.frames)?;
+        draw.swap_channels(&mut input, CHANNELS);
+        self.labelled(sequence, frame, input)
     }
 
     /// The input of sample `index`, not augmented.
@@ -250,27 +250,27 @@ impl HandDataset {
     /// # Errors
     /// If the recording cannot be read.
     pub fn plain_input(&self, index: u64) -> Result<Vec<f32>, TrainError> {
-        Ok(self.plain_sample(index)?.surface)
+        Ok(self.plain_sample(index)?.input)
     }
 
     /// Sample `index` in order of recording, not augmented.
     pub(crate) fn plain_sample(&self, index: u64) -> Result<Sample, SampleError> {
         let (sequence, frame) = self.locate(index);
-        let surface = self.window(sequence, frame, self.window_frames)?;
-        self.labelled(sequence, frame, surface)
+        let input = self.window(sequence, frame, self.window_frames)?;
+        self.labelled(sequence, frame, input)
     }
 
     fn labelled(
         &self,
         sequence: &HandSequence,
         frame: u64,
-        surface: Vec<f32>,
+        input: Vec<f32>,
     ) -> Result<Sample, SampleError> {
-        Ok(Sample { surface, pose: sequence.labels.read_hand(frame)?.to_array() })
+        Ok(Sample { input, pose: sequence.labels.read_hand(frame)?.to_array() })
     }
 
-    /// The surface of the `length` frames that end with `frame`. Frames before the start of the
-    /// recording count as frames without events.
+    /// The representation of the `length` frames that end with `frame`. Frames before the start of
+    /// the recording count as frames without events.
     fn window(
         &self,
         sequence: &HandSequence,
@@ -296,16 +296,16 @@ impl HandDataset {
         if let Some(redraw) = sequence.info.last_redraw(first..frame + 1) {
             window.visible_from = missing + (redraw - first) as u32 + 1;
         }
-        let mut surface = vec![0.0; self.representation.channels() * self.sensor.pixels()];
-        self.representation.fill(&window, &events, &mut surface);
+        let mut input = vec![0.0; self.representation.channels() * self.sensor.pixels()];
+        self.representation.fill(&window, &events, &mut input);
         // The network has two input channels: a representation of one fills both.
         if self.representation.channels() == 1 {
-            surface.extend_from_within(..);
+            input.extend_from_within(..);
         }
-        Ok(surface)
+        Ok(input)
     }
 
-    /// The surfaces of the evaluation windows that end with each of `frames`, one after another.
+    /// The inputs of the evaluation windows that end with each of `frames`, one after another.
     pub(crate) fn windows_ending_at(
         &self,
         sequence: &HandSequence,
@@ -313,20 +313,24 @@ impl HandDataset {
         out: &mut Vec<f32>,
     ) -> Result<(), SampleError> {
         use rayon::prelude::*;
-        let surfaces: Vec<Vec<f32>> = frames
+        let inputs: Vec<Vec<f32>> = frames
             .par_iter()
             .map(|&frame| self.window(sequence, frame, self.window_frames))
             .collect::<Result<_, _>>()?;
         out.clear();
-        surfaces.iter().for_each(|surface| out.extend_from_slice(surface));
+        inputs.iter().for_each(|input| out.extend_from_slice(input));
         Ok(())
     }
 
-    /// The surface of the evaluation window that ends with `frame`, for pictures.
+    /// The input of the evaluation window that ends with `frame`.
     ///
     /// # Errors
     /// If the events cannot be read.
-    pub fn surface(&self, sequence: &HandSequence, frame: u64) -> Result<Vec<f32>, TrainError> {
+    pub fn evaluation_input(
+        &self,
+        sequence: &HandSequence,
+        frame: u64,
+    ) -> Result<Vec<f32>, TrainError> {
         Ok(self.window(sequence, frame, self.window_frames)?)
     }
 

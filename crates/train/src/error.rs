@@ -1,4 +1,4 @@
-//! What can go wrong between a config and a trained network.
+//! Errors of training and evaluation.
 
 use std::path::PathBuf;
 
@@ -12,7 +12,7 @@ pub enum TrainError {
     Io {
         /// The file or directory.
         path: PathBuf,
-        /// What the system said.
+        /// The reason.
         source: std::io::Error,
     },
     /// A network that cannot be compiled.
@@ -23,7 +23,7 @@ pub enum TrainError {
     Config {
         /// The file.
         path: PathBuf,
-        /// Which field, and what would be right.
+        /// The field, and the values it may have.
         message: String,
     },
     /// A directory that was made with another config than the one given.
@@ -43,7 +43,7 @@ pub enum TrainError {
     Field {
         /// Dotted name of the field.
         field: &'static str,
-        /// What is wrong and what would be right.
+        /// The fault and the remedy.
         message: String,
     },
     /// Event or label files.
@@ -67,7 +67,7 @@ pub enum TrainError {
     /// Annotations of images.
     #[error(transparent)]
     Annotations(#[from] evpose_datasets::DatasetError),
-    /// The loss is no longer a number.
+    /// A loss that is not finite.
     #[error(
         "the loss became {loss} at step {step}; training stopped. The last good checkpoint is {}. \
          Lower `training.learning_rate` or look at the data around that step, then --resume",
@@ -90,7 +90,7 @@ pub enum TrainError {
     Resume {
         /// The run directory.
         path: PathBuf,
-        /// Why not.
+        /// The reason.
         message: String,
     },
 }

@@ -61,8 +61,8 @@ pub struct MethodResults {
     pub tracks: Vec<Track>,
 }
 
-/// Evaluates `methods` on every sequence of `data`, a pose every `stride_ms`. `progress` receives the
-/// number of poses after each batch, in all [`evaluated_pose_count`].
+/// Evaluates `methods` on every sequence of `data`, a pose every `stride_ms`. `progress` receives
+/// the number of poses after each batch, in all [`evaluated_pose_count`].
 ///
 /// The true hand has the shape it was recorded with, predicted hands the neutral one, as published.
 ///
@@ -112,7 +112,8 @@ pub fn evaluated_pose_count(config: &HandConfig, data: &HandDataset, stride_ms: 
     data.sequences().iter().map(|s| evaluated_frames(config, s, stride_ms).count() as u64).sum()
 }
 
-/// The frames of a sequence that are evaluated; of one that ends before `evaluation.first_ms`, the last.
+/// The frames of a sequence that are evaluated; of one that ends before `evaluation.first_ms`, the
+/// last.
 pub(crate) fn evaluated_frames(
     config: &HandConfig,
     sequence: &HandSequence,

@@ -1,4 +1,4 @@
-//! The hand network as something Burn can train: one step forward, backward and measured.
+//! The hand network with its loss: training and validation steps for Burn.
 
 use burn::module::Module;
 use burn::tensor::Tensor;
@@ -9,18 +9,18 @@ use evpose_nn::{HandLoss, HandLossParts, HandRegressor};
 use crate::guard::Guard;
 use crate::metric::{Field, LOSS, Scalars};
 
-/// Windows of events and the poses at their ends.
+/// Inputs and the poses at the ends of their windows.
 #[derive(Debug, Clone)]
 pub(crate) struct HandBatch {
-    /// Surfaces, `[batch, 2, height, width]`.
-    pub surfaces: Tensor<4>,
+    /// Representations, `[batch, 2, height, width]`.
+    pub inputs: Tensor<4>,
     /// The 12 parameters, `[batch, 12]`.
     pub poses: Tensor<2>,
     /// Optimiser step this batch is for, from 1.
     pub step: u64,
 }
 
-/// What a batch came to. Plain numbers: the divergence check has read them already.
+/// The logged values of a batch, read from the device already for the divergence check.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct HandScalars {
     /// Samples in the batch.
@@ -53,7 +53,7 @@ impl Scalars for HandScalars {
     }
 }
 
-/// The registry: everything logged per step.
+/// The values logged per step.
 pub(crate) const HAND_FIELDS: [Field<HandScalars>; 4] = [
     field(LOSS, "", |s| s.loss),
     field("articulation", "", |s| s.articulation),
@@ -69,7 +69,7 @@ const fn field(
     Field { name, unit, higher_is_better: false, get }
 }
 
-/// The network together with what judges it.
+/// The network with its loss.
 #[derive(Module, Debug)]
 pub(crate) struct HandLearner {
     pub(crate) network: HandRegressor,
@@ -85,8 +85,8 @@ impl HandLearner {
     }
 
     fn measure(&self, batch: HandBatch) -> (HandLossParts, usize) {
-        let [batch_size, ..] = batch.surfaces.dims();
-        (self.loss.forward(self.network.forward(batch.surfaces), batch.poses), batch_size)
+        let [batch_size, ..] = batch.inputs.dims();
+        (self.loss.forward(self.network.forward(batch.inputs), batch.poses), batch_size)
     }
 }
 

@@ -38,8 +38,8 @@ pub fn untrained(config: &HandConfig, device: &Device) -> Result<HandRegressor, 
 }
 
 /// Trains the hand network of `config` on the sequences in `data`. Writes to the directory `run`:
-/// `config.toml`, `metrics.jsonl`, `loading.jsonl` (the time it waited for data), `checkpoint/`, and the
-/// networks `best.bpk` and `last.bpk`.
+/// `config.toml`, `metrics.jsonl`, `loading.jsonl` (the time it waited for data), `checkpoint/`,
+/// and the networks `best.bpk` and `last.bpk`.
 ///
 /// # Errors
 /// If the data or the directory cannot be used, if `run` holds another run, or if the loss stops

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use crate::TrainError;
 use crate::metric::LOSS;
 
-/// Which part of the data a line of the history is about.
+/// The part of the data that a line of the history is about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Part {
@@ -109,7 +109,8 @@ impl History {
         let mut kept = String::new();
         for (raw, line) in parse(path, &text)? {
             if line.interval <= interval {
-                // As it stands: a number printed, read and printed again may differ in its last digit.
+                // As it stands: a number printed, read and printed again may differ in its last
+                // digit.
                 kept += raw;
                 kept.push('\n');
                 lines.push(line);

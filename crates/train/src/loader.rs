@@ -1,10 +1,10 @@
 //! Batches in an order that depends on nothing but the config, so that a resumed run sees the same.
 //!
-//! Devices that train together share every batch: of N devices, each takes an Nth of its windows. So
-//! a step is the same windows on any number of devices, and all devices take equally many steps.
+//! Devices that train together share every batch: of N devices, each takes an Nth of its windows.
+//! So a step is the same windows on any number of devices, and all devices take equally many steps.
 //!
-//! Windows are read and drawn on a thread of their own, a few batches ahead, while the network works
-//! on an earlier batch.
+//! Windows are read and drawn on a thread of their own, a few batches ahead, while the network
+//! works on an earlier batch.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -22,7 +22,7 @@ use crate::passes::{Passes, TrainingSpan};
 use crate::prefetch::Prefetch;
 use crate::waiting::{DataWait, WaitMeter};
 
-/// Which part of every batch is a device's.
+/// The part of every batch that a device takes.
 #[derive(Debug, Clone, Copy)]
 struct Share {
     device: u64,
@@ -47,11 +47,11 @@ pub(crate) struct HandLoader {
     batch_size: usize,
     passes: Passes,
     share: Share,
-    /// Into how many shares Burn will cut this loader.
+    /// Number of shares that Burn cuts this loader into.
     devices: u64,
-    /// Where devices wait for each other before each batch.
+    /// The barrier of the devices before each batch.
     barrier: Option<Arc<StepBarrier>>,
-    /// Of how many loaders of one thread, which waits for all of them in turn, this is one.
+    /// Number of loaders that one thread waits for in turn, this one included.
     in_turn: u32,
     meter: Option<WaitMeter>,
     device: Device,
@@ -106,21 +106,21 @@ impl HandLoader {
     }
 }
 
-/// The numbers of a batch, not yet on the device.
+/// A batch in the memory of the host, not yet on the device.
 struct Windows {
-    surfaces: Vec<f32>,
+    inputs: Vec<f32>,
     poses: Vec<f32>,
     count: usize,
 }
 
-/// A pass that goes on.
+/// A pass in progress.
 struct Batches<'a> {
     loader: &'a HandLoader,
-    /// Which pass, from 1.
+    /// The pass, from 1.
     interval: usize,
     /// All samples of the pass, those of other devices included.
     pass: Range<u64>,
-    /// Where the next batch begins.
+    /// Position of the next batch.
     next: u64,
     windows: Prefetch<Result<Windows, SampleError>>,
     started: Instant,
@@ -156,20 +156,20 @@ impl HandLoader {
         let samples: Vec<Sample> =
             positions.into_par_iter().map(|p| self.sample(p)).collect::<Result<_, _>>()?;
         let count = samples.len();
-        let mut surfaces = Vec::with_capacity(samples.iter().map(|s| s.surface.len()).sum());
+        let mut inputs = Vec::with_capacity(samples.iter().map(|s| s.input.len()).sum());
         let mut poses = Vec::with_capacity(count * 12);
         for sample in &samples {
-            surfaces.extend_from_slice(&sample.surface);
+            inputs.extend_from_slice(&sample.input);
             poses.extend_from_slice(&sample.pose);
         }
-        Ok(Windows { surfaces, poses, count })
+        Ok(Windows { inputs, poses, count })
     }
 
-    fn batch(&self, Windows { surfaces, poses, count }: Windows, step: u64) -> HandBatch {
+    fn batch(&self, Windows { inputs, poses, count }: Windows, step: u64) -> HandBatch {
         let (height, width) = self.data.image_size();
-        let surfaces = TensorData::new(surfaces, [count, 2, height, width]);
+        let inputs = TensorData::new(inputs, [count, 2, height, width]);
         HandBatch {
-            surfaces: Tensor::from_data(surfaces, &self.device),
+            inputs: Tensor::from_data(inputs, &self.device),
             poses: Tensor::from_data(TensorData::new(poses, [count, 12]), &self.device),
             step,
         }

@@ -1,4 +1,4 @@
-//! Numbers that are shown and logged while a network trains.
+//! The values that are shown and logged while a network trains.
 
 use std::sync::Arc;
 
@@ -9,16 +9,16 @@ use burn_train::metric::{
     NumericAttributes, NumericEntry, SerializedEntry,
 };
 
-/// What checkpoints are ranked by: the first of all fields.
+/// The field that checkpoints are ranked by, the first of all.
 pub(crate) const LOSS: &str = "loss";
 
-/// What a batch came to, as plain numbers.
+/// The logged values of a batch, on the host.
 pub(crate) trait Scalars: ItemLazy + Adaptor<Self> + Copy + Send + Sync + 'static {
     /// Samples in the batch.
     fn batch_size(&self) -> usize;
 }
 
-/// One number of some [`Scalars`] as a metric.
+/// One value of [`Scalars`] as a metric.
 #[derive(Clone, Copy)]
 pub(crate) struct Field<S> {
     /// Its name in the log and on screen.
@@ -27,7 +27,7 @@ pub(crate) struct Field<S> {
     pub unit: &'static str,
     /// Whether more of it is better.
     pub higher_is_better: bool,
-    /// Where it is.
+    /// Reads the value.
     pub get: fn(&S) -> f64,
 }
 

@@ -31,7 +31,7 @@ impl SampleOrder {
         Self { len, half_bits: bits.div_ceil(2).max(1), seed }
     }
 
-    /// Which sample comes at position `position` of the endless sequence of passes.
+    /// The sample at position `position` of the endless sequence of passes.
     pub(crate) fn at(&self, position: u64) -> u64 {
         let (pass, mut index) = (position / self.len, position % self.len);
         // Cycle walking: the network permutes a power of four, so step until back inside.

@@ -1,4 +1,5 @@
-//! The passes of a training over its data: an interval after the other, each followed by a validation.
+//! The passes of a training over its data: an interval after the other, each followed by a
+//! validation.
 
 use std::ops::Range;
 use std::sync::Arc;

@@ -14,7 +14,7 @@ use burn_train::renderer::{
 
 use crate::waiting::WaitMeter;
 
-/// How often a line appears.
+/// Interval between two lines: often enough to watch, rare enough for the logs of days.
 const EVERY: Duration = Duration::from_secs(5);
 
 /// Writes a line every few seconds, and one after each interval and each validation.
@@ -34,7 +34,7 @@ pub(crate) struct PlainRenderer<W> {
 }
 
 impl<W: Write + Send> PlainRenderer<W> {
-    /// Writes to `out`, also what `meter` says of every interval.
+    /// Writes to `out`, also the waiting that `meter` measures in every interval.
     pub(crate) fn new(out: W, meter: WaitMeter) -> Self {
         let now = Instant::now();
         Self {
@@ -145,7 +145,7 @@ impl<W: Write + Send> TrainingProgressLogger for PlainRenderer<W> {
 
     fn end(&mut self) {}
 
-    /// Burn announces every iteration here, which the lines above already tell.
+    /// Burn announces every iteration here, which the lines above already show.
     fn log_event_training(&mut self, _: String) {}
 }
 

@@ -49,7 +49,8 @@ impl<T> Iterator for Prefetch<T> {
         self.waited += started.elapsed();
         if item.is_none() {
             self.queue = None;
-            // A panic of the producer closes the queue too: it must not pass for the end of the data.
+            // A panic of the producer closes the queue too: it must not pass for the end of the
+            // data.
             if let Some(Err(panic)) = self.producer.take().map(JoinHandle::join) {
                 resume_unwind(panic);
             }

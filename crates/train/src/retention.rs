@@ -1,4 +1,4 @@
-//! Which checkpoints stay on disk: the last two, and the best so far.
+//! Retention of checkpoints on disk: the last two, and the best so far.
 
 use std::collections::BTreeMap;
 
@@ -24,15 +24,15 @@ pub(crate) fn best_interval(losses: &BTreeMap<usize, f64>) -> Option<usize> {
     finite.min_by(|a, b| a.1.total_cmp(b.1)).map(|(&interval, _)| interval)
 }
 
-/// What to delete once `interval` is saved: what was kept before and no longer is.
+/// The checkpoints to delete once `interval` is saved: retained before, and no longer.
 fn superseded(losses: &BTreeMap<usize, f64>, interval: usize) -> Vec<usize> {
-    let kept = |now: usize| -> Vec<usize> {
+    let retained = |now: usize| -> Vec<usize> {
         let known = losses.range(..=now).map(|(&i, &loss)| (i, loss)).collect();
         [Some(now), now.checked_sub(1), best_interval(&known)].into_iter().flatten().collect()
     };
-    let still = kept(interval);
+    let still = retained(interval);
     let mut gone: Vec<usize> =
-        kept(interval - 1).into_iter().filter(|i| *i > 0 && !still.contains(i)).collect();
+        retained(interval - 1).into_iter().filter(|i| *i > 0 && !still.contains(i)).collect();
     gone.sort_unstable();
     gone.dedup();
     gone

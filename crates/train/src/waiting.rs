@@ -1,4 +1,4 @@
-//! How much of its time a training waits for windows: `loading.jsonl`, one line an interval.
+//! Time for which a training waits for data: `loading.jsonl`, one line an interval.
 //!
 //! It is a file of its own because times differ from run to run, and `metrics.jsonl` does not.
 
@@ -113,12 +113,12 @@ impl WaitMeter {
         }
     }
 
-    /// What this process waited in an interval.
+    /// Waiting of this process in an interval.
     pub(crate) fn of(&self, interval: usize) -> DataWait {
         self.lock().intervals.get(&interval).copied().unwrap_or_default()
     }
 
-    /// What this process waited in all intervals.
+    /// Waiting of this process in all intervals.
     ///
     /// # Errors
     /// The first write of the file that failed.
@@ -176,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_cannot_be_written_is_told_at_the_end() {
+    fn a_file_that_cannot_be_written_is_an_error_at_the_end() {
         let directory = tempfile::tempdir().unwrap();
         let parent = directory.path().join("run");
         let meter = WaitMeter::resume(&parent.join("loading.jsonl"), 0).unwrap();

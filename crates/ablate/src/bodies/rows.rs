@@ -5,7 +5,7 @@
 
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use evpose_core::SensorSize;
-use evpose_task::body::{BodyConfig, BodySourceKind, LabelMoment};
+use evpose_task::body::{BodyConfig, BodySourceKind, LabelTime};
 
 use super::Stages;
 use crate::finding::Relation;
@@ -185,7 +185,7 @@ impl Network {
             Self::Pretrained | Self::Full | Self::Scratch => {}
             Self::FixedCount => {
                 config.image.representation = format!("fixed-count:n={FIXED_COUNT}");
-                config.data.label_at = LabelMoment::MeanOf(FIXED_COUNT);
+                config.data.label_at = LabelTime::MeanOf(FIXED_COUNT);
             }
             Self::Pim => config.image.representation = "pim".to_owned(),
             Self::GreyPretrained => config.data.source = BodySourceKind::GreyStills,

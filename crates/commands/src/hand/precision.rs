@@ -35,7 +35,7 @@ pub(super) fn evaluate(
     let evaluated = evaluate_methods(config, &data, &mut methods, stride_ms, &mut done)?;
     progress.finish_and_clear();
     let sequence = &data.sequences()[0];
-    let window = data.surface(sequence, sequence.frames() - 1)?;
+    let window = data.evaluation_input(sequence, sequence.frames() - 1)?;
     let mut scores = Vec::new();
     for (precision, (method, evaluated)) in
         Precision::ALL.into_iter().zip(methods.into_iter().zip(&evaluated))

@@ -145,8 +145,8 @@ impl BackboneNet for MnasNet {
         x.avg_pool(&self.mean).linear(&self.head)
     }
 
-    /// As torchvision initialises: Kaiming for convolutions; the head uniform with the variance that
-    /// keeps gradients, `1 / outputs`.
+    /// As torchvision initialises: Kaiming for convolutions; the head uniform with the variance
+    /// that keeps gradients, `1 / outputs`.
     fn initializer(&self, slot: &Slot) -> Initializer {
         match (slot.layer.as_str(), slot.shape.as_slice()) {
             ("Conv2d", shape) => Initializer::kaiming_fan_out(shape),

@@ -1,7 +1,7 @@
 //! The macro behind the registry: Burn's `Module` needs one concrete type, an enum of all networks.
 
-/// Declares `BACKBONES`, and `Backbone` with its dispatch, from lines `file::Network => SPEC, …;`, each
-/// of a file beside this one, its type and its [`BackboneSpec`](super::BackboneSpec)s.
+/// Declares `BACKBONES`, and `Backbone` with its dispatch, from lines `file::Network => SPEC, …;`,
+/// each of a file beside this one, its type and its [`BackboneSpec`](super::BackboneSpec)s.
 macro_rules! backbones {
     ($($file:ident :: $Network:ident => $($SPEC:ident),+;)+) => {
         /// Every backbone, in the order of lists.

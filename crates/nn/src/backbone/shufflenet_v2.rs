@@ -60,8 +60,8 @@ pub(crate) struct ShuffleNetV2 {
 /// Two branches beside each other, then a shuffle of their channels.
 #[derive(Module, Debug)]
 struct Unit {
-    /// The first branch where the unit halves the image. Elsewhere it is the identity, and each branch
-    /// has half of the input channels.
+    /// The first branch where the unit halves the image. Elsewhere it is the identity, and each
+    /// branch has half of the input channels.
     halving: Option<Halving>,
     expand: ConvNorm,
     depthwise: ConvNorm,

@@ -28,8 +28,8 @@ pub trait BackboneNet: Module {
     /// The distribution of the initial values of a tensor of this network.
     fn initializer(&self, slot: &Slot) -> Initializer;
 
-    /// The path in torchvision's network of the layer at `path`. The last part, the tensor's own name,
-    /// stays as it is. By default the paths are the same.
+    /// The path in torchvision's network of the layer at `path`. The last part, the tensor's own
+    /// name, stays as it is. By default the paths are the same.
     fn torchvision_path(&self, path: &str) -> String {
         path.to_owned()
     }

@@ -1,5 +1,5 @@
-//! The loss of MoveEnet: squared errors of heatmaps and of limbs on them, and absolute errors of the
-//! regressions at single cells.
+//! The loss of MoveEnet: squared errors of heatmaps and of limbs on them, and absolute errors of
+//! the regressions at single cells.
 
 use burn::tensor::{Int, Tensor, TensorData};
 use evpose_pose::body::{BodyMaps, LIMBS};
@@ -104,7 +104,8 @@ pub struct BodyLossParts {
 }
 
 impl BodyLoss {
-    /// The loss of networks of the first `joints` of the thirteen joints. Joints beyond them have no limbs.
+    /// The loss of networks of the first `joints` of the thirteen joints. Joints beyond them have
+    /// no limbs.
     pub fn new(config: BodyLossConfig, joints: usize) -> Self {
         let bones: &[[usize; 2]] = if config.parity { &PARITY_BONES } else { &LIMBS };
         let has = |bone: &&[usize; 2]| bone.iter().all(|&joint| joint < joints);

@@ -60,8 +60,8 @@ pub(super) struct InvertedResidualConfig {
     pub(super) repetitions: usize,
 }
 
-/// A bottleneck that changes the shape, then one that is added to its own input again and again, with
-/// the same weights each time.
+/// A bottleneck that changes the shape, then one that is added to its own input again and again,
+/// with the same weights each time.
 ///
 /// In training each of its passes moves the running statistics of its normalisations.
 #[derive(Module, Debug)]

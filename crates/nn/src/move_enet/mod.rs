@@ -7,9 +7,9 @@
 //! * `names`: the names of its tensors in PyTorch.
 //!
 //! # Source
-//! Goyal et al.: *MoveEnet: Online High-Frequency Human Pose Estimation with an Event Camera*, CVPRW
-//! 2023, after *MoveNet* by Google. With 13 joints it has 2,201,106 parameters, of which 627,520, those
-//! of a residual that is never repeated, are kept and never used.
+//! Goyal et al.: *MoveEnet: Online High-Frequency Human Pose Estimation with an Event Camera*,
+//! CVPRW 2023, after *MoveNet* by Google. With 13 joints it has 2,201,106 parameters, of which
+//! 627,520, those of a residual that is never repeated, are kept and never used.
 
 mod backbone;
 mod blocks;
@@ -106,9 +106,10 @@ impl MoveEnet {
     /// The output maps, a quarter as high and wide as the images.
     ///
     /// # Shapes
-    /// - images: `[batch, 3, height, width]`, values 0 to 255, sides multiples of 32; 192 as published
-    /// - heatmaps: `[batch, joints, height / 4, width / 4]`, centers the same of one channel, regs and
-    ///   offsets of two for each joint
+    /// - images: `[batch, 3, height, width]`, values 0 to 255, sides multiples of 32; 192 as
+    ///   published
+    /// - heatmaps: `[batch, joints, height / 4, width / 4]`, centers the same of one channel, regs
+    ///   and offsets of two for each joint
     pub fn forward(&self, images: Tensor<4>) -> BodyMaps<Tensor<4>> {
         self.forward_ops(images)
     }

@@ -1,7 +1,9 @@
 //! Weight files: our own checkpoints, which describe their network, and PyTorch's.
 //!
-//! * [`save`], [`load`]: a `.bpk` file with a [`ModelCard`] inside; [`save_body`], [`load_body`]: the same of bodies.
-//! * [`load_pytorch`], [`load_move_enet`]: `.pth` and Lightning `.ckpt` files of the published networks.
+//! * [`save`], [`load`]: a `.bpk` file with a [`ModelCard`] inside; [`save_body`], [`load_body`]:
+//!   the same of bodies.
+//! * [`load_pytorch`], [`load_move_enet`]: `.pth` and Lightning `.ckpt` files of the published
+//!   networks.
 //! * [`save_safetensors`]: a MoveEnet under its names in PyTorch.
 //!
 //! Loading is strict: a parameter missing, left over or of another shape is an error that names it.

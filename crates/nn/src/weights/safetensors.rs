@@ -1,8 +1,8 @@
 //! Networks as safetensors files under their names in PyTorch, whose state dictionary they become.
 //!
 //! # Source
-//! <https://huggingface.co/docs/safetensors>: the length of the header in eight bytes, the header in
-//! JSON padded with spaces, the values; all little-endian.
+//! <https://huggingface.co/docs/safetensors>: the length of the header in eight bytes, the header
+//! in JSON padded with spaces, the values; all little-endian.
 
 use std::path::Path;
 
@@ -14,8 +14,8 @@ use crate::{MoveEnet, NnError};
 /// Bytes to whose multiples headers are padded, so that values are aligned.
 const ALIGNMENT: usize = 8;
 
-/// Writes `network` to `path`, whole or not at all. What PyTorch calls `num_batches_tracked` is left
-/// out: `load_state_dict` takes it for zero.
+/// Writes `network` to `path`, whole or not at all. What PyTorch calls `num_batches_tracked` is
+/// left out: `load_state_dict` takes it for zero.
 ///
 /// # Errors
 /// [`NnError::Io`] if the file cannot be written.

@@ -38,8 +38,8 @@ pub(super) trait Layout {
 /// Gives every tensor of `network` its values in `file`.
 ///
 /// # Errors
-/// [`NnError::Mismatch`] if the tensors are not the network's, [`NnError::Unreadable`] if one cannot be
-/// read.
+/// [`NnError::Mismatch`] if the tensors are not the network's, [`NnError::Unreadable`] if one
+/// cannot be read.
 pub(super) fn fill_strictly<M: Module>(
     network: M,
     layout: &impl Layout,

@@ -1,4 +1,4 @@
-//! How images and labels of bodies vary from one time they are seen to the next.
+//! Settings of the augmentation of images and labels of bodies.
 
 use evpose_pose::body::MIRRORED;
 use serde::{Deserialize, Serialize};
@@ -11,7 +11,7 @@ const PUBLISHED_SIDE: f32 = 192.0;
 /// Rounding of probabilities that add up to 1.
 const ROUNDING: f32 = 1e-5;
 
-/// What varies, how often and between what. Lengths are relative to the image.
+/// Probabilities and ranges of the augmentation. Lengths are relative to the image.
 ///
 /// # Model
 /// 1. Some images are mirrored, left and right joints exchanged.
@@ -32,54 +32,56 @@ const ROUNDING: f32 = 1e-5;
 /// the network's input first, in validation too by one of five interpolations at random, and
 /// samples again for 2, in 8 bits, rotations by cubics; when it skews or rotates, positions of
 /// joints are cut to whole pixels; other persons do not move with `shift`, and in a mirror their
-/// joints change numbers from first to last. Its changes of hue and saturation do nothing to grey
+/// joints change indices from first to last. Its changes of hue and saturation do nothing to grey
 /// images, and noise is drawn for each of three equal channels, here once.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct BodyAugmentation {
-    /// How the image is sampled: one of these, each as likely.
+    /// Interpolations of the image, one of which is drawn.
     pub interpolation: Vec<Interpolation>,
-    /// How likely a mirror is.
+    /// Probability of a horizontal flip.
     pub mirror_probability: f32,
-    /// How likely a border is.
+    /// Probability of a border.
     pub pad_probability: f32,
     /// Width of the border.
     pub pad: [f32; 2],
-    /// How likely a part is.
+    /// Probability of a crop.
     pub crop_probability: f32,
-    /// What is cut off at each side, on average of both.
+    /// Length cut off at either side, on average of both sides.
     pub crop: [f32; 2],
-    /// What is cut off left and above, relative to that average.
+    /// Length cut off on the left and above, relative to that average.
     pub crop_start: [f32; 2],
-    /// How likely a skew is.
+    /// Probability of a skew.
     pub affine_probability: f32,
     /// How far each of three points is from where it will be, along either side.
     pub affine: [f32; 2],
-    /// How likely a rotation is.
+    /// Probability of a rotation.
     pub rotate_probability: f32,
-    /// Its angle in degrees.
+    /// Angle of the rotation in degrees.
     pub rotate_deg: [f32; 2],
-    /// How likely a movement is.
+    /// Probability of a shift.
     pub shift_probability: f32,
     /// The longest one, along either side; at least half of it is done.
     pub shift: [f32; 2],
     /// Joints that may become unlabelled by leaving the image.
-    pub most_lost: usize,
+    #[serde(alias = "most_lost")]
+    pub max_lost: usize,
     /// Joints that may be unlabelled then.
-    pub most_unlabelled: usize,
-    /// How likely a change of contrast and brightness is.
+    #[serde(alias = "most_unlabelled")]
+    pub max_unlabelled: usize,
+    /// Probability of a change of contrast and brightness.
     pub light_probability: f32,
-    /// By what distances to the mean grey are multiplied.
+    /// Factor of the differences to the mean grey.
     pub contrast: [f32; 2],
-    /// What is added, relative to white.
+    /// Offset of the grey values, relative to white.
     pub brightness: [f32; 2],
-    /// How likely noise is.
+    /// Probability of noise.
     pub noise_probability: f32,
     /// The largest change of a pixel, of 255 levels of grey.
     pub noise_grey: f32,
-    /// How likely a square is.
+    /// Probability of a square.
     pub blank_probability: f32,
-    /// Half of its side.
+    /// Half of the side of the square.
     pub blank: [f32; 2],
 }
 
@@ -100,8 +102,8 @@ impl Default for BodyAugmentation {
             rotate_deg: [-24.0, 24.0],
             shift_probability: 0.2 * 0.5,
             shift: [0.1, 0.2],
-            most_lost: 3,
-            most_unlabelled: 5,
+            max_lost: 3,
+            max_unlabelled: 5,
             light_probability: 0.4,
             contrast: [0.8, 1.2],
             brightness: [-0.2, 0.2],
@@ -114,7 +116,7 @@ impl Default for BodyAugmentation {
 }
 
 impl BodyAugmentation {
-    /// Nothing varies.
+    /// No augmentation.
     pub fn none() -> Self {
         Self {
             mirror_probability: 0.0,

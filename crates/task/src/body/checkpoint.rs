@@ -12,7 +12,7 @@ use super::config::BodyConfig;
 use crate::TaskError;
 use crate::hand::BEST;
 
-/// Keys of what is written beside the weights.
+/// Keys of the provenance in a weight file.
 const CONFIG: &str = "config";
 const MEAN_POSE: &str = "mean_pose";
 const DATA: &str = "data";
@@ -24,9 +24,10 @@ pub struct BodyCheckpoint {
     pub config: BodyConfig,
     /// The network.
     pub network: MoveEnet,
-    /// Mean of the poses it was trained on, relative to the image; not known for weights from elsewhere.
+    /// Mean of the poses it was trained on, relative to the image; not known for weights from
+    /// elsewhere.
     pub mean_pose: Option<BodyPoints>,
-    /// What it was trained on, as a digest.
+    /// Digest of the data that it was trained on.
     pub data: Option<String>,
 }
 
@@ -52,7 +53,8 @@ impl BodyCheckpoint {
         Ok(weights::save_body(path, &self.network, &card)?)
     }
 
-    /// Reads a run directory (its best network), a `.bpk` file, or the published PyTorch weights (`.pth`).
+    /// Reads a run directory (its best network), a `.bpk` file, or the published PyTorch weights
+    /// (`.pth`).
     ///
     /// # Errors
     /// If there is no network at `path`, or it is damaged or of another shape than it says.
@@ -85,8 +87,8 @@ impl BodyCheckpoint {
 }
 
 fn read_pose(text: &str) -> Option<BodyPoints> {
-    let numbers: Vec<Option<f32>> = text.split(' ').map(|number| number.parse().ok()).collect();
-    let pairs = numbers.as_chunks::<2>().0;
+    let values: Vec<Option<f32>> = text.split(' ').map(|value| value.parse().ok()).collect();
+    let pairs = values.as_chunks::<2>().0;
     (pairs.len() == BODY_JOINTS).then(|| {
         std::array::from_fn(|joint| {
             let [x, y] = pairs[joint];

@@ -14,10 +14,10 @@ use super::resample::Interpolation;
 use super::schedule::{EarlyStop, Schedule};
 use crate::{FieldDifference, TaskError, toml_text};
 
-/// What tells such files from those of hands.
+/// The value of `task` in such files; those of hands have none.
 pub(super) const TASK: &str = "body";
 
-/// Pixels of an image for each row of maps, squared away in the pyramid: sides are multiples of it.
+/// Total stride of the encoder, in pixels: sides of images are multiples of it.
 const SIDE_STEP_PX: usize = 32;
 
 /// Everything about an experiment with bodies.
@@ -26,28 +26,28 @@ const SIDE_STEP_PX: usize = 32;
 pub struct BodyConfig {
     /// `"body"`.
     pub task: String,
-    /// From which every random number of the experiment follows.
+    /// Seed of every random stream of the experiment.
     pub seed: u64,
-    /// Where the run is kept if the command line does not say.
+    /// Directory of the run, unless the command line gives another.
     pub out: PathBuf,
     /// A finished run, or a file of weights, to begin with.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start_from: Option<PathBuf>,
-    /// What is trained on.
+    /// Training data.
     pub data: BodyDataConfig,
     /// People before an event camera, or before one that takes photographs.
     pub simulation: PeopleConfig,
-    /// What the network sees.
+    /// Input of the network.
     pub image: BodyImageConfig,
-    /// How images and labels are varied.
+    /// Augmentation of images and labels.
     pub augmentation: BodyAugmentation,
-    /// Layers.
+    /// Shape of the network.
     pub network: MoveEnetConfig,
-    /// What training minimises.
+    /// Weights of the loss.
     pub loss: BodyLossConfig,
-    /// What targets have of the published ones' quirks.
+    /// Parity of the targets with the published ones.
     pub targets: BodyTargetConfig,
-    /// How joints are read off the network's maps.
+    /// Decoding of the output maps.
     pub decoding: BodyDecodingConfig,
     /// Optimiser and duration.
     pub training: BodyTrainingConfig,
@@ -55,7 +55,7 @@ pub struct BodyConfig {
     pub evaluation: BodyEvaluationConfig,
 }
 
-/// Where images come from.
+/// The source of training images.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum BodySourceKind {
@@ -66,7 +66,7 @@ pub enum BodySourceKind {
     /// Recordings of an event camera with tables of poses: those of `evpose simulate`.
     #[default]
     Recordings,
-    /// Photographs of the same moments of simulated recordings, in grey.
+    /// Photographs at the sample times of simulated recordings, in grey.
     GreyRecordings,
     /// Images and an annotation file: those of `evpose prepare`.
     Annotations,
@@ -79,38 +79,41 @@ impl BodySourceKind {
     }
 }
 
-/// What is trained on.
+/// The training data.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct BodyDataConfig {
-    /// Where images come from.
+    /// Source of the images.
     pub source: BodySourceKind,
-    /// How many photographs are taken.
+    /// Number of photographs.
     pub stills: u64,
     /// Time between two samples of a recording, in milliseconds.
     pub every_ms: u32,
-    /// Before this, in milliseconds from the start, a recording has not shown enough.
+    /// Time of the first sample of a recording, in milliseconds: before it there are too few
+    /// events.
     pub first_ms: u32,
-    /// Which moment a sample's label is of.
-    pub label_at: LabelMoment,
+    /// Time of a sample's label.
+    pub label_at: LabelTime,
     /// Share of the recordings, or of the images, kept for validation.
     pub validation_share: f64,
-    /// Samples of fewer joints on the image are left out.
-    pub fewest_joints: usize,
+    /// Minimum number of labelled joints of a sample.
+    #[serde(alias = "fewest_joints")]
+    pub min_joints: usize,
 }
 
-/// Which moment a label is of.
+/// The time of a label.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum LabelMoment {
-    /// When the image is taken.
+pub enum LabelTime {
+    /// The time of the image.
     #[default]
     Now,
-    /// The mean time of the last so many events, those of a frame of fixed count: `{ mean_of = 7500 }`.
+    /// The mean time of the last so many events, those of a frame of fixed count: `{ mean_of = 7500
+    /// }`.
     MeanOf(usize),
 }
 
-/// What the network sees.
+/// The input of the network.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct BodyImageConfig {
@@ -119,27 +122,27 @@ pub struct BodyImageConfig {
     /// Blur of the representation's image.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub blur: Option<GaussianKernel>,
-    /// How photographs become edges.
+    /// The conversion of photographs to edges.
     pub eros_like: ErosLike,
     /// Rows and columns of the network's input.
     pub side_px: usize,
-    /// How images are brought to that size, but for training, where the augmentation says.
+    /// Interpolation of resizing, in training that of the augmentation.
     pub interpolation: Interpolation,
 }
 
-/// What targets have of the published ones' quirks.
+/// Parity of the targets with the published ones.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct BodyTargetConfig {
-    /// All of them, see `BodyGrid` of the training.
+    /// Whether targets are as published: see `BodyGrid` of the training.
     pub parity: bool,
 }
 
-/// How joints are read off the network's maps.
+/// Decoding of the output maps.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct BodyDecodingConfig {
-    /// What is added to distances, in cells: see [`evpose_pose::body::BodyDecoder::softened_by`].
+    /// Offset of distances, in cells: see [`evpose_pose::body::BodyDecoder::softened_by`].
     pub softening_cells: f64,
 }
 
@@ -149,19 +152,19 @@ pub struct BodyDecodingConfig {
 pub struct BodyTrainingConfig {
     /// Images per optimiser step.
     pub batch_size: usize,
-    /// Of Adam, at first.
+    /// Initial learning rate of Adam.
     pub learning_rate: f64,
-    /// How it changes.
+    /// Schedule of the learning rate.
     pub schedule: Schedule,
-    /// Of all weights, added to gradients.
+    /// Weight decay, added to gradients (L2).
     pub weight_decay: f32,
-    /// Optimiser steps in all.
+    /// Optimiser steps of the whole run.
     pub steps: u64,
     /// Optimiser steps between validations, each of which writes a checkpoint.
     pub steps_per_validation: u64,
-    /// Images looked at in each validation, at most.
+    /// Maximum number of images of a validation.
     pub validation_samples: u64,
-    /// When to end before that.
+    /// Early stopping.
     pub early_stop: EarlyStop,
 }
 
@@ -169,17 +172,17 @@ pub struct BodyTrainingConfig {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct BodyEvaluationConfig {
-    /// How many sequences.
+    /// Number of sequences.
     pub sequences: usize,
     /// Length of each, in seconds.
     pub seconds: f64,
-    /// What people do in them.
+    /// Activities in them; empty for those of the simulation.
     pub activities: Vec<String>,
     /// Share of them in which the camera is held by hand; none for that of the simulation.
     pub moving_cameras: Option<f32>,
     /// Time between two predictions, in milliseconds.
     pub every_ms: u32,
-    /// How intervals are found.
+    /// Bootstrap of the confidence intervals.
     pub bootstrap: BootstrapConfig,
 }
 
@@ -212,9 +215,9 @@ impl Default for BodyDataConfig {
             stills: 6_000,
             every_ms: 50,
             first_ms: 500,
-            label_at: LabelMoment::Now,
+            label_at: LabelTime::Now,
             validation_share: 0.1,
-            fewest_joints: 8,
+            min_joints: 8,
         }
     }
 }
@@ -276,13 +279,13 @@ impl BodyConfig {
     /// Reads a TOML file and checks it. `overrides` are `dotted.key=value` as on the command line.
     ///
     /// # Errors
-    /// If the file cannot be read, has unknown or wrongly typed fields, or values that make no sense; the
-    /// error names the field.
+    /// If the file cannot be read, has unknown or wrongly typed fields, or values that make no
+    /// sense; the error names the field.
     pub fn load(path: &Path, overrides: &[String]) -> Result<Self, TaskError> {
         toml_text::load(path, |text| Self::parse(text, overrides))
     }
 
-    /// Reads what a directory was made with, defaults filled in and nothing checked.
+    /// Reads the config of a directory, defaults filled in and nothing checked.
     ///
     /// # Errors
     /// If the file cannot be read, or has unknown or wrongly typed fields.
@@ -316,7 +319,7 @@ impl BodyConfig {
         FieldDifference::between(self, there)
     }
 
-    /// Checks what types cannot.
+    /// Checks ranges and combinations of values.
     ///
     /// # Errors
     /// The first field that makes no sense.
@@ -350,8 +353,8 @@ impl BodyConfig {
         if !(0.0..1.0).contains(&self.data.validation_share) {
             return fail("data.validation_share", "must be at least 0 and below 1");
         }
-        if self.data.fewest_joints > self.network.joints {
-            return fail("data.fewest_joints", "nobody has so many");
+        if self.data.min_joints > self.network.joints {
+            return fail("data.min_joints", "nobody has so many");
         }
         let training = &self.training;
         if training.batch_size == 0 || training.steps == 0 || training.steps_per_validation == 0 {
@@ -369,8 +372,8 @@ impl BodyConfig {
         training.schedule.validate()
     }
 
-    /// The experiment's held-out recordings: other people, other places, a seed nothing else uses, and
-    /// what the evaluation says that is done.
+    /// The experiment's held-out recordings: other people, other places, a seed nothing else uses,
+    /// and what the evaluation says that is done.
     #[must_use]
     pub fn held_out(&self) -> Self {
         let mut config = self.clone();

@@ -1,4 +1,5 @@
-//! The body's stream online: a representation at the network's pace, and velocities of events in between.
+//! The body's stream online: a representation at the network's pace, and velocities of events in
+//! between.
 
 use evpose_core::{EventStream, Micros, Plane, SensorSize};
 use evpose_pose::PoseEstimate;
@@ -53,7 +54,8 @@ impl Blur {
 /// The stream of a network of bodies, for events of `sensor`.
 ///
 /// # Errors
-/// If the representation is not known, the network cannot be compiled, or a setting is out of range.
+/// If the representation is not known, the network cannot be compiled, or a setting is out of
+/// range.
 pub fn body_stream(
     checkpoint: &BodyCheckpoint,
     sensor: SensorSize,

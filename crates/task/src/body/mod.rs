@@ -14,7 +14,7 @@ pub use augmentation::BodyAugmentation;
 pub use checkpoint::BodyCheckpoint;
 pub use config::{
     BodyConfig, BodyDataConfig, BodyDecodingConfig, BodyEvaluationConfig, BodyImageConfig,
-    BodySourceKind, BodyTargetConfig, BodyTrainingConfig, LabelMoment,
+    BodySourceKind, BodyTargetConfig, BodyTrainingConfig, LabelTime,
 };
 pub use frontend::{BodyFrontend, BodyWorker, body_stream};
 pub use predictor::{BodyPredictor, BodyPredictorOptions, joints_in_pixels};

@@ -14,7 +14,8 @@ pub struct PropagationConfig {
     pub latency_ms: f64,
     /// Poses a second.
     pub output_hz: f64,
-    /// Minimum number of pixels for an estimate of the velocity of a joint; with fewer it is taken as 0.
+    /// Minimum number of pixels for an estimate of the velocity of a joint; with fewer it is taken
+    /// as 0.
     #[serde(alias = "fewest_samples")]
     pub min_samples: u32,
     /// Velocities from events.

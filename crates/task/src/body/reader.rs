@@ -62,8 +62,8 @@ impl RepresentationReader {
         Ok(self.windows.end()?)
     }
 
-    /// The image at `t`, which is not before the last one asked for. `observe` receives the events since
-    /// then.
+    /// The image at `t`, which is not before the last one asked for. `observe` receives the events
+    /// since then.
     ///
     /// # Errors
     /// If the recording cannot be read up to there.

@@ -1,4 +1,4 @@
-//! How the learning rate changes over a training, and when a training ends early.
+//! Learning rate schedule and early stopping.
 
 use std::collections::BTreeMap;
 
@@ -7,15 +7,15 @@ use serde::{Deserialize, Serialize};
 
 use crate::TaskError;
 
-/// How the learning rate changes: up to its value at first, and down at milestones or along a cosine.
+/// A learning rate schedule: linear warm-up, then steps at milestones or a cosine.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Schedule {
-    /// Steps in which it rises from a hundredth.
+    /// Steps of the warm-up, which begins at a hundredth of the rate.
     pub warm_up_steps: u64,
     /// Shares of the training after which it is multiplied by `factor`.
     pub milestones: Vec<f64>,
-    /// What it is multiplied by.
+    /// Factor of the rate at each milestone.
     pub factor: f64,
     /// Instead of milestones: falls along half a cosine, to a hundredth at the end.
     pub cosine: bool,
@@ -33,11 +33,11 @@ impl Default for Schedule {
     }
 }
 
-/// What is left of the rate at the end of a cosine, and at the start of a rise.
-const LEAST: f64 = 0.01;
+/// The share of the rate at the end of a cosine and at the start of a warm-up.
+const MIN_SHARE: f64 = 0.01;
 
 impl Schedule {
-    /// Checks what types cannot.
+    /// Checks ranges and combinations of values.
     ///
     /// # Errors
     /// The first field that makes no sense.
@@ -53,15 +53,15 @@ impl Schedule {
         Ok(())
     }
 
-    /// What the first rate is multiplied by in step `step` (from 0) of `steps`.
+    /// The factor of the initial rate in step `step` (from 0) of `steps`.
     pub fn share(&self, step: u64, steps: u64) -> f64 {
         let part = step as f64 / steps as f64;
         let warm = match self.warm_up_steps {
             0 => 1.0,
-            warm_up => LEAST + (1.0 - LEAST) * (step as f64 / warm_up as f64).min(1.0),
+            warm_up => MIN_SHARE + (1.0 - MIN_SHARE) * (step as f64 / warm_up as f64).min(1.0),
         };
         let fallen = if self.cosine {
-            LEAST + (1.0 - LEAST) * (0.5 + 0.5 * (std::f64::consts::PI * part).cos())
+            MIN_SHARE + (1.0 - MIN_SHARE) * (0.5 + 0.5 * (std::f64::consts::PI * part).cos())
         } else {
             self.factor.powi(self.milestones.iter().filter(|&&at| at <= part).count() as i32)
         };
@@ -69,7 +69,7 @@ impl Schedule {
     }
 }
 
-/// A [`Schedule`] as Burn wants it.
+/// A [`Schedule`] as a scheduler of Burn.
 #[derive(Debug, Clone)]
 pub struct ScheduledRate {
     /// Factor over time.
@@ -101,12 +101,12 @@ impl LrScheduler for ScheduledRate {
     }
 }
 
-/// When a training ends before all of its steps are done.
+/// Early stopping of a training.
 ///
 /// # Model
-/// After a validation, the mean loss of the last `window` is compared with that of the `window` before. If
-/// it is not smaller, that counts; after more than `patience` of them, which need not follow each other, the
-/// training ends.
+/// After a validation, the mean loss of the last `window` is compared with that of the `window`
+/// before. If it is not smaller, that counts; after more than `patience` of them, which need not
+/// follow each other, the training ends.
 ///
 /// # Source
 /// MoveEnet's published training: windows of 10 after the 20th epoch, patience 10.
@@ -115,7 +115,7 @@ impl LrScheduler for ScheduledRate {
 pub struct EarlyStop {
     /// Validations in each of the two means; 0 never ends early.
     pub window: usize,
-    /// How often the loss may have stopped falling.
+    /// Comparisons without a smaller mean that are tolerated.
     pub patience: usize,
 }
 

@@ -58,8 +58,8 @@ impl InputBatch {
     }
 }
 
-/// Fills the channels of an input `[2][rows][columns]` from a representation of `channels` channels, which
-/// `render` writes. A representation of one channel fills both.
+/// Fills the channels of an input `[2][rows][columns]` from a representation of `channels`
+/// channels, which `render` writes. A representation of one channel fills both.
 pub fn render_channels(input: &mut [f32], channels: usize, render: impl FnOnce(&mut [f32])) {
     let (own, copy) = input.split_at_mut(channels * (input.len() / CHANNELS));
     render(own);

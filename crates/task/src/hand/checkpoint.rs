@@ -54,8 +54,8 @@ impl HandCheckpoint {
         };
         card.provenance.insert(CONFIG.to_owned(), self.config.to_toml()?);
         if let Some(mean) = self.mean_pose {
-            let numbers: Vec<String> = mean.to_array().iter().map(f32::to_string).collect();
-            card.provenance.insert(MEAN_POSE.to_owned(), numbers.join(" "));
+            let values: Vec<String> = mean.to_array().iter().map(f32::to_string).collect();
+            card.provenance.insert(MEAN_POSE.to_owned(), values.join(" "));
         }
         Ok(weights::save(path, &self.network, &card)?)
     }
@@ -91,8 +91,8 @@ impl HandCheckpoint {
             None => HandConfig { network: card.network, ..HandConfig::default() },
         };
         let mean_pose = card.provenance.get(MEAN_POSE).and_then(|text| {
-            let numbers: Vec<f32> = text.split(' ').filter_map(|n| n.parse().ok()).collect();
-            Some(HandParams::from_array(numbers.try_into().ok()?))
+            let values: Vec<f32> = text.split(' ').filter_map(|n| n.parse().ok()).collect();
+            Some(HandParams::from_array(values.try_into().ok()?))
         });
         Ok(Self { config, network, mean_pose })
     }

@@ -18,29 +18,29 @@ use crate::toml_text;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct HandConfig {
-    /// From which every random number of the experiment follows.
+    /// Seed of every random stream of the experiment.
     pub seed: u64,
-    /// Scene, motion and camera, and how much to record of them.
+    /// Scene, motion and camera, and the amount of recordings.
     pub simulation: SimulationConfig,
-    /// What the network sees of the events.
+    /// Input of the network.
     pub representation: RepresentationConfig,
-    /// How training windows are varied.
+    /// Augmentation of training windows.
     pub augmentation: WindowAugmentation,
-    /// Layers.
+    /// Shape of the network.
     pub network: HandRegressorConfig,
-    /// What training minimises.
+    /// Scales of the loss.
     pub loss: HandLossConfig,
     /// Optimiser and duration.
     pub training: TrainingConfig,
-    /// How predictions are smoothed.
+    /// Temporal filter of predictions.
     pub filter: HandFilterConfig,
-    /// How poses are estimated in the mode for slow hands.
+    /// The slow-motion mode.
     pub slow_motion: SlowMotionConfig,
     /// Held-out data.
     pub evaluation: EvaluationConfig,
 }
 
-/// What the network sees of the events.
+/// The input of the network.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct RepresentationConfig {
@@ -48,7 +48,7 @@ pub struct RepresentationConfig {
     pub name: String,
     /// Length of the window at evaluation, in milliseconds. Training varies it.
     pub window_ms: u32,
-    /// Which polarity is channel 0.
+    /// The polarity of channel 0.
     pub channel_order: ChannelOrder,
 }
 
@@ -76,19 +76,19 @@ pub enum DeviceStrategy {
 pub struct TrainingConfig {
     /// Windows per optimiser step, of all devices together.
     pub batch_size: usize,
-    /// How many devices of the machine share the windows of every step.
+    /// Number of devices that share the windows of every step.
     pub devices: usize,
     /// How several devices work together.
     pub strategy: DeviceStrategy,
-    /// Of Adam, constant.
+    /// Learning rate of Adam, constant.
     pub learning_rate: f64,
-    /// Optimiser steps in all.
+    /// Optimiser steps of the whole run.
     pub steps: u64,
     /// Optimiser steps between validations, each of which writes a checkpoint.
     pub steps_per_validation: u64,
-    /// How much of the start of every sequence is kept for validation, in seconds.
+    /// Length of the start of every sequence that is held out for validation, in seconds.
     pub validation_s: f64,
-    /// Windows drawn from it at each validation, at most.
+    /// Maximum number of windows of a validation.
     pub validation_samples: u64,
 }
 
@@ -96,13 +96,14 @@ pub struct TrainingConfig {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct EvaluationConfig {
-    /// How many sequences.
+    /// Number of sequences.
     pub sequences: usize,
     /// Length of each, in seconds.
     pub seconds: f64,
-    /// The first pose judged, in milliseconds from the start: before it no window is full.
+    /// Time of the first evaluated pose, in milliseconds from the start: before it no window is
+    /// full.
     pub first_ms: u32,
-    /// How intervals are found.
+    /// Bootstrap of the confidence intervals.
     pub bootstrap: BootstrapConfig,
 }
 
@@ -161,7 +162,7 @@ impl HandConfig {
         toml_text::load(path, |text| Self::parse(text, overrides))
     }
 
-    /// Reads what a directory was made with, defaults filled in and nothing checked: sequences may be
+    /// Reads the config of a directory, defaults filled in and nothing checked: sequences may be
     /// shorter than a training would need.
     ///
     /// # Errors
@@ -188,7 +189,7 @@ impl HandConfig {
         toml_text::written(self)
     }
 
-    /// Checks what types cannot.
+    /// Checks ranges and combinations of values.
     ///
     /// # Errors
     /// The first field that makes no sense.
@@ -205,8 +206,8 @@ impl HandConfig {
                 "has more channels than the network, which takes 2",
             );
         }
-        if self.slow_motion.batch_surfaces == 0 {
-            return fail("slow_motion.batch_surfaces", "must be at least 1");
+        if self.slow_motion.batch_inputs == 0 {
+            return fail("slow_motion.batch_inputs", "must be at least 1");
         }
         let backbone = backbone_by_name(&self.network.backbone)?;
         let image = self.simulation.image_size();

@@ -63,8 +63,8 @@ pub struct HandEstimator {
 }
 
 impl HandEstimator {
-    /// The plain pipeline: every input is inferred, in batches of `batch`, and the published Kalman filter
-    /// smooths the poses.
+    /// The plain pipeline: every input is inferred, in batches of `batch`, and the published Kalman
+    /// filter smooths the poses.
     ///
     /// # Errors
     /// If the representation is not known or a setting is out of range.
@@ -73,8 +73,8 @@ impl HandEstimator {
         Self::new(config, sensor, batch, None, smoothing)
     }
 
-    /// The slow-motion mode: batches of a scene at rest repeat earlier poses, and the filter has two
-    /// settings.
+    /// The slow-motion mode: batches of a scene at rest repeat earlier poses, and the filter has
+    /// two settings.
     ///
     /// # Errors
     /// As [`Self::plain`].
@@ -139,8 +139,8 @@ impl HandEstimator {
         self.pending.clear();
     }
 
-    /// The poses of the batch if the scene is at rest: those of an earlier batch, once more. The batch is
-    /// then empty.
+    /// The poses of the batch if the scene is at rest: those of an earlier batch, once more. The
+    /// batch is then empty.
     pub fn repeat_at_rest(&mut self) -> Option<Vec<HandEstimate>> {
         let (gate, pending) = (self.gate.as_mut()?, &self.pending);
         if !gate.is_at_rest(pending.values(), pending.len()) {

@@ -1,10 +1,12 @@
-//! The hand's stream online: the newest inputs for the network, and a filter that propagates its poses.
+//! The hand's stream online: the newest inputs for the network, and a filter that propagates its
+//! poses.
 //!
 //! # Model
-//! An input is due when time has passed and events have come. A network that takes one input gets the
-//! newest whenever it is free; one that takes a batch gets the newest batch that is full. Inputs of a scene
-//! at rest are not inferred: the last pose stands. Outputs go through the filter of the slow-motion mode,
-//! with its two settings, at the time stamps of their inputs; propagated poses are the filter's.
+//! An input is due when time has passed and events have come. A network that takes one input gets
+//! the newest whenever it is free; one that takes a batch gets the newest batch that is full.
+//! Inputs of a scene at rest are not inferred: the last pose stands. Outputs go through the filter
+//! of the slow-motion mode, with its two settings, at the time stamps of their inputs; propagated
+//! poses are the filter's.
 //!
 //! # Source
 //! EventHands, live pipeline; there the filter's poses come with those of the network alone.
@@ -36,7 +38,7 @@ pub fn hand_stream<P: Predictor + Send>(
         trigger: RepresentationTrigger::new(&config.slow_motion.trigger, sensor),
         is_due: false,
         view: HandView::new(config)?,
-        // A network of both hands does not tell them apart.
+        // A network of both hands does not distinguish them.
         side: config.simulation.hands.side(0),
     };
     let size = (usize::from(sensor.height), usize::from(sensor.width));

@@ -1,4 +1,4 @@
-//! Anything that turns windows of events into poses.
+//! Predictors of hands: from representations of windows to poses.
 
 use burn::tensor::{Device, Tensor, TensorData};
 use evpose_infer::{Engine, EngineOptions, Precision, Ranges};
@@ -9,24 +9,24 @@ use rayon::prelude::*;
 
 use crate::TaskError;
 
-/// Turns windows of events into poses: a network, a constant.
+/// A predictor of poses: a network, or a constant.
 pub trait Predictor {
-    /// Poses of `surfaces`, which holds whole windows of `[2, height, width]`, one after another;
+    /// Poses of `inputs`, which holds representations of `[2, height, width]`, one after another;
     /// `image_size` is `(height, width)`.
     ///
     /// # Errors
     /// If the computation fails or yields something that is not a number.
     fn predict(
         &mut self,
-        surfaces: &[f32],
+        inputs: &[f32],
         image_size: (usize, usize),
     ) -> Result<Vec<HandParams>, TaskError>;
 }
 
 /// A network: on the CPU compiled, on other devices by Burn.
-pub struct NetworkPredictor(Way);
+pub struct NetworkPredictor(Backend);
 
-enum Way {
+enum Backend {
     Compiled(Box<Compiled>),
     Burn { network: Box<HandRegressor>, device: Device },
 }
@@ -40,30 +40,30 @@ impl NetworkPredictor {
         Self::with_burn(network, device)
     }
 
-    /// Predicts with our engine, in so many bits; for 8 of them it has to know the values that layers
-    /// make, see [`QuantizationRanges`](crate::QuantizationRanges).
+    /// Predicts with our engine in `precision`; int8 needs the calibrated ranges of the layers, see
+    /// [`QuantizationRanges`](crate::QuantizationRanges).
     pub fn compiled(network: &HandRegressor, precision: Precision, ranges: Option<Ranges>) -> Self {
         let compiled = Compiled::new(network.graph(), precision, ranges);
-        Self(Way::Compiled(Box::new(compiled)))
+        Self(Backend::Compiled(Box::new(compiled)))
     }
 
     /// Predicts with Burn's own arithmetic on every device.
     pub fn with_burn(network: HandRegressor, device: Device) -> Self {
-        Self(Way::Burn { network: Box::new(network), device })
+        Self(Backend::Burn { network: Box::new(network), device })
     }
 }
 
 impl Predictor for NetworkPredictor {
     fn predict(
         &mut self,
-        surfaces: &[f32],
+        inputs: &[f32],
         (height, width): (usize, usize),
     ) -> Result<Vec<HandParams>, TaskError> {
         let values = match &mut self.0 {
-            Way::Compiled(compiled) => compiled.values(surfaces, [2, height, width])?,
-            Way::Burn { network, device } => {
-                let shape = [surfaces.len() / (2 * height * width), 2, height, width];
-                let data = TensorData::new(surfaces.to_vec(), shape);
+            Backend::Compiled(compiled) => compiled.values(inputs, [2, height, width])?,
+            Backend::Burn { network, device } => {
+                let shape = [inputs.len() / (2 * height * width), 2, height, width];
+                let data = TensorData::new(inputs.to_vec(), shape);
                 let output = network.forward(Tensor::<4>::from_data(data, &*device));
                 output.into_data().iter().collect()
             }
@@ -82,22 +82,23 @@ struct Compiled {
     precision: Precision,
     ranges: Option<Ranges>,
     shape: [usize; 3],
-    /// One that uses all threads, for windows that come one by one.
-    alone: Option<Engine>,
-    /// One for each thread, for windows that come together.
-    together: Vec<Engine>,
+    /// An engine with all threads, for single windows.
+    single: Option<Engine>,
+    /// An engine of one thread for each thread, for batches.
+    parallel: Vec<Engine>,
 }
 
 impl Compiled {
     fn new(graph: Graph, precision: Precision, ranges: Option<Ranges>) -> Self {
-        Self { graph, precision, ranges, shape: [0; 3], alone: None, together: Vec::new() }
+        Self { graph, precision, ranges, shape: [0; 3], single: None, parallel: Vec::new() }
     }
 
-    /// What the network says of windows of a shape, one after another. Bits do not depend on threads.
+    /// The outputs for windows of a shape, one after another; the same bits on any number of
+    /// threads.
     fn values(&mut self, windows: &[f32], shape: [usize; 3]) -> Result<Vec<f32>, TaskError> {
         if shape != self.shape {
-            (self.shape, self.alone) = (shape, None);
-            self.together.clear();
+            (self.shape, self.single) = (shape, None);
+            self.parallel.clear();
         }
         let size: usize = shape.iter().product();
         let threads = rayon::current_num_threads();
@@ -108,24 +109,24 @@ impl Compiled {
             Engine::compile_with(&self.graph, shape, options, ranges).map_err(TaskError::from)
         };
         if windows.len() == size {
-            let engine = match self.alone.take() {
+            let engine = match self.single.take() {
                 Some(engine) => engine,
                 None => compile(threads)?,
             };
-            return Ok(self.alone.insert(engine).run(windows).concat());
+            return Ok(self.single.insert(engine).run(windows).concat());
         }
         let count = windows.len() / size;
         let parts = threads.clamp(1, count.max(1));
-        while self.together.len() < parts {
-            let engine = match self.together.first() {
+        while self.parallel.len() < parts {
+            let engine = match self.parallel.first() {
                 Some(engine) => engine.another(),
                 None => compile(1)?,
             };
-            self.together.push(engine);
+            self.parallel.push(engine);
         }
         let part = count.div_ceil(parts).max(1) * size;
         let values: Vec<Vec<f32>> = self
-            .together
+            .parallel
             .par_iter_mut()
             .zip(windows.par_chunks(part))
             .map(|(engine, windows)| {
@@ -136,16 +137,16 @@ impl Compiled {
     }
 }
 
-/// Always the same pose: what a network has to beat.
+/// A constant pose, the baseline of evaluations.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ConstantPose(pub HandParams);
 
 impl Predictor for ConstantPose {
     fn predict(
         &mut self,
-        surfaces: &[f32],
+        inputs: &[f32],
         (height, width): (usize, usize),
     ) -> Result<Vec<HandParams>, TaskError> {
-        Ok(vec![self.0; surfaces.len() / (2 * height * width)])
+        Ok(vec![self.0; inputs.len() / (2 * height * width)])
     }
 }

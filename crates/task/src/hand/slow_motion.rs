@@ -4,24 +4,26 @@ use evpose_pose::filter::{AdaptiveFilterConfig, StillnessConfig};
 use evpose_repr::TriggerConfig;
 use serde::{Deserialize, Serialize};
 
-/// Settings of the slow-motion mode. `Default` has the published numbers.
+/// Settings of the slow-motion mode. `Default` has the published values.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SlowMotionConfig {
-    /// Surfaces predicted at once.
-    pub batch_surfaces: usize,
-    /// When there is a surface.
+    /// Inputs of one inference.
+    #[serde(alias = "batch_surfaces")]
+    pub batch_inputs: usize,
+    /// Trigger of inputs.
     pub trigger: TriggerConfig,
-    /// When a batch is not predicted. Its sum is meant for LNES.
+    /// Criterion of a scene at rest, whose batches are not inferred. Its threshold is meant for
+    /// LNES.
     pub stillness: StillnessConfig,
-    /// How poses are smoothed.
+    /// Temporal filter of poses.
     pub filter: AdaptiveFilterConfig,
 }
 
 impl Default for SlowMotionConfig {
     fn default() -> Self {
         Self {
-            batch_surfaces: 16,
+            batch_inputs: 16,
             trigger: TriggerConfig::default(),
             stillness: StillnessConfig::default(),
             filter: AdaptiveFilterConfig::default(),

@@ -33,7 +33,7 @@ impl SlowMotionTracker {
     pub fn new(config: &HandConfig, sensor: SensorSize) -> Result<Self, TaskError> {
         let mode = &config.slow_motion;
         Ok(Self {
-            estimator: HandEstimator::slow_motion(config, sensor, mode.batch_surfaces)?,
+            estimator: HandEstimator::slow_motion(config, sensor, mode.batch_inputs)?,
             window: config.representation.window(),
             trigger: RepresentationTrigger::new(&mode.trigger, sensor),
             span: None,
@@ -120,9 +120,9 @@ fn complete(
     Ok(())
 }
 
-/// Poses of a recording at every millisecond, from the end of the first full window on; only the last one
-/// where the recording is shorter. The pose at `k` ms is that of the events before `k + 1` ms, as in
-/// training. `progress` is called with the number of poses that were added.
+/// Poses of a recording at every millisecond, from the end of the first full window on; only the
+/// last one where the recording is shorter. The pose at `k` ms is that of the events before `k + 1`
+/// ms, as in training. `progress` is called with the number of poses that were added.
 ///
 /// # Errors
 /// If a setting is out of range or a prediction fails.
@@ -163,10 +163,10 @@ mod tests {
 
     use super::*;
 
-    /// The whole of the published size, so that its numbers are the published ones.
+    /// The whole of the published size, so that thresholds are the published ones.
     const SENSOR: SensorSize = SensorSize::DAVIS240C;
 
-    /// Predicts the number of the surface, counted over all that it was shown.
+    /// Predicts the index of the input, counted over all that it was given.
     #[derive(Default)]
     struct Counting {
         shown: usize,
@@ -176,10 +176,10 @@ mod tests {
     impl Predictor for Counting {
         fn predict(
             &mut self,
-            surfaces: &[f32],
+            inputs: &[f32],
             (height, width): (usize, usize),
         ) -> Result<Vec<HandParams>, TaskError> {
-            let count = surfaces.len() / (2 * height * width);
+            let count = inputs.len() / (2 * height * width);
             self.batches.push(count);
             Ok((0..count)
                 .map(|_| {
@@ -217,7 +217,7 @@ mod tests {
     #[test]
     fn a_fast_scene_has_a_pose_a_millisecond_in_batches_of_sixteen() {
         let (poses, predictor) = run(&events(0..150, 20));
-        // From 100 ms on, 50 surfaces: three batches, and two surfaces that wait.
+        // From 100 ms on, 50 inputs: three batches, and two inputs that wait.
         assert_eq!(predictor.batches, [16, 16, 16]);
         let times: Vec<i64> = poses.iter().map(|pose| pose.t.0).collect();
         assert_eq!(times, (100..148).map(|ms| ms * 1_000).collect::<Vec<_>>());
@@ -225,10 +225,10 @@ mod tests {
         assert!(poses.iter().all(|pose| !pose.is_repeated));
     }
 
-    /// Two events a millisecond: a surface every 6 ms, and a window of 200 pixels with a mean of
+    /// Two events a millisecond: an input every 6 ms, and a window of 200 pixels with a mean of
     /// about a half, which is less than 300.
     #[test]
-    fn a_scene_at_rest_has_fewer_surfaces_and_repeats_its_first_predictions() {
+    fn a_scene_at_rest_has_fewer_inputs_and_repeats_its_first_predictions() {
         let (poses, predictor) = run(&events(0..700, 2));
         assert_eq!(predictor.batches, [16], "only the first batch is predicted");
         let gaps: Vec<i64> = poses.windows(2).map(|pair| (pair[1].t - pair[0].t).0).collect();

@@ -54,8 +54,8 @@ impl HandView {
         self.actor.faces(side)
     }
 
-    /// The vertices of the neutral hand of `side`: pixels to the right and down, and how far from the camera,
-    /// by the scale of its wrist. None if some of it is behind the camera.
+    /// The vertices of the neutral hand of `side`: pixels to the right and down, and how far from
+    /// the camera, by the scale of its wrist. None if some of it is behind the camera.
     pub fn vertices_px(
         &self,
         side: HandSide,

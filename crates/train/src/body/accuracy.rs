@@ -1,11 +1,11 @@
-//! How many joints are found nearly where they are: what training writes down after each epoch.
+//! The share of correctly detected joints, which training logs for each batch.
 
 use evpose_pose::body::{BodyJoint, BodyLabel, number};
 use glam::Vec2;
 use serde::{Deserialize, Serialize};
 
-/// What errors are compared with. Lengths are relative to the image's width and height, so that in
-/// an image wider than high an error counts for more upright than across, as published.
+/// The length that errors are relative to. Lengths are relative to the image's width and height, so
+/// that in an image wider than high an error counts for more upright than across, as published.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum BodyMeasure {
@@ -20,11 +20,11 @@ pub enum BodyMeasure {
     Head,
 }
 
-/// When a joint counts as found.
+/// The criterion of a correct detection.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct BodyAccuracyConfig {
-    /// What errors are compared with.
+    /// The length that errors are relative to.
     pub measure: BodyMeasure,
     /// The largest error, relative to it.
     pub threshold: f32,
@@ -37,21 +37,21 @@ impl Default for BodyAccuracyConfig {
     }
 }
 
-/// Counts of joints that were found.
+/// Counts of correctly detected joints.
 ///
 /// # Model
-/// A joint is found if it is at most `threshold` times the measure from where it should be. The
-/// share of those labelled is taken for each joint, then their mean, so that joints seldom labelled
-/// count as much.
+/// A detection is correct if it is at most `threshold` times the measure from where it should be.
+/// The share of those labelled is taken for each joint, then their mean, so that joints seldom
+/// labelled count as much.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct BodyAccuracy {
-    found: Vec<u64>,
+    correct: Vec<u64>,
     labelled: Vec<u64>,
     without_measure: u64,
 }
 
 impl BodyMeasure {
-    /// Of a person; none if it is not known.
+    /// The length for a person; none if it is not known.
     pub fn of(self, label: &BodyLabel) -> Option<f32> {
         let written = |size: Option<f32>| size.filter(|size| *size > 0.0);
         match self {
@@ -75,19 +75,24 @@ fn torso(label: &BodyLabel) -> Option<f32> {
 }
 
 impl BodyAccuracy {
-    /// Of bodies of so many joints, none seen yet.
+    /// No counts yet, for bodies of `joints` joints.
     pub fn new(joints: usize) -> Self {
-        Self { found: vec![0; joints], labelled: vec![0; joints], without_measure: 0 }
+        Self { correct: vec![0; joints], labelled: vec![0; joints], without_measure: 0 }
     }
 
     /// Counts the joints of one body, compared with its label.
     ///
     /// # Panics
-    /// If there are other numbers of joints.
-    pub fn push(&mut self, config: BodyAccuracyConfig, found: &[BodyJoint], label: &BodyLabel) {
+    /// If the counts of joints differ.
+    pub fn push(
+        &mut self,
+        config: BodyAccuracyConfig,
+        detections: &[BodyJoint],
+        label: &BodyLabel,
+    ) {
         let truth =
             label.keypoints.iter().map(|joint| joint.is_labelled().then_some(joint.position));
-        self.count(config, found, truth, label);
+        self.count(config, detections, truth, label);
     }
 
     /// Counts the joints of one body, compared with what was read off the maps that it was trained
@@ -96,59 +101,59 @@ impl BodyAccuracy {
     /// the body's middle are up to a cell off.
     ///
     /// # Panics
-    /// If there are other numbers of joints.
+    /// If the counts of joints differ.
     pub fn push_decoded(
         &mut self,
         config: BodyAccuracyConfig,
-        found: &[BodyJoint],
+        detections: &[BodyJoint],
         truth: &[BodyJoint],
         label: &BodyLabel,
     ) {
-        self.count(config, found, truth.iter().map(|joint| joint.position), label);
+        self.count(config, detections, truth.iter().map(|joint| joint.position), label);
     }
 
     fn count(
         &mut self,
         config: BodyAccuracyConfig,
-        found: &[BodyJoint],
+        detections: &[BodyJoint],
         truth: impl ExactSizeIterator<Item = Option<Vec2>>,
         label: &BodyLabel,
     ) {
-        let joints = self.found.len();
-        assert_eq!([found.len(), truth.len()], [joints; 2], "as many joints everywhere");
+        let joints = self.correct.len();
+        assert_eq!([detections.len(), truth.len()], [joints; 2], "as many joints everywhere");
         let Some(measure) = config.measure.of(label) else {
             self.without_measure += 1;
             return;
         };
-        let most = config.threshold * measure;
-        for (joint, (found, truth)) in found.iter().zip(truth).enumerate() {
+        let max_error = config.threshold * measure;
+        for (joint, (detection, truth)) in detections.iter().zip(truth).enumerate() {
             let Some(truth) = truth else { continue };
-            let is_found = found.position.is_some_and(|at| at.distance(truth) <= most);
-            self.found[joint] += u64::from(is_found);
+            let is_correct = detection.position.is_some_and(|at| at.distance(truth) <= max_error);
+            self.correct[joint] += u64::from(is_correct);
             self.labelled[joint] += 1;
         }
     }
 
-    /// Adds what another counted.
+    /// Adds the counts of another.
     ///
     /// # Panics
-    /// If it is of another number of joints.
+    /// If the counts of joints differ.
     pub fn merge(&mut self, other: &Self) {
-        assert_eq!(self.found.len(), other.found.len(), "as many joints in both");
+        assert_eq!(self.correct.len(), other.correct.len(), "as many joints in both");
         self.without_measure += other.without_measure;
         let add = |ours: &mut [u64], theirs: &[u64]| {
             ours.iter_mut().zip(theirs).for_each(|(ours, theirs)| *ours += theirs);
         };
-        add(&mut self.found, &other.found);
+        add(&mut self.correct, &other.correct);
         add(&mut self.labelled, &other.labelled);
     }
 
-    /// The share found of each joint; none where it was never labelled.
+    /// The share of correct detections of each joint; none where it was never labelled.
     pub fn per_joint(&self) -> Vec<Option<f64>> {
-        let share = |(&found, &labelled): (&u64, &u64)| {
-            (labelled > 0).then(|| found as f64 / labelled as f64)
+        let share = |(&correct, &labelled): (&u64, &u64)| {
+            (labelled > 0).then(|| correct as f64 / labelled as f64)
         };
-        self.found.iter().zip(&self.labelled).map(share).collect()
+        self.correct.iter().zip(&self.labelled).map(share).collect()
     }
 
     /// The mean over joints that were labelled; none without any.

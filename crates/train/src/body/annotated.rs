@@ -10,13 +10,14 @@ use rayon::prelude::*;
 use super::frames::{BodyFrame, BodyFrames};
 use crate::TrainError;
 
-/// What a directory may hold to train on: an annotation file and a folder of images.
+/// Names of an annotation file and of the folder of its images in a directory.
 const SETS: [(&str, &str); 2] = [("poses.json", "images"), ("train.json", "eros")];
 
 /// The images of an annotation file, or of a directory that holds `poses.json` and `images/` or
 /// `train.json` and `eros/`.
 ///
-/// Images of a clip or of a photograph are of one sequence; sequences are numbered as they first come.
+/// Images of a clip or of a photograph are of one sequence; sequences are numbered as they first
+/// come.
 pub(super) fn frames(
     data: &Path,
     progress: &(dyn Fn(u64) + Sync),
@@ -69,14 +70,14 @@ fn find(data: &Path) -> Result<(PathBuf, PathBuf), TrainError> {
     }
 }
 
-/// The number of each image's sequence.
+/// The index of each image's sequence.
 fn sequences(annotations: &[Annotation]) -> Vec<u64> {
     let mut known = HashMap::new();
-    let numbers = annotations.iter().map(|annotation| {
+    let indices = annotations.iter().map(|annotation| {
         let next = known.len() as u64;
         *known.entry(annotation.sequence()).or_insert(next)
     });
-    numbers.collect()
+    indices.collect()
 }
 
 #[cfg(test)]
@@ -102,7 +103,7 @@ mod tests {
         }
     }
 
-    fn found(data: &Path) -> Vec<(usize, u64, i64)> {
+    fn read(data: &Path) -> Vec<(usize, u64, i64)> {
         let frames = frames(data, &|_| {}).unwrap().frames;
         frames.iter().map(|frame| (frame.image.width(), frame.sequence, frame.t.0)).collect()
     }
@@ -122,8 +123,8 @@ mod tests {
         for (file, images) in SETS {
             let directory = tempfile::tempdir().unwrap();
             write(directory.path(), file, images, &NAMES);
-            assert_eq!(found(directory.path()), WANT);
-            assert_eq!(found(&directory.path().join(file)), WANT);
+            assert_eq!(read(directory.path()), WANT);
+            assert_eq!(read(&directory.path().join(file)), WANT);
         }
     }
 
@@ -131,7 +132,7 @@ mod tests {
     fn any_file_beside_images_can_be_read() {
         let directory = tempfile::tempdir().unwrap();
         write(directory.path(), "test.json", "eros", &NAMES);
-        assert_eq!(found(&directory.path().join("test.json")), WANT);
+        assert_eq!(read(&directory.path().join("test.json")), WANT);
         let failed = frames(directory.path(), &|_| {}).unwrap_err().to_string();
         assert!(failed.contains("train.json") && failed.contains("evpose prepare"), "{failed}");
     }

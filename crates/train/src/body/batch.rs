@@ -62,7 +62,7 @@ impl BodyBatch {
         slices.collect()
     }
 
-    /// What the loss takes.
+    /// The batch as tensors, for the loss.
     pub fn into_tensors(self, device: &Device) -> BodyTargets {
         let Self { samples, joints, side, .. } = self;
         let pairs = |pairs: Vec<[f32; 2]>| {

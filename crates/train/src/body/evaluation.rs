@@ -52,8 +52,8 @@ impl BodyResults {
     }
 }
 
-/// Evaluates a network on recordings: a prediction every `every` from the first sample of its config on,
-/// and for comparison the mean pose. `progress` receives 1 after each recording.
+/// Evaluates a network on recordings: a prediction every `every` from the first sample of its
+/// config on, and for comparison the mean pose. `progress` receives 1 after each recording.
 ///
 /// # Errors
 /// If a recording cannot be read.
@@ -101,8 +101,8 @@ pub fn evaluate_body(
     Ok(BodyResults { recordings })
 }
 
-/// Evaluates a network, and for comparison the mean pose, on images with labels. Returns the scores of
-/// both, in this order.
+/// Evaluates a network, and for comparison the mean pose, on images with labels. Returns the scores
+/// of both, in this order.
 ///
 /// # Errors
 /// If a label is not finite.
@@ -145,8 +145,8 @@ pub fn ground_truth(table: &PoseTable) -> Vec<BodyTruth> {
     table.rows.iter().map(|row| BodyTruth::by_torso(row.t.as_seconds(), row.joints_px)).collect()
 }
 
-/// The mean of the poses of recordings, relative to the image: the baseline for networks whose checkpoint
-/// does not hold the mean of their training poses.
+/// The mean of the poses of recordings, relative to the image: the baseline for networks whose
+/// checkpoint does not hold the mean of their training poses.
 ///
 /// # Errors
 /// If a table cannot be read.

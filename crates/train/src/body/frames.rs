@@ -14,16 +14,16 @@ use super::recordings::BodyRecordings;
 use crate::TrainError;
 use evpose_task::body::{BodyConfig, BodySourceKind};
 
-/// An image and who is on it.
+/// A labelled image.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BodyFrame {
-    /// What is seen, 0 to 255.
+    /// The image, 0 to 255.
     pub image: Plane<u8>,
-    /// Who is on it.
+    /// The label of the person.
     pub label: BodyLabel,
-    /// Which recording it is from, or which image it is.
+    /// Index of its recording, or of the image.
     pub sequence: u64,
-    /// When, in a recording.
+    /// Time stamp in its recording.
     pub t: Micros,
 }
 
@@ -35,8 +35,8 @@ pub struct BodyFrames {
 }
 
 impl BodyFrames {
-    /// What `config` trains on: photographs are taken anew, all else is read from `data`. `progress` is
-    /// told of every image or recording that is done.
+    /// The training data of `config`: photographs are simulated, all else is read from `data`.
+    /// `progress` receives 1 after each image or recording.
     ///
     /// # Errors
     /// If files cannot be read, or there is nothing to train on.
@@ -54,12 +54,13 @@ impl BodyFrames {
             }
             BodySourceKind::Annotations => super::annotated::frames(data, progress)?,
         };
-        let fewest = config.data.fewest_joints;
+        let min_joints = config.data.min_joints;
         frames.frames.retain(|frame| {
-            frame.label.keypoints.iter().filter(|keypoint| keypoint.is_labelled()).count() >= fewest
+            frame.label.keypoints.iter().filter(|keypoint| keypoint.is_labelled()).count()
+                >= min_joints
         });
         if frames.frames.is_empty() {
-            let message = "no image has as many joints as data.fewest_joints".to_owned();
+            let message = "no image has as many joints as data.min_joints".to_owned();
             return Err(TrainError::Config { path: data.to_owned(), message });
         }
         Ok(frames)
@@ -104,7 +105,8 @@ impl BodyFrames {
         self.frames.is_empty()
     }
 
-    /// Training and validation: of the sequences, each in its whole, the last `share` for the second.
+    /// Training and validation: of the sequences, each in its whole, the last `share` for the
+    /// second.
     pub fn split(self, share: f64) -> (Self, Self) {
         let mut sequences: Vec<u64> = self.frames.iter().map(|frame| frame.sequence).collect();
         sequences.dedup();
@@ -116,8 +118,8 @@ impl BodyFrames {
         (Self { frames: train }, Self { frames: valid })
     }
 
-    /// The mean position of every joint over all labels, relative to the image: what a network has to
-    /// beat. None of a joint that is on no image.
+    /// The mean position of every joint over all labels, relative to the image: what a network has
+    /// to beat. None of a joint that is on no image.
     pub fn mean_pose(&self) -> BodyPoints {
         let mut mean = MeanBody::default();
         self.frames.iter().for_each(|frame| mean.push(&frame.label));
@@ -167,10 +169,10 @@ mod tests {
     #[test]
     fn no_sequence_is_trained_on_and_validated_with() {
         let (train, valid) = frames(&[0, 0, 1, 2, 2, 3]).split(0.25);
-        let numbers = |frames: &BodyFrames| -> Vec<u64> {
+        let indices = |frames: &BodyFrames| -> Vec<u64> {
             frames.frames.iter().map(|frame| frame.sequence).collect()
         };
-        assert_eq!((numbers(&train), numbers(&valid)), (vec![0, 0, 1, 2, 2], vec![3]));
+        assert_eq!((indices(&train), indices(&valid)), (vec![0, 0, 1, 2, 2], vec![3]));
         let (train, valid) = frames(&[0, 1]).split(0.0);
         assert_eq!((train.len(), valid.len()), (2, 0));
     }

@@ -1,4 +1,4 @@
-//! The network of bodies as something Burn can train: one step forward, backward and measured.
+//! The body network with its loss: training and validation steps for Burn.
 
 use burn::module::Module;
 use burn::tensor::Tensor;
@@ -12,7 +12,7 @@ use super::loader::BodyItem;
 use crate::guard::Guard;
 use crate::metric::{Field, LOSS, Scalars};
 
-/// What a batch came to.
+/// The logged values of a batch.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct BodyScalars {
     batch_size: usize,
@@ -44,7 +44,7 @@ impl Scalars for BodyScalars {
     }
 }
 
-/// The registry: everything logged per step.
+/// The values logged per step.
 pub(super) const BODY_FIELDS: [Field<BodyScalars>; 7] = [
     field(LOSS, false, |s| s.loss),
     field("heatmap", false, |s| s.heatmap),
@@ -63,7 +63,7 @@ const fn field(
     Field { name, unit: "", higher_is_better, get }
 }
 
-/// The network together with what judges it.
+/// The network with its loss.
 #[derive(Module, Debug)]
 pub(super) struct BodyLearner {
     pub(super) network: MoveEnet,
@@ -80,7 +80,7 @@ impl BodyLearner {
 
     fn measure(&self, item: BodyItem) -> (BodyLossParts, BodyScalars) {
         let maps = self.network.forward(item.images);
-        let found = accuracy(&maps, &item.labels);
+        let accuracy = accuracy(&maps, &item.labels);
         let parts = self.loss.forward(maps, item.targets);
         let read = |tensor: &Tensor<1>| f64::from(tensor.clone().into_scalar::<f32>());
         let scalars = BodyScalars {
@@ -91,13 +91,13 @@ impl BodyLearner {
             center: read(&parts.center),
             regs: read(&parts.regs),
             offsets: read(&parts.offsets),
-            accuracy: found,
+            accuracy,
         };
         (parts, scalars)
     }
 }
 
-/// The share of joints that are found.
+/// The share of correctly detected joints.
 fn accuracy(maps: &BodyMaps<Tensor<4>>, labels: &[BodyLabel]) -> f64 {
     let [batch, joints, rows, columns] = maps.heatmaps.dims();
     let decoder = BodyDecoder::new([rows, columns], DEFAULT_THRESHOLD);

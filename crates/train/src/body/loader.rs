@@ -1,5 +1,5 @@
-//! Batches of images in an order that depends on nothing but the config, so that a resumed run sees the
-//! same.
+//! Batches of images in an order that depends on nothing but the config, so that a resumed run sees
+//! the same.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -29,7 +29,7 @@ const CHANNELS: usize = 3;
 /// Pixels of the input for each cell of the maps.
 const CELL_PX: usize = 4;
 
-/// Images and what the network should say of them.
+/// Images with targets and labels.
 #[derive(Debug, Clone)]
 pub(super) struct BodyItem {
     /// `[batch, 3, side, side]`, 0 to 255.
@@ -92,7 +92,7 @@ impl BodyLoader {
         Self::new(data, config, Passes::Validation { samples }, device)
     }
 
-    /// How the sample at a position is seen, and which image it is.
+    /// The image of the sample at a position, and its view.
     fn view(&self, position: u64) -> (usize, BodyView) {
         match self.passes {
             Passes::Training { .. } => {
@@ -108,7 +108,7 @@ impl BodyLoader {
         }
     }
 
-    fn numbers(&self, positions: Range<u64>) -> Numbers {
+    fn host_batch(&self, positions: Range<u64>) -> HostBatch {
         let count = (positions.end - positions.start) as usize;
         let pixels = self.side_px * self.side_px;
         let mut images = vec![0.0; count * CHANNELS * pixels];
@@ -127,34 +127,34 @@ impl BodyLoader {
                 view.label().clone()
             })
             .collect();
-        Numbers { images, batch, labels }
+        HostBatch { images, batch, labels }
     }
 
-    fn item(&self, numbers: Numbers, step: u64) -> BodyItem {
-        let shape = [numbers.labels.len(), CHANNELS, self.side_px, self.side_px];
+    fn item(&self, host: HostBatch, step: u64) -> BodyItem {
+        let shape = [host.labels.len(), CHANNELS, self.side_px, self.side_px];
         BodyItem {
-            images: Tensor::from_data(TensorData::new(numbers.images, shape), &self.device),
-            targets: numbers.batch.into_tensors(&self.device),
-            labels: numbers.labels,
+            images: Tensor::from_data(TensorData::new(host.images, shape), &self.device),
+            targets: host.batch.into_tensors(&self.device),
+            labels: host.labels,
             step,
         }
     }
 }
 
-/// The numbers of a batch, not yet on the device.
-struct Numbers {
+/// A batch in the memory of the host, not yet on the device.
+struct HostBatch {
     images: Vec<f32>,
     batch: BodyBatch,
     labels: Vec<BodyLabel>,
 }
 
-/// A pass that goes on.
+/// A pass in progress.
 struct Batches<'a> {
     loader: &'a BodyLoader,
     interval: usize,
     pass: Range<u64>,
     next: u64,
-    numbers: Prefetch<Numbers>,
+    batches: Prefetch<HostBatch>,
     started: Instant,
 }
 
@@ -162,17 +162,17 @@ impl Iterator for Batches<'_> {
     type Item = Result<BodyItem, DatasetError>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        let numbers = self.numbers.next()?;
-        self.next += numbers.labels.len() as u64;
+        let batch = self.batches.next()?;
+        self.next += batch.labels.len() as u64;
         let step = self.next / self.loader.batch_size as u64;
-        Some(Ok(self.loader.item(numbers, step)))
+        Some(Ok(self.loader.item(batch, step)))
     }
 }
 
 impl Drop for Batches<'_> {
     fn drop(&mut self) {
         if let Some(meter) = &self.loader.meter {
-            let wait = DataWait { training: self.started.elapsed(), waited: self.numbers.waited() };
+            let wait = DataWait { training: self.started.elapsed(), waited: self.batches.waited() };
             meter.add(self.interval, wait);
         }
     }
@@ -191,14 +191,15 @@ impl DataLoader<BodyItem> for BodyLoader {
         let (loader, end) = (self.clone(), pass.end);
         let starts = pass.clone().step_by(self.batch_size);
         let size = self.batch_size as u64;
-        let numbers =
-            Prefetch::new(starts.map(move |start| loader.numbers(start..(start + size).min(end))));
+        let batches = Prefetch::new(
+            starts.map(move |start| loader.host_batch(start..(start + size).min(end))),
+        );
         Box::new(Batches {
             loader: self,
             interval,
             next: pass.start,
             pass,
-            numbers,
+            batches,
             started: Instant::now(),
         })
     }
@@ -211,7 +212,7 @@ impl DataLoader<BodyItem> for BodyLoader {
         Arc::new(Self { device: device.clone(), ..self.clone() })
     }
 
-    /// One device trains: there is nothing to share.
+    /// Bodies train on one device.
     fn slice(&self, _: usize, _: usize) -> Arc<dyn DataLoader<BodyItem>> {
         Arc::new(self.clone())
     }

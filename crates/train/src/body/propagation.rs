@@ -1,9 +1,10 @@
 //! Evaluation of poses propagated from detections by the velocities of events.
 //!
 //! # Model
-//! The network runs at a rate of its own, and a detection becomes known a latency after the time stamp
-//! of its input. Without propagation the last detection stands until the next one; with propagation
-//! events since then move each joint on. Both are compared with the ground truth at the same instants.
+//! The network runs at a rate of its own, and a detection becomes known a latency after the time
+//! stamp of its input. Without propagation the last detection stands until the next one; with
+//! propagation events since then move each joint on. Both are compared with the ground truth at the
+//! same instants.
 
 use std::path::{Path, PathBuf};
 
@@ -60,7 +61,8 @@ pub fn propagated_poses(
             let joints = predictor.joints(&image);
             pending.push((t, ScoredPoints::in_image(&joints, sensor)));
             next_inference = next_inference + period;
-            // A network that is faster than the output runs once per output, and accumulates no debt.
+            // A network that is faster than the output runs once per output, and accumulates no
+            // debt.
             if next_inference <= t {
                 next_inference = t + period;
             }
@@ -80,8 +82,8 @@ pub fn propagated_poses(
 
 /// Scores of recordings without and with propagation.
 ///
-/// A filter leaves out joints that the network detected with little confidence. A mean error over the
-/// remaining ones would flatter it, so both are also compared on the joints that both have.
+/// A filter leaves out joints that the network detected with little confidence. A mean error over
+/// the remaining ones would flatter it, so both are also compared on the joints that both have.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PropagationResults {
     /// The last detections, unchanged.

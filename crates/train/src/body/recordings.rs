@@ -12,12 +12,13 @@ use rayon::prelude::*;
 use super::frames::{BodyFrame, BodyFrames, label_of};
 use crate::TrainError;
 use evpose_task::body::RepresentationReader;
-use evpose_task::body::{BodyConfig, LabelMoment};
+use evpose_task::body::{BodyConfig, LabelTime};
 
 /// Ending of the tables.
 const POSES: &str = ".poses.csv";
 
-/// A directory of recordings, each `0007.raw`, or of any other format, with `0007.poses.csv` beside it.
+/// A directory of recordings, each `0007.raw`, or of any other format, with `0007.poses.csv` beside
+/// it.
 #[derive(Debug, Clone)]
 pub struct BodyRecordings {
     /// Events and poses of each, by name.
@@ -25,7 +26,7 @@ pub struct BodyRecordings {
 }
 
 impl BodyRecordings {
-    /// Finds those of a directory.
+    /// The recordings of a directory.
     ///
     /// # Errors
     /// If it cannot be read, or holds none.
@@ -81,7 +82,7 @@ impl BodyRecordings {
 }
 
 impl BodyRecordings {
-    /// Photographs of the moments of [`Self::frames`], by those who were recorded: the directory must be
+    /// Photographs at the sample times of [`Self::frames`], simulated again: the directory must be
     /// one of `evpose simulate`, with its config.
     ///
     /// # Errors
@@ -97,7 +98,7 @@ impl BodyRecordings {
         let sensor = made_with.simulation.sensor_size;
         let of = |(sequence, (_, poses)): (usize, &(PathBuf, PathBuf))| {
             let track = PoseTrack(PoseTable::read(poses)?);
-            let (first, step) = moments(config);
+            let (first, step) = sample_times(config);
             let times: Vec<Micros> = (0..)
                 .map(|k| first + Micros(k * step.0))
                 .take_while(|t| *t <= track.end())
@@ -117,8 +118,8 @@ impl BodyRecordings {
     }
 }
 
-/// The first moment of a recording that is looked at, and the time to the next.
-fn moments(config: &BodyConfig) -> (Micros, Micros) {
+/// The time of the first sample of a recording, and the interval between samples.
+fn sample_times(config: &BodyConfig) -> (Micros, Micros) {
     let micros = |ms: u32| Micros(1_000 * i64::from(ms));
     (micros(config.data.first_ms), micros(config.data.every_ms))
 }
@@ -129,19 +130,19 @@ fn frames_of(
     sequence: u64,
 ) -> Result<Vec<BodyFrame>, TrainError> {
     let track = PoseTrack(PoseTable::read(poses)?);
-    let mut film = RepresentationReader::open(events, &config.image)?;
+    let mut reader = RepresentationReader::open(events, &config.image)?;
     let counted = match config.data.label_at {
-        LabelMoment::Now => 0,
-        LabelMoment::MeanOf(events) => events,
+        LabelTime::Now => 0,
+        LabelTime::MeanOf(events) => events,
     };
     let mut recent = RecentTimes { most: counted, times: VecDeque::new() };
     let mut frames = Vec::new();
-    let (mut t, step) = moments(config);
+    let (mut t, step) = sample_times(config);
     while t <= track.end() {
-        let image = film.at(t, |events| recent.push(events))?;
+        let image = reader.at(t, |events| recent.push(events))?;
         let labelled_at = recent.mean().unwrap_or(t);
         if let Some(joints_px) = track.at(labelled_at) {
-            let label = label_of(&joints_px, film.sensor());
+            let label = label_of(&joints_px, reader.sensor());
             frames.push(BodyFrame { image, label, sequence, t });
         }
         t = t + step;
@@ -159,8 +160,8 @@ impl PoseTrack {
         self.0.rows.last().map_or(Micros(-1), |row| row.t)
     }
 
-    /// Where joints are at a time, between the poses around it: a joint that one of them has not is on
-    /// the image for neither. None outside of the table.
+    /// The joints at a time, linearly interpolated; a joint that either of the poses around it
+    /// lacks is missing. None outside of the table.
     pub fn at(&self, t: Micros) -> Option<BodyPoints> {
         let rows = &self.0.rows;
         let next = rows.partition_point(|row| row.t < t);
@@ -221,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn poses_between_rows_are_linear_and_known_only_where_both_are() {
+    fn poses_are_interpolated_where_both_rows_have_the_joint() {
         let rows = vec![row(10, Some(1.0)), row(20, Some(3.0)), row(30, None)];
         let track = PoseTrack(PoseTable { rows });
         let at = |t_us: i64| track.at(Micros(t_us)).map(|joints| joints[4]);

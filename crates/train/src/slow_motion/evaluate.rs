@@ -18,8 +18,8 @@ const CHUNK: u64 = 500;
 /// Scores of the slow-motion mode and its usage of the network.
 #[derive(Debug, Clone)]
 pub struct SlowMotionResults {
-    /// `slow_motion`: each pose counts from the time stamp of its input. `slow_motion_live`: only from
-    /// when its batch was full, which is the pose on the screen of a live run.
+    /// `slow_motion`: each pose counts from the time stamp of its input. `slow_motion_live`: only
+    /// from when its batch was full, which is the pose on the screen of a live run.
     pub methods: Vec<MethodResults>,
     /// Usage, summed over all sequences.
     pub usage: SlowMotionUsage,
@@ -55,8 +55,8 @@ impl SlowMotionUsage {
 }
 
 /// Evaluates the slow-motion mode on every sequence of `data`, at the same frames as
-/// [`evaluate`](crate::evaluate). Until its first pose, `before` stands for it; between two poses, the
-/// earlier one. `progress` receives milliseconds of the sequences.
+/// [`evaluate`](crate::evaluate). Until its first pose, `before` stands for it; between two poses,
+/// the earlier one. `progress` receives milliseconds of the sequences.
 ///
 /// # Errors
 /// If a sequence cannot be read or a prediction fails.
@@ -105,8 +105,8 @@ fn newest(
     poses[..poses.partition_point(|pose| since(pose) < end)].last()
 }
 
-/// All poses of one sequence. The burst of events at a change of the scene is skipped: the mode starts
-/// again after it.
+/// All poses of one sequence. The burst of events at a change of the scene is skipped: the mode
+/// starts again after it.
 fn track(
     config: &HandConfig,
     sequence: &HandSequence,

@@ -1,19 +1,19 @@
-//! The slow-motion mode: poses where there is something to see, instead of one every millisecond.
+//! The slow-motion mode: poses where events trigger them, instead of one every millisecond.
 //!
 //! # Model
-//! A trigger makes a surface when enough time has passed *and* enough events have come
-//! ([`RepresentationTrigger`](evpose_repr::RepresentationTrigger)). Surfaces are gathered in batches. A full batch
-//! is predicted, or gets the previous predictions where the scene is at rest
+//! A trigger samples an input when enough time has passed *and* enough events have come
+//! ([`RepresentationTrigger`](evpose_repr::RepresentationTrigger)). Inputs are gathered in batches.
+//! A full batch is predicted, or gets the previous predictions where the scene is at rest
 //! ([`StillnessGate`](evpose_pose::filter::StillnessGate)). Each pose goes through a Kalman filter
-//! with two settings, at the time of its surface
+//! with two settings, at the time stamp of its input
 //! ([`AdaptiveHandFilter`](evpose_pose::filter::AdaptiveHandFilter)).
 //!
-//! A pose is known when its batch is full: up to 16 ms after its surface while the hand moves fast,
+//! A pose is known when its batch is full: up to 16 ms after its input while the hand moves fast,
 //! and later the slower it moves.
 //!
 //! # Source
-//! EventHands, supplement and live pipeline. There the first surfaces show less than a window of
-//! events; here surfaces begin when the first window is full.
+//! EventHands, supplement and live pipeline. There the first inputs hold less than a window of
+//! events; here inputs begin when the first window is full.
 
 mod evaluate;
 

@@ -27,8 +27,8 @@ impl RunDirectory<'_> {
         self.0.join("checkpoint")
     }
 
-    /// Creates the directory and writes its config. Returns the validation interval of the checkpoint to
-    /// continue from, 0 for none.
+    /// Creates the directory and writes its config. Returns the validation interval of the
+    /// checkpoint to continue from, 0 for none.
     ///
     /// # Errors
     /// If it holds checkpoints and `resume` is not given, or the run of another config.

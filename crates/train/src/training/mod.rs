@@ -113,8 +113,8 @@ impl<'a> Run<'a> {
     /// Trains to the end, and writes the last and the best network.
     ///
     /// # Errors
-    /// If a batch or a file cannot be read or written, if the loss stops being finite, or if the run is
-    /// interrupted; checkpoints written before stay.
+    /// If a batch or a file cannot be read or written, if the loss stops being finite, or if the
+    /// run is interrupted; checkpoints written before stay.
     pub(crate) fn train<T: TrainingTask>(
         self,
         task: &T,

@@ -30,8 +30,8 @@ const STEP_COUNT: &str = ".num_batches_tracked";
 /// Reads the weights of a network of shape `config` from a PyTorch file.
 ///
 /// # Errors
-/// [`NnError::Io`] if the file cannot be read, [`NnError::Unreadable`] if it is damaged or of another
-/// kind, [`NnError::Mismatch`] for weights of another network, and those of
+/// [`NnError::Io`] if the file cannot be read, [`NnError::Unreadable`] if it is damaged or of
+/// another kind, [`NnError::Mismatch`] for weights of another network, and those of
 /// [`HandRegressorConfig::init`].
 pub fn load_pytorch(
     path: &Path,
@@ -41,8 +41,8 @@ pub fn load_pytorch(
     read(path, config.zeros(device)?)
 }
 
-/// Reads the weights of a network of shape `config` from a PyTorch file, in the form of the published
-/// 13-joint checkpoints: inverted residuals share the weights of their repetitions.
+/// Reads the weights of a network of shape `config` from a PyTorch file, in the form of the
+/// published 13-joint checkpoints: inverted residuals share the weights of their repetitions.
 ///
 /// # Errors
 /// As [`load_pytorch`].

@@ -31,7 +31,7 @@ fn size(width: usize, height: usize, interpolation: Interpolation) -> Vec<f32> {
 }
 
 /// Made with OpenCV 5.0: `resize` of the image as `float32` (nearest: `INTER_NEAREST_EXACT`),
-/// clipped to 0 to 255, multiplied by hashed numbers (stream 50) and summed.
+/// clipped to 0 to 255, multiplied by hashed values (stream 50) and summed.
 #[test]
 fn images_are_resized_as_by_opencv() {
     use Interpolation::{Area, Cubic, Lanczos4, Linear, Nearest};

@@ -1,4 +1,4 @@
-//! What happens to places: maps from the image to what is seen of it, both from 0 to 1 along either
+//! Geometric augmentation: affine maps from image to view, coordinates from 0 to 1 along either
 //! side.
 
 use evpose_core::CounterRng;
@@ -7,7 +7,7 @@ use glam::{DAffine2, DMat2, DVec2};
 
 use evpose_task::body::BodyAugmentation;
 
-/// Where three points of an image are when it has been skewed.
+/// Targets of the three points that define a skew.
 ///
 /// # Source
 /// The published code: pixels of 192, one of them below the image.
@@ -16,13 +16,13 @@ const SKEWED: [DVec2; 3] = [
     DVec2::new(200.0 / 192.0, 50.0 / 192.0),
     DVec2::new(100.0 / 192.0, 250.0 / 192.0),
 ];
-/// The joints of others beside which nothing is moved, as published: heads and left elbows.
-const TELLING: [usize; 2] = [0, 3];
-/// What a skew may shrink an area to, and more than the other way round none is done: points nearly
-/// on one line tell nothing of the rest.
-const LEAST_AREA: f64 = 0.1;
+/// The joints of other persons that prevent a shift, as published: heads and left elbows.
+const SHIFT_BLOCKERS: [usize; 2] = [0, 3];
+/// The smallest area ratio of a skew, and the inverse of the largest: nearly collinear points
+/// determine no map.
+const MIN_AREA_RATIO: f64 = 0.1;
 
-/// Left becomes right.
+/// The horizontal flip.
 pub(super) fn mirror() -> DAffine2 {
     DAffine2::from_cols(DVec2::NEG_X, DVec2::Y, DVec2::X)
 }
@@ -60,7 +60,7 @@ pub(super) fn draw_map(
             if rng.chance(0.5) { -by } else { by }
         });
         let others = |joint: usize| label.other_keypoints.get(joint).map_or(0, Vec::len);
-        let is_alone = is_alone && TELLING.into_iter().all(|joint| others(joint) == 0);
+        let is_alone = is_alone && SHIFT_BLOCKERS.into_iter().all(|joint| others(joint) == 0);
         is_alone.then(|| DAffine2::from_translation(by.into()))
     } else {
         None
@@ -83,19 +83,19 @@ fn crop(cut: f64, start: DVec2) -> DAffine2 {
     DAffine2::from_scale_angle_translation(DVec2::splat(scale), 0.0, -start * scale)
 }
 
-/// What brings three points to where they are when skewed; none if they lie too badly.
+/// The map from three points to the targets of a skew; none if they are nearly collinear.
 fn skew(from: [DVec2; 3]) -> Option<DAffine2> {
     let sides = |[a, b, c]: [DVec2; 3]| DMat2::from_cols(b - a, c - a);
     let (before, after) = (sides(from), sides(SKEWED));
     let area = after.determinant() / before.determinant();
-    if !(LEAST_AREA..=1.0 / LEAST_AREA).contains(&area) {
+    if !(MIN_AREA_RATIO..=1.0 / MIN_AREA_RATIO).contains(&area) {
         return None;
     }
     let linear = after * before.inverse();
     Some(DAffine2::from_mat2_translation(linear, SKEWED[0] - linear * from[0]))
 }
 
-/// About the middle.
+/// The rotation about the centre of the image.
 fn rotation(degrees: f64) -> DAffine2 {
     let middle = DAffine2::from_translation(DVec2::splat(0.5));
     middle * DAffine2::from_angle(degrees.to_radians()) * middle.inverse()
@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn maps_bring_places_to_where_they_should() {
+    fn maps_move_points_as_they_should() {
         close(mirror().transform_point2(DVec2::new(0.2, 0.7)), DVec2::new(0.8, 0.7));
         // A tenth on each side: the image is 10 twelfths of what is seen.
         close(pad(0.1).transform_point2(DVec2::new(0.0, 1.0)), DVec2::new(1.0 / 12.0, 11.0 / 12.0));

@@ -3,7 +3,7 @@
 use evpose_pose::body::{BodyLabel, Keypoint, MIRRORED, Visibility};
 use glam::{DAffine2, Vec2};
 
-/// The label of what is seen: everything where the map brings it. Joints that leave the image
+/// The label of the view: all points mapped. Joints that leave the image
 /// become unlabelled, others there are forgotten, and the middle stays inside.
 pub(super) fn moved(label: &BodyLabel, map: DAffine2, is_mirrored: bool) -> BodyLabel {
     let to = |at: Vec2| map.transform_point2(at.as_dvec2()).as_vec2();
@@ -35,12 +35,12 @@ pub(super) fn moved(label: &BodyLabel, map: DAffine2, is_mirrored: bool) -> Body
     }
 }
 
-/// How many joints nobody labelled.
+/// The number of unlabelled joints.
 pub(super) fn unlabelled(label: &BodyLabel) -> usize {
     label.keypoints.iter().filter(|keypoint| !keypoint.is_labelled()).count()
 }
 
-/// Whether a place is in the image; its border is.
+/// Whether a point is in the image, border included.
 pub(super) fn is_inside(at: Vec2) -> bool {
     at.cmpge(Vec2::ZERO).all() && at.cmple(Vec2::ONE).all()
 }

@@ -1,4 +1,4 @@
-//! What happens to greys, 0 to 255.
+//! Photometric augmentation: contrast, brightness, noise and occlusion of grey values, 0 to 255.
 
 use evpose_core::CounterRng;
 use glam::Vec2;

@@ -1,4 +1,4 @@
-//! How one sample is seen once.
+//! Augmented views of samples.
 
 use evpose_core::{CounterRng, Plane};
 use evpose_pose::body::BodyLabel;
@@ -10,7 +10,7 @@ use super::light::{Square, add_noise, blank, relight};
 use evpose_task::body::BodyAugmentation;
 use evpose_task::body::{Interpolation, sample};
 
-/// An image and its label as they are seen once: drawn by [`BodyAugmentation::draw`], or
+/// An augmentation of one image and its label: drawn by [`BodyAugmentation::draw`], or
 /// [`plain`](Self::plain).
 #[derive(Debug, Clone)]
 pub struct BodyView {
@@ -22,16 +22,14 @@ pub struct BodyView {
     blank: Option<Square>,
 }
 
-/// Draws how sample number `sample` is seen, which depends on it, on `seed` and on its label
-/// only. A number for each time that it is seen makes each different.
+/// Draws the view of sample `sample`: a pure function of its index, of `seed` and of its label.
 pub(in crate::body) fn draw(
     augmentation: &BodyAugmentation,
     seed: u64,
     sample: u64,
     label: &BodyLabel,
 ) -> BodyView {
-    // What happens to places and to greys is drawn apart: either can be changed without the
-    // other.
+    // Geometry and grey values have streams of their own: either can change without the other.
     let mut places = CounterRng::new(seed, "body augmentation", sample);
     let mut greys = CounterRng::new(seed, "body augmentation greys", sample);
     let interpolation = match augmentation.interpolation.len() {
@@ -46,7 +44,7 @@ pub(in crate::body) fn draw(
         let view_from_image = map.unwrap_or(DAffine2::IDENTITY) * mirror;
         let seen = moved(label, view_from_image, is_mirrored);
         let (before, after) = (unlabelled(label), unlabelled(&seen));
-        if after <= before + augmentation.most_lost && after <= augmentation.most_unlabelled {
+        if after <= before + augmentation.max_lost && after <= augmentation.max_unlabelled {
             view = BodyView { label: seen, view_from_image, ..view };
         }
     }
@@ -78,7 +76,7 @@ fn draw_square(
 }
 
 impl BodyView {
-    /// As it is: for validation.
+    /// The view without augmentation, for validation.
     pub fn plain(label: &BodyLabel, interpolation: Interpolation) -> Self {
         Self {
             label: label.clone(),
@@ -90,18 +88,18 @@ impl BodyView {
         }
     }
 
-    /// The label of what is seen.
+    /// The label of the view.
     pub fn label(&self) -> &BodyLabel {
         &self.label
     }
 
-    /// Where a place of the image is seen; both from 0 to 1 along either side.
+    /// The map from the image to the view; coordinates from 0 to 1 along either side.
     pub fn view_from_image(&self) -> DAffine2 {
         self.view_from_image
     }
 
-    /// Writes what is seen of an image: `side` rows of as many greys, 0 to 255, the input of a
-    /// network but for its channels, which are all the same.
+    /// Renders the view of an image: `side` rows of as many grey values, 0 to 255, one channel of
+    /// the network's input.
     ///
     /// # Panics
     /// If `out` is of another size.

@@ -1,4 +1,4 @@
-//! From a label to what the maps of a network should be.
+//! From labels to the target maps of the network.
 
 mod blob;
 
@@ -9,18 +9,18 @@ use blob::Blobs;
 
 /// Pixels of the network's input for each cell, along either side.
 const CELL_PX: usize = 4;
-/// How far from the middle's cell regressions are written, in cells.
+/// Distance from the cell of the centre up to which regressions are written, in cells.
 const REG_REACH: usize = 2;
-/// What the blob of a middle is larger than those of joints.
+/// Extra rows and columns of the blobs of body centres, as published.
 const CENTER_SIZE: usize = 2;
 
 /// Makes the targets of training, for maps of one size.
 ///
 /// # Model
 /// A joint is in the cell that its position falls into.
-/// - Heatmaps have a blob at the cell of the joint and at those of other persons' joints, or nothing
-///   at all if the joint is not known. The map of centres has larger blobs at the middles of all. The
-///   more of the image the person fills, the larger are blobs.
+/// - Heatmaps have a blob at the cell of the joint and at those of other persons' joints, or
+///   nothing at all if the joint is not known. The map of centres has larger blobs at the middles
+///   of all. The more of the image the person fills, the larger are blobs.
 /// - Regressions are read where [`BodyDecoder`] finds the middle on the map of this person alone,
 ///   at most a cell from it. At all cells up to two from the middle, they lead from that cell to
 ///   the joint's.
@@ -70,12 +70,12 @@ pub struct BodyTargetSlices<'a> {
 /// Column and row.
 type Cell = [usize; 2];
 
-/// What is read off the maps for a joint.
+/// The targets of one joint.
 #[derive(Debug, Clone, Copy)]
 struct JointTarget {
     /// The cell it is in; none if it is not known, or outside of the image.
     cell: Option<Cell>,
-    /// Where its offset is.
+    /// The cell of its offset.
     offset_cell: Cell,
     offset: [f32; 2],
     is_known: bool,
@@ -98,15 +98,15 @@ impl BodyGrid {
         self.side
     }
 
-    /// Writes what the loss compares.
+    /// Writes the targets of a label.
     ///
     /// # Panics
     /// If slices are not of this size, or of another number of joints than the label.
     pub fn write(&self, label: &BodyLabel, out: &mut BodyTargetSlices<'_>) {
         let joints = label.keypoints.len();
         assert_eq!(out.joint_cells.len(), joints, "a cell for each joint");
-        assert_eq!([out.regs.len(), out.offsets.len()], [joints; 2], "two numbers for each joint");
-        assert_eq!(out.known.len(), joints, "a number for each joint");
+        assert_eq!([out.regs.len(), out.offsets.len()], [joints; 2], "two values for each joint");
+        assert_eq!(out.known.len(), joints, "a value for each joint");
         let middle = self.middle(label);
         let read_at = self.likelihoods(label, middle, out.heatmaps, out.centers);
         *out.center_cell = self.index(read_at) as i32;
@@ -124,8 +124,8 @@ impl BodyGrid {
         }
     }
 
-    /// Writes whole maps, `[channels][side][side]` each: what a network that makes no error would
-    /// say, as far as anything is asked of it.
+    /// Writes whole maps, `[channels][side][side]` each: the output of a perfect network, at the
+    /// cells that the loss reads.
     ///
     /// # Panics
     /// If slices are not of this size.
@@ -202,7 +202,7 @@ impl BodyGrid {
         JointTarget { cell, offset_cell, offset, is_known }
     }
 
-    /// What regressions to a joint are at a cell.
+    /// The regression from a cell to a joint.
     fn reg(&self, target: &JointTarget, middle: Cell, at: Cell) -> [f32; 2] {
         let is_near = (0..2).all(|axis| at[axis].abs_diff(middle[axis]) <= REG_REACH);
         let Some(cell) = target.cell.filter(|_| is_near) else {

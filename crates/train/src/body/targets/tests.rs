@@ -17,8 +17,8 @@ fn hashed(count: usize, stream: usize) -> Vec<f64> {
 }
 
 fn person(stream: usize, scale: f32, from: f32, center: [f32; 2]) -> BodyLabel {
-    let numbers: Vec<f32> = hashed(3 * JOINTS, stream).into_iter().map(|u| u as f32).collect();
-    let (rows, _) = numbers.as_chunks::<3>();
+    let values: Vec<f32> = hashed(3 * JOINTS, stream).into_iter().map(|u| u as f32).collect();
+    let (rows, _) = values.as_chunks::<3>();
     let keypoint = |&[x, y, visibility]: &[f32; 3]| Keypoint {
         position: Vec2::new(from + scale * x, from + scale * y),
         visibility: match visibility {
@@ -43,7 +43,7 @@ fn maps(grid: &BodyGrid, label: &BodyLabel) -> BodyMaps<Vec<f32>> {
     maps
 }
 
-/// What is written for a label: cells, numbers, and the two maps.
+/// The targets of a label: cells, values, and the two maps.
 #[derive(Debug, Clone, Default, PartialEq)]
 struct Written {
     heatmaps: Vec<f32>,
@@ -76,7 +76,7 @@ struct Golden {
     side: usize,
     label: BodyLabel,
     center_cell: i32,
-    /// Each map, multiplied by hashed numbers (streams 40 to 43) and summed.
+    /// Each map, multiplied by hashed values (streams 40 to 43) and summed.
     sums: [f64; 4],
 }
 
@@ -140,7 +140,7 @@ fn maps_of_parity_are_those_of_another_program() {
 }
 
 #[test]
-fn numbers_at_cells_are_what_the_published_loss_reads_off_the_maps() {
+fn values_at_cells_are_those_that_the_published_loss_reads() {
     for (number, Golden { side, label, .. }) in goldens().into_iter().enumerate() {
         for parity in [true, false] {
             let grid = BodyGrid::new(side, parity);
