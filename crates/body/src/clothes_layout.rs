@@ -1,4 +1,4 @@
-//! Where things are in the texture of the procedural human.
+//! Texture layout of the procedural human.
 //!
 //! The layout has no seams: v runs around the body, from its front over either side to its back, so that
 //! left and right share texels; u runs along it. In the first half of v (0 to 0.5, front to back) u goes
@@ -10,15 +10,15 @@ use std::f32::consts::PI;
 
 use glam::{Vec2, Vec3};
 
-/// Where shoes end.
+/// Upper end of the shoes.
 pub const U_ANKLE: f32 = 0.05;
 /// The middle of the knees.
 pub const U_KNEE: f32 = 0.22;
-/// Where trousers end and shirts begin.
+/// Border between trousers and shirt.
 pub const U_WAIST: f32 = 0.44;
 /// The shoulders, from which arms go on.
 pub const U_SHOULDER: f32 = 0.62;
-/// Where the neck begins, in the half of the trunk.
+/// Lower end of the neck, in the half of the trunk.
 pub const U_NECK: f32 = 0.64;
 /// The chin, in the half of the trunk.
 pub const U_CHIN: f32 = 0.70;
@@ -28,9 +28,8 @@ pub const U_EYES: f32 = 0.82;
 pub const U_ELBOW: f32 = 0.76;
 /// The wrists, in the half of the arms.
 pub const U_WRIST: f32 = 0.90;
-/// Where what has no place on the body is painted: other things of the scene, by u below this in the half
-/// of the arms.
-pub const U_THINGS: f32 = 0.50;
+/// Upper end of the texels of other objects of the scene, in the half of the arms.
+pub const U_OBJECTS: f32 = 0.50;
 
 /// Heights of the rest pose and their u.
 const ALONG_BODY: [(f32, f32); 8] = [
@@ -47,8 +46,8 @@ const ALONG_BODY: [(f32, f32); 8] = [
 const ALONG_ARMS: [(f32, f32); 4] =
     [(0.19, U_SHOULDER), (0.43, U_ELBOW), (0.68, U_WRIST), (0.88, 1.0)];
 
-/// Where a point of the rest pose with a unit normal is in the texture.
-pub(crate) fn place(point_m: Vec3, normal: Vec3) -> Vec2 {
+/// Texture coordinates of a point of the rest pose with a unit normal.
+pub(crate) fn coordinates(point_m: Vec3, normal: Vec3) -> Vec2 {
     let around = normal.z.clamp(-1.0, 1.0).acos() / PI;
     let is_arm = point_m.x.abs() > ALONG_ARMS[0].0 && point_m.y > 0.1;
     let (u, first) = if is_arm {

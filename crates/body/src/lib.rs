@@ -1,12 +1,13 @@
-//! Parametric body models: the procedural arm and hand, skinning, motion.
+//! Parametric body models: the SMPL family, a procedural arm and human, skinning and motion.
 //!
 //! * [`BodyModel`]: a linear-blend-skinned body of the SMPL family; [`BodyModel::procedural_arm`]
-//!   and [`BodyModel::procedural_human`] are made in code, [`files`] reads the published hand and body
+//!   and [`BodyModel::procedural_human`] are procedural, [`files`] reads the published hand and body
 //!   models into the same type.
 //! * [`ShapedBody`], [`BodyPose`], [`PosedBody`]: one person, one pose, and the two together.
-//! * [`motion`]: the published random motion of arm and hand; [`activity`]: what people do.
-//! * [`skeleton`], [`texture_layout`], [`clothes_layout`]: numbering of joints, what lies where on skin
-//!   and clothes.
+//! * [`motion`]: the published random motion of arm and hand; [`activity`]: activities of a whole
+//!   body.
+//! * [`skeleton`], [`texture_layout`], [`clothes_layout`]: joint indices, and the texture layouts of
+//!   skin and clothes.
 //!
 //! World coordinates are the model's: x to the body's left, y up, z forward, in metres.
 //!
@@ -18,7 +19,7 @@
 //! let mut motion = BezierMotion::new(MotionConfig::default(), 7, 1000);
 //! let mut body = PosedBody::default();
 //! let target = *motion.step();
-//! let pose = BodyPose::from_generator(&model, &target.numbers, target.translation_m);
+//! let pose = BodyPose::from_generator(&model, &target.parameters, target.translation_m);
 //! model.pose(&person, &pose, &mut body);
 //! let label = body.hand_params(&model, target.articulation());
 //! assert_eq!(label.translation_m, body.evaluation_points(&model)[0]);
@@ -43,5 +44,5 @@ pub mod texture_layout;
 pub use evpose_pose::rotation;
 pub use model::{BodyModel, FurtherWeight, HandBasis, ShapedBody, SkinWeights};
 
-pub use pose::{BodyPose, GENERATOR_NUMBERS};
+pub use pose::{BodyPose, GENERATOR_PARAMETERS};
 pub use posed::PosedBody;

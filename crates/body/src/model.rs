@@ -1,4 +1,4 @@
-//! What a linear-blend-skinned model of the SMPL family is, wherever it comes from.
+//! Linear-blend-skinned models of the SMPL family, from any source.
 
 use glam::{Vec2, Vec3};
 
@@ -23,7 +23,7 @@ pub struct BodyModel {
     pub pose_directions_m: Vec<Vec<Vec3>>,
     /// Sparse row of every joint: joints are weighted sums of vertices.
     pub joint_regressor: Vec<Vec<(u32, f32)>>,
-    /// What is added to the weighted sums, in metres: the joints no vertex is drawn around. Zero in
+    /// Offsets of the weighted sums, in metres: of joints that no vertices surround. Zero in
     /// SMPL-family files.
     pub joint_offsets_m: Vec<Vec3>,
     /// Displacement of every joint per unit of every shape coefficient, beside that of the vertices
@@ -31,7 +31,7 @@ pub struct BodyModel {
     pub joint_directions_m: Vec<Vec<Vec3>>,
     /// The joint each joint hangs on; a parent comes before its children.
     pub parents: Vec<Option<usize>>,
-    /// What moves each vertex, up to four joints.
+    /// Skin weights of each vertex, up to four joints.
     pub skin: Vec<SkinWeights>,
     /// Joints beyond a vertex's four, ascending by vertex; none in the procedural arm. They lie apart
     /// because few vertices of the published models have any, and four fit a vector register.
@@ -103,7 +103,7 @@ pub struct FurtherWeight {
 
 /// Coefficients of a hand's articulation to axis-angles of its 15 joints.
 ///
-/// `angles = mean + Σ coefficientᵢ · componentᵢ`, 45 numbers in radians: index, middle, pinky, ring,
+/// `angles = mean + Σ coefficientᵢ · componentᵢ`, 45 angles in radians: index, middle, pinky, ring,
 /// thumb; three joints each.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HandBasis {

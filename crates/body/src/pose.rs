@@ -1,4 +1,4 @@
-//! The pose of a body and how the published generator's 78 numbers describe it.
+//! Poses of a body, and their construction from the published generator's 78 parameters.
 
 use evpose_pose::HandParams;
 use glam::Vec3;
@@ -6,9 +6,9 @@ use glam::Vec3;
 use crate::skeleton::{BODY_JOINTS, HAND_JOINTS, JOINTS};
 use crate::{BodyModel, HandBasis};
 
-/// How many numbers the generator draws: 22 axis-angles of the body, 6 articulation coefficients of
+/// Number of the generator's pose parameters: 22 axis-angles of the body, 6 articulation coefficients of
 /// the left hand, 6 of the right.
-pub const GENERATOR_NUMBERS: usize = 78;
+pub const GENERATOR_PARAMETERS: usize = 78;
 
 /// Articulation coefficients of one hand.
 pub(crate) const ARTICULATION: usize = 6;
@@ -19,7 +19,7 @@ const LEFT_COEFFICIENTS: usize = 3 * BODY_JOINTS;
 pub(crate) const RIGHT_COEFFICIENTS: usize = LEFT_COEFFICIENTS + ARTICULATION;
 
 /// Constant part of the published distribution, with the elbow's twist on its positive side: the
-/// body a predicted hand is shown on.
+/// body on which a predicted hand is displayed.
 const PLAYBACK: [(usize, f32); 4] = [(44, 0.2), (53, 0.1), (57, 1.4), (59, 0.5)];
 
 /// Rotations of all joints and a displacement of the whole.
@@ -37,39 +37,41 @@ impl BodyPose {
         Self { joints: vec![Vec3::ZERO; model.parents.len()], translation_m: Vec3::ZERO }
     }
 
-    /// The pose of the generator's 78 numbers. The hands' mean poses are added.
+    /// Builds the pose of the generator's 78 parameters. The hands' mean poses are added.
     ///
     /// # Panics
     /// If the model has no body with both hands.
     pub fn from_generator(
         model: &BodyModel,
-        numbers: &[f32; GENERATOR_NUMBERS],
+        parameters: &[f32; GENERATOR_PARAMETERS],
         translation_m: Vec3,
     ) -> Self {
         assert_eq!(model.parents.len(), JOINTS, "the generator poses a body with both hands");
         let mut pose = Self::rest(model);
-        for (joint, angles) in pose.joints.iter_mut().zip(numbers[..LEFT_COEFFICIENTS].chunks(3)) {
+        for (joint, angles) in pose.joints.iter_mut().zip(parameters[..LEFT_COEFFICIENTS].chunks(3))
+        {
             *joint = Vec3::from_slice(angles);
         }
         if let Some(left_hand) = &model.left_hand {
-            pose.set_hand(left_hand, &numbers[LEFT_COEFFICIENTS..RIGHT_COEFFICIENTS]);
+            pose.set_hand(left_hand, &parameters[LEFT_COEFFICIENTS..RIGHT_COEFFICIENTS]);
         }
-        pose.set_hand(&model.right_hand, &numbers[RIGHT_COEFFICIENTS..]);
+        pose.set_hand(&model.right_hand, &parameters[RIGHT_COEFFICIENTS..]);
         pose.translation_m = translation_m;
         pose
     }
 
-    /// The pose a predicted hand is shown in, before its wrist is brought to where it was predicted.
+    /// Builds the pose in which a predicted hand is displayed, before its wrist is moved to the
+    /// predicted position.
     pub fn for_playback(model: &BodyModel, hand: &HandParams) -> Self {
         if model.parents.len() < JOINTS {
             return Self::of_hand(model, &hand.articulation);
         }
-        let mut numbers = [0.0; GENERATOR_NUMBERS];
+        let mut parameters = [0.0; GENERATOR_PARAMETERS];
         for (entry, value) in PLAYBACK {
-            numbers[entry] = value;
+            parameters[entry] = value;
         }
-        numbers[RIGHT_COEFFICIENTS..].copy_from_slice(&hand.articulation);
-        Self::from_generator(model, &numbers, Vec3::ZERO)
+        parameters[RIGHT_COEFFICIENTS..].copy_from_slice(&hand.articulation);
+        Self::from_generator(model, &parameters, Vec3::ZERO)
     }
 
     /// The estimated hand articulated, everything else at rest.

@@ -1,4 +1,4 @@
-//! A posed body and what is read from it: the 12 numbers of the hand and its 21 points.
+//! A posed body, the 12 pose parameters of its hand and its 21 points.
 
 use evpose_pose::rotation::axis_angle_from_matrix;
 use evpose_pose::{EVALUATION_JOINTS, HandParams};

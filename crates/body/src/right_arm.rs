@@ -21,10 +21,10 @@ use crate::{BodyModel, FurtherWeight, SkinWeights};
 const FARTHEST_IN_M: f32 = -0.1;
 const LOWEST_M: f32 = 0.0;
 const HIGHEST_M: f32 = 0.3;
-/// Pose correctives that move no vertex of the arm by this much are left out: those of the legs.
-const LEAST_CORRECTIVE_M: f32 = 1e-6;
+/// Pose correctives that move no vertex of the arm by this much are dropped: those of the legs.
+const MIN_CORRECTIVE_M: f32 = 1e-6;
 /// Entries of `R − I` reach from −2 to 2.
-const LARGEST_ENTRY: f32 = 2.0;
+const MAX_ENTRY: f32 = 2.0;
 
 impl BodyModel {
     /// The same model with the surface of its right arm only, closed where it was cut. Joints, hands
@@ -34,23 +34,24 @@ impl BodyModel {
             let p = self.template_m[corner as usize];
             p.x <= FARTHEST_IN_M && (LOWEST_M..=HIGHEST_M).contains(&p.y)
         };
-        let mut kept = Kept::of(self, self.faces.iter().filter(|face| face.iter().all(on_arm)));
+        let mut kept =
+            SubMesh::of_faces(self, self.faces.iter().filter(|face| face.iter().all(on_arm)));
         kept.close();
         kept.model(self)
     }
 }
 
-/// The vertices that stay, and those that close the cut.
-struct Kept {
-    /// Old number of every vertex that stays, in order.
+/// The part of a mesh that stays, with the rim of the cut.
+struct SubMesh {
+    /// Old index of every vertex that stays, in order.
     old: Vec<u32>,
-    /// Old numbers of the vertices around the opening.
+    /// Old indices of the vertices around the opening.
     rim: Vec<u32>,
     faces: Vec<[u32; 3]>,
 }
 
-impl Kept {
-    fn of<'a>(model: &BodyModel, faces: impl Iterator<Item = &'a [u32; 3]>) -> Self {
+impl SubMesh {
+    fn of_faces<'a>(model: &BodyModel, faces: impl Iterator<Item = &'a [u32; 3]>) -> Self {
         let faces: Vec<[u32; 3]> = faces.copied().collect();
         let mut old: Vec<u32> = faces.iter().flatten().copied().chain(model.fingertips).collect();
         old.sort_unstable();
@@ -58,11 +59,11 @@ impl Kept {
         Self { old, rim: Vec::new(), faces }
     }
 
-    fn place(&self, vertex: u32) -> u32 {
+    fn new_index(&self, vertex: u32) -> u32 {
         self.old.partition_point(|&v| v < vertex) as u32
     }
 
-    /// Numbers the corners anew and closes open edges over one further vertex.
+    /// Reindexes the faces and closes open edges with a fan around one further vertex.
     fn close(&mut self) {
         let mut open: HashMap<(u32, u32), i32> = HashMap::new();
         for &[a, b, c] in &self.faces {
@@ -75,8 +76,8 @@ impl Kept {
             open.into_iter().filter(|&(_, balance)| balance > 0).map(|(edge, _)| edge).collect();
         edges.sort_unstable();
         let cap = self.old.len() as u32;
-        let faces = self.faces.iter().map(|face| face.map(|v| self.place(v)));
-        let fan = edges.iter().map(|&(from, to)| [self.place(to), self.place(from), cap]);
+        let faces = self.faces.iter().map(|face| face.map(|v| self.new_index(v)));
+        let fan = edges.iter().map(|&(from, to)| [self.new_index(to), self.new_index(from), cap]);
         let faces = faces.chain(fan).collect();
         self.rim = edges.into_iter().map(|(from, _)| from).collect();
         self.faces = faces;
@@ -98,8 +99,8 @@ impl Kept {
             |all: &[Vec<Vec3>]| all.iter().map(|direction| self.values(direction)).collect();
         let mut pose_directions_m: Vec<Vec<Vec3>> = directions(&whole.pose_directions_m);
         for direction_m in &mut pose_directions_m {
-            let most_m = direction_m.iter().map(|v| v.abs().max_element()).fold(0.0, f32::max);
-            if most_m * LARGEST_ENTRY < LEAST_CORRECTIVE_M {
+            let largest_m = direction_m.iter().map(|v| v.abs().max_element()).fold(0.0, f32::max);
+            if largest_m * MAX_ENTRY < MIN_CORRECTIVE_M {
                 direction_m.clear();
             }
         }
@@ -117,7 +118,7 @@ impl Kept {
             .further_weights
             .iter()
             .filter(|more| self.old.binary_search(&more.vertex).is_ok())
-            .map(|more| FurtherWeight { vertex: self.place(more.vertex), ..*more })
+            .map(|more| FurtherWeight { vertex: self.new_index(more.vertex), ..*more })
             .collect();
         // A row of the regressor, applied to displacements.
         let displaced = |direction_m: &Vec<Vec3>| {
@@ -138,7 +139,7 @@ impl Kept {
             left_hand: whole.left_hand.clone(),
             right_hand: whole.right_hand.clone(),
             wrist: whole.wrist,
-            fingertips: whole.fingertips.map(|tip| self.place(tip)),
+            fingertips: whole.fingertips.map(|tip| self.new_index(tip)),
             template_m,
             faces: self.faces,
         }

@@ -1,4 +1,4 @@
-//! The 52 joints of SMPL+H: their numbers and parents.
+//! The 52 joints of SMPL+H: their indices and parents.
 //!
 //! # Source
 //! Romero, Tzionas, Black: *Embodied Hands* (SIGGRAPH Asia 2017). Joints 0..22 are the body's,

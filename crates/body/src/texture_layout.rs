@@ -1,4 +1,4 @@
-//! Where things are in the texture of the procedural arm.
+//! Texture layout of the procedural arm.
 //!
 //! The layout has no seams: u runs along the limb, the same for all five digits, and v around it
 //! from the back (0) over either side to the palm (1), as the angle between the rest pose's normal

@@ -42,7 +42,7 @@ pub struct Leg {
     pub ankle: f32,
 }
 
-/// What stays in its place while the body bends.
+/// Part that stays in place while the body bends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Anchor {
     /// The middle between both ankles.
@@ -54,14 +54,14 @@ pub enum Anchor {
     Foot(usize),
 }
 
-/// Somebody's posture and place. Angles in radians.
+/// Posture and position of a person. Angles in radians.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Figure {
-    /// Where the anchor stands: to the body's left when it looks along z, and along z; in metres.
+    /// Position of the anchor in metres: to the left of a body that faces +z, and along z.
     pub place_m: Vec2,
-    /// How high the lower foot is above the floor, in metres.
+    /// Height of the lower foot above the floor, in metres.
     pub rise_m: f32,
-    /// What stands there.
+    /// Part that stands at `place_m`.
     pub anchor: Anchor,
     /// Turn of the whole body to its left; 0 looks along z.
     pub heading: f32,

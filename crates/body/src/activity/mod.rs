@@ -1,8 +1,8 @@
-//! What people do: motions of a whole body, made up from formulas.
+//! Activities: procedural motions of a whole body.
 //!
-//! * [`ACTIVITIES`]: kinds of motion, each a file; an entry draws one person's way of it.
-//! * [`Performance`]: an activity with the posture, the sway and the pauses of somebody.
-//! * [`Figure`]: a posture in the words of anatomy, and the pose that it is.
+//! * [`ACTIVITIES`]: the registry, a file per activity; an entry draws one person's motion.
+//! * [`Performance`]: an activity with the posture, the sway and the pauses of one person.
+//! * [`Figure`]: a posture in anatomical angles, converted to a pose.
 
 mod arms;
 mod boxing;
@@ -29,18 +29,18 @@ pub use performance::Performance;
 /// A motion: a posture for every time in seconds.
 pub type Motion = Box<dyn Fn(f32) -> Figure + Send + Sync>;
 
-/// A kind of motion.
+/// An activity.
 #[derive(Debug, Clone, Copy)]
 pub struct Activity {
-    /// What it is called in configurations.
+    /// Name in configurations.
     pub name: &'static str,
-    /// What is done.
+    /// Description in a few words.
     pub about: &'static str,
-    /// Somebody's way of doing it.
+    /// Draws the motion of one person.
     pub draw: fn(&mut CounterRng) -> Motion,
 }
 
-/// All kinds of motion. A new one is a file and a line here.
+/// All activities. A new one is a file and a line here.
 pub static ACTIVITIES: &[Activity] = &[
     walking::ACTIVITY,
     waving::ACTIVITY,
@@ -58,7 +58,7 @@ pub static ACTIVITIES: &[Activity] = &[
     dancing::ACTIVITY,
 ];
 
-/// The activity of a name.
-pub fn activity_called(name: &str) -> Option<&'static Activity> {
+/// Looks up an activity by name.
+pub fn activity_by_name(name: &str) -> Option<&'static Activity> {
     ACTIVITIES.iter().find(|activity| activity.name == name)
 }

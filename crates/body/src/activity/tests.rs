@@ -1,4 +1,4 @@
-//! What all motions promise.
+//! Properties of all activities.
 
 use std::sync::LazyLock;
 
@@ -23,7 +23,7 @@ fn joints(figure: &Figure) -> Vec<Vec3> {
 #[test]
 fn names_are_one_of_a_kind_and_found() {
     for activity in ACTIVITIES {
-        let found = activity_called(activity.name).expect("registered");
+        let found = activity_by_name(activity.name).expect("registered");
         assert_eq!(found.about, activity.about);
         assert_eq!(ACTIVITIES.iter().filter(|other| other.name == activity.name).count(), 1);
     }
@@ -59,7 +59,7 @@ fn every_motion_is_continuous_keeps_its_feet_on_the_floor_and_stays_in_its_place
 
 #[test]
 fn somebody_who_rests_hardly_moves_and_goes_on_where_they_stopped() {
-    let activity = activity_called("boxing").expect("registered");
+    let activity = activity_by_name("boxing").expect("registered");
     let performance = Performance::draw(activity, &mut CounterRng::new(1, "still", 0), 20.0, 0.5);
     let speed = |t_s: f32| {
         let (a, b) = (joints(&performance.at(t_s)), joints(&performance.at(t_s + 0.02)));

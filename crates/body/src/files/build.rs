@@ -21,11 +21,11 @@ const BODY_TIPS: [u32; 5] = [6207, 5782, 5906, 6017, 6134];
 /// Angles of a hand.
 const ANGLES: usize = 3 * HAND_JOINTS;
 /// Components of which the 12 parameters of a hand have coefficients.
-const LEAST_COMPONENTS: usize = 6;
+const MIN_COMPONENTS: usize = 6;
 /// Shape directions; the longest published file has 300.
-const MOST_SHAPES: usize = 512;
+const MAX_SHAPES: usize = 512;
 /// Lengths in metres, weights and angles of a model are far below.
-const LARGEST: f64 = 1e4;
+const MAX_MAGNITUDE: f64 = 1e4;
 
 /// The model that the arrays describe.
 pub(super) fn model(mut fields: Fields) -> Result<ModelFile, ModelFileError> {
@@ -46,9 +46,9 @@ pub(super) fn model(mut fields: Fields) -> Result<ModelFile, ModelFileError> {
     let template = fields.required("v_template", "vertices of the mean shape")?;
     let template_m = check(&fields, "v_template", vectors(&template, &[count, 3], 1))?.remove(0);
     let shapes = fields.required("shapedirs", "how shape coefficients move vertices")?;
-    let found = shapes.shape.last().copied().unwrap_or(0).min(MOST_SHAPES);
+    let shape_count = shapes.shape.last().copied().unwrap_or(0).min(MAX_SHAPES);
     let shape_directions_m =
-        check(&fields, "shapedirs", vectors(&shapes, &[count, 3, found], found))?;
+        check(&fields, "shapedirs", vectors(&shapes, &[count, 3, shape_count], shape_count))?;
     let mut missing = Vec::new();
     let pose_directions_m = match fields.optional("posedirs")? {
         Some(poses) => {
@@ -109,12 +109,16 @@ fn shape(array: &Array, expected: &[usize]) -> Result<(), FieldFault> {
     if array.shape == expected {
         return Ok(());
     }
-    Err(FieldFault::Shape { expected: format!("{expected:?}"), found: array.shape.clone() })
+    Err(FieldFault::Shape { expected: format!("{expected:?}"), actual: array.shape.clone() })
 }
 
-fn number(index: usize, value: f64) -> Result<f32, FieldFault> {
+fn checked(index: usize, value: f64) -> Result<f32, FieldFault> {
     // Not a number compares as false.
-    if value.abs() <= LARGEST { Ok(value as f32) } else { Err(FieldFault::Value { index, value }) }
+    if value.abs() <= MAX_MAGNITUDE {
+        Ok(value as f32)
+    } else {
+        Err(FieldFault::Value { index, value })
+    }
 }
 
 /// `[vertices, 3, directions]` as one list of vectors for every direction.
@@ -128,7 +132,7 @@ fn vectors(
         .values
         .iter()
         .enumerate()
-        .map(|(index, &value)| number(index, value))
+        .map(|(index, &value)| checked(index, value))
         .collect::<Result<_, _>>()?;
     Ok((0..directions)
         .map(|direction| {
@@ -143,14 +147,14 @@ fn vectors(
 /// root's parent is a number no joint has. Motion and hands rely on the published tree.
 fn parents_of(table: &Array, joints: usize) -> Result<Vec<Option<usize>>, FieldFault> {
     shape(table, &[2, joints])?;
-    let (parent_numbers, own_numbers) = table.values.split_at(joints);
-    let column = |number: f64| own_numbers.iter().position(|&own| own == number);
+    let (parent_ids, own_ids) = table.values.split_at(joints);
+    let column = |id: f64| own_ids.iter().position(|&own| own == id);
     let expected: Vec<Option<usize>> = if joints == JOINTS {
         parents().to_vec()
     } else {
         (0..joints).map(|j| j.checked_sub(1).map(|k| if k % 3 == 0 { 0 } else { k })).collect()
     };
-    for (joint, (&parent, expected)) in parent_numbers.iter().zip(&expected).enumerate() {
+    for (joint, (&parent, expected)) in parent_ids.iter().zip(&expected).enumerate() {
         if column(parent) != *expected {
             return Err(FieldFault::Tree { joint });
         }
@@ -175,11 +179,11 @@ fn regressor(
     let mut rows = vec![Vec::new(); joints];
     let expected = [joints, vertices];
     if sparse.shape != expected {
-        let (expected, found) = (format!("{expected:?}"), sparse.shape.to_vec());
-        return Err(fields.fault(FIELD, FieldFault::Shape { expected, found }));
+        let (expected, actual) = (format!("{expected:?}"), sparse.shape.to_vec());
+        return Err(fields.fault(FIELD, FieldFault::Shape { expected, actual }));
     }
     for (index, (joint, vertex, weight)) in sparse.entries.into_iter().enumerate() {
-        let weight = check(fields, FIELD, number(index, weight))?;
+        let weight = check(fields, FIELD, checked(index, weight))?;
         if weight != 0.0 {
             rows[joint].push((vertex as u32, weight));
         }
@@ -201,17 +205,17 @@ fn entries(array: &Array, joints: usize, vertices: usize) -> Result<Sparse, Fiel
             };
             Ok(Sparse::from_triplets(size, &column(0), &column(1), &column(2))?)
         }
-        found => {
+        actual => {
             let expected = format!("{size:?}, or rows of (joint, vertex, weight)");
-            Err(FieldFault::Shape { expected, found: found.to_vec() })
+            Err(FieldFault::Shape { expected, actual: actual.to_vec() })
         }
     }
 }
 
 fn triangles(array: &Array, vertices: usize) -> Result<Vec<[u32; 3]>, FieldFault> {
     let (&[_, 3], (corners, [])) = (array.shape.as_slice(), array.values.as_chunks::<3>()) else {
-        let found = array.shape.clone();
-        return Err(FieldFault::Shape { expected: "[triangles, 3]".to_owned(), found });
+        let actual = array.shape.clone();
+        return Err(FieldFault::Shape { expected: "[triangles, 3]".to_owned(), actual });
     };
     let mut faces = Vec::with_capacity(corners.len());
     for (face, corners) in corners.iter().enumerate() {
@@ -235,9 +239,9 @@ fn basis(
 ) -> Result<(HandBasis, usize), ModelFileError> {
     let rows = fields.required(components, "how coefficients bend the fingers")?;
     let count = rows.shape.first().copied().unwrap_or(0);
-    if rows.shape != [count, ANGLES] || !(LEAST_COMPONENTS..=ANGLES).contains(&count) {
+    if rows.shape != [count, ANGLES] || !(MIN_COMPONENTS..=ANGLES).contains(&count) {
         let expected = format!("[{ANGLES}, {ANGLES}], or fewer rows but at least 6");
-        return Err(fields.fault(components, FieldFault::Shape { expected, found: rows.shape }));
+        return Err(fields.fault(components, FieldFault::Shape { expected, actual: rows.shape }));
     }
     let offsets = fields.required(mean, "the hand's mean pose")?;
     check(fields, mean, shape(&offsets, &[ANGLES]))?;
@@ -248,15 +252,15 @@ fn basis(
     };
     for (index, &value) in rows.values.iter().enumerate() {
         basis.components[index / ANGLES][index % ANGLES] =
-            check(fields, components, number(index, value))?;
+            check(fields, components, checked(index, value))?;
     }
     for (index, &value) in offsets.values.iter().enumerate() {
-        basis.mean[index] = check(fields, mean, number(index, value))?;
+        basis.mean[index] = check(fields, mean, checked(index, value))?;
     }
     Ok((basis, count))
 }
 
-/// Which hand it is: arms are stretched out, the body's left is along +x.
+/// Side of the hand: arms are stretched out, the body's left is along +x.
 fn side(model: &BodyModel) -> HandSide {
     let tips = model.fingertips.iter().map(|&tip| model.template_m[tip as usize].x);
     let tips: f32 = tips.sum::<f32>() / model.fingertips.len() as f32;

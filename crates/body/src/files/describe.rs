@@ -1,4 +1,4 @@
-//! What `evpose info` prints of a model.
+//! The description of a model that `evpose info` prints.
 
 use std::fmt;
 

@@ -1,33 +1,33 @@
-//! What can be wrong with a file of a body model, and what to do about it.
+//! Errors of reading a body model file, with their remedies.
 
 use std::io;
 use std::path::PathBuf;
 
 use evpose_pickle::{ArrayError, PickleError};
 
-/// A file of a body model that cannot be read.
+/// Error of reading a body model file.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ModelFileError {
-    /// The operating system refused.
+    /// The operating system refused access.
     #[error("{}: cannot read", path.display())]
     File {
         /// The file.
         path: PathBuf,
-        /// Why not.
+        /// Cause of the failure.
         source: io::Error,
     },
-    /// It is too long for a model.
-    #[error("{}: {bytes} bytes; files of hand and body models have up to {most}", path.display())]
+    /// The file is too large for a model.
+    #[error("{}: {bytes} bytes; files of hand and body models have up to {max}", path.display())]
     TooLong {
         /// The file.
         path: PathBuf,
-        /// Its length.
+        /// Size of the file.
         bytes: u64,
-        /// The length that is read.
-        most: u64,
+        /// Largest size that is read.
+        max: u64,
     },
-    /// It is of another kind.
+    /// The file is not a body model.
     #[error(
         "{}: no model of a hand or body ({reason}); expected MANO_RIGHT.pkl, MANO_LEFT.pkl, \
          SMPLH_male.pkl, SMPLH_female.pkl, or the same arrays in an .npz file", path.display()
@@ -35,7 +35,7 @@ pub enum ModelFileError {
     NotAModel {
         /// The file.
         path: PathBuf,
-        /// What speaks against it.
+        /// Evidence against it.
         reason: String,
     },
     /// A pickle, the format of `.pkl` files, is damaged or cut off.
@@ -43,9 +43,9 @@ pub enum ModelFileError {
     Pickle {
         /// The file.
         path: PathBuf,
-        /// Its length.
+        /// Size of the file.
         bytes: usize,
-        /// What is wrong, and where.
+        /// Defect and its position.
         source: PickleError,
     },
     /// A NumPy archive is damaged or cut off.
@@ -55,69 +55,69 @@ pub enum ModelFileError {
     Archive {
         /// The file.
         path: PathBuf,
-        /// Where it was noticed; the end of the file if its directory, at the end, is missing.
+        /// Position of the defect; the end of the file if the central directory is missing.
         byte: u64,
-        /// What is wrong with it.
+        /// Defect.
         reason: String,
     },
-    /// It lacks something no model does without.
-    #[error("{}: no field `{field}`: {why} (found: {})", path.display(), found.join(", "))]
+    /// A required field is missing.
+    #[error("{}: no field `{field}`: {why} (available: {})", path.display(), available.join(", "))]
     Missing {
         /// The file.
         path: PathBuf,
-        /// What is missing.
+        /// The missing field.
         field: &'static str,
-        /// What it is for.
+        /// Purpose of the field.
         why: &'static str,
-        /// What is there.
-        found: Vec<String>,
+        /// Fields of the file.
+        available: Vec<String>,
     },
-    /// A field does not hold what it should.
+    /// A field is malformed.
     #[error("{}: field `{field}`: {fault}", path.display())]
     Field {
         /// The file.
         path: PathBuf,
         /// The field.
         field: &'static str,
-        /// What is wrong with it.
+        /// Defect of the field.
         fault: FieldFault,
     },
 }
 
-/// What is wrong with a field.
+/// Defect of a field.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum FieldFault {
-    /// It is no array of numbers, or a damaged one.
+    /// Not a numeric array, or a damaged one.
     #[error(transparent)]
     Array(#[from] ArrayError),
-    /// It has other lengths.
-    #[error("of shape {found:?}, expected {expected}")]
+    /// Wrong shape.
+    #[error("of shape {actual:?}, expected {expected}")]
     Shape {
-        /// What this model should have.
+        /// Shape that this model requires.
         expected: String,
-        /// What it has.
-        found: Vec<usize>,
+        /// Shape of the array.
+        actual: Vec<usize>,
     },
-    /// A number that is none, or too large.
+    /// A value that is not finite or too large.
     #[error("value {index} is {value}, which is no length, weight or angle")]
     Value {
-        /// Its place, row by row.
+        /// Row-major index of the value.
         index: usize,
-        /// The number.
+        /// The value.
         value: f64,
     },
-    /// A number of a vertex that does not exist.
+    /// An index of a vertex that does not exist.
     #[error("value {index} is {value}, expected a whole number from 0 to {last}")]
     Index {
-        /// Its place, row by row.
+        /// Row-major index of the value.
         index: usize,
-        /// The number.
+        /// The value.
         value: f64,
-        /// The last that exists.
+        /// Largest valid index.
         last: usize,
     },
-    /// Weights of a vertex that do not make a whole.
+    /// Skin weights of a vertex that do not sum to one.
     #[error("the weights of vertex {vertex} have sum {sum}, expected 1")]
     Sum {
         /// The vertex.
@@ -125,7 +125,7 @@ pub enum FieldFault {
         /// Their sum.
         sum: f64,
     },
-    /// Joints that hang together in another way.
+    /// A kinematic tree other than the published one.
     #[error("joint {joint} hangs on another joint than in the published model")]
     Tree {
         /// The joint.

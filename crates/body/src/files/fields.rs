@@ -7,12 +7,12 @@ use evpose_pickle::{Array, ArrayError, Node, Pickle, Sparse};
 use super::npz::Archive;
 use super::{FieldFault, ModelFileError};
 
-/// Begins a zip archive, also an empty one.
+/// Magic bytes of a zip archive, and of an empty one.
 const ZIP: [&[u8]; 2] = [b"PK\x03\x04", b"PK\x05\x06"];
-/// Fields that a message lists.
-const MOST_LISTED: usize = 24;
+/// Largest number of fields in a message.
+const MAX_LISTED: usize = 24;
 
-/// Named arrays.
+/// Named arrays of a file.
 pub(super) struct Fields {
     path: PathBuf,
     source: Source,
@@ -24,8 +24,8 @@ enum Source {
 }
 
 impl Fields {
-    /// Recognises the format by content.
-    pub(super) fn of(path: &Path, bytes: Vec<u8>) -> Result<Self, ModelFileError> {
+    /// Opens a file, with the format detected by content.
+    pub(super) fn open(path: &Path, bytes: Vec<u8>) -> Result<Self, ModelFileError> {
         let length = bytes.len();
         let source = if ZIP.iter().any(|begin| bytes.starts_with(begin)) {
             let archive = Archive::open(bytes).map_err(|reason| ModelFileError::Archive {
@@ -49,7 +49,7 @@ impl Fields {
         Ok(Self { path: path.to_owned(), source })
     }
 
-    /// What the format is called.
+    /// Name of the format.
     pub(super) fn format(&self) -> &'static str {
         match self.source {
             Source::Pickle(_) => "Python pickle",
@@ -74,7 +74,7 @@ impl Fields {
             let plain = name.chars().map(|c| if c.is_control() { '?' } else { c });
             plain.take(40).collect()
         };
-        names.into_iter().take(MOST_LISTED).map(clean).collect()
+        names.into_iter().take(MAX_LISTED).map(clean).collect()
     }
 
     /// An array that may be missing.
@@ -91,7 +91,7 @@ impl Fields {
         array.transpose().map_err(|error| self.fault(field, error))
     }
 
-    /// An array no model does without; `why` says what it is for.
+    /// A required array; `why` is its purpose.
     pub(super) fn required(
         &mut self,
         field: &'static str,
@@ -113,7 +113,7 @@ impl Fields {
     }
 
     pub(super) fn missing(&self, field: &'static str, why: &'static str) -> ModelFileError {
-        ModelFileError::Missing { path: self.path.clone(), field, why, found: self.names() }
+        ModelFileError::Missing { path: self.path.clone(), field, why, available: self.names() }
     }
 
     pub(super) fn fault(

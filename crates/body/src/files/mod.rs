@@ -36,10 +36,10 @@ use fields::Fields;
 
 use crate::BodyModel;
 
-/// Bytes of the longest file that is read. The published ones have up to 0.3 GB.
-const LONGEST_FILE: u64 = 1 << 30;
+/// Largest size of a file that is read. The published ones have up to 0.3 GB.
+const MAX_FILE_BYTES: u64 = 1 << 30;
 
-/// Which of the published models a file holds.
+/// Kind of the model in a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ModelKind {
     /// MANO: one hand.
@@ -60,18 +60,18 @@ impl ModelKind {
     }
 }
 
-/// A model and what its file said about it.
+/// A model with the metadata of its file.
 #[derive(Debug, Clone)]
 pub struct ModelFile {
-    /// Which model it is.
+    /// Kind of the model.
     pub kind: ModelKind,
-    /// The format of the file, in words.
+    /// Name of the file format.
     pub format: &'static str,
     /// The model. Of a hand, its wrist is joint 0 and `right_hand` is that hand, whichever it is.
     pub model: BodyModel,
     /// Rows of the hand's articulation basis that the file has; those beyond are zero.
     pub hand_components: usize,
-    /// What a complete file would have, and what it is for.
+    /// Optional arrays that the file does not have, with their purposes.
     pub missing: Vec<&'static str>,
 }
 
@@ -79,13 +79,13 @@ impl ModelFile {
     /// Reads a model file of either format.
     ///
     /// # Errors
-    /// [`ModelFileError`], with the field and what is wrong with it.
+    /// [`ModelFileError`], with the field and its defect.
     pub fn read(path: &Path) -> Result<Self, ModelFileError> {
         let io = |source| ModelFileError::File { path: path.to_owned(), source };
         let bytes = std::fs::metadata(path).map_err(io)?.len();
-        if bytes > LONGEST_FILE {
-            let (path, most) = (path.to_owned(), LONGEST_FILE);
-            return Err(ModelFileError::TooLong { path, bytes, most });
+        if bytes > MAX_FILE_BYTES {
+            let (path, max) = (path.to_owned(), MAX_FILE_BYTES);
+            return Err(ModelFileError::TooLong { path, bytes, max });
         }
         Self::from_bytes(path, std::fs::read(path).map_err(io)?)
     }
@@ -99,7 +99,7 @@ impl ModelFile {
         if glb::is_glb(&bytes) {
             return glb::model(path, &bytes);
         }
-        build::model(Fields::of(path, bytes)?)
+        build::model(Fields::open(path, bytes)?)
     }
 
     /// Whether a file is a pickle, or an archive that has a template of vertices: no recording is.

@@ -2,7 +2,7 @@
 //!
 //! # Source
 //! `numpy/lib/format.py`: the magic bytes, a version, the length of the header, the header as text
-//! of a Python dictionary, then the numbers.
+//! of a Python dictionary, then the values.
 
 use std::io::{Cursor, Read};
 
@@ -11,16 +11,16 @@ use zip::ZipArchive;
 
 const MAGIC: &[u8] = b"\x93NUMPY";
 /// NumPy writes 128 bytes.
-const LONGEST_HEADER: usize = 1 << 16;
+const MAX_HEADER_BYTES: usize = 1 << 16;
 /// Bytes of an unpacked array. The largest of the published models has 76 million.
-const MOST_BYTES: usize = 128 << 20;
+const MAX_ARRAY_BYTES: usize = 128 << 20;
 
 /// An archive in memory.
 pub(super) struct Archive {
     zip: ZipArchive<Cursor<Vec<u8>>>,
 }
 
-/// What an entry holds before its numbers.
+/// Header of an `.npy` entry, before its values.
 struct Header {
     element: String,
     is_column_major: bool,
@@ -50,24 +50,24 @@ impl Archive {
             Ok(bytes) => bytes,
             Err(error) => return Some(Err(error)),
         };
-        Some(header(&bytes).and_then(|(header, numbers)| {
+        Some(header(&bytes).and_then(|(header, values)| {
             if header.element.contains('O') {
                 return Err(ArrayError::Objects);
             }
             let element = Element::parse(&header.element)
                 .ok_or_else(|| ArrayError::Type(header.element.chars().take(80).collect()))?;
-            Array::from_bytes(header.shape, element, header.is_column_major, numbers)
+            Array::from_bytes(header.shape, element, header.is_column_major, values)
         }))
     }
 
     /// A sparse matrix that was stored as a Python object; none if it is something else.
     pub(super) fn sparse(&mut self, name: &str) -> Option<Result<Sparse, ArrayError>> {
         let bytes = self.entry(name)?.ok()?;
-        let (header, numbers) = header(&bytes).ok()?;
+        let (header, values) = header(&bytes).ok()?;
         if !header.element.contains('O') {
             return None;
         }
-        let Ok(pickle) = Pickle::read(numbers, 0) else {
+        let Ok(pickle) = Pickle::read(values, 0) else {
             return Some(Err(ArrayError::Damaged("its pickled object cannot be read")));
         };
         let object = *Array::objects(&pickle, pickle.root())?.first()?;
@@ -77,9 +77,9 @@ impl Archive {
     fn entry(&mut self, name: &str) -> Option<Result<Vec<u8>, ArrayError>> {
         let entry = self.zip.by_name(&format!("{name}.npy")).ok()?;
         let mut bytes = Vec::new();
-        let read = entry.take(MOST_BYTES as u64 + 1).read_to_end(&mut bytes);
+        let read = entry.take(MAX_ARRAY_BYTES as u64 + 1).read_to_end(&mut bytes);
         Some(match read {
-            Ok(length) if length <= MOST_BYTES => Ok(bytes),
+            Ok(length) if length <= MAX_ARRAY_BYTES => Ok(bytes),
             Ok(_) => Err(ArrayError::Damaged("it unpacks to more than 128 MiB")),
             Err(_) => Err(ArrayError::Damaged("its compressed data are cut off or changed")),
         })
@@ -96,13 +96,13 @@ fn header(bytes: &[u8]) -> Result<(Header, &[u8]), ArrayError> {
         _ => return Err(NONE),
     };
     let length = length as usize;
-    if length > LONGEST_HEADER {
+    if length > MAX_HEADER_BYTES {
         return Err(NONE);
     }
-    let (text, numbers) = rest.split_at_checked(length).ok_or(NONE)?;
+    let (text, values) = rest.split_at_checked(length).ok_or(NONE)?;
     let text = std::str::from_utf8(text).map_err(|_| NONE)?;
     let header = parse(text).ok_or(NONE)?;
-    Ok((header, numbers))
+    Ok((header, values))
 }
 
 /// `{'descr': '<f8', 'fortran_order': False, 'shape': (3, 4), }`

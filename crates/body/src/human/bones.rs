@@ -10,7 +10,7 @@ const OVER_MIDDLE_M: f32 = 0.03;
 /// Over how much of its thickness a bone shares the surface with its neighbours.
 const SHARING: f32 = 0.28;
 /// Shares below this are dropped.
-const LEAST_SHARE: f32 = 0.02;
+const MIN_SHARE: f32 = 0.02;
 
 /// A bone: the joint that moves it, where it lies at rest, and how thick the flesh around it is.
 #[derive(Debug, Clone, Copy)]
@@ -87,7 +87,7 @@ impl Bone {
     }
 }
 
-/// What each joint has of a place on the surface; the shares add up to one.
+/// Skin weights of a point on the surface; they sum to one.
 ///
 /// A bone's share falls off with how much farther it is than the nearest one.
 pub(super) fn shares(bones: &[Bone], point_m: Vec3) -> [f32; JOINTS] {
@@ -98,16 +98,16 @@ pub(super) fn shares(bones: &[Bone], point_m: Vec3) -> [f32; JOINTS] {
     };
     let nearest = gaps_m.iter().zip(bones).filter(|(_, bone)| on_side(bone) > 0.0);
     let nearest = nearest.min_by(|a, b| a.0.total_cmp(b.0));
-    let Some((&least_m, nearest)) = nearest else { return [0.0; JOINTS] };
+    let Some((&nearest_m, nearest)) = nearest else { return [0.0; JOINTS] };
     let reach_m = SHARING * nearest.radius_m;
     let mut shares = [0.0; JOINTS];
     for (bone, gap_m) in bones.iter().zip(&gaps_m) {
-        let farther = (gap_m - least_m) / reach_m;
+        let farther = (gap_m - nearest_m) / reach_m;
         shares[bone.joint] += on_side(bone) / (1.0 + farther * farther).powi(3);
     }
     let total: f32 = shares.iter().sum();
     for share in &mut shares {
-        *share = if *share < LEAST_SHARE * total { 0.0 } else { *share };
+        *share = if *share < MIN_SHARE * total { 0.0 } else { *share };
     }
     let total: f32 = shares.iter().sum();
     shares.map(|share| share / total)

@@ -66,7 +66,7 @@ fn texture_coordinates(vertices_m: &[Vec3], faces: &[[u32; 3]]) -> Vec<Vec2> {
     vertices_m
         .iter()
         .zip(&normals)
-        .map(|(&at_m, &normal)| clothes_layout::place(at_m, normal))
+        .map(|(&at_m, &normal)| clothes_layout::coordinates(at_m, normal))
         .collect()
 }
 

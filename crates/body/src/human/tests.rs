@@ -1,4 +1,4 @@
-//! What the procedural human promises.
+//! Properties of the procedural human.
 
 use std::collections::BTreeMap;
 use std::sync::LazyLock;

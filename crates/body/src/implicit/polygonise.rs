@@ -171,7 +171,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn cells_that_two_sheets_pass_are_told_apart() {
+    fn cells_that_two_sheets_pass_are_distinguished() {
         assert!(is_single_sheet(0b0000_0001), "one corner");
         assert!(is_single_sheet(0b0000_1111), "one side");
         assert!(!is_single_sheet(0b0000_1001), "across a face");

@@ -59,7 +59,7 @@ fn neighbours(vertices: usize, quads: &[[u32; 4]]) -> Vec<Vec<u32>> {
 
 /// Cuts quadrilaterals along their shorter diagonals.
 ///
-/// Where the surface is pinched the shorter diagonal can be an edge already; cutting along the
+/// At a pinched surface the shorter diagonal can be an edge already; cutting along the
 /// other one keeps every edge between two faces.
 fn triangles(vertices_m: &[Vec3], quads: &[[u32; 4]]) -> Vec<[u32; 3]> {
     let edge = |i: u32, j: u32| (i.min(j), i.max(j));

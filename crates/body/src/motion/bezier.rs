@@ -6,7 +6,7 @@
 //! [`MotionConfig::period_s`] slows all speeds in proportion; with [`MotionConfig::pause_s`] the arm
 //! rests at the end of each curve. When the wrist leaves the
 //! view a new curve begins at once, and again whenever the curve does not bring it nearer; the clock
-//! runs on. All 78 numbers and the displacement follow the curve one by one, axis-angles included.
+//! runs on. All 78 parameters and the displacement follow the curve one by one, axis-angles included.
 //!
 //! # Source
 //! EventHands, released simulator. There a wrist outside gets a new curve every step, so that it
@@ -28,9 +28,9 @@ const SETTLING_CURVES: u32 = 4;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MotionConfig {
-    /// Where targets come from.
+    /// Distribution of the targets.
     pub variant: Variant,
-    /// How long a curve takes; published: 1.
+    /// Duration of a curve in seconds; published: 1.
     pub period_s: f64,
     /// How long the arm then rests before the next; published: 0.
     pub pause_s: f64,
@@ -174,11 +174,11 @@ mod tests {
     }
 
     fn distance(a: &Target, b: &Target) -> f32 {
-        let numbers = a.numbers.iter().zip(b.numbers).map(|(a, b)| (a - b).abs());
-        numbers.fold(a.translation_m.distance(b.translation_m), f32::max)
+        let differences = a.parameters.iter().zip(b.parameters).map(|(a, b)| (a - b).abs());
+        differences.fold(a.translation_m.distance(b.translation_m), f32::max)
     }
 
-    /// The fastest number spans 4 within a curve of degree two: at most 2·4 a second.
+    /// The fastest parameter spans 4 within a curve of degree two: at most 2·4 a second.
     #[test]
     fn motion_is_continuous_across_curves() {
         for pair in path(motion(4), 5_000).windows(2) {
@@ -267,7 +267,7 @@ mod tests {
         let view = ViewTest::new(&look_at, &camera, sensor, false);
         let mut body = PosedBody::default();
         let mut wrist_m = |target: &Target| {
-            let pose = BodyPose::from_generator(&model, &target.numbers, target.translation_m);
+            let pose = BodyPose::from_generator(&model, &target.parameters, target.translation_m);
             model.pose_joints(&person, &pose, &mut body);
             Vec3::from(body.joints[model.wrist].translation)
         };

@@ -1,7 +1,7 @@
 //! Random target poses.
 //!
 //! # Model
-//! `θ = ξ·gain + offset` for each of the generator's 78 numbers, ξ uniform and independent: small for
+//! `θ = ξ·gain + offset` for each of the generator's 78 parameters, ξ uniform and independent: small for
 //! the 66 angles of the body and the left hand's coefficients, U(-2, 2) for the right hand's. Gains
 //! pick out the arm: elbow (entries 57 to 59) and wrist (63 to 65), radians.
 //!
@@ -12,7 +12,7 @@ use evpose_core::CounterRng;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use crate::pose::{GENERATOR_NUMBERS, RIGHT_COEFFICIENTS};
+use crate::pose::{GENERATOR_PARAMETERS, RIGHT_COEFFICIENTS};
 
 /// Rotation of the pelvis about z.
 const PELVIS_Z: usize = 2;
@@ -38,7 +38,7 @@ const PAPER_RANGE: f32 = 0.2;
 /// The forearm is never near its middle twist: this much is added on one side or the other.
 const TWIST_OFFSET: f32 = 1.4;
 
-/// Which published distribution targets follow.
+/// Published distribution of the targets.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Variant {
@@ -57,43 +57,45 @@ pub enum Variant {
 /// A pose of the generator: what a motion starts from, aims at and returns.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Target {
-    /// The 78 numbers, see [`crate::BodyPose::from_generator`].
-    pub numbers: [f32; GENERATOR_NUMBERS],
+    /// The 78 pose parameters, see [`crate::BodyPose::from_generator`].
+    pub parameters: [f32; GENERATOR_PARAMETERS],
     /// Displacement of the body in metres.
     pub translation_m: Vec3,
 }
 
 impl Target {
     /// The T-pose with resting hands where the model stands.
-    pub const REST: Self = Self { numbers: [0.0; GENERATOR_NUMBERS], translation_m: Vec3::ZERO };
+    pub const REST: Self =
+        Self { parameters: [0.0; GENERATOR_PARAMETERS], translation_m: Vec3::ZERO };
 
-    /// A random pose.
+    /// Draws a random pose.
     pub fn draw(variant: Variant, rng: &mut CounterRng) -> Self {
         let range = if variant == Variant::Paper { PAPER_RANGE } else { PROGRAM_RANGE };
-        let mut numbers = std::array::from_fn(|entry| {
+        let mut parameters = std::array::from_fn(|entry| {
             let range = if entry < RIGHT_COEFFICIENTS { range } else { ARTICULATION_RANGE };
             rng.uniform(-range, range)
         });
-        numbers[ELBOW_X] *= 100.0;
-        numbers[ELBOW_Z] *= 10.0;
+        // Gains of the released program: they pick out the arm.
+        parameters[ELBOW_X] *= 100.0;
+        parameters[ELBOW_Z] *= 10.0;
         if variant != Variant::Bottom {
-            numbers[ELBOW_Y] *= 40.0;
+            parameters[ELBOW_Y] *= 40.0;
         }
-        for angle in &mut numbers[WRIST_X..WRIST_X + 3] {
+        for angle in &mut parameters[WRIST_X..WRIST_X + 3] {
             *angle *= 40.0;
         }
 
         let twist_is_negative = match variant {
-            Variant::Code => numbers[ELBOW_X] > 0.0,
+            Variant::Code => parameters[ELBOW_X] > 0.0,
             Variant::Paper | Variant::Bottom => rng.chance(0.5),
         };
-        numbers[ELBOW_X] += if twist_is_negative { -TWIST_OFFSET } else { TWIST_OFFSET };
-        numbers[COLLAR_Z] += 0.2;
-        numbers[SHOULDER_Z] += 0.1;
-        numbers[ELBOW_Z] += 0.5;
+        parameters[ELBOW_X] += if twist_is_negative { -TWIST_OFFSET } else { TWIST_OFFSET };
+        parameters[COLLAR_Z] += 0.2;
+        parameters[SHOULDER_Z] += 0.1;
+        parameters[ELBOW_Z] += 0.5;
         if variant == Variant::Bottom {
-            numbers[PELVIS_Z] -= 2.3;
-            numbers[ELBOW_X] -= 3.8;
+            parameters[PELVIS_Z] -= 2.3;
+            parameters[ELBOW_X] -= 3.8;
         }
 
         let mut between = |low: [f32; 3], high: [f32; 3]| {
@@ -103,15 +105,15 @@ impl Target {
             Variant::Code | Variant::Paper => between([-0.3, -0.3, -0.09], [0.3, 0.3, 0.09]),
             Variant::Bottom => between([-1.5, -0.52, -0.09], [-0.9, 0.08, 0.09]),
         };
-        Self { numbers, translation_m }
+        Self { parameters, translation_m }
     }
 
-    /// The point at `b` in [0, 1] of the quadratic Bezier curve over three poses, number by number.
+    /// The point at `b` in [0, 1] of the quadratic Bezier curve over three poses, parameter by parameter.
     pub fn bezier([start, middle, end]: &[Self; 3], b: f32) -> Self {
         let [p, q, r] = [(1.0 - b) * (1.0 - b), 2.0 * b * (1.0 - b), b * b];
         Self {
-            numbers: std::array::from_fn(|i| {
-                p * start.numbers[i] + q * middle.numbers[i] + r * end.numbers[i]
+            parameters: std::array::from_fn(|i| {
+                p * start.parameters[i] + q * middle.parameters[i] + r * end.parameters[i]
             }),
             translation_m: p * start.translation_m
                 + q * middle.translation_m
@@ -121,7 +123,7 @@ impl Target {
 
     /// Articulation coefficients of the right hand.
     pub fn articulation(&self) -> [f32; 6] {
-        std::array::from_fn(|k| self.numbers[RIGHT_COEFFICIENTS + k])
+        std::array::from_fn(|k| self.parameters[RIGHT_COEFFICIENTS + k])
     }
 }
 
@@ -129,12 +131,12 @@ impl Target {
 mod tests {
     use super::*;
 
-    /// Smallest and largest value of every number over many draws.
-    fn ranges(variant: Variant) -> [[f32; 2]; GENERATOR_NUMBERS] {
-        let mut ranges = [[f32::INFINITY, f32::NEG_INFINITY]; GENERATOR_NUMBERS];
+    /// Smallest and largest value of every parameter over many draws.
+    fn ranges(variant: Variant) -> [[f32; 2]; GENERATOR_PARAMETERS] {
+        let mut ranges = [[f32::INFINITY, f32::NEG_INFINITY]; GENERATOR_PARAMETERS];
         for k in 0..20_000 {
             let target = Target::draw(variant, &mut CounterRng::new(1, "target", k));
-            for ([low, high], value) in ranges.iter_mut().zip(target.numbers) {
+            for ([low, high], value) in ranges.iter_mut().zip(target.parameters) {
                 *low = low.min(value);
                 *high = high.max(value);
             }
@@ -171,7 +173,7 @@ mod tests {
     fn the_twist_of_the_program_goes_against_its_draw() {
         let n = 20_000;
         let draws = (0..n).map(|k| {
-            Target::draw(Variant::Code, &mut CounterRng::new(2, "target", k)).numbers[ELBOW_X]
+            Target::draw(Variant::Code, &mut CounterRng::new(2, "target", k)).parameters[ELBOW_X]
         });
         let inside = draws.filter(|twist| twist.abs() < 0.6).count() as f32 / n as f32;
         assert!((inside - 0.6).abs() < 0.02, "{inside}");
@@ -201,10 +203,10 @@ mod tests {
             [0, 1, 2].map(|k| Target::draw(Variant::Code, &mut CounterRng::new(3, "t", k)));
         assert_eq!(Target::bezier(&points, 0.0), points[0]);
         assert_eq!(Target::bezier(&points, 1.0), points[2]);
-        let half = Target::bezier(&points, 0.5).numbers[70];
-        let want = 0.25 * points[0].numbers[70]
-            + 0.5 * points[1].numbers[70]
-            + 0.25 * points[2].numbers[70];
+        let half = Target::bezier(&points, 0.5).parameters[70];
+        let want = 0.25 * points[0].parameters[70]
+            + 0.5 * points[1].parameters[70]
+            + 0.25 * points[2].parameters[70];
         assert!((half - want).abs() < 1e-7);
     }
 }

@@ -108,7 +108,7 @@ const REST_SPREAD_RAD: [f32; DIGITS] = [-0.05, 0.0, 0.09, 0.04, -0.10];
 /// The basis and mean pose of the right hand.
 pub(super) fn right_hand(digits: &[Digit; DIGITS]) -> HandBasis {
     let mut components = Box::new([[0.0; ANGLES]; ANGLES]);
-    let mut found = 0;
+    let mut count = 0;
     let synergies = SYNERGIES.iter().map(|s| (angles(digits, &s.flexion, &s.spread), s.length_rad));
     let shortest = SYNERGIES.iter().map(|s| s.length_rad).fold(f32::INFINITY, f32::min);
     let completion = (0..ANGLES).map(|k| {
@@ -117,11 +117,11 @@ pub(super) fn right_hand(digits: &[Digit; DIGITS]) -> HandBasis {
         (unit, shortest)
     });
     for (candidate, length_rad) in synergies.chain(completion) {
-        if found < ANGLES
-            && let Some(row) = orthogonal_part(&candidate, &components[..found], length_rad)
+        if count < ANGLES
+            && let Some(row) = orthogonal_part(&candidate, &components[..count], length_rad)
         {
-            components[found] = row;
-            found += 1;
+            components[count] = row;
+            count += 1;
         }
     }
     let mean = angles(digits, &REST_FLEXION_RAD, &REST_SPREAD_RAD);
@@ -169,7 +169,8 @@ fn flexion_axis(number: usize, joint: usize, digit: &Digit) -> Vec3 {
     }
 }
 
-/// What `candidate` has beyond `rows`, scaled to `length_rad`; `None` if there is next to nothing.
+/// The part of `candidate` orthogonal to `rows`, scaled to `length_rad`; `None` if it is almost zero
+/// (Gram-Schmidt).
 fn orthogonal_part(
     candidate: &[f32; ANGLES],
     rows: &[[f32; ANGLES]],

@@ -1,4 +1,4 @@
-//! Which bones hold each point of the surface: skin weights, and how far along the limb it lies.
+//! Skin weights of each point of the surface, and its position along the limb.
 //!
 //! # Model
 //! A vertex is shared out in two steps. Along a chain of bones, each joint hands over from the bone
@@ -18,7 +18,7 @@ use super::digits::{DIGITS, Digit, THUMB};
 use super::frame::{COLLAR_M, ELBOW_M, SHOULDER_M, WRIST_M};
 use crate::implicit::cone::smooth_step;
 
-/// Where the trunk hands over at shoulder, elbow and wrist: metres before and after the joint. The
+/// Blend zones of the trunk at shoulder, elbow and wrist: metres before and after the joint. The
 /// forearm turns with the elbow and the wrist, so both stretches are long.
 const TRUNK_HANDOVER_M: [[f32; 2]; 3] = [[0.040, 0.040], [0.060, 0.050], [0.032, 0.012]];
 /// The same for the first joints of the fingers and of the thumb.
@@ -26,14 +26,14 @@ const KNUCKLE_HANDOVER_M: [f32; 2] = [0.010, 0.012];
 const THUMB_HANDOVER_M: [f32; 2] = [0.012, 0.022];
 /// Beyond this distance from the thumb, the palm does not follow it.
 const THUMB_REACH_M: f32 = 0.019;
-/// Where two digits are this much nearer and farther, the nearer one has it all.
+/// Difference of the distances to two digits above which the nearer one has the whole weight.
 const DIGIT_HANDOVER_M: f32 = 0.004;
 /// Joints on the second and third knuckles hand over within this many radii.
 const KNUCKLE_RADII: f32 = 0.65;
 /// How often shares are averaged with those of the neighbours.
 const SMOOTHING_ROUNDS: usize = 2;
 
-/// What holds a vertex.
+/// Skin weights of a vertex.
 pub(super) struct Binding {
     /// Share of every joint, with sum one.
     pub(super) shares: [f32; JOINTS],

@@ -1,15 +1,15 @@
-//! Where the bones of the five digits lie at rest, and how thick they are.
+//! Rest positions and radii of the bones of the five digits.
 //!
-//! Lengths are round numbers near the means of an adult: bones after Buryanov and Kotiuk,
+//! Lengths are rounded means of an adult: bones after Buryanov and Kotiuk,
 //! *Proportions of hand segments* (Int. J. Morphol. 28(3), 2010), tips with their soft tissue.
 
 use glam::Vec3;
 
 use super::frame::{direction, hand_point};
 
-/// Digits of a hand, numbered as SMPL+H numbers them.
+/// Digits of a hand, in the order of SMPL+H.
 pub(super) const DIGITS: usize = 5;
-/// The thumb's number.
+/// Index of the thumb.
 pub(super) const THUMB: usize = 4;
 
 /// One digit. Vectors are (distal, dorsal, radial), lengths millimetres.
@@ -22,7 +22,7 @@ struct Plan {
     lengths_mm: [f32; 3],
     /// Radii at the three joints and of the tip.
     radii_mm: [f32; 4],
-    /// Where the nail points, roughly.
+    /// Approximate direction of the nail's normal.
     dorsal: [f32; 3],
 }
 

@@ -12,7 +12,7 @@ use crate::skeleton::{
 
 use super::digits::{DIGITS, Digit};
 
-/// The body's joints: round numbers for a person of 1.7 m with the arms stretched out.
+/// Joints of the body: rounded values of a person of 1.7 m in the T-pose.
 pub(super) const BODY_JOINTS_M: [Vec3; BODY_JOINTS] = [
     Vec3::new(0.0, -0.22, 0.03),     // pelvis
     Vec3::new(0.065, -0.31, 0.02),   // left hip

@@ -1,4 +1,4 @@
-//! Where the surface of the arm is looked for.
+//! The sampling grid of the arm's implicit surface.
 //!
 //! The grid follows the arm: slices across it with square cells whose size grows towards the shoulder,
 //! so that a finger gets as many vertices around as the upper arm.
@@ -8,7 +8,7 @@ use glam::Vec3;
 use super::frame::WRIST_M;
 use crate::implicit::Grid;
 
-/// Where slices lie along x and the size of their cells, both in metres; linear between. Fine for
+/// Positions of slices along x and sizes of their cells, both in metres; linear between. Fine for
 /// the fingers, coarser for palm and thumb, coarsest for the upper arm.
 const CELL_SIZES_M: [(f32, f32); 6] = [
     (-0.888, 0.0046),

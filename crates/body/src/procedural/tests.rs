@@ -1,4 +1,4 @@
-//! What the procedural arm promises.
+//! Properties of the procedural arm.
 
 use std::collections::BTreeMap;
 use std::sync::LazyLock;

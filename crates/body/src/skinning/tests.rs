@@ -22,7 +22,7 @@ fn posed(pose: &BodyPose) -> PosedBody {
 
 fn random_pose(seed: u64) -> BodyPose {
     let target = Target::draw(Variant::Code, &mut CounterRng::new(seed, "pose", 0));
-    BodyPose::from_generator(&MODEL, &target.numbers, target.translation_m)
+    BodyPose::from_generator(&MODEL, &target.parameters, target.translation_m)
 }
 
 #[test]
@@ -132,7 +132,7 @@ proptest! {
     #[test]
     fn placing_a_hand_by_its_label_returns_the_hand(seed in 0u64..1000) {
         let target = Target::draw(Variant::Code, &mut CounterRng::new(seed, "pose", 0));
-        let pose = BodyPose::from_generator(&MODEL, &target.numbers, target.translation_m);
+        let pose = BodyPose::from_generator(&MODEL, &target.parameters, target.translation_m);
         let body = posed(&pose);
         let params = body.hand_params(&MODEL, target.articulation());
         let mut placed = PosedBody::default();

@@ -1,4 +1,4 @@
-//! Numbers of a glTF accessor, every offset checked against the bytes that are there.
+//! Values of a glTF accessor, with every offset checked against the length of the buffer.
 
 use gltf::Accessor;
 use gltf::accessor::DataType;
@@ -6,14 +6,14 @@ use gltf::accessor::DataType;
 use crate::files::FieldFault;
 use evpose_pickle::{Array, ArrayError, Element};
 
-/// The numbers of an accessor as `[count, components]`; normalised integers as fractions.
+/// Reads the values of an accessor as `[count, components]`; normalised integers as fractions.
 ///
 /// # Errors
 /// If they lie outside of the file's binary part.
 pub(super) fn read(accessor: &Accessor<'_>, blob: &[u8]) -> Result<Array, FieldFault> {
     const OUTSIDE: ArrayError = ArrayError::Damaged("it lies outside of the file's binary part");
     if accessor.sparse().is_some() {
-        return Err(ArrayError::Damaged("it is sparse; export it as plain numbers").into());
+        return Err(ArrayError::Damaged("it is sparse; export it as plain values").into());
     }
     let (name, most) = match accessor.data_type() {
         DataType::I8 => ("i1", 127.0),

@@ -1,8 +1,11 @@
-//! The joints of a hand as WebXR names them, and which of a hand's 16 each belongs to.
+//! The hand joints of WebXR, with the joint of the 16-joint model that each maps to.
 //!
 //! # Source
 //! W3C, *WebXR Hand Input Module*, section 2.2: 25 joints; the y axis of a joint points out of the
 //! back of the hand.
+
+/// Number of joints of a hand, its wrist included.
+pub(super) const HAND_SIZE: usize = 16;
 
 /// Names, and the joint of the model that moves what they move: metacarpals other than the thumb's
 /// move with the wrist, tips with the joint before them.
@@ -34,7 +37,7 @@ pub(super) const JOINTS: [(&str, usize); 25] = [
     ("pinky-finger-tip", 9),
 ];
 
-/// Whether a model cannot do without the joint of this name.
+/// Whether a joint of this name is required: the others follow a neighbour.
 pub(super) fn is_needed(name: &str) -> bool {
     let follows = name.ends_with("-tip") || name.ends_with("finger-metacarpal");
     !follows

@@ -10,7 +10,9 @@
 //! Khronos, *glTF 2.0*, section 3.7.3.
 
 mod accessor;
+mod faults;
 mod joints;
+mod mesh;
 #[cfg(test)]
 mod tests;
 
@@ -19,7 +21,7 @@ use std::path::Path;
 use glam::{Mat3, Mat4, Vec2, Vec3};
 use gltf::binary::Glb;
 use gltf::json::Root;
-use gltf::{Gltf, Semantic};
+use gltf::{Gltf, Skin};
 
 use evpose_pose::HandSide;
 
@@ -27,11 +29,12 @@ use super::{FieldFault, ModelFile, ModelFileError, ModelKind};
 use crate::texture_layout::coordinates;
 use crate::{BodyModel, SkinWeights};
 use evpose_pickle::Array;
-use joints::{JOINTS, is_needed};
+use faults::Faults;
+use joints::{HAND_SIZE, JOINTS, is_needed};
+use mesh::SkinnedMesh;
 
-/// Joints of a hand and its wrist.
-const COUNT: usize = 16;
-const PARENTS: [Option<usize>; COUNT] = {
+/// Parent of every joint, in the order of MANO.
+const PARENTS: [Option<usize>; HAND_SIZE] = {
     let p = Some::<usize>;
     [
         None,
@@ -52,7 +55,7 @@ const PARENTS: [Option<usize>; COUNT] = {
         p(14),
     ]
 };
-/// Thumb, index, middle, ring, pinky.
+/// Last joints of thumb, index, middle, ring and pinky.
 const LAST_JOINTS: [usize; 5] = [15, 3, 6, 12, 9];
 
 /// Whether bytes are binary glTF.
@@ -62,124 +65,120 @@ pub(super) fn is_glb(bytes: &[u8]) -> bool {
 
 /// Reads the first skinned mesh.
 pub(super) fn model(path: &Path, bytes: &[u8]) -> Result<ModelFile, ModelFileError> {
-    let none = |reason: &str| ModelFileError::NotAModel {
-        path: path.to_owned(),
-        reason: reason.to_owned(),
-    };
-    let fault = |field: &'static str, fault: FieldFault| ModelFileError::Field {
-        path: path.to_owned(),
-        field,
-        fault,
-    };
+    let faults = Faults { path };
+    check_container(bytes, &faults)?;
+    let file = Gltf::from_slice(bytes).map_err(|error| faults.not_a_model(&error.to_string()))?;
+    let blob =
+        file.blob.as_deref().ok_or_else(|| faults.not_a_model("glTF without a binary part"))?;
+    let node = file.nodes().find(|node| node.skin().is_some() && node.mesh().is_some());
+    let skinned = node.and_then(|node| node.skin().zip(node.mesh()));
+    let (skin, mesh) = skinned.ok_or_else(|| faults.not_a_model("glTF without a skinned mesh"))?;
+
+    let names: Vec<String> = skin.joints().map(|j| j.name().unwrap_or("").to_owned()).collect();
+    let missing_joints = missing_joints(&names, &faults)?;
+    let mut mesh = SkinnedMesh::read(&mesh, blob, &names, &faults)?;
+    let rest = rest_joints(&skin, blob, &names, &faults)?;
+    let (rotation, side) = canonical_rotation(&rest)
+        .ok_or_else(|| faults.not_a_model("a hand without a direction"))?;
+    let joints_m: Vec<Vec3> = rest.iter().map(|m| rotation * m.w_axis.truncate()).collect();
+    mesh.template_m.iter_mut().for_each(|vertex_m| *vertex_m = rotation * *vertex_m);
+
+    let mut missing = vec![
+        "shape directions: the hand has one shape",
+        "pose correctives: skin keeps its shape where joints bend",
+        "forearm: the hand ends at the wrist",
+    ];
+    missing.extend(missing_joints);
+    let (kind, format) = (ModelKind::Jointed(side), "binary glTF");
+    let model = body_model(mesh, joints_m, side);
+    Ok(ModelFile { kind, format, model, hand_components: 6, missing })
+}
+
+/// Checks the stated length and the positions, which the library takes for granted.
+fn check_container(bytes: &[u8], faults: &Faults<'_>) -> Result<(), ModelFileError> {
     // Bytes behind the length that the header states, or fewer, are not this file's.
     let stated = bytes.get(8..12).and_then(|b| b.try_into().ok()).map(u32::from_le_bytes);
     if stated.map(|stated| stated as usize) != Some(bytes.len()) {
-        let reason = "the file has not the length that its header states".to_owned();
         return Err(ModelFileError::Archive {
-            path: path.to_owned(),
+            path: faults.path.to_owned(),
             byte: bytes.len() as u64,
-            reason,
+            reason: "the file has not the length that its header states".to_owned(),
         });
     }
     if !is_whole(bytes) {
-        return Err(none("glTF whose meshes have no positions"));
+        return Err(faults.not_a_model("glTF whose meshes have no positions"));
     }
-    let file = Gltf::from_slice(bytes).map_err(|error| none(&error.to_string()))?;
-    let blob = file.blob.as_deref().ok_or_else(|| none("glTF without a binary part"))?;
-    let node = file.nodes().find(|node| node.skin().is_some() && node.mesh().is_some());
-    let skinned = node.and_then(|node| node.skin().zip(node.mesh()));
-    let (skin, mesh) = skinned.ok_or_else(|| none("glTF without a skinned mesh"))?;
+    Ok(())
+}
 
-    let names: Vec<String> = skin.joints().map(|j| j.name().unwrap_or("").to_owned()).collect();
-    let lacks: Vec<&'static str> = JOINTS
+/// Names of the optional joints that a skin does not have.
+fn missing_joints(
+    names: &[String],
+    faults: &Faults<'_>,
+) -> Result<Vec<&'static str>, ModelFileError> {
+    let missing: Vec<&'static str> = JOINTS
         .map(|(name, _)| name)
         .into_iter()
         .filter(|n| !names.iter().any(|m| m == n))
         .collect();
-    let needed: Vec<&str> = lacks.iter().copied().filter(|name| is_needed(name)).collect();
-    if !needed.is_empty() {
-        return Err(none(&format!("a skin without the WebXR joints {}", needed.join(", "))));
+    let needed: Vec<&str> = missing.iter().copied().filter(|name| is_needed(name)).collect();
+    if needed.is_empty() {
+        return Ok(missing);
     }
-    let matrices =
-        skin.inverse_bind_matrices().ok_or_else(|| none("a skin without bind matrices"))?;
-    let matrices =
-        accessor::read(&matrices, blob).map_err(|why| fault("inverseBindMatrices", why))?;
-    let bound = bound(&matrices, names.len()).map_err(|why| fault("inverseBindMatrices", why))?;
+    Err(faults.not_a_model(&format!("a skin without the WebXR joints {}", needed.join(", "))))
+}
 
-    let (mut template_m, mut weights, mut faces) = (Vec::new(), Vec::new(), Vec::new());
-    for primitive in mesh.primitives() {
-        let base = template_m.len();
-        let array = |semantic: Semantic, field: &'static str| {
-            let accessor = primitive.get(&semantic);
-            let accessor = accessor.ok_or_else(|| none(&format!("a mesh without {field}")))?;
-            accessor::read(&accessor, blob).map_err(|why| fault(field, why))
-        };
-        let positions = array(Semantic::Positions, "POSITION")?;
-        template_m.extend(points(&positions).map_err(|why| fault("POSITION", why))?);
-        let (joints, shares) =
-            (array(Semantic::Joints(0), "JOINTS_0")?, array(Semantic::Weights(0), "WEIGHTS_0")?);
-        let count = template_m.len() - base;
-        weights.extend(
-            skin_of(&joints, &shares, count, &names).map_err(|why| fault("WEIGHTS_0", why))?,
-        );
-        let indices = primitive.indices().ok_or_else(|| none("a mesh without triangles"))?;
-        let indices = accessor::read(&indices, blob).map_err(|why| fault("indices", why))?;
-        for corners in indices.values.as_chunks::<3>().0 {
-            if let Some(&value) = corners.iter().find(|value| !(0.0..count as f64).contains(*value))
-            {
-                let last = count.saturating_sub(1);
-                return Err(fault(
-                    "indices",
-                    FieldFault::Index { index: faces.len() * 3, value, last },
-                ));
-            }
-            faces.push(corners.map(|value| (value as usize + base) as u32));
-        }
-    }
-    if template_m.is_empty() {
-        return Err(none("a mesh without vertices"));
-    }
+/// Bind transforms of the model's joints, in their order.
+fn rest_joints(
+    skin: &Skin<'_>,
+    blob: &[u8],
+    names: &[String],
+    faults: &Faults<'_>,
+) -> Result<Vec<Mat4>, ModelFileError> {
+    const FIELD: &str = "inverseBindMatrices";
+    let matrices = skin
+        .inverse_bind_matrices()
+        .ok_or_else(|| faults.not_a_model("a skin without bind matrices"))?;
+    let matrices =
+        accessor::read(&matrices, blob).map_err(|fault| faults.in_field(FIELD, fault))?;
+    let bound =
+        bind_transforms(&matrices, names.len()).map_err(|fault| faults.in_field(FIELD, fault))?;
     let at = |joint: usize| {
         let name = JOINTS.iter().find(|(name, own)| *own == joint && is_needed(name));
         name.and_then(|(name, _)| names.iter().position(|n| n == name)).map(|k| bound[k])
     };
-    let rest: Vec<Mat4> = (0..COUNT).filter_map(at).collect();
-    let (turn, side) = turn(&rest).ok_or_else(|| none("a hand without a direction"))?;
-    let mut joints_m: Vec<Vec3> = rest.iter().map(|m| turn * m.w_axis.truncate()).collect();
-    template_m.iter_mut().for_each(|vertex_m| *vertex_m = turn * *vertex_m);
-    joints_m.truncate(COUNT);
+    Ok((0..HAND_SIZE).filter_map(at).collect())
+}
+
+/// The hand as a body model with the articulation of the procedural hand.
+fn body_model(mesh: SkinnedMesh, joints_m: Vec<Vec3>, side: HandSide) -> BodyModel {
+    let SkinnedMesh { template_m, skin, faces } = mesh;
     let arm = BodyModel::procedural_arm();
     let mut hand = match (side, arm.left_hand) {
         (HandSide::Left, Some(left)) => left,
         _ => arm.right_hand,
     };
     hand.first_joint = 1;
-    let mut missing = vec![
-        "shape directions: the hand has one shape",
-        "pose correctives: skin keeps its shape where joints bend",
-        "forearm: the hand ends at the wrist",
-    ];
-    missing.extend(lacks);
     let mut model = BodyModel {
         shape_directions_m: Vec::new(),
         pose_directions_m: Vec::new(),
-        joint_regressor: vec![Vec::new(); COUNT],
+        joint_regressor: vec![Vec::new(); HAND_SIZE],
         parents: PARENTS.to_vec(),
         further_weights: Vec::new(),
         uvs: vec![Vec2::ZERO; template_m.len()],
         left_hand: None,
         right_hand: hand,
         wrist: 0,
-        fingertips: LAST_JOINTS.map(|joint| tip(&template_m, &weights, &joints_m, joint)),
+        fingertips: LAST_JOINTS.map(|joint| tip(&template_m, &skin, &joints_m, joint)),
         joint_offsets_m: joints_m,
         joint_directions_m: Vec::new(),
-        skin: weights,
+        skin,
         template_m,
         faces,
     };
+    // Texture coordinates follow from the rest pose.
     model.uvs = coordinates(&model, &model.shaped(&[]));
-    let (kind, format) = (ModelKind::Jointed(side), "binary glTF");
-    Ok(ModelFile { kind, format, model, hand_components: 6, missing })
+    model
 }
 
 /// Whether the positions of every mesh exist: the library's own check of their bounds takes that for
@@ -195,11 +194,11 @@ fn is_whole(bytes: &[u8]) -> bool {
     })
 }
 
-/// Where every joint is in the pose of the mesh.
-fn bound(matrices: &Array, joints: usize) -> Result<Vec<Mat4>, FieldFault> {
+/// Inverses of the inverse bind matrices: the joints in the bind pose of the mesh.
+fn bind_transforms(matrices: &Array, joints: usize) -> Result<Vec<Mat4>, FieldFault> {
     if matrices.shape != [joints, 16] {
-        let (expected, found) = (format!("[{joints}, 16]"), matrices.shape.clone());
-        return Err(FieldFault::Shape { expected, found });
+        let (expected, actual) = (format!("[{joints}, 16]"), matrices.shape.clone());
+        return Err(FieldFault::Shape { expected, actual });
     }
     let (matrices, _) = matrices.values.as_chunks::<16>();
     let inverse = |(k, matrix): (usize, &[f64; 16])| {
@@ -214,66 +213,9 @@ fn bound(matrices: &Array, joints: usize) -> Result<Vec<Mat4>, FieldFault> {
     matrices.iter().enumerate().map(inverse).collect()
 }
 
-fn points(array: &Array) -> Result<Vec<Vec3>, FieldFault> {
-    if array.shape.get(1) != Some(&3) {
-        let (expected, found) = ("[vertices, 3]".to_owned(), array.shape.clone());
-        return Err(FieldFault::Shape { expected, found });
-    }
-    if let Some(index) = array.values.iter().position(|value| !(value.abs() < 1e4)) {
-        return Err(FieldFault::Value { index, value: array.values[index] });
-    }
-    let (points, _) = array.values.as_chunks::<3>();
-    Ok(points.iter().map(|point| Vec3::from_array(point.map(|value| value as f32))).collect())
-}
-
-/// Weights of every vertex on the model's joints.
-fn skin_of(
-    joints: &Array,
-    weights: &Array,
-    vertices: usize,
-    names: &[String],
-) -> Result<Vec<SkinWeights>, FieldFault> {
-    for array in [joints, weights] {
-        if array.shape != [vertices, 4] {
-            let (expected, found) = (format!("[{vertices}, 4]"), array.shape.clone());
-            return Err(FieldFault::Shape { expected, found });
-        }
-    }
-    let joint_of = |value: f64| {
-        let name = names.get(value as usize)?;
-        JOINTS.iter().find(|(known, _)| known == name).map(|(_, joint)| *joint)
-    };
-    let rows = joints.values.as_chunks::<4>().0.iter().zip(weights.values.as_chunks::<4>().0);
-    rows.enumerate()
-        .map(|(vertex, (joints, weights))| {
-            let mut shares = [0.0f32; COUNT];
-            for (k, (&joint, &weight)) in joints.iter().zip(weights).enumerate() {
-                if weight == 0.0 {
-                    continue;
-                }
-                let index = 4 * vertex + k;
-                let joint = joint_of(joint).ok_or(FieldFault::Index {
-                    index,
-                    value: joint,
-                    last: names.len() - 1,
-                })?;
-                if !(0.0..=1.0).contains(&weight) {
-                    return Err(FieldFault::Value { index, value: weight });
-                }
-                shares[joint] += weight as f32;
-            }
-            let sum = shares.iter().sum::<f32>();
-            if (sum - 1.0).abs() > 0.02 {
-                return Err(FieldFault::Sum { vertex, sum: sum.into() });
-            }
-            Ok(SkinWeights::strongest(shares.into_iter().enumerate()))
-        })
-        .collect()
-}
-
-/// The rotation that brings fingers to the model's direction and the back of the hand up, and which
-/// hand it is: seen from its back, the index finger of a right hand is left of the others.
-fn turn(rest: &[Mat4]) -> Option<(Mat3, HandSide)> {
+/// The rotation to the canonical orientation, fingers along x and the back of the hand up, and the
+/// side of the hand: seen from its back, the index finger of a right hand is left of the others.
+fn canonical_rotation(rest: &[Mat4]) -> Option<(Mat3, HandSide)> {
     let at = |joint: usize| Some(rest.get(joint)?.w_axis.truncate());
     let forward = (at(4)? - at(0)?).try_normalize()?;
     let across = at(1)? - at(7)?;
@@ -281,8 +223,8 @@ fn turn(rest: &[Mat4]) -> Option<(Mat3, HandSide)> {
     let up = forward.cross(across);
     let is_right = up.dot(rest.first()?.y_axis.truncate()) > 0.0;
     let (side, forward_x) = if is_right { (HandSide::Right, -1.0) } else { (HandSide::Left, 1.0) };
-    let found = Mat3::from_cols(forward * forward_x, if is_right { up } else { -up }, across);
-    Some((found.transpose(), side))
+    let rotation = Mat3::from_cols(forward * forward_x, if is_right { up } else { -up }, across);
+    Some((rotation.transpose(), side))
 }
 
 /// The outermost vertex that a finger's last joint moves.

@@ -9,7 +9,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::{BodyPose, PosedBody};
 
-/// Where joint `k` of [`JOINTS`] is on a right hand, fingers along -z, its back up.
+/// Position of joint `k` of [`JOINTS`] on a right hand, fingers along -z, its back up.
 fn place(k: usize) -> Vec3 {
     match k {
         0 => Vec3::ZERO,
@@ -49,7 +49,7 @@ fn glb(lacking: &[&str]) -> Vec<u8> {
     let views = [64 * n, 12 * n, 16 * n, 4 * n, 6].map(&mut view).join(",");
     let nodes: Vec<String> =
         joints.iter().map(|&k| format!(r#"{{"name":"{}"}}"#, JOINTS[k].0)).collect();
-    let numbers: Vec<String> = (0..n).map(|k| k.to_string()).collect();
+    let indices: Vec<String> = (0..n).map(|k| k.to_string()).collect();
     let mut json = format!(
         r#"{{"asset":{{"version":"2.0"}},"buffers":[{{"byteLength":{}}}],"bufferViews":[{views}],
 "accessors":[{{"bufferView":0,"componentType":5126,"count":{n},"type":"MAT4"}},
@@ -61,7 +61,7 @@ fn glb(lacking: &[&str]) -> Vec<u8> {
 "skins":[{{"inverseBindMatrices":0,"joints":[{}]}}],
 "nodes":[{},{{"mesh":0,"skin":0}}]}}"#,
         blob.len(),
-        numbers.join(","),
+        indices.join(","),
         nodes.join(",")
     );
     while json.len() % 4 != 0 {

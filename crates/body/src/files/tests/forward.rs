@@ -1,7 +1,7 @@
 //! The forward model beside that of the Python package `smplx`.
 //!
 //! # Source
-//! Numbers of smplx 0.1.28 with PyTorch in double precision, `MANO` and `SMPLH` with
+//! Values of smplx 0.1.28 with PyTorch in double precision, `MANO` and `SMPLH` with
 //! `use_pca=True, num_pca_comps=6, flat_hand_mean=False`, on the synthetic models of
 //! [`super::synthetic`] (the same integer hash in NumPy) and with the coefficients of [`posed`]; points
 //! are the joints, then the vertices at the finger tips.
@@ -39,27 +39,27 @@ const BODY: [(usize, [f32; 3]); 9] = [
 /// Metres.
 const TOLERANCE_M: f32 = 1e-5;
 
-fn numbers(salt: u32, count: usize, scale: f64) -> Vec<f32> {
+fn values(salt: u32, count: usize, scale: f64) -> Vec<f32> {
     stream(salt, count, scale).into_iter().map(|value| value as f32).collect()
 }
 
 /// The model in a random shape and pose.
 fn posed(model: &BodyModel) -> PosedBody {
     let mut pose = BodyPose::rest(model);
-    pose.translation_m = Vec3::from_slice(&numbers(21, 3, 2.0));
+    pose.translation_m = Vec3::from_slice(&values(21, 3, 2.0));
     let turn = |basis: &HandBasis, salt: u32, pose: &mut BodyPose| {
-        pose.set_hand(basis, &numbers(salt, 6, 4.0));
+        pose.set_hand(basis, &values(salt, 6, 4.0));
     };
     if let Some(left) = &model.left_hand {
-        for (joint, angles) in pose.joints[1..].iter_mut().zip(numbers(25, 63, 2.0).chunks(3)) {
+        for (joint, angles) in pose.joints[1..].iter_mut().zip(values(25, 63, 2.0).chunks(3)) {
             *joint = Vec3::from_slice(angles);
         }
         turn(left, 24, &mut pose);
     }
     turn(&model.right_hand, 23, &mut pose);
-    pose.joints[0] = Vec3::from_slice(&numbers(22, 3, 3.0));
+    pose.joints[0] = Vec3::from_slice(&values(22, 3, 3.0));
     let mut out = PosedBody::default();
-    model.pose(&model.shaped(&numbers(20, 10, 4.0)), &pose, &mut out);
+    model.pose(&model.shaped(&values(20, 10, 4.0)), &pose, &mut out);
     out
 }
 

@@ -43,7 +43,7 @@ fn a_pickle_and_an_archive_of_a_hand_are_the_same_hand() {
 }
 
 #[test]
-fn the_direction_of_the_fingers_tells_left_from_right() {
+fn the_direction_of_the_fingers_distinguishes_left_from_right() {
     assert_eq!(read(npz(&hand(1.0))).unwrap().kind, ModelKind::Hand(HandSide::Left));
 }
 
@@ -80,7 +80,10 @@ fn errors_name_the_field_and_what_was_expected() {
     let error = changed("kintree_table", |f| f.values[3] = 3.0);
     assert!(error.contains("`kintree_table`: joint 3 hangs on another"), "{error}");
     let error = changed("hands_mean", |f| f.name = "hand_mean");
-    assert!(error.contains("no field `hands_mean`: the hand's mean pose (found: J_reg"), "{error}");
+    assert!(
+        error.contains("no field `hands_mean`: the hand's mean pose (available: J_reg"),
+        "{error}"
+    );
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Models of random numbers in the published shapes, as files.
+//! Models of random values in the published shapes, as files.
 
 use std::io::{Cursor, Write};
 
@@ -29,7 +29,7 @@ pub(super) fn unit(salt: u32, index: usize) -> f64 {
     f64::from(x) / 4_294_967_296.0 - 0.5
 }
 
-/// Numbers of a stream, scaled.
+/// Values of a stream, scaled.
 pub(super) fn stream(salt: u32, count: usize, scale: f64) -> Vec<f64> {
     (0..count).map(|index| scale * unit(salt, index)).collect()
 }
@@ -164,9 +164,9 @@ fn text(out: &mut Vec<u8>, text: &str) {
     out.extend(text.bytes());
 }
 
-fn tuple(out: &mut Vec<u8>, numbers: &[usize]) {
+fn tuple(out: &mut Vec<u8>, values: &[usize]) {
     out.push(b'(');
-    for &number in numbers {
+    for &number in values {
         out.push(b'J');
         out.extend((number as u32).to_le_bytes());
     }
