@@ -31,7 +31,7 @@ pub(super) fn describe(directory: &Path) -> Result<()> {
         (simulation.sequences, simulation.seconds, config.seed, "hands".to_owned())
     };
     let set = SequenceSet::new(directory, sequences);
-    let set = if is_people { set.holding(PEOPLE) } else { set };
+    let set = if is_people { set.with_endings(PEOPLE) } else { set };
     let unfinished = set.unfinished(Shard::WHOLE).len();
     let complete = sequences - unfinished;
     say(directory.display());

@@ -73,7 +73,7 @@ fn the_tasks_of_both_array_jobs_record_every_sequence_once() {
             assert!(args.resume, "a task that is started again must resume");
             let Some(shard) = args.shard else { panic!("no shard") };
             sequences = args.sequences.unwrap_or_default();
-            recorded.extend(shard.of(sequences as u64));
+            recorded.extend(shard.sequences_of(sequences as u64));
         }
         recorded.sort_unstable();
         assert_eq!(recorded, (0..sequences as u64).collect::<Vec<_>>());

@@ -55,7 +55,7 @@ fn moment(simulation: &Simulation, index: u64) -> Result<[RgbImage; 2]> {
     }
     let [off, on] = newest.map(|newest| faded(sensor, &newest, now));
     let events = Canvas::events(&on, &off, scale).into_image();
-    Ok([screen(&simulator.picture(), scale), events])
+    Ok([screen(&simulator.frame_rgb(), scale), events])
 }
 
 /// 1 for an event of now, 0 for none within the window.

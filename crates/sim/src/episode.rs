@@ -1,4 +1,4 @@
-//! What stays the same for an episode and is drawn anew for the next.
+//! Parameters that are constant over an episode and redrawn for the next.
 
 use evpose_core::CounterRng;
 use glam::Vec2;
@@ -10,37 +10,37 @@ use crate::texture::SkinCoefficients;
 /// Person, surroundings and threshold of one episode.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Episode {
-    /// Number of the episode in its sequence, from 0.
+    /// Index of the episode in its sequence, from 0.
     pub index: u64,
     /// Shape coefficients of the body.
     pub betas: Vec<f32>,
-    /// The person's skin.
+    /// Skin coefficients of the person.
     pub skin: SkinCoefficients,
     /// Lights on the hand.
     pub lighting: Lighting,
-    /// Which picture of the pool is behind the hand.
-    pub picture: usize,
-    /// Where the picture is.
+    /// Index of the background image in the pool.
+    pub background: usize,
+    /// Placement of the background image.
     pub placement: BackdropPlacement,
-    /// What is added to the sensor's contrast thresholds.
+    /// Offset of the sensor's contrast thresholds, in natural-log intensity.
     pub threshold_offset: f64,
 }
 
 impl Episode {
-    /// Draws episode `index` of a sequence. Each part has random numbers of its own: one that is
-    /// switched off does not move the others.
+    /// Draws episode `index` of a sequence. Each part has a random stream of its own: switching one
+    /// off does not change the others.
     ///
     /// # Panics
-    /// If the pool of `pictures` pictures is empty.
+    /// If the pool of `images` background images is empty.
     ///
     /// # Source
     /// EventHands simulator: shape U(-2, 2), texture N(0, 2²), light directions uniform on the
-    /// sphere, colours · U(0.9, 1.1), picture uniform, offset U(-0.1, 0.1)², threshold
+    /// sphere, colours · U(0.9, 1.1), background uniform, offset U(-0.1, 0.1)², threshold
     /// N(0.5, 0.02²).
     pub fn draw(
         config: &SimulationConfig,
         betas: usize,
-        pictures: usize,
+        images: usize,
         sequence_seed: u64,
         index: u64,
     ) -> Self {
@@ -55,7 +55,7 @@ impl Episode {
                 .collect(),
             skin: SkinCoefficients::draw(&mut part("episode skin"), config.skin.variation_sd),
             lighting: config.lights.draw(&mut part("episode lights")),
-            picture: background.below(pictures),
+            background: background.below(images),
             placement: BackdropPlacement {
                 scale: config.backgrounds.scale,
                 offset: Vec2::new(
@@ -69,8 +69,8 @@ impl Episode {
     }
 }
 
-/// Whether a new episode begins with frame `frame`.
-pub(crate) fn begins_at(frame: u64, episode_frames: u64, lagging_clock: bool) -> bool {
+/// Whether `frame` is the first of an episode; see `ParityConfig::lagging_episode_clock`.
+pub(crate) fn starts_episode(frame: u64, episode_frames: u64, lagging_clock: bool) -> bool {
     if lagging_clock {
         frame == 0 || (frame - 1).is_multiple_of(episode_frames)
     } else {
@@ -85,7 +85,7 @@ mod tests {
     #[test]
     fn episodes_begin_at_the_published_frames() {
         let begins = |lagging| -> Vec<u64> {
-            (0..150_000).filter(|&frame| begins_at(frame, 50_000, lagging)).collect()
+            (0..150_000).filter(|&frame| starts_episode(frame, 50_000, lagging)).collect()
         };
         assert_eq!(begins(false), [0, 50_000, 100_000]);
         assert_eq!(begins(true), [0, 1, 50_001, 100_001]);
@@ -105,12 +105,12 @@ mod tests {
         let mean: glam::Vec3A =
             episodes.iter().map(|e| e.lighting.lights[0].direction).sum::<glam::Vec3A>() / n as f32;
         assert!(mean.length() < 0.04, "{mean}");
-        let mut pictures = [0; 9];
+        let mut images = [0; 9];
         for episode in &episodes {
-            pictures[episode.picture] += 1;
+            images[episode.background] += 1;
             assert!(episode.placement.offset.abs().max_element() <= 0.1);
         }
-        assert!(pictures.iter().all(|&count| (360..530).contains(&count)), "{pictures:?}");
+        assert!(images.iter().all(|&count| (360..530).contains(&count)), "{images:?}");
     }
 
     #[test]
@@ -122,7 +122,7 @@ mod tests {
         let (varied, plain) =
             (Episode::draw(&config, 10, 9, 1, 2), Episode::draw(&plain, 10, 9, 1, 2));
         assert!(plain.betas.iter().all(|&b| b == 0.0));
-        assert_eq!((varied.skin, varied.picture), (plain.skin, plain.picture));
+        assert_eq!((varied.skin, varied.background), (plain.skin, plain.background));
         assert_eq!(varied.threshold_offset, plain.threshold_offset);
     }
 }

@@ -1,4 +1,4 @@
-//! What can go wrong with a simulation.
+//! Errors of configuring, running and recording a simulation.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -8,21 +8,21 @@ use evpose_sensor::SensorError;
 
 use crate::set::Fault;
 
-/// A simulation that cannot be set up or written.
+/// Error of configuring, running or recording a simulation.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SimError {
-    /// A value of the configuration that makes no sense.
+    /// A value of the configuration is out of its range.
     #[error("simulation.{field} = {value}: {reason}")]
     Config {
-        /// The field, with dots.
+        /// Path of the field, with dots.
         field: &'static str,
-        /// What it is set to.
+        /// Configured value.
         value: String,
-        /// What it should be.
+        /// Violated constraint.
         reason: &'static str,
     },
-    /// A configuration that is not one.
+    /// The TOML text is not a simulation configuration.
     #[error("not a simulation: {0}")]
     Toml(#[from] toml::de::Error),
     /// The folder of backgrounds cannot be read.
@@ -30,37 +30,37 @@ pub enum SimError {
     Folder {
         /// The folder.
         path: PathBuf,
-        /// Why not.
+        /// Cause of the failure.
         source: io::Error,
     },
-    /// The folder of backgrounds holds no picture.
+    /// The folder of backgrounds has no image files.
     #[error("{}: no .png, .jpg or .jpeg in the folder of backgrounds", path.display())]
-    NoPictures {
+    NoImages {
         /// The folder.
         path: PathBuf,
     },
-    /// A background picture cannot be read.
-    #[error("{}: cannot read the picture", path.display())]
-    Picture {
-        /// The picture.
+    /// A background image cannot be read.
+    #[error("{}: cannot read the image", path.display())]
+    Image {
+        /// The image file.
         path: PathBuf,
-        /// Why not.
+        /// Cause of the failure.
         source: image::ImageError,
     },
-    /// A file of texture coordinates that is not one of its model.
+    /// A file of texture coordinates does not fit its model.
     #[error("{}: {reason}", path.display())]
     TextureCoordinates {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Defect of the file.
         reason: String,
     },
-    /// A file of the skin model that cannot be read.
+    /// A file of the skin model cannot be read.
     #[error("{}: {reason}", path.display())]
     SkinFile {
         /// The file.
         path: PathBuf,
-        /// Why not.
+        /// Cause of the failure.
         reason: String,
     },
     /// The model of hand and arm cannot be read.
@@ -71,36 +71,36 @@ pub enum SimError {
     SequenceInfo {
         /// The file.
         path: PathBuf,
-        /// Why not.
+        /// Cause of the failure.
         reason: String,
     },
-    /// A part of a run that is none.
+    /// The text is not a shard.
     #[error("`{text}` is no shard: write I/N with I from 1 to N, for example 3/64")]
     Shard {
-        /// What was given.
+        /// Rejected text.
         text: String,
     },
-    /// A file of a set of sequences, or their directory, that the operating system refused.
+    /// The operating system refused access to a file of a set of sequences, or to its directory.
     #[error("{}: cannot {action}", path.display())]
     File {
         /// The file.
         path: PathBuf,
-        /// What was tried, an infinitive.
+        /// Attempted action, an infinitive.
         action: &'static str,
-        /// Why not.
+        /// Cause of the failure.
         source: io::Error,
     },
-    /// A list of digests that is damaged.
+    /// A list of digests is malformed.
     #[error("{}: line {line}: {reason}", path.display())]
     Manifest {
         /// The file.
         path: PathBuf,
         /// The line, counted from 1.
         line: usize,
-        /// What is wrong with it.
+        /// Defect of the file.
         reason: &'static str,
     },
-    /// Files of a set of sequences are not as they were recorded.
+    /// Files of a set of sequences differ from their digests.
     #[error(
         "{}: files not as recorded: {} ({files} have a digest){}", directory.display(), faults.len(),
         faults.iter().map(|fault| format!("\n  {fault}")).collect::<String>()
@@ -108,33 +108,33 @@ pub enum SimError {
     Damaged {
         /// The directory.
         directory: PathBuf,
-        /// Files with a digest.
+        /// Number of files with a digest.
         files: usize,
-        /// Every file that is not as it should be.
+        /// All files that differ.
         faults: Vec<Fault>,
     },
-    /// An activity that nobody does.
-    #[error("simulation.activities: nobody knows how to do `{name}`; there are {}", known.join(", "))]
+    /// There is no activity of that name.
+    #[error("simulation.activities: unknown activity `{name}`; known: {}", known.join(", "))]
     UnknownActivity {
-        /// What was written.
+        /// Configured name.
         name: String,
-        /// What there is.
+        /// Names of all activities.
         known: Vec<&'static str>,
     },
-    /// A model file of something else than a whole body.
+    /// The model file is of a hand, not of a whole body.
     #[error("{}: people need a whole body (SMPL+H), not a hand", path.display())]
     NotABody {
         /// The file.
         path: PathBuf,
     },
-    /// A table of poses that is damaged.
+    /// A table of poses is malformed.
     #[error("{}: line {line}: {reason}", path.display())]
     Poses {
         /// The file.
         path: PathBuf,
         /// The line, counted from 1.
         line: usize,
-        /// What is wrong with it.
+        /// Defect of the file.
         reason: String,
     },
     /// The sensor refuses its configuration.

@@ -1,17 +1,17 @@
-//! Hands and people before an event camera, simulated and labelled.
+//! Simulation of hands and people in front of an event camera, with pose labels.
 //!
 //! * [`SimulationConfig`]: everything but the seed; the default is the published setting.
-//! * [`Simulation`]: a run, with what its sequences share; [`Simulator`]: one sequence, step by
-//!   step.
+//! * [`Simulation`]: a run and the state shared by its sequences; [`Simulator`]: one sequence, step
+//!   by step.
 //! * [`record`], [`record_all`], [`record_shard`]: sequences as `.evc` and `.meta` files, with a
 //!   [`SequenceInfo`] beside them.
 //! * [`person`]: whole people instead of hands.
-//! * [`set`]: a directory that several machines fill, its manifest, and whether it is still intact.
-//! * [`raster`], [`scene`], [`texture`]: the pictures the sensor sees.
+//! * [`set`]: a directory that several machines fill, its manifest and its verification.
+//! * [`raster`], [`scene`], [`texture`]: rendering of the frames that the sensor is exposed to.
 //!
-//! One step is: pose, picture, label, exposure, events. The label of frame k is the pose at its
+//! One step is: pose, rendering, label, exposure, events. The label of frame k is the pose at its
 //! end; its events happened since the end of frame k - 1. Sequences run in parallel, each on one
-//! thread, and follow from the seed and their number alone.
+//! thread, and are a function of the configuration, the seed and their index.
 //!
 //! ```
 //! use evpose_sim::{SimulationConfig, Simulator};
@@ -50,7 +50,7 @@ pub use record::{Recorded, RecordedRun, record, record_all, record_shard};
 pub use sequence_info::{EpisodeInfo, SequenceInfo};
 pub use set::{SequenceSet, Shard};
 pub use simulation::Simulation;
-pub use simulator::{Simulator, Step};
+pub use simulator::{HandStep, Simulator};
 pub use stopwatch::{Part, Stopwatch};
 
 #[cfg(test)]

@@ -1,9 +1,8 @@
-//! The light of a sequence, for other sensors than its own.
+//! Luminance frames of a sequence, for other sensors than its own.
 //!
-//! * [`Simulation::light`]: the pictures that the sensor of a sequence was shown, the same to the
-//!   bit.
-//! * [`Simulation::light_of`]: a hand whose poses are known and nothing else. Skin, lights and
-//!   background are drawn; the arm, which no pose tells, hangs on the hand at a drawn angle.
+//! * [`Simulation::light`]: the frames that the sensor of a sequence is exposed to, bit for bit.
+//! * [`Simulation::light_of`]: frames of a hand with given poses. Skin, lights and background are
+//!   drawn, and so is the angle of the arm, which the poses do not determine.
 
 use evpose_body::PosedBody;
 use evpose_core::{CounterRng, Plane, seed_for};
@@ -20,7 +19,7 @@ use crate::{SimError, Simulation};
 const WRIST_RANGE: f32 = 0.8;
 
 impl Simulation {
-    /// The first `frames` pictures of sequence `index`: linear luminance relative to white, the
+    /// Renders the first `frames` frames of sequence `index`: linear luminance relative to white, the
     /// first at time zero.
     ///
     /// # Errors
@@ -30,8 +29,8 @@ impl Simulation {
         (0..frames).map(|_| Ok(simulator.advance()?.luminance.clone())).collect()
     }
 
-    /// Pictures of a hand of `side` in these poses, one each, with look number `look`. `betas` is the
-    /// shape of the body; where it is empty, it is drawn as well.
+    /// Renders one frame per pose of a hand of `side`. `appearance` is the index of the draw of skin,
+    /// lights and background; `betas` is the shape of the body, drawn as well where it is empty.
     ///
     /// # Errors
     /// If a file of skins can no longer be read.
@@ -40,10 +39,10 @@ impl Simulation {
         side: HandSide,
         hands: &[HandParams],
         betas: &[f32],
-        look: u64,
+        appearance: u64,
     ) -> Result<Vec<Plane<f32>>, SimError> {
         let shared = &self.shared;
-        let seed = seed_for(shared.seed, "look", look);
+        let seed = seed_for(shared.seed, "look", appearance);
         let mut around = Surroundings::new(shared, side, seed, 0)?;
         let (actor, body) = (&shared.actor, shared.actor.body());
         if betas.len() == body.shape_directions_m.len() {
@@ -53,12 +52,12 @@ impl Simulation {
         let mut angle = || arm.uniform(-WRIST_RANGE, WRIST_RANGE);
         let wrist = Vec3::new(angle(), angle(), angle());
         let mut posed = PosedBody::default();
-        let picture = |hand: &HandParams| {
+        let render = |hand: &HandParams| {
             let own = if actor.is_mirrored(side) { actor.mirrored(hand) } else { *hand };
             body.pose_hand_at(&around.shaped, &own, wrist, &mut posed);
             around.renderer.render(&mesh(actor, &posed, side)).clone()
         };
-        Ok(hands.iter().map(picture).collect())
+        Ok(hands.iter().map(render).collect())
     }
 }
 
@@ -79,7 +78,7 @@ mod tests {
     }
 
     #[test]
-    fn light_is_what_the_sensor_was_shown() {
+    fn light_equals_the_frames_of_the_simulator() {
         let simulation = simulation();
         let mut simulator = simulation.sequence(2).unwrap();
         for plane in simulation.light(2, 40).unwrap() {
@@ -122,17 +121,17 @@ mod tests {
         assert!(read == shown, "{} and {} events", read.len(), shown.len());
     }
 
-    /// The hand covers the same pixels; what it looks like, and the rest, is another draw.
+    /// The hand covers the same pixels; its appearance and the rest are another draw.
     #[test]
-    fn a_known_pose_is_rendered_where_it_is_with_any_look() {
+    fn a_known_pose_covers_the_same_pixels_with_any_appearance() {
         let simulation = simulation();
         let mut simulator = simulation.sequence(0).unwrap();
         let hand = simulator.advance().unwrap().label;
         let [a, again, b] =
-            [0, 0, 1].map(|look| simulation.light_of(HandSide::Right, &[hand], &[], look).unwrap());
+            [0, 0, 1].map(|draw| simulation.light_of(HandSide::Right, &[hand], &[], draw).unwrap());
         assert_eq!(a[0].data(), again[0].data());
         assert_ne!(a[0].data(), b[0].data());
-        // Moved by a centimetre it is elsewhere, with the look unchanged.
+        // Moved by a centimetre it is elsewhere, with the appearance unchanged.
         let mut moved = hand;
         moved.translation_m.x += 0.01;
         let moved = simulation.light_of(HandSide::Right, &[moved], &[], 0).unwrap();

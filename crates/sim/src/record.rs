@@ -1,4 +1,4 @@
-//! Sequences written to files, labelled.
+//! Recording of labelled sequences to files.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -18,13 +18,13 @@ const REPORT_EVERY: u64 = 64;
 /// A sequence on disk.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Recorded {
-    /// Its events.
+    /// File of the events.
     pub events_path: PathBuf,
-    /// Its labels.
+    /// File of the labels.
     pub labels_path: PathBuf,
-    /// Steps.
+    /// Step count.
     pub frames: u64,
-    /// Events in all steps.
+    /// Event count over all steps.
     pub events: u64,
 }
 
@@ -33,18 +33,18 @@ pub struct Recorded {
 pub struct RecordedRun {
     /// The sequences that were recorded, in order.
     pub sequences: Vec<Recorded>,
-    /// How many were whole already.
-    pub kept: usize,
+    /// Number of sequences that were complete already.
+    pub reused: usize,
     /// Unfinished files of killed processes that were removed.
     pub leftovers: usize,
-    /// Whether the whole run is there now, those of other shards included: then it has its manifest.
+    /// Whether the run is complete, other shards included; then it has a manifest.
     pub finished: bool,
-    /// How long it took.
+    /// Elapsed time.
     pub elapsed: Duration,
 }
 
 impl RecordedRun {
-    /// Steps of all sequences per second it took.
+    /// Throughput: steps of all sequences per second of elapsed time.
     pub fn steps_per_second(&self) -> f64 {
         let steps: u64 = self.sequences.iter().map(|sequence| sequence.frames).sum();
         steps as f64 / self.elapsed.as_secs_f64()
@@ -54,7 +54,7 @@ impl RecordedRun {
 /// Simulates `frames` steps into `STEM.evc`, `STEM.meta` and `STEM.toml` (a [`SequenceInfo`]), which
 /// appear when they are complete.
 ///
-/// `progress` is told how many frames were simulated since it was last called.
+/// `progress` receives the number of frames simulated since its last call.
 ///
 /// # Errors
 /// If the steps are not those of the format or a file cannot be written, or as
@@ -99,7 +99,7 @@ pub fn record(
     }
     progress(unreported);
     let count = events.events();
-    // Events last: whoever sees them finds what belongs to them.
+    // Events last: a reader that sees them finds labels and info complete.
     info.write(stem)?;
     labels.finish()?;
     events.finish()?;
@@ -120,11 +120,11 @@ pub fn record_all(
     record_shard(simulation, directory, Shard::WHOLE, progress)
 }
 
-/// Simulates the sequences of one shard, as [`record_all`] would have simulated them. Sequences that
-/// are whole are kept: the directory must be that of the same configuration and seed.
+/// Simulates the sequences of one shard, as [`record_all`] would have simulated them. Complete
+/// sequences are reused: the directory must be that of the same configuration and seed.
 ///
 /// # Errors
-/// The first that [`record`] meets; digests or a manifest that cannot be written.
+/// The first of [`record`]; digests or a manifest that cannot be written.
 pub fn record_shard(
     simulation: &Simulation,
     directory: impl AsRef<Path>,
@@ -136,7 +136,7 @@ pub fn record_shard(
     let set = SequenceSet::new(directory.as_ref(), config.sequences);
     let leftovers = set.remove_leftovers(shard)?;
     let unfinished = set.unfinished(shard);
-    let kept = shard.of(set.sequences()).count() - unfinished.len();
+    let reused = shard.sequences_of(set.sequences()).count() - unfinished.len();
     let sequences = unfinished
         .into_par_iter()
         .with_max_len(1)
@@ -149,10 +149,10 @@ pub fn record_shard(
         })
         .collect::<Result<_, SimError>>()?;
     let finished = set.write_manifest()?;
-    Ok(RecordedRun { sequences, kept, leftovers, finished, elapsed: start.elapsed() })
+    Ok(RecordedRun { sequences, reused, leftovers, finished, elapsed: start.elapsed() })
 }
 
-/// Appends an ending; a dot in the name is not taken for one.
+/// Appends an extension; a dot in the stem does not start one.
 fn with_ending(stem: &Path, ending: &str) -> PathBuf {
     let mut name = stem.as_os_str().to_os_string();
     name.push(".");

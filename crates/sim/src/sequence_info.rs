@@ -1,5 +1,5 @@
-//! What the published formats leave out, in a text file beside each sequence: the size of the
-//! sensor, and what was drawn for each episode.
+//! Metadata that the published formats leave out, in a text file beside each sequence: the size of
+//! the sensor and the parameters of each episode.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -10,16 +10,16 @@ use serde::{Deserialize, Serialize};
 
 use crate::SimError;
 
-/// EventHands' own sequences draw anew every 50 s.
+/// Frames per episode of EventHands' own sequences: 50 s.
 const PUBLISHED_EPISODE_FRAMES: u64 = 50_000;
 
-/// `STEM.toml` beside `STEM.evc` and `STEM.meta`.
+/// Metadata of a sequence: `STEM.toml` beside `STEM.evc` and `STEM.meta`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SequenceInfo {
     /// Size of the sensor in pixels.
     pub sensor: SensorSize,
-    /// Which hand it is.
+    /// Side of the hand.
     #[serde(default, skip_serializing_if = "HandSide::is_right")]
     pub hand: HandSide,
     /// Stretches of constant shape, texture, lights, background and threshold, in order.
@@ -27,21 +27,20 @@ pub struct SequenceInfo {
     pub episodes: Vec<EpisodeInfo>,
 }
 
-/// One such stretch.
+/// Parameters of an episode.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct EpisodeInfo {
-    /// Its first frame, in which the change of scene makes a burst of events.
+    /// First frame, in which the change of scene makes a burst of events.
     pub first_frame: u64,
     /// Shape coefficients of the body.
     pub betas: Vec<f32>,
-    /// What was added to the sensor's contrast thresholds, in natural-log intensity.
+    /// Offset of the sensor's contrast thresholds, in natural-log intensity.
     pub threshold_offset: f64,
 }
 
 impl SequenceInfo {
-    /// What can be assumed of a sequence without a file of its own: the published episodes of
-    /// unknown shape.
+    /// Defaults for a sequence without metadata: the published episodes of unknown shape.
     pub fn foreign(sensor: SensorSize, frames: u64) -> Self {
         let episode = |i| EpisodeInfo {
             first_frame: i * PUBLISHED_EPISODE_FRAMES,
@@ -61,7 +60,7 @@ impl SequenceInfo {
     /// Reads `STEM.toml`, if there is one.
     ///
     /// # Errors
-    /// If it is there and cannot be read.
+    /// If the file exists and cannot be read.
     pub fn beside(stem: &Path) -> Result<Option<Self>, SimError> {
         let path = Self::path(stem);
         match std::fs::read_to_string(&path) {
@@ -84,7 +83,7 @@ impl SequenceInfo {
         atomic_write(&path, text.as_bytes()).map_err(|error| failed(error.to_string()))
     }
 
-    /// Number of the episode a frame belongs to.
+    /// Index of the episode a frame belongs to.
     pub fn episode_of(&self, frame: u64) -> usize {
         self.episodes.partition_point(|episode| episode.first_frame <= frame).saturating_sub(1)
     }

@@ -1,4 +1,4 @@
-//! What all sequences of a run share.
+//! A run: the state shared by all its sequences.
 
 use std::sync::Arc;
 
@@ -8,22 +8,23 @@ use evpose_pose::HandSide;
 use evpose_sensor::{SensorConfig, SensorModel};
 
 use crate::actor::Actor;
-use crate::config::{SimulationConfig, with_thresholds_moved};
-use crate::texture::{PicturePool, Skins};
+use crate::config::{SimulationConfig, with_threshold_offset};
+use crate::texture::{ImagePool, Skins};
 use crate::{SimError, Simulator};
 
-/// A checked configuration with body, pictures and sensor at hand. Cheap to clone.
+/// A validated configuration with body, background images and sensor loaded. Cheap to clone.
 #[derive(Debug, Clone)]
 pub struct Simulation {
     pub(crate) shared: Arc<Shared>,
 }
 
+/// State shared by all sequences.
 #[derive(Debug)]
 pub(crate) struct Shared {
     pub(crate) config: SimulationConfig,
     pub(crate) seed: u64,
     pub(crate) actor: Actor,
-    pub(crate) pictures: PicturePool,
+    pub(crate) backgrounds: ImagePool,
     pub(crate) skins: Skins,
     pub(crate) sensor: SensorConfig,
 }
@@ -33,13 +34,13 @@ impl Simulation {
     /// from `seed`.
     ///
     /// # Errors
-    /// What [`SimulationConfig::validate`] finds, and unreadable models, skins and background pictures.
+    /// As [`SimulationConfig::validate`]; unreadable models, skins and background images.
     pub fn new(config: &SimulationConfig, seed: u64) -> Result<Self, SimError> {
         config.validate()?;
         Self::with_actor(config, seed, Actor::load(&config.body, &config.camera)?)
     }
 
-    /// Prepares a run with a body of the caller's, of which the right hand is estimated.
+    /// Prepares a run with the caller's body, of which the right hand is estimated.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -58,7 +59,7 @@ impl Simulation {
             config: config.clone(),
             seed,
             actor,
-            pictures: PicturePool::new(
+            backgrounds: ImagePool::new(
                 &config.backgrounds.source,
                 seed_for(seed, "background pool", 0),
             )?,
@@ -68,7 +69,7 @@ impl Simulation {
         Ok(Self { shared: Arc::new(shared) })
     }
 
-    /// Sequence number `index`, before its first frame.
+    /// Starts sequence `index`, before its first frame.
     ///
     /// # Errors
     /// If the sensor's thresholds, varied, are out of its range.
@@ -81,7 +82,7 @@ impl Simulation {
         &self.shared.config
     }
 
-    /// Whose hand is simulated, to place predicted hands with.
+    /// The simulated hand model, which also places predicted hands.
     pub fn actor(&self) -> &Actor {
         &self.shared.actor
     }
@@ -90,6 +91,6 @@ impl Simulation {
 impl Shared {
     /// The sensor with `offset` added to every contrast threshold.
     pub(crate) fn sensor_model(&self, offset: f64) -> Result<SensorModel, SimError> {
-        Ok(with_thresholds_moved(&self.sensor, offset)?)
+        Ok(with_threshold_offset(&self.sensor, offset)?)
     }
 }

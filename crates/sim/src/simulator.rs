@@ -1,4 +1,4 @@
-//! One sequence, step by step: pose, picture, label, exposure, events.
+//! One sequence, step by step: pose, rendering, label, exposure, events.
 
 use std::sync::Arc;
 
@@ -11,23 +11,23 @@ use glam::Vec3A;
 
 use crate::actor::{Actor, HandPoints3};
 use crate::config::SimulationConfig;
-use crate::episode::begins_at;
+use crate::episode::starts_episode;
 use crate::raster::{Camera, Mesh};
 use crate::scene::{Backdrop, Renderer, Scene};
 use crate::simulation::{Shared, Simulation};
 use crate::stopwatch::{Part, Stopwatch};
 use crate::{Episode, SimError};
 
-/// A hand before an event camera, advanced one step at a time.
+/// Simulator of one sequence of a hand, advanced one step at a time.
 ///
 /// # Source
-/// EventHands simulator: advance the pose, render, write the label, compare with the memory. The
+/// EventHands simulator: advance the pose, render, write the label, compare with the reference level. The
 /// label of frame k is the pose at its end; its events happened since the pose of frame k - 1.
 #[derive(Debug)]
 pub struct Simulator {
     shared: Arc<Shared>,
     seed: u64,
-    /// Which hand it is.
+    /// Side of the hand.
     side: HandSide,
     camera: Camera,
     motion: BezierMotion,
@@ -35,12 +35,12 @@ pub struct Simulator {
     posed: PosedBody,
     sensor: SensorRun,
     surroundings: Surroundings,
-    /// Number of the next frame.
+    /// Index of the next frame.
     next: u64,
     stopwatch: Stopwatch,
 }
 
-/// What an episode looks like.
+/// An episode's parameters, shaped body and renderer.
 #[derive(Debug)]
 pub(crate) struct Surroundings {
     episode: Episode,
@@ -48,27 +48,27 @@ pub(crate) struct Surroundings {
     pub(crate) renderer: Renderer,
 }
 
-/// One step of a sequence.
+/// One step of a sequence of a hand.
 #[derive(Debug, Clone, Copy)]
-pub struct Step<'a> {
-    /// Number of the frame, from 0.
+pub struct HandStep<'a> {
+    /// Index of the frame, from 0.
     pub frame: u64,
     /// Time at its end, when the sensor was exposed. Frame 0 is at time zero.
     pub t: Micros,
-    /// What the sensor was shown: linear luminance, relative to reference white.
+    /// Frame that the sensor was exposed to: linear luminance, relative to reference white.
     pub luminance: &'a Plane<f32>,
-    /// What it answered.
+    /// Events of the step.
     pub events: &'a EventStream,
-    /// Pose of the hand.
+    /// Pose parameters of the hand.
     pub label: HandParams,
-    /// The evaluated points in the world, in the order of [`evpose_pose::EVALUATION_JOINTS`].
+    /// Evaluated points in the world, in metres, in the order of [`evpose_pose::EVALUATION_JOINTS`].
     pub points_m: HandPoints3,
     /// The episode the frame belongs to.
     pub episode: &'a Episode,
 }
 
 impl Simulator {
-    /// The first sequence of a run.
+    /// Starts the first sequence of a run.
     ///
     /// # Errors
     /// As [`Simulation::new`].
@@ -91,8 +91,8 @@ impl Simulator {
         let surroundings = Surroundings::new(&shared, side, seed, 0)?;
         let mut posed = PosedBody::default();
         motion.settle(&view, |target| {
-            let (body, shaped) = shared.actor.moved(&surroundings.shaped);
-            let pose = BodyPose::from_generator(body, &target.numbers, target.translation_m);
+            let (body, shaped) = shared.actor.driven_body(&surroundings.shaped);
+            let pose = BodyPose::from_generator(body, &target.parameters, target.translation_m);
             body.pose_joints(shaped, &pose, &mut posed);
             posed.joints[body.wrist].translation.into()
         });
@@ -114,13 +114,13 @@ impl Simulator {
         })
     }
 
-    /// The same with a stopwatch that runs.
+    /// Enables the stopwatch.
     #[must_use]
     pub fn timed(self) -> Self {
         Self { stopwatch: Stopwatch::running(), ..self }
     }
 
-    /// The times of the steps so far, if it is [`timed`](Self::timed).
+    /// Durations of the parts of the steps so far, if [`timed`](Self::timed).
     pub fn stopwatch(&self) -> &Stopwatch {
         &self.stopwatch
     }
@@ -130,10 +130,10 @@ impl Simulator {
     /// # Errors
     /// If the sensor's thresholds, varied for a new episode, are out of its range, or a file of skins
     /// can no longer be read.
-    pub fn advance(&mut self) -> Result<Step<'_>, SimError> {
+    pub fn advance(&mut self) -> Result<HandStep<'_>, SimError> {
         let (frame, config) = (self.next, &self.shared.config);
         let lagging = config.parity.lagging_episode_clock;
-        if frame > 0 && begins_at(frame, config.episode_frames(), lagging) {
+        if frame > 0 && starts_episode(frame, config.episode_frames(), lagging) {
             let next = self.surroundings.episode.index + 1;
             self.surroundings = Surroundings::new(&self.shared, self.side, self.seed, next)?;
             let offset = self.surroundings.episode.threshold_offset;
@@ -143,32 +143,32 @@ impl Simulator {
         watch.begin();
         let Surroundings { episode, shaped, renderer } = &mut self.surroundings;
         let target = *self.motion.step();
-        let (moved, _) = actor.moved(shaped);
-        let pose = BodyPose::from_generator(moved, &target.numbers, target.translation_m);
+        let (driven, _) = actor.driven_body(shaped);
+        let pose = BodyPose::from_generator(driven, &target.parameters, target.translation_m);
         watch.lap(Part::Motion);
-        let right = actor.perform(shaped, &pose, target.articulation(), &mut self.posed);
+        let right = actor.apply_pose(shaped, &pose, target.articulation(), &mut self.posed);
         watch.lap(Part::Skinning);
-        // Where the wrist is now decides where it goes next; this frame is as it is.
+        // A wrist that left the image changes the next target; this frame is as it is.
         self.motion.call_back(&self.view, right.translation_m);
         let label = if side.is_right() { right } else { actor.mirrored(&right) };
         let points_m = actor.points(&self.posed, side);
         let t = Micros(frame as i64 * config.step().0);
         watch.lap(Part::Motion);
         let mesh = mesh(actor, &self.posed, side);
-        renderer.see(&mesh);
+        renderer.rasterize(&mesh);
         watch.lap(Part::Raster);
-        watch.look(frame, self.camera.sensor().pixels(), || renderer.covered());
+        watch.sample_coverage(frame, self.camera.sensor().pixels(), || renderer.covered());
         let luminance = renderer.shade(&mesh);
         watch.lap(Part::Shading);
         let events = self.sensor.expose(luminance, t)?;
         watch.lap(Part::Sensor);
         self.next += 1;
-        Ok(Step { frame, t, luminance, events, label, points_m, episode })
+        Ok(HandStep { frame, t, luminance, events, label, points_m, episode })
     }
 
     /// The last frame in colour, linear and relative to reference white; before the first, the
     /// backdrop alone.
-    pub fn picture(&mut self) -> Plane<Vec3A> {
+    pub fn frame_rgb(&mut self) -> Plane<Vec3A> {
         let mesh = mesh(&self.shared.actor, &self.posed, self.side);
         self.surroundings.renderer.render_rgb(&mesh)
     }
@@ -183,7 +183,7 @@ impl Simulator {
         &self.shared.config
     }
 
-    /// Which hand is simulated.
+    /// Side of the simulated hand.
     pub fn side(&self) -> HandSide {
         self.side
     }
@@ -196,19 +196,19 @@ impl Surroundings {
         sequence_seed: u64,
         index: u64,
     ) -> Result<Self, SimError> {
-        let Shared { config, actor, pictures, skins, .. } = shared;
+        let Shared { config, actor, backgrounds, skins, .. } = shared;
         let (body, camera) = (actor.body(), config.camera());
         let betas = body.shape_directions_m.len();
-        let episode = Episode::draw(config, betas, pictures.len(), sequence_seed, index);
-        let picture = pictures.picture(episode.picture);
+        let episode = Episode::draw(config, betas, backgrounds.len(), sequence_seed, index);
+        let background = backgrounds.image(episode.background);
         let LookAt { eye_m, centre_m, .. } = config.camera.placement();
         let px_per_m = camera.pinhole().focal_px / eye_m.distance(centre_m);
         let skin = skins.paint(&config.skin, &episode.skin, sequence_seed, index)?;
         let scene = Scene {
             camera: if actor.is_mirrored(side) { camera.mirrored() } else { camera },
             lighting: episode.lighting,
-            skin: skin.reduced(actor.metres_per_texture(), px_per_m),
-            backdrop: Backdrop::new(camera.sensor(), picture, episode.placement),
+            skin: skin.mip_level(actor.metres_per_texture(), px_per_m),
+            backdrop: Backdrop::new(camera.sensor(), background, episode.placement),
             response: config.frame,
         };
         Ok(Self {
@@ -219,6 +219,7 @@ impl Surroundings {
     }
 }
 
+/// The posed mesh of `actor` as a hand of `side`.
 pub(crate) fn mesh<'a>(actor: &'a Actor, posed: &'a PosedBody, side: HandSide) -> Mesh<'a> {
     Mesh {
         vertices_m: &posed.vertices_m,

@@ -1,28 +1,28 @@
-//! Where the time of a simulation goes.
+//! Durations of the parts of a simulation step.
 
 use std::time::{Duration, Instant};
 
-/// A part of a step.
+/// Part of a simulation step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Part {
-    /// Where the hand is to be, and its label.
+    /// Motion generation and label.
     Motion,
-    /// Joints, vertices and normals.
+    /// Skinning: joints, vertices and normals.
     Skinning,
-    /// Which surface every pixel sees.
+    /// Visibility of every pixel.
     Raster,
-    /// The light of every pixel of the hand.
+    /// Shading of the covered pixels.
     Shading,
-    /// Events.
+    /// Sensor model.
     Sensor,
 }
 
 impl Part {
-    /// Every part, in the order of a step.
+    /// All parts, in the order of a step.
     pub const ALL: [Self; 5] =
         [Self::Motion, Self::Skinning, Self::Raster, Self::Shading, Self::Sensor];
 
-    /// One word.
+    /// Name in tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::Motion => "motion",
@@ -34,33 +34,32 @@ impl Part {
     }
 }
 
-/// Time spent in every part of a sequence's steps, and what was seen. It stands still until it is
-/// asked for.
+/// Accumulated durations of the parts and coverage of the image; disabled by default.
 #[derive(Debug, Clone, Default)]
 pub struct Stopwatch {
     last: Option<Instant>,
     times: [Duration; Part::ALL.len()],
     covered: u64,
-    looked: u64,
+    sampled_pixels: u64,
 }
 
-/// Steps between two looks at how much of the image the hand covers.
-const LOOK_EVERY: u64 = 64;
+/// Steps between two samples of the coverage.
+const COVERAGE_PERIOD: u64 = 64;
 
 impl Stopwatch {
-    /// A stopwatch that runs.
+    /// An enabled stopwatch.
     pub(crate) fn running() -> Self {
         Self { last: Some(Instant::now()), ..Self::default() }
     }
 
-    /// Begins a step.
+    /// Starts a step.
     pub(crate) fn begin(&mut self) {
         if let Some(last) = &mut self.last {
             *last = Instant::now();
         }
     }
 
-    /// Everything since the last call was `part`.
+    /// Adds the time since the last call to `part`.
     pub(crate) fn lap(&mut self, part: Part) {
         if let Some(last) = &mut self.last {
             let now = Instant::now();
@@ -69,22 +68,27 @@ impl Stopwatch {
         }
     }
 
-    /// Looks at the covered pixels of some frames; their share of an image of `pixels` follows.
-    pub(crate) fn look(&mut self, frame: u64, pixels: usize, covered: impl FnOnce() -> usize) {
-        if self.last.is_some() && frame.is_multiple_of(LOOK_EVERY) {
+    /// Counts the `covered` pixels of every 64th frame of `pixels` pixels.
+    pub(crate) fn sample_coverage(
+        &mut self,
+        frame: u64,
+        pixels: usize,
+        covered: impl FnOnce() -> usize,
+    ) {
+        if self.last.is_some() && frame.is_multiple_of(COVERAGE_PERIOD) {
             self.covered += covered() as u64;
-            self.looked += pixels as u64;
+            self.sampled_pixels += pixels as u64;
             self.begin();
         }
     }
 
-    /// Time spent in a part.
+    /// Accumulated duration of a part.
     pub fn time(&self, part: Part) -> Duration {
         self.times[part as usize]
     }
 
-    /// Share of the image that the hand covered, on average.
+    /// Mean share of the image that the hand covered.
     pub fn coverage(&self) -> f64 {
-        self.covered as f64 / self.looked.max(1) as f64
+        self.covered as f64 / self.sampled_pixels.max(1) as f64
     }
 }

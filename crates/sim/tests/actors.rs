@@ -51,7 +51,7 @@ fn a_left_hand_is_seen_where_a_mirror_shows_the_right_one() {
 }
 
 #[test]
-fn numbers_of_a_left_hand_put_its_points_where_they_were() {
+fn parameters_of_a_left_hand_reproduce_its_points() {
     let simulation = Simulation::new(&small(Hands::Left), 4).unwrap();
     let mut sequence = simulation.sequence(0).unwrap();
     let mut posed = Default::default();

@@ -1,4 +1,4 @@
-//! What people before an event camera promise.
+//! Sequences of people: reproducibility, labels and files.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 

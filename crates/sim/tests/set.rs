@@ -1,4 +1,4 @@
-//! What a directory of sequences promises to the machines that fill it.
+//! Directories of sequences: shards, resumption, manifests and verification.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
@@ -157,7 +157,7 @@ fn verification_names_every_file_that_is_missing_changed_or_foreign() {
     let error = verify(directory.path(), &|_| {}).unwrap_err();
     let message = error.to_string();
     let SimError::Damaged { faults, files: 15, .. } = error else { panic!("{message}") };
-    let found: Vec<(String, FaultKind)> = faults
+    let actual: Vec<(String, FaultKind)> = faults
         .iter()
         .map(|fault| (fault.path.file_name().unwrap().to_string_lossy().into_owned(), fault.kind))
         .collect();
@@ -166,8 +166,8 @@ fn verification_names_every_file_that_is_missing_changed_or_foreign() {
         ("0003.toml", FaultKind::Missing),
         ("0009.evc", FaultKind::Unlisted),
     ];
-    assert_eq!(found, expected.map(|(name, kind)| (name.to_owned(), kind)));
-    for (name, _) in &found {
+    assert_eq!(actual, expected.map(|(name, kind)| (name.to_owned(), kind)));
+    for (name, _) in &actual {
         assert!(message.contains(name.as_str()), "{message}");
     }
 }

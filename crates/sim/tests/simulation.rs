@@ -1,4 +1,4 @@
-//! What a simulation promises to those who train on it.
+//! Simulated sequences: determinism, labels, episodes and noise.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
@@ -13,7 +13,7 @@ use evpose_sensor::SensorConfig;
 use evpose_sim::config::SensorChoice;
 use evpose_sim::{Simulation, SimulationConfig, Simulator, record, record_all};
 
-/// A small picture, so that tests are quick.
+/// A small image, so that tests are quick.
 fn small() -> SimulationConfig {
     let mut config = SimulationConfig { image_scale: 0.25, ..SimulationConfig::default() };
     config.skin.texels = 64;
@@ -132,7 +132,7 @@ fn a_static_scene_emits_noise_only_and_at_its_rate() {
     use evpose_core::Plane;
     use evpose_sensor::SensorModel;
 
-    // The backdrop of a simulation, the hand being out of the picture.
+    // The backdrop of a simulation, the hand being outside of the image.
     let size = SensorSize::DAVIS240C;
     let mut away = SimulationConfig::default();
     away.camera.eye_m.x += 50.0;
@@ -162,7 +162,7 @@ fn a_static_scene_emits_noise_only_and_at_its_rate() {
     let mut quiet = SensorModel::from_config(&sensor).unwrap().start(size, 0);
     let still = first.unwrap();
     quiet.expose(&still, Micros(0)).unwrap();
-    // The published memory starts at zero and catches up in whole thresholds, so it is there after
+    // The published reference level starts at zero and catches up in whole thresholds, so it is there after
     // one exposure.
     for frame in 1..20 {
         assert!(quiet.expose(&still, Micros(frame * 1_000)).unwrap().is_empty());
@@ -192,7 +192,7 @@ fn events_appear_where_the_hand_moves() {
 }
 
 #[test]
-fn other_seeds_give_other_people_pictures_and_motions() {
+fn other_seeds_give_other_people_backgrounds_and_motions() {
     let steps = [1, 2].map(|seed| {
         let mut simulator = Simulator::new(&small(), seed).unwrap();
         let step = simulator.advance().unwrap();
@@ -203,17 +203,17 @@ fn other_seeds_give_other_people_pictures_and_motions() {
 }
 
 #[test]
-fn the_picture_in_colour_has_the_luminance_the_sensor_saw() {
+fn the_rgb_frame_has_the_luminance_the_sensor_was_exposed_to() {
     let mut simulator = Simulator::new(&small(), 9).unwrap();
     for _ in 0..50 {
         simulator.advance().unwrap();
     }
     let luminance = simulator.advance().unwrap().luminance.clone();
-    let picture = simulator.picture();
-    for (rgb, seen) in picture.data().iter().zip(luminance.data()) {
+    let frame = simulator.frame_rgb();
+    for (rgb, seen) in frame.data().iter().zip(luminance.data()) {
         // The sensor's light is computed in another order: equal within rounding.
-        let of_picture = evpose_sim::scene::luminance(*rgb);
-        assert!((of_picture - seen).abs() < 1e-5, "{of_picture} {seen}");
+        let of_rgb = evpose_sim::scene::luminance(*rgb);
+        assert!((of_rgb - seen).abs() < 1e-5, "{of_rgb} {seen}");
     }
 }
 

@@ -49,7 +49,7 @@ pub fn record_shard_of(
         steps: run.sequences.iter().map(|sequence| sequence.frames).sum(),
         events: run.sequences.iter().map(|sequence| sequence.events).sum(),
         elapsed_s: run.elapsed.as_secs_f64(),
-        reused: run.kept,
+        reused: run.reused,
         leftovers: run.leftovers,
         finished: run.finished,
     })

@@ -18,7 +18,7 @@ use crate::run_info;
 /// If the simulation fails, a file cannot be written, or the directory is of another config.
 pub fn record(config: &BodyConfig, dir: &Path, shard: Shard) -> Result<RecordedPeople> {
     let people = People::new(&config.simulation, config.seed)?;
-    let set = SequenceSet::new(dir, config.simulation.sequences).holding(PEOPLE);
+    let set = SequenceSet::new(dir, config.simulation.sequences).with_endings(PEOPLE);
     let steps = set.unfinished(shard).len() as u64 * config.simulation.steps();
     let progress = bar("simulating", steps, "steps");
     let recorded = record_people(&people, dir, shard, &|steps| progress.inc(steps))?;
@@ -45,7 +45,7 @@ pub fn summary_of_people(recorded: &RecordedPeople, config: &BodyConfig) -> Stri
 /// # Errors
 /// If the simulation fails, or `data` is of another config.
 pub fn prepare(config: &BodyConfig, data: &Path) -> Result<()> {
-    let set = SequenceSet::new(data, config.simulation.sequences).holding(PEOPLE);
+    let set = SequenceSet::new(data, config.simulation.sequences).with_endings(PEOPLE);
     if set.unfinished(Shard::WHOLE).is_empty() {
         return run_info::check_shared(data, config);
     }

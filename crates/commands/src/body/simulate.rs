@@ -26,11 +26,11 @@ pub(super) fn run(mut config: BodyConfig, args: &SimulateArgs) -> Result<()> {
     config.seed = args.seed.unwrap_or(config.seed);
     config.validate()?;
     let shard = args.shard.unwrap_or(Shard::WHOLE);
-    let set = SequenceSet::new(&args.out, config.simulation.sequences).holding(PEOPLE);
+    let set = SequenceSet::new(&args.out, config.simulation.sequences).with_endings(PEOPLE);
     claim(&set, &config, shard, args.resume)?;
     let recorded = record_people_of(&config, &args.out, shard)?;
-    if recorded.kept > 0 {
-        say(format!("kept {} complete sequences", recorded.kept));
+    if recorded.reused > 0 {
+        say(format!("kept {} complete sequences", recorded.reused));
     }
     say(summary_of_people(&recorded, &config));
     say(format!("written to {}", args.out.display()));

@@ -1,4 +1,4 @@
-//! Lights, backgrounds and skin as written down.
+//! Configuration of lights, backgrounds and skin.
 
 use std::path::PathBuf;
 
@@ -16,13 +16,13 @@ pub struct LightConfig {
     pub first: Vec3,
     /// Linear RGB of the second light.
     pub second: Vec3,
-    /// Each channel of each light is multiplied by a number drawn from this range.
+    /// Each channel of each light is multiplied by a factor drawn from this range.
     pub jitter: [f32; 2],
-    /// Linear RGB of the light from everywhere.
+    /// Linear RGB of the ambient light.
     pub ambient: Vec3,
     /// Factor on all light.
     pub gain: f32,
-    /// Draw directions and jitter; otherwise the published resting lights.
+    /// Whether directions and jitter are drawn; otherwise the lights are the published resting ones.
     pub random: bool,
 }
 
@@ -62,22 +62,22 @@ impl LightConfig {
     }
 }
 
-/// A direction, all equally likely: a standard normal vector has none it prefers.
+/// A vector whose direction is uniform on the sphere: the normal distribution is isotropic.
 fn unit_sphere(rng: &mut CounterRng) -> Vec3 {
     Vec3::new(rng.normal(), rng.normal(), rng.normal())
 }
 
-/// Pictures behind the hand.
+/// Background images behind the hand.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct BackgroundConfig {
-    /// Where they come from.
+    /// Source of the images.
     pub source: BackgroundSource,
-    /// How much larger than the image a picture is drawn.
+    /// Size of a background image relative to the frame.
     pub scale: f32,
-    /// The picture is shifted by up to this much of its sides.
+    /// Largest shift of a background image, as a share of its width and height.
     pub offset: f32,
-    /// Exponent that makes the picture linear.
+    /// Exponent of the images' gamma encoding.
     pub gamma: f32,
 }
 
@@ -87,11 +87,11 @@ impl Default for BackgroundConfig {
     }
 }
 
-/// The pool from which each episode takes one picture.
+/// Source of the pool from which each episode draws a background image.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum BackgroundSource {
-    /// `{ procedural = 9 }`: so many made-up pictures. Another seed makes up others.
+    /// `{ procedural = 9 }`: number of generated images; they depend on the seed.
     Procedural(usize),
     /// `{ folder = "…" }`: the `.png` and `.jpg` files of a folder, in order of name.
     Folder(PathBuf),
@@ -101,11 +101,11 @@ pub enum BackgroundSource {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SkinConfig {
-    /// Where it comes from.
+    /// Source of the skin textures.
     pub source: SkinSource,
-    /// Texels along each side of a made-up skin.
+    /// Texels along each side of a procedural skin.
     pub texels: usize,
-    /// Standard deviation of the coefficients that tell people apart.
+    /// Standard deviation of the texture coefficients over people.
     pub variation_sd: f32,
 }
 
@@ -115,7 +115,7 @@ impl Default for SkinConfig {
     }
 }
 
-/// Skins made up, or of a model of the user's.
+/// Source of skin textures.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SkinSource {

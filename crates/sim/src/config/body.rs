@@ -1,15 +1,15 @@
-//! Whose hand is simulated, as written down.
+//! Configuration of the body model and of the simulated hands.
 
 use std::path::PathBuf;
 
 use evpose_pose::HandSide;
 use serde::{Deserialize, Serialize};
 
-/// The model of hand and arm.
+/// Model of hand and arm.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct BodyConfig {
-    /// Where it comes from.
+    /// Source of the model.
     pub source: BodySource,
     /// Texture coordinates of a model file, for skins that are painted for it: a text file with one
     /// `u v` a vertex, v upwards.
@@ -17,7 +17,7 @@ pub struct BodyConfig {
     pub uvs: Option<PathBuf>,
 }
 
-/// A model made in code, or a file of the user's.
+/// Source of the body model.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum BodySource {
@@ -29,21 +29,21 @@ pub enum BodySource {
     File(PathBuf),
 }
 
-/// Which hands a run has.
+/// Sides of the hands of a run.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Hands {
-    /// Right ones, as published.
+    /// Right hands, as published.
     #[default]
     Right,
-    /// Left ones: the same seen in a mirror, before backgrounds that are not mirrored.
+    /// Left hands: right ones mirrored, before backgrounds that are not mirrored.
     Left,
-    /// Right ones in sequences of even number, left ones in the others.
+    /// Right hands in sequences of even index, left hands in the others.
     Both,
 }
 
 impl Hands {
-    /// The hand of sequence number `index`.
+    /// Side of the hand of sequence `index`.
     pub fn side(self, index: u64) -> HandSide {
         match self {
             Self::Right => HandSide::Right,

@@ -1,4 +1,4 @@
-//! A simulation as written down. The default is the published setting.
+//! Configuration of a simulation. The default is the published setting.
 
 mod appearance;
 mod body;
@@ -13,26 +13,26 @@ use serde::{Deserialize, Serialize};
 pub use appearance::{BackgroundConfig, BackgroundSource, LightConfig, SkinConfig, SkinSource};
 pub use body::{BodyConfig, BodySource, Hands};
 pub use sensor::SensorChoice;
-pub(crate) use sensor::with_thresholds_moved;
+pub(crate) use sensor::with_threshold_offset;
 
 use crate::SimError;
 use crate::raster::Camera;
 use crate::scene::FrameResponse;
 
-/// Everything a simulation is, but its seed.
+/// Complete configuration of a simulation, without its seed.
 ///
 /// # Source
 /// Defaults: EventHands, supplement and published simulator.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SimulationConfig {
-    /// How many sequences, each with a person, a motion and surroundings of its own.
+    /// Sequence count; each sequence has its own person, motion and surroundings.
     pub sequences: usize,
-    /// Length of each.
+    /// Length of a sequence in seconds.
     pub seconds: f64,
     /// Steps per simulated second; an `.evc` file has 1000.
     pub step_hz: u32,
-    /// After how long shape, skin, lights, background and threshold are drawn anew.
+    /// Period in seconds after which shape, skin, lights, background and threshold are redrawn.
     pub episode_s: f64,
     /// Size of the full image in pixels.
     pub sensor_size: SensorSize,
@@ -40,31 +40,31 @@ pub struct SimulationConfig {
     pub image_scale: f32,
     /// The camera.
     pub camera: CameraConfig,
-    /// Which hands.
+    /// Sides of the hands.
     pub hands: Hands,
-    /// The model of hand and arm.
+    /// Model of hand and arm.
     pub body: BodyConfig,
-    /// How arm and hand move.
+    /// Motion of arm and hand.
     pub motion: MotionConfig,
-    /// Shape coefficients are uniform between minus this and this.
+    /// Bound of the shape coefficients, which are uniform in ±`shape_range`.
     pub shape_range: f32,
     /// Light on everything, hand and background alike, relative to the usual: 0.01 is a hundredth of
     /// it, as through a grey filter. What is clipped at reference white is clipped before.
     pub light_level: f32,
     /// Lights on the hand.
     pub lights: LightConfig,
-    /// What is behind the hand.
+    /// Background images behind the hand.
     pub backgrounds: BackgroundConfig,
-    /// What the hand is painted with.
+    /// Skin texture of the hand.
     pub skin: SkinConfig,
-    /// What the frame buffer keeps of a colour.
+    /// Clipping and quantisation of the frame buffer.
     pub frame: FrameResponse,
     /// The event camera.
     pub sensor: SensorChoice,
-    /// Standard deviation, over episodes, of what is added to the sensor's contrast thresholds, ON
-    /// and OFF alike, in natural-log intensity.
+    /// Standard deviation, over episodes, of the offset of both contrast thresholds, in natural-log
+    /// intensity.
     pub threshold_sd: f64,
-    /// What the published program does differently from what it describes.
+    /// Deviations of the published program from its description.
     pub parity: ParityConfig,
 }
 
@@ -94,7 +94,7 @@ impl Default for SimulationConfig {
     }
 }
 
-/// Where the camera stands and how wide it sees.
+/// Pose and field of view of the camera.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct CameraConfig {
@@ -104,9 +104,9 @@ pub struct CameraConfig {
     pub eye_m: Vec3,
     /// A point on the optical axis, in metres.
     pub centre_m: Vec3,
-    /// The direction that is up in the image.
+    /// Up direction of the image in the world.
     pub up: Vec3,
-    /// What is nearer than this is not seen, in metres.
+    /// Distance of the near plane in metres.
     pub near_m: f32,
 }
 
@@ -123,13 +123,13 @@ impl Default for CameraConfig {
 }
 
 impl CameraConfig {
-    /// Where the camera stands.
+    /// Pose of the camera.
     pub fn placement(&self) -> LookAt {
         LookAt { eye_m: self.eye_m, centre_m: self.centre_m, up: self.up }
     }
 }
 
-/// Habits of the published program, off by default.
+/// Switches that reproduce deviations of the published program; off by default.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ParityConfig {

@@ -1,9 +1,9 @@
-//! The sensor of a simulation: one that comes with the program, or one written out.
+//! The sensor of a simulation: a preset or a list of effects.
 
 use evpose_sensor::{SensorConfig, SensorError, SensorModel, Value};
 use serde::{Deserialize, Serialize};
 
-/// A preset's name, or a list of effects.
+/// Sensor configuration: a preset's name or a list of effects.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged, expecting = "expected a preset's name or a list of [[sensor.effect]]")]
 pub enum SensorChoice {
@@ -20,7 +20,7 @@ impl Default for SensorChoice {
 }
 
 impl SensorChoice {
-    /// The effects.
+    /// Resolves the preset to its effects.
     ///
     /// # Errors
     /// If there is no preset of that name.
@@ -32,8 +32,8 @@ impl SensorChoice {
     }
 }
 
-/// A sensor with `offset` added to every contrast threshold, in natural-log intensity.
-pub(crate) fn with_thresholds_moved(
+/// Builds the sensor with `offset` added to every contrast threshold, in natural-log intensity.
+pub(crate) fn with_threshold_offset(
     sensor: &SensorConfig,
     offset: f64,
 ) -> Result<SensorModel, SensorError> {

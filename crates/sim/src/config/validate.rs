@@ -1,12 +1,12 @@
-//! What a configuration must fulfil, said in the user's words.
+//! Validation of a configuration, with messages that name field, value and constraint.
 
 use super::{BackgroundSource, SimulationConfig, SkinSource};
 use crate::SimError;
 
-/// Largest side of an image; far beyond any event camera.
-const LARGEST_SIDE_PX: f32 = 4_096.0;
-/// Steps of one movement or one rest: hours, at a thousand a second.
-const LONGEST_MOTION_STEPS: f64 = 1e7;
+/// Largest side of an image: event cameras of 2026 have at most 1280 columns.
+const MAX_SIDE_PX: f32 = 4_096.0;
+/// Largest step count of one movement or rest: almost three hours at 1 kHz.
+const MAX_MOTION_STEPS: f64 = 1e7;
 
 impl SimulationConfig {
     /// Checks every field.
@@ -39,13 +39,13 @@ impl SimulationConfig {
         check(
             "motion.period_s",
             &motion.period_s,
-            (1.0..=LONGEST_MOTION_STEPS).contains(&steps),
+            (1.0..=MAX_MOTION_STEPS).contains(&steps),
             "must be at least one step and at most 10 million",
         )?;
         check(
             "motion.pause_s",
             &motion.pause_s,
-            (0.0..=LONGEST_MOTION_STEPS).contains(&(motion.pause_s * f64::from(self.step_hz))),
+            (0.0..=MAX_MOTION_STEPS).contains(&(motion.pause_s * f64::from(self.step_hz))),
             "must be from 0 to 10 million steps",
         )?;
         check("seconds", &self.seconds, self.frames() > 0, "must be at least one step")?;
@@ -55,7 +55,7 @@ impl SimulationConfig {
     fn check_image(&self) -> Result<(), SimError> {
         let sides = [self.sensor_size.width, self.sensor_size.height].map(f32::from);
         check_positive("image_scale", f64::from(self.image_scale))?;
-        let fits = |side: f32| (1.0..=LARGEST_SIDE_PX).contains(&(side * self.image_scale).round());
+        let fits = |side: f32| (1.0..=MAX_SIDE_PX).contains(&(side * self.image_scale).round());
         check(
             "image_scale",
             &format!("{} of {}", self.image_scale, self.sensor_size),
@@ -80,7 +80,7 @@ impl SimulationConfig {
         )
     }
 
-    /// Skins that are painted for one model look like nothing on another.
+    /// A skin texture fits only the texture coordinates of its own model.
     fn check_skin(&self) -> Result<(), SimError> {
         let is_painted_for = match self.skin.source {
             SkinSource::Procedural => self.body.uvs.is_none(),
@@ -104,7 +104,7 @@ impl SimulationConfig {
             ("lights.ambient", lights.ambient),
         ] {
             let lit = colour.is_finite() && colour.min_element() >= 0.0;
-            check(field, &colour, lit, "must be three numbers from 0")?;
+            check(field, &colour, lit, "must be three values from 0")?;
         }
         check_from("lights.gain", f64::from(lights.gain), 0.0)?;
         let [low, high] = lights.jitter;
@@ -112,7 +112,7 @@ impl SimulationConfig {
             "lights.jitter",
             &format!("[{low}, {high}]"),
             0.0 <= low && low <= high && high.is_finite(),
-            "must be a range of numbers from 0, the lower one first",
+            "must be a range [low, high] with 0 <= low <= high",
         )?;
         let backgrounds = &self.backgrounds;
         if let BackgroundSource::Procedural(count) = backgrounds.source {
@@ -140,8 +140,8 @@ fn check_positive(field: &'static str, value: f64) -> Result<(), SimError> {
     check(field, &value, value > 0.0 && value.is_finite(), "must be greater than 0")
 }
 
-fn check_from(field: &'static str, value: f64, least: f64) -> Result<(), SimError> {
-    check(field, &value, value >= least && value.is_finite(), "must be at least 0")
+fn check_from(field: &'static str, value: f64, min: f64) -> Result<(), SimError> {
+    check(field, &value, value >= min && value.is_finite(), "must be at least 0")
 }
 
 #[cfg(test)]
@@ -181,7 +181,7 @@ mod tests {
         assert_eq!(
             complaint(|c| c.lights.jitter = [1.2, 1.1]),
             "simulation.lights.jitter = [1.2, 1.1]: \
-             must be a range of numbers from 0, the lower one first"
+             must be a range [low, high] with 0 <= low <= high"
         );
         assert_eq!(
             complaint(|c| c.backgrounds.source = BackgroundSource::Procedural(0)),
@@ -208,7 +208,7 @@ mod tests {
     fn a_configuration_survives_being_written() {
         let text = r#"
             image_scale = 0.5
-            backgrounds.source = { folder = "pictures" }
+            backgrounds.source = { folder = "images" }
             [[sensor.effect]]
             name = "level_crossing"
             threshold_on = 0.2

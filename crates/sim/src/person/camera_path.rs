@@ -1,27 +1,27 @@
-//! Where the camera stands, and how it moves in somebody's hand.
+//! Camera pose over time: on a tripod, or shaking in a hand.
 
 use evpose_core::{CounterRng, LookAt, Pinhole, SensorSize};
 use glam::{Quat, Vec3};
 
 use super::config::PeopleConfig;
 
-/// Frequencies of a camera held by hand, in hertz.
+/// Frequencies of the shake of a hand-held camera, in hertz; below the 8 to 12 Hz of tremor.
 const SHAKE_HZ: [f32; 3] = [0.31, 0.83, 1.9];
-/// How far it moves aside while it turns by one radian, in metres.
+/// Translation per radian of rotation, in metres: the length of an arm.
 const ASIDE_M: f32 = 0.6;
 
-/// A camera over time.
+/// Trajectory of a camera.
 #[derive(Debug, Clone)]
 pub(super) struct CameraPath {
     at_rest: LookAt,
-    /// Amplitudes about the image's axes, in radians: up, aside, roll.
+    /// Amplitudes of tilt, pan and roll in radians.
     amplitudes: [f32; 3],
     phases: [[f32; 3]; 3],
 }
 
 impl CameraPath {
-    /// A camera that sees somebody of `height_m` who stands in the origin and looks along z as tall as
-    /// the configuration says, anywhere on the image where all of them is seen.
+    /// Draws a camera for a person of `height_m` who stands at the origin and faces +z. The person is
+    /// as tall on the image as configured and wholly visible.
     pub(super) fn draw(
         config: &PeopleConfig,
         height_m: f32,
@@ -35,12 +35,12 @@ impl CameraPath {
         let person_px = share * height_px;
         let distance_m = height_m * pinhole.focal_px / person_px;
         let metres_per_px = distance_m / pinhole.focal_px;
-        let room = |side_px: f32, person_px: f32| 0.5 * (side_px - person_px).max(0.0);
-        let aside_m = metres_per_px * room(width_px, 0.8 * person_px) * rng.uniform(-0.9, 0.9);
-        let above_m = metres_per_px * room(height_px, person_px) * rng.uniform(-0.9, 0.9);
+        let margin = |side_px: f32, person_px: f32| 0.5 * (side_px - person_px).max(0.0);
+        let aside_m = metres_per_px * margin(width_px, 0.8 * person_px) * rng.uniform(-0.9, 0.9);
+        let above_m = metres_per_px * margin(height_px, person_px) * rng.uniform(-0.9, 0.9);
         let middle_m = 0.5 * height_m;
         let eye_height_m = rng.uniform(0.6, 2.0);
-        // The image's middle is as far from the person as was drawn.
+        // The drawn offset of the person on the image becomes an offset of the optical axis.
         let centre_m = Vec3::new(aside_m, middle_m + above_m, 0.0);
         let eye_m = Vec3::new(aside_m * rng.uniform(0.2, 1.0), eye_height_m, 0.0);
         let back_m = (distance_m * distance_m - (eye_m.y - middle_m).powi(2)).max(0.3).sqrt();
@@ -55,17 +55,18 @@ impl CameraPath {
         } else {
             0.0
         };
-        let amplitudes = [0.8 * turn, turn, 0.5 * turn].map(|most| most * rng.uniform(0.5, 1.5));
+        let amplitudes =
+            [0.8 * turn, turn, 0.5 * turn].map(|amplitude| amplitude * rng.uniform(0.5, 1.5));
         let phases = [(); 3].map(|()| [(); 3].map(|()| rng.uniform(0.0, std::f32::consts::TAU)));
         (Self { at_rest, amplitudes, phases }, pinhole)
     }
 
-    /// The camera as it was put.
+    /// Camera pose without shake.
     pub(super) fn at_rest(&self) -> &LookAt {
         &self.at_rest
     }
 
-    /// The camera at a time in seconds.
+    /// Camera pose at `t_s` seconds.
     pub(super) fn at(&self, t_s: f32) -> LookAt {
         if self.amplitudes == [0.0; 3] {
             return self.at_rest;

@@ -1,69 +1,70 @@
-//! Simulated people as written down.
+//! Configuration of simulated people.
 
-use evpose_body::activity::{ACTIVITIES, activity_called};
+use evpose_body::activity::{ACTIVITIES, activity_by_name};
 use evpose_core::{Micros, SensorSize};
 use serde::{Deserialize, Serialize};
 
 use crate::SimError;
 use crate::config::{BackgroundSource, BodySource, LightConfig, SensorChoice};
 
-/// Everything about people before an event camera, but the seed. Every sequence is one person, one
-/// activity, one place and one camera.
+/// Complete configuration of a simulation of people, without its seed. Every sequence has one person,
+/// one activity, one background and one camera.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PeopleConfig {
-    /// How many sequences.
+    /// Sequence count.
     pub sequences: usize,
-    /// Length of each.
+    /// Length of a sequence in seconds.
     pub seconds: f64,
-    /// Pictures per simulated second that the sensor is shown.
+    /// Frames per simulated second that the sensor is exposed to.
     pub step_hz: u32,
     /// Labels per second; divides `step_hz`.
     pub label_hz: u32,
     /// Size of the image in pixels.
     pub sensor_size: SensorSize,
-    /// The body: made in code, or a file of SMPL+H.
+    /// Body model: procedural, or a file of SMPL+H.
     pub body: BodySource,
-    /// Shape coefficients are uniform between minus this and this.
+    /// Bound of the shape coefficients, which are uniform in ±`shape_range`.
     pub shape_range: f32,
-    /// What people do, by name; sequences go through the list.
+    /// Names of the activities; sequences cycle through the list.
     pub activities: Vec<String>,
-    /// Share of the time, on average, for which somebody stands still in the midst of it.
+    /// Mean share of the time in which the person stands still during the activity.
     pub stillness: f32,
-    /// How tall somebody who stands is, as a share of the image's height: uniform between both.
+    /// Height of a standing person as a share of the image height: uniform between both.
     pub height_share: [f32; 2],
     /// Angle from the bottom to the top of the image, in degrees: uniform between both.
     pub vertical_fov_deg: [f32; 2],
     /// Share of the sequences in which the camera is held by hand and turns.
     pub moving_cameras: f32,
-    /// How far such a camera turns, in degrees, one standard deviation.
+    /// Standard deviation of a hand-held camera's rotation, in degrees.
     pub camera_turn_deg: f32,
     /// Lights on people.
     pub lights: LightConfig,
     /// Light on everything, relative to the usual.
     pub light_level: f32,
-    /// What is behind people.
+    /// Background behind people.
     pub surroundings: SurroundingsConfig,
     /// The event camera.
     pub sensor: SensorChoice,
-    /// Standard deviation, over sequences, of what is added to the contrast thresholds.
+    /// Standard deviation, over sequences, of the offset of the contrast thresholds.
     pub threshold_sd: f64,
 }
 
-/// What is behind people.
+/// Background behind people: a plane with an image, and distractors.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SurroundingsConfig {
-    /// Where the pictures on the wall come from.
+    /// Source of the background images.
     pub source: BackgroundSource,
-    /// Exponent that makes pictures linear.
+    /// Exponent of the images' gamma encoding.
     pub gamma: f32,
-    /// Share of the sequences with a wall of one colour.
+    /// Share of the sequences with a uniform background.
     pub plain: f32,
-    /// Share of the sequences in which things move behind people.
+    /// Share of the sequences with distractors, which move behind people.
     pub moving: f32,
-    /// How many such things, at most.
-    pub things: usize,
+    /// Largest number of distractors of a sequence.
+    #[serde(alias = "things")]
+    pub distractors: usize,
 }
 
 impl Default for PeopleConfig {
@@ -100,13 +101,13 @@ impl Default for SurroundingsConfig {
             gamma: 2.2,
             plain: 0.15,
             moving: 0.3,
-            things: 4,
+            distractors: 4,
         }
     }
 }
 
 impl PeopleConfig {
-    /// Checks what types cannot.
+    /// Checks the ranges of all fields.
     ///
     /// # Errors
     /// The first field that makes no sense.
@@ -125,7 +126,7 @@ impl PeopleConfig {
             return refuse(
                 "stillness",
                 self.stillness.to_string(),
-                "somebody has to move: below 1",
+                "must be below 1: people have to move",
             );
         }
         if !(self.seconds > 0.0 && self.seconds.is_finite()) {
@@ -156,12 +157,12 @@ impl PeopleConfig {
         if self.activities.is_empty() {
             return refuse("activities", "[]".to_owned(), "must name at least one");
         }
-        if let Some(name) = self.activities.iter().find(|name| activity_called(name).is_none()) {
+        if let Some(name) = self.activities.iter().find(|name| activity_by_name(name).is_none()) {
             let known: Vec<&str> = ACTIVITIES.iter().map(|activity| activity.name).collect();
             return Err(SimError::UnknownActivity { name: name.clone(), known });
         }
         if matches!(self.surroundings.source, BackgroundSource::Procedural(0)) {
-            return refuse("surroundings.source", "0".to_owned(), "at least one picture");
+            return refuse("surroundings.source", "0".to_owned(), "at least one image");
         }
         Ok(())
     }

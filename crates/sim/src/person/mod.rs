@@ -1,24 +1,28 @@
-//! People before an event camera, simulated and labelled.
+//! Simulation of people in front of an event camera, with joint labels.
 //!
 //! * [`PeopleConfig`]: everything but the seed.
-//! * [`People`]: a run, with what its sequences share; [`PersonSimulator`]: one sequence, step by step.
+//! * [`People`]: a run and the state shared by its sequences; [`PersonSimulator`]: one sequence, step
+//!   by step.
 //! * [`Still`]: photographs of people, for pre-training.
 //! * [`record_people`]: sequences as files, with [`PoseTable`]s of labels beside them.
 //!
-//! A sequence is one person doing one thing in one place, so every sequence shows somebody else. The
-//! person stands on the floor before a wall with a picture on it, before which things may move; the
-//! camera stands still or is held by hand.
+//! A sequence is one person, one activity and one background, all drawn anew for each sequence. The
+//! person stands in front of a background plane with an image, before which distractors may move; the
+//! camera is fixed or held by hand.
 
+mod background_plane;
 mod camera_path;
 mod config;
+mod distractor;
 mod joints;
+mod luminance_image;
 mod people;
 mod pose_table;
 mod record;
+mod scene_instance;
+mod shared;
 mod simulator;
 mod still;
-mod take;
-mod wall;
 
 pub use config::{PeopleConfig, SurroundingsConfig};
 pub use joints::BodyJoints3;

@@ -1,4 +1,4 @@
-//! Labels of a sequence: a table of joints over time, as comma-separated text.
+//! Labels of a sequence: a table of joints over time, as CSV.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -10,30 +10,30 @@ use glam::{Vec2, Vec3};
 use super::joints::BodyJoints3;
 use crate::SimError;
 
-/// Where somebody's joints are at one time.
+/// Joint positions of a person at one time stamp.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PoseRow {
-    /// When.
+    /// Time stamp.
     pub t: Micros,
-    /// On the image, in pixels; none outside of it.
+    /// Image positions in pixels; none outside of the image.
     pub joints_px: BodyPoints,
-    /// In the world, in metres.
+    /// World positions in metres.
     pub joints_m: BodyJoints3,
 }
 
 /// The labels of a sequence, in order of time: columns `t_us`, then `u_px`, `v_px`, `x_m`, `y_m` and
-/// `z_m` of every joint. A joint that is not on the image has nothing in its first two.
+/// `z_m` of every joint. The first two are empty for a joint outside of the image.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PoseTable {
-    /// Its rows.
+    /// Rows, in order of time.
     pub rows: Vec<PoseRow>,
 }
 
-/// Columns of a joint.
+/// Column suffixes of a joint.
 const COLUMNS: [&str; 5] = ["u_px", "v_px", "x_m", "y_m", "z_m"];
 
 impl PoseTable {
-    /// The first line of the file.
+    /// Header line.
     fn header() -> String {
         let joints =
             JOINT_NAMES.iter().flat_map(|name| COLUMNS.map(|column| format!(",{name}_{column}")));

@@ -1,4 +1,4 @@
-//! Sequences of people written to files, labelled.
+//! Recording of labelled sequences of people to files.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -11,42 +11,42 @@ use super::{People, PoseRow, PoseTable};
 use crate::SimError;
 use crate::set::{PEOPLE, SequenceSet, Shard};
 
-/// What was drawn for a sequence: `0007.toml`.
+/// Metadata of a sequence: `0007.toml`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PersonInfo {
     /// Size of the sensor in pixels.
     pub sensor: SensorSize,
-    /// What is done.
+    /// Name of the activity.
     pub activity: String,
     /// Shape coefficients of the person.
     pub betas: Vec<f32>,
-    /// What was added to the sensor's contrast thresholds, in natural-log intensity.
+    /// Offset of the sensor's contrast thresholds, in natural-log intensity.
     pub threshold_offset: f64,
 }
 
 /// The sequences of a run, or of a part of one, on disk.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RecordedPeople {
-    /// Sequences that were recorded now.
+    /// Number of sequences recorded by this call.
     pub sequences: usize,
-    /// Their steps.
+    /// Their step count.
     pub steps: u64,
-    /// Their events.
+    /// Their event count.
     pub events: u64,
-    /// How many sequences were whole already.
-    pub kept: usize,
-    /// Whether the whole run is there now, those of other shards included.
+    /// Number of sequences that were complete already.
+    pub reused: usize,
+    /// Whether the run is complete, other shards included.
     pub finished: bool,
-    /// How long it took.
+    /// Elapsed time.
     pub elapsed: Duration,
 }
 
-/// Simulates the sequences of one shard into `DIRECTORY/0000.raw` (EVT3: compact, of any size), `0000.poses.csv` (a
-/// [`PoseTable`]) and `0000.toml` (a [`PersonInfo`]), one sequence a thread. Sequences that are whole are
-/// kept: the directory must be that of the same configuration and seed.
+/// Simulates the sequences of one shard into `DIRECTORY/0000.raw` (EVT3: compact, of any size),
+/// `0000.poses.csv` (a [`PoseTable`]) and `0000.toml` (a [`PersonInfo`]), one sequence a thread.
+/// Complete sequences are reused: the directory must be that of the same configuration and seed.
 ///
-/// `progress` is told how many steps were simulated since it was last called.
+/// `progress` receives the number of steps simulated since its last call.
 ///
 /// # Errors
 /// If the sensor refuses its configuration or a file cannot be written.
@@ -59,10 +59,10 @@ pub fn record_people(
     let start = Instant::now();
     std::fs::create_dir_all(directory)
         .map_err(|source| SimError::file(directory, "create", source))?;
-    let set = SequenceSet::new(directory, people.config().sequences).holding(PEOPLE);
+    let set = SequenceSet::new(directory, people.config().sequences).with_endings(PEOPLE);
     set.remove_leftovers(shard)?;
     let unfinished = set.unfinished(shard);
-    let kept = shard.of(set.sequences()).count() - unfinished.len();
+    let reused = shard.sequences_of(set.sequences()).count() - unfinished.len();
     let counts = unfinished
         .into_par_iter()
         .with_max_len(1)
@@ -77,13 +77,13 @@ pub fn record_people(
         sequences: counts.len(),
         steps: counts.len() as u64 * people.config().steps(),
         events: counts.iter().sum(),
-        kept,
+        reused,
         finished,
         elapsed: start.elapsed(),
     })
 }
 
-/// Records one sequence, and says how many events it has.
+/// Records one sequence and returns its event count.
 fn record(
     people: &People,
     sequence: u64,

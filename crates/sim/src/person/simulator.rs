@@ -1,4 +1,4 @@
-//! One sequence, step by step: pose, picture, labels, events.
+//! One sequence, step by step: pose, rendering, labels, events.
 
 use std::sync::Arc;
 
@@ -7,38 +7,38 @@ use evpose_pose::body::BodyPoints;
 use evpose_sensor::SensorRun;
 
 use super::joints::{BodyJoints3, joints_px};
-use super::people::Shared;
-use super::take::Take;
+use super::scene_instance::SceneInstance;
+use super::shared::Shared;
 use crate::SimError;
 
-/// What random numbers of sequences are drawn for.
-pub(super) const SEQUENCES: &str = "people sequence";
+/// Key of the random streams of sequences.
+pub(super) const SEQUENCE_STREAM: &str = "people sequence";
 
-/// Somebody before an event camera, advanced one step at a time.
+/// Simulator of one sequence of a person, advanced one step at a time.
 #[derive(Debug)]
 pub struct PersonSimulator {
     shared: Arc<Shared>,
-    take: Take,
+    scene: SceneInstance,
     sensor: SensorRun,
     threshold_offset: f64,
     luminance: Plane<f32>,
     next: u64,
 }
 
-/// One step of a sequence.
+/// One step of a sequence of a person.
 #[derive(Debug, Clone, Copy)]
 pub struct PersonStep<'a> {
-    /// Number of the step, from 0.
+    /// Index of the step, from 0.
     pub frame: u64,
     /// Time at its end, when the sensor was exposed. Step 0 is at time zero.
     pub t: Micros,
-    /// What the sensor was shown: linear luminance, relative to reference white.
+    /// Frame that the sensor was exposed to: linear luminance, relative to reference white.
     pub luminance: &'a Plane<f32>,
-    /// What it answered.
+    /// Events of the step.
     pub events: &'a EventStream,
     /// Joints in the world, in metres, in the order of networks.
     pub joints_m: BodyJoints3,
-    /// Joints on the image; none outside of it.
+    /// Joints on the image in pixels; none outside of it.
     pub joints_px: BodyPoints,
     /// Whether a label belongs to this step.
     pub is_labelled: bool,
@@ -46,35 +46,35 @@ pub struct PersonStep<'a> {
 
 impl PersonSimulator {
     pub(super) fn new(shared: Arc<Shared>, index: u64) -> Result<Self, SimError> {
-        let seed = seed_for(shared.seed, SEQUENCES, 0);
-        let take = Take::draw(&shared, seed, index, shared.config.seconds as f32);
+        let seed = seed_for(shared.seed, SEQUENCE_STREAM, 0);
+        let scene = SceneInstance::draw(&shared, seed, index, shared.config.seconds as f32);
         let normal = CounterRng::new(seed, "person threshold", index).normal();
         let threshold_offset = shared.config.threshold_sd * f64::from(normal);
         let sensor = shared
             .sensor_model(threshold_offset)?
             .start(shared.config.sensor_size, seed_for(seed, "person sensor", index));
         let luminance = Plane::for_sensor(shared.config.sensor_size, 0.0);
-        Ok(Self { shared, take, sensor, threshold_offset, luminance, next: 0 })
+        Ok(Self { shared, scene, sensor, threshold_offset, luminance, next: 0 })
     }
 
     /// Simulates one step.
     ///
     /// # Errors
-    /// If the sensor refuses a picture, which would be a fault of this program.
+    /// If the sensor rejects a frame, which would be a bug.
     pub fn advance(&mut self) -> Result<PersonStep<'_>, SimError> {
         let (frame, config) = (self.next, &self.shared.config);
         let t = Micros(frame as i64 * config.step().0);
-        let light = self.take.light(&self.shared, t.as_seconds() as f32);
+        let light = self.scene.light(&self.shared, t.as_seconds() as f32);
         self.luminance.clone_from(light);
         let events = self.sensor.expose(&self.luminance, t)?;
         self.next += 1;
-        let joints_m = self.take.joints_m();
+        let joints_m = self.scene.joints_m();
         Ok(PersonStep {
             frame,
             t,
             luminance: &self.luminance,
             events,
-            joints_px: joints_px(&joints_m, self.take.camera()),
+            joints_px: joints_px(&joints_m, self.scene.camera()),
             joints_m,
             is_labelled: frame.is_multiple_of(config.steps_per_label()),
         })
@@ -85,17 +85,17 @@ impl PersonSimulator {
         self.shared.config.sensor_size
     }
 
-    /// What is done.
+    /// Name of the activity.
     pub fn activity(&self) -> &'static str {
-        self.take.activity.name
+        self.scene.activity.name
     }
 
     /// Shape coefficients of the person.
     pub fn betas(&self) -> &[f32] {
-        &self.take.betas
+        &self.scene.betas
     }
 
-    /// What was added to the sensor's contrast thresholds, in natural-log intensity.
+    /// Offset of the sensor's contrast thresholds, in natural-log intensity.
     pub fn threshold_offset(&self) -> f64 {
         self.threshold_offset
     }

@@ -1,13 +1,13 @@
-//! What a pixel sees: a face, and where on it.
+//! Fragments: the face of a pixel and the position on it.
 
 use evpose_core::SensorSize;
 
 use super::project::SUBPIXEL;
 
-/// The surface seen by one pixel.
+/// Visible surface of one pixel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fragment {
-    /// 1 / depth in 1/m; zero where the pixel sees the background.
+    /// 1 / depth in 1/m; zero where no face covers the pixel.
     pub inverse_depth: f32,
     /// Index of the face.
     pub face: u32,
@@ -19,7 +19,7 @@ impl Fragment {
     /// No surface.
     pub const NONE: Self = Self { inverse_depth: 0.0, face: 0, barycentric: [0.0; 2] };
 
-    /// Whether the pixel sees a surface.
+    /// Whether a face covers the pixel.
     pub fn is_covered(&self) -> bool {
         self.inverse_depth > 0.0
     }

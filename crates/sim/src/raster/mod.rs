@@ -1,4 +1,5 @@
-//! A deterministic rasteriser for one core: which surface each pixel sees, and where on it.
+//! A deterministic single-threaded rasteriser: the nearest face of each pixel and the barycentric
+//! coordinates on it.
 //!
 //! Two passes. [`Raster::draw`] finds for every pixel the nearest triangle, several pixels of a row
 //! at a time; shading then touches each covered pixel once, and looks up where on the face it is
@@ -14,12 +15,12 @@
 
 mod camera;
 mod clip;
+mod covered;
 mod fragment;
 mod mesh;
 mod narrow;
 mod project;
 mod rows;
-mod seen;
 mod triangle;
 mod varying;
 mod visibility;
@@ -27,10 +28,10 @@ mod visible;
 mod wide;
 
 pub use camera::Camera;
+pub(crate) use covered::CoveredPixels;
 pub use fragment::{Fragment, PixelRect};
 pub use mesh::{Mesh, is_closed};
-pub(crate) use seen::SeenPixels;
-pub(crate) use triangle::apart_lanes;
+pub(crate) use triangle::unpack_xy_lanes;
 pub(crate) use varying::Varyings;
 pub use visible::Raster;
 

@@ -1,35 +1,35 @@
-//! Triangles whose edge functions fit in 32 bits, which is nearly all of them: set up eight at a time,
-//! and filled eight pixels of a row at a time.
+//! Narrow triangles, whose edge functions fit in 32 bits (nearly all): set up eight at a time, and filled
+//! eight pixels of a row at a time.
 
 use evpose_core::{LANES, Lanes};
 
 use super::fragment::PixelRect;
 use super::project::{SUBPIXEL, SUBPIXEL_BITS};
-use super::triangle::{apart, together_lanes};
-use super::visibility::Visibility;
+use super::triangle::{pack_xy_lanes, unpack_xy};
+use super::visibility::VisibilityBuffer;
 
 /// Longest side of a triangle's bounding box, in sub-pixels, whose edge functions fit in 32 bits
-/// wherever they are looked at: in its rectangle, and up to [`LANES`] pixels to the right of it.
-pub(super) const LONGEST: i32 = 30_000;
+/// wherever they are evaluated: in its rectangle, and up to [`LANES`] pixels to the right of it.
+pub(super) const MAX_NARROW_EXTENT: i32 = 30_000;
 
-/// What it takes to fill eight triangles, each a row of every table. Edge functions as in
+/// Setup of eight triangles, each a row of every table. Edge functions as in
 /// [`Wide`](super::wide::Wide).
 #[derive(Debug, Default)]
 pub(super) struct Eight {
-    /// Of the edge opposite to the first corner: its function at the first pixel, how much more it is
-    /// a pixel to the right, and one below; then `right + bottom·2¹⁶`, the first pixel behind.
+    /// Edge function opposite to the first corner: value at the first pixel, step to the right, step
+    /// down; then `right + bottom·2¹⁶`, the end of the rectangle.
     first: [[i32; 4]; LANES],
-    /// As [`Triangle`](super::triangle::Triangle) keeps them.
+    /// As in [`Triangle`](super::triangle::Triangle).
     pub(super) second: [[i32; 4]; LANES],
     pub(super) third: [[i32; 4]; LANES],
-    /// Bits of 1/depth of the first corner, of how much more it is per unit of the second and of the
-    /// third edge function; nothing.
+    /// Bits of 1/depth of the first corner, and of its slopes along the second and third edge
+    /// function; zero.
     depth: [[i32; 4]; LANES],
-    /// Bit by bit: those that may cover a pixel.
+    /// Bit mask of the triangles that may cover a pixel.
     pub(super) may_cover: u32,
-    /// Those that were turned over: the second and the third corner are exchanged.
+    /// Bit mask of the triangles whose second and third corner were swapped.
     pub(super) is_turned: u32,
-    /// Those in front of the near plane that are too long, and not set up.
+    /// Bit mask of the triangles before the near plane that are too wide, and not set up.
     pub(super) is_wide: u32,
 }
 
@@ -82,9 +82,9 @@ impl Eight {
         let (left, right) = (min3(l, a.x, b.x, c.x), max3(l, a.x, b.x, c.x));
         let (top, bottom) = (min3(l, a.y, b.y, c.y), max3(l, a.y, b.y, c.y));
         let extent = l.max_i(l.sub_i(right, left), l.sub_i(bottom, top));
-        let is_wide = l.greater_i(extent, l.splat_i(LONGEST));
+        let is_wide = l.greater_i(extent, l.splat_i(MAX_NARROW_EXTENT));
 
-        // Of wide ones this and what follows wraps.
+        // Wraps for wide triangles, which are masked out below.
         let area = l.sub_i(
             l.mul_i(l.sub_i(b.x, a.x), l.sub_i(c.y, a.y)),
             l.mul_i(l.sub_i(b.y, a.y), l.sub_i(c.x, a.x)),
@@ -111,7 +111,7 @@ impl Eight {
         let inverse_depth = l.numbers(a.inverse_depth);
         let slope_b = l.mul(l.sub(l.numbers(b.inverse_depth), inverse_depth), per_area);
         let slope_c = l.mul(l.sub(l.numbers(c.inverse_depth), inverse_depth), per_area);
-        let (begin, end) = (together_lanes(l, left, top), together_lanes(l, right, bottom));
+        let (begin, end) = (pack_xy_lanes(l, left, top), pack_xy_lanes(l, right, bottom));
         l.rows([of_first[0], of_first[1], of_first[2], end], &mut self.first);
         l.rows([of_second[0], of_second[1], of_second[2], begin], &mut self.second);
         l.rows([of_third[0], of_third[1], of_third[2], l.bits(per_area)], &mut self.third);
@@ -132,7 +132,7 @@ fn max3<L: Lanes>(l: L, a: L::I, b: L::I, c: L::I) -> L::I {
     l.max_i(l.max_i(a, b), c)
 }
 
-/// The whole pixels in positions with something added.
+/// Whole pixels of positions plus an offset in sub-pixels.
 #[inline(always)]
 fn pixel<L: Lanes>(l: L, position: L::I, added: i32) -> L::I {
     l.shift_right_signed::<{ SUBPIXEL_BITS as i32 }>(l.add_i(position, l.splat_i(added)))
@@ -144,14 +144,14 @@ fn centre<L: Lanes>(l: L, pixel: L::I) -> L::I {
     l.add_i(l.mul_i(pixel, l.splat_i(SUBPIXEL)), l.splat_i(SUBPIXEL / 2))
 }
 
-/// Eight edge functions at the centres (x, y), and their steps to the right and down.
+/// Eight edge functions at the pixel centres (x, y), and their steps to the right and down.
 #[inline(always)]
 fn edge<L: Lanes>(l: L, from: Corner<L>, to: Corner<L>, [x, y]: [L::I; 2]) -> [L::I; 3] {
     let zero = l.splat_i(0);
     let (dx, dy) = (l.sub_i(to.x, from.x), l.sub_i(to.y, from.y));
     let down = l.mul_i(dx, l.sub_i(y, from.y));
     let right = l.mul_i(dy, l.sub_i(x, from.x));
-    // Top and left edges own the centres on them: all ones, so one is taken and given back.
+    // Top-left rule: other edges are lowered by one. The mask is -1, so subtracting it adds one.
     let is_level =
         l.and_not(l.greater_i(dx, zero), l.or(l.greater_i(dy, zero), l.greater_i(zero, dy)));
     let is_owned = l.or(l.greater_i(zero, dy), is_level);
@@ -160,16 +160,16 @@ fn edge<L: Lanes>(l: L, from: Corner<L>, to: Corner<L>, [x, y]: [L::I; 2]) -> [L
     [start, l.mul_i(l.sub_i(zero, dy), steps), l.mul_i(dx, steps)]
 }
 
-impl Visibility {
-    /// Writes triangle `k` of `eight`, as number `number`, wherever it is nearer than what is there; of
-    /// two at the same depth the first stays.
+impl VisibilityBuffer {
+    /// Rasterises triangle `k` of `eight` with index `number` and a depth test; of two at the same
+    /// depth the first stays.
     ///
-    /// Centres outside of the rectangle are outside of an edge as well.
+    /// Pixel centres outside of the rectangle are outside of an edge as well.
     #[inline(always)]
     pub(super) fn fill<L: Lanes>(&mut self, l: L, eight: &Eight, k: usize, number: u32) {
         let (first, second) = (&eight.first[k], &eight.second[k]);
         let (third, depth) = (&eight.third[k], &eight.depth[k]);
-        let ((left, top), (right, bottom)) = (apart(second[3]), apart(first[3]));
+        let ((left, top), (right, bottom)) = (unpack_xy(second[3]), unpack_xy(first[3]));
         let (a, b) = (EdgeAlong::new(l, first), EdgeAlong::new(l, second));
         let c = EdgeAlong::new(l, third);
         let inverse_depth = l.numbers(l.splat_i(depth[0]));
@@ -177,17 +177,17 @@ impl Visibility {
         let number = l.splat_i(number as i32);
         let plane = DepthPlane { inverse_depth, slope_b, slope_c };
         let (mut at_a, mut at_b, mut at_c) = (a.start, b.start, c.start);
-        for (depths, numbers) in self.rows_mut(top..bottom) {
-            let Some(seen) = eight_mut(depths, numbers, left) else { return };
+        for (depths, indices) in self.rows_mut(top..bottom) {
+            let Some(seen) = eight_mut(depths, indices, left) else { return };
             plane.show(l, [at_a, at_b, at_c], number, seen);
             if right - left > LANES {
-                // Behind the rectangle they may wrap, where nobody looks.
+                // To the right of the rectangle they may wrap, in pixels that are not read.
                 let (mut on_a, mut on_b, mut on_c) = (at_a, at_b, at_c);
                 for x in (left + LANES..right).step_by(LANES) {
                     on_a = l.add_i(on_a, a.chunk(l));
                     on_b = l.add_i(on_b, b.chunk(l));
                     on_c = l.add_i(on_c, c.chunk(l));
-                    let Some(seen) = eight_mut(depths, numbers, x) else { return };
+                    let Some(seen) = eight_mut(depths, indices, x) else { return };
                     plane.show(l, [on_a, on_b, on_c], number, seen);
                 }
             }
@@ -198,21 +198,21 @@ impl Visibility {
     }
 }
 
-/// Eight pixels: bits of 1/depth, and numbers of triangles.
+/// Eight pixels: bits of 1/depth, and triangle indices.
 type EightPixels<'a> = (&'a mut [i32; LANES], &'a mut [i32; LANES]);
 
 #[inline(always)]
 fn eight_mut<'a>(
     depths: &'a mut [i32],
-    numbers: &'a mut [i32],
+    indices: &'a mut [i32],
     x: usize,
 ) -> Option<EightPixels<'a>> {
     let pixels = x..x + LANES;
     let depths = depths.get_mut(pixels.clone())?.first_chunk_mut()?;
-    Some((depths, numbers.get_mut(pixels)?.first_chunk_mut()?))
+    Some((depths, indices.get_mut(pixels)?.first_chunk_mut()?))
 }
 
-/// 1/depth over a triangle.
+/// Plane equation of 1/depth over a triangle.
 #[derive(Clone, Copy)]
 struct DepthPlane<L: Lanes> {
     inverse_depth: L::F,
@@ -221,7 +221,7 @@ struct DepthPlane<L: Lanes> {
 }
 
 impl<L: Lanes> DepthPlane<L> {
-    /// Shows triangle `number` at eight pixels with these edge functions.
+    /// Depth-tests triangle `number` at eight pixels with these edge functions.
     #[inline(always)]
     fn show(self, l: L, [at_a, at_b, at_c]: [L::I; 3], number: L::I, pixels: EightPixels<'_>) {
         let (nearest, seen) = pixels;
@@ -229,7 +229,7 @@ impl<L: Lanes> DepthPlane<L> {
         let of_b = l.mul(l.to_f(at_b), self.slope_b);
         let of_c = l.mul(l.to_f(at_c), self.slope_c);
         let bits = l.bits(l.add(l.add(self.inverse_depth, of_b), of_c));
-        // Numbers above zero are in the order of their bits, and nothing is nearer than zero.
+        // Positive floats compare as their bits do; zero is infinitely far.
         let bits = l.and_not(bits, is_outside);
         let behind = l.load_i(*nearest);
         let is_seen = l.greater_i(bits, behind);

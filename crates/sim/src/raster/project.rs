@@ -1,4 +1,4 @@
-//! Vertices from the world to snapped image positions.
+//! Projection of vertices to fixed-point image positions.
 
 use bytemuck::{Pod, Zeroable};
 use evpose_core::{LANES, LaneWork, Lanes, in_lanes};
@@ -7,15 +7,14 @@ use glam::{Vec3, Vec4};
 use super::rows::eight_rows;
 use super::{Camera, PixelRect};
 
-/// Steps per pixel of the snapped coordinates.
+/// Fixed-point units per pixel.
 pub(super) const SUBPIXEL: i32 = 1 << SUBPIXEL_BITS;
 
-/// Bits of a snapped coordinate behind the point.
+/// Fractional bits of a fixed-point coordinate, as in GPU rasterisers (Direct3D 11 requires 8).
 pub(super) const SUBPIXEL_BITS: u32 = 8;
 
-/// A million pixels: beyond it positions are clamped, so that products of differences fit in 64
-/// bits.
-const FARTHEST: i32 = SUBPIXEL << 20;
+/// Clamp of positions, a million pixels: products of differences fit in 64 bits.
+const MAX_POSITION: i32 = SUBPIXEL << 20;
 
 /// A vertex on the image: column and row in 1/256 pixel, rows downwards, and the bits of 1/depth in
 /// 1/m, zero where the near plane hides it. One vector of four, as eight corners are read at a time.
@@ -35,7 +34,7 @@ impl ScreenVertex {
         // To the nearest, halves upwards.
         let snap = |numerator: f32| {
             let subpixels = (numerator * inverse_depth * SUBPIXEL as f32 + 0.5).floor();
-            (subpixels as i32).clamp(-FARTHEST, FARTHEST)
+            (subpixels as i32).clamp(-MAX_POSITION, MAX_POSITION)
         };
         Self::new(snap(position.x), snap(position.y), inverse_depth)
     }
@@ -55,14 +54,14 @@ impl ScreenVertex {
         f32::from_bits(self.0[2] as u32)
     }
 
-    /// Column, row, bits of 1/depth, nothing.
+    /// Column, row, bits of 1/depth, zero.
     #[inline(always)]
     pub(super) fn row(&self) -> &[i32; 4] {
         &self.0
     }
 }
 
-/// What the projection of all vertices says about the mesh as a whole.
+/// Image extent of a projected mesh.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Extent {
     /// Pixels whose centres the mesh can cover.
@@ -103,33 +102,33 @@ impl LaneWork for Project<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self, l: L) -> Limits {
         let Self { matrix, near_m, vertices_m, out } = self;
-        let (vertices, numbers) = (vertices_m.len(), bytemuck::must_cast_slice(vertices_m));
+        let (vertices, coordinates) = (vertices_m.len(), bytemuck::must_cast_slice(vertices_m));
         out.resize(vertices.next_multiple_of(LANES), ScreenVertex::default());
-        let (farthest, nearest) = (l.splat_i(FARTHEST), l.splat_i(-FARTHEST));
+        let (farthest, nearest) = (l.splat_i(MAX_POSITION), l.splat_i(-MAX_POSITION));
         let (mut left, mut top) = (farthest, farthest);
         let (mut right, mut bottom) = (nearest, nearest);
-        let mut least = l.splat_i(i32::MAX);
-        let mut room = [0; 4 * LANES];
+        let mut min_bits = l.splat_i(i32::MAX);
+        let mut padding = [0; 4 * LANES];
         for (batch, out) in out.as_chunks_mut::<LANES>().0.iter_mut().enumerate() {
-            let rows = eight_rows::<3>(numbers, batch * LANES, &mut room);
+            let rows = eight_rows::<3>(coordinates, batch * LANES, &mut padding);
             let [x_m, y_m, z_m, _] = l.columns(rows);
             let world_m = [l.numbers(x_m), l.numbers(y_m), l.numbers(z_m)];
             let [x, y, inverse_depth] = project_lanes(l, &matrix, near_m, world_m);
             (left, right) = (l.min_i(left, x), l.max_i(right, x));
             (top, bottom) = (l.min_i(top, y), l.max_i(bottom, y));
-            // The bits are in the order of the numbers, which are not negative.
-            least = l.min_i(least, inverse_depth);
+            // Non-negative floats compare as their bits do.
+            min_bits = l.min_i(min_bits, inverse_depth);
             l.rows([x, y, inverse_depth, l.splat_i(0)], bytemuck::must_cast_mut(out));
         }
         out.truncate(vertices);
-        let smallest = |of| l.store_i(of).into_iter().min().unwrap_or(FARTHEST);
-        let largest = |of| l.store_i(of).into_iter().max().unwrap_or(-FARTHEST);
+        let smallest = |of| l.store_i(of).into_iter().min().unwrap_or(MAX_POSITION);
+        let largest = |of| l.store_i(of).into_iter().max().unwrap_or(-MAX_POSITION);
         Limits {
             left: smallest(left),
             top: smallest(top),
             right: largest(right),
             bottom: largest(bottom),
-            wholly_in_front: smallest(least) > 0,
+            wholly_in_front: smallest(min_bits) > 0,
         }
     }
 }
@@ -148,7 +147,7 @@ fn project_lanes<L: Lanes>(
         row(l, world_m, [from_x[1], from_y[1], from_z[1], from_one[1]]),
         row(l, world_m, [from_x[3], from_y[3], from_z[3], from_one[3]]),
     );
-    // A depth that is not a number counts as hidden.
+    // A NaN depth counts as hidden.
     let is_seen = l.less(l.splat(near_m.next_down()), depth_m);
     let inverse_depth = l.div(l.splat(1.0), depth_m);
     let bits = l.and(l.bits(inverse_depth), is_seen);
@@ -168,11 +167,11 @@ fn row<L: Lanes>(l: L, [x, y, z]: [L::F; 3], [a, b, c, d]: [f32; 4]) -> L::F {
 fn snap<L: Lanes>(l: L, numerator: L::F, inverse_depth: L::F) -> L::I {
     let subpixels = l.mul(l.mul(numerator, inverse_depth), l.splat(SUBPIXEL as f32));
     let nearest = l.floor(l.add(subpixels, l.splat(0.5)));
-    let farthest = FARTHEST as f32;
+    let farthest = MAX_POSITION as f32;
     l.to_i(l.min(l.max(nearest, l.splat(-farthest)), l.splat(farthest)))
 }
 
-/// The snapped positions that vertices span.
+/// Bounding box of the vertices in fixed point.
 struct Limits {
     left: i32,
     top: i32,

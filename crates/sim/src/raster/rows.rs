@@ -1,28 +1,28 @@
-//! Short records, eight at a time.
+//! Gathering of short records, eight at a time.
 
 use evpose_core::LANES;
 
-/// Records `first..first + 8` of `WIDTH` numbers each, with what follows them up to four. Where too
-/// little is left, they are put together in `room`, and the last one fills up.
+/// Records `first..first + 8` of `WIDTH` values each, each extended to four by the values that follow
+/// it. At the end of `values` they are copied to `padding`, where the last record is repeated.
 ///
 /// # Panics
 /// If there is no such record.
 #[inline(always)]
 pub(super) fn eight_rows<'a, const WIDTH: usize>(
-    numbers: &'a [i32],
+    values: &'a [i32],
     first: usize,
-    room: &'a mut [i32; 4 * LANES],
+    padding: &'a mut [i32; 4 * LANES],
 ) -> [&'a [i32; 4]; LANES] {
-    let here = &numbers[first * WIDTH..];
+    let here = &values[first * WIDTH..];
     let here = match here.get(..(LANES - 1) * WIDTH + 4) {
         Some(here) => here,
         None => {
             let last = here.len() / WIDTH - 1;
             for k in 0..LANES {
                 let from = k.min(last) * WIDTH;
-                room[k * WIDTH..][..WIDTH].copy_from_slice(&here[from..][..WIDTH]);
+                padding[k * WIDTH..][..WIDTH].copy_from_slice(&here[from..][..WIDTH]);
             }
-            &room[..]
+            &padding[..]
         }
     };
     // Spelled out: a map would go through memory.
@@ -39,6 +39,6 @@ pub(super) fn eight_rows<'a, const WIDTH: usize>(
 }
 
 #[inline(always)]
-fn row<const WIDTH: usize>(numbers: &[i32], k: usize) -> &[i32; 4] {
-    numbers[k * WIDTH..].first_chunk().unwrap_or(&[0; 4])
+fn row<const WIDTH: usize>(values: &[i32], k: usize) -> &[i32; 4] {
+    values[k * WIDTH..].first_chunk().unwrap_or(&[0; 4])
 }

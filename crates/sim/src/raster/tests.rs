@@ -1,4 +1,4 @@
-//! What the visibility pass promises, against closed forms.
+//! The visibility pass against closed forms.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
@@ -8,7 +8,7 @@ use proptest::prelude::*;
 
 use super::narrow::Eight;
 use super::project::ScreenVertex;
-use super::visibility::Visibility;
+use super::visibility::VisibilityBuffer;
 use super::wide::Wide;
 use super::{Camera, Fragment, PixelRect, Raster, is_closed};
 use crate::shapes::Shape;
@@ -39,12 +39,12 @@ fn position(shape: &Shape, fragment: &Fragment) -> Vec3 {
 fn fill(corners: [(i32, i32); 3]) -> Vec<bool> {
     let corners = corners.map(|(x, y)| ScreenVertex::new(x, y, 1.0));
     let whole = PixelRect::whole(SENSOR);
-    let mut by_wide = Visibility::new(whole.right, whole.bottom);
+    let mut by_wide = VisibilityBuffer::new(whole.right, whole.bottom);
     if let Some(set_up) = Wide::new(0, [0, 1, 2], corners, false, whole) {
         by_wide.fill_wide(&set_up, 0);
     }
-    let mut by_eight = Visibility::new(whole.right, whole.bottom);
-    let covered = |visibility: &Visibility| -> Vec<bool> {
+    let mut by_eight = VisibilityBuffer::new(whole.right, whole.bottom);
+    let covered = |visibility: &VisibilityBuffer| -> Vec<bool> {
         let rows = (0..whole.bottom).flat_map(|y| visibility.row(y, whole).0.to_vec());
         rows.map(|inverse_depth| inverse_depth > 0).collect()
     };
@@ -56,7 +56,7 @@ fn fill(corners: [(i32, i32); 3]) -> Vec<bool> {
 
 /// A triangle set up eight times and filled once; whether it is short enough for it.
 struct FillOne<'a> {
-    visibility: &'a mut Visibility,
+    visibility: &'a mut VisibilityBuffer,
     corners: [ScreenVertex; 3],
     whole: PixelRect,
 }

@@ -1,19 +1,19 @@
-//! What is kept of a triangle, to look up where on it a pixel is.
+//! Setup of a triangle that the shading pass needs to interpolate on it.
 
 use evpose_core::{LANES, Lanes};
 
-/// A triangle that pixels may see.
+/// A triangle that pixels may show.
 ///
 /// # Model
 /// The edge functions opposite to the second and third corner, over twice the area, are the affine
-/// coordinates of a pixel, linear in the image. They are kept as integers, because what is left of
-/// large numbers of both signs counts. They are exact up to [`LONGEST`](super::narrow::LONGEST); of
+/// coordinates of a pixel, linear in the image. They are kept as integers, because the small difference
+/// of large values counts. They are exact up to [`MAX_NARROW_EXTENT`](super::narrow::MAX_NARROW_EXTENT); of
 /// longer triangles the last bits are left out, and what would be outside of the triangle by that is
 /// moved to its edge.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct Triangle {
-    /// Of the edge opposite to the second corner: its function at the first pixel, how much more it is
-    /// a pixel to the right, and one below; then `left + top·2¹⁶` of the first pixel.
+    /// Edge function opposite to the second corner: value at the first pixel, step to the right, step
+    /// down; then `left + top·2¹⁶` of the first pixel.
     pub(super) second: [i32; 4],
     /// The same opposite to the third corner; then the bits of one over twice the area.
     pub(super) third: [i32; 4],
@@ -23,35 +23,35 @@ pub(super) struct Triangle {
     pub(super) face: u32,
 }
 
-/// Column and row, below 2¹⁶, in one integer: `x + y·2¹⁶`.
+/// Packs column and row, below 2¹⁶, into one integer: `x + y·2¹⁶`.
 #[inline(always)]
-pub(super) fn together(x: usize, y: usize) -> i32 {
+pub(super) fn pack_xy(x: usize, y: usize) -> i32 {
     (x | y << 16) as i32
 }
 
-/// Column and row again.
+/// Inverse of [`pack_xy`].
 #[inline(always)]
-pub(crate) fn apart(place: i32) -> (usize, usize) {
-    let place = place as u32 as usize;
-    (place & 0xffff, place >> 16)
+pub(crate) fn unpack_xy(position: i32) -> (usize, usize) {
+    let position = position as u32 as usize;
+    (position & 0xffff, position >> 16)
 }
 
-/// [`together`] for eight.
+/// [`pack_xy`] of eight positions.
 #[inline(always)]
-pub(super) fn together_lanes<L: Lanes>(l: L, x: L::I, y: L::I) -> L::I {
+pub(super) fn pack_xy_lanes<L: Lanes>(l: L, x: L::I, y: L::I) -> L::I {
     l.or(x, l.mul_i(y, l.splat_i(1 << 16)))
 }
 
-/// [`apart`] for eight.
+/// [`unpack_xy`] of eight positions.
 #[inline(always)]
-pub(crate) fn apart_lanes<L: Lanes>(l: L, places: L::I) -> (L::I, L::I) {
-    (l.and(places, l.splat_i(0xffff)), l.shift_right::<16>(places))
+pub(crate) fn unpack_xy_lanes<L: Lanes>(l: L, positions: L::I) -> (L::I, L::I) {
+    (l.and(positions, l.splat_i(0xffff)), l.shift_right::<16>(positions))
 }
 
 impl Triangle {
     /// Affine coordinates of the second and third corner at a pixel.
     pub(super) fn affine(&self, x: usize, y: usize) -> [f32; 2] {
-        let (left, top) = apart(self.second[3]);
+        let (left, top) = unpack_xy(self.second[3]);
         let (x, y) = ((x as i32).wrapping_sub(left as i32), (y as i32).wrapping_sub(top as i32));
         let per_area = f32::from_bits(self.third[3] as u32);
         let [second, third] = [self.second, self.third].map(|[start, step_x, step_y, _]| {
@@ -62,7 +62,7 @@ impl Triangle {
         [second, third.max(0.0).min(1.0 - second)]
     }
 
-    /// The same at eight pixels, each of its own triangle.
+    /// [`Self::affine`] at eight pixels, each of its own triangle.
     #[inline(always)]
     pub(super) fn affine_lanes<L: Lanes>(
         l: L,
@@ -71,11 +71,11 @@ impl Triangle {
     ) -> [L::F; 2] {
         // Spelled out, here and in other kernels: a map would go through memory.
         let [a, b, c, d, e, f, g, h] = triangles;
-        let [start, step_x, step_y, places] = l.columns([
+        let [start, step_x, step_y, positions] = l.columns([
             &a.second, &b.second, &c.second, &d.second, &e.second, &f.second, &g.second, &h.second,
         ]);
-        let (x, y) = apart_lanes(l, pixels);
-        let (left, top) = apart_lanes(l, places);
+        let (x, y) = unpack_xy_lanes(l, pixels);
+        let (left, top) = unpack_xy_lanes(l, positions);
         let (x, y) = (l.sub_i(x, left), l.sub_i(y, top));
         let second = l.add_i(start, l.add_i(l.mul_i(x, step_x), l.mul_i(y, step_y)));
         let [start, step_x, step_y, per_area] = l.columns([

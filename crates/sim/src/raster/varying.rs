@@ -1,4 +1,4 @@
-//! What varies over the surface, where pixels see it.
+//! Varyings: quantities interpolated over the faces at covered pixels.
 //!
 //! # Model
 //! A quantity that is linear on a face is, divided by the depth, linear in the image, and so is
@@ -14,15 +14,15 @@ use super::triangle::Triangle;
 use super::visible::Cut;
 use super::{Mesh, Raster};
 
-/// Normal, texture coordinates and one, divided by the depth, and nothing: one vector.
+/// Normal, texture coordinates and one, divided by the depth, and two zeros: one vector.
 type Varying = [f32; LANES];
 
-/// Those of all corners of a drawn mesh.
+/// Varyings of all vertices of a drawn mesh.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Varyings(Vec<Varying>);
 
 impl Varyings {
-    /// Of the vertices of `mesh`, and of those that clipping made.
+    /// Computes the varyings of the vertices of `mesh`, and of those that clipping made.
     pub(crate) fn gather(&mut self, raster: &Raster, mesh: &Mesh<'_>) {
         in_lanes(Gather { screen: &raster.screen, mesh, out: &mut self.0 });
         let cut_corners = raster.screen.get(mesh.vertices_m.len()..).unwrap_or_default();
@@ -36,21 +36,21 @@ impl Varyings {
         }
     }
 
-    /// At eight pixels, given by column + row·2¹⁶ and the numbers of their triangles: the numbers of a
-    /// [`Varying`], each of all pixels.
+    /// Interpolates at eight pixels, given by packed positions and triangle indices: the components of
+    /// a [`Varying`], each for all pixels.
     #[inline(always)]
     pub(crate) fn at<L: Lanes>(
         &self,
         l: L,
         raster: &Raster,
-        places: &[i32; LANES],
+        positions: &[i32; LANES],
         triangles: &[i32; LANES],
     ) -> [L::F; LANES] {
         let triangle = |k: usize| &raster.triangles[triangles[k] as usize];
         let (a, b, c, d) = (triangle(0), triangle(1), triangle(2), triangle(3));
         let (e, f, g, h) = (triangle(4), triangle(5), triangle(6), triangle(7));
         let triangles = [a, b, c, d, e, f, g, h];
-        let [second, third] = Triangle::affine_lanes(l, triangles, l.load_i(*places));
+        let [second, third] = Triangle::affine_lanes(l, triangles, l.load_i(*positions));
         let first = l.sub(l.sub(l.splat(1.0), second), third);
         let (first, second, third) = (l.store(first), l.store(second), l.store(third));
         let mut seen = [l.splat(0.0); LANES];
@@ -65,7 +65,7 @@ impl Varyings {
     }
 }
 
-/// Those of the vertices of a mesh, eight at a time.
+/// Varyings of the vertices of a mesh, eight at a time.
 struct Gather<'a> {
     screen: &'a [ScreenVertex],
     mesh: &'a Mesh<'a>,
@@ -83,12 +83,12 @@ impl LaneWork for Gather<'_> {
         let uvs = bytemuck::must_cast_slice(mesh.uvs);
         let screen = bytemuck::must_cast_slice(&screen[..vertices]);
         out.resize(vertices.next_multiple_of(LANES), Varying::default());
-        let mut room = [0; 4 * LANES];
+        let mut padding = [0; 4 * LANES];
         for (batch, out) in out.as_chunks_mut::<LANES>().0.iter_mut().enumerate() {
             let first = batch * LANES;
-            let [x, y, z, _] = l.columns(eight_rows::<3>(normals, first, &mut room));
-            let [u, v, _, _] = l.columns(eight_rows::<2>(uvs, first, &mut room));
-            let [_, _, inverse_depth, _] = l.columns(eight_rows::<4>(screen, first, &mut room));
+            let [x, y, z, _] = l.columns(eight_rows::<3>(normals, first, &mut padding));
+            let [u, v, _, _] = l.columns(eight_rows::<2>(uvs, first, &mut padding));
+            let [_, _, inverse_depth, _] = l.columns(eight_rows::<4>(screen, first, &mut padding));
             let inverse_depth = l.numbers(inverse_depth);
             let [a, b, c, d, e, f, g, h] = l.transpose([
                 l.mul(l.numbers(x), inverse_depth),

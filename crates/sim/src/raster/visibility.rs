@@ -1,4 +1,4 @@
-//! Which triangle each pixel sees: the nearest.
+//! The visibility buffer: nearest triangle of each pixel.
 
 use std::ops::Range;
 
@@ -6,23 +6,26 @@ use evpose_core::LANES;
 
 use super::fragment::PixelRect;
 
-/// 1/depth and triangle of every pixel. Rows have room for [`LANES`] pixels beyond their end, which
-/// nobody looks at.
+/// 1/depth and triangle index of every pixel. Rows are padded by [`LANES`] pixels, which are written
+/// and never read.
+///
+/// # Source
+/// Burns and Hunt, *The Visibility Buffer* (JCGT 2013).
 #[derive(Debug, Clone)]
-pub(super) struct Visibility {
+pub(super) struct VisibilityBuffer {
     stride: usize,
-    /// The bits of the numbers: in their order as long as these are not negative.
+    /// Bits of 1/depth, which compare as the floats do because they are not negative.
     inverse_depth: Vec<i32>,
     triangle: Vec<i32>,
 }
 
-impl Visibility {
+impl VisibilityBuffer {
     pub(super) fn new(width: usize, height: usize) -> Self {
         let stride = width + LANES;
         Self { stride, inverse_depth: vec![0; stride * height], triangle: vec![0; stride * height] }
     }
 
-    /// Sees nothing in `rect` any more.
+    /// Clears the pixels of `rect`.
     pub(super) fn clear(&mut self, rect: PixelRect) {
         for y in rect.top..rect.bottom {
             let row = y * self.stride;
@@ -30,15 +33,15 @@ impl Visibility {
         }
     }
 
-    /// The bits of 1/depth, zero where nothing is seen, and number of the triangle of the pixels of
-    /// `rect` in a row.
+    /// Bits of 1/depth, zero where nothing is drawn, and triangle indices of the pixels of `rect` in a
+    /// row.
     #[inline(always)]
     pub(super) fn row(&self, y: usize, rect: PixelRect) -> (&[i32], &[i32]) {
         let pixels = y * self.stride + rect.left..y * self.stride + rect.right;
         (&self.inverse_depth[pixels.clone()], &self.triangle[pixels])
     }
 
-    /// Those of the pixel (x, y) and of the next ones to the right.
+    /// The same of pixel (x, y) and the next ones to the right.
     #[inline(always)]
     pub(super) fn lanes(&self, x: usize, y: usize) -> Option<(&[i32; LANES], &[i32; LANES])> {
         let pixel = y * self.stride + x;
@@ -46,7 +49,7 @@ impl Visibility {
         Some((inverse_depth, self.triangle.get(pixel..)?.first_chunk()?))
     }
 
-    /// The same of whole rows, and of what is beyond their end, to change them.
+    /// The same of whole padded rows, mutably.
     #[inline(always)]
     pub(super) fn rows_mut(
         &mut self,
@@ -57,7 +60,7 @@ impl Visibility {
         inverse_depth.zip(self.triangle[pixels].chunks_exact_mut(self.stride))
     }
 
-    /// Shows a triangle at a pixel, unless what is there is as near.
+    /// Depth-tests a triangle at a pixel; of two at the same depth the first stays.
     pub(super) fn show(&mut self, x: usize, y: usize, inverse_depth: f32, triangle: u32) {
         let (pixel, bits) = (y * self.stride + x, inverse_depth.to_bits() as i32);
         if bits > self.inverse_depth[pixel] {

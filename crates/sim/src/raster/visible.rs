@@ -1,4 +1,4 @@
-//! The visibility pass: from a mesh to the triangle that each pixel sees.
+//! The visibility pass: from a mesh to the nearest triangle of each pixel.
 
 use evpose_core::{LANES, LaneWork, Lanes, Plane, SensorSize, in_lanes};
 use glam::Vec3;
@@ -7,7 +7,7 @@ use super::clip::{Corner, clip_to_near_plane};
 use super::narrow::{Eight, EightCorners};
 use super::project::{ScreenVertex, project};
 use super::triangle::Triangle;
-use super::visibility::Visibility;
+use super::visibility::VisibilityBuffer;
 use super::wide::Wide;
 use super::{Camera, Fragment, Mesh, PixelRect};
 
@@ -15,7 +15,7 @@ use super::{Camera, Fragment, Mesh, PixelRect};
 #[derive(Debug, Clone)]
 pub struct Raster {
     pub(super) sensor: SensorSize,
-    pub(super) visibility: Visibility,
+    pub(super) visibility: VisibilityBuffer,
     /// The vertices of the mesh, and behind them those that clipping made.
     pub(super) screen: Vec<ScreenVertex>,
     /// Barycentric coordinates, in their faces, of the vertices that clipping made.
@@ -34,11 +34,14 @@ pub(super) struct Cut {
 }
 
 impl Raster {
-    /// A raster that sees nothing yet.
+    /// An empty raster.
     pub fn new(sensor: SensorSize) -> Self {
         Self {
             sensor,
-            visibility: Visibility::new(usize::from(sensor.width), usize::from(sensor.height)),
+            visibility: VisibilityBuffer::new(
+                usize::from(sensor.width),
+                usize::from(sensor.height),
+            ),
             screen: Vec::new(),
             cuts: Vec::new(),
             triangles: Vec::new(),
@@ -47,7 +50,7 @@ impl Raster {
         }
     }
 
-    /// Draws `mesh` alone: what was drawn before is forgotten. Returns the rectangle outside which
+    /// Draws `mesh` into a cleared raster. Returns the rectangle outside which
     /// nothing is covered.
     ///
     /// With `closed` (see [`is_closed`](super::is_closed)) the faces that look away are skipped
@@ -105,13 +108,13 @@ impl Raster {
         self.rect
     }
 
-    /// Pixels that see a surface.
+    /// Number of covered pixels.
     pub fn covered(&self) -> usize {
         let rows = self.rect.top..self.rect.bottom;
         rows.flat_map(|y| self.visibility.row(y, self.rect).0).filter(|&&bits| bits > 0).count()
     }
 
-    /// What each pixel sees.
+    /// Visible surface of each pixel.
     pub fn fragments(&self, mesh: &Mesh<'_>) -> Plane<Fragment> {
         let mut fragments = Plane::for_sensor(self.sensor, Fragment::NONE);
         for y in self.rect.top..self.rect.bottom {
@@ -164,7 +167,7 @@ impl LaneWork for DrawFaces<'_> {
         let (whole, cull) = (PixelRect::whole(*sensor), self.cull);
         let mut eight = Eight::default();
         for (batch, faces) in self.faces.chunks(LANES).enumerate() {
-            // Where there are no eight left, the first one fills up.
+            // The last batch is padded with its first face.
             let padded;
             let faces = match faces.first_chunk() {
                 Some(faces) => faces,
@@ -181,7 +184,7 @@ impl LaneWork for DrawFaces<'_> {
             let corners =
                 [corners(screen, faces, 0), corners(screen, faces, 1), corners(screen, faces, 2)];
             eight.set_up(l, corners, cull, whole);
-            // In the order of the faces, which decides between equals.
+            // In the order of the faces, which decides between equal depths.
             let mut left = (eight.may_cover | eight.is_wide) & known;
             while left != 0 {
                 let (k, bit) = (left.trailing_zeros() as usize % LANES, left & left.wrapping_neg());
@@ -191,12 +194,12 @@ impl LaneWork for DrawFaces<'_> {
                 if eight.is_wide & bit == 0 {
                     visibility.fill(l, &eight, k, number);
                     let corners = if eight.is_turned & bit == 0 { [a, b, c] } else { [a, c, b] };
-                    // Part by part: a whole one would be put together elsewhere first.
-                    let kept = &mut triangles[*count];
-                    kept.second = eight.second[k];
-                    kept.third = eight.third[k];
-                    kept.corners = corners;
-                    kept.face = face;
+                    // Field by field: a struct expression would be built on the stack and copied.
+                    let triangle = &mut triangles[*count];
+                    triangle.second = eight.second[k];
+                    triangle.third = eight.third[k];
+                    triangle.corners = corners;
+                    triangle.face = face;
                     *count += 1;
                 } else {
                     let on_screen = [a, b, c].map(|v| screen[v as usize]);

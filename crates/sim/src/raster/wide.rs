@@ -3,10 +3,10 @@
 
 use super::fragment::PixelRect;
 use super::project::{SUBPIXEL, ScreenVertex};
-use super::triangle::{Triangle, together};
-use super::visibility::Visibility;
+use super::triangle::{Triangle, pack_xy};
+use super::visibility::VisibilityBuffer;
 
-/// Which side of a directed edge pixel centres are on, and how far.
+/// Edge function: the side of a directed edge that a pixel centre is on, and the distance.
 ///
 /// # Model
 /// Twice the signed area of the edge's ends and the centre in squared sub-pixels, positive to the
@@ -40,12 +40,12 @@ impl Edge {
         self.start + x as i64 * self.step_x + y as i64 * self.step_y
     }
 
-    /// How many bits it takes in a rectangle of this size, sign included.
+    /// Bits of the largest value in a rectangle of this size, sign included.
     fn bits(&self, width: usize, height: usize) -> u32 {
         let corners = [(0, 0), (width, 0), (0, height), (width, height)];
         let values = corners.map(|(x, y)| self.at(x, y)).into_iter();
-        let most = values.chain([self.step_x, self.step_y]).map(i64::unsigned_abs).max();
-        65 - most.unwrap_or(0).leading_zeros()
+        let largest = values.chain([self.step_x, self.step_y]).map(i64::unsigned_abs).max();
+        65 - largest.unwrap_or(0).leading_zeros()
     }
 }
 
@@ -54,17 +54,16 @@ fn twice_area(dx: i32, dy: i32, to_x: i32, to_y: i32) -> i64 {
     i64::from(dx) * i64::from(to_y) - i64::from(dy) * i64::from(to_x)
 }
 
-/// What it takes to fill a triangle.
+/// Setup of a triangle of any size.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Wide {
-    /// What is to be kept of it.
+    /// Setup for the shading pass.
     pub(super) triangle: Triangle,
-    /// Opposite to the three corners.
+    /// Edge functions opposite to the three corners.
     edges: [Edge; 3],
-    /// The pixels whose centres it can cover.
+    /// Bounding rectangle of the pixel centres.
     rect: PixelRect,
-    /// 1/depth of the first corner, and how much more it is per unit of the edge functions of the
-    /// others.
+    /// 1/depth of the first corner, and its slopes along the edge functions of the others.
     inverse_depth: f32,
     slopes: [f32; 2],
 }
@@ -90,13 +89,13 @@ impl Wide {
             (b, c) = (c, b);
             (second, third) = (third, second);
         }
-        let least = |get: fn(ScreenVertex) -> i32| get(a).min(get(b)).min(get(c));
-        let most = |get: fn(ScreenVertex) -> i32| get(a).max(get(b)).max(get(c));
+        let min = |get: fn(ScreenVertex) -> i32| get(a).min(get(b)).min(get(c));
+        let max = |get: fn(ScreenVertex) -> i32| get(a).max(get(b)).max(get(c));
         let rect = PixelRect::of_centres(
-            least(ScreenVertex::x),
-            least(ScreenVertex::y),
-            most(ScreenVertex::x),
-            most(ScreenVertex::y),
+            min(ScreenVertex::x),
+            min(ScreenVertex::y),
+            max(ScreenVertex::x),
+            max(ScreenVertex::y),
             whole,
         );
         if rect.is_empty() {
@@ -107,17 +106,17 @@ impl Wide {
         let (width, height) = (rect.right - rect.left, rect.bottom - rect.top);
         let bits = edges[1..].iter().map(|edge| edge.bits(width, height)).max();
         let shift = bits.unwrap_or(0).saturating_sub(31);
-        let kept = |edge: &Edge, last: i32| {
+        let row = |edge: &Edge, last: i32| {
             let [start, step_x, step_y] =
                 [edge.start, edge.step_x, edge.step_y].map(|value| (value >> shift) as i32);
             [start, step_x, step_y, last]
         };
         let inverse_area = 1.0 / area as f32;
-        let per_kept_unit = inverse_area * (1_u64 << shift) as f32;
+        let per_unit = inverse_area * (1_u64 << shift) as f32;
         Some(Self {
             triangle: Triangle {
-                second: kept(&edges[1], together(rect.left, rect.top)),
-                third: kept(&edges[2], per_kept_unit.to_bits() as i32),
+                second: row(&edges[1], pack_xy(rect.left, rect.top)),
+                third: row(&edges[2], per_unit.to_bits() as i32),
                 corners: [first, second, third],
                 face,
             },
@@ -129,9 +128,9 @@ impl Wide {
     }
 }
 
-impl Visibility {
-    /// Writes triangle number `number` wherever it is nearer than what is there, pixel by pixel; of
-    /// two at the same depth the first stays.
+impl VisibilityBuffer {
+    /// Rasterises a triangle with index `number` pixel by pixel, with a depth test; of two at the same
+    /// depth the first stays.
     pub(super) fn fill_wide(&mut self, set_up: &Wide, number: u32) {
         let Wide { edges, rect, inverse_depth, slopes, .. } = set_up;
         for y in rect.top..rect.bottom {

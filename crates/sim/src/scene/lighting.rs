@@ -1,9 +1,9 @@
-//! Light on a matt surface.
+//! Lambertian shading.
 
 use evpose_core::Lanes;
 use glam::Vec3A;
 
-/// Light from one direction, as from very far away.
+/// A directional light.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DirectionalLight {
     /// Unit vector towards the light, in the world.
@@ -12,7 +12,7 @@ pub struct DirectionalLight {
     pub colour: Vec3A,
 }
 
-/// Two lights, what comes from everywhere, and the brightness of it all.
+/// Two directional lights, ambient light and a gain.
 ///
 /// # Model
 /// `gain · (max(0, n·l1) c1 + max(0, n·l2) c2 + ambient) · albedo`: Lambert's law, without
@@ -22,11 +22,11 @@ pub struct DirectionalLight {
 /// EventHands simulator: gain 1.4, ambient (0.05, 0.05, 0.1).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lighting {
-    /// The lights.
+    /// Directional lights.
     pub lights: [DirectionalLight; 2],
-    /// Linear RGB light from everywhere.
+    /// Linear RGB of the ambient light.
     pub ambient: Vec3A,
-    /// Factor on the sum.
+    /// Factor on all light.
     pub gain: f32,
 }
 
@@ -41,7 +41,7 @@ impl Lighting {
         irradiance * albedo * self.gain
     }
 
-    /// The same for eight surfaces, whose normals need not be unit.
+    /// [`Self::radiance`] of eight surfaces, whose normals need not be of unit length.
     #[inline(always)]
     pub(super) fn radiance_of<L: Lanes>(
         &self,
@@ -49,7 +49,7 @@ impl Lighting {
         normal: [L::F; 3],
         albedo: [L::F; 3],
     ) -> [L::F; 3] {
-        // The smallest normal number, so that a normal of length zero is in no light.
+        // Avoids a division by zero: a normal of length zero has cosine zero.
         let square = l.max(dot(l, normal, normal), l.splat(f32::MIN_POSITIVE));
         let per_length = l.div(l.splat(1.0), l.sqrt(square));
         let [first, second] = &self.lights;
@@ -65,7 +65,7 @@ impl Lighting {
 }
 
 impl DirectionalLight {
-    /// The cosines between the light and eight normals of given length, zero behind.
+    /// Cosines between the light and eight normals of given length, clamped at zero.
     #[inline(always)]
     fn share<L: Lanes>(&self, l: L, normal: [L::F; 3], per_length: L::F) -> L::F {
         let [x, y, z] = self.direction.to_array();
@@ -74,7 +74,7 @@ impl DirectionalLight {
     }
 }
 
-/// One channel of the light of both.
+/// One channel of the sum of both lights and the ambient light.
 #[inline(always)]
 fn sum<L: Lanes>(l: L, shares: [L::F; 2], colours: [f32; 2], ambient: f32) -> L::F {
     let of_first = l.mul(shares[0], l.splat(colours[0]));

@@ -1,4 +1,4 @@
-//! What stands before the camera: lights, background, and the response of the picture they make.
+//! Rendered scenes: lights, backdrop, shading and the response of the frame buffer.
 
 mod backdrop;
 mod lighting;

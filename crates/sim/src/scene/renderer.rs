@@ -1,4 +1,4 @@
-//! A mesh before a backdrop, as luminance for the sensor or as colour for people.
+//! Renderer of a mesh before a backdrop, as luminance for the sensor or as RGB for display.
 
 use evpose_core::Plane;
 use glam::{Vec2, Vec3A};
@@ -8,22 +8,22 @@ use super::{Backdrop, FrameResponse, Lighting, luminance};
 use crate::raster::{Camera, Fragment, Mesh, PixelRect, Raster};
 use crate::texture::Texture;
 
-/// Everything in a picture but the mesh, fixed for an episode.
+/// Everything in a frame except the mesh, constant over an episode.
 #[derive(Debug, Clone)]
 pub struct Scene {
-    /// Where the picture is taken from.
+    /// Camera.
     pub camera: Camera,
-    /// Lights on the mesh.
+    /// Lights on the mesh; the backdrop is unlit.
     pub lighting: Lighting,
     /// Albedo of the mesh; its values are taken as linear.
     pub skin: Texture,
-    /// What is behind the mesh.
+    /// Backdrop behind the mesh.
     pub backdrop: Backdrop,
-    /// What the frame buffer keeps.
+    /// Clipping and quantisation of the frame buffer.
     pub response: FrameResponse,
 }
 
-/// Renders one scene, frame after frame.
+/// Renderer of one scene, frame by frame.
 ///
 /// The luminance of the backdrop is computed once; a frame restores it and shades the pixels of the
 /// mesh, and touches nothing outside the rectangles of this and of the last mesh.
@@ -32,7 +32,7 @@ pub struct Renderer {
     scene: Scene,
     /// Whether the meshes are closed, see [`is_closed`](crate::raster::is_closed).
     closed: bool,
-    /// Factor on everything that is seen.
+    /// Factor on all luminance.
     light_level: f32,
     raster: Raster,
     shader: Shader,
@@ -59,17 +59,16 @@ impl Renderer {
         &self.scene
     }
 
-    /// From now on looks from elsewhere. Whoever moves repaints the backdrop.
+    /// Moves the camera. The caller repaints the backdrop.
     ///
     /// # Panics
     /// If the camera's image has another size.
-    pub fn look_from(&mut self, camera: Camera) {
+    pub fn set_camera(&mut self, camera: Camera) {
         assert!(camera.sensor() == self.scene.camera.sensor(), "a camera of another image size");
         self.scene.camera = camera;
     }
 
-    /// Changes what is behind the mesh: `paint` is given its luminance and must leave everything outside
-    /// `rect` as it is.
+    /// Repaints the backdrop: `paint` receives its luminance and must not write outside `rect`.
     pub(crate) fn repaint(&mut self, rect: PixelRect, paint: impl FnOnce(&mut Plane<f32>)) {
         paint(&mut self.backdrop);
         for y in rect.top..rect.bottom {
@@ -79,14 +78,14 @@ impl Renderer {
         }
     }
 
-    /// Linear luminance of `mesh` in the scene, 1 being reference white.
+    /// Renders the linear luminance of `mesh` in the scene, 1 being reference white.
     pub fn render(&mut self, mesh: &Mesh<'_>) -> &Plane<f32> {
-        self.see(mesh);
+        self.rasterize(mesh);
         self.shade(mesh)
     }
 
-    /// The first half of [`Self::render`]: what every pixel sees.
-    pub fn see(&mut self, mesh: &Mesh<'_>) {
+    /// First half of [`Self::render`]: the visibility of every pixel.
+    pub fn rasterize(&mut self, mesh: &Mesh<'_>) {
         let PixelRect { left, top, right, bottom } = self.raster.rect();
         for y in top..bottom {
             self.luminance.row_mut(y)[left..right]
@@ -95,14 +94,14 @@ impl Renderer {
         self.raster.draw(&self.scene.camera, mesh, self.closed);
     }
 
-    /// The second half: the light of the `mesh` that was seen.
+    /// Second half of [`Self::render`]: the shading of the rasterised `mesh`.
     pub fn shade(&mut self, mesh: &Mesh<'_>) -> &Plane<f32> {
         let Self { shader, scene, raster, luminance, .. } = self;
         shader.shade(scene, raster, mesh, self.light_level, luminance);
         &self.luminance
     }
 
-    /// Linear RGB of `mesh` in the scene, for pictures.
+    /// Renders the linear RGB of `mesh` in the scene, for display.
     pub fn render_rgb(&mut self, mesh: &Mesh<'_>) -> Plane<Vec3A> {
         self.render(mesh);
         let mut rgb = self.scene.backdrop.rgb().clone();
@@ -118,14 +117,14 @@ impl Renderer {
         rgb
     }
 
-    /// How many pixels saw the mesh in the last frame.
+    /// Pixels that the mesh covered in the last frame.
     pub fn covered(&self) -> usize {
         self.raster.covered()
     }
 }
 
 impl Scene {
-    /// The colour of a covered pixel: normal and texture coordinates interpolated, then lit.
+    /// Shades a covered pixel: interpolates normal and texture coordinates, then lights them.
     fn shade(&self, mesh: &Mesh<'_>, fragment: &Fragment) -> Vec3A {
         let [a, b, c] = mesh.faces[fragment.face as usize];
         let (a, b, c) = (a as usize, b as usize, c as usize);
@@ -205,7 +204,7 @@ mod tests {
 
     /// A textured surface, many pixels at a time and one by one.
     #[test]
-    fn luminance_is_that_of_the_picture_in_colour() {
+    fn luminance_equals_that_of_the_rgb_frame() {
         let texels: Vec<u8> = (0..3 * 32 * 16).map(|k| (k * 89 % 256) as u8).collect();
         for response in [FrameResponse::Linear, FrameResponse::Clipped, FrameResponse::Rgb8] {
             let mut renderer = renderer(response);
@@ -239,13 +238,13 @@ mod tests {
     }
 
     #[test]
-    fn a_hundredth_of_the_light_is_the_same_picture_a_hundred_times_darker() {
+    fn a_hundredth_of_the_light_is_the_same_frame_a_hundred_times_darker() {
         let sphere = Shape::sphere(Vec3::NEG_Z, 0.3, 24);
         let mut usual = renderer(FrameResponse::Clipped);
         let mut dim = renderer_at(FrameResponse::Clipped, 0.01);
         let near = |a: f32, b: f32| (a - b).abs() <= 1e-6 * b.abs();
-        let pictures = (usual.render(&sphere.mesh()).clone(), dim.render(&sphere.mesh()).clone());
-        for (usual, dim) in pictures.0.data().iter().zip(pictures.1.data()) {
+        let frames = (usual.render(&sphere.mesh()).clone(), dim.render(&sphere.mesh()).clone());
+        for (usual, dim) in frames.0.data().iter().zip(frames.1.data()) {
             assert!(near(*dim, 0.01 * usual), "{dim} of {usual}");
         }
         let colours = (usual.render_rgb(&sphere.mesh()), dim.render_rgb(&sphere.mesh()));

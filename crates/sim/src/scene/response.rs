@@ -1,4 +1,4 @@
-//! From radiance to the picture the events are made from.
+//! Response of the frame buffer: from radiance to the luminance that events are made from.
 
 use evpose_core::Lanes;
 use glam::Vec3A;
@@ -16,11 +16,11 @@ pub fn luminance(rgb: Vec3A) -> f32 {
     rgb.dot(LUMINANCE_WEIGHTS)
 }
 
-/// What the frame buffer keeps of a colour before its luminance is taken.
+/// Clipping and quantisation of a colour before its luminance is taken.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FrameResponse {
-    /// Everything: radiance above reference white stays.
+    /// Neither: radiance above reference white stays.
     Linear,
     /// Each channel clipped at reference white, as the published frame buffer does; its eight bits
     /// are left to the sensor's quantisation.
@@ -31,7 +31,7 @@ pub enum FrameResponse {
 }
 
 impl FrameResponse {
-    /// The colour that is kept.
+    /// Clips and quantises a colour.
     #[inline]
     pub fn apply(self, rgb: Vec3A) -> Vec3A {
         match self {
@@ -41,7 +41,7 @@ impl FrameResponse {
         }
     }
 
-    /// Luminance of what is kept of eight colours.
+    /// Luminance of eight colours after clipping and quantisation.
     #[inline(always)]
     pub(super) fn luminance_of<L: Lanes>(self, l: L, rgb: [L::F; 3]) -> L::F {
         let [r, g, b] =
@@ -51,7 +51,7 @@ impl FrameResponse {
         l.add(rg, l.mul(b, l.splat(of_b)))
     }
 
-    /// What is kept of one channel.
+    /// Clips and quantises one channel of eight colours.
     #[inline(always)]
     fn apply_lanes<L: Lanes>(self, l: L, channel: L::F) -> L::F {
         let clipped = l.min(channel, l.splat(1.0));

@@ -1,4 +1,4 @@
-//! The light of all covered pixels, eight at a time.
+//! Shading of all covered pixels, eight at a time.
 //!
 //! # Model
 //! That of [`Scene::shade`], in another order of operations: equal within rounding.
@@ -6,21 +6,21 @@
 use evpose_core::{LANES, LaneWork, Lanes, Plane, in_lanes};
 
 use super::Scene;
-use crate::raster::{Mesh, Raster, SeenPixels, Varyings, apart_lanes};
+use crate::raster::{CoveredPixels, Mesh, Raster, Varyings, unpack_xy_lanes};
 
-/// Eights of pixels that are looked up before they are lit. One by one, every step of the lookup waits
-/// for the one before.
-const TOGETHER: usize = 16;
+/// Groups of eight pixels that are interpolated before they are lit: independent lookups overlap, where
+/// alternating the two steps would wait for memory. Fits in the L1 cache.
+const LOOKUP_GROUPS: usize = 16;
 
-/// Memory to work in.
+/// Scratch memory of the shading pass.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Shader {
     varyings: Varyings,
-    pixels: SeenPixels,
+    pixels: CoveredPixels,
 }
 
 impl Shader {
-    /// Writes the luminance of the pixels of `raster` that see `mesh`, times `light_level`.
+    /// Writes the luminance of the pixels of `raster` that `mesh` covers, times `light_level`.
     pub(super) fn shade(
         &mut self,
         scene: &Scene,
@@ -40,7 +40,7 @@ struct Shade<'a> {
     scene: &'a Scene,
     raster: &'a Raster,
     varyings: &'a Varyings,
-    pixels: &'a SeenPixels,
+    pixels: &'a CoveredPixels,
     light_level: f32,
     luminance: &'a mut Plane<f32>,
 }
@@ -53,11 +53,12 @@ impl LaneWork for Shade<'_> {
         let (width, out) = (self.luminance.width(), self.luminance.data_mut());
         let mut eights = self.pixels.eights();
         let mut left = self.pixels.count();
-        let (mut seen, mut places) = ([[[0.0; LANES]; 6]; TOGETHER], [[0; LANES]; TOGETHER]);
+        let (mut seen, mut positions) =
+            ([[[0.0; LANES]; 6]; LOOKUP_GROUPS], [[0; LANES]; LOOKUP_GROUPS]);
         while left > 0 {
             let mut known = 0;
             for ((seen, kept), (eight, triangles)) in
-                seen.iter_mut().zip(&mut places).zip(eights.by_ref())
+                seen.iter_mut().zip(&mut positions).zip(eights.by_ref())
             {
                 let [x, y, z, u, v, depth, _, _] =
                     self.varyings.at(l, self.raster, eight, triangles);
@@ -70,10 +71,10 @@ impl LaneWork for Shade<'_> {
                 *kept = *eight;
                 known += 1;
             }
-            for (seen, places) in seen.iter().zip(&places).take(known) {
+            for (seen, positions) in seen.iter().zip(&positions).take(known) {
                 let light = self.scene.luminance_of(l, seen);
                 let light = l.store(l.mul(light, l.splat(self.light_level)));
-                let (x, y) = apart_lanes(l, l.load_i(*places));
+                let (x, y) = unpack_xy_lanes(l, l.load_i(*positions));
                 let pixels = l.store_i(l.add_i(l.mul_i(y, l.splat_i(width as i32)), x));
                 for (&pixel, light) in pixels.iter().zip(light).take(left) {
                     out[pixel as usize] = light;

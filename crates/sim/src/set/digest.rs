@@ -12,21 +12,21 @@ use sha2::{Digest as _, Sha256};
 
 use crate::SimError;
 
-/// Bytes read at once.
+/// Bytes per read: amortises system calls and stays in the L2 cache.
 const CHUNK: usize = 1 << 18;
 
-/// What a file contained.
+/// Name and SHA-256 digest of a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct FileDigest {
-    /// Its name, without a directory.
+    /// File name without a directory.
     pub(super) name: String,
     /// 64 lower-case hexadecimal digits.
     pub(super) sha256: String,
 }
 
 impl FileDigest {
-    /// Reads `directory/name` whole. `progress` is told of the bytes.
-    pub(super) fn of(
+    /// Computes the digest of `directory/name`. `progress` receives the number of bytes of each read.
+    pub(super) fn compute(
         directory: &Path,
         name: &str,
         progress: &(dyn Fn(u64) + Sync),
@@ -48,12 +48,12 @@ impl FileDigest {
         Ok(Self { name: name.to_owned(), sha256 })
     }
 
-    /// The line, with its end.
+    /// The line of the list, with its line feed.
     pub(super) fn line(&self) -> String {
         format!("{}  {}\n", self.sha256, self.name)
     }
 
-    /// Reads a line without its end; says what is wrong with it otherwise.
+    /// Parses a line without its line feed, or returns its defect.
     pub(super) fn parse(line: &str) -> Result<Self, &'static str> {
         let (sha256, rest) = line.split_at_checked(64).ok_or("shorter than a digest")?;
         if !sha256.bytes().all(|byte| byte.is_ascii_hexdigit()) {
@@ -61,7 +61,7 @@ impl FileDigest {
         }
         let name = rest.strip_prefix("  ").or_else(|| rest.strip_prefix(" *"));
         let name = name.ok_or("no two spaces behind the digest")?;
-        // A list names files beside itself: whoever made it says nothing about other directories.
+        // A manifest from elsewhere must not make the verification read other directories.
         let plain = Path::new(name).file_name().is_some_and(|file| file == name);
         if !plain {
             return Err("the name is not that of a file in the same directory");
@@ -86,7 +86,7 @@ mod tests {
             (long.as_str(), "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0"),
         ] {
             std::fs::write(directory.path().join("x"), text).unwrap();
-            let digest = FileDigest::of(directory.path(), "x", &|_| {}).unwrap();
+            let digest = FileDigest::compute(directory.path(), "x", &|_| {}).unwrap();
             assert_eq!(digest.sha256, sha256);
             assert_eq!(FileDigest::parse(digest.line().trim_end()).unwrap(), digest);
         }

@@ -9,23 +9,24 @@ use super::{MANIFEST, SequenceSet, Shard};
 use crate::SimError;
 
 impl SequenceSet {
-    /// Where the manifest is, or will be.
+    /// Path of the manifest.
     pub fn manifest(&self) -> PathBuf {
         self.directory.join(MANIFEST)
     }
 
-    /// Writes the manifest if every sequence of the set is whole, and says whether it is there.
+    /// Writes the manifest if every sequence of the set is complete; returns whether it exists.
     ///
-    /// Everyone who finishes a sequence calls this *after* its digests are there, so the last one
-    /// finds all of them; two who both do write the same bytes.
+    /// Each process calls this *after* it has written the digests of a sequence, so the last one
+    /// has all of them; two concurrent writers write the same bytes.
     ///
     /// # Errors
     /// If the manifest cannot be written.
     pub fn write_manifest(&self) -> Result<bool, SimError> {
-        let digests = Shard::WHOLE.of(self.sequences).map(|sequence| self.digests(sequence));
+        let digests =
+            Shard::WHOLE.sequences_of(self.sequences).map(|sequence| self.digests(sequence));
         let Some(text) = digests.collect::<Option<String>>() else { return Ok(false) };
         let path = self.manifest();
-        // A set that is whole stays as it is, down to the times of its files.
+        // A complete set is not rewritten, so that its modification time stays.
         if std::fs::read(&path).is_ok_and(|bytes| bytes == text.as_bytes()) {
             return Ok(true);
         }
@@ -35,7 +36,7 @@ impl SequenceSet {
     }
 }
 
-/// The lines of a list of digests.
+/// Reads a list of digests.
 pub(super) fn read(path: &Path) -> Result<Vec<FileDigest>, SimError> {
     let text =
         std::fs::read_to_string(path).map_err(|source| SimError::file(path, "read", source))?;

@@ -1,4 +1,4 @@
-//! A directory of sequences that several machines fill, and that tells what is whole in it.
+//! A directory of sequences that several machines fill, with digests of the complete ones.
 //!
 //! Sequence 7 is `0007.evc`, `0007.meta`, `0007.toml`, and last of all `0007.sha256` with their
 //! digests: while that is not there, the sequence counts as unfinished. When the digests of all
@@ -6,6 +6,7 @@
 //! sequences; so it is the same bytes whoever writes it, and writing it needs no one's data again.
 
 mod digest;
+mod fault;
 mod manifest;
 mod shard;
 mod verify;
@@ -17,18 +18,19 @@ use evpose_core::{atomic_write, temporary_target};
 use crate::SimError;
 use digest::FileDigest;
 
+pub use fault::{Fault, FaultKind};
 pub use shard::Shard;
-pub use verify::{Fault, FaultKind, Verified, verify};
+pub use verify::{Verified, verify};
 
-/// Name of the manifest.
+/// File name of the manifest.
 pub const MANIFEST: &str = "manifest.sha256";
 /// Endings of the files of a sequence, in the order of the manifest: events, labels, the rest.
 pub type Endings = [&'static str; 3];
-/// The files of hands.
+/// Endings of the files of hands.
 pub const HANDS: Endings = ["evc", "meta", "toml"];
-/// The files of people.
+/// Endings of the files of people.
 pub const PEOPLE: Endings = ["raw", "poses.csv", "toml"];
-/// Ending of the digests of a sequence.
+/// Ending of the file of digests of a sequence.
 const DIGESTS: &str = "sha256";
 
 /// The directory of the sequences of a run.
@@ -40,14 +42,14 @@ pub struct SequenceSet {
 }
 
 impl SequenceSet {
-    /// The directory of a run of so many sequences of hands. Nothing is read or written yet.
+    /// A run of `sequences` sequences of hands in `directory`. Nothing is read or written yet.
     pub fn new(directory: impl Into<PathBuf>, sequences: usize) -> Self {
         Self { directory: directory.into(), sequences: sequences as u64, endings: HANDS }
     }
 
-    /// The same for sequences of other files.
+    /// Replaces the endings of the files of a sequence.
     #[must_use]
-    pub fn holding(self, endings: Endings) -> Self {
+    pub fn with_endings(self, endings: Endings) -> Self {
         Self { endings, ..self }
     }
 
@@ -56,7 +58,7 @@ impl SequenceSet {
         &self.directory
     }
 
-    /// How many sequences there will be.
+    /// Number of sequences of the complete set.
     pub fn sequences(&self) -> u64 {
         self.sequences
     }
@@ -66,21 +68,24 @@ impl SequenceSet {
         self.directory.join(name(sequence))
     }
 
-    /// The sequences of `shard` that are not whole.
+    /// Sequences of `shard` that are not complete.
     pub fn unfinished(&self, shard: Shard) -> Vec<u64> {
-        shard.of(self.sequences).filter(|&sequence| self.digests(sequence).is_none()).collect()
+        shard
+            .sequences_of(self.sequences)
+            .filter(|&sequence| self.digests(sequence).is_none())
+            .collect()
     }
 
-    /// Whether any file of a sequence of `shard` is there, whole or not.
+    /// Whether a file of a sequence of `shard` exists, complete or not.
     pub fn holds_any(&self, shard: Shard) -> bool {
-        let mut stems = shard.of(self.sequences).map(|sequence| self.stem(sequence));
+        let mut stems = shard.sequences_of(self.sequences).map(|sequence| self.stem(sequence));
         stems.any(|stem| {
             self.endings.iter().chain([&DIGESTS]).any(|ending| stem.with_extension(ending).exists())
         })
     }
 
-    /// Removes what killed processes left of the sequences of `shard`, and says how many files that
-    /// were. Files that others are writing stay.
+    /// Removes temporary files that killed processes left of the sequences of `shard`, and returns
+    /// their number.
     ///
     /// # Errors
     /// If the directory cannot be read or a file not removed.
@@ -107,19 +112,19 @@ impl SequenceSet {
         Ok(removed)
     }
 
-    /// Declares a sequence whole: reads its files once more, out of the page cache, and writes their
+    /// Marks a sequence as complete: reads its files once more, from the page cache, and writes their
     /// digests.
     pub(crate) fn seal(&self, sequence: u64) -> Result<(), SimError> {
         let mut text = String::new();
         for file in self.files(sequence) {
-            text += &FileDigest::of(&self.directory, &file, &|_| {})?.line();
+            text += &FileDigest::compute(&self.directory, &file, &|_| {})?.line();
         }
         let path = self.stem(sequence).with_extension(DIGESTS);
         atomic_write(&path, text.as_bytes())
             .map_err(|source| SimError::file(&path, "write", source))
     }
 
-    /// The digests of a sequence as they stand in its file, or none if it is not whole.
+    /// Text of the digests of a sequence, or none if it is not complete.
     fn digests(&self, sequence: u64) -> Option<String> {
         let text = std::fs::read_to_string(self.stem(sequence).with_extension(DIGESTS)).ok()?;
         let read: Option<Vec<FileDigest>> =
@@ -127,9 +132,9 @@ impl SequenceSet {
         let read = read?;
         let names = read.iter().map(|digest| digest.name.as_str());
         let files = self.files(sequence);
-        let whole = names.eq(files.iter().map(String::as_str))
+        let is_complete = names.eq(files.iter().map(String::as_str))
             && files.iter().all(|file| self.directory.join(file).exists());
-        whole.then(|| read.iter().map(FileDigest::line).collect())
+        is_complete.then(|| read.iter().map(FileDigest::line).collect())
     }
 
     /// The files of a sequence that readers use.
@@ -142,7 +147,7 @@ fn name(sequence: u64) -> String {
     format!("{sequence:04}")
 }
 
-/// Names of the files of a directory, sorted; those that are not text are none of ours.
+/// Sorted file names of a directory; names that are not UTF-8 are not of a set and left out.
 fn list(directory: &Path) -> Result<Vec<String>, SimError> {
     let failed = |source| SimError::file(directory, "read", source);
     let mut names = Vec::new();

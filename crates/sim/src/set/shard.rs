@@ -1,15 +1,15 @@
-//! Parts of a data set that machines make without knowing of each other.
+//! Shards of a data set, which machines record independently.
 
 use std::fmt;
 use std::str::FromStr;
 
 use crate::SimError;
 
-/// Part `I` of `N` of the sequences of a run, written `I/N` and counted from 1: the sequences whose
-/// number leaves `I - 1` when divided by `N`, so that the parts differ by at most one sequence.
+/// Shard `I` of `N` of the sequences of a run, written `I/N` and counted from 1: the sequences with
+/// `index mod N = I - 1`, so that the shards differ by at most one sequence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shard {
-    /// From 0.
+    /// Index of the shard, from 0.
     index: u64,
     count: u64,
 }
@@ -18,17 +18,17 @@ impl Shard {
     /// All sequences.
     pub const WHOLE: Self = Self { index: 0, count: 1 };
 
-    /// Whether a sequence belongs to this part.
+    /// Whether a sequence belongs to this shard.
     pub fn owns(self, sequence: u64) -> bool {
         sequence % self.count == self.index
     }
 
-    /// The sequences of this part, of `sequences` in all.
-    pub fn of(self, sequences: u64) -> impl Iterator<Item = u64> {
+    /// Indices of this shard's sequences, of `sequences` in all.
+    pub fn sequences_of(self, sequences: u64) -> impl Iterator<Item = u64> {
         (0..sequences).filter(move |&sequence| self.owns(sequence))
     }
 
-    /// Whether this is all of it.
+    /// Whether the shard is the complete run.
     pub fn is_whole(self) -> bool {
         self.count == 1
     }
@@ -64,8 +64,8 @@ mod tests {
             let mut sizes = Vec::new();
             for part in 1..=count {
                 let shard: Shard = format!("{part}/{count}").parse().unwrap();
-                sizes.push(shard.of(sequences).count());
-                shard.of(sequences).for_each(|sequence| owners[sequence as usize] += 1);
+                sizes.push(shard.sequences_of(sequences).count());
+                shard.sequences_of(sequences).for_each(|sequence| owners[sequence as usize] += 1);
             }
             assert!(owners.iter().all(|&owners| owners == 1), "{sequences} by {count}");
             assert!(sizes.iter().max().unwrap() - sizes.iter().min().unwrap() <= 1);

@@ -1,66 +1,34 @@
-//! Whether a directory still holds what was recorded.
+//! Verification of a directory against its digests.
 
 use std::collections::BTreeSet;
-use std::fmt;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use evpose_core::temporary_target;
 use rayon::prelude::*;
 
 use super::digest::FileDigest;
+use super::fault::{Fault, FaultKind};
 use super::{DIGESTS, HANDS, MANIFEST, PEOPLE, list, manifest};
 use crate::SimError;
 
-/// A directory in which every file is as it was recorded.
+/// Result of verifying an intact directory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Verified {
-    /// Files that were read.
+    /// Number of files read.
     pub files: usize,
-    /// Their bytes.
+    /// Their total size in bytes.
     pub bytes: u64,
-    /// Whether there is a manifest: without one, the set is not finished.
+    /// Whether there is a manifest; without one, the set is unfinished.
     pub finished: bool,
-    /// Files that killed processes left behind, which no reader looks at.
+    /// Number of temporary files that killed processes left; readers ignore them.
     pub leftovers: usize,
 }
 
-/// A file that is not as it was recorded.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Fault {
-    /// The file.
-    pub path: PathBuf,
-    /// What is wrong with it.
-    pub kind: FaultKind,
-}
-
-/// What can be wrong with a file of a set.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum FaultKind {
-    /// It is gone.
-    Missing,
-    /// It holds something else.
-    Changed,
-    /// No digest tells what it should hold, and readers would take it for a sequence of the set.
-    Unlisted,
-}
-
-impl fmt::Display for Fault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let what = match self.kind {
-            FaultKind::Missing => "is missing",
-            FaultKind::Changed => "is not what was recorded",
-            FaultKind::Unlisted => "has no digest: unfinished, or not of this set",
-        };
-        write!(f, "{} {what}", self.path.display())
-    }
-}
-
 /// Reads every file of the set in `directory` and compares it with the manifest or, while there is
-/// none, with the digests of the sequences that are there. `progress` is told of bytes read.
+/// none, with the digests of the complete sequences. `progress` receives the number of bytes of each read.
 ///
 /// # Errors
-/// [`SimError::Damaged`] with every file that is not as recorded; a list of digests that cannot be
-/// read.
+/// [`SimError::Damaged`] with every file that differs; a list of digests that cannot be read.
 pub fn verify(directory: &Path, progress: &(dyn Fn(u64) + Sync)) -> Result<Verified, SimError> {
     let names = list(directory)?;
     let finished = names.iter().any(|name| name == MANIFEST);
@@ -100,6 +68,7 @@ pub fn verify(directory: &Path, progress: &(dyn Fn(u64) + Sync)) -> Result<Verif
     })
 }
 
+/// Compares one file with its digest.
 fn fault(
     directory: &Path,
     expected: &FileDigest,
@@ -109,11 +78,11 @@ fn fault(
     if !path.exists() {
         return Ok(Some(Fault { path, kind: FaultKind::Missing }));
     }
-    let found = FileDigest::of(directory, &expected.name, progress)?;
-    Ok((found != *expected).then_some(Fault { path, kind: FaultKind::Changed }))
+    let actual = FileDigest::compute(directory, &expected.name, progress)?;
+    Ok((actual != *expected).then_some(Fault { path, kind: FaultKind::Changed }))
 }
 
-/// Bytes of the files, as far as they are there.
+/// Total size of the files that exist.
 fn bytes_of<'a>(directory: &Path, names: impl Iterator<Item = &'a str>) -> u64 {
     names.filter_map(|name| Some(directory.join(name).metadata().ok()?.len())).sum()
 }

@@ -1,4 +1,4 @@
-//! Simple shapes on an image: what the made-up pictures are composed of.
+//! Drawing primitives of the procedural images.
 
 use std::f32::consts::TAU;
 
@@ -130,7 +130,7 @@ pub(super) fn random_colour(
     let hue = rng.uniform(0.0, TAU);
     let saturation = rng.uniform(saturation.0, saturation.1);
     let value = rng.uniform(value.0, value.1);
-    // A colour wheel of three cosines: smooth, and enough for pictures nobody looks at twice.
+    // A colour wheel of three cosines: smooth, and accurate enough for backgrounds.
     let wheel = Vec3A::new(hue.cos(), (hue - TAU / 3.0).cos(), (hue + TAU / 3.0).cos());
     (Vec3A::ONE + (wheel - 1.0) * 0.5 * saturation) * value
 }

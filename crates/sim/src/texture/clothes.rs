@@ -3,7 +3,7 @@
 //! Values are albedos, taken as linear. Left and right look alike, front and back do not.
 
 use evpose_body::clothes_layout::{
-    U_ANKLE, U_CHIN, U_ELBOW, U_EYES, U_KNEE, U_NECK, U_SHOULDER, U_THINGS, U_WAIST, U_WRIST,
+    U_ANKLE, U_CHIN, U_ELBOW, U_EYES, U_KNEE, U_NECK, U_OBJECTS, U_SHOULDER, U_WAIST, U_WRIST,
 };
 use evpose_core::{CounterRng, Plane};
 use glam::{Vec2, Vec3A};
@@ -15,7 +15,7 @@ use super::noise::fractal_noise;
 /// Texels along the body and around it.
 const SIZE: (usize, usize) = (512, 256);
 
-/// What a fabric shows.
+/// Pattern of a fabric.
 #[derive(Debug, Clone, Copy)]
 enum Pattern {
     Plain,
@@ -52,7 +52,7 @@ impl Fabric {
         Self { pattern, first, second }
     }
 
-    /// Its colour at a place, given the noise there.
+    /// Colour at texture coordinates, given the noise there.
     fn at(&self, u: f32, around: f32, noise: f32) -> Vec3A {
         let stripe = |x: f32| x.rem_euclid(1.0) < 0.5;
         let is_second = match self.pattern {
@@ -70,12 +70,12 @@ impl Fabric {
     }
 }
 
-/// What somebody wears and what they look like.
+/// Clothes, skin and hair of a person.
 #[derive(Debug, Clone, Copy)]
-struct Look {
+struct Outfit {
     skin: Vec3A,
     hair: Vec3A,
-    /// Where hair begins over the face, as u.
+    /// Hairline over the face, as u.
     hairline: f32,
     shirt: Fabric,
     trousers: Fabric,
@@ -85,14 +85,14 @@ struct Look {
     trousers_from: f32,
     /// Depth of the neckline, as u.
     neckline: f32,
-    /// A picture on the chest.
+    /// Colour of a print on the chest.
     print: Option<Vec3A>,
-    /// An open jacket: what is seen in its front.
+    /// Colour under an open jacket.
     inner: Option<Vec3A>,
     thing: Vec3A,
 }
 
-impl Look {
+impl Outfit {
     fn draw(rng: &mut CounterRng) -> Self {
         let tan = rng.unit();
         let skin = Vec3A::new(0.70, 0.46, 0.35).lerp(Vec3A::new(0.10, 0.055, 0.035), tan * tan);
@@ -127,11 +127,11 @@ impl Look {
         }
     }
 
-    /// The colour at a place of the texture.
+    /// Colour at texture coordinates, given the noise there.
     fn at(&self, u: f32, v: f32, noise: f32) -> Vec3A {
         let around = (v * 2.0).fract();
         if v >= 0.5 {
-            return if u < U_THINGS {
+            return if u < U_OBJECTS {
                 self.thing * (1.0 + 0.3 * noise)
             } else if u < self.sleeves_to {
                 self.shirt.at(u, around, noise)
@@ -183,15 +183,15 @@ impl Look {
     }
 }
 
-/// Paints what somebody wears.
+/// Paints the texture of a drawn person.
 pub fn paint_clothes(rng: &mut CounterRng) -> Texture {
-    let look = Look::draw(rng);
+    let outfit = Outfit::draw(rng);
     let noise: Plane<f32> = fractal_noise(SIZE, (24, 12), 3, 0.5, rng);
     let mut canvas = Canvas::filled(SIZE.0, SIZE.1, Vec3A::ZERO);
     let whole = canvas.whole();
     canvas.paint(whole, |at, _| {
         let (x, y) = (at.x as usize, at.y as usize);
-        look.at(at.x / SIZE.0 as f32, at.y / SIZE.1 as f32, *noise.at(x, y))
+        outfit.at(at.x / SIZE.0 as f32, at.y / SIZE.1 as f32, *noise.at(x, y))
     });
     // Folds and wear.
     canvas.modulate(&fractal_noise(SIZE, (10, 6), 4, 0.6, rng), 0.35);
@@ -211,13 +211,13 @@ mod tests {
 
     #[test]
     fn shirts_go_over_into_sleeves_without_a_border() {
-        let look = Look {
+        let outfit = Outfit {
             shirt: Fabric { pattern: Pattern::Plain, first: Vec3A::X, second: Vec3A::Y },
             neckline: 0.0,
-            ..Look::draw(&mut CounterRng::new(4, "clothes", 0))
+            ..Outfit::draw(&mut CounterRng::new(4, "clothes", 0))
         };
         for v in [0.26, 0.4, 0.55, 0.75, 0.95] {
-            assert_eq!(look.at(U_SHOULDER, v, -0.5), Vec3A::X, "{v}");
+            assert_eq!(outfit.at(U_SHOULDER, v, -0.5), Vec3A::X, "{v}");
         }
     }
 }

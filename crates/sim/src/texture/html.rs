@@ -20,8 +20,8 @@ use crate::SimError;
 
 /// Texels along each side.
 const TEXELS: usize = 1024;
-/// Numbers of a texture.
-const NUMBERS: usize = 3 * TEXELS * TEXELS;
+/// Values of a texture: three channels per texel.
+const VALUES: usize = 3 * TEXELS * TEXELS;
 /// Coefficients of the published basis.
 const COEFFICIENTS: usize = 101;
 const MEAN: &str = "mean_data_vec.bin";
@@ -44,9 +44,9 @@ impl HtmlSkins {
     /// If one is missing or has another size than the published one.
     pub fn open(folder: &Path) -> Result<Self, SimError> {
         let basis = folder.join(BASIS);
-        check_size(&basis, NUMBERS * COEFFICIENTS)?;
+        check_size(&basis, VALUES * COEFFICIENTS)?;
         Ok(Self {
-            mean: read(&folder.join(MEAN), NUMBERS)?,
+            mean: read(&folder.join(MEAN), VALUES)?,
             deviations: read(&folder.join(DEVIATIONS), COEFFICIENTS * COEFFICIENTS)?,
             basis,
         })
@@ -60,14 +60,14 @@ impl HtmlSkins {
         let coefficients: Vec<f32> = (0..COEFFICIENTS).map(|_| sd * rng.normal()).collect();
         let mut texels = self.mean.clone();
         let mut file = File::open(&self.basis).map_err(|error| fault(&self.basis, &error))?;
-        let mut bytes = vec![0; 4 * NUMBERS];
+        let mut bytes = vec![0; 4 * VALUES];
         for row in 0..COEFFICIENTS {
             let scale: f32 = (0..COEFFICIENTS)
                 .map(|column| self.deviations[column * COEFFICIENTS + row] * coefficients[column])
                 .sum();
             file.read_exact(&mut bytes).map_err(|error| fault(&self.basis, &error))?;
-            for (texel, number) in texels.iter_mut().zip(bytes.as_chunks::<4>().0) {
-                *texel += scale * f32::from_le_bytes(*number);
+            for (texel, value) in texels.iter_mut().zip(bytes.as_chunks::<4>().0) {
+                *texel += scale * f32::from_le_bytes(*value);
             }
         }
         // A cast to `u8` stops at its ends and drops fractions, as published.
@@ -81,19 +81,19 @@ fn fault(path: &Path, reason: &impl ToString) -> SimError {
     SimError::SkinFile { path: path.to_owned(), reason: reason.to_string() }
 }
 
-fn check_size(path: &Path, numbers: usize) -> Result<(), SimError> {
+fn check_size(path: &Path, values: usize) -> Result<(), SimError> {
     let bytes = std::fs::metadata(path).map_err(|error| fault(path, &error))?.len();
-    let expected = 4 * numbers as u64;
+    let expected = 4 * values as u64;
     if bytes == expected {
         return Ok(());
     }
     Err(fault(path, &format!("{bytes} bytes, but the published file has {expected}")))
 }
 
-fn read(path: &Path, numbers: usize) -> Result<Vec<f32>, SimError> {
-    check_size(path, numbers)?;
+fn read(path: &Path, values: usize) -> Result<Vec<f32>, SimError> {
+    check_size(path, values)?;
     let bytes = std::fs::read(path).map_err(|error| fault(path, &error))?;
-    Ok(bytes.as_chunks::<4>().0.iter().map(|number| f32::from_le_bytes(*number)).collect())
+    Ok(bytes.as_chunks::<4>().0.iter().map(|value| f32::from_le_bytes(*value)).collect())
 }
 
 #[cfg(test)]
@@ -106,8 +106,8 @@ mod tests {
 
     use super::*;
 
-    fn write(path: &Path, numbers: impl Iterator<Item = f32>) {
-        let bytes: Vec<u8> = numbers.flat_map(f32::to_le_bytes).collect();
+    fn write(path: &Path, values: impl Iterator<Item = f32>) {
+        let bytes: Vec<u8> = values.flat_map(f32::to_le_bytes).collect();
         std::fs::write(path, bytes).unwrap();
     }
 
@@ -115,7 +115,7 @@ mod tests {
     /// takes the last coefficient from the first.
     fn folder() -> tempfile::TempDir {
         let folder = tempfile::tempdir().unwrap();
-        write(&folder.path().join(MEAN), (0..NUMBERS).map(|_| 100.0));
+        write(&folder.path().join(MEAN), (0..VALUES).map(|_| 100.0));
         let last = COEFFICIENTS * (COEFFICIENTS - 1);
         // Column 0, row 100.
         let scale =
@@ -123,8 +123,8 @@ mod tests {
         write(&folder.path().join(DEVIATIONS), scale);
         // Zeros that take no room on the disk.
         let mut basis = File::create(folder.path().join(BASIS)).unwrap();
-        basis.set_len(4 * (NUMBERS * COEFFICIENTS) as u64).unwrap();
-        basis.seek(SeekFrom::Start(4 * (NUMBERS * (COEFFICIENTS - 1)) as u64)).unwrap();
+        basis.set_len(4 * (VALUES * COEFFICIENTS) as u64).unwrap();
+        basis.seek(SeekFrom::Start(4 * (VALUES * (COEFFICIENTS - 1)) as u64)).unwrap();
         basis.write_all(&10f32.to_le_bytes()).unwrap();
         folder
     }

@@ -1,20 +1,20 @@
-//! Images that surfaces and backgrounds are painted with: made up from a seed, or read from files.
+//! Textures of surfaces and backgrounds: procedural, or read from files.
 
 pub mod background;
 mod canvas;
 mod clothes;
 mod html;
+mod image_pool;
+mod mipmap;
 mod noise;
-mod pool;
-mod reduce;
 mod sample;
 mod skin;
 mod skins;
 
 pub use clothes::paint_clothes;
 pub use html::HtmlSkins;
-pub use pool::PicturePool;
-pub(crate) use reduce::metres_per_texture;
+pub use image_pool::ImagePool;
+pub(crate) use mipmap::metres_per_texture;
 pub use sample::Texture;
 pub use skin::{SkinCoefficients, paint_skin};
 pub use skins::Skins;

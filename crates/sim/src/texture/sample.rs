@@ -1,4 +1,4 @@
-//! An RGB image with linear filtering that repeats beyond its borders.
+//! An RGB texture with bilinear filtering and repeat wrapping.
 
 use evpose_core::{Lanes, Plane};
 use glam::{Vec2, Vec3A, Vec4};
@@ -9,12 +9,12 @@ const WHITE: f32 = 255.0;
 /// An image of eight bits a channel, as the published textures and every photograph; small enough
 /// to stay in the cache. Rows go downwards from v = 0.
 ///
-/// Whether the values are linear or gamma-encoded is the user's to know.
+/// The values are linear or gamma-encoded; the caller knows which.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Texture {
-    /// Every texel and the one below it, each red, green, blue and nothing in the bytes of a number: the
-    /// four around a place lie together. Around the image is a border of the texels from its other
-    /// side.
+    /// Every texel and the one below it, each red, green, blue and zero in the bytes of an integer, so
+    /// that the four texels of a bilinear lookup are adjacent. The image has a border of the texels
+    /// from its other side.
     codes: Plane<[i32; 2]>,
 }
 
@@ -66,13 +66,12 @@ impl Texture {
         self.codes.height() - 2
     }
 
-    /// Red, green, blue and nothing of a texel.
+    /// Red, green, blue and zero of a texel.
     pub(super) fn texel(&self, x: usize, y: usize) -> [u8; 4] {
         self.codes.at(x + 1, y + 1)[0].to_le_bytes()
     }
 
-    /// The colour at `uv`, in [0, 1], interpolated between the centres of four texels; the image
-    /// repeats with period 1.
+    /// Bilinear interpolation at `uv`, in [0, 1]; the image repeats with period 1.
     pub fn sample(&self, uv: Vec2) -> Vec3A {
         let (x, fx) = neighbours(uv.x, self.width() as f32);
         let (y, fy) = neighbours(uv.y, self.height() as f32);
@@ -83,7 +82,7 @@ impl Texture {
         Vec3A::from_vec4(above.lerp(below, fy) * (1.0 / WHITE))
     }
 
-    /// The same at eight places, channel by channel.
+    /// [`Self::sample`] at eight coordinates, channel by channel.
     #[inline(always)]
     pub(crate) fn sample_lanes<L: Lanes>(&self, l: L, [u, v]: [L::F; 2]) -> [L::F; 3] {
         let (x, fx) = neighbours_lanes(l, u, self.width() as f32);
@@ -91,7 +90,7 @@ impl Texture {
         let stride = self.codes.width() as i32;
         let firsts = l.store_i(l.add_i(l.mul_i(y, l.splat_i(stride)), x));
         let codes = self.codes.data().as_flattened();
-        // There is always a texel to the right: what is no number was moved into the image.
+        // There is always a texel to the right: NaN was clamped into the image.
         let four = |k: usize| {
             let first = 2 * firsts[k] as usize;
             codes.get(first..first + 4).and_then(<[_]>::first_chunk).unwrap_or(&[0; 4])
@@ -108,7 +107,7 @@ impl Texture {
     }
 }
 
-/// One channel of four texels around eight places, interpolated.
+/// Bilinear interpolation of one channel at eight coordinates.
 #[inline(always)]
 fn channel<L: Lanes, const SHIFT: i32>(l: L, texels: [L::I; 4], [fx, fy]: [L::F; 2]) -> L::F {
     let [left_above, above, left_below, below] = [
@@ -127,7 +126,7 @@ fn code<L: Lanes, const SHIFT: i32>(l: L, texels: L::I) -> L::F {
     l.to_f(l.and(l.shift_right::<SHIFT>(texels), l.splat_i(255)))
 }
 
-/// Four channels at once: as quick as one.
+/// Four channels at once: as fast as one.
 #[inline]
 fn decode(texel: i32) -> Vec4 {
     let [r, g, b, a] = texel.to_le_bytes();
@@ -137,14 +136,14 @@ fn decode(texel: i32) -> Vec4 {
 /// The first of the two texels around a coordinate, counted with the border, and the weight of the
 /// second. Texel centres lie at half-integers.
 fn neighbours(coordinate: f32, texels: f32) -> (usize, f32) {
-    // Shifted by one texel, so that the position is not negative. What is no number becomes one.
+    // Shifted by one texel, so that the position is not negative. The order of `max` and `min` maps NaN to 0.
     let position = (coordinate - coordinate.floor()) * texels + 0.5;
     let position = position.max(0.0).min(texels + 0.5);
     let first = position.floor();
     (first as usize, position - first)
 }
 
-/// The same for eight.
+/// [`neighbours`] of eight coordinates.
 #[inline(always)]
 fn neighbours_lanes<L: Lanes>(l: L, coordinate: L::F, texels: f32) -> (L::I, L::F) {
     let inside = l.sub(coordinate, l.floor(coordinate));

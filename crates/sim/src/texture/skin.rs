@@ -1,4 +1,4 @@
-//! Skin made up from a handful of coefficients, for the texture layout of the procedural arm.
+//! Procedural skin from eight coefficients, for the texture layout of the procedural arm.
 //!
 //! The image is albedo, taken as linear like the published textures. Across the image (u) lies the
 //! limb from shoulder to fingertips, downwards (v) the way from its back to the palm.
@@ -14,15 +14,15 @@ use glam::Vec3A;
 use super::Texture;
 use super::noise::{fractal_noise, smoothstep};
 
-/// What tells one person's skin from another's. Each number is drawn from N(0, sd²), as are the
-/// 101 coefficients of the published texture space; zero is the average.
+/// Coefficients of a person's skin. Each is drawn from N(0, sd²), as are the 101 coefficients of the
+/// published texture space; zero is the average.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct SkinCoefficients {
     /// Darker with more of it.
     pub melanin: f32,
     /// Redder with more of it.
     pub blood: f32,
-    /// How far the palm differs from the back.
+    /// Contrast between palm and back.
     pub palm: f32,
     /// Unevenness of the tone.
     pub mottling: f32,
@@ -37,7 +37,7 @@ pub struct SkinCoefficients {
 }
 
 impl SkinCoefficients {
-    /// Draws a person.
+    /// Draws the coefficients of a person.
     pub fn draw(rng: &mut CounterRng, sd: f32) -> Self {
         let mut normal = || sd * rng.normal();
         Self {
@@ -53,14 +53,14 @@ impl SkinCoefficients {
     }
 }
 
-/// Albedo of average skin on the back of the hand.
+/// Albedo of average skin on the back of the hand, chosen by eye.
 const AVERAGE: Vec3A = Vec3A::new(0.72, 0.52, 0.42);
-/// Optical density per channel of one unit of melanin.
+/// Optical density per channel of one unit of melanin: absorption rises towards blue.
 const MELANIN: Vec3A = Vec3A::new(0.13, 0.20, 0.25);
-/// Optical density per channel of one unit of blood.
+/// Optical density per channel of one unit of blood: haemoglobin absorbs green most.
 const BLOOD: Vec3A = Vec3A::new(0.0, 0.06, 0.04);
 
-/// Paints the skin of a person; `rng` decides where its marks are.
+/// Paints the skin of a person; `rng` places its marks.
 ///
 /// # Panics
 /// If `size` is zero.
@@ -157,7 +157,7 @@ fn crease_at(u: f32, v: f32) -> f32 {
     depth
 }
 
-/// How far a place is nail, and how far its pale root or edge.
+/// Coverage by the nail, and by its pale root or edge.
 fn nail_at(u: f32, v: f32) -> (f32, f32) {
     let [root, edge] = U_NAIL;
     if u < root - 0.01 || v > V_NAIL {

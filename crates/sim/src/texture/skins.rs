@@ -1,4 +1,4 @@
-//! Where the skins of a run come from.
+//! Source of the skin textures of a run.
 
 use evpose_core::CounterRng;
 
@@ -6,12 +6,12 @@ use super::{HtmlSkins, SkinCoefficients, Texture, paint_skin};
 use crate::SimError;
 use crate::config::{SkinConfig, SkinSource};
 
-/// Skins of people, made up or drawn from a model of the user's.
+/// Skin textures of people: procedural, or drawn from the HTML model.
 #[derive(Debug)]
 pub struct Skins(Option<HtmlSkins>);
 
 impl Skins {
-    /// Opens what `source` names.
+    /// Opens the `source`.
     ///
     /// # Errors
     /// As [`HtmlSkins::open`].
@@ -22,7 +22,7 @@ impl Skins {
         }))
     }
 
-    /// The skin of episode `index` of a sequence; a made-up one has the person's `coefficients`.
+    /// Paints the skin of episode `index` of a sequence; a procedural one has the person's `coefficients`.
     ///
     /// # Errors
     /// If a file can no longer be read.

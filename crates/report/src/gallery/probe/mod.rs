@@ -20,7 +20,7 @@ const GREY: f64 = 0.2;
 /// Measures all variants in one way.
 pub(super) fn measure(probe: Probe, variants: &[Variant], seed: u64) -> Result<Shown> {
     match probe {
-        Probe::Picture => Ok(Shown::Nothing),
+        Probe::EventImage => Ok(Shown::Nothing),
         Probe::Grid => map::grid(variants, seed),
         Probe::RampMap => map::ramps(variants, seed),
         Probe::RestMap => map::rest(variants, seed),

@@ -1,4 +1,4 @@
-//! Made-up pictures to put behind a hand: cluttered, with strong edges, of seven kinds.
+//! Procedural background images: cluttered, with strong edges, of seven kinds.
 //!
 //! They take the place of the nine photographs of the published simulator. Their values are
 //! gamma-encoded like a photograph's.
@@ -16,10 +16,10 @@ use evpose_core::CounterRng;
 use super::Texture;
 use super::noise::fractal_noise;
 
-/// Texels of a made-up picture, twice the published sensor's pixels along each side.
+/// Texels of a procedural image: twice the published sensor's pixels along each side.
 const SIZE: (usize, usize) = (480, 360);
 
-/// A kind of picture.
+/// Kind of procedural image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// Walls, a window, furniture.
@@ -51,7 +51,7 @@ impl Kind {
     ];
 }
 
-/// Paints picture number `index` of the pool of `seed`; neighbours in the pool differ in kind.
+/// Paints image `index` of the pool of `seed`; neighbours in the pool differ in kind.
 pub fn paint_background(seed: u64, index: usize) -> Texture {
     paint(
         Kind::ALL[index % Kind::ALL.len()],
@@ -59,7 +59,7 @@ pub fn paint_background(seed: u64, index: usize) -> Texture {
     )
 }
 
-/// Paints one picture of a kind.
+/// Paints one image of a kind.
 fn paint(kind: Kind, rng: &mut CounterRng) -> Texture {
     let mut canvas = match kind {
         Kind::Room => room::paint(SIZE, rng),
@@ -86,15 +86,15 @@ mod tests {
     #[test]
     fn every_kind_has_edges_that_a_hand_crossing_them_shows() {
         for (index, kind) in Kind::ALL.into_iter().enumerate() {
-            let picture = paint_background(5, index);
+            let image = paint_background(5, index);
             let (mut strong, mut count) = (0, 0);
-            let (width, height) = (picture.width() as f32, picture.height() as f32);
+            let (width, height) = (image.width() as f32, image.height() as f32);
             let log = |x: usize, y: usize| {
                 let uv = Vec2::new((x as f32 + 0.5) / width, (y as f32 + 0.5) / height);
-                (luminance(picture.sample(uv)).powf(2.2) + 1.0 / 255.0).ln()
+                (luminance(image.sample(uv)).powf(2.2) + 1.0 / 255.0).ln()
             };
-            for y in 0..picture.height() {
-                for x in 0..picture.width() - 8 {
+            for y in 0..image.height() {
+                for x in 0..image.width() - 8 {
                     strong += usize::from((log(x, y) - log(x + 8, y)).abs() > 0.5);
                     count += 1;
                 }
@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn seeds_and_places_in_the_pool_change_the_picture() {
+    fn seeds_and_indices_in_the_pool_change_the_image() {
         assert_eq!(paint_background(1, 2), paint_background(1, 2));
         assert_ne!(paint_background(1, 2), paint_background(2, 2));
         assert_ne!(paint_background(1, 2), paint_background(1, 2 + Kind::ALL.len()));

@@ -1,4 +1,4 @@
-//! A wall, a floor, a window, pictures, and boxes that stand about.
+//! An interior: wall, floor, windows, framed prints, cabinets and a lamp.
 
 use evpose_core::CounterRng;
 use glam::{Vec2, Vec3A};
@@ -21,7 +21,7 @@ pub(super) fn paint((width, height): (usize, usize), rng: &mut CounterRng) -> Ca
             left + rng.uniform(0.12, 0.3) * w,
             top + rng.uniform(0.15, 0.4) * h,
         );
-        picture(&mut canvas, frame, rng);
+        framed_field(&mut canvas, frame, rng);
     }
     for _ in 0..9 {
         let (bw, bh) = (rng.uniform(0.06, 0.25) * w, rng.uniform(0.08, 0.4) * h);
@@ -33,8 +33,8 @@ pub(super) fn paint((width, height): (usize, usize), rng: &mut CounterRng) -> Ca
     canvas
 }
 
-/// A window or a picture: a frame around bars over a bright or coloured field.
-fn picture(canvas: &mut Canvas, frame: Rect, rng: &mut CounterRng) {
+/// A window or a framed print: a frame around bars over a bright or coloured field.
+fn framed_field(canvas: &mut Canvas, frame: Rect, rng: &mut CounterRng) {
     canvas.rect(frame, Vec3A::splat(rng.uniform(0.05, 0.3)));
     let inner = frame.inset(0.02 * canvas.width());
     let (upper, lower) =
@@ -60,8 +60,8 @@ fn cabinet(canvas: &mut Canvas, front: Rect, rng: &mut CounterRng) {
     for drawer in 0..drawers {
         let y = front.top + step * drawer as f32;
         canvas.rect(Rect::new(front.left, y, front.right, y + 2.0), colour * 0.3);
-        let knob = Vec2::new(0.5 * (front.left + front.right), y + 0.5 * step);
-        canvas.ellipse(knob, Vec2::splat(3.0), 0.0, |_, _| Vec3A::splat(0.9));
+        let handle = Vec2::new(0.5 * (front.left + front.right), y + 0.5 * step);
+        canvas.ellipse(handle, Vec2::splat(3.0), 0.0, |_, _| Vec3A::splat(0.9));
     }
 }
 

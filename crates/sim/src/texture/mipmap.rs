@@ -1,20 +1,23 @@
-//! A texture as fine as the image that shows it.
+//! Anti-aliased textures: the mipmap level that matches the resolution of the frame.
 //!
 //! # Model
-//! A pixel takes the mean of the light of all it covers. A texel of a surface `s` metres wide along a
-//! coordinate is `s / n` metres long if there are `n`; seen from `d` metres by a camera of focal length
-//! `f` pixels it is `f·s / (n·d)` pixels long. Where it is less than half a pixel, as many texels are
-//! averaged as leave it below one: a power of two, along each coordinate its own, because a texture
-//! goes around a finger in a tenth of its length. Without it, a moving surface sparkles: interpolation
-//! between neighbours sees only some of the texels.
+//! A pixel shows the mean of the light of the area it covers. A texel of a surface `s` metres wide along a
+//! coordinate is `s / n` metres long if there are `n`; rendered from `d` metres by a camera of focal length
+//! `f` pixels it is `f·s / (n·d)` pixels long. Where it is less than half a pixel, blocks
+//! of texels are averaged so that a block stays below one pixel: a power of two, of its own along
+//! each coordinate (anisotropic), because a texture goes around a finger in a tenth of its length.
+//! Without it a moving surface aliases: bilinear interpolation skips texels.
+//!
+//! # Source
+//! Williams, *Pyramidal Parametrics* (SIGGRAPH 1983), with one level for the whole surface.
 
 use evpose_core::Plane;
 use glam::{Vec2, Vec3};
 
 use super::Texture;
 
-/// How many metres of a surface a whole texture covers along its two coordinates: means over the
-/// faces, by their areas. Zero along a coordinate that does not vary.
+/// Extent of a texture on a surface along u and v, in metres: the mean over the faces, weighted by
+/// area. Zero along a coordinate that does not vary.
 pub(crate) fn metres_per_texture(vertices_m: &[Vec3], uvs: &[Vec2], faces: &[[u32; 3]]) -> Vec2 {
     let (mut sum, mut areas) = (Vec2::ZERO, 0.0);
     for face in faces {
@@ -35,13 +38,13 @@ pub(crate) fn metres_per_texture(vertices_m: &[Vec3], uvs: &[Vec2], faces: &[[u3
 }
 
 impl Texture {
-    /// The texture with texels averaged that are finer than the image of a surface of which it covers
-    /// `metres`, where a metre is `px_per_m` pixels.
-    pub(crate) fn reduced(self, metres: Vec2, px_per_m: f32) -> Self {
+    /// The mipmap level for a surface of which the texture covers `metres`, rendered at `px_per_m`
+    /// pixels per metre.
+    pub(crate) fn mip_level(self, metres: Vec2, px_per_m: f32) -> Self {
         let (width, height) = (self.width(), self.height());
         let (columns, rows) = (
-            texels_per_mean(width, metres.x * px_per_m),
-            texels_per_mean(height, metres.y * px_per_m),
+            texels_per_block(width, metres.x * px_per_m),
+            texels_per_block(height, metres.y * px_per_m),
         );
         if (columns, rows) == (1, 1) {
             return self;
@@ -67,8 +70,9 @@ impl Texture {
     }
 }
 
-/// How many of `texels` that are seen on `pixels` are averaged: a power of two that divides them.
-fn texels_per_mean(texels: usize, pixels: f32) -> usize {
+/// Block size along a coordinate whose `texels` are rendered on `pixels` pixels: a power of two that
+/// divides `texels`.
+fn texels_per_block(texels: usize, pixels: f32) -> usize {
     let mut count = 1;
     while texels.is_multiple_of(2 * count) && (2 * count) as f32 * pixels <= texels as f32 {
         count *= 2;
@@ -93,22 +97,22 @@ mod tests {
     #[test]
     fn texels_finer_than_pixels_are_averaged_along_each_coordinate() {
         // 64 texels on 16 pixels, and 32 on 20.
-        let reduced = stripes(64, 32).reduced(Vec2::new(0.8, 1.0), 20.0);
-        assert_eq!((reduced.width(), reduced.height()), (16, 32));
-        assert_eq!(reduced.texel(3, 5), [100, 5, 7, 0]);
-        let reduced = stripes(64, 32).reduced(Vec2::new(0.8, 0.5), 20.0);
-        assert_eq!((reduced.width(), reduced.height()), (16, 16));
+        let level = stripes(64, 32).mip_level(Vec2::new(0.8, 1.0), 20.0);
+        assert_eq!((level.width(), level.height()), (16, 32));
+        assert_eq!(level.texel(3, 5), [100, 5, 7, 0]);
+        let level = stripes(64, 32).mip_level(Vec2::new(0.8, 0.5), 20.0);
+        assert_eq!((level.width(), level.height()), (16, 16));
         // Halves upwards.
-        assert_eq!(reduced.texel(3, 2), [100, 5, 7, 0]);
+        assert_eq!(level.texel(3, 2), [100, 5, 7, 0]);
     }
 
     #[test]
     fn coarse_textures_and_those_that_cannot_be_halved_stay() {
         let texture = stripes(64, 32);
-        assert_eq!(texture.clone().reduced(Vec2::ONE, 64.0), texture);
+        assert_eq!(texture.clone().mip_level(Vec2::ONE, 64.0), texture);
         let odd = stripes(63, 31);
-        assert_eq!(odd.clone().reduced(Vec2::ONE, 1.0), odd);
-        let nowhere = stripes(8, 8).reduced(Vec2::ZERO, 100.0);
+        assert_eq!(odd.clone().mip_level(Vec2::ONE, 1.0), odd);
+        let nowhere = stripes(8, 8).mip_level(Vec2::ZERO, 100.0);
         assert_eq!((nowhere.width(), nowhere.height()), (1, 1));
     }
 

@@ -1,24 +1,24 @@
-//! One person in one place before one camera.
+//! The scene of one sequence: a person with an activity, a background plane and a camera.
 
-use evpose_body::activity::{ACTIVITIES, Activity, Performance, activity_called};
+use evpose_body::activity::{ACTIVITIES, Activity, Performance, activity_by_name};
 use evpose_body::{PosedBody, ShapedBody};
 use evpose_core::{CounterRng, LookAt, Pinhole, Plane};
 use glam::{Vec2, Vec3A};
 
+use super::background_plane::BackgroundPlane;
 use super::camera_path::CameraPath;
 use super::joints::{BodyJoints3, joints_m};
-use super::people::Shared;
-use super::wall::Wall;
+use super::shared::Shared;
 use crate::raster::{Camera, Mesh};
 use crate::scene::{Backdrop, FrameResponse, Renderer, Scene};
 use crate::texture::paint_clothes;
 
-/// What is nearer is not seen, in metres.
+/// Distance of the near plane in metres; no camera is drawn that close to a person.
 const NEAR_M: f32 = 0.1;
 
-/// Somebody, what they do, where, and who looks at it.
+/// A person, an activity, a background and a camera, rendered at any time.
 #[derive(Debug)]
-pub(super) struct Take {
+pub(super) struct SceneInstance {
     pub(super) activity: &'static Activity,
     pub(super) betas: Vec<f32>,
     performance: Performance,
@@ -27,18 +27,18 @@ pub(super) struct Take {
     path: CameraPath,
     pinhole: Pinhole,
     camera: Camera,
-    wall: Wall,
+    background: BackgroundPlane,
     renderer: Renderer,
 }
 
-impl Take {
-    /// Draws take number `index`, which lasts for `seconds`. Each part has random numbers of its own.
+impl SceneInstance {
+    /// Draws scene `index`, which lasts `seconds`. Each part has a random stream of its own.
     pub(super) fn draw(shared: &Shared, seed: u64, index: u64, seconds: f32) -> Self {
-        let Shared { config, body, pictures, .. } = shared;
+        let Shared { config, body, images, .. } = shared;
         let part = |name| CounterRng::new(seed, name, index);
         let name = &config.activities[index as usize % config.activities.len()];
-        // Configurations are checked: the name is known.
-        let activity = activity_called(name).unwrap_or(&ACTIVITIES[0]);
+        // `PeopleConfig::validate` has checked the name.
+        let activity = activity_by_name(name).unwrap_or(&ACTIVITIES[0]);
         let mut shape = part("person shape");
         let betas: Vec<f32> = (0..body.shape_directions_m.len())
             .map(|_| shape.uniform(-config.shape_range, config.shape_range))
@@ -50,28 +50,41 @@ impl Take {
             CameraPath::draw(config, shared.height_m(&shaped), &mut part("person camera"));
         let placement = *path.at_rest();
         let mut around = part("person surroundings");
-        let wall_z_m = -around.uniform(0.8, 4.0);
+        // A person's reach to the depth of a large room.
+        let z_m = -around.uniform(0.8, 4.0);
         let sensor = config.sensor_size;
         let size_px = Vec2::new(f32::from(sensor.width), f32::from(sensor.height));
-        let view = Wall::view(wall_z_m, &placement, &pinhole, size_px);
+        let view = BackgroundPlane::view(z_m, &placement, &pinhole, size_px);
         let level = config.light_level;
-        let wall = Wall::draw(&config.surroundings, pictures, wall_z_m, &view, level, &mut around);
+        let background =
+            BackgroundPlane::draw(&config.surroundings, images, z_m, &view, level, &mut around);
         let camera = Camera::new(sensor, pinhole, &placement, NEAR_M);
         let px_per_m = pinhole.focal_px / placement.eye_m.z;
         let scene = Scene {
             camera,
             lighting: config.lights.draw(&mut part("person lights")),
             skin: paint_clothes(&mut part("person clothes"))
-                .reduced(shared.metres_per_texture, px_per_m),
+                .mip_level(shared.metres_per_texture, px_per_m),
             backdrop: Backdrop::uniform(sensor, Vec3A::ZERO),
             response: FrameResponse::Clipped,
         };
         let renderer = Renderer::new(scene, shared.is_closed, level);
         let posed = PosedBody::default();
-        Self { activity, betas, performance, shaped, posed, path, pinhole, camera, wall, renderer }
+        Self {
+            activity,
+            betas,
+            performance,
+            shaped,
+            posed,
+            path,
+            pinhole,
+            camera,
+            background,
+            renderer,
+        }
     }
 
-    /// The picture at a time in seconds: linear luminance relative to white.
+    /// Renders the scene at `t_s` seconds: linear luminance relative to white.
     pub(super) fn light(&mut self, shared: &Shared, t_s: f32) -> &Plane<f32> {
         let body = &shared.body;
         let pose = self.performance.at(t_s).pose(body, &self.shaped, &mut self.posed);
@@ -79,12 +92,14 @@ impl Take {
         let placement: LookAt = self.path.at(t_s);
         let sensor = self.camera.sensor();
         self.camera = Camera::new(sensor, self.pinhole, &placement, NEAR_M);
-        self.renderer.look_from(self.camera);
+        self.renderer.set_camera(self.camera);
         let size_px = [usize::from(sensor.width), usize::from(sensor.height)];
-        let rect = self.wall.changed(t_s, &placement, &self.pinhole, size_px);
-        let (wall, pinhole) = (&self.wall, &self.pinhole);
+        let rect = self.background.dirty_rect(t_s, &placement, &self.pinhole, size_px);
+        let (background, pinhole) = (&self.background, &self.pinhole);
         if !rect.is_empty() {
-            self.renderer.repaint(rect, |image| wall.paint(t_s, &placement, pinhole, rect, image));
+            self.renderer.repaint(rect, |frame| {
+                background.paint(t_s, &placement, pinhole, rect, frame);
+            });
         }
         let mesh = Mesh {
             vertices_m: &self.posed.vertices_m,
@@ -95,12 +110,12 @@ impl Take {
         self.renderer.render(&mesh)
     }
 
-    /// The camera of the last picture.
+    /// Camera of the last frame.
     pub(super) fn camera(&self) -> &Camera {
         &self.camera
     }
 
-    /// The joints on the last picture, in the world.
+    /// Joints of the last frame in the world, in metres.
     pub(super) fn joints_m(&self) -> BodyJoints3 {
         joints_m(&self.posed)
     }
