@@ -1,5 +1,4 @@
-//! What varies from one training sample to the next: the length of its window and which channel
-//! each polarity is in.
+//! Augmentation of training samples: the length of the window and the channel of each polarity.
 //!
 //! # Model
 //! 1. The window has `round(exp(U(ln 30, ln 300)))` frames, log-uniform: a fast hand seen for a
@@ -69,7 +68,7 @@ pub struct WindowDraw {
     pub frames: u32,
     /// Whether its channels are swapped as a whole.
     pub swap_image: bool,
-    /// Which of its pixels are swapped, if any.
+    /// Noise that selects the swapped pixels, if any.
     pixels: Option<StageNoise>,
 }
 

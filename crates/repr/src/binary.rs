@@ -12,7 +12,21 @@
 use evpose_core::{EventStream, Micros};
 
 use crate::last_times::LastTimes;
+use crate::spec::{Memory, PolarityUse, RepresentationSpec};
 use crate::{Grey, Representation, StreamWindow};
+
+/// The registry entry of `binary`.
+pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
+    name: "binary",
+    summary: "255 where a pixel fired",
+    parameters: &[],
+    memory: Memory::Window,
+    polarity: PolarityUse::Ignored,
+    any_order_at_once: true,
+    channels: |_| 1,
+    start: |window, _| Box::new(Binary::new(window)),
+    fill: None,
+};
 
 /// The binary image of a stream.
 #[derive(Debug, Clone)]

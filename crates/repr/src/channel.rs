@@ -1,4 +1,4 @@
-//! Which polarity is the first channel.
+//! Order of the polarity channels.
 
 use evpose_core::Polarity;
 use serde::{Deserialize, Serialize};

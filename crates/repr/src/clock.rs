@@ -2,20 +2,21 @@
 
 use evpose_core::Micros;
 
-/// What time it is, as far as a stream has told.
+/// Latest time of a stream: of its last event or of the last `advance`.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Clock {
+pub(crate) struct StreamClock {
     pub(crate) now: Option<Micros>,
     last_event: Option<Micros>,
 }
 
-impl Clock {
+impl StreamClock {
     /// Whether events that start at `first` are from before the last ones.
     pub(crate) fn jumps_back(self, first: Micros) -> bool {
         self.last_event.is_some_and(|last| first < last)
     }
 
-    pub(crate) fn see(&mut self, event: Micros) {
+    /// Advances to the time stamp of an event.
+    pub(crate) fn observe(&mut self, event: Micros) {
         self.last_event = Some(event);
         self.advance(event);
     }

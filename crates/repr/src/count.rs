@@ -10,9 +10,70 @@
 use evpose_core::{EventStream, Micros};
 
 use crate::counts::Counts;
+use crate::spec::{Memory, PolarityUse, RepresentationSpec};
 use crate::{FrameEvent, FrameWindow, Grey, Representation, StreamWindow};
 
-/// What an event adds.
+/// The registry entry of `eci`.
+pub(crate) static ECI: RepresentationSpec = RepresentationSpec {
+    name: "eci",
+    summary: "how often a pixel fired, per polarity",
+    parameters: &[],
+    memory: Memory::Window,
+    polarity: PolarityUse::Channels,
+    any_order_at_once: true,
+    channels: |_| 2,
+    start: |window, _| Box::new(Eci::new(window, Counting::EveryEvent)),
+    fill: Some(|window, events, out| {
+        fill_eci(window, Counting::EveryEvent, events.iter().copied(), out);
+    }),
+};
+
+/// The registry entry of `eci-s`.
+pub(crate) static ECI_S: RepresentationSpec = RepresentationSpec {
+    name: "eci-s",
+    summary: "how often a pixel fired",
+    parameters: &[],
+    memory: Memory::Window,
+    polarity: PolarityUse::Ignored,
+    any_order_at_once: true,
+    channels: |_| 1,
+    start: |window, _| Box::new(EciS::new(window, Counting::EveryEvent)),
+    fill: Some(|window, events, out| {
+        fill_eci_s(window, Counting::EveryEvent, events.iter().copied(), out);
+    }),
+};
+
+/// The registry entry of `eci-parity`.
+pub(crate) static ECI_PARITY: RepresentationSpec = RepresentationSpec {
+    name: "eci-parity",
+    summary: "eci as the published program computes it: 0.01 per millisecond that fired",
+    parameters: &[],
+    memory: Memory::Window,
+    polarity: PolarityUse::Channels,
+    any_order_at_once: true,
+    channels: |_| 2,
+    start: |window, _| Box::new(Eci::new(window, Counting::OncePerFrame)),
+    fill: Some(|window, events, out| {
+        fill_eci(window, Counting::OncePerFrame, events.iter().copied(), out);
+    }),
+};
+
+/// The registry entry of `eci-s-parity`.
+pub(crate) static ECI_S_PARITY: RepresentationSpec = RepresentationSpec {
+    name: "eci-s-parity",
+    summary: "eci-s as the published program computes it: two equal channels",
+    parameters: &[],
+    memory: Memory::Window,
+    polarity: PolarityUse::Ignored,
+    any_order_at_once: true,
+    channels: |_| 2,
+    start: |window, _| Box::new(EciS::new(window, Counting::OncePerFrame)),
+    fill: Some(|window, events, out| {
+        fill_eci_s(window, Counting::OncePerFrame, events.iter().copied(), out);
+    }),
+};
+
+/// Contribution of an event to a count.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Counting {
     /// Every event counts 1: the definition.

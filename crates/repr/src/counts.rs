@@ -2,7 +2,7 @@
 
 use evpose_core::{EventStream, Micros};
 
-use crate::clock::Clock;
+use crate::clock::StreamClock;
 use crate::sliding::{Sliding, first_shown};
 use crate::{Counting, StreamWindow};
 
@@ -17,7 +17,7 @@ pub(crate) struct Counts {
     counted: Sliding,
     /// Frame in which each pixel and polarity was last counted; empty where every event counts.
     last_frame: Vec<i64>,
-    clock: Clock,
+    clock: StreamClock,
 }
 
 const NO_FRAME: i64 = i64::MIN;
@@ -30,7 +30,7 @@ impl Counts {
             Counting::OncePerFrame => vec![NO_FRAME; values],
         };
         let (counts, counted) = (vec![0; values], Sliding::default());
-        Self { window, counting, counts, counted, last_frame, clock: Clock::default() }
+        Self { window, counting, counts, counted, last_frame, clock: StreamClock::default() }
     }
 
     pub(crate) fn push(&mut self, events: &EventStream) {
@@ -57,7 +57,7 @@ impl Counts {
                 self.counted.extend(indices);
             }
         }
-        self.clock.see(last);
+        self.clock.observe(last);
         self.expire();
     }
 
@@ -91,6 +91,6 @@ impl Counts {
         self.counts.fill(0);
         self.counted.clear();
         self.last_frame.fill(NO_FRAME);
-        self.clock = Clock::default();
+        self.clock = StreamClock::default();
     }
 }

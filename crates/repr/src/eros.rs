@@ -26,8 +26,64 @@
 
 use evpose_core::{EventStream, Micros, SensorSize};
 
-use crate::neighbourhood::{LARGEST_KERNEL, Neighbourhood};
+use crate::neighbourhood::kernel_parameter;
+use crate::neighbourhood::{MAX_KERNEL, Neighbourhood};
+use crate::parameter::{Parameter, ParameterKind, ParameterValues};
+use crate::spec::{Memory, PolarityUse, RepresentationSpec};
 use crate::{Grey, Representation};
+
+/// The registry entry of `eros`.
+pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
+    name: "eros",
+    summary: "how many events fell near a pixel since its own, 0 to 255, exponentially",
+    parameters: &[kernel_parameter(ErosConfig::ONLINE.kernel_px, ParameterKind::Odd), DECAY],
+    memory: Memory::Own,
+    polarity: PolarityUse::Ignored,
+    any_order_at_once: false,
+    channels: |_| 1,
+    start: |window, values| Box::new(Eros::new(window.sensor, config(values))),
+    fill: None,
+};
+
+/// The registry entry of `eros-python`.
+pub(crate) static PYTHON: RepresentationSpec = RepresentationSpec {
+    name: "eros-python",
+    summary: "eros as the published data sets have it: off-centre, fractions dropped",
+    parameters: &[kernel_parameter(ErosConfig::DATA_SETS.kernel_px, ParameterKind::Even), DECAY],
+    memory: Memory::Own,
+    polarity: PolarityUse::Ignored,
+    any_order_at_once: false,
+    channels: |_| 1,
+    start: |window, values| Box::new(Eros::python(window.sensor, config(values))),
+    fill: None,
+};
+
+/// The registry entry of `eros-hpe-core`.
+pub(crate) static HPE_CORE: RepresentationSpec = RepresentationSpec {
+    name: "eros-hpe-core",
+    summary: "eros as the published online program has it: rounded in f64 at each event",
+    parameters: &[kernel_parameter(ErosConfig::ONLINE.kernel_px, ParameterKind::Odd), DECAY],
+    memory: Memory::Own,
+    polarity: PolarityUse::Ignored,
+    any_order_at_once: false,
+    channels: |_| 1,
+    start: |window, values| Box::new(Eros::hpe_core(window.sensor, config(values))),
+    fill: None,
+};
+
+const DECAY: Parameter = Parameter {
+    name: "decay",
+    unit: "",
+    summary: "factor on a value after kernel events nearby",
+    kind: ParameterKind::Real,
+    min: 0.0,
+    max: 1.0,
+    default: ErosConfig::ONLINE.decay,
+};
+
+fn config(values: &ParameterValues) -> ErosConfig {
+    ErosConfig { kernel_px: values.whole("kernel"), decay: values.number("decay") }
+}
 
 mod framer;
 pub use framer::ErosFramer;
@@ -37,7 +93,7 @@ pub use framer::ErosFramer;
 pub struct ErosConfig {
     /// Width and height of the square that an event changes, in pixels.
     pub kernel_px: u32,
-    /// What `kernel_px` events nearby leave of a value.
+    /// Factor on a value after `kernel_px` events nearby.
     pub decay: f64,
 }
 
@@ -47,7 +103,7 @@ impl ErosConfig {
     /// The published data sets, made in Python.
     pub const DATA_SETS: Self = Self { kernel_px: 8, decay: 0.3 };
     /// The largest kernel.
-    pub const LARGEST_KERNEL_PX: u32 = LARGEST_KERNEL;
+    pub const MAX_KERNEL_PX: u32 = MAX_KERNEL;
 }
 
 impl Default for ErosConfig {
@@ -68,15 +124,15 @@ pub struct Eros {
     values_u8: Vec<u8>,
 }
 
-/// Where counting ends, and where it has not begun.
+/// Saturated count, and count of a pixel without events.
 const NEVER: u16 = u16::MAX;
 const PEAK: f64 = 255.0;
 
 impl Eros {
-    /// The surface by its definition.
+    /// An EROS by its definition.
     ///
     /// # Panics
-    /// If the kernel is even or above [`ErosConfig::LARGEST_KERNEL_PX`], or the decay not within 0
+    /// If the kernel is even or above [`ErosConfig::MAX_KERNEL_PX`], or the decay not within 0
     /// to 1.
     pub fn new(sensor: SensorSize, config: ErosConfig) -> Self {
         assert!(config.kernel_px % 2 == 1, "an even kernel is not centred");
@@ -87,10 +143,10 @@ impl Eros {
         Self::with_values(sensor, config, until_steady(|n, _| shown(n).unwrap_or(0.0)))
     }
 
-    /// The surface as the published Python computes it.
+    /// An EROS as the published Python computes it.
     ///
     /// # Panics
-    /// If the kernel is odd or above [`ErosConfig::LARGEST_KERNEL_PX`], or the decay not within 0 to
+    /// If the kernel is odd or above [`ErosConfig::MAX_KERNEL_PX`], or the decay not within 0 to
     /// 1.
     pub fn python(sensor: SensorSize, config: ErosConfig) -> Self {
         assert!(config.kernel_px.is_multiple_of(2), "the published program makes kernels even");
@@ -98,10 +154,10 @@ impl Eros {
         Self::with_values(sensor, config, until_steady(|_, value| (value * base).trunc()))
     }
 
-    /// The surface as the published C++ computes it.
+    /// An EROS as the published C++ computes it.
     ///
     /// # Panics
-    /// If the kernel is even or above [`ErosConfig::LARGEST_KERNEL_PX`], or the decay not within 0
+    /// If the kernel is even or above [`ErosConfig::MAX_KERNEL_PX`], or the decay not within 0
     /// to 1.
     pub fn hpe_core(sensor: SensorSize, config: ErosConfig) -> Self {
         assert!(config.kernel_px % 2 == 1, "the published program makes kernels odd");
@@ -120,7 +176,7 @@ impl Eros {
         }
     }
 
-    /// Writes the surface with all the digits that the variant has.
+    /// Writes the values with all the digits of the variant.
     ///
     /// # Panics
     /// If `out` has another length.
@@ -157,7 +213,7 @@ impl Eros {
 }
 
 impl ErosConfig {
-    /// What one event nearby leaves of a value.
+    /// Factor on a value after one event nearby.
     fn base(&self) -> f64 {
         self.decay.powf(1.0 / f64::from(self.kernel_px))
     }
@@ -179,7 +235,7 @@ fn until_steady(next: impl Fn(u16, f64) -> f64) -> Vec<f64> {
     values
 }
 
-/// What every count shows, the trailing zeros but one left out.
+/// Value of every count, without all but one of the trailing zeros.
 fn lookup<T: Copy + Default + PartialEq>(values: &[f64], shown: impl Fn(f64) -> T) -> Vec<T> {
     let mut out: Vec<T> = values.iter().map(|&value| shown(value)).collect();
     let last = out[out.len() - 1];

@@ -4,7 +4,7 @@ use evpose_core::Micros;
 
 use crate::{Parameter, ParameterKind, StreamWindow};
 
-/// A request this crate cannot serve.
+/// Error of looking up or configuring a representation.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ReprError {
     /// No representation has this name.
@@ -32,7 +32,7 @@ pub enum ReprError {
         parameters: &'static [Parameter],
     },
     /// A parameter does not take this value.
-    #[error("representation `{representation}`: {}, not `{text}`", what_it_takes(parameter))]
+    #[error("representation `{representation}`: {}, not `{text}`", accepted_values(parameter))]
     ParameterValue {
         /// The representation.
         representation: String,
@@ -42,7 +42,7 @@ pub enum ReprError {
         text: String,
     },
     /// A window of a stream that is empty or too long.
-    #[error("a window of {length} is not within 1 µs to {}", StreamWindow::LONGEST)]
+    #[error("a window of {length} is not within 1 µs to {}", StreamWindow::MAX_LENGTH)]
     WindowLength {
         /// Its length.
         length: Micros,
@@ -56,8 +56,8 @@ fn parameter_names(parameters: &[Parameter]) -> String {
     }
 }
 
-fn what_it_takes(parameter: &Parameter) -> String {
-    let Parameter { name, unit, kind, least, most, .. } = parameter;
+fn accepted_values(parameter: &Parameter) -> String {
+    let Parameter { name, unit, kind, min, max, .. } = parameter;
     let kind = match kind {
         ParameterKind::Real => "a number",
         ParameterKind::Whole => "a whole number",
@@ -65,5 +65,5 @@ fn what_it_takes(parameter: &Parameter) -> String {
         ParameterKind::Even => "an even number",
     };
     let of = if unit.is_empty() { "" } else { " of " };
-    format!("`{name}` is {kind}{of}{unit} from {least} to {most}")
+    format!("`{name}` is {kind}{of}{unit} from {min} to {max}")
 }

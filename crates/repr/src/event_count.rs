@@ -14,8 +14,22 @@
 use evpose_core::{EventStream, Micros};
 
 use crate::counts::Counts;
+use crate::spec::{Memory, PolarityUse, RepresentationSpec};
 use crate::three_sigma::{scaled, three_sigma_scale};
 use crate::{Counting, Grey, Representation, StreamWindow};
+
+/// The registry entry of `event-count`.
+pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
+    name: "event-count",
+    summary: "how often a pixel fired; three deviations are 255, fractions dropped",
+    parameters: &[],
+    memory: Memory::Window,
+    polarity: PolarityUse::Ignored,
+    any_order_at_once: true,
+    channels: |_| 1,
+    start: |window, _| Box::new(EventCount::new(window)),
+    fill: None,
+};
 
 /// The event-count image of a stream.
 #[derive(Debug, Clone)]

@@ -20,16 +20,43 @@ use std::ops::Range;
 
 use evpose_core::{EventStream, Micros, SensorSize};
 
-use crate::clock::Clock;
+use crate::clock::StreamClock;
+use crate::parameter::{Parameter, ParameterKind};
+use crate::spec::{Memory, PolarityUse, RepresentationSpec};
 use crate::three_sigma::{scaled, three_sigma_scale};
 use crate::{Grey, Representation};
 
-/// Which events an image shows.
+/// The registry entry of `fixed-count`.
+pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
+    name: "fixed-count",
+    summary: "how often a pixel fired among the latest events; three deviations are 255",
+    parameters: &[Parameter {
+        name: "n",
+        unit: "events",
+        summary: "how many events an image shows",
+        kind: ParameterKind::Whole,
+        min: 1.0,
+        max: 1e9,
+        default: FixedCountConfig::PUBLISHED.events as f64,
+    }],
+    memory: Memory::Count,
+    polarity: PolarityUse::Ignored,
+    // Which of them are the latest.
+    any_order_at_once: false,
+    channels: |_| 1,
+    start: |window, values| {
+        let config = FixedCountConfig { events: values.whole("n"), ..FixedCountConfig::PUBLISHED };
+        Box::new(FixedCount::new(window.sensor, config))
+    },
+    fill: None,
+};
+
+/// Events of a fixed-count image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FixedCountConfig {
-    /// How many.
+    /// Number of events.
     pub events: u32,
-    /// How many of them come after the instant that the image is of.
+    /// Number of them after the time stamp of the image.
     pub offset_events: u32,
 }
 
@@ -57,18 +84,18 @@ impl Default for FixedCountConfig {
 #[derive(Debug, Clone)]
 pub struct FixedCount {
     sensor: SensorSize,
-    most: usize,
+    max_events: usize,
     counts: Vec<u32>,
-    /// Where the last events count, the oldest first.
+    /// Pixel indices of the last events, the oldest first.
     last: VecDeque<u32>,
-    clock: Clock,
+    clock: StreamClock,
 }
 
 impl FixedCount {
     /// An image without events.
     pub fn new(sensor: SensorSize, config: FixedCountConfig) -> Self {
         let (most, counts) = (config.events as usize, vec![0; sensor.pixels()]);
-        Self { sensor, most, counts, last: VecDeque::new(), clock: Clock::default() }
+        Self { sensor, most, counts, last: VecDeque::new(), clock: StreamClock::default() }
     }
 }
 
@@ -83,9 +110,9 @@ impl Representation for FixedCount {
         if self.clock.jumps_back(first) {
             self.reset();
         }
-        self.clock.see(last);
-        let shown = events.len().saturating_sub(self.most);
-        let gone = (self.last.len() + events.len() - shown).saturating_sub(self.most);
+        self.clock.observe(last);
+        let shown = events.len().saturating_sub(self.max_events);
+        let gone = (self.last.len() + events.len() - shown).saturating_sub(self.max_events);
         for index in self.last.drain(..gone) {
             self.counts[index as usize] -= 1;
         }
@@ -116,7 +143,7 @@ impl Representation for FixedCount {
     fn reset(&mut self) {
         self.counts.fill(0);
         self.last.clear();
-        self.clock = Clock::default();
+        self.clock = StreamClock::default();
     }
 }
 

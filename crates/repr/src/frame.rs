@@ -26,7 +26,7 @@ pub struct FrameWindow {
     pub frames: u32,
     /// Events of earlier frames are not drawn: see [`FrameWindow::hiding`].
     pub visible_from: u32,
-    /// Which polarity is the first channel.
+    /// Order of the polarity channels.
     pub order: ChannelOrder,
 }
 

@@ -1,6 +1,6 @@
 //! Planes as grey images of 8 bits.
 
-/// What the values of a plane look like.
+/// Mapping of the values of a plane to 8 bits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Grey {
     /// 0 is black and this value white; beyond is white as well.

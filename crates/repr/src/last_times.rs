@@ -3,7 +3,7 @@
 use evpose_core::{EventStream, Micros, wide};
 
 use crate::StreamWindow;
-use crate::clock::Clock;
+use crate::clock::StreamClock;
 
 /// The state of every representation that depends on the latest event of a pixel only.
 ///
@@ -16,7 +16,7 @@ pub(crate) struct LastTimes {
     /// none that any window still shows.
     last_us: Vec<i32>,
     origin: Option<Micros>,
-    clock: Clock,
+    clock: StreamClock,
 }
 
 /// Further back from the origin than the longest window.
@@ -27,7 +27,7 @@ const FURTHEST_US: i64 = (1 << 30) - 1;
 impl LastTimes {
     pub(crate) fn new(window: StreamWindow) -> Self {
         let last_us = vec![NEVER; 2 * window.sensor.pixels()];
-        Self { window, last_us, origin: None, clock: Clock::default() }
+        Self { window, last_us, origin: None, clock: StreamClock::default() }
     }
 
     pub(crate) fn push(&mut self, events: &EventStream) {
@@ -51,7 +51,7 @@ impl LastTimes {
                 self.last_us[index as usize] = t_us;
             }
         }
-        self.clock.see(last);
+        self.clock.observe(last);
     }
 
     pub(crate) fn advance(&mut self, t: Micros) {
@@ -62,7 +62,7 @@ impl LastTimes {
     pub(crate) fn reset(&mut self) {
         self.last_us.fill(NEVER);
         self.origin = None;
-        self.clock = Clock::default();
+        self.clock = StreamClock::default();
     }
 
     /// The length of the window, in microseconds.

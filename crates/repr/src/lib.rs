@@ -4,17 +4,17 @@
 //!   - of a window: [`Lnes`], [`Eoi`], [`Eci`], [`EciS`], [`Binary`], [`EventCount`], [`VoxelGrid`];
 //!   - with a memory of their own: [`Eros`], [`Tos`], [`Sits`], [`Pim`], [`Sae`], [`TimeSurface`];
 //!   - of the latest events: [`FixedCount`].
-//! * [`REPRESENTATIONS`]: all of them by name, with their [`Parameter`]s;
-//!   [`representation_by_name`] takes `eros:kernel=9,decay=0.5` and gives a [`RepresentationChoice`],
-//!   which starts on a stream or fills the planes of a window of frames.
+//! * [`REPRESENTATIONS`]: the registry, with the [`Parameter`]s of each entry;
+//!   [`representation_by_name`] parses `eros:kernel=9,decay=0.5` into a [`RepresentationChoice`], which
+//!   starts on a stream or fills the planes of a window of frames.
 //! * [`FrameWindow`], [`FrameEvent`]: windows of 1 ms frames, as training reads them;
 //!   [`fill_lnes`], [`fill_eoi`], [`fill_eci`], [`fill_eci_s`] draw them directly.
 //! * [`ErosFramer`]: an EROS in 8 bits, blurred and resized, as the published online program sends it.
-//! * [`ChannelOrder`]: which polarity comes first, explicit everywhere.
-//! * [`WindowAugmentation`]: what varies from one training sample to the next.
+//! * [`ChannelOrder`]: order of the polarity channels, explicit everywhere.
+//! * [`WindowAugmentation`]: augmentation of windows for training.
 //! * [`Transitions`]: the frames in which a simulated scene jumps.
-//! * [`ErosLike`]: photographs made to look like EROS frames, and its steps.
-//! * [`RepresentationTrigger`]: when a running stream is due for a new representation.
+//! * [`ErosLike`]: photographs converted to EROS-like frames, and the steps of the conversion.
+//! * [`RepresentationTrigger`]: decides when a stream is due for a new representation.
 //!
 //! ```
 //! use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
@@ -60,6 +60,7 @@ mod representation;
 mod sae;
 mod sits;
 mod sliding;
+mod spec;
 mod three_sigma;
 mod time_surface;
 mod tos;
@@ -85,13 +86,11 @@ pub use lnes::{Lnes, fill_lnes};
 pub use occurrence::{Eoi, fill_eoi};
 pub use parameter::{Parameter, ParameterKind, ParameterValues};
 pub use pim::{Pim, PimConfig};
-pub use registry::{
-    Memory, PolarityUse, REPRESENTATIONS, RepresentationChoice, RepresentationSpec,
-    representation_by_name,
-};
+pub use registry::{REPRESENTATIONS, representation_by_name, representation_by_name_in};
 pub use representation::{Representation, StreamWindow};
 pub use sae::Sae;
 pub use sits::{Ageing, Sits, SitsConfig};
+pub use spec::{Fill, Memory, PolarityUse, RepresentationChoice, RepresentationSpec};
 pub use time_surface::{TimeSurface, TimeSurfaceConfig};
 pub use tos::{Tos, TosConfig};
 pub use transition::Transitions;

@@ -1,4 +1,4 @@
-//! LNES, the locally normalised event surface: how recently each pixel fired.
+//! LNES (locally normalised event surfaces): how recently each pixel fired.
 //!
 //! # Model
 //! Per pixel and polarity, with `t_last` the time of its latest event in a window of length `T`
@@ -17,7 +17,21 @@
 use evpose_core::{EventStream, Micros};
 
 use crate::last_times::LastTimes;
+use crate::spec::{Memory, PolarityUse, RepresentationSpec};
 use crate::{FrameEvent, FrameWindow, Grey, Representation, StreamWindow};
+
+/// The registry entry of `lnes`.
+pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
+    name: "lnes",
+    summary: "how recently a pixel fired, per polarity",
+    parameters: &[],
+    memory: Memory::Window,
+    polarity: PolarityUse::Channels,
+    any_order_at_once: true,
+    channels: |_| 2,
+    start: |window, _| Box::new(Lnes::new(window)),
+    fill: Some(|window, events, out| fill_lnes(window, events.iter().copied(), out)),
+};
 
 /// The LNES of a stream, in continuous time.
 #[derive(Debug, Clone)]
@@ -26,7 +40,7 @@ pub struct Lnes {
 }
 
 impl Lnes {
-    /// A surface without events.
+    /// An LNES without events.
     pub fn new(window: StreamWindow) -> Self {
         Self { last_times: LastTimes::new(window) }
     }

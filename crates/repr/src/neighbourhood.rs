@@ -1,4 +1,4 @@
-//! Surfaces on which an event changes the square around it.
+//! Representations in which an event changes the square around it.
 //!
 //! # Borders
 //! The plane is wider and higher than the sensor by the square's size less one, so no square is
@@ -12,20 +12,34 @@ use std::ops::Range;
 
 use evpose_core::{EventStream, SensorSize, wide};
 
-use crate::clock::Clock;
+use crate::clock::StreamClock;
+use crate::parameter::{Parameter, ParameterKind};
 
 /// The largest square.
-pub(crate) const LARGEST_KERNEL: u32 = 31;
+pub(crate) const MAX_KERNEL: u32 = 31;
+
+/// The parameter `kernel` of a representation.
+pub(crate) const fn kernel_parameter(default_px: u32, kind: ParameterKind) -> Parameter {
+    Parameter {
+        name: "kernel",
+        unit: "px",
+        summary: "width and height of the square that an event changes",
+        kind,
+        min: 1.0,
+        max: MAX_KERNEL as f64,
+        default: default_px as f64,
+    }
+}
 
 /// A plane of small integers and the square that an event changes.
 #[derive(Debug, Clone)]
 pub(crate) struct Neighbourhood {
     sensor: SensorSize,
     square: Square,
-    /// What a cell is before any event.
+    /// Value of a cell before any event.
     initial: u16,
     cells: Vec<u16>,
-    clock: Clock,
+    clock: StreamClock,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -40,23 +54,23 @@ struct Square {
 const ANY: usize = 0;
 /// Cells worked on at once: a row of the square, padded.
 const NARROW: usize = 8;
-const BROAD: usize = LARGEST_KERNEL.next_power_of_two() as usize;
+const BROAD: usize = MAX_KERNEL.next_power_of_two() as usize;
 
 impl Neighbourhood {
     /// A plane of `initial` for squares of `kernel` cells, `kernel / 2` of them before the event: an
     /// odd one is centred.
     ///
     /// # Panics
-    /// If `kernel` is 0 or larger than [`LARGEST_KERNEL`].
+    /// If `kernel` is 0 or larger than [`MAX_KERNEL`].
     pub(crate) fn new(sensor: SensorSize, kernel: u32, initial: u16) -> Self {
-        assert!((1..=LARGEST_KERNEL).contains(&kernel), "a kernel of {kernel} px");
+        assert!((1..=MAX_KERNEL).contains(&kernel), "a kernel of {kernel} px");
         let kernel = kernel as usize;
         // Rows begin where cache lines do.
         let stride = (usize::from(sensor.width) + kernel - 1).next_multiple_of(32);
         let rows = usize::from(sensor.height) + kernel - 1;
         let square = Square { kernel, stride };
         let cells = vec![initial; rows * stride + BROAD];
-        Self { sensor, square, initial, cells, clock: Clock::default() }
+        Self { sensor, square, initial, cells, clock: StreamClock::default() }
     }
 
     /// Takes events: every cell of a square becomes `rule(cell, cell of the event)`, then the cell of
@@ -72,7 +86,7 @@ impl Neighbourhood {
         if self.clock.jumps_back(first) {
             self.reset();
         }
-        self.clock.see(last);
+        self.clock.observe(last);
         let Self { square, cells, .. } = self;
         let (x, y) = (events.x(), events.y());
         match square.kernel {
@@ -111,7 +125,7 @@ impl Neighbourhood {
 
     pub(crate) fn reset(&mut self) {
         self.cells.fill(self.initial);
-        self.clock = Clock::default();
+        self.clock = StreamClock::default();
     }
 }
 

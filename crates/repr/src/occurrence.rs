@@ -9,7 +9,21 @@
 use evpose_core::{EventStream, Micros};
 
 use crate::last_times::LastTimes;
+use crate::spec::{Memory, PolarityUse, RepresentationSpec};
 use crate::{FrameEvent, FrameWindow, Grey, Representation, StreamWindow};
+
+/// The registry entry of `eoi`.
+pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
+    name: "eoi",
+    summary: "whether a pixel fired, per polarity",
+    parameters: &[],
+    memory: Memory::Window,
+    polarity: PolarityUse::Channels,
+    any_order_at_once: true,
+    channels: |_| 2,
+    start: |window, _| Box::new(Eoi::new(window)),
+    fill: Some(|window, events, out| fill_eoi(window, events.iter().copied(), out)),
+};
 
 /// The EOI of a stream.
 #[derive(Debug, Clone)]

@@ -1,33 +1,33 @@
-//! Parameters of representations: what there is to set, and what was set.
+//! Parameters of representations and their values.
 
 use crate::ReprError;
 
-/// The most parameters that a representation has.
-const MOST: usize = 4;
+/// Largest number of parameters of a representation.
+const MAX_PARAMETERS: usize = 4;
 
-/// A number that a representation can be given by name.
+/// A numeric parameter of a representation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parameter {
     /// Name in `representation:name=value`.
     pub name: &'static str,
-    /// Its unit; empty where it has none.
+    /// Unit; empty for a ratio or a count.
     pub unit: &'static str,
-    /// What it does, in a line.
+    /// Effect, in one line.
     pub summary: &'static str,
-    /// Which numbers it takes between its bounds.
+    /// Accepted values between the bounds.
     pub kind: ParameterKind,
     /// The smallest value.
-    pub least: f64,
+    pub min: f64,
     /// The largest value.
-    pub most: f64,
-    /// Its value where none is given.
+    pub max: f64,
+    /// Default value.
     pub default: f64,
 }
 
-/// Which numbers a parameter takes.
+/// Accepted values of a parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ParameterKind {
-    /// Any.
+    /// Any value.
     Real,
     /// Integers.
     Whole,
@@ -45,7 +45,7 @@ impl Parameter {
             ParameterKind::Odd => (value - 1.0).rem_euclid(2.0),
             ParameterKind::Even => value.rem_euclid(2.0),
         };
-        (self.least..=self.most).contains(&value) && rest == 0.0
+        (self.min..=self.max).contains(&value) && rest == 0.0
     }
 
     fn parse(&'static self, representation: &str, text: &str) -> Result<f64, ReprError> {
@@ -62,20 +62,20 @@ impl Parameter {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ParameterValues {
     parameters: &'static [Parameter],
-    values: [f64; MOST],
+    values: [f64; MAX_PARAMETERS],
 }
 
 impl ParameterValues {
-    /// The default of each.
+    /// Default values.
     pub fn defaults(parameters: &'static [Parameter]) -> Self {
-        let mut values = [0.0; MOST];
+        let mut values = [0.0; MAX_PARAMETERS];
         for (value, parameter) in values.iter_mut().zip(parameters) {
             *value = parameter.default;
         }
         Self { parameters, values }
     }
 
-    /// Sets what `settings` says: `name=value`, separated by commas.
+    /// Parses and sets `settings`: `name=value`, separated by commas.
     ///
     /// # Errors
     /// A name that `representation` does not have, or a value that it does not take.
@@ -107,7 +107,7 @@ impl ParameterValues {
         found.unwrap_or_else(|| panic!("no parameter is called `{name}`")).1
     }
 
-    /// The value of a parameter that is no fraction.
+    /// Value of an integer parameter.
     ///
     /// # Panics
     /// If there is none of that name.
@@ -126,8 +126,8 @@ mod tests {
             unit: "px",
             summary: "",
             kind: ParameterKind::Odd,
-            least: 1.0,
-            most: 31.0,
+            min: 1.0,
+            max: 31.0,
             default: 7.0,
         },
         Parameter {
@@ -135,8 +135,8 @@ mod tests {
             unit: "",
             summary: "",
             kind: ParameterKind::Real,
-            least: 0.0,
-            most: 1.0,
+            min: 0.0,
+            max: 1.0,
             default: 0.3,
         },
     ];

@@ -15,8 +15,34 @@
 
 use evpose_core::{EventStream, Micros, SensorSize};
 
-use crate::clock::Clock;
+use crate::clock::StreamClock;
+use crate::parameter::{Parameter, ParameterKind};
+use crate::spec::{Memory, PolarityUse, RepresentationSpec};
 use crate::{Grey, Representation};
+
+/// The registry entry of `pim`.
+pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
+    name: "pim",
+    summary: "ON minus OFF events of a pixel, fading",
+    parameters: &[Parameter {
+        name: "rate",
+        unit: "1/s",
+        summary: "how fast values fade",
+        kind: ParameterKind::Real,
+        min: 0.0,
+        max: 1e6,
+        default: PimConfig::PUBLISHED.rate_hz,
+    }],
+    memory: Memory::Own,
+    polarity: PolarityUse::Sign,
+    // Sums are rounded.
+    any_order_at_once: false,
+    channels: |_| 1,
+    start: |window, values| {
+        Box::new(Pim::new(window.sensor, PimConfig { rate_hz: values.number("rate") }))
+    },
+    fill: None,
+};
 
 /// How a PIM fades.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,7 +71,7 @@ pub struct Pim {
     sums: Vec<f64>,
     /// When an event weighs 1.
     origin: Option<Micros>,
-    clock: Clock,
+    clock: StreamClock,
 }
 
 /// Logarithm of the largest weight: far from what overflows, and what weighs 1 beside it is nothing.
@@ -55,7 +81,7 @@ impl Pim {
     /// An image without events.
     pub fn new(sensor: SensorSize, config: PimConfig) -> Self {
         let sums = vec![0.0; sensor.pixels()];
-        Self { sensor, config, sums, origin: None, clock: Clock::default() }
+        Self { sensor, config, sums, origin: None, clock: StreamClock::default() }
     }
 
     /// How much an event counts.
@@ -98,7 +124,7 @@ impl Representation for Pim {
             self.sums[usize::from(event.y) * width + usize::from(event.x)] += step;
         }
         if let Some(&last) = events.t().last() {
-            self.clock.see(last);
+            self.clock.observe(last);
         }
     }
 
@@ -122,7 +148,7 @@ impl Representation for Pim {
     fn reset(&mut self) {
         self.sums.fill(0.0);
         self.origin = None;
-        self.clock = Clock::default();
+        self.clock = StreamClock::default();
     }
 }
 

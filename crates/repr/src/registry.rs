@@ -1,160 +1,62 @@
-//! Every representation, by name, with its parameters.
+//! The registry of representations. A new one is a file and a line here.
 
-use std::fmt;
-
-use evpose_core::{Event, EventStream, Micros};
-
+use crate::{ReprError, RepresentationChoice, RepresentationSpec};
 use crate::{
-    FrameEvent, FrameWindow, Parameter, ParameterValues, ReprError, Representation, StreamWindow,
+    binary, count, eros, event_count, fixed_count, lnes, occurrence, pim, sae, sits, time_surface,
+    tos, voxel_grid,
 };
 
-mod entries;
-pub use entries::REPRESENTATIONS;
+/// All representations, in the order of tables and help texts.
+pub static REPRESENTATIONS: &[&RepresentationSpec] = &[
+    &lnes::SPEC,
+    &occurrence::SPEC,
+    &count::ECI,
+    &count::ECI_S,
+    &count::ECI_PARITY,
+    &count::ECI_S_PARITY,
+    &eros::SPEC,
+    &eros::PYTHON,
+    &eros::HPE_CORE,
+    &tos::SPEC,
+    &sits::SPEC,
+    &sits::HPE_CORE,
+    &pim::SPEC,
+    &sae::SPEC,
+    &binary::SPEC,
+    &fixed_count::SPEC,
+    &event_count::SPEC,
+    &voxel_grid::SPEC,
+    &time_surface::SPEC,
+];
 
-/// A representation: what it is called, what it does, and how it is made from a stream and from frames.
-#[derive(Debug)]
-pub struct RepresentationSpec {
-    /// Name in configurations.
-    pub name: &'static str,
-    /// One line on its content.
-    pub summary: &'static str,
-    /// Its parameters.
-    pub parameters: &'static [Parameter],
-    /// The events that its planes show.
-    pub memory: Memory,
-    /// Use of polarities.
-    pub polarity: PolarityUse,
-    /// Whether events of equal time may come in any order.
-    pub any_order_at_once: bool,
-    channels: fn(&ParameterValues) -> usize,
-    start: fn(StreamWindow, &ParameterValues) -> Box<dyn Representation>,
-    /// Fills `[channels][height][width]` from the events of a window, ascending in frame; none where
-    /// that is what a stream of these events shows.
-    fill: Option<Fill>,
-}
-
-type Fill = fn(&FrameWindow, &[FrameEvent], &mut [f32]);
-
-/// The events that a representation shows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Memory {
-    /// Those of the window.
-    Window,
-    /// All, older ones faded or written over: the length of the window is ignored.
-    Own,
-    /// The latest so many: the length of the window is ignored.
-    Count,
-}
-
-/// Use of polarities by a representation.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum PolarityUse {
-    /// A channel each.
-    Channels,
-    /// ON is positive, OFF negative.
-    Sign,
-    /// Nothing.
-    Ignored,
-}
-
-impl RepresentationSpec {
-    /// This representation with the defaults of its parameters.
-    pub fn with_defaults(&'static self) -> RepresentationChoice {
-        RepresentationChoice { spec: self, values: ParameterValues::defaults(self.parameters) }
-    }
-}
-
-/// A representation and the values of its parameters.
-///
-/// Displayed as what [`representation_by_name`] takes, with every parameter.
-#[derive(Debug, Clone, Copy)]
-pub struct RepresentationChoice {
-    spec: &'static RepresentationSpec,
-    values: ParameterValues,
-}
-
-/// The representation called `name`, or `name:parameter=value,…`: `eros`, `eros:kernel=9,decay=0.5`.
+/// Looks up the representation `name`, or `name:parameter=value,…`: `eros`, `eros:kernel=9,decay=0.5`.
 ///
 /// # Errors
-/// If there is none, or it has no such parameter, or not this value; the message lists what there is.
+/// Unknown names, parameters and values; the message lists the known ones.
 pub fn representation_by_name(name: &str) -> Result<RepresentationChoice, ReprError> {
+    representation_by_name_in(REPRESENTATIONS, name)
+}
+
+/// As [`representation_by_name`], in the registry of the caller.
+///
+/// # Errors
+/// As [`representation_by_name`].
+pub fn representation_by_name_in(
+    registry: &[&'static RepresentationSpec],
+    name: &str,
+) -> Result<RepresentationChoice, ReprError> {
     let (name, settings) = match name.split_once(':') {
         Some((name, settings)) => (name, Some(settings)),
         None => (name, None),
     };
-    let found = REPRESENTATIONS.iter().find(|spec| spec.name == name);
-    let found = found.ok_or_else(|| ReprError::UnknownRepresentation {
+    let entry = registry.iter().find(|spec| spec.name == name);
+    let entry = entry.ok_or_else(|| ReprError::UnknownRepresentation {
         name: name.to_owned(),
-        known: REPRESENTATIONS.iter().map(|spec| spec.name).collect(),
+        known: registry.iter().map(|spec| spec.name).collect(),
     })?;
-    let mut choice = found.with_defaults();
-    if let Some(settings) = settings {
-        choice.values.set(name, settings)?;
-    }
-    Ok(choice)
-}
-
-impl RepresentationChoice {
-    /// Its registry entry.
-    pub fn spec(&self) -> &'static RepresentationSpec {
-        self.spec
-    }
-
-    /// The values of its parameters.
-    pub fn values(&self) -> &ParameterValues {
-        &self.values
-    }
-
-    /// Planes it has.
-    pub fn channels(&self) -> usize {
-        (self.spec.channels)(&self.values)
-    }
-
-    /// Starts it on a stream.
-    pub fn start(&self, window: StreamWindow) -> Box<dyn Representation> {
-        (self.spec.start)(window, &self.values)
-    }
-
-    /// Fills `out`, `[channels][height][width]`, from the events of a window, ascending in frame: what
-    /// a stream of these events, frame `k` at `k` ms, shows when the last frame has passed. (LNES shows it one
-    /// frame later.)
-    ///
-    /// # Panics
-    /// If `out` has another length, an event lies outside the sensor, or one is earlier than the one
-    /// before.
-    pub fn fill(&self, window: &FrameWindow, events: &[FrameEvent], out: &mut [f32]) {
-        match self.spec.fill {
-            Some(fill) => fill(window, events, out),
-            None => self.replay(window, events, out),
-        }
-    }
-
-    fn replay(&self, window: &FrameWindow, events: &[FrameEvent], out: &mut [f32]) {
-        let mut stream = EventStream::empty(window.sensor);
-        stream.reserve(events.len());
-        for &FrameEvent { frame, x, y, polarity } in events {
-            if window.shows(frame) {
-                let t = Micros(i64::from(frame) * Micros::MILLISECOND.0);
-                let taken = stream.push(Event { t, x, y, polarity });
-                assert!(taken.is_ok(), "an event outside the sensor or out of order: {taken:?}");
-            }
-        }
-        let mut representation = self.start(StreamWindow::of_frames(window));
-        representation.push(&stream);
-        let last = i64::from(window.frames) - 1;
-        representation.advance(Micros(last * Micros::MILLISECOND.0));
-        representation.render(out);
-    }
-}
-
-impl fmt::Display for RepresentationChoice {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.spec.name)?;
-        for (i, (parameter, value)) in self.values.iter().enumerate() {
-            let separator = if i == 0 { ':' } else { ',' };
-            write!(f, "{separator}{}={value}", parameter.name)?;
-        }
-        Ok(())
+    match settings {
+        Some(settings) => entry.with(settings),
+        None => Ok(entry.with_defaults()),
     }
 }
 

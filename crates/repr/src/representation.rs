@@ -54,35 +54,50 @@ pub trait Representation: Debug + Send {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StreamWindow {
     pub(crate) sensor: SensorSize,
-    /// At most [`Self::LONGEST`], so that it fits an `i32`.
+    /// At most [`Self::MAX_LENGTH`], so that it fits an `i32`.
     pub(crate) length_us: i32,
     pub(crate) order: ChannelOrder,
 }
 
 impl StreamWindow {
     /// The longest window, almost 18 minutes.
-    pub const LONGEST: Micros = Micros(1 << 30);
+    pub const MAX_LENGTH: Micros = Micros(1 << 30);
 
     /// Planes of what `sensor` saw during the last `length`.
     ///
     /// # Errors
-    /// If the window is empty or longer than [`Self::LONGEST`].
+    /// If the window is empty or longer than [`Self::MAX_LENGTH`].
     ///
     /// # Panics
     /// If the sensor has 2³¹ pixels or more.
     pub fn new(sensor: SensorSize, length: Micros, order: ChannelOrder) -> Result<Self, ReprError> {
         assert!(sensor.pixels() < 1 << 31, "a sensor of {sensor}");
         let length_us = i32::try_from(length.0).ok().filter(|&us| us > 0);
-        let length_us = length_us.filter(|&us| i64::from(us) <= Self::LONGEST.0);
+        let length_us = length_us.filter(|&us| i64::from(us) <= Self::MAX_LENGTH.0);
         let length_us = length_us.ok_or(ReprError::WindowLength { length })?;
         Ok(Self { sensor, length_us, order })
     }
 
-    /// What a window of frames of 1 ms shows when its last frame has passed.
+    /// Size of the sensor.
+    pub fn sensor(&self) -> SensorSize {
+        self.sensor
+    }
+
+    /// Length of the window.
+    pub fn length(&self) -> Micros {
+        Micros(self.length_us.into())
+    }
+
+    /// Order of the polarity channels.
+    pub fn order(&self) -> ChannelOrder {
+        self.order
+    }
+
+    /// The window of a stream that shows the same as a window of frames of 1 ms.
     pub(crate) fn of_frames(window: &FrameWindow) -> Self {
         let length_us = i64::from(window.frames) * Micros::MILLISECOND.0;
         // A window without frames shows nothing, whatever its length.
-        let length_us = length_us.clamp(1, Self::LONGEST.0) as i32;
+        let length_us = length_us.clamp(1, Self::MAX_LENGTH.0) as i32;
         Self { sensor: window.sensor, length_us, order: window.order }
     }
 
@@ -92,7 +107,7 @@ impl StreamWindow {
 
     /// The same planes of the longest window that there is.
     pub(crate) fn longest(self) -> Self {
-        Self { length_us: Self::LONGEST.0 as i32, ..self }
+        Self { length_us: Self::MAX_LENGTH.0 as i32, ..self }
     }
 
     /// The same planes with OFF first.

@@ -2,8 +2,8 @@
 //!
 //! # Model
 //! Per pixel, whatever the polarity, the time of its latest event: [`Sae::times`] in microseconds,
-//! exact; rendered in seconds, 0 where there was none. In 32 bits a microsecond is told from the
-//! next up to 8 s, a millisecond up to 2 h. A window of frames counts from the start of its first frame.
+//! exact; rendered in seconds, 0 where there was none. In 32 bits, times differ by a
+//! microsecond up to 8 s, by a millisecond up to 2 h. A window of frames counts from the start of its first frame.
 //!
 //! # Borders
 //! None: an event changes its own pixel only.
@@ -13,8 +13,22 @@
 
 use evpose_core::{EventStream, Micros, SensorSize};
 
-use crate::clock::Clock;
+use crate::clock::StreamClock;
+use crate::spec::{Memory, PolarityUse, RepresentationSpec};
 use crate::{Grey, Representation};
+
+/// The registry entry of `sae`.
+pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
+    name: "sae",
+    summary: "when a pixel last fired, in seconds",
+    parameters: &[],
+    memory: Memory::Own,
+    polarity: PolarityUse::Ignored,
+    any_order_at_once: true,
+    channels: |_| 1,
+    start: |window, _| Box::new(Sae::new(window.sensor)),
+    fill: None,
+};
 
 /// The SAE of a stream. It has no window.
 #[derive(Debug, Clone)]
@@ -22,15 +36,15 @@ pub struct Sae {
     sensor: SensorSize,
     /// [`NEVER`] where there was none.
     last: Vec<Micros>,
-    clock: Clock,
+    clock: StreamClock,
 }
 
 const NEVER: Micros = Micros(i64::MIN);
 
 impl Sae {
-    /// A surface without events.
+    /// An SAE without events.
     pub fn new(sensor: SensorSize) -> Self {
-        Self { sensor, last: vec![NEVER; sensor.pixels()], clock: Clock::default() }
+        Self { sensor, last: vec![NEVER; sensor.pixels()], clock: StreamClock::default() }
     }
 
     /// When each pixel last fired, row by row; none where it never did.
@@ -54,7 +68,7 @@ impl Representation for Sae {
             self.last[usize::from(y) * width + usize::from(x)] = t;
         }
         if let Some(&last) = events.t().last() {
-            self.clock.see(last);
+            self.clock.observe(last);
         }
     }
 
@@ -75,7 +89,7 @@ impl Representation for Sae {
 
     fn reset(&mut self) {
         self.last.fill(NEVER);
-        self.clock = Clock::default();
+        self.clock = StreamClock::default();
     }
 }
 

@@ -17,18 +17,51 @@
 use evpose_core::{EventStream, Micros, SensorSize};
 
 use crate::neighbourhood::Neighbourhood;
+use crate::neighbourhood::kernel_parameter;
+use crate::parameter::{ParameterKind, ParameterValues};
+use crate::spec::{Memory, PolarityUse, RepresentationSpec};
 use crate::{Grey, Representation};
+
+/// The registry entry of `sits`.
+pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
+    name: "sits",
+    summary: "in which order the pixels around an edge fired, 0 to kernel²",
+    parameters: &[kernel_parameter(SitsConfig::PUBLISHED.kernel_px, ParameterKind::Odd)],
+    memory: Memory::Own,
+    polarity: PolarityUse::Ignored,
+    any_order_at_once: false,
+    channels: |_| 1,
+    start: |window, values| Box::new(Sits::new(window.sensor, config(values, Ageing::AtLeast))),
+    fill: None,
+};
+
+/// The registry entry of `sits-hpe-core`.
+pub(crate) static HPE_CORE: RepresentationSpec = RepresentationSpec {
+    name: "sits-hpe-core",
+    summary: "sits as hpe-core means it: pixels of the same age do not age each other",
+    parameters: &[kernel_parameter(SitsConfig::PUBLISHED.kernel_px, ParameterKind::Odd)],
+    memory: Memory::Own,
+    polarity: PolarityUse::Ignored,
+    any_order_at_once: false,
+    channels: |_| 1,
+    start: |window, values| Box::new(Sits::new(window.sensor, config(values, Ageing::Above))),
+    fill: None,
+};
+
+fn config(values: &ParameterValues, ageing: Ageing) -> SitsConfig {
+    SitsConfig { kernel_px: values.whole("kernel"), ageing }
+}
 
 /// The shape of a SITS.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SitsConfig {
     /// Width and height of the square that an event changes, in pixels; odd.
     pub kernel_px: u32,
-    /// Which values an event takes 1 from.
+    /// Values that an event decrements.
     pub ageing: Ageing,
 }
 
-/// Which values an event takes 1 from.
+/// Values that an event decrements.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Ageing {
     /// Those that are at least that of its pixel: the definition.
@@ -58,10 +91,10 @@ pub struct Sits {
 }
 
 impl Sits {
-    /// A surface without events.
+    /// A SITS without events.
     ///
     /// # Panics
-    /// If the kernel is even or above [`ErosConfig::LARGEST_KERNEL_PX`](crate::ErosConfig).
+    /// If the kernel is even or above [`ErosConfig::MAX_KERNEL_PX`](crate::ErosConfig).
     pub fn new(sensor: SensorSize, config: SitsConfig) -> Self {
         assert!(config.kernel_px % 2 == 1, "an even kernel is not centred");
         let values = Neighbourhood::new(sensor, config.kernel_px, 0);

@@ -15,7 +15,33 @@
 use evpose_core::{EventStream, Micros};
 
 use crate::last_times::LastTimes;
+use crate::parameter::{Parameter, ParameterKind};
+use crate::spec::{Memory, PolarityUse, RepresentationSpec};
 use crate::{Grey, Representation, StreamWindow};
+
+/// The registry entry of `time-surface`.
+pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
+    name: "time-surface",
+    summary: "how recently a pixel fired, per polarity, fading exponentially",
+    parameters: &[Parameter {
+        name: "tau_ms",
+        unit: "ms",
+        summary: "time constant",
+        kind: ParameterKind::Real,
+        min: 1e-3,
+        max: 1e6,
+        default: TimeSurfaceConfig::DEFAULT.tau_ms,
+    }],
+    memory: Memory::Own,
+    polarity: PolarityUse::Channels,
+    any_order_at_once: true,
+    channels: |_| 2,
+    start: |window, values| {
+        let config = TimeSurfaceConfig { tau_ms: values.number("tau_ms") };
+        Box::new(TimeSurface::new(window, config))
+    },
+    fill: None,
+};
 
 /// How a time surface fades.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,7 +69,7 @@ pub struct TimeSurface {
 }
 
 impl TimeSurface {
-    /// A surface without events. Of `window` its length is ignored.
+    /// A time surface without events. The length of `window` is ignored.
     ///
     /// # Panics
     /// If the time constant is not above 0.
@@ -96,12 +122,12 @@ mod tests {
     fn a_value_is_a_tenth_after_2_3_time_constants_whatever_the_window() {
         let sensor = SensorSize { width: 2, height: 1 };
         let window = StreamWindow::new(sensor, Micros(1), ChannelOrder::OnFirst).unwrap();
-        let mut surface = TimeSurface::new(window, TimeSurfaceConfig { tau_ms: 10.0 });
+        let mut representation = TimeSurface::new(window, TimeSurfaceConfig { tau_ms: 10.0 });
         let events = [(0, 0), (23_026, 1)];
         let events = events.map(|(t, x)| Event { t: Micros(t), x, y: 0, polarity: Polarity::On });
-        surface.push(&EventStream::from_events(sensor, events).unwrap());
+        representation.push(&EventStream::from_events(sensor, events).unwrap());
         let mut out = [f32::NAN; 4];
-        surface.render(&mut out);
+        representation.render(&mut out);
         assert!((out[0] - 0.1).abs() < 2e-6, "{out:?}");
         assert_eq!(out[1..], [1.0, 0.0, 0.0]);
     }

@@ -15,7 +15,37 @@
 use evpose_core::{EventStream, Micros, SensorSize};
 
 use crate::neighbourhood::Neighbourhood;
+use crate::neighbourhood::kernel_parameter;
+use crate::parameter::{Parameter, ParameterKind};
+use crate::spec::{Memory, PolarityUse, RepresentationSpec};
 use crate::{Grey, Representation};
+
+/// The registry entry of `tos`.
+pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
+    name: "tos",
+    summary: "which pixels of a moving edge fired last, 0 to 255",
+    parameters: &[
+        kernel_parameter(TosConfig::PUBLISHED.kernel_px, ParameterKind::Odd),
+        Parameter {
+            name: "line",
+            unit: "px",
+            summary: "thickness of the lines that stay",
+            kind: ParameterKind::Whole,
+            min: 1.0,
+            max: 8.0,
+            default: TosConfig::PUBLISHED.line_px as f64,
+        },
+    ],
+    memory: Memory::Own,
+    polarity: PolarityUse::Ignored,
+    any_order_at_once: false,
+    channels: |_| 1,
+    start: |window, values| {
+        let (kernel_px, line_px) = (values.whole("kernel"), values.whole("line"));
+        Box::new(Tos::new(window.sensor, TosConfig { kernel_px, line_px }))
+    },
+    fill: None,
+};
 
 /// The shape of a TOS.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -47,10 +77,10 @@ pub struct Tos {
 const PEAK: u16 = 255;
 
 impl Tos {
-    /// A surface without events.
+    /// A TOS without events.
     ///
     /// # Panics
-    /// If the kernel is even or above [`ErosConfig::LARGEST_KERNEL_PX`](crate::ErosConfig).
+    /// If the kernel is even or above [`ErosConfig::MAX_KERNEL_PX`](crate::ErosConfig).
     pub fn new(sensor: SensorSize, config: TosConfig) -> Self {
         assert!(config.kernel_px % 2 == 1, "an even kernel is not centred");
         let lines = config.kernel_px.saturating_mul(config.line_px);

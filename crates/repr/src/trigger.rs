@@ -1,13 +1,13 @@
-//! When a running stream is worth a new representation: after some time *and* some events.
+//! Trigger of new representations of a stream: after a minimum time *and* a minimum number of events.
 //!
 //! # Model
-//! A representation is due at the first event at least `least_interval_us` after the last representation by which
-//! at least `least_events` events have come since. Events of one microsecond belong together: the
+//! A representation is due at the first event at least `min_interval_us` after the last representation by which
+//! at least `min_events` events have come since. Events of one microsecond belong together: the
 //! representation shows all of them. So a fast hand gets a representation every millisecond, a slow one fewer, and
 //! a scene at rest as many as its noise makes.
 //!
-//! What moves passes over a number of pixels in proportion to all there are, and noise comes from
-//! each of them, so `least_events` is said for 240x180 pixels and goes with their number, rounded
+//! A moving object passes over a number of pixels in proportion to all there are, and noise comes from
+//! each of them, so `min_events` is said for 240x180 pixels and goes with their number, rounded
 //! up: 3 of 120x90, 1 of 60x45.
 //!
 //! # Source
@@ -21,23 +21,25 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct TriggerConfig {
-    /// From one representation to the next, at least.
-    pub least_interval_us: u32,
-    /// New events from one representation to the next, at least: of 240x180 pixels; other sizes in
-    /// proportion.
-    pub least_events: u32,
+    /// Minimum time between representations, in microseconds.
+    #[serde(alias = "least_interval_us")]
+    pub min_interval_us: u32,
+    /// Minimum number of new events between representations of 240x180 pixels; scaled with the number
+    /// of pixels for other sizes.
+    #[serde(alias = "least_events")]
+    pub min_events: u32,
 }
 
 impl TriggerConfig {
     /// The published program: more than 10 events.
-    pub const PROGRAM: Self = Self { least_interval_us: 1_000, least_events: 11 };
+    pub const PROGRAM: Self = Self { min_interval_us: 1_000, min_events: 11 };
     /// The supplement: 10 events or more.
-    pub const SUPPLEMENT: Self = Self { least_interval_us: 1_000, least_events: 10 };
+    pub const SUPPLEMENT: Self = Self { min_interval_us: 1_000, min_events: 10 };
 
-    /// How many new events a representation of `sensor` needs; 1 at least.
-    pub fn least_events_of(&self, sensor: SensorSize) -> u64 {
+    /// Minimum number of new events for `sensor`; at least 1.
+    pub fn min_events_of(&self, sensor: SensorSize) -> u64 {
         let published = SensorSize::DAVIS240C.pixels() as u64;
-        (u64::from(self.least_events) * sensor.pixels() as u64).div_ceil(published).max(1)
+        (u64::from(self.min_events) * sensor.pixels() as u64).div_ceil(published).max(1)
     }
 }
 
@@ -50,8 +52,8 @@ impl Default for TriggerConfig {
 /// Watches the times of a stream's events and says when a representation is due.
 #[derive(Debug, Clone)]
 pub struct RepresentationTrigger {
-    least_interval: Micros,
-    least_events: u64,
+    min_interval: Micros,
+    min_events: u64,
     /// Time of the last representation; of the first event before there was one.
     since: Option<Micros>,
     last_event: Option<Micros>,
@@ -62,8 +64,8 @@ impl RepresentationTrigger {
     /// A trigger for the events of `sensor`.
     pub fn new(config: &TriggerConfig, sensor: SensorSize) -> Self {
         Self {
-            least_interval: Micros(config.least_interval_us.into()),
-            least_events: config.least_events_of(sensor),
+            min_interval: Micros(config.min_interval_us.into()),
+            min_events: config.min_events_of(sensor),
             since: None,
             last_event: None,
             new_events: 0,
@@ -89,7 +91,7 @@ impl RepresentationTrigger {
             self.last_event = Some(now);
             self.new_events += together.len() as u64;
             let waited_us = now.0.saturating_sub(since.0);
-            if waited_us >= self.least_interval.0 && self.new_events >= self.least_events {
+            if waited_us >= self.min_interval.0 && self.new_events >= self.min_events {
                 self.since = Some(now);
                 self.new_events = 0;
                 return Some(taken);
@@ -133,7 +135,7 @@ mod tests {
 
     /// 20 events a millisecond: time decides. One in 250 µs: events do.
     #[test]
-    fn a_surface_needs_a_millisecond_and_eleven_events() {
+    fn a_representation_needs_a_millisecond_and_eleven_events() {
         let dense = due_us(&mut trigger(TriggerConfig::PROGRAM), &[every(50, 101)]);
         assert_eq!(dense, [1_000, 2_000, 3_000, 4_000, 5_000]);
         let sparse = due_us(&mut trigger(TriggerConfig::PROGRAM), &[every(250, 33)]);
@@ -156,13 +158,13 @@ mod tests {
     #[test]
     fn fewer_pixels_need_fewer_events_and_one_at_least() {
         let config = TriggerConfig::PROGRAM;
-        let least = |width, height| config.least_events_of(SensorSize { width, height });
+        let least = |width, height| config.min_events_of(SensorSize { width, height });
         assert_eq!([least(240, 180), least(120, 90), least(60, 45), least(3, 2)], [11, 3, 1, 1]);
         assert_eq!(least(480, 360), 44);
     }
 
     #[test]
-    fn silence_has_no_surfaces_and_time_that_jumps_back_starts_anew() {
+    fn silence_has_no_representations_and_time_that_jumps_back_starts_anew() {
         let mut trigger = trigger(TriggerConfig::PROGRAM);
         assert_eq!(trigger.due(&[]), None);
         let packets = [vec![Micros(90_000); 10], every(100, 22)];

@@ -15,9 +15,35 @@
 
 use evpose_core::{EventStream, Micros};
 
-use crate::clock::Clock;
+use crate::clock::StreamClock;
+use crate::parameter::{Parameter, ParameterKind};
 use crate::sliding::{Placed, Sliding, first_shown};
+use crate::spec::{Memory, PolarityUse, RepresentationSpec};
 use crate::{Grey, Representation, StreamWindow};
+
+/// The registry entry of `voxel-grid`.
+pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
+    name: "voxel-grid",
+    summary: "ON minus OFF events, spread over bins of time",
+    parameters: &[Parameter {
+        name: "bins",
+        unit: "",
+        summary: "bins of time, each a channel",
+        kind: ParameterKind::Whole,
+        min: 1.0,
+        max: 1024.0,
+        default: VoxelGridConfig::DEFAULT.bins as f64,
+    }],
+    memory: Memory::Window,
+    polarity: PolarityUse::Sign,
+    // Sums are rounded.
+    any_order_at_once: false,
+    channels: |values| values.whole("bins") as usize,
+    start: |window, values| {
+        Box::new(VoxelGrid::new(window, VoxelGridConfig { bins: values.whole("bins") }))
+    },
+    fill: None,
+};
 
 /// The shape of a voxel grid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,7 +70,7 @@ pub struct VoxelGrid {
     bins: usize,
     /// Positions in planes of two channels, OFF first.
     events: Sliding,
-    clock: Clock,
+    clock: StreamClock,
 }
 
 impl VoxelGrid {
@@ -56,7 +82,7 @@ impl VoxelGrid {
         assert!(config.bins > 0, "a grid without bins");
         let window = window.off_first();
         let (bins, events) = (config.bins as usize, Sliding::default());
-        Self { window, bins, events, clock: Clock::default() }
+        Self { window, bins, events, clock: StreamClock::default() }
     }
 }
 
@@ -72,7 +98,7 @@ impl Representation for VoxelGrid {
             self.reset();
         }
         self.events.extend(self.window.indices(events, first_shown(&self.window, events)));
-        self.clock.see(last);
+        self.clock.observe(last);
         self.expire();
     }
 
@@ -102,7 +128,7 @@ impl Representation for VoxelGrid {
 
     fn reset(&mut self) {
         self.events.clear();
-        self.clock = Clock::default();
+        self.clock = StreamClock::default();
     }
 }
 

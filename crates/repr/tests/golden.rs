@@ -37,7 +37,8 @@ fn sha256(bytes: &[u8]) -> String {
 
 /// `name` on all events, at the time of the last or later.
 fn started(name: &str, events: &EventStream, at: Option<Micros>) -> Box<dyn Representation> {
-    let window = StreamWindow::new(events.sensor(), StreamWindow::LONGEST, ChannelOrder::OffFirst);
+    let window =
+        StreamWindow::new(events.sensor(), StreamWindow::MAX_LENGTH, ChannelOrder::OffFirst);
     let mut representation = representation_by_name(name).unwrap().start(window.unwrap());
     representation.push(events);
     representation.advance(at.unwrap_or(Micros(0)));
@@ -57,9 +58,9 @@ fn whole(planes: &[f32]) -> Vec<u8> {
     planes.iter().map(|&value| value as u8).collect()
 }
 
-fn f64_bytes(surface: &Eros, sensor: SensorSize) -> Vec<u8> {
+fn f64_bytes(representation: &Eros, sensor: SensorSize) -> Vec<u8> {
     let mut out = vec![f64::NAN; sensor.pixels()];
-    surface.render_f64(&mut out);
+    representation.render_f64(&mut out);
     out.iter().flat_map(|value| value.to_le_bytes()).collect()
 }
 
@@ -77,7 +78,7 @@ fn the_events_are_those_that_the_other_programs_had() {
 }
 
 #[test]
-fn surfaces_of_small_integers_are_those_of_the_other_programs() {
+fn representations_of_small_integers_are_those_of_the_other_programs() {
     let (small, large) = (events(900, SMALL), events(200_000, LARGE));
     #[rustfmt::skip]
     let cases = [
@@ -106,18 +107,18 @@ fn eros_of_the_online_program_is_the_same_to_the_last_bit() {
         (200_000, LARGE, "477c7c48ea0ae322c140feb4a509c9c836dd242e9eb8d1e2f2d78f348f37362f"),
     ];
     for (count, sensor, want) in cases {
-        let mut surface = Eros::hpe_core(sensor, ErosConfig::ONLINE);
-        surface.push(&events(count, sensor));
-        assert_eq!(sha256(&f64_bytes(&surface, sensor)), want);
+        let mut representation = Eros::hpe_core(sensor, ErosConfig::ONLINE);
+        representation.push(&events(count, sensor));
+        assert_eq!(sha256(&f64_bytes(&representation, sensor)), want);
     }
 }
 
 #[test]
 fn eros_by_definition_is_that_of_the_online_program_but_for_rounding() {
     let (large, mut values) = (events(200_000, LARGE), vec![0.0; LARGE.pixels()]);
-    let mut surface = Eros::hpe_core(LARGE, ErosConfig::ONLINE);
-    surface.push(&large);
-    surface.render_f64(&mut values);
+    let mut representation = Eros::hpe_core(LARGE, ErosConfig::ONLINE);
+    representation.push(&large);
+    representation.render_f64(&mut values);
     let mut fired = 0;
     for (ours, theirs) in planes("eros", &large, None).into_iter().zip(values) {
         // Half a unit in the last place, and what is too small for an f32.
@@ -129,11 +130,11 @@ fn eros_by_definition_is_that_of_the_online_program_but_for_rounding() {
 
 #[test]
 fn the_image_sent_to_the_network_is_that_of_opencv() {
-    let mut surface = Eros::hpe_core(LARGE, ErosConfig::ONLINE);
-    surface.push(&events(200_000, LARGE));
+    let mut representation = Eros::hpe_core(LARGE, ErosConfig::ONLINE);
+    representation.push(&events(200_000, LARGE));
     let mut framer = ErosFramer::new(LARGE, 192, 192);
     let mut blurred = vec![0; LARGE.pixels()];
-    framer.blurred(&surface, &mut blurred);
+    framer.blurred(&representation, &mut blurred);
     let want = "68b70a21c9c51cddf199e2624d3e3157fb86eb3dfc755b495909b4fa9de0f606";
     assert_eq!(sha256(&blurred), want);
     #[rustfmt::skip]
@@ -144,25 +145,25 @@ fn the_image_sent_to_the_network_is_that_of_opencv() {
     for (width, height, want) in cases {
         let mut framer = ErosFramer::new(LARGE, width, height);
         let mut resized = vec![0; width * height];
-        framer.resized(&surface, &mut resized);
-        // What was looked at before leaves nothing behind.
-        framer.resized(&surface, &mut resized);
+        framer.resized(&representation, &mut resized);
+        // The framer has no state from the frame before.
+        framer.resized(&representation, &mut resized);
         assert_eq!(sha256(&resized), want, "{width}x{height}");
     }
 }
 
 #[test]
-fn surfaces_of_fractions_are_those_of_the_other_programs_but_for_rounding() {
+fn representations_of_fractions_are_those_of_the_other_programs_but_for_rounding() {
     let events = events(900, SMALL);
     let (first, last) = (events.t()[0], events.t()[899]);
     let cases: [(&str, &[u8], Option<Micros>); 4] = [
         ("pim:rate=50", include_bytes!("golden/pim-rate-50.f32"), None),
         ("fixed-count:n=400", include_bytes!("golden/fixed-count-n-400.f32"), None),
         ("voxel-grid:bins=5", include_bytes!("golden/voxel-grid-bins-5.f32"), None),
-        // Tonic's surface is that of one microsecond after the last event.
+        // Tonic's time surface is that of one microsecond after the last event.
         (
-            "time-surface:tau_ms=5",
-            include_bytes!("golden/time-surface-tau-5ms.f32"),
+            "time-representation:tau_ms=5",
+            include_bytes!("golden/time-representation-tau-5ms.f32"),
             Some(Micros(last.0 + 1)),
         ),
     ];
@@ -174,7 +175,7 @@ fn surfaces_of_fractions_are_those_of_the_other_programs_but_for_rounding() {
         assert!(rest.is_empty() && ours.len() == theirs.len(), "{name}");
         let largest = theirs.iter().fold(0.0f32, |most, value| value.abs().max(most));
         for (ours, theirs) in ours.iter().zip(&theirs) {
-            // Sums of some ten numbers, each rounded to 24 bits.
+            // Sums of some ten values, each rounded to 24 bits.
             assert!((ours - theirs).abs() <= 1e-6 * largest, "{name}: {ours} {theirs}");
         }
     }

@@ -25,7 +25,7 @@ pub struct ErosFramer {
     sensor: SensorSize,
     columns: Vec<Tap>,
     rows: Vec<Tap>,
-    /// The surface in 8 bits, two columns wider at each side.
+    /// The values in 8 bits, two columns wider at each side.
     grey: Vec<u8>,
     /// Blurred along columns, in sixteenths, two columns wider at each side.
     upright: Vec<u16>,
@@ -34,7 +34,7 @@ pub struct ErosFramer {
     blurred: Vec<u8>,
 }
 
-/// Where a pixel of the resized image lies: between a pixel and the next, and how near to each.
+/// Bilinear interpolation coefficients of a resized row or column: source pixel and weights.
 #[derive(Debug, Clone, Copy)]
 struct Tap {
     first: usize,
@@ -61,10 +61,10 @@ impl ErosFramer {
         }
     }
 
-    /// Writes the blurred surface in the sensor's size.
+    /// Writes the blurred EROS in the sensor's size.
     ///
     /// # Panics
-    /// If the surface or `out` has another size.
+    /// If the EROS or `out` has another size.
     pub fn blurred(&mut self, eros: &Eros, out: &mut [u8]) {
         assert_eq!(out.len(), self.sensor.pixels(), "an image of another size");
         self.convert(eros);
@@ -73,10 +73,10 @@ impl ErosFramer {
         }
     }
 
-    /// Writes the blurred surface, resized.
+    /// Writes the blurred EROS, resized.
     ///
     /// # Panics
-    /// If the surface or `out` has another size.
+    /// If the EROS or `out` has another size.
     pub fn resized(&mut self, eros: &Eros, out: &mut [u8]) {
         let (width, height) = (self.columns.len(), self.rows.len());
         assert_eq!(out.len(), width * height, "an image of another size");
@@ -103,7 +103,7 @@ impl ErosFramer {
 
     fn convert(&mut self, eros: &Eros) {
         let since = &eros.since;
-        assert_eq!(since.sensor(), self.sensor, "a surface of another size");
+        assert_eq!(since.sensor(), self.sensor, "an EROS of another size");
         let width = usize::from(self.sensor.width).max(1);
         for (out, since) in self.grey.chunks_exact_mut(width).zip(since.rows()) {
             eros.row_u8(since, out);
@@ -111,7 +111,7 @@ impl ErosFramer {
     }
 }
 
-/// Where the `to` pixels of a resized line lie on one of `from`.
+/// Interpolation coefficients of a line of `from` pixels resized to `to`.
 fn taps(from: usize, to: usize) -> Vec<Tap> {
     // By way of the inverse, as there: its rounding shows in the weights.
     let scale = 1.0 / (to as f64 / from as f64);

@@ -8,15 +8,15 @@ fn event(x: u16, y: u16) -> Event {
     Event { t: Micros(0), x, y, polarity: Polarity::Off }
 }
 
-fn pushed(mut surface: Eros, events: &[Event]) -> Eros {
-    let sensor = surface.since.sensor();
-    surface.push(&EventStream::from_events(sensor, events.iter().copied()).unwrap());
-    surface
+fn pushed(mut representation: Eros, events: &[Event]) -> Eros {
+    let sensor = representation.since.sensor();
+    representation.push(&EventStream::from_events(sensor, events.iter().copied()).unwrap());
+    representation
 }
 
-fn rendered(surface: &Eros) -> Vec<f32> {
-    let mut out = vec![f32::NAN; surface.since.sensor().pixels()];
-    surface.render(&mut out);
+fn rendered(representation: &Eros) -> Vec<f32> {
+    let mut out = vec![f32::NAN; representation.since.sensor().pixels()];
+    representation.render(&mut out);
     out
 }
 
@@ -28,8 +28,8 @@ fn an_event_is_255_and_its_neighbours_decay() {
     let events = [event(0, 0), event(1, 1), event(2, 0), event(4, 1), event(3, 1)];
     let half = 127.5;
     let want = [half, 0.0, half, 0.0, 0.0, 0.0, half, 0.0, 255.0, half];
-    for surface in [Eros::new(sensor, config), Eros::hpe_core(sensor, config)] {
-        assert_eq!(rendered(&pushed(surface, &events)), want);
+    for representation in [Eros::new(sensor, config), Eros::hpe_core(sensor, config)] {
+        assert_eq!(rendered(&pushed(representation, &events)), want);
     }
     let mut grey = [7; 10];
     pushed(Eros::new(sensor, config), &events).render_u8(&mut grey);
@@ -40,19 +40,22 @@ fn an_event_is_255_and_its_neighbours_decay() {
 #[test]
 fn the_published_python_reaches_further_left_and_drops_fractions() {
     let sensor = SensorSize { width: 6, height: 1 };
-    let surface = Eros::python(sensor, ErosConfig { kernel_px: 4, decay: 0.86f64.powi(4) });
-    let surface = pushed(surface, &[event(0, 0), event(4, 0), event(2, 0), event(2, 0)]);
-    assert_eq!(rendered(&surface), [188.0, 0.0, 255.0, 0.0, 255.0, 0.0]);
+    let representation = Eros::python(sensor, ErosConfig { kernel_px: 4, decay: 0.86f64.powi(4) });
+    let representation =
+        pushed(representation, &[event(0, 0), event(4, 0), event(2, 0), event(2, 0)]);
+    assert_eq!(rendered(&representation), [188.0, 0.0, 255.0, 0.0, 255.0, 0.0]);
 }
 
 #[test]
-fn surfaces_that_never_or_at_once_decay_are_none_too_many() {
+fn representations_that_never_or_at_once_decay_are_none_too_many() {
     let sensor = SensorSize { width: 3, height: 1 };
     let twice = |n| [vec![event(0, 0)], vec![event(1, 0); n]].concat();
-    type Start = fn(SensorSize, ErosConfig) -> Eros;
-    for (start, kernel_px) in
-        [(Eros::new as Start, 3), (Eros::hpe_core as Start, 3), (Eros::python as Start, 4)]
-    {
+    type Constructor = fn(SensorSize, ErosConfig) -> Eros;
+    for (start, kernel_px) in [
+        (Eros::new as Constructor, 3),
+        (Eros::hpe_core as Constructor, 3),
+        (Eros::python as Constructor, 4),
+    ] {
         let never = || start(sensor, ErosConfig { kernel_px, decay: 1.0 });
         assert_eq!(rendered(&pushed(never(), &twice(65_534))), [255.0, 255.0, 0.0]);
         assert_eq!(rendered(&pushed(never(), &twice(65_535))), [0.0, 255.0, 0.0]);
@@ -73,9 +76,9 @@ fn images_of_any_size_are_blurred_and_resized() {
         let (w, h) = (usize::from(width), usize::from(height));
         let mut draw = |most: u16| rng.uniform(0.0, f32::from(most)) as u16 % most;
         let events: Vec<_> = (0..w * h).map(|_| event(draw(width), draw(height))).collect();
-        let surface = pushed(Eros::new(sensor, ErosConfig::ONLINE), &events);
+        let representation = pushed(Eros::new(sensor, ErosConfig::ONLINE), &events);
         let mut grey = vec![0; w * h];
-        surface.render_u8(&mut grey);
+        representation.render_u8(&mut grey);
 
         // cba|abc would repeat the edge; this is cb|abc|ba.
         let at = |i: i64, n: usize| {
@@ -107,14 +110,14 @@ fn images_of_any_size_are_blurred_and_resized() {
         }
         let mut framer = ErosFramer::new(sensor, w, h);
         let (mut blurred, mut resized) = (vec![0; w * h], vec![0; w * h]);
-        framer.blurred(&surface, &mut blurred);
+        framer.blurred(&representation, &mut blurred);
         assert_eq!(blurred, want, "{sensor}");
         // To its own size, every pixel lies on one.
-        framer.resized(&surface, &mut resized);
+        framer.resized(&representation, &mut resized);
         assert_eq!(resized, want, "{sensor}");
         let mut framer = ErosFramer::new(sensor, 2 * w + 1, h.div_ceil(3));
         let mut resized = vec![0; (2 * w + 1) * h.div_ceil(3)];
-        framer.resized(&surface, &mut resized);
+        framer.resized(&representation, &mut resized);
         let (least, most) = (want.iter().min(), want.iter().max());
         assert!(resized.iter().all(|value| Some(value) >= least && Some(value) <= most));
     }

@@ -12,7 +12,9 @@ use evpose_core::{Plane, wide};
 use serde::{Deserialize, Serialize};
 
 use super::blur::fit;
-use super::gradient::{Aperture, FIVE, GradientNorm, GradientWork, SEVEN, Strength, THREE, Taps};
+use super::gradient::{
+    Aperture, FIVE, FilterTaps, GradientNorm, GradientWork, SEVEN, Strength, THREE,
+};
 use super::hysteresis::EdgeMap;
 use super::ring::Ring;
 use super::suppress::{Rows, Thresholds, classify, pack};
@@ -27,12 +29,12 @@ pub struct Canny {
     pub high: u16,
     /// The size of the derivative.
     pub aperture: Aperture,
-    /// What the thresholds are compared with.
+    /// Norm of the gradient that the thresholds apply to.
     pub norm: GradientNorm,
 }
 
 impl Default for Canny {
-    /// What EROS-like images are made with.
+    /// Parameters of EROS-like images.
     fn default() -> Self {
         Self { low: 0, high: 1000, aperture: Aperture::Five, norm: GradientNorm::L1 }
     }
@@ -72,7 +74,7 @@ impl Canny {
 
     fn thin_with<const HALF: usize>(
         &self,
-        taps: Taps<HALF>,
+        taps: FilterTaps<HALF>,
         scale: u16,
         image: &Plane<u8>,
         work: &mut CannyWork,
@@ -91,7 +93,7 @@ fn thresholds<S: Strength>(low: u16, high: u16, scale: u16) -> Thresholds<S> {
     Thresholds { low: S::threshold(low, scale), high: S::threshold(high, scale) }
 }
 
-/// What does not depend on the norm.
+/// State that does not depend on the norm.
 struct Rest<'a> {
     gradient: &'a mut GradientWork,
     sectors: &'a mut Ring<u8>,
@@ -101,7 +103,7 @@ struct Rest<'a> {
 
 /// Finds candidates and strong pixels of all rows.
 fn thin<S: Strength, const HALF: usize>(
-    taps: Taps<HALF>,
+    taps: FilterTaps<HALF>,
     thresholds: Thresholds<S>,
     image: &Plane<u8>,
     strengths: &mut Ring<S>,

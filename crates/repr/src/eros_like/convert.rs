@@ -26,7 +26,7 @@ pub struct ErosLike {
 }
 
 impl Default for ErosLike {
-    /// What the published data sets were made with: the defaults of the export script.
+    /// Parameters of the published data sets: the defaults of the export script.
     fn default() -> Self {
         Self {
             blur: GaussianKernel::Five,

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use super::ring::{Around, Ring};
 
-/// Taps of the derivative along each axis.
+/// FilterTaps of the derivative along each axis.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Aperture {
@@ -26,7 +26,7 @@ pub enum Aperture {
     Seven,
 }
 
-/// What the strength of a gradient is.
+/// Norm of a gradient.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum GradientNorm {
@@ -39,14 +39,14 @@ pub enum GradientNorm {
 
 /// Weights at distances 0, 1, …
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Taps<const HALF: usize> {
+pub(super) struct FilterTaps<const HALF: usize> {
     smooth: [i16; HALF],
     derive: [i16; HALF],
 }
 
-pub(super) const THREE: Taps<2> = Taps { smooth: [2, 1], derive: [0, 1] };
-pub(super) const FIVE: Taps<3> = Taps { smooth: [6, 4, 1], derive: [0, 2, 1] };
-pub(super) const SEVEN: Taps<4> = Taps { smooth: [20, 15, 6, 1], derive: [0, 5, 4, 1] };
+pub(super) const THREE: FilterTaps<2> = FilterTaps { smooth: [2, 1], derive: [0, 1] };
+pub(super) const FIVE: FilterTaps<3> = FilterTaps { smooth: [6, 4, 1], derive: [0, 2, 1] };
+pub(super) const SEVEN: FilterTaps<4> = FilterTaps { smooth: [20, 15, 6, 1], derive: [0, 5, 4, 1] };
 
 /// Strength of gradients: `i16` for the sum of magnitudes, `i32` for the sum of squares.
 pub(super) trait Strength: Copy + Default + Ord {
@@ -148,7 +148,7 @@ impl GradientWork {
     /// last pixel, they mean nothing.
     pub(super) fn row<S: Strength, const HALF: usize>(
         &mut self,
-        taps: Taps<HALF>,
+        taps: FilterTaps<HALF>,
         image: &Plane<u8>,
         y: usize,
         strength: &mut [S],
@@ -192,7 +192,7 @@ fn extend(row: &[u8], reach: usize, padded: &mut [i16]) {
 /// At most 64 · 255: a row fits 16 bits for any taps.
 #[inline(always)]
 fn split<const HALF: usize>(
-    taps: Taps<HALF>,
+    taps: FilterTaps<HALF>,
     around: Around<'_, i16, HALF>,
     smooth: &mut [i16],
     derived: &mut [i16],
@@ -214,7 +214,7 @@ fn split<const HALF: usize>(
 
 #[inline(always)]
 fn join<S: Strength, const HALF: usize>(
-    taps: Taps<HALF>,
+    taps: FilterTaps<HALF>,
     smooth: Around<'_, i16, HALF>,
     derived: Around<'_, i16, HALF>,
     strength: &mut [S],

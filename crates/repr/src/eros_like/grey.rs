@@ -11,7 +11,7 @@ const GREEN: u32 = 19235;
 const BLUE: u32 = 3735;
 const SHIFT: u32 = 15;
 
-/// Which of three interleaved channels comes first.
+/// Order of three interleaved channels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ColourOrder {
     /// Red, green, blue: most image files and libraries.

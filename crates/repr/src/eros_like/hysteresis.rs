@@ -7,7 +7,7 @@
 
 const WORD: usize = 64;
 
-/// Which pixels may be edges and which are.
+/// Bit maps of candidate and confirmed edge pixels.
 #[derive(Debug, Clone, Default)]
 pub(super) struct EdgeMap {
     /// Words of a row of the image; one word of no pixels separates rows, and rows of such lie
@@ -35,7 +35,7 @@ impl EdgeMap {
         self.words + 1
     }
 
-    /// Where the first word of row `y` is.
+    /// Index of the first word of row `y`.
     fn start_of(&self, y: usize) -> usize {
         (y + 1) * self.stride() + 1
     }

@@ -21,7 +21,7 @@ impl<T: Copy + Default> Ring<T> {
         &self.rows[y % self.rows.len()]
     }
 
-    /// Where row `y` goes.
+    /// Buffer of row `y`.
     pub(super) fn row_mut(&mut self, y: usize) -> &mut [T] {
         let rows = self.rows.len();
         &mut self.rows[y % rows]

@@ -56,7 +56,7 @@ pub(super) fn classify<S: Strength>(
     }
 }
 
-/// What is left of, at and right of each pixel.
+/// Left neighbour, pixel and right neighbour of each pixel.
 #[inline(always)]
 fn shifted<S>(row: &[S], width: usize) -> (&[S], &[S], &[S]) {
     (&row[..width], &row[1..][..width], &row[2..][..width])

@@ -131,7 +131,7 @@ fn days_of_events_give_the_same_ages_as_minutes() {
 
 #[test]
 fn an_event_survives_the_longest_window_and_a_longer_one_is_refused() {
-    let longest = StreamWindow::LONGEST;
+    let longest = StreamWindow::MAX_LENGTH;
     let mut lnes = lnes(longest.0, ChannelOrder::OffFirst);
     lnes.push(&stream(&[event(0, 0, 0, false), event(longest.0 / 2, 1, 0, false)]));
     lnes.advance(longest);

@@ -42,11 +42,11 @@ fn every_kernel_changes_the_square_around_an_event_and_nothing_else() {
         events.push(Event { t: Micros(t), x, y, polarity: Polarity::On }).unwrap();
     }
     let rule = |cell: u16, centre: u16| cell.wrapping_add(1 + centre % 7);
-    for kernel in 1..=LARGEST_KERNEL {
-        let mut surface = Neighbourhood::new(SENSOR, kernel, 0);
-        surface.push(&events, 5, rule);
+    for kernel in 1..=MAX_KERNEL {
+        let mut representation = Neighbourhood::new(SENSOR, kernel, 0);
+        representation.push(&events, 5, rule);
         let mut cells = vec![0; SENSOR.pixels()];
-        surface.render(&mut cells, |cell| cell);
+        representation.render(&mut cells, |cell| cell);
         assert_eq!(cells, clipped(&events, kernel, 5, rule), "{kernel}");
     }
 }

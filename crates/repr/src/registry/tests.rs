@@ -32,8 +32,8 @@ fn order() -> impl Strategy<Value = ChannelOrder> {
 }
 
 /// Events in time order, many of them at equal times.
-fn events(most_us: i64) -> impl Strategy<Value = Vec<Event>> {
-    let event = (0..most_us, 0..SENSOR.width, 0..SENSOR.height, any::<bool>());
+fn events(max_us: i64) -> impl Strategy<Value = Vec<Event>> {
+    let event = (0..max_us, 0..SENSOR.width, 0..SENSOR.height, any::<bool>());
     prop::collection::vec(event, 0..80).prop_map(|mut events| {
         events.sort_by_key(|&(t, ..)| t);
         let event = |(t, x, y, on)| Event { t: Micros(t), x, y, polarity: Polarity::from_on(on) };
@@ -105,7 +105,7 @@ fn every_parameter_takes_its_bounds_and_is_named_in_what_a_choice_displays() {
             assert_eq!(default.values().number(name), parameter.default);
             // The nearest even number, where only those are taken.
             let inwards = f64::from(parameter.kind == ParameterKind::Even);
-            for value in [parameter.least + inwards, parameter.default, parameter.most - inwards] {
+            for value in [parameter.min + inwards, parameter.default, parameter.max - inwards] {
                 let choice = representation_by_name(&format!("{}:{name}={value}", spec.name));
                 let choice = choice.unwrap();
                 assert_eq!(choice.values().number(name), value);
@@ -113,7 +113,7 @@ fn every_parameter_takes_its_bounds_and_is_named_in_what_a_choice_displays() {
                 let started = choice.start(window);
                 assert!(rendered(started.as_ref()).iter().all(|&value| value == 0.0));
             }
-            for value in [parameter.least - 2.0, parameter.most + 2.0] {
+            for value in [parameter.min - 2.0, parameter.max + 2.0] {
                 let refused = representation_by_name(&format!("{}:{name}={value}", spec.name));
                 assert!(refused.is_err(), "{} {name}={value}", spec.name);
             }
