@@ -134,7 +134,7 @@ impl Chain {
         })
     }
 
-    /// Stage names, which tell whether two chains differ in more than parameters.
+    /// Stage names, which differ if two chains differ in more than parameters.
     pub(crate) fn names(&self) -> Vec<&'static str> {
         let front = self.front.iter().map(|link| link.name).chain([self.detector.name]);
         let terms = self.terms.iter().map(|link| link.name);

@@ -33,7 +33,7 @@ impl ParamSpec {
         format!("{} {}", short(value), self.unit).trim_end().to_owned()
     }
 
-    /// What is typical of cameras, in words.
+    /// Typical values of cameras, as text.
     pub fn typical_words(&self) -> String {
         match self.prior {
             Prior::Typical(low, high) => format!("typical {} to {}", short(low), short(high)),
@@ -47,7 +47,8 @@ impl ParamSpec {
     }
 }
 
-/// Four significant digits, which tell 1/255 from 0.004, without trailing zeros.
+/// Formats with four significant digits, enough to distinguish 1/255 from 0.004, without trailing
+/// zeros.
 pub(crate) fn short(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return value.to_string();
@@ -77,7 +78,7 @@ impl fmt::Display for ChainRow {
             writeln!(f, "      (left out: no effect at these values)")?;
         }
         writeln!(f, "      {}", spec.formula)?;
-        for (param, value) in settings.numbers() {
+        for (param, value) in settings.values() {
             let quantity = param.quantity(*value);
             let is_neutral = Some(*value) == param.neutral;
             let typical = if is_neutral { "(no effect)".to_owned() } else { param.typical_words() };
@@ -116,7 +117,7 @@ mod tests {
     use crate::{EffectConfig, PRESETS, STAGES, SensorConfig, SensorModel};
 
     #[test]
-    fn numbers_are_short_but_not_wrong() {
+    fn values_are_short_but_not_wrong() {
         for (value, text) in [
             (0.0, "0"),
             (255.0, "255"),

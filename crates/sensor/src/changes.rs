@@ -1,4 +1,4 @@
-//! Which pixels a step has to look at, where light is all that a pixel depends on.
+//! Pixels that a step has to visit, in sensors whose pixels depend on light alone.
 //!
 //! # Model
 //! Without memory, noise and leaks in front of the detector, a pixel that sees the same light has
@@ -12,7 +12,7 @@ use crate::wide::wide;
 /// Pixels that are passed over together.
 pub(crate) const STRIP: usize = 64;
 
-/// What a step has to do with some pixels.
+/// Work of a step on a range of pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Task {
     /// Their light is not that of the last step.
@@ -21,7 +21,7 @@ pub(crate) enum Task {
     Scan,
 }
 
-/// What is known of a strip.
+/// State of a strip of pixels.
 #[derive(Debug, Clone, Copy)]
 struct Strip {
     /// Whether its voltage at the step before is not that of two steps before.
@@ -145,7 +145,7 @@ mod tests {
 
     const SIZE: SensorSize = SensorSize { width: 50, height: 30 };
 
-    /// Events and repaired pixels of a picture in which a patch moves, flickers, stands still and is
+    /// Events and repaired pixels of a frame in which a patch moves, flickers, stands still and is
     /// broken at times.
     fn run(config: &SensorConfig, passes_over: bool) -> (Vec<Event>, u64) {
         let model = SensorModel::from_config(config).unwrap();

@@ -38,7 +38,7 @@ impl SensorConfig {
 
     /// Writes the TOML form, which reads back equal.
     pub fn to_toml(&self) -> String {
-        toml::to_string(self).expect("strings, numbers and tables have a TOML form")
+        toml::to_string(self).expect("strings, floats and tables have a TOML form")
     }
 
     /// The same with every relative path of a file taken to begin at `folder`.

@@ -159,9 +159,9 @@ mod tests {
             delivery.deliver(&requests, Micros(0), Micros(spread as i64)).unwrap();
             let mut expected = requests;
             expected.sort_by_key(|r| (stamp(r.t_s), r.pixel));
-            let found: Vec<_> = delivery.events().iter().collect();
-            assert_eq!(found.len(), expected.len());
-            for (event, r) in found.iter().zip(&expected) {
+            let delivered: Vec<_> = delivery.events().iter().collect();
+            assert_eq!(delivered.len(), expected.len());
+            for (event, r) in delivered.iter().zip(&expected) {
                 let pixel = u32::from(event.y) * 7 + u32::from(event.x);
                 assert_eq!((event.t, pixel, event.polarity), (stamp(r.t_s), r.pixel, r.polarity));
             }

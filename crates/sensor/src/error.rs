@@ -47,7 +47,7 @@ pub enum SensorError {
     /// Two effects claim a place that holds exactly one.
     #[error("`{first}` and `{second}` are both a {place}, of which a sensor has one")]
     PlaceTaken {
-        /// What there is exactly one of.
+        /// Role that exactly one effect has.
         place: &'static str,
         /// The effect listed first.
         first: &'static str,

@@ -31,14 +31,14 @@ pub(crate) struct Front {
     pub(crate) may_pass_over: bool,
 }
 
-/// What one stage keeps.
+/// State of one stage.
 #[derive(Debug)]
 struct StageMemory {
     planes: Vec<Vec<f32>>,
     noise_key: u64,
 }
 
-/// What a step is shown to on its way.
+/// Observers of a step's signals.
 #[derive(Debug)]
 pub(crate) struct Observers<'a> {
     pub(crate) array: &'a mut PixelArray,
@@ -142,9 +142,9 @@ impl Front {
                     self.step_stage(index, link, tick, pixels);
                 }
             }
-            let found = array.found();
+            let first = array.awake_count();
             self.show(chain, tick, pixels, array);
-            self.changes.wake(array.awake_after(found));
+            self.changes.wake(array.awake_from(first));
         }
         self.changes.give_back(tasks);
     }
@@ -154,13 +154,13 @@ impl Front {
         self.changes.forget();
     }
 
-    /// Where in `light` these pixels are.
-    fn held(&self, pixels: &Range<usize>) -> Range<usize> {
+    /// Range of these pixels in `light`.
+    fn light_range(&self, pixels: &Range<usize>) -> Range<usize> {
         if self.holds_all_light { pixels.clone() } else { 0..pixels.len() }
     }
 
     fn show(&mut self, chain: &Chain, tick: &Tick, pixels: &Range<usize>, array: &mut PixelArray) {
-        let light = &self.light[self.held(pixels)];
+        let light = &self.light[self.light_range(pixels)];
         array.scan(chain, tick, pixels, light, &mut self.voltage[pixels.clone()]);
         if tick.index == 0 {
             self.before[pixels.clone()].copy_from_slice(&self.voltage[pixels.clone()]);
@@ -170,7 +170,7 @@ impl Front {
     fn tap(&self, link: &Link<FrontStage>, tick: &Tick, pixels: &Range<usize>, taps: &mut [Tap]) {
         for tap in taps.iter_mut().filter(|tap| tap.is_at(link.name, pixels)) {
             let value = if link.stage.is_in_light() {
-                self.light[self.held(pixels)][tap.pixel() - pixels.start]
+                self.light[self.light_range(pixels)][tap.pixel() - pixels.start]
             } else {
                 self.voltage[tap.pixel()]
             };
@@ -180,7 +180,7 @@ impl Front {
 
     /// Copies luminance; what cannot be light becomes darkness.
     fn sense(&mut self, luminance: &[f32], pixels: &Range<usize>) {
-        let held = self.held(pixels);
+        let held = self.light_range(pixels);
         let light = &mut self.light[held];
         let is_faulty = wide(
             #[inline(always)]
@@ -213,7 +213,7 @@ impl Front {
         tick: &Tick,
         pixels: &Range<usize>,
     ) {
-        let held = self.held(pixels);
+        let held = self.light_range(pixels);
         let (light, voltage) = (&mut self.light[held], &mut self.voltage[pixels.clone()]);
         let memory = &mut self.memory[index];
         let noise = StageNoise::at_tick(memory.noise_key, tick.index);

@@ -8,7 +8,7 @@ use std::path::Path;
 use evpose_core::SensorSize;
 use npyz::{NpyFile, Order};
 
-/// Numbers of all pixels, row by row from the top left.
+/// One value per pixel, row by row from the top left.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct PixelMap {
     pub(crate) size: SensorSize,

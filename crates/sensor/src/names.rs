@@ -1,10 +1,10 @@
-//! What somebody may have meant who typed a name that does not exist.
+//! Suggestions for misspelt names.
 
 /// At most three of `known` that resemble `name`, the most similar first.
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
     let plain = |text: &str| text.to_lowercase().replace(['-', ' '], "_");
     let typed = plain(name);
-    let mut found: Vec<(usize, &str)> = known
+    let mut similar: Vec<(usize, &str)> = known
         .into_iter()
         .filter_map(|candidate| {
             let other = plain(candidate);
@@ -14,8 +14,8 @@ pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<
             (is_part || is_near).then_some((if is_part { 0 } else { apart }, candidate))
         })
         .collect();
-    found.sort_by_key(|&(apart, _)| apart);
-    found.into_iter().take(3).map(|(_, candidate)| candidate).collect()
+    similar.sort_by_key(|&(apart, _)| apart);
+    similar.into_iter().take(3).map(|(_, candidate)| candidate).collect()
 }
 
 /// `; did you mean a, b?`, or nothing.

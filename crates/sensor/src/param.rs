@@ -11,7 +11,7 @@ pub struct ParamSpec {
     pub range: (f64, f64),
     /// How values are compared and searched.
     pub scale: Scale,
-    /// What is typical of cameras.
+    /// Typical values of cameras.
     pub prior: Prior,
     /// The value at which the quantity has no effect, allowed even outside the range. A quantity
     /// that has none must be given.

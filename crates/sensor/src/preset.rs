@@ -1,4 +1,4 @@
-//! The sensors that come with the program. Each file says where its numbers come from.
+//! Sensor presets. Each file states the source of its values.
 
 use crate::{SensorConfig, SensorError};
 
@@ -12,7 +12,7 @@ pub struct Preset {
 }
 
 impl Preset {
-    /// What the sensor is and where it comes from: the comment at the head of its file.
+    /// Description and source of the sensor: the comment at the head of its file.
     pub fn origin(&self) -> String {
         let head = self.toml.lines().map_while(|line| line.strip_prefix('#'));
         let words: Vec<&str> = head.flat_map(str::split_whitespace).collect();

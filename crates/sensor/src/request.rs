@@ -2,7 +2,7 @@
 
 use evpose_core::Polarity;
 
-/// What made a pixel speak.
+/// Origin of an event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Origin {
     /// A change of light, or of what the circuit takes for one.
@@ -21,7 +21,7 @@ pub enum Origin {
 pub struct Request {
     /// When, in seconds.
     pub t_s: f64,
-    /// Which pixel, row by row from the top left.
+    /// Pixel index, row by row from the top left.
     pub pixel: u32,
     /// Direction of the change.
     pub polarity: Polarity,
@@ -36,7 +36,7 @@ impl Request {
     }
 }
 
-/// The order of IEEE 754 numbers as that of integers: the sign is flipped, and behind a set one
+/// Maps IEEE 754 floats to integers of the same order: the sign is flipped, and behind a set one
 /// all other bits as well.
 pub(crate) fn time_order(t_s: f64) -> u64 {
     let bits = t_s.to_bits();

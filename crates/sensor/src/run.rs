@@ -169,7 +169,7 @@ impl SensorRun {
         Ok(())
     }
 
-    /// What the taps have recorded, in the order in which they were set.
+    /// Recordings of the taps, in the order in which they were set.
     pub fn taps(&self) -> &[Tap] {
         &self.taps
     }

@@ -7,7 +7,7 @@ use crate::{ChoiceSpec, EffectConfig, FileSpec, ParamSpec, SensorError, StageSpe
 /// A value for every parameter and choice of one stage.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
-    numbers: Vec<(&'static ParamSpec, f64)>,
+    values: Vec<(&'static ParamSpec, f64)>,
     words: Vec<(&'static ChoiceSpec, &'static str)>,
     files: Vec<(&'static FileSpec, PathBuf)>,
 }
@@ -23,10 +23,10 @@ impl Settings {
         if let Some(key) = effect.params.keys().find(|key| !allowed.contains(&key.as_str())) {
             return Err(SensorError::UnknownKey { effect: spec.name, key: key.clone(), allowed });
         }
-        let mut settings = Self { numbers: Vec::new(), words: Vec::new(), files: Vec::new() };
+        let mut settings = Self { values: Vec::new(), words: Vec::new(), files: Vec::new() };
         for param in spec.params {
             let number = resolve_number(spec, param, effect.params.get(param.name))?;
-            settings.numbers.push((param, number));
+            settings.values.push((param, number));
         }
         for choice in spec.choices {
             let word = resolve_word(spec, choice, effect.params.get(choice.name))?;
@@ -45,8 +45,8 @@ impl Settings {
     /// # Panics
     /// If the stage does not list `param` in its spec: a fault of the stage, not of its user.
     pub fn number(&self, param: &ParamSpec) -> f64 {
-        let found = self.numbers.iter().find(|(known, _)| known.name == param.name);
-        found.map_or_else(|| panic!("`{}` is not in the stage's spec", param.name), |&(_, v)| v)
+        let entry = self.values.iter().find(|(known, _)| known.name == param.name);
+        entry.map_or_else(|| panic!("`{}` is not in the stage's spec", param.name), |&(_, v)| v)
     }
 
     /// The word chosen for `choice`.
@@ -55,7 +55,7 @@ impl Settings {
     /// If the stage does not list `choice` in its spec: a fault of the stage, not of its user.
     pub fn word(&self, choice: &ChoiceSpec) -> &'static str {
         let found = self.words.iter().find(|(known, _)| known.name == choice.name);
-        found.map_or_else(|| panic!("`{}` is not in the stage's spec", choice.name), |&(_, w)| w)
+        entry.map_or_else(|| panic!("`{}` is not in the stage's spec", choice.name), |&(_, w)| w)
     }
 
     /// The path given for `file`, if one is given.
@@ -65,8 +65,8 @@ impl Settings {
     }
 
     /// All parameters in the order of the spec.
-    pub fn numbers(&self) -> &[(&'static ParamSpec, f64)] {
-        &self.numbers
+    pub fn values(&self) -> &[(&'static ParamSpec, f64)] {
+        &self.values
     }
 
     /// All choices in the order of the spec.

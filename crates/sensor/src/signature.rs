@@ -16,9 +16,9 @@ pub struct Signature {
 /// A measurement of events, or of a signal inside the chain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Probe {
-    /// Events of a moving scene, as a picture.
-    Picture,
-    /// Events of a grid of straight lines that appears, as a picture.
+    /// Events of a moving scene, as an event image.
+    EventImage,
+    /// Events of a grid of straight lines that appears, as an event image.
     Grid,
     /// Voltage of a bright and of a dark pixel behind a step of light.
     StepResponse,

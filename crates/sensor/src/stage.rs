@@ -20,7 +20,7 @@ use crate::tick::Tick;
 /// Signal and state of consecutive pixels, as a stage gets them.
 #[derive(Debug)]
 pub struct Block<'a> {
-    /// Which pixels, row by row from the top left.
+    /// Pixel indices, row by row from the top left.
     pub pixels: Range<usize>,
     /// Photocurrent relative to white, for the stages behind the photoreceptor; empty in front of
     /// it, where `signal` is the light itself.
@@ -142,7 +142,7 @@ impl Stage {
         }
     }
 
-    /// What the stage is, if a sensor has exactly one of it.
+    /// Role of the stage, if a sensor has exactly one stage of it.
     pub fn place(&self) -> Option<&'static str> {
         match self {
             Self::Photoreceptor(_) => Some("photoreceptor law"),

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-/// What a probe has seen.
+/// Recording of one pixel's signals.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tap {
     stage: &'static str,
@@ -20,7 +20,7 @@ impl Tap {
         self.stage
     }
 
-    /// Which pixel, row by row from the top left.
+    /// Pixel index, row by row from the top left.
     pub fn pixel(&self) -> usize {
         self.pixel
     }

@@ -1,7 +1,7 @@
 //! The interval between two exposures.
 
-/// Where the number of a part is in that of a tick: a run of one exposure per microsecond reaches
-/// this bit after twelve days.
+/// Bit position of the part index in a tick's index: a run of one exposure per microsecond reaches this
+/// bit after twelve days.
 const PART_SHIFT: u32 = 40;
 
 /// The interval between two exposures. Times in seconds.
@@ -11,7 +11,7 @@ pub struct Tick {
     pub start_s: f64,
     /// The time of this exposure.
     pub end_s: f64,
-    /// Which exposure this is. The first, number 0, has `start_s == end_s`.
+    /// Index of the exposure. The first, 0, has `start_s == end_s`.
     pub index: u64,
 }
 

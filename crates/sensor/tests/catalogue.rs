@@ -1,4 +1,4 @@
-//! What the registry and the presets must say about themselves.
+//! Completeness of the registry and of the presets.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
@@ -22,7 +22,7 @@ fn every_effect_has_formula_source_and_signature() {
 
 #[test]
 fn every_parameter_has_unit_range_prior_and_meaning() {
-    // Pure numbers are ratios, exponents and counts.
+    // Dimensionless values are ratios, exponents and counts.
     for spec in STAGES {
         for param in spec.params {
             let name = format!("{}.{}", spec.name, param.name);

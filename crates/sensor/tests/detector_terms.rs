@@ -180,7 +180,7 @@ fn hysteresis_silences_small_waves() {
 
 #[test]
 fn mismatch_is_a_fixed_pattern_and_temporal_noise_is_none() {
-    // Time of the first event on each of two ramps tells the threshold of a pixel.
+    // Time of the first event on each of two ramps determines the threshold of a pixel.
     let thresholds = |effects: &[evpose_sensor::EffectConfig]| {
         let mut run = sensor(effects, size(24, 24), 9);
         // Up for 60 ms, down for 60 ms, and the same again.
@@ -229,7 +229,7 @@ fn dead_pixels_are_silent_whatever_happens() {
 }
 
 #[test]
-fn labels_tell_signal_leak_shot_and_hot() {
+fn labels_distinguish_signal_leak_shot_and_hot() {
     let effects = [
         effect("leak_on").with("rate_hz", 5.0),
         effect("shot_noise_poisson").with("rate_hz", 5.0),

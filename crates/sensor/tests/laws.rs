@@ -13,7 +13,7 @@ use proptest::prelude::*;
 const SIZE: SensorSize = SensorSize { width: 27, height: 17 };
 const STEPS: u64 = 12;
 
-/// What the stages of this test share, none of which the registry need have.
+/// Common entry of the stages of this test, which are not in the registry.
 const OWN: StageSpec = StageSpec {
     name: "own",
     domain: Domain::Photoreceptor,
@@ -25,7 +25,7 @@ const OWN: StageSpec = StageSpec {
     source: Citation { key: "test", text: "test" },
     signature: Signature {
         look_for: "",
-        probe: Probe::Picture,
+        probe: Probe::EventImage,
         strength: Strength::Unchanging,
         beside: &[],
     },

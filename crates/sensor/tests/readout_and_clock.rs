@@ -1,4 +1,4 @@
-//! Who is served when, and what the stamps say, against closed forms.
+//! Order of service and time stamps, against closed forms.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 

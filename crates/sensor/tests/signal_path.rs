@@ -74,9 +74,9 @@ fn a_large_signal_is_followed_as_the_circuit_does_faster_towards_light() {
         }
     }
     // Time to go half of the way in log light, at the light in the middle of both.
-    let half = |found: &[f64]| {
+    let half = |voltages: &[f64]| {
         let middle = 0.5 * ((0.1 + DARK).ln() + (0.9 + DARK).ln());
-        found.iter().position(|v| (v - middle) * (found[0] - middle) <= 0.0).unwrap()
+        voltages.iter().position(|v| (v - middle) * (voltages[0] - middle) <= 0.0).unwrap()
     };
     assert!(half(&follow(0.1, 0.9)) < half(&follow(0.9, 0.1)));
     // Small changes are those of the linear filter.

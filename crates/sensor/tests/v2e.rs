@@ -1,6 +1,6 @@
 //! The published emulator of v2e, event for event.
 //!
-//! Golden numbers: `EventEmulator` of v2e 1.5.1 (commit cac6384, torch 2.15.0 on the CPU) was shown
+//! Golden values: `EventEmulator` of v2e 1.5.1 (commit cac6384, torch 2.15.0 on the CPU) was shown
 //! the frames of [`frame`] in code values at 1000 frames per second, its thresholds replaced after
 //! the first frame by those of [`thresholds`], `noise_rate_cov_decades` and `leak_jitter_fraction`
 //! zero. Per setting: ON events, OFF events, and FNV-1a over the little-endian 16-bit counts ON and

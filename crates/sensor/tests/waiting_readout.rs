@@ -1,4 +1,4 @@
-//! What pixels do while they wait for the readout, and a bus that reads rows, against closed forms.
+//! Pixels that wait for the readout, and a bus that reads rows, against closed forms.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
@@ -31,9 +31,9 @@ fn rise_of_four(readout: EffectConfig) -> Vec<f64> {
 }
 
 #[track_caller]
-fn assert_times(found: &[f64], expected: &[f64]) {
-    let are_near = found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 2.1e-3);
-    assert!(found.len() == expected.len() && are_near, "{found:?}, expected {expected:?}");
+fn assert_times(actual: &[f64], expected: &[f64]) {
+    let are_near = actual.iter().zip(expected).all(|(a, b)| (a - b).abs() < 2.1e-3);
+    assert!(actual.len() == expected.len() && are_near, "{actual:?}, expected {expected:?}");
 }
 
 #[test]
@@ -260,7 +260,7 @@ fn blocks_do_not_matter_and_events_come_in_order_whatever_is_chosen() {
     }
 }
 
-/// What waits for its row is served even if the bus then takes requests as they come.
+/// A request that waits for its row is served even if the bus then takes requests as they come.
 #[test]
 fn a_bus_that_changes_its_order_forgets_nobody() {
     let frames = effect("frame_count").with("threshold_on", C).with("threshold_off", C);

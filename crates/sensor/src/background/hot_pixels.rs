@@ -97,7 +97,7 @@ struct HotPixels {
     on_share: f32,
 }
 
-/// Draws of polarities have numbers of their own.
+/// Offset of the draw indices of polarities.
 const POLARITIES: u32 = 1 << 31;
 
 impl PixelTerm for HotPixels {

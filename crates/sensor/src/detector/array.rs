@@ -9,8 +9,8 @@
 //! A steady leak moves the level of a pixel by `leak_per_s (t - anchor)`: nothing is written while
 //! nothing happens, and no charge is lost to rounding. The anchor moves on every second.
 //!
-//! Where a detector [rounds as published](super::ChangeDetector::rounds_as_published), the leak of
-//! a step is taken off all memories at its start, as is what seeps, and the anchor is at its end.
+//! If a detector [rounds as published](super::ChangeDetector::rounds_as_published), the leak and the
+//! seepage of a step are subtracted from all reference levels at its start, and the anchor is at its end.
 
 use evpose_core::{SensorSize, StageNoise, seed_for};
 
@@ -45,7 +45,7 @@ pub(crate) struct PixelArray {
     pub(super) leak_per_s: Vec<f32>,
     /// Leak per light of white, ln per second; empty if there is none.
     pub(super) photo_leak_per_s: Vec<f32>,
-    /// What else has leaked since the anchor time, and in the last step; empty if nothing does.
+    /// Other leakage since the anchor time, and in the last step; empty if there is none.
     pub(super) leaked: Vec<f32>,
     pub(super) seeped: Vec<f32>,
     pub(super) anchor_s: f64,
@@ -53,9 +53,9 @@ pub(crate) struct PixelArray {
     pub(super) terms: Vec<TermMemory>,
     /// Hits of this exposure, in order of pixels.
     pub(super) noise_events: Vec<NoiseEvent>,
-    /// Where the scan of this step is in the noise events.
-    pub(super) next_hit: usize,
-    /// What the scan of this step has found: pixels, and noise events that take place.
+    /// Index of the next noise event of this step's scan.
+    pub(super) next_noise_event: usize,
+    /// Results of this step's scan: pixels to visit, and noise events that take place.
     pub(super) awake: Vec<u32>,
     pub(super) accepted: Vec<NoiseEvent>,
     pub(super) queue: Queue,
@@ -91,7 +91,7 @@ impl PixelArray {
             anchor_s: 0.0,
             terms: terms.collect(),
             noise_events: Vec::new(),
-            next_hit: 0,
+            next_noise_event: 0,
             awake: Vec::new(),
             accepted: Vec::new(),
             queue: Queue::default(),
@@ -135,7 +135,8 @@ impl PixelArray {
         }
     }
 
-    /// What holds until the next event, for every pixel, and the planes that follow from it.
+    /// Redraws the parameters that hold until the next event, for every pixel, and the planes derived
+    /// from them.
     fn renew_all(&mut self, chain: &Chain) {
         let leaks = self.traits.iter().any(|t| t.leak_hz > 0.0);
         self.leak_per_s.clear();
@@ -205,10 +206,12 @@ impl PixelArray {
     #[inline(always)]
     pub(super) fn arm(&mut self, pixel: usize, end_s: f64, steps_while_refractory: bool) {
         let cell = &self.cells[pixel];
-        // What is due in a later step needs a look in every step until then.
+        // A pixel with a due time in a later step is visited in every step until then.
         let is_due = self.refractory_states.get(pixel).is_some_and(|refractory| {
-            let is_deaf = refractory.free_s > end_s && !steps_while_refractory;
-            is_deaf || refractory.free_s == f64::INFINITY || refractory.follows_until_s > end_s
+            let is_refractory = refractory.free_s > end_s && !steps_while_refractory;
+            is_refractory
+                || refractory.free_s == f64::INFINITY
+                || refractory.follows_until_s > end_s
         });
         let (on, off) = if is_due {
             (f32::NEG_INFINITY, f32::INFINITY)
@@ -250,7 +253,7 @@ impl PixelArray {
         self.anchor_s = now_s;
     }
 
-    /// What pixels do by themselves in this exposure.
+    /// Draws the spontaneous events of the pixels in this exposure.
     pub(crate) fn strike(&mut self, chain: &Chain, tick: &Tick) {
         self.noise_events.clear();
         if tick.dt_s() <= 0.0 {

@@ -95,7 +95,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// Numbers of draws that one passage may take.
+/// Largest number of draws of one passage.
 const DRAWS: u32 = 64;
 
 /// First passage of a noisy voltage.
@@ -175,7 +175,7 @@ fn passage_time(way: f64, drift: f64, spread: f64, draws: &mut Draws) -> f64 {
     if time.is_finite() { time.abs() } else { f64::MAX }
 }
 
-/// Numbers for one passage.
+/// Random draws of one passage.
 struct Draws {
     noise: StageNoise,
     pixel: usize,

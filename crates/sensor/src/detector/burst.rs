@@ -70,7 +70,7 @@ mod tests {
         let mut run = SensorModel::from_config(&config).unwrap().start(SIZE, 3);
         let mut found = |step: i64, light| {
             run.expose(&Plane::for_sensor(SIZE, light), Micros(step * 1_000)).unwrap();
-            run.array_mut().found()
+            run.array_mut().awake_count()
         };
         // One threshold of 0.5 above darkness, and dark again.
         assert_eq!(found(0, 0.0), 0);

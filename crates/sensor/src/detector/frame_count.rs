@@ -9,7 +9,7 @@
 //! steps only in which it is longer than `dt / N`, and noise leaves none behind.
 //!
 //! `rounding = "published"` works in single precision where the published emulator does:
-//! - Deaf times are measured on seconds so rounded: where one is a multiple of `dt / N`, rounding
+//! - Refractory periods are measured on seconds so rounded: where one is a multiple of `dt / N`, rounding
 //!   decides whether an event is lost.
 //! - Unless a stage acts on the voltage behind the photoreceptor, which makes it one of double
 //!   precision there, `d` and `M` are rounded after every operation, and what leaks in a step is

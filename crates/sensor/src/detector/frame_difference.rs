@@ -141,7 +141,7 @@ mod tests {
             let detector = FrameDifference { thresholds: [on, off], starts_cold: false };
             let [up, down] = detector.speaks_from(memory, [on, off]).unwrap();
             for (from, is_up) in [(up, true), (down, false)] {
-                // Some numbers above or below.
+                // The next representable values above or below.
                 let further = |v: f32| if steps > 0 { v.next_up() } else { v.next_down() };
                 let voltage = (0..steps.abs()).fold(from, |v, _| further(v));
                 let step = PixelStep {

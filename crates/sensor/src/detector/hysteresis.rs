@@ -5,8 +5,8 @@
 //! the same for `C_on`. Noise about a level then makes fewer pairs of ON and OFF.
 //!
 //! # Source
-//! Hysteresis of comparators; a bias of the Prophesee sensors (Finateu et al. 2020) tells the two
-//! thresholds apart in the same way.
+//! Hysteresis of comparators; a bias of the Prophesee sensors (Finateu et al. 2020) separates the
+//! two thresholds in the same way.
 
 use evpose_core::{Polarity, StageNoise};
 

@@ -92,8 +92,8 @@ pub trait ChangeDetector: Send + Sync + Debug {
         None
     }
 
-    /// What a pixel does next, not before `from_s`: the next event, or a burst; nothing if the
-    /// step ends without one. The array remembers what the answer says and asks again.
+    /// The next event or burst of a pixel, not before `from_s`; none if the step ends without one. The
+    /// array applies the result and asks again.
     fn next(&self, pixel: &PixelStep, from_s: f64, noise: StageNoise) -> Option<Change>;
 }
 

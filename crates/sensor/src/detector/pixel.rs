@@ -77,7 +77,7 @@ impl RefractoryState {
     pub(crate) const NONE: Self =
         Self { free_s: f64::NEG_INFINITY, follows_until_s: f64::NEG_INFINITY };
 
-    /// What an event at `t_s` is followed by.
+    /// Refractory state after an event at `t_s`.
     #[inline(always)]
     pub(crate) fn after(t_s: f64, recovery: &Recovery) -> Self {
         let until = |s: f64| if s > 0.0 { t_s + s } else { f64::NEG_INFINITY };
@@ -139,7 +139,8 @@ impl PixelStep {
         })
     }
 
-    /// Of single numbers, a double result rounded again is the single result.
+    /// Rounds to single precision if the detector does; of single-precision operands, a double result
+    /// rounded again is the single result.
     fn rounded(&self, x: f64) -> f64 {
         if self.is_single { f64::from(x as f32) } else { x }
     }

@@ -18,7 +18,7 @@ use crate::Request;
 use crate::readout::{ServeAction, Service, Turn, Waiting};
 use crate::request::time_order;
 
-/// What is due, the earliest first.
+/// Pending events, the earliest first.
 #[derive(Debug, Default)]
 pub(crate) struct Queue {
     due: BinaryHeap<Reverse<Due>>,
@@ -129,13 +129,13 @@ impl PixelArray {
         out: &mut Vec<Request>,
     ) {
         let mut pixel_state = self.take_out(step, pixel);
-        let (count_now, waits) = (pixel_state.seen.count, self.waits(pixel));
+        let (count_now, waits) = (pixel_state.pixel_step.count, self.waits(pixel));
         let pending = match entry {
             Entry::Change { pending, count } if count == count_now && !waits => pending,
             Entry::NoiseEvent(NoiseEvent { t_s, polarity, origin, .. })
                 if t_s >= pixel_state.refractory.free_s =>
             {
-                PendingEvent { t_s, polarity, origin, memory: pixel_state.seen.at(t_s) }
+                PendingEvent { t_s, polarity, origin, memory: pixel_state.pixel_step.at(t_s) }
             }
             Entry::Background(request) => {
                 if service.reads_rows() {
@@ -151,8 +151,8 @@ impl PixelArray {
                 }
                 let Request { t_s, polarity, origin, .. } = request;
                 let memory = match then {
-                    ServeAction::Reset => pixel_state.seen.at(t_s),
-                    ServeAction::Keep => pixel_state.seen.memory,
+                    ServeAction::Reset => pixel_state.pixel_step.at(t_s),
+                    ServeAction::Keep => pixel_state.pixel_step.memory,
                     ServeAction::Nothing => return,
                 };
                 pixel_state.refractory.free_s = f64::NEG_INFINITY;
@@ -163,8 +163,8 @@ impl PixelArray {
             Entry::Change { .. } | Entry::NoiseEvent(_) | Entry::Selection => return,
         };
         if pending.t_s < pixel_state.refractory.free_s {
-            // Deaf, but stepping: the event is lost.
-            pixel_state.seen.memory = pending.memory;
+            // Refractory, with the reference level still stepping: the event is lost.
+            pixel_state.pixel_step.memory = pending.memory;
             self.expect_change(step, &mut pixel_state, pending.t_s);
             return;
         }
@@ -196,7 +196,7 @@ impl PixelArray {
         pixel_state: &mut PixelState,
         pending: &PendingEvent,
     ) -> ServeAction {
-        let pixel = pixel_state.seen.pixel as usize;
+        let pixel = pixel_state.pixel_step.pixel as usize;
         match waiting {
             Waiting::Reset => {
                 self.refractory_states[pixel].free_s = f64::INFINITY;
@@ -273,7 +273,7 @@ impl PixelArray {
         if let Some(from_s) = pixel_state.listens_from(step, now_s)
             && let Some(pending) = pixel_state.next_pending(step, from_s, &mut &[][..])
         {
-            let (pixel, count) = (pixel_state.seen.pixel, pixel_state.seen.count);
+            let (pixel, count) = (pixel_state.pixel_step.pixel, pixel_state.pixel_step.count);
             self.queue.push(pending.t_s, pixel, Entry::Change { pending, count });
         }
         self.put_back(step, pixel_state);

@@ -11,12 +11,12 @@ use crate::chain::Chain;
 use crate::tick::Tick;
 use crate::{Origin, Request};
 
-/// What a step is about.
+/// Inputs of one step.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Step<'a> {
     pub(crate) chain: &'a Chain,
     pub(crate) tick: &'a Tick,
-    /// What pixels compared at the end of the step before, and at the end of this one.
+    /// Compared voltages at the end of the step before, and at the end of this one.
     pub(crate) before: &'a [f32],
     pub(crate) after: &'a [f32],
     /// One over the length of the step.
@@ -28,9 +28,9 @@ pub(crate) struct Step<'a> {
 /// The state of one pixel, copied from the array for the step.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PixelState {
-    pub(super) seen: PixelStep,
+    pub(super) pixel_step: PixelStep,
     pub(super) refractory: RefractoryState,
-    /// What leaks in the whole step.
+    /// Leakage over the whole step.
     pub(super) leak: f64,
 }
 
@@ -98,13 +98,13 @@ impl PixelArray {
     pub(super) fn take_out(&self, step: Step<'_>, pixel: usize) -> PixelState {
         let seeped = self.seeped.get(pixel).map_or(0.0, |&seeped| f64::from(seeped));
         let steady = self.leak_per_s.get(pixel).map_or(0.0, |&leak| f64::from(leak));
-        let mut seen = self.step_of(step, pixel);
-        if seen.is_single {
+        let mut pixel_step = self.step_of(step, pixel);
+        if pixel_step.is_single {
             // It is off the memory from the start of the step.
-            seen.from -= seeped;
+            pixel_step.from -= seeped;
         }
         PixelState {
-            seen,
+            pixel_step,
             refractory: self.refractory_states.get(pixel).copied().unwrap_or(RefractoryState::NONE),
             leak: steady * (step.tick.end_s - step.tick.start_s) + seeped,
         }
@@ -112,10 +112,10 @@ impl PixelArray {
 
     #[inline(always)]
     pub(super) fn put_back(&mut self, step: Step<'_>, pixel_state: &PixelState) {
-        let pixel = pixel_state.seen.pixel as usize;
+        let pixel = pixel_state.pixel_step.pixel as usize;
         let cell = &mut self.cells[pixel];
-        cell.memory = pixel_state.seen.memory as f32;
-        cell.count = pixel_state.seen.count;
+        cell.memory = pixel_state.pixel_step.memory as f32;
+        cell.count = pixel_state.pixel_step.count;
         if let Some(refractory) = self.refractory_states.get_mut(pixel) {
             *refractory = pixel_state.refractory;
         }
@@ -137,16 +137,16 @@ impl PixelArray {
                 break;
             };
             if step.chain.steps_while_refractory && pending.t_s < pixel_state.refractory.free_s {
-                pixel_state.seen.memory = pending.memory;
+                pixel_state.pixel_step.memory = pending.memory;
             } else {
-                out.push(pending.request(pixel_state.seen.pixel));
+                out.push(pending.request(pixel_state.pixel_step.pixel));
                 self.reset(step, pixel_state, &pending);
             }
             now_s = pending.t_s;
         }
     }
 
-    /// What an event that was served at once leaves behind.
+    /// Resets the pixel after an event that was served at once.
     #[inline(always)]
     pub(super) fn reset(
         &mut self,
@@ -155,26 +155,27 @@ impl PixelArray {
         pending: &PendingEvent,
     ) {
         let PendingEvent { t_s, polarity, memory, .. } = *pending;
-        pixel_state.seen.count = pixel_state.seen.count.wrapping_add(1);
+        pixel_state.pixel_step.count = pixel_state.pixel_step.count.wrapping_add(1);
         let recovery = &step.chain.recovery;
         let threshold = match polarity {
-            Polarity::On => pixel_state.seen.threshold_on,
-            Polarity::Off => -pixel_state.seen.threshold_off,
+            Polarity::On => pixel_state.pixel_step.threshold_on,
+            Polarity::Off => -pixel_state.pixel_step.threshold_off,
         };
-        pixel_state.seen.memory = memory - recovery.short_fraction * threshold;
+        pixel_state.pixel_step.memory = memory - recovery.short_fraction * threshold;
         pixel_state.refractory = RefractoryState::after(t_s, recovery);
         if step.chain.has_renewals {
             self.renew(step, pixel_state, t_s, polarity);
         }
     }
 
-    /// What holds until the next event. A new leak goes on from the level there is.
+    /// Redraws the parameters that hold until the next event. A new leak continues from the present
+    /// level.
     fn renew(&mut self, step: Step<'_>, pixel_state: &mut PixelState, t_s: f64, last: Polarity) {
-        let pixel = pixel_state.seen.pixel as usize;
-        self.cells[pixel].count = pixel_state.seen.count;
+        let pixel = pixel_state.pixel_step.pixel as usize;
+        self.cells[pixel].count = pixel_state.pixel_step.count;
         let traits = self.renewed(step.chain, pixel, Some(last));
         self.cells[pixel].take(&traits);
-        let mut memory = pixel_state.seen.memory;
+        let mut memory = pixel_state.pixel_step.memory;
         if let Some(leak) = self.leak_per_s.get_mut(pixel) {
             memory += f64::from(traits.leak_per_s() - *leak) * (t_s - self.anchor_s);
             *leak = traits.leak_per_s();
@@ -182,7 +183,7 @@ impl PixelArray {
         let refractory = pixel_state.refractory;
         *pixel_state = self.take_out(step, pixel);
         pixel_state.refractory = refractory;
-        pixel_state.seen.memory = memory;
+        pixel_state.pixel_step.memory = memory;
     }
 
     /// The largest number of events that any pixel has in this step, at least one.
@@ -205,28 +206,28 @@ impl PixelArray {
         out: &mut Vec<Request>,
     ) {
         let Step { chain, tick, .. } = step;
-        let (pixel, end_s) = (pixel_state.seen.pixel, tick.end_s);
+        let (pixel, end_s) = (pixel_state.pixel_step.pixel, tick.end_s);
         let Recovery { refractory_s, follows_s, .. } = chain.recovery;
         let rounds = chain.detector.stage.rounds_as_published();
         let times = Spread::new(tick, spread, refractory_s, rounds);
         let is_published = spread > 0 && follows_s <= 0.0;
         let is_passed = is_published && times.passes_over();
         let is_blind = !is_published && pixel_state.listens_from(step, tick.start_s).is_none();
-        let change = chain.detector.stage.next(&pixel_state.seen, tick.start_s, step.noise);
+        let change = chain.detector.stage.next(&pixel_state.pixel_step, tick.start_s, step.noise);
         let refractory = pixel_state.refractory;
         if let Some(change) = change.filter(|_| !is_blind) {
             let origin = pixel_state.origin(change.polarity);
-            let first = pixel_state.seen;
+            let first = pixel_state.pixel_step;
             let each = (change.memory - first.memory) / f64::from(change.count.max(1));
             let mut kept = 0;
             for k in 0..change.count {
                 let t_s = if spread == 0 { change.t_s } else { times.at(k) };
                 // As published, an event at the very end of the refractory period is lost.
-                let is_deaf = match spread {
+                let is_refractory = match spread {
                     0 => t_s <= pixel_state.refractory.free_s,
-                    _ => !is_passed && times.is_deaf(k, pixel_state.refractory),
+                    _ => !is_passed && times.is_refractory(k, pixel_state.refractory),
                 };
-                if is_deaf {
+                if is_refractory {
                     kept += u32::from(chain.steps_while_refractory);
                     continue;
                 }
@@ -250,7 +251,7 @@ impl PixelArray {
         }
         let refractory = pixel_state.refractory;
         for noise_event in noise_events {
-            let memory = pixel_state.seen.to;
+            let memory = pixel_state.pixel_step.to;
             let pending = PendingEvent {
                 t_s: end_s,
                 polarity: noise_event.polarity,
@@ -277,7 +278,7 @@ impl PixelState {
             return None;
         }
         if follows_until_s > f64::NEG_INFINITY {
-            self.seen.memory = self.seen.at(follows_until_s);
+            self.pixel_step.memory = self.pixel_step.at(follows_until_s);
             self.refractory.follows_until_s = f64::NEG_INFINITY;
         }
         if !step.chain.steps_while_refractory {
@@ -295,9 +296,9 @@ impl PixelState {
         noise_events: &mut &[NoiseEvent],
     ) -> Option<PendingEvent> {
         let change = if step.chain.crosses_levels {
-            next_level(&self.seen, from_s)
+            next_level(&self.pixel_step, from_s)
         } else {
-            step.chain.detector.stage.next(&self.seen, from_s, step.noise)
+            step.chain.detector.stage.next(&self.pixel_step, from_s, step.noise)
         };
         if !noise_events.is_empty() {
             let free_s = self.refractory.free_s.max(from_s);
@@ -308,12 +309,17 @@ impl PixelState {
             {
                 *noise_events = rest;
                 let NoiseEvent { t_s, polarity, origin, .. } = *noise_event;
-                return Some(PendingEvent { t_s, polarity, origin, memory: self.seen.at(t_s) });
+                return Some(PendingEvent {
+                    t_s,
+                    polarity,
+                    origin,
+                    memory: self.pixel_step.at(t_s),
+                });
             }
         }
         let Change { t_s, polarity, count, memory } = change?;
         if count == 0 {
-            self.seen.memory = memory;
+            self.pixel_step.memory = memory;
             return None;
         }
         Some(PendingEvent { t_s, polarity, origin: self.origin(polarity), memory })
@@ -322,7 +328,8 @@ impl PixelState {
     /// Whether a change is one of light or of leaked charge, whichever moves more.
     #[inline]
     fn origin(&self, polarity: Polarity) -> Origin {
-        let is_leak = self.leak > 0.0 && 2.0 * self.leak > self.seen.to - self.seen.from;
+        let is_leak =
+            self.leak > 0.0 && 2.0 * self.leak > self.pixel_step.to - self.pixel_step.from;
         if is_leak && polarity.is_on() { Origin::Leak } else { Origin::Signal }
     }
 }

@@ -35,16 +35,16 @@ impl PixelArray {
         }
         self.awake.clear();
         self.accepted.clear();
-        self.next_hit = 0;
+        self.next_noise_event = 0;
     }
 
-    /// Pixels found since as many had been found.
-    pub(crate) fn awake_after(&self, found: usize) -> &[u32] {
-        &self.awake[found..]
+    /// Pixels to visit, from index `first` of the list on.
+    pub(crate) fn awake_from(&self, first: usize) -> &[u32] {
+        &self.awake[first..]
     }
 
-    /// Pixels found so far in this step.
-    pub(crate) fn found(&self) -> usize {
+    /// Number of pixels to visit, so far in this step.
+    pub(crate) fn awake_count(&self) -> usize {
         self.awake.len()
     }
 
@@ -166,10 +166,10 @@ impl PixelArray {
 
     /// Keeps the noise events of a block that take place, at the light there is.
     fn accept(&mut self, chain: &Chain, tick: &Tick, pixels: &Range<usize>, light: &[f32]) {
-        while let Some(noise_event) = self.noise_events.get(self.next_hit)
+        while let Some(noise_event) = self.noise_events.get(self.next_noise_event)
             && (noise_event.pixel as usize) < pixels.end
         {
-            self.next_hit += 1;
+            self.next_noise_event += 1;
             let is_now = noise_event.t_s > tick.start_s && noise_event.t_s <= tick.end_s;
             let pixel = noise_event.pixel as usize;
             if is_now {

@@ -42,7 +42,7 @@ impl Spread {
     }
 
     /// Whether event `k` is lost in the refractory period of the one before.
-    pub(super) fn is_deaf(&self, k: u32, refractory: RefractoryState) -> bool {
+    pub(super) fn is_refractory(&self, k: u32, refractory: RefractoryState) -> bool {
         if !self.is_rounded {
             return self.at(k) <= refractory.free_s;
         }
@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn deaf_times_up_to_the_spacing_are_passed_over() {
+    fn refractory_periods_up_to_the_spacing_are_passed_over() {
         assert!(spread(1_000, 2_000, 1, false).passes_over());
         assert!(!spread(1_000, 2_000, 3, false).passes_over());
     }
@@ -114,17 +114,18 @@ mod tests {
     }
 
     #[test]
-    fn an_event_exactly_at_the_end_of_the_deaf_time_is_lost_unless_rounding_saves_it() {
-        let deaf_after = |spread: Spread| {
+    fn an_event_exactly_at_the_end_of_the_refractory_period_is_lost_unless_rounding_saves_it() {
+        let refractory_after = |spread: Spread| {
             let mut refractory =
                 RefractoryState { free_s: spread.at(1) + 0.5e-3, ..RefractoryState::NONE };
             spread.keep(1, &mut refractory);
-            spread.is_deaf(3, refractory)
+            spread.is_refractory(3, refractory)
         };
         assert!((0..300).all(|k| {
-            !spread(k * 1_000, (k + 1) * 1_000, 4, true).is_deaf(0, RefractoryState::NONE)
+            !spread(k * 1_000, (k + 1) * 1_000, 4, true).is_refractory(0, RefractoryState::NONE)
         }));
-        let lost = (1..300).filter(|k| deaf_after(spread(k * 1_000, (k + 1) * 1_000, 4, true)));
+        let lost =
+            (1..300).filter(|k| refractory_after(spread(k * 1_000, (k + 1) * 1_000, 4, true)));
         let lost = lost.count();
         assert!((50..250).contains(&lost), "{lost} of 299");
     }

@@ -46,7 +46,7 @@ pub trait PixelTerm: Send + Sync + Debug {
     ) {
     }
 
-    /// What an event of a pixel leaves behind, on top of the level that was crossed.
+    /// Recovery of a pixel after an event, on top of the level that was crossed.
     fn recovery(&self) -> Recovery {
         Recovery::NONE
     }
@@ -73,7 +73,7 @@ pub trait PixelTerm: Send + Sync + Debug {
     ) {
     }
 
-    /// What [`PixelTerm::strike`] wants to have at hand, made once of all pixels.
+    /// Table for [`PixelTerm::strike`], computed once for all pixels.
     fn table(&self, _traits: &[PixelTraits], _noise: StageNoise) -> Table {
         Table::default()
     }
@@ -96,12 +96,12 @@ pub trait PixelTerm: Send + Sync + Debug {
     }
 }
 
-/// What a term works out once for all its pixels: two lists, of which it says what they are.
+/// Values that a term precomputes for all its pixels; the term defines their meaning.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Table {
-    /// Numbers to be added up.
+    /// Cumulative sums.
     pub sums: Vec<f64>,
-    /// Numbers per pixel.
+    /// One value per pixel.
     pub values: Vec<f32>,
 }
 
@@ -118,7 +118,7 @@ pub struct NoiseEvent {
     pub origin: Origin,
     /// Uniform in (0, 1]: the noise event takes place if it is not above the acceptance.
     pub chance: f32,
-    /// Which term it comes from; filled in by the array.
+    /// Index of the term it comes from; set by the array.
     pub term: u8,
 }
 

@@ -76,7 +76,7 @@ impl PixelTerm for ThresholdTemporalNoise {
         traits: &mut PixelTraits,
         noise: StageNoise,
     ) {
-        // Draw numbers wrap around after a billion events of one pixel.
+        // Draw indices wrap around after a billion events of one pixel.
         let draw = count.wrapping_mul(2) & 0x3fff_ffff;
         let redraw = |threshold: f32, draw: u32| {
             (threshold + self.sigma * noise.normal(pixel, draw)).max(MIN_THRESHOLD)

@@ -90,7 +90,7 @@ fn dark_light(chain: &Chain) -> f32 {
     chain.photoreceptor().map_or(1e-3, |law| law.dark_light())
 }
 
-/// What is no light is darkness.
+/// Maps negative values and NaN to darkness.
 #[inline(always)]
 fn at_least_none(luminance: f32) -> f32 {
     if luminance > 0.0 && luminance < f32::MAX { luminance } else { 0.0 }

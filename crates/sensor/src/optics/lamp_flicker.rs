@@ -90,8 +90,8 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// Where steps are divided, a period has so many parts: the chords of a sine then miss half a percent
-/// of its amplitude.
+/// Parts of a period into which steps are divided: the chords of a sine then miss half a percent of its
+/// amplitude.
 const PARTS_OF_PERIOD: f64 = 32.0;
 
 /// The wave that pixels remember, just above its trough: the way back to the very trough would be as

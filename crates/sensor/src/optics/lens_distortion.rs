@@ -2,8 +2,8 @@
 //!
 //! # Model
 //! `x_d = x (1 + k1 r² + k2 r⁴)` about the image centre, in units of the focal length: what an
-//! undistorted camera sees at `x` is seen at `x_d`. Each pixel looks up its light at the `x` that
-//! leads to it, found by iteration, between the four nearest pixels; the border goes on outside.
+//! undistorted camera sees at `x` is seen at `x_d`. Each pixel samples its light at the `x` that
+//! maps to it, found by iteration, by bilinear interpolation; outside, the border pixels repeat.
 //!
 //! # Source
 //! Brown 1966.
@@ -84,7 +84,7 @@ struct LensDistortion {
 }
 
 impl LensDistortion {
-    /// Where a distorted point, in pixels from the centre, comes from.
+    /// Undistorted position of a distorted point, in pixels from the centre.
     fn source(&self, (x_d, y_d): (f64, f64)) -> (f64, f64) {
         let (mut x, mut y) = (x_d, y_d);
         for _ in 0..ITERATIONS {

@@ -1,4 +1,4 @@
-//! Irradiance to photocurrent, both relative to what a white surface gives.
+//! Irradiance to photocurrent, both relative to reference white.
 
 pub(crate) mod dark_current;
 pub(crate) mod quantisation;

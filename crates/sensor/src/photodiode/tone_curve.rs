@@ -6,7 +6,7 @@
 //! # Model
 //! `power`: `I ← I^gamma`. `toe`: `I ← (1 + a) I^gamma - a` with `a = 0.055`, and below the point
 //! where its tangent goes through the origin that tangent: sRGB at `gamma = 1 / 2.4`. A power alone
-//! cannot be told from thresholds divided by `gamma`.
+//! is equivalent to thresholds divided by `gamma`.
 //!
 //! # Source
 //! IEC 61966-2-1:1999 (sRGB).
@@ -69,7 +69,7 @@ const TOE: f64 = 0.055;
 struct ToneCurve {
     gamma: f32,
     offset: f32,
-    /// Where the straight start ends, and its slope.
+    /// Upper end of the linear segment, and its slope.
     knee: f32,
     slope: f32,
 }

@@ -7,7 +7,7 @@
 
 use crate::exponential::decay;
 
-/// What a step is to a pole.
+/// Coefficients of a pole for one step.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Pole {
     /// `e^-a`.
@@ -32,7 +32,7 @@ impl Pole {
         x1 + (y0 - x0) * self.left - (x1 - x0) * self.mean_left
     }
 
-    /// What the output of the opposite filter is after the step, which passes changes only.
+    /// Output of the complementary high-pass filter after the step.
     #[inline(always)]
     pub(super) fn high(self, y0: f32, x0: f32, x1: f32) -> f32 {
         y0 * self.left + (x1 - x0) * self.mean_left

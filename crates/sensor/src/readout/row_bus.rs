@@ -8,8 +8,8 @@
 //! asked for later, while the row is being read, waits for its next turn. A request that has
 //! waited longer than `max_wait_s` when its row's turn comes is lost, and takes no time.
 //!
-//! When a request is served depends on later ones, so that a bus cannot tell when it is asked.
-//! Whoever drives it lets it select when it is due, behind all requests of that time.
+//! The time at which a request is served depends on later requests, so the bus cannot return it at
+//! once. The caller triggers the selection when it is due, after all requests of that time.
 //!
 //! # Source
 //! Boahen 2000 for bursts of a row; Brandli et al. 2014 for the row-wise bus of a DAVIS.
@@ -18,7 +18,7 @@ use std::collections::BTreeMap;
 
 use crate::Request;
 
-/// What a row-wise bus takes its time for, in seconds.
+/// Durations of a row-wise bus, in seconds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RowTimes {
     /// To select a row.
@@ -29,7 +29,7 @@ pub struct RowTimes {
     pub max_wait_s: f64,
 }
 
-/// What comes of a request when its row is selected.
+/// Outcome of a request when its row is selected.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Turn {
     /// It is served at its new time.

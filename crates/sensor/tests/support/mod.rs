@@ -8,7 +8,7 @@ use evpose_sensor::{EffectConfig, SensorConfig, SensorModel, SensorRun};
 
 /// The ideal threshold, ln.
 pub(crate) const C: f64 = 0.2;
-/// What the ideal sensor adds to light, relative to white.
+/// Offset that the ideal sensor adds to light, relative to white.
 pub(crate) const DARK: f64 = 1e-3;
 
 pub(crate) fn size(width: u16, height: u16) -> SensorSize {
@@ -75,12 +75,12 @@ pub(crate) fn deviation(values: &[f64]) -> f64 {
 }
 
 #[track_caller]
-pub(crate) fn assert_near(found: f64, expected: f64, tolerance: f64) {
-    assert!((found - expected).abs() <= tolerance, "{found}, expected {expected} +- {tolerance}");
+pub(crate) fn assert_near(actual: f64, expected: f64, tolerance: f64) {
+    assert!((actual - expected).abs() <= tolerance, "{actual}, expected {expected} +- {tolerance}");
 }
 
 /// Of a Poisson count, four standard deviations.
 #[track_caller]
-pub(crate) fn assert_poisson(found: usize, expected: f64) {
-    assert_near(found as f64, expected, 4.0 * expected.sqrt());
+pub(crate) fn assert_poisson(actual: usize, expected: f64) {
+    assert_near(actual as f64, expected, 4.0 * expected.sqrt());
 }
