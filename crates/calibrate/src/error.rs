@@ -1,4 +1,4 @@
-//! What can be wrong with a recording for calibration.
+//! Errors of calibration.
 
 use evpose_core::SensorSize;
 
@@ -17,13 +17,13 @@ pub enum CalibrateError {
     #[error("{0} frames: at least two are needed, between which light changes")]
     TooFewFrames(usize),
     /// Too few events to say anything.
-    #[error("{found} {what}: at least {needed} are needed; record for longer, or more motion")]
+    #[error("{actual} {what}: at least {needed} are needed; record for longer, or more motion")]
     TooFewEvents {
-        /// Which.
+        /// Kind of the events.
         what: &'static str,
-        /// How many there are.
-        found: usize,
-        /// How many there must be.
+        /// Number of events in the recording.
+        actual: usize,
+        /// Minimum number of events.
         needed: usize,
     },
     /// Light that does not change.

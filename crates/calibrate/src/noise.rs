@@ -24,7 +24,7 @@ const PARTS: usize = 20;
 const SHORTEST_S: f64 = 1.0;
 /// Draws of the bootstrap.
 const RESAMPLES: usize = 4_000;
-/// Which pixels are hot is settled after a few rounds.
+/// Largest number of iterations; the set of hot pixels converges after a few.
 const ROUNDS: usize = 50;
 
 /// A pixel that has many more events than others.
@@ -40,7 +40,7 @@ pub struct HotPixel {
     pub off_hz: f64,
 }
 
-/// What a camera does at rest.
+/// Background activity of a camera at rest.
 #[derive(Debug, Clone, Serialize)]
 pub struct Noise {
     /// ON events per pixel and second, without hot pixels.
@@ -124,8 +124,7 @@ fn part(t: Micros, window: TimeWindow) -> usize {
     ((share * PARTS as f64) as usize).min(PARTS - 1)
 }
 
-/// Which pixels are hot. Those that are raise the mean that others are held against, so it is
-/// found in rounds.
+/// Detects hot pixels. They raise the mean that others are compared with, so the detection iterates.
 fn hot(counts: &[[u32; 2]]) -> Vec<bool> {
     let both: Vec<u32> = counts.iter().map(|[off, on]| off + on).collect();
     let mut is_hot = vec![false; both.len()];

@@ -27,7 +27,7 @@ use crate::tiles::Tiles;
 /// Light below this share of white is taken to be this: 10 of 255, where cameras show noise.
 pub const FLOOR: f32 = 10.0 / 255.0;
 /// Fewer events are no ground for a threshold.
-const FEWEST: usize = 200;
+const MIN_EVENTS: usize = 200;
 /// Draws of the bootstrap.
 const RESAMPLES: usize = 1_000;
 
@@ -52,7 +52,7 @@ pub struct Thresholds {
     pub frames: usize,
 }
 
-/// What one tile has seen.
+/// Accumulated statistics of one tile.
 #[derive(Debug, Clone)]
 struct Tile {
     rise: f64,
@@ -73,7 +73,7 @@ pub struct ThresholdRun<'a> {
     fps: f64,
     floor: f32,
     tiles: Tiles,
-    seen: Vec<Tile>,
+    tile_states: Vec<Tile>,
     /// Log light of the frame before.
     before: Option<Vec<f32>>,
     /// Log light at the last event of every pixel.
@@ -106,7 +106,7 @@ impl<'a> ThresholdRun<'a> {
             fps,
             floor,
             tiles,
-            seen: vec![tile; tiles.count()],
+            tile_states: vec![tile; tiles.count()],
             before: None,
             last: vec![None; size.pixels()],
             frames: 0,
@@ -132,11 +132,11 @@ impl<'a> ThresholdRun<'a> {
         Ok(())
     }
 
-    /// What light has done between two frames.
+    /// Accumulates the change of light between two frames.
     fn change(&mut self, before: &[f32], after: &[f32]) {
         let width = usize::from(self.size.width);
         for (pixel, (a, b)) in before.iter().zip(after).enumerate() {
-            let tile = &mut self.seen[self.tiles.at(pixel % width, pixel / width)];
+            let tile = &mut self.tile_states[self.tiles.at(pixel % width, pixel / width)];
             let change = f64::from(b - a);
             tile.rise += change.max(0.0);
             tile.fall += (-change).max(0.0);
@@ -159,7 +159,7 @@ impl<'a> ThresholdRun<'a> {
         let pixel = y * usize::from(self.size.width) + x;
         let light = before[pixel] + (after[pixel] - before[pixel]) * share;
         let last = self.last[pixel].replace(light);
-        let tile = &mut self.seen[self.tiles.at(x, y)];
+        let tile = &mut self.tile_states[self.tiles.at(x, y)];
         let (count, steps, sign) = match event.polarity.is_on() {
             true => (&mut tile.on, &mut tile.on_steps, 1.0),
             false => (&mut tile.off, &mut tile.off_steps, -1.0),
@@ -179,17 +179,17 @@ impl<'a> ThresholdRun<'a> {
         if self.frames < 2 {
             return Err(CalibrateError::TooFewFrames(self.frames));
         }
-        let on: usize = self.seen.iter().map(|tile| tile.on).sum();
-        let off: usize = self.seen.iter().map(|tile| tile.off).sum();
-        if self.seen.iter().all(|tile| tile.rise + tile.fall == 0.0) {
+        let on: usize = self.tile_states.iter().map(|tile| tile.on).sum();
+        let off: usize = self.tile_states.iter().map(|tile| tile.off).sum();
+        if self.tile_states.iter().all(|tile| tile.rise + tile.fall == 0.0) {
             return Err(CalibrateError::NoChange);
         }
-        for (what, found) in [("ON events while frames last", on), ("OFF events", off)] {
-            if found < FEWEST {
-                return Err(CalibrateError::TooFewEvents { what, found, needed: FEWEST });
+        for (what, actual) in [("ON events while frames last", on), ("OFF events", off)] {
+            if actual < MIN_EVENTS {
+                return Err(CalibrateError::TooFewEvents { what, actual, needed: MIN_EVENTS });
             }
         }
-        let tiles = &self.seen;
+        let tiles = &self.tile_states;
         let config = BootstrapConfig { resamples: RESAMPLES, seed };
         let of = |statistic: &dyn Fn(&[usize]) -> f64| bootstrap(tiles.len(), &config, statistic);
         let ratio = |light: fn(&Tile) -> f64, events: fn(&Tile) -> usize| {

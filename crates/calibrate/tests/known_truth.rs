@@ -1,4 +1,4 @@
-//! Recordings whose numbers are known.
+//! Calibration of simulated recordings with known parameters.
 
 #![expect(clippy::unwrap_used, reason = "a test fails where something is missing")]
 
@@ -27,7 +27,7 @@ fn frame(k: usize) -> Plane<f32> {
     Plane::from_vec(usize::from(SIZE.width), usize::from(SIZE.height), data).unwrap()
 }
 
-/// What a camera of some effects makes of it, calibrated with every `every`-th frame.
+/// Calibrates a camera with `effects` from every `every`-th frame.
 fn calibrated(effects: Vec<EffectConfig>, every: usize) -> Result<Thresholds, CalibrateError> {
     let mut config = SensorConfig::from_toml("").unwrap();
     config.effects = effects;

@@ -200,15 +200,15 @@ mod tests {
         for (x, y) in hot {
             counts[y * 40 + x] = 5_000;
         }
-        let mut found: Vec<(usize, usize)> = activity(counts, 10)
+        let mut hot: Vec<(usize, usize)> = activity(counts, 10)
             .hot(HotRule::default())
             .iter()
             .map(|pixel| (usize::from(pixel.x), usize::from(pixel.y)))
             .collect();
-        found.sort_unstable();
+        hot.sort_unstable();
         let mut wanted = hot.to_vec();
         wanted.sort_unstable();
-        assert_eq!(found, wanted);
+        assert_eq!(hot, wanted);
     }
 
     #[test]

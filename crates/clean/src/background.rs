@@ -64,7 +64,7 @@ pub(crate) static SPEC: CleanerSpec = CleanerSpec {
     },
 };
 
-/// What confirms an event.
+/// Rule by which neighbouring events confirm an event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BackgroundOptions {
     /// For how long, at most [`Background::LONGEST`].
@@ -78,7 +78,7 @@ pub struct BackgroundOptions {
 }
 
 impl BackgroundOptions {
-    /// What DHP19 was made with.
+    /// The rule of the DHP19 data set.
     pub const DHP19: Self = Self {
         tau: Micros(70_000),
         own_pixel: false,
@@ -191,7 +191,10 @@ mod tests {
 
     const SENSOR: SensorSize = SensorSize { width: 5, height: 4 };
 
-    fn kept(options: BackgroundOptions, events: &[(i64, u16, u16, bool)]) -> Vec<(i64, u16, u16)> {
+    fn filtered(
+        options: BackgroundOptions,
+        events: &[(i64, u16, u16, bool)],
+    ) -> Vec<(i64, u16, u16)> {
         let event = |&(t, x, y, on): &(i64, u16, u16, bool)| Event {
             t: Micros(t),
             x,
@@ -213,29 +216,29 @@ mod tests {
     #[test]
     fn a_neighbour_confirms_up_to_the_time_constant_and_not_after_it() {
         let events = [(0, 2, 2, true), (10, 3, 1, false), (21, 2, 2, true), (21, 1, 1, true)];
-        assert_eq!(kept(TEN, &events), [(10, 3, 1), (21, 1, 1)]);
+        assert_eq!(filtered(TEN, &events), [(10, 3, 1), (21, 1, 1)]);
     }
 
     #[test]
     fn the_own_pixel_and_those_two_away_do_not_confirm_unless_asked() {
         let events = [(0, 2, 2, true), (1, 2, 2, true), (2, 4, 2, true)];
-        assert_eq!(kept(TEN, &events), []);
+        assert_eq!(filtered(TEN, &events), []);
         let own = BackgroundOptions { own_pixel: true, ..TEN };
-        assert_eq!(kept(own, &events), [(1, 2, 2)]);
+        assert_eq!(filtered(own, &events), [(1, 2, 2)]);
     }
 
     #[test]
     fn polarities_are_kept_apart_if_asked() {
         let events = [(0, 2, 2, true), (1, 1, 2, false), (2, 2, 3, true), (3, 0, 2, false)];
         let same = BackgroundOptions { same_polarity: true, ..TEN };
-        assert_eq!(kept(TEN, &events), [(1, 1, 2), (2, 2, 3), (3, 0, 2)]);
-        assert_eq!(kept(same, &events), [(2, 2, 3), (3, 0, 2)]);
+        assert_eq!(filtered(TEN, &events), [(1, 1, 2), (2, 2, 3), (3, 0, 2)]);
+        assert_eq!(filtered(same, &events), [(2, 2, 3), (3, 0, 2)]);
     }
 
     #[test]
     fn rows_do_not_run_into_each_other() {
         let events = [(0, 4, 1, true), (1, 0, 2, true), (2, 0, 3, true), (3, 4, 2, true)];
-        assert_eq!(kept(TEN, &events), [(2, 0, 3), (3, 4, 2)]);
+        assert_eq!(filtered(TEN, &events), [(2, 0, 3), (3, 4, 2)]);
     }
 
     #[test]
@@ -247,7 +250,7 @@ mod tests {
             (70_002, 2, 1, true),
             (70_002, 1, 2, true),
         ];
-        assert_eq!(kept(BackgroundOptions::DHP19, &events), [(70_001, 0, 1), (70_002, 1, 2)]);
+        assert_eq!(filtered(BackgroundOptions::DHP19, &events), [(70_001, 0, 1), (70_002, 1, 2)]);
     }
 
     #[test]
@@ -260,10 +263,10 @@ mod tests {
         events.extend([(i64::MAX - 10, 2, 2, true), (i64::MAX, 3, 2, true)]);
         let mut wanted: Vec<_> = (0..5).map(|k| (k * hour + 9, 1, 2)).collect();
         wanted.push((i64::MAX, 3, 2));
-        assert_eq!(kept(TEN, &events), wanted);
+        assert_eq!(filtered(TEN, &events), wanted);
     }
 
-    /// What DHP19's program does, by its description: events write to their neighbours.
+    /// DHP19's program by its description: events write to their neighbours.
     fn by_writing_to_neighbours(events: &[Event]) -> Vec<Event> {
         let mut last: Vec<Option<i64>> = vec![None; SENSOR.pixels()];
         let (width, height) = (i32::from(SENSOR.width), i32::from(SENSOR.height));

@@ -25,7 +25,7 @@ pub struct CameraFile {
     pub sensor: SensorSize,
     /// Focal lengths in pixels.
     pub focal_px: [f64; 2],
-    /// Where the optical axis meets the image; the centre of the first pixel is at zero.
+    /// Principal point; the centre of the first pixel is at zero.
     pub centre_px: [f64; 2],
     /// Coefficients of the distortion in OpenCV's order.
     #[serde(default)]
@@ -68,7 +68,7 @@ impl CameraFile {
     /// The camera.
     ///
     /// # Errors
-    /// What is wrong with its numbers.
+    /// A description of the invalid values.
     pub fn camera(&self) -> Result<LensCamera, String> {
         let distortion = Distortion::from_opencv(&self.distortion).ok_or_else(|| {
             let count = self.distortion.len();
@@ -77,9 +77,9 @@ impl CameraFile {
         if !self.focal_px.iter().all(|focal| *focal > 0.0 && focal.is_finite()) {
             return Err(format!("focal lengths of {:?} pixels", self.focal_px));
         }
-        let numbers = self.centre_px.iter().chain(&self.distortion);
-        if !numbers.into_iter().all(|number| number.is_finite()) {
-            return Err("numbers that are not finite".to_owned());
+        let values = self.centre_px.iter().chain(&self.distortion);
+        if !values.into_iter().all(|value| value.is_finite()) {
+            return Err("values that are not finite".to_owned());
         }
         let (focal, centre) = (self.focal_px.into(), self.centre_px.into());
         Ok(LensCamera::from_opencv(focal, centre, distortion))

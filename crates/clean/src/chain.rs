@@ -29,7 +29,7 @@ struct Link {
     left: u64,
 }
 
-/// What one cleaner of a chain has done.
+/// Statistics of one cleaner of a chain.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CleanReport {
     /// Its name in the registry.
@@ -38,7 +38,7 @@ pub struct CleanReport {
     pub entered: u64,
     /// Events that it left.
     pub left: u64,
-    /// What else it counted.
+    /// Further counts.
     pub notes: Vec<Note>,
 }
 
@@ -123,7 +123,7 @@ impl Chain {
         Ok(())
     }
 
-    /// What was still held back at the end of the recording.
+    /// Returns the events still buffered at the end of the recording.
     ///
     /// # Errors
     /// A survey that is still due.
@@ -139,7 +139,7 @@ impl Chain {
         Ok(events)
     }
 
-    /// What each cleaner has done, in order.
+    /// Statistics of every cleaner, in order.
     pub fn report(&self) -> Vec<CleanReport> {
         let report = |link: &Link| CleanReport {
             cleaner: link.name,
@@ -181,6 +181,6 @@ impl Chain {
     }
 
     fn of_other_sensor(&self, events: &EventStream) -> CleanError {
-        CleanError::EventsOfOtherSensor { found: events.sensor(), sensor: self.sensor }
+        CleanError::EventsOfOtherSensor { actual: events.sensor(), sensor: self.sensor }
     }
 }

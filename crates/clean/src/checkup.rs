@@ -1,9 +1,9 @@
-//! What a recording alone tells of its axes, polarities and time stamps.
+//! Consistency checks of a recording's axes, polarities and time stamps.
 //!
 //! It is little, and no more is claimed: whether coordinates fit the stated sensor or its transpose,
 //! which columns and rows never fire, how many events are ON, how many share their time stamp, what
 //! time stamps are multiples of. Whether an image is mirrored, or ON and OFF are exchanged, cannot be
-//! told without something that shows the same scene: see [`symmetry`](crate::symmetry).
+//! decided without a reference of the same scene: see [`symmetry`](crate::symmetry).
 
 use evpose_core::{EventStream, Micros, Polarity, SensorSize};
 
@@ -42,7 +42,7 @@ pub enum Fit {
     Beyond,
 }
 
-/// What was found.
+/// Results of the checks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Findings {
     /// How many events there are.
@@ -68,7 +68,7 @@ pub struct Findings {
     /// The largest step of which all differences of time stamps are multiples, in microseconds, if
     /// time passes at all.
     pub step_us: Option<u64>,
-    /// What is odd about it, in sentences.
+    /// Anomalies, in sentences.
     pub remarks: Vec<String>,
 }
 
@@ -114,7 +114,7 @@ impl Checkup {
         }
     }
 
-    /// What was found so far.
+    /// Results so far.
     pub fn findings(&self) -> Findings {
         let SensorSize { width, height } = self.sensor;
         let (columns, rows) = (range(&self.columns), range(&self.rows));
@@ -218,7 +218,7 @@ fn silent(counts: &[u64], size: u16) -> usize {
     size - counts.iter().take(size).filter(|count| **count > 0).count()
 }
 
-/// Whether only even or only odd ones fire, of enough to tell.
+/// Parity of the coordinates that fire, if only even or only odd ones of enough do.
 fn parity(counts: &[u64]) -> Option<&'static str> {
     let some = |odd: usize| counts.iter().skip(odd).step_by(2).filter(|n| **n > 0).count();
     match (some(0), some(1)) {

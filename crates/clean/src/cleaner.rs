@@ -1,4 +1,4 @@
-//! What a cleaner is.
+//! The trait of a cleaner.
 
 use std::fmt::Debug;
 
@@ -37,7 +37,7 @@ pub trait Cleaner: Debug + Send {
     /// Forgets the events and all counts, but not what the survey found.
     fn reset(&mut self);
 
-    /// What it did, beyond how many events it removed.
+    /// Counts beyond the number of removed events.
     fn notes(&self) -> Vec<Note> {
         Vec::new()
     }
@@ -51,8 +51,8 @@ pub trait Cleaner: Debug + Send {
 /// A number for the report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Note {
-    /// What was counted.
+    /// Counted quantity.
     pub what: &'static str,
-    /// How many.
+    /// Count.
     pub count: u64,
 }

@@ -8,8 +8,8 @@
 //! polarity by itself. All other events are kept.
 //!
 //! An LNES is above zero where an event fell into any bin but the first, and an opening of size two
-//! leaves what one of the two neighbours has as well. So no surface has to be computed: a pixel has
-//! company if it fired, a horizontal neighbour did, and a vertical one did. Beyond the first column and
+//! leaves what one of the two neighbours has as well. So no LNES has to be computed: a pixel has
+//! neighbours if it fired, a horizontal neighbour did, and a vertical one did. Beyond the first column and
 //! row the pixel itself counts as its neighbour, beyond the last ones nothing does; SciPy's
 //! `grey_opening` with its reflected borders does the same.
 //!
@@ -18,7 +18,7 @@
 //! # Source
 //! EventHands' reader of real recordings, with windows of 100 ms, rule "or" (its comment says "and"),
 //! and counts of what it stores as polarity 0, which are ON events there. It slides the window by
-//! 1 ms for every pose, so an event may be in one surface and not in the next: that is
+//! 1 ms for every pose, so an event may be in one LNES and not in the next: that is
 //! [`Deflicker::window`]. As a cleaner of recordings, windows follow one another from the first event on.
 
 use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
@@ -60,7 +60,7 @@ pub(crate) static SPEC: CleanerSpec = CleanerSpec {
     },
 };
 
-/// Which of its neighbours a bin that flickers exceeds.
+/// Neighbouring bins that a flickering bin exceeds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rule {
     /// One of them, as the published program has it.
@@ -74,7 +74,7 @@ pub enum Rule {
 pub struct DeflickerOptions {
     /// Milliseconds of a window; none counts as one.
     pub bins: u32,
-    /// Which neighbours it exceeds.
+    /// Neighbours that it exceeds.
     pub rule: Rule,
     /// In events of which polarity.
     pub counted: Polarity,
@@ -95,11 +95,11 @@ pub struct Deflicker {
     sensor: SensorSize,
     /// The first event of the recording.
     start: Option<Micros>,
-    /// The number of the window that the events held back are from.
+    /// The number of the window that the events buffered back are from.
     number: u64,
-    held: EventStream,
+    buffered: EventStream,
     out: EventStream,
-    /// Where the LNES is above zero, per polarity.
+    /// Whether the LNES is above zero, per pixel and polarity.
     shown: Vec<bool>,
     counts: Vec<u32>,
     flickering: u64,
@@ -114,7 +114,7 @@ impl Deflicker {
             sensor,
             start: None,
             number: 0,
-            held: EventStream::empty(sensor),
+            buffered: EventStream::empty(sensor),
             out: EventStream::empty(sensor),
             shown: vec![false; 2 * sensor.pixels()],
             counts: vec![0; bins as usize],
@@ -176,14 +176,14 @@ impl Deflicker {
         self.shown[place] && beside && above
     }
 
-    /// Cleans the window that is held back and lets it go.
+    /// Cleans the window that is buffered back and lets it go.
     fn release(&mut self, start: Micros) {
-        let mut held = std::mem::replace(&mut self.held, EventStream::empty(self.sensor));
+        let mut buffered = std::mem::replace(&mut self.buffered, EventStream::empty(self.sensor));
         let from_us = (self.number * BIN_US * u64::from(self.options.bins)) as i64;
-        self.window(&mut held, Micros(start.0.wrapping_add(from_us)));
-        append(&mut self.out, &held, 0..held.len());
-        held.clear();
-        self.held = held;
+        self.window(&mut buffered, Micros(start.0.wrapping_add(from_us)));
+        append(&mut self.out, &buffered, 0..buffered.len());
+        buffered.clear();
+        self.buffered = buffered;
     }
 }
 
@@ -216,7 +216,7 @@ impl Cleaner for Deflicker {
             }
             let inside = |t: &Micros| since(start, *t) / length_us == number;
             let end = at + events.t()[at..].partition_point(inside);
-            append(&mut self.held, events, at..end);
+            append(&mut self.buffered, events, at..end);
             at = end;
         }
         std::mem::swap(events, &mut self.out);
@@ -234,7 +234,7 @@ impl Cleaner for Deflicker {
     fn reset(&mut self) {
         self.start = None;
         self.number = 0;
-        self.held.clear();
+        self.buffered.clear();
         self.out.clear();
         self.flickering = 0;
     }

@@ -63,20 +63,20 @@ pub enum CleanError {
         other: &'static str,
     },
     /// A file or a preset is for another sensor.
-    #[error("{what} is for a {found} sensor, the events come from one of {sensor}")]
+    #[error("{what} is for a {actual} sensor, the events come from one of {sensor}")]
     OtherSensor {
         /// The file or preset.
         what: String,
         /// Its sensor.
-        found: SensorSize,
+        actual: SensorSize,
         /// That of the events.
         sensor: SensorSize,
     },
     /// Events of a sensor that the cleaners were not made for.
-    #[error("events of a {found} sensor, the cleaners are made for one of {sensor}")]
+    #[error("events of a {actual} sensor, the cleaners are made for one of {sensor}")]
     EventsOfOtherSensor {
         /// That of the events.
-        found: SensorSize,
+        actual: SensorSize,
         /// That of the cleaners.
         sensor: SensorSize,
     },

@@ -6,8 +6,8 @@ use proptest::prelude::*;
 use crate::{CLEANERS, Chain, CleanError, CleanReport, CleanRequest, Mask, Rectangle};
 
 /// Events in time order, many of them at equal times and places.
-pub(crate) fn events(sensor: SensorSize, most_us: i64) -> impl Strategy<Value = Vec<Event>> {
-    let event = (0..most_us, 0..sensor.width, 0..sensor.height, any::<bool>());
+pub(crate) fn events(sensor: SensorSize, max_us: i64) -> impl Strategy<Value = Vec<Event>> {
+    let event = (0..max_us, 0..sensor.width, 0..sensor.height, any::<bool>());
     prop::collection::vec(event, 0..120).prop_map(|mut events| {
         events.sort_by_key(|&(t, ..)| t);
         let event = |(t, x, y, on)| Event { t: Micros(t), x, y, polarity: Polarity::from_on(on) };

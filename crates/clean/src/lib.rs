@@ -27,7 +27,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! What published programs do differently is a preset, with their name.
+//! Deviations of published programs are presets under their names.
 
 mod activity;
 mod background;

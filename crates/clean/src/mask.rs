@@ -92,7 +92,7 @@ impl Mask {
         let mask: Self = toml::from_str(&text).map_err(|error| bad(error.to_string()))?;
         if mask.sensor != sensor {
             let what = format!("the mask {}", path.display());
-            return Err(CleanError::OtherSensor { what, found: mask.sensor, sensor });
+            return Err(CleanError::OtherSensor { what, actual: mask.sensor, sensor });
         }
         if let Some((x, y)) = mask.pixels.iter().find(|(x, y)| !sensor.contains(*x, *y)) {
             return Err(bad(format!("pixel ({x}, {y}) lies outside the {sensor} sensor")));

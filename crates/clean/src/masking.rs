@@ -52,7 +52,7 @@ const DAVIS346: SensorSize = SensorSize { width: 346, height: 260 };
 fn dhp19(preset: &str, sensor: SensorSize) -> Result<Mask, CleanError> {
     if sensor != DAVIS346 {
         let what = format!("the mask `{preset}`");
-        return Err(CleanError::OtherSensor { what, found: DAVIS346, sensor });
+        return Err(CleanError::OtherSensor { what, actual: DAVIS346, sensor });
     }
     let (camera, is_raw) = match preset.strip_suffix("-raw") {
         Some(camera) => (camera, true),

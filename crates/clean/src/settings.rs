@@ -9,15 +9,15 @@ use crate::{CleanError, CleanerSpec};
 pub struct ParamSpec {
     /// The key in requests.
     pub name: &'static str,
-    /// What values it takes.
+    /// Accepted values.
     pub kind: Kind,
     /// The value where none is given; none if there is no such value.
     pub default: Option<&'static str>,
-    /// What it is, with its source where it is a number.
+    /// Meaning, with the source of a default value.
     pub doc: &'static str,
 }
 
-/// What values a parameter takes.
+/// Accepted values of a parameter.
 #[derive(Debug, Clone, Copy)]
 pub enum Kind {
     /// A number between two, both allowed.

@@ -2,7 +2,7 @@
 //!
 //! # Method
 //! ON minus OFF events of 20 ms, smoothed over three by three pixels, are an image. The score of a
-//! symmetry is the cosine between all images of the recording, put right by it, and those of the
+//! symmetry is the cosine between all images of the recording, transformed by it, and those of the
 //! reference events of the scene. Since an effect may delay events, the recording as it is counts
 //! with its best score at lags of -40 to 100 ms. A symmetry is clear if its score is much larger,
 //! by five standard errors over parts of image and time, and if the rates of ON minus OFF events
@@ -14,7 +14,7 @@ use evpose_core::{Event, EventStream, Polarity, SensorSize};
 
 /// Length of a slice.
 const SLICE_US: i64 = 20_000;
-/// Five seconds tell as much as an hour.
+/// Five seconds; longer recordings do not change the result.
 const MAX_SLICES: usize = 250;
 /// Slices by which a recording may be late or early.
 const LAGS: std::ops::RangeInclusive<i64> = -2..=5;
@@ -69,7 +69,7 @@ impl Symmetry {
         if self.transposes { SensorSize { width: size.height, height: size.width } } else { size }
     }
 
-    /// Where a pixel of a sensor of this size goes.
+    /// Transformed position of a pixel of a sensor of this size.
     pub fn place(self, size: SensorSize, (x, y): (u16, u16)) -> (u16, u16) {
         let (x, y) = if self.transposes { (y, x) } else { (x, y) };
         let size = self.size(size);
@@ -91,7 +91,7 @@ impl Symmetry {
             .unwrap_or_else(|_| unreachable!("pixels go to pixels, times stay"))
     }
 
-    /// What undoes it.
+    /// The inverse transformation.
     #[must_use]
     pub fn inverse(self) -> Self {
         if !self.transposes {
@@ -101,12 +101,12 @@ impl Symmetry {
     }
 }
 
-/// Which symmetry puts a recording right.
+/// Symmetry that aligns a recording with its reference.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Orientation {
     /// The simplest of the best.
     pub best: Symmetry,
-    /// Others that the scene does not tell from it.
+    /// Others that the scene does not distinguish from it.
     pub as_good: Vec<Symmetry>,
     /// Its score, at most one.
     pub score: f64,
@@ -116,7 +116,7 @@ pub struct Orientation {
     pub advantage_z: f64,
     /// Correlation of the rates of ON minus OFF events.
     pub rate_correlation: f64,
-    /// Whether the recording should be put right.
+    /// Whether the recording should be transformed.
     pub is_clear: bool,
 }
 
@@ -315,7 +315,7 @@ mod tests {
     }
 
     #[test]
-    fn each_mix_up_is_told_by_a_recording_of_the_same_scene() {
+    fn each_mix_up_is_detected_by_a_recording_of_the_same_scene() {
         let reference = reference();
         for symmetry in Symmetry::all() {
             let orientation = find(&symmetry.apply(&reference), &reference).unwrap();
@@ -326,7 +326,7 @@ mod tests {
     }
 
     #[test]
-    fn too_few_events_tell_nothing() {
+    fn too_few_events_decide_nothing() {
         let few = EventStream::from_events(SIZE, reference().iter().take(199)).unwrap();
         assert_eq!(find(&few, &reference()), None);
     }

@@ -1,8 +1,8 @@
-//! Straightens the lens: every event goes to the pixel at which a camera without distortion, but
+//! Undistortion: every event moves to the pixel at which a camera without distortion, but
 //! otherwise the same, would have seen it.
 //!
-//! Where each pixel goes is computed once, see [`LensCamera`]; an event costs one look into that
-//! table. Pixels keep the time and the number of their events: where the lens magnifies, gaps remain,
+//! The destination of each pixel is computed once, see [`LensCamera`]; an event costs one table
+//! lookup. Pixels keep the time and the number of their events: where the lens magnifies, gaps remain,
 //! and where it shrinks, several pixels meet in one.
 //!
 //! The inverse of the lens is an iteration. It has converged where its result, distorted again, is
@@ -58,7 +58,7 @@ pub(crate) static SPEC: CleanerSpec = CleanerSpec {
             (format!("the camera {}", path.display()), CameraFile::load(path)?, options)
         };
         if file.sensor != sensor {
-            return Err(CleanError::OtherSensor { what, found: file.sensor, sensor });
+            return Err(CleanError::OtherSensor { what, actual: file.sensor, sensor });
         }
         let path = settings.path(&FILE).unwrap_or(std::path::Path::new(""));
         let bad = |reason| CleanError::BadFile { path: path.to_owned(), reason };
@@ -81,7 +81,7 @@ pub enum Inverse {
     Steps(u32),
 }
 
-/// What becomes of events beyond the image.
+/// Treatment of events beyond the image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outside {
     /// They are removed.
@@ -90,7 +90,7 @@ pub enum Outside {
     Clip,
 }
 
-/// Which pixel a position belongs to.
+/// Rounding of a position to a pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rounding {
     /// The one with the nearest centre.
@@ -104,14 +104,14 @@ pub enum Rounding {
 pub struct UndistortOptions {
     /// How the lens is inverted.
     pub inverse: Inverse,
-    /// What becomes of events beyond the image.
+    /// Treatment of events beyond the image.
     pub outside: Outside,
-    /// Which pixel a position belongs to.
+    /// Rounding of a position to a pixel.
     pub rounding: Rounding,
 }
 
 impl UndistortOptions {
-    /// What EventHands does.
+    /// The options of EventHands.
     pub const EVENTHANDS: Self =
         Self { inverse: Inverse::Steps(5), outside: Outside::Clip, rounding: Rounding::Truncate };
 }
@@ -122,7 +122,7 @@ impl Default for UndistortOptions {
     }
 }
 
-/// What happens to the events of a pixel.
+/// Destination of the events of a pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Fate {
     Moved = 0,
@@ -155,7 +155,7 @@ impl Undistort {
         let mut places = Vec::with_capacity(sensor.pixels());
         for y in 0..sensor.height {
             for x in 0..sensor.width {
-                let (position, is_settled) = straightened(camera, options.inverse, x, y);
+                let (position, is_settled) = undistorted(camera, options.inverse, x, y);
                 unsettled_pixels += usize::from(!is_settled);
                 places.push(place(sensor, options, position, is_settled));
             }
@@ -163,7 +163,7 @@ impl Undistort {
         Self { sensor, places, unsettled_pixels, events: [0; 4] }
     }
 
-    /// Where the events of a pixel go, if anywhere.
+    /// Destination of the events of a pixel, if they are kept.
     pub fn destination(&self, x: u16, y: u16) -> Option<(u16, u16)> {
         let pixel = usize::from(y) * usize::from(self.sensor.width) + usize::from(x);
         let place = self.places.get(pixel).filter(|_| self.sensor.contains(x, y))?;
@@ -176,9 +176,9 @@ impl Undistort {
     }
 }
 
-/// Where a pixel would be seen without the lens, counted from the centre of the first pixel, and
-/// whether the iteration converges.
-fn straightened(camera: &LensCamera, inverse: Inverse, x: u16, y: u16) -> (DVec2, bool) {
+/// Undistorted position of a pixel, counted from the centre of the first pixel, and whether the
+/// iteration converges.
+fn undistorted(camera: &LensCamera, inverse: Inverse, x: u16, y: u16) -> (DVec2, bool) {
     let steps = match inverse {
         Inverse::Converged => MAX_STEPS,
         Inverse::Steps(steps) => steps,

@@ -1,4 +1,4 @@
-//! The rule in closed form, and against surfaces that are really computed.
+//! The rule in closed form, and against a computed LNES.
 
 use proptest::prelude::*;
 
@@ -11,7 +11,7 @@ fn on(ms: i64, x: u16, y: u16) -> Event {
     Event { t: Micros(ms * 1_000), x, y, polarity: Polarity::On }
 }
 
-fn kept(options: DeflickerOptions, given: &[Event]) -> Vec<Event> {
+fn filtered(options: DeflickerOptions, given: &[Event]) -> Vec<Event> {
     let mut deflicker = Deflicker::new(SENSOR, options);
     let mut events = stream(SENSOR, given);
     deflicker.clean(&mut events);
@@ -26,7 +26,7 @@ fn of_a_millisecond_that_flickers_only_pixels_with_company_are_kept() {
     let mut given = vec![on(0, 0, 0), lone];
     given.extend(corner);
     // (3, 3) has a neighbour beside it and none above or below, (4, 4) none beside it.
-    assert_eq!(kept(DeflickerOptions::default(), &given), [on(5, 4, 3)]);
+    assert_eq!(filtered(DeflickerOptions::default(), &given), [on(5, 4, 3)]);
 }
 
 #[test]
@@ -34,18 +34,18 @@ fn and_asks_for_both_neighbours_and_or_for_one() {
     // 1, 2 and 2 events: the middle one exceeds the one before it only, the others none.
     let given = [on(0, 5, 4), on(1, 3, 2), on(1, 1, 1), on(2, 3, 1), on(2, 1, 3)];
     let options = DeflickerOptions { bins: 3, ..DeflickerOptions::default() };
-    assert_eq!(kept(options, &given), [given[0], given[3], given[4]]);
+    assert_eq!(filtered(options, &given), [given[0], given[3], given[4]]);
     let and = DeflickerOptions { rule: Rule::And, ..options };
-    assert_eq!(kept(and, &given), given);
+    assert_eq!(filtered(and, &given), given);
 }
 
 #[test]
 fn a_quiet_second_polarity_does_not_flicker_and_its_events_go_where_the_first_does() {
     let off = |ms, x, y| Event { polarity: Polarity::Off, ..on(ms, x, y) };
     let given = [off(0, 5, 4), off(3, 1, 1)];
-    assert_eq!(kept(DeflickerOptions::default(), &given), given);
+    assert_eq!(filtered(DeflickerOptions::default(), &given), given);
     let counted = DeflickerOptions { counted: Polarity::Off, ..DeflickerOptions::default() };
-    assert_eq!(kept(counted, &given), []);
+    assert_eq!(filtered(counted, &given), []);
 }
 
 #[test]
@@ -53,7 +53,7 @@ fn hours_of_silence_are_no_obstacle() {
     let far = Event { t: Micros(i64::MAX), ..on(0, 2, 2) };
     let given = [Event { t: Micros(i64::MIN), ..far }, on(0, 2, 2), far];
     let options = DeflickerOptions { bins: 1, ..DeflickerOptions::default() };
-    assert_eq!(kept(options, &given), given);
+    assert_eq!(filtered(options, &given), given);
 }
 
 /// Openings with a footprint of two, as SciPy has them: erosion to the left, dilation to the right,
@@ -72,8 +72,8 @@ fn the_opening_is_that_of_scipy() {
     assert_eq!(opened(&row), wanted);
 }
 
-/// The published recipe, step by step, with surfaces of numbers.
-fn by_surfaces(given: &[Event], start: i64, bins: usize, rule: Rule) -> Vec<Event> {
+/// The published recipe, step by step, with a computed LNES.
+fn by_lnes(given: &[Event], start: i64, bins: usize, rule: Rule) -> Vec<Event> {
     let (width, height) = (usize::from(SENSOR.width), usize::from(SENSOR.height));
     let bin_of = |event: &Event| ((event.t.0 - start) / 1_000) as usize;
     let mut masks = Vec::new();
@@ -109,7 +109,7 @@ fn by_surfaces(given: &[Event], start: i64, bins: usize, rule: Rule) -> Vec<Even
 
 proptest! {
     #[test]
-    fn counting_neighbours_is_opening_the_surface(
+    fn counting_neighbours_is_opening_the_lnes(
         given in events(SENSOR, 40_000), bins in 1_usize..12, is_or in any::<bool>(),
     ) {
         let rule = if is_or { Rule::Or } else { Rule::And };
@@ -122,9 +122,9 @@ proptest! {
         let wanted: Vec<Event> = windows
             .flat_map(|window| {
                 let from = start + (window[0].t.0 - start) / length_us * length_us;
-                by_surfaces(window, from, bins, rule)
+                by_lnes(window, from, bins, rule)
             })
             .collect();
-        prop_assert_eq!(kept(options, &given), wanted);
+        prop_assert_eq!(filtered(options, &given), wanted);
     }
 }

@@ -78,7 +78,7 @@ fn without_distortion_every_event_stays_where_it_is() {
 
 /// Outwards along the axis, by the formula of one coefficient: `seen = r (1 - 0.2 r²)`.
 #[test]
-fn a_barrel_is_straightened_outwards() {
+fn a_barrel_is_undistorted_outwards() {
     let undistort = Undistort::new(SENSOR, &camera(&[-0.2, 0.0, 0.0, 0.0]), Default::default());
     let (x, y) = undistort.destination(54, 23).unwrap();
     let r = (f64::from(x) - 31.5) / 50.0;
