@@ -10,7 +10,7 @@ use gapbench_pixel::camera::record;
 use gapbench_pixel::draw::{Purpose, Sequence};
 use gapbench_pixel::evidence::compare;
 use gapbench_pixel::oddity::{ODDITIES, install_oddity};
-use gapbench_pixel::{Circuit, EFFECTS, SCENE_KINDS, STRENGTHS, Scene, Seeds, Stage};
+use gapbench_pixel::{CameraStage, Circuit, EFFECTS, SCENE_KINDS, STRENGTHS, Scene, Seeds};
 
 fn main() -> std::io::Result<()> {
     let mut out = std::io::stdout().lock();
@@ -18,7 +18,7 @@ fn main() -> std::io::Result<()> {
     let seed = arguments.next().and_then(|text| text.parse().ok()).unwrap_or(1);
     let part = arguments.next().unwrap_or_default();
     let seeds = Seeds { camera: seed, run: seed + 1 };
-    let mut cases: Vec<(String, Stage, Circuit)> = Vec::new();
+    let mut cases: Vec<(String, CameraStage, Circuit)> = Vec::new();
     for effect in EFFECTS {
         for strength in 0..STRENGTHS {
             let mut circuit = Circuit::ideal();
@@ -31,7 +31,7 @@ fn main() -> std::io::Result<()> {
             let mut circuit = Circuit::ideal();
             install_oddity(oddity, round, &mut circuit);
             let in_readout = circuit.readout.oddity.is_some();
-            let stage = if in_readout { Stage::Readout } else { Stage::Detector };
+            let stage = if in_readout { CameraStage::Readout } else { CameraStage::Detector };
             cases.push((format!("{oddity:?} {round}"), stage, circuit));
         }
     }

@@ -6,7 +6,7 @@ use serde_json::json;
 use crate::camera::record;
 use crate::catalogue::{Nominal, Term, terms};
 use crate::circuit::Circuit;
-use crate::effect::Stage;
+use crate::effect::CameraStage;
 use crate::event::{DURATION_S, HEIGHT, Recording, WIDTH};
 use crate::evidence::{Evidence, compare};
 use crate::pixel::Seeds;
@@ -18,7 +18,7 @@ pub const FPS: f64 = 1000.0;
 /// Number of frames that cover a recording, both ends included.
 pub const FRAMES: usize = 1001;
 
-/// Which of the two recordings of a case.
+/// Role of a recording in its case.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Which {
     /// The one to find the effect in.
@@ -39,15 +39,15 @@ pub enum CaseKind {
     Parameter,
     /// Two visible effects of different stages.
     Pair,
-    /// An effect that is taken out of the catalogue at run time.
+    /// An effect that is removed from the catalogue at run time.
     LeftOut,
     /// An effect that no catalogue has.
     NeverCatalogued,
 }
 
-/// Scene and moment of one recording.
+/// Scene and seeds of one recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub struct Take {
+pub struct RecordingSetup {
     /// Kind of the scene.
     pub scene: SceneKind,
     /// Seed of the scene.
@@ -66,12 +66,12 @@ pub struct Case {
     /// Strength from 0 to 3, for singles.
     pub strength: Option<usize>,
     /// The recording to find the effect in.
-    pub train: Take,
+    pub train: RecordingSetup,
     /// The second recording.
-    pub validation: Take,
+    pub validation: RecordingSetup,
     /// Seed of the camera's fixed pattern.
     pub camera_seed: u64,
-    /// What is told about the camera.
+    /// Nominal parameters, given beside the recordings.
     pub nominal: Nominal,
     /// The camera as it is.
     pub circuit: Circuit,
@@ -101,15 +101,15 @@ pub struct Label {
     /// Strength from 0 to 3, for singles.
     pub strength: Option<usize>,
     /// Scenes and seeds.
-    pub train: Take,
+    pub train: RecordingSetup,
     /// Scenes and seeds of the second recording.
-    pub validation: Take,
+    pub validation: RecordingSetup,
     /// The hidden things.
     pub truth: Vec<Truth>,
     /// Whether all of them are visible (false for a null).
     pub visible: bool,
     /// Stages of the hidden things.
-    pub stages: Vec<Stage>,
+    pub stages: Vec<CameraStage>,
     /// Whether the truth is not in the catalogue the case is looked up in.
     pub outside_catalogue: bool,
     /// Effect to take out of the catalogue at run time.
@@ -127,7 +127,7 @@ impl Case {
         self.scene(which).frame(k, FPS)
     }
 
-    /// What is told beside a recording, as JSON.
+    /// The description beside a recording, as JSON.
     pub fn scene_json(&self, _which: Which) -> String {
         json!({
             "width": WIDTH,
@@ -179,7 +179,7 @@ impl Case {
         }
     }
 
-    fn take(&self, which: Which) -> Take {
+    fn take(&self, which: Which) -> RecordingSetup {
         match which {
             Which::Train => self.train,
             Which::Validation => self.validation,

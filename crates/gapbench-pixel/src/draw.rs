@@ -4,7 +4,7 @@
 //! (finaliser of SplitMix64, Steele et al. 2014). Switching one effect on can therefore not
 //! reshuffle the draws of another, and the number of threads cannot matter.
 
-/// What a draw is for: one value for each independent set of draws.
+/// Purpose of a draw: one value for each independent set of draws.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u64)]
 pub enum Purpose {
@@ -28,13 +28,13 @@ pub enum Purpose {
     BackgroundOn,
     /// Background events OFF.
     BackgroundOff,
-    /// Which pixels are hot and how.
+    /// Positions and rates of hot pixels.
     HotMap,
     /// Times and polarities of the events of hot pixels.
     HotEvents,
     /// Jitter of the time-stamper, by event.
     Jitter,
-    /// Which events come back, go missing or are copied.
+    /// Selection of events that are delayed, lost or copied.
     Oddity,
     /// Choices of the plan.
     Plan,

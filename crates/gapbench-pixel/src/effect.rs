@@ -14,7 +14,7 @@ use crate::physics::thermal_voltage_v;
 /// Part of the camera an effect belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Stage {
+pub enum CameraStage {
     /// Lamp and lens.
     Optics,
     /// Photodiode and photoreceptor.
@@ -121,39 +121,68 @@ impl Effect {
         }
     }
 
-    /// Stage of the camera.
-    pub fn stage(self) -> Stage {
+    /// CameraStage of the camera.
+    pub fn stage(self) -> CameraStage {
         match self {
-            Self::VeilingGlare | Self::PsfBlur | Self::LampFlicker => Stage::Optics,
+            Self::VeilingGlare | Self::PsfBlur | Self::LampFlicker => CameraStage::Optics,
             Self::PhotoreceptorLowpass
             | Self::PhotoreceptorNoise
             | Self::ShotNoisePoisson
             | Self::AdaptiveHighpass
-            | Self::DarkCurrent => Stage::Photoreceptor,
+            | Self::DarkCurrent => CameraStage::Photoreceptor,
             Self::LeakOn
             | Self::ThresholdMismatch
             | Self::ThresholdTemporalNoise
-            | Self::Refractory => Stage::Detector,
-            Self::HotPixels => Stage::Background,
-            Self::Arbiter | Self::ScannedReadout => Stage::Readout,
+            | Self::Refractory => CameraStage::Detector,
+            Self::HotPixels => CameraStage::Background,
+            Self::Arbiter | Self::ScannedReadout => CameraStage::Readout,
             Self::TimestampJitter | Self::TimestampQuantisation | Self::PixelLatency => {
-                Stage::Clock
+                CameraStage::Clock
             }
         }
     }
 
-    /// Puts the effect into a circuit at one of its strengths, 0 the weakest to 3. `draws` give
-    /// what a strength does not fix: a lamp's frequency and phase.
+    /// Puts the effect into a circuit at one of its strengths, 0 the weakest to 3. `draws` give the
+    /// parameters that a strength does not fix: a lamp's frequency and phase.
     pub fn install(self, strength: usize, circuit: &mut Circuit, draws: &mut Sequence) {
         let pick = |values: [f64; STRENGTHS]| values[strength.min(STRENGTHS - 1)];
+        match self.stage() {
+            CameraStage::Optics => self.install_optics(pick, circuit, draws),
+            CameraStage::Photoreceptor => self.install_photoreceptor(pick, circuit),
+            CameraStage::Detector => self.install_detector(pick, circuit),
+            CameraStage::Background | CameraStage::Readout | CameraStage::Clock => {
+                self.install_events(pick, circuit);
+            }
+        }
+    }
+
+    /// Lamp and lens.
+    fn install_optics(
+        self,
+        pick: impl Fn([f64; STRENGTHS]) -> f64,
+        circuit: &mut Circuit,
+        draws: &mut Sequence,
+    ) {
         match self {
-            Self::LeakOn => {
-                circuit.detector.leak = Some(Junction {
-                    current_fa: pick([0.004, 0.08, 0.9, 3.2]),
-                    doubling_k: 8.0,
-                    spread_ln: 0.3,
+            Self::VeilingGlare => {
+                circuit.optics.scattered_share = pick([0.000_5, 0.01, 0.05, 0.15]);
+            }
+            Self::PsfBlur => circuit.optics.blur_sigma_px = pick([0.06, 0.4, 1.1, 2.2]),
+            Self::LampFlicker => {
+                let mains = [100.0, 120.0, 60.0];
+                circuit.optics.lamp = Some(Lamp {
+                    ripple_hz: mains[draws.below(mains.len())],
+                    ripple_share: pick([0.001, 0.015, 0.06, 0.14]),
+                    phase_rad: draws.between(0.0, std::f64::consts::TAU),
                 });
             }
+            _ => unreachable!("an effect of another stage"),
+        }
+    }
+
+    /// Photodiode and photoreceptor, and the photon noise that follows from its current.
+    fn install_photoreceptor(self, pick: impl Fn([f64; STRENGTHS]) -> f64, circuit: &mut Circuit) {
+        match self {
             Self::PhotoreceptorLowpass => {
                 circuit.photoreceptor.node_ff = Some(pick([0.6, 6.0, 60.0, 300.0]));
                 // A follower of 8.6 kHz.
@@ -182,16 +211,18 @@ impl Effect {
             Self::DarkCurrent => {
                 circuit.photoreceptor.dark_current_fa = pick([2.0, 20.0, 150.0, 600.0]);
             }
-            Self::VeilingGlare => {
-                circuit.optics.scattered_share = pick([0.000_5, 0.01, 0.05, 0.15]);
-            }
-            Self::PsfBlur => circuit.optics.blur_sigma_px = pick([0.06, 0.4, 1.1, 2.2]),
-            Self::LampFlicker => {
-                let mains = [100.0, 120.0, 60.0];
-                circuit.optics.lamp = Some(Lamp {
-                    ripple_hz: mains[draws.below(mains.len())],
-                    ripple_share: pick([0.001, 0.015, 0.06, 0.14]),
-                    phase_rad: draws.between(0.0, std::f64::consts::TAU),
+            _ => unreachable!("an effect of another stage"),
+        }
+    }
+
+    /// Change detector and comparators.
+    fn install_detector(self, pick: impl Fn([f64; STRENGTHS]) -> f64, circuit: &mut Circuit) {
+        match self {
+            Self::LeakOn => {
+                circuit.detector.leak = Some(Junction {
+                    current_fa: pick([0.004, 0.08, 0.9, 3.2]),
+                    doubling_k: 8.0,
+                    spread_ln: 0.3,
                 });
             }
             Self::ThresholdMismatch => {
@@ -210,6 +241,13 @@ impl Effect {
                     swing_v: 0.5,
                 });
             }
+            _ => unreachable!("an effect of another stage"),
+        }
+    }
+
+    /// Background activity, readout and time-stamper.
+    fn install_events(self, pick: impl Fn([f64; STRENGTHS]) -> f64, circuit: &mut Circuit) {
+        match self {
             Self::HotPixels => {
                 circuit.background.hot = Some(HotPixels {
                     count: pick([1.0, 3.0, 12.0, 40.0]),
@@ -232,6 +270,7 @@ impl Effect {
                 circuit.clock.period_us = pick([20.0, 100.0, 400.0, 1000.0]);
             }
             Self::PixelLatency => circuit.clock.latency_us = pick([30.0, 120.0, 500.0, 2000.0]),
+            _ => unreachable!("an effect of another stage"),
         }
     }
 }

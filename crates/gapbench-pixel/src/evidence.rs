@@ -14,7 +14,7 @@
 
 use serde::Serialize;
 
-use crate::effect::Stage;
+use crate::effect::CameraStage;
 use crate::event::{Event, Recording};
 
 /// Distance in time at which a pair costs as much as two events without partner.
@@ -30,7 +30,7 @@ pub const VISIBLE_SHARE: f64 = 0.03;
 /// Events that must be added in quiet pixels.
 pub const VISIBLE_ADDED: usize = 60;
 
-/// What an effect did to a recording.
+/// Measured difference between recordings with and without an effect.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Evidence {
     /// Events without the effect.
@@ -59,10 +59,10 @@ impl Evidence {
 }
 
 /// Compares a recording with an effect to the same one without.
-pub fn compare(without: &Recording, with: &Recording, stage: Stage) -> Evidence {
+pub fn compare(without: &Recording, with: &Recording, stage: CameraStage) -> Evidence {
     let before = by_pixel(without);
     let after = by_pixel(with);
-    let in_clock = matches!(stage, Stage::Readout | Stage::Clock);
+    let in_clock = matches!(stage, CameraStage::Readout | CameraStage::Clock);
     let (mut added, mut removed, mut moved, mut added_in_quiet) = (0, 0, 0, 0);
     let mut shifts_us = Vec::new();
     for (old, new) in before.iter().zip(&after) {
@@ -77,12 +77,12 @@ pub fn compare(without: &Recording, with: &Recording, stage: Stage) -> Evidence 
             }
             for (old_us, new_us) in pairs {
                 let shift_us = (new_us - old_us).abs();
-                let least_us = if in_clock {
+                let min_shift_us = if in_clock {
                     CLOCK_SHIFT_US
                 } else {
                     SHIFT_US.max(SHIFT_SHARE * spacing_us(&all, old_us))
                 };
-                moved += usize::from(shift_us > least_us);
+                moved += usize::from(shift_us > min_shift_us);
                 shifts_us.push(shift_us);
             }
         }
@@ -176,7 +176,7 @@ mod tests {
     #[test]
     fn equal_recordings_show_nothing() {
         let same = recording(&[(100, 0, true), (900, 0, true), (1500, 3, false)]);
-        let evidence = compare(&same, &same, Stage::Detector);
+        let evidence = compare(&same, &same, CameraStage::Detector);
         assert_eq!((evidence.added, evidence.removed, evidence.moved), (0, 0, 0));
         assert!(!evidence.visible);
     }
@@ -186,7 +186,7 @@ mod tests {
         let before =
             recording(&[(1000, 0, true), (2000, 0, true), (3000, 0, true), (4000, 0, true)]);
         let after = recording(&[(2000, 0, true), (3000, 0, true), (4000, 0, true)]);
-        let evidence = compare(&before, &after, Stage::Detector);
+        let evidence = compare(&before, &after, CameraStage::Detector);
         assert_eq!((evidence.added, evidence.removed, evidence.moved), (0, 1, 0));
     }
 
@@ -194,7 +194,7 @@ mod tests {
     fn a_shift_counts_from_100_us_in_the_pixel_and_from_200_us_in_the_clock() {
         let before = recording(&[(1000, 0, true), (2000, 0, true)]);
         let after = recording(&[(1150, 0, true), (2150, 0, true)]);
-        assert_eq!(compare(&before, &after, Stage::Detector).moved, 2);
-        assert_eq!(compare(&before, &after, Stage::Clock).moved, 0);
+        assert_eq!(compare(&before, &after, CameraStage::Detector).moved, 2);
+        assert_eq!(compare(&before, &after, CameraStage::Clock).moved, 0);
     }
 }

@@ -2,10 +2,10 @@
 //! nothing.
 //!
 //! 216 singles (18 effects, 4 strengths, 3 scenes), 200 nulls, 60 cases with other parameters only,
-//! 60 pairs of strong effects from different stages, 22 effects that are taken out of the catalogue
+//! 60 pairs of strong effects from different stages, 22 effects that are removed from the catalogue
 //! and 18 that no catalogue has.
 
-use crate::case::{Case, CaseKind, Take, nominal_circuit};
+use crate::case::{Case, CaseKind, RecordingSetup, nominal_circuit};
 use crate::catalogue::Nominal;
 use crate::circuit::{Circuit, NOMINAL_THRESHOLD_LN};
 use crate::draw::{Purpose, Sequence, mix};
@@ -62,7 +62,7 @@ impl Plan {
     }
 }
 
-/// What makes a circuit different.
+/// Modification of a circuit.
 type Change = Box<dyn Fn(&mut Circuit)>;
 
 struct Builder {
@@ -96,7 +96,7 @@ impl Builder {
         let mut draws = Sequence::new(key, Purpose::Plan, 0);
         let first = number % SCENE_KINDS.len();
         let second = (first + 1 + draws.below(SCENE_KINDS.len() - 1)) % SCENE_KINDS.len();
-        let mut take = |scene: usize| Take {
+        let mut take = |scene: usize| RecordingSetup {
             scene: SCENE_KINDS[scene],
             scene_seed: draws.bits(),
             run_seed: draws.bits(),

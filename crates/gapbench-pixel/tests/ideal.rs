@@ -11,11 +11,11 @@ fn events(duration_s: f64, log_light: impl Fn(f64) -> f64) -> Vec<(f64, bool)> {
     spikes.into_iter().map(|spike| (spike.t_s, spike.on)).collect()
 }
 
-fn assert_events(found: &[(f64, bool)], expected: &[(f64, bool)]) {
-    assert_eq!(found.len(), expected.len());
-    for (found, expected) in found.iter().zip(expected) {
-        assert!((found.0 - expected.0).abs() < 1e-6, "{found:?} instead of {expected:?}");
-        assert_eq!(found.1, expected.1);
+fn assert_events(actual: &[(f64, bool)], expected: &[(f64, bool)]) {
+    assert_eq!(actual.len(), expected.len());
+    for (actual, expected) in actual.iter().zip(expected) {
+        assert!((actual.0 - expected.0).abs() < 1e-6, "{actual:?} instead of {expected:?}");
+        assert_eq!(actual.1, expected.1);
     }
 }
 

@@ -1,4 +1,4 @@
-//! The plan: numbers, names that say nothing, and draws that do not depend on threads or effects.
+//! The plan: counts, anonymous names, and draws that do not depend on threads or effects.
 
 use std::collections::{HashMap, HashSet};
 
@@ -10,9 +10,9 @@ fn of_kind(cases: &[Case], kind: CaseKind) -> Vec<&Case> {
 }
 
 #[test]
-fn the_plan_has_its_numbers_of_cases() {
+fn the_plan_has_its_counts_of_cases() {
     let cases = Plan::from_seed(7);
-    let numbers = [
+    let counts = [
         (CaseKind::Single, 216),
         (CaseKind::Null, 200),
         (CaseKind::Parameter, 60),
@@ -20,8 +20,8 @@ fn the_plan_has_its_numbers_of_cases() {
         (CaseKind::LeftOut, 22),
         (CaseKind::NeverCatalogued, 18),
     ];
-    for (kind, number) in numbers {
-        assert_eq!(of_kind(&cases, kind).len(), number, "{kind:?}");
+    for (kind, count) in counts {
+        assert_eq!(of_kind(&cases, kind).len(), count, "{kind:?}");
     }
     let ids: HashSet<&str> = cases.iter().map(|case| case.id.as_str()).collect();
     assert_eq!(ids.len(), cases.len());

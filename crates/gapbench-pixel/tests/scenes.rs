@@ -1,4 +1,4 @@
-//! What the scenes promise: range, still and moving parts, and how well frames follow them.
+//! Properties of the scenes: range, still and moving parts, and how well frames follow them.
 
 use gapbench_pixel::camera::record;
 use gapbench_pixel::event::{HEIGHT, WIDTH};

@@ -1,4 +1,4 @@
-//! What a circuit means in the units of a catalogue of effects: the labels of the benchmark.
+//! The labels of the benchmark: a circuit in the units of a catalogue of effects.
 //!
 //! Write `V_e = (C1 / C2) U_T / kappa` for the volts at the change amplifier's output that one
 //! e-fold of light makes, and let currents be relative to the photocurrent at white, `I_w`.
@@ -33,7 +33,7 @@ mod stages;
 use serde::Serialize;
 
 use crate::circuit::Circuit;
-use crate::effect::Stage;
+use crate::effect::CameraStage;
 
 /// Whether a term is an effect or only another value of what every camera has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -63,13 +63,13 @@ pub struct Term {
     pub name: &'static str,
     /// Effect or parameter.
     pub kind: TermKind,
-    /// Stage of the camera.
-    pub stage: Stage,
+    /// CameraStage of the camera.
+    pub stage: CameraStage,
     /// Its values.
     pub parameters: Vec<Parameter>,
 }
 
-/// What is nominal: told beside every recording.
+/// Nominal parameters of the camera, given beside every recording.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Nominal {
     /// ON threshold, `ln I`.

@@ -2,12 +2,12 @@
 
 use super::{Nominal, Parameter, Term, TermKind, thresholds_ln};
 use crate::circuit::{Access, Circuit, DetectorOddity, ReadoutOddity};
-use crate::effect::Stage;
+use crate::effect::CameraStage;
 use crate::event::{HEIGHT, WIDTH};
 use crate::physics::{FEMTO, KAPPA, node_rate_per_s, thermal_voltage_v};
 use crate::pixel::noise_variance;
 
-fn effect(name: &'static str, stage: Stage, parameters: Vec<Parameter>) -> Term {
+fn effect(name: &'static str, stage: CameraStage, parameters: Vec<Parameter>) -> Term {
     Term { name, kind: TermKind::Effect, stage, parameters }
 }
 
@@ -23,7 +23,7 @@ pub(super) fn optics(circuit: &Circuit, terms: &mut Vec<Term>) {
             value("depth", lamp.ripple_share, "1"),
             value("phase", lamp.phase_rad, "rad"),
         ];
-        terms.push(effect("lamp_flicker", Stage::Optics, parameters));
+        terms.push(effect("lamp_flicker", CameraStage::Optics, parameters));
     }
     let single = [
         ("psf_blur", "sigma", optics.blur_sigma_px, "px"),
@@ -32,7 +32,7 @@ pub(super) fn optics(circuit: &Circuit, terms: &mut Vec<Term>) {
     ];
     for (name, parameter, number, unit) in single {
         if number != 0.0 {
-            terms.push(effect(name, Stage::Optics, vec![value(parameter, number, unit)]));
+            terms.push(effect(name, CameraStage::Optics, vec![value(parameter, number, unit)]));
         }
     }
 }
@@ -41,7 +41,8 @@ pub(super) fn photoreceptor(circuit: &Circuit, terms: &mut Vec<Term>) {
     let (receptor, kelvin) = (&circuit.photoreceptor, circuit.temperature_k);
     let corner_hz =
         |ff| node_rate_per_s(receptor.white_current_a, ff, kelvin) / std::f64::consts::TAU;
-    let mut push = |name, parameters| terms.push(effect(name, Stage::Photoreceptor, parameters));
+    let mut push =
+        |name, parameters| terms.push(effect(name, CameraStage::Photoreceptor, parameters));
     if receptor.node_ff.is_some() || receptor.follower.is_some() {
         let mut parameters = Vec::new();
         if let Some(ff) = receptor.node_ff {
@@ -80,7 +81,7 @@ pub(super) fn detector(circuit: &Circuit, nominal: &Nominal, terms: &mut Vec<Ter
     let detector = &circuit.detector;
     let efold_mv = circuit.output_volts_per_efold_v() * 1e3;
     let [on, off] = thresholds_ln(circuit);
-    let mut push = |name, parameters| terms.push(effect(name, Stage::Detector, parameters));
+    let mut push = |name, parameters| terms.push(effect(name, CameraStage::Detector, parameters));
     if let Some(junction) = detector.leak {
         let slope_v_s = junction.amperes(circuit.temperature_k) / (detector.feedback_ff * FEMTO);
         let rate_hz = slope_v_s / (detector.threshold_on_mv * 1e-3);
@@ -122,7 +123,7 @@ pub(super) fn detector(circuit: &Circuit, nominal: &Nominal, terms: &mut Vec<Ter
         terms.push(Term {
             name: "threshold_offset",
             kind: TermKind::Parameter,
-            stage: Stage::Detector,
+            stage: CameraStage::Detector,
             parameters: vec![value("C_on", on, "ln"), value("C_off", off, "ln")],
         });
     }
@@ -135,7 +136,7 @@ pub(super) fn background(circuit: &Circuit, nominal: &Nominal, terms: &mut Vec<T
             value("share", hot.count / (WIDTH * HEIGHT) as f64, "1"),
             value("median_rate", hot.median_hz, "Hz"),
         ];
-        terms.push(effect("hot_pixels", Stage::Background, parameters));
+        terms.push(effect("hot_pixels", CameraStage::Background, parameters));
     }
     if differ(background.on_hz, nominal.noise_on_hz)
         || differ(background.off_hz, nominal.noise_off_hz)
@@ -143,7 +144,7 @@ pub(super) fn background(circuit: &Circuit, nominal: &Nominal, terms: &mut Vec<T
         terms.push(Term {
             name: "uniform_noise",
             kind: TermKind::Parameter,
-            stage: Stage::Background,
+            stage: CameraStage::Background,
             parameters: vec![
                 value("rate_on", background.on_hz, "Hz"),
                 value("rate_off", background.off_hz, "Hz"),
@@ -153,7 +154,7 @@ pub(super) fn background(circuit: &Circuit, nominal: &Nominal, terms: &mut Vec<T
 }
 
 pub(super) fn readout(circuit: &Circuit, terms: &mut Vec<Term>) {
-    let mut push = |name, parameters| terms.push(effect(name, Stage::Readout, parameters));
+    let mut push = |name, parameters| terms.push(effect(name, CameraStage::Readout, parameters));
     match circuit.readout.access {
         Access::Direct => {}
         Access::Arbiter { row_ns, event_ns } => push(
@@ -192,14 +193,14 @@ pub(super) fn clock(circuit: &Circuit, terms: &mut Vec<Term>) {
     for (name, parameter, number_us, ideal_us) in single {
         if number_us > ideal_us {
             let parameters = vec![value(parameter, number_us * 1e-6, "s")];
-            terms.push(effect(name, Stage::Clock, parameters));
+            terms.push(effect(name, CameraStage::Clock, parameters));
         }
     }
     if clock.offset_us != 0.0 {
         terms.push(Term {
             name: "clock_offset",
             kind: TermKind::Parameter,
-            stage: Stage::Clock,
+            stage: CameraStage::Clock,
             parameters: vec![value("offset", clock.offset_us * 1e-6, "s")],
         });
     }

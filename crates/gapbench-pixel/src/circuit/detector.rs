@@ -21,7 +21,7 @@ pub struct Detector {
     pub refractory: Option<Timer>,
     /// Comparators fired by photon noise.
     pub photon_noise: Option<PhotonNoise>,
-    /// What no catalogue knows.
+    /// An effect that no catalogue has.
     pub oddity: Option<DetectorOddity>,
 }
 

@@ -7,7 +7,7 @@ pub struct Optics {
     pub lamp: Option<Lamp>,
     /// Standard deviation of the Gaussian point spread function in pixels; 0 is sharp.
     pub blur_sigma_px: f64,
-    /// Share of the light that is scattered evenly over the picture.
+    /// Share of the light that is scattered evenly over the image.
     pub scattered_share: f64,
     /// Radial distortion: a point at radius `r` (in half diagonals) is seen at `r (1 + k1 r^2)`.
     pub distortion_k1: f64,

@@ -25,13 +25,13 @@ pub struct HotPixels {
 /// Way from the pixels to the time-stamper.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Readout {
-    /// Who decides which pixel is read.
+    /// Access scheme: the order in which pixels are read.
     pub access: Access,
-    /// What no catalogue knows.
+    /// An effect that no catalogue has.
     pub oddity: Option<ReadoutOddity>,
 }
 
-/// Who decides which pixel is read.
+/// Access scheme: the order in which pixels are read.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Access {
     /// Every request is read at once.

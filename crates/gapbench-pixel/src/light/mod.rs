@@ -3,13 +3,13 @@
 //! Distortion moves the point at which the analytic scene is read; blur and scattered light need
 //! neighbours and are prepared for a whole recording; the lamp multiplies.
 
-mod film;
+mod frame_sequence;
 mod veil;
 
 use crate::circuit::{Lamp, Optics};
 use crate::event::{HEIGHT, WIDTH};
 use crate::scene::Scene;
-use film::Film;
+use frame_sequence::FrameSequence;
 use veil::Veil;
 
 /// The light of one recording.
@@ -17,7 +17,7 @@ use veil::Veil;
 pub struct Light<'a> {
     scene: &'a Scene,
     distortion_k1: f64,
-    film: Option<Film>,
+    frames: Option<FrameSequence>,
     veil: Option<Veil>,
     lamp: Option<Lamp>,
 }
@@ -26,15 +26,16 @@ impl<'a> Light<'a> {
     /// The scene seen through `optics`.
     pub fn new(scene: &'a Scene, optics: &Optics) -> Self {
         let k1 = optics.distortion_k1;
-        let film = (optics.blur_sigma_px > 0.0).then(|| Film::new(scene, k1, optics.blur_sigma_px));
+        let frames = (optics.blur_sigma_px > 0.0)
+            .then(|| FrameSequence::new(scene, k1, optics.blur_sigma_px));
         let veil = (optics.scattered_share > 0.0).then(|| Veil::new(scene, optics.scattered_share));
-        Self { scene, distortion_k1: k1, film, veil, lamp: optics.lamp }
+        Self { scene, distortion_k1: k1, frames, veil, lamp: optics.lamp }
     }
 
     /// Natural logarithm of the light on pixel `(x, y)` at `t_s`, 0 at white.
     pub fn log_light(&self, x: usize, y: usize, t_s: f64) -> f64 {
-        let mut log = match &self.film {
-            Some(film) => film.log_light(x, y, t_s),
+        let mut log = match &self.frames {
+            Some(frames) => frames.log_light(x, y, t_s),
             None => log_scene(self.scene, self.distortion_k1, x as f64, y as f64, t_s),
         };
         if let Some(veil) = &self.veil {
@@ -62,7 +63,7 @@ fn log_scene(scene: &Scene, k1: f64, x_px: f64, y_px: f64, t_s: f64) -> f64 {
     scene.log_luminance(x_px, y_px, t_s)
 }
 
-/// Where the light of pixel position `(x, y)` comes from: solves `r_seen = r (1 + k1 r^2)`.
+/// Undistorted position of pixel position `(x, y)`: solves `r_seen = r (1 + k1 r^2)`.
 fn undistort(k1: f64, x_px: f64, y_px: f64) -> (f64, f64) {
     if k1 == 0.0 {
         return (x_px, y_px);

@@ -1,9 +1,9 @@
-//! Veiling glare: a share of all light is scattered evenly over the picture.
+//! Veiling glare: a share of all light is scattered evenly over the image.
 
 use crate::event::{DURATION_S, HEIGHT, WIDTH};
 use crate::scene::Scene;
 
-/// Samples of the picture's mean in a second; it changes smoothly.
+/// Samples of the image's mean in a second; it changes smoothly.
 const RATE_HZ: f64 = 1000.0;
 
 /// Every how many pixels the mean is taken.

@@ -16,7 +16,7 @@ use crate::event::Spike;
 const TICKS_PER_S: f64 = 1_048_576.0;
 
 /// Ticks between two looks at the light where nothing happens.
-const LOOK_TICKS: u64 = 2048;
+const SAMPLE_TICKS: u64 = 2048;
 
 /// Largest departure of light from a straight line within a segment, in `ln I`.
 const STRAIGHT_LN: f64 = 4e-3;
@@ -26,7 +26,7 @@ const INSTANT_S: f64 = 1e-8;
 
 /// Light at one instant.
 #[derive(Debug, Clone, Copy)]
-struct Look {
+struct LightSample {
     tick: u64,
     t_s: f64,
     log: f64,
@@ -67,10 +67,10 @@ impl<F: Fn(f64) -> f64> Walker<F> {
     }
 
     pub(super) fn run(mut self, duration_s: f64) -> Vec<Spike> {
-        let cells = (duration_s * TICKS_PER_S / LOOK_TICKS as f64).ceil() as u64;
-        let mut before = self.look(0);
+        let cells = (duration_s * TICKS_PER_S / SAMPLE_TICKS as f64).ceil() as u64;
+        let mut before = self.sample(0);
         for cell in 1..=cells {
-            let after = self.look(cell * LOOK_TICKS);
+            let after = self.sample(cell * SAMPLE_TICKS);
             self.refine(before, after);
             before = after;
         }
@@ -82,17 +82,17 @@ impl<F: Fn(f64) -> f64> Walker<F> {
         self.front.log_current((self.log_light)(t_s))
     }
 
-    fn look(&self, tick: u64) -> Look {
+    fn sample(&self, tick: u64) -> LightSample {
         let t_s = tick as f64 / TICKS_PER_S;
-        Look { tick, t_s, log: self.log_at(t_s) }
+        LightSample { tick, t_s, log: self.log_at(t_s) }
     }
 
     /// Halves the span until light is straight in it and the noise's step is short.
-    fn refine(&mut self, from: Look, to: Look) {
+    fn refine(&mut self, from: LightSample, to: LightSample) {
         if to.tick - from.tick <= 1 {
             return self.pass(from, to);
         }
-        let middle = self.look((from.tick + to.tick) / 2);
+        let middle = self.sample((from.tick + to.tick) / 2);
         let bent = (middle.log - 0.5 * (from.log + to.log)).abs() > STRAIGHT_LN;
         let half_s = middle.t_s - from.t_s;
         if bent || self.noise.is_some_and(|noise| noise.is_coarse(middle.log, half_s)) {
@@ -104,7 +104,7 @@ impl<F: Fn(f64) -> f64> Walker<F> {
         }
     }
 
-    fn pass(&mut self, from: Look, to: Look) {
+    fn pass(&mut self, from: LightSample, to: LightSample) {
         match self.noise {
             None => self.pass_smooth(from, to),
             Some(noise) => {
@@ -141,7 +141,7 @@ impl<F: Fn(f64) -> f64> Walker<F> {
         self.spikes.push(Spike { t_s, pixel: self.pixel, on });
     }
 
-    fn pass_smooth(&mut self, from: Look, to: Look) {
+    fn pass_smooth(&mut self, from: LightSample, to: LightSample) {
         let (mut t_s, mut log) = (from.t_s, from.log);
         loop {
             let due = self.interrupt(to.t_s);
@@ -208,7 +208,13 @@ impl<F: Fn(f64) -> f64> Walker<F> {
         high
     }
 
-    fn pass_noisy(&mut self, noise: NodeNoiseModel, from: Look, to: Look, noise_to: f64) {
+    fn pass_noisy(
+        &mut self,
+        noise: NodeNoiseModel,
+        from: LightSample,
+        to: LightSample,
+        noise_to: f64,
+    ) {
         let dt_s = to.t_s - from.t_s;
         let end = self.front.advance(&self.state, from.log, to.log, dt_s);
         let log = 0.5 * (from.log + to.log);
@@ -235,7 +241,7 @@ impl<F: Fn(f64) -> f64> Walker<F> {
             }
             return;
         }
-        let middle = self.look((from.tick + to.tick) / 2);
+        let middle = self.sample((from.tick + to.tick) / 2);
         let ends = [self.noise_now, noise_to];
         let noise_middle = noise.midpoint(ends, log, dt_s, middle.tick);
         self.pass_noisy(noise, from, middle, noise_middle);

@@ -1,7 +1,7 @@
 //! A shade that passes slowly over everything but the still strip, weaker than a threshold.
 //!
-//! Where an object has passed, light returns to what it was to the last bit, and the ideal pixel's
-//! memory stands exactly one threshold away from it: whether the last event comes would be left to
+//! After an object has passed, light returns to its former value to the last bit, and the ideal pixel's
+//! reference level stands exactly one threshold away from it: whether the last event comes would be left to
 //! rounding. Under a passing shade no light returns exactly, as under no real sky. Peak to peak it
 //! is .18 in `ln I`, so that still ground stays silent.
 
@@ -30,7 +30,7 @@ impl Cloud {
         }
     }
 
-    /// What it adds to `ln I`: never positive.
+    /// Contribution to `ln I`: never positive.
     pub(super) fn at(&self, x_px: f64, y_px: f64, t_s: f64) -> f64 {
         let place = x_px * self.waves_per_px[0] + y_px * self.waves_per_px[1];
         HALF_RANGE_LN * (wave(place + self.phase - self.turns_hz * t_s) - 1.0)

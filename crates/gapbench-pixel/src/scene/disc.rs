@@ -1,4 +1,4 @@
-//! A textured disc that crosses the picture on a straight line and comes in again.
+//! A textured disc that crosses the image on a straight line and comes in again.
 
 use super::DARKEST_LN;
 use super::shape::{blend, edge, edge_width_px, wave};
@@ -42,7 +42,7 @@ impl Disc {
     pub(super) fn over(&self, ground: f64, x_px: f64, y_px: f64, t_s: f64) -> f64 {
         let reach = self.radius_px + 0.5 * self.width_px;
         let offset = |place: f64, axis: usize, length: f64| {
-            // Around a torus that is one disc larger than the picture: it never jumps in sight.
+            // Around a torus that is one disc larger than the image: it never jumps in sight.
             let period = length + 2.0 * reach;
             let d = place - self.start_px[axis] - self.velocity_px_s[axis] * t_s;
             d - period * (d / period + 0.5).floor()

@@ -8,7 +8,7 @@ use crate::event::{HEIGHT, WIDTH};
 /// Levels of the strip.
 const LEVELS: usize = 8;
 
-/// Eight still patches from .02 to 1 along one side of the picture.
+/// Eight still patches from .02 to 1 along one side of the image.
 #[derive(Debug, Clone)]
 pub(super) struct Strip {
     levels: [f64; LEVELS],
@@ -58,7 +58,7 @@ pub(super) fn along_steps(levels: &[f64], place: f64, length_px: f64) -> f64 {
     blend(levels[left], levels[right], share)
 }
 
-/// Still tiles over the whole picture: `ROWS` rows of `COLUMNS`.
+/// Still tiles over the whole image: `ROWS` rows of `COLUMNS`.
 #[derive(Debug, Clone)]
 pub(super) struct Tiles<const ROWS: usize, const COLUMNS: usize> {
     levels: [[f64; COLUMNS]; ROWS],

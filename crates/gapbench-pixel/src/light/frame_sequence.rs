@@ -11,34 +11,34 @@ use super::log_scene;
 use crate::event::{DURATION_S, HEIGHT, WIDTH};
 use crate::scene::Scene;
 
-/// Pictures in a second.
+/// Frames per second.
 const RATE_HZ: f64 = 1024.0;
 
-/// The blurred light of one recording, `ln I` picture by picture.
+/// The blurred light of one recording, `ln I` frame by frame.
 #[derive(Debug)]
-pub(super) struct Film {
-    pictures: Vec<Vec<f32>>,
+pub(super) struct FrameSequence {
+    frames: Vec<Vec<f32>>,
 }
 
-impl Film {
+impl FrameSequence {
     pub(super) fn new(scene: &Scene, k1: f64, sigma_px: f64) -> Self {
         let kernel = kernel(sigma_px);
-        // One picture before the start and two after the end, for the cubics.
+        // One frame before the start and two after the end, for the cubics.
         let count = (DURATION_S * RATE_HZ) as i64 + 3;
-        let pictures = (-1..count)
+        let frames = (-1..count)
             .into_par_iter()
-            .map(|k| picture(scene, k1, &kernel, k as f64 / RATE_HZ))
+            .map(|k| frame(scene, k1, &kernel, k as f64 / RATE_HZ))
             .collect();
-        Self { pictures }
+        Self { frames }
     }
 
-    /// Catmull and Rom's cubic through the four pictures around `t_s`.
+    /// Catmull and Rom's cubic through the four frames around `t_s`.
     pub(super) fn log_light(&self, x: usize, y: usize, t_s: f64) -> f64 {
-        let last = (self.pictures.len() - 4) as f64;
+        let last = (self.frames.len() - 4) as f64;
         let place = (t_s * RATE_HZ).clamp(0.0, last);
         let k = place as usize;
         let f = place - k as f64;
-        let value = |i: usize| f64::from(self.pictures[k + i][y * WIDTH + x]);
+        let value = |i: usize| f64::from(self.frames[k + i][y * WIDTH + x]);
         let (a, b, c, d) = (value(0), value(1), value(2), value(3));
         let bend = 2.0 * a - 5.0 * b + 4.0 * c - d;
         let twist = 3.0 * (b - c) + d - a;
@@ -69,7 +69,7 @@ fn bessel_i(order: i32, x: f64) -> f64 {
     sum
 }
 
-fn picture(scene: &Scene, k1: f64, kernel: &[f64], t_s: f64) -> Vec<f32> {
+fn frame(scene: &Scene, k1: f64, kernel: &[f64], t_s: f64) -> Vec<f32> {
     let margin = kernel.len() - 1;
     let (wide, high) = (WIDTH + 2 * margin, HEIGHT + 2 * margin);
     let place = |i: usize| i as f64 - margin as f64;
