@@ -37,6 +37,13 @@ fn the_custom_effect_costs_events_the_more_the_stronger_it_is() {
 }
 
 #[test]
+fn the_custom_representation_shows_the_sign_of_the_latest_events() {
+    let output = output_of("custom_representation");
+    // ON at the front of the bar, OFF behind it, forgotten after four milliseconds.
+    assert_eq!(output.lines().last(), Some("5000 us   0  0 -1 -1 -1 -1  1  1"), "{output}");
+}
+
+#[test]
 fn a_small_network_learns_in_sixty_steps() {
     let output = output_of("train_network");
     let losses = output.lines().filter_map(|line| line.split_once("steps: "));
@@ -57,11 +64,14 @@ fn a_sink_of_ones_own_takes_poses() {
 }
 
 #[test]
-fn the_effect_of_the_contributors_page_is_the_example() {
+fn the_programs_of_the_contributors_page_are_the_examples() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let read = |path: &str| std::fs::read_to_string(root.join(path)).unwrap();
-    let block = format!("```rust\n{}```\n", read("examples/custom_effect.rs"));
-    assert!(read("CONTRIBUTING.md").contains(&block), "copy examples/custom_effect.rs there");
+    for name in ["custom_effect", "custom_representation", "custom_backbone"] {
+        let example = &format!("examples/{name}.rs");
+        let block = format!("```rust\n{}```\n", read(example));
+        assert!(read("CONTRIBUTING.md").contains(&block), "copy {example} there");
+    }
 }
 
 #[test]
@@ -74,12 +84,4 @@ fn the_custom_backbone_learns_and_is_compiled() {
     let (burn, engine) = values.trim_end().split_once(", engine ").unwrap();
     let [burn, engine] = [burn, engine].map(|value| value.parse::<f64>().unwrap());
     assert!((burn - engine).abs() < 0.002, "{output}");
-}
-
-#[test]
-fn the_backbone_of_the_contributors_page_is_the_example() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let read = |path: &str| std::fs::read_to_string(root.join(path)).unwrap();
-    let block = format!("```rust\n{}```\n", read("examples/custom_backbone.rs"));
-    assert!(read("CONTRIBUTING.md").contains(&block), "copy examples/custom_backbone.rs there");
 }

@@ -43,6 +43,7 @@ pub(super) const ALLOWED: &[Exception] = &[
         "the name that LNES abbreviates",
     ),
     allow("between", "", "difference", "a difference between two poses"),
+    allow("surface of events", "crates/repr/tests/golden/", "`surface.h`", "the name of a file"),
     allow("surface of events", "crates/body/", "", "surfaces of bodies"),
     allow("surface of events", "crates/sim/", "", "surfaces of bodies and scenes"),
     allow("most", "crates/task/src/toml_text.rs", "", "old spellings that configs accept"),
