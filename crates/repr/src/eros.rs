@@ -26,8 +26,7 @@
 
 use evpose_core::{EventStream, Micros, SensorSize};
 
-use crate::neighbourhood::kernel_parameter;
-use crate::neighbourhood::{MAX_KERNEL, Neighbourhood};
+use crate::neighbourhood::{MAX_KERNEL, Neighbourhood, kernel_parameter};
 use crate::parameter::{Parameter, ParameterKind, ParameterValues};
 use crate::spec::{Memory, PolarityUse, RepresentationSpec};
 use crate::{Grey, Representation};

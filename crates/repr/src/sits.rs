@@ -16,8 +16,7 @@
 
 use evpose_core::{EventStream, Micros, SensorSize};
 
-use crate::neighbourhood::Neighbourhood;
-use crate::neighbourhood::kernel_parameter;
+use crate::neighbourhood::{Neighbourhood, kernel_parameter};
 use crate::parameter::{ParameterKind, ParameterValues};
 use crate::spec::{Memory, PolarityUse, RepresentationSpec};
 use crate::{Grey, Representation};

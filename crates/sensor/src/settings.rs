@@ -54,14 +54,14 @@ impl Settings {
     /// # Panics
     /// If the stage does not list `choice` in its spec: a fault of the stage, not of its user.
     pub fn word(&self, choice: &ChoiceSpec) -> &'static str {
-        let found = self.words.iter().find(|(known, _)| known.name == choice.name);
+        let entry = self.words.iter().find(|(known, _)| known.name == choice.name);
         entry.map_or_else(|| panic!("`{}` is not in the stage's spec", choice.name), |&(_, w)| w)
     }
 
     /// The path given for `file`, if one is given.
     pub fn file(&self, file: &FileSpec) -> Option<&Path> {
-        let found = self.files.iter().find(|(known, _)| known.name == file.name);
-        found.map(|(_, path)| path.as_path())
+        let entry = self.files.iter().find(|(known, _)| known.name == file.name);
+        entry.map(|(_, path)| path.as_path())
     }
 
     /// All parameters in the order of the spec.

@@ -2,11 +2,14 @@
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use evpose_core::{Polarity, SensorSize};
+use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
 use proptest::prelude::*;
 
 use super::*;
-use crate::{ChannelOrder, ParameterKind, Transitions};
+use crate::{
+    ChannelOrder, FrameEvent, FrameWindow, Memory, ParameterKind, PolarityUse, Representation,
+    StreamWindow, Transitions,
+};
 
 const SENSOR: SensorSize = SensorSize { width: 4, height: 3 };
 
@@ -24,7 +27,7 @@ fn choices() -> impl Iterator<Item = RepresentationChoice> {
         "time-surface:tau_ms=0.7",
     ];
     let others = others.into_iter().map(|name| representation_by_name(name).unwrap());
-    REPRESENTATIONS.iter().map(RepresentationSpec::with_defaults).chain(others)
+    REPRESENTATIONS.iter().map(|spec| spec.with_defaults()).chain(others)
 }
 
 fn order() -> impl Strategy<Value = ChannelOrder> {

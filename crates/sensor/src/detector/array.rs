@@ -294,8 +294,8 @@ impl PixelArray {
 
     /// How far a pixel is from its memory at the end of a step; dead ones have none.
     pub(crate) fn residual(&self, step: Step<'_>, pixel: usize) -> f32 {
-        let seen = self.step_of(step, pixel);
-        (seen.to - seen.memory) as f32
+        let pixel_step = self.step_of(step, pixel);
+        (pixel_step.to - pixel_step.memory) as f32
     }
 
     /// Whether background requests of this pixel are lost as well.

@@ -12,15 +12,15 @@ impl PixelArray {
     /// Takes a pixel through the step.
     #[inline(always)]
     pub(super) fn resolve_burst(&mut self, step: Step<'_>, pixel: usize, out: &mut Vec<Request>) {
-        let seen = self.step_of(step, pixel);
+        let pixel_step = self.step_of(step, pixel);
         let detector = &step.chain.detector.stage;
-        let change = detector.next(&seen, step.tick.start_s, step.noise);
+        let change = detector.next(&pixel_step, step.tick.start_s, step.noise);
         let cell = &mut self.cells[pixel];
         if let Some(change) = change.filter(|change| change.count > 0) {
             for _ in 0..change.count {
                 out.push(Request {
                     t_s: change.t_s,
-                    pixel: seen.pixel,
+                    pixel: pixel_step.pixel,
                     polarity: change.polarity,
                     origin: Origin::Signal,
                 });

@@ -189,8 +189,9 @@ impl PixelArray {
     /// The largest number of events that any pixel has in this step, at least one.
     fn largest_count(&self, step: Step<'_>, awake: &[u32]) -> u32 {
         let counts = awake.iter().map(|&pixel| {
-            let seen = self.step_of(step, pixel as usize);
-            let change = step.chain.detector.stage.next(&seen, seen.start_s, step.noise);
+            let pixel_step = self.step_of(step, pixel as usize);
+            let change =
+                step.chain.detector.stage.next(&pixel_step, pixel_step.start_s, step.noise);
             change.map_or(0, |change| change.count)
         });
         counts.max().unwrap_or(0).max(1)
