@@ -107,7 +107,7 @@ fn frames_of_an_ordinary_camera_are_enough_for_slow_motion() {
 #[test]
 fn what_says_nothing_is_refused() {
     let error = calibrated(pixel(3.0, 3.0), 1).unwrap_err();
-    assert!(matches!(error, CalibrateError::TooFewEvents { found: 0, .. }), "{error}");
+    assert!(matches!(error, CalibrateError::TooFewEvents { actual: 0, .. }), "{error}");
     let events = EventStream::empty(SIZE);
     let still = |frames: usize| {
         let mut run = ThresholdRun::new(SIZE, FPS, FLOOR, &events).unwrap();

@@ -95,7 +95,7 @@ impl FixedCount {
     /// An image without events.
     pub fn new(sensor: SensorSize, config: FixedCountConfig) -> Self {
         let (most, counts) = (config.events as usize, vec![0; sensor.pixels()]);
-        Self { sensor, most, counts, last: VecDeque::new(), clock: StreamClock::default() }
+        Self { sensor, max_events, counts, last: VecDeque::new(), clock: StreamClock::default() }
     }
 }
 

@@ -55,7 +55,7 @@ fn shards_leave_the_bytes_of_the_whole_run_and_digests_that_hold() {
     // Events, poses, what was drawn.
     assert_eq!(verify(whole.path(), &|_| {}).unwrap().files, 9);
     let again = record_people(&people, whole.path(), Shard::WHOLE, &|_| {}).unwrap();
-    assert_eq!((again.sequences, again.kept), (0, 3));
+    assert_eq!((again.sequences, again.reused), (0, 3));
 }
 
 #[test]

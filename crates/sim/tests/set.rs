@@ -91,7 +91,7 @@ fn shards_copied_together_get_their_manifest_from_whoever_comes_next() {
         }
     }
     let run = fill(together.path(), "1/2");
-    assert_eq!((run.sequences.len(), run.kept, run.finished), (0, 3, true));
+    assert_eq!((run.sequences.len(), run.reused, run.finished), (0, 3, true));
     assert!(tree(together.path()) == expected);
 }
 
@@ -115,9 +115,9 @@ fn what_is_not_whole_is_recorded_again_and_the_rest_is_kept() {
     assert_eq!(set.unfinished(shard("2/2")), [1, 3]);
     // The other shard leaves alone what this one may be writing.
     let other = fill(directory.path(), "1/2");
-    assert_eq!((other.kept, other.sequences.len(), other.leftovers), (2, 1, 0));
+    assert_eq!((other.reused, other.sequences.len(), other.leftovers), (2, 1, 0));
     let run = fill(directory.path(), "2/2");
-    assert_eq!((run.kept, run.sequences.len(), run.leftovers, run.finished), (0, 2, 2, true));
+    assert_eq!((run.reused, run.sequences.len(), run.leftovers, run.finished), (0, 2, 2, true));
     assert!(tree(directory.path()) == expected);
     assert_eq!(fs::metadata(at("0000.evc")).unwrap().modified().unwrap(), untouched);
 }
