@@ -94,7 +94,7 @@ pub struct FixedCount {
 impl FixedCount {
     /// An image without events.
     pub fn new(sensor: SensorSize, config: FixedCountConfig) -> Self {
-        let (most, counts) = (config.events as usize, vec![0; sensor.pixels()]);
+        let (max_events, counts) = (config.events as usize, vec![0; sensor.pixels()]);
         Self { sensor, max_events, counts, last: VecDeque::new(), clock: StreamClock::default() }
     }
 }
