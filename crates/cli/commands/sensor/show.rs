@@ -49,7 +49,7 @@ fn json(sensor: &Source) -> Result<Value> {
 
 fn stage(row: &ChainRow) -> Value {
     let mut stage = list::effect(row.spec);
-    let parameters = row.settings.numbers().iter().map(|(param, value)| {
+    let parameters = row.settings.values().iter().map(|(param, value)| {
         let mut parameter = list::parameter(param);
         parameter["value"] = list::number(*value);
         parameter

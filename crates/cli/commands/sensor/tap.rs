@@ -107,7 +107,7 @@ fn record(
 /// Nominal thresholds with their signs.
 fn levels(model: &SensorModel) -> Vec<f64> {
     let row = model.describe().rows.iter().find(|row| row.spec.keys().contains(&"threshold_on"));
-    let values = row.map(|row| row.settings.numbers()).unwrap_or_default();
+    let values = row.map(|row| row.settings.values()).unwrap_or_default();
     values
         .iter()
         .filter_map(|(param, value)| match param.name {
