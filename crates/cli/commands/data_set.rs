@@ -3,10 +3,9 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
-use evpose_sim::set::{self, MANIFEST, PEOPLE};
-use evpose_sim::{SequenceSet, Shard};
-use evpose_task::body::BodyConfig;
-use evpose_task::hand::HandConfig;
+use evpose_commands::DataSetInfo;
+use evpose_sim::Shard;
+use evpose_sim::set::{self, MANIFEST};
 
 use evpose_app::progress::{bar, say};
 use evpose_app::run_info::CONFIG;
@@ -17,21 +16,8 @@ pub(super) fn describe(directory: &Path) -> Result<()> {
     if !path.exists() {
         bail!("{}: not a directory of `evpose simulate`: no {CONFIG}", directory.display());
     }
-    let text =
-        std::fs::read_to_string(&path).with_context(|| format!("reading {}", path.display()))?;
-    let is_people = BodyConfig::is_one(&text);
-    let (sequences, seconds, seed, content) = if is_people {
-        let config = BodyConfig::read(&path)?;
-        let simulation = config.simulation;
-        let content = format!("people: {}", simulation.activities.join(", "));
-        (simulation.sequences, simulation.seconds, config.seed, content)
-    } else {
-        let config = HandConfig::read(&path)?;
-        let simulation = config.simulation;
-        (simulation.sequences, simulation.seconds, config.seed, "hands".to_owned())
-    };
-    let set = SequenceSet::new(directory, sequences);
-    let set = if is_people { set.with_endings(PEOPLE) } else { set };
+    let DataSetInfo { content, sequences, seconds, seed, set } =
+        evpose_commands::data_set(directory, &path)?;
     let unfinished = set.unfinished(Shard::WHOLE).len();
     let complete = sequences - unfinished;
     say(directory.display());

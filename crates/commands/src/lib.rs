@@ -36,7 +36,7 @@ use std::path::Path;
 use anyhow::{Context, Result, bail};
 use evpose_app::args::{ConfigArgs, DeviceArgs};
 
-pub use task::{PoseModel, PoseTask, PrecisionScores};
+pub use task::{DataSetInfo, PoseModel, PoseTask, PrecisionScores};
 
 /// The pose tasks. A checkpoint is offered to each in turn; the last reports files that none can read.
 pub const TASKS: &[&dyn PoseTask] = &[&body::Body, &hand::Hand];
@@ -64,6 +64,19 @@ pub fn open(checkpoint: &Path, device: &DeviceArgs) -> Result<Box<dyn PoseModel>
         }
     }
     bail!("{}: a checkpoint of no known task", checkpoint.display())
+}
+
+/// The simulated data set in `directory`, by its config, of whichever task it is.
+///
+/// # Errors
+/// If no task can read the config.
+pub fn data_set(directory: &Path, config: &Path) -> Result<DataSetInfo> {
+    for task in TASKS {
+        if let Some(info) = task.data_set(directory, config)? {
+            return Ok(info);
+        }
+    }
+    bail!("{}: a config of no known task", config.display())
 }
 
 /// A model with the initial weights of a config, of whichever task it is.

@@ -8,6 +8,7 @@ use evpose_app::args::{ConfigArgs, DeviceArgs};
 use evpose_core::SensorSize;
 use evpose_infer::Precision;
 use evpose_nn::graph::Graph;
+use evpose_sim::SequenceSet;
 
 use crate::args::{EvalArgs, InferArgs, SimulateArgs, TrainArgs};
 use crate::online::{OnlineOptions, OnlineStream};
@@ -48,6 +49,12 @@ pub trait PoseTask: Sync {
     /// # Errors
     /// If the training fails.
     fn train(&self, args: &TrainArgs) -> Result<bool>;
+
+    /// The simulated data set in `directory`, by its config. None if the config is of another task.
+    ///
+    /// # Errors
+    /// If the config cannot be read.
+    fn data_set(&self, directory: &Path, config: &Path) -> Result<Option<DataSetInfo>>;
 
     /// Simulates a recording at `rate` events a second into `directory`: for benchmarks. Returns its path.
     ///
@@ -117,6 +124,21 @@ pub trait PoseModel {
     /// # Errors
     /// If the model cannot be used with such a sensor.
     fn stream(&self, sensor: SensorSize, options: &OnlineOptions) -> Result<Box<dyn OnlineStream>>;
+}
+
+/// A simulated data set, as its config describes it.
+#[derive(Debug, Clone)]
+pub struct DataSetInfo {
+    /// Content in a few words.
+    pub content: String,
+    /// Number of sequences.
+    pub sequences: usize,
+    /// Length of each sequence in seconds.
+    pub seconds: f64,
+    /// Seed of the experiment.
+    pub seed: u64,
+    /// Its files.
+    pub set: SequenceSet,
 }
 
 /// Accuracy and latency in a precision.

@@ -8,7 +8,7 @@ mod train;
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
 use burn::module::Module;
 use burn::tensor::Device;
 use evpose_app::args::{ConfigArgs, DeviceArgs};
@@ -19,6 +19,8 @@ use evpose_infer::{Precision, Ranges};
 use evpose_live::page::Skeleton;
 use evpose_nn::MoveEnetConfig;
 use evpose_nn::graph::Graph;
+use evpose_sim::SequenceSet;
+use evpose_sim::set::PEOPLE;
 use evpose_task::QuantizationRanges;
 use evpose_task::body::{
     BodyCheckpoint, BodyConfig, BodyPredictor, BodyPredictorOptions, PropagationConfig, body_stream,
@@ -28,7 +30,7 @@ use evpose_train::body::{BodyFrames, BodyRecordings};
 use crate::args::{EvalArgs, InferArgs, SimulateArgs, TrainArgs};
 use crate::benchmark_recording;
 use crate::online::{OnlineOptions, OnlineStream, TaskStream};
-use crate::task::{PoseModel, PoseTask, PrecisionScores};
+use crate::task::{DataSetInfo, PoseModel, PoseTask, PrecisionScores};
 
 /// Propagated poses per second.
 const PROPAGATE_HZ: f64 = 500.0;
@@ -52,7 +54,7 @@ impl PoseTask for Body {
             }
             BodyCheckpoint::load(path, &flex)?
         } else {
-            // A file that is none of bodies may be of another task, whose reader reports what is wrong.
+            // A file of another kind may be of another task, whose reader reports its errors.
             let Ok(checkpoint) = BodyCheckpoint::load(path, &flex) else { return Ok(None) };
             checkpoint
         };
@@ -86,6 +88,22 @@ impl PoseTask for Body {
     fn train(&self, args: &TrainArgs) -> Result<bool> {
         let Some(config) = body_config::config(&args.config)? else { return Ok(false) };
         train::run(config, args).map(|()| true)
+    }
+
+    fn data_set(&self, directory: &Path, config: &Path) -> Result<Option<DataSetInfo>> {
+        let text = std::fs::read_to_string(config)
+            .with_context(|| format!("reading {}", config.display()))?;
+        if !BodyConfig::is_one(&text) {
+            return Ok(None);
+        }
+        let BodyConfig { simulation, seed, .. } = BodyConfig::read(config)?;
+        Ok(Some(DataSetInfo {
+            content: format!("people: {}", simulation.activities.join(", ")),
+            sequences: simulation.sequences,
+            seconds: simulation.seconds,
+            seed,
+            set: SequenceSet::new(directory, simulation.sequences).with_endings(PEOPLE),
+        }))
     }
 
     fn benchmark_recording(&self, directory: &Path, rate: f64) -> Result<PathBuf> {

@@ -22,13 +22,14 @@ use evpose_live::page::{HandMesh, Skeleton};
 use evpose_nn::graph::Graph;
 use evpose_nn::{DeviceKind, HandRegressorConfig};
 use evpose_pose::HandParams;
+use evpose_sim::SequenceSet;
 use evpose_task::hand::{HandCheckpoint, HandConfig, HandView, NetworkPredictor, hand_stream};
 use evpose_train::{HandDataset, untrained};
 
 use crate::args::{EvalArgs, InferArgs, SimulateArgs, TrainArgs};
 use crate::benchmark_recording;
 use crate::online::{OnlineOptions, OnlineStream, TaskStream};
-use crate::task::{PoseModel, PoseTask, PrecisionScores};
+use crate::task::{DataSetInfo, PoseModel, PoseTask, PrecisionScores};
 
 /// Inputs per inference on devices other than the CPU, as published.
 const DEVICE_BATCH: usize = 16;
@@ -73,6 +74,17 @@ impl PoseTask for Hand {
 
     fn train(&self, args: &TrainArgs) -> Result<bool> {
         train::run(args).map(|()| true)
+    }
+
+    fn data_set(&self, directory: &Path, config: &Path) -> Result<Option<DataSetInfo>> {
+        let HandConfig { simulation, seed, .. } = HandConfig::read(config)?;
+        Ok(Some(DataSetInfo {
+            content: "hands".to_owned(),
+            sequences: simulation.sequences,
+            seconds: simulation.seconds,
+            seed,
+            set: SequenceSet::new(directory, simulation.sequences),
+        }))
     }
 
     fn benchmark_recording(&self, directory: &Path, rate: f64) -> Result<PathBuf> {
