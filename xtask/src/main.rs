@@ -1,10 +1,11 @@
 //! The project's checks, the same on a laptop and in CI.
 //!
-//! `cargo xtask ci` runs what every change must pass; `cargo xtask slow` the checks that need the
-//! optional devices and Rerun's SDK built. The last line is the total of all tests.
+//! `cargo xtask ci` runs what every change must pass; `cargo xtask slow` the checks that need optional devices
+//! and Rerun's SDK. The last line is the total of all tests.
 
 mod circles;
 mod files;
+mod lines;
 mod words;
 
 use std::io::{BufRead, BufReader};
@@ -13,9 +14,15 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 
-/// Why each step is there stands beside it.
+/// Steps with their reasons.
 const CI: &[Step] = &[
     Step { why: "one style", args: &["fmt", "--all", "--check"], env: &[] },
+    Step {
+        why: "files of a crate import each other in small circles only",
+        args: &["xtask", "circles"],
+        env: &[],
+    },
+    Step { why: "the command line stays small", args: &["xtask", "lines"], env: &[] },
     Step {
         why: "lints, tests and benches included",
         args: &["clippy", "--workspace", "--all-targets", "--quiet", "--", "-D", "warnings"],
@@ -28,7 +35,7 @@ const CI: &[Step] = &[
     },
     Step { why: "tests", args: &["test", "--workspace", "--no-fail-fast"], env: &[] },
     Step {
-        why: "what has a feature of its own: HDF5 recordings, hands of glTF files",
+        why: "optional features: HDF5 recordings, hands of glTF files",
         args: &[
             "test",
             "--package=evpose-io",
@@ -91,7 +98,7 @@ const SLOW: &[Step] = &[
         env: &[],
     },
     Step {
-        why: "networks say in tract what they say in ours",
+        why: "networks have the same outputs in tract",
         args: &["test", "--release", "--features=peers", "--bin=evpose", "peers"],
         env: &[],
     },
@@ -123,7 +130,7 @@ const SLOW: &[Step] = &[
     },
 ];
 
-const USAGE: &str = "usage: cargo xtask ci|slow|words [CRATE…] [--list]|circles [CRATE…]
+const USAGE: &str = "usage: cargo xtask ci|slow|words [CRATE…] [--list]|circles [CRATE…]|lines
 
   ci    formatting, lints, documentation, all tests, what the benchmark is built from (what CI runs)
   slow  twelve blind recordings; the ndarray agreement test; files for Rerun; packets of
@@ -131,7 +138,8 @@ const USAGE: &str = "usage: cargo xtask ci|slow|words [CRATE…] [--list]|circle
         AddressSanitizer; peers, fuzz targets, wgpu and cuda compile
   words  words that docs/glossary.md replaces: counts by crate, by file for a PATH or crate;
          --list shows each use and the standard word
-  circles  files of a crate that import each other; every circle of the crates that are named";
+  circles  files of a crate that import each other; every circle of the crates that are named
+  lines  lines of Rust by crate, and the limit of the command line";
 
 struct Step {
     why: &'static str,
@@ -168,9 +176,13 @@ fn main() -> ExitCode {
     let steps = match std::env::args().nth(1).as_deref() {
         Some("ci") => CI,
         Some("slow") => SLOW,
-        Some(check @ ("words" | "circles")) => {
+        Some(check @ ("words" | "circles" | "lines")) => {
             let args: Vec<String> = std::env::args().skip(2).collect();
-            let run = if check == "words" { words::run } else { circles::run };
+            let run = match check {
+                "words" => words::run,
+                "circles" => circles::run,
+                _ => lines::run,
+            };
             return match run(&args, say) {
                 Ok(()) => ExitCode::SUCCESS,
                 Err(error) => {
