@@ -74,7 +74,7 @@
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let folder = tempfile::tempdir()?;
 //! let path = folder.path().join("recording.evs");
-//! let event = |k| Event { t: Micros(100 * k), x: 3, y: 2, polarity: Polarity::On };
+//! let event = |k: i64| Event { t: Micros(100 * k), x: 3, y: 2, polarity: Polarity::On };
 //! let sensor = SensorSize { width: 8, height: 4 };
 //! let events = EventStream::from_events(sensor, (0..1_000).map(event))?;
 //! evpose_io::format_for(&path)?.write(&path, &events)?;

@@ -68,7 +68,7 @@ fn photograph(step: &PersonStep<'_>, sensor: SensorSize) -> Canvas {
     canvas
 }
 
-/// Writes what the network saw of recordings, with true and predicted joints.
+/// Draws true and predicted joints over inputs of the network.
 pub fn of_predictions(
     checkpoint: &BodyCheckpoint,
     evaluation: &BodyResults,
@@ -77,12 +77,12 @@ pub fn of_predictions(
     let mut images = Vec::new();
     let step = evaluation.recordings.len().div_ceil(SEQUENCES).max(1);
     for (k, recording) in evaluation.recordings.iter().step_by(step).enumerate() {
-        // Not always the same moment of a motion.
+        // Different phases of a motion in every recording.
         let share = 0.35 + 0.05 * (k % SEQUENCES) as f64;
         let index = (share * recording.predictions.len() as f64) as usize;
         let Some(found) = recording.predictions.get(index) else { continue };
-        let mut film = RepresentationReader::open(&recording.events, &checkpoint.config.image)?;
-        let image = film.at(Micros::from_seconds(found.t_s), |_| {})?;
+        let mut reader = RepresentationReader::open(&recording.events, &checkpoint.config.image)?;
+        let image = reader.at(Micros::from_seconds(found.t_s), |_| {})?;
         let mut canvas = Canvas::grey(&image, 2);
         let after = recording.truth.partition_point(|truth| truth.t_s < found.t_s - 1e-9);
         if let Some(truth) = recording.truth.get(after) {
