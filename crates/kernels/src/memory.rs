@@ -1,6 +1,6 @@
-//! What becomes of memory that is given back.
+//! The allocator's handling of freed memory.
 
-/// Keeps freed memory in this process instead of giving it back to the system, for the rest of its life.
+/// Keeps freed memory in this process instead of returning it to the system, for the rest of its life.
 ///
 /// A training step frees as much as it will need again a moment later, hundreds of megabytes in pieces that
 /// glibc maps one by one; the system clears every page of them anew. Kept, a step takes two thirds of the
@@ -8,15 +8,15 @@
 pub fn keep_freed_memory() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     {
-        /// As large as the parameters of `mallopt` can be.
+        /// The largest value of a parameter of `mallopt`: memory is never trimmed.
         const NEVER: i32 = i32::MAX;
-        // Allocations up to the largest size that glibc takes from its heap.
-        const LARGEST: i32 = 1 << 30;
-        #[expect(unsafe_code, reason = "the allocator has no other way to be told")]
-        // SAFETY: these set numbers that the allocator reads; they may be set at any time.
+        /// Allocations up to 1 GiB come from the heap; glibc accepts no larger threshold.
+        const MAX_HEAP_ALLOCATION: i32 = 1 << 30;
+        #[expect(unsafe_code, reason = "the allocator's settings have no safe interface")]
+        // SAFETY: these set values that the allocator reads; they may be set at any time.
         unsafe {
             libc::mallopt(libc::M_TRIM_THRESHOLD, NEVER);
-            libc::mallopt(libc::M_MMAP_THRESHOLD, LARGEST);
+            libc::mallopt(libc::M_MMAP_THRESHOLD, MAX_HEAP_ALLOCATION);
         }
     }
 }

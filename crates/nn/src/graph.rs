@@ -15,7 +15,7 @@ use burn::nn::pool::{AdaptiveAvgPool2d, MaxPool2d};
 use burn::nn::{BatchNorm, Linear, PaddingConfig2d};
 use burn::tensor::Tensor;
 
-pub use evpose_kernels::batch_norm::Activation;
+pub use evpose_kernels::training::Activation;
 
 use crate::conv_norm::ConvNorm;
 use crate::net_ops::{NetOps, VectorOps};

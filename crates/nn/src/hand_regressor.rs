@@ -12,6 +12,7 @@ use crate::backbone::{Backbone, BackboneNet as _, IMAGE_CHANNELS};
 use crate::graph::Graph;
 use crate::initializer::{Initializer, seeded};
 use crate::net_ops::NetOps;
+use crate::ops::{self, Blocked};
 use crate::parameters::{Slot, trained_count};
 
 /// Channels of an event image: OFF and ON events.
@@ -92,7 +93,10 @@ impl HandRegressor {
     /// - events: `[batch, 2, height, width]`, values in [0, 1]
     /// - output: `[batch, 12]`
     pub fn forward(&self, events: Tensor<4>) -> Tensor<2> {
-        self.backbone.run(events.conv(&self.conv1))
+        if ops::is_ours(&events) {
+            return self.forward_ops(Blocked::from_planes(events));
+        }
+        self.forward_ops(events)
     }
 
     /// The graph of the network, for engines that compile it.

@@ -87,7 +87,7 @@ impl NetOps for Tensor<4> {
     }
 
     fn max_pool(self, layer: &MaxPool2d) -> Self {
-        ops::max_pool(layer, self)
+        layer.forward(self)
     }
 
     fn add(self, other: Self) -> Self {

@@ -1,6 +1,6 @@
 //! The micro-kernel: sums of a few pixels and one or two blocks of channels, all in registers.
 
-pub use crate::batch_norm::Activation;
+pub use crate::activation::Activation;
 use crate::simd::{LANES, Lanes};
 
 /// Sums that a tile begins with.

@@ -1,15 +1,17 @@
-//! The shape of a batch in blocks of sixteen channels.
+//! The shape of a batch in the layout nChw16c.
 
 use rayon::prelude::*;
 
 use crate::simd::LANES;
 
-/// Shape of a batch `[batch][channels / 16][height][width][16]`.
+/// Shape of a batch in nChw16c, `[batch][channels / 16][height][width][16]`.
+///
+/// Lanes of the last block beyond `channels` hold zero in every batch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Blocks {
     /// Images.
     pub batch: usize,
-    /// Channels that hold something.
+    /// Channels, without those that pad the last block.
     pub channels: usize,
     /// Rows.
     pub height: usize,
@@ -23,29 +25,35 @@ impl Blocks {
         self.channels.div_ceil(LANES)
     }
 
-    /// Numbers of one block of an image.
+    /// Values of one block of an image.
     pub fn block(&self) -> usize {
         self.height * self.width * LANES
     }
 
-    /// Numbers of an image.
+    /// Values of an image, padding included.
     pub fn image(&self) -> usize {
         self.blocks() * self.block()
     }
 
-    /// Numbers of the batch, with those that fill blocks up.
-    pub fn numbers(&self) -> usize {
+    /// Values of the batch, padding included.
+    pub fn value_count(&self) -> usize {
         self.batch * self.image()
     }
 
-    /// From `[batch, channels, height, width]`.
+    /// The shape of which only each `stride`-th row and column remains.
+    pub(super) fn strided(self, stride: usize) -> Self {
+        let [height, width] = [self.height, self.width].map(|side| side.div_ceil(stride));
+        Self { height, width, ..self }
+    }
+
+    /// A batch of this shape from `[batch, channels, height, width]`.
     ///
     /// # Panics
     /// If there are more or fewer values.
     pub fn from_planes(&self, planes: &[f32]) -> Vec<f32> {
         let pixels = self.height * self.width;
         assert_eq!(planes.len(), self.batch * self.channels * pixels, "planes of this size");
-        let mut values = vec![0.0; self.numbers()];
+        let mut values = vec![0.0; self.value_count()];
         if values.is_empty() {
             return values;
         }
@@ -63,13 +71,13 @@ impl Blocks {
         values
     }
 
-    /// To `[batch, channels, height, width]`.
+    /// The channels of a batch as `[batch, channels, height, width]`.
     ///
     /// # Panics
     /// If there are more or fewer values.
     pub fn to_planes(&self, values: &[f32]) -> Vec<f32> {
         let pixels = self.height * self.width;
-        assert_eq!(values.len(), self.numbers(), "blocks of this size");
+        assert_eq!(values.len(), self.value_count(), "blocks of this size");
         let mut planes = vec![0.0; self.batch * self.channels * pixels];
         let of_image = self.channels * pixels;
         if planes.is_empty() {

@@ -2,103 +2,47 @@
 
 use super::blocks::Blocks;
 use super::norm::{Input, channel_sums};
-use super::weights::Weights;
-use super::{direct, few, winograd, winograd_weight};
-use crate::simd::Level;
-
-/// Pixels of a batch for which weights are worth their transforms, which are four times as large.
-const WORTH_TRANSFORMS: usize = 1500;
-
-/// A square convolution that keeps the image size, up to its stride.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Conv {
-    /// Shape of the input.
-    pub input: Blocks,
-    /// Channels of the output.
-    pub channels_out: usize,
-    /// Rows and columns of the kernel; odd.
-    pub kernel: usize,
-    /// Pixels between outputs: 1 or 2.
-    pub stride: usize,
-    /// The instructions to compute with.
-    pub level: Level,
-}
+use super::shape::Conv;
+use super::{direct, direct_weight, few_channels, winograd, winograd_weight};
 
 impl Conv {
-    /// Shape of the output.
-    pub fn output(&self) -> Blocks {
-        Blocks {
-            channels: self.channels_out,
-            height: self.input.height.div_ceil(self.stride),
-            width: self.input.width.div_ceil(self.stride),
-            ..self.input
-        }
-    }
-
     /// The convolution of `input`.
     ///
     /// # Shapes
     /// - `weight`: `[channels_out, channels_in, kernel, kernel]`; `bias`: `[channels_out]`
+    ///
+    /// # Panics
+    /// If a slice has another length, here and in the gradients.
     pub fn forward(&self, input: Input<'_>, weight: &[f32], bias: Option<&[f32]>) -> Vec<f32> {
-        self.check(input.values.len(), weight.len(), self.output().numbers());
+        self.check(input.values.len(), weight.len(), self.output().value_count());
         assert!(bias.is_none_or(|bias| bias.len() == self.channels_out), "bias");
+        let weights = self.weights(weight, false);
         if self.is_winograd() {
-            return winograd::convolved(
-                self.input,
-                input,
-                self.weights(weight, false),
-                bias,
-                self.level,
-            );
+            return winograd::convolved(self.input, input, weights, bias, self.level);
         }
-        direct::forward(self, input, self.weights(weight, false), bias)
+        direct::forward(self, input, weights, bias)
     }
 
-    /// The gradient by the input as the convolution takes it, from the gradient by the output.
+    /// The gradient by the normalised input, from the gradient by the output.
     pub fn backward_input(&self, weight: &[f32], gradient: &[f32]) -> Vec<f32> {
-        self.check(self.input.numbers(), weight.len(), gradient.len());
+        self.check(self.input.value_count(), weight.len(), gradient.len());
         let weights = self.weights(weight, true);
         if self.is_winograd() {
             return winograd::convolved(self.output(), gradient.into(), weights, None, self.level);
         }
-        if few::suits(self) {
-            return few::backward_input(self, weight, gradient);
+        if few_channels::suits(self) {
+            return few_channels::backward_input(self, weight, gradient);
         }
         direct::backward_input(self, weights, gradient)
     }
 
     /// The gradient by the weight, from the gradient by the output.
     pub fn backward_weight(&self, input: Input<'_>, gradient: &[f32]) -> Vec<f32> {
-        self.check(input.values.len(), self.weight(), gradient.len());
+        self.check(input.values.len(), self.weight_count(), gradient.len());
         if self.is_winograd() {
             return winograd_weight::gradient(self, input, gradient);
         }
-        direct::backward_weight(self, input, gradient)
-    }
-
-    /// The gradient by the bias, from the gradient by the output.
-    pub fn backward_bias(&self, gradient: &[f32]) -> Vec<f32> {
-        channel_sums(&self.output(), gradient)
-    }
-
-    /// Blocks of channels of the output that are made together.
-    pub(super) fn together(&self) -> usize {
-        together(self.level)
-    }
-
-    fn is_winograd(&self) -> bool {
-        let pixels = self.input.batch * self.input.height * self.input.width;
-        self.kernel == 3 && self.stride == 1 && pixels >= WORTH_TRANSFORMS
-    }
-
-    /// Numbers of the weight.
-    fn weight(&self) -> usize {
-        self.channels_out * self.input.channels * self.kernel.pow(2)
-    }
-
-    pub(super) fn weights<'a>(&self, values: &'a [f32], is_turned: bool) -> Weights<'a> {
-        let shape = [self.channels_out, self.input.channels, self.kernel.pow(2)];
-        Weights { values, shape, is_turned }
+        direct_weight::gradient(self, input, gradient)
     }
 
     fn check(&self, input: usize, weight: usize, output: usize) {
@@ -106,13 +50,14 @@ impl Conv {
             matches!(self.stride, 1 | 2) && self.kernel % 2 == 1,
             "a square kernel, stride 1 or 2"
         );
-        assert_eq!(input, self.input.numbers(), "numbers of the input");
-        assert_eq!(weight, self.weight(), "numbers of the weight");
-        assert_eq!(output, self.output().numbers(), "numbers of the output");
+        assert_eq!(input, self.input.value_count(), "values of the input");
+        assert_eq!(weight, self.weight_count(), "values of the weight");
+        assert_eq!(output, self.output().value_count(), "values of the output");
     }
 }
 
-/// Blocks of channels whose sums registers hold.
-pub(super) fn together(level: Level) -> usize {
-    if level.holds_two() { 2 } else { 1 }
+/// The gradient by the bias of a layer with this output, from the gradient by the output.
+pub fn backward_bias(output: &Blocks, gradient: &[f32]) -> Vec<f32> {
+    assert_eq!(gradient.len(), output.value_count(), "values of the output");
+    channel_sums(output, gradient)
 }

@@ -10,31 +10,31 @@ const NEAREST: usize = 24 << 10;
 
 /// Outputs `bias + Σ weight input` over the taps and channels of an input. Distances are in `f32`.
 pub(super) struct Gather<'a> {
-    /// Where each tap of an output is, from where the output's inputs begin.
+    /// Positions of the taps, relative to the first input of an output.
     pub(super) taps: &'a [usize],
-    /// Channels of the input and, from a block of them to the next.
+    /// Channels of the input, and the distance between blocks of them.
     pub(super) channels: usize,
     pub(super) block_pitch: usize,
-    /// From the inputs of an output to those of the next column, row, image.
+    /// Distances between the inputs of neighbouring columns, rows and images.
     pub(super) from_pitch: [usize; 3],
-    /// `[blocks together][block][tap][channel][block together][16]`.
+    /// `[group][block][tap][channel][block of the group][16]`.
     pub(super) weights: &'a [Line],
-    /// One for each block of outputs; none is zero.
+    /// One line for each block of outputs; zero where there is none.
     pub(super) bias: Option<&'a [Line]>,
-    /// Channels of the output, blocks of them that are made together, from a block to the next.
+    /// Channels of the output, blocks of them in a group, and the distance between blocks.
     pub(super) channels_out: usize,
-    pub(super) together: usize,
+    pub(super) blocks_at_once: usize,
     pub(super) block_pitch_out: usize,
-    /// Columns, rows and images of the output, and from each to the next.
+    /// Columns, rows and images of the output, and the distances between them.
     pub(super) size: [usize; 3],
     pub(super) to_pitch: [usize; 3],
-    /// Where inputs begin, and outputs.
+    /// The first input, and the first output.
     pub(super) from: *const f32,
     pub(super) to: *mut f32,
 }
 
-/// A part of a [`Gather`]: some blocks of channels of the input.
-struct Taps<'a> {
+/// The part of a [`Gather`] that reads some blocks of input channels.
+struct InputWindow<'a> {
     offsets: &'a [usize],
     blocks: Range<usize>,
     channels: usize,
@@ -42,13 +42,13 @@ struct Taps<'a> {
     pixel_pitch: usize,
 }
 
-/// Whose contract is that readable from `from` and writable from `to` on is what the fields say, that
-/// nobody else writes either, and that there are as many weights.
+/// Contract: inputs are readable from `from` and outputs writable from `to` as the fields say, nobody else
+/// writes either, and there are as many weights.
 impl Kernel for Gather<'_> {
     #[inline(always)]
     unsafe fn run<V: Lanes>(&self) {
-        for (group, blocks) in groups(self.channels_out, self.together).enumerate() {
-            let first = group * self.together * self.channels * self.taps.len();
+        for (group, blocks) in groups(self.channels_out, self.blocks_at_once).enumerate() {
+            let first = group * self.blocks_at_once * self.channels * self.taps.len();
             // SAFETY: the caller's.
             unsafe {
                 match blocks.len() {
@@ -71,7 +71,7 @@ impl Gather<'_> {
         let [columns, rows, images] = self.size;
         let most = V::TILE[B - 1];
         for block_in in (0..blocks_in).step_by(at_once) {
-            let taps = Taps {
+            let taps = InputWindow {
                 offsets: self.taps,
                 blocks: block_in..blocks_in.min(block_in + at_once),
                 channels: self.channels,
@@ -90,12 +90,14 @@ impl Gather<'_> {
                         let from = self.from.add(place(self.from_pitch));
                         let at = block_out * self.block_pitch_out + place(self.to_pitch);
                         let to = (self.to.add(at), [self.to_pitch[0], self.block_pitch_out]);
-                        let start = match (block_in, self.bias) {
-                            (0, Some(bias)) => Start::Bias(bias[block_out..].as_ptr().cast()),
-                            (0, None) => Start::Zero,
-                            _ => Start::Output,
+                        let init = match (block_in, self.bias) {
+                            (0, Some(bias)) => {
+                                AccumulatorInit::Bias(bias[block_out..].as_ptr().cast())
+                            }
+                            (0, None) => AccumulatorInit::Zero,
+                            _ => AccumulatorInit::Output,
                         };
-                        x += some::<V, B>(pixels, &taps, from, weights, start, to);
+                        x += tile_up_to::<V, B>(pixels, &taps, from, weights, init, to);
                     }
                 }
             }
@@ -103,27 +105,27 @@ impl Gather<'_> {
     }
 }
 
-/// Sums that a tile begins with.
+/// Initial values of the accumulators of a tile.
 #[derive(Clone, Copy)]
-enum Start {
+enum AccumulatorInit {
     Zero,
-    /// These channels, for every pixel.
+    /// The same channels for every pixel.
     Bias(*const f32),
-    /// What stands where the tile is written.
+    /// The present values of the output.
     Output,
 }
 
-/// A tile of so many pixels or somewhat fewer: how many.
+/// Computes the largest tile of at most `pixels` pixels; returns its pixels.
 ///
 /// # Safety
 /// That of [`tile`].
 #[inline(always)]
-unsafe fn some<V: Lanes, const B: usize>(
+unsafe fn tile_up_to<V: Lanes, const B: usize>(
     pixels: usize,
-    taps: &Taps<'_>,
+    taps: &InputWindow<'_>,
     from: *const f32,
     weights: *const f32,
-    start: Start,
+    init: AccumulatorInit,
     to: (*mut f32, [usize; 2]),
 ) -> usize {
     macro_rules! of {
@@ -131,7 +133,7 @@ unsafe fn some<V: Lanes, const B: usize>(
             match pixels {
                 // SAFETY: the caller's. Larger tiles than registers hold are not compiled.
                 $($n.. if $n <= V::TILE[B - 1] => unsafe {
-                    tile::<V, $n, B>(taps, from, weights, start, to);
+                    tile::<V, $n, B>(taps, from, weights, init, to);
                     $n
                 },)*
                 _ => unreachable!("{pixels} pixels in a tile"),
@@ -141,7 +143,7 @@ unsafe fn some<V: Lanes, const B: usize>(
     of!(12 8 6 4 3 2 1)
 }
 
-/// Adds what `N` outputs of `B` blocks of channels get from `taps`.
+/// Adds to `N` outputs of `B` blocks of channels the products with the inputs of `taps`.
 ///
 /// # Safety
 /// The processor has the instructions of `V`. Readable are the taps of `N` pixels from `from` on, their
@@ -149,22 +151,22 @@ unsafe fn some<V: Lanes, const B: usize>(
 /// apart as said, from `to` on.
 #[inline(always)]
 unsafe fn tile<V: Lanes, const N: usize, const B: usize>(
-    taps: &Taps<'_>,
+    taps: &InputWindow<'_>,
     from: *const f32,
     mut weights: *const f32,
-    start: Start,
+    init: AccumulatorInit,
     (to, [pixel_pitch, block_pitch]): (*mut f32, [usize; 2]),
 ) {
     // SAFETY: the caller's; every offset below is of a pixel, a weight or a sum that is named there.
     unsafe {
         let mut sums = [[V::splat(0.0); B]; N];
-        match start {
-            Start::Zero => {}
-            Start::Bias(bias) => {
+        match init {
+            AccumulatorInit::Zero => {}
+            AccumulatorInit::Bias(bias) => {
                 let bias: [V; B] = std::array::from_fn(|block| V::load(bias.add(block * LANES)));
                 sums = [bias; N];
             }
-            Start::Output => {
+            AccumulatorInit::Output => {
                 for (pixel, sums) in sums.iter_mut().enumerate() {
                     for (block, sum) in sums.iter_mut().enumerate() {
                         *sum = V::load(to.add(block * block_pitch + pixel * pixel_pitch));

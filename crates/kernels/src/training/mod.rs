@@ -1,15 +1,16 @@
-//! Training on batches of images in blocks of sixteen channels, `[batch][channels / 16][height][width][16]`.
+//! Training on batches of images in the layout nChw16c, `[batch][channels / 16][height][width][16]`.
 //!
 //! * [`Blocks`]: the shape of such a batch, and the way to rows of planes and back.
 //! * [`Conv`]: convolution, its gradients by input, weight and bias.
-//! * [`Norm`]: batch normalisation. Who takes its result computes it again from its input, so that only
-//!   one of both is kept: see [`Input`].
-//! * [`MaxPool`]: 3x3 max-pooling of stride 2, of a normalised input.
+//! * [`Depthwise`]: the same with a kernel for each channel.
+//! * [`Norm`]: batch normalisation. Its consumers compute it again from its input while they read, so
+//!   that only the input is stored: see [`Input`].
+//! * [`MaxPool`], [`Upsample`]: max-pooling of stride 2 and bilinear upsampling by two.
 //!
 //! Every output is computed by one thread in an order that depends on shapes alone, so that results are
-//! the same bits on any number of threads. Channels that fill the last block up are zero.
+//! the same bits on any number of threads. Channels that pad the last block are zero.
 
-#![allow(unsafe_code, reason = "kernels take pointers; contracts are written at each function")]
+#![allow(unsafe_code, reason = "kernels take pointers; the contract stands at each function")]
 #![allow(
     clippy::needless_range_loop,
     reason = "lanes of several arrays at once; columns become rows"
@@ -17,21 +18,31 @@
 
 mod blocks;
 mod conv;
+mod depthwise;
 mod direct;
-mod few;
+mod direct_weight;
+mod few_channels;
 mod gather;
 mod norm;
 mod outer;
 mod padded;
+mod per_channel;
+mod phases;
 mod pool;
+mod shape;
+mod upsample;
 mod weights;
 mod winograd;
 mod winograd_weight;
 
+pub use crate::activation::Activation;
 pub use blocks::Blocks;
-pub use conv::Conv;
-pub use norm::{Gradients, Input, Norm, through};
+pub use conv::backward_bias;
+pub use depthwise::Depthwise;
+pub use norm::{Gradients, Input, Norm, Statistics, activation_backward};
 pub use pool::MaxPool;
+pub use shape::Conv;
+pub use upsample::Upsample;
 
 #[cfg(test)]
 mod tests;

@@ -1,9 +1,10 @@
 //! Batch normalisation by the statistics of the batch.
 //!
 //! # Model
-//! As in [`batch_norm`](crate::batch_norm): `y = γ (x - m) / sqrt(v + ε) + β`, then the activation.
-//! Statistics of images are taken about their own means and joined in double precision, so that numbers
-//! are read once.
+//! Per channel, with mean `m` and biased variance `v` over batch and pixels and
+//! `n = (x - m) / sqrt(v + ε)`: `y = γ n + β`, then the activation. The gradient by the input is
+//! `γ / sqrt(v + ε) (dy - mean(dy) - n mean(dy n))`. Statistics of images are taken about their own means
+//! and joined in double precision, so that values are read once.
 //!
 //! # Source
 //! Ioffe, Szegedy: *Batch Normalization*, ICML 2015. Chan, Golub, LeVeque: *Algorithms for Computing
@@ -13,31 +14,40 @@ use pulp::Arch;
 use rayon::prelude::*;
 
 use super::blocks::Blocks;
-use crate::batch_norm::{Activation, Statistics};
+use crate::activation::Activation;
 use crate::simd::LANES;
 
 type Lane = [f32; LANES];
 
-/// A normalisation by statistics that are known: a factor and an offset for each channel, an activation.
+/// Mean and biased variance of each channel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Statistics {
+    /// `[channels]`
+    pub mean: Vec<f32>,
+    /// `[channels]`
+    pub variance: Vec<f32>,
+}
+
+/// A normalisation by known statistics: a factor and an offset for each channel, an activation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Norm {
-    /// For each block of channels; zero for those that fill the last one up.
+    /// One for each block of channels; zero in the padding of the last.
     scales: Vec<Lane>,
     offsets: Vec<Lane>,
     /// Bounds of the activation.
-    least: f32,
-    most: f32,
+    min: f32,
+    max: f32,
     means: Vec<Lane>,
     /// `1 / sqrt(v + ε)`.
     inverses: Vec<f64>,
 }
 
-/// Numbers that an operation takes, or those that become of them by a normalisation.
+/// The input of an operation, normalised while it is read.
 #[derive(Debug, Clone, Copy)]
 pub struct Input<'a> {
-    /// Of the shape that the operation says.
+    /// A batch of the shape of the operation's input.
     pub values: &'a [f32],
-    /// What is done to them first.
+    /// The normalisation in front of the operation, if there is one.
     pub norm: Option<&'a Norm>,
 }
 
@@ -56,18 +66,18 @@ impl<'a> From<&'a [f32]> for Input<'a> {
     }
 }
 
-/// What lies beyond the bounds of an activation is put on them; NaN stays.
+/// `value` clamped to the bounds of an activation; NaN stays.
 #[inline(always)]
-fn kept(value: f32, least: f32, most: f32) -> f32 {
-    let value = if value < least { least } else { value };
-    if value > most { most } else { value }
+fn clamped(value: f32, min: f32, max: f32) -> f32 {
+    let value = if value < min { min } else { value };
+    if value > max { max } else { value }
 }
 
 impl Norm {
     /// The normalisation by `statistics`; `gamma` and `beta` are `[channels]`.
     ///
     /// # Panics
-    /// If there are more or fewer.
+    /// If their lengths differ from that of the statistics.
     pub fn new(
         statistics: &Statistics,
         gamma: &[f32],
@@ -88,12 +98,12 @@ impl Norm {
             (f64::from(beta[channel]) - f64::from(mean[channel]) * scales[channel]) as f32
         };
         let offsets: Vec<f32> = (0..beta.len()).map(offset).collect();
-        let [least, most] = activation.bounds();
+        let [min, max] = activation.bounds();
         Self {
             scales: lanes(&scales.iter().map(|scale| *scale as f32).collect::<Vec<_>>()),
             offsets: lanes(&offsets),
-            least,
-            most,
+            min,
+            max,
             means: lanes(mean),
             inverses,
         }
@@ -101,7 +111,7 @@ impl Norm {
 
     /// Mean and biased variance of every channel.
     pub fn statistics(shape: &Blocks, values: &[f32]) -> Statistics {
-        assert_eq!(values.len(), shape.numbers(), "numbers of this shape");
+        assert_eq!(values.len(), shape.value_count(), "values of this shape");
         let count = (shape.height * shape.width) as f64;
         let of_image = |image: &[f32]| -> Vec<[[f64; LANES]; 2]> {
             let blocks = image.chunks_exact(shape.block().max(1));
@@ -132,16 +142,20 @@ impl Norm {
         Statistics { mean, variance }
     }
 
-    /// The gradients by the numbers that are normalised, which takes the place of `gradient`, the gradient
-    /// by the result, and by the parameters.
+    /// The gradients by the parameters, and by `values`, which takes the place of `gradient`, that by the
+    /// result.
     pub fn backward(&self, shape: &Blocks, values: &[f32], gradient: &mut [f32]) -> Gradients {
-        assert_eq!([values.len(), gradient.len()], [shape.numbers(); 2], "numbers of this shape");
+        assert_eq!(
+            [values.len(), gradient.len()],
+            [shape.value_count(); 2],
+            "values of this shape"
+        );
         let size = shape.block().max(1);
         let blocks = shape.blocks();
         let pairs = values.par_chunks(size).zip(gradient.par_chunks(size)).enumerate();
         let sums: Vec<_> = pairs
             .map(|(k, (xs, dys))| {
-                let line = self.line(k % blocks);
+                let line = self.scale_shift(k % blocks);
                 let mean = self.means[k % blocks];
                 Arch::new().dispatch(
                     #[inline(always)]
@@ -171,7 +185,7 @@ impl Norm {
         }
         let pairs = gradient.par_chunks_mut(size).zip(values.par_chunks(size)).enumerate();
         pairs.for_each(|(k, (dys, xs))| {
-            let line = self.line(k % blocks);
+            let line = self.scale_shift(k % blocks);
             let [a, b, c] = planes[k % blocks];
             Arch::new().dispatch(
                 #[inline(always)]
@@ -189,9 +203,9 @@ impl Norm {
         Gradients { gamma, beta }
     }
 
-    fn line(&self, block: usize) -> BlockLine {
+    fn scale_shift(&self, block: usize) -> ScaleShift {
         let (scale, offset) = (self.scales[block], self.offsets[block]);
-        BlockLine { scale, offset, least: self.least, most: self.most }
+        ScaleShift { scale, offset, min: self.min, max: self.max }
     }
 }
 
@@ -199,13 +213,13 @@ impl Input<'_> {
     /// `activation(input + other)`.
     pub fn add(self, shape: &Blocks, other: Input<'_>, activation: Activation) -> Vec<f32> {
         let lengths = [self.values.len(), other.values.len()];
-        assert_eq!(lengths, [shape.numbers(); 2], "numbers of this shape");
-        let [least, most] = activation.bounds();
-        let mut output = vec![0.0; shape.numbers()];
+        assert_eq!(lengths, [shape.value_count(); 2], "values of this shape");
+        let [min, max] = activation.bounds();
+        let mut output = vec![0.0; shape.value_count()];
         let size = shape.block().max(1);
         let sources = self.values.par_chunks(size).zip(other.values.par_chunks(size));
         output.par_chunks_mut(size).zip(sources).enumerate().for_each(|(k, (to, (xs, others)))| {
-            let [a, b] = [self, other].map(|input| input.line(k % shape.blocks()));
+            let [a, b] = [self, other].map(|input| input.scale_shift(k % shape.blocks()));
             Arch::new().dispatch(
                 #[inline(always)]
                 || {
@@ -214,7 +228,7 @@ impl Input<'_> {
                     for (to, (x, other)) in to.as_chunks_mut::<LANES>().0.iter_mut().zip(sources) {
                         for lane in 0..LANES {
                             let sum = a.value(lane, x[lane]) + b.value(lane, other[lane]);
-                            to[lane] = kept(sum, least, most);
+                            to[lane] = clamped(sum, min, max);
                         }
                     }
                 },
@@ -223,14 +237,14 @@ impl Input<'_> {
         output
     }
 
-    /// What the numbers are, written down.
-    pub fn written(self, shape: &Blocks) -> Vec<f32> {
-        assert_eq!(self.values.len(), shape.numbers(), "numbers of this shape");
-        let mut output = vec![0.0; shape.numbers()];
+    /// The normalised values, written to memory.
+    pub fn materialized(self, shape: &Blocks) -> Vec<f32> {
+        assert_eq!(self.values.len(), shape.value_count(), "values of this shape");
+        let mut output = vec![0.0; shape.value_count()];
         let size = shape.block().max(1);
         let pairs = output.par_chunks_mut(size).zip(self.values.par_chunks(size)).enumerate();
         pairs.for_each(|(k, (to, xs))| {
-            let line = self.line(k % shape.blocks());
+            let line = self.scale_shift(k % shape.blocks());
             Arch::new().dispatch(
                 #[inline(always)]
                 || line.write(xs, to),
@@ -239,19 +253,24 @@ impl Input<'_> {
         output
     }
 
-    /// What is done to numbers of a block.
-    pub(super) fn line(&self, block: usize) -> BlockLine {
-        let [least, most] = Activation::Identity.bounds();
-        let same = BlockLine { scale: [1.0; LANES], offset: [0.0; LANES], least, most };
-        self.norm.map_or(same, |norm| norm.line(block))
+    /// The normalisation of a block, if there is one.
+    pub(super) fn block_norm(&self, block: usize) -> Option<ScaleShift> {
+        self.norm.map(|norm| norm.scale_shift(block))
+    }
+
+    /// The normalisation of a block, the identity where there is none.
+    pub(super) fn scale_shift(&self, block: usize) -> ScaleShift {
+        let [min, max] = Activation::Identity.bounds();
+        let same = ScaleShift { scale: [1.0; LANES], offset: [0.0; LANES], min, max };
+        self.norm.map_or(same, |norm| norm.scale_shift(block))
     }
 }
 
-/// The gradient by what an activation was given, from its `output` and the gradient by that.
-pub fn through(activation: Activation, output: &[f32], gradient: &[f32]) -> Vec<f32> {
-    /// Numbers of a piece of work.
+/// The gradient by the input of an activation, from its `output` and the gradient by that.
+pub fn activation_backward(activation: Activation, output: &[f32], gradient: &[f32]) -> Vec<f32> {
+    /// Values of a piece of work.
     const PIECE: usize = 1 << 14;
-    let [least, most] = activation.bounds();
+    let [min, max] = activation.bounds();
     let mut input = vec![0.0; gradient.len()];
     let sources = output.par_chunks(PIECE).zip(gradient.par_chunks(PIECE));
     input.par_chunks_mut(PIECE).zip(sources).for_each(|(to, (ys, dys))| {
@@ -259,7 +278,7 @@ pub fn through(activation: Activation, output: &[f32], gradient: &[f32]) -> Vec<
             #[inline(always)]
             || {
                 for (to, (y, dy)) in to.iter_mut().zip(ys.iter().zip(dys)) {
-                    *to = if (*y <= least) | (*y >= most) { 0.0 } else { *dy };
+                    *to = if (*y <= min) | (*y >= max) { 0.0 } else { *dy };
                 }
             },
         );
@@ -267,27 +286,27 @@ pub fn through(activation: Activation, output: &[f32], gradient: &[f32]) -> Vec<
     input
 }
 
-/// What becomes of numbers of a block.
+/// The normalisation of a block: `scale x + offset`, clamped to the bounds of the activation.
 #[derive(Clone, Copy)]
-pub(super) struct BlockLine {
+pub(super) struct ScaleShift {
     pub(super) scale: Lane,
     pub(super) offset: Lane,
-    pub(super) least: f32,
-    pub(super) most: f32,
+    pub(super) min: f32,
+    pub(super) max: f32,
 }
 
-impl BlockLine {
+impl ScaleShift {
     #[inline(always)]
     pub(super) fn value(&self, lane: usize, x: f32) -> f32 {
-        kept(self.scale[lane] * x + self.offset[lane], self.least, self.most)
+        clamped(self.scale[lane] * x + self.offset[lane], self.min, self.max)
     }
 
-    /// A gradient, or 0 where the value is kept at a bound. NaN goes through.
+    /// The gradient behind the activation: 0 where the value is clamped. NaN passes.
     #[inline(always)]
     fn masked(&self, lane: usize, x: f32, gradient: f32) -> f32 {
         let value = self.scale[lane] * x + self.offset[lane];
         // Without a branch.
-        if (value <= self.least) | (value >= self.most) { 0.0 } else { gradient }
+        if (value <= self.min) | (value >= self.max) { 0.0 } else { gradient }
     }
 
     #[inline(always)]
@@ -301,15 +320,15 @@ impl BlockLine {
     }
 }
 
-/// Pixels after which sums are added to what is held in double precision.
-const HELD: usize = 64 * LANES;
+/// Values of a run whose sums are single precision, before they are added in double precision.
+const RUN: usize = 64 * LANES;
 
 /// Means and sums of squares about them of the pixels of a block.
 #[inline(always)]
 fn mean_and_squares(block: &[f32]) -> [[f64; LANES]; 2] {
     let count = (block.len() / LANES).max(1) as f64;
     let mut means = [0.0; LANES];
-    for pixels in block.chunks(HELD) {
+    for pixels in block.chunks(RUN) {
         let mut sums = [0.0; LANES];
         for pixel in pixels.as_chunks::<LANES>().0 {
             for lane in 0..LANES {
@@ -322,7 +341,7 @@ fn mean_and_squares(block: &[f32]) -> [[f64; LANES]; 2] {
     }
     let near: Lane = means.map(|mean| mean as f32);
     let mut squares = [0.0; LANES];
-    for pixels in block.chunks(HELD) {
+    for pixels in block.chunks(RUN) {
         let mut sums = [0.0; LANES];
         for pixel in pixels.as_chunks::<LANES>().0 {
             for lane in 0..LANES {
@@ -339,9 +358,9 @@ fn mean_and_squares(block: &[f32]) -> [[f64; LANES]; 2] {
 
 /// The sums over pixels of a block of `dy` and of `dy (x - mean)`.
 #[inline(always)]
-fn gradient_sums(line: BlockLine, mean: Lane, xs: &[f32], dys: &[f32]) -> [[f64; LANES]; 2] {
+fn gradient_sums(line: ScaleShift, mean: Lane, xs: &[f32], dys: &[f32]) -> [[f64; LANES]; 2] {
     let mut totals = [[0.0; LANES]; 2];
-    for (xs, dys) in xs.chunks(HELD).zip(dys.chunks(HELD)) {
+    for (xs, dys) in xs.chunks(RUN).zip(dys.chunks(RUN)) {
         let mut sums = [[0.0; LANES]; 2];
         for (x, dy) in xs.as_chunks::<LANES>().0.iter().zip(dys.as_chunks::<LANES>().0) {
             for lane in 0..LANES {
@@ -359,7 +378,7 @@ fn gradient_sums(line: BlockLine, mean: Lane, xs: &[f32], dys: &[f32]) -> [[f64;
     totals
 }
 
-/// Values in blocks of sixteen, filled up with zeros.
+/// Values in blocks of sixteen, padded with zeros.
 fn lanes(values: &[f32]) -> Vec<Lane> {
     let block = |values: &[f32]| {
         let mut lanes = [0.0; LANES];
@@ -376,7 +395,7 @@ pub(super) fn channel_sums(shape: &Blocks, values: &[f32]) -> Vec<f32> {
         .par_chunks(shape.block().max(1))
         .map(|block| {
             let mut totals = [0.0; LANES];
-            for pixels in block.chunks(HELD) {
+            for pixels in block.chunks(RUN) {
                 let mut sums = [0.0; LANES];
                 for pixel in pixels.as_chunks::<LANES>().0 {
                     for lane in 0..LANES {

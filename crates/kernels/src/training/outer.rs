@@ -3,23 +3,23 @@
 
 use crate::simd::{LANES, Lanes};
 
-/// Rows of pixels over which products are summed. Distances are in `f32`.
+/// The pixels over which products are summed. Distances are in `f32`.
 #[derive(Clone, Copy)]
 pub(super) struct Pixels {
     /// Columns, rows and images.
     pub(super) size: [usize; 3],
-    /// From each to the next, of the input and of the gradient.
+    /// Distances between neighbours of each kind, of the input and of the gradient.
     pub(super) from_pitch: [usize; 3],
     pub(super) gradient_pitch: [usize; 3],
-    /// From a block of channels of the gradient to the next.
+    /// Distance between blocks of channels of the gradient.
     pub(super) block_pitch: usize,
 }
 
-/// Channels of the input, at offsets of any kind, that are multiplied together.
-pub(super) const TOGETHER: usize = 8;
+/// Input channels, at arbitrary offsets, that are multiplied at once.
+pub(super) const OFFSETS: usize = 8;
 
-/// Adds to `to`, `[channel][block][16]`, what eight channels of the input and one or two blocks of the
-/// gradient come to.
+/// Adds to `to`, `[channel][block][16]`, the products of eight input channels with one or two blocks of
+/// the gradient, summed over pixels.
 ///
 /// # Safety
 /// The processor has the instructions of `V`. Readable are, for every pixel, each of `offsets` from `from`
@@ -28,18 +28,18 @@ pub(super) const TOGETHER: usize = 8;
 pub(super) unsafe fn outer<V: Lanes>(
     pixels: &Pixels,
     from: *const f32,
-    offsets: &[usize; TOGETHER],
+    offsets: &[usize; OFFSETS],
     gradient: *const f32,
     blocks: usize,
     to: *mut f32,
 ) {
     // As many sums as registers hold.
-    const { assert!(TOGETHER.is_multiple_of(4)) };
+    const { assert!(OFFSETS.is_multiple_of(4)) };
     // SAFETY: the caller's.
     unsafe {
         match (blocks, V::TILE[1] >= 12) {
-            (2, true) => sums::<V, TOGETHER, 2>(pixels, from, offsets, gradient, to),
-            (_, true) => sums::<V, TOGETHER, 1>(pixels, from, offsets, gradient, to),
+            (2, true) => sums::<V, OFFSETS, 2>(pixels, from, offsets, gradient, to),
+            (_, true) => sums::<V, OFFSETS, 1>(pixels, from, offsets, gradient, to),
             (_, false) => {
                 for (k, offsets) in offsets.as_chunks::<4>().0.iter().enumerate() {
                     for block in 0..blocks {

@@ -1,9 +1,9 @@
-//! Images with a border of zeros, in memory that is used again.
+//! Images with a border of zeros, in memory that is reused.
 
 use pulp::Arch;
 
 use super::blocks::Blocks;
-use super::norm::Input;
+use super::norm::{Input, ScaleShift};
 use crate::blocked::Line;
 use crate::simd::LANES;
 
@@ -13,7 +13,7 @@ pub(super) struct Padded {
     lines: Vec<Line>,
 }
 
-/// Distances in padded images, in `f32`.
+/// Distances in padded images, in `f32`: between rows, blocks of channels and images.
 #[derive(Clone, Copy)]
 pub(super) struct Pitches {
     pub(super) row: usize,
@@ -23,58 +23,74 @@ pub(super) struct Pitches {
 }
 
 impl Pitches {
-    /// Of images of this shape with so many pixels of zeros on each side.
-    pub(super) fn of(shape: &Blocks, border: usize) -> Self {
+    /// Pitches of images of this shape with `border` pixels of zeros on each side.
+    pub(super) fn new(shape: &Blocks, border: usize) -> Self {
         let row = (shape.width + 2 * border) * LANES;
         let block = row * (shape.height + 2 * border);
         Self { row, block, image: block * shape.blocks(), border }
     }
 
-    /// Lines of so many images.
+    /// Lines of a block of one image.
+    pub(super) fn block_lines(&self) -> usize {
+        self.block / LANES
+    }
+
+    /// Lines of `images` images.
     pub(super) fn lines(&self, images: usize) -> usize {
         images * self.image / LANES
     }
 }
 
-/// Writes an image of `shape`, normalised if it is to be, with its border.
+/// Writes an image of `shape`, normalised by the input's norm, with its border.
 pub(super) fn pad(shape: &Blocks, input: Input<'_>, pitches: Pitches, to: &mut [Line]) {
-    let row_lines = pitches.row / LANES;
-    let border = pitches.border;
-    let planes = to.chunks_exact_mut(pitches.block / LANES);
+    let planes = to.chunks_exact_mut(pitches.block_lines());
     for (block, (plane, values)) in planes.zip(input.values.chunks_exact(shape.block())).enumerate()
     {
-        let norm = input.line(block);
-        let (above, rest) = plane.split_at_mut(border * row_lines);
-        let (rows, below) = rest.split_at_mut(shape.height * row_lines);
-        above.fill(Line::ZERO);
-        below.fill(Line::ZERO);
-        let rows = rows.chunks_exact_mut(row_lines);
-        for (row, values) in rows.zip(values.chunks_exact(shape.width * LANES)) {
-            row[..border].fill(Line::ZERO);
-            row[border + shape.width..].fill(Line::ZERO);
-            let inside = &mut row[border..border + shape.width];
-            if input.norm.is_none() {
-                for (line, values) in inside.iter_mut().zip(values.as_chunks::<LANES>().0) {
-                    line.0 = *values;
-                }
-            } else {
-                Arch::new().dispatch(
-                    #[inline(always)]
-                    || {
-                        for (to, x) in inside.iter_mut().zip(values.as_chunks::<LANES>().0) {
-                            for lane in 0..LANES {
-                                to.0[lane] = norm.value(lane, x[lane]);
-                            }
-                        }
-                    },
-                );
+        pad_block(shape, values, input.block_norm(block), pitches, plane);
+    }
+}
+
+/// Writes one block of an image of `shape`, normalised if there is a norm, with its border.
+pub(super) fn pad_block(
+    shape: &Blocks,
+    values: &[f32],
+    norm: Option<ScaleShift>,
+    pitches: Pitches,
+    plane: &mut [Line],
+) {
+    let row_lines = pitches.row / LANES;
+    let border = pitches.border;
+    let (above, rest) = plane.split_at_mut(border * row_lines);
+    let (rows, below) = rest.split_at_mut(shape.height * row_lines);
+    above.fill(Line::ZERO);
+    below.fill(Line::ZERO);
+    let rows = rows.chunks_exact_mut(row_lines);
+    for (row, values) in rows.zip(values.chunks_exact(shape.width * LANES)) {
+        row[..border].fill(Line::ZERO);
+        row[border + shape.width..].fill(Line::ZERO);
+        let inside = &mut row[border..border + shape.width];
+        let pixels = values.as_chunks::<LANES>().0;
+        let Some(norm) = norm else {
+            for (line, pixel) in inside.iter_mut().zip(pixels) {
+                line.0 = *pixel;
             }
-        }
+            continue;
+        };
+        Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                for (to, x) in inside.iter_mut().zip(pixels) {
+                    for lane in 0..LANES {
+                        to.0[lane] = norm.value(lane, x[lane]);
+                    }
+                }
+            },
+        );
     }
 }
 
 impl Padded {
-    /// Room for so many lines; what they hold does not matter.
+    /// Memory for `lines` lines of any content.
     pub(super) fn room(&mut self, lines: usize) -> &mut [Line] {
         if self.lines.len() < lines {
             self.lines.resize(lines, Line::ZERO);

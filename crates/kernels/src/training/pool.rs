@@ -1,41 +1,46 @@
-//! Max-pooling over 3x3 pixels with stride 2 and one pixel of padding, as ResNets use it.
+//! Max-pooling of stride 2: over 3x3 pixels as in ResNets, over 2x2 as in VGG.
 
 use pulp::Arch;
 use rayon::prelude::*;
 
 use super::blocks::Blocks;
-use super::norm::{BlockLine, Input};
+use super::norm::{Input, ScaleShift};
 use crate::simd::LANES;
 
-const KERNEL: usize = 3;
 const STRIDE: usize = 2;
 
-/// A max-pooling of images of a shape.
+/// A max-pooling of stride 2 of images of a shape.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MaxPool {
     /// Shape of the input.
     pub input: Blocks,
+    /// Rows and columns of the window; at most 15.
+    pub kernel: usize,
+    /// Pixels around the image that never win; less than the window.
+    pub padding: usize,
 }
 
 impl MaxPool {
     /// Shape of the output.
     pub fn output(&self) -> Blocks {
-        let [height, width] =
-            [self.input.height, self.input.width].map(|side| side.div_ceil(STRIDE));
+        let [height, width] = [self.input.height, self.input.width].map(|side| {
+            let rest = (side + 2 * self.padding).checked_sub(self.kernel);
+            rest.map_or(0, |rest| rest / STRIDE + 1)
+        });
         Blocks { height, width, ..self.input }
     }
 
-    /// The largest value around every second pixel, and which of the nine it was: the first of several.
-    /// NaN counts as larger than any number.
+    /// The largest value of every window, and its index in the window, the first of equals. NaN counts as
+    /// larger than any other value.
     pub fn forward(&self, input: Input<'_>) -> (Vec<f32>, Vec<u8>) {
         let (shape, out) = (self.input, self.output());
-        assert_eq!(input.values.len(), shape.numbers(), "numbers of this shape");
-        let (mut values, mut taps) = (vec![0.0; out.numbers()], vec![0; out.numbers()]);
+        assert_eq!(input.values.len(), shape.value_count(), "values of this shape");
+        let (mut values, mut taps) = (vec![0.0; out.value_count()], vec![0; out.value_count()]);
         let size = out.block().max(1);
         let outputs = values.par_chunks_mut(size).zip(taps.par_chunks_mut(size));
         let pairs = outputs.zip(input.values.par_chunks(shape.block().max(1))).enumerate();
         pairs.for_each(|(k, ((values, taps), from))| {
-            let line = input.line(k % shape.blocks());
+            let line = input.scale_shift(k % shape.blocks());
             Arch::new().dispatch(
                 #[inline(always)]
                 || self.largest(line, from, values, taps),
@@ -44,12 +49,12 @@ impl MaxPool {
         (values, taps)
     }
 
-    /// The gradient by the input as it is taken, from that by the output and the second result of
+    /// The gradient by the normalised input, from that by the output and the second result of
     /// [`forward`](Self::forward).
     pub fn backward(&self, gradient: &[f32], taps: &[u8]) -> Vec<f32> {
         let (shape, out) = (self.input, self.output());
-        assert_eq!([gradient.len(), taps.len()], [out.numbers(); 2], "numbers of the output");
-        let mut input = vec![0.0; shape.numbers()];
+        assert_eq!([gradient.len(), taps.len()], [out.value_count(); 2], "values of the output");
+        let mut input = vec![0.0; shape.value_count()];
         let size = out.block().max(1);
         let sources = gradient.par_chunks(size).zip(taps.par_chunks(size));
         input.par_chunks_mut(shape.block().max(1)).zip(sources).for_each(|(to, (dys, taps))| {
@@ -62,7 +67,7 @@ impl MaxPool {
     }
 
     #[inline(always)]
-    fn largest(&self, line: BlockLine, from: &[f32], values: &mut [f32], taps: &mut [u8]) {
+    fn largest(&self, line: ScaleShift, from: &[f32], values: &mut [f32], taps: &mut [u8]) {
         let columns = self.output().width;
         let outputs = values.as_chunks_mut::<LANES>().0.iter_mut();
         for (k, (best, which)) in outputs.zip(taps.as_chunks_mut::<LANES>().0).enumerate() {
@@ -72,7 +77,7 @@ impl MaxPool {
                 let pixel = &from[at * LANES..][..LANES];
                 for lane in 0..LANES {
                     let value = line.value(lane, pixel[lane]);
-                    // Not less: NaN goes on, and so does the first of minus infinity.
+                    // The first tap wins even if it is minus infinity, and NaN wins always.
                     let is_new =
                         (value > largest[lane]) | value.is_nan() | (index[lane] == u32::MAX);
                     largest[lane] = if is_new { value } else { largest[lane] };
@@ -103,14 +108,15 @@ impl MaxPool {
     #[inline(always)]
     fn each_tap(&self, row: usize, column: usize, mut each: impl FnMut(u32, usize)) {
         let Blocks { height, width, .. } = self.input;
-        for ky in 0..KERNEL {
-            let Some(y) = (STRIDE * row + ky).checked_sub(1).filter(|y| *y < height) else {
+        for ky in 0..self.kernel {
+            let Some(y) = (STRIDE * row + ky).checked_sub(self.padding).filter(|y| *y < height)
+            else {
                 continue;
             };
-            for kx in 0..KERNEL {
-                let x = (STRIDE * column + kx).checked_sub(1).filter(|x| *x < width);
+            for kx in 0..self.kernel {
+                let x = (STRIDE * column + kx).checked_sub(self.padding).filter(|x| *x < width);
                 if let Some(x) = x {
-                    each((ky * KERNEL + kx) as u32, y * width + x);
+                    each((ky * self.kernel + kx) as u32, y * width + x);
                 }
             }
         }

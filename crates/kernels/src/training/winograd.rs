@@ -9,10 +9,10 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::blocks::Blocks;
-use super::conv::together;
 use super::gather::Gather;
-use super::norm::{BlockLine, Input};
+use super::norm::{Input, ScaleShift};
 use super::padded::Padded;
+use super::shape::blocks_at_once;
 use super::weights::Weights;
 use crate::blocked::{Four, Line, MOST, Scheme, blocks_of};
 use crate::simd::{Kernel, LANES, Lanes, Level};
@@ -61,9 +61,9 @@ pub(super) fn convolved(
     level: Level,
 ) -> Vec<f32> {
     let [channels_out, _] = weights.channels();
-    let weights = weights.transformed::<Chosen>(together(level), level);
+    let weights = weights.transformed::<Chosen>(blocks_at_once(level), level);
     let out = Blocks { channels: channels_out, ..shape };
-    let mut output = vec![0.0; out.numbers()];
+    let mut output = vec![0.0; out.value_count()];
     let tiles = Tiles::of::<Chosen>(shape);
     let count = tiles.count();
     let of_tile = Chosen::IN * Chosen::IN * (shape.blocks() + out.blocks());
@@ -84,7 +84,7 @@ pub(super) fn convolved(
                 input,
                 weights: &weights,
                 bias: bias.as_deref(),
-                together: together(level),
+                blocks_at_once: blocks_at_once(level),
                 scratch: scratch.room(of_tile * range.len()).as_mut_ptr().cast(),
                 range,
                 to: &to,
@@ -104,7 +104,7 @@ pub(super) fn convolved(
     output
 }
 
-/// Where all rounds write.
+/// The output of all rounds.
 struct Target(*mut f32);
 
 // SAFETY: each round writes the pixels of its own tiles.
@@ -118,7 +118,7 @@ struct Round<'a, S> {
     /// Of every place, see [`Weights::transformed`].
     weights: &'a [Line],
     bias: Option<&'a [Line]>,
-    together: usize,
+    blocks_at_once: usize,
     range: Range<usize>,
     /// `[block][place][tile][16]` of the inputs, and behind them the same of the outputs.
     scratch: *mut f32,
@@ -142,7 +142,7 @@ impl<S: Scheme> Kernel for Round<'_, S> {
                 Step::Inputs => {
                     for block in 0..self.tiles.shape.blocks() {
                         let to = self.scratch.add(block * self.block_pitch());
-                        let line = self.input.norm.is_some().then(|| self.input.line(block));
+                        let line = self.input.block_norm(block);
                         let (from, line) = (self.input.values, line.as_ref());
                         take::<V, S>(&self.tiles, self.range.clone(), block, from, line, to);
                     }
@@ -180,7 +180,7 @@ impl<S: Scheme> Round<'_, S> {
             weights: &self.weights[place * of_place..],
             bias: None,
             channels_out: self.out.channels,
-            together: self.together,
+            blocks_at_once: self.blocks_at_once,
             block_pitch_out: self.block_pitch(),
             size: [count, 1, 1],
             to_pitch: [LANES, 0, 0],
@@ -236,7 +236,7 @@ pub(super) unsafe fn take<V: Lanes, S: Scheme>(
     range: Range<usize>,
     block: usize,
     values: &[f32],
-    line: Option<&BlockLine>,
+    line: Option<&ScaleShift>,
     to: *mut f32,
 ) {
     let shape = tiles.shape;
@@ -246,7 +246,7 @@ pub(super) unsafe fn take<V: Lanes, S: Scheme>(
         let zero = V::splat(0.0);
         let norm = line.map(|line| {
             let [scale, offset] = [&line.scale, &line.offset].map(|it| V::load(it.as_ptr()));
-            (scale, offset, V::splat(line.least), V::splat(line.most))
+            (scale, offset, V::splat(line.min), V::splat(line.max))
         });
         for (k, tile) in range.enumerate() {
             let [image, y0, x0] = tiles.place::<S>(tile);
@@ -264,9 +264,9 @@ pub(super) unsafe fn take<V: Lanes, S: Scheme>(
                         continue;
                     };
                     *d = V::load(from.add((y * shape.width + x) * LANES));
-                    if let Some((scale, offset, least, most)) = norm {
+                    if let Some((scale, offset, min, max)) = norm {
                         // Bounds come first: of NaN and another, the second is the result.
-                        *d = least.max(most.min(scale.mul_add(*d, offset)));
+                        *d = min.max(max.min(scale.mul_add(*d, offset)));
                     }
                 }
                 *column = S::inputs(d);

@@ -7,9 +7,9 @@
 use rayon::prelude::*;
 
 use super::blocks::Blocks;
-use super::conv::Conv;
 use super::norm::Input;
-use super::outer::{Pixels, TOGETHER, outer};
+use super::outer::{OFFSETS, Pixels, outer};
+use super::shape::Conv;
 use super::weights::Weights;
 use super::winograd::{Chosen, Tiles, take};
 use crate::blocked::{Line, MOST, Scheme, groups};
@@ -84,7 +84,7 @@ impl Kernel for Kernels<'_> {
                 let at = (first_out + lane) * out_pitch + self.channel * in_pitch;
                 for (k, value) in self.of.values[at..at + 9].iter().enumerate() {
                     // Who computes the input turns the kernel round.
-                    taps[if self.of.is_turned { 8 - k } else { k }].0[lane] = *value;
+                    taps[if self.of.is_transposed { 8 - k } else { k }].0[lane] = *value;
                 }
             }
             // SAFETY: the line of this channel and block is in every place.
@@ -114,7 +114,7 @@ impl Kernel for Kernels<'_> {
 pub(super) fn gradient(conv: &Conv, input: Input<'_>, gradient: &[f32]) -> Vec<f32> {
     let places = Chosen::IN * Chosen::IN;
     let (shape, out) = (conv.input, conv.output());
-    let together = conv.together();
+    let together = conv.blocks_at_once();
     let all: Vec<_> = groups(out.channels, together).collect();
     let tiles = Tiles::of::<Chosen>(shape);
     // Sums of a place and some blocks: `[channel][block][16]`.
@@ -122,7 +122,7 @@ pub(super) fn gradient(conv: &Conv, input: Input<'_>, gradient: &[f32]) -> Vec<f
     let mut sums = vec![Line::ZERO; places * all.len() * of_group];
     let of_tile = places * (shape.blocks() + out.blocks());
     let at_once =
-        (HELD / size_of::<Line>() / of_tile.max(1)).max(TOGETHER).min(tiles.count().max(1));
+        (HELD / size_of::<Line>() / of_tile.max(1)).max(OFFSETS).min(tiles.count().max(1));
     let mut held = vec![Line::ZERO; at_once * of_tile];
     for first in (0..tiles.count()).step_by(at_once) {
         let range = first..tiles.count().min(first + at_once);
@@ -198,7 +198,7 @@ impl Kernel for Transform<'_> {
         // SAFETY: the caller's.
         unsafe {
             if self.block < blocks_in {
-                let line = self.input.norm.is_some().then(|| self.input.line(self.block));
+                let line = self.input.block_norm(self.block);
                 let (from, line) = (self.input.values, line.as_ref());
                 take::<V, Chosen>(&self.tiles, self.range.clone(), self.block, from, line, self.to);
             } else {
@@ -259,9 +259,9 @@ impl Kernel for Products {
     #[inline(always)]
     unsafe fn run<V: Lanes>(&self) {
         let [blocks_in, blocks] = self.blocks;
-        for first in (0..blocks_in * LANES).step_by(TOGETHER) {
+        for first in (0..blocks_in * LANES).step_by(OFFSETS) {
             let (block, lane) = (first / LANES, first % LANES);
-            let offsets: [usize; TOGETHER] = std::array::from_fn(|k| lane + k);
+            let offsets: [usize; OFFSETS] = std::array::from_fn(|k| lane + k);
             // SAFETY: the caller's.
             unsafe {
                 let from = self.from.add(block * self.pixels.block_pitch);

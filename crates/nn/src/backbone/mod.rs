@@ -12,10 +12,9 @@ mod spec;
 mod vgg;
 
 use burn::module::Module;
-use burn::tensor::{Device, Tensor};
+use burn::tensor::Device;
 
 use crate::NnError;
-use crate::ops::{self, Blocked};
 
 pub use crate::channels::{multiple_of_eight, scaled};
 pub use crate::conv_norm::{ConvNorm, ConvNormConfig};
@@ -70,20 +69,6 @@ impl Backbone {
         let entry = backbone_by_name(name)?;
         spec::check_width(width, entry.narrowest)?;
         Ok((entry.build)(width, outputs, device))
-    }
-
-    /// The forward pass of tensors, with the blocked kernels where those train the network.
-    ///
-    /// # Shapes
-    /// - images: `[batch, 3, height, width]`
-    /// - output: `[batch, outputs]`
-    pub(crate) fn run(&self, images: Tensor<4>) -> Tensor<2> {
-        match self {
-            Self::ResNet(network) if ops::is_ours(&images) => {
-                network.forward(Blocked::from_planes(images))
-            }
-            _ => self.forward(images),
-        }
     }
 }
 

@@ -25,6 +25,7 @@ use crate::NnError;
 use crate::graph::Graph;
 use crate::initializer::{Initializer, seeded};
 use crate::net_ops::NetOps;
+use crate::ops::{self, Blocked};
 use crate::parameters::{Slot, trained_count};
 use backbone::Pyramid;
 use heads::Heads;
@@ -111,6 +112,10 @@ impl MoveEnet {
     /// - heatmaps: `[batch, joints, height / 4, width / 4]`, centers the same of one channel, regs
     ///   and offsets of two for each joint
     pub fn forward(&self, images: Tensor<4>) -> BodyMaps<Tensor<4>> {
+        if ops::is_ours(&images) {
+            let maps = self.forward_ops(Blocked::from_planes(images)).into_array();
+            return BodyMaps::from_array(maps.map(Blocked::into_planes));
+        }
         self.forward_ops(images)
     }
 

@@ -1,64 +1,101 @@
-//! What flows through a ResNet in training on the CPU: batches in blocks of sixteen channels.
+//! Batches in the layout nChw16c on their way through a network in training on the CPU.
 //!
-//! A normalisation is done by whoever takes its result, so that only its input is kept; a sum waits for
-//! the activation behind it. What has no operation of its own goes through planes.
+//! A normalisation is computed by the consumers of its result, so that only its input is stored; a sum
+//! waits for the activation behind it. Operations without a kernel of their own run in planes, as Burn's,
+//! and their results stay there until a kernel reads them.
 
 use std::ops::Range;
+use std::sync::{Arc, OnceLock};
 
 use burn::backend::Dispatch;
+use burn::nn::PaddingConfig2d;
 use burn::nn::conv::Conv2d;
 use burn::nn::pool::{AdaptiveAvgPool2d, MaxPool2d};
-use burn::nn::{BatchNorm, PaddingConfig2d};
 use burn::tensor::Tensor;
 use burn::tensor::activation::relu;
-use evpose_kernels::Level;
-use evpose_kernels::training::{Blocks, Conv};
+use evpose_kernels::training::{Blocks, MaxPool, Upsample};
 
-use super::blocked_backend::{BlockedOps, How};
-use super::{Activation, is_residual_pool, update_running};
+use super::backend::{AddSettings, ConvSettings, NormSettings, TrainingOps, UnarySettings};
+use super::layer::ConvLayer;
+use super::unary::UnaryOp;
+use super::{Activation, update_running};
 use crate::conv_norm::ConvNorm;
 use crate::net_ops::NetOps;
 
-/// A batch in blocks, or what becomes of one.
+/// A batch, or the operations that are still to be applied to one.
 #[derive(Clone)]
 pub(crate) struct Blocked {
     shape: Blocks,
-    state: LazyActivation,
+    values: LazyValues,
 }
 
 #[derive(Clone)]
 #[allow(clippy::large_enum_variant, reason = "one for each layer, never in a collection")]
-enum LazyActivation {
+enum LazyValues {
+    /// `[batch, channels, height, width]`.
+    Planes(Tensor<4>),
     /// `[batch, blocks, height, width, 16]`.
-    Values(Tensor<5>),
-    Normed(Normed),
-    Sum(Normed, Tensor<5>),
+    Blocks(Tensor<5>),
+    Normalized(Normalized),
+    Sum(LazySum),
 }
 
-/// Values that are normalised by whoever takes them.
+/// Values in nChw16c, which their consumers normalise while they read.
 #[derive(Clone)]
-struct Normed {
+struct Normalized {
     values: Tensor<5>,
     gamma: Tensor<1>,
     beta: Tensor<1>,
     mean: Tensor<1>,
     variance: Tensor<1>,
-    how: How,
+    settings: NormSettings,
 }
 
-macro_rules! call {
-    ($operation:ident, $normed:expr $(, $more:expr)*) => {{
-        let Normed { values, gamma, beta, mean, variance, how } = $normed;
-        Dispatch::$operation(
+/// A sum that waits for its activation.
+#[derive(Clone)]
+struct LazySum {
+    normalized: Normalized,
+    other: Tensor<5>,
+    /// The sum itself, once one of the clones needed it.
+    identity: Arc<OnceLock<Tensor<5>>>,
+}
+
+/// The input of an operation: values, then gamma, beta, mean and variance.
+struct Operand {
+    values: Tensor<5>,
+    norm: [Tensor<1>; 4],
+    settings: Option<NormSettings>,
+}
+
+impl From<Normalized> for Operand {
+    fn from(normalized: Normalized) -> Self {
+        let Normalized { values, gamma, beta, mean, variance, settings } = normalized;
+        Self { values, norm: [gamma, beta, mean, variance], settings: Some(settings) }
+    }
+}
+
+impl From<Tensor<5>> for Operand {
+    fn from(values: Tensor<5>) -> Self {
+        // Operations take tensors whether they read them or not.
+        let unused = Tensor::zeros([1], &values.device());
+        Self { values, norm: [(); 4].map(|()| unused.clone()), settings: None }
+    }
+}
+
+impl LazySum {
+    fn with(self, activation: Activation, channels: usize) -> Tensor<5> {
+        let Operand { values, norm, settings } = self.normalized.into();
+        let [gamma, beta, mean, variance] = norm.map(Tensor::into_dispatch);
+        Tensor::from_dispatch(Dispatch::blocked_add(
             values.into_dispatch(),
-            gamma.into_dispatch(),
-            beta.into_dispatch(),
-            mean.into_dispatch(),
-            variance.into_dispatch(),
-            how,
-            $($more,)*
-        )
-    }};
+            gamma,
+            beta,
+            mean,
+            variance,
+            self.other.into_dispatch(),
+            AddSettings { norm: settings, activation, channels },
+        ))
+    }
 }
 
 impl Blocked {
@@ -66,23 +103,42 @@ impl Blocked {
     pub(crate) fn from_planes(planes: Tensor<4>) -> Self {
         let [batch, channels, height, width] = planes.dims();
         let shape = Blocks { batch, channels, height, width };
-        let values = Dispatch::blocked_from_planes(planes.into_dispatch());
-        Self { shape, state: LazyActivation::Values(Tensor::from_dispatch(values)) }
+        Self { shape, values: LazyValues::Planes(planes) }
     }
 
     /// To `[batch, channels, height, width]`.
-    fn into_planes(self) -> Tensor<4> {
+    pub(crate) fn into_planes(self) -> Tensor<4> {
+        if let LazyValues::Planes(planes) = self.values {
+            return planes;
+        }
         let channels = self.shape.channels;
-        let values = self.into_values().into_dispatch();
-        Tensor::from_dispatch(Dispatch::blocked_to_planes(values, channels))
+        let blocks = self.into_blocks().into_dispatch();
+        Tensor::from_dispatch(Dispatch::blocked_to_planes(blocks, channels))
     }
 
-    /// Whatever is still to be done, done.
-    fn into_values(self) -> Tensor<5> {
-        match self.state {
-            LazyActivation::Values(values) => values,
-            LazyActivation::Normed(normed) => Tensor::from_dispatch(call!(blocked_norm, normed)),
-            LazyActivation::Sum(normed, other) => added(normed, other, Activation::Identity),
+    /// The values in nChw16c, with all operations applied.
+    fn into_blocks(self) -> Tensor<5> {
+        let channels = self.shape.channels;
+        match self.values {
+            LazyValues::Planes(planes) => {
+                Tensor::from_dispatch(Dispatch::blocked_from_planes(planes.into_dispatch()))
+            }
+            LazyValues::Blocks(values) => values,
+            LazyValues::Normalized(normalized) => {
+                unary(normalized.into(), UnaryOp::Materialize, channels)
+            }
+            LazyValues::Sum(sum) => {
+                let identity = sum.identity.clone();
+                identity.get_or_init(|| sum.with(Activation::Identity, channels)).clone()
+            }
+        }
+    }
+
+    /// The values as operations take them, normalised or not.
+    fn into_operand(self) -> Operand {
+        match self.values {
+            LazyValues::Normalized(normalized) => normalized.into(),
+            _ => self.into_blocks().into(),
         }
     }
 
@@ -90,33 +146,57 @@ impl Blocked {
         Self::from_planes(layer(self.into_planes()))
     }
 
-    /// The shape of a convolution, if it is one of ours.
-    fn ours(&self, layer: &Conv2d, norm: &BatchNorm) -> Option<Conv> {
-        let [channels_out, channels_in, kernel, across] = layer.weight.dims();
-        let [stride, stride_x] = layer.stride;
-        let half = kernel / 2;
-        let is_ours = channels_in == self.shape.channels
-            && kernel == across
-            && kernel % 2 == 1
-            && stride == stride_x
-            && matches!(stride, 1 | 2)
-            && layer.groups == 1
-            && layer.dilation == [1, 1]
-            && layer.bias.is_none()
-            && layer.padding == PaddingConfig2d::Explicit(half, half, half, half)
-            && norm.training.is_enabled();
-        is_ours.then_some(Conv {
-            input: self.shape,
-            channels_out,
-            kernel,
-            stride,
-            level: Level::best(),
-        })
+    fn convolved(self, layer: &Conv2d, shape: ConvLayer) -> Tensor<5> {
+        let Operand { values, norm, settings } = self.into_operand();
+        let bias = layer.bias.as_ref().map(|bias| bias.val());
+        let has_bias = bias.is_some();
+        let bias = bias.unwrap_or_else(|| Tensor::zeros([1], &values.device()));
+        let [gamma, beta, mean, variance] = norm.map(Tensor::into_dispatch);
+        Tensor::from_dispatch(Dispatch::blocked_conv(
+            values.into_dispatch(),
+            gamma,
+            beta,
+            mean,
+            variance,
+            layer.weight.val().into_dispatch(),
+            bias.into_dispatch(),
+            ConvSettings { norm: settings, layer: shape, has_bias },
+        ))
     }
 }
 
-fn added(normed: Normed, other: Tensor<5>, activation: Activation) -> Tensor<5> {
-    Tensor::from_dispatch(call!(blocked_norm_add, normed, other.into_dispatch(), activation))
+fn unary(operand: Operand, op: UnaryOp, channels: usize) -> Tensor<5> {
+    let Operand { values, norm, settings } = operand;
+    let [gamma, beta, mean, variance] = norm.map(Tensor::into_dispatch);
+    Tensor::from_dispatch(Dispatch::blocked_unary(
+        values.into_dispatch(),
+        gamma,
+        beta,
+        mean,
+        variance,
+        UnarySettings { norm: settings, op, channels },
+    ))
+}
+
+/// The shape of a max-pooling of stride 2 over 2x2 or 3x3 pixels; none for others.
+fn max_pool(layer: &MaxPool2d, input: Blocks) -> Option<MaxPool> {
+    let [kernel, across] = layer.kernel_size;
+    let padding = match layer.padding {
+        PaddingConfig2d::Valid => 0,
+        PaddingConfig2d::Explicit(top, left, bottom, right)
+            if [left, bottom, right] == [top; 3] =>
+        {
+            top
+        }
+        _ => return None,
+    };
+    let is_supported = kernel == across
+        && matches!(kernel, 2 | 3)
+        && padding < kernel
+        && layer.stride == [2, 2]
+        && layer.dilation == [1, 1]
+        && !layer.ceil_mode;
+    is_supported.then_some(MaxPool { input, kernel, padding })
 }
 
 impl NetOps for Blocked {
@@ -127,61 +207,69 @@ impl NetOps for Blocked {
     }
 
     fn conv(self, layer: &Conv2d) -> Self {
-        self.through_planes(|planes| planes.conv(layer))
+        let Some(shape) = ConvLayer::new(layer, self.shape) else {
+            return self.through_planes(|planes| planes.conv(layer));
+        };
+        let values = LazyValues::Blocks(self.convolved(layer, shape));
+        Self { shape: shape.output(), values }
     }
 
     fn conv_norm(self, layer: &ConvNorm, activation: Activation) -> Self {
         let ConvNorm { conv, norm } = layer;
-        let Some(shape) = self.ours(conv, norm) else {
+        let shape = ConvLayer::new(conv, self.shape);
+        let Some(shape) = shape.filter(|_| norm.training.is_enabled()) else {
             return self.through_planes(|planes| planes.conv_norm(layer, activation));
         };
-        let weight = conv.weight.val().into_dispatch();
-        let (values, mean, variance) = match self.state {
-            LazyActivation::Normed(normed) => call!(blocked_norm_conv, normed, weight, shape),
-            _ => Dispatch::blocked_conv(self.into_values().into_dispatch(), weight, shape),
-        };
+        let values = self.convolved(conv, shape);
+        let channels = shape.output().channels;
+        let (mean, variance) =
+            Dispatch::blocked_statistics(values.clone().into_dispatch(), channels);
         let (mean, variance) = (Tensor::from_dispatch(mean), Tensor::from_dispatch(variance));
         update_running(norm, &mean, &variance);
-        let normed = Normed {
-            values: Tensor::from_dispatch(values),
+        let normalized = Normalized {
+            values,
             gamma: norm.gamma.val(),
             beta: norm.beta.val(),
             mean,
             variance,
-            how: How { epsilon: norm.epsilon as f32, activation },
+            settings: NormSettings { epsilon: norm.epsilon as f32, activation },
         };
-        Self { shape: shape.output(), state: LazyActivation::Normed(normed) }
+        Self { shape: shape.output(), values: LazyValues::Normalized(normalized) }
     }
 
     fn max_pool(self, layer: &MaxPool2d) -> Self {
-        match self.state {
-            LazyActivation::Normed(normed) if is_residual_pool(layer) => {
-                let [height, width] =
-                    [self.shape.height, self.shape.width].map(|side| side.div_ceil(2));
-                let values = Tensor::from_dispatch(call!(blocked_norm_max_pool, normed));
-                let shape = Blocks { height, width, ..self.shape };
-                Self { shape, state: LazyActivation::Values(values) }
-            }
-            _ => self.through_planes(|planes| planes.max_pool(layer)),
-        }
+        let input = self.shape;
+        let Some(pool) = max_pool(layer, input) else {
+            return self.through_planes(|planes| planes.max_pool(layer));
+        };
+        let values = unary(self.into_operand(), UnaryOp::MaxPool(pool), input.channels);
+        Self { shape: pool.output(), values: LazyValues::Blocks(values) }
     }
 
     fn add(self, other: Self) -> Self {
         let shape = self.shape;
-        let state = match self.state {
-            LazyActivation::Normed(normed) => LazyActivation::Sum(normed, other.into_values()),
-            _ => LazyActivation::Values(self.into_values() + other.into_values()),
+        // The sum normalises one operand while it reads; the other has to be in memory.
+        let values = match (self.values, other.values) {
+            (LazyValues::Normalized(normalized), other)
+            | (other, LazyValues::Normalized(normalized)) => {
+                let other = Self { shape, values: other }.into_blocks();
+                LazyValues::Sum(LazySum { normalized, other, identity: Arc::default() })
+            }
+            (values, other) => {
+                let [one, other] = [values, other].map(|values| Self { shape, values });
+                LazyValues::Blocks(one.into_blocks() + other.into_blocks())
+            }
         };
-        Self { shape, state }
+        Self { shape, values }
     }
 
     fn relu(self) -> Self {
         let shape = self.shape;
-        let values = match self.state {
-            LazyActivation::Sum(normed, other) => added(normed, other, Activation::Relu),
-            _ => relu(self.into_values()),
+        let values = match self.values {
+            LazyValues::Sum(sum) => sum.with(Activation::Relu, shape.channels),
+            _ => relu(self.into_blocks()),
         };
-        Self { shape, state: LazyActivation::Values(values) }
+        Self { shape, values: LazyValues::Blocks(values) }
     }
 
     fn narrow(self, channels: Range<usize>) -> Self {
@@ -194,7 +282,10 @@ impl NetOps for Blocked {
     }
 
     fn upsample(self) -> Self {
-        self.through_planes(NetOps::upsample)
+        let upsample = Upsample { input: self.shape };
+        let channels = self.shape.channels;
+        let values = unary(self.into_operand(), UnaryOp::Upsample(upsample), channels);
+        Self { shape: upsample.output(), values: LazyValues::Blocks(values) }
     }
 
     fn sigmoid(self) -> Self {

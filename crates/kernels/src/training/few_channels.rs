@@ -6,9 +6,9 @@
 
 use rayon::prelude::*;
 
-use super::conv::Conv;
 use super::gather::Gather;
 use super::padded::{Padded, Pitches, pad};
+use super::shape::Conv;
 use super::weights::Weights;
 use crate::simd::LANES;
 
@@ -43,7 +43,7 @@ pub(super) fn backward_input(conv: &Conv, weight: &[f32], gradient: &[f32]) -> V
             row[to * side * side + y * side + x] = *value;
         }
     }
-    let pitches = Pitches::of(&out, border);
+    let pitches = Pitches::new(&out, border);
     let all: Vec<usize> = (0..side * side).collect();
     let offset = |tap: &usize| {
         let [y, x] = [tap / side, tap % side].map(|tap| border + tap - first);
@@ -51,9 +51,9 @@ pub(super) fn backward_input(conv: &Conv, weight: &[f32], gradient: &[f32]) -> V
     };
     let taps: Vec<usize> = all.iter().map(offset).collect();
     let shape_of_turned = [out.channels, KINDS * channels, side * side];
-    let weights = Weights { values: &turned, shape: shape_of_turned, is_turned: true };
-    let weights = weights.packed(&all, conv.together());
-    let mut input = vec![0.0; shape.numbers()];
+    let weights = Weights { values: &turned, shape: shape_of_turned, is_transposed: true };
+    let weights = weights.packed(&all, conv.blocks_at_once());
+    let mut input = vec![0.0; shape.value_count()];
     if input.is_empty() {
         return input;
     }
@@ -71,7 +71,7 @@ pub(super) fn backward_input(conv: &Conv, weight: &[f32], gradient: &[f32]) -> V
                 weights: &weights,
                 bias: None,
                 channels_out: KINDS * channels,
-                together: conv.together(),
+                blocks_at_once: conv.blocks_at_once(),
                 block_pitch_out: kinds.len(),
                 size: [out.width, out.height, 1],
                 to_pitch: [LANES, out.width * LANES, 0],
