@@ -13,7 +13,7 @@ pub(super) struct Padded {
     lines: Vec<Line>,
 }
 
-/// Distances in padded images, in `f32`: between rows, blocks of channels and images.
+/// Strides of padded images, in `f32`: of rows, blocks of channels and images.
 #[derive(Clone, Copy)]
 pub(super) struct Pitches {
     pub(super) row: usize,
