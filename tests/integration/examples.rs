@@ -67,7 +67,7 @@ fn a_sink_of_ones_own_takes_poses() {
 fn the_programs_of_the_contributors_page_are_the_examples() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let read = |path: &str| std::fs::read_to_string(root.join(path)).unwrap();
-    for name in ["custom_effect", "custom_representation", "custom_backbone"] {
+    for name in ["custom_effect", "custom_representation", "custom_format", "custom_backbone"] {
         let example = &format!("examples/{name}.rs");
         let block = format!("```rust\n{}```\n", read(example));
         assert!(read("CONTRIBUTING.md").contains(&block), "copy {example} there");
@@ -84,4 +84,19 @@ fn the_custom_backbone_learns_and_is_compiled() {
     let (burn, engine) = values.trim_end().split_once(", engine ").unwrap();
     let [burn, engine] = [burn, engine].map(|value| value.parse::<f64>().unwrap());
     assert!((burn - engine).abs() < 0.002, "{output}");
+}
+
+#[test]
+fn the_custom_format_is_detected_decoded_and_reports_the_byte_of_a_fault() {
+    let output = output_of("custom_format");
+    let lines: Vec<&str> = output.lines().collect();
+    assert_eq!(
+        lines,
+        [
+            "event-stream: 2 events",
+            "3 µs at (33, 6), On",
+            "37 µs at (34, 6), Off",
+            "two-events.es: byte 20: the file ends 2 bytes into a record (1 events readable before it)",
+        ]
+    );
 }

@@ -148,7 +148,8 @@ fn variable(record: Record<'_>, global: Record<'_>) -> Result<Variable, CdfError
         let is_varying = record.u32(varies + 4 * dimension)? != 0;
         dimensions.push(if is_varying { sizes.u32(first + 4 * dimension)? } else { 1 });
     }
-    // The index of the last record, -1 without any. A variable without record variance has one record.
+    // The index of the last record, -1 without any. A variable without record variance has one
+    // record.
     let last = record.u32(24)?.cast_signed();
     let records = u64::try_from(i64::from(last) + 1).unwrap_or(0);
     let records = if flags & 1 == 0 { records.min(1) } else { records };

@@ -4,8 +4,9 @@
 //! * [`CdfArray`]: the values of a variable.
 //! * [`CdfError`]: the byte of the file that is wrong.
 //!
-//! Numeric types of all machines but VAX are read, in row-major or column-major order, of r-variables and
-//! z-variables, from files and variables that are plain or compressed by gzip. Attributes are skipped.
+//! Numeric types of all machines but VAX are read, in row-major or column-major order, of
+//! r-variables and z-variables, from files and variables that are plain or compressed by gzip.
+//! Attributes are skipped.
 //!
 //! ```
 //! use evpose_cdf::CdfFile;

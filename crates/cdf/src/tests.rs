@@ -87,7 +87,8 @@ fn missing_records_are_reported() {
     let bytes = golden("records.cdf");
     let at = pose_record(&bytes);
     for (from, value, part) in [
-        // Nine records, an index outside the file, dimensions of gigabytes, as many dimensions, a loop.
+        // Nine records, an index outside the file, dimensions of gigabytes, as many dimensions, a
+        // loop.
         (at + 27, [8].as_slice(), "record 7 of the 9"),
         (at + 28, &[0x7f], "record is expected here"),
         (at + 344, &[0x7f], "more than"),

@@ -21,8 +21,8 @@ pub struct Annotation {
 }
 
 impl Annotation {
-    /// The photograph or the clip that the image is of: its name without `_`, digits and an ending behind
-    /// it, or all of its name.
+    /// The photograph or the clip that the image is of: its name without `_`, digits and an ending
+    /// behind it, or all of its name.
     pub fn sequence(&self) -> &str {
         let name = &self.image;
         let stem = name.rsplit_once('.').map_or(name.as_str(), |(stem, _)| stem);
@@ -62,8 +62,8 @@ struct Entry {
 /// Reads an annotation file. Fields it does not know are passed over.
 ///
 /// # Errors
-/// If it cannot be read, is no JSON of this form (the message says where), or a joint is not of three
-/// numbers, the last of which is 0, 1 or 2.
+/// If it cannot be read, is no JSON of this form (the message says where), or a joint is not of
+/// three values, the last of which is 0, 1 or 2.
 pub fn read_annotations(path: &Path) -> Result<Vec<Annotation>, DatasetError> {
     let failed = |source| DatasetError::Io { path: path.to_owned(), action: "read it", source };
     let bytes = std::fs::read(path).map_err(failed)?;
@@ -74,7 +74,8 @@ pub fn read_annotations(path: &Path) -> Result<Vec<Annotation>, DatasetError> {
     entries.into_iter().enumerate().map(|(index, entry)| from_entry(path, index, entry)).collect()
 }
 
-/// Writes an annotation file: one line, as published readers take it. It appears when it is complete.
+/// Writes an annotation file: one line, as published readers take it. It appears when it is
+/// complete.
 ///
 /// # Errors
 /// If it cannot be written.
@@ -93,7 +94,7 @@ fn from_entry(path: &Path, index: usize, entry: Entry) -> Result<Annotation, Dat
     let place = |field: &str| format!("entry {index} ({}), `{field}`", entry.img_name);
     let (joints, rest) = entry.keypoints.as_chunks::<3>();
     if !rest.is_empty() {
-        let reason = format!("{} numbers: three a joint are expected", entry.keypoints.len());
+        let reason = format!("{} values: three a joint are expected", entry.keypoints.len());
         return Err(DatasetError::malformed(path, place("keypoints"), reason));
     }
     let keypoints = joints
@@ -176,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn an_image_tells_of_which_sequence_it_is() {
+    fn the_name_of_an_image_contains_its_sequence() {
         for (image, want) in [
             ("cam2_S9_Walking_1_00002.png", "cam2_S9_Walking_1"),
             ("b.b_0.png", "b.b"),

@@ -1,4 +1,4 @@
-//! What can be wrong with a data set.
+//! Errors of data sets.
 
 use std::path::PathBuf;
 
@@ -13,45 +13,45 @@ pub enum DatasetError {
     /// A file cannot be read or written.
     #[error("{}: cannot {action}: {source}", path.display())]
     Io {
-        /// Which.
+        /// The file.
         path: PathBuf,
-        /// What was tried.
+        /// The failed action, an infinitive.
         action: &'static str,
-        /// Why not.
+        /// The reason.
         source: std::io::Error,
     },
-    /// A file does not hold what its format says.
+    /// A file that violates its format.
     #[error("{}: {place}: {reason}", path.display())]
     Malformed {
-        /// Which.
+        /// The file.
         path: PathBuf,
         /// The field, the line or the byte.
         place: String,
-        /// What is wrong and what was expected.
+        /// The fault, and the expected content.
         reason: String,
     },
     /// A MAT-file cannot be read, or does not hold what is expected.
     #[error("{}: {source}", path.display())]
     Mat {
-        /// Which.
+        /// The file.
         path: PathBuf,
-        /// Where and what.
+        /// The error, with its position.
         source: MatError,
     },
     /// A CDF file cannot be read, or does not hold what is expected.
     #[error("{}: {source}", path.display())]
     Cdf {
-        /// Which.
+        /// The file.
         path: PathBuf,
-        /// Where and what.
+        /// The error, with its position.
         source: CdfError,
     },
     /// A sensor cannot be built, or not be shown the frames.
     #[error("{}: {source}", path.display())]
     Sensor {
-        /// Where the frames are.
+        /// The folder of the frames.
         path: PathBuf,
-        /// Why not.
+        /// The reason.
         source: SensorError,
     },
     /// A recording, a log or frames cannot be read.
@@ -60,19 +60,19 @@ pub enum DatasetError {
 }
 
 impl DatasetError {
-    /// What is wrong with the CDF file at `path`.
+    /// Adds the path of the file to errors of CDF files.
     pub(crate) fn cdf(path: impl Into<PathBuf>) -> impl Fn(CdfError) -> Self {
         let path = path.into();
         move |source| Self::Cdf { path: path.clone(), source }
     }
 
-    /// What is wrong with what the MAT-file at `path` holds.
+    /// Adds the path of the file to errors of MAT-files.
     pub(crate) fn mat(path: impl Into<PathBuf>) -> impl Fn(MatError) -> Self {
         let path = path.into();
         move |source| Self::Mat { path: path.clone(), source }
     }
 
-    /// What is wrong with the file at `path`.
+    /// The error for a fault in the file at `path`.
     pub(crate) fn malformed(
         path: impl Into<PathBuf>,
         place: impl Into<String>,

@@ -4,10 +4,34 @@
 //! * [`LabelledRecording`]: events of a camera with the joints of the person, of any data set;
 //!   [`write_eros_frames`] makes images and annotations of it, [`FrameSet`] of many.
 //! * [`split_by_group`]: a set in two, by what belongs together.
-//! * [`check`]: labels that are wrong, or look as if they were.
-//! * [`dhp19`]: movements seen by four event cameras.
+//! * [`check`]: checks for labels that are wrong or suspicious.
+//! * [`dhp19`]: movements recorded by four event cameras.
 //! * [`h36m`]: clips of videos that were turned into events.
-//! * [`mpii`]: photographs of persons, made to look like events.
+//! * [`mpii`]: photographs of persons, rendered in the style of event images.
+//!
+//! ```
+//! use evpose_core::SensorSize;
+//! use evpose_datasets::{
+//!     Annotation, TorsoRule, body_label, read_annotations, split_by_group, write_annotations,
+//! };
+//!
+//! let folder = tempfile::tempdir()?;
+//! let path = folder.path().join("poses.json");
+//! // Joints in pixels of an event camera, here of four images of two recordings without any label.
+//! let label = body_label(&[None; 13], SensorSize::DAVIS240C, TorsoRule::default());
+//! let images = ["walk_0.png", "walk_1.png", "jump_0.png", "jump_1.png"];
+//! let annotation = |image: &str| Annotation {
+//!     image: image.to_owned(),
+//!     t_s: None,
+//!     label: label.clone(),
+//! };
+//! write_annotations(&path, &images.map(annotation))?;
+//!
+//! let annotations = read_annotations(&path)?;
+//! let split = split_by_group(&annotations, 0.5, 1, Annotation::sequence);
+//! assert_eq!((split.training.len(), split.validation.len()), (2, 2));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod annotation;
 pub mod check;

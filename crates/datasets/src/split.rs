@@ -11,15 +11,15 @@ use crate::Annotation;
 pub struct Split {
     /// To train on.
     pub training: Vec<Annotation>,
-    /// To tell how well that went.
+    /// Group for the evaluation.
     pub validation: Vec<Annotation>,
 }
 
-/// Splits a set by groups, so that what belongs together stays together: persons of one photograph, frames
-/// of one recording, recordings of one subject. `group` names the group of an annotation.
+/// Splits a set by groups, so that what belongs together stays together: persons of one photograph,
+/// frames of one recording, recordings of one subject. `group` names the group of an annotation.
 ///
-/// `validation_share` of the groups, rounded to a whole number of them, is for validation; which ones
-/// depends on the seed and their names, not on the order of the annotations.
+/// `validation_share` of the groups, rounded to a whole number of them, is for validation; which
+/// ones depends on the seed and their names, not on the order of the annotations.
 pub fn split_by_group<'a>(
     annotations: &'a [Annotation],
     validation_share: f64,

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use evpose_core::{Plane, seed_for};
 use evpose_datasets::mpii::{
-    CropFormat, MpiiLook, MpiiOptions, SkipReason, convert, photograph_of_crop,
+    CropFormat, MpiiOptions, MpiiStyle, SkipReason, convert, photograph_of_crop,
 };
 use evpose_datasets::{Annotation, read_annotations};
 use evpose_pose::body::{Visibility, number};
@@ -46,7 +46,7 @@ fn set() -> (TempDir, MpiiOptions) {
     }
     let output = directory.path().join("out");
     let options = MpiiOptions {
-        look: MpiiLook::Grey,
+        style: MpiiStyle::Grey,
         ..MpiiOptions::new(golden("release.mat"), photographs, output)
     };
     (directory, options)
@@ -129,7 +129,7 @@ fn with_parity_labels_and_images_are_those_of_the_published_program() {
 }
 
 #[test]
-fn who_can_be_taken_is_taken_and_the_rest_is_told() {
+fn valid_persons_are_converted_and_the_rest_is_reported() {
     let (_directory, options) = set();
     let converted = convert(&options, &|_, _| {}).unwrap();
     let ours = labels(&options);
@@ -168,24 +168,24 @@ fn who_can_be_taken_is_taken_and_the_rest_is_told() {
 }
 
 #[test]
-fn persons_are_cut_out_of_the_whole_photographs_look() {
+fn persons_are_cut_out_of_the_whole_photograph_in_its_style() {
     let (_directory, mut options) = set();
     convert(&options, &|_, _| {}).unwrap();
     let grey = crop(&options, "i_0.png");
-    options.look = MpiiLook::ErosLike(ErosLike::default());
+    options.style = MpiiStyle::ErosLike(ErosLike::default());
     options.output = options.output.with_file_name("eros");
     options.seed = 5;
     convert(&options, &|_, _| {}).unwrap();
     let ours = crop(&options, "i_0.png");
     let photograph = Plane::from_vec(50, 40, pixels(8, 50, 40)).unwrap();
-    let look = ErosLike::default().convert(&photograph, seed_for(5, "mpii", 8));
+    let image = ErosLike::default().convert(&photograph, seed_for(5, "mpii", 8));
     assert_eq!(ours.dimensions(), grey.dimensions());
     // Points from (8, 8), 22.5 pixels wide and 26.25 high: half a side is 24.375, the middle (19.25, 21.125).
     let (left, top) = (-5, -3);
     for (x, y, pixel) in ours.enumerate_pixels() {
         let (x, y) = (x as i32 + left, y as i32 + top);
         let inside = (0..50).contains(&x) && (0..40).contains(&y);
-        let want = if inside { *look.at(x as usize, y as usize) } else { 0 };
+        let want = if inside { *image.at(x as usize, y as usize) } else { 0 };
         assert_eq!(pixel.0[0], want, "{x} {y}");
     }
 }
@@ -193,7 +193,7 @@ fn persons_are_cut_out_of_the_whole_photographs_look() {
 #[test]
 fn bytes_depend_neither_on_threads_nor_on_interruptions() {
     let (_directory, mut options) = set();
-    options.look = MpiiLook::ErosLike(ErosLike::default());
+    options.style = MpiiStyle::ErosLike(ErosLike::default());
     let on = |threads: usize, options: &MpiiOptions| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| convert(options, &|_, _| {})).unwrap()

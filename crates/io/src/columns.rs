@@ -4,8 +4,8 @@ use evpose_core::{Event, Micros, Polarity};
 
 /// Events in the order of their file, nothing checked.
 ///
-/// Decoders refill one value batch by batch, so that its memory is allocated once. The four columns are of
-/// one length between calls.
+/// Decoders refill one value batch by batch, so that its memory is allocated once. The four columns
+/// are of one length between calls.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Columns {
     /// Time stamps.

@@ -5,7 +5,8 @@
 //!   where it can be written.
 //! * [`evc`], [`meta`]: the sequences of EventHands, events and labels, of any size, by random
 //!   access.
-//! * [`aedat4`]: recordings of iniVation's cameras, with their frames, inertial samples and triggers.
+//! * [`aedat4`]: recordings of iniVation's cameras, with their frames, inertial samples and
+//!   triggers.
 //! * [`npz`], [`text`]: recordings for other tools; HDF5 files of all usual layouts, with the Cargo
 //!   feature `hdf5`.
 //! * [`evt`], [`dat`]: recordings of Prophesee's cameras.
@@ -14,8 +15,30 @@
 //! * [`predictions`]: joints of bodies over time, as MoveEnet's programs write them.
 //! * [`frames`]: the light of an image sequence, one frame at a time.
 //!
-//! A faulty file is a typed [`IoError`] that names the file, the byte and what was readable before
-//! it; files appear under their name only when they are complete.
+//! A faulty file is a typed [`IoError`] that names the file, the byte and the count of events
+//! readable before it; files appear under their name only when they are complete.
+//!
+//! ```
+//! use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize, TimeWindow};
+//! use evpose_io::{OpenOptions, Windows, create, open};
+//!
+//! let folder = tempfile::tempdir()?;
+//! let path = folder.path().join("two.raw");
+//! let event = |t| Event { t: Micros(t), x: 3, y: 2, polarity: Polarity::On };
+//! let events = EventStream::from_events(SensorSize::DAVIS240C, [event(5), event(70_000)])?;
+//! let mut sink = create(&path, events.sensor())?;
+//! sink.write(&events)?;
+//! sink.finish()?;
+//!
+//! let recording = open(&path)?;
+//! assert_eq!((recording.format, &recording.stream), ("evt3", &events));
+//!
+//! let mut windows = Windows::open(&path, &OpenOptions::default())?;
+//! let mut window = EventStream::empty(windows.sensor());
+//! windows.read(TimeWindow { start: Micros(0), end: Micros(10_000) }, &mut window)?;
+//! assert_eq!(window.len(), 1);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod aedat2;
 pub mod aedat4;
@@ -52,7 +75,8 @@ pub use frames::{Encoding, FrameFault, FrameSource};
 pub use meta::{MetaReader, MetaWriter};
 pub use open::{
     Create, FORMATS, Format, Info, Labels, Open, Recording, SensorOrigin, Windows, create,
-    format_by_name, format_for, format_of, info, input, open, open_as, open_with, read_as, source,
+    format_by_name, format_for, format_of, info, input, open, open_as, open_with, read_as,
+    read_as_in, source, source_in,
 };
 pub use predictions::{PredictionWriter, read_predictions};
 pub use sink::EventSink;

@@ -3,8 +3,8 @@
 /// Minimal share of steps in which times do not go back.
 const MIN_FORWARD: f64 = 0.9;
 
-/// Whether a column may hold times: over a lag of a twentieth of its length, values of any other column
-/// fall as often as they rise.
+/// Whether a column may hold times: over a lag of a twentieth of its length, values of any other
+/// column fall as often as they rise.
 pub(crate) fn is_time(values: &(impl ExactSizeIterator<Item = f64> + Clone)) -> bool {
     let lag = (values.len() / 20).max(1);
     let pairs = values.clone().zip(values.clone().skip(lag));

@@ -1,8 +1,8 @@
 //! Unwrapping of time stamps that a file stores in a counter of few bits.
 //!
-//! A counter of `n` bits begins again at 0 after 2ⁿ ticks (a *wraparound*). Stored stamps also go back
-//! a little without one, since events of a sensor's readout arrive slightly out of order. Every format
-//! decides by the size of the fall; formats differ in what else they accept:
+//! A counter of `n` bits begins again at 0 after 2ⁿ ticks (a *wraparound*). Stored stamps also go
+//! back a little without one, since events of a sensor's readout arrive slightly out of order.
+//! Every format decides by the size of the fall; formats differ in what else they accept:
 //!
 //! | format | counter | fall by half a period | rise by more than half a period |
 //! |---|---|---|---|
@@ -74,8 +74,8 @@ impl WraparoundCounter {
         self.completed + stamp
     }
 
-    /// As [`Self::advance`], but behind a wraparound a rise by more than half a period is a late stamp of
-    /// the previous period, which does not move the counter.
+    /// As [`Self::advance`], but behind a wraparound a rise by more than half a period is a late
+    /// stamp of the previous period, which does not move the counter.
     #[inline(always)]
     pub(crate) fn advance_or_late(&mut self, stamp: i64) -> i64 {
         if stamp - self.last > self.period / 2 && self.completed > 0 {
@@ -84,8 +84,8 @@ impl WraparoundCounter {
         self.advance(stamp)
     }
 
-    /// As [`Self::advance`], but a rise by half a period or more is a step back into the previous period:
-    /// the value is the one nearest to the last.
+    /// As [`Self::advance`], but a rise by half a period or more is a step back into the previous
+    /// period: the value is the one nearest to the last.
     #[inline(always)]
     pub(crate) fn advance_to_nearest(&mut self, stamp: i64) -> i64 {
         if self.is_set && stamp - self.last >= self.period / 2 {
@@ -96,8 +96,8 @@ impl WraparoundCounter {
         self.advance(stamp)
     }
 
-    /// Lengthens the period to the next power of two that holds `stamp`, for counters whose width a file
-    /// does not state.
+    /// Lengthens the period to the next power of two that holds `stamp`, for counters whose width a
+    /// file does not state.
     #[inline]
     pub(crate) fn widen_to(&mut self, stamp: u32) {
         if i64::from(stamp) >= self.period {

@@ -74,8 +74,8 @@ impl<'a> Reader<'a> {
         Some(self.order.u32(bytes.try_into().ok()?))
     }
 
-    /// Reads the next element and advances past it and its padding to eight bytes; `what` names the expected
-    /// element in errors.
+    /// Reads the next element and advances past it and its padding to eight bytes; `what` names the
+    /// expected element in errors.
     pub(crate) fn element(&mut self, what: &str) -> Result<Element, MatError> {
         let tag = self.at;
         let malformed = |reason: String| Err(self.origin.malformed(tag, reason));
@@ -83,7 +83,8 @@ impl<'a> Reader<'a> {
         let (Some(first), Some(second), 8..) = (self.word(tag), self.word(tag + 4), left) else {
             return malformed(format!("{what} is expected, {left} bytes are left"));
         };
-        // Small data element: up to four bytes of data stand in the tag itself, their length in its upper half.
+        // Small data element: up to four bytes of data stand in the tag itself, their length in its
+        // upper half.
         let small = (first >> 16) as usize;
         let element = match small {
             0 => Element { kind: first, tag, start: tag + 8, length: second as usize },

@@ -131,7 +131,8 @@ fn is_version_4(bytes: &[u8]) -> bool {
     })
 }
 
-/// Inflates a compressed element; at most one byte more than `limit`, so that the caller sees an excess.
+/// Inflates a compressed element; at most one byte more than `limit`, so that the caller sees an
+/// excess.
 fn inflate(data: &[u8], limit: u64) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::new();
     let mut decoder = ZlibDecoder::new(data).take(limit.saturating_add(1));

@@ -1,12 +1,14 @@
 //! MAT-files of MATLAB, version 5 to 7.2, read from their bytes.
 //!
 //! * [`MatFile`]: a file in memory, its variables by name.
-//! * [`MatValue`]: a variable, a field or an element, reached by name and index; its errors carry the path.
-//! * [`MatError`]: the byte of the file that is wrong, or the field that does not hold what is expected.
+//! * [`MatValue`]: a variable, a field or an element, reached by name and index; its errors carry
+//!   the path.
+//! * [`MatError`]: the byte of the file that is wrong, or the field that does not hold what is
+//!   expected.
 //!
-//! Numeric arrays of all classes, logical arrays, text, cell arrays and structures are read, in either byte
-//! order, compressed or not. Sparse matrices, objects and function handles are skipped, and reported when
-//! their values are asked for.
+//! Numeric arrays of all classes, logical arrays, text, cell arrays and structures are read, in
+//! either byte order, compressed or not. Sparse matrices, objects and function handles are skipped,
+//! and reported when their values are asked for.
 //!
 //! ```
 //! use evpose_mat::MatFile;

@@ -5,8 +5,8 @@ use crate::class::{ByteOrder, Storage};
 /// Decodes text; none if the bytes are no valid Unicode.
 ///
 /// # Source
-/// MATLAB's letters are UTF-16. Old programs store those of one byte as integers of 8 bits: they are the
-/// first 256 of Unicode.
+/// MATLAB's letters are UTF-16. Old programs store those of one byte as integers of 8 bits: they
+/// are the first 256 of Unicode.
 pub(crate) fn text_of(bytes: &[u8], storage: Storage, order: ByteOrder) -> Option<String> {
     match storage {
         Storage::Utf8 => std::str::from_utf8(bytes).ok().map(str::to_owned),

@@ -10,7 +10,8 @@ use crate::element::{Element, MATRIX, Reader};
 
 /// Maximal depth of nested arrays; reading recurses once a level.
 pub(crate) const DEPTH_LIMIT: usize = 64;
-/// Maximal count of structures without any field: they take no bytes, so that only a limit bounds loops over them.
+/// Maximal count of structures without any field: they take no bytes, so that only a limit bounds
+/// loops over them.
 const FIELDLESS_LIMIT: usize = 1 << 16;
 
 const INT32: u32 = 5;
@@ -86,7 +87,8 @@ pub(crate) fn read_tree(reader: Reader<'_>, element: &Element) -> Result<(String
 struct Builder<'a> {
     reader: Reader<'a>,
     tree: Tree,
-    /// Indices of sets of names by the length of a name and their bytes: most structures share one set.
+    /// Indices of sets of names by the length of a name and their bytes: most structures share one
+    /// set.
     known_names: HashMap<(usize, &'a [u8]), usize>,
 }
 

@@ -69,8 +69,8 @@ impl<'a> MatValue<'a> {
         self.len() == 0
     }
 
-    /// Returns the element at `index`, counted from zero in column-major order: the content of a cell, or
-    /// a 1×1 array of any other class.
+    /// Returns the element at `index`, counted from zero in column-major order: the content of a
+    /// cell, or a 1×1 array of any other class.
     ///
     /// # Errors
     /// If `index` is out of range, or the class is not read.

@@ -1,4 +1,4 @@
-//! Arrays of numbers, out of a pickle.
+//! Numeric arrays of a pickle.
 //!
 //! # Source
 //! `numpy/core/src/multiarray/methods.c`, `array_reduce` and `array_setstate`; `descriptor.c`,
@@ -9,46 +9,46 @@ use std::borrow::Cow;
 use crate::{Element, Id, Node, Pickle};
 
 /// Dimensions that numpy itself allows.
-const MOST_DIMENSIONS: usize = 32;
+const MAX_DIMENSIONS: usize = 32;
 
-/// Numbers in a shape, row by row.
+/// A numeric array in row-major order.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Array {
-    /// Length along every axis; empty for a single number.
+    /// Length along every axis; empty for a scalar.
     pub shape: Vec<usize>,
-    /// The numbers, the last axis fastest. Integers beyond 2^53 are rounded.
+    /// Values, the last axis fastest. Integers beyond 2^53 are rounded.
     pub values: Vec<f64>,
 }
 
-/// Why something is no array of numbers.
+/// Error of a value that is not a numeric array.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ArrayError {
-    /// It is something else.
-    #[error("{0} instead of an array of numbers")]
+    /// Another value.
+    #[error("{0} instead of a numeric array")]
     Other(String),
-    /// Its elements are Python objects.
-    #[error("an array of Python objects instead of numbers; store it as numbers")]
+    /// Elements that are Python objects.
+    #[error("an array of Python objects instead of numeric values; store it as f4 or f8")]
     Objects,
-    /// Its elements are no numbers of a known size.
-    #[error("numbers of the unknown type `{0}`; store it as f4, f8 or integers of up to 8 bytes")]
+    /// Elements of an unknown type.
+    #[error("values of the unknown type `{0}`; store it as f4, f8 or integers of up to 8 bytes")]
     Type(String),
-    /// It is cut off, or its shape is not its own.
-    #[error("its shape {shape:?} takes {expected} bytes, {found} are there")]
+    /// Content of another length than the shape.
+    #[error("its shape {shape:?} takes {expected} bytes, {actual} are there")]
     Length {
         /// Lengths along its axes.
         shape: Vec<usize>,
-        /// Bytes of that many numbers, as text because it may exceed every integer.
+        /// Bytes of an array of this shape, as text because it may exceed every integer.
         expected: String,
-        /// Bytes that are there.
-        found: usize,
+        /// Bytes of the content.
+        actual: usize,
     },
-    /// Its description is not one that numpy, scipy or chumpy write.
+    /// A description that neither numpy nor scipy nor chumpy writes.
     #[error("its description is damaged: {0}")]
     Damaged(&'static str),
 }
 
 impl Array {
-    /// The numbers that `bytes` are.
+    /// Decodes `bytes` as an array of this shape.
     ///
     /// # Errors
     /// [`ArrayError::Length`] unless there are exactly as many as the shape says.
@@ -58,16 +58,16 @@ impl Array {
         is_column_major: bool,
         bytes: &[u8],
     ) -> Result<Self, ArrayError> {
-        if shape.len() > MOST_DIMENSIONS {
+        if shape.len() > MAX_DIMENSIONS {
             return Err(ArrayError::Damaged("more than 32 dimensions"));
         }
         let count = shape.iter().try_fold(1usize, |count, &length| count.checked_mul(length));
         let expected = count.and_then(|count| count.checked_mul(element.size()));
         if expected != Some(bytes.len()) {
             let expected = expected.map_or("too many".to_owned(), |bytes| bytes.to_string());
-            return Err(ArrayError::Length { shape, expected, found: bytes.len() });
+            return Err(ArrayError::Length { shape, expected, actual: bytes.len() });
         }
-        let values = bytes.chunks_exact(element.size()).map(|bytes| element.number(bytes));
+        let values = bytes.chunks_exact(element.size()).map(|bytes| element.decode(bytes));
         let values: Vec<f64> = values.collect();
         Ok(if is_column_major {
             Self::from_columns(shape, &values)
@@ -76,7 +76,7 @@ impl Array {
         })
     }
 
-    /// The numbers of an array whose first axis is fastest.
+    /// Reorders a column-major array.
     fn from_columns(shape: Vec<usize>, stored: &[f64]) -> Self {
         let mut strides = Vec::with_capacity(shape.len());
         let mut stride = 1;
@@ -99,16 +99,16 @@ impl Array {
         Self { shape, values }
     }
 
-    /// The array of numbers at `id`: an array or number of numpy, a number, or a constant of chumpy
-    /// (an array that a fitting program could differentiate by).
+    /// Reads the numeric array at `id`: an array or scalar of numpy, a scalar, or a constant of
+    /// chumpy (an array that a fitting program could differentiate by).
     ///
     /// # Errors
-    /// Why it is none.
+    /// If the value is none of these, or damaged.
     pub fn read(pickle: &Pickle, id: Id) -> Result<Self, ArrayError> {
         crate::constant::read(pickle, id)
     }
 
-    /// An array or a single number, but no constant of chumpy.
+    /// Reads an array or a scalar, but no constant of chumpy.
     pub(crate) fn plain(pickle: &Pickle, id: Id) -> Result<Self, ArrayError> {
         match pickle.node(id) {
             Node::Int(value) => return Ok(Self { shape: Vec::new(), values: vec![*value as f64] }),
@@ -138,8 +138,8 @@ impl Array {
         }
     }
 
-    /// `numpy.core.multiarray._reconstruct(ndarray, (0,), "b")` with the state
-    /// `(version, shape, dtype, is column-major, bytes)`, of which old writers leave out the version.
+    /// `numpy.core.multiarray._reconstruct(ndarray, (0,), "b")` with the state `(version, shape,
+    /// dtype, is column-major, bytes)`, of which old writers leave out the version.
     fn restored(pickle: &Pickle, id: Id) -> Result<Self, ArrayError> {
         let state = pickle.state(id).and_then(|state| pickle.sequence(state));
         let [shape, dtype, is_column_major, content] = match state {
@@ -172,7 +172,7 @@ impl Array {
 
 /// The element of `numpy.dtype(name, align, copy)` with the state `(version, byte order, ...)`.
 fn element(pickle: &Pickle, id: Id) -> Result<Element, ArrayError> {
-    const DAMAGED: ArrayError = ArrayError::Damaged("numbers without a type");
+    const DAMAGED: ArrayError = ArrayError::Damaged("values without a type");
     let ("numpy" | "numpy.core.multiarray" | "numpy._core.multiarray", "dtype", &[name, ..]) =
         pickle.call(id).ok_or(DAMAGED)?
     else {
@@ -188,8 +188,8 @@ fn element(pickle: &Pickle, id: Id) -> Result<Element, ArrayError> {
     Ok(order.map_or(element, |order| element.with_order(order)))
 }
 
-/// Bytes, however a version of Python writes them: as such, as text of the same numbers, or as that
-/// text and how to encode it.
+/// Bytes, however a version of Python writes them: as such, as text of the same code points, or as
+/// that text and how to encode it.
 fn bytes(pickle: &Pickle, id: Id) -> Option<Cow<'_, [u8]>> {
     let latin = |text: &str| {
         let bytes = text.chars().map(|c| u8::try_from(u32::from(c)).ok()).collect::<Option<_>>();
@@ -214,7 +214,7 @@ fn bytes(pickle: &Pickle, id: Id) -> Option<Cow<'_, [u8]>> {
     }
 }
 
-/// What is at `id`, for a message.
+/// Describes the value at `id` for a message.
 pub(crate) fn describe(pickle: &Pickle, id: Id) -> String {
     match pickle.node(id) {
         Node::None => "nothing".to_owned(),

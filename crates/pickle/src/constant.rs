@@ -10,8 +10,8 @@
 use crate::array::{Array, ArrayError, describe};
 use crate::{Id, Pickle};
 
-/// Selections of selections that are followed. Files have one; more may be a loop.
-const MOST_LEVELS: usize = 8;
+/// Maximal depth of nested selections. Files have one; more may be a loop.
+const MAX_LEVELS: usize = 8;
 
 /// Reads an array, whether it is a constant or not.
 pub(crate) fn read(pickle: &Pickle, id: Id) -> Result<Array, ArrayError> {
@@ -19,7 +19,7 @@ pub(crate) fn read(pickle: &Pickle, id: Id) -> Result<Array, ArrayError> {
 }
 
 fn read_level(pickle: &Pickle, id: Id, level: usize) -> Result<Array, ArrayError> {
-    if level > MOST_LEVELS {
+    if level > MAX_LEVELS {
         return Err(ArrayError::Damaged("selections inside of each other without an end"));
     }
     let Some((module, name)) = pickle.class(id) else { return Array::plain(pickle, id) };

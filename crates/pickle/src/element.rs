@@ -1,10 +1,10 @@
-//! How the numbers of an array are stored.
+//! Storage of the values of an array.
 
-/// Bytes of a number and how to take them.
+/// Numeric type and byte order of stored values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Element {
     kind: Kind,
-    /// Bytes of one number.
+    /// Bytes of a value.
     bytes: usize,
     is_big_endian: bool,
 }
@@ -17,7 +17,8 @@ enum Kind {
 }
 
 impl Element {
-    /// The element of a numpy type name such as `f8`, `<i4` or `>u2`; none for what is no number.
+    /// The element of a numpy type name such as `f8`, `<i4` or `>u2`; none for a type that is not
+    /// numeric.
     pub fn parse(name: &str) -> Option<Self> {
         let (is_big_endian, name) = match name.as_bytes().first()? {
             b'>' => (true, &name[1..]),
@@ -45,13 +46,13 @@ impl Element {
         Self { is_big_endian: order == ">", ..self }
     }
 
-    /// Bytes of one number.
+    /// Bytes of a value.
     pub fn size(self) -> usize {
         self.bytes
     }
 
-    /// The number that `bytes` are. Integers beyond 2^53 are rounded.
-    pub(crate) fn number(self, bytes: &[u8]) -> f64 {
+    /// Decodes a value. Integers beyond 2^53 are rounded.
+    pub(crate) fn decode(self, bytes: &[u8]) -> f64 {
         let mut wide = [0; 8];
         for (k, byte) in bytes.iter().enumerate().take(8) {
             wide[if self.is_big_endian { bytes.len() - 1 - k } else { k }] = *byte;
@@ -75,16 +76,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_of_every_kind_and_order_are_taken() {
-        let number = |name: &str, bytes: &[u8]| Element::parse(name).map(|e| e.number(bytes));
-        assert_eq!(number("<f8", &1.5f64.to_le_bytes()), Some(1.5));
-        assert_eq!(number(">f8", &1.5f64.to_be_bytes()), Some(1.5));
-        assert_eq!(number(">f4", &(-2.5f32).to_be_bytes()), Some(-2.5));
-        assert_eq!(number("<i4", &(-3i32).to_le_bytes()), Some(-3.0));
-        assert_eq!(number(">i8", &(-3i64).to_be_bytes()), Some(-3.0));
-        assert_eq!(number("<u4", &u32::MAX.to_le_bytes()), Some(4_294_967_295.0));
-        assert_eq!(number("|i1", &[0xff]), Some(-1.0));
-        assert_eq!(number("O8", &[0; 8]), None);
-        assert_eq!(number("é", &[0; 8]), None);
+    fn values_of_every_type_and_order_are_decoded() {
+        let decode = |name: &str, bytes: &[u8]| Element::parse(name).map(|e| e.decode(bytes));
+        assert_eq!(decode("<f8", &1.5f64.to_le_bytes()), Some(1.5));
+        assert_eq!(decode(">f8", &1.5f64.to_be_bytes()), Some(1.5));
+        assert_eq!(decode(">f4", &(-2.5f32).to_be_bytes()), Some(-2.5));
+        assert_eq!(decode("<i4", &(-3i32).to_le_bytes()), Some(-3.0));
+        assert_eq!(decode(">i8", &(-3i64).to_be_bytes()), Some(-3.0));
+        assert_eq!(decode("<u4", &u32::MAX.to_le_bytes()), Some(4_294_967_295.0));
+        assert_eq!(decode("|i1", &[0xff]), Some(-1.0));
+        assert_eq!(decode("O8", &[0; 8]), None);
+        assert_eq!(decode("é", &[0; 8]), None);
     }
 }

@@ -1,13 +1,12 @@
 //! Python pickles read as data: nothing is imported, nothing is called.
 //!
-//! What a pickle would construct stays a node that says so ([`Node::Call`]), whatever class it
-//! names. A file therefore loads although it also holds objects of a framework nobody has here.
-//! Work and memory are bounded by the length of the input; values may be shared or contain
-//! themselves, so a reader that follows them has to count its steps.
+//! An object that a pickle would construct stays a node ([`Node::Call`]) that names its class. A
+//! file therefore loads although it also holds objects of a framework nobody has here. Work and
+//! memory are bounded by the length of the input; values may be shared or contain themselves, so a
+//! reader that follows them has to count its steps.
 //!
 //! * [`Pickle`]: protocols 0 to 5, with the byte strings of Python 2.
-//! * [`Array`]: what numpy, scipy's sparse matrices and chumpy's constants are for: numbers in a
-//!   shape.
+//! * [`Array`], [`Sparse`]: numpy's arrays, chumpy's constants and scipy's sparse matrices.
 //!
 //! ```
 //! use evpose_pickle::Pickle;
@@ -23,6 +22,8 @@ mod array;
 mod constant;
 mod element;
 mod machine;
+mod opcode;
+mod program;
 mod sparse;
 #[cfg(test)]
 mod tests;

@@ -4,6 +4,8 @@
 //! `pickletools` of CPython documents every opcode. Protocols 0 to 5, without buffers that are kept
 //! outside of the pickle and without the registry of extension codes.
 
+use crate::opcode as op;
+use crate::program::{Program, Step, utf8};
 use crate::text::{escaped, quoted};
 use crate::value::{Id, Node};
 
@@ -14,18 +16,16 @@ enum Item {
     Mark,
 }
 
-/// Values of a pickle, and of its stack. Files of numbers have thousands; a file that makes one with
-/// every byte would otherwise take a hundred times its length in memory.
-const MOST_VALUES: usize = 1 << 21;
+/// Maximal count of values of a pickle, and of its stack. Files of arrays have thousands; a file
+/// that makes one with every byte would otherwise take a hundred times its length in memory.
+const MAX_VALUES: usize = 1 << 21;
 
-/// Bytes of names of modules and classes that are copied from texts. A few dozen are usual.
-const MOST_COPIED: usize = 1 << 20;
+/// Maximal bytes of names of modules and classes that are copied from texts. A few dozen are usual.
+const MAX_COPIED: usize = 1 << 20;
 
-/// A program and how far it has run.
+/// The state of a program while it runs.
 pub(crate) struct Machine<'a> {
-    bytes: &'a [u8],
-    /// The next byte.
-    pub(crate) at: usize,
+    pub(crate) program: Program<'a>,
     /// Every value made so far.
     pub(crate) nodes: Vec<Node>,
     stack: Vec<Item>,
@@ -34,282 +34,294 @@ pub(crate) struct Machine<'a> {
     copied: usize,
 }
 
-type Step<T> = Result<T, String>;
-
 impl<'a> Machine<'a> {
     /// The program that begins at byte `start`.
     pub(crate) fn new(bytes: &'a [u8], start: usize) -> Self {
-        Self { bytes, at: start, nodes: Vec::new(), stack: Vec::new(), memo: Vec::new(), copied: 0 }
+        Self {
+            program: Program { bytes, at: start },
+            nodes: Vec::new(),
+            stack: Vec::new(),
+            memo: Vec::new(),
+            copied: 0,
+        }
     }
 
-    /// Executes one opcode; the root at the last one.
+    /// Executes one opcode; returns the root at the last one.
     pub(crate) fn step(&mut self) -> Step<Option<Id>> {
-        if self.nodes.len().max(self.stack.len()) > MOST_VALUES {
-            return Err(format!("more than {MOST_VALUES} values"));
+        if self.nodes.len().max(self.stack.len()) > MAX_VALUES {
+            return Err(format!("more than {MAX_VALUES} values"));
         }
-        match self.byte()? {
-            0x80 => drop(self.byte()?),
-            0x95 => drop(self.take(8)?),
-            b'.' => return self.pop().map(Some),
-            b'(' => self.stack.push(Item::Mark),
-            b'0' => drop(self.stack.pop()),
-            b'1' => drop(self.pop_group()?),
-            b'2' => {
+        let opcode = self.program.byte()?;
+        if opcode == op::STOP {
+            return self.pop().map(Some);
+        }
+        let is_known = self.stack_opcode(opcode)?
+            || self.scalar_opcode(opcode)?
+            || self.text_opcode(opcode)?
+            || self.container_opcode(opcode)?
+            || self.object_opcode(opcode)?
+            || self.memo_opcode(opcode)?;
+        if is_known { Ok(None) } else { Err(format!("unknown opcode 0x{opcode:02x}")) }
+    }
+
+    /// Executes an opcode of the stack and of framing; false for one of another group.
+    fn stack_opcode(&mut self, opcode: u8) -> Step<bool> {
+        match opcode {
+            op::PROTO => drop(self.program.byte()?),
+            op::FRAME => drop(self.program.take(8)?),
+            op::MARK => self.stack.push(Item::Mark),
+            op::POP => drop(self.stack.pop()),
+            op::POP_MARK => drop(self.pop_group()?),
+            op::DUP => {
                 let top = self.top()?;
                 self.stack.push(Item::Value(top));
             }
-            b'N' => self.push(Node::None)?,
-            0x88 => self.push(Node::Bool(true))?,
-            0x89 => self.push(Node::Bool(false))?,
-            b'K' => self.integer(1)?,
-            b'M' => self.integer(2)?,
-            b'J' => {
-                let bytes = self.array::<4>()?;
-                self.push(Node::Int(i64::from(i32::from_le_bytes(bytes))))?;
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    /// Executes an opcode that pushes a scalar; false for one of another group.
+    fn scalar_opcode(&mut self, opcode: u8) -> Step<bool> {
+        match opcode {
+            op::NONE => self.push(Node::None),
+            op::NEWTRUE => self.push(Node::Bool(true)),
+            op::NEWFALSE => self.push(Node::Bool(false)),
+            op::BININT1 => self.integer(1)?,
+            op::BININT2 => self.integer(2)?,
+            op::BININT => {
+                let bytes = self.program.array::<4>()?;
+                self.push(Node::Int(i64::from(i32::from_le_bytes(bytes))));
             }
-            0x8a => self.long(1)?,
-            0x8b => self.long(4)?,
-            b'G' => {
-                let bytes = self.array()?;
-                self.push(Node::Float(f64::from_be_bytes(bytes)))?;
+            op::LONG1 => self.long(1)?,
+            op::LONG4 => self.long(4)?,
+            op::BINFLOAT => {
+                let bytes = self.program.array()?;
+                self.push(Node::Float(f64::from_be_bytes(bytes)));
             }
-            0x8c => self.text(1)?,
-            b'X' => self.text(4)?,
-            0x8d => self.text(8)?,
-            b'U' | b'C' => self.raw(1)?,
-            b'T' | b'B' => self.raw(4)?,
-            0x8e | 0x96 => self.raw(8)?,
-            b']' | 0x8f => self.push(Node::List(Vec::new()))?,
-            b')' => self.push(Node::Tuple(Vec::new()))?,
-            b'}' => self.push(Node::Dict(Vec::new()))?,
-            b'a' => {
+            op::INT => self.decimal()?,
+            op::LONG => self.decimal_long()?,
+            op::FLOAT => {
+                let line = self.program.line()?;
+                let value = line.trim().parse().map_err(|_| format!("`{line}` is no number"))?;
+                self.push(Node::Float(value));
+            }
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    /// Executes an opcode that pushes text or bytes; false for one of another group.
+    fn text_opcode(&mut self, opcode: u8) -> Step<bool> {
+        match opcode {
+            op::SHORT_BINUNICODE => self.text(1)?,
+            op::BINUNICODE => self.text(4)?,
+            op::BINUNICODE8 => self.text(8)?,
+            op::SHORT_BINSTRING | op::SHORT_BINBYTES => self.raw(1)?,
+            op::BINSTRING | op::BINBYTES => self.raw(4)?,
+            op::BINBYTES8 | op::BYTEARRAY8 => self.raw(8)?,
+            op::STRING => {
+                let bytes = quoted(self.program.raw_line()?)?;
+                self.push(Node::Bytes(bytes));
+            }
+            op::UNICODE => {
+                let text = escaped(self.program.raw_line()?)?;
+                self.push(Node::Text(text));
+            }
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    /// Executes an opcode of lists, tuples, sets and dictionaries; false for one of another group.
+    fn container_opcode(&mut self, opcode: u8) -> Step<bool> {
+        match opcode {
+            op::EMPTY_LIST | op::EMPTY_SET => self.push(Node::List(Vec::new())),
+            op::EMPTY_TUPLE => self.push(Node::Tuple(Vec::new())),
+            op::EMPTY_DICT => self.push(Node::Dict(Vec::new())),
+            op::APPEND => {
                 let value = self.pop()?;
                 self.append(vec![value])?;
             }
-            b'e' | 0x90 => {
+            op::APPENDS | op::ADDITEMS => {
                 let values = self.pop_group()?;
                 self.append(values)?;
             }
-            b'l' => {
+            op::LIST => {
                 let values = self.pop_group()?;
-                self.push(Node::List(values))?;
+                self.push(Node::List(values));
             }
-            b't' => {
+            op::TUPLE => {
                 let values = self.pop_group()?;
-                self.push(Node::Tuple(values))?;
+                self.push(Node::Tuple(values));
             }
-            count @ 0x85..=0x87 => {
-                let mut values =
-                    (0..=count - 0x85).map(|_| self.pop()).collect::<Step<Vec<_>>>()?;
+            count @ op::TUPLE1..=op::TUPLE3 => {
+                let popped = (0..=count - op::TUPLE1).map(|_| self.pop());
+                let mut values = popped.collect::<Step<Vec<_>>>()?;
                 values.reverse();
-                self.push(Node::Tuple(values))?;
+                self.push(Node::Tuple(values));
             }
-            b'd' => {
+            op::DICT => {
                 let values = self.pop_group()?;
-                self.push(Node::Dict(pairs(&values)?))?;
+                self.push(Node::Dict(pairs(&values)?));
             }
-            b's' => {
+            op::SETITEM => {
                 let (value, key) = (self.pop()?, self.pop()?);
                 self.insert(vec![(key, value)])?;
             }
-            b'u' => {
+            op::SETITEMS => {
                 let values = self.pop_group()?;
                 self.insert(pairs(&values)?)?;
             }
-            b'c' => {
-                let (module, name) = (self.line()?, self.line()?);
-                self.push(Node::Global { module, name })?;
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    /// Executes an opcode of classes, instances and persistent objects; false for one of another
+    /// group.
+    fn object_opcode(&mut self, opcode: u8) -> Step<bool> {
+        match opcode {
+            op::GLOBAL => {
+                let (module, name) = (self.program.line()?, self.program.line()?);
+                self.push(Node::Global { module, name });
             }
-            0x93 => {
+            op::STACK_GLOBAL => {
                 let (name, module) = (self.pop_text()?, self.pop_text()?);
-                self.push(Node::Global { module, name })?;
+                self.push(Node::Global { module, name });
             }
-            b'R' | 0x81 => {
+            op::REDUCE | op::NEWOBJ => {
                 let (arguments, callable) = (self.pop()?, self.pop()?);
-                self.call(callable, arguments)?;
+                self.call(callable, arguments);
             }
-            0x92 => {
+            op::NEWOBJ_EX => {
                 let (_keywords, arguments, callable) = (self.pop()?, self.pop()?, self.pop()?);
-                self.call(callable, arguments)?;
+                self.call(callable, arguments);
             }
             // An instance in protocol 0: its class by name, its arguments on the stack.
-            b'i' => {
-                let (module, name) = (self.line()?, self.line()?);
+            op::INST => {
+                let (module, name) = (self.program.line()?, self.program.line()?);
                 let arguments = self.pop_group()?;
                 let (class, arguments) =
                     (self.add(Node::Global { module, name }), self.add(Node::Tuple(arguments)));
-                self.call(class, arguments)?;
+                self.call(class, arguments);
             }
             // An instance in protocol 1: its class and its arguments on the stack.
-            b'o' => {
+            op::OBJ => {
                 let mut group = self.pop_group()?;
                 if group.is_empty() {
                     return Err("an instance without a class".to_owned());
                 }
                 let class = group.remove(0);
                 let arguments = self.add(Node::Tuple(group));
-                self.call(class, arguments)?;
+                self.call(class, arguments);
             }
             // The state of an object: its attributes.
-            b'b' => {
+            op::BUILD => {
                 let value = self.pop()?;
                 let object = self.top()?;
                 if let Node::Call { state, .. } = &mut self.nodes[object.0] {
                     *state = Some(value);
                 }
             }
-            b'I' => self.decimal()?,
-            b'L' => self.decimal_long()?,
-            b'F' => {
-                let line = self.line()?;
-                let value = line.trim().parse().map_err(|_| format!("`{line}` is no number"))?;
-                self.push(Node::Float(value))?;
-            }
-            b'S' => {
-                let bytes = quoted(self.raw_line()?)?;
-                self.push(Node::Bytes(bytes))?;
-            }
-            b'V' => {
-                let text = escaped(self.raw_line()?)?;
-                self.push(Node::Text(text))?;
-            }
-            b'P' => {
-                let name = self.line()?;
+            op::PERSID => {
+                let name = self.program.line()?;
                 let name = self.add(Node::Text(name));
-                self.push(Node::Persistent(name))?;
+                self.push(Node::Persistent(name));
             }
-            b'p' => {
-                let place = self.place()?;
-                self.remember_at(place)?;
-            }
-            b'g' => {
-                let place = self.place()?;
-                self.recall(place)?;
-            }
-            b'Q' => {
+            op::BINPERSID => {
                 let id = self.pop()?;
-                self.push(Node::Persistent(id))?;
+                self.push(Node::Persistent(id));
             }
-            b'q' => {
-                let place = self.number(1)?;
-                self.remember_at(place)?;
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    /// Executes an opcode of the memo; false for one of another group.
+    fn memo_opcode(&mut self, opcode: u8) -> Step<bool> {
+        match opcode {
+            op::PUT | op::BINPUT | op::LONG_BINPUT => {
+                let index = self.memo_index(opcode)?;
+                self.memoize(index)?;
             }
-            b'r' => {
-                let place = self.number(4)?;
-                self.remember_at(place)?;
+            op::GET | op::BINGET | op::LONG_BINGET => {
+                let index = self.memo_index(opcode)?;
+                self.recall(index)?;
             }
-            0x94 => {
+            op::MEMOIZE => {
                 let top = self.top()?;
                 self.memo.push(Some(top));
             }
-            b'h' => {
-                let place = self.number(1)?;
-                self.recall(place)?;
-            }
-            b'j' => {
-                let place = self.number(4)?;
-                self.recall(place)?;
-            }
-            other => return Err(format!("unknown opcode 0x{other:02x}")),
+            _ => return Ok(false),
         }
-        Ok(None)
+        Ok(true)
     }
 
-    fn byte(&mut self) -> Step<u8> {
-        Ok(self.array::<1>()?[0])
+    /// Reads the index of a memo entry: in digits, in one byte or in four.
+    fn memo_index(&mut self, opcode: u8) -> Step<usize> {
+        match opcode {
+            op::PUT | op::GET => self.program.decimal_index(),
+            op::BINPUT | op::BINGET => self.program.integer(1),
+            _ => self.program.integer(4),
+        }
     }
 
-    fn take(&mut self, count: usize) -> Step<&'a [u8]> {
-        let rest = self.bytes.get(self.at..).unwrap_or_default();
-        let taken = rest.get(..count).ok_or("the file ends here")?;
-        self.at += count;
-        Ok(taken)
-    }
-
-    fn array<const N: usize>(&mut self) -> Step<[u8; N]> {
-        let mut array = [0; N];
-        array.copy_from_slice(self.take(N)?);
-        Ok(array)
-    }
-
-    /// A little-endian number of `width` bytes.
-    fn number(&mut self, width: usize) -> Step<usize> {
-        let mut bytes = [0; 8];
-        bytes[..width].copy_from_slice(self.take(width)?);
-        usize::try_from(u64::from_le_bytes(bytes)).map_err(|_| "too large a number".to_owned())
-    }
-
-    /// Up to the end of the line, which is passed over.
-    fn raw_line(&mut self) -> Step<&'a [u8]> {
-        let rest = self.bytes.get(self.at..).unwrap_or_default();
-        let length = rest.iter().position(|&b| b == b'\n').ok_or("the file ends in a line")?;
-        self.at += length + 1;
-        // Written on Windows in text mode.
-        Ok(rest[..length].strip_suffix(b"\r").unwrap_or(&rest[..length]))
-    }
-
-    fn line(&mut self) -> Step<String> {
-        utf8(self.raw_line()?)
-    }
-
-    /// A place among the remembered values, in digits.
-    fn place(&mut self) -> Step<usize> {
-        let line = self.line()?;
-        line.trim().parse().map_err(|_| format!("`{line}` is no place of a value"))
-    }
-
-    /// An integer in digits; two spellings are truth values.
+    /// Pushes an integer in digits; two spellings are booleans.
     fn decimal(&mut self) -> Step<()> {
-        let line = self.line()?;
+        let line = self.program.line()?;
         match line.as_str() {
             "00" => self.push(Node::Bool(false)),
             "01" => self.push(Node::Bool(true)),
             digits => {
                 let value = digits.trim().parse();
-                self.push(Node::Int(value.map_err(|_| format!("`{digits}` is no integer"))?))
+                self.push(Node::Int(value.map_err(|_| format!("`{digits}` is no integer"))?));
             }
         }
+        Ok(())
     }
 
-    /// A long integer in digits, as Python 2 prints it.
+    /// Pushes a long integer in digits, as Python 2 prints it.
     fn decimal_long(&mut self) -> Step<()> {
-        let line = self.line()?;
+        let line = self.program.line()?;
         let digits = line.trim().trim_end_matches('L');
         if let Ok(value) = digits.parse() {
-            return self.push(Node::Int(value));
+            self.push(Node::Int(value));
+            return Ok(());
         }
         // The unsigned 64 bits that are beyond the signed ones.
         let value: u64 =
             digits.parse().map_err(|_| format!("`{line}` is no integer of 64 bits"))?;
         let mut bytes = value.to_le_bytes().to_vec();
         bytes.push(0);
-        self.push(Node::LongInt(bytes))
+        self.push(Node::LongInt(bytes));
+        Ok(())
     }
 
-    /// A value that is not on the stack.
+    /// Adds a value without pushing it on the stack.
     fn add(&mut self, node: Node) -> Id {
         self.nodes.push(node);
         Id(self.nodes.len() - 1)
     }
 
-    fn call(&mut self, callable: Id, arguments: Id) -> Step<()> {
-        self.push(Node::Call { callable, arguments, items: Vec::new(), state: None })
+    fn call(&mut self, callable: Id, arguments: Id) {
+        self.push(Node::Call { callable, arguments, items: Vec::new(), state: None });
     }
 
-    fn push(&mut self, node: Node) -> Step<()> {
+    fn push(&mut self, node: Node) {
         let id = self.add(node);
         self.stack.push(Item::Value(id));
-        Ok(())
     }
 
     fn integer(&mut self, width: usize) -> Step<()> {
-        let value = self.number(width)?;
-        self.push(Node::Int(value as i64))
+        let value = self.program.integer(width)?;
+        self.push(Node::Int(value as i64));
+        Ok(())
     }
 
     fn long(&mut self, width: usize) -> Step<()> {
-        let length = self.number(width)?;
-        let bytes = self.take(length)?.to_vec();
+        let length = self.program.integer(width)?;
+        let bytes = self.program.take(length)?.to_vec();
         let negative = bytes.last().is_some_and(|last| last & 0x80 != 0);
         let mut extended = [if negative { 0xff } else { 0 }; 8];
         self.push(match bytes.len() {
@@ -318,20 +330,23 @@ impl<'a> Machine<'a> {
                 Node::Int(i64::from_le_bytes(extended))
             }
             _ => Node::LongInt(bytes),
-        })
+        });
+        Ok(())
     }
 
     fn text(&mut self, width: usize) -> Step<()> {
-        let length = self.number(width)?;
-        let text = utf8(self.take(length)?)?;
-        self.push(Node::Text(text))
+        let length = self.program.integer(width)?;
+        let text = utf8(self.program.take(length)?)?;
+        self.push(Node::Text(text));
+        Ok(())
     }
 
-    /// A byte string: in Python 2 also a text.
+    /// Pushes a byte string, in Python 2 also a text.
     fn raw(&mut self, width: usize) -> Step<()> {
-        let length = self.number(width)?;
-        let bytes = self.take(length)?.to_vec();
-        self.push(Node::Bytes(bytes))
+        let length = self.program.integer(width)?;
+        let bytes = self.program.take(length)?.to_vec();
+        self.push(Node::Bytes(bytes));
+        Ok(())
     }
 
     fn top(&self) -> Step<Id> {
@@ -347,14 +362,14 @@ impl<'a> Machine<'a> {
         Ok(top)
     }
 
-    /// A copy of a text. One text can be named again and again: copies count.
+    /// Pops a copy of a text. One text can be named again and again, so that copies are limited.
     fn pop_text(&mut self) -> Step<String> {
         let id = self.pop()?;
         match &self.nodes[id.0] {
             Node::Text(text) => {
                 self.copied += text.len();
-                if self.copied > MOST_COPIED {
-                    return Err(format!("more than {MOST_COPIED} bytes of names of classes"));
+                if self.copied > MAX_COPIED {
+                    return Err(format!("more than {MAX_COPIED} bytes of names of classes"));
                 }
                 Ok(text.clone())
             }
@@ -362,7 +377,7 @@ impl<'a> Machine<'a> {
         }
     }
 
-    /// The values above the last mark.
+    /// Pops the values above the last mark.
     fn pop_group(&mut self) -> Step<Vec<Id>> {
         let mark = self.stack.iter().rposition(|item| matches!(item, Item::Mark));
         let group = self.stack.drain(mark.ok_or("a group was closed that was not opened")?..);
@@ -393,28 +408,24 @@ impl<'a> Machine<'a> {
         Ok(())
     }
 
-    fn remember_at(&mut self, place: usize) -> Step<()> {
+    fn memoize(&mut self, index: usize) -> Step<()> {
         let top = self.top()?;
-        // Writers count up; a place beyond what was ever pushed is not theirs.
-        if place > self.nodes.len() {
-            return Err(format!("value {place} is remembered out of turn"));
+        // Writers count up; an index beyond the values made so far would only allocate.
+        if index > self.nodes.len() {
+            return Err(format!("value {index} is remembered out of turn"));
         }
-        if place >= self.memo.len() {
-            self.memo.resize(place + 1, None);
+        if index >= self.memo.len() {
+            self.memo.resize(index + 1, None);
         }
-        self.memo[place] = Some(top);
+        self.memo[index] = Some(top);
         Ok(())
     }
 
-    fn recall(&mut self, place: usize) -> Step<()> {
-        let id = self.memo.get(place).copied().flatten();
-        self.stack.push(Item::Value(id.ok_or_else(|| format!("value {place} was never stored"))?));
+    fn recall(&mut self, index: usize) -> Step<()> {
+        let id = self.memo.get(index).copied().flatten();
+        self.stack.push(Item::Value(id.ok_or_else(|| format!("value {index} was never stored"))?));
         Ok(())
     }
-}
-
-fn utf8(bytes: &[u8]) -> Step<String> {
-    String::from_utf8(bytes.to_vec()).map_err(|_| "a text that is not UTF-8".to_owned())
 }
 
 fn pairs(values: &[Id]) -> Step<Vec<(Id, Id)>> {

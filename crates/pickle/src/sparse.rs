@@ -1,9 +1,9 @@
 //! Sparse matrices of scipy, out of a pickle.
 //!
 //! # Model
-//! Compressed columns (`csc`): entries `indptr[c]..indptr[c + 1]` of `indices` (rows) and `data` are
-//! those of column `c`; compressed rows (`csr`) likewise with rows and columns exchanged; `coo` lists
-//! `row`, `col` and `data`.
+//! Compressed columns (`csc`): entries `indptr[c]..indptr[c + 1]` of `indices` (rows) and `data`
+//! are those of column `c`; compressed rows (`csr`) likewise with rows and columns exchanged; `coo`
+//! lists `row`, `col` and `data`.
 //!
 //! # Source
 //! scipy's `sparse/_compressed.py` and `_coo.py`; attributes are the same since version 0.7.
@@ -42,8 +42,9 @@ impl Sparse {
     fn compressed(pickle: &Pickle, id: Id, by_columns: bool) -> Result<Self, ArrayError> {
         let shape = shape(pickle, id)?;
         let [lines, across] = if by_columns { [shape[1], shape[0]] } else { shape };
-        let starts = numbers(pickle, id, "indptr")?;
-        let (indices, data) = (numbers(pickle, id, "indices")?, numbers(pickle, id, "data")?);
+        let starts = array_values(pickle, id, "indptr")?;
+        let (indices, data) =
+            (array_values(pickle, id, "indices")?, array_values(pickle, id, "data")?);
         if starts.len() != lines.saturating_add(1) || starts.first() != Some(&0.0) {
             return Err(ArrayError::Damaged("`indptr` is not of its shape"));
         }
@@ -64,8 +65,8 @@ impl Sparse {
 
     fn listed(pickle: &Pickle, id: Id) -> Result<Self, ArrayError> {
         let shape = shape(pickle, id)?;
-        let (rows, columns) = (numbers(pickle, id, "row")?, numbers(pickle, id, "col")?);
-        Self::from_triplets(shape, &rows, &columns, &numbers(pickle, id, "data")?)
+        let (rows, columns) = (array_values(pickle, id, "row")?, array_values(pickle, id, "col")?);
+        Self::from_triplets(shape, &rows, &columns, &array_values(pickle, id, "data")?)
     }
 
     /// The matrix of these entries.
@@ -95,7 +96,7 @@ fn shape(pickle: &Pickle, id: Id) -> Result<[usize; 2], ArrayError> {
     shape.and_then(|s| s.try_into().ok()).ok_or(ArrayError::Damaged("a matrix without a shape"))
 }
 
-fn numbers(pickle: &Pickle, id: Id, name: &'static str) -> Result<Vec<f64>, ArrayError> {
+fn array_values(pickle: &Pickle, id: Id, name: &'static str) -> Result<Vec<f64>, ArrayError> {
     let id = pickle.attribute(id, name);
     let id = id.ok_or(ArrayError::Damaged("a sparse matrix without indptr, indices or data"))?;
     Ok(Array::plain(pickle, id)?.values)

@@ -136,7 +136,7 @@ fn arrays_of_every_protocol_order_and_endianness_read_row_by_row() {
 fn arrays_of_objects_and_other_classes_are_refused_by_name() {
     assert_eq!(array(OBJECTS), Err(ArrayError::Objects));
     let error = array(b"\x80\x02cos\nsystem\nX\x02\x00\x00\x00ls\x85R.").unwrap_err();
-    assert_eq!(error.to_string(), "an object of `os.system` instead of an array of numbers");
+    assert_eq!(error.to_string(), "an object of `os.system` instead of a numeric array");
 }
 
 #[test]

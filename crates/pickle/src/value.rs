@@ -3,7 +3,8 @@
 use crate::PickleError;
 use crate::machine::Machine;
 
-/// A node of a [`Pickle`] by its number; lists and dictionaries may be shared, or contain themselves.
+/// A node of a [`Pickle`] by its number; lists and dictionaries may be shared, or contain
+/// themselves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Id(pub(crate) usize);
 
@@ -37,15 +38,15 @@ pub enum Node {
         /// Its name in there.
         name: String,
     },
-    /// Something kept outside of the pickle, such as the numbers of a tensor.
+    /// A persistent object outside of the pickle, such as the values of a tensor.
     Persistent(Id),
     /// An object: a callable and its arguments, then what was put into it.
     Call {
-        /// What would be called.
+        /// The callable.
         callable: Id,
         /// The tuple it would be given.
         arguments: Id,
-        /// What it was filled with like a dictionary.
+        /// Entries that were set as in a dictionary.
         items: Vec<(Id, Id)>,
         /// Its attributes, or whatever else it restores itself from.
         state: Option<Id>,
@@ -68,16 +69,18 @@ impl Pickle {
     pub fn read(bytes: &[u8], start: usize) -> Result<Self, PickleError> {
         let mut machine = Machine::new(bytes, start);
         loop {
-            let offset = machine.at;
+            let offset = machine.program.at;
             match machine.step() {
                 Ok(None) => {}
-                Ok(Some(root)) => return Ok(Self { nodes: machine.nodes, root, end: machine.at }),
+                Ok(Some(root)) => {
+                    return Ok(Self { nodes: machine.nodes, root, end: machine.program.at });
+                }
                 Err(reason) => return Err(PickleError { byte: offset, reason }),
             }
         }
     }
 
-    /// What was pickled.
+    /// The pickled value.
     pub fn root(&self) -> Id {
         self.root
     }
@@ -87,7 +90,7 @@ impl Pickle {
         &self.nodes[id.0]
     }
 
-    /// Where the bytes behind it begin.
+    /// Offset of the bytes behind the pickle.
     pub fn end(&self) -> usize {
         self.end
     }
@@ -114,8 +117,8 @@ impl Pickle {
     /// Whether a value is this text. Compares lengths first, unlike a conversion.
     fn spells(&self, id: Id, text: &str) -> bool {
         match self.node(id) {
-            Node::Text(found) => found == text,
-            Node::Bytes(found) => found == text.as_bytes(),
+            Node::Text(key) => key == text,
+            Node::Bytes(key) => key == text.as_bytes(),
             _ => false,
         }
     }
@@ -173,7 +176,7 @@ impl Pickle {
         }
     }
 
-    /// What an object restores itself from.
+    /// The state that an object is restored from.
     pub fn state(&self, id: Id) -> Option<Id> {
         match self.node(id) {
             Node::Call { state, .. } => *state,

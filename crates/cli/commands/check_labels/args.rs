@@ -42,9 +42,9 @@ pub(crate) struct ThresholdArgs {
         default_value_t = CheckOptions::default().outlier_spreads)]
     outlier_spreads: f32,
     /// Limb length: minimum robust standard deviation, relative to the median
-    #[arg(long, value_name = "FRACTION", value_parser = not_negative,
-        default_value_t = CheckOptions::default().least_spread)]
-    least_spread: f32,
+    #[arg(long, alias = "least-spread", value_name = "FRACTION", value_parser = not_negative,
+        default_value_t = CheckOptions::default().min_spread)]
+    min_spread: f32,
     /// Torso size: median over so many frames before and after
     #[arg(long, value_name = "FRAMES", default_value_t = CheckOptions::default().torso_frames)]
     torso_frames: usize,
@@ -74,7 +74,7 @@ impl ThresholdArgs {
     pub(super) fn options(&self) -> CheckOptions {
         let &Self {
             outlier_spreads,
-            least_spread,
+            min_spread,
             torso_frames,
             swap_ratio,
             swap_gain,
@@ -84,7 +84,7 @@ impl ThresholdArgs {
         } = self;
         CheckOptions {
             outlier_spreads,
-            least_spread,
+            min_spread,
             torso_frames,
             swap_ratio,
             swap_gain,

@@ -59,7 +59,7 @@ impl Projections {
     fn read(args: &Dhp19Args) -> Result<Self> {
         let folder = args.projections.clone().unwrap_or_else(|| args.data.join("P_matrices"));
         let mut projections = [None; CAMERAS];
-        for &camera in CameraChoice::from(args.cameras).numbers() {
+        for &camera in CameraChoice::from(args.cameras).indices() {
             projections[camera] = Some(Projection::of_camera(camera, &folder)?);
         }
         Ok(Self(projections))

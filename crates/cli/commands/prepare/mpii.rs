@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::{Result, bail};
-use evpose_datasets::mpii::{Converted, CropFormat, MpiiLook, MpiiOptions, convert};
+use evpose_datasets::mpii::{Converted, CropFormat, MpiiOptions, MpiiStyle, convert};
 
 use super::args::MpiiArgs;
 use super::{list, say_next};
@@ -20,7 +20,7 @@ pub(super) fn run(args: &MpiiArgs) -> Result<()> {
     let images = args.images.clone().unwrap_or_else(|| args.data.join("images"));
     let mut options = MpiiOptions::new(annotations(args)?, images, &args.out);
     if args.grey {
-        options.look = MpiiLook::Grey;
+        options.style = MpiiStyle::Grey;
     }
     if let Some(quality) = args.jpeg {
         options.format = CropFormat::Jpeg { quality };

@@ -1,8 +1,9 @@
 //! Lengths of limbs.
 //!
 //! # Model
-//! A limb's length in torsos is compared with the median over all tracks. Limbs get shorter in an image as
-//! they turn towards the camera, so that the spread is wide and what is found is mostly too long.
+//! A limb's length in torsos is compared with the median over all tracks. Limbs get shorter in an
+//! image as they turn towards the camera, so that the spread is wide and what is found is mostly
+//! too long.
 
 use evpose_pose::body::{JOINT_NAMES, LIMBS};
 
@@ -11,8 +12,8 @@ use super::{CheckOptions, Fault, LimbSummary, Track};
 
 /// From the median of differences to the standard deviation, for normal ones.
 const DEVIATION_OF_MEDIAN: f32 = 1.4826;
-/// Fewer lengths tell nothing of an outlier.
-const LEAST_LENGTHS: usize = 8;
+/// Minimal count of lengths that decides about outliers.
+const MIN_LENGTHS: usize = 8;
 
 /// An outlier: track, frame, joints and what is wrong.
 pub(super) type Outlier = (usize, usize, [&'static str; 2], Fault);
@@ -40,10 +41,10 @@ pub(super) fn check(
         };
         let differences = lengths.iter().map(|length| (length.2 - middle).abs()).collect();
         let spread = DEVIATION_OF_MEDIAN * median(differences).unwrap_or(0.0);
-        let limit = options.outlier_spreads * spread.max(options.least_spread * middle);
+        let limit = options.outlier_spreads * spread.max(options.min_spread * middle);
         let joints = limb.map(|joint| JOINT_NAMES[joint]);
         let before = outliers.len();
-        if lengths.len() >= LEAST_LENGTHS {
+        if lengths.len() >= MIN_LENGTHS {
             for &(track, frame, length) in &lengths {
                 if (length - middle).abs() > limit {
                     let fault = Fault::BoneLength { length, median: middle, spread };

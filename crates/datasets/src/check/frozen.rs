@@ -4,18 +4,18 @@ use evpose_pose::body::{BODY_JOINTS, JOINT_NAMES};
 
 use super::{CheckOptions, Fault, Track};
 
-/// Hands `found` the first frame, the joint and for how long it is frozen.
+/// Hands `report` the first frame, the joint and for how long it is frozen.
 pub(super) fn check(
     track: &Track,
     torsos: &[Option<f32>],
     options: &CheckOptions,
-    found: &mut impl FnMut(usize, Vec<&'static str>, Fault),
+    report: &mut impl FnMut(usize, Vec<&'static str>, Fault),
 ) {
     let frames = &track.frames;
     for (start, length) in runs(frames.len(), |a, b| frames[a].joints == frames[b].joints) {
         let is_known = frames[start].joints.iter().any(Option::is_some);
         if length >= options.frozen_frames.max(2) && is_known {
-            found(start, Vec::new(), Fault::FrozenBody { frames: length });
+            report(start, Vec::new(), Fault::FrozenBody { frames: length });
         }
     }
     for (joint, name) in JOINT_NAMES.into_iter().enumerate() {
@@ -27,13 +27,14 @@ pub(super) fn check(
             let Some(torso) = torsos[start] else { continue };
             if motion(track, start, length) > options.frozen_motion * torso {
                 let fault = Fault::FrozenJoint { frames: length };
-                found(start, vec![name], fault);
+                report(start, vec![name], fault);
             }
         }
     }
 }
 
-/// Runs of frames of which each is the same as the one before: where they begin and how long they are.
+/// Runs of frames of which each is the same as the one before: where they begin and how long they
+/// are.
 fn runs(frames: usize, is_same: impl Fn(usize, usize) -> bool) -> Vec<(usize, usize)> {
     let mut runs = Vec::new();
     let mut start = 0;

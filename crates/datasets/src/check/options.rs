@@ -1,15 +1,16 @@
-//! When a label is suspected.
+//! Thresholds of the checks.
 
 use serde::{Deserialize, Serialize};
 
-/// When a label is suspected. The defaults are for videos of 20 to 100 frames a second.
+/// Thresholds of the checks. The defaults are for videos of 20 to 100 frames a second.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct CheckOptions {
     /// A limb is an outlier this many spreads from the median of its length.
     pub outlier_spreads: f32,
-    /// The spread is taken for no smaller than this part of the median.
-    pub least_spread: f32,
+    /// Lower bound of the spread, as a fraction of the median.
+    #[serde(alias = "least_spread")]
+    pub min_spread: f32,
     /// The torso is the median over so many frames before and behind.
     pub torso_frames: usize,
     /// Sides are suspected to be exchanged if joints then go less than this part of the way.
@@ -28,7 +29,7 @@ impl Default for CheckOptions {
     fn default() -> Self {
         Self {
             outlier_spreads: 6.0,
-            least_spread: 0.05,
+            min_spread: 0.05,
             torso_frames: 25,
             swap_ratio: 0.5,
             swap_gain: 0.3,

@@ -1,15 +1,15 @@
-//! Joints that are not there, not on the image or no numbers, and times out of order.
+//! Joints that are missing, not on the image or not finite, and times out of order.
 
 use evpose_pose::body::JOINT_NAMES;
 use glam::Vec2;
 
 use super::{Fault, JointSummary, Track};
 
-/// Counts every joint, and hands `found` the frame, the joints and what is wrong.
+/// Counts every joint, and hands `report` the frame, the joints and what is wrong.
 pub(super) fn check(
     track: &Track,
     joints: &mut [JointSummary],
-    found: &mut impl FnMut(usize, Vec<&'static str>, Fault),
+    report: &mut impl FnMut(usize, Vec<&'static str>, Fault),
 ) {
     for (frame, body) in track.frames.iter().enumerate() {
         for (joint, summary) in joints.iter_mut().enumerate() {
@@ -20,18 +20,18 @@ pub(super) fn check(
             summary.labelled += 1;
             if !point.is_finite() {
                 summary.not_finite += 1;
-                found(frame, vec![JOINT_NAMES[joint]], Fault::NotFinite);
+                report(frame, vec![JOINT_NAMES[joint]], Fault::NotFinite);
             } else if track.image_size.is_some_and(|size| is_outside(point, size)) {
                 summary.outside += 1;
                 let fault = Fault::Outside { x: point.x, y: point.y };
-                found(frame, vec![JOINT_NAMES[joint]], fault);
+                report(frame, vec![JOINT_NAMES[joint]], fault);
             }
         }
     }
     // A photograph need not show all of a person.
     if track.frames.len() > 1 {
-        missing(track, found);
-        times(track, found);
+        missing(track, report);
+        times(track, report);
     }
 }
 
@@ -39,26 +39,26 @@ fn is_outside(point: Vec2, size: Vec2) -> bool {
     point.cmplt(Vec2::ZERO).any() || point.cmpgt(size).any()
 }
 
-fn missing(track: &Track, found: &mut impl FnMut(usize, Vec<&'static str>, Fault)) {
+fn missing(track: &Track, report: &mut impl FnMut(usize, Vec<&'static str>, Fault)) {
     for (joint, name) in JOINT_NAMES.into_iter().enumerate() {
         let mut frame = 0;
         while frame < track.frames.len() {
             let rest = track.frames[frame..].iter();
             let frames = rest.take_while(|body| body.joints[joint].is_none()).count();
             if frames > 0 {
-                found(frame, vec![name], Fault::Missing { frames });
+                report(frame, vec![name], Fault::Missing { frames });
             }
             frame += frames.max(1);
         }
     }
 }
 
-fn times(track: &Track, found: &mut impl FnMut(usize, Vec<&'static str>, Fault)) {
+fn times(track: &Track, report: &mut impl FnMut(usize, Vec<&'static str>, Fault)) {
     for (index, pair) in track.frames.windows(2).enumerate() {
         if let (Some(before_s), Some(now)) = (pair[0].t_s, pair[1].t_s) {
             // Not a number is not later either.
             if before_s.partial_cmp(&now) != Some(std::cmp::Ordering::Less) {
-                found(index + 1, Vec::new(), Fault::TimeOrder { before_s });
+                report(index + 1, Vec::new(), Fault::TimeOrder { before_s });
             }
         }
     }

@@ -1,14 +1,14 @@
-//! What was found.
+//! The report of a check.
 
 use std::fmt;
 
 use serde::Serialize;
 
-/// What is wrong, or looks as if it were.
+/// A fault of a label, certain or suspected.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Fault {
-    /// A joint is no number.
+    /// A coordinate of a joint is not finite.
     NotFinite,
     /// A joint is not on the image.
     Outside {
@@ -19,12 +19,12 @@ pub enum Fault {
     },
     /// A joint is not labelled in a track that has others; from this frame on.
     Missing {
-        /// For how many frames.
+        /// Count of frames.
         frames: usize,
     },
     /// A limb is much longer or shorter than it is elsewhere; lengths in torsos.
     BoneLength {
-        /// How long it is.
+        /// Its length.
         length: f32,
         /// Median of its length.
         median: f32,
@@ -33,28 +33,28 @@ pub enum Fault {
     },
     /// Left and right seem to be exchanged, from this frame on.
     SwappedSides {
-        /// For how many frames.
+        /// Count of frames.
         frames: usize,
     },
     /// A joint is at the very same place while others move, from this frame on.
     FrozenJoint {
-        /// For how many frames.
+        /// Count of frames.
         frames: usize,
     },
     /// All joints are at the very same places, from this frame on.
     FrozenBody {
-        /// For how many frames.
+        /// Count of frames.
         frames: usize,
     },
     /// The frame is not behind the one before it.
     TimeOrder {
-        /// When that was, in seconds.
+        /// Time of the frame before, in seconds.
         before_s: f64,
     },
 }
 
 impl Fault {
-    /// What it is called in lists.
+    /// Its name in lists.
     pub fn name(&self) -> &'static str {
         match self {
             Self::NotFinite => "no number",
@@ -90,21 +90,21 @@ impl fmt::Display for Fault {
     }
 }
 
-/// A fault, and where it is.
+/// A fault, with its track, frame and joints.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Finding {
     /// The track.
     pub track: String,
     /// The frame, or the first of several.
     pub frame: String,
-    /// Its number in the track, from zero.
+    /// Its index in the track, from zero.
     pub index: usize,
     /// Its time, in seconds, if that is known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub t_s: Option<f64>,
     /// The joints; none for all of them.
     pub joints: Vec<&'static str>,
-    /// What is wrong.
+    /// The fault.
     pub fault: Fault,
 }
 
@@ -122,43 +122,43 @@ impl fmt::Display for Finding {
     }
 }
 
-/// How long a limb is, over all tracks.
+/// Statistics of the length of a limb over all tracks.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LimbSummary {
     /// Its joints.
     pub joints: [&'static str; 2],
-    /// In how many frames it and the torso are known.
+    /// Count of frames in which it and the torso are labelled.
     pub frames: usize,
     /// Median of its length, in torsos.
     pub median: f32,
-    /// Spread of its length, in torsos: 1.4826 times the median of the differences from the median, which is
-    /// the standard deviation of normal ones.
+    /// Spread of its length, in torsos: 1.4826 times the median of the differences from the median,
+    /// which is the standard deviation of normal ones.
     pub spread: f32,
-    /// In how many frames it is an outlier.
+    /// Count of frames in which it is an outlier.
     pub outliers: usize,
 }
 
-/// How often a joint is known, over all tracks.
+/// Counts of the labels of a joint over all tracks.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct JointSummary {
     /// The joint.
     pub joint: &'static str,
-    /// In how many frames it is labelled.
+    /// Frames in which it is labelled.
     pub labelled: usize,
-    /// In how many it is not.
+    /// Frames in which it is not.
     pub missing: usize,
-    /// In how many it is labelled and not on the image.
+    /// Frames in which it is labelled and not on the image.
     pub outside: usize,
-    /// In how many it is no number.
+    /// Frames in which it is not finite.
     pub not_finite: usize,
 }
 
-/// What was found in some tracks.
+/// Findings and statistics of some tracks.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CheckReport {
-    /// How many tracks there are.
+    /// Count of tracks.
     pub tracks: usize,
-    /// How many frames they have.
+    /// Count of their frames.
     pub frames: usize,
     /// Every joint.
     pub joints: Vec<JointSummary>,
@@ -168,7 +168,7 @@ pub struct CheckReport {
     pub findings: Vec<Finding>,
 }
 
-/// So many findings of a kind are shown; all of them are in the report.
+/// Findings of a kind that are shown; all of them are in the report.
 const SHOWN: usize = 10;
 
 impl fmt::Display for CheckReport {

@@ -1,9 +1,9 @@
 //! Left and right exchanged.
 //!
 //! # Model
-//! Of each pair of joints, the way that both go from one frame to the next is compared with the way they
-//! would go had they been exchanged. Two joints that cross go on as they went: where they would be at the
-//! velocity they had is as good as where they were.
+//! Of each pair of joints, the way that both go from one frame to the next is compared with the way
+//! they would go had they been exchanged. Two joints that cross go on as they went: where they
+//! would be at the velocity they had is as good as where they were.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -13,12 +13,12 @@ use glam::Vec2;
 
 use super::{CheckOptions, Fault, Track};
 
-/// Hands `found` the first frame, the joints and for how long they seem to be exchanged.
+/// Hands `report` the first frame, the joints and for how long they seem to be exchanged.
 pub(super) fn check(
     track: &Track,
     torsos: &[Option<f32>],
     options: &CheckOptions,
-    found: &mut impl FnMut(usize, Vec<&'static str>, Fault),
+    report: &mut impl FnMut(usize, Vec<&'static str>, Fault),
 ) {
     for segment in track.segments(options) {
         // Pairs that are exchanged together are one finding.
@@ -33,7 +33,7 @@ pub(super) fn check(
             }
         }
         for ((start, end), joints) in spans {
-            found(start, joints, Fault::SwappedSides { frames: end - start });
+            report(start, joints, Fault::SwappedSides { frames: end - start });
         }
     }
 }

@@ -9,7 +9,8 @@ use super::*;
 const FRAMES: usize = 200;
 const RATE_HZ: f64 = 50.0;
 
-/// Somebody who walks on the spot and waves, in pixels of 640 × 480: legs and arms swing past each other.
+/// Somebody who walks on the spot and waves, in pixels of 640 × 480: legs and arms swing past each
+/// other.
 fn walker(t_s: f64, seed: u64) -> BodyPoints {
     let t = t_s as f32;
     let phase = 5.0 * t + seed as f32;
@@ -100,22 +101,22 @@ fn clean_tracks_give_no_findings_and_the_lengths_that_they_have() {
 }
 
 #[test]
-fn joints_that_are_no_numbers_or_not_on_the_image_are_found_and_nothing_else() {
+fn joints_that_are_not_finite_or_not_on_the_image_are_reported_and_nothing_else() {
     for case in 0..20 {
         let (which, frame, joint) = draw(case);
         let mut tracks = tracks();
         tracks[which].frames[frame].joints[joint] = Some(Vec2::new(f32::NAN, 3.0));
-        let found = check(&tracks);
-        assert_eq!(found.len(), 1, "{found:?}");
-        assert_eq!((found[0].index, found[0].fault), (frame, Fault::NotFinite));
-        assert_eq!(found[0].track, tracks[which].name);
-        assert_eq!(found[0].joints, [JOINT_NAMES[joint]]);
-        assert_eq!(found[0].t_s, Some(frame as f64 / RATE_HZ));
+        let findings = check(&tracks);
+        assert_eq!(findings.len(), 1, "{findings:?}");
+        assert_eq!((findings[0].index, findings[0].fault), (frame, Fault::NotFinite));
+        assert_eq!(findings[0].track, tracks[which].name);
+        assert_eq!(findings[0].joints, [JOINT_NAMES[joint]]);
+        assert_eq!(findings[0].t_s, Some(frame as f64 / RATE_HZ));
 
         tracks[which].frames[frame].joints[joint] = Some(Vec2::new(641.0, 3.0));
-        let found = check(&tracks);
-        assert_eq!(found[0].fault, Fault::Outside { x: 641.0, y: 3.0 });
-        assert_eq!((found[0].index, found[0].joints[0]), (frame, JOINT_NAMES[joint]));
+        let findings = check(&tracks);
+        assert_eq!(findings[0].fault, Fault::Outside { x: 641.0, y: 3.0 });
+        assert_eq!((findings[0].index, findings[0].joints[0]), (frame, JOINT_NAMES[joint]));
     }
 }
 
@@ -127,10 +128,10 @@ fn missing_joints_are_found_in_tracks_and_only_counted_in_photographs() {
         for body in &mut tracks[which].frames[frame..frame + 7] {
             body.joints[joint] = None;
         }
-        let found = check(&tracks);
-        assert_eq!(found.len(), 1, "{found:?}");
-        assert_eq!((found[0].index, found[0].fault), (frame, Fault::Missing { frames: 7 }));
-        assert_eq!(found[0].joints, [JOINT_NAMES[joint]]);
+        let findings = check(&tracks);
+        assert_eq!(findings.len(), 1, "{findings:?}");
+        assert_eq!((findings[0].index, findings[0].fault), (frame, Fault::Missing { frames: 7 }));
+        assert_eq!(findings[0].joints, [JOINT_NAMES[joint]]);
     }
     let mut photograph = track(0);
     photograph.frames.truncate(1);
@@ -150,12 +151,12 @@ fn a_joint_at_a_wrong_place_makes_limbs_of_it_outliers() {
         let mut tracks = tracks();
         let point = tracks[which].frames[frame].joints[joint].as_mut().unwrap();
         *point += Vec2::new(180.0, -20.0);
-        let found: Vec<_> = check(&tracks)
+        let findings: Vec<_> = check(&tracks)
             .into_iter()
             .filter(|finding| matches!(finding.fault, Fault::BoneLength { .. }))
             .collect();
-        assert!(!found.is_empty(), "case {case}");
-        for finding in found {
+        assert!(!findings.is_empty(), "case {case}");
+        for finding in findings {
             assert_eq!((finding.index, &finding.track), (frame, &tracks[which].name));
             assert!(finding.joints.contains(&JOINT_NAMES[joint]), "{finding:?}");
         }
@@ -181,7 +182,7 @@ fn exchanged_sides_are_found_with_their_first_frame_and_length() {
             .into_iter()
             .filter(|finding| matches!(finding.fault, Fault::SwappedSides { .. }))
             .collect();
-        // Shoulders are 60 pixels apart: they can always be told from each other.
+        // Shoulders are 60 pixels apart: they can always be distinguished.
         let of_shoulders: Vec<_> =
             swaps.iter().filter(|finding| finding.joints.contains(&"shoulder_l")).collect();
         assert_eq!(of_shoulders.len(), 1, "{swaps:?}");
@@ -203,10 +204,10 @@ fn joints_that_cross_are_not_exchanged() {
         }
     }
     track.frames.truncate(10);
-    let found = check(&[track]);
+    let findings = check(&[track]);
     assert!(
-        found.iter().all(|finding| !matches!(finding.fault, Fault::SwappedSides { .. })),
-        "{found:?}"
+        findings.iter().all(|finding| !matches!(finding.fault, Fault::SwappedSides { .. })),
+        "{findings:?}"
     );
 }
 
@@ -219,12 +220,12 @@ fn frozen_joints_and_bodies_are_found() {
         for body in &mut tracks[which].frames[frame..frame + 60] {
             body.joints[joint] = still[joint];
         }
-        let found = check(&tracks);
-        let frozen: Vec<_> = found
+        let findings = check(&tracks);
+        let frozen: Vec<_> = findings
             .iter()
             .filter(|finding| matches!(finding.fault, Fault::FrozenJoint { .. }))
             .collect();
-        assert_eq!(frozen.len(), 1, "{found:?}");
+        assert_eq!(frozen.len(), 1, "{findings:?}");
         assert_eq!((frozen[0].index, frozen[0].fault), (frame, Fault::FrozenJoint { frames: 60 }));
         assert_eq!(frozen[0].joints, [JOINT_NAMES[joint]]);
 
@@ -244,9 +245,9 @@ fn frozen_joints_and_bodies_are_found() {
 fn times_that_go_back_are_found() {
     let mut tracks = tracks();
     tracks[1].frames[50].t_s = Some(0.5);
-    let found = check(&tracks);
-    assert_eq!((found.len(), found[0].index), (1, 50));
-    assert_eq!(found[0].fault, Fault::TimeOrder { before_s: 0.98 });
+    let findings = check(&tracks);
+    assert_eq!((findings.len(), findings[0].index), (1, 50));
+    assert_eq!(findings[0].fault, Fault::TimeOrder { before_s: 0.98 });
 }
 
 #[test]

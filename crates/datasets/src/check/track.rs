@@ -25,13 +25,15 @@ pub struct TrackFrame {
 pub struct Track {
     /// How to find it again: the recording, say.
     pub name: String,
-    /// The frames, in the order of time. A single one is a photograph: nothing is before or behind it.
+    /// The frames, in the order of time. A single one is a photograph: nothing is before or behind
+    /// it.
     pub frames: Vec<TrackFrame>,
     /// Width and height of the image, in the unit of the joints, if they must be on it.
     pub image_size: Option<Vec2>,
 }
 
-/// Tracks of annotations, in the order in which they come: `sequence` names the one that each belongs to.
+/// Tracks of annotations, in the order in which they come: `sequence` names the one that each
+/// belongs to.
 ///
 /// Joints are brought from parts of an image of `image_size_px` into its pixels.
 pub fn tracks_of<'a>(
@@ -59,13 +61,13 @@ pub fn tracks_of<'a>(
 }
 
 impl Track {
-    /// Where a joint is, if it is known and a number.
+    /// Position of a joint, if it is labelled and finite.
     pub(super) fn joint(&self, frame: usize, joint: usize) -> Option<Vec2> {
         self.frames[frame].joints[joint].filter(|point| point.is_finite())
     }
 
-    /// Length of the torso around each frame: the median of those near it, which one wrong joint does not
-    /// change.
+    /// Length of the torso around each frame: the median of those near it, which one wrong joint
+    /// does not change.
     pub(super) fn torsos(&self, options: &CheckOptions) -> Vec<Option<f32>> {
         let lengths: Vec<Option<f32>> = self
             .frames
@@ -99,7 +101,7 @@ impl Track {
     }
 }
 
-/// The middle one of some numbers, the higher of two.
+/// The median of some values, the higher of the two middle ones.
 pub(super) fn median(mut values: Vec<f32>) -> Option<f32> {
     let middle = values.len() / 2;
     if values.is_empty() {

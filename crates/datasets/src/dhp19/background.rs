@@ -1,14 +1,14 @@
 //! Events that nothing near them supports: the noise of pixels by themselves.
 //!
 //! # Model
-//! An event is kept if another one happened at one of the eight pixels around it, at most 70 ms before.
-//! Events that are taken out support others nevertheless.
+//! An event is kept if another one happened at one of the eight pixels around it, at most 70 ms
+//! before. Events that are taken out support others nevertheless.
 //!
 //! # Variants
-//! The published program looks at the four images side by side, as one of 1384x260 pixels. So events at
-//! the edge of one camera support those at the edge of the next, those at the outermost border support
-//! none, and at the beginning of the clock everything is supported, since all pixels are taken to have
-//! had an event at time 0.
+//! The published program looks at the four images side by side, as one of 1384x260 pixels. So
+//! events at the edge of one camera support those at the edge of the next, those at the outermost
+//! border support none, and at the beginning of the clock everything is supported, since all pixels
+//! are taken to have had an event at time 0.
 //!
 //! # Source
 //! The published `BackgroundFilter.m`.
@@ -22,7 +22,7 @@ use super::{CAMERAS, SENSOR};
 pub struct BackgroundFilter {
     /// How long an event supports those around it, in microseconds.
     pub support_us: i64,
-    /// What counts as a neighbour.
+    /// Rule by which events support their neighbours.
     pub rule: NeighbourRule,
 }
 
@@ -32,14 +32,14 @@ impl Default for BackgroundFilter {
     }
 }
 
-/// What counts as a neighbour.
+/// Rule by which events support their neighbours.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum NeighbourRule {
     /// Each pixel around an event on the same camera.
     #[default]
     PerCamera,
-    /// As in the published program. Events of different cameras at the same microsecond are taken in the
-    /// order of the cameras, there in that of the file: it matters at edges that touch only.
+    /// As in the published program. Events of different cameras at the same microsecond are taken
+    /// in the order of the cameras, there in that of the file: it matters at edges that touch only.
     Published,
 }
 
@@ -119,7 +119,7 @@ mod tests {
 
     use super::*;
 
-    fn kept(events: &[(usize, i64, u16, u16)], rule: NeighbourRule) -> [Vec<i64>; CAMERAS] {
+    fn filtered(events: &[(usize, i64, u16, u16)], rule: NeighbourRule) -> [Vec<i64>; CAMERAS] {
         let mut cameras: [EventStream; CAMERAS] =
             std::array::from_fn(|k| {
                 let events = events
@@ -145,18 +145,18 @@ mod tests {
         ];
         for rule in [NeighbourRule::PerCamera, NeighbourRule::Published] {
             // The last two are next to what was taken out, and next to what was kept.
-            assert_eq!(kept(&events, rule)[0], [LATE + 70_000, LATE + 70_003]);
+            assert_eq!(filtered(&events, rule)[0], [LATE + 70_000, LATE + 70_003]);
         }
     }
 
     #[test]
     fn cameras_touch_only_in_the_published_program() {
         let events = [(0, LATE, 345, 5), (1, LATE + 1, 0, 6), (3, LATE, 345, 5), (3, LATE, 345, 6)];
-        let [_, second, _, last] = kept(&events, NeighbourRule::PerCamera);
+        let [_, second, _, last] = filtered(&events, NeighbourRule::PerCamera);
         assert_eq!((second, last), (vec![], vec![LATE]));
-        let [_, second, _, last] = kept(&events, NeighbourRule::Published);
+        let [_, second, _, last] = filtered(&events, NeighbourRule::Published);
         assert_eq!((second, last), (vec![LATE + 1], vec![]));
-        assert_eq!(kept(&[(0, 70_000, 3, 3)], NeighbourRule::Published)[0], [70_000]);
-        assert!(kept(&[(0, 70_000, 3, 3)], NeighbourRule::PerCamera)[0].is_empty());
+        assert_eq!(filtered(&[(0, 70_000, 3, 3)], NeighbourRule::Published)[0], [70_000]);
+        assert!(filtered(&[(0, 70_000, 3, 3)], NeighbourRule::PerCamera)[0].is_empty());
     }
 }

@@ -12,7 +12,8 @@ use crate::open::open_mat;
 /// Reads a movement that was cut and filtered by hpe-core's `preprocess.m`: a structure `out` with
 /// `data.cam0.dvs.x` and so on, `extra.startTime` and `extra.stopTime`.
 ///
-/// Columns count all cameras from 1 on there, rows from 1 on; times are of the clock of the cameras.
+/// Columns count all cameras from 1 on there, rows from 1 on; times are of the clock of the
+/// cameras.
 ///
 /// # Errors
 /// If the file cannot be read or holds something else.

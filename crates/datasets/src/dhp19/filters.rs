@@ -1,4 +1,4 @@
-//! What is taken out of the events of the four cameras: pixels that never stop, events without
+//! Filters of the events of the four cameras: they remove hot pixels, events without
 //! neighbours, and lamps of the motion-capture system.
 
 use std::ops::Range;
@@ -8,7 +8,7 @@ use evpose_core::{Event, EventStream};
 use super::background::{BackgroundFilter, keep_supported};
 use super::{CAMERAS, SENSOR};
 
-/// Which events are taken out, in this order.
+/// Options of the filters, in the order of their application.
 ///
 /// # Source
 /// The published `extract_from_aedat.m` and what it calls.
@@ -43,7 +43,7 @@ pub struct Mask {
     pub rows: Range<u16>,
 }
 
-/// Where lamps are. The program counts columns of all cameras in one row from 1 on, and gives the
+/// Regions of lamps. The program counts columns of all cameras in one row from 1 on, and gives the
 /// columns and rows around these.
 pub const MASKS: [Mask; 2] = [
     Mask { camera: 2, columns: 88..117, rows: 115..144 },

@@ -7,16 +7,16 @@
 //! S1_2_5.mat                          read_extracted: the movie, cut by the published programs
 //! ```
 //!
-//! A [`Movement`] is what the cameras saw from the beginning to the end; [`Movement::seen_by`] is what one
-//! of them saw, a [`LabelledRecording`](crate::LabelledRecording) with the joints on its image.
-//! [`KNOWN_FAULTS`] says what is wrong with the set.
+//! A [`Movement`] is what the cameras saw from the beginning to the end; [`Movement::seen_by`] is
+//! what one of them saw, a [`LabelledRecording`](crate::LabelledRecording) with the joints on its
+//! image. [`KNOWN_FAULTS`] says what is wrong with the set.
 //!
-//! Images are the right way round: column 0 is at the left, row 0 at the top, as the published programs
-//! turn them.
+//! Images are the right way round: column 0 is at the left, row 0 at the top, as the published
+//! programs turn them.
 //!
 //! # Source
-//! Calabrese et al., *DHP19: Dynamic Vision Sensor 3D Human Pose Dataset*, CVPRW 2019, and the programs
-//! published with it; hpe-core, `datasets/dhp19`.
+//! Calabrese et al., *DHP19: Dynamic Vision Sensor 3D Human Pose Dataset*, CVPRW 2019, and the
+//! programs published with it; hpe-core, `datasets/dhp19`.
 
 mod background;
 mod camera;

@@ -18,14 +18,14 @@ pub struct Movement {
     pub cameras: [EventStream; CAMERAS],
     /// When it took place, on the clock of the cameras.
     pub span: Span,
-    /// What filters took out, where they were applied here.
+    /// Counts of the events that filters removed, if they were applied here.
     pub removed: Option<Removed>,
-    /// What else there is to be known, in whole sentences.
+    /// Remarks, in whole sentences.
     pub remarks: Vec<String>,
 }
 
-/// Cuts the movement out of its movie and filters it; `path` is the movie's, for what may be said of it.
-/// `poses` is how many there are of the movement.
+/// Cuts the movement out of its movie and filters it; `path` is the movie's, for what may be said
+/// of it. `poses` is how many there are of the movement.
 ///
 /// # Errors
 /// If the pulses of the movie make no sense, or it has no event.
@@ -57,7 +57,8 @@ fn from_beginning(camera: EventStream, window: TimeWindow) -> EventStream {
 }
 
 impl Movement {
-    /// What one camera saw, with the joints on its image: pose number `k` is at `k` times 10 ms.
+    /// Returns the recording of one camera, with the joints on its image: the pose at index `k` is
+    /// at `k` times 10 ms.
     ///
     /// # Panics
     /// If there is no such camera.

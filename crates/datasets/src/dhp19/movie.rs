@@ -17,12 +17,12 @@ pub struct Movie {
     pub cameras: [EventStream; CAMERAS],
     /// Pulses at the external pin.
     pub pulses: Vec<Micros>,
-    /// What else there is to be known, in whole sentences.
+    /// Remarks, in whole sentences.
     pub remarks: Vec<String>,
 }
 
-/// Reads a movie: an AEDAT 2.0 file of the four cameras. With `salvage`, what is readable of a damaged
-/// one.
+/// Reads a movie: an AEDAT 2.0 file of the four cameras. With `salvage`, what is readable of a
+/// damaged one.
 ///
 /// # Errors
 /// If it cannot be read, or is of other cameras.
@@ -49,7 +49,7 @@ pub fn read_movie(path: &Path, salvage: bool) -> Result<Movie, DatasetError> {
     Ok(Movie { cameras, pulses, remarks })
 }
 
-/// What is remarkable of a camera, which the others are not.
+/// Remarks of one camera that the others do not share.
 fn remarks_of(number: usize, recording: &Recording) -> Vec<String> {
     let mut remarks = Vec::new();
     for (count, what) in [

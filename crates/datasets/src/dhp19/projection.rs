@@ -1,4 +1,4 @@
-//! Where points of the room lie on the images of the cameras.
+//! Projection of world points to the images of the cameras.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use glam::{DVec3, DVec4, Vec2};
 use super::{PROJECTION_FILES, Pose, SENSOR};
 use crate::DatasetError;
 
-/// Where points of the room, in millimetres, lie on an image.
+/// A 3x4 projection matrix from world points, in millimetres, to pixels.
 ///
 /// # Model
 /// `(a, b, c) = P (x, y, z, 1)`, column `u = a/c`, row `v = 260 - b/c`. On the image is what
@@ -21,7 +21,7 @@ pub struct Projection {
     rows: [DVec4; 3],
 }
 
-/// What becomes of the fractions of pixels.
+/// Rounding of fractions of pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum PixelRule {
     /// They stay.
@@ -51,7 +51,7 @@ impl Projection {
     /// Reads an array of NumPy.
     ///
     /// # Errors
-    /// If it cannot be read, or is not of 3x4 finite numbers of 64 bits.
+    /// If it cannot be read, or is not of 3x4 finite values of 64 bits.
     pub fn read(path: &Path) -> Result<Self, DatasetError> {
         let failed = |source| DatasetError::Io { path: path.to_owned(), action: "read it", source };
         let bytes = std::fs::read(path).map_err(failed)?;
@@ -83,12 +83,12 @@ impl Projection {
 
 /// The array that `bytes` are, or the byte that is wrong and why.
 fn parse(bytes: &[u8]) -> Result<Projection, (usize, String)> {
-    const NUMBERS_BYTES: usize = 12 * 8;
+    const MATRIX_BYTES: usize = 12 * 8;
     let no_array = || (0, "no array of NumPy, of version 1 of its format".to_owned());
     let rest = bytes.strip_prefix(b"\x93NUMPY\x01\x00").ok_or_else(no_array)?;
     let (length, rest) = rest.split_first_chunk::<2>().ok_or_else(no_array)?;
     let length = u16::from_le_bytes(*length).into();
-    let (header, numbers) = rest.split_at_checked(length).ok_or_else(no_array)?;
+    let (header, values) = rest.split_at_checked(length).ok_or_else(no_array)?;
     // As NumPy writes it, but for blanks.
     let header: String =
         String::from_utf8_lossy(header).chars().filter(|c| !c.is_whitespace()).collect();
@@ -98,24 +98,24 @@ fn parse(bytes: &[u8]) -> Result<Projection, (usize, String)> {
         let reason = format!("float64 of shape (3, 4) is expected, this is {header}");
         return Err((10, reason));
     }
-    let at = bytes.len() - numbers.len();
-    if numbers.len() != NUMBERS_BYTES {
+    let at = bytes.len() - values.len();
+    if values.len() != MATRIX_BYTES {
         let reason =
-            format!("{NUMBERS_BYTES} bytes are expected from here on, {} follow", numbers.len());
+            format!("{MATRIX_BYTES} bytes are expected from here on, {} follow", values.len());
         return Err((at, reason));
     }
-    let numbers = numbers.as_chunks::<8>().0.iter().map(|&number| {
-        if is_little { f64::from_le_bytes(number) } else { f64::from_be_bytes(number) }
+    let values = values.as_chunks::<8>().0.iter().map(|&value| {
+        if is_little { f64::from_le_bytes(value) } else { f64::from_be_bytes(value) }
     });
     let is_by_columns = has("'fortran_order':True");
     let mut rows = [[0.0; 4]; 3];
-    for (index, number) in numbers.enumerate() {
-        if !number.is_finite() {
-            return Err((at + 8 * index, format!("{number} where a number is expected")));
+    for (index, value) in values.enumerate() {
+        if !value.is_finite() {
+            return Err((at + 8 * index, format!("{value} where a number is expected")));
         }
         let (row, column) =
             if is_by_columns { (index % 3, index / 3) } else { (index / 4, index % 4) };
-        rows[row][column] = number;
+        rows[row][column] = value;
     }
     Ok(Projection::new(rows))
 }
@@ -129,13 +129,13 @@ mod tests {
     const PLAIN: [[f64; 4]; 3] =
         [[300.0, 0.0, 173.0, 0.0], [0.0, 300.0, 130.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
 
-    fn array(order: &str, numbers: impl Iterator<Item = f64>) -> Vec<u8> {
+    fn array(order: &str, values: impl Iterator<Item = f64>) -> Vec<u8> {
         let header =
             format!("{{'descr': '<f8', 'fortran_order': {order}, 'shape': (3, 4), }}      \n");
         let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
         bytes.extend((header.len() as u16).to_le_bytes());
         bytes.extend(header.bytes());
-        bytes.extend(numbers.flat_map(f64::to_le_bytes));
+        bytes.extend(values.flat_map(f64::to_le_bytes));
         bytes
     }
 

@@ -1,4 +1,4 @@
-//! Which recordings there are, what their files are called, and what is known to be wrong with them.
+//! The list of recordings, the names of their files, and their known faults.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -29,7 +29,7 @@ pub struct KnownFault {
     pub recording: Option<Dhp19Name>,
     /// Whether the recording is of no use.
     pub is_fatal: bool,
-    /// What is wrong, and what is done about it.
+    /// The fault, and its treatment.
     pub what: &'static str,
 }
 
@@ -41,11 +41,11 @@ const CORRUPTED: &str = "hundreds of pulses and no movement to be found between 
 
 const NO_LEFT_HIP: &str = "the marker of the left hip is missing throughout: it is not labelled";
 
-/// What is known to be wrong.
+/// Known faults.
 ///
 /// # Source
-/// Comments of the published `Generate_DHP19.m`; issues 13 and 23 of its repository, the second of which
-/// the authors have not answered; Goyal et al., *MoveEnet*, CVPRW 2023, Sec. 4.1.3.
+/// Comments of the published `Generate_DHP19.m`; issues 13 and 23 of its repository, the second of
+/// which the authors have not answered; Goyal et al., *MoveEnet*, CVPRW 2023, Sec. 4.1.3.
 pub const KNOWN_FAULTS: &[KnownFault] = &[
     KnownFault { recording: Some(named(4, 3, 4)), is_fatal: true, what: CORRUPTED },
     KnownFault { recording: Some(named(4, 3, 6)), is_fatal: true, what: CORRUPTED },
@@ -114,7 +114,7 @@ impl Dhp19Name {
         TEST_SUBJECTS.contains(&self.subject)
     }
 
-    /// What is known to be wrong with it, or with all.
+    /// Known faults of this recording, or of all.
     pub fn faults(self) -> impl Iterator<Item = &'static KnownFault> {
         KNOWN_FAULTS.iter().filter(move |fault| fault.recording.is_none_or(|of| of == self))
     }
@@ -147,9 +147,9 @@ impl FromStr for Dhp19Name {
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         let parsed = || {
-            let mut numbers = text.strip_prefix('S')?.split('_').map(|number| number.parse().ok());
-            let found = Self::new(numbers.next()??, numbers.next()??, numbers.next()??)?;
-            numbers.next().is_none().then_some(found)
+            let mut indices = text.strip_prefix('S')?.split('_').map(|number| number.parse().ok());
+            let name = Self::new(indices.next()??, indices.next()??, indices.next()??)?;
+            indices.next().is_none().then_some(name)
         };
         parsed().ok_or_else(|| {
             format!("`{text}` is no recording of DHP19: S1_1_1 to S{SUBJECTS}_5_7 are expected")

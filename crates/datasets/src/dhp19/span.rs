@@ -1,26 +1,26 @@
-//! When a movement begins and ends on the clock of the cameras.
+//! Begin and end of a movement on the clock of the cameras.
 
 use evpose_core::{Micros, TimeWindow};
 
 use super::POSE_INTERVAL;
 
-/// When a movement takes place, and how that is known.
+/// Time span of a movement, and its origin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Span {
     /// The time, on the clock of the cameras.
     pub window: TimeWindow,
-    /// What tells it.
+    /// Its origin.
     pub origin: SpanOrigin,
 }
 
-/// What tells the time of a movement.
+/// Origin of the time span of a movement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SpanOrigin {
     /// Pulses at its beginning and its end.
     Pulses,
-    /// A pulse at its beginning, and the number of its poses.
+    /// A pulse at its beginning, and the count of its poses.
     Beginning,
-    /// A pulse at its end, and the number of its poses.
+    /// A pulse at its end, and the count of its poses.
     End,
     /// Nothing: it is the whole recording.
     Recording,
@@ -28,12 +28,13 @@ pub enum SpanOrigin {
     Stated,
 }
 
-/// The time of a movement of so many `poses`, whose first and last events are at `first` and `last`.
+/// The time of a movement of so many `poses`, whose first and last events are at `first` and
+/// `last`.
 ///
 /// # Model
 /// Of three or five pulses the first is the beginning and the last the end, the others repeat the
-/// first. One, two or four are all the same one: that of the beginning, unless it is nearer to the last
-/// event than to the first. None were seen in one recording.
+/// first. One, two or four are all the same one: that of the beginning, unless it is nearer to the
+/// last event than to the first. None were seen in one recording.
 ///
 /// # Errors
 /// If there are more pulses, in words: such recordings are corrupted.
@@ -73,7 +74,7 @@ mod tests {
     }
 
     #[test]
-    fn pulses_tell_what_the_authors_take_from_them() {
+    fn pulses_give_the_spans_that_the_authors_take_from_them() {
         assert_eq!(span(&[10, 11, 80_000]), (10, 80_000, SpanOrigin::Pulses));
         assert_eq!(span(&[10, 10, 10, 11, 80_000]), (10, 80_000, SpanOrigin::Pulses));
         assert_eq!(span(&[40_000]), (40_000, 70_000, SpanOrigin::Beginning));

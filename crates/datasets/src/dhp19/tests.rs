@@ -1,4 +1,4 @@
-//! Against files in the published layouts and numbers of a program of its own; see
+//! Comparison with files in the published layouts and values of a separate program; see
 //! `tests/golden/dhp19`.
 
 #![allow(clippy::unwrap_used, reason = "tests")]

@@ -29,12 +29,12 @@ const FIELDS: [&str; BODY_JOINTS] = [
 /// From one pose to the next: 100 a second.
 pub const POSE_INTERVAL: Micros = Micros(10_000);
 
-/// Joints of a person in the room, in millimetres, in the order of networks; none where the system lost
-/// a marker.
+/// Joints of a person in the room, in millimetres, in the order of networks; none where the system
+/// lost a marker.
 pub type Pose = [Option<DVec3>; BODY_JOINTS];
 
-/// Reads the poses of a movement: a structure `XYZPOS` with a field for each joint, of as many rows as
-/// there are poses and three columns. The first pose is that of the beginning.
+/// Reads the poses of a movement: a structure `XYZPOS` with a field for each joint, of as many rows
+/// as there are poses and three columns. The first pose is that of the beginning.
 ///
 /// # Errors
 /// If the file cannot be read or holds something else.

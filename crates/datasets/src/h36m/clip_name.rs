@@ -1,10 +1,10 @@
-//! What clips are called, and where their files are.
+//! Names of clips, and the paths of their files.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-/// Numbers and serials of the cameras.
+/// Indices and serials of the cameras.
 pub(super) const SERIALS: [(u8, &str); 4] =
     [(1, "54138969"), (2, "55011271"), (3, "58860488"), (4, "60457274")];
 /// Cameras in front of the person, which the set is made of.
@@ -45,7 +45,7 @@ impl ClipName {
         self.subject
     }
 
-    /// What is done, and how often it was before: `Walking_1`.
+    /// Action, with the count of earlier repetitions: `Walking_1`.
     pub fn action(&self) -> &str {
         &self.action
     }
@@ -61,13 +61,13 @@ impl ClipName {
         root.join(format!("S{}/Poses_D2_Positions/{}.cdf", self.subject, self.original()))
     }
 
-    /// Where the frames of its video are, below a folder: those of `S9/Videos/Walking 1.55011271.mp4` are
-    /// in `S9/Videos/Walking 1.55011271`.
+    /// Folder of the frames of its video, below a given one: those of `S9/Videos/Walking
+    /// 1.55011271.mp4` are in `S9/Videos/Walking 1.55011271`.
     pub fn frames(&self, root: &Path) -> PathBuf {
         root.join(format!("S{}/Videos/{}", self.subject, self.original()))
     }
 
-    /// What its files are called in the original data set, without an ending.
+    /// Name of its files in the original data set, without an extension.
     fn original(&self) -> String {
         let serial = SERIALS.iter().find(|(number, _)| *number == self.camera);
         let serial = serial.map_or("", |(_, serial)| serial);
@@ -111,7 +111,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_name_tells_camera_subject_and_action() {
+    fn a_name_consists_of_camera_subject_and_action() {
         for text in ["cam2_S9_Walking_1", "cam4_S11_Directions"] {
             assert_eq!(text.parse::<ClipName>().unwrap().to_string(), text);
         }

@@ -26,7 +26,7 @@ use super::SENSOR;
 
 /// Pixels around the joints.
 const MARGIN_PX: f32 = 10.0;
-/// What the published program takes each frame to be.
+/// Size that the published program assumes for each frame.
 const PUBLISHED_FRAME: i32 = 1000;
 
 /// How parts are chosen, and joints placed in them.
@@ -39,7 +39,7 @@ pub enum CropRule {
     Published,
 }
 
-/// What is cut off a frame on each side, in pixels. Shown as in the published list: `left,right,top,bottom`.
+/// Margins that are cropped from a frame, in pixels. Displayed as in the published list: `left,right,top,bottom`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Crop {
     /// At the left.
@@ -84,7 +84,7 @@ impl Crop {
         cuts.iter().all(|cut| *cut >= 0) && self.size(frame_px).cmpgt(IVec2::ZERO).all()
     }
 
-    /// Where a point of a frame lies on the event camera. The published program cuts off another column
+    /// Maps a point of a frame to the event camera. The published program crops another column
     /// and another row before it measures the rest, and rounds to whole pixels, halves to even.
     pub fn place(&self, point_px: Vec2, frame_px: IVec2, rule: CropRule) -> Vec2 {
         let sensor = Vec2::new(SENSOR.width.into(), SENSOR.height.into());

@@ -1,4 +1,4 @@
-//! Which clips there are in a folder.
+//! Listing of the clips in a folder.
 
 use std::path::{Path, PathBuf};
 
@@ -6,8 +6,8 @@ use super::clip_name::SERIALS;
 use super::{ClipName, FRONT_CAMERAS, SUBJECTS};
 use crate::DatasetError;
 
-/// The published clips in a folder, in the order of their names: folders with events and labels. Other
-/// entries are passed over.
+/// The published clips in a folder, in the order of their names: folders with events and labels.
+/// Other entries are passed over.
 ///
 /// # Errors
 /// If the folder cannot be read.
@@ -25,9 +25,9 @@ pub fn published_clips(folder: &Path) -> Result<Vec<ClipName>, DatasetError> {
     Ok(clips)
 }
 
-/// The clips of the front cameras in the folder of the original data set, in the order of their names:
-/// files of poses such as `S9/Poses_D2_Positions/Walking 1.55011271.cdf`. `_ALL`, which is all of them, and
-/// persons that are not there are passed over.
+/// The clips of the front cameras in the folder of the original data set, in the order of their
+/// names: files of poses such as `S9/Poses_D2_Positions/Walking 1.55011271.cdf`. `_ALL`, which is
+/// all of them, and persons that are not there are passed over.
 ///
 /// # Errors
 /// If a folder cannot be read.

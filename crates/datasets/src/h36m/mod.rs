@@ -1,13 +1,13 @@
 //! eH3.6M: the videos of Human3.6M as events, and how more of it is made.
 //!
 //! * As published, folders of YARP logs: [`published_clips`], [`read_published`].
-//! * From the original data set: [`original_clips`], [`read_poses`], [`Crop`] for the part of the video,
-//!   [`events_of_frames`] for its events and [`bodies_of_poses`] for the joints; [`write_published`]
-//!   writes both as published.
+//! * From the original data set: [`original_clips`], [`read_poses`], [`Crop`] for the part of the
+//!   video, [`events_of_frames`] for its events and [`bodies_of_poses`] for the joints;
+//!   [`write_published`] writes both as published.
 //!
 //! # Source
-//! Goyal et al., *MoveEnet: Online High-Frequency Human Pose Estimation with an Event Camera*, CVPRW
-//! 2023, Sec. 4.1.2; hpe-core, `datasets/h36m`. Ionescu et al., *Human3.6M*, PAMI 2014.
+//! Goyal et al., *MoveEnet: Online High-Frequency Human Pose Estimation with an Event Camera*,
+//! CVPRW 2023, Sec. 4.1.2; hpe-core, `datasets/h36m`. Ionescu et al., *Human3.6M*, PAMI 2014.
 
 mod clip_name;
 mod crop;

@@ -12,7 +12,7 @@ use super::{ClipName, SENSOR};
 use crate::DatasetError;
 use crate::recording::{LabelledRecording, TimedBody};
 
-/// Where a joint is that is not known.
+/// Coordinates of an unknown joint.
 pub(super) const UNKNOWN: Vec2 = Vec2::NEG_ONE;
 
 /// A published clip, and what else there is to be known of its events.
@@ -24,8 +24,8 @@ pub struct Clip {
     pub remarks: Vec<String>,
 }
 
-/// Reads the clip called `name` in `folder`. How long a tick of its clock is, in microseconds, is told by
-/// the log, unless it is given.
+/// Reads the clip called `name` in `folder`. The length of a tick of its clock, in microseconds, is
+/// measured by the log, unless it is given.
 ///
 /// # Errors
 /// If its logs cannot be read.

@@ -1,8 +1,9 @@
 //! A part of a frame in the size of the event camera.
 //!
 //! # Model
-//! A pixel is the mean of the light that falls on it: of all pixels of the part that it covers, each
-//! weighted by how much of it is covered. Equal to OpenCV's `INTER_AREA` where the part is the larger one.
+//! A pixel is the mean of the light that falls on it: of all pixels of the part that it covers,
+//! each weighted by how much of it is covered. Equal to OpenCV's `INTER_AREA` where the part is the
+//! larger one.
 
 use evpose_core::Plane;
 use glam::IVec2;
@@ -18,7 +19,7 @@ pub(super) struct Resizer {
     row: Vec<f32>,
 }
 
-/// Which pixels of a line a pixel covers, and the weight of each.
+/// Pixels of a line that a pixel covers, and the weight of each.
 #[derive(Debug, Clone)]
 struct Share {
     first: usize,

@@ -1,9 +1,10 @@
 //! Videos of Human3.6M to events, and its poses to labels.
 //!
 //! # Model
-//! Each frame is cut and resized to 640x480; between frames light changes in even steps, 1 ms long at 50
-//! frames a second; the sensor sees every step. The published set is made by v2e, which looks at grey code
-//! values and draws the frames between by a network (Super SloMo) where here they are mixed.
+//! Each frame is cut and resized to 640x480; between frames light changes in even steps, 1 ms long
+//! at 50 frames a second; the sensor sees every step. The published set is made by v2e, which looks
+//! at grey code values and draws the frames between by a network (Super SloMo) where here they are
+//! mixed.
 
 use evpose_core::{EventStream, Micros, Plane};
 use evpose_io::FrameSource;
@@ -24,7 +25,7 @@ pub struct Synthesis {
     pub fps: f64,
     /// Steps from one frame to the next.
     pub steps: u32,
-    /// What its noise depends on.
+    /// Seed of its noise.
     pub seed: u64,
 }
 
@@ -39,12 +40,12 @@ impl Synthesis {
     }
 }
 
-/// The events of frames, the first of which is at time 0. v2e's sensor takes code values for light: the
-/// source is opened as [`Encoding::Linear`](evpose_io::Encoding::Linear) for it.
+/// The events of frames, the first of which is at time 0. v2e's sensor takes code values for light:
+/// the source is opened as [`Encoding::Linear`](evpose_io::Encoding::Linear) for it.
 ///
 /// # Errors
-/// If a frame cannot be read, the part is not inside the frames, the sensor cannot be built, or there are
-/// more steps than microseconds.
+/// If a frame cannot be read, the part is not inside the frames, the sensor cannot be built, or
+/// there are more steps than microseconds.
 pub fn events_of_frames(
     source: &mut FrameSource,
     crop: &Crop,
@@ -94,7 +95,7 @@ fn mix(before: &Plane<f32>, now: &Plane<f32>, share: f32, out: &mut Plane<f32>) 
     }
 }
 
-/// Where the joints of each frame are on the event camera. With [`CropRule::Published`] they are on whole
+/// Joints of each frame on the event camera. With [`CropRule::Published`] they are on whole
 /// pixels.
 pub fn bodies_of_poses(
     poses: &[H36mPose],

@@ -1,4 +1,5 @@
-//! Against files in the published layout and numbers of other programs; see `tests/golden/h36m`.
+//! Comparison with files in the published layout and values of other programs; see
+//! `tests/golden/h36m`.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 

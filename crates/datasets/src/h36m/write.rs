@@ -20,8 +20,8 @@ const BOTTLE: Micros = Micros(2_000);
 /// Writes `folder/NAME/ch0dvs` and `folder/NAME/chNGT50Hzskeleton`, N being the camera.
 ///
 /// Positions of joints are rounded to whole pixels, as published; a joint that is not known is at
-/// (-1, -1). The size of the torso is the length from the left hip to the right shoulder in pixels, -1 where
-/// one of the two is not known.
+/// (-1, -1). The size of the torso is the length from the left hip to the right shoulder in pixels,
+/// -1 where one of the two is not known.
 ///
 /// # Errors
 /// If a file cannot be written, events are of another sensor, or before time 0, where logs begin.
@@ -76,7 +76,7 @@ fn write_events(log: &mut dyn Write, events: &EventStream) -> std::io::Result<()
     Ok(())
 }
 
-/// Lines such as `7 000.14 SKLT (26 numbers) -1.0 104.3`.
+/// Lines such as `7 000.14 SKLT (26 values) -1.0 104.3`.
 fn write_bodies(log: &mut dyn Write, bodies: &[TimedBody]) -> std::io::Result<()> {
     for (index, body) in bodies.iter().enumerate() {
         let whole = |v: Vec2| Vec2::new(v.x.round_ties_even(), v.y.round_ties_even());

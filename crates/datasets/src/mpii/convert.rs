@@ -11,38 +11,38 @@ use rayon::prelude::*;
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 
+use super::image_file::{read_grey, size, write};
 use super::label::label;
 use super::person::Person;
-use super::picture::{read_grey, size, write};
 use super::release::{Photograph, Release};
 use super::window::Window;
-use super::{Converted, CropFormat, MpiiLook, MpiiOptions, SkipReason, Skipped};
+use super::{Converted, CropFormat, MpiiOptions, MpiiStyle, SkipReason, Skipped};
 use crate::{Annotation, DatasetError, write_annotations};
 
 /// Images of persons.
 const IMAGES: &str = "images";
 /// Their labels, which are written last: where they are, all is there.
 const LABELS: &str = "poses.json";
-/// What was converted, and what was not and why.
+/// Name of the report of converted and skipped persons.
 const REPORT: &str = "conversion.json";
 /// With what it was converted.
 const SETTINGS: &str = "settings.json";
 
 /// Cuts every person of MPII's photographs for training out into an image of its own,
-/// `OUTPUT/images/NAME_PERSON.png`, with its label in `OUTPUT/poses.json`; `OUTPUT/conversion.json` tells
-/// what was skipped and why.
+/// `OUTPUT/images/NAME_PERSON.png`, with its label in `OUTPUT/poses.json`; `OUTPUT/conversion.json`
+/// reports what was skipped and why.
 ///
-/// A conversion that was interrupted is gone on with. What is written depends on the options alone, not
-/// on the number of threads. `progress` is told of the photographs that were done since it was last told,
-/// and how many there are.
+/// A conversion that was interrupted is gone on with. What is written depends on the options alone,
+/// not on the number of threads. `progress` is called with the count of photographs since its last
+/// call, and how many there are.
 ///
 /// # Source
-/// `export_to_eros.py` and `export_to_movenet.py` of hpe-core, one behind the other: the look is made of the
-/// whole photograph.
+/// `export_to_eros.py` and `export_to_movenet.py` of hpe-core, one behind the other: the look is
+/// made of the whole photograph.
 ///
 /// # Errors
-/// If the annotations cannot be read, none of the photographs is there, the output folder is that of other
-/// options, or a file cannot be written.
+/// If the annotations cannot be read, none of the photographs is there, the output folder is that
+/// of other options, or a file cannot be written.
 pub fn convert(
     options: &MpiiOptions,
     progress: &(dyn Fn(u64, u64) + Sync),
@@ -74,7 +74,7 @@ pub fn convert(
     finish(options, outcomes, release.not_for_training)
 }
 
-/// What became of a photograph.
+/// Result of a photograph.
 #[derive(Default)]
 struct Outcome {
     annotations: Vec<Annotation>,
@@ -93,13 +93,14 @@ fn start(options: &MpiiOptions, annotations_sha256: String) -> Result<(), Datase
     #[derive(Serialize)]
     struct Settings {
         annotations_sha256: String,
-        look: MpiiLook,
+        #[serde(rename = "look")]
+        style: MpiiStyle,
         format: CropFormat,
         seed: u64,
         parity: bool,
     }
-    let MpiiOptions { look, format, seed, parity, .. } = *options;
-    let bytes = json(&Settings { annotations_sha256, look, format, seed, parity })?;
+    let MpiiOptions { style, format, seed, parity, .. } = *options;
+    let bytes = json(&Settings { annotations_sha256, style, format, seed, parity })?;
     let path = options.output.join(SETTINGS);
     match std::fs::read(&path) {
         Ok(found) if found == bytes => Ok(()),
@@ -114,7 +115,8 @@ fn start(options: &MpiiOptions, annotations_sha256: String) -> Result<(), Datase
     }
 }
 
-/// Photographs whose name is no plain file name, or whose persons would be called as those of another.
+/// Photographs whose name is no plain file name, or whose persons would be called as those of
+/// another.
 fn bad_names(photographs: &[Photograph]) -> HashSet<usize> {
     let mut stems = HashSet::new();
     let mut bad = HashSet::new();
@@ -183,9 +185,9 @@ fn photograph_of(
         Ok(grey) => grey,
         Err(error) => return unreadable(error),
     };
-    let image = match options.look {
-        MpiiLook::Grey => grey,
-        MpiiLook::ErosLike(look) => {
+    let image = match options.style {
+        MpiiStyle::Grey => grey,
+        MpiiStyle::ErosLike(look) => {
             let seed = seed_for(options.seed, "mpii", photograph.index as u64);
             let mut out = Plane::filled(0, 0, 0);
             look.convert_into(&grey, seed, work, &mut out);

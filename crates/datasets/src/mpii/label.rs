@@ -50,7 +50,8 @@ pub(super) fn label(
     })
 }
 
-/// Where the published program fails on another person, and with it on all of a photograph.
+/// Faults of another person on which the published program fails, and with it on the whole
+/// photograph.
 fn is_incomplete(other: &Person) -> bool {
     // A single point is no list there.
     other.head.is_none() || other.center.is_none() || other.points.len() < 2
@@ -66,7 +67,7 @@ fn keypoint(
         None => person.head_center().map(|at| (at, Visibility::Visible)),
         Some(part) => match person.point(part) {
             Some(point) => {
-                let visibility = point.seen.visibility(parity);
+                let visibility = point.is_visible.visibility(parity);
                 Some((point.at, visibility.ok_or(SkipReason::NoVisibility)?))
             }
             None => None,

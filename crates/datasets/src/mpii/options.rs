@@ -5,13 +5,13 @@ use std::path::PathBuf;
 use evpose_repr::ErosLike;
 use serde::Serialize;
 
-/// What images become.
+/// Style of the converted images.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum MpiiLook {
-    /// Images like EROS surfaces.
+pub enum MpiiStyle {
+    /// Images like those of an EROS.
     ErosLike(ErosLike),
-    /// Grey images, to tell what the look of events is worth.
+    /// Grey images, the baseline of an ablation of the event-like style.
     Grey,
 }
 
@@ -23,7 +23,7 @@ pub enum CropFormat {
     Png,
     /// As published, with loss.
     Jpeg {
-        /// From 1 to 100; OpenCV takes 95 unless told otherwise.
+        /// From 1 to 100; OpenCV's default is 95.
         quality: u8,
     },
 }
@@ -38,18 +38,18 @@ impl CropFormat {
     }
 }
 
-/// What to convert and how.
+/// Options of a conversion.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MpiiOptions {
     /// MPII's MAT-file, `mpii_human_pose_v1_u12_1.mat`.
     pub annotations: PathBuf,
     /// The folder of its photographs.
     pub images: PathBuf,
-    /// The folder to write; only a conversion with the same options may be in there already, and is gone on
-    /// with.
+    /// The folder to write; only a conversion with the same options may be in there already, and is
+    /// gone on with.
     pub output: PathBuf,
-    /// What images become.
-    pub look: MpiiLook,
+    /// Style of the converted images.
+    pub style: MpiiStyle,
     /// In which format.
     pub format: CropFormat,
     /// Seed of all noise.
@@ -74,7 +74,7 @@ impl MpiiOptions {
             annotations: annotations.into(),
             images: images.into(),
             output: output.into(),
-            look: MpiiLook::ErosLike(ErosLike::default()),
+            style: MpiiStyle::ErosLike(ErosLike::default()),
             format: CropFormat::Png,
             seed: 0,
             parity: false,

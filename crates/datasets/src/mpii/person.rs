@@ -4,8 +4,8 @@ use evpose_mat::{MatClass, MatError, MatValue};
 use evpose_pose::body::{BODY_JOINTS, Visibility};
 use glam::DVec2;
 
-/// Which part of MPII each joint is, in the order of networks. The head has none: it is the middle of the
-/// head's box.
+/// Index of MPII's point for each joint, in the order of networks. The head has none: it is the
+/// middle of the head's box.
 pub(super) const PART_OF_JOINT: [Option<i64>; BODY_JOINTS] = [
     None,
     Some(13),
@@ -22,9 +22,9 @@ pub(super) const PART_OF_JOINT: [Option<i64>; BODY_JOINTS] = [
     Some(0),
 ];
 
-/// What is said of whether a point can be seen.
+/// The field `is_visible` of a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Seen {
+pub(super) enum VisibleField {
     /// A number.
     Number(bool),
     /// The same as a text.
@@ -35,8 +35,8 @@ pub(super) enum Seen {
     Missing,
 }
 
-impl Seen {
-    /// How well the point is known: one of which nothing is said is labelled, and no more than that.
+impl VisibleField {
+    /// Visibility of the point: without a statement it is labelled, and no more than that.
     /// The published program takes texts for hidden, and fails where there is no field.
     pub(super) fn visibility(self, parity: bool) -> Option<Visibility> {
         match self {
@@ -53,7 +53,7 @@ impl Seen {
 pub(super) struct Point {
     pub(super) part: i64,
     pub(super) at: DVec2,
-    pub(super) seen: Seen,
+    pub(super) is_visible: VisibleField,
 }
 
 /// A person, in pixels of the photograph.
@@ -62,7 +62,7 @@ pub(super) struct Person {
     /// Two corners of the head's box.
     pub(super) head: Option<[DVec2; 2]>,
     pub(super) points: Vec<Point>,
-    /// Where the person is, roughly.
+    /// Rough position of the person.
     pub(super) center: Option<DVec2>,
 }
 
@@ -100,7 +100,7 @@ impl Person {
         self.head.map(|[a, b]| (a + b) / 2.0)
     }
 
-    /// Where a joint is.
+    /// Position of a joint.
     pub(super) fn joint(&self, joint: usize) -> Option<DVec2> {
         match PART_OF_JOINT[joint] {
             None => self.head_center(),
@@ -114,14 +114,16 @@ fn position(value: MatValue<'_>) -> Result<DVec2, MatError> {
 }
 
 fn point(value: MatValue<'_>) -> Result<Point, MatError> {
-    let seen = if !value.field_names().iter().any(|name| name == "is_visible") {
-        Seen::Missing
+    let is_visible = if !value.field_names().iter().any(|name| name == "is_visible") {
+        VisibleField::Missing
     } else {
         match value.filled_field("is_visible")? {
-            None => Seen::Empty,
-            Some(seen) if seen.class() == MatClass::Char => Seen::Text(seen.text()?.trim() == "1"),
-            Some(seen) => Seen::Number(seen.scalar()? == 1.0),
+            None => VisibleField::Empty,
+            Some(seen) if seen.class() == MatClass::Char => {
+                VisibleField::Text(seen.text()?.trim() == "1")
+            }
+            Some(seen) => VisibleField::Number(seen.scalar()? == 1.0),
         }
     };
-    Ok(Point { part: value.field("id")?.integer()?, at: position(value)?, seen })
+    Ok(Point { part: value.field("id")?.integer()?, at: position(value)?, is_visible })
 }

@@ -1,11 +1,11 @@
-//! What was converted, and what was not and why.
+//! The report of converted and skipped persons.
 
 use std::collections::BTreeMap;
 use std::fmt;
 
 use serde::Serialize;
 
-/// Why a photograph or a person was skipped.
+/// Reason for skipping a photograph or a person.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SkipReason {
@@ -59,16 +59,16 @@ impl fmt::Display for SkipReason {
 pub struct Skipped {
     /// The photograph.
     pub image: String,
-    /// Which person on it, counted from zero; none for all of it.
+    /// Index of the person on it, from zero; none for the whole photograph.
     pub person: Option<usize>,
-    /// Why.
+    /// The reason.
     pub reason: SkipReason,
-    /// What exactly is wrong, where there is more to say.
+    /// Details of the fault, if there are any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub detail: Option<String>,
 }
 
-/// What a conversion did.
+/// Counts of a conversion.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Converted {
     /// Photographs from which somebody was taken.
@@ -82,7 +82,7 @@ pub struct Converted {
 }
 
 impl Converted {
-    /// How many were skipped for each reason.
+    /// Counts of skipped persons and photographs by reason.
     pub fn skipped_by_reason(&self) -> BTreeMap<SkipReason, usize> {
         let mut counts = BTreeMap::new();
         for skipped in &self.skipped {

@@ -23,8 +23,8 @@ impl Window {
     /// together; on a photograph of this size.
     ///
     /// # Source
-    /// `export_to_movenet.py` of hpe-core. Like there, edges are cut towards zero to whole pixels, so that
-    /// one side may be a pixel longer than the other.
+    /// `export_to_movenet.py` of hpe-core. Like there, edges are cut towards zero to whole pixels,
+    /// so that one side may be a pixel longer than the other.
     pub(super) fn around(person: &Person, size: [usize; 2]) -> Result<Self, SkipReason> {
         let points = || person.points.iter().map(|point| point.at);
         if person.points.is_empty() {
@@ -50,7 +50,7 @@ impl Window {
         Ok(Self { left: start.x, top: start.y, width: side.x, height: side.y })
     }
 
-    /// Where a point of the photograph is, relative to the window.
+    /// Position of a point of the photograph relative to the window.
     pub(super) fn relative(&self, point: DVec2) -> DVec2 {
         (point - DVec2::new(self.left as f64, self.top as f64)) / self.size()
     }
@@ -83,11 +83,12 @@ impl Window {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
-    use super::super::person::{Point, Seen};
+    use super::super::person::{Point, VisibleField};
     use super::*;
 
     fn person(points: &[[f64; 2]]) -> Person {
-        let point = |&at: &[f64; 2]| Point { part: 0, at: at.into(), seen: Seen::Empty };
+        let point =
+            |&at: &[f64; 2]| Point { part: 0, at: at.into(), is_visible: VisibleField::Empty };
         Person { head: None, points: points.iter().map(point).collect(), center: None }
     }
 
@@ -111,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn points_that_no_window_can_be_around_are_told() {
+    fn points_that_no_window_can_contain_are_reported() {
         let around = |points: &[[f64; 2]]| Window::around(&person(points), [100, 80]).unwrap_err();
         assert_eq!(around(&[]), SkipReason::NoPoints);
         assert_eq!(around(&[[10.0, 10.0]]), SkipReason::NoExtent);

@@ -1,4 +1,4 @@
-//! Surfaces of a recording as images, one for each instant at which joints are known.
+//! EROS images of a recording, one for each instant at which joints are known.
 
 use std::io::Cursor;
 use std::num::NonZeroUsize;
@@ -11,23 +11,23 @@ use image::{GrayImage, ImageFormat};
 use super::{LabelledRecording, TorsoRule, body_label};
 use crate::{Annotation, DatasetError};
 
-/// Which surface, and how it is blurred.
+/// Variant of the EROS, and its blur.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ErosStyle {
-    /// What networks see when they run: a kernel of 7 pixels, a blur of 5, by definition.
+    /// The input of networks in operation: a kernel of 7 pixels, a blur of 5, by definition.
     #[default]
     Online,
-    /// What the published networks were trained on: a kernel of 8 pixels beside its centre, fractions
-    /// dropped at each event, a blur of 7.
+    /// The training images of the published networks: a kernel of 8 pixels beside its centre,
+    /// fractions dropped at each event, a blur of 7.
     Published,
 }
 
-/// Which instants become images, and how.
+/// Selection of instants, and the variant of their images.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ErosFrameOptions {
-    /// The surface.
+    /// Variant of the EROS.
     pub style: ErosStyle,
-    /// How many of the first instants are left out: their surfaces are nearly empty.
+    /// Count of first instants that are left out: their images are nearly empty.
     pub first: usize,
     /// Of the others, those whose number is a multiple of this are taken.
     pub every: NonZeroUsize,
@@ -54,8 +54,8 @@ impl ErosFrameOptions {
 
 /// Writes `NAME_00002.png`, `NAME_00003.png`, … into `folder` and returns what is on them.
 ///
-/// An image holds all events up to its instant, the instant included. Instants without any known joint
-/// are left out.
+/// An image holds all events up to its instant, the instant included. Instants without any known
+/// joint are left out.
 ///
 /// # Errors
 /// If an image cannot be written.
@@ -69,27 +69,27 @@ pub fn write_eros_frames(
 ) -> Result<Vec<Annotation>, DatasetError> {
     let LabelledRecording { name, events, bodies } = recording;
     let sensor = events.sensor();
-    let mut surface = Surface::new(sensor, options.style);
+    let mut renderer = ErosRenderer::new(sensor, options.style);
     let mut annotations = Vec::new();
     let mut start = Micros(i64::MIN);
     for (index, body) in bodies.iter().enumerate() {
         let window = TimeWindow { start, end: body.t + Micros(1) };
-        surface.eros.push(&events.slice(window));
+        renderer.eros.push(&events.slice(window));
         start = window.end;
         let is_known = body.points_px.iter().any(Option::is_some);
         if index < options.first || index % options.every != 0 || !is_known {
             continue;
         }
         let image = format!("{name}_{index:05}.png");
-        write_png(&folder.join(&image), surface.draw())?;
+        write_png(&folder.join(&image), renderer.draw())?;
         let label = body_label(&body.points_px, sensor, options.torso);
         annotations.push(Annotation { image, t_s: Some(body.t.as_seconds()), label });
     }
     Ok(annotations)
 }
 
-/// A surface and what is needed to draw it.
-struct Surface {
+/// An EROS, and the buffers of its rendering.
+struct ErosRenderer {
     eros: Eros,
     style: Style,
     image: Plane<u8>,
@@ -100,7 +100,7 @@ enum Style {
     Published { sharp: Plane<u8>, work: BlurWork },
 }
 
-impl Surface {
+impl ErosRenderer {
     fn new(sensor: SensorSize, style: ErosStyle) -> Self {
         let image = Plane::for_sensor(sensor, 0);
         let (eros, style) = match style {

@@ -5,22 +5,23 @@ use evpose_pose::body::number::{HIP_L, HIP_R, SHOULDER_L, SHOULDER_R, WRIST_L, W
 use evpose_pose::body::{BodyLabel, BodyPoints, Keypoint, Visibility};
 use glam::Vec2;
 
-/// What the size of a torso is measured between.
+/// Joints that define the size of a torso.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum TorsoRule {
     /// The mean of both diagonals, from each hip to the shoulder of the other side.
     #[default]
     Diagonals,
-    /// The mean of the lengths from each wrist to the shoulder of the other side: what the published
-    /// exporter takes for the diagonals, since it counts joints in the order of another skeleton.
+    /// The mean of the lengths from each wrist to the shoulder of the other side: what the
+    /// published exporter takes for the diagonals, since it counts joints in the order of another
+    /// skeleton.
     Published,
 }
 
 /// The label of an image of `sensor` with these joints.
 ///
-/// Joints that are known are visible: no data set of events says which are hidden. The middle is the
-/// mean of those that are known. Lengths are relative to the image, along each axis by itself, as
-/// published trainings measure them.
+/// Joints that are known are visible: no data set of events says which are hidden. The middle is
+/// the mean of those that are known. Lengths are relative to the image, along each axis by itself,
+/// as published trainings measure them.
 ///
 /// # Source
 /// hpe-core, `datasets/utils/export.py`.

@@ -1,8 +1,10 @@
-//! Recordings of one camera with the joints of the one person in them, whatever data set they are of.
+//! Recordings of one camera with the joints of the one person in them, whatever data set they are
+//! of.
 //!
 //! * [`LabelledRecording`]: events and the joints at instants.
 //! * [`body_label`]: joints in pixels as the label of an image.
-//! * [`write_eros_frames`]: the surfaces that a network is trained on, an image for each instant.
+//! * [`write_eros_frames`]: the EROS images that a network is trained on, an image for each
+//!   instant.
 //! * [`FrameSet`]: those of many recordings, some to train and some to test on.
 
 mod eros_frames;
@@ -19,7 +21,7 @@ pub use label::{TorsoRule, body_label};
 /// Events of one camera and where the joints of the person were.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LabelledRecording {
-    /// What its files are called: `S1_2_5_ch3`, `cam2_S9_Walking_1`.
+    /// Stem of its files: `S1_2_5_ch3`, `cam2_S9_Walking_1`.
     pub name: String,
     /// The events. Their first instant is that of `bodies`.
     pub events: EventStream,
@@ -32,6 +34,6 @@ pub struct LabelledRecording {
 pub struct TimedBody {
     /// When, on the clock of the events.
     pub t: Micros,
-    /// Where, in pixels.
+    /// Positions in pixels.
     pub points_px: BodyPoints,
 }

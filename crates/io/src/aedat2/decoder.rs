@@ -67,7 +67,8 @@ impl Records {
         self.address + 4
     }
 
-    /// Calls `each` with the address and the time of every whole record; returns the bytes of these records.
+    /// Calls `each` with the address and the time of every whole record; returns the bytes of these
+    /// records.
     #[inline(always)]
     fn each(&mut self, bytes: &[u8], mut each: impl FnMut(&mut Self, u32, Micros)) -> usize {
         let long = bytes.as_chunks::<8>().0.iter().map(|record| {
@@ -113,7 +114,8 @@ impl Records {
             Layout::Dvs128 => [address >> 1 & 0x7f, address >> 8 & 0x7f, !address & 1],
             Layout::Dvs640 => [address >> 1 & 0x3ff, address >> 11 & 0x3ff, address & 1],
         };
-        // Counted from the other side; a coordinate outside the sensor becomes one that no sensor has.
+        // Counted from the other side; a coordinate outside the sensor becomes one that no sensor
+        // has.
         let mirrored = |value: u32, last: u16| last.checked_sub(value as u16).unwrap_or(u16::MAX);
         Word::Event {
             x: mirrored(x, self.last[0]),

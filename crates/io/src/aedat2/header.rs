@@ -146,8 +146,8 @@ fn layout_of(sensor: SensorSize) -> Layout {
     }
 }
 
-/// The camera of a file that names none, by the bits that its first addresses use and, of a DAVIS, by
-/// the smaller sensor that holds their events.
+/// The camera of a file that names none, by the bits that its first addresses use and, of a DAVIS,
+/// by the smaller sensor that holds their events.
 fn guess(first: &[u8], address: usize) -> (Layout, SensorSize) {
     if address == 2 {
         return (Layout::Dvs128, DVS128);

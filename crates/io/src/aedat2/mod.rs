@@ -1,8 +1,8 @@
 //! AEDAT 1.0 and 2.0, as jAER writes them, with the four cameras of DHP19.
 //!
 //! Lines that begin with `#`, then records, the highest byte first: an address of 4 bytes (2 in
-//! version 1.0) and a time of 4 bytes in microseconds. A line `# AEChip: ` names the camera, and with
-//! that its sensor and what the bits of an address are:
+//! version 1.0) and a time of 4 bytes in microseconds. A line `# AEChip: ` names the camera, and
+//! with that its sensor and what the bits of an address are:
 //!
 //! | chip | event | row | column | ON | what else |
 //! |---|---|---|---|---|---|
@@ -15,19 +15,19 @@
 //!   `260 - y` where the first is 1). Other readers give the coordinates as stored.
 //! * Where the chip's name begins with `Multi`, bits 0-3 are the index of the camera. DHP19 is
 //!   recorded with `MultiDAVIS346BCameraChip`, 346x260 each.
-//! * Of several cameras, [`OpenOptions::camera`] picks one; without it, it is the first in the file's
-//!   first records. Skipped records are counted: other cameras, special events, pixels of frames
-//!   and samples of motion.
+//! * Of several cameras, [`OpenOptions::camera`] picks one; without it, it is the first in the
+//!   file's first records. Skipped records are counted: other cameras, special events, pixels of
+//!   frames and samples of motion.
 //! * [`special_events`] lists the pulses at external pins, by which DHP19 marks the beginning and
 //!   the end of a movement.
-//! * Files without a chip (v2e writes such ones) are distinguished by the sensor that the caller gives,
-//!   else by the bits that the first addresses use: up to 16 are of a DVS128, up to 21 of a DVS640, more
-//!   of a DAVIS, of 240x180 if that holds the first events. The sensor is assumed then. Chips that
-//!   are not known here need the caller's sensor.
+//! * Files without a chip (v2e writes such ones) are distinguished by the sensor that the caller
+//!   gives, else by the bits that the first addresses use: up to 16 are of a DVS128, up to 21 of a
+//!   DVS640, more of a DAVIS, of 240x180 if that holds the first events. The sensor is assumed
+//!   then. Chips that are not known here need the caller's sensor.
 //! * Times wrap around at 2^32 µs. A stamp that is earlier than the one before is passed on so.
 //!
-//! Layout of addresses: jAER's `DavisChip`, `DVS128` and `DVS640`, v2e, and the programs published with
-//! DHP19.
+//! Layout of addresses: jAER's `DavisChip`, `DVS128` and `DVS640`, v2e, and the programs published
+//! with DHP19.
 
 mod decoder;
 mod header;

@@ -14,15 +14,16 @@ use crate::{Input, IoError, OpenOptions};
 pub struct SpecialEvent {
     /// Time stamp, on the clock of the events.
     pub t: Micros,
-    /// The address as it is in the file. Of a DAVIS, its lowest 10 bits are the kind of pulse (2 is a
-    /// falling edge, 3 a rising one, 4 a pulse) or, with several cameras, the camera.
+    /// The address as it is in the file. Of a DAVIS, its lowest 10 bits are the kind of pulse (2 is
+    /// a falling edge, 3 a rising one, 4 a pulse) or, with several cameras, the camera.
     pub address: u32,
 }
 
 /// Reads the special events of a file, in its order.
 ///
 /// DHP19 marks a movement with them: of three or five, the first is its beginning and the last its
-/// end; of one, it is the nearer of the two; two or four are pulses near one end; there may be none.
+/// end; of one, it is the nearer of the two; two or four are pulses near one end; there may be
+/// none.
 ///
 /// # Errors
 /// If the file cannot be read, is no AEDAT 1.0 or 2.0, or is cut within a record.

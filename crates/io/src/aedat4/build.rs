@@ -124,8 +124,8 @@ impl Builder {
         self.table(4, fields)
     }
 
-    /// Writes the beginning of a list that the offset at `from` points to; its `count` elements come
-    /// next.
+    /// Writes the beginning of a list that the offset at `from` points to; its `count` elements
+    /// come next.
     pub(super) fn vector(&mut self, from: usize, count: usize, align: usize) -> &mut Vec<u8> {
         while !(self.bytes.len() + 4).is_multiple_of(align.max(4)) {
             self.bytes.push(0);

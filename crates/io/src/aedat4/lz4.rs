@@ -1,5 +1,5 @@
-//! LZ4 frames, decompressed block by block behind each other, so that a block finds what it refers to
-//! in the blocks before.
+//! LZ4 frames, decompressed block by block behind each other, so that a block finds what it refers
+//! to in the blocks before.
 //!
 //! # Source
 //! <https://github.com/lz4/lz4/blob/dev/doc/lz4_Frame_format.md>
@@ -22,7 +22,8 @@ const PLAIN: u32 = 1 << 31;
 
 type Fault = Cow<'static, str>;
 
-/// Appends what the frames in `bytes` were compressed from. Before a fault, whole blocks are appended.
+/// Appends what the frames in `bytes` were compressed from. Before a fault, whole blocks are
+/// appended.
 pub(super) fn inflate(mut bytes: &[u8], out: &mut Scratch) -> Result<(), Fault> {
     if bytes.is_empty() {
         return Err(cut());

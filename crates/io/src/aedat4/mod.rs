@@ -7,9 +7,9 @@
 //! | packets | `i32` stream, `i32` size, then a body, compressed as the header says |
 //! | `FileDataTable` | compressed alike: place, stream, elements and times of every packet |
 //!
-//! Header, bodies and table are FlatBuffers behind their `u32` size. Scalars are little-endian, times
-//! microseconds of Unix time. The table is missing (its place negative) where a recorder was killed:
-//! the packets then reach to the end of the file.
+//! Header, bodies and table are FlatBuffers behind their `u32` size. Scalars are little-endian,
+//! times microseconds of Unix time. The table is missing (its place negative) where a recorder was
+//! killed: the packets then reach to the end of the file.
 //!
 //! * [`Packets`] reads everything a file holds, packet by packet; [`Writer`] writes it.
 //! * [`Aedat4Stream`] reads events from a socket or a pipe as they come.

@@ -35,8 +35,8 @@ pub enum Content {
 /// A frame of a camera.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Frame {
-    /// Its time: DV gives the middle of the exposure, dv-processing and frames that were computed the
-    /// beginning.
+    /// Its time: DV gives the middle of the exposure, dv-processing and frames that were computed
+    /// the beginning.
     pub t: Micros,
     /// Begin of its readout, where the file states it, else 0.
     pub readout_start: Micros,
@@ -60,7 +60,8 @@ pub struct Frame {
     pub pixels: Vec<u8>,
 }
 
-/// Format of the pixels of a frame. Three channels are blue, green, red; four have opacity behind them.
+/// Format of the pixels of a frame. Three channels are blue, green, red; four have opacity behind
+/// them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PixelFormat {
     /// Type of a sample.

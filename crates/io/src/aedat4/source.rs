@@ -124,7 +124,8 @@ impl Source {
         Ok(true)
     }
 
-    /// Appends the events of a packet of the chosen stream, or of one that the header does not name.
+    /// Appends the events of a packet of the chosen stream, or of one that the header does not
+    /// name.
     fn take(
         &mut self,
         head: &Head,

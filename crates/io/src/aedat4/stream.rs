@@ -1,7 +1,7 @@
 //! Events from a socket or a pipe, as they come.
 //!
-//! dv-processing's `NetworkWriter` sends what a file holds behind its version line, without an end and
-//! without a data table. A whole file, as `cat` gives it, is read, too.
+//! dv-processing's `NetworkWriter` sends what a file holds behind its version line, without an end
+//! and without a data table. A whole file, as `cat` gives it, is read, too.
 //!
 //! # Source
 //! Bytes that the `NetworkWriter` of dv-processing 2.0.4 sent; see `tests/golden/aedat4-network`.
@@ -51,7 +51,8 @@ pub struct Aedat4Stream<R> {
 }
 
 impl<R: Read> Aedat4Stream<R> {
-    /// Reads the header of a stream, which messages call `name`, and chooses a camera, counted from 0.
+    /// Reads the header of a stream, which messages call `name`, and chooses a camera, counted from
+    /// 0.
     ///
     /// # Errors
     /// If it cannot be read, is none, or does not name the camera.
@@ -117,11 +118,12 @@ impl<R: Read> Aedat4Stream<R> {
         self.malformed
     }
 
-    /// Waits for a packet of events and appends them. Whether there was one: none comes behind the end of
-    /// the stream.
+    /// Waits for a packet of events and appends them. Whether there was one: none comes behind the
+    /// end of the stream.
     ///
     /// # Errors
-    /// If the stream cannot be read, ends inside a packet, or loses its frame: a size makes no sense.
+    /// If the stream cannot be read, ends inside a packet, or loses its frame: a size makes no
+    /// sense.
     pub fn next(&mut self, columns: &mut Columns) -> Result<bool, IoError> {
         let before = columns.len();
         while columns.len() == before {

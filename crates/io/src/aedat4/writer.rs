@@ -77,8 +77,8 @@ impl Writer {
     /// Appends a packet.
     ///
     /// # Errors
-    /// If its stream is not there or holds something else, if the format cannot hold its content, or
-    /// if writing fails.
+    /// If its stream is not there or holds something else, if the format cannot hold its content,
+    /// or if writing fails.
     pub fn packet(&mut self, packet: &Packet) -> Result<(), IoError> {
         let Packet { stream, content } = packet;
         self.check(*stream, content.kind())?;

@@ -247,7 +247,8 @@ impl EvcReader {
         Ok(stream)
     }
 
-    /// Appends `frames` to `stream`, as [`EvcReader::read_stream`] does, using the memory of `window`.
+    /// Appends `frames` to `stream`, as [`EvcReader::read_stream`] does, using the memory of
+    /// `window`.
     ///
     /// # Errors
     /// As [`EvcReader::read_frames`], and if the stream is later than the frames or of a smaller

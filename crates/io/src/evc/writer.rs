@@ -121,8 +121,8 @@ impl EvcWriter {
     /// frame `t / 1 ms` after those written so far. Frames without events are written too.
     ///
     /// # Errors
-    /// If an event is earlier than `origin` or more than ten days later, lies outside the sensor, or
-    /// the disk is full.
+    /// If an event is earlier than `origin` or more than ten days later, lies outside the sensor,
+    /// or the disk is full.
     pub fn stream(&mut self, events: &EventStream, origin: Micros) -> Result<(), IoError> {
         self.check_times(events, origin)?;
         let columns = events.x().iter().zip(events.y()).zip(events.polarity());

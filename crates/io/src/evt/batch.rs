@@ -1,7 +1,7 @@
 //! Decoded events on their way into columns.
 //!
-//! Every word is written to the next place and counted only if it is an event: a branch on the type of
-//! a word costs more than that, since no predictor knows it.
+//! Every word is written to the next place and counted only if it is an event: a branch on the type
+//! of a word costs more than that, since no predictor knows it.
 
 use evpose_core::{Micros, Polarity};
 
@@ -12,7 +12,8 @@ const PLACES: usize = 2048;
 /// Places that a mask may fill.
 const MASK: usize = 32;
 
-/// For every byte, which of its bits are set, from the lowest up; what is behind them is overwritten.
+/// For every byte, which of its bits are set, from the lowest up; what is behind them is
+/// overwritten.
 pub(super) static BITS: [[u16; 8]; 256] = bits();
 
 const fn bits() -> [[u16; 8]; 256] {
@@ -67,8 +68,8 @@ impl Batch {
         self.events += usize::from(is_event);
     }
 
-    /// Puts events of one time, row and polarity, `x` and what bits of `mask` are set further right.
-    /// There are at most `8 * BYTES` bits.
+    /// Puts events of one time, row and polarity, `x` and what bits of `mask` are set further
+    /// right. There are at most `8 * BYTES` bits.
     #[inline(always)]
     pub(super) fn spread<const BYTES: usize>(
         &mut self,

@@ -1,7 +1,7 @@
 //! Detection of the encoding by its words, where no header states it.
 //!
-//! Conservative: every word must be of a type that the encoding has, time must go forward as it does
-//! in recordings, and there must be events behind it. Words of one encoding taken for those of
+//! Conservative: every word must be of a type that the encoding has, time must go forward as it
+//! does in recordings, and there must be events behind it. Words of one encoding taken for those of
 //! another have any bits where types and times should be.
 
 use super::Encoding;
@@ -13,7 +13,8 @@ use super::evt21::{PIXELS, halves};
 pub(super) const SAMPLE: usize = 1 << 16;
 /// Minimal count of events for a decision.
 const MIN_EVENTS: u32 = 8;
-/// Maximal share of steps in which time goes back, as it occasionally does in recordings of cameras.
+/// Maximal share of steps in which time goes back, as it occasionally does in recordings of
+/// cameras.
 const BACK: f64 = 0.02;
 /// Longest silence between two time stamps.
 const MAX_SILENCE_US: i64 = 60_000_000;
@@ -44,7 +45,8 @@ pub(super) fn detect_without_header(data: &[u8]) -> Option<Encoding> {
     data.get(byte).filter(|&&byte| byte >> 4 == 8).and(detect(data))
 }
 
-/// Whether words of EVT 2.1 have their upper half first; none if the words are compatible with both orders.
+/// Whether words of EVT 2.1 have their upper half first; none if the words are compatible with both
+/// orders.
 pub(super) fn is_legacy(data: &[u8]) -> Option<bool> {
     let data = &data[..data.len().min(SAMPLE)];
     match (is_evt21(data, true), is_evt21(data, false)) {

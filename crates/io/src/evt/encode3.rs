@@ -13,8 +13,8 @@ const VECTOR_WORDS: usize = 3;
 
 /// Turns events into words of EVT 3.0.
 ///
-/// Events that follow each other in a row, at one time, of one polarity and from left to right become
-/// vectors where these are shorter.
+/// Events that follow each other in a row, at one time, of one polarity and from left to right
+/// become vectors where these are shorter.
 #[derive(Debug)]
 pub struct Evt3Encoder {
     time_high: TimeHigh<12>,

@@ -1,8 +1,9 @@
 //! The `%` lines before the data of Prophesee's files.
 //!
 //! A line is `% key value`; `% end` may close the header. Where it does not, data begin with the
-//! first bytes that are no such line. Data may begin with a `%`, too, so a line counts only if it is
-//! text to its end: the first word of data sets the time, and no byte of text has its highest bits.
+//! first bytes that are no such line. Data may begin with a `%`, too, so a line counts only if it
+//! is text to its end: the first word of data sets the time, and no byte of text has its highest
+//! bits.
 
 use evpose_core::SensorSize;
 

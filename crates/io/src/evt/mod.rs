@@ -1,9 +1,9 @@
 //! Prophesee's RAW files: the words of a camera as they came, behind a header of `%` lines.
 //!
-//! Three encodings, distinguished by the header (`% format EVT3;height=720;width=1280`, or `% evt 3.0`
-//! of older programs), or by the words where it does not say: [`Evt2Decoder`], [`Evt21Decoder`],
-//! [`Evt3Decoder`]. Writers of all three are [`Evt2Encoder`], [`Evt21Encoder`], [`Evt3Encoder`].
-//! Edges at trigger inputs are no events: [`triggers`] reads them.
+//! Three encodings, distinguished by the header (`% format EVT3;height=720;width=1280`, or `% evt
+//! 3.0` of older programs), or by the words where it does not say: [`Evt2Decoder`],
+//! [`Evt21Decoder`], [`Evt3Decoder`]. Writers of all three are [`Evt2Encoder`], [`Evt21Encoder`],
+//! [`Evt3Encoder`]. Edges at trigger inputs are no events: [`triggers`] reads them.
 //!
 //! # Source
 //! <https://docs.prophesee.ai/stable/data/file_formats/raw.html>

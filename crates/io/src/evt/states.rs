@@ -6,8 +6,8 @@
 //! | 16 to 31 | of the column and the polarity |
 //! | 48 to 63 | of the low time |
 //!
-//! One store a word, and no branch on what it is: nothing predicts that. Columns are made of many at
-//! once, which vectors do.
+//! One store a word, and no branch on what it is: nothing predicts that. Columns are made of many
+//! at once, which vectors do.
 
 use evpose_core::{Micros, Polarity, wide};
 
@@ -100,8 +100,8 @@ impl States {
         self.events += usize::from(is_event);
     }
 
-    /// Puts events of the row and time of `state`, at `x` and what bits of `mask` are set further right.
-    /// There are at most `8 * BYTES` bits.
+    /// Puts events of the row and time of `state`, at `x` and what bits of `mask` are set further
+    /// right. There are at most `8 * BYTES` bits.
     #[inline(always)]
     pub(super) fn spread<const BYTES: usize>(
         &mut self,

@@ -2,9 +2,9 @@
 
 use crate::time_stamp::{HalfPeriodFall, WraparoundCounter};
 
-/// Maximal wraparounds, of this counter and of what is above it, that a writer bridges without an event:
-/// two words each. More, and the stamps are more likely to count from 1970 than from the start of the
-/// recording.
+/// Maximal wraparounds, of this counter and of what is above it, that a writer bridges without an
+/// event: two words each. More, and the stamps are more likely to count from 1970 than from the
+/// start of the recording.
 const MAX_WRAPAROUNDS: i64 = 1 << 20;
 
 /// The high bits of time stamps, `BITS` of them in a word.
@@ -33,8 +33,8 @@ impl<const BITS: u32> TimeHigh<BITS> {
         self.0.advance(word)
     }
 
-    /// Advances to `target` by words whose values go to `write`. A wraparound is always the largest value
-    /// and then 0, which every decoder recognises.
+    /// Advances to `target` by words whose values go to `write`. A wraparound is always the largest
+    /// value and then 0, which every decoder recognises.
     ///
     /// # Errors
     /// If `target` is before the current value, or further away than a recording lasts.

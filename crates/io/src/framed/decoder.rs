@@ -7,8 +7,8 @@ use crate::{Columns, Decoder, Fault};
 
 /// Turns what is behind the header of a framed stream into events.
 ///
-/// A packet is begun only where all of it is there, or where nothing is before it: what came before is
-/// given without waiting for it.
+/// A packet is begun only where all of it is there, or where nothing is before it: what came before
+/// is given without waiting for it.
 #[derive(Debug, Clone)]
 pub struct FramedDecoder {
     /// Events of the packet that are still to come.

@@ -18,7 +18,8 @@ pub(super) const HEAD: usize = 16;
 /// Bytes of an event.
 pub(super) const EVENT: usize = 8;
 
-/// Events of a packet, at most: a sender that lives does not wait for more, and a count beyond is noise.
+/// Events of a packet, at most: a sender that lives does not wait for more, and a count beyond is
+/// noise.
 pub(super) const MAX_EVENTS: u32 = 1 << 22;
 /// Times lie so far from 0 at most, about 36,000 years: their differences are times, too.
 pub(super) const LONGEST_US: i64 = 1 << 60;

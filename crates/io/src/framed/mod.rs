@@ -1,4 +1,5 @@
-//! A framed stream of events of our own, for sockets, pipes and files: ten lines of any language write it.
+//! A framed stream of events of our own, for sockets, pipes and files: ten lines of any language
+//! write it.
 //!
 //! Fields are little-endian, times microseconds. A stream begins with 16 bytes:
 //!
@@ -9,8 +10,8 @@
 //! | 10 | `u16` | rows of the sensor, at most 32,768 |
 //! | 12 | 4 bytes | 0 |
 //!
-//! Then come packets, each of 16 bytes and its events, until the stream ends. Events are in the order of
-//! time; a packet without any says that its sender lives.
+//! Then come packets, each of 16 bytes and its events, until the stream ends. Events are in the
+//! order of time; a packet without any says that its sender lives.
 //!
 //! | offset | type | meaning |
 //! |---|---|---|
@@ -38,7 +39,8 @@
 //! }
 //! ```
 //!
-//! * [`FramedReader`] reads it from whatever gives bytes, and waits for no more of them than it needs.
+//! * [`FramedReader`] reads it from whatever gives bytes, and waits for no more of them than it
+//!   needs.
 //! * [`FramedWriter`] writes it.
 //! * The registry's entry reads and writes files of it.
 

@@ -11,15 +11,16 @@ use super::layout::{HEADER, sensor_of};
 use crate::fill::fill;
 use crate::{Columns, Decoder, IoError};
 
-/// Bytes that wait to be decoded, at most: 32,766 events, about what a second-level cache holds beside the
-/// columns they become.
+/// Bytes that wait to be decoded, at most: 32,766 events, about what a second-level cache holds
+/// beside the columns they become.
 const BUFFER: usize = 1 << 18;
 
-/// A long packet is given in parts: as soon as so many events are there, and those of a buffer more at most.
+/// A long packet is given in parts: as soon as so many events are there, and those of a buffer more
+/// at most.
 const ENOUGH: usize = 1 << 16;
 
-/// Packets that came at once are given at once if they begin within so much time: one by one, those of a
-/// sender that sends every event alone would cost more than their events.
+/// Packets that came at once are given at once if they begin within so much time: one by one, those
+/// of a sender that sends every event alone would cost more than their events.
 const TOGETHER: Micros = Micros(1_000);
 
 /// A framed stream that is being read.
@@ -84,11 +85,13 @@ impl<R: Read> FramedReader<R> {
         self.decoder.malformed()
     }
 
-    /// Waits for a packet and appends its events, and those of packets that came with it and are of the same
-    /// millisecond; of a long packet some ten thousand. Whether there were any: none come behind the end of the stream.
+    /// Waits for a packet and appends its events, and those of packets that came with it and are of
+    /// the same millisecond; of a long packet some ten thousand. Whether there were any: none come
+    /// behind the end of the stream.
     ///
     /// # Errors
-    /// If the stream cannot be read, or ends inside a packet. The events before that have been appended.
+    /// If the stream cannot be read, or ends inside a packet. The events before that have been
+    /// appended.
     pub fn next(&mut self, columns: &mut Columns) -> Result<bool, IoError> {
         let before = columns.len();
         loop {

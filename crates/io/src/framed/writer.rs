@@ -42,7 +42,8 @@ impl<W: Write> FramedWriter<W> {
     /// Sends events, in one packet or more.
     ///
     /// # Errors
-    /// If an event lies outside of the sensor or its time beyond what the format holds, or if writing fails.
+    /// If an event lies outside of the sensor or its time beyond what the format holds, or if
+    /// writing fails.
     pub fn push(&mut self, events: &EventStream) -> Result<(), IoError> {
         let (t, x, y) = (events.t(), events.x(), events.y());
         let mut from = 0;

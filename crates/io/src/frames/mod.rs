@@ -1,7 +1,7 @@
 //! The light of an image sequence, one frame at a time.
 //!
-//! A folder of `.png` images, in the natural order of their names (2 before 10), or of `.jpg` images if it
-//! has none of those, or an `.npy` array of shape `(frames, height, width)`:
+//! A folder of `.png` images, in the natural order of their names (2 before 10), or of `.jpg`
+//! images if it has none of those, or an `.npy` array of shape `(frames, height, width)`:
 //!
 //! | source | values | white, unless given |
 //! |---|---|---|

@@ -3,12 +3,13 @@
 //! A chunk, all of it little-endian, is 16 bytes of header (version of the format, version of the
 //! codec, flags, bytes a value; then, each in 32 bits, the bytes unpacked, the bytes of a block
 //! unpacked, and the bytes of all of it) and either the bytes as they are (flag 2), or 32 bits for
-//! where each block begins, and the blocks. A block is one stream or, unless flag 16 is set, one for
-//! each byte of a value: 32 bits of length, and the stream, unpacked already where it has the length
-//! of what it stands for. Unpacked blocks are shuffled by bytes (flag 1) or by bits (flag 4). Bits 5 to
-//! 7 of the flags are the codec.
+//! where each block begins, and the blocks. A block is one stream or, unless flag 16 is set, one
+//! for each byte of a value: 32 bits of length, and the stream, unpacked already where it has the
+//! length of what it stands for. Unpacked blocks are shuffled by bytes (flag 1) or by bits (flag
+//! 4). Bits 5 to 7 of the flags are the codec.
 //!
-//! Source: `README_CHUNK_FORMAT.rst` and `blosc.c` of c-blosc 1.21 (BSD-3-Clause), read for the format.
+//! Source: `README_CHUNK_FORMAT.rst` and `blosc.c` of c-blosc 1.21 (BSD-3-Clause), read for the
+//! format.
 
 use std::borrow::Cow;
 

@@ -1,10 +1,11 @@
 //! BloscLZ, Blosc's own codec: runs of literals and copies of what came before.
 //!
 //! A control byte below 32 is followed by that many literals and one more. Any other holds, in its
-//! upper three bits, the length of a copy less 2 (7: bytes follow that are added, to the first that is
-//! not 255, and one more for a length of 9), and in its lower five the upper bits of the distance less
-//! 1, whose lower eight are in a last byte. Where all those bits are set, two bytes more are a distance
-//! beyond 8,191, the upper first. The first control byte of all has no upper bits.
+//! upper three bits, the length of a copy less 2 (7: bytes follow that are added, to the first that
+//! is not 255, and one more for a length of 9), and in its lower five the upper bits of the
+//! distance less 1, whose lower eight are in a last byte. Where all those bits are set, two bytes
+//! more are a distance beyond 8,191, the upper first. The first control byte of all has no upper
+//! bits.
 //!
 //! Source: `blosclz.c` of c-blosc 1.21 (BSD-3-Clause), read for the format.
 

@@ -1,7 +1,7 @@
 //! How chunks are packed, undone.
 //!
-//! Deflate, Fletcher's sum and HDF5's other own filters are `hdf5-reader`'s; Blosc, ECF, LZF, LZ4 and
-//! zstd are here.
+//! Deflate, Fletcher's sum and HDF5's other own filters are `hdf5-reader`'s; Blosc, ECF, LZF, LZ4
+//! and zstd are here.
 
 use std::borrow::Cow;
 
@@ -164,8 +164,9 @@ fn fills(unpacked: usize, out: &[u8]) -> Result<(), Reason> {
     Err(format!("a packed stream of {unpacked} bytes instead of {}", out.len()).into())
 }
 
-/// HDF5's filter of LZ4: the bytes unpacked (64 bits), bytes of a block (32), and blocks behind their
-/// packed lengths (32), all of it big-endian. A block that did not shrink stands there as it is.
+/// HDF5's filter of LZ4: the bytes unpacked (64 bits), bytes of a block (32), and blocks behind
+/// their packed lengths (32), all of it big-endian. A block that did not shrink stands there as it
+/// is.
 fn lz4_blocks(mut packed: &[u8], most: usize, out: &mut Vec<u8>) -> Result<(), Reason> {
     const ENDS: Reason = Cow::Borrowed("an LZ4 chunk ends before its last byte");
     let (whole, rest) = packed.split_first_chunk().ok_or(ENDS)?;

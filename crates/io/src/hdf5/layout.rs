@@ -278,8 +278,8 @@ fn order(tables: &mut [Table], columns: &[Column]) -> Result<[usize; 4], Damage>
         number.values(tables[table].rows(0, rows), tables[table].row)
     };
     let values: [Vec<f64>; 4] = std::array::from_fn(values);
-    // Of several that fit, the one whose times reach furthest: few columns go from one end of a sensor
-    // to the other.
+    // Of several that fit, the one whose times reach furthest: few columns go from one end of a
+    // sensor to the other.
     let span = |order: &[usize; 4]| {
         let times = &values[order[0]];
         let end = |pick: fn(f64, f64) -> f64, from| times.iter().copied().fold(from, pick);

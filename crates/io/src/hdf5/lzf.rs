@@ -1,8 +1,8 @@
 //! LZF, h5py's own compression: literals and copies of what came before.
 //!
 //! A control byte below 32 is followed by that many literals and one more. Any other holds, in its
-//! upper three bits, the length of a copy less 2 (7: a byte follows that is added), and in its lower
-//! five the upper bits of the distance less 1, whose lower eight are in a last byte.
+//! upper three bits, the length of a copy less 2 (7: a byte follows that is added), and in its
+//! lower five the upper bits of the distance less 1, whose lower eight are in a last byte.
 //!
 //! Source: `lzf_d.c` of LibLZF 3.6 (BSD-2-Clause), read for the format.
 

@@ -6,9 +6,9 @@
 //! * Tables of h5py: columns of the usual names (`events/{ts,xs,ys,ps}`), one array of four columns
 //!   (v2e's and eH3.6M's `events`), or one of named fields; MVSEC's and M3ED's two cameras.
 //!
-//! The structure of a file is read by `hdf5-reader`; chunks of events are read and unpacked here, one
-//! at a time and each where it stands in the file, so that damage has a place, and so that a chunk
-//! may hold fewer events than it has room for, as the last one of Prophesee's files does.
+//! The structure of a file is read by `hdf5-reader`; chunks of events are read and unpacked here,
+//! one at a time and each where it stands in the file, so that damage has a place, and so that a
+//! chunk may hold fewer events than it has room for, as the last one of Prophesee's files does.
 //!
 //! Without the Cargo feature `hdf5`, such files are known but not read.
 

@@ -1,7 +1,7 @@
 //! Bytes and bits that were put side by side by their place in a value, back where they were.
 
-/// Undoes a shuffle of the bytes of values of `size` bytes: all first bytes, all second bytes, and so
-/// on. What is left behind the last whole value was not moved.
+/// Undoes a shuffle of the bytes of values of `size` bytes: all first bytes, all second bytes, and
+/// so on. What is left behind the last whole value was not moved.
 pub(super) fn bytes(shuffled: &[u8], size: usize, out: &mut [u8]) {
     match size {
         1 => weave::<1>(shuffled, out),
@@ -30,8 +30,8 @@ fn weave<const N: usize>(shuffled: &[u8], out: &mut [u8]) {
     }
 }
 
-/// Undoes a shuffle of the bits of values of `size` bytes: the lowest bits of all first bytes, and so
-/// on. Values come in eights; Blosc leaves blocks of another number as they are.
+/// Undoes a shuffle of the bits of values of `size` bytes: the lowest bits of all first bytes, and
+/// so on. Values come in eights; Blosc leaves blocks of another number as they are.
 ///
 /// Source: the `bitshuffle` library, function `bshuf_untrans_bit_elem`, for the order of bits.
 pub(super) fn bits(shuffled: &[u8], size: usize, out: &mut [u8]) {

@@ -161,8 +161,8 @@ impl Hdf5Source {
         }
     }
 
-    /// Appends loaded rows up to the first with a value that no event has; returns the column of that
-    /// value and the reason.
+    /// Appends loaded rows up to the first with a value that no event has; returns the column of
+    /// that value and the reason.
     fn decode(&self, rows: u64, columns: &mut Columns) -> Option<(usize, String)> {
         let (before, rows) = (columns.len(), rows as usize);
         columns.t.resize(before + rows, Micros(0));
@@ -187,8 +187,8 @@ impl Hdf5Source {
         None
     }
 
-    /// Overwrites the events from `at` on with the rows from `row` on; returns the first column with a
-    /// value that no event has.
+    /// Overwrites the events from `at` on with the rows from `row` on; returns the first column
+    /// with a value that no event has.
     fn fill(&self, row: u64, at: usize, columns: &mut Columns) -> Option<usize> {
         let rows = (columns.len() - at) as u64;
         let [t, x, y, p] = self.columns.map(|Column { table, number }| {

@@ -88,8 +88,8 @@ struct LoadedChunk {
 }
 
 impl Table {
-    /// The rows of a dataset of one column, or, of a dataset of several, those of the columns that share
-    /// their chunks with `column`.
+    /// The rows of a dataset of one column, or, of a dataset of several, those of the columns that
+    /// share their chunks with `column`.
     pub(super) fn new(
         file: &Hdf5File,
         bytes: &Arc<Bytes>,
@@ -292,8 +292,8 @@ fn row_bytes(columns: u64, element: usize) -> Result<usize, Error> {
     fits.ok_or_else(|| Error::ResourceLimit(format!("rows of {columns} columns")))
 }
 
-/// Checks the dimensions of chunks against the limits before anything is allocated; returns the rows of a
-/// chunk.
+/// Checks the dimensions of chunks against the limits before anything is allocated; returns the
+/// rows of a chunk.
 fn check_chunks(dims: &[u32], shape: &[u64], row: usize) -> Result<u64, Error> {
     let [rows, columns] = [0, 1].map(|axis| shape.get(axis).copied().unwrap_or(1));
     let width = dims.get(1).copied().unwrap_or(1).max(1).into();

@@ -188,7 +188,8 @@ mod reading {
         }
     }
 
-    /// The readable part of a damaged file must be a beginning of its content, and the damage reported.
+    /// The readable part of a damaged file must be a beginning of its content, and the damage
+    /// reported.
     fn check(name: &str, bytes: Vec<u8>, all: &Columns) {
         let mut source = match source(name, bytes) {
             Ok(source) => source,

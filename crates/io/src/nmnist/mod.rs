@@ -1,18 +1,19 @@
 //! `.bin` files of N-MNIST and N-Caltech101 (Orchard et al., "Converting static image datasets to
 //! spiking neuromorphic datasets using saccades", Frontiers in Neuroscience 2015).
 //!
-//! Records of five bytes: column, row, then 24 bits of which the first is the polarity (1 is ON) and
-//! the others the time in microseconds, the highest byte first.
+//! Records of five bytes: column, row, then 24 bits of which the first is the polarity (1 is ON)
+//! and the others the time in microseconds, the highest byte first.
 //!
 //! * A record of row 240 is no event: the reader published with the data adds 2^13 µs to the times
-//!   from there on for each of them. None are known in the data; here they are counted and remarked on.
+//!   from there on for each of them. None are known in the data; here they are counted and remarked
+//!   on.
 //! * Times that fall by more than half of their range of 2^23 µs have wrapped around.
-//! * A file states nothing, and nothing marks it: it is recognised only where no other format is, by
-//!   at least eight records in order of time, at several pixels. The sensor is taken to be the
+//! * A file states nothing, and nothing marks it: it is recognised only where no other format is,
+//!   by at least eight records in order of time, at several pixels. The sensor is taken to be the
 //!   34x34 of N-MNIST where that holds every event; images of N-Caltech101 differ in size.
 //!
-//! Files that are written hold what all readers agree on: sensors of up to 256 columns and 240 rows,
-//! and times from 0 to less than 2^23 µs.
+//! Files that are written hold what all readers agree on: sensors of up to 256 columns and 240
+//! rows, and times from 0 to less than 2^23 µs.
 
 mod writer;
 

@@ -8,7 +8,8 @@ use super::NpzFault;
 
 /// NumPy writes 128 bytes, more for records. A longer header is no recording's.
 const LONGEST_HEADER: u16 = 4096;
-/// Brackets around anything in a header: a dictionary, a list, a field, its shape, and some to spare.
+/// Brackets around anything in a header: a dictionary, a list, a field, its shape, and some to
+/// spare.
 const MAX_BRACKETS: usize = 8;
 /// Columns that an array of events may have.
 const MIN_COLUMNS: u64 = 4;
@@ -68,8 +69,8 @@ impl Column {
         }
     }
 
-    /// Takes the value of every row that begins `at` so many bytes. A fault comes with the number of
-    /// values before it.
+    /// Takes the value of every row that begins `at` so many bytes. A fault comes with the number
+    /// of values before it.
     fn extend(&mut self, kind: Kind, rows: &Rows, at: usize) -> Result<(), (NpzFault, usize)> {
         match kind.bytes {
             1 => self.extend_by::<1>(kind, rows, at),
@@ -263,8 +264,8 @@ impl Layout {
 
 /// The header, if it is short and one that NumPy writes.
 ///
-/// The parser behind it multiplies the sizes of a shape whatever they are, and calls itself for every
-/// bracket: what it is given is looked at before.
+/// The parser behind it multiplies the sizes of a shape whatever they are, and calls itself for
+/// every bracket: what it is given is looked at before.
 ///
 /// # Errors
 /// Whatever is wrong with it.

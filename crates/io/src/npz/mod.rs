@@ -7,10 +7,10 @@
 //! | `p` | `u8` | any type, `bool` | 1 = ON, 0 or -1 = OFF |
 //! | `width`, `height` | `i64`, a scalar | any integer; may both be missing | the sensor in pixels |
 //!
-//! Other programs call the arrays `ts`, `xs`, `ys`, `ps`, or `timestamps` and `polarity`, or have one
-//! array `events`: of records with such fields, or of four columns in the order `t x y p`, `x y t p`,
-//! `x y p t` or `t p x y`, detected by their content. A single such array in an `.npy` file is read as
-//! well. Floating-point times without any fraction are microseconds.
+//! Other programs call the arrays `ts`, `xs`, `ys`, `ps`, or `timestamps` and `polarity`, or have
+//! one array `events`: of records with such fields, or of four columns in the order `t x y p`, `x y
+//! t p`, `x y p t` or `t p x y`, detected by their content. A single such array in an `.npy` file
+//! is read as well. Floating-point times without any fraction are microseconds.
 
 mod array;
 mod events;

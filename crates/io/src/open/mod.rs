@@ -77,7 +77,19 @@ pub fn open_as(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Recordin
 /// # Errors
 /// As [`open`].
 pub fn read_as(input: Input, options: &OpenOptions) -> Result<Recording, IoError> {
-    let (format, mut source) = source(input, options)?;
+    read_as_in(FORMATS, input, options)
+}
+
+/// As [`read_as`], with a list of formats of the caller's in place of [`FORMATS`].
+///
+/// # Errors
+/// As [`open`].
+pub fn read_as_in(
+    formats: &[Format],
+    input: Input,
+    options: &OpenOptions,
+) -> Result<Recording, IoError> {
+    let (format, mut source) = source_in(formats, input, options)?;
     whole::read(format.name, source.as_mut(), options)
 }
 
@@ -86,11 +98,23 @@ pub fn read_as(input: Input, options: &OpenOptions) -> Result<Recording, IoError
 /// # Errors
 /// If it cannot be read, is of no known format, or its beginning breaks its format.
 pub fn source(
-    mut input: Input,
+    input: Input,
     options: &OpenOptions,
 ) -> Result<(&'static Format, Box<dyn EventSource>), IoError> {
+    source_in(FORMATS, input, options)
+}
+
+/// As [`source()`], with a list of formats of the caller's in place of [`FORMATS`].
+///
+/// # Errors
+/// As [`source()`].
+pub fn source_in<'a>(
+    formats: &'a [Format],
+    mut input: Input,
+    options: &OpenOptions,
+) -> Result<(&'a Format, Box<dyn EventSource>), IoError> {
     let head = input.head(registry::HEAD)?;
-    let format = registry::of_head(&head, &input.path)?;
+    let format = registry::detect(formats, &head, &input.path)?;
     let source = (format.open)(input, options)?;
     Ok((format, source))
 }

@@ -44,7 +44,8 @@ impl Format {
     /// Begins a file of events of a sensor.
     ///
     /// # Errors
-    /// If the format cannot be written or has no room for the sensor, or if the file cannot be made.
+    /// If the format cannot be written or has no room for the sensor, or if the file cannot be
+    /// made.
     pub fn create(&self, path: &Path, sensor: SensorSize) -> Result<Box<dyn EventSink>, IoError> {
         let cannot = || {
             let others = FORMATS.iter().filter(|f| f.create.is_some()).map(|f| f.name);
@@ -95,18 +96,23 @@ pub fn format_for(path: impl AsRef<Path>) -> Result<&'static Format, IoError> {
 /// If it cannot be read or is of no known format.
 pub fn format_of(path: impl AsRef<Path>) -> Result<&'static Format, IoError> {
     let mut input = super::input(path.as_ref())?;
-    of_head(&input.head(HEAD)?, &input.path)
+    detect(FORMATS, &input.head(HEAD)?, &input.path)
 }
 
-pub(super) fn of_head(head: &[u8], path: &Path) -> Result<&'static Format, IoError> {
-    let detected = FORMATS.iter().find(|format| (format.probe)(head));
+/// Returns the first of `formats` whose probe accepts the beginning of a file.
+pub(super) fn detect<'a>(
+    formats: &'a [Format],
+    head: &[u8],
+    path: &Path,
+) -> Result<&'a Format, IoError> {
+    let detected = formats.iter().find(|format| (format.probe)(head));
     detected.ok_or_else(|| match crate::aedat4::other_version(head) {
         Some(version) => {
             let reason = format!("AEDAT {version} is not read: DV and jAER make AEDAT 4 of it");
             IoError::Damaged { path: path.to_owned(), byte: 0, reason: reason.into(), events: 0 }
         }
         None => {
-            let known: Vec<&str> = FORMATS.iter().map(|format| format.name).collect();
+            let known: Vec<&str> = formats.iter().map(|format| format.name).collect();
             IoError::UnknownFormat { path: path.to_owned(), known: known.join(", ") }
         }
     })

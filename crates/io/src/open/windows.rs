@@ -13,8 +13,9 @@ const MAX_DELAY_US: i64 = 10_000;
 
 /// A recording that is read window by window, forward or from place to place.
 ///
-/// Events that stand up to 10 ms behind where they belong in time are put there; those that come when
-/// their window has been given are counted as out of order, and those outside the sensor as that.
+/// Events that stand up to 10 ms behind where they belong in time are put there; those that come
+/// when their window has been given are counted as out of order, and those outside the sensor as
+/// that.
 pub struct Windows {
     source: Box<dyn EventSource>,
     sensor: SensorSize,
@@ -34,8 +35,8 @@ pub struct Windows {
 }
 
 impl Windows {
-    /// Opens a file. The sensor of one that does not state it is taken from its first events, unless
-    /// `options` say.
+    /// Opens a file. The sensor of one that does not state it is taken from its first events,
+    /// unless `options` say.
     ///
     /// # Errors
     /// As [`crate::open`]; damage further on is found when reading comes there.
@@ -116,8 +117,9 @@ impl Windows {
         self.source.remarks().into_iter().chain(self.lost.clone()).collect()
     }
 
-    /// Events read so far that stood more than 10 ms behind an earlier one, whether or not they could be
-    /// put where they belong. Where there are any, reading the recording whole may give more.
+    /// Events read so far that stood more than 10 ms behind an earlier one, whether or not they
+    /// could be put where they belong. Where there are any, reading the recording whole may give
+    /// more.
     pub fn straggling(&self) -> u64 {
         self.straggling
     }

@@ -1,15 +1,16 @@
 //! Predictions of bodies as a table, as MoveEnet's programs write and evaluate them.
 //!
-//! A line is `t delay x0 y0 … x12 y12`: when in seconds, how long it took, and column and row of thirteen
-//! joints in pixels of the image, in the order of files. Values are separated by spaces; commas, as
-//! the online program writes them, are read too, and so are empty lines and comments behind `#`.
+//! A line is `t delay x0 y0 … x12 y12`: when in seconds, how long it took, and column and row of
+//! thirteen joints in pixels of the image, in the order of files. Values are separated by spaces;
+//! commas, as the online program writes them, are read too, and so are empty lines and comments
+//! behind `#`.
 //!
-//! * **Delays** are seconds where the training program evaluates, and milliseconds elsewhere: whoever
-//!   reads or writes says which.
-//! * **Joints that were not found** have no place in the format. They are written as `-1 -1`, or, as by
-//!   the published program, as minus the width and the height of the image, which is what it makes of
-//!   -1. Any pair of negative whole numbers is read as such. A found joint that lies at exactly such
-//!   a pair is moved by the least step of a 32-bit number.
+//! * **Delays** are seconds where the training program evaluates, and milliseconds elsewhere:
+//!   whoever reads or writes says which.
+//! * **Joints that were not found** have no place in the format. They are written as `-1 -1`, or,
+//!   as by the published program, as minus the width and the height of the image, which is what it
+//!   makes of -1. Any pair of negative whole numbers is read as such. A found joint that lies at
+//!   exactly such a pair is moved by the least step of a 32-bit number.
 //!
 //! # Source
 //! hpe-core's `write_output`, `write_results` and `evaluate_hpe`.
@@ -62,8 +63,8 @@ pub enum Undetected {
 /// Reads a table of predictions.
 ///
 /// # Errors
-/// If the file cannot be read, a line holds anything but 28 finite values, or the last one does not end,
-/// as a cut number would go unseen.
+/// If the file cannot be read, a line holds anything but 28 finite values, or the last one does not
+/// end, as a cut number would go unseen.
 pub fn read_predictions(
     path: impl AsRef<Path>,
     delay: DelayUnit,
@@ -135,7 +136,8 @@ fn stands_for_none(joint: [f32; 2]) -> bool {
     joint.iter().all(|number| *number < 0.0 && number.fract() == 0.0)
 }
 
-/// Writes a table of predictions line by line. Dropped before [`finish`](Self::finish), it leaves no file.
+/// Writes a table of predictions line by line. Dropped before [`finish`](Self::finish), it leaves
+/// no file.
 #[derive(Debug)]
 pub struct PredictionWriter {
     path: PathBuf,

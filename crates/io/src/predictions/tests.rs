@@ -50,8 +50,8 @@ fn a_line_is_a_time_a_delay_and_thirteen_joints() {
 
 #[test]
 fn lines_of_other_programs_are_read() {
-    // Python's writer ends lines in two characters, its online program separates by commas, and the one
-    // in C++ writes two digits and an exponent.
+    // Python's writer ends lines in two characters, its online program separates by commas, and the
+    // one in C++ writes two digits and an exponent.
     let python = format!("0.04 0.0125 {}\r\n", JOINTS.replace("LOST", "-640.0 -480.0"));
     let online = python.replace(' ', ",");
     let cpp = "0.04000 1.25000e-02 0.50 200.00 10.50 201.00 20.50 202.00 30.50 203.00 40.50 204.00 50.50 \

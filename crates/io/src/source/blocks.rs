@@ -18,8 +18,9 @@ const BETWEEN_MARKS: u64 = 1 << 22;
 /// The state between calls is small: clones of it are the index of a file.
 pub trait Decoder: Clone + Send {
     /// Appends the events of whole records at the beginning of `bytes` and returns how many bytes
-    /// those records had. What is left is the beginning of a record, and comes again with more behind
-    /// it, unless `is_last`: then nothing comes behind, and what is left is a fault of the file.
+    /// those records had. What is left is the beginning of a record, and comes again with more
+    /// behind it, unless `is_last`: then nothing comes behind, and what is left is a fault of the
+    /// file.
     ///
     /// # Errors
     /// At the first record that is none. The events before it have been appended.

@@ -42,16 +42,16 @@ pub trait EventSource: Send {
     /// The header of the file.
     fn header(&self) -> &Header;
 
-    /// Appends the next batch, some thousand events in the order of the file; none at the end of the
-    /// recording, and then whenever it is called again.
+    /// Appends the next batch, some thousand events in the order of the file; none at the end of
+    /// the recording, and then whenever it is called again.
     ///
     /// # Errors
     /// If the file cannot be read, or is damaged where reading has come to. Everything before the
     /// damage has been appended then, by this call or by those before.
     fn next(&mut self, columns: &mut Columns) -> Result<(), IoError>;
 
-    /// Goes to a place from which reading on gives every event at `t` or later whose predecessors are
-    /// all earlier than `t`, and possibly some before it.
+    /// Goes to a place from which reading on gives every event at `t` or later whose predecessors
+    /// are all earlier than `t`, and possibly some before it.
     ///
     /// # Errors
     /// If the file cannot be read.

@@ -2,13 +2,14 @@
 //!
 //! * The first line may be `width height`; without it the sensor is the smallest that holds every
 //!   event, and the recording says so.
-//! * A line of names before the first event, such as `x,y,p,t`, says in which order the columns are.
-//!   Without it they are `t x y p`, or `x y p t` where only that leaves a polarity in its place.
+//! * A line of names before the first event, such as `x,y,p,t`, says in which order the columns
+//!   are. Without it they are `t x y p`, or `x y p t` where only that leaves a polarity in its
+//!   place.
 //! * Times are **seconds** where the first event's time has a `.` or an exponent
 //!   (`0.003811 96 133 0`), integer **microseconds** otherwise (`3811 96 133 0`). The first event
 //!   that is not at `0` decides for the file.
-//! * `p` is 1 for ON and 0 or -1 for OFF. Fields are separated by spaces, tabs, commas or semicolons.
-//!   What follows a `#` is a comment; empty lines are skipped.
+//! * `p` is 1 for ON and 0 or -1 for OFF. Fields are separated by spaces, tabs, commas or
+//!   semicolons. What follows a `#` is a comment; empty lines are skipped.
 
 mod digits;
 mod line;

@@ -88,8 +88,8 @@ impl Decoder for Lines {
 }
 
 impl Lines {
-    /// Takes a line. An open line may be cut within its last numeral, so it counts only if it ends in a
-    /// polarity.
+    /// Takes a line. An open line may be cut within its last numeral, so it counts only if it ends
+    /// in a polarity.
     fn line(&mut self, line: &[u8], is_open: bool, columns: &mut Columns) -> Result<(), TextFault> {
         self.number += 1;
         if line.len() > MAX_LINE {
@@ -115,8 +115,8 @@ impl Lines {
     }
 }
 
-/// Whether the beginning of a file is text whose first line with content begins with a numeral, or names the
-/// columns.
+/// Whether the beginning of a file is text whose first line with content begins with a numeral, or
+/// names the columns.
 pub(super) fn probe(head: &[u8]) -> bool {
     let printable = |b: &u8| b.is_ascii_graphic() || b.is_ascii_whitespace();
     let lines = head.split(|&b| b == b'\n').map(<[u8]>::trim_ascii);

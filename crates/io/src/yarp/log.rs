@@ -52,7 +52,8 @@ fn open(mut input: Input, options: &OpenOptions) -> Result<Box<dyn EventSource>,
 }
 
 /// Whether words in packed bottles come with times: every second value ascends then, but for a
-/// wrap-around, and bottles hold an even count of them. None if the beginning is too short for a decision.
+/// wrap-around, and bottles hold an even count of them. None if the beginning is too short for a
+/// decision.
 fn has_ticks(first: &[u8]) -> Option<bool> {
     let (mut values, mut bottles) = (Vec::new(), Bottles::new(false));
     // Damage is reported when decoding reaches it.
@@ -75,8 +76,8 @@ fn has_ticks(first: &[u8]) -> Option<bool> {
     Some(are_even && times.windows(2).filter(|pair| pair[1] < pair[0]).count() <= 1)
 }
 
-/// The cameras of the first events, a bit each, and how many ticks passed in how many seconds between
-/// the first bottle and the last.
+/// The cameras of the first events, a bit each, and how many ticks passed in how many seconds
+/// between the first bottle and the last.
 fn survey(first: &[u8], has_ticks: bool) -> (u8, Option<(f64, f64)>) {
     let mut cameras = 0;
     let mut counter = TickCounter::new(Tick::new(&OpenOptions::default(), None));

@@ -12,8 +12,8 @@ use crate::open::input;
 use crate::predictions::detected;
 use crate::{Input, IoError};
 
-/// Joints of a skeleton: head, right and left shoulder, right and left elbow, left and right hip, right
-/// and left hand, right and left knee, right and left foot.
+/// Joints of a skeleton: head, right and left shoulder, right and left elbow, left and right hip,
+/// right and left hand, right and left knee, right and left foot.
 pub const JOINTS: usize = 13;
 
 /// Maximal length of a line; no line of a skeleton is longer.
@@ -43,8 +43,9 @@ impl Skeleton {
         self
     }
 
-    /// Its joints in the order of networks. Those at (-1, -1) are not known; with confidences, neither
-    /// are those at other pairs of negative whole numbers, as decoders write what they do not find.
+    /// Its joints in the order of networks. Those at (-1, -1) are not known; with confidences,
+    /// neither are those at other pairs of negative whole numbers, as decoders write what they do
+    /// not find.
     pub fn points_px(&self) -> BodyPoints {
         let is_online = self.confidences.is_some();
         let point = |joint: [f32; 2]| {
@@ -57,7 +58,8 @@ impl Skeleton {
 /// Converts skeletons to the ground truth of a sequence, for metrics.
 ///
 /// They are measured with the head if the size of the first one's is known, as in the published
-/// program, and otherwise with the torso, whose diagonal is taken from joints where a line lacks it.
+/// program, and otherwise with the torso, whose diagonal is taken from joints where a line lacks
+/// it.
 pub fn body_truths(skeletons: &[Skeleton]) -> Vec<BodyTruth> {
     let has_head = skeletons.first().is_some_and(|first| first.head_size_px.is_some());
     let truth = |skeleton: &Skeleton| {

@@ -23,11 +23,12 @@ pub enum CoordinateFormat {
 /// `7 000.12 SKLT (26 values) -1.0 104.3`, sizes that are not known as -1. Where skeletons have
 /// confidences, these follow the joints in the brackets, and sizes are left out if none is known.
 ///
-/// `channel` is a name such as `ch0GTskeleton`. hpe-core looks for folders with `skeleton` in their name.
+/// `channel` is a name such as `ch0GTskeleton`. hpe-core looks for folders with `skeleton` in their
+/// name.
 ///
 /// # Errors
-/// If the channel is not a word, a number is not finite, a size negative or a time too late to be read,
-/// or a file cannot be written. Files have their names only when they are whole.
+/// If the channel is not a word, a number is not finite, a size negative or a time too late to be
+/// read, or a file cannot be written. Files have their names only when they are whole.
 pub fn write_skeletons(
     folder: impl AsRef<Path>,
     channel: &str,

@@ -11,8 +11,8 @@ const INTERFACE_US: f64 = 0.08;
 const MICROSECOND: f64 = 1.0;
 /// Bits of the narrowest counter that is in use.
 const MIN_COUNTER_BITS: u32 = 24;
-/// Maximal ratio, as a logarithm, between the measured tick and one of the known ones: dumpers write bottles
-/// some milliseconds late, and the two kinds are 12.5 times apart.
+/// Maximal ratio, as a logarithm, between the measured tick and one of the known ones: dumpers
+/// write bottles some milliseconds late, and the two kinds are 12.5 times apart.
 const MAX_LOG_RATIO: f64 = 0.5;
 
 /// Length of a tick, and its origin.
@@ -74,7 +74,8 @@ impl TickCounter {
     #[inline]
     pub(super) fn ticks(&mut self, stored: u32) -> i64 {
         let ticks = self.counter.advance(stored.into());
-        // Interfaces of 24 to 32 bits are in use, and a log does not state which: the largest stamp decides.
+        // Interfaces of 24 to 32 bits are in use, and a log does not state which: the largest stamp
+        // decides.
         self.counter.widen_to(stored);
         ticks
     }

@@ -15,8 +15,8 @@ fn published_parts_are_those_of_the_published_rules_in_python() {
     let table = std::fs::read_to_string(path).unwrap();
     let mut rows = 0;
     for line in table.lines().skip(1) {
-        let numbers: Vec<f32> = line.split(',').map(|number| number.parse().unwrap()).collect();
-        let [x0, y0, x1, y1, left, right, top, bottom, x, y, u, v] = numbers.try_into().unwrap();
+        let values: Vec<f32> = line.split(',').map(|value| value.parse().unwrap()).collect();
+        let [x0, y0, x1, y1, left, right, top, bottom, x, y, u, v] = values.try_into().unwrap();
         let joints = [Vec2::new(x0, y1), Vec2::new(x1, y0)];
         let crop = Crop::around(joints, FRAME, CropRule::Published).unwrap();
         let [left, right, top, bottom] = [left, right, top, bottom].map(|cut| cut as i32);

@@ -16,9 +16,9 @@ fn golden(name: &str) -> std::path::PathBuf {
 fn recording(bodies: usize) -> LabelledRecording {
     let table = std::fs::read_to_string(golden("events.csv")).unwrap();
     let events = table.lines().map(|line| {
-        let numbers: Vec<i64> = line.split(',').map(|number| number.parse().unwrap()).collect();
-        let [x, y] = [1, 2].map(|k: usize| numbers[k] as u16);
-        Event { t: Micros(numbers[0]), x, y, polarity: Polarity::On }
+        let values: Vec<i64> = line.split(',').map(|value| value.parse().unwrap()).collect();
+        let [x, y] = [1, 2].map(|k: usize| values[k] as u16);
+        Event { t: Micros(values[0]), x, y, polarity: Polarity::On }
     });
     let body = |k: usize| TimedBody {
         t: Micros(20_000 * (k as i64 + 1)),
