@@ -1,10 +1,11 @@
 //! Texture layout of the procedural human.
 //!
-//! The layout has no seams: v runs around the body, from its front over either side to its back, so that
-//! left and right share texels; u runs along it. In the first half of v (0 to 0.5, front to back) u goes
-//! from the soles over legs, trunk and neck to the top of the head; in the second half (0.5 to 1, palm
-//! and front to back) from the shoulders to the tips of the hands, beginning at [`U_SHOULDER`]. Around
-//! the shoulders, where one half goes over into the other, all of v should look alike.
+//! The layout has no seams: v runs around the body, from its front over either side to its back, so
+//! that left and right share texels; u runs along it. In the first half of v (0 to 0.5, front to
+//! back) u goes from the soles over legs, trunk and neck to the top of the head; in the second half
+//! (0.5 to 1, palm and front to back) from the shoulders to the tips of the hands, beginning at
+//! [`U_SHOULDER`]. Around the shoulders, where one half goes over into the other, all of v should
+//! look alike.
 
 use std::f32::consts::PI;
 

@@ -1,13 +1,13 @@
 //! Parametric body models: the SMPL family, a procedural arm and human, skinning and motion.
 //!
 //! * [`BodyModel`]: a linear-blend-skinned body of the SMPL family; [`BodyModel::procedural_arm`]
-//!   and [`BodyModel::procedural_human`] are procedural, [`files`] reads the published hand and body
-//!   models into the same type.
+//!   and [`BodyModel::procedural_human`] are procedural, [`files`] reads the published hand and
+//!   body models into the same type.
 //! * [`ShapedBody`], [`BodyPose`], [`PosedBody`]: one person, one pose, and the two together.
 //! * [`motion`]: the published random motion of arm and hand; [`activity`]: activities of a whole
 //!   body.
-//! * [`skeleton`], [`texture_layout`], [`clothes_layout`]: joint indices, and the texture layouts of
-//!   skin and clothes.
+//! * [`skeleton`], [`texture_layout`], [`clothes_layout`]: joint indices, and the texture layouts
+//!   of skin and clothes.
 //!
 //! World coordinates are the model's: x to the body's left, y up, z forward, in metres.
 //!

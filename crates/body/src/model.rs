@@ -18,8 +18,8 @@ pub struct BodyModel {
     pub template_m: Vec<Vec3>,
     /// Displacement of every vertex per unit of every shape coefficient, in metres.
     pub shape_directions_m: Vec<Vec<Vec3>>,
-    /// Displacement of every vertex per unit of every entry of `R − I` of joints 1.., row by row, in
-    /// metres. Empty: the model has no pose correctives.
+    /// Displacement of every vertex per unit of every entry of `R − I` of joints 1.., row by row,
+    /// in metres. Empty: the model has no pose correctives.
     pub pose_directions_m: Vec<Vec<Vec3>>,
     /// Sparse row of every joint: joints are weighted sums of vertices.
     pub joint_regressor: Vec<Vec<(u32, f32)>>,
@@ -33,13 +33,13 @@ pub struct BodyModel {
     pub parents: Vec<Option<usize>>,
     /// Skin weights of each vertex, up to four joints.
     pub skin: Vec<SkinWeights>,
-    /// Joints beyond a vertex's four, ascending by vertex; none in the procedural arm. They lie apart
-    /// because few vertices of the published models have any, and four fit a vector register.
+    /// Joints beyond a vertex's four, ascending by vertex; none in the procedural arm. They lie
+    /// apart because few vertices of the published models have any, and four fit a vector register.
     pub further_weights: Vec<FurtherWeight>,
     /// Triangles, counterclockwise from outside.
     pub faces: Vec<[u32; 3]>,
-    /// Texture coordinates of each vertex; [`crate::texture_layout`] for the procedural arm, all zero
-    /// where a file has none.
+    /// Texture coordinates of each vertex; [`crate::texture_layout`] for the procedural arm, all
+    /// zero where a file has none.
     pub uvs: Vec<Vec2>,
     /// Articulation of the left hand, if there are two.
     pub left_hand: Option<HandBasis>,

@@ -6,8 +6,8 @@ use glam::Vec3;
 use crate::skeleton::{BODY_JOINTS, HAND_JOINTS, JOINTS};
 use crate::{BodyModel, HandBasis};
 
-/// Number of the generator's pose parameters: 22 axis-angles of the body, 6 articulation coefficients of
-/// the left hand, 6 of the right.
+/// Number of the generator's pose parameters: 22 axis-angles of the body, 6 articulation
+/// coefficients of the left hand, 6 of the right.
 pub const GENERATOR_PARAMETERS: usize = 78;
 
 /// Articulation coefficients of one hand.

@@ -30,8 +30,8 @@ impl PosedBody {
         })
     }
 
-    /// Every joint, then the tips of thumb, index, middle, ring and pinky, in metres: 57 points of a
-    /// body with hands, in the order of the published simulator, 21 of a hand.
+    /// Every joint, then the tips of thumb, index, middle, ring and pinky, in metres: 57 points of
+    /// a body with hands, in the order of the published simulator, 21 of a hand.
     pub fn output_points(&self, model: &BodyModel) -> Vec<Vec3> {
         let joints = self.joints.iter().map(|joint| Vec3::from(joint.translation));
         joints.chain(model.fingertips.map(|tip| self.vertices_m[tip as usize])).collect()

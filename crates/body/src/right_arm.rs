@@ -6,8 +6,8 @@
 //! around the middle of the opening closes the surface, so that faces that look away need not be
 //! drawn. Either way the cut lies outside of the image.
 //!
-//! Joints keep what the whole body's vertices say about them: position at rest, and displacement per
-//! unit of every shape coefficient.
+//! Joints keep what the whole body's vertices say about them: position at rest, and displacement
+//! per unit of every shape coefficient.
 //!
 //! # Source
 //! EventHands, released simulator: x ≤ −0.1 m and 0 ≤ y ≤ 0.3 m in the rest pose.
@@ -27,8 +27,8 @@ const MIN_CORRECTIVE_M: f32 = 1e-6;
 const MAX_ENTRY: f32 = 2.0;
 
 impl BodyModel {
-    /// The same model with the surface of its right arm only, closed where it was cut. Joints, hands
-    /// and numbering of the skeleton stay.
+    /// The same model with the surface of its right arm only, closed where it was cut. Joints,
+    /// hands and numbering of the skeleton stay.
     pub fn right_arm(&self) -> Self {
         let on_arm = |&corner: &u32| {
             let p = self.template_m[corner as usize];

@@ -124,7 +124,8 @@ fn part(t: Micros, window: TimeWindow) -> usize {
     ((share * PARTS as f64) as usize).min(PARTS - 1)
 }
 
-/// Detects hot pixels. They raise the mean that others are compared with, so the detection iterates.
+/// Detects hot pixels. They raise the mean that others are compared with, so the detection
+/// iterates.
 fn hot(counts: &[[u32; 2]]) -> Vec<bool> {
     let both: Vec<u32> = counts.iter().map(|[off, on]| off + on).collect();
     let mut is_hot = vec![false; both.len()];

@@ -22,8 +22,8 @@ impl Heights {
     }
 }
 
-/// The median of all heights of some histograms, in a line inside its bin; not a number if there are
-/// none.
+/// The median of all heights of some histograms, in a line inside its bin; not a number if there
+/// are none.
 pub(crate) fn median<'a>(of: impl Iterator<Item = &'a Heights>) -> f64 {
     let mut sums = vec![0_u64; BINS];
     for heights in of {

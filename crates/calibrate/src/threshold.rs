@@ -2,8 +2,8 @@
 //!
 //! # Model
 //! By totals: every event stands for one threshold of change, so that
-//! `C = sum over pixels and frames of |ln max(I', floor) - ln max(I, floor)| / events`; rises over ON
-//! events and falls over OFF events alike. What is left in pixels at the end, noise events, and
+//! `C = sum over pixels and frames of |ln max(I', floor) - ln max(I, floor)| / events`; rises over
+//! ON events and falls over OFF events alike. What is left in pixels at the end, noise events, and
 //! frames that are too slow for the motion all go into it.
 //!
 //! By steps: the level that a pixel follows light with is a staircase, and the height of a step is

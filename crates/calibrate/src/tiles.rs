@@ -1,5 +1,5 @@
-//! Parts of the image that are drawn with replacement: what makes one pixel of a pattern wrong makes
-//! its neighbours wrong too.
+//! Parts of the image that are drawn with replacement: what makes one pixel of a pattern wrong
+//! makes its neighbours wrong too.
 
 use evpose_core::SensorSize;
 

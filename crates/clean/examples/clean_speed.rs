@@ -1,6 +1,6 @@
-//! Events a second through each cleaner, on one core: `cargo run --release -p evpose-clean --example
-//! clean_speed [REQUEST...]`. The best of many passes over ten million events of 640x480 pixels: an
-//! edge that moves, and a tenth of noise.
+//! Events a second through each cleaner, on one core:
+//! `cargo run --release -p evpose-clean --example clean_speed [REQUEST...]`. The best of many
+//! passes over ten million events of 640x480 pixels: an edge that moves, and a tenth of noise.
 
 use std::time::Instant;
 

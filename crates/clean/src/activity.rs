@@ -1,20 +1,20 @@
 //! How often each pixel fires, and which of them are hot.
 //!
 //! # Model
-//! Two rules. *Neighbours*: a pixel with `n` events is hot if that is clearly more than `m = factor`
-//! times the median of the pixels around it, `2 (√(n + 3/8) - √(m + 3/8)) > 5`, and at least one a
-//! second. The left side is Anscombe's transform: a difference of Poisson counts in standard
-//! deviations, so that less than one pixel in a million is hot by chance. The median of a square of
-//! five by five stands firm with eleven hot pixels in it. *Count*: a pixel is hot from so many events in
-//! the recording on, however long it is; DHP19's rule, with 10,000.
+//! Two rules. *Neighbours*: a pixel with `n` events is hot if that is clearly more than
+//! `m = factor` times the median of the pixels around it, `2 (√(n + 3/8) - √(m + 3/8)) > 5`, and at
+//! least one a second. The left side is Anscombe's transform: a difference of Poisson counts in
+//! standard deviations, so that less than one pixel in a million is hot by chance. The median of a
+//! square of five by five stands firm with eleven hot pixels in it. *Count*: a pixel is hot from so
+//! many events in the recording on, however long it is; DHP19's rule, with 10,000.
 //!
-//! The scene may move: an edge passes over neighbours as well. What lights up a single pixel again and
-//! again, as a distant lamp that blinks, looks like a hot pixel and is one here.
+//! The scene may move: an edge passes over neighbours as well. What lights up a single pixel again
+//! and again, as a distant lamp that blinks, looks like a hot pixel and is one here.
 //!
 //! # Source
 //! The factor of 5 is that of `evpose calibrate` for scenes at rest; rates of hot pixels begin at
-//! about one a second. Anscombe, *The transformation of Poisson, binomial and negative-binomial data*,
-//! Biometrika 35, 1948.
+//! about one a second. Anscombe, *The transformation of Poisson, binomial and negative-binomial
+//! data*, Biometrika 35, 1948.
 
 use evpose_core::{EventStream, Micros, SensorSize};
 

@@ -1,9 +1,9 @@
 //! Background activity: events that no neighbour confirms.
 //!
 //! # Model
-//! An event is kept if one of the eight neighbours of its pixel fired at most `tau` before it, at the
-//! same time included. Every event counts for its neighbours, kept or not. Beyond the sensor nothing
-//! fires.
+//! An event is kept if one of the eight neighbours of its pixel fired at most `tau` before it, at
+//! the same time included. Every event counts for its neighbours, kept or not. Beyond the sensor
+//! nothing fires.
 //!
 //! # Source
 //! Delbruck, *Frame-free dynamic digital vision*, 2008. The default of 30 ms is that of jAER's
@@ -300,8 +300,8 @@ mod tests {
         hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
     }
 
-    /// `BackgroundActivityNoiseFilter` of dv-processing 2.0.4, in Python, with a duration of 2 ms, which
-    /// it takes as "less than", on the same events.
+    /// `BackgroundActivityNoiseFilter` of dv-processing 2.0.4, in Python, with a duration of 2 ms,
+    /// which it takes as "less than", on the same events.
     #[test]
     fn the_same_events_are_kept_as_by_dv_processing() {
         let sensor = SensorSize { width: 40, height: 30 };

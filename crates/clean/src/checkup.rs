@@ -1,9 +1,10 @@
 //! Consistency checks of a recording's axes, polarities and time stamps.
 //!
-//! It is little, and no more is claimed: whether coordinates fit the stated sensor or its transpose,
-//! which columns and rows never fire, how many events are ON, how many share their time stamp, what
-//! time stamps are multiples of. Whether an image is mirrored, or ON and OFF are exchanged, cannot be
-//! decided without a reference of the same scene: see [`symmetry`](crate::symmetry).
+//! It is little, and no more is claimed: whether coordinates fit the stated sensor or its
+//! transpose, which columns and rows never fire, how many events are ON, how many share their time
+//! stamp, what time stamps are multiples of. Whether an image is mirrored, or ON and OFF are
+//! exchanged, cannot be decided without a reference of the same scene: see
+//! [`symmetry`](crate::symmetry).
 
 use evpose_core::{EventStream, Micros, Polarity, SensorSize};
 
@@ -242,7 +243,8 @@ mod tests {
 
     const SENSOR: SensorSize = SensorSize { width: 346, height: 260 };
 
-    /// A recording in which every pixel of `x` by `y` fires now and then, one event every `step_us`.
+    /// A recording in which every pixel of `x` by `y` fires now and then, one event every
+    /// `step_us`.
     fn findings(
         (columns, rows): (u16, u16),
         step_us: i64,

@@ -2,24 +2,25 @@
 //!
 //! # Model
 //! A window is cut into bins of 1 ms. A bin flickers if it has more events of one polarity than the
-//! one before it *or* the one after it (`rule = "or"`; `"and"`: than both). Of bins that flicker, only
-//! events at pixels are kept that have company: at which the LNES of the window, opened with a
+//! one before it *or* the one after it (`rule = "or"`; `"and"`: than both). Of bins that flicker,
+//! only events at pixels are kept that have company: at which the LNES of the window, opened with a
 //! footprint of one by two pixels and opened with one of two by one, is above zero both times, each
 //! polarity by itself. All other events are kept.
 //!
 //! An LNES is above zero where an event fell into any bin but the first, and an opening of size two
 //! leaves what one of the two neighbours has as well. So no LNES has to be computed: a pixel has
-//! neighbours if it fired, a horizontal neighbour did, and a vertical one did. Beyond the first column and
-//! row the pixel itself counts as its neighbour, beyond the last ones nothing does; SciPy's
-//! `grey_opening` with its reflected borders does the same.
+//! neighbours if it fired, a horizontal neighbour did, and a vertical one did. Beyond the first
+//! column and row the pixel itself counts as its neighbour, beyond the last ones nothing does;
+//! SciPy's `grey_opening` with its reflected borders does the same.
 //!
 //! A bin at an end of the window lacks a neighbour, which it does not exceed.
 //!
 //! # Source
-//! EventHands' reader of real recordings, with windows of 100 ms, rule "or" (its comment says "and"),
-//! and counts of what it stores as polarity 0, which are ON events there. It slides the window by
-//! 1 ms for every pose, so an event may be in one LNES and not in the next: that is
-//! [`Deflicker::window`]. As a cleaner of recordings, windows follow one another from the first event on.
+//! EventHands' reader of real recordings, with windows of 100 ms, rule "or" (its comment says
+//! "and"), and counts of what it stores as polarity 0, which are ON events there. It slides the
+//! window by 1 ms for every pose, so an event may be in one LNES and not in the next: that is
+//! [`Deflicker::window`]. As a cleaner of recordings, windows follow one another from the first
+//! event on.
 
 use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
 

@@ -1,10 +1,12 @@
 //! Preprocessing of recordings: undistort, denoise, mask, deflicker. Events in, events out.
 //!
 //! * [`CLEANERS`], [`CleanRequest`]: all cleaners by name, with their parameters.
-//! * [`Chain`]: several of them, one after the other, batch by batch, with counts of what each removed.
+//! * [`Chain`]: several of them, one after the other, batch by batch, with counts of what each
+//!   removed.
 //! * [`Undistort`]: removes lens distortion; [`CameraFile`] holds a camera.
 //! * [`Background`]: removes events that no neighbour confirms.
-//! * [`HotPixels`], [`Activity`]: finds pixels that fire without a cause; [`Mask`], [`Masking`]: removes them.
+//! * [`HotPixels`], [`Activity`]: finds pixels that fire without a cause; [`Mask`], [`Masking`]:
+//!   removes them.
 //! * [`Deflicker`]: removes single pixels where a lamp makes all of them fire.
 //! * [`Checkup`]: checks of the axes, polarities and time stamps of a recording;
 //!   [`symmetry`]: checks against reference events of the same scene.

@@ -1,12 +1,12 @@
 //! Leaves masked pixels out.
 //!
 //! The presets are DHP19's masks: of its third camera (number 2) a square in which another camera's
-//! lamp blinks, of its fourth a smaller one. They are stated in the published coordinates, which count
-//! from 1 over four images side by side, columns mirrored and rows from below, and hold the pixels
-//! strictly inside 780 to 810 by 115 to 145 and 1252 to 1259 by 136 to 144. `dhp19-camera2` and
-//! `dhp19-camera3` are for events with coordinates as the data set exports them (those, less one and
-//! less the images to the left); `dhp19-camera2-raw` and `dhp19-camera3-raw` for the addresses in its
-//! `.aedat` files, with `column = 346 - x` and `row = 260 - y`.
+//! lamp blinks, of its fourth a smaller one. They are stated in the published coordinates, which
+//! count from 1 over four images side by side, columns mirrored and rows from below, and hold the
+//! pixels strictly inside 780 to 810 by 115 to 145 and 1252 to 1259 by 136 to 144. `dhp19-camera2`
+//! and `dhp19-camera3` are for events with coordinates as the data set exports them (those, less
+//! one and less the images to the left); `dhp19-camera2-raw` and `dhp19-camera3-raw` for the
+//! addresses in its `.aedat` files, with `column = 346 - x` and `row = 260 - y`.
 
 use evpose_core::{EventStream, SensorSize};
 

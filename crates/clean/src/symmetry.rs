@@ -299,7 +299,8 @@ mod tests {
 
     const SIZE: SensorSize = SensorSize { width: 40, height: 30 };
 
-    /// A bright spot that grows brighter while it moves and dims where it was, without any symmetry.
+    /// A bright spot that grows brighter while it moves and dims where it was, without any
+    /// symmetry.
     fn reference() -> EventStream {
         let mut rng = CounterRng::new(5, "spot", 0);
         let event = |k: i64| {

@@ -2,13 +2,13 @@
 //! otherwise the same, would have seen it.
 //!
 //! The destination of each pixel is computed once, see [`LensCamera`]; an event costs one table
-//! lookup. Pixels keep the time and the number of their events: where the lens magnifies, gaps remain,
-//! and where it shrinks, several pixels meet in one.
+//! lookup. Pixels keep the time and the number of their events: where the lens magnifies, gaps
+//! remain, and where it shrinks, several pixels meet in one.
 //!
 //! The inverse of the lens is an iteration. It has converged where its result, distorted again, is
 //! seen within [`TOLERANCE_PX`] of the pixel. Events of the others are removed and counted
-//! ([`Inverse::Converged`]), or go to where a given number of steps leads ([`Inverse::Steps`]; OpenCV
-//! takes five) and their pixels are counted.
+//! ([`Inverse::Converged`]), or go to where a given number of steps leads ([`Inverse::Steps`];
+//! OpenCV takes five) and their pixels are counted.
 //!
 //! The preset `davis240c-eventhands` is what EventHands does with real recordings: its camera, five
 //! steps, events beyond the image put on its border, coordinates cut off at the point.

@@ -1,4 +1,5 @@
-//! Events that no light causes: Poisson background and hot pixels. The pixel's memory does not know.
+//! Events that no light causes: Poisson background and hot pixels. The pixel's memory does not
+//! know.
 
 use crate::circuit::{Background, HotPixels};
 use crate::draw::{Purpose, Stream};

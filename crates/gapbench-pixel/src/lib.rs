@@ -1,11 +1,11 @@
 //! Blind benchmark of event-camera recordings with hidden effects.
 //!
-//! A program that identifies the differences of a real camera from its simulation must be evaluated on
-//! cameras it was not built on. This crate is such a camera: a pixel written from circuit equations
-//! (photocurrents, capacitances, junctions, comparators, an arbiter with rows), event by event in
-//! continuous time, in front of analytic scenes. It was written independently of the sensor crate
-//! of this workspace and depends on no other crate of it, which is checked in CI; its formulas and
-//! parameters are its own.
+//! A program that identifies the differences of a real camera from its simulation must be evaluated
+//! on cameras it was not built on. This crate is such a camera: a pixel written from circuit
+//! equations (photocurrents, capacitances, junctions, comparators, an arbiter with rows), event by
+//! event in continuous time, in front of analytic scenes. It was written independently of the
+//! sensor crate of this workspace and depends on no other crate of it, which is checked in CI; its
+//! formulas and parameters are its own.
 //!
 //! # The chain
 //!
@@ -20,8 +20,8 @@
 //! # The benchmark
 //!
 //! [`plan::Plan`] makes all cases of a seed; a [`case::Case`] gives the data of a measurement (two
-//! recordings, frames, a description) and, apart from them, its [`case::Label`]. [`evidence`] decides
-//! from recordings with and without an effect whether it is visible at all.
+//! recordings, frames, a description) and, apart from them, its [`case::Label`]. [`evidence`]
+//! decides from recordings with and without an effect whether it is visible at all.
 //!
 //! # Conventions
 //!

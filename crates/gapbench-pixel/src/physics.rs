@@ -1,4 +1,5 @@
-//! Constants of nature and the two voltages every formula of the pixel uses (SI units, CODATA 2018).
+//! Constants of nature and the two voltages every formula of the pixel uses (SI units, CODATA
+//! 2018).
 
 /// Charge of an electron, C.
 pub const ELEMENTARY_CHARGE_C: f64 = 1.602_176_634e-19;

@@ -1,13 +1,14 @@
-//! EROS, the exponentially reduced ordinal surface: how many events fell near a pixel since its own.
+//! EROS, the exponentially reduced ordinal surface: how many events fell near a pixel since its
+//! own.
 //!
 //! # Model
 //! Times and polarities are ignored. An event at `(x, y)` multiplies every value in a square of `k`
 //! by `k` pixels around it by `d = decay^(1/k)`, then the pixel's own becomes 255.
 //!
 //! A value is thus 255 times a power of `d`: what is kept per pixel is the exponent, the number of
-//! events near it since its own, and the values are looked up when they are asked for. That is exact,
-//! whatever arithmetic the values have, and an event costs additions of 16 bits.
-//! After 65,535 events nearby a pixel reads 0, as one that never fired.
+//! events near it since its own, and the values are looked up when they are asked for. That is
+//! exact, whatever arithmetic the values have, and an event costs additions of 16 bits. After
+//! 65,535 events nearby a pixel reads 0, as one that never fired.
 //!
 //! # Variants
 //! | | square | values |

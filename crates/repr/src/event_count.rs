@@ -8,8 +8,8 @@
 //! None: an event changes its own pixel only.
 //!
 //! # Source
-//! hpe-core, `createCountImage` and `varianceNormalisation`. There, counters of 8 bits wrap, and columns
-//! are taken for rows; neither is imitated.
+//! hpe-core, `createCountImage` and `varianceNormalisation`. There, counters of 8 bits wrap, and
+//! columns are taken for rows; neither is imitated.
 
 use evpose_core::{EventStream, Micros};
 

@@ -5,15 +5,15 @@
 //! standard deviations of the pixels that fired are 255; fractions are kept.
 //!
 //! The published data sets pair the image with a pose that is `offset` events old when the image is
-//! complete, so that it lies about in the middle: [`FixedCountConfig::range`] says which events belong to an
-//! instant.
+//! complete, so that it lies about in the middle: [`FixedCountConfig::range`] says which events
+//! belong to an instant.
 //!
 //! # Borders
 //! None: an event changes its own pixel only.
 //!
 //! # Source
-//! hpe-core, class `eventFrame` and the scripts that export it; Calabrese et al., *DHP19*, CVPRW 2019,
-//! for the scale and for n = 7500.
+//! hpe-core, class `eventFrame` and the scripts that export it; Calabrese et al., *DHP19*, CVPRW
+//! 2019, for the scale and for n = 7500.
 
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -64,8 +64,8 @@ impl FixedCountConfig {
     /// The published data sets.
     pub const PUBLISHED: Self = Self { events: 7_500, offset_events: 3_250 };
 
-    /// The events of the image of instant `t`, by number: the `events` that end `offset_events` after
-    /// the first event later than `t`; fewer at the ends of a recording.
+    /// The events of the image of instant `t`, by number: the `events` that end `offset_events`
+    /// after the first event later than `t`; fewer at the ends of a recording.
     pub fn range(&self, times: &[Micros], t: Micros) -> Range<usize> {
         let sample = times.partition_point(|&time| time <= t);
         let end = (sample + self.offset_events as usize).min(times.len());
@@ -79,8 +79,8 @@ impl Default for FixedCountConfig {
     }
 }
 
-/// The fixed-count image of a stream: of its latest events, so `offset_events` is up to who pairs it
-/// with a pose. It has no window.
+/// The fixed-count image of a stream: of its latest events, so `offset_events` is up to who pairs
+/// it with a pose. It has no window.
 #[derive(Debug, Clone)]
 pub struct FixedCount {
     sensor: SensorSize,

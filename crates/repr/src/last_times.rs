@@ -70,8 +70,9 @@ impl LastTimes {
         self.window.length_us
     }
 
-    /// Writes `value(left)` for every pixel, where `left` is the time in microseconds until its latest
-    /// event leaves the window: its length for an event that happens now, 0 where it shows none.
+    /// Writes `value(left)` for every pixel, where `left` is the time in microseconds until its
+    /// latest event leaves the window: its length for an event that happens now, 0 where it shows
+    /// none.
     #[inline(always)]
     pub(crate) fn render(&self, out: &mut [f32], value: impl Fn(i32) -> f32 + Copy) {
         assert_eq!(out.len(), self.last_us.len(), "planes of another size");
@@ -85,7 +86,8 @@ impl LastTimes {
         let offset_us = length_us - now_us;
         let last_us = self.last_us.as_slice();
         wide(
-            // What is captured by reference might be among the values: it would be read again and again.
+            // What is captured by reference might be among the values: it would be read again and
+            // again.
             #[inline(always)]
             move || {
                 for (out, &last_us) in out.iter_mut().zip(last_us) {

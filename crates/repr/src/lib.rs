@@ -5,11 +5,12 @@
 //!   - with a memory of their own: [`Eros`], [`Tos`], [`Sits`], [`Pim`], [`Sae`], [`TimeSurface`];
 //!   - of the latest events: [`FixedCount`].
 //! * [`REPRESENTATIONS`]: the registry, with the [`Parameter`]s of each entry;
-//!   [`representation_by_name`] parses `eros:kernel=9,decay=0.5` into a [`RepresentationChoice`], which
-//!   starts on a stream or fills the planes of a window of frames.
+//!   [`representation_by_name`] parses `eros:kernel=9,decay=0.5` into a [`RepresentationChoice`],
+//!   which starts on a stream or fills the planes of a window of frames.
 //! * [`FrameWindow`], [`FrameEvent`]: windows of 1 ms frames, as training reads them;
 //!   [`fill_lnes`], [`fill_eoi`], [`fill_eci`], [`fill_eci_s`] draw them directly.
-//! * [`ErosFramer`]: an EROS in 8 bits, blurred and resized, as the published online program sends it.
+//! * [`ErosFramer`]: an EROS in 8 bits, blurred and resized, as the published online program sends
+//!   it.
 //! * [`ChannelOrder`]: order of the polarity channels, explicit everywhere.
 //! * [`WindowAugmentation`]: augmentation of windows for training.
 //! * [`Transitions`]: the frames in which a simulated scene jumps.

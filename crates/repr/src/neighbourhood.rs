@@ -3,8 +3,8 @@
 //! # Borders
 //! The plane is wider and higher than the sensor by the square's size less one, so no square is
 //! clipped. What is written outside the sensor is never read: each cell depends on its own events
-//! and on the cell of the event, and events lie on the sensor. Padding, as the published C++ has it, and
-//! clipping, as the published Python has it, therefore give the same.
+//! and on the cell of the event, and events lie on the sensor. Padding, as the published C++ has
+//! it, and clipping, as the published Python has it, therefore give the same.
 
 use std::array::from_fn;
 use std::hint::black_box;
@@ -57,8 +57,8 @@ const NARROW: usize = 8;
 const BROAD: usize = MAX_KERNEL.next_power_of_two() as usize;
 
 impl Neighbourhood {
-    /// A plane of `initial` for squares of `kernel` cells, `kernel / 2` of them before the event: an
-    /// odd one is centred.
+    /// A plane of `initial` for squares of `kernel` cells, `kernel / 2` of them before the event:
+    /// an odd one is centred.
     ///
     /// # Panics
     /// If `kernel` is 0 or larger than [`MAX_KERNEL`].
@@ -73,8 +73,8 @@ impl Neighbourhood {
         Self { sensor, square, initial, cells, clock: StreamClock::default() }
     }
 
-    /// Takes events: every cell of a square becomes `rule(cell, cell of the event)`, then the cell of
-    /// the event `fired`.
+    /// Takes events: every cell of a square becomes `rule(cell, cell of the event)`, then the cell
+    /// of the event `fired`.
     pub(crate) fn push(
         &mut self,
         events: &EventStream,
@@ -141,14 +141,15 @@ impl Square {
         rule: impl Fn(u16, u16) -> u16 + Copy,
     ) {
         wide(
-            // What is captured by reference might be among the cells: it would be read again and again.
+            // What is captured by reference might be among the cells: it would be read again and
+            // again.
             #[inline(always)]
             move || {
                 let kernel = if KERNEL == ANY { self.kernel } else { KERNEL };
                 // Columns left of an event, and rows above, that belong to its square.
                 let before = kernel / 2;
-                // Seven cells would be worked on as four, two and one: masks that the compiler does not
-                // know leave vectors whole.
+                // Seven cells would be worked on as four, two and one: masks that the compiler does
+                // not know leave vectors whole.
                 let inside: [u16; LANES] = black_box(from_fn(|lane| mask(lane < kernel)));
                 let middle: [u16; LANES] = black_box(from_fn(|lane| mask(lane == before)));
                 let nowhere = [0; LANES];
@@ -167,8 +168,8 @@ impl Square {
         );
     }
 
-    /// Applies `rule` to rows of the square that begins with `cells`, where `inside` is set, and writes
-    /// `fired` where `events` is.
+    /// Applies `rule` to rows of the square that begins with `cells`, where `inside` is set, and
+    /// writes `fired` where `events` is.
     #[inline(always)]
     fn change<const LANES: usize>(
         self,

@@ -2,16 +2,16 @@
 //!
 //! # Model
 //! An ON event adds 1 to its pixel, an OFF event takes 1; in between, values fade to
-//! `v·exp(-rate·dt)`. The published programs fade the whole image when it is looked at; here an event
-//! counts `exp(rate·(t - t0))` instead, for some `t0`, and the whole is multiplied by
+//! `v·exp(-rate·dt)`. The published programs fade the whole image when it is looked at; here an
+//! event counts `exp(rate·(t - t0))` instead, for some `t0`, and the whole is multiplied by
 //! `exp(-rate·(now - t0))` when it is looked at, which differs in rounding only.
 //!
 //! # Borders
 //! None: an event changes its own pixel only.
 //!
 //! # Source
-//! hpe-core, class `PIM` in Python and C++. Its C++ takes polarity bits of the YARP encoding, in which
-//! 1 is OFF, and its `alpha` is our rate.
+//! hpe-core, class `PIM` in Python and C++. Its C++ takes polarity bits of the YARP encoding, in
+//! which 1 is OFF, and its `alpha` is our rate.
 
 use evpose_core::{EventStream, Micros, SensorSize};
 
@@ -74,7 +74,8 @@ pub struct Pim {
     clock: StreamClock,
 }
 
-/// Logarithm of the largest weight: far from what overflows, and what weighs 1 beside it is nothing.
+/// Logarithm of the largest weight: far from what overflows, and what weighs 1 beside it is
+/// nothing.
 const HEAVIEST: f64 = 300.0;
 
 impl Pim {

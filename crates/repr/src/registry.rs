@@ -29,7 +29,8 @@ pub static REPRESENTATIONS: &[&RepresentationSpec] = &[
     &time_surface::SPEC,
 ];
 
-/// Looks up the representation `name`, or `name:parameter=value,…`: `eros`, `eros:kernel=9,decay=0.5`.
+/// Looks up the representation `name`, or `name:parameter=value,…`: `eros`,
+/// `eros:kernel=9,decay=0.5`.
 ///
 /// # Errors
 /// Unknown names, parameters and values; the message lists the known ones.

@@ -2,8 +2,8 @@
 //!
 //! # Model
 //! Per pixel, whatever the polarity, the time of its latest event: [`Sae::times`] in microseconds,
-//! exact; rendered in seconds, 0 where there was none. In 32 bits, times differ by a
-//! microsecond up to 8 s, by a millisecond up to 2 h. A window of frames counts from the start of its first frame.
+//! exact; rendered in seconds, 0 where there was none. In 32 bits, times differ by a microsecond up
+//! to 8 s, by a millisecond up to 2 h. A window of frames counts from the start of its first frame.
 //!
 //! # Borders
 //! None: an event changes its own pixel only.

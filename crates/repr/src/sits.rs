@@ -1,9 +1,9 @@
 //! SITS, the speed-invariant time surface: in which order the pixels around an edge fired.
 //!
 //! # Model
-//! Times and polarities are ignored. With `c` the value of its pixel, an event takes 1 from every value
-//! in a square of `k` by `k` pixels around it that is at least `c`, then its own pixel becomes
-//! `k²`. A 0 stays 0: nothing is older than never. [`Ageing`] holds the published program's
+//! Times and polarities are ignored. With `c` the value of its pixel, an event takes 1 from every
+//! value in a square of `k` by `k` pixels around it that is at least `c`, then its own pixel
+//! becomes `k²`. A 0 stays 0: nothing is older than never. [`Ageing`] holds the published program's
 //! departure.
 //!
 //! # Borders

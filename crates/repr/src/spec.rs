@@ -104,13 +104,13 @@ impl RepresentationChoice {
         (self.spec.start)(window, &self.values)
     }
 
-    /// Fills `out`, `[channels][height][width]`, from the events of a window, ascending in frame: what
-    /// a stream of these events, frame `k` at `k` ms, shows when the last frame has passed. (LNES shows it one
-    /// frame later.)
+    /// Fills `out`, `[channels][height][width]`, from the events of a window, ascending in frame:
+    /// what a stream of these events, frame `k` at `k` ms, shows when the last frame has passed.
+    /// (LNES shows it one frame later.)
     ///
     /// # Panics
-    /// If `out` has another length, an event lies outside the sensor, or one is earlier than the one
-    /// before.
+    /// If `out` has another length, an event lies outside the sensor, or one is earlier than the
+    /// one before.
     pub fn fill(&self, window: &FrameWindow, events: &[FrameEvent], out: &mut [f32]) {
         match self.spec.fill {
             Some(fill) => fill(window, events, out),

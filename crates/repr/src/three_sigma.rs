@@ -2,14 +2,15 @@
 //!
 //! # Model
 //! Over the pixels that fired, with `µ` the mean of their counts and `σ² = Σ(v - µ)²/n`, at least
-//! `(0.1/255)²`: a count becomes `v·255/(3σ)`, at most 255. Where all pixels fired equally often, each
-//! of them is thus white.
+//! `(0.1/255)²`: a count becomes `v·255/(3σ)`, at most 255. Where all pixels fired equally often,
+//! each of them is thus white.
 //!
 //! # Source
-//! Calabrese et al., *DHP19*, CVPRW 2019; hpe-core, class `eventFrame` in Python (which keeps fractions)
-//! and `varianceNormalisation` in C++ (which drops them).
+//! Calabrese et al., *DHP19*, CVPRW 2019; hpe-core, class `eventFrame` in Python (which keeps
+//! fractions) and `varianceNormalisation` in C++ (which drops them).
 
-/// The factor from counts to grey values; sums are exact, so the order of the pixels does not matter.
+/// The factor from counts to grey values; sums are exact, so the order of the pixels does not
+/// matter.
 pub(crate) fn three_sigma_scale(counts: impl Iterator<Item = u32>) -> f64 {
     let (mut fired, mut sum, mut squares) = (0u64, 0u64, 0u64);
     for count in counts {

@@ -2,15 +2,16 @@
 //!
 //! # Model
 //! Times and polarities are ignored. An event takes 1 from every value in a square of `k` by `k`
-//! pixels around it, and what was below `255 - k·l` becomes 0, where `l` is the thickness of the lines that
-//! are to stay; then its own pixel becomes 255.
+//! pixels around it, and what was below `255 - k·l` becomes 0, where `l` is the thickness of the
+//! lines that are to stay; then its own pixel becomes 255.
 //!
 //! # Borders
 //! Squares reach over the border, where there is nothing to change.
 //!
 //! # Source
-//! Glover et al., *luvHarris*, TPAMI 2021; event-driven and hpe-core, class `TOS`. At hpe-core's head
-//! the square never moves from where the first event put it, in both languages; that is not imitated.
+//! Glover et al., *luvHarris*, TPAMI 2021; event-driven and hpe-core, class `TOS`. At hpe-core's
+//! head the square never moves from where the first event put it, in both languages; that is not
+//! imitated.
 
 use evpose_core::{EventStream, Micros, SensorSize};
 

@@ -1,18 +1,20 @@
-//! Trigger of new representations of a stream: after a minimum time *and* a minimum number of events.
+//! Trigger of new representations of a stream: after a minimum time *and* a minimum number of
+//! events.
 //!
 //! # Model
-//! A representation is due at the first event at least `min_interval_us` after the last representation by which
-//! at least `min_events` events have come since. Events of one microsecond belong together: the
-//! representation shows all of them. So a fast hand gets a representation every millisecond, a slow one fewer, and
-//! a scene at rest as many as its noise makes.
+//! A representation is due at the first event at least `min_interval_us` after the last
+//! representation by which at least `min_events` events have come since. Events of one microsecond
+//! belong together: the representation shows all of them. So a fast hand gets a representation
+//! every millisecond, a slow one fewer, and a scene at rest as many as its noise makes.
 //!
-//! A moving object passes over a number of pixels in proportion to all there are, and noise comes from
-//! each of them, so `min_events` is said for 240x180 pixels and goes with their number, rounded
-//! up: 3 of 120x90, 1 of 60x45.
+//! A moving object passes over a number of pixels in proportion to all there are, and noise comes
+//! from each of them, so `min_events` is said for 240x180 pixels and goes with their number,
+//! rounded up: 3 of 120x90, 1 of 60x45.
 //!
 //! # Source
 //! EventHands, slow-motion mode: 1 ms, and more than 10 events in the program, 10 or more in the
-//! supplement. There the time of the first representation counts from zero, here from the first event.
+//! supplement. There the time of the first representation counts from zero, here from the first
+//! event.
 
 use evpose_core::{Micros, SensorSize};
 use serde::{Deserialize, Serialize};
@@ -24,8 +26,8 @@ pub struct TriggerConfig {
     /// Minimum time between representations, in microseconds.
     #[serde(alias = "least_interval_us")]
     pub min_interval_us: u32,
-    /// Minimum number of new events between representations of 240x180 pixels; scaled with the number
-    /// of pixels for other sizes.
+    /// Minimum number of new events between representations of 240x180 pixels; scaled with the
+    /// number of pixels for other sizes.
     #[serde(alias = "least_events")]
     pub min_events: u32,
 }
@@ -72,9 +74,9 @@ impl RepresentationTrigger {
         }
     }
 
-    /// Takes events by their ascending times until a representation is due, and returns how many that
-    /// were: the representation shows these, at the time of the last of them. None if all were taken and
-    /// no representation is due. To be called again with the rest.
+    /// Takes events by their ascending times until a representation is due, and returns how many
+    /// that were: the representation shows these, at the time of the last of them. None if all were
+    /// taken and no representation is due. To be called again with the rest.
     ///
     /// A stream may be cut anywhere but between events of one microsecond. Times before the last
     /// event taken mean that the stream started again, and so does the trigger.

@@ -1,17 +1,18 @@
 //! The voxel grid: polarities of a window, spread over bins of time.
 //!
 //! # Model
-//! With `t_1` and `t_N` the times of the first and last event of the window and `B` bins, an event lies at
-//! `t* = (B - 1)·(t - t_1)/(t_N - t_1)` and adds its polarity, +1 or -1, to the bins on either side,
-//! `1 - |b - t*|` of it to bin `b`. Where all events happen at once they are in the first bin.
+//! With `t_1` and `t_N` the times of the first and last event of the window and `B` bins, an event
+//! lies at `t* = (B - 1)·(t - t_1)/(t_N - t_1)` and adds its polarity, +1 or -1, to the bins on
+//! either side, `1 - |b - t*|` of it to bin `b`. Where all events happen at once they are in the
+//! first bin.
 //!
 //! # Borders
-//! None: an event changes its own pixel only. Along time, the first event is in the first bin as a whole,
-//! the last in the last.
+//! None: an event changes its own pixel only. Along time, the first event is in the first bin as a
+//! whole, the last in the last.
 //!
 //! # Source
-//! Zhu et al., *Unsupervised Event-based Learning of Optical Flow, Depth, and Egomotion*, CVPR 2019,
-//! Eq. 1 to 3. (Tonic multiplies by `B` instead and drops what falls into bin `B`.)
+//! Zhu et al., *Unsupervised Event-based Learning of Optical Flow, Depth, and Egomotion*, CVPR
+//! 2019, Eq. 1 to 3. (Tonic multiplies by `B` instead and drops what falls into bin `B`.)
 
 use evpose_core::{EventStream, Micros};
 

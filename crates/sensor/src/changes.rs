@@ -68,9 +68,9 @@ impl Changes {
         }
     }
 
-    /// Compares `luminance` with that of the last step. The voltages of what is passed over, or only
-    /// scanned, are carried over from the step `before`. Gives the work in order, each piece no
-    /// longer than `longest` pixels, or than a strip.
+    /// Compares `luminance` with that of the last step. The voltages of what is passed over, or
+    /// only scanned, are carried over from the step `before`. Gives the work in order, each piece
+    /// no longer than `longest` pixels, or than a strip.
     pub(crate) fn tasks(
         &mut self,
         luminance: &[f32],

@@ -17,7 +17,8 @@ use serde::{Deserialize, Serialize};
 use crate::effect::{EffectConfig, Value};
 use crate::{STAGES, SensorError};
 
-/// A list of effects, unchecked until [`SensorModel::from_config`](crate::SensorModel::from_config).
+/// A list of effects, unchecked until
+/// [`SensorModel::from_config`](crate::SensorModel::from_config).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SensorConfig {

@@ -60,12 +60,13 @@ impl SensorRun {
     ///
     /// Gives the events later than the exposure before and not later than this one, in order of
     /// time and at equal times row by row from the top left; on a clock that is behind or scatters,
-    /// those that nothing can come before any more. At the first exposure the sensor settles. Luminance that is negative or not finite is taken as darkness and counted in
+    /// those that nothing can come before any more. At the first exposure the sensor settles.
+    /// Luminance that is negative or not finite is taken as darkness and counted in
     /// [`SensorRun::repaired_pixels`].
     ///
     /// # Errors
-    /// A plane that does not fit the sensor, a stage made for another sensor, or a time that is not later than the one before; the
-    /// sensor is then as it was.
+    /// A plane that does not fit the sensor, a stage made for another sensor, or a time that is not
+    /// later than the one before; the sensor is then as it was.
     pub fn expose(
         &mut self,
         luminance: &Plane<f32>,

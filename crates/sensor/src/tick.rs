@@ -1,7 +1,7 @@
 //! The interval between two exposures.
 
-/// Bit position of the part index in a tick's index: a run of one exposure per microsecond reaches this
-/// bit after twelve days.
+/// Bit position of the part index in a tick's index: a run of one exposure per microsecond reaches
+/// this bit after twelve days.
 const PART_SHIFT: u32 = 40;
 
 /// The interval between two exposures. Times in seconds.

@@ -91,7 +91,8 @@ fn a_still_scene_makes_no_events() {
     }
 }
 
-/// Code values 0, 1, 3, 10, 255 and 12 have L = ln(code + 1) = 0, 0.693, 1.386, 2.398, 5.545, 2.565.
+/// Code values 0, 1, 3, 10, 255 and 12 have L = ln(code + 1) = 0, 0.693, 1.386, 2.398, 5.545,
+/// 2.565.
 #[test]
 fn counts_are_those_of_eventhands() {
     let (_, mut run) = eventhands();

@@ -6,7 +6,8 @@
 //!
 //! The other hand of a model is its mirror image in the camera's upright plane of symmetry: the
 //! model is rendered by a camera whose image is mirrored, and its pose parameters are those of the
-//! left hand in the same mirror ([`Mirror`]). So a run of left hands moves as one of right hands does.
+//! left hand in the same mirror ([`Mirror`]). So a run of left hands moves as one of right hands
+//! does.
 
 use std::path::Path;
 
@@ -179,7 +180,8 @@ impl Actor {
     }
 }
 
-/// Reads texture coordinates: one `u v` per line; v points up in the file and down in a [`Texture`].
+/// Reads texture coordinates: one `u v` per line; v points up in the file and down in a
+/// [`Texture`].
 ///
 /// [`Texture`]: crate::texture::Texture
 fn texture_coordinates(path: &Path, vertices: usize) -> Result<Vec<Vec2>, SimError> {

@@ -19,8 +19,8 @@ use crate::{SimError, Simulation};
 const WRIST_RANGE: f32 = 0.8;
 
 impl Simulation {
-    /// Renders the first `frames` frames of sequence `index`: linear luminance relative to white, the
-    /// first at time zero.
+    /// Renders the first `frames` frames of sequence `index`: linear luminance relative to white,
+    /// the first at time zero.
     ///
     /// # Errors
     /// As [`Simulation::sequence`].
@@ -29,8 +29,9 @@ impl Simulation {
         (0..frames).map(|_| Ok(simulator.advance()?.luminance.clone())).collect()
     }
 
-    /// Renders one frame per pose of a hand of `side`. `appearance` is the index of the draw of skin,
-    /// lights and background; `betas` is the shape of the body, drawn as well where it is empty.
+    /// Renders one frame per pose of a hand of `side`. `appearance` is the index of the draw of
+    /// skin, lights and background; `betas` is the shape of the body, drawn as well where it is
+    /// empty.
     ///
     /// # Errors
     /// If a file of skins can no longer be read.

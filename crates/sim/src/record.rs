@@ -51,8 +51,8 @@ impl RecordedRun {
     }
 }
 
-/// Simulates `frames` steps into `STEM.evc`, `STEM.meta` and `STEM.toml` (a [`SequenceInfo`]), which
-/// appear when they are complete.
+/// Simulates `frames` steps into `STEM.evc`, `STEM.meta` and `STEM.toml` (a [`SequenceInfo`]),
+/// which appear when they are complete.
 ///
 /// `progress` receives the number of frames simulated since its last call.
 ///

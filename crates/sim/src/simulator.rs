@@ -21,8 +21,9 @@ use crate::{Episode, SimError};
 /// Simulator of one sequence of a hand, advanced one step at a time.
 ///
 /// # Source
-/// EventHands simulator: advance the pose, render, write the label, compare with the reference level. The
-/// label of frame k is the pose at its end; its events happened since the pose of frame k - 1.
+/// EventHands simulator: advance the pose, render, write the label, compare with the reference
+/// level. The label of frame k is the pose at its end; its events happened since the pose of frame
+/// k - 1.
 #[derive(Debug)]
 pub struct Simulator {
     shared: Arc<Shared>,
@@ -61,7 +62,8 @@ pub struct HandStep<'a> {
     pub events: &'a EventStream,
     /// Pose parameters of the hand.
     pub label: HandParams,
-    /// Evaluated points in the world, in metres, in the order of [`evpose_pose::EVALUATION_JOINTS`].
+    /// Evaluated points in the world, in metres, in the order of
+    /// [`evpose_pose::EVALUATION_JOINTS`].
     pub points_m: HandPoints3,
     /// The episode the frame belongs to.
     pub episode: &'a Episode,
@@ -128,8 +130,8 @@ impl Simulator {
     /// Simulates one step.
     ///
     /// # Errors
-    /// If the sensor's thresholds, varied for a new episode, are out of its range, or a file of skins
-    /// can no longer be read.
+    /// If the sensor's thresholds, varied for a new episode, are out of its range, or a file of
+    /// skins can no longer be read.
     pub fn advance(&mut self) -> Result<HandStep<'_>, SimError> {
         let (frame, config) = (self.next, &self.shared.config);
         let lagging = config.parity.lagging_episode_clock;

@@ -162,8 +162,8 @@ fn a_static_scene_emits_noise_only_and_at_its_rate() {
     let mut quiet = SensorModel::from_config(&sensor).unwrap().start(size, 0);
     let still = first.unwrap();
     quiet.expose(&still, Micros(0)).unwrap();
-    // The published reference level starts at zero and catches up in whole thresholds, so it is there after
-    // one exposure.
+    // The published reference level starts at zero and catches up in whole thresholds, so it is
+    // there after one exposure.
     for frame in 1..20 {
         assert!(quiet.expose(&still, Micros(frame * 1_000)).unwrap().is_empty());
     }

@@ -1,9 +1,10 @@
 //! A posture in the words of anatomy, and the body's rotations that make it.
 //!
 //! # Model
-//! Angles are in radians and zero for somebody who stands upright with hanging arms. Limbs of the right
-//! side are mirror images of those of the left. Shoulders turn as `Rx(-flexion)·Rz(abduction - π/2)·Rx(twist)`
-//! from the T-pose, hips as `Rx(-flexion)·Rz(abduction)·Ry(turn)`.
+//! Angles are in radians and zero for somebody who stands upright with hanging arms. Limbs of the
+//! right side are mirror images of those of the left. Shoulders turn as
+//! `Rx(-flexion)·Rz(abduction - π/2)·Rx(twist)` from the T-pose, hips as
+//! `Rx(-flexion)·Rz(abduction)·Ry(turn)`.
 
 use std::f32::consts::FRAC_PI_2;
 
@@ -89,8 +90,8 @@ const SOLE: [(usize, Vec3); 4] = [
 const COLLAR: f32 = 0.18;
 
 impl Figure {
-    /// The rotations of SMPL+H's joints, and the displacement that puts the feet on the floor at height
-    /// zero. `posed` is memory to work in; its joints are those of the pose afterwards.
+    /// The rotations of SMPL+H's joints, and the displacement that puts the feet on the floor at
+    /// height zero. `posed` is memory to work in; its joints are those of the pose afterwards.
     ///
     /// # Panics
     /// If the model is no body with both hands.

@@ -24,9 +24,9 @@ pub struct Performance {
 }
 
 impl Performance {
-    /// One person's way of doing `activity` for `seconds`. For `stillness` of the time, on average, the
-    /// person stands still in the midst of it, but for a sway: the parts that an event camera is blind
-    /// for.
+    /// One person's way of doing `activity` for `seconds`. For `stillness` of the time, on average,
+    /// the person stands still in the midst of it, but for a sway: the parts that an event camera
+    /// is blind for.
     pub fn draw(activity: &Activity, rng: &mut CounterRng, seconds: f32, stillness: f32) -> Self {
         let motion = (activity.draw)(rng);
         let (mut turns_s, mut passed_s) = (Vec::new(), Vec::new());

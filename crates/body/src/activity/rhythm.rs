@@ -15,8 +15,8 @@ pub(super) fn part(t_s: f32, period_s: f32, offset: f32) -> f32 {
     (t_s / period_s + offset).rem_euclid(1.0)
 }
 
-/// From 0 to 1 and back within a part of a period: begins to rise at `times[0]`, is up from `times[1]` to
-/// `times[2]`, and down again at `times[3]`.
+/// From 0 to 1 and back within a part of a period: begins to rise at `times[0]`, is up from
+/// `times[1]` to `times[2]`, and down again at `times[3]`.
 pub(super) fn pulse(part: f32, times: [f32; 4]) -> f32 {
     let [rise, up, fall, down] = times;
     if part < up {
@@ -26,7 +26,8 @@ pub(super) fn pulse(part: f32, times: [f32; 4]) -> f32 {
     }
 }
 
-/// A slow irregular motion of standard deviation about one: four sines of incommensurable frequencies.
+/// A slow irregular motion of standard deviation about one: four sines of incommensurable
+/// frequencies.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sway {
     waves: [(f32, f32); 4],

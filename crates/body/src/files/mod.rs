@@ -10,8 +10,8 @@
 //! users obtain them from <https://mano.is.tue.mpg.de>.
 //!
 //! # Source
-//! Romero, Tzionas, Black: *Embodied Hands* (SIGGRAPH Asia 2017); vertices at the finger tips of the
-//! hand from `vertex_ids.py` of the Python package `smplx`, of the body from EventHands.
+//! Romero, Tzionas, Black: *Embodied Hands* (SIGGRAPH Asia 2017); vertices at the finger tips of
+//! the hand from `vertex_ids.py` of the Python package `smplx`, of the body from EventHands.
 
 mod build;
 mod describe;

@@ -25,9 +25,10 @@ const CELL_M: f32 = 0.021;
 const SPACE_M: [Vec3; 2] = [Vec3::new(-0.92, -1.25, -0.22), Vec3::new(0.92, 0.62, 0.24)];
 
 impl BodyModel {
-    /// The procedural human: one closed surface from head to toes, twelve shape directions (stature,
-    /// weight, legs, shoulders, hips, belly, arms, muscles, head, hands and feet, trousers, top). Hands
-    /// are mittens that the wrists move. [`clothes_layout`] says what lies where in its texture.
+    /// The procedural human: one closed surface from head to toes, twelve shape directions
+    /// (stature, weight, legs, shoulders, hips, belly, arms, muscles, head, hands and feet,
+    /// trousers, top). Hands are mittens that the wrists move. [`clothes_layout`] says what lies
+    /// where in its texture.
     pub fn procedural_human() -> Self {
         let anatomy = anatomy::Anatomy::new();
         let grid = Grid::even(SPACE_M[0], SPACE_M[1], CELL_M);

@@ -1,10 +1,10 @@
 //! Twelve ways in which people and their clothes differ.
 //!
 //! # Model
-//! Every bone carries the flesh around it. A shape direction stretches each bone's surroundings along
-//! the bone, from front to back and from side to side; joints move as their chain grows, and a vertex
-//! moves with the bones that hold it, by the same shares that skin it. All of it is linear in the
-//! coefficient, in metres per unit.
+//! Every bone carries the flesh around it. A shape direction stretches each bone's surroundings
+//! along the bone, from front to back and from side to side; joints move as their chain grows, and
+//! a vertex moves with the bones that hold it, by the same shares that skin it. All of it is linear
+//! in the coefficient, in metres per unit.
 
 use glam::Vec3;
 

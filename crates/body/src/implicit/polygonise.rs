@@ -9,7 +9,8 @@
 
 use glam::Vec3;
 
-/// Points at which a distance is looked up: slices of rows of points, not necessarily evenly spaced.
+/// Points at which a distance is looked up: slices of rows of points, not necessarily evenly
+/// spaced.
 pub(crate) struct Grid {
     /// Slice by slice, each row by row.
     pub(crate) points_m: Vec<Vec3>,
@@ -18,7 +19,8 @@ pub(crate) struct Grid {
 }
 
 impl Grid {
-    /// Cubic cells of `cell_m` between two corners, the upper of which may be passed by less than a cell.
+    /// Cubic cells of `cell_m` between two corners, the upper of which may be passed by less than a
+    /// cell.
     pub(crate) fn even(low_m: Vec3, high_m: Vec3, cell_m: f32) -> Self {
         let size = ((high_m - low_m) / cell_m).ceil().to_array().map(|cells| cells as usize + 1);
         let mut points_m = Vec::with_capacity(size.iter().product());

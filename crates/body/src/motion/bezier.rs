@@ -3,16 +3,17 @@
 //! # Model
 //! Every second a new quadratic Bezier curve begins at the present pose, with two random targets as
 //! its other control points; position is continuous, velocity is not. A longer
-//! [`MotionConfig::period_s`] slows all speeds in proportion; with [`MotionConfig::pause_s`] the arm
-//! rests at the end of each curve. When the wrist leaves the
-//! view a new curve begins at once, and again whenever the curve does not bring it nearer; the clock
-//! runs on. All 78 parameters and the displacement follow the curve one by one, axis-angles included.
+//! [`MotionConfig::period_s`] slows all speeds in proportion; with [`MotionConfig::pause_s`] the
+//! arm rests at the end of each curve. When the wrist leaves the view a new curve begins at once,
+//! and again whenever the curve does not bring it nearer; the clock runs on. All 78 parameters and
+//! the displacement follow the curve one by one, axis-angles included.
 //!
 //! # Source
 //! EventHands, released simulator. There a wrist outside gets a new curve every step, so that it
 //! trembles back towards the mean of all targets, and motion begins in the T-pose, above the image.
-//! [`MotionConfig::parity`] does the same. Its sequences last eleven hours, so that the beginning is
-//! nothing; ours may last seconds, so that they begin in the middle: see [`BezierMotion::settle`].
+//! [`MotionConfig::parity`] does the same. Its sequences last eleven hours, so that the beginning
+//! is nothing; ours may last seconds, so that they begin in the middle: see
+//! [`BezierMotion::settle`].
 
 use evpose_core::CounterRng;
 use glam::Vec3;

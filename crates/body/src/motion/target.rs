@@ -1,9 +1,9 @@
 //! Random target poses.
 //!
 //! # Model
-//! `θ = ξ·gain + offset` for each of the generator's 78 parameters, ξ uniform and independent: small for
-//! the 66 angles of the body and the left hand's coefficients, U(-2, 2) for the right hand's. Gains
-//! pick out the arm: elbow (entries 57 to 59) and wrist (63 to 65), radians.
+//! `θ = ξ·gain + offset` for each of the generator's 78 parameters, ξ uniform and independent:
+//! small for the 66 angles of the body and the left hand's coefficients, U(-2, 2) for the right
+//! hand's. Gains pick out the arm: elbow (entries 57 to 59) and wrist (63 to 65), radians.
 //!
 //! # Source
 //! EventHands, supplement Sec. 4.4, and its released simulator, which differ; see [`Variant`].
@@ -46,11 +46,11 @@ pub enum Variant {
     /// U(-0.02, 0.02), and the twist of 1.4 rad goes against the sign of what was drawn.
     #[default]
     Code,
-    /// The text: draws are U(-0.2, 0.2), and the sign of the twist is a draw of its own. Taken by the
-    /// word, it turns elbow and wrist by up to 20 and 8 rad.
+    /// The text: draws are U(-0.2, 0.2), and the sign of the twist is a draw of its own. Taken by
+    /// the word, it turns elbow and wrist by up to 20 and 8 rad.
     Paper,
-    /// The text's second data set, with the arm from the bottom of the image and the elbow not bent.
-    /// With the draws of the program, as those of the text cannot be meant.
+    /// The text's second data set, with the arm from the bottom of the image and the elbow not
+    /// bent. With the draws of the program, as those of the text cannot be meant.
     Bottom,
 }
 
@@ -108,7 +108,8 @@ impl Target {
         Self { parameters, translation_m }
     }
 
-    /// The point at `b` in [0, 1] of the quadratic Bezier curve over three poses, parameter by parameter.
+    /// The point at `b` in [0, 1] of the quadratic Bezier curve over three poses, parameter by
+    /// parameter.
     pub fn bezier([start, middle, end]: &[Self; 3], b: f32) -> Self {
         let [p, q, r] = [(1.0 - b) * (1.0 - b), 2.0 * b * (1.0 - b), b * b];
         Self {
@@ -167,8 +168,8 @@ mod tests {
         assert_fills(ranges[77], [-2.0, 2.0]);
     }
 
-    /// Entry 57 is -1.4 plus a positive draw, or +1.4 plus a negative one, of at most 2: both halves
-    /// overlap in [-0.6, 0.6], where values are twice as frequent.
+    /// Entry 57 is -1.4 plus a positive draw, or +1.4 plus a negative one, of at most 2: both
+    /// halves overlap in [-0.6, 0.6], where values are twice as frequent.
     #[test]
     fn the_twist_of_the_program_goes_against_its_draw() {
         let n = 20_000;

@@ -6,10 +6,10 @@
 //! from the left edge more than from the right.
 //!
 //! The released program compares clip coordinates with its bounds without dividing them by w, the
-//! distance along the optical axis. Its bounds are then a box in metres, -0.17..0.22 by -0.10..0.12,
-//! whatever the distance: near the camera the wrist may lie outside the image, far away it is
-//! called back from well inside. Divided by the mean distance of the published motion, 0.48 m, the
-//! published bounds are those used here, rounded inwards.
+//! distance along the optical axis. Its bounds are then a box in metres, -0.17..0.22 by
+//! -0.10..0.12, whatever the distance: near the camera the wrist may lie outside the image, far
+//! away it is called back from well inside. Divided by the mean distance of the published motion,
+//! 0.48 m, the published bounds are those used here, rounded inwards.
 //!
 //! # Source
 //! EventHands, released simulator; the division is ours.

@@ -169,8 +169,8 @@ fn flexion_axis(number: usize, joint: usize, digit: &Digit) -> Vec3 {
     }
 }
 
-/// The part of `candidate` orthogonal to `rows`, scaled to `length_rad`; `None` if it is almost zero
-/// (Gram-Schmidt).
+/// The part of `candidate` orthogonal to `rows`, scaled to `length_rad`; `None` if it is almost
+/// zero (Gram-Schmidt).
 fn orthogonal_part(
     candidate: &[f32; ANGLES],
     rows: &[[f32; ANGLES]],

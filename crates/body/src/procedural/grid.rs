@@ -1,7 +1,7 @@
 //! The sampling grid of the arm's implicit surface.
 //!
-//! The grid follows the arm: slices across it with square cells whose size grows towards the shoulder,
-//! so that a finger gets as many vertices around as the upper arm.
+//! The grid follows the arm: slices across it with square cells whose size grows towards the
+//! shoulder, so that a finger gets as many vertices around as the upper arm.
 
 use glam::Vec3;
 

@@ -1,8 +1,8 @@
 //! Joints as weighted sums of the vertices around them.
 //!
 //! # Model
-//! The weights `wᵢ = a + b·(vᵢ − J)` over the nearest vertices with `Σ wᵢ = 1` and `Σ wᵢ·vᵢ = J`: the
-//! shortest such weights. They return the joint exactly at rest, and move it exactly under any
+//! The weights `wᵢ = a + b·(vᵢ − J)` over the nearest vertices with `Σ wᵢ = 1` and `Σ wᵢ·vᵢ = J`:
+//! the shortest such weights. They return the joint exactly at rest, and move it exactly under any
 //! affine change of its surroundings.
 
 use glam::{Mat3, Vec3};

@@ -1,9 +1,9 @@
 //! From a shape and a pose to vertices in the world.
 //!
 //! # Model
-//! Linear blend skinning: joint transforms are chained from the root, `Gᵢ = G_parent·[Rᵢ | Jᵢ − J_parent]`,
-//! `Aᵢ = Gᵢ·T(−Jᵢ)`, and a vertex moves by `Σ wⱼ·Aⱼ`. Normals turn by the 3x3 part of the same sum,
-//! as published, which is exact for rigid parts only.
+//! Linear blend skinning: joint transforms are chained from the root,
+//! `Gᵢ = G_parent·[Rᵢ | Jᵢ − J_parent]`, `Aᵢ = Gᵢ·T(−Jᵢ)`, and a vertex moves by `Σ wⱼ·Aⱼ`. Normals
+//! turn by the 3x3 part of the same sum, as published, which is exact for rigid parts only.
 //!
 //! # Source
 //! Loper et al., *SMPL* (SIGGRAPH Asia 2015), Eq. 2-4, 6-9.

@@ -91,7 +91,8 @@ fn evaluation_points_come_in_the_published_order() {
 #[test]
 fn pose_correctives_displace_the_rest_pose() {
     let mut model = BodyModel::procedural_arm();
-    // One direction moves vertex 0 along z with entry (1, 0) of R - I of joint 1: sin of its turn about z.
+    // One direction moves vertex 0 along z with entry (1, 0) of R - I of joint 1: sin of its turn
+    // about z.
     model.pose_directions_m = vec![vec![Vec3::ZERO; model.template_m.len()]; 9 * 51];
     model.pose_directions_m[3][0] = Vec3::new(0.0, 0.0, 0.01);
     let mut pose = BodyPose::rest(&model);

@@ -9,8 +9,8 @@
 //!   quiet pixel fires each time it has gone one threshold: `rho = I_leak / (C2 theta_on)` Hz. The
 //!   current doubles every few kelvins.
 //! * `photoreceptor_lowpass`: the node's conductance is `I / U_T`, so its pole at white is
-//!   `f_1 = I_w / (2 pi C_p U_T)` Hz and proportional to light. The source follower's transconductance
-//!   is `kappa I_b / U_T`: `f_2 = kappa I_b / (2 pi C_L U_T)`.
+//!   `f_1 = I_w / (2 pi C_p U_T)` Hz and proportional to light. The source follower's
+//!   transconductance is `kappa I_b / U_T`: `f_2 = kappa I_b / (2 pi C_L U_T)`.
 //! * `photoreceptor_noise`: shot noise of two equal currents, `S_i = 4 q I`, on the conductance
 //!   `I / U_T` and `C` integrates to `k T / C`; in e-folds `sigma = sqrt(F q / (C U_T))`, with
 //!   bandwidth `I_w / (2 pi C U_T)` at white.

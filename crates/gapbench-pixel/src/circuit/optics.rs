@@ -31,8 +31,8 @@ pub struct Photoreceptor {
     pub white_current_a: f64,
     /// Dark current of the junction, fA.
     pub dark_current_fa: f64,
-    /// Capacitance of the photodiode node as the photocurrent sees it, fF: the parasitic one divided
-    /// by the gain of the feedback amplifier. `None` is a node without delay.
+    /// Capacitance of the photodiode node as the photocurrent sees it, fF: the parasitic one
+    /// divided by the gain of the feedback amplifier. `None` is a node without delay.
     pub node_ff: Option<f64>,
     /// Source follower behind it.
     pub follower: Option<Follower>,

@@ -1,7 +1,7 @@
 //! Walks one pixel through time on a clock of dyadic ticks (2^-20 s), looking closer where needed.
 //!
-//! Light is read about every other millisecond and, wherever its midpoint is off the straight line, at
-//! halves of that down to one tick. Without noise the instant of an event is the root of "input
+//! Light is read about every other millisecond and, wherever its midpoint is off the straight line,
+//! at halves of that down to one tick. Without noise the instant of an event is the root of "input
 //! minus threshold" with the light read at every trial instant, to 1e-8 s. With noise the path is
 //! refined by its bridge until it is clear of the thresholds or one tick long.
 

@@ -1,9 +1,9 @@
 //! A shade that passes slowly over everything but the still strip, weaker than a threshold.
 //!
-//! After an object has passed, light returns to its former value to the last bit, and the ideal pixel's
-//! reference level stands exactly one threshold away from it: whether the last event comes would be left to
-//! rounding. Under a passing shade no light returns exactly, as under no real sky. Peak to peak it
-//! is .18 in `ln I`, so that still ground stays silent.
+//! After an object has passed, light returns to its former value to the last bit, and the ideal
+//! pixel's reference level stands exactly one threshold away from it: whether the last event comes
+//! would be left to rounding. Under a passing shade no light returns exactly, as under no real sky.
+//! Peak to peak it is .18 in `ln I`, so that still ground stays silent.
 
 use super::shape::wave;
 use crate::draw::Sequence;

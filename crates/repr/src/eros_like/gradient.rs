@@ -1,9 +1,9 @@
 //! Gradients of 8-bit images with Sobel's operators.
 //!
 //! # Model
-//! Along one axis the derivative `[-1 0 1]`, `[-1 -2 0 2 1]` or `[-1 -4 -5 0 5 4 1]`, along the other
-//! the binomial smoothing of the same length. Seven taps are divided by 16, rounded half to even, so
-//! that they fit 16 bits. Outside, the border pixel goes on.
+//! Along one axis the derivative `[-1 0 1]`, `[-1 -2 0 2 1]` or `[-1 -4 -5 0 5 4 1]`, along the
+//! other the binomial smoothing of the same length. Seven taps are divided by 16, rounded half to
+//! even, so that they fit 16 bits. Outside, the border pixel goes on.
 //!
 //! # Source
 //! OpenCV's `Sobel` as its `Canny` calls it.
@@ -109,9 +109,9 @@ pub(super) mod sector {
 /// tan 22.5° · 2¹⁵ as OpenCV rounds it.
 const TAN_22_5: u32 = 13573;
 
-/// OpenCV compares `|gy| · 2¹⁵` with `|gx| · 13573` and with `|gx| · (13573 + 2¹⁶)`. As 13573 is odd and
-/// `|gx|` below 2¹⁵, neither product is a multiple of 2¹⁵ unless `|gx|` is 0, so comparisons
-/// with what is left of them after the division are the same, in 16 bits.
+/// OpenCV compares `|gy| · 2¹⁵` with `|gx| · 13573` and with `|gx| · (13573 + 2¹⁶)`. As 13573 is
+/// odd and `|gx|` below 2¹⁵, neither product is a multiple of 2¹⁵ unless `|gx|` is 0, so
+/// comparisons with what is left of them after the division are the same, in 16 bits.
 #[inline(always)]
 fn sector_of(gx: i16, gy: i16) -> u8 {
     let (x, y) = (gx.unsigned_abs(), gy.unsigned_abs());

@@ -1,8 +1,8 @@
 //! Colour images to grey ones.
 //!
 //! # Model
-//! `(9798 R + 19235 G + 3735 B + 2¹⁴) / 2¹⁵`, rounded down: ITU-R BT.601's 0.299, 0.587 and 0.114 in
-//! 15 bits, as OpenCV has them since version 4 for images of 8 bits.
+//! `(9798 R + 19235 G + 3735 B + 2¹⁴) / 2¹⁵`, rounded down: ITU-R BT.601's 0.299, 0.587 and 0.114
+//! in 15 bits, as OpenCV has them since version 4 for images of 8 bits.
 
 use evpose_core::wide;
 

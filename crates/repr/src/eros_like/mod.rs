@@ -9,8 +9,8 @@
 //! 5. [`salt_and_pepper`]: pixels that are lit or dark at random;
 //! 6. a Gaussian blur again.
 //!
-//! Steps 1 to 3 and 6 are those of OpenCV to the bit. The noise is counted, not streamed: it depends
-//! on the seed and the pixel alone.
+//! Steps 1 to 3 and 6 are those of OpenCV to the bit. The noise is counted, not streamed: it
+//! depends on the seed and the pixel alone.
 //!
 //! # Source
 //! Goyal, Di Pietro, Carissimi, Glover, Bartolozzi: *MoveEnet: Online High-Frequency Human Pose

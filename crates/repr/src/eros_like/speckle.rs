@@ -12,7 +12,8 @@ const LEVELS: u64 = 255;
 /// Bits of a draw: one less than half of a hash, so that 2³¹ is a limit as well.
 const DRAW_BITS: u32 = 31;
 
-/// Pixels that share hashes: the first half of them has the low bits, the second half the high ones.
+/// Pixels that share hashes: the first half of them has the low bits, the second half the high
+/// ones.
 const BLOCK: usize = 64;
 
 /// Blackens pixels that draw less than `below`: 90 in 255 of them for `below` = 90.
@@ -21,7 +22,8 @@ pub fn pepper(image: &mut Plane<u8>, below: u8, seed: u64) {
     speckle(image, StageNoise::new(seed, "pepper", 0), first_draw(below.into()), none_white);
 }
 
-/// Blackens pixels that draw less than `low`, and then makes those white that draw more than `high`.
+/// Blackens pixels that draw less than `low`, and then makes those white that draw more than
+/// `high`.
 pub fn salt_and_pepper(image: &mut Plane<u8>, low: u8, high: u8, seed: u64) {
     let (black_below, white_from) = (first_draw(low.into()), first_draw(u64::from(high) + 1));
     speckle(image, StageNoise::new(seed, "salt and pepper", 0), black_below, white_from);

@@ -191,8 +191,8 @@ proptest! {
         }
     }
 
-    /// The window of the `frames` frames up to frame `n`, whose events are at whole milliseconds. What has
-    /// a window forgets the events before by itself; the others are not shown them.
+    /// The window of the `frames` frames up to frame `n`, whose events are at whole milliseconds.
+    /// What has a window forgets the events before by itself; the others are not shown them.
     #[test]
     fn a_stream_agrees_with_a_window_of_frames(
         events in events(30), frames in 1u32..25, n in 0i64..30, order in order(),

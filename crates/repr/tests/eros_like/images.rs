@@ -163,7 +163,8 @@ fn spiral(side: usize) -> Plane<u8> {
     image
 }
 
-/// A synthetic photograph: smooth regions with texture, things in front of each other, sensor noise.
+/// A synthetic photograph: smooth regions with texture, things in front of each other, sensor
+/// noise.
 fn scene(width: usize, height: usize, seed: u64) -> Plane<u8> {
     let ground = clouds(width, height, seed);
     let things = shapes(map(&ground, |v| v / 2 + 40), 160, seed);

@@ -106,7 +106,8 @@ const CHANCES: usize = 1;
 const HEIGHTS: usize = 2;
 const SEQUENCES: usize = 3;
 
-/// The rate that the lowest layer ends at, Hz; every further one ends at twice that of the one below.
+/// The rate that the lowest layer ends at, Hz; every further one ends at twice that of the one
+/// below.
 const LOWEST_HZ: f64 = 1.0 / 256.0;
 
 /// Rates from one to another.

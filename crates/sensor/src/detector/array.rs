@@ -9,8 +9,9 @@
 //! A steady leak moves the level of a pixel by `leak_per_s (t - anchor)`: nothing is written while
 //! nothing happens, and no charge is lost to rounding. The anchor moves on every second.
 //!
-//! If a detector [rounds as published](super::ChangeDetector::rounds_as_published), the leak and the
-//! seepage of a step are subtracted from all reference levels at its start, and the anchor is at its end.
+//! If a detector [rounds as published](super::ChangeDetector::rounds_as_published), the leak and
+//! the seepage of a step are subtracted from all reference levels at its start, and the anchor is
+//! at its end.
 
 use evpose_core::{SensorSize, StageNoise, seed_for};
 
@@ -135,8 +136,8 @@ impl PixelArray {
         }
     }
 
-    /// Redraws the parameters that hold until the next event, for every pixel, and the planes derived
-    /// from them.
+    /// Redraws the parameters that hold until the next event, for every pixel, and the planes
+    /// derived from them.
     fn renew_all(&mut self, chain: &Chain) {
         let leaks = self.traits.iter().any(|t| t.leak_hz > 0.0);
         self.leak_per_s.clear();

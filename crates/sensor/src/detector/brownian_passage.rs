@@ -3,12 +3,12 @@
 //! # Model
 //! Between two exposures of code values `I_0` and `I_1` (0 to 255), `dt` microseconds apart, with
 //! `A = (I_0 + I_1) / 2`, the voltage is a Brownian motion with drift
-//! `mu = k1 (I_1 - I_0) / (dt (A + k2)) + k4 + k5 A` and diffusion `s = k3 sqrt(A) / (A + k2) + k6`.
-//! From a residual `r` it leaves the interval (-1, 1) at the top with probability
-//! `(exp(2 mu b / s²) - 1) / (exp(2 mu b / s²) - exp(-2 mu a / s²))`, `a = 1 - r`, `b = 1 + r`, after
-//! an inverse Gaussian time of mean `e / mu'` and shape `(e / s)²`, `e` the distance to that side
-//! and `mu'` the drift towards it. `r` is then zero; at the end of the step it is as far towards
-//! that side as the step is long.
+//! `mu = k1 (I_1 - I_0) / (dt (A + k2)) + k4 + k5 A` and diffusion
+//! `s = k3 sqrt(A) / (A + k2) + k6`. From a residual `r` it leaves the interval (-1, 1) at the top
+//! with probability `(exp(2 mu b / s²) - 1) / (exp(2 mu b / s²) - exp(-2 mu a / s²))`, `a = 1 - r`,
+//! `b = 1 + r`, after an inverse Gaussian time of mean `e / mu'` and shape `(e / s)²`, `e` the
+//! distance to that side and `mu'` the drift towards it. `r` is then zero; at the end of the step
+//! it is as far towards that side as the step is long.
 //!
 //! Light is taken before the photoreceptor, whose law and filters are in `k1` to `k6`. The
 //! thresholds, the leak and the noise are this stage's own; terms for thresholds do not act on it.

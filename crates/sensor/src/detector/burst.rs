@@ -1,5 +1,5 @@
-//! The short way through a step for detectors that compare frames: a pixel on which nothing acts but
-//! its light, and whose events all happen when the frame does.
+//! The short way through a step for detectors that compare frames: a pixel on which nothing acts
+//! but its light, and whose events all happen when the frame does.
 //!
 //! # Model
 //! That of the long way, so that a pixel has the same events whichever way it goes.

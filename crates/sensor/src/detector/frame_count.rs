@@ -5,12 +5,12 @@
 //! the largest count of any pixel in this step, event `i = 0 .. n - 1` of a pixel is at
 //! `t_start + (i + 1) dt / N`: a pixel with few events has them early.
 //!
-//! A refractory period ([`refractory`](super::refractory), `defer`) is looked at and remembered in those
-//! steps only in which it is longer than `dt / N`, and noise leaves none behind.
+//! A refractory period ([`refractory`](super::refractory), `defer`) is looked at and remembered in
+//! those steps only in which it is longer than `dt / N`, and noise leaves none behind.
 //!
 //! `rounding = "published"` works in single precision where the published emulator does:
-//! - Refractory periods are measured on seconds so rounded: where one is a multiple of `dt / N`, rounding
-//!   decides whether an event is lost.
+//! - Refractory periods are measured on seconds so rounded: where one is a multiple of `dt / N`,
+//!   rounding decides whether an event is lost.
 //! - Unless a stage acts on the voltage behind the photoreceptor, which makes it one of double
 //!   precision there, `d` and `M` are rounded after every operation, and what leaks in a step is
 //!   taken off `M` at once: `M -= (dt ρ) C_on`. A small leak is then larger or smaller, in every

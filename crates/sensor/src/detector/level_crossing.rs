@@ -85,8 +85,8 @@ pub(super) fn next_level(pixel: &PixelStep, from_s: f64) -> Option<Change> {
     } else {
         return None;
     };
-    // A level already behind, after a new threshold or a refractory period, is answered at once. Levels
-    // are compared, not times: rounding a time must not lose the last event of a step.
+    // A level already behind, after a new threshold or a refractory period, is answered at once.
+    // Levels are compared, not times: rounding a time must not lose the last event of a step.
     let is_behind = if polarity.is_on() { now >= on } else { now <= off };
     let way = (level - pixel.from) / (pixel.to - pixel.from);
     let t_s = pixel.start_s + (pixel.end_s - pixel.start_s) * way;

@@ -77,23 +77,23 @@ pub trait ChangeDetector: Send + Sync + Debug {
         false
     }
 
-    /// Whether it rounds as the published emulator does: refractory periods between those even times are
-    /// measured in seconds of single precision, and where nothing acts on the voltage behind the
-    /// photoreceptor, [memories and leaks](PixelStep::is_single) are kept in it as well.
+    /// Whether it rounds as the published emulator does: refractory periods between those even
+    /// times are measured in seconds of single precision, and where nothing acts on the voltage
+    /// behind the photoreceptor, [memories and leaks](PixelStep::is_single) are kept in it as well.
     fn rounds_as_published(&self) -> bool {
         false
     }
 
-    /// For one that compares frames: the voltages from which a pixel has something to say, up and down,
-    /// if that is known to the last bit. [`next`](Self::next) has an answer there and beyond, and
-    /// nowhere else. The array otherwise asks a little early, and in every step again where a voltage
-    /// stays just within its threshold.
+    /// For one that compares frames: the voltages from which a pixel has something to say, up and
+    /// down, if that is known to the last bit. [`next`](Self::next) has an answer there and beyond,
+    /// and nowhere else. The array otherwise asks a little early, and in every step again where a
+    /// voltage stays just within its threshold.
     fn speaks_from(&self, _memory: f32, _thresholds: [f32; 2]) -> Option<[f32; 2]> {
         None
     }
 
-    /// The next event or burst of a pixel, not before `from_s`; none if the step ends without one. The
-    /// array applies the result and asks again.
+    /// The next event or burst of a pixel, not before `from_s`; none if the step ends without one.
+    /// The array applies the result and asks again.
     fn next(&self, pixel: &PixelStep, from_s: f64, noise: StageNoise) -> Option<Change>;
 }
 

@@ -36,8 +36,8 @@ impl PixelTraits {
     }
 }
 
-/// State of a pixel between exposures. Only pixels with something to say are touched, one here and one there:
-/// what they need lies together.
+/// State of a pixel between exposures. Only pixels with something to say are touched, one here and
+/// one there: what they need lies together.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Cell {
     /// The level compared with, as it was at the array's anchor time.
@@ -64,7 +64,8 @@ impl Cell {
     }
 }
 
-/// The state of a pixel after an event: refractory, or with a reference level that follows the voltage.
+/// The state of a pixel after an event: refractory, or with a reference level that follows the
+/// voltage.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct RefractoryState {
     /// Refractory before this time; for ever while it waits for the readout.
@@ -139,8 +140,8 @@ impl PixelStep {
         })
     }
 
-    /// Rounds to single precision if the detector does; of single-precision operands, a double result
-    /// rounded again is the single result.
+    /// Rounds to single precision if the detector does; of single-precision operands, a double
+    /// result rounded again is the single result.
     fn rounded(&self, x: f64) -> f64 {
         if self.is_single { f64::from(x as f32) } else { x }
     }

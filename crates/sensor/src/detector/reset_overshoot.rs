@@ -2,8 +2,8 @@
 //!
 //! # Model
 //! `M = V(t + delay_us)`: what changes while the switch is closed is lost. Without delay,
-//! `M = M ± C (1 - fraction)`: the switch injects charge that takes back a part of the step, or adds
-//! to it where the fraction is negative.
+//! `M = M ± C (1 - fraction)`: the switch injects charge that takes back a part of the step, or
+//! adds to it where the fraction is negative.
 //!
 //! # Source
 //! Lichtsteiner et al. 2008 on charge injection at reset.

@@ -2,9 +2,9 @@
 //!
 //! # Model
 //! With `n` the largest count of any pixel, event `k = 0 .. n - 1` of a pixel is at
-//! `t_start + (k + 1) dt / n`. An event is lost if it is not later than the refractory period behind the one
-//! before, unless refractory periods are not longer than `dt / n`: then they are passed over, neither
-//! looked at nor kept.
+//! `t_start + (k + 1) dt / n`. An event is lost if it is not later than the refractory period
+//! behind the one before, unless refractory periods are not longer than `dt / n`: then they are
+//! passed over, neither looked at nor kept.
 //!
 //! # Source
 //! The published emulator of v2e, which has both conventions.

@@ -2,9 +2,9 @@
 //!
 //! # Model
 //! `I ← I (1 + depth w(f t + phase))`, with `w` a sine, or +1 in the first half of a period and -1
-//! in the second. A step sees the lamp at its exposure. A camera that is switched on under the lamp has
-//! pixels that answer to every period once the swing is more than a threshold, as soon as anything
-//! makes them answer to one; with `memory = "trough"` they begin so.
+//! in the second. A step sees the lamp at its exposure. A camera that is switched on under the lamp
+//! has pixels that answer to every period once the swing is more than a threshold, as soon as
+//! anything makes them answer to one; with `memory = "trough"` they begin so.
 //!
 //! # Source
 //! IEEE 1789-2015: 100 or 120 Hz from the mains, up to kilohertz from pulsed LEDs.
@@ -90,12 +90,12 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// Parts of a period into which steps are divided: the chords of a sine then miss half a percent of its
-/// amplitude.
+/// Parts of a period into which steps are divided: the chords of a sine then miss half a percent of
+/// its amplitude.
 const PARTS_OF_PERIOD: f64 = 32.0;
 
-/// The wave that pixels remember, just above its trough: the way back to the very trough would be as
-/// long as a threshold and no more, which may cross it or not.
+/// The wave that pixels remember, just above its trough: the way back to the very trough would be
+/// as long as a threshold and no more, which may cross it or not.
 const REMEMBERED: f64 = -0.9;
 
 /// A periodic factor.

@@ -70,8 +70,8 @@ impl Photoreceptor for LinLog {
             || {
                 for (v, i) in voltage.iter_mut().zip(photocurrent) {
                     let x = WHITE_CODE * i;
-                    // The logarithm is kept from what it does not know. Which of the two it is, is a
-                    // matter of bits: a branch would take the pixels one by one.
+                    // The logarithm is kept from what it does not know. Which of the two it is, is
+                    // a matter of bits: a branch would take the pixels one by one.
                     let (linear, log) = (x * self.slope, ln(if x > 1.0 { x } else { 1.0 }));
                     let is_linear = u32::from(x <= self.knee).wrapping_neg();
                     let bits = (linear.to_bits() & is_linear) | (log.to_bits() & !is_linear);

@@ -97,8 +97,8 @@ impl PixelStage for PhotoreceptorNoise {
         self.sigma <= 0.0
     }
 
-    /// Between the ends of a step it may have crossed a threshold and come back, also where the step
-    /// is shorter than what noise takes to forget.
+    /// Between the ends of a step it may have crossed a threshold and come back, also where the
+    /// step is shorter than what noise takes to forget.
     fn time_constant_s(&self) -> Option<f64> {
         Some(PART / (TAU * self.cutoff_hz * (1.0 + f64::from(self.dark_light))))
     }

@@ -2,10 +2,10 @@
 //!
 //! # Model
 //! Line `j` of `n` is visited at `t = k T + (j + 1/2) T / n` for whole `k`, counted from the other
-//! end where the scan runs backwards. A request is served at the first visit not before it, so
-//! that event times are locked to a clock and a coordinate; a pixel that is blind while it waits
-//! has one event per visit: where it keeps its level, what it asks for at a visit waits for the
-//! next one. Where it goes on and a visit reads one bit, what comes behind the first request is lost.
+//! end where the scan runs backwards. A request is served at the first visit not before it, so that
+//! event times are locked to a clock and a coordinate; a pixel that is blind while it waits has one
+//! event per visit: where it keeps its level, what it asks for at a visit waits for the next one.
+//! Where it goes on and a visit reads one bit, what comes behind the first request is lost.
 //!
 //! # Source
 //! Son et al. 2017 for a scanned event sensor; Hu et al. 2021 discuss the artefact.

@@ -22,7 +22,8 @@ pub struct LightConfig {
     pub ambient: Vec3,
     /// Factor on all light.
     pub gain: f32,
-    /// Whether directions and jitter are drawn; otherwise the lights are the published resting ones.
+    /// Whether directions and jitter are drawn; otherwise the lights are the published resting
+    /// ones.
     pub random: bool,
 }
 

@@ -24,8 +24,8 @@ pub enum BodySource {
     /// `source = "procedural"`.
     #[default]
     Procedural,
-    /// `source = { file = "SMPLH_male.pkl" }`: SMPL+H, of which the right arm is shown, or MANO, which
-    /// ends at the wrist and is moved by the procedural arm.
+    /// `source = { file = "SMPLH_male.pkl" }`: SMPL+H, of which the right arm is shown, or MANO,
+    /// which ends at the wrist and is moved by the procedural arm.
     File(PathBuf),
 }
 

@@ -48,8 +48,8 @@ pub struct SimulationConfig {
     pub motion: MotionConfig,
     /// Bound of the shape coefficients, which are uniform in ±`shape_range`.
     pub shape_range: f32,
-    /// Light on everything, hand and background alike, relative to the usual: 0.01 is a hundredth of
-    /// it, as through a grey filter. What is clipped at reference white is clipped before.
+    /// Light on everything, hand and background alike, relative to the usual: 0.01 is a hundredth
+    /// of it, as through a grey filter. What is clipped at reference white is clipped before.
     pub light_level: f32,
     /// Lights on the hand.
     pub lights: LightConfig,

@@ -2,8 +2,8 @@
 //!
 //! # Model
 //! The plane has constant z. The ray through a pixel meets it at a point whose coordinates are
-//! quotients of linear functions of the pixel coordinates (a homography), so the camera may be anywhere
-//! and may rotate. Neither the plane nor the distractors are lit.
+//! quotients of linear functions of the pixel coordinates (a homography), so the camera may be
+//! anywhere and may rotate. Neither the plane nor the distractors are lit.
 
 use evpose_core::{CounterRng, LookAt, Pinhole, Plane};
 use glam::{Mat3, Vec2, Vec3};
@@ -46,7 +46,8 @@ pub(super) struct BackgroundPlane {
 }
 
 impl BackgroundPlane {
-    /// Draws a plane at `z_m`, of which a camera at rest sees `view`; `level` multiplies all luminance.
+    /// Draws a plane at `z_m`, of which a camera at rest sees `view`; `level` multiplies all
+    /// luminance.
     pub(super) fn draw(
         config: &SurroundingsConfig,
         images: &LuminancePool,

@@ -20,8 +20,8 @@ pub(super) struct CameraPath {
 }
 
 impl CameraPath {
-    /// Draws a camera for a person of `height_m` who stands at the origin and faces +z. The person is
-    /// as tall on the image as configured and wholly visible.
+    /// Draws a camera for a person of `height_m` who stands at the origin and faces +z. The person
+    /// is as tall on the image as configured and wholly visible.
     pub(super) fn draw(
         config: &PeopleConfig,
         height_m: f32,

@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 use crate::SimError;
 use crate::config::{BackgroundSource, BodySource, LightConfig, SensorChoice};
 
-/// Complete configuration of a simulation of people, without its seed. Every sequence has one person,
-/// one activity, one background and one camera.
+/// Complete configuration of a simulation of people, without its seed. Every sequence has one
+/// person, one activity, one background and one camera.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PeopleConfig {

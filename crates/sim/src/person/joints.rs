@@ -12,8 +12,8 @@ pub type BodyJoints3 = [Vec3; BODY_JOINTS];
 /// SMPL's joints in the order of networks.
 const SMPL: [usize; BODY_JOINTS] = [15, 16, 17, 18, 19, 20, 21, 1, 2, 4, 5, 7, 8];
 
-/// The middle of the head from the joint that carries it, in metres: MPII's label is the middle of a box
-/// around the head.
+/// The middle of the head from the joint that carries it, in metres: MPII's label is the middle of
+/// a box around the head.
 const HEAD_M: Vec3 = Vec3::new(0.0, 0.085, 0.03);
 
 /// The joints of a posed body.

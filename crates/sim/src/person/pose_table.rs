@@ -21,8 +21,8 @@ pub struct PoseRow {
     pub joints_m: BodyJoints3,
 }
 
-/// The labels of a sequence, in order of time: columns `t_us`, then `u_px`, `v_px`, `x_m`, `y_m` and
-/// `z_m` of every joint. The first two are empty for a joint outside of the image.
+/// The labels of a sequence, in order of time: columns `t_us`, then `u_px`, `v_px`, `x_m`, `y_m`
+/// and `z_m` of every joint. The first two are empty for a joint outside of the image.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PoseTable {
     /// Rows, in order of time.

@@ -24,8 +24,8 @@ impl Camera {
         Self { sensor, pinhole, camera_from_world, near_m, is_mirrored: false }
     }
 
-    /// The same camera with left and right exchanged in its image. It sees the faces of a mesh turned
-    /// over.
+    /// The same camera with left and right exchanged in its image. It sees the faces of a mesh
+    /// turned over.
     pub fn mirrored(self) -> Self {
         Self { is_mirrored: !self.is_mirrored, ..self }
     }

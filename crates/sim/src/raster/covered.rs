@@ -33,8 +33,8 @@ impl CoveredPixels {
         self.count
     }
 
-    /// Groups of eight packed positions ([`pack_xy`]) and triangle indices; the last group is padded
-    /// with valid ones.
+    /// Groups of eight packed positions ([`pack_xy`]) and triangle indices; the last group is
+    /// padded with valid ones.
     pub(crate) fn eights(&self) -> impl Iterator<Item = (&[i32; LANES], &[i32; LANES])> {
         let eights = self.count.div_ceil(LANES);
         self.positions.as_chunks().0.iter().zip(self.triangles.as_chunks().0).take(eights)

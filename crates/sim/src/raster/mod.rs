@@ -3,8 +3,8 @@
 //!
 //! Two passes. [`Raster::draw`] finds for every pixel the nearest triangle, several pixels of a row
 //! at a time; shading then touches each covered pixel once, and looks up where on the face it is
-//! ([`Fragment`]). Only the rectangle around the mesh is cleared and visited, so that a frame costs as
-//! much as the hand is large. Many sequences are simulated at once, one core each, so a frame is
+//! ([`Fragment`]). Only the rectangle around the mesh is cleared and visited, so that a frame costs
+//! as much as the hand is large. Many sequences are simulated at once, one core each, so a frame is
 //! single-threaded.
 //!
 //! # Model

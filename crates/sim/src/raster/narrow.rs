@@ -1,5 +1,5 @@
-//! Narrow triangles, whose edge functions fit in 32 bits (nearly all): set up eight at a time, and filled
-//! eight pixels of a row at a time.
+//! Narrow triangles, whose edge functions fit in 32 bits (nearly all): set up eight at a time, and
+//! filled eight pixels of a row at a time.
 
 use evpose_core::{LANES, Lanes};
 
@@ -16,8 +16,8 @@ pub(super) const MAX_NARROW_EXTENT: i32 = 30_000;
 /// [`Wide`](super::wide::Wide).
 #[derive(Debug, Default)]
 pub(super) struct Eight {
-    /// Edge function opposite to the first corner: value at the first pixel, step to the right, step
-    /// down; then `right + bottom·2¹⁶`, the end of the rectangle.
+    /// Edge function opposite to the first corner: value at the first pixel, step to the right,
+    /// step down; then `right + bottom·2¹⁶`, the end of the rectangle.
     first: [[i32; 4]; LANES],
     /// As in [`Triangle`](super::triangle::Triangle).
     pub(super) second: [[i32; 4]; LANES],
@@ -63,9 +63,10 @@ impl<L: Lanes> Corner<L> {
 }
 
 impl Eight {
-    /// Sets up eight faces whose corners are on screen. Outward faces are counter-clockwise seen with
-    /// y up; with `cull` the others are left out, and always those without an area, those that cover
-    /// no pixel centre's row and column in `whole`, and those with a corner that the near plane hides.
+    /// Sets up eight faces whose corners are on screen. Outward faces are counter-clockwise seen
+    /// with y up; with `cull` the others are left out, and always those without an area, those that
+    /// cover no pixel centre's row and column in `whole`, and those with a corner that the near
+    /// plane hides.
     #[inline(always)]
     pub(super) fn set_up<L: Lanes>(
         &mut self,

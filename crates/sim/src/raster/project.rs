@@ -17,7 +17,8 @@ pub(super) const SUBPIXEL_BITS: u32 = 8;
 const MAX_POSITION: i32 = SUBPIXEL << 20;
 
 /// A vertex on the image: column and row in 1/256 pixel, rows downwards, and the bits of 1/depth in
-/// 1/m, zero where the near plane hides it. One vector of four, as eight corners are read at a time.
+/// 1/m, zero where the near plane hides it. One vector of four, as eight corners are read at a
+/// time.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
 #[repr(transparent)]
 pub(super) struct ScreenVertex([i32; 4]);

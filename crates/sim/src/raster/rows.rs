@@ -2,8 +2,9 @@
 
 use evpose_core::LANES;
 
-/// Records `first..first + 8` of `WIDTH` values each, each extended to four by the values that follow
-/// it. At the end of `values` they are copied to `padding`, where the last record is repeated.
+/// Records `first..first + 8` of `WIDTH` values each, each extended to four by the values that
+/// follow it. At the end of `values` they are copied to `padding`, where the last record is
+/// repeated.
 ///
 /// # Panics
 /// If there is no such record.

@@ -6,14 +6,14 @@ use evpose_core::{LANES, Lanes};
 ///
 /// # Model
 /// The edge functions opposite to the second and third corner, over twice the area, are the affine
-/// coordinates of a pixel, linear in the image. They are kept as integers, because the small difference
-/// of large values counts. They are exact up to [`MAX_NARROW_EXTENT`](super::narrow::MAX_NARROW_EXTENT); of
-/// longer triangles the last bits are left out, and what would be outside of the triangle by that is
-/// moved to its edge.
+/// coordinates of a pixel, linear in the image. They are kept as integers, because the small
+/// difference of large values counts. They are exact up to
+/// [`MAX_NARROW_EXTENT`](super::narrow::MAX_NARROW_EXTENT); of longer triangles the last bits are
+/// left out, and what would be outside of the triangle by that is moved to its edge.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct Triangle {
-    /// Edge function opposite to the second corner: value at the first pixel, step to the right, step
-    /// down; then `left + top·2¹⁶` of the first pixel.
+    /// Edge function opposite to the second corner: value at the first pixel, step to the right,
+    /// step down; then `left + top·2¹⁶` of the first pixel.
     pub(super) second: [i32; 4],
     /// The same opposite to the third corner; then the bits of one over twice the area.
     pub(super) third: [i32; 4],

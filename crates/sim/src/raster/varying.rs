@@ -36,8 +36,8 @@ impl Varyings {
         }
     }
 
-    /// Interpolates at eight pixels, given by packed positions and triangle indices: the components of
-    /// a [`Varying`], each for all pixels.
+    /// Interpolates at eight pixels, given by packed positions and triangle indices: the components
+    /// of a [`Varying`], each for all pixels.
     #[inline(always)]
     pub(crate) fn at<L: Lanes>(
         &self,

@@ -6,8 +6,8 @@ use evpose_core::LANES;
 
 use super::fragment::PixelRect;
 
-/// 1/depth and triangle index of every pixel. Rows are padded by [`LANES`] pixels, which are written
-/// and never read.
+/// 1/depth and triangle index of every pixel. Rows are padded by [`LANES`] pixels, which are
+/// written and never read.
 ///
 /// # Source
 /// Burns and Hunt, *The Visibility Buffer* (JCGT 2013).
@@ -33,8 +33,8 @@ impl VisibilityBuffer {
         }
     }
 
-    /// Bits of 1/depth, zero where nothing is drawn, and triangle indices of the pixels of `rect` in a
-    /// row.
+    /// Bits of 1/depth, zero where nothing is drawn, and triangle indices of the pixels of `rect`
+    /// in a row.
     #[inline(always)]
     pub(super) fn row(&self, y: usize, rect: PixelRect) -> (&[i32], &[i32]) {
         let pixels = y * self.stride + rect.left..y * self.stride + rect.right;

@@ -129,8 +129,8 @@ impl Wide {
 }
 
 impl VisibilityBuffer {
-    /// Rasterises a triangle with index `number` pixel by pixel, with a depth test; of two at the same
-    /// depth the first stays.
+    /// Rasterises a triangle with index `number` pixel by pixel, with a depth test; of two at the
+    /// same depth the first stays.
     pub(super) fn fill_wide(&mut self, set_up: &Wide, number: u32) {
         let Wide { edges, rect, inverse_depth, slopes, .. } = set_up;
         for y in rect.top..rect.bottom {

@@ -10,8 +10,8 @@ use crate::texture::Texture;
 ///
 /// # Model
 /// The frame at t in [0, 1]², y downwards, shows the background image at
-/// `(t - 0.5) / scale + 0.5 + offset`, tiled; the sampled colour is raised to `gamma`, which makes it
-/// linear.
+/// `(t - 0.5) / scale + 0.5 + offset`, tiled; the sampled colour is raised to `gamma`, which makes
+/// it linear.
 ///
 /// # Source
 /// EventHands simulator: scale 1.3, offset uniform in [-0.1, 0.1]², gamma 2.2.

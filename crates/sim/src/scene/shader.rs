@@ -8,8 +8,8 @@ use evpose_core::{LANES, LaneWork, Lanes, Plane, in_lanes};
 use super::Scene;
 use crate::raster::{CoveredPixels, Mesh, Raster, Varyings, unpack_xy_lanes};
 
-/// Groups of eight pixels that are interpolated before they are lit: independent lookups overlap, where
-/// alternating the two steps would wait for memory. Fits in the L1 cache.
+/// Groups of eight pixels that are interpolated before they are lit: independent lookups overlap,
+/// where alternating the two steps would wait for memory. Fits in the L1 cache.
 const LOOKUP_GROUPS: usize = 16;
 
 /// Scratch memory of the shading pass.

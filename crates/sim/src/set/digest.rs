@@ -1,8 +1,8 @@
 //! SHA-256 of files, as lines that `sha256sum` writes and reads.
 //!
 //! # Source
-//! FIPS 180-4 for the digest; GNU coreutils for the line: 64 hexadecimal digits, a space, a space or
-//! an asterisk, the name.
+//! FIPS 180-4 for the digest; GNU coreutils for the line: 64 hexadecimal digits, a space, a space
+//! or an asterisk, the name.
 
 use std::fs::File;
 use std::io::Read;
@@ -25,7 +25,8 @@ pub(super) struct FileDigest {
 }
 
 impl FileDigest {
-    /// Computes the digest of `directory/name`. `progress` receives the number of bytes of each read.
+    /// Computes the digest of `directory/name`. `progress` receives the number of bytes of each
+    /// read.
     pub(super) fn compute(
         directory: &Path,
         name: &str,

@@ -112,8 +112,8 @@ impl SequenceSet {
         Ok(removed)
     }
 
-    /// Marks a sequence as complete: reads its files once more, from the page cache, and writes their
-    /// digests.
+    /// Marks a sequence as complete: reads its files once more, from the page cache, and writes
+    /// their digests.
     pub(crate) fn seal(&self, sequence: u64) -> Result<(), SimError> {
         let mut text = String::new();
         for file in self.files(sequence) {

@@ -25,7 +25,8 @@ pub struct Verified {
 }
 
 /// Reads every file of the set in `directory` and compares it with the manifest or, while there is
-/// none, with the digests of the complete sequences. `progress` receives the number of bytes of each read.
+/// none, with the digests of the complete sequences. `progress` receives the number of bytes of
+/// each read.
 ///
 /// # Errors
 /// [`SimError::Damaged`] with every file that differs; a list of digests that cannot be read.

@@ -1,8 +1,8 @@
 //! Skins of the HTML hand texture model, from the files of its makers.
 //!
 //! # Model
-//! `texels = clip(mean + E·(S·c), 0, 255)` with 101 coefficients `c`: 1024 x 1024 texels, row by row,
-//! red, green, blue.
+//! `texels = clip(mean + E·(S·c), 0, 255)` with 101 coefficients `c`: 1024 x 1024 texels, row by
+//! row, red, green, blue.
 //!
 //! # Source
 //! Qian, Wang, Mueller, Bernard, Golyanik, Theobalt: *HTML: A Parametric Hand Texture Model* (ECCV

@@ -1,12 +1,12 @@
 //! Anti-aliased textures: the mipmap level that matches the resolution of the frame.
 //!
 //! # Model
-//! A pixel shows the mean of the light of the area it covers. A texel of a surface `s` metres wide along a
-//! coordinate is `s / n` metres long if there are `n`; rendered from `d` metres by a camera of focal length
-//! `f` pixels it is `f·s / (n·d)` pixels long. Where it is less than half a pixel, blocks
-//! of texels are averaged so that a block stays below one pixel: a power of two, of its own along
-//! each coordinate (anisotropic), because a texture goes around a finger in a tenth of its length.
-//! Without it a moving surface aliases: bilinear interpolation skips texels.
+//! A pixel shows the mean of the light of the area it covers. A texel of a surface `s` metres wide
+//! along a coordinate is `s / n` metres long if there are `n`; rendered from `d` metres by a camera
+//! of focal length `f` pixels it is `f·s / (n·d)` pixels long. Where it is less than half a pixel,
+//! blocks of texels are averaged so that a block stays below one pixel: a power of two, of its own
+//! along each coordinate (anisotropic), because a texture goes around a finger in a tenth of its
+//! length. Without it a moving surface aliases: bilinear interpolation skips texels.
 //!
 //! # Source
 //! Williams, *Pyramidal Parametrics* (SIGGRAPH 1983), with one level for the whole surface.
@@ -70,8 +70,8 @@ impl Texture {
     }
 }
 
-/// Block size along a coordinate whose `texels` are rendered on `pixels` pixels: a power of two that
-/// divides `texels`.
+/// Block size along a coordinate whose `texels` are rendered on `pixels` pixels: a power of two
+/// that divides `texels`.
 fn texels_per_block(texels: usize, pixels: f32) -> usize {
     let mut count = 1;
     while texels.is_multiple_of(2 * count) && (2 * count) as f32 * pixels <= texels as f32 {

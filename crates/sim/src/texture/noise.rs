@@ -3,8 +3,8 @@
 use evpose_core::{CounterRng, Plane};
 
 /// A sum of value noise over octaves: `octaves` grids, each twice as fine and `persistence` times
-/// as strong as the one before, the coarsest with `columns` and `rows`. Values average 0 and stay in
-/// [-1, 1]; the field repeats at its borders.
+/// as strong as the one before, the coarsest with `columns` and `rows`. Values average 0 and stay
+/// in [-1, 1]; the field repeats at its borders.
 pub(super) fn fractal_noise(
     (width, height): (usize, usize),
     (columns, rows): (usize, usize),

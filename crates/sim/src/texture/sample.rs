@@ -12,9 +12,9 @@ const WHITE: f32 = 255.0;
 /// The values are linear or gamma-encoded; the caller knows which.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Texture {
-    /// Every texel and the one below it, each red, green, blue and zero in the bytes of an integer, so
-    /// that the four texels of a bilinear lookup are adjacent. The image has a border of the texels
-    /// from its other side.
+    /// Every texel and the one below it, each red, green, blue and zero in the bytes of an integer,
+    /// so that the four texels of a bilinear lookup are adjacent. The image has a border of the
+    /// texels from its other side.
     codes: Plane<[i32; 2]>,
 }
 
@@ -136,7 +136,8 @@ fn decode(texel: i32) -> Vec4 {
 /// The first of the two texels around a coordinate, counted with the border, and the weight of the
 /// second. Texel centres lie at half-integers.
 fn neighbours(coordinate: f32, texels: f32) -> (usize, f32) {
-    // Shifted by one texel, so that the position is not negative. The order of `max` and `min` maps NaN to 0.
+    // Shifted by one texel, so that the position is not negative. The order of `max` and `min` maps
+    // NaN to 0.
     let position = (coordinate - coordinate.floor()) * texels + 0.5;
     let position = position.max(0.0).min(texels + 0.5);
     let first = position.floor();

@@ -14,8 +14,8 @@ use glam::Vec3A;
 use super::Texture;
 use super::noise::{fractal_noise, smoothstep};
 
-/// Coefficients of a person's skin. Each is drawn from N(0, sd²), as are the 101 coefficients of the
-/// published texture space; zero is the average.
+/// Coefficients of a person's skin. Each is drawn from N(0, sd²), as are the 101 coefficients of
+/// the published texture space; zero is the average.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct SkinCoefficients {
     /// Darker with more of it.

@@ -22,7 +22,8 @@ impl Skins {
         }))
     }
 
-    /// Paints the skin of episode `index` of a sequence; a procedural one has the person's `coefficients`.
+    /// Paints the skin of episode `index` of a sequence; a procedural one has the person's
+    /// `coefficients`.
     ///
     /// # Errors
     /// If a file can no longer be read.

@@ -1,8 +1,8 @@
 //! Hands of binary glTF files (`.glb`) whose joints have the names of WebXR.
 //!
 //! # Model
-//! Linear blend skinning in the pose in which the mesh was bound: a joint rests where the inverse of
-//! its inverse bind matrix puts it. The hand is turned so that its fingers point as those of the
+//! Linear blend skinning in the pose in which the mesh was bound: a joint rests where the inverse
+//! of its inverse bind matrix puts it. The hand is turned so that its fingers point as those of the
 //! published models do, and gets the articulation of the procedural hand, so that the 12 parameters
 //! move it like any other.
 //!
@@ -181,8 +181,8 @@ fn body_model(mesh: SkinnedMesh, joints_m: Vec<Vec3>, side: HandSide) -> BodyMod
     model
 }
 
-/// Whether the positions of every mesh exist: the library's own check of their bounds takes that for
-/// granted.
+/// Whether the positions of every mesh exist: the library's own check of their bounds takes that
+/// for granted.
 fn is_whole(bytes: &[u8]) -> bool {
     let Some(root) = Glb::from_slice(bytes).ok().and_then(|glb| Root::from_slice(&glb.json).ok())
     else {

@@ -3,8 +3,8 @@
 //! # Source
 //! Values of smplx 0.1.28 with PyTorch in double precision, `MANO` and `SMPLH` with
 //! `use_pca=True, num_pca_comps=6, flat_hand_mean=False`, on the synthetic models of
-//! [`super::synthetic`] (the same integer hash in NumPy) and with the coefficients of [`posed`]; points
-//! are the joints, then the vertices at the finger tips.
+//! [`super::synthetic`] (the same integer hash in NumPy) and with the coefficients of [`posed`];
+//! points are the joints, then the vertices at the finger tips.
 
 use glam::Vec3;
 
