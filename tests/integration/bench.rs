@@ -19,7 +19,7 @@ fn readers_are_timed_beside_a_peer_that_finds_their_files() {
     let small = ["bench", "io", "--events", "3000", "--passes", "2", "--only", "DAT"];
     let with = ["--only", "edges", "--peer", "other=sh peer.sh", "--json", "io.json"];
     let said = sandbox.ok(&[small.as_slice(), &with].concat());
-    assert!(said.contains("other: no case is called `mine.dat`"), "{said}");
+    assert!(said.contains("other: there is no case `mine.dat`"), "{said}");
     let cases = json(&sandbox, "io.json")["cases"].clone();
     let named = |name: &str| {
         let cases = cases.as_array().unwrap();
@@ -103,7 +103,7 @@ fn what_cannot_be_measured_says_what_to_do() {
     assert!(fails(&["--network", "vgg"]).contains("no network is called `vgg`"));
     assert!(fails(&["--level", "sse9"]).contains("this processor has"));
     assert!(fails(&["--threads", "0"]).contains("'0' for '--threads"));
-    assert!(fails(&["--burn", "--threads", "1,2"]).contains("several numbers of threads"));
+    assert!(fails(&["--burn", "--threads", "1,2"]).contains("several thread counts"));
     assert!(fails(&["--against", "tract", "--batch", "2"]).contains("leave --batch out"));
     assert!(fails(&["--against", "tract", "--pairs", "5"]).contains("5 is not in 20.."));
     let missing = fails(&["--against", "onnxruntime"]);

@@ -60,6 +60,14 @@ fn two_stages_of_training_then_poses_of_a_recording() {
     ]));
     let about = sandbox.ok(&["info", "held", "--verify"]);
     assert!(about.contains("2 of 2 complete") && about.contains("kicking"), "{about}");
+    evaluate_recordings(&sandbox);
+    infer_recording(&sandbox);
+    let about = sandbox.ok(&["info", "fine/best.bpk"]);
+    assert!(about.contains("bodies: 13 joints from eros") && about.contains("SHA-256"), "{about}");
+}
+
+/// Evaluates the checkpoint `fine` on the recordings in `held`.
+fn evaluate_recordings(sandbox: &Sandbox) {
     let evaluated = sandbox.ok(&[
         "eval",
         "--checkpoint",
@@ -74,7 +82,7 @@ fn two_stages_of_training_then_poses_of_a_recording() {
         "--curves",
         "pck.svg",
     ]);
-    for row in ["network", "mean pose", "held", "fused", "wrist_l"] {
+    for row in ["network", "mean pose", "last pose", "propagated", "wrist_l"] {
         assert!(evaluated.contains(row), "{row}: {evaluated}");
     }
     let report: serde_json::Value =
@@ -84,7 +92,10 @@ fn two_stages_of_training_then_poses_of_a_recording() {
     for file in ["held.png", "predicted.png", "pck.svg"] {
         assert!(bytes(&sandbox.path(file)).len() > 1_000, "{file}");
     }
+}
 
+/// Infers the poses of a recording and draws them.
+fn infer_recording(sandbox: &Sandbox) {
     sandbox.ok(&[
         "infer",
         "--checkpoint",
@@ -120,8 +131,6 @@ fn two_stages_of_training_then_poses_of_a_recording() {
     assert!(bytes(&sandbox.path("people.png")).len() > 1_000);
     let fused = String::from_utf8(bytes(&sandbox.path("fused.csv"))).unwrap();
     assert!(fused.lines().count() > 8 * poses.lines().count());
-    let about = sandbox.ok(&["info", "fine/best.bpk"]);
-    assert!(about.contains("bodies: 13 joints from eros") && about.contains("SHA-256"), "{about}");
 }
 
 #[test]

@@ -346,7 +346,7 @@ fn labels_are_checked_and_the_exit_code_reports_faults() {
     // On a smaller image, feet are outside.
     assert_eq!(code(&["check-labels", "0000.poses.csv", "--image-size", "346x150"]), Some(2));
     let message = sandbox.fails(&["check-labels", ".", "--swap-gain", "nan"]);
-    assert!(message.contains("a number from 0 on"), "{message}");
+    assert!(message.contains("a number of at least 0"), "{message}");
 }
 
 #[test]
@@ -371,5 +371,5 @@ fn skeletons_and_annotations_are_checked() {
     assert!(message.contains("data/eros"), "{message}");
     std::fs::create_dir(sandbox.path("empty")).unwrap();
     let message = sandbox.fails(&["check-labels", "empty"]);
-    assert!(message.contains("no labels are here"), "{message}");
+    assert!(message.contains("no labels: expected annotations"), "{message}");
 }

@@ -14,7 +14,7 @@ pub(super) fn run(args: &ListArgs) -> Result<()> {
         say(serde_json::to_string_pretty(&catalogue())?);
         return Ok(());
     }
-    say("PRESETS    evpose sensor show NAME for the chain with all numbers\n");
+    say("PRESETS    evpose sensor show NAME for the chain with all parameters\n");
     for preset in PRESETS {
         let sentence = first_sentence(&preset.origin());
         say(column(&format!("  {:<15}", preset.name), &sentence));

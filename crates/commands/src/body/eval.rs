@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 use evpose_core::{Micros, atomic_write};
 use evpose_pose::metric::body::{BodyEvaluation, BodyScores, BodySummary};
 use evpose_pose::metric::{BootstrapConfig, Interval};
-use evpose_task::body::{BodyPredictorOptions, PropagationConfig};
+use evpose_task::body::{BodyCheckpoint, BodyPredictor, BodyPredictorOptions, PropagationConfig};
 use evpose_train::body::{
     BodyRecordingResult, BodyRecordings, BodyResults, evaluate_body, evaluate_propagation,
     mean_pose_of_recordings,
@@ -104,35 +104,7 @@ pub(super) fn run(model: &BodyModel, args: &EvalArgs) -> Result<()> {
         fusion: None,
     };
     if args.fusion {
-        let config = PropagationConfig::default();
-        let progress = bar("fusing", recordings.files.len() as u64, "recordings");
-        let advance = |done| progress.inc(done);
-        let propagated =
-            evaluate_propagation(checkpoint, &predictor, &recordings, &config, &advance)?;
-        progress.finish_and_clear();
-        let [held, fused, held_where_both, fused_where_both] = [
-            propagated.last_detection,
-            propagated.propagated,
-            propagated.last_detection_on_common_joints,
-            propagated.propagated_on_common_joints,
-        ]
-        .map(summary);
-        let fusion = Fusion {
-            last_detection: held?,
-            propagated: fused?,
-            last_detection_on_common_joints: held_where_both?,
-            propagated_on_common_joints: fused_where_both?,
-        };
-        say(format!(
-            "at {} Hz, from {} inferences/s with a latency of {} ms:",
-            config.output_hz, config.network_hz, config.latency_ms
-        ));
-        print("last pose", &fusion.last_detection.raw);
-        print("propagated", &fusion.propagated.raw);
-        say("on the joints that both predict:");
-        print("last pose", &fusion.last_detection_on_common_joints.raw);
-        print("propagated", &fusion.propagated_on_common_joints.raw);
-        report.fusion = Some(fusion);
+        report.fusion = Some(evaluate_fusion(checkpoint, &predictor, &recordings)?);
     }
     if let Some(path) = &args.preview {
         people::of_predictions(checkpoint, &evaluated, path)?;
@@ -142,6 +114,43 @@ pub(super) fn run(model: &BodyModel, args: &EvalArgs) -> Result<()> {
         draw(path, &report)?;
     }
     Ok(())
+}
+
+/// Evaluates and prints the poses at the output rate.
+fn evaluate_fusion(
+    checkpoint: &BodyCheckpoint,
+    predictor: &BodyPredictor,
+    recordings: &BodyRecordings,
+) -> Result<Fusion> {
+    let bootstrap = &checkpoint.config.evaluation.bootstrap;
+    let config = PropagationConfig::default();
+    let progress = bar("fusing", recordings.files.len() as u64, "recordings");
+    let advance = |done| progress.inc(done);
+    let propagated = evaluate_propagation(checkpoint, predictor, recordings, &config, &advance)?;
+    progress.finish_and_clear();
+    let [held, fused, held_where_both, fused_where_both] = [
+        propagated.last_detection,
+        propagated.propagated,
+        propagated.last_detection_on_common_joints,
+        propagated.propagated_on_common_joints,
+    ]
+    .map(|evaluation| evaluation.summary(&PERCENTS, bootstrap));
+    let fusion = Fusion {
+        last_detection: held?,
+        propagated: fused?,
+        last_detection_on_common_joints: held_where_both?,
+        propagated_on_common_joints: fused_where_both?,
+    };
+    say(format!(
+        "at {} Hz, from {} inferences/s with a latency of {} ms:",
+        config.output_hz, config.network_hz, config.latency_ms
+    ));
+    print("last pose", &fusion.last_detection.raw);
+    print("propagated", &fusion.propagated.raw);
+    say("on the joints that both predict:");
+    print("last pose", &fusion.last_detection_on_common_joints.raw);
+    print("propagated", &fusion.propagated_on_common_joints.raw);
+    Ok(fusion)
 }
 
 /// A value with its confidence interval.
