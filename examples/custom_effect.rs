@@ -1,4 +1,5 @@
-//! A sensor effect of one's own: fog, which adds the same light to every pixel and so lowers the contrast.
+//! A sensor effect of one's own: fog, which adds the same light to every pixel and so lowers the
+//! contrast.
 //!
 //! ```console
 //! $ cargo run --release --example custom_effect

@@ -1,4 +1,5 @@
-//! A representation of one's own: the sign of the latest event of each pixel, +1 for ON and -1 for OFF.
+//! A representation of one's own: the sign of the latest event of each pixel, +1 for ON and -1 for
+//! OFF.
 //!
 //! ```console
 //! $ cargo run --release --example custom_representation

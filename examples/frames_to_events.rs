@@ -1,11 +1,12 @@
-//! Turns a video into the events of a camera: a preset of the sensor model, exposed to one frame after another.
+//! Turns a video into the events of a camera: a preset of the sensor model, exposed to one frame
+//! after another.
 //!
 //! ```console
 //! $ cargo run --release --example frames_to_events [FRAMES [PRESET]]
 //! ```
 //!
-//! `FRAMES` is a folder of PNG images or an `.npy` array, taken as 240 frames a second; without it, a disc moves
-//! in a circle. `PRESET` is `davis346` unless given; `evpose sensor list` names all.
+//! `FRAMES` is a folder of PNG images or an `.npy` array, taken as 240 frames a second; without it,
+//! a disc moves in a circle. `PRESET` is `davis346` unless given; `evpose sensor list` names all.
 
 #![allow(clippy::print_stdout, reason = "a program")]
 

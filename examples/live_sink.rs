@@ -1,5 +1,5 @@
-//! A live pipeline with a sink of one's own: a recording is replayed in real time through a checkpoint, and the
-//! sink measures the speed of the wrist.
+//! A live pipeline with a sink of one's own: a recording is replayed in real time through a
+//! checkpoint, and the sink measures the speed of the wrist.
 //!
 //! ```console
 //! $ cargo run --release --example live_sink [RECORDING]

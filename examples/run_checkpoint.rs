@@ -1,4 +1,5 @@
-//! Runs a shipped checkpoint on events: a hand is simulated, and its predicted wrist is compared with the truth.
+//! Runs a shipped checkpoint on events: a hand is simulated, and its predicted wrist is compared
+//! with the truth.
 //!
 //! ```console
 //! $ cargo run --release --example run_checkpoint [CHECKPOINT]

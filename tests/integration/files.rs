@@ -157,8 +157,8 @@ fn a_recording_goes_to_a_file_of_rerun_or_says_that_no_viewer_answers() {
     assert!(message.contains("the Rerun viewer at rerun+http://127.0.0.1:1/proxy"), "{message}");
 }
 
-/// A spot that runs along the rows of a sensor of 40x30, with a hot pixel at (39, 29) and lone events at
-/// (38, 3).
+/// A spot that runs along the rows of a sensor of 40x30, with a hot pixel at (39, 29) and lone
+/// events at (38, 3).
 fn noisy() -> String {
     let mut text = "40 30\n".to_owned();
     for k in 0..4000 {

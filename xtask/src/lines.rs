@@ -1,6 +1,7 @@
 //! `cargo xtask lines`: limits the size of the command line.
 //!
-//! `crates/cli` parses arguments and prints results; work that grows it beyond its limit belongs into a library.
+//! `crates/cli` parses arguments and prints results; work that grows it beyond its limit belongs
+//! into a library.
 
 use anyhow::{Context, Result, bail};
 
@@ -8,8 +9,8 @@ use crate::files;
 
 /// Folder of the command line.
 const CLI: &str = "crates/cli/";
-/// Maximum lines of Rust in it, tests included: a third above its size when benches, reports and ablations
-/// moved into crates.
+/// Maximum lines of Rust in it, tests included: a third above its size when benches, reports and
+/// ablations moved into crates.
 const MAX_CLI_LINES: usize = 9_000;
 
 /// Prints the lines of Rust of every crate.

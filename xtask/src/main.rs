@@ -1,7 +1,7 @@
 //! The project's checks, the same on a laptop and in CI.
 //!
-//! `cargo xtask ci` runs what every change must pass; `cargo xtask slow` the checks that need optional devices
-//! and Rerun's SDK. The last line is the total of all tests.
+//! `cargo xtask ci` runs what every change must pass; `cargo xtask slow` the checks that need
+//! optional devices and Rerun's SDK. The last line is the total of all tests.
 
 mod circles;
 mod files;

@@ -1,8 +1,8 @@
 //! Directories and files of a study, and which of its steps are finished.
 //!
-//! `data/seed-1/train` and `held-out` are shared by all rows; `rows/lnes-33/seed-1` is the directory of a
-//! training, with `trial.json` once it is evaluated. Unfinished files have another name or do not exist, so
-//! that every existing file is complete.
+//! `data/seed-1/train` and `held-out` are shared by all rows; `rows/lnes-33/seed-1` is the
+//! directory of a training, with `trial.json` once it is evaluated. Unfinished files have another
+//! name or do not exist, so that every existing file is complete.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -23,8 +23,8 @@ pub(super) struct StudyDirectory<'a> {
 }
 
 impl<'a> StudyDirectory<'a> {
-    /// Opens `out` for the study of `base`. Existing files are kept if `resume` is set and the config is the
-    /// same.
+    /// Opens `out` for the study of `base`. Existing files are kept if `resume` is set and the
+    /// config is the same.
     pub(super) fn open(out: &'a Path, base: &HandConfig, resume: bool) -> Result<Self> {
         let config = out.join("config.toml");
         if out.read_dir().is_ok_and(|mut entries| entries.next().is_some()) {

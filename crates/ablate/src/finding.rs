@@ -1,7 +1,7 @@
 //! The test of a published statement about two rows.
 //!
-//! The verdict follows from the 95 % interval of the difference between the two rows, paired by seed, so that
-//! effects of the data of a seed on both rows cancel.
+//! The verdict follows from the 95 % interval of the difference between the two rows, paired by
+//! seed, so that effects of the data of a seed on both rows cancel.
 
 use evpose_pose::metric::Interval;
 use serde::Serialize;

@@ -1,7 +1,7 @@
 //! `evpose ablate`: ablation studies of the hand and the body method.
 //!
-//! Every row of a study retrains the full method with one change, under several seeds, and compares the
-//! result with the published statement about that change.
+//! Every row of a study retrains the full method with one change, under several seeds, and compares
+//! the result with the published statement about that change.
 //!
 //! * `rows`: the registry of changes, with the published statements.
 //! * `finding`: the test of a published statement.

@@ -12,8 +12,8 @@ use evpose_app::progress::{bar, say};
 /// Time after which the speed is known well enough for an estimate.
 const ESTIMATE_AFTER: Duration = Duration::from_secs(5);
 
-/// A progress bar of a training, and the callback that advances it. A line with an estimate of the duration
-/// is printed after the first seconds, also without a terminal.
+/// A progress bar of a training, and the callback that advances it. A line with an estimate of the
+/// duration is printed after the first seconds, also without a terminal.
 pub(super) fn training_bar(row: &str, seeds: usize) -> (ProgressBar, ProgressCallback) {
     let progress = bar(row, 0, "windows");
     let (began, is_estimated) = (OnceLock::new(), AtomicBool::new(false));

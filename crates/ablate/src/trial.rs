@@ -19,7 +19,8 @@ use evpose_app::timing::quantile;
 
 /// Timed inferences.
 const TIMED: usize = 100;
-/// Stride of the stored thresholds of a curve: every tenth of a thousand is a whole millimetre or percent.
+/// Stride of the stored thresholds of a curve: every tenth of a thousand is a whole millimetre or
+/// percent.
 pub(super) const CURVE_STRIDE: usize = 10;
 
 /// Results of a trial.

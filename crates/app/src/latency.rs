@@ -33,7 +33,8 @@ impl<'a> Runner<'a> {
         Ok(Self::Engine(Box::new(engine)))
     }
 
-    /// Runs one inference and returns its time in milliseconds, without that of preparing the input.
+    /// Runs one inference and returns its time in milliseconds, without that of preparing the
+    /// input.
     fn once(&mut self, values: &[f32], input: [usize; 4]) -> f64 {
         match self {
             Self::Engine(engine) => {
@@ -60,8 +61,8 @@ pub fn windows(input: [usize; 4], seed: u64) -> Vec<f32> {
     (0..input.iter().product()).map(|_| rng.unit()).collect()
 }
 
-/// Times of `runs` predictions on random windows of shape `input` in milliseconds, in their order, after
-/// a tenth as many to warm up.
+/// Times of `runs` predictions on random windows of shape `input` in milliseconds, in their order,
+/// after a tenth as many to warm up.
 pub fn times_ms(runner: &mut Runner<'_>, input: [usize; 4], runs: usize, seed: u64) -> Vec<f64> {
     let values = windows(input, seed);
     for _ in 0..runs.div_ceil(10) {

@@ -1,4 +1,5 @@
-//! Infrastructure of the commands of evpose: argument groups, configs by name, run directories, progress.
+//! Infrastructure of the commands of evpose: argument groups, configs by name, run directories,
+//! progress.
 //!
 //! * [`args`]: the groups of arguments that several commands take.
 //! * [`hand_config`], [`body_config`]: embedded configs and config files.

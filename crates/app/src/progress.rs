@@ -1,11 +1,13 @@
-//! Progress bars and lines on the terminal. Progress goes to standard error, results to standard output.
+//! Progress bars and lines on the terminal. Progress goes to standard error, results to standard
+//! output.
 
 use std::fmt::Display;
 use std::io::Write as _;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-/// A progress bar over `total` units with the name `unit`; hidden unless standard error is a terminal.
+/// A progress bar over `total` units with the name `unit`; hidden unless standard error is a
+/// terminal.
 pub fn bar(what: &str, total: u64, unit: &str) -> ProgressBar {
     let template = format!(
         "{{prefix:>12}} [{{bar:34}}] {{human_pos}}/{{human_len}} {unit}  {{per_sec}}  {{eta}} left"
@@ -23,7 +25,8 @@ pub fn spinner() -> ProgressBar {
     spinner
 }
 
-/// Prints a line of results to standard output. Ends the program if the reader has gone, as with `| head`.
+/// Prints a line of results to standard output. Ends the program if the reader has gone, as with `|
+/// head`.
 pub fn say(line: impl Display) {
     if writeln!(std::io::stdout(), "{line}").is_err() {
         std::process::exit(1);

@@ -87,15 +87,15 @@ pub fn write(dir: &Path, seed: u64, config: Option<&HandConfig>) -> Result<()> {
     }
 }
 
-/// As [`write()`], for a directory that several processes share: without the command, which differs between
-/// them. `config.toml` is written last, so that its existence implies that of `run.toml`.
+/// As [`write()`], for a directory that several processes share: without the command, which differs
+/// between them. `config.toml` is written last, so that its existence implies that of `run.toml`.
 pub fn write_shared(dir: &Path, config: &impl RunConfig) -> Result<()> {
     write_file(&dir.join(RUN), &origin(config.seed())?.to_string())?;
     write_file(&dir.join(CONFIG), &config.toml()?)
 }
 
-/// Refuses a directory of another config, or of another build of the program, whose random draws may
-/// differ.
+/// Refuses a directory of another config, or of another build of the program, whose random draws
+/// may differ.
 pub fn check_shared<C: RunConfig>(dir: &Path, config: &C) -> Result<()> {
     let path = dir.join(CONFIG);
     let fields = config.differs(&C::read_from(&path)?)?;

@@ -6,8 +6,8 @@ pub fn quantile(sorted: &[f64], q: f64) -> f64 {
     sorted[rank.clamp(1, sorted.len()) - 1]
 }
 
-/// Number of sorted times with a modified z-score above 3.5 (Iglewicz and Hoaglin 1993): a sign of a machine
-/// under load.
+/// Number of sorted times with a modified z-score above 3.5 (Iglewicz and Hoaglin 1993): a sign of
+/// a machine under load.
 pub fn outliers(sorted: &[f64]) -> usize {
     let median = quantile(sorted, 0.5);
     let mut deviations: Vec<f64> = sorted.iter().map(|t| (t - median).abs()).collect();

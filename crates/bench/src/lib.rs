@@ -1,7 +1,7 @@
 //! Benchmarks of evpose, and of peer programs interleaved with it.
 //!
-//! * [`BenchCommand`]: `evpose bench`: inference, training, sensor, simulation, files, representations, the
-//!   online pipeline.
+//! * [`BenchCommand`]: `evpose bench`: inference, training, sensor, simulation, files,
+//!   representations, the online pipeline.
 //! * [`peer_bench`]: peer programs on the same input, interleaved in the same run.
 //! * [`gap`]: the blind benchmark of the gap workflow.
 //!

@@ -1,7 +1,7 @@
 //! `evpose convert`: a recording in another format.
 //!
-//! Files in time order are converted window by window, in constant memory. Files that are far out of order are
-//! read whole and sorted.
+//! Files in time order are converted window by window, in constant memory. Files that are far out
+//! of order are read whole and sorted.
 
 use std::fmt::Write as _;
 use std::path::Path;

@@ -15,8 +15,8 @@ use std::path::PathBuf;
     evpose info --verify data/train"
 )]
 pub(crate) struct InfoArgs {
-    /// Files: recordings of any format, or hand and body models (.pkl, .npz), recognised by content;
-    /// directories of sequences
+    /// Files: recordings of any format, or hand and body models (.pkl, .npz), recognised by
+    /// content; directories of sequences
     #[arg(required = true)]
     pub(crate) files: Vec<PathBuf>,
     /// Read every file of a directory of sequences and compare it with its digest

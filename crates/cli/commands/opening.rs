@@ -12,14 +12,15 @@ use evpose_sim::SequenceInfo;
 /// Frames and their luminance.
 #[derive(Debug, clap::Args)]
 pub(crate) struct FrameArgs {
-    /// A folder of .png or .jpg images (8 or 16 bits, grey or colour, in natural order of their names), or
-    /// an .npy array (frames, height, width) of u1, u2, f2, f4 or f8
+    /// A folder of .png or .jpg images (8 or 16 bits, grey or colour, in natural order of their
+    /// names), or an .npy array (frames, height, width) of u1, u2, f2, f4 or f8
     #[arg(long)]
     pub(crate) frames: PathBuf,
     /// Frames per second; the first is at time 0
     #[arg(long)]
     pub(crate) fps: f64,
-    /// Encoding of luminance: `linear`, as v2e assumes, or `srgb`, as cameras and video files store it
+    /// Encoding of luminance: `linear`, as v2e assumes, or `srgb`, as cameras and video files store
+    /// it
     #[arg(long, default_value = "linear", value_parser = ["linear", "srgb"])]
     pub(crate) encoding: String,
     /// The value of reference white [default: 255 for 8 bits, 65535 for 16 bits, 1 for floats]

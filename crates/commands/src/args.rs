@@ -63,8 +63,8 @@ pub struct TrainArgs {
     /// Config and overrides.
     #[command(flatten)]
     pub config: ConfigArgs,
-    /// Directory of sequences from `evpose simulate`, or of images from `evpose prepare`, or the annotation
-    /// file of the latter [bodies: simulated into OUT/data where it is missing]
+    /// Directory of sequences from `evpose simulate`, or of images from `evpose prepare`, or the
+    /// annotation file of the latter [bodies: simulated into OUT/data where it is missing]
     #[arg(long)]
     pub data: Option<PathBuf>,
     /// Directory of the run [bodies: the config's `out`]
@@ -103,8 +103,8 @@ pub struct EvalArgs {
     /// Directory of held-out sequences
     #[arg(long, required_unless_present = "conditions")]
     pub data: Option<PathBuf>,
-    /// Hands: simulate sequences under these conditions instead (names below, or TOML files), and compare
-    /// the slow-motion mode with the plain pipeline
+    /// Hands: simulate sequences under these conditions instead (names below, or TOML files), and
+    /// compare the slow-motion mode with the plain pipeline
     #[arg(long, value_delimiter = ',', conflicts_with = "data")]
     pub conditions: Vec<String>,
     /// Where to write the metrics as JSON
@@ -152,12 +152,13 @@ pub struct InferArgs {
     /// Recording, in any supported format
     #[arg(long)]
     pub events: PathBuf,
-    /// Output as CSV. Hands: time stamp and 12 parameters, a line every millisecond, or per inference of slow
-    /// motion. Bodies: time stamp, delay and 13 joints in pixels, in the format of hpe-core
+    /// Output as CSV. Hands: time stamp and 12 parameters, a line every millisecond, or per
+    /// inference of slow motion. Bodies: time stamp, delay and 13 joints in pixels, in the format
+    /// of hpe-core
     #[arg(long)]
     pub out: PathBuf,
-    /// Hands: `plain` infers every millisecond; `slow-motion` infers in batches once enough events have
-    /// arrived, repeats the last poses of a hand at rest, and smooths a fast hand less
+    /// Hands: `plain` infers every millisecond; `slow-motion` infers in batches once enough events
+    /// have arrived, repeats the last poses of a hand at rest, and smooths a fast hand less
     #[arg(long, default_value = "plain", value_parser = ["plain", "slow-motion"])]
     pub mode: String,
     /// Hands: also write the 21 evaluated joints in pixels and metres, as CSV

@@ -49,7 +49,8 @@ pub(crate) fn of_hand(folder: &Path, rate: f64) -> Result<PathBuf> {
     write(folder, &events, rate)
 }
 
-/// Writes `events` resampled to `rate` events per second: noise is added, or random events are removed.
+/// Writes `events` resampled to `rate` events per second: noise is added, or random events are
+/// removed.
 fn write(folder: &Path, events: &EventStream, rate: f64) -> Result<PathBuf> {
     let end = events.t().last().copied().unwrap_or_default();
     let events = events.slice(TimeWindow { start: SETTLED, end: end + Micros(1) });

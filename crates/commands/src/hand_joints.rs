@@ -1,7 +1,7 @@
 //! The table of a hand's 21 joints over time, as `evpose infer --joints` writes it.
 //!
-//! Each line holds `t_us` and for each joint `u_px,v_px,x_m,y_m,z_m`; pixels are empty where a joint lies behind
-//! the camera.
+//! Each line holds `t_us` and for each joint `u_px,v_px,x_m,y_m,z_m`; pixels are empty where a
+//! joint lies behind the camera.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -45,8 +45,8 @@ pub fn is_one(text: &str) -> bool {
     text.starts_with(HEADER_START)
 }
 
-/// Parses the joints in pixels of `text`, the contents of `path`; none for a hand with joints behind the
-/// camera.
+/// Parses the joints in pixels of `text`, the contents of `path`; none for a hand with joints
+/// behind the camera.
 pub fn read(text: &str, path: &Path) -> Result<Vec<(Micros, Option<[Vec2; 21]>)>> {
     let line = |(number, line): (usize, &str)| {
         let row = || format!("{}: line {}", path.display(), number + 1);

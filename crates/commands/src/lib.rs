@@ -38,7 +38,8 @@ use evpose_app::args::{ConfigArgs, DeviceArgs};
 
 pub use task::{DataSetInfo, PoseModel, PoseTask, PrecisionScores};
 
-/// The pose tasks. A checkpoint is offered to each in turn; the last reports files that none can read.
+/// The pose tasks. A checkpoint is offered to each in turn; the last reports files that none can
+/// read.
 pub const TASKS: &[&dyn PoseTask] = &[&body::Body, &hand::Hand];
 
 /// The task called `name`.

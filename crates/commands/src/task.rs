@@ -13,13 +13,14 @@ use evpose_sim::SequenceSet;
 use crate::args::{EvalArgs, InferArgs, SimulateArgs, TrainArgs};
 use crate::online::{OnlineOptions, OnlineStream};
 
-/// A pose task. Adding one is an implementation and a line of [`TASKS`](crate::TASKS); every command then
-/// takes its configs and its checkpoints.
+/// A pose task. Adding one is an implementation and a line of [`TASKS`](crate::TASKS); every
+/// command then takes its configs and its checkpoints.
 pub trait PoseTask: Sync {
     /// Name, as `--task` takes it.
     fn name(&self) -> &'static str;
 
-    /// The model of a checkpoint: a run directory or a file of weights. None if it is of another task.
+    /// The model of a checkpoint: a run directory or a file of weights. None if it is of another
+    /// task.
     ///
     /// # Errors
     /// If it is of this task and cannot be read.
@@ -56,7 +57,8 @@ pub trait PoseTask: Sync {
     /// If the config cannot be read.
     fn data_set(&self, directory: &Path, config: &Path) -> Result<Option<DataSetInfo>>;
 
-    /// Simulates a recording at `rate` events a second into `directory`: for benchmarks. Returns its path.
+    /// Simulates a recording at `rate` events a second into `directory`: for benchmarks. Returns
+    /// its path.
     ///
     /// # Errors
     /// If the simulation fails.

@@ -1,4 +1,5 @@
-//! Online pose estimation: events in as they arrive, poses out with their time stamps and latencies.
+//! Online pose estimation: events in as they arrive, poses out with their time stamps and
+//! latencies.
 //!
 //! ```text
 //!  Source ─► feeder ─► PacketQueue ─► task: representation ─► newest image ─► network ┐
@@ -6,9 +7,10 @@
 //! ```
 //!
 //! * [`source`]: recordings, sockets and cameras; [`Packet`]s of events with their host time.
-//! * [`PacketQueue`]: a bounded queue behind the source; the oldest packets are dropped and counted.
-//! * [`PoseStream`](evpose_pose::stream::PoseStream): its front end follows events on one thread, its worker
-//!   infers the newest input on another.
+//! * [`PacketQueue`]: a bounded queue behind the source; the oldest packets are dropped and
+//!   counted.
+//! * [`PoseStream`](evpose_pose::stream::PoseStream): its front end follows events on one thread,
+//!   its worker infers the newest input on another.
 //! * [`run`]: the pipeline on three threads, until the source ends or [`Control::stop`] is called.
 //! * [`sink`]: consumers of poses. A slow sink drops poses, and never blocks the others.
 //! * [`page`]: events, poses and measurements in a browser.

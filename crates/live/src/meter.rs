@@ -52,8 +52,8 @@ pub struct Meter {
     pub images: Counter,
     /// Strides without an input because the representation had not changed.
     pub repeated: Counter,
-    /// Total time in microseconds by which the replay clock was set back because a recording could not be
-    /// read at its playback speed.
+    /// Total time in microseconds by which the replay clock was set back because a recording could
+    /// not be read at its playback speed.
     pub slipped_us: Counter,
     /// Pauses of the source of at least [`LiveOptions::stall`](crate::LiveOptions::stall).
     pub stalls: Counter,
@@ -106,7 +106,8 @@ impl Meter {
         histogram.saturating_record(latency_us.clamp(1, MAX_LATENCY_US));
     }
 
-    /// Latencies of the inferred and of the propagated poses since `before`, which is then set to now.
+    /// Latencies of the inferred and of the propagated poses since `before`, which is then set to
+    /// now.
     pub fn latencies_since(&self, before: &mut LatencyBaseline) -> [LatencySummary; 2] {
         let LatencyBaseline { network, propagated } = before;
         [(&self.network, network), (&self.propagated, propagated)].map(|(all, before)| {

@@ -9,8 +9,8 @@ use evpose_core::EventStream;
 pub struct Packet {
     /// Events in time order.
     pub events: EventStream,
-    /// Host time of the last event: for a recording, when it was due; for a camera, when it arrived.
-    /// Latencies count from here.
+    /// Host time of the last event: for a recording, when it was due; for a camera, when it
+    /// arrived. Latencies count from here.
     pub host_time: Instant,
     /// Whether time jumped back before this packet: earlier packets belong to another recording.
     pub is_restart: bool,

@@ -80,11 +80,13 @@ impl Control {
     }
 }
 
-/// Interval at which waiting threads check for a stop request: short enough that Ctrl-C feels immediate.
+/// Interval at which waiting threads check for a stop request: short enough that Ctrl-C feels
+/// immediate.
 const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
 /// Runs the stream on the events of `source` and sends its poses to `sinks`, until the source ends,
-/// [`Control::stop`] is called, or every sink has failed; [`Sinks::finish`] returns the errors of sinks.
+/// [`Control::stop`] is called, or every sink has failed; [`Sinks::finish`] returns the errors of
+/// sinks.
 ///
 /// # Errors
 /// If the source or the stream fails; every pose before that has been sent to the sinks.

@@ -10,7 +10,8 @@ use crate::Packet;
 
 /// A queue of packets from the source to the front end, bounded in packets and in events.
 ///
-/// A consumer that cannot keep up gets the newest packets: the oldest are dropped whole, and counted.
+/// A consumer that cannot keep up gets the newest packets: the oldest are dropped whole, and
+/// counted.
 #[derive(Debug)]
 pub struct PacketQueue {
     state: Mutex<State>,

@@ -25,8 +25,8 @@ pub struct Canvas {
 }
 
 impl Canvas {
-    /// Draws the two polarity planes of a representation with values in 0 to 1: ON blue, OFF red, newer
-    /// events darker. Each pixel becomes `scale` by `scale`.
+    /// Draws the two polarity planes of a representation with values in 0 to 1: ON blue, OFF red,
+    /// newer events darker. Each pixel becomes `scale` by `scale`.
     pub fn events(on: &Plane<f32>, off: &Plane<f32>, scale: u32) -> Self {
         let (width, height) = (on.width() as u32 * scale, on.height() as u32 * scale);
         let image = RgbImage::from_fn(width, height, |x, y| {

@@ -20,7 +20,8 @@ pub fn size(scale: f32) -> SensorSize {
     config(scale).image_size()
 }
 
-/// Renders `planes` images of luminance of the hand, 1 ms apart from time zero, and passes each to `observe`.
+/// Renders `planes` images of luminance of the hand, 1 ms apart from time zero, and passes each to
+/// `observe`.
 ///
 /// # Errors
 /// If the hand cannot be simulated, or `observe` fails.

@@ -1,11 +1,12 @@
-//! Reports of evpose: charts, heatmaps and tables in HTML pages, and images of events with skeletons.
+//! Reports of evpose: charts, heatmaps and tables in HTML pages, and images of events with
+//! skeletons.
 //!
 //! * [`chart`], [`bars`], [`heatmap`]: the one plotting layer, SVG by `plotters`, in the colours of
 //!   [`colour`].
 //! * [`html`]: a page that needs no other file.
 //! * [`canvas`]: event images with skeletons over them; [`png`](mod@png) encodes them.
-//! * [`hand`], [`people`]: reports of hand experiments, images of people; [`held_out`]: the table of an
-//!   evaluation.
+//! * [`hand`], [`people`]: reports of hand experiments, images of people; [`held_out`]: the table
+//!   of an evaluation.
 //! * [`gap`]: the page of the gap workflow; [`gallery`]: sensors and effects in one page.
 //!
 //! # Example

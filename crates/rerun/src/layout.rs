@@ -126,7 +126,8 @@ pub(crate) fn send_origins(stream: &RecordingStream) -> RecordingStreamResult<()
     Ok(())
 }
 
-/// Sends the static properties of events: the sensor's border, and colours, which then cost nothing per event.
+/// Sends the static properties of events: the sensor's border, and colours, which then cost nothing
+/// per event.
 pub(crate) fn send(stream: &RecordingStream, sensor: SensorSize) -> RecordingStreamResult<()> {
     let size = (f32::from(sensor.width), f32::from(sensor.height));
     let border = Boxes2D::from_mins_and_sizes([(0.0, 0.0)], [size])

@@ -17,8 +17,8 @@
 //! | `latency/network`, `latency/propagated` | 0.99 quantile of latency, in milliseconds |
 //! | `poses/network`, `poses/propagated` | poses per second |
 //!
-//! Without the Cargo feature `sdk`, which brings Rerun's SDK, this crate is empty; the names above are not
-//! linked for that reason.
+//! Without the Cargo feature `sdk`, which brings Rerun's SDK, this crate is empty; the names above
+//! are not linked for that reason.
 //!
 //! A recording of one frame in a file of the viewer:
 //!

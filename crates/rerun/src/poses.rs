@@ -93,7 +93,8 @@ impl PoseRecording {
     /// Sends a frame.
     ///
     /// # Errors
-    /// If the SDK refuses the data. Errors of the transport are returned by [`finish`](Self::finish).
+    /// If the SDK refuses the data. Errors of the transport are returned by
+    /// [`finish`](Self::finish).
     pub fn send(&mut self, frame: &PoseFrame<'_>) -> Result<(), RerunError> {
         self.output.set_time(frame.t);
         let stream = &self.output.stream;

@@ -72,7 +72,8 @@ impl Recording {
     /// Sends the next frame.
     ///
     /// # Errors
-    /// If the SDK refuses the data. Errors of the transport are returned by [`finish`](Self::finish).
+    /// If the SDK refuses the data. Errors of the transport are returned by
+    /// [`finish`](Self::finish).
     pub fn send(&mut self, frame: &Frame<'_>) -> Result<(), RerunError> {
         self.output.set_time(frame.t);
         let stream = &self.output.stream;

@@ -104,8 +104,8 @@ fn raw_hashes(chars: &[char], at: usize) -> Option<(usize, usize)> {
     begins.then_some((k + hashes + 1, if is_raw { hashes + 1 } else { 0 }))
 }
 
-/// Adds the text that begins at `at` and returns where the source goes on. `raw` is 0 where backslashes
-/// escape, else one more than the hashes that end it.
+/// Adds the text that begins at `at` and returns where the source goes on. `raw` is 0 where
+/// backslashes escape, else one more than the hashes that end it.
 fn text(chars: &[char], at: usize, raw: usize, tokens: &mut Vec<Token>) -> usize {
     let mut k = at;
     while k < chars.len() {

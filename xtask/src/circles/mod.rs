@@ -1,9 +1,10 @@
 //! `cargo xtask circles`: refuses large circles of imports between the files of a crate.
 //!
-//! A file imports another if its code, tests apart, names an item that the other defines, in a `use` or by
-//! a path. Re-exports are followed to the definition and are no imports themselves: a `lib.rs` that offers
-//! everything does not tie a crate together. What a file takes from the file that declares it as a module does
-//! not count either: a registry may list its entries and define the type of them.
+//! A file imports another if its code, tests apart, names an item that the other defines, in a
+//! `use` or by a path. Re-exports are followed to the definition and are no imports themselves: a
+//! `lib.rs` that offers everything does not tie a crate together. What a file takes from the file
+//! that declares it as a module does not count either: a registry may list its entries and define
+//! the type of them.
 
 mod components;
 mod lex;
@@ -17,8 +18,8 @@ use anyhow::{Result, bail};
 use crate::files;
 use resolve::CrateFiles;
 
-/// Files that may import each other in a circle. More of them can only be understood, compiled in the head
-/// and moved together.
+/// Files that may import each other in a circle. More of them can only be understood, compiled in
+/// the head and moved together.
 const MAX_CIRCLE: usize = 4;
 
 /// Prints the largest circle of each crate, and every circle of the crates that are named.

@@ -1,7 +1,7 @@
 //! `cargo xtask words`: refuses words that the glossary replaces.
 //!
-//! Identifiers are split into their parts (`judge_frames`, `JudgeFrames` → `judge frames`), so that one
-//! pattern covers names, comments, help texts and Markdown.
+//! Identifiers are split into their parts (`judge_frames`, `JudgeFrames` → `judge frames`), so that
+//! one pattern covers names, comments, help texts and Markdown.
 
 mod allowed;
 mod list;
@@ -16,8 +16,8 @@ use anyhow::{Context, Result, bail};
 use crate::files;
 use scan::{Finding, Scanner};
 
-/// Prints how many refused words each crate holds, and each file of the crates or paths that are named;
-/// with `--list` every use.
+/// Prints how many refused words each crate holds, and each file of the crates or paths that are
+/// named; with `--list` every use.
 ///
 /// # Errors
 /// If a refused word is found, or a file cannot be read.
@@ -93,7 +93,8 @@ fn is_within(path: &str, part: &str) -> bool {
     is_below(part) || is_below(&format!("crates/{name}"))
 }
 
-/// Sources, documentation and configs; the glossary and the word list have to name what they refuse.
+/// Sources, documentation and configs; the glossary and the word list have to name what they
+/// refuse.
 fn is_text(path: &str) -> bool {
     // Results of the benchmark are pages of the program that was measured.
     const OWN: [&str; 3] = ["docs/glossary.md", "xtask/src/words/", "benches/gap/plan-"];

@@ -52,8 +52,8 @@ pub struct AblateBodyArgs {
     /// Number of seeds, from that of the config on: intervals are over seeds
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..=100))]
     seeds: u64,
-    /// Concurrent trainings, each with its share of the threads [default: one per thread, at most 4; 1 on
-    /// other devices than the CPU]
+    /// Concurrent trainings, each with its share of the threads [default: one per thread, at most
+    /// 4; 1 on other devices than the CPU]
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     jobs: Option<u16>,
     /// Directory for data, trainings, the table and the page

@@ -1,8 +1,8 @@
 //! Training of the networks of the rows, several at once.
 //!
-//! One training does not use many cores well: the work between its large operations is single-threaded. Two
-//! trainings on one thread each finish a quarter sooner than one after the other on both threads, so every
-//! training has its share of the threads.
+//! One training does not use many cores well: the work between its large operations is
+//! single-threaded. Two trainings on one thread each finish a quarter sooner than one after the
+//! other on both threads, so every training has its share of the threads.
 
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
@@ -34,7 +34,8 @@ struct TrainingQueue<'a> {
     queue: Mutex<VecDeque<Chain>>,
 }
 
-/// Trains the networks of `rows` under the seeds of `stages`, `jobs` at once. Finished networks are kept.
+/// Trains the networks of `rows` under the seeds of `stages`, `jobs` at once. Finished networks are
+/// kept.
 pub(super) fn train_all(
     out: &Path,
     rows: &[&Row],
@@ -76,7 +77,8 @@ pub(super) fn train_all(
     results.into_iter().collect()
 }
 
-/// Chains of untrained networks, the longest first, which shortens the time in which workers are idle.
+/// Chains of untrained networks, the longest first, which shortens the time in which workers are
+/// idle.
 fn queue(out: &Path, rows: &[&Row], stages: &[Stages]) -> VecDeque<Chain> {
     let mut chains: Vec<Vec<Network>> = Vec::new();
     for row in rows {

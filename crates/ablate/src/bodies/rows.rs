@@ -1,7 +1,8 @@
 //! Rows of the ablation of bodies: network, test set and published result.
 //!
 //! # Source
-//! Goyal et al.: *MoveEnet*, CVPRW 2023, Table 2, Fig. 8, and section 6 on resolution and moving cameras.
+//! Goyal et al.: *MoveEnet*, CVPRW 2023, Table 2, Fig. 8, and section 6 on resolution and moving
+//! cameras.
 
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use evpose_core::SensorSize;

@@ -18,7 +18,8 @@ pub fn held_out(config: &HandConfig) -> HandConfig {
     config
 }
 
-/// Records the sequences of `config` into `dir`, with config and seed beside them; `what` labels the bar.
+/// Records the sequences of `config` into `dir`, with config and seed beside them; `what` labels
+/// the bar.
 ///
 /// # Errors
 /// If the simulation fails or a file cannot be written.

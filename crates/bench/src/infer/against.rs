@@ -1,7 +1,7 @@
 //! Comparison with another runtime, in interleaved bursts of runs.
 //!
-//! A pair is a burst of ours and one of the peer; their order alternates from pair to pair, so that drift
-//! of the machine favours neither. The medians of the bursts of a pair are compared.
+//! A pair is a burst of ours and one of the peer; their order alternates from pair to pair, so that
+//! drift of the machine favours neither. The medians of the bursts of a pair are compared.
 
 use std::thread::sleep;
 use std::time::{Duration, Instant};
@@ -21,8 +21,8 @@ use evpose_app::timing::quantile;
 
 /// Timed runs of a burst.
 const RUNS: usize = 7;
-/// Minimum number and time of warm-up runs, after which caches and clock frequency are in a steady state and
-/// threads are awake, each on its own core.
+/// Minimum number and time of warm-up runs, after which caches and clock frequency are in a steady
+/// state and threads are awake, each on its own core.
 const WARM_UP: usize = 2;
 const WARM_UP_TIME: Duration = Duration::from_millis(30);
 /// Pause before a burst, after which spinning threads of the other program are asleep.

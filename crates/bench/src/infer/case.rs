@@ -36,7 +36,8 @@ pub(super) struct Case {
     mean_ms: f64,
     min_ms: f64,
     windows_per_second: f64,
-    /// MACs of the network as defined over the median time: algorithms with fewer MACs may exceed the peak.
+    /// MACs of the network as defined over the median time: algorithms with fewer MACs may exceed
+    /// the peak.
     gflop_per_s: Option<f64>,
     /// The same relative to the peak of the processor.
     of_peak: Option<f64>,

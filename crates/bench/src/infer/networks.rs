@@ -105,8 +105,8 @@ pub(super) fn network(config: &HandConfig, name: &str, device: &Device) -> Resul
     })
 }
 
-/// A body's network whose maps are about one before their sigmoids, as those of a trained one: residuals add up,
-/// and of thousands a sigmoid shows nothing but how they were rounded.
+/// A body's network whose maps are about one before their sigmoids, as those of a trained one:
+/// residuals add up, and of thousands a sigmoid shows nothing but how they were rounded.
 fn moderate(network: MoveEnet, input: [usize; 3]) -> Result<MoveEnet> {
     let mut engine = Engine::compile(&network.graph(), input, EngineOptions::default())?;
     let values = engine.run(&vec![BRIGHT; input.iter().product()]).iter().flatten();

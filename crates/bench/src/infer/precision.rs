@@ -26,8 +26,8 @@ pub(super) fn compiled(network: &Network, options: EngineOptions, seed: u64) -> 
     Ok(Engine::compile_with(graph, *input, options, Some(&ranges))?)
 }
 
-/// Maximum difference of outputs between runtimes, relative to the largest: more means another network. The
-/// loss of accuracy of a trained network is measured by `evpose quantize`.
+/// Maximum difference of outputs between runtimes, relative to the largest: more means another
+/// network. The loss of accuracy of a trained network is measured by `evpose quantize`.
 pub(super) fn tolerance(precision: Precision) -> f64 {
     match precision {
         Precision::F32 => 1e-3,

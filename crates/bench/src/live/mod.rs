@@ -246,7 +246,8 @@ impl<'a> Bench<'a> {
         Ok(row)
     }
 
-    /// The stream of the checkpoint, or of the published size with random weights: it takes as long as any.
+    /// The stream of the checkpoint, or of the published size with random weights: it takes as long
+    /// as any.
     fn stream(&self) -> Result<Box<dyn OnlineStream>> {
         let options =
             OnlineOptions { precision: Precision::F32, batch: None, confidence: MIN_CONFIDENCE };

@@ -8,8 +8,8 @@ use anyhow::{Context, Error, Result, ensure};
 
 /// A peer as a shell command: `NAME=COMMAND`.
 ///
-/// It reads the benchmark's files in the folder `$EVPOSE_BENCH` and prints a line for each case that it
-/// supports, `CASE: VALUE`, in the unit of the case.
+/// It reads the benchmark's files in the folder `$EVPOSE_BENCH` and prints a line for each case
+/// that it supports, `CASE: VALUE`, in the unit of the case.
 #[derive(Debug, Clone)]
 pub struct PeerCommand {
     pub(super) name: String,

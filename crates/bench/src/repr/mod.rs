@@ -86,7 +86,8 @@ pub(crate) fn run(args: &BenchReprArgs) -> Result<()> {
     write_json(args.json.as_deref(), &report)
 }
 
-/// Updates by a stream that goes on, images of it, whole windows at once, and images made like EROS.
+/// Updates by a stream that goes on, images of it, whole windows at once, and images made like
+/// EROS.
 fn cases(count: usize, photograph: Option<&Path>) -> Result<Vec<Case>> {
     let mut cases = Vec::new();
     for sensor in SENSORS {

@@ -44,7 +44,8 @@ pub struct BenchSimArgs {
     /// Sequences at a time; one on each core by default
     #[arg(long)]
     pub(crate) threads: Option<usize>,
-    /// Folder for the files, removed after each sequence [default: the system's for temporary files]
+    /// Folder for the files, removed after each sequence [default: the system's for temporary
+    /// files]
     #[arg(long)]
     pub(crate) scratch: Option<PathBuf>,
     /// Where to write the results as JSON

@@ -132,8 +132,8 @@ impl Draw for Ours<'_> {
     }
 }
 
-/// The straightforward rasteriser: project, cull, walk the bounding box with edge functions in `f32`, compare
-/// depths, keep the number of the face.
+/// The straightforward rasteriser: project, cull, walk the bounding box with edge functions in
+/// `f32`, compare depths, keep the number of the face.
 struct Plain<'a> {
     projection: Mat4,
     size: SensorSize,

@@ -260,7 +260,8 @@ struct Stepper {
 }
 
 impl Stepper {
-    /// One step, with the milliseconds of all of it, its forward pass, its backward pass, its update.
+    /// One step, with the milliseconds of all of it, its forward pass, its backward pass, its
+    /// update.
     fn step<M: BurnModule>(
         &mut self,
         network: M,

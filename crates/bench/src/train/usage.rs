@@ -1,4 +1,5 @@
-//! Processor time and memory of the process, where the system reports them without a dependency: on Linux.
+//! Processor time and memory of the process, where the system reports them without a dependency: on
+//! Linux.
 
 /// Clock ticks of `/proc/self/stat` in a second, on every Linux.
 const TICKS_PER_S: f64 = 100.0;

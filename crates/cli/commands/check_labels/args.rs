@@ -22,8 +22,8 @@ pub(crate) struct CheckLabelsArgs {
     /// Where to write the findings as JSON
     #[arg(long)]
     pub(crate) json: Option<PathBuf>,
-    /// Size of the images [default: from the images beside annotations, the sensor of simulated people, or
-    /// the published size of eH3.6M]
+    /// Size of the images [default: from the images beside annotations, the sensor of simulated
+    /// people, or the published size of eH3.6M]
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub(crate) image_size: Option<SensorSize>,
     /// Skeletons store rows before columns, as the published logs of DHP19 do

@@ -111,7 +111,8 @@ impl Source {
     }
 }
 
-/// Tracks of annotations: images with a time stamp are frames of a clip, others are single photographs.
+/// Tracks of annotations: images with a time stamp are frames of a clip, others are single
+/// photographs.
 fn annotated(path: &Path, image_size: Option<SensorSize>) -> Result<Vec<Track>> {
     let annotations = read_annotations(path)?;
     let mut tracks = tracks_of(&annotations, Vec2::ONE, |annotation| {

@@ -15,14 +15,14 @@ use crate::commands::opening::RecordingArgs;
 pub(crate) struct CleanArgs {
     #[command(flatten)]
     pub(crate) recording: RecordingArgs,
-    /// File to write, in the format of its extension or of --format; without it, the recording is only
-    /// checked
+    /// File to write, in the format of its extension or of --format; without it, the recording is
+    /// only checked
     pub(crate) out: Option<PathBuf>,
     /// Cleaner to apply, NAME or NAME:KEY=VALUE,KEY=VALUE; may be repeated, applied in order
     #[arg(long = "with", value_name = "CLEANER", requires = "out")]
     pub(crate) cleaners: Vec<CleanRequest>,
-    /// Events of the same scene by the same clock, to detect and correct mirrored or swapped axes and
-    /// inverted polarity
+    /// Events of the same scene by the same clock, to detect and correct mirrored or swapped axes
+    /// and inverted polarity
     #[arg(long, value_name = "FILE")]
     pub(crate) reference: Option<PathBuf>,
     /// Name of the format to write

@@ -16,8 +16,8 @@ const STEP: Micros = Micros(20_000);
 pub(super) enum Passes<'a> {
     /// The file, window by window.
     Windows(&'a Path, OpenOptions),
-    /// In memory: the events of the file are far out of order, or its sensor size is inferred from all
-    /// of them.
+    /// In memory: the events of the file are far out of order, or its sensor size is inferred from
+    /// all of them.
     Whole(Box<Recording>),
 }
 

@@ -40,11 +40,12 @@ pub(crate) struct LiveArgs {
     /// Write poses as CSV to a file, - for standard output, or tcp://HOST:PORT
     #[arg(long, value_name = "OUTPUT")]
     pub(crate) csv: Option<String>,
-    /// Serve a web page that shows events, poses and latencies; 0.0.0.0:8765 lets other machines connect
+    /// Serve a web page that shows events, poses and latencies; 0.0.0.0:8765 lets other machines
+    /// connect
     #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = "127.0.0.1:8765")]
     pub(crate) serve: Option<SocketAddr>,
-    /// Send events, poses and latencies to a running Rerun viewer, by default on this machine, or write
-    /// them to FILE.rrd (feature `rerun`)
+    /// Send events, poses and latencies to a running Rerun viewer, by default on this machine, or
+    /// write them to FILE.rrd (feature `rerun`)
     #[arg(long, value_name = "VIEWER", num_args = 0..=1, require_equals = true)]
     pub(crate) rerun: Option<Option<String>>,
     /// Propagated poses per second; 0 for none [default: bodies 500, hands 1000]

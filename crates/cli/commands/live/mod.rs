@@ -141,8 +141,8 @@ fn stop_after(time: Duration, control: &Control) {
     });
 }
 
-/// The output for lines of poses. Files are written under their final names, so that an interrupted run
-/// leaves its poses.
+/// The output for lines of poses. Files are written under their final names, so that an interrupted
+/// run leaves its poses.
 fn writer(place: &str) -> Result<Box<dyn Write + Send>> {
     if place == "-" {
         return Ok(Box::new(BufWriter::new(std::io::stdout())));

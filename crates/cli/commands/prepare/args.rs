@@ -121,13 +121,14 @@ impl From<Cameras> for CameraChoice {
     evpose prepare dhp19 DHP19 --extracted DHP19/mat --out data/published --parity --every 11\n\n\
     Persons 13 to 17 are tested on. OUT/conversion.json says what was left out and why.")]
 pub(crate) struct Dhp19Args {
-    /// Folder with DVS_movies/S1/session1/mov1.aedat and so on, Vicon_data/S1_1_1.mat and so on, and
-    /// P_matrices/P1.npy to P4.npy
+    /// Folder with DVS_movies/S1/session1/mov1.aedat and so on, Vicon_data/S1_1_1.mat and so on,
+    /// and P_matrices/P1.npy to P4.npy
     pub(crate) data: PathBuf,
     /// The folder of projections [default: DATA/P_matrices]
     #[arg(long, value_name = "DIR")]
     pub(crate) projections: Option<PathBuf>,
-    /// Instead of movies: a folder of S1_1_1.mat and so on, cut and filtered by hpe-core's preprocess.m
+    /// Instead of movies: a folder of S1_1_1.mat and so on, cut and filtered by hpe-core's
+    /// preprocess.m
     #[arg(long, value_name = "DIR")]
     pub(crate) extracted: Option<PathBuf>,
     /// Cameras

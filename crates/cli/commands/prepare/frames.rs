@@ -60,8 +60,8 @@ impl Note {
 /// Frames of a recording and remarks, or the reason why it is skipped.
 type Drawn = Result<(Vec<Annotation>, Vec<String>), String>;
 
-/// Writes a set of frames into the folder of `args`, and prints a report. Recordings that `read` skips are
-/// listed; an error of `read` ends the conversion.
+/// Writes a set of frames into the folder of `args`, and prints a report. Recordings that `read`
+/// skips are listed; an error of `read` ends the conversion.
 pub(super) fn prepare<T: Display + Sync>(
     args: &FrameSetArgs,
     job: &Job<'_, T>,

@@ -30,8 +30,8 @@ pub(super) fn clock(input: Input) -> (Micros, Micros) {
     }
 }
 
-/// Illuminates a spot around a pixel, or everything at the start. A flash of the whole sensor would saturate
-/// the readout and hide the response of the pixel.
+/// Illuminates a spot around a pixel, or everything at the start. A flash of the whole sensor would
+/// saturate the readout and hide the response of the pixel.
 fn illuminate(plane: &mut Plane<f32>, (x, y): (u16, u16), is_everywhere: bool, light: f32) {
     const RADIUS: u16 = 7;
     let reach = |centre: u16, side: usize| {
@@ -45,8 +45,8 @@ fn illuminate(plane: &mut Plane<f32>, (x, y): (u16, u16), is_everywhere: bool, l
     }
 }
 
-/// Exposes a sensor to an input. Calls `observe` after every exposure with the events, their origins if the
-/// sensor records them, the light and the time.
+/// Exposes a sensor to an input. Calls `observe` after every exposure with the events, their
+/// origins if the sensor records them, the light and the time.
 pub(super) fn expose(
     run: &mut SensorRun,
     input: Input,

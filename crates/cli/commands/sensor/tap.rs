@@ -225,8 +225,8 @@ mod tests {
         record(&model, SensorSize { width: 3, height: 2 }, (1, 1), input, 1)
     }
 
-    /// `ln(I + 1/1000)` between -2.3 and -0.7: 1.6 less what the offset takes, so seven thresholds of
-    /// 0.2 within the 0.1 ms before the step is complete, and seven back.
+    /// `ln(I + 1/1000)` between -2.3 and -0.7: 1.6 less what the offset takes, so seven thresholds
+    /// of 0.2 within the 0.1 ms before the step is complete, and seven back.
     #[test]
     fn a_step_gives_the_thresholds_it_is_worth_within_its_rise() -> Result<()> {
         let trace = ideal(Input::Step)?;

@@ -37,7 +37,8 @@ pub(crate) struct ViewArgs {
     /// End so many seconds after the first event [default: the end of the recording]
     #[arg(long, value_name = "SECONDS")]
     pub(crate) to: Option<f64>,
-    /// Overlay predicted joints in orange: the output of `evpose infer`, for hands that of its `--joints`
+    /// Overlay predicted joints in orange: the output of `evpose infer`, for hands that of its
+    /// `--joints`
     #[arg(long, value_name = "FILE.csv")]
     pub(crate) joints: Option<PathBuf>,
     /// Overlay true joints in green: labels of `evpose simulate`, `.poses.csv` or `.meta`

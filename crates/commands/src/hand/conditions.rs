@@ -1,4 +1,5 @@
-//! `evpose eval --conditions`: evaluation on sequences simulated under several conditions, such as low light.
+//! `evpose eval --conditions`: evaluation on sequences simulated under several conditions, such as
+//! low light.
 
 use std::path::{Path, PathBuf};
 

@@ -12,7 +12,8 @@ use evpose_task::hand::NetworkPredictor;
 /// Predictor of a checkpoint's network, at the given precision.
 ///
 /// # Errors
-/// If the precision is not f32 on a device other than flex, or int8 without ranges from `evpose quantize`.
+/// If the precision is not f32 on a device other than flex, or int8 without ranges from `evpose
+/// quantize`.
 pub(super) fn predictor(
     checkpoint: &Path,
     network: HandRegressor,

@@ -1,7 +1,7 @@
 //! The page with a simulated figure or hand: `cargo run -p evpose-live --example page [hand]`.
 //!
-//! Events and poses are simulated; the pipeline, its latencies and its rates are real. With `--seconds S` it ends
-//! after so long, with `--port P` it listens there.
+//! Events and poses are simulated; the pipeline, its latencies and its rates are real. With
+//! `--seconds S` it ends after so long, with `--port P` it listens there.
 
 #![allow(clippy::print_stdout, reason = "a program")]
 

@@ -21,7 +21,8 @@ impl PageEvents {
         Self { shared }
     }
 
-    /// Counts events; those of a sensor of another size are ignored. Without watchers this does nothing.
+    /// Counts events; those of a sensor of another size are ignored. Without watchers this does
+    /// nothing.
     pub fn push(&self, events: &EventStream) {
         if self.shared.watchers.load(Ordering::Relaxed) > 0 {
             lock(&self.shared.event_counts).count(events);

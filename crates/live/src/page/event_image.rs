@@ -54,9 +54,9 @@ impl EventImage {
         }
     }
 
-    /// The image as a message: width and height in cells, each 16 bits little endian; then row by row a byte
-    /// for every cell, its upper four bits the level of ON, its lower four that of OFF. A run of dark cells
-    /// is a 0 and its length, up to 255.
+    /// The image as a message: width and height in cells, each 16 bits little endian; then row by
+    /// row a byte for every cell, its upper four bits the level of ON, its lower four that of OFF.
+    /// A run of dark cells is a 0 and its length, up to 255.
     pub(super) fn message(&self) -> Vec<u8> {
         let scale = ((MEAN_LEVEL << 16) as f32 / self.mean) as u32;
         let step = |level: u16| ((u32::from(level) * scale) >> 16).min(MAX_LEVEL) as u8;

@@ -7,14 +7,16 @@
 //! ```
 //!
 //! * `GET /` is the page: one document without external resources.
-//! * `GET /ws` becomes a WebSocket. A first text message describes the stream; then every frame is a binary
-//!   message, the event image, and a text message, the poses and measurements.
+//! * `GET /ws` becomes a WebSocket. A first text message describes the stream; then every frame is
+//!   a binary message, the event image, and a text message, the poses and measurements.
 //!
-//! No client blocks the pipeline: frames that it does not read in time are replaced by newer ones, and a
-//! client that reads nothing for three seconds is disconnected. Without clients, events cost nothing.
+//! No client blocks the pipeline: frames that it does not read in time are replaced by newer ones,
+//! and a client that reads nothing for three seconds is disconnected. Without clients, events cost
+//! nothing.
 //!
-//! Requests from pages of other sites are refused: the `Origin` header must equal the `Host` header. A server
-//! on a loopback address answers only to loopback names, as a defence against DNS rebinding.
+//! Requests from pages of other sites are refused: the `Origin` header must equal the `Host`
+//! header. A server on a loopback address answers only to loopback names, as a defence against DNS
+//! rebinding.
 
 mod client;
 mod event_counts;
@@ -70,8 +72,8 @@ pub struct PageInfo {
     pub hand_mesh: Option<HandMesh>,
 }
 
-/// Projection of a hand's vertices: pixels to the right, down, and away from the camera, the last in pixels
-/// at the depth of the wrist. None behind the camera; else the same count for every hand.
+/// Projection of a hand's vertices: pixels to the right, down, and away from the camera, the last
+/// in pixels at the depth of the wrist. None behind the camera; else the same count for every hand.
 pub type HandVertices = Box<dyn FnMut(&HandParams) -> Option<Vec<Vec3>> + Send>;
 
 /// Mesh of a hand.

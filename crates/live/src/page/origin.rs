@@ -2,16 +2,16 @@
 
 use std::net::IpAddr;
 
-/// Whether a request comes from our own page. Programs other than browsers send no origin, and could forge
-/// any.
+/// Whether a request comes from our own page. Programs other than browsers send no origin, and
+/// could forge any.
 pub(super) fn is_ours(host: &str, origin: Option<&str>) -> bool {
     let Some(origin) = origin else { return true };
     let site = origin.strip_prefix("http://").or_else(|| origin.strip_prefix("https://"));
     site.is_some_and(|site| site.eq_ignore_ascii_case(host))
 }
 
-/// Whether `host`, with or without a port, is a loopback name. Any other name could be pointed here by its
-/// owner (DNS rebinding).
+/// Whether `host`, with or without a port, is a loopback name. Any other name could be pointed here
+/// by its owner (DNS rebinding).
 pub(super) fn is_this_machine(host: &str) -> bool {
     let name = match host.strip_prefix('[').and_then(|rest| rest.split_once(']')) {
         Some((address, _)) => address,

@@ -51,8 +51,8 @@ pub(super) struct Rates {
     propagated: f64,
 }
 
-/// A point of the plots: the rate of events, and the median, 0.95 quantile, 0.99 quantile and maximum of the
-/// latencies of the last second, in milliseconds.
+/// A point of the plots: the rate of events, and the median, 0.95 quantile, 0.99 quantile and
+/// maximum of the latencies of the last second, in milliseconds.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub(super) struct Point {
     /// Time in seconds since the pipeline began.

@@ -39,7 +39,8 @@ pub(super) enum Status {
     Busy,
 }
 
-/// Reads the head of a request. The error is the status to respond with, or none if the client has left.
+/// Reads the head of a request. The error is the status to respond with, or none if the client has
+/// left.
 pub(super) fn read(stream: &mut TcpStream) -> Result<Request, Option<Status>> {
     let end = Instant::now() + READ_TIMEOUT;
     let (mut head, mut chunk) = (Vec::new(), [0; 1024]);

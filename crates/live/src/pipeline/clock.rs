@@ -4,8 +4,8 @@ use std::time::{Duration, Instant};
 
 use evpose_core::Micros;
 
-/// Poses are propagated by the clock after twice the usual interval of packets without one, but not before
-/// this: below it, jitter of the scheduler would look like a gap.
+/// Poses are propagated by the clock after twice the usual interval of packets without one, but not
+/// before this: below it, jitter of the scheduler would look like a gap.
 const MIN_WAIT: Duration = Duration::from_millis(2);
 /// Upper bound of the same: packets that are further apart are no continuous stream.
 const MAX_WAIT: Duration = Duration::from_millis(50);
@@ -57,8 +57,8 @@ impl Clock {
         self.due(t).map_or(Duration::ZERO, |due| Instant::now().saturating_duration_since(due))
     }
 
-    /// Host time to wait until event time `t`, if no packet comes before. None where the clock is unknown:
-    /// without packets, after a stall, and for sources that are read as fast as possible.
+    /// Host time to wait until event time `t`, if no packet comes before. None where the clock is
+    /// unknown: without packets, after a stall, and for sources that are read as fast as possible.
     pub(super) fn until(&self, t: Option<Micros>) -> Option<Duration> {
         self.pace?;
         let quiet = self.last_packet + (2 * self.interval).clamp(MIN_WAIT, MAX_WAIT);

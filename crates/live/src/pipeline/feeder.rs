@@ -32,8 +32,8 @@ impl Feeder {
         Self { thread, wake }
     }
 
-    /// Joins the thread. An abandoned thread that cannot be woken, such as one that reads a terminal, is
-    /// detached.
+    /// Joins the thread. An abandoned thread that cannot be woken, such as one that reads a
+    /// terminal, is detached.
     pub(super) fn end(self, is_abandoned: bool) -> Result<(), LiveError> {
         if is_abandoned {
             let Some(wake) = self.wake else { return Ok(()) };

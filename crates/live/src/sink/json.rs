@@ -13,8 +13,8 @@ use evpose_pose::PoseEstimate;
 /// Writes a line for every pose: `t_us`, `origin` (`network` or `propagated`), `latency_ms`, and
 ///
 /// * for a body, `joints`: pixels and score of each detected joint;
-/// * for a hand, `params`, its 12 parameters, and `joints`: metres and pixels of each of its 21 points, the
-///   latter null behind the camera.
+/// * for a hand, `params`, its 12 parameters, and `joints`: metres and pixels of each of its 21
+///   points, the latter null behind the camera.
 pub struct JsonLines<W> {
     name: String,
     out: W,

@@ -140,10 +140,12 @@ impl Sinks {
         !self.sinks.is_empty() && self.sinks.iter().all(|sink| sink.has_failed)
     }
 
-    /// Waits until all poses are written. Returns the name of each sink and the number of poses that it dropped.
+    /// Waits until all poses are written. Returns the name of each sink and the number of poses
+    /// that it dropped.
     ///
     /// # Errors
-    /// The error of the first sink that failed or made no progress; the others have written every pose.
+    /// The error of the first sink that failed or made no progress; the others have written every
+    /// pose.
     pub fn finish(self) -> Result<Vec<(String, u64)>, LiveError> {
         let (mut drop_counts, mut failure) = (Vec::new(), None);
         for sink in self.sinks {

@@ -13,8 +13,9 @@ use evpose_pose::PoseEstimate;
 /// First columns of every table.
 const COMMON_COLUMNS: &str = "t_us,origin,latency_us";
 
-/// Writes a line for every pose: its time stamp, `network` or `propagated`, its latency, and for a body 13
-/// joints in pixels, for a hand 21 joints in pixels and 12 parameters. Unknown values are empty.
+/// Writes a line for every pose: its time stamp, `network` or `propagated`, its latency, and for a
+/// body 13 joints in pixels, for a hand 21 joints in pixels and 12 parameters. Unknown values are
+/// empty.
 pub struct Table<W> {
     name: String,
     out: W,

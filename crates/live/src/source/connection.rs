@@ -25,7 +25,8 @@ impl Connection {
         Self { name: "standard input".to_owned(), bytes, shutdown: ShutdownHandle(None) }
     }
 
-    /// Connects to `HOST:PORT`. Until [`ShutdownHandle::clear_read_timeout`], reads time out as the connection does.
+    /// Connects to `HOST:PORT`. Until [`ShutdownHandle::clear_read_timeout`], reads time out as the
+    /// connection does.
     pub(super) fn connect(address: &str, timeout: Duration) -> Result<Self, LiveError> {
         let name = format!("tcp://{address}");
         let failed = |source| LiveError::Connection { endpoint: name.clone(), source };

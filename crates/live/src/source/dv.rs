@@ -11,8 +11,8 @@ use super::Source;
 use super::connection::ShutdownHandle;
 use crate::LiveError;
 
-/// Events from dv-processing's `NetworkWriter`, or a piped AEDAT 4.0 file; their host time is that of
-/// arrival.
+/// Events from dv-processing's `NetworkWriter`, or a piped AEDAT 4.0 file; their host time is that
+/// of arrival.
 pub struct Dv<R> {
     name: String,
     stream: Aedat4Stream<R>,
@@ -21,8 +21,8 @@ pub struct Dv<R> {
 }
 
 impl<R: Read + Send + 'static> Dv<R> {
-    /// Reads the header of a stream, which messages refer to as `name`. Of the options, the camera and
-    /// the sensor are used.
+    /// Reads the header of a stream, which messages refer to as `name`. Of the options, the camera
+    /// and the sensor are used.
     ///
     /// # Errors
     /// If the header is unreadable or invalid, lacks the camera, or lacks its sensor.

@@ -22,8 +22,8 @@ pub use replay::{Replay, ReplayOptions};
 
 use crate::LiveError;
 
-/// A backward jump of time by more than this begins another recording; earlier events within it are late
-/// ones, which are rejected.
+/// A backward jump of time by more than this begins another recording; earlier events within it are
+/// late ones, which are rejected.
 pub(crate) const RESTART_JUMP: Micros = Micros(100_000);
 
 /// Bound of valid time stamps, about 36,000 years: differences of valid ones do not overflow.
@@ -37,15 +37,15 @@ pub trait Source: Send + 'static {
     /// Size of the sensor.
     fn sensor(&self) -> SensorSize;
 
-    /// Waits for events and appends them: about a millisecond, or some thousand. Returns the host time of
-    /// the last one, or none at the end.
+    /// Waits for events and appends them: about a millisecond, or some thousand. Returns the host
+    /// time of the last one, or none at the end.
     ///
     /// # Errors
     /// If the connection fails, or the data are damaged beyond recovery.
     fn next(&mut self, columns: &mut Columns) -> Result<Option<Instant>, LiveError>;
 
-    /// Event time per host time: 1 for a camera, the speed for a recording. None where events are read as
-    /// fast as possible.
+    /// Event time per host time: 1 for a camera, the speed for a recording. None where events are
+    /// read as fast as possible.
     fn pace(&self) -> Option<f64> {
         Some(1.0)
     }

@@ -12,8 +12,8 @@ use crate::LiveError;
 /// Upper bound of the events in a packet, so that a burst at one time stamp fills no memory.
 const MAX_EVENTS: usize = 1 << 18;
 
-/// Lag at which the clock of a recording that cannot be read at its playback speed is set back: a camera is
-/// never late. A smaller lag is part of the latency.
+/// Lag at which the clock of a recording that cannot be read at its playback speed is set back: a
+/// camera is never late. A smaller lag is part of the latency.
 const MAX_REPLAY_LAG: Duration = Duration::from_millis(100);
 
 /// Options of a replay.
@@ -38,8 +38,8 @@ impl Default for ReplayOptions {
 
 /// A recording as a source.
 ///
-/// Repetitions continue the time stamps. Where these jump back within the recording, the replay clock starts
-/// again at the jump.
+/// Repetitions continue the time stamps. Where these jump back within the recording, the replay
+/// clock starts again at the jump.
 pub struct Replay {
     name: String,
     source: Box<dyn EventSource>,

@@ -1,7 +1,7 @@
 //! The page in a headless browser, where one is installed.
 //!
-//! The variable `EVPOSE_CHROMIUM` says which; else the usual names are tried. With `EVPOSE_SCREENSHOTS`, screenshots
-//! of the page are written to that folder.
+//! The variable `EVPOSE_CHROMIUM` says which; else the usual names are tried. With
+//! `EVPOSE_SCREENSHOTS`, screenshots of the page are written to that folder.
 
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "tests")]
 

@@ -1,4 +1,5 @@
-//! Faults of sources, networks and sinks: the pipeline goes on or ends with a clear error, in bounded memory.
+//! Faults of sources, networks and sinks: the pipeline goes on or ends with a clear error, in
+//! bounded memory.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 mod dummy;

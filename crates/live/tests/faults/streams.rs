@@ -14,8 +14,8 @@ use super::dummy::{
     ScriptedWorker, events, framed, in_time, options, stream, task,
 };
 
-/// Runs a stream of bytes to its end, slowly enough for some inferences. Returns the poses of the sink, the
-/// counts of the front end, the outcome and the report.
+/// Runs a stream of bytes to its end, slowly enough for some inferences. Returns the poses of the
+/// sink, the counts of the front end, the outcome and the report.
 fn play(bytes: Vec<u8>) -> (CollectingSink, FrontendCounts, Result<(), LiveError>, Report) {
     in_time(move || {
         let (control, kept) = (Control::default(), CollectingSink::default());

@@ -1,7 +1,7 @@
 //! Other runtimes, on the same network as an ONNX file.
 //!
-//! Each is configured for latency as its documentation recommends. Copies of input and output are outside
-//! the timing of peers, and inside the timing of our engine.
+//! Each is configured for latency as its documentation recommends. Copies of input and output are
+//! outside the timing of peers, and inside the timing of our engine.
 
 #[cfg(feature = "peers")]
 mod onnxruntime;
@@ -19,7 +19,8 @@ use evpose_infer::Precision;
 pub(crate) enum PeerName {
     /// ONNX Runtime, of the library in $ORT_DYLIB_PATH
     Onnxruntime,
-    /// OpenVINO, of the library in $OPENVINO_DYLIB_PATH: f32 if ours is f32, else its default precision
+    /// OpenVINO, of the library in $OPENVINO_DYLIB_PATH: f32 if ours is f32, else its default
+    /// precision
     Openvino,
     /// OpenVINO in its default precision, which is bf16 where the processor has it
     OpenvinoDefault,
@@ -102,7 +103,8 @@ mod tests {
     use crate::infer::against::max_difference;
     use crate::infer::networks;
 
-    /// Every network of the registry, at sizes that are and are not multiples of what they divide by.
+    /// Every network of the registry, at sizes that are and are not multiples of what they divide
+    /// by.
     fn all_agree(name: PeerName) {
         for (backbone, scale) in Network::names().flat_map(|name| [(name, "1.0"), (name, "0.34")]) {
             let changes = [format!("simulation.image_scale={scale}"), "network.width=0.25".into()];

@@ -1,7 +1,7 @@
 //! ONNX Runtime, of the user's library.
 //!
-//! All optimisations of the graph, as many threads inside an operator as ours has, one operator at a
-//! time. Threads spin as they do by default.
+//! All optimisations of the graph, as many threads inside an operator as ours has, one operator at
+//! a time. Threads spin as they do by default.
 //!
 //! # Source
 //! <https://onnxruntime.ai/docs/performance/tune-performance/threading.html>,

@@ -1,7 +1,7 @@
 //! OpenVINO on the CPU, of the user's library.
 //!
-//! Set for latency, one stream, as many threads as ours has. Without a hint it computes in bf16 where
-//! the processor has instructions for it; with one, in f32.
+//! Set for latency, one stream, as many threads as ours has. Without a hint it computes in bf16
+//! where the processor has instructions for it; with one, in f32.
 //!
 //! # Source
 //! <https://docs.openvino.ai/2026/openvino-workflow/running-inference/optimize-inference/high-level-performance-hints.html>,

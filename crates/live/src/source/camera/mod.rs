@@ -1,7 +1,7 @@
 //! USB and Ethernet cameras, without vendor software.
 //!
-//! This file is a thin layer over the driver; `bytes` decodes the transfers and is tested without a device.
-//! **Untested on hardware.**
+//! This file is a thin layer over the driver; `bytes` decodes the transfers and is tested without a
+//! device. **Untested on hardware.**
 
 mod bytes;
 mod models;

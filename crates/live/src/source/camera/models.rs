@@ -44,8 +44,8 @@ pub(super) const MODELS: &[Model] = &[
     model!("lucid-triton", lucid_triton, LucidTriton, || None),
 ];
 
-/// 32 MiB of transfers of 128 KiB, 32 of them under way: the driver's own ring has half a gigabyte, whose
-/// events would be seconds late.
+/// 32 MiB of transfers of 128 KiB, 32 of them under way: the driver's own ring has half a gigabyte,
+/// whose events would be seconds late.
 fn ring() -> Option<RingConfiguration> {
     Some(RingConfiguration {
         buffer_length: 1 << 17,

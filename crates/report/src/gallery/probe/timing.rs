@@ -81,7 +81,8 @@ pub(super) fn flash_rate(variants: &[Variant], seed: u64) -> Result<Shown> {
     Ok(Shown::Together(vec![chart]))
 }
 
-/// Stamps against those of the sensor without the effect, event by event, for slow and fast changes.
+/// Stamps against those of the sensor without the effect, event by event, for slow and fast
+/// changes.
 pub(super) fn stamp_error(variants: &[Variant], seed: u64) -> Result<Shown> {
     let light = |x: usize, y: usize, t_s: f64| {
         // ln per second, and levels in other places.

@@ -41,8 +41,9 @@ fn words_of_prophesee_are_decoded_as_those_of_a_file() {
 }
 
 /// # Source
-/// libcaer 3.3, `davis.c`: bit 15 marks a time stamp; else bits 14 to 12 mark 0 a special word, 1 a row, 2 and 3
-/// a column of an OFF and of an ON event, 4 a sample of a frame, 5 a byte, 7 a wrap of the time.
+/// libcaer 3.3, `davis.c`: bit 15 marks a time stamp; else bits 14 to 12 mark 0 a special word, 1 a
+/// row, 2 and 3 a column of an OFF and of an ON event, 4 a sample of a frame, 5 a byte, 7 a wrap of
+/// the time.
 #[test]
 fn words_of_a_davis_are_decoded() {
     let bytes = words(&[
@@ -77,9 +78,9 @@ fn words_of_a_davis_are_decoded() {
 }
 
 /// # Source
-/// libcaer 3.3, `dvxplorer.c`: as of a DAVIS, but 1 marks a column, 4 two groups of eight rows, of which the
-/// second is given from the first (bits 10 to 6, bit 11 for backwards), and 3 and 2 mark the pixels of
-/// the first and of the second that have an event, which is OFF where bit 8 is set.
+/// libcaer 3.3, `dvxplorer.c`: as of a DAVIS, but 1 marks a column, 4 two groups of eight rows, of
+/// which the second is given from the first (bits 10 to 6, bit 11 for backwards), and 3 and 2 mark
+/// the pixels of the first and of the second that have an event, which is OFF where bit 8 is set.
 #[test]
 fn words_of_a_dvxplorer_are_decoded() {
     let bytes = words(&[
