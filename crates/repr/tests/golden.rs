@@ -162,8 +162,8 @@ fn representations_of_fractions_are_those_of_the_other_programs_but_for_rounding
         ("voxel-grid:bins=5", include_bytes!("golden/voxel-grid-bins-5.f32"), None),
         // Tonic's time surface is that of one microsecond after the last event.
         (
-            "time-representation:tau_ms=5",
-            include_bytes!("golden/time-representation-tau-5ms.f32"),
+            "time-surface:tau_ms=5",
+            include_bytes!("golden/time-surface-tau-5ms.f32"),
             Some(Micros(last.0 + 1)),
         ),
     ];
