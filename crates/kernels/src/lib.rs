@@ -1,15 +1,16 @@
 //! The kernels of training and inference on the CPU, on plain slices.
 //!
-//! * [`training`]: convolution, depthwise convolution, batch normalisation, max-pooling and upsampling of
-//!   batches, with their gradients.
+//! * [`training`]: convolution, depthwise convolution, batch normalisation, max-pooling and
+//!   upsampling of batches, with their gradients.
 //! * [`blocked`]: the layers of inference, for one image at a time.
 //! * [`Level`]: the vector instructions that both are compiled for.
 //! * [`keep_freed_memory`]: the setting of the allocator that training needs.
 //!
-//! Images are `f32` in the layout that oneDNN calls nChw16c, `[batch][channels / 16][height][width][16]`.
-//! Work is cut into pieces that depend on the shapes alone and partial sums are added in a fixed order, so
-//! that results are equal to the bit whatever the number of threads. Shapes are the caller's
-//! responsibility: a slice of the wrong length panics.
+//! Images are `f32` in the layout that oneDNN calls nChw16c:
+//! `[batch][channels / 16][height][width][16]`. Work is cut into pieces that depend on the shapes
+//! alone and partial sums are added in a fixed order, so that results are equal to the bit whatever
+//! the number of threads. Shapes are the caller's responsibility: a slice of the wrong length
+//! panics.
 //!
 //! ```
 //! use evpose_kernels::Level;

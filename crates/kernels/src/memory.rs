@@ -1,10 +1,12 @@
 //! The allocator's handling of freed memory.
 
-/// Keeps freed memory in this process instead of returning it to the system, for the rest of its life.
+/// Keeps freed memory in this process instead of returning it to the system, for the rest of its
+/// life.
 ///
-/// A training step frees as much as it will need again a moment later, hundreds of megabytes in pieces that
-/// glibc maps one by one; the system clears every page of them anew. Kept, a step takes two thirds of the
-/// time; the most memory that is used stays the same. Nothing happens with other C libraries.
+/// A training step frees as much as it will need again a moment later, hundreds of megabytes in
+/// pieces that glibc maps one by one; the system clears every page of them anew. Kept, a step takes
+/// two thirds of the time; the most memory that is used stays the same. Nothing happens with other
+/// C libraries.
 pub fn keep_freed_memory() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     {

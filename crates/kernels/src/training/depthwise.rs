@@ -1,7 +1,7 @@
 //! Depthwise convolution: every channel has a kernel of its own.
 //!
-//! Each block of an image is a piece of work: its input, normalised, is copied into a padded plane, over
-//! which the sixteen lanes of a vector run with the weights of their channels.
+//! Each block of an image is a piece of work: its input, normalised, is copied into a padded plane,
+//! over which the sixteen lanes of a vector run with the weights of their channels.
 
 use rayon::prelude::*;
 
@@ -65,8 +65,8 @@ impl Depthwise {
                 from: plane.as_ptr().cast(),
                 to: to.as_mut_ptr(),
             };
-            // SAFETY: the border is half a kernel wide, so that taps of every output are inside of the
-            // padded plane; `to` holds the pixels of this block.
+            // SAFETY: the border is half a kernel wide, so that taps of every output are inside of
+            // the padded plane; `to` holds the pixels of this block.
             unsafe { self.level.run(&sums) };
         });
         output
@@ -100,8 +100,8 @@ impl Depthwise {
                     from: plane.as_ptr().cast(),
                     to: to[(y * shape.width + x) * LANES..].as_mut_ptr(),
                 };
-                // SAFETY: no tap is further than the border from a pixel of the gradient; pixels of the
-                // phase are inside of this block.
+                // SAFETY: no tap is further than the border from a pixel of the gradient; pixels of
+                // the phase are inside of this block.
                 unsafe { self.level.run(&sums) };
             }
         });
@@ -129,7 +129,8 @@ impl Depthwise {
                 gradient: gradient.as_ptr(),
                 sums: sums.as_mut_ptr().cast(),
             };
-            // SAFETY: taps of every output are inside of the padded plane; there is a sum for each tap.
+            // SAFETY: taps of every output are inside of the padded plane; there is a sum for each
+            // tap.
             unsafe { self.level.run(&products) };
         });
         // Images are summed in their order, so that no bit depends on the number of threads.

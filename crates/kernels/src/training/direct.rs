@@ -65,8 +65,8 @@ pub(super) fn forward(
                 from: padded.as_ptr().cast(),
                 to: to.as_mut_ptr(),
             };
-            // SAFETY: taps of every output are inside of the padded image, since its border is half a
-            // kernel wide, and outputs are those of these images.
+            // SAFETY: taps of every output are inside of the padded image, since its border is half
+            // a kernel wide, and outputs are those of these images.
             unsafe { conv.level.run(&work) };
         },
     );
@@ -113,8 +113,8 @@ pub(super) fn backward_input(conv: &Conv, weights: Weights<'_>, gradient: &[f32]
                     from: padded.as_ptr().cast(),
                     to: to[(y * shape.width + x) * LANES..].as_mut_ptr(),
                 };
-                // SAFETY: no tap is further than half a kernel from a pixel of the gradient, which is as
-                // wide as the border; pixels of the phase are inside of these images.
+                // SAFETY: no tap is further than half a kernel from a pixel of the gradient, which
+                // is as wide as the border; pixels of the phase are inside of these images.
                 unsafe { conv.level.run(&work) };
             }
         },

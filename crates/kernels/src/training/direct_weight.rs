@@ -1,6 +1,7 @@
 //! The gradient by the weight of a direct convolution.
 //!
-//! Threads share the weights, not the images: each sums its rows of the kernel over all pixels in one order.
+//! Threads share the weights, not the images: each sums its rows of the kernel over all pixels in
+//! one order.
 
 use std::ops::Range;
 
@@ -40,7 +41,8 @@ pub(super) fn gradient(conv: &Conv, input: Input<'_>, gradient: &[f32]) -> Vec<f
             let Some(work) = sums.row(conv, k, images, pitches, padded, gradient, lines) else {
                 return;
             };
-            // SAFETY: taps of every output are inside of the padded image; sums are as many as said.
+            // SAFETY: taps of every output are inside of the padded image; sums are as many as
+            // said.
             unsafe { conv.level.run(&work) };
         });
     }
@@ -72,7 +74,8 @@ impl RowSums {
         self.rows * self.of_row
     }
 
-    /// The work that adds the products of some images to the sums of index `k`; none without images.
+    /// The work that adds the products of some images to the sums of index `k`; none without
+    /// images.
     #[allow(clippy::too_many_arguments, reason = "one call, whose arguments are the loop's state")]
     fn row(
         &self,

@@ -1,8 +1,9 @@
-//! The gradient by an input of few channels of a convolution of stride 2, such as the first of a network.
+//! The gradient by an input of few channels of a convolution of stride 2, such as the first of a
+//! network.
 //!
-//! Pixels of even and odd rows and columns have taps of their own. With at most four channels, those of
-//! all four kinds fit one block: they are computed together, as a convolution of stride 1, and then put
-//! where they belong.
+//! Pixels of even and odd rows and columns have taps of their own. With at most four channels,
+//! those of all four kinds fit one block: they are computed together, as a convolution of stride 1,
+//! and then put where they belong.
 
 use rayon::prelude::*;
 
@@ -78,8 +79,8 @@ pub(super) fn backward_input(conv: &Conv, weight: &[f32], gradient: &[f32]) -> V
                 from: padded.as_ptr().cast(),
                 to: kinds.as_mut_ptr(),
             };
-            // SAFETY: no tap is further from a pixel of the gradient than the border is wide; there is
-            // room for a block of its size.
+            // SAFETY: no tap is further from a pixel of the gradient than the border is wide; there
+            // is room for a block of its size.
             unsafe { conv.level.run(&work) };
             for (k, kinds) in kinds.as_chunks::<LANES>().0.iter().enumerate() {
                 let [y, x] = [k / out.width * 2, k % out.width * 2];

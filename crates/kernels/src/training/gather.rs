@@ -42,8 +42,8 @@ struct InputWindow<'a> {
     pixel_pitch: usize,
 }
 
-/// Contract: inputs are readable from `from` and outputs writable from `to` as the fields say, nobody else
-/// writes either, and there are as many weights.
+/// Contract: inputs are readable from `from` and outputs writable from `to` as the fields say,
+/// nobody else writes either, and there are as many weights.
 impl Kernel for Gather<'_> {
     #[inline(always)]
     unsafe fn run<V: Lanes>(&self) {
@@ -146,9 +146,9 @@ unsafe fn tile_up_to<V: Lanes, const B: usize>(
 /// Adds to `N` outputs of `B` blocks of channels the products with the inputs of `taps`.
 ///
 /// # Safety
-/// The processor has the instructions of `V`. Readable are the taps of `N` pixels from `from` on, their
-/// weights, and 16 values of the bias for each block; writable are `N` pixels of `B` blocks, as far
-/// apart as said, from `to` on.
+/// The processor has the instructions of `V`. Readable are the taps of `N` pixels from `from` on,
+/// their weights, and 16 values of the bias for each block; writable are `N` pixels of `B` blocks,
+/// as far apart as said, from `to` on.
 #[inline(always)]
 unsafe fn tile<V: Lanes, const N: usize, const B: usize>(
     taps: &InputWindow<'_>,
@@ -157,7 +157,8 @@ unsafe fn tile<V: Lanes, const N: usize, const B: usize>(
     init: AccumulatorInit,
     (to, [pixel_pitch, block_pitch]): (*mut f32, [usize; 2]),
 ) {
-    // SAFETY: the caller's; every offset below is of a pixel, a weight or a sum that is named there.
+    // SAFETY: the caller's; every offset below is of a pixel, a weight or a sum that is named
+    // there.
     unsafe {
         let mut sums = [[V::splat(0.0); B]; N];
         match init {

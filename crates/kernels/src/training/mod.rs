@@ -1,14 +1,15 @@
-//! Training on batches of images in the layout nChw16c, `[batch][channels / 16][height][width][16]`.
+//! Training on batches of images in the layout nChw16c,
+//! `[batch][channels / 16][height][width][16]`.
 //!
 //! * [`Blocks`]: the shape of such a batch, and the way to rows of planes and back.
 //! * [`Conv`]: convolution, its gradients by input, weight and bias.
 //! * [`Depthwise`]: the same with a kernel for each channel.
-//! * [`Norm`]: batch normalisation. Its consumers compute it again from its input while they read, so
-//!   that only the input is stored: see [`Input`].
+//! * [`Norm`]: batch normalisation. Its consumers compute it again from its input while they read,
+//!   so that only the input is stored: see [`Input`].
 //! * [`MaxPool`], [`Upsample`]: max-pooling of stride 2 and bilinear upsampling by two.
 //!
-//! Every output is computed by one thread in an order that depends on shapes alone, so that results are
-//! the same bits on any number of threads. Channels that pad the last block are zero.
+//! Every output is computed by one thread in an order that depends on shapes alone, so that results
+//! are the same bits on any number of threads. Channels that pad the last block are zero.
 
 #![allow(unsafe_code, reason = "kernels take pointers; the contract stands at each function")]
 #![allow(

@@ -3,12 +3,12 @@
 //! # Model
 //! Per channel, with mean `m` and biased variance `v` over batch and pixels and
 //! `n = (x - m) / sqrt(v + ε)`: `y = γ n + β`, then the activation. The gradient by the input is
-//! `γ / sqrt(v + ε) (dy - mean(dy) - n mean(dy n))`. Statistics of images are taken about their own means
-//! and joined in double precision, so that values are read once.
+//! `γ / sqrt(v + ε) (dy - mean(dy) - n mean(dy n))`. Statistics of images are taken about their own
+//! means and joined in double precision, so that values are read once.
 //!
 //! # Source
-//! Ioffe, Szegedy: *Batch Normalization*, ICML 2015. Chan, Golub, LeVeque: *Algorithms for Computing
-//! the Sample Variance*, The American Statistician 37, 1983, for the joined statistics.
+//! Ioffe, Szegedy: *Batch Normalization*, ICML 2015. Chan, Golub, LeVeque: *Algorithms for
+//! Computing the Sample Variance*, The American Statistician 37, 1983, for the joined statistics.
 
 use pulp::Arch;
 use rayon::prelude::*;
@@ -142,8 +142,8 @@ impl Norm {
         Statistics { mean, variance }
     }
 
-    /// The gradients by the parameters, and by `values`, which takes the place of `gradient`, that by the
-    /// result.
+    /// The gradients by the parameters, and by `values`, which takes the place of `gradient`, that
+    /// by the result.
     pub fn backward(&self, shape: &Blocks, values: &[f32], gradient: &mut [f32]) -> Gradients {
         assert_eq!(
             [values.len(), gradient.len()],

@@ -1,5 +1,5 @@
-//! The kernel of gradients by weights: products of channels of the input and channels of the gradient,
-//! summed over pixels in registers.
+//! The kernel of gradients by weights: products of channels of the input and channels of the
+//! gradient, summed over pixels in registers.
 
 use crate::simd::{LANES, Lanes};
 
@@ -18,12 +18,12 @@ pub(super) struct Pixels {
 /// Input channels, at arbitrary offsets, that are multiplied at once.
 pub(super) const OFFSETS: usize = 8;
 
-/// Adds to `to`, `[channel][block][16]`, the products of eight input channels with one or two blocks of
-/// the gradient, summed over pixels.
+/// Adds to `to`, `[channel][block][16]`, the products of eight input channels with one or two
+/// blocks of the gradient, summed over pixels.
 ///
 /// # Safety
-/// The processor has the instructions of `V`. Readable are, for every pixel, each of `offsets` from `from`
-/// on and `blocks` blocks from `gradient` on; writable are `8 * blocks * 16` sums.
+/// The processor has the instructions of `V`. Readable are, for every pixel, each of `offsets` from
+/// `from` on and `blocks` blocks from `gradient` on; writable are `8 * blocks * 16` sums.
 #[inline(always)]
 pub(super) unsafe fn outer<V: Lanes>(
     pixels: &Pixels,

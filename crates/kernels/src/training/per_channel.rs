@@ -5,8 +5,8 @@ use crate::simd::{Kernel, LANES, Lanes};
 
 /// Outputs `bias + Σ weight input` over the taps of each channel. Pitches and offsets are in `f32`.
 ///
-/// Inputs of every output and tap are readable from `from` on, outputs are writable from `to` on and
-/// written by nobody else, and there are as many weights as offsets.
+/// Inputs of every output and tap are readable from `from` on, outputs are writable from `to` on
+/// and written by nobody else, and there are as many weights as offsets.
 pub(super) struct ChannelSums<'a> {
     /// Positions of the taps, relative to the first input of an output.
     pub(super) offsets: &'a [usize],
@@ -66,8 +66,8 @@ impl ChannelSums<'_> {
     /// Computes `N` neighbouring outputs.
     ///
     /// # Safety
-    /// The processor has the instructions of `V`. Readable are the taps of `N` pixels from `from` on,
-    /// writable are `N` pixels from `to` on.
+    /// The processor has the instructions of `V`. Readable are the taps of `N` pixels from `from`
+    /// on, writable are `N` pixels from `to` on.
     #[inline(always)]
     unsafe fn tile<V: Lanes, const N: usize>(&self, from: *const f32, to: *mut f32) {
         // SAFETY: the caller's.
@@ -88,8 +88,8 @@ impl ChannelSums<'_> {
 
 /// For each tap the sums `Σ input gradient` over all pixels. Pitches and offsets are in `f32`.
 ///
-/// Inputs of every output and tap are readable from `from` on, `size` pixels from `gradient` on without
-/// gaps, and one line for each offset is writable from `sums` on.
+/// Inputs of every output and tap are readable from `from` on, `size` pixels from `gradient` on
+/// without gaps, and one line for each offset is writable from `sums` on.
 pub(super) struct ChannelProducts<'a> {
     pub(super) offsets: &'a [usize],
     /// Columns and rows of the gradient.

@@ -10,14 +10,16 @@ pub(super) struct Phase {
     pub(super) first: [usize; 2],
     /// Rows and columns of pixels, each `stride` apart.
     pub(super) size: [usize; 2],
-    /// Positions of the output gradients in their padded image, relative to the pixel, one for each tap.
+    /// Positions of the output gradients in their padded image, relative to the pixel, one for each
+    /// tap.
     pub(super) offsets: Vec<usize>,
     /// Indices of these taps in the kernel.
     pub(super) taps: Vec<usize>,
 }
 
 impl Phase {
-    /// The phases of an input that have pixels and taps; `pitches` are those of the padded gradient.
+    /// The phases of an input that have pixels and taps; `pitches` are those of the padded
+    /// gradient.
     pub(super) fn all(input: &Blocks, kernel: usize, stride: usize, pitches: Pitches) -> Vec<Self> {
         (0..stride * stride)
             .map(|phase| {
@@ -35,7 +37,8 @@ impl Phase {
         pitches: Pitches,
     ) -> Self {
         let border = kernel / 2;
-        // The output at `(first + border - tap) / stride` reads the pixel through a tap, if that is whole.
+        // The output at `(first + border - tap) / stride` reads the pixel through a tap, if that is
+        // whole.
         let reading = |first: usize, tap: usize| {
             let distance = first + border + stride * kernel - tap;
             distance.is_multiple_of(stride).then(|| border + distance / stride - kernel)

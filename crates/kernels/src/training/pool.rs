@@ -30,8 +30,8 @@ impl MaxPool {
         Blocks { height, width, ..self.input }
     }
 
-    /// The largest value of every window, and its index in the window, the first of equals. NaN counts as
-    /// larger than any other value.
+    /// The largest value of every window, and its index in the window, the first of equals. NaN
+    /// counts as larger than any other value.
     pub fn forward(&self, input: Input<'_>) -> (Vec<f32>, Vec<u8>) {
         let (shape, out) = (self.input, self.output());
         assert_eq!(input.values.len(), shape.value_count(), "values of this shape");

@@ -4,7 +4,8 @@ use super::blocks::Blocks;
 use super::weights::Weights;
 use crate::simd::Level;
 
-/// Pixels of a batch from which the weights are worth their transforms, which are four times as large.
+/// Pixels of a batch from which the weights are worth their transforms, which are four times as
+/// large.
 const MIN_WINOGRAD_PIXELS: usize = 1500;
 /// Input channels from which Winograd's transforms of a whole block cost less than they save.
 const MIN_WINOGRAD_CHANNELS: usize = 4;

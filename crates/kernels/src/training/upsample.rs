@@ -1,8 +1,8 @@
 //! Bilinear upsampling by two, as PyTorch's `interpolate` does it without aligned corners.
 //!
 //! # Model
-//! Pixels are squares about their centres: along each axis an output takes 3/4 of the pixel that it lies
-//! in and 1/4 of the neighbour on its side; beyond the border the outermost pixel repeats.
+//! Pixels are squares about their centres: along each axis an output takes 3/4 of the pixel that it
+//! lies in and 1/4 of the neighbour on its side; beyond the border the outermost pixel repeats.
 
 use pulp::Arch;
 use rayon::prelude::*;
@@ -73,8 +73,8 @@ fn sources(output: usize, side: usize) -> [usize; 2] {
     [near, if output % 2 == 0 { near.saturating_sub(1) } else { (near + 1).min(side - 1) }]
 }
 
-/// The outputs that take an input pixel, two as far and two as near. At the border an output takes the
-/// outermost pixel twice, which the clamped index counts.
+/// The outputs that take an input pixel, two as far and two as near. At the border an output takes
+/// the outermost pixel twice, which the clamped index counts.
 #[inline(always)]
 fn readers(input: usize, side: usize) -> [(usize, f32); 4] {
     let first = 2 * input;

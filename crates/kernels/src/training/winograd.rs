@@ -1,7 +1,7 @@
 //! Winograd's convolution of 3x3 kernels of stride 1, over the tiles of a whole batch.
 //!
-//! As [`blocked::Winograd`](crate::blocked::Winograd) does it for one image. Each thread takes so many
-//! tiles at a time that what lies between the transforms stays in its second cache.
+//! As [`blocked::Winograd`](crate::blocked::Winograd) does it for one image. Each thread takes so
+//! many tiles at a time that what lies between the transforms stays in its second cache.
 
 use std::marker::PhantomData;
 use std::ops::Range;

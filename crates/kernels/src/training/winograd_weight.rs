@@ -1,8 +1,8 @@
 //! Weights of 3x3 convolutions and their gradients in Winograd's transforms.
 //!
 //! # Model
-//! With the transforms of [`Scheme`], `y = Aᵀ ((G g Gᵀ) ⊙ (Bᵀ d B)) A`. Its gradient by the weights is
-//! `Gᵀ (Σ (A dy Aᵀ) ⊙ (Bᵀ d B)) G`, summed over tiles before it is transformed back.
+//! With the transforms of [`Scheme`], `y = Aᵀ ((G g Gᵀ) ⊙ (Bᵀ d B)) A`. Its gradient by the weights
+//! is `Gᵀ (Σ (A dy Aᵀ) ⊙ (Bᵀ d B)) G`, summed over tiles before it is transformed back.
 
 use rayon::prelude::*;
 
@@ -157,7 +157,8 @@ pub(super) fn gradient(conv: &Conv, input: Input<'_>, gradient: &[f32]) -> Vec<f
                 blocks: [shape.blocks(), group.len()],
                 sums: sums.as_mut_ptr().cast(),
             };
-            // SAFETY: both have as many tiles of this place; sums are of this place and group alone.
+            // SAFETY: both have as many tiles of this place; sums are of this place and group
+            // alone.
             unsafe { conv.level.run(&work) };
         });
     }

@@ -1,5 +1,5 @@
-//! The operations of training on batches in nChw16c, as Burn's extension mechanism takes them: on the
-//! `flex` device, without gradients.
+//! The operations of training on batches in nChw16c, as Burn's extension mechanism takes them: on
+//! the `flex` device, without gradients.
 
 use burn::backend::tensor::FloatTensor;
 use burn::backend::{Backend, Flex, TensorMetadata, backend_extension};
@@ -12,8 +12,8 @@ use super::unary::UnaryOp;
 /// The operations that networks are trained with. Every tensor is `f32`; batches in nChw16c are
 /// `[batch, blocks, height, width, 16]`.
 ///
-/// `gamma`, `beta`, `mean` and `variance`, all of shape `[channels]`, normalise the input while it is read,
-/// where there are settings of a norm; elsewhere their content does not matter.
+/// `gamma`, `beta`, `mean` and `variance`, all of shape `[channels]`, normalise the input while it
+/// is read, where there are settings of a norm; elsewhere their content does not matter.
 #[backend_extension(Flex, Autodiff)]
 pub(super) trait TrainingOps: Backend {
     /// `[batch, channels, height, width]` in nChw16c.

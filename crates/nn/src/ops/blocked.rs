@@ -1,8 +1,8 @@
 //! Batches in the layout nChw16c on their way through a network in training on the CPU.
 //!
-//! A normalisation is computed by the consumers of its result, so that only its input is stored; a sum
-//! waits for the activation behind it. Operations without a kernel of their own run in planes, as Burn's,
-//! and their results stay there until a kernel reads them.
+//! A normalisation is computed by the consumers of its result, so that only its input is stored; a
+//! sum waits for the activation behind it. Operations without a kernel of their own run in planes,
+//! as Burn's, and their results stay there until a kernel reads them.
 
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};

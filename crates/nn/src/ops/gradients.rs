@@ -1,6 +1,7 @@
 //! The gradients of the operations in [`backend`](super::backend).
 //!
-//! Each operation stores its input as it was before the normalisation, which the backward pass repeats.
+//! Each operation stores its input as it was before the normalisation, which the backward pass
+//! repeats.
 
 use std::sync::Arc;
 
@@ -45,8 +46,8 @@ impl StoredInput {
         Input { values: values(&self.values), norm: self.norm.as_deref() }
     }
 
-    /// Registers the gradients by input, gamma and beta, the first three of `parents`, from that by the
-    /// normalised input.
+    /// Registers the gradients by input, gamma and beta, the first three of `parents`, from that by
+    /// the normalised input.
     fn register(&self, parents: &[Option<NodeId>], mut gradient: Vec<f32>, to: &mut Gradients) {
         let mut register = |parent: usize, tensor: Values| {
             if let Some(Some(parent)) = parents.get(parent) {

@@ -1,7 +1,8 @@
 //! Layers of the networks in training, on our own kernels where they run on the CPU.
 //!
-//! The modules stay Burn's: parameters, files and running statistics are theirs, only the arithmetic is
-//! replaced, and only for tensors on the `flex` device with gradients. Everything else takes Burn's way.
+//! The modules stay Burn's: parameters, files and running statistics are theirs, only the
+//! arithmetic is replaced, and only for tensors on the `flex` device with gradients. Everything
+//! else takes Burn's way.
 //!
 //! * [`blocked`]: batches in the layout nChw16c on their way through a network in training.
 //! * [`backend`]: the operations on them, as Burn's extension mechanism takes them.
@@ -29,8 +30,8 @@ pub(crate) use blocked::Blocked;
 
 static ENABLED: AtomicBool = AtomicBool::new(true);
 
-/// Sets whether training on the `flex` device computes with our own kernels, as it does by default, or
-/// with Burn's. For comparisons; holds for the whole process.
+/// Sets whether training on the `flex` device computes with our own kernels, as it does by default,
+/// or with Burn's. For comparisons; holds for the whole process.
 pub fn set_training_kernels(enabled: bool) {
     ENABLED.store(enabled, Ordering::Relaxed);
 }

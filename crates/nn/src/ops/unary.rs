@@ -12,7 +12,8 @@ pub(super) enum UnaryOp {
 }
 
 impl UnaryOp {
-    /// The output and its shape, and for a max-pooling the index of the largest value in every window.
+    /// The output and its shape, and for a max-pooling the index of the largest value in every
+    /// window.
     pub(super) fn forward(&self, shape: Blocks, input: Input<'_>) -> (Vec<f32>, Blocks, Vec<u8>) {
         match self {
             Self::Materialize => (input.materialized(&shape), shape, Vec::new()),
@@ -24,7 +25,8 @@ impl UnaryOp {
         }
     }
 
-    /// The gradient by the normalised input, from that by the output and the indices of the forward pass.
+    /// The gradient by the normalised input, from that by the output and the indices of the forward
+    /// pass.
     pub(super) fn backward(&self, gradient: &[f32], taps: &[u8]) -> Vec<f32> {
         match self {
             Self::Materialize => gradient.to_vec(),

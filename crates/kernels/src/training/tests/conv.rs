@@ -28,8 +28,8 @@ fn reference(conv: &Conv, x: &[f64], w: &[f64], dy: &[f64]) -> [Vec<f64>; 3] {
     all
 }
 
-/// Direct results of a convolution, and those of Winograd's algorithm, which sizes of tests would not be
-/// worth, with the error that each may have.
+/// Direct results of a convolution, and those of Winograd's algorithm, which sizes of tests would
+/// not be worth, with the error that each may have.
 fn results(
     conv: Conv,
     input: Input<'_>,

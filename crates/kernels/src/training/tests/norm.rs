@@ -71,8 +71,8 @@ proptest! {
         let output = input.materialized(&shape);
         prop_assert!(is_zero_padded(&shape, &output));
         let [expected, _] = ReferenceNorm::apply(Some(&reference), &x, &shape);
-        // Values that hardly differ are divided by as little, their rounding with them; gradients by them
-        // twice.
+        // Values that hardly differ are divided by as little, their rounding with them; gradients
+        // by them twice.
         let inverses = (0..channels).map(|channel| reference.channel(channel)[1]);
         let steep = inverses.fold(1.0, f64::max);
         prop_assert!(relative_error(&shape.to_planes(&output), &expected, &[steep]) < 1e-5);

@@ -2,7 +2,8 @@ use proptest::prelude::*;
 
 use super::*;
 
-/// The largest values of windows of planes, and the gradient by the planes. Of equals the first wins.
+/// The largest values of windows of planes, and the gradient by the planes. Of equals the first
+/// wins.
 fn max_pooled(pool: &MaxPool, x: &[f32], dy: &[f32]) -> [Vec<f64>; 2] {
     let (shape, out) = (pool.input, pool.output());
     let mut all = [vec![0.0; dy.len()], vec![0.0; x.len()]];
