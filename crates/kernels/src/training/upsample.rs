@@ -70,7 +70,7 @@ impl Upsample {
 #[inline(always)]
 fn sources(output: usize, side: usize) -> [usize; 2] {
     let near = output / 2;
-    [near, if output % 2 == 0 { near.saturating_sub(1) } else { (near + 1).min(side - 1) }]
+    [near, if output.is_multiple_of(2) { near.saturating_sub(1) } else { (near + 1).min(side - 1) }]
 }
 
 /// The outputs that take an input pixel, two as far and two as near. At the border an output takes
