@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use evpose_kernels::Level;
-use evpose_kernels::blocked::{Scratch, Team, read_planes, write_planes};
+use evpose_kernels::blocked::{Scratch, ThreadPool, read_planes, write_planes};
 use evpose_nn::graph::{Graph, NodeId};
 
 use crate::InferError;
@@ -24,8 +24,8 @@ pub struct EngineOptions {
     pub level: Level,
     /// How images and weights are kept.
     pub precision: Precision,
-    /// Whether every layer is done by itself, and its values are there afterwards: [`Engine::see`] needs
-    /// that, and a table of layers may. It takes longer.
+    /// Whether every layer is done by itself, and its values are there afterwards: [`Engine::see`]
+    /// needs that, and a table of layers may. It takes longer.
     pub has_every_layer: bool,
 }
 
@@ -73,7 +73,7 @@ pub struct Layer {
 
 /// A compiled network with the memory and the threads that it runs with.
 pub struct Engine {
-    team: Team,
+    thread_pool: ThreadPool,
     level: Level,
     steps: Arc<[Planned]>,
     layers: Arc<[Layer]>,
@@ -90,9 +90,10 @@ impl Engine {
     /// Compiles a network for images of `input` channels, rows and columns.
     ///
     /// # Errors
-    /// [`InferError::Unsupported`] for a layer that there is no kernel for, [`InferError::Shape`] for
-    /// images that a layer cannot take, [`InferError::Level`] for instructions that the processor does
-    /// not have, [`InferError::Ranges`] for 8 bits, which need [`compile_with`](Self::compile_with).
+    /// [`InferError::Unsupported`] for a layer that there is no kernel for, [`InferError::Shape`]
+    /// for images that a layer cannot take, [`InferError::Level`] for instructions that the
+    /// processor does not have, [`InferError::Ranges`] for 8 bits, which need
+    /// [`compile_with`](Self::compile_with).
     pub fn compile(
         graph: &Graph,
         input: [usize; 3],
@@ -133,7 +134,7 @@ impl Engine {
         };
         let values = plan.outputs.iter().map(blank).collect();
         Ok(Self {
-            team: Team::new(threads),
+            thread_pool: ThreadPool::new(threads),
             level,
             images,
             steps: plan.steps.into(),
@@ -150,7 +151,7 @@ impl Engine {
     #[must_use]
     pub fn another(&self) -> Self {
         Self {
-            team: Team::new(self.team.threads()),
+            thread_pool: ThreadPool::new(self.thread_pool.threads()),
             level: self.level,
             steps: Arc::clone(&self.steps),
             layers: Arc::clone(&self.layers),
@@ -163,8 +164,8 @@ impl Engine {
         }
     }
 
-    /// What the network says of an image `[channels][height][width]`: each of its outputs in the same
-    /// order, in the order of [`Graph::outputs`].
+    /// What the network says of an image `[channels][height][width]`: each of its outputs in the
+    /// same order, in the order of [`Graph::outputs`].
     ///
     /// # Panics
     /// If the image has another size than it was compiled for.
@@ -174,17 +175,17 @@ impl Engine {
             self.step(step);
         }
         for (output, values) in self.outputs.iter().zip(&mut self.values) {
-            write_planes(&self.team, self.images[*output].whole(), values);
+            write_planes(&self.thread_pool, self.images[*output].whole(), values);
         }
         &self.values
     }
 
-    /// Runs an image and takes the values that layers make into `ranges`, which are of the same graph.
-    /// Of an engine of 32 bits that [has every layer](EngineOptions::has_every_layer).
+    /// Runs an image and takes the values that layers make into `ranges`, which are of the same
+    /// graph. Of an engine of 32 bits that [has every layer](EngineOptions::has_every_layer).
     ///
     /// # Panics
-    /// If the image has another size than it was compiled for, values are kept in fewer bits, or layers
-    /// are done together.
+    /// If the image has another size than it was compiled for, values are kept in fewer bits, or
+    /// layers are done together.
     pub fn see(&mut self, input: &[f32], ranges: &mut Ranges) {
         self.read(input);
         let ends = self.images[self.input.0].extremes();
@@ -219,7 +220,7 @@ impl Engine {
 
     /// Threads that it runs with.
     pub fn threads(&self) -> usize {
-        self.team.threads()
+        self.thread_pool.threads()
     }
 
     /// Bytes of all images on their way.
@@ -230,8 +231,8 @@ impl Engine {
     fn read(&mut self, input: &[f32]) {
         let (slot, by) = self.input;
         match &mut self.images[slot] {
-            Buffer::Planes(planes) => planes.read(&self.team, self.level, input, by),
-            image => read_planes(&self.team, self.level, input, by, image.held_mut()),
+            Buffer::Planes(planes) => planes.read(&self.thread_pool, self.level, input, by),
+            image => read_planes(&self.thread_pool, self.level, input, by, image.held_mut()),
         }
     }
 
@@ -245,7 +246,7 @@ impl Engine {
         }
         let inputs: Vec<&Buffer> = inputs.iter().map(|slot| &self.images[*slot]).collect();
         step.run(Place {
-            team: &self.team,
+            thread_pool: &self.thread_pool,
             level: self.level,
             inputs: &inputs,
             output: &mut image,

@@ -3,8 +3,9 @@
 use evpose_kernels::Level;
 use evpose_kernels::blocked::{
     Chain, Conv, ConvShape, Depthwise, DepthwiseShape, Image, Link, MaxPool, PackedConv,
-    PackedDepthwise, PlaneConv, Scratch, Source, Storage, Team, TileSize, Winograd, add, add_held,
-    affine, flatten, gather, max_pool_packed, mean_pool, sigmoid, upsample, upsample_packed,
+    PackedDepthwise, PlaneConv, Scratch, Source, Storage, ThreadPool, TileSize, Winograd, add,
+    add_held, affine, flatten, gather, max_pool_packed, mean_pool, sigmoid, upsample,
+    upsample_packed,
 };
 use evpose_nn::graph::{Activation, ConvLayer, LinearLayer, Node, Operation};
 
@@ -12,13 +13,15 @@ use crate::InferError;
 use crate::held::{Buffer, Kept};
 use crate::shapes::Shape;
 
-/// Channels from which kernels take longer to transform to `F(4, 3)` than that saves, with few tiles.
+/// Channels from which kernels take longer to transform to `F(4, 3)` than that saves, with few
+/// tiles.
 const MANY: usize = 512;
 /// Tiles of `F(4, 3)` from which it is worth it for any channels.
 const ENOUGH: usize = 12;
 /// Tiles of an image below which one scheme is not worth its transforms.
 const TILES: usize = 6;
-/// Channels of an image that are taken in planes: in blocks it would be four times as large, or more.
+/// Channels of an image that are taken in planes: in blocks it would be four times as large, or
+/// more.
 const PLANES: usize = 4;
 /// Channels below which a convolution has too few products to save.
 const CHANNELS: usize = 16;
@@ -54,7 +57,7 @@ pub(crate) enum Step {
 
 /// What a step works with.
 pub(crate) struct Place<'a> {
-    pub(crate) team: &'a Team,
+    pub(crate) thread_pool: &'a ThreadPool,
     pub(crate) level: Level,
     pub(crate) inputs: &'a [&'a Buffer],
     pub(crate) output: &'a mut Buffer,
@@ -160,8 +163,8 @@ impl Step {
         Ok(Self::Depthwise(conv, activation))
     }
 
-    /// A convolution of the image that the network is shown, if that can be done in planes. Whether it is
-    /// kept in 32 bits tells whether others could be.
+    /// A convolution of the image that the network is shown, if that can be done in planes. Whether
+    /// it is kept in 32 bits tells whether others could be.
     pub(crate) fn of_planes(
         conv: &ConvLayer,
         activation: Activation,
@@ -268,12 +271,12 @@ impl Step {
 
     /// Does it.
     pub(crate) fn run(&self, place: Place<'_>) {
-        let Place { team, level, inputs, output, scratch } = place;
+        let Place { thread_pool, level, inputs, output, scratch } = place;
         let other = inputs.get(1).copied();
         match self {
             Self::PackedConv(conv, _, activation) => {
                 let residual = other.map(Buffer::held);
-                conv.run(team, inputs[0].packed(), residual, *activation, output.held_mut());
+                conv.run(thread_pool, inputs[0].packed(), residual, *activation, output.held_mut());
             }
             Self::Chain(chain) => {
                 let source = match inputs[0] {
@@ -281,30 +284,30 @@ impl Step {
                     image => Source::Image(image.whole()),
                 };
                 let residual = other.map(Buffer::whole);
-                chain.run(team, source, residual, output.whole_mut(), scratch);
+                chain.run(thread_pool, source, residual, output.whole_mut(), scratch);
             }
             Self::Conv(conv, activation) if matches!(inputs[0], Buffer::Planes(_)) => {
-                conv.run_planes(team, inputs[0].planes(), *activation, output.whole_mut());
+                conv.run_planes(thread_pool, inputs[0].planes(), *activation, output.whole_mut());
             }
             Self::PlaneConv(conv, activation) => {
-                conv.run(team, inputs[0].planes(), *activation, output.held_mut());
+                conv.run(thread_pool, inputs[0].planes(), *activation, output.held_mut());
             }
             Self::PackedDepthwise(conv, _, activation) => {
-                conv.run(team, inputs[0].packed(), *activation, output.held_mut());
+                conv.run(thread_pool, inputs[0].packed(), *activation, output.held_mut());
             }
             Self::PackedMaxPool(pool) => {
-                max_pool_packed(team, level, *pool, inputs[0].packed(), output.packed_mut());
+                max_pool_packed(thread_pool, level, *pool, inputs[0].packed(), output.packed_mut());
             }
             Self::PackedUpsample => {
-                upsample_packed(team, level, inputs[0].packed(), output.packed_mut());
+                upsample_packed(thread_pool, level, inputs[0].packed(), output.packed_mut());
             }
             Self::PackedSum(activation) => {
                 let (one, other) = (inputs[0].held(), other.map(Buffer::held));
-                add_held(team, level, one, other, *activation, output.held_mut());
+                add_held(thread_pool, level, one, other, *activation, output.held_mut());
             }
             _ => {
                 let inputs: Vec<&Image> = inputs.iter().map(|input| input.whole()).collect();
-                self.run_whole(team, level, &inputs, output.whole_mut(), scratch);
+                self.run_whole(thread_pool, level, &inputs, output.whole_mut(), scratch);
             }
         }
     }
@@ -312,7 +315,7 @@ impl Step {
     /// Does it, where images are kept in 32 bits.
     fn run_whole(
         &self,
-        team: &Team,
+        thread_pool: &ThreadPool,
         level: Level,
         inputs: &[&Image],
         output: &mut Image,
@@ -320,23 +323,25 @@ impl Step {
     ) {
         let (input, other) = (inputs[0], inputs.get(1).copied());
         match self {
-            Self::Conv(conv, activation) => conv.run(team, input, other, *activation, output),
-            Self::Winograd(conv, activation) => {
-                conv.run(team, input, other, *activation, output, scratch);
+            Self::Conv(conv, activation) => {
+                conv.run(thread_pool, input, other, *activation, output)
             }
-            Self::Depthwise(conv, activation) => conv.run(team, input, *activation, output),
-            Self::MaxPool(pool) => pool.run(team, level, input, output),
-            Self::MeanPool => mean_pool(team, level, input, output),
+            Self::Winograd(conv, activation) => {
+                conv.run(thread_pool, input, other, *activation, output, scratch);
+            }
+            Self::Depthwise(conv, activation) => conv.run(thread_pool, input, *activation, output),
+            Self::MaxPool(pool) => pool.run(thread_pool, level, input, output),
+            Self::MeanPool => mean_pool(thread_pool, level, input, output),
             Self::Flatten => flatten(input, output),
-            Self::Sum(activation) => add(team, level, input, other, *activation, output),
+            Self::Sum(activation) => add(thread_pool, level, input, other, *activation, output),
             Self::Channels(start) => gather(output, |channel| (input, start + channel)),
             Self::Interleave => {
                 let both = [input, inputs[1]];
                 gather(output, |channel| (both[channel % 2], channel / 2));
             }
-            Self::Upsample => upsample(team, level, input, output),
-            Self::Sigmoid => sigmoid(team, level, input, output),
-            Self::Affine(by) => affine(team, level, input, *by, output),
+            Self::Upsample => upsample(thread_pool, level, input, output),
+            Self::Sigmoid => sigmoid(thread_pool, level, input, output),
+            Self::Affine(by) => affine(thread_pool, level, input, *by, output),
             Self::Chain(_)
             | Self::PlaneConv(..)
             | Self::PackedConv(..)

@@ -12,7 +12,7 @@ mod start;
 use anyhow::{Result, ensure};
 use burn::tensor::Device;
 use evpose_infer::{EngineOptions, Level};
-use evpose_kernels::blocked::{Team, peak_gflop_per_s};
+use evpose_kernels::blocked::{ThreadPool, peak_gflop_per_s};
 use serde::Serialize;
 
 use case::{Case, Setting};
@@ -151,7 +151,7 @@ pub(crate) fn run(args: &BenchInferArgs) -> Result<()> {
 impl Peak {
     /// Measures the peak.
     fn of(threads: usize, level: Level) -> Self {
-        let gflop_per_s = peak_gflop_per_s(&Team::new(threads), level);
+        let gflop_per_s = peak_gflop_per_s(&ThreadPool::new(threads), level);
         say(format!("peak      {gflop_per_s:.1} GFLOP/s in f32 by {level}, {threads} threads"));
         Self { level: level.to_string(), threads, gflop_per_s }
     }

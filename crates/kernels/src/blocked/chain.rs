@@ -1,9 +1,10 @@
-//! Layers done together, some rows at a time, so that what lies between them stays in the second cache.
+//! Layers done together, some rows at a time, so that what lies between them stays in the second
+//! cache.
 //!
-//! Images between the first layers of a network are larger than caches: to write them and to read them
-//! again takes as long as their products. A chain makes a few rows of its last layer, and before them the
-//! rows of the others that these need: a stem with its pooling, an inverted residual, a head. Rows that the
-//! next few need too are kept.
+//! Images between the first layers of a network are larger than caches: to write them and to read
+//! them again takes as long as their products. A chain makes a few rows of its last layer, and
+//! before them the rows of the others that these need: a stem with its pooling, an inverted
+//! residual, a head. Rows that the next few need too are kept.
 
 use std::ops::Range;
 
@@ -12,7 +13,7 @@ use super::depthwise::Depthwise;
 use super::image::{BEYOND, Image, Input, Line};
 use super::planes::{PlaneConv, Planes};
 use super::pool::{MaxPool, maxima};
-use super::team::Team;
+use super::thread_pool::ThreadPool;
 use super::tile::Activation;
 use super::winograd::Scratch;
 use crate::simd::{LANES, Level};
@@ -118,11 +119,12 @@ impl Link {
 }
 
 impl Chain {
-    /// Of layers, each of which takes what the one before it makes, the first of them `input` channels,
-    /// rows and columns.
+    /// Of layers, each of which takes what the one before it makes, the first of them `input`
+    /// channels, rows and columns.
     ///
     /// # Panics
-    /// If a layer cannot take what the one before it makes, or one that is not the first takes planes.
+    /// If a layer cannot take what the one before it makes, or one that is not the first takes
+    /// planes.
     pub fn new(links: Vec<Link>, input: [usize; 3], level: Level) -> Self {
         assert!(!links.is_empty(), "layers");
         let mut sizes = vec![input];
@@ -201,11 +203,12 @@ impl Chain {
     /// convolution takes.
     ///
     /// # Panics
-    /// If an image has another size, or the border of the input is less than that of the first layer, or
-    /// there is a residual and no convolution for it, or there are more than sixteen planes.
+    /// If an image has another size, or the border of the input is less than that of the first
+    /// layer, or there is a residual and no convolution for it, or there are more than sixteen
+    /// planes.
     pub fn run(
         &self,
-        team: &Team,
+        thread_pool: &ThreadPool,
         input: Source<'_>,
         residual: Option<&Image>,
         output: &mut Image,
@@ -228,15 +231,15 @@ impl Chain {
         let takes_residual = matches!(self.links.last(), Some(Link::Conv(..)));
         assert!(residual.is_none_or(|image| takes_residual && size(image) == self.output()));
         let of_thread = self.lines();
-        let memory = Memory(scratch.lines(of_thread * team.threads()));
+        let memory = Memory(scratch.lines(of_thread * thread_pool.threads()));
         let rows = self.output()[1];
         let (residual, output) = (residual.map(Input::of), Output::of(output));
-        team.run(&|part| {
+        thread_pool.run(&|part| {
             let memory = memory.from(part.index * of_thread);
             let job = Job { of: self, input, residual, output, memory };
-            // SAFETY: sizes were compared, rows of the parts are disjoint, each has memory of its own, and
-            // the level is one of this processor's.
-            unsafe { job.run(part.share(rows)) };
+            // SAFETY: sizes were compared, rows of the parts are disjoint, each has memory of its
+            // own, and the level is one of this processor's.
+            unsafe { job.run(part.chunk(rows)) };
         });
     }
 }
@@ -303,8 +306,8 @@ impl Job<'_> {
         }
     }
 
-    /// Moves rows of a band that are needed again to its beginning, and puts zeros outside of the image.
-    /// Returns the rows that are missing.
+    /// Moves rows of a band that are needed again to its beginning, and puts zeros outside of the
+    /// image. Returns the rows that are missing.
     ///
     /// # Safety
     /// As [`run`](Self::run).

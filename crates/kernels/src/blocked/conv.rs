@@ -1,14 +1,15 @@
 //! Direct convolution of images in blocks of channels.
 //!
-//! Outputs are made a tile at a time, whose sums stay in registers; so many blocks of input channels at
-//! a time that their weights stay in the nearest cache while the tiles of the image go by.
+//! Outputs are made a tile at a time, whose sums stay in registers; so many blocks of input
+//! channels at a time that their weights stay in the nearest cache while the tiles of the image go
+//! by.
 
 use std::ops::Range;
 
 use super::image::{Image, Input, Line};
 use super::packing::{blocks_of, groups};
 use super::planes::Planes;
-use super::team::{Part, Team};
+use super::thread_pool::{Part, ThreadPool};
 use super::tile::{Activation, End, Start, Taps, tile};
 use crate::simd::{Kernel, LANES, Lanes, Level};
 
@@ -59,7 +60,8 @@ pub struct Conv {
 }
 
 impl Conv {
-    /// Lays `weight`, `[channels_out][channels_in][kernel][kernel]`, and `bias`, `[channels_out]`, out.
+    /// Lays `weight`, `[channels_out][channels_in][kernel][kernel]`, and `bias`, `[channels_out]`,
+    /// out.
     ///
     /// # Panics
     /// If there are more or fewer, or the stride is not 1 or 2, or the kernel is even.
@@ -105,7 +107,7 @@ impl Conv {
     /// As there, and if there are more.
     pub fn run_planes(
         &self,
-        team: &Team,
+        thread_pool: &ThreadPool,
         input: &Planes,
         activation: Activation,
         output: &mut Image,
@@ -118,12 +120,12 @@ impl Conv {
         assert_eq!([output.height(), output.width()], size, "size of the output");
         let (rows, out) = (output.height(), Output::of(output));
         let input = Input::of_planes(input);
-        team.run(&|part| {
-            let rows = part.share(rows);
+        thread_pool.run(&|part| {
+            let rows = part.chunk(rows);
             let first = rows.start as isize;
             let input = input.beginning_at(first * self.shape.stride as isize);
-            // SAFETY: sizes were compared, rows of the parts are disjoint, and the level is one of this
-            // processor's.
+            // SAFETY: sizes were compared, rows of the parts are disjoint, and the level is one of
+            // this processor's.
             unsafe { self.rows(input, None, activation, out.beginning_at(first), rows.len()) };
         });
     }
@@ -156,7 +158,7 @@ impl Conv {
     /// If an image has another size, or the border of the input is narrower than the padding.
     pub fn run(
         &self,
-        team: &Team,
+        thread_pool: &ThreadPool,
         input: &Image,
         residual: Option<&Image>,
         activation: Activation,
@@ -174,16 +176,16 @@ impl Conv {
         let (rows, groups) = (output.height(), self.groups().len());
         let (input, residual) = (Input::of(input), residual.map(Input::of));
         let out = Output::of(output);
-        team.run(&|part: Part| {
+        thread_pool.run(&|part: Part| {
             // Every output belongs to one part.
-            let (groups, rows) = if groups.is_multiple_of(part.of) {
-                (part.share(groups), 0..rows)
+            let (groups, rows) = if groups.is_multiple_of(part.count) {
+                (part.chunk(groups), 0..rows)
             } else {
-                (0..groups, part.share(rows))
+                (0..groups, part.chunk(rows))
             };
             let work = Rows { conv: self, input, residual, activation, out, groups, rows };
-            // SAFETY: sizes were compared above, outputs of the parts are disjoint, and the level is
-            // one of this processor's.
+            // SAFETY: sizes were compared above, outputs of the parts are disjoint, and the level
+            // is one of this processor's.
             unsafe { work.run() };
         });
     }
@@ -226,7 +228,7 @@ impl Output {
     }
 }
 
-// SAFETY: each part of a team writes its own pixels through it.
+// SAFETY: each part of a parallel region writes its own pixels through it.
 unsafe impl Send for Output {}
 // SAFETY: as above.
 unsafe impl Sync for Output {}
@@ -242,8 +244,8 @@ struct Rows<'a> {
     rows: Range<usize>,
 }
 
-/// A group of `B` blocks of them, from an input of `PIXEL` values a pixel. Each kind of group is compiled by
-/// itself: of one function for all, compilers leave half in memory.
+/// A group of `B` blocks of them, from an input of `PIXEL` values a pixel. Each kind of group is
+/// compiled by itself: of one function for all, compilers leave half in memory.
 struct Group<'a, const B: usize, const STRIDE: usize, const PIXEL: usize> {
     of: &'a Rows<'a>,
     block_out: usize,
@@ -255,8 +257,8 @@ impl Rows<'_> {
     /// Makes them.
     ///
     /// # Safety
-    /// Taps of these rows are readable, the rows writable by nobody else, and those of the residual readable;
-    /// the level is one of this processor's.
+    /// Taps of these rows are readable, the rows writable by nobody else, and those of the residual
+    /// readable; the level is one of this processor's.
     unsafe fn run(&self) {
         let mut first = 0;
         for (group, blocks) in self.conv.groups().enumerate() {
@@ -333,10 +335,11 @@ impl<const B: usize, const STRIDE: usize, const PIXEL: usize> Kernel
                     });
                     let pixels = of_tile.min(width - x);
                     let ahead = &ahead
-                        [Part { index: tile, of: of_row * rows.rows.len() }.share(ahead.len())];
+                        [Part { index: tile, count: of_row * rows.rows.len() }.chunk(ahead.len())];
                     (taps.ahead, taps.ahead_lines) = (ahead.as_ptr().cast(), ahead.len());
                     tile += 1;
-                    // SAFETY: the caller's; taps of these pixels are inside the input and its border.
+                    // SAFETY: the caller's; taps of these pixels are inside the input and its
+                    // border.
                     unsafe {
                         some::<V, B, STRIDE, PIXEL>(
                             pixels,

@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::conv::Output;
 use super::image::{Image, Input, Line};
 use super::packing::blocks_of;
-use super::team::Team;
+use super::thread_pool::ThreadPool;
 use super::tile::{Activation, activated};
 use crate::simd::{Kernel, LANES, Lanes, Level};
 
@@ -62,7 +62,13 @@ impl Depthwise {
     ///
     /// # Panics
     /// If an image has another size, or the border of the input is narrower than half a kernel.
-    pub fn run(&self, team: &Team, input: &Image, activation: Activation, output: &mut Image) {
+    pub fn run(
+        &self,
+        thread_pool: &ThreadPool,
+        input: &Image,
+        activation: Activation,
+        output: &mut Image,
+    ) {
         let DepthwiseShape { channels, kernel, stride } = self.shape;
         assert_eq!([input.channels(), output.channels()], [channels; 2], "channels");
         assert!(input.border() >= kernel / 2, "a border as wide as half a kernel");
@@ -71,8 +77,8 @@ impl Depthwise {
         let rows = output.height();
         let units = output.blocks() * rows;
         let (input, out) = (Input::of(input), Output::of(output));
-        team.run(&|part| {
-            let work = Rows { of: self, input, activation, out, rows, units: part.share(units) };
+        thread_pool.run(&|part| {
+            let work = Rows { of: self, input, activation, out, rows, units: part.chunk(units) };
             // SAFETY: sizes were compared above, rows of the parts are disjoint, and the level is
             // one of this processor's.
             unsafe { self.level.run(&work) };

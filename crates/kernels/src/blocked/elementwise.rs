@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::conv::Output;
 use super::image::Image;
-use super::team::Team;
+use super::thread_pool::ThreadPool;
 use super::tile::{Activation, activated};
 use crate::simd::{Kernel, LANES, Lanes, Level};
 
@@ -13,7 +13,7 @@ use crate::simd::{Kernel, LANES, Lanes, Level};
 /// # Panics
 /// If sizes differ.
 pub fn add(
-    team: &Team,
+    thread_pool: &ThreadPool,
     level: Level,
     one: &Image,
     other: Option<&Image>,
@@ -25,8 +25,8 @@ pub fn add(
     let rows = output.height();
     let units = output.blocks() * rows;
     let out = Output::of(output);
-    team.run(&|part| {
-        let work = Sums { one, other, activation, out, rows, units: part.share(units) };
+    thread_pool.run(&|part| {
+        let work = Sums { one, other, activation, out, rows, units: part.chunk(units) };
         // SAFETY: images are of one size, rows of the parts are disjoint, and the level is one of
         // this processor's.
         unsafe { level.run(&work) };
@@ -91,7 +91,8 @@ pub fn gather<'a>(output: &mut Image, source: impl Fn(usize) -> (&'a Image, usiz
     }
 }
 
-/// Writes all values of `input`, channel by channel, to the channels of the single pixel of `output`.
+/// Writes all values of `input`, channel by channel, to the channels of the single pixel of
+/// `output`.
 ///
 /// # Panics
 /// If there are more or fewer.

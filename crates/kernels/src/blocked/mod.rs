@@ -1,4 +1,5 @@
-//! Inference, one image at a time: images in blocks of sixteen channels, which are a register of AVX-512.
+//! Inference, one image at a time: images in blocks of sixteen channels, which are a register of
+//! AVX-512.
 //!
 //! * [`Image`]: such an image, with a border of zeros.
 //! * [`Conv`]: convolution with bias, residual and activation in one pass.
@@ -12,7 +13,7 @@
 //! * [`add`], [`gather`], [`flatten`]: sums, and values put elsewhere.
 //! * [`upsample`]: twice as many rows and columns.
 //! * [`affine`], [`sigmoid`]: functions of every value by itself.
-//! * [`Team`]: threads that share the work.
+//! * [`ThreadPool`]: threads that share the work.
 //! * [`peak_gflop_per_s`]: what the processor can do at best.
 //!
 //! Every operation is compiled for every [`Level`](crate::Level) and gives the same up to rounding.
@@ -30,7 +31,7 @@ mod peak;
 mod planes;
 mod pool;
 mod scheme;
-mod team;
+mod thread_pool;
 mod tile;
 mod upsample;
 mod values;
@@ -52,7 +53,7 @@ pub use packed::{
 pub use peak::peak_gflop_per_s;
 pub use planes::{PlaneConv, Planes};
 pub use pool::{MaxPool, mean_pool};
-pub use team::{Part, Team};
+pub use thread_pool::{Part, ThreadPool};
 pub use tile::Activation;
 pub use upsample::upsample;
 pub use values::{affine, sigmoid};

@@ -4,7 +4,7 @@ use std::hint::black_box;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
-use super::team::Team;
+use super::thread_pool::ThreadPool;
 use crate::simd::{Kernel, LANES, Lanes, Level};
 
 /// Products of a sum in one measurement, about a millisecond.
@@ -12,24 +12,24 @@ const PRODUCTS: usize = 1 << 18;
 /// Measurements, of which the fastest counts: what disturbs one only makes it slower.
 const TIMES: usize = 40;
 
-/// The most products and sums that a team does in a second, in billions of either: products are added up
-/// in registers, and nothing is read or written.
+/// The most products and sums that a thread_pool does in a second, in billions of either: products
+/// are added up in registers, and nothing is read or written.
 ///
 /// # Panics
 /// If the processor does not have the instructions of `level`.
-pub fn peak_gflop_per_s(team: &Team, level: Level) -> f64 {
+pub fn peak_gflop_per_s(thread_pool: &ThreadPool, level: Level) -> f64 {
     assert!(Level::available().contains(&level), "{level} on this processor");
     let sums = AtomicUsize::new(0);
     let once = || {
         let begin = Instant::now();
-        team.run(&|_| {
+        thread_pool.run(&|_| {
             // SAFETY: the level is one of this processor's.
             unsafe { level.run(&Products { sums: &sums }) };
         });
         begin.elapsed().as_secs_f64()
     };
     let fastest_s = (0..TIMES).map(|_| once()).fold(f64::INFINITY, f64::min);
-    let products = PRODUCTS * sums.into_inner() * LANES * team.threads();
+    let products = PRODUCTS * sums.into_inner() * LANES * thread_pool.threads();
     2e-9 * products as f64 / fastest_s
 }
 
@@ -82,7 +82,7 @@ mod tests {
     #[test]
     fn a_peak_is_that_of_a_processor_not_of_a_loop_that_was_left_out() {
         for level in Level::available() {
-            let one = peak_gflop_per_s(&Team::new(1), level);
+            let one = peak_gflop_per_s(&ThreadPool::new(1), level);
             // However slow the machine is; a loop that was left out would take no time.
             assert!((0.01..1000.0).contains(&one), "{level}: {one}");
         }

@@ -1,13 +1,13 @@
 //! Images as the world brings them, channel by channel, and a convolution of them.
 //!
-//! In blocks of sixteen channels an image of two takes eight times its size, and a convolution into three
-//! uses three of sixteen lanes. Sixteen neighbouring pixels of a plane use all of them.
+//! In blocks of sixteen channels an image of two takes eight times its size, and a convolution into
+//! three uses three of sixteen lanes. Sixteen neighbouring pixels of a plane use all of them.
 
 use std::ops::Range;
 
 use super::conv::{ConvShape, Output};
 use super::packed::{HeldMut, To};
-use super::team::Team;
+use super::thread_pool::ThreadPool;
 use super::tile::{Activation, activated};
 use crate::simd::{Kernel, LANES, Lanes, Level};
 
@@ -49,17 +49,17 @@ impl Planes {
     ///
     /// # Panics
     /// If there are more or fewer values.
-    pub fn read(&mut self, team: &Team, level: Level, planes: &[f32], by: [f32; 2]) {
+    pub fn read(&mut self, thread_pool: &ThreadPool, level: Level, planes: &[f32], by: [f32; 2]) {
         let [channels, height, _] = self.size;
         assert_eq!(planes.len(), self.size.iter().product(), "planes of this size");
         let (row_pitch, block_pitch) = (self.row_pitch(), self.pitch());
         let first = self.place(0, 0);
         let pixels = self.values[first..].as_mut_ptr();
         let to = Output { pixels, row_pitch, block_pitch, width: self.size[2] };
-        team.run(&|part| {
-            let work = Reading { planes, by, height, to, units: part.share(channels * height) };
-            // SAFETY: sizes were compared, rows of the parts are disjoint, and the level is one of this
-            // processor's.
+        thread_pool.run(&|part| {
+            let work = Reading { planes, by, height, to, units: part.chunk(channels * height) };
+            // SAFETY: sizes were compared, rows of the parts are disjoint, and the level is one of
+            // this processor's.
             unsafe { level.run(&work) };
         });
     }
@@ -168,14 +168,14 @@ impl PlaneConv {
         self.shape
     }
 
-    /// Writes `activation(conv(input))` to `output`, of which only the channels that there are: those that
-    /// fill the block up are as they were.
+    /// Writes `activation(conv(input))` to `output`, of which only the channels that there are:
+    /// those that fill the block up are as they were.
     ///
     /// # Panics
     /// If an image has another size, or the border of the input is narrower than the padding.
     pub fn run(
         &self,
-        team: &Team,
+        thread_pool: &ThreadPool,
         input: &Planes,
         activation: Activation,
         mut output: HeldMut<'_>,
@@ -185,11 +185,11 @@ impl PlaneConv {
         assert!(input.border >= self.shape.padding(), "a border as wide as the padding");
         assert_eq!(output.size(), [self.shape.channels_out, height, width], "size of the output");
         let to = output.to();
-        team.run(&|part| {
+        thread_pool.run(&|part| {
             let to = Written::Blocks(to);
-            let work = Rows { conv: self, input, activation, to, rows: part.share(height) };
-            // SAFETY: sizes were compared, rows of the parts are disjoint, and the level is one of this
-            // processor's.
+            let work = Rows { conv: self, input, activation, to, rows: part.chunk(height) };
+            // SAFETY: sizes were compared, rows of the parts are disjoint, and the level is one of
+            // this processor's.
             unsafe { self.level.run(&work) };
         });
     }
@@ -251,8 +251,9 @@ impl Rows<'_> {
         let [_, _, width] = self.input.size;
         for y in self.rows.clone() {
             for x in (0..width).step_by(LANES) {
-                // SAFETY: the caller's. A tap of the last of sixteen pixels may be on the next row, or
-                // behind the last of all, where there are sixteen values more; its sum is not kept.
+                // SAFETY: the caller's. A tap of the last of sixteen pixels may be on the next row,
+                // or behind the last of all, where there are sixteen values more; its sum is not
+                // kept.
                 unsafe {
                     let mut sums: [V; C] = std::array::from_fn(|c| V::splat(self.conv.bias[c]));
                     let mut weights = self.conv.weights.as_ptr();
@@ -328,9 +329,9 @@ mod tests {
             let mut input = Planes::zeros([channels_in, height, width], half);
             for level in Level::available() {
                 let conv = PlaneConv::new(shape, &weight, &bias, level);
-                input.read(&Team::new(threads), level, &values, [2.0, -0.5]);
+                input.read(&ThreadPool::new(threads), level, &values, [2.0, -0.5]);
                 let mut output = Image::zeros(channels_out, height, width, 1);
-                conv.run(&Team::new(threads), &input, activation, HeldMut::Whole(&mut output));
+                conv.run(&ThreadPool::new(threads), &input, activation, HeldMut::Whole(&mut output));
                 let difference = apart(&planes(&output), &truth);
                 prop_assert!(difference < most, "{level}: {difference}");
                 let alone = image(&planes(&output), channels_out, size, 1);
@@ -343,7 +344,7 @@ mod tests {
     fn extremes_are_those_of_values() {
         let mut planes = Planes::zeros([2, 3, 5], 1);
         let values: Vec<f32> = (1..=30).map(|value| value as f32).collect();
-        planes.read(&Team::new(1), Level::best(), &values, [1.0, 0.0]);
+        planes.read(&ThreadPool::new(1), Level::best(), &values, [1.0, 0.0]);
         assert_eq!(planes.extremes(), [1.0, 30.0]);
     }
 }

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::conv::Output;
 use super::image::{Image, Input};
-use super::team::Team;
+use super::thread_pool::ThreadPool;
 use crate::simd::{Kernel, LANES, Lanes, Level};
 
 /// Windows of which the largest value counts; what lies outside of the image does not.
@@ -44,11 +44,11 @@ impl MaxPool {
     ///
     /// # Panics
     /// If the output has another size, or a window lies outside altogether.
-    pub fn run(&self, team: &Team, level: Level, input: &Image, output: &mut Image) {
+    pub fn run(&self, thread_pool: &ThreadPool, level: Level, input: &Image, output: &mut Image) {
         let [rows, columns] = self.windows([input.height(), input.width()]);
         let size = [rows.len(), columns.len()];
         assert_eq!([output.height(), output.width()], size, "size of the output");
-        pooled(team, level, input, [&rows, &columns], Of::Maxima, output);
+        pooled(thread_pool, level, input, [&rows, &columns], Of::Maxima, output);
     }
 }
 
@@ -72,13 +72,13 @@ pub(super) unsafe fn maxima(
 ///
 /// # Panics
 /// If the output has other channels, or either has no pixels.
-pub fn mean_pool(team: &Team, level: Level, input: &Image, output: &mut Image) {
+pub fn mean_pool(thread_pool: &ThreadPool, level: Level, input: &Image, output: &mut Image) {
     let windows = |parts: usize, of: usize| -> Vec<Range<usize>> {
         (0..parts).map(|k| k * of / parts..((k + 1) * of).div_ceil(parts)).collect()
     };
     let rows = windows(output.height(), input.height());
     let columns = windows(output.width(), input.width());
-    pooled(team, level, input, [&rows, &columns], Of::Means, output);
+    pooled(thread_pool, level, input, [&rows, &columns], Of::Means, output);
 }
 
 /// What is taken of a window.
@@ -89,7 +89,7 @@ enum Of {
 }
 
 fn pooled(
-    team: &Team,
+    thread_pool: &ThreadPool,
     level: Level,
     input: &Image,
     [rows, columns]: [&[Range<usize>]; 2],
@@ -100,9 +100,9 @@ fn pooled(
     assert!(rows.iter().chain(columns).all(|window| !window.is_empty()), "windows with pixels");
     let units = output.blocks() * rows.len();
     let out = Output::of(output);
-    team.run(&|part| {
+    thread_pool.run(&|part| {
         let input = Input::of(input);
-        let work = Windows { input, rows, columns, of, out, units: part.share(units) };
+        let work = Windows { input, rows, columns, of, out, units: part.chunk(units) };
         // SAFETY: windows are inside the input, outputs of the parts are disjoint, and the level is
         // one of this processor's.
         unsafe { level.run(&work) };
@@ -159,7 +159,8 @@ impl Kernel for Windows<'_> {
 }
 
 impl Windows<'_> {
-    /// Whether every window begins at the last column of the one before it, and has at most two more.
+    /// Whether every window begins at the last column of the one before it, and has at most two
+    /// more.
     fn overlap_by_one(&self) -> bool {
         let is_next =
             |pair: &[Range<usize>]| pair[0].end == pair[1].start + 1 && pair[1].len() <= 3;

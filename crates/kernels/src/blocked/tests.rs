@@ -140,11 +140,11 @@ proptest! {
         let magnitude = magnitude(shape, &input, size, &weight);
         let input = image(&input, channels_in, size, kernel / 2);
         let residual = has_residual.then(|| image(&residual, channels_out, out, 1));
-        let team = Team::new(threads);
+        let thread_pool = ThreadPool::new(threads);
         for level in Level::available() {
             let conv = Conv::new(shape, &weight, &bias, level);
             let mut output = Image::zeros(channels_out, out[0], out[1], 1);
-            conv.run(&team, &input, residual.as_ref(), activation, &mut output);
+            conv.run(&thread_pool, &input, residual.as_ref(), activation, &mut output);
             let apart = apart(&planes(&output), &truth) / magnitude;
             prop_assert!(apart < 5e-7, "{level}: {apart}");
             prop_assert!(output.is_zero_outside(), "{level}: the border is not zero");
@@ -172,14 +172,14 @@ proptest! {
         let magnitude = magnitude(shape, &input, size, &weight);
         let input = image(&input, channels_in, size, 1);
         let residual = has_residual.then(|| image(&residual, channels_out, size, 0));
-        let team = Team::new(threads);
+        let thread_pool = ThreadPool::new(threads);
         let mut scratch = Scratch::default();
         for level in Level::available() {
             for (tile, most) in [(TileSize::Two, 1e-6), (TileSize::Four, 5e-6)] {
                 let conv = Winograd::of(channels, &weight, &bias, tile, level, is_plain);
                 let mut output = Image::zeros(channels_out, size[0], size[1], 1);
                 let residual = residual.as_ref();
-                conv.run(&team, &input, residual, activation, &mut output, &mut scratch);
+                conv.run(&thread_pool, &input, residual, activation, &mut output, &mut scratch);
                 let apart = apart(&planes(&output), &truth) / magnitude;
                 prop_assert!(apart < most, "{level} {tile:?}: {apart}");
                 prop_assert!(output.is_zero_outside(), "{level}: the border is not zero");
@@ -207,12 +207,12 @@ proptest! {
         let truth = After { bias: &bias, residual: None, activation }.applied(sums);
         let input = image(&input, channels, size, kernel / 2);
         let out = size.map(|side| one.output(side));
-        let team = Team::new(threads);
+        let thread_pool = ThreadPool::new(threads);
         for level in Level::available() {
             let shape = DepthwiseShape { channels, kernel, stride };
             let conv = Depthwise::new(shape, &weight, &bias, level);
             let mut output = Image::zeros(channels, out[0], out[1], 2);
-            conv.run(&team, &input, activation, &mut output);
+            conv.run(&thread_pool, &input, activation, &mut output);
             let apart = apart(&planes(&output), &truth);
             prop_assert!(apart < 5e-6, "{level}: {apart}");
             prop_assert!(output.is_zero_outside(), "{level}: the border is not zero");
@@ -254,14 +254,14 @@ proptest! {
             }
         }
         let image = image(&input, channels, size, 1);
-        let team = Team::new(threads);
+        let thread_pool = ThreadPool::new(threads);
         for level in Level::available() {
             let mut output = Image::zeros(channels, out[0], out[1], 1);
-            pool.run(&team, level, &image, &mut output);
+            pool.run(&thread_pool, level, &image, &mut output);
             prop_assert_eq!(apart(&planes(&output), &maxima), 0.0);
             prop_assert!(output.is_zero_outside());
             let mut output = Image::zeros(channels, parts[0], parts[1], 0);
-            mean_pool(&team, level, &image, &mut output);
+            mean_pool(&thread_pool, level, &image, &mut output);
             prop_assert!(apart(&planes(&output), &means) < 1e-6);
             prop_assert!(output.is_zero_outside());
         }
@@ -278,12 +278,12 @@ proptest! {
         let pixels = size[0] * size[1];
         let [one, other] = [seed, seed ^ 1].map(|seed| noise(seed, channels * pixels));
         let [a, b] = [&one, &other].map(|planes| image(planes, channels, size, 1));
-        let team = Team::new(threads);
+        let thread_pool = ThreadPool::new(threads);
         let sums = one.iter().zip(&other).map(|(a, b)| f64::from(a + b));
         let sums: Vec<f64> = sums.map(|sum| activated(sum, activation)).collect();
         for level in Level::available() {
             let mut output = Image::zeros(channels, size[0], size[1], 2);
-            add(&team, level, &a, Some(&b), activation, &mut output);
+            add(&thread_pool, level, &a, Some(&b), activation, &mut output);
             prop_assert_eq!(apart(&planes(&output), &sums), 0.0);
             prop_assert!(output.is_zero_outside());
         }

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::conv::Output;
 use super::image::Image;
-use super::team::Team;
+use super::thread_pool::ThreadPool;
 use crate::simd::{Kernel, LANES, Lanes, Level};
 
 /// What the nearer and the farther pixel count.
@@ -14,23 +14,24 @@ pub(super) const FAR: f32 = 0.25;
 /// Writes `input` to `output`, which has twice as many rows and columns.
 ///
 /// # Model
-/// Bilinear, pixels being squares about their centres: row `y` of the output lies at `(y + 0.5) / 2 - 0.5`
-/// of the input, a quarter of a pixel from the row `y / 2`, on the side of the one above for even `y` and of
-/// the one below for odd. Beyond the outermost centres the values stay. So do columns.
+/// Bilinear, pixels being squares about their centres: row `y` of the output lies at `(y + 0.5) / 2
+/// - 0.5` of the input, a quarter of a pixel from the row `y / 2`, on the side of the one above for
+/// even `y` and of the one below for odd. Beyond the outermost centres the values stay. So do
+/// columns.
 ///
 /// # Panics
 /// If the output has another size.
-pub fn upsample(team: &Team, level: Level, input: &Image, output: &mut Image) {
+pub fn upsample(thread_pool: &ThreadPool, level: Level, input: &Image, output: &mut Image) {
     assert_eq!(input.channels(), output.channels(), "channels");
     let size = [input.height(), input.width()].map(|side| 2 * side);
     assert_eq!([output.height(), output.width()], size, "size of the output");
     let rows = output.height();
     let units = output.blocks() * rows;
     let out = Output::of(output);
-    team.run(&|part| {
-        let work = Rows { input, out, rows, units: part.share(units) };
-        // SAFETY: sizes were compared above, rows of the parts are disjoint, and the level is one of this
-        // processor's.
+    thread_pool.run(&|part| {
+        let work = Rows { input, out, rows, units: part.chunk(units) };
+        // SAFETY: sizes were compared above, rows of the parts are disjoint, and the level is one
+        // of this processor's.
         unsafe { level.run(&work) };
     });
 }

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::conv::Output;
 use super::image::{Image, Line};
-use super::team::Team;
+use super::thread_pool::ThreadPool;
 use crate::simd::{Kernel, LANES, Lanes, Level};
 
 /// Writes `factor * input + offset` to `output`.
@@ -12,21 +12,21 @@ use crate::simd::{Kernel, LANES, Lanes, Level};
 /// # Panics
 /// If sizes differ.
 pub fn affine(
-    team: &Team,
+    thread_pool: &ThreadPool,
     level: Level,
     input: &Image,
     [factor, offset]: [f32; 2],
     output: &mut Image,
 ) {
-    mapped(team, level, input, Of::Affine { factor, offset }, output);
+    mapped(thread_pool, level, input, Of::Affine { factor, offset }, output);
 }
 
 /// Writes `1 / (1 + exp(-input))` to `output`, right to a few units in the last place.
 ///
 /// # Panics
 /// If sizes differ.
-pub fn sigmoid(team: &Team, level: Level, input: &Image, output: &mut Image) {
-    mapped(team, level, input, Of::Sigmoid, output);
+pub fn sigmoid(thread_pool: &ThreadPool, level: Level, input: &Image, output: &mut Image) {
+    mapped(thread_pool, level, input, Of::Sigmoid, output);
 }
 
 /// What becomes of a value.
@@ -36,16 +36,16 @@ enum Of {
     Sigmoid,
 }
 
-fn mapped(team: &Team, level: Level, input: &Image, of: Of, output: &mut Image) {
+fn mapped(thread_pool: &ThreadPool, level: Level, input: &Image, of: Of, output: &mut Image) {
     let size = |image: &Image| [image.channels(), image.height(), image.width()];
     assert_eq!(size(input), size(output), "images of one size");
     let rows = output.height();
     let units = output.blocks() * rows;
     let out = Output::of(output);
-    team.run(&|part| {
-        let work = Rows { input, of, out, rows, units: part.share(units) };
-        // SAFETY: images are of one size, rows of the parts are disjoint, and the level is one of this
-        // processor's.
+    thread_pool.run(&|part| {
+        let work = Rows { input, of, out, rows, units: part.chunk(units) };
+        // SAFETY: images are of one size, rows of the parts are disjoint, and the level is one of
+        // this processor's.
         unsafe { level.run(&work) };
     });
 }
@@ -95,8 +95,8 @@ impl Kernel for Rows<'_> {
 /// The sigmoid of a value without a branch, so that compilers do sixteen at once.
 ///
 /// # Model
-/// `exp(-x)` is `2^n exp(r)` with the whole `n` nearest to `-x / ln 2` and `|r| <= ln 2 / 2`, for which seven
-/// terms of the series behind 1 are exact to the last place.
+/// `exp(-x)` is `2^n exp(r)` with the whole `n` nearest to `-x / ln 2` and `|r| <= ln 2 / 2`, for
+/// which seven terms of the series behind 1 are exact to the last place.
 #[inline(always)]
 fn sigmoid_of(value: f32) -> f32 {
     /// Beyond, the sigmoid is 0 or 1 to within 1e-37.

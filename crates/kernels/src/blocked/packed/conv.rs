@@ -8,7 +8,7 @@ use super::weights::Bytes;
 use crate::blocked::conv::ConvShape;
 use crate::blocked::image::Line;
 use crate::blocked::packing::{blocks_of, groups};
-use crate::blocked::team::{Part, Team};
+use crate::blocked::thread_pool::{Part, ThreadPool};
 use crate::blocked::tile::{Activation, activated};
 use crate::simd::dots::{Bf16, Dots, Stored, line_bytes};
 use crate::simd::{LANES, Lanes, Level, Packed as _, PackedKernel};
@@ -32,8 +32,8 @@ pub struct PackedConv {
 }
 
 impl PackedConv {
-    /// Lays `weight`, `[channels_out][channels_in][kernel][kernel]`, and `bias`, `[channels_out]`, out for
-    /// images that are kept as `input`.
+    /// Lays `weight`, `[channels_out][channels_in][kernel][kernel]`, and `bias`, `[channels_out]`,
+    /// out for images that are kept as `input`.
     ///
     /// # Panics
     /// If there are more or fewer, or the stride is not 1 or 2, or the kernel is even.
@@ -118,11 +118,11 @@ impl PackedConv {
     /// Writes `activation(conv(input) + residual)` to `output`.
     ///
     /// # Panics
-    /// If an image has another size, or the input is kept otherwise than the weights are made for or its
-    /// border narrower than the padding.
+    /// If an image has another size, or the input is kept otherwise than the weights are made for
+    /// or its border narrower than the padding.
     pub fn run(
         &self,
-        team: &Team,
+        thread_pool: &ThreadPool,
         input: &Packed,
         residual: Option<Held<'_>>,
         activation: Activation,
@@ -139,8 +139,8 @@ impl PackedConv {
         let residual = residual.map(|residual| residual.from());
         let job = Job { of: self, input, residual, activation, size, to: output.to() };
         match self.input {
-            Storage::Bf16 => job.run::<Bf16>(team),
-            Storage::Byte(_) => job.run::<u8>(team),
+            Storage::Bf16 => job.run::<Bf16>(thread_pool),
+            Storage::Byte(_) => job.run::<u8>(thread_pool),
         }
     }
 }
@@ -155,8 +155,8 @@ struct Job<'a> {
     to: To,
 }
 
-/// Some rows of a group of `B` blocks of channels. Each kind of group is compiled by itself: of one function
-/// for all, compilers leave half in memory.
+/// Some rows of a group of `B` blocks of channels. Each kind of group is compiled by itself: of one
+/// function for all, compilers leave half in memory.
 struct Rows<'a, const B: usize, const STRIDE: usize> {
     job: &'a Job<'a>,
     block: usize,
@@ -168,14 +168,14 @@ struct Rows<'a, const B: usize, const STRIDE: usize> {
 }
 
 impl Job<'_> {
-    fn run<S: crate::simd::Packed>(&self, team: &Team) {
+    fn run<S: crate::simd::Packed>(&self, thread_pool: &ThreadPool) {
         let (rows, groups) = (self.size[1], self.of.groups().len());
-        team.run(&|part: Part| {
+        thread_pool.run(&|part: Part| {
             // Every output belongs to one part.
-            let (groups, rows) = if groups.is_multiple_of(part.of) {
-                (part.share(groups), 0..rows)
+            let (groups, rows) = if groups.is_multiple_of(part.count) {
+                (part.chunk(groups), 0..rows)
             } else {
-                (0..groups, part.share(rows))
+                (0..groups, part.chunk(rows))
             };
             self.groups::<S>(groups, &rows);
         });
@@ -204,8 +204,8 @@ impl Job<'_> {
                             bytes,
                             ahead_lines,
                         };
-                        // SAFETY: sizes were compared, outputs of the parts are disjoint, and the level
-                        // is one of this processor's.
+                        // SAFETY: sizes were compared, outputs of the parts are disjoint, and the
+                        // level is one of this processor's.
                         unsafe { S::run(self.of.level, &work) }
                     }};
                 }
@@ -232,14 +232,15 @@ impl<S: Stored, const B: usize, const STRIDE: usize> PackedKernel<S> for Rows<'_
         for y in self.rows.clone() {
             for x in (0..width).step_by(of_tile) {
                 let of = of_row * self.rows.len();
-                let ahead = Part { index: done, of }.share(self.ahead_lines);
+                let ahead = Part { index: done, of }.chunk(self.ahead_lines);
                 done += 1;
                 let first = self.weights.wrapping_add(self.bytes + ahead.start * 64);
                 let (place, ahead) = ([self.block, y, x], (first, ahead.len()));
                 macro_rules! of {
                     ($($n:literal)*) => {
                         match of_tile.min(width - x) {
-                            // SAFETY: the caller's. Larger tiles than registers hold are not compiled.
+                            // SAFETY: the caller's. Larger tiles than registers hold are not
+                            // compiled.
                             $($n if $n <= D::TILE[B - 1] => unsafe {
                                 self.tile::<D, $n>(place, self.weights, ahead);
                             },)*

@@ -8,7 +8,7 @@ use super::weights::Bytes;
 use crate::blocked::depthwise::DepthwiseShape;
 use crate::blocked::image::Line;
 use crate::blocked::packing::blocks_of;
-use crate::blocked::team::Team;
+use crate::blocked::thread_pool::ThreadPool;
 use crate::blocked::tile::{Activation, activated};
 use crate::simd::dots::{Bf16, Dots, Stored};
 use crate::simd::{LANES, Lanes, Level, Packed as _, PackedKernel};
@@ -24,7 +24,8 @@ pub struct PackedDepthwise {
     input: Storage,
     /// `[block][ky][kx][16]`, in steps where they are bytes.
     weights: Vec<Line>,
-    /// `[block][ky][even and odd output][channel][4]`: a row of three taps, the fourth is 0. Of 3x3 bytes.
+    /// `[block][ky][even and odd output][channel][4]`: a row of three taps, the fourth is 0. Of 3x3
+    /// bytes.
     rows: Vec<[i8; LANES * ROW]>,
     /// What sums are multiplied by, and what is added to them.
     factors: Vec<Line>,
@@ -32,8 +33,8 @@ pub struct PackedDepthwise {
 }
 
 impl PackedDepthwise {
-    /// Lays `weight`, `[channels][kernel][kernel]`, and `bias`, `[channels]`, out for images that are kept
-    /// as `input`.
+    /// Lays `weight`, `[channels][kernel][kernel]`, and `bias`, `[channels]`, out for images that
+    /// are kept as `input`.
     ///
     /// # Panics
     /// If there are more or fewer, the kernel is not of 3 or 5, or the stride not 1 or 2.
@@ -85,11 +86,11 @@ impl PackedDepthwise {
     /// Writes `activation(conv(input))` to `output`.
     ///
     /// # Panics
-    /// If an image has another size, or the input is kept otherwise than the weights are made for or its
-    /// border narrower than half a kernel.
+    /// If an image has another size, or the input is kept otherwise than the weights are made for
+    /// or its border narrower than half a kernel.
     pub fn run(
         &self,
-        team: &Team,
+        thread_pool: &ThreadPool,
         input: &Packed,
         activation: Activation,
         mut output: HeldMut<'_>,
@@ -103,8 +104,8 @@ impl PackedDepthwise {
         assert_eq!(output.size(), [channels, rows, width], "size of the output");
         let units = channels.div_ceil(LANES) * rows;
         let to = output.to();
-        team.run(&|part| {
-            let units = part.share(units);
+        thread_pool.run(&|part| {
+            let units = part.chunk(units);
             let work = Rows { of: self, input, activation, to, rows, width, units };
             // SAFETY: sizes were compared above, rows of the parts are disjoint, and the level is
             // one of this processor's.
@@ -118,8 +119,8 @@ impl PackedDepthwise {
     }
 }
 
-/// Weights of 3x3 for rows of four pixels, of which an even output sees the first three and the odd one
-/// next to it the last three.
+/// Weights of 3x3 for rows of four pixels, of which an even output sees the first three and the odd
+/// one next to it the last three.
 fn rows_of(weight: &[i8], channels: usize) -> Vec<[i8; LANES * ROW]> {
     let mut rows = vec![[0; LANES * ROW]; channels.div_ceil(LANES) * 6];
     for (channel, taps) in weight.chunks(9).enumerate() {
@@ -146,7 +147,8 @@ struct Rows<'a> {
     units: Range<usize>,
 }
 
-/// What whole sums are multiplied by and what is added to them, and where they go if they go into bytes.
+/// What whole sums are multiplied by and what is added to them, and where they go if they go into
+/// bytes.
 #[derive(Clone, Copy)]
 struct End<V> {
     bytes: Option<ToBytes>,
@@ -181,7 +183,8 @@ impl Rows<'_> {
         for unit in self.units.clone() {
             let (block, y) = (unit / self.rows, unit % self.rows);
             let from: *const D::Stored = self.input.tap(block, y * STRIDE, 0, 1);
-            // SAFETY: the caller's; a row of four pixels ends within what may be read beyond the border.
+            // SAFETY: the caller's; a row of four pixels ends within what may be read beyond the
+            // border.
             unsafe {
                 let weights: [[D::Weights; 2]; 3] = std::array::from_fn(|ky| {
                     let rows = &self.of.rows[(block * 3 + ky) * 2..][..2];

@@ -123,7 +123,8 @@ pub(super) struct From {
     kind: Kind,
     row_pitch: usize,
     block_pitch: usize,
-    /// What a number is multiplied by, after the other is taken from it: what stands for 0 is 0 exactly.
+    /// What a number is multiplied by, after the other is taken from it: what stands for 0 is 0
+    /// exactly.
     scale: [f32; 2],
 }
 
@@ -170,7 +171,7 @@ pub(in crate::blocked) struct To {
     scale: [f32; 2],
 }
 
-// SAFETY: each part of a team writes its own pixels through it.
+// SAFETY: each part of a parallel region writes its own pixels through it.
 unsafe impl Send for To {}
 // SAFETY: as above.
 unsafe impl Sync for To {}
@@ -184,7 +185,8 @@ impl To {
     /// Keeps sixteen values.
     ///
     /// # Safety
-    /// There is room for them, nobody else writes there, and the processor has the instructions of `V`.
+    /// There is room for them, nobody else writes there, and the processor has the instructions of
+    /// `V`.
     #[inline(always)]
     pub(in crate::blocked) unsafe fn store<V: Lanes>(&self, value: V, at: usize) {
         // SAFETY: the caller's.
@@ -249,8 +251,8 @@ impl To {
     }
 }
 
-/// Where bytes go, and what sums become on their way: the steps of the bytes go into the factors, and
-/// activations into their ends.
+/// Where bytes go, and what sums become on their way: the steps of the bytes go into the factors,
+/// and activations into their ends.
 #[derive(Clone, Copy)]
 pub(super) struct ToBytes {
     pixels: *mut u8,

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::held::{HeldMut, To};
 use crate::blocked::image::Image;
-use crate::blocked::team::Team;
+use crate::blocked::thread_pool::ThreadPool;
 use crate::simd::{Kernel, LANES, Lanes, Level};
 
 /// Writes `factor * planes + offset` of `[channels][height][width]` to an image.
@@ -12,7 +12,7 @@ use crate::simd::{Kernel, LANES, Lanes, Level};
 /// # Panics
 /// If there are more or fewer values.
 pub fn read_planes(
-    team: &Team,
+    thread_pool: &ThreadPool,
     level: Level,
     planes: &[f32],
     by: [f32; 2],
@@ -23,8 +23,8 @@ pub fn read_planes(
     assert_eq!(planes.len(), size.iter().product(), "planes of this size");
     let units = channels.div_ceil(LANES) * rows;
     let to = output.to();
-    team.run(&|part| {
-        let work = Rows { planes, by, size, to, units: part.share(units) };
+    thread_pool.run(&|part| {
+        let work = Rows { planes, by, size, to, units: part.chunk(units) };
         // SAFETY: sizes were compared, rows of the parts are disjoint, and the level is one of this
         // processor's.
         unsafe { level.run(&work) };
@@ -35,12 +35,12 @@ pub fn read_planes(
 ///
 /// # Panics
 /// If there is room for more or fewer values.
-pub fn write_planes(team: &Team, image: &Image, planes: &mut [f32]) {
+pub fn write_planes(thread_pool: &ThreadPool, image: &Image, planes: &mut [f32]) {
     let (channels, pixels) = (image.channels(), image.height() * image.width());
     assert_eq!(planes.len(), channels * pixels, "planes of this size");
     let to = Planes(planes.as_mut_ptr());
-    team.run(&|part| {
-        for channel in part.share(channels) {
+    thread_pool.run(&|part| {
+        for channel in part.chunk(channels) {
             // SAFETY: planes of the parts are disjoint, and there are so many.
             let plane = unsafe { to.plane(channel * pixels, pixels) };
             image.write_plane(channel, plane);
@@ -51,7 +51,7 @@ pub fn write_planes(team: &Team, image: &Image, planes: &mut [f32]) {
 /// Planes that are written.
 struct Planes(*mut f32);
 
-// SAFETY: each part of a team writes its own.
+// SAFETY: each part of a parallel region writes its own.
 unsafe impl Sync for Planes {}
 
 impl Planes {

@@ -1,11 +1,11 @@
-//! Maxima of windows, and twice as many rows and columns, of images of fewer bits. Output and input are kept
-//! alike, so that neither depends on what numbers stand for.
+//! Maxima of windows, and twice as many rows and columns, of images of fewer bits. Output and input
+//! are kept alike, so that neither depends on what numbers stand for.
 
 use std::ops::Range;
 
 use super::image::{Packed, Storage};
 use crate::blocked::pool::MaxPool;
-use crate::blocked::team::Team;
+use crate::blocked::thread_pool::ThreadPool;
 use crate::blocked::upsample::{FAR, NEAR, farther};
 use crate::simd::dots::{Bf16, Dots, Stored};
 use crate::simd::{LANES, Lanes, Level, Packed as _, PackedKernel};
@@ -15,7 +15,7 @@ use crate::simd::{LANES, Lanes, Level, Packed as _, PackedKernel};
 /// # Panics
 /// If the output has another size or is kept otherwise, or a window lies outside altogether.
 pub fn max_pool_packed(
-    team: &Team,
+    thread_pool: &ThreadPool,
     level: Level,
     pool: MaxPool,
     input: &Packed,
@@ -24,7 +24,7 @@ pub fn max_pool_packed(
     let [channels, height, width] = input.size();
     let [rows, columns] = pool.windows([height, width]);
     assert_eq!(output.size(), [channels, rows.len(), columns.len()], "size of the output");
-    run(team, level, input, output, Of::Maxima { rows: &rows, columns: &columns });
+    run(thread_pool, level, input, output, Of::Maxima { rows: &rows, columns: &columns });
 }
 
 /// Writes `input` to `output`, which has twice as many rows and columns, as
@@ -32,10 +32,15 @@ pub fn max_pool_packed(
 ///
 /// # Panics
 /// If the output has another size or is kept otherwise.
-pub fn upsample_packed(team: &Team, level: Level, input: &Packed, output: &mut Packed) {
+pub fn upsample_packed(
+    thread_pool: &ThreadPool,
+    level: Level,
+    input: &Packed,
+    output: &mut Packed,
+) {
     let [channels, height, width] = input.size();
     assert_eq!(output.size(), [channels, 2 * height, 2 * width], "size of the output");
-    run(team, level, input, output, Of::Between);
+    run(thread_pool, level, input, output, Of::Between);
 }
 
 /// What becomes of an image.
@@ -45,16 +50,16 @@ enum Of<'a> {
     Between,
 }
 
-fn run(team: &Team, level: Level, input: &Packed, output: &mut Packed, of: Of<'_>) {
+fn run(thread_pool: &ThreadPool, level: Level, input: &Packed, output: &mut Packed, of: Of<'_>) {
     assert_eq!(input.storage(), output.storage(), "images that are kept alike");
     let [channels, rows, _] = output.size();
     let (row_pitch, block_pitch) = (output.row_pitch() * LANES, output.block_pitch() * LANES);
     let to = Pixels(output.first_mut());
     let units = channels.div_ceil(LANES) * rows;
-    team.run(&|part| {
-        let work = Rows { input, of, to, row_pitch, block_pitch, rows, units: part.share(units) };
-        // SAFETY: sizes were compared, windows are inside the input, rows of the parts are disjoint, and
-        // the level is one of this processor's.
+    thread_pool.run(&|part| {
+        let work = Rows { input, of, to, row_pitch, block_pitch, rows, units: part.chunk(units) };
+        // SAFETY: sizes were compared, windows are inside the input, rows of the parts are
+        // disjoint, and the level is one of this processor's.
         unsafe {
             match input.storage() {
                 Storage::Bf16 => Bf16::run(level, &work),
@@ -68,7 +73,7 @@ fn run(team: &Team, level: Level, input: &Packed, output: &mut Packed, of: Of<'_
 #[derive(Clone, Copy)]
 struct Pixels(*mut u8);
 
-// SAFETY: each part of a team writes its own pixels through it.
+// SAFETY: each part of a parallel region writes its own pixels through it.
 unsafe impl Send for Pixels {}
 // SAFETY: as above.
 unsafe impl Sync for Pixels {}
@@ -108,7 +113,8 @@ impl<S: Stored> PackedKernel<S> for Rows<'_> {
 
 impl Rows<'_> {
     /// # Safety
-    /// That of [`PackedKernel::run`]; windows are inside the input, and `to` is a row of the output.
+    /// That of [`PackedKernel::run`]; windows are inside the input, and `to` is a row of the
+    /// output.
     #[inline(always)]
     unsafe fn maxima<S: Stored, V: Lanes>(
         &self,

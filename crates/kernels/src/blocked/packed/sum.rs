@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::held::{From, Held, HeldMut, To};
-use crate::blocked::team::Team;
+use crate::blocked::thread_pool::ThreadPool;
 use crate::blocked::tile::{Activation, activated};
 use crate::simd::{Kernel, LANES, Lanes, Level};
 
@@ -13,7 +13,7 @@ use crate::simd::{Kernel, LANES, Lanes, Level};
 /// # Panics
 /// If sizes differ.
 pub fn add_held(
-    team: &Team,
+    thread_pool: &ThreadPool,
     level: Level,
     one: Held<'_>,
     other: Option<Held<'_>>,
@@ -26,8 +26,8 @@ pub fn add_held(
     let [channels, rows, width] = size;
     let units = channels.div_ceil(LANES) * rows;
     let (one, other, to) = (one.from(), other.map(|other| other.from()), output.to());
-    team.run(&|part| {
-        let work = Sums { one, other, activation, to, rows, width, units: part.share(units) };
+    thread_pool.run(&|part| {
+        let work = Sums { one, other, activation, to, rows, width, units: part.chunk(units) };
         // SAFETY: images are of one size, rows of the parts are disjoint, and the level is one of
         // this processor's.
         unsafe { level.run(&work) };

@@ -8,7 +8,7 @@ use crate::blocked::tests::{
     After, activations, apart, convolved, image, magnitude, noise, planes,
 };
 use crate::blocked::{
-    Activation, ConvShape, Depthwise, DepthwiseShape, Image, MaxPool, Team, upsample,
+    Activation, ConvShape, Depthwise, DepthwiseShape, Image, MaxPool, ThreadPool, upsample,
 };
 use crate::simd::dots::{Bf16, Stored as _};
 
@@ -39,7 +39,7 @@ fn unpacked(packed: &Packed) -> Vec<f32> {
 
 /// The same image, kept otherwise.
 fn held(from: Held<'_>, to: HeldMut<'_>) {
-    add_held(&Team::new(1), Level::Portable, from, None, Activation::Identity, to);
+    add_held(&ThreadPool::new(1), Level::Portable, from, None, Activation::Identity, to);
 }
 
 /// Weights as they are kept: of 8 bits each output has its own step.
@@ -131,17 +131,17 @@ proptest! {
         };
         let magnitude = magnitude(shape, &from, size, &by);
         let exact = 1e-6 * magnitude + rounding(to, f64::from(most));
-        let team = Team::new(threads);
+        let thread_pool = ThreadPool::new(threads);
         for level in Level::available() {
             let conv = PackedConv::new(shape, &weight, &bias, storage, level);
             let mut output = Packed::zeros([channels_out, out[0], out[1]], 1, to);
             let residual = has_residual.then_some(Held::Packed(&residual));
-            conv.run(&team, &input, residual, activation, HeldMut::Packed(&mut output));
+            conv.run(&thread_pool, &input, residual, activation, HeldMut::Packed(&mut output));
             let off = apart(&unpacked(&output), &truth);
             // A sum that lies between two values may be rounded either way.
             prop_assert!(off <= 1.01 * exact, "{level} {storage:?}: {off}, {exact}");
             let mut output = Image::zeros(channels_out, out[0], out[1], 0);
-            conv.run(&team, &input, residual, activation, HeldMut::Whole(&mut output));
+            conv.run(&thread_pool, &input, residual, activation, HeldMut::Whole(&mut output));
             let off = apart(&planes(&output), &truth);
             prop_assert!(off <= 1e-6 * magnitude, "{level} {storage:?}: {off}, {magnitude}");
             prop_assert!(output.is_zero_outside());
@@ -166,16 +166,16 @@ proptest! {
         let bias = noise(seed ^ 2, channels);
         let (from, by) = (unpacked(&input), kept(&weight, channels, storage));
         let out = size.map(|side| side.div_ceil(stride));
-        let team = Team::new(threads);
+        let thread_pool = ThreadPool::new(threads);
         // That one is held to sums in double precision.
         let whole = Depthwise::new(shape, &by, &bias, Level::Portable);
         let mut truth = Image::zeros(channels, out[0], out[1], 0);
-        whole.run(&team, &image(&from, channels, size, kernel / 2), activation, &mut truth);
+        whole.run(&thread_pool, &image(&from, channels, size, kernel / 2), activation, &mut truth);
         let truth: Vec<f64> = planes(&truth).into_iter().map(f64::from).collect();
         for level in Level::available() {
             let conv = PackedDepthwise::new(shape, &weight, &bias, storage, level);
             let mut output = Image::zeros(channels, out[0], out[1], 1);
-            conv.run(&team, &input, activation, HeldMut::Whole(&mut output));
+            conv.run(&thread_pool, &input, activation, HeldMut::Whole(&mut output));
             let off = apart(&planes(&output), &truth);
             prop_assert!(off <= 3e-5, "{level} {storage:?}: {off}");
             prop_assert!(output.is_zero_outside());
@@ -196,19 +196,19 @@ proptest! {
         let packed = packed(&values, [channels, size[0], size[1]], 0, storage);
         let whole = image(&unpacked(&packed), channels, size, 0);
         let (pooled, doubled) = (size.map(|side| pool.output(side)), size.map(|side| 2 * side));
-        let team = Team::new(threads);
+        let thread_pool = ThreadPool::new(threads);
         let blank = |size: [usize; 2]| Image::zeros(channels, size[0], size[1], 0);
         let wide = |image: &Image| planes(image).into_iter().map(f64::from).collect::<Vec<_>>();
         for level in Level::available() {
             let (mut maxima, mut between) = (blank(pooled), blank(doubled));
-            pool.run(&team, level, &whole, &mut maxima);
-            upsample(&team, level, &whole, &mut between);
+            pool.run(&thread_pool, level, &whole, &mut maxima);
+            upsample(&thread_pool, level, &whole, &mut between);
             let small = |size: [usize; 2]| Packed::zeros([channels, size[0], size[1]], 1, storage);
             let mut output = small(pooled);
-            max_pool_packed(&team, level, pool, &packed, &mut output);
+            max_pool_packed(&thread_pool, level, pool, &packed, &mut output);
             prop_assert!(apart(&unpacked(&output), &wide(&maxima)) <= 1e-6);
             let mut output = small(doubled);
-            upsample_packed(&team, level, &packed, &mut output);
+            upsample_packed(&thread_pool, level, &packed, &mut output);
             let off = apart(&unpacked(&output), &wide(&between));
             prop_assert!(off <= 1.01 * rounding(storage, 1.0), "{level} {storage:?}: {off}");
         }
@@ -235,15 +235,15 @@ proptest! {
                 if activation == Activation::Identity { sum } else { sum.max(0.0) }
             })
             .collect();
-        let team = Team::new(threads);
+        let thread_pool = ThreadPool::new(threads);
         for level in Level::available() {
             let [one, other] = [&one, &other].map(Held::Packed);
             let mut whole = Image::zeros(channels, size[0], size[1], 0);
-            add_held(&team, level, one, Some(other), activation, HeldMut::Whole(&mut whole));
+            add_held(&thread_pool, level, one, Some(other), activation, HeldMut::Whole(&mut whole));
             prop_assert!(apart(&planes(&whole), &sums) <= 1e-6);
             // What is beyond the ends of a scale is kept as these.
             let mut small = Packed::zeros([channels, size[0], size[1]], 2, to);
-            add_held(&team, level, one, Some(other), activation, HeldMut::Packed(&mut small));
+            add_held(&thread_pool, level, one, Some(other), activation, HeldMut::Packed(&mut small));
             let ends = match to {
                 Storage::Bf16 => [-2.0, 2.0],
                 Storage::Byte(Scale { step, zero }) => {
@@ -267,10 +267,10 @@ proptest! {
     ) {
         let shape = [channels, size[0], size[1]];
         let values = noise(seed, channels * size[0] * size[1]);
-        let team = Team::new(threads);
+        let thread_pool = ThreadPool::new(threads);
         for level in Level::available() {
             let mut whole = Image::zeros(channels, size[0], size[1], 1);
-            read_planes(&team, level, &values, [factor, offset], HeldMut::Whole(&mut whole));
+            read_planes(&thread_pool, level, &values, [factor, offset], HeldMut::Whole(&mut whole));
             let want: Vec<f64> =
                 values.iter().map(|v| f64::from(factor) * f64::from(*v) + f64::from(offset)).collect();
             prop_assert!(apart(&planes(&whole), &want) < 1e-6);
@@ -278,7 +278,7 @@ proptest! {
             let (mut packed, mut read) =
                 (Packed::zeros(shape, 1, storage), Packed::zeros(shape, 1, storage));
             held(Held::Whole(&whole), HeldMut::Packed(&mut packed));
-            read_planes(&team, level, &values, [factor, offset], HeldMut::Packed(&mut read));
+            read_planes(&thread_pool, level, &values, [factor, offset], HeldMut::Packed(&mut read));
             let apart = apart(&unpacked(&read), &unpacked(&packed).iter().map(|v| f64::from(*v)).collect::<Vec<_>>());
             // Values between two steps may be rounded either way.
             prop_assert!(apart <= 2.01 * rounding(storage, 2.0), "{level} {storage:?}: {apart}");

@@ -31,14 +31,22 @@ fn link((kind, size, stride, activation): Drawn, channels: usize, level: Level, 
 }
 
 /// One layer by itself.
-fn alone(team: &Team, level: Level, link: &Link, input: &Image, residual: Option<&Image>) -> Image {
+fn alone(
+    thread_pool: &ThreadPool,
+    level: Level,
+    link: &Link,
+    input: &Image,
+    residual: Option<&Image>,
+) -> Image {
     let chain = Chain::new(vec![link.clone()], sizes(input), level);
     let [channels, height, width] = chain.output();
     let mut output = Image::zeros(channels, height, width, 2);
     match link {
-        Link::Conv(conv, activation) => conv.run(team, input, residual, *activation, &mut output),
-        Link::Depthwise(conv, activation) => conv.run(team, input, *activation, &mut output),
-        Link::MaxPool(pool) => pool.run(team, level, input, &mut output),
+        Link::Conv(conv, activation) => {
+            conv.run(thread_pool, input, residual, *activation, &mut output)
+        }
+        Link::Depthwise(conv, activation) => conv.run(thread_pool, input, *activation, &mut output),
+        Link::MaxPool(pool) => pool.run(thread_pool, level, input, &mut output),
         Link::Planes(..) => unreachable!("not drawn"),
     }
     output
@@ -58,14 +66,14 @@ proptest! {
         (channels, height, width) in (1_usize..40, 8_usize..40, 8_usize..20),
         (threads, has_residual) in (1_usize..4, any::<bool>()),
     ) {
-        let team = Team::new(threads);
+        let thread_pool = ThreadPool::new(threads);
         for level in Level::available() {
             let input = image(&noise(seed, channels * height * width), channels, [height, width], 2);
             let (mut links, mut now, mut before) = (Vec::new(), input.clone(), input.clone());
             for (at, drawn) in drawn.iter().enumerate() {
                 let link = link(*drawn, now.channels(), level, seed ^ (at as u64) << 8);
                 before = now;
-                now = alone(&team, level, &link, &before, None);
+                now = alone(&thread_pool, level, &link, &before, None);
                 prop_assume!(now.height() > 0 && now.width() > 0);
                 links.push(link);
             }
@@ -73,7 +81,7 @@ proptest! {
             let residual = (has_residual && matches!(links.last(), Some(Link::Conv(..))))
                 .then(|| image(&noise(seed ^ 9, out * rows * columns), out, [rows, columns], 0));
             if let (Some(residual), Some(last)) = (&residual, links.last()) {
-                now = alone(&team, level, last, &before, Some(residual));
+                now = alone(&thread_pool, level, last, &before, Some(residual));
             }
             let chain = Chain::new(links, sizes(&input), level);
             let mut output = Image::zeros(out, rows, columns, 2);
@@ -81,7 +89,7 @@ proptest! {
             let mut scratch = Scratch::default();
             for _ in 0..2 {
                 let source = Source::Image(&input);
-                chain.run(&team, source, residual.as_ref(), &mut output, &mut scratch);
+                chain.run(&thread_pool, source, residual.as_ref(), &mut output, &mut scratch);
                 prop_assert_eq!(output.lines(), now.lines(), "{}", level);
             }
         }
@@ -89,25 +97,25 @@ proptest! {
 
     #[test]
     fn planes_may_be_the_first(seed in any::<u64>(), rows in 4_usize..40, threads in 1_usize..4) {
-        let (team, size) = (Team::new(threads), [2, rows, 21]);
+        let (thread_pool, size) = (ThreadPool::new(threads), [2, rows, 21]);
         for level in Level::available() {
             let few = ConvShape { channels_in: 2, channels_out: 3, kernel: 3, stride: 1 };
             let few = PlaneConv::new(few, &noise(seed, 54), &noise(seed, 3), level);
             let stem = ConvShape { channels_in: 3, channels_out: 20, kernel: 7, stride: 2 };
             let stem = Conv::new(stem, &noise(seed, 3 * 20 * 49), &noise(seed, 20), level);
             let mut planes = Planes::zeros(size, 1);
-            planes.read(&team, level, &noise(seed, size.iter().product()), [1.0, 0.0]);
+            planes.read(&thread_pool, level, &noise(seed, size.iter().product()), [1.0, 0.0]);
 
             let mut between = Image::zeros(3, rows, 21, 3);
-            few.run(&team, &planes, Activation::Relu, HeldMut::Whole(&mut between));
+            few.run(&thread_pool, &planes, Activation::Relu, HeldMut::Whole(&mut between));
             let mut one_by_one = Image::zeros(20, rows.div_ceil(2), 11, 0);
-            stem.run(&team, &between, None, Activation::Relu, &mut one_by_one);
+            stem.run(&thread_pool, &between, None, Activation::Relu, &mut one_by_one);
 
             let links = vec![Link::Planes(few, Activation::Relu), Link::Conv(stem, Activation::Relu)];
             let chain = Chain::new(links, size, level);
             let mut together = Image::zeros(20, rows.div_ceil(2), 11, 0);
             let mut scratch = Scratch::default();
-            chain.run(&team, Source::Planes(&planes), None, &mut together, &mut scratch);
+            chain.run(&thread_pool, Source::Planes(&planes), None, &mut together, &mut scratch);
             prop_assert_eq!(together.lines(), one_by_one.lines());
         }
     }
@@ -120,7 +128,7 @@ proptest! {
         (height, width) in (4_usize..40, 4_usize..30),
         threads in 1_usize..4,
     ) {
-        let (team, size) = (Team::new(threads), [channels_in, height, width]);
+        let (thread_pool, size) = (ThreadPool::new(threads), [channels_in, height, width]);
         let values = noise(seed, size.iter().product());
         for level in Level::available() {
             let kernel = 2 * half + 1;
@@ -131,13 +139,13 @@ proptest! {
             let mut outputs = [(); 3].map(|()| Image::zeros(channels_out, rows, columns, 1));
             let [of_blocks, of_planes, of_chain] = &mut outputs;
             let blocks = image(&values, channels_in, [height, width], half);
-            conv.run(&team, &blocks, None, Activation::Relu, of_blocks);
+            conv.run(&thread_pool, &blocks, None, Activation::Relu, of_blocks);
             let mut planes = Planes::zeros(size, half);
-            planes.read(&team, level, &values, [1.0, 0.0]);
-            conv.run_planes(&team, &planes, Activation::Relu, of_planes);
+            planes.read(&thread_pool, level, &values, [1.0, 0.0]);
+            conv.run_planes(&thread_pool, &planes, Activation::Relu, of_planes);
             let chain = Chain::new(vec![Link::Conv(conv, Activation::Relu)], size, level);
             let source = Source::Planes(&planes);
-            chain.run(&team, source, None, of_chain, &mut Scratch::default());
+            chain.run(&thread_pool, source, None, of_chain, &mut Scratch::default());
             prop_assert_eq!(outputs[0].lines(), outputs[1].lines(), "{}", level);
             prop_assert_eq!(outputs[0].lines(), outputs[2].lines(), "{}", level);
         }

@@ -35,10 +35,10 @@ proptest! {
             }
         }
         let input = image(&input, channels, size, border);
-        let team = Team::new(threads);
+        let thread_pool = ThreadPool::new(threads);
         for level in Level::available() {
             let mut output = Image::zeros(channels, out[0], out[1], border);
-            upsample(&team, level, &input, &mut output);
+            upsample(&thread_pool, level, &input, &mut output);
             let apart = apart(&planes(&output), &truth);
             prop_assert!(apart < 3e-7, "{level}: {apart}");
             prop_assert!(output.is_zero_outside(), "{level}: the border is not zero");
@@ -63,14 +63,14 @@ proptest! {
         let sigmoids: Vec<f64> =
             input.iter().map(|value| 1.0 / (1.0 + (-f64::from(*value)).exp())).collect();
         let image = image(&input, channels, size, 1);
-        let team = Team::new(threads);
+        let thread_pool = ThreadPool::new(threads);
         for level in Level::available() {
             let mut output = Image::zeros(channels, size[0], size[1], 2);
-            affine(&team, level, &image, [factor, offset], &mut output);
+            affine(&thread_pool, level, &image, [factor, offset], &mut output);
             prop_assert!(apart(&planes(&output), &scaled) < 3e-7 * f64::from(spread * 3.0 + 3.0));
             prop_assert!(output.is_zero_outside(), "{level}");
             let mut output = Image::zeros(channels, size[0], size[1], 0);
-            sigmoid(&team, level, &image, &mut output);
+            sigmoid(&thread_pool, level, &image, &mut output);
             for (ours, truth) in planes(&output).iter().zip(&sigmoids) {
                 let relative = (f64::from(*ours) / truth.max(1e-37) - 1.0).abs();
                 let is_tiny = *truth < 1e-37 && *ours < 2e-37;

@@ -1,8 +1,8 @@
 //! Winograd's convolution of 3x3 kernels of stride 1: fewer products for more additions.
 //!
-//! The inputs of all tiles are transformed. Then the outputs of one group of channels after the other are
-//! made: products at every place of a tile, added up over the input channels, and transformed back
-//! while they are still near.
+//! The inputs of all tiles are transformed. Then the outputs of one group of channels after the
+//! other are made: products at every place of a tile, added up over the input channels, and
+//! transformed back while they are still near.
 //!
 //! Transformed kernels are 1.8 or 4 times as large as the kernels. Those of small layers are
 //! transformed once and stay in the second cache. Those of large layers would come from memory for
@@ -22,7 +22,7 @@ use super::conv::{ConvShape, Output};
 use super::image::{Image, Line};
 use super::packing::{blocks_of, groups};
 use super::scheme::{Four, Scheme, Two};
-use super::team::{Part, Team};
+use super::thread_pool::{Part, ThreadPool};
 use super::tile::Activation;
 use crate::simd::{LANES, Level};
 use kernels::Kernels;
@@ -121,7 +121,7 @@ impl Winograd {
     /// If an image has another size, or the border of the input is less than 1.
     pub fn run(
         &self,
-        team: &Team,
+        thread_pool: &ThreadPool,
         input: &Image,
         residual: Option<&Image>,
         activation: Activation,
@@ -139,8 +139,8 @@ impl Winograd {
         let out = Output::of(output);
         let job = Job { of: self, input, residual, activation, out, size: size(input) };
         match self.size {
-            TileSize::Two => job.run::<Two>(team, scratch),
-            TileSize::Four => job.run::<Four>(team, scratch),
+            TileSize::Two => job.run::<Two>(thread_pool, scratch),
+            TileSize::Four => job.run::<Four>(thread_pool, scratch),
         }
     }
 }
@@ -157,9 +157,9 @@ struct Job<'a> {
 }
 
 impl Job<'_> {
-    fn run<S: Scheme>(self, team: &Team, scratch: &mut Scratch) {
+    fn run<S: Scheme>(self, thread_pool: &ThreadPool, scratch: &mut Scratch) {
         let [rows, columns] = self.size.map(|side| side.div_ceil(S::OUT));
-        let (tiles, threads) = (rows * columns, team.threads());
+        let (tiles, threads) = (rows * columns, thread_pool.threads());
         let shape = self.of.shape;
         let blocks_in = shape.channels_in.div_ceil(LANES);
         let places = S::IN * S::IN;
@@ -192,29 +192,31 @@ impl Job<'_> {
         };
         let groups = groups(shape.channels_out, self.of.together).len();
         if is_shared {
-            team.run(&|part: Part| {
+            thread_pool.run(&|part: Part| {
                 let tiles = work(part.index, 0, tiles);
-                // SAFETY: sizes were compared, parts write blocks of their own, and the level is one
-                // of this processor's.
-                unsafe { self.of.level.run(&tiles.taking(part.share(blocks_in))) };
+                // SAFETY: sizes were compared, parts write blocks of their own, and the level is
+                // one of this processor's.
+                unsafe { self.of.level.run(&tiles.taking(part.chunk(blocks_in))) };
             });
-            // Each thread makes its groups; where there are too few, only some of the tiles of each.
+            // Each thread makes its groups; where there are too few, only some of the tiles of
+            // each.
             let splits = match tiles / TOGETHER {
                 _ if groups.is_multiple_of(threads) => 1,
                 splits => splits.clamp(1, threads),
             };
-            team.run(&|part: Part| {
+            thread_pool.run(&|part: Part| {
                 let all = work(part.index, 0, tiles);
-                for unit in part.share(groups * splits) {
-                    let split = Part { index: unit % splits, of: splits }.share(tiles);
-                    // SAFETY: as above; sums are the thread's own, and outputs of the units disjoint.
+                for unit in part.chunk(groups * splits) {
+                    let split = Part { index: unit % splits, count: splits }.chunk(tiles);
+                    // SAFETY: as above; sums are the thread's own, and outputs of the units
+                    // disjoint.
                     unsafe { self.of.level.run(&all.making(unit / splits, split)) };
                 }
             });
             return;
         }
-        team.run(&|part: Part| {
-            for round in part.share(rounds) {
+        thread_pool.run(&|part: Part| {
+            for round in part.chunk(rounds) {
                 let first = round * at_once;
                 let tiles = work(part.index, first, at_once.min(tiles - first));
                 // SAFETY: as above; all of the scratch is this thread's.

@@ -9,7 +9,7 @@ use super::Job;
 use crate::blocked::conv::some;
 use crate::blocked::packing::groups;
 use crate::blocked::scheme::{MOST, Scheme};
-use crate::blocked::team::Part;
+use crate::blocked::thread_pool::Part;
 use crate::blocked::tile::{Start, Taps, activated};
 use crate::simd::{Kernel, LANES, Lanes};
 
@@ -37,8 +37,8 @@ pub(super) struct Taking<'a, S>(&'a Tiles<'a, S>, Range<usize>);
 /// Makes the outputs of a group of channels, of some of the tiles.
 pub(super) struct Making<'a, S>(&'a Tiles<'a, S>, usize, Range<usize>);
 
-/// Lines from a place to the next: one more than there are, so that places do not fall on the same lines
-/// of the cache.
+/// Lines from a place to the next: one more than there are, so that places do not fall on the same
+/// lines of the cache.
 pub(super) fn pitch(blocks: usize, tiles: usize) -> usize {
     blocks * tiles + 1
 }
@@ -141,7 +141,8 @@ impl<S: Scheme> Making<'_, S> {
             unsafe {
                 let all = kernels.places::<V, S, B>(*group, blocks.clone(), tiles.kernels);
                 for place in 0..S::IN * S::IN {
-                    let ahead = &ahead[Part { index: place, of: S::IN * S::IN }.share(ahead.len())];
+                    let ahead =
+                        &ahead[Part { index: place, count: S::IN * S::IN }.chunk(ahead.len())];
                     let mut taps = Taps {
                         blocks: blocks_in,
                         block_pitch,
