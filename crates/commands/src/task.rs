@@ -105,7 +105,7 @@ pub trait PoseModel {
     fn evaluate_precisions(
         &self,
         data: &Path,
-        ranges: &evpose_infer::Ranges,
+        ranges: &evpose_infer::CalibrationRanges,
         stride_ms: u32,
     ) -> Result<Vec<PrecisionScores>>;
 

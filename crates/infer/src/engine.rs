@@ -11,7 +11,7 @@ use crate::InferError;
 use crate::held::Buffer;
 use crate::memory::Slot;
 use crate::plan::{Planned, Planner};
-use crate::precision::{Precision, Ranges};
+use crate::precision::{CalibrationRanges, Precision};
 use crate::step::{Place, Step};
 
 /// How a network is run.
@@ -24,15 +24,20 @@ pub struct EngineOptions {
     pub level: Level,
     /// How images and weights are kept.
     pub precision: Precision,
-    /// Whether every layer is done by itself, and its values are there afterwards: [`Engine::see`]
-    /// needs that, and a table of layers may. It takes longer.
-    pub has_every_layer: bool,
+    /// Whether every layer is done by itself, and its values are there afterwards:
+    /// [`Engine::observe`] needs that, and a table of layers may. It takes longer.
+    pub is_layer_by_layer: bool,
 }
 
 impl Default for EngineOptions {
     /// One thread, the best instructions there are, 32 bits, layers together where that is faster.
     fn default() -> Self {
-        Self { threads: 1, level: Level::best(), precision: Precision::F32, has_every_layer: false }
+        Self {
+            threads: 1,
+            level: Level::best(),
+            precision: Precision::F32,
+            is_layer_by_layer: false,
+        }
     }
 }
 
@@ -53,8 +58,8 @@ impl EngineOptions {
     }
 
     /// With every layer by itself.
-    pub fn with_every_layer(self) -> Self {
-        Self { has_every_layer: true, ..self }
+    pub fn layer_by_layer(self) -> Self {
+        Self { is_layer_by_layer: true, ..self }
     }
 }
 
@@ -92,7 +97,7 @@ impl Engine {
     /// # Errors
     /// [`InferError::Unsupported`] for a layer that there is no kernel for, [`InferError::Shape`]
     /// for images that a layer cannot take, [`InferError::Level`] for instructions that the
-    /// processor does not have, [`InferError::Ranges`] for 8 bits, which need
+    /// processor does not have, [`InferError::NotCalibrated`] for 8 bits, which need
     /// [`compile_with`](Self::compile_with).
     pub fn compile(
         graph: &Graph,
@@ -105,14 +110,15 @@ impl Engine {
     /// As [`compile`](Self::compile), with what is known of the values that layers make.
     ///
     /// # Errors
-    /// As there; [`InferError::Ranges`] if nothing is known of a layer, or of another network.
+    /// As there; [`InferError::NotCalibrated`] if nothing is known of a layer, or of another
+    /// network.
     pub fn compile_with(
         graph: &Graph,
         input: [usize; 3],
         options: EngineOptions,
-        ranges: Option<&Ranges>,
+        ranges: Option<&CalibrationRanges>,
     ) -> Result<Self, InferError> {
-        let EngineOptions { threads, level, precision, has_every_layer } = options;
+        let EngineOptions { threads, level, precision, is_layer_by_layer } = options;
         if !Level::available().contains(&level) {
             return Err(InferError::Level { level: level.to_string() });
         }
@@ -120,7 +126,7 @@ impl Engine {
             ranges.check(graph)?;
         }
         let mut planner = Planner::new(graph, input, level, precision, ranges)?;
-        if !has_every_layer {
+        if !is_layer_by_layer {
             planner.chain();
         }
         let plan = planner.placed();
@@ -181,20 +187,20 @@ impl Engine {
     }
 
     /// Runs an image and takes the values that layers make into `ranges`, which are of the same
-    /// graph. Of an engine of 32 bits that [has every layer](EngineOptions::has_every_layer).
+    /// graph. Of an engine of 32 bits that [has every layer](EngineOptions::is_layer_by_layer).
     ///
     /// # Panics
     /// If the image has another size than it was compiled for, values are kept in fewer bits, or
     /// layers are done together.
-    pub fn see(&mut self, input: &[f32], ranges: &mut Ranges) {
+    pub fn observe(&mut self, input: &[f32], ranges: &mut CalibrationRanges) {
         self.read(input);
         let ends = self.images[self.input.0].extremes();
-        ranges.see(self.first, ends);
+        ranges.observe(self.first, ends);
         for step in 0..self.steps.len() {
             self.step(step);
             let Planned { node, output, step, .. } = &self.steps[step];
             assert!(!matches!(step, Step::Chain(_)), "an engine that has every layer");
-            ranges.see(*node, self.images[*output].extremes());
+            ranges.observe(*node, self.images[*output].extremes());
         }
     }
 

@@ -1,9 +1,9 @@
 //! Inference on the CPU, one image at a time, faster than the framework that trains.
 //!
-//! A network is defined once, in Burn, and written down as a [`Graph`](evpose_nn::graph::Graph), with
-//! its normalisations folded into convolutions. [`Engine::compile`] makes a plan of it: what can be
-//! done in one pass is fused, every layer gets the algorithm that suits it, weights are laid out
-//! for it, and all memory is set aside. [`Engine::run`] then only computes.
+//! A network is defined once, in Burn, and written down as a [`Graph`](evpose_nn::graph::Graph),
+//! with its normalisations folded into convolutions. [`Engine::compile`] makes a plan of it: what
+//! can be done in one pass is fused, every layer gets the algorithm that suits it, weights are laid
+//! out for it, and all memory is set aside. [`Engine::run`] then only computes.
 //!
 //! * `shapes`: what sizes images have on their way.
 //! * `fuse`: sums and activations that go into the convolution before them.
@@ -28,5 +28,5 @@ mod step;
 pub use engine::{Engine, EngineOptions, Layer};
 pub use error::InferError;
 pub use evpose_kernels::Level;
-pub use precision::{Precision, Ranges};
+pub use precision::{CalibrationRanges, Precision};
 pub use shapes::{Shape, shapes};

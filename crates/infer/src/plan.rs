@@ -9,7 +9,7 @@ use crate::engine::Layer;
 use crate::fuse::{Fused, fused};
 use crate::held::Kept;
 use crate::memory::{Memory, Slot};
-use crate::precision::{Precision, Ranges};
+use crate::precision::{CalibrationRanges, Precision};
 use crate::shapes::{Shape, shapes};
 use crate::step::Step;
 
@@ -28,8 +28,8 @@ pub(crate) struct Plan {
     pub(crate) steps: Vec<Planned>,
     pub(crate) layers: Vec<Layer>,
     pub(crate) memory: Memory,
-    /// Where the image that the network is shown goes, and by what its values are multiplied and what is
-    /// added on their way there.
+    /// Where the image that the network is shown goes, and by what its values are multiplied and
+    /// what is added on their way there.
     pub(crate) input: (Slot, [f32; 2]),
     /// The node whose values these are.
     pub(crate) first: NodeId,
@@ -63,7 +63,7 @@ pub(crate) struct Planner<'a> {
     pub(crate) shapes: Vec<Shape>,
     pub(crate) level: Level,
     precision: Precision,
-    ranges: Option<&'a Ranges>,
+    ranges: Option<&'a CalibrationRanges>,
     fused: Vec<Fused>,
     pub(crate) values: Vec<Value>,
     /// The values of every node, as kept by whoever made them and as others needed them.
@@ -83,7 +83,7 @@ impl<'a> Planner<'a> {
         input: Shape,
         level: Level,
         precision: Precision,
-        ranges: Option<&'a Ranges>,
+        ranges: Option<&'a CalibrationRanges>,
     ) -> Result<Self, InferError> {
         let mut planner = Self {
             graph,
@@ -104,8 +104,8 @@ impl<'a> Planner<'a> {
         Ok(planner)
     }
 
-    /// The node at which the image that the network is shown is as its layers want it: the input, or a
-    /// factor and an offset behind it that nobody else sees past.
+    /// The node at which the image that the network is shown is as its layers want it: the input,
+    /// or a factor and an offset behind it that nobody else sees past.
     fn input(&self) -> NodeId {
         let nodes = self.graph.nodes.iter().enumerate();
         let users: Vec<_> = nodes.filter(|(_, node)| node.inputs.contains(&0)).collect();
@@ -161,7 +161,8 @@ impl<'a> Planner<'a> {
         Ok(())
     }
 
-    /// The step of the only layer that takes the image that the network is shown, at `first`, in planes.
+    /// The step of the only layer that takes the image that the network is shown, at `first`, in
+    /// planes.
     fn of_planes(&self, first: NodeId) -> Option<Step> {
         let mut users =
             self.graph.nodes.iter().enumerate().filter(|(_, n)| n.inputs.contains(&first));
@@ -207,7 +208,7 @@ impl<'a> Planner<'a> {
             (Precision::Bf16, _) => Ok(Some(evpose_kernels::blocked::Storage::Bf16)),
             (Precision::Int8, Some(ranges)) => Ok(Some(ranges.storage(id)?)),
             (Precision::Int8, None) => {
-                Err(InferError::Ranges { layer: self.graph.nodes[id].name.clone() })
+                Err(InferError::NotCalibrated { layer: self.graph.nodes[id].name.clone() })
             }
         }
     }

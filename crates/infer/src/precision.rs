@@ -19,7 +19,7 @@ pub enum Precision {
     F32,
     /// In the upper 16 of them.
     Bf16,
-    /// In 8 bits, in steps that were measured: see [`Ranges`].
+    /// In 8 bits, in steps that were measured: see [`CalibrationRanges`].
     Int8,
 }
 
@@ -51,7 +51,7 @@ impl FromStr for Precision {
 
 /// The least and the largest value that the nodes of a graph were seen to make.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Ranges {
+pub struct CalibrationRanges {
     nodes: Vec<NodeRange>,
 }
 
@@ -64,7 +64,7 @@ struct NodeRange {
     range: Option<[f32; 2]>,
 }
 
-impl Ranges {
+impl CalibrationRanges {
     /// Of a graph that was not seen to make anything.
     pub fn of(graph: &Graph) -> Self {
         let unseen = |name: &String| NodeRange { name: name.clone(), range: None };
@@ -72,7 +72,7 @@ impl Ranges {
     }
 
     /// Takes values of a node in.
-    pub(crate) fn see(&mut self, node: usize, [low, high]: [f32; 2]) {
+    pub(crate) fn observe(&mut self, node: usize, [low, high]: [f32; 2]) {
         let range = &mut self.nodes[node].range;
         let [least, most] = range.unwrap_or([low, high]);
         *range = Some([least.min(low), most.max(high)]);
@@ -82,8 +82,9 @@ impl Ranges {
     pub(crate) fn storage(&self, node: usize) -> Result<Storage, InferError> {
         let NodeRange { name, range } = &self.nodes[node];
         let is_usable = |[low, high]: &[f32; 2]| low.is_finite() && high.is_finite();
-        let [low, high] =
-            range.filter(is_usable).ok_or_else(|| InferError::Ranges { layer: name.clone() })?;
+        let [low, high] = range
+            .filter(is_usable)
+            .ok_or_else(|| InferError::NotCalibrated { layer: name.clone() })?;
         Ok(Storage::Byte(Scale::of(low, high)))
     }
 
@@ -98,7 +99,9 @@ impl Ranges {
                 (None, None) => return Ok(()),
                 (one, other) if one == other => {}
                 (one, other) => {
-                    return Err(InferError::Ranges { layer: other.or(one).unwrap_or_default() });
+                    return Err(InferError::NotCalibrated {
+                        layer: other.or(one).unwrap_or_default(),
+                    });
                 }
             }
         }

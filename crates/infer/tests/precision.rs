@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 use burn::tensor::Device;
-use evpose_infer::{Engine, EngineOptions, InferError, Level, Precision, Ranges};
+use evpose_infer::{CalibrationRanges, Engine, EngineOptions, InferError, Level, Precision};
 use evpose_nn::graph::Graph;
 use evpose_nn::parameters::with_matched_variances;
 use evpose_nn::{HandRegressor, HandRegressorConfig, MoveEnetConfig, Network};
@@ -33,11 +33,11 @@ fn apart(ours: &[f32], theirs: &[f32]) -> f32 {
 }
 
 /// What values the layers make of some images.
-fn seen(graph: &Graph, size: [usize; 3], images: &[Vec<f32>]) -> Ranges {
+fn seen(graph: &Graph, size: [usize; 3], images: &[Vec<f32>]) -> CalibrationRanges {
     let mut engine =
-        Engine::compile(graph, size, EngineOptions::default().with_every_layer()).unwrap();
-    let mut ranges = Ranges::of(graph);
-    images.iter().for_each(|image| engine.see(image, &mut ranges));
+        Engine::compile(graph, size, EngineOptions::default().layer_by_layer()).unwrap();
+    let mut ranges = CalibrationRanges::new(graph);
+    images.iter().for_each(|image| engine.observe(image, &mut ranges));
     ranges
 }
 
@@ -57,8 +57,8 @@ fn every_network_says_nearly_the_same_in_fewer_bits() {
         let ranges = seen(&graph, size, &[input.clone(), image(4, count, most)]);
         let options = EngineOptions::default();
         let want = Engine::compile(&graph, size, options).unwrap().run(&input).to_vec();
-        // One map of a body that nobody taught is nearly the same everywhere: what little its values
-        // differ by is rounded the most.
+        // One map of a body that nobody taught is nearly the same everywhere: what little its
+        // values differ by is rounded the most.
         let maps = if name == evpose_nn::MOVE_ENET { 2.0 } else { 1.0 };
         for (precision, off) in [(Precision::Bf16, 0.1 * maps), (Precision::Int8, 0.25 * maps)] {
             for level in Level::available() {
@@ -94,10 +94,10 @@ fn eight_bits_need_to_know_what_layers_make() {
     let options = EngineOptions::default().with_precision(Precision::Int8);
     let error = Engine::compile(&graph, size, options).err().unwrap();
     assert!(error.to_string().contains("evpose quantize"), "{error}");
-    let unseen = Ranges::of(&graph);
+    let unseen = CalibrationRanges::new(&graph);
     let error = Engine::compile_with(&graph, size, options, Some(&unseen)).err().unwrap();
-    assert!(matches!(error, InferError::Ranges { .. }), "{error}");
-    let other = Ranges::of(&hand("vgg11_bn").graph());
+    assert!(matches!(error, InferError::NotCalibrated { .. }), "{error}");
+    let other = CalibrationRanges::new(&hand("vgg11_bn").graph());
     let error = Engine::compile_with(&graph, size, options, Some(&other)).err().unwrap();
-    assert!(matches!(error, InferError::Ranges { .. }), "{error}");
+    assert!(matches!(error, InferError::NotCalibrated { .. }), "{error}");
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use evpose_core::atomic_write;
-use evpose_infer::{Engine, EngineOptions, Ranges};
+use evpose_infer::{Engine, EngineOptions, CalibrationRanges};
 use evpose_nn::graph::{Graph, Operation};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
@@ -20,7 +20,7 @@ pub struct QuantizationRanges {
     weights: String,
     /// Number of inputs observed.
     windows: u64,
-    ranges: Ranges,
+    ranges: CalibrationRanges,
 }
 
 impl QuantizationRanges {
@@ -36,12 +36,12 @@ impl QuantizationRanges {
         progress: &mut dyn FnMut(),
     ) -> Result<Self, E> {
         let options =
-            EngineOptions::default().with_every_layer().with_threads(rayon::current_num_threads());
+            EngineOptions::default().layer_by_layer().with_threads(rayon::current_num_threads());
         let mut engine = Engine::compile(graph, shape, options).map_err(TaskError::from)?;
-        let mut ranges = Ranges::of(graph);
+        let mut ranges = CalibrationRanges::new(graph);
         let mut windows = 0;
         for input in inputs {
-            engine.see(&input?, &mut ranges);
+            engine.observe(&input?, &mut ranges);
             windows += 1;
             progress();
         }
@@ -49,7 +49,7 @@ impl QuantizationRanges {
     }
 
     /// The value ranges.
-    pub fn ranges(&self) -> &Ranges {
+    pub fn ranges(&self) -> &CalibrationRanges {
         &self.ranges
     }
 

@@ -1,7 +1,7 @@
 //! Untrained networks in reduced precision.
 
 use anyhow::Result;
-use evpose_infer::{Engine, EngineOptions, Precision, Ranges};
+use evpose_infer::{Engine, EngineOptions, Precision, CalibrationRanges};
 
 use super::networks::Network;
 
@@ -18,10 +18,10 @@ pub(super) fn compiled(network: &Network, options: EngineOptions, seed: u64) -> 
         return Ok(Engine::compile(graph, *input, options)?);
     }
     let whole = options.with_precision(Precision::F32);
-    let mut engine = Engine::compile(graph, *input, whole.with_every_layer())?;
-    let mut ranges = Ranges::of(graph);
+    let mut engine = Engine::compile(graph, *input, whole.layer_by_layer())?;
+    let mut ranges = CalibrationRanges::new(graph);
     for image in 1..=IMAGES {
-        engine.see(&network.image(seed.wrapping_add(image)), &mut ranges);
+        engine.observe(&network.image(seed.wrapping_add(image)), &mut ranges);
     }
     Ok(Engine::compile_with(graph, *input, options, Some(&ranges))?)
 }

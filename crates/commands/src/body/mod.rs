@@ -15,7 +15,7 @@ use evpose_app::args::{ConfigArgs, DeviceArgs};
 use evpose_app::body_config;
 use evpose_app::threads::use_threads;
 use evpose_core::SensorSize;
-use evpose_infer::{Precision, Ranges};
+use evpose_infer::{Precision, CalibrationRanges};
 use evpose_live::page::Skeleton;
 use evpose_nn::MoveEnetConfig;
 use evpose_nn::graph::Graph;
@@ -192,7 +192,7 @@ impl PoseModel for BodyModel {
     fn evaluate_precisions(
         &self,
         data: &Path,
-        ranges: &Ranges,
+        ranges: &CalibrationRanges,
         stride_ms: u32,
     ) -> Result<Vec<PrecisionScores>> {
         precision::evaluate(&self.checkpoint, data, ranges, stride_ms)

@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::Result;
 use evpose_app::progress::bar;
 use evpose_core::Micros;
-use evpose_infer::{Precision, Ranges};
+use evpose_infer::{Precision, CalibrationRanges};
 use evpose_task::body::{BodyCheckpoint, BodyPredictor, BodyPredictorOptions};
 use evpose_train::body::{BodyRecordings, evaluate_body, mean_pose_of_recordings};
 
@@ -18,7 +18,7 @@ const PERCENTS: [usize; 2] = [40, 80];
 pub(super) fn evaluate(
     checkpoint: &BodyCheckpoint,
     data: &Path,
-    ranges: &Ranges,
+    ranges: &CalibrationRanges,
     stride_ms: u32,
 ) -> Result<Vec<PrecisionScores>> {
     let recordings = BodyRecordings::open(data)?;

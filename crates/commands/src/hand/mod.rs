@@ -17,7 +17,7 @@ use evpose_app::args::{ConfigArgs, DeviceArgs};
 use evpose_app::hand_config;
 use evpose_body::PosedBody;
 use evpose_core::SensorSize;
-use evpose_infer::{Precision, Ranges};
+use evpose_infer::{Precision, CalibrationRanges};
 use evpose_live::page::{HandMesh, Skeleton};
 use evpose_nn::graph::Graph;
 use evpose_nn::{DeviceKind, HandRegressorConfig};
@@ -163,7 +163,7 @@ impl PoseModel for HandModel {
     fn evaluate_precisions(
         &self,
         data: &Path,
-        ranges: &Ranges,
+        ranges: &CalibrationRanges,
         stride_ms: u32,
     ) -> Result<Vec<PrecisionScores>> {
         precision::evaluate(&self.checkpoint, data, ranges, stride_ms)

@@ -6,7 +6,7 @@ use std::time::Instant;
 use anyhow::Result;
 use evpose_app::progress::bar;
 use evpose_app::timing::quantile;
-use evpose_infer::{Precision, Ranges};
+use evpose_infer::{CalibrationRanges, Precision};
 use evpose_report::held_out::cell;
 use evpose_task::hand::{HandCheckpoint, NetworkPredictor};
 use evpose_train::{HandDataset, Method, evaluate as evaluate_methods, evaluated_pose_count};
@@ -19,7 +19,7 @@ const TIMED: usize = 50;
 pub(super) fn evaluate(
     HandCheckpoint { config, network, .. }: &HandCheckpoint,
     data: &Path,
-    ranges: &Ranges,
+    ranges: &CalibrationRanges,
     stride_ms: u32,
 ) -> Result<Vec<PrecisionScores>> {
     let data = HandDataset::open(data, config)?;

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use evpose_core::{Plane, SensorSize};
-use evpose_infer::{Engine, EngineOptions, Precision, Ranges};
+use evpose_infer::{CalibrationRanges, Engine, EngineOptions, Precision};
 use evpose_pose::body::{BODY_JOINTS, BodyDecoder, BodyJoint, BodyMaps, BodyPoints};
 use evpose_pose::metric::body::BodyPrediction;
 use glam::Vec2;
@@ -52,7 +52,7 @@ impl BodyPredictor {
     pub fn new(
         checkpoint: &BodyCheckpoint,
         options: BodyPredictorOptions,
-        ranges: Option<&Ranges>,
+        ranges: Option<&CalibrationRanges>,
     ) -> Result<Self, TaskError> {
         let image = &checkpoint.config.image;
         let side_px = image.side_px;

@@ -1,7 +1,7 @@
 //! Predictors of hands: from representations of windows to poses.
 
 use burn::tensor::{Device, Tensor, TensorData};
-use evpose_infer::{Engine, EngineOptions, Precision, Ranges};
+use evpose_infer::{Engine, EngineOptions, Precision, CalibrationRanges};
 use evpose_nn::HandRegressor;
 use evpose_nn::graph::Graph;
 use evpose_pose::{HandParams, PARAMETERS};
@@ -42,7 +42,7 @@ impl NetworkPredictor {
 
     /// Predicts with our engine in `precision`; int8 needs the calibrated ranges of the layers, see
     /// [`QuantizationRanges`](crate::QuantizationRanges).
-    pub fn compiled(network: &HandRegressor, precision: Precision, ranges: Option<Ranges>) -> Self {
+    pub fn compiled(network: &HandRegressor, precision: Precision, ranges: Option<CalibrationRanges>) -> Self {
         let compiled = Compiled::new(network.graph(), precision, ranges);
         Self(Backend::Compiled(Box::new(compiled)))
     }
@@ -80,7 +80,7 @@ impl Predictor for NetworkPredictor {
 struct Compiled {
     graph: Graph,
     precision: Precision,
-    ranges: Option<Ranges>,
+    ranges: Option<CalibrationRanges>,
     shape: [usize; 3],
     /// An engine with all threads, for single windows.
     single: Option<Engine>,
@@ -89,7 +89,7 @@ struct Compiled {
 }
 
 impl Compiled {
-    fn new(graph: Graph, precision: Precision, ranges: Option<Ranges>) -> Self {
+    fn new(graph: Graph, precision: Precision, ranges: Option<CalibrationRanges>) -> Self {
         Self { graph, precision, ranges, shape: [0; 3], single: None, parallel: Vec::new() }
     }
 
