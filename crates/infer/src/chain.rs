@@ -8,7 +8,8 @@ use crate::engine::Layer;
 use crate::plan::{Planner, Work};
 use crate::step::Step;
 
-/// Bytes of an image that is better not written between two steps: a third of a second cache of 1 MiB.
+/// Bytes of an image that is better not written between two steps: a third of a second cache of 1
+/// MiB.
 const LARGE: usize = 350 << 10;
 
 impl Planner<'_> {
@@ -38,7 +39,8 @@ impl Planner<'_> {
         let [channels, height, width] = self.shapes[value.node];
         // Sums that take a residual are the last.
         let is_last = one.inputs.len() > 1;
-        // Lanes that a convolution of planes leaves as they were only another convolution passes over.
+        // Lanes that a convolution of planes leaves as they were only another convolution passes
+        // over.
         let is_read =
             !matches!(one.step, Step::PlaneConv(..)) || matches!(other.step, Step::Conv(..));
         is_seen_once
@@ -60,19 +62,20 @@ impl Planner<'_> {
         let input = self.shapes[self.values[works[0].inputs[0]].node];
         let chain = Step::Chain(Chain::new(links, input, self.level));
         let layers = works.iter().map(|work| &work.layer);
-        let products = layers.clone().map(|layer| layer.products).sum();
+        let macs = layers.clone().map(|layer| layer.macs).sum();
         let names: Vec<&str> = layers.map(|layer| layer.name.as_str()).collect();
         let name = named(&names);
         let mut inputs = vec![works[0].inputs[0]];
         let Some(last) = works.pop() else { unreachable!("there are several") };
         inputs.extend(last.inputs.get(1));
         let output = last.layer.output;
-        let layer = Layer { name, algorithm: chain.algorithm(), output, products };
+        let layer = Layer { name, algorithm: chain.algorithm(), output, macs };
         Work { step: chain, inputs, output: last.output, layer }
     }
 }
 
-/// The first and the last of some names, of which the last without what it has in common with the first.
+/// The first and the last of some names, of which the last without what it has in common with the
+/// first.
 fn named(names: &[&str]) -> String {
     let (first, last) = (names[0], names[names.len() - 1]);
     let common: Range<usize> =

@@ -73,7 +73,7 @@ pub struct Layer {
     /// Channels, rows and columns of the output.
     pub output: [usize; 3],
     /// Products of the layer as defined, whatever the algorithm needs.
-    pub products: u64,
+    pub macs: u64,
 }
 
 /// A compiled network with the memory and the threads that it runs with.

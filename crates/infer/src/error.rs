@@ -30,7 +30,7 @@ pub enum InferError {
     #[error(
         "layer `{layer}`: its values were not measured for 8 bits; `evpose quantize` does that with a data set"
     )]
-    CalibrationRanges {
+    NotCalibrated {
         /// The path of the layer.
         layer: String,
     },

@@ -362,11 +362,11 @@ impl<'a> Planner<'a> {
         });
         let node = named.unwrap_or(&self.graph.nodes[id]);
         let pixels = (output[1] * output[2]) as u64;
-        let products = match &node.operation {
+        let macs = match &node.operation {
             Operation::Conv(conv) if step.is_conv() => conv.weight.len() as u64 * pixels,
             Operation::Linear(linear) if step.is_conv() => linear.weight.len() as u64,
             _ => 0,
         };
-        Layer { name: node.name.clone(), algorithm: step.algorithm(), output, products }
+        Layer { name: node.name.clone(), algorithm: step.algorithm(), output, macs }
     }
 }

@@ -23,8 +23,8 @@ fn network(backbone: &str, width: f32) -> HandRegressor {
     that_has_seen(&config.init(7, &Device::flex()).unwrap(), 1.0)
 }
 
-/// Gives a network statistics that are not those of one that has seen nothing, and normalisations that
-/// give values about this size.
+/// Gives a network statistics that are not those of one that has seen nothing, and normalisations
+/// that give values about this size.
 fn that_has_seen<M: Module>(network: &M, size: f32) -> M {
     evpose_nn::parameters::fill(network.clone(), {
         let mut values = evpose_nn::parameters::read(network).into_iter();
@@ -121,8 +121,8 @@ fn the_maps_of_move_enet_are_those_of_burn() {
     }
     let options = EngineOptions::default();
     let engine = Engine::compile(&graph, [3, 192, 192], options).unwrap();
-    let products: u64 = engine.layers().iter().map(|layer| layer.products).sum();
-    assert_eq!(products / 100_000, 2242, "{products}, and 224.2 million as published");
+    let macs: u64 = engine.layers().iter().map(|layer| layer.macs).sum();
+    assert_eq!(macs / 100_000, 2242, "{macs}, and 224.2 million as published");
     let odd = Engine::compile(&graph, [3, 180, 240], options).err().unwrap();
     assert!(matches!(&odd, InferError::Shape { layer, .. } if layer == "add"), "{odd}");
 }
@@ -154,7 +154,7 @@ fn every_product_is_counted_once() {
     let network = network("resnet18", 1.0);
     let options = EngineOptions::default();
     let engine = Engine::compile(&network.graph(), [2, 180, 240], options).unwrap();
-    let products: u64 = engine.layers().iter().map(|layer| layer.products).sum();
+    let macs: u64 = engine.layers().iter().map(|layer| layer.macs).sum();
     // Counted by hand from the published shapes: conv1, stem, four stages, head.
     let conv =
         |channels: [u64; 2], taps: u64, pixels: u64| channels[0] * channels[1] * taps * pixels;
@@ -165,7 +165,7 @@ fn every_product_is_counted_once() {
         want += conv([first, channels], 9, pixels) + 3 * conv([channels, channels], 9, pixels);
         want += if stage == 0 { 0 } else { conv([first, channels], 1, pixels) };
     }
-    assert_eq!(products, want);
+    assert_eq!(macs, want);
 }
 
 #[test]

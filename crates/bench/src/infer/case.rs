@@ -68,7 +68,7 @@ impl Setting<'_> {
     /// # Errors
     /// If another runtime is not available, or its outputs differ.
     pub(super) fn engine(&self, engine: Engine, precision: Precision, peak: &Peak) -> Result<Case> {
-        let macs: u64 = engine.layers().iter().map(|layer| layer.products).sum();
+        let macs: u64 = engine.layers().iter().map(|layer| layer.macs).sum();
         let mut runner = Runner::Engine(Box::new(engine));
         let mut case = self.timed(&mut runner, precision, peak.threads);
         let gflop = 2e-9 * macs as f64 * self.args.batch as f64;

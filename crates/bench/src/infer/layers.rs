@@ -39,12 +39,12 @@ pub(super) fn timed(
         let mut times_s: Vec<f64> = runs.iter().map(|run| run[k].as_secs_f64()).collect();
         times_s.sort_by(f64::total_cmp);
         let median_s = quantile(&times_s, 0.5);
-        let gflop_per_s = 2e-9 * layer.products as f64 / median_s;
+        let gflop_per_s = 2e-9 * layer.macs as f64 / median_s;
         LayerTime {
             name: layer.name.clone(),
             algorithm: layer.algorithm,
             output: layer.output,
-            macs_m: layer.products as f64 / 1e6,
+            macs_m: layer.macs as f64 / 1e6,
             median_ms: median_s * 1e3,
             gflop_per_s,
             of_peak: gflop_per_s / peak,
