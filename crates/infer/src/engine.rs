@@ -1,36 +1,39 @@
-//! A network that is ready to run.
+//! Compiled networks.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use evpose_kernels::Level;
-use evpose_kernels::blocked::{Scratch, ThreadPool, read_planes, write_planes};
+use evpose_kernels::blocked::{Scratch, ThreadPool, reorder_from_nchw, reorder_to_nchw};
 use evpose_nn::graph::{Graph, NodeId};
 
 use crate::InferError;
-use crate::held::Buffer;
+use crate::allocation::AllocatedStep;
+use crate::buffer::{Buffer, StorageType};
+use crate::layer::Layer;
 use crate::memory::Slot;
-use crate::plan::{Planned, Planner};
+use crate::plan::Planner;
 use crate::precision::{CalibrationRanges, Precision};
-use crate::step::{Place, Step};
+use crate::step::{Step, StepContext};
 
-/// How a network is run.
+/// Options of compiling a network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct EngineOptions {
-    /// Threads, the caller's among them.
+    /// Number of threads, the caller's included.
     pub threads: usize,
-    /// The instructions to use.
+    /// Instruction set of the kernels.
     pub level: Level,
-    /// How images and weights are kept.
+    /// Precision of weights and of the values between layers.
     pub precision: Precision,
-    /// Whether every layer is done by itself, and its values are there afterwards:
-    /// [`Engine::observe`] needs that, and a table of layers may. It takes longer.
+    /// Whether every layer runs as a step of its own, not fused into a chain, so that its values
+    /// are in a buffer afterwards. [`Engine::observe`] needs that; tables of times per layer may.
+    /// It is slower.
     pub is_layer_by_layer: bool,
 }
 
 impl Default for EngineOptions {
-    /// One thread, the best instructions there are, 32 bits, layers together where that is faster.
+    /// One thread, the best instruction set of this processor, f32, chains of fused layers.
     fn default() -> Self {
         Self {
             threads: 1,
@@ -42,62 +45,49 @@ impl Default for EngineOptions {
 }
 
 impl EngineOptions {
-    /// With so many threads.
+    /// Sets the number of threads.
     pub fn with_threads(self, threads: usize) -> Self {
         Self { threads, ..self }
     }
 
-    /// With these instructions.
+    /// Sets the instruction set.
     pub fn with_level(self, level: Level) -> Self {
         Self { level, ..self }
     }
 
-    /// With images and weights kept so.
+    /// Sets the precision.
     pub fn with_precision(self, precision: Precision) -> Self {
         Self { precision, ..self }
     }
 
-    /// With every layer by itself.
+    /// Disables chains: see [`is_layer_by_layer`](Self::is_layer_by_layer).
     pub fn layer_by_layer(self) -> Self {
         Self { is_layer_by_layer: true, ..self }
     }
 }
 
-/// A layer of a plan, and what it takes.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Layer {
-    /// Its path in the network, or what it does.
-    pub name: String,
-    /// How it is done.
-    pub algorithm: &'static str,
-    /// Channels, rows and columns of the output.
-    pub output: [usize; 3],
-    /// Products of the layer as defined, whatever the algorithm needs.
-    pub macs: u64,
-}
-
-/// A compiled network with the memory and the threads that it runs with.
+/// A compiled network with its buffers and threads.
 pub struct Engine {
     thread_pool: ThreadPool,
     level: Level,
-    steps: Arc<[Planned]>,
+    steps: Arc<[AllocatedStep]>,
     layers: Arc<[Layer]>,
-    images: Vec<Buffer>,
+    buffers: Vec<Buffer>,
     scratch: Scratch,
     input: (Slot, [f32; 2]),
-    /// The node whose values these are.
+    /// Node whose values are in the input buffer.
     first: NodeId,
     outputs: Vec<Slot>,
     values: Vec<Vec<f32>>,
 }
 
 impl Engine {
-    /// Compiles a network for images of `input` channels, rows and columns.
+    /// Compiles a network for images of `input` channels, height and width.
     ///
     /// # Errors
-    /// [`InferError::Unsupported`] for a layer that there is no kernel for, [`InferError::Shape`]
-    /// for images that a layer cannot take, [`InferError::Level`] for instructions that the
-    /// processor does not have, [`InferError::NotCalibrated`] for 8 bits, which need
+    /// [`InferError::Unsupported`] for a layer without a kernel, [`InferError::Shape`] for a size
+    /// that a layer cannot take, [`InferError::Level`] for an instruction set that the processor
+    /// does not have, [`InferError::NotCalibrated`] for int8, which needs
     /// [`compile_with`](Self::compile_with).
     pub fn compile(
         graph: &Graph,
@@ -107,11 +97,11 @@ impl Engine {
         Self::compile_with(graph, input, options, None)
     }
 
-    /// As [`compile`](Self::compile), with what is known of the values that layers make.
+    /// [`compile`](Self::compile) with the calibration ranges that int8 needs.
     ///
     /// # Errors
-    /// As there; [`InferError::NotCalibrated`] if nothing is known of a layer, or of another
-    /// network.
+    /// As [`compile`](Self::compile); [`InferError::NotCalibrated`] if the range of a layer is
+    /// missing, or the ranges are those of another network.
     pub fn compile_with(
         graph: &Graph,
         input: [usize; 3],
@@ -127,22 +117,22 @@ impl Engine {
         }
         let mut planner = Planner::new(graph, input, level, precision, ranges)?;
         if !is_layer_by_layer {
-            planner.chain();
+            planner.fuse_chains();
         }
-        let plan = planner.placed();
-        let mut images = plan.memory.buffers();
-        if let Some(planes) = plan.planes {
-            images[plan.input.0] = Buffer::Planes(planes);
+        let plan = planner.allocated();
+        let mut buffers = plan.memory.buffers();
+        if let Some(image) = plan.nchw_input {
+            buffers[plan.input.0] = Buffer::Nchw(image);
         }
         let blank = |slot: &Slot| {
-            let size: usize = images[*slot].held().size().iter().product();
+            let size: usize = buffers[*slot].view().size().iter().product();
             vec![0.0; size]
         };
         let values = plan.outputs.iter().map(blank).collect();
         Ok(Self {
             thread_pool: ThreadPool::new(threads),
             level,
-            images,
+            buffers,
             steps: plan.steps.into(),
             layers: plan.layers.into(),
             scratch: Scratch::default(),
@@ -153,7 +143,7 @@ impl Engine {
         })
     }
 
-    /// Another that runs beside this one, with memory and threads of its own and the same weights.
+    /// A second engine with buffers and threads of its own, which shares the weights.
     #[must_use]
     pub fn another(&self) -> Self {
         Self {
@@ -161,7 +151,7 @@ impl Engine {
             level: self.level,
             steps: Arc::clone(&self.steps),
             layers: Arc::clone(&self.layers),
-            images: self.images.clone(),
+            buffers: self.buffers.clone(),
             scratch: Scratch::default(),
             input: self.input,
             first: self.first,
@@ -170,94 +160,102 @@ impl Engine {
         }
     }
 
-    /// What the network says of an image `[channels][height][width]`: each of its outputs in the
-    /// same order, in the order of [`Graph::outputs`].
+    /// Runs the network on an image `[channels][height][width]` and returns its outputs, in the
+    /// order of [`Graph::outputs`], each `[channels][height][width]`.
     ///
     /// # Panics
-    /// If the image has another size than it was compiled for.
+    /// If the image has another size than the network was compiled for.
     pub fn run(&mut self, input: &[f32]) -> &[Vec<f32>] {
-        self.read(input);
+        self.copy_input(input);
         for step in 0..self.steps.len() {
-            self.step(step);
+            self.run_step(step);
         }
         for (output, values) in self.outputs.iter().zip(&mut self.values) {
-            write_planes(&self.thread_pool, self.images[*output].whole(), values);
+            reorder_to_nchw(&self.thread_pool, self.buffers[*output].f32(), values);
         }
         &self.values
     }
 
-    /// Runs an image and takes the values that layers make into `ranges`, which are of the same
-    /// graph. Of an engine of 32 bits that [has every layer](EngineOptions::is_layer_by_layer).
+    /// Runs the network on an image and extends `ranges`, which are of the same graph, by the
+    /// values of every layer (calibration). The engine must be f32 and [layer by
+    /// layer](EngineOptions::is_layer_by_layer).
     ///
     /// # Panics
-    /// If the image has another size than it was compiled for, values are kept in fewer bits, or
-    /// layers are done together.
+    /// If the image has another size than the network was compiled for, or the engine is not f32
+    /// and layer by layer.
     pub fn observe(&mut self, input: &[f32], ranges: &mut CalibrationRanges) {
-        self.read(input);
-        let ends = self.images[self.input.0].extremes();
-        ranges.observe(self.first, ends);
+        self.copy_input(input);
+        let range = self.buffers[self.input.0].min_max();
+        ranges.observe(self.first, range);
         for step in 0..self.steps.len() {
-            self.step(step);
-            let Planned { node, output, step, .. } = &self.steps[step];
-            assert!(!matches!(step, Step::Chain(_)), "an engine that has every layer");
-            ranges.observe(*node, self.images[*output].extremes());
+            self.run_step(step);
+            let AllocatedStep { node, output, step, .. } = &self.steps[step];
+            assert!(!matches!(step, Step::Chain(_)), "an engine that runs layer by layer");
+            ranges.observe(*node, self.buffers[*output].min_max());
         }
     }
 
-    /// As [`run`](Self::run), with the time that each layer took. Times are of one run: take many.
+    /// Runs the network on an image and returns the time of each layer. Times of a single run are
+    /// noisy: repeat it.
     ///
     /// # Panics
-    /// If the image has another size than it was compiled for.
+    /// If the image has another size than the network was compiled for.
     pub fn run_timed(&mut self, input: &[f32]) -> Vec<Duration> {
-        self.read(input);
+        self.copy_input(input);
         let count = self.steps.len();
         let timed = |step| {
             let begin = Instant::now();
-            self.step(step);
+            self.run_step(step);
             begin.elapsed()
         };
         (0..count).map(timed).collect()
     }
 
-    /// The layers, in the order in which they run.
+    /// Layers in the order in which they run.
     pub fn layers(&self) -> &[Layer] {
         &self.layers
     }
 
-    /// Threads that it runs with.
+    /// Number of threads, the caller's included.
     pub fn threads(&self) -> usize {
         self.thread_pool.threads()
     }
 
-    /// Bytes of all images on their way.
-    pub fn image_bytes(&self) -> usize {
-        self.images.iter().map(Buffer::bytes).sum()
+    /// Memory of the buffers of all values, in bytes.
+    pub fn buffer_bytes(&self) -> usize {
+        self.buffers.iter().map(Buffer::bytes).sum()
     }
 
-    fn read(&mut self, input: &[f32]) {
-        let (slot, by) = self.input;
-        match &mut self.images[slot] {
-            Buffer::Planes(planes) => planes.read(&self.thread_pool, self.level, input, by),
-            image => read_planes(&self.thread_pool, self.level, input, by, image.held_mut()),
+    /// Copies an image to the buffer of the input.
+    fn copy_input(&mut self, input: &[f32]) {
+        let (slot, affine) = self.input;
+        match &mut self.buffers[slot] {
+            Buffer::Nchw(image) => image.copy_from(&self.thread_pool, self.level, input, affine),
+            buffer => {
+                reorder_from_nchw(&self.thread_pool, self.level, input, affine, buffer.view_mut())
+            }
         }
     }
 
-    fn step(&mut self, step: usize) {
-        let Planned { step, inputs, output, kept, .. } = &self.steps[step];
-        // The output is never one of the inputs.
-        let blank = Buffer::zeros([0; 3], 0, None);
-        let mut image = std::mem::replace(&mut self.images[*output], blank);
-        if let (Buffer::Packed(image), Some(storage)) = (&mut image, kept) {
-            image.keep_as(*storage);
+    /// Runs one step.
+    fn run_step(&mut self, step: usize) {
+        let AllocatedStep { step, inputs, output, storage, .. } = &self.steps[step];
+        // Taken out for the borrow checker; an output is never one of its inputs.
+        let blank = Buffer::zeros([0; 3], 0, StorageType::F32);
+        let mut image = std::mem::replace(&mut self.buffers[*output], blank);
+        if let (Buffer::LowPrecision(image), StorageType::LowPrecision(element_type)) =
+            (&mut image, storage)
+        {
+            image.reinterpret_as(*element_type);
         }
-        let inputs: Vec<&Buffer> = inputs.iter().map(|slot| &self.images[*slot]).collect();
-        step.run(Place {
+        let inputs: Vec<&Buffer> = inputs.iter().map(|slot| &self.buffers[*slot]).collect();
+        step.run(StepContext {
             thread_pool: &self.thread_pool,
             level: self.level,
             inputs: &inputs,
             output: &mut image,
             scratch: &mut self.scratch,
         });
-        self.images[*output] = image;
+        self.buffers[*output] = image;
     }
 }

@@ -1,37 +1,37 @@
-//! What can go wrong when a network is compiled.
+//! Errors of compiling a network.
 
 /// Errors of this crate.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum InferError {
     /// The engine has no kernel for a layer.
-    #[error("layer `{layer}`: the engine has no {what}; run this network on the device flex")]
+    #[error("layer `{layer}`: the engine has no {operation}; run this network on the device flex")]
     Unsupported {
-        /// The path of the layer.
+        /// Path of the layer.
         layer: String,
-        /// What is missing.
-        what: String,
+        /// The unsupported operation.
+        operation: String,
     },
-    /// A layer is given something that it does not fit.
+    /// The input of a layer has a shape that the layer cannot take.
     #[error("layer `{layer}`: {problem}")]
     Shape {
-        /// The path of the layer.
+        /// Path of the layer.
         layer: String,
-        /// What is wrong.
+        /// The mismatch.
         problem: String,
     },
-    /// The processor has no such instructions.
+    /// The processor does not have the requested instructions.
     #[error("this processor has no {level}")]
     Level {
-        /// What was asked for.
+        /// The requested level.
         level: String,
     },
-    /// Nothing is known of the values that a layer makes.
+    /// Int8 inference of a layer without a calibration range.
     #[error(
         "layer `{layer}`: its values were not measured for 8 bits; `evpose quantize` does that with a data set"
     )]
     NotCalibrated {
-        /// The path of the layer.
+        /// Path of the layer.
         layer: String,
     },
 }

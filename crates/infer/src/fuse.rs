@@ -1,77 +1,77 @@
-//! Sums and activations that go into the convolution before them.
+//! Fusion of residual sums and activations into the convolution before them.
 
 use evpose_nn::graph::{Activation, Graph, NodeId, Operation};
 
-/// What is left to do at a node.
+/// The operation that a plan runs at a node, after fusion.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) enum Fused {
-    /// What the node says.
-    Whole,
-    /// A convolution with what came behind it.
+pub(crate) enum FusedOp {
+    /// The node's own operation.
+    Unfused,
+    /// A convolution with its epilogue.
     Conv {
-        /// The node of the convolution.
+        /// Node of the convolution.
         conv: NodeId,
-        /// What is added to its sums.
+        /// Node that is added to the sums.
         residual: Option<NodeId>,
-        /// What becomes of them.
+        /// Activation after that.
         activation: Activation,
     },
-    /// A sum and its activation.
-    Sum {
-        /// What is added.
-        of: [NodeId; 2],
-        /// What becomes of it.
+    /// A sum with its activation.
+    Add {
+        /// The summands.
+        inputs: [NodeId; 2],
+        /// Activation of the sum.
         activation: Activation,
     },
-    /// Another node does it.
-    Elsewhere,
+    /// Nothing: the operation is part of a later node's.
+    Absorbed,
 }
 
-/// What to do at every node. A convolution takes up the sum and the activation that are the only ones to
-/// see it, and is done where the last of them was.
-pub(crate) fn fused(graph: &Graph) -> Vec<Fused> {
-    let mut seen = vec![0; graph.nodes.len()];
-    graph.nodes.iter().flat_map(|node| &node.inputs).for_each(|id| seen[*id] += 1);
-    graph.outputs.iter().for_each(|id| seen[*id] += 1);
-    let mut fused: Vec<Fused> = Vec::with_capacity(graph.nodes.len());
+/// Operation of each node after fusion. A convolution absorbs the sum and the activation that are
+/// its only users, and runs at the node of the last of them.
+pub(crate) fn fuse(graph: &Graph) -> Vec<FusedOp> {
+    let mut uses = vec![0; graph.nodes.len()];
+    graph.nodes.iter().flat_map(|node| &node.inputs).for_each(|id| uses[*id] += 1);
+    graph.outputs.iter().for_each(|id| uses[*id] += 1);
+    let mut fused: Vec<FusedOp> = Vec::with_capacity(graph.nodes.len());
     for (id, node) in graph.nodes.iter().enumerate() {
-        let new = match &node.operation {
+        let op = match &node.operation {
             Operation::Conv(conv) => {
-                Fused::Conv { conv: id, residual: None, activation: conv.activation }
+                FusedOp::Conv { conv: id, residual: None, activation: conv.activation }
             }
             Operation::Add => {
-                let of = [node.inputs[0], node.inputs[1]];
-                // The later one: what is added is there by then.
-                let (last, other) = (of[0].max(of[1]), of[0].min(of[1]));
+                let inputs = [node.inputs[0], node.inputs[1]];
+                // The later summand absorbs the sum: the other is computed by then.
+                let (last, other) = (inputs[0].max(inputs[1]), inputs[0].min(inputs[1]));
                 match &fused[last] {
-                    Fused::Conv { conv, residual: None, activation: Activation::Identity }
-                        if seen[last] == 1 && other != last =>
+                    FusedOp::Conv { conv, residual: None, activation: Activation::Identity }
+                        if uses[last] == 1 && other != last =>
                     {
                         let conv = *conv;
-                        fused[last] = Fused::Elsewhere;
+                        fused[last] = FusedOp::Absorbed;
                         let activation = Activation::Identity;
-                        Fused::Conv { conv, residual: Some(other), activation }
+                        FusedOp::Conv { conv, residual: Some(other), activation }
                     }
-                    _ => Fused::Sum { of, activation: Activation::Identity },
+                    _ => FusedOp::Add { inputs, activation: Activation::Identity },
                 }
             }
             Operation::Relu => {
-                let from = node.inputs[0];
-                let mut taken = fused[from].clone();
-                match &mut taken {
-                    Fused::Conv { activation, .. } | Fused::Sum { activation, .. }
-                        if *activation == Activation::Identity && seen[from] == 1 =>
+                let input = node.inputs[0];
+                let mut op = fused[input].clone();
+                match &mut op {
+                    FusedOp::Conv { activation, .. } | FusedOp::Add { activation, .. }
+                        if *activation == Activation::Identity && uses[input] == 1 =>
                     {
                         *activation = Activation::Relu;
-                        fused[from] = Fused::Elsewhere;
-                        taken
+                        fused[input] = FusedOp::Absorbed;
+                        op
                     }
-                    _ => Fused::Whole,
+                    _ => FusedOp::Unfused,
                 }
             }
-            _ => Fused::Whole,
+            _ => FusedOp::Unfused,
         };
-        fused.push(new);
+        fused.push(op);
     }
     fused
 }

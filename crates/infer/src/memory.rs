@@ -1,49 +1,46 @@
-//! Which images share the same memory.
+//! Memory planning: values that do not live at the same time share a buffer.
 
-use crate::held::{Buffer, Kept};
+use crate::buffer::{Buffer, StorageType};
 use crate::shapes::Shape;
 
-/// Where an image is kept.
+/// Index of a buffer.
 pub(crate) type Slot = usize;
 
-/// Images, given out and taken back while a plan is made.
+/// Allocator of the buffers of a plan.
 ///
-/// Only images of one shape and border that are kept alike share memory: nothing then writes to a border,
-/// which stays zero.
+/// Only values of one shape, border and compatible storage type share a buffer: no step writes to a
+/// border, so that it stays zero.
 #[derive(Debug, Default)]
-pub(crate) struct Memory {
-    kinds: Vec<(Shape, usize, Kept)>,
+pub(crate) struct BufferAllocator {
+    /// Shape, border and storage type of each buffer.
+    layouts: Vec<(Shape, usize, StorageType)>,
     free: Vec<Slot>,
 }
 
-impl Memory {
-    /// An image of a shape with a border, until it is given back.
-    pub(crate) fn take(&mut self, shape: Shape, border: usize, kept: Kept) -> Slot {
+impl BufferAllocator {
+    /// Allocates a buffer until it is [released](Self::release).
+    pub(crate) fn allocate(&mut self, shape: Shape, border: usize, storage: StorageType) -> Slot {
         let fits = |slot: &Slot| {
-            let (of_shape, of_border, of_kept) = self.kinds[*slot];
-            let is_alike = match (of_kept, kept) {
-                (None, None) => true,
-                (Some(one), Some(other)) => one.is_alike(other),
-                _ => false,
-            };
-            (of_shape, of_border) == (shape, border) && is_alike
+            let (slot_shape, slot_border, slot_storage) = self.layouts[*slot];
+            (slot_shape, slot_border) == (shape, border) && slot_storage.is_compatible_with(storage)
         };
         if let Some(at) = self.free.iter().position(fits) {
             return self.free.swap_remove(at);
         }
-        self.kinds.push((shape, border, kept));
-        self.kinds.len() - 1
+        self.layouts.push((shape, border, storage));
+        self.layouts.len() - 1
     }
 
-    /// Gives one back.
-    pub(crate) fn give(&mut self, slot: Slot) {
+    /// Makes a buffer available to later values.
+    pub(crate) fn release(&mut self, slot: Slot) {
         self.free.push(slot);
     }
 
-    /// All of them.
+    /// All buffers, zero.
     pub(crate) fn buffers(&self) -> Vec<Buffer> {
-        let buffer =
-            |(shape, border, kept): &(Shape, usize, Kept)| Buffer::zeros(*shape, *border, *kept);
-        self.kinds.iter().map(buffer).collect()
+        let buffer = |(shape, border, storage): &(Shape, usize, StorageType)| {
+            Buffer::zeros(*shape, *border, *storage)
+        };
+        self.layouts.iter().map(buffer).collect()
     }
 }

@@ -1,80 +1,60 @@
-//! From the nodes of a graph to the steps of a plan: what is done, in which bits, and where.
+//! Planning: from the nodes of a graph to steps on values with storage types.
 
 use evpose_kernels::Level;
-use evpose_kernels::blocked::Planes;
+use evpose_kernels::blocked::LowPrecisionType;
 use evpose_nn::graph::{Activation, Graph, NodeId, Operation};
 
 use crate::InferError;
-use crate::engine::Layer;
-use crate::fuse::{Fused, fused};
-use crate::held::Kept;
-use crate::memory::{Memory, Slot};
+use crate::buffer::StorageType;
+use crate::fuse::{FusedOp, fuse};
+use crate::layer::Layer;
 use crate::precision::{CalibrationRanges, Precision};
-use crate::shapes::{Shape, shapes};
+use crate::shapes::{Shape, infer_shapes};
 use crate::step::Step;
 
-/// A step, and where its images are.
-pub(crate) struct Planned {
-    pub(crate) step: Step,
-    pub(crate) inputs: Vec<Slot>,
-    pub(crate) output: Slot,
-    pub(crate) kept: Kept,
-    /// The node whose values it makes.
-    pub(crate) node: NodeId,
-}
+/// Index of a value in [`Planner::values`].
+pub(crate) type ValueId = usize;
 
-/// Steps in order, and the memory for their images.
-pub(crate) struct Plan {
-    pub(crate) steps: Vec<Planned>,
-    pub(crate) layers: Vec<Layer>,
-    pub(crate) memory: Memory,
-    /// Where the image that the network is shown goes, and by what its values are multiplied and
-    /// what is added on their way there.
-    pub(crate) input: (Slot, [f32; 2]),
-    /// The node whose values these are.
-    pub(crate) first: NodeId,
-    pub(crate) outputs: Vec<Slot>,
-    /// That image, where it is taken in planes.
-    pub(crate) planes: Option<Planes>,
-}
-
-/// An image on its way.
+/// A value: the output of a node in one storage type. A node whose users need different types has
+/// several.
 pub(crate) struct Value {
     pub(crate) node: NodeId,
-    pub(crate) kept: Kept,
-    /// Whether it is not in blocks of channels, as only what the network is shown can be.
-    is_planes: bool,
-    border: usize,
-    /// The operation after which nobody needs it.
-    last: usize,
+    pub(crate) storage: StorageType,
+    /// Whether its layout is nchw, which only the input of the network has.
+    pub(crate) is_nchw: bool,
+    /// Zero border that its users need.
+    pub(crate) border: usize,
+    /// Index of the last step that reads it.
+    pub(crate) last_use: usize,
 }
 
-/// A step, and which images it takes and makes.
-pub(crate) struct Work {
+/// A step with the values that it reads and writes.
+pub(crate) struct PlannedStep {
     pub(crate) step: Step,
-    pub(crate) inputs: Vec<usize>,
-    pub(crate) output: usize,
+    pub(crate) inputs: Vec<ValueId>,
+    pub(crate) output: ValueId,
     pub(crate) layer: Layer,
 }
 
-/// What is being planned.
+/// A plan in the making.
 pub(crate) struct Planner<'a> {
     pub(crate) graph: &'a Graph,
     pub(crate) shapes: Vec<Shape>,
     pub(crate) level: Level,
     precision: Precision,
     ranges: Option<&'a CalibrationRanges>,
-    fused: Vec<Fused>,
+    /// Operation of each node after fusion.
+    fused: Vec<FusedOp>,
     pub(crate) values: Vec<Value>,
-    /// The values of every node, as kept by whoever made them and as others needed them.
-    of_node: Vec<Vec<usize>>,
-    pub(crate) work: Vec<Work>,
-    /// The node at which the image that the network is shown is as its layers want it.
-    first: NodeId,
+    /// The values of each node: the one that its step writes, then conversions.
+    values_of_node: Vec<Vec<ValueId>>,
+    pub(crate) steps: Vec<PlannedStep>,
+    /// The node whose values the input buffer holds: see [`input_node`](Self::input_node).
+    pub(crate) first: NodeId,
 }
 
 impl<'a> Planner<'a> {
-    /// Plans a network for images of `input` channels, rows and columns, layer by layer.
+    /// Plans a network for images of `input` channels, height and width, one step per layer.
     ///
     /// # Errors
     /// Those of [`Engine::compile`](crate::Engine::compile).
@@ -87,26 +67,26 @@ impl<'a> Planner<'a> {
     ) -> Result<Self, InferError> {
         let mut planner = Self {
             graph,
-            shapes: shapes(graph, input)?,
+            shapes: infer_shapes(graph, input)?,
             level,
             precision,
             ranges,
-            fused: fused(graph),
+            fused: fuse(graph),
             values: Vec::new(),
-            of_node: vec![Vec::new(); graph.nodes.len()],
-            work: Vec::new(),
+            values_of_node: vec![Vec::new(); graph.nodes.len()],
+            steps: Vec::new(),
             first: 0,
         };
-        planner.first = planner.input();
+        planner.first = planner.input_node();
         for id in 0..graph.nodes.len() {
-            planner.node(id, planner.first)?;
+            planner.plan_node(id, planner.first)?;
         }
         Ok(planner)
     }
 
-    /// The node at which the image that the network is shown is as its layers want it: the input,
-    /// or a factor and an offset behind it that nobody else sees past.
-    fn input(&self) -> NodeId {
+    /// The node whose values the input buffer holds: the input, or the affine operation that is its
+    /// only user, which is then applied while the image is copied.
+    fn input_node(&self) -> NodeId {
         let nodes = self.graph.nodes.iter().enumerate();
         let users: Vec<_> = nodes.filter(|(_, node)| node.inputs.contains(&0)).collect();
         match users.as_slice() {
@@ -120,13 +100,14 @@ impl<'a> Planner<'a> {
         }
     }
 
-    /// Adds what is done at a node, if anything is.
-    fn node(&mut self, id: NodeId, first: NodeId) -> Result<(), InferError> {
+    /// Adds the step of a node, if it has one.
+    fn plan_node(&mut self, id: NodeId, first: NodeId) -> Result<(), InferError> {
         if id == first {
-            let is_planes = self.of_planes(id).is_some();
-            let kept = if is_planes { None } else { self.kept(id)? };
-            let value = self.value(id, kept);
-            self.values[value].is_planes = is_planes;
+            let is_nchw = self.nchw_conv(id).is_some();
+            let storage = if is_nchw { StorageType::F32 } else { self.preferred_storage(id)? };
+            let value = self.add_value(id, storage);
+            self.values[value].is_nchw = is_nchw;
+            // The allocation relies on it.
             debug_assert_eq!(value, 0, "the input comes first");
             return Ok(());
         }
@@ -135,165 +116,180 @@ impl<'a> Planner<'a> {
         }
         let node = &self.graph.nodes[id];
         let (step, inputs) = match self.fused[id].clone() {
-            Fused::Elsewhere => return Ok(()),
-            Fused::Whole => self.whole(id)?,
-            Fused::Sum { of, activation } => {
-                let held = of.map(|id| self.any(id));
-                let is_whole = held.iter().all(|value| self.values[*value].kept.is_none());
-                let is_packed = !is_whole || self.kept(id)?.is_some();
-                let step =
-                    if is_packed { Step::PackedSum(activation) } else { Step::Sum(activation) };
-                (step, held.to_vec())
+            FusedOp::Absorbed => return Ok(()),
+            FusedOp::Unfused => self.unfused_step(id)?,
+            FusedOp::Add { inputs, activation } => {
+                let inputs = inputs.map(|id| self.primary_value(id));
+                let is_f32 = inputs.iter().all(|value| self.values[*value].storage.is_f32());
+                let is_low_precision = !is_f32 || !self.preferred_storage(id)?.is_f32();
+                let step = if is_low_precision {
+                    Step::LowPrecisionAdd(activation)
+                } else {
+                    Step::Add(activation)
+                };
+                (step, inputs.to_vec())
             }
-            Fused::Conv { conv, residual, activation } => {
-                self.conv(id, conv, residual, activation)?
+            FusedOp::Conv { conv, residual, activation } => {
+                self.conv_step(id, conv, residual, activation)?
             }
         };
-        let kept = match &step {
-            // These keep images as they get them.
-            Step::PackedMaxPool(_) | Step::PackedUpsample => self.values[inputs[0]].kept,
-            step if step.writes_packed() => self.kept(id)?,
-            _ => None,
+        let storage = match &step {
+            // Their kernels do not convert.
+            Step::LowPrecisionMaxPool(_) | Step::LowPrecisionUpsample => {
+                self.values[inputs[0]].storage
+            }
+            step if step.writes_low_precision() => self.preferred_storage(id)?,
+            _ => StorageType::F32,
         };
         debug_assert!(!node.name.is_empty(), "layers have names");
-        let output = self.value(id, kept);
-        self.push(step, inputs, output);
+        let output = self.add_value(id, storage);
+        self.push_step(step, inputs, output);
         Ok(())
     }
 
-    /// The step of the only layer that takes the image that the network is shown, at `first`, in
-    /// planes.
-    fn of_planes(&self, first: NodeId) -> Option<Step> {
+    /// Step of the layer that reads the input, at node `first`, in nchw; none if another layer
+    /// reads it or the layer cannot.
+    fn nchw_conv(&self, first: NodeId) -> Option<Step> {
         let mut users =
             self.graph.nodes.iter().enumerate().filter(|(_, n)| n.inputs.contains(&first));
         let (Some((id, node)), None) = (users.next(), users.next()) else { return None };
-        let end = self.fused.iter().find_map(|fused| match fused {
-            Fused::Conv { conv, residual: None, activation } if *conv == id => Some(*activation),
+        let activation = self.fused.iter().find_map(|fused| match fused {
+            FusedOp::Conv { conv, residual: None, activation } if *conv == id => Some(*activation),
             _ => None,
         });
         match &node.operation {
             Operation::Conv(conv) if !self.graph.outputs.contains(&first) => {
-                Step::of_planes(conv, end?, self.level, self.precision == Precision::F32)
+                Step::nchw_conv(conv, activation?, self.level, self.precision == Precision::F32)
             }
             _ => None,
         }
     }
 
-    fn push(&mut self, step: Step, inputs: Vec<usize>, output: usize) {
+    /// Adds a step, and widens the border of its input to what it needs.
+    fn push_step(&mut self, step: Step, inputs: Vec<ValueId>, output: ValueId) {
         let border = &mut self.values[inputs[0]].border;
         *border = (*border).max(step.border());
         let layer = self.layer(&step, &inputs, output);
-        self.work.push(Work { step, inputs, output, layer });
+        self.steps.push(PlannedStep { step, inputs, output, layer });
     }
 
-    fn value(&mut self, node: NodeId, kept: Kept) -> usize {
-        self.values.push(Value { node, kept, is_planes: false, border: 0, last: 0 });
-        self.of_node[node].push(self.values.len() - 1);
+    /// Adds a value of a node.
+    fn add_value(&mut self, node: NodeId, storage: StorageType) -> ValueId {
+        self.values.push(Value { node, storage, is_nchw: false, border: 0, last_use: 0 });
+        self.values_of_node[node].push(self.values.len() - 1);
         self.values.len() - 1
     }
 
-    /// How the values of a node should be kept.
-    fn kept(&self, id: NodeId) -> Result<Kept, InferError> {
+    /// Storage type in which the step of a node should write: of low precision if a user reads
+    /// that. Vectors and outputs are f32.
+    fn preferred_storage(&self, id: NodeId) -> Result<StorageType, InferError> {
         let [_, height, width] = self.shapes[id];
-        if height * width == 1 || self.graph.outputs.contains(&id) || !self.is_taken_packed(id) {
-            return Ok(None);
+        if height * width == 1
+            || self.graph.outputs.contains(&id)
+            || !self.is_used_in_low_precision(id)
+        {
+            return Ok(StorageType::F32);
         }
-        self.storage(id)
+        self.storage_at_precision(id)
     }
 
-    /// How the values of a node are kept in fewer bits.
-    fn storage(&self, id: NodeId) -> Result<Kept, InferError> {
+    /// Storage type of a node at the precision of the engine.
+    fn storage_at_precision(&self, id: NodeId) -> Result<StorageType, InferError> {
         match (self.precision, self.ranges) {
-            (Precision::F32, _) => Ok(None),
-            (Precision::Bf16, _) => Ok(Some(evpose_kernels::blocked::Storage::Bf16)),
-            (Precision::Int8, Some(ranges)) => Ok(Some(ranges.storage(id)?)),
+            (Precision::F32, _) => Ok(StorageType::F32),
+            (Precision::Bf16, _) => Ok(StorageType::LowPrecision(LowPrecisionType::Bf16)),
+            (Precision::Int8, Some(ranges)) => {
+                Ok(StorageType::LowPrecision(ranges.low_precision_type(id)?))
+            }
             (Precision::Int8, None) => {
                 Err(InferError::NotCalibrated { layer: self.graph.nodes[id].name.clone() })
             }
         }
     }
 
-    /// Whether somebody takes the values of a node in fewer bits.
-    fn is_taken_packed(&self, id: NodeId) -> bool {
-        let takes = |(user, fused): (usize, &Fused)| match fused {
-            Fused::Elsewhere => false,
-            Fused::Whole => {
+    /// Whether a user of a node reads low precision.
+    fn is_used_in_low_precision(&self, id: NodeId) -> bool {
+        let takes = |(user, fused): (usize, &FusedOp)| match fused {
+            FusedOp::Absorbed => false,
+            FusedOp::Unfused => {
                 let node = &self.graph.nodes[user];
-                let may = matches!(
+                let has_kernel = matches!(
                     node.operation,
                     Operation::MaxPool { .. } | Operation::Upsample | Operation::Relu
                 );
-                may && node.inputs.contains(&id)
+                has_kernel && node.inputs.contains(&id)
             }
-            Fused::Sum { of, .. } => of.contains(&id),
-            Fused::Conv { conv, .. } => self.graph.nodes[*conv].inputs.contains(&id),
+            FusedOp::Add { inputs, .. } => inputs.contains(&id),
+            FusedOp::Conv { conv, .. } => self.graph.nodes[*conv].inputs.contains(&id),
         };
         self.fused.iter().enumerate().any(takes)
     }
 
-    /// The values of a node, however they are kept.
-    fn any(&self, id: NodeId) -> usize {
-        self.of_node[id][0]
+    /// The value that the step of a node writes.
+    pub(crate) fn primary_value(&self, id: NodeId) -> ValueId {
+        self.values_of_node[id][0]
     }
 
-    /// The values of a node in 32 bits, or in fewer.
-    fn held(&mut self, id: NodeId, is_packed: bool) -> Result<usize, InferError> {
-        let fits = |value: &&usize| self.values[**value].kept.is_some() == is_packed;
-        if let Some(value) = self.of_node[id].iter().find(fits) {
+    /// The value of a node in f32 or in low precision; adds a conversion if there is none.
+    fn value_as(&mut self, id: NodeId, is_low_precision: bool) -> Result<ValueId, InferError> {
+        let fits = |value: &&ValueId| self.values[**value].storage.is_f32() != is_low_precision;
+        if let Some(value) = self.values_of_node[id].iter().find(fits) {
             return Ok(*value);
         }
-        let from = self.any(id);
-        let kept = if is_packed { self.storage(id)? } else { None };
-        let value = self.value(id, kept);
-        self.push(Step::PackedSum(Activation::Identity), vec![from], value);
+        let from = self.primary_value(id);
+        let storage =
+            if is_low_precision { self.storage_at_precision(id)? } else { StorageType::F32 };
+        let value = self.add_value(id, storage);
+        self.push_step(Step::LowPrecisionAdd(Activation::Identity), vec![from], value);
         Ok(value)
     }
 
-    /// The step of a node that is done as it stands.
-    fn whole(&mut self, id: NodeId) -> Result<(Step, Vec<usize>), InferError> {
+    /// Step and inputs of a node without fusion.
+    fn unfused_step(&mut self, id: NodeId) -> Result<(Step, Vec<ValueId>), InferError> {
         let node = &self.graph.nodes[id];
         let step = Step::of(node, self.level)?;
-        let first = self.any(node.inputs[0]);
-        let is_packed = self.values[first].kept.is_some();
+        let first = self.primary_value(node.inputs[0]);
+        let is_low_precision = !self.values[first].storage.is_f32();
         let step = match step {
-            Step::MaxPool(pool) if is_packed => Step::PackedMaxPool(pool),
-            Step::Upsample if is_packed => Step::PackedUpsample,
-            Step::Sum(activation) if is_packed => Step::PackedSum(activation),
+            Step::MaxPool(pool) if is_low_precision => Step::LowPrecisionMaxPool(pool),
+            Step::Upsample if is_low_precision => Step::LowPrecisionUpsample,
+            Step::Add(activation) if is_low_precision => Step::LowPrecisionAdd(activation),
             step => {
-                let inputs: Result<Vec<usize>, _> =
-                    node.inputs.iter().map(|input| self.held(*input, false)).collect();
+                let inputs: Result<Vec<ValueId>, _> =
+                    node.inputs.iter().map(|input| self.value_as(*input, false)).collect();
                 return Ok((step, inputs?));
             }
         };
-        // What is asked for is told in 32 bits, which only sums write.
-        if self.graph.outputs.contains(&id) && !matches!(step, Step::PackedSum(_)) {
+        // Outputs are f32, and the kernels of low precision cannot write that, except for the sum.
+        if self.graph.outputs.contains(&id) && !matches!(step, Step::LowPrecisionAdd(_)) {
             let step = Step::of(node, self.level)?;
-            return Ok((step, vec![self.held(node.inputs[0], false)?]));
+            return Ok((step, vec![self.value_as(node.inputs[0], false)?]));
         }
         Ok((step, vec![first]))
     }
 
-    /// The step of a convolution and what came behind it.
-    fn conv(
+    /// Step and inputs of a convolution `conv` with its epilogue, whose last node is `id`.
+    fn conv_step(
         &mut self,
         id: NodeId,
         conv: NodeId,
         residual: Option<NodeId>,
         activation: Activation,
-    ) -> Result<(Step, Vec<usize>), InferError> {
+    ) -> Result<(Step, Vec<ValueId>), InferError> {
         let node = &self.graph.nodes[conv];
         let Operation::Conv(layer) = &node.operation else {
-            unreachable!("only convolutions take up others")
+            unreachable!("only convolutions absorb others")
         };
-        if self.values[self.any(node.inputs[0])].is_planes {
-            let step = self.of_planes(node.inputs[0]);
-            let step = step.unwrap_or_else(|| unreachable!("planes are for this layer"));
-            return Ok((step, vec![self.any(node.inputs[0])]));
+        if self.values[self.primary_value(node.inputs[0])].is_nchw {
+            let step = self.nchw_conv(node.inputs[0]);
+            let step =
+                step.unwrap_or_else(|| unreachable!("the nchw layout was chosen for this layer"));
+            return Ok((step, vec![self.primary_value(node.inputs[0])]));
         }
         let [_, height, width] = self.shapes[id];
-        let is_packed = self.precision != Precision::F32 && height * width > 1;
-        let input = self.held(node.inputs[0], is_packed)?;
-        let kept = self.values[input].kept;
+        let is_low_precision = self.precision != Precision::F32 && height * width > 1;
+        let input = self.value_as(node.inputs[0], is_low_precision)?;
+        let storage = self.values[input].storage;
         let step = Step::conv(
             &node.name,
             layer,
@@ -301,60 +297,22 @@ impl<'a> Planner<'a> {
             residual.is_some(),
             activation,
             self.level,
-            kept,
+            storage,
         )?;
         let residual = match residual {
-            Some(id) if is_packed => Some(self.any(id)),
-            Some(id) => Some(self.held(id, false)?),
+            Some(id) if is_low_precision => Some(self.primary_value(id)),
+            Some(id) => Some(self.value_as(id, false)?),
             None => None,
         };
         Ok((step, [input].into_iter().chain(residual).collect()))
     }
 
-    /// Gives every image its memory, which others have before and after it.
-    pub(crate) fn placed(mut self) -> Plan {
-        let (first, end) = (self.first, self.work.len());
-        for (now, Work { inputs, output, .. }) in self.work.iter().enumerate() {
-            inputs.iter().chain([output]).for_each(|value| self.values[*value].last = now);
-        }
-        // The input is written before every run.
-        self.values[0].last = end;
-        let of_outputs: Vec<usize> = self.graph.outputs.iter().map(|id| self.any(*id)).collect();
-        of_outputs.iter().for_each(|value| self.values[*value].last = end);
-        let mut memory = Memory::default();
-        let mut slots = vec![0; self.values.len()];
-        let take = |memory: &mut Memory, value: &Value| {
-            memory.take(self.shapes[value.node], value.border, value.kept)
-        };
-        slots[0] = take(&mut memory, &self.values[0]);
-        let (mut steps, mut layers) = (Vec::new(), Vec::new());
-        for (now, Work { step, inputs, output, layer }) in self.work.into_iter().enumerate() {
-            let Value { node, kept, .. } = self.values[output];
-            slots[output] = take(&mut memory, &self.values[output]);
-            layers.push(layer);
-            let of_inputs = inputs.iter().map(|input| slots[*input]).collect();
-            steps.push(Planned { step, inputs: of_inputs, output: slots[output], kept, node });
-            let mut done = inputs;
-            done.retain(|input| self.values[*input].last == now);
-            done.dedup();
-            done.into_iter().for_each(|input| memory.give(slots[input]));
-        }
-        let by = match self.graph.nodes[first].operation {
-            Operation::Affine { factor, offset } => [factor, offset],
-            _ => [1.0, 0.0],
-        };
-        let outputs = of_outputs.into_iter().map(|value| slots[value]).collect();
-        let Value { node, is_planes, border, .. } = self.values[0];
-        let planes = is_planes.then(|| Planes::zeros(self.shapes[node], border));
-        Plan { steps, layers, memory, input: (slots[0], by), first, outputs, planes }
-    }
-
-    /// What is told of a step.
-    fn layer(&self, step: &Step, inputs: &[usize], output: usize) -> Layer {
+    /// Description of a step.
+    fn layer(&self, step: &Step, inputs: &[ValueId], output: ValueId) -> Layer {
         let id = self.values[output].node;
         let output = self.shapes[id];
         let from = self.values[inputs[0]].node;
-        // A convolution that took up what came behind it keeps its name.
+        // A convolution with an epilogue has the name of the convolution, not of the last node.
         let named = (0..=id).rev().map(|id| &self.graph.nodes[id]).find(|node| {
             !step.is_conv()
                 || node.inputs.first() == Some(&from)

@@ -1,30 +1,30 @@
-//! In how many bits a network computes, and what its layers need to know for the fewest.
+//! Precision of inference, and the calibration ranges of int8.
 
 use std::fmt;
 use std::str::FromStr;
 
-use evpose_kernels::blocked::{Scale, Storage};
+use evpose_kernels::blocked::{LowPrecisionType, QuantizationParams};
 use evpose_nn::graph::Graph;
 use serde::{Deserialize, Serialize};
 
 use crate::InferError;
 
-/// How images and weights are kept on their way.
+/// Numeric precision of weights and of the values between layers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
 pub enum Precision {
-    /// In 32 bits, as the network was trained.
+    /// 32-bit floating point, as in training.
     #[default]
     F32,
-    /// In the upper 16 of them.
+    /// bfloat16, the upper 16 bits of f32.
     Bf16,
-    /// In 8 bits, in steps that were measured: see [`CalibrationRanges`].
+    /// 8-bit integers, quantised with calibrated ranges: see [`CalibrationRanges`].
     Int8,
 }
 
 impl Precision {
-    /// All there are, the most exact first.
+    /// All precisions, the most exact first.
     pub const ALL: [Self; 3] = [Self::F32, Self::Bf16, Self::Int8];
 }
 
@@ -49,47 +49,53 @@ impl FromStr for Precision {
     }
 }
 
-/// The least and the largest value that the nodes of a graph were seen to make.
+/// Calibration of int8: the observed minimum and maximum of each node's values, from which scale
+/// and zero point follow (a min-max observer, as PyTorch's `MinMaxObserver`).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CalibrationRanges {
     nodes: Vec<NodeRange>,
 }
 
-/// What one node was seen to make.
+/// Observed range of one node.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct NodeRange {
     name: String,
-    /// None where another does what the node says.
+    /// None where the node is fused into another, or was not observed yet.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     range: Option<[f32; 2]>,
 }
 
 impl CalibrationRanges {
-    /// Of a graph that was not seen to make anything.
-    pub fn of(graph: &Graph) -> Self {
-        let unseen = |name: &String| NodeRange { name: name.clone(), range: None };
-        Self { nodes: graph.nodes.iter().map(|node| unseen(&node.name)).collect() }
+    /// Empty ranges of a graph.
+    pub fn new(graph: &Graph) -> Self {
+        let unobserved = |name: &String| NodeRange { name: name.clone(), range: None };
+        Self { nodes: graph.nodes.iter().map(|node| unobserved(&node.name)).collect() }
     }
 
-    /// Takes values of a node in.
+    /// Extends the range of a node by observed values.
     pub(crate) fn observe(&mut self, node: usize, [low, high]: [f32; 2]) {
         let range = &mut self.nodes[node].range;
-        let [least, most] = range.unwrap_or([low, high]);
-        *range = Some([least.min(low), most.max(high)]);
+        let [min, max] = range.unwrap_or([low, high]);
+        *range = Some([min.min(low), max.max(high)]);
     }
 
-    /// The step in which values of a node are kept in 8 bits.
-    pub(crate) fn storage(&self, node: usize) -> Result<Storage, InferError> {
+    /// Quantised type of a node's values.
+    ///
+    /// # Errors
+    /// [`InferError::NotCalibrated`] if the node was not observed, or its values are not finite.
+    pub(crate) fn low_precision_type(&self, node: usize) -> Result<LowPrecisionType, InferError> {
         let NodeRange { name, range } = &self.nodes[node];
         let is_usable = |[low, high]: &[f32; 2]| low.is_finite() && high.is_finite();
         let [low, high] = range
             .filter(is_usable)
             .ok_or_else(|| InferError::NotCalibrated { layer: name.clone() })?;
-        Ok(Storage::Byte(Scale::of(low, high)))
+        Ok(LowPrecisionType::Uint8(QuantizationParams::from_range(low, high)))
     }
 
+    /// Compares the names of the nodes.
+    ///
     /// # Errors
-    /// If they are those of another graph.
+    /// [`InferError::NotCalibrated`] if the ranges are those of another graph.
     pub(crate) fn check(&self, graph: &Graph) -> Result<(), InferError> {
         let names = |node: &NodeRange| node.name.clone();
         let (mut ours, mut theirs) =

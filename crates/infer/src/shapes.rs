@@ -1,26 +1,26 @@
-//! What sizes images have on their way through a network.
+//! Shape inference.
 
 use evpose_nn::graph::{ConvLayer, Graph, Node, Operation};
 
 use crate::InferError;
 
-/// Channels, rows and columns.
+/// Channels, height and width.
 pub type Shape = [usize; 3];
 
-/// The shape of every node's output for an image of this shape.
+/// Shape of every node's output for an input image of shape `input`.
 ///
 /// # Errors
-/// [`InferError::Shape`] if a layer does not fit what it is given.
-pub fn shapes(graph: &Graph, input: Shape) -> Result<Vec<Shape>, InferError> {
+/// [`InferError::Shape`] if a layer cannot take its input.
+pub fn infer_shapes(graph: &Graph, input: Shape) -> Result<Vec<Shape>, InferError> {
     let mut shapes: Vec<Shape> = Vec::with_capacity(graph.nodes.len());
     for node in &graph.nodes {
         let inputs: Vec<Shape> = node.inputs.iter().map(|id| shapes[*id]).collect();
-        shapes.push(output(node, &inputs, input)?);
+        shapes.push(output_shape(node, &inputs, input)?);
     }
     Ok(shapes)
 }
 
-fn output(node: &Node, inputs: &[Shape], image: Shape) -> Result<Shape, InferError> {
+fn output_shape(node: &Node, inputs: &[Shape], image: Shape) -> Result<Shape, InferError> {
     let fault = |problem: String| InferError::Shape { layer: node.name.clone(), problem };
     let first = inputs.first().copied().unwrap_or(image);
     let [channels, height, width] = first;
@@ -32,11 +32,11 @@ fn output(node: &Node, inputs: &[Shape], image: Shape) -> Result<Shape, InferErr
             image
         }
         Operation::Conv(conv) => {
-            let [channels_out, of_group, ..] = conv.shape;
-            if of_group * conv.groups != channels {
-                return Err(fault(format!("{channels} channels instead of {of_group}")));
+            let [channels_out, channels_per_group, ..] = conv.shape;
+            if channels_per_group * conv.groups != channels {
+                return Err(fault(format!("{channels} channels instead of {channels_per_group}")));
             }
-            let [rows, columns] = convolved(conv, [height, width]);
+            let [rows, columns] = conv_size(conv, [height, width]);
             [channels_out, rows, columns]
         }
         Operation::MaxPool { window, stride, padding } => {
@@ -73,11 +73,13 @@ fn output(node: &Node, inputs: &[Shape], image: Shape) -> Result<Shape, InferErr
     Ok(shape)
 }
 
-fn convolved(conv: &ConvLayer, size: [usize; 2]) -> [usize; 2] {
+/// Height and width of a convolution's output.
+fn conv_size(conv: &ConvLayer, size: [usize; 2]) -> [usize; 2] {
     let [top, left, bottom, right] = conv.padding;
     let side = |k: usize, padding: usize| {
-        let reach = conv.dilation[k] * (conv.shape[2 + k] - 1) + 1;
-        let room = (size[k] + padding).checked_sub(reach);
+        // Extent of the dilated kernel.
+        let extent = conv.dilation[k] * (conv.shape[2 + k] - 1) + 1;
+        let room = (size[k] + padding).checked_sub(extent);
         room.map_or(0, |room| room / conv.stride[k] + 1)
     };
     [side(0, top + bottom), side(1, left + right)]

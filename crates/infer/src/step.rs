@@ -2,61 +2,62 @@
 
 use evpose_kernels::Level;
 use evpose_kernels::blocked::{
-    Chain, Conv, ConvShape, Depthwise, DepthwiseShape, Image, Link, MaxPool, PackedConv,
-    PackedDepthwise, PlaneConv, Scratch, Source, Storage, ThreadPool, TileSize, Winograd, add,
-    add_held, affine, flatten, gather, max_pool_packed, mean_pool, sigmoid, upsample,
-    upsample_packed,
+    Chain, ChainInput, Conv, ConvShape, Depthwise, DepthwiseShape, Image, Link, LowPrecisionConv,
+    LowPrecisionDepthwise, LowPrecisionType, MaxPool, NchwConv, Scratch, ThreadPool, TileSize,
+    Winograd, adaptive_avg_pool, add, add_mixed_precision, affine, flatten, gather_channels,
+    max_pool_low_precision, sigmoid, upsample, upsample_low_precision,
 };
 use evpose_nn::graph::{Activation, ConvLayer, LinearLayer, Node, Operation};
 
 use crate::InferError;
-use crate::held::{Buffer, Kept};
+use crate::buffer::{Buffer, StorageType};
 use crate::shapes::Shape;
 
-/// Channels from which kernels take longer to transform to `F(4, 3)` than that saves, with few
-/// tiles.
-const MANY: usize = 512;
-/// Tiles of `F(4, 3)` from which it is worth it for any channels.
-const ENOUGH: usize = 12;
-/// Tiles of an image below which one scheme is not worth its transforms.
-const TILES: usize = 6;
-/// Channels of an image that are taken in planes: in blocks it would be four times as large, or
-/// more.
-const PLANES: usize = 4;
-/// Channels below which a convolution has too few products to save.
-const CHANNELS: usize = 16;
+/// Input channels from which transforming the weights to F(4, 3) takes longer than it saves, if
+/// there are few tiles.
+const TRANSFORM_BOUND_CHANNELS: usize = 512;
+/// Tiles of F(4, 3) from which it is faster for any number of channels.
+const ENOUGH_TILES: usize = 12;
+/// Smallest number of tiles for which Winograd is faster than direct convolution.
+const MIN_TILES: usize = 6;
+/// Largest number of channels of an input in nchw: in nChw16c it would be at least four times as
+/// large.
+const MAX_NCHW_CHANNELS: usize = 4;
+/// Smallest number of channels for Winograd: convolutions of fewer have too few multiplications to
+/// save.
+const MIN_CHANNELS: usize = 16;
 
-/// An operation with its weights laid out.
+/// An operator of a plan with its packed weights.
 #[derive(Debug, Clone)]
 pub(crate) enum Step {
     Conv(Conv, Activation),
-    /// Of the image that the network is shown, in planes.
-    PlaneConv(PlaneConv, Activation),
+    /// Of the input of the network, in nchw.
+    NchwConv(NchwConv, Activation),
     Winograd(Winograd, Activation),
     Depthwise(Depthwise, Activation),
     MaxPool(MaxPool),
-    MeanPool,
+    AvgPool,
     Flatten,
-    Sum(Activation),
-    /// Channels of the output are those of the input from here on.
+    Add(Activation),
+    /// Slice of channels from this one on.
     Channels(usize),
     Interleave,
     Upsample,
     Sigmoid,
-    /// Factor and offset.
+    /// Scale and shift.
     Affine([f32; 2]),
-    /// Several of these together.
+    /// Several fused steps.
     Chain(Chain),
-    PackedConv(PackedConv, Storage, Activation),
-    PackedDepthwise(PackedDepthwise, Storage, Activation),
-    PackedMaxPool(MaxPool),
-    PackedUpsample,
-    /// Of one image too, which is then kept otherwise.
-    PackedSum(Activation),
+    LowPrecisionConv(LowPrecisionConv, LowPrecisionType, Activation),
+    LowPrecisionDepthwise(LowPrecisionDepthwise, LowPrecisionType, Activation),
+    LowPrecisionMaxPool(MaxPool),
+    LowPrecisionUpsample,
+    /// Of two inputs of any storage types; of one input, a conversion.
+    LowPrecisionAdd(Activation),
 }
 
-/// What a step works with.
-pub(crate) struct Place<'a> {
+/// Buffers and threads that a step runs with.
+pub(crate) struct StepContext<'a> {
     pub(crate) thread_pool: &'a ThreadPool,
     pub(crate) level: Level,
     pub(crate) inputs: &'a [&'a Buffer],
@@ -65,37 +66,40 @@ pub(crate) struct Place<'a> {
 }
 
 impl Step {
-    /// The operation of a node that is done as it stands.
+    /// Step of a node without fusion.
     ///
     /// # Errors
-    /// If there is no kernel for it.
+    /// [`InferError::Unsupported`] if there is no kernel for it.
     pub(crate) fn of(node: &Node, level: Level) -> Result<Self, InferError> {
-        let missing = |what: &str| {
-            Err(InferError::Unsupported { layer: node.name.clone(), what: what.to_owned() })
+        let unsupported = |operation: &str| {
+            Err(InferError::Unsupported {
+                layer: node.name.clone(),
+                operation: operation.to_owned(),
+            })
         };
         match &node.operation {
             Operation::MaxPool { window, stride, padding } => {
                 let is_square = [window, stride, padding].iter().all(|side| side[0] == side[1]);
                 if !is_square {
-                    return missing("max-pool whose windows are not square");
+                    return unsupported("max-pool whose windows are not square");
                 }
                 let [window, stride, padding] = [window[0], stride[0], padding[0]];
                 Ok(Self::MaxPool(MaxPool { window, stride, padding }))
             }
-            Operation::MeanPool { .. } => Ok(Self::MeanPool),
+            Operation::MeanPool { .. } => Ok(Self::AvgPool),
             Operation::Flatten => Ok(Self::Flatten),
             Operation::Linear(linear) => Ok(Self::linear(linear, level)),
-            Operation::Relu => Ok(Self::Sum(Activation::Relu)),
+            Operation::Relu => Ok(Self::Add(Activation::Relu)),
             Operation::Channels(range) => Ok(Self::Channels(range.start)),
             Operation::Interleave => Ok(Self::Interleave),
             Operation::Upsample => Ok(Self::Upsample),
             Operation::Sigmoid => Ok(Self::Sigmoid),
             Operation::Affine { factor, offset } => Ok(Self::Affine([*factor, *offset])),
-            other => missing(&format!("operation {other:?}")),
+            other => unsupported(&format!("operation {other:?}")),
         }
     }
 
-    /// A fully connected layer is a convolution of a single pixel.
+    /// A fully connected layer, as a 1x1 convolution of a single pixel.
     fn linear(linear: &LinearLayer, level: Level) -> Self {
         let [inputs, outputs] = linear.shape;
         let shape = ConvShape { channels_in: inputs, channels_out: outputs, kernel: 1, stride: 1 };
@@ -108,10 +112,10 @@ impl Step {
         Self::Conv(Conv::new(shape, &weight, &linear.bias, level), Activation::Identity)
     }
 
-    /// A convolution and what follows it, of an image that is kept so.
+    /// A convolution with its epilogue, for an input of type `storage`.
     ///
     /// # Errors
-    /// If there is no kernel for it.
+    /// [`InferError::Unsupported`] if there is no kernel for it.
     pub(crate) fn conv(
         name: &str,
         conv: &ConvLayer,
@@ -119,57 +123,66 @@ impl Step {
         has_residual: bool,
         activation: Activation,
         level: Level,
-        kept: Kept,
+        storage: StorageType,
     ) -> Result<Self, InferError> {
-        let missing = |what: String| Err(InferError::Unsupported { layer: name.to_owned(), what });
-        let [channels_out, of_group, kernel, kernel_x] = conv.shape;
+        let unsupported =
+            |operation: String| Err(InferError::Unsupported { layer: name.to_owned(), operation });
+        let [channels_out, channels_per_group, kernel, kernel_x] = conv.shape;
         let [stride, stride_x] = conv.stride;
         if kernel != kernel_x || stride != stride_x || conv.dilation != [1, 1] {
-            return missing(
+            return unsupported(
                 "convolution that is not square, or with gaps between its taps".to_owned(),
             );
         }
         if kernel % 2 == 0 || !matches!(stride, 1 | 2) || conv.padding != [kernel / 2; 4] {
-            return missing(format!(
+            return unsupported(format!(
                 "convolution of {kernel}x{kernel}, stride {stride} and padding {:?}",
                 conv.padding
             ));
         }
         if conv.groups == 1 {
-            let shape = ConvShape { channels_in: of_group, channels_out, kernel, stride };
-            if let Some(storage) = kept {
-                let conv = PackedConv::new(shape, &conv.weight, &conv.bias, storage, level);
-                return Ok(Self::PackedConv(conv, storage, activation));
+            let shape = ConvShape { channels_in: channels_per_group, channels_out, kernel, stride };
+            if let StorageType::LowPrecision(element_type) = storage {
+                let conv =
+                    LowPrecisionConv::new(shape, &conv.weight, &conv.bias, element_type, level);
+                return Ok(Self::LowPrecisionConv(conv, element_type, activation));
             }
-            return Ok(match tiles_of(shape, output) {
+            return Ok(match winograd_tile(shape, output) {
                 None => Self::Conv(Conv::new(shape, &conv.weight, &conv.bias, level), activation),
                 Some(size) => {
-                    let channels = [of_group, channels_out];
+                    let channels = [channels_per_group, channels_out];
                     let conv = Winograd::new(channels, &conv.weight, &conv.bias, size, level);
                     Self::Winograd(conv, activation)
                 }
             });
         }
-        if conv.groups != channels_out || of_group != 1 || !matches!(kernel, 3 | 5) || has_residual
+        if conv.groups != channels_out
+            || channels_per_group != 1
+            || !matches!(kernel, 3 | 5)
+            || has_residual
         {
-            return missing(format!("convolution of {kernel}x{kernel} in {} groups", conv.groups));
+            return unsupported(format!(
+                "convolution of {kernel}x{kernel} in {} groups",
+                conv.groups
+            ));
         }
         let shape = DepthwiseShape { channels: channels_out, kernel, stride };
-        if let Some(storage) = kept {
-            let conv = PackedDepthwise::new(shape, &conv.weight, &conv.bias, storage, level);
-            return Ok(Self::PackedDepthwise(conv, storage, activation));
+        if let StorageType::LowPrecision(element_type) = storage {
+            let conv =
+                LowPrecisionDepthwise::new(shape, &conv.weight, &conv.bias, element_type, level);
+            return Ok(Self::LowPrecisionDepthwise(conv, element_type, activation));
         }
         let conv = Depthwise::new(shape, &conv.weight, &conv.bias, level);
         Ok(Self::Depthwise(conv, activation))
     }
 
-    /// A convolution of the image that the network is shown, if that can be done in planes. Whether
-    /// it is kept in 32 bits tells whether others could be.
-    pub(crate) fn of_planes(
+    /// A convolution of the network's input in nchw, if there is a kernel for it. At a precision
+    /// other than f32 only [`NchwConv`] writes the output.
+    pub(crate) fn nchw_conv(
         conv: &ConvLayer,
         activation: Activation,
         level: Level,
-        is_whole: bool,
+        is_f32: bool,
     ) -> Option<Self> {
         let [channels_out, channels_in, kernel, kernel_x] = conv.shape;
         let shape = ConvShape { channels_in, channels_out, kernel, stride: conv.stride[0] };
@@ -178,35 +191,35 @@ impl Step {
             && conv.groups == 1
             && conv.dilation == [1, 1]
             && conv.padding == [kernel / 2; 4];
-        if is_plain && PlaneConv::can(shape) {
-            let conv = PlaneConv::new(shape, &conv.weight, &conv.bias, level);
-            return Some(Self::PlaneConv(conv, activation));
+        if is_plain && NchwConv::supports(shape) {
+            let conv = NchwConv::new(shape, &conv.weight, &conv.bias, level);
+            return Some(Self::NchwConv(conv, activation));
         }
-        (is_plain && is_whole && channels_in <= PLANES && matches!(shape.stride, 1 | 2))
+        (is_plain && is_f32 && channels_in <= MAX_NCHW_CHANNELS && matches!(shape.stride, 1 | 2))
             .then(|| Self::Conv(Conv::new(shape, &conv.weight, &conv.bias, level), activation))
     }
 
-    /// What it is, in a word.
+    /// Name of the algorithm.
     pub(crate) fn algorithm(&self) -> &'static str {
         match self {
             Self::Conv(..) => "direct",
-            Self::PlaneConv(..) => "planes",
-            Self::Chain(_) => "together",
+            Self::NchwConv(..) => "direct nchw",
+            Self::Chain(_) => "fused",
             Self::Winograd(conv, _) => match conv.size() {
                 TileSize::Two => "winograd 2",
                 TileSize::Four => "winograd 4",
             },
-            Self::PackedConv(_, Storage::Bf16, _) => "direct bf16",
-            Self::PackedConv(_, Storage::Byte(_), _) => "direct int8",
+            Self::LowPrecisionConv(_, LowPrecisionType::Bf16, _) => "direct bf16",
+            Self::LowPrecisionConv(_, LowPrecisionType::Uint8(_), _) => "direct int8",
             Self::Depthwise(..) => "depthwise",
-            Self::PackedDepthwise(_, Storage::Bf16, _) => "depthwise bf16",
-            Self::PackedDepthwise(_, Storage::Byte(_), _) => "depthwise int8",
-            Self::MaxPool(_) | Self::PackedMaxPool(_) => "max-pool",
-            Self::MeanPool => "mean",
+            Self::LowPrecisionDepthwise(_, LowPrecisionType::Bf16, _) => "depthwise bf16",
+            Self::LowPrecisionDepthwise(_, LowPrecisionType::Uint8(_), _) => "depthwise int8",
+            Self::MaxPool(_) | Self::LowPrecisionMaxPool(_) => "max-pool",
+            Self::AvgPool => "mean",
             Self::Flatten => "flatten",
-            Self::Sum(_) | Self::PackedSum(_) => "sum",
+            Self::Add(_) | Self::LowPrecisionAdd(_) => "sum",
             Self::Channels(_) | Self::Interleave => "channels",
-            Self::Upsample | Self::PackedUpsample => "upsample",
+            Self::Upsample | Self::LowPrecisionUpsample => "upsample",
             Self::Sigmoid => "sigmoid",
             Self::Affine(_) => "affine",
         }
@@ -217,37 +230,34 @@ impl Step {
         matches!(
             self,
             Self::Conv(..)
-                | Self::PlaneConv(..)
+                | Self::NchwConv(..)
                 | Self::Winograd(..)
                 | Self::Depthwise(..)
-                | Self::PackedConv(..)
-                | Self::PackedDepthwise(..)
+                | Self::LowPrecisionConv(..)
+                | Self::LowPrecisionDepthwise(..)
         )
     }
 
-    /// Whether it can keep its output in fewer bits.
-    pub(crate) fn writes_packed(&self) -> bool {
+    /// Whether it can write low precision.
+    pub(crate) fn writes_low_precision(&self) -> bool {
         matches!(
             self,
-            Self::PlaneConv(..)
-                | Self::PackedConv(..)
-                | Self::PackedDepthwise(..)
-                | Self::PackedSum(_)
+            Self::NchwConv(..)
+                | Self::LowPrecisionConv(..)
+                | Self::LowPrecisionDepthwise(..)
+                | Self::LowPrecisionAdd(_)
         )
     }
 
-    /// Whether it can be a link of a chain.
+    /// Whether it can be a layer of a chain.
     pub(crate) fn is_link(&self) -> bool {
-        matches!(
-            self,
-            Self::PlaneConv(..) | Self::Conv(..) | Self::Depthwise(..) | Self::MaxPool(_)
-        )
+        matches!(self, Self::NchwConv(..) | Self::Conv(..) | Self::Depthwise(..) | Self::MaxPool(_))
     }
 
-    /// The same as a link of a chain, if it can be one.
+    /// The step as a layer of a chain, if it can be one.
     pub(crate) fn link(&self) -> Option<Link> {
         match self {
-            Self::PlaneConv(conv, activation) => Some(Link::Planes(conv.clone(), *activation)),
+            Self::NchwConv(conv, activation) => Some(Link::Nchw(conv.clone(), *activation)),
             Self::Conv(conv, activation) => Some(Link::Conv(conv.clone(), *activation)),
             Self::Depthwise(conv, activation) => Some(Link::Depthwise(conv.clone(), *activation)),
             Self::MaxPool(pool) => Some(Link::MaxPool(*pool)),
@@ -255,65 +265,82 @@ impl Step {
         }
     }
 
-    /// Pixels of zeros that it needs around its input.
+    /// Zero border that it needs around its input.
     pub(crate) fn border(&self) -> usize {
         match self {
             Self::Conv(conv, _) => conv.shape().padding(),
-            Self::PlaneConv(conv, _) => conv.shape().padding(),
+            Self::NchwConv(conv, _) => conv.shape().padding(),
             Self::Chain(chain) => chain.border(),
             Self::Winograd(..) => 1,
             Self::Depthwise(conv, _) => conv.shape().kernel / 2,
-            Self::PackedConv(conv, ..) => conv.shape().padding(),
-            Self::PackedDepthwise(conv, ..) => conv.shape().kernel / 2,
+            Self::LowPrecisionConv(conv, ..) => conv.shape().padding(),
+            Self::LowPrecisionDepthwise(conv, ..) => conv.shape().kernel / 2,
             _ => 0,
         }
     }
 
-    /// Does it.
-    pub(crate) fn run(&self, place: Place<'_>) {
-        let Place { thread_pool, level, inputs, output, scratch } = place;
+    /// Runs the step.
+    pub(crate) fn run(&self, context: StepContext<'_>) {
+        let StepContext { thread_pool, level, inputs, output, scratch } = context;
         let other = inputs.get(1).copied();
         match self {
-            Self::PackedConv(conv, _, activation) => {
-                let residual = other.map(Buffer::held);
-                conv.run(thread_pool, inputs[0].packed(), residual, *activation, output.held_mut());
+            Self::LowPrecisionConv(conv, _, activation) => {
+                let residual = other.map(Buffer::view);
+                conv.run(
+                    thread_pool,
+                    inputs[0].low_precision(),
+                    residual,
+                    *activation,
+                    output.view_mut(),
+                );
             }
             Self::Chain(chain) => {
                 let source = match inputs[0] {
-                    Buffer::Planes(planes) => Source::Planes(planes),
-                    image => Source::Image(image.whole()),
+                    Buffer::Nchw(image) => ChainInput::Nchw(image),
+                    image => ChainInput::Image(image.f32()),
                 };
-                let residual = other.map(Buffer::whole);
-                chain.run(thread_pool, source, residual, output.whole_mut(), scratch);
+                let residual = other.map(Buffer::f32);
+                chain.run(thread_pool, source, residual, output.f32_mut(), scratch);
             }
-            Self::Conv(conv, activation) if matches!(inputs[0], Buffer::Planes(_)) => {
-                conv.run_planes(thread_pool, inputs[0].planes(), *activation, output.whole_mut());
+            Self::Conv(conv, activation) if matches!(inputs[0], Buffer::Nchw(_)) => {
+                conv.run_nchw(thread_pool, inputs[0].nchw(), *activation, output.f32_mut());
             }
-            Self::PlaneConv(conv, activation) => {
-                conv.run(thread_pool, inputs[0].planes(), *activation, output.held_mut());
+            Self::NchwConv(conv, activation) => {
+                conv.run(thread_pool, inputs[0].nchw(), *activation, output.view_mut());
             }
-            Self::PackedDepthwise(conv, _, activation) => {
-                conv.run(thread_pool, inputs[0].packed(), *activation, output.held_mut());
+            Self::LowPrecisionDepthwise(conv, _, activation) => {
+                conv.run(thread_pool, inputs[0].low_precision(), *activation, output.view_mut());
             }
-            Self::PackedMaxPool(pool) => {
-                max_pool_packed(thread_pool, level, *pool, inputs[0].packed(), output.packed_mut());
+            Self::LowPrecisionMaxPool(pool) => {
+                max_pool_low_precision(
+                    thread_pool,
+                    level,
+                    *pool,
+                    inputs[0].low_precision(),
+                    output.low_precision_mut(),
+                );
             }
-            Self::PackedUpsample => {
-                upsample_packed(thread_pool, level, inputs[0].packed(), output.packed_mut());
+            Self::LowPrecisionUpsample => {
+                upsample_low_precision(
+                    thread_pool,
+                    level,
+                    inputs[0].low_precision(),
+                    output.low_precision_mut(),
+                );
             }
-            Self::PackedSum(activation) => {
-                let (one, other) = (inputs[0].held(), other.map(Buffer::held));
-                add_held(thread_pool, level, one, other, *activation, output.held_mut());
+            Self::LowPrecisionAdd(activation) => {
+                let (one, other) = (inputs[0].view(), other.map(Buffer::view));
+                add_mixed_precision(thread_pool, level, one, other, *activation, output.view_mut());
             }
             _ => {
-                let inputs: Vec<&Image> = inputs.iter().map(|input| input.whole()).collect();
-                self.run_whole(thread_pool, level, &inputs, output.whole_mut(), scratch);
+                let inputs: Vec<&Image> = inputs.iter().map(|input| input.f32()).collect();
+                self.run_f32(thread_pool, level, &inputs, output.f32_mut(), scratch);
             }
         }
     }
 
-    /// Does it, where images are kept in 32 bits.
-    fn run_whole(
+    /// Runs a step whose inputs and output are f32 in nChw16c.
+    fn run_f32(
         &self,
         thread_pool: &ThreadPool,
         level: Level,
@@ -331,38 +358,43 @@ impl Step {
             }
             Self::Depthwise(conv, activation) => conv.run(thread_pool, input, *activation, output),
             Self::MaxPool(pool) => pool.run(thread_pool, level, input, output),
-            Self::MeanPool => mean_pool(thread_pool, level, input, output),
+            Self::AvgPool => adaptive_avg_pool(thread_pool, level, input, output),
             Self::Flatten => flatten(input, output),
-            Self::Sum(activation) => add(thread_pool, level, input, other, *activation, output),
-            Self::Channels(start) => gather(output, |channel| (input, start + channel)),
+            Self::Add(activation) => add(thread_pool, level, input, other, *activation, output),
+            Self::Channels(start) => gather_channels(output, |channel| (input, start + channel)),
             Self::Interleave => {
                 let both = [input, inputs[1]];
-                gather(output, |channel| (both[channel % 2], channel / 2));
+                gather_channels(output, |channel| (both[channel % 2], channel / 2));
             }
             Self::Upsample => upsample(thread_pool, level, input, output),
             Self::Sigmoid => sigmoid(thread_pool, level, input, output),
-            Self::Affine(by) => affine(thread_pool, level, input, *by, output),
+            Self::Affine(affine_params) => {
+                affine(thread_pool, level, input, *affine_params, output)
+            }
             Self::Chain(_)
-            | Self::PlaneConv(..)
-            | Self::PackedConv(..)
-            | Self::PackedDepthwise(..)
-            | Self::PackedMaxPool(_)
-            | Self::PackedUpsample
-            | Self::PackedSum(_) => unreachable!("steps on images that are kept otherwise"),
+            | Self::NchwConv(..)
+            | Self::LowPrecisionConv(..)
+            | Self::LowPrecisionDepthwise(..)
+            | Self::LowPrecisionMaxPool(_)
+            | Self::LowPrecisionUpsample
+            | Self::LowPrecisionAdd(_) => unreachable!("steps on other storage types"),
         }
     }
 }
 
-/// The tiles by which a convolution is the fastest; none for the direct way.
-fn tiles_of(shape: ConvShape, [_, height, width]: Shape) -> Option<TileSize> {
-    let is_small = shape.channels_in.min(shape.channels_out) < CHANNELS;
+/// Tile size of the fastest Winograd algorithm for a convolution; none if direct convolution is
+/// faster.
+fn winograd_tile(shape: ConvShape, [_, height, width]: Shape) -> Option<TileSize> {
+    let is_small = shape.channels_in.min(shape.channels_out) < MIN_CHANNELS;
     if shape.kernel != 3 || shape.stride != 1 || is_small {
         return None;
     }
     let tiles = |side: usize| height.div_ceil(side) * width.div_ceil(side);
-    if tiles(4) >= TILES && (tiles(4) >= ENOUGH || shape.channels_in < MANY) {
+    if tiles(4) >= MIN_TILES
+        && (tiles(4) >= ENOUGH_TILES || shape.channels_in < TRANSFORM_BOUND_CHANNELS)
+    {
         Some(TileSize::Four)
     } else {
-        (tiles(2) >= TILES).then_some(TileSize::Two)
+        (tiles(2) >= MIN_TILES).then_some(TileSize::Two)
     }
 }

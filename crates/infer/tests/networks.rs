@@ -8,7 +8,7 @@ use evpose_infer::{Engine, EngineOptions, InferError, Level};
 use evpose_nn::graph::{Graph, Operation};
 use evpose_nn::{BACKBONES, HandRegressor, HandRegressorConfig, MoveEnetConfig};
 
-/// Numbers between 0 and 1, as representations have.
+/// Pseudo-random values between 0 and 1, the range of representations.
 fn image(seed: u32, count: usize) -> Vec<f32> {
     let mut state = seed;
     let mut next = || {
@@ -20,12 +20,12 @@ fn image(seed: u32, count: usize) -> Vec<f32> {
 
 fn network(backbone: &str, width: f32) -> HandRegressor {
     let config = HandRegressorConfig { backbone: backbone.to_owned(), width };
-    that_has_seen(&config.init(7, &Device::flex()).unwrap(), 1.0)
+    with_statistics(&config.init(7, &Device::flex()).unwrap(), 1.0)
 }
 
 /// Gives a network statistics that are not those of one that has seen nothing, and normalisations
 /// that give values about this size.
-fn that_has_seen<M: Module>(network: &M, size: f32) -> M {
+fn with_statistics<M: Module>(network: &M, size: f32) -> M {
     evpose_nn::parameters::fill(network.clone(), {
         let mut values = evpose_nn::parameters::read(network).into_iter();
         move |slot| {
@@ -51,7 +51,7 @@ fn expected(network: &HandRegressor, input: &[f32], [height, width]: [usize; 2])
 }
 
 /// The largest difference, relative to the largest value.
-fn apart(ours: &[f32], theirs: &[f32]) -> f32 {
+fn relative_difference(ours: &[f32], theirs: &[f32]) -> f32 {
     assert_eq!(ours.len(), theirs.len());
     let largest = theirs.iter().fold(0.0_f32, |most, value| most.max(value.abs()));
     let pairs = ours.iter().zip(theirs);
@@ -59,7 +59,7 @@ fn apart(ours: &[f32], theirs: &[f32]) -> f32 {
 }
 
 #[test]
-fn every_network_says_what_it_says_in_burn() {
+fn every_network_matches_burn() {
     for entry in BACKBONES {
         let network = network(entry.name, 0.5);
         let graph = network.graph();
@@ -71,9 +71,9 @@ fn every_network_says_what_it_says_in_burn() {
                 for threads in [1, 3] {
                     let options = EngineOptions::default().with_threads(threads).with_level(level);
                     let mut engine = Engine::compile(&graph, [2, height, width], options).unwrap();
-                    let apart = apart(&engine.run(&input)[0], &want);
+                    let difference = relative_difference(&engine.run(&input)[0], &want);
                     let what = format!("{} {height}x{width} {level} {threads}", entry.name);
-                    assert!(apart < 1e-4, "{what}: {apart}");
+                    assert!(difference < 1e-4, "{what}: {difference}");
                     // The same bits in every run, from any number of threads.
                     let bits = first.get_or_insert_with(|| engine.run(&input).to_vec()).clone();
                     assert_eq!(engine.run(&input), bits, "{what}");
@@ -85,11 +85,11 @@ fn every_network_says_what_it_says_in_burn() {
 }
 
 #[test]
-fn the_maps_of_move_enet_are_those_of_burn() {
+fn heatmaps_of_move_enet_match_burn() {
     let device = Device::flex();
     // Statistics of no training let every repetition double its values, up to logits of 40,000. Of
     // those, sigmoids would show rounding and nothing else.
-    let network = that_has_seen(&MoveEnetConfig::default().init(7, &device).unwrap(), 0.6);
+    let network = with_statistics(&MoveEnetConfig::default().init(7, &device).unwrap(), 0.6);
     let graph = network.graph();
     // At odd sizes, halves are rounded up, to multiples of what the coarsest level has.
     for [height, width] in [[192, 192], [128, 128], [157, 191]] {
@@ -110,8 +110,8 @@ fn the_maps_of_move_enet_are_those_of_burn() {
                 let ours = engine.run(&input).to_vec();
                 assert_eq!(ours.len(), 4);
                 for (ours, want) in ours.iter().zip(&want) {
-                    let apart = apart(ours, want);
-                    assert!(apart < 1e-4, "{what}: {apart}");
+                    let difference = relative_difference(ours, want);
+                    assert!(difference < 1e-4, "{what}: {difference}");
                 }
                 let bits = first.get_or_insert_with(|| ours.clone());
                 assert_eq!(&ours, bits, "{what}");
@@ -128,7 +128,7 @@ fn the_maps_of_move_enet_are_those_of_burn() {
 }
 
 #[test]
-fn whatever_is_asked_for_is_told_beside_the_end() {
+fn intermediate_nodes_may_be_outputs() {
     let network = network("resnet18", 0.25);
     let mut graph = network.graph();
     let input = image(3, 2 * 45 * 60);
@@ -141,16 +141,16 @@ fn whatever_is_asked_for_is_told_beside_the_end() {
     let is_sum = |id: &usize| graph.nodes[*id].operation == Operation::Add;
     let sums: Vec<_> = (0..graph.nodes.len()).filter(is_sum).collect();
     graph.outputs = [sums.clone(), graph.outputs.clone()].concat();
-    let told = run(&graph);
-    assert!(apart(&told[sums.len()], &end[0]) < 1e-5);
-    for (id, values) in sums.into_iter().zip(told) {
+    let outputs = run(&graph);
+    assert!(relative_difference(&outputs[sums.len()], &end[0]) < 1e-5);
+    for (id, values) in sums.into_iter().zip(outputs) {
         let alone = Graph { nodes: graph.nodes[..=id].to_vec(), outputs: vec![id] };
-        assert!(apart(&values, &run(&alone)[0]) < 1e-5, "node {id}");
+        assert!(relative_difference(&values, &run(&alone)[0]) < 1e-5, "node {id}");
     }
 }
 
 #[test]
-fn every_product_is_counted_once() {
+fn macs_match_the_published_shapes() {
     let network = network("resnet18", 1.0);
     let options = EngineOptions::default();
     let engine = Engine::compile(&network.graph(), [2, 180, 240], options).unwrap();
@@ -169,7 +169,7 @@ fn every_product_is_counted_once() {
 }
 
 #[test]
-fn what_the_engine_cannot_do_names_the_layer() {
+fn errors_name_the_layer() {
     let with = |change: &dyn Fn(&mut Graph)| {
         let mut graph = network("resnet18", 0.25).graph();
         change(&mut graph);
@@ -185,9 +185,9 @@ fn what_the_engine_cannot_do_names_the_layer() {
             }
         }
     });
-    let InferError::Unsupported { layer, what } = dilated else { panic!("{dilated}") };
+    let InferError::Unsupported { layer, operation } = dilated else { panic!("{dilated}") };
     assert_eq!(layer, "backbone.stages.1.0.first");
-    assert!(what.contains("gaps between its taps"), "{what}");
+    assert!(operation.contains("gaps between its taps"), "{operation}");
     let graph = network("resnet18", 0.25).graph();
     let other = Engine::compile(&graph, [3, 45, 60], EngineOptions::default()).err().unwrap();
     assert!(matches!(&other, InferError::Shape { layer, .. } if layer == "input"), "{other}");

@@ -1,4 +1,4 @@
-//! Networks in fewer bits: how far they are from 32, and that they are the same in every run.
+//! Networks in bf16 and int8: their error relative to f32, and equal bits in every run.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
@@ -8,7 +8,7 @@ use evpose_nn::graph::Graph;
 use evpose_nn::parameters::with_matched_variances;
 use evpose_nn::{HandRegressor, HandRegressorConfig, MoveEnetConfig, Network};
 
-/// Numbers between 0 and `most`.
+/// Pseudo-random values between 0 and `most`.
 fn image(seed: u32, count: usize, most: f32) -> Vec<f32> {
     let mut state = seed;
     let mut next = || {
@@ -24,7 +24,7 @@ fn hand(backbone: &str) -> HandRegressor {
 }
 
 /// The root of the mean square of differences, over that of the values themselves about their mean.
-fn apart(ours: &[f32], theirs: &[f32]) -> f32 {
+fn relative_error(ours: &[f32], theirs: &[f32]) -> f32 {
     assert_eq!(ours.len(), theirs.len());
     let mean = theirs.iter().sum::<f32>() / theirs.len() as f32;
     let squares = |values: &mut dyn Iterator<Item = f32>| values.map(|v| v * v).sum::<f32>();
@@ -32,8 +32,8 @@ fn apart(ours: &[f32], theirs: &[f32]) -> f32 {
     (differences / squares(&mut theirs.iter().map(|value| value - mean))).sqrt()
 }
 
-/// What values the layers make of some images.
-fn seen(graph: &Graph, size: [usize; 3], images: &[Vec<f32>]) -> CalibrationRanges {
+/// Ranges calibrated on some images.
+fn calibrated(graph: &Graph, size: [usize; 3], images: &[Vec<f32>]) -> CalibrationRanges {
     let mut engine =
         Engine::compile(graph, size, EngineOptions::default().layer_by_layer()).unwrap();
     let mut ranges = CalibrationRanges::new(graph);
@@ -42,7 +42,7 @@ fn seen(graph: &Graph, size: [usize; 3], images: &[Vec<f32>]) -> CalibrationRang
 }
 
 #[test]
-fn every_network_says_nearly_the_same_in_fewer_bits() {
+fn every_network_is_near_f32_at_low_precision() {
     let networks = Network::names().map(|name| {
         if name == evpose_nn::MOVE_ENET {
             let network = MoveEnetConfig::default().init(7, &Device::flex()).unwrap();
@@ -54,7 +54,7 @@ fn every_network_says_nearly_the_same_in_fewer_bits() {
     for (name, graph, size, most) in networks {
         let count = size.iter().product();
         let input = image(3, count, most);
-        let ranges = seen(&graph, size, &[input.clone(), image(4, count, most)]);
+        let ranges = calibrated(&graph, size, &[input.clone(), image(4, count, most)]);
         let options = EngineOptions::default();
         let want = Engine::compile(&graph, size, options).unwrap().run(&input).to_vec();
         // One map of a body that nobody taught is nearly the same everywhere: what little its
@@ -71,9 +71,9 @@ fn every_network_says_nearly_the_same_in_fewer_bits() {
                     let what = format!("{name} {precision} {level} {threads}");
                     let ours = engine.run(&input).to_vec();
                     for (ours, want) in ours.iter().zip(&want) {
-                        let apart = apart(ours, want);
-                        assert!(apart < off, "{what}: {apart}");
-                        assert!(apart > 0.0, "{what}: nothing was rounded");
+                        let error = relative_error(ours, want);
+                        assert!(error < off, "{what}: {error}");
+                        assert!(error > 0.0, "{what}: nothing was rounded");
                     }
                     let bits = first.get_or_insert_with(|| ours.clone());
                     assert_eq!(&ours, bits, "{what}");
@@ -88,14 +88,14 @@ fn every_network_says_nearly_the_same_in_fewer_bits() {
 }
 
 #[test]
-fn eight_bits_need_to_know_what_layers_make() {
+fn int8_needs_calibration() {
     let graph = hand("resnet18").graph();
     let size = [2, 45, 60];
     let options = EngineOptions::default().with_precision(Precision::Int8);
     let error = Engine::compile(&graph, size, options).err().unwrap();
     assert!(error.to_string().contains("evpose quantize"), "{error}");
-    let unseen = CalibrationRanges::new(&graph);
-    let error = Engine::compile_with(&graph, size, options, Some(&unseen)).err().unwrap();
+    let empty = CalibrationRanges::new(&graph);
+    let error = Engine::compile_with(&graph, size, options, Some(&empty)).err().unwrap();
     assert!(matches!(error, InferError::NotCalibrated { .. }), "{error}");
     let other = CalibrationRanges::new(&hand("vgg11_bn").graph());
     let error = Engine::compile_with(&graph, size, options, Some(&other)).err().unwrap();

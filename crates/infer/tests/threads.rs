@@ -1,6 +1,6 @@
-//! Threads of engines: side by side, on a busy machine, and with nothing to do.
+//! Threads of engines: several engines at once, under load, and idle.
 //!
-//! What takes long is no test for a machine that does other things: `cargo xtask slow` runs it.
+//! Tests of times need an idle machine: `cargo xtask slow` runs them.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
@@ -14,10 +14,10 @@ use evpose_infer::{Engine, EngineOptions};
 use evpose_nn::HandRegressorConfig;
 
 const SIZE: [usize; 3] = [2, 90, 120];
-/// Runs of which the median counts.
+/// Runs per measurement, of which the median counts.
 const RUNS: usize = 15;
-/// Times by turns, with and without others.
-const TURNS: usize = 7;
+/// Interleaved measurements, idle and under load.
+const REPEATS: usize = 7;
 /// By how much more than its share of the processor an engine may be slower. One whose threads only
 /// ever look for work loses whole time slices at each of its layers: tens of times as much.
 const MORE: f64 = 3.0;
@@ -53,7 +53,7 @@ fn slower_beside(engine: &mut Engine, image: &[f32]) -> f64 {
         });
         beside / alone
     };
-    median((0..TURNS).map(ratio).collect())
+    median((0..REPEATS).map(ratio).collect())
 }
 
 /// Processor time of all threads of this process so far, in seconds.

@@ -1,26 +1,26 @@
-//! Convolution of every channel by itself.
+//! Depthwise convolution in nChw16c.
 
 use std::ops::Range;
 
-use super::conv::Output;
-use super::image::{Image, Input, Line};
-use super::packing::blocks_of;
+use super::blocks::pad_to_blocks;
+use super::image::{Image, Line};
 use super::thread_pool::ThreadPool;
 use super::tile::{Activation, activated};
+use super::views::{F32Dst, F32Src};
 use crate::simd::{Kernel, LANES, Lanes, Level};
 
-/// Shape of a square convolution of single channels that keeps the image size, up to its stride.
+/// Shape of a square depthwise convolution with padding `kernel / 2`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct DepthwiseShape {
     /// Channels of input and output.
     pub channels: usize,
-    /// Rows and columns of the kernel: 3 or 5.
+    /// Height and width of the kernel: 3 or 5.
     pub kernel: usize,
-    /// Pixels between outputs: 1 or 2.
+    /// Stride: 1 or 2.
     pub stride: usize,
 }
 
-/// Such a convolution with its weights laid out for it.
+/// A depthwise convolution with its weights packed.
 #[derive(Debug, Clone)]
 pub struct Depthwise {
     shape: DepthwiseShape,
@@ -31,10 +31,10 @@ pub struct Depthwise {
 }
 
 impl Depthwise {
-    /// Lays `weight`, `[channels][kernel][kernel]`, and `bias`, `[channels]`, out.
+    /// Packs `weight`, `[channels][kernel][kernel]`, and `bias`, `[channels]`.
     ///
     /// # Panics
-    /// If there are more or fewer, the kernel is not of 3 or 5, or the stride not 1 or 2.
+    /// If either has another length, the kernel is not 3 or 5, or the stride not 1 or 2.
     pub fn new(shape: DepthwiseShape, weight: &[f32], bias: &[f32], level: Level) -> Self {
         let DepthwiseShape { channels, kernel, stride } = shape;
         assert!(
@@ -50,10 +50,10 @@ impl Depthwise {
                 weights[channel / LANES * taps + tap].0[channel % LANES] = *value;
             }
         }
-        Self { shape, level, weights, bias: blocks_of(bias) }
+        Self { shape, level, weights, bias: pad_to_blocks(bias) }
     }
 
-    /// Its shape.
+    /// Shape of the convolution.
     pub fn shape(&self) -> DepthwiseShape {
         self.shape
     }
@@ -74,85 +74,88 @@ impl Depthwise {
         assert!(input.border() >= kernel / 2, "a border as wide as half a kernel");
         let size = [input.height(), input.width()].map(|side| side.div_ceil(stride));
         assert_eq!([output.height(), output.width()], size, "size of the output");
-        let rows = output.height();
-        let units = output.blocks() * rows;
-        let (input, out) = (Input::of(input), Output::of(output));
+        let rows_per_block = output.height();
+        let rows = output.blocks() * rows_per_block;
+        let (src, dst) = (input.src(), output.dst());
         thread_pool.run(&|part| {
-            let work = Rows { of: self, input, activation, out, rows, units: part.chunk(units) };
+            let rows = part.chunk(rows);
+            let kernel = DepthwiseRows { conv: self, src, activation, dst, rows_per_block, rows };
             // SAFETY: sizes were compared above, rows of the parts are disjoint, and the level is
             // one of this processor's.
-            unsafe { self.level.run(&work) };
+            unsafe { self.level.run(&kernel) };
         });
     }
 
-    /// Writes so many rows from row 0 of `out` on, of all channels.
+    /// Computes `rows` rows of all channels, from row 0 of `dst` on.
     ///
     /// # Safety
-    /// Taps of these rows are readable, and the rows writable.
+    /// The windows of these rows are readable, and the rows writable.
     pub(super) unsafe fn rows(
         &self,
-        input: Input,
+        src: F32Src,
         activation: Activation,
-        out: Output,
+        dst: F32Dst,
         rows: usize,
     ) {
-        let units = 0..self.shape.channels.div_ceil(LANES) * rows;
-        let work = Rows { of: self, input, activation, out, rows, units };
+        let rows_per_block = rows;
+        let rows = 0..self.shape.channels.div_ceil(LANES) * rows_per_block;
+        let kernel = DepthwiseRows { conv: self, src, activation, dst, rows_per_block, rows };
         // SAFETY: the caller's.
-        unsafe { self.level.run(&work) };
+        unsafe { self.level.run(&kernel) };
     }
 }
 
-/// Some rows, block after block.
-struct Rows<'a> {
-    of: &'a Depthwise,
-    input: Input,
+/// Kernel over a range of output rows, counted over all channel blocks.
+struct DepthwiseRows<'a> {
+    conv: &'a Depthwise,
+    src: F32Src,
     activation: Activation,
-    out: Output,
-    /// Of a block.
-    rows: usize,
-    units: Range<usize>,
+    dst: F32Dst,
+    rows_per_block: usize,
+    rows: Range<usize>,
 }
 
-impl Kernel for Rows<'_> {
+impl Kernel for DepthwiseRows<'_> {
     #[inline(always)]
     unsafe fn run<V: Lanes>(&self) {
         // SAFETY: the caller's.
         unsafe {
-            match (self.of.shape.kernel, self.of.shape.stride) {
-                (3, 1) => self.all::<V, 3, 1>(),
-                (3, _) => self.all::<V, 3, 2>(),
-                (_, 1) => self.all::<V, 5, 1>(),
-                _ => self.all::<V, 5, 2>(),
+            match (self.conv.shape.kernel, self.conv.shape.stride) {
+                (3, 1) => self.compute::<V, 3, 1>(),
+                (3, _) => self.compute::<V, 3, 2>(),
+                (_, 1) => self.compute::<V, 5, 1>(),
+                _ => self.compute::<V, 5, 2>(),
             }
         }
     }
 }
 
-impl Rows<'_> {
+impl DepthwiseRows<'_> {
+    /// Computes the rows with a kernel of `K` and a stride of `STRIDE`.
+    ///
     /// # Safety
     /// That of [`Kernel::run`].
     #[inline(always)]
-    unsafe fn all<V: Lanes, const K: usize, const STRIDE: usize>(&self) {
-        for unit in self.units.clone() {
-            let (block, y) = (unit / self.rows, unit % self.rows);
-            let weights = self.of.weights[block * K * K..].as_ptr().cast::<f32>();
-            let bias = self.of.bias[block].0.as_ptr();
-            let from = self.input.tap(block, y * STRIDE, 0, K / 2);
+    unsafe fn compute<V: Lanes, const K: usize, const STRIDE: usize>(&self) {
+        for row in self.rows.clone() {
+            let (block, y) = (row / self.rows_per_block, row % self.rows_per_block);
+            let weights = self.conv.weights[block * K * K..].as_ptr().cast::<f32>();
+            let bias = self.conv.bias[block].0.as_ptr();
+            let from = self.src.tap(block, y * STRIDE, 0, K / 2);
             // SAFETY: the caller's; taps and outputs of this row are inside.
             unsafe {
-                let to = self.out.pixel(block, y, 0);
+                let to = self.dst.pixel(block, y, 0);
                 let mut x = 0;
-                // Weights and sums together stay in registers.
-                while V::TILE[0] == 12 && x + 8 <= self.out.width {
+                // AVX-512 has the registers for 8 sums and their weights; other levels for 4.
+                while V::TILE[0] == 12 && x + 8 <= self.dst.width {
                     self.tile::<V, K, STRIDE, 8>(from, weights, bias, to, x);
                     x += 8;
                 }
-                while x + 4 <= self.out.width {
+                while x + 4 <= self.dst.width {
                     self.tile::<V, K, STRIDE, 4>(from, weights, bias, to, x);
                     x += 4;
                 }
-                while x < self.out.width {
+                while x < self.dst.width {
                     self.tile::<V, K, STRIDE, 1>(from, weights, bias, to, x);
                     x += 1;
                 }
@@ -160,10 +163,10 @@ impl Rows<'_> {
         }
     }
 
-    /// `N` outputs from column `x` on.
+    /// Computes `N` output pixels of a block from column `x` on.
     ///
     /// # Safety
-    /// That of [`Kernel::run`]; they and their taps are inside.
+    /// That of [`Kernel::run`]; the pixels and their windows are inside the images.
     #[inline(always)]
     unsafe fn tile<V: Lanes, const K: usize, const STRIDE: usize, const N: usize>(
         &self,
@@ -173,7 +176,7 @@ impl Rows<'_> {
         to: *mut f32,
         x: usize,
     ) {
-        let row_pitch = self.input.row_pitch;
+        let row_pitch = self.src.row_pitch;
         // SAFETY: the caller's.
         unsafe {
             let from = from.add(x * STRIDE * LANES);

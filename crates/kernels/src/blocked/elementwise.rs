@@ -1,67 +1,67 @@
-//! Sums, and channels put elsewhere.
+//! Binary sum, channel gather and flatten.
 
 use std::ops::Range;
 
-use super::conv::Output;
 use super::image::Image;
 use super::thread_pool::ThreadPool;
 use super::tile::{Activation, activated};
+use super::views::F32Dst;
 use crate::simd::{Kernel, LANES, Lanes, Level};
 
-/// Writes `activation(one + other)` to `output`; without `other`, `activation(one)`.
+/// Writes `activation(a + b)` to `output`; without `b`, `activation(a)`.
 ///
 /// # Panics
 /// If sizes differ.
 pub fn add(
     thread_pool: &ThreadPool,
     level: Level,
-    one: &Image,
-    other: Option<&Image>,
+    a: &Image,
+    b: Option<&Image>,
     activation: Activation,
     output: &mut Image,
 ) {
-    assert_same(one, output);
-    other.iter().for_each(|other| assert_same(one, other));
-    let rows = output.height();
-    let units = output.blocks() * rows;
-    let out = Output::of(output);
+    assert_same_size(a, output);
+    b.iter().for_each(|b| assert_same_size(a, b));
+    let rows_per_block = output.height();
+    let rows = output.blocks() * rows_per_block;
+    let dst = output.dst();
     thread_pool.run(&|part| {
-        let work = Sums { one, other, activation, out, rows, units: part.chunk(units) };
+        let kernel = AddRows { a, b, activation, dst, rows_per_block, rows: part.chunk(rows) };
         // SAFETY: images are of one size, rows of the parts are disjoint, and the level is one of
         // this processor's.
-        unsafe { level.run(&work) };
+        unsafe { level.run(&kernel) };
     });
 }
 
-fn assert_same(one: &Image, other: &Image) {
+fn assert_same_size(a: &Image, b: &Image) {
     let size = |image: &Image| [image.channels(), image.height(), image.width()];
-    assert_eq!(size(one), size(other), "images of one size");
+    assert_eq!(size(a), size(b), "images of one size");
 }
 
-/// Some rows, block after block.
-struct Sums<'a> {
-    one: &'a Image,
-    other: Option<&'a Image>,
+/// Kernel over a range of rows, counted over all channel blocks.
+struct AddRows<'a> {
+    a: &'a Image,
+    b: Option<&'a Image>,
     activation: Activation,
-    out: Output,
-    rows: usize,
-    units: Range<usize>,
+    dst: F32Dst,
+    rows_per_block: usize,
+    rows: Range<usize>,
 }
 
-impl Kernel for Sums<'_> {
+impl Kernel for AddRows<'_> {
     #[inline(always)]
     unsafe fn run<V: Lanes>(&self) {
-        for unit in self.units.clone() {
-            let (block, y) = (unit / self.rows, unit % self.rows);
-            let one = self.one.tap(block, y, 0, 0);
-            let other = self.other.map(|other| other.tap(block, y, 0, 0));
+        for row in self.rows.clone() {
+            let (block, y) = (row / self.rows_per_block, row % self.rows_per_block);
+            let a = self.a.tap(block, y, 0, 0);
+            let b = self.b.map(|b| b.tap(block, y, 0, 0));
             // SAFETY: the caller's.
             unsafe {
-                let to = self.out.pixel(block, y, 0);
-                for at in (0..self.out.width).map(|x| x * LANES) {
-                    let mut sum = V::load(one.add(at));
-                    if let Some(other) = other {
-                        sum = sum.add(V::load(other.add(at)));
+                let to = self.dst.pixel(block, y, 0);
+                for at in (0..self.dst.width).map(|x| x * LANES) {
+                    let mut sum = V::load(a.add(at));
+                    if let Some(b) = b {
+                        sum = sum.add(V::load(b.add(at)));
                     }
                     activated(sum, self.activation).store(to.add(at));
                 }
@@ -70,19 +70,20 @@ impl Kernel for Sums<'_> {
     }
 }
 
-/// Writes channel `source(k)` to channel `k` of `output`, for all of its channels.
+/// Copies to each channel `k` of `output` the channel of the image that `source(k)` returns.
+/// Slicing and interleaving of channels (ShuffleNet's channel shuffle) are gathers.
 ///
 /// # Panics
-/// If heights or widths differ or there is no such channel.
-pub fn gather<'a>(output: &mut Image, source: impl Fn(usize) -> (&'a Image, usize)) {
+/// If heights or widths differ or a source has no such channel.
+pub fn gather_channels<'a>(output: &mut Image, source: impl Fn(usize) -> (&'a Image, usize)) {
     let (height, width) = (output.height(), output.width());
     for channel in 0..output.channels() {
         let (image, from) = source(channel);
         assert_eq!([image.height(), image.width()], [height, width], "images of one size");
         assert!(from < image.channels(), "channel {from} of {}", image.channels());
         for y in 0..height {
-            let (to, to_lane) = output.place(channel, y, 0);
-            let (from, from_lane) = image.place(from, y, 0);
+            let (to, to_lane) = output.position(channel, y, 0);
+            let (from, from_lane) = image.position(from, y, 0);
             let lines = output.lines_mut()[to..to + width].iter_mut();
             for (to, from) in lines.zip(&image.lines()[from..from + width]) {
                 to.0[to_lane] = from.0[from_lane];
@@ -91,14 +92,13 @@ pub fn gather<'a>(output: &mut Image, source: impl Fn(usize) -> (&'a Image, usiz
     }
 }
 
-/// Writes all values of `input`, channel by channel, to the channels of the single pixel of
-/// `output`.
+/// Copies all values of `input`, in nchw order, to the channels of the single pixel of `output`.
 ///
 /// # Panics
-/// If there are more or fewer.
+/// If `output` has another number of channels than `input` has values, or more than one pixel.
 pub fn flatten(input: &Image, output: &mut Image) {
     assert_eq!([output.height(), output.width()], [1, 1], "a single pixel");
     let mut values = vec![0.0; output.channels()];
-    input.write_planes(&mut values);
-    output.read_planes(&values);
+    input.copy_to_nchw(&mut values);
+    output.copy_from_nchw(&values);
 }

@@ -1,62 +1,69 @@
-//! Inference, one image at a time: images in blocks of sixteen channels, which are a register of
-//! AVX-512.
+//! Inference kernels for one image at a time, in the blocked layout nChw16c.
 //!
-//! * [`Image`]: such an image, with a border of zeros.
-//! * [`Conv`]: convolution with bias, residual and activation in one pass.
-//! * [`Winograd`]: the same of 3x3 kernels with fewer products.
-//! * [`Depthwise`]: convolution of every channel by itself.
-//! * [`PackedConv`], [`PackedDepthwise`]: convolution of images of fewer bits, [`Packed`].
-//! * [`add_held`], [`max_pool_packed`], [`upsample_packed`]: what else is done to them.
-//! * [`Chain`]: layers done together, some rows at a time.
-//! * [`PlaneConv`]: convolution of a few channels that are not in blocks, [`Planes`].
-//! * [`MaxPool`], [`mean_pool`]: maxima and means of windows.
-//! * [`add`], [`gather`], [`flatten`]: sums, and values put elsewhere.
-//! * [`upsample`]: twice as many rows and columns.
-//! * [`affine`], [`sigmoid`]: functions of every value by itself.
-//! * [`ThreadPool`]: threads that share the work.
-//! * [`peak_gflop_per_s`]: what the processor can do at best.
+//! The layout is oneDNN's: channels are grouped in blocks of 16, which are one AVX-512 register and
+//! one cache line. Kernels fuse bias, residual sum and activation into the pass that computes a
+//! layer.
 //!
-//! Every operation is compiled for every [`Level`](crate::Level) and gives the same up to rounding.
+//! * [`Image`]: an f32 image in nChw16c with a zero border; [`NchwImage`]: the same in plain nchw.
+//! * [`Conv`]: direct convolution; [`Winograd`]: 3x3 convolution with fewer multiplications;
+//!   [`Depthwise`]: depthwise convolution; [`NchwConv`]: convolution of a few channels in nchw.
+//! * [`Chain`]: consecutive layers fused, computed a band of rows at a time.
+//! * [`MaxPool`], [`adaptive_avg_pool`], [`upsample`]: pooling and bilinear upsampling.
+//! * [`add`], [`affine`], [`sigmoid`]: elementwise operators; [`gather_channels`], [`flatten`]:
+//!   data movement.
+//! * [`LowPrecisionImage`], [`LowPrecisionConv`], [`LowPrecisionDepthwise`]: images and
+//!   convolutions in bf16 and quantised uint8; [`add_mixed_precision`], [`max_pool_low_precision`],
+//!   [`upsample_low_precision`]: the other operators on them.
+//! * [`reorder_from_nchw`], [`reorder_to_nchw`]: layout conversions.
+//! * [`ThreadPool`]: threads for parallel regions of tens of microseconds.
+//! * [`peak_gflop_per_s`]: the processor's peak, against which kernels are measured.
+//!
+//! Every operator is compiled once per [`Level`](crate::Level). Levels differ in rounding only.
 
 #![allow(unsafe_code, reason = "kernels take pointers; contracts are written at each function")]
 
+mod blocks;
 mod chain;
 mod conv;
+mod conv_shape;
 mod depthwise;
 mod elementwise;
 mod image;
-mod packed;
-mod packing;
+mod low_precision;
+mod nchw;
+mod nchw_conv;
 mod peak;
-mod planes;
 mod pool;
-mod scheme;
 mod thread_pool;
 mod tile;
+mod unary;
 mod upsample;
-mod values;
+mod views;
 mod winograd;
 
+pub(crate) use blocks::{block_groups, pad_to_blocks};
 pub(crate) use image::Line;
-pub(crate) use packing::{blocks_of, groups};
-pub(crate) use scheme::{Four, MOST, Scheme};
+pub(crate) use winograd::{F4x3, MAX_INPUTS, WinogradTransform};
 
-pub use chain::{Chain, Link, Source};
-pub use conv::{Conv, ConvShape};
+pub use chain::{Chain, ChainInput, Link};
+pub use conv::Conv;
+pub use conv_shape::ConvShape;
 pub use depthwise::{Depthwise, DepthwiseShape};
-pub use elementwise::{add, flatten, gather};
+pub use elementwise::{add, flatten, gather_channels};
 pub use image::Image;
-pub use packed::{
-    Held, HeldMut, Packed, PackedConv, PackedDepthwise, Scale, Storage, add_held, max_pool_packed,
-    read_planes, upsample_packed, write_planes,
+pub use low_precision::{
+    LowPrecisionConv, LowPrecisionDepthwise, LowPrecisionImage, LowPrecisionType,
+    QuantizationParams, TensorView, TensorViewMut, add_mixed_precision, max_pool_low_precision,
+    reorder_from_nchw, reorder_to_nchw, upsample_low_precision,
 };
+pub use nchw::NchwImage;
+pub use nchw_conv::NchwConv;
 pub use peak::peak_gflop_per_s;
-pub use planes::{PlaneConv, Planes};
-pub use pool::{MaxPool, mean_pool};
+pub use pool::{MaxPool, adaptive_avg_pool};
 pub use thread_pool::{Part, ThreadPool};
 pub use tile::Activation;
+pub use unary::{affine, sigmoid};
 pub use upsample::upsample;
-pub use values::{affine, sigmoid};
 pub use winograd::{Scratch, TileSize, Winograd};
 
 #[cfg(test)]

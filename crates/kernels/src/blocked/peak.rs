@@ -1,4 +1,4 @@
-//! What the processor can do at best: the measure of every kernel.
+//! Peak throughput of the processor in fused multiply-adds, against which kernels are measured.
 
 use std::hint::black_box;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -7,13 +7,13 @@ use std::time::Instant;
 use super::thread_pool::ThreadPool;
 use crate::simd::{Kernel, LANES, Lanes, Level};
 
-/// Products of a sum in one measurement, about a millisecond.
-const PRODUCTS: usize = 1 << 18;
-/// Measurements, of which the fastest counts: what disturbs one only makes it slower.
-const TIMES: usize = 40;
+/// Fused multiply-adds per accumulator in one measurement, about a millisecond.
+const FMAS_PER_SUM: usize = 1 << 18;
+/// Measurements, of which the fastest counts: interference only makes a measurement slower.
+const REPEATS: usize = 40;
 
-/// The most products and sums that a thread_pool does in a second, in billions of either: products
-/// are added up in registers, and nothing is read or written.
+/// Measured peak of a thread pool in GFLOP/s (a fused multiply-add is two operations): a loop of
+/// independent fused multiply-adds on registers, without loads and stores.
 ///
 /// # Panics
 /// If the processor does not have the instructions of `level`.
@@ -24,45 +24,50 @@ pub fn peak_gflop_per_s(thread_pool: &ThreadPool, level: Level) -> f64 {
         let begin = Instant::now();
         thread_pool.run(&|_| {
             // SAFETY: the level is one of this processor's.
-            unsafe { level.run(&Products { sums: &sums }) };
+            unsafe { level.run(&FmaLoop { sums: &sums }) };
         });
         begin.elapsed().as_secs_f64()
     };
-    let fastest_s = (0..TIMES).map(|_| once()).fold(f64::INFINITY, f64::min);
-    let products = PRODUCTS * sums.into_inner() * LANES * thread_pool.threads();
-    2e-9 * products as f64 / fastest_s
+    let fastest_s = (0..REPEATS).map(|_| once()).fold(f64::INFINITY, f64::min);
+    let fmas = FMAS_PER_SUM * sums.into_inner() * LANES * thread_pool.threads();
+    2e-9 * fmas as f64 / fastest_s
 }
 
-struct Products<'a> {
-    /// How many sums were in the making at a time: those of a tile of one block of channels.
+/// Kernel of one measurement.
+struct FmaLoop<'a> {
+    /// Receives the number of independent accumulators: those of a tile of one channel block,
+    /// enough to hide the latency of a fused multiply-add.
     sums: &'a AtomicUsize,
 }
 
-impl Kernel for Products<'_> {
+impl Kernel for FmaLoop<'_> {
     #[inline(always)]
     unsafe fn run<V: Lanes>(&self) {
         self.sums.store(V::TILE[0], Ordering::Relaxed);
         // SAFETY: the caller's.
         unsafe {
             match V::TILE[0] {
-                12 => products::<V, 12>(),
-                6 => products::<V, 6>(),
-                3 => products::<V, 3>(),
+                12 => fma_loop::<V, 12>(),
+                6 => fma_loop::<V, 6>(),
+                3 => fma_loop::<V, 3>(),
                 other => unreachable!("a tile of {other} pixels is missing here"),
             }
         }
     }
 }
 
+/// Adds up fused multiply-adds in `N` accumulators.
+///
 /// # Safety
 /// The processor has the instructions of `V`.
 #[inline(always)]
-unsafe fn products<V: Lanes, const N: usize>() {
-    // SAFETY: the caller's; what is written is an array of as many numbers.
+unsafe fn fma_loop<V: Lanes, const N: usize>() {
+    // SAFETY: the caller's; `written` has room for a vector.
     unsafe {
+        // Opaque operands and results, so that LLVM can neither fold nor remove the loop.
         let [factor, other] = black_box([0.5_f32, 0.25]).map(|value| V::splat(value));
         let mut sums = [V::splat(0.0); N];
-        for _ in 0..PRODUCTS {
+        for _ in 0..FMAS_PER_SUM {
             for sum in &mut sums {
                 *sum = factor.mul_add(other, *sum);
             }
@@ -80,10 +85,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_peak_is_that_of_a_processor_not_of_a_loop_that_was_left_out() {
+    fn the_peak_is_plausible_so_the_loop_was_not_optimised_away() {
         for level in Level::available() {
             let one = peak_gflop_per_s(&ThreadPool::new(1), level);
-            // However slow the machine is; a loop that was left out would take no time.
+            // A loop that was optimised away would take no time.
             assert!((0.01..1000.0).contains(&one), "{level}: {one}");
         }
     }

@@ -6,10 +6,10 @@ use super::*;
 use crate::Level;
 
 mod chain;
-mod values;
+mod unary;
 
-/// Numbers between -1 and 1.
-pub(super) fn noise(seed: u64, count: usize) -> Vec<f32> {
+/// Pseudo-random values between -1 and 1.
+pub(super) fn random_values(seed: u64, count: usize) -> Vec<f32> {
     let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
     let mut next = || {
         state ^= state << 13;
@@ -22,13 +22,13 @@ pub(super) fn noise(seed: u64, count: usize) -> Vec<f32> {
 
 pub(super) fn image(planes: &[f32], channels: usize, size: [usize; 2], border: usize) -> Image {
     let mut image = Image::zeros(channels, size[0], size[1], border);
-    image.read_planes(planes);
+    image.copy_from_nchw(planes);
     image
 }
 
 pub(super) fn planes(image: &Image) -> Vec<f32> {
     let mut planes = vec![0.0; image.channels() * image.height() * image.width()];
-    image.write_planes(&mut planes);
+    image.copy_to_nchw(&mut planes);
     planes
 }
 
@@ -40,8 +40,8 @@ fn activated(value: f64, activation: Activation) -> f64 {
     }
 }
 
-/// A convolution as the sum that it is.
-pub(super) fn convolved(
+/// Convolution by plain loops in double precision.
+pub(super) fn reference_conv(
     shape: ConvShape,
     input: &[f32],
     size: [usize; 2],
@@ -78,15 +78,15 @@ pub(super) fn convolved(
     output
 }
 
-/// What comes behind the sums of a convolution.
-pub(super) struct After<'a> {
+/// Bias, residual and activation of a reference convolution.
+pub(super) struct ReferenceEpilogue<'a> {
     pub(super) bias: &'a [f32],
     pub(super) residual: Option<&'a Vec<f32>>,
     pub(super) activation: Activation,
 }
 
-impl After<'_> {
-    pub(super) fn applied(&self, mut sums: Vec<f64>) -> Vec<f64> {
+impl ReferenceEpilogue<'_> {
+    pub(super) fn apply(&self, mut sums: Vec<f64>) -> Vec<f64> {
         let pixels = sums.len() / self.bias.len();
         for (i, value) in sums.iter_mut().enumerate() {
             let sum = *value + f64::from(self.bias[i / pixels]);
@@ -101,14 +101,14 @@ impl After<'_> {
 pub(super) fn magnitude(shape: ConvShape, input: &[f32], size: [usize; 2], weight: &[f32]) -> f64 {
     let [input, weight] =
         [input, weight].map(|values| values.iter().map(|value| value.abs()).collect::<Vec<_>>());
-    convolved(shape, &input, size, &weight).into_iter().fold(1.0, f64::max)
+    reference_conv(shape, &input, size, &weight).into_iter().fold(1.0, f64::max)
 }
 
-/// Largest difference.
-pub(super) fn apart(ours: &[f32], truth: &[f64]) -> f64 {
-    assert_eq!(ours.len(), truth.len());
-    let pairs = ours.iter().zip(truth);
-    pairs.map(|(ours, truth)| (f64::from(*ours) - truth).abs()).fold(0.0, f64::max)
+/// Largest absolute difference.
+pub(super) fn max_abs_difference(ours: &[f32], expected: &[f64]) -> f64 {
+    assert_eq!(ours.len(), expected.len());
+    let pairs = ours.iter().zip(expected);
+    pairs.map(|(ours, expected)| (f64::from(*ours) - expected).abs()).fold(0.0, f64::max)
 }
 
 pub(super) fn activations() -> impl Strategy<Value = Activation> {
@@ -119,7 +119,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 48, ..ProptestConfig::default() })]
 
     #[test]
-    fn a_convolution_is_the_sum_that_it_is(
+    fn conv_matches_plain_loops(
         (channels_in, channels_out) in (1..50_usize, 1..70_usize),
         kernel in prop::sample::select(vec![1_usize, 3, 5, 7]),
         stride in 1..3_usize,
@@ -130,13 +130,13 @@ proptest! {
         seed: u64,
     ) {
         let shape = ConvShape { channels_in, channels_out, kernel, stride };
-        let input = noise(seed, channels_in * size[0] * size[1]);
-        let weight = noise(seed ^ 1, channels_out * channels_in * kernel * kernel);
-        let bias = noise(seed ^ 2, channels_out);
+        let input = random_values(seed, channels_in * size[0] * size[1]);
+        let weight = random_values(seed ^ 1, channels_out * channels_in * kernel * kernel);
+        let bias = random_values(seed ^ 2, channels_out);
         let out = size.map(|side| shape.output(side));
-        let residual = noise(seed ^ 3, channels_out * out[0] * out[1]);
-        let after = After { bias: &bias, residual: has_residual.then_some(&residual), activation };
-        let truth = after.applied(convolved(shape, &input, size, &weight));
+        let residual = random_values(seed ^ 3, channels_out * out[0] * out[1]);
+        let after = ReferenceEpilogue { bias: &bias, residual: has_residual.then_some(&residual), activation };
+        let expected = after.apply(reference_conv(shape, &input, size, &weight));
         let magnitude = magnitude(shape, &input, size, &weight);
         let input = image(&input, channels_in, size, kernel / 2);
         let residual = has_residual.then(|| image(&residual, channels_out, out, 1));
@@ -145,14 +145,14 @@ proptest! {
             let conv = Conv::new(shape, &weight, &bias, level);
             let mut output = Image::zeros(channels_out, out[0], out[1], 1);
             conv.run(&thread_pool, &input, residual.as_ref(), activation, &mut output);
-            let apart = apart(&planes(&output), &truth) / magnitude;
+            let apart = max_abs_difference(&planes(&output), &expected) / magnitude;
             prop_assert!(apart < 5e-7, "{level}: {apart}");
             prop_assert!(output.is_zero_outside(), "{level}: the border is not zero");
         }
     }
 
     #[test]
-    fn winograd_is_the_same_sum(
+    fn winograd_matches_plain_loops(
         channels in [1..40_usize, 1..70_usize],
         size in [1..26_usize, 1..40_usize],
         activation in activations(),
@@ -163,12 +163,12 @@ proptest! {
     ) {
         let [channels_in, channels_out] = channels;
         let shape = ConvShape { channels_in, channels_out, kernel: 3, stride: 1 };
-        let input = noise(seed, channels_in * size[0] * size[1]);
-        let weight = noise(seed ^ 1, channels_out * channels_in * 9);
-        let bias = noise(seed ^ 2, channels_out);
-        let residual = noise(seed ^ 3, channels_out * size[0] * size[1]);
-        let after = After { bias: &bias, residual: has_residual.then_some(&residual), activation };
-        let truth = after.applied(convolved(shape, &input, size, &weight));
+        let input = random_values(seed, channels_in * size[0] * size[1]);
+        let weight = random_values(seed ^ 1, channels_out * channels_in * 9);
+        let bias = random_values(seed ^ 2, channels_out);
+        let residual = random_values(seed ^ 3, channels_out * size[0] * size[1]);
+        let after = ReferenceEpilogue { bias: &bias, residual: has_residual.then_some(&residual), activation };
+        let expected = after.apply(reference_conv(shape, &input, size, &weight));
         let magnitude = magnitude(shape, &input, size, &weight);
         let input = image(&input, channels_in, size, 1);
         let residual = has_residual.then(|| image(&residual, channels_out, size, 0));
@@ -176,11 +176,11 @@ proptest! {
         let mut scratch = Scratch::default();
         for level in Level::available() {
             for (tile, most) in [(TileSize::Two, 1e-6), (TileSize::Four, 5e-6)] {
-                let conv = Winograd::of(channels, &weight, &bias, tile, level, is_plain);
+                let conv = Winograd::with_transform(channels, &weight, &bias, tile, level, is_plain);
                 let mut output = Image::zeros(channels_out, size[0], size[1], 1);
                 let residual = residual.as_ref();
                 conv.run(&thread_pool, &input, residual, activation, &mut output, &mut scratch);
-                let apart = apart(&planes(&output), &truth) / magnitude;
+                let apart = max_abs_difference(&planes(&output), &expected) / magnitude;
                 prop_assert!(apart < most, "{level} {tile:?}: {apart}");
                 prop_assert!(output.is_zero_outside(), "{level}: the border is not zero");
             }
@@ -188,7 +188,7 @@ proptest! {
     }
 
     #[test]
-    fn every_channel_by_itself_is_a_convolution_of_one(
+    fn depthwise_matches_convolutions_of_one_channel(
         channels in 1..50_usize,
         kernel in prop::sample::select(vec![3_usize, 5]),
         stride in 1..3_usize,
@@ -199,12 +199,12 @@ proptest! {
     ) {
         let one = ConvShape { channels_in: 1, channels_out: 1, kernel, stride };
         let pixels = size[0] * size[1];
-        let input = noise(seed, channels * pixels);
-        let weight = noise(seed ^ 1, channels * kernel * kernel);
-        let bias = noise(seed ^ 2, channels);
+        let input = random_values(seed, channels * pixels);
+        let weight = random_values(seed ^ 1, channels * kernel * kernel);
+        let bias = random_values(seed ^ 2, channels);
         let each = input.chunks(pixels).zip(weight.chunks(kernel * kernel));
-        let sums = each.flat_map(|(input, weight)| convolved(one, input, size, weight)).collect();
-        let truth = After { bias: &bias, residual: None, activation }.applied(sums);
+        let sums = each.flat_map(|(input, weight)| reference_conv(one, input, size, weight)).collect();
+        let expected = ReferenceEpilogue { bias: &bias, residual: None, activation }.apply(sums);
         let input = image(&input, channels, size, kernel / 2);
         let out = size.map(|side| one.output(side));
         let thread_pool = ThreadPool::new(threads);
@@ -213,14 +213,14 @@ proptest! {
             let conv = Depthwise::new(shape, &weight, &bias, level);
             let mut output = Image::zeros(channels, out[0], out[1], 2);
             conv.run(&thread_pool, &input, activation, &mut output);
-            let apart = apart(&planes(&output), &truth);
+            let apart = max_abs_difference(&planes(&output), &expected);
             prop_assert!(apart < 5e-6, "{level}: {apart}");
             prop_assert!(output.is_zero_outside(), "{level}: the border is not zero");
         }
     }
 
     #[test]
-    fn pools_are_maxima_and_means_of_what_is_inside(
+    fn pooling_matches_plain_loops(
         channels in 1..40_usize,
         size in [2..20_usize, 2..30_usize],
         (window, stride, padding) in prop::sample::select(vec![(3, 2, 1), (2, 2, 0), (3, 1, 1)]),
@@ -230,7 +230,7 @@ proptest! {
     ) {
         let pool = MaxPool { window, stride, padding };
         prop_assume!(size.iter().all(|side| pool.output(*side) > 0));
-        let input = noise(seed, channels * size[0] * size[1]);
+        let input = random_values(seed, channels * size[0] * size[1]);
         let over = |rows: std::ops::Range<usize>, columns: std::ops::Range<usize>, channel: usize| {
             let plane = &input[channel * size[0] * size[1]..][..size[0] * size[1]];
             let values = rows.flat_map(|y| plane[y * size[1]..][columns.clone()].to_vec());
@@ -258,17 +258,17 @@ proptest! {
         for level in Level::available() {
             let mut output = Image::zeros(channels, out[0], out[1], 1);
             pool.run(&thread_pool, level, &image, &mut output);
-            prop_assert_eq!(apart(&planes(&output), &maxima), 0.0);
+            prop_assert_eq!(max_abs_difference(&planes(&output), &maxima), 0.0);
             prop_assert!(output.is_zero_outside());
             let mut output = Image::zeros(channels, parts[0], parts[1], 0);
-            mean_pool(&thread_pool, level, &image, &mut output);
-            prop_assert!(apart(&planes(&output), &means) < 1e-6);
+            adaptive_avg_pool(&thread_pool, level, &image, &mut output);
+            prop_assert!(max_abs_difference(&planes(&output), &means) < 1e-6);
             prop_assert!(output.is_zero_outside());
         }
     }
 
     #[test]
-    fn sums_and_channels_are_where_they_belong(
+    fn add_gather_and_flatten_match_plain_loops(
         channels in 1..40_usize,
         size in [1..9_usize, 1..20_usize],
         activation in activations(),
@@ -276,7 +276,7 @@ proptest! {
         seed: u64,
     ) {
         let pixels = size[0] * size[1];
-        let [one, other] = [seed, seed ^ 1].map(|seed| noise(seed, channels * pixels));
+        let [one, other] = [seed, seed ^ 1].map(|seed| random_values(seed, channels * pixels));
         let [a, b] = [&one, &other].map(|planes| image(planes, channels, size, 1));
         let thread_pool = ThreadPool::new(threads);
         let sums = one.iter().zip(&other).map(|(a, b)| f64::from(a + b));
@@ -284,13 +284,13 @@ proptest! {
         for level in Level::available() {
             let mut output = Image::zeros(channels, size[0], size[1], 2);
             add(&thread_pool, level, &a, Some(&b), activation, &mut output);
-            prop_assert_eq!(apart(&planes(&output), &sums), 0.0);
+            prop_assert_eq!(max_abs_difference(&planes(&output), &sums), 0.0);
             prop_assert!(output.is_zero_outside());
         }
-        let mut turns = Image::zeros(2 * channels, size[0], size[1], 1);
-        gather(&mut turns, |channel| (if channel % 2 == 0 { &a } else { &b }, channel / 2));
+        let mut interleaved = Image::zeros(2 * channels, size[0], size[1], 1);
+        gather_channels(&mut interleaved, |channel| (if channel % 2 == 0 { &a } else { &b }, channel / 2));
         let want = one.chunks(pixels).zip(other.chunks(pixels)).flat_map(|(a, b)| [a, b].concat());
-        prop_assert_eq!(planes(&turns), want.collect::<Vec<_>>());
+        prop_assert_eq!(planes(&interleaved), want.collect::<Vec<_>>());
         let mut vector = Image::zeros(channels * pixels, 1, 1, 0);
         flatten(&a, &mut vector);
         prop_assert_eq!(planes(&vector), one);

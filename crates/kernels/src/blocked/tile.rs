@@ -1,56 +1,62 @@
-//! The micro-kernel: sums of a few pixels and one or two blocks of channels, all in registers.
+//! Micro-kernel of direct convolution and Winograd's batched GEMM: a register tile of a few pixels
+//! by one or two blocks of channels.
 
 pub use crate::activation::Activation;
 use crate::simd::{LANES, Lanes};
 
-/// Sums that a tile begins with.
+/// Initial values of a tile's accumulators.
 #[derive(Clone, Copy)]
-pub(super) enum Start {
+pub(super) enum AccumulatorInit {
     Zero,
-    /// These channels, for every pixel.
+    /// The bias of the tile's channels, for every pixel.
     Bias(*const f32),
-    /// What stands where the tile is written.
-    Output,
+    /// The partial sums that an earlier call stored at the destination.
+    Dst,
 }
 
-/// What is done to whole sums.
+/// Post-operations on finished sums: residual sum, then activation.
 #[derive(Clone, Copy)]
-pub(super) struct End {
-    /// Pixels to add, laid out as the output; null for none.
+pub(super) struct Epilogue {
+    /// Pixels to add, in the layout of the destination; null for none.
     pub(super) residual: *const f32,
-    /// From a block of it to the next.
+    /// Distance between channel blocks of the residual.
     pub(super) residual_pitch: usize,
     pub(super) activation: Activation,
 }
 
-/// Which inputs a tile takes. Distances are in `f32`.
+/// Window of inputs that a tile sums over. Pitches are in `f32`.
 #[derive(Clone, Copy)]
-pub(super) struct Taps {
-    /// Blocks of input channels, and from one to the next.
+pub(super) struct InputWindow {
+    /// Blocks of input channels.
     pub(super) blocks: usize,
+    /// Distance between them.
     pub(super) block_pitch: usize,
-    /// Channels of the last of them.
+    /// Channels of the last block.
     pub(super) last_channels: usize,
-    /// Rows and columns of the kernel, and from a row to the next.
+    /// Height and width of the kernel.
     pub(super) kernel: usize,
+    /// Distance from a row to the next.
     pub(super) row_pitch: usize,
-    /// From a channel of a pixel to the next: 1 in blocks of channels.
+    /// Distance between channels of a pixel: 1 in nChw16c.
     pub(super) channel_pitch: usize,
-    /// Lines that are needed soon, which are fetched while products are added: one for each channel,
-    /// as many as are asked for at once hold up what is needed now.
-    pub(super) ahead: *const f32,
-    pub(super) ahead_lines: usize,
+    /// First of the cache lines of weights to prefetch during the tile. They are requested one per
+    /// channel: many requests at once would delay the loads of this tile.
+    pub(super) prefetch: *const f32,
+    /// Number of those lines.
+    pub(super) prefetch_lines: usize,
 }
 
-/// Adds what `N` neighbouring outputs of `B` blocks of channels get from `taps`. From a pixel of the input to
-/// the next are `PIXEL` values: 16 in blocks of channels, 1 in planes.
+/// Computes a tile of `N` neighbouring output pixels by `B` channel blocks and stores it at `to`,
+/// whose blocks are `pitch` apart.
 ///
-/// Weights are `[block][ky][kx][channel][B * 16]`.
+/// `PIXEL` is the distance between neighbouring input pixels in `f32`: 16 in nChw16c, 1 in nchw.
+/// Weights are packed as `[block][ky][kx][channel][B * 16]`.
 ///
 /// # Safety
-/// The processor has the instructions of `V`. Readable are the taps of `N` pixels `STRIDE` apart from
-/// `from` on, their weights, and 16 values of the bias for each block; writable are `N` pixels of `B`
-/// blocks, `pitch` apart, from `to` on; readable is as much of the residual, if there is one.
+/// The processor has the instructions of `V`. Readable are the window of `N` pixels `STRIDE` apart
+/// from `from` on, its weights, and 16 values of the bias for each block; writable are `N` pixels
+/// of `B` blocks, `pitch` apart, from `to` on; readable is as much of the residual, if there is
+/// one.
 #[inline(always)]
 pub(super) unsafe fn tile<
     V: Lanes,
@@ -59,23 +65,24 @@ pub(super) unsafe fn tile<
     const STRIDE: usize,
     const PIXEL: usize,
 >(
-    taps: &Taps,
+    window: &InputWindow,
     from: *const f32,
     mut weights: *const f32,
-    start: Start,
+    init: AccumulatorInit,
     (to, pitch): (*mut f32, usize),
-    end: Option<&End>,
+    epilogue: Option<&Epilogue>,
 ) {
-    // SAFETY: the caller's; every offset below is of a pixel, a weight or a sum that is named there.
+    // SAFETY: the caller's; every offset below is of a pixel, a weight or a sum that is named
+    // there.
     unsafe {
         let mut sums = [[V::splat(0.0); B]; N];
-        match start {
-            Start::Zero => {}
-            Start::Bias(bias) => {
+        match init {
+            AccumulatorInit::Zero => {}
+            AccumulatorInit::Bias(bias) => {
                 let bias: [V; B] = std::array::from_fn(|block| V::load(bias.add(block * LANES)));
                 sums = [bias; N];
             }
-            Start::Output => {
+            AccumulatorInit::Dst => {
                 for (pixel, sums) in sums.iter_mut().enumerate() {
                     for (block, sum) in sums.iter_mut().enumerate() {
                         *sum = V::load(to.add(block * pitch + pixel * LANES));
@@ -83,18 +90,19 @@ pub(super) unsafe fn tile<
                 }
             }
         }
-        let channel_pitch = if PIXEL == LANES { 1 } else { taps.channel_pitch };
+        // A constant of the compiled tile in nChw16c.
+        let channel_pitch = if PIXEL == LANES { 1 } else { window.channel_pitch };
         let mut fetched = 0;
-        for block in 0..taps.blocks {
-            let channels = if block + 1 == taps.blocks { taps.last_channels } else { LANES };
-            for ky in 0..taps.kernel {
-                for kx in 0..taps.kernel {
+        for block in 0..window.blocks {
+            let channels = if block + 1 == window.blocks { window.last_channels } else { LANES };
+            for ky in 0..window.kernel {
+                for kx in 0..window.kernel {
                     let from =
-                        from.add(block * taps.block_pitch + ky * taps.row_pitch + kx * PIXEL);
+                        from.add(block * window.block_pitch + ky * window.row_pitch + kx * PIXEL);
                     for channel in 0..channels {
                         let from = from.add(channel * channel_pitch);
-                        if fetched < taps.ahead_lines {
-                            V::fetch(taps.ahead.wrapping_add(fetched * LANES));
+                        if fetched < window.prefetch_lines {
+                            V::fetch(window.prefetch.wrapping_add(fetched * LANES));
                             fetched += 1;
                         }
                         let weight: [V; B] =
@@ -110,18 +118,18 @@ pub(super) unsafe fn tile<
                 }
             }
         }
-        if let Some(end) = end {
-            if !end.residual.is_null() {
+        if let Some(epilogue) = epilogue {
+            if !epilogue.residual.is_null() {
                 for (pixel, sums) in sums.iter_mut().enumerate() {
                     for (block, sum) in sums.iter_mut().enumerate() {
-                        let at = block * end.residual_pitch + pixel * LANES;
-                        *sum = sum.add(V::load(end.residual.add(at)));
+                        let at = block * epilogue.residual_pitch + pixel * LANES;
+                        *sum = sum.add(V::load(epilogue.residual.add(at)));
                     }
                 }
             }
             for sums in &mut sums {
                 for sum in sums {
-                    *sum = activated(*sum, end.activation);
+                    *sum = activated(*sum, epilogue.activation);
                 }
             }
         }
@@ -133,6 +141,8 @@ pub(super) unsafe fn tile<
     }
 }
 
+/// Applies an activation to a vector.
+///
 /// # Safety
 /// The processor has the instructions of `V`.
 #[inline(always)]

@@ -10,7 +10,7 @@ use super::norm::Input;
 use super::padded::{Padded, Pitches, pad_block};
 use super::per_channel::{ChannelProducts, ChannelSums};
 use super::phases::Phase;
-use crate::blocked::{Line, blocks_of};
+use crate::blocked::{Line, pad_to_blocks};
 use crate::simd::{LANES, Level};
 
 /// A depthwise convolution of stride 1 or 2, padded with zeros by half its kernel.
@@ -47,7 +47,7 @@ impl Depthwise {
         let offsets = self.offsets(pitches);
         let all: Vec<usize> = (0..offsets.len()).collect();
         let weights = self.weight_lines(weight, &all);
-        let bias = bias.map(blocks_of);
+        let bias = bias.map(pad_to_blocks);
         let mut output = vec![0.0; out.value_count()];
         let sources = input.values.par_chunks(shape.block().max(1));
         let work = output.par_chunks_mut(out.block().max(1)).zip(sources).enumerate();

@@ -9,7 +9,7 @@ use super::padded::{Padded, Pitches, pad};
 use super::phases::Phase;
 use super::shape::Conv;
 use super::weights::Weights;
-use crate::blocked::blocks_of;
+use crate::blocked::pad_to_blocks;
 use crate::simd::LANES;
 
 /// Pixels for which weights are fetched once, if there are as many images.
@@ -34,7 +34,7 @@ pub(super) fn forward(
     let offset = |tap: &usize| tap / conv.kernel * pitches.row + tap % conv.kernel * LANES;
     let taps: Vec<usize> = all.iter().map(offset).collect();
     let weights = weights.packed(&all, conv.blocks_at_once());
-    let bias = bias.map(blocks_of);
+    let bias = bias.map(pad_to_blocks);
     let mut output = vec![0.0; out.value_count()];
     if output.is_empty() {
         return output;

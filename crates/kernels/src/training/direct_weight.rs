@@ -11,7 +11,7 @@ use super::norm::Input;
 use super::outer::{OFFSETS, Pixels, outer};
 use super::padded::{Padded, Pitches, pad};
 use super::shape::Conv;
-use crate::blocked::{Line, groups};
+use crate::blocked::{Line, block_groups};
 use crate::simd::{Kernel, LANES, Lanes};
 
 /// Pixels whose gradients stay in the nearest cache while channels and taps of the input go by.
@@ -63,7 +63,7 @@ struct RowSums {
 impl RowSums {
     fn new(conv: &Conv) -> Self {
         let at_once = conv.blocks_at_once();
-        let groups: Vec<_> = groups(conv.channels_out, at_once).collect();
+        let groups: Vec<_> = block_groups(conv.channels_out, at_once).collect();
         let rows = groups.len() * conv.input.blocks() * conv.kernel;
         // Layers of few weights have too few rows for the threads of a desktop.
         let parts = (MIN_PIECES / rows.max(1)).clamp(1, conv.input.batch.max(1));

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::blocked::{Line, groups};
+use crate::blocked::{Line, block_groups};
 use crate::simd::{Kernel, LANES, Lanes};
 
 /// Bytes of weights that are used over and over again, of the nearest cache of 32 KiB.
@@ -47,7 +47,7 @@ struct InputWindow<'a> {
 impl Kernel for Gather<'_> {
     #[inline(always)]
     unsafe fn run<V: Lanes>(&self) {
-        for (group, blocks) in groups(self.channels_out, self.blocks_at_once).enumerate() {
+        for (group, blocks) in block_groups(self.channels_out, self.blocks_at_once).enumerate() {
             let first = group * self.blocks_at_once * self.channels * self.taps.len();
             // SAFETY: the caller's.
             unsafe {

@@ -14,7 +14,7 @@ use super::norm::{Input, ScaleShift};
 use super::padded::Padded;
 use super::shape::blocks_at_once;
 use super::weights::Weights;
-use crate::blocked::{Four, Line, MOST, Scheme, blocks_of};
+use crate::blocked::{F4x3, Line, MAX_INPUTS, WinogradTransform, pad_to_blocks};
 use crate::simd::{Kernel, LANES, Lanes, Level};
 
 /// Bytes between the transforms.
@@ -23,7 +23,7 @@ const SECOND: usize = 1 << 20;
 const TOGETHER: usize = 12;
 
 /// The scheme of all layers.
-pub(super) type Chosen = Four;
+pub(super) type Chosen = F4x3;
 
 /// The tiles of a batch.
 #[derive(Clone, Copy)]
@@ -35,7 +35,7 @@ pub(super) struct Tiles {
 }
 
 impl Tiles {
-    pub(super) fn of<S: Scheme>(shape: Blocks) -> Self {
+    pub(super) fn of<S: WinogradTransform>(shape: Blocks) -> Self {
         let [rows, columns] = [shape.height, shape.width].map(|side| side.div_ceil(S::OUT));
         Self { shape, rows, columns }
     }
@@ -46,7 +46,7 @@ impl Tiles {
 
     /// Image, first row and first column of a tile.
     #[inline(always)]
-    pub(super) fn place<S: Scheme>(&self, tile: usize) -> [usize; 3] {
+    pub(super) fn place<S: WinogradTransform>(&self, tile: usize) -> [usize; 3] {
         let (image, rest) = (tile / (self.rows * self.columns), tile % (self.rows * self.columns));
         [image, rest / self.columns * S::OUT, rest % self.columns * S::OUT]
     }
@@ -71,7 +71,7 @@ pub(super) fn convolved(
     let most = (SECOND / size_of::<Line>() / of_tile.max(1)).max(TOGETHER);
     let rounds = count.div_ceil(most).next_multiple_of(rayon::current_num_threads());
     let at_once = count.div_ceil(rounds.max(1)).next_multiple_of(TOGETHER);
-    let bias = bias.map(blocks_of);
+    let bias = bias.map(pad_to_blocks);
     let to = Target(output.as_mut_ptr());
     (0..count.div_ceil(at_once.max(1))).into_par_iter().for_each_init(
         Padded::default,
@@ -133,7 +133,7 @@ enum Step {
     Outputs,
 }
 
-impl<S: Scheme> Kernel for Round<'_, S> {
+impl<S: WinogradTransform> Kernel for Round<'_, S> {
     #[inline(always)]
     unsafe fn run<V: Lanes>(&self) {
         // SAFETY: the caller's; inputs and outputs of all places are in the scratch.
@@ -157,7 +157,7 @@ impl<S: Scheme> Kernel for Round<'_, S> {
     }
 }
 
-impl<S: Scheme> Round<'_, S> {
+impl<S: WinogradTransform> Round<'_, S> {
     /// From a block between the transforms to the next.
     fn block_pitch(&self) -> usize {
         S::IN * S::IN * self.range.len() * LANES
@@ -207,16 +207,16 @@ impl<S: Scheme> Round<'_, S> {
                 let from = from.add(k * LANES);
                 let at = image * self.out.image() + block * self.out.block();
                 let to = self.to.0.add(at + (y0 * width + x0) * LANES);
-                let mut halves = [[V::splat(0.0); 4]; MOST];
+                let mut halves = [[V::splat(0.0); 4]; MAX_INPUTS];
                 for (x, half) in halves.iter_mut().enumerate().take(S::IN) {
-                    let mut m = [V::splat(0.0); MOST];
+                    let mut m = [V::splat(0.0); MAX_INPUTS];
                     for (y, m) in m.iter_mut().enumerate().take(S::IN) {
                         *m = V::load(from.add((y * S::IN + x) * pitch));
                     }
-                    *half = S::outputs(m);
+                    *half = S::output(m);
                 }
                 for y in 0..S::OUT.min(height - y0) {
-                    let row = S::outputs(std::array::from_fn(|x| halves[x][y]));
+                    let row = S::output(std::array::from_fn(|x| halves[x][y]));
                     for (x, value) in row.iter().enumerate().take(S::OUT.min(width - x0)) {
                         value.add(bias).store(to.add((y * width + x) * LANES));
                     }
@@ -231,7 +231,7 @@ impl<S: Scheme> Round<'_, S> {
 /// # Safety
 /// The processor has the instructions of `V`; values are those of the tiles; there is room.
 #[inline(always)]
-pub(super) unsafe fn take<V: Lanes, S: Scheme>(
+pub(super) unsafe fn take<V: Lanes, S: WinogradTransform>(
     tiles: &Tiles,
     range: Range<usize>,
     block: usize,
@@ -252,9 +252,9 @@ pub(super) unsafe fn take<V: Lanes, S: Scheme>(
             let [image, y0, x0] = tiles.place::<S>(tile);
             let from = values[image * shape.image() + block * shape.block()..].as_ptr();
             let to = to.add(k * LANES);
-            let mut columns = [[zero; MOST]; MOST];
+            let mut columns = [[zero; MAX_INPUTS]; MAX_INPUTS];
             for (x, column) in columns.iter_mut().enumerate().take(S::IN) {
-                let mut d = [zero; MOST];
+                let mut d = [zero; MAX_INPUTS];
                 // One pixel beyond the tile on each side.
                 let Some(x) = (x0 + x).checked_sub(1).filter(|x| *x < shape.width) else {
                     continue;
@@ -269,10 +269,10 @@ pub(super) unsafe fn take<V: Lanes, S: Scheme>(
                         *d = min.max(max.min(scale.mul_add(*d, offset)));
                     }
                 }
-                *column = S::inputs(d);
+                *column = S::input(d);
             }
             for y in 0..S::IN {
-                let row = S::inputs(std::array::from_fn(|x| columns[x][y]));
+                let row = S::input(std::array::from_fn(|x| columns[x][y]));
                 for (x, value) in row.iter().enumerate().take(S::IN) {
                     value.store(to.add((y * S::IN + x) * pitch));
                 }

@@ -1,7 +1,7 @@
 //! Weights of 3x3 convolutions and their gradients in Winograd's transforms.
 //!
 //! # Model
-//! With the transforms of [`Scheme`], `y = Aᵀ ((G g Gᵀ) ⊙ (Bᵀ d B)) A`. Its gradient by the weights
+//! With the transforms of [`WinogradTransform`], `y = Aᵀ ((G g Gᵀ) ⊙ (Bᵀ d B)) A`. Its gradient by the weights
 //! is `Gᵀ (Σ (A dy Aᵀ) ⊙ (Bᵀ d B)) G`, summed over tiles before it is transformed back.
 
 use rayon::prelude::*;
@@ -12,26 +12,26 @@ use super::outer::{OFFSETS, Pixels, outer};
 use super::shape::Conv;
 use super::weights::Weights;
 use super::winograd::{Chosen, Tiles, take};
-use crate::blocked::{Line, MOST, Scheme, groups};
+use crate::blocked::{Line, MAX_INPUTS, WinogradTransform, block_groups};
 use crate::simd::{Kernel, LANES, Lanes, Level};
 
 /// Bytes of transformed inputs and gradients at a time, of the second caches.
 const HELD: usize = 4 << 20;
 
 /// `G`, whole.
-fn matrix<S: Scheme>() -> [[f32; 3]; MOST] {
-    std::array::from_fn(|row| S::TAPS[row].map(|tap| tap * S::FACTORS[row]))
+fn matrix<S: WinogradTransform>() -> [[f32; 3]; MAX_INPUTS] {
+    std::array::from_fn(|row| S::G[row].map(|tap| tap * S::G_SCALES[row]))
 }
 
 impl Weights<'_> {
     /// The weights of every place: `[place][blocks together][channel][block][16]`.
-    pub(super) fn transformed<S: Scheme>(&self, together: usize, level: Level) -> Vec<Line> {
+    pub(super) fn transformed<S: WinogradTransform>(&self, together: usize, level: Level) -> Vec<Line> {
         let places = S::IN * S::IN;
         let [channels_out, channels_in] = self.channels();
         let of_place = channels_out.div_ceil(LANES) * channels_in;
         let mut lines = vec![Line::ZERO; places * of_place];
         let to = Places { first: lines.as_mut_ptr().cast(), pitch: of_place * LANES };
-        let all = groups(channels_out, together).len();
+        let all = block_groups(channels_out, together).len();
         (0..all * channels_in).into_par_iter().with_min_len(16).for_each(|k| {
             let work = Kernels {
                 of: self,
@@ -65,7 +65,7 @@ struct Kernels<'a> {
     together: usize,
     group: usize,
     channel: usize,
-    matrix: [[f32; 3]; MOST],
+    matrix: [[f32; 3]; MAX_INPUTS],
     inputs: usize,
     to: &'a Places,
 }
@@ -115,7 +115,7 @@ pub(super) fn gradient(conv: &Conv, input: Input<'_>, gradient: &[f32]) -> Vec<f
     let places = Chosen::IN * Chosen::IN;
     let (shape, out) = (conv.input, conv.output());
     let together = conv.blocks_at_once();
-    let all: Vec<_> = groups(out.channels, together).collect();
+    let all: Vec<_> = block_groups(out.channels, together).collect();
     let tiles = Tiles::of::<Chosen>(shape);
     // Sums of a place and some blocks: `[channel][block][16]`.
     let of_group = shape.blocks() * LANES * together;
@@ -215,7 +215,7 @@ impl Transform<'_> {
     /// # Safety
     /// That of [`Kernel::run`].
     #[inline(always)]
-    unsafe fn spread<V: Lanes, S: Scheme>(&self, block: usize) {
+    unsafe fn spread<V: Lanes, S: WinogradTransform>(&self, block: usize) {
         let Blocks { height, width, .. } = self.out;
         let pitch = self.range.len() * LANES;
         // SAFETY: pixels that are read are inside of the image; what is written has room.
@@ -226,17 +226,17 @@ impl Transform<'_> {
                 let from = self.gradient[at..].as_ptr().add((y0 * width + x0) * LANES);
                 let to = self.to.add(k * LANES);
                 let zero = V::splat(0.0);
-                let mut columns = [[zero; MOST]; 4];
+                let mut columns = [[zero; MAX_INPUTS]; 4];
                 let (rows, across) = (S::OUT.min(height - y0), S::OUT.min(width - x0));
                 for (x, column) in columns.iter_mut().enumerate().take(across) {
                     let mut dy = [zero; 4];
                     for (y, dy) in dy.iter_mut().enumerate().take(rows) {
                         *dy = V::load(from.add((y * width + x) * LANES));
                     }
-                    *column = S::spread(dy);
+                    *column = S::output_transposed(dy);
                 }
                 for y in 0..S::IN {
-                    let row = S::spread(std::array::from_fn(|x| columns[x][y]));
+                    let row = S::output_transposed(std::array::from_fn(|x| columns[x][y]));
                     for (x, value) in row.iter().enumerate().take(S::IN) {
                         value.store(to.add((y * S::IN + x) * pitch));
                     }
@@ -279,7 +279,7 @@ struct Back<'a> {
     place_pitch: usize,
     blocks: usize,
     channels_in: usize,
-    matrix: [[f32; 3]; MOST],
+    matrix: [[f32; 3]; MAX_INPUTS],
     inputs: usize,
     /// `[channel][channel of the input][9]`.
     weight: *mut f32,
@@ -294,7 +294,7 @@ impl Kernel for Back<'_> {
                 let mut taps = [Line::ZERO; 9];
                 // SAFETY: every place has sums of this channel and block.
                 unsafe {
-                    let mut halves = [[V::splat(0.0); 3]; MOST];
+                    let mut halves = [[V::splat(0.0); 3]; MAX_INPUTS];
                     for (x, half) in halves.iter_mut().enumerate().take(self.inputs) {
                         for (y, row) in self.matrix.iter().enumerate().take(self.inputs) {
                             let place = (y * self.inputs + x) * self.place_pitch;

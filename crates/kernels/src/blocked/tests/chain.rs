@@ -1,36 +1,40 @@
-//! Layers together say what they say one after the other, to the bit.
+//! Fused layers give the same bits as layers run one by one.
 
 use proptest::prelude::*;
 
-use super::{activations, image, noise};
+use super::{activations, image, random_values};
 use crate::Level;
 use crate::blocked::*;
 
-/// Kinds of layers, and numbers that they are drawn from.
+/// Kind of a layer and its random parameters.
 type Drawn = (u8, usize, usize, Activation);
 
-/// A layer of so many channels.
+/// A layer for an input of `channels` channels.
 fn link((kind, size, stride, activation): Drawn, channels: usize, level: Level, seed: u64) -> Link {
-    let values = |count: usize| noise(seed, count);
+    let values = |count: usize| random_values(seed, count);
     match kind {
         0 => {
             let channels_out = 1 + size * 9;
             let kernel = [1, 3, 5][size % 3];
             let shape = ConvShape { channels_in: channels, channels_out, kernel, stride };
             let weight = values(channels * channels_out * kernel * kernel);
-            Link::Conv(Conv::new(shape, &weight, &noise(seed ^ 1, channels_out), level), activation)
+            Link::Conv(
+                Conv::new(shape, &weight, &random_values(seed ^ 1, channels_out), level),
+                activation,
+            )
         }
         1 => {
             let kernel = [3, 5][size % 2];
             let shape = DepthwiseShape { channels, kernel, stride };
-            let (weight, bias) = (values(channels * kernel * kernel), noise(seed ^ 1, channels));
+            let (weight, bias) =
+                (values(channels * kernel * kernel), random_values(seed ^ 1, channels));
             Link::Depthwise(Depthwise::new(shape, &weight, &bias, level), activation)
         }
         _ => Link::MaxPool(MaxPool { window: 2 + size % 2, stride, padding: size % 2 }),
     }
 }
 
-/// One layer by itself.
+/// Output of one layer run by itself.
 fn alone(
     thread_pool: &ThreadPool,
     level: Level,
@@ -47,7 +51,7 @@ fn alone(
         }
         Link::Depthwise(conv, activation) => conv.run(thread_pool, input, *activation, &mut output),
         Link::MaxPool(pool) => pool.run(thread_pool, level, input, &mut output),
-        Link::Planes(..) => unreachable!("not drawn"),
+        Link::Nchw(..) => unreachable!("not drawn"),
     }
     output
 }
@@ -60,7 +64,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
 
     #[test]
-    fn layers_together_are_layers_one_by_one(
+    fn fused_layers_match_layers_one_by_one(
         seed in any::<u64>(),
         drawn in prop::collection::vec((0_u8..3, 0_usize..4, 1_usize..=2, activations()), 1..5),
         (channels, height, width) in (1_usize..40, 8_usize..40, 8_usize..20),
@@ -68,7 +72,7 @@ proptest! {
     ) {
         let thread_pool = ThreadPool::new(threads);
         for level in Level::available() {
-            let input = image(&noise(seed, channels * height * width), channels, [height, width], 2);
+            let input = image(&random_values(seed, channels * height * width), channels, [height, width], 2);
             let (mut links, mut now, mut before) = (Vec::new(), input.clone(), input.clone());
             for (at, drawn) in drawn.iter().enumerate() {
                 let link = link(*drawn, now.channels(), level, seed ^ (at as u64) << 8);
@@ -79,7 +83,7 @@ proptest! {
             }
             let [out, rows, columns] = sizes(&now);
             let residual = (has_residual && matches!(links.last(), Some(Link::Conv(..))))
-                .then(|| image(&noise(seed ^ 9, out * rows * columns), out, [rows, columns], 0));
+                .then(|| image(&random_values(seed ^ 9, out * rows * columns), out, [rows, columns], 0));
             if let (Some(residual), Some(last)) = (&residual, links.last()) {
                 now = alone(&thread_pool, level, last, &before, Some(residual));
             }
@@ -88,7 +92,7 @@ proptest! {
             // Memory holds whatever another layer left.
             let mut scratch = Scratch::default();
             for _ in 0..2 {
-                let source = Source::Image(&input);
+                let source = ChainInput::Image(&input);
                 chain.run(&thread_pool, source, residual.as_ref(), &mut output, &mut scratch);
                 prop_assert_eq!(output.lines(), now.lines(), "{}", level);
             }
@@ -96,32 +100,32 @@ proptest! {
     }
 
     #[test]
-    fn planes_may_be_the_first(seed in any::<u64>(), rows in 4_usize..40, threads in 1_usize..4) {
+    fn the_first_layer_may_take_nchw(seed in any::<u64>(), rows in 4_usize..40, threads in 1_usize..4) {
         let (thread_pool, size) = (ThreadPool::new(threads), [2, rows, 21]);
         for level in Level::available() {
             let few = ConvShape { channels_in: 2, channels_out: 3, kernel: 3, stride: 1 };
-            let few = PlaneConv::new(few, &noise(seed, 54), &noise(seed, 3), level);
+            let few = NchwConv::new(few, &random_values(seed, 54), &random_values(seed, 3), level);
             let stem = ConvShape { channels_in: 3, channels_out: 20, kernel: 7, stride: 2 };
-            let stem = Conv::new(stem, &noise(seed, 3 * 20 * 49), &noise(seed, 20), level);
-            let mut planes = Planes::zeros(size, 1);
-            planes.read(&thread_pool, level, &noise(seed, size.iter().product()), [1.0, 0.0]);
+            let stem = Conv::new(stem, &random_values(seed, 3 * 20 * 49), &random_values(seed, 20), level);
+            let mut planes = NchwImage::zeros(size, 1);
+            planes.copy_from(&thread_pool, level, &random_values(seed, size.iter().product()), [1.0, 0.0]);
 
             let mut between = Image::zeros(3, rows, 21, 3);
-            few.run(&thread_pool, &planes, Activation::Relu, HeldMut::Whole(&mut between));
+            few.run(&thread_pool, &planes, Activation::Relu, TensorViewMut::F32(&mut between));
             let mut one_by_one = Image::zeros(20, rows.div_ceil(2), 11, 0);
             stem.run(&thread_pool, &between, None, Activation::Relu, &mut one_by_one);
 
-            let links = vec![Link::Planes(few, Activation::Relu), Link::Conv(stem, Activation::Relu)];
+            let links = vec![Link::Nchw(few, Activation::Relu), Link::Conv(stem, Activation::Relu)];
             let chain = Chain::new(links, size, level);
-            let mut together = Image::zeros(20, rows.div_ceil(2), 11, 0);
+            let mut fused = Image::zeros(20, rows.div_ceil(2), 11, 0);
             let mut scratch = Scratch::default();
-            chain.run(&thread_pool, Source::Planes(&planes), None, &mut together, &mut scratch);
-            prop_assert_eq!(together.lines(), one_by_one.lines());
+            chain.run(&thread_pool, ChainInput::Nchw(&planes), None, &mut fused, &mut scratch);
+            prop_assert_eq!(fused.lines(), one_by_one.lines());
         }
     }
 
     #[test]
-    fn convolutions_take_planes_as_they_take_blocks(
+    fn convolutions_of_nchw_and_nchw16c_agree(
         seed in any::<u64>(),
         (channels_in, channels_out) in (1_usize..6, 1_usize..40),
         (half, stride) in (0_usize..4, 1_usize..=2),
@@ -129,22 +133,22 @@ proptest! {
         threads in 1_usize..4,
     ) {
         let (thread_pool, size) = (ThreadPool::new(threads), [channels_in, height, width]);
-        let values = noise(seed, size.iter().product());
+        let values = random_values(seed, size.iter().product());
         for level in Level::available() {
             let kernel = 2 * half + 1;
             let shape = ConvShape { channels_in, channels_out, kernel, stride };
-            let weight = noise(seed ^ 1, channels_in * channels_out * kernel * kernel);
-            let conv = Conv::new(shape, &weight, &noise(seed ^ 2, channels_out), level);
+            let weight = random_values(seed ^ 1, channels_in * channels_out * kernel * kernel);
+            let conv = Conv::new(shape, &weight, &random_values(seed ^ 2, channels_out), level);
             let [rows, columns] = [height, width].map(|side| shape.output(side));
             let mut outputs = [(); 3].map(|()| Image::zeros(channels_out, rows, columns, 1));
             let [of_blocks, of_planes, of_chain] = &mut outputs;
             let blocks = image(&values, channels_in, [height, width], half);
             conv.run(&thread_pool, &blocks, None, Activation::Relu, of_blocks);
-            let mut planes = Planes::zeros(size, half);
-            planes.read(&thread_pool, level, &values, [1.0, 0.0]);
-            conv.run_planes(&thread_pool, &planes, Activation::Relu, of_planes);
+            let mut planes = NchwImage::zeros(size, half);
+            planes.copy_from(&thread_pool, level, &values, [1.0, 0.0]);
+            conv.run_nchw(&thread_pool, &planes, Activation::Relu, of_planes);
             let chain = Chain::new(vec![Link::Conv(conv, Activation::Relu)], size, level);
-            let source = Source::Planes(&planes);
+            let source = ChainInput::Nchw(&planes);
             chain.run(&thread_pool, source, None, of_chain, &mut Scratch::default());
             prop_assert_eq!(outputs[0].lines(), outputs[1].lines(), "{}", level);
             prop_assert_eq!(outputs[0].lines(), outputs[2].lines(), "{}", level);

@@ -1,65 +1,71 @@
-//! Winograd's convolution of 3x3 kernels of stride 1: fewer products for more additions.
+//! Winograd's convolution for 3x3 kernels of stride 1: fewer multiplications for more additions.
 //!
-//! The inputs of all tiles are transformed. Then the outputs of one group of channels after the
-//! other are made: products at every place of a tile, added up over the input channels, and
-//! transformed back while they are still near.
+//! The inputs of a batch of tiles are transformed. Then, for each group of output channels, a GEMM
+//! at every point of the Winograd domain sums over the input channels, and the sums are transformed
+//! to outputs while they are in the cache.
 //!
-//! Transformed kernels are 1.8 or 4 times as large as the kernels. Those of small layers are
-//! transformed once and stay in the second cache. Those of large layers would come from memory for
-//! every image, which takes longer than the products: they are kept as they are, and transformed a
-//! few channels at a time where they are used, while the next ones are fetched.
+//! Transformed weights are 1.8 times (F(2, 3)) or 4 times (F(4, 3)) as large as the weights. Those
+//! of small layers are transformed in advance and stay in the L2 cache. Those of large layers would
+//! have to be read from memory for every image, which takes longer than the GEMM: they are stored
+//! untransformed and transformed on the fly, a few input channels at a time, while the next are
+//! prefetched.
 //!
-//! Rounding: outputs of `F(4, 3)` are off by some 1e-5 of the largest, of `F(2, 3)` by 2e-6.
+//! # Errors of rounding
+//! Relative to the largest output, some 1e-5 with F(4, 3) and 2e-6 with F(2, 3).
 
 #![allow(clippy::needless_range_loop, reason = "columns become rows")]
 
-mod kernels;
 mod tiles;
+mod transform;
+mod weights;
 
 use std::marker::PhantomData;
 
-use super::conv::{ConvShape, Output};
+use super::blocks::{block_groups, pad_to_blocks};
+use super::conv_shape::ConvShape;
 use super::image::{Image, Line};
-use super::packing::{blocks_of, groups};
-use super::scheme::{Four, Scheme, Two};
 use super::thread_pool::{Part, ThreadPool};
 use super::tile::Activation;
+use super::views::F32Dst;
 use crate::simd::{LANES, Level};
-use kernels::Kernels;
 use tiles::{Tiles, pitch};
+use transform::F2x3;
+pub(crate) use transform::{F4x3, MAX_INPUTS, WinogradTransform};
+use weights::WinogradWeights;
 
-/// Bytes of what lies between the transforms, of a second cache of 1 MiB.
-const SECOND: usize = 760 << 10;
-/// Tiles that are multiplied at once.
-const TOGETHER: usize = 12;
+/// Scratch of a thread, in bytes: it stays in an L2 cache of 1 MiB beside a part of the weights.
+const L2_SCRATCH_BYTES: usize = 760 << 10;
+/// Tiles per register tile of the GEMM on AVX-512; batches are multiples of it.
+const TILE_BLOCK: usize = 12;
 
 /// Outputs of a tile along one side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum TileSize {
-    /// `F(2, 3)`: 16 products instead of 36.
+    /// F(2x2, 3x3): 16 multiplications instead of 36.
     Two,
-    /// `F(4, 3)`: 36 products instead of 144.
+    /// F(4x4, 3x3): 36 multiplications instead of 144.
     Four,
 }
 
-/// A 3x3 convolution of stride 1 with its weights laid out for tiles.
+/// A 3x3 convolution of stride 1 with its weights packed for Winograd's algorithm.
 #[derive(Debug, Clone)]
 pub struct Winograd {
     shape: ConvShape,
     level: Level,
     size: TileSize,
-    /// Blocks of output channels that are made together; a last odd one is alone.
-    together: usize,
-    kernels: Kernels,
+    /// Blocks of output channels per group, which are computed at once: 2 or 1. An odd last block
+    /// is a group of its own.
+    blocks_per_group: usize,
+    weights: WinogradWeights,
     bias: Vec<Line>,
 }
 
-/// Memory between the transforms, which grows to what the largest layer asks for.
+/// Scratch memory of layers, which grows to the size that the largest of them needs.
 #[derive(Debug, Clone, Default)]
 pub struct Scratch(Vec<Line>);
 
 impl Scratch {
-    /// So many lines, whatever they hold.
+    /// Pointer to `lines` lines of unspecified content.
     pub(super) fn lines(&mut self, lines: usize) -> *mut Line {
         if self.0.len() < lines {
             self.0.resize(lines, Line::ZERO);
@@ -69,10 +75,10 @@ impl Scratch {
 }
 
 impl Winograd {
-    /// Lays `weight`, `[channels_out][channels_in][3][3]`, and `bias`, `[channels_out]`, out.
+    /// Packs `weight`, `[channels_out][channels_in][3][3]`, and `bias`, `[channels_out]`.
     ///
     /// # Panics
-    /// If there are more or fewer.
+    /// If either has another length.
     pub fn new(
         [channels_in, channels_out]: [usize; 2],
         weight: &[f32],
@@ -81,36 +87,37 @@ impl Winograd {
         level: Level,
     ) -> Self {
         let shape = ConvShape { channels_in, channels_out, kernel: 3, stride: 1 };
-        let are_large = Kernels::are_large(shape, size.inputs());
-        Self::of([channels_in, channels_out], weight, bias, size, level, are_large)
+        let are_large = WinogradWeights::are_large(shape, size.inputs());
+        Self::with_transform([channels_in, channels_out], weight, bias, size, level, are_large)
     }
 
-    /// As [`new`](Self::new), with kernels that are kept plain, or not.
-    pub(super) fn of(
+    /// [`new`](Self::new) with a choice of when weights are transformed: in advance or on the fly.
+    pub(super) fn with_transform(
         [channels_in, channels_out]: [usize; 2],
         weight: &[f32],
         bias: &[f32],
         size: TileSize,
         level: Level,
-        is_plain: bool,
+        is_on_the_fly: bool,
     ) -> Self {
         let shape = ConvShape { channels_in, channels_out, kernel: 3, stride: 1 };
         assert_eq!(weight.len(), channels_in * channels_out * 9, "weights");
         assert_eq!(bias.len(), channels_out, "bias");
-        let together = if level.holds_two() { 2 } else { 1 };
-        let kernels = match size {
-            TileSize::Two => Kernels::new::<Two>(shape, together, weight, is_plain),
-            TileSize::Four => Kernels::new::<Four>(shape, together, weight, is_plain),
+        let blocks_per_group = if level.holds_two() { 2 } else { 1 };
+        let pack = match size {
+            TileSize::Two => WinogradWeights::new::<F2x3>,
+            TileSize::Four => WinogradWeights::new::<F4x3>,
         };
-        Self { shape, level, size, together, kernels, bias: blocks_of(bias) }
+        let weights = pack(shape, blocks_per_group, weight, is_on_the_fly);
+        Self { shape, level, size, blocks_per_group, weights, bias: pad_to_blocks(bias) }
     }
 
-    /// Its shape.
+    /// Shape of the convolution.
     pub fn shape(&self) -> ConvShape {
         self.shape
     }
 
-    /// Its tiles.
+    /// Size of its tiles.
     pub fn size(&self) -> TileSize {
         self.size
     }
@@ -136,94 +143,164 @@ impl Winograd {
         assert!(residual.is_none_or(|residual| {
             size(residual) == size(output) && residual.channels() == self.shape.channels_out
         }));
-        let out = Output::of(output);
-        let job = Job { of: self, input, residual, activation, out, size: size(input) };
+        let dst = output.dst();
+        let exec = WinogradExec { conv: self, input, residual, activation, dst, size: size(input) };
         match self.size {
-            TileSize::Two => job.run::<Two>(thread_pool, scratch),
-            TileSize::Four => job.run::<Four>(thread_pool, scratch),
+            TileSize::Two => exec.run::<F2x3>(thread_pool, scratch),
+            TileSize::Four => exec.run::<F4x3>(thread_pool, scratch),
         }
     }
 }
 
-/// A convolution of an image.
+/// Execution of a convolution on an image.
 #[derive(Clone, Copy)]
-struct Job<'a> {
-    of: &'a Winograd,
+struct WinogradExec<'a> {
+    conv: &'a Winograd,
     input: &'a Image,
     residual: Option<&'a Image>,
     activation: Activation,
-    out: Output,
+    dst: F32Dst,
+    /// Height and width.
     size: [usize; 2],
 }
 
-impl Job<'_> {
-    fn run<S: Scheme>(self, thread_pool: &ThreadPool, scratch: &mut Scratch) {
-        let [rows, columns] = self.size.map(|side| side.div_ceil(S::OUT));
-        let (tiles, threads) = (rows * columns, thread_pool.threads());
-        let shape = self.of.shape;
-        let blocks_in = shape.channels_in.div_ceil(LANES);
-        let places = S::IN * S::IN;
-        let of_tile = places * (blocks_in + self.of.together);
-        let most = (self.of.kernels.between(SECOND) / size_of::<Line>() / of_tile).max(TOGETHER);
-        // As many rounds for each thread, if there are any rounds.
-        let rounds = match tiles.div_ceil(most) {
-            1 if tiles < 2 * threads * TOGETHER || self.of.kernels.is_plain() => 1,
-            rounds => rounds.next_multiple_of(threads),
-        };
-        let at_once = tiles.div_ceil(rounds).next_multiple_of(TOGETHER).min(tiles);
-        let rounds = tiles.div_ceil(at_once);
-        let is_shared = rounds == 1;
-        let inputs = places * pitch(blocks_in, at_once);
-        let sums = places * pitch(self.of.together, at_once);
-        let own = sums + self.of.kernels.scratch_lines();
-        let lines = if is_shared { inputs + threads * own } else { threads * (inputs + own) };
-        let between = Between(scratch.lines(lines));
-        // SAFETY of all: there are as many lines as all threads ask for.
-        let work = |thread: usize, first: usize, count: usize| {
-            let (from, own_from) = if is_shared {
-                (0, inputs + thread * own)
-            } else {
-                (thread * (inputs + own), thread * (inputs + own) + inputs)
-            };
-            let (inputs, sums, kernels) =
-                unsafe { (between.at(from), between.at(own_from), between.at(own_from + sums)) };
-            let scheme = PhantomData::<S>;
-            Tiles { job: self, columns, first, count, inputs, sums, kernels, blocks_in, scheme }
-        };
-        let groups = groups(shape.channels_out, self.of.together).len();
-        if is_shared {
-            thread_pool.run(&|part: Part| {
-                let tiles = work(part.index, 0, tiles);
-                // SAFETY: sizes were compared, parts write blocks of their own, and the level is
-                // one of this processor's.
-                unsafe { self.of.level.run(&tiles.taking(part.chunk(blocks_in))) };
-            });
-            // Each thread makes its groups; where there are too few, only some of the tiles of
-            // each.
-            let splits = match tiles / TOGETHER {
-                _ if groups.is_multiple_of(threads) => 1,
-                splits => splits.clamp(1, threads),
-            };
-            thread_pool.run(&|part: Part| {
-                let all = work(part.index, 0, tiles);
-                for unit in part.chunk(groups * splits) {
-                    let split = Part { index: unit % splits, count: splits }.chunk(tiles);
-                    // SAFETY: as above; sums are the thread's own, and outputs of the units
-                    // disjoint.
-                    unsafe { self.of.level.run(&all.making(unit / splits, split)) };
-                }
-            });
-            return;
+/// Partition of an image into batches of tiles, and of the scratch among threads.
+struct Batches<'a> {
+    exec: WinogradExec<'a>,
+    /// Tiles of the image, and per row.
+    tiles: usize,
+    columns: usize,
+    /// Tiles per batch, and batches.
+    batch: usize,
+    count: usize,
+    blocks_in: usize,
+    /// Lines of transformed inputs, of sums, and of all that a thread has to itself but the inputs.
+    input_lines: usize,
+    sum_lines: usize,
+    thread_lines: usize,
+}
+
+impl WinogradExec<'_> {
+    fn run<S: WinogradTransform>(self, thread_pool: &ThreadPool, scratch: &mut Scratch) {
+        let threads = thread_pool.threads();
+        let batches = Batches::new::<S>(self, threads);
+        let scratch = ScratchPtr(scratch.lines(batches.scratch_lines(threads)));
+        if batches.is_single() {
+            batches.run_single::<S>(thread_pool, &scratch);
+        } else {
+            batches.run_all::<S>(thread_pool, &scratch);
         }
+    }
+}
+
+impl<'a> Batches<'a> {
+    fn new<S: WinogradTransform>(exec: WinogradExec<'a>, threads: usize) -> Self {
+        let [rows, columns] = exec.size.map(|side| side.div_ceil(S::OUT));
+        let tiles = rows * columns;
+        let Winograd { shape, blocks_per_group, weights, .. } = exec.conv;
+        let blocks_in = shape.channels_in.div_ceil(LANES);
+        let points = S::IN * S::IN;
+        let lines_per_tile = points * (blocks_in + blocks_per_group);
+        let scratch_lines = weights.scratch_bytes(L2_SCRATCH_BYTES) / size_of::<Line>();
+        let max_batch = (scratch_lines / lines_per_tile).max(TILE_BLOCK);
+        // A single batch is shared by the threads. Otherwise each thread gets as many batches.
+        let count = match tiles.div_ceil(max_batch) {
+            1 if tiles < 2 * threads * TILE_BLOCK || weights.is_on_the_fly() => 1,
+            count => count.next_multiple_of(threads),
+        };
+        let batch = tiles.div_ceil(count).next_multiple_of(TILE_BLOCK).min(tiles);
+        let sum_lines = points * pitch(*blocks_per_group, batch);
+        Self {
+            exec,
+            tiles,
+            columns,
+            batch,
+            count: tiles.div_ceil(batch),
+            blocks_in,
+            input_lines: points * pitch(blocks_in, batch),
+            sum_lines,
+            thread_lines: sum_lines + weights.scratch_lines(),
+        }
+    }
+
+    /// Whether all threads work on one batch and share its transformed inputs.
+    fn is_single(&self) -> bool {
+        self.count == 1
+    }
+
+    fn scratch_lines(&self, threads: usize) -> usize {
+        if self.is_single() {
+            self.input_lines + threads * self.thread_lines
+        } else {
+            threads * (self.input_lines + self.thread_lines)
+        }
+    }
+
+    /// `count` tiles from `first` on, with the scratch of a thread.
+    fn tiles<S>(
+        &self,
+        scratch: &ScratchPtr,
+        thread: usize,
+        first: usize,
+        count: usize,
+    ) -> Tiles<'a, S> {
+        let (inputs, own) = if self.is_single() {
+            (0, self.input_lines + thread * self.thread_lines)
+        } else {
+            let begin = thread * (self.input_lines + self.thread_lines);
+            (begin, begin + self.input_lines)
+        };
+        // SAFETY: the scratch has the lines of all threads.
+        let [inputs, sums, weight_scratch] =
+            unsafe { [inputs, own, own + self.sum_lines].map(|line| scratch.at(line)) };
+        let Self { exec, columns, blocks_in, .. } = *self;
+        let transform = PhantomData;
+        Tiles { exec, columns, first, count, inputs, sums, weight_scratch, blocks_in, transform }
+    }
+
+    /// Groups of output channels.
+    fn groups(&self) -> usize {
+        let Winograd { shape, blocks_per_group, .. } = self.exec.conv;
+        block_groups(shape.channels_out, *blocks_per_group).len()
+    }
+
+    /// Runs a single batch: threads split its channels, with a barrier after the input transform.
+    fn run_single<S: WinogradTransform>(&self, thread_pool: &ThreadPool, scratch: &ScratchPtr) {
+        let (level, groups, threads) = (self.exec.conv.level, self.groups(), thread_pool.threads());
         thread_pool.run(&|part: Part| {
-            for round in part.chunk(rounds) {
-                let first = round * at_once;
-                let tiles = work(part.index, first, at_once.min(tiles - first));
-                // SAFETY: as above; all of the scratch is this thread's.
+            let tiles = self.tiles::<S>(scratch, part.index, 0, self.tiles);
+            // SAFETY: sizes were compared, parts write channel blocks of their own, and the level
+            // is one of this processor's.
+            unsafe { level.run(&tiles.input_transform(part.chunk(self.blocks_in))) };
+        });
+        // Groups that do not divide evenly among the threads are split into ranges of tiles.
+        let splits = match self.tiles / TILE_BLOCK {
+            _ if groups.is_multiple_of(threads) => 1,
+            splits => splits.clamp(1, threads),
+        };
+        thread_pool.run(&|part: Part| {
+            let all = self.tiles::<S>(scratch, part.index, 0, self.tiles);
+            for unit in part.chunk(groups * splits) {
+                let split = Part { index: unit % splits, count: splits }.chunk(self.tiles);
+                // SAFETY: as above; sums are the thread's own, and outputs of the units disjoint.
+                unsafe { level.run(&all.group_kernel(unit / splits, split)) };
+            }
+        });
+    }
+
+    /// Runs several batches: each thread takes whole batches, without barriers between them.
+    fn run_all<S: WinogradTransform>(&self, thread_pool: &ThreadPool, scratch: &ScratchPtr) {
+        let (level, groups) = (self.exec.conv.level, self.groups());
+        thread_pool.run(&|part: Part| {
+            for batch in part.chunk(self.count) {
+                let first = batch * self.batch;
+                let count = self.batch.min(self.tiles - first);
+                let tiles = self.tiles::<S>(scratch, part.index, first, count);
+                // SAFETY: as above; the scratch is this thread's.
                 unsafe {
-                    self.of.level.run(&tiles.taking(0..blocks_in));
+                    level.run(&tiles.input_transform(0..self.blocks_in));
                     for group in 0..groups {
-                        self.of.level.run(&tiles.making(group, 0..tiles.count));
+                        level.run(&tiles.group_kernel(group, 0..tiles.count));
                     }
                 }
             }
@@ -232,27 +309,28 @@ impl Job<'_> {
 }
 
 impl TileSize {
+    /// Inputs of a tile along one side.
     fn inputs(self) -> usize {
         match self {
-            Self::Two => Two::IN,
-            Self::Four => Four::IN,
+            Self::Two => F2x3::IN,
+            Self::Four => F4x3::IN,
         }
     }
 }
 
-/// The scratch of all threads.
-struct Between(*mut Line);
+/// Scratch of all threads.
+struct ScratchPtr(*mut Line);
 
-impl Between {
-    /// What begins at a line.
+impl ScratchPtr {
+    /// The scratch from a line on.
     ///
     /// # Safety
-    /// There are so many lines.
+    /// The scratch has that many lines.
     unsafe fn at(&self, line: usize) -> *mut f32 {
         // SAFETY: the caller's.
         unsafe { self.0.add(line).cast() }
     }
 }
 
-// SAFETY: threads write what is theirs.
-unsafe impl Sync for Between {}
+// SAFETY: threads write ranges of their own.
+unsafe impl Sync for ScratchPtr {}

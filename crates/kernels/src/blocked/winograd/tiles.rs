@@ -1,91 +1,94 @@
-//! The steps of tiles: inputs transformed; products at every place, transformed back.
+//! Kernels over Winograd tiles: input transform, batched GEMM and output transform.
 
 #![allow(clippy::needless_range_loop, reason = "columns become rows")]
 
 use std::marker::PhantomData;
 use std::ops::Range;
 
-use super::Job;
-use crate::blocked::conv::some;
-use crate::blocked::packing::groups;
-use crate::blocked::scheme::{MOST, Scheme};
+use super::WinogradExec;
+use super::transform::{MAX_INPUTS, WinogradTransform};
+use crate::blocked::blocks::block_groups;
+use crate::blocked::conv::dispatch_tile;
 use crate::blocked::thread_pool::Part;
-use crate::blocked::tile::{Start, Taps, activated};
+use crate::blocked::tile::{AccumulatorInit, InputWindow, activated};
 use crate::simd::{Kernel, LANES, Lanes};
 
-/// Some tiles, and the memory for what lies between their transforms.
+/// A batch of tiles, with scratch for their transformed inputs and sums.
 pub(super) struct Tiles<'a, S> {
-    pub(super) job: Job<'a>,
-    /// Tiles of a row.
+    pub(super) exec: WinogradExec<'a>,
+    /// Tiles per row of the image.
     pub(super) columns: usize,
-    /// The first tile, and how many there are.
+    /// Index of the first tile of the batch in the image.
     pub(super) first: usize,
+    /// Number of tiles.
     pub(super) count: usize,
-    /// `[place][block][tile][16]`, and a line between places.
+    /// Transformed inputs `[point][block][tile][16]`, with a line of padding between points.
     pub(super) inputs: *mut f32,
-    /// `[place][block][tile][16]` of one group, and a line between places.
+    /// Sums `[point][block][tile][16]` of one group, with a line of padding between points.
     pub(super) sums: *mut f32,
-    /// Kernels that are transformed where they are used.
-    pub(super) kernels: *mut f32,
+    /// Scratch for weights that are transformed on the fly.
+    pub(super) weight_scratch: *mut f32,
+    /// Blocks of input channels.
     pub(super) blocks_in: usize,
-    pub(super) scheme: PhantomData<S>,
+    pub(super) transform: PhantomData<S>,
 }
 
-/// Transforms the inputs of some blocks of channels.
-pub(super) struct Taking<'a, S>(&'a Tiles<'a, S>, Range<usize>);
+/// Kernel: input transform of a range of channel blocks.
+pub(super) struct InputTransform<'a, S>(&'a Tiles<'a, S>, Range<usize>);
 
-/// Makes the outputs of a group of channels, of some of the tiles.
-pub(super) struct Making<'a, S>(&'a Tiles<'a, S>, usize, Range<usize>);
+/// Kernel: batched GEMM and output transform of a group of output channels, for a range of the
+/// tiles.
+pub(super) struct GroupKernel<'a, S>(&'a Tiles<'a, S>, usize, Range<usize>);
 
-/// Lines from a place to the next: one more than there are, so that places do not fall on the same
-/// lines of the cache.
+/// Lines from a point to the next in the scratch. One line more than needed, so that points do not
+/// alias in the cache.
 pub(super) fn pitch(blocks: usize, tiles: usize) -> usize {
     blocks * tiles + 1
 }
 
-impl<S: Scheme> Tiles<'_, S> {
-    pub(super) fn taking(&self, blocks: Range<usize>) -> Taking<'_, S> {
-        Taking(self, blocks)
+impl<S: WinogradTransform> Tiles<'_, S> {
+    pub(super) fn input_transform(&self, blocks: Range<usize>) -> InputTransform<'_, S> {
+        InputTransform(self, blocks)
     }
 
-    pub(super) fn making(&self, group: usize, tiles: Range<usize>) -> Making<'_, S> {
-        Making(self, group, tiles)
+    pub(super) fn group_kernel(&self, group: usize, tiles: Range<usize>) -> GroupKernel<'_, S> {
+        GroupKernel(self, group, tiles)
     }
 
     /// Row and column of the first output of a tile.
-    fn place(&self, tile: usize) -> [usize; 2] {
+    fn tile_origin(&self, tile: usize) -> [usize; 2] {
         let tile = self.first + tile;
         [tile / self.columns * S::OUT, tile % self.columns * S::OUT]
     }
 }
 
-impl<S: Scheme> Kernel for Taking<'_, S> {
+impl<S: WinogradTransform> Kernel for InputTransform<'_, S> {
     #[inline(always)]
     unsafe fn run<V: Lanes>(&self) {
         let Self(tiles, blocks) = self;
         let pitch = pitch(tiles.blocks_in, tiles.count) * LANES;
-        let input = tiles.job.input;
+        let input = tiles.exec.input;
         for block in blocks.clone() {
             for tile in 0..tiles.count {
-                let [y, x] = tiles.place(tile);
+                let [y, x] = tiles.tile_origin(tile);
                 let from = input.tap(block, y, x, 1);
                 let row_pitch = input.row_pitch() * LANES;
-                // SAFETY: inputs of a tile are inside the image, its border and what lies beyond.
+                // SAFETY: inputs of a tile are inside the image, its border and the overread.
                 unsafe {
                     let to = tiles.inputs.add((block * tiles.count + tile) * LANES);
                     let zero = V::splat(0.0);
-                    let mut columns = [[zero; MOST]; MOST];
+                    let mut columns = [[zero; MAX_INPUTS]; MAX_INPUTS];
                     for (x, column) in columns.iter_mut().enumerate().take(S::IN) {
-                        let mut d = [zero; MOST];
+                        let mut d = [zero; MAX_INPUTS];
                         for (y, d) in d.iter_mut().enumerate().take(S::IN) {
                             *d = V::load(from.add(y * row_pitch + x * LANES));
                         }
-                        *column = S::inputs(d);
+                        *column = S::input(d);
                     }
                     for y in 0..S::IN {
-                        let row = S::inputs(std::array::from_fn(|x| columns[x][y]));
+                        let row = S::input(std::array::from_fn(|x| columns[x][y]));
                         for (x, value) in row.iter().enumerate().take(S::IN) {
-                            let factor = V::splat(S::FACTORS[y] * S::FACTORS[x]);
+                            let factor = V::splat(S::G_SCALES[y] * S::G_SCALES[x]);
                             value.mul(factor).store(to.add((y * S::IN + x) * pitch));
                         }
                     }
@@ -95,118 +98,126 @@ impl<S: Scheme> Kernel for Taking<'_, S> {
     }
 }
 
-impl<S: Scheme> Kernel for Making<'_, S> {
+impl<S: WinogradTransform> Kernel for GroupKernel<'_, S> {
     #[inline(always)]
     unsafe fn run<V: Lanes>(&self) {
         let Self(tiles, group, _) = self;
-        let shape = tiles.job.of.shape;
-        let Some(blocks) = groups(shape.channels_out, tiles.job.of.together).nth(*group) else {
+        let shape = tiles.exec.conv.shape;
+        let Some(blocks) =
+            block_groups(shape.channels_out, tiles.exec.conv.blocks_per_group).nth(*group)
+        else {
             return;
         };
         // SAFETY: the caller's.
         unsafe {
+            // The output transform right after its GEMM, while the sums are in the cache.
             if blocks.len() == 2 {
-                self.multiply::<V, 2>();
-                self.give::<V>(blocks);
+                self.batched_gemm::<V, 2>();
+                self.output_transform::<V>(blocks);
             } else {
-                self.multiply::<V, 1>();
-                self.give::<V>(blocks);
+                self.batched_gemm::<V, 1>();
+                self.output_transform::<V>(blocks);
             }
         }
     }
 }
 
-impl<S: Scheme> Making<'_, S> {
-    /// Adds up the products of every place.
+impl<S: WinogradTransform> GroupKernel<'_, S> {
+    /// For every point, multiplies the transformed inputs `[tile][channel]` by the transformed
+    /// weights `[channel][B * 16]`: a batch of `IN * IN` matrix products.
     ///
     /// # Safety
     /// That of [`Kernel::run`].
     #[inline(always)]
-    unsafe fn multiply<V: Lanes, const B: usize>(&self) {
+    unsafe fn batched_gemm<V: Lanes, const B: usize>(&self) {
         let Self(tiles, group, range) = self;
-        let kernels = &tiles.job.of.kernels;
-        let channels_in = tiles.job.of.shape.channels_in;
+        let weights = &tiles.exec.conv.weights;
+        let channels_in = tiles.exec.conv.shape.channels_in;
         let count = range.len();
         let [from_pitch, to_pitch] =
             [pitch(tiles.blocks_in, tiles.count), pitch(B, count)].map(|lines| lines * LANES);
-        let of_tile = count.div_ceil(count.div_ceil(V::TILE[B - 1]));
-        let at_once = kernels.blocks_at_once();
-        for block_in in (0..tiles.blocks_in).step_by(at_once) {
-            let blocks = block_in..tiles.blocks_in.min(block_in + at_once);
+        let tile_width = count.div_ceil(count.div_ceil(V::TILE[B - 1]));
+        let chunk = weights.blocks_per_chunk();
+        for block_in in (0..tiles.blocks_in).step_by(chunk) {
+            let blocks = block_in..tiles.blocks_in.min(block_in + chunk);
             let last_channels = LANES.min(channels_in - (blocks.end - 1) * LANES);
             let (blocks_in, block_pitch) = (blocks.len(), tiles.count * LANES);
-            let start = if block_in == 0 { Start::Zero } else { Start::Output };
-            let ahead = kernels.next(*group, B, blocks.clone());
-            // SAFETY: the caller's; the places of these tiles are in the scratch.
+            let init = if block_in == 0 { AccumulatorInit::Zero } else { AccumulatorInit::Dst };
+            let prefetch = weights.next_lines(*group, B, blocks.clone());
+            // SAFETY: the caller's; the points of these tiles are in the scratch.
             unsafe {
-                let all = kernels.places::<V, S, B>(*group, blocks.clone(), tiles.kernels);
-                for place in 0..S::IN * S::IN {
-                    let ahead =
-                        &ahead[Part { index: place, count: S::IN * S::IN }.chunk(ahead.len())];
-                    let mut taps = Taps {
+                let all =
+                    weights.transformed::<V, S, B>(*group, blocks.clone(), tiles.weight_scratch);
+                for point in 0..S::IN * S::IN {
+                    let prefetch = &prefetch
+                        [Part { index: point, count: S::IN * S::IN }.chunk(prefetch.len())];
+                    let mut window = InputWindow {
                         blocks: blocks_in,
                         block_pitch,
                         last_channels,
                         kernel: 1,
                         row_pitch: 0,
                         channel_pitch: 1,
-                        ahead: ahead.as_ptr().cast(),
-                        ahead_lines: ahead.len(),
+                        prefetch: prefetch.as_ptr().cast(),
+                        prefetch_lines: prefetch.len(),
                     };
                     let from = block_in * tiles.count + range.start;
-                    let from = tiles.inputs.add(place * from_pitch + from * LANES);
-                    let weights = all.first.add(place * all.pitch);
-                    let to = tiles.sums.add(place * to_pitch);
-                    for tile in (0..count).step_by(of_tile) {
-                        let pixels = of_tile.min(count - tile);
+                    let from = tiles.inputs.add(point * from_pitch + from * LANES);
+                    let weights = all.first.add(point * all.pitch);
+                    let to = tiles.sums.add(point * to_pitch);
+                    for tile in (0..count).step_by(tile_width) {
+                        let pixels = tile_width.min(count - tile);
                         let from = from.add(tile * LANES);
                         let to = (to.add(tile * LANES), count * LANES);
-                        some::<V, B, 1, LANES>(pixels, &taps, from, weights, start, to, None);
-                        taps.ahead_lines = 0;
+                        dispatch_tile::<V, B, 1, LANES>(
+                            pixels, &window, from, weights, init, to, None,
+                        );
+                        // The first tile has requested all of the point's share.
+                        window.prefetch_lines = 0;
                     }
                 }
             }
         }
     }
 
-    /// Transforms the sums back.
+    /// Transforms the sums to outputs and applies bias, residual and activation.
     ///
     /// # Safety
     /// That of [`Kernel::run`].
     #[inline(always)]
-    unsafe fn give<V: Lanes>(&self, blocks: Range<usize>) {
+    unsafe fn output_transform<V: Lanes>(&self, blocks: Range<usize>) {
         let Self(tiles, _, range) = self;
-        let job = &tiles.job;
+        let exec = &tiles.exec;
         let pitch = pitch(blocks.len(), range.len()) * LANES;
-        let [height, width] = job.size;
+        let [height, width] = exec.size;
         for (k, block) in blocks.enumerate() {
             for (at, tile) in range.clone().enumerate() {
-                let [y0, x0] = tiles.place(tile);
+                let [y0, x0] = tiles.tile_origin(tile);
                 let (rows, columns) = (S::OUT.min(height - y0), S::OUT.min(width - x0));
-                let residual = job
+                let residual = exec
                     .residual
                     .map(|image| (image.tap(block, y0, x0, 0), image.row_pitch() * LANES));
                 // SAFETY: pixels of the tile that are written are inside the output.
                 unsafe {
                     let from = tiles.sums.add((k * range.len() + at) * LANES);
-                    let bias = V::load(job.of.bias[block].0.as_ptr());
-                    let mut halves = [[V::splat(0.0); 4]; MOST];
+                    let bias = V::load(exec.conv.bias[block].0.as_ptr());
+                    let mut halves = [[V::splat(0.0); 4]; MAX_INPUTS];
                     for (x, half) in halves.iter_mut().enumerate().take(S::IN) {
-                        let mut m = [V::splat(0.0); MOST];
+                        let mut m = [V::splat(0.0); MAX_INPUTS];
                         for (y, m) in m.iter_mut().enumerate().take(S::IN) {
                             *m = V::load(from.add((y * S::IN + x) * pitch));
                         }
-                        *half = S::outputs(m);
+                        *half = S::output(m);
                     }
                     for y in 0..rows {
-                        let row = S::outputs(std::array::from_fn(|x| halves[x][y]));
-                        let to = job.out.pixel(block, y0 + y, x0);
+                        let row = S::output(std::array::from_fn(|x| halves[x][y]));
+                        let to = exec.dst.pixel(block, y0 + y, x0);
                         for (x, value) in row.iter().enumerate().take(columns) {
                             let mut sum = value.add(bias);
                             if let Some((residual, row_pitch)) = residual {
                                 sum = sum.add(V::load(residual.add(y * row_pitch + x * LANES)));
                             }
-                            activated(sum, job.activation).store(to.add(x * LANES));
+                            activated(sum, exec.activation).store(to.add(x * LANES));
                         }
                     }
                 }

@@ -1,70 +1,71 @@
-//! The transforms of Winograd's fast convolution by three taps.
+//! Transforms of Winograd's minimal filtering algorithms F(2, 3) and F(4, 3).
 //!
 //! # Model
-//! `OUT` outputs of a row convolved with three taps `g` are `Aᵀ ((G g) ⊙ (Bᵀ d))` with the
-//! `OUT + 2` inputs `d`: as many products as inputs instead of three an output. In two dimensions the
-//! transforms are applied along rows and columns.
+//! `OUT` outputs of a row convolved with a kernel `g` of three taps are `Aᵀ ((G g) ⊙ (Bᵀ d))` of
+//! the `IN = OUT + 2` inputs `d`: `IN` multiplications instead of three per output. In two
+//! dimensions the transforms are applied along columns, then rows.
 //!
 //! # Source
 //! Lavin, Gray: *Fast Algorithms for Convolutional Neural Networks*, CVPR 2016, Sec. 4.
 
 use crate::simd::Lanes;
 
-/// Inputs of the largest scheme.
-pub(crate) const MOST: usize = 6;
+/// Inputs of the largest transform, F(4, 3).
+pub(crate) const MAX_INPUTS: usize = 6;
 
-/// `F(OUT, 3)`. Arrays are longer than needed where `IN` is less than [`MOST`]; the rest is not used.
+/// F(`OUT`, 3). Arrays have [`MAX_INPUTS`] elements; those from `IN` on are unused.
 ///
-/// Factors of the taps are multiplied into the inputs instead, which are transformed less often.
-pub(crate) trait Scheme {
-    /// Outputs.
+/// The scales of the rows of `G` are multiplied into the inputs instead of the weights: weights
+/// that are transformed on the fly are transformed for every image and thread.
+pub(crate) trait WinogradTransform {
+    /// Outputs of a tile along one side.
     const OUT: usize;
-    /// Inputs.
+    /// Inputs of a tile along one side.
     const IN: usize = Self::OUT + 2;
-    /// `G` without its factors.
-    const TAPS: [[f32; 3]; MOST];
-    /// The factors of the rows of `G`.
-    const FACTORS: [f32; MOST];
+    /// `G`, its rows without their scales.
+    const G: [[f32; 3]; MAX_INPUTS];
+    /// Scales of the rows of `G`.
+    const G_SCALES: [f32; MAX_INPUTS];
 
-    /// `G g` without its factors.
+    /// Weight transform `G g`, without the scales.
     ///
     /// # Safety
     /// The processor has the instructions of `V`.
-    unsafe fn taps<V: Lanes>(g: [V; 3]) -> [V; MOST];
+    unsafe fn weights<V: Lanes>(g: [V; 3]) -> [V; MAX_INPUTS];
 
-    /// `Bᵀ d`.
+    /// Input transform `Bᵀ d`.
     ///
     /// # Safety
     /// The processor has the instructions of `V`.
-    unsafe fn inputs<V: Lanes>(d: [V; MOST]) -> [V; MOST];
+    unsafe fn input<V: Lanes>(d: [V; MAX_INPUTS]) -> [V; MAX_INPUTS];
 
-    /// `Aᵀ m`.
+    /// Output transform `Aᵀ m`.
     ///
     /// # Safety
     /// The processor has the instructions of `V`.
-    unsafe fn outputs<V: Lanes>(m: [V; MOST]) -> [V; 4];
+    unsafe fn output<V: Lanes>(m: [V; MAX_INPUTS]) -> [V; 4];
 
-    /// `A y`, of the gradient by the outputs.
+    /// Transposed output transform `A y`, of the gradient with respect to the outputs.
     ///
     /// # Safety
     /// The processor has the instructions of `V`.
-    unsafe fn spread<V: Lanes>(y: [V; 4]) -> [V; MOST];
+    unsafe fn output_transposed<V: Lanes>(y: [V; 4]) -> [V; MAX_INPUTS];
 }
 
-/// `F(2, 3)`: four products instead of six; adds and subtracts only.
-pub(crate) struct Two;
+/// F(2, 3): four multiplications instead of six; its transforms only add and subtract.
+pub(crate) struct F2x3;
 
-/// `F(4, 3)`: six products instead of twelve.
-pub(crate) struct Four;
+/// F(4, 3): six multiplications instead of twelve.
+pub(crate) struct F4x3;
 
-impl Scheme for Two {
+impl WinogradTransform for F2x3 {
     const OUT: usize = 2;
-    const TAPS: [[f32; 3]; MOST] =
+    const G: [[f32; 3]; MAX_INPUTS] =
         [[1.0, 0.0, 0.0], [1.0, 1.0, 1.0], [1.0, -1.0, 1.0], [0.0, 0.0, 1.0], [0.0; 3], [0.0; 3]];
-    const FACTORS: [f32; MOST] = [1.0, 0.5, 0.5, 1.0, 0.0, 0.0];
+    const G_SCALES: [f32; MAX_INPUTS] = [1.0, 0.5, 0.5, 1.0, 0.0, 0.0];
 
     #[inline(always)]
-    unsafe fn taps<V: Lanes>([a, b, c]: [V; 3]) -> [V; MOST] {
+    unsafe fn weights<V: Lanes>([a, b, c]: [V; 3]) -> [V; MAX_INPUTS] {
         // SAFETY: the caller's.
         unsafe {
             let even = a.add(c);
@@ -73,7 +74,7 @@ impl Scheme for Two {
     }
 
     #[inline(always)]
-    unsafe fn inputs<V: Lanes>(d: [V; MOST]) -> [V; MOST] {
+    unsafe fn input<V: Lanes>(d: [V; MAX_INPUTS]) -> [V; MAX_INPUTS] {
         // SAFETY: the caller's.
         unsafe {
             let first = [d[0].sub(d[2]), d[1].add(d[2]), d[2].sub(d[1]), d[1].sub(d[3])];
@@ -82,21 +83,21 @@ impl Scheme for Two {
     }
 
     #[inline(always)]
-    unsafe fn outputs<V: Lanes>(m: [V; MOST]) -> [V; 4] {
+    unsafe fn output<V: Lanes>(m: [V; MAX_INPUTS]) -> [V; 4] {
         // SAFETY: the caller's.
         unsafe { [m[0].add(m[1]).add(m[2]), m[1].sub(m[2]).sub(m[3]), m[2], m[3]] }
     }
 
     #[inline(always)]
-    unsafe fn spread<V: Lanes>(y: [V; 4]) -> [V; MOST] {
+    unsafe fn output_transposed<V: Lanes>(y: [V; 4]) -> [V; MAX_INPUTS] {
         // SAFETY: the caller's.
         unsafe { [y[0], y[0].add(y[1]), y[0].sub(y[1]), V::splat(0.0).sub(y[1]), y[2], y[3]] }
     }
 }
 
-impl Scheme for Four {
+impl WinogradTransform for F4x3 {
     const OUT: usize = 4;
-    const TAPS: [[f32; 3]; MOST] = [
+    const G: [[f32; 3]; MAX_INPUTS] = [
         [1.0, 0.0, 0.0],
         [1.0, 1.0, 1.0],
         [1.0, -1.0, 1.0],
@@ -104,10 +105,11 @@ impl Scheme for Four {
         [1.0, -2.0, 4.0],
         [0.0, 0.0, 1.0],
     ];
-    const FACTORS: [f32; MOST] = [1.0 / 4.0, -1.0 / 6.0, -1.0 / 6.0, 1.0 / 24.0, 1.0 / 24.0, 1.0];
+    const G_SCALES: [f32; MAX_INPUTS] =
+        [1.0 / 4.0, -1.0 / 6.0, -1.0 / 6.0, 1.0 / 24.0, 1.0 / 24.0, 1.0];
 
     #[inline(always)]
-    unsafe fn taps<V: Lanes>([a, b, c]: [V; 3]) -> [V; MOST] {
+    unsafe fn weights<V: Lanes>([a, b, c]: [V; 3]) -> [V; MAX_INPUTS] {
         // SAFETY: the caller's.
         unsafe {
             let [two, minus_two, four] = [2.0, -2.0, 4.0].map(|value| V::splat(value));
@@ -118,7 +120,7 @@ impl Scheme for Four {
     }
 
     #[inline(always)]
-    unsafe fn inputs<V: Lanes>(d: [V; MOST]) -> [V; MOST] {
+    unsafe fn input<V: Lanes>(d: [V; MAX_INPUTS]) -> [V; MAX_INPUTS] {
         // SAFETY: the caller's.
         unsafe {
             let [two, four, minus_five] = [2.0, 4.0, -5.0].map(|value| V::splat(value));
@@ -132,7 +134,7 @@ impl Scheme for Four {
     }
 
     #[inline(always)]
-    unsafe fn outputs<V: Lanes>(m: [V; MOST]) -> [V; 4] {
+    unsafe fn output<V: Lanes>(m: [V; MAX_INPUTS]) -> [V; 4] {
         // SAFETY: the caller's.
         unsafe {
             let [two, four, eight] = [2.0, 4.0, 8.0].map(|value| V::splat(value));
@@ -148,7 +150,7 @@ impl Scheme for Four {
     }
 
     #[inline(always)]
-    unsafe fn spread<V: Lanes>(y: [V; 4]) -> [V; MOST] {
+    unsafe fn output_transposed<V: Lanes>(y: [V; 4]) -> [V; MAX_INPUTS] {
         // SAFETY: the caller's.
         unsafe {
             let [two, four] = [2.0, 4.0].map(|value| V::splat(value));

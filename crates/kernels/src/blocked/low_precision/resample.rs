@@ -1,122 +1,144 @@
-//! Maxima of windows, and twice as many rows and columns, of images of fewer bits. Output and input
-//! are kept alike, so that neither depends on what numbers stand for.
+//! Max-pooling and bilinear upsampling within one element type.
+//!
+//! Both commute with the affine map of quantisation, so input and output share its parameters.
 
 use std::ops::Range;
 
-use super::image::{Packed, Storage};
+use super::image::{LowPrecisionImage, LowPrecisionType};
 use crate::blocked::pool::MaxPool;
 use crate::blocked::thread_pool::ThreadPool;
-use crate::blocked::upsample::{FAR, NEAR, farther};
+use crate::blocked::upsample::{FAR_WEIGHT, NEAR_WEIGHT, far_index};
 use crate::simd::dots::{Bf16, Dots, Stored};
 use crate::simd::{LANES, Lanes, Level, Packed as _, PackedKernel};
 
-/// Writes the maxima of windows of `input` to `output`.
+/// Writes the max-pooled `input` to `output`.
 ///
 /// # Panics
-/// If the output has another size or is kept otherwise, or a window lies outside altogether.
-pub fn max_pool_packed(
+/// If the output has another size or element type, or a window lies wholly in the padding.
+pub fn max_pool_low_precision(
     thread_pool: &ThreadPool,
     level: Level,
     pool: MaxPool,
-    input: &Packed,
-    output: &mut Packed,
+    input: &LowPrecisionImage,
+    output: &mut LowPrecisionImage,
 ) {
     let [channels, height, width] = input.size();
     let [rows, columns] = pool.windows([height, width]);
     assert_eq!(output.size(), [channels, rows.len(), columns.len()], "size of the output");
-    run(thread_pool, level, input, output, Of::Maxima { rows: &rows, columns: &columns });
+    resample(
+        thread_pool,
+        level,
+        input,
+        output,
+        ResampleOp::MaxPool { rows: &rows, columns: &columns },
+    );
 }
 
 /// Writes `input` to `output`, which has twice as many rows and columns, as
 /// [`upsample`](crate::blocked::upsample) does.
 ///
 /// # Panics
-/// If the output has another size or is kept otherwise.
-pub fn upsample_packed(
+/// If the output has another size or element type.
+pub fn upsample_low_precision(
     thread_pool: &ThreadPool,
     level: Level,
-    input: &Packed,
-    output: &mut Packed,
+    input: &LowPrecisionImage,
+    output: &mut LowPrecisionImage,
 ) {
     let [channels, height, width] = input.size();
     assert_eq!(output.size(), [channels, 2 * height, 2 * width], "size of the output");
-    run(thread_pool, level, input, output, Of::Between);
+    resample(thread_pool, level, input, output, ResampleOp::Upsample);
 }
 
-/// What becomes of an image.
+/// Operator of a resampling kernel.
 #[derive(Clone, Copy)]
-enum Of<'a> {
-    Maxima { rows: &'a [Range<usize>], columns: &'a [Range<usize>] },
-    Between,
+enum ResampleOp<'a> {
+    MaxPool { rows: &'a [Range<usize>], columns: &'a [Range<usize>] },
+    Upsample,
 }
 
-fn run(thread_pool: &ThreadPool, level: Level, input: &Packed, output: &mut Packed, of: Of<'_>) {
-    assert_eq!(input.storage(), output.storage(), "images that are kept alike");
-    let [channels, rows, _] = output.size();
+fn resample(
+    thread_pool: &ThreadPool,
+    level: Level,
+    input: &LowPrecisionImage,
+    output: &mut LowPrecisionImage,
+    op: ResampleOp<'_>,
+) {
+    assert_eq!(input.element_type(), output.element_type(), "images of one element type");
+    let [channels, rows_per_block, _] = output.size();
     let (row_pitch, block_pitch) = (output.row_pitch() * LANES, output.block_pitch() * LANES);
-    let to = Pixels(output.first_mut());
-    let units = channels.div_ceil(LANES) * rows;
+    let to = DstPixels(output.first_mut());
+    let rows = channels.div_ceil(LANES) * rows_per_block;
     thread_pool.run(&|part| {
-        let work = Rows { input, of, to, row_pitch, block_pitch, rows, units: part.chunk(units) };
+        let kernel = ResampleRows {
+            input,
+            op,
+            to,
+            row_pitch,
+            block_pitch,
+            rows_per_block,
+            rows: part.chunk(rows),
+        };
         // SAFETY: sizes were compared, windows are inside the input, rows of the parts are
         // disjoint, and the level is one of this processor's.
         unsafe {
-            match input.storage() {
-                Storage::Bf16 => Bf16::run(level, &work),
-                Storage::Byte(_) => u8::run(level, &work),
+            match input.element_type() {
+                LowPrecisionType::Bf16 => Bf16::run(level, &kernel),
+                LowPrecisionType::Uint8(_) => u8::run(level, &kernel),
             }
         }
     });
 }
 
-/// The first pixel of an output.
+/// Pointer to the first pixel of an output.
 #[derive(Clone, Copy)]
-struct Pixels(*mut u8);
+struct DstPixels(*mut u8);
 
 // SAFETY: each part of a parallel region writes its own pixels through it.
-unsafe impl Send for Pixels {}
+unsafe impl Send for DstPixels {}
 // SAFETY: as above.
-unsafe impl Sync for Pixels {}
+unsafe impl Sync for DstPixels {}
 
-/// Some rows of the output, block after block.
-struct Rows<'a> {
-    input: &'a Packed,
-    of: Of<'a>,
-    to: Pixels,
-    /// Numbers from a row of the output to the next, and from a block to the next.
+/// Kernel over a range of output rows, counted over all channel blocks.
+struct ResampleRows<'a> {
+    input: &'a LowPrecisionImage,
+    op: ResampleOp<'a>,
+    to: DstPixels,
+    /// Distances from row to row and from channel block to channel block of the output, in elements.
     row_pitch: usize,
     block_pitch: usize,
-    /// Of a block.
-    rows: usize,
-    units: Range<usize>,
+    rows_per_block: usize,
+    rows: Range<usize>,
 }
 
-impl<S: Stored> PackedKernel<S> for Rows<'_> {
+impl<S: Stored> PackedKernel<S> for ResampleRows<'_> {
     #[inline(always)]
     unsafe fn run<D: Dots<Stored = S>>(&self) {
-        for unit in self.units.clone() {
-            let (block, y) = (unit / self.rows, unit % self.rows);
+        for row in self.rows.clone() {
+            let (block, y) = (row / self.rows_per_block, row % self.rows_per_block);
             let at = block * self.block_pitch + y * self.row_pitch;
             let to = self.to.0.cast::<S>().wrapping_add(at);
             // SAFETY: the caller's.
             unsafe {
-                match self.of {
-                    Of::Maxima { rows, columns } => {
-                        self.maxima::<S, D::Lanes>(block, &rows[y], columns, to);
+                match self.op {
+                    ResampleOp::MaxPool { rows, columns } => {
+                        self.max_pool_row::<S, D::Lanes>(block, &rows[y], columns, to);
                     }
-                    Of::Between => self.between::<S, D::Lanes>(block, y, to),
+                    ResampleOp::Upsample => self.upsample_row::<S, D::Lanes>(block, y, to),
                 }
             }
         }
     }
 }
 
-impl Rows<'_> {
+impl ResampleRows<'_> {
+    /// Max-pools a row.
+    ///
     /// # Safety
     /// That of [`PackedKernel::run`]; windows are inside the input, and `to` is a row of the
     /// output.
     #[inline(always)]
-    unsafe fn maxima<S: Stored, V: Lanes>(
+    unsafe fn max_pool_row<S: Stored, V: Lanes>(
         &self,
         block: usize,
         rows: &Range<usize>,
@@ -140,16 +162,18 @@ impl Rows<'_> {
         }
     }
 
+    /// Upsamples to a row, as [`upsample`](crate::blocked::upsample) does.
+    ///
     /// # Safety
     /// That of [`PackedKernel::run`]; `to` is row `y` of the output.
     #[inline(always)]
-    unsafe fn between<S: Stored, V: Lanes>(&self, block: usize, y: usize, to: *mut S) {
+    unsafe fn upsample_row<S: Stored, V: Lanes>(&self, block: usize, y: usize, to: *mut S) {
         let [_, height, width] = self.input.size();
         let near: *const S = self.input.tap(block, y / 2, 0, 0);
-        let far: *const S = self.input.tap(block, farther(y, height), 0, 0);
+        let far: *const S = self.input.tap(block, far_index(y, height), 0, 0);
         // SAFETY: the caller's; columns are those of the input.
         unsafe {
-            let [of_near, of_far] = [V::splat(NEAR), V::splat(FAR)];
+            let [of_near, of_far] = [V::splat(NEAR_WEIGHT), V::splat(FAR_WEIGHT)];
             let column = |x: usize| {
                 let most = S::load::<V>(near.add(x * LANES)).mul(of_near);
                 S::load::<V>(far.add(x * LANES)).mul_add(of_far, most)

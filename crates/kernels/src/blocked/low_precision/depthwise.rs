@@ -1,48 +1,50 @@
-//! Convolution of every channel by itself, of images of fewer bits.
+//! Depthwise convolution of bf16 and quantised images.
 
 use std::ops::Range;
 
-use super::held::{HeldMut, To, ToBytes};
-use super::image::{Packed, Storage};
-use super::weights::Bytes;
+use super::image::{LowPrecisionImage, LowPrecisionType};
+use super::quantized_weights::QuantizedWeights;
+use super::view::{DstView, RequantizingDst, TensorViewMut};
+use crate::blocked::blocks::pad_to_blocks;
 use crate::blocked::depthwise::DepthwiseShape;
 use crate::blocked::image::Line;
-use crate::blocked::packing::blocks_of;
 use crate::blocked::thread_pool::ThreadPool;
 use crate::blocked::tile::{Activation, activated};
 use crate::simd::dots::{Bf16, Dots, Stored};
 use crate::simd::{LANES, Lanes, Level, Packed as _, PackedKernel};
 
-/// Pixels that are read at once where bytes are multiplied by rows.
-const ROW: usize = 4;
+/// Pixels of a dot product of bytes: VNNI multiplies four bytes and adds them up in one
+/// instruction.
+const PIXELS_PER_ROW: usize = 4;
 
-/// Such a convolution with its weights laid out for it.
+/// A depthwise convolution with its weights packed.
 #[derive(Debug, Clone)]
-pub struct PackedDepthwise {
+pub struct LowPrecisionDepthwise {
     shape: DepthwiseShape,
     level: Level,
-    input: Storage,
-    /// `[block][ky][kx][16]`, in steps where they are bytes.
+    /// Element type of the input.
+    input: LowPrecisionType,
+    /// `[block][ky][kx][16]`; quantised weights as integers in f32.
     weights: Vec<Line>,
-    /// `[block][ky][even and odd output][channel][4]`: a row of three taps, the fourth is 0. Of 3x3
-    /// bytes.
-    rows: Vec<[i8; LANES * ROW]>,
-    /// What sums are multiplied by, and what is added to them.
-    factors: Vec<Line>,
+    /// For 3x3 int8 weights `[block][ky][even or odd output][channel][4]`: a row of three taps and
+    /// a zero.
+    rows: Vec<[i8; LANES * PIXELS_PER_ROW]>,
+    /// Scale and bias of the sums, per channel.
+    scales: Vec<Line>,
     bias: Vec<Line>,
 }
 
-impl PackedDepthwise {
-    /// Lays `weight`, `[channels][kernel][kernel]`, and `bias`, `[channels]`, out for images that
-    /// are kept as `input`.
+impl LowPrecisionDepthwise {
+    /// Packs `weight`, `[channels][kernel][kernel]`, and `bias`, `[channels]`, for inputs of type
+    /// `input`.
     ///
     /// # Panics
-    /// If there are more or fewer, the kernel is not of 3 or 5, or the stride not 1 or 2.
+    /// If either has another length, the kernel is not 3 or 5, or the stride not 1 or 2.
     pub fn new(
         shape: DepthwiseShape,
         weight: &[f32],
         bias: &[f32],
-        input: Storage,
+        input: LowPrecisionType,
         level: Level,
     ) -> Self {
         let DepthwiseShape { channels, kernel, stride } = shape;
@@ -54,18 +56,18 @@ impl PackedDepthwise {
         assert_eq!(bias.len(), channels, "bias");
         let taps = kernel * kernel;
         let mut rows = Vec::new();
-        let (weight, factors, bias): (Vec<f32>, _, _) = match input {
-            Storage::Bf16 => {
+        let (weight, scales, bias): (Vec<f32>, _, _) = match input {
+            LowPrecisionType::Bf16 => {
                 let weight = weight.iter().map(|value| Bf16::nearest(*value).value()).collect();
                 (weight, vec![1.0; channels], bias.to_vec())
             }
-            Storage::Byte(scale) => {
-                let bytes = Bytes::new(weight, bias, scale);
+            LowPrecisionType::Uint8(params) => {
+                let quantized = QuantizedWeights::new(weight, bias, params);
                 if kernel == 3 {
-                    rows = rows_of(&bytes.weight, channels);
+                    rows = pack_rows(&quantized.weight, channels);
                 }
-                let weight = bytes.weight.iter().map(|byte| f32::from(*byte)).collect();
-                (weight, bytes.factors, bytes.offsets)
+                let weight = quantized.weight.iter().map(|byte| f32::from(*byte)).collect();
+                (weight, quantized.scales, quantized.bias)
             }
         };
         let mut weights = vec![Line::ZERO; channels.div_ceil(LANES) * taps];
@@ -74,11 +76,11 @@ impl PackedDepthwise {
                 weights[channel / LANES * taps + tap].0[channel % LANES] = *value;
             }
         }
-        let [factors, bias] = [blocks_of(&factors), blocks_of(&bias)];
-        Self { shape, level, input, weights, rows, factors, bias }
+        let [scales, bias] = [pad_to_blocks(&scales), pad_to_blocks(&bias)];
+        Self { shape, level, input, weights, rows, scales, bias }
     }
 
-    /// Its shape.
+    /// Shape of the convolution.
     pub fn shape(&self) -> DepthwiseShape {
         self.shape
     }
@@ -86,81 +88,80 @@ impl PackedDepthwise {
     /// Writes `activation(conv(input))` to `output`.
     ///
     /// # Panics
-    /// If an image has another size, or the input is kept otherwise than the weights are made for
-    /// or its border narrower than half a kernel.
+    /// If an image has another size, the input has another element type than the weights were
+    /// packed for, or its border is narrower than half a kernel.
     pub fn run(
         &self,
         thread_pool: &ThreadPool,
-        input: &Packed,
+        input: &LowPrecisionImage,
         activation: Activation,
-        mut output: HeldMut<'_>,
+        mut output: TensorViewMut<'_>,
     ) {
         let DepthwiseShape { channels, kernel, stride } = self.shape;
         let [channels_in, height, width] = input.size();
         assert_eq!(channels_in, channels, "channels");
-        assert_eq!(input.storage(), self.input, "an input that the weights are made for");
+        assert_eq!(input.element_type(), self.input, "element type of the input");
         assert!(input.border() >= kernel / 2, "a border as wide as half a kernel");
-        let [rows, width] = [height, width].map(|side| side.div_ceil(stride));
-        assert_eq!(output.size(), [channels, rows, width], "size of the output");
-        let units = channels.div_ceil(LANES) * rows;
-        let to = output.to();
+        let [rows_per_block, width] = [height, width].map(|side| side.div_ceil(stride));
+        assert_eq!(output.size(), [channels, rows_per_block, width], "size of the output");
+        let rows = channels.div_ceil(LANES) * rows_per_block;
+        let to = output.dst();
         thread_pool.run(&|part| {
-            let units = part.chunk(units);
-            let work = Rows { of: self, input, activation, to, rows, width, units };
+            let rows = part.chunk(rows);
+            let kernel =
+                DepthwiseRows { conv: self, input, activation, to, rows_per_block, width, rows };
             // SAFETY: sizes were compared above, rows of the parts are disjoint, and the level is
             // one of this processor's.
             unsafe {
                 match self.input {
-                    Storage::Bf16 => Bf16::run(self.level, &work),
-                    Storage::Byte(_) => u8::run(self.level, &work),
+                    LowPrecisionType::Bf16 => Bf16::run(self.level, &kernel),
+                    LowPrecisionType::Uint8(_) => u8::run(self.level, &kernel),
                 }
             }
         });
     }
 }
 
-/// Weights of 3x3 for rows of four pixels, of which an even output sees the first three and the odd
-/// one next to it the last three.
-fn rows_of(weight: &[i8], channels: usize) -> Vec<[i8; LANES * ROW]> {
-    let mut rows = vec![[0; LANES * ROW]; channels.div_ceil(LANES) * 6];
+/// Packs 3x3 weights for dot products over rows of four pixels. Two neighbouring outputs share the
+/// four pixels: the even one multiplies the first three, the odd one the last three.
+fn pack_rows(weight: &[i8], channels: usize) -> Vec<[i8; LANES * PIXELS_PER_ROW]> {
+    let mut rows = vec![[0; LANES * PIXELS_PER_ROW]; channels.div_ceil(LANES) * 6];
     for (channel, taps) in weight.chunks(9).enumerate() {
         for (tap, byte) in taps.iter().enumerate() {
             let (ky, kx) = (tap / 3, tap % 3);
             for shift in 0..2 {
                 let row = &mut rows[(channel / LANES * 3 + ky) * 2 + shift];
-                row[channel % LANES * ROW + kx + shift] = *byte;
+                row[channel % LANES * PIXELS_PER_ROW + kx + shift] = *byte;
             }
         }
     }
     rows
 }
 
-/// Some rows, block after block.
-struct Rows<'a> {
-    of: &'a PackedDepthwise,
-    input: &'a Packed,
+/// Kernel over a range of output rows, counted over all channel blocks.
+struct DepthwiseRows<'a> {
+    conv: &'a LowPrecisionDepthwise,
+    input: &'a LowPrecisionImage,
     activation: Activation,
-    to: To,
-    /// Of a block.
-    rows: usize,
+    to: DstView,
+    rows_per_block: usize,
     width: usize,
-    units: Range<usize>,
+    rows: Range<usize>,
 }
 
-/// What whole sums are multiplied by and what is added to them, and where they go if they go into
-/// bytes.
+/// Scale and bias of the sums of a block, with the requantising view if the output is uint8.
 #[derive(Clone, Copy)]
-struct End<V> {
-    bytes: Option<ToBytes>,
-    by: [V; 2],
+struct Epilogue<V> {
+    requantizing: Option<RequantizingDst>,
+    scale_bias: [V; 2],
 }
 
-impl<S: Stored> PackedKernel<S> for Rows<'_> {
+impl<S: Stored> PackedKernel<S> for DepthwiseRows<'_> {
     #[inline(always)]
     unsafe fn run<D: Dots<Stored = S>>(&self) {
         // SAFETY: the caller's.
         unsafe {
-            match (self.of.shape.kernel, self.of.shape.stride) {
+            match (self.conv.shape.kernel, self.conv.shape.stride) {
                 (3, 1) if D::HAS_ROWS => self.by_rows::<D, 1>(),
                 (3, _) if D::HAS_ROWS => self.by_rows::<D, 2>(),
                 (3, 1) => self.by_taps::<D, 3, 1>(),
@@ -172,25 +173,27 @@ impl<S: Stored> PackedKernel<S> for Rows<'_> {
     }
 }
 
-impl Rows<'_> {
-    /// Four pixels at a time, two of whose outputs are made where they are neighbours.
+impl DepthwiseRows<'_> {
+    /// Computes 3x3 convolutions by dot products over rows of four pixels, with stride 1 two
+    /// outputs at a time.
     ///
     /// # Safety
     /// That of [`PackedKernel::run`].
     #[inline(always)]
     unsafe fn by_rows<D: Dots, const STRIDE: usize>(&self) {
         let row_pitch = self.input.row_pitch() * LANES;
-        for unit in self.units.clone() {
-            let (block, y) = (unit / self.rows, unit % self.rows);
+        for unit in self.rows.clone() {
+            let (block, y) = (unit / self.rows_per_block, unit % self.rows_per_block);
             let from: *const D::Stored = self.input.tap(block, y * STRIDE, 0, 1);
-            // SAFETY: the caller's; a row of four pixels ends within what may be read beyond the
+            // SAFETY: the caller's; a row of four pixels ends within the overread beyond the
             // border.
             unsafe {
                 let weights: [[D::Weights; 2]; 3] = std::array::from_fn(|ky| {
-                    let rows = &self.of.rows[(block * 3 + ky) * 2..][..2];
+                    let rows = &self.conv.rows[(block * 3 + ky) * 2..][..2];
                     std::array::from_fn(|shift| D::weights(rows[shift].as_ptr().cast()))
                 });
-                let (to, end) = (self.to.at(block, y), self.end::<D::Lanes>(block));
+                let (to, epilogue) =
+                    (self.to.row_offset(block, y), self.epilogue::<D::Lanes>(block));
                 let row = |x: usize, ky: usize| D::row(from.add(ky * row_pitch + x * LANES));
                 let mut x = 0;
                 while STRIDE == 1 && x + 2 <= self.width {
@@ -200,8 +203,8 @@ impl Rows<'_> {
                         sums[0] = D::add(sums[0], values, weights[0]);
                         sums[1] = D::add(sums[1], values, weights[1]);
                     }
-                    self.put(D::whole(sums[0]), end, to + x * LANES);
-                    self.put(D::whole(sums[1]), end, to + (x + 1) * LANES);
+                    self.store(D::whole(sums[0]), epilogue, to + x * LANES);
+                    self.store(D::whole(sums[1]), epilogue, to + (x + 1) * LANES);
                     x += 2;
                 }
                 while x < self.width {
@@ -209,54 +212,58 @@ impl Rows<'_> {
                     for (ky, weights) in weights.iter().enumerate() {
                         sum = D::add(sum, row(x * STRIDE, ky), weights[0]);
                     }
-                    self.put(D::whole(sum), end, to + x * LANES);
+                    self.store(D::whole(sum), epilogue, to + x * LANES);
                     x += 1;
                 }
             }
         }
     }
 
-    /// What sums of a block become.
+    /// Scale and bias of a block, for the element type of the output.
     ///
     /// # Safety
     /// That of [`PackedKernel::run`].
     #[inline(always)]
-    unsafe fn end<V: Lanes>(&self, block: usize) -> End<V> {
+    unsafe fn epilogue<V: Lanes>(&self, block: usize) -> Epilogue<V> {
         // SAFETY: the caller's.
         unsafe {
-            let factor = V::load(self.of.factors[block].0.as_ptr());
-            let bias = V::load(self.of.bias[block].0.as_ptr());
-            let bytes = self.to.bytes(self.activation);
-            End { bytes, by: bytes.map_or([factor, bias], |bytes| bytes.after(factor, bias)) }
+            let scale = V::load(self.conv.scales[block].0.as_ptr());
+            let bias = V::load(self.conv.bias[block].0.as_ptr());
+            let requantizing = self.to.requantizing(self.activation);
+            let scale_bias =
+                requantizing.map_or([scale, bias], |requantizing| requantizing.fold(scale, bias));
+            Epilogue { requantizing, scale_bias }
         }
     }
 
+    /// Applies the epilogue to sums and stores them.
+    ///
     /// # Safety
     /// That of [`PackedKernel::run`]; the pixel is inside the output.
     #[inline(always)]
-    unsafe fn put<V: Lanes>(&self, sum: V, end: End<V>, at: usize) {
+    unsafe fn store<V: Lanes>(&self, sum: V, epilogue: Epilogue<V>, at: usize) {
         // SAFETY: the caller's.
         unsafe {
-            match end.bytes {
-                Some(bytes) => bytes.store(sum, end.by, at),
+            match epilogue.requantizing {
+                Some(requantizing) => requantizing.store(sum, epilogue.scale_bias, at),
                 None => {
-                    let sum = sum.mul_add(end.by[0], end.by[1]);
+                    let sum = sum.mul_add(epilogue.scale_bias[0], epilogue.scale_bias[1]);
                     self.to.store(activated(sum, self.activation), at);
                 }
             }
         }
     }
 
-    /// Tap by tap.
+    /// Computes the convolution tap by tap in f32.
     ///
     /// # Safety
     /// That of [`PackedKernel::run`].
     #[inline(always)]
     unsafe fn by_taps<D: Dots, const K: usize, const STRIDE: usize>(&self) {
-        for unit in self.units.clone() {
-            let (block, y) = (unit / self.rows, unit % self.rows);
+        for unit in self.rows.clone() {
+            let (block, y) = (unit / self.rows_per_block, unit % self.rows_per_block);
             let from = self.input.tap(block, y * STRIDE, 0, K / 2);
-            let to = self.to.at(block, y);
+            let to = self.to.row_offset(block, y);
             // SAFETY: the caller's; taps and outputs of this row are inside.
             unsafe {
                 let mut x = 0;
@@ -272,10 +279,10 @@ impl Rows<'_> {
         }
     }
 
-    /// `N` outputs from column `x` on.
+    /// Computes `N` output pixels of a block from column `x` on.
     ///
     /// # Safety
-    /// That of [`PackedKernel::run`]; they and their taps are inside.
+    /// That of [`PackedKernel::run`]; the pixels and their windows are inside the images.
     #[inline(always)]
     unsafe fn tile<D: Dots, const K: usize, const STRIDE: usize, const N: usize>(
         &self,
@@ -285,7 +292,7 @@ impl Rows<'_> {
         x: usize,
     ) {
         let row_pitch = self.input.row_pitch() * LANES;
-        let weights = self.of.weights[block * K * K..][..K * K].as_ptr().cast::<f32>();
+        let weights = self.conv.weights[block * K * K..][..K * K].as_ptr().cast::<f32>();
         // SAFETY: the caller's.
         unsafe {
             let from = from.add(x * STRIDE * LANES);
@@ -300,9 +307,9 @@ impl Rows<'_> {
                     }
                 }
             }
-            let end = self.end::<D::Lanes>(block);
+            let epilogue = self.epilogue::<D::Lanes>(block);
             for (pixel, sum) in sums.into_iter().enumerate() {
-                self.put(sum, end, to + (x + pixel) * LANES);
+                self.store(sum, epilogue, to + (x + pixel) * LANES);
             }
         }
     }
