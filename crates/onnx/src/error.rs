@@ -1,21 +1,21 @@
-//! What can go wrong when a network is written as ONNX.
+//! Errors of exporting a network to ONNX.
 
 /// Errors of this crate.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum OnnxError {
-    /// There is no way yet to say an operation in ONNX.
+    /// The exporter has no translation for an operation.
     #[error(
         "layer `{layer}`: the operation {operation} is not written as ONNX yet; it belongs in \
          crates/onnx"
     )]
     Unsupported {
-        /// The path of the layer.
+        /// Path of the layer.
         layer: String,
-        /// What it does.
+        /// Name of the operation.
         operation: String,
     },
-    /// Images of this size do not go through the network.
+    /// A layer cannot take an image of this size.
     #[error(transparent)]
     Shape(#[from] evpose_infer::InferError),
 }

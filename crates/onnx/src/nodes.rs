@@ -1,15 +1,15 @@
-//! What an operation is in operators of ONNX.
+//! Translation of operations to ONNX operators.
 
 use evpose_nn::graph::{Activation, ConvLayer, LinearLayer, NodeId, Operation};
 
 use crate::OnnxError;
-use crate::writer::{Writer, int, ints, word};
+use crate::writer::{Writer, int, ints, string};
 
 /// Adds the operators of a node.
 ///
 /// # Errors
-/// If there are none for it.
-pub(crate) fn operation(writer: &mut Writer<'_>, id: NodeId) -> Result<(), OnnxError> {
+/// [`OnnxError::Unsupported`] for an operation without a translation.
+pub(crate) fn add_operators(writer: &mut Writer<'_>, id: NodeId) -> Result<(), OnnxError> {
     let node = writer.node(id);
     let name = writer.name(id).to_owned();
     let inputs: Vec<String> =
@@ -28,7 +28,7 @@ pub(crate) fn operation(writer: &mut Writer<'_>, id: NodeId) -> Result<(), OnnxE
         }
         Operation::MeanPool { fields } => {
             let [_, height, width] = writer.shape(node.inputs[0]);
-            means(writer, inputs, name, [height, width], *fields)
+            avg_pool(writer, inputs, name, [height, width], *fields)
         }
         Operation::Flatten => writer.operator("Flatten", inputs, name, vec![int("axis", 1)]),
         Operation::Linear(layer) => linear(writer, inputs, name, layer),
@@ -36,10 +36,9 @@ pub(crate) fn operation(writer: &mut Writer<'_>, id: NodeId) -> Result<(), OnnxE
         Operation::Relu => writer.operator("Relu", inputs, name, vec![]),
         Operation::Channels(range) => {
             let mut inputs = inputs;
-            let settings =
-                [("starts", range.start as i64), ("ends", range.end as i64), ("axes", 1)];
-            for (setting, value) in settings {
-                inputs.push(writer.whole(format!("{name}.{setting}"), &[value]));
+            let bounds = [("starts", range.start as i64), ("ends", range.end as i64), ("axes", 1)];
+            for (input, value) in bounds {
+                inputs.push(writer.integers(format!("{name}.{input}"), &[value]));
             }
             writer.operator("Slice", inputs, name, vec![])
         }
@@ -49,10 +48,12 @@ pub(crate) fn operation(writer: &mut Writer<'_>, id: NodeId) -> Result<(), OnnxE
         }
         Operation::Upsample => {
             let scales = writer.floats(format!("{name}.scales"), &[4], &[1.0, 1.0, 2.0, 2.0]);
-            // Without a region of interest.
+            // The empty name leaves out the optional region of interest.
             let inputs = vec![inputs[0].clone(), String::new(), scales];
-            let attributes =
-                vec![word("coordinate_transformation_mode", "half_pixel"), word("mode", "linear")];
+            let attributes = vec![
+                string("coordinate_transformation_mode", "half_pixel"),
+                string("mode", "linear"),
+            ];
             writer.operator("Resize", inputs, name, attributes)
         }
         Operation::Sigmoid => writer.operator("Sigmoid", inputs, name, vec![]),
@@ -60,11 +61,11 @@ pub(crate) fn operation(writer: &mut Writer<'_>, id: NodeId) -> Result<(), OnnxE
             let factor = writer.scalar(format!("{name}.factor"), *factor);
             let offset = writer.scalar(format!("{name}.offset"), *offset);
             let inputs = vec![inputs[0].clone(), factor];
-            let products = writer.operator("Mul", inputs, format!("{name}.products"), vec![]);
-            writer.operator("Add", vec![products, offset], name, vec![])
+            let scaled = writer.operator("Mul", inputs, format!("{name}.products"), vec![]);
+            writer.operator("Add", vec![scaled, offset], name, vec![])
         }
         other => {
-            // Weights, if it has any, are no help to anyone who reads this.
+            // The name of the variant, without its weights.
             let debug = format!("{other:?}");
             let operation = debug.split(['(', '{', ' ']).next().unwrap_or_default().to_owned();
             return Err(OnnxError::Unsupported { layer: node.name.clone(), operation });
@@ -73,6 +74,7 @@ pub(crate) fn operation(writer: &mut Writer<'_>, id: NodeId) -> Result<(), OnnxE
     Ok(())
 }
 
+/// Conv with its activation: Relu, or Clip for ReLU6.
 fn conv(
     writer: &mut Writer<'_>,
     mut inputs: Vec<String>,
@@ -96,13 +98,14 @@ fn conv(
         }
         Activation::Relu6 => {
             let sums = writer.operator("Conv", inputs, format!("{name}.sums"), attributes);
-            let least = writer.scalar(format!("{name}.least"), 0.0);
-            let most = writer.scalar(format!("{name}.most"), 6.0);
-            writer.operator("Clip", vec![sums, least, most], name, vec![])
+            let min = writer.scalar(format!("{name}.least"), 0.0);
+            let max = writer.scalar(format!("{name}.most"), 6.0);
+            writer.operator("Clip", vec![sums, min, max], name, vec![])
         }
     }
 }
 
+/// Gemm: a fully connected layer.
 fn linear(
     writer: &mut Writer<'_>,
     mut inputs: Vec<String>,
@@ -114,9 +117,10 @@ fn linear(
     writer.operator("Gemm", inputs, name, vec![])
 }
 
-/// Means over fields. Where fields are not all of one size, ONNX has no operator for it: means over
-/// rows, then over columns, are then two matrices.
-fn means(
+/// Adaptive average pooling to `fields` rows and columns. ONNX has no operator for it if windows
+/// differ in size: it is then a product with a matrix of means over rows, and one with a matrix of
+/// means over columns.
+fn avg_pool(
     writer: &mut Writer<'_>,
     inputs: Vec<String>,
     name: String,
@@ -131,32 +135,35 @@ fn means(
         let attributes = vec![ints("kernel_shape", &window), ints("strides", &window)];
         return writer.operator("AveragePool", inputs, name, attributes);
     }
-    let of_rows = shares(height, fields[0]);
-    let rows = writer.floats(format!("{name}.rows"), &[fields[0], height], &of_rows);
-    let of_columns = transposed(&shares(width, fields[1]), width);
-    let columns = writer.floats(format!("{name}.columns"), &[width, fields[1]], &of_columns);
+    let row_weights = averaging_matrix(height, fields[0]);
+    let rows = writer.floats(format!("{name}.rows"), &[fields[0], height], &row_weights);
+    let column_weights = transposed(&averaging_matrix(width, fields[1]), width);
+    let columns = writer.floats(format!("{name}.columns"), &[width, fields[1]], &column_weights);
     let over_rows = vec![rows, inputs[0].clone()];
     let over_rows = writer.operator("MatMul", over_rows, format!("{name}.over_rows"), vec![]);
     writer.operator("MatMul", vec![over_rows, columns], name, vec![])
 }
 
-/// `[field][pixel]`: by what pixels of a line count in each of its fields. Field `i` of `n` goes from the
-/// pixel in which `i / n` of the line lies to the one in which `(i + 1) / n` ends, as in PyTorch.
-fn shares(pixels: usize, fields: usize) -> Vec<f32> {
-    let mut shares = vec![0.0; fields * pixels];
-    for (field, shares) in shares.chunks_mut(pixels).enumerate() {
+/// Matrix `[fields][pixels]` that averages a line of pixels over each of its fields. Of `n` fields,
+/// field `i` is the range `floor(i pixels / n)..ceil((i + 1) pixels / n)`, as in PyTorch's
+/// `adaptive_avg_pool2d`.
+fn averaging_matrix(pixels: usize, fields: usize) -> Vec<f32> {
+    let mut matrix = vec![0.0; fields * pixels];
+    for (field, weights) in matrix.chunks_mut(pixels).enumerate() {
         let start = field * pixels / fields;
         let end = ((field + 1) * pixels).div_ceil(fields);
-        shares[start..end].fill(1.0 / (end - start) as f32);
+        weights[start..end].fill(1.0 / (end - start) as f32);
     }
-    shares
+    matrix
 }
 
+/// Transpose of a row-major matrix.
 fn transposed(rows: &[f32], columns: usize) -> Vec<f32> {
     (0..columns).flat_map(|column| rows.iter().skip(column).step_by(columns).copied()).collect()
 }
 
-/// The channels of two images in turn: both in a row, as two rows of channels, column by column.
+/// Interleaves the channels of two images: concatenated, reshaped to `[2, channels / 2]`, and
+/// transposed.
 fn interleave(
     writer: &mut Writer<'_>,
     inputs: Vec<String>,
@@ -164,13 +171,16 @@ fn interleave(
     [channels, height, width]: [usize; 3],
 ) -> String {
     let sizes = |of: &[usize]| of.iter().map(|size| *size as i64).collect::<Vec<_>>();
-    let both = writer.operator("Concat", inputs, format!("{name}.both"), vec![int("axis", 1)]);
-    let pairs = writer.whole(format!("{name}.pairs"), &sizes(&[1, 2, channels / 2, height, width]));
-    let halves = writer.operator("Reshape", vec![both, pairs], format!("{name}.halves"), vec![]);
+    let concatenated =
+        writer.operator("Concat", inputs, format!("{name}.both"), vec![int("axis", 1)]);
+    let pairs =
+        writer.integers(format!("{name}.pairs"), &sizes(&[1, 2, channels / 2, height, width]));
+    let halves =
+        writer.operator("Reshape", vec![concatenated, pairs], format!("{name}.halves"), vec![]);
     let perm = vec![ints("perm", &[0, 2, 1, 3, 4])];
-    let turned = writer.operator("Transpose", vec![halves], format!("{name}.turned"), perm);
-    let shape = writer.whole(format!("{name}.shape"), &sizes(&[1, channels, height, width]));
-    writer.operator("Reshape", vec![turned, shape], name, vec![])
+    let transposed = writer.operator("Transpose", vec![halves], format!("{name}.turned"), perm);
+    let shape = writer.integers(format!("{name}.shape"), &sizes(&[1, channels, height, width]));
+    writer.operator("Reshape", vec![transposed, shape], name, vec![])
 }
 
 #[cfg(test)]
@@ -178,14 +188,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn fields_that_overlap_share_pixels_and_each_is_a_mean() {
+    fn fields_may_overlap_and_each_is_a_mean() {
         // 5 pixels in 3 fields: 0..2, 1..4, 3..5.
         let third = 1.0 / 3.0;
         let expected =
             [[0.5, 0.5, 0.0, 0.0, 0.0], [0.0, third, third, third, 0.0], [0.0, 0.0, 0.0, 0.5, 0.5]];
-        let shares = shares(5, 3);
-        assert_eq!(shares, expected.concat());
-        let by_pixel = transposed(&shares, 5);
+        let matrix = averaging_matrix(5, 3);
+        assert_eq!(matrix, expected.concat());
+        let by_pixel = transposed(&matrix, 5);
         assert_eq!(by_pixel[..6], [0.5, 0.0, 0.0, 0.5, third, 0.0]);
     }
 }

@@ -1,142 +1,143 @@
-//! The messages of ONNX files that a network needs, with the field numbers of the standard.
+//! The protobuf messages of ONNX files that exported networks use, with the field tags of the
+//! standard.
 //!
-//! Fields that are not listed are left out when writing and skipped when reading.
+//! Other fields are not written, and skipped when reading.
 //!
 //! # Source
 //! `onnx.proto3` of ONNX 1.8, <https://github.com/onnx/onnx/blob/v1.8.0/onnx/onnx.proto3>.
 
 use prost::{Enumeration, Message, Oneof};
 
-/// A file.
+/// A model: the top-level message of a file, a graph with its metadata.
 #[derive(Clone, PartialEq, Message)]
 pub struct ModelProto {
-    /// Version of the format of files.
+    /// Version of the intermediate representation (IR) that the file uses.
     #[prost(int64, tag = "1")]
     pub ir_version: i64,
-    /// The program that wrote it.
+    /// Name of the tool that generated the model.
     #[prost(string, tag = "2")]
     pub producer_name: String,
-    /// Its version.
+    /// Version of that tool.
     #[prost(string, tag = "3")]
     pub producer_version: String,
-    /// What it computes.
+    /// The graph that is evaluated to execute the model.
     #[prost(message, optional, tag = "7")]
     pub graph: Option<GraphProto>,
-    /// The sets of operators it is written in.
+    /// The operator sets that the model relies on.
     #[prost(message, repeated, tag = "8")]
     pub opset_import: Vec<OperatorSetIdProto>,
 }
 
-/// A set of operators; the empty domain is ONNX's own.
+/// Identifier of an operator set.
 #[derive(Clone, PartialEq, Eq, Hash, Message)]
 pub struct OperatorSetIdProto {
-    /// Whose operators.
+    /// Domain of the operator set; empty for the default ONNX domain.
     #[prost(string, tag = "1")]
     pub domain: String,
-    /// Which of them.
+    /// Version of the operator set.
     #[prost(int64, tag = "2")]
     pub version: i64,
 }
 
-/// Nodes in an order in which they can be computed.
+/// A graph: a computation as a topologically sorted list of nodes.
 #[derive(Clone, PartialEq, Message)]
 pub struct GraphProto {
-    /// The nodes.
+    /// Nodes, topologically sorted.
     #[prost(message, repeated, tag = "1")]
     pub node: Vec<NodeProto>,
-    /// What it is called.
+    /// Name of the graph.
     #[prost(string, tag = "2")]
     pub name: String,
-    /// Constants: weights, mostly.
+    /// Named constant tensors, such as weights.
     #[prost(message, repeated, tag = "5")]
     pub initializer: Vec<TensorProto>,
-    /// What it is given.
+    /// Inputs of the graph.
     #[prost(message, repeated, tag = "11")]
     pub input: Vec<ValueInfoProto>,
-    /// What it says.
+    /// Outputs of the graph.
     #[prost(message, repeated, tag = "12")]
     pub output: Vec<ValueInfoProto>,
-    /// Shapes on the way.
+    /// Types and shapes of intermediate values.
     #[prost(message, repeated, tag = "13")]
     pub value_info: Vec<ValueInfoProto>,
 }
 
-/// An operation on named tensors.
+/// A node: the invocation of an operator.
 #[derive(Clone, PartialEq, Message)]
 pub struct NodeProto {
-    /// Names of what it takes.
+    /// Names of the input values; empty for an optional input that is left out.
     #[prost(string, repeated, tag = "1")]
     pub input: Vec<String>,
-    /// Names of what it makes.
+    /// Names of the output values.
     #[prost(string, repeated, tag = "2")]
     pub output: Vec<String>,
-    /// What it is called.
+    /// Name of the node; optional, for diagnostics.
     #[prost(string, tag = "3")]
     pub name: String,
-    /// The operator.
+    /// Symbolic identifier of the operator.
     #[prost(string, tag = "4")]
     pub op_type: String,
-    /// Its settings.
+    /// Attributes.
     #[prost(message, repeated, tag = "5")]
     pub attribute: Vec<AttributeProto>,
 }
 
-/// A setting of an operator.
+/// A named attribute: a parameter of an operator that is known when the model is built.
 #[derive(Clone, PartialEq, Message)]
 pub struct AttributeProto {
-    /// Which.
+    /// Name of the attribute.
     #[prost(string, tag = "1")]
     pub name: String,
-    /// A whole number, for [`AttributeType::Int`].
+    /// Value of an [`AttributeType::Int`].
     #[prost(int64, tag = "3")]
     pub i: i64,
-    /// A word, for [`AttributeType::String`].
+    /// Value of an [`AttributeType::String`], in UTF-8.
     #[prost(bytes = "vec", tag = "4")]
     pub s: Vec<u8>,
-    /// Whole numbers, for [`AttributeType::Ints`].
+    /// Value of an [`AttributeType::Ints`].
     #[prost(int64, repeated, tag = "8")]
     pub ints: Vec<i64>,
-    /// Which of the fields holds it.
+    /// Type of the value: the field that holds it.
     #[prost(enumeration = "AttributeType", tag = "20")]
     pub r#type: i32,
 }
 
-/// Kinds of settings.
+/// Types of attributes, `AttributeProto.AttributeType` of the standard.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Enumeration)]
 #[repr(i32)]
 pub enum AttributeType {
-    /// None.
+    /// Not set.
     Undefined = 0,
-    /// One whole number.
+    /// A 64-bit integer.
     Int = 2,
-    /// A word.
+    /// A UTF-8 string.
     String = 3,
-    /// A list of them.
+    /// A list of 64-bit integers.
     Ints = 7,
 }
 
-/// A constant.
+/// A tensor value in serialised form.
 #[derive(Clone, PartialEq, Message)]
 pub struct TensorProto {
-    /// Its shape.
+    /// Shape of the tensor; empty for a scalar.
     #[prost(int64, repeated, tag = "1")]
     pub dims: Vec<i64>,
-    /// What its values are.
+    /// Type of the elements.
     #[prost(enumeration = "DataType", tag = "2")]
     pub data_type: i32,
-    /// What it is called.
+    /// Name of the tensor.
     #[prost(string, tag = "8")]
     pub name: String,
-    /// Its values, little-endian, row by row.
+    /// Elements in row-major order, fixed-width and little-endian.
     #[prost(bytes = "vec", tag = "9")]
     pub raw_data: Vec<u8>,
 }
 
-/// Kinds of values.
+/// Element types, `TensorProto.DataType` of the standard.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Enumeration)]
 #[repr(i32)]
 pub enum DataType {
-    /// None.
+    /// Not set.
     Undefined = 0,
     /// `f32`.
     Float = 1,
@@ -144,59 +145,59 @@ pub enum DataType {
     Int64 = 7,
 }
 
-/// A tensor's name and shape.
+/// Name and type of a value.
 #[derive(Clone, PartialEq, Message)]
 pub struct ValueInfoProto {
-    /// What it is called.
+    /// Name of the value.
     #[prost(string, tag = "1")]
     pub name: String,
-    /// What it is.
+    /// Type of the value.
     #[prost(message, optional, tag = "2")]
     pub r#type: Option<TypeProto>,
 }
 
-/// What a value is.
+/// Type of a value; the standard also has sequences and maps.
 #[derive(Clone, PartialEq, Message)]
 pub struct TypeProto {
-    /// Here always a tensor.
+    /// The type of a tensor.
     #[prost(message, optional, tag = "1")]
     pub tensor_type: Option<TensorType>,
 }
 
-/// `TypeProto.Tensor` of the standard.
+/// Element type and shape of a tensor, `TypeProto.Tensor` of the standard.
 #[derive(Clone, PartialEq, Message)]
 pub struct TensorType {
-    /// What its values are.
+    /// Type of the elements.
     #[prost(enumeration = "DataType", tag = "1")]
     pub elem_type: i32,
-    /// Its shape.
+    /// Shape; none if the rank is unknown.
     #[prost(message, optional, tag = "2")]
     pub shape: Option<TensorShapeProto>,
 }
 
-/// A shape.
+/// Shape of a tensor.
 #[derive(Clone, PartialEq, Message)]
 pub struct TensorShapeProto {
-    /// Dimension after dimension.
+    /// Dimensions, the outermost first.
     #[prost(message, repeated, tag = "1")]
     pub dim: Vec<Dimension>,
 }
 
-/// `TensorShapeProto.Dimension` of the standard.
+/// A dimension of a shape, `TensorShapeProto.Dimension` of the standard.
 #[derive(Clone, PartialEq, Eq, Hash, Message)]
 pub struct Dimension {
-    /// How large it is.
+    /// Size of the dimension; none if it is unknown.
     #[prost(oneof = "DimensionValue", tags = "1, 2")]
     pub value: Option<DimensionValue>,
 }
 
-/// A size, or the name of one that is not known yet.
+/// Size of a dimension: a constant, or a symbolic name that stands for one size in the whole graph.
 #[derive(Clone, PartialEq, Eq, Hash, Oneof)]
 pub enum DimensionValue {
-    /// A size.
+    /// A constant size, `dim_value` of the standard.
     #[prost(int64, tag = "1")]
     Size(i64),
-    /// A name.
+    /// A symbolic size, `dim_param` of the standard.
     #[prost(string, tag = "2")]
     Name(String),
 }

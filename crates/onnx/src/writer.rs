@@ -1,34 +1,34 @@
-//! Constants, nodes and names of a file.
+//! Initializers, nodes and names of a model.
 
 use std::collections::HashMap;
 
-use evpose_infer::shapes;
+use evpose_infer::infer_shapes;
 use evpose_nn::graph::{Graph, Node, NodeId, Operation};
 use prost::Message as _;
 
 use crate::OnnxError;
-use crate::nodes::operation;
+use crate::nodes::add_operators;
 use crate::proto::{
     AttributeProto, AttributeType, DataType, Dimension, DimensionValue, GraphProto, ModelProto,
     NodeProto, OperatorSetIdProto, TensorProto, TensorShapeProto, TensorType, TypeProto,
     ValueInfoProto,
 };
 
-/// Version of the standard set of operators.
+/// Version of the default operator set (opset).
 pub const OPSET: i64 = 13;
-/// Version of the format of files that came with it.
+/// Version of the file format (IR version): that of ONNX 1.8, the first release with opset 13.
 const IR_VERSION: i64 = 7;
 
-/// A network as an ONNX model that takes one image `[1, channels, rows, columns]`.
+/// Exports a network as an ONNX model with the input `[1, channels, height, width]`.
 ///
 /// # Errors
-/// [`OnnxError::Unsupported`] for an operation that there are no operators for, and
-/// [`OnnxError::Shape`] for images that a layer cannot take.
+/// [`OnnxError::Unsupported`] for an operation without a translation, [`OnnxError::Shape`] for a
+/// size that a layer cannot take.
 pub fn model(graph: &Graph, input: [usize; 3]) -> Result<ModelProto, OnnxError> {
-    let shapes = shapes(graph, input)?;
+    let shapes = infer_shapes(graph, input)?;
     let mut writer = Writer { graph, names: names(graph), shapes, file: GraphProto::default() };
     for id in 0..graph.nodes.len() {
-        operation(&mut writer, id)?;
+        add_operators(&mut writer, id)?;
     }
     let is_input = |id: &NodeId| graph.nodes[*id].operation == Operation::Input;
     let of = |ids: &mut dyn Iterator<Item = NodeId>| ids.map(|id| writer.value_info(id)).collect();
@@ -47,7 +47,7 @@ pub fn model(graph: &Graph, input: [usize; 3]) -> Result<ModelProto, OnnxError> 
     })
 }
 
-/// The bytes of the file of [`model`].
+/// [`model`], encoded as the bytes of a file.
 ///
 /// # Errors
 /// As [`model`].
@@ -55,7 +55,8 @@ pub fn encoded(graph: &Graph, input: [usize; 3]) -> Result<Vec<u8>, OnnxError> {
     Ok(model(graph, input)?.encode_to_vec())
 }
 
-/// A name for every node: its own, with its number where others are called the same.
+/// Unique names of the nodes: of nodes with one name (layers that share weights), with the index
+/// appended.
 fn names(graph: &Graph) -> Vec<String> {
     let mut seen: HashMap<&str, usize> = HashMap::new();
     graph.nodes.iter().for_each(|node| *seen.entry(node.name.as_str()).or_default() += 1);
@@ -69,7 +70,7 @@ fn names(graph: &Graph) -> Vec<String> {
     graph.nodes.iter().enumerate().map(name).collect()
 }
 
-/// A file that is being written.
+/// A model in the making.
 pub(crate) struct Writer<'a> {
     graph: &'a Graph,
     names: Vec<String>,
@@ -78,38 +79,40 @@ pub(crate) struct Writer<'a> {
 }
 
 impl<'a> Writer<'a> {
+    /// The node `id` of the graph.
     pub(crate) fn node(&self, id: NodeId) -> &'a Node {
         &self.graph.nodes[id]
     }
 
-    /// The name of a node, and of the tensor that it makes.
+    /// Name of a node and of its output tensor.
     pub(crate) fn name(&self, id: NodeId) -> &str {
         &self.names[id]
     }
 
-    /// Channels, rows and columns of what a node makes.
+    /// Channels, height and width of a node's output.
     pub(crate) fn shape(&self, id: NodeId) -> [usize; 3] {
         self.shapes[id]
     }
 
-    /// Adds a constant and returns its name.
+    /// Adds an initializer of floats and returns its name.
     pub(crate) fn floats(&mut self, name: String, dims: &[usize], values: &[f32]) -> String {
         let raw_data = values.iter().flat_map(|value| value.to_le_bytes()).collect();
-        self.constant(name, dims, DataType::Float, raw_data)
+        self.initializer(name, dims, DataType::Float, raw_data)
     }
 
-    /// Adds a list of whole numbers and returns its name.
-    pub(crate) fn whole(&mut self, name: String, values: &[i64]) -> String {
+    /// Adds an initializer that is a list of integers and returns its name.
+    pub(crate) fn integers(&mut self, name: String, values: &[i64]) -> String {
         let raw_data = values.iter().flat_map(|value| value.to_le_bytes()).collect();
-        self.constant(name, &[values.len()], DataType::Int64, raw_data)
+        self.initializer(name, &[values.len()], DataType::Int64, raw_data)
     }
 
-    /// Adds a single number and returns its name.
+    /// Adds an initializer that is a scalar and returns its name.
     pub(crate) fn scalar(&mut self, name: String, value: f32) -> String {
         self.floats(name, &[], &[value])
     }
 
-    fn constant(
+    /// Adds an initializer and returns its name.
+    fn initializer(
         &mut self,
         name: String,
         dims: &[usize],
@@ -125,7 +128,7 @@ impl<'a> Writer<'a> {
         name
     }
 
-    /// Adds an operator that makes the tensor `output`, by which it is called, and returns that name.
+    /// Adds a node for an operator, named by its output tensor, and returns that name.
     pub(crate) fn operator(
         &mut self,
         op_type: &str,
@@ -143,6 +146,7 @@ impl<'a> Writer<'a> {
         output
     }
 
+    /// Name, element type and shape of a node's output.
     fn value_info(&self, id: NodeId) -> ValueInfoProto {
         let [channels, height, width] = self.shapes[id];
         let dims = if is_vector(self.graph, id) {
@@ -158,7 +162,7 @@ impl<'a> Writer<'a> {
     }
 }
 
-/// Whether a node makes `[1, values]` instead of an image.
+/// Whether a node's output is `[1, values]` instead of an image.
 fn is_vector(graph: &Graph, id: NodeId) -> bool {
     let node = &graph.nodes[id];
     match node.operation {
@@ -168,22 +172,22 @@ fn is_vector(graph: &Graph, id: NodeId) -> bool {
     }
 }
 
-/// A setting that is one whole number.
+/// Attribute of type INT.
 pub(crate) fn int(name: &str, value: usize) -> AttributeProto {
     let i = value as i64;
     let kind = AttributeType::Int.into();
     AttributeProto { name: name.to_owned(), i, r#type: kind, ..AttributeProto::default() }
 }
 
-/// A setting that is a list of whole numbers.
+/// Attribute of type INTS.
 pub(crate) fn ints(name: &str, values: &[usize]) -> AttributeProto {
     let kind = AttributeType::Ints.into();
     let (name, ints) = (name.to_owned(), signed(values));
     AttributeProto { name, ints, r#type: kind, ..AttributeProto::default() }
 }
 
-/// A setting that is a word.
-pub(crate) fn word(name: &str, value: &str) -> AttributeProto {
+/// Attribute of type STRING.
+pub(crate) fn string(name: &str, value: &str) -> AttributeProto {
     let kind = AttributeType::String.into();
     let (name, s) = (name.to_owned(), value.as_bytes().to_vec());
     AttributeProto { name, s, r#type: kind, ..AttributeProto::default() }
