@@ -1,7 +1,7 @@
 //! Untrained networks in reduced precision.
 
 use anyhow::Result;
-use evpose_infer::{Engine, EngineOptions, Precision, CalibrationRanges};
+use evpose_infer::{CalibrationRanges, Engine, EngineOptions, Precision};
 
 use super::networks::Network;
 

@@ -15,7 +15,7 @@ use evpose_app::args::{ConfigArgs, DeviceArgs};
 use evpose_app::body_config;
 use evpose_app::threads::use_threads;
 use evpose_core::SensorSize;
-use evpose_infer::{Precision, CalibrationRanges};
+use evpose_infer::{CalibrationRanges, Precision};
 use evpose_live::page::Skeleton;
 use evpose_nn::MoveEnetConfig;
 use evpose_nn::graph::Graph;

@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::Result;
 use evpose_app::progress::bar;
 use evpose_core::Micros;
-use evpose_infer::{Precision, CalibrationRanges};
+use evpose_infer::{CalibrationRanges, Precision};
 use evpose_task::body::{BodyCheckpoint, BodyPredictor, BodyPredictorOptions};
 use evpose_train::body::{BodyRecordings, evaluate_body, mean_pose_of_recordings};
 

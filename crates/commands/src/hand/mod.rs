@@ -17,7 +17,7 @@ use evpose_app::args::{ConfigArgs, DeviceArgs};
 use evpose_app::hand_config;
 use evpose_body::PosedBody;
 use evpose_core::SensorSize;
-use evpose_infer::{Precision, CalibrationRanges};
+use evpose_infer::{CalibrationRanges, Precision};
 use evpose_live::page::{HandMesh, Skeleton};
 use evpose_nn::graph::Graph;
 use evpose_nn::{DeviceKind, HandRegressorConfig};
