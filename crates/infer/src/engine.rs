@@ -232,7 +232,7 @@ impl Engine {
         match &mut self.buffers[slot] {
             Buffer::Nchw(image) => image.copy_from(&self.thread_pool, self.level, input, affine),
             buffer => {
-                reorder_from_nchw(&self.thread_pool, self.level, input, affine, buffer.view_mut())
+                reorder_from_nchw(&self.thread_pool, self.level, input, affine, buffer.view_mut());
             }
         }
     }

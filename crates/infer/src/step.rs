@@ -351,7 +351,7 @@ impl Step {
         let (input, other) = (inputs[0], inputs.get(1).copied());
         match self {
             Self::Conv(conv, activation) => {
-                conv.run(thread_pool, input, other, *activation, output)
+                conv.run(thread_pool, input, other, *activation, output);
             }
             Self::Winograd(conv, activation) => {
                 conv.run(thread_pool, input, other, *activation, output, scratch);
@@ -369,7 +369,7 @@ impl Step {
             Self::Upsample => upsample(thread_pool, level, input, output),
             Self::Sigmoid => sigmoid(thread_pool, level, input, output),
             Self::Affine(affine_params) => {
-                affine(thread_pool, level, input, *affine_params, output)
+                affine(thread_pool, level, input, *affine_params, output);
             }
             Self::Chain(_)
             | Self::NchwConv(..)

@@ -88,21 +88,25 @@ impl NchwImage {
     }
 
     /// All values, the border included.
+    #[inline]
     pub(super) fn values(&self) -> &[f32] {
         &self.values
     }
 
     /// Values from a row to the next.
+    #[inline]
     pub(super) fn row_pitch(&self) -> usize {
         self.size[2] + 2 * self.border
     }
 
     /// Values from a channel to the next.
+    #[inline]
     fn channel_pitch(&self) -> usize {
         (self.size[1] + 2 * self.border) * self.row_pitch()
     }
 
     /// Index of the first pixel of a row.
+    #[inline]
     pub(super) fn row_start(&self, channel: usize, y: usize) -> usize {
         channel * self.channel_pitch() + (y + self.border) * self.row_pitch() + self.border
     }
