@@ -47,7 +47,7 @@ fn alone(
     let mut output = Image::zeros(channels, height, width, 2);
     match link {
         Link::Conv(conv, activation) => {
-            conv.run(thread_pool, input, residual, *activation, &mut output)
+            conv.run(thread_pool, input, residual, *activation, &mut output);
         }
         Link::Depthwise(conv, activation) => conv.run(thread_pool, input, *activation, &mut output),
         Link::MaxPool(pool) => pool.run(thread_pool, level, input, &mut output),

@@ -1,0 +1,127 @@
+//! The operators of a plan.
+//!
+//! * `build`: from the operations of a graph to operators with packed weights, and the choice of
+//!   algorithms.
+//! * `run`: execution on the buffers of a plan.
+
+mod build;
+mod run;
+
+use evpose_kernels::blocked::{
+    Chain, Conv, Depthwise, Link, LowPrecisionConv, LowPrecisionDepthwise, LowPrecisionType,
+    MaxPool, NchwConv, TileSize, Winograd,
+};
+use evpose_nn::graph::Activation;
+
+pub(crate) use run::StepContext;
+
+/// An operator of a plan with its packed weights.
+#[derive(Debug, Clone)]
+pub(crate) enum Step {
+    Conv(Conv, Activation),
+    /// Of the input of the network, in nchw.
+    NchwConv(NchwConv, Activation),
+    Winograd(Winograd, Activation),
+    Depthwise(Depthwise, Activation),
+    MaxPool(MaxPool),
+    AvgPool,
+    Flatten,
+    Add(Activation),
+    /// Slice of channels from this one on.
+    Channels(usize),
+    Interleave,
+    Upsample,
+    Sigmoid,
+    /// Scale and shift.
+    Affine([f32; 2]),
+    /// Several fused steps.
+    Chain(Chain),
+    LowPrecisionConv(LowPrecisionConv, LowPrecisionType, Activation),
+    LowPrecisionDepthwise(LowPrecisionDepthwise, LowPrecisionType, Activation),
+    LowPrecisionMaxPool(MaxPool),
+    LowPrecisionUpsample,
+    /// Of two inputs of any storage types; of one input, a conversion.
+    LowPrecisionAdd(Activation),
+}
+
+impl Step {
+    /// Name of the algorithm.
+    pub(crate) fn algorithm(&self) -> &'static str {
+        match self {
+            Self::Conv(..) => "direct",
+            Self::NchwConv(..) => "direct nchw",
+            Self::Chain(_) => "fused",
+            Self::Winograd(conv, _) => match conv.size() {
+                TileSize::Two => "winograd 2",
+                TileSize::Four => "winograd 4",
+            },
+            Self::LowPrecisionConv(_, LowPrecisionType::Bf16, _) => "direct bf16",
+            Self::LowPrecisionConv(_, LowPrecisionType::Uint8(_), _) => "direct int8",
+            Self::Depthwise(..) => "depthwise",
+            Self::LowPrecisionDepthwise(_, LowPrecisionType::Bf16, _) => "depthwise bf16",
+            Self::LowPrecisionDepthwise(_, LowPrecisionType::Uint8(_), _) => "depthwise int8",
+            Self::MaxPool(_) | Self::LowPrecisionMaxPool(_) => "max-pool",
+            Self::AvgPool => "mean",
+            Self::Flatten => "flatten",
+            Self::Add(_) | Self::LowPrecisionAdd(_) => "sum",
+            Self::Channels(_) | Self::Interleave => "channels",
+            Self::Upsample | Self::LowPrecisionUpsample => "upsample",
+            Self::Sigmoid => "sigmoid",
+            Self::Affine(_) => "affine",
+        }
+    }
+
+    /// Whether it is a convolution.
+    pub(crate) fn is_conv(&self) -> bool {
+        matches!(
+            self,
+            Self::Conv(..)
+                | Self::NchwConv(..)
+                | Self::Winograd(..)
+                | Self::Depthwise(..)
+                | Self::LowPrecisionConv(..)
+                | Self::LowPrecisionDepthwise(..)
+        )
+    }
+
+    /// Whether it can write low precision.
+    pub(crate) fn writes_low_precision(&self) -> bool {
+        matches!(
+            self,
+            Self::NchwConv(..)
+                | Self::LowPrecisionConv(..)
+                | Self::LowPrecisionDepthwise(..)
+                | Self::LowPrecisionAdd(_)
+        )
+    }
+
+    /// Whether it can be a layer of a chain.
+    pub(crate) fn is_link(&self) -> bool {
+        matches!(self, Self::NchwConv(..) | Self::Conv(..) | Self::Depthwise(..) | Self::MaxPool(_))
+    }
+
+    /// The step as a layer of a chain, if it can be one.
+    pub(crate) fn link(&self) -> Option<Link> {
+        match self {
+            Self::NchwConv(conv, activation) => Some(Link::Nchw(conv.clone(), *activation)),
+            Self::Conv(conv, activation) => Some(Link::Conv(conv.clone(), *activation)),
+            Self::Depthwise(conv, activation) => Some(Link::Depthwise(conv.clone(), *activation)),
+            Self::MaxPool(pool) => Some(Link::MaxPool(*pool)),
+            _ => None,
+        }
+    }
+
+    /// Zero border that it needs around its input.
+    pub(crate) fn border(&self) -> usize {
+        match self {
+            Self::Conv(conv, _) => conv.shape().padding(),
+            Self::NchwConv(conv, _) => conv.shape().padding(),
+            Self::Chain(chain) => chain.border(),
+            Self::Winograd(..) => 1,
+            Self::Depthwise(conv, _) => conv.shape().kernel / 2,
+            Self::LowPrecisionConv(conv, ..) => conv.shape().padding(),
+            Self::LowPrecisionDepthwise(conv, ..) => conv.shape().kernel / 2,
+            _ => 0,
+        }
+    }
+}
