@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use evpose_core::atomic_write;
-use evpose_infer::{Engine, EngineOptions, CalibrationRanges};
+use evpose_infer::{CalibrationRanges, Engine, EngineOptions};
 use evpose_nn::graph::{Graph, Operation};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};

@@ -25,7 +25,11 @@ fn matrix<S: WinogradTransform>() -> [[f32; 3]; MAX_INPUTS] {
 
 impl Weights<'_> {
     /// The weights of every place: `[place][blocks together][channel][block][16]`.
-    pub(super) fn transformed<S: WinogradTransform>(&self, together: usize, level: Level) -> Vec<Line> {
+    pub(super) fn transformed<S: WinogradTransform>(
+        &self,
+        together: usize,
+        level: Level,
+    ) -> Vec<Line> {
         let places = S::IN * S::IN;
         let [channels_out, channels_in] = self.channels();
         let of_place = channels_out.div_ceil(LANES) * channels_in;

@@ -1,7 +1,7 @@
 //! Predictors of hands: from representations of windows to poses.
 
 use burn::tensor::{Device, Tensor, TensorData};
-use evpose_infer::{Engine, EngineOptions, Precision, CalibrationRanges};
+use evpose_infer::{CalibrationRanges, Engine, EngineOptions, Precision};
 use evpose_nn::HandRegressor;
 use evpose_nn::graph::Graph;
 use evpose_pose::{HandParams, PARAMETERS};
@@ -42,7 +42,11 @@ impl NetworkPredictor {
 
     /// Predicts with our engine in `precision`; int8 needs the calibrated ranges of the layers, see
     /// [`QuantizationRanges`](crate::QuantizationRanges).
-    pub fn compiled(network: &HandRegressor, precision: Precision, ranges: Option<CalibrationRanges>) -> Self {
+    pub fn compiled(
+        network: &HandRegressor,
+        precision: Precision,
+        ranges: Option<CalibrationRanges>,
+    ) -> Self {
         let compiled = Compiled::new(network.graph(), precision, ranges);
         Self(Backend::Compiled(Box::new(compiled)))
     }
