@@ -1,8 +1,9 @@
 //! Sums of products of numbers of fewer bits.
 //!
-//! Images and weights are kept in 16 bits ([`Bf16`]: the upper half of an `f32`) or 8 (a step and a zero,
-//! see [`Scale`](crate::blocked::Scale)). Processors with instructions for it multiply and add two or
-//! four neighbouring channels at once; elsewhere numbers are widened to `f32` on their way.
+//! Images and weights are kept in 16 bits ([`Bf16`]: the upper half of an `f32`) or 8 (a step and a
+//! zero, see [`QuantizationParams`](crate::blocked::QuantizationParams)). Processors with
+//! instructions for it multiply and add two or four neighbouring channels at once; elsewhere
+//! numbers are widened to `f32` on their way.
 
 use std::marker::PhantomData;
 
@@ -101,8 +102,8 @@ impl Stored for u8 {
 /// Sixteen sums, and how products of neighbouring channels are added to them.
 ///
 /// # Safety
-/// Every method requires that the processor has the instructions of the type, and that what it reads
-/// is there.
+/// Every method requires that the processor has the instructions of the type, and that what it
+/// reads is there.
 pub(crate) trait Dots {
     /// How images are kept.
     type Stored: Stored;
