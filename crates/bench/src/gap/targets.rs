@@ -209,16 +209,16 @@ mod tests {
 
     #[test]
     fn a_figure_at_its_target_meets_it() {
-        assert!(Target::AtLeast(0.9).is_met(0.9) && !Target::AtLeast(0.9).is_met(0.899));
-        assert!(Target::AtMost(0.02).is_met(0.02) && !Target::AtMost(0.02).is_met(0.021));
-        assert!(Target::Within(0.02, 0.08).is_met(0.08) && !Target::Within(0.02, 0.08).is_met(0.0));
+        assert!(AtLeast(0.9).is_met(0.9) && !AtLeast(0.9).is_met(0.899));
+        assert!(AtMost(0.02).is_met(0.02) && !AtMost(0.02).is_met(0.021));
+        assert!(Within(0.02, 0.08).is_met(0.08) && !Within(0.02, 0.08).is_met(0.0));
     }
 
     #[test]
     fn goals_and_requirements_are_distinguished() {
         let of = |right: usize, n: usize| {
             let rate = Rate::of((0..n).map(|i| i < right));
-            Headline::of_rate("name", &rate, Target::AtLeast(0.9), Target::AtLeast(0.97)).reached()
+            Headline::of_rate("name", &rate, AtLeast(0.9), AtLeast(0.97)).reached()
         };
         assert_eq!(of(98, 100), Reached::Goal);
         assert_eq!(of(92, 100), Reached::Required);
