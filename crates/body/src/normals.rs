@@ -1,6 +1,6 @@
 //! Smooth normals of a triangle mesh.
 
-use evpose_core::{LANES, LaneWork, Lanes, in_lanes};
+use evpose_simd::{Kernel8, LANES_8, Lanes8, dispatch};
 use glam::Vec3;
 
 /// The unit normal of every vertex: the sum of `(b − a) × (c − a)` over its faces, which weights
@@ -14,27 +14,27 @@ pub(crate) fn area_weighted_normals(vertices_m: &[Vec3], faces: &[[u32; 3]]) -> 
             normals[i as usize] += twice_area;
         }
     }
-    in_lanes(Normalise(&mut normals));
+    dispatch(Normalise(&mut normals));
     normals
 }
 
 /// [`normalise`] on its own.
 struct Normalise<'a>(&'a mut [Vec3]);
 
-impl LaneWork for Normalise<'_> {
+impl Kernel8 for Normalise<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<L: Lanes>(self, l: L) {
+    fn run<L: Lanes8>(self, l: L) {
         normalise(l, self.0);
     }
 }
 
 /// Makes every vector unit; zero stays zero.
 #[inline(always)]
-pub(crate) fn normalise<L: Lanes>(l: L, vectors: &mut [Vec3]) {
-    for batch in vectors.chunks_mut(LANES) {
-        let mut axes = [[0.0; LANES]; 3];
+pub(crate) fn normalise<L: Lanes8>(l: L, vectors: &mut [Vec3]) {
+    for batch in vectors.chunks_mut(LANES_8) {
+        let mut axes = [[0.0; LANES_8]; 3];
         for (k, vector) in batch.iter().enumerate() {
             [axes[0][k], axes[1][k], axes[2][k]] = vector.to_array();
         }
@@ -67,7 +67,7 @@ mod tests {
             (0..37).map(|k| Vec3::new(k as f32, 2.0 - k as f32, 0.3)).collect();
         vectors[20] = Vec3::ZERO;
         let want: Vec<Vec3> = vectors.iter().map(|v| v.normalize_or_zero()).collect();
-        in_lanes(Normalise(&mut vectors));
+        dispatch(Normalise(&mut vectors));
         assert!(vectors.iter().zip(&want).all(|(got, want)| got.distance(*want) < 1e-6));
         assert_eq!(vectors[20], Vec3::ZERO);
     }

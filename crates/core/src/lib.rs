@@ -6,26 +6,21 @@
 //! * [`SensorSize`], [`Plane`], [`Pinhole`], [`LensCamera`]: image geometry.
 //! * [`StageNoise`], [`CounterRng`]: random numbers that depend on *what* is drawn, never on when.
 //! * [`atomic_write`]: outputs appear whole or not at all.
-//! * [`wide()`], [`Lanes`]: loops and kernels compiled for the vectors of the processor at hand.
 
 mod camera;
 mod error;
 mod event;
-mod lanes;
 mod noise;
 mod output;
 mod plane;
 mod stream;
 mod time;
-mod wide;
 
 pub use camera::{Distortion, LensCamera, LookAt, Pinhole, Sight};
 pub use error::CoreError;
 pub use event::{Event, Polarity, SensorSize};
-pub use lanes::{LANES, LaneWork, Lanes, in_lanes};
 pub use noise::{CounterRng, StageNoise, seed_for};
 pub use output::{AtomicFile, atomic_write, temporary_target};
 pub use plane::Plane;
 pub use stream::{EventStream, EventStreamBuilder, Rejected};
 pub use time::{Micros, TimeWindow};
-pub use wide::wide;

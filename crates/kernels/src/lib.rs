@@ -25,6 +25,11 @@
 //! assert_eq!(output.len(), 3 * 4 * 5);
 //! assert_eq!([output[0], output[1], output[6]], [8.0, 12.0, 18.0]);
 //! ```
+//!
+//! # Unsafe code
+//! Threads write disjoint tiles of one output through raw pointers, because slices cannot express tiles
+//! of rows. Every such function states the elements that it reads and writes; vector instructions
+//! themselves are in `evpose-simd`.
 
 mod activation;
 pub mod blocked;
@@ -32,5 +37,5 @@ mod memory;
 mod simd;
 pub mod training;
 
+pub use evpose_simd::Level;
 pub use memory::keep_freed_memory;
-pub use simd::Level;

@@ -1,6 +1,7 @@
 //! When each pixel last fired, per polarity.
 
-use evpose_core::{EventStream, Micros, wide};
+use evpose_core::{EventStream, Micros};
+use evpose_simd::vectorize;
 
 use crate::StreamWindow;
 use crate::clock::StreamClock;
@@ -85,7 +86,7 @@ impl LastTimes {
         // Times left are times of events plus this: what was so long ago is below zero by then.
         let offset_us = length_us - now_us;
         let last_us = self.last_us.as_slice();
-        wide(
+        vectorize(
             // What is captured by reference might be among the values: it would be read again and
             // again.
             #[inline(always)]

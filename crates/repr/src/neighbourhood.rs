@@ -10,7 +10,8 @@ use std::array::from_fn;
 use std::hint::black_box;
 use std::ops::Range;
 
-use evpose_core::{EventStream, SensorSize, wide};
+use evpose_core::{EventStream, SensorSize};
+use evpose_simd::vectorize;
 
 use crate::clock::StreamClock;
 use crate::parameter::{Parameter, ParameterKind};
@@ -140,7 +141,7 @@ impl Square {
         fired: u16,
         rule: impl Fn(u16, u16) -> u16 + Copy,
     ) {
-        wide(
+        vectorize(
             // What is captured by reference might be among the cells: it would be read again and
             // again.
             #[inline(always)]

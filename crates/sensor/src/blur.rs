@@ -6,7 +6,7 @@
 
 use evpose_core::SensorSize;
 
-use crate::wide::wide;
+use evpose_simd::vectorize;
 
 /// A Gaussian.
 #[derive(Debug)]
@@ -38,7 +38,7 @@ impl Gaussian {
         let width = usize::from(size.width);
         let reach = self.weights.len() - 1;
         let mut padded = vec![0.0; width + 2 * reach];
-        wide(
+        vectorize(
             #[inline(always)]
             || {
                 for (row, target) in image.chunks_exact(width).zip(work.chunks_exact_mut(width)) {

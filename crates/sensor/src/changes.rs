@@ -7,7 +7,7 @@
 
 use std::ops::Range;
 
-use crate::wide::wide;
+use evpose_simd::vectorize;
 
 /// Pixels that are passed over together.
 pub(crate) const STRIP: usize = 64;
@@ -80,7 +80,7 @@ impl Changes {
     ) -> Vec<(Range<usize>, Task)> {
         let mut tasks = std::mem::take(&mut self.tasks);
         tasks.clear();
-        wide(
+        vectorize(
             #[inline(always)]
             || {
                 for (number, strip) in self.strips.iter_mut().enumerate() {

@@ -11,7 +11,7 @@ use crate::detector::PixelArray;
 use crate::stage::{Block, State};
 use crate::tap::Tap;
 use crate::tick::Tick;
-use crate::wide::wide;
+use evpose_simd::vectorize;
 
 /// Signals, states and noise keys of one run.
 #[derive(Debug)]
@@ -182,7 +182,7 @@ impl Front {
     fn sense(&mut self, luminance: &[f32], pixels: &Range<usize>) {
         let held = self.light_range(pixels);
         let light = &mut self.light[held];
-        let is_faulty = wide(
+        let is_faulty = vectorize(
             #[inline(always)]
             || {
                 let mut is_faulty = false;

@@ -18,8 +18,8 @@ use crate::natural_log::ln;
 /// Draws that fit in the fastest memory; loops go from one such piece to the next.
 pub(crate) const PIECE: usize = 64;
 
-/// Fills `draws`, one for every pixel of a block. To be called from inside a [`wide`](crate::wide)
-/// loop.
+/// Fills `draws`, one for every pixel of a block. To be called from inside a loop of
+/// [`vectorize`](evpose_simd::vectorize).
 #[inline(always)]
 pub(crate) fn fill_normal(noise: StageNoise, first_pixel: usize, draws: &mut [f32]) {
     let keys = noise.bits(usize::MAX >> 32, 0);

@@ -73,7 +73,6 @@ mod stage;
 mod strength_level;
 mod tap;
 mod tick;
-mod wide;
 
 pub use background::BackgroundStage;
 pub use chain_table::{ChainRow, ChainTable};

@@ -1,13 +1,13 @@
 //! The blended transform of every vertex, and what it moves.
 
-use evpose_core::{LANES, LaneWork, Lanes, in_lanes};
+use evpose_simd::{Kernel8, LANES_8, Lanes8, dispatch};
 use glam::{Affine3A, Vec3};
 
 use crate::normals::normalise;
 use crate::{BodyModel, FurtherWeight};
 
 /// The columns of a transform, each with a fourth number that means nothing: two vectors.
-type Columns = [[f32; LANES]; 2];
+type Columns = [[f32; LANES_8]; 2];
 
 fn columns(transform: &Affine3A) -> Columns {
     let [x, y, z, t] = [
@@ -33,7 +33,7 @@ impl BodyModel {
         vertices_m.resize(rest_m.len(), Vec3::ZERO);
         normals.resize(rest_m.len(), Vec3::ZERO);
         let rest = (rest_m, rest_normals);
-        in_lanes(Blend { model: self, transforms, rest, posed: (vertices_m, normals) });
+        dispatch(Blend { model: self, transforms, rest, posed: (vertices_m, normals) });
     }
 }
 
@@ -44,11 +44,11 @@ struct Blend<'a> {
     posed: (&'a mut [Vec3], &'a mut [Vec3]),
 }
 
-impl LaneWork for Blend<'_> {
+impl Kernel8 for Blend<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<L: Lanes>(self, l: L) {
+    fn run<L: Lanes8>(self, l: L) {
         let Self { model, transforms, rest, posed } = self;
         let mut further = model.further_weights.as_slice();
         let vertices = posed.0.iter_mut().zip(rest.0);
@@ -80,7 +80,7 @@ impl LaneWork for Blend<'_> {
 }
 
 #[inline(always)]
-fn add<L: Lanes>(l: L, sum: &mut [L::F; 2], transform: &Columns, weight: f32) {
+fn add<L: Lanes8>(l: L, sum: &mut [L::F; 2], transform: &Columns, weight: f32) {
     let weight = l.splat(weight);
     sum[0] = l.add(sum[0], l.mul(l.load(transform[0]), weight));
     sum[1] = l.add(sum[1], l.mul(l.load(transform[1]), weight));
@@ -88,7 +88,7 @@ fn add<L: Lanes>(l: L, sum: &mut [L::F; 2], transform: &Columns, weight: f32) {
 
 /// The transform of a point (`one` = 1) or of a direction (`one` = 0).
 #[inline(always)]
-fn apply<L: Lanes>(l: L, sum: [L::F; 2], v: Vec3, one: f32) -> Vec3 {
+fn apply<L: Lanes8>(l: L, sum: [L::F; 2], v: Vec3, one: f32) -> Vec3 {
     let moved = l.add(l.mul(sum[0], both(l, v.x, v.y)), l.mul(sum[1], both(l, v.z, one)));
     let [x, y, z, _, more_x, more_y, more_z, _] = l.store(moved);
     Vec3::new(x + more_x, y + more_y, z + more_z)
@@ -96,7 +96,7 @@ fn apply<L: Lanes>(l: L, sum: [L::F; 2], v: Vec3, one: f32) -> Vec3 {
 
 /// A factor for the first column of two, and one for the second.
 #[inline(always)]
-fn both<L: Lanes>(l: L, first: f32, second: f32) -> L::F {
+fn both<L: Lanes8>(l: L, first: f32, second: f32) -> L::F {
     let is_first = l.load_i([-1, -1, -1, -1, 0, 0, 0, 0]);
-    l.numbers(l.select(is_first, l.bits(l.splat(first)), l.bits(l.splat(second))))
+    l.from_bits(l.select(is_first, l.to_bits(l.splat(first)), l.to_bits(l.splat(second))))
 }

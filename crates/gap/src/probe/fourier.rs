@@ -61,8 +61,8 @@ impl Fourier {
 
     /// Transforms the signal into its spectrum `sum_n z_n exp(-2 pi i k n / N)`, in reversed order.
     pub(super) fn transform(&mut self) {
-        // Dispatched to the widest SIMD registers of the processor.
-        pulp::Arch::new().dispatch(
+        // Dispatched to the widest SIMD registers of the processor; nothing is reordered.
+        evpose_simd::vectorize(
             #[inline(always)]
             || self.butterflies(),
         );

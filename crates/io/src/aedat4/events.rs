@@ -7,7 +7,8 @@
 //! | 10 | `i16` | row |
 //! | 12 | `bool` | ON |
 
-use evpose_core::{Micros, Polarity, wide};
+use evpose_core::{Micros, Polarity};
+use evpose_simd::vectorize;
 
 use super::build::{Builder, Field};
 use super::flat::{Broken, Table};
@@ -23,7 +24,7 @@ pub(super) fn decode(bytes: &[u8], columns: &mut Columns) -> Result<usize, Broke
     let list = Table::root(bytes)?.vector(0)?;
     let events = list.there(EVENT).as_chunks::<EVENT>().0;
     columns.reserve(events.len());
-    wide(
+    vectorize(
         #[inline(always)]
         || {
             for events in events.chunks(AT_ONCE) {

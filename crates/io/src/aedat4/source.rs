@@ -1,6 +1,7 @@
 //! One stream of events of a file, as a source.
 
-use evpose_core::{Micros, wide};
+use evpose_core::Micros;
+use evpose_simd::vectorize;
 
 use super::events;
 use super::flat::identifier;
@@ -154,7 +155,7 @@ impl Source {
                 let new = &columns.t[before..];
                 self.now.events += new.len() as u64;
                 let latest = self.now.latest;
-                self.now.latest = wide(
+                self.now.latest = vectorize(
                     #[inline(always)]
                     || new.iter().copied().fold(latest, Micros::max),
                 );

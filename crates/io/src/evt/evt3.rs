@@ -20,7 +20,8 @@
 //! <https://docs.prophesee.ai/stable/data/encoding_formats/evt3.html>; for what that leaves open,
 //! OpenEB's `hal/cpp/include/metavision/hal/decoders/evt3`.
 
-use evpose_core::{Micros, wide};
+use evpose_core::Micros;
+use evpose_simd::vectorize;
 
 use super::states::{State, States};
 use super::time_high::TimeHigh;
@@ -264,7 +265,7 @@ impl WordDecoder for Evt3Decoder {
             rest = behind;
         }
         let mut states = States::new();
-        wide(
+        vectorize(
             #[inline(always)]
             || {
                 for some in rest.chunks(States::WORDS) {

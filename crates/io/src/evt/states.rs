@@ -9,7 +9,8 @@
 //! One store a word, and no branch on what it is: nothing predicts that. Columns are made of many
 //! at once, which vectors do.
 
-use evpose_core::{Micros, Polarity, wide};
+use evpose_core::{Micros, Polarity};
+use evpose_simd::vectorize;
 
 use super::batch::BITS;
 use crate::Columns;
@@ -148,7 +149,7 @@ impl States {
     #[inline(never)]
     pub(super) fn flush(&mut self, columns: &mut Columns) {
         let (states, high_us) = (&self.places[..self.events], self.high_us);
-        wide(
+        vectorize(
             #[inline(always)]
             || {
                 let t = states.iter().map(|state| Micros(high_us | (state >> LOW & TIME) as i64));

@@ -2,7 +2,8 @@
 
 use std::borrow::Cow;
 
-use evpose_core::{Micros, Polarity, SensorSize, wide};
+use evpose_core::{Micros, Polarity, SensorSize};
+use evpose_simd::vectorize;
 
 use crate::Columns;
 
@@ -89,7 +90,7 @@ impl Head {
 /// Appends events.
 pub(super) fn decode(base: Micros, events: &[[u8; EVENT]], columns: &mut Columns) {
     columns.reserve(events.len());
-    wide(
+    vectorize(
         #[inline(always)]
         || {
             for events in events.chunks(AT_ONCE) {

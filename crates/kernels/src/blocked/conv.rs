@@ -44,7 +44,7 @@ impl Conv {
         assert!(matches!(stride, 1 | 2) && kernel % 2 == 1, "a square kernel of stride 1 or 2");
         assert_eq!(weight.len(), channels_out * channels_in * kernel * kernel, "weights");
         assert_eq!(bias.len(), channels_out, "bias");
-        let blocks_per_group = if level.holds_two() { 2 } else { 1 };
+        let blocks_per_group = if level.has_room_for_two_blocks() { 2 } else { 1 };
         let bias = pad_to_blocks(bias);
         let mut conv = Self { shape, level, blocks_per_group, weights: Vec::new(), bias };
         for blocks in conv.block_groups() {

@@ -141,7 +141,7 @@ impl Kernel for CopyRows<'_> {
                         // A whole store would overwrite the border.
                         let mut last = [0.0; LANES];
                         last[..values.len()].copy_from_slice(values);
-                        let last = V::load(last.as_ptr()).mul_add(scale, shift).array();
+                        let last = V::load(last.as_ptr()).mul_add(scale, shift).to_array();
                         to.copy_from(last.as_ptr(), values.len());
                     }
                 }

@@ -171,7 +171,7 @@ impl ConvRows<'_> {
                                 if count == LANES {
                                     value.store(to);
                                 } else {
-                                    to.copy_from(value.array().as_ptr(), count);
+                                    to.copy_from(value.to_array().as_ptr(), count);
                                 }
                             }
                         }

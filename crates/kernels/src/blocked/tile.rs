@@ -102,7 +102,7 @@ pub(super) unsafe fn tile<
                     for channel in 0..channels {
                         let from = from.add(channel * channel_pitch);
                         if fetched < window.prefetch_lines {
-                            V::fetch(window.prefetch.wrapping_add(fetched * LANES));
+                            V::prefetch(window.prefetch.wrapping_add(fetched * LANES));
                             fetched += 1;
                         }
                         let weight: [V; B] =

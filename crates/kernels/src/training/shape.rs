@@ -59,5 +59,5 @@ impl Conv {
 
 /// Blocks of output channels whose sums the registers of a level hold at once.
 pub(super) fn blocks_at_once(level: Level) -> usize {
-    if level.holds_two() { 2 } else { 1 }
+    if level.has_room_for_two_blocks() { 2 } else { 1 }
 }

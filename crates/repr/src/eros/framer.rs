@@ -15,7 +15,8 @@
 
 use std::array::from_fn;
 
-use evpose_core::{SensorSize, wide};
+use evpose_core::SensorSize;
+use evpose_simd::vectorize;
 
 use crate::Eros;
 
@@ -147,7 +148,7 @@ fn blur_row(grey: &[u8], y: usize, upright: &mut [u16], out: &mut [u8]) {
         &grey[y * width..][..width]
     });
     let sums = &mut upright[REACH..][..width];
-    wide(
+    vectorize(
         #[inline(always)]
         move || {
             for (i, sum) in sums.iter_mut().enumerate() {
@@ -162,7 +163,7 @@ fn blur_row(grey: &[u8], y: usize, upright: &mut [u16], out: &mut [u8]) {
         upright[REACH + width - 1 + k as usize] = upright[REACH + right];
     }
     let [a, b, c, d, e] = from_fn(|k| &upright[k..][..width]);
-    wide(
+    vectorize(
         #[inline(always)]
         move || {
             for (i, out) in out.iter_mut().enumerate() {
@@ -183,7 +184,7 @@ fn resize_row(row: &[u8], columns: &[Tap], out: &mut [i32]) {
 
 /// The sum of two rows, weighted, with the truncations of OpenCV's fixed point.
 fn mix_rows(first: &[i32], second: &[i32], weights: [i32; 2], out: &mut [u8]) {
-    wide(
+    vectorize(
         #[inline(always)]
         move || {
             for ((out, &a), &b) in out.iter_mut().zip(first).zip(second) {

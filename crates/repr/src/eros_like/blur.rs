@@ -6,7 +6,8 @@
 //! rounded half up once at the end. Outside, the image goes on as its mirror image about the
 //! centre of the border pixel, which is not repeated (`BORDER_REFLECT_101`).
 
-use evpose_core::{Plane, wide};
+use evpose_core::Plane;
+use evpose_simd::vectorize;
 use serde::{Deserialize, Serialize};
 
 use super::ring::{Around, Ring};
@@ -62,7 +63,7 @@ fn blur<const HALF: usize>(
     for y in 0..height {
         while known < height.min(y + reach + 1) {
             let (padded, row) = (&mut work.padded, work.blurred.row_mut(known));
-            wide(
+            vectorize(
                 #[inline(always)]
                 || {
                     mirror(image.row(known), reach, padded);
@@ -73,7 +74,7 @@ fn blur<const HALF: usize>(
         }
         let across = Around::across(&work.blurred, y, |y| mirrored(y, height));
         let row = out.row_mut(y);
-        wide(
+        vectorize(
             #[inline(always)]
             || blur_across(weights, across, row),
         );

@@ -8,7 +8,8 @@
 //! # Source
 //! Canny: *A Computational Approach to Edge Detection*, PAMI 8(6), 1986; OpenCV's `Canny`.
 
-use evpose_core::{Plane, wide};
+use evpose_core::Plane;
+use evpose_simd::vectorize;
 use serde::{Deserialize, Serialize};
 
 use super::blur::fit;
@@ -135,7 +136,7 @@ fn thin<S: Strength, const HALF: usize>(
         };
         let (candidates, strong) = map.row_mut(done);
         let sectors = sectors.row(done);
-        wide(
+        vectorize(
             #[inline(always)]
             || {
                 classify(rows, sectors, thresholds, classes);

@@ -8,7 +8,8 @@
 //! # Source
 //! OpenCV's `Sobel` as its `Canny` calls it.
 
-use evpose_core::{Plane, wide};
+use evpose_core::Plane;
+use evpose_simd::vectorize;
 use serde::{Deserialize, Serialize};
 
 use super::ring::{Around, Ring};
@@ -160,7 +161,7 @@ impl GradientWork {
             let (row, padded) = (image.row(self.known), &mut self.padded);
             let smooth = self.smooth.row_mut(self.known);
             let derived = self.derived.row_mut(self.known);
-            wide(
+            vectorize(
                 #[inline(always)]
                 || {
                     extend(row, reach, padded);
@@ -172,7 +173,7 @@ impl GradientWork {
         let inside = |y: isize| y.clamp(0, height as isize - 1) as usize;
         let smooth = Around::across(&self.smooth, y, inside);
         let derived = Around::across(&self.derived, y, inside);
-        wide(
+        vectorize(
             #[inline(always)]
             || join(taps, smooth, derived, strength, sectors),
         );
@@ -233,11 +234,12 @@ fn join<S: Strength, const HALF: usize>(
             (gx, gy)
         } else {
             let wide = i32::from;
-            let (mut gx, mut gy) = (wide(taps.smooth[0]) * wide(derived.behind[0][x]), 0);
+            let (mut gx, mut gy) = (vectorize(taps.smooth[0]) * vectorize(derived.behind[0][x]), 0);
             for k in 1..HALF {
                 let sum = derived.before[k][x] + derived.behind[k][x];
-                gx += wide(taps.smooth[k]) * wide(sum);
-                gy += wide(taps.derive[k]) * wide(smooth.behind[k][x] - smooth.before[k][x]);
+                gx += vectorize(taps.smooth[k]) * vectorize(sum);
+                gy += vectorize(taps.derive[k])
+                    * vectorize(smooth.behind[k][x] - smooth.before[k][x]);
             }
             (sixteenth(gx), sixteenth(gy))
         };

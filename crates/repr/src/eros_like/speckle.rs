@@ -4,7 +4,8 @@
 //! Each pixel draws an integer uniform in 0 to 254, of the seed and its place alone; images of one
 //! size and seed draw the same.
 
-use evpose_core::{Plane, StageNoise, wide};
+use evpose_core::{Plane, StageNoise};
+use evpose_simd::vectorize;
 
 /// Integers a pixel can draw: 0 to 254, as NumPy's `randint(0, 255)` of the published program.
 const LEVELS: u64 = 255;
@@ -38,7 +39,7 @@ fn first_draw(level: u64) -> u32 {
 fn speckle(image: &mut Plane<u8>, noise: StageNoise, black_below: u32, white_from: u32) {
     let mut draws = [0; BLOCK];
     // Levels are moved in: behind a reference, each pixel written might change them.
-    wide(
+    vectorize(
         #[inline(always)]
         move || {
             for (block, pixels) in image.data_mut().chunks_mut(BLOCK).enumerate() {

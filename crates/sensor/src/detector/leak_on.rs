@@ -19,8 +19,8 @@ use crate::gaussian::{PIECE, fill_normal};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
-use crate::wide::wide;
 use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use evpose_simd::vectorize;
 
 const RATE: ParamSpec = ParamSpec {
     name: "rate_hz",
@@ -157,7 +157,7 @@ impl PixelTerm for LeakOn {
         noise: StageNoise,
     ) {
         let scale = self.frame_jitter * tick.dt_s() as f32;
-        wide(
+        vectorize(
             #[inline(always)]
             || {
                 let pieces = leaked.chunks_mut(PIECE).zip(leak_per_s.chunks(PIECE));

@@ -7,7 +7,7 @@ use evpose_core::StageNoise;
 use super::PixelArray;
 use crate::chain::Chain;
 use crate::tick::Tick;
-use crate::wide::wide;
+use evpose_simd::vectorize;
 
 /// Pixels looked at together. A few cache lines: wide enough for any vector unit, small enough
 /// that one event does not send many quiet pixels down the slow path.
@@ -91,7 +91,7 @@ impl PixelArray {
         let seeped = &mut self.seeped[pixels.clone()];
         let dt_s = tick.dt_s() as f32;
         match self.photo_leak_per_s.get(pixels.clone()) {
-            Some(rates) => wide(
+            Some(rates) => vectorize(
                 #[inline(always)]
                 || {
                     for ((seeped, rate), i) in seeped.iter_mut().zip(rates).zip(light) {
@@ -112,7 +112,7 @@ impl PixelArray {
             return;
         }
         let leaked = &mut self.leaked[pixels.clone()];
-        wide(
+        vectorize(
             #[inline(always)]
             || {
                 for ((v, leaked), seeped) in voltage.iter_mut().zip(leaked).zip(seeped) {
@@ -151,13 +151,13 @@ impl PixelArray {
         match self.leak_per_s.get(pixels.clone()) {
             Some(leak) => {
                 let age_s = (tick.end_s - self.anchor_s) as f32;
-                wide(
+                vectorize(
                     #[inline(always)]
                     || find(first, [voltage, on, off, leak], |v, leak| v + leak * age_s, awake),
                 );
             }
             // Without a leak its place is taken by what is at hand.
-            None => wide(
+            None => vectorize(
                 #[inline(always)]
                 || find(first, [voltage, on, off, voltage], |v, _| v, awake),
             ),

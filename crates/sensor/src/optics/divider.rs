@@ -5,7 +5,7 @@ use crate::chain::Chain;
 use crate::exponential::exp_m1;
 use crate::natural_log::ln;
 use crate::tick::Tick;
-use crate::wide::wide;
+use evpose_simd::vectorize;
 
 /// Divides the steps of one run.
 #[derive(Debug)]
@@ -33,7 +33,7 @@ impl Divider {
             return 1;
         }
         let dark = dark_light(chain);
-        let largest = wide(
+        let largest = vectorize(
             #[inline(always)]
             || {
                 self.before.iter().zip(luminance).fold(0.0f32, |largest, (before, now)| {
@@ -60,7 +60,7 @@ impl Divider {
         }
         let (dark, share) = (dark_light(chain), part as f32 / parts as f32);
         light.resize(now.len(), 0.0);
-        wide(
+        vectorize(
             #[inline(always)]
             || {
                 for ((light, before), now) in light.iter_mut().zip(&self.before).zip(now) {

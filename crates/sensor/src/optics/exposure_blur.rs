@@ -15,8 +15,8 @@ use evpose_core::StageNoise;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage};
 use crate::tick::Tick;
-use crate::wide::wide;
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use evpose_simd::vectorize;
 
 const FRACTION: ParamSpec = ParamSpec {
     name: "fraction",
@@ -78,7 +78,7 @@ impl PixelStage for ExposureBlur {
 
     fn step(&self, _tick: &Tick, block: &mut Block<'_>, _noise: StageNoise) {
         let [before] = block.state.planes();
-        wide(
+        vectorize(
             #[inline(always)]
             || {
                 for (y, before) in block.signal.iter_mut().zip(before) {

@@ -16,8 +16,8 @@ use evpose_core::StageNoise;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage};
 use crate::tick::Tick;
-use crate::wide::wide;
 use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use evpose_simd::vectorize;
 
 const FREQUENCY: ParamSpec = ParamSpec {
     name: "frequency_hz",
@@ -127,7 +127,7 @@ impl PixelStage for LampFlicker {
             (true, false) => -1.0,
         };
         let factor = (1.0 + self.depth * wave) as f32;
-        wide(
+        vectorize(
             #[inline(always)]
             || block.signal.iter_mut().for_each(|y| *y *= factor),
         );

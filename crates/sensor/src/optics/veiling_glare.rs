@@ -11,8 +11,8 @@ use evpose_core::{SensorSize, StageNoise};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PlaneStage, Stage};
 use crate::tick::Tick;
-use crate::wide::wide;
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use evpose_simd::vectorize;
 
 const FRACTION: ParamSpec = ParamSpec {
     name: "fraction",
@@ -59,7 +59,7 @@ struct VeilingGlare {
 
 /// The mean of an image, in double precision: eight sums side by side, which vectors can hold.
 fn mean(image: &[f32]) -> f64 {
-    let sums = wide(
+    let sums = vectorize(
         #[inline(always)]
         || {
             let mut sums = [0.0_f64; 8];
@@ -87,7 +87,7 @@ impl PlaneStage for VeilingGlare {
         let mean = mean(plane.signal);
         let veil = (f64::from(self.fraction) * mean) as f32;
         let kept = 1.0 - self.fraction;
-        wide(
+        vectorize(
             #[inline(always)]
             || plane.signal.iter_mut().for_each(|y| *y = kept * *y + veil),
         );

@@ -13,8 +13,8 @@ use evpose_core::{SensorSize, StageNoise};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PlaneStage, Stage};
 use crate::tick::Tick;
-use crate::wide::wide;
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use evpose_simd::vectorize;
 
 const CORNER: ParamSpec = ParamSpec {
     name: "corner_deg",
@@ -84,7 +84,7 @@ impl PlaneStage for Vignetting {
 
     fn step(&self, _tick: &Tick, _size: SensorSize, plane: &mut Block<'_>, _noise: StageNoise) {
         let [gains] = plane.state.planes();
-        wide(
+        vectorize(
             #[inline(always)]
             || plane.signal.iter_mut().zip(gains).for_each(|(y, gain)| *y *= *gain),
         );

@@ -12,8 +12,8 @@ use evpose_core::StageNoise;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage};
 use crate::tick::Tick;
-use crate::wide::wide;
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use evpose_simd::vectorize;
 
 const CURRENT: ParamSpec = ParamSpec {
     name: "current",
@@ -64,7 +64,7 @@ impl PixelStage for DarkCurrent {
     }
 
     fn step(&self, _tick: &Tick, block: &mut Block<'_>, _noise: StageNoise) {
-        wide(
+        vectorize(
             #[inline(always)]
             || block.signal.iter_mut().for_each(|i| *i += self.current),
         );

@@ -14,8 +14,8 @@ use evpose_core::StageNoise;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage};
 use crate::tick::Tick;
-use crate::wide::wide;
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use evpose_simd::vectorize;
 
 const LEVELS: ParamSpec = ParamSpec {
     name: "levels",
@@ -78,7 +78,7 @@ impl PixelStage for Quantisation {
 
     fn step(&self, _tick: &Tick, block: &mut Block<'_>, _noise: StageNoise) {
         let step = 1.0 / self.levels;
-        wide(
+        vectorize(
             #[inline(always)]
             || {
                 for y in block.signal.iter_mut() {

@@ -18,8 +18,8 @@ use crate::natural_log::ln;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage};
 use crate::tick::Tick;
-use crate::wide::wide;
 use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use evpose_simd::vectorize;
 
 const TAU_S: ParamSpec = ParamSpec {
     name: "tau_s",
@@ -103,7 +103,7 @@ impl PixelStage for AdaptiveHighpass {
         let signal = &mut *block.signal;
         if self.is_sinh {
             let left = 1.0 + exp_m1(-STEEPNESS * a);
-            wide(
+            vectorize(
                 #[inline(always)]
                 || {
                     for ((v, y), x) in signal.iter_mut().zip(output).zip(input) {
@@ -119,7 +119,7 @@ impl PixelStage for AdaptiveHighpass {
             );
         } else {
             let pole = Pole::of(a);
-            wide(
+            vectorize(
                 #[inline(always)]
                 || {
                     for ((v, y), x) in signal.iter_mut().zip(output).zip(input) {

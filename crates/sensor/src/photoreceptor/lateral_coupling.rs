@@ -14,8 +14,8 @@ use crate::blur::Gaussian;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PlaneStage, Stage};
 use crate::tick::Tick;
-use crate::wide::wide;
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use evpose_simd::vectorize;
 
 const COUPLING: ParamSpec = ParamSpec {
     name: "coupling",
@@ -87,7 +87,7 @@ impl PlaneStage for LateralCoupling {
         let [surround, work] = plane.state.planes();
         surround.copy_from_slice(plane.signal);
         self.surround.blur(size, surround, work);
-        wide(
+        vectorize(
             #[inline(always)]
             || {
                 for (v, s) in plane.signal.iter_mut().zip(surround) {

@@ -11,8 +11,8 @@ use super::Photoreceptor;
 use crate::natural_log::ln;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::wide::wide;
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use evpose_simd::vectorize;
 
 const KNEE: ParamSpec = ParamSpec {
     name: "knee",
@@ -65,7 +65,7 @@ struct LinLog {
 
 impl Photoreceptor for LinLog {
     fn respond(&self, photocurrent: &[f32], voltage: &mut [f32]) {
-        wide(
+        vectorize(
             #[inline(always)]
             || {
                 for (v, i) in voltage.iter_mut().zip(photocurrent) {

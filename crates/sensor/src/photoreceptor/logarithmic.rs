@@ -13,8 +13,8 @@ use super::Photoreceptor;
 use crate::natural_log::ln;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::wide::wide;
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use evpose_simd::vectorize;
 
 const DARK_OFFSET: ParamSpec = ParamSpec {
     name: "dark_offset",
@@ -60,7 +60,7 @@ struct Logarithmic {
 
 impl Photoreceptor for Logarithmic {
     fn respond(&self, photocurrent: &[f32], voltage: &mut [f32]) {
-        wide(
+        vectorize(
             #[inline(always)]
             || {
                 for (v, i) in voltage.iter_mut().zip(photocurrent) {

@@ -25,8 +25,8 @@ use crate::natural_log::ln;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage};
 use crate::tick::Tick;
-use crate::wide::wide;
 use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use evpose_simd::vectorize;
 
 const CUTOFF: ParamSpec = ParamSpec {
     name: "cutoff_hz",
@@ -157,7 +157,7 @@ impl PixelStage for PhotoreceptorLowpass {
         let signal = &mut *block.signal;
         if !self.depends_on_light && !self.is_euler {
             let pole = Pole::of(turns);
-            wide(
+            vectorize(
                 #[inline(always)]
                 || {
                     for ((v, y), x) in signal.iter_mut().zip(output).zip(input) {
@@ -172,7 +172,7 @@ impl PixelStage for PhotoreceptorLowpass {
             if self.depends_on_light { (turns, turns * self.dark_light) } else { (0.0, turns) };
         let light = block.photocurrent;
         if self.is_euler {
-            wide(
+            vectorize(
                 #[inline(always)]
                 || {
                     for ((v, y), i) in signal.iter_mut().zip(output).zip(light) {
@@ -186,7 +186,7 @@ impl PixelStage for PhotoreceptorLowpass {
             return;
         }
         if self.follows_circuit() {
-            wide(
+            vectorize(
                 #[inline(always)]
                 || {
                     for (((v, y), x), i) in signal.iter_mut().zip(output).zip(input).zip(light) {
@@ -199,7 +199,7 @@ impl PixelStage for PhotoreceptorLowpass {
             );
             return;
         }
-        wide(
+        vectorize(
             #[inline(always)]
             || {
                 for (((v, y), x), i) in signal.iter_mut().zip(output).zip(input).zip(light) {

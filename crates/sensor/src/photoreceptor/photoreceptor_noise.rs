@@ -17,8 +17,8 @@ use crate::gaussian::{PIECE, fill_normal};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage};
 use crate::tick::Tick;
-use crate::wide::wide;
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use evpose_simd::vectorize;
 
 const SIGMA: ParamSpec = ParamSpec {
     name: "sigma",
@@ -120,7 +120,7 @@ impl PixelStage for PhotoreceptorNoise {
         let [now] = block.state.planes();
         let (signal, light) = (&mut *block.signal, block.photocurrent);
         let first = block.pixels.start;
-        wide(
+        vectorize(
             #[inline(always)]
             || {
                 let pieces = now.chunks_mut(PIECE).zip(signal.chunks_mut(PIECE));

@@ -16,8 +16,8 @@ use super::pole::Pole;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage};
 use crate::tick::Tick;
-use crate::wide::wide;
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use evpose_simd::vectorize;
 
 const CUTOFF: ParamSpec = ParamSpec {
     name: "cutoff_hz",
@@ -84,7 +84,7 @@ impl PixelStage for SourceFollower {
     fn step(&self, tick: &Tick, block: &mut Block<'_>, _noise: StageNoise) {
         let [output, input] = block.state.planes();
         let pole = Pole::of((TAU * self.cutoff_hz * tick.dt_s()) as f32);
-        wide(
+        vectorize(
             #[inline(always)]
             || {
                 for ((v, y), x) in block.signal.iter_mut().zip(output).zip(input) {

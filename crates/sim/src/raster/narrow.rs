@@ -1,7 +1,7 @@
 //! Narrow triangles, whose edge functions fit in 32 bits (nearly all): set up eight at a time, and
 //! filled eight pixels of a row at a time.
 
-use evpose_core::{LANES, Lanes};
+use evpose_simd::{LANES_8, Lanes8};
 
 use super::fragment::PixelRect;
 use super::project::{SUBPIXEL, SUBPIXEL_BITS};
@@ -9,7 +9,7 @@ use super::triangle::{pack_xy_lanes, unpack_xy};
 use super::visibility::VisibilityBuffer;
 
 /// Longest side of a triangle's bounding box, in sub-pixels, whose edge functions fit in 32 bits
-/// wherever they are evaluated: in its rectangle, and up to [`LANES`] pixels to the right of it.
+/// wherever they are evaluated: in its rectangle, and up to [`LANES_8`] pixels to the right of it.
 pub(super) const MAX_NARROW_EXTENT: i32 = 30_000;
 
 /// Setup of eight triangles, each a row of every table. Edge functions as in
@@ -18,13 +18,13 @@ pub(super) const MAX_NARROW_EXTENT: i32 = 30_000;
 pub(super) struct Eight {
     /// Edge function opposite to the first corner: value at the first pixel, step to the right,
     /// step down; then `right + bottom·2¹⁶`, the end of the rectangle.
-    first: [[i32; 4]; LANES],
+    first: [[i32; 4]; LANES_8],
     /// As in [`Triangle`](super::triangle::Triangle).
-    pub(super) second: [[i32; 4]; LANES],
-    pub(super) third: [[i32; 4]; LANES],
+    pub(super) second: [[i32; 4]; LANES_8],
+    pub(super) third: [[i32; 4]; LANES_8],
     /// Bits of 1/depth of the first corner, and of its slopes along the second and third edge
     /// function; zero.
-    depth: [[i32; 4]; LANES],
+    depth: [[i32; 4]; LANES_8],
     /// Bit mask of the triangles that may cover a pixel.
     pub(super) may_cover: u32,
     /// Bit mask of the triangles whose second and third corner were swapped.
@@ -34,21 +34,21 @@ pub(super) struct Eight {
 }
 
 /// Corners of eight triangles on screen.
-pub(super) type EightCorners<'a> = [&'a [i32; 4]; LANES];
+pub(super) type EightCorners<'a> = [&'a [i32; 4]; LANES_8];
 
 /// Corners of eight triangles.
 #[derive(Clone, Copy)]
-struct Corner<L: Lanes> {
+struct Corner<L: Lanes8> {
     x: L::I,
     y: L::I,
     /// The bits of 1/depth.
     inverse_depth: L::I,
 }
 
-impl<L: Lanes> Corner<L> {
+impl<L: Lanes8> Corner<L> {
     #[inline(always)]
     fn new(l: L, vertices: EightCorners<'_>) -> Self {
-        let [x, y, inverse_depth, _] = l.columns(vertices);
+        let [x, y, inverse_depth, _] = l.gather_columns(vertices);
         Self { x, y, inverse_depth }
     }
 
@@ -68,7 +68,7 @@ impl Eight {
     /// cover no pixel centre's row and column in `whole`, and those with a corner that the near
     /// plane hides.
     #[inline(always)]
-    pub(super) fn set_up<L: Lanes>(
+    pub(super) fn set_up<L: Lanes8>(
         &mut self,
         l: L,
         [a, b, c]: [EightCorners<'_>; 3],
@@ -79,11 +79,11 @@ impl Eight {
         let (zero, one) = (l.splat_i(0), l.splat_i(1));
         // 1/depth is not negative, and neither are its bits.
         let farthest = l.min_i(l.min_i(a.inverse_depth, b.inverse_depth), c.inverse_depth);
-        let is_in_front = l.greater_i(farthest, zero);
+        let is_in_front = l.gt_i(farthest, zero);
         let (left, right) = (min3(l, a.x, b.x, c.x), max3(l, a.x, b.x, c.x));
         let (top, bottom) = (min3(l, a.y, b.y, c.y), max3(l, a.y, b.y, c.y));
         let extent = l.max_i(l.sub_i(right, left), l.sub_i(bottom, top));
-        let is_wide = l.greater_i(extent, l.splat_i(MAX_NARROW_EXTENT));
+        let is_wide = l.gt_i(extent, l.splat_i(MAX_NARROW_EXTENT));
 
         // Wraps for wide triangles, which are masked out below.
         let area = l.sub_i(
@@ -91,8 +91,8 @@ impl Eight {
             l.mul_i(l.sub_i(b.y, a.y), l.sub_i(c.x, a.x)),
         );
         // y points down on the image, so these are the faces that look at the camera.
-        let is_turned = l.greater_i(zero, area);
-        let turns = if cull { zero } else { l.greater_i(area, zero) };
+        let is_turned = l.gt_i(zero, area);
+        let turns = if cull { zero } else { l.gt_i(area, zero) };
         let is_seen = l.and(is_in_front, l.or(is_turned, turns));
         let area = l.max_i(area, l.sub_i(zero, area));
         let (b, c) = (Corner::select(l, is_turned, c, b), Corner::select(l, is_turned, b, c));
@@ -102,60 +102,60 @@ impl Eight {
         let top = l.max_i(pixel(l, top, SUBPIXEL / 2 - 1), l.splat_i(whole.top as i32));
         let right = l.min_i(pixel(l, right, SUBPIXEL / 2), l.splat_i(whole.right as i32));
         let bottom = l.min_i(pixel(l, bottom, SUBPIXEL / 2), l.splat_i(whole.bottom as i32));
-        let has_centres = l.and(l.greater_i(right, left), l.greater_i(bottom, top));
+        let has_centres = l.and(l.gt_i(right, left), l.gt_i(bottom, top));
 
         let (x, y) = (centre(l, left), centre(l, top));
         let of_first = edge(l, b, c, [x, y]);
         let of_second = edge(l, c, a, [x, y]);
         let of_third = edge(l, a, b, [x, y]);
         let per_area = l.div(l.splat(1.0), l.to_f(l.max_i(area, one)));
-        let inverse_depth = l.numbers(a.inverse_depth);
-        let slope_b = l.mul(l.sub(l.numbers(b.inverse_depth), inverse_depth), per_area);
-        let slope_c = l.mul(l.sub(l.numbers(c.inverse_depth), inverse_depth), per_area);
+        let inverse_depth = l.from_bits(a.inverse_depth);
+        let slope_b = l.mul(l.sub(l.from_bits(b.inverse_depth), inverse_depth), per_area);
+        let slope_c = l.mul(l.sub(l.from_bits(c.inverse_depth), inverse_depth), per_area);
         let (begin, end) = (pack_xy_lanes(l, left, top), pack_xy_lanes(l, right, bottom));
-        l.rows([of_first[0], of_first[1], of_first[2], end], &mut self.first);
-        l.rows([of_second[0], of_second[1], of_second[2], begin], &mut self.second);
-        l.rows([of_third[0], of_third[1], of_third[2], l.bits(per_area)], &mut self.third);
-        l.rows([a.inverse_depth, l.bits(slope_b), l.bits(slope_c), zero], &mut self.depth);
-        self.may_cover = l.mask_bits(l.and_not(l.and(is_seen, has_centres), is_wide));
-        self.is_turned = l.mask_bits(is_turned);
-        self.is_wide = l.mask_bits(l.and(is_in_front, is_wide));
+        l.scatter_columns([of_first[0], of_first[1], of_first[2], end], &mut self.first);
+        l.scatter_columns([of_second[0], of_second[1], of_second[2], begin], &mut self.second);
+        l.scatter_columns([of_third[0], of_third[1], of_third[2], l.to_bits(per_area)], &mut self.third);
+        l.scatter_columns([a.inverse_depth, l.to_bits(slope_b), l.to_bits(slope_c), zero], &mut self.depth);
+        self.may_cover = l.to_bitmask(l.and_not(l.and(is_seen, has_centres), is_wide));
+        self.is_turned = l.to_bitmask(is_turned);
+        self.is_wide = l.to_bitmask(l.and(is_in_front, is_wide));
     }
 }
 
 #[inline(always)]
-fn min3<L: Lanes>(l: L, a: L::I, b: L::I, c: L::I) -> L::I {
+fn min3<L: Lanes8>(l: L, a: L::I, b: L::I, c: L::I) -> L::I {
     l.min_i(l.min_i(a, b), c)
 }
 
 #[inline(always)]
-fn max3<L: Lanes>(l: L, a: L::I, b: L::I, c: L::I) -> L::I {
+fn max3<L: Lanes8>(l: L, a: L::I, b: L::I, c: L::I) -> L::I {
     l.max_i(l.max_i(a, b), c)
 }
 
 /// Whole pixels of positions plus an offset in sub-pixels.
 #[inline(always)]
-fn pixel<L: Lanes>(l: L, position: L::I, added: i32) -> L::I {
+fn pixel<L: Lanes8>(l: L, position: L::I, added: i32) -> L::I {
     l.shift_right_signed::<{ SUBPIXEL_BITS as i32 }>(l.add_i(position, l.splat_i(added)))
 }
 
 /// The centres of pixels, in sub-pixels.
 #[inline(always)]
-fn centre<L: Lanes>(l: L, pixel: L::I) -> L::I {
+fn centre<L: Lanes8>(l: L, pixel: L::I) -> L::I {
     l.add_i(l.mul_i(pixel, l.splat_i(SUBPIXEL)), l.splat_i(SUBPIXEL / 2))
 }
 
 /// Eight edge functions at the pixel centres (x, y), and their steps to the right and down.
 #[inline(always)]
-fn edge<L: Lanes>(l: L, from: Corner<L>, to: Corner<L>, [x, y]: [L::I; 2]) -> [L::I; 3] {
+fn edge<L: Lanes8>(l: L, from: Corner<L>, to: Corner<L>, [x, y]: [L::I; 2]) -> [L::I; 3] {
     let zero = l.splat_i(0);
     let (dx, dy) = (l.sub_i(to.x, from.x), l.sub_i(to.y, from.y));
     let down = l.mul_i(dx, l.sub_i(y, from.y));
     let right = l.mul_i(dy, l.sub_i(x, from.x));
     // Top-left rule: other edges are lowered by one. The mask is -1, so subtracting it adds one.
     let is_level =
-        l.and_not(l.greater_i(dx, zero), l.or(l.greater_i(dy, zero), l.greater_i(zero, dy)));
-    let is_owned = l.or(l.greater_i(zero, dy), is_level);
+        l.and_not(l.gt_i(dx, zero), l.or(l.gt_i(dy, zero), l.gt_i(zero, dy)));
+    let is_owned = l.or(l.gt_i(zero, dy), is_level);
     let start = l.sub_i(l.sub_i(l.sub_i(down, right), l.splat_i(1)), is_owned);
     let steps = l.splat_i(SUBPIXEL);
     [start, l.mul_i(l.sub_i(zero, dy), steps), l.mul_i(dx, steps)]
@@ -167,24 +167,24 @@ impl VisibilityBuffer {
     ///
     /// Pixel centres outside of the rectangle are outside of an edge as well.
     #[inline(always)]
-    pub(super) fn fill<L: Lanes>(&mut self, l: L, eight: &Eight, k: usize, number: u32) {
+    pub(super) fn fill<L: Lanes8>(&mut self, l: L, eight: &Eight, k: usize, number: u32) {
         let (first, second) = (&eight.first[k], &eight.second[k]);
         let (third, depth) = (&eight.third[k], &eight.depth[k]);
         let ((left, top), (right, bottom)) = (unpack_xy(second[3]), unpack_xy(first[3]));
         let (a, b) = (EdgeAlong::new(l, first), EdgeAlong::new(l, second));
         let c = EdgeAlong::new(l, third);
-        let inverse_depth = l.numbers(l.splat_i(depth[0]));
-        let (slope_b, slope_c) = (l.numbers(l.splat_i(depth[1])), l.numbers(l.splat_i(depth[2])));
+        let inverse_depth = l.from_bits(l.splat_i(depth[0]));
+        let (slope_b, slope_c) = (l.from_bits(l.splat_i(depth[1])), l.from_bits(l.splat_i(depth[2])));
         let number = l.splat_i(number as i32);
         let plane = DepthPlane { inverse_depth, slope_b, slope_c };
         let (mut at_a, mut at_b, mut at_c) = (a.start, b.start, c.start);
         for (depths, indices) in self.rows_mut(top..bottom) {
             let Some(seen) = eight_mut(depths, indices, left) else { return };
             plane.show(l, [at_a, at_b, at_c], number, seen);
-            if right - left > LANES {
+            if right - left > LANES_8 {
                 // To the right of the rectangle they may wrap, in pixels that are not read.
                 let (mut on_a, mut on_b, mut on_c) = (at_a, at_b, at_c);
-                for x in (left + LANES..right).step_by(LANES) {
+                for x in (left + LANES_8..right).step_by(LANES_8) {
                     on_a = l.add_i(on_a, a.chunk(l));
                     on_b = l.add_i(on_b, b.chunk(l));
                     on_c = l.add_i(on_c, c.chunk(l));
@@ -200,7 +200,7 @@ impl VisibilityBuffer {
 }
 
 /// Eight pixels: bits of 1/depth, and triangle indices.
-type EightPixels<'a> = (&'a mut [i32; LANES], &'a mut [i32; LANES]);
+type EightPixels<'a> = (&'a mut [i32; LANES_8], &'a mut [i32; LANES_8]);
 
 #[inline(always)]
 fn eight_mut<'a>(
@@ -208,32 +208,32 @@ fn eight_mut<'a>(
     indices: &'a mut [i32],
     x: usize,
 ) -> Option<EightPixels<'a>> {
-    let pixels = x..x + LANES;
+    let pixels = x..x + LANES_8;
     let depths = depths.get_mut(pixels.clone())?.first_chunk_mut()?;
     Some((depths, indices.get_mut(pixels)?.first_chunk_mut()?))
 }
 
 /// Plane equation of 1/depth over a triangle.
 #[derive(Clone, Copy)]
-struct DepthPlane<L: Lanes> {
+struct DepthPlane<L: Lanes8> {
     inverse_depth: L::F,
     slope_b: L::F,
     slope_c: L::F,
 }
 
-impl<L: Lanes> DepthPlane<L> {
+impl<L: Lanes8> DepthPlane<L> {
     /// Depth-tests triangle `number` at eight pixels with these edge functions.
     #[inline(always)]
     fn show(self, l: L, [at_a, at_b, at_c]: [L::I; 3], number: L::I, pixels: EightPixels<'_>) {
         let (nearest, seen) = pixels;
-        let is_outside = l.negative(l.or(l.or(at_a, at_b), at_c));
+        let is_outside = l.sign_mask(l.or(l.or(at_a, at_b), at_c));
         let of_b = l.mul(l.to_f(at_b), self.slope_b);
         let of_c = l.mul(l.to_f(at_c), self.slope_c);
-        let bits = l.bits(l.add(l.add(self.inverse_depth, of_b), of_c));
+        let bits = l.to_bits(l.add(l.add(self.inverse_depth, of_b), of_c));
         // Positive floats compare as their bits do; zero is infinitely far.
         let bits = l.and_not(bits, is_outside);
         let behind = l.load_i(*nearest);
-        let is_seen = l.greater_i(bits, behind);
+        let is_seen = l.gt_i(bits, behind);
         *seen = l.store_i(l.select(is_seen, number, l.load_i(*seen)));
         *nearest = l.store_i(l.max_i(bits, behind));
     }
@@ -241,14 +241,14 @@ impl<L: Lanes> DepthPlane<L> {
 
 /// One edge function along a row.
 #[derive(Clone, Copy)]
-struct EdgeAlong<L: Lanes> {
+struct EdgeAlong<L: Lanes8> {
     /// At the first pixels of the rectangle.
     start: L::I,
     step_x: L::I,
     step_y: L::I,
 }
 
-impl<L: Lanes> EdgeAlong<L> {
+impl<L: Lanes8> EdgeAlong<L> {
     #[inline(always)]
     fn new(l: L, &[start, step_x, step_y, _]: &[i32; 4]) -> Self {
         let step_x = l.splat_i(step_x);
@@ -260,9 +260,9 @@ impl<L: Lanes> EdgeAlong<L> {
         }
     }
 
-    /// Over [`LANES`] pixels.
+    /// Over [`LANES_8`] pixels.
     #[inline(always)]
     fn chunk(&self, l: L) -> L::I {
-        l.mul_i(self.step_x, l.splat_i(LANES as i32))
+        l.mul_i(self.step_x, l.splat_i(LANES_8 as i32))
     }
 }

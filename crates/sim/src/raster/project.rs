@@ -1,7 +1,7 @@
 //! Projection of vertices to fixed-point image positions.
 
 use bytemuck::{Pod, Zeroable};
-use evpose_core::{LANES, LaneWork, Lanes, in_lanes};
+use evpose_simd::{Kernel8, LANES_8, Lanes8, dispatch};
 use glam::{Vec3, Vec4};
 
 use super::rows::eight_rows;
@@ -75,7 +75,7 @@ pub(super) struct Extent {
 pub(super) fn project(camera: &Camera, vertices_m: &[Vec3], out: &mut Vec<ScreenVertex>) -> Extent {
     let matrix = camera.homogeneous_image_from_world().to_cols_array_2d();
     let near_m = camera.near_m();
-    let limits = in_lanes(Project { matrix, near_m, vertices_m, out });
+    let limits = dispatch(Project { matrix, near_m, vertices_m, out });
     let whole = PixelRect::whole(camera.sensor());
     let Limits { left, top, right, bottom, wholly_in_front } = limits;
     let rect = if wholly_in_front {
@@ -97,29 +97,29 @@ struct Project<'a> {
     out: &'a mut Vec<ScreenVertex>,
 }
 
-impl LaneWork for Project<'_> {
+impl Kernel8 for Project<'_> {
     type Output = Limits;
 
     #[inline(always)]
-    fn run<L: Lanes>(self, l: L) -> Limits {
+    fn run<L: Lanes8>(self, l: L) -> Limits {
         let Self { matrix, near_m, vertices_m, out } = self;
         let (vertices, coordinates) = (vertices_m.len(), bytemuck::must_cast_slice(vertices_m));
-        out.resize(vertices.next_multiple_of(LANES), ScreenVertex::default());
+        out.resize(vertices.next_multiple_of(LANES_8), ScreenVertex::default());
         let (farthest, nearest) = (l.splat_i(MAX_POSITION), l.splat_i(-MAX_POSITION));
         let (mut left, mut top) = (farthest, farthest);
         let (mut right, mut bottom) = (nearest, nearest);
         let mut min_bits = l.splat_i(i32::MAX);
-        let mut padding = [0; 4 * LANES];
-        for (batch, out) in out.as_chunks_mut::<LANES>().0.iter_mut().enumerate() {
-            let rows = eight_rows::<3>(coordinates, batch * LANES, &mut padding);
-            let [x_m, y_m, z_m, _] = l.columns(rows);
-            let world_m = [l.numbers(x_m), l.numbers(y_m), l.numbers(z_m)];
+        let mut padding = [0; 4 * LANES_8];
+        for (batch, out) in out.as_chunks_mut::<LANES_8>().0.iter_mut().enumerate() {
+            let rows = eight_rows::<3>(coordinates, batch * LANES_8, &mut padding);
+            let [x_m, y_m, z_m, _] = l.gather_columns(rows);
+            let world_m = [l.from_bits(x_m), l.from_bits(y_m), l.from_bits(z_m)];
             let [x, y, inverse_depth] = project_lanes(l, &matrix, near_m, world_m);
             (left, right) = (l.min_i(left, x), l.max_i(right, x));
             (top, bottom) = (l.min_i(top, y), l.max_i(bottom, y));
             // Non-negative floats compare as their bits do.
             min_bits = l.min_i(min_bits, inverse_depth);
-            l.rows([x, y, inverse_depth, l.splat_i(0)], bytemuck::must_cast_mut(out));
+            l.scatter_columns([x, y, inverse_depth, l.splat_i(0)], bytemuck::must_cast_mut(out));
         }
         out.truncate(vertices);
         let smallest = |of| l.store_i(of).into_iter().min().unwrap_or(MAX_POSITION);
@@ -136,7 +136,7 @@ impl LaneWork for Project<'_> {
 
 /// Column, row and bits of 1/depth.
 #[inline(always)]
-fn project_lanes<L: Lanes>(
+fn project_lanes<L: Lanes8>(
     l: L,
     matrix: &[[f32; 4]; 4],
     near_m: f32,
@@ -149,23 +149,23 @@ fn project_lanes<L: Lanes>(
         row(l, world_m, [from_x[3], from_y[3], from_z[3], from_one[3]]),
     );
     // A NaN depth counts as hidden.
-    let is_seen = l.less(l.splat(near_m.next_down()), depth_m);
+    let is_seen = l.lt(l.splat(near_m.next_down()), depth_m);
     let inverse_depth = l.div(l.splat(1.0), depth_m);
-    let bits = l.and(l.bits(inverse_depth), is_seen);
-    let inverse_depth = l.numbers(bits);
+    let bits = l.and(l.to_bits(inverse_depth), is_seen);
+    let inverse_depth = l.from_bits(bits);
     [snap(l, x, inverse_depth), snap(l, y, inverse_depth), bits]
 }
 
 /// One row of the matrix times eight points.
 #[inline(always)]
-fn row<L: Lanes>(l: L, [x, y, z]: [L::F; 3], [a, b, c, d]: [f32; 4]) -> L::F {
+fn row<L: Lanes8>(l: L, [x, y, z]: [L::F; 3], [a, b, c, d]: [f32; 4]) -> L::F {
     let xy = l.add(l.mul(l.splat(a), x), l.mul(l.splat(b), y));
     l.add(l.add(xy, l.mul(l.splat(c), z)), l.splat(d))
 }
 
 /// Homogeneous coordinates as snapped positions: to the nearest, halves upwards.
 #[inline(always)]
-fn snap<L: Lanes>(l: L, numerator: L::F, inverse_depth: L::F) -> L::I {
+fn snap<L: Lanes8>(l: L, numerator: L::F, inverse_depth: L::F) -> L::I {
     let subpixels = l.mul(l.mul(numerator, inverse_depth), l.splat(SUBPIXEL as f32));
     let nearest = l.floor(l.add(subpixels, l.splat(0.5)));
     let farthest = MAX_POSITION as f32;

@@ -1,6 +1,6 @@
 //! Gathering of short records, eight at a time.
 
-use evpose_core::LANES;
+use evpose_simd::LANES_8;
 
 /// Records `first..first + 8` of `WIDTH` values each, each extended to four by the values that
 /// follow it. At the end of `values` they are copied to `padding`, where the last record is
@@ -12,14 +12,14 @@ use evpose_core::LANES;
 pub(super) fn eight_rows<'a, const WIDTH: usize>(
     values: &'a [i32],
     first: usize,
-    padding: &'a mut [i32; 4 * LANES],
-) -> [&'a [i32; 4]; LANES] {
+    padding: &'a mut [i32; 4 * LANES_8],
+) -> [&'a [i32; 4]; LANES_8] {
     let here = &values[first * WIDTH..];
-    let here = match here.get(..(LANES - 1) * WIDTH + 4) {
+    let here = match here.get(..(LANES_8 - 1) * WIDTH + 4) {
         Some(here) => here,
         None => {
             let last = here.len() / WIDTH - 1;
-            for k in 0..LANES {
+            for k in 0..LANES_8 {
                 let from = k.min(last) * WIDTH;
                 padding[k * WIDTH..][..WIDTH].copy_from_slice(&here[from..][..WIDTH]);
             }

@@ -2,7 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use evpose_core::{LaneWork, Lanes, LookAt, Pinhole, SensorSize, in_lanes};
+use evpose_core::{LookAt, Pinhole, SensorSize};
+use evpose_simd::{Kernel8, Lanes8, dispatch};
 use glam::{Vec2, Vec3};
 use proptest::prelude::*;
 
@@ -48,7 +49,7 @@ fn fill(corners: [(i32, i32); 3]) -> Vec<bool> {
         let rows = (0..whole.bottom).flat_map(|y| visibility.row(y, whole).0.to_vec());
         rows.map(|inverse_depth| inverse_depth > 0).collect()
     };
-    if in_lanes(FillOne { visibility: &mut by_eight, corners, whole }) {
+    if dispatch(FillOne { visibility: &mut by_eight, corners, whole }) {
         assert_eq!(covered(&by_eight), covered(&by_wide), "{corners:?}");
     }
     covered(&by_wide)
@@ -61,10 +62,10 @@ struct FillOne<'a> {
     whole: PixelRect,
 }
 
-impl LaneWork for FillOne<'_> {
+impl Kernel8 for FillOne<'_> {
     type Output = bool;
 
-    fn run<L: Lanes>(self, l: L) -> bool {
+    fn run<L: Lanes8>(self, l: L) -> bool {
         let mut eight = Eight::default();
         let [a, b, c] = self.corners.each_ref().map(|corner| [corner.row(); 8]);
         eight.set_up(l, [a, b, c], false, self.whole);

@@ -1,6 +1,6 @@
 //! Setup of a triangle that the shading pass needs to interpolate on it.
 
-use evpose_core::{LANES, Lanes};
+use evpose_simd::{LANES_8, Lanes8};
 
 /// A triangle that pixels may show.
 ///
@@ -38,13 +38,13 @@ pub(crate) fn unpack_xy(position: i32) -> (usize, usize) {
 
 /// [`pack_xy`] of eight positions.
 #[inline(always)]
-pub(super) fn pack_xy_lanes<L: Lanes>(l: L, x: L::I, y: L::I) -> L::I {
+pub(super) fn pack_xy_lanes<L: Lanes8>(l: L, x: L::I, y: L::I) -> L::I {
     l.or(x, l.mul_i(y, l.splat_i(1 << 16)))
 }
 
 /// [`unpack_xy`] of eight positions.
 #[inline(always)]
-pub(crate) fn unpack_xy_lanes<L: Lanes>(l: L, positions: L::I) -> (L::I, L::I) {
+pub(crate) fn unpack_xy_lanes<L: Lanes8>(l: L, positions: L::I) -> (L::I, L::I) {
     (l.and(positions, l.splat_i(0xffff)), l.shift_right::<16>(positions))
 }
 
@@ -64,25 +64,25 @@ impl Triangle {
 
     /// [`Self::affine`] at eight pixels, each of its own triangle.
     #[inline(always)]
-    pub(super) fn affine_lanes<L: Lanes>(
+    pub(super) fn affine_lanes<L: Lanes8>(
         l: L,
-        triangles: [&Self; LANES],
+        triangles: [&Self; LANES_8],
         pixels: L::I,
     ) -> [L::F; 2] {
         // Spelled out, here and in other kernels: a map would go through memory.
         let [a, b, c, d, e, f, g, h] = triangles;
-        let [start, step_x, step_y, positions] = l.columns([
+        let [start, step_x, step_y, positions] = l.gather_columns([
             &a.second, &b.second, &c.second, &d.second, &e.second, &f.second, &g.second, &h.second,
         ]);
         let (x, y) = unpack_xy_lanes(l, pixels);
         let (left, top) = unpack_xy_lanes(l, positions);
         let (x, y) = (l.sub_i(x, left), l.sub_i(y, top));
         let second = l.add_i(start, l.add_i(l.mul_i(x, step_x), l.mul_i(y, step_y)));
-        let [start, step_x, step_y, per_area] = l.columns([
+        let [start, step_x, step_y, per_area] = l.gather_columns([
             &a.third, &b.third, &c.third, &d.third, &e.third, &f.third, &g.third, &h.third,
         ]);
         let third = l.add_i(start, l.add_i(l.mul_i(x, step_x), l.mul_i(y, step_y)));
-        let per_area = l.numbers(per_area);
+        let per_area = l.from_bits(per_area);
         let (zero, one) = (l.splat(0.0), l.splat(1.0));
         let second = l.min(l.max(l.mul(l.to_f(second), per_area), zero), one);
         let third = l.min(l.max(l.mul(l.to_f(third), per_area), zero), l.sub(one, second));

@@ -5,7 +5,7 @@
 //! 1/depth: both are interpolated with a pixel's affine coordinates, and their quotient is the
 //! quantity. Normals are not divided: only their direction counts.
 
-use evpose_core::{LANES, LaneWork, Lanes, in_lanes};
+use evpose_simd::{Kernel8, LANES_8, Lanes8, dispatch};
 use glam::{Vec2, Vec3};
 
 use super::project::ScreenVertex;
@@ -15,7 +15,7 @@ use super::visible::Cut;
 use super::{Mesh, Raster};
 
 /// Normal, texture coordinates and one, divided by the depth, and two zeros: one vector.
-type Varying = [f32; LANES];
+type Varying = [f32; LANES_8];
 
 /// Varyings of all vertices of a drawn mesh.
 #[derive(Debug, Clone, Default)]
@@ -24,7 +24,7 @@ pub(crate) struct Varyings(Vec<Varying>);
 impl Varyings {
     /// Computes the varyings of the vertices of `mesh`, and of those that clipping made.
     pub(crate) fn gather(&mut self, raster: &Raster, mesh: &Mesh<'_>) {
-        in_lanes(Gather { screen: &raster.screen, mesh, out: &mut self.0 });
+        dispatch(Gather { screen: &raster.screen, mesh, out: &mut self.0 });
         let cut_corners = raster.screen.get(mesh.vertices_m.len()..).unwrap_or_default();
         for (&Cut { face, in_face }, vertex) in raster.cuts.iter().zip(cut_corners) {
             let [a, b, c] = mesh.faces[face as usize].map(|v| v as usize);
@@ -39,13 +39,13 @@ impl Varyings {
     /// Interpolates at eight pixels, given by packed positions and triangle indices: the components
     /// of a [`Varying`], each for all pixels.
     #[inline(always)]
-    pub(crate) fn at<L: Lanes>(
+    pub(crate) fn at<L: Lanes8>(
         &self,
         l: L,
         raster: &Raster,
-        positions: &[i32; LANES],
-        triangles: &[i32; LANES],
-    ) -> [L::F; LANES] {
+        positions: &[i32; LANES_8],
+        triangles: &[i32; LANES_8],
+    ) -> [L::F; LANES_8] {
         let triangle = |k: usize| &raster.triangles[triangles[k] as usize];
         let (a, b, c, d) = (triangle(0), triangle(1), triangle(2), triangle(3));
         let (e, f, g, h) = (triangle(4), triangle(5), triangle(6), triangle(7));
@@ -53,7 +53,7 @@ impl Varyings {
         let [second, third] = Triangle::affine_lanes(l, triangles, l.load_i(*positions));
         let first = l.sub(l.sub(l.splat(1.0), second), third);
         let (first, second, third) = (l.store(first), l.store(second), l.store(third));
-        let mut seen = [l.splat(0.0); LANES];
+        let mut seen = [l.splat(0.0); LANES_8];
         for (k, seen) in seen.iter_mut().enumerate() {
             let [a, b, c] = triangles[k].corners;
             let (a, b, c) = (self.0[a as usize], self.0[b as usize], self.0[c as usize]);
@@ -72,30 +72,30 @@ struct Gather<'a> {
     out: &'a mut Vec<Varying>,
 }
 
-impl LaneWork for Gather<'_> {
+impl Kernel8 for Gather<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<L: Lanes>(self, l: L) {
+    fn run<L: Lanes8>(self, l: L) {
         let Self { screen, mesh, out } = self;
         let vertices = mesh.vertices_m.len();
         let normals = bytemuck::must_cast_slice(mesh.normals);
         let uvs = bytemuck::must_cast_slice(mesh.uvs);
         let screen = bytemuck::must_cast_slice(&screen[..vertices]);
-        out.resize(vertices.next_multiple_of(LANES), Varying::default());
-        let mut padding = [0; 4 * LANES];
-        for (batch, out) in out.as_chunks_mut::<LANES>().0.iter_mut().enumerate() {
-            let first = batch * LANES;
-            let [x, y, z, _] = l.columns(eight_rows::<3>(normals, first, &mut padding));
-            let [u, v, _, _] = l.columns(eight_rows::<2>(uvs, first, &mut padding));
-            let [_, _, inverse_depth, _] = l.columns(eight_rows::<4>(screen, first, &mut padding));
-            let inverse_depth = l.numbers(inverse_depth);
+        out.resize(vertices.next_multiple_of(LANES_8), Varying::default());
+        let mut padding = [0; 4 * LANES_8];
+        for (batch, out) in out.as_chunks_mut::<LANES_8>().0.iter_mut().enumerate() {
+            let first = batch * LANES_8;
+            let [x, y, z, _] = l.gather_columns(eight_rows::<3>(normals, first, &mut padding));
+            let [u, v, _, _] = l.gather_columns(eight_rows::<2>(uvs, first, &mut padding));
+            let [_, _, inverse_depth, _] = l.gather_columns(eight_rows::<4>(screen, first, &mut padding));
+            let inverse_depth = l.from_bits(inverse_depth);
             let [a, b, c, d, e, f, g, h] = l.transpose([
-                l.mul(l.numbers(x), inverse_depth),
-                l.mul(l.numbers(y), inverse_depth),
-                l.mul(l.numbers(z), inverse_depth),
-                l.mul(l.numbers(u), inverse_depth),
-                l.mul(l.numbers(v), inverse_depth),
+                l.mul(l.from_bits(x), inverse_depth),
+                l.mul(l.from_bits(y), inverse_depth),
+                l.mul(l.from_bits(z), inverse_depth),
+                l.mul(l.from_bits(u), inverse_depth),
+                l.mul(l.from_bits(v), inverse_depth),
                 inverse_depth,
                 l.splat(0.0),
                 l.splat(0.0),

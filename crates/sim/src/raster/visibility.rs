@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 
-use evpose_core::LANES;
+use evpose_simd::LANES_8;
 
 use super::fragment::PixelRect;
 
-/// 1/depth and triangle index of every pixel. Rows are padded by [`LANES`] pixels, which are
+/// 1/depth and triangle index of every pixel. Rows are padded by [`LANES_8`] pixels, which are
 /// written and never read.
 ///
 /// # Source
@@ -21,7 +21,7 @@ pub(super) struct VisibilityBuffer {
 
 impl VisibilityBuffer {
     pub(super) fn new(width: usize, height: usize) -> Self {
-        let stride = width + LANES;
+        let stride = width + LANES_8;
         Self { stride, inverse_depth: vec![0; stride * height], triangle: vec![0; stride * height] }
     }
 
@@ -43,7 +43,7 @@ impl VisibilityBuffer {
 
     /// The same of pixel (x, y) and the next ones to the right.
     #[inline(always)]
-    pub(super) fn lanes(&self, x: usize, y: usize) -> Option<(&[i32; LANES], &[i32; LANES])> {
+    pub(super) fn lanes(&self, x: usize, y: usize) -> Option<(&[i32; LANES_8], &[i32; LANES_8])> {
         let pixel = y * self.stride + x;
         let inverse_depth = self.inverse_depth.get(pixel..)?.first_chunk()?;
         Some((inverse_depth, self.triangle.get(pixel..)?.first_chunk()?))

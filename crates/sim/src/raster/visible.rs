@@ -1,6 +1,7 @@
 //! The visibility pass: from a mesh to the nearest triangle of each pixel.
 
-use evpose_core::{LANES, LaneWork, Lanes, Plane, SensorSize, in_lanes};
+use evpose_core::{Plane, SensorSize};
+use evpose_simd::{Kernel8, LANES_8, Lanes8, dispatch};
 use glam::Vec3;
 
 use super::clip::{Corner, clip_to_near_plane};
@@ -68,7 +69,7 @@ impl Raster {
         self.rect = extent.rect;
         if !self.rect.is_empty() {
             let cull = closed && extent.wholly_in_front;
-            in_lanes(DrawFaces { raster: self, faces: mesh.faces, cull });
+            dispatch(DrawFaces { raster: self, faces: mesh.faces, cull });
             if !extent.wholly_in_front {
                 self.draw_cut_faces(camera, mesh);
             }
@@ -158,15 +159,15 @@ struct DrawFaces<'a> {
     cull: bool,
 }
 
-impl LaneWork for DrawFaces<'_> {
+impl Kernel8 for DrawFaces<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<L: Lanes>(self, l: L) {
+    fn run<L: Lanes8>(self, l: L) {
         let Raster { sensor, visibility, screen, triangles, count, .. } = self.raster;
         let (whole, cull) = (PixelRect::whole(*sensor), self.cull);
         let mut eight = Eight::default();
-        for (batch, faces) in self.faces.chunks(LANES).enumerate() {
+        for (batch, faces) in self.faces.chunks(LANES_8).enumerate() {
             // The last batch is padded with its first face.
             let padded;
             let faces = match faces.first_chunk() {
@@ -176,10 +177,10 @@ impl LaneWork for DrawFaces<'_> {
                     &padded
                 }
             };
-            let known = self.faces.len() - batch * LANES;
-            let known = if known < LANES { (1 << known) - 1 } else { u32::MAX };
-            if triangles.len() < *count + LANES {
-                triangles.resize(*count + LANES, Triangle::default());
+            let known = self.faces.len() - batch * LANES_8;
+            let known = if known < LANES_8 { (1 << known) - 1 } else { u32::MAX };
+            if triangles.len() < *count + LANES_8 {
+                triangles.resize(*count + LANES_8, Triangle::default());
             }
             let corners =
                 [corners(screen, faces, 0), corners(screen, faces, 1), corners(screen, faces, 2)];
@@ -187,9 +188,9 @@ impl LaneWork for DrawFaces<'_> {
             // In the order of the faces, which decides between equal depths.
             let mut left = (eight.may_cover | eight.is_wide) & known;
             while left != 0 {
-                let (k, bit) = (left.trailing_zeros() as usize % LANES, left & left.wrapping_neg());
+                let (k, bit) = (left.trailing_zeros() as usize % LANES_8, left & left.wrapping_neg());
                 left ^= bit;
-                let (face, [a, b, c]) = ((batch * LANES + k) as u32, faces[k]);
+                let (face, [a, b, c]) = ((batch * LANES_8 + k) as u32, faces[k]);
                 let number = *count as u32;
                 if eight.is_wide & bit == 0 {
                     visibility.fill(l, &eight, k, number);
@@ -218,7 +219,7 @@ impl LaneWork for DrawFaces<'_> {
 #[inline(always)]
 fn corners<'a>(
     screen: &'a [ScreenVertex],
-    faces: &[[u32; 3]; LANES],
+    faces: &[[u32; 3]; LANES_8],
     i: usize,
 ) -> EightCorners<'a> {
     // Spelled out: a map would go through memory.

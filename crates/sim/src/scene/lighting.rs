@@ -1,6 +1,6 @@
 //! Lambertian shading.
 
-use evpose_core::Lanes;
+use evpose_simd::Lanes8;
 use glam::Vec3A;
 
 /// A directional light.
@@ -43,7 +43,7 @@ impl Lighting {
 
     /// [`Self::radiance`] of eight surfaces, whose normals need not be of unit length.
     #[inline(always)]
-    pub(super) fn radiance_of<L: Lanes>(
+    pub(super) fn radiance_of<L: Lanes8>(
         &self,
         l: L,
         normal: [L::F; 3],
@@ -67,7 +67,7 @@ impl Lighting {
 impl DirectionalLight {
     /// Cosines between the light and eight normals of given length, clamped at zero.
     #[inline(always)]
-    fn share<L: Lanes>(&self, l: L, normal: [L::F; 3], per_length: L::F) -> L::F {
+    fn share<L: Lanes8>(&self, l: L, normal: [L::F; 3], per_length: L::F) -> L::F {
         let [x, y, z] = self.direction.to_array();
         let cosine = dot(l, normal, [l.splat(x), l.splat(y), l.splat(z)]);
         l.max(l.mul(cosine, per_length), l.splat(0.0))
@@ -76,14 +76,14 @@ impl DirectionalLight {
 
 /// One channel of the sum of both lights and the ambient light.
 #[inline(always)]
-fn sum<L: Lanes>(l: L, shares: [L::F; 2], colours: [f32; 2], ambient: f32) -> L::F {
+fn sum<L: Lanes8>(l: L, shares: [L::F; 2], colours: [f32; 2], ambient: f32) -> L::F {
     let of_first = l.mul(shares[0], l.splat(colours[0]));
     let of_second = l.mul(shares[1], l.splat(colours[1]));
     l.add(l.add(of_first, of_second), l.splat(ambient))
 }
 
 #[inline(always)]
-fn dot<L: Lanes>(l: L, a: [L::F; 3], b: [L::F; 3]) -> L::F {
+fn dot<L: Lanes8>(l: L, a: [L::F; 3], b: [L::F; 3]) -> L::F {
     l.add(l.add(l.mul(a[0], b[0]), l.mul(a[1], b[1])), l.mul(a[2], b[2]))
 }
 

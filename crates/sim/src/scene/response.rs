@@ -1,6 +1,6 @@
 //! Response of the frame buffer: from radiance to the luminance that events are made from.
 
-use evpose_core::Lanes;
+use evpose_simd::Lanes8;
 use glam::Vec3A;
 use serde::{Deserialize, Serialize};
 
@@ -43,7 +43,7 @@ impl FrameResponse {
 
     /// Luminance of eight colours after clipping and quantisation.
     #[inline(always)]
-    pub(super) fn luminance_of<L: Lanes>(self, l: L, rgb: [L::F; 3]) -> L::F {
+    pub(super) fn luminance_of<L: Lanes8>(self, l: L, rgb: [L::F; 3]) -> L::F {
         let [r, g, b] =
             [self.apply_lanes(l, rgb[0]), self.apply_lanes(l, rgb[1]), self.apply_lanes(l, rgb[2])];
         let [of_r, of_g, of_b] = LUMINANCE_WEIGHTS.to_array();
@@ -53,7 +53,7 @@ impl FrameResponse {
 
     /// Clips and quantises one channel of eight colours.
     #[inline(always)]
-    fn apply_lanes<L: Lanes>(self, l: L, channel: L::F) -> L::F {
+    fn apply_lanes<L: Lanes8>(self, l: L, channel: L::F) -> L::F {
         let clipped = l.min(channel, l.splat(1.0));
         match self {
             Self::Linear => channel,

@@ -3,7 +3,8 @@
 //! # Model
 //! That of [`Scene::shade`], in another order of operations: equal within rounding.
 
-use evpose_core::{LANES, LaneWork, Lanes, Plane, in_lanes};
+use evpose_core::Plane;
+use evpose_simd::{Kernel8, LANES_8, Lanes8, dispatch};
 
 use super::Scene;
 use crate::raster::{CoveredPixels, Mesh, Raster, Varyings, unpack_xy_lanes};
@@ -32,7 +33,7 @@ impl Shader {
         let Self { varyings, pixels } = self;
         pixels.list(raster);
         varyings.gather(raster, mesh);
-        in_lanes(Shade { scene, raster, varyings, pixels, light_level, luminance });
+        dispatch(Shade { scene, raster, varyings, pixels, light_level, luminance });
     }
 }
 
@@ -45,16 +46,16 @@ struct Shade<'a> {
     luminance: &'a mut Plane<f32>,
 }
 
-impl LaneWork for Shade<'_> {
+impl Kernel8 for Shade<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<L: Lanes>(self, l: L) {
+    fn run<L: Lanes8>(self, l: L) {
         let (width, out) = (self.luminance.width(), self.luminance.data_mut());
         let mut eights = self.pixels.eights();
         let mut left = self.pixels.count();
         let (mut seen, mut positions) =
-            ([[[0.0; LANES]; 6]; LOOKUP_GROUPS], [[0; LANES]; LOOKUP_GROUPS]);
+            ([[[0.0; LANES_8]; 6]; LOOKUP_GROUPS], [[0; LANES_8]; LOOKUP_GROUPS]);
         while left > 0 {
             let mut known = 0;
             for ((seen, kept), (eight, triangles)) in
@@ -79,7 +80,7 @@ impl LaneWork for Shade<'_> {
                 for (&pixel, light) in pixels.iter().zip(light).take(left) {
                     out[pixel as usize] = light;
                 }
-                left = left.saturating_sub(LANES);
+                left = left.saturating_sub(LANES_8);
             }
         }
     }
@@ -87,7 +88,7 @@ impl LaneWork for Shade<'_> {
 
 impl Scene {
     #[inline(always)]
-    fn luminance_of<L: Lanes>(&self, l: L, seen: &[[f32; LANES]; 6]) -> L::F {
+    fn luminance_of<L: Lanes8>(&self, l: L, seen: &[[f32; LANES_8]; 6]) -> L::F {
         let [x, y, z] = [l.load(seen[0]), l.load(seen[1]), l.load(seen[2])];
         let [u, v, inverse_depth] = [l.load(seen[3]), l.load(seen[4]), l.load(seen[5])];
         let depth = l.div(l.splat(1.0), inverse_depth);

@@ -1,6 +1,7 @@
 //! An RGB texture with bilinear filtering and repeat wrapping.
 
-use evpose_core::{Lanes, Plane};
+use evpose_core::Plane;
+use evpose_simd::Lanes8;
 use glam::{Vec2, Vec3A, Vec4};
 
 /// Code value of full intensity.
@@ -84,7 +85,7 @@ impl Texture {
 
     /// [`Self::sample`] at eight coordinates, channel by channel.
     #[inline(always)]
-    pub(crate) fn sample_lanes<L: Lanes>(&self, l: L, [u, v]: [L::F; 2]) -> [L::F; 3] {
+    pub(crate) fn sample_lanes<L: Lanes8>(&self, l: L, [u, v]: [L::F; 2]) -> [L::F; 3] {
         let (x, fx) = neighbours_lanes(l, u, self.width() as f32);
         let (y, fy) = neighbours_lanes(l, v, self.height() as f32);
         let stride = self.codes.width() as i32;
@@ -97,7 +98,7 @@ impl Texture {
         };
         let (a, b, c, d) = (four(0), four(1), four(2), four(3));
         let [left, left_below, right, right_below] =
-            l.columns([a, b, c, d, four(4), four(5), four(6), four(7)]);
+            l.gather_columns([a, b, c, d, four(4), four(5), four(6), four(7)]);
         let texels = [left, right, left_below, right_below];
         [
             channel::<L, 0>(l, texels, [fx, fy]),
@@ -109,7 +110,7 @@ impl Texture {
 
 /// Bilinear interpolation of one channel at eight coordinates.
 #[inline(always)]
-fn channel<L: Lanes, const SHIFT: i32>(l: L, texels: [L::I; 4], [fx, fy]: [L::F; 2]) -> L::F {
+fn channel<L: Lanes8, const SHIFT: i32>(l: L, texels: [L::I; 4], [fx, fy]: [L::F; 2]) -> L::F {
     let [left_above, above, left_below, below] = [
         code::<L, SHIFT>(l, texels[0]),
         code::<L, SHIFT>(l, texels[1]),
@@ -122,7 +123,7 @@ fn channel<L: Lanes, const SHIFT: i32>(l: L, texels: [L::I; 4], [fx, fy]: [L::F;
 }
 
 #[inline(always)]
-fn code<L: Lanes, const SHIFT: i32>(l: L, texels: L::I) -> L::F {
+fn code<L: Lanes8, const SHIFT: i32>(l: L, texels: L::I) -> L::F {
     l.to_f(l.and(l.shift_right::<SHIFT>(texels), l.splat_i(255)))
 }
 
@@ -146,7 +147,7 @@ fn neighbours(coordinate: f32, texels: f32) -> (usize, f32) {
 
 /// [`neighbours`] of eight coordinates.
 #[inline(always)]
-fn neighbours_lanes<L: Lanes>(l: L, coordinate: L::F, texels: f32) -> (L::I, L::F) {
+fn neighbours_lanes<L: Lanes8>(l: L, coordinate: L::F, texels: f32) -> (L::I, L::F) {
     let inside = l.sub(coordinate, l.floor(coordinate));
     let position = l.add(l.mul(inside, l.splat(texels)), l.splat(0.5));
     let position = l.min(l.max(position, l.splat(0.0)), l.splat(texels + 0.5));

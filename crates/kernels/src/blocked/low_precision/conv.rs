@@ -10,8 +10,8 @@ use crate::blocked::conv_shape::ConvShape;
 use crate::blocked::image::Line;
 use crate::blocked::thread_pool::{Part, ThreadPool};
 use crate::blocked::tile::{Activation, activated};
-use crate::simd::dots::{Bf16, Dots, Stored, line_bytes};
-use crate::simd::{LANES, Lanes, Level, Packed as _, PackedKernel};
+use crate::simd::dots::{Bf16, DotProduct, ReducedPrecision, weight_vector_bytes};
+use crate::simd::{LANES, Lanes, Level, ReducedDispatch as _, ReducedKernel};
 
 /// Largest number of pixels of a tile of stride 2: the inputs of a wider one lie too far apart.
 const MAX_STRIDE_2_TILE: usize = 8;
@@ -53,7 +53,7 @@ impl LowPrecisionConv {
         assert!(matches!(stride, 1 | 2) && kernel % 2 == 1, "a square kernel of stride 1 or 2");
         assert_eq!(weight.len(), channels_out * channels_in * kernel * kernel, "weights");
         assert_eq!(bias.len(), channels_out, "bias");
-        let blocks_per_group = if level.holds_two() { 2 } else { 1 };
+        let blocks_per_group = if level.has_room_for_two_blocks() { 2 } else { 1 };
         let mut conv = Self {
             shape,
             level,
@@ -66,13 +66,13 @@ impl LowPrecisionConv {
         match input {
             LowPrecisionType::Bf16 => {
                 let weight: Vec<Bf16> = weight.iter().map(|value| Bf16::nearest(*value)).collect();
-                conv.pack::<Bf16>(&weight, Bf16::per(level));
+                conv.pack::<Bf16>(&weight, Bf16::dot_depth(level));
                 conv.scales = pad_to_blocks(&vec![1.0; channels_out]);
                 conv.bias = pad_to_blocks(bias);
             }
             LowPrecisionType::Uint8(params) => {
                 let quantized = QuantizedWeights::new(weight, bias, params);
-                conv.pack::<u8>(&quantized.weight, u8::per(level));
+                conv.pack::<u8>(&quantized.weight, u8::dot_depth(level));
                 (conv.scales, conv.bias) =
                     (pad_to_blocks(&quantized.scales), pad_to_blocks(&quantized.bias));
             }
@@ -90,7 +90,7 @@ impl LowPrecisionConv {
     }
 
     /// Packs the weights for dot products of `per` channels.
-    fn pack<S: Stored>(&mut self, weight: &[S::Weight], per: usize) {
+    fn pack<S: ReducedPrecision>(&mut self, weight: &[S::Weight], per: usize) {
         let ConvShape { channels_in, channels_out, kernel, .. } = self.shape;
         let taps = kernel * kernel;
         let mut all: Vec<Option<S::Weight>> = Vec::new();
@@ -177,7 +177,7 @@ struct GroupKernel<'a, const B: usize, const STRIDE: usize> {
 }
 
 impl ConvExec<'_> {
-    fn run<S: crate::simd::Packed>(&self, thread_pool: &ThreadPool) {
+    fn run<S: crate::simd::ReducedDispatch>(&self, thread_pool: &ThreadPool) {
         let (rows, groups) = (self.size[1], self.conv.block_groups().len());
         thread_pool.run(&|part: Part| {
             // Split by channels if that balances, as each thread then reads only its own weights;
@@ -192,13 +192,13 @@ impl ConvExec<'_> {
     }
 
     /// Runs the kernel of each group on some rows.
-    fn run_groups<S: crate::simd::Packed>(&self, groups: Range<usize>, rows: &Range<usize>) {
+    fn run_groups<S: crate::simd::ReducedDispatch>(&self, groups: Range<usize>, rows: &Range<usize>) {
         let ConvShape { channels_in, kernel, stride, .. } = self.conv.shape;
-        let per = S::per(self.conv.level);
+        let per = S::dot_depth(self.conv.level);
         let steps = channels_in / LANES * (LANES / per) + (channels_in % LANES).div_ceil(per);
         let mut first = 0;
         for (group, blocks) in self.conv.block_groups().enumerate() {
-            let bytes = steps * kernel.pow(2) * blocks.len() * line_bytes::<S>(per);
+            let bytes = steps * kernel.pow(2) * blocks.len() * weight_vector_bytes::<S>(per);
             if groups.contains(&group) {
                 let all = size_of_val(self.conv.weights.as_slice());
                 let weights = self.conv.weights.as_ptr().cast::<u8>().wrapping_add(first);
@@ -231,11 +231,11 @@ impl ConvExec<'_> {
     }
 }
 
-impl<S: Stored, const B: usize, const STRIDE: usize> PackedKernel<S>
+impl<S: ReducedPrecision, const B: usize, const STRIDE: usize> ReducedKernel<S>
     for GroupKernel<'_, B, STRIDE>
 {
     #[inline(always)]
-    unsafe fn run<D: Dots<Stored = S>>(&self) {
+    unsafe fn run<D: DotProduct<Element = S>>(&self) {
         let [_, _, width] = self.exec.size;
         let tile = D::TILE[B - 1];
         let max_tile = if STRIDE == 2 { tile.min(MAX_STRIDE_2_TILE) } else { tile };
@@ -271,9 +271,9 @@ impl<const B: usize, const STRIDE: usize> GroupKernel<'_, B, STRIDE> {
     /// Computes `N` neighbouring output pixels of `B` channel blocks.
     ///
     /// # Safety
-    /// That of [`PackedKernel::run`]; the pixels are inside the output.
+    /// That of [`ReducedKernel::run`]; the pixels are inside the output.
     #[inline(always)]
-    unsafe fn tile<D: Dots, const N: usize>(
+    unsafe fn tile<D: DotProduct, const N: usize>(
         &self,
         [block, y, x]: [usize; 3],
         mut weights: *const u8,
@@ -281,21 +281,21 @@ impl<const B: usize, const STRIDE: usize> GroupKernel<'_, B, STRIDE> {
     ) {
         let ConvExec { conv, input, residual, activation, to, .. } = self.exec;
         let ConvShape { channels_in, kernel, .. } = conv.shape;
-        let (row_pitch, line) = (input.row_pitch() * LANES, line_bytes::<D::Stored>(D::PER));
+        let (row_pitch, line) = (input.row_pitch() * LANES, weight_vector_bytes::<D::Element>(D::DEPTH));
         let mut fetched = 0;
         // SAFETY: the caller's; the windows of these pixels are inside the input and its border.
         unsafe {
             let mut sums = [[D::zero(); B]; N];
             for first in (0..channels_in).step_by(LANES) {
-                let steps = LANES.min(channels_in - first).div_ceil(D::PER);
-                let from: *const D::Stored =
+                let steps = LANES.min(channels_in - first).div_ceil(D::DEPTH);
+                let from: *const D::Element =
                     input.tap(first / LANES, y * STRIDE, x * STRIDE, kernel / 2);
                 for ky in 0..kernel {
                     for kx in 0..kernel {
                         let from = from.add(ky * row_pitch + kx * LANES);
                         for step in 0..steps {
                             if fetched < prefetch_lines {
-                                D::Lanes::fetch(
+                                D::Lanes::prefetch(
                                     prefetch.wrapping_add(fetched * CACHE_LINE_BYTES).cast(),
                                 );
                                 fetched += 1;
@@ -304,7 +304,7 @@ impl<const B: usize, const STRIDE: usize> GroupKernel<'_, B, STRIDE> {
                                 std::array::from_fn(|block| D::weights(weights.add(block * line)));
                             for (pixel, sums) in sums.iter_mut().enumerate() {
                                 let value =
-                                    D::values(from.add(pixel * STRIDE * LANES + step * D::PER));
+                                    D::values(from.add(pixel * STRIDE * LANES + step * D::DEPTH));
                                 for (sum, weight) in sums.iter_mut().zip(weight) {
                                     *sum = D::add(*sum, value, weight);
                                 }
@@ -322,14 +322,14 @@ impl<const B: usize, const STRIDE: usize> GroupKernel<'_, B, STRIDE> {
                     // The usual case, without a branch on the element type for every pixel.
                     let folded = to.fold(scale, bias);
                     for (pixel, sums) in sums.iter().enumerate() {
-                        to.store(D::whole(sums[k]), folded, at + pixel * LANES);
+                        to.store(D::to_f32(sums[k]), folded, at + pixel * LANES);
                     }
                     continue;
                 }
                 let residual =
                     residual.map(|from| (from, from.row_offset(block + k, y) + x * LANES));
                 for (pixel, sums) in sums.iter().enumerate() {
-                    let mut sum = D::whole(sums[k]).mul_add(scale, bias);
+                    let mut sum = D::to_f32(sums[k]).mul_add(scale, bias);
                     if let Some((from, at)) = residual {
                         sum = sum.add(from.load(at + pixel * LANES));
                     }

@@ -10,8 +10,8 @@ use crate::blocked::depthwise::DepthwiseShape;
 use crate::blocked::image::Line;
 use crate::blocked::thread_pool::ThreadPool;
 use crate::blocked::tile::{Activation, activated};
-use crate::simd::dots::{Bf16, Dots, Stored};
-use crate::simd::{LANES, Lanes, Level, Packed as _, PackedKernel};
+use crate::simd::dots::{Bf16, DotProduct, ReducedPrecision};
+use crate::simd::{LANES, Lanes, Level, ReducedDispatch as _, ReducedKernel};
 
 /// Pixels of a dot product of bytes: VNNI multiplies four bytes and adds them up in one
 /// instruction.
@@ -156,14 +156,14 @@ struct Epilogue<V> {
     scale_bias: [V; 2],
 }
 
-impl<S: Stored> PackedKernel<S> for DepthwiseRows<'_> {
+impl<S: ReducedPrecision> ReducedKernel<S> for DepthwiseRows<'_> {
     #[inline(always)]
-    unsafe fn run<D: Dots<Stored = S>>(&self) {
+    unsafe fn run<D: DotProduct<Element = S>>(&self) {
         // SAFETY: the caller's.
         unsafe {
             match (self.conv.shape.kernel, self.conv.shape.stride) {
-                (3, 1) if D::HAS_ROWS => self.by_rows::<D, 1>(),
-                (3, _) if D::HAS_ROWS => self.by_rows::<D, 2>(),
+                (3, 1) if D::HAS_PIXEL_ROWS => self.by_rows::<D, 1>(),
+                (3, _) if D::HAS_PIXEL_ROWS => self.by_rows::<D, 2>(),
                 (3, 1) => self.by_taps::<D, 3, 1>(),
                 (3, _) => self.by_taps::<D, 3, 2>(),
                 (_, 1) => self.by_taps::<D, 5, 1>(),
@@ -178,13 +178,13 @@ impl DepthwiseRows<'_> {
     /// outputs at a time.
     ///
     /// # Safety
-    /// That of [`PackedKernel::run`].
+    /// That of [`ReducedKernel::run`].
     #[inline(always)]
-    unsafe fn by_rows<D: Dots, const STRIDE: usize>(&self) {
+    unsafe fn by_rows<D: DotProduct, const STRIDE: usize>(&self) {
         let row_pitch = self.input.row_pitch() * LANES;
         for unit in self.rows.clone() {
             let (block, y) = (unit / self.rows_per_block, unit % self.rows_per_block);
-            let from: *const D::Stored = self.input.tap(block, y * STRIDE, 0, 1);
+            let from: *const D::Element = self.input.tap(block, y * STRIDE, 0, 1);
             // SAFETY: the caller's; a row of four pixels ends within the overread beyond the
             // border.
             unsafe {
@@ -194,7 +194,7 @@ impl DepthwiseRows<'_> {
                 });
                 let (to, epilogue) =
                     (self.to.row_offset(block, y), self.epilogue::<D::Lanes>(block));
-                let row = |x: usize, ky: usize| D::row(from.add(ky * row_pitch + x * LANES));
+                let row = |x: usize, ky: usize| D::pixel_row(from.add(ky * row_pitch + x * LANES));
                 let mut x = 0;
                 while STRIDE == 1 && x + 2 <= self.width {
                     let mut sums = [D::zero(); 2];
@@ -203,8 +203,8 @@ impl DepthwiseRows<'_> {
                         sums[0] = D::add(sums[0], values, weights[0]);
                         sums[1] = D::add(sums[1], values, weights[1]);
                     }
-                    self.store(D::whole(sums[0]), epilogue, to + x * LANES);
-                    self.store(D::whole(sums[1]), epilogue, to + (x + 1) * LANES);
+                    self.store(D::to_f32(sums[0]), epilogue, to + x * LANES);
+                    self.store(D::to_f32(sums[1]), epilogue, to + (x + 1) * LANES);
                     x += 2;
                 }
                 while x < self.width {
@@ -212,7 +212,7 @@ impl DepthwiseRows<'_> {
                     for (ky, weights) in weights.iter().enumerate() {
                         sum = D::add(sum, row(x * STRIDE, ky), weights[0]);
                     }
-                    self.store(D::whole(sum), epilogue, to + x * LANES);
+                    self.store(D::to_f32(sum), epilogue, to + x * LANES);
                     x += 1;
                 }
             }
@@ -222,7 +222,7 @@ impl DepthwiseRows<'_> {
     /// Scale and bias of a block, for the element type of the output.
     ///
     /// # Safety
-    /// That of [`PackedKernel::run`].
+    /// That of [`ReducedKernel::run`].
     #[inline(always)]
     unsafe fn epilogue<V: Lanes>(&self, block: usize) -> Epilogue<V> {
         // SAFETY: the caller's.
@@ -239,7 +239,7 @@ impl DepthwiseRows<'_> {
     /// Applies the epilogue to sums and stores them.
     ///
     /// # Safety
-    /// That of [`PackedKernel::run`]; the pixel is inside the output.
+    /// That of [`ReducedKernel::run`]; the pixel is inside the output.
     #[inline(always)]
     unsafe fn store<V: Lanes>(&self, sum: V, epilogue: Epilogue<V>, at: usize) {
         // SAFETY: the caller's.
@@ -257,9 +257,9 @@ impl DepthwiseRows<'_> {
     /// Computes the convolution tap by tap in f32.
     ///
     /// # Safety
-    /// That of [`PackedKernel::run`].
+    /// That of [`ReducedKernel::run`].
     #[inline(always)]
-    unsafe fn by_taps<D: Dots, const K: usize, const STRIDE: usize>(&self) {
+    unsafe fn by_taps<D: DotProduct, const K: usize, const STRIDE: usize>(&self) {
         for unit in self.rows.clone() {
             let (block, y) = (unit / self.rows_per_block, unit % self.rows_per_block);
             let from = self.input.tap(block, y * STRIDE, 0, K / 2);
@@ -282,12 +282,12 @@ impl DepthwiseRows<'_> {
     /// Computes `N` output pixels of a block from column `x` on.
     ///
     /// # Safety
-    /// That of [`PackedKernel::run`]; the pixels and their windows are inside the images.
+    /// That of [`ReducedKernel::run`]; the pixels and their windows are inside the images.
     #[inline(always)]
-    unsafe fn tile<D: Dots, const K: usize, const STRIDE: usize, const N: usize>(
+    unsafe fn tile<D: DotProduct, const K: usize, const STRIDE: usize, const N: usize>(
         &self,
         block: usize,
-        from: *const D::Stored,
+        from: *const D::Element,
         to: usize,
         x: usize,
     ) {
@@ -302,7 +302,7 @@ impl DepthwiseRows<'_> {
                     let weight = D::Lanes::load(weights.add((ky * K + kx) * LANES));
                     for (pixel, sum) in sums.iter_mut().enumerate() {
                         let at = ky * row_pitch + (pixel * STRIDE + kx) * LANES;
-                        let value: D::Lanes = D::Stored::load(from.add(at));
+                        let value: D::Lanes = D::Element::load(from.add(at));
                         *sum = value.mul_add(weight, *sum);
                     }
                 }

@@ -2,7 +2,7 @@
 
 use crate::blocked::image::{Line, OVERREAD};
 use crate::simd::LANES;
-use crate::simd::dots::Stored;
+use crate::simd::dots::ReducedPrecision;
 
 /// Largest quantised value.
 pub(super) const MAX_UINT8: f32 = 255.0;
@@ -144,7 +144,7 @@ impl LowPrecisionImage {
     ///
     /// # Panics
     /// If that pixel is outside of the image and its border, or the elements are not of type `S`.
-    pub(super) fn tap<S: Stored>(
+    pub(super) fn tap<S: ReducedPrecision>(
         &self,
         block: usize,
         y: usize,

@@ -8,8 +8,8 @@ use super::image::{LowPrecisionImage, LowPrecisionType};
 use crate::blocked::pool::MaxPool;
 use crate::blocked::thread_pool::ThreadPool;
 use crate::blocked::upsample::{FAR_WEIGHT, NEAR_WEIGHT, far_index};
-use crate::simd::dots::{Bf16, Dots, Stored};
-use crate::simd::{LANES, Lanes, Level, Packed as _, PackedKernel};
+use crate::simd::dots::{Bf16, DotProduct, ReducedPrecision};
+use crate::simd::{LANES, Lanes, Level, ReducedDispatch as _, ReducedKernel};
 
 /// Writes the max-pooled `input` to `output`.
 ///
@@ -111,9 +111,9 @@ struct ResampleRows<'a> {
     rows: Range<usize>,
 }
 
-impl<S: Stored> PackedKernel<S> for ResampleRows<'_> {
+impl<S: ReducedPrecision> ReducedKernel<S> for ResampleRows<'_> {
     #[inline(always)]
-    unsafe fn run<D: Dots<Stored = S>>(&self) {
+    unsafe fn run<D: DotProduct<Element = S>>(&self) {
         for row in self.rows.clone() {
             let (block, y) = (row / self.rows_per_block, row % self.rows_per_block);
             let at = block * self.block_pitch + y * self.row_pitch;
@@ -135,10 +135,10 @@ impl ResampleRows<'_> {
     /// Max-pools a row.
     ///
     /// # Safety
-    /// That of [`PackedKernel::run`]; windows are inside the input, and `to` is a row of the
+    /// That of [`ReducedKernel::run`]; windows are inside the input, and `to` is a row of the
     /// output.
     #[inline(always)]
-    unsafe fn max_pool_row<S: Stored, V: Lanes>(
+    unsafe fn max_pool_row<S: ReducedPrecision, V: Lanes>(
         &self,
         block: usize,
         rows: &Range<usize>,
@@ -165,9 +165,9 @@ impl ResampleRows<'_> {
     /// Upsamples to a row, as [`upsample`](crate::blocked::upsample) does.
     ///
     /// # Safety
-    /// That of [`PackedKernel::run`]; `to` is row `y` of the output.
+    /// That of [`ReducedKernel::run`]; `to` is row `y` of the output.
     #[inline(always)]
-    unsafe fn upsample_row<S: Stored, V: Lanes>(&self, block: usize, y: usize, to: *mut S) {
+    unsafe fn upsample_row<S: ReducedPrecision, V: Lanes>(&self, block: usize, y: usize, to: *mut S) {
         let [_, height, width] = self.input.size();
         let near: *const S = self.input.tap(block, y / 2, 0, 0);
         let far: *const S = self.input.tap(block, far_index(y, height), 0, 0);

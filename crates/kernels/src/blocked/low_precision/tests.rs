@@ -11,7 +11,7 @@ use crate::blocked::tests::{
 use crate::blocked::{
     Activation, ConvShape, Depthwise, DepthwiseShape, Image, MaxPool, ThreadPool, upsample,
 };
-use crate::simd::dots::{Bf16, Stored as _};
+use crate::simd::dots::{Bf16, ReducedPrecision as _};
 
 /// Element types for values between -1 and 1.
 fn element_types() -> impl Strategy<Value = LowPrecisionType> {

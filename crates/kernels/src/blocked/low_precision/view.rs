@@ -3,7 +3,7 @@
 use super::image::{LowPrecisionImage, LowPrecisionType, MAX_UINT8, QuantizationParams};
 use crate::blocked::image::Image;
 use crate::blocked::tile::Activation;
-use crate::simd::dots::{Bf16, Stored};
+use crate::simd::dots::{Bf16, ReducedPrecision};
 use crate::simd::{LANES, Lanes};
 
 /// Reference to an image of any element type.
@@ -234,7 +234,7 @@ impl DstView {
             match self.element_type {
                 ElementType::F32 => {
                     let to = self.pixels.cast::<f32>().add(at);
-                    let values = value.array();
+                    let values = value.to_array();
                     for (pixel, value) in values[..count].iter().enumerate() {
                         to.add(pixel * LANES).write(*value);
                     }
@@ -296,7 +296,7 @@ impl RequantizingDst {
         unsafe {
             let value = sum.mul_add(scale, bias).max(V::splat(self.low));
             let value = value.min(V::splat(self.high));
-            value.store_positive_bytes(self.pixels.add(at));
+            value.store_nonnegative_u8(self.pixels.add(at));
         }
     }
 }

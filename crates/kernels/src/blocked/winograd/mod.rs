@@ -103,7 +103,7 @@ impl Winograd {
         let shape = ConvShape { channels_in, channels_out, kernel: 3, stride: 1 };
         assert_eq!(weight.len(), channels_in * channels_out * 9, "weights");
         assert_eq!(bias.len(), channels_out, "bias");
-        let blocks_per_group = if level.holds_two() { 2 } else { 1 };
+        let blocks_per_group = if level.has_room_for_two_blocks() { 2 } else { 1 };
         let pack = match size {
             TileSize::Two => WinogradWeights::new::<F2x3>,
             TileSize::Four => WinogradWeights::new::<F4x3>,

@@ -1,30 +1,30 @@
-//! Lanes in the registers of AVX2.
+//! 8 lanes in a register of AVX2.
 
 use std::arch::x86_64::{__m128i, __m256, __m256i};
 
 use pulp::bytemuck::cast;
 use pulp::x86::V3;
 
-use super::{LANES, Lanes};
+use super::{LANES_8, Lanes8};
 
-/// Proof that the processor has them.
+/// Proof that the processor has AVX2.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Avx2(pub(super) V3);
+pub(crate) struct Avx2(pub(crate) V3);
 
-/// `a < b`, false where one is no number; without a signal.
-const LESS: i32 = 0x11;
+/// Predicate of `a < b`, false where either is NaN, without an exception (`_CMP_LT_OQ`).
+const LT_OQ: i32 = 0x11;
 
-impl Lanes for Avx2 {
+impl Lanes8 for Avx2 {
     type F = __m256;
     type I = __m256i;
 
     #[inline(always)]
-    fn load(self, from: [f32; LANES]) -> __m256 {
+    fn load(self, from: [f32; LANES_8]) -> __m256 {
         cast(from)
     }
 
     #[inline(always)]
-    fn store(self, a: __m256) -> [f32; LANES] {
+    fn store(self, a: __m256) -> [f32; LANES_8] {
         cast(a)
     }
 
@@ -69,8 +69,8 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
-    fn less(self, a: __m256, b: __m256) -> __m256i {
-        cast(self.0.avx._mm256_cmp_ps::<LESS>(a, b))
+    fn lt(self, a: __m256, b: __m256) -> __m256i {
+        cast(self.0.avx._mm256_cmp_ps::<LT_OQ>(a, b))
     }
 
     #[inline(always)]
@@ -89,17 +89,17 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
-    fn bits(self, a: __m256) -> __m256i {
+    fn to_bits(self, a: __m256) -> __m256i {
         cast(a)
     }
 
     #[inline(always)]
-    fn numbers(self, a: __m256i) -> __m256 {
+    fn from_bits(self, a: __m256i) -> __m256 {
         cast(a)
     }
 
     #[inline(always)]
-    fn transpose(self, [a, b, c, d, e, f, g, h]: [__m256; LANES]) -> [__m256; LANES] {
+    fn transpose(self, [a, b, c, d, e, f, g, h]: [__m256; LANES_8]) -> [__m256; LANES_8] {
         let avx = self.0.avx;
         // Pairs, fours, and the halves of the register.
         let (ab_low, ab_high) = (avx._mm256_unpacklo_ps(a, b), avx._mm256_unpackhi_ps(a, b));
@@ -131,12 +131,12 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
-    fn load_i(self, from: [i32; LANES]) -> __m256i {
+    fn load_i(self, from: [i32; LANES_8]) -> __m256i {
         cast(from)
     }
 
     #[inline(always)]
-    fn store_i(self, a: __m256i) -> [i32; LANES] {
+    fn store_i(self, a: __m256i) -> [i32; LANES_8] {
         cast(a)
     }
 
@@ -171,7 +171,7 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
-    fn greater_i(self, a: __m256i, b: __m256i) -> __m256i {
+    fn gt_i(self, a: __m256i, b: __m256i) -> __m256i {
         self.0.avx2._mm256_cmpgt_epi32(a, b)
     }
 
@@ -191,7 +191,7 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
-    fn negative(self, a: __m256i) -> __m256i {
+    fn sign_mask(self, a: __m256i) -> __m256i {
         self.0.avx2._mm256_srai_epi32::<31>(a)
     }
 
@@ -206,15 +206,15 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
-    fn mask_bits(self, mask: __m256i) -> u32 {
+    fn to_bitmask(self, mask: __m256i) -> u32 {
         self.0.avx._mm256_movemask_ps(cast(mask)) as u32
     }
 
     #[inline(always)]
-    fn columns(self, [a, b, c, d, e, f, g, h]: [&[i32; 4]; LANES]) -> [__m256i; 4] {
+    fn gather_columns(self, [a, b, c, d, e, f, g, h]: [&[i32; 4]; LANES_8]) -> [__m256i; 4] {
         // Two rows a register, so that what follows need not cross its halves.
-        let (a, b) = (self.two(a, e), self.two(b, f));
-        let (c, d) = (self.two(c, g), self.two(d, h));
+        let (a, b) = (self.join(a, e), self.join(b, f));
+        let (c, d) = (self.join(c, g), self.join(d, h));
         let avx2 = self.0.avx2;
         let (ab_low, ab_high) =
             (avx2._mm256_unpacklo_epi32(a, b), avx2._mm256_unpackhi_epi32(a, b));
@@ -229,7 +229,7 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
-    fn rows(self, [a, b, c, d]: [__m256i; 4], out: &mut [[i32; 4]; LANES]) {
+    fn scatter_columns(self, [a, b, c, d]: [__m256i; 4], out: &mut [[i32; 4]; LANES_8]) {
         let avx2 = self.0.avx2;
         let (ab_low, ab_high) =
             (avx2._mm256_unpacklo_epi32(a, b), avx2._mm256_unpackhi_epi32(a, b));
@@ -256,10 +256,10 @@ impl Lanes for Avx2 {
 }
 
 impl Avx2 {
-    /// Both halves of a register, each loaded by itself: put together in memory first, they could not
-    /// be read before they are written.
+    /// Both halves of a register, each loaded by itself: joined in memory first, the load would wait for
+    /// the stores.
     #[inline(always)]
-    fn two(self, low: &[i32; 4], high: &[i32; 4]) -> __m256i {
+    fn join(self, low: &[i32; 4], high: &[i32; 4]) -> __m256i {
         let low: __m128i = cast(*low);
         self.0
             .avx2

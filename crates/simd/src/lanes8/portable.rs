@@ -1,10 +1,10 @@
-//! Lanes as arrays, for every processor: what the others are compared with.
+//! 8 lanes in an array, for the baseline of the target; the reference of the tests.
 
 use std::array::from_fn;
 
-use super::{LANES, Lanes};
+use super::{LANES_8, Lanes8};
 
-/// No particular processor.
+/// Any processor.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Portable;
 
@@ -13,23 +13,23 @@ fn mask(is_set: bool) -> i32 {
     -i32::from(is_set)
 }
 
-impl Lanes for Portable {
-    type F = [f32; LANES];
-    type I = [i32; LANES];
+impl Lanes8 for Portable {
+    type F = [f32; LANES_8];
+    type I = [i32; LANES_8];
 
     #[inline(always)]
-    fn load(self, from: [f32; LANES]) -> Self::F {
+    fn load(self, from: [f32; LANES_8]) -> Self::F {
         from
     }
 
     #[inline(always)]
-    fn store(self, a: Self::F) -> [f32; LANES] {
+    fn store(self, a: Self::F) -> [f32; LANES_8] {
         a
     }
 
     #[inline(always)]
     fn splat(self, a: f32) -> Self::F {
-        [a; LANES]
+        [a; LANES_8]
     }
 
     #[inline(always)]
@@ -68,7 +68,7 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
-    fn less(self, a: Self::F, b: Self::F) -> Self::I {
+    fn lt(self, a: Self::F, b: Self::F) -> Self::I {
         from_fn(|k| mask(a[k] < b[k]))
     }
 
@@ -88,33 +88,33 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
-    fn bits(self, a: Self::F) -> Self::I {
+    fn to_bits(self, a: Self::F) -> Self::I {
         a.map(|a| a.to_bits() as i32)
     }
 
     #[inline(always)]
-    fn numbers(self, a: Self::I) -> Self::F {
+    fn from_bits(self, a: Self::I) -> Self::F {
         a.map(|a| f32::from_bits(a as u32))
     }
 
     #[inline(always)]
-    fn transpose(self, rows: [Self::F; LANES]) -> [Self::F; LANES] {
+    fn transpose(self, rows: [Self::F; LANES_8]) -> [Self::F; LANES_8] {
         from_fn(|i| from_fn(|k| rows[k][i]))
     }
 
     #[inline(always)]
-    fn load_i(self, from: [i32; LANES]) -> Self::I {
+    fn load_i(self, from: [i32; LANES_8]) -> Self::I {
         from
     }
 
     #[inline(always)]
-    fn store_i(self, a: Self::I) -> [i32; LANES] {
+    fn store_i(self, a: Self::I) -> [i32; LANES_8] {
         a
     }
 
     #[inline(always)]
     fn splat_i(self, a: i32) -> Self::I {
-        [a; LANES]
+        [a; LANES_8]
     }
 
     #[inline(always)]
@@ -143,7 +143,7 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
-    fn greater_i(self, a: Self::I, b: Self::I) -> Self::I {
+    fn gt_i(self, a: Self::I, b: Self::I) -> Self::I {
         from_fn(|k| mask(a[k] > b[k]))
     }
 
@@ -163,7 +163,7 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
-    fn negative(self, a: Self::I) -> Self::I {
+    fn sign_mask(self, a: Self::I) -> Self::I {
         a.map(|a| a >> 31)
     }
 
@@ -178,17 +178,17 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
-    fn mask_bits(self, mask: Self::I) -> u32 {
-        (0..LANES).fold(0, |bits, k| bits | (u32::from(mask[k] < 0) << k))
+    fn to_bitmask(self, mask: Self::I) -> u32 {
+        (0..LANES_8).fold(0, |bits, k| bits | (u32::from(mask[k] < 0) << k))
     }
 
     #[inline(always)]
-    fn columns(self, rows: [&[i32; 4]; LANES]) -> [Self::I; 4] {
+    fn gather_columns(self, rows: [&[i32; 4]; LANES_8]) -> [Self::I; 4] {
         from_fn(|i| from_fn(|k| rows[k][i]))
     }
 
     #[inline(always)]
-    fn rows(self, columns: [Self::I; 4], out: &mut [[i32; 4]; LANES]) {
+    fn scatter_columns(self, columns: [Self::I; 4], out: &mut [[i32; 4]; LANES_8]) {
         *out = from_fn(|k| columns.map(|column| column[k]));
     }
 

@@ -1,4 +1,4 @@
-//! Sixteen numbers in a register of AVX-512F.
+//! 16 lanes in one register of AVX-512F.
 
 use std::arch::x86_64::{
     __m512, _MM_HINT_T1, _mm_loadu_si128, _mm_prefetch, _mm_storeu_si128, _mm256_loadu_si256,
@@ -10,14 +10,14 @@ use std::arch::x86_64::{
     _mm512_storeu_ps, _mm512_sub_ps,
 };
 
-use super::Lanes;
+use super::Lanes16;
 
-/// One register.
+/// One register of sixteen `f32`.
 #[derive(Clone, Copy)]
-pub(super) struct Whole(pub(super) __m512);
+pub(crate) struct Zmm(pub(crate) __m512);
 
-// SAFETY of all: the contract of `Lanes` is that of the instructions.
-impl Lanes for Whole {
+// SAFETY of all: the contract of `Lanes16` is that of the instructions.
+impl Lanes16 for Zmm {
     // 24 of 32 registers, or 12 and 24.
     const TILE: [usize; 2] = [12, 12];
 
@@ -67,12 +67,12 @@ impl Lanes for Whole {
     }
 
     #[inline(always)]
-    unsafe fn fetch(from: *const f32) {
+    unsafe fn prefetch(from: *const f32) {
         unsafe { _mm_prefetch::<_MM_HINT_T1>(from.cast()) }
     }
 
     #[inline(always)]
-    unsafe fn load_halves(from: *const u16) -> Self {
+    unsafe fn load_bf16(from: *const u16) -> Self {
         unsafe {
             let halves = _mm512_cvtepu16_epi32(_mm256_loadu_si256(from.cast()));
             Self(_mm512_castsi512_ps(_mm512_slli_epi32::<16>(halves)))
@@ -80,9 +80,10 @@ impl Lanes for Whole {
     }
 
     #[inline(always)]
-    unsafe fn store_halves(self, to: *mut u16) {
+    unsafe fn store_bf16(self, to: *mut u16) {
         unsafe {
             let bits = _mm512_castps_si512(self.0);
+            // Half a unit in the last place, less one bit where the kept part is even: ties to even.
             let odd = _mm512_and_si512(_mm512_srli_epi32::<16>(bits), _mm512_set1_epi32(1));
             let half = _mm512_add_epi32(odd, _mm512_set1_epi32(0x7FFF));
             let halves = _mm512_srli_epi32::<16>(_mm512_add_epi32(bits, half));
@@ -91,24 +92,24 @@ impl Lanes for Whole {
     }
 
     #[inline(always)]
-    unsafe fn load_bytes(from: *const u8) -> Self {
+    unsafe fn load_u8(from: *const u8) -> Self {
         unsafe { Self(_mm512_cvtepi32_ps(_mm512_cvtepu8_epi32(_mm_loadu_si128(from.cast())))) }
     }
 
     #[inline(always)]
-    unsafe fn load_signed_bytes(from: *const i8) -> Self {
+    unsafe fn load_i8(from: *const i8) -> Self {
         unsafe { Self(_mm512_cvtepi32_ps(_mm512_cvtepi8_epi32(_mm_loadu_si128(from.cast())))) }
     }
 
     #[inline(always)]
-    unsafe fn store_bytes(self, to: *mut u8) {
+    unsafe fn store_u8(self, to: *mut u8) {
         unsafe {
-            Self(_mm512_max_ps(self.0, _mm512_setzero_ps())).store_positive_bytes(to);
+            Self(_mm512_max_ps(self.0, _mm512_setzero_ps())).store_nonnegative_u8(to);
         }
     }
 
     #[inline(always)]
-    unsafe fn store_positive_bytes(self, to: *mut u8) {
+    unsafe fn store_nonnegative_u8(self, to: *mut u8) {
         unsafe {
             let bytes = _mm512_cvtusepi32_epi8(_mm512_cvtps_epi32(self.0));
             _mm_storeu_si128(to.cast(), bytes);
