@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use anyhow::{Context, Result};
-use evpose_pose::metric::{Interval, mean_of_runs};
+use evpose_stats::interval::{Interval, t_interval};
 use serde::Serialize;
 
 use super::finding::{Finding, Relation, Verdict};
@@ -156,8 +156,8 @@ fn row_outcome(row: &'static Row, done: &[&Row], trials: &Trials) -> Result<RowO
         means: means(&per_seed)?,
         parameters: first.parameters,
         parameters_as_published: first.parameters_as_published,
-        poses_per_s: mean_of_runs(&speeds).context("no speed was measured")?,
-        training_s: mean_of_runs(&seconds),
+        poses_per_s: t_interval(&speeds).context("no speed was measured")?,
+        training_s: t_interval(&seconds),
         findings: findings
             .map(|finding| {
                 let other = done.iter().find(|other| other.name == finding.than);
@@ -173,7 +173,7 @@ fn row_outcome(row: &'static Row, done: &[&Row], trials: &Trials) -> Result<RowO
 fn means(per_seed: &[Metrics]) -> Result<Means> {
     let mean = |get: fn(&Metrics) -> f64| {
         let values: Vec<f64> = per_seed.iter().map(get).collect();
-        mean_of_runs(&values).context("a row without seeds")
+        t_interval(&values).context("a row without seeds")
     };
     METRICS.iter().map(|&(name, get)| Ok((name, mean(get)?))).collect()
 }
@@ -187,7 +187,7 @@ fn check(row: &Row, other: &Row, finding: &Finding, trials: &Trials) -> Result<F
         let value = |row, trial| (measure.get)(trial, &scores(row, trial).figures);
         let differences: Vec<f64> =
             pairs.clone().map(|(a, b)| value(row, a) - value(other, b)).collect();
-        let difference = mean_of_runs(&differences).context("rows without seeds")?;
+        let difference = t_interval(&differences).context("rows without seeds")?;
         let verdict = match is_comparable {
             true => finding.relation.verdict(&difference),
             false => Verdict::OtherMachines,

@@ -1,6 +1,6 @@
 //! The outcome as a table, the same on the terminal and as Markdown.
 
-use evpose_pose::metric::Interval;
+use evpose_stats::interval::Interval;
 
 use super::outcome::{FindingOutcome, Means, Outcome, RowOutcome};
 

@@ -4,7 +4,9 @@ use anyhow::{Context, Result, bail};
 use burn::tensor::Device;
 use evpose_nn::parameters::trained_count;
 use evpose_nn::{DeviceKind, HandRegressorConfig};
-use evpose_pose::metric::{BootstrapConfig, HandEvaluation, Interval};
+use evpose_pose::metric::HandEvaluation;
+use evpose_stats::bootstrap::BootstrapConfig;
+use evpose_stats::interval::Interval;
 use evpose_task::hand::{ConstantPose, HandCheckpoint, HandConfig, NetworkPredictor};
 use evpose_train::{HandDataset, Method, TrainOptions, evaluate, evaluated_pose_count, train_hand};
 use serde::{Deserialize, Serialize};
@@ -15,7 +17,7 @@ use evpose_app::latency::{self, Runner};
 use evpose_app::machine::Machine;
 use evpose_app::progress::bar;
 use evpose_app::run_info::COMMIT;
-use evpose_app::timing::quantile;
+use evpose_stats::quantile::nearest_rank;
 
 /// Timed inferences.
 const TIMED: usize = 100;
@@ -152,7 +154,7 @@ pub(super) fn run(
         parameters,
         parameters_as_published: published.parameter_count()?,
         training_s: trained.seconds,
-        poses_per_s: 1e3 / quantile(&times_ms, 0.5),
+        poses_per_s: 1e3 / nearest_rank(&times_ms, 0.5),
         filtered,
         unfiltered,
         mean_pose,

@@ -6,7 +6,7 @@
 //! * [`run_info`]: config, seed and commit beside every output.
 //! * [`recorded`]: simulated data sets on disk, made where they are missing.
 //! * [`progress`]: bars and lines on the terminal.
-//! * [`machine`], [`latency`], [`timing`]: measurements, and the machine they were made on.
+//! * [`machine`], [`latency`]: measurements, and the machine they were made on.
 //!
 //! ```
 //! let config = evpose_app::hand_config::load("quick", &["training.steps=10".to_owned()])?;
@@ -26,4 +26,3 @@ pub mod recorded;
 pub mod run_info;
 pub mod sensor_source;
 pub mod threads;
-pub mod timing;

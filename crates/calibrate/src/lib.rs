@@ -45,4 +45,4 @@ pub mod threshold;
 mod tiles;
 
 pub use error::CalibrateError;
-pub use evpose_pose::metric::Interval;
+pub use evpose_stats::interval::Interval;

@@ -9,7 +9,8 @@
 //! of these parts over their mean: a lamp, or somebody who walks by, makes it much larger than one.
 
 use evpose_core::{EventStream, Micros, TimeWindow};
-use evpose_pose::metric::{BootstrapConfig, Interval, bootstrap};
+use evpose_stats::bootstrap::{BootstrapConfig, bootstrap};
+use evpose_stats::interval::Interval;
 use serde::Serialize;
 
 use crate::CalibrateError;

@@ -1,5 +1,7 @@
 //! Heights of steps, counted in fine bins so that medians of any set of tiles are quick.
 
+use evpose_stats::quantile;
+
 /// Heights up to this are counted; a threshold is far below.
 const HIGHEST: f32 = 2.0;
 /// Bins of a histogram.
@@ -31,20 +33,8 @@ pub(crate) fn median<'a>(of: impl Iterator<Item = &'a Heights>) -> f64 {
             *sum += u64::from(*n);
         }
     }
-    let half = 0.5 * sums.iter().sum::<u64>() as f64;
-    if half == 0.0 {
-        return f64::NAN;
-    }
-    let mut before = 0.0;
-    for (bin, n) in sums.iter().enumerate() {
-        let n = *n as f64;
-        if before + n >= half {
-            let inside = (half - before) / n;
-            return f64::from(HIGHEST) * (bin as f64 + inside) / BINS as f64;
-        }
-        before += n;
-    }
-    f64::NAN
+    let (bin, inside) = quantile::of_histogram(sums, 0.5).unwrap_or((0, f64::NAN));
+    f64::from(HIGHEST) * (bin as f64 + inside) / BINS as f64
 }
 
 #[cfg(test)]

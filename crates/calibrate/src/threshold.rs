@@ -17,7 +17,8 @@
 //! of 255.
 
 use evpose_core::{Event, EventStream, Micros, Plane, SensorSize};
-use evpose_pose::metric::{BootstrapConfig, Interval, bootstrap};
+use evpose_stats::bootstrap::{BootstrapConfig, bootstrap};
+use evpose_stats::interval::Interval;
 use serde::Serialize;
 
 use crate::CalibrateError;

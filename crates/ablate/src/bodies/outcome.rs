@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use anyhow::{Context, Result};
-use evpose_pose::metric::{Interval, mean_of_runs};
+use evpose_stats::interval::{Interval, t_interval};
 use serde::Serialize;
 
 use super::rows::{FULL, Row};
@@ -76,7 +76,7 @@ fn outcome_of(row: &'static Row, trials: &[Trial], full: &[Trial]) -> Result<Row
         pck_80: of(|trial| trial.pck_80)?,
         auc: of(|trial| trial.auc)?,
         mpjpe_px: of(|trial| trial.mpjpe_px)?,
-        training_s: times.and_then(|times| mean_of_runs(&times)),
+        training_s: times.and_then(|times| t_interval(&times)),
         published: row.published,
         expected: row.expected.map(|relation| format!("{} {FULL}", relation.words())),
         verdict: row.expected.map(|relation| relation.verdict(&difference_40)),
@@ -87,7 +87,7 @@ fn outcome_of(row: &'static Row, trials: &[Trial], full: &[Trial]) -> Result<Row
 }
 
 fn mean(values: impl Iterator<Item = f64>) -> Result<Interval> {
-    mean_of_runs(&values.collect::<Vec<_>>()).context("a row without trials")
+    t_interval(&values.collect::<Vec<_>>()).context("a row without trials")
 }
 
 /// Headings of the table.

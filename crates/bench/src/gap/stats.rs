@@ -1,9 +1,10 @@
 //! Shares with intervals, reliability of probabilities, uniformity, medians.
 
+use evpose_stats::distribution::kolmogorov_upper_tail;
+use evpose_stats::interval::{median_bound_indices, wilson};
+use evpose_stats::quantile;
 use serde::Serialize;
 
-/// Standard deviations to either end of an interval of 95 %.
-const Z: f64 = 1.959_964;
 /// Edges of the bins of stated probabilities; most are near one.
 const EDGES: [f64; 11] = [0.0, 0.2, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.98, 1.0];
 
@@ -27,18 +28,6 @@ impl Rate {
         let (lo95, hi95) = wilson(of, n);
         Self { of, n, share: (n > 0).then(|| of as f64 / n as f64), lo95, hi95 }
     }
-}
-
-/// The interval of a share: Wilson, J. Am. Stat. Assoc. 22, 1927.
-fn wilson(of: usize, n: usize) -> (f64, f64) {
-    if n == 0 {
-        return (0.0, 1.0);
-    }
-    let (p, n) = (of as f64 / n as f64, n as f64);
-    let middle = p + Z * Z / (2.0 * n);
-    let half = Z * (p * (1.0 - p) / n + Z * Z / (4.0 * n * n)).sqrt();
-    let whole = 1.0 + Z * Z / n;
-    (((middle - half) / whole).max(0.0), ((middle + half) / whole).min(1.0))
 }
 
 /// Names whose stated probability lies between two edges.
@@ -102,20 +91,7 @@ pub(super) fn uniformity(ps: &[f64], steps: usize) -> Option<Uniformity> {
     };
     let largest = (1..=steps).map(off).fold(0.0, f64::max);
     let root = n.sqrt();
-    Some(Uniformity { largest, p: kolmogorov((root + 0.12 + 0.11 / root) * largest) })
-}
-
-/// The probability that Kolmogorov's statistic is larger.
-fn kolmogorov(x: f64) -> f64 {
-    // Below this the sum has not converged, and the probability is one to many digits.
-    if x < 0.2 {
-        return 1.0;
-    }
-    let term = |k: i32| {
-        let sign = if k % 2 == 1 { 1.0 } else { -1.0 };
-        sign * (-2.0 * f64::from(k * k) * x * x).exp()
-    };
-    (2.0 * (1..=100).map(term).sum::<f64>()).clamp(0.0, 1.0)
+    Some(Uniformity { largest, p: kolmogorov_upper_tail((root + 0.12 + 0.11 / root) * largest) })
 }
 
 /// A median with the interval of 95 % that order statistics give.
@@ -130,19 +106,10 @@ pub(super) struct Median {
 /// The median of finite values; none of nothing.
 pub(super) fn median(values: impl IntoIterator<Item = f64>) -> Option<Median> {
     let mut values: Vec<f64> = values.into_iter().filter(|value| value.is_finite()).collect();
-    values.sort_by(f64::total_cmp);
-    let n = values.len();
-    if n == 0 {
-        return None;
-    }
-    let half = 0.5 * Z * (n as f64).sqrt();
-    let at = |rank: f64| values[(rank.max(0.0) as usize).min(n - 1)];
-    Some(Median {
-        value: 0.5 * (values[(n - 1) / 2] + values[n / 2]),
-        lo95: at((0.5 * n as f64 - half).floor() - 1.0),
-        hi95: at((0.5 * n as f64 + half).ceil()),
-        n,
-    })
+    let value = quantile::median(&mut values)?;
+    // The values are sorted now.
+    let [lo95, hi95] = median_bound_indices(values.len()).map(|index| values[index]);
+    Some(Median { value, lo95, hi95, n: values.len() })
 }
 
 #[cfg(test)]
@@ -151,9 +118,6 @@ mod tests {
 
     #[test]
     fn intervals_of_shares_are_those_of_wilson() {
-        // 8 of 10: 0.490 to 0.943, as in every table.
-        let (lo, hi) = wilson(8, 10);
-        assert!((lo - 0.4902).abs() < 1e-4 && (hi - 0.9433).abs() < 1e-4);
         let none = Rate::of([false; 5]);
         assert!(none.lo95 == 0.0 && (none.hi95 - 0.4345).abs() < 1e-4);
         assert_eq!(Rate::of([]).share, None);
@@ -175,13 +139,6 @@ mod tests {
     fn every_probability_is_in_one_bin() {
         let names: Vec<(f64, bool)> = (0..=100).map(|i| (f64::from(i) / 100.0, true)).collect();
         assert_eq!(bins(&names).iter().map(|bin| bin.right.n).sum::<usize>(), 101);
-    }
-
-    #[test]
-    fn the_distribution_of_kolmogorov_is_that_of_the_tables() {
-        for (x, p) in [(1.2238, 0.10), (1.3581, 0.05), (1.6276, 0.01)] {
-            assert!((kolmogorov(x) - p).abs() < 1e-4, "{x}");
-        }
     }
 
     #[test]

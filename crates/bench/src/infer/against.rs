@@ -10,14 +10,15 @@ use anyhow::{Result, ensure};
 use clap::ValueEnum as _;
 use evpose_infer::{Engine, Precision};
 use evpose_nn::graph::Graph;
-use evpose_pose::metric::{BootstrapConfig, Interval, bootstrap};
+use evpose_stats::bootstrap::{BootstrapConfig, bootstrap};
+use evpose_stats::interval::Interval;
 use serde::Serialize;
 
 use super::noise::Noise;
 use super::peers::{Job, Peer, PeerName, peer};
 use super::precision::tolerance;
 use evpose_app::progress::say;
-use evpose_app::timing::quantile;
+use evpose_stats::quantile;
 
 /// Timed runs of a burst.
 const RUNS: usize = 7;
@@ -149,14 +150,9 @@ fn ratio(ours: &[f64], theirs: &[f64]) -> Interval {
     })
 }
 
-/// The median; the midpoint of the middle two values for an even count.
+/// The median of some times; NaN of none.
 fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let mut turned = values.clone();
-    turned.reverse();
-    let below = quantile(&values, 0.5);
-    let above = quantile(&turned, 0.5);
-    f64::midpoint(below, above)
+    quantile::median(&mut values).unwrap_or(f64::NAN)
 }
 
 /// Maximum relative difference over all outputs.

@@ -13,7 +13,7 @@ use super::noise::Noise;
 use super::start::StartTime;
 use evpose_app::latency::{self, Runner};
 use evpose_app::progress::say;
-use evpose_app::timing::quantile;
+use evpose_stats::quantile::nearest_rank;
 
 /// Results of a measurement.
 #[derive(Debug, Serialize)]
@@ -117,9 +117,9 @@ impl Setting<'_> {
             level: None,
             threads,
             runs: times_ms.len(),
-            p50_ms: quantile(&sorted_ms, 0.50),
-            p95_ms: quantile(&sorted_ms, 0.95),
-            p99_ms: quantile(&sorted_ms, 0.99),
+            p50_ms: nearest_rank(&sorted_ms, 0.50),
+            p95_ms: nearest_rank(&sorted_ms, 0.95),
+            p99_ms: nearest_rank(&sorted_ms, 0.99),
             mean_ms,
             min_ms: sorted_ms[0],
             windows_per_second: self.args.batch as f64 * 1e3 / mean_ms,

@@ -4,7 +4,7 @@ use evpose_infer::Engine;
 use serde::Serialize;
 
 use evpose_app::latency;
-use evpose_app::timing::quantile;
+use evpose_stats::quantile::nearest_rank;
 
 /// Runs per layer, for a median.
 const RUNS: usize = 25;
@@ -38,7 +38,7 @@ pub(super) fn timed(
     let layers = engine.layers().iter().enumerate().map(|(k, layer)| {
         let mut times_s: Vec<f64> = runs.iter().map(|run| run[k].as_secs_f64()).collect();
         times_s.sort_by(f64::total_cmp);
-        let median_s = quantile(&times_s, 0.5);
+        let median_s = nearest_rank(&times_s, 0.5);
         let gflop_per_s = 2e-9 * layer.macs as f64 / median_s;
         LayerTime {
             name: layer.name.clone(),

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use evpose_app::timing::{outliers, quantile};
+use evpose_stats::quantile::{nearest_rank, outlier_count};
 
 /// Maximum fraction of outliers before a warning.
 const MAX_OUTLIERS: f64 = 0.1;
@@ -25,13 +25,13 @@ impl Noise {
         let median = |times: &[f64]| {
             let mut sorted = times.to_vec();
             sorted.sort_by(f64::total_cmp);
-            quantile(&sorted, 0.5)
+            nearest_rank(&sorted, 0.5)
         };
         let mut sorted = times_ms.to_vec();
         sorted.sort_by(f64::total_cmp);
         let (first, second) = times_ms.split_at(times_ms.len() / 2);
         let drift = if first.is_empty() { 0.0 } else { median(second) / median(first) - 1.0 };
-        Self { times: times_ms.len(), outliers: outliers(&sorted), drift }
+        Self { times: times_ms.len(), outliers: outlier_count(&sorted), drift }
     }
 
     /// A warning for the user, if the noise is too high.

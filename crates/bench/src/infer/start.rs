@@ -11,7 +11,7 @@ use evpose_pose::body::{BodyDecoder, BodyMaps, DEFAULT_THRESHOLD};
 use serde::Serialize;
 
 use evpose_app::progress::say;
-use evpose_app::timing::quantile;
+use evpose_stats::quantile::nearest_rank;
 
 /// Repetitions; the first one brings the file into the page cache.
 const STARTS: usize = 5;
@@ -67,7 +67,7 @@ impl StartTime {
         }
         let [weights_ms, compile_ms, first_ms, all_ms] = times_ms.map(|mut times| {
             times.sort_by(f64::total_cmp);
-            quantile(&times, 0.5)
+            nearest_rank(&times, 0.5)
         });
         Ok(Self { weights_ms, compile_ms, first_ms, all_ms })
     }

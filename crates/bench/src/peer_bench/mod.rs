@@ -10,7 +10,7 @@ use serde::Serialize;
 pub use command::PeerCommand;
 
 use evpose_app::progress::say;
-use evpose_app::timing::{outliers, quantile};
+use evpose_stats::quantile::{nearest_rank, outlier_count};
 
 /// The contract of a peer, for help texts.
 pub(crate) const PEERS: &str = "A peer is a shell command. It reads the files of the benchmark in the folder \
@@ -141,11 +141,11 @@ pub(crate) fn time(cases: Vec<Case>, passes: usize) -> Result<Vec<CaseResult>> {
             }
         }
         times_s.iter_mut().for_each(|times| times.sort_by(f64::total_cmp));
-        let value = |times: &[f64]| case.unit.value(quantile(times, 0.5));
+        let value = |times: &[f64]| case.unit.value(nearest_rank(times, 0.5));
         let mut line = CaseResult {
             value: value(&times_s[0]),
             passes: times_s[0].len(),
-            outliers: outliers(&times_s[0]),
+            outliers: outlier_count(&times_s[0]),
             unit: case.unit.name(),
             kind: case.unit,
             case: case.name,

@@ -15,7 +15,7 @@ use evpose_app::json::write_json;
 use evpose_app::machine::Machine;
 use evpose_app::progress::say;
 use evpose_app::run_info::COMMIT;
-use evpose_app::timing::{outliers, quantile};
+use evpose_stats::quantile::{nearest_rank, outlier_count};
 use peer::Peer;
 use std::path::PathBuf;
 
@@ -146,7 +146,7 @@ fn measure(
         events += count;
     }
     times_ns.sort_by(f64::total_cmp);
-    let median_ns = quantile(&times_ns, 0.5);
+    let median_ns = nearest_rank(&times_ns, 0.5);
     let events_per_pixel_step = events as f64 / (times_ns.len() as f64 * pixel_steps);
     Ok(Measured {
         setting,
@@ -154,8 +154,8 @@ fn measure(
         passes: times_ns.len(),
         min_ns: times_ns[0],
         median_ns,
-        p90_ns: quantile(&times_ns, 0.9),
-        outliers: outliers(&times_ns),
+        p90_ns: nearest_rank(&times_ns, 0.9),
+        outliers: outlier_count(&times_ns),
         events_per_pixel_step,
         events_per_second: events_per_pixel_step / median_ns * 1e9,
         peers: Vec::new(),

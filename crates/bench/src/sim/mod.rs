@@ -20,7 +20,7 @@ use evpose_app::machine::Machine;
 use evpose_app::progress::{bar, say};
 use evpose_app::run_info::COMMIT;
 use evpose_app::threads::use_threads;
-use evpose_app::timing::{outliers, quantile};
+use evpose_stats::quantile::{nearest_rank, outlier_count};
 use raster::RasterTime;
 use std::path::PathBuf;
 
@@ -183,9 +183,9 @@ fn measure(
         coverage: sequences.iter().map(|timed| timed.coverage).sum::<f64>() / count,
         events_per_step: sequences.iter().map(|timed| timed.events as f64).sum::<f64>()
             / (count * steps),
-        median_steps_per_s: quantile(&rates, 0.5) * at_a_time,
+        median_steps_per_s: nearest_rank(&rates, 0.5) * at_a_time,
         overall_steps_per_s: count * steps / overall_s,
-        outliers: outliers(&rates),
+        outliers: outlier_count(&rates),
         sequence_steps_per_s: rates,
         parts_us,
         rasterisers,

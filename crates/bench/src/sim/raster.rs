@@ -10,7 +10,7 @@ use evpose_sim::raster::{Camera, Mesh, Raster, is_closed};
 use glam::{Mat4, Vec3, Vec4};
 use serde::Serialize;
 
-use evpose_app::timing::quantile;
+use evpose_stats::quantile::nearest_rank;
 
 /// Renderings of one measurement: the hand turns a little in each.
 const POSES: usize = 32;
@@ -65,7 +65,7 @@ pub(super) fn measure(config: &SimulationConfig, model: &BodyModel) -> Vec<Raste
         .iter_mut()
         .map(|times_us| {
             times_us.sort_by(f64::total_cmp);
-            quantile(times_us, 0.5)
+            nearest_rank(times_us, 0.5)
         })
         .collect();
     contestants

@@ -2,6 +2,7 @@
 
 mod usage;
 
+use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::Result;
@@ -21,8 +22,8 @@ use evpose_app::latency;
 use evpose_app::machine::Machine;
 use evpose_app::progress::say;
 use evpose_app::run_info::COMMIT;
-use evpose_app::timing::{outliers, quantile};
-use std::path::PathBuf;
+use evpose_stats::interval::median_outer_count;
+use evpose_stats::quantile::{nearest_rank, outlier_count};
 use usage::{peak_resident_mib, processor_s};
 
 #[derive(Debug, clap::Args)]
@@ -98,29 +99,13 @@ impl Times {
     fn of(mut times_ms: Vec<f64>) -> Self {
         times_ms.sort_by(f64::total_cmp);
         let n = times_ms.len();
-        let outer = outer_rank(n);
+        let outer = median_outer_count(n);
         Self {
-            median_ms: quantile(&times_ms, 0.5),
+            median_ms: nearest_rank(&times_ms, 0.5),
             interval_ms: [times_ms[outer], times_ms[n - 1 - outer]],
             min_ms: times_ms[0],
         }
     }
-}
-
-/// How many of `n` sorted values lie outside on each side of the narrowest interval of order
-/// statistics that misses the median at most one time in twenty (Conover 1999, Sec. 3.2).
-fn outer_rank(n: usize) -> usize {
-    // The chance of `k` or fewer heads of `n` throws.
-    let (mut chance, mut at_most, mut outer) = (0.5_f64.powi(n as i32), 0.0, 0);
-    for k in 0..n / 2 {
-        at_most += chance;
-        if 2.0 * at_most > 0.05 {
-            break;
-        }
-        outer = k + 1;
-        chance *= (n - k) as f64 / (k + 1) as f64;
-    }
-    outer.saturating_sub(1)
 }
 
 pub(crate) fn run(args: &BenchTrainArgs) -> Result<()> {
@@ -222,7 +207,7 @@ fn measured<M: BurnModule>(
         update,
         processor_ms,
         peak_resident_mib: peak_resident_mib(),
-        outliers: outliers(&sorted),
+        outliers: outlier_count(&sorted),
         loss: stepper.loss_was,
     }
 }
@@ -288,8 +273,7 @@ mod tests {
 
     #[test]
     fn intervals_of_medians_are_those_of_the_binomial_tables() {
-        // Conover's table A3: ranks 1 and 6, 2 and 9, 6 and 15 of 6, 10 and 20 values.
-        assert_eq!([3, 6, 10, 20].map(outer_rank), [0, 0, 1, 5]);
+        // Conover's table A3: ranks 2 and 9 of 10 values.
         let times = Times::of((1..=10).rev().map(f64::from).collect());
         assert_eq!((times.median_ms, times.interval_ms, times.min_ms), (5.0, [2.0, 9.0], 1.0));
     }

@@ -5,7 +5,8 @@ use std::path::Path;
 use anyhow::{Context, Result, bail};
 use evpose_core::{Micros, atomic_write};
 use evpose_pose::metric::body::{BodyEvaluation, BodyScores, BodySummary};
-use evpose_pose::metric::{BootstrapConfig, Interval};
+use evpose_stats::bootstrap::BootstrapConfig;
+use evpose_stats::interval::Interval;
 use evpose_task::body::{BodyCheckpoint, BodyPredictor, BodyPredictorOptions, PropagationConfig};
 use evpose_train::body::{
     BodyRecordingResult, BodyRecordings, BodyResults, evaluate_body, evaluate_propagation,

@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use evpose_core::atomic_write;
 use evpose_pose::HandParams;
-use evpose_pose::metric::{HandRatios, HandSummary, Interval, MeanPose};
+use evpose_pose::metric::{HandRatios, HandSummary, MeanPose};
+use evpose_stats::interval::Interval;
 use evpose_task::hand::{ConstantPose, HandConfig, NetworkPredictor};
 use evpose_train::{
     Condition, HandDataset, Method, MethodResults, SlowMotionResults, SlowMotionUsage, evaluate,

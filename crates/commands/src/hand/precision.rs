@@ -5,9 +5,10 @@ use std::time::Instant;
 
 use anyhow::Result;
 use evpose_app::progress::bar;
-use evpose_app::timing::quantile;
+use evpose_stats::quantile::nearest_rank;
 use evpose_infer::{CalibrationRanges, Precision};
 use evpose_report::held_out::cell;
+use evpose_stats::quantile::nearest_rank;
 use evpose_task::hand::{HandCheckpoint, NetworkPredictor};
 use evpose_train::{HandDataset, Method, evaluate as evaluate_methods, evaluated_pose_count};
 
@@ -54,7 +55,7 @@ pub(super) fn evaluate(
         };
         scores.push(PrecisionScores {
             precision,
-            latency_ms: quantile(&times_ms, 0.5),
+            latency_ms: nearest_rank(&times_ms, 0.5),
             cells: vec![
                 ("translation mm", error(held_out.translation_mm, 2)),
                 ("rotation deg", error(held_out.rotation_deg, 2)),

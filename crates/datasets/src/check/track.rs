@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::ops::Range;
 
 use evpose_pose::body::{BodyPoints, torso};
+use evpose_stats::quantile::upper_index;
 use glam::Vec2;
 
 use super::CheckOptions;
@@ -103,7 +104,7 @@ impl Track {
 
 /// The median of some values, the higher of the two middle ones.
 pub(super) fn median(mut values: Vec<f32>) -> Option<f32> {
-    let middle = values.len() / 2;
+    let middle = upper_index(values.len(), 1, 2);
     if values.is_empty() {
         return None;
     }

@@ -6,27 +6,21 @@
 //! * [`palm_errors_percent`], [`root_aligned_errors_mm`]: errors of its points.
 //! * [`Pck`]: the share of point errors below each threshold, and the area under that curve.
 //! * [`SequenceScores`]: all of the above over one sequence; [`HandEvaluation`]: over all of them.
-//! * [`mean_interval`], [`ratio_interval`]: means and ratios with bootstrap intervals.
-//! * [`mean_of_runs`]: the mean of a few whole runs, one for each seed.
 //! * [`MeanPose`]: the predictor to beat, which never looks at an event.
 //! * [`body`]: the same for bodies in images.
 //! * [`RecordingConventions`]: rows and labels of the published real recordings.
 
 pub mod body;
-mod bootstrap;
 mod conventions;
 mod hand_error;
 mod mean_pose;
 mod pck;
 mod points;
-mod runs;
 mod summary;
 
-pub use bootstrap::{BootstrapConfig, Interval, Totals, bootstrap, mean_interval, ratio_interval};
 pub use conventions::RecordingConventions;
 pub use hand_error::HandError;
 pub use mean_pose::MeanPose;
 pub use pck::{Pck, THRESHOLDS};
 pub use points::{HandPoints, PALM_POINTS, palm_errors_percent, root_aligned_errors_mm};
-pub use runs::mean_of_runs;
 pub use summary::{HandEvaluation, HandRatios, HandSummary, PckCurves, SequenceScores};

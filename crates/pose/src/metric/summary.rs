@@ -2,11 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{
-    BootstrapConfig, HandError, HandPoints, Interval, Pck, Totals, mean_interval,
-    palm_errors_percent, ratio_interval, root_aligned_errors_mm,
-};
+use super::{HandError, HandPoints, Pck, palm_errors_percent, root_aligned_errors_mm};
 use crate::{HandParams, PoseError};
+use evpose_stats::bootstrap::{BootstrapConfig, Totals, mean_interval, ratio_interval};
+use evpose_stats::interval::Interval;
 
 /// What a method scored on one sequence.
 #[derive(Debug, Clone, Default, PartialEq)]

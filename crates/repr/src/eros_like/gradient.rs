@@ -234,12 +234,11 @@ fn join<S: Strength, const HALF: usize>(
             (gx, gy)
         } else {
             let wide = i32::from;
-            let (mut gx, mut gy) = (vectorize(taps.smooth[0]) * vectorize(derived.behind[0][x]), 0);
+            let (mut gx, mut gy) = (wide(taps.smooth[0]) * wide(derived.behind[0][x]), 0);
             for k in 1..HALF {
                 let sum = derived.before[k][x] + derived.behind[k][x];
-                gx += vectorize(taps.smooth[k]) * vectorize(sum);
-                gy += vectorize(taps.derive[k])
-                    * vectorize(smooth.behind[k][x] - smooth.before[k][x]);
+                gx += wide(taps.smooth[k]) * wide(sum);
+                gy += wide(taps.derive[k]) * wide(smooth.behind[k][x] - smooth.before[k][x]);
             }
             (sixteenth(gx), sixteenth(gy))
         };

@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use evpose_nn::{BodyLossConfig, MoveEnetConfig};
 use evpose_pose::body::DEFAULT_SOFTENING;
-use evpose_pose::metric::BootstrapConfig;
 use evpose_repr::{ErosLike, GaussianKernel, representation_by_name};
 use evpose_sim::person::PeopleConfig;
+use evpose_stats::bootstrap::BootstrapConfig;
 use serde::{Deserialize, Serialize};
 
 use super::augmentation::BodyAugmentation;

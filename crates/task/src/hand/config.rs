@@ -5,9 +5,9 @@ use std::path::Path;
 use evpose_core::Micros;
 use evpose_nn::{HandLossConfig, HandRegressorConfig, backbone_by_name};
 use evpose_pose::filter::HandFilterConfig;
-use evpose_pose::metric::BootstrapConfig;
 use evpose_repr::{ChannelOrder, WindowAugmentation, representation_by_name};
 use evpose_sim::SimulationConfig;
+use evpose_stats::bootstrap::BootstrapConfig;
 use serde::{Deserialize, Serialize};
 
 use super::slow_motion::SlowMotionConfig;

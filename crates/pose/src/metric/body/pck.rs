@@ -14,7 +14,7 @@
 //! mean over even thresholds: Mehta et al., *Monocular 3D human pose estimation in the wild using
 //! improved CNN supervision*, 3DV 2017; MoveEnet publishes none.
 
-use crate::metric::Totals;
+use evpose_stats::bootstrap::Totals;
 
 /// How many thresholds the curve has: whole percents of the size.
 pub const BODY_THRESHOLDS: usize = 100;

@@ -3,7 +3,7 @@
 use super::track::Tracks;
 use super::{BodyErrors, BodyPrediction, BodyProtocol, BodyTruth, MissingJoints};
 use crate::PoseError;
-use crate::metric::Totals;
+use evpose_stats::bootstrap::Totals;
 
 /// What a method scored on one sequence.
 ///

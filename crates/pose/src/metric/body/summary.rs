@@ -6,7 +6,8 @@ use super::errors::mean_over_joints;
 use super::{BODY_THRESHOLDS, BodyErrors, BodySequence, JointErrors, RootMeanSquare};
 use crate::PoseError;
 use crate::body::{BODY_JOINTS, JOINT_NAMES};
-use crate::metric::{BootstrapConfig, Interval, Totals, bootstrap, mean_interval};
+use evpose_stats::bootstrap::{BootstrapConfig, Totals, bootstrap, mean_interval};
+use evpose_stats::interval::Interval;
 
 /// What a method scored on every sequence, in their order.
 #[derive(Debug, Clone, Default, PartialEq)]
