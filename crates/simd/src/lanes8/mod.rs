@@ -21,6 +21,7 @@ pub const LANES_8: usize = 8;
 ///
 /// Methods whose name ends in `_i` take integers. A mask is a vector of integers, all bits one or zero
 /// in every lane.
+#[allow(clippy::wrong_self_convention, reason = "self is the proof of the level, not the operand")]
 pub trait Lanes8: Copy + Debug {
     /// Eight `f32`.
     type F: Copy + Debug;
