@@ -1,4 +1,4 @@
-//! The pinhole camera, the camera with a lens, and where they stand.
+//! The pinhole camera, the camera with lens distortion, and their pose in the world.
 
 use glam::{Mat4, Vec2, Vec3};
 use serde::{Deserialize, Serialize};
@@ -7,14 +7,15 @@ use crate::SensorSize;
 
 mod lens;
 
-pub use lens::{Distortion, LensCamera, Sight};
+pub use lens::{Distortion, LensCamera, ViewingRay};
 
 /// A pinhole camera without distortion. Camera space is OpenGL's: x right, y up, looking along -z.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pinhole {
     /// Focal length in pixels, the same along both axes.
     pub focal_px: f32,
-    /// Where the optical axis meets the image, in pixels from the top-left corner.
+    /// Principal point, the intersection of the optical axis with the image, in pixels from the
+    /// top-left corner.
     pub principal_px: Vec2,
 }
 
@@ -41,15 +42,15 @@ impl Pinhole {
     }
 }
 
-/// Where a camera stands and what it looks at, in world metres.
+/// Pose of a camera by its position and a target, in world metres.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LookAt {
     /// Position of the camera.
     pub eye_m: Vec3,
-    /// A point on its optical axis.
+    /// Target: a point on the optical axis.
     pub centre_m: Vec3,
-    /// The direction that is up in the image.
+    /// Direction that is up in the image.
     pub up: Vec3,
 }
 

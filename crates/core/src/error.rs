@@ -1,4 +1,4 @@
-//! What can be wrong with data before any of it is used.
+//! Errors of events and planes that break a rule of this crate.
 
 use crate::{Micros, SensorSize};
 
@@ -27,10 +27,10 @@ pub enum CoreError {
         /// The time before.
         previous: Micros,
     },
-    /// Columns of events that do not belong together.
+    /// Columns of events of different lengths.
     #[error("columns of {lengths:?} times, columns, rows and polarities")]
     ColumnLengths {
-        /// How many there are of each.
+        /// Lengths of times, columns, rows and polarities.
         lengths: [usize; 4],
     },
     /// The data of a plane does not match its size.

@@ -38,7 +38,7 @@ impl Polarity {
 /// One brightness change at one pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Event {
-    /// When, in microseconds since the start of the recording.
+    /// Time stamp in microseconds since the start of the recording.
     pub t: Micros,
     /// Column, 0 at the left.
     pub x: u16,

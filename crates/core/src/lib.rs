@@ -1,11 +1,30 @@
-//! What every other crate of evpose speaks: events and their streams, time, sensor geometry,
+//! The types that all crates of evpose share: events and their streams, time, sensor geometry,
 //! cameras, planes of pixels, and counter-based noise.
 //!
 //! * [`Event`], [`Polarity`], [`EventStream`]: events in time order, checked once at construction.
 //! * [`Micros`], [`TimeWindow`]: integer microseconds, half-open windows.
 //! * [`SensorSize`], [`Plane`], [`Pinhole`], [`LensCamera`]: image geometry.
-//! * [`StageNoise`], [`CounterRng`]: random numbers that depend on *what* is drawn, never on when.
-//! * [`atomic_write`]: outputs appear whole or not at all.
+//! * [`StageNoise`], [`CounterRng`]: random numbers that depend on the purpose of a draw, not on the order
+//!   of draws.
+//! * [`atomic_write`]: output files are complete or absent.
+//!
+//! ```
+//! use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize, TimeWindow};
+//!
+//! let event = |ms, x| Event { t: Micros(1_000 * ms), x, y: 90, polarity: Polarity::On };
+//! let stream = EventStream::from_events(SensorSize::DAVIS240C, (0..100).map(|ms| event(ms, 7)))?;
+//!
+//! // The 30 ms before 60 ms; windows are half-open.
+//! let window = TimeWindow::ending_at(Micros(60_000), Micros(30_000));
+//! let events = stream.slice(window);
+//! assert_eq!(events.len(), 30);
+//! assert_eq!(events.t().first(), Some(&Micros(30_000)));
+//!
+//! // Order and bounds are checked.
+//! let outside = EventStream::from_events(SensorSize::DAVIS240C, [event(0, 240)]);
+//! assert!(outside.is_err());
+//! # Ok::<(), evpose_core::CoreError>(())
+//! ```
 
 mod camera;
 mod error;
@@ -16,7 +35,7 @@ mod plane;
 mod stream;
 mod time;
 
-pub use camera::{Distortion, LensCamera, LookAt, Pinhole, Sight};
+pub use camera::{Distortion, LensCamera, LookAt, Pinhole, ViewingRay};
 pub use error::CoreError;
 pub use event::{Event, Polarity, SensorSize};
 pub use noise::{CounterRng, StageNoise, seed_for};

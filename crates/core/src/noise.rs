@@ -1,4 +1,4 @@
-//! Counter-based random numbers: a draw depends on what it is for, never on what was drawn before.
+//! Counter-based random numbers: a draw is a hash of its purpose and index, without state.
 //!
 //! Results are then the same for any block size and thread count, and adding a stage to a chain
 //! does not move the noise of the others: `with effect - without effect` is free of noise.
@@ -9,6 +9,7 @@
 
 use std::f32::consts::TAU;
 
+/// 2^64 over the golden ratio: the increment of SplitMix64.
 const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
 
 fn mix(mut z: u64) -> u64 {
@@ -22,6 +23,7 @@ fn unit(bits: u64) -> f32 {
     ((bits >> 40) + 1) as f32 / (1u64 << 24) as f32
 }
 
+/// Box-Muller transform of two uniform draws.
 fn gaussian(u1: f32, u2: f32) -> f32 {
     (-2.0 * u1.ln()).sqrt() * (TAU * u2).cos()
 }
@@ -128,7 +130,7 @@ impl CounterRng {
 mod tests {
     use super::*;
 
-    fn moments(draw: impl Fn(usize) -> f32) -> (f64, f64) {
+    fn mean_and_variance(draw: impl Fn(usize) -> f32) -> (f64, f64) {
         let n = 200_000;
         let mean = (0..n).map(|i| f64::from(draw(i))).sum::<f64>() / n as f64;
         let variance = (0..n).map(|i| (f64::from(draw(i)) - mean).powi(2)).sum::<f64>() / n as f64;
@@ -136,18 +138,18 @@ mod tests {
     }
 
     #[test]
-    fn uniform_draws_have_the_moments_of_a_uniform() {
+    fn uniform_draws_have_mean_and_variance_of_a_uniform() {
         let noise = StageNoise::new(7, "x", 3);
-        let (mean, variance) = moments(|i| noise.uniform(i, 0));
+        let (mean, variance) = mean_and_variance(|i| noise.uniform(i, 0));
         // Four standard errors of 200,000 draws.
         assert!((mean - 0.5).abs() < 4.0 * (1.0 / 12.0 / 200_000f64).sqrt(), "{mean}");
         assert!((variance - 1.0 / 12.0).abs() < 0.001, "{variance}");
     }
 
     #[test]
-    fn normal_draws_have_the_moments_of_a_normal() {
+    fn normal_draws_have_mean_and_variance_of_a_normal() {
         let noise = StageNoise::new(7, "x", 3);
-        let (mean, variance) = moments(|i| noise.normal(i, 0));
+        let (mean, variance) = mean_and_variance(|i| noise.normal(i, 0));
         assert!(mean.abs() < 4.0 / 200_000f64.sqrt(), "{mean}");
         assert!((variance - 1.0).abs() < 4.0 * (2.0 / 200_000f64).sqrt(), "{variance}");
     }

@@ -1,4 +1,4 @@
-//! Output files that appear whole or not at all.
+//! Atomic output files: complete or absent.
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
@@ -54,7 +54,7 @@ impl Write for AtomicFile {
     }
 }
 
-/// For formats whose beginning tells where their end is.
+/// For formats whose header stores offsets of later parts.
 impl Seek for AtomicFile {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         self.writer.as_mut().ok_or_else(|| io::Error::other("already committed"))?.seek(to)
@@ -69,8 +69,8 @@ impl Drop for AtomicFile {
     }
 }
 
-/// A file beside `target` that nobody else has: containers that share a directory all have process
-/// number 1, and what a killed process left may be any number's.
+/// Creates a file beside `target` under a name not in use: containers that share a directory all
+/// have process id 1, and files of killed processes may have any.
 fn create_temporary(target: &Path) -> io::Result<(PathBuf, File)> {
     let mut attempt = 0_u32;
     loop {
@@ -85,8 +85,8 @@ fn create_temporary(target: &Path) -> io::Result<(PathBuf, File)> {
     }
 }
 
-/// The name that a temporary file of [`AtomicFile`] would have got, or none if `name` is no such
-/// file's: what a killed process leaves behind is told by it.
+/// The target's name of a temporary file of [`AtomicFile`]; none for other names. Identifies the
+/// files that a killed process leaves behind.
 pub fn temporary_target(name: &str) -> Option<&str> {
     let (target, tag) = name.strip_suffix(TEMPORARY)?.rsplit_once('.')?;
     let (process, attempt) = tag.split_once('-')?;
@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn a_temporary_name_tells_its_target_and_other_names_do_not() {
+    fn a_temporary_name_contains_its_target_and_other_names_do_not() {
         let directory = tempfile::tempdir().unwrap();
         let writer = AtomicFile::create(directory.path().join("a.b.evc")).unwrap();
         let name = writer.temporary.file_name().unwrap().to_str().unwrap();

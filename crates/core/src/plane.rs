@@ -1,8 +1,8 @@
-//! A rectangle of values.
+//! Dense images of one value per pixel.
 
 use crate::{CoreError, SensorSize};
 
-/// `height` rows of `width` values, row by row from the top.
+/// A dense image: `height` rows of `width` values, row-major from the top.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plane<T> {
     width: usize,
@@ -49,17 +49,23 @@ impl<T> Plane<T> {
         &self.data
     }
 
-    /// The values, row by row.
+    /// The values, row by row, to write.
     pub fn data_mut(&mut self) -> &mut [T] {
         &mut self.data
     }
 
-    /// One row.
+    /// Row `y`.
+    ///
+    /// # Panics
+    /// Outside the plane.
     pub fn row(&self, y: usize) -> &[T] {
         &self.data[y * self.width..(y + 1) * self.width]
     }
 
-    /// One row.
+    /// Row `y`, to write.
+    ///
+    /// # Panics
+    /// Outside the plane.
     pub fn row_mut(&mut self, y: usize) -> &mut [T] {
         &mut self.data[y * self.width..(y + 1) * self.width]
     }
@@ -73,7 +79,7 @@ impl<T> Plane<T> {
         &self.data[y * self.width + x]
     }
 
-    /// The value at column `x`, row `y`.
+    /// The value at column `x`, row `y`, to write.
     ///
     /// # Panics
     /// Outside the plane.

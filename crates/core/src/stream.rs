@@ -21,7 +21,7 @@ impl EventStream {
         Self { sensor, t: Vec::new(), x: Vec::new(), y: Vec::new(), polarity: Vec::new() }
     }
 
-    /// Checks and takes `events`.
+    /// A stream of `events`, checked.
     ///
     /// # Errors
     /// The first event that lies outside `sensor` or is earlier than the one before it.
@@ -36,8 +36,8 @@ impl EventStream {
         Ok(stream)
     }
 
-    /// Takes columns as they are, or gives them back: if they differ in length, an event lies outside
-    /// `sensor`, or one is earlier than the one before it.
+    /// Takes columns as they are, or gives them back: if they differ in length, an event lies
+    /// outside `sensor`, or one is earlier than the one before it.
     #[expect(clippy::type_complexity, reason = "the columns that were given")]
     pub fn from_columns(
         sensor: SensorSize,
@@ -78,8 +78,8 @@ impl EventStream {
     /// Appends many events at once, given column by column.
     ///
     /// # Errors
-    /// The first event that lies outside the sensor or is earlier than the one before it, or columns
-    /// of different lengths; the stream is then unchanged.
+    /// The first event that lies outside the sensor or is earlier than the one before it, or
+    /// columns of different lengths; the stream is then unchanged.
     pub fn extend_columns(
         &mut self,
         t: &[Micros],
@@ -106,7 +106,7 @@ impl EventStream {
         Ok(())
     }
 
-    /// What is wrong with the first of some events that cannot be appended.
+    /// The error of the first event that cannot be appended.
     fn first_fault(&self, t: &[Micros], x: &[u16], y: &[u16]) -> Option<CoreError> {
         let mut previous = self.t.last().copied();
         for (k, ((&t, &x), &y)) in t.iter().zip(x).zip(y).enumerate() {
@@ -156,7 +156,7 @@ impl EventStream {
         self.polarity.reserve(events);
     }
 
-    /// Forgets the events and keeps the memory.
+    /// Removes all events and keeps the capacity.
     pub fn clear(&mut self) {
         self.t.clear();
         self.x.clear();
@@ -244,14 +244,14 @@ fn lie_below(column: &[u16], limit: u16) -> bool {
     column.iter().fold(true, |all, &value| all & (value < limit))
 }
 
-/// Builds a stream from data that may be faulty, counting what it turns away.
+/// Builds a stream from possibly faulty data, counting rejected events.
 #[derive(Debug)]
 pub struct EventStreamBuilder {
     stream: EventStream,
     rejected: Rejected,
 }
 
-/// How many events a builder turned away, and why.
+/// Counts of the events that a builder rejected, by reason.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Rejected {
     /// Outside the sensor.
@@ -261,7 +261,7 @@ pub struct Rejected {
 }
 
 impl Rejected {
-    /// All of them.
+    /// Events rejected for any reason.
     pub fn total(self) -> usize {
         self.outside_sensor + self.out_of_order
     }
@@ -282,7 +282,7 @@ impl EventStreamBuilder {
         }
     }
 
-    /// The stream and what was turned away.
+    /// The stream and the counts of rejected events.
     pub fn finish(self) -> (EventStream, Rejected) {
         (self.stream, self.rejected)
     }

@@ -53,9 +53,9 @@ impl fmt::Display for Micros {
 /// A half-open interval of time: `start` belongs to it, `end` does not.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TimeWindow {
-    /// First instant inside.
+    /// First instant inside the window.
     pub start: Micros,
-    /// First instant after.
+    /// First instant after the window.
     pub end: Micros,
 }
 

@@ -1,6 +1,6 @@
-//! What can be wrong with the settings of filters and the use of metrics.
+//! Errors of filter settings and of the use of metrics.
 
-/// A setting or a comparison that makes no sense.
+/// A setting out of range, or data that a metric is not defined for.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum PoseError {
     /// A setting lies outside its range.
@@ -8,9 +8,9 @@ pub enum PoseError {
     OutOfRange {
         /// Name of the setting.
         field: &'static str,
-        /// What it was set to.
+        /// Its value.
         value: f64,
-        /// What it may be.
+        /// Allowed values, in words.
         rule: &'static str,
     },
     /// Two methods can only be compared on the same sequences.
@@ -21,15 +21,15 @@ pub enum PoseError {
         /// Sequences of the second method.
         right: usize,
     },
-    /// A number of a pose is infinite or none.
-    #[error("{what} {row} (the first is 0) holds a number that is not finite")]
+    /// A value of a pose is infinite or NaN.
+    #[error("{what} {row} (the first is 0) holds a value that is not finite")]
     NotFinite {
         /// `label` or `prediction`.
         what: &'static str,
-        /// Which one.
+        /// Index of the label or prediction.
         row: usize,
     },
-    /// A sequence without a label cannot be judged.
+    /// A sequence without labels cannot be evaluated.
     #[error("the sequence has no labels")]
     NoLabels,
 }

@@ -1,9 +1,9 @@
-//! The 12 numbers that describe a hand.
+//! The 12 parameters of a hand.
 
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-/// How many numbers a [`HandParams`] is.
+/// Number of values of a [`HandParams`].
 pub const PARAMETERS: usize = 12;
 
 /// The 21 evaluated points of a hand, in their published order.
@@ -31,8 +31,8 @@ pub const EVALUATION_JOINTS: [&str; 21] = [
     "thumb3",
 ];
 
-/// Bones between these points, as pairs of their indices: thumb, index, middle, ring, pinky, each from the
-/// wrist to the tip.
+/// Bones between these points, as pairs of their indices: thumb, index, middle, ring, pinky, each
+/// from the wrist to the tip.
 pub const HAND_BONES: [[usize; 2]; 20] = [
     [0, 18],
     [18, 19],
@@ -56,7 +56,8 @@ pub const HAND_BONES: [[usize; 2]; 20] = [
     [14, 5],
 ];
 
-/// Pose of a hand in the world, a right one unless said otherwise: what the `.meta` file stores and the network predicts.
+/// Pose of a hand in the world, a right one unless said otherwise, as `.meta` files store it and
+/// the network predicts it.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct HandParams {
     /// First six coefficients of the articulation basis, dimensionless, about -2 to 2.

@@ -1,14 +1,34 @@
-//! Poses, the filters that smooth them over time, and the metrics that judge them. No Burn.
+//! Poses of hands and bodies, temporal filters, and metrics with confidence intervals. No Burn.
 //!
-//! * [`HandParams`]: the 12 numbers EventHands regresses.
+//! * [`HandParams`]: the 12 parameters that EventHands regresses.
 //! * [`HandSide`], [`Mirror`]: left hands as mirrored right ones.
-//! * [`body`]: the maps that a network tells of a body, and the joints in them.
+//! * [`body`]: joints decoded from the maps of a network, their velocities, and the fusion of both.
 //! * [`EVALUATION_JOINTS`]: the 21 points of the hand that are evaluated, in their published order,
 //!   and [`HAND_BONES`] between them.
 //! * [`filter`]: smoothing over time.
 //! * [`metric`]: errors, curves under which areas are taken, and intervals.
 //! * [`stream`]: the halves of the stream from events to poses, [`PoseEstimate`]: a pose of any task.
 //! * [`rotation`]: axis-angle vectors, matrices, distances.
+//!
+//! ```
+//! use evpose_pose::metric::HandEvaluation;
+//! use evpose_pose::metric::SequenceScores;
+//! use evpose_pose::{HandParams, PARAMETERS};
+//! use evpose_stats::bootstrap::BootstrapConfig;
+//!
+//! // The regressed values of a network: articulation, wrist in metres, rotation in radians.
+//! let truth = HandParams::from_array([0.0; PARAMETERS]);
+//! let mut predicted = truth;
+//! predicted.translation_m.x = 0.03;
+//!
+//! // Two sequences of one frame each.
+//! let mut scores = SequenceScores::default();
+//! scores.push_parameters(&predicted, &truth);
+//! let evaluation = HandEvaluation { sequences: vec![scores.clone(), scores] };
+//! let error = evaluation.summary(&BootstrapConfig::default()).translation_mm.expect("frames");
+//! assert!((error.estimate - 30.0).abs() < 1e-3);
+//! assert_eq!(error.low, error.high, "equal sequences have no spread");
+//! ```
 
 pub mod body;
 mod error;

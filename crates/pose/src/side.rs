@@ -1,11 +1,11 @@
-//! Left and right hands, and how the numbers of one become those of the other.
+//! Left and right hands, and the mirror that turns the parameters of one into those of the other.
 //!
 //! # Model
-//! A left hand is a right one in a mirror. With `M` the reflection in the mirror's plane and `S` that
-//! of a hand model in its own frame, `x → −x`, which turns the right hand's rest pose into the left
-//! one's, a joint of rotation `R` at `t` becomes one of rotation `M·R·S` at `M(t)`. Both are
-//! reflections, so `M·R·S` is a rotation again, and mirroring twice changes nothing. Coefficients of
-//! the articulation stay as they are: the left hand's basis is the right one's, mirrored.
+//! A left hand is a right one in a mirror. With `M` the reflection in the mirror's plane and `S`
+//! that of a hand model in its own frame, `x → −x`, which turns the right hand's rest pose into the
+//! left one's, a joint of rotation `R` at `t` becomes one of rotation `M·R·S` at `M(t)`. Both are
+//! reflections, so `M·R·S` is a rotation again, and mirroring twice changes nothing. Coefficients
+//! of the articulation stay as they are: the left hand's basis is the right one's, mirrored.
 
 use glam::{Mat3, Vec3};
 use serde::{Deserialize, Serialize};
@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use crate::HandParams;
 use crate::rotation::{axis_angle_from_matrix, matrix_from_axis_angle};
 
-/// Which hand.
+/// Side of a hand.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum HandSide {
@@ -50,7 +50,7 @@ impl Mirror {
         point_m - self.normal * (2.0 * (self.normal.dot(point_m) - self.offset_m))
     }
 
-    /// The numbers of the other hand in the mirror image of a hand's pose.
+    /// Parameters of the other hand: the mirror image of a hand's pose.
     pub fn hand(&self, hand: &HandParams) -> HandParams {
         let n = self.normal;
         let across = Mat3::IDENTITY - 2.0 * Mat3::from_cols(n * n.x, n * n.y, n * n.z);
@@ -71,8 +71,8 @@ mod tests {
     use crate::rotation::geodesic_rad;
 
     fn vectors(reach: f32) -> impl Strategy<Value = Vec3> {
-        let number = -reach..reach;
-        (number.clone(), number.clone(), number).prop_map(|(x, y, z)| Vec3::new(x, y, z))
+        let range = -reach..reach;
+        (range.clone(), range.clone(), range).prop_map(|(x, y, z)| Vec3::new(x, y, z))
     }
 
     proptest! {

@@ -38,16 +38,18 @@ pub trait StreamFrontend: Send {
     /// If a stage cannot process them.
     fn push(&mut self, events: &EventStream) -> Result<(), StreamError>;
 
-    /// A stride has passed: front ends that batch inputs take one at `t`, the time of the last event.
+    /// A stride has passed: front ends that batch inputs take one at `t`, the time of the last
+    /// event.
     fn stride(&mut self, t: Micros) {
         let _ = t;
     }
 
-    /// The input at `t`, in the memory of an earlier one. None if nothing has changed since the last.
+    /// The input at `t`, in the memory of an earlier one. None if nothing has changed since the
+    /// last.
     fn input(&mut self, t: Micros, memory: Option<Self::Input>) -> Option<Self::Input>;
 
-    /// Takes the output for the input of `t`, which is known at `now`. Returns the poses of the input with
-    /// their time stamps.
+    /// Takes the output for the input of `t`, which is known at `now`. Returns the poses of the
+    /// input with their time stamps.
     fn accept(
         &mut self,
         t: Micros,
@@ -101,8 +103,8 @@ where
     F: StreamFrontend,
     W: InferenceWorker<Input = F::Input, Output = F::Output>,
 {
-    /// Takes the events up to and including `t`, and infers there. Returns the poses that became known,
-    /// none while a batch is not full.
+    /// Takes the events up to and including `t`, and infers there. Returns the poses that became
+    /// known, none while a batch is not full.
     ///
     /// # Errors
     /// If a stage fails.

@@ -48,8 +48,8 @@ impl Level {
         Self::available()[0]
     }
 
-    /// Whether registers hold the accumulators of two blocks of 16 channels for many pixels: AVX-512
-    /// has 32 registers.
+    /// Whether registers hold the accumulators of two nChw16c blocks for many pixels: AVX-512 has
+    /// 32 registers.
     #[inline]
     pub fn has_room_for_two_blocks(self) -> bool {
         #[cfg(target_arch = "x86_64")]

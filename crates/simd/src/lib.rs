@@ -9,8 +9,8 @@
 //! * [`Bf16`], [`ReducedPrecision`], [`DotProduct`]: values of 16 and 8 bits, and the instructions that
 //!   multiply and add several of them at once.
 //!
-//! A kernel's `run` and everything that it calls must be `#[inline(always)]`: a function that is not
-//! inlined is compiled for the baseline of the target.
+//! A kernel's `run` and everything that it calls must be `#[inline(always)]`: a function that is
+//! not inlined is compiled for the baseline of the target.
 //!
 //! ```
 //! use evpose_simd::{Kernel8, LANES_8, Lanes8, dispatch};
@@ -40,10 +40,10 @@
 //! ```
 //!
 //! # Unsafe code
-//! Vector instructions need it: a processor without an instruction has no defined behaviour for it, and
-//! vectors of 16 lanes are read and written through pointers. [`Level`] and the tokens of `pulp` prove
-//! that the instructions exist; the contracts about memory are written at [`Lanes16`] and
-//! [`DotProduct`].
+//! Vector instructions need it: a processor without an instruction has no defined behaviour for it,
+//! and vectors of 16 lanes are read and written through pointers. [`Level`] and the tokens of
+//! `pulp` prove that the instructions exist; the contracts about memory are written at [`Lanes16`]
+//! and [`DotProduct`].
 
 #![allow(unsafe_code, reason = "vector instructions; contracts are written at each trait")]
 

@@ -1,8 +1,8 @@
 //! Loops compiled for the widest vectors that the processor has.
 //!
-//! A loop compiled for the baseline of x86-64 works on four values at a time; the same loop compiled for
-//! AVX2 works on eight, for AVX-512 on sixteen. Results do not depend on it: no operation is contracted
-//! or reordered.
+//! A loop compiled for the baseline of x86-64 works on four values at a time; the same loop
+//! compiled for AVX2 works on eight, for AVX-512 on sixteen. Results do not depend on it: no
+//! operation is contracted or reordered.
 
 /// Runs `work` as compiled for the widest vectors of this processor.
 ///

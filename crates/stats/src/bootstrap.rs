@@ -1,12 +1,13 @@
 //! Percentile bootstrap of statistics over sequences.
 //!
-//! The frames of one sequence are correlated: a thousand of them are not a thousand independent samples.
-//! So whole sequences are drawn with replacement (the cluster bootstrap), as many as the sample has, and
-//! the 2.5th and 97.5th percentiles over the draws are the interval. Two methods evaluated on the same
-//! sequences are resampled together, so that the difficulty of a sequence cancels in their ratio.
+//! The frames of one sequence are correlated: a thousand of them are not a thousand independent
+//! samples. So whole sequences are drawn with replacement (the cluster bootstrap), as many as the
+//! sample has, and the 2.5th and 97.5th percentiles over the draws are the interval. Two methods
+//! evaluated on the same sequences are resampled together, so that the difficulty of a sequence
+//! cancels in their ratio.
 //!
-//! With few sequences such intervals are a little short: of 20 sequences, expect a coverage of 92 to
-//! 93 %.
+//! With few sequences such intervals are a little short: of 20 sequences, expect a coverage of 92
+//! to 93 %.
 //!
 //! # Source
 //! Efron and Tibshirani, *An introduction to the bootstrap*, 1993, chapters 8 and 13.

@@ -6,8 +6,8 @@ pub const NORMAL_975: f64 = 1.959_964;
 /// 97.5th percentiles of Student's t for 1 to 9 degrees of freedom.
 const STUDENT_975: [f64; 9] = [12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262];
 
-/// Below this the series of Kolmogorov's distribution has not converged, and the tail is one to many
-/// digits.
+/// Below this the series of Kolmogorov's distribution has not converged, and the tail is one to
+/// many digits.
 const MIN_KOLMOGOROV: f64 = 0.2;
 
 /// Probability that a standard normal variable exceeds `z`.
@@ -40,8 +40,8 @@ pub fn normal_upper_tail(z: f64) -> f64 {
 /// For no degrees of freedom.
 ///
 /// # Source
-/// Tables up to 9 degrees of freedom; beyond them the expansion of Abramowitz and Stegun, *Handbook of
-/// Mathematical Functions*, 26.7.5.
+/// Tables up to 9 degrees of freedom; beyond them the expansion of Abramowitz and Stegun, *Handbook
+/// of Mathematical Functions*, 26.7.5.
 pub fn student_975(degrees: usize) -> f64 {
     STUDENT_975.get(degrees - 1).copied().unwrap_or_else(|| {
         let (z, n) = (NORMAL_975, degrees as f64);

@@ -28,9 +28,9 @@ impl Interval {
 
 /// Student's t interval of a mean: `mean ± t s / √n`, with `n - 1` degrees of freedom.
 ///
-/// One value has a mean without an interval, an empty sample neither. For a few whole training runs this
-/// is the interval to use: a bootstrap of three runs has ten distinct samples and is far too short,
-/// while t assumes that runs are about normal and widens by a factor of 4.3.
+/// One value has a mean without an interval, an empty sample neither. For a few whole training runs
+/// this is the interval to use: a bootstrap of three runs has ten distinct samples and is far too
+/// short, while t assumes that runs are about normal and widens by a factor of 4.3.
 ///
 /// # Source
 /// Student: *The probable error of a mean*, Biometrika 6, 1908.
@@ -65,8 +65,8 @@ pub fn wilson(successes: usize, trials: usize) -> (f64, f64) {
 /// Values of `n` sorted ones that lie outside, on each side, of the narrowest interval of order
 /// statistics that misses the median with a probability of at most 5 %.
 ///
-/// The interval is `sorted[k]` to `sorted[n - 1 - k]`. Below six values no interval is wide enough; it is
-/// then that of the smallest and the largest.
+/// The interval is `sorted[k]` to `sorted[n - 1 - k]`. Below six values no interval is wide enough;
+/// it is then that of the smallest and the largest.
 ///
 /// # Source
 /// Conover, *Practical nonparametric statistics*, 1999, section 3.2.

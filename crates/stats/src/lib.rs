@@ -7,8 +7,8 @@
 //! * [`bootstrap`]: percentile intervals by resampling whole sequences.
 //! * [`linear`]: small dense systems of linear equations.
 //!
-//! Sums run in the order of the values, and no function changes its rule with the size of a sample, so
-//! equal inputs give equal bits.
+//! Sums run in the order of the values, and no function changes its rule with the size of a sample,
+//! so equal inputs give equal bits.
 //!
 //! ```
 //! use evpose_stats::interval::{t_interval, wilson};

@@ -1,9 +1,11 @@
 //! Small dense systems of linear equations, by Gaussian elimination with partial pivoting.
 
-/// Pivots below this make a system of any size singular: there only exact zeros and denormals count.
+/// Pivots below this make a system of any size singular: there only exact zeros and denormals
+/// count.
 const MIN_PIVOT: f64 = 1e-300;
 
-/// Solves `matrix x = right` by elimination and back substitution; none where the matrix is singular.
+/// Solves `matrix x = right` by elimination and back substitution; none where the matrix is
+/// singular.
 ///
 /// ```
 /// use evpose_stats::linear::solve;

@@ -5,8 +5,8 @@ pub fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// Mean and standard deviation of a sample, with `n - 1` degrees of freedom; the deviation of one value is
-/// zero, both are NaN of an empty sample.
+/// Mean and standard deviation of a sample, with `n - 1` degrees of freedom; the deviation of one
+/// value is zero, both are NaN of an empty sample.
 ///
 /// ```
 /// use evpose_stats::moments::mean_and_deviation;

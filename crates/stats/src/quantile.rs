@@ -1,7 +1,8 @@
 //! Quantiles of samples and of histograms.
 //!
-//! Samples of `n` values have several quantiles of a probability `q`; Hyndman and Fan, *Sample quantiles
-//! in statistical packages*, The American Statistician 50, 1996, list the rules. Those used here:
+//! Samples of `n` values have several quantiles of a probability `q`; Hyndman and Fan, *Sample
+//! quantiles in statistical packages*, The American Statistician 50, 1996, list the rules. Those
+//! used here:
 //!
 //! | function | rule | value, 0-based |
 //! |---|---|---|
@@ -13,18 +14,20 @@
 //! Functions ending in `_index` return the place of the order statistic, for a sorted slice or for
 //! `select_nth_unstable`.
 
-/// Scale that makes the median absolute deviation of a normal sample its standard deviation, inverted.
+/// Scale that makes the median absolute deviation of a normal sample its standard deviation,
+/// inverted.
 const NORMAL_MAD: f64 = 0.6745;
 
-/// Modified z-scores above this are outliers: Iglewicz and Hoaglin, *How to detect and handle outliers*,
-/// 1993.
+/// Modified z-scores above this are outliers: Iglewicz and Hoaglin, *How to detect and handle
+/// outliers*, 1993.
 const OUTLIER_Z: f64 = 3.5;
 
-/// Smallest median absolute deviation, so that samples of equal values have no outliers by rounding.
+/// Smallest median absolute deviation, so that samples of equal values have no outliers by
+/// rounding.
 const MIN_MAD: f64 = 1e-9;
 
-/// The nearest-rank quantile of a sorted sample: the smallest value with at least a share `q` of the
-/// sample at or below it.
+/// The nearest-rank quantile of a sorted sample: the smallest value with at least a share `q` of
+/// the sample at or below it.
 ///
 /// # Panics
 /// On an empty sample.
@@ -55,7 +58,8 @@ pub fn nearest_index(len: usize, q: f64) -> usize {
     (len.saturating_sub(1) as f64 * q).round() as usize
 }
 
-/// Index of the smallest value with more than `numerator / denominator` of the sample at or below it.
+/// Index of the smallest value with more than `numerator / denominator` of the sample at or below
+/// it.
 ///
 /// `upper_index(len, 1, 2)` is the median, the higher of two middle values. The index of a share of one
 /// is `len`, beyond the sample, as for an empty one.
@@ -63,8 +67,8 @@ pub const fn upper_index(len: usize, numerator: usize, denominator: usize) -> us
     len * numerator / denominator
 }
 
-/// The median of values in any order: the mean of the two in the middle of an even number; none of an
-/// empty sample. Sorts the values.
+/// The median of values in any order: the mean of the two in the middle of an even number; none of
+/// an empty sample. Sorts the values.
 ///
 /// ```
 /// use evpose_stats::quantile::median;
@@ -78,8 +82,8 @@ pub fn median(values: &mut [f64]) -> Option<f64> {
     Some(f64::midpoint(values[last / 2], values[values.len() / 2]))
 }
 
-/// The higher median of values in any order ([`upper_index`]); none of an empty sample. Reorders the
-/// values.
+/// The higher median of values in any order ([`upper_index`]); none of an empty sample. Reorders
+/// the values.
 pub fn median_high(values: &mut [f64]) -> Option<f64> {
     let middle = upper_index(values.len(), 1, 2);
     (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
@@ -97,8 +101,8 @@ pub fn outlier_count(sorted: &[f64]) -> usize {
     sorted.iter().filter(|value| NORMAL_MAD * (*value - median).abs() / mad > OUTLIER_Z).count()
 }
 
-/// The quantile of a histogram: its bin, and how far into the bin it lies, from 0 to 1, counts being
-/// spread evenly over their bin. None where all counts are zero.
+/// The quantile of a histogram: its bin, and how far into the bin it lies, from 0 to 1, counts
+/// being spread evenly over their bin. None where all counts are zero.
 pub fn of_histogram(
     counts: impl IntoIterator<Item = u64, IntoIter: Clone>,
     q: f64,

@@ -1,22 +1,23 @@
-//! A camera behind a lens that bends straight lines: OpenCV's rational model.
+//! Lens distortion: OpenCV's rational model.
 //!
 //! # Model
-//! A direction `(x, y)` is where a ray meets the plane at distance one: x right, y down. With
-//! `r² = x² + y²` and `f = (1 + k1 r² + k2 r⁴ + k3 r⁶) / (1 + k4 r² + k5 r⁴ + k6 r⁶)`,
+//! A direction `(x, y)` is a ray in normalised image coordinates, its intersection with the plane
+//! at distance one: x right, y down. With `r² = x² + y²` and `f = (1 + k1 r² + k2 r⁴ + k3 r⁶) / (1
+//! + k4 r² + k5 r⁴ + k6 r⁶)`,
 //!
 //! ```text
 //! x' = x f + 2 p1 x y + p2 (r² + 2 x²) + s1 r² + s2 r⁴
 //! y' = y f + p1 (r² + 2 y²) + 2 p2 x y + s3 r² + s4 r⁴
 //! ```
 //!
-//! and a sensor that is tilted by `tx` and `ty` sees `(x', y')` from its own plane: `P R (x', y', 1)`,
-//! with `R = Ry(ty) Rx(tx)` and `P` the projection back along the axis. With `k4` to `k6`, `s` and
-//! the tilt zero it is Brown and Conrady's model.
+//! and a sensor that is tilted by `tx` and `ty` projects `(x', y')` onto its own plane: `P R (x',
+//! y', 1)`, with `R = Ry(ty) Rx(tx)` and `P` the projection back along the axis. With `k4` to `k6`,
+//! `s` and the tilt zero it is Brown and Conrady's model.
 //!
-//! # The way back
-//! There is no formula for it. As OpenCV's `undistortPoints` does, the direction is put right by the
-//! distortion at the present guess, again and again, from the distorted direction on. How far off
-//! that ends is told in pixels, by distorting the result.
+//! # Inverse
+//! It has no closed form. As OpenCV's `undistortPoints`, a fixed-point iteration divides the
+//! distorted direction by the distortion at the current estimate. The residual is returned in
+//! pixels, by distorting the result.
 //!
 //! # Source
 //! Brown, *Decentering distortion of lenses*, 1966; OpenCV's manual, "Camera Calibration and 3D
@@ -24,18 +25,18 @@
 
 use glam::{DMat3, DVec2, DVec3};
 
-/// Steps shorter than this, at distance one, change no pixel: a millionth of a pixel at a focal
-/// length of 10,000.
-const STILL: f64 = 1e-10;
+/// Length of a step, at distance one, below which the iteration has converged: a millionth of a
+/// pixel at a focal length of 10,000.
+const MIN_STEP: f64 = 1e-10;
 
-/// How a lens bends, see the module.
+/// Coefficients of lens distortion, see the module.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Distortion {
-    /// Radial: three coefficients above the line, three below.
+    /// Radial: `k1` to `k3` of the numerator, `k4` to `k6` of the denominator.
     pub radial: [f64; 6],
     /// Tangential: `p1`, `p2`.
     pub tangential: [f64; 2],
-    /// Of a thin prism: `s1` to `s4`.
+    /// Thin prism: `s1` to `s4`.
     pub prism: [f64; 4],
     /// Tilt of the sensor about x and y.
     pub tilt_rad: [f64; 2],
@@ -64,43 +65,47 @@ impl Distortion {
         [k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4, tx, ty]
     }
 
-    /// Where a direction is seen.
-    pub fn distorted(&self, direction: DVec2) -> DVec2 {
+    /// Distorts a direction.
+    pub fn distort(&self, direction: DVec2) -> DVec2 {
         let r2 = direction.length_squared();
-        let seen = direction * (self.above(r2) / self.below(r2)) + self.sideways(direction);
-        through(self.tilt(), seen)
+        let distorted = direction * (self.numerator(r2) / self.denominator(r2))
+            + self.tangential_shift(direction);
+        project(self.tilt(), distorted)
     }
 
-    /// The direction that is seen at `seen`, after at most `steps` of the iteration. Not finite, or
-    /// far off, where it does not converge; as it is seen where the iteration would turn it about.
-    fn straightened(&self, seen: DVec2, steps: u32) -> DVec2 {
-        let seen = through(self.tilt().inverse(), seen);
-        let mut direction = seen;
+    /// Inverse of [`distort`](Self::distort), after at most `steps` of the iteration. Not finite,
+    /// or far off, where it does not converge; `distorted` itself where the radial factor is
+    /// negative.
+    fn undistort(&self, distorted: DVec2, steps: u32) -> DVec2 {
+        let distorted = project(self.tilt().inverse(), distorted);
+        let mut direction = distorted;
         for _ in 0..steps {
             let r2 = direction.length_squared();
-            let ratio = self.below(r2) / self.above(r2);
+            let ratio = self.denominator(r2) / self.numerator(r2);
+            // As OpenCV: a negative factor would mirror the direction.
             if ratio < 0.0 {
-                return seen;
+                return distorted;
             }
-            let next = (seen - self.sideways(direction)) * ratio;
+            let next = (distorted - self.tangential_shift(direction)) * ratio;
             let step = (next - direction).abs().max_element();
             direction = next;
-            if step <= STILL || step.is_nan() {
+            if step <= MIN_STEP || step.is_nan() {
                 break;
             }
         }
         direction
     }
 
-    fn above(&self, r2: f64) -> f64 {
+    fn numerator(&self, r2: f64) -> f64 {
         1.0 + ((self.radial[2] * r2 + self.radial[1]) * r2 + self.radial[0]) * r2
     }
 
-    fn below(&self, r2: f64) -> f64 {
+    fn denominator(&self, r2: f64) -> f64 {
         1.0 + ((self.radial[5] * r2 + self.radial[4]) * r2 + self.radial[3]) * r2
     }
 
-    fn sideways(&self, DVec2 { x, y }: DVec2) -> DVec2 {
+    /// Shift by the tangential and thin-prism terms.
+    fn tangential_shift(&self, DVec2 { x, y }: DVec2) -> DVec2 {
         let ([p1, p2], [s1, s2, s3, s4]) = (self.tangential, self.prism);
         let r2 = x * x + y * y;
         DVec2::new(
@@ -109,7 +114,7 @@ impl Distortion {
         )
     }
 
-    /// `P R`; the sines have the signs of OpenCV's manual.
+    /// `P R`, the homography of the sensor's tilt; sines have the signs of OpenCV's manual.
     fn tilt(&self) -> DMat3 {
         let ((sx, cx), (sy, cy)) = (self.tilt_rad[0].sin_cos(), self.tilt_rad[1].sin_cos());
         let rows = |a: [f64; 3], b: [f64; 3], c: [f64; 3]| {
@@ -117,41 +122,43 @@ impl Distortion {
         };
         let about_x = rows([1.0, 0.0, 0.0], [0.0, cx, sx], [0.0, -sx, cx]);
         let about_y = rows([cy, 0.0, -sy], [0.0, 1.0, 0.0], [sy, 0.0, cy]);
-        let turned = about_y * about_x;
-        let (r13, r23, r33) = (turned.z_axis.x, turned.z_axis.y, turned.z_axis.z);
-        rows([r33, 0.0, -r13], [0.0, r33, -r23], [0.0, 0.0, 1.0]) * turned
+        let rotation = about_y * about_x;
+        let (r13, r23, r33) = (rotation.z_axis.x, rotation.z_axis.y, rotation.z_axis.z);
+        rows([r33, 0.0, -r13], [0.0, r33, -r23], [0.0, 0.0, 1.0]) * rotation
     }
 }
 
-fn through(projection: DMat3, point: DVec2) -> DVec2 {
-    let point = projection * point.extend(1.0);
+/// Applies a homography.
+fn project(homography: DMat3, point: DVec2) -> DVec2 {
+    let point = homography * point.extend(1.0);
     point.truncate() / point.z
 }
 
-/// A camera with a lens.
+/// A camera with lens distortion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LensCamera {
     /// Focal lengths in pixels, along columns' and rows' axes.
     pub focal_px: DVec2,
-    /// Where the optical axis meets the image, in pixels from the top-left corner of the image:
-    /// pixel centres lie at half-integers, as those of [`Pinhole`](crate::Pinhole).
+    /// Principal point, in pixels from the top-left corner of the image: pixel centres lie at
+    /// half-integers, as those of [`Pinhole`](crate::Pinhole).
     pub principal_px: DVec2,
-    /// How the lens bends.
+    /// Distortion of the lens.
     pub distortion: Distortion,
 }
 
-/// The direction from which a point of an image is seen.
+/// The undistorted viewing ray of an image point.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sight {
-    /// Where it meets the plane at distance one: x right, y down.
+pub struct ViewingRay {
+    /// Normalised image coordinates, the intersection with the plane at distance one: x right, y
+    /// down.
     pub direction: DVec2,
-    /// How far from the point the direction is seen; not finite where nothing was found.
+    /// Reprojection error in pixels; not finite where the iteration diverged.
     pub error_px: f64,
 }
 
 impl LensCamera {
     /// A camera as OpenCV calibrates it: `fx, fy`, `cx, cy`, and distortion. There, pixel centres
-    /// lie at whole numbers.
+    /// lie at integers.
     pub fn from_opencv(focal_px: DVec2, centre_px: DVec2, distortion: Distortion) -> Self {
         Self { focal_px, principal_px: centre_px + 0.5, distortion }
     }
@@ -168,20 +175,20 @@ impl LensCamera {
 
     /// Image position in pixels of a direction, through the lens.
     pub fn image_from_direction(&self, direction: DVec2) -> DVec2 {
-        self.pinhole_image_from_direction(self.distortion.distorted(direction))
+        self.pinhole_image_from_direction(self.distortion.distort(direction))
     }
 
-    /// Where the same camera without distortion would see a direction.
+    /// Image position in pixels of a direction in the same camera without distortion.
     pub fn pinhole_image_from_direction(&self, direction: DVec2) -> DVec2 {
         self.principal_px + direction * self.focal_px
     }
 
-    /// The direction of an image position, after at most `steps` of the iteration.
-    pub fn direction_from_image(&self, image_px: DVec2, steps: u32) -> Sight {
-        let seen = (image_px - self.principal_px) / self.focal_px;
-        let direction = self.distortion.straightened(seen, steps);
+    /// Viewing ray of an image position, after at most `steps` of the iteration.
+    pub fn direction_from_image(&self, image_px: DVec2, steps: u32) -> ViewingRay {
+        let distorted = (image_px - self.principal_px) / self.focal_px;
+        let direction = self.distortion.undistort(distorted, steps);
         let error_px = (self.image_from_direction(direction) - image_px).length();
-        Sight { direction, error_px }
+        ViewingRay { direction, error_px }
     }
 }
 

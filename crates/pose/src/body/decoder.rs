@@ -1,4 +1,4 @@
-//! From the maps of a network to the joints of a body.
+//! Decoding of a network's maps into the joints of a body.
 
 use glam::Vec2;
 
@@ -6,10 +6,10 @@ use super::{BodyJoint, BodyMaps};
 
 /// The published threshold of [`BodyDecoder::new`].
 pub const DEFAULT_THRESHOLD: f32 = 0.1;
-/// What is added to distances as published, in cells: see [`BodyDecoder::softened_by`].
+/// Published addend of distances, in cells: see [`BodyDecoder::softened_by`].
 pub const DEFAULT_SOFTENING: f64 = 1.8;
 
-/// Reads joints off maps of one size.
+/// Decodes maps of one size into joints.
 ///
 /// # Model
 /// The body's middle is where the map of centres, weighted by `1 / (d + 1.8)` with the distance `d`
@@ -18,10 +18,10 @@ pub const DEFAULT_SOFTENING: f64 = 1.8;
 /// largest. Of equal values the first counts, row by row. The offset of that cell says where in it.
 ///
 /// # Source
-/// The decoding of the published MoveEnet. That rounds regressions as `trunc(x + 0.5)`: towards zero, not
-/// down, so that -0.7 becomes 0 and -1.7 becomes -1, and what is above or to the left of the body's middle
-/// is looked for up to a cell too near to it. [`Self::as_published`] does the same; else regressions are
-/// taken as they are.
+/// The decoding of the published MoveEnet. That rounds regressions as `trunc(x + 0.5)`: towards
+/// zero, not down, so that -0.7 becomes 0 and -1.7 becomes -1, and what is above or to the left of
+/// the body's middle is looked for up to a cell too near to it. [`Self::as_published`] does the
+/// same; else regressions are taken as they are.
 #[derive(Debug, Clone)]
 pub struct BodyDecoder {
     rows: usize,
@@ -33,8 +33,8 @@ pub struct BodyDecoder {
 }
 
 impl BodyDecoder {
-    /// For maps of so many rows and columns; 48 of each as published. Values of heatmaps below
-    /// `threshold` count as 0, and a joint whose score is below it is not found.
+    /// A decoder of maps of `rows` by `columns`; 48 by 48 as published. Values of heatmaps below
+    /// `threshold` count as 0, and a joint whose score is below it is not detected.
     pub fn new([rows, columns]: [usize; 2], threshold: f32) -> Self {
         let decoder = Self {
             rows,
@@ -47,8 +47,8 @@ impl BodyDecoder {
         decoder.softened_by(DEFAULT_SOFTENING)
     }
 
-    /// The same with weights `1 / (d + cells)`: the more, the less regressions count beside heatmaps, and
-    /// the middle of the map beside the map of centres.
+    /// The same with weights `1 / (d + cells)`: the more, the less regressions count beside
+    /// heatmaps, and the middle of the map beside the map of centres.
     #[must_use]
     pub fn softened_by(self, cells: f64) -> Self {
         let Self { rows, columns, .. } = self;
@@ -88,9 +88,9 @@ impl BodyDecoder {
         maps.heatmaps.chunks(cells).enumerate().map(joint).collect()
     }
 
-    /// The joints of a label from the maps that a network is trained on, `is_known` saying which of them
-    /// were labelled: what predictions are compared with, since it has gone through the same grid.
-    /// Heatmaps are not looked at; scores are 1 and 0.
+    /// The joints of a label from the maps that a network is trained on, `is_known` saying which of
+    /// them were labelled: what predictions are compared with, since it has gone through the same
+    /// grid. Heatmaps are not looked at; scores are 1 and 0.
     ///
     /// # Panics
     /// If maps are of another size, or of another number of joints.
@@ -136,7 +136,7 @@ impl BodyDecoder {
         [place(x, from[0]), place(y, from[1])]
     }
 
-    /// Where the joint of a cell is, relative to the image.
+    /// Position of the joint of a cell, relative to the image.
     fn position(&self, offsets: &[f32], joint: usize, cell: usize) -> Vec2 {
         let [x, y] = self.pair(offsets, joint, cell);
         let relative = |at: usize, offset: f32, side: usize| {
@@ -155,14 +155,14 @@ impl BodyDecoder {
     }
 }
 
-/// How far a cell is from a place.
+/// Euclidean distance of a cell from a position, in cells.
 fn distance(x: usize, y: usize, from: [f64; 2]) -> f64 {
     let [x, y] = [x as f64 - from[0], y as f64 - from[1]];
     // Not `hypot`, whose last bit may differ from the published arithmetic's and decide between equals.
     (x * x + y * y).sqrt()
 }
 
-/// Where the largest value is, the first of equals; 0 without values.
+/// Index of the largest value, the first of equals; 0 without values.
 fn first_maximum(values: impl Iterator<Item = f64>) -> usize {
     let mut best = (0, f64::NEG_INFINITY);
     for (index, value) in values.enumerate() {

@@ -1,4 +1,4 @@
-//! A body between two answers of a network.
+//! A body followed between two detections of a network.
 
 use evpose_core::{EventStream, Micros, SensorSize};
 use glam::Vec2;
@@ -8,17 +8,17 @@ use super::fusion::{BodyFusion, FusionConfig, ScoredPoints};
 use super::velocity::{TripletVelocity, TripletVelocityConfig};
 use crate::PoseError;
 
-/// Carries the joints that a network found on by the velocities that events tell.
+/// Propagates the joints that a network detects by the velocities measured from events.
 #[derive(Debug)]
 pub struct BodyFollower {
     velocities: TripletVelocity,
     fusion: BodyFusion,
-    fewest_samples: u32,
+    min_samples: u32,
 }
 
 impl BodyFollower {
-    /// Before the first answer. Fewer pixels than `fewest_samples` tell nothing of a joint's velocity: it
-    /// rests.
+    /// A follower before its first detection. A velocity from fewer than `min_samples` pixels is
+    /// taken as zero.
     ///
     /// # Errors
     /// If a setting is out of range.
@@ -26,33 +26,34 @@ impl BodyFollower {
         sensor: SensorSize,
         velocity: TripletVelocityConfig,
         fusion: &FusionConfig,
-        fewest_samples: u32,
+        min_samples: u32,
     ) -> Result<Self, PoseError> {
         Ok(Self {
             velocities: TripletVelocity::new(sensor, velocity)?,
             fusion: BodyFusion::new(fusion)?,
-            fewest_samples,
+            min_samples,
         })
     }
 
-    /// Takes events.
+    /// Takes further events, in time order.
     pub fn push(&mut self, events: &EventStream) {
         self.velocities.push(events);
     }
 
-    /// Takes what the network found of time `described`, known at `now`. What comes too late for what is
-    /// remembered says nothing of now, and is left out.
+    /// Takes the detection for the input of time `described`, known at `now`. A detection older
+    /// than the history is ignored.
     pub fn detection(&mut self, described: Micros, pose: &ScoredPoints, now: Micros) {
+        // Too late for the history: the estimate stays as it is.
         let _ = self.fusion.detection(described, pose, now);
     }
 
-    /// The joints at `t`, the time of the last event, which is not before the last time asked for.
+    /// The joints at `t`, the time stamp of the last event; must not decrease between calls.
     pub fn at(&mut self, t: Micros) -> BodyPoints {
-        let told = self.velocities.query(&self.fusion.query(t));
-        let fewest = self.fewest_samples;
-        let moving =
-            told.map(|joint| if joint.samples < fewest { Vec2::ZERO } else { joint.px_per_s });
-        let _ = self.fusion.velocity(t, &moving);
+        let measured = self.velocities.query(&self.fusion.query(t));
+        let min_samples = self.min_samples;
+        let velocities = measured
+            .map(|joint| if joint.samples < min_samples { Vec2::ZERO } else { joint.px_per_s });
+        let _ = self.fusion.velocity(t, &velocities);
         self.fusion.query(t)
     }
 

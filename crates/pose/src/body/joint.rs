@@ -2,16 +2,16 @@
 
 use glam::Vec2;
 
-/// What stands for a coordinate that is not known.
+/// Stands for an unknown coordinate.
 const MISSING: f32 = -1.0;
 
-/// A joint as found in an image.
+/// A joint detected in an image.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BodyJoint {
     /// Column and row relative to the width and the height of the image; none if the joint was not
-    /// found.
+    /// detected.
     pub position: Option<Vec2>,
-    /// How sure the network is, 0 to 1; 0 below the threshold.
+    /// Confidence of the network, 0 to 1; 0 below the threshold.
     pub score: f32,
 }
 
@@ -21,7 +21,7 @@ impl BodyJoint {
     }
 }
 
-/// `x0, y0, x1, y1, ...` relative to the image, both -1 for joints that were not found: the published
+/// `x0, y0, x1, y1, ...` relative to the image, both -1 for joints that were not detected: the published
 /// mode `output`, and `label` for joints of labels.
 pub fn positions(joints: &[BodyJoint]) -> Vec<f32> {
     joints.iter().flat_map(BodyJoint::xy).collect()

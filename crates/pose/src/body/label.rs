@@ -1,16 +1,16 @@
-//! What is known of the person in an image: what networks are trained on.
+//! Annotations of the person in an image, the targets of training.
 
 use glam::Vec2;
 
-/// How well a joint is known.
+/// Visibility of a keypoint, as in COCO.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Visibility {
-    /// Nobody labelled it: its position means nothing.
+    /// Not labelled: its position is undefined.
     #[default]
     Unlabelled,
-    /// Labelled, behind something.
+    /// Labelled and occluded.
     Hidden,
-    /// Labelled and seen.
+    /// Labelled and visible.
     Visible,
 }
 
@@ -19,18 +19,18 @@ pub enum Visibility {
 pub struct Keypoint {
     /// Column and row relative to the width and the height of the image.
     pub position: Vec2,
-    /// How well it is known.
+    /// Whether it is labelled, and occluded.
     pub visibility: Visibility,
 }
 
 impl Keypoint {
-    /// Whether somebody labelled it.
+    /// Whether it is labelled.
     pub fn is_labelled(&self) -> bool {
         self.visibility != Visibility::Unlabelled
     }
 }
 
-/// The person of an image and what else is known of it. All lengths are relative to the image.
+/// The annotated person of an image. All lengths are relative to the image.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct BodyLabel {
     /// Its joints, in the order of networks; thirteen of them as published.

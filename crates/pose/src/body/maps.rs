@@ -1,20 +1,20 @@
-//! What a network tells of a body.
+//! Output maps of a body network.
 
-/// Maps over a coarse grid of the image, as tensors, as slices or as whatever else holds them.
+/// Maps over a coarse grid of the image, as tensors, slices or any other storage.
 ///
 /// # Source
 /// *MoveNet* by Google, as in Goyal et al.: *MoveEnet: Online High-Frequency Human Pose Estimation
 /// with an Event Camera*, CVPRW 2023.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BodyMaps<T> {
-    /// How likely a joint is in a cell, 0 to 1: one channel for each joint.
+    /// Probability of a joint in a cell, 0 to 1: one channel for each joint.
     pub heatmaps: T,
-    /// How likely the middle of the body is in a cell, 0 to 1: one channel.
+    /// Probability of the body's centre in a cell, 0 to 1: one channel.
     pub centers: T,
-    /// Where joints are as seen from the body's middle, in cells: channel `2n` is x of joint `n`,
-    /// `2n + 1` is y.
+    /// Displacement of joints from the body's centre, in cells: channel `2n` is x of joint `n`, `2n
+    /// + 1` is y.
     pub regs: T,
-    /// Where in its cell a joint is, in cells: channels as those of `regs`.
+    /// Offset of a joint within its cell, in cells: channels as those of `regs`.
     pub offsets: T,
 }
 

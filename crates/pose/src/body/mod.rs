@@ -1,13 +1,13 @@
-//! Bodies: the maps that a network tells of one, and its joints as read off them.
+//! Bodies: the maps that a network outputs, and the joints decoded from them.
 //!
 //! * [`JOINT_NAMES`], [`LIMBS`], [`MIRRORED`]: thirteen joints in the order of networks, and
 //!   [`network_from_file`] for the other.
-//! * [`BodyLabel`]: what is known of the person in an image.
+//! * [`BodyLabel`]: the annotation of the person in an image.
 //! * [`BodyMaps`]: heatmaps, centres, regressions and offsets.
 //! * [`BodyDecoder`]: from maps to [`BodyJoint`]s.
-//! * [`fusion`]: poses of networks carried on by velocities of events; [`BodyFollower`] does both.
-//! * [`positions`], [`positions_and_scores`]: joints as rows of plain numbers.
-//! * [`velocity`]: how fast joints move, told by events.
+//! * [`fusion`]: detections fused with velocities measured from events; [`BodyFollower`] does both.
+//! * [`positions`], [`positions_and_scores`]: joints as rows of plain values.
+//! * [`velocity`]: velocities of joints, measured from events.
 
 mod decoder;
 mod follower;

@@ -5,7 +5,7 @@ use glam::Vec2;
 /// Joints of a body.
 pub const BODY_JOINTS: usize = 13;
 
-/// What the joints are called, in the order of networks and annotations: MoveNet's without a face.
+/// Names of the joints, in the order of networks and annotations: MoveNet's without a face.
 ///
 /// Left and right are the person's.
 pub const JOINT_NAMES: [&str; BODY_JOINTS] = [
@@ -24,7 +24,7 @@ pub const JOINT_NAMES: [&str; BODY_JOINTS] = [
     "ankle_r",
 ];
 
-/// Numbers of joints in the order of networks.
+/// Indices of joints in the order of networks.
 pub mod number {
     /// Middle of the head.
     pub const HEAD: usize = 0;
@@ -73,19 +73,20 @@ pub const LIMBS: [[usize; 2]; 12] = [
     [9, 11],
 ];
 
-/// Which joint each one becomes in a mirror, in the order of networks.
+/// Index of each joint's mirror image, in the order of networks.
 pub const MIRRORED: [usize; BODY_JOINTS] = [0, 2, 1, 4, 3, 6, 5, 8, 7, 10, 9, 12, 11];
 
-/// Where the order of networks finds its joints in that of files.
+/// Index in the order of files of each joint in the order of networks.
 const NETWORK_FROM_FILE: [usize; BODY_JOINTS] = [0, 2, 1, 4, 3, 8, 7, 5, 6, 10, 9, 12, 11];
-/// Where the order of files finds its joints in that of networks.
+/// Index in the order of networks of each joint in the order of files.
 const FILE_FROM_NETWORK: [usize; BODY_JOINTS] = [0, 2, 1, 4, 3, 7, 8, 6, 5, 10, 9, 12, 11];
 
-/// Joints of one person in an image, in pixels, in the order of networks; none where it is not known.
+/// Joints of one person in an image, in pixels, in the order of networks; none where it is not
+/// known.
 pub type BodyPoints = [Option<Vec2>; BODY_JOINTS];
 
-/// Joints in the order of hpe-core and DHP19 (head, shoulders, elbows, hips, hands, knees, feet; the right
-/// one first but for hips) brought into that of networks.
+/// Joints in the order of hpe-core and DHP19 (head, shoulders, elbows, hips, hands, knees, feet;
+/// the right one first but for hips) brought into that of networks.
 pub fn network_from_file<T: Copy>(joints: &[T; BODY_JOINTS]) -> [T; BODY_JOINTS] {
     NETWORK_FROM_FILE.map(|joint| joints[joint])
 }

@@ -1,18 +1,18 @@
 //! A Kalman filter of hand poses that smooths little while the hand moves fast and more otherwise.
 //!
 //! # Model
-//! Two filters see every measurement. The *detector* has fixed settings; where its innovation
-//! `y = z − x` exceeds `innovation_limit` in any of the 12 numbers, whatever their unit (coefficients
+//! Two filters see every measurement. The *detector* has fixed settings; where its innovation `y =
+//! z − x` exceeds `innovation_limit` in any of the 12 parameters, whatever their unit (coefficients
 //! and radians; metres never get there), the hand is fast. The *main* filter then takes this
 //! measurement with the fast settings, and otherwise with the slow ones; its state and covariance
 //! carry over. Only past and present measurements count.
 //!
-//! Rotations are followed through π by both filters, see [`HandFilter`]: the sign jump of a canonical
-//! axis-angle vector is neither a fast motion nor a sweep.
+//! Rotations are followed through π by both filters, see [`HandFilter`]: the sign jump of a
+//! canonical axis-angle vector is neither a fast motion nor a sweep.
 //!
 //! # Source
-//! EventHands, live pipeline: detector and slow settings σ_P² = 0.03, R = 5; fast settings 0.3 and 2;
-//! limit 0.7. What they mean in seconds: [`KalmanConfig`].
+//! EventHands, live pipeline: detector and slow settings σ_P² = 0.03, R = 5; fast settings 0.3 and
+//! 2; limit 0.7. What they mean in seconds: [`KalmanConfig`].
 
 use evpose_core::Micros;
 use serde::{Deserialize, Serialize};
@@ -28,16 +28,16 @@ pub struct AdaptiveFilterConfig {
     pub innovation_limit: f64,
     /// Whether rotations are followed through π.
     pub unwrap_rotation: bool,
-    /// The filter whose innovation is looked at.
+    /// The filter whose innovation is compared with the limit.
     pub detector: KalmanConfig,
-    /// Of the main filter while the hand is slow.
+    /// Settings of the main filter while the hand is slow.
     pub slow: KalmanConfig,
-    /// Of the main filter while the hand is fast.
+    /// Settings of the main filter while the hand is fast.
     pub fast: KalmanConfig,
 }
 
 impl AdaptiveFilterConfig {
-    /// What the published live program does, number for number.
+    /// The settings of the published live program.
     pub fn parity() -> Self {
         Self { unwrap_rotation: false, ..Self::of(KalmanConfig::parity) }
     }
@@ -93,7 +93,7 @@ impl AdaptiveHandFilter {
         self.main.update(t, measured)
     }
 
-    /// What the pose will be at `t`, if it goes on as it does; none before the first measurement.
+    /// The pose extrapolated to `t` at constant velocity; none before the first measurement.
     pub fn at(&self, t: Micros) -> Option<HandParams> {
         self.main.at(t)
     }

@@ -1,4 +1,4 @@
-//! Settings of the Kalman filter: what the published program uses, and what they mean in seconds.
+//! Settings of the Kalman filter: the published ones, and their meaning in seconds.
 //!
 //! # Model
 //! In steady state, at steps `dt` well below its time constant, a constant-velocity filter is the
@@ -40,14 +40,14 @@ use crate::PoseError;
 
 /// The step of the published process noise, seconds.
 pub(super) const PUBLISHED_STEP_S: f64 = 1e-3;
-/// Its inverse, which keeps the converted settings round numbers.
+/// Its inverse, which keeps the converted settings round.
 const PUBLISHED_RATE_HZ: f64 = 1e3;
 
 /// Noise settings of the published program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum NoiseSetting {
-    /// For recordings at normal speed: every published number.
+    /// For recordings at normal speed: every published result.
     Regular,
     /// For slow-motion video.
     Fast,
@@ -69,7 +69,7 @@ impl NoiseSetting {
     }
 }
 
-/// What one update moves the state by.
+/// Time step of an update.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum TimeStep {
@@ -80,7 +80,7 @@ pub enum TimeStep {
     PublishedFrame,
 }
 
-/// How the filter begins.
+/// State before the first update.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum InitialState {
@@ -102,9 +102,9 @@ pub struct KalmanConfig {
     pub acceleration_variance: f64,
     /// Variance of a measurement, unit². Only its ratio to the other matters in steady state.
     pub measurement_variance: f64,
-    /// What one update moves the state by.
+    /// Time step of an update.
     pub time_step: TimeStep,
-    /// How the filter begins.
+    /// State before the first update.
     pub initial_state: InitialState,
 }
 
@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn the_consistent_settings_are_round_numbers() {
+    fn the_consistent_settings_are_round() {
         let variances = [
             NoiseSetting::Regular,
             NoiseSetting::Fast,

@@ -1,6 +1,6 @@
-//! The Kalman filter against numbers of an independent one.
+//! The Kalman filter against results of an independent one.
 //!
-//! The numbers were printed by filterpy 1.4.5's `KalmanFilter` (Python, NumPy 2.4), configured with
+//! The values were printed by filterpy 1.4.5's `KalmanFilter` (Python, NumPy 2.4), configured with
 //! the F, Q, R, P and initial state that each test names, and fed with [`wild`].
 
 use evpose_core::Micros;
@@ -15,7 +15,7 @@ fn filter(config: KalmanConfig, values: usize) -> ConstantVelocityKalman {
     ConstantVelocityKalman::new(config, values).expect("valid settings")
 }
 
-/// A sequence without structure whose numbers are exact in binary.
+/// A sequence without structure whose values are exact in binary.
 fn wild(k: usize, i: usize) -> f32 {
     (((k * k + 7 * i * k + 3 * i) % 64) as f32 - 32.0) / 16.0
 }

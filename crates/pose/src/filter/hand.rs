@@ -1,4 +1,4 @@
-//! The Kalman filter on the 12 numbers of a hand.
+//! The Kalman filter on the 12 parameters of a hand.
 //!
 //! The rotation is filtered as an axis-angle vector. The canonical vector (angle in [0, π]) jumps
 //! by 2π where the hand turns through π, and a filter would sweep through all angles between. So
@@ -23,21 +23,21 @@ use super::{ConstantVelocityKalman, KalmanConfig, NoiseSetting, TemporalFilter};
 use crate::rotation::{canonical_axis_angle, nearest_axis_angle};
 use crate::{HandParams, PARAMETERS, PoseError};
 
-/// Where the rotation begins among the 12 numbers.
+/// Index of the rotation among the 12 parameters.
 const ROTATION: usize = 9;
 
 /// Settings of a [`HandFilter`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct HandFilterConfig {
-    /// The filter of each number.
+    /// The filter of each parameter.
     pub kalman: KalmanConfig,
     /// Whether the rotation is followed through π.
     pub unwrap_rotation: bool,
 }
 
 impl HandFilterConfig {
-    /// What the published programs do, number for number.
+    /// The settings of the published programs.
     pub fn parity(setting: NoiseSetting) -> Self {
         Self { kalman: KalmanConfig::parity(setting), unwrap_rotation: false }
     }
@@ -57,7 +57,7 @@ pub struct HandFilter {
 }
 
 impl HandFilter {
-    /// A filter that has seen nothing yet.
+    /// A filter without measurements yet.
     ///
     /// # Errors
     /// If a variance is not positive and finite.
@@ -84,7 +84,7 @@ impl HandFilter {
         estimate
     }
 
-    /// What the pose will be at `t`, if it goes on as it does; none before the first measurement.
+    /// The pose extrapolated to `t` at constant velocity; none before the first measurement.
     pub fn at(&self, t: Micros) -> Option<HandParams> {
         let mut out = [f32::NAN; PARAMETERS];
         self.kalman.at(t, &mut out);
@@ -113,8 +113,8 @@ impl HandFilter {
 
     /// The estimated rotation as the filter holds it, zero before the first measurement.
     fn rotation(&self) -> DVec3 {
-        let mut numbers = self.kalman.positions().skip(ROTATION);
-        DVec3::from_array(std::array::from_fn(|_| numbers.next().unwrap_or(0.0)))
+        let mut values = self.kalman.positions().skip(ROTATION);
+        DVec3::from_array(std::array::from_fn(|_| values.next().unwrap_or(0.0)))
     }
 
     /// Brings the held rotation back well inside 2π, and its velocity with it.
@@ -209,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn parity_keeps_the_12_numbers_apart_and_uncanonical() {
+    fn parity_keeps_the_12_parameters_apart_and_uncanonical() {
         let setting = NoiseSetting::Regular;
         let mut hand = HandFilter::new(&HandFilterConfig::parity(setting)).expect("valid settings");
         let mut plain = ConstantVelocityKalman::new(KalmanConfig::parity(setting), PARAMETERS)

@@ -114,7 +114,7 @@ impl ConstantVelocityKalman {
         self.tracks.iter().map(|track| track.velocity)
     }
 
-    /// What the values will be at `t`, if they go on as they do; `out` is left as it is before the first
+    /// The values extrapolated to `t` at constant velocity; `out` is left as it is before the first
     /// measurement. A time before the last measurement is taken for its time.
     ///
     /// # Panics

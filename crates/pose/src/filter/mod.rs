@@ -1,9 +1,9 @@
 //! Filters that smooth poses over time, one measurement at a time and without looking ahead.
 //!
 //! * [`ConstantVelocityKalman`]: any number of independent values, each with a velocity.
-//! * [`HandFilter`]: the same on the 12 numbers of a hand, without tearing its rotation at π.
+//! * [`HandFilter`]: the same on the 12 parameters of a hand, without tearing its rotation at π.
 //! * [`AdaptiveHandFilter`]: one that smooths more while the hand moves slowly.
-//! * [`StillnessGate`]: poses of a scene at rest are not predicted anew.
+//! * [`StillnessGate`]: predictions of a scene at rest are repeated.
 
 mod adaptive;
 mod config;

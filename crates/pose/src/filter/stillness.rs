@@ -1,34 +1,34 @@
-//! A scene at rest is not looked at again: its last predictions are repeated.
+//! Predictions of a scene at rest are repeated instead of inferred again.
 //!
 //! # Model
-//! Surfaces come in batches. The mean surface of a batch sums to
+//! Representations come in batches. The mean representation of a batch sums to
 //!
 //! ```text
-//!   S = 1/B · Σ over surfaces, channels, pixels of LNES
+//!   S = 1/B · Σ over representations, channels, pixels of LNES
 //! ```
 //!
-//! which is about half the number of pixels that fired within a window. If `S > rest_sum`, or nothing
-//! was predicted yet, the batch is predicted; otherwise it gets the predictions of the batch before,
-//! in their order.
+//! about half the number of pixels that fired within a window. If `S > rest_sum`, or nothing
+//! was predicted yet, the batch is inferred; otherwise the predictions of the batch before are
+//! repeated in their order.
 //!
 //! `S` is in proportion to the number of pixels: what moves passes over as large a part of a smaller
-//! image, and every pixel is as noisy. So `rest_sum` is said for 240x180 pixels and goes with their
-//! number: 75 of 120x90, 18.75 of 60x45. The published camera's noise alone, 2600 events a second,
-//! comes to about 130 of 240x180.
+//! image, and every pixel is as noisy. So `rest_sum` is stated for 240x180 pixels and scales with
+//! their number: 75 for 120x90, 18.75 for 60x45. The published camera's noise alone, 2600 events a
+//! second, comes to about 130 of 240x180.
 //!
 //! # Source
-//! EventHands, slow-motion mode: batches of 16 surfaces, a sum of 300, at 240x180.
+//! EventHands, slow-motion mode: batches of 16 representations, a sum of 300, at 240x180.
 
 use evpose_core::SensorSize;
 use serde::{Deserialize, Serialize};
 
 use crate::{HandParams, PoseError};
 
-/// When a scene is at rest.
+/// Threshold below which a scene is at rest.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct StillnessConfig {
-    /// A batch whose mean surface sums to this or less shows a scene at rest: of 240x180 pixels;
+    /// Largest sum of the mean representation of a batch of a scene at rest, for 240x180 pixels;
     /// other sizes in proportion.
     pub rest_sum: f64,
 }
@@ -40,13 +40,13 @@ impl Default for StillnessConfig {
 }
 
 impl StillnessConfig {
-    /// The sum for images of `sensor`.
+    /// [`rest_sum`](Self::rest_sum) scaled to the pixels of `sensor`.
     pub fn rest_sum_of(&self, sensor: SensorSize) -> f64 {
         self.rest_sum * sensor.pixels() as f64 / SensorSize::DAVIS240C.pixels() as f64
     }
 }
 
-/// Predicts batches of surfaces where something moves, and repeats where not.
+/// Skips the inference of batches without motion and repeats the predictions before.
 #[derive(Debug, Clone)]
 pub struct StillnessGate {
     rest_sum: f64,
@@ -56,14 +56,14 @@ pub struct StillnessGate {
 /// The poses of a batch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gated<'a> {
-    /// One for each surface.
+    /// One for each representation.
     pub poses: &'a [HandParams],
     /// Whether they are those of an earlier batch.
     pub repeated: bool,
 }
 
 impl StillnessGate {
-    /// A gate for surfaces of `sensor` that has seen nothing yet.
+    /// A gate for representations of `sensor`, without predictions yet.
     ///
     /// # Errors
     /// If the sum is negative or no number.
@@ -76,7 +76,7 @@ impl StillnessGate {
         Ok(Self { rest_sum: config.rest_sum_of(sensor), previous: Vec::new() })
     }
 
-    /// The poses of a batch of `count` surfaces, given one after another: those of `predict`, which
+    /// The poses of a batch of `count` representations, contiguous: those of `predict`, which
     /// returns one for each, or the previous ones. A batch longer than the one before repeats its
     /// last pose further.
     ///
@@ -84,21 +84,21 @@ impl StillnessGate {
     /// Those of `predict`; the gate is then as before.
     pub fn pass<E>(
         &mut self,
-        surfaces: &[f32],
+        representations: &[f32],
         count: usize,
         predict: impl FnOnce() -> Result<Vec<HandParams>, E>,
     ) -> Result<Gated<'_>, E> {
-        if self.is_at_rest(surfaces, count) {
+        if self.is_at_rest(representations, count) {
             return Ok(Gated { poses: self.repeat(count), repeated: true });
         }
         self.predicted(predict()?);
         Ok(Gated { poses: &self.previous[..count.min(self.previous.len())], repeated: false })
     }
 
-    /// Whether a batch of `count` surfaces, given one after another, shows a scene at rest of which poses are
-    /// known.
-    pub fn is_at_rest(&self, surfaces: &[f32], count: usize) -> bool {
-        let sum = surfaces.iter().copied().map(f64::from).sum::<f64>() / count.max(1) as f64;
+    /// Whether a batch of `count` contiguous representations shows a scene at rest of which poses
+    /// are known.
+    pub fn is_at_rest(&self, representations: &[f32], count: usize) -> bool {
+        let sum = representations.iter().copied().map(f64::from).sum::<f64>() / count.max(1) as f64;
         sum <= self.rest_sum && !self.previous.is_empty()
     }
 
@@ -107,8 +107,8 @@ impl StillnessGate {
         self.previous = poses;
     }
 
-    /// The predictions of the batch before for one of `count` surfaces: its last again where there are
-    /// fewer.
+    /// The predictions of the batch before, for a batch of `count` representations: the last one
+    /// again where there are fewer.
     pub fn repeat(&mut self, count: usize) -> &[HandParams] {
         if let Some(&last) = self.previous.last() {
             self.previous.resize(self.previous.len().max(count), last);
@@ -116,7 +116,7 @@ impl StillnessGate {
         &self.previous[..count.min(self.previous.len())]
     }
 
-    /// Forgets every prediction.
+    /// Drops every prediction.
     pub fn reset(&mut self) {
         self.previous.clear();
     }
@@ -138,19 +138,20 @@ mod tests {
         HandParams { articulation: [number; 6], ..HandParams::default() }
     }
 
-    /// `count` surfaces whose mean sums to `sum`.
-    fn surfaces(count: usize, sum: f32) -> Vec<f32> {
+    /// `count` representations whose mean sums to `sum`.
+    fn representations(count: usize, sum: f32) -> Vec<f32> {
         let mut all = vec![0.0; count * 2 * SENSOR.pixels()];
-        for surface in all.chunks_exact_mut(2 * SENSOR.pixels()) {
-            surface[..4].fill(0.25 * sum);
+        for representation in all.chunks_exact_mut(2 * SENSOR.pixels()) {
+            representation[..4].fill(0.25 * sum);
         }
         all
     }
 
-    /// What comes out for a batch that would be predicted as `number`, `number + 1`, ….
+    /// Poses of a batch that would be predicted as `number`, `number + 1`, …, and whether they are
+    /// repeated.
     fn pass(gate: &mut StillnessGate, count: usize, sum: f32, number: f32) -> (Vec<f32>, bool) {
         let predict = || Ok::<_, Infallible>((0..count).map(|i| pose(number + i as f32)).collect());
-        let Ok(gated) = gate.pass(&surfaces(count, sum), count, predict);
+        let Ok(gated) = gate.pass(&representations(count, sum), count, predict);
         (gated.poses.iter().map(|pose| pose.articulation[0]).collect(), gated.repeated)
     }
 
@@ -185,12 +186,12 @@ mod tests {
     fn a_failed_prediction_leaves_the_gate_as_it_was() {
         let mut gate = gate();
         pass(&mut gate, 1, 9.0, 4.0);
-        assert_eq!(gate.pass(&surfaces(1, 9.0), 1, || Err("broken")), Err("broken"));
+        assert_eq!(gate.pass(&representations(1, 9.0), 1, || Err("broken")), Err("broken"));
         assert_eq!(pass(&mut gate, 1, 0.0, 5.0), (vec![4.0], true));
     }
 
     #[test]
-    fn a_sum_that_is_no_number_is_refused() {
+    fn a_sum_that_is_not_finite_is_refused() {
         for rest_sum in [-1.0, f64::NAN, f64::INFINITY] {
             let error = StillnessGate::new(&StillnessConfig { rest_sum }, SENSOR);
             assert!(error.is_err_and(|error| error.to_string().contains("rest_sum")));

@@ -1,7 +1,7 @@
 //! How the published program pairs predictions with the labels of its real recordings.
 //!
 //! Its joints come one row per millisecond; the converter drops the first 14 and the last before it
-//! numbers them, and gives no reason. Labels carry their time in the same numbering, every second
+//! indexes them, and gives no reason. Labels carry their time in the same numbering, every second
 //! one is used, and a point with `x + y > 320` is one that nobody labelled. Our own recordings
 //! carry times and say which points are labelled, so every default here is "off".
 //!
@@ -12,7 +12,7 @@ use evpose_core::Micros;
 use glam::Vec2;
 use serde::{Deserialize, Serialize};
 
-/// Which rows are evaluated, and which labels count.
+/// Rows and labels of published recordings that are evaluated.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct RecordingConventions {
@@ -40,7 +40,7 @@ impl RecordingConventions {
         }
     }
 
-    /// Which of `rows` predictions, one per millisecond, belongs to the label of time `t`.
+    /// Index, among `rows` predictions, one per millisecond, of the one for the label of time `t`.
     pub fn prediction_row(&self, t: Micros, rows: usize) -> Option<usize> {
         let millisecond = Micros::MILLISECOND.0;
         if t < self.evaluated_from || t.0 % millisecond != 0 {

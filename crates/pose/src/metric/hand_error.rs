@@ -1,4 +1,4 @@
-//! Errors of the 12 numbers of a hand, in the units a person would use.
+//! Errors of the 12 parameters of a hand, in millimetres and degrees.
 //!
 //! # Model
 //! * Translation: distance between the wrists, in millimetres.
@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use crate::HandParams;
 use crate::rotation::geodesic_rad;
 
-/// How far a predicted hand is from the true one.
+/// Errors of a predicted hand.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct HandError {
     /// Distance between the wrists, in millimetres.

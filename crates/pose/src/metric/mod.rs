@@ -1,4 +1,4 @@
-//! How good poses are, and how sure that is.
+//! Accuracy of poses, with confidence intervals (`evpose-stats`).
 //!
 //! From one frame to a table:
 //!
@@ -6,7 +6,7 @@
 //! * [`palm_errors_percent`], [`root_aligned_errors_mm`]: errors of its points.
 //! * [`Pck`]: the share of point errors below each threshold, and the area under that curve.
 //! * [`SequenceScores`]: all of the above over one sequence; [`HandEvaluation`]: over all of them.
-//! * [`MeanPose`]: the predictor to beat, which never looks at an event.
+//! * [`MeanPose`]: the baseline that ignores the events.
 //! * [`body`]: the same for bodies in images.
 //! * [`RecordingConventions`]: rows and labels of the published real recordings.
 

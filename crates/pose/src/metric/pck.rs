@@ -81,7 +81,7 @@ impl Pck {
         self.totals().mean()
     }
 
-    /// What all errors contribute to the area, and their number.
+    /// Sum of all errors' contributions to the area, and their count.
     pub fn totals(&self) -> Totals {
         let above = self.counts.iter().enumerate().map(|(i, &n)| n * (THRESHOLDS - i) as u64);
         Totals { sum: above.sum::<u64>() as f64 / THRESHOLDS as f64, count: self.total }

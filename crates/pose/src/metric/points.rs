@@ -33,7 +33,7 @@ impl HandPoints {
     }
 }
 
-/// Which of the 21 points are judged in the image: wrist, fingertips, knuckle.
+/// Indices of the points that are evaluated in the image: wrist, fingertips, knuckle.
 pub const PALM_POINTS: [usize; 7] = [0, 1, 2, 3, 4, 5, KNUCKLE];
 
 const WRIST: usize = 0;

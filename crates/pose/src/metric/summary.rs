@@ -1,13 +1,13 @@
 //! Scores of one sequence, of all sequences, and the table made of them.
 
+use evpose_stats::bootstrap::{BootstrapConfig, Totals, mean_interval, ratio_interval};
+use evpose_stats::interval::Interval;
 use serde::{Deserialize, Serialize};
 
 use super::{HandError, HandPoints, Pck, palm_errors_percent, root_aligned_errors_mm};
 use crate::{HandParams, PoseError};
-use evpose_stats::bootstrap::{BootstrapConfig, Totals, mean_interval, ratio_interval};
-use evpose_stats::interval::Interval;
 
-/// What a method scored on one sequence.
+/// Scores of a method on one sequence.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SequenceScores {
     /// Distances between wrists, in millimetres.
@@ -25,7 +25,7 @@ pub struct SequenceScores {
 }
 
 impl SequenceScores {
-    /// Scores the 12 numbers of one frame.
+    /// Scores the 12 parameters of one frame.
     pub fn push_parameters(&mut self, predicted: &HandParams, truth: &HandParams) {
         let error = HandError::between(predicted, truth);
         self.translation_mm.push(error.translation_mm);
@@ -45,7 +45,7 @@ impl SequenceScores {
     }
 }
 
-/// What a method scored on every sequence, in their order.
+/// Scores of a method on every sequence, in their order.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct HandEvaluation {
     /// One per sequence.
@@ -73,7 +73,7 @@ impl HandEvaluation {
     /// Mean errors over those of a baseline on the same sequences: below 1 is better than it.
     ///
     /// # Errors
-    /// If the baseline was judged on another number of sequences.
+    /// If the baseline was evaluated on another number of sequences.
     pub fn ratios_to(
         &self,
         baseline: &Self,

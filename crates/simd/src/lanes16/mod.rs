@@ -1,7 +1,7 @@
 //! Vectors of 16 `f32` in whatever registers the processor has.
 //!
-//! A kernel is written once, generic over [`Lanes16`], and compiled for every [`Level`]; the level is
-//! chosen when the program runs.
+//! A kernel is written once, generic over [`Lanes16`], and compiled for every [`Level`]; the level
+//! is chosen when the program runs.
 
 #[cfg(target_arch = "x86_64")]
 pub(crate) mod avx2;
@@ -23,8 +23,8 @@ pub const LANES_16: usize = 16;
 /// load, writable for a store.
 #[allow(clippy::missing_safety_doc, reason = "one contract for all methods, at the trait")]
 pub trait Lanes16: Copy {
-    /// Pixels of a register tile whose accumulators stay in registers: for one, and for two, blocks of
-    /// 16 output channels.
+    /// Pixels of a register tile whose accumulators stay in registers: for one, and for two, blocks
+    /// of 16 output channels.
     const TILE: [usize; 2];
 
     /// `value` in every lane.

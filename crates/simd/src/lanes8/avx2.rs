@@ -256,8 +256,8 @@ impl Lanes8 for Avx2 {
 }
 
 impl Avx2 {
-    /// Both halves of a register, each loaded by itself: joined in memory first, the load would wait for
-    /// the stores.
+    /// Both halves of a register, each loaded by itself: joined in memory first, the load would
+    /// wait for the stores.
     #[inline(always)]
     fn join(self, low: &[i32; 4], high: &[i32; 4]) -> __m256i {
         let low: __m128i = cast(*low);

@@ -1,8 +1,8 @@
 //! Vectors of 8 `f32` or `i32`, safe.
 //!
-//! Loops over slices are left to the compiler ([`vectorize`](crate::vectorize())). Loops that gather, mask
-//! or branch on a comparison it compiles to branches or shuffles; those kernels are written here once,
-//! over [`Lanes8`], and compiled for AVX2 and for the baseline.
+//! Loops over slices are left to the compiler ([`vectorize`](crate::vectorize())). Loops that
+//! gather, mask or branch on a comparison it compiles to branches or shuffles; those kernels are
+//! written here once, over [`Lanes8`], and compiled for AVX2 and for the baseline.
 //!
 //! Operations are those of IEEE 754, none contracted: both give the same bits.
 
@@ -19,8 +19,8 @@ pub const LANES_8: usize = 8;
 
 /// Vectors of 8 `f32` (`F`) and of 8 `i32` (`I`).
 ///
-/// Methods whose name ends in `_i` take integers. A mask is a vector of integers, all bits one or zero
-/// in every lane.
+/// Methods whose name ends in `_i` take integers. A mask is a vector of integers, all bits one or
+/// zero in every lane.
 #[allow(clippy::wrong_self_convention, reason = "self is the proof of the level, not the operand")]
 pub trait Lanes8: Copy + Debug {
     /// Eight `f32`.
@@ -95,8 +95,8 @@ pub trait Lanes8: Copy + Debug {
     fn shift_right_signed<const BITS: i32>(self, a: Self::I) -> Self::I;
     /// The sign bits of a mask: bit `k` is lane `k`.
     fn to_bitmask(self, mask: Self::I) -> u32;
-    /// Gathers 8 rows of 4 from any addresses and transposes them: column `i`, lane `k` is row `k`, element
-    /// `i`.
+    /// Gathers 8 rows of 4 from any addresses and transposes them: column `i`, lane `k` is row `k`,
+    /// element `i`.
     fn gather_columns(self, rows: [&[i32; 4]; LANES_8]) -> [Self::I; 4];
     /// Transposes 4 columns into 8 rows: the inverse of [`gather_columns`](Self::gather_columns).
     fn scatter_columns(self, columns: [Self::I; 4], out: &mut [[i32; 4]; LANES_8]);

@@ -10,8 +10,8 @@ use std::mem::transmute;
 use super::{Bf16, DotProduct};
 use crate::lanes16::avx512::Zmm;
 
-/// Pixels of a register tile: products take their values from a register, and beside the accumulators of
-/// twelve pixels and two blocks there are too few registers to load them ahead.
+/// Pixels of a register tile: products take their values from a register, and beside the
+/// accumulators of twelve pixels and two blocks there are too few registers to load them ahead.
 const TILE: [usize; 2] = [12, 10];
 
 /// Four unsigned bytes by four signed ones (`vpdpbusd`), with AVX512-VNNI.

@@ -11,8 +11,8 @@ use crate::lanes16::Lanes16;
 /// Accumulators of 16 output channels, and the instruction that adds products to them.
 ///
 /// # Safety
-/// Every method requires that the processor has the instructions of the type, and that the memory it
-/// reads is readable.
+/// Every method requires that the processor has the instructions of the type, and that the memory
+/// it reads is readable.
 #[allow(clippy::missing_safety_doc, reason = "one contract for all methods, at the trait")]
 pub trait DotProduct {
     /// Stored elements of the image.
@@ -27,8 +27,8 @@ pub trait DotProduct {
     type Values: Copy;
     /// Neighbouring input channels that are added at once.
     const DEPTH: usize;
-    /// Pixels of a register tile whose accumulators stay in registers: for one, and for two, blocks of
-    /// 16 output channels.
+    /// Pixels of a register tile whose accumulators stay in registers: for one, and for two, blocks
+    /// of 16 output channels.
     const TILE: [usize; 2];
     /// Whether [`pixel_row`](Self::pixel_row) exists.
     const HAS_PIXEL_ROWS: bool = false;

@@ -106,8 +106,8 @@ impl ReducedPrecision for u8 {
     }
 }
 
-/// Bytes that the weights of 16 output channels take, for `depth` input channels that are multiplied at
-/// once.
+/// Bytes that the weights of 16 output channels take, for `depth` input channels that are
+/// multiplied at once.
 pub const fn weight_vector_bytes<S: ReducedPrecision>(depth: usize) -> usize {
     LANES_16 * depth * size_of::<S::Weight>()
 }

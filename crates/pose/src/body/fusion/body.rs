@@ -1,4 +1,4 @@
-//! Detections and velocities of a body in, joints of any time out.
+//! The fusion of a whole body: detections and velocities in, joints at any time out.
 
 use evpose_core::Micros;
 use glam::Vec2;
@@ -16,8 +16,8 @@ use crate::body::{BODY_JOINTS, BodyPoints};
 
 /// Follows the joints of one body, all in the order of networks.
 ///
-/// Times are those of events. A measurement may come later than others of later times, as long as it
-/// describes a time that is still remembered; see [`FusionConfig::history_s`].
+/// Times are those of events. A measurement may arrive after others of later time stamps, as long
+/// as its own lies within the history; see [`FusionConfig::history_s`].
 #[derive(Debug)]
 pub struct BodyFusion {
     config: FusionConfig,
@@ -34,11 +34,11 @@ impl BodyFusion {
         Ok(Self { config: *config, estimator: start(*config) })
     }
 
-    /// Takes a pose that describes time `described` and was found at time `now`. Says how many of its joints
-    /// are believed; the others are as if they had not been found.
+    /// Takes a pose of the input of time `described`, known at time `now`. Returns the number of
+    /// its joints that are accepted; the others count as not detected.
     ///
     /// # Errors
-    /// If it describes a time after `now` or before all that is remembered. It is then left out.
+    /// If `described` is after `now` or before the history. The pose is then ignored.
     pub fn detection(
         &mut self,
         described: Micros,
@@ -58,12 +58,12 @@ impl BodyFusion {
     }
 
     /// Takes the velocities of all joints at time `t`, in px/s: those that
-    /// [`TripletVelocity`](crate::body::velocity::TripletVelocity) measures until then. Zero says that a
-    /// joint rests: nothing fires where nothing moves. One that is no number was not measured. Before
-    /// its first detection a joint has no use for them.
+    /// [`TripletVelocity`](crate::body::velocity::TripletVelocity) measures until then. Zero means
+    /// that a joint rests: nothing fires where nothing moves. NaN means not measured. Ignored for a
+    /// joint before its first detection.
     ///
     /// # Errors
-    /// If `t` is before all that is remembered. They are then left out.
+    /// If `t` is before the history. They are then ignored.
     pub fn velocity(
         &mut self,
         t: Micros,
@@ -73,8 +73,8 @@ impl BodyFusion {
         self.estimator.velocity(t, &measured)
     }
 
-    /// The joints at time `t`, in pixels; none of those that were not detected until then, or not for
-    /// [`FusionConfig::lost_after_s`].
+    /// The joints at time `t`, in pixels; none of those that were not detected until then, or not
+    /// for [`FusionConfig::lost_after_s`].
     pub fn query(&self, t: Micros) -> BodyPoints {
         self.estimator.query(t)
     }

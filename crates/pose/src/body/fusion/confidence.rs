@@ -1,4 +1,4 @@
-//! Which joints of a network's pose are believed.
+//! Detections with their scores, and the test that accepts them.
 
 use evpose_core::SensorSize;
 use glam::Vec2;
@@ -7,17 +7,17 @@ use serde::{Deserialize, Serialize};
 use crate::PoseError;
 use crate::body::{BODY_JOINTS, BodyJoint, BodyPoints, number};
 
-/// Joints in pixels and how sure the network is of each, both in the order of networks.
+/// Joints in pixels and their confidences, both in the order of networks.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ScoredPoints {
-    /// Where joints are; none where they were not found.
+    /// Positions; none for joints that were not detected.
     pub points: BodyPoints,
-    /// How sure the network is, 0 to 1.
+    /// Confidences, 0 to 1.
     pub scores: [f32; BODY_JOINTS],
 }
 
 impl ScoredPoints {
-    /// What a decoder read off the maps of an image of this size; joints that it lacks are not found.
+    /// Decoded joints of an image of this size, in pixels; further joints are not detected.
     pub fn in_image(joints: &[BodyJoint], size: SensorSize) -> Self {
         let size_px = Vec2::new(size.width.into(), size.height.into());
         let mut pose = Self::default();
@@ -29,16 +29,16 @@ impl ScoredPoints {
     }
 }
 
-/// Scores above which joints and poses are believed; from 0, which believes all that has a score.
+/// Scores above which joints and poses are accepted; 0 accepts all that have a score.
 ///
 /// # Source
 /// hpe-core, 0.4 for both.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ConfidenceTest {
-    /// For a joint.
+    /// Minimum score of a joint.
     pub joint: f32,
-    /// For a pose: the mean score of head and shoulders.
+    /// Minimum mean score of head and shoulders of a pose.
     pub pose: f32,
 }
 
@@ -49,18 +49,18 @@ impl Default for ConfidenceTest {
 }
 
 impl ConfidenceTest {
-    /// Whether a joint of this score is believed.
+    /// Whether a joint of this score is accepted.
     pub fn believes_joint(&self, score: f32) -> bool {
         score > self.joint
     }
 
-    /// Whether a pose of these scores is believed, whatever its joints.
+    /// Whether a pose of these scores is accepted.
     pub fn believes_pose(&self, scores: &[f32; BODY_JOINTS]) -> bool {
         let [a, b, c] = [number::HEAD, number::SHOULDER_R, number::SHOULDER_L].map(|k| scores[k]);
         (a + b + c) / 3.0 > self.pose
     }
 
-    /// The joints that are believed: none of a pose that is not, nor any whose position is no number.
+    /// The accepted joints: none of a rejected pose, nor any whose position is not finite.
     pub fn believed(&self, pose: &ScoredPoints) -> BodyPoints {
         let mut points = [None; BODY_JOINTS];
         if self.believes_pose(&pose.scores) {

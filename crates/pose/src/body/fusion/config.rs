@@ -7,14 +7,16 @@ use serde::{Deserialize, Serialize};
 use super::ConfidenceTest;
 use crate::PoseError;
 
-/// What follows a joint.
+/// Estimator of a joint.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Estimator {
-    /// Velocities are summed up; a detection takes the place of what was. hpe-core's `stateEstimator`.
+    /// Velocities are summed up; a detection takes the place of what was. hpe-core's
+    /// `stateEstimator`.
     Integration,
-    /// A Kalman filter of a joint that rests but for noise; a velocity counts as a detection where it
-    /// leads from the last estimate, and so moves it by a part of the way. hpe-core's `kfEstimator`.
+    /// A Kalman filter of a joint that rests but for noise; a velocity counts as a detection where
+    /// it leads from the last estimate, and so moves it by a part of the way. hpe-core's
+    /// `kfEstimator`.
     ConstantPosition,
     /// A Kalman filter of position and velocity, either of which may be measured. hpe-core's
     /// `constVelKalman`. The best of them in our simulation, and so the default.
@@ -26,7 +28,7 @@ pub enum Estimator {
 }
 
 impl Estimator {
-    /// Every one of them.
+    /// All estimators.
     pub const ALL: [Self; 4] =
         [Self::Integration, Self::ConstantPosition, Self::ConstantVelocity, Self::Displacement];
 
@@ -40,8 +42,8 @@ impl Estimator {
         }
     }
 
-    /// The one of this name.
-    pub fn called(name: &str) -> Option<Self> {
+    /// The estimator of this name.
+    pub fn by_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|estimator| estimator.name() == name)
     }
 }
@@ -54,39 +56,41 @@ impl fmt::Display for Estimator {
 
 /// Settings of a [`super::BodyFusion`].
 ///
-/// In steady state only ratios of variances and noises count. Which estimator uses which is said at
-/// each; `U` and `u'` are the names of the original's parameters.
+/// In steady state only ratios of variances and noises count. Each names the
+/// estimators that use it; `U` and `u'` are the names of the original's parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct FusionConfig {
-    /// What follows each joint.
+    /// Estimator of each joint.
     pub estimator: Estimator,
-    /// Number for number what hpe-core does, as far as it can be compared:
+    /// Bit-level parity with hpe-core, as far as the two can be compared:
     ///
     /// * a velocity of a body moves the clock for its first joint alone, so that all others see no time
     ///   pass (not so with `integration`);
     /// * covariances begin at zero, and the process noise of `constant_velocity` has no cross term;
     /// * detections count when they arrive, and answers are not carried on to the time asked for;
-    /// * `displacement` forgets its history with each detection, so that one that describes a time before
-    ///   the arrival of the last is compared with the wrong place, and its steps are whole milliseconds;
+    /// * `displacement` forgets its history with each detection, so that one whose input is older than
+    ///   the arrival of the last is compared with the wrong position, and its steps are whole milliseconds;
     /// * joints are never lost, and a coordinate of 0 means that there is none.
     pub parity: bool,
-    /// Whether a detection counts for the time that it describes. If not, for the time of its arrival.
+    /// Whether a detection is applied at the event time stamp of its input. If not, at its arrival.
     pub latency_compensation: bool,
-    /// How long measurements are remembered, seconds: the largest latency of a detection. `displacement`
-    /// always remembers five seconds, but no detection may describe a time before the last one's.
+    /// How long measurements are remembered, seconds: the largest latency of a detection.
+    /// `displacement` always remembers five seconds, but inputs of detections must be in time
+    /// order.
     pub history_s: f64,
-    /// How long a joint is followed without a detection, seconds; may be `inf`. Later, it is not known,
-    /// until the next detection starts it anew.
+    /// How long a joint is followed without a detection, seconds; may be `inf`. Later, it is not
+    /// known, until the next detection starts it anew.
     pub lost_after_s: f64,
     /// How long after the last measurement a joint moves on with its last velocity, seconds
     /// (`constant_velocity`).
     pub extrapolation_limit_s: f64,
-    /// Which detections are believed.
+    /// Scores from which detections are accepted.
     pub confidence: ConfidenceTest,
     /// Variance of a detected position, px² (all but `integration`; measU, measUD).
     pub detection_variance_px2: f64,
-    /// How fast an estimated position becomes uncertain by itself, px²/s (all but `integration`; procU).
+    /// How fast an estimated position becomes uncertain by itself, px²/s (all but `integration`;
+    /// procU).
     pub position_noise_px2_per_s: f64,
     /// Variance of a measured velocity, (px/s)² (`constant_velocity`; measUd).
     pub velocity_variance_px2_per_s2: f64,
@@ -99,9 +103,9 @@ pub struct FusionConfig {
 }
 
 impl Default for FusionConfig {
-    /// For a person before a sensor of 640x480: detections good to 5 px, velocities to 100 px/s, which
-    /// change by as much in 10 ms; within 50 ms, a position becomes uncertain by 7 px, for velocities that
-    /// are 20 % too small do so to joints of 700 px/s.
+    /// For a person before a sensor of 640x480: detections good to 5 px, velocities to 100 px/s,
+    /// which change by as much in 10 ms; within 50 ms, a position becomes uncertain by 7 px, for
+    /// velocities that are 20 % too small do so to joints of 700 px/s.
     fn default() -> Self {
         Self {
             estimator: Estimator::ConstantVelocity,
@@ -122,7 +126,7 @@ impl Default for FusionConfig {
 }
 
 impl FusionConfig {
-    /// Refuses what makes no sense.
+    /// Checks the ranges of all settings.
     pub(super) fn validate(&self) -> Result<(), PoseError> {
         self.confidence.validate()?;
         for (field, value) in [
@@ -165,14 +169,14 @@ mod tests {
             let text =
                 format!("estimator = \"{name}\"\nlost_after_s = inf\nconfidence.joint = 0.1");
             let read: FusionConfig = toml::from_str(&text).unwrap();
-            assert_eq!((read.estimator, Estimator::called(name)), (estimator, Some(estimator)));
+            assert_eq!((read.estimator, Estimator::by_name(name)), (estimator, Some(estimator)));
             assert_eq!((read.lost_after_s, read.confidence.pose), (f64::INFINITY, 0.4));
             let again: FusionConfig = toml::from_str(&toml::to_string(&read).unwrap()).unwrap();
             assert_eq!(again, read);
         }
         assert!(toml::from_str::<FusionConfig>("estimater = \"integration\"").is_err());
         assert!(toml::from_str::<FusionConfig>("confidence.joints = 0.1").is_err());
-        assert_eq!(Estimator::called("kalman"), None);
+        assert_eq!(Estimator::by_name("kalman"), None);
     }
 
     #[test]

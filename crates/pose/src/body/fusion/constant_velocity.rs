@@ -16,8 +16,9 @@ use super::filter::JointFilter;
 ///       [0  1]       [s dt²/2          s dt   ]
 /// ```
 ///
-/// exactly: two steps are one of both their lengths. A detection measures `H = [1 0]` and a velocity
-/// `H = [0 1]`; `P` after it is Joseph's, which stays positive under rounding. Both axes have the same.
+/// exactly: two steps are one of both their lengths. A detection measures `H = [1 0]` and a
+/// velocity `H = [0 1]`; `P` after it is Joseph's, which stays positive under rounding. Both axes
+/// have the same.
 ///
 /// With parity `Q = diag(q, s) dt`. (What is published cannot run: its measurement noise is a 2x2
 /// matrix for 4 measurements. It is compared with what it means.)
@@ -109,8 +110,8 @@ mod tests {
 
     use super::*;
 
-    fn any_filter(numbers: [f64; 4]) -> ConstantVelocity {
-        let [x, v, correlation, size] = numbers;
+    fn any_filter(state: [f64; 4]) -> ConstantVelocity {
+        let [x, v, correlation, size] = state;
         let covariance =
             Covariance { position: size, cross: correlation * size * 3.0, velocity: size * 9.0 };
         let (position_px, velocity_px_per_s) = (DVec2::splat(x), DVec2::new(v, -v));
@@ -124,11 +125,11 @@ mod tests {
     proptest! {
         #[test]
         fn two_steps_are_one_of_both_their_lengths(
-            numbers in [-500.0..500.0, -900.0..900.0, -0.9..0.9, 0.1..50.0],
+            state in [-500.0..500.0, -900.0..900.0, -0.9..0.9, 0.1..50.0],
             [a, b] in [0.0..0.2, 0.0..0.2],
         ) {
             let config = FusionConfig::default();
-            let (mut split, mut whole) = (any_filter(numbers), any_filter(numbers));
+            let (mut split, mut whole) = (any_filter(state), any_filter(state));
             split.advance(a, &config);
             split.advance(b, &config);
             whole.advance(a + b, &config);

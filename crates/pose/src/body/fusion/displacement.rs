@@ -18,12 +18,14 @@ const SLOT_US: i64 = 1_000;
 ///
 /// # Model
 /// A velocity `v` of time `t` was measured while the joint came two pixels far, and counts for
-/// `max(2 / |v|, time since the velocity before)` until `t`. The velocity of a millisecond is the mean of
-/// those that count for it. A detection of time `s` corrects the position at `s`, to which the velocities
-/// lead from the detection before; the answer for `t` is this position and the way from `s` to `t`.
+/// `max(2 / |v|, time since the velocity before)` until `t`. The velocity of a millisecond is the
+/// mean of those that count for it. A detection of time `s` corrects the position at `s`, to which
+/// the velocities lead from the detection before; the answer for `t` is this position and the way
+/// from `s` to `t`.
 ///
-/// The published lifetime is `2 / |v|` alone, which leaves gaps where a joint is faster than two pixels per
-/// query; it forgets the way with every detection, having added all of it to the position.
+/// The published lifetime is `2 / |v|` alone, which leaves gaps where a joint is faster than two
+/// pixels per query; it forgets the way with every detection, having added all of it to the
+/// position.
 #[derive(Debug)]
 pub(super) struct Displacement {
     config: FusionConfig,

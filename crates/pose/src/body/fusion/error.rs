@@ -1,29 +1,29 @@
-//! Why a measurement cannot be used.
+//! Measurements that cannot be fused.
 
 use evpose_core::Micros;
 
-/// A measurement that does not fit what is known. It is left out; all else stays as it was.
+/// A measurement out of the time range. It is ignored, and the state is unchanged.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum FusionError {
-    /// It describes a time before everything that is remembered.
+    /// Its event time stamp is before the history.
     #[error(
         "a measurement of {t} comes too late: nothing before {oldest} is remembered; raise `history_s`, or reset if \
          the stream started again"
     )]
     TooLate {
-        /// The time it describes.
+        /// Its event time stamp.
         t: Micros,
-        /// The earliest time that it could describe.
+        /// Beginning of the history.
         oldest: Micros,
     },
-    /// A detection describes a time after the one at which it was made.
+    /// The event time stamp of a detection is after its arrival.
     #[error(
         "a detection of {t} cannot have been made at {now}; both must be on the clock of the events"
     )]
     NotYet {
-        /// The time it describes.
+        /// Its event time stamp.
         t: Micros,
-        /// When it was made.
+        /// Time of its arrival.
         now: Micros,
     },
 }

@@ -1,4 +1,4 @@
-//! What an estimator of one joint does; who calls it and when is said elsewhere.
+//! Interfaces of estimators: of a whole body, and of one joint.
 
 use std::fmt;
 
@@ -8,7 +8,7 @@ use glam::DVec2;
 use super::{FusionConfig, FusionError};
 use crate::body::{BODY_JOINTS, BodyPoints};
 
-/// What was measured of each joint: positions in px, or velocities in px/s.
+/// Measurements of each joint: positions in px, or velocities in px/s.
 pub(super) type Measured = [Option<DVec2>; BODY_JOINTS];
 
 /// Estimates of the joints of a body.
@@ -33,7 +33,7 @@ pub(super) trait JointFilter: fmt::Debug + Copy + Send + 'static {
     /// Whether hpe-core moves the clocks of all joints by a velocity, not of the first alone.
     const ALL_CLOCKS_MOVE: bool;
 
-    /// At its first detection.
+    /// The filter at the first detection.
     fn start(position_px: DVec2, config: &FusionConfig) -> Self;
 
     /// Lets time pass.
@@ -45,16 +45,16 @@ pub(super) trait JointFilter: fmt::Debug + Copy + Send + 'static {
     /// Corrects the state by a velocity, `dt_s` after the measurement before.
     fn measure_velocity(&mut self, px_per_s: DVec2, dt_s: f64, config: &FusionConfig);
 
-    /// Where the joint is so long after the last measurement, px.
+    /// Position of the joint `ahead_s` after the last measurement, px.
     fn position_px(&self, ahead_s: f64) -> DVec2;
 }
 
-/// From one time to another, in seconds.
+/// Duration from one time to another, in seconds.
 pub(super) fn seconds(from: Micros, to: Micros) -> f64 {
     to.0.saturating_sub(from.0) as f64 * 1e-6
 }
 
-/// As joints are given out.
+/// A position in single precision, as joints are returned.
 pub(super) fn pixels(position_px: DVec2) -> Option<glam::Vec2> {
     Some(position_px.as_vec2())
 }

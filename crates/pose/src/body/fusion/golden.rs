@@ -1,9 +1,10 @@
-//! The estimators against numbers of independent programs.
+//! The estimators against results of independent programs.
 //!
-//! The numbers were printed by a program of NumPy 2.4.6 and SciPy 1.17.1 (Python), in double precision and
-//! whole matrices, from the same measurements. Without parity it sorts what is known at each step by the
-//! time it describes and filters all of it anew; process noises are integrals by Van Loan's exponential of a
-//! matrix. With parity it steps as hpe-core's sources do, joint by joint in their order.
+//! The values were printed by a program of NumPy 2.4.6 and SciPy 1.17.1 (Python), in double
+//! precision and whole matrices, from the same measurements. Without parity it sorts all
+//! measurements at each step by their event time stamps and filters all of it anew; process noises
+//! are integrals by Van Loan's exponential of a matrix. With parity it steps as hpe-core's sources
+//! do, joint by joint in their order.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 use evpose_core::Micros;
@@ -18,7 +19,7 @@ const LATENCY_STEPS: i64 = 18;
 /// A step, a joint and where it is.
 type Golden = (i64, usize, [f64; 2]);
 
-/// Numbers without structure that are exact in binary.
+/// Values without structure that are exact in binary.
 fn wild(k: i64, i: usize) -> f32 {
     let i = i as i64;
     ((k * k + 7 * i * k + 3 * i) % 64 - 32) as f32 / 16.0
@@ -45,7 +46,7 @@ fn compare(config: &FusionConfig, golden: &[Golden]) {
         let joints = fusion.query(at(step));
         for &(_, joint, [x, y]) in golden.iter().filter(|&&(k, ..)| k == step) {
             let got = joints[joint].unwrap().as_dvec2();
-            // As exact as the numbers that are given out.
+            // Joints are returned in single precision.
             assert!(
                 (got - glam::DVec2::new(x, y)).length() < 5e-5,
                 "step {step}, joint {joint}: {got}, not {x}, {y}"

@@ -1,13 +1,13 @@
-//! Poses that a network finds now and then, carried on between by the velocities that events tell.
+//! Fusion of a network's detections with velocities measured from events.
 //!
-//! A network needs tens of milliseconds for a pose, which is then as old. Velocities come hundreds of
-//! times a second and almost at once, but say nothing of where a joint is. [`BodyFusion`] takes both and
-//! answers with joints of any time: each detection counts for the time that it *describes*, and what
-//! velocities have said since then is applied to it again.
+//! A network needs tens of milliseconds for a pose, which is then as old. Velocities come hundreds
+//! of times a second and almost without latency, but without positions. [`BodyFusion`] takes both
+//! and estimates joints at any time: each detection is applied at the *event time stamp of its
+//! input*, and the velocities since then are applied again (out-of-sequence measurements).
 //!
 //! * [`BodyFusion`]: detections and velocities in, joints out.
-//! * [`FusionConfig`], [`Estimator`]: which estimator follows a joint, and how much it trusts what.
-//! * [`ScoredPoints`], [`ConfidenceTest`]: what a network found, and which of it is believed.
+//! * [`FusionConfig`], [`Estimator`]: the estimator of a joint and its noise.
+//! * [`ScoredPoints`], [`ConfidenceTest`]: detections, and the scores from which they are accepted.
 //!
 //! ```
 //! use evpose_core::Micros;

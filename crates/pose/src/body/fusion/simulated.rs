@@ -10,7 +10,7 @@ use proptest::prelude::*;
 use super::{BodyFusion, Estimator, FusionConfig, FusionError, ScoredPoints};
 use crate::body::{BODY_JOINTS, BodyPoints};
 
-/// What reaches a fusion.
+/// A measurement on its arrival.
 #[derive(Debug, Clone, Copy)]
 enum Arrival {
     Velocity { t: Micros, px_per_s: Vec2 },
@@ -139,8 +139,12 @@ fn with_compensation_uniform_motion_is_followed_exactly() {
     }
 }
 
-/// Held: the last detection that came, as it was.
-fn held(arrivals: &[Arrival], motion: impl Fn(f64) -> (DVec2, DVec2), from_s: f64) -> Vec<f64> {
+/// Errors of a zero-order hold of the last detection.
+fn errors_of_hold(
+    arrivals: &[Arrival],
+    motion: impl Fn(f64) -> (DVec2, DVec2),
+    from_s: f64,
+) -> Vec<f64> {
     let mut last = None;
     let mut errors = Vec::new();
     for arrival in arrivals {
@@ -171,7 +175,7 @@ fn a_swing_is_followed_better_than_by_held_poses() {
         let config = FusionConfig { estimator, latency_compensation, ..FusionConfig::default() };
         rms(&errors(&config, &arrivals, swing, 1.0))
     };
-    let held = rms(&held(&arrivals, swing, 1.0));
+    let held = rms(&errors_of_hold(&arrivals, swing, 1.0));
     assert!((40.0..43.0).contains(&held), "{held}");
     for (estimator, limit_px) in [
         (Estimator::ConstantVelocity, 5.5),
@@ -192,7 +196,7 @@ fn velocities_that_are_too_small_still_help() {
         let arrivals = measured(swing, 10, &Measuring { part, ..POSES });
         let error = rms(&errors(&FusionConfig::default(), &arrivals, swing, 1.0));
         assert!(error < limit_px, "{part}: {error} px");
-        assert!(rms(&held(&arrivals, swing, 1.0)) > 1.5 * error);
+        assert!(rms(&errors_of_hold(&arrivals, swing, 1.0)) > 1.5 * error);
     }
 }
 
@@ -296,7 +300,7 @@ fn what_comes_too_late_or_too_soon_is_refused_and_changes_nothing() {
 }
 
 #[test]
-fn numbers_without_sense_do_no_harm() {
+fn values_out_of_range_do_no_harm() {
     for config in every() {
         let mut fusion = BodyFusion::new(&config).unwrap();
         let ends = [i64::MIN, -1, 0, 1, i64::MAX].map(Micros);

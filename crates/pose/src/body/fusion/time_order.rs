@@ -1,4 +1,4 @@
-//! Measurements in order of the time that they describe, whenever they come.
+//! Out-of-sequence measurements applied in the order of their event time stamps.
 
 use std::collections::VecDeque;
 
@@ -8,14 +8,15 @@ use super::filter::{BodyEstimator, JointFilter, Measured, pixels, seconds};
 use super::{FusionConfig, FusionError};
 use crate::body::{BODY_JOINTS, BodyPoints};
 
-/// Applies every measurement at its place in time: the answer is that of measurements which all came at
-/// once, bit for bit, as long as none is later than the history is long.
+/// Applies every measurement at its place in time: the answer is that of measurements which all
+/// came at once, bit for bit, as long as none is later than the history is long.
 ///
-/// The state after each remembered measurement is kept, so that a late one costs as much as those after it.
+/// The state after each remembered measurement is kept, so that a late one costs as much as those
+/// after it.
 #[derive(Debug)]
 pub(super) struct TimeOrder<F> {
     config: FusionConfig,
-    /// What is remembered, in order of time; of equal time, velocities first.
+    /// The history in time order; of equal time stamps, velocities first.
     entries: VecDeque<Entry<F>>,
     /// The state before it, and its time if there ever was a measurement before.
     base: Tracks<F>,

@@ -1,4 +1,4 @@
-//! What triplets of pixels say together.
+//! Averages of the velocities of pixel triplets.
 
 use glam::{DMat2, DVec2};
 
@@ -8,18 +8,18 @@ use super::triplet::step;
 #[derive(Default)]
 pub(super) struct PixelTriplets {
     /// Direction of motion and time for one step in it, microseconds.
-    found: [(usize, f64); 8],
+    triplets: [(usize, f64); 8],
     count: usize,
 }
 
 impl PixelTriplets {
     pub(super) fn push(&mut self, direction: usize, us_per_step: f64) {
-        self.found[self.count] = (direction, us_per_step);
+        self.triplets[self.count] = (direction, us_per_step);
         self.count += 1;
     }
 
     fn iter(&self) -> impl Iterator<Item = (DVec2, f64)> + '_ {
-        self.found[..self.count].iter().map(|&(direction, us)| (step(direction), us))
+        self.triplets[..self.count].iter().map(|&(direction, us)| (step(direction), us))
     }
 
     /// Velocity of each triplet, px/µs.
@@ -29,8 +29,8 @@ impl PixelTriplets {
 
     /// Velocity of the edge across itself, px/µs, if the triplets are those of one straight edge.
     ///
-    /// Times about an edge are a plane of slope `g = n / speed`: a step `d` takes `g · d`. It is fitted
-    /// to the triplets, each of which it must explain as well as two steps must agree.
+    /// Times about an edge are a plane of slope `g = n / speed`: a step `d` takes `g · d`. It is
+    /// fitted to the triplets, each of which it must explain as well as two steps must agree.
     pub(super) fn normal_flow(&self, tolerance: f64) -> Option<DVec2> {
         let mut normal = DMat2::ZERO;
         let mut right = DVec2::ZERO;
@@ -50,7 +50,7 @@ impl PixelTriplets {
     }
 }
 
-/// A mean of velocities.
+/// Running mean of velocities.
 #[derive(Default)]
 pub(super) struct FlowMean {
     sum: DVec2,
@@ -65,7 +65,7 @@ impl FlowMean {
         }
     }
 
-    /// The mean, 0 of none, and of how many.
+    /// The mean, 0 of none, and the count.
     pub(super) fn finish(&self) -> (DVec2, u32) {
         (self.sum / f64::from(self.count.max(1)), self.count)
     }

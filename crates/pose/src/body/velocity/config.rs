@@ -4,28 +4,30 @@ use serde::{Deserialize, Serialize};
 
 use crate::PoseError;
 
-/// What the published program multiplies the velocities of a whole skeleton with.
+/// Published gain of the velocities of a whole skeleton.
 ///
-/// An edge tells its motion across itself alone, so that the mean over edges is shorter than the motion
-/// of what has them: half of it for edges that lie all ways.
+/// Events of an edge measure only the motion normal to it (the aperture problem), so that the mean
+/// over edges is shorter than the motion: half of it for edges of all directions.
 pub const WHOLE_SKELETON_GAIN: f64 = 1.4;
 
 /// The widest region, pixels: as far as any sensor goes.
 const LARGEST_RADIUS_PX: u16 = 4096;
 
-/// What is made of the triplets about a joint.
+/// Average of the triplets around a joint.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FlowAverage {
-    /// The mean, over pixels, of the motion of the edge across itself, fitted to the triplets of the
-    /// pixel: exact for straight edges of any direction.
+    /// The mean, over pixels, of the motion of the edge across itself, fitted to the triplets of
+    /// the pixel: exact for straight edges of any direction.
     #[default]
     NormalFlow,
-    /// The mean of the velocities of all triplets, each in its own direction: the published program.
+    /// The mean of the velocities of all triplets, each in its own direction: the published
+    /// program.
     ///
-    /// Exact for straight edges along rows, columns and diagonals. One that is slant by little comes past
-    /// the pixels along it at great speed, which the mean takes for motion: an edge 3° off the columns
-    /// seems more than five times as fast as it is, and almost twice where times are off by 3 % of a step.
+    /// Exact for straight edges along rows, columns and diagonals. A slightly slanted one passes
+    /// the pixels along it at great speed, which the mean takes for motion: an edge 3° off the
+    /// columns seems more than five times as fast as it is, and almost twice where times are off by
+    /// 3 % of a step.
     Triplets,
 }
 
@@ -33,24 +35,24 @@ pub enum FlowAverage {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct TripletVelocityConfig {
-    /// Half the side of the square about a joint that is looked at, pixels: `2 r + 1` of them a side.
+    /// Radius of the square region around a joint, pixels: `2 r + 1` a side.
     pub radius_px: u16,
-    /// By which part the second of two steps in time may differ from the first.
+    /// Largest relative difference of the two time steps of a triplet.
     pub tolerance: f64,
-    /// What velocities are multiplied with: 1 for what is measured, [`WHOLE_SKELETON_GAIN`] as
+    /// Factor of velocities: 1 for those measured, [`WHOLE_SKELETON_GAIN`] as
     /// published for skeletons, which goes with [`FlowAverage::Triplets`].
     pub gain: f64,
-    /// What is made of the triplets about a joint.
+    /// Average of the triplets around a joint.
     pub average: FlowAverage,
 }
 
 impl TripletVelocityConfig {
-    /// What the published program does with a skeleton.
+    /// The published program's settings for a skeleton.
     pub fn parity() -> Self {
         Self { gain: WHOLE_SKELETON_GAIN, average: FlowAverage::Triplets, ..Self::default() }
     }
 
-    /// Refuses what makes no sense.
+    /// Checks the ranges of all settings.
     pub(super) fn validate(&self) -> Result<(), PoseError> {
         if !(2..=LARGEST_RADIUS_PX).contains(&self.radius_px) {
             let value = f64::from(self.radius_px);

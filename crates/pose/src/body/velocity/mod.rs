@@ -1,12 +1,12 @@
-//! How fast the joints of a body move in the image, told by the events about them.
+//! Velocities of the joints of a body in the image, measured from the events around them.
 //!
 //! * [`TripletVelocity`]: from the times at which edges came past three pixels in a row.
-//! * [`TripletVelocityConfig`], [`FlowAverage`]: how far it looks, and what it makes of what it sees.
-//! * [`JointVelocity`]: what it says of a joint.
+//! * [`TripletVelocityConfig`], [`FlowAverage`]: its radius, tolerance and average.
+//! * [`JointVelocity`]: the velocity of a joint, and the samples it is the mean of.
 
+mod active_events;
 mod average;
 mod config;
-mod surface;
 #[cfg(test)]
 mod tests;
 mod triplet;

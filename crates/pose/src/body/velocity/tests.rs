@@ -22,8 +22,8 @@ fn pixels() -> impl Iterator<Item = (u16, u16)> {
     (0..SENSOR.height).flat_map(|y| (0..SENSOR.width).map(move |x| (x, y)))
 }
 
-/// A straight edge that moves across itself with a velocity, past every pixel; times are off by so much
-/// of the time for a pixel.
+/// A straight edge that moves across itself with a velocity, past every pixel; times are off by so
+/// much of the time for a pixel.
 fn edge(velocity_px_per_s: DVec2, noise: f64) -> EventStream {
     let slowness = velocity_px_per_s / velocity_px_per_s.length_squared();
     let draws = StageNoise::new(5, "edge", 0);
@@ -97,8 +97,9 @@ fn a_slant_edge_is_exact_when_fitted_and_off_in_the_mean_of_triplets() {
     assert!(worst(FlowAverage::Triplets, 0.03) > 0.5);
 }
 
-/// Its edges lie all ways; those at its back, seen last, are half of a circle. In the mean over a half
-/// circle `n (n · v)` is `v / 2`, but those that run along the motion tell nothing: it is more.
+/// Its edges lie all ways; those at its back, seen last, are half of a circle. In the mean over a
+/// half circle `n (n · v)` is `v / 2`, but those that run along the motion have no events: it is
+/// more.
 #[test]
 fn a_disc_moves_where_it_goes_and_seems_slower() {
     for average in AVERAGES {

@@ -1,10 +1,10 @@
-//! Velocities of joints from pixels that fired one after the other, three in a row.
+//! Velocities of joints from triplets: three pixels in a row that fired one after the other.
 
 use evpose_core::{EventStream, SensorSize};
 use glam::{DVec2, Vec2};
 
+use super::active_events::{ActiveSurface, NEVER};
 use super::average::{FlowMean, PixelTriplets};
-use super::surface::{ActiveSurface, NEVER};
 use super::{FlowAverage, TripletVelocityConfig};
 use crate::PoseError;
 use crate::body::{BODY_JOINTS, BodyPoints};
@@ -15,77 +15,76 @@ const REACH: usize = 2;
 /// Rows of times about a pixel.
 type Patch<'a> = [&'a [i64]; 2 * REACH + 1];
 
-/// How fast a joint moves in the image.
+/// Velocity of a joint in the image.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct JointVelocity {
     /// Columns and rows per second; 0 where no edge moved.
     pub px_per_s: Vec2,
-    /// How many fitted pixels, or triplets, it is the mean of.
+    /// Fitted pixels, or triplets, that it is the mean of.
     pub samples: u32,
 }
 
 /// Velocities of the regions about joints, from the events of a stream.
 ///
 /// # Model
-/// Where an edge came past three pixels in a row, the times `t2`, `t1`, `t0` at which they fired are
-/// evenly spaced, and in `(t0 - t2) / 2` it makes one step in this direction. Such triplets are looked for
-/// from every pixel of a region that fired since the last query, in eight directions. How they become
-/// the velocity of the region, [`FlowAverage`] says.
+/// Where an edge came past three pixels in a row, the times `t2`, `t1`, `t0` at which they fired
+/// are evenly spaced, and in `(t0 - t2) / 2` it makes one step in this direction. Such triplets are
+/// searched for from every pixel of a region that fired since the last query, in eight directions,
+/// and averaged by [`FlowAverage`] into the velocity of the region.
 ///
-/// Pixels that are less than two pixels from the side of a region or of the sensor are looked at but not
-/// from. A joint whose region, cut by the sensor, is narrower than five pixels stands still.
+/// Triplets end at least two pixels from the sides of the region and of the sensor. A joint whose
+/// region, cut by the sensor, is narrower than five pixels has velocity zero.
 ///
 /// # Source
-/// hpe-core's `pwtripletvelocity`. Published times are seconds, of which 0 stands for no event; here
-/// an event of time 0 is one like all others.
+/// hpe-core's `pwtripletvelocity`. Published times are seconds, of which 0 stands for no event;
+/// here an event of time 0 is one like all others.
 #[derive(Debug, Clone)]
 pub struct TripletVelocity {
     config: TripletVelocityConfig,
-    surface: ActiveSurface,
+    active_events: ActiveSurface,
     /// Time of the newest event at the last query, microseconds.
     seen_us: i64,
 }
 
 impl TripletVelocity {
-    /// For the events of a sensor; no event was seen yet.
+    /// An estimator for the events of a sensor, without events yet.
     ///
     /// # Errors
     /// If a setting is out of range.
     pub fn new(sensor: SensorSize, config: TripletVelocityConfig) -> Result<Self, PoseError> {
         config.validate()?;
-        Ok(Self { config, surface: ActiveSurface::new(sensor), seen_us: NEVER })
+        Ok(Self { config, active_events: ActiveSurface::new(sensor), seen_us: NEVER })
     }
 
-    /// Takes further events. Some that are earlier than the last begin another stream: all
-    /// before is forgotten.
+    /// Takes further events. Events earlier than the last start another stream, and the state is
+    /// reset.
     ///
     /// # Panics
     /// If they are from a sensor of another size.
     pub fn push(&mut self, events: &EventStream) {
-        if self.surface.is_before(events) {
+        if self.active_events.is_before(events) {
             self.reset();
         }
-        self.surface.push(events);
+        self.active_events.push(events);
     }
 
-    /// The velocities about some joints, in pixels, from the pixels that fired since the last query; of
-    /// joints that are not known, 0.
+    /// Velocities around joints, given in pixels, from the pixels that fired since the last query;
+    /// zero for unknown joints.
     ///
     /// Pixels count as new if they fired later than the latest event that the last query knew.
     pub fn query(&mut self, joints: &BodyPoints) -> [JointVelocity; BODY_JOINTS] {
         let velocities = joints.map(|joint| joint.map_or_else(Default::default, |at| self.at(at)));
-        self.seen_us = self.surface.newest_us();
+        self.seen_us = self.active_events.newest_us();
         velocities
     }
 
     /// Forgets every event.
     pub fn reset(&mut self) {
-        self.surface.reset();
+        self.active_events.reset();
         self.seen_us = NEVER;
     }
 
-    /// The velocity about a place; does not count as a query, so that the same pixels can be asked for
-    /// again.
+    /// The velocity around a position. Not a query: the same pixels remain new.
     pub fn at(&self, place_px: Vec2) -> JointVelocity {
         let tolerance = self.config.tolerance;
         match self.config.average {
@@ -100,11 +99,11 @@ impl TripletVelocity {
 
     /// The mean over the new pixels of a region, each of which adds what it has to.
     fn mean(&self, place_px: Vec2, add: impl Fn(&mut FlowMean, &PixelTriplets)) -> JointVelocity {
-        let SensorSize { width, height } = self.surface.sensor();
+        let SensorSize { width, height } = self.active_events.sensor();
         let (columns, rows) = (self.middles(place_px.x, width), self.middles(place_px.y, height));
         let mut sum = FlowMean::default();
         for y in rows {
-            let patch: Patch<'_> = std::array::from_fn(|dy| self.surface.row(y + dy - REACH));
+            let patch: Patch<'_> = std::array::from_fn(|dy| self.active_events.row(y + dy - REACH));
             for x in columns.clone() {
                 if patch[REACH][x] > self.seen_us {
                     add(&mut sum, &self.triplets(&patch, x));
@@ -115,8 +114,8 @@ impl TripletVelocity {
         JointVelocity { px_per_s: (px_per_us * (1e6 * self.config.gain)).as_vec2(), samples }
     }
 
-    /// Along one side of a region, the pixels that are the middles of whole patches; none if the region
-    /// is too narrow, or its place no number.
+    /// Along one side of a region, the pixels that are the middles of whole patches; none if the
+    /// region is too narrow, or its position NaN.
     fn middles(&self, place_px: f32, side: u16) -> std::ops::Range<usize> {
         // A float that is too large for an integer becomes the largest.
         let (middle, radius) = (place_px.floor() as i64, i64::from(self.config.radius_px));
@@ -153,7 +152,7 @@ impl TripletVelocity {
     }
 }
 
-/// The ways an edge can go from pixel to pixel.
+/// Directions from a pixel to its eight neighbours, `[dx, dy]`.
 const DIRECTIONS: [[isize; 2]; 8] =
     [[1, 1], [1, 0], [1, -1], [0, -1], [-1, -1], [-1, 0], [-1, 1], [0, 1]];
 

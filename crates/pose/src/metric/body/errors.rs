@@ -94,7 +94,8 @@ impl BodyErrors {
         }
     }
 
-    /// Adds an instant as the published program does; both poses tell all that there is.
+    /// Adds an instant as the published program does; missing joints have their published
+    /// stand-ins.
     pub(super) fn push_published(&mut self, predicted: &Pose, truth: &Pose) {
         self.instants += 1;
         for ((errors, predicted), at) in
@@ -144,8 +145,8 @@ impl BodyErrors {
         self.mean(|joint| joint.squares.percent())
     }
 
-    /// Any number of all joints together, for intervals of means and ratios in which joints weigh as
-    /// often as they are labelled.
+    /// Any number of all joints together, for intervals of means and ratios in which joints weigh
+    /// as often as they are labelled.
     pub fn pooled(&self, number: impl Fn(&JointErrors) -> Totals) -> Totals {
         self.joints.iter().map(number).sum()
     }
@@ -179,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn errors_are_told_joint_by_joint_and_averaged() {
+    fn errors_are_counted_joint_by_joint_and_averaged() {
         let (predicted, truth) = instant(Some(100.0));
         let mut errors = BodyErrors::default();
         errors.push(&predicted, &truth);
@@ -208,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn what_nobody_labelled_or_measured_is_not_judged() {
+    fn joints_without_label_or_size_are_not_evaluated() {
         let (predicted, mut truth) = instant(Some(100.0));
         truth.joints[12] = None;
         let mut errors = BodyErrors::default();
@@ -224,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn the_published_program_judges_what_stands_for_nothing() {
+    fn the_published_program_evaluates_stand_ins_of_missing_joints() {
         let (mut predicted, mut truth) = instant(Some(100.0));
         predicted.joints[1] = Some(DVec2::new(-640.0, -480.0));
         predicted.joints[2] = Some(DVec2::new(0.0, 50.0));

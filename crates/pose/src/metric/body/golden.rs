@@ -1,11 +1,12 @@
 //! Errors of bodies against those of independent programs.
 //!
-//! The numbers were printed by a NumPy 2.4.6 program (Python 3.11, SciPy 1.17.1) that follows the protocol by itself
-//! (`numpy.arange`, `numpy.interp`, `scipy.interpolate.interp1d`), on the track of [`truth`] and [`predicted`]. Those of
-//! [`MissingJoints::Published`] are what the classes `PCK`, `MPJPE` and `RMSE` of hpe-core (revision 4e31dd9) say of its
-//! instants, with (-640, -480) and (-1, -1) where something is missing; without anything missing both
-//! agree. Root mean squares in pixels and what is counted are the program's own, with NaN where
-//! something is missing. Velocities went through `numpy.gradient` and `scipy.signal.savgol_filter`.
+//! The values were printed by a NumPy 2.4.6 program (Python 3.11, SciPy 1.17.1) that follows the
+//! protocol by itself (`numpy.arange`, `numpy.interp`, `scipy.interpolate.interp1d`), on the track
+//! of [`truth`] and [`predicted`]. Those of [`MissingJoints::Published`] are what the classes
+//! `PCK`, `MPJPE` and `RMSE` of hpe-core (revision 4e31dd9) compute for its instants, with (-640,
+//! -480) and (-1, -1) where something is missing; without anything missing both agree. Root mean
+//! squares in pixels and what is counted are the program's own, with NaN where something is
+//! missing. Velocities went through `numpy.gradient` and `scipy.signal.savgol_filter`.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
@@ -49,7 +50,7 @@ fn predicted(has_gaps: bool) -> Vec<BodyPrediction> {
     (0..200).map(|m| prediction(m * 37 % 200)).collect()
 }
 
-/// What programs say of errors.
+/// Errors printed by the independent program.
 struct Said {
     instants: u64,
     /// At 5, 10, 20, 40, 60 and 80 percent.
@@ -183,7 +184,7 @@ fn what_is_missing_counts_as_wrong_and_is_counted() {
 }
 
 #[test]
-fn what_is_missing_is_judged_as_the_published_program_does() {
+fn missing_joints_are_evaluated_as_by_the_published_program() {
     let protocol = BodyProtocol::published(640.0, 480.0);
     let sequence = BodySequence::evaluate(&truth(true), &predicted(true), &protocol).unwrap();
     compare(

@@ -1,14 +1,14 @@
-//! How good bodies in images are, and how sure that is.
+//! Accuracy of bodies in images, with confidence intervals.
 //!
 //! From two lists of poses to a table:
 //!
-//! * [`BodyTruth`], [`BodyPrediction`]: where joints were, and where a method saw them.
-//! * [`BodyProtocol`]: which instants are compared, and how joints that are missing are treated.
+//! * [`BodyTruth`], [`BodyPrediction`]: true and predicted joints.
+//! * [`BodyProtocol`]: the instants compared, and the treatment of missing joints.
 //! * [`BodySequence`]: the errors of one sequence, at evenly spaced instants and at those of the
 //!   predictions; [`BodyEvaluation`]: of all of them, and [`BodySummary`] the table.
 //! * [`BodyErrors`]: joint by joint [`BodyPck`], MPJPE and [`RootMeanSquare`]; they add up over sequences.
-//! * [`VelocityErrors`]: how fast joints are; [`SavitzkyGolay`] smooths that.
-//! * [`MeanBody`]: the predictor to beat, which never looks at an event.
+//! * [`VelocityErrors`]: errors of velocities, smoothed by [`SavitzkyGolay`].
+//! * [`MeanBody`]: the baseline that ignores the events.
 
 mod errors;
 #[cfg(test)]

@@ -3,16 +3,16 @@
 //! # Model
 //! A joint is correct at the threshold `T` if its error is at most `T` times the size of the body:
 //! its torso's diagonal, or its head. `PCK(T)` is the share of correct ones. It is taken at the
-//! thresholds 0.01, 0.02, …, 1, and `AUC = Σ PCK(T) / 100` is their mean, a sum of right ends for the
-//! integral from 0 to 1: perfect predictions score 1.
+//! thresholds 0.01, 0.02, …, 1, and `AUC = Σ PCK(T) / 100` is their mean, a sum of right ends for
+//! the integral from 0 to 1: perfect predictions score 1.
 //!
-//! The published program compares with `≤`, and so does this. The paper's formula is strict; the two
-//! differ for errors that lie exactly on a threshold only.
+//! The published program compares with `≤`, and so does this. The paper's formula is strict; the
+//! two differ for errors that lie exactly on a threshold only.
 //!
 //! # Source
-//! PCK by the torso's diagonal: Sapp and Taskar, *MODEC*, CVPR 2013, and MoveEnet's `PCK`. The area as
-//! mean over even thresholds: Mehta et al., *Monocular 3D human pose estimation in the wild using
-//! improved CNN supervision*, 3DV 2017; MoveEnet publishes none.
+//! PCK by the torso's diagonal: Sapp and Taskar, *MODEC*, CVPR 2013, and MoveEnet's `PCK`. The area
+//! as mean over even thresholds: Mehta et al., *Monocular 3D human pose estimation in the wild
+//! using improved CNN supervision*, 3DV 2017; MoveEnet publishes none.
 
 use evpose_stats::bootstrap::Totals;
 
@@ -34,7 +34,8 @@ impl BodyPck {
         Self { counts: vec![0; BODY_THRESHOLDS], total: 0 }
     }
 
-    /// Adds an error of a body of this size, both in pixels. An infinite one is wrong at all thresholds.
+    /// Adds an error of a body of this size, both in pixels. An infinite one is wrong at all
+    /// thresholds.
     pub fn push(&mut self, error_px: f64, size_px: f64) {
         self.total += 1;
         // A first guess, at most one off by rounding; the comparison itself decides.
@@ -75,7 +76,7 @@ impl BodyPck {
         (1..=BODY_THRESHOLDS).filter_map(|percent| self.correct(percent).mean()).collect()
     }
 
-    /// What all errors contribute to the area, and their number: the area is the mean.
+    /// Sum of all errors' contributions to the area, and their count: the area is the mean.
     pub fn area(&self) -> Totals {
         let above = |(i, count): (usize, &u64)| count * (BODY_THRESHOLDS - i) as u64;
         let sum: u64 = self.counts.iter().enumerate().map(above).sum();

@@ -1,26 +1,26 @@
-//! Which instants of a sequence are compared, and what a missing joint means.
+//! Evaluation protocol of bodies: the instants compared, and the treatment of missing joints.
 
 use serde::{Deserialize, Serialize};
 
 use crate::PoseError;
 
-/// More instants than any sequence has: nine hours at 1 kHz.
-const MOST_INSTANTS: f64 = 33_554_432.0;
+/// Limit of instants, above those of any sequence: nine hours at 1 kHz.
+const MAX_INSTANTS: f64 = 33_554_432.0;
 
-/// How joints are treated that a method did not find or that nobody labelled.
+/// Treatment of joints that were not detected or not labelled.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum MissingJoints {
-    /// A labelled joint that was not found is wrong for the PCK; distances leave it out and say how
-    /// many there were. What is not labelled is not judged. Between two instants a joint is known if
-    /// both know it.
+    /// A labelled joint that was not detected is wrong for the PCK; distances leave it out and
+    /// count it. Joints without a label are not evaluated. Interpolation needs the joint at both
+    /// instants.
     #[default]
     Counted,
-    /// As in the published program, which knows positions only. A joint that was not found lies at
-    /// minus the size of the image, which its decoder makes of -1, and one that is not labelled at
-    /// (-1, -1); interpolation runs through those places. The PCK leaves out labels with a column of
-    /// exactly -1, the MPJPE labels without two positive coordinates and predictions with one that is
-    /// exactly 0, the RMSE nothing. A sequence without any prediction is left out.
+    /// As in the published program, which knows positions only. A joint that was not detected lies
+    /// at minus the size of the image, which its decoder makes of -1, and one that is not labelled
+    /// at (-1, -1); interpolation runs through those places. The PCK leaves out labels with a
+    /// column of exactly -1, the MPJPE labels without two positive coordinates and predictions with
+    /// one that is exactly 0, the RMSE nothing. A sequence without any prediction is left out.
     Published {
         /// Width of the image.
         width_px: f32,
@@ -29,7 +29,7 @@ pub enum MissingJoints {
     },
 }
 
-/// Which instants of a sequence are compared.
+/// Instants of a sequence that are compared.
 ///
 /// # Model
 /// A sequence begins at 0 and ends at `T`, one second after its last label; its first label holds
@@ -47,7 +47,7 @@ pub struct BodyProtocol {
     pub rate_hz: f64,
     /// Share of a sequence at its beginning whose predictions do not count.
     pub skipped_share: f64,
-    /// How joints are treated that are not known.
+    /// Treatment of missing joints.
     pub missing: MissingJoints,
 }
 
@@ -81,7 +81,7 @@ impl BodyProtocol {
         // As NumPy's `arange`, rounding included.
         let step_s = 1.0 / self.rate_hz;
         let count = (end_s / step_s).ceil();
-        if !(0.0..=MOST_INSTANTS).contains(&count) {
+        if !(0.0..=MAX_INSTANTS).contains(&count) {
             return out_of(
                 "end of the sequence in seconds",
                 end_s,

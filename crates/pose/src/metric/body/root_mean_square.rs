@@ -1,9 +1,9 @@
 //! The root mean square error of a point, in pixels and in percent.
 //!
 //! # Model
-//! In pixels: `√(Σ |p - t|² / n)`. In percent: for each coordinate `100 √(Σ (p - t)² / n) / |Σ p / n|`, and
-//! the larger of the two. The percentage depends on where in the image somebody stands; it is there
-//! to be compared with published ones.
+//! In pixels: `√(Σ |p - t|² / n)`. In percent: for each coordinate `100 √(Σ (p - t)² / n) / |Σ p /
+//! n|`, and the larger of the two. The percentage depends on where in the image somebody stands; it
+//! is there to be compared with published ones.
 //!
 //! # Source
 //! hpe-core's `RMSE`.

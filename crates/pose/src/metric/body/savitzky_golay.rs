@@ -2,13 +2,14 @@
 //!
 //! # Model
 //! Each value becomes that of the polynomial of least squares through the values of a window around
-//! it. Nearer to an end than half of a window, it becomes that of the polynomial through the first or
-//! the last window. Polynomials that are orthonormal over the window make this a projection without
-//! any system of equations.
+//! it. Nearer to an end than half of a window, it becomes that of the polynomial through the first
+//! or the last window. Polynomials that are orthonormal over the window make this a projection
+//! without any system of equations.
 //!
 //! # Source
-//! Savitzky and Golay, *Smoothing and differentiation of data by simplified least squares procedures*,
-//! Analytical Chemistry 36(8), 1964; the ends as SciPy's `savgol_filter` with `mode='interp'`.
+//! Savitzky and Golay, *Smoothing and differentiation of data by simplified least squares
+//! procedures*, Analytical Chemistry 36(8), 1964; the ends as SciPy's `savgol_filter` with
+//! `mode='interp'`.
 
 use crate::PoseError;
 

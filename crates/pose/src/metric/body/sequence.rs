@@ -1,25 +1,26 @@
 //! Errors of one sequence.
 
+use evpose_stats::bootstrap::Totals;
+
 use super::track::Tracks;
 use super::{BodyErrors, BodyPrediction, BodyProtocol, BodyTruth, MissingJoints};
 use crate::PoseError;
-use evpose_stats::bootstrap::Totals;
 
-/// What a method scored on one sequence.
+/// Scores of a method on one sequence.
 ///
-/// The published program tells the PCK of a sequence by `resampled` and that of all sequences together
-/// by `raw`; MPJPE and RMSE come from `resampled` in both.
+/// The published program computes the PCK of a sequence from `resampled` and that of all sequences
+/// together from `raw`; MPJPE and RMSE come from `resampled` in both.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct BodySequence {
-    /// Errors at evenly spaced instants: each moment of the sequence weighs the same.
+    /// Errors at evenly spaced instants: uniform weight over the sequence's time.
     pub resampled: BodyErrors,
     /// Errors at the instants of predictions: each prediction weighs the same.
     pub raw: BodyErrors,
-    /// How long each prediction took, in seconds.
+    /// Latencies of predictions, in seconds.
     pub delay_s: Totals,
     /// Times between predictions, in seconds.
     pub gap_s: Totals,
-    /// Predictions that came too early or too late in the sequence to count.
+    /// Predictions outside the evaluated part of the sequence.
     pub skipped: u64,
 }
 
@@ -154,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn sequences_that_cannot_be_judged_are_refused() {
+    fn sequences_that_cannot_be_evaluated_are_refused() {
         let evaluate = |truth: &[BodyTruth], predicted: &[BodyPrediction]| {
             BodySequence::evaluate(truth, predicted, &BodyProtocol::default()).unwrap_err()
         };

@@ -1,15 +1,15 @@
 //! Scores of all sequences, and the table made of them.
 
+use evpose_stats::bootstrap::{BootstrapConfig, Totals, bootstrap, mean_interval};
+use evpose_stats::interval::Interval;
 use serde::{Deserialize, Serialize};
 
 use super::errors::mean_over_joints;
 use super::{BODY_THRESHOLDS, BodyErrors, BodySequence, JointErrors, RootMeanSquare};
 use crate::PoseError;
 use crate::body::{BODY_JOINTS, JOINT_NAMES};
-use evpose_stats::bootstrap::{BootstrapConfig, Totals, bootstrap, mean_interval};
-use evpose_stats::interval::Interval;
 
-/// What a method scored on every sequence, in their order.
+/// Scores of a method on every sequence, in their order.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct BodyEvaluation {
     /// One per sequence.
@@ -91,7 +91,7 @@ pub struct BodyScores {
 /// Scores of one joint over all sequences. None where nothing was measured.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct JointScores {
-    /// Which joint.
+    /// Name of the joint.
     pub joint: String,
     /// Share of correct ones at each of the thresholds asked for.
     pub pck: Vec<Option<f64>>,
@@ -194,7 +194,8 @@ mod tests {
 
     const QUICK: BootstrapConfig = BootstrapConfig { resamples: 200, seed: 3 };
 
-    /// Four sequences of a person that stands still, whose predictions are 10, 20, 30 and 40 px off.
+    /// Four sequences of a person that stands still, whose predictions are 10, 20, 30 and 40 px
+    /// off.
     fn evaluation() -> BodyEvaluation {
         let joints = |down: f32| {
             std::array::from_fn(|k| Some(Vec2::new(50.0 + 3.0 * k as f32, 90.0 + down)))

@@ -6,12 +6,12 @@ use super::{BodyPrediction, BodyProtocol, BodyTruth, MissingJoints};
 use crate::PoseError;
 use crate::body::{BODY_JOINTS, BodyPoints};
 
-/// A sequence is taken to end so long after its last label.
+/// Time from the last label to the end of a sequence.
 const AFTER_LAST_S: f64 = 1.0;
 
-/// What stands for a label that is not there in published files.
+/// Stands for a missing label in published files.
 const UNLABELLED: DVec2 = DVec2::NEG_ONE;
-/// What stands for a size that is not there in published files.
+/// Stands for a missing size in published files.
 const NO_SIZE: f64 = -1.0;
 
 /// The truth of a sequence and those of its predictions that count.
@@ -145,8 +145,8 @@ pub(super) struct Sampler<'a> {
 }
 
 impl Sampler<'_> {
-    /// The pose at `t_s`: between two, the first one before it and the last one after it; nothing known
-    /// where there are none.
+    /// The pose at `t_s`: between two, the first one before it and the last one after it; nothing
+    /// known where there are none.
     pub(super) fn at(&mut self, t_s: f64) -> Pose {
         while self.poses.get(self.at + 1).is_some_and(|(next_s, _)| *next_s <= t_s) {
             self.at += 1;
@@ -165,10 +165,9 @@ fn filled(joints: &BodyPoints, missing: Option<DVec2>) -> [Option<DVec2>; BODY_J
     joints.map(|joint| joint.map(Vec2::as_dvec2).or(missing))
 }
 
-fn check(what: &'static str, row: usize, numbers: [f64; 2], pose: &Pose) -> Result<(), PoseError> {
+fn check(what: &'static str, row: usize, times: [f64; 2], pose: &Pose) -> Result<(), PoseError> {
     let mut joints = pose.joints.iter().flatten();
-    let are_finite =
-        numbers.into_iter().all(f64::is_finite) && joints.all(|joint| joint.is_finite());
+    let are_finite = times.into_iter().all(f64::is_finite) && joints.all(|joint| joint.is_finite());
     if are_finite { Ok(()) } else { Err(PoseError::NotFinite { what, row }) }
 }
 
@@ -185,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn poses_are_told_between_instants_and_held_at_both_ends() {
+    fn poses_are_interpolated_between_instants_and_held_at_both_ends() {
         let truth = [truth(3.0, 30.0, None, Some(5.0)), truth(1.0, 10.0, Some(1.0), Some(3.0))];
         let track = Track::of_truth(&truth, MissingJoints::Counted).unwrap();
         let mut sampler = track.sampler();

@@ -1,12 +1,12 @@
-//! How well the velocities of joints are known.
+//! Errors of the velocities of joints.
 //!
 //! # Model
-//! The truth and the predictions are resampled as [`BodyProtocol`] says. The velocity of the truth is
-//! its gradient: central differences, one-sided ones at both ends. Both velocities are smoothed
+//! The truth and the predictions are resampled as [`BodyProtocol`] says. The velocity of the truth
+//! is its gradient: central differences, one-sided ones at both ends. Both velocities are smoothed
 //! coordinate by coordinate with a [`SavitzkyGolay`] filter, and their [`RootMeanSquare`] is taken.
-//! The published program does so over the whole sequence. Where a joint is not known throughout, each
-//! stretch in which it is known is treated as a sequence of its own here; stretches that are shorter
-//! than a window are left out and counted.
+//! The published program does so over the whole sequence. Where a joint is not known throughout,
+//! each stretch in which it is known is treated as a sequence of its own here; stretches that are
+//! shorter than a window are left out and counted.
 //!
 //! # Source
 //! hpe-core's `evaluate_vel`.
@@ -20,7 +20,7 @@ use super::{BodyPrediction, BodyProtocol, BodyTruth, RootMeanSquare, SavitzkyGol
 use crate::PoseError;
 use crate::body::BODY_JOINTS;
 
-/// What predictions tell.
+/// Quantity that predictions hold.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum PredictedVelocity {
@@ -33,13 +33,13 @@ pub enum PredictedVelocity {
     },
 }
 
-/// How velocities are compared.
+/// Evaluation protocol of velocities.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct VelocityProtocol {
-    /// Which instants are compared.
+    /// Instants that are compared.
     pub sampling: BodyProtocol,
-    /// What predictions tell.
+    /// Quantity that predictions hold.
     pub predicted: PredictedVelocity,
     /// Length of the filter's window in instants, an odd number.
     pub window: usize,
@@ -67,7 +67,8 @@ impl VelocityErrors {
     /// Compares the velocities of a sequence.
     ///
     /// # Errors
-    /// As [`BodySequence::evaluate`](super::BodySequence::evaluate), and if the filter makes no sense.
+    /// As [`BodySequence::evaluate`](super::BodySequence::evaluate), and if the filter makes no
+    /// sense.
     pub fn evaluate(
         truth: &[BodyTruth],
         predicted: &[BodyPrediction],

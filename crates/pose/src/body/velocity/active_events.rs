@@ -1,11 +1,12 @@
-//! When each pixel fired last, whatever its polarity.
+//! Time stamp of the last event of each pixel, of either polarity.
 
 use evpose_core::{EventStream, Micros, SensorSize};
 
-/// Before every time that can be subtracted from another.
+/// Time of a pixel without events: earlier than every time stamp, and subtracting it cannot
+/// overflow.
 pub(super) const NEVER: i64 = i64::MIN / 4;
-/// Times of events are kept between this and its negative: a hundred thousand years.
-const FURTHEST: i64 = i64::MAX / 4;
+/// Time stamps are clamped between this and its negative: a hundred thousand years.
+const MAX_US: i64 = i64::MAX / 4;
 
 /// The surface of active events.
 #[derive(Debug, Clone)]
@@ -25,24 +26,24 @@ impl ActiveSurface {
         self.sensor
     }
 
-    /// When the last event was, microseconds; [`NEVER`] without one.
+    /// Time stamp of the last event, microseconds; [`NEVER`] without one.
     pub(super) fn newest_us(&self) -> i64 {
         self.newest_us
     }
 
-    /// Whether events are earlier than what was seen: another stream begins.
+    /// Whether events are earlier than those before: another stream begins.
     pub(super) fn is_before(&self, events: &EventStream) -> bool {
-        events.t().first().is_some_and(|&first| kept_us(first) < self.newest_us)
+        events.t().first().is_some_and(|&first| clamped_us(first) < self.newest_us)
     }
 
     pub(super) fn push(&mut self, events: &EventStream) {
         assert_eq!(events.sensor(), self.sensor, "events from a sensor of another size");
         let width = usize::from(self.sensor.width);
         for ((&t, &x), &y) in events.t().iter().zip(events.x()).zip(events.y()) {
-            self.last_us[usize::from(y) * width + usize::from(x)] = kept_us(t);
+            self.last_us[usize::from(y) * width + usize::from(x)] = clamped_us(t);
         }
         if let Some(&last) = events.t().last() {
-            self.newest_us = kept_us(last);
+            self.newest_us = clamped_us(last);
         }
     }
 
@@ -58,6 +59,6 @@ impl ActiveSurface {
     }
 }
 
-fn kept_us(t: Micros) -> i64 {
-    t.0.clamp(-FURTHEST + 1, FURTHEST)
+fn clamped_us(t: Micros) -> i64 {
+    t.0.clamp(-MAX_US + 1, MAX_US)
 }
