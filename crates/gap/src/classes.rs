@@ -4,6 +4,8 @@
 //! They are computed from the known luminance alone, never from events, so that a class cannot leak
 //! the answer.
 
+use evpose_stats::quantile::upper_index;
+
 use crate::Scene;
 
 /// Added to luminance before the logarithm, so that perfect darkness has a finite class.
@@ -188,7 +190,7 @@ impl Classes {
 fn levels(log: &[f32]) -> [f32; 4] {
     let mut sample: Vec<f32> = log.iter().step_by(SAMPLE_STRIDES[0]).copied().collect();
     sample.sort_by(f32::total_cmp);
-    [1, 2, 3, 4].map(|i| sample[(sample.len() * i / 5).min(sample.len() - 1)])
+    [1, 2, 3, 4].map(|i| sample[upper_index(sample.len(), i, 5).min(sample.len() - 1)])
 }
 
 /// Edges of the thirds of the rates of change of moving pixels, from a sample.
@@ -199,7 +201,8 @@ fn speed_limits(steps: usize, pixels: usize, change: &impl Fn(usize, usize) -> f
         .filter(|rate| *rate >= REST_PER_S)
         .collect();
     sample.sort_by(f32::total_cmp);
-    let at = |i: usize| sample.get(sample.len() * i / 3).copied().unwrap_or(f32::INFINITY);
+    let at =
+        |i: usize| sample.get(upper_index(sample.len(), i, 3)).copied().unwrap_or(f32::INFINITY);
     [at(1), at(2)]
 }
 
@@ -222,7 +225,7 @@ impl<'a> Curvature<'a> {
             .map(|i| curvature.at(i / pixels, i % pixels))
             .collect();
         sample.sort_by(f32::total_cmp);
-        curvature.limit = sample[sample.len() * 3 / 4].max(MIN_CURVATURE);
+        curvature.limit = sample[upper_index(sample.len(), 3, 4)].max(MIN_CURVATURE);
         curvature
     }
 

@@ -7,11 +7,11 @@
 //! does not constrain.
 
 use evpose_sensor::SensorConfig;
+use evpose_stats::linear::solve;
 use rayon::prelude::*;
 
 use crate::compare::{Expectation, RHO_FREEDOM, discrepancy};
 use crate::free_parameter::FreeParameter;
-use crate::linear::solve;
 use crate::{GapError, Objective};
 
 /// Fractions of a Gauss-Newton step that are tried in one line search.

@@ -3,6 +3,8 @@
 
 use std::f64::consts::TAU;
 
+use evpose_stats::quantile::nearest_index;
+
 /// Side of a patch, pixels.
 pub(super) const SIDE_PX: usize = 32;
 /// Length of a patch, microseconds.
@@ -131,8 +133,7 @@ fn dispersion(counts: &[f64]) -> f64 {
 fn quantiles(intervals_us: &mut [i64]) -> [f64; 3] {
     intervals_us.sort_unstable();
     [0.1, 0.5, 0.9].map(|share| {
-        let place = share * (intervals_us.len().max(1) - 1) as f64;
-        let interval = intervals_us.get(place.round() as usize).copied();
+        let interval = intervals_us.get(nearest_index(intervals_us.len(), share)).copied();
         (1.0 + interval.unwrap_or(LENGTH_US) as f64).log10()
     })
 }

@@ -5,9 +5,10 @@
 //! algorithm*, Ann. Inst. Statist. Math. 44, 1992. The bound depends on the features alone, so that
 //! permuted labels need no new matrix.
 
+use evpose_stats::linear::solve;
+
 use super::features::COUNT;
 use super::patches::{FOLDS, Pair};
-use crate::linear::solve;
 
 /// Features and a constant.
 const COLUMNS: usize = COUNT + 1;

@@ -19,6 +19,7 @@ mod response;
 mod twin;
 
 use evpose_core::{Micros, Plane, SensorSize};
+use evpose_stats::quantile::{median_high, upper_index};
 use rayon::prelude::*;
 
 pub use read::{LoadedShots, load_shots};
@@ -183,7 +184,7 @@ impl Shots {
         };
         let mut all: Vec<f64> = (0..self.size.pixels()).filter_map(bends).collect();
         all.sort_by(f64::total_cmp);
-        let quiet = all.get(all.len() / 4).copied().unwrap_or(0.0);
+        let quiet = all.get(upper_index(all.len(), 1, 4)).copied().unwrap_or(0.0);
         (quiet - ROUNDING).max(0.0).sqrt()
     }
 
@@ -198,8 +199,7 @@ impl Shots {
 
     fn usual_exposure_us(&self) -> f64 {
         let mut all: Vec<f64> = self.shots.iter().map(Shot::exposure_us).collect();
-        all.sort_by(f64::total_cmp);
-        all[all.len() / 2]
+        median_high(&mut all).unwrap_or(0.0)
     }
 
     /// Luminance on the shortest path through the limits of all frames.

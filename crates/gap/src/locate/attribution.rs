@@ -10,13 +10,13 @@
 
 use std::collections::BTreeMap;
 
+use evpose_stats::linear::solve;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::axis::{Axis, TILES};
 use super::table::{Sample, Table, tile};
 use super::term::{MAIN, SCENE, Term};
-use crate::linear::solve;
 
 /// Maximum number of runs that are compared with the others, for the gain by chance.
 const NULL_RUNS: usize = 4;

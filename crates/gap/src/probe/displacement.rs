@@ -6,6 +6,8 @@
 //! that noise of `M` does not shrink it, and the field over tiles is split into shift, scale,
 //! rotation and a term in the cube of the radius.
 
+use evpose_stats::linear::gauss_jordan;
+
 use crate::probe::image::Image;
 
 pub(crate) const TILES: (usize, usize) = (6, 4);
@@ -108,6 +110,9 @@ fn basis(tile: usize, aspect: f64) -> [[f64; TERMS]; 2] {
     [[1.0, 0.0, x, -y, x * square], [0.0, 1.0, y, x, y * square]]
 }
 
+/// Pivots below this, in squared counts, make the normal equations singular: all terms are zero.
+const MIN_PIVOT: f64 = 1e-9;
+
 /// Least-squares fit of the terms to all tiles.
 fn field(tiles: &[Tile], bases: &[[[f64; TERMS]; 2]]) -> [f64; TERMS] {
     let mut matrix = [[0.0; TERMS + 1]; TERMS];
@@ -123,24 +128,8 @@ fn field(tiles: &[Tile], bases: &[[[f64; TERMS]; 2]]) -> [f64; TERMS] {
     }
     let ridge = tiles.iter().map(Tile::ridge).sum::<f64>() / tiles.len() as f64;
     (0..TERMS).for_each(|i| matrix[i][i] += ridge);
-    solved(matrix).map(|term| term.clamp(-MAX_PX, MAX_PX))
-}
-
-/// Solves the normal equations by Gaussian elimination with pivots; zero if they are singular.
-fn solved(mut matrix: [[f64; TERMS + 1]; TERMS]) -> [f64; TERMS] {
-    for i in 0..TERMS {
-        let pivot = (i..TERMS).max_by(|a, b| matrix[*a][i].abs().total_cmp(&matrix[*b][i].abs()));
-        matrix.swap(i, pivot.unwrap_or(i));
-        if matrix[i][i].abs() < 1e-9 {
-            return [0.0; TERMS];
-        }
-        let row = matrix[i];
-        for (_, other) in matrix.iter_mut().enumerate().filter(|(j, _)| *j != i) {
-            let factor = other[i] / row[i];
-            other.iter_mut().zip(row).for_each(|(value, take)| *value -= factor * take);
-        }
-    }
-    std::array::from_fn(|i| matrix[i][TERMS] / matrix[i][i])
+    let terms = gauss_jordan(matrix, MIN_PIVOT).unwrap_or([0.0; TERMS]);
+    terms.map(|term| term.clamp(-MAX_PX, MAX_PX))
 }
 
 /// Root mean square of the residuals of tiles about the field, weighted.
@@ -155,22 +144,4 @@ fn rest(tiles: &[Tile], bases: &[[[f64; TERMS]; 2]], terms: &[f64; TERMS]) -> f6
         weights += tile.weight;
     }
     (squares / (weights + RIDGE.1 * tiles.len() as f64)).sqrt()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_system_of_equations_is_solved() {
-        let matrix = [
-            [0.0, 2.0, 0.0, 0.0, 1.0, 9.0],
-            [1.0, 0.0, 0.0, 0.0, 0.0, 1.0],
-            [0.0, 0.0, 3.0, 0.0, 0.0, 9.0],
-            [0.0, 0.0, 1.0, 1.0, 0.0, 7.0],
-            [1.0, 0.0, 0.0, 0.0, 1.0, 6.0],
-        ];
-        assert_eq!(solved(matrix), [1.0, 2.0, 3.0, 4.0, 5.0]);
-        assert_eq!(solved([[0.0; TERMS + 1]; TERMS]), [0.0; TERMS]);
-    }
 }

@@ -1,5 +1,7 @@
 //! Quantiles that are shrunk towards zero for small samples, so that they have no outliers.
 
+use evpose_stats::quantile::{self, nearest_index};
+
 /// Sample size from which on quantiles are not shrunk.
 const SETTLED: f64 = 20.0;
 
@@ -9,8 +11,8 @@ fn shrinkage(samples: usize) -> f64 {
 }
 
 fn at(values: &mut [f32], share: f64) -> f64 {
-    let place = ((values.len() - 1) as f64 * share).round() as usize;
-    f64::from(*values.select_nth_unstable_by(place, f32::total_cmp).1)
+    let index = nearest_index(values.len(), share);
+    f64::from(*values.select_nth_unstable_by(index, f32::total_cmp).1)
 }
 
 /// Median of a sample, shrunk towards zero below twenty values; zero of an empty sample.
@@ -71,17 +73,9 @@ impl Lags {
 /// Quantile of integers from their histogram. Ties are spread over one unit, so that the quantile
 /// is a continuous function of the counts.
 pub(super) fn of_histogram(histogram: &[u32], share: f64) -> f64 {
-    let all: u64 = histogram.iter().map(|n| u64::from(*n)).sum();
-    let wanted = share * all as f64;
-    let mut below = 0.0;
-    for (value, &times) in histogram.iter().enumerate().filter(|(_, times)| **times > 0) {
-        let times = f64::from(times);
-        if below + times >= wanted {
-            return (value as f64 - 0.5 + (wanted - below) / times).max(0.0);
-        }
-        below += times;
-    }
-    0.0
+    let counts = histogram.iter().map(|n| u64::from(*n));
+    quantile::of_histogram(counts, share)
+        .map_or(0.0, |(value, inside)| (value as f64 - 0.5 + inside).max(0.0))
 }
 
 #[cfg(test)]

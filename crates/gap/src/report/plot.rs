@@ -1,9 +1,9 @@
 //! A curve of the recording, of the model and of the corrected model.
 
+use evpose_stats::moments::mean_and_deviation;
 use serde::{Deserialize, Serialize};
 
 use super::gaps;
-use crate::normal::moments;
 
 /// Scale of an axis.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -58,14 +58,14 @@ impl Plot {
         let (mut low, mut high) = (Vec::new(), Vec::new());
         for i in 0..measured.len() {
             let values: Vec<f64> = known(runs, i).collect();
-            let (mean, sd) = moments(&values);
+            let (mean, sd) = mean_and_deviation(&values);
             let min = values.iter().copied().fold(f64::INFINITY, f64::min);
             // On a logarithmic axis an edge below zero is replaced by the smallest run.
             let edge = mean - 2.0 * sd;
             low.push(if is_log && edge <= 0.0 { min.min(mean) } else { edge });
             high.push(mean + 2.0 * sd);
         }
-        let mean = |i: usize| moments(&known(corrected, i).collect::<Vec<_>>()).0;
+        let mean = |i: usize| mean_and_deviation(&known(corrected, i).collect::<Vec<_>>()).0;
         self.corrected = match corrected.is_empty() {
             true => Vec::new(),
             false => (0..measured.len()).map(mean).collect(),

@@ -1,5 +1,6 @@
 //! All compared statistics, and gaps of their blocks.
 
+use evpose_stats::quantile::nearest_index;
 use serde::{Deserialize, Serialize};
 
 use crate::compare::by_block;
@@ -51,10 +52,8 @@ pub fn block_gaps(
     let value = |value: f64, block: usize, of: &[Vec<(Block, f64)>]| {
         let mut values: Vec<f64> = of.iter().map(|gaps| gaps[block].1).collect();
         values.sort_by(f64::total_cmp);
-        let at = |share: f64| {
-            let place = (share * (values.len().max(1) - 1) as f64).round() as usize;
-            values.get(place).copied().unwrap_or(value)
-        };
+        let at =
+            |share: f64| values.get(nearest_index(values.len(), share)).copied().unwrap_or(value);
         GapValue { value, lo: at(0.05).min(value), hi: at(0.95).max(value) }
     };
     let after = gaps(after);

@@ -6,6 +6,7 @@
 use std::collections::HashMap;
 
 use evpose_core::CounterRng;
+use evpose_stats::quantile::median_high;
 
 use super::stretches::{Stretch, quiet_stretches};
 use super::train::Train;
@@ -146,7 +147,7 @@ impl Background {
         let pairs = self.stretches.iter().flat_map(|stretch| stretch.events.windows(2));
         let intervals =
             pairs.filter(|pair| pair[0].1 != pair[1].1).map(|pair| pair[1].0 - pair[0].0);
-        median(intervals.map(|us| us as f64).collect())
+        median_high(&mut intervals.map(|us| us as f64).collect::<Vec<_>>())
     }
 
     /// Rate and jitter of regular ON events: the median over pixels of their rates (the mean rate
@@ -162,11 +163,12 @@ impl Background {
                 .extend(times.windows(2).map(|pair| (pair[1] - pair[0]) as f64));
         }
         let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
-        let known: Vec<f64> =
+        let mut known: Vec<f64> =
             intervals.iter().filter(|i| i.len() >= MIN_INTERVALS).map(|i| mean(i)).collect();
         // Stretches truncate the intervals of slow pixels: then only the mean rate is unbiased.
         let any = intervals.iter().filter(|intervals| !intervals.is_empty()).count();
-        let rate_hz = if 2 * known.len() > any { 1e6 / median(known)? } else { self.rates_hz().0 };
+        let rate_hz =
+            if 2 * known.len() > any { 1e6 / median_high(&mut known)? } else { self.rates_hz().0 };
         // Pooled relative variance, with one degree of freedom less for each pixel.
         let (mut squares, mut freedom) = (0.0, 0.0);
         for intervals in intervals.iter().filter(|intervals| intervals.len() >= MIN_INTERVALS) {
@@ -176,9 +178,4 @@ impl Background {
         }
         Some((rate_hz, (freedom >= MIN_FREEDOM).then(|| (squares / freedom).sqrt())))
     }
-}
-
-fn median(mut values: Vec<f64>) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
 }

@@ -1,5 +1,7 @@
 //! Effects whose parameters the whole recording and both of its halves agree on.
 
+use evpose_stats::quantile::median_high;
+
 use super::agreement::{Agreement, effect, exact};
 use super::background::Background;
 use super::clock::{self, Axis};
@@ -250,6 +252,6 @@ fn hot_rates(train: &Train, pixels: &[u32]) -> (f64, f64) {
         }
     }
     let all: f64 = counts.iter().sum();
-    counts.sort_by(f64::total_cmp);
-    (counts[counts.len() / 2] / train.seconds(), on / all.max(1.0))
+    let median = median_high(&mut counts).unwrap_or(0.0);
+    (median / train.seconds(), on / all.max(1.0))
 }

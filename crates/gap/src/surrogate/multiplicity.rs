@@ -6,7 +6,7 @@
 //! one-sided, in standard deviations over the recording and its surrogates together, so that all
 //! are exchangeable under the null hypothesis.
 
-use crate::normal::moments;
+use evpose_stats::moments::mean_and_deviation;
 
 /// Properties of a test.
 #[derive(Debug, Clone, Copy)]
@@ -37,7 +37,7 @@ pub(super) fn test(values: &[Vec<f64>], tests: &[Test]) -> Vec<Tested> {
         .enumerate()
         .map(|(j, test)| {
             let column: Vec<f64> = values.iter().map(|row| row[j]).collect();
-            let (mean, sd) = moments(&column);
+            let (mean, sd) = mean_and_deviation(&column);
             let sign = if test.is_upper { 1.0 } else { -1.0 };
             // Variation within rounding errors is none.
             let scale = if sd > 1e-9 * mean.abs() { sign / sd } else { 0.0 };
@@ -52,7 +52,7 @@ pub(super) fn test(values: &[Vec<f64>], tests: &[Test]) -> Vec<Tested> {
     };
     let tested = deviations.iter().enumerate().map(|(j, column)| {
         let surrogates: Vec<f64> = values[1..].iter().map(|row| row[j]).collect();
-        let (mean, sd) = moments(&surrogates);
+        let (mean, sd) = mean_and_deviation(&surrogates);
         let own = column[0];
         let p = rank(&mut column[1..].iter().copied(), own);
         let adjusted_p = tests[j].counts.then(|| rank(&mut largest.iter().copied(), own));

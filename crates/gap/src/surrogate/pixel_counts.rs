@@ -7,6 +7,8 @@
 //! at the lower quartile of its neighbours. The false discovery rate is 1 % (Benjamini and Hochberg
 //! 1995).
 
+use evpose_stats::quantile::upper_index;
+
 use super::train::Train;
 
 /// Radius of the neighbourhood, pixels.
@@ -59,7 +61,7 @@ impl Counts {
                 }
             }
             around.sort_by(f64::total_cmp);
-            quartiles.push(around.get(around.len() / 4).copied().unwrap_or(0.0));
+            quartiles.push(around.get(upper_index(around.len(), 1, 4)).copied().unwrap_or(0.0));
             let trimmed = &around[..around.len().saturating_sub(TRIMMED)];
             // One more event, so that no rate is zero.
             means.push((trimmed.iter().sum::<f64>() + 1.0) / trimmed.len().max(1) as f64);

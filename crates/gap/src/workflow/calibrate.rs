@@ -13,9 +13,10 @@
 //! Gneiting and Raftery: *Strictly proper scoring rules, prediction, and estimation*, J. Am. Stat.
 //! Assoc. 102, 2007, section 6.2.
 
+use evpose_stats::linear::solve;
+
 use super::calibration::{ErrorScale, Evidence, FEATURES};
 use super::findings::SIDE;
-use crate::linear::solve;
 
 /// Columns of the design matrix: a constant and the features.
 const COLUMNS: usize = FEATURES.len() + 1;

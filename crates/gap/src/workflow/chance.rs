@@ -8,9 +8,9 @@
 //! replicates: then deviations are taken to be normal, with the scatter under weak noise.
 
 use evpose_sensor::SensorConfig;
+use evpose_stats::distribution::normal_upper_tail;
 use rayon::prelude::*;
 
-use crate::normal::upper_tail;
 use crate::{GapError, Objective};
 
 /// Runs of the expectation.
@@ -51,7 +51,7 @@ fn largest_first(mut deviations: Vec<f64>) -> Vec<f64> {
 /// p-value of the largest of `count` independent normal deviations.
 fn p_of_normal(largest: f64, count: usize) -> f64 {
     // The approximation of the tail slightly exceeds one half at zero.
-    let one = (2.0 * upper_tail(largest)).min(1.0);
+    let one = (2.0 * normal_upper_tail(largest)).min(1.0);
     // 1 - (1 - one)^count, without cancellation.
     -(count as f64 * (-one).ln_1p()).exp_m1()
 }

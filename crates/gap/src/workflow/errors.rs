@@ -9,12 +9,12 @@
 //! * the scatter of fits to runs of the corrected model (a parametric bootstrap).
 
 use evpose_sensor::SensorConfig;
+use evpose_stats::linear::solve;
 use serde::{Deserialize, Serialize};
 
 use crate::compare::RHO_FREEDOM;
 use crate::fit::Slopes;
 use crate::free_parameter::FreeParameter;
-use crate::linear::solve;
 use crate::{Block, GapError, Objective};
 
 /// Runs of the derivatives.

@@ -9,12 +9,12 @@
 use std::collections::BTreeMap;
 
 use evpose_sensor::SensorConfig;
+use evpose_stats::distribution::normal_upper_tail;
 
 use super::calibration::{CALIBRATION, Evidence, ParameterKind};
 use super::errors::{RawError, errors};
 use crate::GapError;
 use crate::free_parameter::FreeParameter;
-use crate::normal::upper_tail;
 use crate::parameters::Parameter;
 use crate::search::{AddedEffect, DataSplits, Identification};
 use crate::verdict::{Finding, FindingKind, Quantity};
@@ -122,7 +122,7 @@ fn parameter_finding(
         kind: FindingKind::Parameter,
         parameters: BTreeMap::from([(name.clone(), quantity)]),
         // Probability that it differs from the given value.
-        probability: 1.0 - 2.0 * upper_tail(z.abs()),
+        probability: 1.0 - 2.0 * normal_upper_tail(z.abs()),
         confusable_with: same.map(str::to_owned).into_iter().collect(),
     };
     EvidencedFinding { finding, evidence: None, errors: BTreeMap::from([(name, raw)]) }

@@ -6,6 +6,7 @@
 
 use evpose_core::CounterRng;
 use evpose_sensor::SensorConfig;
+use evpose_stats::quantile::nearest_index;
 
 use crate::compare::{by_block, rho_of_chance};
 use crate::verdict::GapValue;
@@ -38,7 +39,7 @@ pub fn gap_value(
         })
         .collect();
     gaps.sort_by(f64::total_cmp);
-    let at = |share: f64| gaps[(share * (gaps.len() - 1) as f64).round() as usize];
+    let at = |share: f64| gaps[nearest_index(gaps.len(), share)];
     Ok(GapValue { value, lo: at(0.05).min(value), hi: at(0.95).max(value) })
 }
 

@@ -115,8 +115,14 @@ impl Eight {
         let (begin, end) = (pack_xy_lanes(l, left, top), pack_xy_lanes(l, right, bottom));
         l.scatter_columns([of_first[0], of_first[1], of_first[2], end], &mut self.first);
         l.scatter_columns([of_second[0], of_second[1], of_second[2], begin], &mut self.second);
-        l.scatter_columns([of_third[0], of_third[1], of_third[2], l.to_bits(per_area)], &mut self.third);
-        l.scatter_columns([a.inverse_depth, l.to_bits(slope_b), l.to_bits(slope_c), zero], &mut self.depth);
+        l.scatter_columns(
+            [of_third[0], of_third[1], of_third[2], l.to_bits(per_area)],
+            &mut self.third,
+        );
+        l.scatter_columns(
+            [a.inverse_depth, l.to_bits(slope_b), l.to_bits(slope_c), zero],
+            &mut self.depth,
+        );
         self.may_cover = l.to_bitmask(l.and_not(l.and(is_seen, has_centres), is_wide));
         self.is_turned = l.to_bitmask(is_turned);
         self.is_wide = l.to_bitmask(l.and(is_in_front, is_wide));
@@ -153,8 +159,7 @@ fn edge<L: Lanes8>(l: L, from: Corner<L>, to: Corner<L>, [x, y]: [L::I; 2]) -> [
     let down = l.mul_i(dx, l.sub_i(y, from.y));
     let right = l.mul_i(dy, l.sub_i(x, from.x));
     // Top-left rule: other edges are lowered by one. The mask is -1, so subtracting it adds one.
-    let is_level =
-        l.and_not(l.gt_i(dx, zero), l.or(l.gt_i(dy, zero), l.gt_i(zero, dy)));
+    let is_level = l.and_not(l.gt_i(dx, zero), l.or(l.gt_i(dy, zero), l.gt_i(zero, dy)));
     let is_owned = l.or(l.gt_i(zero, dy), is_level);
     let start = l.sub_i(l.sub_i(l.sub_i(down, right), l.splat_i(1)), is_owned);
     let steps = l.splat_i(SUBPIXEL);
@@ -174,7 +179,8 @@ impl VisibilityBuffer {
         let (a, b) = (EdgeAlong::new(l, first), EdgeAlong::new(l, second));
         let c = EdgeAlong::new(l, third);
         let inverse_depth = l.from_bits(l.splat_i(depth[0]));
-        let (slope_b, slope_c) = (l.from_bits(l.splat_i(depth[1])), l.from_bits(l.splat_i(depth[2])));
+        let (slope_b, slope_c) =
+            (l.from_bits(l.splat_i(depth[1])), l.from_bits(l.splat_i(depth[2])));
         let number = l.splat_i(number as i32);
         let plane = DepthPlane { inverse_depth, slope_b, slope_c };
         let (mut at_a, mut at_b, mut at_c) = (a.start, b.start, c.start);

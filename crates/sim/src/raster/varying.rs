@@ -88,7 +88,8 @@ impl Kernel8 for Gather<'_> {
             let first = batch * LANES_8;
             let [x, y, z, _] = l.gather_columns(eight_rows::<3>(normals, first, &mut padding));
             let [u, v, _, _] = l.gather_columns(eight_rows::<2>(uvs, first, &mut padding));
-            let [_, _, inverse_depth, _] = l.gather_columns(eight_rows::<4>(screen, first, &mut padding));
+            let [_, _, inverse_depth, _] =
+                l.gather_columns(eight_rows::<4>(screen, first, &mut padding));
             let inverse_depth = l.from_bits(inverse_depth);
             let [a, b, c, d, e, f, g, h] = l.transpose([
                 l.mul(l.from_bits(x), inverse_depth),

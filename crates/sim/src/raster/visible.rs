@@ -188,7 +188,8 @@ impl Kernel8 for DrawFaces<'_> {
             // In the order of the faces, which decides between equal depths.
             let mut left = (eight.may_cover | eight.is_wide) & known;
             while left != 0 {
-                let (k, bit) = (left.trailing_zeros() as usize % LANES_8, left & left.wrapping_neg());
+                let (k, bit) =
+                    (left.trailing_zeros() as usize % LANES_8, left & left.wrapping_neg());
                 left ^= bit;
                 let (face, [a, b, c]) = ((batch * LANES_8 + k) as u32, faces[k]);
                 let number = *count as u32;
