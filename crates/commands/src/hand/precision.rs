@@ -5,7 +5,6 @@ use std::time::Instant;
 
 use anyhow::Result;
 use evpose_app::progress::bar;
-use evpose_stats::quantile::nearest_rank;
 use evpose_infer::{CalibrationRanges, Precision};
 use evpose_report::held_out::cell;
 use evpose_stats::quantile::nearest_rank;

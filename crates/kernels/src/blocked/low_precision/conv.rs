@@ -192,7 +192,11 @@ impl ConvExec<'_> {
     }
 
     /// Runs the kernel of each group on some rows.
-    fn run_groups<S: crate::simd::ReducedDispatch>(&self, groups: Range<usize>, rows: &Range<usize>) {
+    fn run_groups<S: crate::simd::ReducedDispatch>(
+        &self,
+        groups: Range<usize>,
+        rows: &Range<usize>,
+    ) {
         let ConvShape { channels_in, kernel, stride, .. } = self.conv.shape;
         let per = S::dot_depth(self.conv.level);
         let steps = channels_in / LANES * (LANES / per) + (channels_in % LANES).div_ceil(per);
@@ -281,7 +285,8 @@ impl<const B: usize, const STRIDE: usize> GroupKernel<'_, B, STRIDE> {
     ) {
         let ConvExec { conv, input, residual, activation, to, .. } = self.exec;
         let ConvShape { channels_in, kernel, .. } = conv.shape;
-        let (row_pitch, line) = (input.row_pitch() * LANES, weight_vector_bytes::<D::Element>(D::DEPTH));
+        let (row_pitch, line) =
+            (input.row_pitch() * LANES, weight_vector_bytes::<D::Element>(D::DEPTH));
         let mut fetched = 0;
         // SAFETY: the caller's; the windows of these pixels are inside the input and its border.
         unsafe {

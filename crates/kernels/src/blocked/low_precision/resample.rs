@@ -167,7 +167,12 @@ impl ResampleRows<'_> {
     /// # Safety
     /// That of [`ReducedKernel::run`]; `to` is row `y` of the output.
     #[inline(always)]
-    unsafe fn upsample_row<S: ReducedPrecision, V: Lanes>(&self, block: usize, y: usize, to: *mut S) {
+    unsafe fn upsample_row<S: ReducedPrecision, V: Lanes>(
+        &self,
+        block: usize,
+        y: usize,
+        to: *mut S,
+    ) {
         let [_, height, width] = self.input.size();
         let near: *const S = self.input.tap(block, y / 2, 0, 0);
         let far: *const S = self.input.tap(block, far_index(y, height), 0, 0);
