@@ -22,6 +22,11 @@ const CI: &[Step] = &[
         args: &["xtask", "circles"],
         env: &[],
     },
+    Step {
+        why: "names and prose in the words of the glossary",
+        args: &["xtask", "words"],
+        env: &[],
+    },
     Step { why: "the command line stays small", args: &["xtask", "lines"], env: &[] },
     Step {
         why: "lints, tests and benches included",
