@@ -4,14 +4,14 @@
 //! * [`Event`], [`Polarity`], [`EventStream`]: events in time order, checked once at construction.
 //! * [`Micros`], [`TimeWindow`]: integer microseconds, half-open windows.
 //! * [`SensorSize`], [`Plane`], [`Pinhole`], [`LensCamera`]: image geometry.
-//! * [`StageNoise`], [`CounterRng`]: random numbers that depend on the purpose of a draw, not on the order
-//!   of draws.
+//! * [`StageNoise`], [`CounterRng`]: random numbers that depend on the purpose of a draw, not on
+//!   the order of draws.
 //! * [`atomic_write`]: output files are complete or absent.
 //!
 //! ```
 //! use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize, TimeWindow};
 //!
-//! let event = |ms, x| Event { t: Micros(1_000 * ms), x, y: 90, polarity: Polarity::On };
+//! let event = |ms: i64, x| Event { t: Micros(1_000 * ms), x, y: 90, polarity: Polarity::On };
 //! let stream = EventStream::from_events(SensorSize::DAVIS240C, (0..100).map(|ms| event(ms, 7)))?;
 //!
 //! // The 30 ms before 60 ms; windows are half-open.
