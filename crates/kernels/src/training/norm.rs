@@ -10,7 +10,7 @@
 //! Ioffe, Szegedy: *Batch Normalization*, ICML 2015. Chan, Golub, LeVeque: *Algorithms for
 //! Computing the Sample Variance*, The American Statistician 37, 1983, for the joined statistics.
 
-use pulp::Arch;
+use evpose_simd::vectorize;
 use rayon::prelude::*;
 
 use super::blocks::Blocks;
@@ -116,7 +116,7 @@ impl Norm {
         let of_image = |image: &[f32]| -> Vec<[[f64; LANES]; 2]> {
             let blocks = image.chunks_exact(shape.block().max(1));
             let of_block = |block: &[f32]| {
-                Arch::new().dispatch(
+                vectorize(
                     #[inline(always)]
                     || mean_and_squares(block),
                 )
@@ -157,7 +157,7 @@ impl Norm {
             .map(|(k, (xs, dys))| {
                 let line = self.scale_shift(k % blocks);
                 let mean = self.means[k % blocks];
-                Arch::new().dispatch(
+                vectorize(
                     #[inline(always)]
                     || gradient_sums(line, mean, xs, dys),
                 )
@@ -187,7 +187,7 @@ impl Norm {
         pairs.for_each(|(k, (dys, xs))| {
             let line = self.scale_shift(k % blocks);
             let [a, b, c] = planes[k % blocks];
-            Arch::new().dispatch(
+            vectorize(
                 #[inline(always)]
                 || {
                     let pixels = dys.as_chunks_mut::<LANES>().0.iter_mut();
@@ -220,7 +220,7 @@ impl Input<'_> {
         let sources = self.values.par_chunks(size).zip(other.values.par_chunks(size));
         output.par_chunks_mut(size).zip(sources).enumerate().for_each(|(k, (to, (xs, others)))| {
             let [a, b] = [self, other].map(|input| input.scale_shift(k % shape.blocks()));
-            Arch::new().dispatch(
+            vectorize(
                 #[inline(always)]
                 || {
                     let sources =
@@ -245,7 +245,7 @@ impl Input<'_> {
         let pairs = output.par_chunks_mut(size).zip(self.values.par_chunks(size)).enumerate();
         pairs.for_each(|(k, (to, xs))| {
             let line = self.scale_shift(k % shape.blocks());
-            Arch::new().dispatch(
+            vectorize(
                 #[inline(always)]
                 || line.write(xs, to),
             );
@@ -274,7 +274,7 @@ pub fn activation_backward(activation: Activation, output: &[f32], gradient: &[f
     let mut input = vec![0.0; gradient.len()];
     let sources = output.par_chunks(PIECE).zip(gradient.par_chunks(PIECE));
     input.par_chunks_mut(PIECE).zip(sources).for_each(|(to, (ys, dys))| {
-        Arch::new().dispatch(
+        vectorize(
             #[inline(always)]
             || {
                 for (to, (y, dy)) in to.iter_mut().zip(ys.iter().zip(dys)) {

@@ -1,6 +1,6 @@
 //! Images with a border of zeros, in memory that is reused.
 
-use pulp::Arch;
+use evpose_simd::vectorize;
 
 use super::blocks::Blocks;
 use super::norm::{Input, ScaleShift};
@@ -76,7 +76,7 @@ pub(super) fn pad_block(
             }
             continue;
         };
-        Arch::new().dispatch(
+        vectorize(
             #[inline(always)]
             || {
                 for (to, x) in inside.iter_mut().zip(pixels) {

@@ -1,6 +1,6 @@
 //! Max-pooling of stride 2: over 3x3 pixels as in ResNets, over 2x2 as in VGG.
 
-use pulp::Arch;
+use evpose_simd::vectorize;
 use rayon::prelude::*;
 
 use super::blocks::Blocks;
@@ -41,7 +41,7 @@ impl MaxPool {
         let pairs = outputs.zip(input.values.par_chunks(shape.block().max(1))).enumerate();
         pairs.for_each(|(k, ((values, taps), from))| {
             let line = input.scale_shift(k % shape.blocks());
-            Arch::new().dispatch(
+            vectorize(
                 #[inline(always)]
                 || self.largest(line, from, values, taps),
             );
@@ -58,7 +58,7 @@ impl MaxPool {
         let size = out.block().max(1);
         let sources = gradient.par_chunks(size).zip(taps.par_chunks(size));
         input.par_chunks_mut(shape.block().max(1)).zip(sources).for_each(|(to, (dys, taps))| {
-            Arch::new().dispatch(
+            vectorize(
                 #[inline(always)]
                 || self.scatter(dys, taps, to),
             );

@@ -4,7 +4,7 @@
 //! Pixels are squares about their centres: along each axis an output takes 3/4 of the pixel that it
 //! lies in and 1/4 of the neighbour on its side; beyond the border the outermost pixel repeats.
 
-use pulp::Arch;
+use evpose_simd::vectorize;
 use rayon::prelude::*;
 
 use super::blocks::Blocks;
@@ -40,7 +40,7 @@ impl Upsample {
         blocks.for_each_init(Vec::new, |row, (k, (to, from))| {
             let norm = input.scale_shift(k % shape.blocks());
             row.resize(shape.width, [0.0; LANES]);
-            Arch::new().dispatch(
+            vectorize(
                 #[inline(always)]
                 || upsample_block(&norm, from.as_chunks().0, to.as_chunks_mut().0, row),
             );
@@ -57,7 +57,7 @@ impl Upsample {
         let blocks = input.par_chunks_mut(shape.block().max(1)).zip(sources);
         blocks.for_each_init(Vec::new, |row, (to, from)| {
             row.resize(out.width, [0.0; LANES]);
-            Arch::new().dispatch(
+            vectorize(
                 #[inline(always)]
                 || downsample_block(from.as_chunks().0, to.as_chunks_mut().0, row),
             );
