@@ -6,7 +6,7 @@ use std::{env, fs, process};
 
 use evpose_clean::{CameraFile, Mask};
 use evpose_core::{Plane, SensorSize};
-use evpose_io::yarp::skeletons_of;
+use evpose_io::yarp::read_skeletons_from;
 use evpose_io::{Encoding, EvcReader, EvcWindow, FrameSource, Input, IoError, MetaReader};
 
 use crate::check;
@@ -84,7 +84,7 @@ pub fn meta(bytes: &[u8]) {
 /// # Panics
 /// If a fault has no place in the file.
 pub fn skeletons(bytes: &[u8]) {
-    match skeletons_of(Input::memory("data.log", bytes.to_vec())) {
+    match read_skeletons_from(Input::memory("data.log", bytes.to_vec())) {
         // The shortest of them has 26 values.
         Ok(skeletons) => assert!(skeletons.len() <= bytes.len() / 52),
         Err(error) => check(&error, bytes.len()),

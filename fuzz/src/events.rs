@@ -94,7 +94,7 @@ pub fn any(bytes: &[u8]) {
         (Err(error), _) => check(&error, bytes.len()),
     }
     let Ok((_, source)) = source(input(), &salvaging) else { return };
-    let Ok(mut windows) = Windows::of(source, &salvaging) else { return };
+    let Ok(mut windows) = Windows::from_source(source, &salvaging) else { return };
     let Some(mut start) = windows.start() else { return };
     let mut events = EventStream::empty(windows.sensor());
     // Times may span all of 64 bits: no more than a few windows, each where there is something.
@@ -117,7 +117,7 @@ pub fn any(bytes: &[u8]) {
 /// # Panics
 /// If a frame is of another size than it says.
 pub fn packets(bytes: &[u8]) {
-    let mut packets = match Packets::of(Input::memory("fuzz", bytes.to_vec())) {
+    let mut packets = match Packets::from_input(Input::memory("fuzz", bytes.to_vec())) {
         Ok(packets) => packets,
         Err(error) => return check(&error, bytes.len()),
     };

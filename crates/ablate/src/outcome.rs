@@ -104,7 +104,7 @@ impl Outcome {
     ) -> Result<Self> {
         let done = rows.iter().filter(|row| trials.contains_key(row.trained_as()));
         let done: Vec<&'static Row> = done.copied().collect();
-        let full = of(trials, FULL)?;
+        let full = row_trials(trials, FULL)?;
         Ok(Self {
             config: config.to_owned(),
             seeds: seeds.to_vec(),
@@ -127,7 +127,7 @@ fn distinct(trials: &Trials) -> Vec<Provenance> {
     made
 }
 
-fn of<'a>(trials: &'a Trials, row: &str) -> Result<&'a [Trial]> {
+fn row_trials<'a>(trials: &'a Trials, row: &str) -> Result<&'a [Trial]> {
     trials.get(row).map(Vec::as_slice).with_context(|| format!("row {row} was not run"))
 }
 
@@ -136,7 +136,7 @@ fn scores<'a>(row: &Row, trial: &'a Trial) -> &'a Scores {
 }
 
 fn row_outcome(row: &'static Row, done: &[&Row], trials: &Trials) -> Result<RowOutcome> {
-    let ours = of(trials, row.trained_as())?;
+    let ours = row_trials(trials, row.trained_as())?;
     let first = ours.first().context("a row without seeds")?;
     let per_seed: Vec<Metrics> = ours.iter().map(|trial| scores(row, trial).figures).collect();
     let speeds: Vec<f64> = ours.iter().map(|trial| trial.poses_per_s).collect();
@@ -179,7 +179,8 @@ fn means(per_seed: &[Metrics]) -> Result<Means> {
 }
 
 fn check(row: &Row, other: &Row, finding: &Finding, trials: &Trials) -> Result<FindingOutcome> {
-    let pairs = of(trials, row.trained_as())?.iter().zip(of(trials, other.trained_as())?);
+    let pairs =
+        row_trials(trials, row.trained_as())?.iter().zip(row_trials(trials, other.trained_as())?);
     let is_speed = finding.relation == Relation::Slower;
     let measures = if is_speed { SPEED } else { ACCURACY };
     let is_comparable = !is_speed || pairs.clone().all(|(a, b)| a.made.is_as_fast(&b.made));

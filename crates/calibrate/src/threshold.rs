@@ -97,7 +97,7 @@ impl<'a> ThresholdRun<'a> {
         if size != events.sensor() {
             return Err(CalibrateError::Size { frames: size, events: events.sensor() });
         }
-        let tiles = Tiles::of(size);
+        let tiles = Tiles::for_sensor(size);
         let (on_steps, off_steps) = (Heights::new(), Heights::new());
         let tile = Tile { rise: 0.0, fall: 0.0, on: 0, off: 0, on_steps, off_steps };
         Ok(Self {

@@ -15,7 +15,7 @@ pub(crate) struct Tiles {
 }
 
 impl Tiles {
-    pub(crate) fn of(size: SensorSize) -> Self {
+    pub(crate) fn for_sensor(size: SensorSize) -> Self {
         let (columns, rows) =
             (ALONG.min(usize::from(size.width)), ALONG.min(usize::from(size.height)));
         Self { size, columns, rows }

@@ -129,7 +129,8 @@ pub fn find(recording: &EventStream, reference: &EventStream) -> Option<Orientat
     let (size, target) = (recording.sensor(), reference.sensor());
     let slices = (reference.t()[reference.len() - 1].0 / SLICE_US + 1).max(1) as usize;
     let slices = slices.min(MAX_SLICES);
-    let (seen, wanted) = (Images::of(recording, slices), Images::of(reference, slices));
+    let (seen, wanted) =
+        (Images::from_events(recording, slices), Images::from_events(reference, slices));
     let norm = (seen.power() * wanted.power()).sqrt();
     let (seen_rate, wanted_rate) = (seen.rate(), wanted.rate());
     let rate_correlation = correlation(&seen_rate, &wanted_rate);
@@ -199,7 +200,7 @@ struct Images {
 }
 
 impl Images {
-    fn of(events: &EventStream, slices: usize) -> Self {
+    fn from_events(events: &EventStream, slices: usize) -> Self {
         let size = events.sensor();
         let (width, pixels) = (usize::from(size.width), size.pixels());
         let mut values = vec![0f32; pixels * slices];

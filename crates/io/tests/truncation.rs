@@ -8,7 +8,7 @@ use std::path::Path;
 
 use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
 use evpose_io::aedat4::{Packet, Packets};
-use evpose_io::yarp::skeletons_of;
+use evpose_io::yarp::read_skeletons_from;
 use evpose_io::{
     Columns, EventSource, FORMATS, Format, Input, IoError, OpenOptions, format_by_name, read_as,
 };
@@ -175,7 +175,7 @@ fn a_cut_recording_of_any_name_is_an_error_with_a_place_or_begins_like_the_whole
 #[test]
 fn packets_of_a_cut_file_are_those_that_are_whole() {
     for (sample, bytes) in &samples()["aedat4"] {
-        let packets = |bytes: &[u8]| Packets::of(Input::memory("cut", bytes.to_vec()));
+        let packets = |bytes: &[u8]| Packets::from_input(Input::memory("cut", bytes.to_vec()));
         let whole: Vec<Packet> = packets(bytes).unwrap().map(Result::unwrap).collect();
         for cut in cuts(bytes.len()) {
             let what = format!("{sample} cut at {cut}");
@@ -198,7 +198,8 @@ fn packets_of_a_cut_file_are_those_that_are_whole() {
 fn skeletons_of_a_cut_log_are_those_that_are_whole() {
     let joints = "1.5 20.25 ".repeat(13);
     let log = format!("0 0.12 SKLT ({joints}) -1.0 104.3\n1 0.24 SKLT ({joints}) 35.5 40\n");
-    let read = |cut: usize| skeletons_of(Input::memory("data.log", log.as_bytes()[..cut].to_vec()));
+    let read =
+        |cut: usize| read_skeletons_from(Input::memory("data.log", log.as_bytes()[..cut].to_vec()));
     let whole = read(log.len()).unwrap();
     for cut in 0..log.len() {
         match read(cut) {

@@ -160,10 +160,10 @@ impl HandDataset {
             )));
         }
         let parts = sequences.iter().map(|sequence| 0..sequence.frames).collect();
-        Self::of(Arc::new(sequences), parts, config, sensor)
+        Self::from_parts(Arc::new(sequences), parts, config, sensor)
     }
 
-    fn of(
+    fn from_parts(
         sequences: Arc<Vec<HandSequence>>,
         parts: Vec<Range<u64>>,
         config: &HandConfig,
@@ -204,7 +204,7 @@ impl HandDataset {
         let first = u64::from(self.window_frames) - 1;
         let part = |make: &dyn Fn(&HandSequence) -> Range<u64>| {
             let parts = self.sequences.iter().map(make).collect();
-            Self::of(Arc::clone(&self.sequences), parts, config, self.sensor)
+            Self::from_parts(Arc::clone(&self.sequences), parts, config, self.sensor)
         };
         Ok((part(&|s| cut(s)..s.frames)?, part(&|s| first.min(cut(s))..cut(s))?))
     }

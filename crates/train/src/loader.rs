@@ -33,7 +33,7 @@ impl Share {
     const WHOLE: Self = Self { device: 0, devices: 1 };
 
     /// The part of `batch` that is this share.
-    fn of(self, batch: &Range<u64>) -> Range<u64> {
+    fn select(self, batch: &Range<u64>) -> Range<u64> {
         let length = batch.end - batch.start;
         let at = |device: u64| batch.start + length * device / self.devices;
         at(self.device)..at(self.device + 1)
@@ -137,7 +137,7 @@ impl HandLoader {
     fn shared_items(&self, samples: u64) -> u64 {
         let size = self.batch_size as u64;
         let length = |batch: u64| {
-            let share = self.share.of(&(0..batch));
+            let share = self.share.select(&(0..batch));
             share.end - share.start
         };
         samples / size * length(size) + length(samples % size)
@@ -219,7 +219,7 @@ impl DataLoader<HandBatch> for HandLoader {
         let starts = pass.clone().step_by(self.batch_size);
         let windows = Prefetch::new(starts.map(move |start| {
             let whole = loader.whole(start, &end);
-            loader.windows(loader.share.of(&whole))
+            loader.windows(loader.share.select(&whole))
         }));
         let (next, started) = (pass.start, Instant::now());
         Box::new(Batches { loader: self, interval, pass, next, windows, started })
@@ -253,7 +253,7 @@ mod tests {
             for batch in [0..0, 60..64, 7..8, 128..192] {
                 let mut next = batch.start;
                 for device in 0..devices {
-                    let share = Share { device, devices }.of(&batch);
+                    let share = Share { device, devices }.select(&batch);
                     assert_eq!(share.start, next);
                     next = share.end;
                 }

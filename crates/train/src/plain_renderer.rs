@@ -134,7 +134,7 @@ impl<W: Write + Send> TrainingProgressLogger for PlainRenderer<W> {
             ));
         } else {
             self.samples += self.total;
-            let waited = self.meter.of(self.interval);
+            let waited = self.meter.wait_in_interval(self.interval);
             self.line(&format!("train  interval {}/{}  {waited}", self.interval, self.intervals));
         }
     }

@@ -114,7 +114,7 @@ impl WaitMeter {
     }
 
     /// Waiting of this process in an interval.
-    pub(crate) fn of(&self, interval: usize) -> DataWait {
+    pub(crate) fn wait_in_interval(&self, interval: usize) -> DataWait {
         self.lock().intervals.get(&interval).copied().unwrap_or_default()
     }
 
@@ -150,10 +150,13 @@ mod tests {
         meter.add(1, wait(1_000, 100));
         meter.add(1, wait(3_000, 300));
         meter.add(2, wait(4_000, 0));
-        assert_eq!(meter.of(1), wait(4_000, 400));
-        assert_eq!(meter.of(1).to_string(), "waited for data 10.00% of the time");
+        assert_eq!(meter.wait_in_interval(1), wait(4_000, 400));
+        assert_eq!(meter.wait_in_interval(1).to_string(), "waited for data 10.00% of the time");
         assert_eq!(meter.total().unwrap(), wait(8_000, 400));
-        assert_eq!((meter.of(3).share(), meter.total().unwrap().share()), (0.0, 0.05));
+        assert_eq!(
+            (meter.wait_in_interval(3).share(), meter.total().unwrap().share()),
+            (0.0, 0.05)
+        );
     }
 
     #[test]

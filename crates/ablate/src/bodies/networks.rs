@@ -127,7 +127,7 @@ impl TrainingQueue<'_> {
         let run = directory(self.out, network, seed);
         let mut config = network.config(stages);
         config.start_from = network.starts_from().map(|first| directory(self.out, first, seed));
-        let frames = BodyFrames::of(&config, &train_data(self.out, seed), &|_| {})?;
+        let frames = BodyFrames::load(&config, &train_data(self.out, seed), &|_| {})?;
         let options = TrainOptions {
             device: self.device,
             resume: true,

@@ -76,7 +76,7 @@ pub fn frames(config: &BodyConfig, data: &Path) -> Result<BodyFrames> {
         BodySourceKind::Annotations => ("reading", 0),
     };
     let progress = bar(label, count, "");
-    let frames = BodyFrames::of(config, data, &|done| progress.inc(done))?;
+    let frames = BodyFrames::load(config, data, &|done| progress.inc(done))?;
     progress.finish_and_clear();
     say(format!("{} images", frames.len()));
     Ok(frames)

@@ -24,7 +24,7 @@ pub(super) struct Confusion {
 }
 
 impl Confusion {
-    pub(super) fn of(opened: &[Opened]) -> Self {
+    pub(super) fn from_cases(opened: &[Opened]) -> Self {
         let mut rows = BTreeMap::new();
         let mut columns = BTreeMap::new();
         for case in opened {
@@ -84,7 +84,7 @@ mod tests {
     #[test]
     fn every_case_is_in_one_cell_and_right_ones_are_on_the_diagonal() {
         let opened = example::opened();
-        let matrix = Confusion::of(&opened);
+        let matrix = Confusion::from_cases(&opened);
         let all: usize = matrix.cells.iter().flatten().map(|cell| cell.n).sum();
         assert_eq!(all, opened.len());
         for (i, effect) in EFFECTS.iter().enumerate() {

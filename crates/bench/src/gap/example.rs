@@ -51,7 +51,7 @@ pub(super) fn opened() -> Vec<Opened> {
         .iter()
         .map(|case| {
             let label = label(case);
-            let truth = Truth::of(&label);
+            let truth = Truth::from_label(&label);
             Opened { row: row(&label, &truth), truth, label }
         })
         .collect()

@@ -109,7 +109,8 @@ mod tests {
             let dir = root.path().join(i.to_string());
             std::fs::create_dir_all(&dir)?;
             let of_part: Vec<Case> = part.iter().map(|k| cases[*k].clone()).collect();
-            Part::of(example::SEED, if all { &of_part } else { &cases[..9] }).claim(&dir, false)?;
+            Part::new(example::SEED, if all { &of_part } else { &cases[..9] })
+                .claim(&dir, false)?;
             let mut text = String::new();
             for case in &of_part {
                 let row = opened.iter().find(|opened| opened.row.id == case.id);

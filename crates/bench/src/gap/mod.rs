@@ -90,7 +90,7 @@ pub fn calibrate(args: &CalibrateArgs) -> Result<()> {
 fn publish(cases: &[Case], merged: Merged, seed: u64, out: &Path) -> Result<()> {
     say(format!("opening   the labels of {} cases", merged.rows.len()));
     let opened = opened::open(cases, merged.rows, &Case::label)?;
-    let scores = score::of(&opened, own::summary(&merged.own), seed);
+    let scores = score::score_cases(&opened, own::summary(&merged.own), seed);
     table::lines(&scores).iter().for_each(say);
     files::write_json(out, SCORES, &scores)?;
     tables::write(out, &opened, &scores)?;

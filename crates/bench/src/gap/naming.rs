@@ -22,7 +22,7 @@ const SECONDS: f64 = 20.0;
 
 /// Names in every case that has no row yet.
 pub(super) fn run(args: &BenchArgs, seed: u64, cases: &[Case]) -> Result<()> {
-    Part::of(seed, cases).claim(&args.out, args.resume).context(BadInput)?;
+    Part::new(seed, cases).claim(&args.out, args.resume).context(BadInput)?;
     let path = args.out.join(RESULTS);
     let known = if args.resume { row::resume(&path)? } else { Vec::new() };
     if known.is_empty() {

@@ -33,7 +33,7 @@ pub(super) fn open(
             let case = case.with_context(|| format!("case {} is not of this plan", row.id))?;
             let label = label(case);
             progress.inc(1);
-            Ok(Opened { truth: Truth::of(&label), label, row })
+            Ok(Opened { truth: Truth::from_label(&label), label, row })
         })
         .collect();
     progress.finish_and_clear();

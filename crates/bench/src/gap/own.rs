@@ -152,7 +152,7 @@ pub(super) fn read(path: &Path) -> Result<Vec<OwnRow>> {
 pub(super) fn summary(rows: &[OwnRow]) -> Option<OwnSummary> {
     let ps: Vec<f64> = rows.iter().map(|row| row.p).collect();
     let uniformity = uniformity(&ps, REPLICATES + 1)?;
-    let significant = Rate::of(ps.iter().map(|p| *p <= LEVEL + 1e-12));
+    let significant = Rate::from_outcomes(ps.iter().map(|p| *p <= LEVEL + 1e-12));
     Some(OwnSummary { significant, uniformity, replicates: REPLICATES })
 }
 

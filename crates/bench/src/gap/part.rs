@@ -22,7 +22,7 @@ pub(super) struct Part {
 }
 
 impl Part {
-    pub(super) fn of(seed: u64, cases: &[Case]) -> Self {
+    pub(super) fn new(seed: u64, cases: &[Case]) -> Self {
         Self { seed, cases: cases.iter().map(|case| case.id.clone()).collect() }
     }
 

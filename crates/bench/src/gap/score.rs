@@ -109,7 +109,7 @@ impl Estimate {
 }
 
 /// Scores cases.
-pub(super) fn of(opened: &[Opened], own: Option<OwnSummary>, plan: u64) -> Scores {
+pub(super) fn score_cases(opened: &[Opened], own: Option<OwnSummary>, plan: u64) -> Scores {
     let of_kind = |kind| opened.iter().filter(move |case| case.label.kind == kind);
     let singles = || of_kind(CaseKind::Single).filter(|case| case.label.visible);
     let pairs = || of_kind(CaseKind::Pair).filter(|case| case.label.visible);
@@ -134,7 +134,9 @@ pub(super) fn of(opened: &[Opened], own: Option<OwnSummary>, plan: u64) -> Score
     }
     let seconds = || opened.iter().map(|case| case.row.seconds_on_two_cores());
     let of_strength = |strength| {
-        Rate::of(singles().filter(|c| c.label.strength == Some(strength)).map(Opened::is_right))
+        Rate::from_outcomes(
+            singles().filter(|c| c.label.strength == Some(strength)).map(Opened::is_right),
+        )
     };
     let misses = opened.iter().filter(|case| case.is_miss());
     let miss = |case: &Opened| {
@@ -146,21 +148,23 @@ pub(super) fn of(opened: &[Opened], own: Option<OwnSummary>, plan: u64) -> Score
         cases: opened.len(),
         commits,
         headlines: Vec::new(),
-        singles_right: Rate::of(singles().map(Opened::is_right)),
-        wrong_names: Rate::of(opened.iter().map(Opened::is_wrong)),
-        nulls_named: Rate::of(nulls().map(Opened::is_named)),
-        nulls_not_closed: Rate::of(nulls().map(|case| case.row.verdict != Answer::NoGap)),
-        parameters_right: Rate::of(of_kind(CaseKind::Parameter).map(Opened::is_met)),
-        pairs_both: Rate::of(pairs().map(Opened::has_all)),
-        outside_unnamed: Rate::of(outside().map(Opened::is_unnamed)),
+        singles_right: Rate::from_outcomes(singles().map(Opened::is_right)),
+        wrong_names: Rate::from_outcomes(opened.iter().map(Opened::is_wrong)),
+        nulls_named: Rate::from_outcomes(nulls().map(Opened::is_named)),
+        nulls_not_closed: Rate::from_outcomes(
+            nulls().map(|case| case.row.verdict != Answer::NoGap),
+        ),
+        parameters_right: Rate::from_outcomes(of_kind(CaseKind::Parameter).map(Opened::is_met)),
+        pairs_both: Rate::from_outcomes(pairs().map(Opened::has_all)),
+        outside_unnamed: Rate::from_outcomes(outside().map(Opened::is_unnamed)),
         lenient: Lenient {
-            singles_right: Rate::of(singles().map(Opened::is_right_leniently)),
-            wrong_names: Rate::of(opened.iter().map(Opened::is_wrong_leniently)),
-            pairs_both: Rate::of(pairs().map(Opened::has_all_leniently)),
-            outside_unnamed: Rate::of(outside().map(|case| !case.is_wrong())),
+            singles_right: Rate::from_outcomes(singles().map(Opened::is_right_leniently)),
+            wrong_names: Rate::from_outcomes(opened.iter().map(Opened::is_wrong_leniently)),
+            pairs_both: Rate::from_outcomes(pairs().map(Opened::has_all_leniently)),
+            outside_unnamed: Rate::from_outcomes(outside().map(|case| !case.is_wrong())),
         },
         parameter_error: median(estimates.iter().filter_map(Estimate::error)),
-        intervals_hold: Rate::of(estimates.iter().map(Estimate::is_covered)),
+        intervals_hold: Rate::from_outcomes(estimates.iter().map(Estimate::is_covered)),
         grr: median(opened.iter().filter(|case| case.counts_for_error()).map(|case| case.row.grr)),
         calibration_error: calibration_error(&reliability),
         reliability,
@@ -170,7 +174,10 @@ pub(super) fn of(opened: &[Opened], own: Option<OwnSummary>, plan: u64) -> Score
         seconds_most: seconds().fold(0.0, f64::max),
         by_strength: (0..STRENGTHS).map(|strength| (strength, of_strength(strength))).collect(),
         power: power(opened),
-        coverage: coverage.into_iter().map(|(name, held)| (name, Rate::of(held))).collect(),
+        coverage: coverage
+            .into_iter()
+            .map(|(name, held)| (name, Rate::from_outcomes(held)))
+            .collect(),
         confusion,
         estimates,
         misses: misses.map(miss).collect(),
@@ -204,7 +211,7 @@ fn power(opened: &[Opened]) -> Vec<Power> {
             effect,
             strength,
             visible: cases().filter(|case| case.label.visible).count(),
-            right: Rate::of(cases().map(Opened::is_right)),
+            right: Rate::from_outcomes(cases().map(Opened::is_right)),
         }
     };
     EFFECTS
@@ -222,7 +229,7 @@ mod tests {
 
     #[test]
     fn a_namer_that_knows_everything_meets_every_target() {
-        let scores = of(&example::opened(), None, example::SEED);
+        let scores = score_cases(&example::opened(), None, example::SEED);
         for rate in [scores.singles_right, scores.parameters_right, scores.pairs_both] {
             assert_eq!((rate.of, rate.share), (rate.n, Some(1.0)));
         }
@@ -241,7 +248,7 @@ mod tests {
                 effect.name = "source_follower".to_owned();
             }
         }
-        let scores = of(&opened, None, example::SEED);
+        let scores = score_cases(&opened, None, example::SEED);
         assert!(scores.wrong_names.of > 0 && scores.lenient.wrong_names.of == 0);
         assert!(scores.singles_right.of < scores.singles_right.n);
         assert_eq!(scores.lenient.singles_right.of, scores.lenient.singles_right.n);

@@ -19,7 +19,7 @@ pub(super) struct Rate {
 }
 
 impl Rate {
-    pub(super) fn of(is: impl IntoIterator<Item = bool>) -> Self {
+    pub(super) fn from_outcomes(is: impl IntoIterator<Item = bool>) -> Self {
         let (mut of, mut n) = (0, 0);
         for is in is {
             of += usize::from(is);
@@ -49,7 +49,7 @@ pub(super) fn bins(names: &[(f64, bool)]) -> Vec<Bin> {
         let inside: Vec<(f64, bool)> =
             names.iter().copied().filter(|(stated, _)| is_in(*stated)).collect();
         let stated = inside.iter().map(|(stated, _)| stated).sum::<f64>() / inside.len() as f64;
-        let right = Rate::of(inside.iter().map(|(_, is_right)| *is_right));
+        let right = Rate::from_outcomes(inside.iter().map(|(_, is_right)| *is_right));
         (!inside.is_empty()).then_some(Bin { from, to, stated, right })
     };
     EDGES.windows(2).filter_map(bin).collect()
@@ -118,9 +118,9 @@ mod tests {
 
     #[test]
     fn intervals_of_shares_are_those_of_wilson() {
-        let none = Rate::of([false; 5]);
+        let none = Rate::from_outcomes([false; 5]);
         assert!(none.lo95 == 0.0 && (none.hi95 - 0.4345).abs() < 1e-4);
-        assert_eq!(Rate::of([]).share, None);
+        assert_eq!(Rate::from_outcomes([]).share, None);
     }
 
     #[test]

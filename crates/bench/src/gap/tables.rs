@@ -50,7 +50,7 @@ fn rate(rate: &Rate) -> [String; 3] {
 }
 
 fn confusion(opened: &[Opened]) -> Table {
-    let matrix = Confusion::of(opened);
+    let matrix = Confusion::from_cases(opened);
     let mut first = vec!["hidden".to_owned()];
     first.extend(matrix.columns);
     let rows = matrix.rows.into_iter().zip(matrix.cells).map(|(name, cells)| {
@@ -143,7 +143,7 @@ mod tests {
     fn every_table_is_written_with_a_row_for_each_of_its_things() -> Result<()> {
         let dir = tempfile::tempdir()?;
         let opened = example::opened();
-        let scores = score::of(&opened, None, example::SEED);
+        let scores = score::score_cases(&opened, None, example::SEED);
         write(dir.path(), &opened, &scores)?;
         for (name, rows, first) in [
             ("power.csv", 18 * 4, "leak_on,0,0,"),

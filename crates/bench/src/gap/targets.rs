@@ -217,7 +217,7 @@ mod tests {
     #[test]
     fn goals_and_requirements_are_distinguished() {
         let of = |right: usize, n: usize| {
-            let rate = Rate::of((0..n).map(|i| i < right));
+            let rate = Rate::from_outcomes((0..n).map(|i| i < right));
             Headline::of_rate("name", &rate, AtLeast(0.9), AtLeast(0.97)).reached()
         };
         assert_eq!(of(98, 100), Reached::Goal);

@@ -55,7 +55,7 @@ pub(super) struct Truth {
 }
 
 impl Truth {
-    pub(super) fn of(label: &Label) -> Self {
+    pub(super) fn from_label(label: &Label) -> Self {
         let terms = || label.truth.iter().map(|truth| &truth.term);
         let effects = terms().filter(|term| term.kind == TermKind::Effect);
         let values = terms().flat_map(|term| {
@@ -119,7 +119,7 @@ mod tests {
         let is_it = |opened: &&crate::gap::opened::Opened| {
             opened.label.strength == Some(strength) && opened.truth.effects == [LOWPASS]
         };
-        Truth::of(&all.iter().find(is_it).expect("a low-pass").label)
+        Truth::from_label(&all.iter().find(is_it).expect("a low-pass").label)
     }
 
     #[test]

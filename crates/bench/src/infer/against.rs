@@ -118,8 +118,8 @@ impl PeerBenchmark<'_> {
             ours_ms: median(ours_ms.clone()),
             theirs_ms: median(theirs_ms.clone()),
             ratio: ratio(&ours_ms, &theirs_ms),
-            ours_noise: Noise::of(&ours_ms),
-            theirs_noise: Noise::of(&theirs_ms),
+            ours_noise: Noise::from_times(&ours_ms),
+            theirs_noise: Noise::from_times(&theirs_ms),
         })
     }
 }

@@ -125,7 +125,7 @@ impl Setting<'_> {
             windows_per_second: self.args.batch as f64 * 1e3 / mean_ms,
             gflop_per_s: None,
             of_peak: None,
-            noise: Noise::of(&times_ms),
+            noise: Noise::from_times(&times_ms),
             start: None,
             layers: Vec::new(),
             against: Vec::new(),

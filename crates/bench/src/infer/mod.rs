@@ -127,7 +127,7 @@ pub(crate) fn run(args: &BenchInferArgs) -> Result<()> {
         cases: Vec::new(),
     };
     if is_engine {
-        report.peaks = threads.iter().map(|threads| Peak::of(*threads, level)).collect();
+        report.peaks = threads.iter().map(|threads| Peak::measure(*threads, level)).collect();
     }
     for name in networks::names(&config, &args.network)? {
         let network = networks::network(&config, &name, &device)?;
@@ -150,7 +150,7 @@ pub(crate) fn run(args: &BenchInferArgs) -> Result<()> {
 
 impl Peak {
     /// Measures the peak.
-    fn of(threads: usize, level: Level) -> Self {
+    fn measure(threads: usize, level: Level) -> Self {
         let gflop_per_s = peak_gflop_per_s(&ThreadPool::new(threads), level);
         say(format!("peak      {gflop_per_s:.1} GFLOP/s in f32 by {level}, {threads} threads"));
         Self { level: level.to_string(), threads, gflop_per_s }

@@ -42,7 +42,7 @@ impl Network {
     /// # Errors
     /// If weights cannot be written or read.
     pub(super) fn start(&self, options: EngineOptions) -> Result<StartTime> {
-        StartTime::of(&self.module, self.input, options)
+        StartTime::measure(&self.module, self.input, options)
     }
 
     /// A random image.

@@ -21,7 +21,7 @@ pub(super) struct Noise {
 
 impl Noise {
     /// The noise of timings in the order of measurement.
-    pub(super) fn of(times_ms: &[f64]) -> Self {
+    pub(super) fn from_times(times_ms: &[f64]) -> Self {
         let median = |times: &[f64]| {
             let mut sorted = times.to_vec();
             sorted.sort_by(f64::total_cmp);
@@ -52,8 +52,8 @@ mod tests {
     #[test]
     fn a_steady_machine_is_not_warned_of() {
         let steady: Vec<f64> = (0..40).map(|i| 10.0 + 0.01 * f64::from(i % 7)).collect();
-        assert_eq!(Noise::of(&steady).warning(), None);
-        assert_eq!(Noise::of(&[3.0]).warning(), None);
+        assert_eq!(Noise::from_times(&steady).warning(), None);
+        assert_eq!(Noise::from_times(&[3.0]).warning(), None);
     }
 
     #[test]
@@ -61,10 +61,10 @@ mod tests {
         let busy: Vec<f64> = (0..40)
             .map(|i| if i % 5 == 0 { 30.0 } else { 10.0 + 0.01 * f64::from(i % 7) })
             .collect();
-        assert_eq!(Noise::of(&busy).warning().as_deref(), Some("8 of 40 were outliers"));
+        assert_eq!(Noise::from_times(&busy).warning().as_deref(), Some("8 of 40 were outliers"));
         let slowed: Vec<f64> =
             (0..40).map(|i| if i < 20 { 10.0 } else { 11.0 } + 0.5 * f64::from(i % 7)).collect();
-        let warning = Noise::of(&slowed).warning().unwrap_or_default();
+        let warning = Noise::from_times(&slowed).warning().unwrap_or_default();
         assert!(warning.starts_with("the second half took +"), "{warning}");
     }
 }

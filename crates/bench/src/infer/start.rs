@@ -35,7 +35,11 @@ impl StartTime {
     ///
     /// # Errors
     /// If they cannot be written or read again.
-    pub(super) fn of(network: &Network, input: [usize; 3], options: EngineOptions) -> Result<Self> {
+    pub(super) fn measure(
+        network: &Network,
+        input: [usize; 3],
+        options: EngineOptions,
+    ) -> Result<Self> {
         let folder = tempfile::tempdir().context("making a folder for a checkpoint")?;
         let path = folder.path().join("weights.bpk");
         match network {

@@ -96,7 +96,7 @@ struct Times {
 }
 
 impl Times {
-    fn of(mut times_ms: Vec<f64>) -> Self {
+    fn from_samples(mut times_ms: Vec<f64>) -> Self {
         times_ms.sort_by(f64::total_cmp);
         let n = times_ms.len();
         let outer = median_outer_count(n);
@@ -189,7 +189,8 @@ fn measured<M: BurnModule>(
     let mut sorted = step.clone();
     sorted.sort_by(f64::total_cmp);
     let ours = !args.burn && args.device.device.name() == "flex";
-    let [step, forward, backward, update] = [step, forward, backward, update].map(Times::of);
+    let [step, forward, backward, update] =
+        [step, forward, backward, update].map(Times::from_samples);
     Report {
         network: config.network.backbone.clone(),
         width: config.network.width,
@@ -274,7 +275,7 @@ mod tests {
     #[test]
     fn intervals_of_medians_are_those_of_the_binomial_tables() {
         // Conover's table A3: ranks 2 and 9 of 10 values.
-        let times = Times::of((1..=10).rev().map(f64::from).collect());
+        let times = Times::from_samples((1..=10).rev().map(f64::from).collect());
         assert_eq!((times.median_ms, times.interval_ms, times.min_ms), (5.0, [2.0, 9.0], 1.0));
     }
 }

@@ -28,7 +28,7 @@ impl ImageSizes {
     }
 
     /// Width and height of a track's images, which are all of the size of the first.
-    pub(super) fn of(&self, track: &Track) -> Result<Vec2> {
+    pub(super) fn image_size(&self, track: &Track) -> Result<Vec2> {
         let (annotations, folders) = match self {
             Self::Given(size) => return Ok(*size),
             Self::Beside { annotations, folders } => (annotations, folders),

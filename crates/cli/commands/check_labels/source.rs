@@ -120,7 +120,7 @@ fn annotated(path: &Path, image_size: Option<SensorSize>) -> Result<Vec<Track>> 
     });
     let sizes = ImageSizes::beside(path, image_size);
     for track in &mut tracks {
-        let size = sizes.of(track)?;
+        let size = sizes.image_size(track)?;
         track.image_size = Some(size);
         for frame in &mut track.frames {
             frame.joints = frame.joints.map(|joint| joint.map(|at| at * size));

@@ -51,7 +51,7 @@ pub fn load_shots(
     seconds: f64,
 ) -> Result<LoadedShots, GapError> {
     let path = path.as_ref();
-    let format = evpose_io::format_of(path)?.name;
+    let format = evpose_io::detect_format(path)?.name;
     if format != "aedat4" {
         let problem = format!("frames beside events are in AEDAT4 files, and this one is {format}");
         return Err(GapError::NoFrames { path: path.to_owned(), problem });

@@ -29,7 +29,7 @@ pub enum Kind {
 
 impl Kind {
     /// The content of a four-letter type identifier.
-    pub(super) fn of(letters: [u8; 4]) -> Self {
+    pub(super) fn from_identifier(letters: [u8; 4]) -> Self {
         match &letters {
             b"EVTS" => Self::Events,
             b"FRME" => Self::Frames,
@@ -165,8 +165,10 @@ pub(super) fn streams(text: &str) -> Vec<Stream> {
         let stream = &mut streams[k];
         match (inner.map(|name| &**name), key) {
             (None, "typeIdentifier") => {
-                stream.kind =
-                    text.as_bytes().as_array().map_or(stream.kind, |four| Kind::of(*four));
+                stream.kind = text
+                    .as_bytes()
+                    .as_array()
+                    .map_or(stream.kind, |four| Kind::from_identifier(*four));
             }
             (None, "originalOutputName") => stream.name = text.to_owned(),
             (Some("info"), "source") => stream.source = text.to_owned(),

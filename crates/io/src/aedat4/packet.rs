@@ -117,7 +117,7 @@ impl PixelFormat {
     }
 
     /// OpenCV's number: depth in the low three bits, channels less one above.
-    fn of(code: i8) -> Option<Self> {
+    fn from_code(code: i8) -> Option<Self> {
         let code = u8::try_from(code).ok()?;
         let depth = *Depth::ALL.get(usize::from(code & 7))?;
         let channels = (code >> 3) + 1;
@@ -196,13 +196,13 @@ impl TriggerKind {
         Self::ExposureEnd,
     ];
 
-    /// The trigger of a number.
-    pub fn of(number: i8) -> Self {
-        let named = usize::try_from(number).ok().and_then(|k| Self::NAMED.get(k));
-        named.copied().unwrap_or(Self::Other(number))
+    /// The trigger of the format's code.
+    pub fn from_code(code: i8) -> Self {
+        let named = usize::try_from(code).ok().and_then(|k| Self::NAMED.get(k));
+        named.copied().unwrap_or(Self::Other(code))
     }
 
-    /// Its number.
+    /// The format's code.
     pub fn number(self) -> i8 {
         match self {
             Self::Other(number) => number,
@@ -216,7 +216,7 @@ impl Content {
     pub(super) fn decode(bytes: &[u8]) -> Result<Self, Broken> {
         let letters = identifier(bytes)?;
         let table = Table::root(bytes)?;
-        Ok(match Kind::of(letters) {
+        Ok(match Kind::from_identifier(letters) {
             Kind::Events => {
                 let mut columns = Columns::new();
                 events::decode(bytes, &mut columns)?;
@@ -250,15 +250,15 @@ impl Content {
 
     /// How many elements there are, and the times of the first and the last.
     pub(super) fn extent(&self) -> (usize, Micros, Micros) {
-        fn of<T>(elements: &[T], t: impl Fn(&T) -> Micros) -> (usize, Micros, Micros) {
+        fn extent_by<T>(elements: &[T], t: impl Fn(&T) -> Micros) -> (usize, Micros, Micros) {
             let at = |element: Option<&T>| element.map_or(Micros(0), &t);
             (elements.len(), at(elements.first()), at(elements.last()))
         }
         match self {
-            Self::Events(columns) => of(&columns.t, |&t| t),
+            Self::Events(columns) => extent_by(&columns.t, |&t| t),
             Self::Frame(frame) => (1, frame.t, frame.t),
-            Self::Imu(samples) => of(samples, |sample| sample.t),
-            Self::Triggers(triggers) => of(triggers, |trigger| trigger.t),
+            Self::Imu(samples) => extent_by(samples, |sample| sample.t),
+            Self::Triggers(triggers) => extent_by(triggers, |trigger| trigger.t),
             Self::Other(..) => (1, Micros(0), Micros(0)),
         }
     }
@@ -300,7 +300,7 @@ fn frame(table: &Table<'_>) -> Result<Frame, Broken> {
     let time = |slot| table.i64(slot);
     let t = Micros(time(0)?.unwrap_or(0));
     let lasts = time(11)?.unwrap_or(0);
-    let format = PixelFormat::of(table.i8(5)?);
+    let format = PixelFormat::from_code(table.i8(5)?);
     let format = format.ok_or(broken("the pixel format of a frame is not known"))?;
     let (width, height) = (size(6)?, size(7)?);
     let pixels = table.vector(10)?.whole(1)?;
@@ -381,5 +381,8 @@ fn imu_fields(sample: &ImuSample) -> [Field; 11] {
 }
 
 fn trigger(table: &Table<'_>) -> Result<Trigger, Broken> {
-    Ok(Trigger { t: Micros(table.i64(0)?.unwrap_or(0)), kind: TriggerKind::of(table.i8(1)?) })
+    Ok(Trigger {
+        t: Micros(table.i64(0)?.unwrap_or(0)),
+        kind: TriggerKind::from_code(table.i8(1)?),
+    })
 }

@@ -24,14 +24,14 @@ impl Packets {
     /// # Errors
     /// If it cannot be read, or is no AEDAT 4.0 file.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, IoError> {
-        Self::of(Input::file(path)?)
+        Self::from_input(Input::file(path)?)
     }
 
     /// As [`Packets::open`], from a file that is open already, or from memory.
     ///
     /// # Errors
     /// As [`Packets::open`].
-    pub fn of(input: Input) -> Result<Self, IoError> {
+    pub fn from_input(input: Input) -> Result<Self, IoError> {
         Ok(Self { walk: Walk::new(input)?, events: 0, is_over: false })
     }
 

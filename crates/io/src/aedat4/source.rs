@@ -134,7 +134,7 @@ impl Source {
         columns: &mut Columns,
     ) -> Result<(), IoError> {
         let Body { bytes, fault } = self.walk.body(head)?;
-        let kind = identifier(bytes).map(Kind::of);
+        let kind = identifier(bytes).map(Kind::from_identifier);
         let id = head.stream;
         if is_unnamed && self.streams.len() >= MAX_STREAMS {
             let reason = "packets of more streams than any recording has";

@@ -180,7 +180,7 @@ impl<R: Read> Aedat4Stream<R> {
         }
         let bytes = self.inflater.out.filled();
         is_whole(bytes)
-            && identifier(bytes).is_ok_and(|letters| Kind::of(letters) == Kind::Events)
+            && identifier(bytes).is_ok_and(|letters| Kind::from_identifier(letters) == Kind::Events)
             && events::decode(bytes, columns).is_ok_and(|missing| missing == 0)
     }
 

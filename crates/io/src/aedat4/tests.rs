@@ -12,7 +12,7 @@ use std::path::Path;
 use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
 
 use super::*;
-use crate::{Columns, EventSource, Input, OpenOptions, Recording, format_of, read_as};
+use crate::{Columns, EventSource, Input, OpenOptions, Recording, detect_format, read_as};
 
 const SENSOR: SensorSize = SensorSize { width: 346, height: 260 };
 
@@ -98,7 +98,7 @@ fn source(bytes: &[u8]) -> Box<dyn EventSource> {
 }
 
 fn packets(bytes: &[u8]) -> Vec<Result<Packet, IoError>> {
-    Packets::of(Input::memory("recording.aedat4", bytes.to_vec())).unwrap().collect()
+    Packets::from_input(Input::memory("recording.aedat4", bytes.to_vec())).unwrap().collect()
 }
 
 /// The same file as if its recorder had been killed.
@@ -231,9 +231,9 @@ fn the_real_header_of_an_older_version_is_no_aedat4() {
     let path = directory.path().join("old.aedat");
     fs::write(&path, head).unwrap();
     assert!(
-        format_of(&path).is_err_and(|e| !e.to_string().is_empty()) || {
+        detect_format(&path).is_err_and(|e| !e.to_string().is_empty()) || {
             // Unless another format takes it.
-            format_of(&path).unwrap().name != FORMAT.name
+            detect_format(&path).unwrap().name != FORMAT.name
         }
     );
 }

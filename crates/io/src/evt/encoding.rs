@@ -42,7 +42,7 @@ impl Encoding {
     }
 
     /// The encoding that a header states, or that is detected by the words behind it.
-    pub(super) fn of(lines: &Lines, data: &[u8]) -> Option<Self> {
+    pub(super) fn detect(lines: &Lines, data: &[u8]) -> Option<Self> {
         let format = lines.get("format").and_then(|format| format.split(';').next());
         match (format, lines.get("evt")) {
             (Some("EVT2"), _) | (None, Some("2.0")) => Some(Self::Evt2),
@@ -67,9 +67,9 @@ impl Encoding {
         }
     }
 
-    /// As [`Encoding::of`], of the first bytes of a file. Where they are only the beginning of a
+    /// As [`Encoding::detect`], of the first bytes of a file. Where they are only the beginning of a
     /// header that does not say, EVT 3.0 stands for any.
-    pub(super) fn of_head(head: &[u8]) -> Option<Self> {
+    pub(super) fn detect_in_head(head: &[u8]) -> Option<Self> {
         let lines = Lines::parse(head);
         if crate::dat::is_dat(&lines, head) {
             return None;
@@ -79,6 +79,6 @@ impl Encoding {
             let is_raw = KEYS.iter().any(|key| lines.get(key).is_some());
             return is_raw.then_some(Self::Evt3);
         }
-        Self::of(&lines, &head[lines.length..])
+        Self::detect(&lines, &head[lines.length..])
     }
 }

@@ -16,7 +16,7 @@ pub(crate) const EVT2: Format = Format {
     name: "evt2",
     summary: "Prophesee RAW, EVT 2.0: a word of 32 bits an event",
     endings: &[".evt2"],
-    probe: |head| Encoding::of_head(head) == Some(Encoding::Evt2),
+    probe: |head| Encoding::detect_in_head(head) == Some(Encoding::Evt2),
     open: |input, options| open(input, options, EVT2.name),
     create: Some(create::<Evt2Encoder>),
     labels: no_labels,
@@ -27,7 +27,7 @@ pub(crate) const EVT21: Format = Format {
     name: "evt2.1",
     summary: "Prophesee RAW, EVT 2.1: words of 64 bits for 32 pixels",
     endings: &[".evt21"],
-    probe: |head| matches!(Encoding::of_head(head), Some(Encoding::Evt21 { .. })),
+    probe: |head| matches!(Encoding::detect_in_head(head), Some(Encoding::Evt21 { .. })),
     open: |input, options| open(input, options, EVT21.name),
     create: Some(create::<Evt21Encoder>),
     labels: no_labels,
@@ -38,7 +38,7 @@ pub(crate) const EVT3: Format = Format {
     name: "evt3",
     summary: "Prophesee RAW, EVT 3.0: words of 16 bits that change time, row or column",
     endings: &[".raw", ".evt3"],
-    probe: |head| Encoding::of_head(head) == Some(Encoding::Evt3),
+    probe: |head| Encoding::detect_in_head(head) == Some(Encoding::Evt3),
     open: |input, options| open(input, options, EVT3.name),
     create: Some(create::<Evt3Encoder>),
     labels: no_labels,
@@ -49,7 +49,7 @@ fn begin(input: &mut Input) -> Result<(Header, Encoding, u64), IoError> {
     let lines = Lines::read(input)?;
     lines.check_end(input)?;
     let mut data = input.head(lines.length + SAMPLE)?;
-    let encoding = Encoding::of(&lines, &data.split_off(lines.length.min(data.len())));
+    let encoding = Encoding::detect(&lines, &data.split_off(lines.length.min(data.len())));
     let unknown = || IoError::Damaged {
         path: input.path.clone(),
         byte: lines.length as u64,

@@ -116,7 +116,7 @@ impl Decoder for FramedDecoder {
                 at += self.lose(rest, at, is_last)?;
                 continue;
             };
-            let Some(head) = Head::of(first) else {
+            let Some(head) = Head::parse(first) else {
                 at += self.lose(rest, at, is_last)?;
                 continue;
             };

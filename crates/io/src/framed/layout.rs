@@ -66,7 +66,7 @@ pub(super) struct Head {
 
 impl Head {
     /// The head that bytes are, if they are one.
-    pub(super) fn of(bytes: &[u8; HEAD]) -> Option<Self> {
+    pub(super) fn parse(bytes: &[u8; HEAD]) -> Option<Self> {
         let [a, b, c, d, c0, c1, c2, c3, base @ ..] = *bytes;
         let head = Self {
             count: u32::from_le_bytes([c0, c1, c2, c3]),

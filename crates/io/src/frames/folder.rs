@@ -24,13 +24,13 @@ impl Folder {
         let mut images = Vec::new();
         for entry in std::fs::read_dir(path).map_err(failed)? {
             let image = entry.map_err(failed)?.path();
-            if format_of(&image).is_some() {
+            if image_format(&image).is_some() {
                 images.push(image);
             }
         }
         // JPEG images beside lossless frames are previews, not frames.
-        if images.iter().any(|image| format_of(image) == Some(ImageFormat::Png)) {
-            images.retain(|image| format_of(image) == Some(ImageFormat::Png));
+        if images.iter().any(|image| image_format(image) == Some(ImageFormat::Png)) {
+            images.retain(|image| image_format(image) == Some(ImageFormat::Png));
         }
         let name =
             |path: &PathBuf| path.file_name().map(|name| name.to_string_lossy().into_owned());
@@ -75,7 +75,7 @@ impl Folder {
 }
 
 /// Image format by the extension, if it is one of those that are read.
-fn format_of(path: &Path) -> Option<ImageFormat> {
+fn image_format(path: &Path) -> Option<ImageFormat> {
     let ending = path.extension()?;
     let is = |known: &str| ending.eq_ignore_ascii_case(known);
     if is("png") {
@@ -86,7 +86,7 @@ fn format_of(path: &Path) -> Option<ImageFormat> {
 
 fn decode(path: &Path) -> Result<DynamicImage, IoError> {
     let mut reader = ImageReader::open(path).map_err(|e| IoError::file(path, "open", e))?;
-    reader.set_format(format_of(path).unwrap_or(ImageFormat::Png));
+    reader.set_format(image_format(path).unwrap_or(ImageFormat::Png));
     let undecodable = |e: image::ImageError| FrameFault::Undecodable(e.to_string());
     reader.decode().map_err(|e| IoError::frames(path, undecodable(e)))
 }
@@ -124,12 +124,12 @@ fn convert(image: &DynamicImage, light: &Light, out: &mut [f32]) {
 
 fn grey<T: Copy + Into<usize>, const N: usize>(codes: &[T], light: &Light, out: &mut [f32]) {
     for (y, pixel) in out.iter_mut().zip(codes.as_chunks::<N>().0) {
-        *y = light.of_code(pixel[0]);
+        *y = light.code_to_light(pixel[0]);
     }
 }
 
 fn colour<T: Copy + Into<usize>, const N: usize>(codes: &[T], light: &Light, out: &mut [f32]) {
     for (y, pixel) in out.iter_mut().zip(codes.as_chunks::<N>().0) {
-        *y = light.of_colour([pixel[0], pixel[1], pixel[2]]);
+        *y = light.rgb_to_light([pixel[0], pixel[1], pixel[2]]);
     }
 }

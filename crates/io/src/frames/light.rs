@@ -23,7 +23,7 @@ impl Light {
         };
         let white = white.unwrap_or(usual);
         let mut light = Self { depth, encoding, white, table: Vec::new() };
-        light.table = (0..codes).map(|code| light.of_number(f64::from(code))).collect();
+        light.table = (0..codes).map(|code| light.value_to_light(f64::from(code))).collect();
         light
     }
 
@@ -35,7 +35,7 @@ impl Light {
         self.white
     }
 
-    pub(super) fn of_number(&self, value: f64) -> f32 {
+    pub(super) fn value_to_light(&self, value: f64) -> f32 {
         let relative = value / self.white;
         let light = match self.encoding {
             Encoding::Linear => relative,
@@ -47,13 +47,13 @@ impl Light {
 
     /// Light of a code that the depth has; no other ever comes.
     #[inline(always)]
-    pub(super) fn of_code(&self, code: impl Into<usize>) -> f32 {
+    pub(super) fn code_to_light(&self, code: impl Into<usize>) -> f32 {
         self.table.get(code.into()).copied().unwrap_or(0.0)
     }
 
     #[inline(always)]
-    pub(super) fn of_colour(&self, codes: [impl Into<usize>; 3]) -> f32 {
-        let [red, green, blue] = codes.map(|code| self.of_code(code));
+    pub(super) fn rgb_to_light(&self, codes: [impl Into<usize>; 3]) -> f32 {
+        let [red, green, blue] = codes.map(|code| self.code_to_light(code));
         WEIGHTS[0] * red + WEIGHTS[1] * green + WEIGHTS[2] * blue
     }
 }

@@ -124,16 +124,16 @@ impl NpyFrames {
         }
         let pairs = || self.bytes.as_chunks::<2>().0.iter().map(|b| u16::from_le_bytes(*b));
         match self.values {
-            Values::U8 => fill(out, self.bytes.iter().map(|code| light.of_code(*code))),
-            Values::U16 => fill(out, pairs().map(|code| light.of_code(code))),
-            Values::F16 => fill(out, pairs().map(|bits| light.of_number(half(bits)))),
+            Values::U8 => fill(out, self.bytes.iter().map(|code| light.code_to_light(*code))),
+            Values::U16 => fill(out, pairs().map(|code| light.code_to_light(code))),
+            Values::F16 => fill(out, pairs().map(|bits| light.value_to_light(half(bits)))),
             Values::F32 => {
                 let values = self.bytes.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b));
-                fill(out, values.map(|value| light.of_number(value.into())));
+                fill(out, values.map(|value| light.value_to_light(value.into())));
             }
             Values::F64 => {
                 let values = self.bytes.as_chunks::<8>().0.iter().map(|b| f64::from_le_bytes(*b));
-                fill(out, values.map(|value| light.of_number(value)));
+                fill(out, values.map(|value| light.value_to_light(value)));
             }
         }
         Ok(true)

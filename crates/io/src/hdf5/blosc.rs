@@ -52,7 +52,7 @@ pub(super) fn decode(chunk: &[u8], most: usize, out: &mut Vec<u8>) -> Result<(),
         let reason = format!("Blosc blocks of {block} bytes, values of {size}, in {unpacked}");
         return Err(reason.into());
     }
-    let codec = Codec::of(flags >> 5)?;
+    let codec = Codec::from_code(flags >> 5)?;
     let starts = chunk.get(HEADER..).unwrap_or_default();
     let starts = starts.get(..unpacked.div_ceil(block) * 4).ok_or(ENDS)?;
     let mut unshuffled = Vec::new();
@@ -138,14 +138,14 @@ enum Codec {
 }
 
 impl Codec {
-    fn of(number: u8) -> Result<Self, Reason> {
-        match number {
+    fn from_code(code: u8) -> Result<Self, Reason> {
+        match code {
             0 => Ok(Self::BloscLz),
             1 => Ok(Self::Lz4),
             2 => Err("packed by Blosc with Snappy, which is not read".into()),
             3 => Ok(Self::Zlib),
             4 => Ok(Self::Zstd),
-            _ => Err(format!("packed by Blosc with codec {number}, which is not known").into()),
+            _ => Err(format!("packed by Blosc with codec {code}, which is not known").into()),
         }
     }
 

@@ -199,7 +199,7 @@ fn of_group(file: &Hdf5File, bytes: &Arc<Bytes>, group: &Group) -> Result<Column
         let name = array_by_name(what, &names).ok_or_else(missing)?;
         let dataset = group.dataset(name)?;
         let is_column = matches!(dataset.shape(), [_] | [_, 1]);
-        let number = Number::of(dataset.dtype(), 0).filter(|_| is_column);
+        let number = Number::from_datatype(dataset.dtype(), 0).filter(|_| is_column);
         let number = number.ok_or_else(|| not_events(&dataset))?;
         columns.push(Column { table: tables.len(), number });
         tables.push(Table::new(file, bytes, &dataset, 0)?);
@@ -219,14 +219,15 @@ fn of_dataset(
         for what in 0..4 {
             let name = array_by_name(what, &names).ok_or_else(|| not_events(dataset))?;
             let field = fields.iter().find(|field| field.name == name);
-            let number =
-                field.and_then(|field| Number::of(&field.datatype, field.byte_offset as usize));
+            let number = field.and_then(|field| {
+                Number::from_datatype(&field.datatype, field.byte_offset as usize)
+            });
             columns.push(Column { table: 0, number: number.ok_or_else(|| not_events(dataset))? });
         }
         return four(vec![Table::new(file, bytes, dataset, 0)?], &columns);
     }
     let is_table = matches!(dataset.shape(), [_, columns] if *columns >= 4);
-    let number = Number::of(dataset.dtype(), 0).filter(|_| is_table);
+    let number = Number::from_datatype(dataset.dtype(), 0).filter(|_| is_table);
     let mut number = number.ok_or_else(|| not_events(dataset))?;
     // Columns that do not share their chunks are tables of their own.
     let width = dataset.chunks().and_then(|dims| dims.get(1).copied()).unwrap_or(u32::MAX).max(1);
@@ -310,7 +311,7 @@ fn fits([t, x, y, p]: [&Vec<f64>; 4]) -> bool {
 
 /// A dataset of one whole number.
 fn whole(file: &Hdf5File, bytes: &Arc<Bytes>, dataset: &Dataset) -> Result<i64, LayoutError> {
-    let number = Number::of(dataset.dtype(), 0).ok_or_else(|| not_events(dataset))?;
+    let number = Number::from_datatype(dataset.dtype(), 0).ok_or_else(|| not_events(dataset))?;
     let mut table = Table::new(file, bytes, dataset, 0)?;
     table.load_row(0).map_err(LayoutError::Rows)?;
     let mut value = [0];
@@ -331,7 +332,7 @@ fn sensor(root: &Group, events: &Node) -> Option<SensorSize> {
         beside.or_else(|_| root.attribute(name)).ok()
     };
     let values = |attribute: &Attribute| {
-        let number = Number::of(&attribute.datatype, 0)?;
+        let number = Number::from_datatype(&attribute.datatype, 0)?;
         Some(number.values(&attribute.raw_data, number.size()))
     };
     let size = |width: f64, height: f64| {

@@ -34,7 +34,7 @@ pub(super) type IsWhole = bool;
 
 impl Number {
     /// The value type of an HDF5 type; none if it is not numeric. Booleans are numeric.
-    pub(super) fn of(datatype: &Datatype, offset: usize) -> Option<Self> {
+    pub(super) fn from_datatype(datatype: &Datatype, offset: usize) -> Option<Self> {
         use Kind::{F32, F64, I8, I16, I32, I64, U8, U16, U32, U64};
         let (kind, order) = match datatype {
             Datatype::FixedPoint { size, signed, byte_order } => {
@@ -53,7 +53,7 @@ impl Number {
             }
             Datatype::FloatingPoint { size: 4, byte_order } => (F32, *byte_order),
             Datatype::FloatingPoint { size: 8, byte_order } => (F64, *byte_order),
-            Datatype::Enum { base, .. } => return Self::of(base, offset),
+            Datatype::Enum { base, .. } => return Self::from_datatype(base, offset),
             _ => return None,
         };
         Some(Self { kind, is_big_endian: order == ByteOrder::BigEndian, offset })

@@ -62,7 +62,7 @@ impl Column {
         }
     }
 
-    fn of(kind: Kind) -> Self {
+    fn with_kind(kind: Kind) -> Self {
         match kind.letter {
             TypeChar::Float => Self::Real(Vec::new()),
             _ => Self::Whole(Vec::new()),
@@ -134,7 +134,7 @@ struct Kind {
 }
 
 impl Kind {
-    fn of(kind: &TypeStr) -> Option<Self> {
+    fn from_type(kind: &TypeStr) -> Option<Self> {
         let (letter, bytes) = (kind.type_char(), kind.num_bytes()?);
         let is_known = match letter {
             TypeChar::Int | TypeChar::Uint => [1, 2, 4, 8].contains(&bytes),
@@ -151,8 +151,9 @@ impl Kind {
 pub(super) fn read(entry: impl Read) -> Result<Array, (NpzFault, usize)> {
     let mut entry = BufReader::with_capacity(PIECE, entry);
     let header = header(&mut entry).map_err(|fault| (fault, 0))?;
-    let layout = Layout::of(&header).map_err(|fault| (fault, 0))?;
-    let mut columns: Vec<Column> = layout.kinds.iter().map(|kind| Column::of(*kind)).collect();
+    let layout = Layout::from_header(&header).map_err(|fault| (fault, 0))?;
+    let mut columns: Vec<Column> =
+        layout.kinds.iter().map(|kind| Column::with_kind(*kind)).collect();
     let length: usize = layout.kinds.iter().map(|kind| kind.bytes).sum();
     let most = (PIECE / length).max(1) as u64;
     let (mut bytes, mut before) = (Vec::new(), 0);
@@ -211,16 +212,16 @@ struct Layout {
 }
 
 impl Layout {
-    fn of(header: &NpyHeader) -> Result<Self, NpzFault> {
+    fn from_header(header: &NpyHeader) -> Result<Self, NpzFault> {
         let dtype = header.dtype();
         let unfit = || NpzFault::Type(dtype.descr());
         let (mut names, mut kinds) = (Vec::new(), Vec::new());
         match &dtype {
-            DType::Plain(kind) => kinds.push(Kind::of(kind).ok_or_else(unfit)?),
+            DType::Plain(kind) => kinds.push(Kind::from_type(kind).ok_or_else(unfit)?),
             DType::Record(fields) => {
                 for field in fields {
                     let DType::Plain(kind) = &field.dtype else { return Err(unfit()) };
-                    kinds.push(Kind::of(kind).ok_or_else(unfit)?);
+                    kinds.push(Kind::from_type(kind).ok_or_else(unfit)?);
                     names.push(field.name.clone());
                 }
             }

@@ -13,7 +13,7 @@ use evpose_core::{EventStream, Rejected, SensorSize};
 pub(crate) use format::no_labels;
 pub use format::{Create, Format, Labels, Open};
 pub use info::{Info, info};
-pub use registry::{FORMATS, create, format_by_name, format_for, format_of};
+pub use registry::{FORMATS, create, detect_format, format_by_name, format_for};
 pub use windows::Windows;
 
 use crate::{EventSource, Input, IoError, OpenOptions};

@@ -94,7 +94,7 @@ pub fn format_for(path: impl AsRef<Path>) -> Result<&'static Format, IoError> {
 ///
 /// # Errors
 /// If it cannot be read or is of no known format.
-pub fn format_of(path: impl AsRef<Path>) -> Result<&'static Format, IoError> {
+pub fn detect_format(path: impl AsRef<Path>) -> Result<&'static Format, IoError> {
     let mut input = super::input(path.as_ref())?;
     detect(FORMATS, &input.head(HEAD)?, &input.path)
 }

@@ -42,14 +42,17 @@ impl Windows {
     /// As [`crate::open`]; damage further on is found when reading comes there.
     pub fn open(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Self, IoError> {
         let (_, source) = source(input(path.as_ref())?, options)?;
-        Self::of(source, options)
+        Self::from_source(source, options)
     }
 
     /// Takes a source that nothing was read from.
     ///
     /// # Errors
     /// If the first events cannot be read.
-    pub fn of(source: Box<dyn EventSource>, options: &OpenOptions) -> Result<Self, IoError> {
+    pub fn from_source(
+        source: Box<dyn EventSource>,
+        options: &OpenOptions,
+    ) -> Result<Self, IoError> {
         let mut windows = Self {
             source,
             sensor: SensorSize { width: 1, height: 1 },
@@ -230,7 +233,7 @@ mod tests {
     fn windows(text: &str, salvage: bool) -> Result<Windows, IoError> {
         let options = OpenOptions { salvage, ..OpenOptions::default() };
         let input = Input::memory("events.txt", text.as_bytes().to_vec());
-        Windows::of(source(input, &options)?.1, &options)
+        Windows::from_source(source(input, &options)?.1, &options)
     }
 
     fn within(windows: &mut Windows, start: i64, end: i64) -> Vec<Event> {

@@ -57,8 +57,8 @@ pub(super) enum TimeUnit {
 }
 
 impl TimeUnit {
-    /// None for a zero, which is the same in all units.
-    fn of(field: &str) -> Option<Self> {
+    /// Detects the unit of a time; none for a zero, which is the same in all units.
+    fn detect(field: &str) -> Option<Self> {
         match field {
             "0" => None,
             _ if field.contains(['.', 'e', 'E']) => Some(Self::Seconds),
@@ -155,7 +155,7 @@ pub(super) fn parse(bytes: &[u8], known: &mut Known) -> Result<Option<Line>, Tex
             let order =
                 *known.order.get_or_insert_with(|| if is_last() { TIME_LAST } else { USUAL });
             let [t, x, y, p] = order.map(|place| [a, b, c, d][place]);
-            known.unit = known.unit.or_else(|| TimeUnit::of(t));
+            known.unit = known.unit.or_else(|| TimeUnit::detect(t));
             let unit = known.unit.unwrap_or(TimeUnit::Microseconds);
             let polarity = polarity(p)?;
             let (x, y) = (coordinate("column", x)?, coordinate("row", y)?);

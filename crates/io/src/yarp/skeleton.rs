@@ -79,14 +79,14 @@ pub fn body_truths(skeletons: &[Skeleton]) -> Vec<BodyTruth> {
 /// If the file cannot be read, a line with something on it is no skeleton, or the last one does not
 /// end: sizes stand at the ends of lines, where a cut would go unseen.
 pub fn read_skeletons(path: impl AsRef<Path>) -> Result<Vec<Skeleton>, IoError> {
-    skeletons_of(input(path.as_ref())?)
+    read_skeletons_from(input(path.as_ref())?)
 }
 
 /// As [`read_skeletons`], from a file that is open already, or from memory.
 ///
 /// # Errors
 /// As [`read_skeletons`].
-pub fn skeletons_of(input: Input) -> Result<Vec<Skeleton>, IoError> {
+pub fn read_skeletons_from(input: Input) -> Result<Vec<Skeleton>, IoError> {
     let mut bytes = BufReader::new(input.bytes);
     let (mut skeletons, mut line, mut at) = (Vec::new(), Vec::new(), 0);
     loop {

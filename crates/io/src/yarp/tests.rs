@@ -331,7 +331,7 @@ fn skeletons_are_read() {
 fn skeletons_of_a_network_come_with_confidences() {
     let values: Vec<_> = (0..39).map(|k| format!("{k}.5")).collect();
     let log = format!("0 1700000000.123456 SKLT ({})\n", values.join(" "));
-    let found = skeletons_of(Input::memory("data.log", log.into_bytes())).unwrap();
+    let found = read_skeletons_from(Input::memory("data.log", log.into_bytes())).unwrap();
     assert_eq!((found[0].joints[12], found[0].torso_size_px), ([24.5, 25.5], None));
     let confidences = found[0].confidences.unwrap();
     assert_eq!((confidences[0], confidences[12]), (26.5, 38.5));

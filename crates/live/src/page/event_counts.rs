@@ -42,7 +42,7 @@ pub(super) struct Cells {
 }
 
 impl Cells {
-    pub(super) fn of(sensor: SensorSize) -> Self {
+    pub(super) fn for_sensor(sensor: SensorSize) -> Self {
         let side_px = sensor.width.max(sensor.height).div_ceil(MAX_CELLS).max(1);
         Self {
             width: sensor.width.div_ceil(side_px),
@@ -70,7 +70,7 @@ pub(super) struct EventCounts {
 
 impl EventCounts {
     pub(super) fn new(sensor: SensorSize) -> Self {
-        let cells = Cells::of(sensor);
+        let cells = Cells::for_sensor(sensor);
         let cell = |px: u16| u32::from(px / cells.side_px);
         Self {
             sensor,
@@ -110,7 +110,7 @@ mod tests {
 
     #[test]
     fn cells_cover_every_sensor() {
-        let cells = |width, height| Cells::of(SensorSize { width, height });
+        let cells = |width, height| Cells::for_sensor(SensorSize { width, height });
         assert_eq!(cells(346, 260), Cells { width: 346, height: 260, side_px: 1 });
         assert_eq!(cells(640, 480), Cells { width: 640, height: 480, side_px: 1 });
         assert_eq!(cells(641, 480), Cells { width: 321, height: 240, side_px: 2 });

@@ -30,7 +30,7 @@ pub(super) struct EventImage {
 
 impl EventImage {
     pub(super) fn new(sensor: SensorSize) -> Self {
-        let cells = Cells::of(sensor);
+        let cells = Cells::for_sensor(sensor);
         Self { cells, levels: vec![0; 2 * cells.len()], mean: f32::from(EVENT_BRIGHTNESS) }
     }
 

@@ -39,7 +39,7 @@ impl About {
             title: info.title.clone(),
             source: info.source.clone(),
             sensor: info.sensor,
-            cell_px: Cells::of(info.sensor).side_px,
+            cell_px: Cells::for_sensor(info.sensor).side_px,
             skeleton,
             joints,
             bones,

@@ -38,7 +38,7 @@ impl Painter {
         mesh: Option<HandMesh>,
     ) -> Self {
         let sensor = shared.about.sensor();
-        let counts = vec![0; 2 * super::event_counts::Cells::of(sensor).len()];
+        let counts = vec![0; 2 * super::event_counts::Cells::for_sensor(sensor).len()];
         Self {
             shared,
             listener,

@@ -77,7 +77,7 @@ impl CallLog {
         self.0.lock().unwrap().clone()
     }
 
-    fn of<T>(&self, choose: impl Fn(&Call) -> Option<T>) -> Vec<T> {
+    fn filter_map<T>(&self, choose: impl Fn(&Call) -> Option<T>) -> Vec<T> {
         self.read().iter().filter_map(choose).collect()
     }
 }
@@ -192,7 +192,7 @@ fn propagated_poses_are_evenly_spaced_and_follow_exactly_the_events_before_them(
     let packets =
         vec![vec![0, 400, 900], vec![1_000, 1_500, 1_899, 1_900], vec![1_901, 3_000, 4_950]];
     let (diary, report, poses) = play(packets.clone(), 1_000.0);
-    let ticks = diary.of(|asked| match asked {
+    let ticks = diary.filter_map(|asked| match asked {
         Call::Propagate(t) => Some(*t),
         _ => None,
     });
@@ -216,7 +216,7 @@ fn poses_are_propagated_through_times_without_events() {
     // Ticks fall between packets, and into quiet times.
     let packets = vec![vec![0, 999], vec![1_001, 1_998], vec![2_003, 2_500], vec![9_500, 9_999]];
     let (diary, ..) = play(packets, 1_000.0);
-    let ticks = diary.of(|asked| match asked {
+    let ticks = diary.filter_map(|asked| match asked {
         Call::Propagate(t) => Some(*t),
         _ => None,
     });
@@ -226,7 +226,7 @@ fn poses_are_propagated_through_times_without_events() {
 #[test]
 fn behind_a_gap_poses_go_on_without_those_of_the_gap() {
     let (diary, ..) = play(vec![vec![0, 100], vec![5_000_050, 5_004_000]], 1_000.0);
-    let ticks = diary.of(|asked| match asked {
+    let ticks = diary.filter_map(|asked| match asked {
         Call::Propagate(t) => Some(*t),
         _ => None,
     });
@@ -303,7 +303,7 @@ fn poses_go_on_by_the_clock_while_nothing_happens_until_the_source_has_stalled()
         running.join().unwrap().unwrap()
     });
     sinks.finish().unwrap();
-    let ticks = diary.of(|asked| match asked {
+    let ticks = diary.filter_map(|asked| match asked {
         Call::Propagate(t) => Some(*t),
         _ => None,
     });

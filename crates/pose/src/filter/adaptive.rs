@@ -39,10 +39,10 @@ pub struct AdaptiveFilterConfig {
 impl AdaptiveFilterConfig {
     /// The settings of the published live program.
     pub fn parity() -> Self {
-        Self { unwrap_rotation: false, ..Self::of(KalmanConfig::parity) }
+        Self { unwrap_rotation: false, ..Self::from_settings(KalmanConfig::parity) }
     }
 
-    fn of(setting: impl Fn(NoiseSetting) -> KalmanConfig) -> Self {
+    fn from_settings(setting: impl Fn(NoiseSetting) -> KalmanConfig) -> Self {
         Self {
             innovation_limit: 0.7,
             unwrap_rotation: true,
@@ -55,7 +55,7 @@ impl AdaptiveFilterConfig {
 
 impl Default for AdaptiveFilterConfig {
     fn default() -> Self {
-        Self::of(KalmanConfig::new)
+        Self::from_settings(KalmanConfig::new)
     }
 }
 

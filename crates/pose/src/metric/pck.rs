@@ -100,7 +100,7 @@ mod tests {
 
     use super::*;
 
-    fn of(errors: impl IntoIterator<Item = f64>) -> Pck {
+    fn pck_from_errors(errors: impl IntoIterator<Item = f64>) -> Pck {
         let mut pck = Pck::new();
         errors.into_iter().for_each(|error| pck.push(error));
         pck
@@ -114,7 +114,7 @@ mod tests {
 
     #[test]
     fn uniform_errors_have_the_area_of_a_triangle() {
-        let pck = of((0..100_000).map(|i| (f64::from(i) + 0.5) * 1e-3));
+        let pck = pck_from_errors((0..100_000).map(|i| (f64::from(i) + 0.5) * 1e-3));
         // Σ i·0.1/100 · 0.1/100 over i in 0..1000.
         assert!((pck.auc().expect("measured") - 0.4995).abs() < 1e-9);
         for (i, share) in pck.curve().into_iter().enumerate() {
@@ -124,26 +124,26 @@ mod tests {
 
     #[test]
     fn a_perfect_prediction_scores_one_less_the_first_threshold() {
-        assert_eq!(of([0.0; 3]).auc(), Some(0.999));
+        assert_eq!(pck_from_errors([0.0; 3]).auc(), Some(0.999));
     }
 
     #[test]
     fn the_comparison_is_strict() {
         // 25.5 is a threshold: 25.6 is the first above, which leaves 744 of 1000.
-        assert_eq!(of([25.5]).auc(), Some(0.744));
-        assert_eq!(of([25.499]).auc(), Some(0.745));
+        assert_eq!(pck_from_errors([25.5]).auc(), Some(0.744));
+        assert_eq!(pck_from_errors([25.499]).auc(), Some(0.745));
     }
 
     #[test]
     fn what_is_far_or_not_a_number_counts_as_wrong() {
-        assert_eq!(of([99.95, 1e9, f64::INFINITY, f64::NAN]).auc(), Some(0.0));
+        assert_eq!(pck_from_errors([99.95, 1e9, f64::INFINITY, f64::NAN]).auc(), Some(0.0));
         assert_eq!(Pck::new().auc(), None);
     }
 
     proptest! {
         #[test]
         fn the_curve_is_the_count_at_every_threshold(errors in errors(1..40)) {
-            let curve = of(errors.iter().copied()).curve();
+            let curve = pck_from_errors(errors.iter().copied()).curve();
             for (i, share) in curve.into_iter().enumerate() {
                 let below = errors.iter().filter(|&&e| e < Pck::threshold(i)).count();
                 prop_assert_eq!(share, below as f64 / errors.len() as f64);
@@ -153,14 +153,14 @@ mod tests {
         #[test]
         fn a_larger_error_never_raises_the_area(a in 0.0..150.0, b in 0.0..150.0) {
             let (small, large) = (f64::min(a, b), f64::max(a, b));
-            prop_assert!(of([small]).auc() >= of([large]).auc());
+            prop_assert!(pck_from_errors([small]).auc() >= pck_from_errors([large]).auc());
         }
 
         #[test]
         fn merged_sequences_are_one(a in errors(0..20), b in errors(0..20)) {
-            let mut merged = of(a.clone());
-            merged.merge(&of(b.clone()));
-            prop_assert_eq!(merged, of(a.into_iter().chain(b)));
+            let mut merged = pck_from_errors(a.clone());
+            merged.merge(&pck_from_errors(b.clone()));
+            prop_assert_eq!(merged, pck_from_errors(a.into_iter().chain(b)));
         }
     }
 }

@@ -52,7 +52,7 @@ pub(super) const SEVEN: FilterTaps<4> = FilterTaps { smooth: [20, 15, 6, 1], der
 /// Strength of gradients: `i16` for the sum of magnitudes, `i32` for the sum of squares.
 pub(super) trait Strength: Copy + Default + Ord {
     /// Of a gradient with components of up to 12240.
-    fn of(gx: i16, gy: i16) -> Self;
+    fn from_gradient(gx: i16, gy: i16) -> Self;
     /// The next larger one.
     fn next(self) -> Self;
     /// The strength up to which gradients are below `threshold`, which counts `scale` times theirs.
@@ -61,7 +61,7 @@ pub(super) trait Strength: Copy + Default + Ord {
 
 impl Strength for i16 {
     #[inline(always)]
-    fn of(gx: i16, gy: i16) -> Self {
+    fn from_gradient(gx: i16, gy: i16) -> Self {
         gx.abs() + gy.abs()
     }
 
@@ -78,7 +78,7 @@ impl Strength for i16 {
 
 impl Strength for i32 {
     #[inline(always)]
-    fn of(gx: i16, gy: i16) -> Self {
+    fn from_gradient(gx: i16, gy: i16) -> Self {
         Self::from(gx) * Self::from(gx) + Self::from(gy) * Self::from(gy)
     }
 
@@ -242,7 +242,7 @@ fn join<S: Strength, const HALF: usize>(
             }
             (sixteenth(gx), sixteenth(gy))
         };
-        strength[x] = S::of(gx, gy);
+        strength[x] = S::from_gradient(gx, gy);
         sectors[x] = sector_of(gx, gy);
     }
 }

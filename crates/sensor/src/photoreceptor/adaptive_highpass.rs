@@ -118,7 +118,7 @@ impl PixelStage for AdaptiveHighpass {
                 },
             );
         } else {
-            let pole = Pole::of(a);
+            let pole = Pole::from_step(a);
             vectorize(
                 #[inline(always)]
                 || {

@@ -156,7 +156,7 @@ impl PixelStage for PhotoreceptorLowpass {
         let turns = self.turns(tick);
         let signal = &mut *block.signal;
         if !self.depends_on_light && !self.is_euler {
-            let pole = Pole::of(turns);
+            let pole = Pole::from_step(turns);
             vectorize(
                 #[inline(always)]
                 || {
@@ -192,7 +192,7 @@ impl PixelStage for PhotoreceptorLowpass {
                     for (((v, y), x), i) in signal.iter_mut().zip(output).zip(input).zip(light) {
                         let now = reciprocal(*v);
                         let mean = 0.5 * (i + 1.0 / *x);
-                        *y = Pole::of(scale * mean + base).low(*y, *x, now);
+                        *y = Pole::from_step(scale * mean + base).low(*y, *x, now);
                         (*x, *v) = (now, -ln(*y));
                     }
                 },
@@ -203,7 +203,7 @@ impl PixelStage for PhotoreceptorLowpass {
             #[inline(always)]
             || {
                 for (((v, y), x), i) in signal.iter_mut().zip(output).zip(input).zip(light) {
-                    *y = Pole::of(scale * i + base).low(*y, *x, *v);
+                    *y = Pole::from_step(scale * i + base).low(*y, *x, *v);
                     (*x, *v) = (*v, *y);
                 }
             },

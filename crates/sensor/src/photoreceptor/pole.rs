@@ -19,7 +19,7 @@ pub(super) struct Pole {
 impl Pole {
     /// A step of `a` time constants.
     #[inline(always)]
-    pub(super) fn of(a: f32) -> Self {
+    pub(super) fn from_step(a: f32) -> Self {
         // A step of no length leaves all, and keeps the quotient finite.
         let a = if a > 1e-20 { a } else { 1e-20 };
         let gone = decay(a);
@@ -48,16 +48,16 @@ mod tests {
         // τ = 1, x = t from t = 0, y(0) = 0: y = t - 1 + e^-t.
         for a in [1e-4f32, 0.01, 0.5, 3.0, 20.0] {
             let exact = f64::from(a) - 1.0 + f64::from(-a).exp();
-            let found = f64::from(Pole::of(a).low(0.0, 0.0, a));
+            let found = f64::from(Pole::from_step(a).low(0.0, 0.0, a));
             assert!((found - exact).abs() < 1e-6 * f64::from(a), "{a}: {found} {exact}");
-            let high = f64::from(Pole::of(a).high(0.0, 0.0, a));
+            let high = f64::from(Pole::from_step(a).high(0.0, 0.0, a));
             assert!((high + f64::from(-a).exp_m1()).abs() < 1e-6, "{a}");
         }
     }
 
     #[test]
     fn no_time_changes_nothing() {
-        assert_eq!(Pole::of(0.0).low(0.3, 0.7, 0.7), 0.3);
-        assert_eq!(Pole::of(0.0).high(0.3, 0.7, 0.7), 0.3);
+        assert_eq!(Pole::from_step(0.0).low(0.3, 0.7, 0.7), 0.3);
+        assert_eq!(Pole::from_step(0.0).high(0.3, 0.7, 0.7), 0.3);
     }
 }

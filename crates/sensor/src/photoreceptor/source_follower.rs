@@ -83,7 +83,7 @@ impl PixelStage for SourceFollower {
 
     fn step(&self, tick: &Tick, block: &mut Block<'_>, _noise: StageNoise) {
         let [output, input] = block.state.planes();
-        let pole = Pole::of((TAU * self.cutoff_hz * tick.dt_s()) as f32);
+        let pole = Pole::from_step((TAU * self.cutoff_hz * tick.dt_s()) as f32);
         vectorize(
             #[inline(always)]
             || {

@@ -83,7 +83,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
             service_s: 1.0 / settings.number(&RATE),
             row_s: settings.number(&ROW) * 1e-9,
             max_wait_s: settings.number(&MAX_WAIT) * 1e-6,
-            waiting: Waiting::of(settings),
+            waiting: Waiting::from_settings(settings),
             reads_rows: settings.word(&ORDER) == "rows",
         })))
     },

@@ -41,7 +41,7 @@ pub(crate) const WAITING: ChoiceSpec = ChoiceSpec {
 
 impl Waiting {
     /// The one that was chosen.
-    pub(crate) fn of(settings: &Settings) -> Self {
+    pub(crate) fn from_settings(settings: &Settings) -> Self {
         match settings.word(&WAITING) {
             "kept" => Self::Kept,
             "free" => Self::Free,

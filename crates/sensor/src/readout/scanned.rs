@@ -69,7 +69,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
             period_s: settings.number(&PERIOD) * 1e-6,
             visits_rows: settings.word(&AXIS) == "rows",
             is_backward: settings.word(&DIRECTION) == "backward",
-            waiting: Waiting::of(settings),
+            waiting: Waiting::from_settings(settings),
         })))
     },
 };

@@ -52,7 +52,7 @@ pub struct BodyAccuracy {
 
 impl BodyMeasure {
     /// The length for a person; none if it is not known.
-    pub fn of(self, label: &BodyLabel) -> Option<f32> {
+    pub fn length(self, label: &BodyLabel) -> Option<f32> {
         let written = |size: Option<f32>| size.filter(|size| *size > 0.0);
         match self {
             Self::Torso => torso(label).or(written(label.torso_size)),
@@ -121,7 +121,7 @@ impl BodyAccuracy {
     ) {
         let joints = self.correct.len();
         assert_eq!([detections.len(), truth.len()], [joints; 2], "as many joints everywhere");
-        let Some(measure) = config.measure.of(label) else {
+        let Some(measure) = config.measure.length(label) else {
             self.without_measure += 1;
             return;
         };
@@ -231,20 +231,20 @@ mod tests {
     #[test]
     fn measures_are_of_what_is_known() {
         let mut label = label();
-        assert_eq!(BodyMeasure::Head.of(&label), None);
+        assert_eq!(BodyMeasure::Head.length(&label), None);
         label.head_size_scaled = Some(0.1);
         label.torso_size = Some(0.25);
-        assert_eq!(BodyMeasure::Head.of(&label), Some(0.1));
-        assert_eq!(BodyMeasure::WrittenTorso.of(&label), Some(0.25));
-        let torso = BodyMeasure::Torso.of(&label);
+        assert_eq!(BodyMeasure::Head.length(&label), Some(0.1));
+        assert_eq!(BodyMeasure::WrittenTorso.length(&label), Some(0.25));
+        let torso = BodyMeasure::Torso.length(&label);
         assert!(torso.is_some_and(|torso| (torso - 0.29f32.sqrt()).abs() < 1e-6));
         label.keypoints[number::HIP_L].position = Vec2::new(0.4, 1.2);
         label.keypoints[number::HIP_R].visibility = Visibility::Unlabelled;
-        assert_eq!(BodyMeasure::Torso.of(&label), Some(1.0));
+        assert_eq!(BodyMeasure::Torso.length(&label), Some(1.0));
         label.keypoints[number::SHOULDER_R].visibility = Visibility::Unlabelled;
-        assert_eq!(BodyMeasure::Torso.of(&label), Some(0.25));
+        assert_eq!(BodyMeasure::Torso.length(&label), Some(0.25));
         label.torso_size = Some(0.0);
-        assert_eq!(BodyMeasure::WrittenTorso.of(&label), None);
+        assert_eq!(BodyMeasure::WrittenTorso.length(&label), None);
         let mut accuracy = BodyAccuracy::new(13);
         let found = off(&label, |_| Vec2::ZERO);
         accuracy.push(BodyAccuracyConfig::default(), &found, &label);

@@ -40,7 +40,7 @@ impl BodyFrames {
     ///
     /// # Errors
     /// If files cannot be read, or there is nothing to train on.
-    pub fn of(
+    pub fn load(
         config: &BodyConfig,
         data: &Path,
         progress: &(dyn Fn(u64) + Sync),

@@ -50,7 +50,10 @@ pub(super) fn page(opened: &[Opened], scores: &Scores, own: &[OwnRow]) -> Result
         "Rows: what is hidden, with singles first. Columns: what was said. Green is what is to be \
          said, red a name that is not there, grey neither. Cells count cases.",
     );
-    page.markup(&format!("<div class=\"wide\">{}</div>", matrix::svg(&Confusion::of(opened))?));
+    page.markup(&format!(
+        "<div class=\"wide\">{}</div>",
+        matrix::svg(&Confusion::from_cases(opened))?
+    ));
     if !scores.power.is_empty() {
         page.section(
             "How strong an effect must be",
@@ -201,7 +204,7 @@ mod tests {
                 seconds: 1.0,
             })
             .collect();
-        let scores = score::of(&opened, own::summary(&own), example::SEED);
+        let scores = score::score_cases(&opened, own::summary(&own), example::SEED);
         let text = page(&opened, &scores, &own)?;
         for words in [
             "visible singles named right",
@@ -225,7 +228,7 @@ mod tests {
 
     #[test]
     fn a_page_of_no_cases_is_a_page() -> Result<()> {
-        let scores = score::of(&[], None, example::SEED);
+        let scores = score::score_cases(&[], None, example::SEED);
         assert!(page(&[], &scores, &[])?.contains("0 cases of plan"));
         Ok(())
     }

@@ -51,7 +51,7 @@ fn files_of_dv_processing_are_read_as_it_reads_them() {
         let bytes = golden_file(name);
         assert_eq!(sha256(&bytes), digest, "{name}");
         let [mut events, mut frames, mut imu, mut triggers] = [const { String::new() }; 4];
-        let packets = Packets::of(Input::memory(name, bytes.clone())).unwrap();
+        let packets = Packets::from_input(Input::memory(name, bytes.clone())).unwrap();
         assert_eq!(packets.compression(), compression);
         let kinds: Vec<Kind> = packets.streams().iter().map(|stream| stream.kind).collect();
         assert_eq!(kinds, [Kind::Events, Kind::Frames, Kind::Imu, Kind::Triggers]);

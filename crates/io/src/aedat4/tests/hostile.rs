@@ -146,7 +146,7 @@ proptest! {
         }
         salvaged(&bytes);
         let input = || Input::memory("recording.aedat4", bytes.clone());
-        if let Ok(packets) = Packets::of(input()) {
+        if let Ok(packets) = Packets::from_input(input()) {
             prop_assert!(packets.count() < 1000);
         }
         if let Ok((_, mut source)) = crate::source(input(), &OpenOptions::default()) {

@@ -51,7 +51,8 @@ fn any_imu() -> impl Strategy<Value = ImuSample> {
 
 fn any_packet() -> impl Strategy<Value = Packet> {
     let trigger = any::<(i64, i8)>();
-    let trigger = trigger.prop_map(|(t, n)| Trigger { t: Micros(t), kind: TriggerKind::of(n) });
+    let trigger =
+        trigger.prop_map(|(t, n)| Trigger { t: Micros(t), kind: TriggerKind::from_code(n) });
     let other = prop::collection::vec(any::<u8>(), 8..50).prop_map(|mut bytes| {
         // A size that fits, and letters of its own.
         bytes.splice(4..4, *b"\x08\0\0\0BBOX");
@@ -84,7 +85,7 @@ proptest! {
             let bytes = file(compression, &streams, &written);
             let read: Vec<Packet> = packets(&bytes).into_iter().map(Result::unwrap).collect();
             prop_assert_eq!(&read, &written);
-            let of = Packets::of(Input::memory("x", bytes)).unwrap();
+            let of = Packets::from_input(Input::memory("x", bytes)).unwrap();
             prop_assert_eq!((of.compression(), of.streams()), (compression, &streams[..]));
         }
     }

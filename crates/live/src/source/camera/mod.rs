@@ -63,7 +63,7 @@ impl Camera {
                 flag.clone(),
             );
             match opened {
-                Ok(device) => return Ok(Self::of(device, model, flag, transfers)),
+                Ok(device) => return Ok(Self::new(device, model, flag, transfers)),
                 Err(error) if models::is_elsewhere(&error) => {}
                 Err(error) => return Err(failed(format!("{}: {error}; {ACCESS}", model.name))),
             }
@@ -75,7 +75,7 @@ impl Camera {
         }))
     }
 
-    fn of(
+    fn new(
         device: Device,
         model: &Model,
         flag: Flag<Error, UsbOverflow>,

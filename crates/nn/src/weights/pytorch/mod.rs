@@ -91,7 +91,7 @@ fn state_dict(container: Container) -> BTreeMap<String, Stored> {
     let weights = pickle.get(pickle.root(), LIGHTNING_KEY).unwrap_or(pickle.root());
     let tensors = pickle.entries(weights).iter().filter_map(|&(name, tensor)| {
         let name = pickle.text(name).filter(|name| !name.ends_with(STEP_COUNT))?;
-        let (view, container) = (View::of(pickle, tensor)?, Rc::clone(&container));
+        let (view, container) = (View::from_pickle(pickle, tensor)?, Rc::clone(&container));
         let shape = view.shape.clone();
         let read = move || view.values(&container);
         Some((name.to_owned(), Stored { shape, read: Box::new(read) }))

@@ -42,7 +42,7 @@ impl View {
     /// # Model
     /// `torch._utils._rebuild_tensor_v2(storage, offset, shape, strides, ...)`, for a parameter
     /// inside `torch._utils._rebuild_parameter(tensor, ...)`.
-    pub(super) fn of(pickle: &Pickle, id: Id) -> Option<Self> {
+    pub(super) fn from_pickle(pickle: &Pickle, id: Id) -> Option<Self> {
         let (function, arguments) = call(pickle, id)?;
         let (function, arguments) = match (function, arguments) {
             ("_rebuild_parameter", &[tensor, ..]) => call(pickle, tensor)?,

@@ -97,7 +97,7 @@ mod tests {
 
     use super::*;
 
-    fn of(errors: &[f64], size_px: f64) -> BodyPck {
+    fn pck_from_errors(errors: &[f64], size_px: f64) -> BodyPck {
         let mut pck = BodyPck::new();
         errors.iter().for_each(|error| pck.push(*error, size_px));
         pck
@@ -105,7 +105,7 @@ mod tests {
 
     #[test]
     fn an_error_on_a_threshold_is_correct() {
-        let pck = of(&[40.0], 100.0);
+        let pck = pck_from_errors(&[40.0], 100.0);
         assert_eq!((pck.correct(39).sum, pck.correct(40).sum), (0.0, 1.0));
         // 40 to 100 percent.
         assert_eq!(pck.area().mean(), Some(0.61));
@@ -113,8 +113,8 @@ mod tests {
 
     #[test]
     fn perfect_predictions_score_one_and_lost_ones_nothing() {
-        assert_eq!(of(&[0.0; 4], 70.0).area().mean(), Some(1.0));
-        let lost = of(&[70.1, f64::INFINITY, f64::NAN], 70.0);
+        assert_eq!(pck_from_errors(&[0.0; 4], 70.0).area().mean(), Some(1.0));
+        let lost = pck_from_errors(&[70.1, f64::INFINITY, f64::NAN], 70.0);
         assert_eq!((lost.len(), lost.area().mean()), (3, Some(0.0)));
         assert!(BodyPck::new().curve().is_empty());
     }
@@ -122,7 +122,7 @@ mod tests {
     #[test]
     fn uniform_errors_have_the_area_of_a_triangle() {
         let errors: Vec<_> = (0..100_000).map(|i| (f64::from(i) + 0.5) * 1e-3).collect();
-        let pck = of(&errors, 100.0);
+        let pck = pck_from_errors(&errors, 100.0);
         assert!((pck.area().mean().unwrap() - 0.505).abs() < 1e-9);
         for (i, share) in pck.curve().into_iter().enumerate() {
             assert!((share - (i + 1) as f64 / 100.0).abs() < 1e-9, "{i}: {share}");
@@ -135,7 +135,7 @@ mod tests {
             errors in prop::collection::vec(prop_oneof![0.0..120.0, (0..140).prop_map(f64::from)], 1..40),
             size_px in prop_oneof![Just(100.0), 1.0..200.0],
         ) {
-            let pck = of(&errors, size_px);
+            let pck = pck_from_errors(&errors, size_px);
             for percent in 1..=BODY_THRESHOLDS {
                 let limit = size_px * (percent as f64 / 100.0);
                 let correct = errors.iter().filter(|&&error| error <= limit).count();
@@ -149,9 +149,9 @@ mod tests {
         fn merged_sequences_are_one(
             a in prop::collection::vec(0.0..90.0, 0..20), b in prop::collection::vec(0.0..90.0, 0..20),
         ) {
-            let mut merged = of(&a, 50.0);
-            merged.merge(&of(&b, 50.0));
-            prop_assert_eq!(merged, of(&[a, b].concat(), 50.0));
+            let mut merged = pck_from_errors(&a, 50.0);
+            merged.merge(&pck_from_errors(&b, 50.0));
+            prop_assert_eq!(merged, pck_from_errors(&[a, b].concat(), 50.0));
         }
     }
 }
