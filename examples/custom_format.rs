@@ -13,8 +13,8 @@
 use anyhow::Result;
 use evpose_core::{Event, Micros, Polarity};
 use evpose_io::{
-    BlockSource, Columns, Decoder, EventSource, FORMATS, Fault, Format, Header, Input, IoError,
-    OpenOptions, read_as_in,
+    BlockSource, Columns, DecodeFault, Decoder, EventSource, FORMATS, Format, Header, Input,
+    IoError, OpenOptions, read_as_in,
 };
 
 const EVENT_STREAM: Format = Format {
@@ -58,7 +58,12 @@ struct EventStreamDecoder {
 }
 
 impl Decoder for EventStreamDecoder {
-    fn decode(&mut self, bytes: &[u8], _: bool, columns: &mut Columns) -> Result<usize, Fault> {
+    fn decode(
+        &mut self,
+        bytes: &[u8],
+        _: bool,
+        columns: &mut Columns,
+    ) -> Result<usize, DecodeFault> {
         let mut at = 0;
         while let Some(&first) = bytes.get(at) {
             if first & 0b1111 == OVERFLOW {

@@ -9,7 +9,7 @@ use super::table;
 use super::trial::CURVE_STRIDE;
 use evpose_report::chart::{self, Series};
 use evpose_report::colour::palette;
-use evpose_report::html::{Page, escape};
+use evpose_report::html::{HtmlPage, escape};
 
 /// Charts: group, heading and text.
 const CHARTS: [(Group, &str, &str); 3] = [
@@ -24,7 +24,7 @@ const CHARTS: [(Group, &str, &str); 3] = [
 
 /// The page as one HTML document.
 pub(super) fn html(outcome: &Outcome, config: &str) -> Result<String> {
-    let mut page = Page::new(
+    let mut page = HtmlPage::new(
         "Ablation of the hand method",
         "Every row is the full method with one thing changed, simulated, trained and evaluated by \
          evpose on this machine.",

@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 use evpose_sensor::{PRESETS, STAGES, SensorConfig, SensorModel, StageSpec, nearest};
 
 /// A sensor with its description and origin.
-pub struct Source {
+pub struct NamedSensor {
     /// The preset's name, or the path.
     pub name: String,
     /// Description and origin.
@@ -15,7 +15,7 @@ pub struct Source {
     pub config: SensorConfig,
 }
 
-impl Source {
+impl NamedSensor {
     /// Builds the sensor.
     pub fn model(&self) -> Result<SensorModel> {
         SensorModel::from_config(&self.config).with_context(|| self.name.clone())
@@ -23,10 +23,10 @@ impl Source {
 }
 
 /// Loads the preset `name`, or else the file of that path; paths inside are relative to the file.
-pub fn sensor(name: &str) -> Result<Source> {
+pub fn sensor(name: &str) -> Result<NamedSensor> {
     if let Some(preset) = PRESETS.iter().find(|preset| preset.name == name) {
         let config = SensorConfig::preset(name)?;
-        return Ok(Source { name: name.to_owned(), origin: preset.origin(), config });
+        return Ok(NamedSensor { name: name.to_owned(), origin: preset.origin(), config });
     }
     let path = Path::new(name);
     if !path.exists() {
@@ -43,7 +43,7 @@ pub fn sensor(name: &str) -> Result<Source> {
     let text = std::fs::read_to_string(path).with_context(|| format!("reading {name}"))?;
     let config = SensorConfig::from_toml(&text).with_context(|| name.to_owned())?;
     let config = config.relative_to(path.parent().unwrap_or(Path::new("")));
-    Ok(Source { name: name.to_owned(), origin: format!("Read from {name}."), config })
+    Ok(NamedSensor { name: name.to_owned(), origin: format!("Read from {name}."), config })
 }
 
 /// The registered effect of a name.

@@ -30,7 +30,7 @@ const ROUNDS: usize = 50;
 
 /// A pixel that has many more events than others.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct HotPixel {
+pub struct HotPixelRate {
     /// Column.
     pub x: u16,
     /// Row.
@@ -53,7 +53,7 @@ pub struct Noise {
     /// See [`Self::all_on_hz`].
     pub all_off_hz: f64,
     /// Hot pixels, those with the most events first.
-    pub hot: Vec<HotPixel>,
+    pub hot: Vec<HotPixelRate>,
     /// The busiest twentieth of time over the mean, without hot pixels.
     pub unrest: f64,
     /// Seconds of the recording that were looked at.
@@ -99,9 +99,9 @@ pub fn noise(events: &EventStream, window: TimeWindow, seed: u64) -> Result<Nois
     let all = |polarity: usize| {
         counts.iter().map(|pixel| u64::from(pixel[polarity])).sum::<u64>() as f64 / seconds
     };
-    let mut hot: Vec<HotPixel> = (0..counts.len())
+    let mut hot: Vec<HotPixelRate> = (0..counts.len())
         .filter(|pixel| is_hot[*pixel])
-        .map(|pixel| HotPixel {
+        .map(|pixel| HotPixelRate {
             x: (pixel % width) as u16,
             y: (pixel / width) as u16,
             on_hz: f64::from(counts[pixel][1]) / seconds,

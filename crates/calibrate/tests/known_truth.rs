@@ -2,7 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test fails where something is missing")]
 
-use evpose_calibrate::noise::{HotPixel, noise};
+use evpose_calibrate::noise::{HotPixelRate, noise};
 use evpose_calibrate::threshold::{FLOOR, ThresholdRun, Thresholds};
 use evpose_calibrate::{CalibrateError, Interval};
 use evpose_core::{
@@ -157,7 +157,7 @@ fn rates_at_rest_are_found_beside_hot_pixels() {
     let places: Vec<usize> = found
         .hot
         .iter()
-        .map(|HotPixel { x, y, .. }| usize::from(*y) * 64 + usize::from(*x))
+        .map(|HotPixelRate { x, y, .. }| usize::from(*y) * 64 + usize::from(*x))
         .collect();
     assert_eq!(places, [2_999, 1_500, 77]);
     assert!((found.hot[0].on_hz / 120.0 - 1.0).abs() < 0.1, "{:?}", found.hot[0]);

@@ -4,7 +4,7 @@
 
 use std::time::Instant;
 
-use evpose_clean::{Chain, CleanError, CleanRequest};
+use evpose_clean::{CleanError, CleanRequest, CleanerChain};
 use evpose_core::{CounterRng, Event, EventStream, Micros, Polarity, SensorSize};
 
 const SENSOR: SensorSize = SensorSize { width: 640, height: 480 };
@@ -45,7 +45,7 @@ fn main() -> Result<(), CleanError> {
         let request: CleanRequest = text.parse()?;
         let (mut best_s, mut left) = (f64::INFINITY, 0);
         for _ in 0..PASSES {
-            let mut chain = Chain::new(SENSOR, std::slice::from_ref(&request))?;
+            let mut chain = CleanerChain::new(SENSOR, std::slice::from_ref(&request))?;
             for _ in 0..chain.surveys() {
                 batches.iter().try_for_each(|batch| chain.survey(batch))?;
                 chain.end_survey()?;

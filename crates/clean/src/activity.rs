@@ -65,13 +65,13 @@ pub struct HotPixel {
 
 /// Events of each pixel of a recording.
 #[derive(Debug, Clone)]
-pub struct Activity {
+pub struct PixelActivity {
     sensor: SensorSize,
     counts: Vec<u32>,
     span: Option<(Micros, Micros)>,
 }
 
-impl Activity {
+impl PixelActivity {
     /// Nothing seen yet.
     pub fn new(sensor: SensorSize) -> Self {
         Self { sensor, counts: vec![0; sensor.pixels()], span: None }
@@ -168,9 +168,13 @@ mod tests {
 
     const SENSOR: SensorSize = SensorSize { width: 40, height: 30 };
 
-    fn activity(counts: Vec<u32>, seconds: i64) -> Activity {
+    fn activity(counts: Vec<u32>, seconds: i64) -> PixelActivity {
         assert_eq!(counts.len(), SENSOR.pixels());
-        Activity { sensor: SENSOR, counts, span: Some((Micros(0), Micros(seconds * 1_000_000))) }
+        PixelActivity {
+            sensor: SENSOR,
+            counts,
+            span: Some((Micros(0), Micros(seconds * 1_000_000))),
+        }
     }
 
     #[test]
@@ -236,7 +240,7 @@ mod tests {
     #[test]
     fn batches_add_up() {
         let event = |t, x| Event { t: Micros(t), x, y: 2, polarity: Polarity::Off };
-        let mut activity = Activity::new(SENSOR);
+        let mut activity = PixelActivity::new(SENSOR);
         for batch in [[event(5, 1), event(7, 1)], [event(8, 1), event(2_000_005, 3)]] {
             activity.push(&EventStream::from_events(SENSOR, batch).unwrap());
         }

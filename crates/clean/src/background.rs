@@ -15,29 +15,29 @@
 
 use evpose_core::{Event, EventStream, Micros, SensorSize};
 
-use crate::{Cleaner, CleanerSpec, Kind, ParamSpec};
+use crate::{Cleaner, CleanerParamSpec, CleanerSpec, ParamKind};
 
-const PRESET: ParamSpec = ParamSpec {
+const PRESET: CleanerParamSpec = CleanerParamSpec {
     name: "preset",
-    kind: Kind::Word(&["dhp19"]),
+    kind: ParamKind::Word(&["dhp19"]),
     default: None,
     doc: "dhp19: 70 ms, and pixels at the border confirm no others",
 };
-const TAU: ParamSpec = ParamSpec {
+const TAU: CleanerParamSpec = CleanerParamSpec {
     name: "tau_ms",
-    kind: Kind::Number(0.001, 1e6),
+    kind: ParamKind::Number(0.001, 1e6),
     default: Some("30"),
     doc: "how long an event confirms its neighbours, in milliseconds; jAER's default",
 };
-const OWN: ParamSpec = ParamSpec {
+const OWN: CleanerParamSpec = CleanerParamSpec {
     name: "own",
-    kind: Kind::Word(&["no", "yes"]),
+    kind: ParamKind::Word(&["no", "yes"]),
     default: Some("no"),
     doc: "whether a pixel confirms itself",
 };
-const POLARITY: ParamSpec = ParamSpec {
+const POLARITY: CleanerParamSpec = CleanerParamSpec {
     name: "polarity",
-    kind: Kind::Word(&["any", "same"]),
+    kind: ParamKind::Word(&["any", "same"]),
     default: Some("any"),
     doc: "which events confirm one",
 };

@@ -11,7 +11,7 @@ use crate::{CleanError, CleanRequest, Cleaner, Mask, Note};
 /// [`Self::end_survey`], and then once through [`Self::clean`], followed by [`Self::finish`]. A
 /// survey sees the events that the cleaners before it leave.
 #[derive(Debug)]
-pub struct Chain {
+pub struct CleanerChain {
     sensor: SensorSize,
     links: Vec<Link>,
     /// Links whose survey is over.
@@ -49,7 +49,7 @@ impl CleanReport {
     }
 }
 
-impl Chain {
+impl CleanerChain {
     /// The cleaners that are asked for, in this order, for events of `sensor`.
     ///
     /// # Errors

@@ -34,7 +34,7 @@ pub struct Checkup {
 
 /// Whether coordinates are those of the stated sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Fit {
+pub enum CoordinateFit {
     /// All lie on it.
     Fits,
     /// They do not, but would with columns and rows exchanged.
@@ -55,7 +55,7 @@ pub struct Findings {
     /// First and last row that fires.
     pub rows: Option<(u16, u16)>,
     /// Whether they fit the sensor.
-    pub fit: Fit,
+    pub fit: CoordinateFit,
     /// Columns of the sensor that never fire.
     pub silent_columns: usize,
     /// Rows of the sensor that never fire.
@@ -123,9 +123,9 @@ impl Checkup {
             self.columns.len() <= usize::from(width) && self.rows.len() <= usize::from(height)
         };
         let fit = match (lie_on(width, height), lie_on(height, width)) {
-            (true, _) => Fit::Fits,
-            (false, true) => Fit::Transposed,
-            (false, false) => Fit::Beyond,
+            (true, _) => CoordinateFit::Fits,
+            (false, true) => CoordinateFit::Transposed,
+            (false, false) => CoordinateFit::Beyond,
         };
         let mut findings = Findings {
             events: self.events,
@@ -151,11 +151,11 @@ impl Checkup {
         if let (Some((_, right)), Some((_, bottom))) = (findings.columns, findings.rows) {
             let reach = format!("columns reach {right} and rows {bottom}");
             match findings.fit {
-                Fit::Fits => {}
-                Fit::Transposed => remarks.push(format!(
+                CoordinateFit::Fits => {}
+                CoordinateFit::Transposed => remarks.push(format!(
                     "{reach}: beyond a {sensor} sensor, but as if columns and rows were exchanged"
                 )),
-                Fit::Beyond => {
+                CoordinateFit::Beyond => {
                     remarks.push(format!("{reach}: beyond a {sensor} sensor either way round"));
                 }
             }
@@ -267,7 +267,10 @@ mod tests {
         let found = findings((346, 260), 1, |_, _| {});
         assert_eq!(found.remarks, [] as [String; 0]);
         assert_eq!((found.columns, found.rows), (Some((0, 345)), Some((0, 259))));
-        assert_eq!((found.fit, found.silent_columns, found.silent_rows), (Fit::Fits, 0, 0));
+        assert_eq!(
+            (found.fit, found.silent_columns, found.silent_rows),
+            (CoordinateFit::Fits, 0, 0)
+        );
         assert_eq!((found.on_share, found.step_us), (Some(0.5), Some(1)));
         assert_eq!((found.same_time, found.repeats, found.backwards), (0, 0, 0));
     }
@@ -275,13 +278,13 @@ mod tests {
     #[test]
     fn exchanged_axes_show_where_the_sensor_is_not_square() {
         let found = findings((260, 346), 1, |_, _| {});
-        assert_eq!(found.fit, Fit::Transposed);
+        assert_eq!(found.fit, CoordinateFit::Transposed);
         assert_eq!(
             found.remarks[0],
             "columns reach 259 and rows 345: beyond a 346x260 sensor, but as if columns and rows \
              were exchanged"
         );
-        assert_eq!(findings((400, 260), 1, |_, _| {}).fit, Fit::Beyond);
+        assert_eq!(findings((400, 260), 1, |_, _| {}).fit, CoordinateFit::Beyond);
     }
 
     #[test]

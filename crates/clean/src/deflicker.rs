@@ -24,23 +24,23 @@
 
 use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
 
-use crate::{Cleaner, CleanerSpec, Kind, Note, ParamSpec};
+use crate::{Cleaner, CleanerParamSpec, CleanerSpec, Note, ParamKind};
 
-const WINDOW: ParamSpec = ParamSpec {
+const WINDOW: CleanerParamSpec = CleanerParamSpec {
     name: "window_ms",
-    kind: Kind::Number(1.0, 60_000.0),
+    kind: ParamKind::Number(1.0, 60_000.0),
     default: Some("100"),
     doc: "length of a window in whole milliseconds; EventHands'",
 };
-const RULE: ParamSpec = ParamSpec {
+const RULE: CleanerParamSpec = CleanerParamSpec {
     name: "rule",
-    kind: Kind::Word(&["or", "and"]),
+    kind: ParamKind::Word(&["or", "and"]),
     default: Some("or"),
     doc: "whether a millisecond flickers that exceeds one of its neighbours, or both",
 };
-const POLARITY: ParamSpec = ParamSpec {
+const POLARITY: CleanerParamSpec = CleanerParamSpec {
     name: "polarity",
-    kind: Kind::Word(&["on", "off"]),
+    kind: ParamKind::Word(&["on", "off"]),
     default: Some("on"),
     doc: "which events are counted",
 };

@@ -1,26 +1,27 @@
-//! Removes the pixels that are hot in the recording itself: see [`Activity`] for when they are.
+//! Removes the pixels that are hot in the recording itself: see [`PixelActivity`] for when they are.
 
 use evpose_core::{EventStream, SensorSize};
 
 use crate::{
-    Activity, CleanError, Cleaner, CleanerSpec, HotRule, Kind, Mask, Masking, Note, ParamSpec,
+    CleanError, Cleaner, CleanerParamSpec, CleanerSpec, HotRule, Mask, Masking, Note, ParamKind,
+    PixelActivity,
 };
 
-const PRESET: ParamSpec = ParamSpec {
+const PRESET: CleanerParamSpec = CleanerParamSpec {
     name: "preset",
-    kind: Kind::Word(&["dhp19"]),
+    kind: ParamKind::Word(&["dhp19"]),
     default: None,
     doc: "dhp19: pixels with 10,000 events or more",
 };
-const FACTOR: ParamSpec = ParamSpec {
+const FACTOR: CleanerParamSpec = CleanerParamSpec {
     name: "factor",
-    kind: Kind::Number(1.0, 1e6),
+    kind: ParamKind::Number(1.0, 1e6),
     default: Some("5"),
     doc: "hot pixels have clearly more than so many times the median of their neighbours",
 };
-const COUNT: ParamSpec = ParamSpec {
+const COUNT: CleanerParamSpec = CleanerParamSpec {
     name: "count",
-    kind: Kind::Number(1.0, u32::MAX as f64),
+    kind: ParamKind::Number(1.0, u32::MAX as f64),
     default: None,
     doc: "pixels with so many events are hot, whatever their neighbours do",
 };
@@ -49,14 +50,18 @@ pub(crate) static SPEC: CleanerSpec = CleanerSpec {
 #[derive(Debug, Clone)]
 pub struct HotPixels {
     rule: HotRule,
-    activity: Activity,
+    activity: PixelActivity,
     masking: Masking,
 }
 
 impl HotPixels {
     /// Nothing found yet.
     pub fn new(sensor: SensorSize, rule: HotRule) -> Self {
-        Self { rule, activity: Activity::new(sensor), masking: Masking::new(Mask::new(sensor)) }
+        Self {
+            rule,
+            activity: PixelActivity::new(sensor),
+            masking: Masking::new(Mask::new(sensor)),
+        }
     }
 }
 

@@ -3,7 +3,7 @@
 use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
 use proptest::prelude::*;
 
-use crate::{CLEANERS, Chain, CleanError, CleanReport, CleanRequest, Mask, Rectangle};
+use crate::{CLEANERS, CleanError, CleanReport, CleanRequest, CleanerChain, Mask, Rectangle};
 
 /// Events in time order, many of them at equal times and places.
 pub(crate) fn events(sensor: SensorSize, max_us: i64) -> impl Strategy<Value = Vec<Event>> {
@@ -59,9 +59,9 @@ impl Files {
     }
 }
 
-fn chain(sensor: SensorSize, requests: &[String]) -> Result<Chain, CleanError> {
+fn chain(sensor: SensorSize, requests: &[String]) -> Result<CleanerChain, CleanError> {
     let parsed: Result<Vec<CleanRequest>, _> = requests.iter().map(|text| text.parse()).collect();
-    Chain::new(sensor, &parsed?)
+    CleanerChain::new(sensor, &parsed?)
 }
 
 /// Runs a recording that comes in batches.

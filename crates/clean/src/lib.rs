@@ -1,11 +1,11 @@
 //! Preprocessing of recordings: undistort, denoise, mask, deflicker. Events in, events out.
 //!
 //! * [`CLEANERS`], [`CleanRequest`]: all cleaners by name, with their parameters.
-//! * [`Chain`]: several of them, one after the other, batch by batch, with counts of what each
+//! * [`CleanerChain`]: several of them, one after the other, batch by batch, with counts of what each
 //!   removed.
 //! * [`Undistort`]: removes lens distortion; [`CameraFile`] holds a camera.
 //! * [`Background`]: removes events that no neighbour confirms.
-//! * [`HotPixels`], [`Activity`]: finds pixels that fire without a cause; [`Mask`], [`Masking`]:
+//! * [`HotPixels`], [`PixelActivity`]: finds pixels that fire without a cause; [`Mask`], [`Masking`]:
 //!   removes them.
 //! * [`Deflicker`]: removes single pixels where a lamp makes all of them fire.
 //! * [`Checkup`]: checks of the axes, polarities and time stamps of a recording;
@@ -51,11 +51,11 @@ mod undistort;
 #[cfg(test)]
 mod laws;
 
-pub use activity::{Activity, HotPixel, HotRule};
+pub use activity::{HotPixel, HotRule, PixelActivity};
 pub use background::{Background, BackgroundOptions};
 pub use camera_file::CameraFile;
-pub use chain::{Chain, CleanReport};
-pub use checkup::{Checkup, Findings, Fit};
+pub use chain::{CleanReport, CleanerChain};
+pub use checkup::{Checkup, CoordinateFit, Findings};
 pub use cleaner::{Cleaner, Note};
 pub use deflicker::{Deflicker, DeflickerOptions, Rule};
 pub use error::CleanError;
@@ -63,6 +63,6 @@ pub use hot::HotPixels;
 pub use mask::{Mask, Rectangle};
 pub use masking::Masking;
 pub use registry::{CLEANERS, CleanRequest, cleaner_by_name};
-pub use settings::{Kind, ParamSpec, Settings};
+pub use settings::{CleanerParamSpec, CleanerSettings, ParamKind};
 pub use spec::{Build, CleanerSpec};
 pub use undistort::{Inverse, Outside, Rounding, TOLERANCE_PX, Undistort, UndistortOptions};

@@ -10,17 +10,22 @@
 
 use evpose_core::{EventStream, SensorSize};
 
-use crate::{CleanError, Cleaner, CleanerSpec, Kind, Mask, ParamSpec, Rectangle};
+use crate::{CleanError, Cleaner, CleanerParamSpec, CleanerSpec, Mask, ParamKind, Rectangle};
 
-const FILE: ParamSpec = ParamSpec {
+const FILE: CleanerParamSpec = CleanerParamSpec {
     name: "file",
-    kind: Kind::Path,
+    kind: ParamKind::Path,
     default: None,
     doc: "a TOML file of pixels and rectangles",
 };
-const PRESET: ParamSpec = ParamSpec {
+const PRESET: CleanerParamSpec = CleanerParamSpec {
     name: "preset",
-    kind: Kind::Word(&["dhp19-camera2", "dhp19-camera3", "dhp19-camera2-raw", "dhp19-camera3-raw"]),
+    kind: ParamKind::Word(&[
+        "dhp19-camera2",
+        "dhp19-camera3",
+        "dhp19-camera2-raw",
+        "dhp19-camera3-raw",
+    ]),
     default: None,
     doc: "the masks of DHP19, for its exported coordinates or for raw addresses",
 };

@@ -4,7 +4,7 @@ use std::str::FromStr;
 
 use evpose_core::SensorSize;
 
-use crate::{CleanError, Cleaner, CleanerSpec, Settings};
+use crate::{CleanError, Cleaner, CleanerSettings, CleanerSpec};
 use crate::{background, deflicker, hot, masking, undistort};
 
 /// All cleaners, in the order of tables and help texts.
@@ -27,7 +27,7 @@ pub fn cleaner_by_name(name: &str) -> Result<&'static CleanerSpec, CleanError> {
 #[derive(Debug, Clone)]
 pub struct CleanRequest {
     spec: &'static CleanerSpec,
-    settings: Settings,
+    settings: CleanerSettings,
 }
 
 impl CleanRequest {
@@ -58,6 +58,6 @@ impl FromStr for CleanRequest {
         };
         let parts = rest.split(',').filter(|part| !part.is_empty());
         let given: Result<Vec<(String, String)>, CleanError> = parts.map(pair).collect();
-        Ok(Self { spec, settings: Settings::resolve(spec, &given?)? })
+        Ok(Self { spec, settings: CleanerSettings::resolve(spec, &given?)? })
     }
 }

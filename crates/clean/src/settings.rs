@@ -6,11 +6,11 @@ use crate::{CleanError, CleanerSpec};
 
 /// A parameter of a cleaner.
 #[derive(Debug, Clone, Copy)]
-pub struct ParamSpec {
+pub struct CleanerParamSpec {
     /// The key in requests.
     pub name: &'static str,
     /// Accepted values.
-    pub kind: Kind,
+    pub kind: ParamKind,
     /// The value where none is given; none if there is no such value.
     pub default: Option<&'static str>,
     /// Meaning, with the source of a default value.
@@ -19,7 +19,7 @@ pub struct ParamSpec {
 
 /// Accepted values of a parameter.
 #[derive(Debug, Clone, Copy)]
-pub enum Kind {
+pub enum ParamKind {
     /// A number between two, both allowed.
     Number(f64, f64),
     /// One of these words.
@@ -28,7 +28,7 @@ pub enum Kind {
     Path,
 }
 
-impl Kind {
+impl ParamKind {
     /// The allowed values in words.
     pub fn expected(self) -> String {
         match self {
@@ -59,7 +59,7 @@ enum Value {
 
 /// A value for every parameter of a cleaner that was given or has a default.
 #[derive(Debug, Clone)]
-pub struct Settings {
+pub struct CleanerSettings {
     cleaner: &'static str,
     values: Vec<Setting>,
 }
@@ -71,7 +71,7 @@ struct Setting {
     is_given: bool,
 }
 
-impl Settings {
+impl CleanerSettings {
     /// Checks what is given and fills in defaults. Of a key that is given twice, the last counts.
     pub(crate) fn resolve(
         spec: &'static CleanerSpec,
@@ -97,12 +97,12 @@ impl Settings {
         Ok(Self { cleaner: spec.name, values })
     }
 
-    fn value(&self, param: &ParamSpec) -> Option<&Value> {
+    fn value(&self, param: &CleanerParamSpec) -> Option<&Value> {
         self.values.iter().find(|setting| setting.name == param.name).map(|s| &s.value)
     }
 
     /// Whether a value was given.
-    pub fn is_given(&self, param: &ParamSpec) -> bool {
+    pub fn is_given(&self, param: &CleanerParamSpec) -> bool {
         self.values.iter().any(|setting| setting.is_given && setting.name == param.name)
     }
 
@@ -110,7 +110,7 @@ impl Settings {
     ///
     /// # Panics
     /// If the cleaner has no such number with a default: a fault of the cleaner, not of its user.
-    pub fn number(&self, param: &ParamSpec) -> f64 {
+    pub fn number(&self, param: &CleanerParamSpec) -> f64 {
         match self.value(param) {
             Some(&Value::Number(number)) => number,
             _ => panic!("`{}` has no number `{}`", self.cleaner, param.name),
@@ -118,7 +118,7 @@ impl Settings {
     }
 
     /// A word, if one was given or is the default.
-    pub fn word(&self, param: &ParamSpec) -> Option<&'static str> {
+    pub fn word(&self, param: &CleanerParamSpec) -> Option<&'static str> {
         match self.value(param) {
             Some(&Value::Word(word)) => Some(word),
             _ => None,
@@ -126,7 +126,7 @@ impl Settings {
     }
 
     /// A file, if one was given.
-    pub fn path(&self, param: &ParamSpec) -> Option<&Path> {
+    pub fn path(&self, param: &CleanerParamSpec) -> Option<&Path> {
         match self.value(param) {
             Some(Value::Path(path)) => Some(path),
             _ => None,
@@ -134,7 +134,7 @@ impl Settings {
     }
 
     /// Refuses what else was given beside `param`, which sets everything.
-    pub(crate) fn alone(&self, param: &ParamSpec) -> Result<(), CleanError> {
+    pub(crate) fn alone(&self, param: &CleanerParamSpec) -> Result<(), CleanError> {
         let is_other = |setting: &&Setting| setting.is_given && setting.name != param.name;
         match self.values.iter().find(is_other) {
             Some(other) => Err(CleanError::Conflict {

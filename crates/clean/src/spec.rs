@@ -2,10 +2,10 @@
 
 use evpose_core::SensorSize;
 
-use crate::{CleanError, Cleaner, ParamSpec, Settings};
+use crate::{CleanError, Cleaner, CleanerParamSpec, CleanerSettings};
 
 /// Makes a cleaner from checked settings, for events of a sensor.
-pub type Build = fn(&Settings, SensorSize) -> Result<Box<dyn Cleaner>, CleanError>;
+pub type Build = fn(&CleanerSettings, SensorSize) -> Result<Box<dyn Cleaner>, CleanError>;
 
 /// A cleaner as the registry lists it: name, parameters and constructor.
 #[derive(Debug)]
@@ -15,7 +15,7 @@ pub struct CleanerSpec {
     /// One line on its effect.
     pub summary: &'static str,
     /// Parameters that it takes.
-    pub params: &'static [ParamSpec],
+    pub params: &'static [CleanerParamSpec],
     /// Whether events may leave it at other pixels than they came.
     pub displaces: bool,
     /// Makes it for events of a sensor.
@@ -24,7 +24,7 @@ pub struct CleanerSpec {
 
 impl CleanerSpec {
     /// The parameter of this name.
-    pub fn param(&self, name: &str) -> Option<&'static ParamSpec> {
+    pub fn param(&self, name: &str) -> Option<&'static CleanerParamSpec> {
         self.params.iter().find(|param| param.name == name)
     }
 }

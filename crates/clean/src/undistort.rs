@@ -16,23 +16,23 @@
 use evpose_core::{EventStream, LensCamera, SensorSize};
 use glam::DVec2;
 
-use crate::{CameraFile, CleanError, Cleaner, CleanerSpec, Kind, Note, ParamSpec};
+use crate::{CameraFile, CleanError, Cleaner, CleanerParamSpec, CleanerSpec, Note, ParamKind};
 
-const PRESET: ParamSpec = ParamSpec {
+const PRESET: CleanerParamSpec = CleanerParamSpec {
     name: "preset",
-    kind: Kind::Word(&["davis240c-eventhands"]),
+    kind: ParamKind::Word(&["davis240c-eventhands"]),
     default: None,
     doc: "davis240c-eventhands: its camera, clipped and cut off as published",
 };
-const FILE: ParamSpec = ParamSpec {
+const FILE: CleanerParamSpec = CleanerParamSpec {
     name: "file",
-    kind: Kind::Path,
+    kind: ParamKind::Path,
     default: None,
     doc: "a TOML file of a camera: sensor, focal_px, centre_px, distortion, as OpenCV has them",
 };
-const OUTSIDE: ParamSpec = ParamSpec {
+const OUTSIDE: CleanerParamSpec = CleanerParamSpec {
     name: "outside",
-    kind: Kind::Word(&["drop", "clip"]),
+    kind: ParamKind::Word(&["drop", "clip"]),
     default: Some("drop"),
     doc: "what becomes of events beyond the image: removed, or put on its border",
 };

@@ -12,7 +12,7 @@ use evpose_app::args::DeviceArgs;
 use evpose_app::hand_config;
 use evpose_app::machine::Machine;
 use evpose_app::progress::say;
-use evpose_app::recorded::{self, Recorded};
+use evpose_app::recorded::{self, SimulationSummary};
 use evpose_app::run_info;
 use evpose_report::hand::{self as report, Material};
 use evpose_report::held_out;
@@ -113,8 +113,8 @@ fn output_directory(args: &DemoArgs) -> Result<PathBuf> {
 struct DataSets {
     train_dir: PathBuf,
     held_out_dir: PathBuf,
-    train: Recorded,
-    held_out: Recorded,
+    train: SimulationSummary,
+    held_out: SimulationSummary,
 }
 
 impl DataSets {

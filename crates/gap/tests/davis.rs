@@ -9,7 +9,9 @@ use evpose_gap::search::Identification;
 use evpose_gap::verdict::Answer;
 use evpose_gap::workflow::{Case, FRAME_NUISANCE, HeldOut, Inputs, Prepared, prepared};
 use evpose_gap::{GapError, Scene};
-use evpose_io::aedat4::{Compression, Content, Frame, Kind, Packet, PixelFormat, Stream, Writer};
+use evpose_io::aedat4::{
+    Aedat4Packet, Compression, Content, Frame, PixelFormat, Stream, StreamKind, Writer,
+};
 use evpose_sensor::{EffectConfig, SensorConfig};
 
 const SIZE: SensorSize = SensorSize { width: 32, height: 24 };
@@ -95,7 +97,8 @@ impl Shooting {
             source: "DAVIS".to_owned(),
             size: Some(SIZE),
         };
-        let streams = [stream(0, Kind::Events, "events"), stream(1, Kind::Frames, "frames")];
+        let streams =
+            [stream(0, StreamKind::Events, "events"), stream(1, StreamKind::Frames, "frames")];
         let mut writer = Writer::create(&path, Compression::default(), &streams).unwrap();
         let events = self.scene().events(sensor, 17).unwrap();
         let shifted = events.iter().map(|e| Event { t: Micros(e.t.0 + EPOCH), ..e });
@@ -104,7 +107,7 @@ impl Shooting {
         let last_us = 1_000 * self.millis as i64 - self.exposure_us;
         for start_us in (3_000..last_us).step_by(step_us as usize) {
             let frame = Frame { origin, ..self.frame(start_us) };
-            writer.packet(&Packet { stream: 1, content: Content::Frame(frame) }).unwrap();
+            writer.packet(&Aedat4Packet { stream: 1, content: Content::Frame(frame) }).unwrap();
         }
         writer.finish().unwrap();
         (dir, path)

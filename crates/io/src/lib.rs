@@ -81,5 +81,6 @@ pub use open::{
 pub use predictions::{PredictionWriter, read_predictions};
 pub use sink::EventSink;
 pub use source::{
-    BlockSource, Decoder, EventSource, Fault, Header, Input, MemorySource, OpenOptions, ReadSeek,
+    BlockSource, DecodeFault, Decoder, EventSource, Header, Input, MemorySource, OpenOptions,
+    ReadSeek,
 };

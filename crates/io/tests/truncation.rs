@@ -7,7 +7,7 @@ use std::fs;
 use std::path::Path;
 
 use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
-use evpose_io::aedat4::{Packet, Packets};
+use evpose_io::aedat4::{Aedat4Packet, Packets};
 use evpose_io::yarp::read_skeletons_from;
 use evpose_io::{
     Columns, EventSource, FORMATS, Format, Input, IoError, OpenOptions, format_by_name, read_as,
@@ -176,7 +176,7 @@ fn a_cut_recording_of_any_name_is_an_error_with_a_place_or_begins_like_the_whole
 fn packets_of_a_cut_file_are_those_that_are_whole() {
     for (sample, bytes) in &samples()["aedat4"] {
         let packets = |bytes: &[u8]| Packets::from_input(Input::memory("cut", bytes.to_vec()));
-        let whole: Vec<Packet> = packets(bytes).unwrap().map(Result::unwrap).collect();
+        let whole: Vec<Aedat4Packet> = packets(bytes).unwrap().map(Result::unwrap).collect();
         for cut in cuts(bytes.len()) {
             let what = format!("{sample} cut at {cut}");
             let (mut read, mut fault) = (Vec::new(), None);

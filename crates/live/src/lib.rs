@@ -109,5 +109,5 @@ pub use error::LiveError;
 pub use meter::{LatencyBaseline, LatencySummary, Meter, Report};
 pub use packet::Packet;
 pub use pipeline::{Control, LiveOptions, Observer, run};
-pub use pose::{LivePose, Origin};
+pub use pose::{LivePose, PoseOrigin};
 pub use queue::PacketQueue;

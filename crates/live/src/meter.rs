@@ -7,7 +7,7 @@ use std::time::Instant;
 use hdrhistogram::Histogram;
 use serde::Serialize;
 
-use crate::{LivePose, Origin};
+use crate::{LivePose, PoseOrigin};
 
 /// Upper end of the latency histograms, in microseconds: a minute. Longer latencies count as this.
 pub(crate) const MAX_LATENCY_US: u64 = 60_000_000;
@@ -99,8 +99,8 @@ impl Meter {
     pub fn record(&self, pose: &LivePose) {
         let latency_us = u64::try_from(pose.latency.as_micros()).unwrap_or(MAX_LATENCY_US);
         let histogram = match pose.origin {
-            Origin::Network => &self.network,
-            Origin::Propagated => &self.propagated,
+            PoseOrigin::Network => &self.network,
+            PoseOrigin::Propagated => &self.propagated,
         };
         let mut histogram = histogram.lock().unwrap_or_else(PoisonError::into_inner);
         histogram.saturating_record(latency_us.clamp(1, MAX_LATENCY_US));
@@ -248,12 +248,12 @@ mod tests {
             meter.record(&LivePose { t: Micros(0), latency, origin, pose });
         };
         let mut before = LatencyBaseline::default();
-        (0..100).for_each(|_| add(Origin::Network, 900));
-        add(Origin::Propagated, 7);
+        (0..100).for_each(|_| add(PoseOrigin::Network, 900));
+        add(PoseOrigin::Propagated, 7);
         let [network, propagated] = meter.latencies_since(&mut before);
         assert_eq!((network.poses, propagated.poses), (100, 1));
         assert!((network.p99_ms / 900.0 - 1.0).abs() < 0.01, "{network:?}");
-        (0..10).for_each(|_| add(Origin::Network, 3));
+        (0..10).for_each(|_| add(PoseOrigin::Network, 3));
         let [network, propagated] = meter.latencies_since(&mut before);
         assert_eq!((network.poses, propagated.poses), (10, 0));
         assert!((network.p99_ms / 3.0 - 1.0).abs() < 0.01, "{network:?}");

@@ -17,7 +17,7 @@ use evpose_core::{EventStream, Micros, TimeWindow};
 use crate::queue::PopOutcome;
 use crate::sink::Sinks;
 use crate::source::Source;
-use crate::{LiveError, LivePose, Meter, Origin, Packet, PacketQueue, Report};
+use crate::{LiveError, LivePose, Meter, Packet, PacketQueue, PoseOrigin, Report};
 use clock::Clock;
 use evpose_pose::stream::InferenceWorker;
 use evpose_pose::stream::PoseStream;
@@ -302,7 +302,7 @@ impl<'a, F: StreamFrontend> Follower<'a, F> {
             for (t, pose) in self.frontend.accept(job.t, &job.input, output, self.now) {
                 let latency = job.clock.since(t);
                 let pose = self.frontend.estimate(&pose);
-                self.emit(LivePose { t, latency, origin: Origin::Network, pose });
+                self.emit(LivePose { t, latency, origin: PoseOrigin::Network, pose });
             }
         }
         self.memory = Some(job.input);
@@ -311,7 +311,7 @@ impl<'a, F: StreamFrontend> Follower<'a, F> {
     fn propagate(&mut self, t: Micros) {
         if let Some(pose) = self.frontend.propagate(t) {
             let latency = self.clock.since(t);
-            self.emit(LivePose { t, latency, origin: Origin::Propagated, pose });
+            self.emit(LivePose { t, latency, origin: PoseOrigin::Propagated, pose });
         }
     }
 

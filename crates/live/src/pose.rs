@@ -7,7 +7,7 @@ use evpose_pose::PoseEstimate;
 
 /// Origin of a pose.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Origin {
+pub enum PoseOrigin {
     /// Inferred by the network from a representation of events.
     Network,
     /// Propagated by the filter after an inferred pose; counted separately.
@@ -22,7 +22,7 @@ pub struct LivePose {
     /// Host time from that event to the pose.
     pub latency: Duration,
     /// Origin.
-    pub origin: Origin,
+    pub origin: PoseOrigin,
     /// The pose.
     pub pose: PoseEstimate,
 }

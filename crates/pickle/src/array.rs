@@ -6,7 +6,7 @@
 
 use std::borrow::Cow;
 
-use crate::{Element, Id, Node, Pickle};
+use crate::{Element, Id, Pickle, PickleValue};
 
 /// Dimensions that numpy itself allows.
 const MAX_DIMENSIONS: usize = 32;
@@ -111,9 +111,13 @@ impl Array {
     /// Reads an array or a scalar, but no constant of chumpy.
     pub(crate) fn plain(pickle: &Pickle, id: Id) -> Result<Self, ArrayError> {
         match pickle.node(id) {
-            Node::Int(value) => return Ok(Self { shape: Vec::new(), values: vec![*value as f64] }),
-            Node::Float(value) => return Ok(Self { shape: Vec::new(), values: vec![*value] }),
-            Node::Call { .. } => {}
+            PickleValue::Int(value) => {
+                return Ok(Self { shape: Vec::new(), values: vec![*value as f64] });
+            }
+            PickleValue::Float(value) => {
+                return Ok(Self { shape: Vec::new(), values: vec![*value] });
+            }
+            PickleValue::Call { .. } => {}
             _ => return Err(ArrayError::Other(describe(pickle, id))),
         }
         let Some((module, name, arguments)) = pickle.call(id) else {
@@ -151,8 +155,8 @@ impl Array {
         let shape = pickle.sizes(shape).ok_or(ArrayError::Damaged("no shape"))?;
         let element = element(pickle, dtype)?;
         let is_column_major = match pickle.node(is_column_major) {
-            Node::Bool(value) => *value,
-            Node::Int(value) => *value != 0,
+            PickleValue::Bool(value) => *value,
+            PickleValue::Int(value) => *value != 0,
             _ => return Err(ArrayError::Damaged("neither row by row nor column by column")),
         };
         let bytes = bytes(pickle, content).ok_or(ArrayError::Damaged("its content is no bytes"))?;
@@ -164,7 +168,7 @@ impl Array {
         let (_, "_reconstruct", _) = pickle.call(id)? else { return None };
         let content = *pickle.sequence(pickle.state(id)?)?.last()?;
         match pickle.node(content) {
-            Node::List(items) => Some(items),
+            PickleValue::List(items) => Some(items),
             _ => None,
         }
     }
@@ -196,8 +200,8 @@ fn bytes(pickle: &Pickle, id: Id) -> Option<Cow<'_, [u8]>> {
         bytes.map(Cow::Owned)
     };
     match pickle.node(id) {
-        Node::Bytes(bytes) => Some(Cow::Borrowed(bytes)),
-        Node::Text(text) => latin(text),
+        PickleValue::Bytes(bytes) => Some(Cow::Borrowed(bytes)),
+        PickleValue::Text(text) => latin(text),
         _ => match pickle.call(id)? {
             ("_codecs", "encode", &[text, encoding])
                 if matches!(pickle.text(encoding), Some("latin1" | "latin-1")) =>
@@ -206,7 +210,7 @@ fn bytes(pickle: &Pickle, id: Id) -> Option<Cow<'_, [u8]>> {
             }
             ("__builtin__" | "builtins", "bytes" | "bytearray", []) => Some(Cow::Borrowed(&[])),
             ("__builtin__" | "builtins", "bytearray", &[content]) => match pickle.node(content) {
-                Node::Bytes(bytes) => Some(Cow::Borrowed(bytes)),
+                PickleValue::Bytes(bytes) => Some(Cow::Borrowed(bytes)),
                 _ => None,
             },
             _ => None,
@@ -217,16 +221,18 @@ fn bytes(pickle: &Pickle, id: Id) -> Option<Cow<'_, [u8]>> {
 /// Describes the value at `id` for a message.
 pub(crate) fn describe(pickle: &Pickle, id: Id) -> String {
     match pickle.node(id) {
-        Node::None => "nothing".to_owned(),
-        Node::Bool(_) => "a truth value".to_owned(),
-        Node::Int(_) | Node::LongInt(_) => "an integer".to_owned(),
-        Node::Float(_) => "a number".to_owned(),
-        Node::Text(_) | Node::Bytes(_) => "a text".to_owned(),
-        Node::List(_) | Node::Tuple(_) => "a list".to_owned(),
-        Node::Dict(_) => "a dictionary".to_owned(),
-        Node::Global { module, name } => format!("`{}`", shortened(&format!("{module}.{name}"))),
-        Node::Persistent(_) => "something outside of the file".to_owned(),
-        Node::Call { .. } => match pickle.class(id) {
+        PickleValue::None => "nothing".to_owned(),
+        PickleValue::Bool(_) => "a truth value".to_owned(),
+        PickleValue::Int(_) | PickleValue::LongInt(_) => "an integer".to_owned(),
+        PickleValue::Float(_) => "a number".to_owned(),
+        PickleValue::Text(_) | PickleValue::Bytes(_) => "a text".to_owned(),
+        PickleValue::List(_) | PickleValue::Tuple(_) => "a list".to_owned(),
+        PickleValue::Dict(_) => "a dictionary".to_owned(),
+        PickleValue::Global { module, name } => {
+            format!("`{}`", shortened(&format!("{module}.{name}")))
+        }
+        PickleValue::Persistent(_) => "something outside of the file".to_owned(),
+        PickleValue::Call { .. } => match pickle.class(id) {
             Some((module, name)) => {
                 format!("an object of `{}`", shortened(&format!("{module}.{name}")))
             }

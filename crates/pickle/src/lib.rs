@@ -1,6 +1,6 @@
 //! Python pickles read as data: nothing is imported, nothing is called.
 //!
-//! An object that a pickle would construct stays a node ([`Node::Call`]) that names its class. A
+//! An object that a pickle would construct stays a node ([`PickleValue::Call`]) that names its class. A
 //! file therefore loads although it also holds objects of a framework nobody has here. Work and
 //! memory are bounded by the length of the input; values may be shared or contain themselves, so a
 //! reader that follows them has to count its steps.
@@ -33,7 +33,7 @@ mod value;
 pub use array::{Array, ArrayError};
 pub use element::Element;
 pub use sparse::Sparse;
-pub use value::{Id, Node, Pickle};
+pub use value::{Id, Pickle, PickleValue};
 
 /// A pickle that cannot be read.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

@@ -7,7 +7,7 @@
 use crate::opcode as op;
 use crate::program::{Program, Step, utf8};
 use crate::text::{escaped, quoted};
-use crate::value::{Id, Node};
+use crate::value::{Id, PickleValue};
 
 /// A value on the stack, or the mark that opens a group of them.
 #[derive(Clone, Copy)]
@@ -27,7 +27,7 @@ const MAX_COPIED: usize = 1 << 20;
 pub(crate) struct Machine<'a> {
     pub(crate) program: Program<'a>,
     /// Every value made so far.
-    pub(crate) nodes: Vec<Node>,
+    pub(crate) nodes: Vec<PickleValue>,
     stack: Vec<Item>,
     memo: Vec<Option<Id>>,
     /// Bytes of texts that were copied into names.
@@ -84,27 +84,27 @@ impl<'a> Machine<'a> {
     /// Executes an opcode that pushes a scalar; false for one of another group.
     fn scalar_opcode(&mut self, opcode: u8) -> Step<bool> {
         match opcode {
-            op::NONE => self.push(Node::None),
-            op::NEWTRUE => self.push(Node::Bool(true)),
-            op::NEWFALSE => self.push(Node::Bool(false)),
+            op::NONE => self.push(PickleValue::None),
+            op::NEWTRUE => self.push(PickleValue::Bool(true)),
+            op::NEWFALSE => self.push(PickleValue::Bool(false)),
             op::BININT1 => self.integer(1)?,
             op::BININT2 => self.integer(2)?,
             op::BININT => {
                 let bytes = self.program.array::<4>()?;
-                self.push(Node::Int(i64::from(i32::from_le_bytes(bytes))));
+                self.push(PickleValue::Int(i64::from(i32::from_le_bytes(bytes))));
             }
             op::LONG1 => self.long(1)?,
             op::LONG4 => self.long(4)?,
             op::BINFLOAT => {
                 let bytes = self.program.array()?;
-                self.push(Node::Float(f64::from_be_bytes(bytes)));
+                self.push(PickleValue::Float(f64::from_be_bytes(bytes)));
             }
             op::INT => self.decimal()?,
             op::LONG => self.decimal_long()?,
             op::FLOAT => {
                 let line = self.program.line()?;
                 let value = line.trim().parse().map_err(|_| format!("`{line}` is no number"))?;
-                self.push(Node::Float(value));
+                self.push(PickleValue::Float(value));
             }
             _ => return Ok(false),
         }
@@ -122,11 +122,11 @@ impl<'a> Machine<'a> {
             op::BINBYTES8 | op::BYTEARRAY8 => self.raw(8)?,
             op::STRING => {
                 let bytes = quoted(self.program.raw_line()?)?;
-                self.push(Node::Bytes(bytes));
+                self.push(PickleValue::Bytes(bytes));
             }
             op::UNICODE => {
                 let text = escaped(self.program.raw_line()?)?;
-                self.push(Node::Text(text));
+                self.push(PickleValue::Text(text));
             }
             _ => return Ok(false),
         }
@@ -136,9 +136,9 @@ impl<'a> Machine<'a> {
     /// Executes an opcode of lists, tuples, sets and dictionaries; false for one of another group.
     fn container_opcode(&mut self, opcode: u8) -> Step<bool> {
         match opcode {
-            op::EMPTY_LIST | op::EMPTY_SET => self.push(Node::List(Vec::new())),
-            op::EMPTY_TUPLE => self.push(Node::Tuple(Vec::new())),
-            op::EMPTY_DICT => self.push(Node::Dict(Vec::new())),
+            op::EMPTY_LIST | op::EMPTY_SET => self.push(PickleValue::List(Vec::new())),
+            op::EMPTY_TUPLE => self.push(PickleValue::Tuple(Vec::new())),
+            op::EMPTY_DICT => self.push(PickleValue::Dict(Vec::new())),
             op::APPEND => {
                 let value = self.pop()?;
                 self.append(vec![value])?;
@@ -149,21 +149,21 @@ impl<'a> Machine<'a> {
             }
             op::LIST => {
                 let values = self.pop_group()?;
-                self.push(Node::List(values));
+                self.push(PickleValue::List(values));
             }
             op::TUPLE => {
                 let values = self.pop_group()?;
-                self.push(Node::Tuple(values));
+                self.push(PickleValue::Tuple(values));
             }
             count @ op::TUPLE1..=op::TUPLE3 => {
                 let popped = (0..=count - op::TUPLE1).map(|_| self.pop());
                 let mut values = popped.collect::<Step<Vec<_>>>()?;
                 values.reverse();
-                self.push(Node::Tuple(values));
+                self.push(PickleValue::Tuple(values));
             }
             op::DICT => {
                 let values = self.pop_group()?;
-                self.push(Node::Dict(pairs(&values)?));
+                self.push(PickleValue::Dict(pairs(&values)?));
             }
             op::SETITEM => {
                 let (value, key) = (self.pop()?, self.pop()?);
@@ -184,11 +184,11 @@ impl<'a> Machine<'a> {
         match opcode {
             op::GLOBAL => {
                 let (module, name) = (self.program.line()?, self.program.line()?);
-                self.push(Node::Global { module, name });
+                self.push(PickleValue::Global { module, name });
             }
             op::STACK_GLOBAL => {
                 let (name, module) = (self.pop_text()?, self.pop_text()?);
-                self.push(Node::Global { module, name });
+                self.push(PickleValue::Global { module, name });
             }
             op::REDUCE | op::NEWOBJ => {
                 let (arguments, callable) = (self.pop()?, self.pop()?);
@@ -202,8 +202,10 @@ impl<'a> Machine<'a> {
             op::INST => {
                 let (module, name) = (self.program.line()?, self.program.line()?);
                 let arguments = self.pop_group()?;
-                let (class, arguments) =
-                    (self.add(Node::Global { module, name }), self.add(Node::Tuple(arguments)));
+                let (class, arguments) = (
+                    self.add(PickleValue::Global { module, name }),
+                    self.add(PickleValue::Tuple(arguments)),
+                );
                 self.call(class, arguments);
             }
             // An instance in protocol 1: its class and its arguments on the stack.
@@ -213,25 +215,25 @@ impl<'a> Machine<'a> {
                     return Err("an instance without a class".to_owned());
                 }
                 let class = group.remove(0);
-                let arguments = self.add(Node::Tuple(group));
+                let arguments = self.add(PickleValue::Tuple(group));
                 self.call(class, arguments);
             }
             // The state of an object: its attributes.
             op::BUILD => {
                 let value = self.pop()?;
                 let object = self.top()?;
-                if let Node::Call { state, .. } = &mut self.nodes[object.0] {
+                if let PickleValue::Call { state, .. } = &mut self.nodes[object.0] {
                     *state = Some(value);
                 }
             }
             op::PERSID => {
                 let name = self.program.line()?;
-                let name = self.add(Node::Text(name));
-                self.push(Node::Persistent(name));
+                let name = self.add(PickleValue::Text(name));
+                self.push(PickleValue::Persistent(name));
             }
             op::BINPERSID => {
                 let id = self.pop()?;
-                self.push(Node::Persistent(id));
+                self.push(PickleValue::Persistent(id));
             }
             _ => return Ok(false),
         }
@@ -271,11 +273,13 @@ impl<'a> Machine<'a> {
     fn decimal(&mut self) -> Step<()> {
         let line = self.program.line()?;
         match line.as_str() {
-            "00" => self.push(Node::Bool(false)),
-            "01" => self.push(Node::Bool(true)),
+            "00" => self.push(PickleValue::Bool(false)),
+            "01" => self.push(PickleValue::Bool(true)),
             digits => {
                 let value = digits.trim().parse();
-                self.push(Node::Int(value.map_err(|_| format!("`{digits}` is no integer"))?));
+                self.push(PickleValue::Int(
+                    value.map_err(|_| format!("`{digits}` is no integer"))?,
+                ));
             }
         }
         Ok(())
@@ -286,7 +290,7 @@ impl<'a> Machine<'a> {
         let line = self.program.line()?;
         let digits = line.trim().trim_end_matches('L');
         if let Ok(value) = digits.parse() {
-            self.push(Node::Int(value));
+            self.push(PickleValue::Int(value));
             return Ok(());
         }
         // The unsigned 64 bits that are beyond the signed ones.
@@ -294,28 +298,28 @@ impl<'a> Machine<'a> {
             digits.parse().map_err(|_| format!("`{line}` is no integer of 64 bits"))?;
         let mut bytes = value.to_le_bytes().to_vec();
         bytes.push(0);
-        self.push(Node::LongInt(bytes));
+        self.push(PickleValue::LongInt(bytes));
         Ok(())
     }
 
     /// Adds a value without pushing it on the stack.
-    fn add(&mut self, node: Node) -> Id {
+    fn add(&mut self, node: PickleValue) -> Id {
         self.nodes.push(node);
         Id(self.nodes.len() - 1)
     }
 
     fn call(&mut self, callable: Id, arguments: Id) {
-        self.push(Node::Call { callable, arguments, items: Vec::new(), state: None });
+        self.push(PickleValue::Call { callable, arguments, items: Vec::new(), state: None });
     }
 
-    fn push(&mut self, node: Node) {
+    fn push(&mut self, node: PickleValue) {
         let id = self.add(node);
         self.stack.push(Item::Value(id));
     }
 
     fn integer(&mut self, width: usize) -> Step<()> {
         let value = self.program.integer(width)?;
-        self.push(Node::Int(value as i64));
+        self.push(PickleValue::Int(value as i64));
         Ok(())
     }
 
@@ -327,9 +331,9 @@ impl<'a> Machine<'a> {
         self.push(match bytes.len() {
             ..=8 => {
                 extended[..bytes.len()].copy_from_slice(&bytes);
-                Node::Int(i64::from_le_bytes(extended))
+                PickleValue::Int(i64::from_le_bytes(extended))
             }
-            _ => Node::LongInt(bytes),
+            _ => PickleValue::LongInt(bytes),
         });
         Ok(())
     }
@@ -337,7 +341,7 @@ impl<'a> Machine<'a> {
     fn text(&mut self, width: usize) -> Step<()> {
         let length = self.program.integer(width)?;
         let text = utf8(self.program.take(length)?)?;
-        self.push(Node::Text(text));
+        self.push(PickleValue::Text(text));
         Ok(())
     }
 
@@ -345,7 +349,7 @@ impl<'a> Machine<'a> {
     fn raw(&mut self, width: usize) -> Step<()> {
         let length = self.program.integer(width)?;
         let bytes = self.program.take(length)?.to_vec();
-        self.push(Node::Bytes(bytes));
+        self.push(PickleValue::Bytes(bytes));
         Ok(())
     }
 
@@ -366,7 +370,7 @@ impl<'a> Machine<'a> {
     fn pop_text(&mut self) -> Step<String> {
         let id = self.pop()?;
         match &self.nodes[id.0] {
-            Node::Text(text) => {
+            PickleValue::Text(text) => {
                 self.copied += text.len();
                 if self.copied > MAX_COPIED {
                     return Err(format!("more than {MAX_COPIED} bytes of names of classes"));
@@ -391,9 +395,9 @@ impl<'a> Machine<'a> {
     fn append(&mut self, values: Vec<Id>) -> Step<()> {
         let list = self.top()?;
         match &mut self.nodes[list.0] {
-            Node::List(items) => items.extend(values),
+            PickleValue::List(items) => items.extend(values),
             // A subclass of list, whose items nothing here reads.
-            Node::Call { .. } => {}
+            PickleValue::Call { .. } => {}
             _ => return Err("items for something that is no list".to_owned()),
         }
         Ok(())
@@ -402,7 +406,7 @@ impl<'a> Machine<'a> {
     fn insert(&mut self, entries: Vec<(Id, Id)>) -> Step<()> {
         let dictionary = self.top()?;
         match &mut self.nodes[dictionary.0] {
-            Node::Dict(items) | Node::Call { items, .. } => items.extend(entries),
+            PickleValue::Dict(items) | PickleValue::Call { items, .. } => items.extend(entries),
             _ => return Err("entries for something that is no dictionary".to_owned()),
         }
         Ok(())

@@ -1,7 +1,7 @@
 //! Pickles as Python writes them, and as nobody does.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
-use crate::{Array, ArrayError, Id, Node, Pickle, Sparse};
+use crate::{Array, ArrayError, Id, Pickle, PickleValue, Sparse};
 use proptest::prelude::*;
 
 #[test]
@@ -15,10 +15,13 @@ fn a_dictionary_reads_as_python_wrote_it() {
     let value = |id: &Id| pickle.node(*id).clone();
     let list = pickle.sequence(pickle.get(pickle.root(), "a").unwrap()).unwrap();
     let list: Vec<_> = list.iter().map(value).collect();
-    assert_eq!(list, [Node::Int(1), Node::Int(-2), Node::Float(3.5), Node::None]);
+    assert_eq!(
+        list,
+        [PickleValue::Int(1), PickleValue::Int(-2), PickleValue::Float(3.5), PickleValue::None]
+    );
     let tuple = pickle.sequence(pickle.get(pickle.root(), "b").unwrap()).unwrap();
     let tuple: Vec<_> = tuple.iter().map(value).collect();
-    assert_eq!(tuple, [Node::Bool(true), Node::Int(1 << 40)]);
+    assert_eq!(tuple, [PickleValue::Bool(true), PickleValue::Int(1 << 40)]);
 }
 
 #[test]

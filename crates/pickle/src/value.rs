@@ -10,7 +10,7 @@ pub struct Id(pub(crate) usize);
 
 /// One value.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Node {
+pub enum PickleValue {
     /// Nothing.
     None,
     /// A truth value.
@@ -56,7 +56,7 @@ pub enum Node {
 /// A pickle that was read.
 #[derive(Debug)]
 pub struct Pickle {
-    nodes: Vec<Node>,
+    nodes: Vec<PickleValue>,
     root: Id,
     end: usize,
 }
@@ -86,7 +86,7 @@ impl Pickle {
     }
 
     /// The value of this number.
-    pub fn node(&self, id: Id) -> &Node {
+    pub fn node(&self, id: Id) -> &PickleValue {
         &self.nodes[id.0]
     }
 
@@ -96,14 +96,14 @@ impl Pickle {
     }
 
     /// Every value, in the order in which they were made.
-    pub fn nodes(&self) -> &[Node] {
+    pub fn nodes(&self) -> &[PickleValue] {
         &self.nodes
     }
 
     /// The entries of a dictionary, or of an object that was filled like one.
     pub fn entries(&self, id: Id) -> &[(Id, Id)] {
         match self.node(id) {
-            Node::Dict(items) | Node::Call { items, .. } => items,
+            PickleValue::Dict(items) | PickleValue::Call { items, .. } => items,
             _ => &[],
         }
     }
@@ -117,8 +117,8 @@ impl Pickle {
     /// Whether a value is this text. Compares lengths first, unlike a conversion.
     fn spells(&self, id: Id, text: &str) -> bool {
         match self.node(id) {
-            Node::Text(key) => key == text,
-            Node::Bytes(key) => key == text.as_bytes(),
+            PickleValue::Text(key) => key == text,
+            PickleValue::Bytes(key) => key == text.as_bytes(),
             _ => false,
         }
     }
@@ -126,8 +126,8 @@ impl Pickle {
     /// A text, also one of Python 2.
     pub fn text(&self, id: Id) -> Option<&str> {
         match self.node(id) {
-            Node::Text(text) => Some(text),
-            Node::Bytes(bytes) => std::str::from_utf8(bytes).ok(),
+            PickleValue::Text(text) => Some(text),
+            PickleValue::Bytes(bytes) => std::str::from_utf8(bytes).ok(),
             _ => None,
         }
     }
@@ -135,7 +135,7 @@ impl Pickle {
     /// The items of a list or tuple.
     pub fn sequence(&self, id: Id) -> Option<&[Id]> {
         match self.node(id) {
-            Node::List(items) | Node::Tuple(items) => Some(items),
+            PickleValue::List(items) | PickleValue::Tuple(items) => Some(items),
             _ => None,
         }
     }
@@ -143,7 +143,7 @@ impl Pickle {
     /// A count or a position.
     pub fn size(&self, id: Id) -> Option<usize> {
         match self.node(id) {
-            Node::Int(value) => usize::try_from(*value).ok(),
+            PickleValue::Int(value) => usize::try_from(*value).ok(),
             _ => None,
         }
     }
@@ -155,8 +155,8 @@ impl Pickle {
 
     /// The function that is called at `id` (module and name), and its arguments.
     pub fn call(&self, id: Id) -> Option<(&str, &str, &[Id])> {
-        let Node::Call { callable, arguments, .. } = self.node(id) else { return None };
-        let Node::Global { module, name } = self.node(*callable) else { return None };
+        let PickleValue::Call { callable, arguments, .. } = self.node(id) else { return None };
+        let PickleValue::Global { module, name } = self.node(*callable) else { return None };
         Some((module, name, self.sequence(*arguments)?))
     }
 
@@ -169,7 +169,7 @@ impl Pickle {
         );
         match (makes_another, arguments) {
             (true, [class, ..]) => match self.node(*class) {
-                Node::Global { module, name } => Some((module, name)),
+                PickleValue::Global { module, name } => Some((module, name)),
                 _ => None,
             },
             _ => Some((module, name)),
@@ -179,7 +179,7 @@ impl Pickle {
     /// The state that an object is restored from.
     pub fn state(&self, id: Id) -> Option<Id> {
         match self.node(id) {
-            Node::Call { state, .. } => *state,
+            PickleValue::Call { state, .. } => *state,
             _ => None,
         }
     }
@@ -189,7 +189,7 @@ impl Pickle {
         let state = self.state(id)?;
         // With slots, a pair of dictionaries.
         let dictionary = match self.node(state) {
-            Node::Tuple(pair) => *pair.first()?,
+            PickleValue::Tuple(pair) => *pair.first()?,
             _ => state,
         };
         self.get(dictionary, name)

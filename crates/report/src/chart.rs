@@ -48,7 +48,7 @@ impl Series {
 
 /// One axis.
 #[derive(Debug, Clone, Default)]
-pub struct Axis {
+pub struct ChartAxis {
     /// Label, with its unit.
     pub name: String,
     /// Whether the scale is logarithmic.
@@ -67,14 +67,14 @@ pub struct Chart {
     /// Title above the chart.
     pub title: String,
     /// Horizontal axis.
-    pub x: Axis,
+    pub x: ChartAxis,
     /// Vertical axis.
-    pub y: Axis,
+    pub y: ChartAxis,
     /// Series, the last drawn on top.
     pub series: Vec<Series>,
 }
 
-impl Axis {
+impl ChartAxis {
     /// A linear axis that covers the data.
     pub fn new(name: &str) -> Self {
         Self { name: name.to_owned(), ..Self::default() }
@@ -168,8 +168,8 @@ pub fn curves(chart: &Chart) -> Result<String, DrawingError> {
 pub fn pck(title: &str, threshold: &str, series: Vec<Series>) -> Result<String, DrawingError> {
     curves(&Chart {
         title: title.to_owned(),
-        x: Axis::new(threshold),
-        y: Axis::new("share correct").over(0.0, 1.0),
+        x: ChartAxis::new(threshold),
+        y: ChartAxis::new("share correct").over(0.0, 1.0),
         series,
     })
 }
@@ -192,7 +192,7 @@ fn draw(chart: &Chart, area: &Area<'_>) -> Result<(), DrawingError> {
 
 /// The right corner in which fewer points are hidden: curves of shares rise into the upper one.
 fn legend_position(chart: &Chart, x: (f64, f64), y: (f64, f64)) -> SeriesLabelPosition {
-    let share = |axis: &Axis, value: f64, (low, high): (f64, f64)| match axis.is_log {
+    let share = |axis: &ChartAxis, value: f64, (low, high): (f64, f64)| match axis.is_log {
         true => (value / low).ln() / (high / low).ln(),
         false => (value - low) / (high - low),
     };
@@ -245,7 +245,7 @@ where
     for series in &chart.series {
         let colour = rgb(series.colour);
         let points = series.points.iter().copied().filter(|p| {
-            let fits = |v: f64, axis: &Axis| v.is_finite() && (!axis.is_log || v > 0.0);
+            let fits = |v: f64, axis: &ChartAxis| v.is_finite() && (!axis.is_log || v > 0.0);
             fits(p.0, &chart.x) && fits(p.1, &chart.y)
         });
         let drawn = match series.mark {
@@ -325,7 +325,7 @@ mod tests {
                 mark,
                 points: vec![(0.0, 1.0), (1.0, 10.0), (10.0, f64::NAN)],
             });
-            let axis = |is_log| Axis { name: "axis".to_owned(), is_log, ..Axis::default() };
+            let axis = |is_log| ChartAxis { name: "axis".to_owned(), is_log, ..Axis::default() };
             let chart =
                 Chart { title: "title".to_owned(), x: axis(x), y: axis(y), series: series.into() };
             let svg = stack(&[chart.clone(), chart], (300, 200))?;

@@ -17,7 +17,7 @@ use rayon::prelude::*;
 use self::bench::{Shown, Variant};
 use crate::chart::{self, Chart, Series};
 use crate::hand_scene;
-use crate::html::{Page, escape};
+use crate::html::{HtmlPage, escape};
 use crate::png::png;
 use evpose_app::progress::{bar, say};
 use evpose_app::sensor_source;
@@ -125,7 +125,7 @@ fn hand(scale: f32, seed: u64) -> Result<Vec<Plane<f32>>> {
 }
 
 fn page(entries: &[Entry], rows: &[String]) -> String {
-    let mut page = Page::new(
+    let mut page = HtmlPage::new(
         "Event cameras: presets and effects",
         "The same moving hand before every sensor and every effect of the catalogue. Events of 30 ms: \
          ON blue, OFF red, both violet, stronger where a pixel had more.",

@@ -7,14 +7,14 @@ use evpose_core::{Plane, atomic_write};
 use evpose_pose::HandParams;
 use evpose_pose::metric::Pck;
 use evpose_task::hand::{HandConfig, HandView};
-use evpose_train::{HandDataset, HandSequence, HistoryLine, MethodResults, Part};
+use evpose_train::{HandDataset, HandSequence, HistoryLine, HistorySplit, MethodResults};
 use image::{Rgb, RgbImage};
 
 use crate::canvas::{Canvas, PREDICTION, TRUTH, contact_sheet};
-use crate::chart::{self, Axis, Chart, Series};
+use crate::chart::{self, Chart, ChartAxis, Series};
 use crate::colour::palette;
 use crate::held_out::{self, HeldOutEvaluation};
-use crate::html::Page;
+use crate::html::HtmlPage;
 use crate::png::png;
 
 /// Frames in the strip.
@@ -46,7 +46,7 @@ pub fn write(dir: &Path, material: &Material<'_>) -> Result<()> {
     save(&dir.join("frames.png"), &strip)?;
     let animation = animation(material)?;
 
-    let mut page = Page::new(
+    let mut page = HtmlPage::new(
         "Hand pose from an event camera",
         "Simulated, trained, evaluated and drawn by evpose on this machine.",
     );
@@ -125,7 +125,7 @@ fn learning_curves(material: &Material<'_>) -> Result<Vec<String>> {
     let per_interval = material.config.training.steps_per_validation as f64;
     let train = |name: &str| -> Vec<(f64, f64)> {
         let lines: Vec<&HistoryLine> =
-            material.history.iter().filter(|line| line.part == Part::Train).collect();
+            material.history.iter().filter(|line| line.part == HistorySplit::Train).collect();
         // About 200 points: what a plot can show.
         let group = lines.len().div_ceil(200).max(1);
         lines
@@ -146,7 +146,7 @@ fn learning_curves(material: &Material<'_>) -> Result<Vec<String>> {
                 let lines = material
                     .history
                     .iter()
-                    .filter(|line| line.part == Part::Valid && line.interval == interval);
+                    .filter(|line| line.part == HistorySplit::Valid && line.interval == interval);
                 let (mut sum, mut samples) = (0.0, 0);
                 for line in lines {
                     sum += line.values.get(name)? * line.samples as f64;
@@ -171,8 +171,8 @@ fn learning_curves(material: &Material<'_>) -> Result<Vec<String>> {
             Series::line("training", palette(0), train(name)),
             Series::line("validation", palette(1), valid(name)),
         ];
-        let x = Axis::new("training windows, in thousands").from_zero();
-        let y = if log_y { Axis::log(y) } else { Axis::new(y).from_zero() };
+        let x = ChartAxis::new("training windows, in thousands").from_zero();
+        let y = if log_y { ChartAxis::log(y) } else { ChartAxis::new(y).from_zero() };
         Ok(chart::curves(&Chart { title: title.to_owned(), x, y, series })?)
     })
     .collect()

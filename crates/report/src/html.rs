@@ -25,7 +25,7 @@ pre{background:#f2f3f6;padding:12px;overflow:auto;font-size:12.5px}
 ";
 
 /// A page put together from top to bottom.
-pub struct Page {
+pub struct HtmlPage {
     title: String,
     body: String,
 }
@@ -35,7 +35,7 @@ pub fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-impl Page {
+impl HtmlPage {
     /// An empty page.
     pub fn new(title: &str, subtitle: &str) -> Self {
         let body =

@@ -1,6 +1,6 @@
 //! Output to the Rerun viewer: a file, or a running viewer.
 //!
-//! * `Recording`, `Frame`: event images, events and their rate over event time.
+//! * `RerunRecording`, `FrameContents`: event images, events and their rate over event time.
 //! * `PoseRecording`, `PoseFrame`: events with poses, latencies and rates, online.
 //! * `RerunError`: a file that cannot be written, a viewer that does not answer.
 //!
@@ -60,4 +60,4 @@ pub use layout::TIMELINE;
 #[cfg(feature = "sdk")]
 pub use poses::{PoseFrame, PoseLayout, PoseRecording, PoseStatus};
 #[cfg(feature = "sdk")]
-pub use recording::{Frame, Recording, SendCounts};
+pub use recording::{FrameContents, RerunRecording, SendCounts};

@@ -16,14 +16,14 @@ const MAX_POINTS: usize = 100_000;
 /// A recording of event images, events and rates, to a file or a viewer.
 ///
 /// Dropped before [`finish`](Self::finish), a file does not appear.
-pub struct Recording {
+pub struct RerunRecording {
     output: Output,
     counts: SendCounts,
 }
 
 /// Data of one time stamp.
 #[derive(Debug, Clone, Copy)]
-pub struct Frame<'a> {
+pub struct FrameContents<'a> {
     /// Event time since the first event of the recording.
     pub t: Micros,
     /// Time since the frame before.
@@ -43,7 +43,7 @@ pub struct SendCounts {
     pub points: u64,
 }
 
-impl Recording {
+impl RerunRecording {
     /// Begins the file `path`, which appears with [`finish`](Self::finish).
     ///
     /// # Errors
@@ -74,7 +74,7 @@ impl Recording {
     /// # Errors
     /// If the SDK refuses the data. Errors of the transport are returned by
     /// [`finish`](Self::finish).
-    pub fn send(&mut self, frame: &Frame<'_>) -> Result<(), RerunError> {
+    pub fn send(&mut self, frame: &FrameContents<'_>) -> Result<(), RerunError> {
         self.output.set_time(frame.t);
         let stream = &self.output.stream;
         let image = EncodedImage::new(frame.event_image.to_vec()).with_media_type(MediaType::png());

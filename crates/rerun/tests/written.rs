@@ -8,8 +8,8 @@ use std::path::Path;
 
 use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
 use evpose_rerun::{
-    Frame, PoseFrame, PoseLayout, PoseRecording, PoseStatus, Recording, RerunError, SendCounts,
-    TIMELINE,
+    FrameContents, PoseFrame, PoseLayout, PoseRecording, PoseStatus, RerunError, RerunRecording,
+    SendCounts, TIMELINE,
 };
 use re_sdk::StoreKind;
 use re_sdk::external::re_log_encoding::DecoderApp;
@@ -31,9 +31,9 @@ fn events(frame: i64) -> EventStream {
     EventStream::from_events(SENSOR, events).unwrap()
 }
 
-fn send(recording: &mut Recording, frame: i64, events: &EventStream) {
+fn send(recording: &mut RerunRecording, frame: i64, events: &EventStream) {
     let t = Micros((frame + 1) * INTERVAL.0);
-    let frame = Frame { t, length: INTERVAL, events, event_image: b"a PNG file" };
+    let frame = FrameContents { t, length: INTERVAL, events, event_image: b"a PNG file" };
     recording.send(&frame).unwrap();
 }
 
@@ -67,7 +67,7 @@ fn read(path: &Path) -> Entities {
 fn a_file_holds_every_event_image_event_and_rate_at_the_time_of_the_sensor() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("dot.rrd");
-    let mut recording = Recording::create(&path, "dot", SENSOR).unwrap();
+    let mut recording = RerunRecording::create(&path, "dot", SENSOR).unwrap();
     for frame in 0..FRAMES {
         send(&mut recording, frame, &events(frame));
     }
@@ -96,7 +96,7 @@ fn of_very_many_events_every_second_is_a_point() {
     let path = directory.path().join("many.rrd");
     let many = (0..150_000).map(|k| Event { t: Micros(k), x: 1, y: 1, polarity: Polarity::On });
     let many = EventStream::from_events(SENSOR, many).unwrap();
-    let mut recording = Recording::create(&path, "many", SENSOR).unwrap();
+    let mut recording = RerunRecording::create(&path, "many", SENSOR).unwrap();
     send(&mut recording, 0, &many);
     assert_eq!(recording.finish().unwrap(), SendCounts { events: 150_000, points: 75_000 });
     assert_eq!(read(&path)["/events/on"].2, 75_000);
@@ -105,7 +105,8 @@ fn of_very_many_events_every_second_is_a_point() {
 #[test]
 fn a_dropped_recording_leaves_no_file() {
     let directory = tempfile::tempdir().unwrap();
-    let mut recording = Recording::create(&directory.path().join("a.rrd"), "a", SENSOR).unwrap();
+    let mut recording =
+        RerunRecording::create(&directory.path().join("a.rrd"), "a", SENSOR).unwrap();
     send(&mut recording, 0, &events(0));
     drop(recording);
     assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 0);
@@ -116,14 +117,14 @@ fn unwritable_paths_and_invalid_addresses_are_errors() {
     let directory = tempfile::tempdir().unwrap();
     let file = directory.path().join("file");
     fs::write(&file, "").unwrap();
-    let refused = Recording::create(&file.join("a.rrd"), "a", SENSOR).err().unwrap();
+    let refused = RerunRecording::create(&file.join("a.rrd"), "a", SENSOR).err().unwrap();
     assert!(matches!(refused, RerunError::File { .. }), "{refused}");
     assert!(refused.to_string().contains("a.rrd"), "{refused}");
 
-    let refused = Recording::connect(Some("no place"), "a", SENSOR).err().unwrap();
+    let refused = RerunRecording::connect(Some("no place"), "a", SENSOR).err().unwrap();
     assert!(refused.to_string().contains("expected HOST:PORT"), "{refused}");
     // Nothing listens on port 1.
-    let refused = Recording::connect(Some("127.0.0.1:1"), "a", SENSOR).err().unwrap();
+    let refused = RerunRecording::connect(Some("127.0.0.1:1"), "a", SENSOR).err().unwrap();
     assert!(matches!(refused, RerunError::Viewer { .. }), "{refused}");
 }
 

@@ -79,7 +79,7 @@ pub use chain_table::{ChainRow, ChainTable};
 pub use clock::ClockStage;
 pub use config::SensorConfig;
 pub use detector::{
-    Change, ChangeDetector, NoiseEvent, PixelStep, PixelTerm, PixelTraits, Recovery, Table,
+    Change, ChangeDetector, NoiseEvent, PixelStep, PixelTerm, PixelTraits, Recovery, TermTable,
 };
 pub use effect::{EffectConfig, Value};
 pub use error::SensorError;

@@ -16,14 +16,14 @@ const BATCH: usize = 64;
 
 /// The poses that a method predicted for a sequence.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Track {
+pub struct HandPoseTrack {
     /// Frames, 1 ms each, ascending.
     pub frames: Vec<u64>,
     /// Pose at the end of each frame.
     pub poses: Vec<HandParams>,
 }
 
-impl Track {
+impl HandPoseTrack {
     /// The same poses after the Kalman filter, one update for each.
     ///
     /// # Errors
@@ -58,7 +58,7 @@ pub struct MethodResults {
     /// Scores, a sequence at a time.
     pub evaluation: HandEvaluation,
     /// Predictions, a sequence at a time.
-    pub tracks: Vec<Track>,
+    pub tracks: Vec<HandPoseTrack>,
 }
 
 /// Evaluates `methods` on every sequence of `data`, a pose every `stride_ms`. `progress` receives
@@ -131,9 +131,10 @@ fn predict(
     methods: &mut [Method<'_>],
     stride_ms: u32,
     progress: &mut dyn FnMut(u64),
-) -> Result<Vec<Track>, TrainError> {
+) -> Result<Vec<HandPoseTrack>, TrainError> {
     let frames: Vec<u64> = evaluated_frames(config, sequence, stride_ms).collect();
-    let mut tracks = vec![Track { frames: frames.clone(), poses: Vec::new() }; methods.len()];
+    let mut tracks =
+        vec![HandPoseTrack { frames: frames.clone(), poses: Vec::new() }; methods.len()];
     let mut inputs = Vec::new();
     for chunk in frames.chunks(BATCH) {
         data.windows_ending_at(sequence, chunk, &mut inputs)?;
@@ -170,7 +171,7 @@ fn true_points(
 pub(crate) fn score_track(
     view: &HandView,
     sequence: &HandSequence,
-    track: &Track,
+    track: &HandPoseTrack,
 ) -> Result<SequenceScores, TrainError> {
     score(view, sequence, track, &true_points(view, sequence, &track.frames)?)
 }
@@ -178,7 +179,7 @@ pub(crate) fn score_track(
 fn score(
     view: &HandView,
     sequence: &HandSequence,
-    track: &Track,
+    track: &HandPoseTrack,
     truth: &[HandPoints],
 ) -> Result<SequenceScores, TrainError> {
     let mut scores = SequenceScores::default();

@@ -17,7 +17,7 @@ use crate::metric::LOSS;
 /// The part of the data that a line of the history is about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Part {
+pub enum HistorySplit {
     /// One optimiser step.
     Train,
     /// One batch of the validation that follows an interval.
@@ -32,7 +32,7 @@ pub struct HistoryLine {
     /// Batch within the interval, from 1.
     pub batch: usize,
     /// Training or validation.
-    pub part: Part,
+    pub part: HistorySplit,
     /// Samples in the batch.
     pub samples: usize,
     /// Values by metric name.
@@ -78,7 +78,7 @@ fn parse<'a>(path: &Path, text: &'a str) -> Result<Vec<(&'a str, HistoryLine)>, 
 /// Mean validation loss of every interval that has one.
 pub fn validation_losses(history: &[HistoryLine]) -> BTreeMap<usize, f64> {
     let mut sums: BTreeMap<usize, (f64, usize)> = BTreeMap::new();
-    for line in history.iter().filter(|line| line.part == Part::Valid) {
+    for line in history.iter().filter(|line| line.part == HistorySplit::Valid) {
         let (sum, samples) = sums.entry(line.interval).or_default();
         *sum += line.values.get(LOSS).copied().unwrap_or(f64::NAN) * line.samples as f64;
         *samples += line.samples;
@@ -162,7 +162,7 @@ fn to_json(line: &HistoryLine) -> String {
 impl MetricLogger for History {
     fn log(&mut self, update: MetricsUpdate, interval: usize, split: &Split) {
         let mut shared = self.lock();
-        let part = if *split == Split::Train { Part::Train } else { Part::Valid };
+        let part = if *split == Split::Train { HistorySplit::Train } else { HistorySplit::Valid };
         let mut samples = 0;
         let mut values = BTreeMap::new();
         for numeric in update.entries_numeric {
@@ -200,7 +200,7 @@ impl MetricLogger for History {
         interval: usize,
         split: &Split,
     ) -> Result<Vec<NumericEntry>, String> {
-        let part = if *split == Split::Train { Part::Train } else { Part::Valid };
+        let part = if *split == Split::Train { HistorySplit::Train } else { HistorySplit::Valid };
         let shared = self.lock();
         let lines = shared.lines.iter().filter(|l| l.part == part && l.interval == interval);
         Ok(lines
@@ -228,7 +228,7 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
-    fn line(interval: usize, part: Part, loss: f64) -> HistoryLine {
+    fn line(interval: usize, part: HistorySplit, loss: f64) -> HistoryLine {
         let values = BTreeMap::from([("loss".to_owned(), loss)]);
         HistoryLine { interval, batch: 1, part, samples: 2, values }
     }
@@ -237,8 +237,8 @@ mod tests {
     fn resuming_forgets_the_interval_that_was_cut_short() {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("metrics.jsonl");
-        let kept = [line(1, Part::Train, 0.1 + 0.2), line(1, Part::Valid, 3.0)];
-        let lost = line(2, Part::Train, 9.0);
+        let kept = [line(1, HistorySplit::Train, 0.1 + 0.2), line(1, HistorySplit::Valid, 3.0)];
+        let lost = line(2, HistorySplit::Train, 9.0);
         let text: String = kept.iter().chain([&lost]).map(to_json).collect();
         // Killed in the middle of a line.
         fs::write(&path, format!("{text}{}", "{\"interval\":2,\"ba")).unwrap();
@@ -252,7 +252,8 @@ mod tests {
     fn damage_in_the_middle_is_an_error_that_names_the_line() {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("metrics.jsonl");
-        fs::write(&path, format!("nonsense\n{}", to_json(&line(1, Part::Train, 1.0)))).unwrap();
+        fs::write(&path, format!("nonsense\n{}", to_json(&line(1, HistorySplit::Train, 1.0))))
+            .unwrap();
         let message = read_history(&path).unwrap_err().to_string();
         assert!(message.contains("line 1"), "{message}");
     }

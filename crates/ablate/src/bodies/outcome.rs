@@ -12,7 +12,7 @@ use crate::finding::Verdict;
 use crate::table::with_interval;
 use evpose_report::chart::{self, Series};
 use evpose_report::colour::{Colour, PALETTE};
-use evpose_report::html::{Page, escape};
+use evpose_report::html::{HtmlPage, escape};
 
 /// The trials of every row, by its name, in the order of the seeds.
 pub(super) type Trials = BTreeMap<&'static str, Vec<Trial>>;
@@ -144,7 +144,7 @@ pub(super) fn markdown(outcome: &Outcome) -> String {
 
 /// The page, in one piece.
 pub(super) fn html(outcome: &Outcome, configs: &str) -> Result<String> {
-    let mut page = Page::new(
+    let mut page = HtmlPage::new(
         "What each part of the method for bodies is worth",
         "Networks trained and evaluated by evpose on this machine, on people that are in no training set.",
     );

@@ -23,7 +23,7 @@ pub fn held_out(config: &HandConfig) -> HandConfig {
 ///
 /// # Errors
 /// If the simulation fails or a file cannot be written.
-pub fn record(config: &HandConfig, dir: &Path, what: &str) -> Result<Recorded> {
+pub fn record(config: &HandConfig, dir: &Path, what: &str) -> Result<SimulationSummary> {
     run_info::write_shared(dir, config)?;
     record_shard_of(config, dir, Shard::WHOLE, what)
 }
@@ -37,7 +37,7 @@ pub fn record_shard_of(
     dir: &Path,
     shard: Shard,
     what: &str,
-) -> Result<Recorded> {
+) -> Result<SimulationSummary> {
     let simulation = Simulation::new(&config.simulation, config.seed)?;
     let set = SequenceSet::new(dir, config.simulation.sequences);
     let steps = set.unfinished(shard).len() as u64 * config.simulation.frames();
@@ -45,7 +45,7 @@ pub fn record_shard_of(
     let run = record_shard(&simulation, dir, shard, &|steps| progress.inc(steps))?;
     progress.finish_and_clear();
     run_info::check_shared(dir, config)?;
-    Ok(Recorded {
+    Ok(SimulationSummary {
         sequences: run.sequences.len(),
         steps: run.sequences.iter().map(|sequence| sequence.frames).sum(),
         events: run.sequences.iter().map(|sequence| sequence.events).sum(),
@@ -57,7 +57,7 @@ pub fn record_shard_of(
 }
 
 /// Counts and duration of a simulation.
-pub struct Recorded {
+pub struct SimulationSummary {
     /// Sequences recorded by this run.
     pub sequences: usize,
     steps: u64,
@@ -69,7 +69,7 @@ pub struct Recorded {
     pub finished: bool,
 }
 
-impl Recorded {
+impl SimulationSummary {
     /// Simulated steps of 1 ms per second of wall time.
     pub fn steps_per_second(&self) -> f64 {
         self.steps as f64 / self.elapsed_s
@@ -86,7 +86,7 @@ impl Recorded {
     }
 }
 
-impl std::fmt::Display for Recorded {
+impl std::fmt::Display for SimulationSummary {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(
             f,

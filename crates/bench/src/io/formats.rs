@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Error, Result};
 use evpose_core::{EventStream, SensorSize};
-use evpose_io::aedat4::{self, Compression, Kind, Stream};
+use evpose_io::aedat4::{self, Compression, Stream, StreamKind};
 use evpose_io::evt::{Evt3Encoder, WordEncoder, synthetic};
 use evpose_io::{Columns, FORMATS, Input, OpenOptions, source};
 
@@ -47,7 +47,7 @@ pub(super) fn cases(folder: &Path, count: usize) -> Result<Vec<Case>> {
 fn stream(events: &EventStream) -> Stream {
     Stream {
         id: 0,
-        kind: Kind::Events,
+        kind: StreamKind::Events,
         name: "events".to_owned(),
         source: "bench".to_owned(),
         size: Some(events.sensor()),

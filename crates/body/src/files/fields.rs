@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use evpose_pickle::{Array, ArrayError, Node, Pickle, Sparse};
+use evpose_pickle::{Array, ArrayError, Pickle, PickleValue, Sparse};
 
 use super::npz::Archive;
 use super::{FieldFault, ModelFileError};
@@ -40,7 +40,7 @@ impl Fields {
                 bytes: length,
                 source,
             })?;
-            if !matches!(pickle.node(pickle.root()), Node::Dict(_)) {
+            if !matches!(pickle.node(pickle.root()), PickleValue::Dict(_)) {
                 let reason = "a pickle, but no dictionary of arrays".to_owned();
                 return Err(ModelFileError::NotAModel { path: path.to_owned(), reason });
             }

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use anyhow::{Context, Result};
-use evpose_calibrate::noise::{HOT, HotPixel, noise};
+use evpose_calibrate::noise::{HOT, HotPixelRate, noise};
 use evpose_core::{Micros, TimeWindow, atomic_write};
 use evpose_sensor::EffectConfig;
 
@@ -56,7 +56,7 @@ pub(super) fn run(args: &NoiseArgs) -> Result<()> {
         found.hot.len(),
         size.pixels()
     ));
-    for HotPixel { x, y, on_hz, off_hz } in found.hot.iter().take(SHOWN) {
+    for HotPixelRate { x, y, on_hz, off_hz } in found.hot.iter().take(SHOWN) {
         say(format!("          ({x}, {y}): {on_hz:.1} Hz ON, {off_hz:.1} Hz OFF"));
     }
     if found.unrest > RESTLESS {
@@ -75,7 +75,7 @@ pub(super) fn run(args: &NoiseArgs) -> Result<()> {
     }
     if let Some(path) = &args.hot {
         let mut table = "x,y,on_hz,off_hz\n".to_owned();
-        for HotPixel { x, y, on_hz, off_hz } in &found.hot {
+        for HotPixelRate { x, y, on_hz, off_hz } in &found.hot {
             writeln!(table, "{x},{y},{on_hz:.4},{off_hz:.4}")?;
         }
         atomic_write(path, table.as_bytes())

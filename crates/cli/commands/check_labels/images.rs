@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use evpose_core::SensorSize;
-use evpose_datasets::check::Track;
+use evpose_datasets::check::LabelTrack;
 use glam::Vec2;
 
 /// Usual folders of images beside annotations.
@@ -28,7 +28,7 @@ impl ImageSizes {
     }
 
     /// Width and height of a track's images, which are all of the size of the first.
-    pub(super) fn image_size(&self, track: &Track) -> Result<Vec2> {
+    pub(super) fn image_size(&self, track: &LabelTrack) -> Result<Vec2> {
         let (annotations, folders) = match self {
             Self::Given(size) => return Ok(*size),
             Self::Beside { annotations, folders } => (annotations, folders),

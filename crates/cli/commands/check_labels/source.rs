@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use evpose_core::SensorSize;
-use evpose_datasets::check::{Track, TrackFrame, tracks_of};
+use evpose_datasets::check::{LabelTrack, TrackFrame, tracks_of};
 use evpose_datasets::h36m::{self, ClipName};
 use evpose_datasets::read_annotations;
-use evpose_io::yarp::{Skeleton, read_skeletons};
+use evpose_io::yarp::{YarpSkeleton, read_skeletons};
 use evpose_pose::body::BodyPoints;
 use evpose_sim::person::{PersonInfo, PoseTable};
 use glam::Vec2;
@@ -102,7 +102,7 @@ impl Source {
         &self,
         image_size: Option<SensorSize>,
         transposed: bool,
-    ) -> Result<Vec<Track>> {
+    ) -> Result<Vec<LabelTrack>> {
         match self {
             Self::Annotations(path) => annotated(path, image_size),
             Self::Table(path) => Ok(vec![simulated(path, image_size)?]),
@@ -113,7 +113,7 @@ impl Source {
 
 /// Tracks of annotations: images with a time stamp are frames of a clip, others are single
 /// photographs.
-fn annotated(path: &Path, image_size: Option<SensorSize>) -> Result<Vec<Track>> {
+fn annotated(path: &Path, image_size: Option<SensorSize>) -> Result<Vec<LabelTrack>> {
     let annotations = read_annotations(path)?;
     let mut tracks = tracks_of(&annotations, Vec2::ONE, |annotation| {
         if annotation.t_s.is_some() { annotation.sequence() } else { &annotation.image }
@@ -129,7 +129,7 @@ fn annotated(path: &Path, image_size: Option<SensorSize>) -> Result<Vec<Track>> 
     Ok(tracks)
 }
 
-fn simulated(path: &Path, image_size: Option<SensorSize>) -> Result<Track> {
+fn simulated(path: &Path, image_size: Option<SensorSize>) -> Result<LabelTrack> {
     let table = PoseTable::read(path)?;
     let name = path.to_string_lossy();
     let name = name.strip_suffix(TABLE).unwrap_or(&name).to_owned();
@@ -141,7 +141,7 @@ fn simulated(path: &Path, image_size: Option<SensorSize>) -> Result<Track> {
     let frames = table.rows.iter().zip(2..).map(|(row, line): (_, u64)| {
         frame(format!("line {line}"), row.t.as_seconds(), row.joints_px)
     });
-    Ok(Track { name, frames: frames.collect(), image_size: Some(pixels(size)) })
+    Ok(LabelTrack { name, frames: frames.collect(), image_size: Some(pixels(size)) })
 }
 
 /// Sensor of a simulated person.
@@ -157,14 +157,14 @@ fn sensor_of(path: &Path) -> Result<SensorSize> {
     Ok(info.sensor)
 }
 
-fn logged(path: &Path, image_size: Option<SensorSize>, transposed: bool) -> Result<Track> {
+fn logged(path: &Path, image_size: Option<SensorSize>, transposed: bool) -> Result<LabelTrack> {
     let skeletons = read_skeletons(path)?;
-    let frames = skeletons.into_iter().zip(1..).map(|(skeleton, line): (Skeleton, u64)| {
+    let frames = skeletons.into_iter().zip(1..).map(|(skeleton, line): (YarpSkeleton, u64)| {
         let skeleton = if transposed { skeleton.transposed() } else { skeleton };
         frame(format!("line {line}"), skeleton.t.as_seconds(), skeleton.points_px())
     });
     let image_size = image_size.or_else(|| is_clip(path).then_some(h36m::SENSOR)).map(pixels);
-    Ok(Track { name: path.display().to_string(), frames: frames.collect(), image_size })
+    Ok(LabelTrack { name: path.display().to_string(), frames: frames.collect(), image_size })
 }
 
 /// Whether a parent folder has the name of an eH3.6M clip.

@@ -8,7 +8,7 @@ use std::fs;
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use evpose_clean::{Chain, Checkup};
+use evpose_clean::{Checkup, CleanerChain};
 use evpose_core::EventStream;
 
 pub(crate) use args::CleanArgs;
@@ -38,7 +38,7 @@ pub(crate) fn run(args: &CleanArgs) -> Result<()> {
             *events = symmetry.apply(events);
         }
     };
-    let mut chain = Chain::new(sensor, &args.cleaners)?;
+    let mut chain = CleanerChain::new(sensor, &args.cleaners)?;
     while chain.surveys() > 0 {
         passes.read("surveying", |events| {
             transform(events);
@@ -88,7 +88,7 @@ fn check(passes: &Passes, mut checkup: Checkup) -> Result<()> {
 }
 
 /// Prints the removed events of each cleaner.
-fn report(chain: &Chain) {
+fn report(chain: &CleanerChain) {
     for report in chain.report() {
         let removed = report.removed();
         let share = 100.0 * removed as f64 / report.entered.max(1) as f64;
@@ -104,7 +104,7 @@ fn report(chain: &Chain) {
 }
 
 /// Writes the masks into a folder, numbered in the order of the chain.
-fn write_masks(chain: &Chain, folder: &Path) -> Result<()> {
+fn write_masks(chain: &CleanerChain, folder: &Path) -> Result<()> {
     fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))?;
     for (place, (name, mask)) in chain.masks().enumerate() {
         let path = folder.join(format!("{}-{name}.toml", place + 1));

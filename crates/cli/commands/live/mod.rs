@@ -14,7 +14,7 @@ use std::time::Duration;
 use anyhow::{Context, Result, bail};
 use evpose_core::Micros;
 use evpose_live::page::{Page, PageInfo};
-use evpose_live::sink::{JsonLines, Sinks, Table};
+use evpose_live::sink::{JsonLines, PoseCsv, Sinks};
 use evpose_live::source::{self, ReplayOptions, Source, SourceOptions};
 use evpose_live::{Control, LiveOptions, Observer};
 
@@ -89,7 +89,7 @@ fn play(source: Box<dyn Source>, stream: Box<dyn OnlineStream>, args: &LiveArgs)
         sinks.add(JsonLines::new(place, writer(place)?));
     }
     if let Some(place) = &args.csv {
-        sinks.add(Table::new(place, writer(place)?));
+        sinks.add(PoseCsv::new(place, writer(place)?));
     }
     let options = LiveOptions {
         propagate_hz: args.propagate_hz.unwrap_or(stream.propagate_hz()),

@@ -38,7 +38,7 @@ mod sdk {
     use evpose_core::{EventStream, Micros, Polarity};
     use evpose_live::page::HandMesh;
     use evpose_live::sink::Sink;
-    use evpose_live::{LatencyBaseline, LivePose, Meter, Observer, Origin};
+    use evpose_live::{LatencyBaseline, LivePose, Meter, Observer, PoseOrigin};
     use evpose_pose::HAND_BONES;
     use evpose_pose::PoseEstimate;
     use evpose_pose::body::LIMBS;
@@ -149,7 +149,7 @@ mod sdk {
         }
 
         fn write(&mut self, pose: &LivePose) -> io::Result<()> {
-            let origin = usize::from(pose.origin == Origin::Propagated);
+            let origin = usize::from(pose.origin == PoseOrigin::Propagated);
             self.0.input().poses[origin] = Some(pose.clone());
             Ok(())
         }

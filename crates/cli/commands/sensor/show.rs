@@ -7,7 +7,7 @@ use serde_json::{Map, Value, json};
 use super::args::ShowArgs;
 use super::list;
 use evpose_app::progress::say;
-use evpose_app::sensor_source::{self as source, Source};
+use evpose_app::sensor_source::{self as source, NamedSensor};
 
 pub(super) fn run(args: &ShowArgs) -> Result<()> {
     let is_file = std::path::Path::new(&args.name).exists();
@@ -37,7 +37,7 @@ pub(super) fn run(args: &ShowArgs) -> Result<()> {
 }
 
 /// The chain with values.
-fn json(sensor: &Source) -> Result<Value> {
+fn json(sensor: &NamedSensor) -> Result<Value> {
     let model = sensor.model()?;
     let stages = model.describe().rows.iter().map(stage);
     Ok(json!({

@@ -10,7 +10,7 @@ use super::args::{Input, TapArgs};
 use super::input;
 use evpose_app::progress::say;
 use evpose_app::sensor_source as source;
-use evpose_report::chart::{self, Axis, Chart, Mark, Series};
+use evpose_report::chart::{self, Chart, ChartAxis, Mark, Series};
 use evpose_report::colour::{OFF, ON};
 use evpose_report::hand_scene;
 
@@ -161,20 +161,20 @@ fn colour(origin: Origin, is_on: bool) -> (u8, u8, u8) {
 fn plot(trace: &Trace, title: &str) -> Result<String> {
     const INK: (u8, u8, u8) = (29, 36, 48);
     let end_ms = trace.light.last().map_or(1.0, |point| 1e3 * point.0);
-    let time = |name: &str| Axis::new(name).over(0.0, end_ms);
+    let time = |name: &str| ChartAxis::new(name).over(0.0, end_ms);
     let ms = |points: &[(f64, f64)]| points.iter().map(|&(t, v)| (1e3 * t, v)).collect();
     let line = |points| Series { label: String::new(), colour: INK, mark: Mark::Line, points };
     let mut charts = vec![Chart {
         title: format!("{title}: luminance"),
         x: time(""),
-        y: Axis::new("white"),
+        y: ChartAxis::new("white"),
         series: vec![line(ms(&trace.light))],
     }];
     for Signal { stage, domain, points } in &trace.signals {
         let (y, meaning) = match domain {
-            Domain::Optics | Domain::Photodiode => (Axis::new("white"), "light"),
-            Domain::Detector => (Axis::new("ln"), "voltage less memory, V - M"),
-            _ => (Axis::new("ln"), "voltage V"),
+            Domain::Optics | Domain::Photodiode => (ChartAxis::new("white"), "light"),
+            Domain::Detector => (ChartAxis::new("ln"), "voltage less memory, V - M"),
+            _ => (ChartAxis::new("ln"), "voltage V"),
         };
         let mut series = vec![line(ms(points))];
         if *domain == Domain::Detector {
@@ -208,7 +208,7 @@ fn plot(trace: &Trace, title: &str) -> Result<String> {
     charts.push(Chart {
         title: format!("events: {}", trace.events.len()),
         x: time("time in ms"),
-        y: Axis::new("OFF    ON").over(-2.0, 2.0),
+        y: ChartAxis::new("OFF    ON").over(-2.0, 2.0),
         series,
     });
     Ok(chart::stack(&charts, (900, 170))?)

@@ -9,7 +9,7 @@ use base64::engine::general_purpose::STANDARD;
 use super::ViewArgs;
 use super::files::png;
 use super::frames::RenderedFrames;
-use evpose_report::html::{Page, escape};
+use evpose_report::html::{HtmlPage, escape};
 
 /// Size of the curve below the frame, in pixels of the page.
 const WIDTH: f64 = 1000.0;
@@ -30,7 +30,7 @@ pub(super) fn page(frames: &RenderedFrames, args: &ViewArgs) -> Result<Vec<u8>> 
         frames.reader.summary(),
         frames.reader.origin.as_seconds()
     );
-    let mut page = Page::new(&frames.reader.name, &subtitle);
+    let mut page = HtmlPage::new(&frames.reader.name, &subtitle);
     page.markup(&player(frames)?);
     for warning in &frames.reader.warnings() {
         page.markup(&format!("<p class=\"soft\">Warning: {}</p>", escape(warning)));

@@ -15,7 +15,7 @@ pub(super) use sdk::{send, write};
 #[cfg(feature = "rerun")]
 mod sdk {
     use evpose_core::SensorSize;
-    use evpose_rerun::{Frame, Recording, RerunError};
+    use evpose_rerun::{FrameContents, RerunError, RerunRecording};
 
     use super::super::files::png;
     use super::super::frames::FrameReader;
@@ -29,19 +29,21 @@ mod sdk {
     /// Writes the file `out`.
     pub(in super::super) fn write(args: &ViewArgs, out: &Path) -> Result<()> {
         let place = out.display().to_string();
-        show(args, &place, |name, sensor| Recording::create(out, name, sensor))
+        show(args, &place, |name, sensor| RerunRecording::create(out, name, sensor))
     }
 
     /// Sends the recording to the viewer at the given address.
     pub(in super::super) fn send(args: &ViewArgs) -> Result<()> {
         let address = args.rerun.as_ref().and_then(Option::as_deref);
-        show(args, "the Rerun viewer", |name, sensor| Recording::connect(address, name, sensor))
+        show(args, "the Rerun viewer", |name, sensor| {
+            RerunRecording::connect(address, name, sensor)
+        })
     }
 
     fn show(
         args: &ViewArgs,
         place: &str,
-        begin: impl FnOnce(&str, SensorSize) -> Result<Recording, RerunError>,
+        begin: impl FnOnce(&str, SensorSize) -> Result<RerunRecording, RerunError>,
     ) -> Result<()> {
         let mut reader = FrameReader::open(args, args.frames.unwrap_or(FRAMES))?;
         let mut recording = begin(&reader.name, reader.sensor)?;
@@ -49,7 +51,7 @@ mod sdk {
         reader.play(|data| {
             let frame = png(&palette.draw(data.planes))?;
             let (t, events) = (data.t, data.events);
-            Ok(recording.send(&Frame { t, length, events, event_image: &frame })?)
+            Ok(recording.send(&FrameContents { t, length, events, event_image: &frame })?)
         })?;
         let sent = recording.finish()?;
         if sent.points < sent.events {

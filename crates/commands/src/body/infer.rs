@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{Result, bail};
 use evpose_core::Micros;
 use evpose_io::predictions::{DelayUnit, PredictionWriter, Undetected};
-use evpose_io::yarp::{CoordinateFormat, Skeleton, write_skeletons};
+use evpose_io::yarp::{CoordinateFormat, YarpSkeleton, write_skeletons};
 use evpose_pose::body::{file_from_network, torso};
 use evpose_pose::metric::body::BodyPrediction;
 use evpose_task::body::{
@@ -101,9 +101,9 @@ fn write_propagated(
     Ok(())
 }
 
-fn skeleton(prediction: &BodyPrediction) -> Skeleton {
+fn skeleton(prediction: &BodyPrediction) -> YarpSkeleton {
     let joints = file_from_network(&prediction.joints_px);
-    Skeleton {
+    YarpSkeleton {
         t: Micros::from_seconds(prediction.t_s),
         joints: joints.map(|joint| joint.map_or([-1.0; 2], |at| at.to_array())),
         head_size_px: None,

@@ -8,7 +8,7 @@
 use evpose_pose::body::{JOINT_NAMES, LIMBS};
 
 use super::track::median;
-use super::{CheckOptions, Fault, LimbSummary, Track};
+use super::{CheckOptions, LabelFault, LabelTrack, LimbSummary};
 
 /// From the median of differences to the standard deviation, for normal ones.
 const DEVIATION_OF_MEDIAN: f32 = 1.4826;
@@ -16,11 +16,11 @@ const DEVIATION_OF_MEDIAN: f32 = 1.4826;
 const MIN_LENGTHS: usize = 8;
 
 /// An outlier: track, frame, joints and what is wrong.
-pub(super) type Outlier = (usize, usize, [&'static str; 2], Fault);
+pub(super) type Outlier = (usize, usize, [&'static str; 2], LabelFault);
 
 /// Lengths of all limbs that are known somewhere, and all outliers.
 pub(super) fn check(
-    tracks: &[Track],
+    tracks: &[LabelTrack],
     torsos: &[Vec<Option<f32>>],
     options: &CheckOptions,
 ) -> (Vec<LimbSummary>, Vec<Outlier>) {
@@ -47,7 +47,7 @@ pub(super) fn check(
         if lengths.len() >= MIN_LENGTHS {
             for &(track, frame, length) in &lengths {
                 if (length - middle).abs() > limit {
-                    let fault = Fault::BoneLength { length, median: middle, spread };
+                    let fault = LabelFault::BoneLength { length, median: middle, spread };
                     outliers.push((track, frame, joints, fault));
                 }
             }

@@ -2,20 +2,20 @@
 
 use evpose_pose::body::{BODY_JOINTS, JOINT_NAMES};
 
-use super::{CheckOptions, Fault, Track};
+use super::{CheckOptions, LabelFault, LabelTrack};
 
 /// Hands `report` the first frame, the joint and for how long it is frozen.
 pub(super) fn check(
-    track: &Track,
+    track: &LabelTrack,
     torsos: &[Option<f32>],
     options: &CheckOptions,
-    report: &mut impl FnMut(usize, Vec<&'static str>, Fault),
+    report: &mut impl FnMut(usize, Vec<&'static str>, LabelFault),
 ) {
     let frames = &track.frames;
     for (start, length) in runs(frames.len(), |a, b| frames[a].joints == frames[b].joints) {
         let is_known = frames[start].joints.iter().any(Option::is_some);
         if length >= options.frozen_frames.max(2) && is_known {
-            report(start, Vec::new(), Fault::FrozenBody { frames: length });
+            report(start, Vec::new(), LabelFault::FrozenBody { frames: length });
         }
     }
     for (joint, name) in JOINT_NAMES.into_iter().enumerate() {
@@ -26,7 +26,7 @@ pub(super) fn check(
             }
             let Some(torso) = torsos[start] else { continue };
             if motion(track, start, length) > options.frozen_motion * torso {
-                let fault = Fault::FrozenJoint { frames: length };
+                let fault = LabelFault::FrozenJoint { frames: length };
                 report(start, vec![name], fault);
             }
         }
@@ -48,7 +48,7 @@ fn runs(frames: usize, is_same: impl Fn(usize, usize) -> bool) -> Vec<(usize, us
 }
 
 /// How far the joint that goes furthest gets from where it was at `start`.
-fn motion(track: &Track, start: usize, length: usize) -> f32 {
+fn motion(track: &LabelTrack, start: usize, length: usize) -> f32 {
     let distances = (0..BODY_JOINTS).flat_map(|joint| {
         let from = track.joint(start, joint);
         (start..start + length)

@@ -1,8 +1,8 @@
 //! Labels that are wrong, or look as if they were.
 //!
 //! * [`check_labels`]: tracks into a [`CheckReport`]: lengths of limbs, left and right exchanged,
-//!   joints outside of the image, missing, frozen or not finite ([`Fault`]), each with its frame.
-//! * [`tracks_of`]: annotations as [`Track`]s.
+//!   joints outside of the image, missing, frozen or not finite ([`LabelFault`]), each with its frame.
+//! * [`tracks_of`]: annotations as [`LabelTrack`]s.
 //! * [`CheckOptions`]: when a label is suspected.
 
 mod bones;
@@ -16,18 +16,18 @@ mod track;
 use evpose_pose::body::JOINT_NAMES;
 
 pub use options::CheckOptions;
-pub use report::{CheckReport, Fault, Finding, JointSummary, LimbSummary};
-pub use track::{Track, TrackFrame, tracks_of};
+pub use report::{CheckReport, JointSummary, LabelFault, LabelFinding, LimbSummary};
+pub use track::{LabelTrack, TrackFrame, tracks_of};
 
 /// Looks for labels that are wrong.
 ///
 /// Findings are suspicions: a limb that points at the camera is short, and a person who stands
 /// still in whole pixels is frozen.
-pub fn check_labels(tracks: &[Track], options: &CheckOptions) -> CheckReport {
+pub fn check_labels(tracks: &[LabelTrack], options: &CheckOptions) -> CheckReport {
     let summary =
         |joint| JointSummary { joint, labelled: 0, missing: 0, outside: 0, not_finite: 0 };
     let mut joints: Vec<JointSummary> = JOINT_NAMES.into_iter().map(summary).collect();
-    let mut findings: Vec<(usize, usize, Vec<&'static str>, Fault)> = Vec::new();
+    let mut findings: Vec<(usize, usize, Vec<&'static str>, LabelFault)> = Vec::new();
     let torsos: Vec<_> = tracks.iter().map(|track| track.torsos(options)).collect();
     for (index, track) in tracks.iter().enumerate() {
         let mut report = |frame, joints, fault| findings.push((index, frame, joints, fault));
@@ -46,7 +46,7 @@ pub fn check_labels(tracks: &[Track], options: &CheckOptions) -> CheckReport {
     let finding = |(track, index, joints, fault): (usize, usize, _, _)| {
         let (track, frame) = (&tracks[track], &tracks[track].frames[index]);
         let (name, t_s) = (frame.name.clone(), frame.t_s);
-        Finding { track: track.name.clone(), frame: name, index, t_s, joints, fault }
+        LabelFinding { track: track.name.clone(), frame: name, index, t_s, joints, fault }
     };
     CheckReport {
         tracks: tracks.len(),

@@ -3,13 +3,13 @@
 use evpose_pose::body::JOINT_NAMES;
 use glam::Vec2;
 
-use super::{Fault, JointSummary, Track};
+use super::{JointSummary, LabelFault, LabelTrack};
 
 /// Counts every joint, and hands `report` the frame, the joints and what is wrong.
 pub(super) fn check(
-    track: &Track,
+    track: &LabelTrack,
     joints: &mut [JointSummary],
-    report: &mut impl FnMut(usize, Vec<&'static str>, Fault),
+    report: &mut impl FnMut(usize, Vec<&'static str>, LabelFault),
 ) {
     for (frame, body) in track.frames.iter().enumerate() {
         for (joint, summary) in joints.iter_mut().enumerate() {
@@ -20,10 +20,10 @@ pub(super) fn check(
             summary.labelled += 1;
             if !point.is_finite() {
                 summary.not_finite += 1;
-                report(frame, vec![JOINT_NAMES[joint]], Fault::NotFinite);
+                report(frame, vec![JOINT_NAMES[joint]], LabelFault::NotFinite);
             } else if track.image_size.is_some_and(|size| is_outside(point, size)) {
                 summary.outside += 1;
-                let fault = Fault::Outside { x: point.x, y: point.y };
+                let fault = LabelFault::Outside { x: point.x, y: point.y };
                 report(frame, vec![JOINT_NAMES[joint]], fault);
             }
         }
@@ -39,26 +39,26 @@ fn is_outside(point: Vec2, size: Vec2) -> bool {
     point.cmplt(Vec2::ZERO).any() || point.cmpgt(size).any()
 }
 
-fn missing(track: &Track, report: &mut impl FnMut(usize, Vec<&'static str>, Fault)) {
+fn missing(track: &LabelTrack, report: &mut impl FnMut(usize, Vec<&'static str>, LabelFault)) {
     for (joint, name) in JOINT_NAMES.into_iter().enumerate() {
         let mut frame = 0;
         while frame < track.frames.len() {
             let rest = track.frames[frame..].iter();
             let frames = rest.take_while(|body| body.joints[joint].is_none()).count();
             if frames > 0 {
-                report(frame, vec![name], Fault::Missing { frames });
+                report(frame, vec![name], LabelFault::Missing { frames });
             }
             frame += frames.max(1);
         }
     }
 }
 
-fn times(track: &Track, report: &mut impl FnMut(usize, Vec<&'static str>, Fault)) {
+fn times(track: &LabelTrack, report: &mut impl FnMut(usize, Vec<&'static str>, LabelFault)) {
     for (index, pair) in track.frames.windows(2).enumerate() {
         if let (Some(before_s), Some(now)) = (pair[0].t_s, pair[1].t_s) {
             // Not a number is not later either.
             if before_s.partial_cmp(&now) != Some(std::cmp::Ordering::Less) {
-                report(index + 1, Vec::new(), Fault::TimeOrder { before_s });
+                report(index + 1, Vec::new(), LabelFault::TimeOrder { before_s });
             }
         }
     }

@@ -7,7 +7,7 @@ use serde::Serialize;
 /// A fault of a label, certain or suspected.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
-pub enum Fault {
+pub enum LabelFault {
     /// A coordinate of a joint is not finite.
     NotFinite,
     /// A joint is not on the image.
@@ -53,7 +53,7 @@ pub enum Fault {
     },
 }
 
-impl Fault {
+impl LabelFault {
     /// Its name in lists.
     pub fn name(&self) -> &'static str {
         match self {
@@ -69,7 +69,7 @@ impl Fault {
     }
 }
 
-impl fmt::Display for Fault {
+impl fmt::Display for LabelFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Self::NotFinite => write!(f, "no number"),
@@ -92,7 +92,7 @@ impl fmt::Display for Fault {
 
 /// A fault, with its track, frame and joints.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Finding {
+pub struct LabelFinding {
     /// The track.
     pub track: String,
     /// The frame, or the first of several.
@@ -105,10 +105,10 @@ pub struct Finding {
     /// The joints; none for all of them.
     pub joints: Vec<&'static str>,
     /// The fault.
-    pub fault: Fault,
+    pub fault: LabelFault,
 }
 
-impl fmt::Display for Finding {
+impl fmt::Display for LabelFinding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} #{} ({}", self.track, self.index, self.frame)?;
         if let Some(t_s) = self.t_s {
@@ -165,7 +165,7 @@ pub struct CheckReport {
     /// Every limb that is known somewhere.
     pub limbs: Vec<LimbSummary>,
     /// All that is suspected, track by track and in the order of time.
-    pub findings: Vec<Finding>,
+    pub findings: Vec<LabelFinding>,
 }
 
 /// Findings of a kind that are shown; all of them are in the report.

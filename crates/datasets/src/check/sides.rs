@@ -11,14 +11,14 @@ use std::ops::Range;
 use evpose_pose::body::{BODY_JOINTS, JOINT_NAMES, MIRRORED};
 use glam::Vec2;
 
-use super::{CheckOptions, Fault, Track};
+use super::{CheckOptions, LabelFault, LabelTrack};
 
 /// Hands `report` the first frame, the joints and for how long they seem to be exchanged.
 pub(super) fn check(
-    track: &Track,
+    track: &LabelTrack,
     torsos: &[Option<f32>],
     options: &CheckOptions,
-    report: &mut impl FnMut(usize, Vec<&'static str>, Fault),
+    report: &mut impl FnMut(usize, Vec<&'static str>, LabelFault),
 ) {
     for segment in track.segments(options) {
         // Pairs that are exchanged together are one finding.
@@ -33,14 +33,14 @@ pub(super) fn check(
             }
         }
         for ((start, end), joints) in spans {
-            report(start, joints, Fault::SwappedSides { frames: end - start });
+            report(start, joints, LabelFault::SwappedSides { frames: end - start });
         }
     }
 }
 
 /// Frames in which a pair seems to be exchanged: from one exchange to the next, or to the end.
 fn exchanged(
-    track: &Track,
+    track: &LabelTrack,
     pair: [usize; 2],
     segment: Range<usize>,
     torsos: &[Option<f32>],

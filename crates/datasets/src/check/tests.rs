@@ -48,7 +48,7 @@ fn walker(t_s: f64, seed: u64) -> BodyPoints {
     joints
 }
 
-fn track(seed: u64) -> Track {
+fn track(seed: u64) -> LabelTrack {
     let frame = |index: usize| {
         let t_s = index as f64 / RATE_HZ;
         TrackFrame {
@@ -57,14 +57,14 @@ fn track(seed: u64) -> Track {
             joints: walker(t_s, seed),
         }
     };
-    Track {
+    LabelTrack {
         name: format!("walk{seed}"),
         frames: (0..FRAMES).map(frame).collect(),
         image_size: Some(Vec2::new(640.0, 480.0)),
     }
 }
 
-fn check(tracks: &[Track]) -> Vec<Finding> {
+fn check(tracks: &[LabelTrack]) -> Vec<LabelFinding> {
     check_labels(tracks, &CheckOptions::default()).findings
 }
 
@@ -74,7 +74,7 @@ fn draw(case: u64) -> (usize, usize, usize) {
     (rng.below(3), 10 + rng.below(FRAMES - 90), rng.below(13))
 }
 
-fn tracks() -> Vec<Track> {
+fn tracks() -> Vec<LabelTrack> {
     (0..3).map(track).collect()
 }
 
@@ -108,14 +108,14 @@ fn joints_that_are_not_finite_or_not_on_the_image_are_reported_and_nothing_else(
         tracks[which].frames[frame].joints[joint] = Some(Vec2::new(f32::NAN, 3.0));
         let findings = check(&tracks);
         assert_eq!(findings.len(), 1, "{findings:?}");
-        assert_eq!((findings[0].index, findings[0].fault), (frame, Fault::NotFinite));
+        assert_eq!((findings[0].index, findings[0].fault), (frame, LabelFault::NotFinite));
         assert_eq!(findings[0].track, tracks[which].name);
         assert_eq!(findings[0].joints, [JOINT_NAMES[joint]]);
         assert_eq!(findings[0].t_s, Some(frame as f64 / RATE_HZ));
 
         tracks[which].frames[frame].joints[joint] = Some(Vec2::new(641.0, 3.0));
         let findings = check(&tracks);
-        assert_eq!(findings[0].fault, Fault::Outside { x: 641.0, y: 3.0 });
+        assert_eq!(findings[0].fault, LabelFault::Outside { x: 641.0, y: 3.0 });
         assert_eq!((findings[0].index, findings[0].joints[0]), (frame, JOINT_NAMES[joint]));
     }
 }
@@ -130,7 +130,10 @@ fn missing_joints_are_found_in_tracks_and_only_counted_in_photographs() {
         }
         let findings = check(&tracks);
         assert_eq!(findings.len(), 1, "{findings:?}");
-        assert_eq!((findings[0].index, findings[0].fault), (frame, Fault::Missing { frames: 7 }));
+        assert_eq!(
+            (findings[0].index, findings[0].fault),
+            (frame, LabelFault::Missing { frames: 7 })
+        );
         assert_eq!(findings[0].joints, [JOINT_NAMES[joint]]);
     }
     let mut photograph = track(0);
@@ -153,7 +156,7 @@ fn a_joint_at_a_wrong_place_makes_limbs_of_it_outliers() {
         *point += Vec2::new(180.0, -20.0);
         let findings: Vec<_> = check(&tracks)
             .into_iter()
-            .filter(|finding| matches!(finding.fault, Fault::BoneLength { .. }))
+            .filter(|finding| matches!(finding.fault, LabelFault::BoneLength { .. }))
             .collect();
         assert!(!findings.is_empty(), "case {case}");
         for finding in findings {
@@ -180,14 +183,14 @@ fn exchanged_sides_are_found_with_their_first_frame_and_length() {
         }
         let swaps: Vec<_> = check(&tracks)
             .into_iter()
-            .filter(|finding| matches!(finding.fault, Fault::SwappedSides { .. }))
+            .filter(|finding| matches!(finding.fault, LabelFault::SwappedSides { .. }))
             .collect();
         // Shoulders are 60 pixels apart: they can always be distinguished.
         let of_shoulders: Vec<_> =
             swaps.iter().filter(|finding| finding.joints.contains(&"shoulder_l")).collect();
         assert_eq!(of_shoulders.len(), 1, "{swaps:?}");
         assert_eq!(of_shoulders[0].index, frame);
-        assert_eq!(of_shoulders[0].fault, Fault::SwappedSides { frames });
+        assert_eq!(of_shoulders[0].fault, LabelFault::SwappedSides { frames });
         assert!(swaps.iter().all(|finding| finding.track == tracks[which].name));
     }
 }
@@ -206,7 +209,7 @@ fn joints_that_cross_are_not_exchanged() {
     track.frames.truncate(10);
     let findings = check(&[track]);
     assert!(
-        findings.iter().all(|finding| !matches!(finding.fault, Fault::SwappedSides { .. })),
+        findings.iter().all(|finding| !matches!(finding.fault, LabelFault::SwappedSides { .. })),
         "{findings:?}"
     );
 }
@@ -223,10 +226,13 @@ fn frozen_joints_and_bodies_are_found() {
         let findings = check(&tracks);
         let frozen: Vec<_> = findings
             .iter()
-            .filter(|finding| matches!(finding.fault, Fault::FrozenJoint { .. }))
+            .filter(|finding| matches!(finding.fault, LabelFault::FrozenJoint { .. }))
             .collect();
         assert_eq!(frozen.len(), 1, "{findings:?}");
-        assert_eq!((frozen[0].index, frozen[0].fault), (frame, Fault::FrozenJoint { frames: 60 }));
+        assert_eq!(
+            (frozen[0].index, frozen[0].fault),
+            (frame, LabelFault::FrozenJoint { frames: 60 })
+        );
         assert_eq!(frozen[0].joints, [JOINT_NAMES[joint]]);
 
         for body in &mut tracks[which].frames[frame..frame + 60] {
@@ -234,10 +240,13 @@ fn frozen_joints_and_bodies_are_found() {
         }
         let bodies: Vec<_> = check(&tracks)
             .into_iter()
-            .filter(|finding| !matches!(finding.fault, Fault::SwappedSides { .. }))
+            .filter(|finding| !matches!(finding.fault, LabelFault::SwappedSides { .. }))
             .collect();
         assert_eq!(bodies.len(), 1, "{bodies:?}");
-        assert_eq!((bodies[0].index, bodies[0].fault), (frame, Fault::FrozenBody { frames: 60 }));
+        assert_eq!(
+            (bodies[0].index, bodies[0].fault),
+            (frame, LabelFault::FrozenBody { frames: 60 })
+        );
     }
 }
 
@@ -247,7 +256,7 @@ fn times_that_go_back_are_found() {
     tracks[1].frames[50].t_s = Some(0.5);
     let findings = check(&tracks);
     assert_eq!((findings.len(), findings[0].index), (1, 50));
-    assert_eq!(findings[0].fault, Fault::TimeOrder { before_s: 0.98 });
+    assert_eq!(findings[0].fault, LabelFault::TimeOrder { before_s: 0.98 });
 }
 
 #[test]
@@ -270,11 +279,12 @@ fn a_report_is_a_table_and_findings_by_kind() {
 
 #[test]
 fn nothing_at_all_is_checked_too() {
-    let empty = Track { name: "empty".to_owned(), frames: Vec::new(), image_size: None };
+    let empty = LabelTrack { name: "empty".to_owned(), frames: Vec::new(), image_size: None };
     let report = check_labels(&[empty], &CheckOptions::default());
     assert_eq!((report.frames, report.findings.len(), report.limbs.len()), (0, 0, 0));
     let nobody = TrackFrame { name: "0".to_owned(), t_s: None, joints: BodyPoints::default() };
-    let track = Track { name: "nobody".to_owned(), frames: vec![nobody; 60], image_size: None };
+    let track =
+        LabelTrack { name: "nobody".to_owned(), frames: vec![nobody; 60], image_size: None };
     let report = check_labels(&[track], &CheckOptions::default());
     // Missing, all thirteen, and nothing frozen.
     assert_eq!(report.findings.len(), 13);

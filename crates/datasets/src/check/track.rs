@@ -23,7 +23,7 @@ pub struct TrackFrame {
 
 /// A body through time.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Track {
+pub struct LabelTrack {
     /// How to find it again: the recording, say.
     pub name: String,
     /// The frames, in the order of time. A single one is a photograph: nothing is before or behind
@@ -41,14 +41,14 @@ pub fn tracks_of<'a>(
     annotations: &'a [Annotation],
     image_size_px: Vec2,
     sequence: impl Fn(&'a Annotation) -> &'a str,
-) -> Vec<Track> {
-    let mut tracks: Vec<Track> = Vec::new();
+) -> Vec<LabelTrack> {
+    let mut tracks: Vec<LabelTrack> = Vec::new();
     let mut known = HashMap::new();
     for annotation in annotations {
         let name = sequence(annotation);
         let index = *known.entry(name).or_insert_with(|| {
             let (name, image_size) = (name.to_owned(), Some(image_size_px));
-            tracks.push(Track { name, frames: Vec::new(), image_size });
+            tracks.push(LabelTrack { name, frames: Vec::new(), image_size });
             tracks.len() - 1
         });
         let mut joints = BodyPoints::default();
@@ -61,7 +61,7 @@ pub fn tracks_of<'a>(
     tracks
 }
 
-impl Track {
+impl LabelTrack {
     /// Position of a joint, if it is labelled and finite.
     pub(super) fn joint(&self, frame: usize, joint: usize) -> Option<Vec2> {
         self.frames[frame].joints[joint].filter(|point| point.is_finite())
@@ -145,7 +145,7 @@ mod tests {
             joints: BodyPoints::default(),
         };
         let frames = [0.0, 0.02, 0.04, 1.0, 1.02, 0.5].map(frame).to_vec();
-        let track = Track { name: String::new(), frames, image_size: None };
+        let track = LabelTrack { name: String::new(), frames, image_size: None };
         assert_eq!(track.segments(&CheckOptions::default()), [0..3, 3..5, 5..6]);
     }
 }

@@ -34,7 +34,7 @@ impl Default for Dhp19Filters {
 
 /// A rectangle of a camera.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Mask {
+pub struct CameraMask {
     /// The camera.
     pub camera: usize,
     /// Its columns, from 0.
@@ -45,9 +45,9 @@ pub struct Mask {
 
 /// Regions of lamps. The program counts columns of all cameras in one row from 1 on, and gives the
 /// columns and rows around these.
-pub const MASKS: [Mask; 2] = [
-    Mask { camera: 2, columns: 88..117, rows: 115..144 },
-    Mask { camera: 3, columns: 214..220, rows: 136..143 },
+pub const MASKS: [CameraMask; 2] = [
+    CameraMask { camera: 2, columns: 88..117, rows: 115..144 },
+    CameraMask { camera: 3, columns: 214..220, rows: 136..143 },
 ];
 
 /// How many events were taken out.

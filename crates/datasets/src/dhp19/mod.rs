@@ -32,7 +32,7 @@ mod vicon;
 pub use background::{BackgroundFilter, NeighbourRule};
 pub use camera::{CAMERAS, CameraChoice, PROJECTION_FILES, SENSOR};
 pub use extracted::read_extracted;
-pub use filters::{Dhp19Filters, MASKS, Mask, Removed};
+pub use filters::{CameraMask, Dhp19Filters, MASKS, Removed};
 pub use movement::{Movement, cut_movement};
 pub use movie::{Movie, read_movie};
 pub use projection::{PixelRule, Projection};

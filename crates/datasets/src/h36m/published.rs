@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use evpose_core::SensorSize;
-use evpose_io::yarp::{JOINTS, Skeleton, read_skeletons};
+use evpose_io::yarp::{JOINTS, YarpSkeleton, read_skeletons};
 use evpose_io::{OpenOptions, open_as};
 use evpose_pose::body::network_from_file;
 use glam::Vec2;
@@ -52,7 +52,7 @@ pub fn read_published(
     Ok(Clip { recording, remarks })
 }
 
-fn body(skeleton: &Skeleton) -> TimedBody {
+fn body(skeleton: &YarpSkeleton) -> TimedBody {
     let point = |joint: [f32; 2]| Some(Vec2::from(joint)).filter(|at| *at != UNKNOWN);
     // As many joints, in the order of files.
     let joints: [Option<Vec2>; JOINTS] = skeleton.joints.map(point);

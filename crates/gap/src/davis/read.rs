@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use evpose_core::{EventStream, Micros, SensorSize, TimeWindow};
-use evpose_io::aedat4::{Content, Depth, Frame, Kind, Packets};
+use evpose_io::aedat4::{Content, Depth, Frame, Packets, StreamKind};
 use evpose_io::{OpenOptions, Windows};
 
 use super::{Response, Shot, Shots};
@@ -125,7 +125,7 @@ pub fn load_shots(
 /// Reads the frames of the first camera up to `seconds` behind the first event, and one more.
 fn read(path: &Path, first: Micros, seconds: f64) -> Result<FileFrames, GapError> {
     let mut packets = Packets::open(path)?;
-    let stream = packets.streams().iter().find(|stream| stream.kind == Kind::Frames);
+    let stream = packets.streams().iter().find(|stream| stream.kind == StreamKind::Frames);
     let mut chosen = stream.map(|stream| stream.id);
     let has_stream = chosen.is_some();
     let mut read =

@@ -14,7 +14,7 @@ use crate::{Input, IoError};
 
 /// Content of the packets of a stream.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Kind {
+pub enum StreamKind {
     /// Events.
     Events,
     /// Frames.
@@ -27,7 +27,7 @@ pub enum Kind {
     Other([u8; 4]),
 }
 
-impl Kind {
+impl StreamKind {
     /// The content of a four-letter type identifier.
     pub(super) fn from_identifier(letters: [u8; 4]) -> Self {
         match &letters {
@@ -51,7 +51,7 @@ impl Kind {
     }
 }
 
-impl fmt::Display for Kind {
+impl fmt::Display for StreamKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Events => f.write_str("events"),
@@ -69,7 +69,7 @@ pub struct Stream {
     /// Its number, which every packet carries.
     pub id: i32,
     /// Content of its packets.
-    pub kind: Kind,
+    pub kind: StreamKind,
     /// Its name, such as `events`.
     pub name: String,
     /// The camera it is from, such as `DAVIS346_00000499`.
@@ -158,7 +158,13 @@ pub(super) fn streams(text: &str) -> Vec<Stream> {
         }
         let k = streams.iter().position(|stream| stream.id == id).unwrap_or_else(|| {
             let (name, source) = (String::new(), String::new());
-            streams.push(Stream { id, kind: Kind::Other(*b"    "), name, source, size: None });
+            streams.push(Stream {
+                id,
+                kind: StreamKind::Other(*b"    "),
+                name,
+                source,
+                size: None,
+            });
             sizes.push([None; 2]);
             streams.len() - 1
         });
@@ -168,7 +174,7 @@ pub(super) fn streams(text: &str) -> Vec<Stream> {
                 stream.kind = text
                     .as_bytes()
                     .as_array()
-                    .map_or(stream.kind, |four| Kind::from_identifier(*four));
+                    .map_or(stream.kind, |four| StreamKind::from_identifier(*four));
             }
             (None, "originalOutputName") => stream.name = text.to_owned(),
             (Some("info"), "source") => stream.source = text.to_owned(),

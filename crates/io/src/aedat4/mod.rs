@@ -39,8 +39,10 @@ mod xml;
 use std::path::Path;
 
 pub use compression::Compression;
-pub use header::{Kind, Stream};
-pub use packet::{Content, Depth, Frame, ImuSample, Packet, PixelFormat, Trigger, TriggerKind};
+pub use header::{Stream, StreamKind};
+pub use packet::{
+    Aedat4Packet, Content, Depth, Frame, ImuSample, PixelFormat, Trigger, TriggerKind,
+};
 pub use packets::Packets;
 pub use stream::{Aedat4Stream, SNIFF_BYTES, is_stream};
 pub use writer::Writer;

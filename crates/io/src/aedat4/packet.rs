@@ -5,12 +5,12 @@ use evpose_core::Micros;
 use super::build::{Builder, Field};
 use super::events;
 use super::flat::{Broken, Table, identifier};
-use super::header::Kind;
+use super::header::StreamKind;
 use crate::Columns;
 
 /// A packet of a file.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Packet {
+pub struct Aedat4Packet {
     /// The stream it belongs to.
     pub stream: i32,
     /// Typed content.
@@ -216,35 +216,35 @@ impl Content {
     pub(super) fn decode(bytes: &[u8]) -> Result<Self, Broken> {
         let letters = identifier(bytes)?;
         let table = Table::root(bytes)?;
-        Ok(match Kind::from_identifier(letters) {
-            Kind::Events => {
+        Ok(match StreamKind::from_identifier(letters) {
+            StreamKind::Events => {
                 let mut columns = Columns::new();
                 events::decode(bytes, &mut columns)?;
                 // Again, for the fault where some are missing.
                 table.vector(0)?.whole(16)?;
                 Self::Events(columns)
             }
-            Kind::Frames => Self::Frame(frame(&table)?),
-            Kind::Imu => {
+            StreamKind::Frames => Self::Frame(frame(&table)?),
+            StreamKind::Imu => {
                 let samples = table.vector(0)?.tables()?;
                 Self::Imu(samples.map(|sample| imu(&sample?)).collect::<Result<_, _>>()?)
             }
-            Kind::Triggers => {
+            StreamKind::Triggers => {
                 let triggers = table.vector(0)?.tables()?;
                 Self::Triggers(triggers.map(|found| trigger(&found?)).collect::<Result<_, _>>()?)
             }
-            Kind::Other(letters) => Self::Other(letters, bytes.to_vec()),
+            StreamKind::Other(letters) => Self::Other(letters, bytes.to_vec()),
         })
     }
 
     /// Content of the packet.
-    pub fn kind(&self) -> Kind {
+    pub fn kind(&self) -> StreamKind {
         match self {
-            Self::Events(_) => Kind::Events,
-            Self::Frame(_) => Kind::Frames,
-            Self::Imu(_) => Kind::Imu,
-            Self::Triggers(_) => Kind::Triggers,
-            Self::Other(letters, _) => Kind::Other(*letters),
+            Self::Events(_) => StreamKind::Events,
+            Self::Frame(_) => StreamKind::Frames,
+            Self::Imu(_) => StreamKind::Imu,
+            Self::Triggers(_) => StreamKind::Triggers,
+            Self::Other(letters, _) => StreamKind::Other(*letters),
         }
     }
 

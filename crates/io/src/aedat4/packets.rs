@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::compression::Compression;
 use super::header::Stream;
-use super::packet::{Content, Packet};
+use super::packet::{Aedat4Packet, Content};
 use super::walk::{Body, Walk};
 use crate::{Input, IoError};
 
@@ -45,7 +45,7 @@ impl Packets {
         self.walk.header.compression
     }
 
-    fn read(&mut self) -> Result<Option<Packet>, IoError> {
+    fn read(&mut self) -> Result<Option<Aedat4Packet>, IoError> {
         let Some(head) = self.walk.head()? else {
             return Ok(None);
         };
@@ -59,12 +59,12 @@ impl Packets {
         if let Content::Events(columns) = &content {
             self.events += columns.len() as u64;
         }
-        Ok(Some(Packet { stream: head.stream, content }))
+        Ok(Some(Aedat4Packet { stream: head.stream, content }))
     }
 }
 
 impl Iterator for Packets {
-    type Item = Result<Packet, IoError>;
+    type Item = Result<Aedat4Packet, IoError>;
 
     fn next(&mut self) -> Option<Self::Item> {
         if self.is_over {

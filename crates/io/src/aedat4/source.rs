@@ -5,7 +5,7 @@ use evpose_simd::vectorize;
 
 use super::events;
 use super::flat::identifier;
-use super::header::{Kind, MAX_STREAMS, Stream};
+use super::header::{MAX_STREAMS, Stream, StreamKind};
 use super::walk::{Body, HEAD, Head, Walk};
 use crate::{Columns, EventSource, Header, Input, IoError, OpenOptions};
 
@@ -18,7 +18,7 @@ pub(super) fn open(input: Input, options: &OpenOptions) -> Result<Box<dyn EventS
     let walk = Walk::new(input)?;
     let streams = walk.header.streams.clone();
     let camera = usize::from(options.camera.unwrap_or(0));
-    let cameras: Vec<&Stream> = streams.iter().filter(|s| s.kind == Kind::Events).collect();
+    let cameras: Vec<&Stream> = streams.iter().filter(|s| s.kind == StreamKind::Events).collect();
     let chosen = cameras.get(camera).copied();
     if chosen.is_none() && options.camera.is_some() && !streams.is_empty() {
         let reason = format!("no camera {camera}: the file has {} of them", cameras.len());
@@ -96,7 +96,7 @@ struct Source {
 }
 
 impl Source {
-    fn kind(&self, stream: i32) -> Option<Kind> {
+    fn kind(&self, stream: i32) -> Option<StreamKind> {
         self.streams.iter().find(|known| known.id == stream).map(|known| known.kind)
     }
 
@@ -115,7 +115,7 @@ impl Source {
         }
         if is_new {
             self.seen_to = head.at + 1;
-            self.others += u64::from(matches!(self.kind(head.stream), Some(Kind::Other(_))));
+            self.others += u64::from(matches!(self.kind(head.stream), Some(StreamKind::Other(_))));
         }
         self.now.at = self.walk.at;
         let is_far = self.marks.last().is_none_or(|mark| mark.at + BETWEEN_MARKS <= self.now.at);
@@ -134,22 +134,22 @@ impl Source {
         columns: &mut Columns,
     ) -> Result<(), IoError> {
         let Body { bytes, fault } = self.walk.body(head)?;
-        let kind = identifier(bytes).map(Kind::from_identifier);
+        let kind = identifier(bytes).map(StreamKind::from_identifier);
         let id = head.stream;
         if is_unnamed && self.streams.len() >= MAX_STREAMS {
             let reason = "packets of more streams than any recording has";
             return Err(self.walk.broken(head, super::flat::Broken { at: 0, reason }));
         }
         if let (true, Ok(kind)) = (is_unnamed, kind) {
-            let cameras = self.streams.iter().filter(|s| s.kind == Kind::Events).count();
-            if kind == Kind::Events && cameras == self.camera && self.chosen.is_none() {
+            let cameras = self.streams.iter().filter(|s| s.kind == StreamKind::Events).count();
+            if kind == StreamKind::Events && cameras == self.camera && self.chosen.is_none() {
                 self.chosen = Some(id);
             }
             let (name, source) = (String::new(), String::new());
             self.streams.push(Stream { id, kind, name, source, size: None });
         }
         let missing = match kind {
-            Ok(Kind::Events) if self.chosen == Some(id) => {
+            Ok(StreamKind::Events) if self.chosen == Some(id) => {
                 let before = columns.len();
                 let missing = events::decode(bytes, columns);
                 let new = &columns.t[before..];
@@ -272,7 +272,7 @@ impl EventSource for Source {
 
     fn remarks(&self) -> Vec<String> {
         let mut remarks = Vec::new();
-        let cameras = self.streams.iter().filter(|stream| stream.kind == Kind::Events);
+        let cameras = self.streams.iter().filter(|stream| stream.kind == StreamKind::Events);
         for (camera, stream) in cameras.enumerate().filter(|(_, s)| Some(s.id) != self.chosen) {
             let Stream { id, name, source, .. } = stream;
             remarks.push(format!(

@@ -14,7 +14,7 @@ use evpose_core::SensorSize;
 
 use super::compression::{Inflater, MAX_BYTES, TOO_LONG};
 use super::flat::{identifier, is_whole};
-use super::header::{self, FileHeader, IDENTIFIER, Kind};
+use super::header::{self, FileHeader, IDENTIFIER, StreamKind};
 use super::walk::HEAD;
 use super::{MAGIC, damage, events};
 use crate::fill::fill;
@@ -87,7 +87,7 @@ impl<R: Read> Aedat4Stream<R> {
         head.resize(4 + size as usize, 0);
         read(&mut head[4..])?;
         let header = header::parse(&name, start, &head)?;
-        let cameras = || header.streams.iter().filter(|stream| stream.kind == Kind::Events);
+        let cameras = || header.streams.iter().filter(|stream| stream.kind == StreamKind::Events);
         let Some(chosen) = cameras().nth(camera.into()) else {
             let reason =
                 format!("no camera {camera}: the stream has {} of them", cameras().count());
@@ -180,7 +180,8 @@ impl<R: Read> Aedat4Stream<R> {
         }
         let bytes = self.inflater.out.filled();
         is_whole(bytes)
-            && identifier(bytes).is_ok_and(|letters| Kind::from_identifier(letters) == Kind::Events)
+            && identifier(bytes)
+                .is_ok_and(|letters| StreamKind::from_identifier(letters) == StreamKind::Events)
             && events::decode(bytes, columns).is_ok_and(|missing| missing == 0)
     }
 

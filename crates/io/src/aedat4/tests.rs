@@ -19,16 +19,22 @@ const SENSOR: SensorSize = SensorSize { width: 346, height: 260 };
 /// Unix time of the first event.
 const START: i64 = 1_700_000_000_000_000;
 
-fn stream(id: i32, kind: Kind) -> Stream {
+fn stream(id: i32, kind: StreamKind) -> Stream {
     let (name, source) = (format!("the {kind} <{id}>"), format!("camera & {id}"));
-    let size = matches!(kind, Kind::Events | Kind::Frames).then_some(SENSOR);
+    let size = matches!(kind, StreamKind::Events | StreamKind::Frames).then_some(SENSOR);
     Stream { id, kind, name, source, size }
 }
 
 fn streams() -> Vec<Stream> {
-    [(0, Kind::Events), (1, Kind::Frames), (2, Kind::Imu), (3, Kind::Triggers), (7, Kind::Events)]
-        .map(|(id, kind)| stream(id, kind))
-        .to_vec()
+    [
+        (0, StreamKind::Events),
+        (1, StreamKind::Frames),
+        (2, StreamKind::Imu),
+        (3, StreamKind::Triggers),
+        (7, StreamKind::Events),
+    ]
+    .map(|(id, kind)| stream(id, kind))
+    .to_vec()
 }
 
 /// Event number `k` of a camera before which something moves.
@@ -43,7 +49,7 @@ fn events(range: std::ops::Range<i64>) -> Content {
 }
 
 /// A file of `packets`.
-fn file(compression: Compression, streams: &[Stream], packets: &[Packet]) -> Vec<u8> {
+fn file(compression: Compression, streams: &[Stream], packets: &[Aedat4Packet]) -> Vec<u8> {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("recording.aedat4");
     let mut writer = Writer::create(&path, compression, streams).unwrap();
@@ -53,7 +59,7 @@ fn file(compression: Compression, streams: &[Stream], packets: &[Packet]) -> Vec
 }
 
 /// A little of everything.
-fn recording() -> Vec<Packet> {
+fn recording() -> Vec<Aedat4Packet> {
     let frame = Frame {
         t: Micros(START + 50),
         readout_start: Micros(0),
@@ -84,7 +90,7 @@ fn recording() -> Vec<Packet> {
         (3, Content::Triggers(vec![trigger; 2])),
         (0, events(41..90)),
     ]
-    .map(|(stream, content)| Packet { stream, content })
+    .map(|(stream, content)| Aedat4Packet { stream, content })
     .to_vec()
 }
 
@@ -97,7 +103,7 @@ fn source(bytes: &[u8]) -> Box<dyn EventSource> {
     crate::source(input, &OpenOptions::default()).unwrap().1
 }
 
-fn packets(bytes: &[u8]) -> Vec<Result<Packet, IoError>> {
+fn packets(bytes: &[u8]) -> Vec<Result<Aedat4Packet, IoError>> {
     Packets::from_input(Input::memory("recording.aedat4", bytes.to_vec())).unwrap().collect()
 }
 
@@ -170,7 +176,7 @@ fn settings_of_other_programs_among_the_streams_are_passed_over() {
         <attr key=\"sizeX\">640</attr><attr key=\"sizeY\">480</attr></node></node></node></dv>";
     let found = header::streams(text);
     assert_eq!(found.len(), 1);
-    assert_eq!((found[0].id, found[0].kind), (4, Kind::Events));
+    assert_eq!((found[0].id, found[0].kind), (4, StreamKind::Events));
     assert_eq!(found[0].size, Some(SensorSize { width: 640, height: 480 }));
 }
 
@@ -196,17 +202,20 @@ fn what_the_format_cannot_hold_is_not_written() {
     let message = |result: Result<Writer, IoError>| result.err().unwrap().to_string();
     let high = message(create(Compression::Lz4High, &streams()));
     assert!(high.ends_with("there is no compressor for LZ4_HIGH here"), "{high}");
-    let twice = message(create(Compression::None, &[stream(4, Kind::Imu), stream(4, Kind::Imu)]));
+    let twice = message(create(
+        Compression::None,
+        &[stream(4, StreamKind::Imu), stream(4, StreamKind::Imu)],
+    ));
     assert!(twice.ends_with("two streams of number 4"), "{twice}");
     let large = SensorSize { width: 32_769, height: 1 };
-    let mut wide = stream(0, Kind::Events);
+    let mut wide = stream(0, StreamKind::Events);
     wide.size = Some(large);
     assert!(message(create(Compression::None, &[wide])).contains("32769x1"));
     assert!((FORMAT.create.unwrap())(&path, large).is_err());
 
     let mut writer = create(Compression::None, &streams()).unwrap();
     let mut refused = |stream, content, why: &str| {
-        let message = writer.packet(&Packet { stream, content }).unwrap_err().to_string();
+        let message = writer.packet(&Aedat4Packet { stream, content }).unwrap_err().to_string();
         assert!(message.contains(why), "{message}");
     };
     let far = Event { x: 32_768, ..event(0) };

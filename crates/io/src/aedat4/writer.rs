@@ -7,8 +7,8 @@ use evpose_core::{AtomicFile, EventStream, Micros, SensorSize};
 
 use super::build::Builder;
 use super::compression::{Compression, deflate};
-use super::header::{self, Kind, Stream};
-use super::packet::{Content, Packet};
+use super::header::{self, Stream, StreamKind};
+use super::packet::{Aedat4Packet, Content};
 use super::table::{self, Entry};
 use super::{events, walk};
 use crate::{EventSink, IoError};
@@ -79,8 +79,8 @@ impl Writer {
     /// # Errors
     /// If its stream is not there or holds something else, if the format cannot hold its content,
     /// or if writing fails.
-    pub fn packet(&mut self, packet: &Packet) -> Result<(), IoError> {
-        let Packet { stream, content } = packet;
+    pub fn packet(&mut self, packet: &Aedat4Packet) -> Result<(), IoError> {
+        let Aedat4Packet { stream, content } = packet;
         self.check(*stream, content.kind())?;
         if let Content::Events(columns) = content {
             self.check_pixels(&columns.x, &columns.y)?;
@@ -97,7 +97,7 @@ impl Writer {
     /// # Errors
     /// As [`Writer::packet`].
     pub fn events(&mut self, stream: i32, events: &EventStream) -> Result<(), IoError> {
-        self.check(stream, Kind::Events)?;
+        self.check(stream, StreamKind::Events)?;
         self.check_pixels(events.x(), events.y())?;
         for start in (0..events.len()).step_by(EVENTS) {
             let range = start..events.len().min(start + EVENTS);
@@ -128,7 +128,7 @@ impl Writer {
         self.file.commit().map_err(|e| IoError::file(&self.path, "write", e))
     }
 
-    fn check(&self, id: i32, kind: Kind) -> Result<(), IoError> {
+    fn check(&self, id: i32, kind: StreamKind) -> Result<(), IoError> {
         match self.streams.iter().find(|stream| stream.id == id) {
             Some(stream) if stream.kind == kind => Ok(()),
             Some(stream) => {
@@ -185,7 +185,7 @@ struct Sink {
 pub(super) fn create(path: &Path, sensor: SensorSize) -> Result<Box<dyn EventSink>, IoError> {
     let stream = Stream {
         id: STREAM,
-        kind: Kind::Events,
+        kind: StreamKind::Events,
         name: "events".to_owned(),
         source: "evpose".to_owned(),
         size: Some(sensor),

@@ -6,7 +6,7 @@ use super::{EVENT_2D, EVENT_CD, EXT_TRIGGER, RECORD, counter};
 use crate::evt::header::Lines;
 use crate::evt::{SkippedRecords, Trigger, WordDecoder};
 use crate::time_stamp::WraparoundCounter;
-use crate::{BlockSource, Columns, Decoder, EventSource, Fault, Input, IoError, OpenOptions};
+use crate::{BlockSource, Columns, DecodeFault, Decoder, EventSource, Input, IoError, OpenOptions};
 
 /// First line of most files, behind its key.
 const FIRST_LINE: &str = "file containing";
@@ -130,7 +130,12 @@ impl WordDecoder for DatDecoder {
 }
 
 impl Decoder for DatDecoder {
-    fn decode(&mut self, bytes: &[u8], _: bool, columns: &mut Columns) -> Result<usize, Fault> {
+    fn decode(
+        &mut self,
+        bytes: &[u8],
+        _: bool,
+        columns: &mut Columns,
+    ) -> Result<usize, DecodeFault> {
         Ok(self.decode_all(bytes, columns, &mut Vec::new()))
     }
 

@@ -7,7 +7,7 @@ use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
 use super::{EvcFault, EvcWriter, FRAME, NEW_FRAME, RECORD};
 use crate::open::{Format, Labels};
 use crate::{
-    BlockSource, Columns, Decoder, EventSink, EventSource, Fault, Header, Input, IoError,
+    BlockSource, Columns, DecodeFault, Decoder, EventSink, EventSource, Header, Input, IoError,
     MetaReader, OpenOptions,
 };
 
@@ -36,7 +36,12 @@ struct Records {
 }
 
 impl Decoder for Records {
-    fn decode(&mut self, bytes: &[u8], _: bool, columns: &mut Columns) -> Result<usize, Fault> {
+    fn decode(
+        &mut self,
+        bytes: &[u8],
+        _: bool,
+        columns: &mut Columns,
+    ) -> Result<usize, DecodeFault> {
         let records = bytes.as_chunks::<RECORD>().0;
         for (k, &[low, high, y, polarity]) in records.iter().enumerate() {
             let fault = match polarity {
@@ -56,7 +61,7 @@ impl Decoder for Records {
                 0 | 1 => EvcFault::NoMarker { polarity },
                 other => EvcFault::Polarity(other),
             };
-            return Err(Fault { at: k * RECORD, reason: fault.to_string().into() });
+            return Err(DecodeFault { at: k * RECORD, reason: fault.to_string().into() });
         }
         Ok(records.len() * RECORD)
     }

@@ -16,7 +16,7 @@ use evpose_core::Micros;
 use super::batch::Batch;
 use super::time_high::TimeHigh;
 use super::{SkippedRecords, Trigger, WordDecoder};
-use crate::{Columns, Decoder, Fault};
+use crate::{Columns, DecodeFault, Decoder};
 
 /// Events are 0 (OFF) and 1 (ON).
 pub(super) const ON: u32 = 0x1;
@@ -110,7 +110,12 @@ impl WordDecoder for Evt2Decoder {
 }
 
 impl Decoder for Evt2Decoder {
-    fn decode(&mut self, bytes: &[u8], _: bool, columns: &mut Columns) -> Result<usize, Fault> {
+    fn decode(
+        &mut self,
+        bytes: &[u8],
+        _: bool,
+        columns: &mut Columns,
+    ) -> Result<usize, DecodeFault> {
         Ok(self.decode_all(bytes, columns, &mut Vec::new()))
     }
 

@@ -14,7 +14,7 @@ use super::batch::Batch;
 use super::evt2::{CONTINUED, EXT_TRIGGER, LOW_BITS, ON, OTHERS, TIME_HIGH, trigger};
 use super::time_high::TimeHigh;
 use super::{SkippedRecords, Trigger, WordDecoder};
-use crate::{Columns, Decoder, Fault};
+use crate::{Columns, DecodeFault, Decoder};
 
 /// Pixels of a word.
 pub(super) const PIXELS: u16 = 32;
@@ -87,7 +87,12 @@ impl WordDecoder for Evt21Decoder {
 }
 
 impl Decoder for Evt21Decoder {
-    fn decode(&mut self, bytes: &[u8], _: bool, columns: &mut Columns) -> Result<usize, Fault> {
+    fn decode(
+        &mut self,
+        bytes: &[u8],
+        _: bool,
+        columns: &mut Columns,
+    ) -> Result<usize, DecodeFault> {
         Ok(self.decode_all(bytes, columns, &mut Vec::new()))
     }
 

@@ -26,7 +26,7 @@ use evpose_simd::vectorize;
 use super::states::{State, States};
 use super::time_high::TimeHigh;
 use super::{SkippedRecords, Trigger, WordDecoder};
-use crate::{Columns, Decoder, Fault};
+use crate::{Columns, DecodeFault, Decoder};
 
 pub(super) const ADDR_Y: u16 = 0x0;
 /// The row of a measurement of light, on sensors of the first generation.
@@ -284,7 +284,7 @@ impl Decoder for Evt3Decoder {
         bytes: &[u8],
         is_last: bool,
         columns: &mut Columns,
-    ) -> Result<usize, Fault> {
+    ) -> Result<usize, DecodeFault> {
         let took = self.decode_all(bytes, columns, &mut Vec::new());
         // Some programs end their files with an end of line.
         if is_last && matches!(bytes[took..], [b'\n' | b'\r']) {

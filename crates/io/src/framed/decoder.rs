@@ -3,7 +3,7 @@
 use evpose_core::Micros;
 
 use super::layout::{EVENT, HEAD, Head, MARKER, decode};
-use crate::{Columns, Decoder, Fault};
+use crate::{Columns, DecodeFault, Decoder};
 
 /// Turns what is behind the header of a framed stream into events.
 ///
@@ -86,7 +86,7 @@ impl Decoder for FramedDecoder {
         bytes: &[u8],
         is_last: bool,
         columns: &mut Columns,
-    ) -> Result<usize, Fault> {
+    ) -> Result<usize, DecodeFault> {
         let (mut at, before) = (0, columns.len());
         loop {
             let rest = &bytes[at..];
@@ -99,7 +99,7 @@ impl Decoder for FramedDecoder {
                     true => {
                         let reason =
                             format!("the last {} events of a packet are missing", self.left);
-                        Err(Fault { at, reason: reason.into() })
+                        Err(DecodeFault { at, reason: reason.into() })
                     }
                     false => Ok(at),
                 };
@@ -111,7 +111,7 @@ impl Decoder for FramedDecoder {
                 }
                 if rest[..begun] == MARKER[..begun] {
                     let reason = format!("the stream ends {} bytes into a packet", rest.len());
-                    return Err(Fault { at, reason: reason.into() });
+                    return Err(DecodeFault { at, reason: reason.into() });
                 }
                 at += self.lose(rest, at, is_last)?;
                 continue;
@@ -145,10 +145,10 @@ impl Decoder for FramedDecoder {
 }
 
 impl FramedDecoder {
-    fn lose(&mut self, bytes: &[u8], at: usize, is_last: bool) -> Result<usize, Fault> {
+    fn lose(&mut self, bytes: &[u8], at: usize, is_last: bool) -> Result<usize, DecodeFault> {
         match self.passes_over {
             true => Ok(self.search(bytes, is_last)),
-            false => Err(Fault { at, reason: "no packet begins here".into() }),
+            false => Err(DecodeFault { at, reason: "no packet begins here".into() }),
         }
     }
 }

@@ -6,7 +6,7 @@ use evpose_core::SensorSize;
 
 /// Type of the values of a source.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Depth {
+pub enum FrameDepth {
     /// Codes of 8 bits.
     Eight,
     /// Codes of 16 bits.
@@ -15,7 +15,7 @@ pub enum Depth {
     Float,
 }
 
-impl fmt::Display for Depth {
+impl fmt::Display for FrameDepth {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(match self {
             Self::Eight => "8 bit",
@@ -66,9 +66,9 @@ pub enum FrameFault {
     /// A frame that differs in depth from the first.
     Depth {
         /// Its depth.
-        got: Depth,
+        got: FrameDepth,
         /// That of the first.
-        first: Depth,
+        first: FrameDepth,
     },
     /// A level of white that is not a positive number.
     White,

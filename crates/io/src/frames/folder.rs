@@ -6,7 +6,7 @@ use evpose_core::SensorSize;
 use image::{DynamicImage, ImageFormat, ImageReader};
 
 use super::light::Light;
-use super::{Depth, FrameFault, natural, sensor_size};
+use super::{FrameDepth, FrameFault, natural, sensor_size};
 use crate::IoError;
 
 /// The images of a folder that are still to come.
@@ -15,7 +15,7 @@ pub(super) struct Folder {
     images: Vec<PathBuf>,
     next: usize,
     size: SensorSize,
-    depth: Depth,
+    depth: FrameDepth,
 }
 
 impl Folder {
@@ -49,7 +49,7 @@ impl Folder {
         self.size
     }
 
-    pub(super) fn depth(&self) -> Depth {
+    pub(super) fn depth(&self) -> FrameDepth {
         self.depth
     }
 
@@ -91,17 +91,17 @@ fn decode(path: &Path) -> Result<DynamicImage, IoError> {
     reader.decode().map_err(|e| IoError::frames(path, undecodable(e)))
 }
 
-fn properties(image: &DynamicImage) -> Result<(SensorSize, Depth), FrameFault> {
+fn properties(image: &DynamicImage) -> Result<(SensorSize, FrameDepth), FrameFault> {
     let size = sensor_size(image.width().into(), image.height().into())?;
     let depth = match image {
         DynamicImage::ImageLuma8(_)
         | DynamicImage::ImageLumaA8(_)
         | DynamicImage::ImageRgb8(_)
-        | DynamicImage::ImageRgba8(_) => Depth::Eight,
+        | DynamicImage::ImageRgba8(_) => FrameDepth::Eight,
         DynamicImage::ImageLuma16(_)
         | DynamicImage::ImageLumaA16(_)
         | DynamicImage::ImageRgb16(_)
-        | DynamicImage::ImageRgba16(_) => Depth::Sixteen,
+        | DynamicImage::ImageRgba16(_) => FrameDepth::Sixteen,
         other => return Err(FrameFault::Pixels(format!("{:?}", other.color()))),
     };
     Ok((size, depth))

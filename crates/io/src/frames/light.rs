@@ -1,6 +1,6 @@
 //! Stored values to luminance relative to white.
 
-use super::{Depth, Encoding};
+use super::{Encoding, FrameDepth};
 
 /// The weights of red, green and blue in luminance, ITU-R BT.709.
 const WEIGHTS: [f32; 3] = [0.2126, 0.7152, 0.0722];
@@ -8,18 +8,18 @@ const WEIGHTS: [f32; 3] = [0.2126, 0.7152, 0.0722];
 /// Values to light. Codes go through a table.
 #[derive(Debug)]
 pub(super) struct Light {
-    depth: Depth,
+    depth: FrameDepth,
     encoding: Encoding,
     white: f64,
     table: Vec<f32>,
 }
 
 impl Light {
-    pub(super) fn new(depth: Depth, encoding: Encoding, white: Option<f64>) -> Self {
+    pub(super) fn new(depth: FrameDepth, encoding: Encoding, white: Option<f64>) -> Self {
         let (codes, usual) = match depth {
-            Depth::Eight => (1u32 << 8, 255.0),
-            Depth::Sixteen => (1 << 16, 65_535.0),
-            Depth::Float => (0, 1.0),
+            FrameDepth::Eight => (1u32 << 8, 255.0),
+            FrameDepth::Sixteen => (1 << 16, 65_535.0),
+            FrameDepth::Float => (0, 1.0),
         };
         let white = white.unwrap_or(usual);
         let mut light = Self { depth, encoding, white, table: Vec::new() };
@@ -27,7 +27,7 @@ impl Light {
         light
     }
 
-    pub(super) fn depth(&self) -> Depth {
+    pub(super) fn depth(&self) -> FrameDepth {
         self.depth
     }
 

@@ -33,7 +33,7 @@ use folder::Folder;
 use light::Light;
 use npy::NpyFrames;
 
-pub use fault::{Depth, FrameFault};
+pub use fault::{FrameDepth, FrameFault};
 pub use npy::write_codes;
 
 /// Transfer curve from values to light.
@@ -109,7 +109,7 @@ impl FrameSource {
     }
 
     /// Type of the values.
-    pub fn depth(&self) -> Depth {
+    pub fn depth(&self) -> FrameDepth {
         self.light.depth()
     }
 

@@ -8,7 +8,7 @@ use evpose_core::{AtomicFile, SensorSize};
 use npyz::{Order, WriterBuilder};
 
 use super::light::Light;
-use super::{Depth, FrameFault, sensor_size};
+use super::{FrameDepth, FrameFault, sensor_size};
 use crate::{IoError, npz};
 
 /// The frames of an array that are still to come.
@@ -100,11 +100,11 @@ impl NpyFrames {
         self.size
     }
 
-    pub(super) fn depth(&self) -> Depth {
+    pub(super) fn depth(&self) -> FrameDepth {
         match self.values {
-            Values::U8 => Depth::Eight,
-            Values::U16 => Depth::Sixteen,
-            Values::F16 | Values::F32 | Values::F64 => Depth::Float,
+            Values::U8 => FrameDepth::Eight,
+            Values::U16 => FrameDepth::Sixteen,
+            Values::F16 | Values::F32 | Values::F64 => FrameDepth::Float,
         }
     }
 

@@ -93,7 +93,10 @@ fn sixteen_bits_are_not_cut_to_eight() {
     let image: ImageBuffer<Luma<u16>, _> = ImageBuffer::from_pixel(1, 1, Luma([257u16]));
     let directory = folder(&[("0.png", image.into())]);
     let source = FrameSource::open(directory.path(), Encoding::Linear, None).unwrap();
-    assert_eq!((source.depth(), source.white(), source.frames()), (Depth::Sixteen, 65_535.0, 1));
+    assert_eq!(
+        (source.depth(), source.white(), source.frames()),
+        (FrameDepth::Sixteen, 65_535.0, 1)
+    );
     assert!((linear(directory.path()).unwrap()[0][0] - 257.0 / 65_535.0).abs() < 1e-9);
 }
 
@@ -129,7 +132,7 @@ fn images_that_differ_from_the_first_are_named() {
     );
     let deeper: ImageBuffer<Luma<u16>, _> = ImageBuffer::new(2, 1);
     let directory = folder(&[("0.png", grey(0)), ("1.png", deeper.into())]);
-    let expected = FrameFault::Depth { got: Depth::Sixteen, first: Depth::Eight };
+    let expected = FrameFault::Depth { got: FrameDepth::Sixteen, first: FrameDepth::Eight };
     assert_eq!(fault(linear(directory.path())), ("1.png".to_owned(), expected));
 }
 

@@ -19,7 +19,7 @@ use std::borrow::Cow;
 
 use evpose_core::{Micros, Polarity};
 
-use crate::{Columns, Fault};
+use crate::{Columns, DecodeFault};
 
 /// The most events of a chunk.
 const MAX_EVENTS: usize = 65_535;
@@ -27,7 +27,7 @@ const MAX_EVENTS: usize = 65_535;
 const SHORT: usize = 8;
 
 /// Appends the events of a chunk, all or none, and returns how many those are.
-pub(super) fn decode(bytes: &[u8], columns: &mut Columns) -> Result<usize, Fault> {
+pub(super) fn decode(bytes: &[u8], columns: &mut Columns) -> Result<usize, DecodeFault> {
     let before = columns.len();
     let mut packed = Packed { bytes, at: 0 };
     let events = packed.events(columns).and_then(|events| match bytes.len() - packed.at {
@@ -36,7 +36,7 @@ pub(super) fn decode(bytes: &[u8], columns: &mut Columns) -> Result<usize, Fault
     });
     events.map_err(|reason| {
         columns.truncate(before);
-        Fault { at: packed.at, reason }
+        DecodeFault { at: packed.at, reason }
     })
 }
 

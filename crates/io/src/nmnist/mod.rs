@@ -22,7 +22,7 @@ use evpose_core::{Micros, Polarity, SensorSize};
 use crate::open::{Format, no_labels};
 use crate::time_stamp::{HalfPeriodFall, WraparoundCounter};
 use crate::{
-    BlockSource, Columns, Decoder, EventSource, Fault, Header, Input, IoError, OpenOptions,
+    BlockSource, Columns, DecodeFault, Decoder, EventSource, Header, Input, IoError, OpenOptions,
 };
 
 /// The registry's entry.
@@ -70,7 +70,12 @@ impl Default for Records {
 }
 
 impl Decoder for Records {
-    fn decode(&mut self, bytes: &[u8], _: bool, columns: &mut Columns) -> Result<usize, Fault> {
+    fn decode(
+        &mut self,
+        bytes: &[u8],
+        _: bool,
+        columns: &mut Columns,
+    ) -> Result<usize, DecodeFault> {
         let records = bytes.as_chunks::<RECORD>().0;
         columns.reserve(records.len());
         for &[x, y, high, middle, low] in records {

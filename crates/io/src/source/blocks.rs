@@ -29,7 +29,7 @@ pub trait Decoder: Clone + Send {
         bytes: &[u8],
         is_last: bool,
         columns: &mut Columns,
-    ) -> Result<usize, Fault>;
+    ) -> Result<usize, DecodeFault>;
 
     /// As [`EventSource::duration`].
     fn duration(&self) -> Option<Micros> {
@@ -44,7 +44,7 @@ pub trait Decoder: Clone + Send {
 
 /// A fault in some bytes.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Fault {
+pub struct DecodeFault {
     /// Offset from the first of them.
     pub at: usize,
     /// The reason.
@@ -139,7 +139,7 @@ impl<D: Decoder> EventSource for BlockSource<D> {
             let (latest, length) = (self.now.latest, bytes.len());
             self.now.latest = columns.t[before..].iter().copied().fold(latest, Micros::max);
             self.now.events += (columns.len() - before) as u64;
-            let took = decoded.map_err(|Fault { at, reason }| self.damage(at, reason))?;
+            let took = decoded.map_err(|DecodeFault { at, reason }| self.damage(at, reason))?;
             if took == 0 {
                 let reason = match self.is_at_end {
                     true => format!("the file ends {length} bytes into a record"),

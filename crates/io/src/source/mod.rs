@@ -6,7 +6,7 @@ mod memory;
 
 use evpose_core::{Micros, SensorSize};
 
-pub use blocks::{BlockSource, Decoder, Fault};
+pub use blocks::{BlockSource, DecodeFault, Decoder};
 pub use input::{Input, ReadSeek};
 pub use memory::MemorySource;
 

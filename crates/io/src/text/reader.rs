@@ -6,7 +6,7 @@ use super::line::{Known, Line, names, parse};
 use super::{TextFault, quick};
 use crate::sniff::is_time;
 use crate::{
-    BlockSource, Columns, Decoder, EventSource, Fault, Header, Input, IoError, OpenOptions,
+    BlockSource, Columns, DecodeFault, Decoder, EventSource, Header, Input, IoError, OpenOptions,
 };
 
 /// Ample for four values and a comment; a longer line is not text, or not events.
@@ -55,7 +55,7 @@ impl Decoder for Lines {
         bytes: &[u8],
         is_last: bool,
         columns: &mut Columns,
-    ) -> Result<usize, Fault> {
+    ) -> Result<usize, DecodeFault> {
         let (mut at, before) = (0, columns.len());
         let is_beginning = self.known.is_first;
         while at < bytes.len() {
@@ -71,7 +71,7 @@ impl Decoder for Lines {
             let is_open = !rest[..length].ends_with(b"\n");
             self.line(&rest[..length], is_open, columns).map_err(|fault| {
                 let reason = format!("line {}: {fault}", self.number);
-                Fault { at, reason: reason.into() }
+                DecodeFault { at, reason: reason.into() }
             })?;
             at += length;
         }
@@ -80,7 +80,7 @@ impl Decoder for Lines {
             if !is_time(&times) {
                 columns.truncate(before);
                 let reason = TextFault::Order.to_string().into();
-                return Err(Fault { at: 0, reason });
+                return Err(DecodeFault { at: 0, reason });
             }
         }
         Ok(at)

@@ -4,7 +4,7 @@ use super::ticks::{Tick, TickCounter};
 use super::word::{Codec, Words, channel};
 use crate::open::{Format, no_labels};
 use crate::{
-    BlockSource, Columns, Decoder, EventSource, Fault, Header, Input, IoError, OpenOptions,
+    BlockSource, Columns, DecodeFault, Decoder, EventSource, Header, Input, IoError, OpenOptions,
 };
 
 /// The registry's entry.
@@ -51,7 +51,12 @@ struct Pairs {
 }
 
 impl Decoder for Pairs {
-    fn decode(&mut self, bytes: &[u8], _: bool, columns: &mut Columns) -> Result<usize, Fault> {
+    fn decode(
+        &mut self,
+        bytes: &[u8],
+        _: bool,
+        columns: &mut Columns,
+    ) -> Result<usize, DecodeFault> {
         columns.reserve(bytes.len() / RECORD);
         for (stored, word) in records(bytes) {
             self.words.take(Codec::Bits24, self.ticks.time(stored), word, columns);

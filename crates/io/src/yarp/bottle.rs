@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use evpose_core::Micros;
 
 use super::word::Codec;
-use crate::Fault;
+use crate::DecodeFault;
 
 /// Ample for what comes before a bottle's contents.
 const MAX_HEAD: usize = 4096;
@@ -72,7 +72,7 @@ impl Bottles {
         bytes: &[u8],
         is_last: bool,
         mut each: impl FnMut(InBottle),
-    ) -> Result<usize, Fault> {
+    ) -> Result<usize, DecodeFault> {
         let mut at = 0;
         loop {
             let rest = &bytes[at..];
@@ -85,13 +85,13 @@ impl Bottles {
             match step {
                 Ok(0) => return Ok(at),
                 Ok(step) => at += step,
-                Err(fault) => return Err(Fault { at: at + fault.at, ..fault }),
+                Err(fault) => return Err(DecodeFault { at: at + fault.at, ..fault }),
             }
         }
     }
 
     /// Reads what comes before a bottle's contents.
-    fn begin(&mut self, rest: &[u8], is_last: bool) -> Result<usize, Fault> {
+    fn begin(&mut self, rest: &[u8], is_last: bool) -> Result<usize, DecodeFault> {
         let blank = rest.len() - rest.trim_ascii_start().len();
         if blank > 0 {
             return Ok(blank);
@@ -140,7 +140,7 @@ impl Bottles {
         rest: &[u8],
         count: usize,
         each: &mut impl FnMut(InBottle),
-    ) -> Result<usize, Fault> {
+    ) -> Result<usize, DecodeFault> {
         let mut done = 0;
         loop {
             let mut at = done;
@@ -154,12 +154,12 @@ impl Bottles {
                         return Ok(at + 1);
                     }
                     Some(b')') => {
-                        return Err(Fault { at, ..fault("the bottle ends within an event") });
+                        return Err(DecodeFault { at, ..fault("the bottle ends within an event") });
                     }
                     Some(_) => {}
                 }
                 let Some((integer, length)) = integer(&rest[at..]) else {
-                    return Err(Fault { at, ..fault("no number of 32 bits") });
+                    return Err(DecodeFault { at, ..fault("no number of 32 bits") });
                 };
                 if at + length == rest.len() {
                     // There may be more digits behind.
@@ -180,7 +180,11 @@ impl Bottles {
     }
 
     /// Reads events in bytes.
-    fn packed(&mut self, rest: &[u8], each: &mut impl FnMut(InBottle)) -> Result<usize, Fault> {
+    fn packed(
+        &mut self,
+        rest: &[u8],
+        each: &mut impl FnMut(InBottle),
+    ) -> Result<usize, DecodeFault> {
         let count = if self.has_ticks { 8 } else { 4 };
         let mut done = 0;
         loop {
@@ -194,10 +198,10 @@ impl Bottles {
                         return Ok(at + 1);
                     }
                     [b'"', ..] => {
-                        return Err(Fault { at, ..fault("the bottle ends within an event") });
+                        return Err(DecodeFault { at, ..fault("the bottle ends within an event") });
                     }
                     [b'\n', ..] => {
-                        return Err(Fault { at, ..fault("the line ends within a bottle") });
+                        return Err(DecodeFault { at, ..fault("the line ends within a bottle") });
                     }
                     [b'\\', escaped, ..] => {
                         let byte = match escaped {
@@ -205,7 +209,7 @@ impl Bottles {
                             b'n' => b'\n',
                             b'r' => b'\r',
                             b'"' | b'\\' => escaped,
-                            _ => return Err(Fault { at, ..fault("an unknown escape") }),
+                            _ => return Err(DecodeFault { at, ..fault("an unknown escape") }),
                         };
                         (byte, 2)
                     }
@@ -240,8 +244,8 @@ impl Bottles {
     }
 }
 
-fn fault(reason: &'static str) -> Fault {
-    Fault { at: 0, reason: reason.into() }
+fn fault(reason: &'static str) -> DecodeFault {
+    DecodeFault { at: 0, reason: reason.into() }
 }
 
 /// The time and the name at the beginning of a line.

@@ -5,7 +5,7 @@ use super::ticks::{Tick, TickCounter};
 use super::word::{Codec, Words, channel};
 use crate::open::{Format, no_labels};
 use crate::{
-    BlockSource, Columns, Decoder, EventSource, Fault, Header, Input, IoError, OpenOptions,
+    BlockSource, Columns, DecodeFault, Decoder, EventSource, Header, Input, IoError, OpenOptions,
 };
 
 /// The registry's entry.
@@ -116,7 +116,7 @@ impl Decoder for Log {
         bytes: &[u8],
         is_last: bool,
         columns: &mut Columns,
-    ) -> Result<usize, Fault> {
+    ) -> Result<usize, DecodeFault> {
         let Self { bottles, ticks, words, without_ticks } = self;
         bottles.read(bytes, is_last, |event| {
             let t = match event.ticks {

@@ -21,7 +21,7 @@ const MAX_LINE: u64 = 1 << 16;
 
 /// Joints of a person on the image, as hpe-core logs them.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Skeleton {
+pub struct YarpSkeleton {
     /// Time stamp.
     pub t: Micros,
     /// Column and row of each of the [`JOINTS`], in pixels. DHP19's logs have row and column:
@@ -35,7 +35,7 @@ pub struct Skeleton {
     pub torso_size_px: Option<f32>,
 }
 
-impl Skeleton {
+impl YarpSkeleton {
     /// The same with columns and rows exchanged.
     #[must_use]
     pub fn transposed(mut self) -> Self {
@@ -60,9 +60,9 @@ impl Skeleton {
 /// They are measured with the head if the size of the first one's is known, as in the published
 /// program, and otherwise with the torso, whose diagonal is taken from joints where a line lacks
 /// it.
-pub fn body_truths(skeletons: &[Skeleton]) -> Vec<BodyTruth> {
+pub fn body_truths(skeletons: &[YarpSkeleton]) -> Vec<BodyTruth> {
     let has_head = skeletons.first().is_some_and(|first| first.head_size_px.is_some());
-    let truth = |skeleton: &Skeleton| {
+    let truth = |skeleton: &YarpSkeleton| {
         let joints_px = skeleton.points_px();
         let torso_px = || skeleton.torso_size_px.or_else(|| torso(&joints_px));
         let size_px = if has_head { skeleton.head_size_px } else { torso_px() };
@@ -78,7 +78,7 @@ pub fn body_truths(skeletons: &[Skeleton]) -> Vec<BodyTruth> {
 /// # Errors
 /// If the file cannot be read, a line with something on it is no skeleton, or the last one does not
 /// end: sizes stand at the ends of lines, where a cut would go unseen.
-pub fn read_skeletons(path: impl AsRef<Path>) -> Result<Vec<Skeleton>, IoError> {
+pub fn read_skeletons(path: impl AsRef<Path>) -> Result<Vec<YarpSkeleton>, IoError> {
     read_skeletons_from(input(path.as_ref())?)
 }
 
@@ -86,7 +86,7 @@ pub fn read_skeletons(path: impl AsRef<Path>) -> Result<Vec<Skeleton>, IoError> 
 ///
 /// # Errors
 /// As [`read_skeletons`].
-pub fn read_skeletons_from(input: Input) -> Result<Vec<Skeleton>, IoError> {
+pub fn read_skeletons_from(input: Input) -> Result<Vec<YarpSkeleton>, IoError> {
     let mut bytes = BufReader::new(input.bytes);
     let (mut skeletons, mut line, mut at) = (Vec::new(), Vec::new(), 0);
     loop {
@@ -113,7 +113,7 @@ pub fn read_skeletons_from(input: Input) -> Result<Vec<Skeleton>, IoError> {
     }
 }
 
-fn skeleton(line: &[u8]) -> Option<Skeleton> {
+fn skeleton(line: &[u8]) -> Option<YarpSkeleton> {
     let line = str::from_utf8(line).ok()?;
     let (head, rest) = line.split_once('(')?;
     let (inside, behind) = rest.split_once(')')?;
@@ -127,7 +127,7 @@ fn skeleton(line: &[u8]) -> Option<Skeleton> {
     };
     // Unknown sizes are -1.
     let size = |k: usize| sizes.get(k).copied().filter(|size| *size >= 0.0);
-    Some(Skeleton { t, joints, confidences, head_size_px: size(0), torso_size_px: size(1) })
+    Some(YarpSkeleton { t, joints, confidences, head_size_px: size(0), torso_size_px: size(1) })
 }
 
 fn values(text: &str) -> Option<Vec<f32>> {

@@ -6,7 +6,7 @@ use std::path::Path;
 use evpose_core::{Micros, atomic_write};
 
 use super::bottle::MAX_SECONDS;
-use super::skeleton::Skeleton;
+use super::skeleton::YarpSkeleton;
 use crate::IoError;
 
 /// How joints are written.
@@ -32,7 +32,7 @@ pub enum CoordinateFormat {
 pub fn write_skeletons(
     folder: impl AsRef<Path>,
     channel: &str,
-    skeletons: &[Skeleton],
+    skeletons: &[YarpSkeleton],
     format: CoordinateFormat,
 ) -> Result<(), IoError> {
     let [info, data] = ["info.log", "data.log"].map(|name| folder.as_ref().join(name));
@@ -55,7 +55,7 @@ pub fn write_skeletons(
 }
 
 /// Why a skeleton could not be read again.
-fn fault(skeleton: &Skeleton) -> Option<&'static str> {
+fn fault(skeleton: &YarpSkeleton) -> Option<&'static str> {
     let mut values = skeleton.joints.iter().flatten().chain(skeleton.confidences.iter().flatten());
     let mut sizes = [skeleton.head_size_px, skeleton.torso_size_px].into_iter().flatten();
     if !values.all(|value| value.is_finite()) {
@@ -70,7 +70,7 @@ fn fault(skeleton: &Skeleton) -> Option<&'static str> {
 }
 
 /// Appends the content behind the opening bracket.
-fn put(lines: &mut String, skeleton: &Skeleton, format: CoordinateFormat) {
+fn put(lines: &mut String, skeleton: &YarpSkeleton, format: CoordinateFormat) {
     let position = |&value: &f32| match format {
         CoordinateFormat::Whole => format!("{}", value.round_ties_even() as i64),
         CoordinateFormat::Exact => format!("{value:?}"),
@@ -112,8 +112,8 @@ mod tests {
     use super::*;
     use crate::yarp::{JOINTS, body_truths, read_skeletons};
 
-    fn skeleton(t: i64) -> Skeleton {
-        Skeleton {
+    fn skeleton(t: i64) -> YarpSkeleton {
+        YarpSkeleton {
             t: Micros(t),
             joints: std::array::from_fn(|k| [10.0 * k as f32, 400.0 - k as f32]),
             confidences: None,
@@ -147,7 +147,7 @@ mod tests {
     #[test]
     fn what_could_not_be_read_again_is_not_written() {
         let directory = tempfile::tempdir().unwrap();
-        let fails = |channel: &str, change: fn(&mut Skeleton)| {
+        let fails = |channel: &str, change: fn(&mut YarpSkeleton)| {
             let mut bad = skeleton(0);
             change(&mut bad);
             let written = write_skeletons(
@@ -211,7 +211,7 @@ mod tests {
         ) {
             let skeletons: Vec<_> = rows
                 .iter()
-                .map(|(t, values, confidence, size)| Skeleton {
+                .map(|(t, values, confidence, size)| YarpSkeleton {
                     t: Micros(*t),
                     joints: std::array::from_fn(|k| [values[2 * k], values[2 * k + 1]]),
                     confidences: confidence.map(|confidence| [confidence; JOINTS]),

@@ -1,7 +1,7 @@
 //! Convolution in training, by the algorithm that suits its shape.
 
 use super::blocks::Blocks;
-use super::norm::{Input, channel_sums};
+use super::norm::{NormalizedInput, channel_sums};
 use super::shape::Conv;
 use super::{direct, direct_weight, few_channels, winograd, winograd_weight};
 
@@ -13,7 +13,12 @@ impl Conv {
     ///
     /// # Panics
     /// If a slice has another length, here and in the gradients.
-    pub fn forward(&self, input: Input<'_>, weight: &[f32], bias: Option<&[f32]>) -> Vec<f32> {
+    pub fn forward(
+        &self,
+        input: NormalizedInput<'_>,
+        weight: &[f32],
+        bias: Option<&[f32]>,
+    ) -> Vec<f32> {
         self.check(input.values.len(), weight.len(), self.output().value_count());
         assert!(bias.is_none_or(|bias| bias.len() == self.channels_out), "bias");
         let weights = self.weights(weight, false);
@@ -37,7 +42,7 @@ impl Conv {
     }
 
     /// The gradient by the weight, from the gradient by the output.
-    pub fn backward_weight(&self, input: Input<'_>, gradient: &[f32]) -> Vec<f32> {
+    pub fn backward_weight(&self, input: NormalizedInput<'_>, gradient: &[f32]) -> Vec<f32> {
         self.check(input.values.len(), self.weight_count(), gradient.len());
         if self.is_winograd() {
             return winograd_weight::gradient(self, input, gradient);

@@ -6,7 +6,7 @@
 use rayon::prelude::*;
 
 use super::blocks::Blocks;
-use super::norm::Input;
+use super::norm::NormalizedInput;
 use super::padded::{Padded, Pitches, pad_block};
 use super::per_channel::{ChannelProducts, ChannelSums};
 use super::phases::Phase;
@@ -39,7 +39,12 @@ impl Depthwise {
     ///
     /// # Panics
     /// If a slice has another length, here and in the gradients.
-    pub fn forward(&self, input: Input<'_>, weight: &[f32], bias: Option<&[f32]>) -> Vec<f32> {
+    pub fn forward(
+        &self,
+        input: NormalizedInput<'_>,
+        weight: &[f32],
+        bias: Option<&[f32]>,
+    ) -> Vec<f32> {
         let (shape, out) = (self.input, self.output());
         self.check(input.values.len(), weight.len(), out.value_count());
         assert!(bias.is_none_or(|bias| bias.len() == shape.channels), "bias");
@@ -109,7 +114,7 @@ impl Depthwise {
     }
 
     /// The gradient by the weight, from the gradient by the output.
-    pub fn backward_weight(&self, input: Input<'_>, gradient: &[f32]) -> Vec<f32> {
+    pub fn backward_weight(&self, input: NormalizedInput<'_>, gradient: &[f32]) -> Vec<f32> {
         let (shape, out, taps) = (self.input, self.output(), self.kernel.pow(2));
         self.check(input.values.len(), shape.channels * taps, gradient.len());
         let pitches = Pitches::new(&shape, self.kernel / 2);

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::blocks::Blocks;
 use super::gather::Gather;
-use super::norm::Input;
+use super::norm::NormalizedInput;
 use super::padded::{Padded, Pitches, pad};
 use super::phases::Phase;
 use super::shape::Conv;
@@ -24,7 +24,7 @@ fn at_once(shape: &Blocks) -> usize {
 
 pub(super) fn forward(
     conv: &Conv,
-    input: Input<'_>,
+    input: NormalizedInput<'_>,
     weights: Weights<'_>,
     bias: Option<&[f32]>,
 ) -> Vec<f32> {
@@ -48,7 +48,7 @@ pub(super) fn forward(
             let padded = padded.room(pitches.lines(images));
             let copies = padded.chunks_exact_mut(pitches.lines(1));
             for (copy, values) in copies.zip(values.chunks_exact(shape.image())) {
-                pad(&shape, Input { values, ..input }, pitches, copy);
+                pad(&shape, NormalizedInput { values, ..input }, pitches, copy);
             }
             let work = Gather {
                 taps: &taps,

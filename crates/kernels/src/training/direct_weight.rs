@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::norm::Input;
+use super::norm::NormalizedInput;
 use super::outer::{OFFSETS, Pixels, outer};
 use super::padded::{Padded, Pitches, pad};
 use super::shape::Conv;
@@ -21,7 +21,7 @@ const MIN_PIECES: usize = 16;
 /// Lines of padded images in memory: 8 MiB.
 const PADDED_LINES: usize = (8 << 20) / size_of::<Line>();
 
-pub(super) fn gradient(conv: &Conv, input: Input<'_>, gradient: &[f32]) -> Vec<f32> {
+pub(super) fn gradient(conv: &Conv, input: NormalizedInput<'_>, gradient: &[f32]) -> Vec<f32> {
     let (shape, out) = (conv.input, conv.output());
     let pitches = Pitches::new(&shape, conv.kernel / 2);
     let sums = RowSums::new(conv);
@@ -34,7 +34,7 @@ pub(super) fn gradient(conv: &Conv, input: Input<'_>, gradient: &[f32]) -> Vec<f
         let padded = padded.room(pitches.lines(images));
         let sources = values.par_chunks_exact(shape.image());
         padded.par_chunks_exact_mut(pitches.lines(1)).zip(sources).for_each(|(copy, values)| {
-            pad(&shape, Input { values, ..input }, pitches, copy);
+            pad(&shape, NormalizedInput { values, ..input }, pitches, copy);
         });
         let padded = &*padded;
         lines.par_chunks_mut(sums.of_row).enumerate().for_each(|(k, lines)| {

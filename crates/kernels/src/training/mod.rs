@@ -5,7 +5,7 @@
 //! * [`Conv`]: convolution, its gradients by input, weight and bias.
 //! * [`Depthwise`]: the same with a kernel for each channel.
 //! * [`Norm`]: batch normalisation. Its consumers compute it again from its input while they read,
-//!   so that only the input is stored: see [`Input`].
+//!   so that only the input is stored: see [`NormalizedInput`].
 //! * [`MaxPool`], [`Upsample`]: max-pooling of stride 2 and bilinear upsampling by two.
 //!
 //! Every output is computed by one thread in an order that depends on shapes alone, so that results
@@ -40,7 +40,7 @@ pub use crate::activation::Activation;
 pub use blocks::Blocks;
 pub use conv::backward_bias;
 pub use depthwise::Depthwise;
-pub use norm::{Gradients, Input, Norm, Statistics, activation_backward};
+pub use norm::{Gradients, Norm, NormalizedInput, Statistics, activation_backward};
 pub use pool::MaxPool;
 pub use shape::Conv;
 pub use upsample::Upsample;

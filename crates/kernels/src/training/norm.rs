@@ -44,7 +44,7 @@ pub struct Norm {
 
 /// The input of an operation, normalised while it is read.
 #[derive(Debug, Clone, Copy)]
-pub struct Input<'a> {
+pub struct NormalizedInput<'a> {
     /// A batch of the shape of the operation's input.
     pub values: &'a [f32],
     /// The normalisation in front of the operation, if there is one.
@@ -60,7 +60,7 @@ pub struct Gradients {
     pub beta: Vec<f32>,
 }
 
-impl<'a> From<&'a [f32]> for Input<'a> {
+impl<'a> From<&'a [f32]> for NormalizedInput<'a> {
     fn from(values: &'a [f32]) -> Self {
         Self { values, norm: None }
     }
@@ -209,9 +209,14 @@ impl Norm {
     }
 }
 
-impl Input<'_> {
+impl NormalizedInput<'_> {
     /// `activation(input + other)`.
-    pub fn add(self, shape: &Blocks, other: Input<'_>, activation: Activation) -> Vec<f32> {
+    pub fn add(
+        self,
+        shape: &Blocks,
+        other: NormalizedInput<'_>,
+        activation: Activation,
+    ) -> Vec<f32> {
         let lengths = [self.values.len(), other.values.len()];
         assert_eq!(lengths, [shape.value_count(); 2], "values of this shape");
         let [min, max] = activation.bounds();

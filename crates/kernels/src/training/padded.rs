@@ -3,7 +3,7 @@
 use evpose_simd::vectorize;
 
 use super::blocks::Blocks;
-use super::norm::{Input, ScaleShift};
+use super::norm::{NormalizedInput, ScaleShift};
 use crate::blocked::Line;
 use crate::simd::LANES;
 
@@ -42,7 +42,7 @@ impl Pitches {
 }
 
 /// Writes an image of `shape`, normalised by the input's norm, with its border.
-pub(super) fn pad(shape: &Blocks, input: Input<'_>, pitches: Pitches, to: &mut [Line]) {
+pub(super) fn pad(shape: &Blocks, input: NormalizedInput<'_>, pitches: Pitches, to: &mut [Line]) {
     let planes = to.chunks_exact_mut(pitches.block_lines());
     for (block, (plane, values)) in planes.zip(input.values.chunks_exact(shape.block())).enumerate()
     {

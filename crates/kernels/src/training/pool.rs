@@ -4,7 +4,7 @@ use evpose_simd::vectorize;
 use rayon::prelude::*;
 
 use super::blocks::Blocks;
-use super::norm::{Input, ScaleShift};
+use super::norm::{NormalizedInput, ScaleShift};
 use crate::simd::LANES;
 
 const STRIDE: usize = 2;
@@ -32,7 +32,7 @@ impl MaxPool {
 
     /// The largest value of every window, and its index in the window, the first of equals. NaN
     /// counts as larger than any other value.
-    pub fn forward(&self, input: Input<'_>) -> (Vec<f32>, Vec<u8>) {
+    pub fn forward(&self, input: NormalizedInput<'_>) -> (Vec<f32>, Vec<u8>) {
         let (shape, out) = (self.input, self.output());
         assert_eq!(input.values.len(), shape.value_count(), "values of this shape");
         let (mut values, mut taps) = (vec![0.0; out.value_count()], vec![0; out.value_count()]);

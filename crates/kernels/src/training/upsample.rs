@@ -8,7 +8,7 @@ use evpose_simd::vectorize;
 use rayon::prelude::*;
 
 use super::blocks::Blocks;
-use super::norm::{Input, ScaleShift};
+use super::norm::{NormalizedInput, ScaleShift};
 use crate::simd::LANES;
 
 /// Weights of the pixel that an output lies in, and of the neighbour on its side.
@@ -31,7 +31,7 @@ impl Upsample {
     }
 
     /// Twice as many rows and columns.
-    pub fn forward(&self, input: Input<'_>) -> Vec<f32> {
+    pub fn forward(&self, input: NormalizedInput<'_>) -> Vec<f32> {
         let (shape, out) = (self.input, self.output());
         assert_eq!(input.values.len(), shape.value_count(), "values of this shape");
         let mut output = vec![0.0; out.value_count()];

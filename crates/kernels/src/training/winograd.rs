@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::blocks::Blocks;
 use super::gather::Gather;
-use super::norm::{Input, ScaleShift};
+use super::norm::{NormalizedInput, ScaleShift};
 use super::padded::Padded;
 use super::shape::blocks_at_once;
 use super::weights::Weights;
@@ -55,7 +55,7 @@ impl Tiles {
 /// The convolution of `input`, of `shape`.
 pub(super) fn convolved(
     shape: Blocks,
-    input: Input<'_>,
+    input: NormalizedInput<'_>,
     weights: Weights<'_>,
     bias: Option<&[f32]>,
     level: Level,
@@ -114,7 +114,7 @@ unsafe impl Sync for Target {}
 struct Round<'a, S> {
     tiles: Tiles,
     out: Blocks,
-    input: Input<'a>,
+    input: NormalizedInput<'a>,
     /// Of every place, see [`Weights::transformed`].
     weights: &'a [Line],
     bias: Option<&'a [Line]>,

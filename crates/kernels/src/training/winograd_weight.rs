@@ -7,7 +7,7 @@
 use rayon::prelude::*;
 
 use super::blocks::Blocks;
-use super::norm::Input;
+use super::norm::NormalizedInput;
 use super::outer::{OFFSETS, Pixels, outer};
 use super::shape::Conv;
 use super::weights::Weights;
@@ -115,7 +115,7 @@ impl Kernel for Kernels<'_> {
 }
 
 /// The gradient by the weight of a 3x3 convolution of stride 1.
-pub(super) fn gradient(conv: &Conv, input: Input<'_>, gradient: &[f32]) -> Vec<f32> {
+pub(super) fn gradient(conv: &Conv, input: NormalizedInput<'_>, gradient: &[f32]) -> Vec<f32> {
     let places = Chosen::IN * Chosen::IN;
     let (shape, out) = (conv.input, conv.output());
     let together = conv.blocks_at_once();
@@ -189,7 +189,7 @@ pub(super) fn gradient(conv: &Conv, input: Input<'_>, gradient: &[f32]) -> Vec<f
 struct Transform<'a> {
     tiles: Tiles,
     range: std::ops::Range<usize>,
-    input: Input<'a>,
+    input: NormalizedInput<'a>,
     out: Blocks,
     gradient: &'a [f32],
     block: usize,

@@ -11,7 +11,7 @@ use hdrhistogram::Histogram;
 use super::{Shared, lock};
 use crate::meter::MAX_LATENCY_US;
 use crate::sink::Sink;
-use crate::{LatencySummary, LivePose, Origin};
+use crate::{LatencySummary, LivePose, PoseOrigin};
 
 /// Slots of the sliding window of one second.
 const SLOTS: usize = super::rates::PER_SECOND;
@@ -59,8 +59,8 @@ impl NewestPoses {
 
     fn record(&mut self, pose: &LivePose) {
         let poses = match pose.origin {
-            Origin::Network => &mut self.network,
-            Origin::Propagated => &mut self.propagated,
+            PoseOrigin::Network => &mut self.network,
+            PoseOrigin::Propagated => &mut self.propagated,
         };
         let latency_us = u64::try_from(pose.latency.as_micros()).unwrap_or(MAX_LATENCY_US);
         poses.slot.saturating_record(latency_us.clamp(1, MAX_LATENCY_US));
@@ -113,7 +113,7 @@ mod tests {
     use super::*;
     use evpose_pose::PoseEstimate;
 
-    fn pose(origin: Origin, latency_us: u64) -> LivePose {
+    fn pose(origin: PoseOrigin, latency_us: u64) -> LivePose {
         let estimate =
             PoseEstimate::Body { joints_px: [None; BODY_JOINTS], scores: [0.0; BODY_JOINTS] };
         LivePose {
@@ -128,9 +128,9 @@ mod tests {
     fn latencies_are_those_of_the_last_second() {
         let mut newest = NewestPoses::new();
         for k in 1..=100 {
-            newest.record(&pose(Origin::Network, 1_000 * k));
+            newest.record(&pose(PoseOrigin::Network, 1_000 * k));
         }
-        newest.record(&pose(Origin::Propagated, 200));
+        newest.record(&pose(PoseOrigin::Propagated, 200));
         let latency = newest.network.rotate().unwrap();
         assert_eq!(latency.poses, 100);
         for (is, want) in [(latency.p50_ms, 50.0), (latency.p95_ms, 95.0), (latency.p99_ms, 99.0)] {

@@ -13,7 +13,7 @@ use tungstenite::{Message, WebSocket};
 
 use super::*;
 use crate::sink::Sinks;
-use crate::{LivePose, Origin};
+use crate::{LivePose, PoseOrigin};
 use evpose_pose::PoseEstimate;
 
 const SENSOR: SensorSize = SensorSize { width: 640, height: 480 };
@@ -44,7 +44,7 @@ fn noise(index: u64) -> EventStream {
     EventStream::from_events(SENSOR, (0..200_000).map(event)).unwrap()
 }
 
-fn pose(origin: Origin, x: f32) -> LivePose {
+fn pose(origin: PoseOrigin, x: f32) -> LivePose {
     let mut joints_px = [None; BODY_JOINTS];
     joints_px[3] = Some(Vec2::new(x, 20.0));
     joints_px[4] = Some(Vec2::NAN);
@@ -156,8 +156,8 @@ fn a_client_sees_events_poses_and_figures() {
     assert_eq!(next_text(&mut socket)["state"], "waiting");
 
     let view = page.view();
-    for origin in [Origin::Network, Origin::Propagated] {
-        let pose = pose(origin, if origin == Origin::Network { 10.25 } else { 30.0 });
+    for origin in [PoseOrigin::Network, PoseOrigin::Propagated] {
+        let pose = pose(origin, if origin == PoseOrigin::Network { 10.25 } else { 30.0 });
         meter.record(&pose);
         sinks.send(&Arc::new(pose));
     }

@@ -7,7 +7,7 @@ use evpose_pose::body::JOINT_NAMES;
 use serde_json::{Map, Value, json};
 
 use super::Sink;
-use crate::{LivePose, Origin};
+use crate::{LivePose, PoseOrigin};
 use evpose_pose::PoseEstimate;
 
 /// Writes a line for every pose: `t_us`, `origin` (`network` or `propagated`), `latency_ms`, and
@@ -45,8 +45,8 @@ impl<W: Write + Send + 'static> Sink for JsonLines<W> {
 /// A pose as JSON.
 pub fn value(pose: &LivePose) -> Value {
     let origin = match pose.origin {
-        Origin::Network => "network",
-        Origin::Propagated => "propagated",
+        PoseOrigin::Network => "network",
+        PoseOrigin::Propagated => "propagated",
     };
     let latency_ms = pose.latency.as_micros() as f64 * 1e-3;
     let mut line = json!({ "t_us": pose.t.0, "origin": origin, "latency_ms": latency_ms });

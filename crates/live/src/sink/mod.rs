@@ -14,7 +14,7 @@ use std::time::Duration;
 
 pub use json::JsonLines;
 pub use json::value as pose_as_json;
-pub use table::Table;
+pub use table::PoseCsv;
 
 use crate::{LiveError, LivePose};
 

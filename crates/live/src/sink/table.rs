@@ -7,7 +7,7 @@ use evpose_pose::EVALUATION_JOINTS;
 use evpose_pose::body::JOINT_NAMES;
 
 use super::Sink;
-use crate::{LivePose, Origin};
+use crate::{LivePose, PoseOrigin};
 use evpose_pose::PoseEstimate;
 
 /// First columns of every table.
@@ -16,21 +16,21 @@ const COMMON_COLUMNS: &str = "t_us,origin,latency_us";
 /// Writes a line for every pose: its time stamp, `network` or `propagated`, its latency, and for a
 /// body 13 joints in pixels, for a hand 21 joints in pixels and 12 parameters. Unknown values are
 /// empty.
-pub struct Table<W> {
+pub struct PoseCsv<W> {
     name: String,
     out: W,
     is_begun: bool,
     line: String,
 }
 
-impl<W: Write> Table<W> {
+impl<W: Write> PoseCsv<W> {
     /// Writes to `out`; `name` identifies it in messages.
     pub fn new(name: impl Into<String>, out: W) -> Self {
         Self { name: name.into(), out, is_begun: false, line: String::new() }
     }
 }
 
-impl<W: Write + Send + 'static> Sink for Table<W> {
+impl<W: Write + Send + 'static> Sink for PoseCsv<W> {
     fn name(&self) -> String {
         self.name.clone()
     }
@@ -42,8 +42,8 @@ impl<W: Write + Send + 'static> Sink for Table<W> {
             header(line, &pose.pose);
         }
         let origin = match pose.origin {
-            Origin::Network => "network",
-            Origin::Propagated => "propagated",
+            PoseOrigin::Network => "network",
+            PoseOrigin::Propagated => "propagated",
         };
         let _ = write!(line, "{},{origin},{}", pose.t.0, pose.latency.as_micros());
         let mut pixels = |at: &Option<glam::Vec2>| {

@@ -14,7 +14,7 @@ use evpose_core::{Micros, SensorSize};
 use evpose_io::Columns;
 
 #[cfg(feature = "cameras")]
-pub use camera::Camera;
+pub use camera::CameraSource;
 pub use dv::Dv;
 pub use framed::Framed;
 pub use named::{SourceOptions, open};

@@ -90,7 +90,7 @@ fn stream(connection: Connection, options: &SourceOptions) -> Result<Box<dyn Sou
 
 #[cfg(feature = "cameras")]
 fn camera(which: Option<&str>) -> Result<Box<dyn Source>, LiveError> {
-    Ok(Box::new(super::Camera::open(which)?))
+    Ok(Box::new(super::CameraSource::open(which)?))
 }
 
 #[cfg(not(feature = "cameras"))]

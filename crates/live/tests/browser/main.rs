@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
 use evpose_live::page::{Page, PageInfo, Skeleton};
 use evpose_live::sink::Sinks;
-use evpose_live::{LivePose, Meter, Origin};
+use evpose_live::{LivePose, Meter, PoseOrigin};
 use evpose_pose::PoseEstimate;
 use evpose_pose::body::BODY_JOINTS;
 use glam::Vec2;
@@ -47,7 +47,7 @@ fn feed(page: &Page, meter: &Meter, is_over: &AtomicBool) {
         let event = |k: u16| Event { t, x: 100 + k % 20, y: 50 + k % 30, polarity: Polarity::On };
         view.push(&EventStream::from_events(SENSOR, (0..1_000).map(event)).unwrap());
         meter.events.add(1_000);
-        for (origin, latency_us) in [(Origin::Network, 12_500), (Origin::Propagated, 400)] {
+        for (origin, latency_us) in [(PoseOrigin::Network, 12_500), (PoseOrigin::Propagated, 400)] {
             let joint = |k| Some(Vec2::new(60.0 + 10.0 * k as f32, 120.0 + 5.0 * k as f32));
             let estimate = PoseEstimate::Body {
                 joints_px: std::array::from_fn(joint),

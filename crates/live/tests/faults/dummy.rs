@@ -9,7 +9,7 @@ use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
 use evpose_io::framed::FramedWriter;
 use evpose_live::sink::Sink;
 use evpose_live::source::Framed;
-use evpose_live::{Control, LiveOptions, LivePose, Meter, Origin};
+use evpose_live::{Control, LiveOptions, LivePose, Meter, PoseOrigin};
 use evpose_pose::PoseEstimate;
 use evpose_pose::body::BODY_JOINTS;
 use evpose_pose::stream::InferenceWorker;
@@ -228,10 +228,10 @@ pub(crate) fn options() -> LiveOptions {
 
 /// A sink that collects time stamps.
 #[derive(Clone, Default)]
-pub(crate) struct CollectingSink(Arc<Mutex<Vec<(i64, Origin)>>>);
+pub(crate) struct CollectingSink(Arc<Mutex<Vec<(i64, PoseOrigin)>>>);
 
 impl CollectingSink {
-    pub(crate) fn times(&self, origin: Origin) -> Vec<i64> {
+    pub(crate) fn times(&self, origin: PoseOrigin) -> Vec<i64> {
         let kept = self.0.lock().unwrap();
         kept.iter().filter(|pose| pose.1 == origin).map(|pose| pose.0).collect()
     }

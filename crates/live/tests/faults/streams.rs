@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use evpose_core::{Event, EventStream, Micros, Polarity};
 use evpose_live::sink::Sinks;
 use evpose_live::source::Framed;
-use evpose_live::{Control, LiveError, LiveOptions, Origin, Report, run};
+use evpose_live::{Control, LiveError, LiveOptions, PoseOrigin, Report, run};
 use evpose_pose::stream::PoseStream;
 
 use super::dummy::{
@@ -44,8 +44,8 @@ fn a_cut_stream_gives_every_pose_of_what_came_and_then_its_error() {
     assert_eq!((seen.events, report.followed, report.dropped_events), (1_998, 1_998, 0));
     // From the end of the first packet on, every 10 ms.
     let want: Vec<i64> = (0..9).map(|k| 14_950 + 10_000 * k).collect();
-    assert_eq!(kept.times(Origin::Propagated), want);
-    assert!(kept.times(Origin::Network).last().is_some_and(|t| *t > 0));
+    assert_eq!(kept.times(PoseOrigin::Propagated), want);
+    assert!(kept.times(PoseOrigin::Network).last().is_some_and(|t| *t > 0));
 }
 
 #[test]
@@ -77,7 +77,7 @@ fn a_stall_is_counted_and_the_pipeline_goes_on_when_events_come_again() {
         drop(feed);
         let report = running.join().unwrap();
         assert_eq!((report.events, report.followed, report.restarts), (200, 200, 0));
-        assert!(kept.times(Origin::Network).contains(&5_009_900));
+        assert!(kept.times(PoseOrigin::Network).contains(&5_009_900));
     });
 }
 
@@ -106,11 +106,11 @@ fn time_that_jumps_back_begins_anew_and_poses_go_on() {
     let (kept, seen, ended, report) = play(bytes);
     ended.unwrap();
     assert_eq!((seen.events, seen.resets, report.restarts, report.rejected), (4_000, 1, 1, 0));
-    let propagated = kept.times(Origin::Propagated);
+    let propagated = kept.times(PoseOrigin::Propagated);
     let (before, after): (Vec<i64>, Vec<i64>) = propagated.iter().partition(|t| **t >= hour);
     assert_eq!((before.len(), after.len()), (9, 9), "{propagated:?}");
     assert!(propagated.is_sorted_by_key(|t| *t < hour), "first those of before");
-    assert!(kept.times(Origin::Network).iter().any(|t| *t < hour));
+    assert!(kept.times(PoseOrigin::Network).iter().any(|t| *t < hour));
 }
 
 #[test]
@@ -129,7 +129,7 @@ fn a_jump_to_a_far_future_and_back_costs_no_more_than_its_packet() {
     // The last packet is one of them, and nothing comes behind it.
     assert_eq!((seen.events, seen.resets, report.restarts), (4_008, 7, 7));
     // 500 ms of silence, at most, are filled with poses.
-    assert!(kept.times(Origin::Propagated).len() < 40, "{}", kept.len());
+    assert!(kept.times(PoseOrigin::Propagated).len() < 40, "{}", kept.len());
 }
 
 #[test]
@@ -185,7 +185,7 @@ fn packets_that_make_no_sense_are_passed_over_and_counted() {
     let (kept, seen, ended, report) = play(bytes);
     ended.unwrap();
     assert_eq!((report.malformed, seen.events, report.rejected), (3, 1_800, 0));
-    assert_eq!((seen.resets, kept.times(Origin::Propagated).len()), (0, 9));
+    assert_eq!((seen.resets, kept.times(PoseOrigin::Propagated).len()), (0, 9));
 }
 
 #[test]
@@ -215,7 +215,7 @@ fn a_network_that_fails_ends_the_pipeline_with_its_error() {
     });
     assert_eq!(ended.unwrap_err().to_string(), "no device memory is left");
     in_time(|| sinks.finish()).unwrap();
-    assert_eq!(kept.times(Origin::Network).len(), 5);
+    assert_eq!(kept.times(PoseOrigin::Network).len(), 5);
 }
 
 #[test]

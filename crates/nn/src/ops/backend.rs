@@ -4,7 +4,7 @@
 use burn::backend::tensor::FloatTensor;
 use burn::backend::{Backend, Flex, TensorMetadata, backend_extension};
 use burn::tensor::{Shape, TensorData};
-use evpose_kernels::training::{Activation, Blocks, Input, Norm, Statistics};
+use evpose_kernels::training::{Activation, Blocks, Norm, NormalizedInput, Statistics};
 
 use super::layer::ConvLayer;
 use super::unary::UnaryOp;
@@ -221,7 +221,8 @@ pub(super) fn convolution(
     let ConvSettings { layer, has_bias, .. } = settings;
     let (weight, bias) = (weight.to_contiguous(), bias.to_contiguous());
     let bias = has_bias.then(|| values(&bias));
-    let output = layer.forward(Input { values: values(input), norm }, values(&weight), bias);
+    let output =
+        layer.forward(NormalizedInput { values: values(input), norm }, values(&weight), bias);
     blocked(output, &layer.output())
 }
 
@@ -232,7 +233,8 @@ pub(super) fn unary(
     settings: UnarySettings,
 ) -> (FloatTensor<Flex>, Vec<u8>) {
     let shape = blocks(input, settings.channels);
-    let (output, out, taps) = settings.op.forward(shape, Input { values: values(input), norm });
+    let (output, out, taps) =
+        settings.op.forward(shape, NormalizedInput { values: values(input), norm });
     (blocked(output, &out), taps)
 }
 
@@ -244,6 +246,6 @@ pub(super) fn sum(
 ) -> FloatTensor<Flex> {
     let shape = blocks(input, settings.channels);
     let other = other.to_contiguous();
-    let input = Input { values: values(input), norm };
+    let input = NormalizedInput { values: values(input), norm };
     blocked(input.add(&shape, values(&other).into(), settings.activation), &shape)
 }

@@ -13,7 +13,7 @@ use burn::backend::autodiff::ops::{Backward, Ops, OpsKind};
 use burn::backend::tensor::FloatTensor;
 use burn::backend::{Autodiff, Flex, TensorMetadata};
 use burn::tensor::Shape;
-use evpose_kernels::training::{Blocks, Input, Norm, activation_backward, backward_bias};
+use evpose_kernels::training::{Blocks, Norm, NormalizedInput, activation_backward, backward_bias};
 
 use super::backend::{
     AddSettings, ConvSettings, NormSettings, TrainingOps, UnarySettings, blocked, blocks,
@@ -42,8 +42,8 @@ impl StoredInput {
         Self { values: input.to_contiguous(), norm, shape: blocks(input, channels) }
     }
 
-    fn input(&self) -> Input<'_> {
-        Input { values: values(&self.values), norm: self.norm.as_deref() }
+    fn input(&self) -> NormalizedInput<'_> {
+        NormalizedInput { values: values(&self.values), norm: self.norm.as_deref() }
     }
 
     /// Registers the gradients by input, gamma and beta, the first three of `parents`, from that by

@@ -3,7 +3,7 @@
 use burn::nn::PaddingConfig2d;
 use burn::nn::conv::Conv2d;
 use evpose_kernels::Level;
-use evpose_kernels::training::{Blocks, Conv, Depthwise, Input};
+use evpose_kernels::training::{Blocks, Conv, Depthwise, NormalizedInput};
 
 /// A convolution of all channels, or one of each channel by itself.
 #[derive(Debug, Clone, Copy)]
@@ -56,7 +56,7 @@ impl ConvLayer {
 
     pub(super) fn forward(
         &self,
-        input: Input<'_>,
+        input: NormalizedInput<'_>,
         weight: &[f32],
         bias: Option<&[f32]>,
     ) -> Vec<f32> {
@@ -73,7 +73,7 @@ impl ConvLayer {
         }
     }
 
-    pub(super) fn backward_weight(&self, input: Input<'_>, gradient: &[f32]) -> Vec<f32> {
+    pub(super) fn backward_weight(&self, input: NormalizedInput<'_>, gradient: &[f32]) -> Vec<f32> {
         match self {
             Self::Full(conv) => conv.backward_weight(input, gradient),
             Self::Depthwise(conv) => conv.backward_weight(input, gradient),

@@ -1,6 +1,6 @@
 //! Operations of one input.
 
-use evpose_kernels::training::{Blocks, Input, MaxPool, Upsample};
+use evpose_kernels::training::{Blocks, MaxPool, NormalizedInput, Upsample};
 
 /// An operation that reads one batch, normalised if it is to be.
 #[derive(Debug, Clone, Copy)]
@@ -14,7 +14,11 @@ pub(super) enum UnaryOp {
 impl UnaryOp {
     /// The output and its shape, and for a max-pooling the index of the largest value in every
     /// window.
-    pub(super) fn forward(&self, shape: Blocks, input: Input<'_>) -> (Vec<f32>, Blocks, Vec<u8>) {
+    pub(super) fn forward(
+        &self,
+        shape: Blocks,
+        input: NormalizedInput<'_>,
+    ) -> (Vec<f32>, Blocks, Vec<u8>) {
         match self {
             Self::Materialize => (input.materialized(&shape), shape, Vec::new()),
             Self::MaxPool(pool) => {

@@ -9,10 +9,10 @@ use crate::bars::{self, Along, Bar};
 use crate::drawing::DrawingError;
 use crate::format::short;
 use crate::gap::words;
-use crate::html::{Page, escape};
+use crate::html::{HtmlPage, escape};
 
 /// Identified effects with their parameters.
-pub(crate) fn findings(page: &mut Page, data: &ReportData) {
+pub(crate) fn findings(page: &mut HtmlPage, data: &ReportData) {
     let verdict = &data.verdict;
     if verdict.effects.is_empty() {
         return;
@@ -64,7 +64,7 @@ pub(crate) fn findings(page: &mut Page, data: &ReportData) {
 }
 
 /// Gaps before and after, and what taking the answer back does.
-pub(crate) fn closing(page: &mut Page, data: &ReportData) -> Result<(), DrawingError> {
+pub(crate) fn closing(page: &mut HtmlPage, data: &ReportData) -> Result<(), DrawingError> {
     let interval = |gap: &GapValue| Some((gap.lo, gap.hi));
     if !data.ablation.is_empty() {
         page.section(

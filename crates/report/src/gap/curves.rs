@@ -4,14 +4,14 @@ use anyhow::Result;
 use evpose_gap::report::{Plot, ReportData, Scale};
 
 use super::{CORRECTED, MEASURED, MODEL, key};
-use crate::chart::{self, Axis, Chart, Mark, Series};
-use crate::html::{Page, escape};
+use crate::chart::{self, Chart, ChartAxis, Mark, Series};
+use crate::html::{HtmlPage, escape};
 
 /// Size of a curve, pixels.
 const PLOT: (u32, u32) = (366, 245);
 
 /// Curves in which effects are seen.
-pub(crate) fn curves(page: &mut Page, data: &ReportData) -> Result<()> {
+pub(crate) fn curves(page: &mut HtmlPage, data: &ReportData) -> Result<()> {
     if data.plots.is_empty() {
         return Ok(());
     }
@@ -39,8 +39,8 @@ pub(crate) fn curves(page: &mut Page, data: &ReportData) -> Result<()> {
 
 fn curve(plot: &Plot) -> Chart {
     let axis = |name: &str, scale: Scale| match scale {
-        Scale::Linear => Axis::new(name),
-        Scale::Log => Axis::log(name),
+        Scale::Linear => ChartAxis::new(name),
+        Scale::Log => ChartAxis::log(name),
     };
     let along = |values: &[f64]| -> Vec<(f64, f64)> {
         plot.x.iter().copied().zip(values.iter().copied()).collect()

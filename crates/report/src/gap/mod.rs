@@ -24,7 +24,7 @@ use evpose_gap::report::ReportData;
 use evpose_gap::verdict::Answer;
 
 use crate::colour::{Colour, css};
-use crate::html::{Page, escape};
+use crate::html::{HtmlPage, escape};
 
 /// Colours of what was measured, of the model as given, and of the corrected model.
 const MEASURED: Colour = (29, 36, 48);
@@ -83,7 +83,7 @@ fn page(data: &ReportData) -> Result<String> {
             "Where they disagree, what is missing in the model, and what is left when it is added.",
         ),
     };
-    let mut page = Page::new(title, about);
+    let mut page = HtmlPage::new(title, about);
     page.markup(STYLE);
     banner(&mut page, data);
     closing::findings(&mut page, data);
@@ -101,7 +101,7 @@ fn page(data: &ReportData) -> Result<String> {
 }
 
 /// The answer in a colour, and its figures.
-fn banner(page: &mut Page, data: &ReportData) {
+fn banner(page: &mut HtmlPage, data: &ReportData) {
     let verdict = &data.verdict;
     let colour = match verdict.verdict {
         Answer::NoGap => "#0a7d56",
@@ -144,7 +144,7 @@ fn banner(page: &mut Page, data: &ReportData) {
 }
 
 /// Colours and what they are.
-fn key(page: &mut Page, names: &[(&str, Colour)]) {
+fn key(page: &mut HtmlPage, names: &[(&str, Colour)]) {
     let one = |(name, colour): &(&str, Colour)| {
         format!("<span class=\"key\" style=\"background:{}\"></span>{}", css(*colour), escape(name))
     };

@@ -8,13 +8,13 @@ use super::{MEASURED, maps};
 use crate::bars::{self, Along, Bar};
 use crate::format::{percent, short};
 use crate::gap::words;
-use crate::html::{Page, escape};
+use crate::html::{HtmlPage, escape};
 
 /// Pixels that are listed.
 const PIXELS: usize = 12;
 
 /// Section on the location of the disagreement.
-pub(crate) fn place(page: &mut Page, data: &ReportData) -> Result<()> {
+pub(crate) fn place(page: &mut HtmlPage, data: &ReportData) -> Result<()> {
     let before = &data.before;
     if data.verdict.place.sentence.is_empty() && before.scan.sentence.is_empty() {
         return Ok(());

@@ -8,7 +8,7 @@ use crate::bars::{self, Along, Bar};
 use crate::drawing::DrawingError;
 use crate::format::short;
 use crate::gap::words;
-use crate::html::{Page, escape};
+use crate::html::{HtmlPage, escape};
 
 /// Statistics that are listed.
 const ROWS: usize = 400;
@@ -16,7 +16,7 @@ const ROWS: usize = 400;
 const RANKED: usize = 16;
 
 /// Everything else that was tried, and what looks alike.
-pub(crate) fn alternatives(page: &mut Page, data: &ReportData) -> Result<(), DrawingError> {
+pub(crate) fn alternatives(page: &mut HtmlPage, data: &ReportData) -> Result<(), DrawingError> {
     let named: Vec<String> = data.verdict.effects.iter().map(|f| f.name.clone()).collect();
     if !data.candidates.is_empty() {
         page.section(
@@ -75,7 +75,7 @@ pub(crate) fn alternatives(page: &mut Page, data: &ReportData) -> Result<(), Dra
 }
 
 /// Effects below the limit of detection.
-pub(crate) fn limits(page: &mut Page, data: &ReportData) {
+pub(crate) fn limits(page: &mut HtmlPage, data: &ReportData) {
     let verdict = &data.verdict;
     if verdict.limits.is_empty() && verdict.untestable.is_empty() {
         return;
@@ -114,7 +114,7 @@ pub(crate) fn limits(page: &mut Page, data: &ReportData) {
 }
 
 /// Observations that would overturn the answer.
-pub(crate) fn doubts(page: &mut Page, data: &ReportData) {
+pub(crate) fn doubts(page: &mut HtmlPage, data: &ReportData) {
     let verdict = &data.verdict;
     if !verdict.remaining.sentence.is_empty() {
         page.section("What is left", "");
@@ -152,7 +152,7 @@ pub(crate) fn doubts(page: &mut Page, data: &ReportData) {
 }
 
 /// Every number that was compared.
-pub(crate) fn statistics(page: &mut Page, data: &ReportData) {
+pub(crate) fn statistics(page: &mut HtmlPage, data: &ReportData) {
     if data.probes.is_empty() {
         return;
     }
@@ -190,7 +190,7 @@ pub(crate) fn statistics(page: &mut Page, data: &ReportData) {
 }
 
 /// The models, and where everything comes from.
-pub(crate) fn origin(page: &mut Page, data: &ReportData) {
+pub(crate) fn origin(page: &mut HtmlPage, data: &ReportData) {
     if !data.model_before.is_empty() {
         page.section("The model before and after", "");
         let lines: String = diff(&data.model_before, &data.model_after)
@@ -215,7 +215,7 @@ pub(crate) fn origin(page: &mut Page, data: &ReportData) {
 }
 
 /// A table of text rather than of values.
-pub(crate) fn wrapped_table(page: &mut Page, header: &[&str], rows: &[Vec<String>]) {
+pub(crate) fn wrapped_table(page: &mut HtmlPage, header: &[&str], rows: &[Vec<String>]) {
     page.markup("<div class=\"wrap\">");
     page.table(header, rows);
     page.markup("</div>");

@@ -9,7 +9,7 @@ use evpose_gap::report::{ReportData, SideBySide};
 use image::{Rgb, RgbImage};
 
 use crate::colour::{OFF, ON};
-use crate::html::{Page, escape};
+use crate::html::{HtmlPage, escape};
 use crate::png::png;
 
 /// Pixels between two streams.
@@ -22,7 +22,7 @@ const PAPER: [f64; 3] = [252.0, 252.0, 253.0];
 const BETWEEN: Rgb<u8> = Rgb([226, 228, 234]);
 
 /// Section with the animation.
-pub(crate) fn section(page: &mut Page, data: &ReportData) -> Result<()> {
+pub(crate) fn section(page: &mut HtmlPage, data: &ReportData) -> Result<()> {
     let Some(side_by_side) =
         data.side_by_side.as_ref().filter(|side_by_side| is_whole(side_by_side))
     else {

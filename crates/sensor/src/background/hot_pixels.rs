@@ -12,7 +12,7 @@
 use evpose_core::{Polarity, SensorSize, StageNoise};
 
 use super::exponential;
-use crate::detector::{NoiseEvent, PixelTerm, PixelTraits, Table};
+use crate::detector::{NoiseEvent, PixelTerm, PixelTraits, TermTable};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
@@ -106,7 +106,7 @@ impl PixelTerm for HotPixels {
     }
 
     /// Hot pixels and their rates, two by two.
-    fn table(&self, traits: &[PixelTraits], noise: StageNoise) -> Table {
+    fn table(&self, traits: &[PixelTraits], noise: StageNoise) -> TermTable {
         let is_hot =
             |&pixel: &usize| !traits[pixel].is_dead && noise.uniform(pixel, 0) <= self.fraction;
         let hot = (0..traits.len()).filter(is_hot);
@@ -116,14 +116,14 @@ impl PixelTerm for HotPixels {
                 self.median_hz * (std::f64::consts::LN_10 * self.spread_decades * draw).exp();
             [pixel as f64, rate]
         });
-        Table { sums: pairs.collect(), values: Vec::new() }
+        TermTable { sums: pairs.collect(), values: Vec::new() }
     }
 
     fn strike(
         &self,
         tick: &Tick,
         _size: SensorSize,
-        table: &Table,
+        table: &TermTable,
         noise: StageNoise,
         noise_events: &mut Vec<NoiseEvent>,
     ) {

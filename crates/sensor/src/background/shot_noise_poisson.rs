@@ -17,7 +17,7 @@
 use evpose_core::{Polarity, SensorSize, StageNoise};
 
 use super::{exponential, uniform};
-use crate::detector::{NoiseEvent, PixelTerm, PixelTraits, Table};
+use crate::detector::{NoiseEvent, PixelTerm, PixelTraits, TermTable};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
@@ -137,7 +137,7 @@ impl PixelTerm for ShotNoisePoisson {
 
     /// On the line: where each group of pixels begins, and at last its length. Per pixel: where it
     /// ends in its group, and how long its ON part is.
-    fn table(&self, traits: &[PixelTraits], noise: StageNoise) -> Table {
+    fn table(&self, traits: &[PixelTraits], noise: StageNoise) -> TermTable {
         let mean = |threshold: fn(&PixelTraits) -> f32| {
             traits.iter().map(|t| f64::from(threshold(t))).sum::<f64>() / traits.len() as f64
         };
@@ -154,7 +154,7 @@ impl PixelTerm for ShotNoisePoisson {
             [of(mean_on, own.threshold_on), of(mean_off, own.threshold_off)]
         });
         let lengths: Vec<[f64; 2]> = lengths.collect();
-        let (mut start, mut table) = (0.0, Table::default());
+        let (mut start, mut table) = (0.0, TermTable::default());
         for group in lengths.chunks(GROUP) {
             table.sums.push(start);
             let mut end = 0.0;
@@ -173,7 +173,7 @@ impl PixelTerm for ShotNoisePoisson {
         &self,
         tick: &Tick,
         size: SensorSize,
-        table: &Table,
+        table: &TermTable,
         noise: StageNoise,
         noise_events: &mut Vec<NoiseEvent>,
     ) {
@@ -195,7 +195,7 @@ impl ShotNoisePoisson {
         &self,
         tick: &Tick,
         size: SensorSize,
-        table: &Table,
+        table: &TermTable,
         noise: StageNoise,
         layer: Layer,
         noise_events: &mut Vec<NoiseEvent>,

@@ -18,7 +18,7 @@ use evpose_core::{SensorSize, StageNoise, seed_for};
 use super::pixel::{Cell, PixelStep, PixelTraits, RefractoryState};
 use super::queue::Queue;
 use super::resolve::Step;
-use super::term::{NoiseEvent, Table};
+use super::term::{NoiseEvent, TermTable};
 use crate::chain::Chain;
 use crate::tick::Tick;
 
@@ -68,7 +68,7 @@ pub(crate) struct PixelArray {
 #[derive(Debug)]
 pub(super) struct TermMemory {
     pub(super) noise_key: u64,
-    pub(super) table: Table,
+    pub(super) table: TermTable,
 }
 
 impl PixelArray {
@@ -76,7 +76,7 @@ impl PixelArray {
         let pixels = size.pixels();
         let terms = chain.terms.iter().map(|link| TermMemory {
             noise_key: seed_for(seed, link.name, 0),
-            table: Table::default(),
+            table: TermTable::default(),
         });
         let mut array = Self {
             size,

@@ -36,7 +36,7 @@ pub(crate) mod threshold_temporal_noise;
 
 pub(crate) use array::PixelArray;
 pub use pixel::{PixelStep, PixelTraits};
-pub use term::{NoiseEvent, PixelTerm, Recovery, Table};
+pub use term::{NoiseEvent, PixelTerm, Recovery, TermTable};
 
 /// Compares the voltage of a pixel with the one it remembers.
 pub trait ChangeDetector: Send + Sync + Debug {

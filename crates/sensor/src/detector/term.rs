@@ -74,8 +74,8 @@ pub trait PixelTerm: Send + Sync + Debug {
     }
 
     /// Table for [`PixelTerm::strike`], computed once for all pixels.
-    fn table(&self, _traits: &[PixelTraits], _noise: StageNoise) -> Table {
-        Table::default()
+    fn table(&self, _traits: &[PixelTraits], _noise: StageNoise) -> TermTable {
+        TermTable::default()
     }
 
     /// Appends what pixels do by themselves in this exposure, best in order of pixels and, for one
@@ -84,7 +84,7 @@ pub trait PixelTerm: Send + Sync + Debug {
         &self,
         _tick: &Tick,
         _size: SensorSize,
-        _table: &Table,
+        _table: &TermTable,
         _noise: StageNoise,
         _hits: &mut Vec<NoiseEvent>,
     ) {
@@ -98,7 +98,7 @@ pub trait PixelTerm: Send + Sync + Debug {
 
 /// Values that a term precomputes for all its pixels; the term defines their meaning.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Table {
+pub struct TermTable {
     /// Cumulative sums.
     pub sums: Vec<f64>,
     /// One value per pixel.

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use crate::TrainError;
 use crate::dataset::{HandDataset, HandSequence};
-use crate::evaluation::{MethodResults, Track, evaluated_frames, score_track};
+use crate::evaluation::{HandPoseTrack, MethodResults, evaluated_frames, score_track};
 use evpose_task::hand::HandConfig;
 use evpose_task::hand::Predictor;
 use evpose_task::hand::{HandEstimate, HandView, SlowMotionTracker};
@@ -87,7 +87,7 @@ pub fn evaluate_slow_motion(
             let frames: Vec<u64> = evaluated_frames(config, sequence, stride_ms).collect();
             let latest = frames.iter().map(|&frame| newest(&poses, frame, since));
             let poses = latest.map(|pose| pose.map_or(before, |pose| pose.filtered)).collect();
-            let track = Track { frames, poses };
+            let track = HandPoseTrack { frames, poses };
             method.evaluation.sequences.push(score_track(&view, sequence, &track)?);
             method.tracks.push(track);
         }

@@ -7,7 +7,7 @@ use crate::gap::own::OwnRow;
 use crate::gap::score::{Estimate, Power};
 use crate::gap::stats::{Bin, Rate};
 use evpose_report::bars::{self, Along, Bar};
-use evpose_report::chart::{self, Axis, Chart, Mark, Series};
+use evpose_report::chart::{self, Chart, ChartAxis, Mark, Series};
 use evpose_report::colour::{Colour, PALETTE};
 use evpose_report::drawing::DrawingError;
 
@@ -46,8 +46,10 @@ pub(super) fn power(power: &[Power]) -> Result<Vec<String>, DrawingError> {
         let seen: Vec<String> = of.iter().map(|power| power.visible.to_string()).collect();
         let chart = Chart {
             title: of.first().map_or("", |power| power.effect).to_owned(),
-            x: Axis::new(&format!("strength (seen in {})", seen.join(", "))).over(0.0, 3.0).whole(),
-            y: Axis::new("").over(0.0, 1.0),
+            x: ChartAxis::new(&format!("strength (seen in {})", seen.join(", ")))
+                .over(0.0, 3.0)
+                .whole(),
+            y: ChartAxis::new("").over(0.0, 1.0),
             series: shares(&x, &rates).into(),
         };
         chart::svg(&chart, SMALL)
@@ -67,8 +69,8 @@ pub(super) fn reliability(bins: &[Bin]) -> Result<String, DrawingError> {
     }
     let chart = Chart {
         title: String::new(),
-        x: Axis::new("stated probability").over(0.0, 1.0),
-        y: Axis::new("share that is right").over(0.0, 1.0),
+        x: ChartAxis::new("stated probability").over(0.0, 1.0),
+        y: ChartAxis::new("share that is right").over(0.0, 1.0),
         series: all,
     };
     chart::svg(&chart, SQUARE)
@@ -86,8 +88,8 @@ pub(super) fn quantiles(own: &[OwnRow]) -> Result<String, DrawingError> {
     let high = (0..ps.len()).rev().map(|i| (at(i), (at(i) + side(i)).min(1.0)));
     let chart = Chart {
         title: String::new(),
-        x: Axis::new("uniform").over(0.0, 1.0),
-        y: Axis::new("found").over(0.0, 1.0),
+        x: ChartAxis::new("uniform").over(0.0, 1.0),
+        y: ChartAxis::new("found").over(0.0, 1.0),
         series: vec![
             series("", CHANCE, Mark::Band, low.chain(high).collect()),
             series("", AIM, Mark::Line, vec![(0.0, 0.0), (1.0, 1.0)]),
@@ -123,8 +125,8 @@ pub(super) fn errors(estimates: &[Estimate]) -> Result<String, DrawingError> {
     let steps = histogram(&logs, -4.0, 1.0).into_iter().map(|(x, n)| (10f64.powf(x), n)).collect();
     let chart = Chart {
         title: "Relative error of estimates".to_owned(),
-        x: Axis::log("relative error; 1e-4 stands for less").over(1e-4, 10.0),
-        y: Axis::new("estimates"),
+        x: ChartAxis::log("relative error; 1e-4 stands for less").over(1e-4, 10.0),
+        y: ChartAxis::new("estimates"),
         series: vec![series("", FOUND, Mark::Steps, steps)],
     };
     chart::svg(&chart, (430, 300))
@@ -138,8 +140,8 @@ pub(super) fn times(opened: &[Opened]) -> Result<String, DrawingError> {
     let most = all.iter().copied().fold(26.0, f64::max);
     let chart = Chart {
         title: String::new(),
-        x: Axis::new("seconds").over(0.0, most),
-        y: Axis::new("cases"),
+        x: ChartAxis::new("seconds").over(0.0, most),
+        y: ChartAxis::new("cases"),
         series: vec![
             series("naming alone", CHANCE, Mark::Steps, histogram(&naming, 0.0, most)),
             series("with its files", FOUND, Mark::Steps, histogram(&all, 0.0, most)),

@@ -11,7 +11,7 @@ use super::own::OwnRow;
 use super::score::Scores;
 use super::table::{figure, interval, target, word};
 use super::targets::{Headline, Reached};
-use evpose_report::html::{Page, escape};
+use evpose_report::html::{HtmlPage, escape};
 
 /// The file.
 pub(super) const NAME: &str = "index.html";
@@ -28,7 +28,7 @@ td:last-child,th:last-child{text-align:left}
 
 /// The whole page.
 pub(super) fn page(opened: &[Opened], scores: &Scores, own: &[OwnRow]) -> Result<String> {
-    let mut page = Page::new(
+    let mut page = HtmlPage::new(
         "Hidden effects: what is found and what is not",
         &format!(
             "{} cases of plan {}: recordings of an independent pixel, named without their labels.",
@@ -93,7 +93,7 @@ pub(super) fn page(opened: &[Opened], scores: &Scores, own: &[OwnRow]) -> Result
     Ok(page.finish())
 }
 
-fn headlines(page: &mut Page, scores: &Scores) {
+fn headlines(page: &mut HtmlPage, scores: &Scores) {
     page.section(
         "What is to be reached",
         "Figures are strict: a source follower for a low-pass whose follower is too fast to be seen \
@@ -123,7 +123,7 @@ fn headlines(page: &mut Page, scores: &Scores) {
     page.table(&header, &rows);
 }
 
-fn misses(page: &mut Page, opened: &[Opened], scores: &Scores) {
+fn misses(page: &mut HtmlPage, opened: &[Opened], scores: &Scores) {
     page.section(
         "What went wrong",
         &format!(

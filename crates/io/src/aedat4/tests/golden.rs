@@ -53,8 +53,11 @@ fn files_of_dv_processing_are_read_as_it_reads_them() {
         let [mut events, mut frames, mut imu, mut triggers] = [const { String::new() }; 4];
         let packets = Packets::from_input(Input::memory(name, bytes.clone())).unwrap();
         assert_eq!(packets.compression(), compression);
-        let kinds: Vec<Kind> = packets.streams().iter().map(|stream| stream.kind).collect();
-        assert_eq!(kinds, [Kind::Events, Kind::Frames, Kind::Imu, Kind::Triggers]);
+        let kinds: Vec<StreamKind> = packets.streams().iter().map(|stream| stream.kind).collect();
+        assert_eq!(
+            kinds,
+            [StreamKind::Events, StreamKind::Frames, StreamKind::Imu, StreamKind::Triggers]
+        );
         assert_eq!(packets.streams()[0].source, "DAVIS346_00000001");
         for packet in packets {
             match packet.unwrap().content {

@@ -49,7 +49,7 @@ fn any_imu() -> impl Strategy<Value = ImuSample> {
     )
 }
 
-fn any_packet() -> impl Strategy<Value = Packet> {
+fn any_packet() -> impl Strategy<Value = Aedat4Packet> {
     let trigger = any::<(i64, i8)>();
     let trigger =
         trigger.prop_map(|(t, n)| Trigger { t: Micros(t), kind: TriggerKind::from_code(n) });
@@ -69,7 +69,7 @@ fn any_packet() -> impl Strategy<Value = Packet> {
         prop::collection::vec(trigger, 0..20).prop_map(|found| (3, Content::Triggers(found))),
         other.prop_map(|bytes| (4, Content::Other(*b"BBOX", bytes))),
     ]
-    .prop_map(|(stream, content)| Packet { stream, content })
+    .prop_map(|(stream, content)| Aedat4Packet { stream, content })
 }
 
 proptest! {
@@ -80,10 +80,10 @@ proptest! {
         written in prop::collection::vec(any_packet(), 0..12),
     ) {
         let mut streams = streams();
-        streams.insert(4, stream(4, Kind::Other(*b"BBOX")));
+        streams.insert(4, stream(4, StreamKind::Other(*b"BBOX")));
         for compression in Compression::ALL.into_iter().filter(|c| c.is_writable()) {
             let bytes = file(compression, &streams, &written);
-            let read: Vec<Packet> = packets(&bytes).into_iter().map(Result::unwrap).collect();
+            let read: Vec<Aedat4Packet> = packets(&bytes).into_iter().map(Result::unwrap).collect();
             prop_assert_eq!(&read, &written);
             let of = Packets::from_input(Input::memory("x", bytes)).unwrap();
             prop_assert_eq!((of.compression(), of.streams()), (compression, &streams[..]));

@@ -3,10 +3,10 @@
 use super::*;
 
 /// Packets of 50 events, among those of other streams.
-fn long() -> Vec<Packet> {
+fn long() -> Vec<Aedat4Packet> {
     let part = |k: i64| {
-        let other = Packet { stream: 7, content: events(0..2) };
-        [Packet { stream: 0, content: events(50 * k..50 * k + 50) }, other]
+        let other = Aedat4Packet { stream: 7, content: events(0..2) };
+        [Aedat4Packet { stream: 0, content: events(50 * k..50 * k + 50) }, other]
     };
     (0..40).flat_map(part).collect()
 }

@@ -32,7 +32,7 @@ fn reference(conv: &Conv, x: &[f64], w: &[f64], dy: &[f64]) -> [Vec<f64>; 3] {
 /// not be worth, with the error that each may have.
 fn results(
     conv: Conv,
-    input: Input<'_>,
+    input: NormalizedInput<'_>,
     w: &[f32],
     dy: &[f32],
     bias: Option<&[f32]>,
@@ -87,7 +87,7 @@ proptest! {
         }
         let (x, dy) = (input.from_planes(&x), out.from_planes(&dy));
         let norm = norm.map(|norm| norm.norm());
-        let from = Input { values: &x, norm: norm.as_ref() };
+        let from = NormalizedInput { values: &x, norm: norm.as_ref() };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         for level in Level::available() {
             let conv = Conv { level, ..conv };

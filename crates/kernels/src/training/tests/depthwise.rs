@@ -54,7 +54,7 @@ proptest! {
         }
         let (x, dy) = (input.from_planes(&x), out.from_planes(&dy));
         let norm = norm.map(|norm| norm.norm());
-        let from = Input { values: &x, norm: norm.as_ref() };
+        let from = NormalizedInput { values: &x, norm: norm.as_ref() };
         for level in Level::available() {
             let conv = Depthwise { level, ..conv };
             let y = conv.forward(from, &w, bias.as_deref());

@@ -67,7 +67,7 @@ proptest! {
         let (gamma, beta) = (noise(seed ^ 2, channels), noise(seed ^ 3, channels));
         let reference = ReferenceNorm { mean, variance, gamma, beta, activation };
         let norm = reference.norm();
-        let input = Input { values: &blocks, norm: Some(&norm) };
+        let input = NormalizedInput { values: &blocks, norm: Some(&norm) };
         let output = input.materialized(&shape);
         prop_assert!(is_zero_padded(&shape, &output));
         let [expected, _] = ReferenceNorm::apply(Some(&reference), &x, &shape);

@@ -63,7 +63,7 @@ proptest! {
         let a = noise(seed, batch * channels * size[0] * size[1]);
         let b = noise(seed ^ 1, a.len());
         let [one, other] = [&a, &b].map(|planes| shape.from_planes(planes));
-        let sum = Input::from(&one[..]).add(&shape, Input::from(&other[..]), activation);
+        let sum = NormalizedInput::from(&one[..]).add(&shape, NormalizedInput::from(&other[..]), activation);
         let expected: Vec<f64> =
             a.iter().zip(&b).map(|(a, b)| activated(f64::from(a + b), activation)).collect();
         prop_assert_eq!(relative_error(&shape.to_planes(&sum), &expected, &[1.0]), 0.0);
@@ -89,7 +89,7 @@ proptest! {
         let dy = noise(seed ^ 2, batch * channels * out.height * out.width);
         let [expected, by_input] = max_pooled(&pool, &x, &dy);
         let blocks = shape.from_planes(&x);
-        let (values, taps) = pool.forward(Input::from(&blocks[..]));
+        let (values, taps) = pool.forward(NormalizedInput::from(&blocks[..]));
         prop_assert_eq!(double(&out.to_planes(&values)), expected);
         let ours = shape.to_planes(&pool.backward(&out.from_planes(&dy), &taps));
         prop_assert!(relative_error(&ours, &by_input, &[1.0]) < 1e-6);
@@ -113,7 +113,7 @@ proptest! {
         let [expected, by_input] = upsampled(&shape, &taken, &double(&dy));
         let blocks = shape.from_planes(&x);
         let norm = norm.map(|norm| norm.norm());
-        let y = upsample.forward(Input { values: &blocks, norm: norm.as_ref() });
+        let y = upsample.forward(NormalizedInput { values: &blocks, norm: norm.as_ref() });
         let dx = upsample.backward(&out.from_planes(&dy));
         prop_assert!(is_zero_padded(&out, &y) && is_zero_padded(&shape, &dx));
         prop_assert!(relative_error(&out.to_planes(&y), &expected, &[1.0]) < 2e-6);

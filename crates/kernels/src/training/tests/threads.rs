@@ -31,7 +31,7 @@ fn results_are_the_same_bits_on_any_number_of_threads() {
         let w = noise(2, channels[0] * channels[1] * kernel * kernel);
         let all = on_threads(|| {
             let (x, norm) = batch(input);
-            let from = Input { values: &x, norm: Some(&norm) };
+            let from = NormalizedInput { values: &x, norm: Some(&norm) };
             let y = conv.forward(from, &w, None);
             let mut dx = conv.backward_input(&w, &y);
             let gradients = norm.backward(&input, &x, &mut dx);

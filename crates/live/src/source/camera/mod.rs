@@ -28,7 +28,7 @@ const POLL_INTERVAL: Duration = Duration::from_millis(100);
 const ACCESS: &str = "on Linux, a rule of udev must let the user open it, see the README";
 
 /// A camera.
-pub struct Camera {
+pub struct CameraSource {
     name: String,
     sensor: SensorSize,
     device: Device,
@@ -39,7 +39,7 @@ pub struct Camera {
     is_stopped: Arc<AtomicBool>,
 }
 
-impl Camera {
+impl CameraSource {
     /// Opens the first camera found, of any type, or of the type or serial number `which`.
     ///
     /// # Errors
@@ -93,7 +93,7 @@ impl Camera {
     }
 }
 
-impl Source for Camera {
+impl Source for CameraSource {
     fn name(&self) -> String {
         self.name.clone()
     }

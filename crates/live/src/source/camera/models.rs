@@ -33,7 +33,7 @@ macro_rules! model {
     };
 }
 
-/// In the order in which [`super::Camera::open`] tries them.
+/// In the order in which [`super::CameraSource::open`] tries them.
 pub(super) const MODELS: &[Model] = &[
     model!("davis346", inivation_davis346, InivationDavis346, ring),
     model!("dvxplorer", inivation_dvxplorer, InivationDvxplorer, ring),

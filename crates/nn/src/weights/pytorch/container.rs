@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::{Cursor, Read};
 
-use evpose_pickle::{Node, Pickle};
+use evpose_pickle::{Pickle, PickleValue};
 use zip::ZipArchive;
 
 use super::view::element_sizes;
@@ -71,13 +71,14 @@ impl Container {
     /// for each key the count of elements and the elements.
     fn legacy(bytes: &[u8]) -> Result<Self, String> {
         let magic = Pickle::read(bytes, 0).map_err(|error| format!("no PyTorch file: {error}"))?;
-        if !matches!(magic.node(magic.root()), Node::LongInt(magic) if *magic == LEGACY_MAGIC) {
+        if !matches!(magic.node(magic.root()), PickleValue::LongInt(magic) if *magic == LEGACY_MAGIC)
+        {
             return Err("a pickle that torch.save did not write".to_owned());
         }
         let protocol = pickle(bytes, magic.end())?;
         let machine = pickle(bytes, protocol.end())?;
         let order = machine.get(machine.root(), "little_endian");
-        if order.is_some_and(|order| *machine.node(order) != Node::Bool(true)) {
+        if order.is_some_and(|order| *machine.node(order) != PickleValue::Bool(true)) {
             return Err(BIG_ENDIAN.to_owned());
         }
         let saved = pickle(bytes, machine.end())?;

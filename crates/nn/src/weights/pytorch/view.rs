@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use burn::tensor::{Bytes, DType, TensorData};
-use evpose_pickle::{Id, Node, Pickle};
+use evpose_pickle::{Id, Pickle, PickleValue};
 
 use super::container::Container;
 
@@ -132,10 +132,13 @@ fn call(pickle: &Pickle, id: Id) -> Option<(&str, &[Id])> {
 }
 
 /// The key and element of a persistent id `("storage", class, key, device, length, ...)`.
-fn storage_of<'a>(pickle: &'a Pickle, node: &Node) -> Option<(&'a str, usize, Option<DType>)> {
-    let Node::Persistent(id) = node else { return None };
+fn storage_of<'a>(
+    pickle: &'a Pickle,
+    node: &PickleValue,
+) -> Option<(&'a str, usize, Option<DType>)> {
+    let PickleValue::Persistent(id) = node else { return None };
     let &[_, class, key, ..] = pickle.sequence(*id)? else { return None };
-    let Node::Global { name: class, .. } = pickle.node(class) else { return None };
+    let PickleValue::Global { name: class, .. } = pickle.node(class) else { return None };
     let (_, size, dtype) = STORAGES.into_iter().find(|(name, ..)| name == class)?;
     Some((pickle.text(key)?, size, dtype))
 }

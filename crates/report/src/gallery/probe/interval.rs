@@ -4,7 +4,7 @@ use anyhow::Result;
 use evpose_core::Event;
 
 use super::{GREY, Shown, Variant, series};
-use crate::chart::{Axis, Chart, Mark, Series};
+use crate::chart::{Chart, ChartAxis, Mark, Series};
 use crate::colour::{OFF, ON};
 use crate::gallery::bench::{Scene, by_pixel};
 
@@ -46,8 +46,8 @@ fn variation(values: &[f64]) -> f64 {
 pub(super) fn rest(variants: &[Variant], seed: u64) -> Result<Shown> {
     let mut chart = Chart {
         title: "intervals of pixels at rest, 400 s".to_owned(),
-        x: Axis::log("interval in s").over(0.01, 400.0),
-        y: Axis::new("share of all intervals"),
+        x: ChartAxis::log("interval in s").over(0.01, 400.0),
+        y: ChartAxis::new("share of all intervals"),
         series: Vec::new(),
     };
     let scene = Scene { size: (24, 18), steps: 8_000, step_us: 50_000, light: |_, _, _| GREY };
@@ -90,8 +90,8 @@ pub(super) fn pairs(variants: &[Variant], seed: u64) -> Result<Shown> {
         let hz = events.len() as f64 / seconds.max(1e-9) / scene.size().pixels() as f64;
         charts.push(Chart {
             title: format!("{}: {hz:.2} Hz per pixel", variant.label),
-            x: Axis::log("interval in ms").over(0.01, 2_000.0),
-            y: Axis::new("other sign blue, same red"),
+            x: ChartAxis::log("interval in ms").over(0.01, 2_000.0),
+            y: ChartAxis::new("other sign blue, same red"),
             series: vec![part(ON, &other), part(OFF, &same)],
         });
     }
@@ -107,8 +107,8 @@ pub(super) fn busy(variants: &[Variant], seed: u64) -> Result<Shown> {
     let scene = Scene { size: (48, 12), steps: 2_500, step_us: 200, light };
     let mut chart = Chart {
         title: "intervals of pixels in light that swings at 5 to 50 Hz".to_owned(),
-        x: Axis::log("interval in ms").over(0.05, 200.0),
-        y: Axis::new("share of all intervals"),
+        x: ChartAxis::log("interval in ms").over(0.05, 200.0),
+        y: ChartAxis::new("share of all intervals"),
         series: Vec::new(),
     };
     for variant in variants {

@@ -4,7 +4,7 @@ use anyhow::Result;
 use evpose_core::Event;
 
 use super::{GREY, Shown, Variant, series};
-use crate::chart::{Axis, Chart, Mark};
+use crate::chart::{Chart, ChartAxis, Mark};
 use crate::gallery::bench::Scene;
 
 /// Events of each column.
@@ -30,8 +30,8 @@ pub(super) fn contrast(variants: &[Variant], seed: u64) -> Result<Shown> {
     let scene = Scene { size: (COLUMNS as u16, ROWS as u16), steps: 200, step_us: 1_000, light };
     let mut chart = Chart {
         title: "light grows by a factor of three".to_owned(),
-        x: Axis::log("light at the start, relative to white"),
-        y: Axis::new("events, part of ln 3 / 0.2"),
+        x: ChartAxis::log("light at the start, relative to white"),
+        y: ChartAxis::new("events, part of ln 3 / 0.2"),
         series: Vec::new(),
     };
     let full = 3_f64.ln() / 0.2 * ROWS as f64;
@@ -58,8 +58,8 @@ pub(super) fn grating(variants: &[Variant], seed: u64) -> Result<Shown> {
     let scene = Scene { size: (128, height), steps: STEPS, step_us: 1_000, light };
     let mut chart = Chart {
         title: "gratings that move by 0.5 px / ms, contrast of 1.4".to_owned(),
-        x: Axis::log("period in px"),
-        y: Axis::new("events per pixel and period"),
+        x: ChartAxis::log("period in px"),
+        y: ChartAxis::new("events per pixel and period"),
         series: Vec::new(),
     };
     for variant in variants {
@@ -93,8 +93,8 @@ pub(super) fn rate(variants: &[Variant], seed: u64) -> Result<Shown> {
     };
     let mut charts = [true, false].map(|is_on| Chart {
         title: format!("{} events of pixels at rest, 300 s", if is_on { "ON" } else { "OFF" }),
-        x: Axis::new("light relative to white").over(0.0, 1.0),
-        y: Axis::log("Hz per pixel").over(5e-4, 20.0),
+        x: ChartAxis::new("light relative to white").over(0.0, 1.0),
+        y: ChartAxis::log("Hz per pixel").over(5e-4, 20.0),
         series: Vec::new(),
     });
     for variant in variants {
@@ -124,8 +124,8 @@ pub(super) fn rate_by_radius(variants: &[Variant], seed: u64) -> Result<Shown> {
     }
     let mut chart = Chart {
         title: "events of a grey scene at rest".to_owned(),
-        x: Axis::new("distance from the centre, 1 in the corner").over(0.0, 1.0),
-        y: Axis::new("Hz per pixel"),
+        x: ChartAxis::new("distance from the centre, 1 in the corner").over(0.0, 1.0),
+        y: ChartAxis::new("Hz per pixel"),
         series: Vec::new(),
     };
     for variant in variants {

@@ -11,7 +11,7 @@ use evpose_core::{Event, Plane};
 use evpose_sensor::{Probe, SensorModel};
 
 use super::bench::{self, Shown, Variant};
-use crate::chart::{Axis, Chart, Mark, Series};
+use crate::chart::{Chart, ChartAxis, Mark, Series};
 use crate::colour::{OFF, ON};
 
 /// Light of scenes at rest, relative to white.
@@ -48,8 +48,8 @@ pub(super) fn hand_rate(model: &SensorModel, hand: &[Plane<f32>], seed: u64) -> 
     let size = bench::size_of(hand);
     Ok(Chart {
         title: "events of all pixels".to_owned(),
-        x: Axis::new("time in ms"),
-        y: Axis::new("M events / s, OFF downwards"),
+        x: ChartAxis::new("time in ms"),
+        y: ChartAxis::new("M events / s, OFF downwards"),
         series: rates(&events, end_s, 1e-3, 1e6, size.pixels()),
     })
 }

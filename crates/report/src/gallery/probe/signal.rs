@@ -5,7 +5,7 @@ use evpose_core::{Micros, Plane, SensorSize};
 use evpose_sensor::{Domain, SensorModel, Stage};
 
 use super::{GREY, Shown, Variant, series};
-use crate::chart::{Axis, Chart, Mark, Series};
+use crate::chart::{Chart, ChartAxis, Mark, Series};
 use crate::colour::{OFF, ON};
 
 /// The last stage whose signal is voltage.
@@ -31,8 +31,8 @@ pub(super) fn step_response(variants: &[Variant], seed: u64, step_us: i64) -> Re
     let size = SensorSize { width: 2, height: 1 };
     let mut charts = levels.map(|(name, level)| Chart {
         title: format!("step from {level} to {:.2} of white ({name})", 3.0 * level),
-        x: Axis::new("ms behind the step"),
-        y: Axis::new("voltage, part of the step").over(-0.1, 1.25),
+        x: ChartAxis::new("ms behind the step"),
+        y: ChartAxis::new("voltage, part of the step").over(-0.1, 1.25),
         series: Vec::new(),
     });
     for variant in variants {
@@ -104,8 +104,8 @@ pub(super) fn trace(variants: &[Variant], seed: u64) -> Result<Shown> {
         };
         charts.push(Chart {
             title: format!("{}: {} ON, {} OFF", variant.label, on.len(), off.len()),
-            x: Axis::new("time in ms"),
-            y: Axis::new("V (line), M (steps), ln").over(-3.1, -0.7),
+            x: ChartAxis::new("time in ms"),
+            y: ChartAxis::new("V (line), M (steps), ln").over(-3.1, -0.7),
             series: vec![
                 part("", (170, 172, 178), Mark::Steps, memory),
                 part("", (29, 36, 48), Mark::Line, level),

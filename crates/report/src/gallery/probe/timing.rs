@@ -4,7 +4,7 @@ use anyhow::Result;
 use evpose_core::Event;
 
 use super::{GREY, Shown, Variant, rates, series, thin};
-use crate::chart::{Axis, Chart, Mark, Series};
+use crate::chart::{Chart, ChartAxis, Mark, Series};
 use crate::colour::{OFF, ON};
 use crate::gallery::bench::{Scene, by_pixel};
 
@@ -19,8 +19,8 @@ pub(super) fn rate(variants: &[Variant], seed: u64) -> Result<Shown> {
         let (events, seconds) = scene.rest(&variant.model, seed)?;
         charts.push(Chart {
             title: format!("{}: {} events", variant.label, events.len()),
-            x: Axis::new("time in ms"),
-            y: Axis::new("events / s, OFF downwards, M"),
+            x: ChartAxis::new("time in ms"),
+            y: ChartAxis::new("events / s, OFF downwards, M"),
             series: rates(&events, seconds, 5e-4, 1e6, usize::MAX),
         });
     }
@@ -46,8 +46,9 @@ pub(super) fn flash(variants: &[Variant], seed: u64) -> Result<Shown> {
         let end_ms = (last_us as f64 * 1e-3).max(1.2);
         charts.push(Chart {
             title: format!("{}: {} events", variant.label, events.len()),
-            x: Axis::new("time in ms; flash at 1 ms").over(0.85, end_ms + 0.05 * (end_ms - 0.8)),
-            y: Axis::new("row").over(0.0, 90.0),
+            x: ChartAxis::new("time in ms; flash at 1 ms")
+                .over(0.85, end_ms + 0.05 * (end_ms - 0.8)),
+            y: ChartAxis::new("row").over(0.0, 90.0),
             series: vec![dots(ON, points(true)), dots(OFF, points(false))],
         });
     }
@@ -61,8 +62,8 @@ pub(super) fn flash_rate(variants: &[Variant], seed: u64) -> Result<Shown> {
     let scene = Scene { size: (160, 120), steps: 250, step_us: 200, light };
     let mut chart = Chart {
         title: "160 x 120 pixels in light that swings at 40 Hz".to_owned(),
-        x: Axis::new("time in ms"),
-        y: Axis::log("million events / s").over(0.05, 100.0),
+        x: ChartAxis::new("time in ms"),
+        y: ChartAxis::log("million events / s").over(0.05, 100.0),
         series: Vec::new(),
     };
     for variant in variants {
@@ -104,8 +105,8 @@ pub(super) fn stamp_error(variants: &[Variant], seed: u64) -> Result<Shown> {
         let colour = variant.colour;
         charts.push(Chart {
             title: format!("{}: {}", variant.label, variant.values),
-            x: Axis::new("time in ms").over(0.0, 100.0),
-            y: Axis::new("stamp less ideal stamp, us").over(low - room, high + room),
+            x: ChartAxis::new("time in ms").over(0.0, 100.0),
+            y: ChartAxis::new("stamp less ideal stamp, us").over(low - room, high + room),
             series: vec![Series { label: String::new(), colour, mark: Mark::Dots, points }],
         });
     }
