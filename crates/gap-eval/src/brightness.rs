@@ -26,7 +26,7 @@ pub(crate) struct Classes<'a> {
 }
 
 impl<'a> Classes<'a> {
-    pub(crate) fn of(frames: Frames<'a>, sensor: SensorSize) -> Result<Self, EvalError> {
+    pub(crate) fn new(frames: Frames<'a>, sensor: SensorSize) -> Result<Self, EvalError> {
         let fits = |plane: &&Plane<f32>| {
             (plane.width(), plane.height()) == (sensor.width.into(), sensor.height.into())
         };

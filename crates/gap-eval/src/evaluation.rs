@@ -24,7 +24,7 @@ pub struct Spread {
 }
 
 impl Spread {
-    fn of(distances: &[f64]) -> Self {
+    fn from_distances(distances: &[f64]) -> Self {
         let n = distances.len();
         let mean = distances.iter().sum::<f64>() / n as f64;
         let squares: f64 = distances.iter().map(|d| (d - mean).powi(2)).sum();
@@ -65,7 +65,7 @@ pub struct Row {
 }
 
 impl Row {
-    pub(crate) fn of(
+    pub(crate) fn new(
         name: &'static str,
         unit: &'static str,
         distance: &Distance<'_>,
@@ -74,11 +74,15 @@ impl Row {
         after: &[EventStream],
     ) -> Self {
         let to = |runs: &[EventStream]| {
-            Spread::of(&runs.iter().map(|run| distance(measured, run)).collect::<Vec<_>>())
+            Spread::from_distances(
+                &runs.iter().map(|run| distance(measured, run)).collect::<Vec<_>>(),
+            )
         };
         let within = |runs: &[EventStream]| {
             let pairs = (0..runs.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
-            Spread::of(&pairs.map(|(i, j)| distance(&runs[i], &runs[j])).collect::<Vec<_>>())
+            Spread::from_distances(
+                &pairs.map(|(i, j)| distance(&runs[i], &runs[j])).collect::<Vec<_>>(),
+            )
         };
         let (chance_before, chance_after) = (within(before), within(after));
         let (before, after) = (to(before), to(after));
@@ -98,7 +102,7 @@ impl Row {
 /// Summary of all statistics.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Verdict {
+pub enum EvaluationVerdict {
     /// All distances are chance, before and after.
     Chance,
     /// All significant distances have decreased.
@@ -115,23 +119,23 @@ pub struct Evaluation {
     /// Rows, one per statistic.
     pub rows: Vec<Row>,
     /// Summary of all rows.
-    pub verdict: Verdict,
+    pub verdict: EvaluationVerdict,
 }
 
 impl Evaluation {
-    pub(crate) fn of(rows: Vec<Row>) -> Self {
+    pub(crate) fn from_rows(rows: Vec<Row>) -> Self {
         let any = |answer| rows.iter().any(|row| row.came_closer == Some(answer));
         let verdict = match (any(true), any(false)) {
-            (false, false) => Verdict::Chance,
-            (true, false) => Verdict::Closer,
-            (true, true) => Verdict::Partly,
-            (false, true) => Verdict::NotCloser,
+            (false, false) => EvaluationVerdict::Chance,
+            (true, false) => EvaluationVerdict::Closer,
+            (true, true) => EvaluationVerdict::Partly,
+            (false, true) => EvaluationVerdict::NotCloser,
         };
         Self { rows, verdict }
     }
 }
 
-impl fmt::Display for Verdict {
+impl fmt::Display for EvaluationVerdict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(match self {
             Self::Chance => "as close as chance before and after",

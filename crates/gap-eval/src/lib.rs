@@ -39,7 +39,7 @@ mod rate;
 use evpose_core::EventStream;
 
 pub use brightness::Frames;
-pub use evaluation::{Evaluation, Row, Spread, Verdict};
+pub use evaluation::{Evaluation, EvaluationVerdict, Row, Spread};
 
 /// Inputs that cannot be evaluated.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -95,16 +95,16 @@ pub fn evaluate(
         ("rate", "", Box::new(rate::distance)),
     ];
     if let Some(frames) = frames {
-        let classes = brightness::Classes::of(frames, sensor)?;
+        let classes = brightness::Classes::new(frames, sensor)?;
         let distance = move |a: &_, b: &_| classes.distance(a, b);
         statistics.push(("events by brightness", "", Box::new(distance)));
     }
     statistics.push(("events by place", "", Box::new(image_blocks::distance)));
     let rows = statistics
         .into_iter()
-        .map(|(name, unit, distance)| Row::of(name, unit, &distance, measured, before, after))
+        .map(|(name, unit, distance)| Row::new(name, unit, &distance, measured, before, after))
         .collect();
-    Ok(Evaluation::of(rows))
+    Ok(Evaluation::from_rows(rows))
 }
 
 /// Sum of absolute differences relative to the mean of the two sums; zero if both are zero.

@@ -75,7 +75,7 @@ fn row<'a>(evaluation: &'a Evaluation, name: &str) -> &'a Row {
 fn a_run_of_the_simulator_itself_is_as_close_as_chance() {
     for effects in [Effects::default(), Effects { dark_noise: 0.5, ..Effects::default() }] {
         let evaluation = evaluated(effects, effects, effects);
-        assert_eq!(evaluation.verdict, Verdict::Chance, "{evaluation}");
+        assert_eq!(evaluation.verdict, EvaluationVerdict::Chance, "{evaluation}");
     }
 }
 
@@ -94,7 +94,7 @@ fn the_same_events_are_at_no_distance() {
     let events = run(Effects::default(), 1);
     let same = [events.clone(), events.clone()];
     let evaluation = evaluate(&events, &same, &same, None).unwrap();
-    assert_eq!(evaluation.verdict, Verdict::Chance);
+    assert_eq!(evaluation.verdict, EvaluationVerdict::Chance);
     assert!(evaluation.rows.iter().all(|row| row.before.mean == 0.0 && row.after.mean == 0.0));
 }
 
@@ -110,13 +110,13 @@ fn an_effect_that_is_added_comes_closer_where_it_shows() {
         (dead, &["ON events", "OFF events", "intervals"]),
     ] {
         let evaluation = evaluated(effects, none, effects);
-        assert_eq!(evaluation.verdict, Verdict::Closer, "{evaluation}");
+        assert_eq!(evaluation.verdict, EvaluationVerdict::Closer, "{evaluation}");
         for name in shown {
             let row = row(&evaluation, name);
             assert!(row.came_closer == Some(true) && row.is_closed, "{evaluation}");
         }
         // And the other way round.
-        assert_eq!(evaluated(none, effects, none).verdict, Verdict::Closer);
+        assert_eq!(evaluated(none, effects, none).verdict, EvaluationVerdict::Closer);
     }
 }
 
@@ -125,7 +125,7 @@ fn an_effect_that_is_not_there_takes_the_simulator_away() {
     let none = Effects::default();
     let noise = Effects { dark_noise: 1.0, ..none };
     let evaluation = evaluated(none, none, noise);
-    assert_eq!(evaluation.verdict, Verdict::NotCloser, "{evaluation}");
+    assert_eq!(evaluation.verdict, EvaluationVerdict::NotCloser, "{evaluation}");
     assert_eq!(row(&evaluation, "ON events").came_closer, Some(false));
     assert_eq!(row(&evaluation, "lag of the rate").came_closer, None);
 }
@@ -135,7 +135,7 @@ fn one_of_two_effects_is_a_part() {
     let none = Effects::default();
     let both = Effects { delay_us: 4_000, dead_us: 900, ..none };
     let evaluation = evaluated(both, none, Effects { dead_us: 900, ..none });
-    assert_eq!(evaluation.verdict, Verdict::Partly, "{evaluation}");
+    assert_eq!(evaluation.verdict, EvaluationVerdict::Partly, "{evaluation}");
     assert_eq!(row(&evaluation, "intervals").came_closer, Some(true));
     assert_eq!(row(&evaluation, "lag of the rate").came_closer, Some(false));
 }

@@ -100,7 +100,7 @@ pub struct Classes {
 
 impl Classes {
     /// Computes the classes of a scene.
-    pub fn of(scene: &Scene) -> Self {
+    pub fn from_scene(scene: &Scene) -> Self {
         let pixels = scene.size().pixels();
         let steps = scene.planes().len() - 1;
         let mut log = Vec::with_capacity(pixels * (steps + 1));
@@ -117,7 +117,7 @@ impl Classes {
         let ages = AGES_S.map(|s| (s * scene.fps()).round() as usize);
         let mut cells = vec![Cell::default(); pixels * steps];
         let width = usize::from(scene.size().width);
-        let curved = Curvature::of(&log, width, pixels, steps);
+        let curved = Curvature::new(&log, width, pixels, steps);
         for p in 0..pixels {
             let (mut since, mut contrast, mut rises) = (usize::MAX, 0, true);
             let mut end = 0;
@@ -218,7 +218,7 @@ struct Curvature<'a> {
 }
 
 impl<'a> Curvature<'a> {
-    fn of(log: &'a [f32], width: usize, pixels: usize, steps: usize) -> Self {
+    fn new(log: &'a [f32], width: usize, pixels: usize, steps: usize) -> Self {
         let mut curvature = Self { log, width, pixels, limit: 0.0 };
         let mut sample: Vec<f32> = (0..steps * pixels)
             .step_by(SAMPLE_STRIDES[2])

@@ -1,6 +1,6 @@
 //! Comparison of summaries: deviations in standard units, the discrepancy statistic and the gap.
 
-use crate::entry::{Block, Kind};
+use crate::entry::{StatisticBlock, StatisticKind};
 use crate::layout::Layout;
 
 /// Degrees of freedom of the Student t distribution whose log-likelihood [`rho`] is: an outlying
@@ -88,8 +88,8 @@ impl Expectation {
             return 1.0;
         }
         let floor = match layout.entries[i].kind {
-            Kind::Count(_) => COUNT_VARIANCE,
-            Kind::Value(_) => 0.0,
+            StatisticKind::Count(_) => COUNT_VARIANCE,
+            StatisticKind::Value(_) => 0.0,
         };
         let tolerance = layout.tolerance(i, self.mean[i], self.events);
         (self.variance[i].max(floor) + tolerance * tolerance).sqrt()
@@ -97,8 +97,9 @@ impl Expectation {
 }
 
 /// Mean robust loss of each block that has compared statistics.
-pub fn by_block(layout: &Layout, deviations: &[f64]) -> Vec<(Block, f64)> {
-    let mut sums: std::collections::BTreeMap<Block, (f64, f64)> = std::collections::BTreeMap::new();
+pub fn by_block(layout: &Layout, deviations: &[f64]) -> Vec<(StatisticBlock, f64)> {
+    let mut sums: std::collections::BTreeMap<StatisticBlock, (f64, f64)> =
+        std::collections::BTreeMap::new();
     for (entry, z) in layout.entries.iter().zip(deviations) {
         if !entry.is_compared() {
             continue;
@@ -130,18 +131,21 @@ mod tests {
     #[test]
     fn excluded_blocks_do_not_count_however_far_off_they_are() {
         let all = Layout::of_all_probes();
-        let some = Layout::of_blocks(|block| block != Block::LogIntensityStep);
+        let some = Layout::of_blocks(|block| block != StatisticBlock::LogIntensityStep);
         let mean = vec![100.0; all.entries.len()];
         let expected = Expectation::of_runs(&all, &[mean.clone(), mean.clone()], &[]);
         let mut summary = mean;
         for (value, entry) in summary.iter_mut().zip(&all.entries) {
-            *value = if entry.block == Block::LogIntensityStep { f64::NAN } else { *value };
+            *value =
+                if entry.block == StatisticBlock::LogIntensityStep { f64::NAN } else { *value };
         }
         let of = |layout: &Layout| expected.deviations(layout, &summary);
         assert!(gap(&all, &of(&all)) > 0.1);
         assert_eq!((gap(&some, &of(&some)), discrepancy(&of(&some))), (0.0, 0.0));
         assert!(
-            by_block(&some, &of(&some)).iter().all(|(block, _)| *block != Block::LogIntensityStep)
+            by_block(&some, &of(&some))
+                .iter()
+                .all(|(block, _)| *block != StatisticBlock::LogIntensityStep)
         );
     }
 }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 /// A family of statistics of the same property of events.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Block {
+pub enum StatisticBlock {
     /// Events of pixels at rest.
     Quiet,
     /// Events per change of luminance, by brightness, speed and contrast.
@@ -33,7 +33,7 @@ pub enum Block {
 
 /// Scale on which a statistic is compared, with its tolerance. An infinite tolerance excludes it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Kind {
+pub enum StatisticKind {
     /// A count `n` of events, compared as `2 sqrt(n + 3/8)` (Anscombe 1948), whose variance is one
     /// for independent events. The tolerance is one percent of the count plus this fraction of all
     /// events: bins have edges, and events at an edge may fall to either side.
@@ -46,27 +46,27 @@ pub enum Kind {
 #[derive(Debug, Clone)]
 pub struct Entry {
     /// Its family.
-    pub block: Block,
+    pub block: StatisticBlock,
     /// Its name, unique within a family.
     pub name: String,
     /// Its scale and tolerance.
-    pub kind: Kind,
+    pub kind: StatisticKind,
 }
 
 impl Entry {
     /// A count without a tolerance for the edges of bins.
-    pub(crate) fn count(block: Block, name: impl Into<String>) -> Self {
-        Self { block, name: name.into(), kind: Kind::Count(0.0) }
+    pub(crate) fn count(block: StatisticBlock, name: impl Into<String>) -> Self {
+        Self { block, name: name.into(), kind: StatisticKind::Count(0.0) }
     }
 
     /// A value with an absolute tolerance.
-    pub(crate) fn value(block: Block, name: impl Into<String>, tolerance: f64) -> Self {
-        Self { block, name: name.into(), kind: Kind::Value(tolerance) }
+    pub(crate) fn value(block: StatisticBlock, name: impl Into<String>, tolerance: f64) -> Self {
+        Self { block, name: name.into(), kind: StatisticKind::Value(tolerance) }
     }
 
     /// Whether it is compared, which an infinite tolerance prevents.
     pub fn is_compared(&self) -> bool {
-        let (Kind::Count(tolerance) | Kind::Value(tolerance)) = self.kind;
+        let (StatisticKind::Count(tolerance) | StatisticKind::Value(tolerance)) = self.kind;
         tolerance.is_finite()
     }
 }

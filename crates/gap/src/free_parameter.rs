@@ -3,13 +3,13 @@
 use evpose_sensor::{ParamSpec, STAGES, Scale, SensorConfig};
 
 use crate::candidate::{Trial, limits};
-use crate::parameters::Parameter;
+use crate::parameters::ModelParameter;
 
 /// One free parameter of a fit.
 #[derive(Debug, Clone, Copy)]
 pub enum FreeParameter {
     /// A parameter that the model has anyway.
-    Model(Parameter),
+    Model(ModelParameter),
     /// A parameter of an added effect: name of the effect and its parameter.
     Effect(&'static str, &'static ParamSpec),
 }
@@ -24,8 +24,12 @@ impl FreeParameter {
     /// The model parameters that every fit may change. The offset of the clock is not among them,
     /// because beside an effect it would take the place of a latency.
     pub fn of_model() -> Vec<Self> {
-        let is_free = |parameter: &&Parameter| **parameter != Parameter::ClockOffset;
-        Parameter::ALL.iter().filter(is_free).map(|parameter| Self::Model(*parameter)).collect()
+        let is_free = |parameter: &&ModelParameter| **parameter != ModelParameter::ClockOffset;
+        ModelParameter::ALL
+            .iter()
+            .filter(is_free)
+            .map(|parameter| Self::Model(*parameter))
+            .collect()
     }
 
     /// The fitted parameters of a trial, the strength first.
@@ -37,7 +41,7 @@ impl FreeParameter {
 
     /// Finds a parameter by the names of a finding and of its parameter in a verdict.
     pub fn by_name(finding: &str, parameter: &str) -> Option<Self> {
-        if let Some(parameter) = Parameter::ALL.iter().find(|known| known.name() == finding) {
+        if let Some(parameter) = ModelParameter::ALL.iter().find(|known| known.name() == finding) {
             return Some(Self::Model(*parameter));
         }
         let spec = STAGES.iter().find(|spec| spec.name == finding)?;

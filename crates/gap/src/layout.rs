@@ -1,7 +1,7 @@
 //! Layout of a summary: a fixed vector of statistics, computed in the same way from measured and
 //! from simulated events.
 
-use crate::entry::{Block, Entry, Kind};
+use crate::entry::{Entry, StatisticBlock, StatisticKind};
 use crate::probe::{ALL_EVENTS, PROBES};
 use crate::{Cell, View};
 
@@ -25,10 +25,11 @@ impl Layout {
     }
 
     /// Entries of all probes, of which only those of some blocks are compared.
-    pub fn of_blocks(is_compared: impl Fn(Block) -> bool) -> Self {
+    pub fn of_blocks(is_compared: impl Fn(StatisticBlock) -> bool) -> Self {
         let mut layout = Self::of_all_probes();
         for entry in layout.entries.iter_mut().filter(|entry| !is_compared(entry.block)) {
-            let (Kind::Count(tolerance) | Kind::Value(tolerance)) = &mut entry.kind;
+            let (StatisticKind::Count(tolerance) | StatisticKind::Value(tolerance)) =
+                &mut entry.kind;
             *tolerance = f64::INFINITY;
         }
         layout
@@ -42,7 +43,7 @@ impl Layout {
         }
         debug_assert_eq!(values.len(), self.entries.len());
         for (value, entry) in values.iter_mut().zip(&self.entries) {
-            if let Kind::Count(_) = entry.kind {
+            if let StatisticKind::Count(_) = entry.kind {
                 *value = 2.0 * (*value + ANSCOMBE).sqrt();
             }
         }
@@ -53,11 +54,11 @@ impl Layout {
     pub fn tolerance(&self, entry: usize, value: f64, events: f64) -> f64 {
         match self.entries[entry].kind {
             // The derivative of the transform takes counts to differences on its scale.
-            Kind::Count(share) => {
+            StatisticKind::Count(share) => {
                 let events_of_entry = 0.25 * value * value;
                 (COUNT_TOLERANCE * events_of_entry + share * events) * 2.0 / value.max(1.0)
             }
-            Kind::Value(tolerance) => tolerance,
+            StatisticKind::Value(tolerance) => tolerance,
         }
     }
 

@@ -73,7 +73,7 @@ pub mod workflow;
 
 pub use classes::{Cell, Classes};
 pub use compare::{Expectation, by_block, discrepancy, gap, rho, rho_of_chance};
-pub use entry::{Block, Entry, Kind};
+pub use entry::{Entry, StatisticBlock, StatisticKind};
 pub use error::GapError;
 pub use layout::Layout;
 pub use objective::Objective;

@@ -7,7 +7,7 @@ use serde::Serialize;
 /// A parameter of the model that is refitted before and together with effects.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Parameter {
+pub enum ModelParameter {
     /// ON threshold, fitted as a ratio.
     ThresholdOn,
     /// OFF threshold, fitted as a ratio.
@@ -31,7 +31,7 @@ const MAX_OFFSET_US: f64 = 1e5;
 /// Smallest positive rate of the noise stage, Hz.
 const MIN_RATE_HZ: f64 = 1e-4;
 
-impl Parameter {
+impl ModelParameter {
     /// All parameters.
     pub const ALL: [Self; 5] =
         [Self::ThresholdOn, Self::ThresholdOff, Self::NoiseOn, Self::NoiseOff, Self::ClockOffset];
@@ -141,7 +141,7 @@ impl Parameter {
 /// `model` with the parameters of `given`.
 pub(crate) fn with_given_parameters(model: &SensorConfig, given: &SensorConfig) -> SensorConfig {
     let mut model = model.clone();
-    for parameter in Parameter::ALL {
+    for parameter in ModelParameter::ALL {
         parameter.set(&mut model, parameter.value(given));
     }
     model

@@ -45,9 +45,9 @@ impl ReferenceScene {
     /// # Errors
     /// A reference that cannot be built or shown the scene.
     pub fn new(scene: Scene, reference: &SensorConfig) -> Result<Self, GapError> {
-        let classes = Classes::of(&scene);
+        let classes = Classes::from_scene(&scene);
         let mut reference_scene = Self { scene, classes, expected: Expected::default() };
-        reference_scene.expected = Expected::of(&reference_scene.simulate(reference, 0)?);
+        reference_scene.expected = Expected::from_events(&reference_scene.simulate(reference, 0)?);
         Ok(reference_scene)
     }
 

@@ -27,7 +27,7 @@ pub struct Expected {
 
 impl Expected {
     /// Sorts events into lists by pixel and polarity.
-    pub fn of(events: &EventStream) -> Self {
+    pub fn from_events(events: &EventStream) -> Self {
         let lists = 2 * events.sensor().pixels();
         let list = |event: evpose_core::Event| {
             let pixel =

@@ -4,7 +4,7 @@
 
 use evpose_core::{Event, EventStream, Micros, Plane, SensorSize};
 use evpose_gap::davis::{LoadedShots, Response, load_shots};
-use evpose_gap::parameters::Parameter;
+use evpose_gap::parameters::ModelParameter;
 use evpose_gap::search::Identification;
 use evpose_gap::verdict::Answer;
 use evpose_gap::workflow::{Case, FRAME_NUISANCE, HeldOut, Inputs, Prepared, prepared};
@@ -195,7 +195,7 @@ fn background_is_a_parameter_of_the_model() {
     let noise = EffectConfig::new("uniform_noise").with("on_hz", 4.0).with("off_hz", 2.0);
     let result = USUAL.identified(&camera(Some(noise)), USUAL.response);
     assert_eq!((result.answer, names(&result)), (Answer::Parameter, Vec::new()));
-    for (parameter, value) in [(Parameter::NoiseOn, 4.0), (Parameter::NoiseOff, 2.0)] {
+    for (parameter, value) in [(ModelParameter::NoiseOn, 4.0), (ModelParameter::NoiseOff, 2.0)] {
         let found = parameter.value(&result.after.model);
         assert!((found / value - 1.0).abs() < 0.15, "{parameter:?} {found}");
     }

@@ -4,7 +4,7 @@
 use evpose_gap::free_parameter::FreeParameter;
 use evpose_gap::workflow::calibrate::{EstimateError, coverage, fit_errors, fit_probability};
 use evpose_gap::workflow::{
-    CALIBRATION, Calibration, ErrorScale, Evidence, FEATURES, ParameterKind,
+    CALIBRATION, Calibration, ErrorScale, Evidence, FEATURES, ParameterOwner,
 };
 
 use super::opened::Opened;
@@ -15,7 +15,7 @@ pub(super) fn lines(opened: &[Opened], seed: u64) -> Vec<String> {
     let names = names(opened);
     let right = names.iter().filter(|(_, is_right)| *is_right).count();
     let (of_effect, of_model) =
-        (misses(opened, ParameterKind::OfEffect), misses(opened, ParameterKind::OfModel));
+        (misses(opened, ParameterOwner::OfEffect), misses(opened, ParameterOwner::OfModel));
     let mut fitted = CALIBRATION;
     let mut lines = vec![format!(
         "// From {} cases of plan {seed}: {} names, {right} right; {} values of effects, {} of the \
@@ -91,15 +91,15 @@ fn names(opened: &[Opened]) -> Vec<(Evidence, bool)> {
 }
 
 /// Errors of the estimated values of right names, in steps.
-fn misses(opened: &[Opened], kind: ParameterKind) -> Vec<EstimateError> {
+fn misses(opened: &[Opened], kind: ParameterOwner) -> Vec<EstimateError> {
     let of = |case: &Opened| -> Vec<EstimateError> {
         let miss = |(finding, key, truth): &(&'static str, &'static str, f64)| {
             let estimate = case.estimate(finding, key)?.value;
             let raw = case.row.errors.get(*finding)?.get(*key)?.steps();
             let free_parameter = FreeParameter::by_name(finding, key)?;
             let parameter_kind = match free_parameter {
-                FreeParameter::Model(_) => ParameterKind::OfModel,
-                FreeParameter::Effect(..) => ParameterKind::OfEffect,
+                FreeParameter::Model(_) => ParameterOwner::OfModel,
+                FreeParameter::Effect(..) => ParameterOwner::OfEffect,
             };
             (parameter_kind == kind)
                 .then(|| EstimateError { steps: free_parameter.steps(*truth, estimate), raw })
@@ -122,7 +122,7 @@ mod tests {
 
     #[test]
     fn values_that_are_two_percent_off_are_a_fraction_of_a_step_off() {
-        let misses = misses(&example::opened(), ParameterKind::OfEffect);
+        let misses = misses(&example::opened(), ParameterOwner::OfEffect);
         // Steps of values on a logarithmic scale are 12 %.
         let step = 1.02_f64.ln() / 1.12_f64.ln();
         let near = misses.iter().filter(|miss| (miss.steps - step).abs() < 1e-9).count();

@@ -100,7 +100,7 @@ fn alone(args: &InputArgs) -> Result<Written> {
     for finding in &verdict.effects {
         after.effects.extend(evpose_gap::workflow::as_effect(finding));
     }
-    let mut report = ReportData::of(verdict);
+    let mut report = ReportData::from_verdict(verdict);
     (report.model_before, report.model_after) = (model.to_toml(), after.to_toml());
     Ok(Written {
         before: model.to_toml(),

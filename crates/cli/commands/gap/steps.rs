@@ -167,7 +167,7 @@ pub(super) fn power(args: &PowerArgs) -> Result<()> {
     let layout = Layout::of_all_probes();
     let objective =
         Objective::new(&reference_scene, &layout, &events, window, &model.reference, args.seed)?;
-    let directions = Directions::of(&objective, &model.config, &[])?;
+    let directions = Directions::simulate(&objective, &model.config, &[])?;
     let found = limits(&directions);
     say("would show from");
     for limit in &found.limits {

@@ -38,7 +38,7 @@ pub(super) struct Local {
 /// Computes the features of a patch, whose events are in order of time.
 pub(super) fn patch_features(events: &[Local]) -> Features {
     let mut features = Vec::with_capacity(COUNT);
-    let pixels = Pixels::of(events);
+    let pixels = Pixels::from_events(events);
     features.extend(pixels.counts(events.len()));
     features.extend(pairs_of_pixels(events));
     features.extend(order(events));
@@ -60,7 +60,7 @@ struct Pixels {
 }
 
 impl Pixels {
-    fn of(events: &[Local]) -> Self {
+    fn from_events(events: &[Local]) -> Self {
         let mut counts = vec![[0; 2]; SIDE_PX * SIDE_PX];
         for event in events {
             counts[event.y * SIDE_PX + event.x][usize::from(event.is_on)] += 1;

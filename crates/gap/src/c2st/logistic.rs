@@ -31,7 +31,7 @@ pub(super) struct Data {
 
 impl Data {
     /// Standardises all features to mean zero and variance one.
-    pub(super) fn of(pairs: &[Pair]) -> Self {
+    pub(super) fn from_pairs(pairs: &[Pair]) -> Self {
         let all = || pairs.iter().flat_map(|pair| &pair.features);
         let n = 2.0 * pairs.len() as f64;
         let mut means = [0.0; COUNT];
@@ -169,10 +169,10 @@ mod tests {
                 .collect()
         };
         let labels: Vec<bool> = (0..600).map(|i| i % 2 == 0).collect();
-        let informed = Data::of(&pairs(2.0)).auc(&labels);
+        let informed = Data::from_pairs(&pairs(2.0)).auc(&labels);
         // Two standard deviations apart: the best possible area is Phi(2 / sqrt 2) = 0.921.
         assert!((0.87..0.94).contains(&informed), "{informed}");
-        let chance = Data::of(&pairs(0.0)).auc(&labels);
+        let chance = Data::from_pairs(&pairs(0.0)).auc(&labels);
         assert!((chance - 0.5).abs() < 0.08, "{chance}");
     }
 }

@@ -42,7 +42,7 @@ pub fn two_sample(
         return TwoSample { auc: 0.5, p: 1.0 };
     }
     let groups = 1 + pairs.iter().map(|pair| pair.group).max().unwrap_or(0);
-    let data = Data::of(&pairs);
+    let data = Data::from_pairs(&pairs);
     let auc = data.auc(&labels(&pairs, &vec![false; groups]));
     let permuted = (0..PERMUTATIONS).into_par_iter().map(|i| {
         let mut rng = CounterRng::new(seed, "exchanged labels", i);

@@ -36,7 +36,7 @@ struct Grid {
 }
 
 impl Sorted {
-    fn of(events: &EventStream, window: TimeWindow, grid: &Grid) -> Self {
+    fn from_events(events: &EventStream, window: TimeWindow, grid: &Grid) -> Self {
         let range = events.range(window);
         let patch = |i: usize| {
             let block = ((events.t()[i].0 - window.start.0) / LENGTH_US) as usize;
@@ -89,9 +89,9 @@ pub(super) fn pairs(
     let tiles = columns * usize::from(size.height).div_ceil(SIDE_PX);
     let blocks = (window.length().0 / LENGTH_US).max(0) as usize;
     let grid = Grid { columns, tiles, patches: blocks * tiles };
-    let measured = Sorted::of(measured, window, &grid);
+    let measured = Sorted::from_events(measured, window, &grid);
     let simulated: Vec<Sorted> =
-        simulated.iter().map(|events| Sorted::of(events, window, &grid)).collect();
+        simulated.iter().map(|events| Sorted::from_events(events, window, &grid)).collect();
     // One stream per tile, so that properties of its pixels are the same over time.
     let other = |patch: usize| simulated[patch % tiles % simulated.len()].patch(patch);
     let has_events =

@@ -75,7 +75,7 @@ struct Fit {
 }
 
 impl Fit {
-    fn of(terms: Vec<Term>, keys: &[u64], sample: &Sample) -> Self {
+    fn new(terms: Vec<Term>, keys: &[u64], sample: &Sample) -> Self {
         let mut starts = vec![0];
         for term in &terms {
             starts.push(starts[starts.len() - 1] + term.count());
@@ -174,7 +174,7 @@ impl Half {
 /// runs of the model.
 pub(super) fn attribute(table: &Table, samples: &[Sample]) -> Attribution {
     let main = |sample: &Sample| {
-        let fit = Fit::of(MAIN.to_vec(), &table.keys, sample);
+        let fit = Fit::new(MAIN.to_vec(), &table.keys, sample);
         let (mut chosen, mut gains) = (Vec::new(), Vec::new());
         fit.select(&mut chosen, &mut (0..SCENE).collect(), &mut gains);
         (chosen, gains)
@@ -191,7 +191,7 @@ pub(super) fn attribute(table: &Table, samples: &[Sample]) -> Attribution {
     // The age determines where the speed is zero, and the level is constant: those are no pairs.
     let is_crossed = |pair: &Term| *pair != Term::Pair(2, 3) && !matches!(pair, Term::Pair(0, _));
     let terms: Vec<Term> = MAIN.into_iter().chain(pairs.filter(is_crossed)).collect();
-    let fit = Fit::of(terms, &table.keys, &samples[0]);
+    let fit = Fit::new(terms, &table.keys, &samples[0]);
     fit.select(&mut chosen, &mut (SCENE..fit.terms.len()).collect(), &mut gains);
     let gain = gains.iter().fold(0.0, |sum, gain| sum + gain);
     let explained = chosen

@@ -112,7 +112,7 @@ pub(super) fn maps(measured: &View<'_>, runs: &[View<'_>]) -> Maps {
             }
             sums
         };
-        Profile::of(&sum(&pixels), &of_runs.iter().map(sum).collect::<Vec<_>>())
+        Profile::from_counts(&sum(&pixels), &of_runs.iter().map(sum).collect::<Vec<_>>())
     };
     let strip = |view: &View<'_>| {
         let mut counts = vec![0.0; STRIP];
@@ -123,12 +123,12 @@ pub(super) fn maps(measured: &View<'_>, runs: &[View<'_>]) -> Maps {
         }
         counts
     };
-    let alone = stand_out(&Profile::of(&pixels, &of_runs).z, width);
+    let alone = stand_out(&Profile::from_counts(&pixels, &of_runs).z, width);
     // Some models have outlier pixels of their own: only larger ones than between runs count.
     let of_run = |i: usize| {
         let others: Vec<&Vec<f64>> =
             of_runs.iter().enumerate().filter(|(k, _)| *k != i).map(|(_, run)| run).collect();
-        stand_out(&Profile::of(&of_runs[i], &others).z, width)
+        stand_out(&Profile::from_counts(&of_runs[i], &others).z, width)
             .into_iter()
             .fold(0.0, |a: f64, z| a.max(z.abs()))
     };
@@ -157,7 +157,7 @@ pub(super) fn maps(measured: &View<'_>, runs: &[View<'_>]) -> Maps {
         },
         rows: along(height, &|p| p / width),
         columns: along(width, &|p| p % width),
-        times: Profile::of(&strip(measured), &runs.iter().map(strip).collect::<Vec<_>>()),
+        times: Profile::from_counts(&strip(measured), &runs.iter().map(strip).collect::<Vec<_>>()),
         pixels: odd.iter().take(LISTED).map(describe).collect(),
         hot,
         silent,
@@ -183,7 +183,7 @@ fn stand_out(z: &[f64], width: usize) -> Vec<f64> {
 
 impl Profile {
     /// Residuals of counts against runs of the model.
-    fn of<T: AsRef<[f64]>>(counts: &[f64], runs: &[T]) -> Self {
+    fn from_counts<T: AsRef<[f64]>>(counts: &[f64], runs: &[T]) -> Self {
         let sum = |i: usize| runs.iter().map(|run| run.as_ref()[i]).sum::<f64>();
         let n = runs.len() as f64;
         let deviation = |count: f64, others: f64, n: f64| {

@@ -76,7 +76,7 @@ pub fn locate(measured: &View<'_>, runs: &[View<'_>]) -> Located {
     if runs.len() < 2 {
         return Located { scan: Scan::of_too_few_runs(), ..Located::default() };
     }
-    let table = Table::of(&streams);
+    let table = Table::from_views(&streams);
     let samples: Vec<_> = (0..streams.len()).into_par_iter().map(|i| table.sample(i)).collect();
     let (scan, (attribution, maps)) = rayon::join(
         || scan::scan(&table, &samples, measured),

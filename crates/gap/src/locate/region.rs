@@ -51,7 +51,7 @@ impl Sums {
 
 impl Region {
     /// Describes the box `levels` of a sample.
-    pub(super) fn of(
+    pub(super) fn new(
         levels: u64,
         (keys, sample): (&[u64], &Sample),
         view: &View<'_>,

@@ -66,7 +66,7 @@ pub(super) fn scan(table: &Table, samples: &[Sample], measured: &View<'_>) -> Sc
         if scored.score <= largest || p > LEVEL {
             break;
         }
-        let region = Region::of(scored.levels, (keys, &sample), measured, (scored.score, p));
+        let region = Region::new(scored.levels, (keys, &sample), measured, (scored.score, p));
         if region.ratio.ln().abs() < MIN_LOG_RATIO {
             break;
         }

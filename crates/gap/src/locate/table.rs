@@ -27,7 +27,7 @@ pub(super) struct Sample {
 }
 
 impl Table {
-    pub(super) fn of(streams: &[&View<'_>]) -> Self {
+    pub(super) fn from_views(streams: &[&View<'_>]) -> Self {
         let classes = Axis::ALL.iter().map(|axis| axis.count()).product();
         let mut places = vec![u32::MAX; classes];
         let mut keys = Vec::new();

@@ -1,8 +1,8 @@
 //! Event counts by the classes of the scene: events per change of luminance, and events without
 //! one.
 
-use crate::probe::interface::Probe;
-use crate::{Block, Cell, Entry, Kind, View};
+use crate::probe::interface::StatisticProbe;
+use crate::{Cell, Entry, StatisticBlock, StatisticKind, View};
 
 /// Counts by brightness, speed or age, contrast, fineness and polarity.
 #[derive(Debug)]
@@ -24,20 +24,21 @@ fn sign(is_on: usize) -> &'static str {
     ["OFF", "ON"][is_on]
 }
 
-impl Probe for Crossing {
+impl StatisticProbe for Crossing {
     fn entries(&self) -> Vec<Entry> {
         let mut entries = Vec::new();
-        let mut add =
-            |block, name: String| entries.push(Entry { block, name, kind: Kind::Count(0.0) });
+        let mut add = |block, name: String| {
+            entries.push(Entry { block, name, kind: StatisticKind::Count(0.0) })
+        };
         for i in 0..BY_SPEED {
             let (is_on, speed, bright) = (i % 2, i / 2 % Cell::SPEEDS, i / 2 / Cell::SPEEDS);
-            let block = if speed == 0 { Block::Quiet } else { Block::Crossing };
+            let block = if speed == 0 { StatisticBlock::Quiet } else { StatisticBlock::Crossing };
             add(block, format!("{} events, brightness {bright}, speed {speed}", sign(is_on)));
         }
         for i in 0..BY_CONTRAST {
             let (is_on, speed, contrast) = (i % 2, 1 + i / 2 % 3, i / 6);
             add(
-                Block::Crossing,
+                StatisticBlock::Crossing,
                 format!("{} events, contrast {contrast}, speed {speed}", sign(is_on)),
             );
         }
@@ -46,12 +47,15 @@ impl Probe for Crossing {
                 (i % 2, 1 + i / 2 % (Cell::AGES - 1), i / 2 / (Cell::AGES - 1));
             let sense = ["against", "with"][sense];
             let half = ["dark", "bright"][half];
-            add(Block::Tail, format!("events {sense} the edge before, {half}, age {age}"));
+            add(StatisticBlock::Tail, format!("events {sense} the edge before, {half}, age {age}"));
         }
         for i in 0..BY_FINENESS {
             let (is_on, speed, fine) = (i % 2, 1 + i / 2 % 3, i / 6);
             let fine = ["even", "fine"][fine];
-            add(Block::Crossing, format!("{} events, {fine} light, speed {speed}", sign(is_on)));
+            add(
+                StatisticBlock::Crossing,
+                format!("{} events, {fine} light, speed {speed}", sign(is_on)),
+            );
         }
         entries
     }

@@ -7,9 +7,9 @@
 use crate::probe::displacement::Displacement;
 pub(crate) use crate::probe::displacement::TILES;
 use crate::probe::image::{Image, dot};
-use crate::probe::interface::Probe;
+use crate::probe::interface::StatisticProbe;
 use crate::probe::reference;
-use crate::{Block, Entry, View};
+use crate::{Entry, StatisticBlock, View};
 
 /// Terms of the displacement field, its residual, and correlations of images.
 #[derive(Debug)]
@@ -72,7 +72,7 @@ pub(crate) fn displacements(view: &View<'_>) -> Vec<Option<(f64, f64)>> {
     displacement.of_tiles()
 }
 
-impl Probe for Geometry {
+impl StatisticProbe for Geometry {
     fn entries(&self) -> Vec<Entry> {
         let terms = [
             "shift in x",
@@ -82,11 +82,12 @@ impl Probe for Geometry {
             "cube of the radius, at the corner",
             "rest of displacement",
         ];
-        let terms =
-            terms.map(|name| Entry::value(Block::Geometry, format!("{name}, px"), TOLERANCE_PX));
+        let terms = terms.map(|name| {
+            Entry::value(StatisticBlock::Geometry, format!("{name}, px"), TOLERANCE_PX)
+        });
         let likeness = [0, 1, 2].map(|blur| {
             let name = format!("correlation of images, blur {blur} px");
-            Entry::value(Block::Geometry, name, TOLERANCE)
+            Entry::value(StatisticBlock::Geometry, name, TOLERANCE)
         });
         terms.into_iter().chain(likeness).collect()
     }

@@ -3,7 +3,7 @@
 use crate::{Cell, Entry, View};
 
 /// A pure function from events and scene to summary statistics.
-pub trait Probe: Sync {
+pub trait StatisticProbe: Sync {
     /// Entries of the statistics, the same for all views.
     fn entries(&self) -> Vec<Entry>;
 

@@ -1,7 +1,7 @@
 //! Inter-event intervals of pixels.
 
-use crate::probe::interface::Probe;
-use crate::{Block, Entry, Kind, View};
+use crate::probe::interface::StatisticProbe;
+use crate::{Entry, StatisticBlock, StatisticKind, View};
 
 /// Histograms over the logarithm of the interval, by the polarities of the two events; separate
 /// ones for pixels at rest.
@@ -27,18 +27,21 @@ fn quiet_bin(interval_us: i64) -> usize {
     (place + 1.0).clamp(0.0, (QUIET_BINS - 1) as f64) as usize
 }
 
-impl Probe for Interval {
+impl StatisticProbe for Interval {
     fn entries(&self) -> Vec<Entry> {
         let entry = |block, name| {
-            let share = if block == Block::Quiet { 0.0 } else { BIN_TOLERANCE };
-            Entry { block, name, kind: Kind::Count(share) }
+            let share = if block == StatisticBlock::Quiet { 0.0 } else { BIN_TOLERANCE };
+            Entry { block, name, kind: StatisticKind::Count(share) }
         };
         let moving = PAIRS.iter().flat_map(|pair| {
-            (0..BINS).map(move |bin| entry(Block::Interval, format!("{pair} intervals, bin {bin}")))
+            (0..BINS).map(move |bin| {
+                entry(StatisticBlock::Interval, format!("{pair} intervals, bin {bin}"))
+            })
         });
         let quiet = PAIRS.iter().flat_map(|pair| {
-            (0..QUIET_BINS)
-                .map(move |bin| entry(Block::Quiet, format!("{pair} intervals at rest, bin {bin}")))
+            (0..QUIET_BINS).map(move |bin| {
+                entry(StatisticBlock::Quiet, format!("{pair} intervals at rest, bin {bin}"))
+            })
         });
         moving.chain(quiet).collect()
     }

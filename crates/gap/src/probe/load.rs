@@ -1,10 +1,10 @@
 //! Behaviour under load, while many pixels have events at once: rate limits, queues and lost
 //! events.
 
-use crate::probe::interface::Probe;
+use crate::probe::interface::StatisticProbe;
 use crate::probe::quantile::{self, Lags};
 use crate::probe::reference;
-use crate::{Block, Entry, View};
+use crate::{Entry, StatisticBlock, View};
 
 /// Quantiles of load, lag and counts while the reference is busy, and the shortest intervals of the
 /// whole sensor.
@@ -56,9 +56,9 @@ fn busy(view: &View<'_>, milliseconds: usize) -> (Vec<bool>, [f64; 2]) {
     (is_busy, events)
 }
 
-impl Probe for Load {
+impl StatisticProbe for Load {
     fn entries(&self) -> Vec<Entry> {
-        let value = |name: String, tolerance| Entry::value(Block::Load, name, tolerance);
+        let value = |name: String, tolerance| Entry::value(StatisticBlock::Load, name, tolerance);
         let loads = WIDTHS.iter().flat_map(|width| {
             let name = ["quantile 0.5", "quantile 0.9", "quantile 0.99", "maximum"];
             name.map(|name| {

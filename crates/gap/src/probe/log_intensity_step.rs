@@ -1,8 +1,8 @@
 //! Change of log luminance between two events of a pixel: one threshold, in an ideal sensor.
 
-use crate::probe::interface::{Probe, brightness_third, is_moving};
+use crate::probe::interface::{StatisticProbe, brightness_third, is_moving};
 use crate::probe::quantile;
-use crate::{Block, Entry, Kind, View};
+use crate::{Entry, StatisticBlock, StatisticKind, View};
 
 /// Histograms, medians and interquartile ranges of the change, in the direction of the event.
 #[derive(Debug)]
@@ -23,16 +23,20 @@ fn bin(log_step: f32) -> usize {
     EDGES.iter().filter(|edge| log_step >= **edge).count()
 }
 
-impl Probe for LogIntensityStep {
+impl StatisticProbe for LogIntensityStep {
     fn entries(&self) -> Vec<Entry> {
         let group = |i: usize| format!("{} events, brightness third {}", PASTS[i % 3], i / 3);
         let histogram = (0..GROUPS * BINS).map(|i| {
             let name = format!("log intensity step of {}, bin {}", group(i / BINS), i % BINS);
-            Entry { block: Block::LogIntensityStep, name, kind: Kind::Count(BIN_TOLERANCE) }
+            Entry {
+                block: StatisticBlock::LogIntensityStep,
+                name,
+                kind: StatisticKind::Count(BIN_TOLERANCE),
+            }
         });
         let value = |quantile: &str, i| {
             let name = format!("{quantile} of log intensity step, {}", group(i));
-            Entry::value(Block::LogIntensityStep, name, TOLERANCE)
+            Entry::value(StatisticBlock::LogIntensityStep, name, TOLERANCE)
         };
         let shapes = (0..GROUPS).flat_map(|i| [value("median", i), value("spread", i)]);
         histogram.chain(shapes).collect()

@@ -26,13 +26,13 @@ mod timing;
 pub(crate) use geometry::{TILES, displacements};
 pub(crate) use scan::scan_of;
 
-pub use interface::Probe;
+pub use interface::StatisticProbe;
 
 /// Number of leading entries that together count every event once.
 pub(crate) const ALL_EVENTS: usize = crossing::BY_SPEED;
 
 /// All probes, in the order of their entries in a summary.
-pub static PROBES: &[&dyn Probe] = &[
+pub static PROBES: &[&dyn StatisticProbe] = &[
     &crossing::Crossing,
     &interval::Interval,
     &timing::Timing,

@@ -2,9 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use crate::probe::interface::Probe;
+use crate::probe::interface::StatisticProbe;
 use crate::probe::scan::{self, Spot};
-use crate::{Block, Entry, View};
+use crate::{Entry, StatisticBlock, View};
 
 /// Phases of time stamps, shared stamps, successive events, and scans.
 #[derive(Debug)]
@@ -146,9 +146,9 @@ fn sign(difference: f32) -> f64 {
     f64::from(u8::from(difference > 0.0)) - f64::from(u8::from(difference < 0.0))
 }
 
-impl Probe for Readout {
+impl StatisticProbe for Readout {
     fn entries(&self) -> Vec<Entry> {
-        let value = |name: String| Entry::value(Block::Readout, name, TOLERANCE);
+        let value = |name: String| Entry::value(StatisticBlock::Readout, name, TOLERANCE);
         let residues = PERIODS_US.iter().map(|us| value(format!("stamps modulo {us} us")));
         let others = [
             "stamps modulo the step of the scene",
@@ -169,7 +169,7 @@ impl Probe for Readout {
 
     fn measure(&self, view: &View<'_>, out: &mut Vec<f64>) {
         residues(view, out);
-        let spots = Spot::of(view);
+        let spots = Spot::from_view(view);
         shared(view, &spots, out);
         succession(&spots, out);
         out.extend(scan::resultants(view, &spots));

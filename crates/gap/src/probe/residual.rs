@@ -19,7 +19,7 @@ pub(super) struct Residuals(Vec<f32>);
 
 impl Residuals {
     /// Residuals of measured against expected counts per pixel.
-    pub(super) fn of(measured: &[f32], expected: &[f32]) -> Self {
+    pub(super) fn from_counts(measured: &[f32], expected: &[f32]) -> Self {
         let (mut n, mut e) = (0.0, 0.0);
         for (measured, expected) in measured.iter().zip(expected).filter(|(_, e)| **e > 0.0) {
             n += f64::from(*measured);
@@ -109,7 +109,7 @@ mod tests {
     fn a_gain_of_all_pixels_leaves_nothing() {
         let expected: Vec<f32> = (0..100).map(|i| (i % 5) as f32).collect();
         let measured: Vec<f32> = expected.iter().map(|e| 2.0 * e).collect();
-        assert!(Residuals::of(&measured, &expected).0.iter().all(|d| d.abs() < 1e-6));
+        assert!(Residuals::from_counts(&measured, &expected).0.iter().all(|d| d.abs() < 1e-6));
     }
 
     #[test]

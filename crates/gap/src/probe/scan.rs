@@ -49,7 +49,7 @@ pub(super) struct Spot {
 
 impl Spot {
     /// Spots of all events of a view.
-    pub(super) fn of(view: &View<'_>) -> Vec<Self> {
+    pub(super) fn from_view(view: &View<'_>) -> Vec<Self> {
         let width = u32::from(view.size().width);
         let spot = |event: &EventFeatures| {
             let (x, y) = ((event.pixel % width) as u16, (event.pixel / width) as u16);
@@ -289,7 +289,7 @@ mod tests {
 
     fn locking(events: &EventStream) -> [f64; AXES.len() * BANDS] {
         let view = View::new(testing::reference_scene(), events, testing::whole());
-        resultants(&view, &Spot::of(&view))
+        resultants(&view, &Spot::from_view(&view))
     }
 
     #[test]

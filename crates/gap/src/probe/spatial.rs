@@ -3,10 +3,10 @@
 //! A fixed pattern shows in both halves of the time, which alternate every 50 ms. So do hot pixels,
 //! which chance does not make busiest in both halves.
 
-use crate::probe::interface::Probe;
+use crate::probe::interface::StatisticProbe;
 use crate::probe::reference;
 use crate::probe::residual::{Residuals, correlation};
-use crate::{Block, Entry, View};
+use crate::{Entry, StatisticBlock, View};
 
 /// Fractions of events of the busiest pixels, silent pixels, and statistics of residuals.
 #[derive(Debug)]
@@ -50,7 +50,7 @@ struct Maps {
 }
 
 impl Maps {
-    fn of(view: &View<'_>) -> Self {
+    fn from_view(view: &View<'_>) -> Self {
         let plane = || vec![0.0_f32; view.size().pixels()];
         let part = |t_us| part(view.since_start_us(t_us));
         let mut measured = [(); 6].map(|()| plane());
@@ -130,9 +130,10 @@ fn rings_and_tiles(view: &View<'_>, [off, on]: &[Vec<f32>; 2], out: &mut Vec<f64
     out.extend(rings.iter().chain(&tiles));
 }
 
-impl Probe for Spatial {
+impl StatisticProbe for Spatial {
     fn entries(&self) -> Vec<Entry> {
-        let value = |name: String, tolerance| Entry::value(Block::Spatial, name, tolerance);
+        let value =
+            |name: String, tolerance| Entry::value(StatisticBlock::Spatial, name, tolerance);
         let percent = |share: &f64| 100.0 * share;
         let quiet = SHARES.iter().map(|share| {
             let name =
@@ -142,7 +143,7 @@ impl Probe for Spatial {
         let all = SHARES.iter().map(|share| {
             value(format!("share of the {} % busiest pixels", percent(share)), TOLERANCE)
         });
-        let silent = Entry::count(Block::Spatial, "silent pixels");
+        let silent = Entry::count(StatisticBlock::Spatial, "silent pixels");
         let others = [
             ("log variance over mean at rest", 0.05),
             ("correlation of residuals of halves, all pixels", TOLERANCE),
@@ -155,7 +156,7 @@ impl Probe for Spatial {
         let others = others.map(|(name, tolerance)| value(name.to_owned(), tolerance));
         let morans =
             DISTANCES.map(|d| value(format!("likeness of residuals {d} pixels apart"), TOLERANCE));
-        let count = |name| Entry::count(Block::Spatial, name);
+        let count = |name| Entry::count(StatisticBlock::Spatial, name);
         let rings = (0..RINGS).map(|ring| count(format!("events of ring {ring}")));
         let tiles = (0..TILES.0 * TILES.1 * 2)
             .map(|i| count(format!("{} events of tile {}", ["OFF", "ON"][i % 2], i / 2)));
@@ -164,7 +165,7 @@ impl Probe for Spatial {
     }
 
     fn measure(&self, view: &View<'_>, out: &mut Vec<f64>) {
-        let Maps { measured, expected, quiet } = Maps::of(view);
+        let Maps { measured, expected, quiet } = Maps::from_view(view);
         let forth = top_shares(&quiet[0], &quiet[1]);
         let back = top_shares(&quiet[1], &quiet[0]);
         out.extend(forth.iter().zip(back).map(|(a, b)| 0.5 * (a + b)));
@@ -178,12 +179,13 @@ impl Probe for Spatial {
         out.push(n.iter().zip(&e).filter(|(n, e)| **n == 0.0 && **e >= MIN_SILENT).count() as f64);
 
         out.push(log_fano(&sum(&quiet[0], &[&quiet[1], &quiet[2]])));
-        let [first, second] = [0, 1].map(|half| Residuals::of(&n_half[half], &e_half[half]));
+        let [first, second] =
+            [0, 1].map(|half| Residuals::from_counts(&n_half[half], &e_half[half]));
         out.push(correlation(&first, &second, |_| true));
         out.push(correlation(&first, &second, |p| e_half[0][p] > 0.0 && e_half[1][p] > 0.0));
-        let mut whole = Residuals::of(&n, &e);
+        let mut whole = Residuals::from_counts(&n, &e);
         out.push(whole.mean_square(|p| e[p] > 0.0));
-        let [off, on] = [0, 1].map(|sign| Residuals::of(&n_sign[sign], &e_sign[sign]));
+        let [off, on] = [0, 1].map(|sign| Residuals::from_counts(&n_sign[sign], &e_sign[sign]));
         out.push(correlation(&off, &on, |p| e_sign[0][p] > 0.0 && e_sign[1][p] > 0.0));
 
         whole.centre();

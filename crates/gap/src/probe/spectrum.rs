@@ -7,8 +7,8 @@
 //! sum.
 
 use crate::probe::fourier::{Fourier, MAX_LENGTH};
-use crate::probe::interface::Probe;
-use crate::{Block, Entry, View};
+use crate::probe::interface::StatisticProbe;
+use crate::{Entry, StatisticBlock, View};
 
 /// Power in bands, the strongest line and the agreement of its polarities, for all pixels and for
 /// those at rest.
@@ -93,9 +93,9 @@ impl Rates {
     }
 }
 
-impl Probe for Spectrum {
+impl StatisticProbe for Spectrum {
     fn entries(&self) -> Vec<Entry> {
-        let value = |name, tolerance| Entry::value(Block::Spectrum, name, tolerance);
+        let value = |name, tolerance| Entry::value(StatisticBlock::Spectrum, name, tolerance);
         let group = |group: &'static str| {
             let bands = (0..BANDS)
                 .map(move |band| value(format!("log10 power of {group}, band {band}"), 0.1));

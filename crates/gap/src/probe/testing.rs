@@ -7,7 +7,7 @@ use evpose_core::{
 };
 use evpose_sensor::{SensorConfig, SensorModel};
 
-use crate::probe::interface::Probe;
+use crate::probe::interface::StatisticProbe;
 use crate::view::Expected;
 use crate::{Classes, ReferenceScene, Scene, View};
 
@@ -42,8 +42,11 @@ fn example() -> &'static (ReferenceScene, EventStream) {
                 events.push(event).unwrap();
             }
         }
-        let reference_scene =
-            ReferenceScene { classes: Classes::of(&scene), expected: Expected::of(&events), scene };
+        let reference_scene = ReferenceScene {
+            classes: Classes::from_scene(&scene),
+            expected: Expected::from_events(&events),
+            scene,
+        };
         (reference_scene, events)
     })
 }
@@ -63,7 +66,11 @@ pub(crate) fn tiny(width: u16, height: u16) -> ReferenceScene {
     let size = SensorSize { width, height };
     let scene = Scene::new(FPS, vec![Plane::for_sensor(size, 0.5); 3]).unwrap();
     let events = corner_events(width, height);
-    ReferenceScene { classes: Classes::of(&scene), expected: Expected::of(&events), scene }
+    ReferenceScene {
+        classes: Classes::from_scene(&scene),
+        expected: Expected::from_events(&events),
+        scene,
+    }
 }
 
 /// Events in opposite corners of a sensor.
@@ -103,7 +110,7 @@ pub(crate) fn noise(count: usize, seed: u64) -> Vec<Event> {
 }
 
 /// One statistic of a probe, before any transform.
-pub(crate) fn value(probe: &dyn Probe, events: &EventStream, name: &str) -> f64 {
+pub(crate) fn value(probe: &dyn StatisticProbe, events: &EventStream, name: &str) -> f64 {
     let entries = probe.entries();
     let place = entries.iter().position(|entry| entry.name == name);
     let mut values = Vec::new();

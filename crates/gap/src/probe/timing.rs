@@ -2,10 +2,10 @@
 
 use evpose_core::{Micros, TimeWindow};
 
-use crate::probe::interface::{Probe, brightness_third, is_moving};
+use crate::probe::interface::{StatisticProbe, brightness_third, is_moving};
 use crate::probe::quantile::Lags;
 use crate::probe::reference;
-use crate::{Block, Cell, Entry, Kind, View};
+use crate::{Cell, Entry, StatisticBlock, StatisticKind, View};
 
 /// Histograms and medians of the lag behind the nearest reference event of the same pixel and
 /// polarity, and counts of missing events.
@@ -138,14 +138,14 @@ fn missing(view: &View<'_>) -> [f64; CLASSES] {
     missing
 }
 
-impl Probe for Timing {
+impl StatisticProbe for Timing {
     fn entries(&self) -> Vec<Entry> {
-        let lag = |name| Entry::value(Block::Timing, name, TOLERANCE_STEPS);
+        let lag = |name| Entry::value(StatisticBlock::Timing, name, TOLERANCE_STEPS);
         let histogram = (0..HISTOGRAMS * BINS).map(|i| {
             let (bin, is_on, third) = (i % BINS, i / BINS % 2, i / BINS / 2);
             let name =
                 format!("lag of {} events, brightness third {third}, bin {bin}", sign(is_on));
-            Entry { block: Block::Timing, name, kind: Kind::Count(BIN_TOLERANCE) }
+            Entry { block: StatisticBlock::Timing, name, kind: StatisticKind::Count(BIN_TOLERANCE) }
         });
         let by_class = (0..CLASSES).map(|i| {
             lag(format!("median lag in steps, {} events, brightness {}", sign(i % 2), i / 2))
@@ -154,7 +154,7 @@ impl Probe for Timing {
         let missing = (0..CLASSES).map(|i| {
             let name =
                 format!("expected {} events that never come, brightness {}", sign(i % 2), i / 2);
-            Entry { block: Block::Timing, name, kind: Kind::Count(ROUNDED) }
+            Entry { block: StatisticBlock::Timing, name, kind: StatisticKind::Count(ROUNDED) }
         });
         histogram.chain(by_class).chain(by_third).chain(missing).collect()
     }

@@ -36,7 +36,7 @@ pub struct Confusability {
 /// Change of the model in an ablation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Change {
+pub enum ModelChange {
     /// None: the model as given.
     None,
     /// All identified effects are added.
@@ -53,7 +53,7 @@ pub enum Change {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Ablation {
     /// The change.
-    pub change: Change,
+    pub change: ModelChange,
     /// Effect that was added, dropped, or swapped in; empty if there is none.
     pub effect: String,
     /// Gap of the variant.
@@ -78,7 +78,7 @@ impl Doubt {
     }
 
     /// Assumptions of a verdict without a scene.
-    fn of_recording_alone() -> Vec<Self> {
+    fn for_recording_alone() -> Vec<Self> {
         vec![
             Self::new(
                 "Nothing in front of the camera has a structure in time finer than the windows \
@@ -98,9 +98,9 @@ impl Doubt {
     }
 
     /// Assumptions of a verdict.
-    pub fn of(verdict: &Verdict) -> Vec<Self> {
+    pub fn for_verdict(verdict: &Verdict) -> Vec<Self> {
         if verdict.is_scene_free() {
-            return Self::of_recording_alone();
+            return Self::for_recording_alone();
         }
         let mut doubts = vec![
             Self::new(

@@ -15,11 +15,11 @@ use crate::locate::Located;
 use crate::verdict::Verdict;
 
 pub(crate) use ablation::SECOND_RECORDING;
-pub use ablation::{Ablation, Change, Confusability, Doubt, Ranked};
-pub use plot::{Plot, Scale};
+pub use ablation::{Ablation, Confusability, Doubt, ModelChange, Ranked};
+pub use plot::{AxisScale, Plot};
 pub use plots::plots;
 pub use probes::{BlockGap, ProbeRow, block_gaps, probe_rows};
-pub use side_by_side::{Frame, SideBySide};
+pub use side_by_side::{SideBySide, SideBySideFrame};
 
 /// All data of a report. Everything but the verdict may be empty: the page omits empty sections.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -66,7 +66,7 @@ pub struct ReportData {
     /// Corrected model, as TOML.
     #[serde(default)]
     pub model_after: String,
-    /// Assumptions, and observations that would overturn the answer; see [`Doubt::of`].
+    /// Assumptions, and observations that would overturn the answer; see [`Doubt::for_verdict`].
     #[serde(default)]
     pub doubts: Vec<Doubt>,
 }
@@ -89,9 +89,9 @@ impl Fact {
 
 impl ReportData {
     /// A report of the verdict alone.
-    pub fn of(verdict: Verdict) -> Self {
+    pub fn from_verdict(verdict: Verdict) -> Self {
         Self {
-            doubts: Doubt::of(&verdict),
+            doubts: Doubt::for_verdict(&verdict),
             verdict,
             provenance: Vec::new(),
             blocks: Vec::new(),

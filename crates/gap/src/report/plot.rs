@@ -8,7 +8,7 @@ use super::gaps;
 /// Scale of an axis.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Scale {
+pub enum AxisScale {
     /// Linear.
     #[default]
     Linear,
@@ -26,11 +26,11 @@ pub struct Plot {
     /// Name and unit of the horizontal axis.
     pub x_name: String,
     /// Scale of the horizontal axis.
-    pub x_scale: Scale,
+    pub x_scale: AxisScale,
     /// Name and unit of the vertical axis.
     pub y_name: String,
     /// Scale of the vertical axis.
-    pub y_scale: Scale,
+    pub y_scale: AxisScale,
     /// Positions on the horizontal axis; the curves have one value at each. An unknown value is
     /// NaN.
     #[serde(with = "gaps")]
@@ -54,7 +54,7 @@ impl Plot {
     /// to either side), and the mean of the corrected model.
     #[must_use]
     pub fn with(mut self, measured: Vec<f64>, runs: &[Vec<f64>], corrected: &[Vec<f64>]) -> Self {
-        let is_log = self.y_scale == Scale::Log;
+        let is_log = self.y_scale == AxisScale::Log;
         let (mut low, mut high) = (Vec::new(), Vec::new());
         for i in 0..measured.len() {
             let values: Vec<f64> = known(runs, i).collect();

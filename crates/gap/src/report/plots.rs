@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::{Plot, Scale};
+use super::{AxisScale, Plot};
 use crate::{Cell, EventFeatures, View};
 
 /// Bins of intervals per decade, and decades, from ten microseconds to one second.
@@ -61,7 +61,7 @@ fn over_intervals() -> (Plot, Curve) {
         ["interval in ms", "events a bin"],
         (0..PER_DECADE * DECADES).map(|i| interval_us(i as f64 + 0.5) / 1e3).collect(),
     );
-    (Plot { x_scale: Scale::Log, y_scale: Scale::Log, ..plot }, intervals)
+    (Plot { x_scale: AxisScale::Log, y_scale: AxisScale::Log, ..plot }, intervals)
 }
 
 fn by_brightness() -> (Plot, Curve) {
@@ -81,7 +81,7 @@ fn by_speed() -> (Plot, Curve) {
         ["1 at rest, 2 slow, 3 middle, 4 fast", "events over ideal sensor"],
         classes(Cell::SPEEDS),
     );
-    (Plot { y_scale: Scale::Log, ..plot }, speeds)
+    (Plot { y_scale: AxisScale::Log, ..plot }, speeds)
 }
 
 fn by_age() -> (Plot, Curve) {
@@ -92,7 +92,7 @@ fn by_age() -> (Plot, Curve) {
         ["time since light changed, by class", "events"],
         classes(Cell::AGES),
     );
-    (Plot { y_scale: Scale::Log, ..plot }, ages)
+    (Plot { y_scale: AxisScale::Log, ..plot }, ages)
 }
 
 fn over_frequency() -> (Plot, Curve) {
@@ -102,7 +102,7 @@ fn over_frequency() -> (Plot, Curve) {
         ["frequency in Hz", "power over mean rate"],
         (0..FREQUENCIES).map(frequency_hz).collect(),
     );
-    (Plot { x_scale: Scale::Log, y_scale: Scale::Log, ..plot }, spectrum_of)
+    (Plot { x_scale: AxisScale::Log, y_scale: AxisScale::Log, ..plot }, spectrum_of)
 }
 
 fn over_phase() -> (Plot, Curve) {

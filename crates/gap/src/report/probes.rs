@@ -4,15 +4,15 @@ use evpose_stats::quantile::nearest_index;
 use serde::{Deserialize, Serialize};
 
 use crate::compare::by_block;
-use crate::entry::Kind;
+use crate::entry::StatisticKind;
 use crate::verdict::GapValue;
-use crate::{Block, Expectation, Layout, rho_of_chance};
+use crate::{Expectation, Layout, StatisticBlock, rho_of_chance};
 
 /// Gap of one block of statistics.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct BlockGap {
     /// The block.
-    pub block: Block,
+    pub block: StatisticBlock,
     /// Gap of the model as given.
     pub before: GapValue,
     /// Gap of the corrected model.
@@ -23,7 +23,7 @@ pub struct BlockGap {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ProbeRow {
     /// Its block.
-    pub block: Block,
+    pub block: StatisticBlock,
     /// Name.
     pub name: String,
     /// Deviation from the model as given, standard deviations.
@@ -43,13 +43,13 @@ pub fn block_gaps(
     resampled: &[(Vec<f64>, Vec<f64>)],
 ) -> Vec<BlockGap> {
     let chance = rho_of_chance();
-    let gaps = |deviations: &[f64]| -> Vec<(Block, f64)> {
+    let gaps = |deviations: &[f64]| -> Vec<(StatisticBlock, f64)> {
         let blocks = by_block(layout, deviations);
         blocks.into_iter().map(|(block, distance)| (block, distance / chance)).collect()
     };
     let of_before: Vec<_> = resampled.iter().map(|(before, _)| gaps(before)).collect();
     let of_after: Vec<_> = resampled.iter().map(|(_, after)| gaps(after)).collect();
-    let value = |value: f64, block: usize, of: &[Vec<(Block, f64)>]| {
+    let value = |value: f64, block: usize, of: &[Vec<(StatisticBlock, f64)>]| {
         let mut values: Vec<f64> = of.iter().map(|gaps| gaps[block].1).collect();
         values.sort_by(f64::total_cmp);
         let at =
@@ -85,7 +85,9 @@ pub fn probe_rows(
             // Counts are compared as `2 sqrt(n + 3/8)`.
             let count = |value: f64| value * value / 4.0 - 0.375;
             let relative = match entry.kind {
-                Kind::Count(..) if before.mean[i].is_finite() && measured[i].is_finite() => {
+                StatisticKind::Count(..)
+                    if before.mean[i].is_finite() && measured[i].is_finite() =>
+                {
                     let expected = count(before.mean[i]);
                     (expected >= 0.5).then(|| count(measured[i]) / expected - 1.0)
                 }

@@ -18,12 +18,12 @@ pub struct SideBySide {
     /// Length of a frame, microseconds.
     pub frame_us: i64,
     /// The frames in order of time.
-    pub frames: Vec<Frame>,
+    pub frames: Vec<SideBySideFrame>,
 }
 
 /// One frame of all streams.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Frame {
+pub struct SideBySideFrame {
     /// Start of the frame, microseconds.
     pub t_us: i64,
     /// One event image per stream, row by row, one hexadecimal digit per pixel: four times the
@@ -36,7 +36,7 @@ impl SideBySide {
     /// Renders `frames` frames of length `frame`, evenly spread over a window.
     ///
     /// All streams have one sensor size; large ones are binned.
-    pub fn of(
+    pub fn render(
         streams: &[(&str, &EventStream)],
         window: TimeWindow,
         frame: Micros,
@@ -62,7 +62,7 @@ impl SideBySide {
         let at = |i: usize| {
             let t_us = window.start.0 + room * i as i64 / (frames.max(2) - 1) as i64;
             let images = streams.iter().map(|(_, events)| image(events, Micros(t_us)));
-            Frame { t_us, images: images.collect() }
+            SideBySideFrame { t_us, images: images.collect() }
         };
         let names = streams.iter().map(|(name, _)| (*name).to_owned()).collect();
         let frames = (0..frames).map(at).collect();
@@ -85,7 +85,8 @@ mod tests {
         let events = EventStream::from_events(SensorSize { width: 3, height: 2 }, events).unwrap();
         let window = TimeWindow { start: Micros(0), end: Micros(1_000) };
         let rendered =
-            SideBySide::of(&[("one", &events), ("two", &events)], window, Micros(100), 2).unwrap();
+            SideBySide::render(&[("one", &events), ("two", &events)], window, Micros(100), 2)
+                .unwrap();
         assert_eq!(rendered.frames[0].images, ["00050c", "00050c"]);
         assert_eq!(rendered.frames[1].images[0], "000010");
         assert_eq!((rendered.frames[0].t_us, rendered.frames[1].t_us), (0, 900));

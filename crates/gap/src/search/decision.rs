@@ -8,7 +8,7 @@
 use evpose_sensor::SensorConfig;
 
 use super::identification::{Identification, ModelScore};
-use crate::parameters::Parameter;
+use crate::parameters::ModelParameter;
 use crate::verdict::Answer;
 
 /// Largest gap that counts as closed: differences are within chance and tolerance.
@@ -37,12 +37,12 @@ pub(super) fn changed_parameters(
     from: &SensorConfig,
     to: &SensorConfig,
     is_alone: bool,
-) -> Vec<Parameter> {
+) -> Vec<ModelParameter> {
     let min_steps = if is_alone { CHANGED_STEPS[0] } else { CHANGED_STEPS[1] };
-    let is_changed = |parameter: &&Parameter| {
+    let is_changed = |parameter: &&ModelParameter| {
         parameter.steps(parameter.value(from), parameter.value(to)).abs() >= min_steps
     };
-    Parameter::ALL.iter().filter(is_changed).copied().collect()
+    ModelParameter::ALL.iter().filter(is_changed).copied().collect()
 }
 
 /// Fraction of the gap above [`CLOSED`] that the second model closes; of the discrepancy, where the

@@ -6,7 +6,7 @@ use evpose_sensor::{ParamSpec, STAGES, SensorConfig};
 
 use super::recording_marks::{Estimate, all_estimates};
 use crate::candidate::{Candidate, Trial};
-use crate::parameters::Parameter;
+use crate::parameters::ModelParameter;
 
 /// Fraction of time stamps consistent with a readout above which the readout is proven.
 const PROVEN: f64 = 0.9;
@@ -37,7 +37,7 @@ pub(super) struct DirectEstimates {
 
 impl DirectEstimates {
     /// Estimates from the events of a recording.
-    pub(super) fn of(events: &EventStream) -> Self {
+    pub(super) fn from_events(events: &EventStream) -> Self {
         Self { estimates: all_estimates(events) }
     }
 
@@ -94,7 +94,7 @@ impl DirectEstimates {
             return Vec::new();
         };
         let threshold =
-            Parameter::ThresholdOn.value(model).min(Parameter::ThresholdOff.value(model));
+            ModelParameter::ThresholdOn.value(model).min(ModelParameter::ThresholdOff.value(model));
         let mut all = Vec::new();
         for lag in LAG_TURNS {
             for amplitude in AMPLITUDES {
@@ -129,10 +129,11 @@ mod tests {
             polarity: Polarity::On,
         });
         let size = SensorSize { width: 20, height: 30 };
-        let estimates = DirectEstimates::of(&EventStream::from_events(size, events).unwrap());
+        let estimates =
+            DirectEstimates::from_events(&EventStream::from_events(size, events).unwrap());
         let mut model = SensorConfig::from_toml("").unwrap();
-        Parameter::ThresholdOn.set(&mut model, 0.25);
-        Parameter::ThresholdOff.set(&mut model, 0.3);
+        ModelParameter::ThresholdOn.set(&mut model, 0.25);
+        ModelParameter::ThresholdOff.set(&mut model, 0.3);
         let interpretations = |name: &str| {
             let candidates = Candidate::missing_from(&model, &[]);
             let candidate = candidates.into_iter().find(|one| one.name() == name).unwrap();

@@ -29,7 +29,7 @@ pub(super) fn event_distance(
 
 /// The distance from the events of a window to those of another stream.
 fn one_way(from: &EventStream, to: &EventStream, window: TimeWindow) -> f64 {
-    let to = Expected::of(to);
+    let to = Expected::from_events(to);
     let width = usize::from(from.sensor().width);
     let from = from.slice(window);
     let distances = from.iter().map(|event| {

@@ -4,7 +4,7 @@ use evpose_sensor::SensorConfig;
 
 use crate::candidate::Trial;
 use crate::fit::Fit;
-use crate::parameters::Parameter;
+use crate::parameters::ModelParameter;
 use crate::verdict::Answer;
 use crate::{GapError, Objective};
 
@@ -93,5 +93,5 @@ pub struct Identification {
     /// Scores of the corrected model.
     pub after: ModelScore,
     /// Parameters of the model that differ significantly from the given ones.
-    pub changed_parameters: Vec<Parameter>,
+    pub changed_parameters: Vec<ModelParameter>,
 }

@@ -7,7 +7,7 @@
 
 use evpose_sensor::SensorConfig;
 
-use super::ProgressCallback;
+use super::StageCallback;
 use super::decision::{
     CLOSED, LIKE_CHANCE, changed_parameters, decide, drop_partial_effects, is_partial,
 };
@@ -16,7 +16,7 @@ use super::forward_step::{MIN_GAIN, accepted};
 use super::identification::{DataSplits, Identification, SCORE_RUNS};
 use super::refit::refit;
 use crate::GapError;
-use crate::parameters::Parameter;
+use crate::parameters::ModelParameter;
 use crate::verdict::Answer;
 
 /// Effects that are added at most. Recordings hardly ever constrain three effects at once.
@@ -31,7 +31,7 @@ impl DataSplits<'_> {
         &self,
         model: &SensorConfig,
         left_out: &[String],
-        progress: ProgressCallback<'_>,
+        progress: StageCallback<'_>,
     ) -> Result<Identification, GapError> {
         let before = self.score(model)?;
         let (_, gap_of_train) = self.train.score(model, SCORE_RUNS)?;
@@ -59,7 +59,7 @@ impl DataSplits<'_> {
             before,
             refitted,
         };
-        let estimates = DirectEstimates::of(&self.train.events);
+        let estimates = DirectEstimates::from_events(&self.train.events);
         let mut alone = Vec::new();
         while result.added_effects.len() < MAX_EFFECTS && needs_effect(&result, model) {
             progress("trying every effect of the catalogue");
@@ -97,7 +97,8 @@ fn needs_effect(result: &Identification, model: &SensorConfig) -> bool {
         return result.after.gap > LIKE_CHANCE;
     }
     // Where rates are free, a refit absorbs effects with noise of their own into the background.
-    let is_rate = |p: &Parameter| matches!(p, Parameter::NoiseOn | Parameter::NoiseOff);
+    let is_rate =
+        |p: &ModelParameter| matches!(p, ModelParameter::NoiseOn | ModelParameter::NoiseOff);
     result.after.gap > CLOSED
         || changed_parameters(model, &result.after.model, true).iter().any(is_rate)
 }

@@ -4,7 +4,7 @@
 use evpose_core::EventStream;
 use evpose_sensor::SensorConfig;
 
-use crate::parameters::Parameter;
+use crate::parameters::ModelParameter;
 use crate::{GapError, Objective, View};
 
 /// Bin length of the event rates whose cross-correlation gives the offset.
@@ -30,11 +30,11 @@ pub(super) fn initial_guesses(
     let simulated = objective.reference_scene.simulate(model, 1)?;
     let offset_us = offset_us(&objective.events, &simulated);
     let mut shifted = model.clone();
-    let given_us = Parameter::ClockOffset.value(model);
-    Parameter::ClockOffset.set(&mut shifted, given_us + offset_us);
+    let given_us = ModelParameter::ClockOffset.value(model);
+    ModelParameter::ClockOffset.set(&mut shifted, given_us + offset_us);
     let scaled = with_thresholds(objective, model)?;
     let mut both = scaled.clone();
-    Parameter::ClockOffset.set(&mut both, given_us + offset_us);
+    ModelParameter::ClockOffset.set(&mut both, given_us + offset_us);
     let mut guesses = vec![scaled, shifted, both];
     if objective.begins_at_rest {
         // Where counts in motion are not compared, steps of one parameter at a time do not lead
@@ -72,7 +72,9 @@ fn with_rates_at_rest(
     };
     let at_rest_s = fraction * reference_scene.classes.quiet_pixel_s().iter().sum::<f64>();
     let mut model = model.clone();
-    for (i, parameter) in [Parameter::NoiseOff, Parameter::NoiseOn].into_iter().enumerate() {
+    for (i, parameter) in
+        [ModelParameter::NoiseOff, ModelParameter::NoiseOn].into_iter().enumerate()
+    {
         if at_rest_s > 0.0 {
             let more_hz = (measured[i] - simulated[i]) / at_rest_s;
             let rate_hz = parameter.value(&model) + more_hz;
@@ -90,7 +92,7 @@ fn with_thresholds(
 ) -> Result<SensorConfig, GapError> {
     let mut scaled = model.clone();
     let measured = objective.layout.events_in_motion(&objective.measured).map(|n| (n + 1.0).ln());
-    let parameters = [Parameter::ThresholdOff, Parameter::ThresholdOn];
+    let parameters = [ModelParameter::ThresholdOff, ModelParameter::ThresholdOn];
     let mut exponents = [-1.0; 2];
     let mut previous: Option<[[f64; 2]; 2]> = None;
     for _ in 0..SECANT_STEPS {

@@ -35,4 +35,4 @@ pub use identification::{
 };
 
 /// Receives a line of text at the beginning of each stage of the search.
-pub type ProgressCallback<'a> = &'a dyn Fn(&str);
+pub type StageCallback<'a> = &'a dyn Fn(&str);

@@ -6,7 +6,7 @@ use evpose_sensor::{ParamSpec, STAGES, SensorConfig, Strength, Value};
 use super::identification::{DataSplits, FittedCandidate, Identification};
 use crate::fit::{Fit, descend};
 use crate::free_parameter::FreeParameter;
-use crate::parameters::{Parameter, with_given_parameters};
+use crate::parameters::{ModelParameter, with_given_parameters};
 use crate::{GapError, Objective};
 
 /// Minimum increase of the discrepancy without a parameter for the parameter to be significant.
@@ -148,7 +148,7 @@ pub(super) fn reset_insignificant(
         parameter.set(&mut model, parameter.value(given));
         let discrepancy = objective.discrepancy(&model, 1)?;
         let steps = parameter.steps(parameter.value(given), parameter.value(&fit.model)).abs();
-        let is_small = *parameter == Parameter::ClockOffset && steps < MIN_OFFSET_STEPS;
+        let is_small = *parameter == ModelParameter::ClockOffset && steps < MIN_OFFSET_STEPS;
         if is_small || discrepancy < fit.discrepancy + MIN_LOSS {
             *fit = Fit { model, discrepancy };
         } else {

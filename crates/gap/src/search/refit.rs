@@ -7,7 +7,7 @@ use super::initial_guess::initial_guesses;
 use super::refinement::reset_insignificant;
 use crate::fit::{Fit, descend};
 use crate::free_parameter::FreeParameter;
-use crate::parameters::Parameter;
+use crate::parameters::ModelParameter;
 use crate::{GapError, Objective};
 
 /// Largest delay, microseconds, that is left to the pixels. A recording cannot distinguish a
@@ -29,7 +29,7 @@ pub(super) fn refit(
     runs: u64,
 ) -> Result<Fit, GapError> {
     let mut free = FreeParameter::of_model();
-    free.push(FreeParameter::Model(Parameter::ClockOffset));
+    free.push(FreeParameter::Model(ModelParameter::ClockOffset));
     let mut guesses = initial_guesses(objective, model)?;
     guesses.push(model.clone());
     let fits = guesses
@@ -63,10 +63,10 @@ pub(super) fn refit(
         fit = descend(objective, &fit.model, &significant, None, runs, ROUNDS)?;
     }
     // A short delay is the pixels'; a clock can be off by anything.
-    let offset_us = Parameter::ClockOffset.value(&fit.model);
-    let given_us = Parameter::ClockOffset.value(model);
+    let offset_us = ModelParameter::ClockOffset.value(&fit.model);
+    let given_us = ModelParameter::ClockOffset.value(model);
     if offset_us > given_us && offset_us - given_us < MAX_LATENCY_US {
-        Parameter::ClockOffset.set(&mut fit.model, given_us);
+        ModelParameter::ClockOffset.set(&mut fit.model, given_us);
         fit.discrepancy = objective.discrepancy(&fit.model, runs)?;
     }
     Ok(fit)

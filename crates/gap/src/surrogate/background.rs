@@ -42,7 +42,7 @@ pub(super) struct Background {
 impl Background {
     /// The background of a recording; none if too little is quiet, or if quiet events are too many
     /// or too synchronous.
-    pub(super) fn of(train: &Train) -> Option<Self> {
+    pub(super) fn estimate(train: &Train) -> Option<Self> {
         let (stretches, pixel_s) = quiet_stretches(train)?;
         let background = Self { stretches, pixel_s, width: train.width() as u32 };
         let (on_hz, off_hz) = background.rates_hz();

@@ -35,10 +35,10 @@ pub(super) struct Parts {
 }
 
 impl Parts {
-    pub(super) fn of(whole: Train) -> Self {
+    pub(super) fn from_train(whole: Train) -> Self {
         let halves = whole.halves();
-        let outliers = Counts::of(&whole).outliers();
-        let counts = halves.each_ref().map(Counts::of);
+        let outliers = Counts::from_train(&whole).outliers();
+        let counts = halves.each_ref().map(Counts::from_train);
         let stays_hot = |pixel: &u32| {
             counts.iter().all(|counts| {
                 let (n, mean) = counts.at(*pixel);
@@ -48,8 +48,9 @@ impl Parts {
         let was_alive = |pixel: &u32| counts.iter().all(|counts| counts.quartile(*pixel) >= 3.0);
         let hot: Vec<u32> = outliers.hot.into_iter().filter(stays_hot).collect();
         let dead = outliers.dead.into_iter().filter(was_alive).collect();
-        let background = Background::of(&whole.without(&hot));
-        let half_backgrounds = halves.each_ref().map(|half| Background::of(&half.without(&hot)));
+        let background = Background::estimate(&whole.without(&hot));
+        let half_backgrounds =
+            halves.each_ref().map(|half| Background::estimate(&half.without(&hot)));
         Self { whole, halves, hot, dead, background, half_backgrounds }
     }
 

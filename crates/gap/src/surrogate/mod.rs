@@ -38,7 +38,7 @@ pub use findings::{
 /// Pixel and polarity stay. The same seed and index give the same surrogate.
 pub fn surrogates(events: &EventStream, window: Micros, seed: u64, index: u64) -> EventStream {
     let mut rng = CounterRng::new(seed, "interval jitter", index);
-    train::Train::of(events).jittered(window.0.max(1), &mut rng).into_stream()
+    train::Train::from_events(events).jittered(window.0.max(1), &mut rng).into_stream()
 }
 
 #[cfg(test)]

@@ -147,7 +147,7 @@ fn of_background(background: &Background) -> Vec<Option<f64>> {
 }
 
 fn of_places(train: &Train) -> Vec<Option<f64>> {
-    let counts = Counts::of(train);
+    let counts = Counts::from_train(train);
     vec![Some(counts.hottest()), Some(counts.deadest())]
 }
 

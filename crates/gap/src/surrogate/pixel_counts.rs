@@ -42,7 +42,7 @@ pub(super) struct Outliers {
 }
 
 impl Counts {
-    pub(super) fn of(train: &Train) -> Self {
+    pub(super) fn from_train(train: &Train) -> Self {
         let (width, height) = (train.width(), usize::from(train.size.height));
         let mut counts = vec![0.0; width * height];
         for mark in &train.marks {

@@ -58,12 +58,12 @@ const NO_EFFECTS: [&str; 9] = [
 /// Tests a recording with `replicates` surrogates of each kind: 199 for p-values down to 0.005, and
 /// at least 39, because with fewer a single outlier among the surrogates hides an effect.
 pub fn test_recording(events: &EventStream, replicates: usize, seed: u64) -> SceneFreeFindings {
-    let train = Train::of(events).middle(MAX_EVENTS);
+    let train = Train::from_events(events).middle(MAX_EVENTS);
     let mut notes = Vec::new();
     if train.marks.len() < events.len() {
         notes.push(format!("only {MAX_EVENTS} of {} events are tested", events.len()));
     }
-    let parts = Parts::of(train);
+    let parts = Parts::from_train(train);
     let statistics = statistics(&parts, replicates, seed);
     let mut effects = Vec::new();
     let mut untestable = untestable(&parts, &statistics);
@@ -121,7 +121,7 @@ fn untestable(parts: &Parts, statistics: &[SceneFreeStatistic]) -> Vec<Untestabl
             add(name, format!("at most {} events in a millisecond", load::busiest(&parts.whole)));
         } else if name == "arbiter" && !load::is_dense(&parts.whole) {
             add(name, "events are too far apart".to_owned());
-        } else if name == "dead_pixels" && Counts::of(&parts.whole).is_sparse() {
+        } else if name == "dead_pixels" && Counts::from_train(&parts.whole).is_sparse() {
             add(name, "pixels have too few events".to_owned());
         } else if name != "uniform_noise" && !has(name) {
             add(name, "too few events of this kind".to_owned());

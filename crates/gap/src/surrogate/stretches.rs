@@ -43,7 +43,7 @@ struct Grid {
 }
 
 impl Grid {
-    fn of(train: &Train) -> Self {
+    fn for_train(train: &Train) -> Self {
         let (start_us, end_us) = train.span_us();
         let (width, height) = (train.width(), usize::from(train.size.height));
         Self {
@@ -113,7 +113,7 @@ impl Grid {
 /// Finds all quiet stretches of pixels with events, and the total time of all quiet cells in pixel
 /// seconds. None if the recording is shorter than a slice.
 pub(super) fn quiet_stretches(train: &Train) -> Option<(Vec<Stretch>, f64)> {
-    let grid = Grid::of(train);
+    let grid = Grid::for_train(train);
     if grid.slices == 0 {
         return None;
     }

@@ -24,7 +24,7 @@ pub(super) struct Train {
 }
 
 impl Train {
-    pub(super) fn of(events: &EventStream) -> Self {
+    pub(super) fn from_events(events: &EventStream) -> Self {
         let width = u32::from(events.sensor().width);
         let mark = |event: Event| Mark {
             t_us: event.t.0,

@@ -6,7 +6,7 @@ use evpose_sensor::SensorConfig;
 use super::gap_value;
 use crate::GapError;
 use crate::candidate::without_effect;
-use crate::report::{Ablation, Change};
+use crate::report::{Ablation, ModelChange};
 use crate::search::{AddedEffect, DataSplits, Identification};
 
 /// Gaps of variants of the model on held-out data: as given, corrected, and for every added effect
@@ -22,16 +22,16 @@ pub fn ablation(
     let gap = |model: &SensorConfig| gap_value(&splits.held_out, model, seed);
     let row = |change, effect: &str, gap| Ablation { change, effect: effect.to_owned(), gap };
     let names: Vec<&str> = result.added_effects.iter().map(AddedEffect::name).collect();
-    let mut rows = vec![row(Change::None, "", gap(&result.before.model)?)];
+    let mut rows = vec![row(ModelChange::None, "", gap(&result.before.model)?)];
     if result.after.model != result.before.model {
-        rows.push(row(Change::Added, &names.join(" + "), gap(&result.after.model)?));
+        rows.push(row(ModelChange::Added, &names.join(" + "), gap(&result.after.model)?));
     }
     for added in &result.added_effects {
         let without = without_effect(&result.after.model, added.name());
-        rows.push(row(Change::Dropped, added.name(), gap(&without)?));
+        rows.push(row(ModelChange::Dropped, added.name(), gap(&without)?));
         if let Some(rival) = added.contenders.get(1) {
             let gap = gap(&rival.held_out.model)?;
-            rows.push(row(Change::Swapped, rival.candidate.name, gap));
+            rows.push(row(ModelChange::Swapped, rival.candidate.name, gap));
         }
     }
     Ok(rows)

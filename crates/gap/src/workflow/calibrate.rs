@@ -140,7 +140,7 @@ pub fn fit_errors(errors: &[EstimateError]) -> Option<ErrorScale> {
 /// Mean interval score of 90 % intervals, in steps.
 pub fn interval_score(errors: &[EstimateError], scale: &ErrorScale) -> f64 {
     let score = |error: &EstimateError| {
-        let half = SIDE * scale.of(error.raw);
+        let half = SIDE * scale.calibrate(error.raw);
         2.0 * half + 2.0 / 0.1 * (error.steps.abs() - half).max(0.0)
     };
     errors.iter().map(score).sum::<f64>() / errors.len().max(1) as f64
@@ -148,8 +148,10 @@ pub fn interval_score(errors: &[EstimateError], scale: &ErrorScale) -> f64 {
 
 /// Fraction of 90 % intervals that contain the truth; none without estimates.
 pub fn coverage(errors: &[EstimateError], scale: &ErrorScale) -> Option<f64> {
-    let inside =
-        errors.iter().filter(|error| error.steps.abs() <= SIDE * scale.of(error.raw)).count();
+    let inside = errors
+        .iter()
+        .filter(|error| error.steps.abs() <= SIDE * scale.calibrate(error.raw))
+        .count();
     (!errors.is_empty()).then(|| inside as f64 / errors.len() as f64)
 }
 

@@ -66,7 +66,7 @@ impl Evidence {
 /// Whether a parameter belongs to an added effect or to the model as given.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum ParameterKind {
+pub enum ParameterOwner {
     /// Parameter of an added effect.
     OfEffect,
     /// Parameter of the model as given: thresholds, background, clock.
@@ -84,7 +84,7 @@ pub struct ErrorScale {
 
 impl ErrorScale {
     /// Calibrated standard deviation, in steps.
-    pub fn of(&self, raw: f64) -> f64 {
+    pub fn calibrate(&self, raw: f64) -> f64 {
         (self.factor * raw).hypot(self.floor)
     }
 }
@@ -112,10 +112,10 @@ impl Calibration {
     }
 
     /// Calibrated standard deviation of an estimate, in steps.
-    pub fn error(&self, kind: ParameterKind, raw: f64) -> f64 {
+    pub fn error(&self, kind: ParameterOwner, raw: f64) -> f64 {
         match kind {
-            ParameterKind::OfEffect => self.of_effect.of(raw),
-            ParameterKind::OfModel => self.of_model.of(raw),
+            ParameterOwner::OfEffect => self.of_effect.calibrate(raw),
+            ParameterOwner::OfModel => self.of_model.calibrate(raw),
         }
     }
 }
@@ -140,7 +140,7 @@ mod tests {
         assert!((NEUTRAL.probability(&evidence(0.0)) - 0.5).abs() < 1e-12);
         let three_to_one = NEUTRAL.probability(&evidence(3.0_f64.ln()));
         assert!((three_to_one - 0.75).abs() < 1e-12);
-        assert!((NEUTRAL.error(ParameterKind::OfEffect, 0.7) - 0.7).abs() < 1e-12);
+        assert!((NEUTRAL.error(ParameterOwner::OfEffect, 0.7) - 0.7).abs() < 1e-12);
     }
 
     #[test]
@@ -155,10 +155,10 @@ mod tests {
     #[test]
     fn errors_are_scaled_and_never_below_their_floor() {
         let scale = ErrorScale { factor: 2.0, floor: 0.3 };
-        assert!((scale.of(0.2) - 0.5).abs() < 1e-12);
-        assert!((scale.of(0.0) - 0.3).abs() < 1e-12);
+        assert!((scale.calibrate(0.2) - 0.5).abs() < 1e-12);
+        assert!((scale.calibrate(0.0) - 0.3).abs() < 1e-12);
         let one = Calibration { of_model: scale, ..NEUTRAL };
-        assert!((one.error(ParameterKind::OfModel, 0.2) - 0.5).abs() < 1e-12);
-        assert!((one.error(ParameterKind::OfEffect, 0.2) - 0.2).abs() < 1e-12);
+        assert!((one.error(ParameterOwner::OfModel, 0.2) - 0.5).abs() < 1e-12);
+        assert!((one.error(ParameterOwner::OfEffect, 0.2) - 0.2).abs() < 1e-12);
     }
 }

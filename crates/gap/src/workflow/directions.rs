@@ -55,7 +55,7 @@ impl Directions {
     ///
     /// # Errors
     /// A model that cannot be built or shown the scene.
-    pub fn of(
+    pub fn simulate(
         objective: &Objective<'_>,
         model: &SensorConfig,
         left_out: &[String],

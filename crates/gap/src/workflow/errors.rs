@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use crate::compare::RHO_FREEDOM;
 use crate::fit::Slopes;
 use crate::free_parameter::FreeParameter;
-use crate::{Block, GapError, Objective};
+use crate::{GapError, Objective, StatisticBlock};
 
 /// Runs of the derivatives.
 const SLOPE_RUNS: u64 = 2;
@@ -75,7 +75,8 @@ pub(super) fn errors(
         };
         solve(matrix.clone(), (0..n).map(pull).collect()).unwrap_or_else(|| vec![0.0; n])
     };
-    let mut blocks: Vec<Block> = objective.layout.entries.iter().map(|entry| entry.block).collect();
+    let mut blocks: Vec<StatisticBlock> =
+        objective.layout.entries.iter().map(|entry| entry.block).collect();
     blocks.dedup();
     let by_blocks: Vec<Vec<f64>> = blocks
         .iter()

@@ -11,11 +11,11 @@ use std::collections::BTreeMap;
 use evpose_sensor::SensorConfig;
 use evpose_stats::distribution::normal_upper_tail;
 
-use super::calibration::{CALIBRATION, Evidence, ParameterKind};
+use super::calibration::{CALIBRATION, Evidence, ParameterOwner};
 use super::errors::{RawError, errors};
 use crate::GapError;
 use crate::free_parameter::FreeParameter;
-use crate::parameters::Parameter;
+use crate::parameters::ModelParameter;
 use crate::search::{AddedEffect, DataSplits, Identification};
 use crate::verdict::{Finding, FindingKind, Quantity};
 
@@ -58,10 +58,10 @@ pub fn evidenced_findings(
     let trials = result.added_effects.iter().map(|added| &added.contenders[0].candidate.trial);
     let of_effects: Vec<Vec<FreeParameter>> = trials.map(FreeParameter::of_effect).collect();
     let mut free: Vec<FreeParameter> = of_effects.iter().flatten().copied().collect();
-    free.extend(Parameter::ALL.map(FreeParameter::Model));
+    free.extend(ModelParameter::ALL.map(FreeParameter::Model));
     // All parameters together, so that errors include their correlations.
     let errors = errors(&splits.train, &result.after.model, &free)?;
-    let (mut rest, of_model) = errors.split_at(errors.len() - Parameter::ALL.len());
+    let (mut rest, of_model) = errors.split_at(errors.len() - ModelParameter::ALL.len());
     let mut findings = Vec::new();
     for (i, free) in of_effects.iter().enumerate() {
         let (own, others) = rest.split_at(free.len());
@@ -69,7 +69,7 @@ pub fn evidenced_findings(
         findings.push(effect_finding(splits, result, i, free.iter().zip(own)));
     }
     for parameter in &result.changed_parameters {
-        let i = Parameter::ALL.iter().position(|other| other == parameter);
+        let i = ModelParameter::ALL.iter().position(|other| other == parameter);
         findings.extend(i.map(|i| parameter_finding(result, *parameter, of_model[i])));
     }
     Ok(findings)
@@ -106,7 +106,7 @@ fn effect_finding<'a>(
 /// Finding of a parameter of the model that differs from its given value.
 fn parameter_finding(
     result: &Identification,
-    parameter: Parameter,
+    parameter: ModelParameter,
     raw: RawError,
 ) -> EvidencedFinding {
     let (given, fitted) =
@@ -147,10 +147,10 @@ fn quantity(free: FreeParameter, model: &SensorConfig, raw: &RawError) -> Quanti
 }
 
 /// Kind of a parameter: errors of effects and of the model are calibrated separately.
-fn kind(free: FreeParameter) -> ParameterKind {
+fn kind(free: FreeParameter) -> ParameterOwner {
     match free {
-        FreeParameter::Model(_) => ParameterKind::OfModel,
-        FreeParameter::Effect(..) => ParameterKind::OfEffect,
+        FreeParameter::Model(_) => ParameterOwner::OfModel,
+        FreeParameter::Effect(..) => ParameterOwner::OfEffect,
     }
 }
 

@@ -30,7 +30,7 @@ mod scene_free_verdict;
 mod subsets;
 
 pub use ablation::ablation;
-pub use calibration::{CALIBRATION, Calibration, ErrorScale, Evidence, FEATURES, ParameterKind};
+pub use calibration::{CALIBRATION, Calibration, ErrorScale, Evidence, FEATURES, ParameterOwner};
 pub use chance::p_of_largest_deviation;
 pub use directions::{Direction, Directions};
 pub use errors::RawError;

@@ -14,10 +14,10 @@ use evpose_sensor::SensorConfig;
 
 use super::inputs::{Inputs, Prepared};
 use super::nuisance_spread::NuisanceSpread;
-use crate::parameters::Parameter;
+use crate::parameters::ModelParameter;
 use crate::search::Identification;
 use crate::verdict::{Answer, FindingKind, Verdict};
-use crate::{Block, GapError, Layout, Scene, View};
+use crate::{GapError, Layout, Scene, StatisticBlock, View};
 
 /// Samples of the nuisance parameters.
 const SAMPLES: u64 = 8;
@@ -59,12 +59,13 @@ impl Prepared {
     ) -> Result<Self, GapError> {
         inputs.left_out.extend(nuisance.degenerate.iter().map(|(name, _)| (*name).to_owned()));
         let mut prepared = Self::new(inputs)?;
-        let mut layout =
-            Layout::of_blocks(|block| !matches!(block, Block::Crossing | Block::LogIntensityStep));
+        let mut layout = Layout::of_blocks(|block| {
+            !matches!(block, StatisticBlock::Crossing | StatisticBlock::LogIntensityStep)
+        });
         let seed = seed_for(prepared.seed, "looks", 0);
         let model = &prepared.model.config;
         let parts = [&prepared.screen, &prepared.train, &prepared.held_out];
-        let mut spread = NuisanceSpread::of(&layout, SAMPLES);
+        let mut spread = NuisanceSpread::new(&layout, SAMPLES);
         let mut own = Vec::new();
         for (case, reference_scene) in parts {
             let events = reference_scene.scene.events(model, seed)?;
@@ -93,7 +94,7 @@ impl Prepared {
 fn with_other_thresholds(model: &SensorConfig, rng: &mut CounterRng) -> SensorConfig {
     let factor = rng.uniform(-THRESHOLD_SPREAD as f32, THRESHOLD_SPREAD as f32);
     let mut model = model.clone();
-    for threshold in [Parameter::ThresholdOn, Parameter::ThresholdOff] {
+    for threshold in [ModelParameter::ThresholdOn, ModelParameter::ThresholdOff] {
         let value = threshold.value(&model);
         if value > 0.0 {
             threshold.set(&mut model, value * f64::from(factor).exp());
@@ -134,8 +135,9 @@ impl Nuisance {
 
     /// Restricts the result of a search in the same way.
     pub fn restrict_identification(&self, identification: &mut Identification) {
-        let is_threshold =
-            |p: &Parameter| matches!(p, Parameter::ThresholdOn | Parameter::ThresholdOff);
+        let is_threshold = |p: &ModelParameter| {
+            matches!(p, ModelParameter::ThresholdOn | ModelParameter::ThresholdOff)
+        };
         identification.changed_parameters.retain(|parameter| !is_threshold(parameter));
         if identification.answer == Answer::Parameter
             && identification.changed_parameters.is_empty()

@@ -1,6 +1,6 @@
 //! Spread of summary statistics over samples of nuisance parameters.
 
-use crate::{Kind, Layout};
+use crate::{Layout, StatisticKind};
 
 /// Standard deviations over samples that are tolerated.
 const TOLERATED: f64 = 3.0;
@@ -20,7 +20,7 @@ pub(super) struct NuisanceSpread {
 
 impl NuisanceSpread {
     /// An empty spread of this many samples.
-    pub(super) fn of(layout: &Layout, samples: u64) -> Self {
+    pub(super) fn new(layout: &Layout, samples: u64) -> Self {
         Self { squares: [0, 1, 2].map(|_| vec![0.0; layout.entries.len()]), samples }
     }
 
@@ -34,8 +34,8 @@ impl NuisanceSpread {
                 continue;
             }
             let apart = match layout.entries[i].kind {
-                Kind::Count(_) => (count_of(b) - count_of(a)) / events,
-                Kind::Value(_) => b - a,
+                StatisticKind::Count(_) => (count_of(b) - count_of(a)) / events,
+                StatisticKind::Value(_) => b - a,
             };
             *sum += if apart.is_finite() { apart * apart } else { f64::INFINITY };
         }
@@ -47,8 +47,8 @@ impl NuisanceSpread {
             let max = self.squares.iter().map(|part| part[i]).fold(0.0, f64::max);
             let apart = TOLERATED * (max / self.samples as f64).sqrt();
             let (tolerance, largest) = match &mut entry.kind {
-                Kind::Count(share) => (share, MAX_SHARE),
-                Kind::Value(own) => {
+                StatisticKind::Count(share) => (share, MAX_SHARE),
+                StatisticKind::Value(own) => {
                     let largest = MAX_MULTIPLE * *own;
                     (own, largest)
                 }
@@ -61,25 +61,26 @@ impl NuisanceSpread {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Block, Entry};
+    use crate::{Entry, StatisticBlock};
 
     const SAMPLES: u64 = 8;
 
     #[test]
     fn a_small_spread_is_tolerated_and_a_large_one_excludes_a_statistic() {
         let mut layout = Layout::of_all_probes();
-        let kinds = [Kind::Value(0.1), Kind::Value(0.1), Kind::Count(0.0)];
-        let entry = |kind| Entry { block: Block::Timing, name: String::new(), kind };
+        let kinds =
+            [StatisticKind::Value(0.1), StatisticKind::Value(0.1), StatisticKind::Count(0.0)];
+        let entry = |kind| Entry { block: StatisticBlock::Timing, name: String::new(), kind };
         let first = layout.entries.len();
         layout.entries.extend(kinds.map(entry));
         let own = vec![20.0; layout.entries.len()];
         let mut sample = own.clone();
         (sample[first], sample[first + 1]) = (20.2, 30.0);
-        let mut spread = NuisanceSpread::of(&layout, SAMPLES);
+        let mut spread = NuisanceSpread::new(&layout, SAMPLES);
         (0..SAMPLES).for_each(|_| spread.add(1, &layout, &own, &sample));
         spread.widen(&mut layout);
         let tolerance = |i: usize| match layout.entries[first + i].kind {
-            Kind::Value(tolerance) | Kind::Count(tolerance) => tolerance,
+            StatisticKind::Value(tolerance) | StatisticKind::Count(tolerance) => tolerance,
         };
         assert!((tolerance(0) - 0.6).abs() < 1e-9, "{}", tolerance(0));
         assert!(tolerance(1).is_infinite() && tolerance(2) == 0.0);

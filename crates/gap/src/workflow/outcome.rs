@@ -13,9 +13,7 @@ use crate::locate::{Located, locate};
 use crate::report::{
     Confusability, Doubt, Ranked, ReportData, SideBySide, block_gaps, plots, probe_rows,
 };
-use crate::search::{
-    Contender, DataSplits, Identification, ModelScore, ProgressCallback, gap_closed,
-};
+use crate::search::{Contender, DataSplits, Identification, ModelScore, StageCallback, gap_closed};
 use crate::verdict::{Answer, Finding, Remaining, SCHEMA, TwoSample, Verdict};
 use crate::{GapError, Objective, View};
 
@@ -90,7 +88,7 @@ pub fn outcome(
     prepared: &Prepared,
     splits: &DataSplits<'_>,
     result: &Identification,
-    progress: ProgressCallback<'_>,
+    progress: StageCallback<'_>,
 ) -> Result<Outcome, GapError> {
     let (held_out, seed) = (&splits.held_out, prepared.seed);
     let quick = usize::from(prepared.is_quick);
@@ -98,7 +96,7 @@ pub fn outcome(
     progress("estimates with their intervals");
     let effects = findings_of_answer(splits, result)?;
     progress("detection limits");
-    let directions = Directions::of(&splits.screen, given, &prepared.left_out)?;
+    let directions = Directions::simulate(&splits.screen, given, &prepared.left_out)?;
     let limits = limits(&directions);
     progress("location of the disagreement");
     let runs = streams(held_out, given, LOCATING_RUNS[quick], seed)?;
@@ -144,10 +142,10 @@ pub fn outcome(
         discrepancy_without: Some(result.refitted.discrepancy),
         confusability: confusability(&directions, result),
         ablation,
-        side_by_side: SideBySide::of(&sets, held_out.window, FRAME, FRAMES),
+        side_by_side: SideBySide::render(&sets, held_out.window, FRAME, FRAMES),
         model_before: given.to_toml(),
         model_after: after.model.to_toml(),
-        doubts: Doubt::of(&verdict),
+        doubts: Doubt::for_verdict(&verdict),
         ..statistics(held_out, given, &after.model, &verdict, seed)?
     };
     Ok(Outcome { verdict, corrected: after.model.clone(), report })
@@ -170,7 +168,7 @@ fn statistics(
     Ok(ReportData {
         blocks: block_gaps(held_out.layout, (&z.0, &z.1), &pairs),
         probes: probe_rows(held_out.layout, &held_out.measured, &expected.0, &expected.1),
-        ..ReportData::of(verdict.clone())
+        ..ReportData::from_verdict(verdict.clone())
     })
 }
 

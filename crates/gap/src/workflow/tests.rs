@@ -4,7 +4,7 @@ use evpose_sensor::{EffectConfig, SensorConfig};
 use super::*;
 use crate::free_parameter::FreeParameter;
 use crate::input::Nominal;
-use crate::parameters::Parameter;
+use crate::parameters::ModelParameter;
 use crate::search::DataSplits;
 use crate::verdict::Answer;
 use crate::{ReferenceScene, Scene};
@@ -133,7 +133,7 @@ fn evidence_of_an_effect_goes_with_its_finding() {
     let (raw, quantity) = (leak.errors["rate_hz"], &leak.finding.parameters["rate_hz"]);
     let free = FreeParameter::by_name("leak_on", "rate_hz").unwrap();
     let half = 0.5 * free.steps(quantity.lo90, quantity.hi90);
-    let error = CALIBRATION.error(ParameterKind::OfEffect, raw.steps());
+    let error = CALIBRATION.error(ParameterOwner::OfEffect, raw.steps());
     assert!((half - 1.645 * error).abs() < 1e-6, "{half} {error}");
 }
 
@@ -141,13 +141,14 @@ fn evidence_of_an_effect_goes_with_its_finding() {
 #[test]
 fn thresholds_that_are_far_off_are_parameters_with_their_values() {
     let mut dull = ideal();
-    Parameter::ThresholdOn.set(&mut dull, 1.45 * Parameter::ThresholdOn.value(&ideal()));
-    Parameter::ThresholdOff.set(&mut dull, 1.38 * Parameter::ThresholdOff.value(&ideal()));
+    ModelParameter::ThresholdOn.set(&mut dull, 1.45 * ModelParameter::ThresholdOn.value(&ideal()));
+    ModelParameter::ThresholdOff
+        .set(&mut dull, 1.38 * ModelParameter::ThresholdOff.value(&ideal()));
     let prepared = Prepared::new(inputs(&dull)).unwrap();
     let splits = prepared.data_splits().unwrap();
     let result = splits.identify(&prepared.model.config, &[], &|_| {}).unwrap();
     assert_eq!(result.answer, Answer::Parameter);
-    for parameter in [Parameter::ThresholdOn, Parameter::ThresholdOff] {
+    for parameter in [ModelParameter::ThresholdOn, ModelParameter::ThresholdOff] {
         let steps = parameter.steps(parameter.value(&dull), parameter.value(&result.after.model));
         assert!(steps.abs() < 0.5, "{parameter:?} is {steps} steps off");
     }
@@ -185,7 +186,7 @@ fn intervals_of_a_gap_hold_it_and_are_the_same_every_time() {
 fn a_disagreement_along_one_effect_is_of_its_domain() {
     let prepared = Prepared::new(inputs(&ideal())).unwrap();
     let screen = prepared.data_splits().unwrap().screen;
-    let directions = Directions::of(&screen, &prepared.model.config, &[]).unwrap();
+    let directions = Directions::simulate(&screen, &prepared.model.config, &[]).unwrap();
     let leak = directions.all.iter().find(|direction| direction.name == "leak_on").unwrap();
     let shares = directions.shares(&leak.change);
     assert!((shares["detector"] - 1.0).abs() < 1e-9, "{shares:?}");

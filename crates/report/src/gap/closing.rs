@@ -1,6 +1,6 @@
 //! Identified effects, and how the gap closes and opens again with them.
 
-use evpose_gap::report::{Ablation, Change, ReportData};
+use evpose_gap::report::{Ablation, ModelChange, ReportData};
 use evpose_gap::verdict::{FindingKind, GapValue};
 
 use super::sections::wrapped_table;
@@ -78,9 +78,9 @@ pub(crate) fn closing(page: &mut HtmlPage, data: &ReportData) -> Result<(), Draw
             value: row.gap.value,
             interval: interval(&row.gap),
             colour: match row.change {
-                Change::Added => CORRECTED,
-                Change::None | Change::Dropped => MODEL,
-                Change::Swapped => (214, 140, 60),
+                ModelChange::Added => CORRECTED,
+                ModelChange::None | ModelChange::Dropped => MODEL,
+                ModelChange::Swapped => (214, 140, 60),
             },
             note: words::gap(&row.gap),
         };

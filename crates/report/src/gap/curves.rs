@@ -1,7 +1,7 @@
 //! Curves of the measured recording, of the model, and of the corrected model.
 
 use anyhow::Result;
-use evpose_gap::report::{Plot, ReportData, Scale};
+use evpose_gap::report::{AxisScale, Plot, ReportData};
 
 use super::{CORRECTED, MEASURED, MODEL, key};
 use crate::chart::{self, Chart, ChartAxis, Mark, Series};
@@ -38,9 +38,9 @@ pub(crate) fn curves(page: &mut HtmlPage, data: &ReportData) -> Result<()> {
 }
 
 fn curve(plot: &Plot) -> Chart {
-    let axis = |name: &str, scale: Scale| match scale {
-        Scale::Linear => ChartAxis::new(name),
-        Scale::Log => ChartAxis::log(name),
+    let axis = |name: &str, scale: AxisScale| match scale {
+        AxisScale::Linear => ChartAxis::new(name),
+        AxisScale::Log => ChartAxis::log(name),
     };
     let along = |values: &[f64]| -> Vec<(f64, f64)> {
         plot.x.iter().copied().zip(values.iter().copied()).collect()

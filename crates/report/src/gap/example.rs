@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use evpose_gap::Block;
+use evpose_gap::StatisticBlock;
 use evpose_gap::locate::{Arrow, Located, Profile, Region};
 use evpose_gap::report::{
-    Ablation, BlockGap, Change, Confusability, Fact, Frame, Plot, ProbeRow, Ranked, ReportData,
-    Scale, SideBySide,
+    Ablation, AxisScale, BlockGap, Confusability, Fact, ModelChange, Plot, ProbeRow, Ranked,
+    ReportData, SideBySide, SideBySideFrame,
 };
 use evpose_gap::verdict::{
     Answer, Finding, FindingKind, GapValue, Limit, Location, Quantity, Remaining, SCHEMA,
@@ -62,12 +62,12 @@ pub(crate) fn verdict() -> Verdict {
 
 /// A report in which nothing is left out.
 pub(crate) fn data() -> ReportData {
-    let mut data = ReportData::of(verdict());
+    let mut data = ReportData::from_verdict(verdict());
     data.provenance = vec![Fact::new("recording", "events.npz & more")];
     let block = |block| BlockGap { block, before: gap(20.0), after: gap(1.0) };
-    data.blocks = vec![block(Block::Quiet), block(Block::LogIntensityStep)];
+    data.blocks = vec![block(StatisticBlock::Quiet), block(StatisticBlock::LogIntensityStep)];
     data.probes = vec![ProbeRow {
-        block: Block::Quiet,
+        block: StatisticBlock::Quiet,
         name: "ON, darkest".to_owned(),
         before: 41.2,
         after: 0.4,
@@ -90,10 +90,10 @@ pub(crate) fn data() -> ReportData {
         cosines: vec![vec![1.0, 0.97], vec![0.97, 1.0]],
     };
     data.ablation = [
-        (Change::None, "", 11.8),
-        (Change::Added, "leak_on", 1.1),
-        (Change::Dropped, "leak_on", 11.7),
-        (Change::Swapped, "parasitic_photo_leak", 2.3),
+        (ModelChange::None, "", 11.8),
+        (ModelChange::Added, "leak_on", 1.1),
+        (ModelChange::Dropped, "leak_on", 11.7),
+        (ModelChange::Swapped, "parasitic_photo_leak", 2.3),
     ]
     .into_iter()
     .map(|(change, effect, value)| Ablation { change, effect: effect.to_owned(), gap: gap(value) })
@@ -111,15 +111,18 @@ pub(crate) fn data() -> ReportData {
     let runs = [vec![1.0, 2.0, 3.0, f64::NAN], vec![1.2, 2.4, 2.0, f64::NAN]];
     let measured = vec![2.0, f64::NAN, 5.0, 1.0];
     data.plots = vec![
-        curve("evenly", Scale::Linear).with(measured.clone(), &runs, &[]),
-        curve("by the logarithm", Scale::Log).with(measured, &runs, &runs),
+        curve("evenly", AxisScale::Linear).with(measured.clone(), &runs, &[]),
+        curve("by the logarithm", AxisScale::Log).with(measured, &runs, &runs),
     ];
     data.side_by_side = Some(SideBySide {
         names: vec!["measured".to_owned(), "model".to_owned()],
         width: 2,
         height: 2,
         frame_us: 10_000,
-        frames: vec![Frame { t_us: 0, images: vec!["0f41".to_owned(), "0000".to_owned()] }],
+        frames: vec![SideBySideFrame {
+            t_us: 0,
+            images: vec!["0f41".to_owned(), "0000".to_owned()],
+        }],
     });
     data.model_before = "[[effect]]\nname = \"level_crossing\"".to_owned();
     data.model_after = "[[effect]]\nname = \"level_crossing\"\n[[effect]]".to_owned();

@@ -42,7 +42,7 @@ fn a_bare_verdict_is_a_page_too() {
     for (answer, text) in answers {
         let mut verdict = example::verdict();
         verdict.verdict = answer;
-        let data = ReportData::of(verdict);
+        let data = ReportData::from_verdict(verdict);
         assert!(page(&data).unwrap().contains(text), "{answer:?}");
     }
 }

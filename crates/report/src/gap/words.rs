@@ -1,8 +1,8 @@
 //! A verdict in words that a person understands.
 
-use evpose_gap::report::{Ablation, Change};
+use evpose_gap::report::{Ablation, ModelChange};
 use evpose_gap::verdict::{Answer, Finding, FindingKind, GapValue, Quantity, Verdict};
-use evpose_gap::{Block, parameters::Parameter};
+use evpose_gap::{StatisticBlock, parameters::ModelParameter};
 use evpose_sensor::STAGES;
 
 use crate::format::{percent, short};
@@ -103,13 +103,13 @@ pub const NO_GAP: &str = "Without a scene there is nothing to simulate, and so n
 pub fn summary(name: &str) -> Option<&'static str> {
     let stage = STAGES.iter().find(|stage| stage.name == name).map(|stage| stage.summary);
     stage.or_else(|| {
-        let parameter = Parameter::ALL.iter().find(|parameter| parameter.name() == name)?;
+        let parameter = ModelParameter::ALL.iter().find(|parameter| parameter.name() == name)?;
         Some(match parameter {
-            Parameter::ThresholdOn => "how much brighter it must get for an ON event",
-            Parameter::ThresholdOff => "how much darker it must get for an OFF event",
-            Parameter::NoiseOn => "ON events of each pixel that nothing causes",
-            Parameter::NoiseOff => "OFF events of each pixel that nothing causes",
-            Parameter::ClockOffset => "what the clock of the recording is late",
+            ModelParameter::ThresholdOn => "how much brighter it must get for an ON event",
+            ModelParameter::ThresholdOff => "how much darker it must get for an OFF event",
+            ModelParameter::NoiseOn => "ON events of each pixel that nothing causes",
+            ModelParameter::NoiseOff => "OFF events of each pixel that nothing causes",
+            ModelParameter::ClockOffset => "what the clock of the recording is late",
         })
     })
 }
@@ -168,30 +168,30 @@ pub fn axis(name: &str) -> String {
 }
 
 /// Subject of a block of statistics.
-pub fn block(block: Block) -> &'static str {
+pub fn block(block: StatisticBlock) -> &'static str {
     match block {
-        Block::Quiet => "pixels at rest",
-        Block::Crossing => "events per change of light",
-        Block::Timing => "delays",
-        Block::LogIntensityStep => "change of light per event",
-        Block::Interval => "times between events of a pixel",
-        Block::Tail => "events behind an edge",
-        Block::Spatial => "differences between pixels",
-        Block::Spectrum => "frequencies",
-        Block::Readout => "marks of readout and clock",
-        Block::Load => "busy moments",
-        Block::Geometry => "position in the image",
+        StatisticBlock::Quiet => "pixels at rest",
+        StatisticBlock::Crossing => "events per change of light",
+        StatisticBlock::Timing => "delays",
+        StatisticBlock::LogIntensityStep => "change of light per event",
+        StatisticBlock::Interval => "times between events of a pixel",
+        StatisticBlock::Tail => "events behind an edge",
+        StatisticBlock::Spatial => "differences between pixels",
+        StatisticBlock::Spectrum => "frequencies",
+        StatisticBlock::Readout => "marks of readout and clock",
+        StatisticBlock::Load => "busy moments",
+        StatisticBlock::Geometry => "position in the image",
     }
 }
 
 /// Change to the model.
 pub fn change(ablation: &Ablation) -> String {
     match ablation.change {
-        Change::None => "model as given".to_owned(),
-        Change::Added if ablation.effect.is_empty() => "corrected".to_owned(),
-        Change::Added => format!("{} added", ablation.effect),
-        Change::Dropped => format!("{} dropped", ablation.effect),
-        Change::Swapped => format!("swapped for {}", ablation.effect),
+        ModelChange::None => "model as given".to_owned(),
+        ModelChange::Added if ablation.effect.is_empty() => "corrected".to_owned(),
+        ModelChange::Added => format!("{} added", ablation.effect),
+        ModelChange::Dropped => format!("{} dropped", ablation.effect),
+        ModelChange::Swapped => format!("swapped for {}", ablation.effect),
     }
 }
 
