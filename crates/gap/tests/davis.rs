@@ -7,7 +7,7 @@ use evpose_gap::davis::{LoadedShots, Response, load_shots};
 use evpose_gap::parameters::ModelParameter;
 use evpose_gap::search::Identification;
 use evpose_gap::verdict::Answer;
-use evpose_gap::workflow::{Case, FRAME_NUISANCE, HeldOut, Inputs, Prepared, prepared};
+use evpose_gap::workflow::{ComparisonCase, FRAME_NUISANCE, HeldOut, Inputs, Prepared, prepared};
 use evpose_gap::{GapError, Scene};
 use evpose_io::aedat4::{
     Aedat4Packet, Compression, Content, Frame, PixelFormat, Stream, StreamKind, Writer,
@@ -118,7 +118,7 @@ impl Shooting {
         let (_dir, path) = self.record(sensor, 1);
         let LoadedShots { shots, recording } = load_shots(&path, response, 2.0).unwrap();
         let inputs = Inputs {
-            train: Case::new(&recording.events, shots.scene().unwrap()).unwrap(),
+            train: ComparisonCase::new(&recording.events, shots.scene().unwrap()).unwrap(),
             held_out: HeldOut::Later,
             model: SensorConfig::default(),
             nominal: None,

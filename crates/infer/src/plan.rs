@@ -247,7 +247,7 @@ impl<'a> Planner<'a> {
     /// Step and inputs of a node without fusion.
     fn unfused_step(&mut self, id: NodeId) -> Result<(Step, Vec<ValueId>), InferError> {
         let node = &self.graph.nodes[id];
-        let step = Step::of(node, self.level)?;
+        let step = Step::from_node(node, self.level)?;
         let first = self.primary_value(node.inputs[0]);
         let is_low_precision = !self.values[first].storage.is_f32();
         let step = match step {
@@ -262,7 +262,7 @@ impl<'a> Planner<'a> {
         };
         // Outputs are f32, and the kernels of low precision cannot write that, except for the sum.
         if self.graph.outputs.contains(&id) && !matches!(step, Step::LowPrecisionAdd(_)) {
-            let step = Step::of(node, self.level)?;
+            let step = Step::from_node(node, self.level)?;
             return Ok((step, vec![self.value_as(node.inputs[0], false)?]));
         }
         Ok((step, vec![first]))

@@ -325,7 +325,8 @@ mod tests {
                 mark,
                 points: vec![(0.0, 1.0), (1.0, 10.0), (10.0, f64::NAN)],
             });
-            let axis = |is_log| ChartAxis { name: "axis".to_owned(), is_log, ..ChartAxis::default() };
+            let axis =
+                |is_log| ChartAxis { name: "axis".to_owned(), is_log, ..ChartAxis::default() };
             let chart =
                 Chart { title: "title".to_owned(), x: axis(x), y: axis(y), series: series.into() };
             let svg = stack(&[chart.clone(), chart], (300, 200))?;

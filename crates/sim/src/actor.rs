@@ -19,7 +19,7 @@ use evpose_pose::{EVALUATION_JOINTS, HandParams, HandSide, Mirror};
 use glam::{Vec2, Vec3};
 
 use crate::SimError;
-use crate::config::{BodyConfig, BodySource, CameraConfig};
+use crate::config::{BodySource, CameraConfig, HandModelConfig};
 use crate::raster::is_closed;
 use crate::texture::metres_per_texture;
 
@@ -47,7 +47,7 @@ impl Actor {
     ///
     /// # Errors
     /// If its file or its texture coordinates cannot be read.
-    pub fn load(config: &BodyConfig, camera: &CameraConfig) -> Result<Self, SimError> {
+    pub fn load(config: &HandModelConfig, camera: &CameraConfig) -> Result<Self, SimError> {
         let (mut body, native_side) = match &config.source {
             BodySource::Procedural => (BodyModel::procedural_arm(), HandSide::Right),
             BodySource::File(path) => {

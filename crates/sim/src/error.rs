@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use evpose_io::IoError;
 use evpose_sensor::SensorError;
 
-use crate::set::Fault;
+use crate::set::DigestMismatch;
 
 /// Error of configuring, running or recording a simulation.
 #[derive(Debug, thiserror::Error)]
@@ -111,7 +111,7 @@ pub enum SimError {
         /// Number of files with a digest.
         files: usize,
         /// All files that differ.
-        faults: Vec<Fault>,
+        faults: Vec<DigestMismatch>,
     },
     /// There is no activity of that name.
     #[error("simulation.activities: unknown activity `{name}`; known: {}", known.join(", "))]

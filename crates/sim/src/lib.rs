@@ -46,12 +46,12 @@ pub use actor::{Actor, HandPoints3};
 pub use config::SimulationConfig;
 pub use episode::Episode;
 pub use error::SimError;
-pub use record::{Recorded, RecordedRun, record, record_all, record_shard};
+pub use record::{RecordedRun, SequenceFiles, record, record_all, record_shard};
 pub use sequence_info::{EpisodeInfo, SequenceInfo};
 pub use set::{SequenceSet, Shard};
 pub use simulation::Simulation;
 pub use simulator::{HandStep, Simulator};
-pub use stopwatch::{Part, Stopwatch};
+pub use stopwatch::{SimulationPart, Stopwatch};
 
 #[cfg(test)]
 mod shapes;

@@ -17,7 +17,7 @@ const REPORT_EVERY: u64 = 64;
 
 /// A sequence on disk.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Recorded {
+pub struct SequenceFiles {
     /// File of the events.
     pub events_path: PathBuf,
     /// File of the labels.
@@ -32,7 +32,7 @@ pub struct Recorded {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RecordedRun {
     /// The sequences that were recorded, in order.
-    pub sequences: Vec<Recorded>,
+    pub sequences: Vec<SequenceFiles>,
     /// Number of sequences that were complete already.
     pub reused: usize,
     /// Unfinished files of killed processes that were removed.
@@ -64,7 +64,7 @@ pub fn record(
     frames: u64,
     stem: impl AsRef<Path>,
     progress: &(dyn Fn(u64) + Sync),
-) -> Result<Recorded, SimError> {
+) -> Result<SequenceFiles, SimError> {
     let step_hz = simulator.config().step_hz;
     if step_hz != EVC_STEP_HZ {
         let reason = "an .evc file has 1000 steps a second";
@@ -103,7 +103,7 @@ pub fn record(
     info.write(stem)?;
     labels.finish()?;
     events.finish()?;
-    Ok(Recorded { events_path, labels_path, frames, events: count })
+    Ok(SequenceFiles { events_path, labels_path, frames, events: count })
 }
 
 /// Simulates all sequences of a run into `DIRECTORY/0000.evc`, `DIRECTORY/0000.meta`, …, one
@@ -140,7 +140,7 @@ pub fn record_shard(
     let sequences = unfinished
         .into_par_iter()
         .with_max_len(1)
-        .map(|sequence| -> Result<Recorded, SimError> {
+        .map(|sequence| -> Result<SequenceFiles, SimError> {
             let mut simulator = simulation.sequence(sequence)?;
             let stem = set.stem(sequence);
             let recorded = record(&mut simulator, config.frames(), stem, progress)?;

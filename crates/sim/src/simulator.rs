@@ -15,7 +15,7 @@ use crate::episode::starts_episode;
 use crate::raster::{Camera, Mesh};
 use crate::scene::{Backdrop, Renderer, Scene};
 use crate::simulation::{Shared, Simulation};
-use crate::stopwatch::{Part, Stopwatch};
+use crate::stopwatch::{SimulationPart, Stopwatch};
 use crate::{Episode, SimError};
 
 /// Simulator of one sequence of a hand, advanced one step at a time.
@@ -147,23 +147,23 @@ impl Simulator {
         let target = *self.motion.step();
         let (driven, _) = actor.driven_body(shaped);
         let pose = BodyPose::from_generator(driven, &target.parameters, target.translation_m);
-        watch.lap(Part::Motion);
+        watch.lap(SimulationPart::Motion);
         let right = actor.apply_pose(shaped, &pose, target.articulation(), &mut self.posed);
-        watch.lap(Part::Skinning);
+        watch.lap(SimulationPart::Skinning);
         // A wrist that left the image changes the next target; this frame is as it is.
         self.motion.call_back(&self.view, right.translation_m);
         let label = if side.is_right() { right } else { actor.mirrored(&right) };
         let points_m = actor.points(&self.posed, side);
         let t = Micros(frame as i64 * config.step().0);
-        watch.lap(Part::Motion);
+        watch.lap(SimulationPart::Motion);
         let mesh = mesh(actor, &self.posed, side);
         renderer.rasterize(&mesh);
-        watch.lap(Part::Raster);
+        watch.lap(SimulationPart::Raster);
         watch.sample_coverage(frame, self.camera.sensor().pixels(), || renderer.covered());
         let luminance = renderer.shade(&mesh);
-        watch.lap(Part::Shading);
+        watch.lap(SimulationPart::Shading);
         let events = self.sensor.expose(luminance, t)?;
-        watch.lap(Part::Sensor);
+        watch.lap(SimulationPart::Sensor);
         self.next += 1;
         Ok(HandStep { frame, t, luminance, events, label, points_m, episode })
     }

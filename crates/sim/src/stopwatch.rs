@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 /// Part of a simulation step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Part {
+pub enum SimulationPart {
     /// Motion generation and label.
     Motion,
     /// Skinning: joints, vertices and normals.
@@ -17,7 +17,7 @@ pub enum Part {
     Sensor,
 }
 
-impl Part {
+impl SimulationPart {
     /// All parts, in the order of a step.
     pub const ALL: [Self; 5] =
         [Self::Motion, Self::Skinning, Self::Raster, Self::Shading, Self::Sensor];
@@ -38,7 +38,7 @@ impl Part {
 #[derive(Debug, Clone, Default)]
 pub struct Stopwatch {
     last: Option<Instant>,
-    times: [Duration; Part::ALL.len()],
+    times: [Duration; SimulationPart::ALL.len()],
     covered: u64,
     sampled_pixels: u64,
 }
@@ -60,7 +60,7 @@ impl Stopwatch {
     }
 
     /// Adds the time since the last call to `part`.
-    pub(crate) fn lap(&mut self, part: Part) {
+    pub(crate) fn lap(&mut self, part: SimulationPart) {
         if let Some(last) = &mut self.last {
             let now = Instant::now();
             self.times[part as usize] += now - *last;
@@ -83,7 +83,7 @@ impl Stopwatch {
     }
 
     /// Accumulated duration of a part.
-    pub fn time(&self, part: Part) -> Duration {
+    pub fn time(&self, part: SimulationPart) -> Duration {
         self.times[part as usize]
     }
 

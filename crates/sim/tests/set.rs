@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use evpose_sim::set::{FaultKind, MANIFEST, verify};
+use evpose_sim::set::{MANIFEST, MismatchKind, verify};
 use evpose_sim::{
     RecordedRun, SequenceSet, Shard, SimError, Simulation, SimulationConfig, record_all,
     record_shard,
@@ -157,14 +157,14 @@ fn verification_names_every_file_that_is_missing_changed_or_foreign() {
     let error = verify(directory.path(), &|_| {}).unwrap_err();
     let message = error.to_string();
     let SimError::Damaged { faults, files: 15, .. } = error else { panic!("{message}") };
-    let actual: Vec<(String, FaultKind)> = faults
+    let actual: Vec<(String, MismatchKind)> = faults
         .iter()
         .map(|fault| (fault.path.file_name().unwrap().to_string_lossy().into_owned(), fault.kind))
         .collect();
     let expected = [
-        ("0002.meta", FaultKind::Changed),
-        ("0003.toml", FaultKind::Missing),
-        ("0009.evc", FaultKind::Unlisted),
+        ("0002.meta", MismatchKind::Changed),
+        ("0003.toml", MismatchKind::Missing),
+        ("0009.evc", MismatchKind::Unlisted),
     ];
     assert_eq!(actual, expected.map(|(name, kind)| (name.to_owned(), kind)));
     for (name, _) in &actual {

@@ -118,5 +118,8 @@ pub(super) const WORDS: &[Word] = &[
 ];
 
 /// Names that may have one public definition in the workspace.
-pub(super) const SINGLE_NAMES: &[&str] =
-    &["Stage", "Clock", "Step", "Line", "Job", "Plane", "LANES"];
+pub(super) const SINGLE_NAMES: &[&str] = &[
+    "Stage", "Clock", "Step", "Line", "Job", "Plane", "LANES", "Axis", "Camera", "Chain", "Change",
+    "Depth", "Fault", "Finding", "Fit", "Frame", "Input", "Kind", "Mask", "Node", "Origin",
+    "Packet", "Page", "Part", "Probe", "Settings", "Skeleton", "Source", "Table", "Track",
+];

@@ -4,7 +4,7 @@
 use evpose_gap::free_parameter::FreeParameter;
 use evpose_gap::workflow::calibrate::{EstimateError, coverage, fit_errors, fit_probability};
 use evpose_gap::workflow::{
-    CALIBRATION, Calibration, ErrorScale, Evidence, FEATURES, ParameterOwner,
+    CALIBRATION, Calibration, ErrorScale, FEATURES, FindingEvidence, ParameterOwner,
 };
 
 use super::opened::Opened;
@@ -82,8 +82,8 @@ fn known(value: Option<f64>) -> String {
 }
 
 /// All effects that were named, and whether each is there.
-fn names(opened: &[Opened]) -> Vec<(Evidence, bool)> {
-    let of = |case: &Opened| -> Vec<(Evidence, bool)> {
+fn names(opened: &[Opened]) -> Vec<(FindingEvidence, bool)> {
+    let of = |case: &Opened| -> Vec<(FindingEvidence, bool)> {
         let evidence = case.row.evidence.iter();
         evidence.map(|(name, evidence)| (*evidence, case.truth.holds(name))).collect()
     };
@@ -110,8 +110,8 @@ fn misses(opened: &[Opened], kind: ParameterOwner) -> Vec<EstimateError> {
 }
 
 /// How far shares are from stated probabilities.
-fn off(calibration: &Calibration, names: &[(Evidence, bool)]) -> Option<f64> {
-    let stated = |(e, is_right): &(Evidence, bool)| (calibration.probability(e), *is_right);
+fn off(calibration: &Calibration, names: &[(FindingEvidence, bool)]) -> Option<f64> {
+    let stated = |(e, is_right): &(FindingEvidence, bool)| (calibration.probability(e), *is_right);
     calibration_error(&bins(&names.iter().map(stated).collect::<Vec<_>>()))
 }
 
@@ -135,7 +135,7 @@ mod tests {
         // Some names are wrong, where little was gained.
         for case in opened.iter_mut().step_by(4) {
             let evidence = std::mem::take(&mut case.row.evidence);
-            let wrong = evidence.into_values().map(|e| Evidence { log_odds: 1.0, ..e });
+            let wrong = evidence.into_values().map(|e| FindingEvidence { log_odds: 1.0, ..e });
             case.row.evidence = wrong.map(|e| ("no such effect".to_owned(), e)).collect();
         }
         let lines = lines(&opened, example::SEED).join("\n");

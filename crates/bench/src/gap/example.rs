@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use evpose_gap::verdict::{Answer, Finding, FindingKind, Quantity};
-use evpose_gap::workflow::{Evidence, RawError};
+use evpose_gap::workflow::{FindingEvidence, RawError};
 use gapbench_pixel::evidence::Evidence as Seen;
 use gapbench_pixel::{Case, CaseKind, Label, Plan, Truth as Hidden};
 
@@ -99,7 +99,8 @@ fn row(label: &Label, truth: &Truth) -> Row {
         let keys = finding.parameters.keys().map(|key| (key.clone(), raw)).collect();
         (finding.name.clone(), keys)
     };
-    let evidence = Evidence { log_odds: 6.0, gain_share: 0.9, gap_after: 0.3, events: 50_000 };
+    let evidence =
+        FindingEvidence { log_odds: 6.0, gain_share: 0.9, gap_after: 0.3, events: 50_000 };
     let of_effects = effects.iter().filter(|finding| finding.kind == FindingKind::Effect);
     Row {
         id: label.id.clone(),

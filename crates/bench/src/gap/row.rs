@@ -10,7 +10,8 @@ use evpose_gap::input::{load_recording, load_scene};
 use evpose_gap::search::gap_closed;
 use evpose_gap::verdict::{Answer, Finding, FindingKind};
 use evpose_gap::workflow::{
-    Case as Pair, Evidence, HeldOut, Inputs, Prepared, RawError, answer_score, evidence_of_answer,
+    ComparisonCase as Pair, FindingEvidence, HeldOut, Inputs, Prepared, RawError, answer_score,
+    evidence_of_answer,
 };
 use evpose_sensor::SensorConfig;
 use gapbench_pixel::Case;
@@ -43,7 +44,7 @@ pub(super) struct Row {
     pub(super) grr: f64,
     /// Evidence of the identified effects.
     #[serde(default)]
-    pub(super) evidence: BTreeMap<String, Evidence>,
+    pub(super) evidence: BTreeMap<String, FindingEvidence>,
     /// Uncertainty of the estimates of findings, before calibration.
     #[serde(default)]
     pub(super) errors: BTreeMap<String, BTreeMap<String, RawError>>,

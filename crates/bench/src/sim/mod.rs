@@ -10,7 +10,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result};
 use evpose_body::BodyModel;
-use evpose_sim::{Part, Simulation, SimulationConfig, record};
+use evpose_sim::{Simulation, SimulationConfig, SimulationPart, record};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -94,7 +94,7 @@ struct Measured {
 /// One sequence.
 struct Timed {
     steps_per_s: f64,
-    parts_s: [f64; Part::ALL.len()],
+    parts_s: [f64; SimulationPart::ALL.len()],
     total_s: f64,
     coverage: f64,
     events: u64,
@@ -162,7 +162,7 @@ fn measure(
     let steps = config.frames() as f64;
     let count = sequences.len() as f64;
     let per_step_us = |s: f64| s / (count * steps) * 1e6;
-    let mut parts_us: Vec<(&'static str, f64)> = Part::ALL
+    let mut parts_us: Vec<(&'static str, f64)> = SimulationPart::ALL
         .into_iter()
         .map(|part| {
             let sum_s: f64 = sequences.iter().map(|timed| timed.parts_s[part as usize]).sum();
@@ -212,7 +212,7 @@ fn sequence(
     let watch = simulator.stopwatch();
     Ok(Timed {
         steps_per_s: frames as f64 / total_s,
-        parts_s: Part::ALL.map(|part| watch.time(part).as_secs_f64()),
+        parts_s: SimulationPart::ALL.map(|part| watch.time(part).as_secs_f64()),
         total_s,
         coverage: watch.coverage(),
         events: recorded.events,

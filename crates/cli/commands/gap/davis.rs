@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{Result, bail};
 use evpose_gap::davis::load_shots;
 use evpose_gap::input::{Problem, Problems};
-use evpose_gap::workflow::{Case, prepared};
+use evpose_gap::workflow::{ComparisonCase, prepared};
 use evpose_sensor::SensorConfig;
 
 use super::inputs::Loaded;
@@ -55,7 +55,7 @@ pub(super) fn load(
     }
     let lines = read.recording.provenance.iter().map(|line| format!("read      {line}"));
     lines.chain(notes.iter().cloned()).for_each(say);
-    let case = Case::new(&problems.repair(&read.recording.events), scene)?;
+    let case = ComparisonCase::new(&problems.repair(&read.recording.events), scene)?;
     let notes = notes.iter().map(|note| note.replace("  ", " ")).collect();
     let tick = read.recording.tick;
     Ok(Loaded { case, nominal: None, tick, notes, shots: Some(read.shots) })

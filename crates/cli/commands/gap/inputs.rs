@@ -8,8 +8,8 @@ use evpose_gap::GapError;
 use evpose_gap::davis::Shots;
 use evpose_gap::input::{LoadedRecording, LoadedScene, Nominal, Problem, Problems, load_recording};
 use evpose_gap::workflow::{
-    Case, FRAME_NUISANCE, HeldOut, Inputs, Nuisance, NuisanceSample, POSE_NUISANCE, Prepared,
-    prepared, with_stamp_period,
+    ComparisonCase, FRAME_NUISANCE, HeldOut, Inputs, Nuisance, NuisanceSample, POSE_NUISANCE,
+    Prepared, prepared, with_stamp_period,
 };
 use evpose_sensor::{STAGES, SensorConfig, SensorModel};
 
@@ -23,7 +23,7 @@ use evpose_app::sensor_source as source;
 /// A recording beside its scene, as read.
 pub(super) struct Loaded {
     /// Recording and scene of the comparison.
-    pub(super) case: Case,
+    pub(super) case: ComparisonCase,
     /// Nominal values of the sensor, as given with the recording.
     pub(super) nominal: Option<Nominal>,
     /// Unit of the recording's time stamps.
@@ -98,7 +98,7 @@ fn load_all(
         say(format!("note      {note}"));
         notes.push(format!("note      {note}"));
     }
-    let case = Case::new(&events, scene.scene)?;
+    let case = ComparisonCase::new(&events, scene.scene)?;
     let notes = notes.iter().map(|note| note.replace("  ", " ")).collect();
     Ok(Loaded { case, nominal: scene.nominal, tick: recording.tick, notes, shots: None })
 }

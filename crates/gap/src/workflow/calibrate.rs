@@ -15,7 +15,7 @@
 
 use evpose_stats::linear::solve;
 
-use super::calibration::{ErrorScale, Evidence, FEATURES};
+use super::calibration::{ErrorScale, FEATURES, FindingEvidence};
 use super::findings::SIDE;
 
 /// Columns of the design matrix: a constant and the features.
@@ -43,7 +43,7 @@ pub struct EstimateError {
 }
 
 /// Fits intercept and slopes to identifications that were right or wrong; none unless both occur.
-pub fn fit_probability(cases: &[(Evidence, bool)]) -> Option<(f64, [f64; FEATURES.len()])> {
+pub fn fit_probability(cases: &[(FindingEvidence, bool)]) -> Option<(f64, [f64; FEATURES.len()])> {
     let wrong = cases.iter().filter(|(_, is_right)| !is_right).count();
     let mut is_used = [false; FEATURES.len()];
     is_used[..(wrong / WRONG_PER_FEATURE).clamp(1, FEATURES.len())].fill(true);
@@ -58,7 +58,7 @@ pub fn fit_probability(cases: &[(Evidence, bool)]) -> Option<(f64, [f64; FEATURE
 }
 
 fn fit_with(
-    cases: &[(Evidence, bool)],
+    cases: &[(FindingEvidence, bool)],
     is_used: &[bool; FEATURES.len()],
 ) -> Option<(f64, [f64; FEATURES.len()])> {
     let right = cases.iter().filter(|(_, is_right)| *is_right).count();
@@ -73,7 +73,7 @@ fn fit_with(
         (squares.sum::<f64>() / n).sqrt()
     };
     let spreads: [f64; FEATURES.len()] = std::array::from_fn(spread);
-    let row = |evidence: &Evidence| -> [f64; COLUMNS] {
+    let row = |evidence: &FindingEvidence| -> [f64; COLUMNS] {
         let features = evidence.features();
         std::array::from_fn(|i| match i.checked_sub(1) {
             None => 1.0,
@@ -160,14 +160,14 @@ mod tests {
     use super::*;
     use evpose_core::CounterRng;
 
-    fn evidence(log_odds: f64, gap_after: f64) -> Evidence {
-        Evidence { log_odds, gain_share: 0.5, gap_after, events: 50_000 }
+    fn evidence(log_odds: f64, gap_after: f64) -> FindingEvidence {
+        FindingEvidence { log_odds, gain_share: 0.5, gap_after, events: 50_000 }
     }
 
     #[test]
     fn odds_that_are_twice_too_large_are_halved() {
         let mut rng = CounterRng::new(3, "names", 0);
-        let names: Vec<(Evidence, bool)> = (0..20_000)
+        let names: Vec<(FindingEvidence, bool)> = (0..20_000)
             .map(|_| {
                 let odds = 8.0 * f64::from(rng.unit());
                 (evidence(odds, 0.3), f64::from(rng.unit()) < logistic(0.5 * odds - 1.0))

@@ -40,7 +40,7 @@ const EVENTS: f64 = 5e4;
 
 /// Evidence for an identified effect.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Evidence {
+pub struct FindingEvidence {
     /// Tempered log-odds against all other contenders and against no effect.
     pub log_odds: f64,
     /// Fraction of the held-out discrepancy that it explains.
@@ -51,7 +51,7 @@ pub struct Evidence {
     pub events: usize,
 }
 
-impl Evidence {
+impl FindingEvidence {
     /// Features of the logistic regression, see [`FEATURES`].
     pub fn features(&self) -> [f64; FEATURES.len()] {
         [
@@ -104,7 +104,7 @@ pub struct Calibration {
 
 impl Calibration {
     /// Probability that an identification is right.
-    pub fn probability(&self, evidence: &Evidence) -> f64 {
+    pub fn probability(&self, evidence: &FindingEvidence) -> f64 {
         let features = evidence.features();
         let sum: f64 = self.slopes.iter().zip(features).map(|(slope, x)| slope * x).sum();
         let probability = 1.0 / (1.0 + (-self.intercept - sum).exp());
@@ -131,8 +131,8 @@ mod tests {
         of_model: ErrorScale { factor: 1.0, floor: 0.0 },
     };
 
-    fn evidence(log_odds: f64) -> Evidence {
-        Evidence { log_odds, gain_share: 0.9, gap_after: 0.3, events: 50_000 }
+    fn evidence(log_odds: f64) -> FindingEvidence {
+        FindingEvidence { log_odds, gain_share: 0.9, gap_after: 0.3, events: 50_000 }
     }
 
     #[test]

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use evpose_sensor::SensorConfig;
 use evpose_stats::distribution::normal_upper_tail;
 
-use super::calibration::{CALIBRATION, Evidence, ParameterOwner};
+use super::calibration::{CALIBRATION, FindingEvidence, ParameterOwner};
 use super::errors::{RawError, errors};
 use crate::GapError;
 use crate::free_parameter::FreeParameter;
@@ -30,7 +30,7 @@ pub struct EvidencedFinding {
     /// The finding.
     pub finding: Finding,
     /// Evidence of an effect; none for a parameter of the model.
-    pub evidence: Option<Evidence>,
+    pub evidence: Option<FindingEvidence>,
     /// Uncalibrated errors of its parameters.
     pub errors: BTreeMap<String, RawError>,
 }
@@ -165,12 +165,16 @@ fn same_as(name: &str) -> Option<&'static str> {
 }
 
 /// Evidence for an added effect.
-fn evidence(splits: &DataSplits<'_>, result: &Identification, added: &AddedEffect) -> Evidence {
+fn evidence(
+    splits: &DataSplits<'_>,
+    result: &Identification,
+    added: &AddedEffect,
+) -> FindingEvidence {
     let without = added.discrepancy_without;
     let best = added.contenders[0].held_out.discrepancy;
     let rivals = added.contenders.iter().skip(1).map(|other| other.held_out.discrepancy);
     let statistics = splits.held_out.measured.iter().filter(|value| value.is_finite()).count();
-    Evidence {
+    FindingEvidence {
         log_odds: log_odds(best, rivals.chain([without]), statistics),
         gain_share: 1.0 - best / without.max(1e-9),
         gap_after: result.after.gap,

@@ -14,7 +14,7 @@ const FITTED: f64 = 0.6;
 
 /// A recording with its scene, both of the same sensor size.
 #[derive(Debug, Clone)]
-pub struct Case {
+pub struct ComparisonCase {
     /// Events of the recording.
     pub measured: EventStream,
     /// Luminance of the scene.
@@ -23,7 +23,7 @@ pub struct Case {
     pub window: TimeWindow,
 }
 
-impl Case {
+impl ComparisonCase {
     /// The part of a recording that its scene covers.
     ///
     /// # Errors
@@ -61,7 +61,7 @@ impl Case {
 #[derive(Debug, Clone)]
 pub enum HeldOut {
     /// A second recording, preferably of another scene.
-    Recording(Case),
+    Recording(ComparisonCase),
     /// The later part of the only recording.
     Later,
 }
@@ -70,7 +70,7 @@ pub enum HeldOut {
 #[derive(Debug, Clone)]
 pub struct Inputs {
     /// Training data.
-    pub train: Case,
+    pub train: ComparisonCase,
     /// Held-out data that models are scored on.
     pub held_out: HeldOut,
     /// The sensor model.
@@ -101,9 +101,9 @@ pub struct Prepared {
     /// Assumptions, a line each.
     pub notes: Vec<String>,
     pub(super) begins_at_rest: bool,
-    pub(super) screen: (Case, ReferenceScene),
-    pub(super) train: (Case, ReferenceScene),
-    pub(super) held_out: (Case, ReferenceScene),
+    pub(super) screen: (ComparisonCase, ReferenceScene),
+    pub(super) train: (ComparisonCase, ReferenceScene),
+    pub(super) held_out: (ComparisonCase, ReferenceScene),
 }
 
 impl Prepared {
@@ -128,7 +128,7 @@ impl Prepared {
                      and the same light",
                     window.start.as_seconds()
                 ));
-                (train, Case { window, ..all })
+                (train, ComparisonCase { window, ..all })
             }
         };
         let whole = train.window.end;
@@ -136,10 +136,11 @@ impl Prepared {
         if train.window.end < whole {
             notes.push(format!("fitted: the first {:.3} s", train.window.end.as_seconds()));
         }
-        let with_reference = |case: Case| -> Result<(Case, ReferenceScene), GapError> {
-            let reference_scene = ReferenceScene::new(case.scene.clone(), &model.reference)?;
-            Ok((case, reference_scene))
-        };
+        let with_reference =
+            |case: ComparisonCase| -> Result<(ComparisonCase, ReferenceScene), GapError> {
+                let reference_scene = ReferenceScene::new(case.scene.clone(), &model.reference)?;
+                Ok((case, reference_scene))
+            };
         Ok(Self {
             screen: with_reference(train.screen())?,
             train: with_reference(train)?,
@@ -168,7 +169,7 @@ impl Prepared {
 
     fn objective<'a>(
         &'a self,
-        (case, reference_scene): &'a (Case, ReferenceScene),
+        (case, reference_scene): &'a (ComparisonCase, ReferenceScene),
         i: u64,
     ) -> Result<Objective<'a>, GapError> {
         let seed = evpose_core::seed_for(self.seed, "lab", i);

@@ -30,14 +30,16 @@ mod scene_free_verdict;
 mod subsets;
 
 pub use ablation::ablation;
-pub use calibration::{CALIBRATION, Calibration, ErrorScale, Evidence, FEATURES, ParameterOwner};
+pub use calibration::{
+    CALIBRATION, Calibration, ErrorScale, FEATURES, FindingEvidence, ParameterOwner,
+};
 pub use chance::p_of_largest_deviation;
 pub use directions::{Direction, Directions};
 pub use errors::RawError;
 pub use findings::{EvidencedFinding, evidenced_findings, findings};
 pub use frame_nuisance::FRAME_NUISANCE;
 pub use gap_value::gap_value;
-pub use inputs::{Case, HeldOut, Inputs, Prepared};
+pub use inputs::{ComparisonCase, HeldOut, Inputs, Prepared};
 pub use limits::{Limits, limits};
 pub use model::{Model, prepared, with_stamp_period};
 pub use nuisance::{Nuisance, NuisanceSample};

@@ -4,7 +4,7 @@
 use evpose_core::seed_for;
 use evpose_sensor::SensorConfig;
 
-use super::{Case, p_of_largest_deviation, prepared};
+use super::{ComparisonCase, p_of_largest_deviation, prepared};
 use crate::input::Nominal;
 use crate::{GapError, Layout, Objective, ReferenceScene, Scene};
 
@@ -33,7 +33,7 @@ pub fn own_run(
     let reference_scene = ReferenceScene::new(scene.clone(), &model.reference)?;
     let events =
         reference_scene.simulate(&model.config, seed_for(seed, "recording of our own", 0))?;
-    let Case { measured, window, .. } = Case::new(&events, scene)?;
+    let ComparisonCase { measured, window, .. } = ComparisonCase::new(&events, scene)?;
     let layout = Layout::of_all_probes();
     let objective =
         Objective::new(&reference_scene, &layout, &measured, window, &model.reference, seed)?;

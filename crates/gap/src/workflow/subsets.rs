@@ -2,7 +2,7 @@
 
 use evpose_core::Micros;
 
-use super::Case;
+use super::ComparisonCase;
 
 /// Length of the screening part.
 const SCREEN: Micros = Micros(400_000);
@@ -18,7 +18,7 @@ const QUICK_PIXELS: usize = 24_000_000;
 /// Minimum length of the training part.
 const MIN_FITTED: Micros = Micros(500_000);
 
-impl Case {
+impl ComparisonCase {
     /// The screening part.
     pub(super) fn screen(&self) -> Self {
         let short = self.time_of(SCREEN_EVENTS).clamp(MIN_SCREEN, SCREEN);
@@ -50,7 +50,7 @@ mod tests {
     use crate::Scene;
 
     /// Events at an even rate over `seconds` of a scene of 1000 frames per second.
-    fn case(size: SensorSize, seconds: f64, events: usize) -> Case {
+    fn case(size: SensorSize, seconds: f64, events: usize) -> ComparisonCase {
         let frames = (1_000.0 * seconds) as usize + 1;
         let plane = Plane::filled(usize::from(size.width), usize::from(size.height), 0.5_f32);
         let scene = Scene::new(1_000.0, vec![plane; frames]).unwrap();
@@ -62,7 +62,7 @@ mod tests {
             polarity: Polarity::On,
         };
         let events = EventStream::from_events(size, (0..events).map(event)).unwrap();
-        Case::new(&events, scene).unwrap()
+        ComparisonCase::new(&events, scene).unwrap()
     }
 
     #[test]

@@ -22,10 +22,10 @@ fn scene(phase: f32) -> Scene {
     Scene::new(500.0, (0..=250).map(plane).collect()).unwrap()
 }
 
-fn recording(scene: &Scene, model: &SensorConfig, seed: u64) -> Case {
+fn recording(scene: &Scene, model: &SensorConfig, seed: u64) -> ComparisonCase {
     let reference_scene =
         ReferenceScene::new(scene.clone(), &prepared(model, None).reference).unwrap();
-    Case::new(&reference_scene.simulate(model, seed).unwrap(), scene.clone()).unwrap()
+    ComparisonCase::new(&reference_scene.simulate(model, seed).unwrap(), scene.clone()).unwrap()
 }
 
 fn inputs(hidden: &SensorConfig) -> Inputs {

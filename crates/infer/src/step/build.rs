@@ -31,7 +31,7 @@ impl Step {
     ///
     /// # Errors
     /// [`InferError::Unsupported`] if there is no kernel for it.
-    pub(crate) fn of(node: &Node, level: Level) -> Result<Self, InferError> {
+    pub(crate) fn from_node(node: &Node, level: Level) -> Result<Self, InferError> {
         let unsupported = |operation: &str| {
             Err(InferError::Unsupported {
                 layer: node.name.clone(),

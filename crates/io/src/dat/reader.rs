@@ -4,7 +4,7 @@ use evpose_core::{Micros, Polarity};
 
 use super::{EVENT_2D, EVENT_CD, EXT_TRIGGER, RECORD, counter};
 use crate::evt::header::Lines;
-use crate::evt::{SkippedRecords, Trigger, WordDecoder};
+use crate::evt::{ExtTrigger, SkippedRecords, WordDecoder};
 use crate::time_stamp::WraparoundCounter;
 use crate::{BlockSource, Columns, DecodeFault, Decoder, EventSource, Input, IoError, OpenOptions};
 
@@ -63,7 +63,7 @@ enum Layout {
     Event,
     /// x of 9 bits, y of 8, polarity.
     Old,
-    Trigger,
+    ExtTrigger,
 }
 
 impl DatDecoder {
@@ -74,7 +74,7 @@ impl DatDecoder {
             _ if usize::from(size) != RECORD => return None,
             (EVENT_2D | EVENT_CD, Some(0 | 1)) => Layout::Old,
             (EVENT_2D | EVENT_CD, _) => Layout::Event,
-            (EXT_TRIGGER, _) => Layout::Trigger,
+            (EXT_TRIGGER, _) => Layout::ExtTrigger,
             _ => return None,
         };
         Some(Self { layout, counter: counter(), stray: 0, triggers: 0 })
@@ -107,17 +107,17 @@ impl WordDecoder for DatDecoder {
         &mut self,
         bytes: &[u8],
         columns: &mut Columns,
-        triggers: &mut Vec<Trigger>,
+        triggers: &mut Vec<ExtTrigger>,
     ) -> usize {
         let (records, _) = bytes.as_chunks::<RECORD>();
         match self.layout {
             Layout::Event => self.events::<14, 14>(records, columns),
             Layout::Old => self.events::<9, 8>(records, columns),
-            Layout::Trigger => {
+            Layout::ExtTrigger => {
                 self.triggers += records.len() as u64;
                 triggers.extend(records.iter().map(|&record| {
                     let record = u64::from_le_bytes(record);
-                    Trigger {
+                    ExtTrigger {
                         t: Micros(self.counter.advance_or_late((record as u32).into())),
                         channel: (record >> 58) as u8,
                         is_rising: record >> 32 & 1 == 1,

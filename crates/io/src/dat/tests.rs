@@ -54,7 +54,7 @@ fn edges_at_trigger_inputs_are_counted() {
         [5_u32, 1, 9, 6 << 26].iter().flat_map(|half| half.to_le_bytes()).collect();
     let mut edges = Vec::new();
     crate::evt::WordDecoder::decode_all(&mut decoder, &bytes, &mut Columns::new(), &mut edges);
-    let edge = |t, channel, is_rising| crate::evt::Trigger { t: Micros(t), channel, is_rising };
+    let edge = |t, channel, is_rising| crate::evt::ExtTrigger { t: Micros(t), channel, is_rising };
     assert_eq!(edges, [edge(5, 0, true), edge(9, 6, false)]);
 }
 

@@ -15,7 +15,7 @@ use evpose_core::Micros;
 
 use super::batch::Batch;
 use super::time_high::TimeHigh;
-use super::{SkippedRecords, Trigger, WordDecoder};
+use super::{ExtTrigger, SkippedRecords, WordDecoder};
 use crate::{Columns, DecodeFault, Decoder};
 
 /// Events are 0 (OFF) and 1 (ON).
@@ -44,7 +44,7 @@ impl Default for Evt2Decoder {
 impl Evt2Decoder {
     /// Takes a word that is no event.
     #[cold]
-    fn other(&mut self, word: u32, triggers: &mut Vec<Trigger>) {
+    fn other(&mut self, word: u32, triggers: &mut Vec<ExtTrigger>) {
         match word >> 28 {
             EXT_TRIGGER => {
                 self.skipped.triggers += 1;
@@ -59,8 +59,8 @@ impl Evt2Decoder {
 }
 
 /// Decodes the word of a trigger, which EVT 2.1 shares.
-pub(super) fn trigger(word: u32, time_high: TimeHigh<28>) -> Trigger {
-    Trigger {
+pub(super) fn trigger(word: u32, time_high: TimeHigh<28>) -> ExtTrigger {
+    ExtTrigger {
         t: Micros(time_high.value() << LOW_BITS | i64::from(word >> 22 & 0x3F)),
         channel: (word >> 8 & 0x1F) as u8,
         is_rising: word & 1 == 1,
@@ -72,7 +72,7 @@ impl WordDecoder for Evt2Decoder {
         &mut self,
         bytes: &[u8],
         columns: &mut Columns,
-        triggers: &mut Vec<Trigger>,
+        triggers: &mut Vec<ExtTrigger>,
     ) -> usize {
         let (words, _) = bytes.as_chunks::<4>();
         let mut rest = words;

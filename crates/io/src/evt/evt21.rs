@@ -13,7 +13,7 @@
 use super::batch::Batch;
 use super::evt2::{CONTINUED, EXT_TRIGGER, LOW_BITS, ON, OTHERS, TIME_HIGH, trigger};
 use super::time_high::TimeHigh;
-use super::{SkippedRecords, Trigger, WordDecoder};
+use super::{ExtTrigger, SkippedRecords, WordDecoder};
 use crate::{Columns, DecodeFault, Decoder};
 
 /// Pixels of a word.
@@ -35,7 +35,7 @@ impl Evt21Decoder {
 
     /// Takes a word that is no event.
     #[cold]
-    fn other(&mut self, upper: u32, triggers: &mut Vec<Trigger>) {
+    fn other(&mut self, upper: u32, triggers: &mut Vec<ExtTrigger>) {
         match upper >> 28 {
             EXT_TRIGGER => {
                 self.skipped.triggers += 1;
@@ -62,7 +62,7 @@ impl WordDecoder for Evt21Decoder {
         &mut self,
         bytes: &[u8],
         columns: &mut Columns,
-        triggers: &mut Vec<Trigger>,
+        triggers: &mut Vec<ExtTrigger>,
     ) -> usize {
         let (words, _) = bytes.as_chunks::<8>();
         let mut batch = Batch::new();

@@ -25,7 +25,7 @@ use evpose_simd::vectorize;
 
 use super::states::{State, States};
 use super::time_high::TimeHigh;
-use super::{SkippedRecords, Trigger, WordDecoder};
+use super::{ExtTrigger, SkippedRecords, WordDecoder};
 use crate::{Columns, DecodeFault, Decoder};
 
 pub(super) const ADDR_Y: u16 = 0x0;
@@ -80,7 +80,7 @@ impl Evt3Decoder {
     }
 
     /// Takes a word before the first row behind the first high time.
-    fn begin(&mut self, word: u16, triggers: &mut Vec<Trigger>) {
+    fn begin(&mut self, word: u16, triggers: &mut Vec<ExtTrigger>) {
         let value = word & VALUE;
         match word >> 12 {
             TIME_HIGH => self.set_high(value),
@@ -116,11 +116,11 @@ impl Evt3Decoder {
     }
 
     /// Takes a word that does not affect events.
-    fn other(&mut self, word: u16, triggers: &mut Vec<Trigger>) {
+    fn other(&mut self, word: u16, triggers: &mut Vec<ExtTrigger>) {
         match word >> 12 {
             EXT_TRIGGER if self.time_high.is_set() => {
                 self.skipped.triggers += 1;
-                triggers.push(Trigger {
+                triggers.push(ExtTrigger {
                     t: Micros(self.time_high.value() << 12 | i64::from(self.low)),
                     channel: (word >> 8 & 0xF) as u8,
                     is_rising: word & 1 == 1,
@@ -139,7 +139,7 @@ impl Evt3Decoder {
         words: &[[u8; 2]],
         states: &mut States,
         columns: &mut Columns,
-        triggers: &mut Vec<Trigger>,
+        triggers: &mut Vec<ExtTrigger>,
     ) {
         let camera = self.camera.unwrap_or(0);
         let row_before = self.row.unwrap_or(0);
@@ -254,7 +254,7 @@ impl WordDecoder for Evt3Decoder {
         &mut self,
         bytes: &[u8],
         columns: &mut Columns,
-        triggers: &mut Vec<Trigger>,
+        triggers: &mut Vec<ExtTrigger>,
     ) -> usize {
         let (words, _) = bytes.as_chunks::<2>();
         let mut rest = words;

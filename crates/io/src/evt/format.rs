@@ -5,7 +5,7 @@ use super::encoding::Encoding;
 use super::header::Lines;
 use super::writer::create;
 use super::{
-    Evt2Decoder, Evt2Encoder, Evt3Decoder, Evt3Encoder, Evt21Decoder, Evt21Encoder, Trigger,
+    Evt2Decoder, Evt2Encoder, Evt3Decoder, Evt3Encoder, Evt21Decoder, Evt21Encoder, ExtTrigger,
     WordDecoder,
 };
 use crate::open::{Format, no_labels};
@@ -89,7 +89,7 @@ fn open(
 ///
 /// # Errors
 /// If it cannot be read or is no RAW file.
-pub fn triggers(mut input: Input) -> Result<Vec<Trigger>, IoError> {
+pub fn triggers(mut input: Input) -> Result<Vec<ExtTrigger>, IoError> {
     let (_, encoding, start) = begin(&mut input)?;
     match encoding {
         Encoding::Evt2 => read_triggers(input, start, Evt2Decoder::default()),
@@ -102,7 +102,7 @@ fn read_triggers(
     mut input: Input,
     start: u64,
     mut decoder: impl WordDecoder,
-) -> Result<Vec<Trigger>, IoError> {
+) -> Result<Vec<ExtTrigger>, IoError> {
     use std::io::{Read, Seek, SeekFrom};
 
     let (mut triggers, mut columns) = (Vec::new(), Columns::new());

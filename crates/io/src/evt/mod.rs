@@ -37,7 +37,7 @@ pub use evt21::Evt21Decoder;
 pub use format::triggers;
 pub(crate) use format::{EVT2, EVT3, EVT21};
 pub(crate) use skipped::SkippedRecords;
-pub use trigger::Trigger;
+pub use trigger::ExtTrigger;
 pub use word_decoder::WordDecoder;
 pub use writer::WordEncoder;
 

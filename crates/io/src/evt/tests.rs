@@ -165,7 +165,7 @@ fn every_word_of_evt2_and_its_twin_means_what_its_document_says() {
             "1 words of unknown types are passed over".to_owned(),
         ]
     };
-    let edge = Trigger { t: Micros(2 * 64 + 7), channel: 3, is_rising: true };
+    let edge = ExtTrigger { t: Micros(2 * 64 + 7), channel: 3, is_rising: true };
 
     let data: Vec<u8> = uppers.iter().flat_map(|(word, _)| word.to_le_bytes()).collect();
     let want = [
@@ -203,7 +203,7 @@ fn every_word_of_evt2_and_its_twin_means_what_its_document_says() {
 #[test]
 fn edges_at_trigger_inputs_of_evt3_have_the_time_of_the_events_around() {
     let data = words16(&[0x8001, 0x6002, 0xA301, 0x0001, 0x2001, 0x6003, 0xA300]);
-    let edge = |t, is_rising| Trigger { t: Micros(t), channel: 3, is_rising };
+    let edge = |t, is_rising| ExtTrigger { t: Micros(t), channel: 3, is_rising };
     let found = triggers(with_header(EVT3_HEADER, &data)).unwrap();
     assert_eq!(found, [edge(4098, true), edge(4099, false)]);
 }

@@ -4,7 +4,7 @@ use evpose_core::Micros;
 
 /// An edge at a trigger input.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Trigger {
+pub struct ExtTrigger {
     /// Time stamp, on the clock of the events.
     pub t: Micros,
     /// Index of the input.

@@ -1,6 +1,6 @@
 //! Decoders of the words of Prophesee's cameras.
 
-use super::Trigger;
+use super::ExtTrigger;
 use crate::{Columns, Decoder};
 
 /// A decoder of words that also reads edges at trigger inputs.
@@ -11,6 +11,6 @@ pub trait WordDecoder: Decoder {
         &mut self,
         bytes: &[u8],
         columns: &mut Columns,
-        triggers: &mut Vec<Trigger>,
+        triggers: &mut Vec<ExtTrigger>,
     ) -> usize;
 }

@@ -35,7 +35,7 @@ pub(super) struct Tiles {
 }
 
 impl Tiles {
-    pub(super) fn of<S: WinogradTransform>(shape: Blocks) -> Self {
+    pub(super) fn new<S: WinogradTransform>(shape: Blocks) -> Self {
         let [rows, columns] = [shape.height, shape.width].map(|side| side.div_ceil(S::OUT));
         Self { shape, rows, columns }
     }
@@ -64,7 +64,7 @@ pub(super) fn convolved(
     let weights = weights.transformed::<Chosen>(blocks_at_once(level), level);
     let out = Blocks { channels: channels_out, ..shape };
     let mut output = vec![0.0; out.value_count()];
-    let tiles = Tiles::of::<Chosen>(shape);
+    let tiles = Tiles::new::<Chosen>(shape);
     let count = tiles.count();
     let of_tile = Chosen::IN * Chosen::IN * (shape.blocks() + out.blocks());
     // As many rounds for each thread. How tiles are shared out does not change any sum.

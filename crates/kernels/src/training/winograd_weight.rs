@@ -120,7 +120,7 @@ pub(super) fn gradient(conv: &Conv, input: NormalizedInput<'_>, gradient: &[f32]
     let (shape, out) = (conv.input, conv.output());
     let together = conv.blocks_at_once();
     let all: Vec<_> = block_groups(out.channels, together).collect();
-    let tiles = Tiles::of::<Chosen>(shape);
+    let tiles = Tiles::new::<Chosen>(shape);
     // Sums of a place and some blocks: `[channel][block][16]`.
     let of_group = shape.blocks() * LANES * together;
     let mut sums = vec![Line::ZERO; places * all.len() * of_group];

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 /// Model of hand and arm.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct BodyConfig {
+pub struct HandModelConfig {
     /// Source of the model.
     pub source: BodySource,
     /// Texture coordinates of a model file, for skins that are painted for it: a text file with one

@@ -11,7 +11,7 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 pub use appearance::{BackgroundConfig, BackgroundSource, LightConfig, SkinConfig, SkinSource};
-pub use body::{BodyConfig, BodySource, Hands};
+pub use body::{BodySource, HandModelConfig, Hands};
 pub use sensor::SensorChoice;
 pub(crate) use sensor::with_threshold_offset;
 
@@ -43,7 +43,7 @@ pub struct SimulationConfig {
     /// Sides of the hands.
     pub hands: Hands,
     /// Model of hand and arm.
-    pub body: BodyConfig,
+    pub body: HandModelConfig,
     /// Motion of arm and hand.
     pub motion: MotionConfig,
     /// Bound of the shape coefficients, which are uniform in ±`shape_range`.
@@ -79,7 +79,7 @@ impl Default for SimulationConfig {
             image_scale: 1.0,
             camera: CameraConfig::default(),
             hands: Hands::default(),
-            body: BodyConfig::default(),
+            body: HandModelConfig::default(),
             motion: MotionConfig::default(),
             shape_range: 2.0,
             light_level: 1.0,

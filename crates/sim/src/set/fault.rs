@@ -5,16 +5,16 @@ use std::path::PathBuf;
 
 /// A file that differs from its digest.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Fault {
+pub struct DigestMismatch {
     /// Path of the file.
     pub path: PathBuf,
     /// Kind of the difference.
-    pub kind: FaultKind,
+    pub kind: MismatchKind,
 }
 
 /// Kind of difference between a file and its digest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum FaultKind {
+pub enum MismatchKind {
     /// The file does not exist.
     Missing,
     /// The file has other contents.
@@ -23,12 +23,12 @@ pub enum FaultKind {
     Unlisted,
 }
 
-impl fmt::Display for Fault {
+impl fmt::Display for DigestMismatch {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let problem = match self.kind {
-            FaultKind::Missing => "is missing",
-            FaultKind::Changed => "is not what was recorded",
-            FaultKind::Unlisted => "has no digest: unfinished, or not of this set",
+            MismatchKind::Missing => "is missing",
+            MismatchKind::Changed => "is not what was recorded",
+            MismatchKind::Unlisted => "has no digest: unfinished, or not of this set",
         };
         write!(f, "{} {problem}", self.path.display())
     }

@@ -18,7 +18,7 @@ use evpose_core::{atomic_write, temporary_target};
 use crate::SimError;
 use digest::FileDigest;
 
-pub use fault::{Fault, FaultKind};
+pub use fault::{DigestMismatch, MismatchKind};
 pub use shard::Shard;
 pub use verify::{Verified, verify};
 

@@ -7,7 +7,7 @@ use evpose_core::temporary_target;
 use rayon::prelude::*;
 
 use super::digest::FileDigest;
-use super::fault::{Fault, FaultKind};
+use super::fault::{DigestMismatch, MismatchKind};
 use super::{DIGESTS, HANDS, MANIFEST, PEOPLE, list, manifest};
 use crate::SimError;
 
@@ -48,8 +48,8 @@ pub fn verify(directory: &Path, progress: &(dyn Fn(u64) + Sync)) -> Result<Verif
             (has_ending(name, &HANDS[..2]) || has_ending(name, &PEOPLE[..2]))
                 && !listed.contains(name.as_str())
         })
-        .map(|name| Fault { path: directory.join(name), kind: FaultKind::Unlisted });
-    let mut faults: Vec<Fault> = expected
+        .map(|name| DigestMismatch { path: directory.join(name), kind: MismatchKind::Unlisted });
+    let mut faults: Vec<DigestMismatch> = expected
         .par_iter()
         .map(|digest| fault(directory, digest, progress))
         .collect::<Result<Vec<_>, _>>()?
@@ -74,13 +74,13 @@ fn fault(
     directory: &Path,
     expected: &FileDigest,
     progress: &(dyn Fn(u64) + Sync),
-) -> Result<Option<Fault>, SimError> {
+) -> Result<Option<DigestMismatch>, SimError> {
     let path = directory.join(&expected.name);
     if !path.exists() {
-        return Ok(Some(Fault { path, kind: FaultKind::Missing }));
+        return Ok(Some(DigestMismatch { path, kind: MismatchKind::Missing }));
     }
     let actual = FileDigest::compute(directory, &expected.name, progress)?;
-    Ok((actual != *expected).then_some(Fault { path, kind: FaultKind::Changed }))
+    Ok((actual != *expected).then_some(DigestMismatch { path, kind: MismatchKind::Changed }))
 }
 
 /// Total size of the files that exist.

@@ -45,7 +45,7 @@ impl TensorView<'_> {
             },
             Self::LowPrecision(image) => SrcView {
                 pixels: image.first(),
-                element_type: ElementType::of(image.element_type()),
+                element_type: ElementType::from_low_precision(image.element_type()),
                 row_pitch: image.row_pitch() * LANES,
                 block_pitch: image.block_pitch() * LANES,
                 dequantization: match image.element_type() {
@@ -80,7 +80,7 @@ impl TensorViewMut<'_> {
             },
             Self::LowPrecision(image) => DstView {
                 pixels: image.first_mut(),
-                element_type: ElementType::of(image.element_type()),
+                element_type: ElementType::from_low_precision(image.element_type()),
                 row_pitch: image.row_pitch() * LANES,
                 block_pitch: image.block_pitch() * LANES,
                 quantization: match image.element_type() {
@@ -103,7 +103,7 @@ pub(super) enum ElementType {
 }
 
 impl ElementType {
-    fn of(low_precision: LowPrecisionType) -> Self {
+    fn from_low_precision(low_precision: LowPrecisionType) -> Self {
         match low_precision {
             LowPrecisionType::Bf16 => Self::Bf16,
             LowPrecisionType::Uint8(_) => Self::Uint8,

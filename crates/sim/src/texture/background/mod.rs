@@ -21,7 +21,7 @@ const SIZE: (usize, usize) = (480, 360);
 
 /// Kind of procedural image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum BackgroundKind {
     /// Walls, a window, furniture.
     Room,
     /// Book spines on shelves.
@@ -38,7 +38,7 @@ pub enum Kind {
     Clouds,
 }
 
-impl Kind {
+impl BackgroundKind {
     /// All kinds, in the order in which a pool goes through them.
     pub const ALL: [Self; 7] = [
         Self::Room,
@@ -54,21 +54,21 @@ impl Kind {
 /// Paints image `index` of the pool of `seed`; neighbours in the pool differ in kind.
 pub fn paint_background(seed: u64, index: usize) -> Texture {
     paint(
-        Kind::ALL[index % Kind::ALL.len()],
+        BackgroundKind::ALL[index % BackgroundKind::ALL.len()],
         &mut CounterRng::new(seed, "background", index as u64),
     )
 }
 
 /// Paints one image of a kind.
-fn paint(kind: Kind, rng: &mut CounterRng) -> Texture {
+fn paint(kind: BackgroundKind, rng: &mut CounterRng) -> Texture {
     let mut canvas = match kind {
-        Kind::Room => room::paint(SIZE, rng),
-        Kind::Shelves => shelves::paint(SIZE, rng),
-        Kind::Bricks => bricks::paint(SIZE, rng),
-        Kind::Foliage => foliage::paint(SIZE, rng),
-        Kind::Text => text::paint(SIZE, rng),
-        Kind::Stripes => stripes::paint(SIZE, rng),
-        Kind::Clouds => clouds::paint(SIZE, rng),
+        BackgroundKind::Room => room::paint(SIZE, rng),
+        BackgroundKind::Shelves => shelves::paint(SIZE, rng),
+        BackgroundKind::Bricks => bricks::paint(SIZE, rng),
+        BackgroundKind::Foliage => foliage::paint(SIZE, rng),
+        BackgroundKind::Text => text::paint(SIZE, rng),
+        BackgroundKind::Stripes => stripes::paint(SIZE, rng),
+        BackgroundKind::Clouds => clouds::paint(SIZE, rng),
     };
     // Uneven light and a little grain.
     canvas.modulate(&fractal_noise(SIZE, (2, 2), 3, 0.5, rng), 0.35);
@@ -85,7 +85,7 @@ mod tests {
 
     #[test]
     fn every_kind_has_edges_that_a_hand_crossing_them_shows() {
-        for (index, kind) in Kind::ALL.into_iter().enumerate() {
+        for (index, kind) in BackgroundKind::ALL.into_iter().enumerate() {
             let image = paint_background(5, index);
             let (mut strong, mut count) = (0, 0);
             let (width, height) = (image.width() as f32, image.height() as f32);
@@ -108,6 +108,6 @@ mod tests {
     fn seeds_and_indices_in_the_pool_change_the_image() {
         assert_eq!(paint_background(1, 2), paint_background(1, 2));
         assert_ne!(paint_background(1, 2), paint_background(2, 2));
-        assert_ne!(paint_background(1, 2), paint_background(1, 2 + Kind::ALL.len()));
+        assert_ne!(paint_background(1, 2), paint_background(1, 2 + BackgroundKind::ALL.len()));
     }
 }
