@@ -9,8 +9,8 @@ use crate::{CleanError, Mask};
 /// Events in, fewer or displaced events out. One instance is one recording.
 ///
 /// A cleaner never makes events, keeps their order, and how a recording is cut into batches does
-/// not matter. Batches are in time order and of the sensor it was made for: [`CleanerChain`](crate::Chain)
-/// sees to it.
+/// not matter. Batches are in time order and of the sensor it was made for:
+/// [`CleanerChain`](crate::CleanerChain) sees to it.
 pub trait Cleaner: Debug + Send {
     /// Takes a batch and leaves what is kept of it, and of earlier ones that were held back.
     fn clean(&mut self, events: &mut EventStream);

@@ -1,4 +1,4 @@
-//! Removes the pixels that are hot in the recording itself: see [`PixelActivity`] for when they are.
+//! Removes the pixels that are hot in the recording itself: [`PixelActivity`] says when.
 
 use evpose_core::{EventStream, SensorSize};
 
