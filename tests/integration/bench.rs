@@ -84,10 +84,10 @@ fn every_network_is_timed_on_every_number_of_threads() {
     for case in cases {
         let ms = |name: &str| case[name].as_f64().unwrap();
         assert!(0.0 < ms("min_ms") && ms("min_ms") <= ms("p50_ms") && ms("p50_ms") <= ms("p99_ms"));
-        // By the figures themselves: products of all layers in the median time.
+        // By the figures themselves: MACs of all layers in the median time.
         let layers = case["layers"].as_array().unwrap();
-        let products_m: f64 = layers.iter().map(|l| l["products_m"].as_f64().unwrap()).sum();
-        let gflop_per_s = 2.0 * products_m / 1e3 / (ms("p50_ms") / 1e3);
+        let macs_m: f64 = layers.iter().map(|l| l["macs_m"].as_f64().unwrap()).sum();
+        let gflop_per_s = 2.0 * macs_m / 1e3 / (ms("p50_ms") / 1e3);
         assert!((ms("gflop_per_s") / gflop_per_s - 1.0).abs() < 1e-9, "{case}");
     }
 }
