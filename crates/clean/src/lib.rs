@@ -12,7 +12,7 @@
 //!   [`symmetry`]: checks against reference events of the same scene.
 //!
 //! ```
-//! use evpose_clean::{Chain, CleanRequest};
+//! use evpose_clean::{CleanerChain, CleanRequest};
 //! use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
 //!
 //! let sensor = SensorSize { width: 8, height: 6 };
@@ -21,7 +21,7 @@
 //! let recording = (0..1_000).map(|k| event(k, 5)).chain([event(1_000, 2)]);
 //! let mut events = EventStream::from_events(sensor, recording)?;
 //!
-//! let mut chain = Chain::new(sensor, &["hot:count=500".parse::<CleanRequest>()?])?;
+//! let mut chain = CleanerChain::new(sensor, &["hot:count=500".parse::<CleanRequest>()?])?;
 //! chain.survey(&events)?;
 //! chain.end_survey()?;
 //! chain.clean(&mut events)?;

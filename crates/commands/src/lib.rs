@@ -18,7 +18,7 @@
 //! let model = evpose_commands::open(shipped.as_ref(), &device)?;
 //! assert_eq!(model.task(), "body");
 //! let [channels, height, width] = model.input_shape();
-//! assert_eq!((channels, height), (1, width));
+//! assert_eq!([channels, height, width], [3, 128, 128]);
 //! # Ok(())
 //! # }
 //! ```

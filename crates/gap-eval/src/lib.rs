@@ -17,7 +17,7 @@
 //!
 //! ```
 //! use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
-//! use evpose_gap_eval::{Verdict, evaluate};
+//! use evpose_gap_eval::{EvaluationVerdict, evaluate};
 //!
 //! let at = |step: i64| {
 //!     let event = |k| Event { t: Micros(k * step), x: 1, y: 1, polarity: Polarity::On };
@@ -25,7 +25,7 @@
 //! };
 //! let (measured, slow) = (at(1_000)?, at(3_000)?);
 //! let evaluation = evaluate(&measured, &[slow.clone(), slow], &[at(1_000)?, at(1_000)?], None)?;
-//! assert_eq!(evaluation.verdict, Verdict::Closer);
+//! assert_eq!(evaluation.verdict, EvaluationVerdict::Closer);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 

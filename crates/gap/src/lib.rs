@@ -15,7 +15,7 @@
 //! use evpose_core::Plane;
 //! use evpose_gap::Scene;
 //! use evpose_gap::verdict::Answer;
-//! use evpose_gap::workflow::{Case, HeldOut, Inputs, Prepared, prepared};
+//! use evpose_gap::workflow::{ComparisonCase, HeldOut, Inputs, Prepared, prepared};
 //! use evpose_sensor::{EffectConfig, SensorConfig};
 //!
 //! // Bars that move over 24 x 16 pixels for half a second.
@@ -31,7 +31,7 @@
 //! camera.effects.push(EffectConfig::new("leak_on").with("rate_hz", 3.0));
 //!
 //! let inputs = Inputs {
-//!     train: Case::new(&scene.events(&camera, 11)?, scene.clone())?,
+//!     train: ComparisonCase::new(&scene.events(&camera, 11)?, scene.clone())?,
 //!     held_out: HeldOut::Later,
 //!     model: SensorConfig::default(),
 //!     nominal: None,

@@ -13,18 +13,18 @@
 //! A chart in a page:
 //!
 //! ```
-//! use evpose_report::chart::{self, Axis, Chart, Series};
+//! use evpose_report::chart::{self, ChartAxis, Chart, Series};
 //! use evpose_report::colour::palette;
-//! use evpose_report::html::Page;
+//! use evpose_report::html::HtmlPage;
 //!
 //! let rate = Series::line("ON events", palette(0), vec![(0.0, 1.2), (0.5, 3.4), (1.0, 2.1)]);
 //! let svg = chart::curves(&Chart {
 //!     title: "Event rate".to_owned(),
-//!     x: Axis::new("time in s"),
-//!     y: Axis::new("M events / s").from_zero(),
+//!     x: ChartAxis::new("time in s"),
+//!     y: ChartAxis::new("M events / s").from_zero(),
 //!     series: vec![rate],
 //! })?;
-//! let mut page = Page::new("A recording", "Rates of its events.");
+//! let mut page = HtmlPage::new("A recording", "Rates of its events.");
 //! page.plots(&[svg]);
 //! assert!(page.finish().contains("Event rate"));
 //! # Ok::<(), evpose_report::drawing::DrawingError>(())

@@ -76,7 +76,7 @@ impl RepresentationSpec {
 
 /// A representation and the values of its parameters.
 ///
-/// Displayed as what [`representation_by_name`] takes, with every parameter.
+/// Displayed as what [`representation_by_name`](crate::representation_by_name) takes, with every parameter.
 #[derive(Debug, Clone, Copy)]
 pub struct RepresentationChoice {
     spec: &'static RepresentationSpec,

@@ -45,7 +45,7 @@ pub(super) fn changed_parameters(
     ModelParameter::ALL.iter().filter(is_changed).copied().collect()
 }
 
-/// Fraction of the gap above [`CLOSED`] that the second model closes; of the discrepancy, where the
+/// Fraction of the gap above `CLOSED` that the second model closes; of the discrepancy, where the
 /// first has no such gap.
 pub fn gap_closed(before: &ModelScore, after: &ModelScore) -> f64 {
     let excess = |gap: f64| (gap - CLOSED).max(0.0);

@@ -12,7 +12,7 @@ pub type Open = fn(Input, &OpenOptions) -> Result<Box<dyn EventSource>, IoError>
 /// Begins a file of events of a sensor.
 pub type Create = fn(&Path, SensorSize) -> Result<Box<dyn EventSink>, IoError>;
 
-/// A file format: one module of this crate, one line of [`FORMATS`].
+/// A file format: one module of this crate, one line of [`FORMATS`](crate::FORMATS).
 #[derive(Debug, Clone, Copy)]
 pub struct Format {
     /// Name on the command line and in reports.

@@ -10,7 +10,7 @@ use super::light::{Square, add_noise, blank, relight};
 use evpose_task::body::BodyAugmentation;
 use evpose_task::body::{Interpolation, sample};
 
-/// An augmentation of one image and its label: drawn by [`BodyAugmentation::draw`], or
+/// An augmentation of one image and its label: drawn at random by [`BodyAugmentation`], or
 /// [`plain`](Self::plain).
 #[derive(Debug, Clone)]
 pub struct BodyView {
