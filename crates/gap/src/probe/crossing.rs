@@ -28,7 +28,7 @@ impl StatisticProbe for Crossing {
     fn entries(&self) -> Vec<Entry> {
         let mut entries = Vec::new();
         let mut add = |block, name: String| {
-            entries.push(Entry { block, name, kind: StatisticKind::Count(0.0) })
+            entries.push(Entry { block, name, kind: StatisticKind::Count(0.0) });
         };
         for i in 0..BY_SPEED {
             let (is_on, speed, bright) = (i % 2, i / 2 % Cell::SPEEDS, i / 2 / Cell::SPEEDS);
