@@ -47,6 +47,9 @@ pub enum TaskError {
     /// Networks and weight files.
     #[error(transparent)]
     Network(#[from] evpose_nn::NnError),
+    /// A stage of a stream.
+    #[error(transparent)]
+    Stream(#[from] evpose_pose::stream::StreamError),
     /// A network that predicts values that are not finite.
     #[error("the network predicted {value}: the checkpoint is damaged or diverged")]
     NotFinite {

@@ -9,7 +9,7 @@ use evpose_io::yarp::{CoordinateFormat, YarpSkeleton, write_skeletons};
 use evpose_pose::body::{file_from_network, torso};
 use evpose_pose::metric::body::BodyPrediction;
 use evpose_task::body::{
-    BodyCheckpoint, BodyPredictor, BodyPredictorOptions, PropagationConfig, RepresentationReader,
+    BodyCheckpoint, BodyPredictor, BodyPredictorOptions, BodyRecordingStream, PropagationConfig,
 };
 use evpose_train::body::propagated_poses;
 
@@ -30,11 +30,11 @@ pub(super) fn run(model: &BodyModel, args: &InferArgs) -> Result<()> {
         threads: rayon::current_num_threads(),
         confidence: args.confidence,
     };
-    let mut predictor = model.predictor(options)?;
-    let image = &checkpoint.config.image;
-    let mut reader = RepresentationReader::open(&args.events, image)?;
-    let Some(start) = reader.start() else { bail!("{}: no events", args.events.display()) };
-    let end = reader.end()?;
+    let predictor = model.predictor(options)?;
+    let mut recording =
+        BodyRecordingStream::open(&args.events, checkpoint, None, predictor.another())?;
+    let Some(start) = recording.start() else { bail!("{}: no events", args.events.display()) };
+    let end = recording.end()?;
     let stride_ms = args.stride_ms.unwrap_or(checkpoint.config.evaluation.every_ms);
     let step = Micros(1_000 * i64::from(stride_ms.max(1)));
     let mut writer = PredictionWriter::create(&args.out, DelayUnit::Seconds, Undetected::MinusOne)?;
@@ -42,7 +42,7 @@ pub(super) fn run(model: &BodyModel, args: &InferArgs) -> Result<()> {
     let progress = bar("inferring", (end - start).0 as u64 / 1_000, "ms");
     let (mut t, mut count, mut delay_s) = (start + step, 0u64, 0.0);
     while t <= end {
-        let prediction = predictor.predict(t.as_seconds(), &reader.at(t, |_| {})?);
+        let prediction = recording.predict(t)?;
         writer.write(&prediction)?;
         skeletons.extend(args.skeletons.is_some().then(|| skeleton(&prediction)));
         (count, delay_s) = (count + 1, delay_s + prediction.delay_s);
@@ -61,7 +61,7 @@ pub(super) fn run(model: &BodyModel, args: &InferArgs) -> Result<()> {
         say(format!("skeletons: {}", folder.display()));
     }
     if let Some(path) = &args.fused {
-        write_propagated(path, &args.events, checkpoint, &mut predictor, stride_ms)?;
+        write_propagated(path, &args.events, checkpoint, predictor, stride_ms)?;
     }
     Ok(())
 }
@@ -71,18 +71,18 @@ fn write_propagated(
     path: &Path,
     events: &Path,
     checkpoint: &BodyCheckpoint,
-    predictor: &mut BodyPredictor,
+    predictor: BodyPredictor,
     stride_ms: u32,
 ) -> Result<()> {
-    let mut reader = RepresentationReader::open(events, &checkpoint.config.image)?;
-    let Some(start) = reader.start() else { bail!("{}: no events", events.display()) };
-    let end = reader.end()?;
     let config = PropagationConfig {
         network_hz: 1e3 / f64::from(stride_ms.max(1)),
         latency_ms: 0.0,
         ..PropagationConfig::default()
     };
-    let poses = propagated_poses(&mut reader, predictor, &config, (start, end))?;
+    let mut recording = BodyRecordingStream::open(events, checkpoint, Some(&config), predictor)?;
+    let Some(start) = recording.start() else { bail!("{}: no events", events.display()) };
+    let end = recording.end()?;
+    let poses = propagated_poses(&mut recording, &config, (start, end))?;
     let mut writer = PredictionWriter::create(path, DelayUnit::Seconds, Undetected::MinusOne)?;
     for pose in &poses {
         writer.write(&BodyPrediction {

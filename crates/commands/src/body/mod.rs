@@ -213,7 +213,7 @@ impl PoseModel for BodyModel {
             ..BodyPredictorOptions::default()
         })?;
         let propagation = PropagationConfig::default();
-        let stream = body_stream(&self.checkpoint, sensor, &propagation, predictor)?;
+        let stream = body_stream(&self.checkpoint, sensor, Some(&propagation), predictor)?;
         Ok(Box::new(TaskStream {
             stream,
             propagate_hz: PROPAGATE_HZ,

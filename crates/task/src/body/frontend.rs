@@ -51,7 +51,8 @@ impl Blur {
     }
 }
 
-/// The stream of a network of bodies, for events of `sensor`.
+/// The stream of a network of bodies, for events of `sensor`. Without `propagation`, a pose stands
+/// until the next one.
 ///
 /// # Errors
 /// If the representation is not known, the network cannot be compiled, or a setting is out of
@@ -59,16 +60,20 @@ impl Blur {
 pub fn body_stream(
     checkpoint: &BodyCheckpoint,
     sensor: SensorSize,
-    propagation: &PropagationConfig,
+    propagation: Option<&PropagationConfig>,
     predictor: BodyPredictor,
 ) -> Result<PoseStream<BodyFrontend, BodyWorker>, TaskError> {
     let image = &checkpoint.config.image;
-    let PropagationConfig { velocity, fusion, min_samples, .. } = propagation;
+    let follower = propagation
+        .map(|PropagationConfig { velocity, fusion, min_samples, .. }| {
+            BodyFollower::new(sensor, *velocity, fusion, *min_samples)
+        })
+        .transpose()?;
     let frontend = BodyFrontend {
         sensor,
         representation: start_representation(image, sensor)?,
-        follower: BodyFollower::new(sensor, *velocity, fusion, *min_samples)?,
-        scores: None,
+        follower,
+        last_detection: None,
     };
     Ok(PoseStream::new(frontend, BodyWorker { predictor, blur: Blur::new(image.blur) }))
 }
@@ -78,9 +83,9 @@ pub fn body_stream(
 pub struct BodyFrontend {
     sensor: SensorSize,
     representation: Box<dyn Representation>,
-    follower: BodyFollower,
-    /// Scores of the last output.
-    scores: Option<[f32; BODY_JOINTS]>,
+    /// None if poses are not propagated.
+    follower: Option<BodyFollower>,
+    last_detection: Option<ScoredPoints>,
 }
 
 impl StreamFrontend for BodyFrontend {
@@ -90,7 +95,9 @@ impl StreamFrontend for BodyFrontend {
 
     fn push(&mut self, events: &EventStream) -> Result<(), StreamError> {
         self.representation.push(events);
-        self.follower.push(events);
+        if let Some(follower) = &mut self.follower {
+            follower.push(events);
+        }
         Ok(())
     }
 
@@ -109,10 +116,12 @@ impl StreamFrontend for BodyFrontend {
         now: Micros,
     ) -> Vec<(Micros, Self::Pose)> {
         let detection = ScoredPoints::in_image(&joints, self.sensor);
-        self.follower.detection(t, &detection, now);
-        let ScoredPoints { points, scores } = detection;
-        self.scores = Some(scores);
-        vec![(t, (points, scores))]
+        if let Some(follower) = &mut self.follower {
+            follower.detection(t, &detection, now);
+        }
+        let pose = (detection.points, detection.scores);
+        self.last_detection = Some(detection);
+        vec![(t, pose)]
     }
 
     fn estimate(&self, &(joints_px, scores): &Self::Pose) -> PoseEstimate {
@@ -120,14 +129,17 @@ impl StreamFrontend for BodyFrontend {
     }
 
     fn propagate(&mut self, t: Micros) -> Option<PoseEstimate> {
-        let scores = self.scores?;
-        Some(PoseEstimate::Body { joints_px: self.follower.at(t), scores })
+        let ScoredPoints { points, scores } = *self.last_detection.as_ref()?;
+        let joints_px = self.follower.as_mut().map_or(points, |follower| follower.at(t));
+        Some(PoseEstimate::Body { joints_px, scores })
     }
 
     fn reset(&mut self) {
         self.representation.reset();
-        self.follower.reset();
-        self.scores = None;
+        if let Some(follower) = &mut self.follower {
+            follower.reset();
+        }
+        self.last_detection = None;
     }
 }
 

@@ -7,6 +7,7 @@ mod frontend;
 mod predictor;
 mod propagation;
 mod reader;
+mod recording_stream;
 mod resample;
 mod schedule;
 
@@ -20,5 +21,6 @@ pub use frontend::{BodyFrontend, BodyWorker, body_stream};
 pub use predictor::{BodyPredictor, BodyPredictorOptions, joints_in_pixels};
 pub use propagation::PropagationConfig;
 pub use reader::RepresentationReader;
+pub use recording_stream::BodyRecordingStream;
 pub use resample::{Interpolation, resize_grey, sample};
 pub use schedule::{EarlyStop, Schedule, ScheduledRate};

@@ -72,25 +72,6 @@ impl RepresentationReader {
         t: Micros,
         observe: impl FnOnce(&EventStream),
     ) -> Result<Plane<u8>, TaskError> {
-        self.go_to(t, observe)?;
-        Ok(self.image())
-    }
-
-    /// As [`Self::at`], but the image only if it is wanted.
-    ///
-    /// # Errors
-    /// As there.
-    pub fn at_if(
-        &mut self,
-        t: Micros,
-        is_wanted: bool,
-        observe: impl FnOnce(&EventStream),
-    ) -> Result<Option<Plane<u8>>, TaskError> {
-        self.go_to(t, observe)?;
-        Ok(is_wanted.then(|| self.image()))
-    }
-
-    fn go_to(&mut self, t: Micros, observe: impl FnOnce(&EventStream)) -> Result<(), TaskError> {
         let begin = self.read_to.or(self.windows.start()).unwrap_or(t);
         let end = t + Micros(1);
         if begin < end {
@@ -100,12 +81,8 @@ impl RepresentationReader {
             self.representation.push(&self.events);
         }
         self.representation.advance(t);
-        Ok(())
-    }
-
-    fn image(&mut self) -> Plane<u8> {
         let mut image = Plane::for_sensor(self.sensor(), 0);
         self.representation.render_u8(image.data_mut());
-        self.blur.apply(&image).clone()
+        Ok(self.blur.apply(&image).clone())
     }
 }

@@ -15,8 +15,7 @@ use super::frames::{BodyFrame, BodyFrames, label_of};
 use super::recordings::BodyRecordings;
 use crate::TrainError;
 use evpose_task::body::BodyCheckpoint;
-use evpose_task::body::BodyPredictor;
-use evpose_task::body::RepresentationReader;
+use evpose_task::body::{BodyPredictor, BodyRecordingStream, RepresentationReader};
 
 /// Ground truth, predictions and scores of one recording.
 #[derive(Debug, Clone, PartialEq)]
@@ -65,19 +64,18 @@ pub fn evaluate_body(
     mean_pose: &BodyPoints,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<BodyResults, TrainError> {
-    let one = |predictor: &mut BodyPredictor, (events, poses): &(PathBuf, PathBuf)| {
+    let one = |(events, poses): &(PathBuf, PathBuf)| {
         let truth = ground_truth(&PoseTable::read(poses)?);
-        let mut reader = RepresentationReader::open(events, &checkpoint.config.image)?;
+        let mut stream = BodyRecordingStream::open(events, checkpoint, None, predictor.another())?;
         let first = Micros(1_000 * i64::from(checkpoint.config.data.first_ms));
         let end = Micros::from_seconds(truth.last().map_or(0.0, |last| last.t_s));
         let mut predictions = Vec::new();
         let mut t = first;
         while t <= end {
-            let image = reader.at(t, |_| {})?;
-            predictions.push(predictor.predict(t.as_seconds(), &image));
+            predictions.push(stream.predict(t)?);
             t = t + every;
         }
-        let sensor = reader.sensor();
+        let sensor = stream.sensor();
         let size_px = Vec2::new(f32::from(sensor.width), f32::from(sensor.height));
         let constant: Vec<BodyPrediction> = predictions
             .iter()
@@ -93,11 +91,7 @@ pub fn evaluate_body(
         progress(1);
         Ok(BodyRecordingResult { events: events.clone(), truth, predictions, network, mean_pose })
     };
-    let recordings = recordings
-        .files
-        .par_iter()
-        .map_init(|| predictor.another(), one)
-        .collect::<Result<_, TrainError>>()?;
+    let recordings = recordings.files.par_iter().map(one).collect::<Result<_, TrainError>>()?;
     Ok(BodyResults { recordings })
 }
 

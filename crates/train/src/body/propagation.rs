@@ -6,21 +6,22 @@
 //! propagation events since then move each joint on. Both are compared with the ground truth at the
 //! same instants.
 
+use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 
-use evpose_core::{EventStream, Micros};
-use evpose_pose::body::fusion::ScoredPoints;
-use evpose_pose::body::{BODY_JOINTS, BodyFollower, BodyPoints};
+use evpose_core::Micros;
+use evpose_pose::PoseEstimate;
+use evpose_pose::body::{BODY_JOINTS, BodyPoints};
 use evpose_pose::metric::body::{BodyEvaluation, BodyPrediction, BodyProtocol, BodySequence};
+use evpose_pose::stream::{InferenceWorker, PoseStream, StreamFrontend};
 use evpose_sim::person::PoseTable;
 use rayon::prelude::*;
 
 use super::evaluation::ground_truth;
 use super::recordings::BodyRecordings;
 use crate::TrainError;
-use evpose_task::body::BodyCheckpoint;
-use evpose_task::body::BodyPredictor;
-use evpose_task::body::{PropagationConfig, RepresentationReader};
+use evpose_task::TaskError;
+use evpose_task::body::{BodyCheckpoint, BodyPredictor, BodyRecordingStream, PropagationConfig};
 
 /// The pose at one instant, without and with propagation.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,28 +39,26 @@ pub struct PropagatedPose {
 /// # Errors
 /// If the recording cannot be read, or the settings are out of their range.
 pub fn propagated_poses(
-    reader: &mut RepresentationReader,
-    predictor: &mut BodyPredictor,
+    recording: &mut BodyRecordingStream,
     config: &PropagationConfig,
     (first, end): (Micros, Micros),
 ) -> Result<Vec<PropagatedPose>, TrainError> {
-    let sensor = reader.sensor();
-    let PropagationConfig { velocity, fusion, min_samples, .. } = config;
-    let mut follower = BodyFollower::new(sensor, *velocity, fusion, *min_samples)?;
     let micros = |seconds: f64| Micros((seconds * 1e6).round() as i64);
     let (step, period) = (micros(1.0 / config.output_hz), micros(1.0 / config.network_hz));
     let latency = micros(1e-3 * config.latency_ms);
     let (mut last_detection, mut next_inference) = ([None; BODY_JOINTS], first);
-    // Detections that are computed but, with the latency, not yet known.
-    let mut pending: Vec<(Micros, ScoredPoints)> = Vec::new();
+    // Inputs whose output is computed but, with the latency, not yet known.
+    let mut pending = VecDeque::new();
     let mut poses = Vec::new();
     let mut t = first;
     while t <= end {
-        let image =
-            reader.at_if(t, t >= next_inference, |events: &EventStream| follower.push(events))?;
-        if let Some(image) = image {
-            let joints = predictor.joints(&image);
-            pending.push((t, ScoredPoints::in_image(&joints, sensor)));
+        recording.advance(t)?;
+        let PoseStream { frontend, worker, .. } = recording.stream();
+        if t >= next_inference {
+            if let Some(input) = frontend.input(t, None) {
+                let joints = worker.infer(&input).map_err(TaskError::Stream)?;
+                pending.push_back((t, input, joints));
+            }
             next_inference = next_inference + period;
             // A network that is faster than the output runs once per output, and accumulates no
             // debt.
@@ -67,13 +66,17 @@ pub fn propagated_poses(
                 next_inference = t + period;
             }
         }
-        while let Some((stamp, _)) = pending.first().filter(|(at, _)| *at + latency <= t) {
-            let stamp = *stamp;
-            let (_, pose) = pending.remove(0);
-            last_detection = pose.points;
-            follower.detection(stamp, &pose, t);
+        while let Some((stamp, input, joints)) =
+            pending.pop_front_if(|(stamp, ..)| *stamp + latency <= t)
+        {
+            for (_, (joints_px, _)) in frontend.accept(stamp, &input, joints, t) {
+                last_detection = joints_px;
+            }
         }
-        let propagated = follower.at(t);
+        let propagated = match frontend.propagate(t) {
+            Some(PoseEstimate::Body { joints_px, .. }) => joints_px,
+            _ => [None; BODY_JOINTS],
+        };
         poses.push(PropagatedPose { t_s: t.as_seconds(), last_detection, propagated });
         t = t + step;
     }
@@ -108,16 +111,13 @@ pub fn evaluate_propagation(
     config: &PropagationConfig,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<PropagationResults, TrainError> {
-    let one = |predictor: &mut BodyPredictor, (events, poses): &(PathBuf, PathBuf)| {
-        let scores = score_recording(checkpoint, predictor, events, poses, config);
+    let one = |(events, poses): &(PathBuf, PathBuf)| {
+        let scores = score_recording(checkpoint, predictor.another(), events, poses, config);
         progress(1);
         scores
     };
-    let scores: Vec<[BodySequence; 4]> = recordings
-        .files
-        .par_iter()
-        .map_init(|| predictor.another(), one)
-        .collect::<Result<_, TrainError>>()?;
+    let scores: Vec<[BodySequence; 4]> =
+        recordings.files.par_iter().map(one).collect::<Result<_, TrainError>>()?;
     let mut results = PropagationResults::default();
     for [last_detection, propagated, last_common, propagated_common] in scores {
         results.last_detection.sequences.push(last_detection);
@@ -130,16 +130,16 @@ pub fn evaluate_propagation(
 
 fn score_recording(
     checkpoint: &BodyCheckpoint,
-    predictor: &mut BodyPredictor,
+    predictor: BodyPredictor,
     events: &Path,
     poses: &Path,
     config: &PropagationConfig,
 ) -> Result<[BodySequence; 4], TrainError> {
     let truth = ground_truth(&PoseTable::read(poses)?);
-    let mut reader = RepresentationReader::open(events, &checkpoint.config.image)?;
+    let mut recording = BodyRecordingStream::open(events, checkpoint, Some(config), predictor)?;
     let first = Micros(1_000 * i64::from(checkpoint.config.data.first_ms));
     let end = Micros::from_seconds(truth.last().map_or(0.0, |last| last.t_s));
-    let poses = propagated_poses(&mut reader, predictor, config, (first, end))?;
+    let poses = propagated_poses(&mut recording, config, (first, end))?;
     let protocol = BodyProtocol { rate_hz: config.output_hz, ..BodyProtocol::default() };
     let sequence = |joints: fn(&PropagatedPose) -> BodyPoints| {
         let predictions: Vec<BodyPrediction> = poses

@@ -1,0 +1,93 @@
+//! A recording's events through the body's stream.
+
+use std::path::Path;
+use std::time::Instant;
+
+use evpose_core::{EventStream, Micros, SensorSize, TimeWindow};
+use evpose_io::{OpenOptions, Windows};
+use evpose_pose::metric::body::BodyPrediction;
+use evpose_pose::stream::{PoseStream, StreamFrontend};
+
+use super::checkpoint::BodyCheckpoint;
+use super::frontend::{BodyFrontend, BodyWorker, body_stream};
+use super::predictor::BodyPredictor;
+use super::propagation::PropagationConfig;
+use crate::TaskError;
+
+/// A recording, read forwards in time through the stream from events to poses.
+pub struct BodyRecordingStream {
+    windows: Windows,
+    stream: PoseStream<BodyFrontend, BodyWorker>,
+    events: EventStream,
+    read_to: Option<Micros>,
+}
+
+impl BodyRecordingStream {
+    /// Opens a recording. Joints are propagated only with `propagation`.
+    ///
+    /// # Errors
+    /// If the recording cannot be read, or the stream not be made for its sensor.
+    pub fn open(
+        path: &Path,
+        checkpoint: &BodyCheckpoint,
+        propagation: Option<&PropagationConfig>,
+        predictor: BodyPredictor,
+    ) -> Result<Self, TaskError> {
+        let windows = Windows::open(path, &OpenOptions::default())?;
+        let sensor = windows.sensor();
+        let stream = body_stream(checkpoint, sensor, propagation, predictor)?;
+        Ok(Self { windows, stream, events: EventStream::empty(sensor), read_to: None })
+    }
+
+    /// The sensor.
+    pub fn sensor(&self) -> SensorSize {
+        self.windows.sensor()
+    }
+
+    /// When the recording begins; none if it is empty.
+    pub fn start(&self) -> Option<Micros> {
+        self.windows.start()
+    }
+
+    /// When it ends.
+    ///
+    /// # Errors
+    /// If it cannot be read to its end.
+    pub fn end(&mut self) -> Result<Micros, TaskError> {
+        Ok(self.windows.end()?)
+    }
+
+    /// Pushes the events up to and including `t` into the stream. `t` is not before the last one.
+    ///
+    /// # Errors
+    /// If the recording cannot be read up to there.
+    pub fn advance(&mut self, t: Micros) -> Result<(), TaskError> {
+        let begin = self.read_to.or(self.windows.start()).unwrap_or(t);
+        let end = t + Micros(1);
+        if begin < end {
+            self.windows.read(TimeWindow { start: begin, end }, &mut self.events)?;
+            self.read_to = Some(end);
+            self.stream.frontend.push(&self.events)?;
+        }
+        Ok(())
+    }
+
+    /// The pose at `t`, which is not before the last one, and how long it took from the events to
+    /// the pose.
+    ///
+    /// # Errors
+    /// If the recording cannot be read up to there, or the network fails.
+    pub fn predict(&mut self, t: Micros) -> Result<BodyPrediction, TaskError> {
+        self.advance(t)?;
+        let begin = Instant::now();
+        let poses = self.stream.infer(t)?;
+        let delay_s = begin.elapsed().as_secs_f64();
+        let joints_px = poses.first().map(|(_, (joints_px, _))| *joints_px).unwrap_or_default();
+        Ok(BodyPrediction { t_s: t.as_seconds(), delay_s, joints_px })
+    }
+
+    /// The stream, at the last time it was advanced to: for schedules of the caller.
+    pub fn stream(&mut self) -> &mut PoseStream<BodyFrontend, BodyWorker> {
+        &mut self.stream
+    }
+}
