@@ -39,6 +39,11 @@ impl FreeParameter {
         trial.params.iter().map(|param| Self::Effect(name, param)).collect()
     }
 
+    /// Whether it is this parameter of the model.
+    pub(crate) fn is_model(&self, parameter: ModelParameter) -> bool {
+        matches!(self, Self::Model(own) if *own == parameter)
+    }
+
     /// Finds a parameter by the names of a finding and of its parameter in a verdict.
     pub fn by_name(finding: &str, parameter: &str) -> Option<Self> {
         if let Some(parameter) = ModelParameter::ALL.iter().find(|known| known.name() == finding) {

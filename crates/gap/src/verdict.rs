@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 /// Schema version of [`Verdict`].
-pub const SCHEMA: u32 = 1;
+pub const SCHEMA: u32 = 2;
 
 /// The answer of the workflow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -15,7 +15,9 @@ pub enum Answer {
     Parameter,
     /// Effects of the catalogue are missing.
     Effects,
-    /// An effect is missing that is not in the catalogue.
+    /// Effects of the catalogue or parameters explain a part of the gap; the rest is significant.
+    Partial,
+    /// There is a gap, of which no effect of the catalogue explains anything significant.
     NoneOfCatalogue,
     /// There is a gap, and the recording does not determine its cause.
     Undecided,
@@ -30,6 +32,7 @@ impl Answer {
             Self::Effects => 11,
             Self::NoneOfCatalogue => 12,
             Self::Undecided => 13,
+            Self::Partial => 14,
         }
     }
 }
@@ -73,6 +76,20 @@ pub struct Finding {
     pub probability: f64,
     /// Effects that this recording does not distinguish from it.
     pub confusable_with: Vec<String>,
+    /// What it explains; none where there is no gap to explain, without a scene.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub explained: Option<Explained>,
+}
+
+/// Fractions of the gap as given that an effect or a parameter explains, on held-out data.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Explained {
+    /// Alone, added to the model as given (add-one).
+    pub alone: f64,
+    /// Beside all others, dropped from the corrected model (drop-one).
+    pub beside_others: f64,
+    /// Probability of as much if the model without it were true, from replicates on this scene.
+    pub p: f64,
 }
 
 /// A gap with its 90 % interval; one is the gap of another run of the model.
@@ -89,15 +106,24 @@ pub struct GapValue {
     pub hi: f64,
 }
 
-/// The remaining disagreement of the corrected model.
+/// What the corrected model leaves unexplained.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Remaining {
-    /// Whether it is significant.
+pub struct Unexplained {
+    /// Fraction of the gap as given that is left on held-out data.
+    #[serde(deserialize_with = "or_unknown")]
+    pub fraction: f64,
+    /// Probability that a run of the corrected model deviates as much, from replicates.
+    #[serde(deserialize_with = "or_unknown")]
+    pub p: f64,
+    /// Whether it is significant, and beyond what two simulators of one sensor differ by.
     pub is_significant: bool,
     /// Domain of the signal chain whose effects explain most of it.
     pub nearest_stage: String,
     /// Location in image, time and light, as a sentence.
     pub sentence: String,
+    /// Fraction of what is left that each axis explains: brightness, speed, age, polarity, place,
+    /// time.
+    pub shares: std::collections::BTreeMap<String, f64>,
 }
 
 /// Location of the disagreement of measured and simulated events.
@@ -139,10 +165,10 @@ pub struct Verdict {
     pub schema: u32,
     /// The answer.
     pub verdict: Answer,
-    /// Missing effects and wrong parameters, effects first.
+    /// Missing effects and wrong parameters, those that explain most first.
     pub effects: Vec<Finding>,
-    /// Remaining disagreement.
-    pub remaining: Remaining,
+    /// What the corrected model leaves.
+    pub unexplained: Unexplained,
     /// Gap of the model as given, on held-out data.
     pub gap_before: GapValue,
     /// Gap of the corrected model, on held-out data.

@@ -1,123 +1,99 @@
-//! Decision rule: from discrepancies and gaps of the models of a search to an answer.
+//! Decisions of the search: whether an effect is worth its name, and the answer.
 //!
-//! # Constants
-//! Thresholds on gaps and explained fractions were set on development plans of the blind benchmark
-//! (`evpose gap bench`), whose simulator of the sensor is independent: two correct simulators of
-//! one ideal sensor differ by a gap of 0.02 to 0.3.
+//! Significance is decided by replicates of the models on the scene at hand
+//! ([`significance`](super::significance)). The constants of this file are all that decides beside
+//! it, and hold for all recordings; each says why it cannot come from the recording.
 
-use evpose_sensor::SensorConfig;
-
-use super::identification::{Identification, ModelScore};
-use crate::parameters::ModelParameter;
+use super::identification::ModelScore;
+use super::significance::{Difference, Unexplained};
 use crate::verdict::Answer;
 
-/// Largest gap that counts as closed: differences are within chance and tolerance.
-pub(super) const CLOSED: f64 = 0.36;
-/// Largest gap of a correct model as a rule; above it, a second effect is tried.
-pub(super) const LIKE_CHANCE: f64 = 0.3;
-/// Above this gap, a second effect need not close all of it.
-pub(super) const OPEN: f64 = 0.44;
-/// Above this gap, an effect of the sensor is certainly missing.
-pub(super) const WIDE: f64 = 0.9;
-/// Minimum fraction of the discrepancy that an answer explains while the gap is open: a relative of
-/// the true effect explains less.
-const MIN_EXPLAINED: f64 = 0.74;
-/// The same while the gap is wide.
-const MIN_EXPLAINED_WIDE: f64 = 0.8;
-/// Above this explained fraction, the rest of a gap that is not wide may come from the finite time
-/// steps of the simulation.
-const NEARLY_ALL: f64 = 0.9;
-/// Steps by which a parameter changes significantly, where it alone explains the gap and beside an
-/// added effect, which shifts parameters by a little.
-const CHANGED_STEPS: [f64; 2] = [0.8, 1.5];
+/// Gap within the tolerances of statistics: two simulators of one sensor, one of which is the
+/// "camera", differ by up to 0.3 in the edges of bins and the order of events.
+pub(super) const TOLERATED_GAP: f64 = 0.42;
+/// Level of significance of all candidates together.
+const LEVEL: f64 = 0.01;
+/// Minimum fraction of the gap as given that an effect explains beside the others. Less is
+/// significant in a recording of enough events, since no two simulators agree, but not a property
+/// of a camera that a user could act on.
+const MIN_FRACTION: f64 = 0.02;
+/// Minimum fraction of what is left without the effect that it explains: a model of a camera is
+/// never complete, and what it lacks is absorbed in part by effects that have nothing to do with
+/// it.
+const MIN_FRACTION_OF_REST: f64 = 0.12;
+/// Minimum decrease of the discrepancy: tolerances of statistics are not known to less.
+const MIN_GAIN: f64 = 25.0;
+/// Fraction of the gap left above which an explanation is partial.
+const PARTIAL: f64 = 0.2;
+/// Rivals that cannot be told from an effect, above which its name means nothing.
+const MAX_CONFUSABLE: usize = 2;
 
-/// Parameters that differ between two models by more than chance; `is_alone` if no effect was
-/// added.
-pub(super) fn changed_parameters(
-    from: &SensorConfig,
-    to: &SensorConfig,
-    is_alone: bool,
-) -> Vec<ModelParameter> {
-    let min_steps = if is_alone { CHANGED_STEPS[0] } else { CHANGED_STEPS[1] };
-    let is_changed = |parameter: &&ModelParameter| {
-        parameter.steps(parameter.value(from), parameter.value(to)).abs() >= min_steps
-    };
-    ModelParameter::ALL.iter().filter(is_changed).copied().collect()
+/// What an effect or a parameter explains on held-out data.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Worth {
+    /// Against the model without it.
+    pub(super) difference: Difference,
+    /// Discrepancy without it.
+    pub(super) without: f64,
+    /// Discrepancy of the model as given, beyond that of its own runs.
+    pub(super) excess: f64,
+    /// Number of candidates that it was chosen from.
+    pub(super) candidates: usize,
 }
 
-/// Fraction of the gap above `CLOSED` that the second model closes; of the discrepancy, where the
-/// first has no such gap.
+impl Worth {
+    /// Fraction of the gap as given that it explains.
+    pub(super) fn fraction(&self) -> f64 {
+        self.difference.gain / self.excess.max(1e-9)
+    }
+}
+
+/// Whether an effect explains enough to be named.
+pub(super) fn is_worth_a_name(worth: &Worth) -> bool {
+    let gain = worth.difference.gain;
+    gain >= MIN_GAIN
+        && gain >= MIN_FRACTION_OF_REST * worth.without
+        && worth.fraction() >= MIN_FRACTION
+        && worth.difference.is_significant(LEVEL, worth.candidates)
+}
+
+/// Whether a model is within the tolerances of statistics.
+pub fn is_within_tolerance(score: &ModelScore) -> bool {
+    score.gap <= TOLERATED_GAP
+}
+
+/// Fraction of the gap above the tolerances that the second model closes; of the discrepancy, where
+/// the first has no such gap.
 pub fn gap_closed(before: &ModelScore, after: &ModelScore) -> f64 {
-    let excess = |gap: f64| (gap - CLOSED).max(0.0);
+    let excess = |gap: f64| (gap - TOLERATED_GAP).max(0.0);
     if excess(before.gap) > 0.0 {
         1.0 - excess(after.gap) / excess(before.gap)
     } else {
-        explained_fraction(before, after)
+        1.0 - after.discrepancy / before.discrepancy.max(1e-9)
     }
 }
 
-/// Fraction of the discrepancy of a model that another one explains.
-pub(super) fn explained_fraction(before: &ModelScore, after: &ModelScore) -> f64 {
-    1.0 - after.discrepancy / before.discrepancy.max(1e-9)
+/// Fraction of the discrepancy of the model as given, beyond chance, that a model leaves.
+pub(super) fn fraction_left(before: &ModelScore, after: &ModelScore, left: &Unexplained) -> f64 {
+    let excess = (before.discrepancy - left.chance).max(1e-9);
+    ((after.discrepancy - left.chance) / excess).clamp(0.0, 1.0)
 }
 
-/// Whether the corrected model leaves too much of the discrepancy unexplained.
-pub(super) fn is_partial(result: &Identification) -> bool {
-    let min = if result.after.gap > WIDE { MIN_EXPLAINED_WIDE } else { MIN_EXPLAINED };
-    result.after.gap > CLOSED && explained_fraction(&result.before, &result.after) < min
-}
-
-/// Whether the rest of the gap may come from the finite time steps of the simulation.
-pub(super) fn is_nearly_closed(result: &Identification) -> bool {
-    let explained = explained_fraction(&result.before, &result.after);
-    (explained > NEARLY_ALL && result.after.gap < WIDE) || result.after.gap < OPEN
-}
-
-/// The answer, from changed parameters and added effects.
-pub(super) fn decide(result: &Identification) -> Answer {
-    let is_open = result.after.gap > CLOSED;
-    let is_wide = result.after.gap > WIDE;
-    match (result.added_effects.len(), result.changed_parameters.is_empty()) {
-        (0, true) if is_wide => Answer::NoneOfCatalogue,
-        (0, true) if is_open => Answer::Undecided,
-        (0, true) => Answer::NoGap,
-        _ if is_partial(result) => Answer::NoneOfCatalogue,
-        (0, false) => Answer::Parameter,
-        // Four effects that do equally well are no identification.
-        _ if result.added_effects.iter().any(|added| added.confusable.len() > 2) => {
-            Answer::Undecided
-        }
+/// The answer, from the numbers of rivals of each named effect and of changed parameters.
+pub(super) fn decide(
+    confusable: &[usize],
+    parameters: usize,
+    after: &ModelScore,
+    fraction_left: f64,
+) -> Answer {
+    let is_left = !is_within_tolerance(after) && fraction_left > PARTIAL;
+    match (confusable.len(), parameters) {
+        (0, 0) if is_within_tolerance(after) => Answer::NoGap,
+        (0, 0) => Answer::NoneOfCatalogue,
+        (0, _) if is_left => Answer::Partial,
+        (0, _) => Answer::Parameter,
+        _ if confusable.iter().all(|rivals| *rivals > MAX_CONFUSABLE) => Answer::Undecided,
+        _ if is_left => Answer::Partial,
         _ => Answer::Effects,
-    }
-}
-
-/// Whether the refitted parameters alone explain most of the discrepancy.
-pub(super) fn parameters_explain(result: &Identification) -> bool {
-    explained_fraction(&result.before, &result.refitted) > MIN_EXPLAINED
-        && result.refitted.gap < WIDE
-}
-
-/// Whether a model explains the recording without the parameter changes of the refit, which leaves
-/// the gap open: then it is as simple as the refit.
-pub(super) fn replaces_refit(result: &Identification, score: &ModelScore) -> bool {
-    let changed = |to: &SensorConfig| changed_parameters(&result.before.model, to, false);
-    result.refitted.gap > CLOSED
-        && !changed(&result.refitted.model).is_empty()
-        && changed(&score.model).is_empty()
-}
-
-/// Drops effects that explain only a part of what the refit leaves, if the refit explains most of
-/// the whole discrepancy.
-pub(super) fn drop_partial_effects(result: &mut Identification, model: &SensorConfig) {
-    let is_part = !result.added_effects.is_empty()
-        && result.after.gap > CLOSED
-        && explained_fraction(&result.refitted, &result.after) < MIN_EXPLAINED;
-    if is_part
-        && !replaces_refit(result, &result.after)
-        && parameters_explain(result)
-        && !changed_parameters(model, &result.refitted.model, true).is_empty()
-    {
-        result.added_effects.clear();
-        result.after = result.refitted.clone();
     }
 }

@@ -45,26 +45,29 @@ impl DirectEstimates {
         self.estimates.iter().find(|estimate| estimate.name == name)
     }
 
-    /// The readout that the time stamps prove, if `model` lacks one, as a trial.
-    pub(super) fn proven_readout(
+    /// The effects that the time stamps prove and that `model` lacks, as trials: a readout, and the
+    /// period of the clock.
+    pub(super) fn proven(
         &self,
         model: &SensorConfig,
         left_out: &[String],
-    ) -> Option<(&'static str, Trial)> {
-        let is_proven = |estimate: &&Estimate| estimate.consistent > PROVEN;
-        let name = self.estimates.iter().rev().find(is_proven)?.name;
+    ) -> Vec<(&'static str, Trial)> {
         let candidates = Candidate::missing_from(model, left_out);
-        let candidate = candidates.into_iter().find(|one| one.name() == name)?;
-        let (_, choices) = USUAL_CHOICES.iter().find(|(effect, _)| *effect == name)?;
-        let has_choices = |trial: &Trial| {
-            choices.iter().all(|(key, word)| {
-                trial.effect.params.get(*key) == Some(&evpose_sensor::Value::from(*word))
-            })
+        let is_proven = |estimate: &&Estimate| estimate.consistent > PROVEN;
+        let trial = |estimate: &Estimate| {
+            let name = estimate.name;
+            let candidate = candidates.iter().find(|one| one.name() == name)?;
+            let usual = USUAL_CHOICES.iter().find(|(effect, _)| *effect == name);
+            let has_choices = |trial: &Trial| {
+                usual.iter().flat_map(|(_, choices)| choices.iter()).all(|(key, word)| {
+                    trial.effect.params.get(*key) == Some(&evpose_sensor::Value::from(*word))
+                })
+            };
+            let mut plainest =
+                candidate.trials().into_iter().filter_map(|form| form.into_iter().next());
+            Some((name, self.applied(name, &plainest.rfind(has_choices)?)))
         };
-        let mut plainest =
-            candidate.trials().into_iter().filter_map(|form| form.into_iter().next());
-        let trial = plainest.rfind(has_choices)?;
-        Some((name, self.applied(name, &trial)))
+        self.estimates.iter().rev().filter(is_proven).filter_map(trial).collect()
     }
 
     /// The trial with its estimated parameters set. They are no longer fitted, except rough ones.

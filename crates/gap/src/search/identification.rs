@@ -61,6 +61,35 @@ pub struct Contender {
     pub held_out: ModelScore,
 }
 
+/// What an effect or a parameter explains, as fractions of the gap on held-out data.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct ExplainedFraction {
+    /// Alone, added to the model as given (add-one).
+    pub alone: f64,
+    /// Beside all others, dropped from the corrected model (drop-one).
+    pub beside_others: f64,
+    /// Probability of as much if the model without it were true, from replicates.
+    pub p: f64,
+}
+
+/// A parameter of the model that differs from its given value.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ChangedParameter {
+    /// The parameter.
+    pub parameter: ModelParameter,
+    /// What the change explains.
+    pub explained: ExplainedFraction,
+}
+
+/// What the corrected model leaves unexplained on held-out data.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Left {
+    /// Fraction of the gap as given.
+    pub fraction: f64,
+    /// Probability that a run of the corrected model deviates as much, from replicates.
+    pub p: f64,
+}
+
 /// An effect that was added to the model, and the contenders that it was selected from.
 #[derive(Debug, Clone)]
 pub struct AddedEffect {
@@ -68,8 +97,10 @@ pub struct AddedEffect {
     pub contenders: Vec<Contender>,
     /// Names of contenders that do as well as the best.
     pub confusable: Vec<&'static str>,
-    /// Discrepancy of the model without the effect.
+    /// Discrepancy of the model without the effect, the others fitted again.
     pub discrepancy_without: f64,
+    /// What it explains.
+    pub explained: ExplainedFraction,
 }
 
 impl AddedEffect {
@@ -88,10 +119,12 @@ pub struct Identification {
     pub before: ModelScore,
     /// Scores of the model with its own parameters refitted.
     pub refitted: ModelScore,
-    /// Effects in the order in which they were added.
+    /// Effects, those that explain most first.
     pub added_effects: Vec<AddedEffect>,
     /// Scores of the corrected model.
     pub after: ModelScore,
     /// Parameters of the model that differ significantly from the given ones.
-    pub changed_parameters: Vec<ModelParameter>,
+    pub changed_parameters: Vec<ChangedParameter>,
+    /// What the corrected model leaves.
+    pub left: Left,
 }

@@ -1,26 +1,28 @@
-//! The search as a whole: refit, forward selection, pairs, swap.
-//!
-//! The model's own parameters come first: a gap that refitting them closes is a wrong parameter.
-//! Effects are then added one after the other, fitted on training data and scored on held-out data,
-//! as long as each clearly improves the score. An effect is identified only where it explains most
-//! of the gap and no other does so as well.
+//! The search as a whole.
 
 use evpose_sensor::SensorConfig;
 
 use super::StageCallback;
-use super::decision::{
-    CLOSED, LIKE_CHANCE, changed_parameters, decide, drop_partial_effects, is_partial,
-};
+use super::decision::is_within_tolerance;
 use super::direct_estimates::DirectEstimates;
-use super::forward_step::{MIN_GAIN, accepted};
-use super::identification::{DataSplits, Identification, SCORE_RUNS};
+use super::elimination::{changed_parameters, eliminate};
+use super::explanation::{Explained, explain};
+use super::identification::{DataSplits, FittedCandidate, Identification, SCORE_RUNS};
+use super::proposals::Proposals;
 use super::refit::refit;
+use super::screening::ScreeningBase;
+use super::selection::{SelectedEffect, Selection};
+use super::significance::unexplained;
+use super::stepwise::Forward;
+use super::swap_move::swap;
 use crate::GapError;
-use crate::parameters::ModelParameter;
-use crate::verdict::Answer;
+use crate::fit::Fit;
+use crate::free_parameter::FreeParameter;
 
-/// Effects that are added at most. Recordings hardly ever constrain three effects at once.
-const MAX_EFFECTS: usize = 2;
+/// Effects that are added at most.
+const MAX_EFFECTS: usize = 10;
+/// Rounds of the joint fit of the final model.
+const FINAL_ROUNDS: usize = 4;
 
 impl DataSplits<'_> {
     /// Identifies the effects that `model` lacks; those of `left_out` are excluded from the search.
@@ -35,70 +37,89 @@ impl DataSplits<'_> {
     ) -> Result<Identification, GapError> {
         let before = self.score(model)?;
         let (_, gap_of_train) = self.train.score(model, SCORE_RUNS)?;
-        if before.gap.max(gap_of_train) <= CLOSED {
-            return Ok(Identification {
-                answer: Answer::NoGap,
-                refitted: before.clone(),
-                after: before.clone(),
-                added_effects: Vec::new(),
-                changed_parameters: Vec::new(),
-                before,
-            });
+        if is_within_tolerance(&before) && gap_of_train <= super::decision::TOLERATED_GAP {
+            return Identification::without_gap(self, before);
         }
-        progress("refitting the parameters of the model");
-        let fit = refit(&self.train, model, 1)?;
-        let mut refitted = self.score(&fit.model)?;
-        if refitted.discrepancy > before.discrepancy - MIN_GAIN {
-            refitted = before.clone();
-        }
-        let mut result = Identification {
-            answer: Answer::NoGap,
-            changed_parameters: Vec::new(),
-            after: refitted.clone(),
-            added_effects: Vec::new(),
-            before,
-            refitted,
-        };
         let estimates = DirectEstimates::from_events(&self.train.events);
-        let mut alone = Vec::new();
-        while result.added_effects.len() < MAX_EFFECTS && needs_effect(&result, model) {
-            progress("trying every effect of the catalogue");
-            let contenders = self.contenders(&result, model, &estimates, left_out)?;
-            if result.added_effects.is_empty() {
-                alone.clone_from(&contenders);
+        let mut selection = Selection::without_effects(self, model)?;
+        self.add_proven(&mut selection, &estimates, left_out)?;
+        progress("refitting the parameters of the model");
+        let fit = refit(&self.train, &selection.model, 1)?;
+        let refitted = self.score(&fit.model)?;
+        if refitted.discrepancy < selection.held_out.discrepancy {
+            selection.model = fit.model;
+            selection.train_discrepancy = fit.discrepancy;
+            selection.held_out = refitted;
+        }
+        let refitted = selection.held_out.clone();
+        progress("trying every effect of the catalogue");
+        let nuisance = FreeParameter::of_model();
+        let base = ScreeningBase::new(&self.screen, &estimates, &refitted.model, nuisance)?;
+        let proposals = Proposals::screen(&base, left_out)?;
+        let excess = before.discrepancy - unexplained(&self.held_out, model)?.chance;
+        let forward = Forward {
+            splits: self,
+            proposals: &proposals,
+            estimates: &estimates,
+            given: model,
+            excess,
+        };
+        while selection.effects.len() < MAX_EFFECTS && !is_within_tolerance(&selection.held_out) {
+            progress(&format!("adding an effect to: {}", names(&selection)));
+            if !forward.step(&mut selection)? {
+                break;
             }
-            let Some(added) = accepted(&result, contenders) else { break };
-            result.after = added.contenders[0].held_out.clone();
-            result.added_effects.push(added);
         }
-        if result.added_effects.len() == MAX_EFFECTS && is_partial(&result) {
-            self.refine_together(&mut result)?;
-        }
-        if is_partial(&result) {
-            progress("trying pairs of effects");
-            if let Some(pair) = self.pair(&result, &alone, model, &estimates, left_out)? {
-                result = pair;
+        progress(&format!("testing: {}", names(&selection)));
+        swap(self, &mut selection)?;
+        selection.refine(self, model)?;
+        selection.fit_together(self, FINAL_ROUNDS)?;
+        let tried = proposals.len();
+        let dropped = eliminate(self, &mut selection, excess, tried)?;
+        let parameters = changed_parameters(self, &mut selection, model, excess)?;
+        let (is_swapped, compared) = swap(self, &mut selection)?;
+        let dropped =
+            if is_swapped { eliminate(self, &mut selection, excess, tried)? } else { dropped };
+        let compared = if is_swapped { swap(self, &mut selection)?.1 } else { compared };
+        progress("what each effect explains");
+        explain(
+            self,
+            Explained { before, refitted, selection, dropped, compared, parameters, excess },
+        )
+    }
+
+    /// Adds what the time stamps prove, so that it hides nothing else.
+    fn add_proven(
+        &self,
+        selection: &mut Selection,
+        estimates: &DirectEstimates,
+        left_out: &[String],
+    ) -> Result<(), GapError> {
+        for (name, trial) in estimates.proven(&selection.model, left_out) {
+            let model = trial.added_to(&selection.model);
+            let held_out = self.score(&model)?;
+            // A wrong readout is worse than none, whatever the time stamps say.
+            if held_out.discrepancy >= selection.held_out.discrepancy {
+                continue;
             }
+            let discrepancy = self.train.discrepancy(&model, 1)?;
+            let fit = Fit { model: model.clone(), discrepancy };
+            let candidate = FittedCandidate { name, fit, trial };
+            selection.effects.push(SelectedEffect {
+                candidate,
+                rivals: Vec::new(),
+                is_proven: true,
+            });
+            selection.model = model;
+            selection.train_discrepancy = discrepancy;
+            selection.held_out = held_out;
         }
-        if !is_partial(&result) {
-            self.swap_first(&mut result)?;
-        }
-        drop_partial_effects(&mut result, model);
-        let is_refit = result.added_effects.is_empty();
-        result.changed_parameters = changed_parameters(model, &result.after.model, is_refit);
-        result.answer = decide(&result);
-        Ok(result)
+        Ok(())
     }
 }
 
-/// Whether the gap that is left calls for another effect.
-fn needs_effect(result: &Identification, model: &SensorConfig) -> bool {
-    if !result.added_effects.is_empty() {
-        return result.after.gap > LIKE_CHANCE;
-    }
-    // Where rates are free, a refit absorbs effects with noise of their own into the background.
-    let is_rate =
-        |p: &ModelParameter| matches!(p, ModelParameter::NoiseOn | ModelParameter::NoiseOff);
-    result.after.gap > CLOSED
-        || changed_parameters(model, &result.after.model, true).iter().any(is_rate)
+/// Names of the selected effects.
+fn names(selection: &Selection) -> String {
+    let names: Vec<&str> = selection.effects.iter().map(|effect| effect.candidate.name).collect();
+    if names.is_empty() { "the model".to_owned() } else { names.join(" + ") }
 }

@@ -1,37 +1,45 @@
-//! Identification of the effects that a sensor model lacks, by forward selection with validation.
+//! Identification of the effects that a sensor model lacks: stepwise selection with validation.
 //!
 //! # Algorithm
-//! 1. `refit`: the model's own parameters (thresholds, background rates, clock offset) are fitted from
-//!    several initial guesses (`initial_guess`). If that closes the gap, a parameter is wrong and
-//!    nothing is missing.
-//! 2. `forward_step`: every effect of the catalogue is screened at a grid of strengths on a short part
-//!    of the training data (`screening`); the best are fitted in full (`catalogue`), refined
-//!    (`refinement`), and scored on held-out data. The best one is added if it explains enough. At
-//!    most two effects are added.
-//! 3. `pairs`: if that leaves too much, candidates that may only help together are tried in pairs.
-//! 4. `swap_move`: with two effects, the first is tested again: dropped, and swapped for its rivals.
-//! 5. `decision`: from discrepancies and gaps to an [`Answer`](crate::verdict::Answer).
+//! 1. A readout that the time stamps prove is added first, so that it hides nothing
+//!    (`direct_estimates`).
+//! 2. `refit`: the model's own parameters (thresholds, background rates, clock offset) are fitted
+//!    from several initial guesses (`initial_guess`).
+//! 3. `screening`: every effect of the catalogue is simulated beside the refitted model at a grid of
+//!    strengths, on a short part of the training data.
+//! 4. `stepwise`: the best `proposals` beside the model so far are fitted (`candidate_fit`) and
+//!    scored on held-out data; the best is added if it is worth its name (`decision`), and all
+//!    parameters are fitted together. This repeats until none is.
+//! 5. `swap_move`: each effect is tested against its rivals beside the others.
+//! 6. `elimination`: effects and parameters that are not worth their names beside the others are
+//!    dropped.
+//! 7. `explanation`: what each explains alone and beside the others, and what is left.
 //!
-//! Parameters that a recording shows without a fit are estimated directly (`direct_estimates`).
+//! Whether a difference is significant is decided by replicates on the scene at hand
+//! (`significance`).
 
-mod catalogue;
+mod candidate_fit;
 mod decision;
 mod direct_estimates;
-mod event_distance;
-mod forward_step;
+mod elimination;
+mod explanation;
 mod identification;
 mod identify;
 mod initial_guess;
-mod pairs;
+mod proposals;
 mod recording_marks;
 mod refinement;
 mod refit;
 mod screening;
+mod selection;
+mod significance;
+mod stepwise;
 mod swap_move;
 
-pub use decision::gap_closed;
+pub use decision::{gap_closed, is_within_tolerance};
 pub use identification::{
-    AddedEffect, Contender, DataSplits, FittedCandidate, Identification, ModelScore,
+    AddedEffect, ChangedParameter, Contender, DataSplits, ExplainedFraction, FittedCandidate,
+    Identification, Left, ModelScore,
 };
 
 /// Receives a line of text at the beginning of each stage of the search.

@@ -71,6 +71,9 @@ fn flicker(events: &EventStream) -> Option<Estimate> {
     Some(Estimate::new(effect, "lamp_flicker", 0.0))
 }
 
+/// Time stamps whose common divisor is no accident.
+const MIN_STAMPS: usize = 200;
+
 /// Period of the time stamps: the greatest common divisor of their differences; none if that is a
 /// microsecond.
 fn tick(events: &EventStream) -> Option<Estimate> {
@@ -84,7 +87,9 @@ fn tick(events: &EventStream) -> Option<Estimate> {
     let tick = events.t().iter().fold(0, |tick, t| gcd(tick, t.0 - first));
     let name = "timestamp_quantisation";
     let effect = EffectConfig::new(name).with("period_us", tick as f64);
-    (tick > 1).then(|| Estimate::new(effect, name, 0.0))
+    // Few stamps have a common divisor by chance; of many, it is a fact.
+    let consistent = if events.len() >= MIN_STAMPS { 1.0 } else { 0.0 };
+    (tick > 1).then(|| Estimate::new(effect, name, consistent))
 }
 
 /// Events by which, and factor by which, a hot pixel exceeds the median of its neighbours.

@@ -3,7 +3,7 @@
 
 use evpose_sensor::{ParamSpec, STAGES, SensorConfig, Strength, Value};
 
-use super::identification::{DataSplits, FittedCandidate, Identification};
+use super::identification::FittedCandidate;
 use crate::fit::{Fit, descend};
 use crate::free_parameter::FreeParameter;
 use crate::parameters::{ModelParameter, with_given_parameters};
@@ -16,9 +16,8 @@ const MIN_LOSS: f64 = 8.0;
 const MIN_LOSS_FRACTION: f64 = 0.04;
 /// Offsets of the clock of fewer steps (a tenth of a millisecond each) are insignificant.
 const MIN_OFFSET_STEPS: f64 = 0.6;
-/// Gauss-Newton rounds of a fit of one candidate, and of all effects together.
+/// Gauss-Newton rounds of a fit of one candidate.
 const ROUNDS: usize = 3;
-const ROUNDS_TOGETHER: usize = 4;
 
 impl FittedCandidate {
     /// Adds each parameter of the effect that the trial lacks, if the fit improves with it: the
@@ -156,25 +155,4 @@ pub(super) fn reset_insignificant(
         }
     }
     Ok(significant)
-}
-
-impl DataSplits<'_> {
-    /// Fits the parameters of the model and of all added effects together, because the first effect
-    /// was fitted without the second. The fit is kept only if held-out data confirms it.
-    ///
-    /// # Errors
-    /// A model that cannot be built or shown the scene.
-    pub(super) fn refine_together(&self, result: &mut Identification) -> Result<(), GapError> {
-        let mut free = FreeParameter::of_model();
-        let trials = result.added_effects.iter().map(|added| &added.contenders[0].candidate.trial);
-        free.extend(trials.flat_map(FreeParameter::of_effect));
-        let Some(last) = result.added_effects.last_mut() else { return Ok(()) };
-        let fit = descend(&self.train, &result.after.model, &free, None, 1, ROUNDS_TOGETHER)?;
-        let held_out = self.score(&fit.model)?;
-        if held_out.discrepancy < result.after.discrepancy {
-            last.contenders[0].held_out = held_out.clone();
-            result.after = held_out;
-        }
-        Ok(())
-    }
 }

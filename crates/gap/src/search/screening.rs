@@ -1,10 +1,13 @@
 //! Screening: every candidate at a grid of strengths, on a short part of a recording.
 //!
 //! # Method
-//! Each trial is one simulation; the model's own parameters follow linearly, by the slopes around
-//! the base model. Passes: a coarse grid of strengths, the neighbours of the best strengths,
+//! Each trial is one simulation; the parameters that the base model has already follow linearly, by
+//! the slopes around it. What every strength changed in the summary is kept, for the proposals
+//! beside other models. Passes: a coarse grid of strengths, the neighbours of the best strengths,
 //! variants with more parameters, and other interpretations of parameters that were estimated
 //! directly.
+
+use std::sync::Arc;
 
 use evpose_sensor::{Domain, SensorConfig};
 use rayon::prelude::*;
@@ -16,15 +19,15 @@ use crate::fit::Slopes;
 use crate::free_parameter::FreeParameter;
 use crate::{GapError, Objective};
 
-/// Trials per base model that are tried at the neighbours of their strength.
+/// Trials that are tried at the neighbours of their strength.
 const FINER: usize = 10;
-/// Trials per base model that are tried with more parameters.
+/// Trials that are tried with more parameters.
 const RICHER: usize = 8;
 /// Factors on the strength at which variants with more parameters are tried.
 const RICHER_FACTORS: [f64; 2] = [0.6, 1.7];
 /// Strengths beyond one that multiplies the discrepancy by this are not tried.
 const TOO_STRONG: f64 = 4.0;
-/// Trials of one candidate and base that are followed: a short part of a recording does not
+/// Trials of one candidate that are followed: a short part of a recording does not
 /// distinguish variants that differ from pixel to pixel only.
 const VARIANTS: usize = 3;
 /// Steps up to which the effect of the model's parameters is taken to be linear.
@@ -34,19 +37,28 @@ pub(super) const MAX_LINEAR_STEPS: f64 = 2.0;
 /// need not lead to the best fit.
 const SUDDEN: &[&str] = &["lamp_flicker"];
 
-/// A variant of a candidate added to one of the base models, with its discrepancy.
+/// A strength of a trial that was simulated.
+#[derive(Debug, Clone)]
+pub(super) struct TriedStrength {
+    /// The effect with this strength.
+    pub(super) trial: Trial,
+    /// Change of the summary of the base model.
+    pub(super) change: Arc<Vec<f64>>,
+}
+
+/// A variant of a candidate added to a base model, with its discrepancy.
 #[derive(Debug, Clone)]
 pub(super) struct ScreenedTrial {
     /// Name of the effect in the catalogue.
     pub(super) name: &'static str,
     /// Domain of the signal chain that the effect acts in.
-    domain: Domain,
-    /// Index of the base model.
-    pub(super) base: usize,
+    pub(super) domain: Domain,
     /// The effect with its strength.
     pub(super) trial: Trial,
     /// Discrepancy on the screen.
     pub(super) discrepancy: f64,
+    /// All strengths that were simulated.
+    pub(super) tried: Vec<TriedStrength>,
 }
 
 impl ScreenedTrial {
@@ -61,14 +73,17 @@ pub(super) struct ScreeningBase<'a> {
     objective: &'a Objective<'a>,
     estimates: &'a DirectEstimates,
     model: &'a SensorConfig,
-    summary: std::sync::Arc<Vec<f64>>,
+    /// Summary of a run of the model.
+    pub(super) summary: Arc<Vec<f64>>,
+    /// Parameters that follow linearly, and their slopes.
+    nuisance: Vec<FreeParameter>,
     slopes: Slopes,
     /// Discrepancy without any added effect.
     pub(super) discrepancy_without: f64,
 }
 
 impl<'a> ScreeningBase<'a> {
-    /// Simulates a base model and the slopes of its parameters.
+    /// Simulates a base model and the slopes of its parameters `nuisance`.
     ///
     /// # Errors
     /// A model that cannot be built or shown the scene.
@@ -76,32 +91,44 @@ impl<'a> ScreeningBase<'a> {
         objective: &'a Objective<'a>,
         estimates: &'a DirectEstimates,
         model: &'a SensorConfig,
+        nuisance: Vec<FreeParameter>,
     ) -> Result<Self, GapError> {
-        let slopes = Slopes::around(objective, model, &FreeParameter::of_model(), 1)?;
+        let slopes = Slopes::around(objective, model, &nuisance, 1)?;
         let summary = objective.run(model, 0)?;
         let discrepancy_without = f64::INFINITY;
-        let mut base = Self { objective, estimates, model, summary, slopes, discrepancy_without };
+        let mut base =
+            Self { objective, estimates, model, summary, nuisance, slopes, discrepancy_without };
         base.discrepancy_without = base.profiled(&objective.expect(model, 1)?);
         Ok(base)
     }
 
-    /// Discrepancy of an expectation, minimised over the model's parameters by their slopes.
-    fn profiled(&self, expected: &Expectation) -> f64 {
+    /// Discrepancy of an expectation, minimised over the parameters that follow linearly.
+    pub(super) fn profiled(&self, expected: &Expectation) -> f64 {
         let deviations = expected.deviations(self.objective.layout, &self.objective.measured);
-        let free = FreeParameter::of_model();
-        self.slopes.best(MAX_LINEAR_STEPS, self.objective, expected, &deviations, &free).1
+        self.slopes.best(MAX_LINEAR_STEPS, self.objective, expected, &deviations, &self.nuisance).1
+    }
+
+    /// Expectation of the model without any added effect.
+    ///
+    /// # Errors
+    /// A model that cannot be shown the scene.
+    pub(super) fn expected(&self) -> Result<Expectation, GapError> {
+        self.objective.expect(self.model, 1)
     }
 
     /// Discrepancy with a trial; none if the trial changes nothing, which explains nothing.
-    fn score(&self, trial: &Trial) -> Result<Option<f64>, GapError> {
+    fn score(&self, trial: &Trial) -> Result<Option<(f64, TriedStrength)>, GapError> {
         let expected = self.objective.expect(&trial.added_to(self.model), 1)?;
+        let change = expected.mean.iter().zip(&*self.summary).map(|(a, b)| a - b);
+        let change = Arc::new(change.collect::<Vec<f64>>());
         let is_idle = expected.mean.iter().zip(&*self.summary).all(|(a, b)| a == b);
-        Ok((!is_idle).then(|| self.profiled(&expected)))
+        let tried = TriedStrength { trial: trial.clone(), change };
+        Ok((!is_idle).then(|| (self.profiled(&expected), tried)))
     }
 
     /// The best of some strengths. With `is_rising`, strengths beyond a far too strong one are
     /// skipped.
-    fn best_of(
+    pub(super) fn best_of(
         &self,
         screened: &ScreenedTrial,
         strengths: &[f64],
@@ -111,7 +138,8 @@ impl<'a> ScreeningBase<'a> {
         let mut best = screened.clone();
         for value in strengths {
             let trial = screened.trial.with(strength, *value);
-            let Some(discrepancy) = self.score(&trial)? else { continue };
+            let Some((discrepancy, tried)) = self.score(&trial)? else { continue };
+            best.tried.push(tried);
             if discrepancy < best.discrepancy {
                 best = ScreenedTrial { trial, discrepancy, ..best };
             }
@@ -124,7 +152,7 @@ impl<'a> ScreeningBase<'a> {
     }
 
     /// The variant with the fewest parameters of each form of each candidate, not screened yet.
-    fn trials(&self, base: usize, left_out: &[String]) -> Vec<ScreenedTrial> {
+    fn trials(&self, left_out: &[String]) -> Vec<ScreenedTrial> {
         let of_candidate = |candidate: Candidate| {
             let forms = candidate.trials().into_iter().flat_map(|form| form.into_iter().take(1));
             forms
@@ -132,9 +160,9 @@ impl<'a> ScreeningBase<'a> {
                 .map(move |trial| ScreenedTrial {
                     name: candidate.name(),
                     domain: candidate.spec.domain,
-                    base,
                     trial,
                     discrepancy: f64::INFINITY,
+                    tried: Vec::new(),
                 })
                 .collect::<Vec<_>>()
         };
@@ -179,13 +207,14 @@ impl<'a> ScreeningBase<'a> {
             .map(|trial| ScreenedTrial {
                 trial: value.map_or(trial.clone(), |value| trial.with(strength, value)),
                 discrepancy: f64::INFINITY,
+                tried: Vec::new(),
                 ..screened.clone()
             })
             .collect()
     }
 
-    /// Screens a variant with more parameters at its strength and at two strengths around it.
-    fn around(&self, screened: &ScreenedTrial) -> Result<ScreenedTrial, GapError> {
+    /// Screens a trial at its strength and at two strengths around it.
+    pub(super) fn around(&self, screened: &ScreenedTrial) -> Result<ScreenedTrial, GapError> {
         let value = screened.strength().unwrap_or(0.0);
         let strengths = screened.trial.strengths();
         let nearest = |factor: f64| {
@@ -202,76 +231,63 @@ impl<'a> ScreeningBase<'a> {
     fn interpretations(&self, screened: &ScreenedTrial) -> Result<Vec<ScreenedTrial>, GapError> {
         let trials = self.estimates.interpretations(screened.name, &screened.trial, self.model);
         let scored = trials.into_par_iter().map(|trial| {
-            let discrepancy = self.score(&trial)?.unwrap_or(f64::INFINITY);
-            Ok(ScreenedTrial { trial, discrepancy, ..screened.clone() })
+            let (discrepancy, tried) =
+                self.score(&trial)?.map_or((f64::INFINITY, Vec::new()), |(d, one)| (d, vec![one]));
+            Ok(ScreenedTrial { trial, discrepancy, tried, ..screened.clone() })
         });
         scored.collect()
     }
 }
 
-/// Screens every candidate added to every base model; the best trials first.
+/// Screens every candidate added to a base model; the best trials first.
+///
+/// # Errors
+/// A model that cannot be built or shown the scene.
 pub(super) fn screen(
-    bases: &[ScreeningBase<'_>],
+    base: &ScreeningBase<'_>,
     left_out: &[String],
 ) -> Result<Vec<ScreenedTrial>, GapError> {
-    let trials: Vec<ScreenedTrial> =
-        bases.iter().enumerate().flat_map(|(i, base)| base.trials(i, left_out)).collect();
-    let mut screened = trials
+    let mut screened = base
+        .trials(left_out)
         .par_iter()
-        .map(|trial| bases[trial.base].coarse(trial))
+        .map(|trial| base.coarse(trial))
         .collect::<Result<Vec<_>, GapError>>()?;
     sort(&mut screened);
-    let ranks = ranks(&screened, bases.len());
-    screened.par_iter_mut().zip(&ranks).filter(|(_, rank)| **rank < FINER).try_for_each(
-        |(trial, _)| {
-            *trial = bases[trial.base].finer(trial)?;
-            Ok::<(), GapError>(())
-        },
-    )?;
-    // Ranks of the coarse grid, by intent: the finer strengths are not sorted in yet.
-    let best = screened.iter().zip(&ranks).filter(|(_, rank)| **rank < RICHER);
+    let finer = screened.len().min(FINER);
+    screened[..finer].par_iter_mut().try_for_each(|trial| {
+        *trial = base.finer(trial)?;
+        Ok::<(), GapError>(())
+    })?;
+    // In the order of the coarse grid: the finer strengths are not sorted in yet.
+    let best = &screened[..screened.len().min(RICHER)];
     let richer: Vec<ScreenedTrial> =
-        best.flat_map(|(trial, _)| bases[trial.base].richer(trial, left_out)).collect();
-    let richer = richer
-        .par_iter()
-        .map(|trial| bases[trial.base].around(trial))
-        .collect::<Result<Vec<_>, GapError>>()?;
+        best.iter().flat_map(|trial| base.richer(trial, left_out)).collect();
+    let richer =
+        richer.par_iter().map(|trial| base.around(trial)).collect::<Result<Vec<_>, GapError>>()?;
     screened.extend(richer);
     sort(&mut screened);
-    for (i, base) in bases.iter().enumerate() {
-        // A periodic signal with a slightly wrong phase looks worse than noise.
-        let mut best = screened.iter().filter(|trial| trial.base == i).take(RICHER);
-        if let Some(trial) = best.find(|trial| SUDDEN.contains(&trial.name)).cloned() {
-            screened.extend(base.interpretations(&trial)?);
-        }
+    // A periodic signal with a slightly wrong phase looks worse than noise.
+    let mut best = screened.iter().take(RICHER);
+    if let Some(trial) = best.find(|trial| SUDDEN.contains(&trial.name)).cloned() {
+        screened.extend(base.interpretations(&trial)?);
     }
     sort(&mut screened);
     keep_best_variants(&mut screened);
     Ok(screened)
 }
 
-fn sort(screened: &mut [ScreenedTrial]) {
+/// Sorts trials by their discrepancy, the smallest first.
+pub(super) fn sort(screened: &mut [ScreenedTrial]) {
     screened.sort_by(|a, b| a.discrepancy.total_cmp(&b.discrepancy));
 }
 
-/// Rank of each trial among those of its own base: all trials added to a worse base look worse.
-fn ranks(screened: &[ScreenedTrial], bases: usize) -> Vec<usize> {
-    let mut counts = vec![0; bases];
-    let rank = |trial: &ScreenedTrial| {
-        counts[trial.base] += 1;
-        counts[trial.base] - 1
-    };
-    screened.iter().map(rank).collect()
-}
-
-/// Keeps the best variants of each candidate and base.
+/// Keeps the best variants of each candidate.
 fn keep_best_variants(screened: &mut Vec<ScreenedTrial>) {
     let mut seen = Vec::new();
     screened.retain(|trial| {
-        let key = (trial.name, trial.base);
-        let before = seen.iter().filter(|other| **other == key).count();
-        seen.push(key);
+        let before = seen.iter().filter(|name| **name == trial.name).count();
+        seen.push(trial.name);
         let max = if SUDDEN.contains(&trial.name) { 2 * VARIANTS } else { VARIANTS };
-        before < max && trial.discrepancy.is_finite()
+        before < max && !trial.tried.is_empty()
     });
 }

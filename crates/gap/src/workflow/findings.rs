@@ -1,4 +1,5 @@
-//! Findings: identified effects and parameters with estimates, intervals and probabilities.
+//! Findings: identified effects and parameters with what they explain, estimates, intervals and
+//! probabilities.
 //!
 //! # Method
 //! A 90 % interval ends 1.645 standard deviations away, on the scale on which the parameter is
@@ -16,8 +17,8 @@ use super::errors::{RawError, errors};
 use crate::GapError;
 use crate::free_parameter::FreeParameter;
 use crate::parameters::ModelParameter;
-use crate::search::{AddedEffect, DataSplits, Identification};
-use crate::verdict::{Finding, FindingKind, Quantity};
+use crate::search::{AddedEffect, ChangedParameter, DataSplits, ExplainedFraction, Identification};
+use crate::verdict::{Explained, Finding, FindingKind, Quantity};
 
 /// Standard deviations to either end of a 90 % interval.
 pub(super) const SIDE: f64 = 1.645;
@@ -35,7 +36,7 @@ pub struct EvidencedFinding {
     pub errors: BTreeMap<String, RawError>,
 }
 
-/// Findings of a search: effects first, then parameters.
+/// Findings of a search, those that explain most first.
 ///
 /// # Errors
 /// A model that cannot be built or shown the scene.
@@ -68,10 +69,14 @@ pub fn evidenced_findings(
         rest = others;
         findings.push(effect_finding(splits, result, i, free.iter().zip(own)));
     }
-    for parameter in &result.changed_parameters {
-        let i = ModelParameter::ALL.iter().position(|other| other == parameter);
-        findings.extend(i.map(|i| parameter_finding(result, *parameter, of_model[i])));
+    for changed in &result.changed_parameters {
+        let i = ModelParameter::ALL.iter().position(|other| *other == changed.parameter);
+        findings.extend(i.map(|i| parameter_finding(result, changed, of_model[i])));
     }
+    let fraction = |one: &EvidencedFinding| {
+        one.finding.explained.map_or(0.0, |explained| explained.beside_others)
+    };
+    findings.sort_by(|a, b| fraction(b).total_cmp(&fraction(a)));
     Ok(findings)
 }
 
@@ -99,6 +104,7 @@ fn effect_finding<'a>(
         parameters: quantities,
         probability: CALIBRATION.probability(&evidence),
         confusable_with: confusable.map(str::to_owned).collect(),
+        explained: Some(explained(&added.explained)),
     };
     EvidencedFinding { finding, evidence: Some(evidence), errors }
 }
@@ -106,9 +112,10 @@ fn effect_finding<'a>(
 /// Finding of a parameter of the model that differs from its given value.
 fn parameter_finding(
     result: &Identification,
-    parameter: ModelParameter,
+    changed: &ChangedParameter,
     raw: RawError,
 ) -> EvidencedFinding {
+    let parameter = changed.parameter;
     let (given, fitted) =
         (parameter.value(&result.before.model), parameter.value(&result.after.model));
     let free = FreeParameter::Model(parameter);
@@ -124,8 +131,14 @@ fn parameter_finding(
         // Probability that it differs from the given value.
         probability: 1.0 - 2.0 * normal_upper_tail(z.abs()),
         confusable_with: same.map(str::to_owned).into_iter().collect(),
+        explained: Some(explained(&changed.explained)),
     };
     EvidencedFinding { finding, evidence: None, errors: BTreeMap::from([(name, raw)]) }
+}
+
+fn explained(fraction: &ExplainedFraction) -> Explained {
+    let ExplainedFraction { alone, beside_others, p } = *fraction;
+    Explained { alone, beside_others, p }
 }
 
 /// Calibrated standard deviation of a parameter, in its steps.

@@ -3,6 +3,7 @@
 use evpose_core::{EventStream, Micros, SensorSize, TimeWindow};
 use evpose_sensor::SensorConfig;
 
+use super::time_grid::{is_on_frame_grid, moved_to_frames};
 use super::{Model, prepared};
 use crate::input::Nominal;
 use crate::report::SECOND_RECORDING;
@@ -85,6 +86,29 @@ pub struct Inputs {
     pub is_quick: bool,
 }
 
+/// Both parts with their stamps moved to the frames of the scene, if those of the first lie on a
+/// grid of them.
+fn on_frame_grid(
+    train: ComparisonCase,
+    held_out: ComparisonCase,
+    model: &Model,
+    notes: &mut Vec<String>,
+) -> Result<(ComparisonCase, ComparisonCase), GapError> {
+    let step = Micros((1e6 * train.scene.step_s()).round() as i64);
+    if !is_on_frame_grid(&train.measured, step) {
+        return Ok((train, held_out));
+    }
+    notes.push(format!(
+        "the time stamps lie on a grid of the frames: nothing below {} us is compared",
+        step.0
+    ));
+    let moved = |case: ComparisonCase| -> Result<ComparisonCase, GapError> {
+        let reference = ReferenceScene::new(case.scene.clone(), &model.reference)?;
+        Ok(ComparisonCase { measured: moved_to_frames(&case.measured, &reference, step)?, ..case })
+    };
+    Ok((moved(train)?, moved(held_out)?))
+}
+
 /// Inputs with their reference scenes, layout and notes.
 #[derive(Debug)]
 pub struct Prepared {
@@ -131,6 +155,7 @@ impl Prepared {
                 (train, ComparisonCase { window, ..all })
             }
         };
+        let (train, held_out) = on_frame_grid(train, held_out, &model, &mut notes)?;
         let whole = train.window.end;
         let train = train.training(inputs.is_quick);
         if train.window.end < whole {

@@ -28,6 +28,7 @@ mod own_run;
 mod pose_nuisance;
 mod scene_free_verdict;
 mod subsets;
+mod time_grid;
 
 pub use ablation::ablation;
 pub use calibration::{

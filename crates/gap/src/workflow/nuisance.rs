@@ -138,7 +138,7 @@ impl Nuisance {
         let is_threshold = |p: &ModelParameter| {
             matches!(p, ModelParameter::ThresholdOn | ModelParameter::ThresholdOff)
         };
-        identification.changed_parameters.retain(|parameter| !is_threshold(parameter));
+        identification.changed_parameters.retain(|changed| !is_threshold(&changed.parameter));
         if identification.answer == Answer::Parameter
             && identification.changed_parameters.is_empty()
         {

@@ -13,8 +13,11 @@ use crate::locate::{Located, locate};
 use crate::report::{
     Confusability, Doubt, Ranked, ReportData, SideBySide, block_gaps, plots, probe_rows,
 };
-use crate::search::{Contender, DataSplits, Identification, ModelScore, StageCallback, gap_closed};
-use crate::verdict::{Answer, Finding, Remaining, SCHEMA, TwoSample, Verdict};
+use crate::search::{
+    Contender, DataSplits, Identification, ModelScore, StageCallback, gap_closed,
+    is_within_tolerance,
+};
+use crate::verdict::{Answer, Finding, SCHEMA, TwoSample, Unexplained, Verdict};
 use crate::{GapError, Objective, View};
 
 /// Replicates for the p-value of the largest deviation, in full and in quick runs.
@@ -25,8 +28,8 @@ const LOCATING_RUNS: [u64; 2] = [8, 4];
 const CLASSIFIED_RUNS: usize = 4;
 /// Bootstrap resamples for gaps of blocks.
 const RESAMPLES: u64 = 60;
-/// Gap of a run of the model itself, above which a remaining gap is significant.
-const GAP_BY_CHANCE: f64 = 1.0;
+/// Level at which what is left is significant.
+const LEVEL: f64 = 0.01;
 /// Frames of the side-by-side animation, and the length of each.
 const FRAMES: usize = 24;
 const FRAME: Micros = Micros(10_000);
@@ -44,17 +47,15 @@ pub struct Outcome {
     pub report: ReportData,
 }
 
-/// The model that an answer stands for: added effects count only if the answer is that effects are
-/// missing.
+/// The corrected model of an answer.
 pub fn answer_score(result: &Identification) -> &ModelScore {
     match result.answer {
-        Answer::Effects | Answer::Parameter => &result.after,
         Answer::NoGap => &result.before,
-        Answer::NoneOfCatalogue | Answer::Undecided => &result.refitted,
+        _ => &result.after,
     }
 }
 
-/// Findings of an answer; empty unless effects or parameters are identified.
+/// Findings of an answer; empty where there is no gap.
 ///
 /// # Errors
 /// A model that cannot be built or shown the scene.
@@ -75,8 +76,8 @@ pub fn evidence_of_answer(
     result: &Identification,
 ) -> Result<Vec<EvidencedFinding>, GapError> {
     match result.answer {
-        Answer::Effects | Answer::Parameter => evidenced_findings(splits, result),
-        Answer::NoGap | Answer::NoneOfCatalogue | Answer::Undecided => Ok(Vec::new()),
+        Answer::NoGap | Answer::NoneOfCatalogue => Ok(Vec::new()),
+        _ => evidenced_findings(splits, result),
     }
 }
 
@@ -114,13 +115,13 @@ pub fn outcome(
     progress("p-value of the largest deviation");
     let p = p_of_largest_deviation(held_out, given, REPLICATES[quick])?;
     progress("ablation");
-    let ablation = ablation(splits, &without_failed(result), seed)?;
+    let ablation = ablation(splits, result, seed)?;
     let on_screen = |model: &SensorConfig| deviations(&splits.screen, model);
     let verdict = Verdict {
         schema: SCHEMA,
         verdict: result.answer,
         effects,
-        remaining: remaining(result, &left, &directions, &on_screen(&after.model)?),
+        unexplained: unexplained(result, &left, &directions, &on_screen(&after.model)?),
         gap_before: gap_value(held_out, given, seed)?,
         gap_after: gap_value(held_out, &after.model, seed)?,
         grr: gap_closed(&result.before, after),
@@ -172,16 +173,6 @@ fn statistics(
     })
 }
 
-/// The result without effects that the answer does not identify.
-fn without_failed(result: &Identification) -> Identification {
-    let mut answer = result.clone();
-    answer.after = answer_score(result).clone();
-    if !matches!(result.answer, Answer::Effects) {
-        answer.added_effects.clear();
-    }
-    answer
-}
-
 fn streams(
     objective: &Objective<'_>,
     model: &SensorConfig,
@@ -202,30 +193,23 @@ fn views<'a>(objective: &Objective<'a>, streams: &[EventStream]) -> Vec<View<'a>
     streams.par_iter().map(|events| view(objective, events)).collect()
 }
 
-/// The remaining disagreement of the answer's model, located in `left`.
-fn remaining(
+/// What the corrected model leaves, located in `left`.
+fn unexplained(
     result: &Identification,
     left: &Located,
     directions: &Directions,
     deviations: &[f64],
-) -> Remaining {
+) -> Unexplained {
     let shares = directions.shares(deviations);
     let nearest = shares.iter().max_by(|a, b| a.1.total_cmp(b.1));
-    let is_open = answer_score(result).gap > GAP_BY_CHANCE;
-    let is_unexplained = matches!(result.answer, Answer::NoneOfCatalogue | Answer::Undecided);
-    let mut sentence = left.scan.sentence.clone();
-    if result.answer == Answer::Undecided {
-        let names = result.added_effects.iter().flat_map(|added| {
-            let best = added.contenders.first().map(|best| best.candidate.name);
-            best.into_iter().chain(added.confusable.iter().copied())
-        });
-        let names: Vec<&str> = names.collect();
-        sentence = format!("Any of these would do: {}. {sentence}", names.join(", "));
-    }
-    Remaining {
-        is_significant: is_open || is_unexplained,
+    let location = left.location();
+    Unexplained {
+        fraction: result.left.fraction,
+        p: result.left.p,
+        is_significant: result.left.p < LEVEL && !is_within_tolerance(answer_score(result)),
         nearest_stage: nearest.map_or_else(String::new, |(name, _)| name.clone()),
-        sentence,
+        sentence: location.sentence,
+        shares: location.shares,
     }
 }
 

@@ -8,7 +8,7 @@ use evpose_sensor::{EffectConfig, STAGES, SensorConfig};
 use crate::surrogate::scene_free::test_recording;
 use crate::surrogate::{SceneFreeEffect, SceneFreeFindings, SceneFreeParameter};
 use crate::verdict::{
-    Answer, Finding, FindingKind, GapValue, Location, Quantity, Remaining, SCHEMA, Verdict,
+    Answer, Finding, FindingKind, GapValue, Location, Quantity, SCHEMA, Unexplained, Verdict,
 };
 
 /// Surrogates of each kind, in full and in quick runs.
@@ -43,10 +43,13 @@ pub fn scene_free_verdict(
         schema: SCHEMA,
         verdict,
         effects,
-        remaining: Remaining {
+        unexplained: Unexplained {
+            fraction: f64::NAN,
+            p: f64::NAN,
             is_significant: false,
             nearest_stage: String::new(),
             sentence: String::new(),
+            shares: BTreeMap::new(),
         },
         gap_before: none,
         gap_after: none,
@@ -86,6 +89,7 @@ fn finding(effect: &SceneFreeEffect) -> Finding {
         parameters: effect.parameters.iter().map(quantity).collect(),
         probability: 1.0 - effect.p.unwrap_or(1.0),
         confusable_with: effect.confusable_with.iter().map(|name| (*name).to_owned()).collect(),
+        explained: None,
     }
 }
 

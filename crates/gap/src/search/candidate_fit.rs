@@ -1,0 +1,89 @@
+//! Fit of proposed effects, added to a model one at a time.
+
+use evpose_sensor::SensorConfig;
+use rayon::prelude::*;
+
+use super::identification::FittedCandidate;
+use super::screening::{MAX_LINEAR_STEPS, ScreenedTrial};
+use crate::candidate::Trial;
+use crate::fit::{Fit, Slopes, descend};
+use crate::free_parameter::FreeParameter;
+use crate::{GapError, Objective};
+
+/// Proposals whose strength is fitted.
+const LINE_SEARCHED: usize = 6;
+/// Proposals of which all parameters are fitted.
+const FINALISTS: usize = 3;
+/// Proposals with more than this multiple of the least discrepancy are not fitted in full.
+const FAR_BEHIND: f64 = 2.0;
+/// Gauss-Newton rounds of a fit.
+const ROUNDS: usize = 3;
+/// Steps of the line search over the strength.
+const LINE_STEPS: [f64; 3] = [5.0, 2.5, 1.2];
+
+/// Fits the best of some proposals, each added to `model`, the best first. Parameters that the
+/// model has already, `nuisance`, follow linearly.
+///
+/// # Errors
+/// A model that cannot be built or shown the scene.
+pub(super) fn fit_candidates(
+    objective: &Objective<'_>,
+    model: &SensorConfig,
+    proposals: &[ScreenedTrial],
+    nuisance: &[FreeParameter],
+) -> Result<Vec<FittedCandidate>, GapError> {
+    let slopes = Slopes::around(objective, model, nuisance, 1)?;
+    let tried = &proposals[..proposals.len().min(LINE_SEARCHED)];
+    let mut fitted = tried
+        .par_iter()
+        .map(|proposal| {
+            let fit = search_strength(objective, model, &proposal.trial, &slopes, nuisance)?;
+            Ok(FittedCandidate { name: proposal.name, fit, trial: proposal.trial.clone() })
+        })
+        .collect::<Result<Vec<_>, GapError>>()?;
+    sort(&mut fitted);
+    let least = fitted.first().map_or(f64::INFINITY, |one| one.fit.discrepancy);
+    let is_near = |one: &&mut FittedCandidate| one.fit.discrepancy < FAR_BEHIND * least;
+    let finalists = fitted.len().min(FINALISTS);
+    fitted[..finalists].par_iter_mut().filter(is_near).try_for_each(|one| {
+        let free = FreeParameter::of_effect(&one.trial);
+        let linear = Some((nuisance, &slopes));
+        one.fit = descend(objective, &one.fit.model, &free, linear, 1, ROUNDS)?;
+        Ok::<(), GapError>(())
+    })?;
+    sort(&mut fitted);
+    Ok(fitted)
+}
+
+fn sort(fitted: &mut [FittedCandidate]) {
+    fitted.sort_by(|a, b| a.fit.discrepancy.total_cmp(&b.fit.discrepancy));
+}
+
+/// Line search over the strength of an effect, around the screened strength.
+fn search_strength(
+    objective: &Objective<'_>,
+    model: &SensorConfig,
+    trial: &Trial,
+    slopes: &Slopes,
+    nuisance: &[FreeParameter],
+) -> Result<Fit, GapError> {
+    let strength = FreeParameter::of_effect(trial)[0];
+    let profiled = |model: &SensorConfig| -> Result<f64, GapError> {
+        let expected = objective.expect(model, 1)?;
+        let deviations = expected.deviations(objective.layout, &objective.measured);
+        Ok(slopes.best(MAX_LINEAR_STEPS, objective, &expected, &deviations, nuisance).1)
+    };
+    let mut model = trial.added_to(model);
+    let mut discrepancy = profiled(&model)?;
+    for steps in LINE_STEPS {
+        for sign in [-1.0, 1.0] {
+            let stepped = strength.stepped(&model, sign * steps);
+            let other = profiled(&stepped)?;
+            if other < discrepancy {
+                (model, discrepancy) = (stepped, other);
+                break;
+            }
+        }
+    }
+    Ok(Fit { model, discrepancy })
+}

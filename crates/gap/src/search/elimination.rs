@@ -1,0 +1,102 @@
+//! Backward elimination: effects and parameters that are not worth their names beside the others
+//! are dropped.
+
+use super::decision::{Worth, is_worth_a_name};
+use super::identification::DataSplits;
+use super::selection::Selection;
+use super::significance::difference;
+use crate::GapError;
+use crate::fit::descend;
+use crate::parameters::ModelParameter;
+use evpose_sensor::SensorConfig;
+
+/// Rounds of the fit of the rest after an effect was dropped.
+const ROUNDS: usize = 2;
+/// Steps below which a parameter of the model has not changed.
+const MIN_STEPS: f64 = 0.3;
+
+/// What dropping one part of a selection costs on held-out data.
+#[derive(Debug, Clone)]
+pub(super) struct Dropped {
+    /// The selection without it.
+    pub(super) rest: Selection,
+    /// What it explains beside the others.
+    pub(super) worth: Worth,
+}
+
+/// Drops effects until each of the rest is worth its name. Returns what each of the rest explains.
+///
+/// # Errors
+/// A model that cannot be built or shown the scene.
+pub(super) fn eliminate(
+    splits: &DataSplits<'_>,
+    selection: &mut Selection,
+    excess: f64,
+    candidates: usize,
+) -> Result<Vec<Dropped>, GapError> {
+    loop {
+        let mut dropped = Vec::new();
+        for i in 0..selection.effects.len() {
+            let rest = selection.without(splits, i, ROUNDS)?;
+            let worth = worth(splits, &rest.model, &selection.model, excess, candidates)?;
+            dropped.push(Dropped { rest, worth });
+        }
+        let weakest = dropped
+            .iter()
+            .enumerate()
+            .filter(|(i, one)| !selection.effects[*i].is_proven && !is_worth_a_name(&one.worth));
+        let weakest = weakest.min_by(|a, b| a.1.worth.fraction().total_cmp(&b.1.worth.fraction()));
+        match weakest {
+            Some((i, _)) => *selection = dropped.swap_remove(i).rest,
+            None => return Ok(dropped),
+        }
+    }
+}
+
+/// Sets parameters of the model back to their given values where the change is not worth a name,
+/// and returns the others with what each explains.
+///
+/// # Errors
+/// A model that cannot be built or shown the scene.
+pub(super) fn changed_parameters(
+    splits: &DataSplits<'_>,
+    selection: &mut Selection,
+    given: &SensorConfig,
+    excess: f64,
+) -> Result<Vec<(ModelParameter, Worth)>, GapError> {
+    let mut kept = Vec::new();
+    for parameter in ModelParameter::ALL {
+        let (before, now) = (parameter.value(given), parameter.value(&selection.model));
+        if before == now {
+            continue;
+        }
+        let mut rest = selection.clone();
+        parameter.set(&mut rest.model, before);
+        let free = rest.free_parameters();
+        let others: Vec<_> = free.into_iter().filter(|one| !one.is_model(parameter)).collect();
+        let fit = descend(&splits.train, &rest.model, &others, None, 1, 1)?;
+        rest.model = fit.model;
+        rest.train_discrepancy = fit.discrepancy;
+        rest.held_out = splits.score(&rest.model)?;
+        let tried = ModelParameter::ALL.len();
+        let worth = worth(splits, &rest.model, &selection.model, excess, tried)?;
+        if parameter.steps(before, now).abs() < MIN_STEPS || !is_worth_a_name(&worth) {
+            *selection = rest;
+        } else {
+            kept.push((parameter, worth));
+        }
+    }
+    Ok(kept)
+}
+
+fn worth(
+    splits: &DataSplits<'_>,
+    without: &SensorConfig,
+    with: &SensorConfig,
+    excess: f64,
+    candidates: usize,
+) -> Result<Worth, GapError> {
+    let difference = difference(&splits.held_out, without, with)?;
+    let without = splits.score(without)?.discrepancy;
+    Ok(Worth { difference, without, excess, candidates })
+}

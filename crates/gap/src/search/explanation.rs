@@ -1,0 +1,121 @@
+//! The explanation: what each effect and parameter explains, and what is left.
+
+use super::decision::{decide, fraction_left};
+use super::elimination::Dropped;
+use super::identification::{
+    AddedEffect, ChangedParameter, Contender, DataSplits, ExplainedFraction, FittedCandidate,
+    Identification, Left, ModelScore,
+};
+use super::selection::Selection;
+use super::significance::unexplained;
+use super::swap_move::Compared;
+use crate::GapError;
+use crate::fit::{Fit, descend};
+use crate::free_parameter::FreeParameter;
+use crate::parameters::ModelParameter;
+use crate::verdict::Answer;
+
+use super::decision::Worth;
+use crate::candidate::Trial;
+
+/// Rounds of the fit of an effect alone.
+const ROUNDS: usize = 2;
+
+/// Everything that the search found.
+pub(super) struct Explained {
+    pub(super) before: ModelScore,
+    pub(super) refitted: ModelScore,
+    pub(super) selection: Selection,
+    pub(super) dropped: Vec<Dropped>,
+    pub(super) compared: Vec<Compared>,
+    pub(super) parameters: Vec<(ModelParameter, Worth)>,
+    pub(super) excess: f64,
+}
+
+/// Turns the result of the search into an identification.
+///
+/// # Errors
+/// A model that cannot be built or shown the scene.
+pub(super) fn explain(
+    splits: &DataSplits<'_>,
+    found: Explained,
+) -> Result<Identification, GapError> {
+    let Explained { before, refitted, selection, dropped, compared, parameters, excess } = found;
+    let after = selection.held_out.clone();
+    let mut added_effects = Vec::new();
+    for ((effect, dropped), compared) in selection.effects.iter().zip(dropped).zip(compared) {
+        let own = selection.model.effect(effect.candidate.name);
+        let trial = Trial {
+            effect: own.unwrap_or(&effect.candidate.trial.effect).clone(),
+            params: effect.candidate.trial.params.clone(),
+        };
+        let free = FreeParameter::of_effect(&trial);
+        let alone = trial.added_to(&before.model);
+        let alone = descend(&splits.train, &alone, &free, None, 1, ROUNDS)?;
+        let alone = splits.score(&alone.model)?;
+        let explained = ExplainedFraction {
+            alone: (before.discrepancy - alone.discrepancy) / excess.max(1e-9),
+            beside_others: dropped.worth.fraction(),
+            p: dropped.worth.difference.p,
+        };
+        let fit = Fit { model: selection.model.clone(), discrepancy: selection.train_discrepancy };
+        let candidate = FittedCandidate { name: effect.candidate.name, fit, trial };
+        let mut contenders = vec![Contender { candidate, held_out: after.clone() }];
+        contenders.extend(compared.rivals);
+        added_effects.push(AddedEffect {
+            contenders,
+            confusable: compared.confusable,
+            discrepancy_without: dropped.rest.held_out.discrepancy,
+            explained,
+        });
+    }
+    added_effects.sort_by(|a, b| b.explained.beside_others.total_cmp(&a.explained.beside_others));
+    let mut changed_parameters = Vec::new();
+    for (parameter, worth) in parameters {
+        let mut alone = before.model.clone();
+        parameter.set(&mut alone, parameter.value(&after.model));
+        let alone = splits.score(&alone)?;
+        changed_parameters.push(ChangedParameter {
+            parameter,
+            explained: ExplainedFraction {
+                alone: (before.discrepancy - alone.discrepancy) / excess.max(1e-9),
+                beside_others: worth.fraction(),
+                p: worth.difference.p,
+            },
+        });
+    }
+    let left = unexplained(&splits.held_out, &after.model)?;
+    let fraction = fraction_left(&before, &after, &left);
+    let confusable: Vec<usize> = added_effects.iter().map(|added| added.confusable.len()).collect();
+    Ok(Identification {
+        answer: decide(&confusable, changed_parameters.len(), &after, fraction),
+        before,
+        refitted,
+        added_effects,
+        after,
+        changed_parameters,
+        left: Left { fraction, p: left.p },
+    })
+}
+
+impl Identification {
+    /// The identification of a model that explains the recording as it is.
+    ///
+    /// # Errors
+    /// A model that cannot be shown the scene.
+    pub(super) fn without_gap(
+        splits: &DataSplits<'_>,
+        before: ModelScore,
+    ) -> Result<Self, GapError> {
+        let left = unexplained(&splits.held_out, &before.model)?;
+        Ok(Self {
+            answer: Answer::NoGap,
+            refitted: before.clone(),
+            after: before.clone(),
+            added_effects: Vec::new(),
+            changed_parameters: Vec::new(),
+            left: Left { fraction: 1.0, p: left.p },
+            before,
+        })
+    }
+}

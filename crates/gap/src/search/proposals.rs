@@ -1,0 +1,97 @@
+//! Proposals: which effects of the catalogue are worth fitting beside a model.
+//!
+//! # Method
+//! The catalogue is screened once, beside the model with its parameters refitted. Beside a model
+//! with further effects, every strength that was simulated then is predicted to change the summary
+//! by as much as it did there; only the candidates that are best by this prediction are simulated
+//! again.
+
+use rayon::prelude::*;
+
+use super::screening::{ScreenedTrial, ScreeningBase, screen, sort};
+use crate::{Expectation, GapError};
+
+/// Predicted trials that are simulated beside a model.
+const SIMULATED: usize = 12;
+/// Variants of one candidate among them.
+const VARIANTS: usize = 2;
+
+/// The screened catalogue.
+#[derive(Debug)]
+pub(super) struct Proposals {
+    screened: Vec<ScreenedTrial>,
+}
+
+impl Proposals {
+    /// Screens the catalogue beside a model.
+    ///
+    /// # Errors
+    /// A model that cannot be built or shown the scene.
+    pub(super) fn screen(base: &ScreeningBase<'_>, left_out: &[String]) -> Result<Self, GapError> {
+        Ok(Self { screened: screen(base, left_out)? })
+    }
+
+    /// Number of effects that were screened.
+    pub(super) fn len(&self) -> usize {
+        let mut names: Vec<&str> = self.screened.iter().map(|one| one.name).collect();
+        names.sort_unstable();
+        names.dedup();
+        names.len()
+    }
+
+    /// The trials of the candidates that `is_free` allows which are best beside another model, the
+    /// best first.
+    ///
+    /// # Errors
+    /// A model that cannot be built or shown the scene.
+    pub(super) fn beside(
+        &self,
+        base: &ScreeningBase<'_>,
+        is_free: impl Fn(&ScreenedTrial) -> bool,
+    ) -> Result<Vec<ScreenedTrial>, GapError> {
+        let expected = base.expected()?;
+        let free: Vec<&ScreenedTrial> = self.screened.iter().filter(|one| is_free(one)).collect();
+        let mut predicted: Vec<ScreenedTrial> =
+            free.par_iter().map(|one| predict(base, &expected, one)).collect();
+        sort(&mut predicted);
+        let mut names = Vec::new();
+        predicted.retain(|one| {
+            names.push(one.name);
+            names.iter().filter(|name| **name == one.name).count() <= VARIANTS
+        });
+        predicted.truncate(SIMULATED);
+        let mut simulated = predicted
+            .par_iter()
+            .map(|one| {
+                let fresh = ScreenedTrial { discrepancy: f64::INFINITY, ..one.clone() };
+                base.around(&fresh)
+            })
+            .collect::<Result<Vec<_>, GapError>>()?;
+        simulated.retain(|one| one.discrepancy.is_finite());
+        sort(&mut simulated);
+        Ok(simulated)
+    }
+}
+
+/// The trial at its best predicted strength.
+fn predict(
+    base: &ScreeningBase<'_>,
+    expected: &Expectation,
+    screened: &ScreenedTrial,
+) -> ScreenedTrial {
+    let mut best =
+        ScreenedTrial { discrepancy: f64::INFINITY, tried: Vec::new(), ..screened.clone() };
+    for tried in &screened.tried {
+        let mut moved = expected.clone();
+        for (mean, change) in moved.mean.iter_mut().zip(&*tried.change) {
+            // A statistic that is defined with the effect alone stays as the model has it.
+            *mean += if change.is_nan() { 0.0 } else { *change };
+        }
+        let discrepancy = base.profiled(&moved);
+        if discrepancy < best.discrepancy {
+            best.trial = tried.trial.clone();
+            best.discrepancy = discrepancy;
+        }
+    }
+    best
+}

@@ -1,0 +1,125 @@
+//! A model with the effects that were selected so far, fitted to the training data.
+
+use evpose_sensor::SensorConfig;
+
+use super::identification::{DataSplits, FittedCandidate, ModelScore};
+use crate::GapError;
+use crate::candidate::without_effect;
+use crate::fit::{Fit, descend};
+use crate::free_parameter::FreeParameter;
+
+/// An effect of a selection, and the candidates that came next when it was selected.
+#[derive(Debug, Clone)]
+pub(super) struct SelectedEffect {
+    /// The effect.
+    pub(super) candidate: FittedCandidate,
+    /// Other candidates for its place, the best first.
+    pub(super) rivals: Vec<FittedCandidate>,
+    /// Whether the time stamps prove it, with its parameters: it is neither fitted nor dropped.
+    pub(super) is_proven: bool,
+}
+
+/// A model in the making.
+#[derive(Debug, Clone)]
+pub(super) struct Selection {
+    /// The model, fitted to the training data.
+    pub(super) model: SensorConfig,
+    /// Its discrepancy there.
+    pub(super) train_discrepancy: f64,
+    /// Its scores on held-out data.
+    pub(super) held_out: ModelScore,
+    /// Its effects, in the order in which they were selected.
+    pub(super) effects: Vec<SelectedEffect>,
+}
+
+impl Selection {
+    /// A model without added effects.
+    ///
+    /// # Errors
+    /// A model that cannot be built or shown the scene.
+    pub(super) fn without_effects(
+        splits: &DataSplits<'_>,
+        model: &SensorConfig,
+    ) -> Result<Self, GapError> {
+        Ok(Self {
+            model: model.clone(),
+            train_discrepancy: splits.train.discrepancy(model, 1)?,
+            held_out: splits.score(model)?,
+            effects: Vec::new(),
+        })
+    }
+
+    /// Whether an effect is among those selected.
+    pub(super) fn has(&self, name: &str) -> bool {
+        self.effects.iter().any(|effect| effect.candidate.name == name)
+    }
+
+    /// Parameters of the model and of all selected effects.
+    pub(super) fn free_parameters(&self) -> Vec<FreeParameter> {
+        let mut free = FreeParameter::of_model();
+        let fitted = self.effects.iter().filter(|effect| !effect.is_proven);
+        free.extend(fitted.flat_map(|effect| FreeParameter::of_effect(&effect.candidate.trial)));
+        free
+    }
+
+    /// Fits all parameters together and scores the model again.
+    ///
+    /// # Errors
+    /// A model that cannot be built or shown the scene.
+    pub(super) fn fit_together(
+        &mut self,
+        splits: &DataSplits<'_>,
+        rounds: usize,
+    ) -> Result<(), GapError> {
+        let free = self.free_parameters();
+        let fit = descend(&splits.train, &self.model, &free, None, 1, rounds)?;
+        self.train_discrepancy = fit.discrepancy;
+        if fit.model != self.model || self.held_out.model != self.model {
+            self.model = fit.model;
+            self.held_out = splits.score(&self.model)?;
+        }
+        Ok(())
+    }
+
+    /// Adds parameters of each effect that help, drops those that do not, and gives effects that
+    /// are faster than the frames of the scene their short time steps.
+    ///
+    /// # Errors
+    /// A model that cannot be built or shown the scene.
+    pub(super) fn refine(
+        &mut self,
+        splits: &DataSplits<'_>,
+        given: &SensorConfig,
+    ) -> Result<(), GapError> {
+        let train = &splits.train;
+        for effect in self.effects.iter_mut().filter(|effect| !effect.is_proven) {
+            let candidate = &mut effect.candidate;
+            candidate.fit =
+                Fit { model: self.model.clone(), discrepancy: train.discrepancy(&self.model, 1)? };
+            candidate.add_parameters(train, given)?;
+            candidate.drop_parameters(train, given)?;
+            candidate.refine_time_steps(train)?;
+            self.model.clone_from(&candidate.fit.model);
+            self.train_discrepancy = candidate.fit.discrepancy;
+        }
+        self.held_out = splits.score(&self.model)?;
+        Ok(())
+    }
+
+    /// The selection without effect number `i`, its other parameters fitted again.
+    ///
+    /// # Errors
+    /// A model that cannot be built or shown the scene.
+    pub(super) fn without(
+        &self,
+        splits: &DataSplits<'_>,
+        i: usize,
+        rounds: usize,
+    ) -> Result<Self, GapError> {
+        let mut rest = self.clone();
+        let dropped = rest.effects.remove(i);
+        rest.model = without_effect(&self.model, dropped.candidate.name);
+        rest.fit_together(splits, rounds)?;
+        Ok(rest)
+    }
+}

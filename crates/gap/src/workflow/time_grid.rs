@@ -1,0 +1,124 @@
+//! Time stamps that lie on the grid of the frames a recording was made from.
+//!
+//! # Method
+//! Programs that make events from frames put them at the frames, or at simple fractions of the time
+//! between two. Nothing below a frame can then be compared: measured stamps are moved to the end of
+//! their frame, and a clock of that period is among the effects that time stamps prove, so that
+//! simulated ones are moved as well. Otherwise the grid would hide every other difference.
+
+use evpose_core::{Event, EventStream, Micros};
+
+use crate::{GapError, ReferenceScene};
+
+/// Fraction of all phases within a frame that counts as a grid, and the fraction of time stamps
+/// that lie on it. Of evenly spread stamps as many lie on it as the first says.
+const PHASES: f64 = 0.015;
+const ON_GRID: f64 = 0.8;
+/// Fewest events that show a grid.
+const MIN_EVENTS: usize = 500;
+/// Phases below this fraction of a frame may be just behind the frame before.
+const AMBIGUOUS: f64 = 0.05;
+
+/// Whether most time stamps lie at a few phases of the step of the scene.
+pub(super) fn is_on_frame_grid(events: &EventStream, step: Micros) -> bool {
+    if events.len() < MIN_EVENTS || step.0 < 2 {
+        return false;
+    }
+    let mut counts = vec![0_usize; step.0 as usize];
+    events.t().iter().for_each(|t| counts[t.0.rem_euclid(step.0) as usize] += 1);
+    counts.sort_unstable_by(|a, b| b.cmp(a));
+    let phases = ((PHASES * step.0 as f64).ceil() as usize).max(1);
+    let on_grid: usize = counts.iter().take(phases).sum();
+    // Stamps of a clock whose period is a large part of the step are on a grid of few phases too.
+    (phases as f64) < ON_GRID * step.0 as f64 && on_grid as f64 >= ON_GRID * events.len() as f64
+}
+
+/// The events with their stamps at the end of their frame, or at the frame that they are just
+/// behind, whichever is closer to the reference.
+///
+/// # Errors
+/// If the events cannot be ordered.
+pub(super) fn moved_to_frames(
+    events: &EventStream,
+    reference_scene: &ReferenceScene,
+    step: Micros,
+) -> Result<EventStream, GapError> {
+    let phase = |event: &Event| event.t.0.rem_euclid(step.0) as f64 / step.0 as f64;
+    let mut phases: Vec<f64> = events.iter().map(|event| phase(&event)).collect();
+    phases.sort_by(f64::total_cmp);
+    let median = phases.get(phases.len() / 2).copied().unwrap_or(0.0);
+    let up = |t: Micros| Micros(-(-t.0).div_euclid(step.0) * step.0);
+    let is_behind = median > 0.0
+        && median < AMBIGUOUS
+        && 2 * median_lag_us(events, reference_scene, &up) >= step.0;
+    let moved = |event: Event| {
+        let end = up(event.t);
+        let is_late = is_behind && phase(&event) > 0.0 && end.0 > 0;
+        Event { t: if is_late { end - step } else { end }, ..event }
+    };
+    let mut all: Vec<Event> = events.iter().map(moved).collect();
+    all.sort_by_key(|event| event.t);
+    EventStream::from_events(events.sensor(), all)
+        .map_err(|error| GapError::Recording(error.to_string()))
+}
+
+/// Median lag of moved events behind the reference, whose stamps are moved in the same way.
+fn median_lag_us(
+    events: &EventStream,
+    reference_scene: &ReferenceScene,
+    up: &dyn Fn(Micros) -> Micros,
+) -> i64 {
+    let width = usize::from(events.sensor().width);
+    let mut lags: Vec<i64> = events
+        .iter()
+        .filter_map(|event| {
+            let pixel = usize::from(event.y) * width + usize::from(event.x);
+            let times = reference_scene.expected.times(pixel, event.polarity.is_on());
+            let now = up(event.t).0;
+            let lags = times.iter().map(|t_us| now - up(Micros(*t_us)).0);
+            lags.min_by_key(|lag| lag.abs())
+        })
+        .collect();
+    lags.sort_unstable();
+    lags.get(lags.len() / 2).copied().unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use evpose_core::{Plane, Polarity, SensorSize};
+    use evpose_sensor::SensorConfig;
+
+    use super::*;
+    use crate::Scene;
+
+    const STEP: Micros = Micros(1_000);
+    const SIZE: SensorSize = SensorSize { width: 4, height: 3 };
+
+    fn stream(times_us: impl Iterator<Item = i64>) -> EventStream {
+        let event = |(k, t_us): (usize, i64)| Event {
+            t: Micros(t_us),
+            x: (k % 4) as u16,
+            y: (k % 3) as u16,
+            polarity: Polarity::On,
+        };
+        EventStream::from_events(SIZE, times_us.enumerate().map(event)).unwrap()
+    }
+
+    #[test]
+    fn fractions_of_frames_are_a_grid_and_even_stamps_are_none() {
+        let thirds = (0..2_000).map(|k| 1_000 * (k / 3) + [333, 667, 1_000][k as usize % 3]);
+        assert!(is_on_frame_grid(&stream(thirds), STEP));
+        assert!(!is_on_frame_grid(&stream((0..2_000).map(|k| 7 * 61 * k)), STEP));
+        assert!(!is_on_frame_grid(&stream((0..100).map(|k| 1_000 * k)), STEP));
+    }
+
+    #[test]
+    fn stamps_move_to_the_end_of_their_frame() {
+        let plane = |k: u8| Plane::filled(4, 3, 0.2 + 0.01 * f32::from(k));
+        let scene = Scene::new(1_000.0, (0..9).map(plane).collect()).unwrap();
+        let reference = ReferenceScene::new(scene, &SensorConfig::default()).unwrap();
+        let moved = moved_to_frames(&stream([333, 1_000, 1_500].into_iter()), &reference, STEP);
+        let times: Vec<i64> = moved.unwrap().t().iter().map(|t| t.0).collect();
+        assert_eq!(times, [1_000, 1_000, 2_000]);
+    }
+}
