@@ -15,6 +15,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use crate::effect::{EffectConfig, Value};
+use crate::optics::adaptive_steps;
 use crate::{STAGES, SensorError};
 
 /// A list of effects, unchecked until
@@ -54,6 +55,15 @@ impl SensorConfig {
             }
         }
         self
+    }
+
+    /// Makes the sensor divide its steps into up to `parts` parts, or more if it does so already.
+    pub fn divide_steps(&mut self, parts: f64) {
+        let (name, key) = (adaptive_steps::SPEC.name, adaptive_steps::MAX_PARTS.name);
+        let known = self.effect(name).and_then(|effect| effect.number(key));
+        self.effects.retain(|effect| effect.name != name);
+        let parts = parts.max(known.unwrap_or(1.0));
+        self.effects.push(EffectConfig::new(name).with(key, parts));
     }
 
     /// The effect called `name`, if it is listed.
@@ -132,6 +142,16 @@ mod tests {
         assert_eq!(word(0, "threshold_on"), Value::from("/cameras/mine/on.npy"));
         assert_eq!(word(0, "threshold_off"), Value::from("/off.npy"));
         assert_eq!(word(1, "mode"), Value::from("drop"));
+    }
+
+    #[test]
+    fn steps_are_divided_once_and_never_less_than_before() {
+        let mut config = SensorConfig::default();
+        for (parts, divided) in [(4.0, 4.0), (2.0, 4.0), (8.0, 8.0)] {
+            config.divide_steps(parts);
+            let steps = config.effects.iter().filter_map(|effect| effect.number("max_parts"));
+            assert_eq!(steps.collect::<Vec<_>>(), [divided]);
+        }
     }
 
     #[test]

@@ -40,10 +40,12 @@
 
 mod background;
 mod blur;
+mod catalogue;
 mod chain;
 mod chain_table;
 mod changes;
 mod clock;
+mod common_parameter;
 mod config;
 mod delivery;
 mod detector;
@@ -63,9 +65,11 @@ mod photodiode;
 mod photoreceptor;
 mod preset;
 mod readout;
+mod recording_mark;
 mod registry;
 mod request;
 mod run;
+mod search_spec;
 mod settings;
 mod signature;
 mod spec;
@@ -75,8 +79,10 @@ mod tap;
 mod tick;
 
 pub use background::BackgroundStage;
+pub use catalogue::Catalogue;
 pub use chain_table::{ChainRow, ChainTable};
 pub use clock::ClockStage;
+pub use common_parameter::CommonParameter;
 pub use config::SensorConfig;
 pub use detector::{
     Change, ChangeDetector, NoiseEvent, PixelStep, PixelTerm, PixelTraits, Recovery, TermTable,
@@ -91,9 +97,11 @@ pub use param::{ChoiceSpec, FileSpec, ParamSpec, Prior, Scale};
 pub use photoreceptor::Photoreceptor;
 pub use preset::{PRESETS, Preset};
 pub use readout::{Readout, RowTimes, Waiting};
+pub use recording_mark::RecordingMark;
 pub use registry::STAGES;
 pub use request::{Origin, Request};
 pub use run::SensorRun;
+pub use search_spec::{Onset, SceneSource, SearchSpec, SecondStrength, Subject, Substeps};
 pub use settings::Settings;
 pub use signature::{Probe, Signature, Strength};
 pub use spec::{Citation, Domain, StageSpec};

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use crate::param::{ChoiceSpec, FileSpec, ParamSpec};
-use crate::{SensorError, Settings, Signature, Stage};
+use crate::{SearchSpec, SensorError, Settings, Signature, Stage};
 
 /// The place of a stage in the camera, in the order of the signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -46,7 +46,6 @@ impl fmt::Display for Domain {
 }
 
 /// The entry of one stage in the registry.
-#[derive(Debug)]
 pub struct StageSpec {
     /// The name in configurations and reports, and the key of the stage's noise.
     pub name: &'static str,
@@ -66,6 +65,8 @@ pub struct StageSpec {
     pub source: Citation,
     /// How it shows.
     pub signature: Signature,
+    /// How a search for missing effects treats it.
+    pub search: SearchSpec,
     /// Makes the stage from checked settings.
     pub build: fn(&Settings) -> Result<Stage, SensorError>,
 }
@@ -76,6 +77,20 @@ impl StageSpec {
         let params = self.params.iter().map(|param| param.name);
         let choices = self.choices.iter().map(|choice| choice.name);
         params.chain(choices).chain(self.files.iter().map(|file| file.name)).collect()
+    }
+
+    /// The stage with the values that are typical of cameras.
+    ///
+    /// # Errors
+    /// As [`Self::build`].
+    pub fn typical_stage(&'static self) -> Result<Stage, SensorError> {
+        (self.build)(&Settings::resolve(self, &self.typical())?)
+    }
+}
+
+impl fmt::Debug for StageSpec {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("StageSpec").field("name", &self.name).finish_non_exhaustive()
     }
 }
 

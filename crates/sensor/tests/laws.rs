@@ -5,8 +5,8 @@
 use evpose_core::{Event, Micros, Plane, SensorSize, StageNoise};
 use evpose_sensor::{
     Block, Citation, Domain, EffectConfig, PixelStage, PlaneStage, Prior, Probe, STAGES,
-    SensorConfig, SensorError, SensorModel, Settings, Signature, Stage, StageSpec, Strength, Tick,
-    Value,
+    SearchSpec, SensorConfig, SensorError, SensorModel, Settings, Signature, Stage, StageSpec,
+    Strength, Tick, Value,
 };
 use proptest::prelude::*;
 
@@ -29,6 +29,7 @@ const OWN: StageSpec = StageSpec {
         strength: Strength::Unchanging,
         beside: &[],
     },
+    search: SearchSpec::PLAIN,
     build: |_| Ok(Stage::Pixel(Box::new(Wander))),
 };
 

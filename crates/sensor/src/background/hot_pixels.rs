@@ -13,10 +13,11 @@ use evpose_core::{Polarity, SensorSize, StageNoise};
 
 use super::exponential;
 use crate::detector::{NoiseEvent, PixelTerm, PixelTraits, TermTable};
+use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
-use crate::{Citation, Domain, Origin, ParamSpec, Prior, Scale, StageSpec};
+use crate::{Citation, Domain, Origin, ParamSpec, Prior, RecordingMark, Scale, StageSpec};
 
 const FRACTION: ParamSpec = ParamSpec {
     name: "fraction",
@@ -78,6 +79,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::Rising(&["fraction"]),
         beside: &[],
     },
+    search: SearchSpec { mark: Some(RecordingMark::HotPixels), ..SearchSpec::PLAIN },
     build: |settings| {
         Ok(Stage::Term(Box::new(HotPixels {
             fraction: settings.number(&FRACTION) as f32,

@@ -18,6 +18,7 @@ use evpose_core::{Polarity, SensorSize, StageNoise};
 
 use super::{exponential, uniform};
 use crate::detector::{NoiseEvent, PixelTerm, PixelTraits, TermTable};
+use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
@@ -80,6 +81,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::Rising(&["rate_hz"]),
         beside: &[],
     },
+    search: SearchSpec::PLAIN,
     build: |settings| {
         Ok(Stage::Term(Box::new(ShotNoisePoisson {
             rate_hz: settings.number(&RATE),

@@ -9,10 +9,11 @@
 use evpose_core::StageNoise;
 
 use super::ClockStage;
+use crate::search_spec::{SearchSpec, Subject};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
-use crate::{Citation, Domain, ParamSpec, Prior, Request, Scale, StageSpec};
+use crate::{Citation, CommonParameter, Domain, ParamSpec, Prior, Request, Scale, StageSpec};
 
 const OFFSET: ParamSpec = ParamSpec {
     name: "offset_us",
@@ -54,6 +55,11 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         probe: Probe::StampError,
         strength: Strength::Rising(&["drift_ppm"]),
         beside: &[],
+    },
+    search: SearchSpec {
+        subject: Subject::EveryModel,
+        common: &[(CommonParameter::ClockOffset, "offset_us")],
+        ..SearchSpec::PLAIN
     },
     build: |settings| {
         Ok(Stage::Clock(Box::new(ClockOffsetDrift {

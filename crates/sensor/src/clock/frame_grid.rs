@@ -10,6 +10,7 @@
 use evpose_core::StageNoise;
 
 use super::ClockStage;
+use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
@@ -46,6 +47,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::Rising(&["pull"]),
         beside: &[],
     },
+    search: SearchSpec::PLAIN,
     build: |settings| Ok(Stage::Clock(Box::new(FrameGrid { pull: settings.number(&PULL) }))),
 };
 

@@ -10,6 +10,7 @@
 use evpose_core::StageNoise;
 
 use super::ClockStage;
+use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
@@ -45,6 +46,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::Rising(&["sigma_us"]),
         beside: &[],
     },
+    search: SearchSpec { dither: &[("sigma_us", 100.0)], ..SearchSpec::PLAIN },
     build: |settings| {
         let sigma_s = settings.number(&SIGMA) * 1e-6;
         Ok(Stage::Clock(Box::new(TimestampJitter { sigma_s })))

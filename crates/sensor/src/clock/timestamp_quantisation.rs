@@ -9,10 +9,11 @@
 use evpose_core::StageNoise;
 
 use super::{ClockStage, next_count_us};
+use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
-use crate::{Citation, Domain, ParamSpec, Prior, Request, Scale, StageSpec};
+use crate::{Citation, Domain, ParamSpec, Prior, RecordingMark, Request, Scale, StageSpec};
 
 const PERIOD: ParamSpec = ParamSpec {
     name: "period_us",
@@ -44,6 +45,11 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         probe: Probe::StampError,
         strength: Strength::Rising(&["period_us"]),
         beside: &[],
+    },
+    search: SearchSpec {
+        mark: Some(RecordingMark::TimeGrid),
+        resembles: &["frame_grid"],
+        ..SearchSpec::PLAIN
     },
     build: |settings| {
         Ok(Stage::Clock(Box::new(TimestampQuantisation { period_us: settings.number(&PERIOD) })))

@@ -19,6 +19,7 @@
 use evpose_core::{Polarity, StageNoise};
 
 use super::{Change, ChangeDetector, PixelStep};
+use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
@@ -89,6 +90,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::Rising(&["k3", "k6"]),
         beside: &[],
     },
+    search: SearchSpec::PLAIN,
     build: |settings| {
         let k = [&K, &K2, &K3, &K4, &K5, &K6].map(|param| settings.number(param));
         Ok(Stage::Detector(Box::new(BrownianPassage { k })))

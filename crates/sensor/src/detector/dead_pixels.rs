@@ -9,9 +9,10 @@
 use evpose_core::StageNoise;
 
 use super::{PixelTerm, PixelTraits};
+use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use crate::{Citation, Domain, ParamSpec, Prior, RecordingMark, Scale, StageSpec};
 
 const FRACTION: ParamSpec = ParamSpec {
     name: "fraction",
@@ -42,6 +43,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::Rising(&["fraction"]),
         beside: &[],
     },
+    search: SearchSpec { mark: Some(RecordingMark::SilentPixels), ..SearchSpec::PLAIN },
     build: |settings| {
         let fraction = settings.number(&FRACTION) as f32;
         Ok(Stage::Term(Box::new(DeadPixels { fraction })))

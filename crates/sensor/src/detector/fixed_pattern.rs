@@ -14,7 +14,8 @@ use super::{PixelTerm, PixelTraits};
 use crate::map::{MapFault, PixelMap};
 use crate::stage::Stage;
 use crate::{
-    Citation, Domain, FileSpec, Probe, SensorError, Settings, Signature, StageSpec, Strength,
+    Citation, Domain, FileSpec, Probe, SearchSpec, SensorError, Settings, Signature, StageSpec,
+    Strength,
 };
 
 const THRESHOLD_ON: FileSpec = FileSpec {
@@ -56,6 +57,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::FromFiles,
         beside: &[],
     },
+    search: SearchSpec::PLAIN,
     build: |settings| Ok(Stage::Term(Box::new(FixedPattern::read(settings)?))),
 };
 

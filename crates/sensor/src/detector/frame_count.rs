@@ -22,6 +22,7 @@
 use evpose_core::{Polarity, StageNoise};
 
 use super::{Change, ChangeDetector, PixelStep, THRESHOLD_OFF, THRESHOLD_ON};
+use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::{ChoiceSpec, Citation, Domain, StageSpec};
@@ -52,6 +53,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::Rising(&["threshold_on", "threshold_off"]),
         beside: &[],
     },
+    search: SearchSpec::PLAIN,
     build: |settings| {
         Ok(Stage::Detector(Box::new(FrameCount {
             thresholds: [&THRESHOLD_ON, &THRESHOLD_OFF].map(|p| settings.number(p) as f32),

@@ -12,6 +12,7 @@
 use evpose_core::{Polarity, StageNoise};
 
 use super::{Change, ChangeDetector, PixelStep, THRESHOLD_OFF, THRESHOLD_ON};
+use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::{ChoiceSpec, Citation, Domain, StageSpec};
@@ -42,6 +43,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::Rising(&["threshold_on", "threshold_off"]),
         beside: &[],
     },
+    search: SearchSpec::PLAIN,
     build: |settings| {
         Ok(Stage::Detector(Box::new(FrameDifference {
             thresholds: [&THRESHOLD_ON, &THRESHOLD_OFF].map(|p| settings.number(p) as f32),

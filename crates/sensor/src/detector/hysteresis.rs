@@ -11,6 +11,7 @@
 use evpose_core::{Polarity, StageNoise};
 
 use super::{PixelTerm, PixelTraits};
+use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
@@ -46,6 +47,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::Rising(&["fraction"]),
         beside: &[],
     },
+    search: SearchSpec::PLAIN,
     build: |settings| {
         let factor = 1.0 + settings.number(&FRACTION) as f32;
         Ok(Stage::Term(Box::new(Hysteresis { factor })))

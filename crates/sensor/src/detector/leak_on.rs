@@ -16,10 +16,11 @@ use evpose_core::{Polarity, StageNoise};
 
 use super::{PixelTerm, PixelTraits};
 use crate::gaussian::{PIECE, fill_normal};
+use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
-use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, RecordingMark, Scale, StageSpec};
 use evpose_simd::vectorize;
 
 const RATE: ParamSpec = ParamSpec {
@@ -88,6 +89,12 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         probe: Probe::RestIntervals,
         strength: Strength::Rising(&["rate_hz"]),
         beside: &[],
+    },
+    search: SearchSpec {
+        choices: &[("phase", &["random", "aligned"])],
+        mark: Some(RecordingMark::RegularOn),
+        resembles: &["parasitic_photo_leak"],
+        ..SearchSpec::PLAIN
     },
     build: |settings| {
         Ok(Stage::Term(Box::new(LeakOn {

@@ -11,9 +11,10 @@
 use evpose_core::{Polarity, StageNoise};
 
 use super::{Change, ChangeDetector, PixelStep, THRESHOLD_OFF, THRESHOLD_ON};
+use crate::search_spec::{SearchSpec, Subject};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{Citation, Domain, StageSpec};
+use crate::{Citation, CommonParameter, Domain, StageSpec};
 
 /// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
@@ -34,6 +35,14 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         probe: Probe::Trace,
         strength: Strength::Rising(&["threshold_on", "threshold_off"]),
         beside: &[],
+    },
+    search: SearchSpec {
+        subject: Subject::EveryModel,
+        common: &[
+            (CommonParameter::ThresholdOn, "threshold_on"),
+            (CommonParameter::ThresholdOff, "threshold_off"),
+        ],
+        ..SearchSpec::PLAIN
     },
     build: |settings| {
         Ok(Stage::Detector(Box::new(LevelCrossing {

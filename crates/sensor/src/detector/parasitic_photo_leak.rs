@@ -10,6 +10,7 @@
 use evpose_core::StageNoise;
 
 use super::{PixelTerm, PixelTraits};
+use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
@@ -44,6 +45,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::Rising(&["hz_per_white"]),
         beside: &[],
     },
+    search: SearchSpec::PLAIN,
     build: |settings| {
         let hz_per_white = settings.number(&RATE) as f32;
         Ok(Stage::Term(Box::new(ParasiticPhotoLeak { hz_per_white })))

@@ -12,9 +12,10 @@
 //! (v2e) for `defer`, which with frames means until the next one.
 
 use super::{PixelTerm, Recovery};
+use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, RecordingMark, Scale, StageSpec};
 
 const PERIOD: ParamSpec = ParamSpec {
     name: "period_us",
@@ -52,6 +53,11 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         probe: Probe::BusyIntervals,
         strength: Strength::Rising(&["period_us"]),
         beside: &[],
+    },
+    search: SearchSpec {
+        choices: &[("mode", &["hold", "defer"])],
+        mark: Some(RecordingMark::DeadTime),
+        ..SearchSpec::PLAIN
     },
     build: |settings| {
         Ok(Stage::Term(Box::new(Refractory {

@@ -9,6 +9,7 @@
 //! Lichtsteiner et al. 2008 on charge injection at reset.
 
 use super::{PixelTerm, Recovery};
+use crate::search_spec::{SceneSource, SearchSpec};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
@@ -53,6 +54,13 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         probe: Probe::Trace,
         strength: Strength::RisingAlone(&["fraction"]),
         beside: &[],
+    },
+    search: SearchSpec {
+        hidden_by: &[
+            (SceneSource::Frames, "events lost on an edge and blur of the frames are one thing"),
+            (SceneSource::Poses, "events lost on an edge and lower contrast are one thing"),
+        ],
+        ..SearchSpec::PLAIN
     },
     build: |settings| {
         Ok(Stage::Term(Box::new(ResetOvershoot {

@@ -11,9 +11,10 @@
 use evpose_core::StageNoise;
 
 use super::{PixelTerm, PixelTraits};
+use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use crate::{Citation, CommonParameter, Domain, ParamSpec, Prior, Scale, StageSpec};
 
 /// The least threshold that a pixel can have.
 pub(super) const MIN_THRESHOLD: f32 = 0.01;
@@ -58,6 +59,11 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         probe: Probe::RampMap,
         strength: Strength::Rising(&["sigma"]),
         beside: &[],
+    },
+    search: SearchSpec {
+        common: &[(CommonParameter::ThresholdMismatch, "sigma")],
+        dither: &[("sigma", 0.004)],
+        ..SearchSpec::PLAIN
     },
     build: |settings| {
         Ok(Stage::Term(Box::new(ThresholdMismatch {

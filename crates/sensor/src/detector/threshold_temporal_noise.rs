@@ -12,6 +12,7 @@ use evpose_core::{Polarity, StageNoise};
 
 use super::threshold_mismatch::MIN_THRESHOLD;
 use super::{PixelTerm, PixelTraits};
+use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
@@ -47,6 +48,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::Rising(&["sigma"]),
         beside: &[],
     },
+    search: SearchSpec { dither: &[("sigma", 0.004)], ..SearchSpec::PLAIN },
     build: |settings| {
         let sigma = settings.number(&SIGMA) as f32;
         Ok(Stage::Term(Box::new(ThresholdTemporalNoise { sigma })))

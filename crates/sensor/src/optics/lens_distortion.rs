@@ -10,6 +10,7 @@
 
 use evpose_core::{SensorSize, StageNoise};
 
+use crate::search_spec::{SceneSource, SearchSpec};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PlaneStage, Stage};
 use crate::tick::Tick;
@@ -62,6 +63,10 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         probe: Probe::Grid,
         strength: Strength::Rising(&["k1"]),
         beside: &[],
+    },
+    search: SearchSpec {
+        hidden_by: &[(SceneSource::Frames, "frames have the distortion of the same lens")],
+        ..SearchSpec::PLAIN
     },
     build: |settings| {
         Ok(Stage::Plane(Box::new(LensDistortion {

@@ -11,6 +11,7 @@
 
 use evpose_core::StageNoise;
 
+use crate::search_spec::{SceneSource, SearchSpec};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage};
 use crate::tick::Tick;
@@ -47,6 +48,13 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         probe: Probe::Contrast,
         strength: Strength::Falling(&["levels"]),
         beside: &[],
+    },
+    search: SearchSpec {
+        hidden_by: &[
+            (SceneSource::Frames, "frames have steps themselves"),
+            (SceneSource::Poses, "steps of the tone curve and texture are one thing"),
+        ],
+        ..SearchSpec::PLAIN
     },
     build: |settings| Ok(Stage::Pixel(Box::new(Quantisation::new(settings.number(&LEVELS))))),
 };

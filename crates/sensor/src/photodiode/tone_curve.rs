@@ -13,6 +13,7 @@
 
 use evpose_core::StageNoise;
 
+use crate::search_spec::{SceneSource, SearchSpec};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage};
 use crate::tick::Tick;
@@ -54,6 +55,16 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         probe: Probe::Contrast,
         strength: Strength::Rising(&["gamma"]),
         beside: &[],
+    },
+    search: SearchSpec {
+        hidden_by: &[
+            (
+                SceneSource::Frames,
+                "the response curve of the frames is not known to be the one it is taken for",
+            ),
+            (SceneSource::Poses, "contrast of the texture and tone curve are one thing"),
+        ],
+        ..SearchSpec::PLAIN
     },
     build: |settings| {
         let (gamma, has_toe) = (settings.number(&GAMMA), settings.word(&CURVE) == "toe");

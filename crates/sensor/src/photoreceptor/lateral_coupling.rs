@@ -11,6 +11,7 @@
 use evpose_core::{SensorSize, StageNoise};
 
 use crate::blur::Gaussian;
+use crate::search_spec::{SceneSource, SearchSpec};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PlaneStage, Stage};
 use crate::tick::Tick;
@@ -57,6 +58,13 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         probe: Probe::Grating,
         strength: Strength::Rising(&["coupling"]),
         beside: &[],
+    },
+    search: SearchSpec {
+        hidden_by: &[
+            (SceneSource::Frames, "coupling of pixels and blur of the frames are one thing"),
+            (SceneSource::Poses, "coupling of pixels and fine texture are one thing"),
+        ],
+        ..SearchSpec::PLAIN
     },
     build: |settings| {
         Ok(Stage::Plane(Box::new(LateralCoupling {

@@ -13,10 +13,11 @@ use evpose_core::StageNoise;
 
 use crate::Request;
 use crate::clock::ClockStage;
+use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
-use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, RecordingMark, Scale, StageSpec};
 
 const RATE: ParamSpec = ParamSpec {
     name: "rate_hz",
@@ -64,6 +65,12 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         probe: Probe::FlashRate,
         strength: Strength::Falling(&["rate_hz"]),
         beside: &[],
+    },
+    search: SearchSpec {
+        per_sensor: &["rate_hz"],
+        mark: Some(RecordingMark::RateCeiling),
+        resembles: &["arbiter"],
+        ..SearchSpec::PLAIN
     },
     build: |settings| {
         let window_s = settings.number(&WINDOW) * 1e-6;

@@ -10,6 +10,7 @@
 use evpose_core::SensorSize;
 
 use super::Readout;
+use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::{Citation, Domain, Request, StageSpec};
@@ -34,6 +35,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::Unchanging,
         beside: &[],
     },
+    search: SearchSpec::PLAIN,
     build: |_| Ok(Stage::Readout(Box::new(Ideal))),
 };
 

@@ -1,0 +1,77 @@
+//! A catalogue of effects: those of this crate, or those and others beside them.
+
+use std::fmt;
+
+use crate::{
+    CommonParameter, RecordingMark, STAGES, SensorConfig, SensorError, SensorModel, StageSpec,
+};
+
+/// The effects that names in configurations stand for: by default [`STAGES`], the built-in ones. A
+/// catalogue with others beside them is made once, and copied freely.
+#[derive(Clone, Copy)]
+pub struct Catalogue {
+    stages: &'static [&'static StageSpec],
+}
+
+impl Catalogue {
+    /// The built-in effects and `own`, in the order of the signal as far as that is known: own
+    /// effects come last. It is kept for the rest of the program.
+    pub fn with_own(own: &[&'static StageSpec]) -> Self {
+        let stages: Vec<&'static StageSpec> = STAGES.iter().chain(own).copied().collect();
+        Self { stages: Vec::leak(stages) }
+    }
+
+    /// All effects.
+    pub fn stages(self) -> &'static [&'static StageSpec] {
+        self.stages
+    }
+
+    /// The effect called `name`.
+    pub fn find(self, name: &str) -> Option<&'static StageSpec> {
+        self.stages.iter().find(|spec| spec.name == name).copied()
+    }
+
+    /// The effects that leave `mark` in a recording, in the order of the catalogue.
+    pub fn with_mark(self, mark: RecordingMark) -> impl Iterator<Item = &'static StageSpec> {
+        self.stages.iter().filter(move |spec| spec.search.mark == Some(mark)).copied()
+    }
+
+    /// Builds the chain of a configuration whose names are those of this catalogue.
+    ///
+    /// # Errors
+    /// As [`SensorModel::from_config`].
+    pub fn model(self, config: &SensorConfig) -> Result<SensorModel, SensorError> {
+        SensorModel::from_config_in(self.stages, config)
+    }
+}
+
+impl fmt::Debug for Catalogue {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Catalogue of {} effects", self.stages.len())
+    }
+}
+
+impl Default for Catalogue {
+    fn default() -> Self {
+        Self { stages: STAGES }
+    }
+}
+
+impl CommonParameter {
+    /// The stage of [`STAGES`] that owns the parameter, and its key there.
+    pub fn place(self) -> (&'static StageSpec, &'static str) {
+        let key = |spec: &StageSpec| {
+            spec.search.common.iter().find(|(common, _)| *common == self).map(|(_, key)| *key)
+        };
+        let place = STAGES.iter().find_map(|spec| Some((*spec, key(spec)?)));
+        place.expect("a test checks that a stage owns each of them")
+    }
+}
+
+impl RecordingMark {
+    /// The effect of [`STAGES`] that leaves the mark.
+    pub fn effect(self) -> &'static StageSpec {
+        let effect = STAGES.iter().find(|spec| spec.search.mark == Some(self));
+        effect.expect("a test checks that an effect leaves each of them")
+    }
+}

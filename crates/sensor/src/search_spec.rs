@@ -1,0 +1,117 @@
+//! What a search for missing effects must know of a stage, beside its parameters, its strength and
+//! its domain.
+
+use crate::{CommonParameter, RecordingMark};
+
+/// What a search for missing effects must know of a stage. [`SearchSpec::PLAIN`] is right for most:
+/// an effect of the camera whose parameters are found by simulating it.
+#[derive(Debug, Clone, Copy)]
+pub struct SearchSpec {
+    /// What the stage describes.
+    pub subject: Subject,
+    /// Those of its parameters that every model has a value of, with their keys.
+    pub common: &'static [(CommonParameter, &'static str)],
+    /// Choices of the physics: key, and the words that cameras differ in. All combinations are
+    /// tried. Choices that are not listed follow conventions of simulators and stay as they are.
+    pub choices: &'static [(&'static str, &'static [&'static str])],
+    /// The choices of most cameras, of those listed.
+    pub usual: &'static [(&'static str, &'static str)],
+    /// A parameter that makes the effect strong on its own.
+    pub second_strength: Option<SecondStrength>,
+    /// Parameters whose typical values are those of sensors of a million pixels: in a small one
+    /// they serve fewer pixels and are searched far beyond.
+    pub per_sensor: &'static [&'static str],
+    /// Substeps that it needs, if it is faster than the frames of a scene.
+    pub substeps: Option<Substeps>,
+    /// How it sets in as its strength grows.
+    pub onset: Onset,
+    /// What it leaves in a recording, from which parameters are read without a simulation.
+    pub mark: Option<RecordingMark>,
+    /// Parameters whose readings are rough, and which are therefore fitted as well.
+    pub rough: &'static [&'static str],
+    /// Other effects that a recording without a scene does not tell from it.
+    pub resembles: &'static [&'static str],
+    /// The common parameter that no recording tells it from.
+    pub same_as: Option<CommonParameter>,
+    /// Why a scene that was estimated from such a source cannot test the effect.
+    pub hidden_by: &'static [(SceneSource, &'static str)],
+    /// Values at which it is a little noise, such as every camera has; empty for what is no noise.
+    pub dither: &'static [(&'static str, f64)],
+}
+
+impl SearchSpec {
+    /// An effect of the camera with nothing special about it.
+    pub const PLAIN: Self = Self {
+        subject: Subject::Camera,
+        common: &[],
+        choices: &[],
+        usual: &[],
+        second_strength: None,
+        per_sensor: &[],
+        substeps: None,
+        onset: Onset::OfDomain,
+        mark: None,
+        rough: &[],
+        resembles: &[],
+        same_as: None,
+        hidden_by: &[],
+        dither: &[],
+    };
+
+    /// Why a scene from `source` cannot test the effect; none if it can.
+    pub fn hidden_by(&self, source: SceneSource) -> Option<&'static str> {
+        self.hidden_by.iter().find(|(hides, _)| *hides == source).map(|(_, why)| *why)
+    }
+}
+
+/// What a stage describes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Subject {
+    /// The event camera.
+    Camera,
+    /// What every model has: its parameters are refitted before effects are tried.
+    EveryModel,
+    /// How the frames of a scene were taken.
+    Scene,
+}
+
+/// A second parameter that makes an effect strong on its own. The first then has its typical value.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SecondStrength {
+    /// Key of the parameter.
+    pub param: &'static str,
+    /// Choices without which the parameter has no meaning: keys and words.
+    pub needs: &'static [(&'static str, &'static str)],
+}
+
+/// Parts into which the time between two frames is divided for a fast effect.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Substeps {
+    /// While many effects are tried.
+    pub screened: f64,
+    /// In the final fit.
+    pub fitted: f64,
+}
+
+/// How an effect sets in as its strength grows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Onset {
+    /// As others of its domain: readouts and clocks show only where they are nearly right, all else
+    /// over a range of strengths.
+    OfDomain,
+    /// Evenly, although it is a readout or a clock.
+    Even,
+    /// Without any events below a strength and with many above: what is best on a short recording
+    /// need not lead to the best fit.
+    Sudden,
+}
+
+/// Where an estimated scene comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SceneSource {
+    /// The camera's own frames: coarse in time, through the same lens, with a response curve that
+    /// may be another than the assumed one.
+    Frames,
+    /// Poses alone: light and texture are made up.
+    Poses,
+}
